@@ -1,0 +1,98 @@
+"""The Method of Dimensionality Reduction (MDR) in contact mechanics.
+
+Public names are resolved when they are first used, so that importing pymdr does no work.
+"""
+
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
+__version__ = "0.1.0"
+
+if TYPE_CHECKING:
+    from pymdr.errors import CaseError as CaseError
+    from pymdr.errors import ConvergenceError as ConvergenceError
+    from pymdr.errors import FileError as FileError
+    from pymdr.errors import NotValidError as NotValidError
+    from pymdr.errors import PathError as PathError
+    from pymdr.errors import ProblemError as ProblemError
+    from pymdr.errors import PymdrError as PymdrError
+    from pymdr.errors import QuantityError as QuantityError
+    from pymdr.errors import UnitError as UnitError
+    from pymdr.interpretation.validity import Claim as Claim
+    from pymdr.interpretation.validity import Level as Level
+    from pymdr.mapping.equivalent import equivalent_profile as equivalent_profile
+    from pymdr.mapping.moduli import effective_moduli as effective_moduli
+    from pymdr.problem.contact import Contact as Contact
+    from pymdr.problem.materials import Elastic as Elastic
+    from pymdr.problem.materials import Rigid as Rigid
+    from pymdr.problem.paths import History as History
+    from pymdr.problem.paths import Hold as Hold
+    from pymdr.problem.paths import Path as Path
+    from pymdr.problem.paths import Ramp as Ramp
+    from pymdr.problem.paths import hold as hold
+    from pymdr.problem.paths import indent as indent
+    from pymdr.problem.paths import load as load
+    from pymdr.problem.paths import ramp as ramp
+    from pymdr.problem.profiles import Cone as Cone
+    from pymdr.problem.profiles import FlatPunch as FlatPunch
+    from pymdr.problem.profiles import Function as Function
+    from pymdr.problem.profiles import Interpolated as Interpolated
+    from pymdr.problem.profiles import Paraboloid as Paraboloid
+    from pymdr.problem.profiles import PowerLaw as PowerLaw
+    from pymdr.problem.profiles import Sphere as Sphere
+    from pymdr.result import Result as Result
+    from pymdr.result import Status as Status
+    from pymdr.result import open_result as open_result
+    from pymdr.solving import Assessment as Assessment
+    from pymdr.solving import assess as assess
+    from pymdr.solving import foundation as foundation
+    from pymdr.solving import solve as solve
+    from pymdr.solving import solve_batch as solve_batch
+
+_HOMES: dict[str, tuple[str, ...]] = {
+    "pymdr.errors": (
+        "CaseError",
+        "ConvergenceError",
+        "FileError",
+        "NotValidError",
+        "PathError",
+        "ProblemError",
+        "PymdrError",
+        "QuantityError",
+        "UnitError",
+    ),
+    "pymdr.interpretation.validity": ("Claim", "Level"),
+    "pymdr.mapping.equivalent": ("equivalent_profile",),
+    "pymdr.mapping.moduli": ("effective_moduli",),
+    "pymdr.problem.contact": ("Contact",),
+    "pymdr.problem.materials": ("Elastic", "Rigid"),
+    "pymdr.problem.paths": ("History", "Hold", "Path", "Ramp", "hold", "indent", "load", "ramp"),
+    "pymdr.problem.profiles": (
+        "Cone",
+        "FlatPunch",
+        "Function",
+        "Interpolated",
+        "Paraboloid",
+        "PowerLaw",
+        "Sphere",
+    ),
+    "pymdr.result": ("Result", "Status", "open_result"),
+    "pymdr.solving": ("Assessment", "assess", "foundation", "solve", "solve_batch"),
+}
+_HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
+
+__all__ = ["__version__", *sorted(_HOME_OF)]  # noqa: PLE0604
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOME_OF:
+        raise AttributeError(f"module 'pymdr' has no attribute {name!r}")
+    value = getattr(importlib.import_module(_HOME_OF[name]), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return __all__

@@ -1,0 +1,602 @@
+"""Axisymmetric contact by boundary elements on concentric rings: no Abel map, no g(x), no springs.
+
+The surface displacement of the elastic half-space is u = (1/(π E*)) ∬ p/R dS. With a pressure that is
+constant on each ring it is a sum of closed forms with elliptic integrals. The contact is the solution
+of Signorini's conditions p >= 0, u >= d - f, p (u - (d - f)) = 0: one disk, rings, or several of them.
+Rings are graded as Chebyshev points to the edges of each contact zone and the condition is imposed at
+the points between: the force then converges with the third power of the ring width, the pressure with
+the second. Lengths inside the solver are divided by the reach, pressures by E*.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.special import ellipe, ellipkm1
+
+from pymdr.errors import ConvergenceError, ProblemError
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+Gap = Callable[[Array], ArrayLike]
+Zones = tuple[tuple[float, float], ...]
+
+_LEAST = 8  # rings of a panel: the fit at an edge needs six
+
+
+@dataclass(frozen=True)
+class Rings:
+    """Option of ``solve``: the ring solver with `n` rings in contact, 20 to 5000.
+
+    Raises
+    ------
+    ProblemError
+        If `n` is not an integer from 20 to 5000.
+
+    Examples
+    --------
+    >>> Rings(n=200)
+    Rings(n=200)
+    """
+
+    n: int = 400
+
+    def __post_init__(self) -> None:
+        if isinstance(self.n, bool) or not isinstance(self.n, (int, np.integer)) or not 20 <= self.n <= 5000:
+            raise ProblemError(f"Rings needs an integer n from 20 to 5000, not {self.n!r}.")
+
+
+@dataclass(frozen=True, eq=False)
+class RingSolution:
+    """Solution of the ring solver on m rings, of which those outside the contact carry no pressure.
+
+    Attributes
+    ----------
+    edges : array (m + 1,), m
+        Ring j lies between ``edges[j]`` and ``edges[j + 1]``.
+    radii : array (m,), m
+        Points at which u = d - f was imposed and to which `pressure` belongs.
+    pressure : array (m,), Pa
+    force : float, N
+    indentation : float, m
+        Approach d, counted from f = 0.
+    stiffness : float, N/m
+        dF/dd, the response of the contact zones to a rigid displacement.
+    energy : float, J
+        Elastic energy (1/2) ∫ p u dA.
+    mean_pressure : float, Pa
+        Force over contact area; 0 without contact.
+    zones : tuple of (inner, outer), m
+        Contact intervals from the axis outwards; empty without contact.
+    edge_amplitudes : tuple of (inner, outer), Pa m^(1/2)
+        Limit of p √|r - edge| at the edges of each zone: positive at a sharp edge, 0 at a free one.
+    contact_radius : float, m
+        Outermost zone edge; 0 without contact.
+    contact_area : float, m²
+    is_disk : bool
+        Whether the contact is one full disk.
+    modulus : float, Pa
+        E*.
+    """
+
+    edges: Array
+    radii: Array
+    pressure: Array
+    force: float
+    indentation: float
+    stiffness: float
+    energy: float
+    mean_pressure: float
+    zones: Zones
+    edge_amplitudes: Zones
+    contact_radius: float
+    contact_area: float
+    is_disk: bool
+    modulus: float
+
+
+def solve_indentation(
+    gap: Gap,
+    indentation: float,
+    modulus: float,
+    *,
+    reach: float,
+    n: int = 400,
+    edge: float = math.inf,
+    breakpoints: Sequence[float] = (),
+) -> RingSolution:
+    """Contact at a given approach d: p >= 0, u >= d - f(r), p (u - d + f) = 0.
+
+    Parameters
+    ----------
+    gap : callable
+        f(r) in m for an array of radii in m; of any sign, nan or inf where there is no punch.
+    indentation : float, m
+        Approach d, counted from f = 0. Without contact if d <= min f.
+    modulus : float, Pa
+        E*.
+    reach : float, m
+        Upper bound of the contact radius.
+    n : int
+        Rings in contact, 20 to 5000.
+    edge : float, m
+        Sharp outer edge of the punch, at which the pressure may be singular.
+    breakpoints : sequence of float, m
+        Radii of kinks, jumps and inner edges of f.
+
+    Raises
+    ------
+    ProblemError
+        If an argument is outside its limits, or the contact grows to `reach` or to the end of f.
+    ConvergenceError
+        If the contact zones cannot be settled.
+
+    References
+    ----------
+    Júdice and Pires 1994, Comput. Oper. Res. 21, 587: block principal pivoting, the active set used.
+
+    Examples
+    --------
+    >>> hertz = solve_indentation(lambda r: r**2 / 2, 0.01, 1.0, reach=1.0)
+    >>> f"{hertz.force / (4 / 3 * 0.01**1.5):.7f} {hertz.contact_radius:.6f} {hertz.is_disk}"
+    '1.0000000 0.100000 True'
+    """
+    if not math.isfinite(indentation):
+        raise ProblemError(f"The indentation must be a finite number of metres, not {indentation!r}.")
+    return _solve(gap, indentation, None, modulus, reach, n, edge, breakpoints)
+
+
+def solve_force(
+    gap: Gap,
+    force: float,
+    modulus: float,
+    *,
+    reach: float,
+    n: int = 400,
+    edge: float = math.inf,
+    breakpoints: Sequence[float] = (),
+) -> RingSolution:
+    """Contact under a given positive force in N; d is one more unknown of the same active set.
+
+    Parameters, errors and source as in `solve_indentation`.
+
+    Raises
+    ------
+    ProblemError, ConvergenceError
+
+    Examples
+    --------
+    >>> f"{solve_force(lambda r: r**2 / 2, 4 / 3 * 0.01**1.5, 1.0, reach=1.0).indentation:.7f}"
+    '0.0100000'
+    """
+    if not (math.isfinite(force) and force > 0):
+        raise ProblemError(f"The force must be a positive finite number of newtons, not {force!r}.")
+    return _solve(gap, None, force, modulus, reach, n, edge, breakpoints)
+
+
+def ring_displacement(r: ArrayLike, edges: ArrayLike) -> Array:
+    """Displacement in m at `r` (k,) by unit pressure on each ring of `edges` (n + 1,), for E* = 1: (k, n).
+
+    A disk of radius a under unit pressure gives (4/π) a E(m), m = r²/a², inside and
+    (4/π) r [E(m) - (1 - m) K(m)], m = a²/r², outside; a ring is a difference of disks.
+
+    Raises
+    ------
+    ProblemError
+        If a radius in m is negative or not finite, or the edges do not increase.
+
+    References
+    ----------
+    Johnson 1985, Contact Mechanics, eqs. 3.29 and 3.30.
+
+    Examples
+    --------
+    >>> ring_displacement([0.0], [0.0, 1.0, 3.0])
+    array([[2., 4.]])
+    """
+    r, a = np.atleast_1d(_radii(r))[:, None], np.atleast_1d(_radii(edges))
+    if r.ndim != 2 or a.ndim != 1 or a.size < 2 or not np.all(np.diff(a) > 0):
+        raise ProblemError("ring_displacement needs one row of radii and at least two increasing edges.")
+    large, small = np.maximum(r, a), np.minimum(r, a)
+    size = np.where(large > 0, large, 1.0)
+    rest = (large - small) / size * ((large + small) / size)
+    K = ellipkm1(np.where(rest > 0, rest, 1.0))
+    beyond = large * (_excess(rest, K) - np.where(r > a, rest * K, 0.0))
+    return np.asarray(4 / np.pi * (np.diff(large, axis=1) + np.diff(beyond, axis=1)), dtype=np.float64)
+
+
+def _excess(c: Array, K: Array) -> Array:
+    """E(1 - c) - 1 for K = K(1 - c); where c is small, without cancellation by Legendre's relation."""
+    excess = np.asarray(ellipe(1 - c) - 1, dtype=np.float64)
+    near = c < 0.1
+    order = np.arange(1, 16)
+    terms = np.pi / 2 * np.cumprod(((2 * order - 1) / (2 * order)) ** 2)
+    x = c[near]
+    k = x * np.polynomial.polynomial.polyval(x, terms)  # K(c) - π/2
+    difference = x * np.polynomial.polynomial.polyval(x, terms * 2 * order / (2 * order - 1))  # K(c) - E(c)
+    excess[near] = (difference * K[near] - k) / (np.pi / 2 + k)
+    return excess
+
+
+def displacement_at(solution: RingSolution, r: ArrayLike) -> Array:
+    """Surface displacement u(r) in m at radii `r` in m, of any shape, inside and outside the contact.
+
+    Raises
+    ------
+    ProblemError
+        If a radius is negative or not finite.
+
+    Examples
+    --------
+    >>> flat = solve_indentation(lambda r: 0 * r, 1e-6, 1e9, reach=1e-3, edge=1e-3)
+    >>> f"{displacement_at(flat, 2e-3):.5e}"
+    '3.33333e-07'
+    """
+    r = _radii(r)
+    u = ring_displacement(r.ravel(), solution.edges) @ (solution.pressure / solution.modulus)
+    return np.asarray(u.reshape(r.shape), dtype=np.float64)
+
+
+def pressure_at(solution: RingSolution, r: ArrayLike) -> Array:
+    """Contact pressure p(r) in Pa at radii `r` in m, of any shape; 0 outside, inf at a sharp edge.
+
+    Between the edges b < a of a zone it is interpolated in θ = 2 arctan √((r - b)/(a - r)), in which
+    it is smooth up to a free edge; at a sharp edge p √|r - edge| is interpolated.
+
+    Raises
+    ------
+    ProblemError
+        If a radius is negative or not finite.
+
+    Examples
+    --------
+    >>> hertz = solve_indentation(lambda r: r**2 / 2, 1.0, 1.0, reach=2.0)
+    >>> [f"{p:.4f}" for p in pressure_at(hertz, [0.0, 0.6, 1.0, 1.5]) * np.pi / 2]
+    ['1.0000', '0.8000', '0.0000', '0.0000']
+    """
+    from scipy.interpolate import Akima1DInterpolator
+
+    def angle(x: Array) -> Array:
+        return np.asarray(2 * np.arctan2(np.sqrt(x), np.sqrt(1 - x)), dtype=np.float64)
+
+    r = _radii(r)
+    pressure = np.zeros_like(r)
+    for (inner, outer), amplitudes in zip(solution.zones, solution.edge_amplitudes, strict=True):
+        width = outer - inner
+        own, inside = (solution.radii > inner) & (solution.radii < outer), (r >= inner) & (r <= outer)
+        known, x = (solution.radii[own] - inner) / width, (r[inside] - inner) / width
+        theta, value, weight = angle(known), solution.pressure[own], np.ones_like(x)
+        for side, (s_known, s) in enumerate(((known, x), (1 - known, 1 - x))):
+            if side == 0 and inner == 0:
+                continue
+            if amplitudes[side]:
+                value, weight = value * np.sqrt(s_known) * _ring_error(known.size, side), weight * np.sqrt(s)
+        for side in (0, 1) if inner > 0 else (1,):
+            kept = slice(3, None) if side == 0 else slice(None, -3)
+            if amplitudes[side]:
+                theta, value = theta[kept], value[kept]
+            at = 0 if side == 0 else theta.size
+            theta = np.insert(theta, at, np.pi * side)
+            value = np.insert(value, at, amplitudes[side] / math.sqrt(width))
+        smooth = Akima1DInterpolator(theta, value, extrapolate=True)(angle(x))
+        with np.errstate(divide="ignore"):
+            pressure[inside] = np.maximum(smooth, 0.0) / weight
+    return pressure
+
+
+def _radii(r: ArrayLike) -> Array:
+    r = np.asarray(r, dtype=np.float64)
+    if not np.all(np.isfinite(r) & (r >= 0)):
+        raise ProblemError("Radii must be finite and not negative.")
+    return r
+
+
+class _Problem(NamedTuple):
+    """All lengths over the end of the rings, pressures over E*; `corners`: where pressure may be singular."""
+
+    gap: Callable[[Array], Array]
+    depth: float | None
+    force: float | None
+    corners: tuple[float, ...]
+    n: int
+
+
+class _Mesh(NamedTuple):
+    """Rings with contiguous edges; the `live` ones may carry pressure, others bridge what lies between."""
+
+    edges: Array
+    live: Mask
+    centres: Array
+    gap: Array
+    panel: NDArray[np.intp]
+    area: Array
+    matrix: Array
+
+
+class _State(NamedTuple):
+    mesh: _Mesh
+    pressure: Array
+    depth: float
+    stiffness: float
+    zones: Zones
+
+
+def _solve(
+    gap: Gap,
+    depth: float | None,
+    force: float | None,
+    modulus: float,
+    reach: float,
+    n: int,
+    edge: float,
+    breakpoints: Sequence[float],
+) -> RingSolution:
+    if not (math.isfinite(modulus) and modulus > 0):
+        raise ProblemError(f"The modulus E* must be positive and finite, not {modulus!r} Pa.")
+    if not (math.isfinite(reach) and reach > 0 and edge > 0):
+        raise ProblemError(f"reach must be positive and finite and edge positive, not {reach!r} and {edge!r} m.")
+    size = min(reach, edge)
+
+    def scaled_gap(x: Array) -> Array:
+        f = np.asarray(gap(x * size), dtype=np.float64) / size
+        if f.shape != x.shape or np.any(np.isneginf(f)):
+            raise ProblemError("gap must give one height for each radius, none of them -inf.")
+        return np.where(np.isnan(f), np.inf, f)
+
+    corners = {float(b) for b in _radii(breakpoints) / size if 0 < b < 1} | ({1.0} if edge <= reach else set())
+    state = _settle(
+        _Problem(
+            scaled_gap,
+            None if depth is None else depth / size,
+            None if force is None else force / modulus / size / size,
+            tuple(sorted(corners)),
+            int(Rings(n).n),
+        )
+    )
+    mesh, zones = state.mesh, state.zones
+    amplitudes = tuple(
+        tuple(max(_edge_fit(state, k, side)[0], 0.0) if zones[k][side] in corners else 0.0 for side in (0, 1))
+        for k in range(len(zones))
+    )
+    pressure, radii = np.zeros(mesh.live.size), (mesh.edges[1:] + mesh.edges[:-1]) / 2
+    pressure[mesh.live], radii[mesh.live] = state.pressure, mesh.centres
+    loads = state.pressure * mesh.area
+    low, high = (side[mesh.live][loads > 0] ** 2 for side in (mesh.edges[:-1], mesh.edges[1:]))
+    heights = [scaled_gap(np.sqrt((low + high + x * (high - low)) / 2)) for x in (-(3**-0.5), 3**-0.5)]
+    work = loads[loads > 0] @ (state.depth - sum(heights) / 2)
+    area = sum(math.pi * (b - a) * (b + a) for a, b in zones)
+    arrays = mesh.edges * size, radii * size, pressure * modulus
+    for array in arrays:
+        array.setflags(write=False)
+    return RingSolution(
+        *arrays,
+        force=float(loads.sum()) * modulus * size**2,
+        indentation=state.depth * size,
+        stiffness=state.stiffness * modulus * size,
+        energy=float(work) / 2 * modulus * size**3,
+        mean_pressure=float(loads.sum()) / area * modulus if zones else 0.0,
+        zones=tuple((a * size, b * size) for a, b in zones),
+        edge_amplitudes=tuple((a * modulus * math.sqrt(size), b * modulus * math.sqrt(size)) for a, b in amplitudes),
+        contact_radius=zones[-1][1] * size if zones else 0.0,
+        contact_area=area * size**2,
+        is_disk=len(zones) == 1 and zones[0][0] == 0,
+        modulus=modulus,
+    )
+
+
+def _settle(problem: _Problem) -> _State:
+    """Alternate the active set, on rings graded to the last zones, with the refinement of the zone edges."""
+    level = math.inf if problem.depth is None else problem.depth
+    zones: Zones = ()
+    refined: _State | None = None
+    for _ in range(25):
+        spans = _below(problem, level)
+        if not spans:
+            return _State(_mesh(problem, [(0.0, 1.0, 1)]), np.zeros(1), level, 0.0, ())
+        found = _active_set(problem, _mesh(problem, _panels(problem, spans, zones)), zones)
+        bridged = _bridge(problem, found.zones)
+        if refined and _agree(problem, bridged, refined.zones, 0.02, 0.0):
+            return refined if refined.pressure.min() >= 0 else found
+        refined = _refine(problem, bridged) if _agree(problem, bridged, zones, 0.2, 0.2) else None
+        zones = refined.zones if refined else bridged
+        if problem.depth is None:
+            level = found.depth + 0.1 * (found.depth - float(found.mesh.gap.min()))
+    raise ConvergenceError(
+        f"The edges of the contact zones did not settle; the last zones were {zones} (over reach or edge) at "
+        f"d = {found.depth:.6g} (likewise). Give breakpoints at kinks and jumps of the gap, or more rings."
+    )
+
+
+def _below(problem: _Problem, level: float) -> list[tuple[float, float]]:
+    """Intervals that hold all points with f < d: contact is nowhere else, for u > 0 everywhere."""
+    spans, todo = [], [(0.0, 1.0)]
+    for zoom in range(40):
+        again = []
+        for low, high in todo:
+            x = np.linspace(low, high, 65 if zoom else 2001)
+            f = problem.gap(x)
+            with np.errstate(invalid="ignore"):
+                steps = np.nan_to_num(np.abs(np.diff(f)), posinf=0.0)
+            variation = np.maximum(np.append(0.0, steps), np.append(steps, 0.0))
+            for i, j in _runs(f - variation < level):
+                wide = 8 * (j - i) >= x.size and bool(np.any(f[i:j] < level))
+                (spans if wide else again).append((float(x[max(i - 1, 0)]), float(x[min(j, x.size - 1)])))
+        todo = again
+    return _union(spans)
+
+
+def _runs(mask: Mask) -> list[tuple[int, int]]:
+    steps = np.flatnonzero(np.diff(np.concatenate(([False], mask, [False])).astype(np.int8)))
+    return [(int(i), int(j)) for i, j in steps.reshape(-1, 2)]
+
+
+def _union(intervals: Iterable[tuple[float, float]]) -> list[tuple[float, float]]:
+    union: list[tuple[float, float]] = []
+    for low, high in sorted(intervals):
+        if union and low <= union[-1][1]:
+            low, high = union[-1][0], max(high, union.pop()[1])
+        union.append((low, high))
+    return union
+
+
+def _bridge(problem: _Problem, zones: Zones) -> Zones:
+    """Close the holes, between zones and on the axis, that are too narrow for the rings to tell."""
+    bridged: list[tuple[float, float]] = []
+    for inner, outer in zones:
+        before = bridged[-1] if bridged else (-math.inf, 0.0)
+        narrow = inner - before[1] < 6 / problem.n * min(outer - inner, before[1] - before[0])
+        if narrow and inner not in problem.corners and before[1] not in problem.corners:
+            inner = max(before[0], 0.0)
+            bridged = bridged[:-1]
+        bridged.append((inner, outer))
+    return tuple(bridged)
+
+
+def _panels(
+    problem: _Problem, spans: Sequence[tuple[float, float]], zones: Zones
+) -> list[tuple[float, float, int]]:
+    """Cut the spans and zones at zone edges and corners, and share the rings out among the panels."""
+    marks = sorted({*problem.corners, *(x for zone in zones for x in zone)})
+    pieces = []
+    for low, high in _union([*spans, *zones]):
+        cuts = [low, *(x for x in marks if low < x < high), high]
+        pieces += [(a, b, any(z[0] <= a and b <= z[1] for z in zones)) for a, b in itertools.pairwise(cuts)]
+    panels = []
+    for low, high, inside in pieces:
+        rings = problem.n if inside else problem.n // 4 if zones else max(problem.n, 100)
+        share = math.sqrt(high - low) / sum(math.sqrt(b - a) for a, b, other in pieces if other == inside)
+        panels.append((low, high, max(_LEAST, round(rings * share))))
+    return panels
+
+
+def _mesh(problem: _Problem, panels: Sequence[tuple[float, float, int]]) -> _Mesh:
+    edges, live, centres, panel = [panels[0][0]], [], [], []
+    for k, (low, high, n) in enumerate(panels):
+        if low > edges[-1]:
+            edges.append(low)
+            live.append(False)
+        x = low + (high - low) * np.sin(np.pi / 4 * np.arange(2 * n) / n) ** 2
+        edges += [*x[2::2], high]
+        centres += [*x[1::2]]
+        live += [True] * n
+        panel += [k] * n
+    a, r, own = np.array(edges), np.array(centres), np.array(live)
+    area = np.pi * (np.diff(a) * (a[1:] + a[:-1]))[own]
+    return _Mesh(a, own, r, problem.gap(r), np.array(panel), area, ring_displacement(r, a)[:, own])
+
+
+def _balance(problem: _Problem, mesh: _Mesh, active: Mask) -> tuple[Array, float, float]:
+    """Pressure, d and dF/dd with the given rings in contact: matrix p = d - f and, for a force, area p = F."""
+    gap, area = mesh.gap[active], mesh.area[active]
+    depth = float(gap.min()) if problem.depth is None else problem.depth
+    matrix = mesh.matrix[np.ix_(active, active)]
+    p, unit = np.linalg.solve(matrix, np.stack([depth - gap, np.ones_like(gap)], axis=1)).T
+    stiffness = float(area @ unit)
+    if problem.force is not None:
+        more = (problem.force - float(area @ p)) / stiffness
+        p, depth = p + more * unit, depth + more
+    pressure = np.zeros(active.size)
+    pressure[active] = p
+    return pressure, depth, stiffness
+
+
+def _active_set(problem: _Problem, mesh: _Mesh, zones: Zones) -> _State:
+    """Signorini's conditions on the rings of a mesh, by block principal pivoting from the given zones."""
+    active = np.isfinite(mesh.gap)
+    if zones:
+        active &= np.any([(mesh.centres > a) & (mesh.centres < b) for a, b in zones], axis=0)
+    fewest, patience = active.size + 1, 10
+    for _ in range(100 + 2 * active.size):
+        if not active.any():
+            active[np.argmin(mesh.gap)] = True
+        pressure, depth, stiffness = _balance(problem, mesh, active)
+        u = mesh.matrix @ pressure
+        noise = 1e-12 * float(np.max(np.abs(u))) + 1e-15 * float(np.max(np.abs(mesh.gap[active])))
+        wrong = np.where(active, pressure < 0, depth - mesh.gap - u > noise)
+        count = int(wrong.sum())
+        if count == 0:
+            return _State(mesh, pressure, depth, stiffness, _zones(problem, mesh, active))
+        fewest, patience = (count, 10) if count < fewest else (fewest, patience - 1)
+        if patience < 0:  # Murty's single pivots, which cannot cycle
+            wrong[: np.flatnonzero(wrong)[-1]] = False
+        active = active ^ wrong
+    raise ConvergenceError(
+        f"The active set of {active.size} rings did not settle: the last had {int(active.sum())} rings in contact, "
+        f"{count} of all wrong, at d = {depth:.6g} (over reach or edge). Try another number of rings."
+    )
+
+
+def _zones(problem: _Problem, mesh: _Mesh, active: Mask) -> Zones:
+    contact, end = np.zeros(mesh.live.size + 2, dtype=np.bool_), np.zeros(mesh.live.size + 2, dtype=np.bool_)
+    contact[1:-1][mesh.live], end[1:-1][mesh.live] = active, np.isinf(mesh.gap)
+    end[-1] = True
+    zones = []
+    for i, j in _runs(contact):
+        inner, outer = float(mesh.edges[i - 1]), float(mesh.edges[j - 1])
+        if (end[i - 1] and inner not in problem.corners) or (end[j] and outer not in problem.corners):
+            raise ProblemError(
+                f"The contact zone from {inner:.6g} to {outer:.6g} (over reach or edge) meets the reach or the "
+                "end of the gap. Give a larger reach, or edge or breakpoints where the punch ends."
+            )
+        zones.append((inner, outer))
+    return tuple(zones)
+
+
+def _room(zones: Zones, k: int) -> tuple[float, float]:
+    """Smaller of the widths of a zone and of the hole beside it, for its inner and outer edge."""
+    inner, outer = zones[k]
+    before = zones[k - 1][1] if k else 0.0
+    after = zones[k + 1][0] if k + 1 < len(zones) else math.inf
+    return min(outer - inner, inner - before), min(outer - inner, after - outer)
+
+
+def _agree(problem: _Problem, new: Zones, old: Zones, tolerance: float, at_corners: float) -> bool:
+    return len(new) == len(old) and all(
+        abs(new[k][side] - x) <= room * (at_corners if x in problem.corners else tolerance)
+        for k in range(len(old))
+        for side, (x, room) in enumerate(zip(old[k], _room(old, k), strict=True))
+    )
+
+
+def _refine(problem: _Problem, zones: Zones) -> _State | None:
+    """Move the free edges of the zones until p √s = K + C s + ... has K = 0 there, s the distance from the edge.
+
+    A step of 2 K/C is Newton's method, for √(s + δ) = √s + δ/(2√s) + ...: the zero of p², seen from afar.
+    """
+    for _ in range(20):
+        mesh = _mesh(problem, _panels(problem, (), zones))
+        if not np.all(np.isfinite(mesh.gap)):
+            return None
+        state = _State(mesh, *_balance(problem, mesh, np.ones(mesh.centres.size, dtype=np.bool_)), zones)
+        moved, still = [list(zone) for zone in zones], True
+        for k, side in itertools.product(range(len(zones)), (0, 1)):
+            x, room = zones[k][side], _room(zones, k)[side]
+            K, C = _edge_fit(state, k, side) if x > 0 else (0.0, 1.0)
+            if x == 0 or (x in problem.corners and K >= 0):
+                continue
+            step = math.copysign(min(2 * abs(K) / C, 0.2 * room) if C > 0 else 0.2 * room, K if side else -K)
+            still &= abs(step) <= 1e-9 * room
+            passed = [c for c in problem.corners if (c - x) * step > 0 and abs(c - x) <= abs(step)]
+            moved[k][side] = min(passed, key=lambda c: abs(c - x), default=x + step)
+        if still:
+            return state
+        zones = _bridge(problem, tuple((a, b) for a, b in moved))
+    return None
+
+
+def _edge_fit(state: _State, k: int, side: int) -> tuple[float, float]:
+    """K and C of p √s = K + C s + ..., s the distance into the contact from a zone edge."""
+    mesh, end = state.mesh, state.zones[k][side]
+    rings = np.flatnonzero(mesh.panel == mesh.panel[np.searchsorted(mesh.centres, end) - side])
+    rings = rings[::-1] if side else rings
+    s = np.abs(mesh.centres[rings] - end)
+    count = max(6, min(rings.size // 8, int(np.searchsorted(s, _room(state.zones, k)[side] / 2))))
+    s, p = s[_SKIP:count+_SKIP], state.pressure[rings[_SKIP:count+_SKIP]]
+    fit = np.polynomial.polynomial.polyfit(s / s[-1], p * np.sqrt(s), 3)
+    return float(fit[0]), float(fit[1] / s[-1])

@@ -1,0 +1,1 @@
+"""Step 3: from the line back to three dimensions."""

@@ -1,0 +1,164 @@
+"""Fields on the surface from the springs on the line."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from pymdr.line.foundation import ElasticLine
+from pymdr.mapping.abel import Curve, line_average
+from pymdr.units import FloatArray
+
+
+def pressure(line: ElasticLine, a: float, edge_excess: float, r: ArrayLike) -> FloatArray:
+    """
+    Pressure p = (E*/pi) [ int_r^a g' / sqrt(x^2 - r^2) dx + (d - g(a)) / sqrt(a^2 - r^2) ].
+
+    Parameters
+    ----------
+    line : ElasticLine
+        Profile and modulus.
+    a : float
+        Contact radius in m.
+    edge_excess : float
+        d - g(a) in m, not 0 only at a sharp edge.
+    r : array_like
+        Radii in m.
+
+    Returns
+    -------
+    ndarray
+        p in Pa; 0 outside the contact, inf at a singular edge.
+
+    Notes
+    -----
+    Sneddon (1965); Popov and Hess (2015), chapter 3. The second term is never sampled but added in closed
+    form.
+
+    Examples
+    --------
+    >>> from pymdr.mapping.equivalent import equivalent_profile
+    >>> from pymdr.problem.profiles import Paraboloid
+    >>> line = ElasticLine(equivalent_profile(Paraboloid(1.0)), math.pi)
+    >>> float(pressure(line, 1.0, 0.0, 0.6))
+    1.6
+    """
+    r = np.abs(np.asarray(r, dtype=float))
+    if a <= 0.0:
+        return np.zeros(r.shape)
+    regular = line.equivalent.pressure_integral(r, a)
+    if edge_excess != 0.0:
+        with np.errstate(divide="ignore", invalid="ignore"):
+            singular = edge_excess / np.sqrt((a - r) * (a + r))
+        regular = np.where(r <= a, regular + singular, 0.0)
+    return line.modulus / math.pi * regular
+
+
+def edge_amplitude(modulus: float, a: ArrayLike, edge_excess: ArrayLike) -> FloatArray:
+    """
+    Amplitude K of the edge singularity, p -> K / sqrt(a - r), K = E* (d - g(a)) / (pi sqrt(2 a)).
+
+    Parameters
+    ----------
+    modulus : float
+        E* in Pa.
+    a : array_like
+        Contact radii in m.
+    edge_excess : array_like
+        d - g(a) in m.
+
+    Returns
+    -------
+    ndarray
+        K in Pa m^0.5.
+
+    Examples
+    --------
+    >>> float(edge_amplitude(math.pi, 0.5, 1.0))
+    1.0
+    """
+    a, w = np.asarray(a, dtype=float), np.asarray(edge_excess, dtype=float)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.where(w == 0.0, 0.0, modulus * w / (math.pi * np.sqrt(2.0 * a)))
+
+
+def normal_displacement(
+    line: ElasticLine, gap_function: Curve, d: float, a: float, r: ArrayLike
+) -> FloatArray:
+    """
+    Surface displacement u(r): d - f(r) inside the contact, (2/pi) int_0^a (d - g) / sqrt(r^2 - x^2) dx outside.
+
+    Parameters
+    ----------
+    line : ElasticLine
+        Profile and modulus.
+    gap_function : callable
+        f(r).
+    d : float
+        Indentation in m.
+    a : float
+        Contact radius in m.
+    r : array_like
+        Radii in m.
+
+    Returns
+    -------
+    ndarray
+        u in m, of both bodies together, into the half-space positive (Popov and Hess 2015, chapter 3).
+    """
+    r = np.abs(np.asarray(r, dtype=float))
+    u = np.zeros(r.shape)
+    if a <= 0.0:
+        return u
+    inside = r <= a
+    u[inside] = d - gap_function(r[inside])
+    u[~inside] = line_average(
+        lambda x: d - line.equivalent.g(np.minimum(x, a)),
+        r[~inside],
+        high=a,
+        breakpoints=line.equivalent.breakpoints,
+    )
+    return u
+
+
+def gap(line: ElasticLine, gap_function: Curve, d: float, a: float, r: ArrayLike) -> FloatArray:
+    """
+    Gap between the deformed surfaces: 0 inside the contact, f(r) - d + u(r) outside.
+
+    Written as (2/pi) int_a^r (g - d) / sqrt(r^2 - x^2) dx where g is known up to r, which keeps its digits
+    next to the edge.
+
+    Parameters
+    ----------
+    line : ElasticLine
+        Profile and modulus.
+    gap_function : callable
+        f(r).
+    d : float
+        Indentation in m.
+    a : float
+        Contact radius in m.
+    r : array_like
+        Radii in m.
+
+    Returns
+    -------
+    ndarray
+        Gap in m; inf beyond a sharp edge, nan where the profile does not exist.
+    """
+    r = np.abs(np.asarray(r, dtype=float))
+    if a <= 0.0:
+        return gap_function(r) - d
+    h = np.zeros(r.shape)
+    equivalent = line.equivalent
+    outside = (r > a) & (r < min(equivalent.reach, equivalent.edge))
+    if outside.any() and not a == equivalent.edge:
+        h[outside] = line_average(
+            lambda x: equivalent.g(x) - d, r[outside], low=a, breakpoints=equivalent.breakpoints
+        )
+    far = (r > a) & ~outside
+    if far.any():
+        h[far] = gap_function(r[far]) - d + normal_displacement(line, gap_function, d, a, r[far])
+    return h

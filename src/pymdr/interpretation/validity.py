@@ -1,0 +1,277 @@
+"""How far each quantity can be trusted: claims, assumptions and the certificate of the disk."""
+
+from __future__ import annotations
+
+import enum
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pymdr.errors import NotValidError
+from pymdr.interpretation.fields import pressure
+from pymdr.line.foundation import DiskStates, ElasticLine, mean_pressure, normal_force, states_at_depth
+from pymdr.mapping.abel import Curve, line_average
+from pymdr.mapping.equivalent import ProxyLine
+from pymdr.problem.profiles import Profile
+from pymdr.units import FloatArray
+
+BoolArray = NDArray[np.bool_]
+
+
+class Level(enum.Enum):
+    """How a quantity relates to the stated model."""
+
+    EXACT = "exact"
+    APPROXIMATE = "approximate"
+    NOT_VALID = "not valid"
+
+
+@dataclass(frozen=True)
+class Claim:
+    """What can be said of one quantity."""
+
+    level: Level
+    reason: str
+    source: str
+    where: BoolArray
+    """Per step, whether the claim's level holds; outside, the quantity is not valid."""
+
+    @property
+    def readable(self) -> bool:
+        """Whether the quantity may be read at all."""
+        return self.level is not Level.NOT_VALID and bool(self.where.any())
+
+    def require(self, name: str) -> None:
+        """Raise :class:`~pymdr.errors.NotValidError` if the quantity may not be read."""
+        if not self.readable:
+            raise NotValidError(f"{name} is not valid here: {self.reason} [{self.source}]")
+
+
+@dataclass(frozen=True)
+class Assumption:
+    """A condition of the model, measured."""
+
+    name: str
+    words: str
+    measure: float
+    """Largest value over the steps."""
+    limit: float
+
+    @property
+    def met(self) -> bool:
+        """Whether the measure stays within the limit."""
+        return self.measure <= self.limit
+
+
+@dataclass(frozen=True)
+class Certificate:
+    """Per step, whether the disk solution is the solution, and why not."""
+
+    disk: BoolArray
+    reason: str
+
+
+SOURCES: dict[str, str] = {
+    "sneddon": "Sneddon (1965), Int. J. Eng. Sci. 3, 47-57, doi:10.1016/0020-7225(65)90019-4",
+    "galin": "Galin (1961), Contact Problems in the Theory of Elasticity",
+    "popov-hess": (
+        "Popov and Hess (2015), Method of Dimensionality Reduction in Contact Mechanics and Friction, "
+        "doi:10.1007/978-3-642-53876-6"
+    ),
+    "handbook": "Popov, Hess and Willert (2019), Handbook of Contact Mechanics, doi:10.1007/978-3-662-58709-6",
+    "barber": "Barber (1974), Int. J. Eng. Sci. 12, 813-819: of all trial contact areas the true one carries most",
+    "johnson": "Johnson (1985), Contact Mechanics, doi:10.1017/CBO9781139171731",
+}
+"""References by key; claims and :meth:`Result.cite` quote them."""
+
+NORMAL_QUANTITIES = (
+    "indentation",
+    "normal_force",
+    "contact_radius",
+    "normal_stiffness",
+    "mean_pressure",
+    "elastic_energy",
+    "edge_amplitude",
+)
+NORMAL_FIELDS = ("pressure", "normal_displacement", "gap")
+
+_TOLERANCE = 1e-10
+"""Relative to the mean pressure and the indentation: what rounding can do to a certificate."""
+
+
+def certify_disk(line: ElasticLine, states: DiskStates) -> Certificate:
+    """
+    Check that the disk solution is the solution: pressure >= 0 inside and gap >= 0 outside.
+
+    Where g is known to rise this holds for every load. Elsewhere both integrals are computed step by
+    step; together they are equivalent to the unilateral contact conditions, whose solution is unique.
+
+    Parameters
+    ----------
+    line : ElasticLine
+        Profile and modulus, fast on every radius that the contact can reach.
+    states : DiskStates
+        The disks to be checked.
+
+    Returns
+    -------
+    Certificate
+    """
+    a, d = states.contact_radius, states.indentation
+    equivalent = line.equivalent
+    if not isinstance(equivalent, ProxyLine) or equivalent.rises:
+        return Certificate(np.ones(a.shape, dtype=bool), "")
+    disk = np.ones(a.shape, dtype=bool)
+    reasons: list[str] = []
+    for i in range(a.size):
+        failure = _why_not_a_disk(line, float(a[i]), float(d[i]), float(states.edge_excess[i]))
+        if failure:
+            disk[i] = False
+            reasons.append(failure)
+    return Certificate(disk, reasons[-1] if reasons else "")
+
+
+def _why_not_a_disk(line: ElasticLine, a: float, d: float, edge_excess: float) -> str:
+    equivalent = line.equivalent
+    top = min(equivalent.reach, equivalent.edge)
+    grid = (np.arange(160) + 0.5) / 160
+    if a > 0.0:
+        state = DiskStates(np.array([d]), np.array([a]), np.array([edge_excess]))
+        scale = float(mean_pressure(normal_force(line, state), state.contact_radius)[0])
+        r = a * np.sin(0.5 * np.pi * grid)
+        p = pressure(line, a, edge_excess, r)
+        if p.min() < -_TOLERANCE * scale:
+            return (
+                f"at d = {d:.4g} m a disk of radius {a:.4g} m would need tension at r = {r[p.argmin()]:.4g} m, "
+                "so the contact is not a disk"
+            )
+    if a < top:
+        r = a + (top - a) * grid**2
+        h = line_average(lambda x: equivalent.g(x) - d, r, low=a, breakpoints=equivalent.breakpoints)
+        if h.min() < -_TOLERANCE * max(abs(d), float(np.max(np.abs(equivalent.g(r))))):
+            return (
+                f"at d = {d:.4g} m the surfaces touch again outside a disk of radius {a:.4g} m, at "
+                f"r = {r[h.argmin()]:.4g} m, so the contact is not a disk"
+            )
+    return ""
+
+
+def valid_ranges(line: ElasticLine, deepest: float) -> list[tuple[float, float]]:
+    """
+    Force ranges in N in which the contact is a disk, found by scanning and bisection.
+
+    Parameters
+    ----------
+    line : ElasticLine
+    deepest : float
+        Largest indentation in m to be scanned.
+
+    Returns
+    -------
+    list of (lowest, highest) force
+    """
+
+    def disk_at(depths: FloatArray) -> BoolArray:
+        return certify_disk(line, states_at_depth(line, depths)).disk
+
+    depths = np.linspace(0.0, deepest, 41)[1:]
+    valid = disk_at(depths)
+    ends = []
+    for i in np.flatnonzero(valid[1:] != valid[:-1]):
+        low, high = depths[i], depths[i + 1]
+        for _ in range(12):
+            middle = 0.5 * (low + high)
+            low, high = (middle, high) if disk_at(np.array([middle]))[0] == valid[i] else (low, middle)
+        ends.append(0.5 * (low + high))
+    marks = np.array([depths[0] if not valid[0] else 0.0, *ends, deepest])
+    starts_valid = bool(valid[0])
+    forces = normal_force(line, states_at_depth(line, marks))
+    first = 0 if starts_valid else 1
+    return [(float(forces[i]), float(forces[i + 1])) for i in range(first, forces.size - 1, 2)]
+
+
+def small_slope_assumptions(
+    profile: Profile, slope: Curve, contact_radius: float, dundurs_beta: float
+) -> tuple[Assumption, ...]:
+    """
+    What the half-space model assumes, measured over the history.
+
+    Parameters
+    ----------
+    profile : Profile
+        For its curvature radius, where it has one.
+    slope : callable
+        f'(r).
+    contact_radius : float
+        Largest contact radius in m.
+    dundurs_beta : float
+        Dundurs' beta of the pair.
+
+    Returns
+    -------
+    tuple of Assumption
+    """
+    r = contact_radius * np.linspace(0.0, 1.0, 201)[1:]
+    with np.errstate(all="ignore"):
+        steepest = float(np.nanmax(np.abs(slope(r))))
+    found = [Assumption("small slope", "largest slope of the profile in the contact", steepest, 0.3)]
+    radius = profile.curvature_radius
+    if radius is not None:
+        ratio = contact_radius / radius
+        found.append(Assumption("half-space", "contact radius over radius of curvature a/R", ratio, 0.3))
+    found.append(
+        Assumption(
+            "elastic similarity",
+            "Dundurs' beta; only with friction does it change the pressure",
+            abs(dundurs_beta),
+            0.5,
+        )
+    )
+    return tuple(found)
+
+
+def normal_claims(disk: BoolArray, why: str, extra_reason: str = "") -> Mapping[str, Claim]:
+    """
+    Claims of the frictionless normal contact.
+
+    Parameters
+    ----------
+    disk : ndarray of bool
+        Steps at which the disk is certified.
+    why : str
+        Why it is not elsewhere.
+    extra_reason : str
+        Where it would be, in words.
+
+    Returns
+    -------
+    mapping of str to Claim
+    """
+    source = SOURCES["sneddon"]
+    if disk.any():
+        level = Level.EXACT
+        reason = "exact for elastic half-spaces in frictionless contact on a disk"
+        if not disk.all():
+            reason += f"; {int((~disk).sum())} of {disk.size} steps are not a disk: {why}{extra_reason}"
+    else:
+        level, reason = Level.NOT_VALID, f"{why}{extra_reason}"
+    claims = {name: Claim(level, reason, source, disk) for name in (*NORMAL_QUANTITIES, *NORMAL_FIELDS)}
+    everywhere = np.ones(disk.shape, dtype=bool)
+    claims["force_lower_bound"] = Claim(
+        Level.EXACT, "a rigorous lower bound of the normal force for any profile", SOURCES["barber"], everywhere
+    )
+    return claims
+
+
+def describe_ranges(ranges: list[tuple[float, float]], deepest_force: float) -> str:
+    """The valid load ranges in words."""
+    if not ranges:
+        return f"; it is a disk for no load up to {deepest_force:.4g} N"
+    words = [
+        f"{low:.4g} N to {high:.4g} N" if not math.isclose(high, deepest_force) else f"{low:.4g} N and more"
+        for low, high in ranges
+    ]
+    return f"; it is a disk for loads of {', '.join(words)} (scanned up to {deepest_force:.4g} N)"

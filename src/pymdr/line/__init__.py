@@ -1,0 +1,1 @@
+"""Step 2: solve on the line."""

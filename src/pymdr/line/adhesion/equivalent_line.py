@@ -1,0 +1,87 @@
+"""What adhesion asks of the equivalent profile, and the states that it gives back."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+FloatArray = NDArray[np.float64]
+
+
+class EquivalentLine(Protocol):
+    """The equivalent profile g(x) of step 1, as far as adhesion needs it.
+
+    All methods take radii x >= 0 in m (any shape) and return arrays of that shape.
+
+    Attributes
+    ----------
+    edge : float
+        Radius of a sharp outer edge, beyond which g is infinite [m]; ``inf`` when there is none.
+    reach : float
+        Largest x where g is known [m]; may be ``inf``.
+    breakpoints : tuple of float
+        Radii [m] where g or one of its derivatives jumps.
+    """
+
+    @property
+    def edge(self) -> float:
+        """Radius of a sharp outer edge [m]."""
+
+    @property
+    def reach(self) -> float:
+        """Largest known x [m]."""
+
+    @property
+    def breakpoints(self) -> tuple[float, ...]:
+        """Radii of kinks [m]."""
+
+    def g(self, x: FloatArray) -> FloatArray:
+        """Return the equivalent profile g(x) [m]; at the edge its value from inside."""
+
+    def slope(self, x: FloatArray) -> FloatArray:
+        """Return g'(x), dimensionless."""
+
+    def moment(self, x: FloatArray) -> FloatArray:
+        """Return int_0^x t g'(t) dt [m^2], half the force without adhesion over E*."""
+
+    def squared(self, x: FloatArray) -> FloatArray:
+        """Return int_0^x (g(x) - g(t))^2 dt [m^3], the energy without adhesion over E*."""
+
+
+@dataclass(frozen=True)
+class States:
+    """Equilibrium states along an adhesive curve, each field an array of the shape of the parameter.
+
+    Attributes
+    ----------
+    contact_radius, cohesive_radius : ndarray
+        Radius a of contact and c of the cohesive zone [m]; c = a where there is no such zone.
+    indentation : ndarray
+        Approach d [m].
+    normal_force : ndarray
+        Force F [N], negative when it pulls.
+    """
+
+    contact_radius: FloatArray
+    cohesive_radius: FloatArray
+    indentation: FloatArray
+    normal_force: FloatArray
+
+
+def as_floats(values: ArrayLike) -> FloatArray:
+    """Return `values` as an array of doubles."""
+    return np.asarray(values, dtype=np.float64)
+
+
+def own_edge(line: EquivalentLine) -> float:
+    """Return the radius of the sharp edge [m], or ``inf`` when the known profile does not reach it."""
+    return float(line.edge) if line.edge <= line.reach else np.inf
+
+
+def inner_knots(line: EquivalentLine) -> tuple[float, ...]:
+    """Return the breakpoints strictly inside the known profile and its edge [m], ascending."""
+    end = min(line.edge, line.reach)
+    return tuple(sorted({float(x) for x in line.breakpoints if 0.0 < x < end}))

@@ -1,0 +1,1 @@
+"""Figures, texts and files: they take labelled data and callables, never a result."""

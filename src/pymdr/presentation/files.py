@@ -1,0 +1,156 @@
+"""Results as NetCDF files: written whole or not at all, read with care."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import tempfile
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from pymdr.errors import FileError, PymdrError
+from pymdr.interpretation.validity import Assumption, Claim, Level
+from pymdr.problem.codec import decode_case, encode_case
+from pymdr.problem.contact import Contact
+from pymdr.problem.paths import LoadingPath
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+FORMAT = "pymdr result 1"
+
+
+def write_whole(file: str | os.PathLike[str], write: Callable[[Path], None]) -> None:
+    """
+    Write a file beside its place and rename it, so that it is whole or not there.
+
+    Parameters
+    ----------
+    file : path
+    write : callable
+        Writes to the path it is given.
+
+    Raises
+    ------
+    FileError
+        If the folder cannot be written.
+    """
+    target = Path(file)
+    try:
+        handle, name = tempfile.mkstemp(dir=target.parent, prefix=f".{target.stem}-", suffix=target.suffix)
+        os.close(handle)
+    except OSError as error:
+        raise FileError(f"cannot write {target}: {error.strerror or error}; choose a folder that is writable") from error
+    beside = Path(name)
+    try:
+        write(beside)
+        beside.chmod(0o666 & ~_umask())
+        beside.replace(target)
+    except OSError as error:
+        raise FileError(f"cannot write {target}: {error.strerror or error}") from error
+    finally:
+        with contextlib.suppress(OSError):
+            beside.unlink(missing_ok=True)
+
+
+def _umask() -> int:
+    mask = os.umask(0)
+    os.umask(mask)
+    return mask
+
+
+def pack(
+    data: xr.Dataset,
+    *,
+    contact: Contact,
+    path: LoadingPath,
+    claims: Mapping[str, Claim],
+    assumptions: Sequence[Assumption],
+    status: str,
+    notes: Sequence[str],
+    references: Sequence[str],
+) -> xr.Dataset:
+    """Arrays plus everything else as JSON texts in the attributes."""
+    plain_claims = {
+        name: {
+            "level": claim.level.name,
+            "reason": claim.reason,
+            "source": claim.source,
+            "where": _runs(claim.where),
+        }
+        for name, claim in claims.items()
+    }
+    plain_assumptions = [
+        {"name": a.name, "words": a.words, "measure": a.measure, "limit": a.limit} for a in assumptions
+    ]
+    return data.assign_attrs(
+        pymdr_format=FORMAT,
+        pymdr_case=json.dumps(encode_case("", contact, path)),
+        pymdr_claims=json.dumps(plain_claims),
+        pymdr_assumptions=json.dumps(plain_assumptions),
+        pymdr_status=status,
+        pymdr_notes=json.dumps(list(notes)),
+        pymdr_references=json.dumps(list(references)),
+    )
+
+
+def _runs(where: np.ndarray) -> list[int]:
+    """Lengths of runs, beginning with a run of True (which may be empty)."""
+    changes = np.flatnonzero(np.diff(where.astype(int))) + 1
+    lengths = np.diff([0, *changes.tolist(), where.size]).tolist()
+    return lengths if where.size == 0 or where[0] else [0, *lengths]
+
+
+def _from_runs(lengths: Sequence[int]) -> np.ndarray:
+    flags = np.arange(len(lengths)) % 2 == 0
+    return np.repeat(flags, lengths)
+
+
+def unpack(dataset: xr.Dataset) -> dict[str, Any]:
+    """The inverse of :func:`pack`."""
+    attrs = dataset.attrs
+    if attrs.get("pymdr_format") != FORMAT:
+        raise FileError(
+            f"not a pymdr result: its format is {attrs.get('pymdr_format')!r}, {FORMAT!r} is needed; "
+            "write it with Result.save"
+        )
+    try:
+        _, contact, path = decode_case(json.loads(attrs["pymdr_case"]))
+        claims = {
+            name: Claim(Level[c["level"]], c["reason"], c["source"], _from_runs(c["where"]))
+            for name, c in json.loads(attrs["pymdr_claims"]).items()
+        }
+        return {
+            "contact": contact,
+            "path": path,
+            "data": dataset.drop_attrs(deep=False),
+            "claims": claims,
+            "assumptions": tuple(Assumption(**a) for a in json.loads(attrs["pymdr_assumptions"])),
+            "status": attrs["pymdr_status"],
+            "notes": tuple(json.loads(attrs["pymdr_notes"])),
+            "references": tuple(json.loads(attrs["pymdr_references"])),
+        }
+    except (KeyError, ValueError, TypeError, PymdrError) as error:
+        raise FileError(f"damaged pymdr result: {error}") from error
+
+
+def write_dataset(dataset: xr.Dataset, file: str | os.PathLike[str]) -> None:
+    """Write a packed dataset as NetCDF."""
+    write_whole(file, lambda beside: dataset.to_netcdf(beside, engine="h5netcdf"))
+
+
+def read_dataset(file: str | os.PathLike[str]) -> xr.Dataset:
+    """Read a packed dataset."""
+    import xarray as xr
+
+    source = Path(file)
+    if not source.is_file():
+        raise FileError(f"cannot read {source}: no such file")
+    try:
+        return xr.load_dataset(source, engine="h5netcdf")
+    except (OSError, ValueError, KeyError, RuntimeError) as error:
+        raise FileError(f"cannot read {source}: not a whole NetCDF file ({error})") from error

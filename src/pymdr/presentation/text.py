@@ -1,0 +1,103 @@
+"""Results in words."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
+from pymdr.interpretation.validity import Assumption, Claim, Level
+from pymdr.quantities import QUANTITIES
+from pymdr.units import from_si
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+_PREFIXES = ("f", "p", "n", "u", "m", "", "k", "M", "G")
+_SCALED = ("m", "N", "Pa", "J", "s", "N/m")
+
+
+def in_good_units(value: float, unit: str) -> tuple[float, str]:
+    """
+    A value with an SI prefix that makes it readable.
+
+    Examples
+    --------
+    >>> in_good_units(2e-6, "m")
+    (2.0, 'um')
+    """
+    if unit not in _SCALED or value == 0.0 or not math.isfinite(value):
+        return value, unit
+    exponent = math.floor(math.log10(abs(value)) / 3.0 + 1e-12)
+    index = min(max(exponent + 5, 0), len(_PREFIXES) - 1)
+    if unit in ("m", "s"):
+        index = min(index, 5)
+    prefixed = f"{_PREFIXES[index]}{unit}"
+    return float(from_si(value, unit, prefixed)), prefixed
+
+
+def written(value: float, unit: str) -> str:
+    """A value with unit, four digits."""
+    if math.isnan(value):
+        return "not valid"
+    number, prefixed = in_good_units(value, unit)
+    return f"{number:.4g} {prefixed}".strip()
+
+
+def summary(
+    data: xr.Dataset,
+    claims: Mapping[str, Claim],
+    assumptions: Sequence[Assumption],
+    status: str,
+    meaning: str,
+    notes: Sequence[str],
+) -> str:
+    """The last step of a result with what can be said of it."""
+    n = data.sizes["step"]
+    lines = [f"{status}: {meaning}", f"{n} step{'s' if n != 1 else ''}; the last one:"]
+    for name in map(str, data):
+        quantity = QUANTITIES[name]
+        value = float(data[name].values[-1])
+        if quantity.name == "edge_amplitude" and value == 0.0:
+            continue
+        level = f"  {claims[name].level.value}" if name in claims else ""
+        lines.append(f"  {quantity.words:<36}{written(value, quantity.unit):>16}{level}")
+    return "\n".join([*lines, *_claims(claims), *_assumptions(assumptions), *_notes(notes)])
+
+
+def assessment(
+    largest: Mapping[str, float],
+    claims: Mapping[str, Claim],
+    assumptions: Sequence[Assumption],
+    notes: Sequence[str],
+) -> str:
+    """Claims before solving."""
+    lines = ["The path reaches:"]
+    for name, value in largest.items():
+        quantity = QUANTITIES[name]
+        lines.append(f"  {quantity.words:<36}{written(value, quantity.unit):>16}")
+    return "\n".join([*lines, *_claims(claims), *_assumptions(assumptions), *_notes(notes)])
+
+
+def _claims(claims: Mapping[str, Claim]) -> list[str]:
+    lines = ["Claims:"]
+    by_words: dict[tuple[Level, str, str], list[str]] = {}
+    for name, claim in claims.items():
+        by_words.setdefault((claim.level, claim.reason, claim.source), []).append(name)
+    for (level, reason, source), names in by_words.items():
+        lines += [f"  {level.name}: {', '.join(names)}", f"    {reason}", f"    [{source}]"]
+    return lines
+
+
+def _assumptions(assumptions: Sequence[Assumption]) -> list[str]:
+    if not assumptions:
+        return []
+    rows = [
+        f"  {'met    ' if a.met else 'NOT MET'} {a.name}: {a.words} is {a.measure:.3g} (limit {a.limit:g})"
+        for a in assumptions
+    ]
+    return ["Assumptions of the model:", *rows]
+
+
+def _notes(notes: Sequence[str]) -> list[str]:
+    return [f"Note: {note}" for note in notes]

@@ -1,0 +1,285 @@
+"""Problems as plain dictionaries and back: case files and saved results share this.
+
+The pydantic models are derived from the problem dataclasses, so that a new profile or leg needs one entry in
+the tables below and nothing else.
+"""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Mapping
+from dataclasses import MISSING, fields
+from functools import lru_cache
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Union
+
+import numpy as np
+
+from pymdr.errors import CaseError, ProblemError, PymdrError
+from pymdr.problem.contact import Contact
+from pymdr.problem.materials import Elastic, Rigid
+from pymdr.problem.paths import History, Hold, LoadingPath, Path, Ramp, legs
+from pymdr.problem.profiles import (
+    Cone,
+    FlatPunch,
+    Function,
+    Interpolated,
+    Paraboloid,
+    PowerLaw,
+    Sphere,
+    Sum,
+)
+from pymdr.problem.values import OptionalArrayField, OptionalSIField, SIField
+
+if TYPE_CHECKING:
+    from pydantic import BaseModel, TypeAdapter
+
+PROFILES: dict[str, type] = {
+    "sphere": Sphere,
+    "paraboloid": Paraboloid,
+    "cone": Cone,
+    "power_law": PowerLaw,
+    "flat_punch": FlatPunch,
+    "sum": Sum,
+    "interpolated": Interpolated,
+}
+MATERIALS: dict[str, type] = {"elastic": Elastic, "rigid": Rigid}
+LEGS: dict[str, type] = {"ramp": Ramp, "hold": Hold, "path": Path}
+ONE_CHANNEL_LEGS: dict[str, str] = {"indent": "indentation", "load": "normal_force"}
+"""Kinds that are a ramp of one channel."""
+
+_TABLES: dict[str, dict[str, type]] = {"profile": PROFILES, "material": MATERIALS, "leg": LEGS}
+_KIND_OF: dict[type, str] = {cls: kind for table in _TABLES.values() for kind, cls in table.items()}
+
+
+def encode(value: Any) -> Any:
+    """
+    A problem value as plain dictionaries, lists, numbers and texts.
+
+    Parameters
+    ----------
+    value : problem value
+
+    Returns
+    -------
+    dict or list
+
+    Raises
+    ------
+    ProblemError
+        If the value holds a callable (a result replaces it by its interpolant before saving).
+
+    Examples
+    --------
+    >>> encode(Sphere("10 mm"))
+    {'kind': 'sphere', 'radius': 0.01}
+    """
+    if isinstance(value, Contact):
+        return {"profile": encode(value.profile), "body": encode(value.body), "counterbody": encode(value.counterbody)}
+    if isinstance(value, History):
+        return [encode(leg) for leg in value.legs]
+    if isinstance(value, Function):
+        raise ProblemError("a Function holds a callable, which cannot be written to a file")
+    if type(value) in _KIND_OF:
+        plain: dict[str, Any] = {"kind": _KIND_OF[type(value)]}
+        for f in fields(value):
+            entry = getattr(value, f.name)
+            if entry is not None:
+                plain[f.name] = encode(entry)
+        return plain
+    if isinstance(value, np.ndarray):
+        return value.tolist()
+    if isinstance(value, tuple | list):
+        return [encode(entry) for entry in value]
+    return value
+
+
+def _field_type(cls: type, f: Any) -> tuple[Any, Any]:
+    """The pydantic type and default of one dataclass field."""
+    from pydantic import Field
+
+    descriptor = cls.__dict__.get(f.name)
+    number = Union[int, float, str]  # noqa: UP007  (a runtime value)
+    if isinstance(descriptor, OptionalArrayField):
+        note = f"{descriptor.words}; texts with units or numbers in {descriptor.unit}"
+        return list[number] | None, Field(None, description=note)
+    if isinstance(descriptor, SIField):
+        unit = f"text with unit, or number in {descriptor.unit}" if descriptor.unit else "number"
+        note = "; ".join(part for part in (descriptor.words, unit, descriptor.limits) if part)
+        if isinstance(descriptor, OptionalSIField):
+            return number | None, Field(None, description=note)
+        return number, Field(... if descriptor.default is None else descriptor.default, description=note)
+    if f.name == "parts":
+        return list[_union("profile")], Field(..., description="profiles to be added", min_length=1)  # type: ignore[misc]
+    if f.name == "steps":
+        return int, Field(f.default, description="number of rows", ge=1, strict=True)
+    return Any, Field(... if f.default is MISSING else f.default)
+
+
+@lru_cache(maxsize=64)
+def _model(kind: str, cls: type, only: tuple[str, ...] | None = None) -> type[BaseModel]:
+    from pydantic import ConfigDict, create_model
+
+    columns: dict[str, Any] = {"kind": (Literal[kind], ...)}
+    for f in fields(cls):
+        if only is None or f.name in only:
+            columns[f.name] = _field_type(cls, f)
+    if only is not None:
+        columns[only[0]] = (Union[int, float, str], ...)  # noqa: UP007
+    doc = (cls.__doc__ or "").strip().split("\n\n")[0]
+    return create_model(kind, __config__=ConfigDict(extra="forbid"), __doc__=doc, **columns)
+
+
+@lru_cache(maxsize=8)
+def _union(table: str) -> Any:
+    from pydantic import Field
+
+    models = [_model(kind, cls) for kind, cls in _TABLES[table].items()]
+    if table == "leg":
+        models += [_model(kind, Ramp, (c, "steps", "duration")) for kind, c in ONE_CHANNEL_LEGS.items()]
+    return Annotated[Union[tuple(models)], Field(discriminator="kind")]  # noqa: UP007
+
+
+@lru_cache(maxsize=1)
+def case_adapter() -> TypeAdapter[Any]:
+    """The pydantic adapter of a whole case; its ``json_schema()`` serves editors."""
+    from pydantic import ConfigDict, Field, TypeAdapter, create_model
+
+    model = create_model(
+        "case",
+        __config__=ConfigDict(extra="forbid", title="pymdr case"),
+        __doc__="One contact and its loading path.",
+        title=(str, Field("", description="printed above the summary")),
+        profile=(_union("profile"), ...),
+        body=(_union("material"), ...),
+        counterbody=(_union("material"), Field(None, description="rigid unless given")),
+        path=(list[_union("leg")], Field(..., description="legs, one after the other", min_length=1)),
+    )
+    return TypeAdapter(model)
+
+
+def decode_case(plain: Mapping[str, Any]) -> tuple[str, Contact, LoadingPath]:
+    """
+    A case from plain dictionaries.
+
+    Parameters
+    ----------
+    plain : mapping
+        With the tables ``profile``, ``body``, ``path`` and optionally ``counterbody`` and ``title``.
+
+    Returns
+    -------
+    title : str
+    contact : Contact
+    path : LoadingPath
+
+    Raises
+    ------
+    CaseError
+        With the table, the key, the value and the remedy.
+
+    Examples
+    --------
+    >>> decode_case({"profile": {"kind": "sphere", "radus": "1 mm"}, "body": {"kind": "rigid"}, "path": []})
+    Traceback (most recent call last):
+        ...
+    pymdr.errors.CaseError: [profile] radus = '1 mm': unknown key; did you mean 'radius'?
+    """
+    from pydantic import ValidationError
+
+    if isinstance(plain.get("path"), Mapping):
+        plain = {**plain, "path": [plain["path"]]}
+    try:
+        case_adapter().validate_python(plain)
+    except ValidationError as error:
+        raise CaseError(_in_words(error, plain)) from error
+    contact = _build(
+        "contact",
+        Contact,
+        {
+            "profile": _decode(plain["profile"], "profile"),
+            "body": _decode(plain["body"], "body"),
+            "counterbody": _decode(plain.get("counterbody", {"kind": "rigid"}), "counterbody"),
+        },
+    )
+    pieces = [_decode(leg, f"path {i + 1}") for i, leg in enumerate(plain["path"])]
+    path = pieces[0] if len(pieces) == 1 else History(tuple(pieces))
+    return str(plain.get("title", "")), contact, path
+
+
+def encode_case(title: str, contact: Contact, path: LoadingPath) -> dict[str, Any]:
+    """The inverse of :func:`decode_case`."""
+    case = {**encode(contact), "path": [encode(leg) for leg in legs(path)]}
+    return {"title": title, **case} if title else case
+
+
+def _decode(plain: Mapping[str, Any], table: str) -> Any:
+    arguments = dict(plain)
+    kind = arguments.pop("kind")
+    cls = Ramp if kind in ONE_CHANNEL_LEGS else next(t[kind] for t in _TABLES.values() if kind in t)
+    if "parts" in arguments:
+        arguments["parts"] = tuple(_decode(part, f"{table}.parts") for part in arguments["parts"])
+    return _build(table, cls, arguments)
+
+
+def _build(table: str, cls: type, arguments: Mapping[str, Any]) -> Any:
+    try:
+        return cls(**arguments)
+    except PymdrError as error:
+        raise CaseError(f"[{table}] {error}") from error
+
+
+def _in_words(error: Any, plain: Mapping[str, Any]) -> str:
+    """The first complaint of a validation, with table, key, value and remedy."""
+    complaints = sorted(error.errors(), key=lambda e: e["type"] != "extra_forbidden")
+    first = complaints[0]
+    loc = [part for part in first["loc"] if part not in _kinds() or part == first["loc"][-1]]
+    path = [str(part + 1) if isinstance(part, int) else str(part) for part in loc]
+    more = f" (and {len(complaints) - 1} more)" if len(complaints) > 1 else ""
+    match first["type"]:
+        case "extra_forbidden":
+            table, key = path[:-1], path[-1]
+            known = _known_keys(loc[:-1], plain)
+            hint = _nearest(key, known)
+            where = f"[{' '.join(table)}] " if table else ""
+            what = "key" if table else "table"
+            return f"{where}{key} = {first['input']!r}: unknown {what}; {hint}{more}"
+        case "missing":
+            table, key = path[:-1], path[-1]
+            where = f"[{' '.join(table)}] " if table else ""
+            what = f"key {key!r} is missing" if table else f"table [{key}] is missing"
+            return f"{where}{what}{more}"
+        case "union_tag_not_found":
+            return f"[{' '.join(path)}] key 'kind' is missing; one of {_kinds_for(loc)} is needed{more}"
+        case "union_tag_invalid":
+            tag = str(first["ctx"]["tag"])
+            return f"[{' '.join(path)}] kind = {tag!r}: unknown kind; {_nearest(tag, _kinds_for(loc))}{more}"
+        case _:
+            where = f"[{' '.join(path[:-1])}] " if path[:-1] else ""
+            return f"{where}{path[-1]} = {first['input']!r}: {first['msg'].lower()}{more}"
+
+
+def _kinds() -> set[str]:
+    return {kind for table in _TABLES.values() for kind in table} | set(ONE_CHANNEL_LEGS)
+
+
+def _kinds_for(loc: list[Any]) -> list[str]:
+    if "path" in loc:
+        return [*LEGS, *ONE_CHANNEL_LEGS]
+    return list(MATERIALS if loc and loc[0] in ("body", "counterbody") else PROFILES)
+
+
+def _known_keys(loc: list[Any], plain: Any) -> list[str]:
+    if not loc:
+        return ["title", "profile", "body", "counterbody", "path"]
+    for part in loc:
+        plain = plain[part]
+    kind = plain.get("kind")
+    if kind in ONE_CHANNEL_LEGS:
+        return ["kind", ONE_CHANNEL_LEGS[kind], "steps", "duration"]
+    cls = next((table[kind] for table in _TABLES.values() if kind in table), None)
+    return ["kind", *(f.name for f in fields(cls))] if cls else ["kind"]
+
+
+def _nearest(word: str, known: list[str]) -> str:
+    near = difflib.get_close_matches(word, known, n=1, cutoff=0.5)
+    return f"did you mean {near[0]!r}?" if near else f"known are {', '.join(known)}"

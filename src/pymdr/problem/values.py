@@ -1,0 +1,159 @@
+"""The ground of every problem value: typed quantity fields, equality and hashing by content."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import fields
+from typing import Any, overload
+
+import numpy as np
+
+from pymdr.errors import ProblemError
+from pymdr.units import ArrayQuantityLike, FloatArray, QuantityLike, to_si, to_si_array
+
+
+class Value:
+    """Base of the frozen problem dataclasses: compared and hashed by content.
+
+    Subclasses are declared with ``@dataclass(frozen=True, eq=False)``.
+    """
+
+    def _key(self) -> tuple[Any, ...]:
+        return tuple(
+            (f.name, _content(getattr(self, f.name)))
+            for f in fields(self)  # type: ignore[arg-type]
+        )
+
+    def __eq__(self, other: object) -> bool:
+        return type(self) is type(other) and self._key() == other._key()  # type: ignore[attr-defined]
+
+    def __hash__(self) -> int:
+        return hash((type(self), self._key()))
+
+
+def _content(value: Any) -> Any:
+    if isinstance(value, np.ndarray):
+        return (value.shape, value.tobytes())
+    return value
+
+
+def _describe_limits(above: float, below: float, at_most: float, at_least: float) -> str:
+    parts = []
+    if above > -math.inf:
+        parts.append(f"above {above:g}")
+    if at_least > -math.inf:
+        parts.append(f"at least {at_least:g}")
+    if below < math.inf:
+        parts.append(f"below {below:g}")
+    if at_most < math.inf:
+        parts.append(f"at most {at_most:g}")
+    return " and ".join(parts)
+
+
+class SIField:
+    """A dataclass field that takes a quantity in any form and reads as an SI float.
+
+    Declared as ``radius: SIField = SIField("m", above=0)``. Limits are in SI units.
+    """
+
+    def __init__(
+        self,
+        unit: str,
+        *,
+        words: str = "",
+        above: float = -math.inf,
+        at_least: float = -math.inf,
+        below: float = math.inf,
+        at_most: float = math.inf,
+        default: float | None = None,
+    ) -> None:
+        self.unit = unit
+        self.words = words
+        self.above, self.at_least, self.below, self.at_most = above, at_least, below, at_most
+        self.default = default
+        self.name = ""
+
+    def __set_name__(self, owner: type, name: str) -> None:
+        self.name = name
+        self.owner = owner.__name__
+
+    @overload
+    def __get__(self, instance: None, owner: type) -> SIField: ...
+
+    @overload
+    def __get__(self, instance: object, owner: type) -> float: ...
+
+    def __get__(self, instance: object | None, owner: type) -> Any:
+        if instance is None:
+            if self.default is None:
+                raise AttributeError(self.name)
+            return self.default
+        return instance.__dict__[self.name]
+
+    def __set__(self, instance: object, value: QuantityLike) -> None:
+        instance.__dict__[self.name] = self.read(value)
+
+    @property
+    def limits(self) -> str:
+        """The limits in words, for messages and schemas."""
+        words = _describe_limits(self.above, self.below, self.at_most, self.at_least)
+        return f"{words} {self.unit}".strip() if words else ""
+
+    def read(self, value: QuantityLike) -> float:
+        """Convert to SI and check the limits; the default passes as it is."""
+        if self.default is not None and isinstance(value, float) and value == self.default:
+            return value
+        number = to_si(value, self.unit, name=f"{self.owner}.{self.name}")
+        if not (self.above < number < self.below and self.at_least <= number <= self.at_most):
+            raise ProblemError(f"{self.owner}.{self.name} = {value!r}: it must be {self.limits}")
+        return number
+
+
+class OptionalSIField(SIField):
+    """A quantity field that may be left out; it then reads as None."""
+
+    @overload
+    def __get__(self, instance: None, owner: type) -> OptionalSIField: ...
+
+    @overload
+    def __get__(self, instance: object, owner: type) -> float | None: ...
+
+    def __get__(self, instance: object | None, owner: type) -> Any:
+        return None if instance is None else instance.__dict__[self.name]
+
+    def __set__(self, instance: object, value: QuantityLike | None) -> None:
+        instance.__dict__[self.name] = None if value is None else self.read(value)
+
+
+class OptionalArrayField:
+    """A field of a one-dimensional read-only SI array that may be left out."""
+
+    def __init__(self, unit: str, *, words: str = "") -> None:
+        self.unit = unit
+        self.words = words
+        self.name = ""
+
+    def __set_name__(self, owner: type, name: str) -> None:
+        self.name = name
+        self.owner = owner.__name__
+
+    @overload
+    def __get__(self, instance: None, owner: type) -> OptionalArrayField: ...
+
+    @overload
+    def __get__(self, instance: object, owner: type) -> FloatArray | None: ...
+
+    def __get__(self, instance: object | None, owner: type) -> Any:
+        return None if instance is None else instance.__dict__[self.name]
+
+    def __set__(self, instance: object, values: ArrayQuantityLike | None) -> None:
+        instance.__dict__[self.name] = None if values is None else self.read(values)
+
+    def read(self, values: ArrayQuantityLike) -> FloatArray:
+        """Convert to a read-only SI array of one dimension."""
+        array = to_si_array(values, self.unit, name=f"{self.owner}.{self.name}")
+        if array.ndim != 1:
+            raise ProblemError(
+                f"{self.owner}.{self.name}: one row of numbers is needed, not shape {array.shape}"
+            )
+        return array

@@ -1,0 +1,55 @@
+"""One table of every quantity: its symbol, SI unit, dimensions and words.
+
+Results, figures, files and the command line read labels and units from here and nowhere else.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """One row of the table."""
+
+    name: str
+    symbol: str
+    """In mathtext, without dollar signs."""
+    unit: str
+    """SI unit, readable by pint."""
+    words: str
+    dims: tuple[str, ...] = ("step",)
+
+    @property
+    def label(self) -> str:
+        """Axis label without unit: words and symbol."""
+        return f"{self.words} ${self.symbol}$"
+
+
+_STEP = ("step",)
+_FIELD = ("step", "r")
+_LINE = ("x",)
+
+QUANTITIES: dict[str, Quantity] = {
+    q.name: q
+    for q in (
+        Quantity("time", "t", "s", "time"),
+        Quantity("indentation", "d", "m", "indentation"),
+        Quantity("normal_force", "F_N", "N", "normal force"),
+        Quantity("contact_radius", "a", "m", "contact radius"),
+        Quantity("normal_stiffness", "k_N", "N/m", "normal stiffness"),
+        Quantity("mean_pressure", "p_m", "Pa", "mean pressure"),
+        Quantity("elastic_energy", "U", "J", "elastic energy"),
+        Quantity("force_lower_bound", "F_{lb}", "N", "lower bound of the normal force"),
+        Quantity("pressure", "p", "Pa", "pressure", _FIELD),
+        Quantity("normal_displacement", "u_z", "m", "surface displacement", _FIELD),
+        Quantity("gap", "h", "m", "gap", _FIELD),
+        Quantity("edge_amplitude", "K", "Pa*m^0.5", "amplitude of the edge singularity"),
+        Quantity("equivalent_profile", "g", "m", "equivalent profile", _LINE),
+        Quantity("spring_force", "q", "N/m", "line load", _LINE),
+    )
+}
+"""Name -> :class:`Quantity`."""
+
+RADIUS = Quantity("r", "r", "m", "radius", ("r",))
+POSITION = Quantity("x", "x", "m", "position on the line", ("x",))

@@ -1,0 +1,357 @@
+"""The one kind of result: labelled arrays with claims, fields on demand, saving and plotting."""
+
+from __future__ import annotations
+
+import enum
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from pymdr.errors import QuantityError
+from pymdr.interpretation.surface import LINE_FIELDS, SURFACE_FIELDS, Surface, surface_of
+from pymdr.interpretation.validity import SOURCES, Assumption, Claim
+from pymdr.mapping.equivalent import without_callables
+from pymdr.problem.contact import Contact
+from pymdr.problem.paths import LoadingPath
+from pymdr.quantities import POSITION, QUANTITIES, RADIUS
+from pymdr.units import ArrayQuantityLike, from_si, to_si_array
+
+if TYPE_CHECKING:
+    import os
+
+    import pandas as pd
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+
+class Status(enum.Enum):
+    """How a solution ended."""
+
+    COMPLETED = "every step was solved and its contact is a disk"
+    PARTLY_REFUSED = (
+        "at some steps the contact is not a disk: values there are NaN, and only force_lower_bound is given"
+    )
+    REFUSED = "the contact is a disk at no step: only force_lower_bound is given"
+
+
+@dataclass(frozen=True, eq=False)
+class Result:
+    """
+    What a solution gives.
+
+    ``result["normal_force"]`` is a labelled array over ``step`` in SI units; ``result.to(name, unit)``
+    converts; ``result.field(name, r, step)`` computes a field; ``result.claims[name]`` says how far a
+    quantity can be trusted.
+    """
+
+    contact: Contact
+    path: LoadingPath
+    data: xr.Dataset
+    """All quantities over ``step``, NaN where they are not valid."""
+    claims: Mapping[str, Claim]
+    assumptions: tuple[Assumption, ...]
+    status: Status
+    notes: tuple[str, ...]
+    references: tuple[str, ...]
+    """Keys of the theory that was used; :meth:`cite` writes them out."""
+
+    def __getitem__(self, name: str) -> xr.DataArray:
+        """A quantity over ``step``, in SI units."""
+        self._require(name)
+        if name not in self.data:
+            if name in (*SURFACE_FIELDS, *LINE_FIELDS):
+                raise QuantityError(f"{name!r} is a field: read it with result.field({name!r}, r=...)")
+            raise QuantityError(f"no quantity {name!r}; this result has {', '.join(map(str, self.data))}")
+        return self.data[name]
+
+    def _require(self, name: str) -> None:
+        if name in self.claims:
+            self.claims[name].require(name)
+
+    def to(self, name: str, unit: str) -> xr.DataArray:
+        """
+        A quantity converted to another unit.
+
+        Parameters
+        ----------
+        name : str
+            Name of the quantity.
+        unit : str
+            Unit of the answer, such as "um".
+
+        Returns
+        -------
+        xarray.DataArray
+            Over ``step``.
+
+        Raises
+        ------
+        UnitError
+            If the unit is of another kind.
+        NotValidError
+            If the quantity is not valid for this contact.
+        """
+        array = self[name]
+        return array.copy(data=from_si(array.values, QUANTITIES[name].unit, unit)).assign_attrs(units=unit)
+
+    @cached_property
+    def surface(self) -> Surface:
+        """The line and its states, from which fields are computed."""
+        nan = np.full(self.data.sizes["step"], np.nan)
+        d, a = (self.data[name].values if name in self.data else nan for name in ("indentation", "contact_radius"))
+        return surface_of(self.contact, d, a)
+
+    def field(
+        self, name: str, r: ArrayQuantityLike | None = None, step: int | None = -1
+    ) -> xr.DataArray:
+        """
+        A field on the surface (over radius r) or on the line (over position x).
+
+        Parameters
+        ----------
+        name : str
+            ``"pressure"``, ``"normal_displacement"``, ``"gap"``, and on the line
+            ``"equivalent_profile"`` and ``"spring_force"``.
+        r : array_like or quantity, optional
+            Radii (positions) in m; a graded grid to twice the contact radius unless given.
+        step : int, optional
+            Row, counted as in a sequence; None gives all rows.
+
+        Returns
+        -------
+        xarray.DataArray
+            Over ``r`` (``x``), or over ``step`` and ``r``. Pressure is inf at a singular edge, with its
+            amplitude as the coordinate ``edge_amplitude``.
+
+        Raises
+        ------
+        NotValidError
+            If the field is not valid for this contact or this step.
+        QuantityError
+            If there is no such field.
+        """
+        import xarray as xr
+
+        self._require(name)
+        if name not in (*SURFACE_FIELDS, *LINE_FIELDS):
+            raise QuantityError(f"no field {name!r}; fields are {', '.join((*SURFACE_FIELDS, *LINE_FIELDS))}")
+        steps = range(self.data.sizes["step"])
+        chosen = steps if step is None else [self._row(step)]
+        claim = self.claims.get(name)
+        if step is not None and claim is not None and not claim.where[chosen[0]]:
+            replace(claim, where=np.zeros(1, dtype=bool)).require(f"{name} at step {step}")
+        surface = self.surface
+        radii = surface.default_radii(chosen[-1]) if r is None else np.atleast_1d(to_si_array(r, "m", name="r"))
+        values = np.array([surface.field(name, np.abs(radii), i) for i in chosen])
+        axis = POSITION if name in LINE_FIELDS else RADIUS
+        quantity = QUANTITIES[name]
+        coords: dict[str, Any] = {axis.name: (axis.name, radii, {"units": "m", "long_name": axis.words})}
+        amplitude = np.array([surface.edge_amplitude(i) for i in chosen])
+        dims: tuple[str, ...] = (axis.name,)
+        if step is None:
+            dims = ("step", axis.name)
+            coords["step"] = ("step", np.arange(len(steps)))
+            if name == "pressure":
+                coords["edge_amplitude"] = ("step", amplitude, {"units": "Pa*m^0.5"})
+        else:
+            values, coords["step"] = values[0], chosen[0]
+            if name == "pressure":
+                coords["edge_amplitude"] = ((), amplitude[0], {"units": "Pa*m^0.5"})
+        return xr.DataArray(
+            values,
+            dims=dims,
+            coords=coords,
+            name=name,
+            attrs={"units": quantity.unit, "long_name": quantity.words, "symbol": quantity.symbol},
+        )
+
+    def _row(self, step: int) -> int:
+        n = self.data.sizes["step"]
+        if not -n <= step < n:
+            raise QuantityError(f"step {step} does not exist: there are {n} steps, 0 to {n - 1}")
+        return step % n
+
+    def summary(self) -> str:
+        """The last step, the claims and the assumptions, as a text that prints well."""
+        from pymdr.presentation.text import summary
+
+        return summary(self.data, self.claims, self.assumptions, self.status.name, self.status.value, self.notes)
+
+    def __str__(self) -> str:
+        return self.summary()
+
+    def __repr__(self) -> str:
+        return f"<pymdr.Result {self.status.name}, {self.data.sizes['step']} steps>"
+
+    def cite(self) -> tuple[str, ...]:
+        """References of the theory that this result used."""
+        return tuple(SOURCES[key] for key in self.references)
+
+    def plot(self, step: int = -1) -> Figure:
+        """
+        The contact in section above its line of springs, curves against indentation, and fields.
+
+        Parameters
+        ----------
+        step : int
+            The row that is drawn.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+        """
+        from pymdr.presentation.plot import overview
+
+        return overview(self._figure_data(step))
+
+    def figures(self, step: int = -1) -> dict[str, Figure]:
+        """
+        All figures of the result by name.
+
+        Parameters
+        ----------
+        step : int
+            The row that is drawn.
+
+        Returns
+        -------
+        dict of str to matplotlib.figure.Figure
+        """
+        from pymdr.presentation.plot import all_figures
+
+        return all_figures(self._figure_data(step))
+
+    def _figure_data(self, step: int) -> Any:
+        from pymdr.presentation.plot import FigureData
+
+        claim = self.claims["pressure"]
+        row = self._row(step)
+        if not claim.where[row]:
+            valid = np.flatnonzero(claim.where)
+            row = int(valid[-1]) if valid.size else -1
+        return FigureData(
+            data=self.data,
+            row=row,
+            field=(lambda name, r: self.field(name, r, row)) if row >= 0 else None,
+            gap=self.surface.gap_function,
+            bands={},
+        )
+
+    def save(self, file: str | os.PathLike[str]) -> None:
+        """
+        Write the result to a NetCDF file, whole or not at all.
+
+        Parameters
+        ----------
+        file : path
+            For example "ball.nc"; :func:`pymdr.open_result` reads it back.
+
+        Raises
+        ------
+        FileError
+            If the file cannot be written.
+        """
+        from pymdr.presentation.files import write_dataset
+
+        write_dataset(self.to_dataset(), file)
+
+    def to_dataset(self) -> xr.Dataset:
+        """Everything the result holds as one dataset, whose attributes are texts."""
+        from pymdr.presentation.files import pack
+
+        return pack(
+            self.data,
+            contact=self._saved_contact(),
+            path=self.path,
+            claims=self.claims,
+            assumptions=self.assumptions,
+            status=self.status.name,
+            notes=self.notes,
+            references=self.references,
+        )
+
+    def _saved_contact(self) -> Contact:
+        a = self.data["contact_radius"].values if "contact_radius" in self.data else np.zeros(1)
+        largest = float(np.nanmax(a, initial=0.0))
+        top = max(2.0 * largest, 1.05 * _known_reach(self.surface))
+        return replace(self.contact, profile=without_callables(self.contact.profile, top))
+
+    def to_dataframe(self) -> pd.DataFrame:
+        """One row per step, one column per quantity, in SI units."""
+        return self.data.to_dataframe()
+
+    def to_xarray(self) -> xr.Dataset:
+        """The labelled arrays over ``step``."""
+        return self.data
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _from_packed, (self.to_dataset().to_dict(),)
+
+
+def _known_reach(surface: Surface) -> float:
+    reach = min(surface.line.equivalent.reach, surface.line.equivalent.edge)
+    return reach if np.isfinite(reach) else 0.0
+
+
+def _from_packed(packed: Mapping[str, Any]) -> Result:
+    import xarray as xr
+
+    return result_from_dataset(xr.Dataset.from_dict(dict(packed)))
+
+
+def result_from_dataset(dataset: xr.Dataset) -> Result:
+    """The inverse of :meth:`Result.to_dataset`."""
+    from pymdr.presentation.files import unpack
+
+    parts = unpack(dataset)
+    return Result(**{**parts, "status": Status[parts["status"]]})
+
+
+def open_result(file: str | os.PathLike[str]) -> Result:
+    """
+    Read a result that :meth:`Result.save` wrote.
+
+    Parameters
+    ----------
+    file : path
+
+    Returns
+    -------
+    Result
+        With problem, claims and values equal to those saved; a callable profile comes back as its
+        interpolant.
+
+    Raises
+    ------
+    FileError
+        If the file is missing, damaged or not a pymdr result.
+    """
+    from pymdr.presentation.files import read_dataset
+
+    return result_from_dataset(read_dataset(file))
+
+
+def labelled(columns: Mapping[str, ArrayLike]) -> xr.Dataset:
+    """
+    Arrays over ``step`` with units and words from the table of quantities.
+
+    Parameters
+    ----------
+    columns : mapping of str to array_like
+        Quantity name -> values.
+
+    Returns
+    -------
+    xarray.Dataset
+    """
+    import xarray as xr
+
+    variables = {}
+    for name, values in columns.items():
+        q = QUANTITIES[name]
+        variables[name] = ("step", np.asarray(values), {"units": q.unit, "long_name": q.words, "symbol": q.symbol})
+    return xr.Dataset(variables)
