@@ -103,7 +103,7 @@ class Result:
         """The line and its states, from which fields are computed."""
         nan = np.full(self.data.sizes["step"], np.nan)
         d, a = (self.data[name].values if name in self.data else nan for name in ("indentation", "contact_radius"))
-        return surface_of(self.contact, d, a)
+        return surface_of(self.contact, np.where(np.isnan(a), np.nan, d), a)
 
     def field(
         self, name: str, r: ArrayQuantityLike | None = None, step: int | None = -1

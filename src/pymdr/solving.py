@@ -92,8 +92,8 @@ def solve(contact: Contact, path: LoadingPath, *, progress: Progress | None = No
     """
     check_problem(contact, path)
     mapped = map_to_line(contact)
-    mapped, states = follow(contact, mapped, path, progress)
-    return interpret(contact, path, mapped, states)
+    mapped, states, by_force = follow(contact, mapped, path, progress)
+    return interpret(contact, path, mapped, states, by_force)
 
 
 def check_problem(contact: Contact, path: LoadingPath) -> None:
@@ -140,11 +140,12 @@ def _notes(profile: Profile) -> tuple[str, ...]:
 
 def follow(
     contact: Contact, mapped: Mapped, path: LoadingPath, progress: Progress | None
-) -> tuple[Mapped, DiskStates]:
-    """Step 2: the states of every row, leg by leg."""
+) -> tuple[Mapped, DiskStates, BoolArray]:
+    """Step 2: the states of every row, leg by leg, and whether its force was prescribed."""
     mapped = _made_fast(contact, mapped, path)
     line = mapped.line
     rows: list[DiskStates] = []
+    forced: list[BoolArray] = []
     d = force = 0.0
     by_force = False
     pieces = _known(path)
@@ -154,6 +155,7 @@ def follow(
         by_force, targets = _targets(leg, by_force, force if _is_forced(leg, by_force) else d)
         states = states_at_force(line, targets) if by_force else states_at_depth(line, targets)
         rows.append(states)
+        forced.append(np.full(targets.size, by_force))
         last = DiskStates(states.indentation[-1:], states.contact_radius[-1:], states.edge_excess[-1:])
         d, force = float(last.indentation[0]), float(normal_force(line, last)[0])
         done += targets.size
@@ -165,7 +167,7 @@ def follow(
         np.concatenate([s.edge_excess for s in rows]),
     )
     _refuse_deep_sphere(contact, states)
-    return mapped, states
+    return mapped, states, np.concatenate(forced)
 
 
 def _rows_of(leg: Ramp | Hold | Path) -> int:
@@ -263,13 +265,20 @@ def _refuse_depth(profile: Profile, depth: float) -> None:
         )
 
 
-def interpret(contact: Contact, path: LoadingPath, mapped: Mapped, states: DiskStates) -> Result:
+def interpret(
+    contact: Contact, path: LoadingPath, mapped: Mapped, states: DiskStates, by_force: BoolArray
+) -> Result:
     """Step 3: quantities, claims and assumptions of every row."""
     line = mapped.line
     surface = Surface(line, gap_function(contact.profile, line.equivalent), states)
     certificate = certify_disk(line, states)
     force = normal_force(line, states)
-    claims = normal_claims(certificate.disk, certificate.reason, _range_words(line, surface, certificate.disk))
+    claims = normal_claims(
+        certificate.disk,
+        certificate.reason,
+        _range_words(line, surface, certificate.disk),
+        {"indentation": ~by_force, "normal_force": by_force},
+    )
     columns: dict[str, FloatArray] = {
         "indentation": states.indentation,
         "normal_force": force,
@@ -284,9 +293,9 @@ def interpret(contact: Contact, path: LoadingPath, mapped: Mapped, states: DiskS
     time = _times(path)
     disk = certificate.disk
     valid = {
-        name: values if disk.all() or name == "force_lower_bound" else np.where(disk, values, math.nan)
+        name: values if claims[name].where.all() else np.where(claims[name].where, values, math.nan)
         for name, values in columns.items()
-        if disk.any() or name == "force_lower_bound"
+        if claims[name].readable
     }
     if time is not None:
         valid = {"time": time, **valid}
@@ -401,7 +410,7 @@ def assess(contact: Contact, path: LoadingPath) -> Assessment:
     route = turning[0]
     for leg in turning[1:]:
         route = route >> leg
-    mapped, ends = follow(contact, map_to_line(contact), route, None)
+    mapped, ends, _ = follow(contact, map_to_line(contact), route, None)
     line = mapped.line
     deepest = float(np.max(ends.indentation, initial=0.0))
     states = states_at_depth(line, deepest * np.arange(1.0, 41.0) / 40.0)

@@ -268,26 +268,27 @@ def pressure_at(solution: RingSolution, r: ArrayLike) -> Array:
     r = _radii(r)
     pressure = np.zeros_like(r)
     for (inner, outer), amplitudes in zip(solution.zones, solution.edge_amplitudes, strict=True):
-        width = outer - inner
+        width, axis = outer - inner, int(inner == 0)
         own, inside = (solution.radii > inner) & (solution.radii < outer), (r >= inner) & (r <= outer)
         known, x = (solution.radii[own] - inner) / width, (r[inside] - inner) / width
-        theta, value, weight = angle(known), solution.pressure[own], np.ones_like(x)
-        for side, (s_known, s) in enumerate(((known, x), (1 - known, 1 - x))):
-            if side == 0 and inner == 0:
-                continue
-            if amplitudes[side]:
-                value, weight = value * np.sqrt(s_known) * _ring_error(known.size, side), weight * np.sqrt(s)
-        for side in (0, 1) if inner > 0 else (1,):
-            kept = slice(3, None) if side == 0 else slice(None, -3)
-            if amplitudes[side]:
-                theta, value = theta[kept], value[kept]
-            at = 0 if side == 0 else theta.size
-            theta = np.insert(theta, at, np.pi * side)
-            value = np.insert(value, at, amplitudes[side] / math.sqrt(width))
+        value, weight = solution.pressure[own], np.ones_like(x)
+        for side, sharp in enumerate(amplitudes):
+            if sharp:
+                value = value * np.sqrt(np.abs(known - side)) * _correction(known.size)[:: 1 - 2 * side]
+                weight = weight * np.sqrt(np.abs(x - side))
+        kept = slice(3 * bool(amplitudes[0]), known.size - 3 * bool(amplitudes[1]))
+        ends = np.array(amplitudes) / math.sqrt(width)
+        theta = np.concatenate(([0.0], angle(known)[kept], [np.pi]))[axis:]
+        value = np.concatenate((ends[:1], value[kept], ends[1:]))[axis:]
         smooth = Akima1DInterpolator(theta, value, extrapolate=True)(angle(x))
         with np.errstate(divide="ignore"):
             pressure[inside] = np.maximum(smooth, 0.0) / weight
     return pressure
+
+
+def _correction(n: int) -> Array:
+    """Exact over computed pressure of n rings counted from a sharp edge; the first three obey it badly."""
+    return np.asarray(1 + 1 / (12 * (np.arange(n) + 0.5) ** 2), dtype=np.float64)
 
 
 def _radii(r: ArrayLike) -> Array:
@@ -361,7 +362,7 @@ def _solve(
     )
     mesh, zones = state.mesh, state.zones
     amplitudes = tuple(
-        tuple(max(_edge_fit(state, k, side)[0], 0.0) if zones[k][side] in corners else 0.0 for side in (0, 1))
+        tuple(max(_edge_fit(state, k, side, sharp=True)[0], 0.0) if zones[k][side] in corners else 0.0 for side in (0, 1))
         for k in range(len(zones))
     )
     pressure, radii = np.zeros(mesh.live.size), (mesh.edges[1:] + mesh.edges[:-1]) / 2
@@ -574,14 +575,15 @@ def _refine(problem: _Problem, zones: Zones) -> _State | None:
         if not np.all(np.isfinite(mesh.gap)):
             return None
         state = _State(mesh, *_balance(problem, mesh, np.ones(mesh.centres.size, dtype=np.bool_)), zones)
-        moved, still = [list(zone) for zone in zones], True
+        noise = 1e-13 * float(np.max(np.abs(mesh.gap)) / (state.depth - mesh.gap.min()))
+        moved, still, tolerance = [list(zone) for zone in zones], True, max(1e-9, noise)
         for k, side in itertools.product(range(len(zones)), (0, 1)):
             x, room = zones[k][side], _room(zones, k)[side]
             K, C = _edge_fit(state, k, side) if x > 0 else (0.0, 1.0)
             if x == 0 or (x in problem.corners and K >= 0):
                 continue
             step = math.copysign(min(2 * abs(K) / C, 0.2 * room) if C > 0 else 0.2 * room, K if side else -K)
-            still &= abs(step) <= 1e-9 * room
+            still &= abs(step) <= tolerance * room
             passed = [c for c in problem.corners if (c - x) * step > 0 and abs(c - x) <= abs(step)]
             moved[k][side] = min(passed, key=lambda c: abs(c - x), default=x + step)
         if still:
@@ -590,13 +592,16 @@ def _refine(problem: _Problem, zones: Zones) -> _State | None:
     return None
 
 
-def _edge_fit(state: _State, k: int, side: int) -> tuple[float, float]:
+def _edge_fit(state: _State, k: int, side: int, sharp: bool = False) -> tuple[float, float]:
     """K and C of p √s = K + C s + ..., s the distance into the contact from a zone edge."""
     mesh, end = state.mesh, state.zones[k][side]
     rings = np.flatnonzero(mesh.panel == mesh.panel[np.searchsorted(mesh.centres, end) - side])
     rings = rings[::-1] if side else rings
     s = np.abs(mesh.centres[rings] - end)
-    count = max(6, min(rings.size // 8, int(np.searchsorted(s, _room(state.zones, k)[side] / 2))))
-    s, p = s[_SKIP:count+_SKIP], state.pressure[rings[_SKIP:count+_SKIP]]
-    fit = np.polynomial.polynomial.polyfit(s / s[-1], p * np.sqrt(s), 3)
+    near = int(np.searchsorted(s, _room(state.zones, k)[side] / 2))
+    count = max(6, min(rings.size // 8, near)) + 3 * sharp
+    s, y = s[:count], state.pressure[rings[:count]] * np.sqrt(s[:count])
+    if sharp:
+        s, y = s[3:], (y * _correction(y.size))[3:]
+    fit = np.polynomial.polynomial.polyfit(s / s[-1], y, 3)
     return float(fit[0]), float(fit[1] / s[-1])

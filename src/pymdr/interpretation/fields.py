@@ -9,7 +9,11 @@ from numpy.typing import ArrayLike
 
 from pymdr.line.foundation import ElasticLine
 from pymdr.mapping.abel import Curve, line_average
+from pymdr.mapping.equivalent import EquivalentProfile
 from pymdr.units import FloatArray
+
+_ROUNDING = 1e-14
+"""Rounding noise of an interpolated g, relative to its size."""
 
 
 def pressure(line: ElasticLine, a: float, edge_excess: float, r: ArrayLike) -> FloatArray:
@@ -119,6 +123,7 @@ def normal_displacement(
         r[~inside],
         high=a,
         breakpoints=line.equivalent.breakpoints,
+        noise=_ROUNDING * abs(d),
     )
     return u
 
@@ -155,10 +160,32 @@ def gap(line: ElasticLine, gap_function: Curve, d: float, a: float, r: ArrayLike
     equivalent = line.equivalent
     outside = (r > a) & (r < min(equivalent.reach, equivalent.edge))
     if outside.any() and not a == equivalent.edge:
-        h[outside] = line_average(
-            lambda x: equivalent.g(x) - d, r[outside], low=a, breakpoints=equivalent.breakpoints
-        )
+        h[outside] = line_gap(equivalent, d, a, r[outside])
     far = (r > a) & ~outside
     if far.any():
         h[far] = gap_function(r[far]) - d + normal_displacement(line, gap_function, d, a, r[far])
     return h
+
+
+def line_gap(equivalent: EquivalentProfile, d: float, a: float, r: FloatArray) -> FloatArray:
+    """
+    Gap (2/pi) int_a^r (g - d) / sqrt(r^2 - x^2) dx outside a disk, where g is known up to r.
+
+    Parameters
+    ----------
+    equivalent : EquivalentProfile
+        g(x).
+    d, a : float
+        Indentation and contact radius in m.
+    r : ndarray
+        Radii in m.
+
+    Returns
+    -------
+    ndarray
+        Gap in m.
+    """
+    scale = max(abs(d), float(np.max(np.abs(equivalent.g(r)), initial=0.0)))
+    return line_average(
+        lambda x: equivalent.g(x) - d, r, low=a, breakpoints=equivalent.breakpoints, noise=_ROUNDING * scale
+    )

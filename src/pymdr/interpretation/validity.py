@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pymdr.errors import NotValidError
-from pymdr.interpretation.fields import pressure
+from pymdr.interpretation.fields import line_gap, pressure
 from pymdr.line.foundation import DiskStates, ElasticLine, mean_pressure, normal_force, states_at_depth
-from pymdr.mapping.abel import Curve, line_average
+from pymdr.mapping.abel import Curve
 from pymdr.mapping.equivalent import ProxyLine
 from pymdr.problem.profiles import Profile
 from pymdr.units import FloatArray
@@ -150,7 +150,7 @@ def _why_not_a_disk(line: ElasticLine, a: float, d: float, edge_excess: float) -
             )
     if a < top:
         r = a + (top - a) * grid**2
-        h = line_average(lambda x: equivalent.g(x) - d, r, low=a, breakpoints=equivalent.breakpoints)
+        h = line_gap(equivalent, d, a, r)
         if h.min() < -_TOLERANCE * max(abs(d), float(np.max(np.abs(equivalent.g(r))))):
             return (
                 f"at d = {d:.4g} m the surfaces touch again outside a disk of radius {a:.4g} m, at "
@@ -233,7 +233,9 @@ def small_slope_assumptions(
     return tuple(found)
 
 
-def normal_claims(disk: BoolArray, why: str, extra_reason: str = "") -> Mapping[str, Claim]:
+def normal_claims(
+    disk: BoolArray, why: str, extra_reason: str = "", prescribed: Mapping[str, BoolArray] | None = None
+) -> Mapping[str, Claim]:
     """
     Claims of the frictionless normal contact.
 
@@ -245,6 +247,8 @@ def normal_claims(disk: BoolArray, why: str, extra_reason: str = "") -> Mapping[
         Why it is not elsewhere.
     extra_reason : str
         Where it would be, in words.
+    prescribed : mapping of str to ndarray of bool, optional
+        Steps at which a quantity is prescribed and so known whatever the contact is.
 
     Returns
     -------
@@ -259,6 +263,9 @@ def normal_claims(disk: BoolArray, why: str, extra_reason: str = "") -> Mapping[
     else:
         level, reason = Level.NOT_VALID, f"{why}{extra_reason}"
     claims = {name: Claim(level, reason, source, disk) for name in (*NORMAL_QUANTITIES, *NORMAL_FIELDS)}
+    for name, known in (prescribed or {}).items():
+        if not disk.all() and known.any():
+            claims[name] = Claim(Level.EXACT, "prescribed, or exact on a disk", source, disk | known)
     everywhere = np.ones(disk.shape, dtype=bool)
     claims["force_lower_bound"] = Claim(
         Level.EXACT, "a rigorous lower bound of the normal force for any profile", SOURCES["barber"], everywhere

@@ -367,6 +367,7 @@ def line_average(
     *,
     breakpoints: Sequence[float] = (),
     k: float = 0.0,
+    noise: float = 0.0,
 ) -> FloatArray:
     """
     The transform (2/pi) int x^k w(x) (r^2 - x^2)^(-(1+k)/2) dx from the line to the surface.
@@ -386,6 +387,8 @@ def line_average(
         Rising positions in m to whose right w is not smooth.
     k : float
         Exponent of the grading.
+    noise : float
+        Rounding noise of w, below which no convergence is asked for.
 
     Returns
     -------
@@ -421,6 +424,7 @@ def line_average(
         "line average",
         exponent=-k,
         power=-2,
+        noise=noise,
     )
     return np.asarray(2.0 / math.pi * answer.reshape(r.shape))
 

@@ -602,6 +602,10 @@ def _turning_points(curve: chebyshev.Piecewise) -> tuple[float, ...]:
     return tuple(found)
 
 
+_INTERPOLATION_NOISE = 3e-14
+"""Rounding noise of a differentiated interpolant, relative to the steepest slope."""
+
+
 def slope_samples(profile: Profile, top: float) -> SlopeSamples:
     """
     f'(r) on [0, top], ready to be mapped.
@@ -618,9 +622,11 @@ def slope_samples(profile: Profile, top: float) -> SlopeSamples:
     if not isinstance(profile, Function) or profile.derivative is not None:
         pieces = profile.edges[1:-1] if isinstance(profile, Interpolated) else profile.breakpoints
         marks = tuple(b for b in pieces if b < top)
+        steepest = float(np.max(np.abs(profile.gap_slope(np.array([0.25, 0.5, 1.0]) * top))))
+        if isinstance(profile, Interpolated):
+            return SlopeSamples(profile.gap_slope, marks, _INTERPOLATION_NOISE * steepest)
         # next to a kink the distance r - b is rounded, and the slope with it
-        steepest = np.max(np.abs(profile.gap_slope(np.array([0.25, 0.5, 1.0]) * top))) if marks else 0.0
-        return SlopeSamples(profile.gap_slope, marks, 2e-15 * float(steepest))
+        return SlopeSamples(profile.gap_slope, marks, 2e-15 * steepest if marks else 0.0)
     _refuse_jumps(profile)
     f = profile.f
     assert f is not None
@@ -632,7 +638,7 @@ def slope_samples(profile: Profile, top: float) -> SlopeSamples:
     inner = interpolant.edges[1:-1].tolist()
     steepest = float(np.max(np.abs(interpolant.slope(interpolant.nodes))))
     return SlopeSamples(
-        interpolant.slope, tuple(sorted({*inner, *profile.breakpoints})), 3e-14 * steepest
+        interpolant.slope, tuple(sorted({*inner, *profile.breakpoints})), _INTERPOLATION_NOISE * steepest
     )
 
 

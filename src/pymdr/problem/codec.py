@@ -109,7 +109,7 @@ def _field_type(cls: type, f: Any) -> tuple[Any, Any]:
             return number | None, Field(None, description=note)
         return number, Field(... if descriptor.default is None else descriptor.default, description=note)
     if f.name == "parts":
-        return list[_union("profile")], Field(..., description="profiles to be added", min_length=1)  # type: ignore[misc]
+        return list[_union("part")], Field(..., description="profiles to be added", min_length=1)  # type: ignore[misc]
     if f.name == "steps":
         return int, Field(f.default, description="number of rows", ge=1, strict=True)
     return Any, Field(... if f.default is MISSING else f.default)
@@ -133,7 +133,9 @@ def _model(kind: str, cls: type, only: tuple[str, ...] | None = None) -> type[Ba
 def _union(table: str) -> Any:
     from pydantic import Field
 
-    models = [_model(kind, cls) for kind, cls in _TABLES[table].items()]
+    # a sum of sums is one sum, so that its parts are never sums themselves
+    classes = {k: c for k, c in PROFILES.items() if c is not Sum} if table == "part" else _TABLES[table]
+    models = [_model(kind, cls) for kind, cls in classes.items()]
     if table == "leg":
         models += [_model(kind, Ramp, (c, "steps", "duration")) for kind, c in ONE_CHANNEL_LEGS.items()]
     return Annotated[Union[tuple(models)], Field(discriminator="kind")]  # noqa: UP007
