@@ -102,12 +102,12 @@ class Result:
     def surface(self) -> Surface:
         """The line and its states, from which fields are computed."""
         nan = np.full(self.data.sizes["step"], np.nan)
-        d, a = (self.data[name].values if name in self.data else nan for name in ("indentation", "contact_radius"))
+        d, a = (
+            self.data[name].values if name in self.data else nan for name in ("indentation", "contact_radius")
+        )
         return surface_of(self.contact, np.where(np.isnan(a), np.nan, d), a)
 
-    def field(
-        self, name: str, r: ArrayQuantityLike | None = None, step: int | None = -1
-    ) -> xr.DataArray:
+    def field(self, name: str, r: ArrayQuantityLike | None = None, step: int | None = -1) -> xr.DataArray:
         """
         A field on the surface (over radius r) or on the line (over position x).
 
@@ -145,7 +145,9 @@ class Result:
         if step is not None and claim is not None and not claim.where[chosen[0]]:
             replace(claim, where=np.zeros(1, dtype=bool)).require(f"{name} at step {step}")
         surface = self.surface
-        radii = surface.default_radii(chosen[-1]) if r is None else np.atleast_1d(to_si_array(r, "m", name="r"))
+        radii = (
+            surface.default_radii(chosen[-1]) if r is None else np.atleast_1d(to_si_array(r, "m", name="r"))
+        )
         values = np.array([surface.field(name, np.abs(radii), i) for i in chosen])
         axis = POSITION if name in LINE_FIELDS else RADIUS
         quantity = QUANTITIES[name]
@@ -179,7 +181,9 @@ class Result:
         """The last step, the claims and the assumptions, as a text that prints well."""
         from pymdr.presentation.text import summary
 
-        return summary(self.data, self.claims, self.assumptions, self.status.name, self.status.value, self.notes)
+        return summary(
+            self.data, self.claims, self.assumptions, self.status.name, self.status.value, self.notes
+        )
 
     def __str__(self) -> str:
         return self.summary()
@@ -353,5 +357,9 @@ def labelled(columns: Mapping[str, ArrayLike]) -> xr.Dataset:
     variables = {}
     for name, values in columns.items():
         q = QUANTITIES[name]
-        variables[name] = ("step", np.asarray(values), {"units": q.unit, "long_name": q.words, "symbol": q.symbol})
+        variables[name] = (
+            "step",
+            np.asarray(values),
+            {"units": q.unit, "long_name": q.words, "symbol": q.symbol},
+        )
     return xr.Dataset(variables)

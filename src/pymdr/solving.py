@@ -102,9 +102,13 @@ def check_problem(contact: Contact, path: LoadingPath) -> None:
         raise ProblemError(f"solve: {contact!r} is not a Contact; write Contact(profile, body)")
     if not isinstance(path, LoadingPath):
         raise PathError(f"solve: {path!r} is not a path; write for example load('50 N', steps=50)")
-    timed = [leg.time is not None if isinstance(leg, Path) else leg.duration is not None for leg in _known(path)]
+    timed = [
+        leg.time is not None if isinstance(leg, Path) else leg.duration is not None for leg in _known(path)
+    ]
     if any(timed) and not all(timed):
-        raise PathError("some legs of the path have a duration and others none: give one to every leg, or to none")
+        raise PathError(
+            "some legs of the path have a duration and others none: give one to every leg, or to none"
+        )
     for leg in _known(path):
         force = getattr(leg, "normal_force", None)
         if force is not None and np.min(force) < 0.0:
@@ -126,7 +130,9 @@ def _known(path: LoadingPath) -> list[Ramp | Hold | Path]:
 def map_to_line(contact: Contact) -> Mapped:
     """Step 1: effective moduli and equivalent profile."""
     moduli = effective_moduli(contact.body, contact.counterbody)
-    return Mapped(ElasticLine(equivalent_profile(contact.profile), moduli.normal), moduli, _notes(contact.profile))
+    return Mapped(
+        ElasticLine(equivalent_profile(contact.profile), moduli.normal), moduli, _notes(contact.profile)
+    )
 
 
 def _notes(profile: Profile) -> tuple[str, ...]:
@@ -208,8 +214,8 @@ def _made_fast(contact: Contact, mapped: Mapped, path: LoadingPath) -> Mapped:
     if math.isfinite(edge):
         return Mapped(ElasticLine(line.equivalent.upto(edge), line.modulus), mapped.moduli, mapped.notes)
     if force > 0.0:
-        top = line_upto_force(line, force).equivalent
-        depth = max(depth, float(top.g(np.array([top.reach]))[0]))
+        reached = line_upto_force(line, force).equivalent
+        depth = max(depth, float(reached.g(np.array([reached.reach]))[0]))
     if depth <= 0.0:
         return mapped
     top = line_upto_depth(line, depth).equivalent.reach
@@ -314,7 +320,8 @@ def interpret(
 
 def _times(path: LoadingPath) -> FloatArray | None:
     """Time of every row, if the legs state it."""
-    now, columns = 0.0, []
+    now = 0.0
+    columns: list[FloatArray] = []
     for leg in _known(path):
         if isinstance(leg, Path):
             if leg.time is None:
@@ -416,7 +423,9 @@ def assess(contact: Contact, path: LoadingPath) -> Assessment:
     states = states_at_depth(line, deepest * np.arange(1.0, 41.0) / 40.0)
     surface = Surface(line, gap_function(contact.profile, line.equivalent), states)
     certificate = certify_disk(line, states)
-    claims = normal_claims(certificate.disk, certificate.reason, _range_words(line, surface, certificate.disk))
+    claims = normal_claims(
+        certificate.disk, certificate.reason, _range_words(line, surface, certificate.disk)
+    )
     largest = {
         "indentation": deepest,
         "normal_force": float(normal_force(line, states)[-1]),
@@ -435,7 +444,9 @@ def _only_ends(leg: Ramp | Hold | Path) -> LoadingPath:
     return replace(leg, steps=1)
 
 
-def foundation(contact: Contact, n: int = 400, *, half_length: QuantityLike | None = None) -> SpringFoundation:
+def foundation(
+    contact: Contact, n: int = 400, *, half_length: QuantityLike | None = None
+) -> SpringFoundation:
     """
     The discretised foundation of the founding paper: n springs of stiffness E* dx under g(x).
 
@@ -477,7 +488,7 @@ def foundation(contact: Contact, n: int = 400, *, half_length: QuantityLike | No
         length = contact.profile.curvature_radius / 3.0
     else:
         raise ProblemError("foundation: this profile has no length of its own; give half_length='1 um' or so")
-    if not 0.0 < length:
+    if length <= 0.0:
         raise ProblemError(f"foundation: half_length = {length:g} m; it must be above 0 m")
     return spring_foundation(line, length, n)
 

@@ -58,10 +58,10 @@ _EXAMPLES = {
 
 
 @lru_cache(maxsize=1)
-def _registry() -> pint.UnitRegistry:
+def _registry() -> pint.UnitRegistry[Any]:
     import pint
 
-    return pint.get_application_registry()  # type: ignore[no-any-return]
+    return pint.get_application_registry()  # type: ignore[no-any-return, no-untyped-call]
 
 
 @lru_cache(maxsize=512)

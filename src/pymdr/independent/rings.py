@@ -341,7 +341,9 @@ def _solve(
     if not (math.isfinite(modulus) and modulus > 0):
         raise ProblemError(f"The modulus E* must be positive and finite, not {modulus!r} Pa.")
     if not (math.isfinite(reach) and reach > 0 and edge > 0):
-        raise ProblemError(f"reach must be positive and finite and edge positive, not {reach!r} and {edge!r} m.")
+        raise ProblemError(
+            f"reach must be positive and finite and edge positive, not {reach!r} and {edge!r} m."
+        )
     size = min(reach, edge)
 
     def scaled_gap(x: Array) -> Array:
@@ -350,7 +352,9 @@ def _solve(
             raise ProblemError("gap must give one height for each radius, none of them -inf.")
         return np.where(np.isnan(f), np.inf, f)
 
-    corners = {float(b) for b in _radii(breakpoints) / size if 0 < b < 1} | ({1.0} if edge <= reach else set())
+    corners = {float(b) for b in _radii(breakpoints) / size if 0 < b < 1} | (
+        {1.0} if edge <= reach else set()
+    )
     state = _settle(
         _Problem(
             scaled_gap,
@@ -362,7 +366,10 @@ def _solve(
     )
     mesh, zones = state.mesh, state.zones
     amplitudes = tuple(
-        tuple(max(_edge_fit(state, k, side, sharp=True)[0], 0.0) if zones[k][side] in corners else 0.0 for side in (0, 1))
+        tuple(
+            max(_edge_fit(state, k, side, sharp=True)[0], 0.0) if zones[k][side] in corners else 0.0
+            for side in (0, 1)
+        )
         for k in range(len(zones))
     )
     pressure, radii = np.zeros(mesh.live.size), (mesh.edges[1:] + mesh.edges[:-1]) / 2
@@ -383,7 +390,9 @@ def _solve(
         energy=float(work) / 2 * modulus * size**3,
         mean_pressure=float(loads.sum()) / area * modulus if zones else 0.0,
         zones=tuple((a * size, b * size) for a, b in zones),
-        edge_amplitudes=tuple((a * modulus * math.sqrt(size), b * modulus * math.sqrt(size)) for a, b in amplitudes),
+        edge_amplitudes=tuple(
+            (a * modulus * math.sqrt(size), b * modulus * math.sqrt(size)) for a, b in amplitudes
+        ),
         contact_radius=zones[-1][1] * size if zones else 0.0,
         contact_area=area * size**2,
         is_disk=len(zones) == 1 and zones[0][0] == 0,
@@ -396,16 +405,19 @@ def _settle(problem: _Problem) -> _State:
     level = math.inf if problem.depth is None else problem.depth
     zones: Zones = ()
     refined: _State | None = None
-    for _ in range(25):
+    for attempt in range(16):
         spans = _below(problem, level)
         if not spans:
             return _State(_mesh(problem, [(0.0, 1.0, 1)]), np.zeros(1), level, 0.0, ())
         found = _active_set(problem, _mesh(problem, _panels(problem, spans, zones)), zones)
-        bridged = _bridge(problem, found.zones)
-        if refined and _agree(problem, bridged, refined.zones, 0.02, 0.0):
-            return refined if refined.pressure.min() >= 0 else found
-        refined = _refine(problem, bridged) if _agree(problem, bridged, zones, 0.2, 0.2) else None
-        zones = refined.zones if refined else bridged
+        if refined and refined.pressure.min() >= 0 and _agree(problem, found.zones, refined.zones, 0.02, 0.0):
+            return refined
+        # At a depth where a hole or a zone is about to vanish, the rings may tell either way.
+        simple = _simplify(problem, found.zones, 20 if attempt > 5 else 2)
+        if refined and attempt > 5 and _agree(problem, simple, refined.zones, 0.02, 0.0):
+            return found
+        refined = _refine(problem, simple) if _agree(problem, simple, zones, 0.2, 0.2) else None
+        zones = refined.zones if refined else simple
         if problem.depth is None:
             level = found.depth + 0.1 * (found.depth - float(found.mesh.gap.min()))
     raise ConvergenceError(
@@ -446,17 +458,23 @@ def _union(intervals: Iterable[tuple[float, float]]) -> list[tuple[float, float]
     return union
 
 
-def _bridge(problem: _Problem, zones: Zones) -> Zones:
-    """Close the holes, between zones and on the axis, that are too narrow for the rings to tell."""
-    bridged: list[tuple[float, float]] = []
+def _simplify(problem: _Problem, zones: Zones, rings: int) -> Zones:
+    """Close holes that are narrow against the zones beside them, or on the axis, and drop narrower zones."""
+    narrow = rings / problem.n
+    widest = max(outer - inner for inner, outer in zones)
+    simple: list[tuple[float, float]] = []
     for inner, outer in zones:
-        before = bridged[-1] if bridged else (-math.inf, 0.0)
-        narrow = inner - before[1] < 6 / problem.n * min(outer - inner, before[1] - before[0])
-        if narrow and inner not in problem.corners and before[1] not in problem.corners:
+        fixed = {inner, outer, *(simple[-1] if simple else ())} & set(problem.corners)
+        before = simple[-1] if simple else (-math.inf, 0.0)
+        if not fixed and outer - inner < narrow**2 * widest:
+            continue
+        if not fixed & {inner, before[1]} and inner - before[1] < narrow * min(
+            outer - inner, before[1] - before[0]
+        ):
             inner = max(before[0], 0.0)
-            bridged = bridged[:-1]
-        bridged.append((inner, outer))
-    return tuple(bridged)
+            simple = simple[:-1]
+        simple.append((inner, outer))
+    return tuple(simple)
 
 
 def _panels(
@@ -588,7 +606,7 @@ def _refine(problem: _Problem, zones: Zones) -> _State | None:
             moved[k][side] = min(passed, key=lambda c: abs(c - x), default=x + step)
         if still:
             return state
-        zones = _bridge(problem, tuple((a, b) for a, b in moved))
+        zones = _simplify(problem, tuple((a, b) for a, b in moved), 2)
     return None
 
 

@@ -49,14 +49,14 @@ def pressure(line: ElasticLine, a: float, edge_excess: float, r: ArrayLike) -> F
     >>> float(pressure(line, 1.0, 0.0, 0.6))
     1.6
     """
-    r = np.abs(np.asarray(r, dtype=float))
+    radius: FloatArray = np.abs(np.asarray(r, dtype=float))
     if a <= 0.0:
-        return np.zeros(r.shape)
-    regular = line.equivalent.pressure_integral(r, a)
+        return np.zeros(radius.shape)
+    regular = line.equivalent.pressure_integral(radius, a)
     if edge_excess != 0.0:
         with np.errstate(divide="ignore", invalid="ignore"):
-            singular = edge_excess / np.sqrt((a - r) * (a + r))
-        regular = np.where(r <= a, regular + singular, 0.0)
+            singular = edge_excess / np.sqrt((a - radius) * (a + radius))
+        regular = np.where(radius <= a, regular + singular, 0.0)
     return line.modulus / math.pi * regular
 
 
@@ -83,9 +83,10 @@ def edge_amplitude(modulus: float, a: ArrayLike, edge_excess: ArrayLike) -> Floa
     >>> float(edge_amplitude(math.pi, 0.5, 1.0))
     1.0
     """
-    a, w = np.asarray(a, dtype=float), np.asarray(edge_excess, dtype=float)
+    excess = np.asarray(edge_excess, dtype=float)
     with np.errstate(divide="ignore", invalid="ignore"):
-        return np.where(w == 0.0, 0.0, modulus * w / (math.pi * np.sqrt(2.0 * a)))
+        amplitude = modulus * excess / (math.pi * np.sqrt(2.0 * np.asarray(a, dtype=float)))
+    return np.where(excess == 0.0, 0.0, amplitude)
 
 
 def normal_displacement(
@@ -112,15 +113,15 @@ def normal_displacement(
     ndarray
         u in m, of both bodies together, into the half-space positive (Popov and Hess 2015, chapter 3).
     """
-    r = np.abs(np.asarray(r, dtype=float))
-    u = np.zeros(r.shape)
+    radius: FloatArray = np.abs(np.asarray(r, dtype=float))
+    u = np.zeros(radius.shape)
     if a <= 0.0:
         return u
-    inside = r <= a
-    u[inside] = d - gap_function(r[inside])
+    inside = radius <= a
+    u[inside] = d - gap_function(radius[inside])
     u[~inside] = line_average(
         lambda x: d - line.equivalent.g(np.minimum(x, a)),
-        r[~inside],
+        radius[~inside],
         high=a,
         breakpoints=line.equivalent.breakpoints,
         noise=_ROUNDING * abs(d),
@@ -153,17 +154,17 @@ def gap(line: ElasticLine, gap_function: Curve, d: float, a: float, r: ArrayLike
     ndarray
         Gap in m; inf beyond a sharp edge, nan where the profile does not exist.
     """
-    r = np.abs(np.asarray(r, dtype=float))
+    radius: FloatArray = np.abs(np.asarray(r, dtype=float))
     if a <= 0.0:
-        return gap_function(r) - d
-    h = np.zeros(r.shape)
+        return gap_function(radius) - d
+    h = np.zeros(radius.shape)
     equivalent = line.equivalent
-    outside = (r > a) & (r < min(equivalent.reach, equivalent.edge))
+    outside = (radius > a) & (radius < min(equivalent.reach, equivalent.edge))
     if outside.any() and not a == equivalent.edge:
-        h[outside] = line_gap(equivalent, d, a, r[outside])
-    far = (r > a) & ~outside
+        h[outside] = line_gap(equivalent, d, a, radius[outside])
+    far = (radius > a) & ~outside
     if far.any():
-        h[far] = gap_function(r[far]) - d + normal_displacement(line, gap_function, d, a, r[far])
+        h[far] = gap_function(radius[far]) - d + normal_displacement(line, gap_function, d, a, radius[far])
     return h
 
 

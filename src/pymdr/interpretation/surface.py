@@ -56,7 +56,11 @@ class Surface:
         if name == "gap":
             return fields.gap(self.line, self.gap_function, d, a, position)
         x = np.abs(position)
-        g = np.where(x > self.line.equivalent.edge, math.inf, self.line.equivalent.g(np.minimum(x, self.line.equivalent.edge)))
+        g = np.where(
+            x > self.line.equivalent.edge,
+            math.inf,
+            self.line.equivalent.g(np.minimum(x, self.line.equivalent.edge)),
+        )
         if name == "equivalent_profile":
             return g
         if name == "spring_force":

@@ -268,7 +268,10 @@ def normal_claims(
             claims[name] = Claim(Level.EXACT, "prescribed, or exact on a disk", source, disk | known)
     everywhere = np.ones(disk.shape, dtype=bool)
     claims["force_lower_bound"] = Claim(
-        Level.EXACT, "a rigorous lower bound of the normal force for any profile", SOURCES["barber"], everywhere
+        Level.EXACT,
+        "a rigorous lower bound of the normal force for any profile",
+        SOURCES["barber"],
+        everywhere,
     )
     return claims
 

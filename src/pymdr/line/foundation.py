@@ -337,6 +337,6 @@ def spring_foundation(line: ElasticLine, half_length: float, n: int) -> SpringFo
     1.33333
     """
     spacing = 2.0 * half_length / n
-    x = (np.arange(n) + 0.5) * spacing - half_length
+    x = np.asarray((np.arange(n) + 0.5) * spacing - half_length, dtype=float)
     g = line.equivalent.g(np.minimum(np.abs(x), line.equivalent.edge))
     return SpringFoundation(x, np.where(np.abs(x) > line.equivalent.edge, math.inf, g), spacing, line.modulus)

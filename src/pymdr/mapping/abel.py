@@ -157,7 +157,7 @@ def _marks(breakpoints: Sequence[float], low: FloatArray, high: FloatArray) -> F
 
 
 def _angles(r: FloatArray, x: FloatArray) -> FloatArray:
-    """phi in r = x cos(phi), by the form that keeps all digits next to r = x."""
+    """Phi in r = x cos(phi), by the form that keeps all digits next to r = x."""
     return np.arctan2(np.sqrt((x - r) * (x + r)), r)
 
 
@@ -208,9 +208,7 @@ def _angular(
         theta = np.arcsin(_marks(breakpoints, start, middle) / radius)
         answer[hard] = _integrate(
             outer, lambda c: edges(c, middle, stop), radius, exponent=exponent, power=power, noise=noise
-        ) + _integrate(
-            inner, lambda c: theta, radius, power=abs(power), tip_power=_TIP_POWER, noise=noise
-        )
+        ) + _integrate(inner, lambda c: theta, radius, power=abs(power), tip_power=_TIP_POWER, noise=noise)
     return _require(answer, x, what)
 
 
@@ -306,7 +304,6 @@ def _slope_moment(
     what: str,
 ) -> FloatArray:
     """Integral of f'(x cos phi) weight(cos phi) sin(phi)^k over 0..pi/2; zero at x = 0."""
-
     answer = np.zeros(x.shape)
     positive = x > 0.0
     top = x[positive]
@@ -482,11 +479,11 @@ def edge_average(
     halvings = min(40, math.ceil(math.log2(a / flat[inside].min())))
     halves = a * 0.5 ** np.arange(1.0, halvings)
     marks = np.array([b for b in breakpoints if b < a])
-    rising = np.unique(np.concatenate([halves, marks, [a]]))
+    rising: FloatArray = np.unique(np.concatenate([halves, marks, [a]]))
 
     def edges(radius: FloatArray) -> FloatArray:
         x = np.maximum(np.concatenate([[0.0], rising])[:, None], radius)
-        return np.arcsinh(np.sqrt((x - radius) * (x + radius)) / radius)
+        return np.asarray(np.arcsinh(np.sqrt((x - radius) * (x + radius)) / radius))
 
     def fine_edges(radius: FloatArray) -> FloatArray:
         s = edges(radius)
@@ -509,7 +506,7 @@ def edge_average(
         at_corner = np.isin(radius[hard], marks)
         values[hard] = np.where(np.isnan(fine) & at_corner, math.inf, fine)
     answer[inside] = _require(values, radius, "pressure")
-    return answer.reshape(r.shape)
+    return np.asarray(answer.reshape(r.shape))
 
 
 def _centre_value(curve: Curve, a: float, breakpoints: Sequence[float], k: float) -> float:
@@ -523,6 +520,10 @@ def _centre_value(curve: Curve, a: float, breakpoints: Sequence[float], k: float
         exponent = k + float(np.log(tip[1] / tip[0]) / np.log(x[1] / x[0]))
         below = math.inf if exponent < 1e-6 else float(tip[0]) * x[0] ** k / exponent
     body = _integrate(
-        lambda t, _: curve(t) * t ** (k - 1.0), lambda c: x[:, None], np.array([a]), power=2, tolerance=_SINGULAR_TOLERANCE
+        lambda t, _: curve(t) * t ** (k - 1.0),
+        lambda c: x[:, None],
+        np.array([a]),
+        power=2,
+        tolerance=_SINGULAR_TOLERANCE,
     )
     return below + float(_require(body, np.array([a]), "pressure")[0])

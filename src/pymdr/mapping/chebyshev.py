@@ -23,7 +23,7 @@ _DEEPEST = 40
 @lru_cache(maxsize=8)
 def nodes(n: int) -> FloatArray:
     """Chebyshev points of the first kind on (0, 1), rising, shape (n,)."""
-    points = (1.0 - np.cos(np.pi * (np.arange(n) + 0.5) / n)) / 2.0
+    points: FloatArray = (1.0 - np.cos(np.pi * (np.arange(n) + 0.5) / n)) / 2.0
     points.flags.writeable = False
     return points
 
@@ -31,7 +31,8 @@ def nodes(n: int) -> FloatArray:
 @lru_cache(maxsize=8)
 def _fit(n: int) -> FloatArray:
     """Matrix from values at :func:`nodes` to Chebyshev coefficients in 2 t - 1."""
-    return np.linalg.inv(chebyshev.chebvander(2.0 * nodes(n) - 1.0, n - 1))
+    vandermonde = chebyshev.chebvander(2.0 * nodes(n) - 1.0, n - 1)
+    return np.asarray(np.linalg.inv(vandermonde), dtype=np.float64)
 
 
 @dataclass(frozen=True)
@@ -50,12 +51,12 @@ class Panel:
         return self.low + (self.high - self.low) * nodes(self.coefficients.size) ** self.power
 
     def _t(self, x: FloatArray) -> FloatArray:
-        t = np.clip((x - self.low) / (self.high - self.low), 0.0, 1.0)
-        return np.sqrt(t) if self.power == 2 else t
+        t: FloatArray = np.clip((x - self.low) / (self.high - self.low), 0.0, 1.0)
+        return np.asarray(np.sqrt(t)) if self.power == 2 else t
 
     def value(self, x: FloatArray) -> FloatArray:
         """The interpolated curve at `x`."""
-        series = chebyshev.chebval(2.0 * self._t(x) - 1.0, self.coefficients)
+        series: FloatArray = chebyshev.chebval(2.0 * self._t(x) - 1.0, self.coefficients)
         return series * x**self.tip_exponent if self.tip_exponent else series
 
     def slope(self, x: FloatArray) -> FloatArray:
@@ -170,8 +171,7 @@ def build(
     marks = [b for b in breakpoints if b < top]
     starts = [0.0, *marks]
     todo = [
-        (lo, hi, 2 if rooted and lo > 0.0 else 1, 0)
-        for lo, hi in zip(starts, [*marks, top], strict=True)
+        (lo, hi, 2 if rooted and lo > 0.0 else 1, 0) for lo, hi in zip(starts, [*marks, top], strict=True)
     ][::-1]
     done: list[Panel] = []
     while todo:
@@ -232,9 +232,7 @@ def _converged_panel(
     return None
 
 
-def tip_exponent(
-    curve: Callable[[FloatArray], FloatArray], top: float, default: float = 1.0
-) -> float:
+def tip_exponent(curve: Callable[[FloatArray], FloatArray], top: float, default: float = 1.0) -> float:
     """
     Exponent n of a curve that starts like x^n, from its values far inside `top`, or a default.
 

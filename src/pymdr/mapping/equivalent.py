@@ -223,15 +223,17 @@ class SphereLine(EquivalentProfile):
                 return np.asarray(self.radius * np.tanh(s))
         bad = np.abs(step) > 4e-15 * s
         if bad.any():
-            raise ConvergenceError(f"sphere: no contact radius for d/R = {y[bad][0]:g}; last s = {s[bad][0]:g}")
+            raise ConvergenceError(
+                f"sphere: no contact radius for d/R = {y[bad][0]:g}; last s = {s[bad][0]:g}"
+            )
         return np.asarray(self.radius * np.tanh(s))
 
     def inverse_moment(self, moment: ArrayLike) -> FloatArray:
         """Inverse of the first moment by bracketing."""
-        moment = np.maximum(np.asarray(moment, dtype=float), 0.0)
-        hertz = np.cbrt(1.5 * moment * self.radius)
+        target = np.maximum(np.asarray(moment, dtype=float), 0.0)
+        hertz = np.cbrt(1.5 * target * self.radius)
         low = np.minimum(hertz * 0.5, self.radius * 0.5)
-        return rising_root(self.moment, moment, low, np.minimum(hertz, self.radius * (1.0 - 1e-15)))
+        return rising_root(self.moment, target, low, np.minimum(hertz, self.radius * (1.0 - 1e-15)))
 
 
 @dataclass(frozen=True)
@@ -268,27 +270,26 @@ class SumLine(EquivalentProfile):
 
     def inverse(self, depth: ArrayLike) -> FloatArray:
         """Inverse of g, bracketed by the inverses of the parts."""
-        return self._inverse(depth, EquivalentProfile.g, EquivalentProfile.inverse)
+        return self._inverse(depth, self.g, [part.inverse for part in self.parts])
 
     def inverse_moment(self, moment: ArrayLike) -> FloatArray:
         """Inverse of the first moment, bracketed by those of the parts."""
-        return self._inverse(moment, EquivalentProfile.moment, EquivalentProfile.inverse_moment)
+        return self._inverse(moment, self.moment, [part.inverse_moment for part in self.parts])
 
     def _inverse(
         self,
-        target: ArrayLike,
-        curve: Callable[[EquivalentProfile, FloatArray], FloatArray],
-        inverse: Callable[[EquivalentProfile, FloatArray], FloatArray],
+        values: ArrayLike,
+        curve: Callable[[FloatArray], FloatArray],
+        inverses: list[Callable[[FloatArray], FloatArray]],
     ) -> FloatArray:
-        target = np.maximum(np.asarray(target, dtype=float), 0.0)
-        if not self.parts:
+        target = np.maximum(np.asarray(values, dtype=float), 0.0)
+        if not inverses:
             return np.where(target > 0.0, math.inf, 0.0)
-        name, inverse_name = curve.__name__, inverse.__name__
-        if len(self.parts) == 1:
-            return np.asarray(getattr(self.parts[0], inverse_name)(target))
-        high = np.min([getattr(part, inverse_name)(target) for part in self.parts], axis=0)
-        low = np.min([getattr(part, inverse_name)(target / len(self.parts)) for part in self.parts], axis=0)
-        return rising_root(getattr(self, name), target, low, high)
+        if len(inverses) == 1:
+            return inverses[0](target)
+        high = np.min([inverse(target) for inverse in inverses], axis=0)
+        low = np.min([inverse(target / len(inverses)) for inverse in inverses], axis=0)
+        return rising_root(curve, target, low, high)
 
     def pressure_integral(self, r: ArrayLike, a: float) -> FloatArray:
         """Sum of the parts' integrals."""
@@ -329,19 +330,18 @@ def rising_root(
     """
     from scipy.optimize import elementwise
 
-    target, low, high = np.broadcast_arrays(*(np.asarray(v, dtype=float) for v in (target, low, high)))
-    below, above = curve(low) - target, curve(high) - target
-    answer = np.where(np.abs(below) <= np.abs(above), low, high)
+    y, start, stop = np.broadcast_arrays(*(np.asarray(v, dtype=float) for v in (target, low, high)))
+    below, above = curve(start) - y, curve(stop) - y
+    answer = np.where(np.abs(below) <= np.abs(above), start, stop)
     open_ = (below < 0.0) & (above > 0.0)
-    slack = 1e-12 * np.abs(target)
-    if not np.all(open_ | (np.minimum(np.abs(below), np.abs(above)) <= slack)):
-        bad = np.flatnonzero(~open_ & (np.minimum(np.abs(below), np.abs(above)) > slack).ravel())[0]
+    missed = ~open_ & ~(np.minimum(np.abs(below), np.abs(above)) <= 1e-12 * np.abs(y))
+    if missed.any():
         raise ConvergenceError(
-            f"no root between {low.ravel()[bad]:g} and {high.ravel()[bad]:g} for {target.ravel()[bad]:g}"
+            f"no root between {start[missed][0]:g} and {stop[missed][0]:g} for {y[missed][0]:g}"
         )
     if open_.any():
         found = elementwise.find_root(
-            lambda x, y: curve(x) - y, (low[open_], high[open_]), args=(target[open_],)
+            lambda x, y: curve(x) - y, (start[open_], stop[open_]), args=(y[open_],)
         )
         if not np.all(found.success):
             raise ConvergenceError(f"root search stopped at {found.x[~found.success][0]:g}")
@@ -436,11 +436,11 @@ class NumericLine(EquivalentProfile):
 
     def inverse(self, depth: ArrayLike) -> FloatArray:
         """Inverse of g, searched from small radii upward."""
-        return self._grown(depth, EquivalentProfile.g.__name__).inverse(depth)
+        return self._grown(depth, "g").inverse(depth)
 
     def inverse_moment(self, moment: ArrayLike) -> FloatArray:
         """Inverse of the first moment."""
-        return self._grown(moment, EquivalentProfile.moment.__name__).inverse_moment(moment)
+        return self._grown(moment, "moment").inverse_moment(moment)
 
     def _top(self, x: ArrayLike) -> float:
         largest = float(np.max(np.abs(x), initial=0.0))
@@ -578,7 +578,8 @@ def _square_integral(
 def _turning_points(curve: chebyshev.Piecewise) -> tuple[float, ...]:
     """Points where g' changes sign, ignoring rounding noise."""
     from_panels = [
-        panel.low + (panel.high - panel.low) * np.linspace(1e-3, 1.0, 8 * panel.coefficients.size) ** panel.power
+        panel.low
+        + (panel.high - panel.low) * np.linspace(1e-3, 1.0, 8 * panel.coefficients.size) ** panel.power
         for panel in curve.panels
     ]
     x = np.concatenate(from_panels)
@@ -633,7 +634,11 @@ def slope_samples(profile: Profile, top: float) -> SlopeSamples:
     offset = profile.offset
     size = float(np.max(np.abs(call(f, np.array([0.5, 1.0]) * top))))
     interpolant = chebyshev.build(
-        lambda r: call(f, r) - offset, top, breakpoints=profile.breakpoints, noise=lambda r: 4e-16 * size, what="f(r)"
+        lambda r: call(f, r) - offset,
+        top,
+        breakpoints=profile.breakpoints,
+        noise=lambda r: 4e-16 * size,
+        what="f(r)",
     )
     inner = interpolant.edges[1:-1].tolist()
     steepest = float(np.max(np.abs(interpolant.slope(interpolant.nodes))))
@@ -684,7 +689,9 @@ def equivalent_profile(profile: Profile) -> EquivalentProfile:
     >>> float(line.g(1.0))
     0.5
     """
-    raise ProblemError(f"no map for {type(profile).__name__}; give the profile as Function(f, derivative=...)")
+    raise ProblemError(
+        f"no map for {type(profile).__name__}; give the profile as Function(f, derivative=...)"
+    )
 
 
 @equivalent_profile.register

@@ -44,7 +44,9 @@ def write_whole(file: str | os.PathLike[str], write: Callable[[Path], None]) -> 
         handle, name = tempfile.mkstemp(dir=target.parent, prefix=f".{target.stem}-", suffix=target.suffix)
         os.close(handle)
     except OSError as error:
-        raise FileError(f"cannot write {target}: {error.strerror or error}; choose a folder that is writable") from error
+        raise FileError(
+            f"cannot write {target}: {error.strerror or error}; choose a folder that is writable"
+        ) from error
     beside = Path(name)
     try:
         write(beside)

@@ -74,7 +74,11 @@ def encode(value: Any) -> Any:
     {'kind': 'sphere', 'radius': 0.01}
     """
     if isinstance(value, Contact):
-        return {"profile": encode(value.profile), "body": encode(value.body), "counterbody": encode(value.counterbody)}
+        return {
+            "profile": encode(value.profile),
+            "body": encode(value.body),
+            "counterbody": encode(value.counterbody),
+        }
     if isinstance(value, History):
         return [encode(leg) for leg in value.legs]
     if isinstance(value, Function):
@@ -146,6 +150,7 @@ def case_adapter() -> TypeAdapter[Any]:
     """The pydantic adapter of a whole case; its ``json_schema()`` serves editors."""
     from pydantic import ConfigDict, Field, TypeAdapter, create_model
 
+    legs_type: Any = list[_union("leg")]  # type: ignore[misc]
     model = create_model(
         "case",
         __config__=ConfigDict(extra="forbid", title="pymdr case"),
@@ -154,7 +159,7 @@ def case_adapter() -> TypeAdapter[Any]:
         profile=(_union("profile"), ...),
         body=(_union("material"), ...),
         counterbody=(_union("material"), Field(None, description="rigid unless given")),
-        path=(list[_union("leg")], Field(..., description="legs, one after the other", min_length=1)),
+        path=(legs_type, Field(..., description="legs, one after the other", min_length=1)),
     )
     return TypeAdapter(model)
 

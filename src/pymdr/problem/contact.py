@@ -43,7 +43,9 @@ class Contact(Value):
 
     def __post_init__(self) -> None:
         if not isinstance(self.profile, Profile):
-            raise ProblemError(f"Contact.profile = {self.profile!r}: a profile such as Sphere('10 mm') is needed")
+            raise ProblemError(
+                f"Contact.profile = {self.profile!r}: a profile such as Sphere('10 mm') is needed"
+            )
         for name in ("body", "counterbody"):
             material = getattr(self, name)
             if not isinstance(material, Material):

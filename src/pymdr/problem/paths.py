@@ -220,7 +220,7 @@ def indent(indentation: QuantityLike, *, steps: int = 1, duration: QuantityLike 
     >>> indent("2 um", steps=4).indentation
     2e-06
     """
-    return Ramp(indentation=indentation, steps=steps, duration=duration)  # type: ignore[arg-type]
+    return Ramp(indentation=indentation, steps=steps, duration=duration)
 
 
 def load(normal_force: QuantityLike, *, steps: int = 1, duration: QuantityLike | None = None) -> Ramp:
@@ -245,7 +245,7 @@ def load(normal_force: QuantityLike, *, steps: int = 1, duration: QuantityLike |
     >>> load("50 N", steps=50).normal_force
     50.0
     """
-    return Ramp(normal_force=normal_force, steps=steps, duration=duration)  # type: ignore[arg-type]
+    return Ramp(normal_force=normal_force, steps=steps, duration=duration)
 
 
 def hold(duration: QuantityLike | None = None, *, steps: int = 1) -> Hold:
@@ -268,7 +268,7 @@ def hold(duration: QuantityLike | None = None, *, steps: int = 1) -> Hold:
     >>> hold("1 s", steps=10).steps
     10
     """
-    return Hold(duration=duration, steps=steps)  # type: ignore[arg-type]
+    return Hold(duration=duration, steps=steps)
 
 
 def ramp(
@@ -300,9 +300,8 @@ def ramp(
     100
     """
     return Ramp(
-        indentation=indentation,  # type: ignore[arg-type]
-        normal_force=normal_force,  # type: ignore[arg-type]
+        indentation=indentation,
+        normal_force=normal_force,
         steps=steps,
-        duration=duration,  # type: ignore[arg-type]
+        duration=duration,
     )
-

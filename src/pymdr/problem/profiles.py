@@ -6,14 +6,14 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from pymdr.errors import ProblemError
 from pymdr.problem.values import OptionalSIField, SIField, Value
-from pymdr.units import ArrayQuantityLike, FloatArray, to_si_array
+from pymdr.units import FloatArray, to_si_array
 
 ArrayFunction: TypeAlias = Callable[[FloatArray], ArrayLike]
 
@@ -285,9 +285,9 @@ class Function(Profile):
     """
 
     f: ArrayFunction | None = None
-    breakpoints: tuple[float, ...] = ()  # type: ignore[assignment]
+    breakpoints: tuple[float, ...] = ()
     derivative: ArrayFunction | None = None
-    reach: SIField = SIField("m", above=0.0, default=math.inf)  # type: ignore[assignment]
+    reach: SIField = SIField("m", above=0.0, default=math.inf)
 
     def __post_init__(self) -> None:
         if self.f is None and self.derivative is None:

@@ -19,10 +19,7 @@ class Value:
     """
 
     def _key(self) -> tuple[Any, ...]:
-        return tuple(
-            (f.name, _content(getattr(self, f.name)))
-            for f in fields(self)  # type: ignore[arg-type]
-        )
+        return tuple((f.name, _content(getattr(self, f.name))) for f in fields(self))
 
     def __eq__(self, other: object) -> bool:
         return type(self) is type(other) and self._key() == other._key()  # type: ignore[attr-defined]
@@ -112,7 +109,7 @@ class SIField:
 class OptionalSIField(SIField):
     """A quantity field that may be left out; it then reads as None."""
 
-    @overload
+    @overload  # type: ignore[override]
     def __get__(self, instance: None, owner: type) -> OptionalSIField: ...
 
     @overload

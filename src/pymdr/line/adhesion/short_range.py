@@ -277,9 +277,7 @@ class DMT:
         return self._bare.energies(s)[0], -self.pull * self._bare.states(s).indentation
 
 
-def _elastic(
-    line: EquivalentLine, modulus: float, radius: FloatArray, opening: FloatArray
-) -> FloatArray:
+def _elastic(line: EquivalentLine, modulus: float, radius: FloatArray, opening: FloatArray) -> FloatArray:
     """Return E* int_0^a (g(a) - opening - g)² dx [J], expanded in the line's own integrals."""
     terms = line.squared(radius) - 2.0 * opening * line.moment(radius) + opening**2 * radius
     return modulus * terms

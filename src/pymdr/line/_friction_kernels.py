@@ -1,0 +1,332 @@
+"""Compiled kernels of the memory stack. Imported only when a history is followed: it loads numba.
+
+Normalised shift v = G* u_x / (mu E*) in m, normalised tangential force S = F_x / mu in N. One row of the stack per
+vertex (y, b) of the anchor curve: y, b, slope of the segment below, F_N(y), W(y), the force and the energy of
+the part of the curve below the vertex, a(y). `window` holds the slopes that the top segment may still take.
+
+numba keeps compiled code by the date of the outermost function's file: a change here needs no hand, but
+`_friction_noslip.py` must be touched when the curve functions of this file change.
+"""
+
+from __future__ import annotations
+
+from typing import Any, TypeAlias
+
+import numpy as np
+from numba import njit
+
+from pymdr.units import FloatArray
+
+Y, B, SLOPE, FORCE, WORK, SUM, ENERGY, RADIUS = range(8)
+COMPLETE, NOT_FINITE, NOT_ATTAINABLE, TOO_DEEP = range(4)
+# registers of a run: kept from one call to the next
+DEPTH, SHIFT, LOW, HIGH, SLIP_WORK, CARRY, SLIDE, TOP = range(8)
+
+_MERGE = 32 * np.finfo(float).eps  # of the coordinates: bends below it are rounding of the input
+_CLOSE = 1e-4  # below this relative length, W(y2) - W(y1) has lost too many digits
+Point: TypeAlias = tuple[float, float, float, float, float]
+
+compiled: Any = njit(cache=True, nogil=True, error_model="numpy")
+
+
+@compiled
+def curve(curves: Any, y: float) -> tuple[float, float, float]:
+    """Return a, F_N, W at one depth; NaN below a table."""
+    modulus, n, inverse_n, coefficient, c_force, c_work, depth, buckets, child, pieces = curves
+    if y <= 0.0:
+        return 0.0, 0.0, 0.0
+    if n > 0.0:
+        z = y / coefficient
+        if n == 2.0:
+            a = np.sqrt(z)
+        elif n == 1.0:
+            a = z
+        else:
+            a = z**inverse_n
+        force = c_force * a * y
+        return a, force, c_work * force * y
+    x = buckets * np.sqrt(y / depth)
+    if not x <= buckets * (1.0 + 1e-14):
+        return np.nan, np.nan, np.nan
+    j = min(int(x), int(buckets) - 1)
+    t = x - j
+    while child[j] >= 0:
+        j = child[j]
+        t *= 2.0
+        if t >= 1.0:
+            t -= 1.0
+            j += 1
+    p = pieces[j]
+    a = p[0] + t * (p[1] + t * (p[2] + t * p[3]))
+    force = p[4] + t * (p[5] + t * (p[6] + t * (p[7] + t * (p[8] + t * p[9]))))
+    work = p[16] + t * p[17]
+    for k in range(15, 9, -1):
+        work = p[k] + t * work
+    return a, force, work
+
+
+@compiled
+def depth_of_force(curves: Any, force: float) -> float:
+    """Depth d with F_N(d) = force, NaN if there is none."""
+    modulus, n, inverse_n, coefficient, c_force, c_work, depth, buckets, child, pieces = curves
+    if not force > 0.0:
+        return 0.0 if force == 0.0 else np.nan
+    if n > 0.0:
+        y = (force / c_force * coefficient**inverse_n) ** (n / (n + 1.0))
+        a, f, w = curve(curves, y)
+        return y - (f - force) / (2.0 * modulus * a)
+    low, high = 0.0, depth
+    a, f, w = curve(curves, depth)
+    if force > f:
+        return depth if force <= f * (1.0 + 1e-14) else np.nan
+    y = depth
+    for _ in range(200):  # F_N is convex: Newton from above; halve where rounding or a flat start spoil it
+        if f == force:
+            return y
+        if f > force:
+            high = y
+        else:
+            low = y
+        step = y - (f - force) / (2.0 * modulus * a) if a > 0.0 else low
+        if not low < step < high:
+            step = 0.5 * (low + high)
+        if abs(step - y) <= 2e-16 * y or not low < step < high:
+            return step
+        y = step
+        a, f, w = curve(curves, y)
+    return y
+
+
+@compiled
+def mean_force(modulus: float, p: Point, q: Point) -> float:
+    """Mean of F_N over the depths between two points (y, b, F_N, W, a), p above q in the list."""
+    length = q[0] - p[0]
+    if length > _CLOSE * q[0]:
+        return (q[3] - p[3]) / length
+    return 0.5 * (p[2] + q[2]) - modulus * length * (q[4] - p[4]) / 6.0
+
+
+@compiled
+def at(stack: FloatArray, i: int) -> Point:
+    """Vertex i as a point."""
+    return stack[i, Y], stack[i, B], stack[i, FORCE], stack[i, WORK], stack[i, RADIUS]
+
+
+@compiled
+def put(stack: FloatArray, i: int, point: Point, slope: float) -> None:
+    """Write vertex i > 0 at the end of a segment of the given slope."""
+    y, b, force, work, radius = point
+    length = y - stack[i - 1, Y]
+    below = stack[i - 1, FORCE]
+    stack[i, Y] = y
+    stack[i, B] = b
+    stack[i, SLOPE] = slope
+    stack[i, FORCE] = force
+    stack[i, WORK] = work
+    stack[i, SUM] = stack[i - 1, SUM] + slope * (force - below)
+    bend = slope * (work - stack[i - 1, WORK] - length * below)
+    stack[i, ENERGY] = stack[i - 1, ENERGY] + slope * (length * stack[i - 1, SUM] + bend)
+    stack[i, RADIUS] = radius
+
+
+@compiled
+def base(stack: FloatArray, b: float) -> None:
+    """Write the vertex at depth 0."""
+    stack[0, :] = 0.0
+    stack[0, B] = b
+
+
+@compiled
+def grown(stack: FloatArray, m: int) -> FloatArray:
+    """The stack with room for one step."""
+    if m + 4 <= stack.shape[0]:
+        return stack
+    larger = np.empty((stack.shape[0] + stack.shape[0] // 2 + 8, stack.shape[1]))
+    larger[: m + 1] = stack[: m + 1]
+    return larger
+
+
+@compiled
+def extend(
+    stack: FloatArray, m: int, low: float, high: float, point: Point, slope: float, by_force: bool
+) -> tuple[int, float, float]:
+    """Append a stuck segment, joined to the top one when all its points stay within rounding of a line."""
+    if m > 0:
+        x, z, x1, z1 = point[0], point[1], Y, B
+        if by_force:
+            x, z, x1, z1 = point[2], stack[m, SUM] + slope * (point[2] - stack[m, FORCE]), FORCE, SUM
+        room = _MERGE * max(x, abs(z), abs(stack[m - 1, z1])) / (stack[m, x1] - stack[m - 1, x1])
+        low = max(low, stack[m, SLOPE] - room)
+        high = min(high, stack[m, SLOPE] + room)
+        chord = (z - stack[m - 1, z1]) / (x - stack[m - 1, x1])
+        if low <= chord <= high:
+            b = point[1]
+            if by_force:
+                b = stack[m - 1, B] + chord * (point[0] - stack[m - 1, Y])
+            put(stack, m, (point[0], b, point[2], point[3], point[4]), min(max(chord, -1.0), 1.0))
+            return m, low, high
+    put(stack, m + 1, point, slope)
+    return m + 1, -np.inf, np.inf
+
+
+@compiled
+def parting(
+    curves: Any,
+    stack: FloatArray,
+    i: int,
+    upper: Point,
+    lower: Point,
+    end: Point,
+    d_depth: float,
+    d_shift: float,
+) -> float:
+    """Slip work of springs that lose contact, between two points of segment i; the step ends at `end`."""
+    modulus = curves[0]
+    slope = stack[i, SLOPE]
+    # lag of the anchor behind the shift at which each spring parts
+    per_depth = d_shift / d_depth
+    lag_u = end[1] + per_depth * (upper[0] - end[0]) - upper[1]
+    lag_l = end[1] + per_depth * (lower[0] - end[0]) - lower[1]
+    if lag_u * lag_l < 0.0:
+        y = lower[0] + (upper[0] - lower[0]) * (lag_l / (lag_l - lag_u))
+        a, force, work = curve(curves, min(max(y, lower[0]), upper[0]))
+        middle = (y, lower[1] + slope * (y - lower[0]), force, work, a)
+        g = 1.0 if lag_u > 0.0 else -1.0
+        return parted(modulus, slope, g, abs(lag_u), 0.0, upper, middle, d_depth, d_shift) + parted(
+            modulus, slope, -g, 0.0, abs(lag_l), middle, lower, d_depth, d_shift
+        )
+    g = 1.0 if lag_u + lag_l > 0.0 else -1.0
+    return parted(modulus, slope, g, abs(lag_u), abs(lag_l), upper, lower, d_depth, d_shift)
+
+
+@compiled
+def parted(
+    modulus: float,
+    slope: float,
+    g: float,
+    s_u: float,
+    s_l: float,
+    upper: Point,
+    lower: Point,
+    d_depth: float,
+    d_shift: float,
+) -> float:
+    """-int phi' dF_N for phi = |dD| s^2 / (2 kappa), s linear between the points, slip toward g."""
+    rate = g * d_shift - d_depth
+    per_slip = g * d_shift + slope * g * -d_depth
+    p_u = -per_slip * (s_u / rate if s_u < rate else 1.0) if s_u > 0.0 else 0.0
+    p_l = -per_slip * (s_l / rate if s_l < rate else 1.0) if s_l > 0.0 else 0.0
+    total = p_l * lower[2] - p_u * upper[2]
+    if p_u != p_l:
+        total += (p_u - p_l) * mean_force(modulus, lower, upper)
+    return total
+
+
+@compiled
+def replaced(
+    modulus: float,
+    bend: float,
+    depth: float,
+    d_depth: float,
+    rate: float,
+    upper: Point,
+    s_u: float,
+    lower: Point,
+    s_l: float,
+) -> float:
+    """-int phi' dF_N for phi = (D - y) s - dD s^2 / (2 kappa), s linear between the points, bend = ds/dy."""
+    r_u = s_u / rate if s_u < rate else 1.0
+    r_l = s_l / rate if s_l < rate else 1.0
+    p_u = (depth - upper[0] - d_depth * r_u) * bend - s_u
+    p_l = (depth - lower[0] - d_depth * r_l) * bend - s_l
+    total = p_l * lower[2] - p_u * upper[2]
+    if p_u != p_l:
+        total += (p_u - p_l) * mean_force(modulus, lower, upper)
+    return total
+
+
+@compiled
+def move(
+    curves: Any, stack: FloatArray, m: int, low: float, high: float, depth: float, shift: float
+) -> tuple[int, float, float, float, float]:
+    """
+    Go straight to (depth, shift), depth >= 0 (mdr_math 5.4, 17.8).
+
+    Returns the top of the stack, its window of slopes, the slip work over mu^2 E* / G* and the distance that
+    the innermost spring slips.
+    """
+    modulus = curves[0]
+    d_depth = depth - stack[m, Y]
+    d_shift = shift - stack[m, B]
+    total = 0.0
+    upper = at(stack, m)
+    i = m
+    if d_depth == 0.0:
+        if d_shift == 0.0:
+            return m, low, high, 0.0, 0.0
+        end = (depth, shift, upper[2], upper[3], upper[4])
+        g = 1.0 if d_shift > 0.0 else -1.0
+        rate = abs(d_shift)
+        lag = rate
+    else:
+        a, force, work = curve(curves, depth)
+        end = (depth, shift, force, work, a)
+        if d_depth > 0.0:
+            if abs(d_shift) <= d_depth:
+                m, low, high = extend(stack, m, low, high, end, d_shift / d_depth, False)
+                return m, low, high, 0.0, 0.0
+            g = 1.0 if d_shift > 0.0 else -1.0
+            rate = abs(d_shift) - d_depth
+            lag = rate
+            total = rate * (mean_force(modulus, upper, end) - upper[2])
+        else:
+            while i > 0 and stack[i - 1, Y] > depth:
+                lower = at(stack, i - 1)
+                total += parting(curves, stack, i, upper, lower, end, d_depth, d_shift)
+                upper = lower
+                i -= 1
+            b = stack[i - 1, B] + stack[i, SLOPE] * (depth - stack[i - 1, Y])
+            lower = (depth, b, force, work, a)
+            total += parting(curves, stack, i, upper, lower, end, d_depth, d_shift)
+            upper = lower
+            if i < m:
+                low = high = stack[i, SLOPE]
+            lag = abs(shift - b)
+            if depth == 0.0:
+                base(stack, shift)
+                return 0, -np.inf, np.inf, total, lag
+            if lag == 0.0:
+                put(stack, i, end, stack[i, SLOPE])
+                return i, low, high, total, 0.0
+            g = 1.0 if shift > b else -1.0
+            rate = g * d_shift - d_depth
+    edge = g * shift - depth
+    while i > 0:
+        bend = 1.0 - g * stack[i, SLOPE]
+        next_lag = edge - (g * stack[i - 1, B] - stack[i - 1, Y])
+        if next_lag <= 0.0:
+            break
+        lower = at(stack, i - 1)
+        total += replaced(modulus, bend, depth, d_depth, rate, upper, lag, lower, next_lag)
+        upper = lower
+        lag = next_lag
+        i -= 1
+    slid = 0.0
+    if i == 0:
+        slid = lag
+        base(stack, shift - g * depth)
+    else:
+        bottom = stack[i - 1, Y]
+        y = upper[0] - lag / bend if lag < bend * (upper[0] - bottom) else bottom
+        if y > bottom:
+            a, force, work = curve(curves, y)
+            lower = (y, stack[i - 1, B] + stack[i, SLOPE] * (y - bottom), force, work, a)
+        else:
+            lower = at(stack, i - 1)
+        total += replaced(modulus, bend, depth, d_depth, rate, upper, lag, lower, 0.0)
+        if y > bottom:
+            put(stack, i, lower, stack[i, SLOPE])
+        else:
+            i -= 1
+    put(stack, i + 1, end, g)
+    return i + 1, -np.inf, np.inf, total, slid

@@ -1,0 +1,1 @@
+"""Where people meet pymdr: case files and the command line."""

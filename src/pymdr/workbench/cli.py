@@ -1,0 +1,213 @@
+"""The command line: ``pymdr run``, ``pymdr check``, ``pymdr plot``.
+
+Every command body imports what it needs, so that ``pymdr --help`` stays quick.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from pymdr.interpretation.validity import Assumption, Claim
+    from pymdr.result import Result
+    from pymdr.workbench.casefile import Case
+
+app = typer.Typer(
+    help="Contacts by the Method of Dimensionality Reduction: exact where the theory is, honest where it is not.",
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+    rich_markup_mode=None,
+    add_completion=True,
+)
+
+OK, FAILED, WRONG_USE = 0, 1, 2
+
+CaseFile = Annotated[Path, typer.Argument(metavar="CASE.toml", help="The case file.")]
+Output = Annotated[
+    Path | None,
+    typer.Option(
+        "-o", "--output", metavar="DIR", help="Folder for result.nc and the figures; CASE unless given."
+    ),
+]
+Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")]
+Json = Annotated[bool, typer.Option("--json", help="Print one JSON object instead of the summary.")]
+
+
+def main() -> None:
+    """Run the command line; errors of pymdr become one line and exit status 1."""
+    from pymdr.errors import PymdrError
+
+    try:
+        app()
+    except PymdrError as error:
+        typer.echo(f"pymdr: {error}", err=True)
+        raise SystemExit(FAILED) from None
+
+
+@app.callback(invoke_without_command=True)
+def version(
+    show: Annotated[bool, typer.Option("--version", help="Print the version and exit.")] = False,
+) -> None:
+    """Options that need no command."""
+    if show:
+        import pymdr
+
+        typer.echo(f"pymdr {pymdr.__version__}")
+        raise typer.Exit(OK)
+
+
+@app.command()
+def run(case: CaseFile, output: Output = None, quiet: Quiet = False, as_json: Json = False) -> None:
+    """Solve a case; write result.nc and figures; print the summary."""
+    from pymdr.solving import solve
+    from pymdr.workbench.casefile import read_case
+
+    asked = read_case(case)
+    folder = _ready_folder(output or case.with_suffix(""))
+    result = solve(asked.contact, asked.path, progress=_progress(quiet or as_json))
+    result.save(folder / "result.nc")
+    written = [folder / "result.nc", *_write_figures(result.figures(), folder)]
+    if as_json:
+        typer.echo(json.dumps(_as_json(asked, result, written), indent=2))
+    elif not quiet:
+        if asked.title:
+            typer.echo(asked.title)
+        typer.echo(result.summary())
+        typer.echo("Written: " + ", ".join(str(file) for file in written))
+
+
+@app.command()
+def check(case: CaseFile, quiet: Quiet = False, as_json: Json = False) -> None:
+    """Validate a case and print what can be claimed; nothing is solved."""
+    from pymdr.solving import assess
+    from pymdr.workbench.casefile import read_case
+
+    asked = read_case(case)
+    assessment = assess(asked.contact, asked.path)
+    if as_json:
+        typer.echo(
+            json.dumps(
+                {
+                    "case": str(case),
+                    "largest": assessment.largest,
+                    "claims": _plain_claims(assessment.claims),
+                    "assumptions": _plain_assumptions(assessment.assumptions),
+                    "notes": list(assessment.notes),
+                },
+                indent=2,
+            )
+        )
+    elif not quiet:
+        typer.echo(asked.title or f"{case} is a valid case.")
+        typer.echo(assessment.summary())
+
+
+@app.command()
+def plot(
+    result_file: Annotated[Path, typer.Argument(metavar="RESULT.nc", help="A file written by pymdr run.")],
+    output: Output = None,
+    step: Annotated[int, typer.Option(help="Row to draw, counted from 0; -1 is the last.")] = -1,
+    quiet: Quiet = False,
+) -> None:
+    """Draw the figures of a saved result."""
+    from pymdr.result import open_result
+
+    result = open_result(result_file)
+    folder = _ready_folder(output or result_file.parent)
+    written = _write_figures(result.figures(step), folder)
+    if not quiet:
+        typer.echo("Written: " + ", ".join(str(file) for file in written))
+
+
+def _ready_folder(folder: Path) -> Path:
+    """Make the folder and see that it takes files, before any work is done."""
+    from pymdr.errors import FileError
+
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        probe = folder / ".pymdr-probe"
+        probe.touch()
+        probe.unlink()
+    except OSError as error:
+        raise FileError(
+            f"cannot write into {folder}: {error.strerror or error}; choose another with -o DIR"
+        ) from error
+    return folder
+
+
+def _write_figures(figures: Mapping[str, Figure], folder: Path) -> list[Path]:
+    from pymdr.presentation.files import write_whole
+
+    files = []
+    for name, figure in figures.items():
+        file = folder / f"{name}.png"
+        write_whole(file, lambda beside, figure=figure: figure.savefig(beside, dpi=150))  # type: ignore[misc]
+        files.append(file)
+    return files
+
+
+def _progress(silent: bool) -> Any:
+    """A progress bar on a terminal, nothing in a pipe."""
+    if silent or not sys.stderr.isatty():
+        return None
+    from rich.progress import Progress
+
+    bar = Progress(transient=True)
+    task = bar.add_task("solving")
+
+    def show(done: int, total: int) -> None:
+        bar.start()
+        bar.update(task, completed=done, total=total)
+        if done >= total:
+            bar.stop()
+
+    return show
+
+
+def _as_json(case: Case, result: Result, written: Sequence[Path]) -> dict[str, Any]:
+    last = {
+        str(name): {"value": _finite(float(array.values[-1])), "unit": array.attrs["units"]}
+        for name, array in result.data.items()
+    }
+    return {
+        "case": str(case.file),
+        "status": result.status.name,
+        "steps": result.data.sizes["step"],
+        "last": last,
+        "claims": _plain_claims(result.claims),
+        "assumptions": _plain_assumptions(result.assumptions),
+        "notes": list(result.notes),
+        "references": list(result.cite()),
+        "written": [str(file) for file in written],
+    }
+
+
+def _finite(value: float) -> float | None:
+    return value if abs(value) < float("inf") else None
+
+
+def _plain_claims(claims: Mapping[str, Claim]) -> dict[str, Any]:
+    return {
+        name: {
+            "level": claim.level.name,
+            "reason": claim.reason,
+            "source": claim.source,
+            "steps_valid": int(claim.where.sum()),
+        }
+        for name, claim in claims.items()
+    }
+
+
+def _plain_assumptions(assumptions: Sequence[Assumption]) -> list[dict[str, Any]]:
+    return [
+        {"name": a.name, "words": a.words, "measure": a.measure, "limit": a.limit, "met": a.met}
+        for a in assumptions
+    ]
