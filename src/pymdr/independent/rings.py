@@ -27,7 +27,7 @@ Mask = NDArray[np.bool_]
 Gap = Callable[[Array], ArrayLike]
 Zones = tuple[tuple[float, float], ...]
 
-_LEAST = 8  # rings of a panel: the fit at an edge needs six
+_LEAST = 12  # rings of a panel: the fit at an edge needs nine
 
 
 @dataclass(frozen=True)
@@ -405,16 +405,17 @@ def _settle(problem: _Problem) -> _State:
     level = math.inf if problem.depth is None else problem.depth
     zones: Zones = ()
     refined: _State | None = None
+    near = max(0.02, 4 / problem.n)
     for attempt in range(16):
         spans = _below(problem, level)
         if not spans:
             return _State(_mesh(problem, [(0.0, 1.0, 1)]), np.zeros(1), level, 0.0, ())
         found = _active_set(problem, _mesh(problem, _panels(problem, spans, zones)), zones)
-        if refined and refined.pressure.min() >= 0 and _agree(problem, found.zones, refined.zones, 0.02, 0.0):
+        if refined and refined.pressure.min() >= 0 and _agree(problem, found.zones, refined.zones, near, 0.0):
             return refined
         # At a depth where a hole or a zone is about to vanish, the rings may tell either way.
-        simple = _simplify(problem, found.zones, 20 if attempt > 5 else 2)
-        if refined and attempt > 5 and _agree(problem, simple, refined.zones, 0.02, 0.0):
+        simple = _simplify(problem, found.zones, min(20 / problem.n, 0.3)) if attempt > 5 else found.zones
+        if refined and attempt > 5 and _agree(problem, simple, refined.zones, near, 0.0):
             return found
         refined = _refine(problem, simple) if _agree(problem, simple, zones, 0.2, 0.2) else None
         zones = refined.zones if refined else simple
@@ -458,21 +459,17 @@ def _union(intervals: Iterable[tuple[float, float]]) -> list[tuple[float, float]
     return union
 
 
-def _simplify(problem: _Problem, zones: Zones, rings: int) -> Zones:
-    """Close holes that are narrow against the zones beside them, or on the axis, and drop narrower zones."""
-    narrow = rings / problem.n
-    widest = max(outer - inner for inner, outer in zones)
+def _simplify(problem: _Problem, zones: Zones, narrow: float) -> Zones:
+    """Close holes narrower than this part of the zones beside them; on the axis and for zones, powers of it."""
+    least = narrow**3 * max(outer - inner for inner, outer in zones)
     simple: list[tuple[float, float]] = []
     for inner, outer in zones:
-        fixed = {inner, outer, *(simple[-1] if simple else ())} & set(problem.corners)
-        before = simple[-1] if simple else (-math.inf, 0.0)
-        if not fixed and outer - inner < narrow**2 * widest:
+        low, high = simple[-1] if simple else (0.0, 0.0)
+        most = narrow * min(outer - inner, high - low) if simple else narrow**2 * (outer - inner)
+        if outer - inner < least and not {inner, outer} & set(problem.corners):
             continue
-        if not fixed & {inner, before[1]} and inner - before[1] < narrow * min(
-            outer - inner, before[1] - before[0]
-        ):
-            inner = max(before[0], 0.0)
-            simple = simple[:-1]
+        if inner - high < most and not {inner, high} & set(problem.corners):
+            inner, simple = low, simple[:-1]
         simple.append((inner, outer))
     return tuple(simple)
 
@@ -606,7 +603,7 @@ def _refine(problem: _Problem, zones: Zones) -> _State | None:
             moved[k][side] = min(passed, key=lambda c: abs(c - x), default=x + step)
         if still:
             return state
-        zones = _simplify(problem, tuple((a, b) for a, b in moved), 2)
+        zones = _simplify(problem, tuple((a, b) for a, b in moved), (2 / problem.n) ** 2)
     return None
 
 

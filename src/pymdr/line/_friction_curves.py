@@ -223,19 +223,17 @@ def _antiderivative(polynomial: FloatArray) -> FloatArray:
     return np.concatenate([np.zeros((polynomial.shape[0], 1)), polynomial / powers], axis=1)
 
 
-def packed(curves: ElasticCurves) -> Packed:
-    """The curves as the plain tuple that the kernels take."""
+def packed(curves: ElasticCurves) -> FloatArray:
+    """The curves as the one array that the kernels take: eight numbers, then child and coefficients by piece."""
     n = curves.exponent
-    force = 2.0 * curves.modulus * n / (n + 1.0)
-    return (
+    head = [
         curves.modulus,
         n,
         1.0 / n if n > 0.0 else 0.0,
         curves.coefficient,
-        force,
+        2.0 * curves.modulus * n / (n + 1.0),
         n / (2.0 * n + 1.0),
         curves.depth,
-        float(_BUCKETS),
-        curves.child,
-        curves.pieces,
-    )
+        0.0,
+    ]
+    return np.concatenate([head, np.column_stack([curves.child, curves.pieces]).ravel()])

@@ -10,19 +10,20 @@ numba keeps compiled code by the date of the outermost function's file: a change
 
 from __future__ import annotations
 
+import math
 from typing import Any, TypeAlias
 
-import numpy as np
 from numba import njit
 
 from pymdr.units import FloatArray
 
+# the packed line
+MODULUS, EXPONENT, INVERSE, COEFFICIENT, FORCE_FACTOR, WORK_FACTOR, REACH = range(7)
+HEAD, STRIDE, BUCKETS = 8, 19, 256
+# a vertex of the stack
 Y, B, SLOPE, FORCE, WORK, SUM, ENERGY, RADIUS = range(8)
-COMPLETE, NOT_FINITE, NOT_ATTAINABLE, TOO_DEEP = range(4)
-# registers of a run: kept from one call to the next
-DEPTH, SHIFT, LOW, HIGH, SLIP_WORK, CARRY, SLIDE, TOP = range(8)
 
-_MERGE = 32 * np.finfo(float).eps  # of the coordinates: bends below it are rounding of the input
+_MERGE = 2.0**-47  # of the coordinates: bends below it are rounding of the input
 _CLOSE = 1e-4  # below this relative length, W(y2) - W(y1) has lost too many digits
 Point: TypeAlias = tuple[float, float, float, float, float]
 
@@ -30,56 +31,60 @@ compiled: Any = njit(cache=True, nogil=True, error_model="numpy")
 
 
 @compiled
-def curve(curves: Any, y: float) -> tuple[float, float, float]:
+def curve(line: FloatArray, y: float) -> tuple[float, float, float]:
     """Return a, F_N, W at one depth; NaN below a table."""
-    modulus, n, inverse_n, coefficient, c_force, c_work, depth, buckets, child, pieces = curves
     if y <= 0.0:
         return 0.0, 0.0, 0.0
+    n = line[EXPONENT]
     if n > 0.0:
-        z = y / coefficient
+        z = y / line[COEFFICIENT]
         if n == 2.0:
-            a = np.sqrt(z)
+            a = math.sqrt(z)
         elif n == 1.0:
             a = z
         else:
-            a = z**inverse_n
-        force = c_force * a * y
-        return a, force, c_work * force * y
-    x = buckets * np.sqrt(y / depth)
-    if not x <= buckets * (1.0 + 1e-14):
-        return np.nan, np.nan, np.nan
-    j = min(int(x), int(buckets) - 1)
+            a = z ** line[INVERSE]
+        force = line[FORCE_FACTOR] * a * y
+        return a, force, line[WORK_FACTOR] * force * y
+    x = BUCKETS * math.sqrt(y / line[REACH])
+    if not x <= BUCKETS * (1.0 + 1e-14):
+        return math.nan, math.nan, math.nan
+    j = min(int(x), BUCKETS - 1)
     t = x - j
-    while child[j] >= 0:
-        j = child[j]
+    p = HEAD + STRIDE * j
+    while line[p] >= 0.0:
+        p = HEAD + STRIDE * int(line[p])
         t *= 2.0
         if t >= 1.0:
             t -= 1.0
-            j += 1
-    p = pieces[j]
-    a = p[0] + t * (p[1] + t * (p[2] + t * p[3]))
-    force = p[4] + t * (p[5] + t * (p[6] + t * (p[7] + t * (p[8] + t * p[9]))))
-    work = p[16] + t * p[17]
-    for k in range(15, 9, -1):
-        work = p[k] + t * work
+            p += STRIDE
+    a = line[p + 4]
+    for k in range(p + 3, p, -1):
+        a = line[k] + t * a
+    force = line[p + 10]
+    for k in range(p + 9, p + 4, -1):
+        force = line[k] + t * force
+    work = line[p + 18]
+    for k in range(p + 17, p + 10, -1):
+        work = line[k] + t * work
     return a, force, work
 
 
 @compiled
-def depth_of_force(curves: Any, force: float) -> float:
+def depth_of_force(line: FloatArray, force: float) -> float:
     """Depth d with F_N(d) = force, NaN if there is none."""
-    modulus, n, inverse_n, coefficient, c_force, c_work, depth, buckets, child, pieces = curves
+    n, modulus = line[EXPONENT], line[MODULUS]
     if not force > 0.0:
-        return 0.0 if force == 0.0 else np.nan
+        return 0.0 if force == 0.0 else math.nan
     if n > 0.0:
-        y = (force / c_force * coefficient**inverse_n) ** (n / (n + 1.0))
-        a, f, w = curve(curves, y)
+        y = (force / line[FORCE_FACTOR] * line[COEFFICIENT] ** line[INVERSE]) ** (n / (n + 1.0))
+        a, f, w = curve(line, y)
         return y - (f - force) / (2.0 * modulus * a)
-    low, high = 0.0, depth
-    a, f, w = curve(curves, depth)
+    low, high = 0.0, line[REACH]
+    y = high
+    a, f, w = curve(line, y)
     if force > f:
-        return depth if force <= f * (1.0 + 1e-14) else np.nan
-    y = depth
+        return y if force <= f * (1.0 + 1e-14) else math.nan
     for _ in range(200):  # F_N is convex: Newton from above; halve where rounding or a flat start spoil it
         if f == force:
             return y
@@ -93,7 +98,7 @@ def depth_of_force(curves: Any, force: float) -> float:
         if abs(step - y) <= 2e-16 * y or not low < step < high:
             return step
         y = step
-        a, f, w = curve(curves, y)
+        a, f, w = curve(line, y)
     return y
 
 
@@ -137,16 +142,6 @@ def base(stack: FloatArray, b: float) -> None:
 
 
 @compiled
-def grown(stack: FloatArray, m: int) -> FloatArray:
-    """The stack with room for one step."""
-    if m + 4 <= stack.shape[0]:
-        return stack
-    larger = np.empty((stack.shape[0] + stack.shape[0] // 2 + 8, stack.shape[1]))
-    larger[: m + 1] = stack[: m + 1]
-    return larger
-
-
-@compiled
 def extend(
     stack: FloatArray, m: int, low: float, high: float, point: Point, slope: float, by_force: bool
 ) -> tuple[int, float, float]:
@@ -166,12 +161,12 @@ def extend(
             put(stack, m, (point[0], b, point[2], point[3], point[4]), min(max(chord, -1.0), 1.0))
             return m, low, high
     put(stack, m + 1, point, slope)
-    return m + 1, -np.inf, np.inf
+    return m + 1, -math.inf, math.inf
 
 
 @compiled
 def parting(
-    curves: Any,
+    line: FloatArray,
     stack: FloatArray,
     i: int,
     upper: Point,
@@ -181,7 +176,7 @@ def parting(
     d_shift: float,
 ) -> float:
     """Slip work of springs that lose contact, between two points of segment i; the step ends at `end`."""
-    modulus = curves[0]
+    modulus = line[MODULUS]
     slope = stack[i, SLOPE]
     # lag of the anchor behind the shift at which each spring parts
     per_depth = d_shift / d_depth
@@ -189,7 +184,7 @@ def parting(
     lag_l = end[1] + per_depth * (lower[0] - end[0]) - lower[1]
     if lag_u * lag_l < 0.0:
         y = lower[0] + (upper[0] - lower[0]) * (lag_l / (lag_l - lag_u))
-        a, force, work = curve(curves, min(max(y, lower[0]), upper[0]))
+        a, force, work = curve(line, min(max(y, lower[0]), upper[0]))
         middle = (y, lower[1] + slope * (y - lower[0]), force, work, a)
         g = 1.0 if lag_u > 0.0 else -1.0
         return parted(modulus, slope, g, abs(lag_u), 0.0, upper, middle, d_depth, d_shift) + parted(
@@ -247,7 +242,7 @@ def replaced(
 
 @compiled
 def move(
-    curves: Any, stack: FloatArray, m: int, low: float, high: float, depth: float, shift: float
+    line: FloatArray, stack: FloatArray, m: int, low: float, high: float, depth: float, shift: float
 ) -> tuple[int, float, float, float, float]:
     """
     Go straight to (depth, shift), depth >= 0 (mdr_math 5.4, 17.8).
@@ -255,7 +250,7 @@ def move(
     Returns the top of the stack, its window of slopes, the slip work over mu^2 E* / G* and the distance that
     the innermost spring slips.
     """
-    modulus = curves[0]
+    modulus = line[MODULUS]
     d_depth = depth - stack[m, Y]
     d_shift = shift - stack[m, B]
     total = 0.0
@@ -269,7 +264,7 @@ def move(
         rate = abs(d_shift)
         lag = rate
     else:
-        a, force, work = curve(curves, depth)
+        a, force, work = curve(line, depth)
         end = (depth, shift, force, work, a)
         if d_depth > 0.0:
             if abs(d_shift) <= d_depth:
@@ -282,19 +277,19 @@ def move(
         else:
             while i > 0 and stack[i - 1, Y] > depth:
                 lower = at(stack, i - 1)
-                total += parting(curves, stack, i, upper, lower, end, d_depth, d_shift)
+                total += parting(line, stack, i, upper, lower, end, d_depth, d_shift)
                 upper = lower
                 i -= 1
             b = stack[i - 1, B] + stack[i, SLOPE] * (depth - stack[i - 1, Y])
             lower = (depth, b, force, work, a)
-            total += parting(curves, stack, i, upper, lower, end, d_depth, d_shift)
+            total += parting(line, stack, i, upper, lower, end, d_depth, d_shift)
             upper = lower
             if i < m:
                 low = high = stack[i, SLOPE]
             lag = abs(shift - b)
             if depth == 0.0:
                 base(stack, shift)
-                return 0, -np.inf, np.inf, total, lag
+                return 0, -math.inf, math.inf, total, lag
             if lag == 0.0:
                 put(stack, i, end, stack[i, SLOPE])
                 return i, low, high, total, 0.0
@@ -319,7 +314,7 @@ def move(
         bottom = stack[i - 1, Y]
         y = upper[0] - lag / bend if lag < bend * (upper[0] - bottom) else bottom
         if y > bottom:
-            a, force, work = curve(curves, y)
+            a, force, work = curve(line, y)
             lower = (y, stack[i - 1, B] + stack[i, SLOPE] * (y - bottom), force, work, a)
         else:
             lower = at(stack, i - 1)
@@ -329,4 +324,4 @@ def move(
         else:
             i -= 1
     put(stack, i + 1, end, g)
-    return i + 1, -np.inf, np.inf, total, slid
+    return i + 1, -math.inf, math.inf, total, slid

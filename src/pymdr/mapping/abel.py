@@ -13,7 +13,7 @@ import math
 from collections.abc import Callable, Sequence
 from functools import lru_cache
 from itertools import pairwise
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -61,7 +61,8 @@ def gauss(n: int, exponent: float = 0.0) -> tuple[FloatArray, FloatArray]:
     return (nodes + 1.0) / 2.0, weights / 2.0 ** (exponent + 1.0)
 
 
-Integrand: TypeAlias = Callable[[FloatArray, FloatArray], FloatArray]
+Integrand: TypeAlias = Callable[[FloatArray, FloatArray, FloatArray], FloatArray]
+"""Called with the variable t, the column's radius and the distance of t from the start of its panel."""
 PanelEdges: TypeAlias = Callable[[FloatArray], FloatArray]
 
 
@@ -81,11 +82,15 @@ def _panel_sum(
     """
     total = np.zeros(edges.shape[1])
     size = np.zeros(edges.shape[1])
+    special_at_zero = exponent != 0.0 or tip_power > 1
     for low, high in pairwise(edges):
-        for at_zero in (True, False):
-            inside = (high > low) & (at_zero == (low == 0.0))
-            if not inside.any():
+        for at_zero in (True, False) if special_at_zero else (False,):
+            chosen = high > low
+            if special_at_zero:
+                chosen &= at_zero == (low == 0.0)
+            if not chosen.any():
                 continue
+            inside: Any = slice(None) if chosen.all() else chosen
             start, width = low[inside], (high - low)[inside]
             weighted = at_zero and exponent != 0.0
             s, weights = gauss(n, exponent if weighted else 0.0)
@@ -95,8 +100,9 @@ def _panel_sum(
                 weights = weights * (m * s ** (m - 1))
                 s = s**m
             downward = power < 0 and not weighted and m == -power
-            t = high[inside] - s * width if downward else start + s * width
-            values = integrand(t, columns[inside]) * weights
+            offset = s * width
+            t = high[inside] - offset if downward else start + offset
+            values = integrand(t, columns[inside], offset) * weights
             if weighted:
                 values = values * width**exponent
             elif exponent:
@@ -119,7 +125,7 @@ def _integrate(
     noise: float = 0.0,
 ) -> FloatArray:
     """
-    Integrate t^exponent * integrand(t, column) over the panels of each column, with error control.
+    Integrate t^exponent * integrand(t, column, offset) over the panels of each column, with error control.
 
     ``edges_of(columns)`` gives rising panel edges of shape (panels + 1, columns). Columns that do not
     converge come back as nan.
@@ -162,7 +168,7 @@ def _angles(r: FloatArray, x: FloatArray) -> FloatArray:
 
 
 def _angular(
-    integrand: Integrand,
+    integrand: Callable[[FloatArray, FloatArray], FloatArray],
     x: FloatArray,
     low: FloatArray,
     high: FloatArray,
@@ -180,11 +186,11 @@ def _angular(
     theta = pi/2 - phi, which resolves a tip.
     """
 
-    def outer(phi: FloatArray, x: FloatArray) -> FloatArray:
+    def outer(phi: FloatArray, x: FloatArray, _: FloatArray) -> FloatArray:
         values = integrand(x * np.cos(phi), x)
         return values if exponent == 0.0 else values * np.sinc(phi / np.pi) ** exponent
 
-    def inner(theta: FloatArray, x: FloatArray) -> FloatArray:
+    def inner(theta: FloatArray, x: FloatArray, _: FloatArray) -> FloatArray:
         values = integrand(x * np.sin(theta), x)
         return values if exponent == 0.0 else values * np.cos(theta) ** exponent
 
@@ -489,8 +495,11 @@ def edge_average(
         s = edges(radius)
         return np.array([s[0], *(lo + (hi - lo) * q for lo, hi in pairwise(s) for q in (*_GRADING, 1.0))])
 
-    def integrand(s: FloatArray, radius: FloatArray) -> FloatArray:
-        values = curve(radius * np.cosh(s))
+    def integrand(s: FloatArray, radius: FloatArray, offset: FloatArray) -> FloatArray:
+        x = radius * np.cosh(s)
+        values = curve(x)
+        if marks.size:
+            values = values * _root_correction(x, s, offset, radius, marks)
         return values if k == 0.0 else values * (radius * np.sinh(s) / s) ** k
 
     radius = flat[inside]
@@ -509,6 +518,24 @@ def edge_average(
     return np.asarray(answer.reshape(r.shape))
 
 
+def _root_correction(
+    x: FloatArray, s: FloatArray, offset: FloatArray, radius: FloatArray, marks: FloatArray
+) -> FloatArray:
+    """
+    Make the weight of a node agree with its rounded x, where a panel starts at a breakpoint b.
+
+    There v ~ (x - b)^(-1/2), and the weight holds (s - s_b)^(1/2): both are to see the same distance. The
+    latter follows from x - b = 2 r sinh((s + s_b)/2) sinh((s - s_b)/2).
+    """
+    start = radius * np.cosh(s - offset)
+    b = marks[np.clip(np.searchsorted(marks, start * (1.0 + 1e-12)) - 1, 0, None)]
+    at_mark = np.abs(start - b) <= 1e-12 * b
+    with np.errstate(invalid="ignore", divide="ignore"):
+        actual = 2.0 * np.arcsinh((x - b) / (2.0 * radius * np.sinh(s - 0.5 * offset)))
+        ratio = np.where(at_mark & (offset > 0.0), np.maximum(actual, 0.0) / offset, 1.0)
+    return np.asarray(np.sqrt(ratio))
+
+
 def _centre_value(curve: Curve, a: float, breakpoints: Sequence[float], k: float) -> float:
     """The integral of v x^(k-1) from 0 to a, on panels graded to 0 and a power law below them."""
     marks = np.array([b for b in breakpoints if b < a])
@@ -519,11 +546,12 @@ def _centre_value(curve: Curve, a: float, breakpoints: Sequence[float], k: float
     else:
         exponent = k + float(np.log(tip[1] / tip[0]) / np.log(x[1] / x[0]))
         below = math.inf if exponent < 1e-6 else float(tip[0]) * x[0] ** k / exponent
+    panels = np.array([x[:-1], x[1:]])
     body = _integrate(
-        lambda t, _: curve(t) * t ** (k - 1.0),
-        lambda c: x[:, None],
-        np.array([a]),
+        lambda t, *_: curve(t) * t ** (k - 1.0),
+        lambda c: panels,
+        x[1:],
         power=2,
         tolerance=_SINGULAR_TOLERANCE,
     )
-    return below + float(_require(body, np.array([a]), "pressure")[0])
+    return below + float(_require(body, x[1:], "pressure").sum())

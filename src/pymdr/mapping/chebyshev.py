@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 
 import numpy as np
 from numpy.polynomial import chebyshev
@@ -45,6 +45,11 @@ class Panel:
     tip_exponent: float
     coefficients: FloatArray
 
+    @cached_property
+    def derivative(self) -> FloatArray:
+        """Chebyshev coefficients of the derivative with respect to t."""
+        return np.asarray(2.0 * chebyshev.chebder(self.coefficients), dtype=np.float64)
+
     @property
     def nodes(self) -> FloatArray:
         """The interpolation points x."""
@@ -65,7 +70,7 @@ class Panel:
         width = self.high - self.low
         stretch = width if self.power == 1 else 2.0 * width * t
         with np.errstate(divide="ignore"):
-            slope = chebyshev.chebval(2.0 * t - 1.0, 2.0 * chebyshev.chebder(self.coefficients)) / stretch
+            slope = chebyshev.chebval(2.0 * t - 1.0, self.derivative) / stretch
         if not self.tip_exponent:
             return slope
         n = self.tip_exponent

@@ -497,7 +497,7 @@ class NumericLine(EquivalentProfile):
             top,
             breakpoints=self.breakpoints,
             rooted=True,
-            tip_exponent=chebyshev.tip_exponent(samples.g, top),
+            tip_exponent=1.0 + chebyshev.tip_exponent(samples.slope, top, 0.0),
             noise=lambda x: samples.noise * x,
             what="g(x)",
         )

@@ -351,7 +351,9 @@ def call(function: ArrayFunction, r: FloatArray, name: str = "f") -> FloatArray:
     with np.errstate(all="ignore"):
         try:
             values = np.asarray(function(flat), dtype=float)
-            return np.array(np.broadcast_to(values, flat.shape)).reshape(np.shape(r))
+            if values.shape != flat.shape:
+                values = np.array(np.broadcast_to(values, flat.shape))
+            return values.reshape(np.shape(r))
         except (TypeError, ValueError) as error:
             raise ProblemError(
                 f"Function.{name} does not take arrays ({error}): write it with NumPy functions, "

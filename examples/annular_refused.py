@@ -1,0 +1,33 @@
+"""
+A contact that is refused
+=========================
+
+A cylinder with a hollow end touches with its rim first: the contact is a ring, not a disk, and the method
+does not hold until the hollow has been pressed flat. pymdr says so, gives the loads from which it holds, and
+keeps a rigorous lower bound of the force.
+"""
+
+import pymdr as mdr
+
+b, R = 1e-3, 0.5
+hollow = mdr.FlatPunch(radius=b) + mdr.Function(lambda r: -(r**2) / (2 * R), derivative=lambda r: -r / R)
+contact = mdr.Contact(hollow, mdr.Elastic(young="3 MPa", poisson=0.5))
+
+result = mdr.solve(contact, mdr.indent("1.5 um", steps=3))
+print(result.summary())
+try:
+    result["contact_radius"]
+except mdr.NotValidError as refusal:
+    print(refusal)
+figure = result.plot()
+
+# %%
+# The bound for an indentation d: 2 E* (d b + b^3 / (3 R)), the load of the full disk (Barber 1974).
+modulus = mdr.effective_moduli(contact.body).normal
+bound = 2 * modulus * (1.5e-6 * b + b**3 / (3 * R))
+assert abs(result["force_lower_bound"].values[-1] / bound - 1) < 1e-12
+
+# %%
+# From d = b^2 / R = 2 um on, the end is flat and everything is exact.
+flat = mdr.solve(contact, mdr.indent("2.5 um"))
+assert flat.status is mdr.Status.COMPLETED

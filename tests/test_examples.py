@@ -1,0 +1,34 @@
+"""Every example runs, and each asserts a number of its own."""
+
+import runpy
+import tomllib
+from pathlib import Path
+
+import pytest
+
+from pymdr.solving import solve
+from pymdr.workbench.casefile import read_case
+
+EXAMPLES = Path(__file__).parent.parent / "examples"
+
+# last rows of the case files, from closed forms where there is one
+CASE_NUMBERS = {
+    "ball_on_glass": ("contact_radius", 1.8873e-4, 1e-4),
+    "conical_indenter": ("normal_force", 0.0, 1e-12),
+    "rounded_punch": ("normal_stiffness", 2 * (3e6 / 0.75) * 1e-3, 1e-12),
+}
+
+
+@pytest.mark.parametrize("script", sorted(EXAMPLES.glob("*.py")), ids=lambda p: p.stem)
+def test_script(script):
+    assert "assert " in script.read_text()
+    runpy.run_path(str(script))
+
+
+@pytest.mark.parametrize("file", sorted(EXAMPLES.glob("*.toml")), ids=lambda p: p.stem)
+def test_case_file(file):
+    tomllib.loads(file.read_text())
+    case = read_case(file)
+    name, value, tolerance = CASE_NUMBERS[file.stem]
+    got = float(solve(case.contact, case.path)[name].values[-1])
+    assert got == pytest.approx(value, rel=tolerance, abs=1e-15)
