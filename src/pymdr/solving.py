@@ -35,7 +35,7 @@ from pymdr.line.foundation import (
     states_at_depth,
     states_at_force,
 )
-from pymdr.mapping.equivalent import NumericLine, equivalent_profile, gap_function, slope_samples
+from pymdr.mapping.equivalent import NumericLine, equivalent_profile, gap_function, samples_of
 from pymdr.mapping.moduli import EffectiveModuli, effective_moduli
 from pymdr.problem.contact import Contact
 from pymdr.problem.paths import Hold, Leg, LoadingPath, Path, Ramp, legs
@@ -247,7 +247,7 @@ def _gap_on(profile: Profile, equivalent: NumericLine, r: FloatArray) -> FloatAr
     parts = profile.parts if isinstance(profile, Sum) else (profile,)
     if all(not isinstance(part, Function) or part.f is not None for part in parts):
         return profile.gap(r)
-    slope = slope_samples(profile, float(r[-1])).slope
+    slope = samples_of(profile, float(r[-1])).slope
     steps = 0.5 * np.diff(r) * (slope(r[1:]) + slope(r[:-1]))
     first = gap_function(profile, equivalent)(r[:1])
     return np.concatenate([first, first + np.cumsum(steps)])
@@ -360,7 +360,7 @@ def _assumptions(contact: Contact, mapped: Mapped, states: DiskStates) -> tuple[
     a = float(np.max(states.contact_radius, initial=0.0))
     if a == 0.0:
         return ()
-    slope = slope_samples(contact.profile, a).slope
+    slope = samples_of(contact.profile, a).slope
     return small_slope_assumptions(contact.profile, slope, a, mapped.moduli.dundurs_beta)
 
 

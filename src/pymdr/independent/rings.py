@@ -149,7 +149,7 @@ def solve_indentation(
     """
     if not math.isfinite(indentation):
         raise ProblemError(f"The indentation must be a finite number of metres, not {indentation!r}.")
-    return _solve(gap, indentation, None, modulus, reach, n, edge, breakpoints)
+    return _solve(gap, float(indentation), None, float(modulus), reach, n, edge, breakpoints)
 
 
 def solve_force(
@@ -177,7 +177,7 @@ def solve_force(
     """
     if not (math.isfinite(force) and force > 0):
         raise ProblemError(f"The force must be a positive finite number of newtons, not {force!r}.")
-    return _solve(gap, None, force, modulus, reach, n, edge, breakpoints)
+    return _solve(gap, None, float(force), float(modulus), reach, n, edge, breakpoints)
 
 
 def ring_displacement(r: ArrayLike, edges: ArrayLike) -> Array:
@@ -203,6 +203,11 @@ def ring_displacement(r: ArrayLike, edges: ArrayLike) -> Array:
     r, a = np.atleast_1d(_radii(r))[:, None], np.atleast_1d(_radii(edges))
     if r.ndim != 2 or a.ndim != 1 or a.size < 2 or not np.all(np.diff(a) > 0):
         raise ProblemError("ring_displacement needs one row of radii and at least two increasing edges.")
+    block = max(1, 2**18 // a.size)  # bounds the memory of the temporaries
+    return np.vstack([_rings(r[i : i + block], a) for i in range(0, max(r.size, 1), block)])
+
+
+def _rings(r: Array, a: Array) -> Array:
     large, small = np.maximum(r, a), np.minimum(r, a)
     size = np.where(large > 0, large, 1.0)
     rest = (large - small) / size * ((large + small) / size)
@@ -257,8 +262,8 @@ def pressure_at(solution: RingSolution, r: ArrayLike) -> Array:
     Examples
     --------
     >>> hertz = solve_indentation(lambda r: r**2 / 2, 1.0, 1.0, reach=2.0)
-    >>> [f"{p:.4f}" for p in pressure_at(hertz, [0.0, 0.6, 1.0, 1.5]) * np.pi / 2]
-    ['1.0000', '0.8000', '0.0000', '0.0000']
+    >>> [f"{p:.4f}" for p in pressure_at(hertz, [0.0, 0.6, 0.8, 1.5]) * np.pi / 2]
+    ['1.0000', '0.8000', '0.6000', '0.0000']
     """
     from scipy.interpolate import Akima1DInterpolator
 
@@ -299,13 +304,14 @@ def _radii(r: ArrayLike) -> Array:
 
 
 class _Problem(NamedTuple):
-    """All lengths over the end of the rings, pressures over E*; `corners`: where pressure may be singular."""
+    """Lengths over `size`, the end of the rings, pressures over E*; the pressure may be singular at `corners`."""
 
     gap: Callable[[Array], Array]
     depth: float | None
     force: float | None
     corners: tuple[float, ...]
     n: int
+    size: float
 
 
 class _Mesh(NamedTuple):
@@ -344,7 +350,7 @@ def _solve(
         raise ProblemError(
             f"reach must be positive and finite and edge positive, not {reach!r} and {edge!r} m."
         )
-    size = min(reach, edge)
+    size = float(min(reach, edge))
 
     def scaled_gap(x: Array) -> Array:
         f = np.asarray(gap(x * size), dtype=np.float64) / size
@@ -362,6 +368,7 @@ def _solve(
             None if force is None else force / modulus / size / size,
             tuple(sorted(corners)),
             int(Rings(n).n),
+            size,
         )
     )
     mesh, zones = state.mesh, state.zones
@@ -408,30 +415,39 @@ def _settle(problem: _Problem) -> _State:
     near = max(0.02, 4 / problem.n)
     for attempt in range(16):
         spans = _below(problem, level)
+        if not spans and problem.depth is None:
+            raise ProblemError("gap has no finite value up to the reach or edge: no force can be carried.")
         if not spans:
             return _State(_mesh(problem, [(0.0, 1.0, 1)]), np.zeros(1), level, 0.0, ())
         found = _active_set(problem, _mesh(problem, _panels(problem, spans, zones)), zones)
+        if not found.zones:
+            return found
         if refined and refined.pressure.min() >= 0 and _agree(problem, found.zones, refined.zones, near, 0.0):
-            return refined
+            missed = _missed(problem, refined, spans) if attempt < 5 else ()
+            if not missed:
+                return refined
+            zones, refined = tuple(sorted((*refined.zones, *missed))), None
+            continue
         # At a depth where a hole or a zone is about to vanish, the rings may tell either way.
-        simple = _simplify(problem, found.zones, min(20 / problem.n, 0.3)) if attempt > 5 else found.zones
-        if refined and attempt > 5 and _agree(problem, simple, refined.zones, near, 0.0):
+        simple = _simplify(problem, found.zones, min(20 / problem.n, 0.3)) if attempt > 4 else found.zones
+        if refined and attempt > 4 and _agree(problem, simple, refined.zones, near, 0.0):
             return found
         refined = _refine(problem, simple) if _agree(problem, simple, zones, 0.2, 0.2) else None
         zones = refined.zones if refined else simple
         if problem.depth is None:
             level = found.depth + 0.1 * (found.depth - float(found.mesh.gap.min()))
     raise ConvergenceError(
-        f"The edges of the contact zones did not settle; the last zones were {zones} (over reach or edge) at "
-        f"d = {found.depth:.6g} (likewise). Give breakpoints at kinks and jumps of the gap, or more rings."
+        f"The edges of the contact zones did not settle; the last were {_metres(problem, zones)} at d = "
+        f"{found.depth * problem.size:.6g} m. Give breakpoints at kinks and jumps of the gap, or more rings."
     )
 
 
 def _below(problem: _Problem, level: float) -> list[tuple[float, float]]:
     """Intervals that hold all points with f < d: contact is nowhere else, for u > 0 everywhere."""
-    spans, todo = [], [(0.0, 1.0)]
+    spans: list[tuple[float, float]] = []
+    todo = [(0.0, 1.0)]
     for zoom in range(40):
-        again = []
+        again: list[tuple[float, float]] = []
         for low, high in todo:
             x = np.linspace(low, high, 65 if zoom else 2001)
             f = problem.gap(x)
@@ -439,10 +455,23 @@ def _below(problem: _Problem, level: float) -> list[tuple[float, float]]:
                 steps = np.nan_to_num(np.abs(np.diff(f)), posinf=0.0)
             variation = np.maximum(np.append(0.0, steps), np.append(steps, 0.0))
             for i, j in _runs(f - variation < level):
-                wide = 8 * (j - i) >= x.size and bool(np.any(f[i:j] < level))
+                wide = 4 * (j - i) >= x.size and bool(np.any(f[i:j] < level))
                 (spans if wide else again).append((float(x[max(i - 1, 0)]), float(x[min(j, x.size - 1)])))
         todo = again
     return _union(spans)
+
+
+def _missed(problem: _Problem, state: _State, spans: Sequence[tuple[float, float]]) -> Zones:
+    """Where, between the rings outside the zones, the surface would enter the punch."""
+    mesh, missed = state.mesh, []
+    for low, high, _ in _panels(problem, spans, state.zones):
+        if not any(a <= low < b for a, b in state.zones):
+            x = np.linspace(low, high, 129)
+            u = ring_displacement(x, mesh.edges)[:, mesh.live] @ state.pressure
+            over = state.depth - problem.gap(x) - u > (state.depth - mesh.gap.min()) / problem.n**3
+            over[:2] = over[-2:] = False
+            missed += [(float(x[i - 1]), float(x[j])) for i, j in _runs(over)]
+    return tuple(missed)
 
 
 def _runs(mask: Mask) -> list[tuple[int, int]]:
@@ -529,11 +558,13 @@ def _active_set(problem: _Problem, mesh: _Mesh, zones: Zones) -> _State:
         active &= np.any([(mesh.centres > a) & (mesh.centres < b) for a, b in zones], axis=0)
     fewest, patience = active.size + 1, 10
     for _ in range(100 + 2 * active.size):
-        if not active.any():
+        if problem.depth is None and not active.any():
             active[np.argmin(mesh.gap)] = True
         pressure, depth, stiffness = _balance(problem, mesh, active)
         u = mesh.matrix @ pressure
-        noise = 1e-12 * float(np.max(np.abs(u))) + 1e-15 * float(np.max(np.abs(mesh.gap[active])))
+        noise = 1e-12 * float(np.max(np.abs(u))) + 1e-15 * float(
+            np.max(np.abs(mesh.gap[active]), initial=0.0)
+        )
         wrong = np.where(active, pressure < 0, depth - mesh.gap - u > noise)
         count = int(wrong.sum())
         if count == 0:
@@ -543,9 +574,13 @@ def _active_set(problem: _Problem, mesh: _Mesh, zones: Zones) -> _State:
             wrong[: np.flatnonzero(wrong)[-1]] = False
         active = active ^ wrong
     raise ConvergenceError(
-        f"The active set of {active.size} rings did not settle: the last had {int(active.sum())} rings in contact, "
-        f"{count} of all wrong, at d = {depth:.6g} (over reach or edge). Try another number of rings."
+        f"The active set of {active.size} rings did not settle: the last had {int(active.sum())} in contact, {count} of "
+        f"all wrong, at d = {depth * problem.size:.6g} m. Try another number of rings."
     )
+
+
+def _metres(problem: _Problem, zones: Zones) -> str:
+    return ", ".join(f"{a * problem.size:.6g} to {b * problem.size:.6g} m" for a, b in zones)
 
 
 def _zones(problem: _Problem, mesh: _Mesh, active: Mask) -> Zones:
@@ -557,8 +592,8 @@ def _zones(problem: _Problem, mesh: _Mesh, active: Mask) -> Zones:
         inner, outer = float(mesh.edges[i - 1]), float(mesh.edges[j - 1])
         if (end[i - 1] and inner not in problem.corners) or (end[j] and outer not in problem.corners):
             raise ProblemError(
-                f"The contact zone from {inner:.6g} to {outer:.6g} (over reach or edge) meets the reach or the "
-                "end of the gap. Give a larger reach, or edge or breakpoints where the punch ends."
+                f"The contact zone from {_metres(problem, ((inner, outer),))} meets the reach or the end of the "
+                "gap. Give a larger reach, or edge or breakpoints where the punch ends."
             )
         zones.append((inner, outer))
     return tuple(zones)
@@ -585,7 +620,7 @@ def _refine(problem: _Problem, zones: Zones) -> _State | None:
 
     A step of 2 K/C is Newton's method, for √(s + δ) = √s + δ/(2√s) + ...: the zero of p², seen from afar.
     """
-    for _ in range(20):
+    for _ in range(15):
         mesh = _mesh(problem, _panels(problem, (), zones))
         if not np.all(np.isfinite(mesh.gap)):
             return None

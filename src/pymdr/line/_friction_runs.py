@@ -7,14 +7,14 @@ from typing import Any
 
 from pymdr.line._friction_curves import IntArray
 from pymdr.line._friction_kernels import (
-    B,
+    ENERGY,
     FORCE,
     MODULUS,
     RADIUS,
     REACH,
     SLOPE,
     SUM,
-    ENERGY,
+    B,
     Point,
     Y,
     at,
@@ -49,7 +49,15 @@ def mean_depth(line: FloatArray, upper: float, lower: float) -> float:
 
 @compiled
 def swept(
-    line: FloatArray, slope: float, g: float, upper: Point, s_u: float, lower: Point, s_l: float, start: Any, step: Any
+    line: FloatArray,
+    slope: float,
+    g: float,
+    upper: Point,
+    s_u: float,
+    lower: Point,
+    s_l: float,
+    start: Any,
+    step: Any,
 ) -> float:
     """
     Slip work while the border of slip sweeps a segment under force control.
@@ -78,7 +86,15 @@ def swept(
 
 @compiled
 def swept_parting(
-    line: FloatArray, stack: FloatArray, i: int, upper: Point, s_u: float, lower: Point, s_l: float, start: Any, step: Any
+    line: FloatArray,
+    stack: FloatArray,
+    i: int,
+    upper: Point,
+    s_u: float,
+    lower: Point,
+    s_l: float,
+    start: Any,
+    step: Any,
 ) -> float:
     """Slip work while the contact shrinks over a piece of segment i: the side is that of the chord."""
     slope = stack[i, SLOPE]
@@ -226,7 +242,14 @@ def restore(line: FloatArray, y: FloatArray, b: FloatArray, slope: FloatArray, s
 
 @compiled
 def go(
-    line: FloatArray, stack: FloatArray, m: int, low: float, high: float, before: Any, depth: float, shift: float
+    line: FloatArray,
+    stack: FloatArray,
+    m: int,
+    low: float,
+    high: float,
+    before: Any,
+    depth: float,
+    shift: float,
 ) -> tuple[int, float, float, float, float]:
     """One straight step from `before` = (depth, shift), with loss and return of the contact."""
     if depth > 0.0:

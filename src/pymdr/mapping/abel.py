@@ -24,7 +24,7 @@ from pymdr.units import FloatArray
 
 Curve: TypeAlias = Callable[[FloatArray], FloatArray]
 
-_LEVELS = (16, 32, 64, 128, 256)
+_LEVELS = (24, 48, 96, 192, 320)
 _TOLERANCE = 1e-13
 _SINGULAR_TOLERANCE = 1e-12
 """For integrands with inverse square roots at a breakpoint, whose distance x - b is rounded."""
@@ -433,7 +433,13 @@ def line_average(
 
 
 def edge_average(
-    curve: Curve, r: ArrayLike, a: float, *, breakpoints: Sequence[float] = (), k: float = 0.0
+    curve: Curve,
+    r: ArrayLike,
+    a: float,
+    *,
+    breakpoints: Sequence[float] = (),
+    corners: Sequence[float] = (),
+    k: float = 0.0,
 ) -> FloatArray:
     """
     The transform int_r^a v(x) (x^2 - r^2)^((k-1)/2) dx from the line to the pressure.
@@ -450,7 +456,9 @@ def edge_average(
     a : float
         Upper limit in m.
     breakpoints : sequence of float
-        Rising positions in m to whose right v is not smooth (it may be an inverse square root there).
+        Rising positions in m to whose right v is not smooth.
+    corners : sequence of float
+        Those breakpoints to whose right v is an inverse square root.
     k : float
         Exponent of the grading.
 
@@ -485,6 +493,7 @@ def edge_average(
     halvings = min(40, math.ceil(math.log2(a / flat[inside].min())))
     halves = a * 0.5 ** np.arange(1.0, halvings)
     marks = np.array([b for b in breakpoints if b < a])
+    sharp = np.array([b for b in corners if b < a])
     rising: FloatArray = np.unique(np.concatenate([halves, marks, [a]]))
 
     def edges(radius: FloatArray) -> FloatArray:
@@ -498,8 +507,9 @@ def edge_average(
     def integrand(s: FloatArray, radius: FloatArray, offset: FloatArray) -> FloatArray:
         x = radius * np.cosh(s)
         values = curve(x)
-        if marks.size:
-            values = values * _root_correction(x, s, offset, radius, marks)
+        if sharp.size:
+            weight = _root_correction(x, s, offset, radius, sharp)
+            values = np.where(weight > 0.0, values, 0.0) * weight
         return values if k == 0.0 else values * (radius * np.sinh(s) / s) ** k
 
     radius = flat[inside]
@@ -512,7 +522,7 @@ def edge_average(
         fine = _integrate(
             integrand, fine_edges, radius[hard], exponent=k, power=2, tolerance=_CORNER_TOLERANCE
         )
-        at_corner = np.isin(radius[hard], marks)
+        at_corner = np.isin(radius[hard], sharp)
         values[hard] = np.where(np.isnan(fine) & at_corner, math.inf, fine)
     answer[inside] = _require(values, radius, "pressure")
     return np.asarray(answer.reshape(r.shape))
@@ -529,7 +539,7 @@ def _root_correction(
     """
     start = radius * np.cosh(s - offset)
     b = marks[np.clip(np.searchsorted(marks, start * (1.0 + 1e-12)) - 1, 0, None)]
-    at_mark = np.abs(start - b) <= 1e-12 * b
+    at_mark = (np.abs(start - b) <= 1e-12 * b) & (s - offset > 1e-2)
     with np.errstate(invalid="ignore", divide="ignore"):
         actual = 2.0 * np.arcsinh((x - b) / (2.0 * radius * np.sinh(s - 0.5 * offset)))
         ratio = np.where(at_mark & (offset > 0.0), np.maximum(actual, 0.0) / offset, 1.0)

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 from pymdr.errors import ConvergenceError
 from pymdr.units import FloatArray
 
-_SIZES = (24, 48)
+_SIZES = (24, 40, 64)
 _TAIL = 3e-15
 _TIP_LEVELS = 26
 _DEEPEST = 40
@@ -46,6 +46,12 @@ class Panel:
     coefficients: FloatArray
 
     @cached_property
+    def significant(self) -> FloatArray:
+        """The coefficients without their tail of rounding noise."""
+        large = np.flatnonzero(np.abs(self.coefficients) > 1e-16 * np.max(np.abs(self.coefficients)))
+        return self.coefficients[: large[-1] + 1 if large.size else 1]
+
+    @cached_property
     def derivative(self) -> FloatArray:
         """Chebyshev coefficients of the derivative with respect to t."""
         return np.asarray(2.0 * chebyshev.chebder(self.coefficients), dtype=np.float64)
@@ -61,22 +67,41 @@ class Panel:
 
     def value(self, x: FloatArray) -> FloatArray:
         """The interpolated curve at `x`."""
-        series: FloatArray = chebyshev.chebval(2.0 * self._t(x) - 1.0, self.coefficients)
+        series: FloatArray = chebyshev.chebval(2.0 * self._t(x) - 1.0, self.significant)
         return series * x**self.tip_exponent if self.tip_exponent else series
 
+    @cached_property
+    def _slope_over_t(self) -> FloatArray | None:
+        """Coefficients of (d/dt)/t, where the derivative with respect to t is 0 at t = 0."""
+        at_nodes = chebyshev.chebval(2.0 * nodes(self.coefficients.size) - 1.0, self.derivative)
+        at_start = chebyshev.chebval(-1.0, self.derivative)
+        if self.power != 2 or abs(at_start) > 1e-11 * np.max(np.abs(at_nodes)):
+            return None
+        return _fit(self.coefficients.size) @ ((at_nodes - at_start) / nodes(self.coefficients.size))
+
+    @property
+    def rises_steeply(self) -> bool:
+        """Whether the derivative is an inverse square root at the lower end."""
+        return self.power == 2 and self._slope_over_t is None
+
     def slope(self, x: FloatArray) -> FloatArray:
-        """The derivative at `x`; inf at the lower end of a panel with square-root behaviour."""
+        """The derivative at `x`; inf at the lower end of a panel where it is an inverse square root."""
         t = self._t(x)
+        z = 2.0 * t - 1.0
         width = self.high - self.low
-        stretch = width if self.power == 1 else 2.0 * width * t
         with np.errstate(divide="ignore"):
-            slope = chebyshev.chebval(2.0 * t - 1.0, self.derivative) / stretch
+            if self.power == 1:
+                slope = chebyshev.chebval(z, self.derivative) / width
+            elif self._slope_over_t is not None:
+                slope = chebyshev.chebval(z, self._slope_over_t) / (2.0 * width)
+            else:
+                slope = chebyshev.chebval(z, self.derivative) / (2.0 * width * t)
         if not self.tip_exponent:
-            return slope
+            return np.asarray(slope)
         n = self.tip_exponent
-        series = chebyshev.chebval(2.0 * t - 1.0, self.coefficients)
+        series = chebyshev.chebval(z, self.coefficients)
         with np.errstate(divide="ignore"):
-            return x ** (n - 1.0) * (n * series + x * slope)
+            return np.asarray(x ** (n - 1.0) * (n * series + x * slope))
 
 
 @dataclass(frozen=True)

@@ -154,3 +154,21 @@ class OptionalArrayField:
                 f"{self.owner}.{self.name}: one row of numbers is needed, not shape {array.shape}"
             )
         return array
+
+
+class ArrayField(OptionalArrayField):
+    """A field of a one-dimensional read-only SI array that must be given."""
+
+    @overload  # type: ignore[override]
+    def __get__(self, instance: None, owner: type) -> ArrayField: ...
+
+    @overload
+    def __get__(self, instance: object, owner: type) -> FloatArray: ...
+
+    def __get__(self, instance: object | None, owner: type) -> Any:
+        if instance is None:
+            raise AttributeError(self.name)
+        return instance.__dict__[self.name]
+
+    def __set__(self, instance: object, values: ArrayQuantityLike) -> None:
+        instance.__dict__[self.name] = self.read(values)

@@ -85,3 +85,14 @@ def inner_knots(line: EquivalentLine) -> tuple[float, ...]:
     """Return the breakpoints strictly inside the known profile and its edge [m], ascending."""
     end = min(line.edge, line.reach)
     return tuple(sorted({float(x) for x in line.breakpoints if 0.0 < x < end}))
+
+
+def stretched_energy(
+    line: EquivalentLine, modulus: float, radius: FloatArray, opening: FloatArray
+) -> FloatArray:
+    """Return E* int_0^a (g(a) - opening - g)² dx [J], the energy of the springs inside the contact.
+
+    Expanded as E* [squared(a) - 2 opening moment(a) + opening² a], whose terms are of one size.
+    """
+    terms = line.squared(radius) - 2.0 * opening * line.moment(radius) + opening**2 * radius
+    return modulus * terms

@@ -18,6 +18,7 @@ from pymdr.line.adhesion.equivalent_line import (
     as_floats,
     inner_knots,
     own_edge,
+    stretched_energy,
 )
 
 
@@ -199,7 +200,7 @@ class JKR:
     def energies(self, s: ArrayLike) -> tuple[FloatArray, FloatArray]:
         """Return the elastic energy E* int_0^a (d - g)² dx and the surface energy -π a² γ [J]."""
         a, opening = self._radius_and_opening(as_floats(s))
-        return _elastic(self.line, self.modulus, a, opening), -np.pi * a**2 * self.work
+        return stretched_energy(self.line, self.modulus, a, opening), -np.pi * a**2 * self.work
 
 
 @dataclass(frozen=True)
@@ -275,9 +276,3 @@ class DMT:
     def energies(self, s: ArrayLike) -> tuple[FloatArray, FloatArray]:
         """Return the elastic energy and the energy of the pull, -pull d [J]."""
         return self._bare.energies(s)[0], -self.pull * self._bare.states(s).indentation
-
-
-def _elastic(line: EquivalentLine, modulus: float, radius: FloatArray, opening: FloatArray) -> FloatArray:
-    """Return E* int_0^a (g(a) - opening - g)² dx [J], expanded in the line's own integrals."""
-    terms = line.squared(radius) - 2.0 * opening * line.moment(radius) + opening**2 * radius
-    return modulus * terms

@@ -1,0 +1,5 @@
+"""``python -m pymdr``."""
+
+from pymdr.workbench.cli import main
+
+main()

@@ -1,0 +1,285 @@
+"""Adhesion with a constant stress of finite range: Maugis-Dugdale for any monotone equivalent profile.
+
+The line carries w = d - g for x < a and w = -(2σ0/E*) sqrt(c² - x²) for a < x < c; both are exact on the line.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from pymdr.errors import ProblemError
+from pymdr.line.adhesion.cohesive_zone import segment, solve_width, zone_integrals, zone_root
+from pymdr.line.adhesion.equivalent_line import (
+    EquivalentLine,
+    FloatArray,
+    States,
+    as_floats,
+    inner_knots,
+    own_edge,
+    stretched_energy,
+)
+
+_PIECES = 5
+_APPROACH, _HELD, _GROWING, _CLIPPED, _STUCK = range(_PIECES)
+
+
+@dataclass(frozen=True)
+class _Zones:
+    """Flat arrays over the parameter: the piece, contact radius a, width δ = c - a and indentation d."""
+
+    piece: FloatArray
+    radius: FloatArray
+    width: FloatArray
+    indentation: FloatArray
+
+
+@dataclass(frozen=True)
+class MaugisDugdale:
+    """The curve of Maugis-Dugdale states, from the first cohesion at a distance to full contact.
+
+    Made by `maugis_dugdale`. Its parameter s [m] runs through at most five pieces, in this order:
+
+    1. cohesion without contact, s = c: d = f(c) - 4 σ0 c / (π E*) - h0;
+    2. (sharp edge, c = edge already) the indentation rises until the centre touches;
+    3. contact with the zone of the gap condition, s counts a;
+    4. (sharp edge) contact with the zone ending at the edge, s counts a;
+    5. (sharp edge) full contact, a = c = edge, s counts d.
+
+    Attributes
+    ----------
+    line : EquivalentLine
+        The equivalent profile.
+    modulus, work, strength : float
+        E* [Pa], γ [J/m²] and the cohesive stress σ0 [Pa].
+    ends : tuple of float
+        Ends of the five pieces on s [m]; a piece that does not occur has no length.
+    start, limit : float
+        Range of s [m].
+    knots : tuple of float
+        Values of s where the curve is not smooth [m].
+    touch : float
+        Indentation where cohesion begins, -h0 = -γ/σ0 [m].
+
+    Notes
+    -----
+    Maugis (1992) for the sphere; for any monotone g by superposition on the line, Popov & Heß (2015).
+    On piece 3 d = g(a) - (2σ0/E*) sqrt(c² - a²) and the gap at c is h0:
+    (2/π)[int_a^c (g - d)/sqrt(c² - x²) dx - (2σ0/E*)(c - a)] = h0. On piece 4 the gap at the edge is below
+    h0 and the zone cannot grow. That the gap is positive inside the zone is assumed.
+    """
+
+    line: EquivalentLine
+    modulus: float
+    work: float
+    strength: float
+    ends: tuple[float, ...]
+    knots: tuple[float, ...]
+
+    @property
+    def start(self) -> float:
+        """The parameter where cohesion begins [m]."""
+        return 0.0
+
+    @property
+    def limit(self) -> float:
+        """The largest parameter [m]."""
+        return self.ends[-1]
+
+    @property
+    def touch(self) -> float:
+        """Indentation where cohesion begins [m]."""
+        return -self.work / self.strength
+
+    @property
+    def _k(self) -> float:
+        return self.strength / self.modulus
+
+    def _zones(self, s: FloatArray) -> _Zones:
+        edge = own_edge(self.line)
+        piece = np.minimum(np.searchsorted(self.ends, s, side="right"), _last_piece(self.ends))
+        offset = s - np.array([0.0, *self.ends])[piece]
+        radius, width, d = np.zeros_like(s), np.zeros_like(s), np.zeros_like(s)
+
+        at = np.flatnonzero(piece == _APPROACH)
+        width[at] = np.maximum(offset[at], np.finfo(float).tiny)
+        height = (2.0 / np.pi) * zone_integrals(self.line, radius[at], width[at])[1]
+        d[at] = height - (4.0 / np.pi) * self._k * width[at] + self.touch
+
+        at = np.flatnonzero(piece == _HELD)
+        width[at] = edge
+        d[at] = offset[at] - 2.0 * self._k * edge - (self.ends[_HELD] - self.ends[_APPROACH])
+
+        at = np.flatnonzero(piece == _GROWING)
+        radius[at] = offset[at]
+        width[at] = self._width(radius[at])
+
+        at = np.flatnonzero(piece == _CLIPPED)
+        radius[at] = offset[at] + (self.ends[_GROWING] - self.ends[_HELD])
+        width[at] = np.maximum(edge - radius[at], 0.0)
+
+        at = np.flatnonzero((piece == _GROWING) | (piece == _CLIPPED))
+        d[at] = self.line.g(radius[at]) - 2.0 * self._k * zone_root(radius[at], width[at])
+
+        at = np.flatnonzero(piece == _STUCK)
+        radius[at] = edge
+        d[at] = self.line.g(radius[at]) + offset[at]
+        return _Zones(piece.astype(np.float64), radius, width, d)
+
+    def _width(self, radius: FloatArray) -> FloatArray:
+        return _width_at(self.line, self._k, self.work / self.strength, radius)
+
+    def states(self, s: ArrayLike) -> States:
+        """Return the states at the parameters `s` [m].
+
+        The force is F = 2E* int_0^a x g' dx + 2E* a (d - g(a)) on piece 5 and otherwise
+        F = 2E* int_0^a x g' dx - 2σ0 [a sqrt(c² - a²) + c² arccos(a/c)].
+        """
+        s = as_floats(s)
+        zones = self._zones(s.ravel())
+        a, c = zones.radius, zones.radius + zones.width
+        root = zone_root(a, zones.width)
+        contact = 2.0 * self.modulus * self.line.moment(a)
+        force = contact - 2.0 * self.strength * (a * root + c**2 * np.arctan2(root, a))
+        stuck = zones.piece == _STUCK
+        pressed = contact + 2.0 * self.modulus * a * (zones.indentation - self.line.g(a))
+        force = np.where(stuck, pressed, force)
+        return States(*(x.reshape(s.shape) for x in (a, c, zones.indentation, force)))
+
+    def slopes(self, s: ArrayLike) -> tuple[FloatArray, FloatArray]:
+        """Return dd/ds (dimensionless) and dF/ds [N/m]; the derivative to the right at a knot.
+
+        On piece 3, with W = g'(a) + 2k a / sqrt(c² - a²), H_c = J0 + 2k [ψ/sin ψ - (c - a)/c] and k = σ0/E*:
+        dc/da = ψ W / H_c and dd/da = W [J0 - 2k (c - a)/c] / H_c.
+        """
+        s = as_floats(s)
+        zones = self._zones(s.ravel())
+        a, width = zones.radius, zones.width
+        c, root = a + width, zone_root(a, width)
+        angle = np.arctan2(root, a)
+        slope, rate = np.ones_like(a), 2.0 * self.modulus * a
+        k = self._k
+
+        at = np.flatnonzero(zones.piece == _APPROACH)
+        j0 = zone_integrals(self.line, a[at], width[at])[0]
+        slope[at] = (2.0 / np.pi) * j0 - (4.0 / np.pi) * k
+        rate[at] = -2.0 * np.pi * self.strength * c[at]
+
+        at = np.flatnonzero(zones.piece == _GROWING)
+        j0 = zone_integrals(self.line, a[at], width[at])[0]
+        steep = self.line.slope(a[at]) + 2.0 * k * a[at] / root[at]
+        closing = j0 + 2.0 * k * (angle[at] * c[at] / root[at] - width[at] / c[at])
+        slope[at] = steep * (j0 - 2.0 * k * width[at] / c[at]) / closing
+        spread = 2.0 * k * c[at] * angle[at] * (angle[at] * steep / closing)
+        rate[at] = 2.0 * self.modulus * (a[at] * slope[at] - spread)
+
+        at = np.flatnonzero(zones.piece == _CLIPPED)
+        with np.errstate(divide="ignore"):
+            slope[at] = self.line.slope(a[at]) + 2.0 * k * a[at] / root[at]
+        rate[at] = 2.0 * self.modulus * a[at] * slope[at]
+        return slope.reshape(s.shape), rate.reshape(s.shape)
+
+    def energies(self, s: ArrayLike) -> tuple[FloatArray, FloatArray]:
+        """Return the elastic energy E* int_0^c w² dx and the energy of cohesion [J].
+
+        The latter is -π c² γ + σ0 int_a^c gap 2π r dr, where the integral is
+        4 [J2 + ½ (g(a) - d)(c² ψ - a sqrt(c² - a²)) - (2k/3)(c - a)² (2c + a)].
+        """
+        s = as_floats(s)
+        zones = self._zones(s.ravel())
+        a, width = zones.radius, zones.width
+        c = a + width
+        angle = np.arctan2(zone_root(a, width), a)
+        opening = np.where(a > 0.0, self.line.g(a), 0.0) - zones.indentation
+        solid = width**2 * (2.0 * c + a) / 3.0
+        elastic = stretched_energy(self.line, self.modulus, a, opening)
+        elastic += self.modulus * (2.0 * self._k) ** 2 * solid
+        j2 = np.zeros_like(a)
+        at = np.flatnonzero(width > 0.0)
+        j2[at] = zone_integrals(self.line, a[at], width[at])[2]
+        gaps = 4.0 * (j2 + 0.5 * opening * c**2 * segment(angle) - 2.0 * self._k * solid)
+        cohesion = self.strength * gaps - np.pi * c**2 * self.work
+        return elastic.reshape(s.shape), cohesion.reshape(s.shape)
+
+
+def _last_piece(ends: tuple[float, ...]) -> int:
+    """Return the last piece that has a length."""
+    return max(i for i in range(_PIECES) if ends[i] > (0.0, *ends)[i])
+
+
+def _width_at(line: EquivalentLine, k: float, reach: float, radius: FloatArray) -> FloatArray:
+    """Return δ [m] of the gap condition at contact radii; at most up to the end of the profile."""
+    # without g the condition alone bounds δ: sqrt(c² - a²) ψ - δ >= (π/2 - 1) δ
+    bound = np.pi * reach / (4.0 * k * (0.5 * np.pi - 1.0))
+    upper = np.minimum(bound * (1.0 + 1e-12), min(line.edge, line.reach) - radius)
+    return solve_width(line, k, 0.5 * np.pi * reach, radius, upper, outward=True)
+
+
+def maugis_dugdale(line: EquivalentLine, modulus: float, work: float, strength: float) -> MaugisDugdale:
+    """Return the curve of Maugis-Dugdale states of a profile.
+
+    Parameters
+    ----------
+    line : EquivalentLine
+        The equivalent profile, nondecreasing.
+    modulus : float
+        Effective modulus E* [Pa].
+    work : float
+        Work of adhesion γ > 0 [J/m²].
+    strength : float
+        Cohesive stress σ0 > 0 [Pa]; its range is h0 = γ/σ0.
+
+    Returns
+    -------
+    MaugisDugdale
+        The curve, with the ends of its pieces solved.
+
+    Raises
+    ------
+    ProblemError
+        When γ, σ0 or E* is not positive, or the known profile ends inside the first cohesive zone.
+
+    Examples
+    --------
+    >>> from types import SimpleNamespace
+    >>> ball = SimpleNamespace(g=lambda x: x**2, slope=lambda x: 2 * x, moment=lambda x: 2 * x**3 / 3,
+    ...                        squared=lambda x: 8 * x**5 / 15, edge=np.inf, reach=np.inf, breakpoints=())
+    >>> curve = maugis_dugdale(ball, modulus=1.0, work=1.0, strength=0.8871133596609792)
+    >>> state = curve.states(curve.ends[1] + 1.330670039491469)
+    >>> round(float(state.cohesive_radius), 10), round(float(state.normal_force), 10)
+    (1.8841779224, -4.9625446433)
+    """
+    for name, value in (("modulus", modulus), ("work", work), ("strength", strength)):
+        if not (value > 0.0 and np.isfinite(value)):
+            raise ProblemError(
+                f"Maugis-Dugdale needs a positive {name}, not {value!r}; use JKR without a range"
+            )
+    k, h0 = strength / modulus, work / strength
+    edge, end = own_edge(line), min(line.edge, line.reach)
+    first = float(_width_at(line, k, h0, np.zeros(1))[0])
+    held = growing = 0.0
+    if first >= end:
+        if not np.isfinite(edge):
+            raise ProblemError(
+                f"the profile is known to {end!r} m, but cohesion of range {h0!r} m reaches beyond it before "
+                "contact; extend the profile or raise the strength"
+            )
+        height = (2.0 / np.pi) * float(zone_integrals(line, np.zeros(1), np.full(1, edge))[1][0])
+        held = max(h0 - 2.0 * k * edge * (1.0 - 2.0 / np.pi) - height, 0.0)
+    elif np.isfinite(end):
+        width = solve_width(line, k, 0.5 * np.pi * h0, np.full(1, end), np.full(1, end), outward=False)
+        growing = end - float(width[0])
+    else:
+        growing = np.inf
+    clipped, stuck = (edge - growing, np.inf) if np.isfinite(edge) else (0.0, 0.0)
+    ends = tuple(float(x) for x in np.cumsum([first, held, growing, clipped, stuck]))
+
+    kinks = np.array(inner_knots(line))
+    crossing = kinks[(kinks > first)]
+    inner = crossing - solve_width(line, k, 0.5 * np.pi * h0, crossing, crossing.copy(), outward=False)
+    knots = {*kinks[kinks < first], *(ends[_HELD] + kinks), *(ends[_HELD] + inner), *ends}
+    return MaugisDugdale(
+        line, modulus, work, strength, ends, tuple(sorted(float(x) for x in knots if 0.0 < x < ends[-1]))
+    )

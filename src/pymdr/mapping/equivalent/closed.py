@@ -1,0 +1,228 @@
+"""Equivalent profiles in closed form."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.special import gammaln
+
+from pymdr.errors import ConvergenceError
+from pymdr.mapping.abel import gauss
+from pymdr.mapping.equivalent.base import EquivalentProfile, rising_root
+from pymdr.units import FloatArray
+
+
+def power_factor(n: float) -> float:
+    """
+    The factor kappa(n) = sqrt(pi) Gamma(n/2 + 1) / Gamma((n + 1)/2) of r^n -> kappa x^n (Hess 2011).
+
+    Examples
+    --------
+    >>> round(power_factor(2), 14)
+    2.0
+    """
+    return math.sqrt(math.pi) * math.exp(gammaln(n / 2.0 + 1.0) - gammaln((n + 1.0) / 2.0))
+
+
+@dataclass(frozen=True)
+class PowerLine(EquivalentProfile):
+    """g = scale (x / unit)^n, the image of a power law; `unit` keeps the numbers near 1."""
+
+    n: float
+    scale: float
+    unit: float
+
+    def g(self, x: ArrayLike) -> FloatArray:
+        """Equivalent profile in m."""
+        return np.asarray(self.scale * self._power(np.asarray(x, dtype=float) / self.unit, self.n))
+
+    def slope(self, x: ArrayLike) -> FloatArray:
+        """Slope g'."""
+        with np.errstate(divide="ignore"):
+            relative = self._power(np.asarray(x, dtype=float) / self.unit, self.n - 1.0)
+        return np.asarray(self.n * (self.scale / self.unit) * relative)
+
+    def moment(self, x: ArrayLike) -> FloatArray:
+        """First moment, n/(n+1) x g."""
+        return np.asarray(self.n / (self.n + 1.0) * np.asarray(x, dtype=float) * self.g(x))
+
+    def squared(self, x: ArrayLike) -> FloatArray:
+        """Integral of (g(x) - g)^2, 2 n^2 / ((n+1)(2n+1)) x g^2."""
+        n = self.n
+        return np.asarray(
+            2.0 * n * n / ((n + 1.0) * (2.0 * n + 1.0)) * np.asarray(x, dtype=float) * self.g(x) ** 2
+        )
+
+    def inverse(self, depth: ArrayLike) -> FloatArray:
+        """Inverse of g."""
+        relative = np.maximum(np.asarray(depth, dtype=float), 0.0) / self.scale
+        return np.asarray(self.unit * self._power(relative, 1.0 / self.n))
+
+    def inverse_moment(self, moment: ArrayLike) -> FloatArray:
+        """Inverse of the first moment."""
+        factor = self.n / (self.n + 1.0) * self.scale * self.unit
+        relative = np.maximum(np.asarray(moment, dtype=float), 0.0) / factor
+        return np.asarray(self.unit * self._power(relative, 1.0 / (self.n + 1.0)))
+
+    def pressure_integral(self, r: ArrayLike, a: float) -> FloatArray:
+        """Closed for the cone and the paraboloid, by quadrature otherwise."""
+        r = np.asarray(r, dtype=float)
+        inside = np.minimum(r, a)
+        half_chord = np.sqrt((a - inside) * (a + inside))
+        if self.n == 2.0:
+            return np.asarray(2.0 * (self.scale / self.unit) * (half_chord / self.unit))
+        if self.n == 1.0:
+            with np.errstate(divide="ignore"):
+                return np.asarray((self.scale / self.unit) * np.arcsinh(half_chord / inside))
+        return super().pressure_integral(r, a)
+
+    @staticmethod
+    def _power(x: FloatArray, n: float) -> FloatArray:
+        if n == 0.5:
+            return np.asarray(np.sqrt(x))
+        if n == 1.0:
+            return x
+        if n == 2.0:
+            return np.asarray(x * x)
+        return np.asarray(np.cbrt(x) if n == 1.0 / 3.0 else x**n)
+
+
+_SPHERE_TERMS = np.arange(1.0, 31.0)
+_SPHERE_MOMENT = 2.0 * _SPHERE_TERMS / (4.0 * _SPHERE_TERMS**2 - 1.0)
+
+
+@dataclass(frozen=True)
+class SphereLine(EquivalentProfile):
+    """g = x artanh(x / R), the image of the true sphere."""
+
+    radius: float
+
+    @property
+    def reach(self) -> float:  # type: ignore[override]
+        """The sphere ends at R."""
+        return self.radius
+
+    def g(self, x: ArrayLike) -> FloatArray:
+        """Equivalent profile in m; inf at R, nan beyond."""
+        x = np.asarray(x, dtype=float)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return np.asarray(x * np.arctanh(x / self.radius))
+
+    def slope(self, x: ArrayLike) -> FloatArray:
+        """Slope g' = artanh t + t / (1 - t^2)."""
+        t = np.asarray(x, dtype=float) / self.radius
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return np.asarray(np.arctanh(t) + t / ((1.0 - t) * (1.0 + t)))
+
+    def moment(self, x: ArrayLike) -> FloatArray:
+        """First moment R^2/2 [(1 + t^2) artanh t - t], as a series below t = 1/2."""
+        t = np.asarray(x, dtype=float) / self.radius
+        small = np.minimum(np.abs(t), 0.5)
+        series = small**3 * np.polynomial.polynomial.polyval(small**2, _SPHERE_MOMENT)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            closed = ((1.0 + t * t) * np.arctanh(t) - t) / 2.0
+        return np.asarray(self.radius**2 * np.where(np.abs(t) < 0.5, series, closed))
+
+    def squared(self, x: ArrayLike) -> FloatArray:
+        """Integral of (g(x) - g)^2 by Gauss-Legendre in s, t = tanh(s), where g = R s tanh(s)."""
+        x = np.asarray(x, dtype=float)
+        top = np.arctanh(np.ravel(x) / self.radius)
+        answer = np.zeros(top.shape)
+        nodes, weights = gauss(32)
+        depth = top * np.tanh(top)
+        for node, weight in zip(nodes, weights, strict=True):
+            s = top * node
+            tanh = np.tanh(s)
+            answer += weight * (depth - s * tanh) ** 2 * (1.0 - tanh) * (1.0 + tanh)
+        return np.asarray((self.radius**3 * top * answer).reshape(x.shape))
+
+    def inverse(self, depth: ArrayLike) -> FloatArray:
+        """Inverse of g by Newton's method on s tanh(s) = depth / R."""
+        y = np.maximum(np.asarray(depth, dtype=float), 0.0) / self.radius
+        s = np.sqrt(y) * np.sqrt(1.0 + y)
+        for _ in range(60):
+            tanh = np.tanh(s)
+            with np.errstate(invalid="ignore", divide="ignore"):
+                step = (s * tanh - y) / (tanh + s * (1.0 - tanh) * (1.0 + tanh))
+            step = np.where(s > 0.0, step, 0.0)
+            s = s - step
+            if np.all(np.abs(step) <= 4e-16 * s):
+                return np.asarray(self.radius * np.tanh(s))
+        bad = np.abs(step) > 4e-15 * s
+        if bad.any():
+            raise ConvergenceError(
+                f"sphere: no contact radius for d/R = {y[bad][0]:g}; last s = {s[bad][0]:g}"
+            )
+        return np.asarray(self.radius * np.tanh(s))
+
+    def inverse_moment(self, moment: ArrayLike) -> FloatArray:
+        """Inverse of the first moment by bracketing."""
+        target = np.maximum(np.asarray(moment, dtype=float), 0.0)
+        hertz = np.cbrt(1.5 * target * self.radius)
+        low = np.minimum(hertz * 0.5, self.radius * 0.5)
+        return rising_root(self.moment, target, low, np.minimum(hertz, self.radius * (1.0 - 1e-15)))
+
+
+@dataclass(frozen=True)
+class SumLine(EquivalentProfile):
+    """The sum of closed forms, cut at a sharp edge; without parts it is the flat punch."""
+
+    parts: tuple[EquivalentProfile, ...]
+    edge: float = math.inf
+    reach: float = math.inf
+
+    def g(self, x: ArrayLike) -> FloatArray:
+        """Equivalent profile in m."""
+        return sum((part.g(x) for part in self.parts), np.zeros(np.shape(x)))
+
+    def slope(self, x: ArrayLike) -> FloatArray:
+        """Slope g'."""
+        return sum((part.slope(x) for part in self.parts), np.zeros(np.shape(x)))
+
+    def moment(self, x: ArrayLike) -> FloatArray:
+        """First moment."""
+        return sum((part.moment(x) for part in self.parts), np.zeros(np.shape(x)))
+
+    def squared(self, x: ArrayLike) -> FloatArray:
+        """Integral of (g(x) - g)^2 by Gauss-Legendre on panels graded to 0."""
+        if len(self.parts) <= 1:
+            return self.parts[0].squared(x) if self.parts else np.zeros(np.shape(x))
+        x = np.asarray(x, dtype=float)
+        depth, answer = self.g(x), np.zeros(x.shape)
+        nodes, weights = gauss(24)
+        for low, high in pairwise((0.0, *0.25 ** np.arange(13.0, -1.0, -1.0))):
+            for s, w in zip(low + (high - low) * nodes, (high - low) * weights, strict=True):
+                answer += w * (depth - self.g(s * x)) ** 2
+        return np.asarray(x * answer)
+
+    def inverse(self, depth: ArrayLike) -> FloatArray:
+        """Inverse of g, bracketed by the inverses of the parts."""
+        return self._inverse(depth, self.g, [part.inverse for part in self.parts])
+
+    def inverse_moment(self, moment: ArrayLike) -> FloatArray:
+        """Inverse of the first moment, bracketed by those of the parts."""
+        return self._inverse(moment, self.moment, [part.inverse_moment for part in self.parts])
+
+    def _inverse(
+        self,
+        values: ArrayLike,
+        curve: Callable[[FloatArray], FloatArray],
+        inverses: list[Callable[[FloatArray], FloatArray]],
+    ) -> FloatArray:
+        target = np.maximum(np.asarray(values, dtype=float), 0.0)
+        if not inverses:
+            return np.where(target > 0.0, math.inf, 0.0)
+        if len(inverses) == 1:
+            return inverses[0](target)
+        high = np.min([inverse(target) for inverse in inverses], axis=0)
+        low = np.min([inverse(target / len(inverses)) for inverse in inverses], axis=0)
+        return rising_root(curve, target, low, high)
+
+    def pressure_integral(self, r: ArrayLike, a: float) -> FloatArray:
+        """Sum of the parts' integrals."""
+        return sum((part.pressure_integral(r, a) for part in self.parts), np.zeros(np.shape(r)))

@@ -1,0 +1,133 @@
+"""The image of a profile with callables or samples in it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from pymdr.errors import ConvergenceError, ProblemError
+from pymdr.mapping import chebyshev
+from pymdr.mapping.equivalent.base import EquivalentProfile
+from pymdr.mapping.equivalent.proxy import ProxyLine, proxy_line
+from pymdr.mapping.equivalent.samples import Samples, samples_of
+from pymdr.problem.profiles import Profile
+from pymdr.units import FloatArray
+
+_MOST_KNOTS = 400
+"""With more breakpoints than that, panels follow the curve and not the breakpoints."""
+
+
+@dataclass(frozen=True)
+class NumericLine(EquivalentProfile):
+    """The image of a profile with a callable or samples in it: mapped when it is asked."""
+
+    profile: Profile
+    edge: float = math.inf
+    reach: float = math.inf
+    breakpoints: tuple[float, ...] = ()
+    fixed: bool = False
+    """Whether the reach is that of data, so that all of it is mapped at once."""
+    rises: bool = field(default=False, init=False)
+
+    def g(self, x: ArrayLike) -> FloatArray:
+        """Equivalent profile in m."""
+        return self._interpolant(self._top(x))[0].value(x)
+
+    def slope(self, x: ArrayLike) -> FloatArray:
+        """Slope g'."""
+        return self._interpolant(self._top(x))[0].slope(x)
+
+    def moment(self, x: ArrayLike) -> FloatArray:
+        """First moment."""
+        return self.upto(self._top(x)).moment(x)
+
+    def squared(self, x: ArrayLike) -> FloatArray:
+        """Integral of (g(x) - g)^2."""
+        return self.upto(self._top(x)).squared(x)
+
+    def inverse(self, depth: ArrayLike) -> FloatArray:
+        """Inverse of g, searched from small radii upward."""
+        return self._grown(depth, "g").inverse(depth)
+
+    def inverse_moment(self, moment: ArrayLike) -> FloatArray:
+        """Inverse of the first moment."""
+        return self._grown(moment, "moment").inverse_moment(moment)
+
+    def _top(self, x: ArrayLike) -> float:
+        largest = float(np.max(np.abs(x), initial=0.0))
+        return largest if largest > 0.0 else 1.0
+
+    def _grown(self, target: ArrayLike, name: str) -> EquivalentProfile:
+        return self.upto(self.top_for(float(np.max(target, initial=0.0)), name))
+
+    def top_for(self, target: float, name: str = "g") -> float:
+        """A radius in m at which g (or the moment) is above a value, by at most 20 % in radius."""
+        limit = min(self.edge, self.reach)
+        if self.fixed:
+            return limit
+
+        def value(x: float) -> float:
+            """The curve at x; nan where it is not defined."""
+            try:
+                return _value(samples_of(self.profile, x), name, x)
+            except ConvergenceError:
+                return math.nan
+
+        low = min(1.0, limit)
+        while low > 1e-250 and not value(low) <= target:
+            low /= 8.0
+        high = low
+        while value(high) <= target:
+            if high >= limit:
+                return limit
+            if high > 1e250:
+                raise ProblemError(
+                    f"the profile never rises to {target:g}: a contact without an edge has no end; add "
+                    "FlatPunch(radius) for a cylinder of that end shape"
+                )
+            low, high = high, min(2.0 * high, limit)
+        for _ in range(60):
+            if high < 1.2 * low and math.isfinite(value(high)):
+                return high
+            middle = math.sqrt(low * high)
+            low, high = (middle, high) if value(middle) <= target else (low, middle)
+        raise ConvergenceError(
+            f"g(x) rises to {target:g} only where it cannot be resolved, at {high:g} m; "
+            "Function(..., reach=...) states how far the profile is defined"
+        )
+
+    def upto(self, top: float) -> ProxyLine:
+        """Interpolants of g and its integrals on [0, top]."""
+        top = min(top, self.edge, self.reach)
+        curve, samples = self._interpolant(top)
+        marks = (
+            self.breakpoints if len(self.breakpoints) <= _MOST_KNOTS else tuple(curve.edges[1:-1].tolist())
+        )
+        return proxy_line(curve, samples.moment, marks, self.edge, top)
+
+    def _interpolant(self, top: float) -> tuple[chebyshev.Piecewise, Samples]:
+        samples = samples_of(self.profile, top)
+        exponent = 1.0 + chebyshev.tip_exponent(samples.slope, top, 0.0)
+        noise = samples.noise
+        marks = self.breakpoints
+        if len(marks) > _MOST_KNOTS:
+            marks, noise = (), max(noise, 1e-12 * float(samples.g(np.array([top]))[0]) / top)
+        curve = chebyshev.build(
+            samples.g,
+            top,
+            breakpoints=marks,
+            rooted=True,
+            tip_exponent=exponent,
+            noise=lambda x: noise * x,
+            what="g(x)",
+        )
+        return curve, samples
+
+
+def _value(samples: Samples, name: str, x: float) -> float:
+    curve = samples.g if name == "g" else samples.moment
+    assert curve is not None
+    return float(curve(np.array([x]))[0])

@@ -1,0 +1,110 @@
+"""What a profile is, and the sum of profiles."""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from pymdr.errors import ProblemError
+from pymdr.problem.values import Value
+from pymdr.units import FloatArray
+
+
+class Profile(Value, ABC):
+    """An axisymmetric gap f(r); profiles add up with ``+``."""
+
+    @abstractmethod
+    def gap(self, r: ArrayLike) -> FloatArray:
+        """Gap f(r) in m; inf beyond a sharp edge, nan where the profile does not exist."""
+
+    @abstractmethod
+    def gap_slope(self, r: ArrayLike) -> FloatArray:
+        """Slope f'(r)."""
+
+    @property
+    def breakpoints(self) -> tuple[float, ...]:
+        """Radii in m at which f' jumps or bends sharply."""
+        return ()
+
+    @property
+    def edge(self) -> float:
+        """Radius in m of a sharp outer edge that no contact passes; inf without one."""
+        return math.inf
+
+    @property
+    def reach(self) -> float:
+        """Largest radius in m at which the profile is known; inf if everywhere."""
+        return math.inf
+
+    @property
+    def curvature_radius(self) -> float | None:
+        """Radius in m against which small-slope theory measures the contact; None without one."""
+        return None
+
+    def __add__(self, other: Profile) -> Sum:
+        if not isinstance(other, Profile):
+            return NotImplemented
+        return Sum((*_parts(self), *_parts(other)))
+
+
+def _parts(profile: Profile) -> tuple[Profile, ...]:
+    return profile.parts if isinstance(profile, Sum) else (profile,)
+
+
+@dataclass(frozen=True, eq=False)
+class Sum(Profile):
+    """
+    The sum of several profiles, written ``a + b``.
+
+    Parameters
+    ----------
+    parts : tuple of Profile
+        At least one profile.
+
+    Examples
+    --------
+    >>> from pymdr.problem.profiles import Cone, Paraboloid
+    >>> (Paraboloid("1 mm") + Cone(slope=0.1)).parts[1].gradient
+    0.1
+    """
+
+    parts: tuple[Profile, ...]
+
+    def __post_init__(self) -> None:
+        parts = tuple(self.parts)
+        if not parts or not all(isinstance(part, Profile) for part in parts):
+            raise ProblemError(f"Sum.parts = {self.parts!r}: one or more profiles are needed")
+        object.__setattr__(self, "parts", parts)
+
+    def gap(self, r: ArrayLike) -> FloatArray:
+        """Gap f(r) in m."""
+        return np.asarray(sum(part.gap(r) for part in self.parts))
+
+    def gap_slope(self, r: ArrayLike) -> FloatArray:
+        """Slope f'(r)."""
+        return np.asarray(sum(part.gap_slope(r) for part in self.parts))
+
+    @property
+    def breakpoints(self) -> tuple[float, ...]:
+        """All breakpoints of the parts."""
+        return tuple(sorted({b for part in self.parts for b in part.breakpoints}))
+
+    @property
+    def edge(self) -> float:
+        """The innermost sharp edge."""
+        return min(part.edge for part in self.parts)
+
+    @property
+    def reach(self) -> float:
+        """The smallest reach of the parts."""
+        return min(part.reach for part in self.parts)
+
+    @property
+    def curvature_radius(self) -> float | None:
+        """Radius of the summed curvatures, 1/R = sum of 1/R_i, of the parts that have one."""
+        curvature = sum(1.0 / part.curvature_radius for part in self.parts if part.curvature_radius)
+        return 1.0 / curvature if curvature else None

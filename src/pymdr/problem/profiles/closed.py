@@ -1,0 +1,211 @@
+"""Profiles with a formula whose image on the line is known in closed form."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from pymdr.errors import ProblemError
+from pymdr.problem.profiles.base import Profile
+from pymdr.problem.values import OptionalSIField, SIField
+from pymdr.units import FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class Sphere(Profile):
+    """
+    The true sphere, f = R - sqrt(R^2 - r^2), known up to r = R.
+
+    Parameters
+    ----------
+    radius : quantity
+        Radius R in m, above 0.
+
+    Examples
+    --------
+    >>> float(Sphere("10 mm").gap(1e-3))
+    5.012562893380045e-05
+    """
+
+    radius: SIField = SIField("m", above=0.0, words="radius of the sphere")
+
+    def gap(self, r: ArrayLike) -> FloatArray:
+        """Gap f = r^2 / (R + sqrt(R^2 - r^2)), the form without cancellation."""
+        r, R = np.asarray(r, dtype=float), self.radius
+        with np.errstate(invalid="ignore"):
+            return np.asarray(r * (r / (R + np.sqrt((R - r) * (R + r)))))
+
+    def gap_slope(self, r: ArrayLike) -> FloatArray:
+        """Slope f' = r / sqrt(R^2 - r^2)."""
+        r, R = np.asarray(r, dtype=float), self.radius
+        with np.errstate(invalid="ignore", divide="ignore"):
+            return np.asarray(r / np.sqrt((R - r) * (R + r)))
+
+    @property
+    def reach(self) -> float:
+        """The sphere ends at r = R."""
+        return self.radius
+
+    @property
+    def curvature_radius(self) -> float | None:
+        """The radius R."""
+        return self.radius
+
+
+@dataclass(frozen=True, eq=False)
+class Paraboloid(Profile):
+    """
+    A paraboloid, f = r^2 / (2 R).
+
+    Parameters
+    ----------
+    radius : quantity
+        Radius of curvature R at the apex in m, above 0.
+
+    Examples
+    --------
+    >>> float(Paraboloid("10 mm").gap(1e-3))
+    5e-05
+    """
+
+    radius: SIField = SIField("m", above=0.0, words="radius of curvature at the apex")
+
+    def gap(self, r: ArrayLike) -> FloatArray:
+        """Gap f(r) in m."""
+        r = np.asarray(r, dtype=float)
+        return np.asarray(r * (r / (2.0 * self.radius)))
+
+    def gap_slope(self, r: ArrayLike) -> FloatArray:
+        """Slope f'(r)."""
+        return np.asarray(np.asarray(r, dtype=float) / self.radius)
+
+    @property
+    def curvature_radius(self) -> float | None:
+        """The radius R."""
+        return self.radius
+
+
+@dataclass(frozen=True, eq=False)
+class Cone(Profile):
+    """
+    A cone, f = slope r, given by exactly one of its slope and its half angle.
+
+    Parameters
+    ----------
+    slope : quantity, optional
+        Slope of the flank, f' = cot(half angle), above 0.
+    half_angle : quantity, optional
+        Angle between axis and flank in rad, between 0 and pi/2.
+
+    Raises
+    ------
+    ProblemError
+        If none or both are given, or a value is outside its limits.
+
+    Examples
+    --------
+    >>> round(Cone(half_angle="70 deg").gradient, 12)
+    0.363970234266
+    """
+
+    slope: OptionalSIField = OptionalSIField("", above=0.0, words="slope of the flank")
+    half_angle: OptionalSIField = OptionalSIField(
+        "rad", above=0.0, below=math.pi / 2, words="angle between axis and flank"
+    )
+
+    def __post_init__(self) -> None:
+        if (self.slope is None) == (self.half_angle is None):
+            raise ProblemError(
+                f"Cone(slope={self.slope}, half_angle={self.half_angle}): give exactly one of the two, "
+                "for example half_angle='70 deg'"
+            )
+
+    @property
+    def gradient(self) -> float:
+        """Slope f' of the flank."""
+        if self.slope is not None:
+            return self.slope
+        assert self.half_angle is not None
+        return math.tan(math.pi / 2 - self.half_angle)
+
+    def gap(self, r: ArrayLike) -> FloatArray:
+        """Gap f(r) in m."""
+        return np.asarray(self.gradient * np.asarray(r, dtype=float))
+
+    def gap_slope(self, r: ArrayLike) -> FloatArray:
+        """Slope f'(r)."""
+        return np.full(np.shape(r), self.gradient)
+
+
+@dataclass(frozen=True, eq=False)
+class PowerLaw(Profile):
+    """
+    A power law, f = height (r / radius)^exponent.
+
+    Parameters
+    ----------
+    exponent : quantity
+        Exponent n, above 0.
+    height : quantity
+        Gap in m at r = `radius`, above 0.
+    radius : quantity
+        Reference radius in m, above 0.
+
+    Examples
+    --------
+    >>> float(PowerLaw(4, "1 um", "1 mm").gap(2e-3))
+    1.6e-05
+    """
+
+    exponent: SIField = SIField("", above=0.0, words="exponent n")
+    height: SIField = SIField("m", above=0.0, words="gap at the reference radius")
+    radius: SIField = SIField("m", above=0.0, words="reference radius")
+
+    def gap(self, r: ArrayLike) -> FloatArray:
+        """Gap f(r) in m."""
+        return np.asarray(self.height * (np.asarray(r, dtype=float) / self.radius) ** self.exponent)
+
+    def gap_slope(self, r: ArrayLike) -> FloatArray:
+        """Slope f'(r)."""
+        n = self.exponent
+        with np.errstate(divide="ignore"):
+            relative = (np.asarray(r, dtype=float) / self.radius) ** (n - 1.0)
+        return np.asarray(n * (self.height / self.radius) * relative)
+
+
+@dataclass(frozen=True, eq=False)
+class FlatPunch(Profile):
+    """
+    A flat cylindrical punch with a sharp edge: f = 0 up to its radius, infinite beyond.
+
+    Added to another profile it gives a cylinder whose end has that shape.
+
+    Parameters
+    ----------
+    radius : quantity
+        Radius b of the cylinder in m, above 0.
+
+    Examples
+    --------
+    >>> rounded = FlatPunch("1 mm") + Paraboloid("20 mm")
+    >>> rounded.edge
+    0.001
+    """
+
+    radius: SIField = SIField("m", above=0.0, words="radius of the cylinder")
+
+    def gap(self, r: ArrayLike) -> FloatArray:
+        """Gap f(r) in m."""
+        return np.where(np.asarray(r, dtype=float) <= self.radius, 0.0, math.inf)
+
+    def gap_slope(self, r: ArrayLike) -> FloatArray:
+        """Slope f'(r) below the edge."""
+        return np.zeros(np.shape(r))
+
+    @property
+    def edge(self) -> float:
+        """The sharp edge at r = b."""
+        return self.radius
