@@ -36,11 +36,15 @@ if TYPE_CHECKING:
     from pymdr.problem.paths import load as load
     from pymdr.problem.paths import ramp as ramp
     from pymdr.problem.profiles import Cone as Cone
+    from pymdr.problem.profiles import CubicSpline as CubicSpline
     from pymdr.problem.profiles import FlatPunch as FlatPunch
     from pymdr.problem.profiles import Function as Function
     from pymdr.problem.profiles import Interpolated as Interpolated
     from pymdr.problem.profiles import Paraboloid as Paraboloid
     from pymdr.problem.profiles import PowerLaw as PowerLaw
+    from pymdr.problem.profiles import Sampled as Sampled
+    from pymdr.problem.profiles import ShapePreserving as ShapePreserving
+    from pymdr.problem.profiles import SmoothingSpline as SmoothingSpline
     from pymdr.problem.profiles import Sphere as Sphere
     from pymdr.result import Result as Result
     from pymdr.result import Status as Status
@@ -50,6 +54,7 @@ if TYPE_CHECKING:
     from pymdr.solving import foundation as foundation
     from pymdr.solving import solve as solve
     from pymdr.solving import solve_batch as solve_batch
+    from pymdr.workbench.tables import read_profile as read_profile
 
 _HOMES: dict[str, tuple[str, ...]] = {
     "pymdr.errors": (
@@ -71,15 +76,20 @@ _HOMES: dict[str, tuple[str, ...]] = {
     "pymdr.problem.paths": ("History", "Hold", "Path", "Ramp", "hold", "indent", "load", "ramp"),
     "pymdr.problem.profiles": (
         "Cone",
+        "CubicSpline",
         "FlatPunch",
         "Function",
         "Interpolated",
         "Paraboloid",
         "PowerLaw",
+        "Sampled",
+        "ShapePreserving",
+        "SmoothingSpline",
         "Sphere",
     ),
     "pymdr.result": ("Result", "Status", "open_result"),
     "pymdr.solving": ("Assessment", "assess", "foundation", "solve", "solve_batch"),
+    "pymdr.workbench.tables": ("read_profile",),
 }
 _HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
 

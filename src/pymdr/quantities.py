@@ -5,7 +5,7 @@ Results, figures, files and the command line read labels and units from here and
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 
 @dataclass(frozen=True)
@@ -53,3 +53,26 @@ QUANTITIES: dict[str, Quantity] = {
 
 RADIUS = Quantity("r", "r", "m", "radius", ("r",))
 POSITION = Quantity("x", "x", "m", "position on the line", ("x",))
+
+BAND_ENDS = {"low": "lower end of the band of", "high": "upper end of the band of"}
+
+
+def quantity(name: str) -> Quantity:
+    """
+    The row of a quantity, or of an end of its band (``normal_force_low``).
+
+    Raises
+    ------
+    KeyError
+        If there is no such quantity.
+
+    Examples
+    --------
+    >>> quantity("normal_force_low").words
+    'lower end of the band of normal force'
+    """
+    base, _, end = name.rpartition("_")
+    if name not in QUANTITIES and end in BAND_ENDS and base in QUANTITIES:
+        row = QUANTITIES[base]
+        return replace(row, name=name, words=f"{BAND_ENDS[end]} {row.words}")
+    return QUANTITIES[name]

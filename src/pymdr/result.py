@@ -17,7 +17,7 @@ from pymdr.interpretation.validity import SOURCES, Assumption, Claim
 from pymdr.mapping.equivalent import without_callables
 from pymdr.problem.contact import Contact
 from pymdr.problem.paths import LoadingPath
-from pymdr.quantities import POSITION, QUANTITIES, RADIUS
+from pymdr.quantities import POSITION, RADIUS, quantity
 from pymdr.units import ArrayQuantityLike, from_si, to_si_array
 
 if TYPE_CHECKING:
@@ -68,6 +68,15 @@ class Result:
             raise QuantityError(f"no quantity {name!r}; this result has {', '.join(map(str, self.data))}")
         return self.data[name]
 
+    @property
+    def bands(self) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+        """Lower and upper ends of the bands that the scatter of a sampled profile gives, by quantity."""
+        return {
+            name: (self.data[f"{name}_low"].values, self.data[f"{name}_high"].values)
+            for name in map(str, self.data)
+            if f"{name}_low" in self.data
+        }
+
     def _require(self, name: str) -> None:
         if name in self.claims:
             self.claims[name].require(name)
@@ -96,7 +105,7 @@ class Result:
             If the quantity is not valid for this contact.
         """
         array = self[name]
-        return array.copy(data=from_si(array.values, QUANTITIES[name].unit, unit)).assign_attrs(units=unit)
+        return array.copy(data=from_si(array.values, quantity(name).unit, unit)).assign_attrs(units=unit)
 
     @cached_property
     def surface(self) -> Surface:
@@ -150,7 +159,7 @@ class Result:
         )
         values = np.array([surface.field(name, np.abs(radii), i) for i in chosen])
         axis = POSITION if name in LINE_FIELDS else RADIUS
-        quantity = QUANTITIES[name]
+        row = quantity(name)
         coords: dict[str, Any] = {axis.name: (axis.name, radii, {"units": "m", "long_name": axis.words})}
         amplitude = np.array([surface.edge_amplitude(i) for i in chosen])
         dims: tuple[str, ...] = (axis.name,)
@@ -168,7 +177,7 @@ class Result:
             dims=dims,
             coords=coords,
             name=name,
-            attrs={"units": quantity.unit, "long_name": quantity.words, "symbol": quantity.symbol},
+            attrs={"units": row.unit, "long_name": row.words, "symbol": row.symbol},
         )
 
     def _row(self, step: int) -> int:
@@ -242,7 +251,7 @@ class Result:
             row=row,
             field=(lambda name, r: self.field(name, r, row)) if row >= 0 else None,
             gap=self.surface.gap_function,
-            bands={},
+            bands=self.bands,
         )
 
     def save(self, file: str | os.PathLike[str]) -> None:
@@ -356,7 +365,7 @@ def labelled(columns: Mapping[str, ArrayLike]) -> xr.Dataset:
 
     variables = {}
     for name, values in columns.items():
-        q = QUANTITIES[name]
+        q = quantity(name)
         variables[name] = (
             "step",
             np.asarray(values),

@@ -5,16 +5,19 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pymdr.errors import PathError, ProblemError, PymdrError
+from pymdr.errors import ConvergenceError, PathError, ProblemError, PymdrError
 from pymdr.interpretation.fields import edge_amplitude
 from pymdr.interpretation.surface import Surface
 from pymdr.interpretation.validity import (
+    SOURCES,
     Assumption,
     BoolArray,
     Claim,
+    Level,
     certify_disk,
     describe_ranges,
     normal_claims,
@@ -39,9 +42,12 @@ from pymdr.mapping.equivalent import NumericLine, equivalent_profile, gap_functi
 from pymdr.mapping.moduli import EffectiveModuli, effective_moduli
 from pymdr.problem.contact import Contact
 from pymdr.problem.paths import Hold, Leg, LoadingPath, Path, Ramp, legs
-from pymdr.problem.profiles import Function, Profile, Sum
+from pymdr.problem.profiles import Function, Profile, Sampled, Sum
 from pymdr.result import Result, Status, labelled
 from pymdr.units import FloatArray, QuantityLike, to_si
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 Progress = Callable[[int, int], None]
 """Called with the number of finished steps and their total."""
@@ -93,7 +99,8 @@ def solve(contact: Contact, path: LoadingPath, *, progress: Progress | None = No
     check_problem(contact, path)
     mapped = map_to_line(contact)
     mapped, states, by_force = follow(contact, mapped, path, progress)
-    return interpret(contact, path, mapped, states, by_force)
+    result = interpret(contact, path, mapped, states, by_force)
+    return with_bands(result) if scatter_of(contact.profile) else result
 
 
 def check_problem(contact: Contact, path: LoadingPath) -> None:
@@ -140,7 +147,7 @@ def _notes(profile: Profile) -> tuple[str, ...]:
     return tuple(
         f"the offset f(0) = {part.offset:.6g} m of the profile was removed"
         for part in parts
-        if isinstance(part, Function) and part.offset != 0.0
+        if isinstance(part, Function | Sampled) and part.offset != 0.0
     )
 
 
@@ -211,6 +218,9 @@ def _made_fast(contact: Contact, mapped: Mapped, path: LoadingPath) -> Mapped:
     depth = max((float(np.max(v)) for v in _channel(path, "indentation")), default=0.0)
     force = max((float(np.max(v)) for v in _channel(path, "normal_force")), default=0.0)
     edge = line.equivalent.edge
+    if line.equivalent.fixed:
+        _refuse_beyond_data(line, depth, force)
+        edge = min(edge, line.equivalent.reach)
     if math.isfinite(edge):
         return Mapped(ElasticLine(line.equivalent.upto(edge), line.modulus), mapped.moduli, mapped.notes)
     if force > 0.0:
@@ -221,6 +231,23 @@ def _made_fast(contact: Contact, mapped: Mapped, path: LoadingPath) -> Mapped:
     top = line_upto_depth(line, depth).equivalent.reach
     top = max(top, _last_radius_below(contact.profile, line.equivalent, depth, top))
     return Mapped(ElasticLine(line.equivalent.upto(top), line.modulus), mapped.moduli, mapped.notes)
+
+
+def _refuse_beyond_data(line: ElasticLine, depth: float, force: float) -> None:
+    """Samples are not extrapolated: beyond the largest load that they allow nothing can be said."""
+    equivalent = line.equivalent
+    assert isinstance(equivalent, NumericLine)
+    if math.isfinite(equivalent.edge) and equivalent.edge <= equivalent.reach:
+        return
+    fast = ElasticLine(equivalent.upto(equivalent.reach), line.modulus)
+    deepest = float(np.max(_g_samples(fast)))
+    hardest = float(normal_force(fast, states_at_depth(fast, np.array([deepest])))[0])
+    if depth > deepest or force > hardest:
+        asked = f"indentation = {depth:g} m" if depth > deepest else f"normal_force = {force:g} N"
+        raise PathError(
+            f"{asked}: the samples end at r = {equivalent.reach:g} m and are not extrapolated; the largest "
+            f"indentation that they allow is {deepest:.6g} m (normal force {hardest:.6g} N)"
+        )
 
 
 def _channel(path: LoadingPath, name: str) -> list[FloatArray]:
@@ -264,6 +291,9 @@ def _refuse_deep_sphere(contact: Contact, states: DiskStates) -> None:
 
 def _refuse_depth(profile: Profile, depth: float) -> None:
     reach = profile.reach
+    parts = profile.parts if isinstance(profile, Sum) else (profile,)
+    if any(isinstance(part, Sampled) for part in parts):
+        return
     if math.isfinite(reach) and not math.isfinite(profile.edge) and depth >= reach:
         raise PathError(
             f"indentation = {depth:g} m: it must stay below the reach {reach:g} m of the profile (a sphere cannot "
@@ -316,6 +346,76 @@ def interpret(
         notes=mapped.notes,
         references=("sneddon", "popov-hess", *(() if disk.all() else ("barber",))),
     )
+
+
+BAND_NOTE = (
+    "bands are the results for the profile lowered and raised by its scatter: a sensitivity, not a confidence "
+    "interval; NaN where such a profile is not a disk contact or not known far enough"
+)
+
+
+def scatter_of(profile: Profile) -> bool:
+    """Whether a profile has samples with a scatter."""
+    parts = profile.parts if isinstance(profile, Sum) else (profile,)
+    return any(isinstance(part, Sampled) and part.scatter is not None for part in parts)
+
+
+def with_bands(result: Result) -> Result:
+    """Add to every quantity the band between the solutions for f - scatter and f + scatter."""
+    data = result.data
+    names = [str(name) for name in data if name != "time" and not np.all(np.isnan(data[name].values))]
+    ends = [_shifted_solution(result, sign) for sign in (-1.0, 1.0)]
+    columns: dict[str, FloatArray] = {}
+    for name in names:
+        values = np.array(
+            [
+                data[name].values,
+                *(end[name].values if name in end else np.full(data.sizes["step"], math.nan) for end in ends),
+            ]
+        )
+        if np.array_equal(values[0], values[1]) and np.array_equal(values[0], values[2]):
+            continue
+        known = np.isfinite(values).all(axis=0)
+        columns[f"{name}_low"] = np.where(known, values.min(axis=0), math.nan)
+        columns[f"{name}_high"] = np.where(known, values.max(axis=0), math.nan)
+    return replace(
+        result,
+        data=data.merge(labelled(columns)),
+        claims=_mean_claims(result.claims),
+        notes=(*result.notes, BAND_NOTE),
+    )
+
+
+def _shifted_solution(result: Result, sign: float) -> xr.Dataset:
+    profile = result.contact.profile
+    parts = profile.parts if isinstance(profile, Sum) else (profile,)
+    shifted = tuple(_shifted(part, sign) for part in parts)
+    contact = replace(result.contact, profile=shifted[0] if len(shifted) == 1 else Sum(shifted))
+    try:
+        return solve(contact, result.path).data
+    except (PathError, ConvergenceError):
+        return labelled({})
+
+
+def _shifted(part: Profile, sign: float) -> Profile:
+    if not isinstance(part, Sampled) or part.scatter is None:
+        return part
+    return replace(part, height=part.height + sign * part.scatter, scatter=None)
+
+
+def _mean_claims(claims: Mapping[str, Claim]) -> dict[str, Claim]:
+    """A profile with scatter is the azimuthal mean of a body that is not quite one of revolution."""
+    reason = (
+        "exact for the mean profile; for the measured body, whose azimuthal mean it is, the force at a given "
+        "indentation is a rigorous lower bound, second-order accurate in the asymmetry"
+    )
+    source = SOURCES["shield"]
+    return {
+        name: claim
+        if claim.level is not Level.EXACT or name == "force_lower_bound"
+        else replace(claim, level=Level.APPROXIMATE, reason=f"{reason}; {claim.reason}", source=source)
+        for name, claim in claims.items()
+    }
 
 
 def _times(path: LoadingPath) -> FloatArray | None:

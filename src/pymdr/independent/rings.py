@@ -193,7 +193,7 @@ def ring_displacement(r: ArrayLike, edges: ArrayLike) -> Array:
 
     References
     ----------
-    Johnson 1985, Contact Mechanics, eqs. 3.29 and 3.30.
+    Johnson 1985, Contact Mechanics, section 3.4(a), eqs. 3.29.
 
     Examples
     --------

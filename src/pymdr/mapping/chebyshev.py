@@ -75,9 +75,14 @@ class Panel:
         """Coefficients of (d/dt)/t, where the derivative with respect to t is 0 at t = 0."""
         at_nodes = chebyshev.chebval(2.0 * nodes(self.coefficients.size) - 1.0, self.derivative)
         at_start = chebyshev.chebval(-1.0, self.derivative)
-        if self.power != 2 or abs(at_start) > 1e-11 * np.max(np.abs(at_nodes)):
+        rounding = 1e-15 * self.coefficients.size**2 * np.max(np.abs(self.coefficients))
+        if self.power != 2 or abs(at_start) > max(1e-11 * np.max(np.abs(at_nodes)), rounding):
             return None
         return _fit(self.coefficients.size) @ ((at_nodes - at_start) / nodes(self.coefficients.size))
+
+    def rate(self, t: FloatArray) -> FloatArray:
+        """The derivative with respect to t, of a panel without tip exponent."""
+        return np.asarray(chebyshev.chebval(2.0 * t - 1.0, self.derivative))
 
     @property
     def rises_steeply(self) -> bool:

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from pymdr.interpretation.validity import Assumption, Claim, Level
-from pymdr.quantities import QUANTITIES
+from pymdr.quantities import BAND_ENDS, QUANTITIES
 from pymdr.units import from_si
 
 if TYPE_CHECKING:
@@ -56,12 +56,18 @@ def summary(
     n = data.sizes["step"]
     lines = [f"{status}: {meaning}", f"{n} step{'s' if n != 1 else ''}; the last one:"]
     for name in map(str, data):
+        if name.rpartition("_")[2] in BAND_ENDS:
+            continue
         quantity = QUANTITIES[name]
         value = float(data[name].values[-1])
         if quantity.name == "edge_amplitude" and value == 0.0:
             continue
         level = f"  {claims[name].level.value}" if name in claims else ""
-        lines.append(f"  {quantity.words:<36}{written(value, quantity.unit):>16}{level}")
+        band = ""
+        if f"{name}_low" in data:
+            ends = (written(float(data[f"{name}_{end}"].values[-1]), quantity.unit) for end in BAND_ENDS)
+            band = f"  band {' to '.join(ends)}"
+        lines.append(f"  {quantity.words:<36}{written(value, quantity.unit):>16}{level}{band}")
     return "\n".join([*lines, *_claims(claims), *_assumptions(assumptions), *_notes(notes)])
 
 

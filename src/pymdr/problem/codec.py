@@ -20,15 +20,19 @@ from pymdr.problem.materials import Elastic, Rigid
 from pymdr.problem.paths import History, Hold, LoadingPath, Path, Ramp, legs
 from pymdr.problem.profiles import (
     Cone,
+    CubicSpline,
     FlatPunch,
     Function,
     Interpolated,
     Paraboloid,
     PowerLaw,
+    Sampled,
+    ShapePreserving,
+    SmoothingSpline,
     Sphere,
     Sum,
 )
-from pymdr.problem.values import OptionalArrayField, OptionalSIField, SIField
+from pymdr.problem.values import ArrayField, OptionalArrayField, OptionalSIField, SIField
 
 if TYPE_CHECKING:
     from pydantic import BaseModel, TypeAdapter
@@ -39,6 +43,7 @@ PROFILES: dict[str, type] = {
     "cone": Cone,
     "power_law": PowerLaw,
     "flat_punch": FlatPunch,
+    "sampled": Sampled,
     "sum": Sum,
     "interpolated": Interpolated,
 }
@@ -47,7 +52,18 @@ LEGS: dict[str, type] = {"ramp": Ramp, "hold": Hold, "path": Path}
 ONE_CHANNEL_LEGS: dict[str, str] = {"indent": "indentation", "load": "normal_force"}
 """Kinds that are a ramp of one channel."""
 
-_TABLES: dict[str, dict[str, type]] = {"profile": PROFILES, "material": MATERIALS, "leg": LEGS}
+INTERPOLATIONS: dict[str, type] = {
+    "cubic_spline": CubicSpline,
+    "shape_preserving": ShapePreserving,
+    "smoothing_spline": SmoothingSpline,
+}
+
+_TABLES: dict[str, dict[str, type]] = {
+    "profile": PROFILES,
+    "material": MATERIALS,
+    "leg": LEGS,
+    "interpolation": INTERPOLATIONS,
+}
 _KIND_OF: dict[type, str] = {cls: kind for table in _TABLES.values() for kind, cls in table.items()}
 
 
@@ -103,6 +119,9 @@ def _field_type(cls: type, f: Any) -> tuple[Any, Any]:
 
     descriptor = cls.__dict__.get(f.name)
     number = Union[int, float, str]  # noqa: UP007  (a runtime value)
+    if isinstance(descriptor, ArrayField):
+        note = f"{descriptor.words}; texts with units or numbers in {descriptor.unit}"
+        return list[number], Field(..., description=note)
     if isinstance(descriptor, OptionalArrayField):
         note = f"{descriptor.words}; texts with units or numbers in {descriptor.unit}"
         return list[number] | None, Field(None, description=note)
@@ -114,6 +133,10 @@ def _field_type(cls: type, f: Any) -> tuple[Any, Any]:
         return number, Field(... if descriptor.default is None else descriptor.default, description=note)
     if f.name == "parts":
         return list[_union("part")], Field(..., description="profiles to be added", min_length=1)  # type: ignore[misc]
+    if f.name == "interpolation":
+        return _union("interpolation"), Field(
+            {"kind": "cubic_spline"}, description="how a curve is run through"
+        )
     if f.name == "steps":
         return int, Field(f.default, description="number of rows", ge=1, strict=True)
     return Any, Field(... if f.default is MISSING else f.default)
@@ -225,6 +248,8 @@ def _decode(plain: Mapping[str, Any], table: str) -> Any:
     cls = Ramp if kind in ONE_CHANNEL_LEGS else next(t[kind] for t in _TABLES.values() if kind in t)
     if "parts" in arguments:
         arguments["parts"] = tuple(_decode(part, f"{table}.parts") for part in arguments["parts"])
+    if "interpolation" in arguments:
+        arguments["interpolation"] = _decode(arguments["interpolation"], f"{table}.interpolation")
     return _build(table, cls, arguments)
 
 
@@ -272,6 +297,8 @@ def _kinds() -> set[str]:
 def _kinds_for(loc: list[Any]) -> list[str]:
     if "path" in loc:
         return [*LEGS, *ONE_CHANNEL_LEGS]
+    if "interpolation" in loc:
+        return list(INTERPOLATIONS)
     return list(MATERIALS if loc and loc[0] in ("body", "counterbody") else PROFILES)
 
 

@@ -6,11 +6,13 @@ import os
 import tomllib
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from pymdr.errors import CaseError, FileError
 from pymdr.problem.codec import decode_case
 from pymdr.problem.contact import Contact
 from pymdr.problem.paths import LoadingPath
+from pymdr.workbench.tables import read_columns
 
 _LARGEST = 4 * 2**20
 
@@ -62,7 +64,31 @@ def read_case(file: str | os.PathLike[str]) -> Case:
     except tomllib.TOMLDecodeError as error:
         raise CaseError(f"{source}: not TOML: {error}") from error
     try:
-        title, contact, path = decode_case(plain)
+        title, contact, path = decode_case(_with_tables(plain, source.parent))
     except CaseError as error:
         raise CaseError(f"{source}: {error}") from error
     return Case(source, title, contact, path)
+
+
+def _with_tables(plain: dict[str, Any], folder: Path) -> dict[str, Any]:
+    """The case with the CSV files that its profiles name read in; paths count from the case file."""
+    profile = plain.get("profile")
+    if not isinstance(profile, dict):
+        return plain
+    profile = _with_table(profile, folder)
+    if isinstance(profile.get("parts"), list):
+        parts = [_with_table(part, folder) if isinstance(part, dict) else part for part in profile["parts"]]
+        profile = {**profile, "parts": parts}
+    return {**plain, "profile": profile}
+
+
+def _with_table(profile: dict[str, Any], folder: Path) -> dict[str, Any]:
+    if profile.get("kind") != "sampled" or "file" not in profile:
+        return profile
+    both = [key for key in ("radius", "height", "scatter") if key in profile]
+    if both:
+        raise CaseError(f"[profile] gives both file and {both[0]}; give the samples once")
+    if not isinstance(profile["file"], str):
+        raise CaseError(f"[profile] file = {profile['file']!r}: the name of a CSV file is needed")
+    columns = {name: values.tolist() for name, values in read_columns(folder / profile["file"]).items()}
+    return {**{key: value for key, value in profile.items() if key != "file"}, **columns}

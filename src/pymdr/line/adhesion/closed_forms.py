@@ -13,7 +13,8 @@ from scipy.special import gammaln
 
 from pymdr.errors import ConvergenceError, ProblemError
 from pymdr.line.adhesion.cohesive_zone import zone_integrals
-from pymdr.line.adhesion.equivalent_line import EquivalentLine, FloatArray, as_floats
+from pymdr.line.adhesion.equivalent_line import EquivalentLine, as_floats
+from pymdr.units import FloatArray
 
 
 def power_law_factor(exponent: ArrayLike) -> FloatArray:

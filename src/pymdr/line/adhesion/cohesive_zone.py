@@ -17,9 +17,13 @@ from functools import cache
 from itertools import pairwise
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pymdr.errors import ConvergenceError
-from pymdr.line.adhesion.equivalent_line import EquivalentLine, FloatArray, inner_knots
+from pymdr.line.adhesion.equivalent_line import EquivalentLine, inner_knots
+from pymdr.units import FloatArray
+
+_Index = NDArray[np.intp]
 
 _TOLERANCE = 3e-13
 _LEVELS = 5
@@ -204,7 +208,7 @@ def solve_width(
     1.0
     """
 
-    def residual(width: FloatArray, at: FloatArray, level: int | None) -> tuple[FloatArray, FloatArray]:
+    def residual(width: FloatArray, at: _Index, level: int | None) -> tuple[FloatArray, FloatArray]:
         radius = fixed[at] if outward else fixed[at] - width
         value, out, inw = _gap(line, k, radius, width, level)
         return value, out if outward else inw
@@ -224,7 +228,7 @@ def solve_width(
 
 
 def _bracketed(
-    residual: Callable[[FloatArray, FloatArray], tuple[FloatArray, FloatArray]],
+    residual: Callable[[FloatArray, _Index], tuple[FloatArray, FloatArray]],
     target: float,
     upper: FloatArray,
 ) -> FloatArray:

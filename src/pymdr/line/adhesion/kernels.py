@@ -13,7 +13,8 @@ from numpy.typing import ArrayLike
 
 from pymdr.errors import ConvergenceError, ProblemError
 from pymdr.line.adhesion.closed_forms import power_law_factor
-from pymdr.line.adhesion.equivalent_line import FloatArray, as_floats
+from pymdr.line.adhesion.equivalent_line import as_floats
+from pymdr.units import FloatArray
 
 _BLOCK = 8192
 _Kernel = Callable[..., FloatArray]

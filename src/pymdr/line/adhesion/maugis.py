@@ -14,13 +14,13 @@ from pymdr.errors import ProblemError
 from pymdr.line.adhesion.cohesive_zone import segment, solve_width, zone_integrals, zone_root
 from pymdr.line.adhesion.equivalent_line import (
     EquivalentLine,
-    FloatArray,
     States,
     as_floats,
     inner_knots,
     own_edge,
     stretched_energy,
 )
+from pymdr.units import FloatArray
 
 _PIECES = 5
 _APPROACH, _HELD, _GROWING, _CLIPPED, _STUCK = range(_PIECES)

@@ -13,13 +13,13 @@ from numpy.typing import ArrayLike
 
 from pymdr.line.adhesion.equivalent_line import (
     EquivalentLine,
-    FloatArray,
     States,
     as_floats,
     inner_knots,
     own_edge,
     stretched_energy,
 )
+from pymdr.units import FloatArray
 
 
 def jkr_opening(radius: ArrayLike, modulus: ArrayLike, work: ArrayLike) -> FloatArray:

@@ -124,9 +124,7 @@ def _cumulative(
             root = ((x - panel.low) / width) ** (1.0 / panel.power)
             s, w = gauss(x.size + 8)
             u = root[:, None] * s
-            t = panel.low + width * u**panel.power
-            stretch = width * panel.power * u ** (panel.power - 1)
-            return np.asarray(root * ((g.slope(t) * stretch * weight(i, t)) @ w))
+            return np.asarray(root * ((g.rate(u) * weight(i, panel.low + width * u**panel.power)) @ w))
 
         below[panel.high] = below[panel.low] + float(upto(np.array([panel.high]))[0])
         return below[panel.low] + upto(x)
@@ -136,13 +134,13 @@ def _cumulative(
 
 def _turning_points(curve: chebyshev.Piecewise) -> tuple[float, ...]:
     """Points where g' changes sign, ignoring rounding noise."""
-    from_panels = [
+    grids = [
         panel.low
         + (panel.high - panel.low) * np.linspace(1e-3, 1.0, 8 * panel.coefficients.size) ** panel.power
         for panel in curve.panels
     ]
-    x = np.concatenate(from_panels)
-    slope = curve.slope(x)
+    x = np.concatenate(grids)
+    slope = np.concatenate([panel.slope(grid) for panel, grid in zip(curve.panels, grids, strict=True)])
     steepness = slope * x
     noise = 1e-11 * float(np.max(np.abs(steepness), initial=0.0))
     sure = np.abs(steepness) > noise

@@ -120,7 +120,7 @@ class Sampled(Profile):
     interpolation: Interpolation = field(default_factory=CubicSpline)
 
     def __post_init__(self) -> None:
-        r, f = self.radius, self.height
+        r = self.radius
         if r.size < FEWEST_SAMPLES:
             raise ProblemError(f"Sampled: {r.size} samples; at least {FEWEST_SAMPLES} are needed")
         for name in ("height", "scatter"):

@@ -1,0 +1,278 @@
+"""Follow a path on a curve of equilibrium states that folds: branches, jumps and their energies. No law.
+
+A curve s -> D(s) holds the control coordinate of every equilibrium. Rule (quasi-static, overdamped): the state
+grows (s rises) while D > D(s) and shrinks while D < D(s). So rising parts of the curve are stable; at a fold the
+state jumps, at constant D, to the next rising part in its direction, or loses contact at the start of the curve.
+All folds are found first; then a branch is inverted from a table that is exact to rounding.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from pymdr.errors import ConvergenceError, PathError
+from pymdr.line._branches import Inverse, inverse_of, roots_of, turning_points
+from pymdr.units import FloatArray
+
+_Function = Callable[[FloatArray], FloatArray]
+_FREE = -1
+
+
+class _States(Protocol):
+    """What a curve tells about states."""
+
+    @property
+    def indentation(self) -> FloatArray:
+        """d in m."""
+
+    @property
+    def normal_force(self) -> FloatArray:
+        """F in N."""
+
+
+class Equilibria(Protocol):
+    """A curve of equilibrium states with parameter s, made by a law."""
+
+    @property
+    def start(self) -> float:
+        """Parameter of the first touch."""
+
+    @property
+    def knots(self) -> tuple[float, ...]:
+        """Parameters where the curve is not smooth."""
+
+    @property
+    def touch(self) -> float:
+        """Indentation of the first touch in m."""
+
+    def states(self, s: FloatArray) -> _States:
+        """Return the states at s."""
+
+    def slopes(self, s: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return dd/ds and dF/ds."""
+
+    def energies(self, s: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return the elastic and the surface energy in J."""
+
+
+def _nothing(control: float) -> float:
+    return 0.0
+
+
+def _unloaded(control: float) -> float:
+    return 0.0 if control == 0.0 else np.nan
+
+
+@dataclass(frozen=True)
+class Curve:
+    """A folding curve under one control.
+
+    Attributes
+    ----------
+    control, slope, energy : callable
+        D(s), D'(s) and the potential T(s) of the state with its machine or load; functions of arrays.
+    start, stop : float
+        Range of s: the state of first touch and the end of what is known.
+    knots : tuple of float
+        Values of s where D is not smooth.
+    touch : float or None
+        D at which a free body touches; None stands for D(start). Never below D(start).
+    free_energy : callable
+        The potential of the free body as a function of D.
+
+    Examples
+    --------
+    >>> s = np.linspace(0, 1, 5)
+    >>> Curve(np.sin, np.cos, np.zeros_like, start=0.0, stop=1.0).touch is None
+    True
+    """
+
+    control: _Function
+    slope: _Function
+    energy: _Function
+    start: float
+    stop: float
+    knots: tuple[float, ...] = ()
+    touch: float | None = None
+    free_energy: Callable[[float], float] = _nothing
+
+
+def under_machine(equilibria: Equilibria, stop: float, machine_stiffness: float = np.inf) -> Curve:
+    """Return the curve of a law under a machine: D = d + F/k, T = U + F²/2k.
+
+    Parameters
+    ----------
+    equilibria : Equilibria
+        The states, from a law.
+    stop : float
+        Largest parameter followed; see `parameter_reaching`.
+    machine_stiffness : float
+        k [N/m]; ``inf`` is displacement control (D = d, T = U), 0 is force control (D = F, T = U - F d).
+
+    Returns
+    -------
+    Curve
+        D is a travel [m], or a force [N] under force control.
+
+    Raises
+    ------
+    PathError
+        For a negative or undefined stiffness.
+
+    Notes
+    -----
+    Along equilibria dT = F dD (under force control dT = -d dF). Under force control a contact that is lost
+    under tension falls without end: the potential of the free body, and so the energy of that jump, is NaN.
+
+    Examples
+    --------
+    >>> from types import SimpleNamespace
+    >>> spring = SimpleNamespace(start=0.0, knots=(), touch=0.0,
+    ...     states=lambda s: SimpleNamespace(indentation=s, normal_force=2 * s),
+    ...     slopes=lambda s: (np.ones_like(s), 2 + 0 * s), energies=lambda s: (s**2, 0 * s))
+    >>> soft = under_machine(spring, 1.0, machine_stiffness=4.0)
+    >>> float(soft.control(np.array(1.0))), float(soft.energy(np.array(1.0)))
+    (1.5, 1.5)
+    """
+    k = float(machine_stiffness)
+    if not k >= 0.0:
+        raise PathError(f"machine stiffness must be 0 (force control) or more, not {machine_stiffness!r} N/m")
+    held = k == 0.0
+
+    def control(s: FloatArray) -> FloatArray:
+        states = equilibria.states(s)
+        return states.normal_force if held else states.indentation + states.normal_force / k
+
+    def slope(s: FloatArray) -> FloatArray:
+        depth, force = equilibria.slopes(s)
+        return force if held else depth + force / k
+
+    def energy(s: FloatArray) -> FloatArray:
+        elastic, surface = equilibria.energies(s)
+        states = equilibria.states(s)
+        force = states.normal_force
+        return elastic + surface + (-force * states.indentation if held else 0.5 * force * (force / k))
+
+    return Curve(
+        control,
+        slope,
+        energy,
+        equilibria.start,
+        float(stop),
+        equilibria.knots,
+        0.0 if held else equilibria.touch,
+        _unloaded if held else _nothing,
+    )
+
+
+def sampled_curve(s: ArrayLike, control: ArrayLike, energy: ArrayLike, touch: float | None = None) -> Curve:
+    """Return the curve through samples, straight between them.
+
+    Parameters
+    ----------
+    s, control, energy : array_like
+        Rising parameters, D and T, of one length of at least 2.
+    touch : float, optional
+        As in `Curve`.
+
+    Returns
+    -------
+    Curve
+        Its folds are the samples where D turns.
+
+    Raises
+    ------
+    PathError
+        When the samples do not rise in s or are not finite.
+
+    Examples
+    --------
+    >>> saw = sampled_curve([0, 1, 2, 3], [0, 2, 1, 4], [0, 1, 2, 3])
+    >>> follow(trace(saw), [1.9, 2.1, 1.1, 0.9]).parameter
+    array([0.95      , 2.36666667, 2.03333333, 0.45      ])
+    """
+    x, D, T = (np.array(v, dtype=np.float64) for v in (s, control, energy))
+    if x.ndim != 1 or x.size < 2 or not (x.shape == D.shape == T.shape) or not np.all(np.diff(x) > 0.0):
+        raise PathError("samples of a curve need one length of 2 or more and a rising parameter")
+    if not (np.all(np.isfinite(D)) and np.all(np.isfinite(T))):
+        raise PathError("samples of a curve must be finite")
+    rates = np.diff(D) / np.diff(x)
+
+    def slope(at: FloatArray) -> FloatArray:
+        return rates[np.clip(np.searchsorted(x, at, side="right") - 1, 0, rates.size - 1)]
+
+    return Curve(
+        lambda at: np.interp(at, x, D),
+        slope,
+        lambda at: np.interp(at, x, T),
+        float(x[0]),
+        float(x[-1]),
+        tuple(x[1:-1].tolist()),
+        touch,
+    )
+
+
+def parameter_reaching(
+    control: _Function, top: float, *, at_least: float = 0.0, limit: float = np.inf
+) -> float:
+    """Return a parameter s with D(s) >= top, as small as doubling and halving find it.
+
+    Parameters
+    ----------
+    control : callable
+        D(s), rising in the end.
+    top : float
+        The largest D of the path, above the touch.
+    at_least : float
+        A state of the path already known; the answer is not below it.
+    limit : float
+        Largest parameter known; returned when D stays below `top`.
+
+    Returns
+    -------
+    float
+        s in the units of the curve.
+
+    Raises
+    ------
+    PathError
+        When D never comes above, or (without `at_least`) never falls below `top`.
+
+    Examples
+    --------
+    >>> round(parameter_reaching(lambda s: s**2, 9.0), 12)
+    3.0
+    """
+
+    def above(s: float) -> bool:
+        return bool(control(np.array([s]))[0] >= top)
+
+    if at_least > 0.0 and above(at_least):
+        return at_least
+    high = at_least if at_least > 0.0 else min(limit, 1.0)
+    for _ in range(2000):
+        if above(high):
+            break
+        if high >= limit:
+            return limit
+        high = min(2.0 * high, limit)
+        if not np.isfinite(high):
+            raise PathError(f"the curve never reaches the control value {top!r}; shorten the path")
+    low = max(0.5 * high, at_least)
+    for _ in range(2000):
+        if at_least > 0.0 or not above(low):
+            break
+        low, high = 0.5 * low, low
+    else:
+        raise PathError(f"the path, up to {top!r}, does not go beyond the first touch")
+    for _ in range(60):
+        middle = float(np.sqrt(low * high))
+        if not low < middle < high:
+            break
+        low, high = (low, middle) if above(middle) else (middle, high)
+    return high
