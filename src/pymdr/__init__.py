@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from pymdr.errors import PymdrError as PymdrError
     from pymdr.errors import QuantityError as QuantityError
     from pymdr.errors import UnitError as UnitError
+    from pymdr.independent.rings import Rings as Rings
     from pymdr.interpretation.validity import Claim as Claim
     from pymdr.interpretation.validity import Level as Level
     from pymdr.mapping.equivalent import equivalent_profile as equivalent_profile
@@ -68,6 +69,7 @@ _HOMES: dict[str, tuple[str, ...]] = {
         "QuantityError",
         "UnitError",
     ),
+    "pymdr.independent.rings": ("Rings",),
     "pymdr.interpretation.validity": ("Claim", "Level"),
     "pymdr.mapping.equivalent": ("equivalent_profile",),
     "pymdr.mapping.moduli": ("effective_moduli",),

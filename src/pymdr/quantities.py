@@ -37,6 +37,8 @@ QUANTITIES: dict[str, Quantity] = {
         Quantity("indentation", "d", "m", "indentation"),
         Quantity("normal_force", "F_N", "N", "normal force"),
         Quantity("contact_radius", "a", "m", "contact radius"),
+        Quantity("inner_contact_radius", "a_i", "m", "inner radius of the contact"),
+        Quantity("contact_area", "A", "m^2", "contact area"),
         Quantity("normal_stiffness", "k_N", "N/m", "normal stiffness"),
         Quantity("mean_pressure", "p_m", "Pa", "mean pressure"),
         Quantity("elastic_energy", "U", "J", "elastic energy"),

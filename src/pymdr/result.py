@@ -12,9 +12,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from pymdr.errors import QuantityError
+from pymdr.independent.history import RingHistory, solve_steps
+from pymdr.independent.rings import Rings
 from pymdr.interpretation.surface import LINE_FIELDS, SURFACE_FIELDS, Surface, surface_of
 from pymdr.interpretation.validity import SOURCES, Assumption, Claim
 from pymdr.mapping.equivalent import without_callables
+from pymdr.mapping.moduli import effective_moduli
 from pymdr.problem.contact import Contact
 from pymdr.problem.paths import LoadingPath
 from pymdr.quantities import POSITION, RADIUS, quantity
@@ -35,6 +38,7 @@ class Status(enum.Enum):
     PARTLY_REFUSED = (
         "at some steps the contact is not a disk: values there are NaN, and only force_lower_bound is given"
     )
+    BY_RINGS = "every step was solved by boundary elements on rings, without the method"
     REFUSED = "the contact is a disk at no step: only force_lower_bound is given"
 
 
@@ -58,6 +62,8 @@ class Result:
     notes: tuple[str, ...]
     references: tuple[str, ...]
     """Keys of the theory that was used; :meth:`cite` writes them out."""
+    rings: Rings | None = None
+    """The ring solver, if it was used instead of the method."""
 
     def __getitem__(self, name: str) -> xr.DataArray:
         """A quantity over ``step``, in SI units."""
@@ -108,8 +114,13 @@ class Result:
         return array.copy(data=from_si(array.values, quantity(name).unit, unit)).assign_attrs(units=unit)
 
     @cached_property
-    def surface(self) -> Surface:
-        """The line and its states, from which fields are computed."""
+    def surface(self) -> Surface | RingHistory:
+        """What fields are computed from: the line and its states, or the rings of every step."""
+        if self.rings is not None:
+            depths = self.data["indentation"].values
+            moduli = effective_moduli(self.contact.body, self.contact.counterbody)
+            solutions = solve_steps(self.contact.profile, moduli.normal, depths, False, self.rings)
+            return RingHistory(self.contact.profile, tuple(solutions), depths)
         nan = np.full(self.data.sizes["step"], np.nan)
         d, a = (
             self.data[name].values if name in self.data else nan for name in ("indentation", "contact_radius")
@@ -285,12 +296,14 @@ class Result:
             status=self.status.name,
             notes=self.notes,
             references=self.references,
+            rings=None if self.rings is None else self.rings.n,
         )
 
     def _saved_contact(self) -> Contact:
         a = self.data["contact_radius"].values if "contact_radius" in self.data else np.zeros(1)
         largest = float(np.nanmax(a, initial=0.0))
-        top = max(2.0 * largest, 1.05 * _known_reach(self.surface))
+        reach = 0.0 if isinstance(self.surface, RingHistory) else 1.05 * _known_reach(self.surface)
+        top = max(2.0 * largest, reach)
         return replace(self.contact, profile=without_callables(self.contact.profile, top))
 
     def to_dataframe(self) -> pd.DataFrame:
@@ -321,7 +334,9 @@ def result_from_dataset(dataset: xr.Dataset) -> Result:
     from pymdr.presentation.files import unpack
 
     parts = unpack(dataset)
-    return Result(**{**parts, "status": Status[parts["status"]]})
+    rings = parts["rings"]
+    parts |= {"status": Status[parts["status"]], "rings": None if rings is None else Rings(rings)}
+    return Result(**parts)
 
 
 def open_result(file: str | os.PathLike[str]) -> Result:

@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pymdr.errors import ConvergenceError, PathError, ProblemError, PymdrError
+from pymdr.independent.history import solve_steps
+from pymdr.independent.rings import Rings, RingSolution
 from pymdr.interpretation.fields import edge_amplitude
 from pymdr.interpretation.surface import Surface
 from pymdr.interpretation.validity import (
@@ -21,6 +23,7 @@ from pymdr.interpretation.validity import (
     certify_disk,
     describe_ranges,
     normal_claims,
+    ring_claims,
     small_slope_assumptions,
     valid_ranges,
 )
@@ -62,7 +65,9 @@ class Mapped:
     notes: tuple[str, ...]
 
 
-def solve(contact: Contact, path: LoadingPath, *, progress: Progress | None = None) -> Result:
+def solve(
+    contact: Contact, path: LoadingPath, *, solver: Rings | None = None, progress: Progress | None = None
+) -> Result:
     """
     Solve a contact along a loading path.
 
@@ -72,6 +77,9 @@ def solve(contact: Contact, path: LoadingPath, *, progress: Progress | None = No
         Profile and materials.
     path : LoadingPath
         For example ``load("50 N", steps=50)``.
+    solver : Rings, optional
+        ``Rings(n=400)`` solves by boundary elements on rings instead of the method, annular contacts
+        included.
     progress : callable, optional
         Called as ``progress(done, total)`` between legs.
 
@@ -97,6 +105,8 @@ def solve(contact: Contact, path: LoadingPath, *, progress: Progress | None = No
     0.1
     """
     check_problem(contact, path)
+    if solver is not None:
+        return solve_by_rings(contact, path, solver, progress)
     mapped = map_to_line(contact)
     mapped, states, by_force = follow(contact, mapped, path, progress)
     result = interpret(contact, path, mapped, states, by_force)
@@ -346,6 +356,66 @@ def interpret(
         notes=mapped.notes,
         references=("sneddon", "popov-hess", *(() if disk.all() else ("barber",))),
     )
+
+
+def solve_by_rings(contact: Contact, path: LoadingPath, rings: Rings, progress: Progress | None) -> Result:
+    """The same history by boundary elements on rings, without the method."""
+    if not isinstance(rings, Rings):
+        raise ProblemError(f"solve: solver = {rings!r}; write solver=Rings(n=400), or leave it out")
+    moduli = effective_moduli(contact.body, contact.counterbody)
+    found: list[RingSolution | None] = []
+    prescribed: list[FloatArray] = []
+    forced: list[BoolArray] = []
+    by_force = False
+    pieces = _known(path)
+    total = sum(_rows_of(leg) for leg in pieces)
+    for leg in pieces:
+        last = found[-1] if found else None
+        force, d = (0.0, 0.0) if last is None else (last.force, last.indentation)
+        by_force, targets = _targets(leg, by_force, force if _is_forced(leg, by_force) else d)
+        for target in targets:
+            found += solve_steps(contact.profile, moduli.normal, np.array([target]), by_force, rings)
+            if progress is not None:
+                progress(len(found), total)
+        prescribed.append(targets)
+        forced.append(np.full(targets.size, by_force))
+    wanted, is_forced = np.concatenate(prescribed), np.concatenate(forced)
+    zero = np.where(is_forced, 0.0, wanted)
+    columns = {
+        "indentation": np.array(
+            [d if s is None else s.indentation for s, d in zip(found, zero, strict=True)]
+        ),
+        "normal_force": _each(found, lambda s: s.force),
+        "contact_radius": _each(found, lambda s: s.contact_radius),
+        "inner_contact_radius": _each(found, lambda s: s.zones[0][0]),
+        "contact_area": _each(found, lambda s: s.contact_area),
+        "normal_stiffness": _each(found, lambda s: s.stiffness),
+        "mean_pressure": _each(found, lambda s: s.mean_pressure),
+        "elastic_energy": _each(found, lambda s: s.energy),
+    }
+    time = _times(path)
+    if time is not None:
+        columns = {"time": time, **columns}
+    radii = columns["contact_radius"]
+    states = DiskStates(columns["indentation"], radii, np.zeros(radii.shape))
+    mapped = Mapped(
+        ElasticLine(equivalent_profile(contact.profile), moduli.normal), moduli, _notes(contact.profile)
+    )
+    return Result(
+        contact=contact,
+        path=path,
+        data=labelled(columns),
+        claims=ring_claims(rings.n, wanted.size),
+        assumptions=_assumptions(contact, mapped, states),
+        status=Status.BY_RINGS,
+        notes=mapped.notes,
+        references=("johnson",),
+        rings=rings,
+    )
+
+
+def _each(found: list[RingSolution | None], value: Callable[[RingSolution], float]) -> FloatArray:
+    return np.array([0.0 if solution is None else value(solution) for solution in found])
 
 
 BAND_NOTE = (

@@ -230,7 +230,7 @@ def packed(curves: ElasticCurves) -> FloatArray:
         curves.modulus,
         n,
         1.0 / n if n > 0.0 else 0.0,
-        curves.coefficient,
+        1.0 / curves.coefficient,
         2.0 * curves.modulus * n / (n + 1.0),
         n / (2.0 * n + 1.0),
         curves.depth,

@@ -14,11 +14,14 @@ import math
 from typing import Any, TypeAlias
 
 from numba import njit
+from numba.core.cgutils import get_null_value
+from numba.extending import intrinsic
+from numba.np.arrayobj import make_array
 
 from pymdr.units import FloatArray
 
 # the packed line
-MODULUS, EXPONENT, INVERSE, COEFFICIENT, FORCE_FACTOR, WORK_FACTOR, REACH = range(7)
+MODULUS, EXPONENT, INVERSE, PER_COEFFICIENT, FORCE_FACTOR, WORK_FACTOR, REACH = range(7)
 HEAD, STRIDE, BUCKETS = 8, 19, 256
 # a vertex of the stack
 Y, B, SLOPE, FORCE, WORK, SUM, ENERGY, RADIUS = range(8)
@@ -28,16 +31,32 @@ _CLOSE = 1e-4  # below this relative length, W(y2) - W(y1) has lost too many dig
 Point: TypeAlias = tuple[float, float, float, float, float]
 
 compiled: Any = njit(cache=True, nogil=True, error_model="numpy")
+inlined: Any = njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
 
 
-@compiled
+@intrinsic  # type: ignore[untyped-decorator]
+def borrowed(typing_context: Any, array: Any) -> Any:
+    """The same array without its owner: counting references costs more than a step of the stack.
+
+    Only for arrays that the caller holds for as long as the result is used.
+    """
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        view = make_array(signature.args[0])(context, builder, arguments[0])
+        view.meminfo = get_null_value(view.meminfo.type)
+        return view._getvalue()
+
+    return array(array), generate
+
+
+@inlined
 def curve(line: FloatArray, y: float) -> tuple[float, float, float]:
     """Return a, F_N, W at one depth; NaN below a table."""
     if y <= 0.0:
         return 0.0, 0.0, 0.0
     n = line[EXPONENT]
     if n > 0.0:
-        z = y / line[COEFFICIENT]
+        z = y * line[PER_COEFFICIENT]
         if n == 2.0:
             a = math.sqrt(z)
         elif n == 1.0:
@@ -77,7 +96,7 @@ def depth_of_force(line: FloatArray, force: float) -> float:
     if not force > 0.0:
         return 0.0 if force == 0.0 else math.nan
     if n > 0.0:
-        y = (force / line[FORCE_FACTOR] * line[COEFFICIENT] ** line[INVERSE]) ** (n / (n + 1.0))
+        y = (force / line[FORCE_FACTOR] * line[PER_COEFFICIENT] ** -line[INVERSE]) ** (n / (n + 1.0))
         a, f, w = curve(line, y)
         return y - (f - force) / (2.0 * modulus * a)
     low, high = 0.0, line[REACH]
@@ -102,7 +121,7 @@ def depth_of_force(line: FloatArray, force: float) -> float:
     return y
 
 
-@compiled
+@inlined
 def mean_force(modulus: float, p: Point, q: Point) -> float:
     """Mean of F_N over the depths between two points (y, b, F_N, W, a), p above q in the list."""
     length = q[0] - p[0]
@@ -111,13 +130,13 @@ def mean_force(modulus: float, p: Point, q: Point) -> float:
     return 0.5 * (p[2] + q[2]) - modulus * length * (q[4] - p[4]) / 6.0
 
 
-@compiled
+@inlined
 def at(stack: FloatArray, i: int) -> Point:
     """Vertex i as a point."""
     return stack[i, Y], stack[i, B], stack[i, FORCE], stack[i, WORK], stack[i, RADIUS]
 
 
-@compiled
+@inlined
 def put(stack: FloatArray, i: int, point: Point, slope: float) -> None:
     """Write vertex i > 0 at the end of a segment of the given slope."""
     y, b, force, work, radius = point
@@ -134,14 +153,14 @@ def put(stack: FloatArray, i: int, point: Point, slope: float) -> None:
     stack[i, RADIUS] = radius
 
 
-@compiled
+@inlined
 def base(stack: FloatArray, b: float) -> None:
     """Write the vertex at depth 0."""
     stack[0, :] = 0.0
     stack[0, B] = b
 
 
-@compiled
+@inlined
 def extend(
     stack: FloatArray, m: int, low: float, high: float, point: Point, slope: float, by_force: bool
 ) -> tuple[int, float, float]:
@@ -164,7 +183,7 @@ def extend(
     return m + 1, -math.inf, math.inf
 
 
-@compiled
+@inlined
 def parting(
     line: FloatArray,
     stack: FloatArray,
@@ -194,7 +213,7 @@ def parting(
     return parted(modulus, slope, g, abs(lag_u), abs(lag_l), upper, lower, d_depth, d_shift)
 
 
-@compiled
+@inlined
 def parted(
     modulus: float,
     slope: float,
@@ -208,30 +227,30 @@ def parted(
 ) -> float:
     """-int phi' dF_N for phi = |dD| s^2 / (2 kappa), s linear between the points, slip toward g."""
     rate = g * d_shift - d_depth
-    per_slip = g * d_shift + slope * g * -d_depth
-    p_u = -per_slip * (s_u / rate if s_u < rate else 1.0) if s_u > 0.0 else 0.0
-    p_l = -per_slip * (s_l / rate if s_l < rate else 1.0) if s_l > 0.0 else 0.0
+    per_slip = slope * g * d_depth - g * d_shift
+    p_u = per_slip * (s_u / rate) if s_u < rate else per_slip
+    p_l = per_slip * (s_l / rate) if s_l < rate else per_slip
     total = p_l * lower[2] - p_u * upper[2]
     if p_u != p_l:
         total += (p_u - p_l) * mean_force(modulus, lower, upper)
     return total
 
 
-@compiled
+@inlined
 def replaced(
     modulus: float,
     bend: float,
     depth: float,
     d_depth: float,
-    rate: float,
+    per_rate: float,
     upper: Point,
     s_u: float,
     lower: Point,
     s_l: float,
 ) -> float:
     """-int phi' dF_N for phi = (D - y) s - dD s^2 / (2 kappa), s linear between the points, bend = ds/dy."""
-    r_u = s_u / rate if s_u < rate else 1.0
-    r_l = s_l / rate if s_l < rate else 1.0
+    r_u = min(s_u * per_rate, 1.0)
+    r_l = min(s_l * per_rate, 1.0)
     p_u = (depth - upper[0] - d_depth * r_u) * bend - s_u
     p_l = (depth - lower[0] - d_depth * r_l) * bend - s_l
     total = p_l * lower[2] - p_u * upper[2]
@@ -240,7 +259,7 @@ def replaced(
     return total
 
 
-@compiled
+@inlined
 def move(
     line: FloatArray, stack: FloatArray, m: int, low: float, high: float, depth: float, shift: float
 ) -> tuple[int, float, float, float, float]:
@@ -296,13 +315,14 @@ def move(
             g = 1.0 if shift > b else -1.0
             rate = g * d_shift - d_depth
     edge = g * shift - depth
+    per_rate = 1.0 / rate if rate > 0.0 else math.inf
     while i > 0:
         bend = 1.0 - g * stack[i, SLOPE]
         next_lag = edge - (g * stack[i - 1, B] - stack[i - 1, Y])
         if next_lag <= 0.0:
             break
         lower = at(stack, i - 1)
-        total += replaced(modulus, bend, depth, d_depth, rate, upper, lag, lower, next_lag)
+        total += replaced(modulus, bend, depth, d_depth, per_rate, upper, lag, lower, next_lag)
         upper = lower
         lag = next_lag
         i -= 1
@@ -318,7 +338,7 @@ def move(
             lower = (y, stack[i - 1, B] + stack[i, SLOPE] * (y - bottom), force, work, a)
         else:
             lower = at(stack, i - 1)
-        total += replaced(modulus, bend, depth, d_depth, rate, upper, lag, lower, 0.0)
+        total += replaced(modulus, bend, depth, d_depth, per_rate, upper, lag, lower, 0.0)
         if y > bottom:
             put(stack, i, lower, stack[i, SLOPE])
         else:

@@ -20,6 +20,8 @@ from pymdr.line._friction_kernels import (
     at,
     base,
     compiled,
+    inlined,
+    borrowed,
     curve,
     depth_of_force,
     extend,
@@ -240,7 +242,7 @@ def restore(line: FloatArray, y: FloatArray, b: FloatArray, slope: FloatArray, s
         put(stack, i, (y[i], b[i], force, work, a), slope[i - 1])
 
 
-@compiled
+@inlined
 def go(
     line: FloatArray,
     stack: FloatArray,
@@ -264,7 +266,7 @@ def go(
     return 0, -math.inf, math.inf, work, slid
 
 
-@compiled
+@inlined
 def record(stack: FloatArray, m: int, out: FloatArray, row: int) -> None:
     """Write force, stick radius and stored energy of the stack, normalised."""
     held = m
@@ -293,8 +295,10 @@ def run_displacements(
     `scales` turn normalised forces, energies and shifts into SI. Returns the ending, the row where it stopped
     and the next column.
     """
+    line, stack, out = borrowed(line), borrowed(stack), borrowed(out)
     j, stop, column = span
     to_force, to_energy, to_shift = scales
+    per_shift = 1.0 / to_shift
     limit = line[REACH] * (1.0 + 1e-14)
     every = rows.size == 0
     depth, v, low, high, total, carry, slide = register[:7]
@@ -303,7 +307,7 @@ def run_displacements(
     code = COMPLETE
     while j < stop:
         d = indentation[j]
-        v1 = shift[j] / to_shift
+        v1 = shift[j] * per_shift
         if not (math.isfinite(d) and math.isfinite(v1)):
             code = NOT_FINITE
             break
@@ -332,7 +336,7 @@ def run_displacements(
     return code, j, column
 
 
-@compiled
+@inlined
 def save(
     register: FloatArray,
     depth: float,
@@ -363,8 +367,10 @@ def run_forces(
     by_force: bool,
 ) -> tuple[int, int, int]:
     """As :func:`run_displacements` with F_x given, and F_N (`by_force`) or the indentation in `normal`."""
+    line, stack, out = borrowed(line), borrowed(stack), borrowed(out)
     j, stop, column = span
     to_force, to_energy, to_shift = scales
+    per_shift = 1.0 / to_shift
     limit = line[REACH] * (1.0 + 1e-14)
     if by_force and math.isfinite(limit):
         limit = curve(line, line[REACH])[1] * (1.0 + 1e-14)

@@ -75,6 +75,7 @@ def pack(
     status: str,
     notes: Sequence[str],
     references: Sequence[str],
+    rings: int | None,
 ) -> xr.Dataset:
     """Arrays plus everything else as JSON texts in the attributes."""
     plain_claims = {
@@ -97,6 +98,7 @@ def pack(
         pymdr_status=status,
         pymdr_notes=json.dumps(list(notes)),
         pymdr_references=json.dumps(list(references)),
+        pymdr_rings=json.dumps(rings),
     )
 
 
@@ -135,6 +137,7 @@ def unpack(dataset: xr.Dataset) -> dict[str, Any]:
             "status": attrs["pymdr_status"],
             "notes": tuple(json.loads(attrs["pymdr_notes"])),
             "references": tuple(json.loads(attrs["pymdr_references"])),
+            "rings": json.loads(attrs["pymdr_rings"]),
         }
     except (KeyError, ValueError, TypeError, PymdrError) as error:
         raise FileError(f"damaged pymdr result: {error}") from error

@@ -26,7 +26,7 @@ from pymdr.units import FloatArray
 _Index = NDArray[np.intp]
 
 _TOLERANCE = 3e-13
-_LEVELS = 5
+_LEVELS = 7
 
 
 @cache

@@ -1,10 +1,4 @@
-"""Follow a path on a curve of equilibrium states that folds: branches, jumps and their energies. No law.
-
-A curve s -> D(s) holds the control coordinate of every equilibrium. Rule (quasi-static, overdamped): the state
-grows (s rises) while D > D(s) and shrinks while D < D(s). So rising parts of the curve are stable; at a fold the
-state jumps, at constant D, to the next rising part in its direction, or loses contact at the start of the curve.
-All folds are found first; then a branch is inverted from a table that is exact to rounding.
-"""
+"""Curves of equilibrium states under a control: what there is to follow, without any law."""
 
 from __future__ import annotations
 
@@ -13,14 +7,12 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from pymdr.errors import ConvergenceError, PathError
-from pymdr.line._branches import Inverse, inverse_of, roots_of, turning_points
+from pymdr.errors import PathError
 from pymdr.units import FloatArray
 
 _Function = Callable[[FloatArray], FloatArray]
-_FREE = -1
 
 
 class _States(Protocol):
@@ -28,11 +20,11 @@ class _States(Protocol):
 
     @property
     def indentation(self) -> FloatArray:
-        """d in m."""
+        """The indentation in m."""
 
     @property
     def normal_force(self) -> FloatArray:
-        """F in N."""
+        """The normal force in N."""
 
 
 class Equilibria(Protocol):
@@ -193,8 +185,8 @@ def sampled_curve(s: ArrayLike, control: ArrayLike, energy: ArrayLike, touch: fl
     Examples
     --------
     >>> saw = sampled_curve([0, 1, 2, 3], [0, 2, 1, 4], [0, 1, 2, 3])
-    >>> follow(trace(saw), [1.9, 2.1, 1.1, 0.9]).parameter
-    array([0.95      , 2.36666667, 2.03333333, 0.45      ])
+    >>> saw.control(np.array([0.5, 1.5])), saw.slope(np.array([0.5, 1.5]))
+    (array([1. , 1.5]), array([ 2., -1.]))
     """
     x, D, T = (np.array(v, dtype=np.float64) for v in (s, control, energy))
     if x.ndim != 1 or x.size < 2 or not (x.shape == D.shape == T.shape) or not np.all(np.diff(x) > 0.0):

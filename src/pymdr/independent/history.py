@@ -1,0 +1,170 @@
+"""A loading history by rings: the states of many steps, and their fields."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from pymdr.errors import ProblemError, QuantityError
+from pymdr.independent.rings import (
+    Rings,
+    RingSolution,
+    displacement_at,
+    pressure_at,
+    solve_force,
+    solve_indentation,
+)
+from pymdr.problem.profiles import Function, Profile, Sampled, Sum
+from pymdr.units import FloatArray
+
+_DECADES = np.geomspace(1e-16, 1e7, 23 * 16 + 1)
+"""Radii in m between which the end of a contact is searched where the profile states no length."""
+
+
+@dataclass(frozen=True)
+class RingHistory:
+    """Solutions of every step; None without contact."""
+
+    profile: Profile
+    solutions: tuple[RingSolution | None, ...]
+    indentation: FloatArray
+
+    @property
+    def gap_function(self) -> Callable[[FloatArray], FloatArray]:
+        """f(r)."""
+        return gap_of(self.profile)
+
+    def default_radii(self, step: int) -> FloatArray:
+        """A grid from 0 to twice the contact radius, graded to every edge of the contact."""
+        solution = self.solutions[step]
+        if solution is None:
+            return np.linspace(0.0, 1.0, 11)
+        a = solution.contact_radius
+        marks = sorted({0.0, *(edge for zone in solution.zones for edge in zone)})
+        graded = 0.5 * (1.0 - np.cos(np.linspace(0.0, math.pi, 101)))
+        pieces = [low + (high - low) * graded for low, high in zip(marks[:-1], marks[1:], strict=True)]
+        outside = a + a * np.linspace(0.0, 1.0, 61)[1:] ** 2
+        return np.unique(np.concatenate([*pieces, outside]))
+
+    def field(self, name: str, position: FloatArray, step: int) -> FloatArray:
+        """Pressure, surface displacement or gap at radii in one step."""
+        solution = self.solutions[step]
+        d = float(self.indentation[step])
+        if name == "pressure":
+            return np.zeros(position.shape) if solution is None else pressure_at(solution, position)
+        u = np.zeros(position.shape) if solution is None else displacement_at(solution, position)
+        if name == "normal_displacement":
+            return u
+        if name == "gap":
+            h = self.gap_function(position) - d + u
+            inside = np.zeros(position.shape, dtype=bool)
+            for low, high in () if solution is None else solution.zones:
+                inside |= (position >= low) & (position <= high)
+            return np.where(inside, 0.0, h)
+        raise QuantityError(f"no field {name!r} on the line: rings were used, not the method")
+
+    def edge_amplitude(self, step: int) -> float:
+        """Amplitude of the pressure singularity at the outermost edge in Pa m^0.5."""
+        solution = self.solutions[step]
+        return solution.edge_amplitudes[-1][1] if solution is not None and solution.zones else 0.0
+
+
+def gap_of(profile: Profile) -> Callable[[FloatArray], FloatArray]:
+    """f(r) of a profile as a callable, integrated from the derivative where only that was given."""
+    parts = profile.parts if isinstance(profile, Sum) else (profile,)
+    if all(not isinstance(part, Function) or part.f is not None for part in parts):
+        return profile.gap
+    nodes, weights = np.polynomial.legendre.leggauss(48)
+    s, weights = (nodes + 1.0) / 2.0, weights / 2.0
+    marks = np.array([0.0, *profile.breakpoints, math.inf])
+
+    def gap(r: FloatArray) -> FloatArray:
+        total = np.zeros(r.shape)
+        for low, high in zip(marks[:-1], marks[1:], strict=True):
+            width = np.clip(r, low, high) - low
+            for t, w in zip(s, weights, strict=True):
+                slope = profile.gap_slope(low + width * t)
+                total = total + np.where(width > 0.0, w * width * slope, 0.0)
+        return np.where(r > profile.edge, math.inf, total)
+
+    return gap
+
+
+def solve_steps(
+    profile: Profile, modulus: float, targets: FloatArray, by_force: bool, rings: Rings
+) -> list[RingSolution | None]:
+    """
+    Solve every step of a leg by rings.
+
+    Parameters
+    ----------
+    profile : Profile
+        The gap f(r).
+    modulus : float
+        E* in Pa.
+    targets : ndarray
+        Indentations in m, or forces in N.
+    by_force : bool
+        Which of the two.
+    rings : Rings
+        How many rings.
+
+    Returns
+    -------
+    list of RingSolution or None
+        None where there is no contact.
+
+    Raises
+    ------
+    ProblemError
+        If the contact has no end inside the profile.
+    ConvergenceError
+        If the contact zones cannot be settled.
+    """
+    gap = gap_of(profile)
+    marks = () if isinstance(profile, Sampled) else profile.breakpoints
+    lowest = _lowest_gap(profile, gap)
+    found: list[RingSolution | None] = []
+    for target in targets.tolist():
+        if (by_force and target <= 0.0) or (not by_force and target <= lowest):
+            found.append(None)
+            continue
+        solver = solve_force if by_force else solve_indentation
+        reach = _reach(profile, gap, target if not by_force else None)
+        found.append(
+            solver(gap, target, modulus, reach=reach, n=rings.n, edge=profile.edge, breakpoints=marks)
+        )
+    return found
+
+
+def _radii(profile: Profile) -> FloatArray:
+    limit = min(profile.edge, profile.reach)
+    if math.isfinite(limit):
+        return limit * np.concatenate([np.geomspace(1e-9, 1e-2, 60), np.linspace(0.01, 1.0, 400)])
+    return _DECADES
+
+
+def _lowest_gap(profile: Profile, gap: Callable[[FloatArray], FloatArray]) -> float:
+    f = gap(_radii(profile))
+    return min(0.0, float(np.nanmin(f)))
+
+
+def _reach(profile: Profile, gap: Callable[[FloatArray], FloatArray], depth: float | None) -> float:
+    """An upper bound of the contact radius: contact lies where f < d."""
+    limit = min(profile.edge, profile.reach)
+    if math.isfinite(limit):
+        return limit
+    f = gap(_DECADES)
+    known = np.flatnonzero(np.isfinite(f))
+    if depth is None:
+        return float(_DECADES[known[-1]])
+    below = np.flatnonzero(f < depth)
+    if below.size and below[-1] == _DECADES.size - 1:
+        raise ProblemError(
+            f"the profile never rises to {depth:g} m: a contact without an edge has no end; add "
+            "FlatPunch(radius) for a cylinder of that end shape"
+        )
+    return float(_DECADES[below[-1] + 1]) if below.size else float(_DECADES[0])

@@ -1,0 +1,410 @@
+"""Follow a path on a folding curve: jumps, attachment, and the energy they take."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from pymdr.errors import PathError
+from pymdr.line.following.branches import Inverse, inverse_of, roots_of, turning_points
+from pymdr.line.following.curves import Curve
+from pymdr.units import FloatArray
+
+_Index = NDArray[np.intp]
+_FREE, _NOWHERE = -1, -2
+_UP, _DOWN, _TOUCH = range(3)
+
+
+@dataclass(frozen=True)
+class Transitions:
+    """Jumps out of the branches in one direction, one entry per branch.
+
+    Attributes
+    ----------
+    to : ndarray of int
+        Branch reached; -1 for a free body, -2 where the known curve ends.
+    control : ndarray
+        D of the jump.
+    before, after : ndarray
+        The parameter before and after; the curve's start stands for a free body.
+    loss : ndarray
+        Energy dissipated [J].
+    """
+
+    to: _Index
+    control: FloatArray
+    before: FloatArray
+    after: FloatArray
+    loss: FloatArray
+
+
+@dataclass(frozen=True)
+class Track:
+    """A curve with all its branches and jumps known; made by `trace`.
+
+    Attributes
+    ----------
+    curve : Curve
+        The curve.
+    turning : ndarray
+        Parameters of its start, folds and stop.
+    bottom, top : ndarray
+        Ends of the stable branches in s.
+    low, high : ndarray
+        Ends of the stable branches in D.
+    touch : float
+        D at which a free body touches.
+    jumps : tuple of Transitions
+        Upward, downward, and (one entry) at the touch.
+    inverse : Inverse
+        s from branch and D.
+    """
+
+    curve: Curve
+    turning: FloatArray
+    bottom: FloatArray
+    top: FloatArray
+    low: FloatArray
+    high: FloatArray
+    touch: float
+    jumps: tuple[Transitions, Transitions, Transitions]
+    inverse: Inverse
+
+    @property
+    def lost(self) -> float:
+        """Parameter of the last state before contact is lost when D falls from anywhere: the pull-off."""
+        lowest = np.flatnonzero(self.low == self.low.min())
+        return float(self.bottom[lowest[-1]])
+
+
+def trace(curve: Curve) -> Track:
+    """Find all folds, stable branches and jumps of a curve, and tabulate the branches.
+
+    Parameters
+    ----------
+    curve : Curve
+        The curve.
+
+    Returns
+    -------
+    Track
+        What `follow` needs; one track serves any number of paths.
+
+    Raises
+    ------
+    PathError
+        When no part of the curve is stable.
+    ConvergenceError
+        When the curve is not piecewise smooth.
+
+    Notes
+    -----
+    Popov & Heß (2015), ch. 4, for the rule that a contact grows while D > D(s) and shrinks while D < D(s).
+
+    Examples
+    --------
+    >>> wave = Curve(lambda s: s + 2 * np.sin(s), lambda s: 1 + 2 * np.cos(s),
+    ...              lambda s: s**2 / 2, start=0.0, stop=12.0)
+    >>> np.allclose(trace(wave).turning[1:3], [2 * np.pi / 3, 4 * np.pi / 3], rtol=1e-15)
+    True
+    """
+    turning, rising = turning_points(curve.slope, curve.start, curve.stop, curve.knots)
+    stable = np.flatnonzero(rising)
+    bottom, top = turning[stable], turning[stable + 1]
+    level = curve.control(turning)
+    proper = level[stable] < level[stable + 1]
+    bottom, top, stable = bottom[proper], top[proper], stable[proper]
+    low, high = level[stable], level[stable + 1]
+    if stable.size == 0:
+        raise PathError(
+            "no part of the curve is stable under this control; extend it or hold another quantity"
+        )
+    touch = float(level[0]) if curve.touch is None else max(float(curve.touch), float(level[0]))
+
+    up = _first(high, high, upward=True)
+    # the last branch may end at a fold, or where the curve is no longer known: there is nowhere to go
+    down = _first(low, low, upward=False)
+    first = np.flatnonzero((high >= touch) & (low <= touch))[:1]
+    attach = first if first.size else np.array([_NOWHERE])
+
+    def jumps(to: _Index, control: FloatArray, before: FloatArray) -> Transitions:
+        after = np.full(to.size, curve.start)
+        real = np.flatnonzero(to >= 0)
+        goal, level = to[real], control[real]
+        after[real] = roots_of(lambda s, D: curve.control(s) - D, bottom[goal], top[goal], level)
+        return Transitions(to, control, before, after, _losses(curve, to, control, before, after))
+
+    arrival = np.array([touch])
+    onto = jumps(attach, arrival, np.full(1, curve.start))
+    onto = Transitions(
+        onto.to, arrival, onto.before, onto.after, curve.free_energy(touch) - curve.energy(onto.after)
+    )
+    tables = inverse_of(curve.control, bottom, top, np.array(sorted(curve.knots)))
+    found = (jumps(up, high, top), jumps(down, low, bottom), onto)
+    return Track(curve, turning, bottom, top, low, high, touch, found, tables)
+
+
+def _first(limit: FloatArray, values: FloatArray, *, upward: bool) -> _Index:
+    """Return, for each branch, the next one whose limit is beyond its own (a stack, in one pass)."""
+    n = values.size
+    to = np.full(n, _NOWHERE if upward else _FREE)
+    order = range(n - 1, -1, -1) if upward else range(n)
+    stack: list[int] = []
+    for i in order:
+        while stack and (limit[stack[-1]] <= limit[i] if upward else limit[stack[-1]] >= limit[i]):
+            stack.pop()
+        if stack:
+            to[i] = stack[-1]
+        stack.append(i)
+    return to
+
+
+def _losses(
+    curve: Curve, to: _Index, control: FloatArray, before: FloatArray, after: FloatArray
+) -> FloatArray:
+    """Return the energy dissipated by jumps from contact [J]; NaN where the curve ends."""
+    remaining = curve.energy(after)
+    for i in np.flatnonzero(to < 0):
+        remaining[i] = curve.free_energy(float(control[i])) if to[i] == _FREE else np.nan
+    return curve.energy(before) - remaining
+
+
+@dataclass(frozen=True)
+class Jumps:
+    """The jumps of a history in their order.
+
+    Attributes
+    ----------
+    step : ndarray of int
+        Row of the path in which each happens.
+    control : ndarray
+        D of the jump.
+    before, after : ndarray
+        The parameter before and after; NaN for a free body.
+    loss : ndarray
+        Energy dissipated [J].
+    """
+
+    step: _Index
+    control: FloatArray
+    before: FloatArray
+    after: FloatArray
+    loss: FloatArray
+
+
+@dataclass(frozen=True)
+class History:
+    """What a path visits, one entry per row of the path.
+
+    Attributes
+    ----------
+    control : ndarray
+        D.
+    parameter : ndarray
+        s of the state; NaN for a free body.
+    branch : ndarray of int
+        The stable branch; -1 for a free body.
+    attached : ndarray of bool
+        Whether the bodies are in contact (or in the range of cohesion) at the end of the step.
+    jumped : ndarray of bool
+        Whether the state jumped inside the step.
+    dissipated : ndarray
+        Energy dissipated inside the step [J].
+    jumps : Jumps
+        Every jump.
+    initial : float
+        The parameter before the first step; NaN for a free body.
+    """
+
+    control: FloatArray
+    parameter: FloatArray
+    branch: _Index
+    attached: NDArray[np.bool_]
+    jumped: NDArray[np.bool_]
+    dissipated: FloatArray
+    jumps: Jumps
+    initial: float
+
+
+def follow(track: Track, control: ArrayLike, initial: float | None = None) -> History:
+    """Follow a path of the control coordinate, straight between its values.
+
+    Parameters
+    ----------
+    track : Track
+        The curve, traced.
+    control : array_like
+        Values of D, one per step; the first is reached from the state before.
+    initial : float, optional
+        Parameter of the state before the first step; a free body by default. An unstable one jumps in the
+        direction in which the first step leaves it.
+
+    Returns
+    -------
+    History
+        The states; folds and jumps inside steps are located exactly, so that steps may be of any size.
+
+    Raises
+    ------
+    PathError
+        For a path that is empty, not finite, or goes beyond the end of the curve.
+
+    Examples
+    --------
+    >>> wave = Curve(lambda s: s + 2 * np.sin(s), lambda s: 1 + 2 * np.cos(s),
+    ...              lambda s: s**2 / 2 + 2 * (s * np.sin(s) + np.cos(s) - 1), start=0.0, stop=12.0)
+    >>> history = follow(trace(wave), [1.0, 4.0, 4.5, 1.0, -0.1])
+    >>> history.jumped, history.attached
+    (array([False,  True, False,  True, False]), array([ True,  True,  True,  True, False]))
+    """
+    D = np.array(control, dtype=np.float64)
+    if D.ndim != 1 or D.size == 0 or not np.all(np.isfinite(D)):
+        raise PathError("a path needs one dimension, at least one value, and finite values")
+    state, event = (_FREE, None) if initial is None else _placed(track, float(initial), float(D[0]))
+    # index -1 is the free body
+    lows = [*track.low.tolist(), -np.inf]
+    highs = [*track.high.tolist(), float(np.nextafter(track.touch, -np.inf))]
+    targets = [transition.to.tolist() for transition in track.jumps]
+    first = state
+    steps: list[int] = []
+    kinds: list[int] = []
+    origins: list[int] = []
+    states: list[int] = []
+    low, high = lows[state], highs[state]
+    for step, value in enumerate(D.tolist()):
+        while not low <= value <= high:
+            kind, origin = (_TOUCH, 0) if state == _FREE else (_UP if value > high else _DOWN, state)
+            state = targets[kind][origin]
+            if state == _NOWHERE:
+                raise PathError(
+                    f"step {step}: control value {value!r} is beyond the end of the known curve, "
+                    f"{track.high.max()!r}; extend the profile or shorten the path"
+                )
+            low, high = lows[state], highs[state]
+            steps.append(step)
+            kinds.append(kind)
+            origins.append(origin)
+            states.append(state)
+    jumps = _events(track, steps, kinds, origins, event)
+    marks = np.array([0, *steps, D.size], dtype=np.intp)
+    branch = np.repeat(np.array([first, *states], dtype=np.intp), np.diff(marks))
+    attached = branch >= 0
+    parameter = np.full(D.size, np.nan)
+    parameter[attached] = track.inverse(branch[attached], D[attached])
+    return History(
+        D,
+        parameter,
+        branch,
+        attached,
+        np.bincount(jumps.step, minlength=D.size) > 0,
+        np.bincount(jumps.step, weights=jumps.loss, minlength=D.size).astype(np.float64),
+        jumps,
+        np.nan if initial is None else float(initial),
+    )
+
+
+def _placed(track: Track, s: float, value: float) -> tuple[int, Jumps | None]:
+    """Return the branch of an initial state, and the jump if the state is unstable."""
+    curve = track.curve
+    if not curve.start <= s <= curve.stop:
+        raise PathError(f"the initial state {s!r} is outside the curve, {curve.start!r} ... {curve.stop!r}")
+    here = np.flatnonzero((track.bottom <= s) & (s <= track.top))
+    if here.size:
+        return int(here[-1]), None
+    at = curve.control(np.array([s]))
+    if value >= at[0]:
+        beyond = np.flatnonzero((track.bottom > s) & (track.high >= at[0]))[:1]
+    else:
+        beyond = np.flatnonzero((track.top < s) & (track.low <= at[0]))[-1:]
+    to = beyond if beyond.size else np.array([_NOWHERE if value >= at[0] else _FREE])
+    if to[0] == _NOWHERE:
+        raise PathError(
+            f"the initial state {s!r} grows beyond the end of the known curve; extend the profile"
+        )
+    after = np.full(1, curve.start)
+    if to[0] >= 0:
+        after = roots_of(lambda x, D: curve.control(x) - D, track.bottom[to], track.top[to], at)
+    before = np.array([s])
+    loss = _losses(curve, to, at, before, after)
+    shown = after if to[0] >= 0 else np.full(1, np.nan)
+    return int(to[0]), Jumps(np.zeros(1, dtype=np.intp), at, before, shown, loss)
+
+
+def _events(
+    track: Track, steps: list[int], kinds: list[int], origins: list[int], event: Jumps | None
+) -> Jumps:
+    """Return the jumps of a history; smooth attachment and detachment are none."""
+    kind, origin = np.array(kinds, dtype=np.intp), np.array(origins, dtype=np.intp)
+    step = np.array(steps, dtype=np.intp)
+    control, before, after, loss = (np.zeros(step.size) for _ in range(4))
+    free = np.zeros(step.size, dtype=np.bool_)
+    for k, table in enumerate(track.jumps):
+        at = kind == k
+        control[at], loss[at] = table.control[origin[at]], table.loss[origin[at]]
+        before[at], after[at] = table.before[origin[at]], table.after[origin[at]]
+        free[at] = table.to[origin[at]] == _FREE
+    real = (before != after) | (loss != 0.0)
+    before[kind == _TOUCH] = np.nan
+    after[free] = np.nan
+    columns = [x[real] for x in (step, control, before, after, loss)]
+    if event is not None:
+        first = (event.step, event.control, event.before, event.after, event.loss)
+        columns = [np.concatenate(pair) for pair in zip(first, columns, strict=True)]
+    return Jumps(*columns)
+
+
+@dataclass(frozen=True)
+class Balance:
+    """The energy balance of a history, cumulative, one entry per step.
+
+    Attributes
+    ----------
+    energy : ndarray
+        Potential T of the states [J].
+    work : ndarray
+        Work of the control, int F dD (under force control -int d dF) [J].
+    dissipated : ndarray
+        Energy lost in jumps [J].
+    """
+
+    energy: FloatArray
+    work: FloatArray
+    dissipated: FloatArray
+
+
+def energy_balance(track: Track, history: History) -> Balance:
+    """Return the energy, the work of the control and the dissipation along a history.
+
+    Parameters
+    ----------
+    track : Track
+        The curve, traced.
+    history : History
+        What `follow` returned for it.
+
+    Returns
+    -------
+    Balance
+        Exact at any number of steps: on a smooth stretch between two jumps the control does the work
+        T(end) - T(begin), so that work = T - T(initial) + dissipation without any rule of quadrature.
+
+    Examples
+    --------
+    >>> spring = Curve(lambda s: s, np.ones_like, lambda s: s**2 / 2, start=0.0, stop=5.0)
+    >>> track = trace(spring)
+    >>> energy_balance(track, follow(track, [2.0, 4.0])).work
+    array([2., 8.])
+    """
+    curve = track.curve
+    energy = np.array(
+        [
+            0.0 if ok else curve.free_energy(float(D))
+            for ok, D in zip(history.attached, history.control, strict=True)
+        ]
+    )
+    energy[history.attached] = curve.energy(history.parameter[history.attached])
+    before = 0.0 if np.isnan(history.initial) else float(curve.energy(np.array([history.initial]))[0])
+    dissipated = np.cumsum(history.dissipated)
+    return Balance(energy, energy - before + dissipated, dissipated)
