@@ -56,6 +56,8 @@ if TYPE_CHECKING:
     from pymdr.solving import solve as solve
     from pymdr.solving import solve_batch as solve_batch
     from pymdr.workbench.tables import read_profile as read_profile
+    from pymdr.workbench.verification import Verification as Verification
+    from pymdr.workbench.verification import verify as verify
 
 _HOMES: dict[str, tuple[str, ...]] = {
     "pymdr.errors": (
@@ -92,6 +94,7 @@ _HOMES: dict[str, tuple[str, ...]] = {
     "pymdr.result": ("Result", "Status", "open_result"),
     "pymdr.solving": ("Assessment", "assess", "foundation", "solve", "solve_batch"),
     "pymdr.workbench.tables": ("read_profile",),
+    "pymdr.workbench.verification": ("Verification", "verify"),
 }
 _HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
 

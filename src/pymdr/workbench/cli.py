@@ -111,6 +111,33 @@ def check(case: CaseFile, quiet: Quiet = False, as_json: Json = False) -> None:
 
 
 @app.command()
+def verify(
+    case: CaseFile,
+    output: Output = None,
+    rings: Annotated[int, typer.Option(help="Number of rings, 20 to 5000.")] = 400,
+    steps: Annotated[int, typer.Option(help="How many steps of the path are solved by rings.")] = 5,
+    quiet: Quiet = False,
+    as_json: Json = False,
+) -> None:
+    """Hold the method against boundary elements on rings; draw both pressures."""
+    from pymdr.workbench.casefile import read_case
+    from pymdr.workbench.verification import verify as hold_against_rings
+
+    asked = read_case(case)
+    folder = _ready_folder(output or case.with_suffix(""))
+    found = hold_against_rings(
+        asked.contact, asked.path, rings=rings, steps=steps, progress=_progress(quiet or as_json)
+    )
+    written = _write_figures({"verify": found.plot()}, folder)
+    if as_json:
+        table = {str(name): [_finite(float(v)) for v in array.values] for name, array in found.table.items()}
+        typer.echo(json.dumps({"case": str(case), "rings": rings, "table": table}, indent=2))
+    elif not quiet:
+        typer.echo(found.summary())
+        typer.echo("Written: " + ", ".join(str(file) for file in written))
+
+
+@app.command()
 def plot(
     result_file: Annotated[Path, typer.Argument(metavar="RESULT.nc", help="A file written by pymdr run.")],
     output: Output = None,
