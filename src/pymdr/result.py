@@ -263,6 +263,7 @@ class Result:
             field=(lambda name, r: self.field(name, r, row)) if row >= 0 else None,
             gap=self.surface.gap_function,
             bands=self.bands,
+            on_line=self.rings is None,
         )
 
     def save(self, file: str | os.PathLike[str]) -> None:

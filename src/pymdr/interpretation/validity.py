@@ -155,7 +155,7 @@ def _why_not_a_disk(line: ElasticLine, a: float, d: float, edge_excess: float) -
     if a > 0.0:
         state = DiskStates(np.array([d]), np.array([a]), np.array([edge_excess]))
         scale = float(mean_pressure(normal_force(line, state), state.contact_radius)[0])
-        r = a * np.sin(0.5 * np.pi * grid)
+        r = a * np.append(1e-6, np.sin(0.5 * np.pi * grid))
         p = pressure(line, a, edge_excess, r)
         if not p.min() >= -_TOLERANCE * scale:
             return (
@@ -196,7 +196,7 @@ def valid_ranges(line: ElasticLine, deepest: float) -> list[tuple[float, float]]
     ends = []
     for i in np.flatnonzero(valid[1:] != valid[:-1]):
         low, high = depths[i], depths[i + 1]
-        for _ in range(12):
+        for _ in range(20):
             middle = 0.5 * (low + high)
             low, high = (middle, high) if disk_at(np.array([middle]))[0] == valid[i] else (low, middle)
         ends.append(0.5 * (low + high))

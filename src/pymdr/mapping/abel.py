@@ -512,7 +512,7 @@ def edge_average(
             values = np.where(weight > 0.0, values, 0.0) * weight
         return values if k == 0.0 else values * (radius * np.sinh(s) / s) ** k
 
-    radius = flat[inside]
+    radius = _beside_corners(flat[inside], sharp)
     tolerance = _SINGULAR_TOLERANCE if breakpoints else _TOLERANCE
     values = _integrate(
         integrand, edges, radius, exponent=k, power=2, levels=_LEVELS[:4], tolerance=tolerance
@@ -528,6 +528,16 @@ def edge_average(
     return np.asarray(answer.reshape(r.shape))
 
 
+def _beside_corners(radius: FloatArray, corners: FloatArray) -> FloatArray:
+    """Radii closer than 3e-11 to a corner, where the logarithm cannot be resolved, moved to that distance."""
+    moved = radius.copy()
+    for b in corners:
+        distance = radius - b
+        close = (np.abs(distance) < 3e-11 * b) & (distance != 0.0)
+        moved[close] = b + np.sign(distance[close]) * 3e-11 * b
+    return moved
+
+
 def _root_correction(
     x: FloatArray, s: FloatArray, offset: FloatArray, radius: FloatArray, marks: FloatArray
 ) -> FloatArray:
@@ -539,7 +549,7 @@ def _root_correction(
     """
     start = radius * np.cosh(s - offset)
     b = marks[np.clip(np.searchsorted(marks, start * (1.0 + 1e-12)) - 1, 0, None)]
-    at_mark = (np.abs(start - b) <= 1e-12 * b) & (s - offset > 1e-2)
+    at_mark = (np.abs(start - b) <= 1e-12 * b) & (s - offset > 1e-6)
     with np.errstate(invalid="ignore", divide="ignore"):
         actual = 2.0 * np.arcsinh((x - b) / (2.0 * radius * np.sinh(s - 0.5 * offset)))
         ratio = np.where(at_mark & (offset > 0.0), np.maximum(actual, 0.0) / offset, 1.0)
@@ -557,11 +567,14 @@ def _centre_value(curve: Curve, a: float, breakpoints: Sequence[float], k: float
         exponent = k + float(np.log(tip[1] / tip[0]) / np.log(x[1] / x[0]))
         below = math.inf if exponent < 1e-6 else float(tip[0]) * x[0] ** k / exponent
     panels = np.array([x[:-1], x[1:]])
+    middle = np.sqrt(x[:-1] * x[1:])
+    size = float(np.sum(np.abs(curve(middle)) * middle ** (k - 1.0) * np.diff(x)))
     body = _integrate(
         lambda t, *_: curve(t) * t ** (k - 1.0),
         lambda c: panels,
         x[1:],
         power=2,
         tolerance=_SINGULAR_TOLERANCE,
+        noise=_TOLERANCE * size,
     )
     return below + float(_require(body, x[1:], "pressure").sum())

@@ -62,12 +62,12 @@ class Panel:
         return self.low + (self.high - self.low) * nodes(self.coefficients.size) ** self.power
 
     def _t(self, x: FloatArray) -> FloatArray:
-        t: FloatArray = np.clip((x - self.low) / (self.high - self.low), 0.0, 1.0)
-        return np.asarray(np.sqrt(t)) if self.power == 2 else t
+        t: FloatArray = np.asarray((x - self.low) / (self.high - self.low), dtype=np.float64).clip(0.0, 1.0)
+        return np.sqrt(t) if self.power == 2 else t
 
     def value(self, x: FloatArray) -> FloatArray:
         """The interpolated curve at `x`."""
-        series: FloatArray = chebyshev.chebval(2.0 * self._t(x) - 1.0, self.significant)
+        series = np.asarray(chebyshev.chebval(2.0 * self._t(x) - 1.0, self.significant), dtype=np.float64)
         return series * x**self.tip_exponent if self.tip_exponent else series
 
     @cached_property

@@ -264,7 +264,9 @@ def _in_words(error: Any, plain: Mapping[str, Any]) -> str:
     """The first complaint of a validation, with table, key, value and remedy."""
     complaints = sorted(error.errors(), key=lambda e: e["type"] != "extra_forbidden")
     first = complaints[0]
-    loc = [part for part in first["loc"] if part not in _kinds() or part == first["loc"][-1]]
+    full = first["loc"]
+    # pydantic names the kind of every tagged table; users know the table
+    loc = [part for i, part in enumerate(full) if i in (0, len(full) - 1) or part not in _kinds()]
     path = [str(part + 1) if isinstance(part, int) else str(part) for part in loc]
     more = f" (and {len(complaints) - 1} more)" if len(complaints) > 1 else ""
     match first["type"]:

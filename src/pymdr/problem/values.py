@@ -19,10 +19,10 @@ class Value:
     """
 
     def _key(self) -> tuple[Any, ...]:
-        return tuple((f.name, _content(getattr(self, f.name))) for f in fields(self))
+        return tuple((f.name, _content(getattr(self, f.name))) for f in fields(self))  # type: ignore[arg-type]
 
     def __eq__(self, other: object) -> bool:
-        return type(self) is type(other) and self._key() == other._key()  # type: ignore[attr-defined]
+        return type(self) is type(other) and self._key() == other._key()
 
     def __hash__(self) -> int:
         return hash((type(self), self._key()))
@@ -159,7 +159,7 @@ class OptionalArrayField:
 class ArrayField(OptionalArrayField):
     """A field of a one-dimensional read-only SI array that must be given."""
 
-    @overload  # type: ignore[override]
+    @overload
     def __get__(self, instance: None, owner: type) -> ArrayField: ...
 
     @overload
@@ -170,5 +170,5 @@ class ArrayField(OptionalArrayField):
             raise AttributeError(self.name)
         return instance.__dict__[self.name]
 
-    def __set__(self, instance: object, values: ArrayQuantityLike) -> None:
+    def __set__(self, instance: object, values: ArrayQuantityLike) -> None:  # type: ignore[override]
         instance.__dict__[self.name] = self.read(values)

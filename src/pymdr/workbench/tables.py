@@ -137,4 +137,4 @@ def read_profile(file: str | os.PathLike[str], *, interpolation: Interpolation |
         If the file cannot be read, is not such a table, or the samples are not a profile.
     """
     columns = read_columns(file)
-    return Sampled(**columns, interpolation=interpolation or CubicSpline())  # type: ignore[arg-type]
+    return Sampled(**columns, interpolation=interpolation or CubicSpline())

@@ -26,6 +26,7 @@ from pymdr.units import FloatArray
 _Index = NDArray[np.intp]
 
 _TOLERANCE = 3e-13
+_NOISE = 1e-11
 _LEVELS = 7
 
 
@@ -67,9 +68,9 @@ def segment(angle: FloatArray) -> FloatArray:
 
 
 def _integrals_at(
-    line: EquivalentLine, radius: FloatArray, width: FloatArray, level: int
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return J0, J1 [m] and J2 [m³] of flat arrays of zones at one level of the quadrature."""
+    line: EquivalentLine, radius: FloatArray, width: FloatArray, level: int, *, third: bool
+) -> FloatArray:
+    """Return J0, J1 [m] and J2 [m³] (0 unless `third`) of flat arrays of zones at one level of quadrature."""
     t, weight = _rule(level)
     c = radius + width
     totals = np.zeros((3, radius.size))
@@ -96,14 +97,15 @@ def _integrals_at(
         slope = line.slope(x) * (span * weight)
         totals[0, at] += np.sum(slope * cosine, axis=1)
         totals[1, at] += np.sum(slope * psi * sine, axis=1) * c[at]
-        totals[2, at] += np.sum(slope * segment(psi) * sine, axis=1) * (0.5 * c[at] ** 3)
-    return totals[0], totals[1], totals[2]
+        if third:
+            totals[2, at] += np.sum(slope * segment(psi) * sine, axis=1) * (0.5 * c[at] ** 3)
+    return totals
 
 
 def zone_integrals(
-    line: EquivalentLine, radius: FloatArray, width: FloatArray
+    line: EquivalentLine, radius: FloatArray, width: FloatArray, *, third: bool = False
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return J0, J1 and J2 of the module's head, each to 3e-13 of itself.
+    """Return J0, J1 and J2 of the module's head, each to 3e-13 of itself (1e-11 beyond a corner of f).
 
     Parameters
     ----------
@@ -111,6 +113,8 @@ def zone_integrals(
         The equivalent profile; every integral is split at its breakpoints.
     radius, width : ndarray
         Contact radii a >= 0 and widths δ = c - a > 0 of the zones [m], flat and of one length.
+    third : bool
+        Whether J2 is wanted; it is 0 otherwise.
 
     Returns
     -------
@@ -126,23 +130,28 @@ def zone_integrals(
     --------
     >>> from types import SimpleNamespace
     >>> cone = SimpleNamespace(slope=np.ones_like, edge=np.inf, reach=np.inf, breakpoints=())
-    >>> j0, j1, j2 = zone_integrals(cone, np.zeros(1), np.full(1, 2.0))
+    >>> j0, j1, j2 = zone_integrals(cone, np.zeros(1), np.full(1, 2.0), third=True)
     >>> np.allclose([j0[0], j1[0], j2[0]], [1, 2, 8 / 3], rtol=1e-13)
     True
     """
-    coarse = np.array(_integrals_at(line, radius, width, 0))
-    left = np.arange(radius.size)
+    result = _integrals_at(line, radius, width, 0, third=third)
+    left, before = np.arange(radius.size), np.full(radius.size, np.inf)
     for level in range(1, _LEVELS):
-        fine = np.array(_integrals_at(line, radius[left], width[left], level))
-        bad = np.any(~(np.abs(fine - coarse[:, left]) <= _TOLERANCE * np.abs(fine)), axis=0)
-        coarse[:, left] = fine
-        left = left[bad]
+        fine = _integrals_at(line, radius[left], width[left], level, third=third)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            apart = np.abs(fine - result[:, left]) / np.abs(fine)
+        error = np.max(np.where(fine == result[:, left], 0.0, apart), axis=0)
+        # rounding of a slope that is infinite at a corner ends the convergence: keep the better values
+        stuck = (before <= _NOISE) & (error >= 0.5 * before)
+        result[:, left] = np.where(stuck, result[:, left], fine)
+        wanting = ~(stuck | (error <= _TOLERANCE))
+        left, before = left[wanting], error[wanting]
         if left.size == 0:
-            return coarse[0], coarse[1], coarse[2]
+            return result[0], result[1], result[2]
     worst = int(left[0])
     raise ConvergenceError(
         f"the integrals over the cohesive zone {radius[worst]!r} < x < {radius[worst] + width[worst]!r} m did "
-        f"not settle (last values {coarse[:, worst].tolist()}); give the kinks of the profile as breakpoints"
+        f"not settle (last values {result[:, worst].tolist()}); give the kinks of the profile as breakpoints"
     )
 
 
@@ -151,7 +160,9 @@ def _gap(
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return H [m], dH/dc at constant a and -dH/da at constant c, both dimensionless."""
     j0, j1, _ = (
-        zone_integrals(line, radius, width) if level is None else _integrals_at(line, radius, width, level)
+        zone_integrals(line, radius, width)
+        if level is None
+        else _integrals_at(line, radius, width, level, third=False)
     )
     c = radius + width
     root = zone_root(radius, width)
@@ -215,13 +226,16 @@ def solve_width(
 
     width = _bracketed(lambda x, at: residual(x, at, 0), target, upper)
     left = np.flatnonzero(width < upper)
+    before = np.full(left.size, np.inf)
     for _ in range(30):
         if left.size == 0:
             return width
         value, rate = residual(width[left], left, None)
         step = (target - value) / rate
         width[left] = np.clip(width[left] + step, 0.25 * width[left], upper[left])
-        left = left[np.abs(step) > 2e-14 * width[left]]
+        error = np.abs(step) / width[left]
+        settled = (error <= 2e-14) | ((before <= _NOISE) & (error >= 0.5 * before))
+        left, before = left[~settled], error[~settled]
     raise ConvergenceError(
         f"the width of the cohesive zone did not settle (last value {width[left[0]]!r} m at {fixed[left[0]]!r} m)"
     )

@@ -144,10 +144,14 @@ def _power_table(n: float) -> FloatArray:
     N = 2.0 * n
     u = np.arange(0.0, _TOP + 0.5 * _CELL, _CELL)
     t = np.expm1(u) ** 2
-    # the left side is convex and increasing: Newton from above descends to the root
-    w = np.log1p(N * (t + 1.0 + np.sqrt(2.0 * t / (N - 1.0)))) / min(N, N - 1.0 + 1.0 / N)
-    w = np.maximum(w, np.log1p(np.sqrt(2.0 * t / (N - 1.0))))
-    for _ in range(2000):
+    # the left side is convex and rising: Newton descends to the root from above, where it arrives after one
+    # step from below; sqrt(2t/(N - 1)) is a bound of y - 1, from above for N >= 2, and 1 + N(t + y - 1) = y^N
+    bound = np.sqrt(2.0 * t / (N - 1.0))
+    if N >= 2.0:
+        w = np.minimum(np.log1p(bound), np.log1p(N * (t + bound)) / N)
+    else:
+        w = np.maximum(np.log1p(bound), np.log1p(N * t) / N)
+    for _ in range(200):
         excess = np.expm1(N * w) / N - np.expm1(w) - t
         rate = np.maximum(np.exp(N * w) - np.exp(w), np.finfo(float).tiny)
         new = np.maximum(w - excess / rate, 0.0)
@@ -182,7 +186,7 @@ def _power_root(t: FloatArray, N: float, table: FloatArray) -> tuple[FloatArray,
         e = np.expm1(w)
         power = np.expm1(N * w)
         excess = power / N - e - t
-        rate = np.maximum(power - e, np.finfo(float).tiny)
+        rate = np.maximum(power - e, 1e-150)
         newton = excess / rate
         step = -newton / np.maximum(1.0 - 0.5 * newton * ((N * power - e + (N - 1.0)) / rate), 0.5)
         if np.all(np.abs(step) <= 3e-6 * (1.0 + w)):

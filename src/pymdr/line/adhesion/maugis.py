@@ -198,7 +198,7 @@ class MaugisDugdale:
         elastic += self.modulus * (2.0 * self._k) ** 2 * solid
         j2 = np.zeros_like(a)
         at = np.flatnonzero(width > 0.0)
-        j2[at] = zone_integrals(self.line, a[at], width[at])[2]
+        j2[at] = zone_integrals(self.line, a[at], width[at], third=True)[2]
         gaps = 4.0 * (j2 + 0.5 * opening * c**2 * segment(angle) - 2.0 * self._k * solid)
         cohesion = self.strength * gaps - np.pi * c**2 * self.work
         return elastic.reshape(s.shape), cohesion.reshape(s.shape)

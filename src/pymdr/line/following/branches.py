@@ -1,7 +1,7 @@
 """The monotone branches of a curve s -> D(s): all its folds, and tables that invert the rising branches.
 
-Every piece between knots is mapped by s = p + (q - p) sin²(θ/2), which makes half-integer powers at its ends
-smooth, and resolved by Chebyshev series on cells that are halved until the series has converged.
+Half-integer powers at the ends of a piece are made smooth, in s by s = p + (q - p) sin²(θ/2) and in D likewise;
+then Chebyshev series resolve the piece on cells that are halved until the series has converged.
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ _Function = Callable[[FloatArray], FloatArray]
 _NODES = 14
 _SLOPE_NODES = 24
 _FINE = 4
+_BLOCK = 8192
 _MOST_CELLS = 40_000
 _TINY = float(np.finfo(float).tiny)
 _EPS = float(np.finfo(float).eps)
@@ -201,7 +202,8 @@ class Inverse:
     piece_keys, piece_low, piece_high : ndarray
         Branches are split into smooth pieces: key = branch + share of its D, and the D of the ends.
     cell_keys, cell_low, cell_width : ndarray
-        Pieces are split into cells of θ/π: key = piece + θ/π.
+        Pieces are split into cells of v = sqrt(D - low) / [sqrt(D - low) + sqrt(high - D)], in which s is
+        smooth at folds: key = piece + v.
     coefficients : ndarray
         Powers of the local coordinate in (-1, 1) of every cell, highest first.
     """
@@ -218,22 +220,28 @@ class Inverse:
 
     def __call__(self, branch: NDArray[np.intp], control: FloatArray) -> FloatArray:
         """Return s of the states with the given D on the given branches."""
-        if self.piece_low.size == self.low.size:
-            piece = branch
-        else:
+        out = np.empty(control.size)
+        for i in range(0, control.size, _BLOCK):
+            part = slice(i, i + _BLOCK)
+            self._block(branch[part], control[part], out[part])
+        return out
+
+    def _block(self, branch: NDArray[np.intp], control: FloatArray, s: FloatArray) -> None:
+        """Write s of one block that stays in the cache."""
+        piece = branch
+        if self.piece_low.size > self.low.size:
             low = self.low[branch]
             key = branch + (control - low) / (self.high[branch] - low)
             piece = np.searchsorted(self.piece_keys, key, side="right") - 1
-        above = np.maximum(control - self.piece_low[piece], 0.0)
-        below = np.maximum(self.piece_high[piece] - control, 0.0)
-        share = np.arctan2(np.sqrt(above), np.sqrt(below)) * (2.0 / np.pi)
+        share = np.sqrt(np.maximum(control - self.piece_low[piece], 0.0))
+        share /= share + np.sqrt(np.maximum(self.piece_high[piece] - control, 0.0))
         cell = np.searchsorted(self.cell_keys, piece + np.minimum(share, 1.0 - _EPS), side="right") - 1
         x = (share - self.cell_low[cell]) * (2.0 / self.cell_width[cell]) - 1.0
-        s: FloatArray = self.coefficients[0][cell]
+        self.coefficients[0].take(cell, out=s, mode="clip")
+        term = np.empty_like(s)
         for row in self.coefficients[1:]:
             s *= x
-            s += row[cell]
-        return s
+            s += row.take(cell, out=term, mode="clip")
 
 
 def inverse_of(control: _Function, bottom: FloatArray, top: FloatArray, knots: FloatArray) -> Inverse:
@@ -289,8 +297,8 @@ def inverse_of(control: _Function, bottom: FloatArray, top: FloatArray, knots: F
         count += piece.size
         if count > _MOST_CELLS:
             break
-        theta = np.pi * (start[:, None] + (end - start)[:, None] * (0.5 * _POINTS + 0.5))
-        D = Dp[piece, None] + (Dq - Dp)[piece, None] * np.sin(0.5 * theta) ** 2
+        share = start[:, None] + (end - start)[:, None] * (0.5 * _POINTS + 0.5)
+        D = Dp[piece, None] + (Dq - Dp)[piece, None] * (share**2 / (share**2 + (1.0 - share) ** 2))
         lo, hi = (np.repeat(v[piece], _NODES) for v in (p, q))
         s = roots_of(lambda x, y: control(x) - y, lo, hi, D.ravel()).reshape(D.shape)
         series = s @ _FIT.T

@@ -15,6 +15,7 @@ from pymdr.units import FloatArray
 _Index = NDArray[np.intp]
 _FREE, _NOWHERE = -1, -2
 _UP, _DOWN, _TOUCH = range(3)
+_BLOCK = 128
 
 
 @dataclass(frozen=True)
@@ -273,7 +274,9 @@ def follow(track: Track, control: ArrayLike, initial: float | None = None) -> Hi
     origins: list[int] = []
     states: list[int] = []
     low, high = lows[state], highs[state]
-    for step, value in enumerate(D.tolist()):
+    step, exits = 0, _Exits(D)
+    while (step := exits.after(step, low, high)) < D.size:
+        value = float(D[step])
         while not low <= value <= high:
             kind, origin = (_TOUCH, 0) if state == _FREE else (_UP if value > high else _DOWN, state)
             state = targets[kind][origin]
@@ -303,6 +306,36 @@ def follow(track: Track, control: ArrayLike, initial: float | None = None) -> Hi
         jumps,
         np.nan if initial is None else float(initial),
     )
+
+
+def _first_outside(least: FloatArray, most: FloatArray, low: float, high: float) -> int:
+    """Return the first index with least < low or most > high, or -1."""
+    outside = (least < low) | (most > high)
+    at = int(outside.argmax()) if outside.size else 0
+    return at if outside.size and outside[at] else -1
+
+
+class _Exits:
+    """Finds where a path leaves an interval, by the extremes of its blocks."""
+
+    def __init__(self, values: FloatArray) -> None:
+        self.values = values
+        whole = values.size - values.size % _BLOCK
+        blocks = values[:whole].reshape(-1, _BLOCK)
+        self.least, self.most = blocks.min(axis=1), blocks.max(axis=1)
+
+    def after(self, step: int, low: float, high: float) -> int:
+        """Return the first index from `step` on whose value is outside low ... high, or the size."""
+        block = -(-step // _BLOCK)
+        part = self.values[step : block * _BLOCK]
+        at = _first_outside(part, part, low, high)
+        if at >= 0:
+            return step + at
+        at = _first_outside(self.least[block:], self.most[block:], low, high)
+        start = max(step, (block + at if at >= 0 else self.least.size) * _BLOCK)
+        rest = self.values[start : start + _BLOCK]
+        at = _first_outside(rest, rest, low, high)
+        return start + at if at >= 0 else self.values.size
 
 
 def _placed(track: Track, s: float, value: float) -> tuple[int, Jumps | None]:

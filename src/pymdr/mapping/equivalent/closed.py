@@ -161,11 +161,15 @@ class SphereLine(EquivalentProfile):
         return np.asarray(self.radius * np.tanh(s))
 
     def inverse_moment(self, moment: ArrayLike) -> FloatArray:
-        """Inverse of the first moment by bracketing."""
+        """Inverse of the first moment by bracketing; R where no contact inside the sphere has it."""
         target = np.maximum(np.asarray(moment, dtype=float), 0.0)
         hertz = np.cbrt(1.5 * target * self.radius)
         low = np.minimum(hertz * 0.5, self.radius * 0.5)
-        return rising_root(self.moment, target, low, np.minimum(hertz, self.radius * (1.0 - 1e-15)))
+        top = self.radius * (1.0 - 1e-15)
+        beyond = target > self.moment(top)
+        target = np.where(beyond, 0.0, target)
+        root = rising_root(self.moment, target, np.where(beyond, 0.0, low), np.minimum(hertz, top))
+        return np.where(beyond, self.radius, root)
 
 
 @dataclass(frozen=True)

@@ -20,6 +20,13 @@ _MOST_KNOTS = 400
 """With more breakpoints than that, panels follow the curve and not the breakpoints."""
 
 
+_NEVER_RISES = (
+    "the profile never rises to {target:g}, as far as it is defined and resolved (up to {low:g} m): a contact "
+    "without an edge has no end; add FlatPunch(radius) for a cylinder of that end shape, or state how far the "
+    "profile goes with Function(..., reach=...)"
+)
+
+
 @dataclass(frozen=True)
 class NumericLine(EquivalentProfile):
     """The image of a profile with a callable or samples in it: mapped when it is asked."""
@@ -72,7 +79,8 @@ class NumericLine(EquivalentProfile):
         def value(x: float) -> float:
             """The curve at x; nan where it is not defined."""
             try:
-                return _value(samples_of(self.profile, x), name, x)
+                with np.errstate(over="ignore", invalid="ignore"):
+                    return _value(samples_of(self.profile, x), name, x)
             except ConvergenceError:
                 return math.nan
 
@@ -83,21 +91,15 @@ class NumericLine(EquivalentProfile):
         while value(high) <= target:
             if high >= limit:
                 return limit
-            if high > 1e250:
-                raise ProblemError(
-                    f"the profile never rises to {target:g}: a contact without an edge has no end; add "
-                    "FlatPunch(radius) for a cylinder of that end shape"
-                )
+            if high > 1e100:
+                raise ProblemError(_NEVER_RISES.format(target=target, low=high))
             low, high = high, min(2.0 * high, limit)
         for _ in range(60):
             if high < 1.2 * low and math.isfinite(value(high)):
                 return high
             middle = math.sqrt(low * high)
             low, high = (middle, high) if value(middle) <= target else (low, middle)
-        raise ConvergenceError(
-            f"g(x) rises to {target:g} only where it cannot be resolved, at {high:g} m; "
-            "Function(..., reach=...) states how far the profile is defined"
-        )
+        raise ProblemError(_NEVER_RISES.format(target=target, low=low))
 
     def upto(self, top: float) -> ProxyLine:
         """Interpolants of g and its integrals on [0, top]."""

@@ -5,14 +5,16 @@ vertex (y, b) of the anchor curve: y, b, slope of the segment below, F_N(y), W(y
 the part of the curve below the vertex, a(y). `window` holds the slopes that the top segment may still take.
 
 numba keeps compiled code by the date of the outermost function's file: a change here needs no hand, but
-`_friction_noslip.py` must be touched when the curve functions of this file change.
+`noslip.py` must be touched when the curve functions of this file change.
 """
 
 from __future__ import annotations
 
 import math
-from typing import Any, TypeAlias
+from collections.abc import Callable
+from typing import Any, TypeAlias, TypeVar, cast
 
+import numpy as np
 from numba import njit
 from numba.core.cgutils import get_null_value
 from numba.extending import intrinsic
@@ -21,32 +23,42 @@ from numba.np.arrayobj import make_array
 from pymdr.units import FloatArray
 
 # the packed line
-MODULUS, EXPONENT, INVERSE, PER_COEFFICIENT, FORCE_FACTOR, WORK_FACTOR, REACH = range(7)
-HEAD, STRIDE, BUCKETS = 8, 19, 256
-# a vertex of the stack
-Y, B, SLOPE, FORCE, WORK, SUM, ENERGY, RADIUS = range(8)
+MODULUS, EXPONENT, INVERSE, PER_COEFFICIENT, FORCE_FACTOR, WORK_FACTOR, REACH, PER_REACH = range(8)
+CHILD, BUCKETS = 0, 256
+VERTEX = np.dtype([(name, float) for name in ("y", "b", "slope", "force", "work", "sum", "energy", "radius")])
 
-_MERGE = 2.0**-47  # of the coordinates: bends below it are rounding of the input
+MERGE = 2.0**-47  # of the coordinates: bends below it are rounding of the input
 _CLOSE = 1e-4  # below this relative length, W(y2) - W(y1) has lost too many digits
 Point: TypeAlias = tuple[float, float, float, float, float]
 
-compiled: Any = njit(cache=True, nogil=True, error_model="numpy")
-inlined: Any = njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+Function = TypeVar("Function", bound=Callable[..., Any])
 
 
-@intrinsic  # type: ignore[untyped-decorator]
-def borrowed(typing_context: Any, array: Any) -> Any:
+def compiled(function: Function) -> Function:
+    """Compile with numba when first called; kept on disk."""
+    return cast(Function, njit(cache=True, nogil=True, error_model="numpy")(function))
+
+
+def inlined(function: Function) -> Function:
+    """Compile into the callers: a call with arrays costs more than a short kernel."""
+    return cast(Function, njit(cache=True, nogil=True, error_model="numpy", forceinline=True)(function))
+
+
+def _borrowed(typing_context: Any, array: Any) -> Any:
     """The same array without its owner: counting references costs more than a step of the stack.
 
     Only for arrays that the caller holds for as long as the result is used.
     """
 
     def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        view = make_array(signature.args[0])(context, builder, arguments[0])
-        view.meminfo = get_null_value(view.meminfo.type)
+        view = make_array(signature.args[0])(context, builder, arguments[0])  # type: ignore[no-untyped-call]
+        view.meminfo = get_null_value(view.meminfo.type)  # type: ignore[no-untyped-call]
         return view._getvalue()
 
     return array(array), generate
+
+
+borrowed: Any = intrinsic(_borrowed)
 
 
 @inlined
@@ -54,54 +66,56 @@ def curve(line: FloatArray, y: float) -> tuple[float, float, float]:
     """Return a, F_N, W at one depth; NaN below a table."""
     if y <= 0.0:
         return 0.0, 0.0, 0.0
-    n = line[EXPONENT]
+    n = line[0, EXPONENT]
     if n > 0.0:
-        z = y * line[PER_COEFFICIENT]
+        z = y * line[0, PER_COEFFICIENT]
         if n == 2.0:
             a = math.sqrt(z)
         elif n == 1.0:
             a = z
         else:
-            a = z ** line[INVERSE]
-        force = line[FORCE_FACTOR] * a * y
-        return a, force, line[WORK_FACTOR] * force * y
-    x = BUCKETS * math.sqrt(y / line[REACH])
+            a = z ** line[0, INVERSE]
+        force = line[0, FORCE_FACTOR] * a * y
+        return a, force, line[0, WORK_FACTOR] * force * y
+    x = BUCKETS * math.sqrt(y * line[0, PER_REACH])
     if not x <= BUCKETS * (1.0 + 1e-14):
         return math.nan, math.nan, math.nan
     j = min(int(x), BUCKETS - 1)
     t = x - j
-    p = HEAD + STRIDE * j
-    while line[p] >= 0.0:
-        p = HEAD + STRIDE * int(line[p])
+    j += 1
+    while line[j, CHILD] > 0.0:
+        j = int(line[j, CHILD])
         t *= 2.0
         if t >= 1.0:
             t -= 1.0
-            p += STRIDE
-    a = line[p + 4]
-    for k in range(p + 3, p, -1):
-        a = line[k] + t * a
-    force = line[p + 10]
-    for k in range(p + 9, p + 4, -1):
-        force = line[k] + t * force
-    work = line[p + 18]
-    for k in range(p + 17, p + 10, -1):
-        work = line[k] + t * work
+            j += 1
+    t2 = t * t
+    t4 = t2 * t2
+    a = (line[j, 1] + t * line[j, 2]) + t2 * (line[j, 3] + t * line[j, 4])
+    force = (line[j, 5] + t * line[j, 6]) + t2 * (line[j, 7] + t * line[j, 8])
+    force += t4 * (line[j, 9] + t * line[j, 10])
+    work = (line[j, 11] + t * line[j, 12]) + t2 * (line[j, 13] + t * line[j, 14])
+    work += t4 * ((line[j, 15] + t * line[j, 16]) + t2 * (line[j, 17] + t * line[j, 18]))
     return a, force, work
 
 
 @compiled
 def depth_of_force(line: FloatArray, force: float) -> float:
     """Depth d with F_N(d) = force, NaN if there is none."""
-    n, modulus = line[EXPONENT], line[MODULUS]
+    n: float = line[0, EXPONENT]
+    modulus: float = line[0, MODULUS]
     if not force > 0.0:
         return 0.0 if force == 0.0 else math.nan
     if n > 0.0:
-        y = (force / line[FORCE_FACTOR] * line[PER_COEFFICIENT] ** -line[INVERSE]) ** (n / (n + 1.0))
+        y: float = (force / line[0, FORCE_FACTOR] * line[0, PER_COEFFICIENT] ** -line[0, INVERSE]) ** (
+            n / (n + 1.0)
+        )
         a, f, w = curve(line, y)
         return y - (f - force) / (2.0 * modulus * a)
-    low, high = 0.0, line[REACH]
+    low = 0.0
+    high: float = line[0, REACH]
     y = high
-    a, f, w = curve(line, y)
+    a, f = curve(line, y)[:2]
     if force > f:
         return y if force <= f * (1.0 + 1e-14) else math.nan
     for _ in range(200):  # F_N is convex: Newton from above; halve where rounding or a flat start spoil it
@@ -117,7 +131,7 @@ def depth_of_force(line: FloatArray, force: float) -> float:
         if abs(step - y) <= 2e-16 * y or not low < step < high:
             return step
         y = step
-        a, f, w = curve(line, y)
+        a, f = curve(line, y)[:2]
     return y
 
 
@@ -131,52 +145,59 @@ def mean_force(modulus: float, p: Point, q: Point) -> float:
 
 
 @inlined
-def at(stack: FloatArray, i: int) -> Point:
+def at(stack: Any, i: int) -> Point:
     """Vertex i as a point."""
-    return stack[i, Y], stack[i, B], stack[i, FORCE], stack[i, WORK], stack[i, RADIUS]
+    return stack[i].y, stack[i].b, stack[i].force, stack[i].work, stack[i].radius
 
 
 @inlined
-def put(stack: FloatArray, i: int, point: Point, slope: float) -> None:
+def put(stack: Any, i: int, point: Point, slope: float) -> None:
     """Write vertex i > 0 at the end of a segment of the given slope."""
     y, b, force, work, radius = point
-    length = y - stack[i - 1, Y]
-    below = stack[i - 1, FORCE]
-    stack[i, Y] = y
-    stack[i, B] = b
-    stack[i, SLOPE] = slope
-    stack[i, FORCE] = force
-    stack[i, WORK] = work
-    stack[i, SUM] = stack[i - 1, SUM] + slope * (force - below)
-    bend = slope * (work - stack[i - 1, WORK] - length * below)
-    stack[i, ENERGY] = stack[i - 1, ENERGY] + slope * (length * stack[i - 1, SUM] + bend)
-    stack[i, RADIUS] = radius
+    length = y - stack[i - 1].y
+    below = stack[i - 1].force
+    stack[i].y = y
+    stack[i].b = b
+    stack[i].slope = slope
+    stack[i].force = force
+    stack[i].work = work
+    stack[i].sum = stack[i - 1].sum + slope * (force - below)
+    bend = slope * (work - stack[i - 1].work - length * below)
+    stack[i].energy = stack[i - 1].energy + slope * (length * stack[i - 1].sum + bend)
+    stack[i].radius = radius
 
 
 @inlined
-def base(stack: FloatArray, b: float) -> None:
+def base(stack: Any, b: float) -> None:
     """Write the vertex at depth 0."""
-    stack[0, :] = 0.0
-    stack[0, B] = b
+    stack[0].y = 0.0
+    stack[0].b = b
+    stack[0].slope = 0.0
+    stack[0].force = 0.0
+    stack[0].work = 0.0
+    stack[0].sum = 0.0
+    stack[0].energy = 0.0
+    stack[0].radius = 0.0
 
 
 @inlined
 def extend(
-    stack: FloatArray, m: int, low: float, high: float, point: Point, slope: float, by_force: bool
+    stack: Any, m: int, low: float, high: float, point: Point, slope: float, by_force: bool
 ) -> tuple[int, float, float]:
     """Append a stuck segment, joined to the top one when all its points stay within rounding of a line."""
     if m > 0:
-        x, z, x1, z1 = point[0], point[1], Y, B
+        x, z, x_m, x_b, z_b = point[0], point[1], stack[m].y, stack[m - 1].y, stack[m - 1].b
         if by_force:
-            x, z, x1, z1 = point[2], stack[m, SUM] + slope * (point[2] - stack[m, FORCE]), FORCE, SUM
-        room = _MERGE * max(x, abs(z), abs(stack[m - 1, z1])) / (stack[m, x1] - stack[m - 1, x1])
-        low = max(low, stack[m, SLOPE] - room)
-        high = min(high, stack[m, SLOPE] + room)
-        chord = (z - stack[m - 1, z1]) / (x - stack[m - 1, x1])
+            z = stack[m].sum + slope * (point[2] - stack[m].force)
+            x, x_m, x_b, z_b = point[2], stack[m].force, stack[m - 1].force, stack[m - 1].sum
+        room = MERGE * max(x, abs(z), abs(z_b)) / (x_m - x_b)
+        low = max(low, stack[m].slope - room)
+        high = min(high, stack[m].slope + room)
+        chord = (z - z_b) / (x - x_b)
         if low <= chord <= high:
             b = point[1]
             if by_force:
-                b = stack[m - 1, B] + chord * (point[0] - stack[m - 1, Y])
+                b = stack[m - 1].b + chord * (point[0] - stack[m - 1].y)
             put(stack, m, (point[0], b, point[2], point[3], point[4]), min(max(chord, -1.0), 1.0))
             return m, low, high
     put(stack, m + 1, point, slope)
@@ -186,21 +207,21 @@ def extend(
 @inlined
 def parting(
     line: FloatArray,
-    stack: FloatArray,
+    stack: Any,
     i: int,
     upper: Point,
     lower: Point,
-    end: Point,
+    start: Point,
     d_depth: float,
     d_shift: float,
 ) -> float:
-    """Slip work of springs that lose contact, between two points of segment i; the step ends at `end`."""
-    modulus = line[MODULUS]
-    slope = stack[i, SLOPE]
+    """Slip work of springs that lose contact, between two points of segment i; the step begins at `start`."""
+    modulus: float = line[0, MODULUS]
+    slope = stack[i].slope
     # lag of the anchor behind the shift at which each spring parts
     per_depth = d_shift / d_depth
-    lag_u = end[1] + per_depth * (upper[0] - end[0]) - upper[1]
-    lag_l = end[1] + per_depth * (lower[0] - end[0]) - lower[1]
+    lag_u = start[1] + per_depth * (upper[0] - start[0]) - upper[1]
+    lag_l = start[1] + per_depth * (lower[0] - start[0]) - lower[1]
     if lag_u * lag_l < 0.0:
         y = lower[0] + (upper[0] - lower[0]) * (lag_l / (lag_l - lag_u))
         a, force, work = curve(line, min(max(y, lower[0]), upper[0]))
@@ -254,6 +275,9 @@ def replaced(
     p_u = (depth - upper[0] - d_depth * r_u) * bend - s_u
     p_l = (depth - lower[0] - d_depth * r_l) * bend - s_l
     total = p_l * lower[2] - p_u * upper[2]
+    steep = d_depth * per_rate
+    if abs(steep) < 10.0:
+        return total - bend * (2.0 + bend * steep) * (upper[3] - lower[3])
     if p_u != p_l:
         total += (p_u - p_l) * mean_force(modulus, lower, upper)
     return total
@@ -261,7 +285,7 @@ def replaced(
 
 @inlined
 def move(
-    line: FloatArray, stack: FloatArray, m: int, low: float, high: float, depth: float, shift: float
+    line: FloatArray, stack: Any, m: int, low: float, high: float, depth: float, shift: float
 ) -> tuple[int, float, float, float, float]:
     """
     Go straight to (depth, shift), depth >= 0 (mdr_math 5.4, 17.8).
@@ -269,11 +293,12 @@ def move(
     Returns the top of the stack, its window of slopes, the slip work over mu^2 E* / G* and the distance that
     the innermost spring slips.
     """
-    modulus = line[MODULUS]
-    d_depth = depth - stack[m, Y]
-    d_shift = shift - stack[m, B]
+    modulus: float = line[0, MODULUS]
+    d_depth = depth - stack[m].y
+    d_shift = shift - stack[m].b
     total = 0.0
-    upper = at(stack, m)
+    start = at(stack, m)
+    upper = start
     i = m
     if d_depth == 0.0:
         if d_shift == 0.0:
@@ -294,31 +319,31 @@ def move(
             lag = rate
             total = rate * (mean_force(modulus, upper, end) - upper[2])
         else:
-            while i > 0 and stack[i - 1, Y] > depth:
+            while i > 0 and stack[i - 1].y > depth:
                 lower = at(stack, i - 1)
-                total += parting(line, stack, i, upper, lower, end, d_depth, d_shift)
+                total += parting(line, stack, i, upper, lower, start, d_depth, d_shift)
                 upper = lower
                 i -= 1
-            b = stack[i - 1, B] + stack[i, SLOPE] * (depth - stack[i - 1, Y])
+            b = stack[i - 1].b + stack[i].slope * (depth - stack[i - 1].y)
             lower = (depth, b, force, work, a)
-            total += parting(line, stack, i, upper, lower, end, d_depth, d_shift)
+            total += parting(line, stack, i, upper, lower, start, d_depth, d_shift)
             upper = lower
             if i < m:
-                low = high = stack[i, SLOPE]
+                low = high = stack[i].slope
             lag = abs(shift - b)
             if depth == 0.0:
                 base(stack, shift)
                 return 0, -math.inf, math.inf, total, lag
             if lag == 0.0:
-                put(stack, i, end, stack[i, SLOPE])
+                put(stack, i, end, stack[i].slope)
                 return i, low, high, total, 0.0
             g = 1.0 if shift > b else -1.0
             rate = g * d_shift - d_depth
     edge = g * shift - depth
     per_rate = 1.0 / rate if rate > 0.0 else math.inf
     while i > 0:
-        bend = 1.0 - g * stack[i, SLOPE]
-        next_lag = edge - (g * stack[i - 1, B] - stack[i - 1, Y])
+        bend = 1.0 - g * stack[i].slope
+        next_lag = edge - (g * stack[i - 1].b - stack[i - 1].y)
         if next_lag <= 0.0:
             break
         lower = at(stack, i - 1)
@@ -331,16 +356,16 @@ def move(
         slid = lag
         base(stack, shift - g * depth)
     else:
-        bottom = stack[i - 1, Y]
+        bottom = stack[i - 1].y
         y = upper[0] - lag / bend if lag < bend * (upper[0] - bottom) else bottom
         if y > bottom:
             a, force, work = curve(line, y)
-            lower = (y, stack[i - 1, B] + stack[i, SLOPE] * (y - bottom), force, work, a)
+            lower = (y, stack[i - 1].b + stack[i].slope * (y - bottom), force, work, a)
         else:
             lower = at(stack, i - 1)
         total += replaced(modulus, bend, depth, d_depth, per_rate, upper, lag, lower, 0.0)
         if y > bottom:
-            put(stack, i, lower, stack[i, SLOPE])
+            put(stack, i, lower, stack[i].slope)
         else:
             i -= 1
     put(stack, i + 1, end, g)

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import NamedTuple, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +18,6 @@ from pymdr.errors import ConvergenceError, ProblemError
 from pymdr.units import FloatArray
 
 IntArray: TypeAlias = NDArray[np.int64]
-Packed: TypeAlias = tuple[float, float, float, float, float, float, float, float, IntArray, FloatArray]
 
 _BUCKETS = 256
 _MOST_PIECES = 200_000
@@ -159,7 +158,7 @@ def _halve(
     order = np.argsort(nodes)
     start = np.arange(_BUCKETS) / _BUCKETS
     width = np.full(_BUCKETS, 1.0 / _BUCKETS)
-    childs, starts, widths, cubics = [], [], [], []
+    found: list[list[Any]] = [[], [], [], []]
     count = _BUCKETS
     while start.size:
         d = depth * np.square(start[:, None] + width[:, None] * nodes)
@@ -177,12 +176,13 @@ def _halve(
                 f"tabulated_curves: more than {_MOST_PIECES} pieces; the misfit of a(d) is still "
                 f"{misfit.max():g} m where {allowed:g} m is allowed: give a smoother a(d) or a larger tolerance"
             )
-        for store, values in ((childs, child), (starts, start), (widths, width), (cubics, cubic)):
+        for store, values in zip(found, (child, start, width, cubic), strict=True):
             store.append(values)
         half = 0.5 * width[split]
         start = np.column_stack([start[split], start[split] + half]).ravel()
         width = np.repeat(half, 2)
-    return np.concatenate(childs), np.concatenate(starts), np.concatenate(widths), np.concatenate(cubics)
+    childs, starts, widths, cubics = (np.concatenate(values) for values in found)
+    return childs, starts, widths, cubics
 
 
 def _check_radius(a: FloatArray, d: FloatArray, allowed: float) -> None:
@@ -224,9 +224,13 @@ def _antiderivative(polynomial: FloatArray) -> FloatArray:
 
 
 def packed(curves: ElasticCurves) -> FloatArray:
-    """The curves as the one array that the kernels take: eight numbers, then child and coefficients by piece."""
+    """The curves as the one array (1 + m, 19) that the kernels take: eight numbers, then child and coefficients.
+
+    A child is given by its row, 0 for none.
+    """
     n = curves.exponent
-    head = [
+    line = np.zeros((1 + curves.child.size, 19))
+    line[0, :8] = (
         curves.modulus,
         n,
         1.0 / n if n > 0.0 else 0.0,
@@ -234,6 +238,8 @@ def packed(curves: ElasticCurves) -> FloatArray:
         2.0 * curves.modulus * n / (n + 1.0),
         n / (2.0 * n + 1.0),
         curves.depth,
-        0.0,
-    ]
-    return np.concatenate([head, np.column_stack([curves.child, curves.pieces]).ravel()])
+        1.0 / curves.depth,
+    )
+    line[1:, 0] = curves.child + 1
+    line[1:, 1:] = curves.pieces
+    return line

@@ -1,0 +1,330 @@
+"""Runs the compiled kernels: grows the stack, stops at checkpoints, keeps rows. Loads numba when it runs."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable
+from enum import Enum
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from pymdr.line.friction.curves import ElasticCurves, IntArray, packed
+from pymdr.line.friction.state import Ending, FrictionHistory, FrictionState, frozen, virgin_state
+from pymdr.units import FloatArray
+
+
+class Control(Enum):
+    """What the rows of a run hold."""
+
+    SHIFT = 0
+    """(d, u_x)"""
+    PULL = 1
+    """(d, F_x)"""
+    FORCE = 2
+    """(F_N, F_x)"""
+
+
+_ENDINGS = (Ending.COMPLETE, Ending.NOT_FINITE, Ending.NOT_ATTAINABLE, Ending.TOO_DEEP)
+_FULL = 4
+
+
+def evaluate(curves: ElasticCurves, depth: ArrayLike) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """
+    Contact radius, normal force and its integral at given depths, as the kernels see them.
+
+    Parameters
+    ----------
+    curves : ElasticCurves
+    depth : array_like
+        In m; 0 is returned below 0, NaN beyond the reach of a table.
+
+    Returns
+    -------
+    contact_radius, normal_force, work : ndarray
+        a in m, F_N in N, W = int_0^d F_N in J.
+
+    Examples
+    --------
+    >>> from pymdr.line.friction import power_law_curves
+    >>> [float(x[0]) for x in evaluate(power_law_curves(2.0, 1.0, 0.75), [1.0])]
+    [1.0, 1.0, 0.4]
+    """
+    from pymdr.line.friction.runs import evaluate_all
+
+    d = frozen(depth)
+    out = np.empty((3, d.size))
+    evaluate_all(packed(curves), d.ravel(), out)
+    return out[0].reshape(d.shape), out[1].reshape(d.shape), out[2].reshape(d.shape)
+
+
+def depths_at_force(curves: ElasticCurves, normal_force: ArrayLike) -> FloatArray:
+    """
+    Indentation from the normal force, F_N(d) = F.
+
+    Parameters
+    ----------
+    curves : ElasticCurves
+    normal_force : array_like
+        In N.
+
+    Returns
+    -------
+    ndarray
+        d in m; NaN below 0 and beyond the reach of a table.
+
+    Examples
+    --------
+    >>> from pymdr.line.friction import power_law_curves
+    >>> depths_at_force(power_law_curves(2.0, 1.0, 0.75), [0.0, 1.0]).tolist()
+    [0.0, 1.0]
+    """
+    from pymdr.line.friction.runs import invert_all
+
+    force = frozen(normal_force)
+    out = np.empty(force.size)
+    invert_all(packed(curves), force.ravel(), out)
+    return out.reshape(force.shape)
+
+
+def follow(
+    control: Control,
+    curves: ElasticCurves,
+    given: tuple[FloatArray, FloatArray],
+    friction: float,
+    tangential_modulus: float,
+    start: FrictionState | None,
+    keep: int | ArrayLike | None,
+    checkpoints: Iterable[int],
+) -> FrictionHistory:
+    """Follow rows of what `control` says; see :mod:`pymdr.line.friction.histories`."""
+    ratio = curves.modulus / tangential_modulus
+    state = virgin_state(friction, ratio) if start is None else start
+    if (state.friction, state.modulus_ratio) != (friction, ratio):
+        raise ValueError(
+            f"friction {friction:g} and E*/G* {ratio:g} differ from those of the state to go on from, "
+            f"{state.friction:g} and {state.modulus_ratio:g}: a memory belongs to one contact"
+        )
+    if given[0].shape != given[1].shape or given[0].ndim != 1:
+        raise ValueError(f"two rows of equal length are needed, not {given[0].shape} and {given[1].shape}")
+    count = given[0].size
+    run = (_Frictionless if friction == 0.0 else _Stack)(control, curves, given, state, _kept(keep, count))
+    states: dict[int, FrictionState] = {}
+    for row in sorted(set(checkpoints)):
+        run.advance(row + 1)
+        if run.row == row + 1:
+            states[row] = run.state()
+    run.advance(count)
+    return run.history(states)
+
+
+def _kept(keep: int | ArrayLike | None, count: int) -> IntArray | None:
+    if keep is None:
+        return None
+    if isinstance(keep, int | np.integer):
+        return np.arange(keep - 1, count, keep, dtype=np.int64)
+    return np.unique(np.asarray(keep, dtype=np.int64))
+
+
+class _Run:
+    """A run in progress: rows [0, row) are done."""
+
+    def __init__(
+        self,
+        control: Control,
+        curves: ElasticCurves,
+        given: tuple[FloatArray, FloatArray],
+        start: FrictionState,
+        rows: IntArray | None,
+    ) -> None:
+        self.control, self.curves, self.given, self.start = control, curves, given, start
+        self.every = rows is None
+        self.rows = np.zeros(0, dtype=np.int64) if rows is None else rows
+        kept = given[0].size if rows is None else rows.size
+        self.out = np.empty((5 if control is Control.SHIFT else 7, kept))
+        self.row = self.column = 0
+        self.ending = Ending.COMPLETE
+
+    def advance(self, stop: int) -> None:
+        raise NotImplementedError
+
+    def state(self) -> FrictionState:
+        raise NotImplementedError
+
+    def history(self, checkpoints: dict[int, FrictionState]) -> FrictionHistory:
+        out, rows = self.out, self.rows
+        out[:, self.column :] = math.nan
+        if self.every:
+            rows = np.arange(self.given[0].size)
+        force: FloatArray = out[0]
+        if self.control is Control.SHIFT:
+            depth, shift = self.given if self.every else (x[rows] for x in self.given)
+        else:
+            depth, shift = out[5], out[6]
+            force = np.where(np.isnan(out[0]), math.nan, self.given[1][rows])
+        return FrictionHistory(
+            rows=rows,
+            indentation=depth,
+            shift=shift,
+            tangential_force=force,
+            stick_radius=out[1],
+            stored_energy=out[2],
+            slip_work=out[3],
+            slip_distance=out[4],
+            state=self.state(),
+            checkpoints=checkpoints,
+            ending=self.ending,
+            stopped=self.row,
+            slip_work_before=self.start.slip_work,
+        )
+
+
+class _Stack(_Run):
+    """A run of the memory stack, with slip or without."""
+
+    def __init__(self, *arguments: Any) -> None:
+        super().__init__(*arguments)
+        from pymdr.line.friction import kernels, noslip, runs
+
+        start = self.start
+        self.sticks = not math.isfinite(start.friction)
+        mu = start.traction_scale
+        energy = mu * mu * start.modulus_ratio
+        self.scales = (mu, energy, start.shift_scale)
+        self.line = packed(self.curves)
+        top = start.slope.size
+        self.stack = np.zeros(max(64, 2 * top), dtype=kernels.VERTEX)
+        window = (start.slope[-1],) * 2 if top else (-math.inf, math.inf)
+        self.register = np.array(
+            [
+                start.indentation,
+                start.shift / start.shift_scale,
+                *window,
+                start.slip_work / energy,
+                0.0,
+                start.slip_distance / start.shift_scale,
+                top,
+            ]
+        )
+        vertices = (frozen(start.y), frozen(start.b))
+        span: tuple[Any, ...] = ()
+        self.kernel: Callable[..., tuple[int, int, int]]
+        if self.sticks:
+            noslip.restore_stuck(self.line, *vertices, self.stack)
+            self.kernel, span = noslip.run_stuck, (self.control.value,)
+        else:
+            runs.restore(self.line, *vertices, frozen(start.slope), self.stack)
+            self.kernel = runs.run_displacements
+            if self.control is not Control.SHIFT:
+                self.kernel, span = runs.run_forces, (self.control is Control.FORCE,)
+        self.rest = span
+
+    def advance(self, stop: int) -> None:
+        while self.ending is Ending.COMPLETE and self.row < stop:
+            span = (self.row, stop, self.column)
+            code, self.row, self.column = self.kernel(
+                self.line,
+                self.stack,
+                self.register,
+                *self.given,
+                self.scales,
+                self.rows,
+                self.out,
+                span,
+                self.every,
+                *self.rest,
+            )
+            if code == _FULL:
+                larger = np.zeros(self.stack.size + self.stack.size // 2, dtype=self.stack.dtype)
+                larger[: self.stack.size] = self.stack
+                self.stack = larger
+            else:
+                self.ending = _ENDINGS[code]
+
+    def state(self) -> FrictionState:
+        depth, shift, _, _, work, _, slide, top = self.register.tolist()
+        vertices = self.stack[: int(top) + 1]
+        start = self.start
+        return FrictionState(
+            frozen(vertices["y"].copy()),
+            frozen(vertices["b"].copy()),
+            frozen(vertices["slope"][1:].copy()),
+            depth,
+            shift * start.shift_scale,
+            start.friction,
+            start.modulus_ratio,
+            work * self.scales[1],
+            slide * start.shift_scale,
+            start.rows + self.row,
+        )
+
+
+class _Frictionless(_Run):
+    """A run at mu = 0: nothing is carried, the contact slides as far as the body moves."""
+
+    def __init__(self, *arguments: Any) -> None:
+        super().__init__(*arguments)
+        depth, second = self.given
+        finite = np.isfinite(depth) & np.isfinite(second)
+        if self.control is Control.FORCE:
+            force, depth = depth, depths_at_force(self.curves, depth)
+        attainable = np.ones(depth.size, dtype=bool)
+        shift = second
+        if self.control is not Control.SHIFT:
+            attainable = second == 0.0
+            shift = np.full(depth.size, self.start.shift)
+        if self.control is Control.FORCE:
+            attainable &= ~(force < 0.0)
+        fails = [
+            (~finite, Ending.NOT_FINITE),
+            (~attainable, Ending.NOT_ATTAINABLE),
+            (~(depth <= self.curves.depth * (1.0 + 1e-14)), Ending.TOO_DEEP),
+        ]
+        bad = np.logical_or.reduce([mask for mask, _ in fails])
+        self.end = int(np.argmax(bad)) if bad.any() else depth.size
+        if bad.any():
+            self.at_end = next(ending for mask, ending in fails if mask[self.end])
+        self.depth, self.shift = depth[: self.end], shift[: self.end]
+        before = np.concatenate([[self.start.indentation], self.depth[:-1]])[: self.end]
+        moved = np.abs(np.diff(self.shift, prepend=self.start.shift))
+        with np.errstate(divide="ignore", invalid="ignore"):
+            part = np.maximum(self.depth, 0.0) - np.maximum(before, 0.0)
+            part = np.where(
+                (before > 0.0) == (self.depth > 0.0), before > 0.0, np.abs(part / (self.depth - before))
+            )
+        self.slid = self.start.slip_distance + np.cumsum(moved * part)
+
+    def advance(self, stop: int) -> None:
+        first, self.row = self.row, min(stop, self.end)
+        if stop > self.end:
+            self.ending = self.at_end
+        rows = np.arange(first, self.row)
+        if not self.every:
+            rows = self.rows[(self.rows >= first) & (self.rows < self.row)]
+        columns = slice(self.column, self.column + rows.size)
+        self.column += rows.size
+        self.out[:4, columns] = 0.0
+        self.out[4, columns] = self.slid[rows]
+        if self.control is not Control.SHIFT:
+            self.out[5, columns] = self.depth[rows]
+            self.out[6, columns] = self.shift[rows]
+
+    def state(self) -> FrictionState:
+        start = self.start
+        if self.row == 0:
+            return start
+        depth, shift = float(self.depth[self.row - 1]), float(self.shift[self.row - 1])
+        y = np.array([0.0, depth] if depth > 0.0 else [0.0])
+        return FrictionState(
+            frozen(y),
+            frozen(np.zeros(y.size)),
+            frozen(np.zeros(y.size - 1)),
+            depth,
+            shift,
+            start.friction,
+            start.modulus_ratio,
+            0.0,
+            float(self.slid[self.row - 1]),
+            start.rows + self.row,
+        )

@@ -1,0 +1,216 @@
+"""Compiled kernels of force control: the same stack in (F_N, F_x / mu). Loads numba."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from pymdr.line.friction.kernels import (
+    MODULUS,
+    Point,
+    at,
+    base,
+    compiled,
+    curve,
+    depth_of_force,
+    extend,
+    mean_force,
+    put,
+)
+from pymdr.units import FloatArray
+
+
+@compiled
+def mean_depth(line: FloatArray, upper: float, lower: float) -> float:
+    """Mean of d over the forces between F_N(lower) and F_N(upper)."""
+    if upper == lower:
+        return upper
+    a_u, f_u, w_u = curve(line, upper)
+    a_l, f_l, w_l = curve(line, lower)
+    if abs(upper - lower) > 1e-3 * max(upper, lower):
+        return (upper * f_u - w_u - lower * f_l + w_l) / (f_u - f_l)
+    return float(0.5 * (upper + lower) - (f_u - f_l) * (1.0 / a_u - 1.0 / a_l) / (24.0 * line[0, MODULUS]))
+
+
+@compiled
+def swept(
+    line: FloatArray,
+    slope: float,
+    g: float,
+    upper: Point,
+    s_u: float,
+    lower: Point,
+    s_l: float,
+    start: Any,
+    step: Any,
+) -> float:
+    """
+    Slip work while the border of slip sweeps a segment under force control.
+
+    |slope - g| int [F_N(D) - F_N(y) - 2 E* (D - y) a(y)] dy with F_N(D) linear in F_N(y); slip toward g,
+    from `start` = (F_N, S) by `step`.
+    """
+    length = upper[0] - lower[0]
+    rise = upper[2] - lower[2]
+    if length <= 0.0 or rise <= 0.0 or slope == g:
+        return 0.0
+    rate = g * step[1] - step[0]
+    before = g * start[1] - start[0]
+    n_u = n_l = start[0]
+    d_u = d_l = depth_of_force(line, start[0])
+    if step[0] != 0.0:
+        n_u += step[0] * min(max((g * s_u - upper[2] - before) / rate, 0.0), 1.0)
+        n_l += step[0] * min(max((g * s_l - lower[2] - before) / rate, 0.0), 1.0)
+        d_u = depth_of_force(line, n_u)
+        d_l = depth_of_force(line, n_l)
+    middle = mean_force(line[0, MODULUS], lower, upper)
+    n_mean = n_l + (n_u - n_l) * (middle - lower[2]) / rise
+    body = length * (n_mean + upper[2] - 2.0 * middle) - rise * (mean_depth(line, d_u, d_l) - lower[0])
+    return float((1.0 - g * slope) * body)
+
+
+@compiled
+def swept_parting(
+    line: FloatArray,
+    stack: Any,
+    i: int,
+    upper: Point,
+    s_u: float,
+    lower: Point,
+    s_l: float,
+    start: Any,
+    step: Any,
+) -> float:
+    """Slip work while the contact shrinks over a piece of segment i: the side is that of the chord."""
+    slope = stack[i].slope
+    ratio = step[1] / step[0]
+    lag_u = start[1] + ratio * (upper[2] - start[0]) - s_u
+    lag_l = start[1] + ratio * (lower[2] - start[0]) - s_l
+    if lag_u * lag_l < 0.0:
+        force = lower[2] + (upper[2] - lower[2]) * (lag_l / (lag_l - lag_u))
+        y = min(max(depth_of_force(line, force), lower[0]), upper[0])
+        a, force, work = curve(line, y)
+        middle = (y, lower[1] + slope * (y - lower[0]), force, work, a)
+        s_m = s_l + slope * (force - lower[2])
+        g = 1.0 if lag_u > 0.0 else -1.0
+        return swept(line, slope, g, upper, s_u, middle, s_m, start, step) + swept(
+            line, slope, -g, middle, s_m, lower, s_l, start, step
+        )
+    g = 1.0 if lag_u + lag_l > 0.0 else -1.0
+    return swept(line, slope, g, upper, s_u, lower, s_l, start, step)
+
+
+@compiled
+def load(
+    line: FloatArray, stack: Any, m: int, low: float, high: float, force: float, pull: float
+) -> tuple[int, float, float, float]:
+    """Go straight to (F_N, S), |S| <= F_N: the same stack in forces. Returns top, window and slip work."""
+    start = (stack[m].force, stack[m].sum)
+    upper = at(stack, m)
+    end = upper
+    if force != start[0]:
+        y = depth_of_force(line, force)
+        a, force, work = curve(line, y)
+        end = (y, upper[1], force, work, a)
+    pull = min(max(pull, -force), force)
+    step = (force - start[0], pull - start[1])
+    if step[0] == 0.0 and step[1] == 0.0:
+        return m, low, high, 0.0
+    depth = end[0]
+    if step[0] > 0.0 and abs(step[1]) <= step[0]:
+        slope = step[1] / step[0]
+        end = (depth, upper[1] + slope * (depth - upper[0]), end[2], end[3], end[4])
+        m, low, high = extend(stack, m, low, high, end, slope, True)
+        return m, low, high, 0.0
+    total = 0.0
+    i = m
+    s_u = start[1]
+    g = 1.0 if step[1] > 0.0 else -1.0
+    if step[0] < 0.0:
+        while i > 0 and stack[i - 1].force > force:
+            lower = at(stack, i - 1)
+            s_l = stack[i - 1].sum
+            total += swept_parting(line, stack, i, upper, s_u, lower, s_l, start, step)
+            upper = lower
+            s_u = s_l
+            i -= 1
+        b = stack[i - 1].b + stack[i].slope * (depth - stack[i - 1].y)
+        lower = (depth, b, force, end[3], end[4])
+        s_l = stack[i - 1].sum + stack[i].slope * (force - stack[i - 1].force)
+        total += swept_parting(line, stack, i, upper, s_u, lower, s_l, start, step)
+        upper = lower
+        s_u = s_l
+        if i < m:
+            low = high = stack[i].slope
+        if depth == 0.0:
+            base(stack, b)
+            return 0, -math.inf, math.inf, total
+        if pull == s_u:
+            put(stack, i, upper, stack[i].slope)
+            return i, low, high, total
+        g = 1.0 if pull > s_u else -1.0
+    edge = g * pull - force
+    while i > 1 and edge > g * stack[i - 1].sum - stack[i - 1].force:
+        lower = at(stack, i - 1)
+        s_l = stack[i - 1].sum
+        total += swept(line, stack[i].slope, g, upper, s_u, lower, s_l, start, step)
+        upper = lower
+        s_u = s_l
+        i -= 1
+    lower = at(stack, i - 1)
+    s_l = stack[i - 1].sum
+    y = border(line, stack, i, g, edge, upper[0])
+    if y > lower[0]:
+        a, f, work = curve(line, y)
+        s_l += stack[i].slope * (f - lower[2])
+        lower = (y, lower[1] + stack[i].slope * (y - lower[0]), f, work, a)
+    total += swept(line, stack[i].slope, g, upper, s_u, lower, s_l, start, step)
+    if y > stack[i - 1].y:
+        put(stack, i, lower, stack[i].slope)
+        i += 1
+    put(stack, i, (depth, lower[1] + g * (depth - lower[0]), force, end[3], end[4]), g)
+    return i, -math.inf, math.inf, total
+
+
+@compiled
+def border(line: FloatArray, stack: Any, i: int, g: float, edge: float, top: float) -> float:
+    """Depth on segment i, not below `top`, where g S - F_N = edge: the border of slip."""
+    bend = 1.0 - g * stack[i].slope
+    excess = g * stack[i - 1].sum - stack[i - 1].force - edge
+    if not excess > 0.0 or bend <= 0.0:
+        return float(stack[i - 1].y)
+    y = depth_of_force(line, stack[i - 1].force + excess / bend)
+    if not y < top:
+        return top
+    return float(max(y, stack[i - 1].y))
+
+
+@compiled
+def shift_for(line: FloatArray, stack: Any, m: int, depth: float, force: float, pull: float) -> float:
+    """Shift at which the normalised tangential force is `pull` at `depth`, |pull| <= F_N(depth) = force.
+
+    The force rises with the shift and its inverse is known between the values at which the border of slip
+    stands on a vertex, so the segment is found by descending the stack.
+    """
+    i = m
+    y, b, s = stack[m].y, stack[m].b, stack[m].sum
+    if depth > y:
+        rise = force - stack[m].force
+        if abs(pull - s) <= rise:
+            return float(b + (pull - s) / rise * (depth - y))
+    elif depth < y:
+        while i > 1 and stack[i - 1].y > depth:
+            i -= 1
+        y = depth
+        b = stack[i - 1].b + stack[i].slope * (depth - stack[i - 1].y)
+        s = stack[i - 1].sum + stack[i].slope * (force - stack[i - 1].force)
+    if pull == s:
+        return float(b)
+    g = 1.0 if pull > s else -1.0
+    edge = g * pull - force
+    while i > 1 and edge > g * stack[i - 1].sum - stack[i - 1].force:
+        i -= 1
+    if i == 0:
+        return float(stack[0].b + g * depth)
+    y = border(line, stack, i, g, edge, min(stack[i].y, depth))
+    return float(stack[i - 1].b + stack[i].slope * (y - stack[i - 1].y) + g * (depth - y))

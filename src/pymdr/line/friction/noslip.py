@@ -1,0 +1,293 @@
+"""Compiled kernels without slip (mu infinite) and the discretised line of springs. Loads numba.
+
+Without slip the anchor curve b(y) is the shift at which spring y touched. It has no cone and may jump where the
+body moved at rest in depth: two vertices at one depth. The top of the stack is the present (depth, shift) itself.
+Shifts are normalised as v = G* u_x / E*.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from pymdr.line.friction.curves import IntArray
+from pymdr.line.friction.kernels import (
+    MERGE,
+    MODULUS,
+    REACH,
+    Point,
+    at,
+    base,
+    compiled,
+    curve,
+    depth_of_force,
+)
+from pymdr.line.friction.runs import (
+    COMPLETE,
+    FORCE_CONTROL,
+    NOT_ATTAINABLE,
+    NOT_FINITE,
+    SHIFT_CONTROL,
+    STACK_FULL,
+    TOO_DEEP,
+    keep_register,
+)
+from pymdr.units import FloatArray
+
+_GAUSS_X = tuple(0.5 + 0.5 * np.polynomial.legendre.leggauss(4)[0])
+_GAUSS_W = tuple(0.5 * np.polynomial.legendre.leggauss(4)[1])
+
+
+@compiled
+def moments(line: FloatArray, p: Point, q: Point) -> tuple[float, float]:
+    """2 E* int a dt and 2 E* int (1 - t) a dt for t from 0 at p to 1 at q."""
+    modulus = line[0, MODULUS]
+    length = q[0] - p[0]
+    if length <= 0.0:
+        return 2.0 * modulus * q[4], modulus * q[4]
+    if length > 0.05 * q[0]:
+        return (q[2] - p[2]) / length, ((q[3] - p[3]) / length - p[2]) / length
+    zeroth = first = 0.0
+    for k in range(4):
+        a = curve(line, p[0] + length * _GAUSS_X[k])[0]
+        zeroth += _GAUSS_W[k] * a
+        first += _GAUSS_W[k] * (1.0 - _GAUSS_X[k]) * a
+    return 2.0 * modulus * zeroth, 2.0 * modulus * first
+
+
+@compiled
+def put_stuck(line: FloatArray, stack: Any, i: int, point: Point) -> None:
+    """Write vertex i > 0; the segment below may be upright."""
+    y, b, force, work, radius = point
+    zeroth, first = moments(line, at(stack, i - 1), point)
+    length = y - stack[i - 1].y
+    step = b - stack[i - 1].b
+    stack[i].y = y
+    stack[i].b = b
+    stack[i].slope = step / length if length > 0.0 else 0.0
+    stack[i].force = force
+    stack[i].work = work
+    stack[i].sum = stack[i - 1].sum + step * zeroth
+    stack[i].energy = stack[i - 1].energy + step * (stack[i - 1].sum + step * first)
+    stack[i].radius = radius
+
+
+@compiled
+def restore_stuck(line: FloatArray, y: FloatArray, b: FloatArray, stack: Any) -> None:
+    """Fill a stack with the vertices of a state without slip."""
+    base(stack, b[0])
+    for i in range(1, y.size):
+        a, force, work = curve(line, y[i])
+        put_stuck(line, stack, i, (y[i], b[i], force, work, a))
+
+
+@compiled
+def released(line: FloatArray, lower: Point, upper: Point, lag_l: float, lag_u: float) -> float:
+    """E* int lag^2 da between two depths, lag linear: what springs hold when they part."""
+    zeroth, first = moments(line, lower, upper)
+    edges = line[0, MODULUS] * (lag_u * lag_u * upper[4] - lag_l * lag_l * lower[4])
+    return float(edges - (lag_u - lag_l) * (lag_l * first + lag_u * (zeroth - first)))
+
+
+@compiled
+def stick(
+    line: FloatArray, stack: Any, m: int, low: float, high: float, depth: float, shift: float
+) -> tuple[int, float, float, float]:
+    """Go straight to (depth, shift), depth >= 0. Returns the top, its window and the energy released."""
+    start = at(stack, m)
+    d_depth = depth - start[0]
+    a, force, work = curve(line, depth)
+    end = (depth, shift, force, work, a)
+    if d_depth == 0.0:
+        if shift != start[1]:
+            if m == 0 or stack[m - 1].y < depth:
+                m += 1
+            put_stuck(line, stack, m, end)
+        return m, -math.inf, math.inf, 0.0
+    if d_depth > 0.0:
+        if m > 0 and stack[m].y > stack[m - 1].y:
+            y, b = stack[m - 1].y, stack[m - 1].b
+            slope = (shift - b) / (depth - y)
+            size = max(abs(shift), abs(b), abs(start[1]), abs(slope) * depth)
+            room = MERGE * size / (start[0] - y)
+            low = max(low, stack[m].slope - room)
+            high = min(high, stack[m].slope + room)
+            if low <= slope <= high:
+                put_stuck(line, stack, m, end)
+                return m, low, high, 0.0
+        put_stuck(line, stack, m + 1, end)
+        return m + 1, -math.inf, math.inf, 0.0
+    per_depth = (shift - start[1]) / d_depth
+    total = 0.0
+    upper = start
+    i = m
+    while True:
+        bottom = stack[i - 1].y
+        lower = at(stack, i - 1)
+        last = i == 1 or bottom < depth
+        if last:
+            b = stack[i - 1].b + stack[i].slope * (depth - bottom)
+            lower = (depth, b, force, work, a)
+        if upper[0] > lower[0]:
+            lag_l = start[1] + per_depth * (lower[0] - start[0]) - lower[1]
+            lag_u = start[1] + per_depth * (upper[0] - start[0]) - upper[1]
+            total += released(line, lower, upper, lag_l, lag_u)
+        if last:
+            break
+        upper = lower
+        i -= 1
+    if depth == 0.0:
+        base(stack, shift)
+        return 0, -math.inf, math.inf, total
+    put_stuck(line, stack, i, lower)
+    if shift != lower[1]:
+        i += 1
+        put_stuck(line, stack, i, end)
+    return i, -math.inf, math.inf, total
+
+
+@compiled
+def stuck_shift_for(line: FloatArray, stack: Any, m: int, depth: float, pull: float) -> float:
+    """Shift at which the normalised tangential force is `pull` at `depth` > 0."""
+    a, force, work = curve(line, depth)
+    here = at(stack, m)
+    total = stack[m].sum
+    if depth < here[0]:
+        while m > 1 and stack[m - 1].y >= depth:
+            m -= 1
+        b = stack[m - 1].b + stack[m].slope * (depth - stack[m - 1].y)
+        here = (depth, b, force, work, a)
+        total = stack[m - 1].sum + (b - stack[m - 1].b) * moments(line, at(stack, m - 1), here)[0]
+    return float(here[1] + (pull - total) / moments(line, here, (depth, 0.0, force, work, a))[0])
+
+
+@compiled
+def run_stuck(
+    line: FloatArray,
+    stack: Any,
+    register: FloatArray,
+    normal: FloatArray,
+    tangential: FloatArray,
+    scales: tuple[float, float, float],
+    rows: IntArray,
+    out: FloatArray,
+    span: tuple[int, int, int],
+    every: bool,
+    control: int,
+) -> tuple[int, int, int]:
+    """As :func:`run_displacements` and :func:`run_forces`, without slip; `control` says what is given."""
+    j, stop, column = span
+    to_force, to_energy, to_shift = scales
+    limit = line[0, REACH] * (1.0 + 1e-14)
+    depth, v, low, high, total, carry, slide = register[:7]
+    m = int(register[7])
+    code = COMPLETE
+    while j < stop:
+        d, t = normal[j], tangential[j]
+        if not (math.isfinite(d) and math.isfinite(t)):
+            code = NOT_FINITE
+            break
+        if control == FORCE_CONTROL:
+            if d < 0.0:
+                code = NOT_ATTAINABLE
+                break
+            d = depth_of_force(line, d)
+        if not d <= limit:
+            code = TOO_DEEP
+            break
+        if m + 4 > stack.shape[0]:
+            code = STACK_FULL
+            break
+        v1 = t / to_shift
+        if control != SHIFT_CONTROL:
+            v1 = v
+            if d > 0.0 and depth < 0.0:
+                base(stack, v)
+                v1 = v + (stuck_shift_for(line, stack, 0, d, t / to_force) - v) * ((d - depth) / d)
+            elif d > 0.0:
+                v1 = stuck_shift_for(line, stack, m, d, t / to_force)
+            elif t != 0.0:
+                code = NOT_ATTAINABLE
+                break
+        work = 0.0
+        if d > 0.0:
+            if depth < 0.0:
+                base(stack, v + (v1 - v) * (-depth / (d - depth)))
+            m, low, high, work = stick(line, stack, m, low, high, d, v1)
+        else:
+            if depth > 0.0:
+                last = v + (v1 - v) * (depth / (depth - d))
+                m, low, high, work = stick(line, stack, m, low, high, 0.0, last)
+            base(stack, v1)
+            m = 0
+        depth, v = d, v1
+        total += work
+        if every or (column < rows.size and rows[column] == j):
+            out[0, column] = to_force * stack[m].sum
+            out[1, column] = stack[m].radius
+            out[2, column] = to_energy * stack[m].energy
+            out[3, column] = to_energy * total
+            out[4, column] = 0.0
+            if control != SHIFT_CONTROL:
+                out[5, column] = depth
+                out[6, column] = to_shift * v
+            column += 1
+        j += 1
+    keep_register(register, depth, v, low, high, total, carry, slide, m)
+    return code, j, column
+
+
+@compiled
+def run_springs(
+    profile: FloatArray,
+    indentation: FloatArray,
+    shift: FloatArray,
+    per_shift: float,
+    sticks: bool,
+    out: FloatArray,
+) -> None:
+    """
+    Springs of the line, row by row: sums of t, of t^2 / 2, of the slip work and of the springs that stick.
+
+    t is the spring's normalised shift, at most its depth D - y. A straight step is exact for a spring, whether it
+    enters, stays or parts.
+    """
+    pulls = np.zeros(profile.size)
+    depth = v = lost = 0.0
+    for j in range(indentation.size):
+        d, v1 = indentation[j], per_shift * shift[j]
+        d_depth, d_shift = d - depth, v1 - v
+        force = energy = 0.0
+        stuck = 0
+        for i in range(profile.size):
+            y = profile[i]
+            if d > y:
+                t = pulls[i] + d_shift
+                if depth < y:
+                    t = d_shift * ((d - y) / d_depth)
+                cap = d - y
+                if not sticks and abs(t) >= cap:
+                    s = abs(t) - cap
+                    if s > 0.0:
+                        rate = math.copysign(1.0, t) * d_shift - d_depth
+                        lost += s * (cap - 0.5 * d_depth * min(s / rate, 1.0))
+                    t = math.copysign(cap, t)
+                else:
+                    stuck += 1
+                force += t
+                energy += 0.5 * t * t
+                pulls[i] = t
+            elif depth > y:
+                s = abs(pulls[i] + d_shift * ((depth - y) / -d_depth))
+                if sticks:
+                    lost += 0.5 * s * s
+                elif s > 0.0:
+                    rate = (
+                        math.copysign(1.0, pulls[i] + d_shift * ((depth - y) / -d_depth)) * d_shift - d_depth
+                    )
+                    lost -= 0.5 * d_depth * s * min(s / rate, 1.0)
+                pulls[i] = 0.0
+        out[0, j], out[1, j], out[2, j], out[3, j] = force, stuck, energy, lost
+        depth, v = d, v1

@@ -1,0 +1,215 @@
+"""Case files and the command line."""
+
+import json
+import os
+import stat
+
+import pytest
+from typer.testing import CliRunner
+
+import pymdr as mdr
+from pymdr.workbench.casefile import read_case
+from pymdr.workbench.cli import app, main
+
+BALL = """
+title = "A ball"
+[profile]
+kind = "sphere"
+radius = "10 mm"
+[body]
+kind = "elastic"
+young = "210 GPa"
+poisson = 0.3
+[[path]]
+kind = "load"
+normal_force = "50 N"
+steps = 3
+"""
+
+
+@pytest.fixture
+def case(tmp_path):
+    file = tmp_path / "ball.toml"
+    file.write_text(BALL)
+    return file
+
+
+@pytest.fixture
+def shell(capfd, monkeypatch):
+    """Run the command line as the console script does; gives exit status, output and errors."""
+
+    def run(*arguments):
+        monkeypatch.setattr("sys.argv", ["pymdr", *map(str, arguments)])
+        try:
+            main()
+            status = 0
+        except SystemExit as stop:
+            status = stop.code or 0
+        out, err = capfd.readouterr()
+        return status, out, err
+
+    return run
+
+
+def test_run_writes_everything_and_prints_the_summary(case, tmp_path, shell):
+    status, out, err = shell("run", case, "-o", tmp_path / "out")
+    assert (status, err) == (0, "")
+    assert "A ball" in out
+    assert "normal force" in out
+    assert "50 N" in out
+    written = sorted(p.name for p in (tmp_path / "out").iterdir())
+    assert written == ["curves.png", "fields.png", "result.nc", "section.png"]
+    result = mdr.open_result(tmp_path / "out" / "result.nc")
+    assert float(result["normal_force"][-1]) == pytest.approx(50.0, rel=1e-12)
+
+
+def test_quiet_and_json(case, tmp_path, shell):
+    status, out, _ = shell("run", case, "-o", tmp_path / "out", "--quiet")
+    assert (status, out) == (0, "")
+    status, out, _ = shell("run", case, "-o", tmp_path / "out", "--json")
+    told = json.loads(out)
+    assert told["last"]["normal_force"]["value"] == pytest.approx(50.0, rel=1e-12)
+    assert told["claims"]["pressure"]["level"] == "EXACT"
+
+
+def test_check_solves_nothing(case, tmp_path, shell):
+    status, out, _ = shell("check", case)
+    assert status == 0
+    assert "EXACT" in out
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["ball.toml"]
+
+
+def test_plot_draws_a_saved_result(case, tmp_path, shell):
+    shell("run", case, "-o", tmp_path / "out", "--quiet")
+    for png in (tmp_path / "out").glob("*.png"):
+        png.unlink()
+    assert shell("plot", tmp_path / "out" / "result.nc", "--quiet")[0] == 0
+    assert len(list((tmp_path / "out").glob("*.png"))) == 3
+
+
+def test_verify_prints_both_solutions(case, tmp_path, shell):
+    status, out, _ = shell("verify", case, "-o", tmp_path / "v", "--rings", "60", "--steps", "2")
+    assert status == 0
+    assert "rings" in out
+    assert (tmp_path / "v" / "verify.png").stat().st_size > 10_000
+
+
+def test_help_and_version(shell):
+    assert "run" in CliRunner().invoke(app, ["--help"]).output
+    assert mdr.__version__ in shell("--version")[1]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ('radius = "10 mm"', 'radus = "10 mm"', ["[profile]", "radus", "did you mean 'radius'"]),
+        ("[body]", "[boddy]", ["boddy", "did you mean 'body'"]),
+        ('kind = "sphere"', 'kind = "spere"', ["[profile]", "spere", "did you mean 'sphere'"]),
+        ('kind = "sphere"\n', "", ["[profile]", "'kind' is missing"]),
+        ('kind = "load"', 'kind = "laod"', ["path", "laod", "did you mean 'load'"]),
+        ("steps = 3", "stesp = 3", ["path", "stesp", "did you mean 'steps'"]),
+        ("steps = 3", "steps = 0", ["steps", "0", "greater than or equal to 1"]),
+        ("steps = 3", "steps = 2.5", ["steps", "2.5"]),
+        ('"10 mm"', '"1,5 mm"', ["[profile]", "Sphere.radius", "1,5 mm", "decimal point"]),
+        ('"10 mm"', '"9**9 m"', ["[profile]", "9**9 m"]),
+        ('"10 mm"', '"5 kg"', ["[profile]", "kg", "does not fit"]),
+        ('"10 mm"', '"5 parsnips"', ["[profile]", "unknown unit", "parsnips"]),
+        ('"10 mm"', '"-1 mm"', ["[profile]", "-1 mm", "above 0 m"]),
+        ('"10 mm"', "nan", ["[profile]", "not finite"]),
+        ('"210 GPa"', '"-210 GPa"', ["[body]", "Elastic.young", "above 0 Pa"]),
+        ("poisson = 0.3", "poisson = 0.6", ["[body]", "Elastic.poisson", "at most 0.5"]),
+        ("poisson = 0.3", "", ["[body]", "'poisson' is missing"]),
+        ('"50 N"', '"-50 N"', ["normal_force", "-50"]),
+        ("[profile]", "[profile", ["not TOML"]),
+        ('radius = "10 mm"', 'radius = "10 mm"\nfile = "x.csv"', ["[profile]", "file"]),
+    ],
+)
+def test_errors_name_file_table_key_value_and_limit(case, shell, tmp_path, old, new, words):
+    case.write_text(BALL.replace(old, new))
+    status, out, err = shell("run", case, "-o", tmp_path / "out")
+    assert (status, out) == (1, "")
+    assert err.count("\n") == 1
+    for word in words if new == '"-50 N"' else [case.name, *words]:
+        assert word in err
+    assert not (tmp_path / "out" / "result.nc").exists()
+
+
+def test_empty_path_missing_file_and_binary(case, shell, tmp_path):
+    case.write_text("path = []\n" + BALL[: BALL.index("[[path]]")])
+    assert "path" in shell("check", case)[2]
+    status, _, err = shell("run", tmp_path / "none.toml")
+    assert status == 1
+    assert "none.toml" in err
+    (tmp_path / "b.toml").write_bytes(b"\xff\xfe\x00")
+    assert "UTF-8" in shell("check", tmp_path / "b.toml")[2]
+
+
+def test_unwritable_folder_is_refused_before_any_work(case, shell, tmp_path):
+    blocked = tmp_path / "file"
+    blocked.write_text("not a folder")
+    status, _, err = shell("run", case, "-o", blocked / "out")
+    assert status == 1
+    assert "cannot write" in err
+
+
+def test_result_files_that_are_truncated_or_not_ours(case, shell, tmp_path):
+    shell("run", case, "-o", tmp_path / "out", "--quiet")
+    whole = (tmp_path / "out" / "result.nc").read_bytes()
+    (tmp_path / "half.nc").write_bytes(whole[: len(whole) // 2])
+    (tmp_path / "text.nc").write_text("hello")
+    import xarray as xr
+
+    xr.Dataset({"a": ("x", [1.0])}).to_netcdf(tmp_path / "other.nc", engine="h5netcdf")
+    for name in ("half.nc", "text.nc", "other.nc", "none.nc"):
+        status, _, err = shell("plot", tmp_path / name)
+        assert status == 1, name
+        assert err.startswith("pymdr: ")
+        assert "Traceback" not in err
+
+
+def test_files_are_written_whole_with_ordinary_permissions(case, shell, tmp_path):
+    shell("run", case, "-o", tmp_path / "out", "--quiet")
+    umask = os.umask(0)
+    os.umask(umask)
+    mode = stat.S_IMODE((tmp_path / "out" / "result.nc").stat().st_mode)
+    assert mode == 0o666 & ~umask
+    assert not [p for p in (tmp_path / "out").iterdir() if p.name.startswith(".")]
+
+
+def test_a_case_reads_as_the_python_values(case):
+    asked = read_case(case)
+    assert asked.contact == mdr.Contact(mdr.Sphere("10 mm"), mdr.Elastic("210 GPa", 0.3))
+    assert asked.path == mdr.load("50 N", steps=3)
+    assert asked.title == "A ball"
+
+
+def test_sum_of_profiles_hold_ramp_and_arrays(tmp_path):
+    file = tmp_path / "c.toml"
+    file.write_text(
+        """
+        [profile]
+        kind = "sum"
+        parts = [{kind = "flat_punch", radius = "1 mm"}, {kind = "cone", half_angle = "85 deg"}]
+        [body]
+        kind = "elastic"
+        young = 1e6
+        poisson = 0.5
+        [counterbody]
+        kind = "rigid"
+        [[path]]
+        kind = "ramp"
+        indentation = "1 um"
+        steps = 2
+        [[path]]
+        kind = "hold"
+        steps = 2
+        [[path]]
+        kind = "path"
+        indentation = ["2 um", 3e-6]
+        """
+    )
+    asked = read_case(file)
+    assert asked.contact.profile == mdr.FlatPunch(1e-3) + mdr.Cone(half_angle="85 deg")
+    assert mdr.solve(asked.contact, asked.path)["indentation"].values.tolist() == pytest.approx(
+        [0.5e-6, 1e-6, 1e-6, 1e-6, 2e-6, 3e-6], rel=1e-12
+    )
