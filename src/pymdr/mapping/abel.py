@@ -356,7 +356,7 @@ def inverse(
 
     Examples
     --------
-    >>> bool(abs(inverse(lambda x: x**2, 3.0) - 4.5) < 1e-14)
+    >>> bool(abs(inverse(lambda x: x**2, 3.0) - 4.5) < 1e-13)
     True
     """
     return math.cos(k * math.pi / 2.0) * line_average(equivalent, r, breakpoints=breakpoints, k=k)

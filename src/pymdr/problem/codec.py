@@ -209,10 +209,11 @@ def decode_case(plain: Mapping[str, Any]) -> tuple[str, Contact, LoadingPath]:
 
     Examples
     --------
-    >>> decode_case({"profile": {"kind": "sphere", "radus": "1 mm"}, "body": {"kind": "rigid"}, "path": []})
+    >>> case = {"profile": {"kind": "sphere", "radius": "1 mm"}, "body": {"kind": "elastc"}, "path": []}
+    >>> decode_case(case)
     Traceback (most recent call last):
         ...
-    pymdr.errors.CaseError: [profile] radus = '1 mm': unknown key; did you mean 'radius'?
+    pymdr.errors.CaseError: [body] kind = 'elastc': unknown kind; did you mean 'elastic'? (and 1 more)
     """
     from pydantic import ValidationError
 

@@ -74,32 +74,56 @@ def _integrals_at(
     t, weight = _rule(level)
     c = radius + width
     totals = np.zeros((3, radius.size))
-    # panels from the contact outward, each by its inner end (x, sqrt(c² - x²), arccos(x/c))
+    # panels from the contact outward, each by its inner end (x, sqrt(c² - x²))
     starts = [(radius, zone_root(radius, width))]
     first, last = (float(radius.min()), float(c.max())) if radius.size else (0.0, 0.0)
-    for b in inner_knots(line):
+    knots = inner_knots(line)
+    for b in knots:
         if first < b < last:
             x = np.clip(b, radius, c)
-            root = np.where(x > radius, np.sqrt((c - x) * (c + x)), starts[0][1])
-            starts.append((x, root))
+            beyond = np.maximum((radius - x) + width, 0.0)
+            starts.append((x, np.where(x > radius, np.sqrt(beyond * (c + x)), starts[0][1])))
     starts.append((c, np.zeros_like(c)))
+    corners = np.array([b for b in knots if b < last and np.isinf(line.slope(np.array([b]))[0])])
     for (inner, root), (x_end, root_end) in pairwise(starts):
         at = np.flatnonzero(x_end > inner)
         if at.size == 0:
             continue
-        inner_angle = np.arctan2(root, inner)[at, None]
+        start, rise = inner[at, None], root[at, None]
+        inner_angle = np.arctan2(rise, start)
         span = inner_angle - np.arctan2(root_end, x_end)[at, None]
         step = span * t
         # a sum of positive terms: accurate next to a tip x = 0 and next to a breakpoint
-        x = inner[at, None] * np.cos(step) + root[at, None] * np.sin(step)
+        x = start * np.cos(step) + rise * np.sin(step)
+        x = np.minimum(x, np.nextafter(x_end[at, None], 0.0))
+        repair: FloatArray | float = 1.0
+        if corners.size and corners[0] <= inner[at].max():
+            x, repair = _beyond_corner(corners, start, rise, step, x)
         psi = inner_angle - step
         sine, cosine = np.sin(psi), np.cos(psi)
-        slope = line.slope(x) * (span * weight)
+        slope = line.slope(x) * (span * weight) * repair
         totals[0, at] += np.sum(slope * cosine, axis=1)
         totals[1, at] += np.sum(slope * psi * sine, axis=1) * c[at]
         if third:
             totals[2, at] += np.sum(slope * segment(psi) * sine, axis=1) * (0.5 * c[at] ** 3)
     return totals
+
+
+def _beyond_corner(
+    corners: FloatArray, start: FloatArray, rise: FloatArray, step: FloatArray, x: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return nodes x beyond corners b of f, where g' grows like 1/sqrt(x - b), and factors that undo rounding.
+
+    x = start cos(step) + rise sin(step) loses the distance x - b; the factor sqrt((x - b)/distance) turns
+    g' at the rounded node into g' at the true one.
+    """
+    index = np.searchsorted(corners, start, side="right") - 1
+    corner = np.where(index >= 0, corners[np.maximum(index, 0)], -np.inf)
+    distance = (start - corner) + (rise * np.sin(step) - 2.0 * start * np.sin(0.5 * step) ** 2)
+    x = np.maximum(x, np.nextafter(corner, np.inf))
+    with np.errstate(invalid="ignore"):
+        factor = np.sqrt((x - corner) / distance)
+    return x, np.where(np.isfinite(factor), factor, 1.0)
 
 
 def zone_integrals(
@@ -246,7 +270,7 @@ def _bracketed(
     target: float,
     upper: FloatArray,
 ) -> FloatArray:
-    """Return the roots x in (0, upper] of an increasing residual(x, index) = target."""
+    """Return roots x in (0, upper] of an increasing residual(x, index) = target, to 1e-7 or better."""
     x, low, high = upper.copy(), np.zeros_like(upper), upper.copy()
     left = np.arange(upper.size)
     for _ in range(300):
@@ -264,5 +288,5 @@ def _bracketed(
         beyond = ~above & (here >= upper[left])
         new[beyond] = upper[left][beyond]
         x[left] = new
-        left = left[(np.abs(new - here) > 1e-13 * here) & ~beyond & (hi - lo > 1e-13 * hi)]
+        left = left[(np.abs(new - here) > 1e-7 * here) & ~beyond & (hi - lo > 1e-9 * hi)]
     raise ConvergenceError(f"the gap condition was not met (last width {x[left[0]]!r} m)")

@@ -16,7 +16,7 @@ from pymdr.errors import ConvergenceError
 from pymdr.units import FloatArray
 
 _Function = Callable[[FloatArray], FloatArray]
-_NODES = 14
+_NODES = 12
 _SLOPE_NODES = 24
 _FINE = 4
 _BLOCK = 8192

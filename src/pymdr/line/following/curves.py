@@ -138,10 +138,14 @@ def under_machine(equilibria: Equilibria, stop: float, machine_stiffness: float 
 
     def control(s: FloatArray) -> FloatArray:
         states = equilibria.states(s)
+        if np.isinf(k):
+            return states.indentation
         return states.normal_force if held else states.indentation + states.normal_force / k
 
     def slope(s: FloatArray) -> FloatArray:
         depth, force = equilibria.slopes(s)
+        if np.isinf(k):
+            return depth
         return force if held else depth + force / k
 
     def energy(s: FloatArray) -> FloatArray:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from dataclasses import dataclass
+from operator import neg
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -15,7 +17,6 @@ from pymdr.units import FloatArray
 _Index = NDArray[np.intp]
 _FREE, _NOWHERE = -1, -2
 _UP, _DOWN, _TOUCH = range(3)
-_BLOCK = 128
 
 
 @dataclass(frozen=True)
@@ -294,8 +295,8 @@ def follow(track: Track, control: ArrayLike, initial: float | None = None) -> Hi
     marks = np.array([0, *steps, D.size], dtype=np.intp)
     branch = np.repeat(np.array([first, *states], dtype=np.intp), np.diff(marks))
     attached = branch >= 0
-    parameter = np.full(D.size, np.nan)
-    parameter[attached] = track.inverse(branch[attached], D[attached])
+    parameter = track.inverse(np.maximum(branch, 0), D)
+    parameter[~attached] = np.nan
     return History(
         D,
         parameter,
@@ -308,34 +309,33 @@ def follow(track: Track, control: ArrayLike, initial: float | None = None) -> Hi
     )
 
 
-def _first_outside(least: FloatArray, most: FloatArray, low: float, high: float) -> int:
-    """Return the first index with least < low or most > high, or -1."""
-    outside = (least < low) | (most > high)
-    at = int(outside.argmax()) if outside.size else 0
-    return at if outside.size and outside[at] else -1
-
-
 class _Exits:
-    """Finds where a path leaves an interval, by the extremes of its blocks."""
+    """Finds where a path leaves an interval, by its runs: a run that rises or falls leaves at its end if at all."""
 
     def __init__(self, values: FloatArray) -> None:
         self.values = values
-        whole = values.size - values.size % _BLOCK
-        blocks = values[:whole].reshape(-1, _BLOCK)
-        self.least, self.most = blocks.min(axis=1), blocks.max(axis=1)
+        up = np.diff(values) >= 0.0
+        self.ends = np.append(np.flatnonzero(up[1:] != up[:-1]) + 1, values.size - 1)
+        self.levels = values[self.ends]
 
     def after(self, step: int, low: float, high: float) -> int:
         """Return the first index from `step` on whose value is outside low ... high, or the size."""
-        block = -(-step // _BLOCK)
-        part = self.values[step : block * _BLOCK]
-        at = _first_outside(part, part, low, high)
-        if at >= 0:
-            return step + at
-        at = _first_outside(self.least[block:], self.most[block:], low, high)
-        start = max(step, (block + at if at >= 0 else self.least.size) * _BLOCK)
-        rest = self.values[start : start + _BLOCK]
-        at = _first_outside(rest, rest, low, high)
-        return start + at if at >= 0 else self.values.size
+        if not low <= self.values[step] <= high:
+            return step
+        run, block = int(self.ends.searchsorted(step)), 16
+        while run < self.ends.size:
+            part = self.levels[run : run + block]
+            outside = (part < low) | (part > high)
+            at = int(outside.argmax())
+            if outside[at]:
+                first = step if at == 0 and block == 16 else int(self.ends[run + at - 1])
+                last = int(self.ends[run + at]) + 1
+                if part[at] > high:
+                    return bisect_right(self.values, high, first, last)
+                return bisect_right(self.values, -low, first, last, key=neg)
+            run += block
+            block = min(4 * block, 16384)
+        return int(self.values.size)
 
 
 def _placed(track: Track, s: float, value: float) -> tuple[int, Jumps | None]:

@@ -23,7 +23,7 @@ _BUCKETS = 256
 _MOST_PIECES = 200_000
 _THINNEST = 1e-14  # of the depth: what a step in a(d) may be off by
 _FIT = 0.5 - 0.5 * np.cos(np.pi * (np.arange(4) + 0.5) / 4)
-_TEST = np.array([0.004, 0.1464466, 0.5, 0.8535534, 0.996])
+_TEST = np.array([0.0, 0.1464466, 0.5, 0.8535534, 1.0])  # the ends, or a step beside them passes unseen
 
 
 class ElasticCurves(NamedTuple):
@@ -161,7 +161,7 @@ def _halve(
     found: list[list[Any]] = [[], [], [], []]
     count = _BUCKETS
     while start.size:
-        d = depth * np.square(start[:, None] + width[:, None] * nodes)
+        d = depth * np.maximum(np.square(start[:, None] + width[:, None] * nodes), 1e-30)
         a = np.asarray(contact_radius(d.ravel()), dtype=float).reshape(d.shape)
         _check_radius(a[:, order], d[:, order], allowed)
         cubic = a[:, :4] @ to_cubic.T

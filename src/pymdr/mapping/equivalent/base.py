@@ -94,8 +94,8 @@ def rising_root(
 
     Examples
     --------
-    >>> float(rising_root(lambda x: x**2, 2.0, 1.0, 2.0))
-    1.4142135623730951
+    >>> round(float(rising_root(lambda x: x**2, 2.0, 1.0, 2.0)), 14)
+    1.41421356237310
     """
     from scipy.optimize import elementwise
 

@@ -143,7 +143,7 @@ class Interpolated(Profile):
 
     Examples
     --------
-    >>> float(Interpolated((0.0, 1.0), ((2.0,),), tip=1.0).gap(0.5))
+    >>> round(float(Interpolated((0.0, 1.0), ((2.0,),), tip=1.0).gap(0.5)), 14)
     0.25
     """
 

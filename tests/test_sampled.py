@@ -1,0 +1,303 @@
+"""Measured profiles, their scatter, CSV files, and the rings beside the method."""
+
+import pickle
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import pymdr as mdr
+from pymdr.mapping import abel
+from pymdr.mapping.equivalent import equivalent_profile
+from pymdr.mapping.spline import spline_map
+from pymdr.workbench.casefile import read_case
+
+UNIT = mdr.Elastic(1.0, 0.0)
+PARTICLE = Path(__file__).parent.parent.parent / "shared" / "data" / "profiles" / "afm_particle.csv"
+
+
+def smooth(r):
+    return r**2 / 2 + 0.1 * r**4
+
+
+def smooth_g(x):
+    return x**2 + 0.1 * 8 / 3 * x**4
+
+
+def sampled(n, f=smooth, **options):
+    r = np.linspace(0.0, 1.0, n)
+    return mdr.Sampled(r, f(r), **options)
+
+
+@pytest.mark.parametrize(
+    "interpolation",
+    [mdr.CubicSpline(), mdr.CubicSpline("sharp"), mdr.ShapePreserving(), mdr.SmoothingSpline()],
+)
+def test_the_closed_pieces_are_the_quadrature(interpolation):
+    tip = sampled(12, interpolation=interpolation)
+    x = np.array([1e-6, 0.05, 1 / 11, 0.5, 0.5000001, 0.99, 1.0])
+    by_pieces = spline_map(tip.spline.x, tip.spline.c, x)
+    by_quadrature = abel.forward(tip.gap_slope, x, breakpoints=tip.breakpoints)
+    assert np.max(np.abs(by_pieces - by_quadrature)) < 1e-13 * by_pieces[-1]
+
+
+@pytest.mark.parametrize(
+    ("interpolation", "f", "g", "order"),
+    [
+        (mdr.CubicSpline(), smooth, smooth_g, 3.4),
+        (
+            mdr.CubicSpline("sharp"),
+            lambda r: 0.3 * r + smooth(r),
+            lambda x: 0.3 * np.pi / 2 * x + smooth_g(x),
+            3.0,
+        ),
+        (mdr.ShapePreserving(), smooth, smooth_g, 1.8),
+        # made for noise: it smooths clean data too, at first order
+        (mdr.SmoothingSpline(), smooth, smooth_g, 1.0),
+    ],
+)
+def test_orders_of_convergence(interpolation, f, g, order):
+    x = np.linspace(0.05, 0.9, 60)
+    counts = np.array([21, 41, 81, 161])
+    error = [
+        np.max(np.abs(equivalent_profile(sampled(n, f, interpolation=interpolation)).upto(1.0).g(x) - g(x)))
+        for n in counts
+    ]
+    measured = -np.polyfit(np.log(counts), np.log(error), 1)[0]
+    assert measured > order
+
+
+@pytest.mark.parametrize("scale", [1e-9, 1e3])
+def test_samples_rescale(scale):
+    r = np.linspace(0.0, 1.0, 31)
+    forces = [
+        mdr.solve(mdr.Contact(mdr.Sampled(r * s, smooth(r) * s), UNIT), mdr.indent(0.3 * s, steps=3))[
+            "normal_force"
+        ].values
+        / s**2
+        for s in (1.0, scale)
+    ]
+    assert np.max(np.abs(forces[1] / forces[0] - 1)) < 1e-11
+
+
+def test_many_samples():
+    tip = sampled(20001)
+    line = equivalent_profile(tip).upto(1.0)
+    x = np.linspace(0.01, 1.0, 101)
+    assert np.max(np.abs(line.g(x) - smooth_g(x))) < 1e-11
+    result = mdr.solve(mdr.Contact(tip, UNIT), mdr.indent(0.2, steps=3))
+    exact = mdr.solve(
+        mdr.Contact(mdr.Paraboloid(1.0) + mdr.PowerLaw(4, 0.1, 1.0), UNIT), mdr.indent(0.2, steps=3)
+    )
+    assert result["normal_force"].values == pytest.approx(exact["normal_force"].values, rel=1e-9)
+
+
+def test_shape_preserving_keeps_a_kink():
+    def kinked(r):
+        return 0.1 * r + np.maximum(r - 0.5, 0.0)
+
+    tip = sampled(201, kinked, interpolation=mdr.ShapePreserving())
+    r = np.linspace(0.0, 1.0, 777)
+    assert np.max(np.abs(tip.gap(r) - kinked(r))) < 2e-3
+    assert np.all(np.diff(tip.gap(r)) > 0)
+
+
+def test_smoothing_halves_the_noise():
+    rng = np.random.default_rng(3)
+    r = np.linspace(0.0, 1.0, 400)
+    noise = 1e-3 * rng.standard_normal(r.size)
+    noise[0] = 0.0
+    tip = mdr.Sampled(r, r**2 / 2 + noise, interpolation=mdr.SmoothingSpline())
+    error = tip.gap(r) - r**2 / 2
+    assert np.std(error - error.mean()) < 0.5e-3
+
+
+def test_nothing_is_extrapolated():
+    contact = mdr.Contact(sampled(31), UNIT)
+    deepest = float(smooth_g(1.0))
+    with pytest.raises(
+        mdr.PathError, match=r"samples end at r = 1 m .* largest indentation that they allow is 1\.26"
+    ):
+        mdr.solve(contact, mdr.indent(1.01 * deepest))
+    with pytest.raises(mdr.PathError, match="normal force"):
+        mdr.solve(contact, mdr.load(1e3))
+    assert np.isnan(sampled(31).gap([1.1])).all()
+
+
+def test_scatter_becomes_a_band():
+    r = np.linspace(0.0, 1.0, 41)
+    scatter = 0.02 * r
+    contact = mdr.Contact(mdr.Sampled(r, smooth(r), scatter), UNIT)
+    result = mdr.solve(contact, mdr.indent(0.2, steps=4))
+    low, high = result.bands["normal_force"]
+    assert np.all((low < result["normal_force"].values) & (result["normal_force"].values < high))
+    for sign, end in ((1.0, low), (-1.0, high)):
+        shifted = mdr.Contact(mdr.Sampled(r, smooth(r) + sign * scatter), UNIT)
+        assert mdr.solve(shifted, mdr.indent(0.2, steps=4))["normal_force"].values == pytest.approx(
+            end, rel=1e-13
+        )
+    assert "indentation" not in result.bands
+    assert result.claims["normal_force"].level is mdr.Level.APPROXIMATE
+    assert "lower bound" in result.claims["normal_force"].reason
+    assert "sensitivity" in result.notes[-1]
+    assert pickle.loads(pickle.dumps(result)).data.identical(result.data)
+    assert result.plot().axes[0].axison
+
+
+@pytest.mark.parametrize(
+    ("make", "words"),
+    [
+        (lambda: mdr.Sampled([0, 1, 2], [0, 1, 4]), "3 samples; at least 5"),
+        (lambda: mdr.Sampled([0, 1, 2, 3, 4], [0, 1, 4]), "3 entries of height for 5 radii"),
+        (lambda: mdr.Sampled([0, 1, 2, 2, 4], [0, 1, 2, 3, 4]), "repeats at entry 3"),
+        (lambda: mdr.Sampled([0, 1, 3, 2, 4], [0, 1, 2, 3, 4]), "falls at entry 3"),
+        (lambda: mdr.Sampled([1, 2, 3, 4, 5], [0, 1, 2, 3, 4]), "begins at 1 m"),
+        (lambda: mdr.Sampled([0, 1, 2, 3, np.nan], [0, 1, 2, 3, 4]), "not finite"),
+        (lambda: mdr.Sampled([0, 1, 2, 3, 4], [0, 1, 2, 3, 4], [0, 0, -1, 0, 0]), "at least 0 m"),
+        (lambda: mdr.Sampled([0, 1, 2, 3, 4], [0, 1, 2, 3, 4], interpolation="cubic"), "CubicSpline"),
+        (lambda: mdr.CubicSpline("pointed"), "'round'"),
+        (lambda: mdr.Sampled([[0, 1], [2, 3]], [0, 1]), "one row"),
+    ],
+)
+def test_bad_samples(make, words):
+    with pytest.raises((mdr.ProblemError, mdr.UnitError), match=words):
+        make()
+
+
+GOOD = "# a comment\nr [nm],f [um],scatter [nm],points\n0,0,0,1\n1,0.001,.1,8\n2,0.004,.1,8\n3,0.009,.1,8\n4,0.016,.1,9\n"
+
+
+def test_csv_files_carry_their_units(tmp_path):
+    (tmp_path / "t.csv").write_text(GOOD)
+    tip = mdr.read_profile(tmp_path / "t.csv")
+    assert tip.radius.tolist() == [0.0, 1e-9, 2e-9, 3e-9, 4e-9]
+    assert tip.height[-1] == pytest.approx(16e-9, rel=1e-14)
+    assert tip.scatter[1] == pytest.approx(1e-10, rel=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("r [nm]", "r", "has no unit"),
+        ("r [nm]", "r [kg]", "does not fit"),
+        ("r [nm]", "r [furlong per]", "radius|unit"),
+        ("r [nm]", "x [nm]", "no column of radius"),
+        ("scatter [nm]", "f [nm]", "2 columns of height"),
+        ("2,0.004,.1,8", "2,0.004,.1", "line 5: 3 entries for 4 columns"),
+        ("2,0.004,.1,8", "2,oops,.1,8", "line 5: height = 'oops'"),
+        ("2,0.004,.1,8", "2,nan,.1,8", "line 5: height = 'nan'"),
+        ("3,0.009", "2,0.009", "repeats"),
+        ("3,0.009", "1,0.009", "falls"),
+        (GOOD, "", "no table"),
+        ("3,0.009,.1,8\n4,0.016,.1,9\n", "", "at least 5"),
+    ],
+)
+def test_csv_files_that_lie(tmp_path, old, new, words):
+    (tmp_path / "t.csv").write_text(GOOD.replace(old, new))
+    with pytest.raises((mdr.CaseError, mdr.ProblemError), match=words):
+        mdr.read_profile(tmp_path / "t.csv")
+
+
+def test_a_case_names_a_csv_beside_it(tmp_path):
+    (tmp_path / "t.csv").write_text(GOOD)
+    case = """
+        [profile]
+        kind = "sampled"
+        file = "t.csv"
+        interpolation = {kind = "cubic_spline", tip = "sharp"}
+        [body]
+        kind = "elastic"
+        young = "3 GPa"
+        poisson = 0.3
+        [[path]]
+        kind = "indent"
+        indentation = "1 nm"
+        """
+    (tmp_path / "c.toml").write_text(case)
+    profile = read_case(tmp_path / "c.toml").contact.profile
+    assert profile == mdr.read_profile(tmp_path / "t.csv", interpolation=mdr.CubicSpline("sharp"))
+    (tmp_path / "d.toml").write_text(case.replace("t.csv", "none.csv"))
+    with pytest.raises(mdr.PymdrError, match=r"none\.csv"):
+        read_case(tmp_path / "d.toml")
+    (tmp_path / "e.toml").write_text(case.replace("cubic_spline", "cubic_splin"))
+    with pytest.raises(mdr.CaseError, match="did you mean 'cubic_spline'"):
+        read_case(tmp_path / "e.toml")
+
+
+@pytest.mark.skipif(not PARTICLE.exists(), reason="the measured particle is not beside the project")
+def test_a_measured_particle():
+    tip = mdr.read_profile(PARTICLE, interpolation=mdr.ShapePreserving())
+    result = mdr.solve(mdr.Contact(tip, mdr.Elastic("3 GPa", 0.35)), mdr.indent("12 nm", steps=40))
+    where = result.claims["contact_radius"].where
+    a = result["contact_radius"].values
+    assert where[:29].all()
+    assert np.nanmax(a[:30]) == pytest.approx(16.4e-9, rel=0.02)
+    assert not where[32]
+    assert where[-1]
+    assert 50e-9 < a[-1] < 55e-9
+    shallow = mdr.solve(result.contact, mdr.indent("9 nm"))
+    slope = next(x for x in shallow.assumptions if x.name == "small slope")
+    assert slope.measure == pytest.approx(0.51, abs=0.01)
+    assert not slope.met
+
+
+# --- rings -----------------------------------------------------------------------------------------------
+
+
+def test_rings_give_a_result_of_the_same_kind(tmp_path):
+    contact = mdr.Contact(mdr.Sphere(1.0), UNIT)
+    path = mdr.indent(0.05, steps=2) >> mdr.load(0.005) >> mdr.indent(-0.1)
+    ring, line = mdr.solve(contact, path, solver=mdr.Rings(100)), mdr.solve(contact, path)
+    assert ring.status is mdr.Status.BY_RINGS
+    for name in ("indentation", "normal_force", "contact_radius", "normal_stiffness", "elastic_energy"):
+        assert ring[name].values == pytest.approx(line[name].values, rel=1e-5)
+        assert ring.claims[name].level is mdr.Level.APPROXIMATE
+    assert "was not used" in ring.claims["pressure"].reason
+    ring.save(tmp_path / "r.nc")
+    again = mdr.open_result(tmp_path / "r.nc")
+    r = np.linspace(0.0, 0.3, 7)
+    for name in ("pressure", "normal_displacement", "gap"):
+        mine, theirs = (result.field(name, r=r, step=1).values for result in (ring, line))
+        assert mine == pytest.approx(theirs, abs=2e-4 * np.max(np.abs(theirs)))
+        assert again.field(name, r=r, step=1).values == pytest.approx(mine, rel=1e-9, abs=1e-12)
+    assert ring.plot().axes
+    with pytest.raises(mdr.ProblemError, match="Rings"):
+        mdr.solve(contact, path, solver="rings")
+
+
+def test_verify_holds_both_side_by_side():
+    found = mdr.verify(mdr.Contact(mdr.Cone(slope=0.3), UNIT), mdr.indent(0.1, steps=10), rings=100, steps=2)
+    assert found.largest_difference < 1e-5
+    assert found.table.sizes["step"] == 2
+    assert float(found.table["pressure_difference"].max()) < 1e-3
+    assert "MDR" in str(found)
+    found.plot().canvas.draw()
+    hollow = mdr.FlatPunch(1.0) + mdr.Function(lambda r: -r * r / 2)
+    refused = mdr.verify(mdr.Contact(hollow, UNIT), mdr.indent(0.3), rings=60, steps=1)
+    assert np.isnan(refused.table["normal_force_mdr"].values).all()
+    assert np.isfinite(refused.table["normal_force_rings"].values).all()
+    refused.plot().canvas.draw()
+
+
+@settings(max_examples=12, deadline=None)
+@given(
+    st.lists(st.tuples(st.floats(2, 12), st.floats(-0.03, 0.03), st.floats(0, 6)), min_size=1, max_size=3),
+    st.floats(0.02, 0.3),
+)
+def test_the_bound_holds_against_rings(waves, depth):
+    def f(r):
+        return r * r / 2 + sum(h * (np.cos(p) - np.cos(k * r + p)) for k, h, p in waves)
+
+    def slope(r):
+        return r + sum(h * k * np.sin(k * r + p) for k, h, p in waves)
+
+    contact = mdr.Contact(mdr.Function(f, derivative=slope), UNIT)
+    path = mdr.indent(depth)
+    result = mdr.solve(contact, path)
+    ring = mdr.solve(contact, path, solver=mdr.Rings(120))
+    bound, force = float(result["force_lower_bound"][0]), float(ring["normal_force"][0])
+    assert bound <= force * (1 + 2e-4)
+    if result.status is mdr.Status.COMPLETED:
+        assert bound == pytest.approx(force, rel=2e-4)
