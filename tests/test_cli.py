@@ -213,3 +213,52 @@ def test_sum_of_profiles_hold_ramp_and_arrays(tmp_path):
     assert mdr.solve(asked.contact, asked.path)["indentation"].values.tolist() == pytest.approx(
         [0.5e-6, 1e-6, 1e-6, 1e-6, 2e-6, 3e-6], rel=1e-12
     )
+
+
+def test_several_cases_keep_going_past_one_that_fails(case, tmp_path, shell):
+    broken = tmp_path / "broken.toml"
+    broken.write_text(BALL.replace("10 mm", "-10 mm"))
+    status, out, err = shell("run", broken, case, "-o", tmp_path / "out")
+    assert status == 1
+    assert "A ball" in out
+    assert "1 of 2 cases failed" in err
+    assert (tmp_path / "out" / "ball" / "result.nc").exists()
+    assert not (tmp_path / "out" / "broken" / "result.nc").exists()
+    status, out, _ = shell("run", broken, case, "-o", tmp_path / "out", "--json")
+    assert [set(answer) & {"error", "status"} for answer in json.loads(out)] == [{"error"}, {"status"}]
+
+
+@pytest.mark.parametrize("kind", ["ball", "cone", "punch", "cycle", "tip"])
+def test_new_cases_are_valid(kind, tmp_path, shell):
+    file = tmp_path / "new.toml"
+    assert shell("new", kind, "-o", file)[0] == 0
+    if kind == "tip":
+        (tmp_path / "tip.csv").write_text("r [nm],f [nm]\n0,0\n20,2\n40,8\n60,18\n80,32\n99,49\n")
+    status, out, err = shell("check", file)
+    assert (status, err) == (0, "")
+    assert f"My {kind}" in out
+    status, _, err = shell("new", kind, "-o", file)
+    assert status == 1
+    assert "exists already" in err
+
+
+def test_new_of_an_unknown_kind(shell):
+    assert "did you mean 'cone'" in shell("new", "conee")[2]
+
+
+def test_schema_and_info(shell):
+    schema = json.loads(shell("schema")[1])
+    assert set(schema["required"]) == {"profile", "body", "path"}
+    sphere = schema["$defs"]["sphere"]["properties"]["radius"]
+    assert "above 0 m" in sphere["description"]
+    assert "numpy" in shell("info")[1]
+
+
+def test_notebook_forms(case):
+    asked = read_case(case)
+    result = mdr.solve(asked.contact, asked.path)
+    html = result._repr_html_()
+    assert html.count("<table>") == html.count("</table>") == 3
+    assert "exact" in html
+    assert "Sphere" in asked.contact._repr_html_()
+    assert "exact" in result.claims["pressure"]._repr_html_()

@@ -239,7 +239,7 @@ def test_a_measured_particle():
     assert 50e-9 < a[-1] < 55e-9
     shallow = mdr.solve(result.contact, mdr.indent("9 nm"))
     slope = next(x for x in shallow.assumptions if x.name == "small slope")
-    assert slope.measure == pytest.approx(0.51, abs=0.01)
+    assert 0.5097 <= slope.measure < 0.54  # the steepest pair of samples rises by 0.5097
     assert not slope.met
 
 

@@ -208,6 +208,14 @@ class Result:
     def __str__(self) -> str:
         return self.summary()
 
+    def _repr_html_(self) -> str:
+        """The summary as tables, for notebooks."""
+        from pymdr.presentation.html import result_html
+
+        return result_html(
+            self.data, self.claims, self.assumptions, self.status.name, self.status.value, self.notes
+        )
+
     def __repr__(self) -> str:
         return f"<pymdr.Result {self.status.name}, {self.data.sizes['step']} steps>"
 

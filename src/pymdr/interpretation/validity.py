@@ -6,6 +6,7 @@ import enum
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from html import escape
 
 import numpy as np
 from numpy.typing import NDArray
@@ -43,6 +44,13 @@ class Claim:
     def readable(self) -> bool:
         """Whether the quantity may be read at all."""
         return self.level is not Level.NOT_VALID and bool(self.where.any())
+
+    def _repr_html_(self) -> str:
+        """The claim for notebooks."""
+        return (
+            f"<div><b>{self.level.value}</b>: {escape(self.reason)}<br><small>{escape(self.source)}; "
+            f"{int(self.where.sum())} of {self.where.size} steps</small></div>"
+        )
 
     def require(self, name: str) -> None:
         """Raise :class:`~pymdr.errors.NotValidError` if the quantity may not be read."""

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 FORMAT = "pymdr result 1"
 
 
-def write_whole(file: str | os.PathLike[str], write: Callable[[Path], None]) -> None:
+def write_whole(file: str | os.PathLike[str], write: Callable[[Path], object]) -> None:
     """
     Write a file beside its place and rename it, so that it is whole or not there.
 

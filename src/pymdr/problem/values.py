@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import fields
+from html import escape
 from typing import Any, overload
 
 import numpy as np
@@ -26,6 +27,30 @@ class Value:
 
     def __hash__(self) -> int:
         return hash((type(self), self._key()))
+
+    def _repr_html_(self) -> str:
+        """The fields as a table, for notebooks."""
+        rows = "".join(
+            f"<tr><td>{escape(f.name)}</td><td>{_html(getattr(self, f.name), _unit(type(self), f.name))}</td></tr>"
+            for f in fields(self)  # type: ignore[arg-type]
+        )
+        return f"<div><b>{type(self).__name__}</b><table>{rows}</table></div>"
+
+
+def _unit(owner: type, name: str) -> str:
+    return str(getattr(owner.__dict__.get(name), "unit", ""))
+
+
+def _html(value: Any, unit: str) -> str:
+    if isinstance(value, Value):
+        return value._repr_html_()
+    if isinstance(value, tuple) and value and all(isinstance(part, Value) for part in value):
+        return "".join(part._repr_html_() for part in value)
+    if isinstance(value, np.ndarray):
+        return escape(f"{value.size} values from {value.min():g} to {value.max():g} {unit}")
+    if isinstance(value, float):
+        return escape(f"{value:g} {unit}".strip())
+    return escape(str(value))
 
 
 def _content(value: Any) -> Any:

@@ -1,4 +1,4 @@
-"""The command line: ``pymdr run``, ``pymdr check``, ``pymdr plot``.
+"""The command line: ``pymdr run``, ``check``, ``verify``, ``plot``, ``new``, ``schema`` and ``info``.
 
 Every command body imports what it needs, so that ``pymdr --help`` stays quick.
 """
@@ -31,6 +31,7 @@ app = typer.Typer(
 OK, FAILED, WRONG_USE = 0, 1, 2
 
 CaseFile = Annotated[Path, typer.Argument(metavar="CASE.toml", help="The case file.")]
+CaseFiles = Annotated[list[Path], typer.Argument(metavar="CASE.toml...", help="One case file or several.")]
 Output = Annotated[
     Path | None,
     typer.Option(
@@ -53,7 +54,7 @@ def main() -> None:
 
 
 @app.callback(invoke_without_command=True)
-def version(
+def version_option(
     show: Annotated[bool, typer.Option("--version", help="Print the version and exit.")] = False,
 ) -> None:
     """Options that need no command."""
@@ -65,23 +66,119 @@ def version(
 
 
 @app.command()
-def run(case: CaseFile, output: Output = None, quiet: Quiet = False, as_json: Json = False) -> None:
-    """Solve a case; write result.nc and figures; print the summary."""
+def run(cases: CaseFiles, output: Output = None, quiet: Quiet = False, as_json: Json = False) -> None:
+    """Solve cases; write result.nc and figures; print the summary.
+
+    Several cases write into one folder each; one that fails does not stop the others.
+    """
+    if len(cases) == 1:
+        told = _run_one(cases[0], output or cases[0].with_suffix(""), quiet, as_json)
+        if as_json:
+            typer.echo(json.dumps(told, indent=2))
+        return
+    from pymdr.errors import PymdrError
+
+    failures: dict[Path, str] = {}
+    answers = []
+    for case in cases:
+        folder = output / case.stem if output else case.with_suffix("")
+        try:
+            answers.append(_run_one(case, folder, quiet, as_json))
+        except PymdrError as error:
+            failures[case] = str(error)
+            answers.append({"case": str(case), "error": str(error)})
+    if as_json:
+        typer.echo(json.dumps(answers, indent=2))
+    if failures:
+        _print_failures(cases, failures)
+        raise typer.Exit(FAILED)
+
+
+def _run_one(case: Path, folder: Path, quiet: bool, as_json: bool) -> dict[str, Any]:
     from pymdr.solving import solve
     from pymdr.workbench.casefile import read_case
 
     asked = read_case(case)
-    folder = _ready_folder(output or case.with_suffix(""))
+    _ready_folder(folder)
     result = solve(asked.contact, asked.path, progress=_progress(quiet or as_json))
     result.save(folder / "result.nc")
     written = [folder / "result.nc", *_write_figures(result.figures(), folder)]
-    if as_json:
-        typer.echo(json.dumps(_as_json(asked, result, written), indent=2))
-    elif not quiet:
-        if asked.title:
-            typer.echo(asked.title)
+    if not quiet and not as_json:
+        typer.echo(asked.title or str(case))
         typer.echo(result.summary())
         typer.echo("Written: " + ", ".join(str(file) for file in written))
+    return _as_json(asked, result, written)
+
+
+def _print_failures(cases: Sequence[Path], failures: Mapping[Path, str]) -> None:
+    from rich.console import Console
+    from rich.table import Table
+
+    table = Table("case", "ended", title=f"{len(failures)} of {len(cases)} cases failed")
+    for case in cases:
+        table.add_row(str(case), failures.get(case, "written"))
+    Console(stderr=True).print(table)
+
+
+@app.command()
+def new(
+    kind: Annotated[str, typer.Argument(help="ball, cone, punch, tip (measured) or cycle.")] = "ball",
+    output: Annotated[
+        Path | None,
+        typer.Option("-o", "--output", metavar="CASE.toml", help="File to write; printed unless given."),
+    ] = None,
+) -> None:
+    """Write a commented case to start from."""
+    from pymdr.presentation.files import write_whole
+    from pymdr.workbench.templates import template
+
+    text = template(kind)
+    if output is None:
+        typer.echo(text, nl=False)
+        return
+    from pymdr.errors import FileError
+
+    if output.exists():
+        raise FileError(f"{output} exists already; name another file with -o")
+    write_whole(output, lambda beside: beside.write_text(text, encoding="utf-8"))
+
+
+@app.command()
+def schema() -> None:
+    """Print the JSON schema of case files, for editors."""
+    from pymdr.problem.codec import case_adapter
+
+    plain = case_adapter().json_schema()
+    typer.echo(json.dumps({"$schema": "https://json-schema.org/draft/2020-12/schema", **plain}, indent=2))
+
+
+@app.command()
+def info() -> None:
+    """Print versions of pymdr and what it stands on, for bug reports."""
+    import platform
+    from importlib.metadata import PackageNotFoundError, version
+
+    typer.echo(
+        f"pymdr {version('pymdr')}\nPython {platform.python_version()} on {platform.system()} {platform.machine()}"
+    )
+    for name in (
+        "numpy",
+        "scipy",
+        "xarray",
+        "h5netcdf",
+        "h5py",
+        "pandas",
+        "pint",
+        "pydantic",
+        "matplotlib",
+        "numba",
+        "typer",
+        "rich",
+    ):
+        try:
+            typer.echo(f"{name} {version(name)}")
+        except PackageNotFoundError:
+            typer.echo(f"{name} is missing")
 
 
 @app.command()

@@ -125,32 +125,31 @@ def trace(curve: Curve) -> Track:
         )
     touch = float(level[0]) if curve.touch is None else max(float(curve.touch), float(level[0]))
 
-    up = _first(high, high, upward=True)
-    # the last branch may end at a fold, or where the curve is no longer known: there is nowhere to go
-    down = _first(low, low, upward=False)
-    first = np.flatnonzero((high >= touch) & (low <= touch))[:1]
-    attach = first if first.size else np.array([_NOWHERE])
+    # beyond the last branch the curve falls or is no longer known: there is nowhere to go
+    up, down = _first(high, upward=True), _first(low, upward=False)
+    onto = np.flatnonzero((high >= touch) & (low <= touch))[:1]
+    onto = onto if onto.size else np.array([_NOWHERE])
 
-    def jumps(to: _Index, control: FloatArray, before: FloatArray) -> Transitions:
+    def jumps(to: _Index, control: FloatArray, before: FloatArray, energy: FloatArray) -> Transitions:
         after = np.full(to.size, curve.start)
         real = np.flatnonzero(to >= 0)
-        goal, level = to[real], control[real]
-        after[real] = roots_of(lambda s, D: curve.control(s) - D, bottom[goal], top[goal], level)
-        return Transitions(to, control, before, after, _losses(curve, to, control, before, after))
+        goal = to[real]
+        after[real] = roots_of(lambda s, D: curve.control(s) - D, bottom[goal], top[goal], control[real])
+        return Transitions(to, control, before, after, energy - _energies(curve, to, control, after))
 
-    arrival = np.array([touch])
-    onto = jumps(attach, arrival, np.full(1, curve.start))
-    onto = Transitions(
-        onto.to, arrival, onto.before, onto.after, curve.free_energy(touch) - curve.energy(onto.after)
+    at_touch = jumps(onto, np.array([touch]), np.full(1, curve.start), np.array([curve.free_energy(touch)]))
+    found = (
+        jumps(up, high, top, curve.energy(top)),
+        jumps(down, low, bottom, curve.energy(bottom)),
+        at_touch,
     )
     tables = inverse_of(curve.control, bottom, top, np.array(sorted(curve.knots)))
-    found = (jumps(up, high, top), jumps(down, low, bottom), onto)
     return Track(curve, turning, bottom, top, low, high, touch, found, tables)
 
 
-def _first(limit: FloatArray, values: FloatArray, *, upward: bool) -> _Index:
+def _first(limit: FloatArray, *, upward: bool) -> _Index:
     """Return, for each branch, the next one whose limit is beyond its own (a stack, in one pass)."""
-    n = values.size
+    n = limit.size
     to = np.full(n, _NOWHERE if upward else _FREE)
     order = range(n - 1, -1, -1) if upward else range(n)
     stack: list[int] = []
@@ -163,14 +162,12 @@ def _first(limit: FloatArray, values: FloatArray, *, upward: bool) -> _Index:
     return to
 
 
-def _losses(
-    curve: Curve, to: _Index, control: FloatArray, before: FloatArray, after: FloatArray
-) -> FloatArray:
-    """Return the energy dissipated by jumps from contact [J]; NaN where the curve ends."""
-    remaining = curve.energy(after)
+def _energies(curve: Curve, to: _Index, control: FloatArray, after: FloatArray) -> FloatArray:
+    """Return the potential of the states reached [J]: of the free body, or NaN where the curve ends."""
+    energy = curve.energy(after)
     for i in np.flatnonzero(to < 0):
-        remaining[i] = curve.free_energy(float(control[i])) if to[i] == _FREE else np.nan
-    return curve.energy(before) - remaining
+        energy[i] = curve.free_energy(float(control[i])) if to[i] == _FREE else np.nan
+    return energy
 
 
 @dataclass(frozen=True)
@@ -360,7 +357,7 @@ def _placed(track: Track, s: float, value: float) -> tuple[int, Jumps | None]:
     if to[0] >= 0:
         after = roots_of(lambda x, D: curve.control(x) - D, track.bottom[to], track.top[to], at)
     before = np.array([s])
-    loss = _losses(curve, to, at, before, after)
+    loss = curve.energy(before) - _energies(curve, to, at, after)
     shown = after if to[0] >= 0 else np.full(1, np.nan)
     return int(to[0]), Jumps(np.zeros(1, dtype=np.intp), at, before, shown, loss)
 
@@ -420,7 +417,7 @@ def energy_balance(track: Track, history: History) -> Balance:
     Returns
     -------
     Balance
-        Exact at any number of steps: on a smooth stretch between two jumps the control does the work
+        Exact at any number of steps (NaN once a contact was lost under a dead load): on a smooth stretch between two jumps the control does the work
         T(end) - T(begin), so that work = T - T(initial) + dissipation without any rule of quadrature.
 
     Examples
@@ -431,12 +428,9 @@ def energy_balance(track: Track, history: History) -> Balance:
     array([2., 8.])
     """
     curve = track.curve
-    energy = np.array(
-        [
-            0.0 if ok else curve.free_energy(float(D))
-            for ok, D in zip(history.attached, history.control, strict=True)
-        ]
-    )
+    energy = np.zeros(history.control.size)
+    for i in np.flatnonzero(~history.attached):
+        energy[i] = curve.free_energy(float(history.control[i]))
     energy[history.attached] = curve.energy(history.parameter[history.attached])
     before = 0.0 if np.isnan(history.initial) else float(curve.energy(np.array([history.initial]))[0])
     dissipated = np.cumsum(history.dissipated)

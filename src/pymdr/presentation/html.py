@@ -1,0 +1,76 @@
+"""Results, contacts and claims as HTML that reads well in notebooks."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from html import escape
+from typing import TYPE_CHECKING
+
+from pymdr.interpretation.validity import Assumption, Claim, Level
+from pymdr.presentation.text import written
+from pymdr.quantities import BAND_ENDS, QUANTITIES
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+_COLOURS = {Level.EXACT: "#009E73", Level.APPROXIMATE: "#B07D00", Level.NOT_VALID: "#D55E00"}
+
+
+def table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    """A table whose cells are HTML already."""
+    top = "".join(f"<th style='text-align:left'>{cell}</th>" for cell in head)
+    body = "".join(
+        "<tr>" + "".join(f"<td style='text-align:left'>{c}</td>" for c in row) + "</tr>" for row in rows
+    )
+    return f"<table><thead><tr>{top}</tr></thead><tbody>{body}</tbody></table>"
+
+
+def badge(level: Level) -> str:
+    """The level of a claim in its colour."""
+    return f"<b style='color:{_COLOURS[level]}'>{escape(level.value)}</b>"
+
+
+def claims_html(claims: Mapping[str, Claim]) -> str:
+    """Claims by quantity."""
+    return table(
+        ("quantity", "claim", "reason", "source"),
+        ([escape(name), badge(c.level), escape(c.reason), escape(c.source)] for name, c in claims.items()),
+    )
+
+
+def assumptions_html(assumptions: Sequence[Assumption]) -> str:
+    """Assumptions with measure and limit."""
+    return table(
+        ("assumption", "measure", "limit", ""),
+        (
+            [escape(a.words), f"{a.measure:.3g}", f"{a.limit:g}", "met" if a.met else "<b>not met</b>"]
+            for a in assumptions
+        ),
+    )
+
+
+def result_html(
+    data: xr.Dataset,
+    claims: Mapping[str, Claim],
+    assumptions: Sequence[Assumption],
+    status: str,
+    meaning: str,
+    notes: Sequence[str],
+) -> str:
+    """The last step of a result, its claims and assumptions."""
+    rows = []
+    for name in map(str, data):
+        if name.rpartition("_")[2] in BAND_ENDS and name not in QUANTITIES:
+            continue
+        quantity = QUANTITIES[name]
+        value = escape(written(float(data[name].values[-1]), quantity.unit))
+        rows.append([escape(quantity.words), value, badge(claims[name].level) if name in claims else ""])
+    steps = data.sizes["step"]
+    return (
+        f"<div><b>{escape(status)}</b>: {escape(meaning)}"
+        f"{table(('quantity', f'last of {steps} steps', 'claim'), rows)}"
+        f"<details><summary>Claims</summary>{claims_html(claims)}</details>"
+        f"<details><summary>Assumptions</summary>{assumptions_html(assumptions)}</details>"
+        + "".join(f"<p>Note: {escape(note)}</p>" for note in notes)
+        + "</div>"
+    )

@@ -1,0 +1,120 @@
+"""Commented cases to start from."""
+
+from __future__ import annotations
+
+import difflib
+
+from pymdr.errors import CaseError
+
+_BODIES = """
+[body]                      # the first body
+kind = "elastic"            # or "rigid"
+young = "210 GPa"           # Young's modulus, above 0
+poisson = 0.3               # Poisson's ratio, above -1 and at most 0.5
+
+[counterbody]               # the second body; leave the table out for a rigid one
+kind = "elastic"
+young = "70 GPa"
+poisson = 0.22
+"""
+
+_LOAD = """
+[[path]]                    # one table for every leg of the loading path
+kind = "load"               # load, indent, ramp, hold or path
+normal_force = "50 N"       # the target; the leg starts where the one before ended
+steps = 50                  # rows of the result
+"""
+
+_INDENT = """
+[[path]]                    # one table for every leg of the loading path
+kind = "indent"             # load, indent, ramp, hold or path
+indentation = "{depth}"     # the target; the leg starts where the one before ended
+steps = 40                  # rows of the result
+"""
+
+_PROFILES = {
+    "ball": """
+[profile]                   # the gap f(r) between the undeformed surfaces
+kind = "sphere"             # the true sphere; "paraboloid" is Hertz's
+radius = "10 mm"
+""",
+    "cone": """
+[profile]                   # the gap f(r) between the undeformed surfaces
+kind = "cone"
+half_angle = "70.3 deg"     # between axis and flank; or slope = 0.358
+""",
+    "punch": """
+[profile]                   # a cylinder with a domed end, as a sum of two profiles
+kind = "sum"
+
+[[profile.parts]]
+kind = "flat_punch"         # the sharp edge
+radius = "1 mm"
+
+[[profile.parts]]
+kind = "paraboloid"         # the dome
+radius = "50 mm"
+""",
+    "tip": """
+[profile]                   # a measured profile
+kind = "sampled"
+file = "tip.csv"            # beside this file; header such as: r [nm],f [nm],scatter [nm]
+interpolation = {{ kind = "smoothing_spline" }}  # or "cubic_spline" with tip = "round" or "sharp", "shape_preserving"
+""",
+}
+
+_PATHS = {
+    "ball": _LOAD,
+    "cone": _INDENT.format(depth="100 nm"),
+    "punch": _INDENT.format(depth="60 um"),
+    "tip": _INDENT.format(depth="20 nm"),
+    "cycle": _LOAD
+    + """
+[[path]]
+kind = "hold"               # every channel stays where it is
+steps = 5
+
+[[path]]
+kind = "load"
+normal_force = "0 N"
+steps = 50
+""",
+}
+KINDS = tuple(_PATHS)
+
+
+def template(kind: str) -> str:
+    """
+    A commented case file.
+
+    Parameters
+    ----------
+    kind : str
+        One of ``ball``, ``cone``, ``punch``, ``tip`` and ``cycle``.
+
+    Returns
+    -------
+    str
+        TOML.
+
+    Raises
+    ------
+    CaseError
+        If there is no such kind.
+
+    Examples
+    --------
+    >>> template("ball").splitlines()[0]
+    '# A pymdr case. Check it with: pymdr check CASE.toml; solve it with: pymdr run CASE.toml'
+    """
+    if kind not in KINDS:
+        near = difflib.get_close_matches(kind, KINDS, n=1)
+        hint = f"did you mean {near[0]!r}?" if near else f"known are {', '.join(KINDS)}"
+        raise CaseError(f"no case of the kind {kind!r}; {hint}")
+    head = (
+        "# A pymdr case. Check it with: pymdr check CASE.toml; solve it with: pymdr run CASE.toml\n"
+        "# Quantities are texts with units, or plain numbers in SI units.\n"
+        f'title = "My {kind}"\n'
+    )
+    profile = _PROFILES.get(kind, _PROFILES["ball"]).replace("{{", "{").replace("}}", "}")
+    return head + profile + _BODIES + _PATHS[kind]
