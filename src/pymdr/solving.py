@@ -336,6 +336,8 @@ def interpret(
     }
     if math.isfinite(line.equivalent.edge):
         columns["edge_amplitude"] = edge_amplitude(line.modulus, states.contact_radius, states.edge_excess)
+    else:
+        del claims["edge_amplitude"]
     time = _times(path)
     disk = certificate.disk
     valid = {

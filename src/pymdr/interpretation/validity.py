@@ -257,7 +257,7 @@ def small_slope_assumptions(
 
 def normal_claims(
     disk: BoolArray, why: str, extra_reason: str = "", prescribed: Mapping[str, BoolArray] | None = None
-) -> Mapping[str, Claim]:
+) -> dict[str, Claim]:
     """
     Claims of the frictionless normal contact.
 

@@ -34,14 +34,15 @@ Point: TypeAlias = tuple[float, float, float, float, float]
 Function = TypeVar("Function", bound=Callable[..., Any])
 
 
-def compiled(function: Function) -> Function:
-    """Compile with numba when first called; kept on disk."""
-    return cast(Function, njit(cache=True, nogil=True, error_model="numpy")(function))
+def compiled(function: Function, **options: Any) -> Function:
+    """Compile with numba when first called; kept on disk. Products and sums may be fused, nothing else."""
+    compiler = njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"}, **options)
+    return cast(Function, compiler(function))
 
 
 def inlined(function: Function) -> Function:
     """Compile into the callers: a call with arrays costs more than a short kernel."""
-    return cast(Function, njit(cache=True, nogil=True, error_model="numpy", forceinline=True)(function))
+    return compiled(function, forceinline=True)
 
 
 def _borrowed(typing_context: Any, array: Any) -> Any:

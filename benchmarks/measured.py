@@ -1,0 +1,89 @@
+"""Sampled profiles against the plain trapezoidal rule, and one solution against one by rings."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+import pymdr as mdr
+from benchmarks.timing import Ratio, compare
+from pymdr.mapping.spline import spline_map
+
+POINTS = np.linspace(0.011, 0.99, 200)
+
+
+def profile(r):
+    return r**2 / 2 + 0.1 * r**4
+
+
+def exact(x):
+    return x**2 + 0.1 * 8 / 3 * x**4
+
+
+def by_spline(n):
+    r = np.linspace(0.0, 1.0, n)
+    tip = mdr.Sampled(r, profile(r))
+    return spline_map(tip.spline.x, tip.spline.c, POINTS)
+
+
+def by_trapezoid(n):
+    """g(x) = x int f' / sqrt(x^2 - r^2) dr on the samples below x, f' by differences: what scripts do."""
+    r = np.linspace(0.0, 1.0, n)
+    slope = np.gradient(profile(r), r)
+    g = np.empty(POINTS.size)
+    for i, x in enumerate(POINTS):
+        below = r < x
+        g[i] = x * np.trapezoid(slope[below] / np.sqrt(x * x - r[below] ** 2), r[below])
+    return g
+
+
+def error(g):
+    return float(np.max(np.abs(g / exact(POINTS) - 1.0)))
+
+
+def samples() -> Iterator[Ratio]:
+    n = 100_000
+    coarse, fine = error(by_trapezoid(n)), error(by_spline(n))
+    equal = next(k for k in range(5, n) if error(by_spline(k)) <= coarse)
+    what = "map {} samples to 200 points, error {:.0e}".format
+    plain = f"the trapezoidal rule on {n} samples, error {coarse:.0e}"
+    yield compare(
+        what(equal, error(by_spline(equal))),
+        lambda: by_spline(equal),
+        plain,
+        lambda: by_trapezoid(n),
+        "equal accuracy",
+        repeats=3,
+        other_repeats=2,
+    )
+    yield compare(
+        what(n, fine),
+        lambda: by_spline(n),
+        plain,
+        lambda: by_trapezoid(n),
+        "equal samples",
+        repeats=2,
+        other_repeats=2,
+    )
+
+
+def rings() -> Iterator[Ratio]:
+    contact = mdr.Contact(mdr.Paraboloid(1.0) + mdr.Cone(slope=0.1), mdr.Elastic(0.75, 0.5))
+    path = mdr.indent(0.1)
+    force = float(mdr.solve(contact, path)["normal_force"][0])
+    n = next(
+        n
+        for n in (50, 100, 200, 400, 800)
+        if abs(float(mdr.solve(contact, path, solver=mdr.Rings(n))["normal_force"][0]) / force - 1) < 1e-7
+    )
+    yield compare(
+        "one solution by MDR",
+        lambda: mdr.solve(contact, path),
+        f"{n} rings, whose force agrees to 1e-7",
+        lambda: mdr.solve(contact, path, solver=mdr.Rings(n)),
+        "MDR itself errs by 1e-15",
+    )
+
+
+def ratios() -> Iterator[Ratio]:
+    yield from samples()
+    yield from rings()
