@@ -267,6 +267,21 @@ def test_rings_give_a_result_of_the_same_kind(tmp_path):
         mdr.solve(contact, path, solver="rings")
 
 
+def test_ring_indenters():
+    c, R = 1e-3, 5e-3
+    ring = mdr.Function(lambda r: ((r - c) ** 2 - c * c) / (2 * R), derivative=lambda r: (r - c) / R)
+    contact = mdr.Contact(ring, mdr.Elastic("1 MPa", 0.5))
+    for path in (mdr.indent("10 um", steps=2), mdr.load("1 mN"), mdr.Path(indentation=[-9e-5, -5e-5])):
+        refused = mdr.solve(contact, path)
+        assert refused.status is mdr.Status.REFUSED
+        solved = mdr.solve(contact, path, solver=mdr.Rings(80))
+        assert np.all(solved["inner_contact_radius"].values > 0.5e-3)
+        if "indentation" in refused.data:
+            assert np.all(refused["force_lower_bound"].values <= solved["normal_force"].values)
+    untouched = mdr.solve(contact, mdr.indent("-0.2 mm"))
+    assert untouched["normal_force"].values.tolist() == [0.0]
+
+
 def test_verify_holds_both_side_by_side():
     found = mdr.verify(mdr.Contact(mdr.Cone(slope=0.3), UNIT), mdr.indent(0.1, steps=10), rings=100, steps=2)
     assert found.largest_difference < 1e-5

@@ -32,7 +32,6 @@ from pymdr.line.foundation import (
     ElasticLine,
     SpringFoundation,
     elastic_energy,
-    line_upto_depth,
     line_upto_force,
     mean_pressure,
     normal_force,
@@ -225,22 +224,60 @@ def _made_fast(contact: Contact, mapped: Mapped, path: LoadingPath) -> Mapped:
     if not isinstance(line.equivalent, NumericLine):
         _refuse_known_depth(contact, path)
         return mapped
-    depth = max((float(np.max(v)) for v in _channel(path, "indentation")), default=0.0)
+    equivalent = line.equivalent
+    depth = max((float(np.max(v)) for v in _channel(path, "indentation")), default=-math.inf)
     force = max((float(np.max(v)) for v in _channel(path, "normal_force")), default=0.0)
-    edge = line.equivalent.edge
-    if line.equivalent.fixed:
+    top = min(equivalent.edge, equivalent.reach if equivalent.fixed else math.inf)
+    if equivalent.fixed:
         _refuse_beyond_data(line, depth, force)
-        edge = min(edge, line.equivalent.reach)
-    if math.isfinite(edge):
-        return Mapped(ElasticLine(line.equivalent.upto(edge), line.modulus), mapped.moduli, mapped.notes)
-    if force > 0.0:
-        reached = line_upto_force(line, force).equivalent
-        depth = max(depth, float(reached.g(np.array([reached.reach]))[0]))
-    if depth <= 0.0:
-        return mapped
-    top = line_upto_depth(line, depth).equivalent.reach
-    top = max(top, _last_radius_below(contact.profile, line.equivalent, depth, top))
-    return Mapped(ElasticLine(line.equivalent.upto(top), line.modulus), mapped.moduli, mapped.notes)
+    if not math.isfinite(top):
+        if force > 0.0:
+            reached = line_upto_force(line, force).equivalent
+            depth = max(depth, float(reached.g(np.array([reached.reach]))[0]))
+        top = _last_radius_below(contact.profile, equivalent, depth)
+    return Mapped(ElasticLine(equivalent.upto(top), line.modulus), mapped.moduli, mapped.notes)
+
+
+def _channel(path: LoadingPath, name: str) -> list[FloatArray]:
+    return [np.asarray(v) for leg in _known(path) if (v := getattr(leg, name, None)) is not None]
+
+
+_DECADES = np.geomspace(1e-16, 1e8, 24 * 16 + 1)
+"""Radii in m at which a profile without a length of its own is looked at first."""
+
+
+def _last_radius_below(profile: Profile, equivalent: NumericLine, depth: float) -> float:
+    """The largest radius with f <= depth: contact, where u = d - f >= 0, lies inside it."""
+    first = equivalent.top_for(depth) if depth > 0.0 else _last_below(profile, equivalent, depth, _DECADES)
+    if first is None:
+        return min(1.0, profile.reach)  # no contact: any length will do
+    limit = min(profile.reach, 1000.0 * first)
+    if limit <= first:
+        return first
+    return max(first, _last_below(profile, equivalent, depth, np.geomspace(first, limit, 400)) or 0.0)
+
+
+def _last_below(profile: Profile, equivalent: NumericLine, depth: float, radii: FloatArray) -> float | None:
+    r = radii[radii <= profile.reach]
+    with np.errstate(all="ignore"):
+        below = np.flatnonzero(_gap_on(profile, equivalent, r) <= depth)
+    if below.size == 0:
+        return None
+    if below[-1] == r.size - 1 and r[-1] < profile.reach:
+        raise ProblemError(
+            f"the profile is below {depth:g} m again at r = {r[-1]:g} m, so the contact has no end; add "
+            "FlatPunch(radius) for a cylinder of that end shape, or state the reach of the Function"
+        )
+    return float(r[min(below[-1] + 1, r.size - 1)])
+
+
+def _gap_on(profile: Profile, equivalent: NumericLine, r: FloatArray) -> FloatArray:
+    parts = profile.parts if isinstance(profile, Sum) else (profile,)
+    if all(not isinstance(part, Function) or part.f is not None for part in parts):
+        return profile.gap(r)
+    slope = samples_of(profile, float(r[-1])).slope(r)
+    steps = 0.5 * np.diff(r) * (slope[1:] + slope[:-1])
+    return np.concatenate([[0.0], np.cumsum(steps)]) + gap_function(profile, equivalent)(r[:1])
 
 
 def _refuse_beyond_data(line: ElasticLine, depth: float, force: float) -> None:
@@ -258,36 +295,6 @@ def _refuse_beyond_data(line: ElasticLine, depth: float, force: float) -> None:
             f"{asked}: the samples end at r = {equivalent.reach:g} m and are not extrapolated; the largest "
             f"indentation that they allow is {deepest:.6g} m (normal force {hardest:.6g} N)"
         )
-
-
-def _channel(path: LoadingPath, name: str) -> list[FloatArray]:
-    return [np.asarray(v) for leg in _known(path) if (v := getattr(leg, name, None)) is not None]
-
-
-def _last_radius_below(profile: Profile, equivalent: NumericLine, depth: float, top: float) -> float:
-    """The largest radius with f <= depth: contact, where u = d - f >= 0, lies inside it."""
-    limit = min(profile.reach, 1000.0 * top)
-    r = np.geomspace(top, limit, 400) if limit > top else np.array([top])
-    f = _gap_on(profile, equivalent, r)
-    below = np.flatnonzero(f <= depth)
-    if below.size == 0:
-        return top
-    if below[-1] == r.size - 1 and r[-1] < profile.reach:
-        raise ProblemError(
-            f"the profile falls below {depth:g} m again at r = {r[-1]:g} m, so the contact has no end; add "
-            "FlatPunch(radius) for a cylinder of that end shape, or state the reach of the Function"
-        )
-    return float(r[min(below[-1] + 1, r.size - 1)])
-
-
-def _gap_on(profile: Profile, equivalent: NumericLine, r: FloatArray) -> FloatArray:
-    parts = profile.parts if isinstance(profile, Sum) else (profile,)
-    if all(not isinstance(part, Function) or part.f is not None for part in parts):
-        return profile.gap(r)
-    slope = samples_of(profile, float(r[-1])).slope
-    steps = 0.5 * np.diff(r) * (slope(r[1:]) + slope(r[:-1]))
-    first = gap_function(profile, equivalent)(r[:1])
-    return np.concatenate([first, first + np.cumsum(steps)])
 
 
 def _refuse_known_depth(contact: Contact, path: LoadingPath) -> None:

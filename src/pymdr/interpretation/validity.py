@@ -11,7 +11,7 @@ from html import escape
 import numpy as np
 from numpy.typing import NDArray
 
-from pymdr.errors import NotValidError
+from pymdr.errors import NotValidError, ProblemError
 from pymdr.interpretation.fields import line_gap, pressure
 from pymdr.line.foundation import DiskStates, ElasticLine, mean_pressure, normal_force, states_at_depth
 from pymdr.mapping.abel import Curve
@@ -133,8 +133,10 @@ def certify_disk(line: ElasticLine, states: DiskStates) -> Certificate:
     """
     a, d = states.contact_radius, states.indentation
     equivalent = line.equivalent
-    if not isinstance(equivalent, ProxyLine) or equivalent.rises:
+    if equivalent.rises:
         return Certificate(np.ones(a.shape, dtype=bool), "")
+    if not isinstance(equivalent, ProxyLine):
+        raise ProblemError("certify_disk: map the profile on the contact first, with upto(radius)")
     disk = np.ones(a.shape, dtype=bool)
     reasons: list[str] = []
     for i in np.flatnonzero(~_obviously_a_disk(equivalent, a, d)):

@@ -212,8 +212,8 @@ def states_at_force(line: ElasticLine, normal_force: ArrayLike) -> DiskStates:
 
 def _depth_of_best_disk(line: ElasticLine, force: FloatArray) -> FloatArray:
     equivalent = line.equivalent
-    nodes = np.linspace(0.0, min(equivalent.reach, equivalent.edge), 65)
-    g = equivalent.g(nodes)
+    assert isinstance(equivalent, ProxyLine)
+    g = equivalent.g(np.array([0.0, *equivalent.turning_points, min(equivalent.reach, equivalent.edge)]))
     low, high = float(min(g.min(), 0.0)), float(g.max())
 
     def load(d: FloatArray) -> FloatArray:

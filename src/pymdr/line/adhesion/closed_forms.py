@@ -298,7 +298,8 @@ def _soft_radius(
         right, left = np.where(value >= 0.0, u, right), np.where(value >= 0.0, left, u)
         new = u - value / rate
         new = np.where((new >= left) & (new <= right), new, 0.5 * (left + right))
-        if np.all(np.abs(new - u) <= 4e-16 * np.maximum(1.0, np.abs(u))):
+        rounding = 2.0 * np.finfo(float).eps * (1.0 + np.abs(u) + power * np.abs(np.log(base)))
+        if np.all((np.abs(new - u) <= rounding) | (np.abs(value) <= rounding)):
             return np.exp(new)
         u = new
     raise ConvergenceError(f"the pull-off radius did not settle (last value {float(np.exp(u[0]))!r} m)")

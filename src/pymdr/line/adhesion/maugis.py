@@ -45,7 +45,7 @@ class MaugisDugdale:
     1. cohesion without contact, s = c: d = f(c) - 4 σ0 c / (π E*) - h0;
     2. (sharp edge, c = edge already) the indentation rises until the centre touches;
     3. contact with the zone of the gap condition, s counts a;
-    4. (sharp edge) contact with the zone ending at the edge, s counts a;
+    4. (sharp edge) contact with the zone ending at the edge, s counts how sqrt(edge² - a²) shrinks;
     5. (sharp edge) full contact, a = c = edge, s counts d.
 
     Attributes
@@ -104,9 +104,11 @@ class MaugisDugdale:
         radius, width, d = np.zeros_like(s), np.zeros_like(s), np.zeros_like(s)
 
         at = np.flatnonzero(piece == _APPROACH)
-        width[at] = np.maximum(offset[at], np.finfo(float).tiny)
-        height = (2.0 / np.pi) * zone_integrals(self.line, radius[at], width[at])[1]
-        d[at] = height - (4.0 / np.pi) * self._k * width[at] + self.touch
+        width[at] = offset[at]
+        # even the very first state gets a zone, too small to be seen
+        first = np.maximum(offset[at], 1e-18 * self.ends[_APPROACH])
+        height = (2.0 / np.pi) * zone_integrals(self.line, radius[at], first)[1]
+        d[at] = np.where(offset[at] > 0.0, height - (4.0 / np.pi) * self._k * width[at], 0.0) + self.touch
 
         at = np.flatnonzero(piece == _HELD)
         width[at] = edge
@@ -117,8 +119,9 @@ class MaugisDugdale:
         width[at] = self._width(radius[at])
 
         at = np.flatnonzero(piece == _CLIPPED)
-        radius[at] = offset[at] + (self.ends[_GROWING] - self.ends[_HELD])
-        width[at] = np.maximum(edge - radius[at], 0.0)
+        root = np.maximum(self.ends[_CLIPPED] - s[at], 0.0)
+        radius[at] = np.sqrt((edge - root) * (edge + root))
+        width[at] = root**2 / (edge + radius[at])
 
         at = np.flatnonzero((piece == _GROWING) | (piece == _CLIPPED))
         d[at] = self.line.g(radius[at]) - 2.0 * self._k * zone_root(radius[at], width[at])
@@ -163,7 +166,7 @@ class MaugisDugdale:
         k = self._k
 
         at = np.flatnonzero(zones.piece == _APPROACH)
-        j0 = zone_integrals(self.line, a[at], width[at])[0]
+        j0 = zone_integrals(self.line, a[at], np.maximum(width[at], 1e-18 * self.ends[_APPROACH]))[0]
         slope[at] = (2.0 / np.pi) * j0 - (4.0 / np.pi) * k
         rate[at] = -2.0 * np.pi * self.strength * c[at]
 
@@ -176,9 +179,10 @@ class MaugisDugdale:
         rate[at] = 2.0 * self.modulus * (a[at] * slope[at] - spread)
 
         at = np.flatnonzero(zones.piece == _CLIPPED)
-        with np.errstate(divide="ignore"):
-            slope[at] = self.line.slope(a[at]) + 2.0 * k * a[at] / root[at]
-        rate[at] = 2.0 * self.modulus * a[at] * slope[at]
+        steep = self.line.slope(a[at])
+        with np.errstate(divide="ignore", invalid="ignore"):
+            slope[at] = 2.0 * k + steep * root[at] / a[at]
+        rate[at] = 2.0 * self.modulus * (2.0 * k * a[at] + steep * root[at])
         return slope.reshape(s.shape), rate.reshape(s.shape)
 
     def energies(self, s: ArrayLike) -> tuple[FloatArray, FloatArray]:
@@ -273,13 +277,18 @@ def maugis_dugdale(line: EquivalentLine, modulus: float, work: float, strength: 
         growing = end - float(width[0])
     else:
         growing = np.inf
-    clipped, stuck = (edge - growing, np.inf) if np.isfinite(edge) else (0.0, 0.0)
+    clipped, stuck = (
+        (np.sqrt((edge - growing) * (edge + growing)), np.inf) if np.isfinite(edge) else (0.0, 0.0)
+    )
     ends = tuple(float(x) for x in np.cumsum([first, held, growing, clipped, stuck]))
 
     kinks = np.array(inner_knots(line))
     crossing = kinks[(kinks > first)]
     inner = crossing - solve_width(line, k, 0.5 * np.pi * h0, crossing, crossing.copy(), outward=False)
-    knots = {*kinks[kinks < first], *(ends[_HELD] + kinks), *(ends[_HELD] + inner), *ends}
+    knots = {*kinks[kinks < first], *(ends[_HELD] + kinks[kinks < growing]), *(ends[_HELD] + inner), *ends}
+    if clipped > 0.0:
+        late = kinks[kinks >= growing]
+        knots |= {*(ends[_CLIPPED] - np.sqrt((edge - late) * (edge + late)))}
     return MaugisDugdale(
         line, modulus, work, strength, ends, tuple(sorted(float(x) for x in knots if 0.0 < x < ends[-1]))
     )

@@ -21,7 +21,6 @@ _SLOPE_NODES = 24
 _FINE = 4
 _BLOCK = 8192
 _MOST_CELLS = 40_000
-_TINY = float(np.finfo(float).tiny)
 _EPS = float(np.finfo(float).eps)
 
 
@@ -126,7 +125,7 @@ def turning_points(
     fine = np.pi * (np.arange(_FINE * _SLOPE_NODES) + 0.5) / (_FINE * _SLOPE_NODES)
     to_fine = np.polynomial.chebyshev.chebvander(2.0 * fine / np.pi - 1.0, _SLOPE_NODES - 1)
     samples: list[tuple[FloatArray, FloatArray]] = []
-    count = 0
+    negligible, count = 1e-16 * (stop - start), 0
     for _ in range(80):
         count += low.size
         if count > _MOST_CELLS:
@@ -140,7 +139,7 @@ def turning_points(
             )
         series = values @ _SLOPE_FIT.T
         tail = np.max(np.abs(series[:, -3:]), axis=1)
-        narrow = high - low <= 1e-13 * np.maximum(np.abs(low), np.abs(high))
+        narrow = high - low <= np.maximum(1e-13 * np.maximum(np.abs(low), np.abs(high)), negligible)
         done = (tail <= 1e-9 * np.max(np.abs(series), axis=1)) | narrow
         at = low[done, None] + (high - low)[done, None] * np.sin(0.5 * fine) ** 2
         samples.append((at, (series[done] @ to_fine.T) / np.sin(fine)))
@@ -178,7 +177,7 @@ def _alternating(
 
     def signed(x: FloatArray) -> FloatArray:
         value = slope(x)
-        return np.where(value > 0.0, value, np.minimum(value, -_TINY))
+        return np.where(value > 0.0, value, np.minimum(value, -1e-280))
 
     folds = roots_of(signed, low, high)
     nearest = marks[np.clip(np.searchsorted(marks, folds), 0, marks.size - 1)]
@@ -304,8 +303,8 @@ def inverse_of(control: _Function, bottom: FloatArray, top: FloatArray, knots: F
         series = s @ _FIT.T
         tail = np.max(np.abs(series[:, -3:]), axis=1)
         with np.errstate(divide="ignore", invalid="ignore"):
-            noise = np.max(np.abs(D), axis=1) * (np.ptp(s, axis=1) / np.ptp(D, axis=1))
-        good = (tail <= 3e-13 * np.max(np.abs(s), axis=1)) | (tail <= 64.0 * _EPS * noise)
+            noise = np.max(np.abs(D), axis=1) * np.max(np.diff(s, axis=1) / np.diff(D, axis=1), axis=1)
+        good = (tail <= 3e-13 * np.max(np.abs(s), axis=1)) | (tail <= 16.0 * _EPS * noise)
         good |= end - start <= 1e-9
         done.append((piece[good].astype(np.float64), start[good], end[good], series[good]))
         piece, start, end = piece[~good], start[~good], end[~good]

@@ -108,7 +108,7 @@ def trace(curve: Curve) -> Track:
     Examples
     --------
     >>> wave = Curve(lambda s: s + 2 * np.sin(s), lambda s: 1 + 2 * np.cos(s),
-    ...              lambda s: s**2 / 2, start=0.0, stop=12.0)
+    ...              lambda s: 2 * np.sin(s)**2 + 2 - 2 * np.cos(s), start=0.0, stop=12.0)
     >>> np.allclose(trace(wave).turning[1:3], [2 * np.pi / 3, 4 * np.pi / 3], rtol=1e-15)
     True
     """
@@ -253,7 +253,7 @@ def follow(track: Track, control: ArrayLike, initial: float | None = None) -> Hi
     Examples
     --------
     >>> wave = Curve(lambda s: s + 2 * np.sin(s), lambda s: 1 + 2 * np.cos(s),
-    ...              lambda s: s**2 / 2 + 2 * (s * np.sin(s) + np.cos(s) - 1), start=0.0, stop=12.0)
+    ...              lambda s: 2 * np.sin(s)**2 + 2 - 2 * np.cos(s), start=0.0, stop=12.0)
     >>> history = follow(trace(wave), [1.0, 4.0, 4.5, 1.0, -0.1])
     >>> history.jumped, history.attached
     (array([False,  True, False,  True, False]), array([ True,  True,  True,  True, False]))

@@ -142,7 +142,7 @@ class _Run:
         self.every = rows is None
         self.rows = np.zeros(0, dtype=np.int64) if rows is None else rows
         kept = given[0].size if rows is None else rows.size
-        self.out = np.empty((5 if control is Control.SHIFT else 7, kept))
+        self.out = np.zeros((5 if control is Control.SHIFT else 7, kept))
         self.row = self.column = 0
         self.ending = Ending.COMPLETE
 
@@ -236,7 +236,7 @@ class _Stack(_Run):
                 *self.rest,
             )
             if code == _FULL:
-                larger = np.zeros(self.stack.size + self.stack.size // 2, dtype=self.stack.dtype)
+                larger = np.zeros(2 * self.stack.size, dtype=self.stack.dtype)
                 larger[: self.stack.size] = self.stack
                 self.stack = larger
             else:

@@ -3,15 +3,13 @@
 Normalised shift v = G* u_x / (mu E*) in m, normalised tangential force S = F_x / mu in N. One row of the stack per
 vertex (y, b) of the anchor curve: y, b, slope of the segment below, F_N(y), W(y), the force and the energy of
 the part of the curve below the vertex, a(y). `window` holds the slopes that the top segment may still take.
-
-numba keeps compiled code by the date of the outermost function's file: a change here needs no hand, but
-`noslip.py` must be touched when the curve functions of this file change.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any, TypeAlias, TypeVar, cast
 
 import numpy as np
@@ -34,10 +32,18 @@ Point: TypeAlias = tuple[float, float, float, float, float]
 Function = TypeVar("Function", bound=Callable[..., Any])
 
 
+# numba keeps compiled code until the file of the outermost function changes; here, until any file of the folder does
+_FILES = [file.stat() for file in Path(__file__).parent.glob("*.py")]
+_STAMP = (max(file.st_mtime for file in _FILES), sum(file.st_size for file in _FILES))
+
+
 def compiled(function: Function, **options: Any) -> Function:
     """Compile with numba when first called; kept on disk. Products and sums may be fused, nothing else."""
-    compiler = njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"}, **options)
-    return cast(Function, compiler(function))
+    kernel = njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"}, **options)(function)
+    index = getattr(getattr(kernel, "_cache", None), "_cache_file", None)
+    if hasattr(index, "_source_stamp"):
+        index._source_stamp = _STAMP
+    return cast(Function, kernel)
 
 
 def inlined(function: Function) -> Function:

@@ -237,7 +237,6 @@ def run_stuck(
             out[1, column] = stack[m].radius
             out[2, column] = to_energy * stack[m].energy
             out[3, column] = to_energy * total
-            out[4, column] = 0.0
             if control != SHIFT_CONTROL:
                 out[5, column] = depth
                 out[6, column] = to_shift * v

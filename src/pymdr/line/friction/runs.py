@@ -123,7 +123,8 @@ def run_displacements(
             out[0, column] *= to_force
             out[2, column] *= to_energy
             out[3, column] = to_energy * total
-            out[4, column] = to_shift * slide
+            if slide > 0.0:  # else the zero pages of the array stay untouched
+                out[4, column] = to_shift * slide
             column += 1
         j += 1
     keep_register(register, depth, v, low, high, total, carry, slide, m)
@@ -214,7 +215,8 @@ def run_forces(
             out[0, column] *= to_force
             out[2, column] *= to_energy
             out[3, column] = to_energy * total
-            out[4, column] = to_shift * slide
+            if slide > 0.0:  # else the zero pages of the array stay untouched
+                out[4, column] = to_shift * slide
             out[5, column] = depth
             out[6, column] = to_shift * v
             column += 1

@@ -134,11 +134,8 @@ def _cumulative(
 
 def _turning_points(curve: chebyshev.Piecewise) -> tuple[float, ...]:
     """Points where g' changes sign, ignoring rounding noise."""
-    grids = [
-        panel.low
-        + (panel.high - panel.low) * np.linspace(1e-3, 1.0, 8 * panel.coefficients.size) ** panel.power
-        for panel in curve.panels
-    ]
+    fine = np.concatenate([np.geomspace(1e-12, 1e-3, 73)[:-1], np.linspace(1e-3, 1.0, 321)])
+    grids = [panel.low + (panel.high - panel.low) * fine**panel.power for panel in curve.panels]
     x = np.concatenate(grids)
     slope = np.concatenate([panel.slope(grid) for panel, grid in zip(curve.panels, grids, strict=True)])
     steepness = slope * x
@@ -156,5 +153,5 @@ def _turning_points(curve: chebyshev.Piecewise) -> tuple[float, ...]:
                 break
             same = np.sign(float(curve.slope(np.array([middle]))[0])) == np.sign(slope[i])
             low, high = (middle, high) if same else (low, middle)
-        found.append(0.5 * (low + high))
+        found.append(float(0.5 * (low + high)))
     return tuple(found)
