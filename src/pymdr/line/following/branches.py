@@ -291,7 +291,7 @@ def inverse_of(control: _Function, bottom: FloatArray, top: FloatArray, knots: F
     start, end = np.concatenate([start, grade]), np.concatenate([end, 2.0 * grade])
     end[0] = grade[-1]
     done: list[tuple[FloatArray, ...]] = []
-    count = 0
+    count, size = 0, max(np.max(np.abs(low)), np.max(np.abs(high)))
     for _ in range(40):
         count += piece.size
         if count > _MOST_CELLS:
@@ -303,8 +303,8 @@ def inverse_of(control: _Function, bottom: FloatArray, top: FloatArray, knots: F
         series = s @ _FIT.T
         tail = np.max(np.abs(series[:, -3:]), axis=1)
         with np.errstate(divide="ignore", invalid="ignore"):
-            noise = np.max(np.abs(D), axis=1) * np.max(np.diff(s, axis=1) / np.diff(D, axis=1), axis=1)
-        good = (tail <= 3e-13 * np.max(np.abs(s), axis=1)) | (tail <= 16.0 * _EPS * noise)
+            noise = size * np.max(np.diff(s, axis=1) / np.diff(D, axis=1), axis=1)
+        good = (tail <= 3e-13 * np.max(np.abs(s), axis=1)) | ~(tail > 16.0 * _EPS * noise)
         good |= end - start <= 1e-9
         done.append((piece[good].astype(np.float64), start[good], end[good], series[good]))
         piece, start, end = piece[~good], start[~good], end[~good]

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from pymdr.errors import ConvergenceError
 from pymdr.mapping import abel, chebyshev
 from pymdr.mapping.abel import gauss
 from pymdr.mapping.equivalent.base import EquivalentProfile, rising_root
@@ -134,12 +135,18 @@ def _cumulative(
 
 def _turning_points(curve: chebyshev.Piecewise) -> tuple[float, ...]:
     """Points where g' changes sign, ignoring rounding noise."""
-    fine = np.concatenate([np.geomspace(1e-12, 1e-3, 73)[:-1], np.linspace(1e-3, 1.0, 321)])
-    grids = [panel.low + (panel.high - panel.low) * fine**panel.power for panel in curve.panels]
+    fine = np.linspace(1e-3, 1.0, 321)
+    to_the_tip = np.concatenate([np.geomspace(1e-12, 1e-3, 73)[:-1], fine])
+    grids = [
+        panel.low + (panel.high - panel.low) * (fine if panel.low > 0.0 else to_the_tip) ** panel.power
+        for panel in curve.panels
+    ]
     x = np.concatenate(grids)
     slope = np.concatenate([panel.slope(grid) for panel, grid in zip(curve.panels, grids, strict=True)])
     steepness = slope * x
     noise = 1e-11 * float(np.max(np.abs(steepness), initial=0.0))
+    if not math.isfinite(noise):
+        raise ConvergenceError("g'(x) is not finite inside its panels: the profile is not resolved")
     sure = np.abs(steepness) > noise
     x, slope = x[sure], slope[sure]
     if x.size == 0:
