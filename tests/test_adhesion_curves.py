@@ -38,17 +38,14 @@ from pymdr.line.adhesion.cohesive_zone import zone_integrals
 from pymdr.mapping.equivalent import equivalent_profile
 from pymdr.problem.profiles import FlatPunch, Function, Paraboloid
 
-REFERENCES = Path("/work/shared/reference/refs.json")
+REFERENCES = json.loads((Path(__file__).parent / "reference" / "refs.json").read_text())["refs"]
 LONG = np.longdouble
 gauss = cache(np.polynomial.legendre.leggauss)
 LONG_PI = LONG("3.14159265358979323846264338327950288")
 
 
 def references(topic):
-    if not REFERENCES.exists():
-        return []
-    entries = json.loads(REFERENCES.read_text())["refs"]
-    return [entry for entry in entries if entry["topic"] == topic]
+    return [entry for entry in REFERENCES if entry["topic"] == topic]
 
 
 @dataclass(frozen=True)

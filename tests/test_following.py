@@ -28,15 +28,12 @@ from pymdr.line.following import (
     under_machine,
 )
 
-REFERENCES = Path("/work/shared/reference/refs.json")
+REFERENCES = json.loads((Path(__file__).parent / "reference" / "refs.json").read_text())["refs"]
 gauss = cache(np.polynomial.legendre.leggauss)
 
 
 def references(topic):
-    if not REFERENCES.exists():
-        return []
-    entries = json.loads(REFERENCES.read_text())["refs"]
-    return [entry for entry in entries if entry["topic"] == topic]
+    return [entry for entry in REFERENCES if entry["topic"] == topic]
 
 
 @dataclass(frozen=True)

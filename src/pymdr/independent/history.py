@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -45,7 +46,7 @@ class RingHistory:
         a = solution.contact_radius
         marks = sorted({0.0, *(edge for zone in solution.zones for edge in zone)})
         graded = 0.5 * (1.0 - np.cos(np.linspace(0.0, math.pi, 101)))
-        pieces = [low + (high - low) * graded for low, high in zip(marks[:-1], marks[1:], strict=True)]
+        pieces = [low + (high - low) * graded for low, high in pairwise(marks)]
         outside = a + a * np.linspace(0.0, 1.0, 61)[1:] ** 2
         return np.unique(np.concatenate([*pieces, outside]))
 
@@ -83,7 +84,7 @@ def gap_of(profile: Profile) -> Callable[[FloatArray], FloatArray]:
 
     def gap(r: FloatArray) -> FloatArray:
         total = np.zeros(r.shape)
-        for low, high in zip(marks[:-1], marks[1:], strict=True):
+        for low, high in pairwise(marks):
             width = np.clip(r, low, high) - low
             for t, w in zip(s, weights, strict=True):
                 slope = profile.gap_slope(low + width * t)

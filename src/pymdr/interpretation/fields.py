@@ -160,7 +160,7 @@ def gap(line: ElasticLine, gap_function: Curve, d: float, a: float, r: ArrayLike
     h = np.zeros(radius.shape)
     equivalent = line.equivalent
     outside = (radius > a) & (radius < min(equivalent.reach, equivalent.edge))
-    if outside.any() and not a == equivalent.edge:
+    if outside.any() and a != equivalent.edge:
         h[outside] = line_gap(equivalent, d, a, radius[outside])
     far = (radius > a) & ~outside
     if far.any():

@@ -228,7 +228,7 @@ def forward(
     slope: Curve, x: ArrayLike, *, breakpoints: Sequence[float] = (), k: float = 0.0, noise: float = 0.0
 ) -> FloatArray:
     """
-    Equivalent profile g(x) = |x|^(1-k) int_0^|x| f'(r) (x^2 - r^2)^((k-1)/2) dr.
+    Equivalent profile g(x) = x^(1-k) int_0^x f'(r) (x^2 - r^2)^((k-1)/2) dr.
 
     Parameters
     ----------

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable
 from enum import Enum
 from typing import Any
@@ -10,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from pymdr.errors import PathError
 from pymdr.line.friction.curves import ElasticCurves, IntArray, packed
 from pymdr.line.friction.state import Ending, FrictionHistory, FrictionState, frozen, virgin_state
 from pymdr.units import FloatArray
@@ -56,7 +58,8 @@ def evaluate(curves: ElasticCurves, depth: ArrayLike) -> tuple[FloatArray, Float
     d = frozen(depth)
     out = np.empty((3, d.size))
     evaluate_all(packed(curves), d.ravel(), out)
-    return out[0].reshape(d.shape), out[1].reshape(d.shape), out[2].reshape(d.shape)
+    shape = np.shape(depth)
+    return out[0].reshape(shape), out[1].reshape(shape), out[2].reshape(shape)
 
 
 def depths_at_force(curves: ElasticCurves, normal_force: ArrayLike) -> FloatArray:
@@ -85,7 +88,7 @@ def depths_at_force(curves: ElasticCurves, normal_force: ArrayLike) -> FloatArra
     force = frozen(normal_force)
     out = np.empty(force.size)
     invert_all(packed(curves), force.ravel(), out)
-    return out.reshape(force.shape)
+    return out.reshape(np.shape(normal_force))
 
 
 def follow(
@@ -102,12 +105,12 @@ def follow(
     ratio = curves.modulus / tangential_modulus
     state = virgin_state(friction, ratio) if start is None else start
     if (state.friction, state.modulus_ratio) != (friction, ratio):
-        raise ValueError(
+        raise PathError(
             f"friction {friction:g} and E*/G* {ratio:g} differ from those of the state to go on from, "
             f"{state.friction:g} and {state.modulus_ratio:g}: a memory belongs to one contact"
         )
     if given[0].shape != given[1].shape or given[0].ndim != 1:
-        raise ValueError(f"two rows of equal length are needed, not {given[0].shape} and {given[1].shape}")
+        raise PathError(f"two rows of equal length are needed, not {given[0].shape} and {given[1].shape}")
     count = given[0].size
     run = (_Frictionless if friction == 0.0 else _Stack)(control, curves, given, state, _kept(keep, count))
     states: dict[int, FrictionState] = {}
@@ -124,10 +127,15 @@ def _kept(keep: int | ArrayLike | None, count: int) -> IntArray | None:
         return None
     if isinstance(keep, int | np.integer):
         return np.arange(keep - 1, count, keep, dtype=np.int64)
-    return np.unique(np.asarray(keep, dtype=np.int64))
+    rows = np.unique(np.asarray(keep, dtype=np.int64))
+    if rows.size and not (rows[0] >= 0 and rows[-1] < count):
+        raise PathError(
+            f"keep: rows {rows[0]} to {rows[-1]} are asked for, the history has rows 0 to {count - 1}"
+        )
+    return rows
 
 
-class _Run:
+class _Run(ABC):
     """A run in progress: rows [0, row) are done."""
 
     def __init__(
@@ -146,11 +154,13 @@ class _Run:
         self.row = self.column = 0
         self.ending = Ending.COMPLETE
 
+    @abstractmethod
     def advance(self, stop: int) -> None:
-        raise NotImplementedError
+        """Follow rows up to `stop`."""
 
+    @abstractmethod
     def state(self) -> FrictionState:
-        raise NotImplementedError
+        """State after the last row followed."""
 
     def history(self, checkpoints: dict[int, FrictionState]) -> FrictionHistory:
         out, rows = self.out, self.rows
@@ -199,7 +209,7 @@ class _Stack(_Run):
         self.register = np.array(
             [
                 start.indentation,
-                start.shift / start.shift_scale,
+                start.b[-1],
                 *window,
                 start.slip_work / energy,
                 0.0,

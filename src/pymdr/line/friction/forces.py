@@ -120,7 +120,7 @@ def load(
     if step[0] > 0.0 and abs(step[1]) <= step[0]:
         slope = step[1] / step[0]
         end = (depth, upper[1] + slope * (depth - upper[0]), end[2], end[3], end[4])
-        m, low, high = extend(stack, m, low, high, end, slope, True)
+        m, low, high = extend(line, stack, m, low, high, end, slope, True)
         return m, low, high, 0.0
     total = 0.0
     i = m
@@ -146,7 +146,7 @@ def load(
             base(stack, b)
             return 0, -math.inf, math.inf, total
         if pull == s_u:
-            put(stack, i, upper, stack[i].slope)
+            put(line, stack, i, upper, stack[i].slope)
             return i, low, high, total
         g = 1.0 if pull > s_u else -1.0
     edge = g * pull - force
@@ -166,9 +166,9 @@ def load(
         lower = (y, lower[1] + stack[i].slope * (y - lower[0]), f, work, a)
     total += swept(line, stack[i].slope, g, upper, s_u, lower, s_l, start, step)
     if y > stack[i - 1].y:
-        put(stack, i, lower, stack[i].slope)
+        put(line, stack, i, lower, stack[i].slope)
         i += 1
-    put(stack, i, (depth, lower[1] + g * (depth - lower[0]), force, end[3], end[4]), g)
+    put(line, stack, i, (depth, lower[1] + g * (depth - lower[0]), force, end[3], end[4]), g)
     return i, -math.inf, math.inf, total
 
 

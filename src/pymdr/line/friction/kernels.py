@@ -26,6 +26,9 @@ CHILD, BUCKETS = 0, 256
 VERTEX = np.dtype([(name, float) for name in ("y", "b", "slope", "force", "work", "sum", "energy", "radius")])
 
 MERGE = 2.0**-47  # of the coordinates: bends below it are rounding of the input
+_SHORT = 1e-2  # likewise for its second difference; two nodes for the weight 1 - t
+_SHORT_X = (0.4 - math.sqrt(0.06), 0.4 + math.sqrt(0.06))
+_SHORT_W = (0.25 + math.sqrt(6.0) / 36.0, 0.25 - math.sqrt(6.0) / 36.0)
 _CLOSE = 1e-4  # below this relative length, W(y2) - W(y1) has lost too many digits
 Point: TypeAlias = tuple[float, float, float, float, float]
 
@@ -40,8 +43,8 @@ _STAMP = (max(file.st_mtime for file in _FILES), sum(file.st_size for file in _F
 def compiled(function: Function, **options: Any) -> Function:
     """Compile with numba when first called; kept on disk. Products and sums may be fused, nothing else."""
     kernel = njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"}, **options)(function)
-    index = getattr(getattr(kernel, "_cache", None), "_cache_file", None)
-    if hasattr(index, "_source_stamp"):
+    index: Any = getattr(getattr(kernel, "_cache", None), "_cache_file", None)
+    if index is not None and hasattr(index, "_source_stamp"):
         index._source_stamp = _STAMP
     return cast(Function, kernel)
 
@@ -117,7 +120,7 @@ def depth_of_force(line: FloatArray, force: float) -> float:
         y: float = (force / line[0, FORCE_FACTOR] * line[0, PER_COEFFICIENT] ** -line[0, INVERSE]) ** (
             n / (n + 1.0)
         )
-        a, f, w = curve(line, y)
+        a, f = curve(line, y)[:2]
         return y - (f - force) / (2.0 * modulus * a)
     low = 0.0
     high: float = line[0, REACH]
@@ -157,20 +160,38 @@ def at(stack: Any, i: int) -> Point:
     return stack[i].y, stack[i].b, stack[i].force, stack[i].work, stack[i].radius
 
 
+@compiled
+def short_bend(line: FloatArray, low: float, high: float, bend: float, work: float) -> float:
+    """int (high - y) dF_N over a short piece, from `bend`, its value as a difference of W that lost digits.
+
+    By quadrature, except where a(d) is not smooth and the two differ by more than what was lost.
+    """
+    length = high - low
+    smooth = 0.0
+    for k in range(2):
+        a = curve(line, low + _SHORT_X[k] * length)[0]
+        smooth += _SHORT_W[k] * a
+    smooth *= 2.0 * line[0, MODULUS] * length * length
+    return smooth if abs(smooth - bend) <= 1e-15 * work else bend
+
+
 @inlined
-def put(stack: Any, i: int, point: Point, slope: float) -> None:
+def put(line: FloatArray, stack: Any, i: int, point: Point, slope: float) -> None:
     """Write vertex i > 0 at the end of a segment of the given slope."""
     y, b, force, work, radius = point
-    length = y - stack[i - 1].y
+    low = stack[i - 1].y
+    length = y - low
     below = stack[i - 1].force
+    bend = work - stack[i - 1].work - length * below
+    if length < _SHORT * y:
+        bend = short_bend(line, low, y, bend, work)
     stack[i].y = y
     stack[i].b = b
     stack[i].slope = slope
     stack[i].force = force
     stack[i].work = work
     stack[i].sum = stack[i - 1].sum + slope * (force - below)
-    bend = slope * (work - stack[i - 1].work - length * below)
-    stack[i].energy = stack[i - 1].energy + slope * (length * stack[i - 1].sum + bend)
+    stack[i].energy = stack[i - 1].energy + slope * (length * stack[i - 1].sum + slope * bend)
     stack[i].radius = radius
 
 
@@ -189,7 +210,7 @@ def base(stack: Any, b: float) -> None:
 
 @inlined
 def extend(
-    stack: Any, m: int, low: float, high: float, point: Point, slope: float, by_force: bool
+    line: FloatArray, stack: Any, m: int, low: float, high: float, point: Point, slope: float, by_force: bool
 ) -> tuple[int, float, float]:
     """Append a stuck segment, joined to the top one when all its points stay within rounding of a line."""
     if m > 0:
@@ -205,9 +226,9 @@ def extend(
             b = point[1]
             if by_force:
                 b = stack[m - 1].b + chord * (point[0] - stack[m - 1].y)
-            put(stack, m, (point[0], b, point[2], point[3], point[4]), min(max(chord, -1.0), 1.0))
+            put(line, stack, m, (point[0], b, point[2], point[3], point[4]), min(max(chord, -1.0), 1.0))
             return m, low, high
-    put(stack, m + 1, point, slope)
+    put(line, stack, m + 1, point, slope)
     return m + 1, -math.inf, math.inf
 
 
@@ -319,7 +340,7 @@ def move(
         end = (depth, shift, force, work, a)
         if d_depth > 0.0:
             if abs(d_shift) <= d_depth:
-                m, low, high = extend(stack, m, low, high, end, d_shift / d_depth, False)
+                m, low, high = extend(line, stack, m, low, high, end, d_shift / d_depth, False)
                 return m, low, high, 0.0, 0.0
             g = 1.0 if d_shift > 0.0 else -1.0
             rate = abs(d_shift) - d_depth
@@ -342,7 +363,7 @@ def move(
                 base(stack, shift)
                 return 0, -math.inf, math.inf, total, lag
             if lag == 0.0:
-                put(stack, i, end, stack[i].slope)
+                put(line, stack, i, end, stack[i].slope)
                 return i, low, high, total, 0.0
             g = 1.0 if shift > b else -1.0
             rate = g * d_shift - d_depth
@@ -372,8 +393,8 @@ def move(
             lower = at(stack, i - 1)
         total += replaced(modulus, bend, depth, d_depth, per_rate, upper, lag, lower, 0.0)
         if y > bottom:
-            put(stack, i, lower, stack[i].slope)
+            put(line, stack, i, lower, stack[i].slope)
         else:
             i -= 1
-    put(stack, i + 1, end, g)
+    put(line, stack, i + 1, end, g)
     return i + 1, -math.inf, math.inf, total, slid

@@ -33,7 +33,7 @@ def restore(line: FloatArray, y: FloatArray, b: FloatArray, slope: FloatArray, s
     base(stack, b[0])
     for i in range(1, y.size):
         a, force, work = curve(line, y[i])
-        put(stack, i, (y[i], b[i], force, work, a), slope[i - 1])
+        put(line, stack, i, (y[i], b[i], force, work, a), slope[i - 1])
 
 
 @inlined

@@ -36,7 +36,7 @@ from pymdr.units import FloatArray
 @singledispatch
 def equivalent_profile(profile: Profile) -> EquivalentProfile:
     """
-    Map a profile onto the line, g(x) = |x| int_0^|x| f'(r) / sqrt(x^2 - r^2) dr.
+    Map a profile onto the line, g(x) = x int_0^x f'(r) / sqrt(x^2 - r^2) dr.
 
     Parameters
     ----------

@@ -1,0 +1,95 @@
+"""Configuration of the documentation."""
+
+import os
+import sys
+from pathlib import Path
+
+import latex2mathml.converter
+from docutils import nodes
+
+import pymdr
+from pymdr.quantities import POSITION, QUANTITIES, RADIUS
+
+HERE = Path(__file__).parent
+sys.path.insert(0, str(HERE))
+os.environ.setdefault("MPLBACKEND", "agg")
+
+project = "pymdr"
+author = "The pymdr developers"
+copyright = "2026, The pymdr developers"
+version = release = pymdr.__version__
+
+extensions = [
+    "myst_parser",
+    "sphinx.ext.autodoc",
+    "sphinx.ext.autosummary",
+    "sphinx.ext.napoleon",
+    "sphinx.ext.viewcode",
+    "sphinx_gallery.gen_gallery",
+]
+templates_path = ["_templates"]
+exclude_patterns = ["_build", "_templates", "generated/quantities.md", "sg_execution_times.rst", "**/GALLERY_HEADER.rst", "**/sg_execution_times.rst"]
+myst_enable_extensions = ["dollarmath", "deflist"]
+myst_heading_anchors = 3
+html_theme = "furo"
+html_title = "pymdr"
+html_math_renderer = "mathml"
+html_show_sphinx = False
+autosummary_generate = True
+autosummary_imported_members = False
+autodoc_typehints = "none"
+autodoc_member_order = "bysource"
+napoleon_google_docstring = False
+suppress_warnings = ["config.cache", "autosectionlabel.*"]
+
+
+def scrape_figure(block, block_vars, gallery_conf):
+    """Save the matplotlib figure named ``figure`` of an example: it is not known to pyplot."""
+    from sphinx_gallery.scrapers import figure_rst
+
+    figure = block_vars["example_globals"].pop("figure", None)
+    if figure is None:
+        return ""
+    file = next(block_vars["image_path_iterator"])
+    figure.savefig(file, dpi=110)
+    return figure_rst([file], gallery_conf["src_dir"])
+
+
+sphinx_gallery_conf = {
+    "examples_dirs": ["../examples", "demonstrations"],
+    "gallery_dirs": ["generated/examples", "generated/demonstrations"],
+    "filename_pattern": r".*\.py$",
+    "ignore_pattern": r"make_worn_tip\.py",
+    "image_scrapers": (scrape_figure,),
+    "reset_modules": (),
+    "abort_on_example_error": True,
+    "download_all_examples": False,
+    "show_memory": False,
+    "min_reported_time": 1e9,
+    "plot_gallery": True,
+    "show_signature": False,
+}
+
+
+def render_math(self, node):
+    """Mathematics as MathML, which browsers show without a network."""
+    display = "block" if isinstance(node, nodes.math_block) else "inline"
+    self.body.append(latex2mathml.converter.convert(node.astext(), display=display))
+    raise nodes.SkipNode
+
+
+def write_glossary(app):
+    """The table of quantities, from the one place that defines them."""
+    lines = ["| name | symbol | unit | meaning | over |", "|---|---|---|---|---|"]
+    for q in (*QUANTITIES.values(), RADIUS, POSITION):
+        lines.append(f"| `{q.name}` | ${q.symbol}$ | {q.unit or '1'} | {q.words} | {', '.join(q.dims)} |")
+    folder = HERE / "generated"
+    folder.mkdir(exist_ok=True)
+    (folder / "quantities.md").write_text("\n".join(lines) + "\n")
+
+
+def setup(app):
+    app.add_html_math_renderer(
+        "mathml", inline_renderers=(render_math, None), block_renderers=(render_math, None)
+    )
+    app.connect("builder-inited", write_glossary)

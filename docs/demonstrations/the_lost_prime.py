@@ -1,0 +1,25 @@
+"""
+The lost prime of equation (6)
+==============================
+
+The mapping rule of the founding discussion paper (its eq. 6) is printed with f(r) instead of f'(r). Then even the
+dimension is wrong: the right-hand side would be an area. The paper's own example, g = x^2 / R for a paraboloid, needs
+the prime.
+"""
+
+import numpy as np
+
+import pymdr as mdr
+from pymdr.mapping import abel
+
+R = 2.0
+with_prime = abel.forward(lambda r: r / R, 1.0)
+without = abel.forward(lambda r: r**2 / (2 * R), 1.0)
+print(f"with f': g(1) = {float(with_prime):.6f}; with f: {float(without):.6f}; x^2/R = {1 / R:.6f}")
+
+assert abs(with_prime - 1 / R) < 1e-14
+assert abs(without - 1 / R) > 0.3
+
+# %%
+# Doubling all lengths must double g. Only the rule with the prime does that.
+assert np.isclose(mdr.equivalent_profile(mdr.Paraboloid(2 * R)).g(2.0), 2 * with_prime)

@@ -1,0 +1,30 @@
+"""The Python blocks of the documentation pages run, and their assertions hold."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+DOCS = Path(__file__).parent.parent / "docs"
+BLOCK = re.compile(r"^( *)```python\n(.*?)^\1```", re.MULTILINE | re.DOTALL)
+
+
+def blocks(page):
+    for indent, body in BLOCK.findall(page.read_text()):
+        yield re.sub(f"^{indent}", "", body, flags=re.MULTILINE)
+
+
+@pytest.mark.parametrize("page", ["first_steps.md", "claims.md", "contributing.md"])
+def test_blocks_run(page):
+    found = list(blocks(DOCS / page))
+    assert any("assert " in block for block in found)
+    space = {"__name__": page.replace(".", "_")}
+    for block in found:
+        exec(compile(block, page, "exec"), space)
+
+
+def test_the_readme_runs(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (block,) = blocks(DOCS.parent / "README.md")
+    exec(compile(block, "README.md", "exec"), {})
+    assert (tmp_path / "ball.png").stat().st_size > 10_000

@@ -1,0 +1,261 @@
+"""The door for units, and the table of quantities."""
+
+import math
+import pickle
+
+import numpy as np
+import pint
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from pymdr.errors import UnitError
+from pymdr.quantities import QUANTITIES, quantity
+from pymdr.units import from_si, to_si, to_si_array
+
+UREG = pint.UnitRegistry()
+
+
+@pytest.mark.parametrize(
+    ("text", "unit", "value"),
+    [
+        ("5 mm", "m", 5e-3),
+        ("5mm", "m", 5e-3),
+        (" +5.mm ", "m", 5e-3),
+        (".5 mm", "m", 5e-4),
+        ("-1E+3 nm", "m", -1e-6),
+        ("5 µm", "m", 5e-6),  # the micro sign
+        ("5 μm", "m", 5e-6),  # the Greek letter
+        ("2 Å", "m", 2e-10),
+        ("4 mm^2/mm", "m", 4e-3),
+        ("4 mm**2/mm", "m", 4e-3),
+        ("210 GPa", "Pa", 210e9),
+        ("3 N/mm^2", "Pa", 3e6),
+        ("3 N·mm", "J", 3e-3),
+        ("3 kg m/s^2", "N", 3.0),
+        ("50 mJ/m^2", "J/m^2", 0.05),
+        ("50 mN/m", "J/m^2", 0.05),
+        ("50 %", "", 0.5),
+        ("0.3", "", 0.3),
+        ("180 deg", "rad", math.pi),
+        ("90°", "rad", math.pi / 2),
+        ("2 m^-1", "1/m", 2.0),
+        ("10 ms", "s", 0.01),
+        ("1 min", "s", 60.0),
+        ("1 kgf", "N", 9.80665),
+    ],
+)
+def test_texts_with_units(text, unit, value):
+    assert to_si(text, unit) == pytest.approx(value, rel=2e-15)
+
+
+@pytest.mark.parametrize("number", ["1", "2", "3", "5", "7", "9", "12.5", "47"])
+@pytest.mark.parametrize(
+    ("unit", "exponent"), [("nm", -9), ("um", -6), ("mm", -3), ("cm", -2), ("km", 3), ("Mm", 6), ("Gm", 9)]
+)
+def test_prefixes_round_correctly(number, unit, exponent):
+    assert to_si(f"{number} {unit}", "m") == float(f"{number}e{exponent}")
+
+
+def test_an_inch_is_exact():
+    assert to_si("5 inch", "m") == pytest.approx(0.127, rel=2.3e-16)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "1,5 mm",
+        "1 000 mm",
+        "1_000 mm",
+        "9**9 m",
+        "9**9**9 m",
+        "1/2 m",
+        "0x10 m",
+        "nan m",
+        "inf m",
+        "-inf m",
+        "1e400 m",
+        "1e308 km",
+        "mm",
+        "",
+        " ",
+        "5",
+        "5 5 mm",
+        "5 mm; 3",
+        "5 m**99",
+        "5 (mm)",
+        "5 m" + "m" * 100,
+        "5 " + "m*" * 60 + "m",
+        "1" * 100 + " m",
+        "__import__('os') m",
+        "5 degC",
+        "5 kg",
+        "5 m^2",
+        "5 rad",
+        "5 foo",
+        "5 '",
+    ],
+)
+def test_texts_that_are_refused(text):
+    with pytest.raises(UnitError) as caught:
+        to_si(text, "m", name="radius")
+    assert str(caught.value).startswith("radius: ")
+    assert str(pickle.loads(pickle.dumps(caught.value))) == str(caught.value)
+
+
+def test_only_latin_digits_are_numbers():
+    with pytest.raises(UnitError):
+        to_si("\u0661 mm", "m")
+
+
+def test_the_refusal_names_value_and_remedy():
+    with pytest.raises(UnitError, match=r"radius: .*'kg' does not fit.*'5 mm'.*'5 kg'"):
+        to_si("5 kg", "m", name="radius")
+    with pytest.raises(UnitError, match=r"radius: unknown unit 'foo'"):
+        to_si("5 foo", "m", name="radius")
+    with pytest.raises(UnitError, match=r"radius: '5' has no unit: write for example '5 mm'"):
+        to_si("5", "m", name="radius")
+
+
+@pytest.mark.parametrize("unit", ["m", "N", "Pa", "s", "rad", "J/m^2", "N/m", "1/m", "m^2", ""])
+def test_the_advice_of_an_error_can_be_read(unit):
+    with pytest.raises(UnitError) as caught:
+        to_si("no number", unit)
+    advice = str(caught.value).rpartition("for example ")[2].strip("'")
+    assert to_si(advice, unit) > 0.0
+
+
+@pytest.mark.parametrize("value", [5, 5.0, np.float32(5), np.int8(5), np.array(5.0), np.str_("5 m")])
+def test_plain_numbers_are_si(value):
+    number = to_si(value, "m")
+    assert number == 5.0
+    assert type(number) is float
+
+
+@pytest.mark.parametrize(
+    "value",
+    [None, True, np.True_, 1 + 0j, np.complex128(1), b"5 mm", [5.0], np.array([5.0]), object(), 10**400],
+)
+def test_values_that_are_no_quantity(value):
+    with pytest.raises(UnitError):
+        to_si(value, "m")
+
+
+@pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf, np.float32("nan")])
+def test_numbers_that_are_not_finite(value):
+    with pytest.raises(UnitError, match="not finite"):
+        to_si(value, "m")
+
+
+def test_pint_quantities():
+    assert to_si(5 * UREG.mm, "m") == 5e-3
+    assert to_si(UREG("200 GPa"), "Pa") == 200e9
+    assert to_si(30 * UREG.percent, "") == pytest.approx(0.3, rel=1e-15)
+    with pytest.raises(UnitError, match="does not fit"):
+        to_si(5 * UREG.kg, "m")
+    with pytest.raises(UnitError, match="not finite"):
+        to_si(math.nan * UREG.mm, "m")
+
+
+def test_a_pint_array_is_no_single_number():
+    with pytest.raises(UnitError):
+        to_si(np.array([1.0, 2.0]) * UREG.mm, "m")
+
+
+@pytest.mark.parametrize(
+    ("values", "answer"),
+    [
+        (["1 mm", 2.0, 3 * UREG.cm], [1e-3, 2.0, 3e-2]),
+        (np.array([1, 2]), [1.0, 2.0]),
+        (np.array([1.0, 2.0]) * UREG.um, [1e-6, 2e-6]),
+        (range(3), [0.0, 1.0, 2.0]),
+        ([], []),
+    ],
+)
+def test_arrays(values, answer):
+    array = to_si_array(values, "m")
+    assert array.tolist() == answer
+    assert array.dtype == float
+    assert not array.flags.writeable
+
+
+@pytest.mark.parametrize(
+    "values",
+    [
+        [1.0, math.nan],
+        np.array([1.0, math.inf]),
+        ["1 mm", "1,5 mm"],
+        ["1 mm", "1 kg"],
+        [[1.0, 2.0], [3.0]],
+        [None],
+        [True],
+        np.array([1 + 1j]),
+        np.array([True]),
+        {1: 2},
+        np.array([1.0, 2.0]) * UREG.kg,
+        np.array([1.0, math.nan]) * UREG.mm,
+    ],
+)
+def test_arrays_that_are_refused(values):
+    with pytest.raises(UnitError):
+        to_si_array(values, "m", name="radii")
+
+
+def test_arrays_name_the_bad_entry():
+    with pytest.raises(UnitError, match=r"radii\[1\]: cannot read '1,5 mm'"):
+        to_si_array(["1 mm", "1,5 mm"], "m", name="radii")
+
+
+def test_an_array_is_a_copy():
+    given_ = np.array([1.0, 2.0])
+    array = to_si_array(given_, "m")
+    given_[0] = 9.0
+    assert array[0] == 1.0
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.floats(min_value=1e-200, max_value=1e200), st.sampled_from(["nm", "um", "mm", "m", "km", "inch"]))
+def test_there_and_back(value, unit):
+    assert float(from_si(to_si(f"{value!r} {unit}", "m"), "m", unit)) == pytest.approx(value, rel=5e-16)
+
+
+@pytest.mark.parametrize("unit", ["kg", "m^2", "foo", "", "m/m", "1,5 m"])
+def test_answers_in_a_unit_of_another_kind_are_refused(unit):
+    with pytest.raises(UnitError):
+        from_si(1.0, "m", unit)
+
+
+def test_answers_for_lists():
+    assert np.asarray(from_si([1.0, 2.0], "m", "mm")).tolist() == [1e3, 2e3]
+
+
+@pytest.mark.parametrize("name", sorted(QUANTITIES))
+def test_the_table_of_quantities(name):
+    q = quantity(name)
+    assert q.name == name
+    assert q.words
+    assert q.symbol
+    assert q.label == f"{q.words} ${q.symbol}$"
+    assert to_si(UREG.Quantity(2.0, q.unit), q.unit) == 2.0
+    assert set(q.dims) <= {"step", "r", "x"}
+
+
+def test_units_of_the_table():
+    units = {
+        "time": "s",
+        "indentation": "m",
+        "normal_force": "N",
+        "contact_radius": "m",
+        "normal_stiffness": "N/m",
+        "mean_pressure": "Pa",
+        "elastic_energy": "J",
+        "force_lower_bound": "N",
+        "pressure": "Pa",
+        "normal_displacement": "m",
+        "gap": "m",
+        "equivalent_profile": "m",
+        "spring_force": "N/m",
+    }
+    assert {name: QUANTITIES[name].unit for name in units} == units
+    with pytest.raises(KeyError):
+        quantity("weight")
