@@ -512,7 +512,8 @@ def test_monotone_approach_keeps_a_small_stack():
 def test_stack_grows_and_forgets():
     count = 20_000
     u = np.where(np.arange(count) % 2, 1.0, -1.0) * np.linspace(0.9, 0.0, count)
-    run = follow_displacements(HERTZ, np.ones(count), u, 1.0, 1.0)
+    rest = follow_displacements(HERTZ, [1.0], [0.0], 1.0, 1.0).state
+    run = follow_displacements(HERTZ, np.ones(count), u, 1.0, 1.0, start=rest)
     assert run.state.y.size == count + 1
     after = follow_displacements(HERTZ, [1.0], [0.95], 1.0, 1.0, start=run.state)
     assert after.state.y.size == 3

@@ -171,6 +171,8 @@ class MaugisDugdale:
         rate[at] = -2.0 * np.pi * self.strength * c[at]
 
         at = np.flatnonzero(zones.piece == _GROWING)
+        # s cannot tell smaller radii from none, where the slope of a sharp tip may be infinite
+        a[at] = np.maximum(a[at], np.finfo(float).eps * self.ends[_HELD])
         j0 = zone_integrals(self.line, a[at], width[at])[0]
         steep = self.line.slope(a[at]) + 2.0 * k * a[at] / root[at]
         closing = j0 + 2.0 * k * (angle[at] * c[at] / root[at] - width[at] / c[at])
