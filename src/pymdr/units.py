@@ -38,8 +38,8 @@ class HasUnits(Protocol):
 QuantityLike: TypeAlias = float | str | HasUnits
 ArrayQuantityLike: TypeAlias = ArrayLike | HasUnits
 
-_NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
-_FACTOR = r"[A-Za-zµμΩΩ°Å%]+\d?(?:(?:\^|\*\*)-?\d)?"
+_NUMBER = r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
+_FACTOR = r"[A-Za-zµμΩΩ°Å%]+[0-9]?(?:(?:\^|\*\*)-?[0-9])?"
 _UNIT = rf"{_FACTOR}(?:\s*[*/·]\s*{_FACTOR}|\s+{_FACTOR})*"
 _TEXT = re.compile(rf"\s*({_NUMBER})\s*({_UNIT})?\s*")
 _UNIT_TEXT = re.compile(rf"\s*{_UNIT}\s*")
@@ -53,7 +53,7 @@ _EXAMPLES = {
     "rad": "70 deg",
     "J/m^2": "50 mJ/m^2",
     "N/m": "0.1 N/m",
-    "1/m": "2 1/m",
+    "1/m": "2 m^-1",
 }
 
 
@@ -141,7 +141,13 @@ def to_si(value: QuantityLike, unit: str, *, name: str = "value") -> float:
     elif np.ndim(value) != 0 or np.iscomplexobj(value):
         raise UnitError(f"{name}: one real number is needed, not {value!r}")
     else:
-        number = float(value)
+        number = value
+    if np.ndim(number) != 0:
+        raise UnitError(f"{name}: one number is needed, not {value!r}")
+    try:
+        number = float(number)
+    except (OverflowError, TypeError, ValueError) as error:
+        raise UnitError(f"{name}: {str(value)[:40]} is not a number that a float can hold: {error}") from error
     if not math.isfinite(number):
         raise UnitError(f"{name}: {value!r} is not finite: a finite number is needed")
     return number
@@ -258,7 +264,10 @@ def from_si(values: Any, si_unit: str, unit: str) -> Any:
     >>> from_si(5e-6, "m", "um")
     5.0
     """
+    if not unit and si_unit:
+        raise UnitError(f"a unit of the kind of {si_unit!r} is needed, for example in {_example(si_unit)!r}")
     factor = _factor(unit, si_unit) if unit else 1.0
+    numbers = np.asarray(values) if isinstance(values, list | tuple) else values
     if factor < 1.0:
-        return values * float(f"{1.0 / factor:.15g}")
-    return values / factor
+        return numbers * float(f"{1.0 / factor:.15g}")
+    return numbers / factor

@@ -73,7 +73,8 @@ def sphere_pressure(t, rho):
         x = np.sqrt(rho * rho + q * q)
         return sphere_slope(x) / x
 
-    return panels(integrand, top * (1 - LONG(0.5) ** np.arange(0, 24)).astype(LONG), 30) / PI
+    edges = np.append(1 - LONG(0.5) ** np.arange(0, 24), LONG(1))
+    return panels(integrand, top * edges, 30) / PI
 
 
 def truncated_cone_g(x, slope, b):
@@ -124,3 +125,13 @@ def cone_displacement(r, a, slope):
     r, a = np.asarray(r, dtype=LONG), LONG(a)
     root = np.sqrt((r - a) * (r + a))
     return slope * (a * np.arcsin(a / r) + root - r)
+
+
+def hertz_gap(r, a, R):
+    """Gap (2/pi) int_a^r (x^2 - a^2) / (R sqrt(r^2 - x^2)) dx of the paraboloid, by Gauss in the angle."""
+    r, a = np.asarray(r, dtype=LONG), LONG(a)
+    s, w = gauss(60)
+    top = np.arctan2(np.sqrt((r - a) * (r + a)), a)[..., None]
+    phi = top * s
+    product = r[..., None] ** 2 * np.sin(top - phi) * np.sin(top + phi)
+    return 2 / PI * (top * w * product).sum(axis=-1) / LONG(R)

@@ -26,6 +26,9 @@ Curve: TypeAlias = Callable[[FloatArray], FloatArray]
 
 _LEVELS = (24, 48, 96, 192, 320)
 _TOLERANCE = 1e-13
+_JACOBI_LEVELS = (12, 20, 32, 48, 96, 192)
+_JACOBI_TOLERANCE = 3e-13
+"""Gauss-Jacobi nodes with a singular weight are good to about 1e-13 themselves, the fewer the better."""
 _SINGULAR_TOLERANCE = 1e-12
 """For integrands with inverse square roots at a breakpoint, whose distance x - b is rounded."""
 _CORNER_TOLERANCE = 1e-7
@@ -130,6 +133,8 @@ def _integrate(
     ``edges_of(columns)`` gives rising panel edges of shape (panels + 1, columns). Columns that do not
     converge come back as nan.
     """
+    if exponent != 0.0:
+        levels, tolerance = _JACOBI_LEVELS, max(tolerance, _JACOBI_TOLERANCE)
     answer = np.full(columns.shape, math.nan)
     pending = np.arange(columns.size)
     edges = edges_of(columns)
@@ -212,6 +217,8 @@ def _angular(
         radius, start, stop = x[hard], low[hard], high[hard]
         middle = np.clip(radius / math.sqrt(2.0), start, stop)
         theta = np.arcsin(_marks(breakpoints, start, middle) / radius)
+        graded = theta[0] + np.multiply.outer(_GRADING, theta[1] - theta[0])
+        theta = np.concatenate([theta[:1], graded, theta[1:]])
         answer[hard] = _integrate(
             outer, lambda c: edges(c, middle, stop), radius, exponent=exponent, power=power, noise=noise
         ) + _integrate(inner, lambda c: theta, radius, power=abs(power), tip_power=_TIP_POWER, noise=noise)

@@ -14,7 +14,7 @@ from pymdr.line.friction.kernels import (
     curve,
     depth_of_force,
     extend,
-    mean_force,
+    moment,
     put,
 )
 from pymdr.units import FloatArray
@@ -63,7 +63,7 @@ def swept(
         n_l += step[0] * min(max((g * s_l - lower[2] - before) / rate, 0.0), 1.0)
         d_u = depth_of_force(line, n_u)
         d_l = depth_of_force(line, n_l)
-    middle = mean_force(line[0, MODULUS], lower, upper)
+    middle = lower[2] + moment(line, lower, upper) / length
     n_mean = n_l + (n_u - n_l) * (middle - lower[2]) / rise
     body = length * (n_mean + upper[2] - 2.0 * middle) - rise * (mean_depth(line, d_u, d_l) - lower[0])
     return float((1.0 - g * slope) * body)

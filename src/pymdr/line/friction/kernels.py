@@ -26,10 +26,10 @@ CHILD, BUCKETS = 0, 256
 VERTEX = np.dtype([(name, float) for name in ("y", "b", "slope", "force", "work", "sum", "energy", "radius")])
 
 MERGE = 2.0**-47  # of the coordinates: bends below it are rounding of the input
-_SHORT = 1e-2  # likewise for its second difference; two nodes for the weight 1 - t
-_SHORT_X = (0.4 - math.sqrt(0.06), 0.4 + math.sqrt(0.06))
-_SHORT_W = (0.25 + math.sqrt(6.0) / 36.0, 0.25 - math.sqrt(6.0) / 36.0)
-_CLOSE = 1e-4  # below this relative length, W(y2) - W(y1) has lost too many digits
+# two nodes for the weight 1 - t on [0, 1]
+_GAUSS_X = (0.4 - math.sqrt(0.06), 0.4 + math.sqrt(0.06))
+_GAUSS_W = (0.25 + math.sqrt(6.0) / 36.0, 0.25 - math.sqrt(6.0) / 36.0)
+TINY = 1e-150  # depths below it count as no contact: their products underflow
 Point: TypeAlias = tuple[float, float, float, float, float]
 
 Function = TypeVar("Function", bound=Callable[..., Any])
@@ -145,13 +145,34 @@ def depth_of_force(line: FloatArray, force: float) -> float:
     return y
 
 
+@compiled
+def quadrature(line: FloatArray, low: float, length: float) -> float:
+    """Moment int (low + length - y) dF_N over a piece on which a is smooth."""
+    total = 0.0
+    for k in range(2):
+        total += _GAUSS_W[k] * curve(line, low + _GAUSS_X[k] * length)[0]
+    return float(2.0 * line[0, MODULUS] * length * length * total)
+
+
 @inlined
-def mean_force(modulus: float, p: Point, q: Point) -> float:
-    """Mean of F_N over the depths between two points (y, b, F_N, W, a), p above q in the list."""
+def moment(line: FloatArray, p: Point, q: Point) -> float:
+    """
+    Moment int (y_q - y) dF_N between two points (y, b, F_N, W, a), p above q in depth.
+
+    Over a short piece the difference of W has lost its digits; then by what a smooth a gives, unless the two
+    differ by more than was lost (a kink or step of a).
+    """
     length = q[0] - p[0]
-    if length > _CLOSE * q[0]:
-        return (q[3] - p[3]) / length
-    return 0.5 * (p[2] + q[2]) - modulus * length * (q[4] - p[4]) / 6.0
+    exact = q[3] - p[3] - length * p[2]
+    if length > 1e-2 * q[0]:
+        return exact
+    if length > 1e-3 * q[0]:
+        smooth = quadrature(line, p[0], length)
+    elif length > 1e-5 * q[0]:
+        smooth = length * (0.5 * (q[2] - p[2]) - line[0, MODULUS] * length * (q[4] - p[4]) / 6.0)
+    else:
+        smooth = line[0, MODULUS] * length * length * (2.0 * p[4] + q[4]) / 3.0
+    return smooth if abs(smooth - exact) <= 1e-15 * q[3] else exact
 
 
 @inlined
@@ -160,38 +181,19 @@ def at(stack: Any, i: int) -> Point:
     return stack[i].y, stack[i].b, stack[i].force, stack[i].work, stack[i].radius
 
 
-@compiled
-def short_bend(line: FloatArray, low: float, high: float, bend: float, work: float) -> float:
-    """int (high - y) dF_N over a short piece, from `bend`, its value as a difference of W that lost digits.
-
-    By quadrature, except where a(d) is not smooth and the two differ by more than what was lost.
-    """
-    length = high - low
-    smooth = 0.0
-    for k in range(2):
-        a = curve(line, low + _SHORT_X[k] * length)[0]
-        smooth += _SHORT_W[k] * a
-    smooth *= 2.0 * line[0, MODULUS] * length * length
-    return smooth if abs(smooth - bend) <= 1e-15 * work else bend
-
-
 @inlined
 def put(line: FloatArray, stack: Any, i: int, point: Point, slope: float) -> None:
     """Write vertex i > 0 at the end of a segment of the given slope."""
     y, b, force, work, radius = point
-    low = stack[i - 1].y
-    length = y - low
-    below = stack[i - 1].force
-    bend = work - stack[i - 1].work - length * below
-    if length < _SHORT * y:
-        bend = short_bend(line, low, y, bend, work)
+    length = y - stack[i - 1].y
+    turn = moment(line, at(stack, i - 1), point)
     stack[i].y = y
     stack[i].b = b
     stack[i].slope = slope
     stack[i].force = force
     stack[i].work = work
-    stack[i].sum = stack[i - 1].sum + slope * (force - below)
-    stack[i].energy = stack[i - 1].energy + slope * (length * stack[i - 1].sum + slope * bend)
+    stack[i].sum = stack[i - 1].sum + slope * (force - stack[i - 1].force)
+    stack[i].energy = stack[i - 1].energy + slope * (length * stack[i - 1].sum + slope * turn)
     stack[i].radius = radius
 
 
@@ -218,7 +220,7 @@ def extend(
         if by_force:
             z = stack[m].sum + slope * (point[2] - stack[m].force)
             x, x_m, x_b, z_b = point[2], stack[m].force, stack[m - 1].force, stack[m - 1].sum
-        room = MERGE * max(x, abs(z), abs(z_b)) / (x_m - x_b)
+        room = MERGE * max(abs(slope) * x, abs(z), abs(z_b)) / (x_m - x_b)
         low = max(low, stack[m].slope - room)
         high = min(high, stack[m].slope + room)
         chord = (z - z_b) / (x - x_b)
@@ -244,7 +246,6 @@ def parting(
     d_shift: float,
 ) -> float:
     """Slip work of springs that lose contact, between two points of segment i; the step begins at `start`."""
-    modulus: float = line[0, MODULUS]
     slope = stack[i].slope
     # lag of the anchor behind the shift at which each spring parts
     per_depth = d_shift / d_depth
@@ -255,39 +256,37 @@ def parting(
         a, force, work = curve(line, min(max(y, lower[0]), upper[0]))
         middle = (y, lower[1] + slope * (y - lower[0]), force, work, a)
         g = 1.0 if lag_u > 0.0 else -1.0
-        return parted(modulus, slope, g, abs(lag_u), 0.0, upper, middle, d_depth, d_shift) + parted(
-            modulus, slope, -g, 0.0, abs(lag_l), middle, lower, d_depth, d_shift
+        return parted(line, slope, g, abs(lag_u), upper, middle, d_depth, d_shift) + parted(
+            line, slope, -g, 0.0, middle, lower, d_depth, d_shift
         )
     g = 1.0 if lag_u + lag_l > 0.0 else -1.0
-    return parted(modulus, slope, g, abs(lag_u), abs(lag_l), upper, lower, d_depth, d_shift)
+    return parted(line, slope, g, abs(lag_u), upper, lower, d_depth, d_shift)
 
 
 @inlined
 def parted(
-    modulus: float,
+    line: FloatArray,
     slope: float,
     g: float,
     s_u: float,
-    s_l: float,
     upper: Point,
     lower: Point,
     d_depth: float,
     d_shift: float,
 ) -> float:
-    """-int phi' dF_N for phi = |dD| s^2 / (2 kappa), s linear between the points, slip toward g."""
+    """-int phi' dF_N for phi = |dD| s^2 / (2 kappa), s linear from s_u at the upper point, slip toward g."""
     rate = g * d_shift - d_depth
+    if rate <= 0.0:
+        return 0.0
     per_slip = slope * g * d_depth - g * d_shift
-    p_u = per_slip * (s_u / rate) if s_u < rate else per_slip
-    p_l = per_slip * (s_l / rate) if s_l < rate else per_slip
-    total = p_l * lower[2] - p_u * upper[2]
-    if p_u != p_l:
-        total += (p_u - p_l) * mean_force(modulus, lower, upper)
-    return total
+    p_u = per_slip * min(s_u / rate, 1.0)
+    turn = (per_slip / -d_depth) * (per_slip / rate)
+    return turn * moment(line, lower, upper) - p_u * (upper[2] - lower[2])
 
 
 @inlined
 def replaced(
-    modulus: float,
+    line: FloatArray,
     bend: float,
     depth: float,
     d_depth: float,
@@ -295,20 +294,11 @@ def replaced(
     upper: Point,
     s_u: float,
     lower: Point,
-    s_l: float,
 ) -> float:
-    """-int phi' dF_N for phi = (D - y) s - dD s^2 / (2 kappa), s linear between the points, bend = ds/dy."""
-    r_u = min(s_u * per_rate, 1.0)
-    r_l = min(s_l * per_rate, 1.0)
-    p_u = (depth - upper[0] - d_depth * r_u) * bend - s_u
-    p_l = (depth - lower[0] - d_depth * r_l) * bend - s_l
-    total = p_l * lower[2] - p_u * upper[2]
-    steep = d_depth * per_rate
-    if abs(steep) < 10.0:
-        return total - bend * (2.0 + bend * steep) * (upper[3] - lower[3])
-    if p_u != p_l:
-        total += (p_u - p_l) * mean_force(modulus, lower, upper)
-    return total
+    """-int phi' dF_N for phi = (D - y) s - dD s^2 / (2 kappa), s linear from s_u, bend = ds/dy."""
+    p_u = (depth - upper[0] - d_depth * min(s_u * per_rate, 1.0)) * bend - s_u
+    turn = -bend * (2.0 + bend * d_depth * per_rate)
+    return turn * moment(line, lower, upper) - p_u * (upper[2] - lower[2])
 
 
 @inlined
@@ -321,7 +311,6 @@ def move(
     Returns the top of the stack, its window of slopes, the slip work over mu^2 E* / G* and the distance that
     the innermost spring slips.
     """
-    modulus: float = line[0, MODULUS]
     d_depth = depth - stack[m].y
     d_shift = shift - stack[m].b
     total = 0.0
@@ -345,7 +334,7 @@ def move(
             g = 1.0 if d_shift > 0.0 else -1.0
             rate = abs(d_shift) - d_depth
             lag = rate
-            total = rate * (mean_force(modulus, upper, end) - upper[2])
+            total = rate * moment(line, upper, end) / d_depth
         else:
             while i > 0 and stack[i - 1].y > depth:
                 lower = at(stack, i - 1)
@@ -368,14 +357,14 @@ def move(
             g = 1.0 if shift > b else -1.0
             rate = g * d_shift - d_depth
     edge = g * shift - depth
-    per_rate = 1.0 / rate if rate > 0.0 else math.inf
+    per_rate = 1.0 / rate if rate > 0.0 else 0.0
     while i > 0:
         bend = 1.0 - g * stack[i].slope
         next_lag = edge - (g * stack[i - 1].b - stack[i - 1].y)
         if next_lag <= 0.0:
             break
         lower = at(stack, i - 1)
-        total += replaced(modulus, bend, depth, d_depth, per_rate, upper, lag, lower, next_lag)
+        total += replaced(line, bend, depth, d_depth, per_rate, upper, lag, lower)
         upper = lower
         lag = next_lag
         i -= 1
@@ -391,7 +380,7 @@ def move(
             lower = (y, stack[i - 1].b + stack[i].slope * (y - bottom), force, work, a)
         else:
             lower = at(stack, i - 1)
-        total += replaced(modulus, bend, depth, d_depth, per_rate, upper, lag, lower, 0.0)
+        total += replaced(line, bend, depth, d_depth, per_rate, upper, lag, lower)
         if y > bottom:
             put(line, stack, i, lower, stack[i].slope)
         else:

@@ -17,6 +17,7 @@ from pymdr.line.friction.kernels import (
     MERGE,
     MODULUS,
     REACH,
+    TINY,
     Point,
     at,
     base,
@@ -211,21 +212,21 @@ def run_stuck(
         v1 = t / to_shift
         if control != SHIFT_CONTROL:
             v1 = v
-            if d > 0.0 and depth < 0.0:
+            if d > TINY and depth < 0.0:
                 base(stack, v)
                 v1 = v + (stuck_shift_for(line, stack, 0, d, t / to_force) - v) * ((d - depth) / d)
-            elif d > 0.0:
+            elif d > TINY:
                 v1 = stuck_shift_for(line, stack, m, d, t / to_force)
             elif t != 0.0:
                 code = NOT_ATTAINABLE
                 break
         work = 0.0
-        if d > 0.0:
+        if d > TINY:
             if depth < 0.0:
                 base(stack, v + (v1 - v) * (-depth / (d - depth)))
             m, low, high, work = stick(line, stack, m, low, high, d, v1)
         else:
-            if depth > 0.0:
+            if depth > TINY:
                 last = v + (v1 - v) * (depth / (depth - d))
                 m, low, high, work = stick(line, stack, m, low, high, 0.0, last)
             base(stack, v1)

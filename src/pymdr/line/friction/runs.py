@@ -9,6 +9,7 @@ from pymdr.line.friction.curves import IntArray
 from pymdr.line.friction.forces import load, shift_for
 from pymdr.line.friction.kernels import (
     REACH,
+    TINY,
     base,
     borrowed,
     compiled,
@@ -48,12 +49,12 @@ def go(
     shift: float,
 ) -> tuple[int, float, float, float, float]:
     """One straight step from `before` = (depth, shift), with loss and return of the contact."""
-    if depth > 0.0:
+    if depth > TINY:
         if before[0] < 0.0:
             base(stack, before[1] + (shift - before[1]) * (-before[0] / (depth - before[0])))
         return move(line, stack, m, low, high, depth, shift)
     work = slid = 0.0
-    if before[0] > 0.0:
+    if before[0] > TINY:
         last = before[1] + (shift - before[1]) * (before[0] / (before[0] - depth))
         m, low, high, work, slid = move(line, stack, m, low, high, 0.0, last)
     base(stack, shift)
@@ -199,7 +200,7 @@ def run_forces(
             depth, v = stack[m].y, stack[m].b
         else:
             v1 = v
-            if given > 0.0:
+            if given > TINY:
                 v1 = shift_for(line, stack, m, given, force, pull)
                 if depth < 0.0:
                     v1 = v + pull / force * (given - depth)
