@@ -28,7 +28,14 @@ extensions = [
     "sphinx_gallery.gen_gallery",
 ]
 templates_path = ["_templates"]
-exclude_patterns = ["_build", "_templates", "generated/quantities.md", "sg_execution_times.rst", "**/GALLERY_HEADER.rst", "**/sg_execution_times.rst"]
+exclude_patterns = [
+    "_build",
+    "_templates",
+    "generated/quantities.md",
+    "sg_execution_times.rst",
+    "**/GALLERY_HEADER.rst",
+    "**/sg_execution_times.rst",
+]
 myst_enable_extensions = ["dollarmath", "deflist"]
 myst_heading_anchors = 3
 html_theme = "furo"
@@ -70,6 +77,7 @@ sphinx_gallery_conf = {
     "min_reported_time": 1e9,
     "plot_gallery": True,
     "show_signature": False,
+    "capture_repr": (),
 }
 
 

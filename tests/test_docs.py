@@ -5,6 +5,8 @@ from pathlib import Path
 
 import pytest
 
+import pymdr
+
 DOCS = Path(__file__).parent.parent / "docs"
 BLOCK = re.compile(r"^( *)```python\n(.*?)^\1```", re.MULTILINE | re.DOTALL)
 
@@ -28,3 +30,16 @@ def test_the_readme_runs(tmp_path, monkeypatch):
     (block,) = blocks(DOCS.parent / "README.md")
     exec(compile(block, "README.md", "exec"), {})
     assert (tmp_path / "ball.png").stat().st_size > 10_000
+
+
+def test_the_reference_names_everything_public():
+    named = set(re.findall(r"^   (\w+)$", (DOCS / "reference.md").read_text(), re.MULTILINE))
+    errors = {name for name in pymdr.__all__ if name.endswith("Error")}  # in the page of pymdr.errors
+    assert set(pymdr.__all__) - named - errors == {"__version__"}
+
+
+@pytest.mark.parametrize("page", sorted(DOCS.glob("*.md")), ids=lambda p: p.stem)
+def test_named_modules_exist(page):
+    package = Path(pymdr.__file__).parent
+    for name in re.findall(r"`((?:\w+/)+(?:\w+\.py)?)`", page.read_text()):
+        assert (package / name).exists(), name

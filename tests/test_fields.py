@@ -1,5 +1,6 @@
 """Step 3: pressure, displacement and gap."""
 
+import itertools
 import math
 
 import numpy as np
@@ -22,7 +23,9 @@ def worst(found, exact):
     return float(np.max(np.abs(np.asarray(found) / np.asarray(exact, dtype=float) - 1)))
 
 
-RADII = np.concatenate([np.geomspace(1e-9, 0.1, 10), np.linspace(0.2, 0.9, 6), 1 - np.geomspace(1e-12, 0.05, 8)])
+RADII = np.concatenate(
+    [np.geomspace(1e-9, 0.1, 10), np.linspace(0.2, 0.9, 6), 1 - np.geomspace(1e-12, 0.05, 8)]
+)
 
 
 @pytest.mark.parametrize("a", [1e-9, 1.0, 1e3])
@@ -86,9 +89,21 @@ SHAPES = {
     "dome_above": (mdr.FlatPunch(0.7) + mdr.Paraboloid(1.0), 0.8, ()),
     "conical_punch": (mdr.FlatPunch(0.5) + mdr.Cone(slope=0.2), 0.8, ()),
     "concave": (mdr.FlatPunch(1.0) + mdr.Function(lambda r: -r * r / 2, derivative=lambda r: -r), 1.5, ()),
-    "trunc_cone": (mdr.Function(derivative=lambda r: np.where(r > 0.4, TAN, 0.0), breakpoints=[0.4]), 0.5, (0.4,)),
-    "rounded_cylinder": (mdr.Function(derivative=lambda r: np.maximum(r - 0.4, 0.0), breakpoints=[0.4]), 0.2, (0.4,)),
-    "rounded_tip": (mdr.Function(derivative=lambda r: np.minimum(r / 0.4, 1.0), breakpoints=[0.4]), 0.9, (0.4,)),
+    "trunc_cone": (
+        mdr.Function(derivative=lambda r: np.where(r > 0.4, TAN, 0.0), breakpoints=[0.4]),
+        0.5,
+        (0.4,),
+    ),
+    "rounded_cylinder": (
+        mdr.Function(derivative=lambda r: np.maximum(r - 0.4, 0.0), breakpoints=[0.4]),
+        0.2,
+        (0.4,),
+    ),
+    "rounded_tip": (
+        mdr.Function(derivative=lambda r: np.minimum(r / 0.4, 1.0), breakpoints=[0.4]),
+        0.9,
+        (0.4,),
+    ),
     "wavy": (mdr.Function(derivative=lambda r: r + 0.06 * np.sin(6 * r)), 0.4, ()),
     "sum": (mdr.Sphere(2.0) + mdr.Cone(slope=0.2) + mdr.PowerLaw(4, 0.1, 1.0), 0.3, ()),
 }
@@ -145,19 +160,23 @@ def test_pressure_over_the_disk_is_the_force(name, solved):
     a, force = (float(result[q][0]) for q in ("contact_radius", "normal_force"))
     marks = [0.0, *sorted(math.sqrt(a * a - b * b) for b in SHAPES[name][2] if b < a), a]
     total, K = 0.0, 0.0
-    for low, high in zip(marks[:-1], marks[1:], strict=True):
+    for low, high in itertools.pairwise(marks):
         q, w = panel_nodes(low, high)
         r = np.sqrt((a - q) * (a + q))
         keep = (r > 0.0) & (r < a)
         q, w, r = q[keep], w[keep], r[keep]
         K = float(result.field("pressure", r=r[0])["edge_amplitude"])
         singular = K * math.sqrt(2 * a) / np.sqrt((a - r) * (a + r))
-        total += 2 * math.pi * (w * q * (pressure_beside_corners(result, r, SHAPES[name][2]) - singular)).sum()
+        total += (
+            2 * math.pi * (w * q * (pressure_beside_corners(result, r, SHAPES[name][2]) - singular)).sum()
+        )
     total += 2 * math.pi * a * K * math.sqrt(2 * a)
     assert total == pytest.approx(force, rel=1e-10)
 
 
-@pytest.mark.parametrize("name", [n for n in SHAPES if n not in ("flat", "dome_above", "conical_punch", "concave", "trunc_cone")])
+@pytest.mark.parametrize(
+    "name", [n for n in SHAPES if n not in ("flat", "dome_above", "conical_punch", "concave", "trunc_cone")]
+)
 def test_pressure_leads_back_to_the_line_load(name, solved):
     # q(x) = 2 int_x^a r p(r) / sqrt(r^2 - x^2) dr with r^2 = x^2 + s^2, an independent rule
     result = solved[name]
@@ -166,9 +185,13 @@ def test_pressure_leads_back_to_the_line_load(name, solved):
     q = result.field("spring_force", r=x).values
     for position, exact in zip(x, q, strict=True):
         top = math.sqrt((a - position) * (a + position))
-        marks = [0.0, *sorted(math.sqrt(b * b - position**2) for b in SHAPES[name][2] if position < b < a), top]
+        marks = [
+            0.0,
+            *sorted(math.sqrt(b * b - position**2) for b in SHAPES[name][2] if position < b < a),
+            top,
+        ]
         total = 0.0
-        for low, high in zip(marks[:-1], marks[1:], strict=True):
+        for low, high in itertools.pairwise(marks):
             s, w = panel_nodes(low, high)
             total += 2 * (w * result.field("pressure", r=np.hypot(position, s)).values).sum()
         assert total == pytest.approx(exact, rel=1e-10)
@@ -206,14 +229,22 @@ def test_displacement_and_gap_outside_hertz_and_cone(a, closed_forms):
     line = line_of(mdr.Cone(slope=0.3))
     f, d = gap_function(mdr.Cone(slope=0.3), line.equivalent), math.pi / 2 * 0.3 * a
     near = r[r < 10 * a]  # further out the closed form loses its digits
-    assert worst(normal_displacement(line, f, d, a, near), closed_forms.cone_displacement(near, a, 0.3)) < 1e-12
+    assert (
+        worst(normal_displacement(line, f, d, a, near), closed_forms.cone_displacement(near, a, 0.3)) < 1e-12
+    )
 
 
 def test_displacement_reference(references):
-    for name, profile in (("cone", mdr.Cone(slope=TAN)), ("paraboloid", mdr.Paraboloid(1.0)), ("sphere", mdr.Sphere(1.0))):
+    for name, profile in (
+        ("cone", mdr.Cone(slope=TAN)),
+        ("paraboloid", mdr.Paraboloid(1.0)),
+        ("sphere", mdr.Sphere(1.0)),
+    ):
         expected = references[f"normal_{name}"]["expected"]
         result = mdr.solve(mdr.Contact(profile, UNIT), mdr.indent(expected["d"]))
-        assert float(result.field("normal_displacement", r=0.8)[0]) == pytest.approx(expected["u_r08"], rel=1e-12)
+        assert float(result.field("normal_displacement", r=0.8)[0]) == pytest.approx(
+            expected["u_r08"], rel=1e-12
+        )
         assert result.field("pressure", r=[0.2, 0.5]).values == pytest.approx(
             [expected["p02_over_Estar"], expected["p05_over_Estar"]], rel=1e-12
         )
@@ -266,7 +297,10 @@ def test_fields_of_rescaled_contacts(scale):
     def fields(s):
         profile = mdr.Sphere(2 * s) + mdr.Cone(slope=0.2) + mdr.PowerLaw(4, 0.1 * s, s)
         result = mdr.solve(mdr.Contact(profile, UNIT), mdr.indent(0.3 * s))
-        return [result.field(n, r=r * s).values / (1 if n == "pressure" else s) for n in ("pressure", "normal_displacement", "gap")]
+        return [
+            result.field(n, r=r * s).values / (1 if n == "pressure" else s)
+            for n in ("pressure", "normal_displacement", "gap")
+        ]
 
     for one, other in zip(fields(1.0), fields(scale), strict=True):
         assert np.max(np.abs(one - other)) < 1e-13 * np.max(np.abs(one))

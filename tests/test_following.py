@@ -164,14 +164,14 @@ def smooth_work(law, k, low, high, knots=()):
 
 def work_between_jumps(law, k, history):
     """The work of the control over a history, from its smooth stretches alone."""
-    total, here = 0.0, history.initial
+    total, here = 0.0, law.start if np.isnan(history.initial) else history.initial
     for before, after in zip(history.jumps.before, history.jumps.after, strict=True):
         if not np.isnan(before):
             total += smooth_work(law, k, here, before, law.knots)
-        here = after
-    if history.attached[-1]:
-        total += smooth_work(law, k, here, history.parameter[-1], law.knots)
-    return total
+        # a body that is lost or touches smoothly does so at the start of the curve
+        here = law.start if np.isnan(after) else after
+    last = history.parameter[-1] if history.attached[-1] else law.start
+    return total + smooth_work(law, k, here, last, law.knots)
 
 
 def jump_by_quadrature(line, E, gamma, k, D, before, after):

@@ -109,7 +109,9 @@ def test_gaps(profile, r, f):
 @pytest.mark.parametrize("r", [1e-6, 1e-3, 5e-3])
 def test_slopes_are_derivatives_of_gaps(profile, r):
     h = 1e-3 * r
-    slope = (8 * (profile.gap(r + h) - profile.gap(r - h)) - profile.gap(r + 2 * h) + profile.gap(r - 2 * h)) / (12 * h)
+    slope = (
+        8 * (profile.gap(r + h) - profile.gap(r - h)) - profile.gap(r + 2 * h) + profile.gap(r - 2 * h)
+    ) / (12 * h)
     assert float(profile.gap_slope(r)) == pytest.approx(float(slope), rel=1e-9)
 
 
@@ -193,7 +195,9 @@ def test_bad_profiles(make):
 def test_limits_are_named():
     with pytest.raises(mdr.ProblemError, match=r"Sphere\.radius = '-1 mm': it must be above 0 m"):
         mdr.Sphere("-1 mm")
-    with pytest.raises(mdr.ProblemError, match=r"Elastic\.poisson = 0\.7: it must be above -1 and at most 0\.5"):
+    with pytest.raises(
+        mdr.ProblemError, match=r"Elastic\.poisson = 0\.7: it must be above -1 and at most 0\.5"
+    ):
         mdr.Elastic(1.0, 0.7)
 
 
@@ -282,11 +286,16 @@ def test_bad_paths(make):
 
 def test_the_virgin_state_is_never_a_row():
     contact = mdr.Contact(mdr.Paraboloid(1.0), UNIT)
-    for path, channel in ((mdr.load(4.0, steps=4), "normal_force"), (mdr.indent(4.0, steps=4), "indentation")):
+    for path, channel in (
+        (mdr.load(4.0, steps=4), "normal_force"),
+        (mdr.indent(4.0, steps=4), "indentation"),
+    ):
         result = mdr.solve(contact, path)
         assert result[channel].values.tolist() == pytest.approx([1.0, 2.0, 3.0, 4.0], rel=1e-13)
         assert "time" not in result.data
-    assert mdr.solve(contact, mdr.load(4.0))["normal_force"].values.tolist() == pytest.approx([4.0], rel=1e-14)
+    assert mdr.solve(contact, mdr.load(4.0))["normal_force"].values.tolist() == pytest.approx(
+        [4.0], rel=1e-14
+    )
 
 
 def test_each_leg_starts_where_the_last_ended():
@@ -322,15 +331,21 @@ def test_a_path_of_arrays_has_one_row_per_sample():
 
 def test_durations_and_times_add_up():
     contact = mdr.Contact(mdr.Paraboloid(1.0), UNIT)
-    path = mdr.load(1.0, steps=2, duration="500 ms") >> mdr.hold("1 min") >> mdr.Path(time=[61.0], indentation=[0.1])
+    path = (
+        mdr.load(1.0, steps=2, duration="500 ms")
+        >> mdr.hold("1 min")
+        >> mdr.Path(time=[61.0], indentation=[0.1])
+    )
     assert mdr.solve(contact, path)["time"].values.tolist() == [0.25, 0.5, 60.5, 61.0]
-    with pytest.raises(mdr.PathError, match="begins at 0.5 s"):
+    with pytest.raises(mdr.PathError, match=r"begins at 0\.5 s"):
         mdr.solve(contact, mdr.hold("1 s") >> mdr.Path(time=[0.5], indentation=[0.1]))
     with pytest.raises(mdr.PathError, match="duration"):
         mdr.solve(contact, mdr.hold("1 s") >> mdr.load(1.0))
 
 
-@pytest.mark.parametrize("path", [mdr.load(-1.0), mdr.load(1.0) >> mdr.load("-1 nN"), mdr.Path(normal_force=[1.0, -1.0])])
+@pytest.mark.parametrize(
+    "path", [mdr.load(-1.0), mdr.load(1.0) >> mdr.load("-1 nN"), mdr.Path(normal_force=[1.0, -1.0])]
+)
 def test_a_negative_force_is_refused(path):
     with pytest.raises(mdr.PathError, match="below 0 N"):
         mdr.solve(mdr.Contact(mdr.Sphere(1.0), UNIT), path)

@@ -10,12 +10,20 @@ from hypothesis import strategies as st
 from scipy.special import struve
 
 import pymdr as mdr
+from pymdr.interpretation.fields import line_gap, pressure
 from pymdr.interpretation.validity import Claim, certify_disk
 from pymdr.line.foundation import ElasticLine, states_at_depth
 from pymdr.mapping.equivalent import equivalent_profile
 
 UNIT = mdr.Elastic(1.0, 0.0)
-STATES = ("indentation", "normal_force", "contact_radius", "normal_stiffness", "mean_pressure", "elastic_energy")
+STATES = (
+    "indentation",
+    "normal_force",
+    "contact_radius",
+    "normal_stiffness",
+    "mean_pressure",
+    "elastic_energy",
+)
 FIELDS = ("pressure", "normal_displacement", "gap")
 
 
@@ -58,7 +66,9 @@ def signorini(result, step, radii):
 # --- thresholds ------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(("A", "rises"), [(1.9, True), (2.5, True), (3.15, True), (3.22, False), (4.5, False), (6.0, False)])
+@pytest.mark.parametrize(
+    ("A", "rises"), [(1.9, True), (2.5, True), (3.15, True), (3.22, False), (4.5, False), (6.0, False)]
+)
 def test_a_wavy_paraboloid_rises_on_the_line_up_to_3_186(A, rises):
     line = equivalent_profile(wavy(A)).upto(1.0)
     assert line.rises is rises
@@ -87,7 +97,7 @@ def test_mild_waves_are_exact_everywhere(A, alone):
 def test_a_rising_profile_may_still_not_be_a_disk(profile):
     r = np.linspace(1e-6, 1.1, 20001)
     assert np.all(np.diff(profile.gap(r)) >= 0)
-    result = solved(profile, mdr.indent(0.6, steps=60))
+    result = solved(profile, mdr.indent(0.6, steps=10))
     assert result.status is mdr.Status.PARTLY_REFUSED
     claim = result.claims["normal_force"]
     assert claim.where.any()
@@ -102,31 +112,27 @@ def test_a_rising_profile_may_still_not_be_a_disk(profile):
     valid = np.flatnonzero(claim.where)
     radii = np.unique(np.concatenate([np.geomspace(1e-4, 1.05, 60), np.linspace(0.01, 1.05, 120)]))
     radii = radii[np.abs(radii - 0.5) > 1e-3]
-    for step in valid[:: max(1, valid.size // 8)]:
+    for step in valid[:: max(1, valid.size // 4)]:
         p, h = signorini(result, int(step), radii)
         assert p >= -1e-9
         assert h >= -1e-9
 
 
 def test_where_the_claim_ends_the_disk_fails():
-    result = solved(wavy(4.5), mdr.indent(0.6, steps=60))
+    result = solved(wavy(4.5), mdr.indent(0.6, steps=10))
     line = ElasticLine(equivalent_profile(wavy(4.5)).upto(1.2), 1.0)
     r = np.linspace(1e-3, 1.1, 400)
-    g = wavy_g(r, 4.5)
     refused = np.flatnonzero(~result.claims["pressure"].where)
-    for step in refused[:: max(1, refused.size // 6)]:
+    for step in refused[:: max(1, refused.size // 3)]:
         d = float(result["indentation"][step])
         # every disk that touches with g(a) = d needs tension or overlaps
         x = np.linspace(1e-3, 1.1, 40001)
         crossings = x[:-1][np.diff(np.sign(wavy_g(x, 4.5) - d)) > 0]
         for a in crossings:
             inside, outside = r[r < a], r[r > a]
-            from pymdr.interpretation.fields import line_gap, pressure
-
             p = pressure(line, float(a), 0.0, inside)
             h = line_gap(line.equivalent, d, float(a), outside)
             assert p.min() < -1e-6 or h.min() < -1e-6
-    assert g[-1] > 0.6
 
 
 # --- the concave punch -----------------------------------------------------------------------------------
@@ -164,7 +170,9 @@ def test_concave_punch_under_force_control():
     # what is prescribed is known whatever the contact is
     assert result["normal_force"].values.tolist() == pytest.approx([0.5 * i for i in range(1, 9)], rel=1e-14)
     assert result.claims["normal_force"].where.all()
-    assert result["indentation"].values[5:] == pytest.approx([3 / 2 - 1 / 3, 3.5 / 2 - 1 / 3, 2 - 1 / 3], rel=1e-12)
+    assert result["indentation"].values[5:] == pytest.approx(
+        [3 / 2 - 1 / 3, 3.5 / 2 - 1 / 3, 2 - 1 / 3], rel=1e-12
+    )
     assert np.isnan(result["indentation"].values[:5]).all()
     assert result["force_lower_bound"].values == pytest.approx(result["normal_force"].values, rel=1e-12)
 
@@ -200,8 +208,8 @@ def test_a_refused_contact_keeps_its_reason_and_bound():
 # --- the bound -------------------------------------------------------------------------------------------
 
 
-@settings(max_examples=20, deadline=None)
-@given(st.floats(0.5, 12.0), st.floats(0.02, 0.5), st.floats(-9, 3))
+@settings(max_examples=4, deadline=None)
+@given(st.floats(0.5, 8.0), st.floats(0.02, 0.4), st.floats(-9, 3))
 def test_the_bound_is_above_every_disk(A, depth, log_size):
     size = 10.0**log_size
     h, k = A / 100, 10.0
@@ -265,16 +273,14 @@ def test_the_certificate_of_closed_forms_is_immediate():
     assert certificate.reason == ""
 
 
-@pytest.mark.parametrize("path", [mdr.indent(0.6, steps=40), mdr.Path(indentation=[0.1, 0.6, 0.3]), mdr.load(0.4)])
-def test_an_assessment_agrees_with_the_solution(path):
-    contact = mdr.Contact(wavy(4.5), UNIT)
-    found, result = mdr.assess(contact, path), mdr.solve(contact, path)
-    deepest = result["indentation"].max() if "indentation" in result.data else math.nan
-    if np.isfinite(deepest):
-        assert found.largest["indentation"] == pytest.approx(float(deepest), rel=1e-12)
+def test_an_assessment_agrees_with_the_solution():
+    contact = mdr.Contact(hollow(), UNIT)
+    found = mdr.assess(contact, mdr.Path(indentation=[0.1, 1.6, 0.3]) >> mdr.hold(steps=9))
+    assert found.largest["indentation"] == pytest.approx(1.6, rel=1e-12)
+    assert found.largest["normal_force"] == pytest.approx(2 * (1.6 + 1 / 3), rel=1e-12)
     claim = found.claims["pressure"]
-    d = found.largest["indentation"] * np.arange(1, 41) / 40
-    again = mdr.solve(contact, mdr.Path(indentation=d))
+    again = mdr.solve(contact, mdr.Path(indentation=1.6 * np.arange(1, 41) / 40))
+    assert claim.where.tolist() == [i >= 25 for i in range(1, 41)]
     assert claim.where.tolist() == again.claims["pressure"].where.tolist()
     assert claim.reason == again.claims["pressure"].reason
     assert "not a disk" in found.summary()

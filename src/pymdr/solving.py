@@ -44,7 +44,7 @@ from pymdr.mapping.equivalent import NumericLine, equivalent_profile, gap_functi
 from pymdr.mapping.moduli import EffectiveModuli, effective_moduli
 from pymdr.problem.contact import Contact
 from pymdr.problem.paths import Hold, Leg, LoadingPath, Path, Ramp, legs
-from pymdr.problem.profiles import Function, Profile, Sampled, Sum
+from pymdr.problem.profiles import FlatPunch, Function, Profile, Sampled, Sphere, Sum
 from pymdr.result import Result, Status, labelled
 from pymdr.units import FloatArray, QuantityLike, to_si
 
@@ -107,8 +107,8 @@ def solve(
     if solver is not None:
         return solve_by_rings(contact, path, solver, progress)
     mapped = map_to_line(contact)
-    mapped, states, by_force = follow(contact, mapped, path, progress)
-    result = interpret(contact, path, mapped, states, by_force)
+    mapped, states, prescribed = follow(contact, mapped, path, progress)
+    result = interpret(contact, path, mapped, states, prescribed)
     return with_bands(result) if scatter_of(contact.profile) else result
 
 
@@ -162,12 +162,12 @@ def _notes(profile: Profile) -> tuple[str, ...]:
 
 def follow(
     contact: Contact, mapped: Mapped, path: LoadingPath, progress: Progress | None
-) -> tuple[Mapped, DiskStates, BoolArray]:
-    """Step 2: the states of every row, leg by leg, and whether its force was prescribed."""
+) -> tuple[Mapped, DiskStates, FloatArray]:
+    """Step 2: the states of every row, leg by leg, and its force where that is prescribed, else nan."""
     mapped = _made_fast(contact, mapped, path)
     line = mapped.line
     rows: list[DiskStates] = []
-    forced: list[BoolArray] = []
+    forced: list[FloatArray] = []
     d = force = 0.0
     by_force = False
     pieces = _known(path)
@@ -176,10 +176,13 @@ def follow(
     for leg in pieces:
         by_force, targets = _targets(leg, by_force, force if _is_forced(leg, by_force) else d)
         states = states_at_force(line, targets) if by_force else states_at_depth(line, targets)
+        _refuse_unreachable(contact.profile, states)
         rows.append(states)
-        forced.append(np.full(targets.size, by_force))
+        forced.append(targets if by_force else np.full(targets.size, math.nan))
         last = DiskStates(states.indentation[-1:], states.contact_radius[-1:], states.edge_excess[-1:])
         d, force = float(last.indentation[0]), float(normal_force(line, last)[0])
+        if by_force:
+            force = float(targets[-1])
         done += targets.size
         if progress is not None:
             progress(done, total)
@@ -188,7 +191,6 @@ def follow(
         np.concatenate([s.contact_radius for s in rows]),
         np.concatenate([s.edge_excess for s in rows]),
     )
-    _refuse_deep_sphere(contact, states)
     return mapped, states, np.concatenate(forced)
 
 
@@ -215,14 +217,15 @@ def _targets(leg: Ramp | Hold | Path, before: bool, start: float) -> tuple[bool,
     assert target is not None
     if isinstance(leg, Path):
         return by_force, np.asarray(target)
-    return by_force, start + (target - start) * np.arange(1.0, leg.steps + 1.0) / leg.steps
+    rows = start + (target - start) * np.arange(1.0, leg.steps + 1.0) / leg.steps
+    rows[-1] = target
+    return by_force, rows
 
 
 def _made_fast(contact: Contact, mapped: Mapped, path: LoadingPath) -> Mapped:
     """Interpolate a numerical profile on all radii that the path can reach."""
     line = mapped.line
     if not isinstance(line.equivalent, NumericLine):
-        _refuse_known_depth(contact, path)
         return mapped
     equivalent = line.equivalent
     depth = max((float(np.max(v)) for v in _channel(path, "indentation")), default=-math.inf)
@@ -297,35 +300,33 @@ def _refuse_beyond_data(line: ElasticLine, depth: float, force: float) -> None:
         )
 
 
-def _refuse_known_depth(contact: Contact, path: LoadingPath) -> None:
-    for values in _channel(path, "indentation"):
-        _refuse_depth(contact.profile, float(np.max(values)))
-
-
-def _refuse_deep_sphere(contact: Contact, states: DiskStates) -> None:
-    _refuse_depth(contact.profile, float(np.max(states.indentation, initial=0.0)))
-
-
-def _refuse_depth(profile: Profile, depth: float) -> None:
-    reach = profile.reach
-    parts = profile.parts if isinstance(profile, Sum) else (profile,)
-    if any(isinstance(part, Sampled) for part in parts):
+def _refuse_unreachable(profile: Profile, states: DiskStates) -> None:
+    """Refuse a sphere pressed in by its radius, and a contact that would pass the end of the profile."""
+    parts = [part for part in getattr(profile, "parts", (profile,)) if not isinstance(part, FlatPunch)]
+    deepest = float(np.max(states.indentation))
+    if profile.edge < profile.reach:
         return
-    if math.isfinite(reach) and not math.isfinite(profile.edge) and depth >= reach:
+    if len(parts) == 1 and isinstance(parts[0], Sphere) and not deepest < parts[0].radius:
         raise PathError(
-            f"indentation = {depth:g} m: it must stay below the reach {reach:g} m of the profile (a sphere cannot "
-            "be pressed in by its radius); reduce the indentation or the load"
+            f"indentation = {deepest:g} m: a sphere cannot be pressed in by its radius, {parts[0].radius:g} m; "
+            "reduce the indentation or the load"
+        )
+    if not np.max(states.contact_radius) < profile.reach:
+        raise PathError(
+            f"indentation = {deepest:g} m: the contact would pass r = {profile.reach:g} m, the last radius at which "
+            "the profile is known; reduce the indentation or the load"
         )
 
 
 def interpret(
-    contact: Contact, path: LoadingPath, mapped: Mapped, states: DiskStates, by_force: BoolArray
+    contact: Contact, path: LoadingPath, mapped: Mapped, states: DiskStates, prescribed: FloatArray
 ) -> Result:
     """Step 3: quantities, claims and assumptions of every row."""
     line = mapped.line
     surface = Surface(line, gap_function(contact.profile, line.equivalent), states)
     certificate = certify_disk(line, states)
-    force = normal_force(line, states)
+    by_force = np.isfinite(prescribed)
+    force = np.where(by_force, prescribed, normal_force(line, states))
     claims = normal_claims(
         certificate.disk,
         certificate.reason,
@@ -491,7 +492,9 @@ def _mean_claims(claims: Mapping[str, Claim]) -> dict[str, Claim]:
     source = SOURCES["shield"]
     return {
         name: claim
-        if claim.level is not Level.EXACT or name == "force_lower_bound"
+        if claim.level is not Level.EXACT
+        or name == "force_lower_bound"
+        or claim.reason.startswith("prescribed")
         else replace(claim, level=Level.APPROXIMATE, reason=f"{reason}; {claim.reason}", source=source)
         for name, claim in claims.items()
     }

@@ -147,7 +147,9 @@ def to_si(value: QuantityLike, unit: str, *, name: str = "value") -> float:
     try:
         number = float(number)
     except (OverflowError, TypeError, ValueError) as error:
-        raise UnitError(f"{name}: {str(value)[:40]} is not a number that a float can hold: {error}") from error
+        raise UnitError(
+            f"{name}: {str(value)[:40]} is not a number that a float can hold: {error}"
+        ) from error
     if not math.isfinite(number):
         raise UnitError(f"{name}: {value!r} is not finite: a finite number is needed")
     return number
@@ -223,6 +225,7 @@ def to_si_array(values: ArrayQuantityLike, unit: str, *, name: str = "values") -
     if not np.all(np.isfinite(array)):
         where = np.argwhere(~np.isfinite(np.atleast_1d(array)))[0].tolist()
         raise UnitError(f"{name}: entry {where} is not finite: every entry must be a finite number")
+    array = np.asarray(array + 0.0)  # no negative zeros
     array.flags.writeable = False
     return array
 

@@ -4,6 +4,7 @@ Every formula is taken from the literature (Sneddon 1965; Popov, Hess and Willer
 numpy.longdouble, so that the last digit of a double can be judged.
 """
 
+import itertools
 import math
 
 import numpy as np
@@ -27,7 +28,7 @@ def panels(function, edges, n=40):
     """Integral of a function over panels, in extended precision."""
     s, w = gauss(n)
     total = LONG(0)
-    for low, high in zip(edges[:-1], edges[1:], strict=True):
+    for low, high in itertools.pairwise(edges):
         low, high = LONG(low), LONG(high)
         total += (high - low) * (w * function(low + (high - low) * s)).sum()
     return total

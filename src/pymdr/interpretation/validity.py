@@ -288,7 +288,7 @@ def normal_claims(
         level, reason = Level.NOT_VALID, f"{why}{extra_reason}"
     claims = {name: Claim(level, reason, source, disk) for name in (*NORMAL_QUANTITIES, *NORMAL_FIELDS)}
     for name, known in (prescribed or {}).items():
-        if not disk.all() and known.any():
+        if known.all() or (known.any() and not disk.all()):
             claims[name] = Claim(Level.EXACT, "prescribed, or exact on a disk", source, disk | known)
     everywhere = np.ones(disk.shape, dtype=bool)
     claims["force_lower_bound"] = Claim(

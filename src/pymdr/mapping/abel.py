@@ -519,7 +519,12 @@ def edge_average(
             values = np.where(weight > 0.0, values, 0.0) * weight
         return values if k == 0.0 else values * (radius * np.sinh(s) / s) ** k
 
-    radius = _beside_corners(flat[inside], sharp)
+    close, beside = _extrapolated_to_corners(
+        lambda x: edge_average(curve, x, a, breakpoints=breakpoints, corners=corners, k=k),
+        flat[inside],
+        sharp,
+    )
+    radius = flat[inside][~close]
     tolerance = _SINGULAR_TOLERANCE if breakpoints else _TOLERANCE
     values = _integrate(
         integrand, edges, radius, exponent=k, power=2, levels=_LEVELS[:4], tolerance=tolerance
@@ -529,20 +534,34 @@ def edge_average(
         fine = _integrate(
             integrand, fine_edges, radius[hard], exponent=k, power=2, tolerance=_CORNER_TOLERANCE
         )
-        at_corner = np.isin(radius[hard], sharp)
-        values[hard] = np.where(np.isnan(fine) & at_corner, math.inf, fine)
-    answer[inside] = _require(values, radius, "pressure")
+        values[hard] = fine
+    beside[~close] = _require(values, radius, "pressure")
+    answer[inside] = beside
     return np.asarray(answer.reshape(r.shape))
 
 
-def _beside_corners(radius: FloatArray, corners: FloatArray) -> FloatArray:
-    """Radii closer than 3e-11 to a corner, where the logarithm cannot be resolved, moved to that distance."""
-    moved = radius.copy()
+def _extrapolated_to_corners(
+    average: Callable[[FloatArray], FloatArray], radius: FloatArray, corners: FloatArray
+) -> tuple[np.ndarray, FloatArray]:
+    """
+    Values within 1e-8 of a corner, where x - b is lost to rounding: a logarithm through 2e-8 and 2e-7.
+
+    Gives the mask of these radii and their values; inf at the corner itself.
+    """
+    close = np.zeros(radius.shape, dtype=bool)
+    values = np.zeros(radius.shape)
     for b in corners:
-        distance = radius - b
-        close = (np.abs(distance) < 3e-11 * b) & (distance != 0.0)
-        moved[close] = b + np.sign(distance[close]) * 3e-11 * b
-    return moved
+        distance = (radius - b) / b
+        here = np.abs(distance) < 1e-8
+        for side in (-1.0, 1.0):
+            chosen = here & (np.sign(distance) == side)
+            if chosen.any():
+                near, far = average(b * (1.0 + side * np.array([2e-8, 2e-7])))
+                decades = np.log10(np.abs(distance[chosen]) / 2e-8)
+                values[chosen] = near + (far - near) * decades
+        values[here & (distance == 0.0)] = math.inf
+        close |= here
+    return close, values
 
 
 def _root_correction(

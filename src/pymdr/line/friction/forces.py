@@ -96,6 +96,8 @@ def swept_parting(
         return swept(line, slope, g, upper, s_u, middle, s_m, start, step) + swept(
             line, slope, -g, middle, s_m, lower, s_l, start, step
         )
+    if lag_u == 0.0 and lag_l == 0.0:
+        return 0.0
     g = 1.0 if lag_u + lag_l > 0.0 else -1.0
     return swept(line, slope, g, upper, s_u, lower, s_l, start, step)
 

@@ -29,7 +29,7 @@ MERGE = 2.0**-47  # of the coordinates: bends below it are rounding of the input
 # two nodes for the weight 1 - t on [0, 1]
 _GAUSS_X = (0.4 - math.sqrt(0.06), 0.4 + math.sqrt(0.06))
 _GAUSS_W = (0.25 + math.sqrt(6.0) / 36.0, 0.25 - math.sqrt(6.0) / 36.0)
-TINY = 1e-150  # depths below it count as no contact: their products underflow
+TINY = 1e-150  # lengths below it count as none: their products underflow
 Point: TypeAlias = tuple[float, float, float, float, float]
 
 Function = TypeVar("Function", bound=Callable[..., Any])
@@ -276,7 +276,7 @@ def parted(
 ) -> float:
     """-int phi' dF_N for phi = |dD| s^2 / (2 kappa), s linear from s_u at the upper point, slip toward g."""
     rate = g * d_shift - d_depth
-    if rate <= 0.0:
+    if rate <= TINY:
         return 0.0
     per_slip = slope * g * d_depth - g * d_shift
     p_u = per_slip * min(s_u / rate, 1.0)
@@ -357,7 +357,7 @@ def move(
             g = 1.0 if shift > b else -1.0
             rate = g * d_shift - d_depth
     edge = g * shift - depth
-    per_rate = 1.0 / rate if rate > 0.0 else 0.0
+    per_rate = 1.0 / rate if rate > TINY else 0.0
     while i > 0:
         bend = 1.0 - g * stack[i].slope
         next_lag = edge - (g * stack[i - 1].b - stack[i - 1].y)

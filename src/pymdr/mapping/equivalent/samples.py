@@ -99,7 +99,8 @@ def _refuse_jumps(profile: Function) -> None:
     assert profile.f is not None
     for b in profile.breakpoints:
         left, right = call(profile.f, b * np.array([1.0 - 1e-12, 1.0 + 1e-12]))
-        size = max(abs(left - profile.offset), abs(right - profile.offset))
+        around = call(profile.f, b * np.array([0.5, 1.0, 1.5, 2.0])) - profile.offset
+        size = float(np.max(np.abs(around[np.isfinite(around)]), initial=0.0))
         if abs(right - left) > 1e-6 * size:
             raise ProblemError(
                 f"the profile jumps by {right - left:g} m at r = {b:g} m: a step is not a disk contact; "
