@@ -203,7 +203,7 @@ def work_done(curves, run, kinks, tangential):
     return np.cumsum(total)
 
 
-@few
+@settings(max_examples=25, deadline=None)
 @given(curve_names, rows, frictions)
 def test_energy_balance_with_independent_slip_work(name, history, mu):
     curves, (d, u) = CURVES[name], columns(history)
@@ -213,6 +213,18 @@ def test_energy_balance_with_independent_slip_work(name, history, mu):
     assert close(run.stored_energy + run.slip_work, work, 1e-11, scale)
     assert np.all(np.diff(run.slip_work, prepend=0.0) >= -1e-13 * scale)
     assert np.all(run.stored_energy >= -1e-13 * scale)
+
+
+def test_repeated_cycles_repeat():
+    """Memory is wiped out at every return: the same states, and no vertex more, cycle after cycle."""
+    amplitude = 0.3 * 0.1 * np.array([1.0, -1.0] * 50)
+    for d, swing in ((np.full(100, 0.7), amplitude), (np.full(100, 0.7), 7.0 * amplitude)):
+        run = follow_displacements(HERTZ, d, swing, 0.1, 0.8, checkpoints=range(100))
+        assert run.state.y.size <= 4
+        assert max(np.ptp(run.stick_radius[2::2]), np.ptp(run.stick_radius[3::2])) <= 1e-12
+        forces = follow_forces(HERTZ, evaluate(HERTZ, d)[1], run.tangential_force, 0.1, 0.8)
+        assert forces.state.y.size <= 4
+        assert np.ptp(run.slip_work_steps[2:]) <= 1e-11 * run.slip_work[3]
 
 
 def test_separating_springs_count():
@@ -276,7 +288,6 @@ def test_rescaling(n, history, length, modulus):
     assert close(small.tangential_force, large.tangential_force / by_force, 1e-13, force)
     assert close(small.stored_energy, large.stored_energy / by_energy, 1e-13, energy)
     assert close(small.slip_work, large.slip_work / by_energy, 1e-13, energy)
-    assert close(small.stick_radius, large.stick_radius / length, 1e-8, 1.0)
 
 
 @few

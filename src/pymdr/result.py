@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pymdr.errors import QuantityError
+from pymdr.errors import FileError, ProblemError, QuantityError
 from pymdr.independent.history import RingHistory, solve_steps
 from pymdr.independent.rings import Rings
 from pymdr.interpretation.surface import LINE_FIELDS, SURFACE_FIELDS, Surface, surface_of
@@ -312,7 +312,7 @@ class Result:
         a = self.data["contact_radius"].values if "contact_radius" in self.data else np.zeros(1)
         largest = float(np.nanmax(a, initial=0.0))
         reach = 0.0 if isinstance(self.surface, RingHistory) else 1.05 * _known_reach(self.surface)
-        top = max(2.0 * largest, reach)
+        top = max(2.0 * largest, reach) or min(1.0, self.contact.profile.reach)
         return replace(self.contact, profile=without_callables(self.contact.profile, top))
 
     def to_dataframe(self) -> pd.DataFrame:
@@ -344,7 +344,10 @@ def result_from_dataset(dataset: xr.Dataset) -> Result:
 
     parts = unpack(dataset)
     rings = parts["rings"]
-    parts |= {"status": Status[parts["status"]], "rings": None if rings is None else Rings(rings)}
+    try:
+        parts |= {"status": Status[parts["status"]], "rings": None if rings is None else Rings(rings)}
+    except (KeyError, ProblemError) as error:
+        raise FileError(f"damaged pymdr result: {error}") from error
     return Result(**parts)
 
 

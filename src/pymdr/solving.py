@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import pickle
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
@@ -237,7 +238,11 @@ def _made_fast(contact: Contact, mapped: Mapped, path: LoadingPath) -> Mapped:
         if force > 0.0:
             reached = line_upto_force(line, force).equivalent
             depth = max(depth, float(reached.g(np.array([reached.reach]))[0]))
-        top = _last_radius_below(contact.profile, equivalent, depth)
+        top, dips = _last_radius_below(contact.profile, equivalent, depth)
+        if dips:
+            marked = equivalent_profile(_marked(contact.profile, dips))
+            assert isinstance(marked, NumericLine)
+            equivalent = marked
     return Mapped(ElasticLine(equivalent.upto(top), line.modulus), mapped.moduli, mapped.notes)
 
 
@@ -249,15 +254,38 @@ _DECADES = np.geomspace(1e-16, 1e8, 24 * 16 + 1)
 """Radii in m at which a profile without a length of its own is looked at first."""
 
 
-def _last_radius_below(profile: Profile, equivalent: NumericLine, depth: float) -> float:
-    """The largest radius with f <= depth: contact, where u = d - f >= 0, lies inside it."""
+def _last_radius_below(
+    profile: Profile, equivalent: NumericLine, depth: float
+) -> tuple[float, tuple[float, ...]]:
+    """
+    The largest radius with f <= depth: contact, where u = d - f >= 0, lies inside it.
+
+    Dips of f below `depth` farther out come back by their ends, which become breakpoints, so that no panel
+    steps over them.
+    """
     first = equivalent.top_for(depth) if depth > 0.0 else _last_below(profile, equivalent, depth, _DECADES)
     if first is None:
-        return min(1.0, profile.reach)  # no contact: any length will do
+        return min(1.0, profile.reach), ()  # no contact: any length will do
     limit = min(profile.reach, 1000.0 * first)
     if limit <= first:
-        return first
-    return max(first, _last_below(profile, equivalent, depth, np.geomspace(first, limit, 400)) or 0.0)
+        return first, ()
+    r = np.geomspace(first, limit, 20_001)
+    with np.errstate(all="ignore"):
+        below = _gap_on(profile, equivalent, r) <= depth
+    if not below.any():
+        return first, ()
+    last = _last_below(profile, equivalent, depth, r)
+    ends = np.flatnonzero(np.diff(below.astype(int)))
+    return max(first, last or 0.0), tuple(float(x) for i in ends for x in (r[i], r[i + 1]))
+
+
+def _marked(profile: Profile, radii: tuple[float, ...]) -> Profile:
+    """The profile with more breakpoints on its callables."""
+    if isinstance(profile, Sum):
+        return Sum(tuple(_marked(part, radii) for part in profile.parts))
+    if not isinstance(profile, Function):
+        return profile
+    return replace(profile, breakpoints=(*profile.breakpoints, *radii))
 
 
 def _last_below(profile: Profile, equivalent: NumericLine, depth: float, radii: FloatArray) -> float | None:
@@ -717,7 +745,11 @@ def solve_batch(
     >>> round(forces[1] / forces[0], 12)
     2.0
     """
+    if isinstance(workers, bool) or not isinstance(workers, int) or workers < 1:
+        raise ProblemError(f"solve_batch: workers = {workers!r}; a whole number of at least 1 is needed")
     jobs = [(contact, path) for contact in contacts]
+    if workers > 1:
+        _refuse_unpicklable(jobs)
     answers: list[Result | PymdrError] = []
     if workers > 1:
         from concurrent.futures import ProcessPoolExecutor
@@ -729,6 +761,16 @@ def solve_batch(
         for job in jobs:
             _collect(answers, _solve_quietly(job), throw, progress, len(jobs))
     return answers
+
+
+def _refuse_unpicklable(jobs: list[tuple[Contact, LoadingPath]]) -> None:
+    try:
+        pickle.dumps(jobs)
+    except (AttributeError, TypeError, pickle.PicklingError) as error:
+        raise ProblemError(
+            f"solve_batch: a profile cannot be sent to other processes ({error}); write its callable as a function of "
+            "a module instead of a lambda, or use workers=1"
+        ) from error
 
 
 def _solve_quietly(job: tuple[Contact, LoadingPath]) -> Result | PymdrError:

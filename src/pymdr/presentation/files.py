@@ -13,10 +13,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pymdr.errors import FileError, PymdrError
-from pymdr.interpretation.validity import Assumption, Claim, Level
+from pymdr.interpretation.validity import SOURCES, Assumption, Claim, Level
 from pymdr.problem.codec import decode_case, encode_case
 from pymdr.problem.contact import Contact
 from pymdr.problem.paths import LoadingPath
+from pymdr.quantities import BAND_ENDS, QUANTITIES
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -128,7 +129,8 @@ def unpack(dataset: xr.Dataset) -> dict[str, Any]:
             name: Claim(Level[c["level"]], c["reason"], c["source"], _from_runs(c["where"]))
             for name, c in json.loads(attrs["pymdr_claims"]).items()
         }
-        return {
+        references = tuple(json.loads(attrs["pymdr_references"]))
+        parts = {
             "contact": contact,
             "path": path,
             "data": dataset.drop_attrs(deep=False),
@@ -136,11 +138,41 @@ def unpack(dataset: xr.Dataset) -> dict[str, Any]:
             "assumptions": tuple(Assumption(**a) for a in json.loads(attrs["pymdr_assumptions"])),
             "status": attrs["pymdr_status"],
             "notes": tuple(json.loads(attrs["pymdr_notes"])),
-            "references": tuple(json.loads(attrs["pymdr_references"])),
+            "references": references,
             "rings": json.loads(attrs["pymdr_rings"]),
         }
-    except (KeyError, ValueError, TypeError, PymdrError) as error:
+    except (KeyError, ValueError, TypeError, AttributeError, PymdrError) as error:
         raise FileError(f"damaged pymdr result: {error}") from error
+    _check_whole(dataset, claims, references)
+    return parts
+
+
+def _check_whole(dataset: xr.Dataset, claims: Mapping[str, Claim], references: Sequence[str]) -> None:
+    """Refuse a result whose arrays, claims and references do not belong together."""
+    unknown = [key for key in references if key not in SOURCES]
+    missing = [
+        name
+        for name, claim in claims.items()
+        if name in QUANTITIES
+        and QUANTITIES[name].dims == ("step",)
+        and claim.readable
+        and name not in dataset
+    ]
+    unclaimed = [str(name) for name in dataset if name != "time" and _base(str(name)) not in claims]
+    short = [name for name, claim in claims.items() if claim.where.size != dataset.sizes.get("step", 0)]
+    for what, names in (
+        ("unknown references", unknown),
+        ("no values of", missing),
+        ("no claims of", unclaimed),
+        ("another number of steps in the claims of", short),
+    ):
+        if names:
+            raise FileError(f"damaged pymdr result: {what} {', '.join(map(str, names))}")
+
+
+def _base(name: str) -> str:
+    base, _, end = name.rpartition("_")
+    return base if end in BAND_ENDS and name not in QUANTITIES else name
 
 
 def write_dataset(dataset: xr.Dataset, file: str | os.PathLike[str]) -> None:

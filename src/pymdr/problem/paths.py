@@ -80,6 +80,7 @@ class Ramp(Leg):
 
     def __post_init__(self) -> None:
         _check_steps("Ramp", self.steps)
+        object.__setattr__(self, "steps", int(self.steps))
         named = [name for name in NORMAL_CHANNELS if getattr(self, name) is not None]
         if not named:
             raise PathError(
@@ -112,6 +113,7 @@ class Hold(Leg):
 
     def __post_init__(self) -> None:
         _check_steps("Hold", self.steps)
+        object.__setattr__(self, "steps", int(self.steps))
 
 
 @dataclass(frozen=True, eq=False)

@@ -34,8 +34,8 @@ def cattaneo_mindlin(shift_ratio: ArrayLike, exponent: float) -> tuple[FloatArra
     >>> round(float(force), 12), round(float(stick), 12)
     (0.64, 0.6)
     """
-    stuck = np.log1p(-np.minimum(np.asarray(shift_ratio, dtype=float), 1.0 - 1e-300))
     with np.errstate(divide="ignore"):
+        stuck = np.log1p(-np.asarray(shift_ratio, dtype=float))
         return -np.expm1(stuck * (exponent + 1.0) / exponent), np.exp(stuck / exponent)
 
 

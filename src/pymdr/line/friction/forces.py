@@ -6,6 +6,7 @@ import math
 from typing import Any
 
 from pymdr.line.friction.kernels import (
+    MEET,
     MODULUS,
     Point,
     at,
@@ -162,6 +163,8 @@ def load(
     lower = at(stack, i - 1)
     s_l = stack[i - 1].sum
     y = border(line, stack, i, g, edge, upper[0])
+    if y - lower[0] <= MEET * depth:
+        y = lower[0]
     if y > lower[0]:
         a, f, work = curve(line, y)
         s_l += stack[i].slope * (f - lower[2])
@@ -170,6 +173,8 @@ def load(
     if y > stack[i - 1].y:
         put(line, stack, i, lower, stack[i].slope)
         i += 1
+    elif i > 1 and stack[i - 1].slope == g:
+        i -= 1
     put(line, stack, i, (depth, lower[1] + g * (depth - lower[0]), force, end[3], end[4]), g)
     return i, -math.inf, math.inf, total
 

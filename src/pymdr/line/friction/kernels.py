@@ -26,6 +26,7 @@ CHILD, BUCKETS = 0, 256
 VERTEX = np.dtype([(name, float) for name in ("y", "b", "slope", "force", "work", "sum", "energy", "radius")])
 
 MERGE = 2.0**-47  # of the coordinates: bends below it are rounding of the input
+MEET = 2.0**-49  # of the coordinates: a border of slip this close to a vertex stands on it
 # two nodes for the weight 1 - t on [0, 1]
 _GAUSS_X = (0.4 - math.sqrt(0.06), 0.4 + math.sqrt(0.06))
 _GAUSS_W = (0.25 + math.sqrt(6.0) / 36.0, 0.25 - math.sqrt(6.0) / 36.0)
@@ -375,6 +376,8 @@ def move(
     else:
         bottom = stack[i - 1].y
         y = upper[0] - lag / bend if lag < bend * (upper[0] - bottom) else bottom
+        if y - bottom <= MEET * (depth + abs(shift)):
+            y = bottom
         if y > bottom:
             a, force, work = curve(line, y)
             lower = (y, stack[i - 1].b + stack[i].slope * (y - bottom), force, work, a)
@@ -385,5 +388,7 @@ def move(
             put(line, stack, i, lower, stack[i].slope)
         else:
             i -= 1
+            if i > 0 and stack[i].slope == g:
+                i -= 1
     put(line, stack, i + 1, end, g)
     return i + 1, -math.inf, math.inf, total, slid

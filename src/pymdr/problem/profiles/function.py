@@ -112,7 +112,10 @@ def call(function: ArrayFunction, r: FloatArray, name: str = "f") -> FloatArray:
     flat = np.ravel(r)
     with np.errstate(all="ignore"):
         try:
-            values = np.asarray(function(flat), dtype=float)
+            raw = function(flat)
+            if np.iscomplexobj(raw):
+                raise ProblemError(f"Function.{name} gives complex numbers; a profile is real")
+            values = np.asarray(raw, dtype=float)
             if values.shape != flat.shape:
                 values = np.array(np.broadcast_to(values, flat.shape))
             return values.reshape(np.shape(r))
