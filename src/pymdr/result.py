@@ -168,6 +168,8 @@ class Result:
         radii = (
             surface.default_radii(chosen[-1]) if r is None else np.atleast_1d(to_si_array(r, "m", name="r"))
         )
+        if radii.ndim != 1:
+            raise QuantityError(f"field: r has the shape {radii.shape}; one row of radii is needed")
         values = np.array([surface.field(name, np.abs(radii), i) for i in chosen])
         axis = POSITION if name in LINE_FIELDS else RADIUS
         row = quantity(name)

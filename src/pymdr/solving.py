@@ -748,14 +748,21 @@ def solve_batch(
     if isinstance(workers, bool) or not isinstance(workers, int) or workers < 1:
         raise ProblemError(f"solve_batch: workers = {workers!r}; a whole number of at least 1 is needed")
     jobs = [(contact, path) for contact in contacts]
-    if workers > 1:
-        _refuse_unpicklable(jobs)
     answers: list[Result | PymdrError] = []
     if workers > 1:
         from concurrent.futures import ProcessPoolExecutor
 
+        # what cannot be sent to another process, such as a lambda, is solved in this one
+        travels = [_can_travel(job) for job in jobs]
         with ProcessPoolExecutor(workers) as pool:
-            for answer in pool.map(_solve_quietly, jobs, chunksize=max(1, len(jobs) // (8 * workers))):
+            futures = [
+                pool.submit(_solve_quietly, job) if away else None
+                for job, away in zip(jobs, travels, strict=True)
+            ]
+            for job, future in zip(jobs, futures, strict=True):
+                answer = _solve_quietly(job) if future is None else future.result()
+                if isinstance(answer, Result):
+                    answer = replace(answer, contact=job[0])
                 _collect(answers, answer, throw, progress, len(jobs))
     else:
         for job in jobs:
@@ -763,14 +770,12 @@ def solve_batch(
     return answers
 
 
-def _refuse_unpicklable(jobs: list[tuple[Contact, LoadingPath]]) -> None:
+def _can_travel(job: tuple[Contact, LoadingPath]) -> bool:
     try:
-        pickle.dumps(jobs)
-    except (AttributeError, TypeError, pickle.PicklingError) as error:
-        raise ProblemError(
-            f"solve_batch: a profile cannot be sent to other processes ({error}); write its callable as a function of "
-            "a module instead of a lambda, or use workers=1"
-        ) from error
+        pickle.dumps(job)
+    except (AttributeError, TypeError, pickle.PicklingError):
+        return False
+    return True
 
 
 def _solve_quietly(job: tuple[Contact, LoadingPath]) -> Result | PymdrError:

@@ -165,11 +165,11 @@ def moment(line: FloatArray, p: Point, q: Point) -> float:
     """
     length = q[0] - p[0]
     exact = q[3] - p[3] - length * p[2]
-    if length > 1e-2 * q[0]:
+    if length > 6e-3 * q[0]:
         return exact
     if length > 1e-3 * q[0]:
         smooth = quadrature(line, p[0], length)
-    elif length > 1e-5 * q[0]:
+    elif length > 2e-5 * q[0]:
         smooth = length * (0.5 * (q[2] - p[2]) - line[0, MODULUS] * length * (q[4] - p[4]) / 6.0)
     else:
         smooth = line[0, MODULUS] * length * length * (2.0 * p[4] + q[4]) / 3.0

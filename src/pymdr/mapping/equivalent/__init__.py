@@ -164,7 +164,11 @@ def without_callables(profile: Profile, top: float) -> Profile:
         return profile
     top = min(top, profile.reach)
     samples = samples_of(profile, top)
-    tip = chebyshev.tip_exponent(samples.slope, top, 0.0) if profile.derivative is not None else 0.0
+    tip = chebyshev.tip_exponent(samples.slope, top, 0.0)
+    if profile.derivative is None:
+        # differentiated values are noise near the tip: only a pure power is believed, from larger radii
+        tip = chebyshev.tip_exponent(samples.slope, 1e6 * top, 0.0)
+        tip = tip if tip == round(tip) else 0.0
     slope = chebyshev.build(
         samples.slope,
         top,
