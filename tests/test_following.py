@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import time
 from dataclasses import dataclass
 from functools import cache
 from itertools import pairwise
@@ -531,26 +530,6 @@ def test_fifty_instabilities():
     found = law.states(history.parameter[on]).indentation
     assert np.max(np.abs(found - history.control[on])) < 1e-12
     assert np.all(law.slopes(history.parameter[on])[0] > -1e-9)
-
-
-def test_a_long_path_is_fast():
-    _, track = rugged()
-    N, top = 100_000, float(track.high[-1])
-    D = np.interp(np.linspace(0, 4, N), range(5), [-0.05, top, 0.3 * top, top, -0.05])
-    table = np.linspace(-0.05, top, 1000)
-
-    def fastest(call):
-        times = []
-        for _ in range(9):
-            begin = time.perf_counter()
-            call()
-            times.append(time.perf_counter() - begin)
-        return min(times)
-
-    # measured: 14 times np.interp, 171 jumps
-    assert fastest(lambda: follow(track, D)) < 20 * fastest(lambda: np.interp(D, table, table))
-    history = follow(track, D)
-    assert history.jumps.step.size > 150
 
 
 def test_branch_inversion_against_brentq():

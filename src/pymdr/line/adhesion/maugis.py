@@ -181,9 +181,9 @@ class MaugisDugdale:
         rate[at] = 2.0 * self.modulus * (a[at] * slope[at] - spread)
 
         at = np.flatnonzero(zones.piece == _CLIPPED)
+        a[at] = np.maximum(a[at], np.sqrt(np.finfo(float).eps) * own_edge(self.line))
         steep = self.line.slope(a[at])
-        with np.errstate(divide="ignore", invalid="ignore"):
-            slope[at] = 2.0 * k + steep * root[at] / a[at]
+        slope[at] = 2.0 * k + steep * root[at] / a[at]
         rate[at] = 2.0 * self.modulus * (2.0 * k * a[at] + steep * root[at])
         return slope.reshape(s.shape), rate.reshape(s.shape)
 
