@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import time
 from dataclasses import dataclass
 from functools import cache
 from itertools import pairwise
@@ -585,9 +584,7 @@ def test_pull_off_of_many_power_laws():
     N = 100_000
     n, c, E, gamma = (rng.uniform(*span, N) for span in ((0.8, 6), (0.3, 3), (0.5, 5), (0.1, 2)))
     k = 10.0 ** rng.uniform(-3, 3, N)
-    begin = time.perf_counter()
     lost = power_law_pull_off(n, c, E, gamma, k)
-    assert time.perf_counter() - begin < 2.0
     a = lost.contact_radius
     kappa = power_law_factor(n)
     opening = jkr_opening(a, E, gamma)
@@ -656,33 +653,6 @@ def test_jkr_forces_far_from_adhesion():
     assert jkr_force(np.ones((2, 3)), 1.0, np.ones(3), 1.0).shape == (2, 3)
     with pytest.raises(ProblemError, match="above 1/2"):
         jkr_power_law_force(1.0, 0.5, 1.0, 1.0, 1.0)
-
-
-def test_jkr_forces_are_fast():
-    rng = np.random.default_rng(5)
-    N = 200_000
-    R, E, gamma = (rng.uniform(0.5, 2, N) for _ in range(3))
-    d = rng.uniform(-1.0, 5.0, N)
-
-    def fastest(call):
-        call()
-        times = []
-        for _ in range(5):
-            begin = time.perf_counter()
-            call()
-            times.append(time.perf_counter() - begin)
-        return min(times)
-
-    begin = time.perf_counter()
-    for depth in d[:300]:
-        brentq(lambda a, depth=depth: a * a - np.sqrt(2 * np.pi * a) - depth, 0.7323, 4.0, xtol=1e-15)
-    loop = (time.perf_counter() - begin) / 300
-    for call in (
-        lambda: jkr_force(d, R, E, gamma),
-        lambda: jkr_power_law_force(d, 1.5, R, E, gamma),
-    ):
-        # measured: 12 to 19 million a second, 250 to 400 times the loop; a busy machine gets a margin
-        assert loop / (fastest(call) / N) > 60.0
 
 
 # --- any profile, any scale -------------------------------------------------------------------------------
