@@ -37,7 +37,7 @@ def _fit(n: int) -> FloatArray:
 
 @dataclass(frozen=True)
 class Panel:
-    """One interpolant: x = low + width t^power, value = x^tip_exponent * series(2 t - 1)."""
+    """One interpolant: x = low + width t^power, value = (x / high)^tip_exponent * series(2 t - 1)."""
 
     low: float
     high: float
@@ -57,6 +57,14 @@ class Panel:
         return np.asarray(2.0 * chebyshev.chebder(self.coefficients), dtype=np.float64)
 
     @property
+    def spans_decades(self) -> bool:
+        """Whether the series of a panel by the tip is so small at its lower end that it loses digits there."""
+        if not self.tip_exponent:
+            return False
+        ends = chebyshev.chebval(np.array([-1.0, 1.0]), self.coefficients)
+        return bool(abs(ends[0]) < abs(ends[1]) / 64.0)
+
+    @property
     def nodes(self) -> FloatArray:
         """The interpolation points x."""
         return self.low + (self.high - self.low) * nodes(self.coefficients.size) ** self.power
@@ -68,7 +76,7 @@ class Panel:
     def value(self, x: FloatArray) -> FloatArray:
         """The interpolated curve at `x`."""
         series = np.asarray(chebyshev.chebval(2.0 * self._t(x) - 1.0, self.significant), dtype=np.float64)
-        return series * x**self.tip_exponent if self.tip_exponent else series
+        return series * (x / self.high) ** self.tip_exponent if self.tip_exponent else series
 
     @cached_property
     def _slope_over_t(self) -> FloatArray | None:
@@ -106,7 +114,7 @@ class Panel:
         n = self.tip_exponent
         series = chebyshev.chebval(z, self.coefficients)
         with np.errstate(divide="ignore"):
-            return np.asarray(x ** (n - 1.0) * (n * series + x * slope))
+            return np.asarray((x / self.high) ** (n - 1.0) / self.high * (n * series + x * slope))
 
 
 @dataclass(frozen=True)
@@ -152,8 +160,8 @@ class Piecewise:
         made = []
         for panel in self.panels:
             x = panel.nodes
-            exponent = tip_exponent if panel.low == 0.0 else 0.0
-            values = sample(x, panel) / x**exponent if exponent else sample(x, panel)
+            exponent = tip_exponent if panel.low == 0.0 or panel.tip_exponent else 0.0
+            values = sample(x, panel) / (x / panel.high) ** exponent
             made.append(Panel(panel.low, panel.high, panel.power, exponent, _fit(x.size) @ values))
         return Piecewise(tuple(made))
 
@@ -182,7 +190,7 @@ def build(
     rooted : bool
         Whether the curve behaves like a square root to the right of each breakpoint.
     tip_exponent : float
-        Exponent n of a curve that starts like x^n; the first panel then interpolates curve / x^n.
+        Exponent n of a curve that starts like x^n; below the first breakpoint, curve / x^n is interpolated.
     noise : callable
         Absolute rounding noise of the samples up to x, below which no refinement is tried.
     what : str
@@ -206,16 +214,16 @@ def build(
     marks = [b for b in breakpoints if b < top]
     starts = [0.0, *marks]
     todo = [
-        (lo, hi, 2 if rooted and lo > 0.0 else 1, 0) for lo, hi in zip(starts, [*marks, top], strict=True)
+        (lo, hi, 2 if rooted and lo > 0.0 else 1, 0, tip_exponent if lo == 0.0 else 0.0)
+        for lo, hi in zip(starts, [*marks, top], strict=True)
     ][::-1]
     done: list[Panel] = []
     while todo:
-        low, high, power, depth = todo.pop()
-        exponent = tip_exponent if low == 0.0 else 0.0
-        panel = _converged_panel(sample, low, high, power, exponent, noise(high) / high**exponent)
+        low, high, power, depth, exponent = todo.pop()
+        panel = _converged_panel(sample, low, high, power, exponent, noise(high))
         if panel is None and low == 0.0 and depth >= _TIP_LEVELS:
             panel = _panel(sample, low, high, power, exponent)[0]
-        if panel is not None:
+        if panel is not None and (depth >= _TIP_LEVELS or not panel.spans_decades):
             done.append(panel)
             continue
         if depth >= _DEEPEST:
@@ -226,7 +234,7 @@ def build(
         middle = low + (high - low) / (4.0 if low == 0.0 or power == 2 else 2.0)
         if not low < middle < high:
             raise ConvergenceError(f"{what}: it is not smooth at {low:.6g} m")
-        todo += [(middle, high, 1, depth + 1), (low, middle, power, depth + 1)]
+        todo += [(middle, high, 1, depth + 1, exponent), (low, middle, power, depth + 1, exponent)]
     return Piecewise(tuple(done))
 
 
@@ -241,7 +249,7 @@ def _panel(
     x = low + (high - low) * nodes(size) ** power
     values = sample(x)
     if exponent:
-        values = values / x**exponent
+        values = values / (x / high) ** exponent
     if not np.all(np.isfinite(values)):
         raise ConvergenceError(
             f"the profile gives {values[~np.isfinite(values)][0]} at r = {x[~np.isfinite(values)][0]:.6g} m; "

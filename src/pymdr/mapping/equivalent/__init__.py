@@ -181,5 +181,6 @@ def without_callables(profile: Profile, top: float) -> Profile:
         tuple(slope.edges.tolist()),
         tuple(tuple(panel.coefficients.tolist()) for panel in slope.panels),
         tip,
+        sum(panel.tip_exponent != 0.0 for panel in slope.panels),
         profile.breakpoints,
     )

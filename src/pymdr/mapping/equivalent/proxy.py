@@ -125,6 +125,9 @@ def _cumulative(
             root = ((x - panel.low) / width) ** (1.0 / panel.power)
             s, w = gauss(x.size + 8)
             u = root[:, None] * s
+            if panel.tip_exponent:
+                t = panel.low + width * u
+                return np.asarray(width * root * ((g.slope(t) * weight(i, t)) @ w))
             return np.asarray(root * ((g.rate(u) * weight(i, panel.low + width * u**panel.power)) @ w))
 
         below[panel.high] = below[panel.low] + float(upto(np.array([panel.high]))[0])

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import TypeAlias
 
 import numpy as np
@@ -131,7 +132,8 @@ class Interpolated(Profile):
     """
     A profile held as polynomials: what a saved result keeps of a :class:`Function`.
 
-    On each piece f' = r^tip sum_j c_j T_j(2 t - 1), r = low + (high - low) t, with r^tip only on the first.
+    On each piece f' = (r/high)^tip sum_j c_j T_j(2 t - 1), r = low + (high - low) t, where tip is 0 but on the
+    first pieces.
 
     Parameters
     ----------
@@ -140,7 +142,9 @@ class Interpolated(Profile):
     coefficients : sequence of sequences of float
         Chebyshev coefficients c_j of f' on each piece.
     tip : float
-        Exponent of the first piece.
+        Exponent of the first pieces.
+    tip_pieces : int
+        Number of pieces with that exponent.
     kinks : sequence of float
         The edges at which f' is not smooth.
 
@@ -153,6 +157,7 @@ class Interpolated(Profile):
     edges: tuple[float, ...]
     coefficients: tuple[tuple[float, ...], ...]
     tip: float = 0.0
+    tip_pieces: int = 1
     kinks: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
@@ -160,6 +165,7 @@ class Interpolated(Profile):
         object.__setattr__(self, "coefficients", tuple(tuple(map(float, c)) for c in self.coefficients))
         object.__setattr__(self, "kinks", tuple(float(b) for b in self.kinks))
         object.__setattr__(self, "tip", float(self.tip))
+        object.__setattr__(self, "tip_pieces", int(self.tip_pieces))
         if len(self.edges) != len(self.coefficients) + 1 or np.any(np.diff(self.edges) <= 0.0):
             raise ProblemError("Interpolated.edges must rise and be one more than the pieces")
 
@@ -177,12 +183,9 @@ class Interpolated(Profile):
         """Slope f'(r); nan beyond the reach."""
         r = np.asarray(r, dtype=float)
         answer = np.full(r.shape, math.nan)
-        for i, c in enumerate(self.coefficients):
-            low, high = self.edges[i], self.edges[i + 1]
+        for i, (low, high) in enumerate(pairwise(self.edges)):
             inside = (r >= low) & (r <= high)
-            t = (r[inside] - low) / (high - low)
-            values = np.polynomial.chebyshev.chebval(2.0 * t - 1.0, c)
-            answer[inside] = values * r[inside] ** self.tip if i == 0 else values
+            answer[inside] = self._piece_slope(r[inside], i)
         return answer
 
     def gap(self, r: ArrayLike) -> FloatArray:
@@ -192,15 +195,14 @@ class Interpolated(Profile):
         s = ((nodes + 1.0) / 2.0) ** 2
         weights = weights * (nodes + 1.0) / 2.0
         answer = np.where(r <= self.reach, 0.0, math.nan)
-        for low, high in zip(self.edges[:-1], self.edges[1:], strict=True):
+        for i, (low, high) in enumerate(pairwise(self.edges)):
             width = np.clip(r, low, high) - low
             for node, weight in zip(s, weights, strict=True):
                 x = low + width * node
-                answer = answer + weight * width * np.where(width > 0.0, self._piece_slope(x, low), 0.0)
+                answer = answer + weight * width * np.where(width > 0.0, self._piece_slope(x, i), 0.0)
         return answer
 
-    def _piece_slope(self, r: FloatArray, low: float) -> FloatArray:
-        i = self.edges.index(low)
-        t = (r - low) / (self.edges[i + 1] - low)
-        values = np.polynomial.chebyshev.chebval(2.0 * t - 1.0, self.coefficients[i])
-        return np.asarray(values * r**self.tip if i == 0 and self.tip else values)
+    def _piece_slope(self, r: FloatArray, i: int) -> FloatArray:
+        low, high = self.edges[i], self.edges[i + 1]
+        values = np.polynomial.chebyshev.chebval(2.0 * (r - low) / (high - low) - 1.0, self.coefficients[i])
+        return np.asarray(values * (r / high) ** self.tip if i < self.tip_pieces else values)
