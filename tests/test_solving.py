@@ -66,8 +66,8 @@ def test_ramp_and_duration():
     ("make", "words"),
     [
         (lambda: mdr.Path(indentation=[]), "empty"),
-        (lambda: mdr.Path(), "exactly one"),
-        (lambda: mdr.Path(indentation=[1.0], normal_force=[1.0]), "exactly one"),
+        (lambda: mdr.Path(), "no channel"),
+        (lambda: mdr.Path(indentation=[1.0], normal_force=[1.0]), "cannot both"),
         (lambda: mdr.Path(time=[1, 2], indentation=[1.0]), "2 times for 1 samples"),
         (lambda: mdr.Path(time=[2, 1], indentation=[1.0, 2.0]), "rise strictly"),
         (lambda: mdr.History(()), "path is empty"),

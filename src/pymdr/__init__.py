@@ -26,16 +26,25 @@ if TYPE_CHECKING:
     from pymdr.mapping.equivalent import equivalent_profile as equivalent_profile
     from pymdr.mapping.moduli import effective_moduli as effective_moduli
     from pymdr.problem.contact import Contact as Contact
+    from pymdr.problem.laws import DMT as DMT
+    from pymdr.problem.laws import JKR as JKR
+    from pymdr.problem.laws import Coulomb as Coulomb
+    from pymdr.problem.laws import MaugisDugdale as MaugisDugdale
     from pymdr.problem.materials import Elastic as Elastic
     from pymdr.problem.materials import Rigid as Rigid
+    from pymdr.problem.paths import Cycle as Cycle
     from pymdr.problem.paths import History as History
     from pymdr.problem.paths import Hold as Hold
     from pymdr.problem.paths import Path as Path
     from pymdr.problem.paths import Ramp as Ramp
+    from pymdr.problem.paths import cycle as cycle
+    from pymdr.problem.paths import drag as drag
     from pymdr.problem.paths import hold as hold
     from pymdr.problem.paths import indent as indent
     from pymdr.problem.paths import load as load
     from pymdr.problem.paths import ramp as ramp
+    from pymdr.problem.paths import shift as shift
+    from pymdr.problem.paths import travel as travel
     from pymdr.problem.profiles import Cone as Cone
     from pymdr.problem.profiles import CubicSpline as CubicSpline
     from pymdr.problem.profiles import FlatPunch as FlatPunch
@@ -76,8 +85,23 @@ _HOMES: dict[str, tuple[str, ...]] = {
     "pymdr.mapping.equivalent": ("equivalent_profile",),
     "pymdr.mapping.moduli": ("effective_moduli",),
     "pymdr.problem.contact": ("Contact",),
+    "pymdr.problem.laws": ("DMT", "JKR", "Coulomb", "MaugisDugdale"),
     "pymdr.problem.materials": ("Elastic", "Rigid"),
-    "pymdr.problem.paths": ("History", "Hold", "Path", "Ramp", "hold", "indent", "load", "ramp"),
+    "pymdr.problem.paths": (
+        "Cycle",
+        "History",
+        "Hold",
+        "Path",
+        "Ramp",
+        "cycle",
+        "drag",
+        "hold",
+        "indent",
+        "load",
+        "ramp",
+        "shift",
+        "travel",
+    ),
     "pymdr.problem.profiles": (
         "Cone",
         "CubicSpline",

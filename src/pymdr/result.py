@@ -39,6 +39,11 @@ class Status(enum.Enum):
         "at some steps the contact is not a disk: values there are NaN, and only force_lower_bound is given"
     )
     BY_RINGS = "every step was solved by boundary elements on rings, without the method"
+    ATTACHED = "every step was solved; the path ends in contact"
+    PULLED_OFF = "every step was solved; the contact was pulled off"
+    NOT_TOUCHED = "every step was solved; the surfaces never came into contact"
+    ADHESION_PARTLY_REFUSED = "at some steps the adhesive contact is not a disk: values there are NaN"
+    ADHESION_REFUSED = "the adhesive contact is a disk at no step: nothing is given"
     REFUSED = "the contact is a disk at no step: only force_lower_bound is given"
 
 
@@ -64,6 +69,8 @@ class Result:
     """Keys of the theory that was used; :meth:`cite` writes them out."""
     rings: Rings | None = None
     """The ring solver, if it was used instead of the method."""
+    machine_stiffness: float | None = None
+    """Stiffness of the machine in N/m, if there is one."""
 
     def __getitem__(self, name: str) -> xr.DataArray:
         """A quantity over ``step``, in SI units."""
@@ -125,7 +132,8 @@ class Result:
         d, a = (
             self.data[name].values if name in self.data else nan for name in ("indentation", "contact_radius")
         )
-        return surface_of(self.contact, np.where(np.isnan(a), np.nan, d), a)
+        c = self.data["cohesive_radius"].values if "cohesive_radius" in self.data else None
+        return surface_of(self.contact, np.where(np.isnan(a), np.nan, d), a, c)
 
     def field(self, name: str, r: ArrayQuantityLike | None = None, step: int | None = -1) -> xr.DataArray:
         """
@@ -308,6 +316,7 @@ class Result:
             notes=self.notes,
             references=self.references,
             rings=None if self.rings is None else self.rings.n,
+            machine_stiffness=self.machine_stiffness,
         )
 
     def _saved_contact(self) -> Contact:

@@ -9,15 +9,28 @@ import numpy as np
 
 from pymdr.errors import QuantityError
 from pymdr.interpretation import fields
+from pymdr.interpretation.cohesion import cohesive_displacement, cohesive_pressure, cohesive_spring_shift
+from pymdr.line.adhesion import jkr_opening
 from pymdr.line.foundation import DiskStates, ElasticLine, disk_states, line_upto_depth
 from pymdr.mapping.abel import Curve
-from pymdr.mapping.equivalent import equivalent_profile, gap_function
+from pymdr.mapping.equivalent import NumericLine, equivalent_profile, gap_function
 from pymdr.mapping.moduli import effective_moduli
 from pymdr.problem.contact import Contact
+from pymdr.problem.laws import JKR, MaugisDugdale
 from pymdr.units import FloatArray
 
 SURFACE_FIELDS = ("pressure", "normal_displacement", "gap")
 LINE_FIELDS = ("equivalent_profile", "spring_force")
+
+
+@dataclass(frozen=True)
+class Cohesion:
+    """A ring of constant tension around the contact, one entry per step."""
+
+    radius: FloatArray
+    """c in m."""
+    strength: float
+    """Cohesive stress in Pa."""
 
 
 @dataclass(frozen=True)
@@ -27,6 +40,8 @@ class Surface:
     line: ElasticLine
     gap_function: Curve
     states: DiskStates
+    cohesion: Cohesion | None = None
+    """The cohesive zone around the contact, if there is one."""
 
     def default_radii(self, step: int) -> FloatArray:
         """A grid from 0 to twice the contact radius, graded to the edge of the contact."""
@@ -49,12 +64,17 @@ class Surface:
         excess = float(self.states.edge_excess[step])
         if math.isnan(a):
             return np.full(position.shape, math.nan)
+        if self.cohesion is not None and self.cohesion.radius[step] > 0.0:
+            return self._with_cohesion(name, position, d, a, self.cohesion, step)
         if name == "pressure":
             return fields.pressure(self.line, a, excess, position)
         if name == "normal_displacement":
             return fields.normal_displacement(self.line, self.gap_function, d, a, position)
         if name == "gap":
             return fields.gap(self.line, self.gap_function, d, a, position)
+        return self._on_the_line(name, position, d, a)
+
+    def _on_the_line(self, name: str, position: FloatArray, d: float, a: float) -> FloatArray:
         x = np.abs(position)
         g = np.where(
             x > self.line.equivalent.edge,
@@ -64,8 +84,25 @@ class Surface:
         if name == "equivalent_profile":
             return g
         if name == "spring_force":
-            return np.where(x <= a, self.line.modulus * np.maximum(d - np.where(x <= a, g, d), 0.0), 0.0)
+            return np.where(x <= a, self.line.modulus * (d - np.where(x <= a, g, d)), 0.0)
         raise QuantityError(f"no field {name!r}; fields are {', '.join((*SURFACE_FIELDS, *LINE_FIELDS))}")
+
+    def _with_cohesion(
+        self, name: str, position: FloatArray, d: float, a: float, cohesion: Cohesion, step: int
+    ) -> FloatArray:
+        c, strength = float(cohesion.radius[step]), cohesion.strength
+        if name == "pressure":
+            return cohesive_pressure(self.line, strength, a, c, position)
+        if name in ("normal_displacement", "gap"):
+            u = cohesive_displacement(self.line, self.gap_function, strength, d, a, c, position)
+            if name == "normal_displacement":
+                return u
+            return np.where(position <= a, 0.0, self.gap_function(position) - d + u)
+        force = self._on_the_line(name, position, d, a)
+        if name == "spring_force":
+            pulled = self.line.modulus * cohesive_spring_shift(self.line, strength, c, position)
+            force = np.where(np.abs(position) > a, pulled, force)
+        return force
 
     def edge_amplitude(self, step: int) -> float:
         """Amplitude of the pressure singularity at the edge in Pa m^0.5."""
@@ -73,7 +110,12 @@ class Surface:
         return float(fields.edge_amplitude(self.line.modulus, a, w))
 
 
-def surface_of(contact: Contact, indentation: FloatArray, contact_radius: FloatArray) -> Surface:
+def surface_of(
+    contact: Contact,
+    indentation: FloatArray,
+    contact_radius: FloatArray,
+    cohesive_radius: FloatArray | None = None,
+) -> Surface:
     """
     The surface of a contact in given states.
 
@@ -82,6 +124,8 @@ def surface_of(contact: Contact, indentation: FloatArray, contact_radius: FloatA
     contact : Contact
     indentation, contact_radius : ndarray
         d and a of every step in m.
+    cohesive_radius : ndarray, optional
+        c of every step in m, for contacts with a cohesive zone.
 
     Returns
     -------
@@ -90,6 +134,27 @@ def surface_of(contact: Contact, indentation: FloatArray, contact_radius: FloatA
     moduli = effective_moduli(contact.body, contact.counterbody)
     line = ElasticLine(equivalent_profile(contact.profile), moduli.normal)
     deepest = float(np.max(indentation[np.isfinite(indentation)], initial=0.0))
-    line = line_upto_depth(line, deepest) if deepest > 0.0 else line
+    widest = float(np.nanmax(contact_radius if cohesive_radius is None else cohesive_radius, initial=0.0))
+    equivalent = line.equivalent
+    if contact.adhesion is not None and isinstance(equivalent, NumericLine) and widest > 0.0:
+        line = ElasticLine(equivalent.upto(2.0 * widest), line.modulus)
+    elif deepest > 0.0:
+        line = line_upto_depth(line, deepest)
     states = disk_states(line, indentation, contact_radius)
-    return Surface(line, gap_function(contact.profile, line.equivalent), states)
+    if isinstance(contact.adhesion, JKR):
+        # the outermost springs are stretched, but at a sharp edge, where they may be pressed
+        stretched = contact_radius < line.equivalent.edge
+        opening = jkr_opening(np.where(stretched, contact_radius, 0.0), line.modulus, contact.adhesion.work)
+        at_edge = _against_edge(line, indentation, contact_radius, stretched)
+        states = DiskStates(indentation, contact_radius, np.where(stretched, -opening, at_edge))
+    cohesion = None
+    if cohesive_radius is not None and isinstance(contact.adhesion, MaugisDugdale):
+        cohesion = Cohesion(cohesive_radius, contact.adhesion.cohesive_stress)
+    return Surface(line, gap_function(contact.profile, line.equivalent), states, cohesion)
+
+
+def _against_edge(line: ElasticLine, d: FloatArray, a: FloatArray, stretched: np.ndarray) -> FloatArray:
+    excess = np.zeros(d.shape)
+    known = ~stretched & np.isfinite(a)
+    excess[known] = d[known] - line.equivalent.g(a[known])
+    return excess

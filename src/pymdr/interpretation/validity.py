@@ -94,6 +94,28 @@ SOURCES: dict[str, str] = {
     "shield": (
         "Shield (1967), J. Appl. Math. Phys. 18, 682-693, with Barber (1974): reciprocity with a disk as trial area"
     ),
+    "jkr": "Johnson, Kendall and Roberts (1971), Proc. R. Soc. A 324, 301-313, doi:10.1098/rspa.1971.0141",
+    "hess": (
+        "Hess (2011), Ueber die Abbildung ausgewaehlter dreidimensionaler Kontakte auf Systeme mit niedrigerer "
+        "raeumlicher Dimension; Popov and Hess (2015), chapter 4, doi:10.1007/978-3-642-53876-6"
+    ),
+    "maugis": (
+        "Maugis (1992), J. Colloid Interface Sci. 150, 243-269, doi:10.1016/0021-9797(92)90285-T; any rising "
+        "profile by superposition on the line"
+    ),
+    "dmt": (
+        "Derjaguin, Muller and Toporov (1975), J. Colloid Interface Sci. 53, 314-326, "
+        "doi:10.1016/0021-9797(75)90018-1, in the form of Maugis (1992)"
+    ),
+    "tabor": "Tabor (1977), J. Colloid Interface Sci. 58, 2-13, doi:10.1016/0021-9797(77)90366-6",
+    "cattaneo-mindlin": (
+        "Cattaneo (1938); Mindlin (1949), J. Appl. Mech. 16, 259-268; Jaeger (1995); Ciavarella (1998), "
+        "J. Mech. Phys. Solids 46"
+    ),
+    "memory": (
+        "Jaeger (1993); Aleshin, Bou Matar and Van Den Abeele (2015), Int. J. Solids Struct. 60-61, 92-105: "
+        "memory diagrams; here as a stack on the line, Popov and Hess (2015), chapter 5"
+    ),
     "johnson": "Johnson (1985), Contact Mechanics, doi:10.1017/CBO9781139171731",
 }
 """References by key; claims and :meth:`Result.cite` quote them."""

@@ -210,6 +210,67 @@ def states_at_force(line: ElasticLine, normal_force: ArrayLike) -> DiskStates:
     return DiskStates(d, a, excess)
 
 
+def states_at_travel(line: ElasticLine, travel: ArrayLike, machine_stiffness: float) -> DiskStates:
+    """
+    Contact radius and indentation from the travel of a machine, d + F(d)/k = D.
+
+    Parameters
+    ----------
+    line : ElasticLine
+        Profile and modulus.
+    travel : array_like
+        D in m.
+    machine_stiffness : float
+        k in N/m, above 0.
+
+    Returns
+    -------
+    DiskStates
+        Arrays of the shape of `travel`; without contact d = D.
+
+    Examples
+    --------
+    >>> from pymdr.mapping.equivalent import equivalent_profile
+    >>> from pymdr.problem.profiles import Paraboloid
+    >>> line = ElasticLine(equivalent_profile(Paraboloid(1.0)), 0.75)
+    >>> states_at_travel(line, [2.0, -1.0], machine_stiffness=1.0).indentation.round(14).tolist()
+    [1.0, -1.0]
+    """
+    D = np.asarray(travel, dtype=float)
+    d = D.copy()
+    loaded = (states_at_depth(line, D).contact_radius > 0.0) & (D > 0.0)
+    if not loaded.any():
+        return states_at_depth(line, d)
+    equivalent = line.equivalent
+    if isinstance(equivalent, ProxyLine) and not equivalent.rises:
+        pressed = rising_root(
+            lambda x: x + normal_force(line, states_at_depth(line, x)) / machine_stiffness,
+            D[loaded],
+            np.zeros(int(loaded.sum())),
+            D[loaded],
+        )
+        d[loaded] = pressed
+        return states_at_depth(line, d)
+    a = np.minimum(equivalent.inverse(D), equivalent.edge)
+    soft = 2.0 * line.modulus / machine_stiffness
+    reached = equivalent.g(a) + soft * equivalent.moment(a)
+    inside = loaded & (reached > D)
+    stuck = loaded & ~inside
+    if inside.any():
+        a[inside] = rising_root(
+            lambda x: equivalent.g(x) + soft * equivalent.moment(x),
+            D[inside],
+            np.zeros(int(inside.sum())),
+            a[inside],
+        )
+        d[inside] = equivalent.g(a[inside])
+    excess = np.zeros(D.shape)
+    if stuck.any():
+        excess[stuck] = (D[stuck] - reached[stuck]) / (1.0 + soft * a[stuck])
+        d[stuck] = equivalent.g(a[stuck]) + excess[stuck]
+    return DiskStates(d, np.where(loaded, a, 0.0), excess)
+
+
 def _depth_of_best_disk(line: ElasticLine, force: FloatArray) -> FloatArray:
     equivalent = line.equivalent
     assert isinstance(equivalent, ProxyLine)

@@ -77,6 +77,7 @@ def pack(
     notes: Sequence[str],
     references: Sequence[str],
     rings: int | None,
+    machine_stiffness: float | None,
 ) -> xr.Dataset:
     """Arrays plus everything else as JSON texts in the attributes."""
     plain_claims = {
@@ -100,6 +101,7 @@ def pack(
         pymdr_notes=json.dumps(list(notes)),
         pymdr_references=json.dumps(list(references)),
         pymdr_rings=json.dumps(rings),
+        pymdr_machine_stiffness=json.dumps(machine_stiffness),
     )
 
 
@@ -140,6 +142,7 @@ def unpack(dataset: xr.Dataset) -> dict[str, Any]:
             "notes": tuple(json.loads(attrs["pymdr_notes"])),
             "references": references,
             "rings": json.loads(attrs["pymdr_rings"]),
+            "machine_stiffness": json.loads(attrs["pymdr_machine_stiffness"]),
         }
     except (KeyError, ValueError, TypeError, AttributeError, PymdrError) as error:
         raise FileError(f"damaged pymdr result: {error}") from error

@@ -76,13 +76,22 @@ def assessment(
     claims: Mapping[str, Claim],
     assumptions: Sequence[Assumption],
     notes: Sequence[str],
+    rows: int,
+    memory: int,
 ) -> str:
     """Claims before solving."""
-    lines = ["The path reaches:"]
+    lines = [f"The path has {rows} row{'s' if rows != 1 else ''} ({_bytes(memory)}) and reaches:"]
     for name, value in largest.items():
         quantity = QUANTITIES[name]
         lines.append(f"  {quantity.words:<36}{written(value, quantity.unit):>16}")
     return "\n".join([*lines, *_claims(claims), *_assumptions(assumptions), *_notes(notes)])
+
+
+def _bytes(count: int) -> str:
+    size, unit = next(
+        (count / 1000**n, u) for n, u in ((3, "GB"), (2, "MB"), (1, "kB")) if count >= 1000**n or n == 1
+    )
+    return f"{size:.3g} {unit}"
 
 
 def _claims(claims: Mapping[str, Claim]) -> list[str]:

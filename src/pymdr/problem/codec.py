@@ -16,8 +16,9 @@ import numpy as np
 
 from pymdr.errors import CaseError, ProblemError, PymdrError
 from pymdr.problem.contact import Contact
+from pymdr.problem.laws import DMT, JKR, Coulomb, MaugisDugdale
 from pymdr.problem.materials import Elastic, Rigid
-from pymdr.problem.paths import History, Hold, LoadingPath, Path, Ramp, legs
+from pymdr.problem.paths import Cycle, History, Hold, LoadingPath, Path, Ramp, legs
 from pymdr.problem.profiles import (
     Cone,
     CubicSpline,
@@ -48,8 +49,16 @@ PROFILES: dict[str, type] = {
     "interpolated": Interpolated,
 }
 MATERIALS: dict[str, type] = {"elastic": Elastic, "rigid": Rigid}
-LEGS: dict[str, type] = {"ramp": Ramp, "hold": Hold, "path": Path}
-ONE_CHANNEL_LEGS: dict[str, str] = {"indent": "indentation", "load": "normal_force"}
+ADHESION: dict[str, type] = {"jkr": JKR, "maugis_dugdale": MaugisDugdale, "dmt": DMT}
+FRICTION: dict[str, type] = {"coulomb": Coulomb}
+LEGS: dict[str, type] = {"ramp": Ramp, "cycle": Cycle, "hold": Hold, "path": Path}
+ONE_CHANNEL_LEGS: dict[str, str] = {
+    "indent": "indentation",
+    "load": "normal_force",
+    "travel": "travel",
+    "shift": "shift",
+    "drag": "tangential_force",
+}
 """Kinds that are a ramp of one channel."""
 
 INTERPOLATIONS: dict[str, type] = {
@@ -61,6 +70,8 @@ INTERPOLATIONS: dict[str, type] = {
 _TABLES: dict[str, dict[str, type]] = {
     "profile": PROFILES,
     "material": MATERIALS,
+    "adhesion": ADHESION,
+    "friction": FRICTION,
     "leg": LEGS,
     "interpolation": INTERPOLATIONS,
 }
@@ -94,6 +105,8 @@ def encode(value: Any) -> Any:
             "profile": encode(value.profile),
             "body": encode(value.body),
             "counterbody": encode(value.counterbody),
+            **({} if value.adhesion is None else {"adhesion": encode(value.adhesion)}),
+            **({} if value.friction is None else {"friction": encode(value.friction)}),
         }
     if isinstance(value, History):
         return [encode(leg) for leg in value.legs]
@@ -137,8 +150,10 @@ def _field_type(cls: type, f: Any) -> tuple[Any, Any]:
         return _union("interpolation"), Field(
             {"kind": "cubic_spline"}, description="how a curve is run through"
         )
-    if f.name == "steps":
-        return int, Field(f.default, description="number of rows", ge=1, strict=True)
+    if f.name in ("steps", "cycles"):
+        words = "number of rows" if f.name == "steps" else "number of cycles"
+        kind = int if isinstance(f.default, int) else int | None
+        return kind, Field(f.default, description=words, ge=1, strict=True)
     return Any, Field(... if f.default is MISSING else f.default)
 
 
@@ -182,6 +197,8 @@ def case_adapter() -> TypeAdapter[Any]:
         profile=(_union("profile"), ...),
         body=(_union("material"), ...),
         counterbody=(_union("material"), Field(None, description="rigid unless given")),
+        adhesion=(_union("adhesion"), Field(None, description="none unless given")),
+        friction=(_union("friction"), Field(None, description="frictionless unless given")),
         path=(legs_type, Field(..., description="legs, one after the other", min_length=1)),
     )
     return TypeAdapter(model)
@@ -230,6 +247,7 @@ def decode_case(plain: Mapping[str, Any]) -> tuple[str, Contact, LoadingPath]:
             "profile": _decode(plain["profile"], "profile"),
             "body": _decode(plain["body"], "body"),
             "counterbody": _decode(plain.get("counterbody", {"kind": "rigid"}), "counterbody"),
+            **{name: _decode(plain[name], name) for name in ("adhesion", "friction") if name in plain},
         },
     )
     pieces = [_decode(leg, f"path {i + 1}") for i, leg in enumerate(plain["path"])]
@@ -302,12 +320,14 @@ def _kinds_for(loc: list[Any]) -> list[str]:
         return [*LEGS, *ONE_CHANNEL_LEGS]
     if "interpolation" in loc:
         return list(INTERPOLATIONS)
+    if loc and loc[0] in ("adhesion", "friction"):
+        return list(_TABLES[loc[0]])
     return list(MATERIALS if loc and loc[0] in ("body", "counterbody") else PROFILES)
 
 
 def _known_keys(loc: list[Any], plain: Any) -> list[str]:
     if not loc:
-        return ["title", "profile", "body", "counterbody", "path"]
+        return list(case_adapter().json_schema()["properties"])
     for part in loc:
         plain = plain[part]
     kind = plain.get("kind")

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from pymdr.errors import ProblemError
+from pymdr.problem.laws import AdhesionLaw, Coulomb
 from pymdr.problem.materials import Material, Rigid
 from pymdr.problem.profiles import Profile
 from pymdr.problem.values import Value
@@ -13,7 +14,7 @@ from pymdr.problem.values import Value
 @dataclass(frozen=True, eq=False)
 class Contact(Value):
     """
-    A frictionless contact of two bodies of revolution.
+    A contact of two bodies of revolution.
 
     Parameters
     ----------
@@ -23,11 +24,15 @@ class Contact(Value):
         The first body.
     counterbody : Elastic or Rigid
         The second body; rigid unless given.
+    adhesion : JKR, MaugisDugdale or DMT, optional
+        How the surfaces attract each other; not at all unless given.
+    friction : Coulomb, optional
+        The law of friction; frictionless unless given.
 
     Raises
     ------
     ProblemError
-        If an argument is of the wrong kind or both bodies are rigid.
+        If an argument is of the wrong kind, both bodies are rigid, or adhesion is combined with friction.
 
     Examples
     --------
@@ -40,6 +45,8 @@ class Contact(Value):
     profile: Profile
     body: Material
     counterbody: Material = field(default_factory=Rigid)
+    adhesion: AdhesionLaw | None = None
+    friction: Coulomb | None = None
 
     def __post_init__(self) -> None:
         if not isinstance(self.profile, Profile):
@@ -54,3 +61,14 @@ class Contact(Value):
                 )
         if isinstance(self.body, Rigid) and isinstance(self.counterbody, Rigid):
             raise ProblemError("Contact: both bodies are rigid; at least one must be Elastic")
+        if not isinstance(self.adhesion, AdhesionLaw | None):
+            raise ProblemError(
+                f"Contact.adhesion = {self.adhesion!r}: a law such as JKR('50 mJ/m^2') is needed"
+            )
+        if not isinstance(self.friction, Coulomb | None):
+            raise ProblemError(f"Contact.friction = {self.friction!r}: a law such as Coulomb(0.3) is needed")
+        if self.adhesion is not None and self.friction is not None:
+            raise ProblemError(
+                "Contact: adhesion and friction together are not covered by the theory: Coulomb's limit is not "
+                "defined where the surfaces pull at each other; leave one of the two out"
+            )

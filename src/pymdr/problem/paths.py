@@ -14,9 +14,15 @@ import numpy as np
 
 from pymdr.errors import PathError
 from pymdr.problem.values import OptionalArrayField, OptionalSIField, Value
-from pymdr.units import QuantityLike
+from pymdr.units import FloatArray, QuantityLike
 
-NORMAL_CHANNELS = ("indentation", "normal_force")
+NORMAL_CHANNELS = ("indentation", "normal_force", "travel")
+"""Channels of the normal direction, of which a leg prescribes at most one."""
+
+TANGENTIAL_CHANNELS = ("shift", "tangential_force")
+"""Channels of the tangential direction, of which a leg prescribes at most one."""
+
+CHANNELS = (*NORMAL_CHANNELS, *TANGENTIAL_CHANNELS)
 
 
 class LoadingPath(Value, ABC):
@@ -40,6 +46,22 @@ class Leg(LoadingPath):
     """One piece of a path."""
 
 
+def named_channels(leg: Leg) -> tuple[str, ...]:
+    """The channels that a leg prescribes."""
+    return tuple(name for name in CHANNELS if getattr(leg, name, None) is not None)
+
+
+def _check_channels(leg: Leg, example: str) -> None:
+    named = named_channels(leg)
+    owner = type(leg).__name__
+    if not named:
+        raise PathError(f"{owner}: no channel is named; give for example {example}")
+    for group in (NORMAL_CHANNELS, TANGENTIAL_CHANNELS):
+        both = [name for name in named if name in group]
+        if len(both) > 1:
+            raise PathError(f"{owner}: {' and '.join(both)} cannot both be prescribed; name one of them")
+
+
 def _check_steps(owner: str, steps: Any) -> None:
     if isinstance(steps, bool) or not isinstance(steps, int | np.integer) or steps < 1:
         raise PathError(f"{owner}.steps = {steps!r}: a whole number of at least 1 is needed")
@@ -56,6 +78,12 @@ class Ramp(Leg):
         Target of the approach d in m.
     normal_force : quantity, optional
         Target of the normal force in N.
+    travel : quantity, optional
+        Target of the drive of the machine, indentation + normal_force / machine_stiffness, in m.
+    shift : quantity, optional
+        Target of the tangential displacement u_x in m.
+    tangential_force : quantity, optional
+        Target of the tangential force in N.
     steps : int
         Number of rows, at least 1.
     duration : quantity, optional
@@ -64,7 +92,7 @@ class Ramp(Leg):
     Raises
     ------
     PathError
-        If no channel is named, or indentation and force are both prescribed, or `steps` is not a
+        If no channel is named, or two channels of one direction are both prescribed, or `steps` is not a
         whole number of at least 1.
 
     Examples
@@ -75,19 +103,16 @@ class Ramp(Leg):
 
     indentation: OptionalSIField = OptionalSIField("m", words="target of the indentation")
     normal_force: OptionalSIField = OptionalSIField("N", words="target of the normal force")
+    travel: OptionalSIField = OptionalSIField("m", words="target of the travel of the machine")
+    shift: OptionalSIField = OptionalSIField("m", words="target of the tangential displacement")
+    tangential_force: OptionalSIField = OptionalSIField("N", words="target of the tangential force")
     steps: int = 1
     duration: OptionalSIField = OptionalSIField("s", above=0.0, words="time that the leg takes")
 
     def __post_init__(self) -> None:
         _check_steps("Ramp", self.steps)
         object.__setattr__(self, "steps", int(self.steps))
-        named = [name for name in NORMAL_CHANNELS if getattr(self, name) is not None]
-        if not named:
-            raise PathError(
-                "Ramp: no channel is named; give a target such as indentation='1 um' or normal_force='50 N'"
-            )
-        if len(named) > 1:
-            raise PathError("Ramp: indentation and normal_force cannot both be prescribed; name one of them")
+        _check_channels(self, "a target such as indentation='1 um' or normal_force='50 N'")
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,6 +142,66 @@ class Hold(Leg):
 
 
 @dataclass(frozen=True, eq=False)
+class Cycle(Leg):
+    """
+    Move channels up and down about where they are: to +amplitude, to -amplitude and back, in straight lines.
+
+    Parameters
+    ----------
+    indentation, normal_force, travel, shift, tangential_force : quantity, optional
+        Amplitudes in m or N; those of several channels move in phase.
+    cycles : int
+        Number of cycles, at least 1.
+    steps : int, optional
+        Number of rows of the whole leg, a multiple of 4 for every cycle, so that the turning points are
+        rows; 40 for every cycle unless given.
+    duration : quantity, optional
+        Time in s that the leg takes, above 0.
+
+    Raises
+    ------
+    PathError
+        If no channel is named, two channels of one direction are, or the steps do not fall on the turns.
+
+    Examples
+    --------
+    >>> Cycle(shift="2 um", cycles=2, steps=200).steps
+    200
+    """
+
+    indentation: OptionalSIField = OptionalSIField("m", words="amplitude of the indentation")
+    normal_force: OptionalSIField = OptionalSIField("N", words="amplitude of the normal force")
+    travel: OptionalSIField = OptionalSIField("m", words="amplitude of the travel of the machine")
+    shift: OptionalSIField = OptionalSIField("m", words="amplitude of the tangential displacement")
+    tangential_force: OptionalSIField = OptionalSIField("N", words="amplitude of the tangential force")
+    cycles: int = 1
+    steps: int | None = None
+    duration: OptionalSIField = OptionalSIField("s", above=0.0, words="time that the leg takes")
+
+    def __post_init__(self) -> None:
+        if isinstance(self.cycles, bool) or not isinstance(self.cycles, int | np.integer) or self.cycles < 1:
+            raise PathError(f"Cycle.cycles = {self.cycles!r}: a whole number of at least 1 is needed")
+        steps = 40 * self.cycles if self.steps is None else self.steps
+        _check_steps("Cycle", steps)
+        if steps % (4 * self.cycles):
+            raise PathError(
+                f"Cycle.steps = {steps}: the turning points of {self.cycles} cycles are rows only if it is a "
+                f"multiple of {4 * self.cycles}"
+            )
+        object.__setattr__(self, "cycles", int(self.cycles))
+        object.__setattr__(self, "steps", int(steps))
+        _check_channels(self, "an amplitude such as shift='2 um'")
+
+    @property
+    def wave(self) -> FloatArray:
+        """The rows of a cycle of unit amplitude, all cycles, shape (steps,)."""
+        assert self.steps is not None
+        phase = np.arange(1, self.steps + 1) * (4.0 * self.cycles) / self.steps
+        wave: FloatArray = 1.0 - np.abs((phase + 1.0) % 4.0 - 2.0)
+        return wave
+
+
+@dataclass(frozen=True, eq=False)
 class Path(Leg):
     """
     A measured or computed history given as arrays, one row per sample.
@@ -131,12 +216,18 @@ class Path(Leg):
         Approach d in m.
     normal_force : array_like, optional
         Normal force in N.
+    travel : array_like, optional
+        Travel of the machine in m.
+    shift : array_like, optional
+        Tangential displacement in m.
+    tangential_force : array_like, optional
+        Tangential force in N.
 
     Raises
     ------
     PathError
-        If the arrays are empty or of different lengths, time does not rise, or both or neither of
-        indentation and force are given.
+        If the arrays are empty or of different lengths, time does not rise, no channel is given or two of
+        one direction are.
 
     Examples
     --------
@@ -147,26 +238,36 @@ class Path(Leg):
     time: OptionalArrayField = OptionalArrayField("s", words="times")
     indentation: OptionalArrayField = OptionalArrayField("m", words="indentations")
     normal_force: OptionalArrayField = OptionalArrayField("N", words="normal forces")
+    travel: OptionalArrayField = OptionalArrayField("m", words="travels of the machine")
+    shift: OptionalArrayField = OptionalArrayField("m", words="tangential displacements")
+    tangential_force: OptionalArrayField = OptionalArrayField("N", words="tangential forces")
 
     def __post_init__(self) -> None:
-        named = [name for name in NORMAL_CHANNELS if getattr(self, name) is not None]
-        if len(named) != 1:
-            raise PathError(
-                f"Path: exactly one of indentation and normal_force is needed, not {named or 'none'}; "
-                "for example Path(indentation=[1e-6, 2e-6])"
-            )
-        samples = getattr(self, named[0])
-        if samples.size == 0:
+        _check_channels(self, "Path(indentation=[1e-6, 2e-6])")
+        named = named_channels(self)
+        size = getattr(self, named[0]).size
+        if size == 0:
             raise PathError(f"Path.{named[0]} is empty: at least one sample is needed")
+        for name in named[1:]:
+            if getattr(self, name).size != size:
+                raise PathError(
+                    f"Path: {size} samples of {named[0]} and {getattr(self, name).size} of {name}; give as many "
+                    "of each"
+                )
         time = self.time
         if time is None:
             return
-        if time.shape != samples.shape:
+        if time.size != size:
             raise PathError(
-                f"Path: {time.size} times for {samples.size} samples of {named[0]}; give one time per sample"
+                f"Path: {time.size} times for {size} samples of {named[0]}; give one time per sample"
             )
         if np.any(np.diff(time) <= 0.0):
             raise PathError(f"Path.time must rise strictly; it does not after entry {_first_fall(time)}")
+
+    @property
+    def steps(self) -> int:
+        """Number of rows."""
+        return int(getattr(self, named_channels(self)[0]).size)
 
 
 def _first_fall(time: Any) -> int:
@@ -250,6 +351,127 @@ def load(normal_force: QuantityLike, *, steps: int = 1, duration: QuantityLike |
     return Ramp(normal_force=normal_force, steps=steps, duration=duration)
 
 
+def travel(travel: QuantityLike, *, steps: int = 1, duration: QuantityLike | None = None) -> Ramp:
+    """
+    Move the drive of the machine, indentation + normal force / machine stiffness, to a target.
+
+    Parameters
+    ----------
+    travel : quantity
+        Target in m.
+    steps : int
+        Number of rows.
+    duration : quantity, optional
+        Time in s.
+
+    Returns
+    -------
+    Ramp
+
+    Examples
+    --------
+    >>> travel("2 um", steps=4).travel
+    2e-06
+    """
+    return Ramp(travel=travel, steps=steps, duration=duration)
+
+
+def shift(shift: QuantityLike, *, steps: int = 1, duration: QuantityLike | None = None) -> Ramp:
+    """
+    Move the tangential displacement to a target.
+
+    Parameters
+    ----------
+    shift : quantity
+        Target in m.
+    steps : int
+        Number of rows.
+    duration : quantity, optional
+        Time in s.
+
+    Returns
+    -------
+    Ramp
+
+    Examples
+    --------
+    >>> shift("2 um", steps=4).shift
+    2e-06
+    """
+    return Ramp(shift=shift, steps=steps, duration=duration)
+
+
+def drag(tangential_force: QuantityLike, *, steps: int = 1, duration: QuantityLike | None = None) -> Ramp:
+    """
+    Move the tangential force to a target.
+
+    Parameters
+    ----------
+    tangential_force : quantity
+        Target in N.
+    steps : int
+        Number of rows.
+    duration : quantity, optional
+        Time in s.
+
+    Returns
+    -------
+    Ramp
+
+    Examples
+    --------
+    >>> drag("5 N", steps=4).tangential_force
+    5.0
+    """
+    return Ramp(tangential_force=tangential_force, steps=steps, duration=duration)
+
+
+def cycle(
+    *,
+    cycles: int = 1,
+    steps: int | None = None,
+    duration: QuantityLike | None = None,
+    indentation: QuantityLike | None = None,
+    normal_force: QuantityLike | None = None,
+    travel: QuantityLike | None = None,
+    shift: QuantityLike | None = None,
+    tangential_force: QuantityLike | None = None,
+) -> Cycle:
+    """
+    Move channels up and down about where they are.
+
+    Parameters
+    ----------
+    cycles : int
+        Number of cycles.
+    steps : int, optional
+        Number of rows of the whole leg, a multiple of 4 for every cycle.
+    duration : quantity, optional
+        Time in s.
+    indentation, normal_force, travel, shift, tangential_force : quantity, optional
+        Amplitudes in m and N.
+
+    Returns
+    -------
+    Cycle
+
+    Examples
+    --------
+    >>> cycle(shift="2 um", steps=8).wave.tolist()
+    [0.5, 1.0, 0.5, 0.0, -0.5, -1.0, -0.5, 0.0]
+    """
+    return Cycle(
+        indentation=indentation,
+        normal_force=normal_force,
+        travel=travel,
+        shift=shift,
+        tangential_force=tangential_force,
+        cycles=cycles,
+        steps=steps,
+        duration=duration,
+    )
+
+
 def hold(duration: QuantityLike | None = None, *, steps: int = 1) -> Hold:
     """
     Hold every channel where it is.
@@ -279,6 +501,9 @@ def ramp(
     duration: QuantityLike | None = None,
     indentation: QuantityLike | None = None,
     normal_force: QuantityLike | None = None,
+    travel: QuantityLike | None = None,
+    shift: QuantityLike | None = None,
+    tangential_force: QuantityLike | None = None,
 ) -> Ramp:
     """
     Move one or several channels to their targets together.
@@ -289,7 +514,7 @@ def ramp(
         Number of rows.
     duration : quantity, optional
         Time in s.
-    indentation, normal_force : quantity, optional
+    indentation, normal_force, travel, shift, tangential_force : quantity, optional
         Targets in m and N.
 
     Returns
@@ -304,6 +529,9 @@ def ramp(
     return Ramp(
         indentation=indentation,
         normal_force=normal_force,
+        travel=travel,
+        shift=shift,
+        tangential_force=tangential_force,
         steps=steps,
         duration=duration,
     )

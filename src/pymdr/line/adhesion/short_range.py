@@ -173,6 +173,10 @@ class JKR:
         radius = np.minimum(s, own_edge(self.line))
         return radius, jkr_opening(radius, self.modulus, self.work) - (s - radius)
 
+    def opening(self, s: ArrayLike) -> FloatArray:
+        """Return the elongation g(a) - d of the outermost springs [m], below 0 where they are pressed."""
+        return self._radius_and_opening(as_floats(s))[1]
+
     def states(self, s: ArrayLike) -> States:
         """Return the states at the parameters `s` [m]."""
         a, opening = self._radius_and_opening(as_floats(s))

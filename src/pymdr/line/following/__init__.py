@@ -6,6 +6,7 @@ state jumps, at constant D, to the next rising part in its direction, or loses c
 All folds are found first; then the branches are tabulated once and any number of paths is followed on them.
 """
 
+from pymdr.line.following.audit import energy_residual
 from pymdr.line.following.curves import (
     Curve,
     Equilibria,
@@ -33,6 +34,7 @@ __all__ = [
     "Track",
     "Transitions",
     "energy_balance",
+    "energy_residual",
     "follow",
     "parameter_reaching",
     "sampled_curve",

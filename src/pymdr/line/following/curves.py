@@ -76,6 +76,8 @@ class Curve:
         D at which a free body touches; None stands for D(start). Never below D(start).
     free_energy : callable
         The potential of the free body as a function of D.
+    conjugate : callable, optional
+        Y(s) with dT = Y dD along the curve, for the audit of the energy.
 
     Examples
     --------
@@ -92,6 +94,7 @@ class Curve:
     knots: tuple[float, ...] = ()
     touch: float | None = None
     free_energy: Callable[[float], float] = _nothing
+    conjugate: _Function | None = None
 
 
 def under_machine(equilibria: Equilibria, stop: float, machine_stiffness: float = np.inf) -> Curve:
@@ -154,6 +157,10 @@ def under_machine(equilibria: Equilibria, stop: float, machine_stiffness: float 
         force = states.normal_force
         return elastic + surface + (-force * states.indentation if held else 0.5 * force * (force / k))
 
+    def conjugate(s: FloatArray) -> FloatArray:
+        states = equilibria.states(s)
+        return -states.indentation if held else states.normal_force
+
     return Curve(
         control,
         slope,
@@ -163,6 +170,7 @@ def under_machine(equilibria: Equilibria, stop: float, machine_stiffness: float 
         equilibria.knots,
         0.0 if held else equilibria.touch,
         _unloaded if held else _nothing,
+        conjugate,
     )
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -72,6 +73,24 @@ class NumericLine(EquivalentProfile):
 
     def top_for(self, target: float, name: str = "g") -> float:
         """A radius in m at which g (or the moment) is above a value, by at most 20 % in radius."""
+        return self.top_where(lambda samples, x: _value(samples, name, x), target)
+
+    def top_where(self, curve: Callable[[Samples, float], float], target: float) -> float:
+        """
+        A radius in m at which a quantity is above a value for good, by at most 20 % in radius.
+
+        Parameters
+        ----------
+        curve : callable
+            The quantity at a radius, from the samples of g and its moment up to there.
+        target : float
+            The value to pass.
+
+        Returns
+        -------
+        float
+            The end of the profile where that is data, or where the quantity stays below.
+        """
         limit = min(self.edge, self.reach)
         if self.fixed:
             return limit
@@ -80,7 +99,7 @@ class NumericLine(EquivalentProfile):
             """The curve at x; nan where it is not defined."""
             try:
                 with np.errstate(over="ignore", invalid="ignore"):
-                    return _value(samples_of(self.profile, x), name, x)
+                    return curve(samples_of(self.profile, x), x)
             except ConvergenceError:
                 return math.nan
 

@@ -1,0 +1,102 @@
+"""The work done along a history by quadrature, to hold the energies against."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+from numpy.polynomial.legendre import leggauss
+
+from pymdr.errors import ConvergenceError, ProblemError
+from pymdr.line.following.curves import Curve
+from pymdr.line.following.paths import History, Track
+from pymdr.units import FloatArray
+
+_NODES, _LEVELS, _TOLERANCE = 20, 40, 1e-13
+
+
+def energy_residual(track: Track, history: History) -> float:
+    """
+    Largest |work - (T - T_initial) - dissipation| over the largest of these energies.
+
+    The work int Y dD is integrated over every smooth stretch between two jumps, without using T, so that the
+    balance is a test of energies, jumps and forces at any number of steps (mdr_math 17.9).
+
+    Parameters
+    ----------
+    track : Track
+        Of a curve with its conjugate.
+    history : History
+        What was followed on it.
+
+    Returns
+    -------
+    float
+        Dimensionless; 0 for a history without contact. What follows the loss of a contact under a dead
+        load, which has no end, is left out.
+
+    Raises
+    ------
+    ConvergenceError
+        If a stretch is not integrated to rounding.
+    """
+    curve, jumps = track.curve, history.jumps
+    last = float(history.parameter[-1])
+    begin = np.append(history.initial, jumps.after)
+    end = np.append(jumps.before, last)
+    # a contact that comes or goes without a jump does so at the start of the curve
+    bound = np.isfinite(begin) | np.isfinite(end)
+    low, high = (np.where(np.isfinite(x), x, curve.start) for x in (begin, end))
+    pieces, back = np.unique(np.stack([low, high], axis=1), axis=0, return_inverse=True)
+    work = _integrals(curve, pieces[:, 0], pieces[:, 1])[back.reshape(-1)]
+    change = np.zeros(low.size)
+    change[bound] = curve.energy(high[bound]) - curve.energy(low[bound])
+    known = np.isfinite(np.append(jumps.loss, 0.0))
+    done = np.cumsum(np.where(known, work, 0.0))
+    # between two jumps T changes by the stretch, and over a jump by its loss
+    missing = np.cumsum(np.where(known, work - change, 0.0))
+    scale = max(float(np.max(np.abs(done))), float(np.nansum(jumps.loss)), float(np.max(np.abs(change))))
+    return float(np.max(np.abs(missing)) / scale) if scale > 0.0 else 0.0
+
+
+def _integrals(curve: Curve, low: FloatArray, high: FloatArray) -> FloatArray:
+    """The integrals of Y dD/ds ds from low to high, by bisection of panels in sqrt(s)."""
+    if curve.conjugate is None:
+        raise ProblemError("the curve has no conjugate quantity, so its work cannot be integrated")
+    total = np.zeros(low.size)
+    marks = np.sqrt(np.array([0.0, *(k - curve.start for k in curve.knots if k > curve.start), np.inf]))
+    owner, left, right = _split(np.sqrt(low - curve.start), np.sqrt(high - curve.start), marks)
+    if owner.size == 0:
+        return total
+    size = np.zeros(low.size)
+    for _ in range(_LEVELS):
+        coarse, fine = _panel(curve, left, right, _NODES // 2), _panel(curve, left, right, _NODES)
+        np.maximum.at(size, owner, np.abs(fine))
+        settled = np.abs(fine - coarse) <= _TOLERANCE * np.maximum(size[owner], np.max(size) * 1e-3)
+        np.add.at(total, owner[settled], fine[settled])
+        owner, left, right = (x[~settled] for x in (owner, left, right))
+        if owner.size == 0:
+            return total
+        middle = 0.5 * (left + right)
+        owner, left, right = np.tile(owner, 2), np.append(left, middle), np.append(middle, right)
+    raise ConvergenceError(f"the work along the curve did not settle near s = {left[0] ** 2 + curve.start!r}")
+
+
+def _split(low: FloatArray, high: FloatArray, marks: FloatArray) -> tuple[np.ndarray, FloatArray, FloatArray]:
+    owners, lefts, rights = [], [], []
+    for bottom, top in pairwise(marks):
+        left, right = (np.clip(x, bottom, top) for x in (low, high))
+        real = np.flatnonzero(left != right)
+        owners.append(real)
+        lefts.append(left[real])
+        rights.append(right[real])
+    return np.concatenate(owners), np.concatenate(lefts), np.concatenate(rights)
+
+
+def _panel(curve: Curve, left: FloatArray, right: FloatArray, nodes: int) -> FloatArray:
+    assert curve.conjugate is not None
+    t, weight = leggauss(nodes)
+    u = left[:, None] + (0.5 * (right - left))[:, None] * (1.0 + t)
+    s = (curve.start + u * u).ravel()
+    integrand = (curve.conjugate(s) * curve.slope(s)).reshape(u.shape) * 2.0 * u
+    return np.asarray(0.5 * (right - left) * (integrand @ weight))

@@ -1,0 +1,149 @@
+"""Laws of adhesion and friction: what holds the surfaces together, and what keeps them from sliding."""
+
+from __future__ import annotations
+
+import math
+from abc import ABC
+from dataclasses import dataclass
+
+from pymdr.errors import ProblemError
+from pymdr.problem.values import OptionalSIField, SIField, Value
+from pymdr.units import QuantityLike
+
+
+class AdhesionLaw(Value, ABC):
+    """How the surfaces attract each other."""
+
+    work: SIField
+
+
+@dataclass(frozen=True, eq=False)
+class JKR(AdhesionLaw):
+    """
+    Adhesion of short range: the surfaces attract each other only where they touch.
+
+    Parameters
+    ----------
+    work : quantity
+        Work of adhesion (of separation) per area in J/m^2, above 0.
+
+    Notes
+    -----
+    Johnson, Kendall and Roberts (1971); for any profile by the rule of Hess (2011): the outermost springs
+    part at the elongation sqrt(2 pi a work / E*).
+
+    Examples
+    --------
+    >>> JKR("50 mJ/m^2").work
+    0.05
+    """
+
+    work: SIField = SIField("J/m^2", above=0.0, words="work of adhesion")
+
+
+@dataclass(frozen=True, eq=False)
+class MaugisDugdale(AdhesionLaw):
+    """
+    Adhesion by a constant stress up to a finite distance between the surfaces.
+
+    Parameters
+    ----------
+    work : quantity
+        Work of adhesion in J/m^2, above 0.
+    strength : quantity, optional
+        The cohesive stress in Pa, above 0.
+    range : quantity, optional
+        The distance in m up to which it acts, above 0. Exactly one of strength and range is needed;
+        work = strength * range.
+
+    Raises
+    ------
+    ProblemError
+        If both or neither of strength and range are given, or a value is not above 0.
+
+    Notes
+    -----
+    Maugis (1992), for any profile whose equivalent profile rises.
+
+    Examples
+    --------
+    >>> MaugisDugdale("50 mJ/m^2", range="0.5 nm").cohesive_stress
+    100000000.0
+    """
+
+    work: SIField = SIField("J/m^2", above=0.0, words="work of adhesion")
+    strength: OptionalSIField = OptionalSIField("Pa", above=0.0, words="cohesive stress")
+    range: OptionalSIField = OptionalSIField("m", above=0.0, words="range of the cohesive stress")
+
+    def __post_init__(self) -> None:
+        if (self.strength is None) == (self.range is None):
+            given = "neither" if self.strength is None else "both"
+            raise ProblemError(
+                f"MaugisDugdale: {given} of strength and range given; name exactly one, "
+                "for example MaugisDugdale('50 mJ/m^2', strength='20 MPa')"
+            )
+
+    @property
+    def cohesive_stress(self) -> float:
+        """The cohesive stress in Pa."""
+        if self.strength is not None:
+            return self.strength
+        assert self.range is not None
+        return self.work / self.range
+
+
+@dataclass(frozen=True, eq=False)
+class DMT(AdhesionLaw):
+    """
+    Adhesion that does not deform the bodies: the frictionless contact under a constant pull.
+
+    Parameters
+    ----------
+    work : quantity
+        Work of adhesion in J/m^2, above 0.
+    range : quantity, optional
+        Range of the attraction in m, above 0. A body with a radius of curvature needs none: its pull is
+        2 pi work R. For others the pull depends on the range.
+
+    Notes
+    -----
+    Derjaguin, Muller and Toporov (1975) in the form of Maugis (1992): the limit of :class:`MaugisDugdale`
+    for stiff, small bodies.
+
+    Examples
+    --------
+    >>> DMT("50 mJ/m^2").range is None
+    True
+    """
+
+    work: SIField = SIField("J/m^2", above=0.0, words="work of adhesion")
+    range: OptionalSIField = OptionalSIField("m", above=0.0, words="range of the attraction")
+
+
+class _CoefficientField(SIField):
+    """A coefficient of friction, which may be infinite."""
+
+    def read(self, value: QuantityLike) -> float:
+        """Convert and check; inf stands for no slip."""
+        if value == math.inf or (isinstance(value, str) and value.strip() == "inf"):
+            return math.inf
+        return super().read(value)
+
+
+@dataclass(frozen=True, eq=False)
+class Coulomb(Value):
+    """
+    Dry friction: the shear traction is at most the coefficient times the pressure.
+
+    Parameters
+    ----------
+    coefficient : quantity
+        Coefficient of friction mu, at least 0; ``math.inf`` (or "inf") is contact without slip.
+
+    Examples
+    --------
+    >>> Coulomb(0.3).coefficient
+    0.3
+    """
+
+    coefficient: SIField = _CoefficientField("", at_least=0.0, words="coefficient of friction")

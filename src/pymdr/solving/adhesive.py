@@ -1,0 +1,268 @@
+"""The contact with adhesion along a path: branches, jumps, pull-off."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from pymdr.errors import PathError
+from pymdr.interpretation.adhesion import adhesive_claims, certify_stretched_disk, energy_assumption
+from pymdr.interpretation.fields import edge_amplitude
+from pymdr.interpretation.validity import Assumption, BoolArray
+from pymdr.line.adhesion import JKR as ShortRange
+from pymdr.line.adhesion import MaugisDugdale as Cohesive
+from pymdr.line.adhesion import energy_release_rate, maugis_parameter, stress_intensity
+from pymdr.line.following import energy_residual, follow
+from pymdr.line.foundation import mean_pressure
+from pymdr.problem.contact import Contact
+from pymdr.problem.laws import DMT, JKR
+from pymdr.problem.paths import LoadingPath, named_channels
+from pymdr.result import Result, Status, labelled
+from pymdr.solving.equilibria import AdhesiveLine, round_radius
+from pymdr.solving.reach import assumptions
+from pymdr.solving.schedule import Controls, Progress, Stretch, known_legs, stretch, times, total_rows
+from pymdr.units import FloatArray
+
+_CONTROL = {"indentation": math.inf, "normal_force": 0.0}
+"""Machine stiffness in N/m that stands for a prescribed channel."""
+
+
+@dataclass(frozen=True)
+class _Here:
+    """Where the contact is between two legs."""
+
+    parameter: float | None = None
+    """None for a body that does not touch."""
+    indentation: float = 0.0
+    normal_force: float = 0.0
+    travel: float = 0.0
+    external_work: float = 0.0
+    dissipated: float = 0.0
+    energy: float = 0.0
+    """Of contact and machine in J."""
+
+
+@dataclass(frozen=True)
+class _Rows:
+    """What one leg gives, one entry per row."""
+
+    parameter: FloatArray
+    attached: BoolArray
+    indentation: FloatArray
+    normal_force: FloatArray
+    energy: FloatArray
+    jumped: BoolArray
+    jump_dissipation: FloatArray
+    dissipated: FloatArray
+    external_work: FloatArray
+    residual: float
+
+
+def solve_adhesive(
+    contact: Contact, path: LoadingPath, machine_stiffness: float | None, progress: Progress | None
+) -> Result:
+    """Map, follow and interpret."""
+    _check_adhesive_path(path)
+    line = AdhesiveLine(contact)
+    legs: list[_Rows] = []
+    here, controls = _Here(), Controls()
+    total, done = total_rows(path), 0
+    for leg in known_legs(path):
+        rows = stretch(leg, controls, vars(here))
+        controls = rows.controls
+        legs.append(_follow_leg(line, rows, here, machine_stiffness))
+        here = _end_of(legs[-1], rows, machine_stiffness)
+        done += rows.normal.size
+        if progress is not None:
+            progress(done, total)
+    return _interpret(contact, path, line, _joined(legs), machine_stiffness)
+
+
+def _check_adhesive_path(path: LoadingPath) -> None:
+    for leg in known_legs(path):
+        sideways = [name for name in named_channels(leg) if name in ("shift", "tangential_force")]
+        if sideways:
+            raise PathError(
+                f"the path prescribes {sideways[0]}, but the contact is adhesive: adhesion with friction is not "
+                "covered; leave the channel out"
+            )
+
+
+def _follow_leg(line: AdhesiveLine, asked: Stretch, here: _Here, stiffness: float | None) -> _Rows:
+    channel, values = asked.controls.normal, asked.normal
+    if not np.all(np.isfinite(values)):
+        raise PathError(
+            f"the contact was lost under a prescribed force and the body has no position from which a leg of "
+            f"{channel} could start; begin it with Path({channel}=[...])"
+        )
+    k = _CONTROL.get(channel, math.inf if stiffness is None else stiffness)
+    by_force = k == 0.0
+    track = line.track(k, float(np.max(values)), here.parameter or 0.0)
+    if by_force and here.parameter is None:
+        _refuse_pull_on_nothing(values, float(track.curve.control(np.array([track.lost]))[0]))
+    history = follow(track, values, here.parameter)
+    attached = history.attached
+    s = np.where(attached, history.parameter, line.equilibria.start)
+    states = line.equilibria.states(s)
+    elastic, surface = line.equilibria.energies(s)
+    lost = math.nan if by_force else 0.0
+    force = np.where(attached, values if by_force else states.normal_force, lost)
+    free_depth = np.full(values.shape, math.nan) if by_force else values
+    depth = np.where(attached, values if channel == "indentation" else states.indentation, free_depth)
+    machine = 0.0 if stiffness is None else 0.5 * force * force / stiffness
+    energy = np.where(attached, elastic + surface, lost) + machine
+    spent = np.cumsum(history.dissipated)
+    return _Rows(
+        parameter=np.where(attached, history.parameter, math.nan),
+        attached=attached,
+        indentation=depth,
+        normal_force=force,
+        energy=energy,
+        jumped=history.jumped,
+        jump_dissipation=history.dissipated,
+        dissipated=here.dissipated + spent,
+        # what goes in is stored or lost; the energy balance holds this against quadrature
+        external_work=here.external_work + (energy - here.energy) + spent,
+        residual=energy_residual(track, history),
+    )
+
+
+def _refuse_pull_on_nothing(values: FloatArray, pull_off: float) -> None:
+    first = int(np.argmax(values < 0.0))
+    if np.any(values[:first] >= 0.0):
+        return
+    raise PathError(
+        f"normal_force = {values[first]:g} N: a body that does not touch cannot be pulled (the contact carries down "
+        f"to {pull_off:.6g} N once it is made); touch first, for example with load('0 N') >> ..."
+    )
+
+
+def _end_of(rows: _Rows, asked: Stretch, stiffness: float | None) -> _Here:
+    d, force = float(rows.indentation[-1]), float(rows.normal_force[-1])
+    end = _Here(
+        parameter=float(rows.parameter[-1]) if rows.attached[-1] else None,
+        indentation=d,
+        normal_force=force,
+        travel=d + force / (stiffness or math.inf),
+        external_work=float(rows.external_work[-1]),
+        dissipated=float(rows.dissipated[-1]),
+        energy=float(rows.energy[-1]),
+    )
+    return end if math.isnan(d) else replace(end, **{asked.controls.normal: float(asked.normal[-1])})
+
+
+def _joined(legs: list[_Rows]) -> _Rows:
+    columns = {
+        name: np.concatenate([getattr(leg, name) for leg in legs])
+        for name in _Rows.__dataclass_fields__
+        if name != "residual"
+    }
+    return _Rows(**columns, residual=max(leg.residual for leg in legs))
+
+
+def _interpret(
+    contact: Contact, path: LoadingPath, line: AdhesiveLine, rows: _Rows, stiffness: float | None
+) -> Result:
+    """Step 3: quantities, claims and assumptions of every row."""
+    equilibria, modulus = line.equilibria, line.line.modulus
+    s = np.where(rows.attached, rows.parameter, equilibria.start)
+    states = equilibria.states(s)
+    lost = ~rows.attached & np.isnan(rows.indentation)
+    blank = np.where(lost, math.nan, 0.0)
+
+    def shown(values: FloatArray) -> FloatArray:
+        return np.where(rows.attached, values, blank)
+
+    a = shown(states.contact_radius)
+    depth_rate, force_rate = equilibria.slopes(s)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        stiffness_now = np.where(rows.attached & (s > equilibria.start), force_rate / depth_rate, 0.0)
+    elastic, surface = equilibria.energies(s)
+    columns: dict[str, FloatArray] = {
+        "indentation": rows.indentation,
+        "normal_force": rows.normal_force,
+        "contact_radius": a,
+        "normal_stiffness": shown(stiffness_now),
+        "mean_pressure": np.where(lost, math.nan, mean_pressure(rows.normal_force, np.nan_to_num(a))),
+        "elastic_energy": shown(elastic),
+        "surface_energy": shown(surface),
+        "external_work": rows.external_work,
+        "jumped": rows.jumped.astype(float),
+        "jump_dissipation": rows.jump_dissipation,
+        "dissipated_energy": rows.dissipated,
+    }
+    if isinstance(equilibria, Cohesive):
+        columns["cohesive_radius"] = shown(states.cohesive_radius)
+    if isinstance(equilibria, ShortRange):
+        columns |= _edge_columns(equilibria, s, rows.attached, blank, modulus)
+    if stiffness is not None:
+        columns["travel"] = rows.indentation + rows.normal_force / stiffness
+    depths = np.where(rows.attached, rows.indentation, math.nan)
+    certificate = certify_stretched_disk(line.seen_upto(depths), depths, a, line.law)
+    claims = adhesive_claims(
+        line.law, tuple(columns), certificate.disk, certificate.reason, _maugis(contact, modulus)
+    )
+    valid = {
+        name: values if claims[name].where.all() else np.where(claims[name].where, values, math.nan)
+        for name, values in columns.items()
+        if claims[name].readable
+    }
+    time = times(path)
+    if time is not None:
+        valid = {"time": time, **valid}
+    return Result(
+        contact=contact,
+        path=path,
+        data=labelled(valid),
+        claims=claims,
+        assumptions=_assumed(contact, line, a, rows),
+        status=_status(rows, certificate.disk),
+        notes=line.origin.notes,
+        references=_references(line),
+        machine_stiffness=stiffness,
+    )
+
+
+def _edge_columns(
+    equilibria: ShortRange, s: FloatArray, attached: BoolArray, blank: FloatArray, modulus: float
+) -> dict[str, FloatArray]:
+    """The edge of a JKR contact: its amplitude, stress intensity and energy release rate."""
+    a = equilibria.states(s).contact_radius
+    opening = np.where(a > 0.0, equilibria.opening(s), 0.0)
+    radius = np.where(a > 0.0, a, 1.0)
+    columns = {
+        "energy_release_rate": energy_release_rate(radius, opening, modulus),
+        "stress_intensity": stress_intensity(radius, opening, modulus),
+        "edge_amplitude": edge_amplitude(modulus, radius, -opening),
+    }
+    return {name: np.where(attached, values, blank) for name, values in columns.items()}
+
+
+def _maugis(contact: Contact, modulus: float) -> float:
+    """Maugis' parameter where radius and range are known, else nan."""
+    law, radius = contact.adhesion, round_radius(contact.profile)
+    if not isinstance(law, DMT) or law.range is None or radius is None:
+        return math.nan
+    return float(maugis_parameter(radius, modulus, law.work, law.work / law.range))
+
+
+def _assumed(contact: Contact, line: AdhesiveLine, a: FloatArray, rows: _Rows) -> tuple[Assumption, ...]:
+    return (*assumptions(contact, line.origin, a), energy_assumption(rows.residual))
+
+
+def _status(rows: _Rows, disk: BoolArray) -> Status:
+    if not disk.any():
+        return Status.ADHESION_REFUSED
+    if not disk.all():
+        return Status.ADHESION_PARTLY_REFUSED
+    if rows.attached[-1]:
+        return Status.ATTACHED
+    return Status.PULLED_OFF if rows.attached.any() or rows.jumped.any() else Status.NOT_TOUCHED
+
+
+def _references(line: AdhesiveLine) -> tuple[str, ...]:
+    law = line.law
+    theory = {JKR: ("jkr", "hess"), DMT: ("dmt", "maugis")}.get(type(law), ("maugis", "popov-hess"))
+    return ("sneddon", "popov-hess", *(key for key in theory if key != "popov-hess"))

@@ -1,0 +1,91 @@
+"""Bands: what the scatter of a sampled profile does to every quantity."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from pymdr.errors import ConvergenceError, PathError
+from pymdr.interpretation.validity import SOURCES, Claim, Level
+from pymdr.problem.contact import Contact
+from pymdr.problem.profiles import Profile, Sampled, Sum
+from pymdr.result import Result, labelled
+from pymdr.units import FloatArray
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+BAND_NOTE = (
+    "bands are the results for the profile lowered and raised by its scatter: a sensitivity, not a confidence "
+    "interval; NaN where such a profile is not a disk contact or not known far enough"
+)
+
+
+def scatter_of(profile: Profile) -> bool:
+    """Whether a profile has samples with a scatter."""
+    parts = profile.parts if isinstance(profile, Sum) else (profile,)
+    return any(isinstance(part, Sampled) and part.scatter is not None for part in parts)
+
+
+def with_bands(result: Result, solve: Callable[[Contact], Result]) -> Result:
+    """Add to every quantity the band between the solutions for f - scatter and f + scatter."""
+    data = result.data
+    names = [str(name) for name in data if name != "time" and not np.all(np.isnan(data[name].values))]
+    ends = [_shifted_solution(result, sign, solve) for sign in (-1.0, 1.0)]
+    columns: dict[str, FloatArray] = {}
+    for name in names:
+        values = np.array(
+            [
+                data[name].values,
+                *(end[name].values if name in end else np.full(data.sizes["step"], math.nan) for end in ends),
+            ]
+        )
+        if np.array_equal(values[0], values[1]) and np.array_equal(values[0], values[2]):
+            continue
+        known = np.isfinite(values).all(axis=0)
+        columns[f"{name}_low"] = np.where(known, values.min(axis=0), math.nan)
+        columns[f"{name}_high"] = np.where(known, values.max(axis=0), math.nan)
+    return replace(
+        result,
+        data=data.merge(labelled(columns)),
+        claims=_mean_claims(result.claims),
+        notes=(*result.notes, BAND_NOTE),
+    )
+
+
+def _shifted_solution(result: Result, sign: float, solve: Callable[[Contact], Result]) -> xr.Dataset:
+    profile = result.contact.profile
+    parts = profile.parts if isinstance(profile, Sum) else (profile,)
+    shifted = tuple(_shifted(part, sign) for part in parts)
+    contact = replace(result.contact, profile=shifted[0] if len(shifted) == 1 else Sum(shifted))
+    try:
+        return solve(contact).data
+    except (PathError, ConvergenceError):
+        return labelled({})
+
+
+def _shifted(part: Profile, sign: float) -> Profile:
+    if not isinstance(part, Sampled) or part.scatter is None:
+        return part
+    return replace(part, height=part.height + sign * part.scatter, scatter=None)
+
+
+def _mean_claims(claims: Mapping[str, Claim]) -> dict[str, Claim]:
+    """A profile with scatter is the azimuthal mean of a body that is not quite one of revolution."""
+    reason = (
+        "exact for the mean profile; for the measured body, whose azimuthal mean it is, the force at a given "
+        "indentation is a rigorous lower bound, second-order accurate in the asymmetry"
+    )
+    source = SOURCES["shield"]
+    return {
+        name: claim
+        if claim.level is not Level.EXACT
+        or name == "force_lower_bound"
+        or claim.reason.startswith("prescribed")
+        else replace(claim, level=Level.APPROXIMATE, reason=f"{reason}; {claim.reason}", source=source)
+        for name, claim in claims.items()
+    }

@@ -1,0 +1,229 @@
+"""From a law of adhesion to its curve of equilibrium states, made far enough for what is asked of it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from pymdr.errors import PathError, ProblemError
+from pymdr.line.adhesion import DMT as RigidPull
+from pymdr.line.adhesion import JKR as ShortRange
+from pymdr.line.adhesion import MaugisDugdale as Cohesive
+from pymdr.line.adhesion import dmt_pull, jkr_opening, maugis_dugdale, rigid_pull
+from pymdr.line.following import Track, parameter_reaching, trace, under_machine
+from pymdr.line.foundation import ElasticLine
+from pymdr.mapping.equivalent import NumericLine, ProxyLine, gap_function
+from pymdr.mapping.equivalent.samples import Samples
+from pymdr.problem.contact import Contact
+from pymdr.problem.laws import DMT, JKR, AdhesionLaw, MaugisDugdale
+from pymdr.problem.profiles import Paraboloid, Profile, Sphere, Sum
+from pymdr.solving.reach import Mapped, made_fast, map_to_line
+from pymdr.units import FloatArray
+
+Equilibria = ShortRange | Cohesive | RigidPull
+
+_GROWTH, _TRIES = 1.5, 60
+
+
+def equilibria_of(law: AdhesionLaw, profile: Profile, line: ElasticLine) -> Equilibria:
+    """
+    The curve of a law on a line.
+
+    Parameters
+    ----------
+    law : AdhesionLaw
+    profile : Profile
+        For the radius of curvature, which the pull of DMT needs.
+    line : ElasticLine
+        Fast on the radii that are asked for.
+
+    Returns
+    -------
+    JKR, MaugisDugdale or DMT of :mod:`pymdr.line.adhesion`
+
+    Raises
+    ------
+    ProblemError
+        If the law does not cover the profile.
+    """
+    if isinstance(law, JKR):
+        return ShortRange(line.equivalent, line.modulus, law.work)
+    if not line.equivalent.rises:
+        raise ProblemError(
+            f"{type(law).__name__}: the equivalent profile falls somewhere, and the theory of a cohesive zone needs "
+            "one that rises; JKR(work) follows such profiles where their contact is a disk"
+        )
+    if isinstance(law, MaugisDugdale):
+        return maugis_dugdale(line.equivalent, line.modulus, law.work, law.cohesive_stress)
+    assert isinstance(law, DMT)
+    return RigidPull(line.equivalent, line.modulus, _pull(law, profile, line))
+
+
+def round_radius(profile: Profile) -> float | None:
+    """Radius of curvature in m of a tip that is nothing but round; None for others."""
+    parts = profile.parts if isinstance(profile, Sum) else (profile,)
+    return profile.curvature_radius if all(isinstance(p, Sphere | Paraboloid) for p in parts) else None
+
+
+def _pull(law: DMT, profile: Profile, line: ElasticLine) -> float:
+    if law.range is not None:
+        return rigid_pull(line.equivalent, law.work, law.work / law.range)
+    radius = round_radius(profile)
+    if radius is None:
+        raise ProblemError(
+            "DMT: without a radius of curvature the pull depends on the range of the attraction; give "
+            "DMT(work, range='0.3 nm')"
+        )
+    return float(dmt_pull(radius, law.work))
+
+
+@dataclass
+class AdhesiveLine:
+    """
+    A contact with adhesion on the line: its curve, grown when a path asks for more of it.
+
+    Parameters
+    ----------
+    contact : Contact
+        With a law of adhesion.
+    """
+
+    contact: Contact
+    origin: Mapped = field(init=False)
+    line: ElasticLine = field(init=False)
+    equilibria: Equilibria = field(init=False)
+    _tracks: dict[float, tuple[float, Track]] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        self.origin = map_to_line(self.contact)
+        self._map(self._first_top())
+        _refuse_hollow(self.contact.profile, self.line)
+
+    @property
+    def law(self) -> AdhesionLaw:
+        """The law of adhesion."""
+        assert self.contact.adhesion is not None
+        return self.contact.adhesion
+
+    def _map(self, top: float) -> None:
+        equivalent = self.origin.line.equivalent
+        self.line = self.origin.line
+        if isinstance(equivalent, NumericLine):
+            self.line = ElasticLine(equivalent.upto(top), self.origin.line.modulus)
+        self.equilibria = equilibria_of(self.law, self.contact.profile, self.line)
+        self._tracks.clear()
+
+    def _first_top(self) -> float:
+        """A radius beyond that of the contact under no load, where g = sqrt(2 pi a work / E*)."""
+        equivalent = self.origin.line.equivalent
+        if not isinstance(equivalent, NumericLine):
+            return math.inf
+        modulus, work = self.origin.line.modulus, self.law.work
+
+        def depth(samples: Samples, x: float) -> float:
+            return float(samples.g(np.array([x]))[0] - jkr_opening(x, modulus, work))
+
+        top = 2.0 * equivalent.top_where(depth, 0.0)
+        for _ in range(_TRIES):
+            try:
+                equilibria_of(self.law, self.contact.profile, ElasticLine(equivalent.upto(top), modulus))
+                return top
+            except ProblemError:
+                # the cohesive zone goes farther out
+                if top >= min(equivalent.edge, equivalent.reach) or not isinstance(self.law, MaugisDugdale):
+                    raise
+                top *= 2.0
+        return top
+
+    @property
+    def natural_radius(self) -> float:
+        """A parameter in m at which the indentation under adhesion is 0: the size of the contact."""
+        bare = ShortRange(self.line.equivalent, self.line.modulus, self.law.work)
+        at_zero = parameter_reaching(lambda s: bare.states(s).indentation, 0.0, limit=bare.limit)
+        offset = self.equilibria.ends[1] if isinstance(self.equilibria, Cohesive) else 0.0
+        return min(at_zero + offset, self.equilibria.limit)
+
+    def track(self, machine_stiffness: float, top: float, at_least: float = 0.0) -> Track:
+        """
+        The curve under a control, traced up to a value of the control coordinate.
+
+        Parameters
+        ----------
+        machine_stiffness : float
+            k in N/m: inf for indentations, 0 for forces.
+        top : float
+            Largest value of the control coordinate that is asked for.
+        at_least : float
+            Parameter in m that the curve must include.
+
+        Returns
+        -------
+        Track
+
+        Raises
+        ------
+        PathError
+            If the profile ends before the value is reached.
+        """
+        stop, track = self._tracks.get(machine_stiffness, (0.0, None))
+        if track is not None and stop >= at_least and track.high[-1] >= top:
+            return track
+        stop = self._grow(machine_stiffness, top, at_least)
+        made = trace(under_machine(self.equilibria, stop, machine_stiffness))
+        self._tracks[machine_stiffness] = (stop, made)
+        return made
+
+    def _grow(self, machine_stiffness: float, top: float, at_least: float) -> float:
+        """The parameter up to which the curve is needed; maps more of the profile where that is too short."""
+        for _ in range(_TRIES):
+            wanted = max(1.2 * self.natural_radius, at_least)
+            wanted = min(wanted, self.equilibria.limit)
+            curve = under_machine(self.equilibria, wanted, machine_stiffness)
+            goal = max(top, float(curve.control(np.array([wanted]))[0]))
+            stop = parameter_reaching(curve.control, goal, at_least=wanted, limit=self.equilibria.limit)
+            if float(curve.control(np.array([stop]))[0]) >= top:
+                return stop
+            if not self._can_grow():
+                reached = float(curve.control(np.array([stop]))[0])
+                name, unit = (
+                    ("normal_force", "N") if machine_stiffness == 0.0 else ("indentation or travel", "m")
+                )
+                raise PathError(
+                    f"{name} = {top:g} {unit}: the contact would pass r = {self.line.equivalent.reach:g} m, the last "
+                    f"radius at which the profile is known; the largest value that it allows is {reached:g} {unit}"
+                )
+            self._map(_GROWTH * self.line.equivalent.reach)
+        raise PathError(f"the profile never carries {top:g}: its contact has no end")
+
+    def seen_upto(self, depths: FloatArray) -> ElasticLine:
+        """The line on every radius at which the undeformed profile is below the largest of some depths in m."""
+        equivalent = self.origin.line.equivalent
+        deepest = float(np.nanmax(depths, initial=0.0))
+        if not isinstance(equivalent, NumericLine) or equivalent.fixed or deepest <= 0.0:
+            return self.line
+        widest = made_fast(self.contact, self.origin, deepest, 0.0).line
+        return widest if widest.equivalent.reach > self.line.equivalent.reach else self.line
+
+    def _can_grow(self) -> bool:
+        equivalent = self.origin.line.equivalent
+        if not isinstance(equivalent, NumericLine) or equivalent.fixed:
+            return False
+        return self.line.equivalent.reach < min(equivalent.edge, equivalent.reach)
+
+
+def _refuse_hollow(profile: Profile, line: ElasticLine) -> None:
+    """Adhesive contact begins at the axis; a profile that is lower elsewhere begins on a ring."""
+    equivalent = line.equivalent
+    if not isinstance(equivalent, ProxyLine) or equivalent.rises:
+        return
+    r = np.linspace(0.0, min(equivalent.reach, equivalent.edge), 4001)[1:]
+    f: FloatArray = gap_function(profile, equivalent)(r)
+    lowest = int(np.nanargmin(f))
+    if f[lowest] < -1e-9 * float(np.nanmax(np.abs(f))):
+        raise ProblemError(
+            f"the profile is lowest at r = {r[lowest]:.4g} m (f = {f[lowest]:.3g} m), not at its axis: its adhesive "
+            "contact would be a ring, which the theory does not cover; leave the adhesion out, or use a profile that "
+            "is lowest at r = 0"
+        )

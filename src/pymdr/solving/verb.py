@@ -1,0 +1,144 @@
+"""The verb: check, map, solve, interpret."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from pymdr.errors import PathError, ProblemError
+from pymdr.independent.rings import Rings
+from pymdr.problem.contact import Contact
+from pymdr.problem.paths import LoadingPath
+from pymdr.result import Result
+from pymdr.solving.adhesive import solve_adhesive
+from pymdr.solving.bands import scatter_of, with_bands
+from pymdr.solving.frictional import solve_frictional
+from pymdr.solving.normal import solve_normal
+from pymdr.solving.ringed import solve_by_rings
+from pymdr.solving.schedule import Progress, check_times, known_legs, total_rows, uses
+from pymdr.units import QuantityLike, to_si
+
+
+def solve(
+    contact: Contact,
+    path: LoadingPath,
+    *,
+    machine_stiffness: QuantityLike | None = None,
+    keep: int | ArrayLike | None = None,
+    solver: Rings | None = None,
+    progress: Progress | None = None,
+) -> Result:
+    """
+    Solve a contact along a loading path.
+
+    Parameters
+    ----------
+    contact : Contact
+        Profile, materials and laws.
+    path : LoadingPath
+        For example ``load("50 N", steps=50)``.
+    machine_stiffness : quantity, optional
+        Stiffness in N/m of what presses the bodies together (a cantilever, a load frame), above 0; needed
+        for paths that prescribe ``travel``.
+    keep : int or array_like of int, optional
+        For contacts with friction: keep every k-th row, or the given rows; all rows unless given.
+    solver : Rings, optional
+        ``Rings(n=400)`` solves by boundary elements on rings instead of the method, annular contacts
+        included.
+    progress : callable, optional
+        Called as ``progress(done, total)`` between legs.
+
+    Returns
+    -------
+    Result
+        Labelled arrays over the rows of the path, with claims.
+
+    Raises
+    ------
+    ProblemError, PathError
+        If the problem cannot be posed, for example an indentation of a sphere by its radius.
+    ConvergenceError
+        If a quadrature or root fails; never a physical-looking number instead.
+
+    Examples
+    --------
+    >>> from pymdr.problem.materials import Elastic
+    >>> from pymdr.problem.paths import indent
+    >>> from pymdr.problem.profiles import Paraboloid
+    >>> ball = Contact(Paraboloid("10 mm"), Elastic("0.75 MPa", 0.0))
+    >>> round(float(solve(ball, indent("0.1 mm"))["normal_force"][-1]), 12)
+    0.1
+    """
+    check_problem(contact, path)
+    stiffness = _stiffness(machine_stiffness, path)
+    if keep is not None and contact.friction is None:
+        raise ProblemError("solve: keep= is for contacts with friction; others keep every row")
+    if solver is not None:
+        return solve_by_rings(contact, path, solver, progress)
+
+    def once(asked: Contact) -> Result:
+        if asked.adhesion is not None:
+            return solve_adhesive(asked, path, stiffness, progress)
+        if asked.friction is not None:
+            return solve_frictional(asked, path, stiffness, _kept(keep, path), progress)
+        return solve_normal(asked, path, stiffness, progress)
+
+    result = once(contact)
+    return with_bands(result, once) if scatter_of(contact.profile) else result
+
+
+def check_problem(contact: Contact, path: LoadingPath) -> None:
+    """Refuse arguments of the wrong kind before any work."""
+    if not isinstance(contact, Contact):
+        raise ProblemError(f"solve: {contact!r} is not a Contact; write Contact(profile, body)")
+    if not isinstance(path, LoadingPath):
+        raise PathError(f"solve: {path!r} is not a path; write for example load('50 N', steps=50)")
+    known_legs(path)
+    check_times(path)
+
+
+def _stiffness(value: QuantityLike | None, path: LoadingPath) -> float | None:
+    stiffness = None if value is None else read_stiffness(value)
+    if stiffness == 0.0:
+        raise ProblemError("solve: machine_stiffness = 0 is a dead load: prescribe it with load(...) instead")
+    if stiffness is None and uses(path, "travel"):
+        raise PathError(
+            "the path prescribes travel, that of a machine: give solve(..., machine_stiffness='0.1 N/m'), or "
+            "prescribe the indentation with indent(...)"
+        )
+    return stiffness
+
+
+def read_stiffness(value: QuantityLike) -> float:
+    """
+    A machine stiffness in N/m: 0 is a dead load, inf a rigid machine.
+
+    Raises
+    ------
+    ProblemError
+        If it is negative.
+    """
+    if value == math.inf or (isinstance(value, str) and value.strip() == "inf"):
+        return math.inf
+    stiffness = to_si(value, "N/m", name="machine_stiffness")
+    if stiffness < 0.0:
+        raise ProblemError(f"machine_stiffness = {value!r}: it must be at least 0 N/m")
+    return stiffness
+
+
+def _kept(keep: int | ArrayLike | None, path: LoadingPath) -> np.ndarray | None:
+    if keep is None:
+        return None
+    rows = total_rows(path)
+    whole = np.asarray(keep)
+    if whole.dtype.kind not in "iu" or whole.ndim > 1 or whole.size == 0:
+        raise ProblemError(f"solve: keep = {keep!r}; a whole number k (every k-th row) or rows are needed")
+    if whole.ndim == 0:
+        if not 1 <= int(whole) <= rows:
+            raise ProblemError(f"solve: keep = {keep!r}; every k-th of {rows} rows needs 1 <= k <= {rows}")
+        return np.arange(int(whole) - 1, rows, int(whole))
+    if whole.min() < -rows or whole.max() >= rows:
+        raise ProblemError(f"solve: keep names rows {whole.min()} to {whole.max()}; there are {rows} rows")
+    return np.unique(whole % rows)
