@@ -15,6 +15,12 @@ from pymdr.errors import FileError, ProblemError, QuantityError
 from pymdr.independent.history import RingHistory, solve_steps
 from pymdr.independent.rings import Rings
 from pymdr.interpretation.surface import LINE_FIELDS, SURFACE_FIELDS, Surface, surface_of
+from pymdr.interpretation.traction import (
+    TANGENTIAL_FIELDS,
+    TANGENTIAL_LINE_FIELDS,
+    FrictionSurface,
+    friction_surface,
+)
 from pymdr.interpretation.validity import SOURCES, Assumption, Claim
 from pymdr.mapping.equivalent import without_callables
 from pymdr.mapping.moduli import effective_moduli
@@ -29,6 +35,10 @@ if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
     from matplotlib.figure import Figure
+
+
+ALL_SURFACE_FIELDS = (*SURFACE_FIELDS, *TANGENTIAL_FIELDS)
+ALL_LINE_FIELDS = (*LINE_FIELDS, *TANGENTIAL_LINE_FIELDS)
 
 
 class Status(enum.Enum):
@@ -71,12 +81,14 @@ class Result:
     """The ring solver, if it was used instead of the method."""
     machine_stiffness: float | None = None
     """Stiffness of the machine in N/m, if there is one."""
+    starts: tuple[Mapping[str, float], ...] | None = None
+    """With friction: where every channel was at the start of each leg, in SI units."""
 
     def __getitem__(self, name: str) -> xr.DataArray:
         """A quantity over ``step``, in SI units."""
         self._require(name)
         if name not in self.data:
-            if name in (*SURFACE_FIELDS, *LINE_FIELDS):
+            if name in (*ALL_SURFACE_FIELDS, *ALL_LINE_FIELDS):
                 raise QuantityError(f"{name!r} is a field: read it with result.field({name!r}, r=...)")
             raise QuantityError(f"no quantity {name!r}; this result has {', '.join(map(str, self.data))}")
         return self.data[name]
@@ -121,7 +133,7 @@ class Result:
         return array.copy(data=from_si(array.values, quantity(name).unit, unit)).assign_attrs(units=unit)
 
     @cached_property
-    def surface(self) -> Surface | RingHistory:
+    def surface(self) -> Surface | FrictionSurface | RingHistory:
         """What fields are computed from: the line and its states, or the rings of every step."""
         if self.rings is not None:
             depths = self.data["indentation"].values
@@ -133,7 +145,11 @@ class Result:
             self.data[name].values if name in self.data else nan for name in ("indentation", "contact_radius")
         )
         c = self.data["cohesive_radius"].values if "cohesive_radius" in self.data else None
-        return surface_of(self.contact, np.where(np.isnan(a), np.nan, d), a, c)
+        surface = surface_of(self.contact, np.where(np.isnan(a), np.nan, d), a, c)
+        if self.starts is None:
+            return surface
+        rows = self.data["row"].values if "row" in self.data.coords else np.arange(d.size)
+        return friction_surface(self.contact, self.path, self.starts, self.machine_stiffness, surface, rows)
 
     def field(self, name: str, r: ArrayQuantityLike | None = None, step: int | None = -1) -> xr.DataArray:
         """
@@ -165,8 +181,12 @@ class Result:
         import xarray as xr
 
         self._require(name)
-        if name not in (*SURFACE_FIELDS, *LINE_FIELDS):
-            raise QuantityError(f"no field {name!r}; fields are {', '.join((*SURFACE_FIELDS, *LINE_FIELDS))}")
+        if name not in (*ALL_SURFACE_FIELDS, *ALL_LINE_FIELDS):
+            raise QuantityError(
+                f"no field {name!r}; fields are {', '.join((*ALL_SURFACE_FIELDS, *ALL_LINE_FIELDS))}"
+            )
+        if name in (*TANGENTIAL_FIELDS, *TANGENTIAL_LINE_FIELDS) and self.starts is None:
+            raise QuantityError(f"{name}: the contact has no friction; solve it with friction=Coulomb(0.3)")
         steps = range(self.data.sizes["step"])
         chosen = steps if step is None else [self._row(step)]
         claim = self.claims.get(name)
@@ -179,7 +199,7 @@ class Result:
         if radii.ndim != 1:
             raise QuantityError(f"field: r has the shape {radii.shape}; one row of radii is needed")
         values = np.array([surface.field(name, np.abs(radii), i) for i in chosen])
-        axis = POSITION if name in LINE_FIELDS else RADIUS
+        axis = POSITION if name in ALL_LINE_FIELDS else RADIUS
         row = quantity(name)
         coords: dict[str, Any] = {axis.name: (axis.name, radii, {"units": "m", "long_name": axis.words})}
         amplitude = np.array([surface.edge_amplitude(i) for i in chosen])
@@ -317,6 +337,7 @@ class Result:
             references=self.references,
             rings=None if self.rings is None else self.rings.n,
             machine_stiffness=self.machine_stiffness,
+            starts=self.starts,
         )
 
     def _saved_contact(self) -> Contact:
@@ -338,7 +359,7 @@ class Result:
         return _from_packed, (self.to_dataset().to_dict(),)
 
 
-def _known_reach(surface: Surface) -> float:
+def _known_reach(surface: Surface | FrictionSurface) -> float:
     reach = min(surface.line.equivalent.reach, surface.line.equivalent.edge)
     return reach if np.isfinite(reach) else 0.0
 
@@ -386,7 +407,7 @@ def open_result(file: str | os.PathLike[str]) -> Result:
     return result_from_dataset(read_dataset(file))
 
 
-def labelled(columns: Mapping[str, ArrayLike]) -> xr.Dataset:
+def labelled(columns: Mapping[str, ArrayLike], rows: ArrayLike | None = None) -> xr.Dataset:
     """
     Arrays over ``step`` with units and words from the table of quantities.
 
@@ -394,6 +415,8 @@ def labelled(columns: Mapping[str, ArrayLike]) -> xr.Dataset:
     ----------
     columns : mapping of str to array_like
         Quantity name -> values.
+    rows : array_like of int, optional
+        The rows of the path that were kept, as the coordinate ``row``.
 
     Returns
     -------
@@ -409,4 +432,5 @@ def labelled(columns: Mapping[str, ArrayLike]) -> xr.Dataset:
             np.asarray(values),
             {"units": q.unit, "long_name": q.words, "symbol": q.symbol},
         )
-    return xr.Dataset(variables)
+    coords = {} if rows is None else {"row": ("step", np.asarray(rows), {"long_name": "row of the path"})}
+    return xr.Dataset(variables, coords=coords)

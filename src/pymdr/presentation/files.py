@@ -78,6 +78,7 @@ def pack(
     references: Sequence[str],
     rings: int | None,
     machine_stiffness: float | None,
+    starts: Sequence[Mapping[str, float]] | None,
 ) -> xr.Dataset:
     """Arrays plus everything else as JSON texts in the attributes."""
     plain_claims = {
@@ -102,6 +103,7 @@ def pack(
         pymdr_references=json.dumps(list(references)),
         pymdr_rings=json.dumps(rings),
         pymdr_machine_stiffness=json.dumps(machine_stiffness),
+        pymdr_starts=json.dumps(None if starts is None else [dict(start) for start in starts]),
     )
 
 
@@ -142,12 +144,17 @@ def unpack(dataset: xr.Dataset) -> dict[str, Any]:
             "notes": tuple(json.loads(attrs["pymdr_notes"])),
             "references": references,
             "rings": json.loads(attrs["pymdr_rings"]),
+            "starts": _starts(json.loads(attrs["pymdr_starts"])),
             "machine_stiffness": json.loads(attrs["pymdr_machine_stiffness"]),
         }
     except (KeyError, ValueError, TypeError, AttributeError, PymdrError) as error:
         raise FileError(f"damaged pymdr result: {error}") from error
     _check_whole(dataset, claims, references)
     return parts
+
+
+def _starts(plain: list[dict[str, float]] | None) -> tuple[dict[str, float], ...] | None:
+    return None if plain is None else tuple(plain)
 
 
 def _check_whole(dataset: xr.Dataset, claims: Mapping[str, Claim], references: Sequence[str]) -> None:

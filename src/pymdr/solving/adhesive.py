@@ -19,10 +19,10 @@ from pymdr.line.foundation import mean_pressure
 from pymdr.problem.contact import Contact
 from pymdr.problem.laws import DMT, JKR
 from pymdr.problem.paths import LoadingPath, named_channels
+from pymdr.problem.schedule import Controls, Progress, Stretch, known_legs, stretch, times, total_rows
 from pymdr.result import Result, Status, labelled
 from pymdr.solving.equilibria import AdhesiveLine, round_radius
 from pymdr.solving.reach import assumptions
-from pymdr.solving.schedule import Controls, Progress, Stretch, known_legs, stretch, times, total_rows
 from pymdr.units import FloatArray
 
 _CONTROL = {"indentation": math.inf, "normal_force": 0.0}

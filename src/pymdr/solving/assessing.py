@@ -13,9 +13,9 @@ from pymdr.line.foundation import normal_force, states_at_depth
 from pymdr.mapping.equivalent import gap_function
 from pymdr.problem.contact import Contact
 from pymdr.problem.paths import LoadingPath
+from pymdr.problem.schedule import ends_only, known_legs, total_rows
 from pymdr.solving.normal import check_normal_path, follow_normal, range_words
 from pymdr.solving.reach import assumptions, map_to_line
-from pymdr.solving.schedule import ends_only, known_legs, total_rows
 from pymdr.solving.verb import check_problem, read_stiffness, solve
 from pymdr.units import QuantityLike
 

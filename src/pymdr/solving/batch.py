@@ -9,8 +9,8 @@ from dataclasses import replace
 from pymdr.errors import ProblemError, PymdrError
 from pymdr.problem.contact import Contact
 from pymdr.problem.paths import LoadingPath
+from pymdr.problem.schedule import Progress
 from pymdr.result import Result
-from pymdr.solving.schedule import Progress
 from pymdr.solving.verb import solve
 
 

@@ -1,9 +1,307 @@
-"""The contact with friction along a path."""
+"""The contact with friction along a path: normal and tangential controls of any kind, leg by leg."""
 
 from __future__ import annotations
 
-from typing import Any
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from pymdr.errors import PathError, ProblemError
+from pymdr.interpretation.friction import frictional_claims, similarity_assumption
+from pymdr.interpretation.traction import friction_leg
+from pymdr.interpretation.validity import Assumption, certify_disk
+from pymdr.line.foundation import (
+    ElasticLine,
+    elastic_energy,
+    mean_pressure,
+    normal_force,
+    normal_stiffness,
+    states_at_depth,
+    states_at_force,
+)
+from pymdr.line.friction import (
+    ElasticCurves,
+    Ending,
+    FrictionHistory,
+    FrictionLeg,
+    FrictionState,
+    curves_of,
+    follow_leg,
+    virgin_state,
+)
+from pymdr.mapping.moduli import effective_moduli
+from pymdr.problem.contact import Contact
+from pymdr.problem.paths import LoadingPath
+from pymdr.problem.schedule import (
+    Controls,
+    KnownLeg,
+    Progress,
+    Stretch,
+    known_legs,
+    stretch,
+    times,
+    total_rows,
+)
+from pymdr.result import Result, Status, labelled
+from pymdr.solving.normal import refuse_tension
+from pymdr.solving.reach import Mapped, assumptions, made_fast, map_to_line, refuse_unreachable
+from pymdr.units import FloatArray
+
+_CHUNK = 2_000_000
+"""Rows between two calls of `progress`."""
 
 
-def solve_frictional(*args: Any) -> Any:
-    raise NotImplementedError
+@dataclass
+class _Line:
+    """The line and its curves, made anew when a leg goes deeper."""
+
+    contact: Contact
+    origin: Mapped
+    stiffness: float | None
+    mapped: Mapped
+    curves: ElasticCurves | None = None
+    depth: float = -math.inf
+    force: float = 0.0
+
+    def reach(self, rows: Stretch) -> None:
+        """Go as deep as a leg asks."""
+        largest = float(np.max(rows.normal))
+        if rows.by_force:
+            refuse_tension(rows.normal)
+            depth, force = self.depth, max(self.force, largest)
+        else:
+            depth, force = max(self.depth, largest), self.force
+        if self.curves is not None and depth <= self.depth and force <= self.force:
+            return
+        self.depth, self.force = depth, force
+        self.mapped = made_fast(self.contact, self.origin, depth, force)
+        line = self.mapped.line
+        deepest = max(depth, float(states_at_force(line, np.array([force])).indentation[0]))
+        refuse_unreachable(self.contact.profile, states_at_depth(line, np.array([deepest])))
+        if deepest > 0.0:
+            _refuse_other_than_disks(line, deepest)
+        self.curves = curves_of(line, deepest * (1.0 + 1e-12) if deepest > 0.0 else 1.0)
+
+
+def _refuse_other_than_disks(line: ElasticLine, deepest: float) -> None:
+    """Tractions are sums of pressures on disks, so the contact must be one at every depth."""
+    if line.equivalent.rises:
+        return
+    states = states_at_depth(line, deepest * np.arange(1.0, 65.0) / 64.0)
+    certificate = certify_disk(line, states)
+    if not certificate.disk.all():
+        raise ProblemError(
+            f"friction needs a contact that is a disk at every depth up to {deepest:.4g} m: {certificate.reason}"
+        )
+
+
+def solve_frictional(
+    contact: Contact,
+    path: LoadingPath,
+    machine_stiffness: float | None,
+    keep: np.ndarray | None,
+    progress: Progress | None,
+) -> Result:
+    """Map, follow and interpret."""
+    assert contact.friction is not None
+    moduli = effective_moduli(contact.body, contact.counterbody)
+    origin = map_to_line(contact)
+    line = _Line(contact, origin, machine_stiffness, origin)
+    mu, tangential = contact.friction.coefficient, moduli.tangential
+    state = virgin_state(mu, moduli.normal / tangential)
+    here: dict[str, float] = {}
+    controls = Controls()
+    starts: list[Mapping[str, float]] = []
+    found: list[FrictionHistory] = []
+    loads: list[FloatArray] = []
+    done, total = 0, total_rows(path)
+    for leg in known_legs(path):
+        starts.append(here)
+        rows = stretch(leg, controls, here)
+        controls = rows.controls
+        line.reach(rows)
+        assert line.curves is not None
+        asked = friction_leg(line.mapped.line, rows, machine_stiffness)
+        size = rows.normal.size
+        kept = None if keep is None else keep[(keep >= done) & (keep < done + size)] - done
+        history = _follow_in_parts(line.curves, asked, mu, tangential, state, kept, progress, done, total)
+        _refuse_stopped(history, asked, line, leg, mu)
+        state = history.state
+        found.append(history)
+        loads.append(_forces(line.mapped.line, history, asked, kept))
+        here = _end(line, rows, asked, state, history)
+        done += size
+        if progress is not None:
+            progress(done, total)
+    columns = _columns(line.mapped.line, found, np.concatenate(loads), tangential)
+    if machine_stiffness is not None:
+        columns["travel"] = columns["indentation"] + columns["normal_force"] / machine_stiffness
+    return _interpret(contact, path, line, columns, keep, tuple(starts), machine_stiffness)
+
+
+def _follow_in_parts(
+    curves: ElasticCurves,
+    leg: FrictionLeg,
+    mu: float,
+    modulus: float,
+    state: FrictionState,
+    kept: np.ndarray | None,
+    progress: Progress | None,
+    done: int,
+    total: int,
+) -> FrictionHistory:
+    """One leg, in parts where somebody watches its progress."""
+    size = leg.normal.size
+    if progress is None or size <= _CHUNK:
+        return follow_leg(curves, leg, mu, modulus, state, kept)
+    parts: list[FrictionHistory] = []
+    for first in range(0, size, _CHUNK):
+        last = min(first + _CHUNK, size)
+        part = FrictionLeg(
+            leg.by_normal_force, leg.by_tangential_force, leg.normal[first:last], leg.tangential[first:last]
+        )
+        chosen = None if kept is None else kept[(kept >= first) & (kept < last)] - first
+        history = follow_leg(curves, part, mu, modulus, state, chosen)
+        parts.append(history)
+        state = history.state
+        progress(done + last, total)
+        if history.ending is not Ending.COMPLETE:
+            break
+    return _joined(parts)
+
+
+def _joined(parts: list[FrictionHistory]) -> FrictionHistory:
+    def whole(name: str) -> FloatArray:
+        return np.concatenate([getattr(part, name) for part in parts])
+
+    return replace(
+        parts[-1],
+        indentation=whole("indentation"),
+        shift=whole("shift"),
+        tangential_force=whole("tangential_force"),
+        stick_radius=whole("stick_radius"),
+        stored_energy=whole("stored_energy"),
+        slip_work=whole("slip_work"),
+        slip_distance=whole("slip_distance"),
+        stopped=sum(part.stopped for part in parts),
+    )
+
+
+def _refuse_stopped(
+    history: FrictionHistory, leg: FrictionLeg, line: _Line, asked: KnownLeg, mu: float
+) -> None:
+    if history.ending is Ending.COMPLETE:
+        return
+    i = history.stopped
+    where = f"row {i} of the leg {type(asked).__name__}"
+    if history.ending is Ending.NOT_ATTAINABLE and leg.by_tangential_force:
+        pressed = leg.normal[i] if leg.by_normal_force else _force_at(line, float(leg.normal[i]))
+        raise PathError(
+            f"tangential_force = {leg.tangential[i]:g} N in {where}: friction carries at most mu F_N = "
+            f"{mu * pressed if pressed else 0.0:.6g} N there, beyond which the bodies slide apart; reduce it, or move "
+            "the body with shift(...)"
+        )
+    raise PathError(f"{where} cannot be followed: {history.ending.value}")
+
+
+def _force_at(line: _Line, depth: float) -> float:
+    states = states_at_depth(line.mapped.line, np.array([depth]))
+    return float(normal_force(line.mapped.line, states)[0])
+
+
+def _forces(
+    line: ElasticLine, history: FrictionHistory, leg: FrictionLeg, kept: np.ndarray | None
+) -> FloatArray:
+    if leg.by_normal_force:
+        return leg.normal if kept is None else leg.normal[kept]
+    return normal_force(line, states_at_depth(line, history.indentation))
+
+
+def _end(
+    line: _Line, rows: Stretch, leg: FrictionLeg, state: FrictionState, history: FrictionHistory
+) -> dict[str, float]:
+    last = follow_leg(
+        line.curves,  # type: ignore[arg-type]
+        FrictionLeg(False, False, np.array([state.indentation]), np.array([state.shift])),
+        state.friction,
+        line.mapped.moduli.tangential,
+        state,
+    )
+    d = state.indentation
+    force = float(leg.normal[-1]) if leg.by_normal_force else _force_at(line, d)
+    here = {
+        "indentation": d,
+        "normal_force": force,
+        "travel": d + force / (line.stiffness or math.inf),
+        "shift": state.shift,
+        "tangential_force": float(last.tangential_force[0]),
+    }
+    here[rows.controls.normal] = float(rows.normal[-1])
+    here[rows.controls.tangential] = float(rows.tangential[-1])
+    return here
+
+
+def _columns(
+    line: ElasticLine, found: list[FrictionHistory], force: FloatArray, modulus: float
+) -> dict[str, FloatArray]:
+    def joined(name: str) -> FloatArray:
+        return np.concatenate([getattr(history, name) for history in found])
+
+    d = joined("indentation")
+    states = states_at_depth(line, d)
+    stick = joined("stick_radius")
+    return {
+        "indentation": d,
+        "normal_force": force,
+        "contact_radius": states.contact_radius,
+        "normal_stiffness": normal_stiffness(line, states),
+        "mean_pressure": mean_pressure(force, states.contact_radius),
+        "elastic_energy": elastic_energy(line, states),
+        "shift": joined("shift"),
+        "tangential_force": joined("tangential_force"),
+        "tangential_stiffness": 2.0 * modulus * stick,
+        "stick_radius": stick,
+        "slip_distance": joined("slip_distance"),
+        "stored_tangential_energy": joined("stored_energy"),
+        "dissipated_energy": joined("slip_work"),
+    }
+
+
+def _interpret(
+    contact: Contact,
+    path: LoadingPath,
+    line: _Line,
+    columns: dict[str, FloatArray],
+    keep: np.ndarray | None,
+    starts: tuple[Mapping[str, float], ...],
+    stiffness: float | None,
+) -> Result:
+    """Step 3: quantities, claims and assumptions of every row that is kept."""
+    assert contact.friction is not None
+    moduli = line.mapped.moduli
+    everywhere = np.ones(columns["shift"].size, dtype=bool)
+    claims = frictional_claims(contact, moduli, tuple(columns), everywhere)
+    time = times(path)
+    if time is not None:
+        columns = {"time": time if keep is None else time[keep], **columns}
+    return Result(
+        contact=contact,
+        path=path,
+        data=labelled(columns, rows=keep),
+        claims=claims,
+        assumptions=_assumed(contact, line, columns["contact_radius"]),
+        status=Status.COMPLETED,
+        notes=line.origin.notes,
+        references=("sneddon", "popov-hess", "cattaneo-mindlin", "memory"),
+        machine_stiffness=stiffness,
+        starts=starts,
+    )
+
+
+def _assumed(contact: Contact, line: _Line, radii: FloatArray) -> tuple[Assumption, ...]:
+    assert contact.friction is not None
+    listed = assumptions(contact, line.mapped, radii)
+    similar = similarity_assumption(line.mapped.moduli, contact.friction.coefficient)
+    return (*(a for a in listed if a.name != similar.name), similar)

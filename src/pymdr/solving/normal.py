@@ -31,9 +31,7 @@ from pymdr.line.foundation import (
 from pymdr.mapping.equivalent import NumericLine, gap_function
 from pymdr.problem.contact import Contact
 from pymdr.problem.paths import LoadingPath, named_channels
-from pymdr.result import Result, Status, labelled
-from pymdr.solving.reach import Mapped, assumptions, g_samples, made_fast, map_to_line, refuse_unreachable
-from pymdr.solving.schedule import (
+from pymdr.problem.schedule import (
     Controls,
     Progress,
     channel_values,
@@ -42,6 +40,8 @@ from pymdr.solving.schedule import (
     times,
     total_rows,
 )
+from pymdr.result import Result, Status, labelled
+from pymdr.solving.reach import Mapped, assumptions, g_samples, made_fast, map_to_line, refuse_unreachable
 from pymdr.units import FloatArray
 
 

@@ -13,10 +13,10 @@ from pymdr.interpretation.validity import BoolArray, ring_claims
 from pymdr.mapping.moduli import effective_moduli
 from pymdr.problem.contact import Contact
 from pymdr.problem.paths import LoadingPath
+from pymdr.problem.schedule import Controls, Progress, known_legs, stretch, times, total_rows, uses
 from pymdr.result import Result, Status, labelled
 from pymdr.solving.normal import check_normal_path, refuse_tension
 from pymdr.solving.reach import assumptions, map_to_line
-from pymdr.solving.schedule import Controls, Progress, known_legs, stretch, times, total_rows, uses
 from pymdr.units import FloatArray
 
 

@@ -11,13 +11,13 @@ from pymdr.errors import PathError, ProblemError
 from pymdr.independent.rings import Rings
 from pymdr.problem.contact import Contact
 from pymdr.problem.paths import LoadingPath
+from pymdr.problem.schedule import Progress, check_times, known_legs, total_rows, uses
 from pymdr.result import Result
 from pymdr.solving.adhesive import solve_adhesive
 from pymdr.solving.bands import scatter_of, with_bands
 from pymdr.solving.frictional import solve_frictional
 from pymdr.solving.normal import solve_normal
 from pymdr.solving.ringed import solve_by_rings
-from pymdr.solving.schedule import Progress, check_times, known_legs, total_rows, uses
 from pymdr.units import QuantityLike, to_si
 
 

@@ -12,7 +12,7 @@ row; a row that cannot be followed ends the run, leaves NaN behind and is named 
 """
 
 from pymdr.line.friction.closed_forms import cattaneo_mindlin, loop_energy, shift_ratio_at
-from pymdr.line.friction.curves import ElasticCurves, power_law_curves, tabulated_curves
+from pymdr.line.friction.curves import ElasticCurves, curves_of, power_law_curves, tabulated_curves
 from pymdr.line.friction.driver import depths_at_force, evaluate
 from pymdr.line.friction.histories import (
     follow_displacements,
@@ -20,6 +20,7 @@ from pymdr.line.friction.histories import (
     follow_indentation_with_force,
     follow_load_with_shift,
 )
+from pymdr.line.friction.replay import FrictionLeg, Replay, follow_leg
 from pymdr.line.friction.springs import SpringHistory, springs
 from pymdr.line.friction.state import (
     Ending,
@@ -35,15 +36,19 @@ __all__ = [
     "ElasticCurves",
     "Ending",
     "FrictionHistory",
+    "FrictionLeg",
     "FrictionState",
+    "Replay",
     "SpringHistory",
     "Superposition",
     "cattaneo_mindlin",
+    "curves_of",
     "depths_at_force",
     "evaluate",
     "follow_displacements",
     "follow_forces",
     "follow_indentation_with_force",
+    "follow_leg",
     "follow_load_with_shift",
     "loop_energy",
     "power_law_curves",

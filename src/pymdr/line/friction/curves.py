@@ -15,6 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pymdr.errors import ConvergenceError, ProblemError
+from pymdr.line.foundation import ElasticLine, states_at_depth
+from pymdr.mapping.equivalent import PowerLine
 from pymdr.units import FloatArray
 
 IntArray: TypeAlias = NDArray[np.int64]
@@ -146,6 +148,34 @@ def tabulated_curves(
     pieces = np.zeros((child.size, 18))
     pieces[leaves] = _integrate(radius[leaves], start[leaves], width[leaves], depth, modulus)
     return ElasticCurves(float(modulus), 0.0, 1.0, float(depth), child, pieces)
+
+
+def curves_of(line: ElasticLine, depth: float) -> ElasticCurves:
+    """
+    Curves of an elastic line, in closed form where it is a power law.
+
+    Parameters
+    ----------
+    line : ElasticLine
+        Its contact must be a disk at every depth.
+    depth : float
+        Largest depth in m that a history reaches.
+
+    Returns
+    -------
+    ElasticCurves
+
+    Examples
+    --------
+    >>> from pymdr.mapping.equivalent import equivalent_profile
+    >>> from pymdr.problem.profiles import Paraboloid
+    >>> curves_of(ElasticLine(equivalent_profile(Paraboloid(2.0)), 1.0), 1.0).coefficient
+    0.5
+    """
+    equivalent = line.equivalent
+    if isinstance(equivalent, PowerLine):
+        return power_law_curves(equivalent.n, equivalent.scale / equivalent.unit**equivalent.n, line.modulus)
+    return tabulated_curves(lambda d: states_at_depth(line, d).contact_radius, depth, line.modulus)
 
 
 def _halve(

@@ -1,0 +1,217 @@
+"""Tangential fields on the surface from the state of the friction stack."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from pymdr.interpretation.fields import pressure
+from pymdr.interpretation.surface import Surface
+from pymdr.line.foundation import ElasticLine, states_at_depth, states_at_force, states_at_travel
+from pymdr.line.friction import FrictionLeg, FrictionState, Replay, curves_of, spring_shifts, superposition
+from pymdr.mapping.abel import line_average
+from pymdr.mapping.moduli import effective_moduli
+from pymdr.problem.contact import Contact
+from pymdr.problem.paths import LoadingPath
+from pymdr.problem.schedule import Controls, Stretch, known_legs, stretch
+from pymdr.units import FloatArray
+
+TANGENTIAL_FIELDS = ("shear_traction", "tangential_displacement", "slip")
+TANGENTIAL_LINE_FIELDS = ("spring_shift",)
+
+
+def shear_traction(line: ElasticLine, state: FrictionState, r: ArrayLike) -> FloatArray:
+    """
+    Shear traction tau = mu sum sigma_i [p(r; y_i) - p(r; y_(i-1))], a sum of frictionless pressures.
+
+    Parameters
+    ----------
+    line : ElasticLine
+        Profile and modulus.
+    state : FrictionState
+        The memory of the contact.
+    r : array_like
+        Radii in m.
+
+    Returns
+    -------
+    ndarray
+        tau in Pa, in the direction of the shift; 0 outside the contact, inf where a body stuck to a fixed edge.
+
+    Notes
+    -----
+    Jaeger (1995); Ciavarella (1998).
+    """
+    radius: FloatArray = np.abs(np.asarray(r, dtype=float))
+    tau = np.zeros(radius.shape)
+    depth, weight, edge, scale = superposition(state)
+    disks = states_at_depth(line, depth)
+    for i in range(depth.size):
+        a, excess = float(disks.contact_radius[i]), float(disks.edge_excess[i])
+        if weight[i] != 0.0:
+            tau += scale * weight[i] * pressure(line, a, excess, radius)
+        if edge[i] != 0.0:
+            with np.errstate(divide="ignore", invalid="ignore"):
+                punch = line.modulus / (math.pi * np.sqrt((a - radius) * (a + radius)))
+            tau += np.where(radius <= a, scale * edge[i] * punch, 0.0)
+    return tau
+
+
+def tangential_displacement(line: ElasticLine, state: FrictionState, r: ArrayLike) -> FloatArray:
+    """
+    Tangential displacement of the surface, (2/pi) int_0^min(r, a) w / sqrt(r^2 - x^2) dx.
+
+    Parameters
+    ----------
+    line : ElasticLine
+        Profile and modulus.
+    state : FrictionState
+        The memory of the contact; w is the shift of its springs.
+    r : array_like
+        Radii in m.
+
+    Returns
+    -------
+    ndarray
+        u_x(r) in m of both bodies together, averaged over the azimuth (Popov and Hess 2015, chapter 5).
+    """
+    radius: FloatArray = np.abs(np.asarray(r, dtype=float))
+    disks = states_at_depth(line, state.y)
+    a = float(disks.contact_radius[-1])
+    u = np.zeros(radius.shape)
+    if state.slope.size == 0 or a == 0.0:
+        return u
+    equivalent = line.equivalent
+    edge = equivalent.edge
+
+    def shift(x: FloatArray) -> FloatArray:
+        inside = np.minimum(x, min(a, edge))
+        return spring_shifts(state, np.minimum(equivalent.g(inside), np.nextafter(state.y[-1], 0.0)))
+
+    centre = radius == 0.0
+    u[centre] = shift(np.zeros(1))
+    knots = sorted({*(float(x) for x in disks.contact_radius[:-1] if 0.0 < x < a), *equivalent.breakpoints})
+    size = state.shift_scale * float(np.max(np.abs(state.b[-1] - state.b)))
+    u[~centre] = line_average(shift, radius[~centre], high=a, breakpoints=knots, noise=1e-12 * size)
+    return u
+
+
+@dataclass(frozen=True)
+class FrictionSurface:
+    """Normal and tangential fields of a contact with friction, step by step."""
+
+    normal: Surface
+    replay: Replay
+    rows: np.ndarray
+    """Row of the path that each step of the result is."""
+
+    @property
+    def line(self) -> ElasticLine:
+        """The line of the contact."""
+        return self.normal.line
+
+    def gap_function(self, r: FloatArray) -> FloatArray:
+        """The profile f(r)."""
+        return self.normal.gap_function(r)
+
+    def default_radii(self, step: int) -> FloatArray:
+        """As that of the normal contact."""
+        return self.normal.default_radii(step)
+
+    def edge_amplitude(self, step: int) -> float:
+        """As that of the normal contact."""
+        return self.normal.edge_amplitude(step)
+
+    def field(self, name: str, position: FloatArray, step: int) -> FloatArray:
+        """Values of a field at radii (or positions on the line) in one step."""
+        if name not in (*TANGENTIAL_FIELDS, *TANGENTIAL_LINE_FIELDS):
+            return self.normal.field(name, position, step)
+        state = self.replay.state(int(self.rows[step]))
+        if name == "shear_traction":
+            return shear_traction(self.line, state, position)
+        if name == "spring_shift":
+            g = self.normal.field("equivalent_profile", position, step)
+            return np.where(np.isfinite(g), spring_shifts(state, np.where(np.isfinite(g), g, 0.0)), 0.0)
+        u = tangential_displacement(self.line, state, position)
+        if name == "tangential_displacement":
+            return u
+        inside = np.abs(position) <= self.normal.states.contact_radius[step]
+        return np.where(inside, state.shift - u, math.nan)
+
+
+def friction_surface(
+    contact: Contact,
+    path: LoadingPath,
+    starts: Sequence[Mapping[str, float]],
+    machine_stiffness: float | None,
+    normal: Surface,
+    rows: np.ndarray,
+) -> FrictionSurface:
+    """
+    The fields of a contact with friction, whose states are followed again when they are asked for.
+
+    Parameters
+    ----------
+    contact : Contact
+        With a law of friction.
+    path : LoadingPath
+    starts : sequence of mapping
+        Where every channel was at the start of each leg, in SI units.
+    machine_stiffness : float or None
+        In N/m, for legs that prescribe travel.
+    normal : Surface
+        The normal contact.
+    rows : ndarray of int
+        Row of the path that each step of the result is.
+
+    Returns
+    -------
+    FrictionSurface
+    """
+    assert contact.friction is not None
+    line = normal.line
+    controls = Controls()
+    legs: list[FrictionLeg] = []
+    depths: list[float] = []
+    for leg, here in zip(known_legs(path), starts, strict=True):
+        asked = stretch(leg, controls, here)
+        controls = asked.controls
+        legs.append(friction_leg(line, asked, machine_stiffness))
+        extreme = states_at_force if asked.by_force else states_at_depth
+        depths.append(float(np.max(extreme(line, np.array([np.max(legs[-1].normal)])).indentation)))
+    deepest = max(*depths, 0.0)
+    curves = curves_of(line, deepest * (1.0 + 1e-12) if deepest > 0.0 else 1.0)
+    moduli = effective_moduli(contact.body, contact.counterbody)
+    replay = Replay(curves, tuple(legs), contact.friction.coefficient, moduli.tangential)
+    return FrictionSurface(normal, replay, rows)
+
+
+def friction_leg(line: ElasticLine, asked: Stretch, machine_stiffness: float | None) -> FrictionLeg:
+    """
+    What the friction stack follows in a leg; travels of a machine become indentations.
+
+    Parameters
+    ----------
+    line : ElasticLine
+    asked : Stretch
+        The rows of the leg.
+    machine_stiffness : float or None
+        In N/m.
+
+    Returns
+    -------
+    FrictionLeg
+    """
+    depth = asked.normal
+    if (
+        asked.controls.normal == "travel"
+        and machine_stiffness is not None
+        and math.isfinite(machine_stiffness)
+    ):
+        depth = states_at_travel(line, depth, machine_stiffness).indentation
+    by_tangential_force = asked.controls.tangential == "tangential_force"
+    return FrictionLeg(asked.by_force, by_tangential_force, depth, asked.tangential)
