@@ -59,9 +59,16 @@ if TYPE_CHECKING:
     from pymdr.result import Result as Result
     from pymdr.result import Status as Status
     from pymdr.result import open_result as open_result
+    from pymdr.solving import AdhesionRegime as AdhesionRegime
     from pymdr.solving import Assessment as Assessment
+    from pymdr.solving import FrictionLoop as FrictionLoop
+    from pymdr.solving import PullOff as PullOff
+    from pymdr.solving import adhesion_regime as adhesion_regime
     from pymdr.solving import assess as assess
     from pymdr.solving import foundation as foundation
+    from pymdr.solving import friction_foundation as friction_foundation
+    from pymdr.solving import friction_loop as friction_loop
+    from pymdr.solving import pull_off as pull_off
     from pymdr.solving import solve as solve
     from pymdr.solving import solve_batch as solve_batch
     from pymdr.workbench.tables import read_profile as read_profile
@@ -116,7 +123,20 @@ _HOMES: dict[str, tuple[str, ...]] = {
         "Sphere",
     ),
     "pymdr.result": ("Result", "Status", "open_result"),
-    "pymdr.solving": ("Assessment", "assess", "foundation", "solve", "solve_batch"),
+    "pymdr.solving": (
+        "AdhesionRegime",
+        "Assessment",
+        "FrictionLoop",
+        "PullOff",
+        "adhesion_regime",
+        "assess",
+        "foundation",
+        "friction_foundation",
+        "friction_loop",
+        "pull_off",
+        "solve",
+        "solve_batch",
+    ),
     "pymdr.workbench.tables": ("read_profile",),
     "pymdr.workbench.verification": ("Verification", "verify"),
 }

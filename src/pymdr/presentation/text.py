@@ -39,7 +39,7 @@ def in_good_units(value: float, unit: str) -> tuple[float, str]:
 def written(value: float, unit: str) -> str:
     """A value with unit, four digits."""
     if math.isnan(value):
-        return "not valid"
+        return "-"
     number, prefixed = in_good_units(value, unit)
     return f"{number:.4g} {prefixed}".strip()
 
@@ -80,14 +80,26 @@ def assessment(
     memory: int,
 ) -> str:
     """Claims before solving."""
-    lines = [f"The path has {rows} row{'s' if rows != 1 else ''} ({_bytes(memory)}) and reaches:"]
+    lines = [f"The path has {rows} row{'s' if rows != 1 else ''} ({in_bytes(memory)}) and reaches:"]
     for name, value in largest.items():
         quantity = QUANTITIES[name]
         lines.append(f"  {quantity.words:<36}{written(value, quantity.unit):>16}")
     return "\n".join([*lines, *_claims(claims), *_assumptions(assumptions), *_notes(notes)])
 
 
-def _bytes(count: int) -> str:
+def numbers(groups: Mapping[str, Mapping[str, float]]) -> str:
+    """Named numbers under headings, with units from the table of quantities."""
+    lines = []
+    for heading, values in groups.items():
+        lines.append(f"{heading}:")
+        for name, value in values.items():
+            row = QUANTITIES[name]
+            lines.append(f"  {row.words:<36}{written(value, row.unit):>16}")
+    return "\n".join(lines)
+
+
+def in_bytes(count: int) -> str:
+    """A number of bytes in words."""
     size, unit = next(
         (count / 1000**n, u) for n, u in ((3, "GB"), (2, "MB"), (1, "kB")) if count >= 1000**n or n == 1
     )

@@ -183,6 +183,20 @@ def _union(table: str) -> Any:
     return Annotated[Union[tuple(models)], Field(discriminator="kind")]  # noqa: UP007
 
 
+def _options_model() -> type[BaseModel]:
+    from pydantic import ConfigDict, Field, create_model
+
+    stiffness = Field(None, description="stiffness of what presses the bodies together, above 0 N/m")
+    kept = Field(None, description="with friction: keep every k-th row", ge=1, strict=True)
+    return create_model(
+        "solve",
+        __config__=ConfigDict(extra="forbid"),
+        __doc__="How a case is solved.",
+        machine_stiffness=(Union[int, float, str, None], stiffness),  # noqa: UP007
+        keep=(int | None, kept),
+    )
+
+
 @lru_cache(maxsize=1)
 def case_adapter() -> TypeAdapter[Any]:
     """The pydantic adapter of a whole case; its ``json_schema()`` serves editors."""
@@ -200,6 +214,7 @@ def case_adapter() -> TypeAdapter[Any]:
         adhesion=(_union("adhesion"), Field(None, description="none unless given")),
         friction=(_union("friction"), Field(None, description="frictionless unless given")),
         path=(legs_type, Field(..., description="legs, one after the other", min_length=1)),
+        solve=(_options_model(), Field(None, description="how it is solved")),
     )
     return TypeAdapter(model)
 
@@ -328,6 +343,8 @@ def _kinds_for(loc: list[Any]) -> list[str]:
 def _known_keys(loc: list[Any], plain: Any) -> list[str]:
     if not loc:
         return list(case_adapter().json_schema()["properties"])
+    if loc == ["solve"]:
+        return ["machine_stiffness", "keep"]
     for part in loc:
         plain = plain[part]
     kind = plain.get("kind")

@@ -3,7 +3,23 @@
 from pymdr.problem.schedule import Progress
 from pymdr.solving.assessing import Assessment, assess
 from pymdr.solving.batch import solve_batch
-from pymdr.solving.teaching import foundation
+from pymdr.solving.loops import FrictionLoop, friction_loop
+from pymdr.solving.pulloff import AdhesionRegime, PullOff, adhesion_regime, pull_off
+from pymdr.solving.teaching import foundation, friction_foundation
 from pymdr.solving.verb import solve
 
-__all__ = ["Assessment", "Progress", "assess", "foundation", "solve", "solve_batch"]
+__all__ = [
+    "AdhesionRegime",
+    "Assessment",
+    "FrictionLoop",
+    "Progress",
+    "PullOff",
+    "adhesion_regime",
+    "assess",
+    "foundation",
+    "friction_foundation",
+    "friction_loop",
+    "pull_off",
+    "solve",
+    "solve_batch",
+]

@@ -14,7 +14,7 @@ from pymdr.interpretation.validity import Assumption, BoolArray
 from pymdr.line.adhesion import JKR as ShortRange
 from pymdr.line.adhesion import MaugisDugdale as Cohesive
 from pymdr.line.adhesion import energy_release_rate, maugis_parameter, stress_intensity
-from pymdr.line.following import energy_residual, follow
+from pymdr.line.following import History, energy_residual, follow
 from pymdr.line.foundation import mean_pressure
 from pymdr.problem.contact import Contact
 from pymdr.problem.laws import DMT, JKR
@@ -58,6 +58,18 @@ class _Rows:
     dissipated: FloatArray
     external_work: FloatArray
     residual: float
+    events: tuple[_Event, ...]
+
+
+@dataclass(frozen=True)
+class _Event:
+    """A jump into contact or out of it."""
+
+    row: int
+    into: bool
+    indentation: float
+    normal_force: float
+    contact_radius: float
 
 
 def solve_adhesive(
@@ -126,6 +138,23 @@ def _follow_leg(line: AdhesiveLine, asked: Stretch, here: _Here, stiffness: floa
         # what goes in is stored or lost; the energy balance holds this against quadrature
         external_work=here.external_work + (energy - here.energy) + spent,
         residual=energy_residual(track, history),
+        events=_events(line, history),
+    )
+
+
+def _events(line: AdhesiveLine, history: History) -> tuple[_Event, ...]:
+    jumps = history.jumps
+    into, out = np.isnan(jumps.before), np.isnan(jumps.after)
+    states = line.equilibria.states(np.where(into, jumps.after, jumps.before))
+    return tuple(
+        _Event(
+            int(jumps.step[i]),
+            bool(into[i]),
+            float(states.indentation[i]),
+            float(states.normal_force[i]),
+            float(states.contact_radius[i]),
+        )
+        for i in np.flatnonzero(into | out)
     )
 
 
@@ -157,9 +186,28 @@ def _joined(legs: list[_Rows]) -> _Rows:
     columns = {
         name: np.concatenate([getattr(leg, name) for leg in legs])
         for name in _Rows.__dataclass_fields__
-        if name != "residual"
+        if name not in ("residual", "events")
     }
-    return _Rows(**columns, residual=max(leg.residual for leg in legs))
+    first = np.cumsum([0, *(leg.attached.size for leg in legs)])
+    events = tuple(
+        replace(event, row=event.row + int(n))
+        for leg, n in zip(legs, first[:-1], strict=True)
+        for event in leg.events
+    )
+    return _Rows(**columns, residual=max(leg.residual for leg in legs), events=events)
+
+
+def _told(rows: _Rows) -> tuple[str, ...]:
+    """The first jump into contact and the last out of it, in words."""
+    into = [event for event in rows.events if event.into][:1]
+    out = [event for event in rows.events if not event.into][-1:]
+    others = int(np.count_nonzero(rows.jumped)) - len({event.row for event in rows.events})
+    words = tuple(
+        f"{'jumped into contact' if event.into else 'pulled off'} in step {event.row} at "
+        f"d = {event.indentation:.6g} m, F = {event.normal_force:.6g} N, a = {event.contact_radius:.6g} m"
+        for event in (*into, *out)
+    )
+    return (*words, f"the contact jumped in {others} other steps") if others > 0 else words
 
 
 def _interpret(
@@ -219,7 +267,7 @@ def _interpret(
         claims=claims,
         assumptions=_assumed(contact, line, a, rows),
         status=_status(rows, certificate.disk),
-        notes=line.origin.notes,
+        notes=(*line.origin.notes, *_told(rows)),
         references=_references(line),
         machine_stiffness=stiffness,
     )

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from pymdr.errors import ProblemError
-from pymdr.line.foundation import SpringFoundation, spring_foundation
+from pymdr.line.foundation import SpringFoundation, spring_foundation, states_at_depth
+from pymdr.line.friction import SpringHistory, springs
 from pymdr.problem.contact import Contact
-from pymdr.solving.reach import map_to_line
-from pymdr.units import QuantityLike, to_si
+from pymdr.solving.reach import made_fast, map_to_line
+from pymdr.units import ArrayQuantityLike, QuantityLike, to_si, to_si_array
 
 
 def foundation(
@@ -58,3 +61,66 @@ def foundation(
     if length <= 0.0:
         raise ProblemError(f"foundation: half_length = {length:g} m; it must be above 0 m")
     return spring_foundation(line, length, n)
+
+
+def friction_foundation(
+    contact: Contact,
+    indentation: ArrayQuantityLike,
+    shift: ArrayQuantityLike,
+    n: int = 400,
+) -> SpringHistory:
+    """
+    The springs of the founding paper with friction: stiffness G* dx sideways, at most mu E* dx (d - g).
+
+    It is how the method is taught; :func:`solve` follows histories without springs instead.
+
+    Parameters
+    ----------
+    contact : Contact
+        With ``friction=Coulomb(mu)``.
+    indentation, shift : array_like or quantity, shape (m,)
+        d and u_x of every row in m; the first is reached from (0, 0).
+    n : int
+        Number of springs, at least 2.
+
+    Returns
+    -------
+    SpringHistory
+        Tangential force, stick radius, stored energy and slip work of every row; the force errs by O(1/n^2).
+
+    Raises
+    ------
+    ProblemError
+        If the contact has no friction, or `n` or the rows cannot be used.
+
+    Notes
+    -----
+    Popov and Hess (2015), chapter 5.
+
+    Examples
+    --------
+    >>> from pymdr.problem.laws import Coulomb
+    >>> from pymdr.problem.materials import Elastic
+    >>> from pymdr.problem.profiles import Paraboloid
+    >>> ball = Contact(Paraboloid(1.0), Elastic(1.0, 0.0), friction=Coulomb(1.0))
+    >>> round(float(friction_foundation(ball, [0.5, 0.5], [0.0, 0.25], n=4000).tangential_force[-1]), 5)
+    0.30474
+    """
+    if contact.friction is None:
+        raise ProblemError("friction_foundation: give Contact(..., friction=Coulomb(0.3))")
+    d = np.atleast_1d(to_si_array(indentation, "m", name="indentation"))
+    u = np.atleast_1d(to_si_array(shift, "m", name="shift"))
+    if d.shape != u.shape or d.ndim != 1 or d.size == 0:
+        raise ProblemError(
+            f"friction_foundation: {d.size} indentations for {u.size} shifts; give as many of each"
+        )
+    if isinstance(n, bool) or not isinstance(n, int) or n < 2:
+        raise ProblemError(f"friction_foundation: n = {n!r} springs; a whole number of at least 2 is needed")
+    mapped = made_fast(contact, map_to_line(contact), float(np.max(d)), 0.0)
+    a = float(states_at_depth(mapped.line, np.array([float(np.max(d))])).contact_radius[0]) or 1.0
+    half = (n + 1) // 2
+    spacing = a / half
+    g = mapped.line.equivalent.g((np.arange(half) + 0.5) * spacing)
+    return springs(
+        g, spacing, d, u, contact.friction.coefficient, mapped.line.modulus, mapped.moduli.tangential
+    )

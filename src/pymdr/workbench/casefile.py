@@ -25,6 +25,8 @@ class Case:
     title: str
     contact: Contact
     path: LoadingPath
+    options: dict[str, Any]
+    """Keyword arguments of :func:`pymdr.solve`, from the table ``[solve]``."""
 
 
 def read_case(file: str | os.PathLike[str]) -> Case:
@@ -34,8 +36,8 @@ def read_case(file: str | os.PathLike[str]) -> Case:
     Parameters
     ----------
     file : path
-        A TOML file with the tables ``[profile]``, ``[body]``, optionally ``[counterbody]``, and one
-        ``[[path]]`` for every leg.
+        A TOML file with the tables ``[profile]``, ``[body]``, optionally ``[counterbody]``,
+        ``[adhesion]``, ``[friction]`` and ``[solve]``, and one ``[[path]]`` for every leg.
 
     Returns
     -------
@@ -67,7 +69,7 @@ def read_case(file: str | os.PathLike[str]) -> Case:
         title, contact, path = decode_case(_with_tables(plain, source.parent))
     except CaseError as error:
         raise CaseError(f"{source}: {error}") from error
-    return Case(source, title, contact, path)
+    return Case(source, title, contact, path, dict(plain.get("solve", {})))
 
 
 def _with_tables(plain: dict[str, Any], folder: Path) -> dict[str, Any]:

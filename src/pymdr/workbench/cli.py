@@ -100,7 +100,9 @@ def _run_one(case: Path, folder: Path, quiet: bool, as_json: bool) -> dict[str, 
 
     asked = read_case(case)
     _ready_folder(folder)
-    result = solve(asked.contact, asked.path, progress=_progress(quiet or as_json))
+    if not quiet and not as_json:
+        _tell_memory(asked)
+    result = solve(asked.contact, asked.path, progress=_progress(quiet or as_json), **asked.options)
     result.save(folder / "result.nc")
     written = [folder / "result.nc", *_write_figures(result.figures(), folder)]
     if not quiet and not as_json:
@@ -108,6 +110,24 @@ def _run_one(case: Path, folder: Path, quiet: bool, as_json: bool) -> dict[str, 
         typer.echo(result.summary())
         typer.echo("Written: " + ", ".join(str(file) for file in written))
     return _as_json(asked, result, written)
+
+
+_LARGE = 50_000_000
+
+
+def _tell_memory(case: Case) -> None:
+    """Say what a long history will take before it is followed."""
+    from pymdr.presentation.text import in_bytes
+    from pymdr.problem.schedule import total_rows
+
+    rows = total_rows(case.path)
+    kept = rows // int(case.options.get("keep") or 1)
+    if 13 * 8 * kept > _LARGE:
+        typer.echo(
+            f"{rows} rows, of which {kept} are kept, take about {in_bytes(13 * 8 * kept)}; [solve] keep = k keeps "
+            "every k-th",
+            err=True,
+        )
 
 
 def _print_failures(cases: Sequence[Path], failures: Mapping[Path, str]) -> None:
@@ -122,7 +142,10 @@ def _print_failures(cases: Sequence[Path], failures: Mapping[Path, str]) -> None
 
 @app.command()
 def new(
-    kind: Annotated[str, typer.Argument(help="ball, cone, punch, tip (measured) or cycle.")] = "ball",
+    kind: Annotated[
+        str,
+        typer.Argument(help="ball, cone, punch, tip (measured), gel (adhesion), joint (friction) or cycle."),
+    ] = "ball",
     output: Annotated[
         Path | None,
         typer.Option("-o", "--output", metavar="CASE.toml", help="File to write; printed unless given."),
@@ -188,12 +211,15 @@ def check(case: CaseFile, quiet: Quiet = False, as_json: Json = False) -> None:
     from pymdr.workbench.casefile import read_case
 
     asked = read_case(case)
-    assessment = assess(asked.contact, asked.path)
+    stiffness = asked.options.get("machine_stiffness")
+    assessment = assess(asked.contact, asked.path, machine_stiffness=stiffness)
     if as_json:
         typer.echo(
             json.dumps(
                 {
                     "case": str(case),
+                    "rows": assessment.rows,
+                    "memory": assessment.memory,
                     "largest": assessment.largest,
                     "claims": _plain_claims(assessment.claims),
                     "assumptions": _plain_assumptions(assessment.assumptions),

@@ -18,6 +18,18 @@ young = "70 GPa"
 poisson = 0.22
 """
 
+_SIMILAR = """
+[body]                      # the first body
+kind = "elastic"
+young = "210 GPa"
+poisson = 0.3
+
+[counterbody]               # equal bodies: friction is then uncoupled from pressure
+kind = "elastic"
+young = "210 GPa"
+poisson = 0.3
+"""
+
 _LOAD = """
 [[path]]                    # one table for every leg of the loading path
 kind = "load"               # load, indent, ramp, hold or path
@@ -37,6 +49,11 @@ _PROFILES = {
 [profile]                   # the gap f(r) between the undeformed surfaces
 kind = "sphere"             # the true sphere; "paraboloid" is Hertz's
 radius = "10 mm"
+""",
+    "gel": """
+[profile]                   # the gap f(r) between the undeformed surfaces
+kind = "paraboloid"
+radius = "50 um"
 """,
     "cone": """
 [profile]                   # the gap f(r) between the undeformed surfaces
@@ -63,11 +80,57 @@ interpolation = {{ kind = "smoothing_spline" }}  # or "cubic_spline" with tip = 
 """,
 }
 
+_GEL = """
+[body]                      # the soft one
+kind = "elastic"
+young = "30 kPa"
+poisson = 0.5
+
+[adhesion]
+kind = "jkr"                # or "maugis_dugdale" (with strength or range), "dmt"
+work = "2 mJ/m^2"           # work of adhesion
+
+[solve]
+machine_stiffness = "0.05 N/m"  # of the cantilever; needed by legs of the kind travel
+"""
+
+_JOINT = """
+[friction]
+kind = "coulomb"
+coefficient = 0.3           # inf is contact without slip
+"""
+
+_TRAVEL = """
+[[path]]                    # one table for every leg of the loading path
+kind = "travel"             # of the piezo: indentation + normal force / machine stiffness
+travel = "5 um"
+steps = 100
+
+[[path]]
+kind = "travel"
+travel = "-20 um"
+steps = 400
+"""
+
+_SHAKEN = """
+[[path]]                    # one table for every leg of the loading path
+kind = "load"
+normal_force = "50 N"
+
+[[path]]                    # the load stays where it is
+kind = "cycle"              # to +amplitude, to -amplitude and back
+shift = "0.8 um"            # or tangential_force
+cycles = 2
+steps = 400                 # rows of the whole leg
+"""
+
 _PATHS = {
     "ball": _LOAD,
     "cone": _INDENT.format(depth="100 nm"),
     "punch": _INDENT.format(depth="60 um"),
     "tip": _INDENT.format(depth="20 nm"),
+    "gel": _TRAVEL,
+    "joint": _SHAKEN,
     "cycle": _LOAD
     + """
 [[path]]
@@ -90,7 +153,7 @@ def template(kind: str) -> str:
     Parameters
     ----------
     kind : str
-        One of ``ball``, ``cone``, ``punch``, ``tip`` and ``cycle``.
+        One of ``ball``, ``cone``, ``punch``, ``tip``, ``gel`` (adhesion), ``joint`` (friction) and ``cycle``.
 
     Returns
     -------
@@ -117,4 +180,5 @@ def template(kind: str) -> str:
         f'title = "My {kind}"\n'
     )
     profile = _PROFILES.get(kind, _PROFILES["ball"]).replace("{{", "{").replace("}}", "}")
-    return head + profile + _BODIES + _PATHS[kind]
+    bodies = {"gel": _GEL, "joint": _SIMILAR + _JOINT}.get(kind, _BODIES)
+    return head + profile + bodies + _PATHS[kind]

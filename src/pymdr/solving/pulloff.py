@@ -1,0 +1,271 @@
+"""Pull-off, jump-in and the choice of the law of adhesion, without a path."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from pymdr.errors import ProblemError
+from pymdr.line.adhesion import maugis_parameter, tabor_parameter
+from pymdr.line.following import Track, trace, under_machine
+from pymdr.problem.contact import Contact
+from pymdr.problem.laws import DMT, JKR, AdhesionLaw, MaugisDugdale
+from pymdr.solving.equilibria import AdhesiveLine, round_radius
+from pymdr.solving.verb import read_stiffness
+from pymdr.units import QuantityLike, to_si
+
+_SMALL, _LARGE = 0.1, 5.0
+_COST = 0.01
+
+
+@dataclass(frozen=True)
+class PullOff:
+    """The last stable state of a contact that is pulled apart, and the state that it jumps into when it touches."""
+
+    normal_force: float
+    """Force in N, below 0."""
+    indentation: float
+    """In m."""
+    contact_radius: float
+    """In m."""
+    travel: float
+    """Travel of the machine in m; the indentation under displacement control, nan under a dead load."""
+    dissipated_energy: float
+    """Energy lost in the jump out of contact in J; nan under a dead load, which falls without end."""
+    jump_in_indentation: float
+    """Indentation in m after the jump into contact at the first touch."""
+    jump_in_force: float
+    """Force in N after that jump."""
+    jump_in_radius: float
+    """Contact radius in m after that jump."""
+    machine_stiffness: float
+    """In N/m; inf is displacement control, 0 a dead load."""
+
+    def summary(self) -> str:
+        """The numbers with units, as a text."""
+        from pymdr.presentation.text import numbers
+
+        return numbers(
+            {
+                "pull-off": {
+                    "normal_force": self.normal_force,
+                    "indentation": self.indentation,
+                    "contact_radius": self.contact_radius,
+                    "travel": self.travel,
+                    "dissipated_energy": self.dissipated_energy,
+                },
+                "jump into contact": {
+                    "indentation": self.jump_in_indentation,
+                    "normal_force": self.jump_in_force,
+                    "contact_radius": self.jump_in_radius,
+                },
+            }
+        )
+
+    def __str__(self) -> str:
+        return self.summary()
+
+
+def pull_off(
+    contact: Contact, *, machine_stiffness: QuantityLike = math.inf, pressed_to: QuantityLike | None = None
+) -> PullOff:
+    """
+    Where a contact with adhesion is lost when it is pulled, and what it jumps into when it touches.
+
+    Stable states satisfy dD/da > 0 for the travel D = d + F/k of the machine (Popov and Hess 2015, chapter 4).
+
+    Parameters
+    ----------
+    contact : Contact
+        With a law of adhesion.
+    machine_stiffness : quantity, optional
+        k in N/m: inf (the default) is displacement control, 0 a dead load.
+    pressed_to : quantity, optional
+        Largest indentation in m before the pull, for wavy profiles whose pull-off depends on it; unless given,
+        the contact has been pressed a little beyond that of the unloaded body.
+
+    Returns
+    -------
+    PullOff
+
+    Raises
+    ------
+    ProblemError
+        If the contact has no adhesion, or the stiffness is negative.
+    PathError
+        If no state is stable, as for a flat punch that is pulled by a dead load before it is pressed.
+
+    Examples
+    --------
+    >>> from pymdr.problem.materials import Elastic
+    >>> from pymdr.problem.profiles import Paraboloid
+    >>> gel = Contact(Paraboloid("1 mm"), Elastic("30 kPa", 0.5), adhesion=JKR("50 mJ/m^2"))
+    >>> round(pull_off(gel, machine_stiffness=0).normal_force / (math.pi * 5e-5), 12)
+    -1.5
+    """
+    line = _adhesive(contact)
+    stiffness = read_stiffness(machine_stiffness)
+    track = _track(line, stiffness, pressed_to)
+    lost = np.array([track.lost])
+    state = line.equilibria.states(lost)
+    d, force = float(state.indentation[0]), float(state.normal_force[0])
+    out, into = track.jumps[1], track.jumps[2]
+    last = int(np.flatnonzero(track.bottom == track.lost)[-1])
+    touched = line.equilibria.states(into.after)
+    return PullOff(
+        normal_force=force,
+        indentation=d,
+        contact_radius=float(state.contact_radius[0]),
+        travel=d + force / stiffness if stiffness > 0.0 else math.nan,
+        dissipated_energy=float(out.loss[last]),
+        jump_in_indentation=float(touched.indentation[0]),
+        jump_in_force=float(touched.normal_force[0]),
+        jump_in_radius=float(touched.contact_radius[0]),
+        machine_stiffness=stiffness,
+    )
+
+
+def _adhesive(contact: Contact) -> AdhesiveLine:
+    if not isinstance(contact, Contact) or contact.adhesion is None:
+        raise ProblemError(
+            "the contact has no adhesion; give Contact(..., adhesion=JKR('50 mJ/m^2')) or another law"
+        )
+    return AdhesiveLine(contact)
+
+
+def _track(line: AdhesiveLine, stiffness: float, pressed_to: QuantityLike | None) -> Track:
+    if pressed_to is not None:
+        deepest = to_si(pressed_to, "m", name="pressed_to")
+        pressed = line.track(math.inf, deepest)
+        stop = pressed.curve.stop
+    else:
+        stop = min(1.5 * line.natural_radius, line.equilibria.limit)
+    return trace(under_machine(line.equilibria, stop, stiffness))
+
+
+@dataclass(frozen=True)
+class AdhesionRegime:
+    """Which law of adhesion a contact asks for, and what the simpler ones cost."""
+
+    tabor: float
+    """Tabor's parameter with the range of the law for z0; nan for a tip that is not round."""
+    maugis: float
+    """Maugis' parameter; nan for a tip that is not round."""
+    regime: str
+    """``"JKR"``, ``"DMT"`` or ``"transition"``."""
+    recommended: AdhesionLaw
+    """The simplest law whose pull-off force is within 1 %, else MaugisDugdale."""
+    pull_off_force: Mapping[str, float]
+    """Pull-off force in N under a dead load by law."""
+    error: Mapping[str, float]
+    """Relative error of the pull-off force of the simpler laws against MaugisDugdale."""
+
+    def summary(self) -> str:
+        """The regime and the cost of every law, as a text."""
+        lines = [
+            f"regime: {self.regime} (Tabor's parameter {self.tabor:.3g}, Maugis' {self.maugis:.3g}; JKR above "
+            f"{_LARGE:g}, DMT below {_SMALL:g})",
+            f"recommended: {type(self.recommended).__name__}",
+            "pull-off force under a dead load:",
+        ]
+        for name, force in self.pull_off_force.items():
+            cost = f"  off by {100 * self.error[name]:+.2f} %" if name in self.error else ""
+            lines.append(f"  {name:<16}{force:>14.6g} N{cost}")
+        return "\n".join(lines)
+
+    def __str__(self) -> str:
+        return self.summary()
+
+
+def adhesion_regime(contact: Contact, *, range: QuantityLike | None = None) -> AdhesionRegime:
+    """
+    Which law of adhesion a contact asks for.
+
+    mu = (R work^2 / (E*^2 z0^3))^(1/3) (Tabor 1977), lambda = 2 sigma0 (9 R / (16 pi work E*^2))^(1/3)
+    (Maugis 1992), with sigma0 = work / range. The laws are compared by their pull-off forces.
+
+    Parameters
+    ----------
+    contact : Contact
+        With a law of adhesion, for its work.
+    range : quantity, optional
+        Range of the attraction in m, typically 0.2 to 0.5 nm between clean solids; that of the law unless given.
+
+    Returns
+    -------
+    AdhesionRegime
+
+    Raises
+    ------
+    ProblemError
+        If the contact has no adhesion, or no range is known.
+
+    Examples
+    --------
+    >>> from pymdr.problem.materials import Elastic
+    >>> from pymdr.problem.profiles import Paraboloid
+    >>> tip = Contact(Paraboloid("20 nm"), Elastic("70 GPa", 0.2), adhesion=JKR("50 mJ/m^2"))
+    >>> found = adhesion_regime(tip, range="0.5 nm")
+    >>> found.regime, round(found.maugis, 3)
+    ('DMT', 0.048)
+    """
+    law = contact.adhesion if isinstance(contact, Contact) else None
+    if law is None:
+        raise ProblemError(
+            "the contact has no adhesion; give Contact(..., adhesion=JKR('50 mJ/m^2')) or another law"
+        )
+    distance = _range(law, range)
+    stress = law.work / distance
+    laws: dict[str, AdhesionLaw] = {
+        "MaugisDugdale": MaugisDugdale(law.work, range=distance),
+        "JKR": JKR(law.work),
+        "DMT": DMT(law.work, range=distance),
+    }
+    force = {
+        name: pull_off(replace(contact, adhesion=other), machine_stiffness=0.0).normal_force
+        for name, other in laws.items()
+    }
+    error = {name: force[name] / force["MaugisDugdale"] - 1.0 for name in ("JKR", "DMT")}
+    best = min(error, key=lambda name: abs(error[name]))
+    modulus = AdhesiveLine(replace(contact, adhesion=JKR(law.work))).line.modulus
+    radius = round_radius(contact.profile)
+    tabor = maugis = math.nan
+    if radius is not None:
+        tabor = float(tabor_parameter(radius, modulus, law.work, distance))
+        maugis = float(maugis_parameter(radius, modulus, law.work, stress))
+    return AdhesionRegime(
+        tabor=tabor,
+        maugis=maugis,
+        regime=_regime(maugis, error),
+        recommended=laws[best if abs(error[best]) <= _COST else "MaugisDugdale"],
+        pull_off_force=force,
+        error=error,
+    )
+
+
+def _range(law: AdhesionLaw, given: QuantityLike | None) -> float:
+    own = getattr(law, "range", None)
+    if given is not None:
+        distance = to_si(given, "m", name="range")
+        if distance <= 0.0:
+            raise ProblemError(f"adhesion_regime: range = {given!r}; it must be above 0 m")
+        return distance
+    if isinstance(law, MaugisDugdale):
+        return law.work / law.cohesive_stress
+    if own is None:
+        raise ProblemError(
+            f"adhesion_regime: {type(law).__name__} states no range of the attraction; give "
+            "adhesion_regime(contact, range='0.3 nm')"
+        )
+    return float(own)
+
+
+def _regime(maugis: float, error: Mapping[str, float]) -> str:
+    """By Maugis' parameter for round tips, by the pull-off forces for others."""
+    if math.isnan(maugis):
+        best = min(error, key=lambda name: abs(error[name]))
+        return best if abs(error[best]) <= _COST else "transition"
+    return "JKR" if maugis > _LARGE else "DMT" if maugis < _SMALL else "transition"
