@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import enum
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -22,7 +22,7 @@ from pymdr.interpretation.traction import (
     friction_surface,
 )
 from pymdr.interpretation.validity import SOURCES, Assumption, Claim
-from pymdr.mapping.equivalent import without_callables
+from pymdr.mapping.equivalent import has_callables, without_callables
 from pymdr.mapping.moduli import effective_moduli
 from pymdr.problem.contact import Contact
 from pymdr.problem.paths import LoadingPath
@@ -341,6 +341,8 @@ class Result:
         )
 
     def _saved_contact(self) -> Contact:
+        if not has_callables(self.contact.profile):
+            return self.contact
         a = self.data["contact_radius"].values if "contact_radius" in self.data else np.zeros(1)
         largest = float(np.nanmax(a, initial=0.0))
         reach = 0.0 if isinstance(self.surface, RingHistory) else 1.05 * _known_reach(self.surface)
@@ -355,19 +357,16 @@ class Result:
         """The labelled arrays over ``step``."""
         return self.data
 
-    def __reduce__(self) -> tuple[Any, ...]:
-        return _from_packed, (self.to_dataset().to_dict(),)
+    def __getstate__(self) -> dict[str, Any]:
+        state = {f.name: getattr(self, f.name) for f in fields(self)}
+        if has_callables(self.contact.profile):
+            state["contact"] = self._saved_contact()
+        return state
 
 
 def _known_reach(surface: Surface | FrictionSurface) -> float:
     reach = min(surface.line.equivalent.reach, surface.line.equivalent.edge)
     return reach if np.isfinite(reach) else 0.0
-
-
-def _from_packed(packed: Mapping[str, Any]) -> Result:
-    import xarray as xr
-
-    return result_from_dataset(xr.Dataset.from_dict(dict(packed)))
 
 
 def result_from_dataset(dataset: xr.Dataset) -> Result:

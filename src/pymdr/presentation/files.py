@@ -7,7 +7,7 @@ import json
 import os
 import tempfile
 from collections.abc import Callable, Mapping, Sequence
-from pathlib import Path
+from pathlib import Path as FilePath
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -16,16 +16,19 @@ from pymdr.errors import FileError, PymdrError
 from pymdr.interpretation.validity import SOURCES, Assumption, Claim, Level
 from pymdr.problem.codec import decode_case, encode_case
 from pymdr.problem.contact import Contact
-from pymdr.problem.paths import LoadingPath
+from pymdr.problem.paths import CHANNELS, History, Leg, LoadingPath, Path, legs
 from pymdr.quantities import BAND_ENDS, QUANTITIES
 
 if TYPE_CHECKING:
     import xarray as xr
 
 FORMAT = "pymdr result 1"
+_PREFIX = "pymdr_path_"
+_LONG = 100
+"""Rows above which a history is kept as an array."""
 
 
-def write_whole(file: str | os.PathLike[str], write: Callable[[Path], object]) -> None:
+def write_whole(file: str | os.PathLike[str], write: Callable[[FilePath], object]) -> None:
     """
     Write a file beside its place and rename it, so that it is whole or not there.
 
@@ -40,7 +43,7 @@ def write_whole(file: str | os.PathLike[str], write: Callable[[Path], object]) -
     FileError
         If the folder cannot be written.
     """
-    target = Path(file)
+    target = FilePath(file)
     try:
         handle, name = tempfile.mkstemp(dir=target.parent, prefix=f".{target.stem}-", suffix=target.suffix)
         os.close(handle)
@@ -48,7 +51,7 @@ def write_whole(file: str | os.PathLike[str], write: Callable[[Path], object]) -
         raise FileError(
             f"cannot write {target}: {error.strerror or error}; choose a folder that is writable"
         ) from error
-    beside = Path(name)
+    beside = FilePath(name)
     try:
         write(beside)
         beside.chmod(0o666 & ~_umask())
@@ -80,7 +83,8 @@ def pack(
     machine_stiffness: float | None,
     starts: Sequence[Mapping[str, float]] | None,
 ) -> xr.Dataset:
-    """Arrays plus everything else as JSON texts in the attributes."""
+    """Arrays plus everything else as JSON texts in the attributes; long histories stay arrays."""
+    short, arrays = _apart(path)
     plain_claims = {
         name: {
             "level": claim.level.name,
@@ -93,9 +97,9 @@ def pack(
     plain_assumptions = [
         {"name": a.name, "words": a.words, "measure": a.measure, "limit": a.limit} for a in assumptions
     ]
-    return data.assign_attrs(
+    return data.assign(arrays).assign_attrs(
         pymdr_format=FORMAT,
-        pymdr_case=json.dumps(encode_case("", contact, path)),
+        pymdr_case=json.dumps(encode_case("", contact, short)),
         pymdr_claims=json.dumps(plain_claims),
         pymdr_assumptions=json.dumps(plain_assumptions),
         pymdr_status=status,
@@ -105,6 +109,31 @@ def pack(
         pymdr_machine_stiffness=json.dumps(machine_stiffness),
         pymdr_starts=json.dumps(None if starts is None else [dict(start) for start in starts]),
     )
+
+
+def _apart(path: LoadingPath) -> tuple[LoadingPath, dict[str, Any]]:
+    """The path with its long histories replaced by stand-ins of one row, and these as variables."""
+    pieces: list[Leg] = []
+    arrays: dict[str, Any] = {}
+    for i, leg in enumerate(legs(path)):
+        if isinstance(leg, Path) and leg.steps > _LONG:
+            named = [name for name in ("time", *CHANNELS) if getattr(leg, name) is not None]
+            arrays |= {
+                f"{_PREFIX}{i}_{name}": (f"{_PREFIX}{i}", np.asarray(getattr(leg, name))) for name in named
+            }
+            leg = Path(**{name: [0.0] for name in named})
+        pieces.append(leg)
+    return (pieces[0] if len(pieces) == 1 else History(tuple(pieces))), arrays
+
+
+def _together(path: LoadingPath, dataset: xr.Dataset) -> LoadingPath:
+    """The inverse of :func:`_apart`."""
+    pieces = []
+    for i, leg in enumerate(legs(path)):
+        start = f"{_PREFIX}{i}_"
+        found = {str(n)[len(start) :]: dataset[n].values for n in dataset if str(n).startswith(start)}
+        pieces.append(Path(**found) if found else leg)
+    return pieces[0] if len(pieces) == 1 else History(tuple(pieces))
 
 
 def _runs(where: np.ndarray) -> list[int]:
@@ -129,6 +158,8 @@ def unpack(dataset: xr.Dataset) -> dict[str, Any]:
         )
     try:
         _, contact, path = decode_case(json.loads(attrs["pymdr_case"]))
+        path = _together(path, dataset)
+        dataset = dataset.drop_vars([name for name in dataset if str(name).startswith(_PREFIX)])
         claims = {
             name: Claim(Level[c["level"]], c["reason"], c["source"], _from_runs(c["where"]))
             for name, c in json.loads(attrs["pymdr_claims"]).items()
@@ -194,7 +225,7 @@ def read_dataset(file: str | os.PathLike[str]) -> xr.Dataset:
     """Read a packed dataset."""
     import xarray as xr
 
-    source = Path(file)
+    source = FilePath(file)
     if not source.is_file():
         raise FileError(f"cannot read {source}: no such file")
     try:

@@ -159,11 +159,10 @@ def _events(line: AdhesiveLine, history: History) -> tuple[_Event, ...]:
 
 
 def _refuse_pull_on_nothing(values: FloatArray, pull_off: float) -> None:
-    first = int(np.argmax(values < 0.0))
-    if np.any(values[:first] >= 0.0):
+    if values[0] >= 0.0:
         return
     raise PathError(
-        f"normal_force = {values[first]:g} N: a body that does not touch cannot be pulled (the contact carries down "
+        f"normal_force = {values[0]:g} N: a body that does not touch cannot be pulled (the contact carries down "
         f"to {pull_off:.6g} N once it is made); touch first, for example with load('0 N') >> ..."
     )
 

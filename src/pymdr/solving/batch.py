@@ -2,22 +2,32 @@
 
 from __future__ import annotations
 
+import math
 import pickle
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from typing import Any
+
+from numpy.typing import ArrayLike
 
 from pymdr.errors import ProblemError, PymdrError
 from pymdr.problem.contact import Contact
-from pymdr.problem.paths import LoadingPath
+from pymdr.problem.paths import Hold, LoadingPath
 from pymdr.problem.schedule import Progress
 from pymdr.result import Result
 from pymdr.solving.verb import solve
+from pymdr.units import QuantityLike
+
+_SHARES = 8
+"""Shares of the work for every process."""
 
 
 def solve_batch(
     contacts: Sequence[Contact],
     path: LoadingPath,
     *,
+    machine_stiffness: QuantityLike | None = None,
+    keep: int | ArrayLike | None = None,
     workers: int = 1,
     throw: bool = True,
     progress: Progress | None = None,
@@ -29,6 +39,8 @@ def solve_batch(
     ----------
     contacts : sequence of Contact
     path : LoadingPath
+    machine_stiffness, keep
+        As for :func:`solve`.
     workers : int
         Number of processes; 1 solves in this one.
     throw : bool
@@ -58,53 +70,61 @@ def solve_batch(
     """
     if isinstance(workers, bool) or not isinstance(workers, int) or workers < 1:
         raise ProblemError(f"solve_batch: workers = {workers!r}; a whole number of at least 1 is needed")
-    jobs = [(contact, path) for contact in contacts]
+    options = {"machine_stiffness": machine_stiffness, "keep": keep}
+    pieces = list(contacts)
     answers: list[Result | PymdrError] = []
+    found: Iterator[Result | PymdrError] = (_solve_quietly(contact, path, options) for contact in pieces)
     if workers > 1:
-        from concurrent.futures import ProcessPoolExecutor
-
-        # what cannot be sent to another process, such as a lambda, is solved in this one
-        travels = [_can_travel(job) for job in jobs]
-        with ProcessPoolExecutor(workers) as pool:
-            futures = [
-                pool.submit(_solve_quietly, job) if away else None
-                for job, away in zip(jobs, travels, strict=True)
-            ]
-            for job, future in zip(jobs, futures, strict=True):
-                answer = _solve_quietly(job) if future is None else future.result()
-                if isinstance(answer, Result):
-                    answer = replace(answer, contact=job[0])
-                _collect(answers, answer, throw, progress, len(jobs))
-    else:
-        for job in jobs:
-            _collect(answers, _solve_quietly(job), throw, progress, len(jobs))
+        found = _solve_apart(pieces, path, options, workers)
+    for answer in found:
+        if throw and isinstance(answer, PymdrError):
+            raise answer
+        answers.append(answer)
+        if progress is not None:
+            progress(len(answers), len(pieces))
     return answers
 
 
-def _can_travel(job: tuple[Contact, LoadingPath]) -> bool:
+def _solve_apart(
+    contacts: list[Contact], path: LoadingPath, options: dict[str, Any], workers: int
+) -> Iterator[Result | PymdrError]:
+    """Solve in other processes, but for what cannot be sent to one, such as a lambda."""
+    from concurrent.futures import ProcessPoolExecutor
+
+    away = [contact for contact in contacts if _can_travel(contact)] if _can_travel(path) else []
+    size = max(1, math.ceil(len(away) / (_SHARES * workers)))
+    with ProcessPoolExecutor(workers) as pool:
+        shares = [
+            pool.submit(_solve_share, away[first : first + size], path, options)
+            for first in range(0, len(away), size)
+        ]
+        ready = (answer for share in shares for answer in share.result())
+        for contact in contacts:
+            if not away or not _can_travel(contact):
+                yield _solve_quietly(contact, path, options)
+                continue
+            answer = next(ready)
+            yield replace(answer, contact=contact, path=path) if isinstance(answer, Result) else answer
+
+
+def _can_travel(value: Contact | LoadingPath) -> bool:
     try:
-        pickle.dumps(job)
+        pickle.dumps(value)
     except (AttributeError, TypeError, pickle.PicklingError):
         return False
     return True
 
 
-def _solve_quietly(job: tuple[Contact, LoadingPath]) -> Result | PymdrError:
+def _solve_share(
+    contacts: list[Contact], path: LoadingPath, options: dict[str, Any]
+) -> list[Result | PymdrError]:
+    """Solve some contacts; the path, which the caller has, does not go back."""
+    answers = [_solve_quietly(contact, path, options) for contact in contacts]
+    return [replace(answer, path=Hold()) if isinstance(answer, Result) else answer for answer in answers]
+
+
+def _solve_quietly(contact: Contact, path: LoadingPath, options: dict[str, Any]) -> Result | PymdrError:
     try:
-        return solve(*job)
+        return solve(contact, path, **options)
     except PymdrError as error:
         return error
-
-
-def _collect(
-    answers: list[Result | PymdrError],
-    answer: Result | PymdrError,
-    throw: bool,
-    progress: Progress | None,
-    total: int,
-) -> None:
-    if throw and isinstance(answer, PymdrError):
-        raise answer
-    answers.append(answer)
-    if progress is not None:
-        progress(len(answers), total)

@@ -51,10 +51,9 @@ def energy_residual(track: Track, history: History) -> float:
     work = _integrals(curve, pieces[:, 0], pieces[:, 1])[back.reshape(-1)]
     change = np.zeros(low.size)
     change[bound] = curve.energy(high[bound]) - curve.energy(low[bound])
-    known = np.isfinite(np.append(jumps.loss, 0.0))
-    done = np.cumsum(np.where(known, work, 0.0))
+    done = np.cumsum(work)
     # between two jumps T changes by the stretch, and over a jump by its loss
-    missing = np.cumsum(np.where(known, work - change, 0.0))
+    missing = np.cumsum(work - change)
     scale = max(float(np.max(np.abs(done))), float(np.nansum(jumps.loss)), float(np.max(np.abs(change))))
     return float(np.max(np.abs(missing)) / scale) if scale > 0.0 else 0.0
 

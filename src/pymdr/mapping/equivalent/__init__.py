@@ -144,6 +144,19 @@ def gap_function(profile: Profile, equivalent: EquivalentProfile) -> abel.Curve:
     return gap
 
 
+def has_callables(profile: Profile) -> bool:
+    """
+    Whether a profile holds a callable, which no file can.
+
+    Examples
+    --------
+    >>> has_callables(Sphere(1.0))
+    False
+    """
+    parts = profile.parts if isinstance(profile, Sum) else (profile,)
+    return any(isinstance(part, Function) for part in parts)
+
+
 def without_callables(profile: Profile, top: float) -> Profile:
     """
     The profile with every :class:`Function` replaced by its interpolant on [0, top], for saving.
