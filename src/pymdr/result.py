@@ -158,8 +158,10 @@ class Result:
         Parameters
         ----------
         name : str
-            ``"pressure"``, ``"normal_displacement"``, ``"gap"``, and on the line
-            ``"equivalent_profile"`` and ``"spring_force"``.
+            ``"pressure"``, ``"normal_displacement"``, ``"gap"``; with friction ``"shear_traction"``,
+            ``"tangential_displacement"`` and ``"slip"`` (the shift less the displacement of the surface: how far
+            points have moved apart that faced each other at the beginning; nan outside the contact); on the line
+            ``"equivalent_profile"``, ``"spring_force"`` and with friction ``"spring_shift"``.
         r : array_like or quantity, optional
             Radii (positions) in m; a graded grid to twice the contact radius unless given.
         step : int, optional
@@ -343,8 +345,8 @@ class Result:
     def _saved_contact(self) -> Contact:
         if not has_callables(self.contact.profile):
             return self.contact
-        a = self.data["contact_radius"].values if "contact_radius" in self.data else np.zeros(1)
-        largest = float(np.nanmax(a, initial=0.0))
+        radii = [self.data[n].values for n in ("contact_radius", "cohesive_radius") if n in self.data]
+        largest = max((float(np.nanmax(values, initial=0.0)) for values in radii), default=0.0)
         reach = 0.0 if isinstance(self.surface, RingHistory) else 1.05 * _known_reach(self.surface)
         top = max(2.0 * largest, reach) or min(1.0, self.contact.profile.reach)
         return replace(self.contact, profile=without_callables(self.contact.profile, top))

@@ -4,16 +4,24 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from pymdr.interpretation.fields import pressure
 from pymdr.interpretation.surface import Surface
-from pymdr.line.foundation import ElasticLine, states_at_depth, states_at_force, states_at_travel
+from pymdr.line.foundation import (
+    ElasticLine,
+    line_upto_depth,
+    line_upto_force,
+    states_at_depth,
+    states_at_force,
+    states_at_travel,
+)
 from pymdr.line.friction import FrictionLeg, FrictionState, Replay, curves_of, spring_shifts, superposition
 from pymdr.mapping.abel import line_average
+from pymdr.mapping.equivalent import equivalent_profile
 from pymdr.mapping.moduli import effective_moduli
 from pymdr.problem.contact import Contact
 from pymdr.problem.paths import LoadingPath
@@ -22,6 +30,8 @@ from pymdr.units import FloatArray
 
 TANGENTIAL_FIELDS = ("shear_traction", "tangential_displacement", "slip")
 TANGENTIAL_LINE_FIELDS = ("spring_shift",)
+_TIP = 1e-9
+"""Of the contact radius: where the finite traction of a stuck sharp tip is read."""
 
 
 def shear_traction(line: ElasticLine, state: FrictionState, r: ArrayLike) -> FloatArray:
@@ -53,11 +63,22 @@ def shear_traction(line: ElasticLine, state: FrictionState, r: ArrayLike) -> Flo
     for i in range(depth.size):
         a, excess = float(disks.contact_radius[i]), float(disks.edge_excess[i])
         if weight[i] != 0.0:
-            tau += scale * weight[i] * pressure(line, a, excess, radius)
+            p = pressure(line, a, excess, radius)
+            at_tip = (radius == 0.0) & np.isinf(p)
+            # at a sharp tip all pressures are infinite alike, and only the sum of their weights counts
+            p[at_tip] = pressure(line, a, excess, np.array([_TIP * a]))
+            tau += scale * weight[i] * p
         if edge[i] != 0.0:
             with np.errstate(divide="ignore", invalid="ignore"):
                 punch = line.modulus / (math.pi * np.sqrt((a - radius) * (a + radius)))
             tau += np.where(radius <= a, scale * edge[i] * punch, 0.0)
+    sticks_at_tip = abs(float(weight.sum())) < 1e-12
+    if (
+        depth.size
+        and not sticks_at_tip
+        and np.isinf(pressure(line, float(disks.contact_radius[-1]), 0.0, 0.0))
+    ):
+        tau[radius == 0.0] = math.copysign(math.inf, float(weight.sum()))
     return tau
 
 
@@ -173,21 +194,32 @@ def friction_surface(
     FrictionSurface
     """
     assert contact.friction is not None
-    line = normal.line
     controls = Controls()
-    legs: list[FrictionLeg] = []
-    depths: list[float] = []
+    asked: list[Stretch] = []
     for leg, here in zip(known_legs(path), starts, strict=True):
-        asked = stretch(leg, controls, here)
-        controls = asked.controls
-        legs.append(friction_leg(line, asked, machine_stiffness))
-        extreme = states_at_force if asked.by_force else states_at_depth
-        depths.append(float(np.max(extreme(line, np.array([np.max(legs[-1].normal)])).indentation)))
-    deepest = max(*depths, 0.0)
+        asked.append(stretch(leg, controls, here))
+        controls = asked[-1].controls
+    # the rows that were kept may be less deep than those that were followed
+    depth = max((float(np.max(rows.normal)) for rows in asked if not rows.by_force), default=0.0)
+    force = max((float(np.max(rows.normal)) for rows in asked if rows.by_force), default=0.0)
+    line = _wide(contact, normal.line, depth, force)
+    deepest = max(depth, float(states_at_force(line, np.array([force])).indentation[0]))
     curves = curves_of(line, deepest * (1.0 + 1e-12) if deepest > 0.0 else 1.0)
+    legs = tuple(friction_leg(line, rows, machine_stiffness) for rows in asked)
     moduli = effective_moduli(contact.body, contact.counterbody)
-    replay = Replay(curves, tuple(legs), contact.friction.coefficient, moduli.tangential)
-    return FrictionSurface(normal, replay, rows)
+    replay = Replay(curves, legs, contact.friction.coefficient, moduli.tangential)
+    return FrictionSurface(replace(normal, line=line), replay, rows)
+
+
+def _wide(contact: Contact, line: ElasticLine, depth: float, force: float) -> ElasticLine:
+    """The line on every radius that a depth in m or a force in N reaches."""
+    whole = ElasticLine(equivalent_profile(contact.profile), line.modulus)
+    reaching = [line]
+    if depth > 0.0:
+        reaching.append(line_upto_depth(whole, depth))
+    if force > 0.0:
+        reaching.append(line_upto_force(whole, force))
+    return max(reaching, key=lambda found: found.equivalent.reach)
 
 
 def friction_leg(line: ElasticLine, asked: Stretch, machine_stiffness: float | None) -> FrictionLeg:

@@ -34,7 +34,11 @@ def scatter_of(profile: Profile) -> bool:
 def with_bands(result: Result, solve: Callable[[Contact], Result]) -> Result:
     """Add to every quantity the band between the solutions for f - scatter and f + scatter."""
     data = result.data
-    names = [str(name) for name in data if name != "time" and not np.all(np.isnan(data[name].values))]
+    names = [
+        str(name)
+        for name in data
+        if name not in ("time", "jumped") and not np.all(np.isnan(data[name].values))
+    ]
     ends = [_shifted_solution(result, sign, solve) for sign in (-1.0, 1.0)]
     columns: dict[str, FloatArray] = {}
     for name in names:
