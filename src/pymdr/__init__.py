@@ -71,6 +71,8 @@ if TYPE_CHECKING:
     from pymdr.solving import pull_off as pull_off
     from pymdr.solving import solve as solve
     from pymdr.solving import solve_batch as solve_batch
+    from pymdr.workbench.sliding import SlidingVerification as SlidingVerification
+    from pymdr.workbench.sliding import verify_sliding as verify_sliding
     from pymdr.workbench.tables import read_profile as read_profile
     from pymdr.workbench.verification import Verification as Verification
     from pymdr.workbench.verification import verify as verify
@@ -137,6 +139,7 @@ _HOMES: dict[str, tuple[str, ...]] = {
         "solve",
         "solve_batch",
     ),
+    "pymdr.workbench.sliding": ("SlidingVerification", "verify_sliding"),
     "pymdr.workbench.tables": ("read_profile",),
     "pymdr.workbench.verification": ("Verification", "verify"),
 }

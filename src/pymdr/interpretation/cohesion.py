@@ -100,7 +100,7 @@ def cohesive_displacement(
     """
     radius: FloatArray = np.abs(np.asarray(r, dtype=float))
     u = np.zeros(radius.shape)
-    inside = radius <= a
+    inside = (radius <= a) & (a > 0.0)
     u[inside] = d - gap_function(radius[inside])
     outside = ~inside
     if outside.any():
@@ -121,7 +121,7 @@ def _pulled_up(line: ElasticLine, strength: float, a: float, c: float, r: FloatA
     """The part of the displacement outside the contact that the springs of the zone make."""
     # with x = min(r, c) sin t, the integrals of sqrt(c^2 - x^2) / sqrt(r^2 - x^2) are elliptic
     top = np.minimum(r, c)
-    start = np.arcsin(np.minimum(a / top, 1.0))
+    start = np.arcsin(np.minimum(a / np.where(top > 0.0, top, 1.0), 1.0))
     within, m = r <= c, (top / np.maximum(r, c)) ** 2
     second = ellipe(m) - ellipeinc(start, m)
     first = np.where(within, 0.0, ellipkm1(np.where(within, 1.0, 1.0 - m)) - ellipkinc(start, m))

@@ -18,7 +18,7 @@ from pymdr.line.following import History, energy_residual, follow
 from pymdr.line.foundation import mean_pressure
 from pymdr.problem.contact import Contact
 from pymdr.problem.laws import DMT, JKR
-from pymdr.problem.paths import LoadingPath, named_channels
+from pymdr.problem.paths import LoadingPath, Path, named_channels
 from pymdr.problem.schedule import Controls, Progress, Stretch, known_legs, stretch, times, total_rows
 from pymdr.result import Result, Status, labelled
 from pymdr.solving.equilibria import AdhesiveLine, round_radius
@@ -84,6 +84,11 @@ def solve_adhesive(
     for leg in known_legs(path):
         rows = stretch(leg, controls, vars(here))
         controls = rows.controls
+        if not isinstance(leg, Path) and math.isnan(vars(here)[controls.normal]):
+            raise PathError(
+                "the contact was lost under a prescribed force and the body has no position from which a leg of "
+                f"{controls.normal} could start; begin it with Path({controls.normal}=[...])"
+            )
         legs.append(_follow_leg(line, rows, here, machine_stiffness))
         here = _end_of(legs[-1], rows, machine_stiffness)
         done += rows.normal.size
@@ -104,11 +109,6 @@ def _check_adhesive_path(path: LoadingPath) -> None:
 
 def _follow_leg(line: AdhesiveLine, asked: Stretch, here: _Here, stiffness: float | None) -> _Rows:
     channel, values = asked.controls.normal, asked.normal
-    if not np.all(np.isfinite(values)):
-        raise PathError(
-            f"the contact was lost under a prescribed force and the body has no position from which a leg of "
-            f"{channel} could start; begin it with Path({channel}=[...])"
-        )
     k = _CONTROL.get(channel, math.inf if stiffness is None else stiffness)
     by_force = k == 0.0
     track = line.track(k, float(np.max(values)), here.parameter or 0.0)

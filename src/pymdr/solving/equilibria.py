@@ -14,7 +14,7 @@ from pymdr.line.adhesion import MaugisDugdale as Cohesive
 from pymdr.line.adhesion import dmt_pull, jkr_opening, maugis_dugdale, rigid_pull
 from pymdr.line.following import Track, parameter_reaching, trace, under_machine
 from pymdr.line.foundation import ElasticLine
-from pymdr.mapping.equivalent import NumericLine, ProxyLine, gap_function
+from pymdr.mapping.equivalent import EquivalentProfile, NumericLine, ProxyLine, SumLine, gap_function
 from pymdr.mapping.equivalent.samples import Samples
 from pymdr.problem.contact import Contact
 from pymdr.problem.laws import DMT, JKR, AdhesionLaw, MaugisDugdale
@@ -109,9 +109,8 @@ class AdhesiveLine:
 
     def _map(self, top: float) -> None:
         equivalent = self.origin.line.equivalent
-        self.line = self.origin.line
-        if isinstance(equivalent, NumericLine):
-            self.line = ElasticLine(equivalent.upto(top), self.origin.line.modulus)
+        made = equivalent.upto(top) if isinstance(equivalent, NumericLine) else _finite(equivalent)
+        self.line = ElasticLine(made, self.origin.line.modulus)
         self.equilibria = equilibria_of(self.law, self.contact.profile, self.line)
         self._tracks.clear()
 
@@ -126,13 +125,16 @@ class AdhesiveLine:
             return float(samples.g(np.array([x]))[0] - jkr_opening(x, modulus, work))
 
         top = 2.0 * equivalent.top_where(depth, 0.0)
+        law = self.law
+        ranged = isinstance(law, MaugisDugdale) or (isinstance(law, DMT) and law.range is not None)
         for _ in range(_TRIES):
+            made = equivalent.upto(top)
             try:
-                equilibria_of(self.law, self.contact.profile, ElasticLine(equivalent.upto(top), modulus))
+                equilibria_of(law, self.contact.profile, ElasticLine(made, modulus))
                 return top
             except ProblemError:
-                # the cohesive zone goes farther out
-                if top >= min(equivalent.edge, equivalent.reach) or not isinstance(self.law, MaugisDugdale):
+                # the attraction goes farther out
+                if top >= min(equivalent.edge, equivalent.reach) or not ranged or not made.rises:
                     raise
                 top *= 2.0
         return top
@@ -178,11 +180,12 @@ class AdhesiveLine:
     def _grow(self, machine_stiffness: float, top: float, at_least: float) -> float:
         """The parameter up to which the curve is needed; maps more of the profile where that is too short."""
         for _ in range(_TRIES):
+            end = self._end
             wanted = max(1.2 * self.natural_radius, at_least)
-            wanted = min(wanted, self.equilibria.limit)
+            wanted = min(wanted, end)
             curve = under_machine(self.equilibria, wanted, machine_stiffness)
             goal = max(top, float(curve.control(np.array([wanted]))[0]))
-            stop = parameter_reaching(curve.control, goal, at_least=wanted, limit=self.equilibria.limit)
+            stop = parameter_reaching(curve.control, goal, at_least=wanted, limit=end)
             if float(curve.control(np.array([stop]))[0]) >= top:
                 return stop
             if not self._can_grow():
@@ -190,12 +193,26 @@ class AdhesiveLine:
                 name, unit = (
                     ("normal_force", "N") if machine_stiffness == 0.0 else ("indentation or travel", "m")
                 )
+                why = (
+                    "a sphere cannot be pressed in by its radius"
+                    if end < self.equilibria.limit
+                    else f"the contact would pass r = {self.line.equivalent.reach:g} m, the last radius at which the "
+                    "profile is known"
+                )
                 raise PathError(
-                    f"{name} = {top:g} {unit}: the contact would pass r = {self.line.equivalent.reach:g} m, the last "
-                    f"radius at which the profile is known; the largest value that it allows is {reached:g} {unit}"
+                    f"{name} = {top:g} {unit}: {why}; the largest value that it allows is {reached:g} {unit}"
                 )
             self._map(_GROWTH * self.line.equivalent.reach)
         raise PathError(f"the profile never carries {top:g}: its contact has no end")
+
+    @property
+    def _end(self) -> float:
+        """The largest parameter in m that is followed: that of a sphere before it is pressed in by its radius."""
+        profile, limit = self.contact.profile, self.equilibria.limit
+        if not isinstance(profile, Sphere):
+            return limit
+        deepest = (1.0 - 1e-12) * profile.radius
+        return parameter_reaching(lambda s: self.equilibria.states(s).indentation, deepest, limit=limit)
 
     def seen_upto(self, depths: FloatArray) -> ElasticLine:
         """The line on every radius at which the undeformed profile is below the largest of some depths in m."""
@@ -211,6 +228,14 @@ class AdhesiveLine:
         if not isinstance(equivalent, NumericLine) or equivalent.fixed:
             return False
         return self.line.equivalent.reach < min(equivalent.edge, equivalent.reach)
+
+
+def _finite(equivalent: EquivalentProfile) -> EquivalentProfile:
+    """A closed form short of the radius at which it is infinite, as that of a sphere is at R."""
+    reach = equivalent.reach
+    if reach == math.inf or equivalent.edge <= reach or math.isfinite(equivalent.g(np.array([reach]))[0]):
+        return equivalent
+    return SumLine((equivalent,), equivalent.edge, (1.0 - 1e-4) * reach)
 
 
 def _refuse_hollow(profile: Profile, line: ElasticLine) -> None:

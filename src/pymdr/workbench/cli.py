@@ -238,23 +238,52 @@ def verify(
     case: CaseFile,
     output: Output = None,
     rings: Annotated[int, typer.Option(help="Number of rings, 20 to 5000.")] = 400,
-    steps: Annotated[int, typer.Option(help="How many steps of the path are solved by rings.")] = 5,
+    cells: Annotated[int, typer.Option(help="With friction: cells along a side of the grid, 8 to 80.")] = 32,
+    steps: Annotated[
+        int | None, typer.Option(help="How many steps of the path are solved by both; 5, with friction 20.")
+    ] = None,
     quiet: Quiet = False,
     as_json: Json = False,
 ) -> None:
-    """Hold the method against boundary elements on rings; draw both pressures."""
+    """Hold the method against boundary elements: on rings, and with friction on a grid; draw both."""
     from pymdr.workbench.casefile import read_case
     from pymdr.workbench.verification import verify as hold_against_rings
 
     asked = read_case(case)
+    if asked.contact.friction is not None:
+        _verify_sliding(asked, output or case.with_suffix(""), cells, steps or 20, quiet, as_json)
+        return
     folder = _ready_folder(output or case.with_suffix(""))
     found = hold_against_rings(
-        asked.contact, asked.path, rings=rings, steps=steps, progress=_progress(quiet or as_json)
+        asked.contact, asked.path, rings=rings, steps=steps or 5, progress=_progress(quiet or as_json)
     )
     written = _write_figures({"verify": found.plot()}, folder)
     if as_json:
         table = {str(name): [_finite(float(v)) for v in array.values] for name, array in found.table.items()}
         typer.echo(json.dumps({"case": str(case), "rings": rings, "table": table}, indent=2))
+    elif not quiet:
+        typer.echo(found.summary())
+        typer.echo("Written: " + ", ".join(str(file) for file in written))
+
+
+def _verify_sliding(asked: Case, folder: Path, cells: int, steps: int, quiet: bool, as_json: bool) -> None:
+    from pymdr.workbench.sliding import verify_sliding
+
+    _ready_folder(folder)
+    found = verify_sliding(
+        asked.contact,
+        asked.path,
+        machine_stiffness=asked.options.get("machine_stiffness"),
+        cells=cells,
+        steps=steps,
+        progress=_progress(quiet or as_json),
+    )
+    written = _write_figures({"verify": found.plot()}, folder)
+    if as_json:
+        table = {str(name): [_finite(float(v)) for v in array.values] for name, array in found.table.items()}
+        difference = _finite(found.largest_difference)
+        told = {"case": str(asked.file), "cells": cells, "largest_difference": difference, "table": table}
+        typer.echo(json.dumps(told, indent=2))
     elif not quiet:
         typer.echo(found.summary())
         typer.echo("Written: " + ", ".join(str(file) for file in written))

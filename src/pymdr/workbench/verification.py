@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pymdr.errors import PathError
+from pymdr.errors import PathError, ProblemError
 from pymdr.independent.rings import Rings
 from pymdr.problem.contact import Contact
 from pymdr.problem.paths import LoadingPath, Path
@@ -118,6 +118,11 @@ def verify(
     >>> verify(ball, indent("0.1 mm"), rings=100).largest_difference < 1e-5
     True
     """
+    if contact.adhesion is not None or contact.friction is not None:
+        raise ProblemError(
+            "verify: rings solve the frictionless contact without adhesion; friction is held against vector friction by "
+            "verify_sliding(contact, path), adhesion has no independent solver here"
+        )
     if isinstance(steps, bool) or not isinstance(steps, int) or steps < 1:
         raise PathError(f"verify: steps = {steps!r}; a whole number of at least 1 is needed")
     whole = solve(contact, path)

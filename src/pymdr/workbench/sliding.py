@@ -1,0 +1,196 @@
+"""The friction stack side by side with vector friction on the half-space."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from pymdr.errors import PathError, ProblemError
+from pymdr.independent.sliding import HalfSpaceGrid, SlidingSolution, solve_sliding
+from pymdr.presentation.text import written
+from pymdr.problem.contact import Contact
+from pymdr.problem.paths import LoadingPath, Path
+from pymdr.quantities import QUANTITIES
+from pymdr.result import Result
+from pymdr.solving import solve
+from pymdr.units import FloatArray, QuantityLike
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+COMPARED = ("normal_force", "tangential_force", "contact_radius", "stick_radius")
+
+
+@dataclass(frozen=True)
+class SlidingVerification:
+    """The same history by the method and by boundary elements with vector friction."""
+
+    table: xr.Dataset
+    """Over ``step``: indentation and shift in m, and every compared quantity by both, as ``_mdr`` and ``_grid``."""
+    tractions: xr.Dataset
+    """Shear traction of the last step over r, ``mdr`` and ``grid``, in Pa."""
+    cells: int
+    """Cells along a side of the grid."""
+    slip_angle: float
+    """Largest root mean square angle in degrees between traction and path in the slipping cells."""
+
+    @property
+    def largest_difference(self) -> float:
+        """Largest difference of F_x / F_N over the largest F_x / F_N."""
+        ratios = [
+            self.table[f"tangential_force_{way}"].values / self.table[f"normal_force_{way}"].values
+            for way in ("mdr", "grid")
+        ]
+        known = np.isfinite(ratios[0]) & np.isfinite(ratios[1])
+        size = float(np.max(np.abs(ratios[0][known]), initial=0.0))
+        return float(np.max(np.abs(ratios[0] - ratios[1])[known], initial=0.0)) / size if size else math.nan
+
+    def summary(self) -> str:
+        """Both solutions row by row, as a text."""
+        lines = [
+            f"MDR against boundary elements with vector friction on {self.cells} x {self.cells} cells:",
+            f"  {'indentation':>12}{'shift':>12}  {'quantity':<18}{'MDR':>14}{'elements':>14}",
+        ]
+        for i in range(self.table.sizes["step"]):
+            d, u = (written(float(self.table[name].values[i]), "m") for name in ("indentation", "shift"))
+            for name in COMPARED:
+                row = QUANTITIES[name]
+                values = [
+                    written(float(self.table[f"{name}_{way}"].values[i]), row.unit) for way in ("mdr", "grid")
+                ]
+                lines.append(f"  {d:>12}{u:>12}  {row.words:<18}{values[0]:>14}{values[1]:>14}")
+                d = u = ""
+        lines += [
+            f"largest difference of F_x / F_N: {100 * self.largest_difference:.2g} % of its largest value",
+            f"tractions deviate from the direction of the path by {self.slip_angle:.2g} degrees where they slip",
+        ]
+        return "\n".join(lines)
+
+    def __str__(self) -> str:
+        return self.summary()
+
+    def plot(self) -> Figure:
+        """Both loops, and both tractions of the last step."""
+        from pymdr.presentation.sliding import compared_tractions
+
+        return compared_tractions(self.table, self.tractions)
+
+
+def verify_sliding(
+    contact: Contact,
+    path: LoadingPath,
+    *,
+    machine_stiffness: QuantityLike | None = None,
+    cells: int = 32,
+    steps: int = 20,
+    progress: Callable[[int, int], None] | None = None,
+) -> SlidingVerification:
+    """
+    Follow a history both by the friction stack and by boundary elements with vector friction.
+
+    A history of more rows than `steps` is thinned to its turning points and rows between them, and both follow
+    what is left, straight in (indentation, shift).
+
+    Parameters
+    ----------
+    contact : Contact
+        With ``friction=Coulomb(mu)``, mu above 0 and finite.
+    path : LoadingPath
+    machine_stiffness : quantity, optional
+        As for :func:`pymdr.solve`.
+    cells : int
+        Cells along a side of the grid, 8 to 80.
+    steps : int
+        Most rows that are followed, at least 2.
+    progress : callable, optional
+        Called as ``progress(done, total)``.
+
+    Returns
+    -------
+    SlidingVerification
+
+    Raises
+    ------
+    ProblemError, PathError, ConvergenceError
+        As :func:`pymdr.solve`.
+
+    Examples
+    --------
+    >>> from pymdr import Coulomb, Elastic, Paraboloid, indent, shift
+    >>> steel = Elastic("210 GPa", 0.0)
+    >>> joint = Contact(Paraboloid("10 mm"), steel, steel, friction=Coulomb(0.3))
+    >>> verify_sliding(joint, indent("2 um") >> shift("0.4 um"), cells=20).largest_difference < 3e-3
+    True
+    """
+    grid = HalfSpaceGrid(cells)
+    if isinstance(steps, bool) or not isinstance(steps, int) or steps < 2:
+        raise PathError(f"verify: steps = {steps!r}; a whole number of at least 2 is needed")
+    if contact.friction is None or not 0.0 < contact.friction.coefficient < math.inf:
+        raise ProblemError("verify: the grid solves friction with a coefficient above 0 and finite")
+    whole = solve(contact, path, machine_stiffness=machine_stiffness)
+    chosen = _thinned(whole, steps)
+    d, u = (whole.data[name].values[chosen] for name in ("indentation", "shift"))
+    mdr = solve(contact, Path(indentation=d, shift=u))
+    other = solve_sliding(
+        contact.profile,
+        contact.body,
+        contact.counterbody,
+        contact.friction.coefficient,
+        d,
+        u,
+        grid,
+        progress=progress,
+    )
+    return SlidingVerification(
+        _table(mdr, other), _tractions(mdr, other), cells, float(np.max(other.slip_angle))
+    )
+
+
+def _thinned(result: Result, steps: int) -> np.ndarray:
+    """Rows of a history: its turning points, and others in between while there is room."""
+    d, u = (result.data[name].values for name in ("indentation", "shift"))
+    n = d.size
+    if n <= steps:
+        return np.arange(n)
+    turns = np.zeros(n, dtype=bool)
+    for values in (d, u):
+        way = np.sign(np.diff(values))
+        turns[1:-1] |= way[1:] != way[:-1]
+    turns[[0, -1]] = True
+    kept = np.flatnonzero(turns)
+    if kept.size >= steps:
+        return kept[:steps]
+    return np.unique(np.concatenate([kept, np.linspace(0, n - 1, steps - kept.size + 1).round().astype(int)]))
+
+
+def _table(mdr: Result, other: SlidingSolution) -> xr.Dataset:
+    import xarray as xr
+
+    columns: dict[str, tuple[str, FloatArray, dict[str, str]]] = {
+        name: ("step", mdr.data[name].values, {"units": "m"}) for name in ("indentation", "shift")
+    }
+    for name in COMPARED:
+        unit = {"units": QUANTITIES[name].unit}
+        columns[f"{name}_mdr"] = ("step", mdr.data[name].values, unit)
+        columns[f"{name}_grid"] = ("step", getattr(other, name), unit)
+    return xr.Dataset(columns)
+
+
+def _tractions(mdr: Result, other: SlidingSolution) -> xr.Dataset:
+    import xarray as xr
+
+    middle = other.x.size // 2
+    r = np.hypot(other.x[middle:], other.x[middle])
+    tau = mdr.field("shear_traction", r=r, step=-1).values
+    return xr.Dataset(
+        {
+            "mdr": ("r", tau, {"units": "Pa"}),
+            "grid": ("r", other.traction[0, middle:, middle], {"units": "Pa"}),
+        },
+        coords={"r": ("r", r, {"units": "m"})},
+    )
