@@ -27,9 +27,7 @@ VERTEX = np.dtype([(name, float) for name in ("y", "b", "slope", "force", "work"
 
 MERGE = 2.0**-47  # of the coordinates: bends below it are rounding of the input
 MEET = 2.0**-49  # of the coordinates: a border of slip this close to a vertex stands on it
-# two nodes for the weight 1 - t on [0, 1]
-_GAUSS_X = (0.4 - math.sqrt(0.06), 0.4 + math.sqrt(0.06))
-_GAUSS_W = (0.25 + math.sqrt(6.0) / 36.0, 0.25 - math.sqrt(6.0) / 36.0)
+_THIRD, _SIXTH = 1.0 / 3.0, 1.0 / 6.0
 TINY = 1e-150  # lengths below it count as none: their products underflow
 Point: TypeAlias = tuple[float, float, float, float, float]
 
@@ -146,15 +144,6 @@ def depth_of_force(line: FloatArray, force: float) -> float:
     return y
 
 
-@compiled
-def quadrature(line: FloatArray, low: float, length: float) -> float:
-    """Moment int (low + length - y) dF_N over a piece on which a is smooth."""
-    total = 0.0
-    for k in range(2):
-        total += _GAUSS_W[k] * curve(line, low + _GAUSS_X[k] * length)[0]
-    return float(2.0 * line[0, MODULUS] * length * length * total)
-
-
 @inlined
 def moment(line: FloatArray, p: Point, q: Point) -> float:
     """
@@ -165,14 +154,12 @@ def moment(line: FloatArray, p: Point, q: Point) -> float:
     """
     length = q[0] - p[0]
     exact = q[3] - p[3] - length * p[2]
-    if length > 6e-3 * q[0]:
+    if length > 2e-3 * q[0]:
         return exact
-    if length > 1e-3 * q[0]:
-        smooth = quadrature(line, p[0], length)
-    elif length > 2e-5 * q[0]:
-        smooth = length * (0.5 * (q[2] - p[2]) - line[0, MODULUS] * length * (q[4] - p[4]) / 6.0)
+    if length > 2e-5 * q[0]:
+        smooth = length * (0.5 * (q[2] - p[2]) - line[0, MODULUS] * length * (q[4] - p[4]) * _SIXTH)
     else:
-        smooth = line[0, MODULUS] * length * length * (2.0 * p[4] + q[4]) / 3.0
+        smooth = line[0, MODULUS] * length * length * (2.0 * p[4] + q[4]) * _THIRD
     return smooth if abs(smooth - exact) <= 1e-15 * q[3] else exact
 
 
@@ -245,23 +232,24 @@ def parting(
     start: Point,
     d_depth: float,
     d_shift: float,
+    per_depth: float,
 ) -> float:
     """Slip work of springs that lose contact, between two points of segment i; the step begins at `start`."""
     slope = stack[i].slope
     # lag of the anchor behind the shift at which each spring parts
-    per_depth = d_shift / d_depth
-    lag_u = start[1] + per_depth * (upper[0] - start[0]) - upper[1]
-    lag_l = start[1] + per_depth * (lower[0] - start[0]) - lower[1]
+    oblique = d_shift * per_depth
+    lag_u = start[1] + oblique * (upper[0] - start[0]) - upper[1]
+    lag_l = start[1] + oblique * (lower[0] - start[0]) - lower[1]
     if lag_u * lag_l < 0.0:
         y = lower[0] + (upper[0] - lower[0]) * (lag_l / (lag_l - lag_u))
         a, force, work = curve(line, min(max(y, lower[0]), upper[0]))
         middle = (y, lower[1] + slope * (y - lower[0]), force, work, a)
         g = 1.0 if lag_u > 0.0 else -1.0
-        return parted(line, slope, g, abs(lag_u), upper, middle, d_depth, d_shift) + parted(
-            line, slope, -g, 0.0, middle, lower, d_depth, d_shift
+        return parted(line, slope, g, abs(lag_u), upper, middle, d_depth, d_shift, per_depth) + parted(
+            line, slope, -g, 0.0, middle, lower, d_depth, d_shift, per_depth
         )
     g = 1.0 if lag_u + lag_l > 0.0 else -1.0
-    return parted(line, slope, g, abs(lag_u), upper, lower, d_depth, d_shift)
+    return parted(line, slope, g, abs(lag_u), upper, lower, d_depth, d_shift, per_depth)
 
 
 @inlined
@@ -274,14 +262,16 @@ def parted(
     lower: Point,
     d_depth: float,
     d_shift: float,
+    per_depth: float,
 ) -> float:
     """-int phi' dF_N for phi = |dD| s^2 / (2 kappa), s linear from s_u at the upper point, slip toward g."""
     rate = g * d_shift - d_depth
     if rate <= TINY:
         return 0.0
     per_slip = slope * g * d_depth - g * d_shift
-    p_u = per_slip * min(s_u / rate, 1.0)
-    turn = (per_slip / -d_depth) * (per_slip / rate)
+    per_rate = 1.0 / rate
+    p_u = per_slip * min(s_u * per_rate, 1.0)
+    turn = -(per_slip * per_depth) * (per_slip * per_rate)
     return turn * moment(line, lower, upper) - p_u * (upper[2] - lower[2])
 
 
@@ -337,14 +327,15 @@ def move(
             lag = rate
             total = rate * moment(line, upper, end) / d_depth
         else:
+            per_depth = 1.0 / d_depth
             while i > 0 and stack[i - 1].y > depth:
                 lower = at(stack, i - 1)
-                total += parting(line, stack, i, upper, lower, start, d_depth, d_shift)
+                total += parting(line, stack, i, upper, lower, start, d_depth, d_shift, per_depth)
                 upper = lower
                 i -= 1
             b = stack[i - 1].b + stack[i].slope * (depth - stack[i - 1].y)
             lower = (depth, b, force, work, a)
-            total += parting(line, stack, i, upper, lower, start, d_depth, d_shift)
+            total += parting(line, stack, i, upper, lower, start, d_depth, d_shift, per_depth)
             upper = lower
             if i < m:
                 low = high = stack[i].slope
