@@ -124,7 +124,7 @@ class AdhesiveLine:
         def depth(samples: Samples, x: float) -> float:
             return float(samples.g(np.array([x]))[0] - jkr_opening(x, modulus, work))
 
-        top = 2.0 * equivalent.top_where(depth, 0.0)
+        top = 2.0 * equivalent.top_where(depth, 0.0, lambda r, f: f - jkr_opening(r, modulus, work))
         law = self.law
         ranged = isinstance(law, MaugisDugdale) or (isinstance(law, DMT) and law.range is not None)
         for _ in range(_TRIES):

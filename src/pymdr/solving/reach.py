@@ -17,6 +17,7 @@ from pymdr.line.foundation import (
     states_at_depth,
 )
 from pymdr.mapping.equivalent import NumericLine, equivalent_profile, gap_function, samples_of
+from pymdr.mapping.equivalent.numeric import COARSE_RADII
 from pymdr.mapping.moduli import EffectiveModuli, effective_moduli
 from pymdr.problem.contact import Contact
 from pymdr.problem.profiles import FlatPunch, Function, Profile, Sampled, Sphere, Sum
@@ -85,10 +86,6 @@ def made_fast(contact: Contact, mapped: Mapped, depth: float, force: float) -> M
     return Mapped(ElasticLine(equivalent.upto(top), line.modulus), mapped.moduli, mapped.notes)
 
 
-_DECADES = np.geomspace(1e-16, 1e8, 24 * 16 + 1)
-"""Radii in m at which a profile without a length of its own is looked at first."""
-
-
 def _last_radius_below(
     profile: Profile, equivalent: NumericLine, depth: float
 ) -> tuple[float, tuple[float, ...]]:
@@ -98,7 +95,9 @@ def _last_radius_below(
     Dips of f below `depth` farther out come back by their ends, which become breakpoints, so that no panel
     steps over them.
     """
-    first = equivalent.top_for(depth) if depth > 0.0 else _last_below(profile, equivalent, depth, _DECADES)
+    first = (
+        equivalent.top_for(depth) if depth > 0.0 else _last_below(profile, equivalent, depth, COARSE_RADII)
+    )
     if first is None:
         return min(1.0, profile.reach), ()  # no contact: any length will do
     limit = min(profile.reach, 1000.0 * first)

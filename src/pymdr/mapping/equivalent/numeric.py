@@ -14,8 +14,11 @@ from pymdr.mapping import chebyshev
 from pymdr.mapping.equivalent.base import EquivalentProfile
 from pymdr.mapping.equivalent.proxy import ProxyLine, proxy_line
 from pymdr.mapping.equivalent.samples import Samples, samples_of
-from pymdr.problem.profiles import Profile
+from pymdr.problem.profiles import Function, Profile, Sum
 from pymdr.units import FloatArray
+
+COARSE_RADII = np.geomspace(1e-16, 1e8, 24 * 16 + 1)
+"""Radii in m at which a profile without a length of its own is looked at first."""
 
 _MOST_KNOTS = 400
 """With more breakpoints than that, panels follow the curve and not the breakpoints."""
@@ -73,9 +76,18 @@ class NumericLine(EquivalentProfile):
 
     def top_for(self, target: float, name: str = "g") -> float:
         """A radius in m at which g (or the moment) is above a value, by at most 20 % in radius."""
-        return self.top_where(lambda samples, x: _value(samples, name, x), target)
+        return self.top_where(
+            lambda samples, x: _value(samples, name, x),
+            target,
+            lambda r, f: f if name == "g" else 0.5 * r * f,
+        )
 
-    def top_where(self, curve: Callable[[Samples, float], float], target: float) -> float:
+    def top_where(
+        self,
+        curve: Callable[[Samples, float], float],
+        target: float,
+        rough: Callable[[FloatArray, FloatArray], FloatArray],
+    ) -> float:
         """
         A radius in m at which a quantity is above a value for good, by at most 20 % in radius.
 
@@ -85,6 +97,8 @@ class NumericLine(EquivalentProfile):
             The quantity at a radius, from the samples of g and its moment up to there.
         target : float
             The value to pass.
+        rough : callable
+            An estimate of the quantity from radii and f(r), from which the search begins.
 
         Returns
         -------
@@ -103,7 +117,7 @@ class NumericLine(EquivalentProfile):
             except ConvergenceError:
                 return math.nan
 
-        low = min(1.0, limit)
+        low = min(self._rough_top(rough, target), limit)
         while low > 1e-250 and not value(low) <= target:
             low /= 8.0
         high = low
@@ -119,6 +133,13 @@ class NumericLine(EquivalentProfile):
             middle = math.sqrt(low * high)
             low, high = (middle, high) if value(middle) <= target else (low, middle)
         raise ProblemError(_NEVER_RISES.format(target=target, low=low))
+
+    def _rough_top(self, rough: Callable[[FloatArray, FloatArray], FloatArray], target: float) -> float:
+        """The last radius of a coarse grid at which an estimate from f itself is not above a value."""
+        with np.errstate(all="ignore"):
+            below = np.flatnonzero(rough(COARSE_RADII, _rough_gap(self.profile)) <= target)
+        known = below.size > 0 and below[-1] < COARSE_RADII.size - 1
+        return float(COARSE_RADII[below[-1] + 1]) if known else 1.0
 
     def upto(self, top: float) -> ProxyLine:
         """Interpolants of g and its integrals on [0, top]."""
@@ -146,6 +167,19 @@ class NumericLine(EquivalentProfile):
             what="g(x)",
         )
         return curve, samples
+
+
+def _rough_gap(profile: Profile) -> FloatArray:
+    """f on the coarse grid; nan where it is not defined."""
+    total = np.zeros(COARSE_RADII.shape)
+    for part in profile.parts if isinstance(profile, Sum) else (profile,):
+        if isinstance(part, Function) and part.f is None:
+            slope = part.gap_slope(COARSE_RADII)
+            steps = 0.5 * np.diff(COARSE_RADII) * (slope[1:] + slope[:-1])
+            total = total + np.concatenate([[0.0], np.cumsum(steps)])
+        else:
+            total = total + part.gap(COARSE_RADII)
+    return total
 
 
 def _value(samples: Samples, name: str, x: float) -> float:
