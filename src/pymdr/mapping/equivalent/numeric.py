@@ -170,7 +170,7 @@ class NumericLine(EquivalentProfile):
 
 
 def _rough_gap(profile: Profile) -> FloatArray:
-    """f on the coarse grid; nan where it is not defined."""
+    """Gap f on the coarse grid; nan where it is not defined."""
     total = np.zeros(COARSE_RADII.shape)
     for part in profile.parts if isinstance(profile, Sum) else (profile,):
         if isinstance(part, Function) and part.f is None:
