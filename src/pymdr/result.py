@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 from pymdr.errors import FileError, ProblemError, QuantityError
 from pymdr.independent.history import RingHistory, solve_steps
 from pymdr.independent.rings import Rings
+from pymdr.interpretation.branches import equilibria_of, equilibrium_branch
 from pymdr.interpretation.surface import LINE_FIELDS, SURFACE_FIELDS, Surface, surface_of
 from pymdr.interpretation.traction import (
     TANGENTIAL_FIELDS,
@@ -268,9 +269,18 @@ class Result:
         -------
         matplotlib.figure.Figure
         """
+        data = self._figure_data(step)
+        if self.contact.adhesion is not None:
+            from pymdr.presentation.adhesive import adhesive_overview
+
+            return adhesive_overview(self._with_branch(data))
+        if self.contact.friction is not None:
+            from pymdr.presentation.frictional import frictional_overview
+
+            return frictional_overview(data, self.field, self.contact.friction.coefficient)
         from pymdr.presentation.plot import overview
 
-        return overview(self._figure_data(step))
+        return overview(data)
 
     def figures(self, step: int = -1) -> dict[str, Figure]:
         """
@@ -285,9 +295,36 @@ class Result:
         -------
         dict of str to matplotlib.figure.Figure
         """
-        from pymdr.presentation.plot import all_figures
+        from pymdr.presentation.plot import all_figures, section
 
-        return all_figures(self._figure_data(step))
+        data = self._figure_data(step)
+        if self.contact.adhesion is not None:
+            from pymdr.presentation.adhesive import adhesive_figures
+
+            return adhesive_figures(self._with_branch(data))
+        if self.contact.friction is not None:
+            from pymdr.presentation.frictional import frictional_figures
+
+            return {
+                "section": section(data),
+                **frictional_figures(data, self.field, self.contact.friction.coefficient),
+            }
+        return all_figures(data)
+
+    def _with_branch(self, data: Any) -> Any:
+        """Figure data with the curve of all equilibria."""
+        from pymdr.presentation.adhesive import AdhesiveFigureData
+
+        surface, law = self.surface, self.contact.adhesion
+        assert law is not None
+        a = self.data["contact_radius"].values if "contact_radius" in self.data else np.zeros(1)
+        largest = float(np.nanmax(a, initial=0.0))
+        branch: dict[str, np.ndarray] = {}
+        if largest > 0.0 and isinstance(surface, Surface):
+            deepest = float(np.nanmax(self.data["indentation"].values, initial=0.0))
+            equilibria = equilibria_of(law, self.contact.profile, surface.line)
+            branch = equilibrium_branch(equilibria, 1.02 * largest, deepest, self.machine_stiffness)
+        return AdhesiveFigureData(data, branch)
 
     def _figure_data(self, step: int) -> Any:
         from pymdr.presentation.plot import FigureData
@@ -297,6 +334,10 @@ class Result:
         if not claim.where[row]:
             valid = np.flatnonzero(claim.where)
             row = int(valid[-1]) if valid.size else -1
+        elif step == -1 and self.contact.adhesion is not None:
+            # a path mostly ends apart; the last contact says more
+            touching = np.flatnonzero(np.nan_to_num(self.data["contact_radius"].values) > 0.0)
+            row = int(touching[-1]) if touching.size else row
         return FigureData(
             data=self.data,
             row=row,

@@ -8,10 +8,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
+from contextlib import AbstractContextManager
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pymdr.presentation.text import in_good_units, written
 from pymdr.quantities import QUANTITIES, RADIUS
@@ -21,6 +24,8 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+
+IntArray = NDArray[np.int_]
 
 BLUE, ORANGE, GREEN, GREY, LIGHT = "#0072B2", "#D55E00", "#009E73", "#666666", "#DDDDDD"
 """Okabe and Ito's colours, told apart by every eye."""
@@ -46,19 +51,42 @@ class FigureData:
     """Whether there is a line of springs to draw."""
 
 
-def _figure(width: float, height: float) -> Figure:
+def styled() -> AbstractContextManager[None]:
+    """The style of all figures."""
+    import matplotlib as mpl
+
+    return mpl.rc_context(_STYLE)
+
+
+def thinned(values: FloatArray, most: int = 20_000) -> IntArray:
+    """Indices of at most about `most` points, with the extremes of every stretch."""
+    n = values.size
+    if n <= most:
+        return np.arange(n)
+    edges = np.linspace(0, n, most // 2 + 1).astype(int)
+    kept = {0, n - 1}
+    for low, high in pairwise(edges):
+        part = values[low:high]
+        if np.isfinite(part).any():
+            kept |= {low + int(np.nanargmin(part)), low + int(np.nanargmax(part))}
+    return np.array(sorted(kept))
+
+
+def new_figure(width: float, height: float) -> Figure:
+    """An empty figure of a size in inches."""
     from matplotlib.figure import Figure
 
     return Figure(figsize=(width, height), layout="constrained")
 
 
-def _good_unit(values: FloatArray, unit: str) -> str:
+def good_unit(values: FloatArray, unit: str) -> str:
     """The prefixed unit that suits the largest finite value."""
     finite = np.abs(values[np.isfinite(values)])
     return in_good_units(float(finite.max()) if finite.size else 0.0, unit)[1]
 
 
-def _label(name: str, unit: str) -> str:
+def axis_label(name: str, unit: str) -> str:
+    """Words, symbol and unit of a quantity."""
     row = QUANTITIES.get(name, RADIUS)
     return f"{row.label} ({unit})"
 
@@ -78,7 +106,7 @@ def overview(data: FigureData) -> Figure:
     import matplotlib as mpl
 
     with mpl.rc_context(_STYLE):
-        figure = _figure(10.0, 5.6)
+        figure = new_figure(10.0, 5.6)
         left, right = np.ravel(np.asarray(figure.subfigures(1, 2, width_ratios=(1.25, 1.0))))
         _draw_section(left, data)
         force, second = right.subplots(2, 1)
@@ -106,12 +134,17 @@ def all_figures(data: FigureData) -> dict[str, Figure]:
     return {"section": section(data), "curves": curves(data), "fields": fields(data)}
 
 
+def section_into(figure: Any, data: FigureData) -> None:
+    """Draw the section and the springs into a figure or a part of one."""
+    _draw_section(figure, data)
+
+
 def section(data: FigureData) -> Figure:
     """The contact in section with its pressure, above the equivalent line with its springs."""
     import matplotlib as mpl
 
     with mpl.rc_context(_STYLE):
-        figure = _figure(6.4, 5.6)
+        figure = new_figure(6.4, 5.6)
         _draw_section(figure, data)
     return figure
 
@@ -121,7 +154,7 @@ def curves(data: FigureData) -> Figure:
     import matplotlib as mpl
 
     with mpl.rc_context(_STYLE):
-        figure = _figure(9.6, 3.2)
+        figure = new_figure(9.6, 3.2)
         for axes, name in zip(
             figure.subplots(1, 3), ("normal_force", "contact_radius", "normal_stiffness"), strict=True
         ):
@@ -134,7 +167,7 @@ def fields(data: FigureData) -> Figure:
     import matplotlib as mpl
 
     with mpl.rc_context(_STYLE):
-        figure = _figure(9.0, 3.6)
+        figure = new_figure(9.0, 3.6)
         if data.field is None:
             _say_refused(figure.subplots(), data)
             return figure
@@ -160,10 +193,10 @@ def compared_pressures(pressures: xr.Dataset) -> Figure:
     import matplotlib as mpl
 
     with mpl.rc_context(_STYLE):
-        figure = _figure(6.0, 5.0)
+        figure = new_figure(6.0, 5.0)
         upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(2, 1))
         r, mdr, rings = (pressures[name].values for name in ("r", "mdr", "rings"))
-        r_unit, p_unit = _good_unit(r, "m"), _good_unit(_without_peaks(rings), "Pa")
+        r_unit, p_unit = good_unit(r, "m"), good_unit(_without_peaks(rings), "Pa")
         x = from_si(r, "m", r_unit)
         upper.plot(
             x, from_si(rings, "Pa", p_unit), color=ORANGE, lw=3, alpha=0.6, label="boundary elements on rings"
@@ -174,7 +207,7 @@ def compared_pressures(pressures: xr.Dataset) -> Figure:
         else:
             lower.text(0.5, 0.5, "MDR refused: not a disk contact", ha="center", transform=lower.transAxes)
         _limit_peaks(upper, from_si(_without_peaks(rings), "Pa", p_unit))
-        upper.set_ylabel(_label("pressure", p_unit))
+        upper.set_ylabel(axis_label("pressure", p_unit))
         lower.set_ylabel(f"difference ({p_unit})")
         lower.set_xlabel(f"{RADIUS.label} ({r_unit})")
         lower.axhline(0.0, color=LIGHT, zorder=0)
@@ -226,11 +259,11 @@ def _draw_section(figure: Any, data: FigureData) -> None:
         return
     reach = 1.8 * a
     r = np.unique(np.concatenate([np.linspace(0.0, reach, 241), a * np.array([0.999, 1.0, 1.001])]))
-    x_unit = _good_unit(np.array([reach]), "m")
+    x_unit = good_unit(np.array([reach]), "m")
     u = data.field("normal_displacement", r).values
     with np.errstate(invalid="ignore"):
         tip = d - data.gap(r)
-    z_unit = _good_unit(np.array([max(d, float(np.nanmax(np.abs(u))))]), "m")
+    z_unit = good_unit(np.array([max(d, float(np.nanmax(np.abs(u))))]), "m")
     x = from_si(np.concatenate([-r[::-1], r]), "m", x_unit)
 
     def mirrored(values: FloatArray, unit: str) -> FloatArray:
@@ -275,7 +308,7 @@ def _draw_pressure_profile(axes: Axes, data: FigureData, a: float, x_unit: str) 
     assert data.field is not None
     r = a * np.sin(np.linspace(0.0, math.pi / 2.0, 121))
     p = data.field("pressure", r).values
-    unit = _good_unit(_without_peaks(p), "Pa")
+    unit = good_unit(_without_peaks(p), "Pa")
     top = float(_without_peaks(p).max())
     shown = from_si(np.minimum(np.where(np.isfinite(p), p, np.inf), 1.05 * top), "Pa", unit)
     x = from_si(np.concatenate([-r[::-1], r]), "m", x_unit)
@@ -289,7 +322,7 @@ def _draw_pressure_profile(axes: Axes, data: FigureData, a: float, x_unit: str) 
     right.set_ylim(-span * share / (1.0 - share) * 1.25, 1.25 * span)
     ticks = [t for t in right.get_yticks() if 0.0 <= t <= span]
     right.set_yticks(ticks)
-    right.set_ylabel(_label("pressure", unit), color=ORANGE)
+    right.set_ylabel(axis_label("pressure", unit), color=ORANGE)
     right.tick_params(colors=ORANGE)
 
 
@@ -345,7 +378,7 @@ def _draw_curve(axes: Axes, data: FigureData, name: str) -> None:
     drawn = values if values is not None else np.full(d.shape, math.nan)
     is_force = name in ("normal_force", "force_lower_bound")
     shown = np.concatenate([drawn, bound]) if is_force and bound is not None else drawn
-    x_unit, y_unit = _good_unit(d, "m"), _good_unit(shown, QUANTITIES[name].unit)
+    x_unit, y_unit = good_unit(d, "m"), good_unit(shown, QUANTITIES[name].unit)
     unit = QUANTITIES[name].unit
     # a disk that was never refused began at the origin
     lead = [0.0] if d[0] > 0.0 and np.isfinite(drawn).all() and name != "force_lower_bound" else []
@@ -369,8 +402,8 @@ def _draw_curve(axes: Axes, data: FigureData, name: str) -> None:
         )
     elif values is None or not np.isfinite(drawn).any():
         axes.text(0.5, 0.9, "not a disk contact", ha="center", transform=axes.transAxes, color=GREY)
-    axes.set_xlabel(_label("indentation", x_unit))
-    axes.set_ylabel(_label(name, y_unit))
+    axes.set_xlabel(axis_label("indentation", x_unit))
+    axes.set_ylabel(axis_label(name, y_unit))
     axes.set_ylim(bottom=min(0.0, float(np.nanmin(scaled(shown[: d.size]), initial=0.0))))
     if axes.get_legend_handles_labels()[0]:
         axes.legend(fontsize=8)
@@ -380,7 +413,7 @@ def _draw_pressure(axes: Axes, data: FigureData) -> None:
     assert data.field is not None
     p = data.field("pressure", None)
     r, values = p["r"].values, p.values
-    r_unit, unit = _good_unit(r, "m"), _good_unit(_without_peaks(values), "Pa")
+    r_unit, unit = good_unit(r, "m"), good_unit(_without_peaks(values), "Pa")
     shown = from_si(_without_peaks(values), "Pa", unit)
     axes.plot(from_si(r, "m", r_unit), from_si(values, "Pa", unit), color=ORANGE, lw=1.5)
     _limit_peaks(axes, shown)
@@ -396,7 +429,7 @@ def _draw_pressure(axes: Axes, data: FigureData) -> None:
     if notes:
         axes.text(0.97, 0.95, "\n".join(notes), ha="right", va="top", transform=axes.transAxes, fontsize=8)
     axes.set_xlabel(f"{RADIUS.label} ({r_unit})")
-    axes.set_ylabel(_label("pressure", unit))
+    axes.set_ylabel(axis_label("pressure", unit))
 
 
 def _draw_displacement(axes: Axes, data: FigureData) -> None:
@@ -405,7 +438,7 @@ def _draw_displacement(axes: Axes, data: FigureData) -> None:
     r = u["r"].values
     h = data.field("gap", r).values
     d = float(data.data["indentation"].values[data.row])
-    r_unit, unit = _good_unit(r, "m"), _good_unit(np.array([d, *u.values]), "m")
+    r_unit, unit = good_unit(r, "m"), good_unit(np.array([d, *u.values]), "m")
     x = from_si(r, "m", r_unit)
     axes.plot(
         x, from_si(u.values, "m", unit), color=BLUE, lw=1.5, label=QUANTITIES["normal_displacement"].label

@@ -9,6 +9,7 @@ import numpy as np
 
 from pymdr.errors import PathError
 from pymdr.interpretation.adhesion import adhesive_claims, certify_stretched_disk, energy_assumption
+from pymdr.interpretation.branches import round_radius
 from pymdr.interpretation.fields import edge_amplitude
 from pymdr.interpretation.validity import Assumption, BoolArray
 from pymdr.line.adhesion import JKR as ShortRange
@@ -21,7 +22,7 @@ from pymdr.problem.laws import DMT, JKR
 from pymdr.problem.paths import LoadingPath, Path, named_channels
 from pymdr.problem.schedule import Controls, Progress, Stretch, known_legs, stretch, times, total_rows
 from pymdr.result import Result, Status, labelled
-from pymdr.solving.equilibria import AdhesiveLine, round_radius
+from pymdr.solving.equilibria import AdhesiveLine
 from pymdr.solving.reach import assumptions
 from pymdr.units import FloatArray
 

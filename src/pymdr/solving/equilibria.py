@@ -8,75 +8,21 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from pymdr.errors import PathError, ProblemError
-from pymdr.line.adhesion import DMT as RigidPull
+from pymdr.interpretation.branches import Equilibria, equilibria_of
 from pymdr.line.adhesion import JKR as ShortRange
 from pymdr.line.adhesion import MaugisDugdale as Cohesive
-from pymdr.line.adhesion import dmt_pull, jkr_opening, maugis_dugdale, rigid_pull
+from pymdr.line.adhesion import jkr_opening
 from pymdr.line.following import Track, parameter_reaching, trace, under_machine
 from pymdr.line.foundation import ElasticLine
 from pymdr.mapping.equivalent import EquivalentProfile, NumericLine, ProxyLine, SumLine, gap_function
 from pymdr.mapping.equivalent.samples import Samples
 from pymdr.problem.contact import Contact
-from pymdr.problem.laws import DMT, JKR, AdhesionLaw, MaugisDugdale
-from pymdr.problem.profiles import Paraboloid, Profile, Sphere, Sum
+from pymdr.problem.laws import DMT, AdhesionLaw, MaugisDugdale
+from pymdr.problem.profiles import Profile, Sphere
 from pymdr.solving.reach import Mapped, made_fast, map_to_line
 from pymdr.units import FloatArray
 
-Equilibria = ShortRange | Cohesive | RigidPull
-
 _GROWTH, _TRIES = 1.5, 60
-
-
-def equilibria_of(law: AdhesionLaw, profile: Profile, line: ElasticLine) -> Equilibria:
-    """
-    The curve of a law on a line.
-
-    Parameters
-    ----------
-    law : AdhesionLaw
-    profile : Profile
-        For the radius of curvature, which the pull of DMT needs.
-    line : ElasticLine
-        Fast on the radii that are asked for.
-
-    Returns
-    -------
-    JKR, MaugisDugdale or DMT of :mod:`pymdr.line.adhesion`
-
-    Raises
-    ------
-    ProblemError
-        If the law does not cover the profile.
-    """
-    if isinstance(law, JKR):
-        return ShortRange(line.equivalent, line.modulus, law.work)
-    if not line.equivalent.rises:
-        raise ProblemError(
-            f"{type(law).__name__}: the equivalent profile falls somewhere, and the theory of a cohesive zone needs "
-            "one that rises; JKR(work) follows such profiles where their contact is a disk"
-        )
-    if isinstance(law, MaugisDugdale):
-        return maugis_dugdale(line.equivalent, line.modulus, law.work, law.cohesive_stress)
-    assert isinstance(law, DMT)
-    return RigidPull(line.equivalent, line.modulus, _pull(law, profile, line))
-
-
-def round_radius(profile: Profile) -> float | None:
-    """Radius of curvature in m of a tip that is nothing but round; None for others."""
-    parts = profile.parts if isinstance(profile, Sum) else (profile,)
-    return profile.curvature_radius if all(isinstance(p, Sphere | Paraboloid) for p in parts) else None
-
-
-def _pull(law: DMT, profile: Profile, line: ElasticLine) -> float:
-    if law.range is not None:
-        return rigid_pull(line.equivalent, law.work, law.work / law.range)
-    radius = round_radius(profile)
-    if radius is None:
-        raise ProblemError(
-            "DMT: without a radius of curvature the pull depends on the range of the attraction; give "
-            "DMT(work, range='0.3 nm')"
-        )
-    return float(dmt_pull(radius, law.work))
 
 
 @dataclass

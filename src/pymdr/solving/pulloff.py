@@ -9,11 +9,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pymdr.errors import ProblemError
+from pymdr.interpretation.branches import round_radius
 from pymdr.line.adhesion import maugis_parameter, tabor_parameter
 from pymdr.line.following import Track, trace, under_machine
 from pymdr.problem.contact import Contact
 from pymdr.problem.laws import DMT, JKR, AdhesionLaw, MaugisDugdale
-from pymdr.solving.equilibria import AdhesiveLine, round_radius
+from pymdr.solving.equilibria import AdhesiveLine
 from pymdr.solving.verb import read_stiffness
 from pymdr.units import QuantityLike, to_si
 
