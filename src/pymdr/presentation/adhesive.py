@@ -108,7 +108,9 @@ def _draw_path(axes: Axes, data: AdhesiveFigureData, across: str, up: str) -> No
     px, py = scaled(x, x_unit, across), scaled(y, y_unit, up)
     known = np.isfinite(px) & np.isfinite(py)
     if up == "normal_force" and known.all() and y[-1] == 0.0:
-        axes.fill(px[kept], py[kept], color=ORANGE, alpha=0.15, lw=0, label="dissipated")
+        # from the first touch at the origin and back to it along the free body
+        around = (np.concatenate([[0.0], px[kept]]), np.concatenate([[0.0], py[kept]]))
+        axes.fill(*around, color=ORANGE, alpha=0.15, lw=0, label="dissipated")
     axes.plot(px[kept], py[kept], color=BLUE, lw=1.5, marker="o" if x.size == 1 else None, ms=4, label="path")
     if up == "normal_force" and known.any() and np.nanmin(y) < 0.0:
         i = int(np.nanargmin(y))

@@ -205,12 +205,13 @@ def _draw_slip(axes: Axes, data: FigureData, field_at: Callable[..., xr.DataArra
     r_unit, unit = good_unit(r, "m"), good_unit(every[np.isfinite(every)], "m")
     x = from_si(r, "m", r_unit)
     for row, colour, u, slip in zip(rows, _SHOWN, shown, slips, strict=False):
-        axes.plot(x, from_si(u, "m", unit), color=colour, lw=1.4, label=f"displacement, step {row}")
-        axes.plot(x, from_si(slip, "m", unit), color=colour, lw=1.0, ls="--", label="slip")
+        axes.plot(x, from_si(u, "m", unit), color=colour, lw=1.4, label=f"step {row}")
+        axes.plot(x, from_si(slip, "m", unit), color=colour, lw=1.0, ls="--")
+    axes.plot([], [], color=GREY, lw=1.0, ls="--", label="slip")
     axes.axhline(0.0, color=GREY, lw=0.5, zorder=0)
     axes.set_xlabel(f"radius $r$ ({r_unit})")
     axes.set_ylabel(f"tangential displacement ({unit})")
-    axes.legend(fontsize=7, ncols=2)
+    axes.legend(fontsize=8, title="displacement of the surface", title_fontsize=8)
 
 
 def _draw_energies(axes: Axes, data: FigureData) -> None:
