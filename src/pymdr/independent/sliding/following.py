@@ -1,0 +1,262 @@
+"""Rows of indentation and shift, followed from the virgin state."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from pymdr.errors import PathError, ProblemError
+from pymdr.independent.sliding.solvers import solve_pressure, solve_tractions
+from pymdr.independent.sliding.surface import Surface, make_surface
+from pymdr.problem.materials import Material
+from pymdr.problem.profiles import Profile
+from pymdr.units import FloatArray
+
+Mask = NDArray[np.bool_]
+
+_COARSE = 24
+_LENGTHS = np.geomspace(1e-16, 1e7, 23 * 16 + 1)
+_STUCK = 1e-6
+_WEIGHTY = 0.05
+
+
+@dataclass(frozen=True)
+class HalfSpaceGrid:
+    """
+    Option of ``solve_sliding``: `n` cells along each side of the square.
+
+    Parameters
+    ----------
+    n : int
+        At least 8.
+
+    Raises
+    ------
+    ProblemError
+        If `n` is not a whole number of at least 8.
+
+    Examples
+    --------
+    >>> HalfSpaceGrid(n=48)
+    HalfSpaceGrid(n=48)
+    """
+
+    n: int = 32
+
+    def __post_init__(self) -> None:
+        if isinstance(self.n, bool) or not isinstance(self.n, (int, np.integer)) or self.n < 8:
+            raise ProblemError(f"HalfSpaceGrid: n = {self.n!r}; give a whole number of at least 8")
+
+
+@dataclass(frozen=True, eq=False)
+class SlidingSolution:
+    """
+    A history on the grid: one entry per row, and the fields of the last row.
+
+    Attributes
+    ----------
+    indentation, shift : array (m,), m
+    normal_force, tangential_force, transverse_force : array (m,), N
+        F_N, and the forces along x and y.
+    contact_radius, stick_radius : array (m,), m
+        Radii of the disks of the same area as the cells in contact, and as those below Coulomb's limit.
+    x, y : array (n,), m
+        Centres of the cells.
+    pressure, q_x, q_y : array (n, n), Pa
+        Of the last row; x along the first axis.
+    largest_slip_angle : float, degrees
+        Of the traction against the x axis in the last row, among slipping cells that carry at least 5 % of the
+        largest traction; 0 without slip.
+    """
+
+    indentation: FloatArray
+    shift: FloatArray
+    normal_force: FloatArray
+    tangential_force: FloatArray
+    transverse_force: FloatArray
+    contact_radius: FloatArray
+    stick_radius: FloatArray
+    x: FloatArray
+    y: FloatArray
+    pressure: FloatArray
+    q_x: FloatArray
+    q_y: FloatArray
+    largest_slip_angle: float
+
+
+def solve_sliding(
+    profile: Profile,
+    body: Material,
+    counterbody: Material,
+    friction: float,
+    indentation: ArrayLike,
+    shift: ArrayLike,
+    options: HalfSpaceGrid = HalfSpaceGrid(),
+    *,
+    half_width: float | None = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> SlidingSolution:
+    """
+    Follow rows of (indentation, shift) from the virgin state with vector friction on the grid.
+
+    In a row the tractions minimise q C q / 2 - w q under |q| <= mu p, w being the displacement before plus the
+    increment of the shift: the slip increment w - C q vanishes below the limit and has the direction of q at it.
+
+    Parameters
+    ----------
+    profile : Profile
+        f(r).
+    body, counterbody : Elastic or Rigid
+        At least one elastic. Their dissimilarity is left out: pressure does not move the surface sideways.
+    friction : float
+        mu, finite and above 0.
+    indentation, shift : array_like, shape (m,), m
+        Approach d and rigid shift along x; the first row is one increment from (0, 0).
+    options : HalfSpaceGrid
+    half_width : float, optional, m
+        Of the square of cells; a little more than the largest contact radius unless given.
+    progress : callable, optional
+        Called as ``progress(done, total)``.
+
+    Returns
+    -------
+    SlidingSolution
+
+    Raises
+    ------
+    ProblemError
+        If an argument is outside its limits, or the contact reaches the end of the cells or of the profile.
+    PathError
+        If the rows are not finite, differ in number, or never touch.
+    ConvergenceError
+        If pressure or tractions miss 1e-9 of the row's displacements.
+
+    Notes
+    -----
+    Polonsky and Keer (1999), Wear 231, 206; Kalker (1990), Three-Dimensional Elastic Bodies in Rolling Contact,
+    chapter 4; Beck and Teboulle (2009) and O'Donoghue and Candes (2015) for the iteration. A cell that enters in
+    a row takes the whole increment of its shift: rows in which the contact grows are of first order.
+
+    Examples
+    --------
+    >>> from pymdr.problem.materials import Elastic, Rigid
+    >>> from pymdr.problem.profiles import Paraboloid
+    >>> slid = solve_sliding(Paraboloid(1.0), Elastic(1.0, 0.0), Rigid(), 0.5, [0.01, 0.01], [0.0, 0.02])
+    >>> (slid.tangential_force / (0.5 * slid.normal_force)).round(9).tolist()
+    [0.0, 1.0]
+    """
+    d, u = (np.array(v, dtype=float, ndmin=1) for v in (indentation, shift))
+    _check(friction, d, u, half_width)
+    n = int(HalfSpaceGrid(options.n).n)
+    width = _half_width(profile, float(d.max()), n, body, counterbody) if half_width is None else half_width
+    surface = make_surface(width, n, body, counterbody)
+    gap = _gap(profile, surface.x)
+    p, q, before = np.zeros((n, n)), np.zeros((2, n, n)), 0.0
+    moved, rows = np.zeros_like(q), []
+    for i in range(d.size):
+        p = solve_pressure(surface, gap, float(d[i]), p)
+        _check_room(profile, surface, p > 0)
+        wanted = moved + np.array([u[i] - before, 0.0])[:, None, None]
+        q = solve_tractions(surface, wanted, friction * p, q)
+        moved, before = surface.tangential_displacement(q), float(u[i])
+        rows.append(_row(p, q, friction, surface.side))
+        if progress is not None:
+            progress(i + 1, d.size)
+    force, along, across, contact, stick = np.array(rows).T
+    return SlidingSolution(
+        indentation=d,
+        shift=u,
+        normal_force=force,
+        tangential_force=along,
+        transverse_force=across,
+        contact_radius=contact,
+        stick_radius=stick,
+        x=surface.x,
+        y=surface.x.copy(),
+        pressure=p,
+        q_x=q[0],
+        q_y=q[1],
+        largest_slip_angle=_largest_angle(p, q, friction),
+    )
+
+
+def _check(friction: float, d: FloatArray, u: FloatArray, half_width: float | None) -> None:
+    if not 0 < friction < math.inf:
+        raise ProblemError(f"solve_sliding: friction = {friction!r}; give a coefficient above 0 and finite")
+    if half_width is not None and not 0 < half_width < math.inf:
+        raise ProblemError(f"solve_sliding: half_width = {half_width!r} m; give a finite length above 0")
+    if d.ndim != 1 or d.shape != u.shape or d.size == 0:
+        raise PathError(f"solve_sliding: {d.size} indentations and {u.size} shifts; give as many of each")
+    if not np.all(np.isfinite(d) & np.isfinite(u)):
+        raise PathError("solve_sliding: indentation and shift must be finite in every row")
+
+
+def _half_width(profile: Profile, depth: float, n: int, body: Material, counterbody: Material) -> float:
+    """Contact lies where f < d; a coarse solution there tells how much of it is needed."""
+    limit = min(profile.edge, profile.reach)
+    known = _LENGTHS[limit > _LENGTHS]
+    below = np.flatnonzero(profile.gap(known) < depth)
+    if not below.size:
+        raise PathError(
+            f"solve_sliding: no row touches; give an indentation above the lowest gap, not {depth:g} m"
+        )
+    if below[-1] + 1 < known.size:
+        bound = _crossing(profile, depth, float(known[below[-1]]), float(known[below[-1] + 1]))
+    elif math.isfinite(limit):
+        bound = limit
+    else:
+        raise ProblemError(
+            f"solve_sliding: the profile never rises to {depth:g} m; add FlatPunch(radius) as its end"
+        )
+    coarse = make_surface(1.01 * bound, _COARSE, body, counterbody)
+    p = solve_pressure(coarse, _gap(profile, coarse.x), depth, np.zeros((_COARSE, _COARSE)))
+    radius = float(np.hypot(*np.meshgrid(coarse.x, coarse.x))[p > 0].max()) + coarse.side / 2
+    return min(radius * (1 + 2.5 / n), 1.01 * bound)
+
+
+def _crossing(profile: Profile, depth: float, low: float, high: float) -> float:
+    while high - low > 1e-6 * high:
+        middle = (low + high) / 2
+        low, high = (middle, high) if profile.gap(np.array([middle]))[0] < depth else (low, middle)
+    return high
+
+
+def _gap(profile: Profile, x: FloatArray) -> FloatArray:
+    f = np.asarray(profile.gap(np.hypot(x[:, None], x)), dtype=float)
+    return np.where(np.isnan(f), np.inf, f)
+
+
+def _check_room(profile: Profile, surface: Surface, contact: Mask) -> None:
+    end, r = surface.x[-1] + surface.side / 2, np.hypot(surface.x[:, None], surface.x)
+    widest = float(r[contact].max(initial=0.0))
+    if profile.reach < profile.edge and widest + surface.side > profile.reach:
+        raise ProblemError(
+            f"solve_sliding: the contact reaches {widest:g} m, the profile is known to {profile.reach:g} m; "
+            "give a smaller indentation or a longer profile"
+        )
+    outermost = np.concatenate([contact[0], contact[-1], contact[:, 0], contact[:, -1]]).any()
+    if outermost and end < profile.edge:
+        raise ProblemError(
+            f"solve_sliding: the contact reaches the last cells at {end:g} m; give a larger half_width"
+        )
+
+
+def _slipping(p: FloatArray, q: FloatArray, friction: float) -> Mask:
+    return np.asarray((p > 0) & (np.hypot(*q) >= (1 - _STUCK) * friction * p))
+
+
+def _row(p: FloatArray, q: FloatArray, friction: float, side: float) -> tuple[float, ...]:
+    cells = np.count_nonzero(p > 0)
+    stuck = cells - np.count_nonzero(_slipping(p, q, friction))
+    forces = (float(np.sum(field)) * side**2 for field in (p, q[0], q[1]))
+    return *forces, side * math.sqrt(cells / math.pi), side * math.sqrt(stuck / math.pi)
+
+
+def _largest_angle(p: FloatArray, q: FloatArray, friction: float) -> float:
+    size = np.hypot(*q)
+    told = _slipping(p, q, friction) & (size >= _WEIGHTY * size.max())
+    return math.degrees(float(np.arctan2(np.abs(q[1]), np.abs(q[0]))[told].max(initial=0.0)))

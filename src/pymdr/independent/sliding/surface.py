@@ -1,0 +1,118 @@
+"""Displacements of two elastic half-spaces under tractions that are constant on square cells."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy import fft
+
+from pymdr.errors import ProblemError
+from pymdr.problem.materials import Elastic, Material
+from pymdr.units import FloatArray
+
+
+def influence(x: ArrayLike, y: ArrayLike, side: float) -> FloatArray:
+    """
+    Integrals of x^2/s^3, y^2/s^3 and xy/s^3 over a square cell about the origin, s the distance to (x, y).
+
+    Parameters
+    ----------
+    x, y : array_like, m
+    side : float, m
+
+    Returns
+    -------
+    ndarray, m
+        Shape (3, ...); the first two add up to the integral of 1/s.
+
+    Notes
+    -----
+    Love (1929), Phil. Trans. R. Soc. A 228, 377; Johnson (1985), eqs. 3.25 and 3.75. Corner sums of
+    v asinh(u/|v|), u asinh(v/|u|) and -s.
+
+    Examples
+    --------
+    >>> influence(0.0, 0.0, 1.0).round(9).tolist()
+    [1.762747174, 1.762747174, 0.0]
+    """
+    half = side / 2
+    total: FloatArray = np.zeros((3, *np.broadcast(x, y).shape))
+    for i in (-1, 1):
+        for j in (-1, 1):
+            u, v = np.broadcast_arrays(np.asarray(x) + i * half, np.asarray(y) + j * half)
+            total += i * j * np.array([_term(v, u), _term(u, v), -np.hypot(u, v)])
+    return total
+
+
+def _term(u: FloatArray, v: FloatArray) -> FloatArray:
+    size = np.abs(u)
+    return np.where(size > 0, u * np.arcsinh(v / np.where(size > 0, size, 1.0)), 0.0)
+
+
+class Surface(NamedTuple):
+    """Two elastic half-spaces under the cells of a square."""
+
+    x: FloatArray
+    side: float
+    normal: NDArray[np.complex128]
+    tangential: NDArray[np.complex128]
+    stiffest: float
+    """No eigenvalue of the tangential compliance is larger."""
+
+    def normal_displacement(self, p: FloatArray) -> FloatArray:
+        """Of both bodies together."""
+        n = p.shape[-1]
+        return np.asarray(fft.irfft2(self.normal * fft.rfft2(p, (2 * n, 2 * n)), (2 * n, 2 * n))[:n, :n])
+
+    def tangential_displacement(self, q: FloatArray) -> FloatArray:
+        """Of both bodies together; tractions and displacements (2, n, n)."""
+        n = q.shape[-1]
+        moved = np.einsum("abij,bij->aij", self.tangential, fft.rfft2(q, (2 * n, 2 * n)))
+        return np.asarray(fft.irfft2(moved, (2 * n, 2 * n))[:, :n, :n])
+
+
+def make_surface(half_width: float, n: int, body: Material, counterbody: Material) -> Surface:
+    """
+    Compliances of two bodies on n x n cells of a square.
+
+    Per body and traction q_x, u_x = (1/(2 pi G)) int q_x [(1 - nu)/s + nu x^2/s^3] and
+    u_y = (1/(2 pi G)) int q_x nu x y/s^3, and u_z = (1/(2 pi G)) int p (1 - nu)/s; the bodies add up.
+
+    Parameters
+    ----------
+    half_width : float, m
+    n : int
+    body, counterbody : Elastic or Rigid
+
+    Returns
+    -------
+    Surface
+
+    Raises
+    ------
+    ProblemError
+        If both bodies are rigid.
+
+    Notes
+    -----
+    Johnson (1985), eqs. 3.17 and 3.75.
+    """
+    side = 2 * half_width / n
+    lags = side * np.concatenate([np.arange(n), [0.0], np.arange(1 - n, 0)])
+    xx, yy, xy = influence(lags[:, None], lags, side)
+    for kernel in (xx, yy, xy):
+        kernel[n], kernel[:, n] = 0.0, 0.0
+    elastic = [b for b in (body, counterbody) if isinstance(b, Elastic)]
+    if not elastic:
+        raise ProblemError("solve_sliding: both bodies are rigid; at least one must be Elastic")
+    direct = sum((1 - b.poisson) / (2 * math.pi * b.shear) for b in elastic)
+    lateral = sum(b.poisson / (2 * math.pi * b.shear) for b in elastic)
+    plain, cross = direct * (xx + yy), lateral * xy
+    symbol = fft.rfft2(np.array([[plain + lateral * xx, cross], [cross, plain + lateral * yy]]))
+    trace, difference = symbol[0, 0].real + symbol[1, 1].real, symbol[0, 0].real - symbol[1, 1].real
+    stiffest = float(np.max(trace + np.hypot(difference, 2 * np.abs(symbol[0, 1]))) / 2)
+    x = side * (np.arange(n) + 0.5) - half_width
+    return Surface(np.asarray(x, dtype=np.float64), side, fft.rfft2(plain), symbol, stiffest)
