@@ -40,18 +40,17 @@ def frictional_claims(
     -------
     mapping of str to Claim
     """
-    law = contact.friction
-    uncoupled = moduli.similar or (law is not None and law.coefficient == 0.0)
-    normal = Claim(
-        Level.EXACT if uncoupled else Level.APPROXIMATE,
-        "exact for elastic half-spaces in contact on a disk, of bodies that are elastically similar or slide "
-        "without friction"
-        if uncoupled
-        else f"friction changes the pressure of bodies that are not elastically similar, Dundurs' beta = "
-        f"{moduli.dundurs_beta:.3g}; this coupling is neglected",
-        SOURCES["sneddon"],
-        everywhere,
-    )
+    assert contact.friction is not None
+    level, reason = Level.EXACT, "exact for elastically similar half-spaces in contact on a disk"
+    if contact.friction.coefficient == 0.0:
+        reason = "exact for elastic half-spaces in frictionless contact on a disk"
+    elif not moduli.similar:
+        level = Level.APPROXIMATE
+        reason = (
+            "friction changes the pressure of bodies that are not elastically similar, Dundurs' beta = "
+            f"{moduli.dundurs_beta:.3g}; this coupling is neglected"
+        )
+    normal = Claim(level, reason, SOURCES["sneddon"], everywhere)
     tangential = Claim(*_tangential(contact, moduli), everywhere)
     return {
         **{name: tangential if name in TANGENTIAL_QUANTITIES else normal for name in names},

@@ -19,7 +19,16 @@ from pymdr.line.foundation import (
     states_at_force,
     states_at_travel,
 )
-from pymdr.line.friction import FrictionLeg, FrictionState, Replay, curves_of, spring_shifts, superposition
+from pymdr.line.friction import (
+    ElasticCurves,
+    FrictionLeg,
+    FrictionState,
+    Replay,
+    curves_of,
+    power_law_curves,
+    spring_shifts,
+    superposition,
+)
 from pymdr.mapping.abel import line_average
 from pymdr.mapping.equivalent import equivalent_profile
 from pymdr.mapping.moduli import effective_moduli
@@ -31,7 +40,9 @@ from pymdr.units import FloatArray
 TANGENTIAL_FIELDS = ("shear_traction", "tangential_displacement", "slip")
 TANGENTIAL_LINE_FIELDS = ("spring_shift",)
 _TIP = 1e-9
-"""Of the contact radius: where the finite traction of a stuck sharp tip is read."""
+"""Of the smallest disk: where the finite traction of a stuck sharp tip is read."""
+_ROUNDING = 1e-14
+"""Of their parts: sums of edge singularities below it are rounding."""
 
 
 def shear_traction(line: ElasticLine, state: FrictionState, r: ArrayLike) -> FloatArray:
@@ -60,25 +71,25 @@ def shear_traction(line: ElasticLine, state: FrictionState, r: ArrayLike) -> Flo
     tau = np.zeros(radius.shape)
     depth, weight, edge, scale = superposition(state)
     disks = states_at_depth(line, depth)
-    for i in range(depth.size):
-        a, excess = float(disks.contact_radius[i]), float(disks.edge_excess[i])
-        if weight[i] != 0.0:
-            p = pressure(line, a, excess, radius)
-            at_tip = (radius == 0.0) & np.isinf(p)
-            # at a sharp tip all pressures are infinite alike, and only the sum of their weights counts
-            p[at_tip] = pressure(line, a, excess, np.array([_TIP * a]))
-            tau += scale * weight[i] * p
-        if edge[i] != 0.0:
+    a = disks.contact_radius
+    at_tip = radius == 0.0
+    # at a sharp tip all pressures are infinite alike, and only the sum of their weights counts
+    beside_tip = np.array([_TIP * np.min(a[a > 0.0], initial=math.inf)])
+    for i in np.flatnonzero((weight != 0.0) & (a > 0.0)):
+        p = pressure(line, float(a[i]), 0.0, radius)
+        p[at_tip & np.isinf(p)] = pressure(line, float(a[i]), 0.0, beside_tip)
+        tau += scale * weight[i] * p
+    # at an edge the singular pressures of several depths may cancel, so their amplitudes are added first
+    amplitude = weight * disks.edge_excess + edge
+    for ring in np.unique(a[amplitude != 0.0]):
+        total, size = (float(np.sum(x[a == ring])) for x in (amplitude, np.abs(amplitude)))
+        if abs(total) > _ROUNDING * size:
             with np.errstate(divide="ignore", invalid="ignore"):
-                punch = line.modulus / (math.pi * np.sqrt((a - radius) * (a + radius)))
-            tau += np.where(radius <= a, scale * edge[i] * punch, 0.0)
-    sticks_at_tip = abs(float(weight.sum())) < 1e-12
-    if (
-        depth.size
-        and not sticks_at_tip
-        and np.isinf(pressure(line, float(disks.contact_radius[-1]), 0.0, 0.0))
-    ):
-        tau[radius == 0.0] = math.copysign(math.inf, float(weight.sum()))
+                punch = line.modulus / (math.pi * np.sqrt((ring - radius) * (ring + radius)))
+            tau += np.where(radius <= ring, scale * total * punch, 0.0)
+    slope = float(weight.sum())
+    if abs(slope) >= 1e-12 and np.isinf(pressure(line, float(a[-1]), 0.0, 0.0)):
+        tau[at_tip] = math.copysign(math.inf, slope)
     return tau
 
 
@@ -160,8 +171,8 @@ class FrictionSurface:
         u = tangential_displacement(self.line, state, position)
         if name == "tangential_displacement":
             return u
-        inside = np.abs(position) <= self.normal.states.contact_radius[step]
-        return np.where(inside, state.shift - u, math.nan)
+        a = self.normal.states.contact_radius[step]
+        return np.where((np.abs(position) <= a) & (a > 0.0), state.shift - u, math.nan)
 
 
 def friction_surface(
@@ -203,9 +214,8 @@ def friction_surface(
     depth = max((float(np.max(rows.normal)) for rows in asked if not rows.by_force), default=0.0)
     force = max((float(np.max(rows.normal)) for rows in asked if rows.by_force), default=0.0)
     line = _wide(contact, normal.line, depth, force)
-    deepest = max(depth, float(states_at_force(line, np.array([force])).indentation[0]))
-    curves = curves_of(line, deepest * (1.0 + 1e-12) if deepest > 0.0 else 1.0)
     legs = tuple(friction_leg(line, rows, machine_stiffness) for rows in asked)
+    curves = curves_down_to(line, deepest_of(line, legs))
     moduli = effective_moduli(contact.body, contact.counterbody)
     replay = Replay(curves, legs, contact.friction.coefficient, moduli.tangential)
     return FrictionSurface(replace(normal, line=line), replay, rows)
@@ -220,6 +230,22 @@ def _wide(contact: Contact, line: ElasticLine, depth: float, force: float) -> El
     if force > 0.0:
         reaching.append(line_upto_force(whole, force))
     return max(reaching, key=lambda found: found.equivalent.reach)
+
+
+def deepest_of(line: ElasticLine, legs: Sequence[FrictionLeg]) -> float:
+    """Largest indentation in m of some legs; -inf if there are none."""
+    by_force = [float(np.max(leg.normal)) for leg in legs if leg.by_normal_force]
+    depths = [float(np.max(leg.normal)) for leg in legs if not leg.by_normal_force]
+    if by_force:
+        depths.append(float(states_at_force(line, np.array([max(by_force)])).indentation[0]))
+    return max(depths, default=-math.inf)
+
+
+def curves_down_to(line: ElasticLine, depth: float) -> ElasticCurves:
+    """The curves of a line to a depth in m; where there is no contact any will do."""
+    if depth <= 0.0:
+        return power_law_curves(1.0, 1.0, line.modulus)
+    return curves_of(line, depth * (1.0 + 1e-12))
 
 
 def friction_leg(line: ElasticLine, asked: Stretch, machine_stiffness: float | None) -> FrictionLeg:

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from pymdr.errors import PathError, ProblemError
 from pymdr.interpretation.friction import frictional_claims, similarity_assumption
-from pymdr.interpretation.traction import friction_leg
+from pymdr.interpretation.traction import curves_down_to, deepest_of, friction_leg
 from pymdr.interpretation.validity import Assumption, certify_disk
 from pymdr.line.foundation import (
     ElasticLine,
@@ -19,7 +19,6 @@ from pymdr.line.foundation import (
     normal_force,
     normal_stiffness,
     states_at_depth,
-    states_at_force,
 )
 from pymdr.line.friction import (
     ElasticCurves,
@@ -27,13 +26,12 @@ from pymdr.line.friction import (
     FrictionHistory,
     FrictionLeg,
     FrictionState,
-    curves_of,
     follow_leg,
     virgin_state,
 )
 from pymdr.mapping.moduli import effective_moduli
 from pymdr.problem.contact import Contact
-from pymdr.problem.paths import LoadingPath
+from pymdr.problem.paths import NORMAL_CHANNELS, Cycle, LoadingPath
 from pymdr.problem.schedule import (
     Controls,
     KnownLeg,
@@ -61,40 +59,58 @@ class _Line:
     origin: Mapped
     stiffness: float | None
     mapped: Mapped
-    curves: ElasticCurves | None = None
+    curves: ElasticCurves
+    deepest: float = -math.inf
+    """What the curves reach, in m."""
     depth: float = -math.inf
     force: float = 0.0
 
-    def reach(self, rows: Stretch) -> None:
-        """Go as deep as a leg asks."""
-        largest = float(np.max(rows.normal))
-        if rows.by_force:
-            refuse_tension(rows.normal)
-            depth, force = self.depth, max(self.force, largest)
-        else:
-            depth, force = max(self.depth, largest), self.force
-        if self.curves is not None and depth <= self.depth and force <= self.force:
-            return
-        self.depth, self.force = depth, force
-        self.mapped = made_fast(self.contact, self.origin, depth, force)
+    def reach(self, asked: Sequence[Stretch]) -> None:
+        """Go as deep as some legs ask."""
+        depth, force = self.depth, self.force
+        for rows in asked:
+            largest = float(np.max(rows.normal))
+            if rows.by_force:
+                refuse_tension(rows.normal)
+                force = max(force, largest)
+            else:
+                depth = max(depth, largest)
+        if depth > self.depth or force > self.force:
+            self.depth, self.force = depth, force
+            self.mapped = made_fast(self.contact, self.origin, depth, force)
         line = self.mapped.line
-        deepest = max(depth, float(states_at_force(line, np.array([force])).indentation[0]))
+        # not the largest travel: most of it may go into the machine
+        deepest = deepest_of(line, [friction_leg(line, rows, self.stiffness) for rows in asked])
+        if deepest <= self.deepest:
+            return
+        self.deepest = deepest
         refuse_unreachable(self.contact.profile, states_at_depth(line, np.array([deepest])))
-        if deepest > 0.0:
-            _refuse_other_than_disks(line, deepest)
-        self.curves = curves_of(line, deepest * (1.0 + 1e-12) if deepest > 0.0 else 1.0)
+        _refuse_other_than_disks(line, deepest)
+        self.curves = curves_down_to(line, deepest)
+
+
+def _foreseen(path: LoadingPath) -> list[Stretch]:
+    """The largest targets of a path, where they are known before it is followed."""
+    found: dict[str, float] = {}
+    for leg in known_legs(path):
+        if not isinstance(leg, Cycle):
+            for name in NORMAL_CHANNELS:
+                if (target := getattr(leg, name, None)) is not None:
+                    found[name] = max(float(np.max(target)), found.get(name, 0.0))
+    return [Stretch(Controls(name), np.array([most]), np.zeros(1)) for name, most in found.items()]
 
 
 def _refuse_other_than_disks(line: ElasticLine, deepest: float) -> None:
-    """Tractions are sums of pressures on disks, so the contact must be one at every depth."""
+    """Tractions are sums of pressures on disks, so the contact must be one from its first touch on."""
     if line.equivalent.rises:
         return
-    states = states_at_depth(line, deepest * np.arange(1.0, 65.0) / 64.0)
-    certificate = certify_disk(line, states)
-    if not certificate.disk.all():
-        raise ProblemError(
-            f"friction needs a contact that is a disk at every depth up to {deepest:.4g} m: {certificate.reason}"
-        )
+    for depth in deepest * np.arange(65.0) / 64.0 if deepest > 0.0 else [deepest]:
+        certificate = certify_disk(line, states_at_depth(line, np.array([depth])))
+        if not certificate.disk.all():
+            raise ProblemError(
+                f"friction needs a contact that is a disk at every depth up to {deepest:.4g} m: "
+                f"{certificate.reason}"
+            )
 
 
 def solve_frictional(
@@ -108,7 +124,8 @@ def solve_frictional(
     assert contact.friction is not None
     moduli = effective_moduli(contact.body, contact.counterbody)
     origin = map_to_line(contact)
-    line = _Line(contact, origin, machine_stiffness, origin)
+    line = _Line(contact, origin, machine_stiffness, origin, curves_down_to(origin.line, 0.0))
+    line.reach(_foreseen(path))
     mu, tangential = contact.friction.coefficient, moduli.tangential
     state = virgin_state(mu, moduli.normal / tangential)
     here: dict[str, float] = {}
@@ -121,8 +138,7 @@ def solve_frictional(
         starts.append(here)
         rows = stretch(leg, controls, here)
         controls = rows.controls
-        line.reach(rows)
-        assert line.curves is not None
+        line.reach([rows])
         asked = friction_leg(line.mapped.line, rows, machine_stiffness)
         size = rows.normal.size
         kept = None if keep is None else keep[(keep >= done) & (keep < done + size)] - done
@@ -223,7 +239,7 @@ def _end(
     line: _Line, rows: Stretch, leg: FrictionLeg, state: FrictionState, history: FrictionHistory
 ) -> dict[str, float]:
     last = follow_leg(
-        line.curves,  # type: ignore[arg-type]
+        line.curves,
         FrictionLeg(False, False, np.array([state.indentation]), np.array([state.shift])),
         state.friction,
         line.mapped.moduli.tangential,

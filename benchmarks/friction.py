@@ -1,0 +1,154 @@
+"""The memory stack over random histories against np.cumsum and against a thousand springs."""
+
+from collections.abc import Callable, Iterator
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+import pymdr as mdr
+from benchmarks.timing import Ratio, median_time
+from pymdr.line.foundation import ElasticLine, states_at_depth
+from pymdr.line.friction import (
+    ElasticCurves,
+    Ending,
+    FrictionHistory,
+    follow_displacements,
+    power_law_curves,
+    tabulated_curves,
+)
+from pymdr.mapping.equivalent import EquivalentProfile, equivalent_profile
+
+Floats = NDArray[np.float64]
+STEPS = 10_000_000
+DEEPEST, FRICTION, MODULUS, TANGENTIAL = 1.0, 0.5, 1.0, 0.8
+STRIDES = {"short": 1e-3, "middling": 1e-2, "long": 1e-1}
+"""Standard deviations of one step of the walks, in units of the largest depth."""
+WAVY = mdr.Function(
+    lambda r: 0.5 * r * r + 0.01 * (1.0 - np.cos(6.0 * r)), derivative=lambda r: r + 0.06 * np.sin(6.0 * r)
+)
+
+
+def walk(stride: float, n: int = STEPS) -> tuple[Floats, Floats]:
+    """Random walks of the indentation, reflected at 0.05 and 1 of the largest, and of the shift, at -1 and 1."""
+    steps = stride * np.random.default_rng(5).standard_normal((2, n))
+    d, u = np.cumsum(steps, axis=1)
+    return _reflected(d + 0.5, 0.05, DEEPEST), _reflected(u, -1.0, 1.0)
+
+
+def _reflected(values: Floats, low: float, high: float) -> Floats:
+    folded = np.mod(values - low, 2.0 * (high - low))
+    reflected: Floats = low + np.minimum(folded, 2.0 * (high - low) - folded)
+    return reflected
+
+
+def lines() -> dict[str, tuple[ElasticCurves, EquivalentProfile]]:
+    """A paraboloid in closed form and a wavy callable as a table, up to a little above the largest depth."""
+    ball = equivalent_profile(mdr.Paraboloid(1.0))
+    wavy = equivalent_profile(WAVY)
+    line = ElasticLine(wavy, MODULUS)
+    table = tabulated_curves(lambda d: states_at_depth(line, d).contact_radius, DEEPEST, MODULUS)
+    return {"Hertz": (power_law_curves(2.0, 1.0, MODULUS), ball), "a wavy callable": (table, wavy)}
+
+
+def stack(curves: ElasticCurves, path: tuple[Floats, Floats]) -> FrictionHistory:
+    """Force, stick radius and both energies of every step."""
+    return follow_displacements(curves, *path, FRICTION, TANGENTIAL)
+
+
+@njit(cache=False)
+def _springs(
+    profile: Floats, dx: float, d: Floats, u: Floats, cap: float, stiffness: float, out: Floats
+) -> None:
+    """The update of the book: shift every spring, cap it at Coulomb's limit, sum."""
+    shifts = np.zeros(profile.size)
+    before = lost = 0.0
+    for j in range(d.size):
+        step = u[j] - before
+        force = energy = 0.0
+        stuck = 0
+        for i in range(profile.size):
+            depth = d[j] - profile[i]
+            if depth > 0.0:
+                w = shifts[i] + step
+                limit = cap * depth
+                if abs(w) > limit:
+                    over = abs(w) - limit
+                    w = limit if w > 0.0 else -limit
+                    lost += over * limit
+                else:
+                    stuck += 1
+                force += w
+                energy += 0.5 * w * w
+                shifts[i] = w
+            else:
+                shifts[i] = 0.0
+        before = u[j]
+        out[0, j] = 2.0 * stiffness * dx * force
+        out[1, j] = dx * stuck
+        out[2, j] = 2.0 * stiffness * dx * energy
+        out[3, j] = 2.0 * stiffness * dx * lost
+
+
+def springs_over(equivalent: EquivalentProfile, path: tuple[Floats, Floats], n: int) -> Callable[[], Floats]:
+    """A call of n springs over a path."""
+    dx = float(equivalent.inverse(DEEPEST)) / n
+    profile = equivalent.g(dx * (np.arange(n) + 0.5))
+    out = np.empty((4, path[0].size))
+    cap = FRICTION * MODULUS / TANGENTIAL
+
+    def run() -> Floats:
+        _springs(profile, dx, *path, cap, TANGENTIAL, out)
+        return out
+
+    return run
+
+
+def per_step() -> Iterator[Ratio]:
+    few, n = 20_000, 1000
+    values = np.random.default_rng(1).standard_normal(STEPS)
+    cumsum = median_time(lambda: np.cumsum(values), 7)
+    for stride, size in STRIDES.items():
+        path = walk(size)
+        short_path = (path[0][:few], path[1][:few])
+        for name, (curves, equivalent) in lines().items():
+            run = stack(curves, path)
+            if run.ending is not Ending.COMPLETE:
+                raise RuntimeError(f"the stack stopped at row {run.stopped}: {run.ending}")
+            ours = median_time(lambda c=curves, p=path: stack(c, p), 3)  # type: ignore[misc]
+            springs = springs_over(equivalent, short_path, n)
+            theirs = median_time(springs, 3) * STEPS / few
+            off = springs()[0] - run.tangential_force[:few]
+            error = float(np.max(np.abs(off)) / np.max(np.abs(run.tangential_force[:few])))
+            if error > 0.1:
+                raise RuntimeError(f"the springs are off the stack by {error:.1g}")
+            what = f"1e7 {stride} random steps on {name} ({ours / STEPS * 1e9:.0f} ns a step)"
+            yield Ratio(what, "np.cumsum of 1e7", ours, cumsum, "aim 15 times as long")
+            against = (
+                f"{n} springs in numba, scaled from {few} steps ({theirs / STEPS * 1e9:.0f} ns a step, "
+                f"off by {error:.0e})"
+            )
+            yield Ratio(what, against, ours, theirs, "aim 50")
+
+
+def flatness() -> Iterator[Ratio]:
+    d, u = walk(STRIDES["middling"])
+    for name, (curves, _) in lines().items():
+        step = {}
+        for n in (10_000, 100_000, 1_000_000, STEPS):
+            path = (d[:n], u[:n])
+            time = median_time(lambda c=curves, p=path: stack(c, p), 3 if n == STEPS else 9)  # type: ignore[misc]
+            step[n] = time / n
+        table = ", ".join(f"{value * 1e9:.0f}" for value in step.values())
+        yield Ratio(
+            f"one step of 1e7 on {name} (ns a step at 1e4, 1e5, 1e6, 1e7 steps: {table})",
+            "one step of 1e5",
+            step[STEPS],
+            step[100_000],
+            "aim 1: flat",
+        )
+
+
+def ratios() -> Iterator[Ratio]:
+    yield from per_step()
+    yield from flatness()

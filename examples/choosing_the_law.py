@@ -1,0 +1,35 @@
+"""
+Choosing the law of adhesion
+============================
+
+Small stiff tips attract over a range that is large against their deformation (DMT), large soft ones only where they
+touch (JKR). Maugis and Dugdale cover both; pymdr says what the simpler laws cost in pull-off force.
+"""
+
+import numpy as np
+from matplotlib.figure import Figure
+
+import pymdr as mdr
+
+silica = mdr.Elastic(young="70 GPa", poisson=0.17)
+radii = np.geomspace(1e-9, 5e-3, 12)
+regimes = []
+for radius in radii:
+    tip = mdr.Contact(mdr.Paraboloid(radius), silica, silica, adhesion=mdr.JKR("100 mJ/m^2"))
+    regimes.append(mdr.adhesion_regime(tip, range="0.5 nm"))
+print(regimes[0], regimes[-1], sep="\n\n")
+
+figure = Figure(figsize=(6.4, 3.8), layout="constrained")
+axes = figure.subplots()
+for law in ("JKR", "MaugisDugdale", "DMT"):
+    pull = [-regime.pull_off_force[law] / (np.pi * 0.1 * r) for regime, r in zip(regimes, radii, strict=True)]
+    axes.semilogx(radii * 1e9, pull, label=law)
+axes.set_xlabel("radius of the tip (nm)")
+axes.set_ylabel("pull-off force over $\\pi \\gamma R$")
+axes.legend()
+
+# %%
+# JKR gives 3/2, DMT 2, and Maugis and Dugdale lie in between:
+assert abs(regimes[0].pull_off_force["JKR"] / (-1.5 * np.pi * 0.1 * radii[0]) - 1) < 1e-12
+assert regimes[0].regime == "DMT"
+assert regimes[-1].regime == "JKR"

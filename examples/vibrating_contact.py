@@ -1,0 +1,33 @@
+"""
+Vibrating contact
+=================
+
+Load and shift oscillate together, out of phase. Where the load falls the stick zone is eaten from outside, where it
+grows fresh surface sticks without tension: the state depends on the whole history, which is followed exactly.
+"""
+
+import numpy as np
+from matplotlib.figure import Figure
+
+import pymdr as mdr
+
+steel = mdr.Elastic(young="210 GPa", poisson=0.3)
+joint = mdr.Contact(mdr.Sphere("10 mm"), steel, steel, friction=mdr.Coulomb(0.3))
+phase = 2 * np.pi * np.arange(1, 1201) / 300
+load = 50.0 * (1 + 0.5 * np.sin(phase))
+force = 6.0 * np.sin(phase + 1.0)
+result = mdr.solve(joint, mdr.load("50 N") >> mdr.Path(normal_force=load, tangential_force=force))
+
+figure = Figure(figsize=(9.6, 3.6), layout="constrained")
+left, right = figure.subplots(1, 2)
+left.plot(result.to("shift", "nm"), result["tangential_force"])
+left.set(xlabel="tangential displacement (nm)", ylabel="tangential force (N)")
+right.plot(result.to("contact_radius", "um"), label="contact radius")
+right.plot(result.to("stick_radius", "um"), label="stick radius")
+right.set(xlabel="step", ylabel="radius (um)")
+right.legend()
+
+# %%
+# Energy is kept: what is put in is stored or rubbed away. The last two cycles are steady.
+lost = result["dissipated_energy"].values
+assert abs((lost[-1] - lost[-301]) / (lost[-301] - lost[-601]) - 1) < 1e-9

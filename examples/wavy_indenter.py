@@ -1,0 +1,36 @@
+"""
+Wavy indenter
+=============
+
+Waves on a tip make it sticky: every wave that the edge of the contact passes is a jump, and each jump dissipates.
+Folds and jumps are located exactly, so that the energy lost does not depend on the number of steps.
+"""
+
+import numpy as np
+
+import pymdr as mdr
+
+height, wave = 0.4e-6, 2.5e6  # amplitude in m and wave number in 1/m of the ripples
+tip = mdr.Function(
+    lambda r: r**2 / 2e-3 + height * (1 - np.cos(wave * 1e-2 * r)),
+    derivative=lambda r: r / 1e-3 + height * wave * 1e-2 * np.sin(wave * 1e-2 * r),
+)
+gel = mdr.Elastic(young="100 kPa", poisson=0.5)
+contact = mdr.Contact(tip, gel, adhesion=mdr.JKR(work="10 mJ/m^2"))
+there_and_back = [mdr.indent("15 um", steps=n) >> mdr.indent("-20 um", steps=2 * n) for n in (20, 800)]
+coarse, fine = (mdr.solve(contact, path) for path in there_and_back)
+figure = fine.figures()["loop"]
+
+jumps = fine["jump_dissipation"].values
+print(f"{np.count_nonzero(fine['jumped'].values)} steps jumped and lost {jumps.sum():.4g} J")
+smooth = mdr.solve(
+    mdr.Contact(mdr.Paraboloid("1 mm"), gel, adhesion=mdr.JKR(work="10 mJ/m^2")), there_and_back[1]
+)
+print(f"without waves {float(smooth['dissipated_energy'][-1]):.4g} J are lost")
+
+# %%
+# The loss is that of the jumps, whatever the steps, and all of the work of the closed loop:
+lost = float(fine["dissipated_energy"][-1])
+assert abs(jumps.sum() / lost - 1) < 1e-12
+assert abs(float(coarse["dissipated_energy"][-1]) / lost - 1) < 1e-9
+assert abs(float(fine["external_work"][-1]) / lost - 1) < 1e-9
