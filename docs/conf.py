@@ -1,6 +1,9 @@
 """Configuration of the documentation."""
 
+import contextlib
+import io
 import os
+import re
 import sys
 from pathlib import Path
 
@@ -49,6 +52,7 @@ autosummary_imported_members = False
 autodoc_typehints = "none"
 autodoc_member_order = "bysource"
 napoleon_google_docstring = False
+napoleon_custom_sections = [("Attributes", "params_style")]  # not objects: members are documented apart
 suppress_warnings = ["config.cache", "autosectionlabel.*"]
 
 
@@ -88,6 +92,13 @@ def render_math(self, node):
     raise nodes.SkipNode
 
 
+def keep_bars(app, what, name, obj, options, lines):
+    """|x| in a docstring is an absolute value, not a substitution."""
+    for i, line in enumerate(lines):
+        if "``" not in line and not line.lstrip().startswith((">>>", "...")):
+            lines[i] = re.sub(r"(?<!\\)\|", r"\|", line)
+
+
 def write_glossary(app):
     """The table of quantities, from the one place that defines them."""
     lines = ["| name | symbol | unit | meaning | over |", "|---|---|---|---|---|"]
@@ -98,8 +109,23 @@ def write_glossary(app):
     (folder / "quantities.md").write_text("\n".join(lines) + "\n")
 
 
+def draw_figures(app):
+    """The ``figure`` that the Python blocks of a page draw, next to the glossary."""
+    folder = HERE / "generated"
+    folder.mkdir(exist_ok=True)
+    for page in ("adhesion", "friction"):
+        text = (HERE / f"{page}.md").read_text(encoding="utf-8")
+        space = {"__name__": page}
+        with contextlib.redirect_stdout(io.StringIO()):
+            for body in re.findall(r"^```python\n(.*?)^```", text, re.MULTILINE | re.DOTALL):
+                exec(compile(body, f"{page}.md", "exec"), space)
+        space["figure"].savefig(folder / f"{page}.png", dpi=110)
+
+
 def setup(app):
     app.add_html_math_renderer(
         "mathml", inline_renderers=(render_math, None), block_renderers=(render_math, None)
     )
+    app.connect("autodoc-process-docstring", keep_bars)
     app.connect("builder-inited", write_glossary)
+    app.connect("builder-inited", draw_figures)

@@ -16,7 +16,9 @@ def blocks(page):
         yield re.sub(f"^{indent}", "", body, flags=re.MULTILINE)
 
 
-@pytest.mark.parametrize("page", ["first_steps.md", "claims.md", "contributing.md"])
+@pytest.mark.parametrize(
+    "page", ["first_steps.md", "adhesion.md", "friction.md", "claims.md", "contributing.md"]
+)
 def test_blocks_run(page):
     found = list(blocks(DOCS / page))
     assert any("assert " in block for block in found)
@@ -27,8 +29,9 @@ def test_blocks_run(page):
 
 def test_the_readme_runs(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    (block,) = blocks(DOCS.parent / "README.md")
-    exec(compile(block, "README.md", "exec"), {})
+    space = {}
+    for block in blocks(DOCS.parent / "README.md"):
+        exec(compile(block, "README.md", "exec"), space)
     assert (tmp_path / "ball.png").stat().st_size > 10_000
 
 

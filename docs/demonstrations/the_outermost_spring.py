@@ -1,0 +1,81 @@
+"""
+The outermost spring
+====================
+
+The founding discussion paper writes adhesion as a strength of the springs (its eqs. 12 and 13) and adds that the critical
+elongation depends on the radius of the contact, which is not known beforehand. That remark carries the rule. Springs that
+keep the strength they had under the largest load hold a force that depends on how hard they were pressed; springs that take
+the strength of the radius before the step lag behind, so that contact is held where there is no equilibrium. Only a rule
+that asks again after every spring that parts gives JKR, at any step.
+"""
+
+import math
+
+import numpy as np
+from matplotlib.figure import Figure
+
+import pymdr as mdr
+
+# in units of R, E* and the work of adhesion
+contact = mdr.Contact(mdr.Paraboloid(1.0), mdr.Elastic(0.75, 0.5), adhesion=mdr.JKR(1.0))
+indented = mdr.pull_off(contact)
+
+n, length, pressed = 4000, 2.4, 1.0
+x = (np.arange(n) + 0.5) * length / n
+g = x**2
+strength = np.sqrt(2 * math.pi * x)
+begin = int(np.searchsorted(g - strength, pressed))
+
+
+def pulled(steps, rule):
+    """Depths and forces while springs are pulled from d = 1 to d = -2.5 in equal steps."""
+    depths = np.linspace(pressed, -2.5, steps + 1)
+    attached, forces = begin, []
+    for d in depths:
+        before = attached
+        while attached and g[attached - 1] - d > strength[rule(before, attached) - 1]:
+            attached -= 1
+        forces.append(2 * np.sum(d - g[:attached]) * length / n)
+    return depths, np.array(forces)
+
+
+rules = {
+    "radius of the present": lambda before, now: now,
+    "radius before the step": lambda before, now: before,
+    "radius of the largest load": lambda before, now: begin,
+}
+
+# %%
+# A sharp pull-off, at the depth and with the largest pull that JKR has, whatever the number of steps.
+for steps in (100, 1000):
+    depths, forces = pulled(steps, rules["radius of the present"])
+    held = depths[forces != 0]
+    assert abs(held[-1] - indented.indentation) < 3.5 / steps
+    assert abs(forces.min() / (-1.5 * math.pi) - 1) < 2e-3
+
+# %%
+# The radius before the step: below the last equilibrium contact survives, the longer the coarser the steps.
+survives = []
+for steps in (100, 1000):
+    depths, forces = pulled(steps, rules["radius before the step"])
+    survives.append(indented.indentation - depths[forces != 0][-1])
+print(f"held too long by {survives[0]:.3f} in 100 steps and {survives[1]:.3f} in 1000")
+assert survives[0] > 0.15
+assert 0.0 < survives[1] < 0.06
+
+# %%
+# The radius of the largest load: 40 % more pull than JKR allows, and no pull-off in sight.
+depths, forces = pulled(1000, rules["radius of the largest load"])
+print(f"largest pull {-forces.min() / math.pi:.3f} pi R work, JKR 1.5")
+assert forces.min() / math.pi < -2.1
+assert forces[-1] < 0
+
+figure = Figure(figsize=(6, 3.6), layout="constrained")
+axes = figure.subplots()
+for (name, rule), style in zip(rules.items(), ("k", "C1--", "C3:"), strict=True):
+    depths, forces = pulled(100, rule)
+    axes.plot(depths, forces / math.pi, style, label=name)
+axes.plot(indented.indentation, indented.normal_force / math.pi, "ko", label="last equilibrium of JKR")
+axes.set_xlabel("indentation, in units of (work² R / E*²)^(1/3)")
+axes.set_ylabel("force / (pi R work)")
+axes.legend(fontsize=9)

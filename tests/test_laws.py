@@ -1,0 +1,280 @@
+"""Adhesion and friction through solve: landmarks, energies, fields, endings, files and refusals."""
+
+import math
+import pickle
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.integrate import quad
+
+import pymdr as mdr
+
+GEL = mdr.Elastic("30 kPa", 0.5)
+STEEL = mdr.Elastic("210 GPa", 0.3)
+TIP = mdr.Paraboloid("50 um")
+WORK = 2e-3
+JKR = mdr.JKR(WORK)
+STICKY = mdr.Contact(TIP, GEL, adhesion=JKR)
+JOINT = mdr.Contact(mdr.Paraboloid("10 mm"), STEEL, STEEL, friction=mdr.Coulomb(0.3))
+
+
+def balance(result):
+    return next(a for a in result.assumptions if a.name == "energy balance")
+
+
+@settings(max_examples=20, deadline=None)
+@given(st.floats(-9, 0), st.floats(3, 11), st.floats(-4, 1))
+def test_landmarks_of_the_paraboloid_at_any_size(log_radius, log_modulus, log_work):
+    radius, modulus, work = 10.0**log_radius, 10.0**log_modulus, 10.0**log_work
+    contact = mdr.Contact(mdr.Paraboloid(radius), mdr.Elastic(modulus, 0.0), adhesion=mdr.JKR(work))
+    pull = math.pi * work * radius
+    held, dead = mdr.pull_off(contact), mdr.pull_off(contact, machine_stiffness=0.0)
+    assert held.normal_force / pull == pytest.approx(-5 / 6, rel=1e-11)
+    assert dead.normal_force / pull == pytest.approx(-3 / 2, rel=1e-11)
+    depth = (math.pi**2 * work**2 * radius / modulus**2) ** (1 / 3)
+    unit = (work**5 * radius**4 / modulus**2) ** (1 / 3)
+    loop = mdr.solve(contact, mdr.indent(depth, steps=3) >> mdr.indent(-2 * depth, steps=7))
+    # Thornton and Ning's 7.09, from mdr_math 4.3
+    assert float(loop["dissipated_energy"][-1]) / unit == pytest.approx(7.0921959718640, rel=1e-9)
+    assert float(loop["external_work"][-1]) / unit == pytest.approx(7.0921959718640, rel=1e-9)
+    assert balance(loop).measure < 1e-12
+    assert loop.status is mdr.Status.PULLED_OFF
+
+
+@pytest.mark.parametrize(
+    "law", [JKR, mdr.MaugisDugdale(WORK, range="100 nm"), mdr.DMT(WORK)], ids=["jkr", "maugis", "dmt"]
+)
+@pytest.mark.parametrize("stiffness", [None, "0.05 N/m", "5 N/m"])
+def test_energy_balance_and_loss_at_any_number_of_steps(law, stiffness):
+    contact = mdr.Contact(TIP, GEL, adhesion=law)
+    lost = []
+    for steps in (2, 300):
+        leg = mdr.indent if stiffness is None else mdr.travel
+        path = leg("3 um", steps=steps) >> leg("-25 um", steps=2 * steps)
+        result = mdr.solve(contact, path, machine_stiffness=stiffness)
+        assert balance(result).measure < 1e-11
+        lost.append(float(result["dissipated_energy"][-1]))
+        assert lost[-1] == pytest.approx(float(result["external_work"][-1]), rel=1e-9, abs=1e-24)
+    assert lost[0] == pytest.approx(lost[1], rel=1e-9, abs=1e-24)
+
+
+def test_a_wavy_tip_jumps_and_its_jumps_are_the_work():
+    tip = mdr.Function(
+        lambda r: r**2 / 2 + 0.002 * (1 - np.cos(40 * r)), derivative=lambda r: r + 0.08 * np.sin(40 * r)
+    )
+    contact = mdr.Contact(tip, mdr.Elastic(1.0, 0.0), adhesion=mdr.JKR(0.02))
+    result = mdr.solve(contact, mdr.indent(0.3, steps=50) >> mdr.indent(-0.4, steps=90))
+    # mdr_math 4.4, whose table is good to 2e-6
+    assert float(result["jump_dissipation"].sum()) == pytest.approx(0.0105338202, rel=1e-5)
+    assert float(result["external_work"][-1]) == pytest.approx(
+        float(result["dissipated_energy"][-1]), rel=1e-9
+    )
+
+
+def test_a_soft_machine_is_a_dead_load_and_a_hard_one_holds():
+    for stiffness, exact in ((1e-9, 0.0), (1e9, math.inf)):
+        found = mdr.pull_off(STICKY, machine_stiffness=stiffness)
+        limit = mdr.pull_off(STICKY, machine_stiffness=exact)
+        assert found.normal_force == pytest.approx(limit.normal_force, rel=1e-6)
+
+
+def test_laws_meet_in_their_limits():
+    modulus, scale = mdr.effective_moduli(GEL).normal, math.pi * WORK * 50e-6
+    size = (16 * math.pi * WORK * modulus**2 / (9 * 50e-6)) ** (1 / 3) / 2
+    pulls = {
+        number: mdr.pull_off(
+            mdr.Contact(TIP, GEL, adhesion=mdr.MaugisDugdale(WORK, strength=number * size)),
+            machine_stiffness=0,
+        ).normal_force
+        / scale
+        for number in (0.1, 0.5, 1.0, 3.0)
+    }
+    # mdr_math 4.7
+    expected = {0.1: -1.950594892, 0.5: -1.718245275, 1.0: -1.600734911, 3.0: -1.516763900}
+    assert pulls == pytest.approx(expected, rel=2e-9)
+
+
+def test_tension_adds_up_to_the_force():
+    for law in (JKR, mdr.MaugisDugdale(WORK, range="100 nm")):
+        result = mdr.solve(mdr.Contact(TIP, GEL, adhesion=law), mdr.indent("0.5 um"))
+        a = float(result["contact_radius"][0])
+        c = float(result["cohesive_radius"][0]) if law is not JKR else a
+
+        def around(r, result=result):
+            return 2 * math.pi * r * float(result.field("pressure", r=[r])[0])
+
+        inner = quad(
+            lambda t, a=a, around=around: around(a * math.sin(t)) * a * math.cos(t), 0, math.pi / 2, epsabs=0
+        )[0]
+        outer = quad(around, a * (1 + 1e-12), c)[0] if c > a else 0.0
+        assert inner + outer == pytest.approx(float(result["normal_force"][0]), rel=1e-7)
+        if c > a:
+            assert float(result.field("gap", r=[c])[0]) == pytest.approx(100e-9, rel=1e-9)
+            assert float(result.field("pressure", r=[0.5 * (a + c)])[0]) == pytest.approx(-WORK / 100e-9)
+        else:
+            assert float(result["energy_release_rate"][0]) == pytest.approx(WORK, rel=1e-12)
+
+
+def test_endings():
+    assert mdr.solve(STICKY, mdr.indent("1 um")).status is mdr.Status.ATTACHED
+    assert mdr.solve(STICKY, mdr.indent("-1 um")).status is mdr.Status.NOT_TOUCHED
+    lost = mdr.solve(STICKY, mdr.load("0 N") >> mdr.load("-1 uN", steps=20))
+    assert lost.status is mdr.Status.PULLED_OFF
+    assert np.isnan(lost["normal_force"].values[-1])
+    assert float(np.nanmin(lost["normal_force"])) >= -1.5 * math.pi * WORK * 50e-6
+    free = mdr.solve(STICKY, mdr.indent("1 um") >> mdr.indent("-3 um"))
+    assert float(free["normal_force"][-1]) == float(free["contact_radius"][-1]) == 0.0
+
+
+def test_travel_without_adhesion():
+    plain = mdr.Contact(TIP, GEL)
+    result = mdr.solve(plain, mdr.travel("2 um", steps=5), machine_stiffness="0.5 N/m")
+    d, force = (result[name].values for name in ("indentation", "normal_force"))
+    np.testing.assert_allclose(d + force / 0.5, result["travel"].values, rtol=1e-13)
+    np.testing.assert_allclose(force, 4 / 3 * 40e3 * np.sqrt(50e-6) * d**1.5, rtol=1e-12)
+
+
+def test_cattaneo_mindlin_in_every_control():
+    modulus = mdr.effective_moduli(STEEL, STEEL)
+    d = 2e-6
+    load = 4 / 3 * modulus.normal * math.sqrt(0.01) * d**1.5
+    slide = 0.3 * modulus.normal / modulus.tangential * d
+    u = 0.4 * slide
+    force = 0.3 * load * (1 - 0.6**1.5)
+    for press in (mdr.indent(d), mdr.load(load)):
+        for pull in (mdr.shift(u), mdr.drag(force)):
+            result = mdr.solve(JOINT, press >> pull)
+            assert float(result["tangential_force"][-1]) == pytest.approx(force, rel=1e-12)
+            assert float(result["shift"][-1]) == pytest.approx(u, rel=1e-12)
+            assert float(result["stick_radius"][-1]) == pytest.approx(math.sqrt(0.6 * d * 0.01), rel=1e-12)
+
+
+def test_a_cycle_loses_what_mindlin_and_deresiewicz_say():
+    result = mdr.solve(JOINT, mdr.load("50 N") >> mdr.cycle(shift="0.5 um", cycles=2, steps=16))
+    lost = result["dissipated_energy"].values
+    modulus = mdr.effective_moduli(STEEL, STEEL)
+    ratio = 0.5e-6 / (0.3 * modulus.normal / modulus.tangential * float(result["indentation"][-1]))
+    size = 0.3 * 50 * 0.5e-6 / ratio
+    held = 1 - (1 - ratio) ** 1.5
+    exact = size * (8 * (ratio - 0.4 * (1 - (1 - ratio) ** 2.5)) - 4 * ratio * held)
+    assert lost[-1] - lost[-9] == pytest.approx(exact, rel=1e-11)
+    study = mdr.friction_loop(JOINT, [0.5e-6], normal_force="50 N")
+    assert float(study["dissipated_per_cycle"][0]) == pytest.approx(exact, rel=1e-11)
+
+
+def test_springs_converge_to_the_stack():
+    d, u = [1e-6, 2e-6, 2e-6, 1.5e-6], [0.0, 2e-7, -1e-7, 1e-7]
+    exact = mdr.solve(JOINT, mdr.Path(indentation=d, shift=u))["tangential_force"].values
+    errors = [
+        np.max(np.abs(mdr.friction_foundation(JOINT, d, u, n=n).tangential_force - exact))
+        for n in (400, 6400)
+    ]
+    # second order, but for where a kink falls between two springs: 16 times finer squared is 256
+    assert errors[1] < errors[0] / 60
+
+
+def test_traction_adds_up_and_stays_within_the_limit():
+    result = mdr.solve(JOINT, mdr.load("50 N") >> mdr.cycle(shift="0.6 um", steps=40))
+    a = float(result["contact_radius"][20])
+    r = a * np.sin(np.linspace(0, np.pi / 2, 200))
+    tau, p = (result.field(name, r=r, step=20).values for name in ("shear_traction", "pressure"))
+    assert np.all(np.abs(tau) <= 0.3 * p * (1 + 1e-12))
+    b = float(result["stick_radius"][20])
+    total = sum(
+        quad(lambda s: 2 * np.pi * s * float(result.field("shear_traction", r=[s], step=20)[0]), *ends)[0]
+        for ends in ((0, b), (b, a))
+    )
+    assert total == pytest.approx(float(result["tangential_force"][20]), rel=1e-6)
+
+
+def test_kept_rows_are_those_of_the_whole_history():
+    n = 5000
+    path = mdr.Path(indentation=2e-6 + 1e-6 * np.sin(np.arange(n)), shift=3e-7 * np.sin(0.3 * np.arange(n)))
+    whole, kept = mdr.solve(JOINT, path), mdr.solve(JOINT, path, keep=100)
+    assert kept.data["row"].values.tolist() == list(range(99, n, 100))
+    for name in kept.data:
+        np.testing.assert_array_equal(kept.data[name].values, whole.data[name].values[99::100])
+    r = np.linspace(0, 2e-4, 9)
+    one, other = kept.field("shear_traction", r=r, step=7), whole.field("shear_traction", r=r, step=799)
+    np.testing.assert_array_equal(one.values, other.values)
+
+
+@pytest.mark.parametrize(
+    "result",
+    [
+        mdr.solve(STICKY, mdr.indent("1 um", steps=3) >> mdr.indent("-3 um", steps=9)),
+        mdr.solve(JOINT, mdr.load("50 N") >> mdr.cycle(shift="0.6 um", steps=200)),
+        mdr.solve(
+            JOINT, mdr.Path(indentation=np.full(500, 2e-6), shift=1e-7 * np.arange(500) / 500), keep=50
+        ),
+    ],
+    ids=["adhesion", "friction", "kept"],
+)
+def test_files_and_pickles_keep_everything(result, tmp_path):
+    result.save(tmp_path / "r.nc")
+    for again in (mdr.open_result(tmp_path / "r.nc"), pickle.loads(pickle.dumps(result))):
+        assert (again.contact, again.path, again.status) == (result.contact, result.path, result.status)
+        assert again.machine_stiffness == result.machine_stiffness
+        assert again.data.equals(result.data)
+        name = "pressure" if result.starts is None else "shear_traction"
+        r = np.linspace(0, 1e-5, 5)
+        np.testing.assert_array_equal(again.field(name, r=r, step=0), result.field(name, r=r, step=0))
+
+
+def test_claims_of_friction():
+    path = mdr.load("50 N") >> mdr.shift("0.1 um")
+    plain = mdr.Elastic("210 GPa", 0.0)
+    exact = mdr.solve(mdr.Contact(mdr.Sphere("10 mm"), plain, plain, friction=mdr.Coulomb(0.3)), path)
+    assert exact.claims["tangential_force"].level is mdr.Level.EXACT
+    assert mdr.solve(JOINT, path).claims["tangential_force"].level is mdr.Level.APPROXIMATE
+    unlike = mdr.solve(mdr.Contact(TIP, STEEL, friction=mdr.Coulomb(0.3)), mdr.load("1 mN"))
+    assert unlike.claims["normal_force"].level is mdr.Level.APPROXIMATE
+    assert not next(a for a in unlike.assumptions if a.name == "elastic similarity").met
+
+
+HOLLOW = mdr.Function(lambda r: r**2 / 1e-4 - 1e-6 * np.sin(r / 1e-6) ** 2)
+
+
+@pytest.mark.parametrize(
+    ("make", "words"),
+    [
+        (lambda: mdr.JKR("-1 mJ/m^2"), "above 0"),
+        (lambda: mdr.MaugisDugdale(WORK, strength=0), "above 0"),
+        (lambda: mdr.MaugisDugdale(WORK, strength=1e6, range=1e-9), "both of strength and range"),
+        (lambda: mdr.MaugisDugdale(WORK), "neither of strength and range"),
+        (
+            lambda: mdr.Contact(TIP, GEL, adhesion=JKR, friction=mdr.Coulomb(0.3)),
+            "adhesion and friction together",
+        ),
+        (lambda: mdr.solve(STICKY, mdr.load("-1 nN")), "carries down to -4.71239e-07 N"),
+        (lambda: mdr.solve(STICKY, mdr.travel("1 um")), "machine_stiffness"),
+        (lambda: mdr.solve(STICKY, mdr.travel("1 um"), machine_stiffness=0), "dead load"),
+        (lambda: mdr.solve(STICKY, mdr.travel("1 um"), machine_stiffness="-1 N/m"), "at least 0 N/m"),
+        (lambda: mdr.solve(STICKY, mdr.shift("1 um")), "adhesion with friction is not covered"),
+        (lambda: mdr.solve(mdr.Contact(HOLLOW, GEL, adhesion=JKR), mdr.indent("1 um")), "would be a ring"),
+        (
+            lambda: mdr.solve(
+                mdr.Contact(mdr.Cone(slope=0.1), GEL, adhesion=mdr.DMT(WORK)), mdr.indent(1e-6)
+            ),
+            "range",
+        ),
+        (
+            lambda: mdr.solve(STICKY, mdr.load("0 N") >> mdr.load("-1 uN", steps=5) >> mdr.indent("1 um")),
+            "has no position",
+        ),
+        (lambda: mdr.pull_off(mdr.Contact(TIP, GEL)), "no adhesion"),
+        (lambda: mdr.adhesion_regime(STICKY), "range='0.3 nm'"),
+        (lambda: mdr.Coulomb(-0.1), "at least 0"),
+        (lambda: mdr.solve(mdr.Contact(TIP, GEL), mdr.shift("1 um")), "no friction"),
+        (lambda: mdr.solve(JOINT, mdr.load("50 N") >> mdr.drag("16 N")), "at most mu F_N = 15 N"),
+        (lambda: mdr.solve(JOINT, mdr.indent("1 um"), keep=0), "1 <= k"),
+        (lambda: mdr.solve(STICKY, mdr.indent("1 um"), keep=2), "with friction"),
+        (lambda: mdr.cycle(shift="1 um", steps=10), "multiple of 4"),
+        (lambda: mdr.friction_loop(JOINT, [1e-7]), "exactly one"),
+    ],
+)
+def test_refusals_name_value_and_remedy(make, words):
+    with pytest.raises(mdr.PymdrError, match=words):
+        make()
