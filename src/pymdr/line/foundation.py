@@ -274,16 +274,22 @@ def states_at_travel(line: ElasticLine, travel: ArrayLike, machine_stiffness: fl
 def _depth_of_best_disk(line: ElasticLine, force: FloatArray) -> FloatArray:
     equivalent = line.equivalent
     assert isinstance(equivalent, ProxyLine)
-    g = equivalent.g(np.array([0.0, *equivalent.turning_points, min(equivalent.reach, equivalent.edge)]))
-    low, high = float(min(g.min(), 0.0)), float(g.max())
+    end = min(equivalent.reach, equivalent.edge)
+    depths = np.sort(
+        equivalent.g(np.array([0.0, *equivalent.turning_points, *np.linspace(0.0, end, 65)[1:]]))
+    )
 
     def load(d: FloatArray) -> FloatArray:
         return normal_force(line, states_at_depth(line, d))
 
     if math.isfinite(equivalent.edge):
-        high += float(np.max(force)) / (2.0 * line.modulus * equivalent.edge)
-    if not np.all(load(np.array([high])) >= np.max(force)):
-        raise ConvergenceError(f"no indentation up to {high:g} m gives {np.max(force):g} N")
+        deepest = float(depths[-1]) + float(np.max(force)) / (2.0 * line.modulus * equivalent.edge)
+        depths = np.append(depths, deepest)
+    # beyond the depths whose whole contact is known the load falls again, so the first that suffices is taken
+    enough = np.flatnonzero(load(depths) >= np.max(force))
+    if enough.size == 0:
+        raise ConvergenceError(f"no indentation up to {depths[-1]:g} m gives {np.max(force):g} N")
+    low, high = min(float(depths[0]), 0.0), float(depths[enough[0]])
     d = np.zeros(force.shape)
     loaded = force > 0.0
     d[loaded] = rising_root(load, force[loaded], low, high)
