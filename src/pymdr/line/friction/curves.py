@@ -21,7 +21,8 @@ from pymdr.units import FloatArray
 
 IntArray: TypeAlias = NDArray[np.int64]
 
-_BUCKETS = 256
+_FEWEST, _MOST = 256, 4096
+"""Pieces from which the search starts: so many that few have to be halved, for every halving costs a step time."""
 _MOST_PIECES = 200_000
 _THINNEST = 1e-14  # of the depth: what a step in a(d) may be off by
 _FIT = 0.5 - 0.5 * np.cos(np.pi * (np.arange(4) + 0.5) / 4)
@@ -43,8 +44,10 @@ class ElasticCurves(NamedTuple):
     """kappa c of g = coefficient x^n, in m^(1-n)."""
     depth: float
     """Largest depth in m that the curves reach; infinite for a power law."""
+    starts: int
+    """Number of pieces of equal length in sqrt(d) from which the search starts; 0 for a power law."""
     child: IntArray
-    """(m,) first half of a halved piece, -1 for a piece that fits; the first 256 start the search."""
+    """(m,) first half of a halved piece, -1 for a piece that fits; the first `starts` are those of the start."""
     pieces: FloatArray
     """(m, 18) coefficients over a piece: a (4, in m), F_N (6, in N), W (8, in J)."""
 
@@ -90,6 +93,7 @@ def power_law_curves(exponent: float, coefficient: float, modulus: float) -> Ela
         float(exponent),
         float(coefficient),
         math.inf,
+        0,
         np.zeros(0, dtype=np.int64),
         np.zeros((0, 18)),
     )
@@ -142,12 +146,12 @@ def tabulated_curves(
         if not 0.0 < value < math.inf:
             raise ProblemError(f"tabulated_curves: {name} = {value!r} must be finite and above 0")
     largest = float(contact_radius(np.array([depth]))[0])
-    child, start, width, radius = _halve(contact_radius, depth, tolerance * largest)
+    starts, child, start, width, radius = _halve(contact_radius, depth, tolerance * largest)
     leaves = np.flatnonzero(child < 0)
     leaves = leaves[np.argsort(start[leaves])]
     pieces = np.zeros((child.size, 18))
     pieces[leaves] = _integrate(radius[leaves], start[leaves], width[leaves], depth, modulus)
-    return ElasticCurves(float(modulus), 0.0, 1.0, float(depth), child, pieces)
+    return ElasticCurves(float(modulus), 0.0, 1.0, float(depth), starts, child, pieces)
 
 
 def curves_of(line: ElasticLine, depth: float) -> ElasticCurves:
@@ -180,22 +184,16 @@ def curves_of(line: ElasticLine, depth: float) -> ElasticCurves:
 
 def _halve(
     contact_radius: Callable[[FloatArray], FloatArray], depth: float, allowed: float
-) -> tuple[IntArray, FloatArray, FloatArray, FloatArray]:
-    """Pieces of a over s, halved until they fit: first half (or -1), start, width, cubic coefficients."""
-    nodes = np.concatenate([_FIT, _TEST])
-    to_cubic = np.linalg.inv(np.vander(_FIT, 4, increasing=True))
-    test = np.vander(_TEST, 4, increasing=True)
-    order = np.argsort(nodes)
-    start = np.arange(_BUCKETS) / _BUCKETS
-    width = np.full(_BUCKETS, 1.0 / _BUCKETS)
+) -> tuple[int, IntArray, FloatArray, FloatArray, FloatArray]:
+    """Pieces of a over s, halved until they fit: number at the start, first half (or -1), start, width, cubic."""
+    starts = _FEWEST
+    start, width, cubic, misfit = _start_with(contact_radius, depth, allowed, starts)
+    while starts < _MOST and np.mean(misfit > allowed) > 1.0 / 16.0:
+        starts *= 2
+        start, width, cubic, misfit = _start_with(contact_radius, depth, allowed, starts)
     found: list[list[Any]] = [[], [], [], []]
-    count = _BUCKETS
-    while start.size:
-        d = depth * np.maximum(np.square(start[:, None] + width[:, None] * nodes), 1e-30)
-        a = np.asarray(contact_radius(d.ravel()), dtype=float).reshape(d.shape)
-        _check_radius(a[:, order], d[:, order], allowed)
-        cubic = a[:, :4] @ to_cubic.T
-        misfit = np.abs(cubic @ test.T - a[:, 4:]).max(axis=1)
+    count = starts
+    while True:
         thin = width * (2.0 * start + width) <= _THINNEST
         split = (misfit > allowed) & ~thin
         child = np.full(start.size, -1, dtype=np.int64)
@@ -208,11 +206,39 @@ def _halve(
             )
         for store, values in zip(found, (child, start, width, cubic), strict=True):
             store.append(values)
+        if not split.any():
+            break
         half = 0.5 * width[split]
         start = np.column_stack([start[split], start[split] + half]).ravel()
         width = np.repeat(half, 2)
-    childs, starts, widths, cubics = (np.concatenate(values) for values in found)
-    return childs, starts, widths, cubics
+        cubic, misfit = _cubics(contact_radius, depth, allowed, start, width)
+    childs, begins, widths, cubics = (np.concatenate(values) for values in found)
+    return starts, childs, begins, widths, cubics
+
+
+def _start_with(
+    contact_radius: Callable[[FloatArray], FloatArray], depth: float, allowed: float, starts: int
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    start = np.arange(starts) / starts
+    width = np.full(starts, 1.0 / starts)
+    return start, width, *_cubics(contact_radius, depth, allowed, start, width)
+
+
+def _cubics(
+    contact_radius: Callable[[FloatArray], FloatArray],
+    depth: float,
+    allowed: float,
+    start: FloatArray,
+    width: FloatArray,
+) -> tuple[FloatArray, FloatArray]:
+    """Cubic coefficients of a on pieces of s, and by how much they miss a between the nodes."""
+    nodes = np.concatenate([_FIT, _TEST])
+    order = np.argsort(nodes)
+    d = depth * np.maximum(np.square(start[:, None] + width[:, None] * nodes), 1e-30)
+    a = np.asarray(contact_radius(d.ravel()), dtype=float).reshape(d.shape)
+    _check_radius(a[:, order], d[:, order], allowed)
+    cubic = a[:, :4] @ np.linalg.inv(np.vander(_FIT, 4, increasing=True)).T
+    return cubic, np.abs(cubic @ np.vander(_TEST, 4, increasing=True).T - a[:, 4:]).max(axis=1)
 
 
 def _check_radius(a: FloatArray, d: FloatArray, allowed: float) -> None:
@@ -254,13 +280,13 @@ def _antiderivative(polynomial: FloatArray) -> FloatArray:
 
 
 def packed(curves: ElasticCurves) -> FloatArray:
-    """The curves as the one array (1 + m, 19) that the kernels take: eight numbers, then child and coefficients.
+    """The curves as the one array (1 + m, 19) that the kernels take: nine numbers, then child and coefficients.
 
     A child is given by its row, 0 for none.
     """
     n = curves.exponent
     line = np.zeros((1 + curves.child.size, 19))
-    line[0, :8] = (
+    line[0, :9] = (
         curves.modulus,
         n,
         1.0 / n if n > 0.0 else 0.0,
@@ -269,6 +295,7 @@ def packed(curves: ElasticCurves) -> FloatArray:
         n / (2.0 * n + 1.0),
         curves.depth,
         1.0 / curves.depth,
+        curves.starts,
     )
     line[1:, 0] = curves.child + 1
     line[1:, 1:] = curves.pieces

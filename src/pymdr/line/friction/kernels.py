@@ -21,8 +21,8 @@ from numba.np.arrayobj import make_array
 from pymdr.units import FloatArray
 
 # the packed line
-MODULUS, EXPONENT, INVERSE, PER_COEFFICIENT, FORCE_FACTOR, WORK_FACTOR, REACH, PER_REACH = range(8)
-CHILD, BUCKETS = 0, 256
+MODULUS, EXPONENT, INVERSE, PER_COEFFICIENT, FORCE_FACTOR, WORK_FACTOR, REACH, PER_REACH, STARTS = range(9)
+CHILD = 0
 VERTEX = np.dtype([(name, float) for name in ("y", "b", "slope", "force", "work", "sum", "energy", "radius")])
 
 MERGE = 2.0**-47  # of the coordinates: bends below it are rounding of the input
@@ -86,10 +86,11 @@ def curve(line: FloatArray, y: float) -> tuple[float, float, float]:
             a = z ** line[0, INVERSE]
         force = line[0, FORCE_FACTOR] * a * y
         return a, force, line[0, WORK_FACTOR] * force * y
-    x = BUCKETS * math.sqrt(y * line[0, PER_REACH])
-    if not x <= BUCKETS * (1.0 + 1e-14):
+    starts = line[0, STARTS]
+    x = starts * math.sqrt(y * line[0, PER_REACH])
+    if not x <= starts * (1.0 + 1e-14):
         return math.nan, math.nan, math.nan
-    j = min(int(x), BUCKETS - 1)
+    j = int(min(x, starts - 1.0))
     t = x - j
     j += 1
     while line[j, CHILD] > 0.0:
