@@ -21,7 +21,7 @@ BALL = mdr.Paraboloid(1.0)
 WAVY = mdr.Function(
     lambda r: r * r / 2 + 0.02 * np.sin(3 * r) ** 2, derivative=lambda r: r + 0.06 * np.sin(6 * r)
 )
-KNOTS = np.linspace(0.0, 1.2, 25)
+KNOTS = np.linspace(0.0, 1.2, 13)
 SAMPLED = mdr.Sampled(KNOTS, KNOTS**2 / 2 + 0.1 * KNOTS**4)
 DOME = mdr.FlatPunch(0.3) + BALL
 PROFILES = {
@@ -32,15 +32,16 @@ PROFILES = {
     "sampled": SAMPLED,
     "edge": DOME,
 }
-TANGENTIAL = (
-    "shift",
-    "tangential_force",
-    "tangential_stiffness",
-    "stick_radius",
-    "slip_distance",
-    "stored_tangential_energy",
-    "dissipated_energy",
+NORMAL = (
+    "indentation",
+    "normal_force",
+    "contact_radius",
+    "normal_stiffness",
+    "mean_pressure",
+    "elastic_energy",
 )
+TANGENTIAL = ("shift", "tangential_force", "tangential_stiffness", "stick_radius", "slip_distance")
+ENERGIES = ("stored_tangential_energy", "dissipated_energy")
 
 
 def contact(profile=BALL, mu=MU, body=BODY, counterbody=None):
@@ -57,10 +58,10 @@ def last(result, name):
 
 def same(one, other, tolerance, rows=slice(None)):
     """Both results agree in every column, relative to its largest value; energies relative to both energies."""
-    energy = max(np.max(column(one, name)) for name in ("stored_tangential_energy", "dissipated_energy"))
+    energy = max(np.max(column(one, name)) for name in ENERGIES)
     for name in one.data:
         a, b = column(one, name), column(other, name)[rows]
-        scale = energy if name in ("stored_tangential_energy", "dissipated_energy") else np.max(np.abs(a))
+        scale = energy if name in ENERGIES else np.max(np.abs(a))
         assert np.max(np.abs(a - b)) <= tolerance * scale, name
 
 
@@ -283,13 +284,7 @@ def test_normal_columns_are_those_without_friction():
     for profile in PROFILES.values():
         rubbed = mdr.solve(contact(profile), mdr.Path(indentation=d, shift=rng.uniform(-0.1, 0.1, 30)))
         plain = mdr.solve(mdr.Contact(profile, BODY, BODY), mdr.Path(indentation=d))
-        for name in (
-            "normal_force",
-            "contact_radius",
-            "normal_stiffness",
-            "mean_pressure",
-            "elastic_energy",
-        ):
+        for name in NORMAL:
             np.testing.assert_allclose(column(rubbed, name), column(plain, name), rtol=1e-13, atol=1e-30)
 
 
@@ -393,8 +388,8 @@ def contacts(draw):
         profile = profile + draw(part)
     if kind == "function":
         profile = mdr.Function(profile.gap, derivative=profile.gap_slope, reach=profile.reach)
-    if kind == "sampled":
-        r = np.linspace(0.0, 1.5 * size, 13)
+    if kind == "sampled":  # a sphere keeps the spline from dipping beside a flat tip, where there is no disk
+        r, profile = np.linspace(0.0, 1.5 * size, 13), profile + mdr.Sphere(2.0 * size)
         profile = mdr.Sampled(r, profile.gap(r))
     return mdr.Contact(
         profile, SOFT, SOFT, friction=mdr.Coulomb(draw(st.sampled_from([0.1, 0.5, 2.0])))
@@ -406,7 +401,6 @@ shifts = st.one_of(st.floats(1e-3, 1.2), st.floats(-1.2, -1e-3), st.sampled_from
 rows_with_loss = st.lists(
     st.tuples(st.one_of(depths, depths, depths, st.floats(-0.3, -0.01)), shifts), min_size=1, max_size=9
 )
-few = settings(max_examples=20, deadline=None)
 
 
 def displacements(case, size, history):
@@ -416,7 +410,7 @@ def displacements(case, size, history):
     return d, v * case.friction.coefficient * moduli.normal / moduli.tangential
 
 
-@few
+@settings(max_examples=15, deadline=None)
 @given(contacts(), rows_with_loss)
 def test_energy_and_forces_by_an_independent_memory(problem, history):
     """Stored energy + slip work = int F_x du_x to 1e-11, and F_x = mu sum sigma_i [F_N(y_i) - F_N(y_(i-1))]."""
@@ -472,7 +466,6 @@ def test_cycles_turn_about_the_value_at_their_start():
     for name in ("tangential_force", "stick_radius", "stored_tangential_energy"):
         rows = column(result, name)[2:]
         assert np.max(np.abs(rows[14:24] - rows[26:36])) < 1e-13 * np.max(rows)
-    assert mdr.cycle(shift=1.0).steps == 40
     with pytest.raises(mdr.PathError, match=r"Cycle\.steps = 12: .* of 2 cycles .* multiple of 8"):
         mdr.cycle(shift=1.0, cycles=2, steps=12)
 
@@ -557,17 +550,8 @@ def test_loss_and_return_of_contact():
     back = mdr.ramp(indentation=0.1, shift=0.09, steps=4)
     for profile in (BALL, DOME, SAMPLED):
         result = mdr.solve(contact(profile), path >> back)
-        apart = [
-            float(result[name][i])
-            for i in (2, 3)
-            for name in (
-                "tangential_force",
-                "stick_radius",
-                "tangential_stiffness",
-                "stored_tangential_energy",
-            )
-        ]
-        assert apart == [0.0] * 8
+        for name in (*TANGENTIAL[1:4], "stored_tangential_energy"):
+            assert column(result, name)[2:4].tolist() == [0.0, 0.0], name
         # touched half way, at shift 0.08, and on along a straight line within friction
         fresh = mdr.solve(contact(profile), mdr.ramp(indentation=0.1, shift=0.01))
         for name in ("tangential_force", "stick_radius", "stored_tangential_energy"):
@@ -588,6 +572,12 @@ def test_loss_and_return_of_contact():
 
 def test_a_first_leg_without_contact():
     """Where nothing touches yet there is nothing to be mapped far out, whatever the profile."""
+    tip = mdr.Sphere("50 um")
+    for reach in (math.inf, "50 um"):
+        end = mdr.Function(tip.gap, derivative=tip.gap_slope, reach=reach)
+        result = mdr.solve(contact(end), mdr.indent("-1 um") >> mdr.shift("1 um"))
+        assert last(result, "normal_force") == last(result, "slip_distance") == 0.0
+        assert mdr.equivalent_profile(end).g(0.0) == 0.0
     for profile in (BALL, WAVY, SAMPLED):
         case = contact(profile)
         result = mdr.solve(case, mdr.shift(0.3) >> mdr.indent(0.1) >> mdr.shift(0.32))
@@ -879,7 +869,7 @@ def test_tractions_at_a_sharp_edge():
         assert not np.isnan(tau).any()
 
 
-@pytest.mark.parametrize("name", ["paraboloid", "edge", "function", "sampled"])
+@pytest.mark.parametrize("name", ["edge", "function"])
 def test_fields_do_not_know_what_comes_later(name):
     case = contact(PROFILES[name])
     rng = np.random.default_rng(13)
@@ -904,21 +894,6 @@ def test_fields_do_not_know_what_comes_later(name):
     every = whole.field("slip", r, None)
     assert every.dims == ("step", "r")
     np.testing.assert_array_equal(every.values[17], whole.field("slip", r, 17).values)
-
-
-def test_fields_of_kept_rows():
-    rng = np.random.default_rng(14)
-    path = mdr.Path(indentation=rng.uniform(0.0, 0.2, 40), shift=rng.uniform(-0.05, 0.05, 40))
-    path = path >> mdr.cycle(shift=0.02, steps=20)
-    r = np.linspace(0.0, 0.5, 9)
-    for profile in (BALL, WAVY):
-        whole = mdr.solve(contact(profile), path)
-        some = mdr.solve(contact(profile), path, keep=[3, 39, 40, 51])
-        for step, row in enumerate((3, 39, 40, 51)):
-            for field in (*FIELDS, "spring_shift", "pressure", "gap"):
-                one, other = some.field(field, r, step).values, whole.field(field, r, row).values
-                np.testing.assert_allclose(one, other, rtol=1e-10, atol=1e-12)
-        assert some.field("slip", r, None).shape == (4, 9)
 
 
 # --- keep -----------------------------------------------------------------------------------------------------
@@ -985,8 +960,6 @@ def test_batch():
     quiet = mdr.solve_batch(cases[:2], pulled, workers=2, throw=False)
     assert isinstance(quiet[0], mdr.PathError)
     assert isinstance(quiet[1], mdr.Result)
-    with pytest.raises(mdr.PathError, match=r"at most mu F_N = 0\.004 N"):
-        mdr.solve_batch(cases, pulled, workers=2)
 
 
 def test_bands_of_scattered_samples():
@@ -1003,27 +976,15 @@ def test_bands_of_scattered_samples():
 
 # --- claims ---------------------------------------------------------------------------------------------------
 
-NORMAL = (
-    "indentation",
-    "normal_force",
-    "contact_radius",
-    "normal_stiffness",
-    "mean_pressure",
-    "elastic_energy",
-    "pressure",
-    "normal_displacement",
-    "gap",
-)
-
 
 def assumption(result, name):
     return next(entry for entry in result.assumptions if entry.name == name)
 
 
 def check_claims(result, normal, tangential, words):
-    for name in NORMAL:
+    for name in (*NORMAL, "pressure", "normal_displacement", "gap"):
         assert result.claims[name].level is normal, name
-    for name in (*TANGENTIAL, *FIELDS):
+    for name in (*TANGENTIAL, *ENERGIES, *FIELDS):
         assert result.claims[name].level is tangential, name
         assert words in result.claims[name].reason
         assert "Mindlin" in result.claims[name].source
@@ -1112,28 +1073,17 @@ def test_meaningless_coefficient(mu):
 
 
 TOO_MUCH = "beyond which the bodies slide apart; reduce it, or move the body with shift"
+PRESSED = mdr.load(0.1)
 REFUSED = {
-    "too much": (
-        mdr.load(0.1) >> mdr.drag(0.04, steps=4),
-        r"= 0\.04 N in row 3 of the leg Ramp: .* = 0\.03 N",
-    ),
-    "too much, back": (mdr.load(0.1) >> mdr.drag(-0.04), r"= -0\.04 N in row 0 .* at most mu F_N = 0\.03 N"),
-    "held": (
-        mdr.load(0.1) >> mdr.drag(0.02) >> mdr.load(0.05, steps=10),
-        r"= 0\.02 N in row 6 .* = 0\.0195 N",
-    ),
+    "too much": (PRESSED >> mdr.drag(0.04, steps=4), r"= 0\.04 N in row 3 of the leg Ramp: .* = 0\.03 N"),
+    "too much, back": (PRESSED >> mdr.drag(-0.04), r"= -0\.04 N in row 0 .* at most mu F_N = 0\.03 N"),
+    "held": (PRESSED >> mdr.drag(0.02) >> mdr.load(0.05, steps=10), r"= 0\.02 N in row 6 .* = 0\.0195 N"),
+    "cycle": (PRESSED >> mdr.cycle(tangential_force=0.031, steps=8), r"= 0\.031 N in row 1 .* = 0\.03 N"),
+    "array": (mdr.Path(normal_force=[1, 1], tangential_force=[0.1, 0.4]), r"= 0\.4 N in row 1 .* = 0\.3 N"),
     "by indentation": (mdr.indent(0.25) >> mdr.drag(1.0), r"= 1 N in row 0 .* mu F_N = 0\.05 N"),
-    "cycle": (
-        mdr.load(0.1) >> mdr.cycle(tangential_force=0.031, steps=8),
-        r"= 0\.031 N in row 1 of the leg Cycle: .* = 0\.03 N",
-    ),
-    "array": (
-        mdr.Path(normal_force=[1.0, 1.0], tangential_force=[0.1, 0.4]),
-        r"= 0\.4 N in row 1 of the leg Path: .* = 0\.3 N",
-    ),
     "no contact": (mdr.drag(1e-9), r"= 1e-09 N in row 0 .* mu F_N = 0 N"),
     "lifted": (mdr.indent(0.1) >> mdr.indent(-0.1) >> mdr.drag(0.01), r"= 0\.01 N in row 0 .* mu F_N = 0 N"),
-    "unloaded": (mdr.load(0.1) >> mdr.drag(0.01) >> mdr.load(0.0), r"= 0\.01 N .* mu F_N = 0 N"),
+    "unloaded": (PRESSED >> mdr.drag(0.01) >> mdr.load(0.0), r"= 0\.01 N .* mu F_N = 0 N"),
 }
 
 
@@ -1155,45 +1105,45 @@ def test_the_limit_itself_is_carried():
     assert last(result, "shift") == pytest.approx(MU * float(result["indentation"][0]), rel=1e-10)
 
 
-def test_tension():
-    with pytest.raises(
-        mdr.PathError, match=r"normal_force = -1 N: .*cannot be below 0 N; unload to 0 N, or lift off"
-    ):
-        mdr.solve(contact(), mdr.load(1.0) >> mdr.load(-1.0))
-    with pytest.raises(mdr.PathError, match=r"normal_force = -0\.05 N"):
-        mdr.solve(contact(), mdr.load(0.1) >> mdr.cycle(normal_force=0.15))
+RING = mdr.Function(
+    lambda r: r * r / 2 - 0.1 * np.sin(3 * r) ** 2, derivative=lambda r: r - 0.3 * np.sin(6 * r)
+)
+TENSION = "cannot be below 0 N; unload to 0 N, or lift off"
+NO_DISK = "friction needs a contact that is a disk at every depth up to"
+RADIUS = "a sphere cannot be pressed in by its radius, 1 m"
+END = (
+    r"the samples end at r = 1\.2 m and are not extrapolated; the largest indentation that they allow is 1\.9"
+)
+
+
+@pytest.mark.parametrize(
+    ("profile", "path", "words"),
+    [
+        (BALL, mdr.load(1.0) >> mdr.load(-1.0), f"normal_force = -1 N: .*{TENSION}"),
+        (BALL, PRESSED >> mdr.cycle(normal_force=0.15), f"normal_force = -0.05 N: .*{TENSION}"),
+        (RING, mdr.indent(0.01) >> mdr.shift(0.001), NO_DISK),
+        (RING, mdr.load(1e-3) >> mdr.shift(0.001), NO_DISK),
+        (mdr.Sphere(1.0), mdr.indent(1.0), RADIUS),
+        (mdr.Sphere(1.0), mdr.shift(0.1) >> mdr.indent(0.5, steps=2) >> mdr.indent(1.5), RADIUS),
+        (SAMPLED, mdr.indent(3.0) >> mdr.shift(0.1), END),
+        (SAMPLED, mdr.indent(0.1) >> mdr.shift(0.1) >> mdr.load(100.0), END),
+        (SAMPLED, mdr.indent(1.5) >> mdr.cycle(indentation=1.0), END),
+    ],
+)
+def test_what_cannot_be_pressed(profile, path, words):
+    with pytest.raises(mdr.ProblemError if profile is RING else mdr.PathError, match=words):
+        mdr.solve(contact(profile), path)
 
 
 def test_sideways_without_a_law():
     for path in (mdr.drag(0.1), mdr.cycle(shift=0.1)):
-        with pytest.raises(
-            mdr.PathError, match=r"prescribes .*, but the contact has no friction: add Contact"
-        ):
+        with pytest.raises(mdr.PathError, match="the contact has no friction: add Contact"):
             mdr.solve(mdr.Contact(BALL, BODY, BODY), mdr.load(1.0) >> path)
     plain = mdr.solve(mdr.Contact(BALL, BODY, BODY), mdr.load(1.0))
     with pytest.raises(mdr.QuantityError, match="the contact has no friction; solve it with friction"):
         plain.field("slip")
     with pytest.raises(mdr.ProblemError, match=r"Contact\.friction = 0\.3: a law such as Coulomb"):
         mdr.Contact(BALL, BODY, BODY, friction=0.3)
-
-
-def test_contacts_that_are_no_disk():
-    ring = mdr.Function(
-        lambda r: r * r / 2 - 0.1 * np.sin(3 * r) ** 2, derivative=lambda r: r - 0.3 * np.sin(6 * r)
-    )
-    for path in (mdr.indent(0.01) >> mdr.shift(0.001), mdr.load(1e-3) >> mdr.shift(0.001)):
-        with pytest.raises(
-            mdr.ProblemError, match="friction needs a contact that is a disk at every depth up to"
-        ):
-            mdr.solve(contact(ring), path)
-
-
-@pytest.mark.parametrize(
-    "path", [mdr.indent(1.0), mdr.shift(0.1) >> mdr.indent(0.5, steps=2) >> mdr.indent(1.5)]
-)
-def test_a_sphere_pressed_in_by_its_radius(path):
-    with pytest.raises(mdr.PathError, match=r"a sphere cannot be pressed in by its radius, 1 m"):
-        mdr.solve(contact(mdr.Sphere(1.0)), path)
 
 
 def test_a_soft_machine_may_travel_by_more_than_the_radius():
@@ -1211,22 +1161,9 @@ def test_a_soft_machine_may_travel_by_more_than_the_radius():
     )
 
 
-def test_samples_that_end_too_early():
-    words = r"the samples end at r = 1\.2 m and are not extrapolated; the largest indentation that they allow is 1\.9"
-    for path in (
-        mdr.indent(3.0) >> mdr.shift(0.1),
-        mdr.indent(0.1) >> mdr.shift(0.1) >> mdr.load(100.0),
-        mdr.indent(1.5) >> mdr.cycle(indentation=1.0),
-    ):
-        with pytest.raises(mdr.PathError, match=words):
-            mdr.solve(contact(SAMPLED), path)
-
-
 def test_arrays():
     with pytest.raises(mdr.PathError, match="3 samples of indentation and 2 of shift; give as many of each"):
         mdr.Path(indentation=[1.0, 2.0, 3.0], shift=[0.0, 1.0])
-    with pytest.raises(mdr.PathError, match="1 times for 2 samples of shift"):
-        mdr.Path(time=[1.0], shift=[0.0, 1.0])
     for bad in (math.nan, math.inf):
         with pytest.raises(mdr.UnitError, match=r"Path\.shift\[1\]: .* is not finite"):
             mdr.Path(indentation=[1.0, 2.0], shift=[0.0, bad])
@@ -1252,9 +1189,8 @@ def check_equal(one, other):
     assert one.cite() == other.cite()
 
 
-@pytest.mark.parametrize("keep", [None, 7, [0, 150, -1]])
-@pytest.mark.parametrize("mu", [MU, math.inf])
-def test_saved_and_pickled(tmp_path, keep, mu):
+@pytest.mark.parametrize(("mu", "keep"), [(MU, None), (MU, [0, 150, -1]), (math.inf, 7)])
+def test_saved_and_pickled(tmp_path, mu, keep):
     rng = np.random.default_rng(15)
     t = np.arange(1.0, 141.0)
     path = mdr.Path(time=t, indentation=rng.uniform(-0.02, 0.2, 140), shift=rng.uniform(-0.05, 0.05, 140))
@@ -1266,23 +1202,24 @@ def test_saved_and_pickled(tmp_path, keep, mu):
     for again in (mdr.open_result(tmp_path / "rubbed.nc"), pickle.loads(pickle.dumps(result))):
         check_equal(result, again)
         for field in (*FIELDS, "spring_shift", "pressure"):
-            for step in (-1, 0, 1):
+            for step in (-1, 1):
                 xr.testing.assert_identical(result.field(field, r, step), again.field(field, r, step))
 
 
-@pytest.mark.parametrize("profile", [WAVY, SAMPLED, WAVY + mdr.Cone(slope=0.1)])
+@pytest.mark.parametrize("profile", [SAMPLED, WAVY + mdr.Cone(slope=0.1)])
 def test_saved_profiles(tmp_path, profile):
-    """A callable comes back as its interpolant, with fields to 1e-11; samples come back as they are."""
-    result = mdr.solve(contact(profile), TURNS, keep=[1, 4, 6])
-    result.save(tmp_path / "rubbed.nc")
+    """Fields of rows that were kept and saved; a callable, mapped less far or saved, is an interpolant to 1e-11."""
+    whole, some = (mdr.solve(contact(profile), TURNS, keep=keep) for keep in (None, [1, 6]))
+    some.save(tmp_path / "rubbed.nc")
+    opened, copied = mdr.open_result(tmp_path / "rubbed.nc"), pickle.loads(pickle.dumps(some))
+    for again in (opened, copied):
+        xr.testing.assert_identical(some.data, again.data)
+        assert some.starts == again.starts
     r = np.linspace(0.0, 0.5, 9)
-    for again in (mdr.open_result(tmp_path / "rubbed.nc"), pickle.loads(pickle.dumps(result))):
-        xr.testing.assert_identical(result.data, again.data)
-        assert result.starts == again.starts
-        for field in (*FIELDS, "spring_shift"):
-            for step in range(3):
-                one, other = result.field(field, r, step).values, again.field(field, r, step).values
-                finite = np.isfinite(one)
-                np.testing.assert_array_equal(one[~finite], other[~finite])
-                size = np.max(np.abs(one[finite]))
-                assert np.max(np.abs(one[finite] - other[finite])) <= 1e-11 * size
+    for field, (step, row) in product((*FIELDS, "spring_shift", "pressure", "gap"), enumerate((1, 6))):
+        one = whole.field(field, r, row).values
+        finite = np.isfinite(one)
+        for again in (some, opened, copied):
+            other = again.field(field, r, step).values
+            np.testing.assert_array_equal(one[~finite], other[~finite])
+            assert np.max(np.abs(one[finite] - other[finite])) <= 1e-11 * np.max(np.abs(one[finite])), field

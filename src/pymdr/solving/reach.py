@@ -99,7 +99,7 @@ def _last_radius_below(
         equivalent.top_for(depth) if depth > 0.0 else _last_below(profile, equivalent, depth, COARSE_RADII)
     )
     if first is None:
-        return min(1.0, profile.reach), ()  # no contact: any length will do
+        return equivalent.some_radius(), ()  # no contact
     limit = min(profile.reach, 1000.0 * first)
     if limit <= first:
         return first, ()

@@ -69,7 +69,14 @@ class NumericLine(EquivalentProfile):
 
     def _top(self, x: ArrayLike) -> float:
         largest = float(np.max(np.abs(x), initial=0.0))
-        return largest if largest > 0.0 else 1.0
+        return largest if largest > 0.0 else self.some_radius()
+
+    def some_radius(self) -> float:
+        """A radius in m well inside what is known of the profile, for where any radius will do."""
+        with np.errstate(all="ignore"):
+            known = COARSE_RADII[np.isfinite(_rough_gap(self.profile))]
+        last = float(known[-1]) if known.size else 1.0
+        return min(1.0, 0.5 * last, 0.5 * self.reach)
 
     def _grown(self, target: ArrayLike, name: str) -> EquivalentProfile:
         return self.upto(self.top_for(float(np.max(target, initial=0.0)), name))
