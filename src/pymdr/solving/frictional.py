@@ -267,7 +267,8 @@ def _columns(
 
     d = joined("indentation")
     states = states_at_depth(line, d)
-    stick = joined("stick_radius")
+    # a table of a(d) rounds otherwise than the line
+    stick = np.minimum(joined("stick_radius"), states.contact_radius)
     return {
         "indentation": d,
         "normal_force": force,
