@@ -17,7 +17,7 @@ _NODES, _LEVELS, _TOLERANCE = 20, 40, 1e-13
 
 def energy_residual(track: Track, history: History) -> float:
     """
-    Largest |work - (T - T_initial) - dissipation| over the largest of these energies.
+    Largest |work - (T - T_initial) - dissipation| over the largest energy on the way.
 
     The work int Y dD is integrated over every smooth stretch between two jumps, without using T, so that the
     balance is a test of energies, jumps and forces at any number of steps (mdr_math 17.9).
@@ -54,7 +54,11 @@ def energy_residual(track: Track, history: History) -> float:
     done = np.cumsum(work)
     # between two jumps T changes by the stretch, and over a jump by its loss
     missing = np.cumsum(work - change)
-    scale = max(float(np.max(np.abs(done))), float(np.nansum(jumps.loss)), float(np.max(np.abs(change))))
+    # the rows may go to and fro between two jumps: the states farthest apart tell how much energy moved
+    visited = history.parameter[history.attached]
+    widest = np.array([visited.min(), visited.max()]) if visited.size else np.empty(0)
+    energies = np.abs(curve.energy(np.concatenate([low[bound], high[bound], widest])))
+    scale = max(float(np.max(np.abs(done))), float(np.nansum(jumps.loss)), float(np.max(energies, initial=0.0)))
     return float(np.max(np.abs(missing)) / scale) if scale > 0.0 else 0.0
 
 

@@ -140,7 +140,9 @@ def turning_points(
         series = values @ _SLOPE_FIT.T
         tail = np.max(np.abs(series[:, -3:]), axis=1)
         narrow = high - low <= np.maximum(1e-13 * np.maximum(np.abs(low), np.abs(high)), negligible)
-        done = (tail <= 1e-9 * np.max(np.abs(series), axis=1)) | narrow
+        # rounding of s shakes a slope that varies within few roundings of s
+        shaken = 8.0 * _EPS * np.maximum(np.abs(low), np.abs(high)) / (high - low) * np.ptp(values, axis=1)
+        done = (tail <= np.maximum(1e-9 * np.max(np.abs(series), axis=1), shaken)) | narrow
         at = low[done, None] + (high - low)[done, None] * np.sin(0.5 * fine) ** 2
         samples.append((at, (series[done] @ to_fine.T) / np.sin(fine)))
         middle = 0.5 * (low + high)[~done]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from dataclasses import dataclass
+from functools import cached_property
 from operator import neg
 
 import numpy as np
@@ -17,6 +18,8 @@ from pymdr.units import FloatArray
 _Index = NDArray[np.intp]
 _FREE, _NOWHERE = -1, -2
 _UP, _DOWN, _TOUCH = range(3)
+_SHORT = 2000
+"""Up to so many states are found one by one: tables cost as much as a few thousand."""
 
 
 @dataclass(frozen=True)
@@ -60,8 +63,6 @@ class Track:
         D at which a free body touches.
     jumps : tuple of Transitions
         Upward, downward, and (one entry) at the touch.
-    inverse : Inverse
-        s from branch and D.
     """
 
     curve: Curve
@@ -72,7 +73,25 @@ class Track:
     high: FloatArray
     touch: float
     jumps: tuple[Transitions, Transitions, Transitions]
-    inverse: Inverse
+
+    @cached_property
+    def inverse(self) -> Inverse:
+        """Tables of s from branch and D, for long paths."""
+        return inverse_of(self.curve.control, self.bottom, self.top, np.array(sorted(self.curve.knots)))
+
+    def parameters(self, branch: _Index, control: FloatArray) -> FloatArray:
+        """Return s of the states with the given D on the given branches: for few of them without tables."""
+        if control.size > _SHORT or "inverse" in self.__dict__:
+            return self.inverse(branch, control)
+        bottom, top = self.bottom[branch], self.top[branch]
+        levels = np.clip(control, self.low[branch], self.high[branch])
+
+        def above(s: FloatArray, D: FloatArray, first: FloatArray, last: FloatArray) -> FloatArray:
+            value = self.curve.control(s) - D
+            # rounding at the ends of a branch must not hide its change of sign
+            return np.where(s <= first, np.minimum(value, 0.0), np.where(s >= last, np.maximum(value, 0.0), value))
+
+        return roots_of(above, bottom, top, levels, bottom, top)
 
     @property
     def lost(self) -> float:
@@ -82,7 +101,7 @@ class Track:
 
 
 def trace(curve: Curve) -> Track:
-    """Find all folds, stable branches and jumps of a curve, and tabulate the branches.
+    """Find all folds, stable branches and jumps of a curve.
 
     Parameters
     ----------
@@ -143,8 +162,7 @@ def trace(curve: Curve) -> Track:
         jumps(down, low, bottom, curve.energy(bottom)),
         at_touch,
     )
-    tables = inverse_of(curve.control, bottom, top, np.array(sorted(curve.knots)))
-    return Track(curve, turning, bottom, top, low, high, touch, found, tables)
+    return Track(curve, turning, bottom, top, low, high, touch, found)
 
 
 def _first(limit: FloatArray, *, upward: bool) -> _Index:
@@ -292,8 +310,8 @@ def follow(track: Track, control: ArrayLike, initial: float | None = None) -> Hi
     marks = np.array([0, *steps, D.size], dtype=np.intp)
     branch = np.repeat(np.array([first, *states], dtype=np.intp), np.diff(marks))
     attached = branch >= 0
-    parameter = track.inverse(np.maximum(branch, 0), D)
-    parameter[~attached] = np.nan
+    parameter = np.full(D.size, np.nan)
+    parameter[attached] = track.parameters(branch[attached], D[attached])
     return History(
         D,
         parameter,
