@@ -58,7 +58,9 @@ def energy_residual(track: Track, history: History) -> float:
     visited = history.parameter[history.attached]
     widest = np.array([visited.min(), visited.max()]) if visited.size else np.empty(0)
     energies = np.abs(curve.energy(np.concatenate([low[bound], high[bound], widest])))
-    scale = max(float(np.max(np.abs(done))), float(np.nansum(jumps.loss)), float(np.max(energies, initial=0.0)))
+    scale = max(
+        float(np.max(np.abs(done))), float(np.nansum(jumps.loss)), float(np.max(energies, initial=0.0))
+    )
     return float(np.max(np.abs(missing)) / scale) if scale > 0.0 else 0.0
 
 

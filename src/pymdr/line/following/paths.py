@@ -89,7 +89,9 @@ class Track:
         def above(s: FloatArray, D: FloatArray, first: FloatArray, last: FloatArray) -> FloatArray:
             value = self.curve.control(s) - D
             # rounding at the ends of a branch must not hide its change of sign
-            return np.where(s <= first, np.minimum(value, 0.0), np.where(s >= last, np.maximum(value, 0.0), value))
+            return np.where(
+                s <= first, np.minimum(value, 0.0), np.where(s >= last, np.maximum(value, 0.0), value)
+            )
 
         return roots_of(above, bottom, top, levels, bottom, top)
 

@@ -10,9 +10,11 @@ from pymdr.errors import ProblemError
 from pymdr.mapping import abel, chebyshev
 from pymdr.mapping.spline import spline_map
 from pymdr.problem.profiles import Function, Interpolated, Profile, Sampled, Sum, call
+from pymdr.units import FloatArray
 
 _INTERPOLATION_NOISE = 3e-14
 """Rounding noise of a differentiated interpolant, relative to the steepest slope."""
+_TIP_NODES, _TIP_TERMS = 64, 18
 
 
 @dataclass(frozen=True)
@@ -82,17 +84,75 @@ def _differentiated(profile: Function, top: float) -> Samples:
     f = profile.f
     assert f is not None
     offset = profile.offset
+
+    def gap(r: FloatArray) -> FloatArray:
+        return call(f, r) - offset
+
     size = float(np.max(np.abs(call(f, np.array([0.5, 1.0]) * top))))
+    noise = max(4e-16 * size, 2.0 * _rounding(gap, top))
+    curve, exponent = _with_tip(gap, min((top, *profile.breakpoints)), noise)
     interpolant = chebyshev.build(
-        lambda r: call(f, r) - offset,
+        curve,
         top,
         breakpoints=profile.breakpoints,
-        noise=lambda r: 4e-16 * size,
+        tip_exponent=exponent,
+        # panels by the tip are divided by the power, on at most the 4 times smaller radii that they do not share
+        noise=lambda r: noise * 4.0**exponent,
         what="f(r)",
     )
     steepest = float(np.max(np.abs(interpolant.slope(interpolant.nodes))))
     marks = tuple(sorted({*interpolant.edges[1:-1].tolist(), *profile.breakpoints}))
     return _by_quadrature(interpolant.slope, marks, _INTERPOLATION_NOISE * steepest)
+
+
+def _rounding(curve: abel.Curve, top: float) -> float:
+    """Absolute rounding noise of a callable: its scatter about smooth pieces that are short to any profile."""
+    away = np.linspace(-1.0, 1.0, 33)
+    r = top * np.array([1e-3, 0.03, 0.1, 0.3, 0.5, 0.7, 0.9])
+    values = curve((r[:, None] * (1.0 + 1e-4 * away)).ravel()).reshape(r.size, away.size)
+    smooth = np.polynomial.chebyshev.chebfit(away, values.T, 7)
+    scatter = np.abs(values - np.polynomial.chebyshev.chebval(away, smooth))
+    return float(np.median(np.max(scatter, axis=1)))
+
+
+def _with_tip(curve: abel.Curve, top: float, noise: float) -> tuple[abel.Curve, float]:
+    """
+    A callable with all its digits next to the tip, and the exponent with which it starts; 0 where there is none.
+
+    sqrt(R^2 + r^2) - R and the like are rounding there; whole powers that fit farther out take its place.
+    """
+    exponent = chebyshev.tip_exponent(curve, top, 0.0)
+    if exponent > 0.0:
+        r = top * np.array([1e-9, 1e-8, 1e-7])
+        ratio = curve(r) / (r / top) ** exponent
+        if np.ptp(ratio) <= 1e-12 * np.abs(ratio).min():
+            return curve, exponent
+    for power in (4, 3, 2, 1):
+        for upto in top * 0.5 ** np.arange(8.0):
+            series = _series(curve, upto, power, noise)
+            if series is not None:
+                return _joined(curve, upto, power, series), float(power)
+    return curve, 0.0
+
+
+def _series(curve: abel.Curve, upto: float, power: int, noise: float) -> FloatArray | None:
+    """Chebyshev coefficients q with curve = t^power q(2 t - 1), t = r / upto, if they fit within the noise."""
+    t = chebyshev.nodes(_TIP_NODES)
+    basis = t[:, None] ** power * np.polynomial.chebyshev.chebvander(2.0 * t - 1.0, _TIP_TERMS - 1)
+    values = curve(upto * t)
+    series = np.linalg.lstsq(basis, values)[0]
+    fits = np.max(np.abs(basis @ series - values)) <= 2.0 * noise < 1e-10 * np.max(np.abs(values))
+    return series if fits else None
+
+
+def _joined(curve: abel.Curve, upto: float, power: int, series: FloatArray) -> abel.Curve:
+    def joined(r: FloatArray) -> FloatArray:
+        t = r / upto
+        inside = np.minimum(t, 1.0)
+        tip = inside**power * np.polynomial.chebyshev.chebval(2.0 * inside - 1.0, series)
+        return np.where(t < 1.0, tip, curve(r))
+
+    return joined
 
 
 def _refuse_jumps(profile: Function) -> None:
