@@ -154,15 +154,16 @@ class Piecewise:
         return self._piecewise(x, Panel.slope)
 
     def resample(
-        self, sample: Callable[[FloatArray, Panel], FloatArray], tip_exponent: float = 0.0
+        self, sample: Callable[[FloatArray, Panel], FloatArray], tip_exponent: float = 0.0, finer: int = 1
     ) -> Piecewise:
-        """Another curve on the same panels and nodes; ``sample(x, panel)`` gives its values."""
+        """Another curve on the same panels, with `finer` times the nodes; ``sample(x, panel)`` gives its values."""
         made = []
         for panel in self.panels:
-            x = panel.nodes
+            size = finer * panel.coefficients.size
+            x = panel.low + (panel.high - panel.low) * nodes(size) ** panel.power
             exponent = tip_exponent if panel.low == 0.0 or panel.tip_exponent else 0.0
             values = sample(x, panel) / (x / panel.high) ** exponent
-            made.append(Panel(panel.low, panel.high, panel.power, exponent, _fit(x.size) @ values))
+            made.append(Panel(panel.low, panel.high, panel.power, exponent, _fit(size) @ values))
         return Piecewise(tuple(made))
 
 

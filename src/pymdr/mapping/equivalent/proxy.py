@@ -89,8 +89,10 @@ def proxy_line(
         first_moment = _cumulative(curve, lambda i, t: t, exponent)
     else:
         first_moment = curve.resample(lambda x, _: moment(x), exponent + 1.0)
-    # int (g(x) - g)^2 dt = int 2 g' m dt, which has no subtraction in it
-    square = _cumulative(curve, lambda i, t: 2.0 * first_moment.panels[i].value(t), 2.0 * exponent)
+    # int (g(x) - g)^2 dt = int 2 g' m dt, which has no subtraction in it; a product has twice the degree
+    square = _cumulative(
+        curve, lambda i, t: 2.0 * first_moment.panels[i].value(t), 2.0 * exponent, finer=2
+    )
     turning = _turning_points(curve)
     return ProxyLine(
         curve=curve,
@@ -106,7 +108,10 @@ def proxy_line(
 
 
 def _cumulative(
-    curve: chebyshev.Piecewise, weight: Callable[[int, FloatArray], FloatArray], exponent: float
+    curve: chebyshev.Piecewise,
+    weight: Callable[[int, FloatArray], FloatArray],
+    exponent: float,
+    finer: int = 1,
 ) -> chebyshev.Piecewise:
     """The integral int_0^x g'(t) weight(panel, t) dt, whose integrand starts like t^exponent."""
     index = {panel.low: i for i, panel in enumerate(curve.panels)}
@@ -133,7 +138,7 @@ def _cumulative(
         below[panel.high] = below[panel.low] + float(upto(np.array([panel.high]))[0])
         return below[panel.low] + upto(x)
 
-    return curve.resample(sample, exponent + 1.0)
+    return curve.resample(sample, exponent + 1.0, finer)
 
 
 def _turning_points(curve: chebyshev.Piecewise) -> tuple[float, ...]:
