@@ -130,9 +130,15 @@ class AdhesiveLine:
             wanted = max(1.2 * self.natural_radius, at_least)
             wanted = min(wanted, end)
             curve = under_machine(self.equilibria, wanted, machine_stiffness)
+            # a path that only pulls still needs the stable states from which it falls
+            for _ in range(_TRIES):
+                stable = bool(curve.slope(np.array([wanted]))[0] > 0.0)
+                if stable or wanted >= end:
+                    break
+                wanted = min(_GROWTH * wanted, end)
             goal = max(top, float(curve.control(np.array([wanted]))[0]))
             stop = parameter_reaching(curve.control, goal, at_least=wanted, limit=end)
-            if float(curve.control(np.array([stop]))[0]) >= top:
+            if float(curve.control(np.array([stop]))[0]) >= top and (stable or not self._can_grow()):
                 return stop
             if not self._can_grow():
                 reached = float(curve.control(np.array([stop]))[0])
