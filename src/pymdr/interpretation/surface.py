@@ -64,7 +64,8 @@ class Surface:
         excess = float(self.states.edge_excess[step])
         if math.isnan(a):
             return np.full(position.shape, math.nan)
-        if self.cohesion is not None and self.cohesion.radius[step] > 0.0:
+        # a punch in contact up to its sharp edge leaves no room for a zone
+        if self.cohesion is not None and self.cohesion.radius[step] > 0.0 and a < self.line.equivalent.edge:
             return self._with_cohesion(name, position, d, a, self.cohesion, step)
         if name == "pressure":
             return fields.pressure(self.line, a, excess, position)
@@ -84,7 +85,7 @@ class Surface:
         if name == "equivalent_profile":
             return g
         if name == "spring_force":
-            return np.where(x <= a, self.line.modulus * (d - np.where(x <= a, g, d)), 0.0)
+            return self.line.modulus * (d - np.where(_inside(x, a), g, d))
         raise QuantityError(f"no field {name!r}; fields are {', '.join((*SURFACE_FIELDS, *LINE_FIELDS))}")
 
     def _with_cohesion(
@@ -97,17 +98,22 @@ class Surface:
             u = cohesive_displacement(self.line, self.gap_function, strength, d, a, c, position)
             if name == "normal_displacement":
                 return u
-            return np.where(position <= a, 0.0, self.gap_function(position) - d + u)
+            return np.where(_inside(position, a), 0.0, self.gap_function(position) - d + u)
         force = self._on_the_line(name, position, d, a)
         if name == "spring_force":
             pulled = self.line.modulus * cohesive_spring_shift(self.line, strength, c, position)
-            force = np.where(np.abs(position) > a, pulled, force)
+            force = np.where(_inside(position, a), force, pulled)
         return force
 
     def edge_amplitude(self, step: int) -> float:
         """Amplitude of the pressure singularity at the edge in Pa m^0.5."""
         a, w = self.states.contact_radius[step], self.states.edge_excess[step]
         return float(fields.edge_amplitude(self.line.modulus, a, w))
+
+
+def _inside(position: FloatArray, a: float) -> np.ndarray:
+    """Where the bodies touch; not even at 0 where a is 0."""
+    return (np.abs(position) <= a) & (a > 0.0)
 
 
 def surface_of(
