@@ -22,7 +22,7 @@ from pymdr.problem.profiles import Profile, Sphere
 from pymdr.solving.reach import Mapped, made_fast, map_to_line
 from pymdr.units import FloatArray
 
-_GROWTH, _TRIES = 1.5, 60
+_GROWTH, _BEYOND, _TRIES = 1.5, 1.2, 60
 
 
 @dataclass
@@ -127,18 +127,18 @@ class AdhesiveLine:
         """The parameter up to which the curve is needed; maps more of the profile where that is too short."""
         for _ in range(_TRIES):
             end = self._end
-            wanted = max(1.2 * self.natural_radius, at_least)
-            wanted = min(wanted, end)
+            wanted = _BEYOND * max(self.natural_radius, at_least)
             curve = under_machine(self.equilibria, wanted, machine_stiffness)
             # a path that only pulls still needs the stable states from which it falls
             for _ in range(_TRIES):
-                stable = bool(curve.slope(np.array([wanted]))[0] > 0.0)
-                if stable or wanted >= end:
+                if wanted >= end or curve.slope(np.array([wanted / _BEYOND]))[0] > 0.0:
                     break
-                wanted = min(_GROWTH * wanted, end)
+                wanted *= _GROWTH
+            settled = wanted < end or not self._can_grow()
+            wanted = min(wanted, end)
             goal = max(top, float(curve.control(np.array([wanted]))[0]))
             stop = parameter_reaching(curve.control, goal, at_least=wanted, limit=end)
-            if float(curve.control(np.array([stop]))[0]) >= top and (stable or not self._can_grow()):
+            if settled and float(curve.control(np.array([stop]))[0]) >= top:
                 return stop
             if not self._can_grow():
                 reached = float(curve.control(np.array([stop]))[0])

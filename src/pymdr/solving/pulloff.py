@@ -139,7 +139,7 @@ def _adhesive(contact: Contact) -> AdhesiveLine:
 
 def _track(line: AdhesiveLine, stiffness: float, pressed_to: QuantityLike | None) -> Track:
     if pressed_to is None:
-        return line.track(stiffness, -math.inf, 1.5 * line.natural_radius)
+        return line.track(stiffness, -math.inf, 1.25 * line.natural_radius)
     deepest = to_si(pressed_to, "m", name="pressed_to")
     pressed = line.track(math.inf, deepest)
     return trace(under_machine(line.equilibria, pressed.curve.stop, stiffness))
