@@ -160,13 +160,13 @@ def _turning_points(curve: chebyshev.Piecewise) -> tuple[float, ...]:
     if x.size == 0:
         return ()
     found = [0.0] if slope[0] < 0.0 else []
-    for i in np.flatnonzero(np.sign(slope[1:]) != np.sign(slope[:-1])):
-        low, high = x[i], x[i + 1]
-        for _ in range(80):
-            middle = 0.5 * (low + high)
-            if not low < middle < high:
-                break
-            same = np.sign(float(curve.slope(np.array([middle]))[0])) == np.sign(slope[i])
-            low, high = (middle, high) if same else (low, middle)
-        found.append(float(0.5 * (low + high)))
+    at = np.flatnonzero(np.sign(slope[1:]) != np.sign(slope[:-1]))
+    low, high, before = x[at], x[at + 1], np.sign(slope[at])
+    for _ in range(80):
+        middle = 0.5 * (low + high)
+        if not np.any((low < middle) & (middle < high)):
+            break
+        same = np.sign(curve.slope(middle)) == before
+        low, high = np.where(same, middle, low), np.where(same, high, middle)
+    found += (0.5 * (low + high)).tolist()
     return tuple(found)
