@@ -195,10 +195,13 @@ class JKR:
         slope = self.line.slope(a)
         with np.errstate(divide="ignore", invalid="ignore"):
             half = np.where(opening > 0.0, opening / (2.0 * a), np.inf if self.work > 0.0 else 0.0)
+            # at a tip the opening, of order sqrt(a), outdoes a slope that is infinite too
+            rate = np.where(np.isinf(half), -half, slope - half)
+            moment_rate = np.where(a > 0.0, a * slope, 0.0)
         stuck = s >= edge
         return (
-            np.where(stuck, 1.0, slope - half),
-            2.0 * self.modulus * np.where(stuck, a, a * slope - 1.5 * opening),
+            np.where(stuck, 1.0, rate),
+            2.0 * self.modulus * np.where(stuck, a, moment_rate - 1.5 * opening),
         )
 
     def energies(self, s: ArrayLike) -> tuple[FloatArray, FloatArray]:
