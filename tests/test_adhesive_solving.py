@@ -246,21 +246,6 @@ def test_sizes_do_not_matter(law):
         assert values == pytest.approx(one[name], rel=1e-11, abs=1e-11 * np.max(np.abs(one[name])))
 
 
-def test_sizes_of_numerical_profiles_do_not_matter():
-    def solved(R):
-        h, k = 0.002 * R, 50.0 / R
-        profile = mdr.Function(
-            lambda r: r * r / (2 * R) + 2 * h * np.sin(k * r / 2) ** 2,
-            derivative=lambda r: r / R + h * k * np.sin(k * r),
-        )
-        return mdr.solve(contact(profile, mdr.JKR(0.005 * R)), there_and_back(0.1 * R, -0.1 * R, 9))
-
-    size = 1e-9
-    one, other = solved(1.0), solved(size)
-    for name, power in (("normal_force", 2), ("contact_radius", 1), ("external_work", 3)):
-        assert column(other, name) / size**power == pytest.approx(column(one, name), rel=1e-11, abs=1e-13)
-
-
 # --- energy -----------------------------------------------------------------------------------------------
 
 SWING = {  # channel, values, machine stiffness

@@ -90,9 +90,7 @@ def proxy_line(
     else:
         first_moment = curve.resample(lambda x, _: moment(x), exponent + 1.0)
     # int (g(x) - g)^2 dt = int 2 g' m dt, which has no subtraction in it; a product has twice the degree
-    square = _cumulative(
-        curve, lambda i, t: 2.0 * first_moment.panels[i].value(t), 2.0 * exponent, finer=2
-    )
+    square = _cumulative(curve, lambda i, t: 2.0 * first_moment.panels[i].value(t), 2.0 * exponent, finer=2)
     turning = _turning_points(curve)
     return ProxyLine(
         curve=curve,
