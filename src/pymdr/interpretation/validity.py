@@ -184,10 +184,11 @@ def _why_not_a_disk(line: ElasticLine, a: float, d: float, edge_excess: float) -
     equivalent = line.equivalent
     top = min(equivalent.reach, equivalent.edge)
     grid = (np.arange(96) + 0.5) / 96
+    marked = _between_turns(equivalent, top)
     if a > 0.0:
         state = DiskStates(np.array([d]), np.array([a]), np.array([edge_excess]))
         scale = float(mean_pressure(normal_force(line, state), state.contact_radius)[0])
-        r = a * np.append(1e-6, np.sin(0.5 * np.pi * grid))
+        r = np.concatenate([a * np.append(1e-6, np.sin(0.5 * np.pi * grid)), marked[marked < a]])
         p = pressure(line, a, edge_excess, r)
         if not p.min() >= -_TOLERANCE * scale:
             return (
@@ -195,7 +196,7 @@ def _why_not_a_disk(line: ElasticLine, a: float, d: float, edge_excess: float) -
                 "so the contact is not a disk"
             )
     if a < top:
-        r = a + (top - a) * grid**2
+        r = np.concatenate([a + (top - a) * grid**2, marked[marked > a]])
         h = line_gap(equivalent, d, a, r)
         if not h.min() >= -_TOLERANCE * max(abs(d), float(np.max(np.abs(equivalent.g(r))))):
             return (
@@ -203,6 +204,14 @@ def _why_not_a_disk(line: ElasticLine, a: float, d: float, edge_excess: float) -
                 f"r = {r[h.argmin()]:.4g} m, so the contact is not a disk"
             )
     return ""
+
+
+def _between_turns(equivalent: ProxyLine, top: float) -> FloatArray:
+    """Radii between the turning points of g, so that no dip is stepped over however narrow it is."""
+    ends = np.array([*equivalent.turning_points, top])
+    count = min(12, max(3, 400 // ends.size))
+    inner = (np.arange(count) + 0.5) / count
+    return np.asarray((ends[:-1, None] + np.diff(ends)[:, None] * inner).ravel())
 
 
 def valid_ranges(line: ElasticLine, deepest: float) -> list[tuple[float, float]]:
