@@ -424,9 +424,22 @@ def test_no_slip_springs():
     assert parted.tangential_force[2:] == pytest.approx([2 * a * 0.1] * 2, rel=1e-14)
     pulled = follow_indentation_with_force(HERTZ, d, stack.tangential_force, np.inf, 0.8)
     assert close(pulled.shift, u, 1e-13)
-    normal = evaluate(HERTZ, d)[1]
-    forced = follow_forces(HERTZ, normal, stack.tangential_force, np.inf, 0.8)
-    assert close(forced.shift, u, 1e-13)
+
+
+def test_no_slip_under_forces():
+    """A way that is straight in forces bends the anchors: rows are followed in parts of a 32nd of the depth or less."""
+    normal, pull = np.array([[1.0, 0.05], [0.2, 0.02], [0.6, -0.1], [0.3, 0.04]]).T
+    work, shift = np.array(
+        [
+            (run.slip_work[-1], run.shift[-1])
+            for m in (1, 10, 400, 4000)
+            for run in [follow_forces(HERTZ, substeps(normal, m), substeps(pull, m), np.inf, 0.8)]
+        ]
+    ).T
+    for values in (work, shift):
+        off = np.abs(values / values[-1] - 1.0)
+        assert np.all(off[:2] < 1e-3)
+        assert off[2] < 3e-5
 
 
 wild = st.one_of(st.floats(-10.0, 10.0), st.sampled_from([1e-300, -1e-300, 1e-160, 1e-17, 1e150, 5e-324]))

@@ -182,6 +182,7 @@ def _obviously_a_disk(equivalent: ProxyLine, a: FloatArray, d: FloatArray) -> Bo
 
 def _why_not_a_disk(line: ElasticLine, a: float, d: float, edge_excess: float) -> str:
     equivalent = line.equivalent
+    assert isinstance(equivalent, ProxyLine)
     top = min(equivalent.reach, equivalent.edge)
     grid = (np.arange(96) + 0.5) / 96
     marked = _between_turns(equivalent, top)

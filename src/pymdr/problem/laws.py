@@ -120,14 +120,25 @@ class DMT(AdhesionLaw):
     range: OptionalSIField = OptionalSIField("m", above=0.0, words="range of the attraction")
 
 
+_LARGEST_COEFFICIENT = 1e6
+
+
 class _CoefficientField(SIField):
     """A coefficient of friction, which may be infinite."""
 
     def read(self, value: QuantityLike) -> float:
         """Convert and check; inf stands for no slip."""
-        if value == math.inf or (isinstance(value, str) and value.strip() == "inf"):
+        if (isinstance(value, float) and value == math.inf) or (
+            isinstance(value, str) and value.strip() == "inf"
+        ):
             return math.inf
-        return super().read(value)
+        number = super().read(value)
+        if number > _LARGEST_COEFFICIENT:
+            raise ProblemError(
+                f"{self.owner}.{self.name} = {value!r}: above {_LARGEST_COEFFICIENT:g} nothing slips that could be "
+                "resolved; give Coulomb(math.inf) for contact without slip"
+            )
+        return number
 
 
 @dataclass(frozen=True, eq=False)
@@ -138,7 +149,7 @@ class Coulomb(Value):
     Parameters
     ----------
     coefficient : quantity
-        Coefficient of friction mu, at least 0; ``math.inf`` (or "inf") is contact without slip.
+        Coefficient of friction mu from 0 to 1e6; ``math.inf`` (or "inf") is contact without slip.
 
     Examples
     --------

@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from typing import Any
 
+from numpy.polynomial.legendre import leggauss
+
 from pymdr.line.friction.kernels import (
     MEET,
     MODULUS,
@@ -15,10 +17,15 @@ from pymdr.line.friction.kernels import (
     curve,
     depth_of_force,
     extend,
+    inlined,
     moment,
     put,
 )
 from pymdr.units import FloatArray
+
+_OUTER, _INNER = (
+    tuple((0.5 * (float(x) + 1.0), 0.5 * float(w)) for x, w in zip(*leggauss(n), strict=True)) for n in (6, 4)
+)
 
 
 @compiled
@@ -31,6 +38,16 @@ def mean_depth(line: FloatArray, upper: float, lower: float) -> float:
     if abs(upper - lower) > 1e-3 * max(upper, lower):
         return (upper * f_u - w_u - lower * f_l + w_l) / (f_u - f_l)
     return float(0.5 * (upper + lower) - (f_u - f_l) * (1.0 / a_u - 1.0 / a_l) / (24.0 * line[0, MODULUS]))
+
+
+@inlined
+def lead(point: Point, pull: float, g: float, start: Any, step: Any) -> float:
+    """F_N - F_N(y) when slip toward g reaches the spring at a point where S = `pull`, within the step."""
+    to_start, to_end = start[0] - point[2], start[0] + step[0] - point[2]
+    if step[0] == 0.0:
+        return float(to_start)
+    gained = g * (step[0] * (pull - start[1]) + step[1] * to_start) / (g * step[1] - step[0])
+    return float(min(max(gained, min(to_start, to_end)), max(to_start, to_end)))
 
 
 @compiled
@@ -55,19 +72,50 @@ def swept(
     rise = upper[2] - lower[2]
     if length <= 0.0 or rise <= 0.0 or slope == g:
         return 0.0
-    rate = g * step[1] - step[0]
-    before = g * start[1] - start[0]
-    n_u = n_l = start[0]
-    d_u = d_l = depth_of_force(line, start[0])
-    if step[0] != 0.0:
-        n_u += step[0] * min(max((g * s_u - upper[2] - before) / rate, 0.0), 1.0)
-        n_l += step[0] * min(max((g * s_l - lower[2] - before) / rate, 0.0), 1.0)
-        d_u = depth_of_force(line, n_u)
-        d_l = depth_of_force(line, n_l)
+    e_u, e_l = lead(upper, s_u, g, start, step), lead(lower, s_l, g, start, step)
+    d_u = depth_of_force(line, upper[2] + e_u)
+    d_l = depth_of_force(line, lower[2] + e_l)
     middle = lower[2] + moment(line, lower, upper) / length
-    n_mean = n_l + (n_u - n_l) * (middle - lower[2]) / rise
+    n_mean = (lower[2] + e_l) + (rise + e_u - e_l) * (middle - lower[2]) / rise
     body = length * (n_mean + upper[2] - 2.0 * middle) - rise * (mean_depth(line, d_u, d_l) - lower[0])
+    if max(e_u, e_l) < 0.03 * upper[2] and lower[0] > 1e-3 * upper[0]:
+        closer = slid(line, upper, e_u, lower, e_l)
+        if abs(closer - body) <= 1e-15 * upper[2] * upper[0]:
+            body = closer
     return float((1.0 - g * slope) * body)
+
+
+@compiled
+def slid(line: FloatArray, upper: Point, e_u: float, lower: Point, e_l: float) -> float:
+    """
+    Integral of F_N(D) - F_N(y) - 2 E* (D - y) a(y) over a piece where D is close to y, by quadrature.
+
+    With delta = D - y it is 2 E* int_0^delta [a(y + t) - a(y)] dt: the terms of the closed form cancel to the
+    second order in delta, those of this one to the first.
+    """
+    per_rise = (e_u - e_l) / (upper[2] - lower[2])
+    twice = 2.0 * line[0, MODULUS]
+    panels = 1 + int(3.0 * math.log(upper[0] / lower[0]))
+    ratio = (upper[0] / lower[0]) ** (1.0 / panels)
+    total = 0.0
+    low = lower[0]
+    for panel in range(panels):
+        width = (low * ratio if panel < panels - 1 else upper[0]) - low
+        for node, weight in _OUTER:
+            y = low + width * node
+            a, force, _ = curve(line, y)
+            ahead = e_l + per_rise * (force - lower[2])
+            delta = ahead / (twice * a)
+            grown = 0.0
+            for turn in range(3):
+                grown = 0.0
+                for part, share in _INNER:
+                    grown += share * (curve(line, y + delta * part)[0] - a)
+                if turn < 2:
+                    delta -= (delta * (a + grown) - ahead / twice) / curve(line, y + delta)[0]
+            total += width * weight * grown * delta
+        low += width
+    return float(twice * total)
 
 
 @compiled

@@ -39,6 +39,7 @@ from pymdr.units import FloatArray
 
 _GAUSS_X = tuple(0.5 + 0.5 * np.polynomial.legendre.leggauss(4)[0])
 _GAUSS_W = tuple(0.5 * np.polynomial.legendre.leggauss(4)[1])
+_PARTS = 32
 
 
 @compiled
@@ -186,7 +187,12 @@ def run_stuck(
     every: bool,
     control: int,
 ) -> tuple[int, int, int]:
-    """As :func:`run_displacements` and :func:`run_forces`, without slip; `control` says what is given."""
+    """
+    As :func:`run_displacements` and :func:`run_forces`, without slip; `control` says what is given.
+
+    Under force control the anchors of a straight way are not straight: a row is followed in up to `_PARTS` parts, by
+    how much the depth changes.
+    """
     j, stop, column = span
     to_force, to_energy, to_shift = scales
     limit = line[0, REACH] * (1.0 + 1e-14)
@@ -198,40 +204,51 @@ def run_stuck(
         if not (math.isfinite(d) and math.isfinite(t)):
             code = NOT_FINITE
             break
+        if control == FORCE_CONTROL and d < 0.0:
+            code = NOT_ATTAINABLE
+            break
+        given = d
         if control == FORCE_CONTROL:
-            if d < 0.0:
-                code = NOT_ATTAINABLE
-                break
             d = depth_of_force(line, d)
         if not d <= limit:
             code = TOO_DEEP
             break
-        if m + 4 > stack.shape[0]:
+        if control != SHIFT_CONTROL and not d > TINY and t != 0.0:
+            code = NOT_ATTAINABLE
+            break
+        if m + _PARTS + 4 > stack.shape[0]:
             code = STACK_FULL
             break
-        v1 = t / to_shift
-        if control != SHIFT_CONTROL:
-            v1 = v
-            if d > TINY and depth < 0.0:
-                base(stack, v)
-                v1 = v + (stuck_shift_for(line, stack, 0, d, t / to_force) - v) * ((d - depth) / d)
-            elif d > TINY:
-                v1 = stuck_shift_for(line, stack, m, d, t / to_force)
-            elif t != 0.0:
-                code = NOT_ATTAINABLE
-                break
+        parts = 1
+        before, pulled = stack[m].force, stack[m].sum * to_force
+        if control == FORCE_CONTROL and max(d, depth) > TINY:
+            parts += int(_PARTS * min(abs(d - depth) / max(d, depth), 1.0))
         work = 0.0
-        if d > TINY:
-            if depth < 0.0:
-                base(stack, v + (v1 - v) * (-depth / (d - depth)))
-            m, low, high, work = stick(line, stack, m, low, high, d, v1)
-        else:
-            if depth > TINY:
-                last = v + (v1 - v) * (depth / (depth - d))
-                m, low, high, work = stick(line, stack, m, low, high, 0.0, last)
-            base(stack, v1)
-            m = 0
-        depth, v = d, v1
+        for part in range(1, parts + 1):
+            if parts > 1:
+                d = depth_of_force(line, before + (given - before) * (part / parts))
+            v1 = t / to_shift
+            if control != SHIFT_CONTROL:
+                pull = (pulled + (t - pulled) * (part / parts)) / to_force
+                v1 = v
+                if d > TINY and depth < 0.0:
+                    base(stack, v)
+                    v1 = v + (stuck_shift_for(line, stack, 0, d, pull) - v) * ((d - depth) / d)
+                elif d > TINY:
+                    v1 = stuck_shift_for(line, stack, m, d, pull)
+            if d > TINY:
+                if depth < 0.0:
+                    base(stack, v + (v1 - v) * (-depth / (d - depth)))
+                m, low, high, lost = stick(line, stack, m, low, high, d, v1)
+                work += lost
+            else:
+                if depth > TINY:
+                    last = v + (v1 - v) * (depth / (depth - d))
+                    m, low, high, lost = stick(line, stack, m, low, high, 0.0, last)
+                    work += lost
+                base(stack, v1)
+                m = 0
+            depth, v = d, v1
         total += work
         if every or (column < rows.size and rows[column] == j):
             out[0, column] = to_force * stack[m].sum

@@ -140,7 +140,7 @@ def _series(curve: abel.Curve, upto: float, power: int, noise: float) -> FloatAr
     t = chebyshev.nodes(_TIP_NODES)
     basis = t[:, None] ** power * np.polynomial.chebyshev.chebvander(2.0 * t - 1.0, _TIP_TERMS - 1)
     values = curve(upto * t)
-    series = np.linalg.lstsq(basis, values)[0]
+    series: FloatArray = np.asarray(np.linalg.lstsq(basis, values)[0], dtype=np.float64)
     fits = np.max(np.abs(basis @ series - values)) <= 2.0 * noise < 1e-10 * np.max(np.abs(values))
     return series if fits else None
 
