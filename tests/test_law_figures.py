@@ -4,8 +4,12 @@ import math
 
 import numpy as np
 import pytest
+from matplotlib.patches import Polygon
+from scipy.spatial import cKDTree
 
 import pymdr as mdr
+from pymdr.presentation.plot.shared import ORANGE, as_seen
+from pymdr.units import to_si
 
 GEL = mdr.Elastic("30 kPa", 0.5)
 STEEL = mdr.Elastic("210 GPa", 0.3)
@@ -21,26 +25,160 @@ def drawn(axes, name):
     return next(line for line in axes.lines if line.get_label() == name).get_xydata()
 
 
-@pytest.mark.parametrize(
-    "law", [mdr.JKR("2 mJ/m^2"), mdr.MaugisDugdale("2 mJ/m^2", range="100 nm"), mdr.DMT("2 mJ/m^2")]
-)
+LAWS = [mdr.JKR("2 mJ/m^2"), mdr.MaugisDugdale("2 mJ/m^2", range="100 nm"), mdr.DMT("2 mJ/m^2")]
+STIFFNESS = "0.05 N/m"
+
+
+def units(axes):
+    """Of x and y, in SI units."""
+    names = [label.rpartition("(")[2].rstrip(")") for label in (axes.get_xlabel(), axes.get_ylabel())]
+    return [float(to_si(f"1 {name}", si)) for name, si in zip(names, ("m", "N"), strict=True)]
+
+
+def enclosed(axes):
+    """Area of everything that is shaded, in J."""
+    loops = [patch.get_xy() for patch in axes.patches if isinstance(patch, Polygon)]
+    areas = [0.5 * abs(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y)) for x, y in (xy.T for xy in loops)]
+    return sum(areas) * math.prod(units(axes))
+
+
+def wavy():
+    return mdr.Function(
+        lambda r: r**2 / 2e-3 + 1e-7 * (1 - np.cos(5e5 * r)),
+        derivative=lambda r: r / 1e-3 + 1e-7 * 5e5 * np.sin(5e5 * r),
+    )
+
+
+@pytest.mark.parametrize("law", LAWS)
 def test_adhesive_figures(law):
     result = mdr.solve(mdr.Contact(TIP, GEL, adhesion=law), THERE_AND_BACK)
     figures = result.figures()
-    assert sorted(figures) == ["fields", "loop", "radius"]
+    assert sorted(figures) == ["fields", "loop", "radius", "section"]
     loop = figures["loop"].axes[0]
     assert labels(figures["loop"]) == [("indentation $d$ (um)", "normal force $F_N$ (nN)")]
+    # the path goes through every row, and between the rows along the stable equilibria
     path = drawn(loop, "path")
-    np.testing.assert_allclose(path[:, 0] * 1e-6, result["indentation"].values, rtol=1e-12, atol=1e-18)
-    np.testing.assert_allclose(path[:, 1] * 1e-9, result["normal_force"].values, rtol=1e-12, atol=1e-20)
-    # the stable path lies on the curve of all equilibria
-    branch = drawn(loop, "all equilibria")
-    in_contact = result["contact_radius"].values > 0
-    top = branch[np.argmin(branch[:, 1]) :]
-    rising = np.maximum.accumulate(top[:, 0]) == top[:, 0]
-    near = np.interp(path[in_contact, 0], top[rising, 0], top[rising, 1])
-    assert np.max(np.abs(near - path[in_contact, 1])[path[in_contact, 0] > 0]) < 1e-3 * np.ptp(path[:, 1])
-    assert len(result.plot().axes) == 3
+    rows = np.stack([result.to("indentation", "um").values, result.to("normal_force", "nN").values], axis=1)
+    size = np.ptp(rows, axis=0)
+    for row in rows:
+        assert np.nanmin(np.abs(path - row) @ (1 / size)) < 1e-12
+    stable = drawn(loop, "stable equilibria")
+    stable = stable[np.isfinite(stable[:, 0])]
+    in_contact = path[path[:, 1] < -1e-6 * size[1]]
+    assert len(in_contact) > 500
+    near = np.interp(in_contact[:, 0], stable[:, 0], stable[:, 1])
+    assert np.max(np.abs(near - in_contact[:, 1])) < 2e-3 * size[1]
+    assert len(result.plot().axes) == 5
+
+
+def test_unstable_equilibria_are_dashed():
+    axes = mdr.solve(mdr.Contact(TIP, GEL, adhesion=LAWS[0]), THERE_AND_BACK).figures()["loop"].axes[0]
+    dashed = next(line for line in axes.lines if line.get_label() == "unstable equilibria")
+    assert dashed.get_linestyle() == "--"
+    x, y = dashed.get_xydata()[np.isfinite(dashed.get_xdata())].T
+    # from the first touch to the fold, where the slope of d over a is 0
+    fold = mdr.pull_off(mdr.Contact(TIP, GEL, adhesion=LAWS[0]))
+    np.testing.assert_allclose([x[0], y[0]], 0, atol=1e-12)
+    np.testing.assert_allclose(
+        [x.min() * 1e-6, y.min() * 1e-9], [fold.indentation, fold.normal_force], rtol=5e-3
+    )
+
+
+@pytest.mark.parametrize("law", LAWS[:2])
+@pytest.mark.parametrize("stiffness", [None, STIFFNESS])
+@pytest.mark.parametrize("steps", [3, 200])
+def test_jumps_are_drawn_where_they_happen(law, stiffness, steps):
+    contact = mdr.Contact(TIP, GEL, adhesion=law)
+    if stiffness is None:
+        path, exact = (
+            mdr.indent("1 um", steps=steps) >> mdr.indent("-4 um", steps=steps),
+            mdr.pull_off(contact),
+        )
+    else:
+        path = mdr.travel("2 um", steps=steps) >> mdr.travel("-20 um", steps=steps)
+        exact = mdr.pull_off(contact, machine_stiffness=stiffness)
+    result = mdr.solve(contact, path, machine_stiffness=stiffness)
+    axes = result.figures()["loop"].axes[-1]
+    scale = units(axes)
+    jumps = [line for line in axes.lines if line.get_color() == ORANGE and len(line.get_xdata()) == 2]
+    into, out = (line.get_xydata() * scale for line in jumps)
+    np.testing.assert_allclose(
+        into[1], [exact.jump_in_indentation, exact.jump_in_force], rtol=1e-9, atol=1e-18
+    )
+    np.testing.assert_allclose(out[0], [exact.indentation, exact.normal_force], rtol=1e-9)
+    free = exact.indentation if stiffness is None else exact.travel
+    np.testing.assert_allclose(out[1], [free, 0.0], rtol=1e-9, atol=1e-20)
+
+
+@pytest.mark.parametrize("law", LAWS[:2])
+@pytest.mark.parametrize(
+    ("path", "stiffness"),
+    [
+        (mdr.indent("1 um", steps=5) >> mdr.indent("-4 um", steps=5), None),
+        (mdr.travel("2 um", steps=5) >> mdr.travel("-20 um", steps=5), STIFFNESS),
+        (mdr.load("0 N") >> mdr.load("-1 uN", steps=7), None),
+        (mdr.indent("1 um", steps=5) >> mdr.load("-0.2 uN", steps=5) >> mdr.indent("-4 um", steps=5), None),
+    ],
+)
+def test_what_is_shaded_is_the_energy_lost(law, path, stiffness):
+    result = mdr.solve(mdr.Contact(TIP, GEL, adhesion=law), path, machine_stiffness=stiffness)
+    lost = np.nansum(result["jump_dissipation"].values)
+    assert lost > 0
+    for axes in result.figures()["loop"].axes:
+        assert enclosed(axes) == pytest.approx(lost, rel=2e-5)
+
+
+def test_every_wave_is_a_jump_and_all_loss_is_shaded():
+    contact = mdr.Contact(wavy(), mdr.Elastic("100 kPa", 0.5), adhesion=mdr.JKR("10 mJ/m^2"))
+    result = mdr.solve(contact, mdr.indent("4 um", steps=10) >> mdr.indent("-8 um", steps=20))
+    axes = result.figures()["loop"].axes[0]
+    lost = np.nansum(result["jump_dissipation"].values)
+    assert len([p for p in axes.patches if isinstance(p, Polygon)]) > 6
+    assert enclosed(axes) == pytest.approx(lost, rel=1e-4)
+
+
+def test_a_singular_edge_leaves_the_picture():
+    result = mdr.solve(mdr.Contact(TIP, GEL, adhesion=LAWS[0]), mdr.indent("0.5 um", steps=5))
+    axes = result.figures()["fields"].axes[0]
+    inside = axes.lines[0].get_xydata()
+    a = result.to("contact_radius", "um").values[-1]
+    inside = inside[(inside[:, 0] < a) & np.isfinite(inside[:, 1])]
+    assert inside[-1, 1] < 10 * axes.get_ylim()[0] < 0
+    assert any("infty" in text.get_text() for text in axes.texts)
+
+
+def test_a_cohesive_zone_ends_at_its_strength():
+    law = mdr.MaugisDugdale("2 mJ/m^2", range="1 um")
+    result = mdr.solve(mdr.Contact(TIP, GEL, adhesion=law), mdr.indent("0.5 um", steps=5))
+    axes = result.figures()["fields"].axes[0]
+    assert min(axes.lines[0].get_ydata()) == pytest.approx(-2.0, rel=1e-12)
+    assert axes.get_ylabel() == "pressure $p$ (kPa)"
+    # springs of the zone are pulled, and those outside are free
+    springs = result.figures()["section"].axes[1].lines
+    colours = [line.get_color() for line in springs if len(line.get_xdata()) == 10]
+    middles = [line.get_xdata().mean() for line in springs if len(line.get_xdata()) == 10]
+    a, c = (result.to(name, "um").values[-1] for name in ("contact_radius", "cohesive_radius"))
+    assert {colour == ORANGE for colour, x in zip(colours, middles, strict=True) if a < abs(x) < c} == {True}
+    assert {colour == ORANGE for colour, x in zip(colours, middles, strict=True) if abs(x) > c} == {False}
+
+
+def test_a_million_rows_with_jumps():
+    path = mdr.Path(indentation=2e-6 * np.sin(np.arange(1_000_000) * 0.01))
+    result = mdr.solve(mdr.Contact(TIP, GEL, adhesion=LAWS[0]), path)
+    axes = result.figures()["loop"].axes[0]
+    assert len(drawn(axes, "path")) < 25_000
+    assert len([p for p in axes.patches if isinstance(p, Polygon)]) == 2
+
+
+def test_long_curves_look_the_same():
+    t = np.linspace(0, 1, 1_000_000)
+    x, y = np.cos(40 * t) * t, np.sin(300 * t)
+    seen = np.stack(as_seen(x, y), axis=1)
+    assert len(seen) < 60_000
+    assert np.nanmax(seen[:, 1]) == y.max()
+    seen = seen[np.isfinite(seen[:, 0])]
+    away, _ = cKDTree(seen).query(np.stack([x, y], axis=1)[::97])
+    assert away.max() < 0.01
 
 
 def test_travel_is_drawn_beside_the_indentation():
@@ -114,5 +252,5 @@ def test_saved_results_draw_the_same():
     import pickle
 
     again = pickle.loads(pickle.dumps(result))
-    one, other = (drawn(r.figures()["loop"].axes[0], "all equilibria") for r in (result, again))
+    one, other = (drawn(r.figures()["loop"].axes[0], "stable equilibria") for r in (result, again))
     np.testing.assert_array_equal(one, other)

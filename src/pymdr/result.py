@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import enum
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 from pymdr.errors import FileError, ProblemError, QuantityError
 from pymdr.independent.history import RingHistory, solve_steps
 from pymdr.independent.rings import Rings
-from pymdr.interpretation.branches import equilibria_of, equilibrium_branch
+from pymdr.interpretation.jumps import Branches, branches_of
 from pymdr.interpretation.surface import LINE_FIELDS, SURFACE_FIELDS, Surface, surface_of
 from pymdr.interpretation.traction import (
     TANGENTIAL_FIELDS,
@@ -23,6 +23,7 @@ from pymdr.interpretation.traction import (
     friction_surface,
 )
 from pymdr.interpretation.validity import SOURCES, Assumption, Claim
+from pymdr.line.foundation import normal_force, normal_stiffness, states_at_depth
 from pymdr.mapping.equivalent import has_callables, without_callables
 from pymdr.mapping.moduli import effective_moduli
 from pymdr.problem.contact import Contact
@@ -258,29 +259,20 @@ class Result:
 
     def plot(self, step: int = -1) -> Figure:
         """
-        The contact in section above its line of springs, curves against indentation, and fields.
+        What a person wants to see first: the contact in section above its springs, its curve or loop, and a field.
 
         Parameters
         ----------
         step : int
-            The row that is drawn.
+            The row that is drawn; unless given, the last in which the bodies touch.
 
         Returns
         -------
         matplotlib.figure.Figure
         """
-        data = self._figure_data(step)
-        if self.contact.adhesion is not None:
-            from pymdr.presentation.adhesive import adhesive_overview
-
-            return adhesive_overview(self._with_branch(data))
-        if self.contact.friction is not None:
-            from pymdr.presentation.frictional import frictional_overview
-
-            return frictional_overview(data, self.field, self.contact.friction.coefficient)
         from pymdr.presentation.plot import overview
 
-        return overview(data)
+        return overview(self._figure_data(step))
 
     def figures(self, step: int = -1) -> dict[str, Figure]:
         """
@@ -289,55 +281,23 @@ class Result:
         Parameters
         ----------
         step : int
-            The row that is drawn.
+            The row that is drawn, as in :meth:`plot`.
 
         Returns
         -------
         dict of str to matplotlib.figure.Figure
+            ``section``, ``curves`` and ``fields``; with adhesion ``section``, ``loop``, ``radius`` and ``fields``;
+            with friction ``section``, ``loop``, ``tractions`` and ``energies``.
         """
-        from pymdr.presentation.plot import all_figures, section
+        from pymdr.presentation.plot import all_figures
 
-        data = self._figure_data(step)
-        if self.contact.adhesion is not None:
-            from pymdr.presentation.adhesive import adhesive_figures
-
-            return adhesive_figures(self._with_branch(data))
-        if self.contact.friction is not None:
-            from pymdr.presentation.frictional import frictional_figures
-
-            return {
-                "section": section(data),
-                **frictional_figures(data, self.field, self.contact.friction.coefficient),
-            }
-        return all_figures(data)
-
-    def _with_branch(self, data: Any) -> Any:
-        """Figure data with the curve of all equilibria."""
-        from pymdr.presentation.adhesive import AdhesiveFigureData
-
-        surface, law = self.surface, self.contact.adhesion
-        assert law is not None
-        a = self.data["contact_radius"].values if "contact_radius" in self.data else np.zeros(1)
-        largest = float(np.nanmax(a, initial=0.0))
-        branch: dict[str, np.ndarray] = {}
-        if largest > 0.0 and isinstance(surface, Surface):
-            deepest = float(np.nanmax(self.data["indentation"].values, initial=0.0))
-            equilibria = equilibria_of(law, self.contact.profile, surface.line)
-            branch = equilibrium_branch(equilibria, 1.02 * largest, deepest, self.machine_stiffness)
-        return AdhesiveFigureData(data, branch)
+        return all_figures(self._figure_data(step))
 
     def _figure_data(self, step: int) -> Any:
         from pymdr.presentation.plot import FigureData
 
-        claim = self.claims["pressure"]
-        row = self._row(step)
-        if not claim.where[row]:
-            valid = np.flatnonzero(claim.where)
-            row = int(valid[-1]) if valid.size else -1
-        elif step == -1 and self.contact.adhesion is not None:
-            # a path mostly ends apart; the last contact says more
-            touching = np.flatnonzero(np.nan_to_num(self.data["contact_radius"].values) > 0.0)
-            row = int(touching[-1]) if touching.size else row
+        row = self._drawn_row(step)
+        adhesive, friction = self.contact.adhesion is not None, self.contact.friction
         return FigureData(
             data=self.data,
             row=row,
@@ -345,6 +305,54 @@ class Result:
             gap=self.surface.gap_function,
             bands=self.bands,
             on_line=self.rings is None,
+            field_at=self.field,
+            friction=None if friction is None else friction.coefficient,
+            equilibria=self._branches if adhesive else None,
+            modulus=effective_moduli(self.contact.body, self.contact.counterbody).normal,
+            loading=None if adhesive or friction is not None else self._loading(),
+        )
+
+    def _drawn_row(self, step: int) -> int:
+        """The row that figures draw: the last one is the last in which the bodies touch; -1 if none is valid."""
+        row, valid = self._row(step), self.claims["pressure"].where
+        if not valid[row]:
+            known = np.flatnonzero(valid)
+            row = int(known[-1]) if known.size else -1
+        if step == -1 and row >= 0:
+            # a contact as small as a point says nothing
+            radii = np.nan_to_num(self.data["contact_radius"].values)
+            touching = np.flatnonzero(radii > 1e-6 * radii.max())
+            row = int(touching[-1]) if touching.size else row
+        return row
+
+    def _loading(self) -> Callable[[np.ndarray], dict[str, np.ndarray]] | None:
+        """Quantities at any indentation up to the largest, where the profile rises and nothing depends on the path."""
+        line = self.surface.line if isinstance(self.surface, Surface) else None
+        if line is None or not line.equivalent.rises:
+            return None
+
+        def at(depth: np.ndarray) -> dict[str, np.ndarray]:
+            states = states_at_depth(line, depth)
+            return {
+                "normal_force": normal_force(line, states),
+                "contact_radius": states.contact_radius,
+                "normal_stiffness": normal_stiffness(line, states),
+            }
+
+        return at
+
+    def _branches(self) -> Branches | None:
+        """All equilibria with the jumps of the path, for figures; None where nothing ever touches."""
+        names = ("indentation", "normal_force", "contact_radius", "cohesive_radius", "travel")
+        rows = {name: self.data[name].values for name in names if name in self.data}
+        surface = self.surface
+        radii = [rows[name] for name in ("contact_radius", "cohesive_radius") if name in rows]
+        touched = any(np.nanmax(a, initial=0.0) > 0.0 for a in radii)
+        if not (touched and isinstance(surface, Surface) and {"indentation", "normal_force"} <= rows.keys()):
+            return None
+        complete = self.status is not Status.ADHESION_PARTLY_REFUSED
+        return branches_of(
+            self.contact, surface.line, self.path, rows, self.machine_stiffness, complete=complete
         )
 
     def save(self, file: str | os.PathLike[str]) -> None:

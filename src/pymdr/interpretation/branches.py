@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-import math
+from collections.abc import Sequence
+from itertools import pairwise
 
 import numpy as np
 
@@ -17,6 +18,8 @@ from pymdr.problem.profiles import Paraboloid, Profile, Sphere, Sum
 from pymdr.units import FloatArray
 
 Equilibria = ShortRange | Cohesive | RigidPull
+
+_GRID = np.linspace(0.0, 1.0, 601)
 
 
 def equilibria_of(law: AdhesionLaw, profile: Profile, line: ElasticLine) -> Equilibria:
@@ -71,34 +74,56 @@ def _pull(law: DMT, profile: Profile, line: ElasticLine) -> float:
     return float(dmt_pull(radius, law.work))
 
 
-def equilibrium_branch(
-    equilibria: Equilibria, largest_radius: float, deepest: float, machine_stiffness: float | None
+def equilibrium_curve(
+    equilibria: Equilibria, top: float, marks: Sequence[float] = (), machine_stiffness: float | None = None
 ) -> dict[str, FloatArray]:
     """
-    The whole curve of equilibria for figures.
+    States along the whole curve of a law, stable and unstable, dense where the contact is small.
 
     Parameters
     ----------
     equilibria : JKR, MaugisDugdale or DMT of :mod:`pymdr.line.adhesion`
-    largest_radius : float
-        Contact radius in m up to which it is given.
-    deepest : float
-        Indentation in m up to which it is given above a sharp edge.
-    machine_stiffness : float or None
+    top : float
+        Largest parameter in m.
+    marks : sequence of float
+        Parameters in m that are included, such as folds.
+    machine_stiffness : float, optional
         In N/m, for the travel.
 
     Returns
     -------
     dict of str to ndarray
-        Quantities by name, in SI units.
+        ``parameter``, ``indentation``, ``normal_force``, ``contact_radius``, ``cohesive_radius`` and with a
+        machine ``travel``, in SI units.
     """
-    offset = equilibria.ends[1] if isinstance(equilibria, Cohesive) else 0.0
-    s = offset + largest_radius * np.linspace(0.0, 1.0, 801) ** 2
-    if offset:
-        s = np.concatenate([offset * np.linspace(0.0, 1.0, 201)[:-1], s])
-    if math.isfinite(equilibria.line.edge):
-        s = np.concatenate([s, s[-1] + max(deepest, 0.0) * np.linspace(0.0, 1.0, 101)[1:]])
-    states = equilibria.states(s[s <= equilibria.limit])
+    pieces = [p for p in getattr(equilibria, "ends", ()) if p < top]
+    bounds = [equilibria.start, *pieces, top]
+    grids = [low + (high - low) * _GRID**2 for low, high in pairwise(bounds)]
+    inner = [s for s in (*equilibria.knots, *marks) if equilibria.start <= s <= top]
+    s = np.unique(np.concatenate([*grids, np.linspace(equilibria.start, top, _GRID.size), inner]))
+    return {"parameter": s, **state_columns(equilibria, s, machine_stiffness)}
+
+
+def state_columns(
+    equilibria: Equilibria, s: FloatArray, machine_stiffness: float | None = None
+) -> dict[str, FloatArray]:
+    """
+    Quantities of the states with given parameters.
+
+    Parameters
+    ----------
+    equilibria : JKR, MaugisDugdale or DMT of :mod:`pymdr.line.adhesion`
+    s : ndarray
+        Parameters in m.
+    machine_stiffness : float, optional
+        In N/m, for the travel.
+
+    Returns
+    -------
+    dict of str to ndarray
+        As :func:`equilibrium_curve` gives them, in SI units.
+    """
+    states = equilibria.states(s)
     columns = {
         "indentation": states.indentation,
         "normal_force": states.normal_force,

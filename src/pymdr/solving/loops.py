@@ -39,7 +39,7 @@ class FrictionLoop:
 
     def plot(self) -> Figure:
         """Dissipation, damping ratio and stiffness against amplitude."""
-        from pymdr.presentation.frictional import loop_study
+        from pymdr.presentation.plot import loop_study
 
         return loop_study(self.data)
 

@@ -75,7 +75,7 @@ class SlidingVerification:
 
     def plot(self) -> Figure:
         """Both loops, and both tractions of the last step."""
-        from pymdr.presentation.sliding import compared_tractions
+        from pymdr.presentation.plot import compared_tractions
 
         return compared_tractions(self.table, self.tractions)
 

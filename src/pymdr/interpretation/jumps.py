@@ -1,0 +1,288 @@
+"""A path of a contact with adhesion between its rows: the equilibria it follows and the jumps it makes."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pymdr.interpretation.branches import Equilibria, equilibria_of, equilibrium_curve, state_columns
+from pymdr.line.adhesion import MaugisDugdale as Cohesive
+from pymdr.line.following import History, Track, follow, parameter_reaching, trace, under_machine
+from pymdr.line.foundation import ElasticLine
+from pymdr.problem.contact import Contact
+from pymdr.problem.paths import LoadingPath
+from pymdr.problem.schedule import Controls, Stretch, known_legs, stretch
+from pymdr.units import FloatArray
+
+IntArray = NDArray[np.int_]
+BoolArray = NDArray[np.bool_]
+
+_TRAIL = 2000
+"""Points along a path with fewer rows than these."""
+_GROWTH = 1.2
+
+
+@dataclass(frozen=True)
+class Jump:
+    """A jump at constant travel, indentation or force."""
+
+    states: Mapping[str, FloatArray]
+    """Quantities by name, in SI units: before the jump and after it. A free body has radius 0; one that was lost
+    under a prescribed force has no indentation (nan)."""
+    outline: Mapping[str, FloatArray]
+    """The equilibria between both ends: with the straight line of the jump they enclose the loss in the plane of
+    indentation (or travel) and force."""
+    loss: float
+    """Energy in J; nan for a body that falls without end."""
+
+
+@dataclass(frozen=True)
+class Branches:
+    """All equilibria of a contact with adhesion, and the course of a path on them."""
+
+    curve: Mapping[str, FloatArray]
+    """Quantities along the curve of all equilibria by name, in SI units."""
+    stable: BoolArray
+    """Whether the states of the curve are stable under a control of the path."""
+    jumps: tuple[Jump, ...]
+    """Different jumps, in the order in which the path makes them first."""
+    rows: IntArray
+    """Rows of the path in which it jumps."""
+    trail: Mapping[str, FloatArray]
+    """Quantities along the path, between its rows too where they are few, with nan inside every jump."""
+    trail_rows: IntArray
+    """Row of the path to which every entry of the trail leads."""
+
+
+def branches_of(
+    contact: Contact,
+    line: ElasticLine,
+    path: LoadingPath,
+    rows: Mapping[str, FloatArray],
+    machine_stiffness: float | None,
+    *,
+    complete: bool = True,
+) -> Branches:
+    """
+    All equilibria up to the largest contact of a path that was solved, with the jumps that it made.
+
+    Parameters
+    ----------
+    contact : Contact
+        With a law of adhesion.
+    line : ElasticLine
+        Fast on the radii of all rows.
+    path : LoadingPath
+    rows : mapping of str to ndarray
+        ``indentation``, ``normal_force``, ``contact_radius`` and, with a machine, ``travel`` of every row of the
+        path; with a cohesive zone ``cohesive_radius``.
+    machine_stiffness : float or None
+        In N/m.
+    complete : bool
+        Whether no row was refused; others are drawn as they are, without the jumps between them.
+
+    Returns
+    -------
+    Branches
+    """
+    assert contact.adhesion is not None
+    equilibria = equilibria_of(contact.adhesion, contact.profile, line)
+    asked = _stretches(path, rows, machine_stiffness)
+    top = _largest_parameter(equilibria, rows)
+    course = _followed(equilibria, asked, top) if complete else _Course()
+    top = max(top, float(np.nanmax(course.nodes[:, _PARAMETER], initial=0.0)))
+    curve = equilibrium_curve(equilibria, top, course.folds, machine_stiffness)
+    stable = np.zeros(curve["parameter"].size, dtype=bool)
+    for k in {k for _, k in asked}:
+        stable |= under_machine(equilibria, top, k).slope(curve["parameter"]) > 0.0
+    trail, trail_rows = dict(rows), np.arange(rows["indentation"].size)
+    if complete:
+        trail, trail_rows = _trail(equilibria, course.nodes, rows, machine_stiffness)
+    _, kinds = np.unique(course.events[:, 1:5], axis=0, return_index=True)
+    jumps = tuple(_jump(equilibria, course.events[i], machine_stiffness) for i in np.sort(kinds))
+    return Branches(curve, stable, jumps, course.events[:, _ROW].astype(int), trail, trail_rows)
+
+
+def _largest_parameter(equilibria: Equilibria, rows: Mapping[str, FloatArray]) -> float:
+    """A parameter in m near that of the largest contact of some rows, not above it."""
+
+    def most(name: str) -> float:
+        return float(np.nanmax(rows[name], initial=0.0)) if name in rows else 0.0
+
+    a = most("contact_radius")
+    if isinstance(equilibria, Cohesive):
+        return equilibria.ends[1] + a if a > 0.0 else min(most("cohesive_radius"), equilibria.ends[0])
+    excess = 0.0
+    if a > 0.0 and a >= equilibria.line.edge:
+        start = float(equilibria.states(np.array([a])).indentation[0])
+        excess = max(most("indentation") - start, 0.0)
+    return a + excess
+
+
+_Asked = list[tuple[Stretch, float]]
+"""Legs with the stiffness in N/m of the machine that stands for their control."""
+
+_ROW, _STIFFNESS, _CONTROL, _PARAMETER = range(4)
+_BEFORE, _AFTER, _LOSS = 3, 4, 5
+_NOWHERE = -1.0
+"""Stands for the parameter of a free body among the events, whose rows can then be compared."""
+
+
+@dataclass(frozen=True)
+class _Course:
+    """What a path visits."""
+
+    nodes: FloatArray = field(default_factory=lambda: np.zeros((0, 4)))
+    """Row, stiffness, control and parameter of all rows and of both ends of every jump; a free body has the
+    parameter nan, and between the ends of a jump all are nan but the row."""
+    events: FloatArray = field(default_factory=lambda: np.zeros((0, 6)))
+    """Row, stiffness, control, parameters before and after, and loss in J of every jump."""
+    folds: tuple[float, ...] = ()
+    """Parameters of the folds."""
+
+
+def _stretches(path: LoadingPath, rows: Mapping[str, FloatArray], machine_stiffness: float | None) -> _Asked:
+    found: _Asked = []
+    controls, done = Controls(), 0
+    here: dict[str, float] = {}
+    for leg in known_legs(path):
+        part = stretch(leg, controls, here)
+        controls = part.controls
+        done += part.normal.size
+        here = {name: float(values[done - 1]) for name, values in rows.items()}
+        here[controls.normal] = float(part.normal[-1])
+        known = {"indentation": math.inf, "normal_force": 0.0}
+        machine = math.inf if machine_stiffness is None else machine_stiffness
+        found.append((part, known.get(controls.normal, machine)))
+    return found
+
+
+def _followed(equilibria: Equilibria, asked: _Asked, largest: float) -> _Course:
+    highest: dict[float, float] = {}
+    for part, k in asked:
+        highest[k] = max(float(np.max(part.normal)), highest.get(k, -math.inf))
+    tracks = {k: _traced(equilibria, k, top, largest) for k, top in highest.items()}
+    nodes, events = [], []
+    state, first = None, 0
+    for part, k in asked:
+        history = follow(tracks[k], part.normal, state)
+        events.append(_events(equilibria, history, k, attached=state is not None))
+        nodes.append(_nodes(history, events[-1], k))
+        for table in (events[-1], nodes[-1]):
+            table[:, _ROW] += first
+        state = float(history.parameter[-1]) if history.attached[-1] else None
+        first += part.normal.size
+    folds = tuple(float(s) for track in tracks.values() for s in track.turning)
+    return _Course(np.concatenate(nodes), np.concatenate(events), folds)
+
+
+def _traced(equilibria: Equilibria, k: float, top: float, largest: float) -> Track:
+    """The curve up to a control value and beyond the largest contact, ending where it is stable."""
+    end = equilibria.limit
+    wanted = min(1.001 * largest, end)
+    curve = under_machine(equilibria, wanted, k)
+    while wanted < end and not curve.slope(np.array([wanted]))[0] > 0.0:
+        wanted = min(_GROWTH * wanted, end)
+    stop = parameter_reaching(curve.control, top, at_least=wanted, limit=end)
+    return trace(under_machine(equilibria, stop, k))
+
+
+def _events(equilibria: Equilibria, history: History, k: float, *, attached: bool) -> FloatArray:
+    """Jumps of a leg in order, with the places where its force begins or ends at once without a loss."""
+    jumps = history.jumps
+    stiffness = np.full(jumps.step.size, k)
+    table = np.stack(
+        [jumps.step, stiffness, jumps.control, jumps.before, jumps.after, jumps.loss], axis=1, dtype=float
+    )
+    begin = equilibria.states(np.array([equilibria.start]))
+    if begin.normal_force[0] != 0.0:
+        was = np.concatenate([[attached], history.attached[:-1]])
+        quiet = np.setdiff1d(np.flatnonzero(was != history.attached), jumps.step)
+        ends = np.where(
+            history.attached[quiet, None], [[math.nan, equilibria.start]], [[equilibria.start, math.nan]]
+        )
+        level = np.full((quiet.size, 1), begin.indentation[0])
+        nothing = np.zeros((quiet.size, 1))
+        table = np.concatenate([table, np.hstack([quiet[:, None], nothing + k, level, ends, nothing])])
+    table[:, [_BEFORE, _AFTER]] = np.nan_to_num(table[:, [_BEFORE, _AFTER]], nan=_NOWHERE)
+    return table[np.argsort(table[:, _ROW], kind="stable")]
+
+
+def _nodes(history: History, events: FloatArray, k: float) -> FloatArray:
+    n = history.control.size
+    rows = np.stack([np.arange(n), np.full(n, k), history.control, history.parameter], axis=1, dtype=float)
+    ends = np.full((events.shape[0], 3, 4), math.nan)
+    ends[:, :, _ROW] = events[:, None, _ROW]
+    for i, name in ((0, _BEFORE), (2, _AFTER)):
+        ends[:, i, _STIFFNESS], ends[:, i, _CONTROL] = k, events[:, _CONTROL]
+        ends[:, i, _PARAMETER] = np.where(events[:, name] == _NOWHERE, math.nan, events[:, name])
+    nodes = np.concatenate([ends.reshape(-1, 4), rows])
+    return nodes[np.argsort(nodes[:, _ROW], kind="stable")]
+
+
+def _trail(
+    equilibria: Equilibria,
+    nodes: FloatArray,
+    rows: Mapping[str, FloatArray],
+    machine_stiffness: float | None,
+) -> tuple[dict[str, FloatArray], IntArray]:
+    """Quantities at the nodes and between those that the curve joins, with the rows to which they lead."""
+    between = max(_TRAIL // rows["indentation"].size, 1)
+    s = nodes[:, _PARAMETER]
+    move = np.diff(s, prepend=math.nan)
+    share = np.arange(1.0, between + 1.0) / between
+    kept = (np.isfinite(move) & (move != 0.0))[:, None] | (share == 1.0)
+    node = np.broadcast_to(np.arange(s.size)[:, None], kept.shape)[kept]
+    at = np.where(share == 1.0, s[:, None], (s - move)[:, None] + move[:, None] * share)[kept]
+    k, control = nodes[node, _STIFFNESS], nodes[node, _CONTROL]
+    row = nodes[node, _ROW].astype(int)
+    # the rows themselves are known; they come last among the nodes of their row
+    solved = np.diff(row, append=-1) != 0
+    distinct, back = np.unique(at[~solved & np.isfinite(at)], return_inverse=True)
+    columns = state_columns(equilibria, distinct, machine_stiffness)
+    free = _free_body(k, control, math.nan)
+    trail = {}
+    for name, values in rows.items():
+        trail[name] = np.where(solved, values[row], free[name])
+        trail[name][~solved & np.isfinite(at)] = columns[name][back]
+    return trail, row
+
+
+def _free_body(k: FloatArray, control: FloatArray, depth: float) -> dict[str, FloatArray]:
+    """A body that does not touch: at the depth under a control of travel or indentation, else at a given one."""
+    by_force = k == 0.0
+    inside_jump = np.isnan(control)
+    nothing = np.where(inside_jump, math.nan, 0.0)
+    at = np.where(by_force, depth, control)
+    return {
+        "indentation": at,
+        "normal_force": np.where(by_force, control, nothing),
+        "contact_radius": nothing,
+        "cohesive_radius": nothing,
+        "travel": at,
+    }
+
+
+def _jump(equilibria: Equilibria, event: FloatArray, machine_stiffness: float | None) -> Jump:
+    """Both ends of a jump, and the equilibria between them."""
+    before, after = (float(event[i]) for i in (_BEFORE, _AFTER))
+    low, high = (equilibria.start if s == _NOWHERE else s for s in (before, after))
+    graded = np.linspace(0.0, 1.0, 601) ** 2
+    between = state_columns(equilibria, low + (high - low) * graded, machine_stiffness)
+    if high < low:
+        between = state_columns(equilibria, high + (low - high) * graded[::-1], machine_stiffness)
+    k, control = event[[_STIFFNESS]], event[[_CONTROL]]
+    fallen = _free_body(k, control, math.nan)
+    ends = [
+        _free_body(k, control, equilibria.touch)
+        if before == _NOWHERE
+        else {n: x[:1] for n, x in between.items()},
+        fallen if after == _NOWHERE else {n: x[-1:] for n, x in between.items()},
+    ]
+    states = {name: np.concatenate([end[name] for end in ends]) for name in between}
+    outline = {name: np.concatenate([states[name][:1], x, states[name][1:]]) for name, x in between.items()}
+    return Jump(states, outline, float(event[_LOSS]))

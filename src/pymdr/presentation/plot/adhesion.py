@@ -1,0 +1,179 @@
+"""Figures of contacts with adhesion: loops with their jumps, radii, and fields with tension at the edge."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from pymdr.interpretation.validity import BoolArray
+from pymdr.presentation.plot.loops import course_of, draw_loop, draw_radius
+from pymdr.presentation.plot.section import graded_inside, section, section_into
+from pymdr.presentation.plot.shared import (
+    BLUE,
+    GREEN,
+    GREY,
+    ORANGE,
+    FigureData,
+    axis_label,
+    draw_zero,
+    good_unit,
+    lengths,
+    mark_radii,
+    new_figure,
+    row_number,
+    say,
+    say_refused,
+    scaled,
+    singularities,
+    styled,
+    typeset,
+)
+from pymdr.quantities import QUANTITIES, RADIUS
+from pymdr.units import FloatArray
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+
+def adhesive_overview(data: FigureData) -> Figure:
+    """The contact in section, its force loop, and its pressure, in one figure."""
+    with styled():
+        figure = new_figure(10.4, 6.2)
+        left, right = np.ravel(np.asarray(figure.subfigures(1, 2, width_ratios=(1.2, 1.0))))
+        section_into(left, data)
+        loop, pressure = right.subplots(2, 1, height_ratios=(1.25, 1.0))
+        draw_loop(loop, course_of(data), _ways(data)[0], 7.0)
+        draw_tensile_pressure(pressure, data)
+    return figure
+
+
+def adhesive_figures(data: FigureData) -> dict[str, Figure]:
+    """
+    The figures of a contact with adhesion by name.
+
+    Parameters
+    ----------
+    data : FigureData
+
+    Returns
+    -------
+    dict of str to matplotlib.figure.Figure
+        ``section``, ``loop``, ``radius`` and ``fields``.
+    """
+    course, ways = course_of(data), _ways(data)
+    with styled():
+        loop = new_figure(9.6 if len(ways) > 1 else 5.8, 4.8)
+        for axes, across in zip(np.ravel(np.asarray(loop.subplots(1, len(ways)))), ways, strict=True):
+            draw_loop(axes, course, across)
+        radius = new_figure(5.8, 4.6)
+        draw_radius(radius.subplots(), course)
+        fields = new_figure(9.6, 3.8)
+        left, right = fields.subplots(1, 2)
+        draw_tensile_pressure(left, data)
+        _draw_surfaces(right, data)
+    return {"section": section(data), "loop": loop, "radius": radius, "fields": fields}
+
+
+def _ways(data: FigureData) -> list[str]:
+    return ["travel", "indentation"] if "travel" in data.data else ["indentation"]
+
+
+def draw_tensile_pressure(axes: Axes, data: FigureData) -> None:
+    """Pressure over the radius with the tension of its edge: cut where it is infinite, or its plateau."""
+    if data.field is None:
+        say_refused(axes, data)
+        return
+    r, a, c = _radii(data)
+    if not c > 0.0:
+        say(axes, f"no contact in step {row_number(data, data.row)}")
+        return
+    p = data.field("pressure", r)
+    r_unit = good_unit(r, "m")
+    low, high = _pressure_limits(p.values, r < a, finite=c > a)
+    unit = good_unit(np.array([low, high]), "Pa")
+    x, y = lengths(r, r_unit), scaled(p.values, "pressure", unit)
+    axes.plot(x, y, color=ORANGE, lw=1.5)
+    axes.set_ylim(*scaled(np.array([low, high]), "pressure", unit))
+    axes.set_xlim(0.0, x[-1])
+    draw_zero(axes)
+    mark_radii(axes, a, c, r_unit)
+    if c > a and np.any((r > a) & (r < c)):
+        strength = float(np.min(p.values[(r > a) & (r < c)]))
+        words = f"$-\\sigma_0$ = {typeset(strength, 'Pa')}"
+        at = float(scaled(np.array(strength), "pressure", unit))
+        axes.text(x[-1], at, words, ha="right", va="bottom", fontsize=8)
+    amplitude = float(p["edge_amplitude"])
+    # halfway between the line p = 0 and the end of the picture to which the edge goes
+    height = 0.5 * float(scaled(np.array(low if amplitude < 0.0 else high), "pressure", unit))
+    words = singularities(amplitude, float(data.field("pressure", np.zeros(1)).values[0]))
+    axes.text(0.98 * x[-1], height, words, ha="right", va="center", fontsize=8)
+    axes.set_xlabel(f"{RADIUS.label} ({r_unit})")
+    axes.set_ylabel(axis_label("pressure", unit))
+    axes.set_title(f"step {row_number(data, data.row)}", fontsize=8, loc="left", color=GREY)
+
+
+def _radii(data: FigureData) -> tuple[FloatArray, float, float]:
+    """Radii graded to both edges, and the radii of contact and of what acts across the gap."""
+    assert data.field is not None
+    a = float(data.data["contact_radius"].values[data.row])
+    c = float(data.data["cohesive_radius"].values[data.row]) if "cohesive_radius" in data.data else a
+    c = max(a, c) if not math.isnan(c) else a
+    parts = []
+    if a > 0.0:
+        parts = [graded_inside(a), a + a * np.linspace(0.0, 1.0, 61)[1:] ** 2]
+    if c > a:
+        outer = max(2.0 * a, 1.3 * c) if a > 0.0 else 1.6 * c
+        around = c * np.array([1.0 - 1e-9, 1.0 + 1e-9])
+        parts += [np.linspace(a or 1e-6 * c, c, 81), around, np.linspace(c, outer, 41)]
+    return np.unique(np.concatenate([[], *parts])), a, c
+
+
+def _pressure_limits(p: FloatArray, inside: BoolArray, *, finite: bool) -> tuple[float, float]:
+    known = p[np.isfinite(p)]
+    low, high = float(np.min(known, initial=0.0)), float(np.max(known, initial=0.0))
+    if not finite:
+        within = np.abs(p[inside & np.isfinite(p)])
+        clip = max(1.3 * high, 3.0 * float(np.median(within)) if within.size else 0.0)
+        low, high = max(low, -clip), min(high, clip)
+    room = 0.1 * (high - low) or 1.0
+    return low - room, high + 1.5 * room
+
+
+def _draw_surfaces(axes: Axes, data: FigureData) -> None:
+    """Both surfaces after deformation, and the gap between them."""
+    if data.field is None:
+        say_refused(axes, data)
+        return
+    r, a, c = _radii(data)
+    if not c > 0.0:
+        axes.set_axis_off()
+        return
+    d = float(data.data["indentation"].values[data.row])
+    surface = -data.field("normal_displacement", r).values
+    gap = data.field("gap", r).values
+    with np.errstate(invalid="ignore"):
+        body = data.gap(r) - d
+    size = max(abs(d), float(np.nanmax(np.abs(surface))), float(np.nanmin(gap[r > a], initial=0.0)))
+    near = r <= max(1.3 * a, 1.1 * c)
+    wanted = np.concatenate([surface, gap[near & np.isfinite(gap)]])
+    low, high = float(np.nanmin(wanted)), max(float(np.nanmax(wanted)), 0.3 * size)
+    r_unit, unit = good_unit(r, "m"), good_unit(np.array([low, high]), "m")
+    x = lengths(r, r_unit)
+    inside = np.isfinite(body)
+    axes.plot(x[inside], lengths(body[inside], unit), color=BLUE, lw=1.5, label="indenter $f(r) - d$")
+    axes.plot(x, lengths(surface, unit), color=GREY, lw=1.5, label="surface $-u_z$")
+    open_gap = np.isfinite(gap)
+    axes.plot(
+        x[open_gap], lengths(gap[open_gap], unit), color=GREEN, lw=1.2, ls="--", label=QUANTITIES["gap"].label
+    )
+    room = 0.1 * (high - low) or 1.0
+    axes.set_ylim(*lengths(np.array([low - room, high + room]), unit))
+    axes.set_xlim(0.0, x[-1])
+    mark_radii(axes, a, c, r_unit)
+    draw_zero(axes)
+    axes.set_xlabel(f"{RADIUS.label} ({r_unit})")
+    axes.set_ylabel(f"height ({unit})")
+    axes.legend(fontsize=8)

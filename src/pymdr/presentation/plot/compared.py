@@ -1,0 +1,110 @@
+"""Figures that hold solutions against each other."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from pymdr.presentation.plot.shared import (
+    BLUE,
+    GREY,
+    LIGHT,
+    ORANGE,
+    axis_label,
+    draw_zero,
+    good_unit,
+    legend_above,
+    lengths,
+    limit_peaks,
+    new_figure,
+    scaled,
+    styled,
+    without_peaks,
+)
+from pymdr.quantities import RADIUS
+from pymdr.units import from_si
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+
+def compared_pressures(pressures: xr.Dataset) -> Figure:
+    """
+    Pressure by the method and by rings over the radius, with their difference below.
+
+    Parameters
+    ----------
+    pressures : xarray.Dataset
+        ``mdr`` and ``rings`` over ``r``, in Pa and m.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    with styled():
+        figure = new_figure(6.0, 5.0)
+        upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(2, 1))
+        r, mdr, rings = (pressures[name].values for name in ("r", "mdr", "rings"))
+        r_unit, p_unit = good_unit(r, "m"), good_unit(without_peaks(rings), "Pa")
+        d_unit = p_unit
+        x = from_si(r, "m", r_unit)
+        upper.plot(
+            x, from_si(rings, "Pa", p_unit), color=ORANGE, lw=3, alpha=0.6, label="boundary elements on rings"
+        )
+        if np.isfinite(mdr).any():
+            upper.plot(x, from_si(mdr, "Pa", p_unit), color=BLUE, lw=1.2, label="MDR")
+            d_unit = good_unit(mdr - rings, "Pa")
+            lower.plot(x, from_si(mdr - rings, "Pa", d_unit), color=GREY, lw=1)
+        else:
+            lower.text(0.5, 0.5, "MDR refused: not a disk contact", ha="center", transform=lower.transAxes)
+        limit_peaks(upper, from_si(without_peaks(rings), "Pa", p_unit))
+        upper.set_ylabel(axis_label("pressure", p_unit))
+        lower.set_ylabel(f"difference ({d_unit})")
+        lower.set_xlabel(f"{RADIUS.label} ({r_unit})")
+        lower.axhline(0.0, color=LIGHT, zorder=0)
+        upper.legend()
+    return figure
+
+
+def compared_tractions(table: xr.Dataset, tractions: xr.Dataset) -> Figure:
+    """
+    Tangential force against shift, and the shear traction of the last step, by the stack and boundary elements.
+
+    Parameters
+    ----------
+    table : xarray.Dataset
+        ``shift``, ``tangential_force_mdr`` and ``tangential_force_grid`` over ``step``, in SI units.
+    tractions : xarray.Dataset
+        ``mdr`` and ``grid`` over ``r``, in Pa and m.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    with styled():
+        figure = new_figure(9.0, 3.9)
+        left, right = figure.subplots(1, 2)
+        shift, force, tau = (
+            x.values for x in (table["shift"], table["tangential_force_mdr"], tractions["mdr"])
+        )
+        u_unit, f_unit = good_unit(shift, "m"), good_unit(force, "N")
+        u = lengths(shift, u_unit)
+        other = scaled(table["tangential_force_grid"].values, "tangential_force", f_unit)
+        left.plot(u, other, "o", ms=5, mfc="none", color=ORANGE, label="boundary elements")
+        left.plot(u, scaled(force, "tangential_force", f_unit), color=BLUE, lw=1.2, label="MDR")
+        left.set_xlabel(axis_label("shift", u_unit))
+        left.set_ylabel(axis_label("tangential_force", f_unit))
+        r_unit, t_unit = good_unit(tractions["r"].values, "m"), good_unit(tractions["grid"].values, "Pa")
+        r = lengths(tractions["r"].values, r_unit)
+        grid = scaled(tractions["grid"].values, "shear_traction", t_unit)
+        words = "boundary elements, near the x axis"
+        right.plot(r, grid, "o", ms=5, mfc="none", color=ORANGE, label=words)
+        right.plot(r, scaled(tau, "shear_traction", t_unit), color=BLUE, lw=1.2, label="MDR")
+        right.set_xlabel(f"{RADIUS.label} ({r_unit})")
+        right.set_ylabel(axis_label("shear_traction", t_unit))
+        for axes in (left, right):
+            draw_zero(axes)
+            legend_above(axes)
+    return figure

@@ -1,0 +1,162 @@
+"""Curves against indentation and fields of contacts without adhesion or friction."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from pymdr.presentation.plot.shared import (
+    BLUE,
+    GREEN,
+    GREY,
+    MARKED_ROWS,
+    ORANGE,
+    FigureData,
+    as_seen,
+    axis_label,
+    good_unit,
+    limit_peaks,
+    new_figure,
+    say_refused,
+    singularities,
+    styled,
+    without_peaks,
+)
+from pymdr.quantities import QUANTITIES, RADIUS
+from pymdr.units import FloatArray, from_si
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+
+def curves(data: FigureData) -> Figure:
+    """Force, contact radius and stiffness against indentation."""
+    with styled():
+        figure = new_figure(9.6, 3.2)
+        for axes, name in zip(
+            figure.subplots(1, 3), ("normal_force", "contact_radius", "normal_stiffness"), strict=True
+        ):
+            draw_curve(axes, data, name)
+    return figure
+
+
+def fields(data: FigureData) -> Figure:
+    """Pressure, and displacement with gap, over the radius."""
+    with styled():
+        figure = new_figure(9.0, 3.6)
+        if data.field is None:
+            say_refused(figure.subplots(), data)
+            return figure
+        left, right = figure.subplots(1, 2)
+        draw_pressure(left, data)
+        draw_displacement(right, data)
+    return figure
+
+
+def draw_curve(axes: Axes, data: FigureData, name: str) -> None:
+    """A quantity against indentation, with its band and the lower bound where it was refused."""
+    d = data.data["indentation"].values if "indentation" in data.data else None
+    bound = data.data["force_lower_bound"].values if "force_lower_bound" in data.data else None
+    values = data.data[name].values if name in data.data else None
+    is_force = name == "normal_force"
+    if d is None or (values is None and not (is_force and bound is not None)):
+        say_refused(axes, data)
+        return
+    drawn = values if values is not None else np.full(d.shape, math.nan)
+    shown = np.concatenate([drawn, bound]) if is_force and bound is not None else drawn
+    x_unit, y_unit = good_unit(d, "m"), good_unit(shown, QUANTITIES[name].unit)
+    unit = QUANTITIES[name].unit
+    # a disk that was never refused began at the origin
+    whole = bool(np.isfinite(drawn).all())
+    lead = [0.0] if d[0] > 0.0 and whole else []
+    x = from_si(np.concatenate([lead, d]), "m", x_unit)
+
+    def scaled(column: FloatArray) -> FloatArray:
+        return np.asarray(from_si(np.concatenate([lead, column]), unit, y_unit))
+
+    few = "o" if d.size <= MARKED_ROWS else None
+
+    if name in data.bands:
+        low, high = data.bands[name]
+        axes.fill_between(
+            x, scaled(low), scaled(high), color=BLUE, alpha=0.15, lw=0, label="band of the scatter"
+        )
+    if is_force and bound is not None and not np.isfinite(drawn).all():
+        words = "rigorous lower bound" + ("" if np.isfinite(drawn).any() else ":\nnot a disk contact")
+        axes.plot(x, scaled(bound), color=ORANGE, ls="--", lw=1.2, label=words)
+    if whole and data.loading is not None:
+        depth = max(float(d.max()), 0.0) * np.linspace(0.0, 1.0, 301) ** 2
+        between = from_si(data.loading(depth)[name], unit, y_unit)
+        axes.plot(from_si(depth, "m", x_unit), between, color=BLUE, lw=1.5)
+        if few:
+            axes.plot(from_si(d, "m", x_unit), from_si(drawn, unit, y_unit), "o", color=BLUE, ms=2.5)
+    elif np.isfinite(drawn).any():
+        axes.plot(*as_seen(x, scaled(drawn)), color=BLUE, lw=1.5, marker=few, ms=2.5)
+    if data.row >= 0 and values is not None:
+        at = from_si(d[data.row], "m", x_unit), from_si(values[data.row], unit, y_unit)
+        axes.plot(*at, "o", color=BLUE, ms=5)
+    axes.set_xlabel(axis_label("indentation", x_unit))
+    axes.set_ylabel(axis_label(name, y_unit))
+    axes.set_ylim(bottom=min(0.0, float(np.nanmin(scaled(shown[: d.size]), initial=0.0))))
+    if axes.get_legend_handles_labels()[0]:
+        axes.legend(fontsize=8)
+
+
+def draw_pressure(axes: Axes, data: FigureData) -> None:
+    """Pressure over the radius, with notes on its singularities."""
+    assert data.field is not None
+    p = data.field("pressure", None)
+    r, values = p["r"].values, p.values
+    r_unit, unit = good_unit(r, "m"), good_unit(without_peaks(values), "Pa")
+    shown = from_si(without_peaks(values), "Pa", unit)
+    axes.plot(from_si(r, "m", r_unit), from_si(values, "Pa", unit), color=ORANGE, lw=1.5)
+    limit_peaks(axes, shown)
+    a = float(data.data["contact_radius"].values[data.row])
+    amplitude = float(p["edge_amplitude"])
+    for radius, infinite in ((a, amplitude != 0.0), (0.0, math.isinf(values[0]))):
+        if infinite:
+            axes.axvline(from_si(radius, "m", r_unit), color=ORANGE, lw=0.9, ls="--")
+    words = singularities(amplitude, values[0])
+    axes.text(0.97, 0.95, words, ha="right", va="top", transform=axes.transAxes, fontsize=8)
+    axes.set_xlabel(f"{RADIUS.label} ({r_unit})")
+    axes.set_ylabel(axis_label("pressure", unit))
+
+
+def draw_displacement(axes: Axes, data: FigureData) -> None:
+    """Displacement of the surface, undeformed body and gap over the radius."""
+    assert data.field is not None
+    u = data.field("normal_displacement", None)
+    r = u["r"].values
+    h = data.field("gap", r).values
+    d = float(data.data["indentation"].values[data.row])
+    r_unit, unit = good_unit(r, "m"), good_unit(np.array([d, *u.values]), "m")
+    x = from_si(r, "m", r_unit)
+    axes.plot(
+        x, from_si(u.values, "m", unit), color=BLUE, lw=1.5, label=QUANTITIES["normal_displacement"].label
+    )
+    with np.errstate(invalid="ignore"):
+        undeformed = d - data.gap(r)
+    low = -0.6 * abs(d)
+    axes.plot(
+        x,
+        from_si(np.where(undeformed >= low, undeformed, np.nan), "m", unit),
+        color=GREY,
+        lw=1,
+        ls=":",
+        label="$d - f(r)$",
+    )
+    axes.plot(
+        x,
+        from_si(np.where(h <= 1.2 * abs(d), h, np.nan), "m", unit),
+        color=GREEN,
+        lw=1.5,
+        ls="--",
+        label=QUANTITIES["gap"].label,
+    )
+    axes.set_ylim(from_si(low, "m", unit), None)
+    axes.set_xlabel(f"{RADIUS.label} ({r_unit})")
+    axes.set_ylabel(f"length ({unit})")
+    axes.legend(fontsize=8)

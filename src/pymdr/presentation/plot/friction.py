@@ -1,0 +1,240 @@
+"""Figures of contacts with friction: loops, stick and slip, tractions and energies."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from pymdr.presentation.plot.section import section, section_into
+from pymdr.presentation.plot.shared import (
+    BLUE,
+    GREEN,
+    GREY,
+    MARKED_ROWS,
+    MOST,
+    ORANGE,
+    FigureData,
+    along_history,
+    as_seen,
+    axis_label,
+    column,
+    draw_zero,
+    good_unit,
+    legend_above,
+    lengths,
+    new_figure,
+    row_number,
+    say,
+    scaled,
+    styled,
+    thinned,
+)
+from pymdr.quantities import QUANTITIES, RADIUS
+from pymdr.units import FloatArray
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+_SHOWN = (BLUE, ORANGE, GREEN, "#CC79A7")
+_STRETCHES = 1000
+
+
+def frictional_overview(data: FigureData) -> Figure:
+    """The contact in section, its loop, and the tractions of some steps, in one figure."""
+    with styled():
+        figure = new_figure(10.4, 5.8)
+        left, right = np.ravel(np.asarray(figure.subfigures(1, 2, width_ratios=(1.2, 1.0))))
+        section_into(left, data)
+        loop, tractions = right.subplots(2, 1)
+        rows = _chosen(data)
+        _draw_loop(loop, data, rows)
+        _draw_tractions(tractions, data, rows)
+    return figure
+
+
+def frictional_figures(data: FigureData) -> dict[str, Figure]:
+    """
+    The figures of a contact with friction by name.
+
+    Parameters
+    ----------
+    data : FigureData
+
+    Returns
+    -------
+    dict of str to matplotlib.figure.Figure
+        ``section``, ``loop``, ``tractions`` and ``energies``.
+    """
+    with styled():
+        rows = _chosen(data)
+        loop = new_figure(9.6, 3.8)
+        left, right = loop.subplots(1, 2)
+        _draw_loop(left, data, rows)
+        _draw_zones(right, data)
+        tractions = new_figure(9.6, 3.8)
+        left, right = tractions.subplots(1, 2)
+        _draw_tractions(left, data, rows)
+        _draw_slip(right, data, rows)
+        energies = new_figure(5.8, 3.8)
+        _draw_energies(energies.subplots(), data)
+    return {"section": section(data), "loop": loop, "tractions": tractions, "energies": energies}
+
+
+def _draw_loop(axes: Axes, data: FigureData, rows: list[int]) -> None:
+    """Tangential force over the shift, with the rows whose tractions are drawn."""
+    (u, u_unit), (force, force_unit) = (column(data, name) for name in ("shift", "tangential_force"))
+    few = "o" if u.size <= MARKED_ROWS else None
+    axes.plot(*as_seen(u, force), color=GREY, lw=1.3, marker=few, ms=2.5)
+    for row, colour in zip(rows, _SHOWN, strict=False):
+        name = f"step {row_number(data, row)}"
+        axes.plot(u[[row]], force[[row]], "o", color=colour, ms=6, label=name, zorder=3)
+    draw_zero(axes)
+    axes.axvline(0.0, color=GREY, lw=0.5, zorder=0)
+    axes.set_xlabel(axis_label("shift", u_unit))
+    axes.set_ylabel(axis_label("tangential_force", force_unit))
+    legend_above(axes)
+
+
+def _draw_zones(axes: Axes, data: FigureData) -> None:
+    """Stick inside and slip around it, over the history."""
+    a, unit = column(data, "contact_radius")
+    least = most = lengths(data.data["stick_radius"].values, unit)
+    x, words = along_history(data)
+    if x.size == 1:
+        x, a, least, most = np.array([x[0] - 0.5, x[0] + 0.5]), *(np.repeat(v, 2) for v in (a, least, most))
+    if x.size > MOST:
+        # more rows than the picture is wide: the extremes of stretches of them
+        starts = np.linspace(0, x.size, _STRETCHES, endpoint=False, dtype=int)
+        least, most = np.fmin.reduceat(least, starts), np.fmax.reduceat(most, starts)
+        x, a = x[starts], np.fmax.reduceat(a, starts)
+        axes.fill_between(x, least, most, color=ORANGE, alpha=0.12, lw=0, label="stick and slip by turns")
+    axes.fill_between(x, most, a, color=ORANGE, alpha=0.35, lw=0, label="slip")
+    axes.fill_between(x, 0.0, least, color=BLUE, alpha=0.3, lw=0, label="stick")
+    axes.plot(x, a, color=GREY, lw=1.2, label=QUANTITIES["contact_radius"].label)
+    axes.plot(x, least, color=BLUE, lw=1.2, label=QUANTITIES["stick_radius"].label)
+    axes.ticklabel_format(axis="x", style="plain")
+    axes.set_xlabel(words)
+    axes.set_ylabel(f"radius ({unit})")
+    axes.set_ylim(0.0, 1.1 * float(np.nanmax(a, initial=0.0)) or 1.0)
+    axes.margins(x=0.0)
+    legend_above(axes)
+
+
+def _chosen(data: FigureData) -> list[int]:
+    """The row of the largest force, the drawn one, and one halfway between their forces, in order."""
+    force = data.data["tangential_force"].values
+    a = data.data["contact_radius"].values
+    touching = np.isfinite(force) & (a > 0.0)
+    if not touching.any():
+        return []
+    drawn = data.row if data.row >= 0 and touching[data.row] else int(np.flatnonzero(touching)[-1])
+    largest = int(np.argmax(np.where(touching, np.abs(force), -1.0)))
+    low, high = sorted((drawn, largest))
+    found = {drawn, largest}
+    between = np.arange(low + 1, high)[touching[low + 1 : high]]
+    if between.size:
+        halfway = 0.5 * (force[drawn] + force[largest])
+        if abs(force[drawn] - force[largest]) < 1e-6 * abs(force[largest]):
+            halfway = 0.0
+        found.add(int(between[np.argmin(np.abs(force[between] - halfway))]))
+    return sorted(found)
+
+
+def _radii(data: FigureData, rows: list[int]) -> FloatArray:
+    """Radii graded to the edges of stick and contact of some rows."""
+    a, b = (data.data[name].values[rows] for name in ("contact_radius", "stick_radius"))
+    top = float(np.max(a))
+    around = np.array([1.0 - 1e-6, 1.0, 1.0 + 1e-6])
+    edges = np.concatenate([np.outer(around, a).ravel(), np.outer(around, b).ravel()])
+    r = np.concatenate(
+        [top * np.sin(np.linspace(0.0, 0.5 * math.pi, 161)), np.linspace(top, 1.3 * top, 30), edges]
+    )
+    return np.unique(r)
+
+
+def _draw_tractions(axes: Axes, data: FigureData, rows: list[int]) -> None:
+    """Shear traction of some rows inside the limits of friction."""
+    if not rows or data.field_at is None:
+        say(axes, "no contact at any step")
+        return
+    r = _radii(data, rows)
+    found = [data.field_at("shear_traction", r, row).values for row in rows]
+    limits: list[FloatArray] = []
+    if data.friction is not None and 0.0 < data.friction < math.inf:
+        limits = [data.friction * data.field_at("pressure", r, row).values for row in rows]
+    top = _largest_shown([*found, *limits])
+    r_unit, unit = good_unit(r, "m"), good_unit(np.array([top]), "Pa")
+    x = lengths(r, r_unit)
+    label: str | None = "$\\pm\\mu p$"
+    for i, limit in enumerate(limits):
+        if any(np.array_equal(limit, other) for other in limits[:i]):
+            continue
+        within = np.where(r <= float(data.data["contact_radius"].values[rows[i]]), limit, np.nan)
+        for sign in (1.0, -1.0):
+            y = scaled(sign * within, "shear_traction", unit)
+            axes.plot(x, y, color=GREY, lw=0.9, ls=(0, (4, 2)), label=label, zorder=1)
+            label = None
+    for row, colour, tau in zip(rows, _SHOWN, found, strict=False):
+        name = f"step {row_number(data, row)}"
+        axes.plot(x, scaled(tau, "shear_traction", unit), color=colour, lw=1.5, label=name)
+    if top > 0.0:
+        low, high = (any((f[np.isfinite(f)] * s > 1e-9 * top).any() for f in [*found]) for s in (-1.0, 1.0))
+        ends = np.array([-1.15 * top if low else -0.1 * top, 1.15 * top if high else 0.1 * top])
+        axes.set_ylim(*scaled(ends, "shear_traction", unit))
+    draw_zero(axes)
+    axes.set_xlim(0.0, x[-1])
+    axes.set_xlabel(f"{RADIUS.label} ({r_unit})")
+    axes.set_ylabel(axis_label("shear_traction", unit))
+    legend_above(axes)
+
+
+def _largest_shown(values: list[FloatArray]) -> float:
+    """Where a picture ends whose curves may be infinite at an edge or at a tip."""
+    finite = [np.abs(v[np.isfinite(v)]) for v in values]
+    tops = [float(min(np.max(v), 3.0 * np.median(v[v > 0.0]))) for v in finite if (v > 0.0).any()]
+    return max(tops, default=0.0)
+
+
+def _draw_slip(axes: Axes, data: FigureData, rows: list[int]) -> None:
+    """Tangential displacement of the surface, and slip inside the contact, of some rows."""
+    if not rows or data.field_at is None:
+        say(axes, "no contact at any step")
+        return
+    r = _radii(data, rows)
+    shown = [data.field_at("tangential_displacement", r, row).values for row in rows]
+    slips = [data.field_at("slip", r, row).values for row in rows]
+    r_unit, unit = good_unit(r, "m"), good_unit(np.concatenate([*shown, *slips]), "m")
+    x = lengths(r, r_unit)
+    for row, colour, u, slip in zip(rows, _SHOWN, shown, slips, strict=False):
+        name = f"step {row_number(data, row)}"
+        axes.plot(x, lengths(u, unit), color=colour, lw=1.5, label=name)
+        axes.plot(x, lengths(slip, unit), color=colour, lw=1.1, ls="--")
+    axes.plot([], [], color=GREY, lw=1.5, label="displacement $u_x(r)$")
+    axes.plot([], [], color=GREY, lw=1.1, ls="--", label="slip $\\delta$")
+    draw_zero(axes)
+    axes.set_xlim(0.0, x[-1])
+    axes.set_xlabel(f"{RADIUS.label} ({r_unit})")
+    axes.set_ylabel(f"tangential displacement ({unit})")
+    legend_above(axes)
+
+
+def _draw_energies(axes: Axes, data: FigureData) -> None:
+    """Stored and dissipated energy over the history."""
+    names = ("stored_tangential_energy", "dissipated_energy")
+    unit = good_unit(np.concatenate([data.data[name].values for name in names]), "J")
+    x, words = along_history(data)
+    for name, colour in zip(names, (BLUE, ORANGE), strict=True):
+        values = scaled(data.data[name].values, name, unit)
+        kept = thinned(values)
+        few = "o" if x.size <= MARKED_ROWS else None
+        axes.plot(
+            x[kept], values[kept], color=colour, lw=1.5, marker=few, ms=2.5, label=QUANTITIES[name].label
+        )
+    draw_zero(axes)
+    axes.set_xlabel(words)
+    axes.set_ylabel(f"energy ({unit})")
+    axes.ticklabel_format(axis="x", style="plain")
+    legend_above(axes)

@@ -1,0 +1,255 @@
+"""Loops of contacts with adhesion: force and radii over travel or indentation, with jumps and what they lose."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from pymdr.interpretation.jumps import Branches, Jump
+from pymdr.presentation.plot.shared import (
+    BLUE,
+    GREEN,
+    GREY,
+    MARKED_ROWS,
+    ORANGE,
+    FigureData,
+    as_seen,
+    axis_label,
+    draw_zero,
+    good_unit,
+    legend_above,
+    row_number,
+    say,
+    say_refused,
+    scaled,
+    typeset,
+)
+from pymdr.presentation.text import written
+from pymdr.quantities import QUANTITIES
+from pymdr.units import FloatArray
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+_DRAWN_JUMPS = 100
+
+
+@dataclass(frozen=True)
+class Course:
+    """What is drawn of a path on the equilibria of its contact; made by :func:`course_of`."""
+
+    data: FigureData
+    branches: Branches | None
+    """None where the bodies never touch."""
+    trail: Mapping[str, FloatArray]
+    """Quantities by name along the path, in SI units, with nan inside jumps."""
+
+    @property
+    def jumps(self) -> tuple[Jump, ...]:
+        """Different jumps, as many as a picture can hold."""
+        return () if self.branches is None else self.branches.jumps[:_DRAWN_JUMPS]
+
+    def extent(self, name: str) -> FloatArray:
+        """Smallest and largest value of a quantity on the path and in its jumps; empty without any."""
+        values = [self.trail[name], *(jump.outline[name] for jump in self.jumps)]
+        finite = np.concatenate(values)
+        finite = finite[np.isfinite(finite)]
+        return np.array([finite.min(), finite.max()]) if finite.size else finite
+
+
+def course_of(data: FigureData) -> Course:
+    """The course of a path with adhesion: between its rows too, where they are few."""
+    branches = None if data.equilibria is None else data.equilibria()
+    if branches is not None:
+        return Course(data, branches, branches.trail)
+    names = ("indentation", "travel", "normal_force", "contact_radius", "cohesive_radius")
+    return Course(data, None, {name: data.data[name].values for name in names if name in data.data})
+
+
+def draw_loop(axes: Axes, course: Course, across: str, size: float = 8.0) -> None:
+    """Force over travel or indentation: the path over all equilibria, its jumps and what they lose."""
+    plane = _plane(axes, course, across, "normal_force")
+    if plane is None:
+        return
+    draw_zero(axes)
+    _shade_losses(plane, course)
+    _draw_equilibria(plane, course)
+    _draw_path(plane, course, BLUE, "path")
+    _draw_jumps(plane, course)
+    _mark_row(plane, course.data)
+    _mark_pull_off(plane, course)
+    if course.branches is None:
+        axes.text(0.5, 0.9, "the surfaces never touch", ha="center", color=GREY, transform=axes.transAxes)
+    legend_above(axes, size)
+
+
+def draw_radius(axes: Axes, course: Course) -> None:
+    """Contact radius, and that of the cohesive zone, over the indentation."""
+    cohesive = "cohesive_radius" in course.data.data
+    plane = _plane(axes, course, "indentation", "cohesive_radius" if cohesive else "contact_radius")
+    if plane is None:
+        return
+    _draw_equilibria(plane, course)
+    if cohesive:
+        _draw_path(plane, course, GREEN, QUANTITIES["cohesive_radius"].label)
+        _draw_jumps(plane, course, told=False)
+        plane = _Plane(axes, "indentation", "contact_radius", plane.x_unit, plane.y_unit)
+        _draw_equilibria(plane, course, told=False)
+        axes.set_ylabel(f"radius ({plane.y_unit})")
+    _draw_path(plane, course, BLUE, QUANTITIES["contact_radius"].label)
+    _draw_jumps(plane, course)
+    _mark_row(plane, course.data)
+    axes.set_ylim(bottom=0.0)
+    legend_above(axes)
+
+
+@dataclass(frozen=True)
+class _Plane:
+    """Two quantities against each other, in their units."""
+
+    axes: Axes
+    across: str
+    up: str
+    x_unit: str
+    y_unit: str
+
+    def points(self, values: Mapping[str, FloatArray]) -> tuple[FloatArray, FloatArray]:
+        """Values by name in the units of the axes."""
+        x, y = values[self.across], values[self.up]
+        return scaled(x, self.across, self.x_unit), scaled(y, self.up, self.y_unit)
+
+
+def _plane(axes: Axes, course: Course, across: str, up: str) -> _Plane | None:
+    """Axes with labels and limits; None, with words in their place, where there is nothing to draw."""
+    data = course.data
+    if across not in data.data or up not in data.data:
+        say_refused(axes, data)
+        return None
+    x, y = course.extent(across), course.extent(up)
+    if x.size == 0 or y.size == 0:
+        say(axes, "the contact is lost at every step")
+        return None
+    plane = _Plane(axes, across, up, good_unit(x, "m"), good_unit(y, QUANTITIES[up].unit))
+    for ends, unit, name, limit in (
+        (x, plane.x_unit, across, axes.set_xlim),
+        (y, plane.y_unit, up, axes.set_ylim),
+    ):
+        low, high = scaled(np.array([min(ends[0], 0.0), max(ends[1], 0.0)]), name, unit)
+        room = 0.08 * (high - low) or 1.0
+        limit(low - room, high + room)
+    axes.set_xlabel(axis_label(across, plane.x_unit))
+    axes.set_ylabel(axis_label(up, plane.y_unit))
+    return plane
+
+
+def _draw_equilibria(plane: _Plane, course: Course, *, told: bool = True) -> None:
+    if course.branches is None:
+        return
+    x, y = plane.points(course.branches.curve)
+    # the slope vanishes at the first touch, and a fold belongs to both of its branches
+    stable = np.append(course.branches.stable[1], course.branches.stable[1:])
+    unstable = ~stable | np.append(~stable[1:], False) | np.append(False, ~stable[:-1])
+    for there, dashes, label in (
+        (stable, "-", "stable equilibria"),
+        (unstable, (0, (4, 2)), "unstable equilibria"),
+    ):
+        if there.any():
+            plane.axes.plot(
+                np.where(there, x, math.nan),
+                y,
+                color=GREY,
+                lw=1.0,
+                ls=dashes,
+                label=label if told else None,
+                zorder=1.5,
+            )
+
+
+def _draw_path(plane: _Plane, course: Course, colour: str, label: str) -> None:
+    """The path as a line, and its rows as points where they are few."""
+    plane.axes.plot(*as_seen(*plane.points(course.trail)), color=colour, lw=1.6, label=label)
+    if course.data.data.sizes["step"] <= MARKED_ROWS:
+        rows = {name: course.data.data[name].values for name in (plane.across, plane.up)}
+        plane.axes.plot(*plane.points(rows), color=colour, ls="none", marker="o", ms=3.0)
+
+
+def _shade_losses(plane: _Plane, course: Course) -> None:
+    label: str | None = "energy lost in jumps"
+    if "jump_dissipation" in course.data.data:
+        spent = course.data.data["jump_dissipation"].values
+        label = f"energy lost in jumps, {written(float(np.nansum(spent)), 'J')}"
+    for jump in course.jumps:
+        if jump.loss > 0.0 and math.isfinite(jump.loss):
+            x, y = plane.points(jump.outline)
+            plane.axes.fill(x, y, color=ORANGE, alpha=0.15, lw=0, label=label, zorder=1)
+            label = None
+
+
+def _draw_jumps(plane: _Plane, course: Course, *, told: bool = True) -> None:
+    sloped = plane.up == "normal_force" and plane.across == "indentation" and "travel" in course.data.data
+    label: str | None = "jump (slope $-k$ of the machine)" if sloped else "jump"
+    if not told:
+        label = None
+    left = plane.axes.get_xlim()[0]
+    for jump in course.jumps:
+        x, y = plane.points(jump.states)
+        if not np.isfinite(x[1]):
+            # a body that falls without end
+            x = np.array([x[0], left if plane.up == "normal_force" else x[0]])
+        plane.axes.plot(x, y, color=ORANGE, lw=1.1, label=label, zorder=2.5)
+        label = None
+        if told:
+            _point(plane.axes, x, y)
+
+
+def _point(axes: Axes, x: FloatArray, y: FloatArray) -> None:
+    """An arrowhead a little past the middle of a line that is long enough for one."""
+    spans = [limits[1] - limits[0] for limits in (axes.get_xlim(), axes.get_ylim())]
+    if math.hypot((x[1] - x[0]) / spans[0], (y[1] - y[0]) / spans[1]) < 0.03:
+        return
+    tail, head = (np.array([x[0] + t * (x[1] - x[0]), y[0] + t * (y[1] - y[0])]) for t in (0.45, 0.6))
+    style = {
+        "arrowstyle": "-|>",
+        "color": ORANGE,
+        "lw": 0.0,
+        "mutation_scale": 11,
+        "shrinkA": 0,
+        "shrinkB": 0,
+    }
+    arrow = axes.annotate("", xy=(head[0], head[1]), xytext=(tail[0], tail[1]), arrowprops=style)
+    arrow.set_in_layout(False)
+
+
+def _mark_row(plane: _Plane, data: FigureData) -> None:
+    if data.row < 0 or data.data.sizes["step"] < 2:
+        return
+    here = {name: data.data[name].values[[data.row]] for name in (plane.across, plane.up)}
+    x, y = plane.points(here)
+    if np.isfinite([x[0], y[0]]).all():
+        label = f"step {row_number(data, data.row)}"
+        plane.axes.plot(x, y, "o", mfc="white", mec=BLUE, ms=5, label=label, zorder=3)
+
+
+def _mark_pull_off(plane: _Plane, course: Course) -> None:
+    """The last state before contact is lost, and the largest pull where that is another one."""
+    lost = [
+        jump
+        for jump in course.jumps
+        if jump.states["cohesive_radius"][1] == 0.0 and jump.states["normal_force"][0] < 0.0
+    ]
+    at = math.nan
+    for jump in lost[-1:]:
+        at = float(jump.states["normal_force"][0])
+        x, y = plane.points(jump.states)
+        words = f"pull-off, {typeset(at, 'N')}"
+        plane.axes.plot(x[:1], y[:1], "o", color=ORANGE, ms=4.5, zorder=3.5, label=words)
+    force = course.trail["normal_force"]
+    i = int(np.argmin(np.where(np.isnan(force), math.inf, force)))
+    if force[i] < 0.0 and not force[i] > 1.02 * at:
+        x, y = plane.points({name: course.trail[name][[i]] for name in (plane.across, plane.up)})
+        words = f"largest pull, {typeset(float(force[i]), 'N')}"
+        plane.axes.plot(x, y, "v", color=ORANGE, ms=5, zorder=3.5, label=words)

@@ -1,0 +1,226 @@
+"""The contact in section with its pressure, above the line with its springs, pressed and pulled."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from pymdr.presentation.plot.shared import (
+    BLUE,
+    GREEN,
+    GREY,
+    LIGHT,
+    ORANGE,
+    FigureData,
+    axis_label,
+    good_unit,
+    lengths,
+    mark_radii,
+    new_figure,
+    row_number,
+    say,
+    say_refused,
+    scaled,
+    styled,
+    without_peaks,
+)
+from pymdr.quantities import RADIUS
+from pymdr.units import FloatArray
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+_SPRINGS = 41
+_FREE = "#AAAAAA"
+_ZIGZAG = np.array([0.0, 0.0, 1.0, -1.0, 1.0, -1.0, 1.0, -1.0, 0.0, 0.0])
+_ALONG = np.array([0.0, 0.12, 0.2, 0.33, 0.46, 0.59, 0.72, 0.8, 0.88, 1.0])
+
+
+def section(data: FigureData) -> Figure:
+    """The contact in section with its pressure, above the equivalent line with its springs."""
+    with styled():
+        figure = new_figure(6.4, 5.6)
+        section_into(figure, data)
+    return figure
+
+
+def section_into(figure: Any, data: FigureData) -> None:
+    """Draw the section and the springs into a figure or a part of one."""
+    if data.field is None:
+        say_refused(figure.subplots(), data)
+        return
+    c = _outer_radius(data)
+    if not c > 0.0:
+        say(figure.subplots(), f"no contact in step {row_number(data, data.row)}")
+        return
+    if data.on_line:
+        upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(1.25, 1.0))
+    else:
+        upper, lower = figure.subplots(), None
+    a, d = (float(data.data[name].values[data.row]) for name in ("contact_radius", "indentation"))
+    reach = 1.8 * a if data.equilibria is None else max(1.8 * a, 1.25 * c)
+    x_unit = good_unit(np.array([reach]), "m")
+    z_unit = _draw_bodies(upper, data, a, d, reach, x_unit)
+    _draw_pressure_profile(upper, data, a, c, x_unit)
+    mark_radii(upper, a, c, x_unit, both_sides=True)
+    if lower is not None:
+        mark_radii(lower, a, c, x_unit, both_sides=True, named=False)
+    if lower is None:
+        upper.set_xlabel(f"{RADIUS.label} ({x_unit})")
+        return
+    _draw_springs(lower, data, a, d, reach, x_unit, z_unit)
+    lower.set_xlabel(
+        f"radius $r$ above, position $x$ on the line below ({x_unit})\n"
+        "(the springs are a step of the calculation, not a picture of the body)"
+    )
+
+
+def _outer_radius(data: FigureData) -> float:
+    """Radius in m inside which the bodies act on each other."""
+    names = ("contact_radius", "cohesive_radius")
+    radii = [float(data.data[name].values[data.row]) for name in names if name in data.data]
+    return float(np.nanmax(radii, initial=0.0))
+
+
+def _mirrored(values: FloatArray) -> FloatArray:
+    return np.concatenate([values[::-1], values])
+
+
+def _draw_bodies(axes: Axes, data: FigureData, a: float, d: float, reach: float, x_unit: str) -> str:
+    """Half-space and indenter; the unit of their heights."""
+    assert data.field is not None
+    r = np.unique(np.concatenate([np.linspace(0.0, reach, 241), a * np.array([0.999, 1.0, 1.001])]))
+    u = data.field("normal_displacement", r).values
+    with np.errstate(invalid="ignore"):
+        tip = d - data.gap(r)
+    size = max(abs(d), float(np.nanmax(np.abs(u))))
+    z_unit = good_unit(np.array([size]), "m")
+    x = lengths(np.concatenate([-r[::-1], r]), x_unit)
+    surface = -_mirrored(lengths(u, z_unit))
+    body = -_mirrored(lengths(np.where(np.isfinite(tip), tip, np.nan), z_unit))
+    if data.equilibria is None:
+        deepest = float(np.nanmin(surface))
+        floor, ceiling = 1.6 * deepest, 1.5 * max(1.1 * abs(deepest), 1e-300)
+    else:
+        extent = float(lengths(np.array(size), z_unit))
+        floor = min(float(np.nanmin(surface)), 0.0) - 0.8 * extent
+        ceiling = max(float(np.nanmax(surface)), 0.0) + 1.1 * extent
+    axes.fill_between(x, surface, floor, color=LIGHT, lw=0)
+    axes.plot(x, surface, color=GREY, lw=1.2)
+    inside = np.isfinite(body)
+    with np.errstate(invalid="ignore"):
+        top = np.where(inside, np.minimum(body, ceiling), ceiling)
+    axes.fill_between(x, top, ceiling, where=inside, color=BLUE, alpha=0.18, lw=0)
+    axes.plot(x, np.where(body <= ceiling, body, np.nan), color=BLUE, lw=1.6)
+    if np.isinf(tip).any():
+        axes.vlines([-x[inside].max(), x[inside].max()], body[inside][-1], ceiling, color=BLUE, lw=1.6)
+    axes.set_ylim(floor, ceiling)
+    axes.set_ylabel(f"height $z$ ({z_unit})")
+    axes.spines["bottom"].set_visible(False)
+    axes.tick_params(bottom=False)
+    return z_unit
+
+
+def graded_inside(a: float) -> FloatArray:
+    """Radii in m up to the contact radius, dense at the edge; from close to the axis, where p may be infinite."""
+    return np.asarray(a * np.sin(np.linspace(1e-6, 0.5 * math.pi, 121)))
+
+
+def _draw_pressure_profile(axes: Axes, data: FigureData, a: float, c: float, x_unit: str) -> None:
+    """Pressure on the line z = 0, with its own scale at the right; tension goes down."""
+    assert data.field is not None
+    r = graded_inside(a)
+    if c > a:
+        r = np.concatenate(
+            [r, np.linspace(a or 1e-6 * c, c, 41)[1:-1], c * np.array([1.0 - 1e-9, 1.0 + 1e-9])]
+        )
+    p = data.field("pressure", r).values
+    size = tension_scale(p) if data.equilibria is not None else float(without_peaks(p).max())
+    unit = good_unit(np.array([size]), "Pa")
+    span = 1.05 * float(scaled(np.array(size), "pressure", unit))
+    # a curve that is infinite somewhere leaves the picture there
+    shown = scaled(np.where(np.isfinite(p), p, math.nan), "pressure", unit)
+    x = lengths(np.concatenate([-r[::-1], r]), x_unit)
+    right = axes.twinx()
+    right.spines["right"].set_visible(True)
+    right.fill_between(x, _mirrored(shown), color=ORANGE, alpha=0.25, lw=0)
+    right.plot(x, _mirrored(shown), color=ORANGE, lw=1.2)
+    low, high = axes.get_ylim()
+    largest, least = (float(np.clip(f(shown, initial=0.0), -span, span)) for f in (np.nanmax, np.nanmin))
+    up, down = largest / high, least / low
+    scale = 1.25 * max(up, down) or 1.0
+    right.set_ylim(scale * low, scale * high)
+    ticks = [t for t in right.get_yticks() if least <= t <= largest]
+    right.set_yticks(ticks)
+    right.set_ylabel(axis_label("pressure", unit), color=ORANGE)
+    right.tick_params(colors=ORANGE)
+
+
+def tension_scale(p: FloatArray) -> float:
+    """Size in Pa of a pressure that may be infinite at its edge: where the pictures of it end."""
+    finite = np.abs(p[np.isfinite(p)])
+    return float(np.quantile(finite, 0.9)) if finite.size else 0.0
+
+
+def _draw_springs(
+    axes: Axes, data: FigureData, a: float, d: float, reach: float, x_unit: str, z_unit: str
+) -> None:
+    """Independent springs from a rigid base to the profile: pressed, pulled or free."""
+    assert data.field is not None
+    x = np.linspace(-reach, reach, 2 * _SPRINGS + 1)[1::2]
+    fine = np.unique(np.concatenate([np.linspace(0.0, reach, 401), [a]]))
+    with np.errstate(invalid="ignore"):
+        tip = data.field("equivalent_profile", fine).values - d
+    head = _heads(data, x, a, d)
+    edge = tip[fine <= a]
+    size = max(abs(d), float(np.max(np.abs(head))), float(np.nanmax(np.abs(edge), initial=0.0)))
+    base, top = -2.2 * size, 1.2 * size
+    half = 0.28 * (x[1] - x[0])
+    for xi, up in zip(x, head, strict=True):
+        colour = GREEN if up < 0.0 else ORANGE if up > 0.0 else _FREE
+        axes.plot(
+            lengths(xi + half * _ZIGZAG, x_unit),
+            lengths(base + (up - base) * _ALONG, z_unit),
+            color=colour,
+            lw=0.8,
+        )
+    shown = np.where(tip <= top, tip, np.nan)
+    xs = lengths(np.concatenate([-fine[::-1], fine]), x_unit)
+    axes.plot(xs, _mirrored(lengths(shown, z_unit)), color=BLUE, lw=1.6)
+    if np.isinf(tip).any():
+        known = np.isfinite(tip)
+        end = float(lengths(fine[known].max(), x_unit))
+        foot, ceiling = lengths(np.array([tip[known][-1], top]), z_unit)
+        axes.vlines([-end, end], foot, ceiling, color=BLUE, lw=1.6)
+    axes.axhline(float(lengths(np.array(base), z_unit)), color=GREY, lw=2)
+    axes.set_ylim(*lengths(np.array([base - 0.15 * size, 1.05 * top]), z_unit))
+    axes.set_ylabel(f"line $g(x) - d$ ({z_unit})")
+    if data.equilibria is not None:
+        _tell_colours(axes, head)
+
+
+def _heads(data: FigureData, x: FloatArray, a: float, d: float) -> FloatArray:
+    """Heights of the ends of the springs, 0 at rest."""
+    assert data.field is not None
+    g = data.field("equivalent_profile", np.abs(x)).values
+    touching = (np.abs(x) <= a) & np.isfinite(g)
+    with np.errstate(invalid="ignore"):
+        inside = np.where(touching, g - d, 0.0)
+    if data.modulus is None:
+        return inside
+    pulled = data.field("spring_force", np.abs(x)).values
+    return inside - np.where(touching, 0.0, pulled / data.modulus)
+
+
+def _tell_colours(axes: Axes, head: FloatArray) -> None:
+    for colour, words, there in (
+        (GREEN, "pressed", (head < 0.0).any()),
+        (ORANGE, "pulled", (head > 0.0).any()),
+        (_FREE, "free", (head == 0.0).any()),
+    ):
+        if there:
+            axes.plot([], [], color=colour, lw=1.6, label=words)
+    axes.legend(fontsize=7, loc="lower center", ncols=3, framealpha=0.9, frameon=True, edgecolor="none")
