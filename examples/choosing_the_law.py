@@ -29,6 +29,12 @@ axes.set_ylabel("pull-off force over $\\pi \\gamma R$")
 axes.legend()
 
 # %%
+# In between, all three at once: their curves of equilibria, and the pressure of the unloaded contact. JKR's tension is
+# infinite at the edge, that of Maugis and Dugdale is constant out to the edge of the cohesive zone:
+middle = min(regimes, key=lambda regime: abs(np.log(regime.maugis)))
+figure = middle.plot()
+
+# %%
 # JKR gives 3/2, DMT 2, and Maugis and Dugdale lie in between:
 assert abs(regimes[0].pull_off_force["JKR"] / (-1.5 * np.pi * 0.1 * radii[0]) - 1) < 1e-12
 assert regimes[0].regime == "DMT"

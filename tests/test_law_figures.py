@@ -254,3 +254,17 @@ def test_saved_results_draw_the_same():
     again = pickle.loads(pickle.dumps(result))
     one, other = (drawn(r.figures()["loop"].axes[0], "stable equilibria") for r in (result, again))
     np.testing.assert_array_equal(one, other)
+
+
+@pytest.mark.parametrize("profile", [TIP, mdr.Cone("20 deg")])
+def test_laws_are_held_against_each_other(profile):
+    regime = mdr.adhesion_regime(mdr.Contact(profile, GEL, adhesion=LAWS[0]), range="200 nm")
+    left, right = regime.plot().axes
+    assert labels(regime.plot())[1][1].startswith("pressure $p$ (")
+    lowest = [line.get_ydata().min() * units(left)[1] for line in left.lines if line.get_label()[0] != "_"]
+    np.testing.assert_allclose(lowest, list(regime.pull_off_force.values()), rtol=1e-3)
+    maugis, jkr, _ = (line.get_ydata() for line in right.lines if line.get_label()[0] != "_")
+    # JKR leaves the picture, Maugis and Dugdale end at the strength work / range
+    assert np.nanmin(jkr[np.isfinite(jkr)]) < right.get_ylim()[0] < np.nanmin(maugis)
+    kilo = 1e3 if "(kPa)" in right.get_ylabel() else 1.0
+    assert np.nanmin(maugis) * kilo == pytest.approx(-2e-3 / 200e-9, rel=1e-9)

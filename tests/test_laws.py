@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from scipy.integrate import quad
 
 import pymdr as mdr
+from pymdr.line.adhesion import power_law_pull_off
 
 GEL = mdr.Elastic("30 kPa", 0.5)
 STEEL = mdr.Elastic("210 GPa", 0.3)
@@ -41,6 +42,19 @@ def test_landmarks_of_the_paraboloid_at_any_size(log_radius, log_modulus, log_wo
     assert float(loop["external_work"][-1]) / unit == pytest.approx(7.0921959718640, rel=1e-9)
     assert balance(loop).measure < 1e-12
     assert loop.status is mdr.Status.PULLED_OFF
+
+
+@pytest.mark.parametrize("exponent", [1.0, 1.3, 2.0, 4.0])
+@pytest.mark.parametrize("stiffness", [0.0, 1e-3, 1.0, math.inf])
+def test_pull_off_of_powers_under_any_machine(exponent, stiffness):
+    # a cone is stable under a dead load only beyond 9/4 of its radius at d = 0
+    coefficient = 0.5 * 1e-6 ** (1 - exponent)
+    profile = mdr.PowerLaw(exponent, coefficient * 1e-6**exponent, "1 um")
+    contact = mdr.Contact(profile, mdr.Elastic("30 kPa", 0.5), adhesion=mdr.JKR("2 mJ/m^2"))
+    found = mdr.pull_off(contact, machine_stiffness=stiffness)
+    exact = power_law_pull_off(exponent, coefficient, 4e4, 2e-3, stiffness)
+    assert found.normal_force == pytest.approx(float(exact.normal_force), rel=1e-9)
+    assert found.contact_radius == pytest.approx(float(exact.contact_radius), rel=1e-6)
 
 
 @pytest.mark.parametrize(

@@ -5,21 +5,28 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pymdr.errors import ProblemError
-from pymdr.interpretation.branches import round_radius
+from pymdr.errors import PathError, ProblemError
+from pymdr.interpretation.branches import equilibrium_curve, round_radius
 from pymdr.line.adhesion import maugis_parameter, tabor_parameter
 from pymdr.line.following import Track, trace, under_machine
 from pymdr.problem.contact import Contact
 from pymdr.problem.laws import DMT, JKR, AdhesionLaw, MaugisDugdale
+from pymdr.problem.paths import load
+from pymdr.result import Result
 from pymdr.solving.equilibria import AdhesiveLine
-from pymdr.solving.verb import read_stiffness
-from pymdr.units import QuantityLike, to_si
+from pymdr.solving.verb import read_stiffness, solve
+from pymdr.units import FloatArray, QuantityLike, to_si
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 _SMALL, _LARGE = 0.1, 5.0
 _COST = 0.01
+_BEYOND = 1.5
 
 
 @dataclass(frozen=True)
@@ -161,6 +168,8 @@ class AdhesionRegime:
     """Pull-off force in N under a dead load by law."""
     error: Mapping[str, float]
     """Relative error of the pull-off force of the simpler laws against MaugisDugdale."""
+    contacts: Mapping[str, Contact]
+    """The contact under every law."""
 
     def summary(self) -> str:
         """The regime and the cost of every law, as a text."""
@@ -177,6 +186,36 @@ class AdhesionRegime:
 
     def __str__(self) -> str:
         return self.summary()
+
+    def plot(self) -> Figure:
+        """Force against indentation, and the pressure of the unloaded contact, under every law."""
+        from pymdr.presentation.plot import compared_laws
+
+        curves = {}
+        push = max(-force for force in self.pull_off_force.values())
+        for name, contact in self.contacts.items():
+            line = AdhesiveLine(contact)
+            curve = equilibrium_curve(line.equilibria, line.track(0.0, push).curve.stop)
+            drawn = curve["normal_force"] <= push
+            curves[name] = {key: values[drawn] for key, values in curve.items()}
+        unloaded = {name: solve(contact, load(0.0)) for name, contact in self.contacts.items()}
+        widest = max(float(_edges(result).max()) for result in unloaded.values())
+        pressures = {}
+        for name, result in unloaded.items():
+            r = [np.linspace(0.0, 1.5 * widest, 401)]
+            for edge in _edges(result):
+                r += [
+                    edge * np.sin(np.linspace(0.0, 0.5 * np.pi, 121)),
+                    edge * np.array([1.0 - 1e-9, 1.0 + 1e-9]),
+                ]
+            pressures[name] = result.field("pressure", np.unique(np.concatenate(r)))
+        return compared_laws(curves, self.pull_off_force, pressures)
+
+
+def _edges(result: Result) -> FloatArray:
+    """Radii in m of the contact and of its cohesive zone, if there is one, in the last step."""
+    names = ("contact_radius", "cohesive_radius")
+    return np.array([result[name].values[-1] for name in names if name in result.data])
 
 
 def adhesion_regime(contact: Contact, *, range: QuantityLike | None = None) -> AdhesionRegime:
@@ -223,10 +262,8 @@ def adhesion_regime(contact: Contact, *, range: QuantityLike | None = None) -> A
         "JKR": JKR(law.work),
         "DMT": DMT(law.work, range=distance),
     }
-    force = {
-        name: pull_off(replace(contact, adhesion=other), machine_stiffness=0.0).normal_force
-        for name, other in laws.items()
-    }
+    contacts = {name: replace(contact, adhesion=other) for name, other in laws.items()}
+    force = {name: pull_off(one, machine_stiffness=0.0).normal_force for name, one in contacts.items()}
     error = {name: force[name] / force["MaugisDugdale"] - 1.0 for name in ("JKR", "DMT")}
     best = min(error, key=lambda name: abs(error[name]))
     modulus = AdhesiveLine(replace(contact, adhesion=JKR(law.work))).line.modulus
@@ -242,6 +279,7 @@ def adhesion_regime(contact: Contact, *, range: QuantityLike | None = None) -> A
         recommended=laws[best if abs(error[best]) <= _COST else "MaugisDugdale"],
         pull_off_force=force,
         error=error,
+        contacts=contacts,
     )
 
 

@@ -6,7 +6,15 @@ be restyled afterwards.
 
 from pymdr.presentation.plot.compared import compared_pressures, compared_tractions
 from pymdr.presentation.plot.shared import FigureData
-from pymdr.presentation.plot.studies import loop_study
+from pymdr.presentation.plot.studies import compared_laws, loop_study
 from pymdr.presentation.plot.whole import all_figures, overview
 
-__all__ = ["FigureData", "all_figures", "compared_pressures", "compared_tractions", "loop_study", "overview"]
+__all__ = [
+    "FigureData",
+    "all_figures",
+    "compared_laws",
+    "compared_pressures",
+    "compared_tractions",
+    "loop_study",
+    "overview",
+]

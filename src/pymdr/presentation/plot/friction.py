@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-_SHOWN = (BLUE, ORANGE, GREEN, "#CC79A7")
+_SHOWN = (BLUE, ORANGE, GREEN)
 _STRETCHES = 1000
 
 
@@ -73,7 +73,7 @@ def frictional_figures(data: FigureData) -> dict[str, Figure]:
         loop = new_figure(9.6, 3.8)
         left, right = loop.subplots(1, 2)
         _draw_loop(left, data, rows)
-        _draw_zones(right, data)
+        _draw_zones(right, data, rows)
         tractions = new_figure(9.6, 3.8)
         left, right = tractions.subplots(1, 2)
         _draw_tractions(left, data, rows)
@@ -86,8 +86,12 @@ def frictional_figures(data: FigureData) -> dict[str, Figure]:
 def _draw_loop(axes: Axes, data: FigureData, rows: list[int]) -> None:
     """Tangential force over the shift, with the rows whose tractions are drawn."""
     (u, u_unit), (force, force_unit) = (column(data, name) for name in ("shift", "tangential_force"))
-    few = "o" if u.size <= MARKED_ROWS else None
-    axes.plot(*as_seen(u, force), color=GREY, lw=1.3, marker=few, ms=2.5)
+    if "row" in data.data.coords and np.any(np.diff(data.data["row"].values) > 1):
+        # what happened between rows that were not kept is not known
+        axes.plot(u, force, ".", color=GREY, ms=2.5, label="rows that were kept")
+    else:
+        few = "o" if u.size <= MARKED_ROWS else None
+        axes.plot(*as_seen(u, force), color=GREY, lw=1.3, marker=few, ms=2.5)
     for row, colour in zip(rows, _SHOWN, strict=False):
         name = f"step {row_number(data, row)}"
         axes.plot(u[[row]], force[[row]], "o", color=colour, ms=6, label=name, zorder=3)
@@ -98,11 +102,13 @@ def _draw_loop(axes: Axes, data: FigureData, rows: list[int]) -> None:
     legend_above(axes)
 
 
-def _draw_zones(axes: Axes, data: FigureData) -> None:
-    """Stick inside and slip around it, over the history."""
+def _draw_zones(axes: Axes, data: FigureData, rows: list[int]) -> None:
+    """Stick inside and slip around it, over the history, with lines at the rows whose tractions are drawn."""
     a, unit = column(data, "contact_radius")
     least = most = lengths(data.data["stick_radius"].values, unit)
     x, words = along_history(data)
+    for row, colour in zip(rows, _SHOWN, strict=False):
+        axes.axvline(x[row], color=colour, lw=1.2, ls=":")
     if x.size == 1:
         x, a, least, most = np.array([x[0] - 0.5, x[0] + 0.5]), *(np.repeat(v, 2) for v in (a, least, most))
     if x.size > MOST:
@@ -124,22 +130,18 @@ def _draw_zones(axes: Axes, data: FigureData) -> None:
 
 
 def _chosen(data: FigureData) -> list[int]:
-    """The row of the largest force, the drawn one, and one halfway between their forces, in order."""
+    """The drawn row, that of the largest force, and the largest in the other direction or one halfway between."""
     force = data.data["tangential_force"].values
-    a = data.data["contact_radius"].values
-    touching = np.isfinite(force) & (a > 0.0)
+    touching = np.isfinite(force) & (data.data["contact_radius"].values > 0.0)
     if not touching.any():
         return []
     drawn = data.row if data.row >= 0 and touching[data.row] else int(np.flatnonzero(touching)[-1])
     largest = int(np.argmax(np.where(touching, np.abs(force), -1.0)))
-    low, high = sorted((drawn, largest))
-    found = {drawn, largest}
-    between = np.arange(low + 1, high)[touching[low + 1 : high]]
-    if between.size:
-        halfway = 0.5 * (force[drawn] + force[largest])
-        if abs(force[drawn] - force[largest]) < 1e-6 * abs(force[largest]):
-            halfway = 0.0
-        found.add(int(between[np.argmin(np.abs(force[between] - halfway))]))
+    against = np.where(touching, -force * np.sign(force[largest]), -math.inf)
+    found = {drawn, largest, int(np.argmax(against))}
+    if np.max(against) < 0.05 * abs(force[largest]):
+        halfway = np.abs(force - 0.5 * (force[drawn] + force[largest]))
+        found = {drawn, largest, int(np.argmin(np.where(touching, halfway, math.inf)))}
     return sorted(found)
 
 
@@ -169,13 +171,13 @@ def _draw_tractions(axes: Axes, data: FigureData, rows: list[int]) -> None:
     r_unit, unit = good_unit(r, "m"), good_unit(np.array([top]), "Pa")
     x = lengths(r, r_unit)
     label: str | None = "$\\pm\\mu p$"
-    for i, limit in enumerate(limits):
-        if any(np.array_equal(limit, other) for other in limits[:i]):
-            continue
+    alike = all(np.array_equal(limit, limits[0]) for limit in limits)
+    for i, limit in enumerate(limits[:1] if alike else limits):
+        colour = GREY if alike else _SHOWN[i]
         within = np.where(r <= float(data.data["contact_radius"].values[rows[i]]), limit, np.nan)
         for sign in (1.0, -1.0):
             y = scaled(sign * within, "shear_traction", unit)
-            axes.plot(x, y, color=GREY, lw=0.9, ls=(0, (4, 2)), label=label, zorder=1)
+            axes.plot(x, y, color=colour, lw=0.9, ls=(0, (4, 2)), label=label, zorder=1)
             label = None
     for row, colour, tau in zip(rows, _SHOWN, found, strict=False):
         name = f"step {row_number(data, row)}"

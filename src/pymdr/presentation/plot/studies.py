@@ -2,26 +2,42 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from pymdr.presentation.plot.shared import (
     BLUE,
+    GREEN,
     GREY,
     MARKED_ROWS,
     ORANGE,
+    axis_label,
+    draw_zero,
     good_unit,
+    legend_above,
     lengths,
     new_figure,
+    scaled,
     styled,
+    typeset,
+    without_peaks,
 )
+from pymdr.quantities import RADIUS
 from pymdr.units import FloatArray, from_si
 
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+
+_LINES: Mapping[str, Any] = {
+    "MaugisDugdale": {"color": ORANGE, "lw": 3.0, "alpha": 0.6},
+    "JKR": {"color": BLUE, "lw": 1.3},
+    "DMT": {"color": GREEN, "lw": 1.3},
+}
+_WORDS = {"MaugisDugdale": "Maugis-Dugdale"}
 
 
 def loop_study(data: xr.Dataset) -> Figure:
@@ -69,6 +85,73 @@ def loop_study(data: xr.Dataset) -> Figure:
             if axes.get_legend_handles_labels()[0]:
                 axes.legend(fontsize=8)
     return figure
+
+
+def compared_laws(
+    curves: Mapping[str, Mapping[str, FloatArray]],
+    pull_off_force: Mapping[str, float],
+    pressures: Mapping[str, xr.DataArray],
+) -> Figure:
+    """
+    Force against indentation, and the pressure of the unloaded contact, under several laws of adhesion.
+
+    Parameters
+    ----------
+    curves : mapping of str to mapping of str to ndarray
+        ``indentation`` (m) and ``normal_force`` (N) of all equilibria by law.
+    pull_off_force : mapping of str to float
+        In N by law, below 0.
+    pressures : mapping of str to xarray.DataArray
+        Pressure in Pa over ``r`` by law, as a result gives it.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    with styled():
+        figure = new_figure(9.6, 4.2)
+        left, right = figure.subplots(1, 2)
+        _draw_equilibria(left, curves, pull_off_force)
+        _draw_pressures(right, pressures)
+        for axes in (left, right):
+            draw_zero(axes)
+            legend_above(axes)
+    return figure
+
+
+def _draw_equilibria(
+    axes: Axes, curves: Mapping[str, Mapping[str, FloatArray]], pull_off_force: Mapping[str, float]
+) -> None:
+    depths, forces = ([curve[name] for curve in curves.values()] for name in ("indentation", "normal_force"))
+    x_unit = good_unit(np.concatenate(depths), "m")
+    unit = good_unit(np.concatenate(forces), "N")
+    for name, d, force in zip(curves, depths, forces, strict=True):
+        label = f"{_WORDS.get(name, name)}, pull-off at {typeset(pull_off_force[name], 'N')}"
+        x, y = lengths(d, x_unit), scaled(force, "normal_force", unit)
+        axes.plot(x, y, label=label, **_LINES[name])
+    axes.set_xlabel(axis_label("indentation", x_unit))
+    axes.set_ylabel(axis_label("normal_force", unit))
+
+
+def _draw_pressures(axes: Axes, pressures: Mapping[str, xr.DataArray]) -> None:
+    known = [p.values[np.isfinite(p.values)] for p in pressures.values()]
+    bounded = [p.values for p in pressures.values() if float(p["edge_amplitude"]) == 0.0]
+    high = max(float(without_peaks(p).max()) for p in known)
+    deepest = min((float(p.min()) for p in bounded), default=-high)
+    # an edge that is infinite, or far stronger than the rest, leaves the picture
+    low = max(1.25 * deepest, -3.0 * high) or -high
+    r_unit = good_unit(np.concatenate([p["r"].values for p in pressures.values()]), "m")
+    unit = good_unit(np.array([low, high]), "Pa")
+    for name, p in pressures.items():
+        label = _WORDS.get(name, name)
+        if float(p["edge_amplitude"]) != 0.0:
+            label += ", singular at its edge"
+        y = scaled(p.values, "pressure", unit)
+        axes.plot(lengths(p["r"].values, r_unit), y, label=label, **_LINES[name])
+    axes.set_ylim(*scaled(np.array([low, 1.2 * high]), "pressure", unit))
+    axes.set_xlim(left=0.0)
+    axes.set_xlabel(f"{RADIUS.label} ({r_unit})")
+    axes.set_ylabel(axis_label("pressure", unit))
 
 
 def _draw_cubic(axes: Axes, x: FloatArray, y: FloatArray, slides: FloatArray) -> None:
