@@ -42,10 +42,10 @@ def enclosed(axes):
     return sum(areas) * math.prod(units(axes))
 
 
-def wavy():
+def wavy(height=1e-7, wave=5e5):
     return mdr.Function(
-        lambda r: r**2 / 2e-3 + 1e-7 * (1 - np.cos(5e5 * r)),
-        derivative=lambda r: r / 1e-3 + 1e-7 * 5e5 * np.sin(5e5 * r),
+        lambda r: r**2 / 2e-3 + height * (1 - np.cos(wave * r)),
+        derivative=lambda r: r / 1e-3 + height * wave * np.sin(wave * r),
     )
 
 
@@ -268,3 +268,14 @@ def test_laws_are_held_against_each_other(profile):
     assert np.nanmin(jkr[np.isfinite(jkr)]) < right.get_ylim()[0] < np.nanmin(maugis)
     kilo = 1e3 if "(kPa)" in right.get_ylabel() else 1.0
     assert np.nanmin(maugis) * kilo == pytest.approx(-2e-3 / 200e-9, rel=1e-9)
+
+
+def test_rows_are_not_joined_where_others_were_refused():
+    contact = mdr.Contact(wavy(4e-7, 2.5e5), mdr.Elastic("1 MPa", 0.5), adhesion=mdr.JKR("10 mJ/m^2"))
+    result = mdr.solve(contact, mdr.indent("4 um", steps=10) >> mdr.load("-50 uN", steps=5))
+    assert result.status is mdr.Status.ADHESION_PARTLY_REFUSED
+    axes = result.figures()["loop"].axes[0]
+    path = next(line for line in axes.lines if line.get_label() == "path")
+    assert path.get_linestyle() == "None"
+    known = np.isfinite(result.data["normal_force"].values)
+    np.testing.assert_array_equal(np.isfinite(path.get_ydata()), known)

@@ -18,7 +18,6 @@ from pymdr.problem.paths import LoadingPath
 from pymdr.problem.schedule import Controls, Stretch, known_legs, stretch
 from pymdr.units import FloatArray
 
-IntArray = NDArray[np.int_]
 BoolArray = NDArray[np.bool_]
 
 _TRAIL = 2000
@@ -50,12 +49,10 @@ class Branches:
     """Whether the states of the curve are stable under a control of the path."""
     jumps: tuple[Jump, ...]
     """Different jumps, in the order in which the path makes them first."""
-    rows: IntArray
-    """Rows of the path in which it jumps."""
     trail: Mapping[str, FloatArray]
     """Quantities along the path, between its rows too where they are few, with nan inside every jump."""
-    trail_rows: IntArray
-    """Row of the path to which every entry of the trail leads."""
+    complete: bool
+    """Whether the trail is all of the path; if rows were refused it holds only the others, without jumps."""
 
 
 def branches_of(
@@ -99,12 +96,10 @@ def branches_of(
     stable = np.zeros(curve["parameter"].size, dtype=bool)
     for k in {k for _, k in asked}:
         stable |= under_machine(equilibria, top, k).slope(curve["parameter"]) > 0.0
-    trail, trail_rows = dict(rows), np.arange(rows["indentation"].size)
-    if complete:
-        trail, trail_rows = _trail(equilibria, course.nodes, rows, machine_stiffness)
+    trail = _trail(equilibria, course.nodes, rows, machine_stiffness) if complete else rows
     _, kinds = np.unique(course.events[:, 1:5], axis=0, return_index=True)
     jumps = tuple(_jump(equilibria, course.events[i], machine_stiffness) for i in np.sort(kinds))
-    return Branches(curve, stable, jumps, course.events[:, _ROW].astype(int), trail, trail_rows)
+    return Branches(curve, stable, jumps, trail, complete)
 
 
 def _largest_parameter(equilibria: Equilibria, rows: Mapping[str, FloatArray]) -> float:
@@ -229,8 +224,8 @@ def _trail(
     nodes: FloatArray,
     rows: Mapping[str, FloatArray],
     machine_stiffness: float | None,
-) -> tuple[dict[str, FloatArray], IntArray]:
-    """Quantities at the nodes and between those that the curve joins, with the rows to which they lead."""
+) -> dict[str, FloatArray]:
+    """Quantities at the nodes and between those that the curve joins."""
     between = max(_TRAIL // rows["indentation"].size, 1)
     s = nodes[:, _PARAMETER]
     move = np.diff(s, prepend=math.nan)
@@ -249,7 +244,7 @@ def _trail(
     for name, values in rows.items():
         trail[name] = np.where(solved, values[row], free[name])
         trail[name][~solved & np.isfinite(at)] = columns[name][back]
-    return trail, row
+    return trail
 
 
 def _free_body(k: FloatArray, control: FloatArray, depth: float) -> dict[str, FloatArray]:

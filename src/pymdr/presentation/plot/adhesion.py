@@ -110,9 +110,8 @@ def draw_tensile_pressure(axes: Axes, data: FigureData) -> None:
     height = 0.5 * float(scaled(np.array(low if amplitude < 0.0 else high), "pressure", unit))
     words = singularities(amplitude, float(data.field("pressure", np.zeros(1)).values[0]))
     axes.text(0.98 * x[-1], height, words, ha="right", va="center", fontsize=8)
-    axes.set_xlabel(f"{RADIUS.label} ({r_unit})")
+    axes.set_xlabel(f"{RADIUS.label} ({r_unit}), in step {row_number(data, data.row)}")
     axes.set_ylabel(axis_label("pressure", unit))
-    axes.set_title(f"step {row_number(data, data.row)}", fontsize=8, loc="left", color=GREY)
 
 
 def _radii(data: FigureData) -> tuple[FloatArray, float, float]:

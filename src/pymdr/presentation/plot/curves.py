@@ -98,6 +98,7 @@ def draw_curve(axes: Axes, data: FigureData, name: str) -> None:
     if data.row >= 0 and values is not None:
         at = from_si(d[data.row], "m", x_unit), from_si(values[data.row], unit, y_unit)
         axes.plot(*at, "o", color=BLUE, ms=5)
+    axes.locator_params(axis="x", nbins=6)
     axes.set_xlabel(axis_label("indentation", x_unit))
     axes.set_ylabel(axis_label(name, y_unit))
     axes.set_ylim(bottom=min(0.0, float(np.nanmin(scaled(shown[: d.size]), initial=0.0))))

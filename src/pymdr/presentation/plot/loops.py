@@ -170,11 +170,14 @@ def _draw_equilibria(plane: _Plane, course: Course, *, told: bool = True) -> Non
 
 
 def _draw_path(plane: _Plane, course: Course, colour: str, label: str) -> None:
-    """The path as a line, and its rows as points where they are few."""
-    plane.axes.plot(*as_seen(*plane.points(course.trail)), color=colour, lw=1.6, label=label)
-    if course.data.data.sizes["step"] <= MARKED_ROWS:
+    """The path as a line, with its rows as points where they are few or where others were refused."""
+    joined = course.branches is None or course.branches.complete
+    if joined:
+        plane.axes.plot(*as_seen(*plane.points(course.trail)), color=colour, lw=1.6, label=label)
+    if not joined or course.data.data.sizes["step"] <= MARKED_ROWS:
         rows = {name: course.data.data[name].values for name in (plane.across, plane.up)}
-        plane.axes.plot(*plane.points(rows), color=colour, ls="none", marker="o", ms=3.0)
+        told = None if joined else label
+        plane.axes.plot(*plane.points(rows), color=colour, ls="none", marker="o", ms=3.0, label=told)
 
 
 def _shade_losses(plane: _Plane, course: Course) -> None:
