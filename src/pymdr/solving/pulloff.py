@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pymdr.errors import PathError, ProblemError
+from pymdr.errors import ProblemError
 from pymdr.interpretation.branches import equilibrium_curve, round_radius
 from pymdr.line.adhesion import maugis_parameter, tabor_parameter
 from pymdr.line.following import Track, trace, under_machine
@@ -26,7 +26,6 @@ if TYPE_CHECKING:
 
 _SMALL, _LARGE = 0.1, 5.0
 _COST = 0.01
-_BEYOND = 1.5
 
 
 @dataclass(frozen=True)
