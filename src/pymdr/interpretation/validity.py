@@ -189,7 +189,9 @@ def _why_not_a_disk(line: ElasticLine, a: float, d: float, edge_excess: float) -
     if a > 0.0:
         state = DiskStates(np.array([d]), np.array([a]), np.array([edge_excess]))
         scale = float(mean_pressure(normal_force(line, state), state.contact_radius)[0])
-        r = np.concatenate([a * np.append(1e-6, np.sin(0.5 * np.pi * grid)), marked[marked < a]])
+        r = np.concatenate(
+            [a * np.append(1e-6, np.sin(0.5 * np.pi * grid)), marked[(marked > 1e-6 * a) & (marked < a)]]
+        )
         p = pressure(line, a, edge_excess, r)
         if not p.min() >= -_TOLERANCE * scale:
             return (
