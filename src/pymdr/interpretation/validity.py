@@ -212,7 +212,7 @@ def _why_not_a_disk(line: ElasticLine, a: float, d: float, edge_excess: float) -
 def _between_turns(equivalent: ProxyLine, top: float) -> FloatArray:
     """Radii between the turning points of g, so that no dip is stepped over however narrow it is."""
     ends = np.array([*equivalent.turning_points, top])
-    count = min(12, max(3, 400 // ends.size))
+    count = min(8, max(2, 96 // ends.size))
     inner = (np.arange(count) + 0.5) / count
     return np.asarray((ends[:-1, None] + np.diff(ends)[:, None] * inner).ravel())
 

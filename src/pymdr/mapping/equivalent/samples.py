@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 
@@ -137,12 +138,20 @@ def _with_tip(curve: abel.Curve, top: float, noise: float) -> tuple[abel.Curve, 
 
 def _series(curve: abel.Curve, upto: float, power: int, noise: float) -> FloatArray | None:
     """Chebyshev coefficients q with curve = t^power q(2 t - 1), t = r / upto, if they fit within the noise."""
+    basis, inverse = _tip_basis(power)
+    values = curve(upto * chebyshev.nodes(_TIP_NODES))
+    if not 2.0 * noise < 1e-10 * np.max(np.abs(values)):
+        return None
+    series: FloatArray = inverse @ values
+    return series if np.max(np.abs(basis @ series - values)) <= 2.0 * noise else None
+
+
+@cache
+def _tip_basis(power: int) -> tuple[FloatArray, FloatArray]:
+    """Values of t^power T_k(2 t - 1) at the nodes, and their least-squares inverse."""
     t = chebyshev.nodes(_TIP_NODES)
     basis = t[:, None] ** power * np.polynomial.chebyshev.chebvander(2.0 * t - 1.0, _TIP_TERMS - 1)
-    values = curve(upto * t)
-    series: FloatArray = np.asarray(np.linalg.lstsq(basis, values)[0], dtype=np.float64)
-    fits = np.max(np.abs(basis @ series - values)) <= 2.0 * noise < 1e-10 * np.max(np.abs(values))
-    return series if fits else None
+    return basis, np.linalg.pinv(basis)
 
 
 def _joined(curve: abel.Curve, upto: float, power: int, series: FloatArray) -> abel.Curve:
