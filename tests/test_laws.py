@@ -292,3 +292,112 @@ HOLLOW = mdr.Function(lambda r: r**2 / 1e-4 - 1e-6 * np.sin(r / 1e-6) ** 2)
 def test_refusals_name_value_and_remedy(make, words):
     with pytest.raises(mdr.PymdrError, match=words):
         make()
+
+
+# --- what users of both laws asked for -----------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "path",
+    [
+        mdr.indent(0.05) >> mdr.cycle(indentation=0.03),
+        mdr.load(0.05) >> mdr.cycle(normal_force=0.03),
+        mdr.load(0.0) >> mdr.load(0.0),
+    ],
+)
+def test_a_cycle_without_a_jump_closes_its_energy_balance(path):
+    contact = mdr.Contact(mdr.Paraboloid(1.0), mdr.Elastic(1.0, 0.0), adhesion=mdr.JKR(0.01))
+    balance = [a for a in mdr.solve(contact, path).assumptions if "energy" in a.name]
+    assert balance
+    assert all(a.met and a.measure < 1e-12 for a in balance)
+
+
+@pytest.mark.parametrize("exponent", [0.75, 1.2, 1.5])
+def test_maugis_dugdale_on_tips_between_a_cusp_and_a_ball(exponent):
+    tip = mdr.PowerLaw(exponent=exponent, height=1.0, radius=1.0)
+    laws = (mdr.JKR(0.01), *(mdr.MaugisDugdale(0.01, strength=strength) for strength in (16.0, 64.0)))
+    found = [
+        mdr.pull_off(mdr.Contact(tip, mdr.Elastic(1.0, 0.0), adhesion=law), machine_stiffness=0)
+        for law in laws
+    ]
+    short, weak, strong = (x.normal_force for x in found)
+    # JKR is the limit, to second order in 1 / strength
+    assert (weak - short) / (strong - short) == pytest.approx(16.0, rel=0.02)
+    assert all(x.largest_pull == pytest.approx(x.normal_force, rel=1e-14) for x in found)
+
+
+@pytest.mark.parametrize(
+    "values", [lambda r: r**2 / 2, lambda r: np.sqrt(1.0 + r * r) - 1.0, lambda r: np.cosh(r) - 1.0]
+)
+def test_a_callable_without_its_derivative_is_as_good_as_with(values):
+    slopes = {1: lambda r: r, 2: lambda r: r / np.sqrt(1.0 + r * r), 3: np.sinh}
+    number = 1 if values(1.0) == 0.5 else 2 if values(1.0) < 0.5 else 3
+    laws = (mdr.JKR(0.01), mdr.MaugisDugdale(0.01, strength=0.1), mdr.DMT(0.01, range=0.02))
+    for law in laws:
+        plain, told = (
+            mdr.pull_off(mdr.Contact(mdr.Function(values, **more), mdr.Elastic(1.0, 0.0), adhesion=law))
+            for more in ({}, {"derivative": slopes[number]})
+        )
+        assert plain.normal_force == pytest.approx(told.normal_force, rel=1e-11)
+
+
+def test_the_regime_of_a_round_callable_is_that_of_the_ball():
+    ball, parabola = mdr.Paraboloid(1.0), mdr.Function(lambda r: r**2 / 2)
+    a, b = (
+        mdr.adhesion_regime(mdr.Contact(tip, mdr.Elastic(1.0, 0.0), adhesion=mdr.JKR(0.01)), range=0.1)
+        for tip in (ball, parabola)
+    )
+    assert b.tabor == pytest.approx(a.tabor, rel=1e-9)
+    assert b.regime == a.regime
+
+
+def test_the_largest_pull_is_what_a_stiff_rig_reports():
+    contact = mdr.Contact(mdr.Paraboloid(1.0), mdr.Elastic(1.0, 0.0), adhesion=mdr.JKR(0.01))
+    found = mdr.pull_off(contact)
+    assert found.normal_force == pytest.approx(-5 / 6 * math.pi * 0.01, rel=1e-12)
+    assert found.largest_pull == pytest.approx(-1.5 * math.pi * 0.01, rel=1e-12)
+
+
+def test_slip_work_under_forces_has_a_limit_in_the_coefficient():
+    steel = mdr.Elastic("210 GPa", 0.0)
+    path = mdr.ramp(normal_force="50 N", tangential_force="1 N") >> mdr.load("10 N", steps=100)
+    lost = {
+        mu: float(
+            mdr.solve(mdr.Contact(mdr.Paraboloid("10 mm"), steel, steel, friction=mdr.Coulomb(mu)), path)[
+                "dissipated_energy"
+            ][-1]
+        )
+        for mu in (1e2, 1e3, 1e6)
+    }
+    assert lost[1e3] == pytest.approx(lost[1e6], rel=2e-4)
+    assert lost[1e2] == pytest.approx(lost[1e6], rel=2e-3)
+
+
+@pytest.mark.parametrize(
+    ("call", "words"),
+    [
+        (lambda: mdr.Coulomb(1e12), "Coulomb\\(math.inf\\)"),
+        (lambda: mdr.pull_off(_gel(), pressed_to="-1 um"), "above 0 m"),
+        (lambda: mdr.verify_sliding(_gel(), mdr.indent("1 um")), "has no friction"),
+        (lambda: mdr.friction_loop(_joint(), "1 um", normal_force="0 N"), "above 0 N"),
+        (lambda: mdr.solve(_gel(exponent=0.4), mdr.indent("1 um")), "exponent above 0.5"),
+        (lambda: mdr.pull_off(_gel(work="1e9 J/m^2")), "known up to r"),
+    ],
+)
+def test_what_cannot_be_is_refused_with_a_remedy(call, words):
+    with pytest.raises(mdr.PymdrError, match=words):
+        call()
+
+
+def _gel(exponent=None, work="50 mJ/m^2"):
+    tip = mdr.Sphere("50 um") if exponent is None else mdr.PowerLaw(exponent, "1 um", "1 um")
+    return mdr.Contact(tip, mdr.Elastic("30 kPa", 0.5), adhesion=mdr.JKR(work))
+
+
+def _joint():
+    return mdr.Contact(mdr.Paraboloid("10 mm"), mdr.Elastic("210 GPa", 0.3), friction=mdr.Coulomb(0.3))
+
+
+def test_a_study_of_loops_prints_as_a_table():
+    study = mdr.friction_loop(_joint(), ["0.1 um", "0.2 um"], normal_force="10 N")
+    assert len(str(study).splitlines()) == 5

@@ -44,14 +44,16 @@ class Surface:
     """The cohesive zone around the contact, if there is one."""
 
     def default_radii(self, step: int) -> FloatArray:
-        """A grid from 0 to twice the contact radius, graded to the edge of the contact."""
+        """A grid from 0 to twice the contact radius and beyond a cohesive zone, graded to their edges."""
         a = float(self.states.contact_radius[step])
         if a <= 0.0:
             a = float(np.max(self.states.contact_radius, initial=0.0)) or 1.0
         inner = a * np.sin(np.linspace(0.0, math.pi / 2.0, 101))
-        top = min(2.0 * a, self._known())
+        c = a if self.cohesion is None else max(float(self.cohesion.radius[step]), a)
+        top = min(max(2.0 * a, 1.2 * c), self._known())
         outer = a + (top - a) * np.linspace(0.0, 1.0, 61)[1:] ** 2
-        return np.concatenate([inner, outer[outer > a]])
+        edge = c * np.array([1.0 - 1e-9, 1.0 + 1e-9]) if a < c < top else np.empty(0)
+        return np.unique(np.concatenate([inner, outer[outer > a], edge]))
 
     def _known(self) -> float:
         equivalent = self.line.equivalent

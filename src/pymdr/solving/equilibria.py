@@ -14,7 +14,14 @@ from pymdr.line.adhesion import MaugisDugdale as Cohesive
 from pymdr.line.adhesion import jkr_opening
 from pymdr.line.following import Track, parameter_reaching, trace, under_machine
 from pymdr.line.foundation import ElasticLine
-from pymdr.mapping.equivalent import EquivalentProfile, NumericLine, ProxyLine, SumLine, gap_function
+from pymdr.mapping.equivalent import (
+    EquivalentProfile,
+    NumericLine,
+    PowerLine,
+    ProxyLine,
+    SumLine,
+    gap_function,
+)
 from pymdr.mapping.equivalent.samples import Samples
 from pymdr.problem.contact import Contact
 from pymdr.problem.laws import DMT, AdhesionLaw, MaugisDugdale
@@ -44,6 +51,7 @@ class AdhesiveLine:
 
     def __post_init__(self) -> None:
         self.origin = map_to_line(self.contact)
+        _refuse_endless(self.origin.line.equivalent)
         self._map(self._first_top())
         _refuse_hollow(self.contact.profile, self.line)
 
@@ -119,9 +127,25 @@ class AdhesiveLine:
         if track is not None and stop >= at_least and track.high[-1] >= top:
             return track
         stop = self._grow(machine_stiffness, top, at_least)
-        made = trace(under_machine(self.equilibria, stop, machine_stiffness))
+        made = self.traced(stop, machine_stiffness)
         self._tracks[machine_stiffness] = (stop, made)
         return made
+
+    def traced(self, stop: float, machine_stiffness: float) -> Track:
+        """The curve up to a parameter in m, or the reason why no state on it is stable."""
+        try:
+            return trace(under_machine(self.equilibria, stop, machine_stiffness))
+        except PathError as error:
+            held = {math.inf: "a prescribed indentation", 0.0: "a prescribed force"}.get(
+                machine_stiffness, f"a machine of {machine_stiffness:g} N/m"
+            )
+            reach = min(self.line.equivalent.reach, self.line.equivalent.edge)
+            remedy = "lower the work of adhesion"
+            if machine_stiffness < math.inf:
+                remedy += ", hold the indentation, or use a stiffer machine"
+            if math.isfinite(reach):
+                remedy = f"the profile is known up to r = {reach:g} m: extend it, or {remedy}"
+            raise PathError(f"no state of the contact is stable under {held}; {remedy}") from error
 
     def _grow(self, machine_stiffness: float, top: float, at_least: float) -> float:
         """The parameter up to which the curve is needed; maps more of the profile where that is too short."""
@@ -188,6 +212,15 @@ def _finite(equivalent: EquivalentProfile) -> EquivalentProfile:
     if reach == math.inf or equivalent.edge <= reach or math.isfinite(equivalent.g(np.array([reach]))[0]):
         return equivalent
     return SumLine((equivalent,), equivalent.edge, (1.0 - 1e-4) * reach)
+
+
+def _refuse_endless(equivalent: EquivalentProfile) -> None:
+    """The opening of an adhesive edge grows like a^(1/2): a flatter power never stops it."""
+    if isinstance(equivalent, PowerLine) and equivalent.n <= 0.5:
+        raise ProblemError(
+            f"the tip rises like r^{equivalent.n:g}, not faster than the opening of an adhesive edge, which grows like "
+            "r^0.5: the contact would spread without end; adhesion needs an exponent above 0.5"
+        )
 
 
 def _refuse_hollow(profile: Profile, line: ElasticLine) -> None:

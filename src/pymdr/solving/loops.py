@@ -37,6 +37,28 @@ class FrictionLoop:
     def __getitem__(self, name: str) -> xr.DataArray:
         return self.data[name]
 
+    def summary(self) -> str:
+        """A line per amplitude, with units, and how far to trust it."""
+        head = f"{'amplitude':>12} {'force':>12} {'dissipated':>12} {'damping':>10} {'stiffness':>12} {'stick':>8}"
+        units = f"{'m':>12} {'N':>12} {'J per cycle':>12} {'':>10} {'N/m':>12} {'':>8}"
+        names = (
+            "force_amplitude",
+            "dissipated_per_cycle",
+            "damping_ratio",
+            "secant_stiffness",
+            "stick_ratio",
+        )
+        columns = [self.data["amplitude"].values, *(self.data[name].values for name in names)]
+        widths = (12, 12, 12, 10, 12, 8)
+        rows = [
+            " ".join(f"{value:>{width}.4g}" for value, width in zip(row, widths, strict=True))
+            for row in zip(*columns, strict=True)
+        ]
+        return "\n".join([head, units, *rows, f"{self.claim.level.value}: {self.claim.reason}"])
+
+    def __str__(self) -> str:
+        return self.summary()
+
     def plot(self) -> Figure:
         """Dissipation, damping ratio and stiffness against amplitude."""
         from pymdr.presentation.plot import loop_study
@@ -150,7 +172,10 @@ def _loaded(
         line = made_fast(contact, mapped, -math.inf, force).line
         d = float(states_at_force(line, np.array([max(force, 0.0)])).indentation[0])
     if d <= 0.0:
-        raise ProblemError("friction_loop: the load must be above 0")
+        given, unit = (normal_force, "N") if indentation is None else (indentation, "m")
+        raise ProblemError(
+            f"friction_loop: the load {given!r} must be above 0 {unit}; press the bodies together"
+        )
     if not line.equivalent.rises:
         raise ProblemError("friction_loop: the equivalent profile falls somewhere; follow it with solve(...)")
     return line, d, mu

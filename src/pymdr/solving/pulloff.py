@@ -12,10 +12,11 @@ import numpy as np
 from pymdr.errors import ProblemError
 from pymdr.interpretation.branches import equilibrium_curve, round_radius
 from pymdr.line.adhesion import maugis_parameter, tabor_parameter
-from pymdr.line.following import Track, trace, under_machine
+from pymdr.line.following import Track
 from pymdr.problem.contact import Contact
 from pymdr.problem.laws import DMT, JKR, AdhesionLaw, MaugisDugdale
 from pymdr.problem.paths import load
+from pymdr.problem.profiles import Profile
 from pymdr.result import Result
 from pymdr.solving.equilibria import AdhesiveLine
 from pymdr.solving.verb import read_stiffness, solve
@@ -48,6 +49,8 @@ class PullOff:
     """Force in N after that jump."""
     jump_in_radius: float
     """Contact radius in m after that jump."""
+    largest_pull: float
+    """Lowest force in N between the largest contact and the loss, below 0: what a test rig reports as adhesion."""
     machine_stiffness: float
     """In N/m; inf is displacement control, 0 a dead load."""
 
@@ -69,6 +72,7 @@ class PullOff:
                     "normal_force": self.jump_in_force,
                     "contact_radius": self.jump_in_radius,
                 },
+                "largest pull before": {"normal_force": self.largest_pull},
             }
         )
 
@@ -131,6 +135,7 @@ def pull_off(
         jump_in_indentation=float(touched.indentation[0]),
         jump_in_force=float(touched.normal_force[0]),
         jump_in_radius=float(touched.contact_radius[0]),
+        largest_pull=min(force, _lowest_force(line, track.lost, float(track.top[last]))),
         machine_stiffness=stiffness,
     )
 
@@ -143,12 +148,37 @@ def _adhesive(contact: Contact) -> AdhesiveLine:
     return AdhesiveLine(contact)
 
 
+def _lowest_force(line: AdhesiveLine, low: float, high: float) -> float:
+    """The lowest force in N on a stretch of the curve."""
+
+    def force(s: FloatArray) -> FloatArray:
+        return line.equilibria.states(s).normal_force
+
+    s = low + (high - low) * np.linspace(0.0, 1.0, 401) ** 2
+    for _ in range(4):
+        best = int(np.argmin(force(s)))
+        s = np.linspace(s[max(best - 1, 0)], s[min(best + 1, s.size - 1)], 101)
+    return float(np.min(force(s)))
+
+
+def _tip_radius(line: AdhesiveLine, profile: Profile) -> float | None:
+    """Radius of curvature in m of a tip that begins like a parabola, g = x^2 / R; None for others."""
+    known = round_radius(profile)
+    if known is not None:
+        return known
+    x = line.natural_radius * np.array([1e-4, 2e-4])
+    g = line.line.equivalent.g(x)
+    return float(x[0] ** 2 / g[0]) if g[0] > 0.0 and abs(g[1] / g[0] - 4.0) < 1e-3 else None
+
+
 def _track(line: AdhesiveLine, stiffness: float, pressed_to: QuantityLike | None) -> Track:
     if pressed_to is None:
         return line.track(stiffness, -math.inf, 1.25 * line.natural_radius)
     deepest = to_si(pressed_to, "m", name="pressed_to")
+    if deepest <= 0.0:
+        raise ProblemError(f"pull_off: pressed_to = {pressed_to!r}; the depth of pressing must be above 0 m")
     pressed = line.track(math.inf, deepest)
-    return trace(under_machine(line.equilibria, pressed.curve.stop, stiffness))
+    return line.traced(pressed.curve.stop, stiffness)
 
 
 @dataclass(frozen=True)
@@ -265,8 +295,8 @@ def adhesion_regime(contact: Contact, *, range: QuantityLike | None = None) -> A
     force = {name: pull_off(one, machine_stiffness=0.0).normal_force for name, one in contacts.items()}
     error = {name: force[name] / force["MaugisDugdale"] - 1.0 for name in ("JKR", "DMT")}
     best = min(error, key=lambda name: abs(error[name]))
-    modulus = AdhesiveLine(replace(contact, adhesion=JKR(law.work))).line.modulus
-    radius = round_radius(contact.profile)
+    line = AdhesiveLine(replace(contact, adhesion=JKR(law.work)))
+    modulus, radius = line.line.modulus, _tip_radius(line, contact.profile)
     tabor = maugis = math.nan
     if radius is not None:
         tabor = float(tabor_parameter(radius, modulus, law.work, distance))

@@ -129,8 +129,12 @@ def verify_sliding(
     grid = HalfSpaceGrid(cells)
     if isinstance(steps, bool) or not isinstance(steps, int) or steps < 2:
         raise PathError(f"verify: steps = {steps!r}; a whole number of at least 2 is needed")
-    if contact.friction is None or not 0.0 < contact.friction.coefficient < math.inf:
-        raise ProblemError("verify: the grid solves friction with a coefficient above 0 and finite")
+    if contact.friction is None:
+        raise ProblemError("verify: the contact has no friction; give Contact(..., friction=Coulomb(0.3))")
+    if not 0.0 < contact.friction.coefficient < math.inf:
+        raise ProblemError(
+            f"verify: mu = {contact.friction.coefficient:g}; the grid solves friction with a coefficient above 0 and finite"
+        )
     whole = solve(contact, path, machine_stiffness=machine_stiffness)
     chosen = _thinned(whole, steps)
     d, u = (whole.data[name].values[chosen] for name in ("indentation", "shift"))

@@ -151,7 +151,7 @@ def _tip_basis(power: int) -> tuple[FloatArray, FloatArray]:
     """Values of t^power T_k(2 t - 1) at the nodes, and their least-squares inverse."""
     t = chebyshev.nodes(_TIP_NODES)
     basis = t[:, None] ** power * np.polynomial.chebyshev.chebvander(2.0 * t - 1.0, _TIP_TERMS - 1)
-    return basis, np.linalg.pinv(basis)
+    return basis, np.asarray(np.linalg.pinv(basis), dtype=np.float64)
 
 
 def _joined(curve: abel.Curve, upto: float, power: int, series: FloatArray) -> abel.Curve:
