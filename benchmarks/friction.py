@@ -1,6 +1,8 @@
 """The memory stack over random histories against np.cumsum and against a thousand springs."""
 
+import time
 from collections.abc import Callable, Iterator
+from concurrent.futures import ProcessPoolExecutor
 
 import numpy as np
 from numba import njit
@@ -149,6 +151,45 @@ def flatness() -> Iterator[Ratio]:
         )
 
 
+def batch() -> Iterator[Ratio]:
+    """1000 contacts by 1e4 steps, with one process and with two, and what two processes gain here at all."""
+    d, u = walk(STRIDES["middling"], 10_000)
+    path = mdr.Path(indentation=1e-5 * d, shift=1e-6 * u)
+    steel = mdr.Elastic("200 GPa", 0.3)
+    contacts = [
+        mdr.Contact(mdr.Paraboloid(R), steel, friction=mdr.Coulomb(0.3))
+        for R in np.geomspace(1e-3, 1e-1, 1000)
+    ]
+    mdr.solve(contacts[0], path)
+    alone, together = (
+        _timed(lambda w=workers: mdr.solve_batch(contacts, path, workers=w)) for workers in (1, 2)
+    )  # type: ignore[misc]
+    with ProcessPoolExecutor(2) as pool:
+        list(pool.map(_busy, (1, 1)))
+        one, two = (_timed(lambda n=n: list(pool.map(_busy, (4_000_000,) * n))) for n in (1, 2))  # type: ignore[misc]
+    yield Ratio(
+        f"solve_batch of 1000 contacts by 1e4 steps, workers=2 (two empty loops gain {2.0 * one / two:.2f} here)",
+        "workers=1",
+        together,
+        alone,
+        "aim: both cores",
+    )
+
+
+def _timed(work: Callable[[], object]) -> float:
+    start = time.perf_counter()
+    work()
+    return time.perf_counter() - start
+
+
+def _busy(count: int) -> int:
+    total = 0
+    for i in range(count):
+        total += i
+    return total
+
+
 def ratios() -> Iterator[Ratio]:
     yield from per_step()
     yield from flatness()
+    yield from batch()

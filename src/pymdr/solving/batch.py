@@ -6,7 +6,8 @@ import math
 import pickle
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from typing import Any
+from itertools import accumulate, pairwise
+from typing import Any, NamedTuple
 
 from numpy.typing import ArrayLike
 
@@ -20,6 +21,14 @@ from pymdr.units import QuantityLike
 
 _SHARES = 8
 """Shares of the work for every process."""
+
+
+class _Parcel(NamedTuple):
+    """Pickled answers, and where their arrays lie in which shared memory."""
+
+    head: bytes
+    memory: str
+    ends: list[int]
 
 
 def solve_batch(
@@ -90,15 +99,18 @@ def _solve_apart(
 ) -> Iterator[Result | PymdrError]:
     """Solve in other processes, but for what cannot be sent to one, such as a lambda."""
     from concurrent.futures import ProcessPoolExecutor
+    from multiprocessing import resource_tracker
 
     away = [contact for contact in contacts if _can_travel(contact)] if _can_travel(path) else []
     size = max(1, math.ceil(len(away) / (_SHARES * workers)))
+    # one tracker of shared memory for all processes, or each would clean up after itself too early
+    resource_tracker.ensure_running()
     with ProcessPoolExecutor(workers) as pool:
         shares = [
             pool.submit(_solve_share, away[first : first + size], path, options)
             for first in range(0, len(away), size)
         ]
-        ready = (answer for share in shares for answer in share.result())
+        ready = (answer for share in shares for answer in _received(share.result()))
         for contact in contacts:
             if not away or not _can_travel(contact):
                 yield _solve_quietly(contact, path, options)
@@ -115,12 +127,43 @@ def _can_travel(value: Contact | LoadingPath) -> bool:
     return True
 
 
-def _solve_share(
-    contacts: list[Contact], path: LoadingPath, options: dict[str, Any]
-) -> list[Result | PymdrError]:
+def _solve_share(contacts: list[Contact], path: LoadingPath, options: dict[str, Any]) -> _Parcel:
     """Solve some contacts; the path, which the caller has, does not go back."""
     answers = [_solve_quietly(contact, path, options) for contact in contacts]
-    return [replace(answer, path=Hold()) if isinstance(answer, Result) else answer for answer in answers]
+    return _sent(
+        [replace(answer, path=Hold()) if isinstance(answer, Result) else answer for answer in answers]
+    )
+
+
+def _sent(answers: list[Result | PymdrError]) -> _Parcel:
+    """Answers with their arrays in shared memory: a pipe would take longer than to solve them again."""
+    from multiprocessing.shared_memory import SharedMemory
+
+    arrays: list[pickle.PickleBuffer] = []
+    head = pickle.dumps(answers, protocol=5, buffer_callback=arrays.append)
+    ends = [0, *accumulate(array.raw().nbytes for array in arrays)]
+    memory = SharedMemory(create=True, size=max(ends[-1], 1))
+    assert memory.buf is not None
+    room = memoryview(memory.buf)
+    for array, (start, end) in zip(arrays, pairwise(ends), strict=True):
+        room[start:end] = array.raw()
+    room.release()
+    memory.close()
+    return _Parcel(head, memory.name, ends)
+
+
+def _received(parcel: _Parcel) -> list[Result | PymdrError]:
+    """Unpack answers and give the shared memory back."""
+    from multiprocessing.shared_memory import SharedMemory
+
+    memory = SharedMemory(parcel.memory)
+    assert memory.buf is not None
+    everything = memoryview(bytearray(memory.buf))
+    memory.close()
+    memory.unlink()
+    arrays = [everything[start:end] for start, end in pairwise(parcel.ends)]
+    answers: list[Result | PymdrError] = pickle.loads(parcel.head, buffers=arrays)
+    return answers
 
 
 def _solve_quietly(contact: Contact, path: LoadingPath, options: dict[str, Any]) -> Result | PymdrError:
