@@ -161,19 +161,21 @@ def batch() -> Iterator[Ratio]:
         for R in np.geomspace(1e-3, 1e-1, 1000)
     ]
     mdr.solve(contacts[0], path)
-    alone, together = (
-        _timed(lambda w=workers: mdr.solve_batch(contacts, path, workers=w)) for workers in (1, 2)
-    )  # type: ignore[misc]
     with ProcessPoolExecutor(2) as pool:
         list(pool.map(_busy, (1, 1)))
         one, two = (_timed(lambda n=n: list(pool.map(_busy, (4_000_000,) * n))) for n in (1, 2))  # type: ignore[misc]
-    yield Ratio(
-        f"solve_batch of 1000 contacts by 1e4 steps, workers=2 (two empty loops gain {2.0 * one / two:.2f} here)",
-        "workers=1",
-        together,
-        alone,
-        "aim: both cores",
-    )
+    for keep, what in ((None, "all rows kept"), (100, "every 100th row kept")):
+        alone, together = (
+            _timed(lambda w=workers, k=keep: mdr.solve_batch(contacts, path, workers=w, keep=k))  # type: ignore[misc]
+            for workers in (1, 2)
+        )
+        yield Ratio(
+            f"solve_batch of 1000 contacts by 1e4 steps, {what}, workers=2 (two empty loops gain {2.0 * one / two:.2f})",
+            "workers=1",
+            together,
+            alone,
+            "aim: both cores",
+        )
 
 
 def _timed(work: Callable[[], object]) -> float:

@@ -50,7 +50,7 @@ def test_bad_input():
         (
             lambda: mdr.verify_sliding(mdr.Contact(mdr.Paraboloid(1.0), STEEL), mdr.indent("1 um")),
             ProblemError,
-            "above 0",
+            "has no friction",
         ),
         (lambda: mdr.verify_sliding(joint, mdr.indent("1 um"), cells=4), ProblemError, "at least 8"),
         (lambda: mdr.verify_sliding(joint, mdr.indent("1 um"), steps=1), PathError, "at least 2"),

@@ -51,7 +51,8 @@ def solve_batch(
     machine_stiffness, keep
         As for :func:`solve`.
     workers : int
-        Number of processes; 1 solves in this one.
+        Number of processes; 1 solves in this one. All rows of long histories take about as long to bring back as
+        to solve: ``keep`` makes them light.
     throw : bool
         Whether the first error ends the batch; otherwise errors take the place of results.
     progress : callable, optional
