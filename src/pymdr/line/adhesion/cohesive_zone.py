@@ -28,6 +28,7 @@ _Index = NDArray[np.intp]
 _TOLERANCE = 3e-13
 _NOISE = 1e-11
 _LEVELS = 8
+_FEW = 4
 
 
 @cache
@@ -69,9 +70,18 @@ def segment(angle: FloatArray) -> FloatArray:
 
 
 def _integrals_at(
-    line: EquivalentLine, radius: FloatArray, width: FloatArray, level: int, *, third: bool
+    line: EquivalentLine,
+    radius: FloatArray,
+    width: FloatArray,
+    level: int,
+    *,
+    third: bool,
+    rough: bool = False,
 ) -> FloatArray:
-    """Return J0, J1 [m] and J2 [m³] (0 unless `third`) of flat arrays of zones at one level of quadrature."""
+    """Return J0, J1 [m] and J2 [m³] (0 unless `third`) of flat arrays of zones at one level of quadrature.
+
+    `rough` splits a zone at few of many breakpoints, as a search for a bracket may.
+    """
     t, weight = _rule(level)
     c = radius + width
     totals = np.zeros((3, radius.size))
@@ -79,13 +89,16 @@ def _integrals_at(
     starts = [(radius, zone_root(radius, width))]
     first, last = (float(radius.min()), float(c.max())) if radius.size else (0.0, 0.0)
     knots = inner_knots(line)
+    steep = np.isinf(line.slope(np.array(knots)))
+    if rough and len(knots) > _FEW and not steep.any():
+        knots = knots[:: len(knots) // _FEW]
     for b in knots:
         if first < b < last:
             x = np.clip(b, radius, c)
             beyond = np.maximum((radius - x) + width, 0.0)
             starts.append((x, np.where(x > radius, np.sqrt(beyond * (c + x)), starts[0][1])))
     starts.append((c, np.zeros_like(c)))
-    corners = np.array([b for b in knots if b < last and np.isinf(line.slope(np.array([b]))[0])])
+    corners = np.array([b for b, corner in zip(knots, steep, strict=False) if corner and b < last])
     for (inner, root), (x_end, root_end) in pairwise(starts):
         at = np.flatnonzero(x_end > inner)
         if at.size == 0:
@@ -187,7 +200,7 @@ def _gap(
     j0, j1, _ = (
         zone_integrals(line, radius, width)
         if level is None
-        else _integrals_at(line, radius, width, level, third=False)
+        else _integrals_at(line, radius, width, level, third=False, rough=True)
     )
     c = radius + width
     root = zone_root(radius, width)
