@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import brentq
 
 import pymdr as mdr
-from benchmarks.timing import Ratio, compare, median_time
+from benchmarks.timing import Ratio, compare, median_time, median_times
 from pymdr.line.adhesion import JKR, PullOff, jkr_force, power_law_factor, power_law_pull_off
 from pymdr.line.following import Track, energy_balance, follow, trace, under_machine
 from pymdr.mapping.equivalent import equivalent_profile
@@ -130,8 +130,10 @@ def forces() -> Iterator[Ratio]:
         return np.array([brentq_force(*row) for row in zip(*(x[:few].tolist() for x in sets), strict=True)])
 
     require(np.max(np.abs(loop() - ours[:few]) / size[:few]) <= 1e-9, "brentq finds other forces")
-    one = median_time(lambda: jkr_force(sets[0], 1e-6, 1e9, 0.05), 7)
-    time, other = median_time(lambda: jkr_force(*sets), 7), median_time(loop, 3) * n / few
+    time, one, some = median_times(
+        (lambda: jkr_force(*sets), 7), (lambda: jkr_force(sets[0], 1e-6, 1e9, 0.05), 7), (loop, 3)
+    )
+    other = some * n / few
     for what, seconds in (("arrays of d, R, E*, work", time), ("an array of d", one)):
         yield Ratio(
             f"{n} JKR forces, {what} ({n / seconds:.2g} per second, error {error:.0e})",
@@ -184,11 +186,12 @@ def pull_off() -> Iterator[Ratio]:
             for x, y in ((found.contact_radius, a), (found.normal_force, F))
         )
         require(error <= 1e-9, f"pull-off differs from brentq by {error:.0e}")
+        time, some = median_times((ours, 7), (loop, 3))
         yield Ratio(
             f"pull-off of {n} power laws {control} (differ by {error:.0e})",
             f"brentq for the fold, scaled from {few}",
-            median_time(ours, 7),
-            median_time(loop, 3) * n / few,
+            time,
+            some * n / few,
             "no loop; no number set",
         )
 

@@ -1,22 +1,24 @@
-"""The memory stack over random histories against np.cumsum and against a thousand springs."""
+"""The memory stack over vibrations and random walks against np.cumsum and against a thousand springs."""
 
 import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import ProcessPoolExecutor
+from functools import partial
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 import pymdr as mdr
-from benchmarks.timing import Ratio, median_time
+from benchmarks.timing import Ratio, median_times
 from pymdr.line.foundation import ElasticLine, states_at_depth
 from pymdr.line.friction import (
     ElasticCurves,
     Ending,
     FrictionHistory,
+    SpringHistory,
     follow_displacements,
     power_law_curves,
+    springs,
     tabulated_curves,
 )
 from pymdr.mapping.equivalent import EquivalentProfile, equivalent_profile
@@ -36,6 +38,15 @@ def walk(stride: float, n: int = STEPS) -> tuple[Floats, Floats]:
     steps = stride * np.random.default_rng(5).standard_normal((2, n))
     d, u = np.cumsum(steps, axis=1)
     return _reflected(d + 0.5, 0.05, DEEPEST), _reflected(u, -1.0, 1.0)
+
+
+def histories() -> Iterator[tuple[str, tuple[Floats, Floats]]]:
+    """A vibration that beats with the load, sampled 200 times a cycle with noise, and random walks."""
+    cycle = 2.0 * np.pi / 200.0 * np.arange(STEPS)
+    noise = 1e-3 * np.random.default_rng(6).standard_normal((2, STEPS))
+    yield "a vibration", (0.5 + 0.3 * np.sin(0.618 * cycle) + noise[0], 0.4 * np.sin(cycle) + noise[1])
+    for stride, size in STRIDES.items():
+        yield f"a walk of {stride} steps", walk(size)
 
 
 def _reflected(values: Floats, low: float, high: float) -> Floats:
@@ -58,89 +69,43 @@ def stack(curves: ElasticCurves, path: tuple[Floats, Floats]) -> FrictionHistory
     return follow_displacements(curves, *path, FRICTION, TANGENTIAL)
 
 
-@njit(cache=False)
-def _springs(
-    profile: Floats, dx: float, d: Floats, u: Floats, cap: float, stiffness: float, out: Floats
-) -> None:
-    """The update of the book: shift every spring, cap it at Coulomb's limit, sum."""
-    shifts = np.zeros(profile.size)
-    before = lost = 0.0
-    for j in range(d.size):
-        step = u[j] - before
-        force = energy = 0.0
-        stuck = 0
-        for i in range(profile.size):
-            depth = d[j] - profile[i]
-            if depth > 0.0:
-                w = shifts[i] + step
-                limit = cap * depth
-                if abs(w) > limit:
-                    over = abs(w) - limit
-                    w = limit if w > 0.0 else -limit
-                    lost += over * limit
-                else:
-                    stuck += 1
-                force += w
-                energy += 0.5 * w * w
-                shifts[i] = w
-            else:
-                shifts[i] = 0.0
-        before = u[j]
-        out[0, j] = 2.0 * stiffness * dx * force
-        out[1, j] = dx * stuck
-        out[2, j] = 2.0 * stiffness * dx * energy
-        out[3, j] = 2.0 * stiffness * dx * lost
-
-
-def springs_over(equivalent: EquivalentProfile, path: tuple[Floats, Floats], n: int) -> Callable[[], Floats]:
-    """A call of n springs over a path."""
+def springs_over(equivalent: EquivalentProfile, path: tuple[Floats, Floats], n: int) -> SpringHistory:
+    """The teaching form with n springs: the same quantities at every step."""
     dx = float(equivalent.inverse(DEEPEST)) / n
     profile = equivalent.g(dx * (np.arange(n) + 0.5))
-    out = np.empty((4, path[0].size))
-    cap = FRICTION * MODULUS / TANGENTIAL
-
-    def run() -> Floats:
-        _springs(profile, dx, *path, cap, TANGENTIAL, out)
-        return out
-
-    return run
+    return springs(profile, dx, *path, FRICTION, MODULUS, TANGENTIAL)
 
 
 def per_step() -> Iterator[Ratio]:
     few, n = 20_000, 1000
     values = np.random.default_rng(1).standard_normal(STEPS)
-    cumsum = median_time(lambda: np.cumsum(values), 7)
-    for stride, size in STRIDES.items():
-        path = walk(size)
+    for kind, path in histories():
         short_path = (path[0][:few], path[1][:few])
         for name, (curves, equivalent) in lines().items():
             run = stack(curves, path)
             if run.ending is not Ending.COMPLETE:
                 raise RuntimeError(f"the stack stopped at row {run.stopped}: {run.ending}")
-            ours = median_time(lambda c=curves, p=path: stack(c, p), 3)  # type: ignore[misc]
-            springs = springs_over(equivalent, short_path, n)
-            theirs = median_time(springs, 3) * STEPS / few
-            off = springs()[0] - run.tangential_force[:few]
+            off = springs_over(equivalent, short_path, n).tangential_force - run.tangential_force[:few]
             error = float(np.max(np.abs(off)) / np.max(np.abs(run.tangential_force[:few])))
-            if error > 0.1:
+            if error > 1e-3:
                 raise RuntimeError(f"the springs are off the stack by {error:.1g}")
-            what = f"1e7 {stride} random steps on {name} ({ours / STEPS * 1e9:.0f} ns a step)"
-            yield Ratio(what, "np.cumsum of 1e7", ours, cumsum, "aim 15 times as long")
-            against = (
-                f"{n} springs in numba, scaled from {few} steps ({theirs / STEPS * 1e9:.0f} ns a step, "
-                f"off by {error:.0e})"
+            ours, cumsum, some = median_times(
+                (partial(stack, curves, path), 5),
+                (partial(np.cumsum, values), 5),
+                (partial(springs_over, equivalent, short_path, n), 5),
             )
-            yield Ratio(what, against, ours, theirs, "aim 50")
+            what = f"1e7 rows of {kind} on {name} ({ours / STEPS * 1e9:.0f} ns a row)"
+            yield Ratio(what, "np.cumsum of 1e7", ours, cumsum, "aim 15 times as long")
+            against = f"{n} springs in numba, scaled from {few} rows (off by {error:.0e})"
+            yield Ratio(what, against, ours, some * STEPS / few, "aim 50")
 
 
 def flatness() -> Iterator[Ratio]:
     d, u = walk(STRIDES["middling"])
+    sizes = (10_000, 100_000, 1_000_000, STEPS)
     for name, (curves, _) in lines().items():
-        step = {}
-        for n in (10_000, 100_000, 1_000_000, STEPS):
-            path = (d[:n], u[:n])
-            time = median_time(lambda c=curves, p=path: stack(c, p), 3 if n == STEPS else 9)  # type: ignore[misc]
-            step[n] = time / n
+        times = median_times(*((partial(stack, curves, (d[:n], u[:n])), 5) for n in sizes))
+        step = {n: time / n for n, time in zip(sizes, times, strict=True)}
         table = ", ".join(f"{value * 1e9:.0f}" for value in step.values())
         yield Ratio(
             f"one step of 1e7 on {name} (ns a step at 1e4, 1e5, 1e6, 1e7 steps: {table})",

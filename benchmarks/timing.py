@@ -24,15 +24,26 @@ class Ratio:
         return f"{self.what}: {self.ours * 1e3:.3g} ms, {speed} {self.against} ({self.other * 1e3:.3g} ms); {self.aim}"
 
 
+def median_times(*works: tuple[Callable[[], object], int]) -> list[float]:
+    """Median wall times in seconds of calls, each repeated as often as said, after one call to warm up.
+
+    The calls take turns, so that what slows the machine for a while slows all of them.
+    """
+    times: list[list[float]] = [[] for _ in works]
+    for work, _ in works:
+        work()
+    for turn in range(max(repeats for _, repeats in works)):
+        for (work, repeats), own in zip(works, times, strict=True):
+            if turn < repeats:
+                start = time.perf_counter()
+                work()
+                own.append(time.perf_counter() - start)
+    return [statistics.median(own) for own in times]
+
+
 def median_time(work: Callable[[], object], repeats: int) -> float:
     """Median wall time of a call in seconds, after one call to warm up."""
-    work()
-    times = []
-    for _ in range(repeats):
-        start = time.perf_counter()
-        work()
-        times.append(time.perf_counter() - start)
-    return statistics.median(times)
+    return median_times((work, repeats))[0]
 
 
 def compare(
@@ -45,8 +56,8 @@ def compare(
     repeats: int = 7,
     other_repeats: int = 3,
 ) -> Ratio:
-    """Time two calls one after the other."""
-    return Ratio(what, against, median_time(ours, repeats), median_time(other, other_repeats), aim)
+    """Time two calls in turns."""
+    return Ratio(what, against, *median_times((ours, repeats), (other, other_repeats)), aim)
 
 
 def process(*arguments: str) -> Callable[[], object]:

@@ -163,18 +163,19 @@ class _Run(ABC):
         """State after the last row followed."""
 
     def history(self, checkpoints: dict[int, FrictionState]) -> FrictionHistory:
-        out, rows = self.out, self.rows
+        out = self.out
         out[:, self.column :] = math.nan
-        if self.every:
-            rows = np.arange(self.given[0].size)
+        kept = None if self.every else self.rows
         force: FloatArray = out[0]
         if self.control is Control.SHIFT:
-            depth, shift = self.given if self.every else (x[rows] for x in self.given)
+            depth, shift = self.given if kept is None else (x[kept] for x in self.given)
         else:
             depth, shift = out[5], out[6]
-            force = np.where(np.isnan(out[0]), math.nan, self.given[1][rows])
+            force = np.where(
+                np.isnan(out[0]), math.nan, self.given[1] if kept is None else self.given[1][kept]
+            )
         return FrictionHistory(
-            rows=rows,
+            kept=kept,
             indentation=depth,
             shift=shift,
             tangential_force=force,

@@ -20,6 +20,7 @@ from pymdr.line.friction.kernels import (
     inlined,
     moment,
     put,
+    vertex,
 )
 from pymdr.units import FloatArray
 
@@ -131,7 +132,7 @@ def swept_parting(
     step: Any,
 ) -> float:
     """Slip work while the contact shrinks over a piece of segment i: the side is that of the chord."""
-    slope = stack[i].slope
+    slope = vertex(stack, i).slope
     ratio = step[1] / step[0]
     lag_u = start[1] + ratio * (upper[2] - start[0]) - s_u
     lag_l = start[1] + ratio * (lower[2] - start[0]) - s_l
@@ -156,7 +157,7 @@ def load(
     line: FloatArray, stack: Any, m: int, low: float, high: float, force: float, pull: float
 ) -> tuple[int, float, float, float]:
     """Go straight to (F_N, S), |S| <= F_N: the same stack in forces. Returns top, window and slip work."""
-    start = (stack[m].force, stack[m].sum)
+    start = (vertex(stack, m).force, vertex(stack, m).sum)
     upper = at(stack, m)
     end = upper
     if force != start[0]:
@@ -178,50 +179,50 @@ def load(
     s_u = start[1]
     g = 1.0 if step[1] > 0.0 else -1.0
     if step[0] < 0.0:
-        while i > 0 and stack[i - 1].force > force:
+        while i > 0 and vertex(stack, i - 1).force > force:
             lower = at(stack, i - 1)
-            s_l = stack[i - 1].sum
+            s_l = vertex(stack, i - 1).sum
             total += swept_parting(line, stack, i, upper, s_u, lower, s_l, start, step)
             upper = lower
             s_u = s_l
             i -= 1
-        b = stack[i - 1].b + stack[i].slope * (depth - stack[i - 1].y)
+        b = vertex(stack, i - 1).b + vertex(stack, i).slope * (depth - vertex(stack, i - 1).y)
         lower = (depth, b, force, end[3], end[4])
-        s_l = stack[i - 1].sum + stack[i].slope * (force - stack[i - 1].force)
+        s_l = vertex(stack, i - 1).sum + vertex(stack, i).slope * (force - vertex(stack, i - 1).force)
         total += swept_parting(line, stack, i, upper, s_u, lower, s_l, start, step)
         upper = lower
         s_u = s_l
         if i < m:
-            low = high = stack[i].slope
+            low = high = vertex(stack, i).slope
         if depth == 0.0:
             base(stack, b)
             return 0, -math.inf, math.inf, total
         if pull == s_u:
-            put(line, stack, i, upper, stack[i].slope)
+            put(line, stack, i, upper, vertex(stack, i).slope)
             return i, low, high, total
         g = 1.0 if pull > s_u else -1.0
     edge = g * pull - force
-    while i > 1 and edge > g * stack[i - 1].sum - stack[i - 1].force:
+    while i > 1 and edge > g * vertex(stack, i - 1).sum - vertex(stack, i - 1).force:
         lower = at(stack, i - 1)
-        s_l = stack[i - 1].sum
-        total += swept(line, stack[i].slope, g, upper, s_u, lower, s_l, start, step)
+        s_l = vertex(stack, i - 1).sum
+        total += swept(line, vertex(stack, i).slope, g, upper, s_u, lower, s_l, start, step)
         upper = lower
         s_u = s_l
         i -= 1
     lower = at(stack, i - 1)
-    s_l = stack[i - 1].sum
+    s_l = vertex(stack, i - 1).sum
     y = border(line, stack, i, g, edge, upper[0])
     if y - lower[0] <= MEET * depth:
         y = lower[0]
     if y > lower[0]:
         a, f, work = curve(line, y)
-        s_l += stack[i].slope * (f - lower[2])
-        lower = (y, lower[1] + stack[i].slope * (y - lower[0]), f, work, a)
-    total += swept(line, stack[i].slope, g, upper, s_u, lower, s_l, start, step)
-    if y > stack[i - 1].y:
-        put(line, stack, i, lower, stack[i].slope)
+        s_l += vertex(stack, i).slope * (f - lower[2])
+        lower = (y, lower[1] + vertex(stack, i).slope * (y - lower[0]), f, work, a)
+    total += swept(line, vertex(stack, i).slope, g, upper, s_u, lower, s_l, start, step)
+    if y > vertex(stack, i - 1).y:
+        put(line, stack, i, lower, vertex(stack, i).slope)
         i += 1
-    elif i > 1 and stack[i - 1].slope == g:
+    elif i > 1 and vertex(stack, i - 1).slope == g:
         i -= 1
     put(line, stack, i, (depth, lower[1] + g * (depth - lower[0]), force, end[3], end[4]), g)
     return i, -math.inf, math.inf, total
@@ -230,14 +231,14 @@ def load(
 @compiled
 def border(line: FloatArray, stack: Any, i: int, g: float, edge: float, top: float) -> float:
     """Depth on segment i, not below `top`, where g S - F_N = edge: the border of slip."""
-    bend = 1.0 - g * stack[i].slope
-    excess = g * stack[i - 1].sum - stack[i - 1].force - edge
+    bend = 1.0 - g * vertex(stack, i).slope
+    excess = g * vertex(stack, i - 1).sum - vertex(stack, i - 1).force - edge
     if not excess > 0.0 or bend <= 0.0:
-        return float(stack[i - 1].y)
-    y = depth_of_force(line, stack[i - 1].force + excess / bend)
+        return float(vertex(stack, i - 1).y)
+    y = depth_of_force(line, vertex(stack, i - 1).force + excess / bend)
     if not y < top:
         return top
-    return float(max(y, stack[i - 1].y))
+    return float(max(y, vertex(stack, i - 1).y))
 
 
 @compiled
@@ -248,24 +249,26 @@ def shift_for(line: FloatArray, stack: Any, m: int, depth: float, force: float, 
     stands on a vertex, so the segment is found by descending the stack.
     """
     i = m
-    y, b, s = stack[m].y, stack[m].b, stack[m].sum
+    y, b, s = vertex(stack, m).y, vertex(stack, m).b, vertex(stack, m).sum
     if depth > y:
-        rise = force - stack[m].force
+        rise = force - vertex(stack, m).force
         if abs(pull - s) <= rise:
             return float(b + (pull - s) / rise * (depth - y))
     elif depth < y:
-        while i > 1 and stack[i - 1].y > depth:
+        while i > 1 and vertex(stack, i - 1).y > depth:
             i -= 1
         y = depth
-        b = stack[i - 1].b + stack[i].slope * (depth - stack[i - 1].y)
-        s = stack[i - 1].sum + stack[i].slope * (force - stack[i - 1].force)
+        b = vertex(stack, i - 1).b + vertex(stack, i).slope * (depth - vertex(stack, i - 1).y)
+        s = vertex(stack, i - 1).sum + vertex(stack, i).slope * (force - vertex(stack, i - 1).force)
     if pull == s:
         return float(b)
     g = 1.0 if pull > s else -1.0
     edge = g * pull - force
-    while i > 1 and edge > g * stack[i - 1].sum - stack[i - 1].force:
+    while i > 1 and edge > g * vertex(stack, i - 1).sum - vertex(stack, i - 1).force:
         i -= 1
     if i == 0:
-        return float(stack[0].b + g * depth)
-    y = border(line, stack, i, g, edge, min(stack[i].y, depth))
-    return float(stack[i - 1].b + stack[i].slope * (y - stack[i - 1].y) + g * (depth - y))
+        return float(vertex(stack, 0).b + g * depth)
+    y = border(line, stack, i, g, edge, min(vertex(stack, i).y, depth))
+    return float(
+        vertex(stack, i - 1).b + vertex(stack, i).slope * (y - vertex(stack, i - 1).y) + g * (depth - y)
+    )

@@ -93,19 +93,20 @@ def curve(line: FloatArray, y: float) -> tuple[float, float, float]:
     j = int(min(x, starts - 1.0))
     t = x - j
     j += 1
-    while line[j, CHILD] > 0.0:
-        j = int(line[j, CHILD])
+    while line[np.uint64(j), CHILD] > 0.0:
+        j = int(line[np.uint64(j), CHILD])
         t *= 2.0
         if t >= 1.0:
             t -= 1.0
             j += 1
+    piece = np.uint64(j)
     t2 = t * t
     t4 = t2 * t2
-    a = (line[j, 1] + t * line[j, 2]) + t2 * (line[j, 3] + t * line[j, 4])
-    force = (line[j, 5] + t * line[j, 6]) + t2 * (line[j, 7] + t * line[j, 8])
-    force += t4 * (line[j, 9] + t * line[j, 10])
-    work = (line[j, 11] + t * line[j, 12]) + t2 * (line[j, 13] + t * line[j, 14])
-    work += t4 * ((line[j, 15] + t * line[j, 16]) + t2 * (line[j, 17] + t * line[j, 18]))
+    a = (line[piece, 1] + t * line[piece, 2]) + t2 * (line[piece, 3] + t * line[piece, 4])
+    force = (line[piece, 5] + t * line[piece, 6]) + t2 * (line[piece, 7] + t * line[piece, 8])
+    force += t4 * (line[piece, 9] + t * line[piece, 10])
+    work = (line[piece, 11] + t * line[piece, 12]) + t2 * (line[piece, 13] + t * line[piece, 14])
+    work += t4 * ((line[piece, 15] + t * line[piece, 16]) + t2 * (line[piece, 17] + t * line[piece, 18]))
     return a, force, work
 
 
@@ -165,38 +166,47 @@ def moment(line: FloatArray, p: Point, q: Point) -> float:
 
 
 @inlined
+def vertex(stack: Any, i: int) -> Any:
+    """Vertex i >= 0: numba counts signed indices from the end too, at a tenth of a step's time."""
+    return stack[np.uint64(i)]
+
+
+@inlined
 def at(stack: Any, i: int) -> Point:
     """Vertex i as a point."""
-    return stack[i].y, stack[i].b, stack[i].force, stack[i].work, stack[i].radius
+    here = vertex(stack, i)
+    return here.y, here.b, here.force, here.work, here.radius
 
 
 @inlined
 def put(line: FloatArray, stack: Any, i: int, point: Point, slope: float) -> None:
     """Write vertex i > 0 at the end of a segment of the given slope."""
     y, b, force, work, radius = point
-    length = y - stack[i - 1].y
+    here, below = vertex(stack, i), vertex(stack, i - 1)
+    length = y - below.y
     turn = moment(line, at(stack, i - 1), point)
-    stack[i].y = y
-    stack[i].b = b
-    stack[i].slope = slope
-    stack[i].force = force
-    stack[i].work = work
-    stack[i].sum = stack[i - 1].sum + slope * (force - stack[i - 1].force)
-    stack[i].energy = stack[i - 1].energy + slope * (length * stack[i - 1].sum + slope * turn)
-    stack[i].radius = radius
+    here.y = y
+    here.b = b
+    here.slope = slope
+    here.force = force
+    here.work = work
+    here.sum = below.sum + slope * (force - below.force)
+    here.energy = below.energy + slope * (length * below.sum + slope * turn)
+    here.radius = radius
 
 
 @inlined
 def base(stack: Any, b: float) -> None:
     """Write the vertex at depth 0."""
-    stack[0].y = 0.0
-    stack[0].b = b
-    stack[0].slope = 0.0
-    stack[0].force = 0.0
-    stack[0].work = 0.0
-    stack[0].sum = 0.0
-    stack[0].energy = 0.0
-    stack[0].radius = 0.0
+    here = vertex(stack, 0)
+    here.y = 0.0
+    here.b = b
+    here.slope = 0.0
+    here.force = 0.0
+    here.work = 0.0
+    here.sum = 0.0
+    here.energy = 0.0
+    here.radius = 0.0
 
 
 @inlined
@@ -205,18 +215,19 @@ def extend(
 ) -> tuple[int, float, float]:
     """Append a stuck segment, joined to the top one when all its points stay within rounding of a line."""
     if m > 0:
-        x, z, x_m, x_b, z_b = point[0], point[1], stack[m].y, stack[m - 1].y, stack[m - 1].b
+        top, below = vertex(stack, m), vertex(stack, m - 1)
+        x, z, x_m, x_b, z_b = point[0], point[1], top.y, below.y, below.b
         if by_force:
-            z = stack[m].sum + slope * (point[2] - stack[m].force)
-            x, x_m, x_b, z_b = point[2], stack[m].force, stack[m - 1].force, stack[m - 1].sum
+            z = top.sum + slope * (point[2] - top.force)
+            x, x_m, x_b, z_b = point[2], top.force, below.force, below.sum
         room = MERGE * max(abs(slope) * x, abs(z), abs(z_b)) / (x_m - x_b)
-        low = max(low, stack[m].slope - room)
-        high = min(high, stack[m].slope + room)
+        low = max(low, top.slope - room)
+        high = min(high, top.slope + room)
         chord = (z - z_b) / (x - x_b)
         if low <= chord <= high:
             b = point[1]
             if by_force:
-                b = stack[m - 1].b + chord * (point[0] - stack[m - 1].y)
+                b = below.b + chord * (point[0] - below.y)
             put(line, stack, m, (point[0], b, point[2], point[3], point[4]), min(max(chord, -1.0), 1.0))
             return m, low, high
     put(line, stack, m + 1, point, slope)
@@ -236,7 +247,7 @@ def parting(
     per_depth: float,
 ) -> float:
     """Slip work of springs that lose contact, between two points of segment i; the step begins at `start`."""
-    slope = stack[i].slope
+    slope = vertex(stack, i).slope
     # lag of the anchor behind the shift at which each spring parts
     oblique = d_shift * per_depth
     lag_u = start[1] + oblique * (upper[0] - start[0]) - upper[1]
@@ -303,8 +314,8 @@ def move(
     Returns the top of the stack, its window of slopes, the slip work over mu^2 E* / G* and the distance that
     the innermost spring slips.
     """
-    d_depth = depth - stack[m].y
-    d_shift = shift - stack[m].b
+    d_depth = depth - vertex(stack, m).y
+    d_shift = shift - vertex(stack, m).b
     total = 0.0
     start = at(stack, m)
     upper = start
@@ -329,31 +340,31 @@ def move(
             total = rate * moment(line, upper, end) / d_depth
         else:
             per_depth = 1.0 / d_depth
-            while i > 0 and stack[i - 1].y > depth:
+            while i > 0 and vertex(stack, i - 1).y > depth:
                 lower = at(stack, i - 1)
                 total += parting(line, stack, i, upper, lower, start, d_depth, d_shift, per_depth)
                 upper = lower
                 i -= 1
-            b = stack[i - 1].b + stack[i].slope * (depth - stack[i - 1].y)
+            b = vertex(stack, i - 1).b + vertex(stack, i).slope * (depth - vertex(stack, i - 1).y)
             lower = (depth, b, force, work, a)
             total += parting(line, stack, i, upper, lower, start, d_depth, d_shift, per_depth)
             upper = lower
             if i < m:
-                low = high = stack[i].slope
+                low = high = vertex(stack, i).slope
             lag = abs(shift - b)
             if depth == 0.0:
                 base(stack, shift)
                 return 0, -math.inf, math.inf, total, lag
             if lag == 0.0:
-                put(line, stack, i, end, stack[i].slope)
+                put(line, stack, i, end, vertex(stack, i).slope)
                 return i, low, high, total, 0.0
             g = 1.0 if shift > b else -1.0
             rate = g * d_shift - d_depth
     edge = g * shift - depth
     per_rate = 1.0 / rate if rate > TINY else 0.0
     while i > 0:
-        bend = 1.0 - g * stack[i].slope
-        next_lag = edge - (g * stack[i - 1].b - stack[i - 1].y)
+        bend = 1.0 - g * vertex(stack, i).slope
+        next_lag = edge - (g * vertex(stack, i - 1).b - vertex(stack, i - 1).y)
         if next_lag <= 0.0:
             break
         lower = at(stack, i - 1)
@@ -366,21 +377,21 @@ def move(
         slid = lag
         base(stack, shift - g * depth)
     else:
-        bottom = stack[i - 1].y
+        bottom = vertex(stack, i - 1).y
         y = upper[0] - lag / bend if lag < bend * (upper[0] - bottom) else bottom
         if y - bottom <= MEET * (depth + abs(shift)):
             y = bottom
         if y > bottom:
             a, force, work = curve(line, y)
-            lower = (y, stack[i - 1].b + stack[i].slope * (y - bottom), force, work, a)
+            lower = (y, vertex(stack, i - 1).b + vertex(stack, i).slope * (y - bottom), force, work, a)
         else:
             lower = at(stack, i - 1)
         total += replaced(line, bend, depth, d_depth, per_rate, upper, lag, lower)
         if y > bottom:
-            put(line, stack, i, lower, stack[i].slope)
+            put(line, stack, i, lower, vertex(stack, i).slope)
         else:
             i -= 1
-            if i > 0 and stack[i].slope == g:
+            if i > 0 and vertex(stack, i).slope == g:
                 i -= 1
     put(line, stack, i + 1, end, g)
     return i + 1, -math.inf, math.inf, total, slid

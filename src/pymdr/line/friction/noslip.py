@@ -24,6 +24,7 @@ from pymdr.line.friction.kernels import (
     compiled,
     curve,
     depth_of_force,
+    vertex,
 )
 from pymdr.line.friction.runs import (
     COMPLETE,
@@ -72,16 +73,17 @@ def put_stuck(line: FloatArray, stack: Any, i: int, point: Point) -> None:
     """Write vertex i > 0; the segment below may be upright."""
     y, b, force, work, radius = point
     zeroth, first = moments(line, at(stack, i - 1), point)
-    length = y - stack[i - 1].y
-    step = b - stack[i - 1].b
-    stack[i].y = y
-    stack[i].b = b
-    stack[i].slope = step / length if length > 0.0 else 0.0
-    stack[i].force = force
-    stack[i].work = work
-    stack[i].sum = stack[i - 1].sum + step * zeroth
-    stack[i].energy = stack[i - 1].energy + step * (stack[i - 1].sum + step * first)
-    stack[i].radius = radius
+    here, below = vertex(stack, i), vertex(stack, i - 1)
+    length = y - below.y
+    step = b - below.b
+    here.y = y
+    here.b = b
+    here.slope = step / length if length > 0.0 else 0.0
+    here.force = force
+    here.work = work
+    here.sum = below.sum + step * zeroth
+    here.energy = below.energy + step * (below.sum + step * first)
+    here.radius = radius
 
 
 @compiled
@@ -112,18 +114,18 @@ def stick(
     end = (depth, shift, force, work, a)
     if d_depth == 0.0:
         if shift != start[1]:
-            if m == 0 or stack[m - 1].y < depth:
+            if m == 0 or vertex(stack, m - 1).y < depth:
                 m += 1
             put_stuck(line, stack, m, end)
         return m, -math.inf, math.inf, 0.0
     if d_depth > 0.0:
-        if m > 0 and stack[m].y > stack[m - 1].y:
-            y, b = stack[m - 1].y, stack[m - 1].b
+        if m > 0 and vertex(stack, m).y > vertex(stack, m - 1).y:
+            y, b = vertex(stack, m - 1).y, vertex(stack, m - 1).b
             slope = (shift - b) / (depth - y)
             size = max(abs(shift), abs(b), abs(start[1]), abs(slope) * depth)
             room = MERGE * size / (start[0] - y)
-            low = max(low, stack[m].slope - room)
-            high = min(high, stack[m].slope + room)
+            low = max(low, vertex(stack, m).slope - room)
+            high = min(high, vertex(stack, m).slope + room)
             if low <= slope <= high:
                 put_stuck(line, stack, m, end)
                 return m, low, high, 0.0
@@ -134,11 +136,11 @@ def stick(
     upper = start
     i = m
     while True:
-        bottom = stack[i - 1].y
+        bottom = vertex(stack, i - 1).y
         lower = at(stack, i - 1)
         last = i == 1 or bottom < depth
         if last:
-            b = stack[i - 1].b + stack[i].slope * (depth - bottom)
+            b = vertex(stack, i - 1).b + vertex(stack, i).slope * (depth - bottom)
             lower = (depth, b, force, work, a)
         if upper[0] > lower[0]:
             lag_l = start[1] + per_depth * (lower[0] - start[0]) - lower[1]
@@ -163,13 +165,15 @@ def stuck_shift_for(line: FloatArray, stack: Any, m: int, depth: float, pull: fl
     """Shift at which the normalised tangential force is `pull` at `depth` > 0."""
     a, force, work = curve(line, depth)
     here = at(stack, m)
-    total = stack[m].sum
+    total = vertex(stack, m).sum
     if depth < here[0]:
-        while m > 1 and stack[m - 1].y >= depth:
+        while m > 1 and vertex(stack, m - 1).y >= depth:
             m -= 1
-        b = stack[m - 1].b + stack[m].slope * (depth - stack[m - 1].y)
+        b = vertex(stack, m - 1).b + vertex(stack, m).slope * (depth - vertex(stack, m - 1).y)
         here = (depth, b, force, work, a)
-        total = stack[m - 1].sum + (b - stack[m - 1].b) * moments(line, at(stack, m - 1), here)[0]
+        total = (
+            vertex(stack, m - 1).sum + (b - vertex(stack, m - 1).b) * moments(line, at(stack, m - 1), here)[0]
+        )
     return float(here[1] + (pull - total) / moments(line, here, (depth, 0.0, force, work, a))[0])
 
 
@@ -220,7 +224,7 @@ def run_stuck(
             code = STACK_FULL
             break
         parts = 1
-        before, pulled = stack[m].force, stack[m].sum * to_force
+        before, pulled = vertex(stack, m).force, vertex(stack, m).sum * to_force
         if control == FORCE_CONTROL and max(d, depth) > TINY:
             parts += int(_PARTS * min(abs(d - depth) / max(d, depth), 1.0))
         work = 0.0
@@ -251,9 +255,9 @@ def run_stuck(
             depth, v = d, v1
         total += work
         if every or (column < rows.size and rows[column] == j):
-            out[0, column] = to_force * stack[m].sum
-            out[1, column] = stack[m].radius
-            out[2, column] = to_energy * stack[m].energy
+            out[0, column] = to_force * vertex(stack, m).sum
+            out[1, column] = vertex(stack, m).radius
+            out[2, column] = to_energy * vertex(stack, m).energy
             out[3, column] = to_energy * total
             if control != SHIFT_CONTROL:
                 out[5, column] = depth

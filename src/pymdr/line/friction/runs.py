@@ -18,6 +18,7 @@ from pymdr.line.friction.kernels import (
     inlined,
     move,
     put,
+    vertex,
 )
 from pymdr.units import FloatArray
 
@@ -65,11 +66,11 @@ def go(
 def record(stack: Any, m: int, out: FloatArray, row: int) -> None:
     """Write force, stick radius and stored energy of the stack, normalised."""
     held = m
-    if m > 0 and abs(stack[m].slope) == 1.0:
+    if m > 0 and abs(vertex(stack, m).slope) == 1.0:
         held = m - 1
-    out[0, row] = stack[m].sum
-    out[1, row] = stack[held].radius
-    out[2, row] = stack[m].energy
+    out[0, row] = vertex(stack, m).sum
+    out[1, row] = vertex(stack, held).radius
+    out[2, row] = vertex(stack, m).energy
 
 
 @compiled
@@ -197,7 +198,7 @@ def run_forces(
             if depth < 0.0:
                 base(stack, v)
             m, low, high, work = load(line, stack, m, low, high, force, pull)
-            depth, v = stack[m].y, stack[m].b
+            depth, v = vertex(stack, m).y, vertex(stack, m).b
         else:
             v1 = v
             if given > TINY:

@@ -81,8 +81,8 @@ def frozen(values: ArrayLike) -> FloatArray:
 class FrictionHistory:
     """What was followed, one entry per kept row, NaN from the row on where the run stopped."""
 
-    rows: IntArray
-    """Indices of the kept rows."""
+    kept: IntArray | None
+    """Indices of the kept rows, None if all were kept."""
     indentation: FloatArray
     """d in m."""
     shift: FloatArray
@@ -107,6 +107,11 @@ class FrictionHistory:
     """Row that could not be followed; the number of rows if there is none."""
     slip_work_before: float = 0.0
     """Slip work before the first row in J."""
+
+    @property
+    def rows(self) -> IntArray:
+        """Indices of the kept rows."""
+        return np.arange(self.indentation.size) if self.kept is None else self.kept
 
     @property
     def slip_work_steps(self) -> FloatArray:
