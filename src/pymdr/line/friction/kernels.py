@@ -2,7 +2,7 @@
 
 Normalised shift v = G* u_x / (mu E*) in m, normalised tangential force S = F_x / mu in N. One row of the stack per
 vertex (y, b) of the anchor curve: y, b, slope of the segment below, F_N(y), W(y), the force and the energy of
-the part of the curve below the vertex, a(y). `window` holds the slopes that the top segment may still take.
+the part of the curve below the vertex, a(y), the moment of the segment below. `window` holds the slopes that the top segment may still take.
 """
 
 from __future__ import annotations
@@ -23,7 +23,9 @@ from pymdr.units import FloatArray
 # the packed line
 MODULUS, EXPONENT, INVERSE, PER_COEFFICIENT, FORCE_FACTOR, WORK_FACTOR, REACH, PER_REACH, STARTS = range(9)
 CHILD = 0
-VERTEX = np.dtype([(name, float) for name in ("y", "b", "slope", "force", "work", "sum", "energy", "radius")])
+VERTEX = np.dtype(
+    [(name, float) for name in ("y", "b", "slope", "force", "work", "sum", "energy", "radius", "moment")]
+)
 
 MERGE = 2.0**-47  # of the coordinates: bends below it are rounding of the input
 MEET = 2.0**-49  # of the coordinates: a border of slip this close to a vertex stands on it
@@ -193,6 +195,7 @@ def put(line: FloatArray, stack: Any, i: int, point: Point, slope: float) -> Non
     here.sum = below.sum + slope * (force - below.force)
     here.energy = below.energy + slope * (length * below.sum + slope * turn)
     here.radius = radius
+    here.moment = turn
 
 
 @inlined
@@ -207,6 +210,7 @@ def base(stack: Any, b: float) -> None:
     here.sum = 0.0
     here.energy = 0.0
     here.radius = 0.0
+    here.moment = 0.0
 
 
 @inlined
@@ -245,6 +249,7 @@ def parting(
     d_depth: float,
     d_shift: float,
     per_depth: float,
+    piece_moment: float,
 ) -> float:
     """Slip work of springs that lose contact, between two points of segment i; the step begins at `start`."""
     slope = vertex(stack, i).slope
@@ -257,11 +262,22 @@ def parting(
         a, force, work = curve(line, min(max(y, lower[0]), upper[0]))
         middle = (y, lower[1] + slope * (y - lower[0]), force, work, a)
         g = 1.0 if lag_u > 0.0 else -1.0
-        return parted(line, slope, g, abs(lag_u), upper, middle, d_depth, d_shift, per_depth) + parted(
-            line, slope, -g, 0.0, middle, lower, d_depth, d_shift, per_depth
+        return parted(
+            line,
+            slope,
+            g,
+            abs(lag_u),
+            upper,
+            middle,
+            d_depth,
+            d_shift,
+            per_depth,
+            moment(line, middle, upper),
+        ) + parted(
+            line, slope, -g, 0.0, middle, lower, d_depth, d_shift, per_depth, moment(line, lower, middle)
         )
     g = 1.0 if lag_u + lag_l > 0.0 else -1.0
-    return parted(line, slope, g, abs(lag_u), upper, lower, d_depth, d_shift, per_depth)
+    return parted(line, slope, g, abs(lag_u), upper, lower, d_depth, d_shift, per_depth, piece_moment)
 
 
 @inlined
@@ -275,6 +291,7 @@ def parted(
     d_depth: float,
     d_shift: float,
     per_depth: float,
+    piece_moment: float,
 ) -> float:
     """-int phi' dF_N for phi = |dD| s^2 / (2 kappa), s linear from s_u at the upper point, slip toward g."""
     rate = g * d_shift - d_depth
@@ -284,7 +301,7 @@ def parted(
     per_rate = 1.0 / rate
     p_u = per_slip * min(s_u * per_rate, 1.0)
     turn = -(per_slip * per_depth) * (per_slip * per_rate)
-    return turn * moment(line, lower, upper) - p_u * (upper[2] - lower[2])
+    return turn * piece_moment - p_u * (upper[2] - lower[2])
 
 
 @inlined
@@ -297,11 +314,12 @@ def replaced(
     upper: Point,
     s_u: float,
     lower: Point,
+    piece_moment: float,
 ) -> float:
     """-int phi' dF_N for phi = (D - y) s - dD s^2 / (2 kappa), s linear from s_u, bend = ds/dy."""
     p_u = (depth - upper[0] - d_depth * min(s_u * per_rate, 1.0)) * bend - s_u
     turn = -bend * (2.0 + bend * d_depth * per_rate)
-    return turn * moment(line, lower, upper) - p_u * (upper[2] - lower[2])
+    return turn * piece_moment - p_u * (upper[2] - lower[2])
 
 
 @inlined
@@ -317,6 +335,7 @@ def move(
     d_depth = depth - vertex(stack, m).y
     d_shift = shift - vertex(stack, m).b
     total = 0.0
+    piece_moment = vertex(stack, m).moment
     start = at(stack, m)
     upper = start
     i = m
@@ -342,13 +361,19 @@ def move(
             per_depth = 1.0 / d_depth
             while i > 0 and vertex(stack, i - 1).y > depth:
                 lower = at(stack, i - 1)
-                total += parting(line, stack, i, upper, lower, start, d_depth, d_shift, per_depth)
+                piece_moment = vertex(stack, i).moment
+                total += parting(
+                    line, stack, i, upper, lower, start, d_depth, d_shift, per_depth, piece_moment
+                )
                 upper = lower
                 i -= 1
             b = vertex(stack, i - 1).b + vertex(stack, i).slope * (depth - vertex(stack, i - 1).y)
             lower = (depth, b, force, work, a)
-            total += parting(line, stack, i, upper, lower, start, d_depth, d_shift, per_depth)
+            total += parting(
+                line, stack, i, upper, lower, start, d_depth, d_shift, per_depth, moment(line, lower, upper)
+            )
             upper = lower
+            piece_moment = moment(line, at(stack, i - 1), lower)
             if i < m:
                 low = high = vertex(stack, i).slope
             lag = abs(shift - b)
@@ -368,10 +393,11 @@ def move(
         if next_lag <= 0.0:
             break
         lower = at(stack, i - 1)
-        total += replaced(line, bend, depth, d_depth, per_rate, upper, lag, lower)
+        total += replaced(line, bend, depth, d_depth, per_rate, upper, lag, lower, piece_moment)
         upper = lower
         lag = next_lag
         i -= 1
+        piece_moment = vertex(stack, i).moment
     slid = 0.0
     if i == 0:
         slid = lag
@@ -386,7 +412,7 @@ def move(
             lower = (y, vertex(stack, i - 1).b + vertex(stack, i).slope * (y - bottom), force, work, a)
         else:
             lower = at(stack, i - 1)
-        total += replaced(line, bend, depth, d_depth, per_rate, upper, lag, lower)
+        total += replaced(line, bend, depth, d_depth, per_rate, upper, lag, lower, moment(line, lower, upper))
         if y > bottom:
             put(line, stack, i, lower, vertex(stack, i).slope)
         else:
