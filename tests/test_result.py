@@ -417,7 +417,7 @@ def test_an_offset_is_removed_and_said_so():
         result = mdr.solve(
             mdr.Contact(mdr.Function(lambda r: 0.25 + r * r, derivative=derivative), UNIT), mdr.indent(0.1)
         )
-        assert result.notes == ("the offset f(0) = 0.25 m of the profile was removed",)
+        assert result.notes == ("the offset f(0) = 250 mm of the profile was removed",)
         assert float(result["normal_force"][0]) == pytest.approx(4 / 3 * math.sqrt(0.5) * 0.1**1.5, rel=1e-11)
     assert mdr.solve(mdr.Contact(mdr.Function(np.square), UNIT), mdr.indent(0.1)).notes == ()
 

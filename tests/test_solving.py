@@ -161,7 +161,7 @@ def test_an_offset_is_removed_and_said_so():
     )
     assert lifted["normal_force"].values[0] == pytest.approx(plain["normal_force"].values[0], rel=1e-11)
     assert plain.notes == ()
-    assert "f(0) = 0.25 m of the profile was removed" in lifted.notes[0]
+    assert "f(0) = 250 mm of the profile was removed" in lifted.notes[0]
     assert "removed" in lifted.summary()
 
 

@@ -14,6 +14,7 @@ from pymdr.interpretation.fields import line_gap, pressure
 from pymdr.interpretation.validity import Claim, certify_disk
 from pymdr.line.foundation import ElasticLine, states_at_depth
 from pymdr.mapping.equivalent import equivalent_profile
+from pymdr.units import written
 
 UNIT = mdr.Elastic(1.0, 0.0)
 STATES = (
@@ -148,7 +149,7 @@ def test_concave_punch_from_full_contact_on(R):
     assert result["normal_force"].values[3:] == pytest.approx(force[3:], rel=1e-12)
     assert result["contact_radius"].values[3:].tolist() == [1.0, 1.0]
     assert result["force_lower_bound"].values == pytest.approx(force, rel=1e-12)
-    assert f"{8 / (3 * R):.4g} N and more" in result.claims["normal_force"].reason
+    assert f"{written(8 / (3 * R), 'N')} and more" in result.claims["normal_force"].reason
     with pytest.raises(mdr.NotValidError, match="step 0"):
         result.field("pressure", step=0)
     p = result.field("pressure", r=[0.5], step=None).values[:, 0]

@@ -274,3 +274,51 @@ def from_si(values: Any, si_unit: str, unit: str) -> Any:
     if factor < 1.0:
         return numbers * float(f"{1.0 / factor:.15g}")
     return numbers / factor
+
+
+_PREFIXES = ("f", "p", "n", "u", "m", "", "k", "M", "G")
+_SCALED = ("m", "N", "Pa", "J", "s", "N/m")
+
+
+def in_good_units(value: float, unit: str) -> tuple[float, str]:
+    """
+    A value with an SI prefix that makes it readable.
+
+    Examples
+    --------
+    >>> in_good_units(2e-6, "m")
+    (2.0, 'um')
+    """
+    if unit not in _SCALED or value == 0.0 or not math.isfinite(value):
+        return value, unit
+    exponent = math.floor(math.log10(abs(value)) / 3.0 + 1e-12)
+    index = min(max(exponent + 5, 0), len(_PREFIXES) - 1)
+    if unit in ("m", "s"):
+        index = min(index, 5)
+    prefixed = f"{_PREFIXES[index]}{unit}"
+    return float(from_si(value, unit, prefixed)), prefixed
+
+
+def written(value: float, unit: str, digits: int = 4) -> str:
+    """
+    A value in words, with the prefix that makes it readable.
+
+    Examples
+    --------
+    >>> written(1.28e-6, "m")
+    '1.28 um'
+    """
+    if math.isnan(value):
+        return "-"
+    number, prefixed = in_good_units(value, unit)
+    return f"{number:.{digits}g} {prefixed}".strip()
+
+
+def metres(value: float) -> str:
+    """A length as messages give it, with six digits."""
+    return written(value, "m", 6)
+
+
+def newtons(value: float) -> str:
+    """A force as messages give it, with six digits."""
+    return written(value, "N", 6)

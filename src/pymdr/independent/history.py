@@ -19,7 +19,7 @@ from pymdr.independent.rings import (
     solve_indentation,
 )
 from pymdr.problem.profiles import Function, Profile, Sampled, Sum
-from pymdr.units import FloatArray
+from pymdr.units import FloatArray, metres
 
 _DECADES = np.geomspace(1e-16, 1e7, 23 * 16 + 1)
 """Radii in m between which the end of a contact is searched where the profile states no length."""
@@ -165,7 +165,7 @@ def _reach(profile: Profile, gap: Callable[[FloatArray], FloatArray], depth: flo
     below = np.flatnonzero(f < depth)
     if below.size and below[-1] == _DECADES.size - 1:
         raise ProblemError(
-            f"the profile never rises to {depth:g} m: a contact without an edge has no end; add "
+            f"the profile never rises to {metres(depth)}: a contact without an edge has no end; add "
             "FlatPunch(radius) for a cylinder of that end shape"
         )
     return float(_DECADES[below[-1] + 1]) if below.size else float(_DECADES[0])

@@ -21,6 +21,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.special import ellipe, ellipkm1
 
 from pymdr.errors import ConvergenceError, ProblemError
+from pymdr.units import metres
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -437,8 +438,8 @@ def _settle(problem: _Problem) -> _State:
         if problem.depth is None:
             level = found.depth + 0.1 * (found.depth - float(found.mesh.gap.min()))
     raise ConvergenceError(
-        f"The edges of the contact zones did not settle; the last were {_metres(problem, zones)} at d = "
-        f"{found.depth * problem.size:.6g} m. Give breakpoints at kinks and jumps of the gap, or more rings."
+        f"The edges of the contact zones did not settle; the last were {_zones_in_words(problem, zones)} at d = "
+        f"{metres(found.depth * problem.size)}. Give breakpoints at kinks and jumps of the gap, or more rings."
     )
 
 
@@ -575,12 +576,12 @@ def _active_set(problem: _Problem, mesh: _Mesh, zones: Zones) -> _State:
         active = active ^ wrong
     raise ConvergenceError(
         f"The active set of {active.size} rings did not settle: the last had {int(active.sum())} in contact, {count} of "
-        f"all wrong, at d = {depth * problem.size:.6g} m. Try another number of rings."
+        f"all wrong, at d = {metres(depth * problem.size)}. Try another number of rings."
     )
 
 
-def _metres(problem: _Problem, zones: Zones) -> str:
-    return ", ".join(f"{a * problem.size:.6g} to {b * problem.size:.6g} m" for a, b in zones)
+def _zones_in_words(problem: _Problem, zones: Zones) -> str:
+    return ", ".join(f"{metres(a * problem.size)} to {metres(b * problem.size)}" for a, b in zones)
 
 
 def _zones(problem: _Problem, mesh: _Mesh, active: Mask) -> Zones:
@@ -592,7 +593,7 @@ def _zones(problem: _Problem, mesh: _Mesh, active: Mask) -> Zones:
         inner, outer = float(mesh.edges[i - 1]), float(mesh.edges[j - 1])
         if (end[i - 1] and inner not in problem.corners) or (end[j] and outer not in problem.corners):
             raise ProblemError(
-                f"The contact zone from {_metres(problem, ((inner, outer),))} meets the reach or the end of the "
+                f"The contact zone from {_zones_in_words(problem, ((inner, outer),))} meets the reach or the end of the "
                 "gap. Give a larger reach, or edge or breakpoints where the punch ends."
             )
         zones.append((inner, outer))

@@ -20,7 +20,7 @@ from pymdr.interpretation.validity import (
 from pymdr.line.foundation import ElasticLine
 from pymdr.mapping.equivalent import ProxyLine
 from pymdr.problem.laws import JKR, AdhesionLaw, MaugisDugdale
-from pymdr.units import FloatArray
+from pymdr.units import FloatArray, metres
 
 _TOLERANCE = 1e-10
 _CHECKED = 400
@@ -86,7 +86,7 @@ def _touches_outside(equivalent: ProxyLine, d: float, a: float) -> str:
     if h.min() >= -_TOLERANCE * max(abs(d), float(np.max(np.abs(equivalent.g(r))))):
         return ""
     return (
-        f"at d = {d:.4g} m the surfaces touch again outside a disk of radius {a:.4g} m, at r = {r[h.argmin()]:.4g} m, "
+        f"at d = {metres(d)} the surfaces touch again outside a disk of radius {metres(a)}, at r = {metres(r[h.argmin()])}, "
         "so the adhesive contact is not a disk"
     )
 

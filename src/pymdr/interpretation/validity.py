@@ -17,7 +17,7 @@ from pymdr.line.foundation import DiskStates, ElasticLine, mean_pressure, normal
 from pymdr.mapping.abel import Curve
 from pymdr.mapping.equivalent import ProxyLine
 from pymdr.problem.profiles import Profile
-from pymdr.units import FloatArray
+from pymdr.units import FloatArray, metres, written
 
 BoolArray = NDArray[np.bool_]
 
@@ -195,7 +195,7 @@ def _why_not_a_disk(line: ElasticLine, a: float, d: float, edge_excess: float) -
         p = pressure(line, a, edge_excess, r)
         if not p.min() >= -_TOLERANCE * scale:
             return (
-                f"at d = {d:.4g} m a disk of radius {a:.4g} m would need tension at r = {r[p.argmin()]:.4g} m, "
+                f"at d = {metres(d)} a disk of radius {metres(a)} would need tension at r = {metres(r[p.argmin()])}, "
                 "so the contact is not a disk"
             )
     if a < top:
@@ -203,8 +203,8 @@ def _why_not_a_disk(line: ElasticLine, a: float, d: float, edge_excess: float) -
         h = line_gap(equivalent, d, a, r)
         if not h.min() >= -_TOLERANCE * max(abs(d), float(np.max(np.abs(equivalent.g(r))))):
             return (
-                f"at d = {d:.4g} m the surfaces touch again outside a disk of radius {a:.4g} m, at "
-                f"r = {r[h.argmin()]:.4g} m, so the contact is not a disk"
+                f"at d = {metres(d)} the surfaces touch again outside a disk of radius {metres(a)}, at "
+                f"r = {metres(r[h.argmin()])}, so the contact is not a disk"
             )
     return ""
 
@@ -349,9 +349,11 @@ def describe_ranges(ranges: list[tuple[float, float]], deepest_force: float) -> 
     """The valid load ranges in words."""
     way_out = "; solve(..., solver=Rings()) solves it by boundary elements on rings"
     if not ranges:
-        return f"; it is a disk for no load up to {deepest_force:.4g} N{way_out}"
+        return f"; it is a disk for no load up to {written(deepest_force, 'N')}{way_out}"
     words = [
-        f"{low:.4g} N to {high:.4g} N" if not math.isclose(high, deepest_force) else f"{low:.4g} N and more"
+        f"{written(low, 'N')} to {written(high, 'N')}"
+        if not math.isclose(high, deepest_force)
+        else f"{written(low, 'N')} and more"
         for low, high in ranges
     ]
-    return f"; it is a disk for loads of {', '.join(words)} (scanned up to {deepest_force:.4g} N){way_out}"
+    return f"; it is a disk for loads of {', '.join(words)} (scanned up to {written(deepest_force, 'N')}){way_out}"

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 
 from pymdr.errors import ConvergenceError
 from pymdr.mapping.equivalent import EquivalentProfile, NumericLine, ProxyLine, rising_root
-from pymdr.units import FloatArray
+from pymdr.units import FloatArray, metres, newtons
 
 
 @dataclass(frozen=True)
@@ -288,7 +288,7 @@ def _depth_of_best_disk(line: ElasticLine, force: FloatArray) -> FloatArray:
     # beyond the depths whose whole contact is known the load falls again, so the first that suffices is taken
     enough = np.flatnonzero(load(depths) >= np.max(force))
     if enough.size == 0:
-        raise ConvergenceError(f"no indentation up to {depths[-1]:g} m gives {np.max(force):g} N")
+        raise ConvergenceError(f"no indentation up to {metres(depths[-1])} gives {newtons(np.max(force))}")
     low, high = min(float(depths[0]), 0.0), float(depths[enough[0]])
     d = np.zeros(force.shape)
     loaded = force > 0.0

@@ -20,7 +20,7 @@ from numpy.typing import ArrayLike
 from scipy.special import roots_jacobi
 
 from pymdr.errors import ConvergenceError
-from pymdr.units import FloatArray
+from pymdr.units import FloatArray, metres
 
 Curve: TypeAlias = Callable[[FloatArray], FloatArray]
 
@@ -155,7 +155,7 @@ def _require(values: FloatArray, columns: FloatArray, what: str) -> FloatArray:
     bad = np.isnan(values)
     if bad.any():
         raise ConvergenceError(
-            f"{what}: the quadrature did not converge at {columns[bad][0]:.6g} m; name the radii "
+            f"{what}: the quadrature did not converge at {metres(columns[bad][0])}; name the radii "
             "where the profile is not smooth as breakpoints, and stay inside the radii where it is defined"
         )
     return values

@@ -12,7 +12,7 @@ from numpy.polynomial import chebyshev
 from numpy.typing import ArrayLike
 
 from pymdr.errors import ConvergenceError
-from pymdr.units import FloatArray
+from pymdr.units import FloatArray, metres
 
 _SIZES = (24, 40, 64)
 _TAIL = 3e-15
@@ -229,12 +229,12 @@ def build(
             continue
         if depth >= _DEEPEST:
             raise ConvergenceError(
-                f"{what}: it is not smooth at {low:.6g} m; name the radius as a breakpoint, or stay inside "
+                f"{what}: it is not smooth at {metres(low)}; name the radius as a breakpoint, or stay inside "
                 "the radii where the profile is defined"
             )
         middle = low + (high - low) / (4.0 if low == 0.0 or power == 2 else 2.0)
         if not low < middle < high:
-            raise ConvergenceError(f"{what}: it is not smooth at {low:.6g} m")
+            raise ConvergenceError(f"{what}: it is not smooth at {metres(low)}")
         todo += [(middle, high, 1, depth + 1, exponent), (low, middle, power, depth + 1, exponent)]
     return Piecewise(tuple(done))
 
@@ -253,7 +253,7 @@ def _panel(
         values = values / (x / high) ** exponent
     if not np.all(np.isfinite(values)):
         raise ConvergenceError(
-            f"the profile gives {values[~np.isfinite(values)][0]} at r = {x[~np.isfinite(values)][0]:.6g} m; "
+            f"the profile gives {values[~np.isfinite(values)][0]} at r = {metres(x[~np.isfinite(values)][0])}; "
             "stay inside the radii where it is defined (Function(..., reach=...) states them)"
         )
     return Panel(low, high, power, exponent, _fit(size) @ values), values

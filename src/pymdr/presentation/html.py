@@ -7,8 +7,8 @@ from html import escape
 from typing import TYPE_CHECKING
 
 from pymdr.interpretation.validity import Assumption, Claim, Level
-from pymdr.presentation.text import written
 from pymdr.quantities import BAND_ENDS, QUANTITIES
+from pymdr.units import written
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -2,46 +2,15 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from pymdr.interpretation.validity import Assumption, Claim, Level
 from pymdr.quantities import BAND_ENDS, QUANTITIES
-from pymdr.units import from_si
+from pymdr.units import written
 
 if TYPE_CHECKING:
     import xarray as xr
-
-_PREFIXES = ("f", "p", "n", "u", "m", "", "k", "M", "G")
-_SCALED = ("m", "N", "Pa", "J", "s", "N/m")
-
-
-def in_good_units(value: float, unit: str) -> tuple[float, str]:
-    """
-    A value with an SI prefix that makes it readable.
-
-    Examples
-    --------
-    >>> in_good_units(2e-6, "m")
-    (2.0, 'um')
-    """
-    if unit not in _SCALED or value == 0.0 or not math.isfinite(value):
-        return value, unit
-    exponent = math.floor(math.log10(abs(value)) / 3.0 + 1e-12)
-    index = min(max(exponent + 5, 0), len(_PREFIXES) - 1)
-    if unit in ("m", "s"):
-        index = min(index, 5)
-    prefixed = f"{_PREFIXES[index]}{unit}"
-    return float(from_si(value, unit, prefixed)), prefixed
-
-
-def written(value: float, unit: str) -> str:
-    """A value with unit, four digits."""
-    if math.isnan(value):
-        return "-"
-    number, prefixed = in_good_units(value, unit)
-    return f"{number:.4g} {prefixed}".strip()
 
 
 def summary(

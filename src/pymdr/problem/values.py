@@ -10,7 +10,7 @@ from typing import Any, overload
 import numpy as np
 
 from pymdr.errors import ProblemError
-from pymdr.units import ArrayQuantityLike, FloatArray, QuantityLike, to_si, to_si_array
+from pymdr.units import ArrayQuantityLike, FloatArray, QuantityLike, to_si, to_si_array, written
 
 
 class Value:
@@ -47,9 +47,11 @@ def _html(value: Any, unit: str) -> str:
     if isinstance(value, tuple) and value and all(isinstance(part, Value) for part in value):
         return "".join(part._repr_html_() for part in value)
     if isinstance(value, np.ndarray):
-        return escape(f"{value.size} values from {value.min():g} to {value.max():g} {unit}")
+        return escape(
+            f"{value.size} values from {written(float(value.min()), unit, 6)} to {written(float(value.max()), unit, 6)}"
+        )
     if isinstance(value, float):
-        return escape(f"{value:g} {unit}".strip())
+        return escape(written(value, unit, 6))
     return escape(str(value))
 
 

@@ -24,7 +24,7 @@ from pymdr.problem.schedule import Controls, Progress, Stretch, known_legs, stre
 from pymdr.result import Result, Status, labelled
 from pymdr.solving.equilibria import AdhesiveLine
 from pymdr.solving.reach import assumptions
-from pymdr.units import FloatArray
+from pymdr.units import FloatArray, metres, newtons
 
 _CONTROL = {"indentation": math.inf, "normal_force": 0.0}
 """Machine stiffness in N/m that stands for a prescribed channel."""
@@ -163,8 +163,8 @@ def _refuse_pull_on_nothing(values: FloatArray, pull_off: float) -> None:
     if values[0] >= 0.0:
         return
     raise PathError(
-        f"normal_force = {values[0]:g} N: a body that does not touch cannot be pulled (the contact carries down "
-        f"to {pull_off:.6g} N once it is made); touch first, for example with load('0 N') >> ..."
+        f"normal_force = {newtons(values[0])}: a body that does not touch cannot be pulled (the contact carries down "
+        f"to {newtons(pull_off)} once it is made); touch first, for example with load('0 N') >> ..."
     )
 
 
@@ -203,8 +203,8 @@ def _told(rows: _Rows) -> tuple[str, ...]:
     out = [event for event in rows.events if not event.into][-1:]
     others = int(np.count_nonzero(rows.jumped)) - len({event.row for event in rows.events})
     words = tuple(
-        f"{'jumped into contact' if event.into else 'pulled off'} in step {event.row} at "
-        f"d = {event.indentation:.6g} m, F = {event.normal_force:.6g} N, a = {event.contact_radius:.6g} m"
+        f"{'jumped into contact' if event.into else 'pulled off'} at "
+        f"d = {metres(event.indentation)}, F = {newtons(event.normal_force)}, a = {metres(event.contact_radius)}"
         for event in (*into, *out)
     )
     return (*words, f"the contact jumped in {others} other steps") if others > 0 else words

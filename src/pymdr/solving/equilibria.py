@@ -27,7 +27,7 @@ from pymdr.problem.contact import Contact
 from pymdr.problem.laws import DMT, AdhesionLaw, MaugisDugdale
 from pymdr.problem.profiles import Profile, Sphere
 from pymdr.solving.reach import Mapped, made_fast, map_to_line
-from pymdr.units import FloatArray
+from pymdr.units import FloatArray, metres, written
 
 _GROWTH, _BEYOND, _TRIES = 1.5, 1.2, 60
 
@@ -137,18 +137,19 @@ class AdhesiveLine:
             return trace(under_machine(self.equilibria, stop, machine_stiffness))
         except PathError as error:
             held = {math.inf: "a prescribed indentation", 0.0: "a prescribed force"}.get(
-                machine_stiffness, f"a machine of {machine_stiffness:g} N/m"
+                machine_stiffness, f"a machine of {written(machine_stiffness, 'N/m', 6)}"
             )
             reach = min(self.line.equivalent.reach, self.line.equivalent.edge)
             remedy = "lower the work of adhesion"
             if machine_stiffness < math.inf:
                 remedy += ", hold the indentation, or use a stiffer machine"
             if math.isfinite(reach):
-                remedy = f"the profile is known up to r = {reach:g} m: extend it, or {remedy}"
+                remedy = f"the profile is known up to r = {metres(reach)}: extend it, or {remedy}"
             raise PathError(f"no state of the contact is stable under {held}; {remedy}") from error
 
     def _grow(self, machine_stiffness: float, top: float, at_least: float) -> float:
         """The parameter up to which the curve is needed; maps more of the profile where that is too short."""
+        name, unit = ("normal_force", "N") if machine_stiffness == 0.0 else ("indentation or travel", "m")
         for _ in range(_TRIES):
             end = self._end
             wanted = _BEYOND * max(self.natural_radius, at_least)
@@ -166,20 +167,19 @@ class AdhesiveLine:
                 return stop
             if not self._can_grow():
                 reached = float(curve.control(np.array([stop]))[0])
-                name, unit = (
-                    ("normal_force", "N") if machine_stiffness == 0.0 else ("indentation or travel", "m")
-                )
                 why = (
                     "a sphere cannot be pressed in by its radius"
                     if end < self.equilibria.limit
-                    else f"the contact would pass r = {self.line.equivalent.reach:g} m, the last radius at which the "
+                    else f"the contact would pass r = {metres(self.line.equivalent.reach)}, the last radius at which the "
                     "profile is known"
                 )
                 raise PathError(
-                    f"{name} = {top:g} {unit}: {why}; the largest value that it allows is {reached:g} {unit}"
+                    f"{name} = {written(top, unit, 6)}: {why}; the largest value that it allows is {written(reached, unit, 6)}"
                 )
             self._map(_GROWTH * self.line.equivalent.reach)
-        raise PathError(f"the profile never carries {top:g}: its contact has no end")
+        raise PathError(
+            f"{name} = {written(top, unit, 6)}: the profile never carries it, its contact has no end"
+        )
 
     @property
     def _end(self) -> float:
@@ -233,7 +233,7 @@ def _refuse_hollow(profile: Profile, line: ElasticLine) -> None:
     lowest = int(np.nanargmin(f))
     if f[lowest] < -1e-9 * float(np.nanmax(np.abs(f))):
         raise ProblemError(
-            f"the profile is lowest at r = {r[lowest]:.4g} m (f = {f[lowest]:.3g} m), not at its axis: its adhesive "
+            f"the profile is lowest at r = {metres(r[lowest])} (f = {metres(f[lowest])}), not at its axis: its adhesive "
             "contact would be a ring, which the theory does not cover; leave the adhesion out, or use a profile that "
             "is lowest at r = 0"
         )

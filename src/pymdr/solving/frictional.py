@@ -45,7 +45,7 @@ from pymdr.problem.schedule import (
 from pymdr.result import Result, Status, labelled
 from pymdr.solving.normal import refuse_tension
 from pymdr.solving.reach import Mapped, assumptions, made_fast, map_to_line, refuse_unreachable
-from pymdr.units import FloatArray
+from pymdr.units import FloatArray, metres, newtons
 
 _CHUNK = 2_000_000
 """Rows between two calls of `progress`."""
@@ -108,7 +108,7 @@ def _refuse_other_than_disks(line: ElasticLine, deepest: float) -> None:
         certificate = certify_disk(line, states_at_depth(line, np.array([depth])))
         if not certificate.disk.all():
             raise ProblemError(
-                f"friction needs a contact that is a disk at every depth up to {deepest:.4g} m: "
+                f"friction needs a contact that is a disk at every depth up to {metres(deepest)}: "
                 f"{certificate.reason}"
             )
 
@@ -215,8 +215,8 @@ def _refuse_stopped(
     if history.ending is Ending.NOT_ATTAINABLE and leg.by_tangential_force:
         pressed = leg.normal[i] if leg.by_normal_force else _force_at(line, float(leg.normal[i]))
         raise PathError(
-            f"tangential_force = {leg.tangential[i]:g} N in {where}: friction carries at most mu F_N = "
-            f"{mu * pressed if pressed else 0.0:.6g} N there, beyond which the bodies slide apart; reduce it, or move "
+            f"tangential_force = {newtons(leg.tangential[i])} in {where}: friction carries at most mu F_N = "
+            f"{newtons(mu * pressed if pressed else 0.0)} there, beyond which the bodies slide apart; reduce it, or move "
             "the body with shift(...)"
         )
     raise PathError(f"{where} cannot be followed: {history.ending.value}")

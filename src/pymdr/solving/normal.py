@@ -42,7 +42,7 @@ from pymdr.problem.schedule import (
 )
 from pymdr.result import Result, Status, labelled
 from pymdr.solving.reach import Mapped, assumptions, g_samples, made_fast, map_to_line, refuse_unreachable
-from pymdr.units import FloatArray
+from pymdr.units import FloatArray, newtons
 
 
 @dataclass(frozen=True)
@@ -71,7 +71,7 @@ def refuse_tension(force: FloatArray) -> None:
     """Refuse negative forces."""
     if np.min(force) < 0.0:
         raise PathError(
-            f"normal_force = {float(np.min(force)):g} N: without adhesion the force cannot be below 0 N; "
+            f"normal_force = {newtons(float(np.min(force)))}: without adhesion the force cannot be below 0 N; "
             "unload to 0 N, or lift off with indent(...)"
         )
 

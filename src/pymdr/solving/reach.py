@@ -21,7 +21,7 @@ from pymdr.mapping.equivalent.numeric import COARSE_RADII
 from pymdr.mapping.moduli import EffectiveModuli, effective_moduli
 from pymdr.problem.contact import Contact
 from pymdr.problem.profiles import FlatPunch, Function, Profile, Sampled, Sphere, Sum
-from pymdr.units import FloatArray
+from pymdr.units import FloatArray, metres, newtons
 
 
 @dataclass(frozen=True)
@@ -44,7 +44,7 @@ def map_to_line(contact: Contact) -> Mapped:
 def _notes(profile: Profile) -> tuple[str, ...]:
     parts = profile.parts if isinstance(profile, Sum) else (profile,)
     return tuple(
-        f"the offset f(0) = {part.offset:.6g} m of the profile was removed"
+        f"the offset f(0) = {metres(part.offset)} of the profile was removed"
         for part in parts
         if isinstance(part, Function | Sampled) and part.offset != 0.0
     )
@@ -130,7 +130,7 @@ def _last_below(profile: Profile, equivalent: NumericLine, depth: float, radii: 
         return None
     if below[-1] == r.size - 1 and r[-1] < profile.reach:
         raise ProblemError(
-            f"the profile is below {depth:g} m again at r = {r[-1]:g} m, so the contact has no end; add "
+            f"the profile is below {metres(depth)} again at r = {metres(r[-1])}, so the contact has no end; add "
             "FlatPunch(radius) for a cylinder of that end shape, or state the reach of the Function"
         )
     return float(r[min(below[-1] + 1, r.size - 1)])
@@ -155,10 +155,10 @@ def _refuse_beyond_data(line: ElasticLine, depth: float, force: float) -> None:
     deepest = float(np.max(g_samples(fast)))
     hardest = float(normal_force(fast, states_at_depth(fast, np.array([deepest])))[0])
     if depth > deepest or force > hardest:
-        asked = f"indentation = {depth:g} m" if depth > deepest else f"normal_force = {force:g} N"
+        asked = f"indentation = {metres(depth)}" if depth > deepest else f"normal_force = {newtons(force)}"
         raise PathError(
-            f"{asked}: the samples end at r = {equivalent.reach:g} m and are not extrapolated; the largest "
-            f"indentation that they allow is {deepest:.6g} m (normal force {hardest:.6g} N)"
+            f"{asked}: the samples end at r = {metres(equivalent.reach)} and are not extrapolated; the largest "
+            f"indentation that they allow is {metres(deepest)} (normal force {newtons(hardest)})"
         )
 
 
@@ -170,12 +170,13 @@ def refuse_unreachable(profile: Profile, states: DiskStates) -> None:
         return
     if len(parts) == 1 and isinstance(parts[0], Sphere) and not deepest < parts[0].radius:
         raise PathError(
-            f"indentation = {deepest:g} m: a sphere cannot be pressed in by its radius, {parts[0].radius:g} m; "
+            f"indentation = {metres(deepest)}: a sphere cannot be pressed in by its radius, {metres(parts[0].radius)}; "
             "reduce the indentation or the load"
         )
     if not np.max(states.contact_radius) < profile.reach:
+        asked = "normal_force" if math.isnan(deepest) else f"indentation = {metres(deepest)}"
         raise PathError(
-            f"indentation = {deepest:g} m: the contact would pass r = {profile.reach:g} m, the last radius at which "
+            f"{asked}: the contact would pass r = {metres(profile.reach)}, the last radius at which "
             "the profile is known; reduce the indentation or the load"
         )
 

@@ -11,7 +11,7 @@ from pymdr.line.foundation import SpringFoundation, spring_foundation, states_at
 from pymdr.line.friction import SpringHistory, springs
 from pymdr.problem.contact import Contact
 from pymdr.solving.reach import made_fast, map_to_line
-from pymdr.units import ArrayQuantityLike, QuantityLike, to_si, to_si_array
+from pymdr.units import ArrayQuantityLike, QuantityLike, metres, to_si, to_si_array
 
 
 def foundation(
@@ -59,7 +59,7 @@ def foundation(
     else:
         raise ProblemError("foundation: this profile has no length of its own; give half_length='1 um' or so")
     if length <= 0.0:
-        raise ProblemError(f"foundation: half_length = {length:g} m; it must be above 0 m")
+        raise ProblemError(f"foundation: half_length = {metres(length)}; it must be above 0 m")
     return spring_foundation(line, length, n)
 
 

@@ -105,8 +105,8 @@ def _stiffness(value: QuantityLike | None, path: LoadingPath) -> float | None:
         raise ProblemError("solve: machine_stiffness = 0 is a dead load: prescribe it with load(...) instead")
     if stiffness is None and uses(path, "travel"):
         raise PathError(
-            "the path prescribes travel, that of a machine: give solve(..., machine_stiffness='0.1 N/m'), or "
-            "prescribe the indentation with indent(...)"
+            "the path prescribes travel, that of a machine: give its machine_stiffness, for example '0.1 N/m' (in a "
+            "case file under [solve]), or prescribe the indentation"
         )
     return stiffness
 

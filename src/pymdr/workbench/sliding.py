@@ -11,13 +11,12 @@ import numpy as np
 
 from pymdr.errors import PathError, ProblemError
 from pymdr.independent.sliding import HalfSpaceGrid, SlidingSolution, solve_sliding
-from pymdr.presentation.text import written
 from pymdr.problem.contact import Contact
 from pymdr.problem.paths import LoadingPath, Path
 from pymdr.quantities import QUANTITIES
 from pymdr.result import Result
 from pymdr.solving import solve
-from pymdr.units import FloatArray, QuantityLike
+from pymdr.units import FloatArray, QuantityLike, written
 
 if TYPE_CHECKING:
     import xarray as xr

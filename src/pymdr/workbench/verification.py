@@ -45,7 +45,7 @@ class Verification:
 
     def summary(self) -> str:
         """Both solutions side by side, as a text."""
-        from pymdr.presentation.text import written
+        from pymdr.units import written
 
         lines = [f"MDR and boundary elements on {self.rings} rings, side by side:"]
         head = f"  {'indentation':>12}  {'quantity':<18}{'MDR':>14}{'rings':>14}{'difference':>13}"

@@ -14,7 +14,7 @@ from pymdr.independent.sliding.solvers import solve_pressure, solve_tractions
 from pymdr.independent.sliding.surface import Surface, make_surface
 from pymdr.problem.materials import Material
 from pymdr.problem.profiles import Profile
-from pymdr.units import FloatArray
+from pymdr.units import FloatArray, metres
 
 Mask = NDArray[np.bool_]
 
@@ -202,7 +202,7 @@ def _half_width(profile: Profile, depth: float, n: int, body: Material, counterb
     below = np.flatnonzero(profile.gap(known) < depth)
     if not below.size:
         raise PathError(
-            f"solve_sliding: no row touches; give an indentation above the lowest gap, not {depth:g} m"
+            f"solve_sliding: no row touches; give an indentation above the lowest gap, not {metres(depth)}"
         )
     if below[-1] + 1 < known.size:
         bound = _crossing(profile, depth, float(known[below[-1]]), float(known[below[-1] + 1]))
@@ -210,7 +210,7 @@ def _half_width(profile: Profile, depth: float, n: int, body: Material, counterb
         bound = limit
     else:
         raise ProblemError(
-            f"solve_sliding: the profile never rises to {depth:g} m; add FlatPunch(radius) as its end"
+            f"solve_sliding: the profile never rises to {metres(depth)}; add FlatPunch(radius) as its end"
         )
     coarse = make_surface(1.01 * bound, _COARSE, body, counterbody)
     p = solve_pressure(coarse, _gap(profile, coarse.x), depth, np.zeros((_COARSE, _COARSE)))
@@ -235,13 +235,13 @@ def _check_room(profile: Profile, surface: Surface, contact: Mask) -> None:
     widest = float(r[contact].max(initial=0.0))
     if profile.reach < profile.edge and widest + surface.side > profile.reach:
         raise ProblemError(
-            f"solve_sliding: the contact reaches {widest:g} m, the profile is known to {profile.reach:g} m; "
+            f"solve_sliding: the contact reaches {metres(widest)}, the profile is known to {metres(profile.reach)}; "
             "give a smaller indentation or a longer profile"
         )
     outermost = np.concatenate([contact[0], contact[-1], contact[:, 0], contact[:, -1]]).any()
     if outermost and end < profile.edge:
         raise ProblemError(
-            f"solve_sliding: the contact reaches the last cells at {end:g} m; give a larger half_width"
+            f"solve_sliding: the contact reaches the last cells at {metres(end)}; give a larger half_width"
         )
 
 

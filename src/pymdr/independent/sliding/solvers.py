@@ -8,7 +8,7 @@ import numpy as np
 
 from pymdr.errors import ConvergenceError
 from pymdr.independent.sliding.surface import Surface
-from pymdr.units import FloatArray
+from pymdr.units import FloatArray, metres
 
 _TOLERANCE = 1e-9
 _ITERATIONS = 5000
@@ -69,7 +69,7 @@ def solve_pressure(surface: Surface, gap: FloatArray, depth: float, start: Float
             p = np.where(touching, p - (step or 1 / float(surface.normal.real.max())) * rest, p)
             last = math.inf
     raise ConvergenceError(
-        f"solve_sliding: the pressure at {depth:g} m is left with a misfit of {error / size:.1e} of it"
+        f"solve_sliding: the pressure at {metres(depth)} is left with a misfit of {error / size:.1e} of it"
     )
 
 

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from pymdr.errors import ConvergenceError, ProblemError
 from pymdr.line.foundation import ElasticLine, states_at_depth
 from pymdr.mapping.equivalent import PowerLine
-from pymdr.units import FloatArray
+from pymdr.units import FloatArray, metres
 
 IntArray: TypeAlias = NDArray[np.int64]
 
@@ -202,7 +202,7 @@ def _halve(
         if count > _MOST_PIECES:
             raise ConvergenceError(
                 f"tabulated_curves: more than {_MOST_PIECES} pieces; the misfit of a(d) is still "
-                f"{misfit.max():g} m where {allowed:g} m is allowed: give a smoother a(d) or a larger tolerance"
+                f"{metres(misfit.max())} where {metres(allowed)} is allowed: give a smoother a(d) or a larger tolerance"
             )
         for store, values in zip(found, (child, start, width, cubic), strict=True):
             store.append(values)
@@ -247,7 +247,7 @@ def _check_radius(a: FloatArray, d: FloatArray, allowed: float) -> None:
     if bad.any():
         where = tuple(np.argwhere(bad)[0])
         raise ProblemError(
-            f"tabulated_curves: a({d[where]:g} m) = {a[where]:g} m; it must be finite, not negative and not "
+            f"tabulated_curves: a({metres(d[where])}) = {metres(a[where])}; it must be finite, not negative and not "
             "falling with the depth"
         )
 

@@ -15,7 +15,7 @@ from pymdr.mapping.equivalent.base import EquivalentProfile
 from pymdr.mapping.equivalent.proxy import ProxyLine, proxy_line
 from pymdr.mapping.equivalent.samples import Samples, samples_of
 from pymdr.problem.profiles import Function, Profile, Sum
-from pymdr.units import FloatArray
+from pymdr.units import FloatArray, metres
 
 COARSE_RADII = np.geomspace(1e-16, 1e8, 24 * 16 + 1)
 """Radii in m at which a profile without a length of its own is looked at first."""
@@ -24,11 +24,12 @@ _MOST_KNOTS = 400
 """With more breakpoints than that, panels follow the curve and not the breakpoints."""
 
 
-_NEVER_RISES = (
-    "the profile never rises to {target:g}, as far as it is defined and resolved (up to {low:g} m): a contact "
-    "without an edge has no end; add FlatPunch(radius) for a cylinder of that end shape, or state how far the "
-    "profile goes with Function(..., reach=...)"
-)
+def _never_rises(target: float, low: float) -> ProblemError:
+    return ProblemError(
+        f"the profile never rises to {metres(target)}, as far as it is defined and resolved (up to {metres(low)}): a contact "
+        "without an edge has no end; add FlatPunch(radius) for a cylinder of that end shape, or state how far the "
+        "profile goes with Function(..., reach=...)"
+    )
 
 
 @dataclass(frozen=True)
@@ -132,14 +133,14 @@ class NumericLine(EquivalentProfile):
             if high >= limit:
                 return limit
             if high > 1e100:
-                raise ProblemError(_NEVER_RISES.format(target=target, low=high))
+                raise _never_rises(target, high)
             low, high = high, min(2.0 * high, limit)
         for _ in range(60):
             if high < 1.2 * low and math.isfinite(value(high)):
                 return high
             middle = math.sqrt(low * high)
             low, high = (middle, high) if value(middle) <= target else (low, middle)
-        raise ProblemError(_NEVER_RISES.format(target=target, low=low))
+        raise _never_rises(target, low)
 
     def _rough_top(self, rough: Callable[[FloatArray, FloatArray], FloatArray], target: float) -> float:
         """The last radius of a coarse grid at which an estimate from f itself is not above a value."""

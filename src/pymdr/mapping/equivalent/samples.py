@@ -11,7 +11,7 @@ from pymdr.errors import ProblemError
 from pymdr.mapping import abel, chebyshev
 from pymdr.mapping.spline import spline_map
 from pymdr.problem.profiles import Function, Interpolated, Profile, Sampled, Sum, call
-from pymdr.units import FloatArray
+from pymdr.units import FloatArray, metres
 
 _INTERPOLATION_NOISE = 3e-14
 """Rounding noise of a differentiated interpolant, relative to the steepest slope."""
@@ -172,6 +172,6 @@ def _refuse_jumps(profile: Function) -> None:
         size = float(np.max(np.abs(around[np.isfinite(around)]), initial=0.0))
         if abs(right - left) > 1e-6 * size:
             raise ProblemError(
-                f"the profile jumps by {right - left:g} m at r = {b:g} m: a step is not a disk contact; "
+                f"the profile jumps by {metres(right - left)} at r = {metres(b)}: a step is not a disk contact; "
                 "use FlatPunch for a sharp edge"
             )

@@ -28,9 +28,8 @@ from pymdr.presentation.plot.shared import (
     scaled,
     typeset,
 )
-from pymdr.presentation.text import written
 from pymdr.quantities import QUANTITIES
-from pymdr.units import FloatArray
+from pymdr.units import FloatArray, written
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -11,9 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pymdr.interpretation.jumps import Branches
-from pymdr.presentation.text import in_good_units, written
 from pymdr.quantities import QUANTITIES, RADIUS
-from pymdr.units import FloatArray, from_si
+from pymdr.units import FloatArray, from_si, in_good_units, written
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from pymdr.errors import ProblemError
 from pymdr.problem.profiles.base import Profile
 from pymdr.problem.values import ArrayField, OptionalArrayField, Value
-from pymdr.units import FloatArray
+from pymdr.units import FloatArray, metres
 
 if TYPE_CHECKING:
     from scipy.interpolate import PPoly
@@ -131,16 +131,16 @@ class Sampled(Profile):
                 )
         steps = np.diff(r)
         if r[0] != 0.0:
-            raise ProblemError(f"Sampled.radius begins at {r[0]:g} m: it must begin at 0 m, the apex")
+            raise ProblemError(f"Sampled.radius begins at {metres(r[0])}: it must begin at 0 m, the apex")
         if np.any(steps <= 0.0):
             i = int(np.argmax(steps <= 0.0))
             word = "repeats" if steps[i] == 0.0 else "falls"
             raise ProblemError(
-                f"Sampled.radius {word} at entry {i + 1} ({r[i]:g} m, then {r[i + 1]:g} m): radii must rise strictly; "
+                f"Sampled.radius {word} at entry {i + 1} ({metres(r[i])}, then {metres(r[i + 1])}): radii must rise strictly; "
                 "sort the samples and average those that repeat"
             )
         if self.scatter is not None and np.any(self.scatter < 0.0):
-            raise ProblemError(f"Sampled.scatter = {self.scatter.min():g} m: it must be at least 0 m")
+            raise ProblemError(f"Sampled.scatter = {metres(self.scatter.min())}: it must be at least 0 m")
         if not isinstance(self.interpolation, Interpolation):
             raise ProblemError(
                 f"Sampled.interpolation = {self.interpolation!r}: CubicSpline(), ShapePreserving() or "
