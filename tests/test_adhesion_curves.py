@@ -35,7 +35,7 @@ from pymdr.line.adhesion import (
 )
 from pymdr.line.adhesion.cohesive_zone import zone_integrals
 from pymdr.mapping.equivalent import equivalent_profile
-from pymdr.problem.profiles import FlatPunch, Function, Paraboloid
+from pymdr.problem.profiles import FlatPunch, Function, Paraboloid, Sampled
 
 REFERENCES = json.loads((Path(__file__).parent / "reference" / "refs.json").read_text())["refs"]
 LONG = np.longdouble
@@ -549,6 +549,16 @@ def test_zone_integrals_of_singular_profiles():
             tolerance = 1e-9 if c - a > 1e-3 else 1e-5
             assert float(values[1][0]) == pytest.approx(outside(first), rel=tolerance)
             assert float(values[2][0]) == pytest.approx(outside(third), rel=tolerance)
+
+
+def test_zone_integrals_do_not_depend_on_their_neighbours():
+    r = np.linspace(0.0, 2.0, 21)
+    line = equivalent_profile(Sampled(r, 0.5 * r**2 * (1.0 + 0.05 * np.sin(3.0 * r)))).upto(1.9)
+    a = np.linspace(0.0, 1.5, 40)
+    width = 0.01 + 0.3 * np.random.default_rng(2).random(40)
+    together = zone_integrals(line, a, width, third=True)
+    alone = [zone_integrals(line, a[i : i + 1], width[i : i + 1], third=True) for i in range(a.size)]
+    np.testing.assert_allclose(together, np.array(alone)[:, :, 0].T, rtol=1e-14)
 
 
 def test_a_profile_that_is_not_smooth_is_refused():

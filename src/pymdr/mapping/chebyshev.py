@@ -140,7 +140,7 @@ class Piecewise:
             return np.asarray(evaluate(self.panels[0], flat).reshape(x.shape))
         index = np.clip(np.searchsorted(self.edges, flat, side="right") - 1, 0, len(self.panels) - 1)
         answer = np.empty(flat.shape)
-        for i in np.unique(index):
+        for i in np.flatnonzero(np.bincount(index)):
             inside = index == i
             answer[inside] = evaluate(self.panels[i], flat[inside])
         return answer.reshape(x.shape)

@@ -15,6 +15,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import cache
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -69,8 +70,22 @@ def segment(angle: FloatArray) -> FloatArray:
     return np.where(angle < 0.4, angle * z * series / 6.0, angle - np.sin(angle) * np.cos(angle))
 
 
+class _Marks(NamedTuple):
+    """Where the quadrature is split."""
+
+    knots: tuple[float, ...]
+    corners: FloatArray
+    """Those at which g' is infinite."""
+
+
+def _marks(line: EquivalentLine) -> _Marks:
+    knots = np.array(inner_knots(line))
+    return _Marks(tuple(knots.tolist()), knots[np.isinf(line.slope(knots))])
+
+
 def _integrals_at(
     line: EquivalentLine,
+    marks: _Marks,
     radius: FloatArray,
     width: FloatArray,
     level: int,
@@ -88,17 +103,17 @@ def _integrals_at(
     # panels from the contact outward, each by its inner end (x, sqrt(c² - x²))
     starts = [(radius, zone_root(radius, width))]
     first, last = (float(radius.min()), float(c.max())) if radius.size else (0.0, 0.0)
-    knots = inner_knots(line)
-    steep = np.isinf(line.slope(np.array(knots)))
-    if rough and len(knots) > _FEW and not steep.any():
+    knots, corners = marks
+    if rough and len(knots) > _FEW and corners.size == 0:
         knots = knots[:: len(knots) // _FEW]
     for b in knots:
         if first < b < last:
             x = np.clip(b, radius, c)
-            beyond = np.maximum((radius - x) + width, 0.0)
+            # exactly none for the zones that end before b: its root would cut 1e-8 off their last panel
+            beyond = np.where(x < c, np.maximum((radius - x) + width, 0.0), 0.0)
             starts.append((x, np.where(x > radius, np.sqrt(beyond * (c + x)), starts[0][1])))
     starts.append((c, np.zeros_like(c)))
-    corners = np.array([b for b, corner in zip(knots, steep, strict=False) if corner and b < last])
+    corners = corners[corners < last]
     for (inner, root), (x_end, root_end) in pairwise(starts):
         at = np.flatnonzero(x_end > inner)
         if at.size == 0:
@@ -114,9 +129,9 @@ def _integrals_at(
         if corners.size and corners[0] <= inner[at].max():
             x, repair = _beyond_corner(corners, start, rise, step, x)
         psi = inner_angle - step
-        sine, cosine = np.sin(psi), np.cos(psi)
+        sine = np.sin(psi)
         slope = line.slope(x) * (span * weight) * repair
-        totals[0, at] += np.sum(slope * cosine, axis=1)
+        totals[0, at] += np.sum(slope * x, axis=1) / c[at]
         totals[1, at] += np.sum(slope * psi * sine, axis=1) * c[at]
         if third:
             totals[2, at] += np.sum(slope * segment(psi) * sine, axis=1) * (0.5 * c[at] ** 3)
@@ -141,7 +156,12 @@ def _beyond_corner(
 
 
 def zone_integrals(
-    line: EquivalentLine, radius: FloatArray, width: FloatArray, *, third: bool = False
+    line: EquivalentLine,
+    radius: FloatArray,
+    width: FloatArray,
+    *,
+    third: bool = False,
+    marks: _Marks | None = None,
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return J0, J1 and J2 of the module's head, each to 3e-13 of itself (1e-11 beyond a corner of f).
 
@@ -153,6 +173,8 @@ def zone_integrals(
         Contact radii a >= 0 and widths δ = c - a > 0 of the zones [m], flat and of one length.
     third : bool
         Whether J2 is wanted; it is 0 otherwise.
+    marks : optional
+        The breakpoints, where they are known already.
 
     Returns
     -------
@@ -172,10 +194,11 @@ def zone_integrals(
     >>> np.allclose([j0[0], j1[0], j2[0]], [1, 2, 8 / 3], rtol=1e-13)
     True
     """
-    result = _integrals_at(line, radius, width, 0, third=third)
+    marks = marks or _marks(line)
+    result = _integrals_at(line, marks, radius, width, 0, third=third)
     left, before = np.arange(radius.size), np.full(radius.size, np.inf)
     for level in range(1, _LEVELS):
-        fine = _integrals_at(line, radius[left], width[left], level, third=third)
+        fine = _integrals_at(line, marks, radius[left], width[left], level, third=third)
         with np.errstate(divide="ignore", invalid="ignore"):
             apart = np.abs(fine - result[:, left]) / np.abs(fine)
         error = np.max(np.where(fine == result[:, left], 0.0, apart), axis=0)
@@ -194,13 +217,13 @@ def zone_integrals(
 
 
 def _gap(
-    line: EquivalentLine, k: float, radius: FloatArray, width: FloatArray, level: int | None
+    line: EquivalentLine, marks: _Marks, k: float, radius: FloatArray, width: FloatArray, level: int | None
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return H [m], dH/dc at constant a and -dH/da at constant c, both dimensionless."""
     j0, j1, _ = (
-        zone_integrals(line, radius, width)
+        zone_integrals(line, radius, width, marks=marks)
         if level is None
-        else _integrals_at(line, radius, width, level, third=False, rough=True)
+        else _integrals_at(line, marks, radius, width, level, third=False, rough=True)
     )
     c = radius + width
     root = zone_root(radius, width)
@@ -256,10 +279,11 @@ def solve_width(
     >>> round(float(width[0]), 13)
     1.0
     """
+    marks = _marks(line)
 
     def residual(width: FloatArray, at: _Index, level: int | None) -> tuple[FloatArray, FloatArray]:
         radius = fixed[at] if outward else fixed[at] - width
-        value, out, inw = _gap(line, k, radius, width, level)
+        value, out, inw = _gap(line, marks, k, radius, width, level)
         return value, out if outward else inw
 
     width = _bracketed(lambda x, at: residual(x, at, 0), target, upper)
