@@ -29,6 +29,7 @@ VERTEX = np.dtype(
 
 MERGE = 2.0**-47  # of the coordinates: bends below it are rounding of the input
 MEET = 2.0**-49  # of the coordinates: a border of slip this close to a vertex stands on it
+_LOST = 1e-14  # of W: what rounding of a table takes
 _THIRD, _SIXTH = 1.0 / 3.0, 1.0 / 6.0
 TINY = 1e-150  # lengths below it count as none: their products underflow
 Point: TypeAlias = tuple[float, float, float, float, float]
@@ -154,17 +155,19 @@ def moment(line: FloatArray, p: Point, q: Point) -> float:
     Moment int (y_q - y) dF_N between two points (y, b, F_N, W, a), p above q in depth.
 
     Over a short piece the difference of W has lost its digits; then by what a smooth a gives, unless the two
-    differ by more than was lost (a kink or step of a).
+    differ by more than was lost (a kink or step of a). a rises, so that it never leaves E* length^2 [a_p, a_q].
     """
     length = q[0] - p[0]
     exact = q[3] - p[3] - length * p[2]
     if length > 2e-3 * q[0]:
         return exact
+    per_radius = line[0, MODULUS] * length * length
     if length > 2e-5 * q[0]:
-        smooth = length * (0.5 * (q[2] - p[2]) - line[0, MODULUS] * length * (q[4] - p[4]) * _SIXTH)
+        smooth = length * 0.5 * (q[2] - p[2]) - per_radius * (q[4] - p[4]) * _SIXTH
     else:
-        smooth = line[0, MODULUS] * length * length * (2.0 * p[4] + q[4]) * _THIRD
-    return smooth if abs(smooth - exact) <= 1e-15 * q[3] else exact
+        smooth = per_radius * (2.0 * p[4] + q[4]) * _THIRD
+    likely = smooth if abs(smooth - exact) <= _LOST * q[3] else exact
+    return min(max(likely, per_radius * p[4]), per_radius * q[4])
 
 
 @inlined
