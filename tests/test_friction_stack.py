@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.integrate import quad
 
 from pymdr.errors import ConvergenceError, PathError, ProblemError
 from pymdr.line.friction import (
@@ -426,20 +427,73 @@ def test_no_slip_springs():
     assert close(pulled.shift, u, 1e-13)
 
 
-def test_no_slip_under_forces():
-    """A way that is straight in forces bends the anchors: rows are followed in parts of a 32nd of the depth or less."""
-    normal, pull = np.array([[1.0, 0.05], [0.2, 0.02], [0.6, -0.1], [0.3, 0.04]]).T
-    work, shift = np.array(
-        [
-            (run.slip_work[-1], run.shift[-1])
-            for m in (1, 10, 400, 4000)
-            for run in [follow_forces(HERTZ, substeps(normal, m), substeps(pull, m), np.inf, 0.8)]
-        ]
-    ).T
-    for values in (work, shift):
-        off = np.abs(values / values[-1] - 1.0)
-        assert np.all(off[:2] < 1e-3)
-        assert off[2] < 3e-5
+def test_no_slip_under_forces_releases_the_closed_integral():
+    """Load to (F, S) and unload straight to (F1, S1): int lag^2 k'/2 da with the lag (S - S0 F/F0)/(2 a)."""
+    first, drag, last, back = 1.0, 0.2, 0.01, 0.05
+
+    def lag(a):
+        force = 4.0 / 3.0 * a**3
+        pull = drag + (back - drag) * (first - force) / (first - last)
+        return (pull - drag / first * force) / (2.0 * a)
+
+    ends = ((0.75 * np.array([last, first])) ** (2.0 / 3.0)) ** 0.5
+    exact = quad(lambda a: lag(a) ** 2, *ends, epsabs=0.0, epsrel=1e-13)[0]
+    for m in (1, 7, 400):
+        run = follow_forces(
+            HERTZ, substeps([first, last], m), substeps([drag, back], m), np.inf, 1.0, keep=2 * m
+        )
+        assert run.slip_work[-1] == pytest.approx(exact, rel=1e-13)
+
+
+@few
+@given(
+    curve_names,
+    st.lists(st.tuples(st.one_of(depth, st.just(0.0)), st.floats(-0.99, 0.99)), min_size=1, max_size=12),
+    st.integers(2, 37),
+)
+def test_substeps_of_forces_without_slip(name, history, m):
+    d, ratio = columns(history)
+    normal = evaluate(CURVES[name], d)[1]
+    pull = ratio * normal
+    coarse = follow_forces(CURVES[name], normal, pull, np.inf, 0.8)
+    fine = follow_forces(CURVES[name], substeps(normal, m), substeps(pull, m), np.inf, 0.8, keep=m)
+    assert coarse.ending is fine.ending is Ending.COMPLETE
+    size = max(np.abs(coarse.shift).max(), 1e-3 * d.max())
+    energy = max(normal.max() * size, 1e-300)
+    assert close(coarse.shift, fine.shift, 1e-13, size)
+    assert close(coarse.stored_energy, fine.stored_energy, 1e-13, energy)
+    assert close(coarse.slip_work, fine.slip_work, 1e-13 * m, energy)
+    assert np.all(np.diff(coarse.slip_work) >= -1e-14 * energy)
+
+
+@pytest.mark.parametrize("name", list(CURVES))
+def test_without_slip_a_contact_that_is_unloaded_by_force_goes_back_to_where_it_touched(name):
+    full = evaluate(CURVES[name], [0.5])[1][0]
+    run = follow_forces(CURVES[name], [full, full, 0.0], [0.0, 0.2 * full, 0.0], np.inf, 0.8)
+    assert run.shift[1] > 0.0
+    assert run.shift[2] == pytest.approx(0.0, abs=1e-15)
+
+
+@few
+@given(
+    curve_names,
+    st.lists(st.tuples(st.floats(0.05, 0.5), shift), min_size=1, max_size=6),
+    st.floats(0.01, 0.5),
+    st.sampled_from([-1.0, 1.0]),
+    st.sampled_from([0.0, 1e-16, 1e-15, 1e-14, 1e-13, 1e-12, 1e-10, 1e-8, 1e-6, 1e-4]),
+    st.integers(2, 37),
+)
+def test_loading_along_the_limit_of_friction(name, history, rise, side, beyond, m):
+    """What slips is as thin as rounding while the depth grows as fast as the shift: nothing may come of it."""
+    d, u = columns(history)
+    d = np.append(d, d[-1] + rise)
+    u = np.append(u, u[-1] + side * (d[-1] - d[-2]) * (1.0 + beyond))
+    coarse = follow_displacements(CURVES[name], d, u, 1.0, 1.0)
+    fine = follow_displacements(CURVES[name], substeps(d, m), substeps(u, m), 1.0, 1.0, keep=m)
+    force, energy = sizes(CURVES[name], d, u, 1.0, 1.0)
+    assert close(coarse.tangential_force, fine.tangential_force, 1e-13, force)
+    assert close(coarse.slip_work, fine.slip_work, 1e-13 * m, energy)
+    assert np.diff(coarse.slip_work)[-1] >= -1e-14 * energy
 
 
 wild = st.one_of(st.floats(-10.0, 10.0), st.sampled_from([1e-300, -1e-300, 1e-160, 1e-17, 1e150, 5e-324]))

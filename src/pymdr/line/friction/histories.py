@@ -78,15 +78,16 @@ def follow_forces(
     Follow rows of (F_N, F_x), straight between rows: the same stack in (F_N, F_x / mu).
 
     F_N is inverted only for d and u_x. A row with |F_x| > mu F_N (by more than 1e-12) ends the run. At the limit
-    the contact slides by the least distance that reaches the force: not at all. Without slip the path is straight
-    in (d, u_x), which is the same unless F_N falls; then only the released energy differs.
+    the contact slides by the least distance that reaches the force: not at all. Without slip such a
+    path is straight in (d, u_x) too while F_N rises; while it falls, what parting springs release is integrated
+    along the forces.
 
     Parameters
     ----------
     curves : ElasticCurves
         The elastic line.
     normal_force, tangential_force : array_like, shape (n,)
-        F_N >= 0 and F_x in N. At F_N = 0 the shift stays where it is.
+        F_N >= 0 and F_x in N. With F_N the shift goes to the anchor of the innermost spring.
     friction, tangential_modulus, start, keep, checkpoints
         As in :func:`follow_displacements`.
 

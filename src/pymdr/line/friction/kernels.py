@@ -167,7 +167,7 @@ def moment(line: FloatArray, p: Point, q: Point) -> float:
     else:
         smooth = per_radius * (2.0 * p[4] + q[4]) * _THIRD
     likely = smooth if abs(smooth - exact) <= _LOST * q[3] else exact
-    return min(max(likely, per_radius * p[4]), per_radius * q[4])
+    return float(min(max(likely, per_radius * p[4]), per_radius * q[4]))
 
 
 @inlined

@@ -24,6 +24,7 @@ from pymdr.line.friction.kernels import (
     compiled,
     curve,
     depth_of_force,
+    moment,
     vertex,
 )
 from pymdr.line.friction.runs import (
@@ -40,7 +41,6 @@ from pymdr.units import FloatArray
 
 _GAUSS_X = tuple(0.5 + 0.5 * np.polynomial.legendre.leggauss(4)[0])
 _GAUSS_W = tuple(0.5 * np.polynomial.legendre.leggauss(4)[1])
-_PARTS = 32
 
 
 @compiled
@@ -178,6 +178,46 @@ def stuck_shift_for(line: FloatArray, stack: Any, m: int, depth: float, pull: fl
 
 
 @compiled
+def released_by_force(line: FloatArray, stack: Any, m: int, depth: float, force: float, pull: float) -> float:
+    """
+    What springs hold when they part while (F_N, S) goes straight down to (`force`, `pull`) at `depth`.
+
+    E* int lag^2 da with lag = (S - S(y)) / (2 E* a), where S and the force S(y) of the curve below y are linear in
+    F_N over a segment: 1/2 lag_u lag_l dk + dq (mean lag over F_N - mean of its ends), k = 2 E* a, q = k lag.
+    """
+    twice = 2.0 * line[0, MODULUS]
+    top = vertex(stack, m)
+    a, _, work = curve(line, depth)
+    end = (depth, 0.0, force, work, a)
+    per_force = (pull - top.sum) / (force - top.force)
+    start_force, start_pull = top.force, top.sum
+    total = 0.0
+    i = m
+    while i > 0:
+        upper, lower = at(stack, i), at(stack, i - 1)
+        last = lower[0] < depth or i == 1
+        s_u, s_l = vertex(stack, i).sum, vertex(stack, i - 1).sum
+        if last:
+            b = lower[1] + vertex(stack, i).slope * (depth - lower[0])
+            s_l += (b - lower[1]) * moments(line, lower, end)[0]
+            lower = end
+        if upper[0] > lower[0]:
+            q_u = start_pull + per_force * (upper[2] - start_force) - s_u
+            q_l = start_pull + per_force * (lower[2] - start_force) - s_l
+            lag_u = q_u / (twice * upper[4])
+            lag_l = q_l / (twice * lower[4]) if lower[0] > 0.0 else 0.0
+            rise = upper[2] - lower[2]
+            step = q_u - q_l
+            mean = (q_l * (upper[0] - lower[0]) + step / rise * moment(line, lower, upper)) / rise
+            total += 0.5 * lag_u * lag_l * twice * (upper[4] - lower[4])
+            total += step * (mean - 0.5 * (lag_u + lag_l))
+        if last:
+            break
+        i -= 1
+    return float(total)
+
+
+@compiled
 def run_stuck(
     line: FloatArray,
     stack: Any,
@@ -194,8 +234,7 @@ def run_stuck(
     """
     As :func:`run_displacements` and :func:`run_forces`, without slip; `control` says what is given.
 
-    Under force control the anchors of a straight way are not straight: a row is followed in up to `_PARTS` parts, by
-    how much the depth changes.
+    A straight way in forces is straight in (d, v) while F_N rises; while it falls only what is released differs.
     """
     j, stop, column = span
     to_force, to_energy, to_shift = scales
@@ -220,39 +259,37 @@ def run_stuck(
         if control != SHIFT_CONTROL and not d > TINY and t != 0.0:
             code = NOT_ATTAINABLE
             break
-        if m + _PARTS + 4 > stack.shape[0]:
+        if m + 4 > stack.shape[0]:
             code = STACK_FULL
             break
-        parts = 1
-        before, pulled = vertex(stack, m).force, vertex(stack, m).sum * to_force
-        if control == FORCE_CONTROL and max(d, depth) > TINY:
-            parts += int(_PARTS * min(abs(d - depth) / max(d, depth), 1.0))
+        v1 = t / to_shift
         work = 0.0
-        for part in range(1, parts + 1):
-            if parts > 1:
-                d = depth_of_force(line, before + (given - before) * (part / parts))
-            v1 = t / to_shift
-            if control != SHIFT_CONTROL:
-                pull = (pulled + (t - pulled) * (part / parts)) / to_force
-                v1 = v
-                if d > TINY and depth < 0.0:
-                    base(stack, v)
-                    v1 = v + (stuck_shift_for(line, stack, 0, d, pull) - v) * ((d - depth) / d)
-                elif d > TINY:
-                    v1 = stuck_shift_for(line, stack, m, d, pull)
-            if d > TINY:
-                if depth < 0.0:
-                    base(stack, v + (v1 - v) * (-depth / (d - depth)))
-                m, low, high, lost = stick(line, stack, m, low, high, d, v1)
-                work += lost
-            else:
-                if depth > TINY:
-                    last = v + (v1 - v) * (depth / (depth - d))
-                    m, low, high, lost = stick(line, stack, m, low, high, 0.0, last)
-                    work += lost
-                base(stack, v1)
-                m = 0
-            depth, v = d, v1
+        if control != SHIFT_CONTROL:
+            pull = t / to_force
+            v1 = v
+            if d > TINY and depth < 0.0:
+                base(stack, v)
+                v1 = v + (stuck_shift_for(line, stack, 0, d, pull) - v) * ((d - depth) / d)
+            elif d > TINY:
+                v1 = stuck_shift_for(line, stack, m, d, pull)
+            elif control == FORCE_CONTROL and depth > TINY:
+                v1 = vertex(stack, 0).b
+            if control == FORCE_CONTROL and TINY < depth > d:
+                work = released_by_force(line, stack, m, max(d, 0.0), given, pull)
+        lost = 0.0
+        if d > TINY:
+            if depth < 0.0:
+                base(stack, v + (v1 - v) * (-depth / (d - depth)))
+            m, low, high, lost = stick(line, stack, m, low, high, d, v1)
+        else:
+            if depth > TINY:
+                last = v + (v1 - v) * (depth / (depth - d))
+                m, low, high, lost = stick(line, stack, m, low, high, 0.0, last)
+            base(stack, v1)
+            m = 0
+        if control != FORCE_CONTROL:
+            work = lost
+        depth, v = d, v1
         total += work
         if every or (column < rows.size and rows[column] == j):
             out[0, column] = to_force * vertex(stack, m).sum
