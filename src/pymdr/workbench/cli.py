@@ -282,7 +282,14 @@ def _verify_sliding(asked: Case, folder: Path, cells: int, steps: int, quiet: bo
     if as_json:
         table = {str(name): [_finite(float(v)) for v in array.values] for name, array in found.table.items()}
         difference = _finite(found.largest_difference)
-        told = {"case": str(asked.file), "cells": cells, "largest_difference": difference, "table": table}
+        told = {
+            "case": str(asked.file),
+            "cells": cells,
+            "rows": found.rows.tolist(),
+            "path_rows": found.path_rows,
+            "largest_difference": difference,
+            "table": table,
+        }
         typer.echo(json.dumps(told, indent=2))
     elif not quiet:
         typer.echo(found.summary())

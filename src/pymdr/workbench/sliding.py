@@ -22,8 +22,10 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
-_PARTS = 8
-"""Parts into which the grid divides a row."""
+_PARTS = (8, 16)
+"""Parts into which the grid divides a row in which the depth changes, for an extrapolation to none."""
+_FINE = 24
+"""Points that draw the method's curve over a row."""
 
 COMPARED = ("normal_force", "tangential_force", "contact_radius", "stick_radius")
 
@@ -36,6 +38,18 @@ class SlidingVerification:
     """Over ``step``: indentation and shift in m, and every compared quantity by both, as ``_mdr`` and ``_grid``."""
     tractions: xr.Dataset
     """Shear traction of the last step over r, ``mdr`` and ``grid``, in Pa."""
+    curves: xr.Dataset
+    """The method on fine grids: ``shift`` and ``tangential_force`` over ``row``, ``shear_traction`` over ``r``."""
+    rows: np.ndarray
+    """Rows of the path that were followed, counted from 0."""
+    path_rows: int
+    """Rows that the path has."""
+    extrapolated: float
+    """
+    Largest change of the grid's tangential force by its extrapolation, over the largest force.
+
+    A cell that enters within a row is wrong by the first power of the row, so that rows are divided and extrapolated.
+    """
     cells: int
     """Cells along a side of the grid."""
     slip_angle: float
@@ -64,6 +78,9 @@ class SlidingVerification:
                 lines.append(f"  {d:>12}{u:>12}  {row.words:<18}{values[0]:>14}{values[1]:>14}")
                 d = u = ""
         lines += [
+            f"followed: {self.rows.size} rows of the path's {self.path_rows}, from row {self.rows[0]} to row {self.rows[-1]}"
+            + ("" if self.rows[-1] == self.path_rows - 1 else "; give more steps to come to its end"),
+            f"the grid was extrapolated to rows without length, by {100 * self.extrapolated:.2g} %",
             f"largest difference of the tangential force: {100 * self.largest_difference:.2g} % of its largest value",
             f"tractions deviate from the direction of the path by {self.slip_angle:.2g} degrees where they slip in the last step",
         ]
@@ -76,7 +93,7 @@ class SlidingVerification:
         """Both loops, and both tractions of the last step."""
         from pymdr.presentation.plot import compared_tractions
 
-        return compared_tractions(self.table, self.tractions)
+        return compared_tractions(self.table, self.tractions, self.curves)
 
 
 def verify_sliding(
@@ -92,7 +109,8 @@ def verify_sliding(
     Follow a history both by the friction stack and by boundary elements with vector friction.
 
     A history of more rows than `steps` is thinned to its turning points and rows between them, and both follow
-    what is left, straight in (indentation, shift).
+    what is left, straight in (indentation, shift). If it has more turning points than `steps`, only the first are
+    followed; `rows` tells which.
 
     Parameters
     ----------
@@ -132,30 +150,54 @@ def verify_sliding(
         raise ProblemError("verify: the contact has no friction; give Contact(..., friction=Coulomb(0.3))")
     if not 0.0 < contact.friction.coefficient < math.inf:
         raise ProblemError(
-            f"verify: mu = {contact.friction.coefficient:g}; the grid solves friction with a coefficient above 0 and finite"
+            f"verify: mu = {contact.friction.coefficient:g}; the grid solves friction with a coefficient above 0 and "
+            "finite: give Coulomb(0.3), or Coulomb(100) for next to no slip"
         )
     whole = solve(contact, path, machine_stiffness=machine_stiffness)
     chosen = _thinned(whole, steps)
     d, u = (whole.data[name].values[chosen] for name in ("indentation", "shift"))
     mdr = solve(contact, Path(indentation=d, shift=u))
-    other = solve_sliding(
-        contact.profile,
-        contact.body,
-        contact.counterbody,
-        contact.friction.coefficient,
-        _refined(d),
-        _refined(u),
-        grid,
-        progress=progress,
+    moves = np.diff(d, prepend=0.0) * np.diff(u, prepend=0.0) != 0.0
+    parts = [np.where(moves, n, 1) for n in (_PARTS if moves.any() else (1,))]
+    total = int(sum(p.sum() for p in parts))
+    done = 0
+    found = []
+    for each in parts:
+        found.append(
+            solve_sliding(
+                contact.profile,
+                contact.body,
+                contact.counterbody,
+                contact.friction.coefficient,
+                _refined(d, each),
+                _refined(u, each),
+                grid,
+                progress=None if progress is None else lambda i, n, done=done: progress(done + i, total),  # type: ignore[misc]
+            )
+        )
+        done += int(each.sum())
+    ends = [np.cumsum(each) - 1 for each in parts]
+    forces = [other.tangential_force[at] for other, at in zip(found, ends, strict=True)]
+    change = forces[-1] - forces[0]
+    size = float(np.max(np.abs(forces[-1]))) or 1.0
+    return SlidingVerification(
+        table=_table(mdr, found[-1], ends[-1], forces[-1] + change),
+        tractions=_tractions(mdr, found[-1]),
+        curves=_curves(contact, d, u),
+        rows=chosen,
+        path_rows=whole.data.sizes["step"],
+        extrapolated=float(np.max(np.abs(change))) / size,
+        cells=cells,
+        slip_angle=found[-1].largest_slip_angle,
     )
-    return SlidingVerification(_table(mdr, other), _tractions(mdr, other), cells, other.largest_slip_angle)
 
 
-def _refined(values: FloatArray) -> FloatArray:
-    """Rows with others in between, since cells that enter within a row count as in contact for all of it."""
-    at = np.arange(_PARTS * values.size + 1) / _PARTS
-    rows: FloatArray = np.interp(at, np.arange(values.size + 1), np.concatenate([[0.0], values]))
-    return rows[1:]
+def _refined(values: FloatArray, parts: np.ndarray) -> FloatArray:
+    """Every straight step from the row before, at first from 0, in equal parts."""
+    before = np.concatenate([[0.0], values[:-1]])
+    return np.concatenate(
+        [np.linspace(a, b, n + 1)[1:] for a, b, n in zip(before, values, parts, strict=True)]
+    )
 
 
 def _thinned(result: Result, steps: int) -> np.ndarray:
@@ -175,7 +217,7 @@ def _thinned(result: Result, steps: int) -> np.ndarray:
     return np.unique(np.concatenate([kept, np.linspace(0, n - 1, steps - kept.size + 1).round().astype(int)]))
 
 
-def _table(mdr: Result, other: SlidingSolution) -> xr.Dataset:
+def _table(mdr: Result, other: SlidingSolution, ends: np.ndarray, force: FloatArray) -> xr.Dataset:
     import xarray as xr
 
     columns: dict[str, tuple[str, FloatArray, dict[str, str]]] = {
@@ -184,7 +226,8 @@ def _table(mdr: Result, other: SlidingSolution) -> xr.Dataset:
     for name in COMPARED:
         unit = {"units": QUANTITIES[name].unit}
         columns[f"{name}_mdr"] = ("step", mdr.data[name].values, unit)
-        columns[f"{name}_grid"] = ("step", getattr(other, name)[_PARTS - 1 :: _PARTS], unit)
+        columns[f"{name}_grid"] = ("step", getattr(other, name)[ends], unit)
+    columns["tangential_force_grid"] = ("step", force, {"units": "N"})
     return xr.Dataset(columns)
 
 
@@ -198,6 +241,22 @@ def _tractions(mdr: Result, other: SlidingSolution) -> xr.Dataset:
         {
             "mdr": ("r", tau, {"units": "Pa"}),
             "grid": ("r", other.q_x[middle:, middle], {"units": "Pa"}),
+        },
+        coords={"r": ("r", r, {"units": "m"})},
+    )
+
+
+def _curves(contact: Contact, d: FloatArray, u: FloatArray) -> xr.Dataset:
+    import xarray as xr
+
+    parts = np.full(d.size, _FINE)
+    fine = solve(contact, Path(indentation=_refined(d, parts), shift=_refined(u, parts)))
+    r = np.linspace(0.0, 1.05 * float(fine.data["contact_radius"].values[-1]), 400)
+    return xr.Dataset(
+        {
+            "shift": ("row", fine.data["shift"].values, {"units": "m"}),
+            "tangential_force": ("row", fine.data["tangential_force"].values, {"units": "N"}),
+            "shear_traction": ("r", fine.field("shear_traction", r=r, step=-1).values, {"units": "Pa"}),
         },
         coords={"r": ("r", r, {"units": "m"})},
     )

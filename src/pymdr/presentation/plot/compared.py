@@ -68,7 +68,7 @@ def compared_pressures(pressures: xr.Dataset) -> Figure:
     return figure
 
 
-def compared_tractions(table: xr.Dataset, tractions: xr.Dataset) -> Figure:
+def compared_tractions(table: xr.Dataset, tractions: xr.Dataset, curves: xr.Dataset) -> Figure:
     """
     Tangential force against shift, and the shear traction of the last step, by the stack and boundary elements.
 
@@ -78,6 +78,8 @@ def compared_tractions(table: xr.Dataset, tractions: xr.Dataset) -> Figure:
         ``shift``, ``tangential_force_mdr`` and ``tangential_force_grid`` over ``step``, in SI units.
     tractions : xarray.Dataset
         ``mdr`` and ``grid`` over ``r``, in Pa and m.
+    curves : xarray.Dataset
+        ``shift`` and ``tangential_force`` over ``row``, ``shear_traction`` over ``r``: what draws the lines.
 
     Returns
     -------
@@ -86,14 +88,21 @@ def compared_tractions(table: xr.Dataset, tractions: xr.Dataset) -> Figure:
     with styled():
         figure = new_figure(9.0, 3.9)
         left, right = figure.subplots(1, 2)
-        shift, force, tau = (
-            x.values for x in (table["shift"], table["tangential_force_mdr"], tractions["mdr"])
-        )
+        shift, force = curves["shift"].values, curves["tangential_force"].values
         u_unit, f_unit = good_unit(shift, "m"), good_unit(force, "N")
-        u = lengths(shift, u_unit)
         other = scaled(table["tangential_force_grid"].values, "tangential_force", f_unit)
-        left.plot(u, other, "o", ms=5, mfc="none", color=ORANGE, label="boundary elements")
-        left.plot(u, scaled(force, "tangential_force", f_unit), color=BLUE, lw=1.2, label="MDR")
+        left.plot(
+            lengths(table["shift"].values, u_unit),
+            other,
+            "o",
+            ms=5,
+            mfc="none",
+            color=ORANGE,
+            label="boundary elements",
+        )
+        left.plot(
+            lengths(shift, u_unit), scaled(force, "tangential_force", f_unit), color=BLUE, lw=1.2, label="MDR"
+        )
         left.set_xlabel(axis_label("shift", u_unit))
         left.set_ylabel(axis_label("tangential_force", f_unit))
         r_unit, t_unit = good_unit(tractions["r"].values, "m"), good_unit(tractions["grid"].values, "Pa")
@@ -101,7 +110,9 @@ def compared_tractions(table: xr.Dataset, tractions: xr.Dataset) -> Figure:
         grid = scaled(tractions["grid"].values, "shear_traction", t_unit)
         words = "boundary elements, near the x axis"
         right.plot(r, grid, "o", ms=5, mfc="none", color=ORANGE, label=words)
-        right.plot(r, scaled(tau, "shear_traction", t_unit), color=BLUE, lw=1.2, label="MDR")
+        fine = lengths(curves["r"].values, r_unit)
+        tau = scaled(curves["shear_traction"].values, "shear_traction", t_unit)
+        right.plot(fine, tau, color=BLUE, lw=1.2, label="MDR")
         right.set_xlabel(f"{RADIUS.label} ({r_unit})")
         right.set_ylabel(axis_label("shear_traction", t_unit))
         for axes in (left, right):
