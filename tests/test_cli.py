@@ -262,3 +262,15 @@ def test_notebook_forms(case):
     assert "exact" in html
     assert "Sphere" in asked.contact._repr_html_()
     assert "exact" in result.claims["pressure"]._repr_html_()
+
+
+def test_a_failed_command_leaves_no_folder(tmp_path):
+    """Too much force in the cycle of a joint, and a verification that the grid refuses."""
+    case = tmp_path / "over.toml"
+    assert CliRunner().invoke(app, ["new", "joint", "-o", str(case)]).exit_code == 0
+    text = case.read_text(encoding="utf-8")
+    case.write_text(text.replace('shift = "0.8 um"', 'tangential_force = "40 N"'), encoding="utf-8")
+    assert CliRunner().invoke(app, ["run", str(case)]).exit_code != 0
+    case.write_text(text.replace("coefficient = 0.3 ", 'coefficient = "inf" '), encoding="utf-8")
+    assert CliRunner().invoke(app, ["verify", str(case)]).exit_code != 0
+    assert list(tmp_path.iterdir()) == [case]

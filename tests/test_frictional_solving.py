@@ -672,7 +672,7 @@ def test_progress_in_parts_is_the_whole(monkeypatch):
         seen = []
         whole = mdr.solve(contact(), path, keep=keep)
         parts = mdr.solve(contact(), path, keep=keep, progress=lambda done, total: seen.append((done, total)))  # noqa: B023
-        assert seen == [(7, 34), (14, 34), (21, 34), (28, 34), (30, 34), (30, 34), (34, 34)]
+        assert seen == [(7, 34), (14, 34), (21, 34), (28, 34), (30, 34), (34, 34)]
         xr.testing.assert_equal(
             whole.data.drop_vars("dissipated_energy"), parts.data.drop_vars("dissipated_energy")
         )
@@ -681,7 +681,7 @@ def test_progress_in_parts_is_the_whole(monkeypatch):
         assert np.max(np.abs(lost - column(parts, "dissipated_energy"))) <= np.spacing(lost[-1])
     pulled = mdr.load(1.0) >> mdr.Path(tangential_force=np.linspace(0.0, 0.4, 21))
     for progress in (None, lambda done, total: None):
-        with pytest.raises(mdr.PathError, match=r"tangential_force = 320 mN in row 16 of the leg Path"):
+        with pytest.raises(mdr.PathError, match=r"tangential_force = 320 mN in row 16 of leg 2"):
             mdr.solve(contact(), pulled, progress=progress)
 
 
@@ -1050,7 +1050,7 @@ def test_meaningless_coefficient(mu):
 
 PRESSED = mdr.load(0.1)
 REFUSED = {
-    "too much": (PRESSED >> mdr.drag(0.04, steps=4), r"= 40 mN in row 3 of the leg Ramp: .* = 30 mN"),
+    "too much": (PRESSED >> mdr.drag(0.04, steps=4), r"= 40 mN in row 3 of leg 2: .* = 30 mN"),
     "too much, back": (PRESSED >> mdr.drag(-0.04), r"= -40 mN in row 0 .* at most mu F_N = 30 mN"),
     "held": (PRESSED >> mdr.drag(0.02) >> mdr.load(0.05, steps=10), r"= 20 mN in row 6 .* = 19\.5 mN"),
     "cycle": (PRESSED >> mdr.cycle(tangential_force=0.031, steps=8), r"= 31 mN in row 1 .* = 30 mN"),
@@ -1197,3 +1197,45 @@ def test_saved_profiles(tmp_path, profile):
             other = again.field(field, r, step).values
             np.testing.assert_array_equal(one[~finite], other[~finite])
             assert np.max(np.abs(one[finite] - other[finite])) <= 1e-11 * np.max(np.abs(one[finite])), field
+
+
+BALL_JOINT = mdr.Contact(mdr.Sphere("1 mm"), mdr.Elastic("210 GPa", 0.3), friction=mdr.Coulomb(0.3))
+
+
+@pytest.mark.parametrize(
+    ("make", "kind", "words"),
+    [
+        (lambda: mdr.Coulomb(1e-200), mdr.ProblemError, r"below 1e-30 .* give Coulomb\(0\)"),
+        (
+            lambda: mdr.Path(indentation=np.ma.array([1e-6, 2e-6], mask=[False, True]), shift=np.zeros(2)),
+            mdr.UnitError,
+            "some entries are masked",
+        ),
+        (
+            lambda: mdr.friction_loop(BALL_JOINT, "1 um", indentation="2 mm"),
+            mdr.PathError,
+            "pressed in by its radius, 1 mm",
+        ),
+        (
+            lambda: mdr.friction_foundation(BALL_JOINT, [3e-3], [0.0]),
+            mdr.PathError,
+            "pressed in by its radius, 1 mm",
+        ),
+        (
+            lambda: mdr.solve(BALL_JOINT, mdr.load("1 N")).field("slip", step=1.0),
+            mdr.QuantityError,
+            "whole number from 0 to 0",
+        ),
+    ],
+)
+def test_what_used_to_pass_or_to_fail_without_words(make, kind, words):
+    with pytest.raises(kind, match=words):
+        make()
+    assert math.copysign(1.0, mdr.Coulomb(-0.0).coefficient) == 1.0
+
+
+def test_an_assessment_counts_the_rows_that_are_kept():
+    path = mdr.load("1 N") >> mdr.cycle(shift="0.1 um", steps=400)
+    assert (
+        mdr.assess(BALL_JOINT, path, keep=10).rows == mdr.solve(BALL_JOINT, path, keep=10).data.sizes["step"]
+    )

@@ -227,9 +227,13 @@ class Result:
 
     def _row(self, step: int) -> int:
         n = self.data.sizes["step"]
+        if isinstance(step, bool) or not isinstance(step, int | np.integer):
+            raise QuantityError(
+                f"step = {step!r}: a whole number from 0 to {n - 1} is needed, or -1 for the last"
+            )
         if not -n <= step < n:
             raise QuantityError(f"step {step} does not exist: there are {n} steps, 0 to {n - 1}")
-        return step % n
+        return int(step) % n
 
     def summary(self) -> str:
         """The last step, the claims and the assumptions, as a text that prints well."""

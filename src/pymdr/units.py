@@ -214,6 +214,8 @@ def to_si_array(values: ArrayQuantityLike, unit: str, *, name: str = "values") -
     >>> to_si_array(["1 mm", 0.5], "m").tolist()
     [0.001, 0.5]
     """
+    if isinstance(values, np.ma.MaskedArray) and bool(np.any(np.asarray(values.mask))):
+        raise UnitError(f"{name}: some entries are masked: leave them out, or fill them")
     if _is_pint(values):
         array = np.array(_read_pint(values, unit, name), dtype=float)
     elif isinstance(values, str):

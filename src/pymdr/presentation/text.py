@@ -49,7 +49,7 @@ def assessment(
     memory: int,
 ) -> str:
     """Claims before solving."""
-    lines = [f"The path has {rows} row{'s' if rows != 1 else ''} ({in_bytes(memory)}) and reaches:"]
+    lines = [f"The result has {rows} row{'s' if rows != 1 else ''} ({in_bytes(memory)}); the path reaches:"]
     for name, value in largest.items():
         quantity = QUANTITIES[name]
         lines.append(f"  {quantity.words:<36}{written(value, quantity.unit):>16}")

@@ -120,7 +120,7 @@ class DMT(AdhesionLaw):
     range: OptionalSIField = OptionalSIField("m", above=0.0, words="range of the attraction")
 
 
-_LARGEST_COEFFICIENT = 1e6
+_SMALLEST_COEFFICIENT, _LARGEST_COEFFICIENT = 1e-30, 1e6
 
 
 class _CoefficientField(SIField):
@@ -138,7 +138,12 @@ class _CoefficientField(SIField):
                 f"{self.owner}.{self.name} = {value!r}: above {_LARGEST_COEFFICIENT:g} nothing slips that could be "
                 "resolved; give Coulomb(math.inf) for contact without slip"
             )
-        return number
+        if 0.0 < number < _SMALLEST_COEFFICIENT:
+            raise ProblemError(
+                f"{self.owner}.{self.name} = {value!r}: below {_SMALLEST_COEFFICIENT:g} nothing is carried that could "
+                "be resolved; give Coulomb(0) for contact without friction"
+            )
+        return number + 0.0  # no negative zero
 
 
 @dataclass(frozen=True, eq=False)
@@ -149,7 +154,7 @@ class Coulomb(Value):
     Parameters
     ----------
     coefficient : quantity
-        Coefficient of friction mu from 0 to 1e6; ``math.inf`` (or "inf") is contact without slip.
+        Coefficient of friction mu, 0 or from 1e-30 to 1e6; ``math.inf`` (or "inf") is contact without slip.
 
     Examples
     --------

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from pymdr.interpretation.surface import Surface
 from pymdr.interpretation.validity import Assumption, Claim, certify_disk, normal_claims
@@ -16,8 +17,11 @@ from pymdr.problem.paths import LoadingPath
 from pymdr.problem.schedule import ends_only, known_legs, total_rows
 from pymdr.solving.normal import check_normal_path, follow_normal, range_words
 from pymdr.solving.reach import assumptions, map_to_line
-from pymdr.solving.verb import check_problem, read_stiffness, solve
+from pymdr.solving.verb import check_problem, kept_rows, read_stiffness, solve
 from pymdr.units import QuantityLike
+
+_SHORT = 100_000
+"""Rows that a friction stack follows in no time."""
 
 
 @dataclass(frozen=True)
@@ -30,13 +34,13 @@ class Assessment:
     largest: Mapping[str, float]
     """Largest indentation (m), normal force (N) and contact radius (m) that the path reaches."""
     rows: int
-    """Number of rows that :func:`solve` gives."""
+    """Number of rows that :func:`solve` keeps."""
     columns: int
     """Number of quantities over them."""
 
     @property
     def memory(self) -> int:
-        """Bytes that the arrays of the result take when every row is kept."""
+        """Bytes that the arrays of the result take; solving a long history takes about twice as much."""
         return 8 * self.rows * self.columns
 
     def summary(self) -> str:
@@ -50,16 +54,22 @@ class Assessment:
 
 
 def assess(
-    contact: Contact, path: LoadingPath, *, machine_stiffness: QuantityLike | None = None
+    contact: Contact,
+    path: LoadingPath,
+    *,
+    machine_stiffness: QuantityLike | None = None,
+    keep: int | ArrayLike | None = None,
 ) -> Assessment:
     """
-    Map a contact and state its claims for the loads that a path reaches; no history is solved.
+    Map a contact and state its claims for the loads that a path reaches.
+
+    A contact with adhesion visits the ends of the legs only, and so does one with friction whose path is long.
 
     Parameters
     ----------
     contact : Contact
     path : LoadingPath
-    machine_stiffness : quantity, optional
+    machine_stiffness, keep : optional
         As for :func:`solve`.
 
     Returns
@@ -84,6 +94,9 @@ def assess(
     check_problem(contact, path)
     route = _extremes(path)
     rows = total_rows(path)
+    kept = kept_rows(keep, path) if contact.friction is not None else None
+    if contact.friction is not None and rows <= _SHORT:
+        route = path
     if contact.adhesion is not None or contact.friction is not None:
         result = solve(contact, route, machine_stiffness=machine_stiffness)
         largest = {
@@ -91,7 +104,14 @@ def assess(
             for name in ("indentation", "normal_force", "contact_radius")
             if name in result.data
         }
-        return Assessment(result.claims, result.assumptions, result.notes, largest, rows, len(result.data))
+        return Assessment(
+            result.claims,
+            result.assumptions,
+            result.notes,
+            largest,
+            rows if kept is None else kept.size,
+            len(result.data),
+        )
     check_normal_path(route)
     stiffness = None if machine_stiffness is None else read_stiffness(machine_stiffness)
     history = follow_normal(contact, map_to_line(contact), route, stiffness)

@@ -34,7 +34,6 @@ from pymdr.problem.contact import Contact
 from pymdr.problem.paths import NORMAL_CHANNELS, Cycle, LoadingPath
 from pymdr.problem.schedule import (
     Controls,
-    KnownLeg,
     Progress,
     Stretch,
     known_legs,
@@ -134,7 +133,7 @@ def solve_frictional(
     found: list[FrictionHistory] = []
     loads: list[FloatArray] = []
     done, total = 0, total_rows(path)
-    for leg in known_legs(path):
+    for number, leg in enumerate(known_legs(path), 1):
         starts.append(here)
         rows = stretch(leg, controls, here)
         controls = rows.controls
@@ -143,7 +142,7 @@ def solve_frictional(
         size = rows.normal.size
         kept = None if keep is None else keep[(keep >= done) & (keep < done + size)] - done
         history = _follow_in_parts(line.curves, asked, mu, tangential, state, kept, progress, done, total)
-        _refuse_stopped(history, asked, line, leg, mu)
+        _refuse_stopped(history, asked, line, number, mu)
         state = history.state
         found.append(history)
         loads.append(_forces(line.mapped.line, history, asked, kept))
@@ -182,7 +181,8 @@ def _follow_in_parts(
         history = follow_leg(curves, part, mu, modulus, state, chosen)
         parts.append(history)
         state = history.state
-        progress(done + last, total)
+        if last < size:
+            progress(done + last, total)
         if history.ending is not Ending.COMPLETE:
             break
     return _joined(parts)
@@ -205,13 +205,11 @@ def _joined(parts: list[FrictionHistory]) -> FrictionHistory:
     )
 
 
-def _refuse_stopped(
-    history: FrictionHistory, leg: FrictionLeg, line: _Line, asked: KnownLeg, mu: float
-) -> None:
+def _refuse_stopped(history: FrictionHistory, leg: FrictionLeg, line: _Line, number: int, mu: float) -> None:
     if history.ending is Ending.COMPLETE:
         return
     i = history.stopped
-    where = f"row {i} of the leg {type(asked).__name__}"
+    where = f"row {i} of leg {number}"
     if history.ending is Ending.NOT_ATTAINABLE and leg.by_tangential_force:
         pressed = leg.normal[i] if leg.by_normal_force else _force_at(line, float(leg.normal[i]))
         raise PathError(

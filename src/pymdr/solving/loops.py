@@ -16,7 +16,7 @@ from pymdr.line.foundation import ElasticLine, states_at_depth, states_at_force
 from pymdr.mapping.abel import gauss
 from pymdr.mapping.moduli import effective_moduli
 from pymdr.problem.contact import Contact
-from pymdr.solving.reach import made_fast, map_to_line
+from pymdr.solving.reach import made_fast, map_to_line, refuse_unreachable
 from pymdr.units import ArrayQuantityLike, FloatArray, QuantityLike, to_si, to_si_array
 
 if TYPE_CHECKING:
@@ -171,6 +171,7 @@ def _loaded(
         force = to_si(normal_force, "N", name="normal_force")
         line = made_fast(contact, mapped, -math.inf, force).line
         d = float(states_at_force(line, np.array([max(force, 0.0)])).indentation[0])
+    refuse_unreachable(contact.profile, states_at_depth(line, np.array([d])))
     if d <= 0.0:
         given, unit = (normal_force, "N") if indentation is None else (indentation, "m")
         raise ProblemError(

@@ -48,7 +48,7 @@ def solve(
         ``Rings(n=400)`` solves by boundary elements on rings instead of the method, annular contacts
         included.
     progress : callable, optional
-        Called as ``progress(done, total)`` between legs.
+        Called as ``progress(done, total)`` between legs, and within long ones with friction.
 
     Returns
     -------
@@ -82,7 +82,7 @@ def solve(
         if asked.adhesion is not None:
             return solve_adhesive(asked, path, stiffness, progress)
         if asked.friction is not None:
-            return solve_frictional(asked, path, stiffness, _kept(keep, path), progress)
+            return solve_frictional(asked, path, stiffness, kept_rows(keep, path), progress)
         return solve_normal(asked, path, stiffness, progress)
 
     result = once(contact)
@@ -128,7 +128,8 @@ def read_stiffness(value: QuantityLike) -> float:
     return stiffness
 
 
-def _kept(keep: int | ArrayLike | None, path: LoadingPath) -> np.ndarray | None:
+def kept_rows(keep: int | ArrayLike | None, path: LoadingPath) -> np.ndarray | None:
+    """The rows of a path that are kept, None for all."""
     if keep is None:
         return None
     rows = total_rows(path)

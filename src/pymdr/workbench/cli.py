@@ -7,7 +7,8 @@ from __future__ import annotations
 
 import json
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -99,12 +100,12 @@ def _run_one(case: Path, folder: Path, quiet: bool, as_json: bool) -> dict[str, 
     from pymdr.workbench.casefile import read_case
 
     asked = read_case(case)
-    _ready_folder(folder)
-    if not quiet and not as_json:
-        _tell_memory(asked)
-    result = solve(asked.contact, asked.path, progress=_progress(quiet or as_json), **asked.options)
-    result.save(folder / "result.nc")
-    written = [folder / "result.nc", *_write_figures(result.figures(), folder)]
+    with _ready_folder(folder):
+        if not quiet and not as_json:
+            _tell_memory(asked)
+        result = solve(asked.contact, asked.path, progress=_progress(quiet or as_json), **asked.options)
+        result.save(folder / "result.nc")
+        written = [folder / "result.nc", *_write_figures(result.figures(), folder)]
     if not quiet and not as_json:
         typer.echo(asked.title or str(case))
         typer.echo(result.summary())
@@ -124,7 +125,7 @@ def _tell_memory(case: Case) -> None:
     kept = rows // int(case.options.get("keep") or 1)
     if 13 * 8 * kept > _LARGE:
         typer.echo(
-            f"{rows} rows, of which {kept} are kept, take about {in_bytes(13 * 8 * kept)}; [solve] keep = k keeps "
+            f"{rows} rows, of which {kept} are kept, take about {in_bytes(13 * 8 * kept)}, and twice that while they are solved; [solve] keep = k keeps "
             "every k-th",
             err=True,
         )
@@ -211,8 +212,7 @@ def check(case: CaseFile, quiet: Quiet = False, as_json: Json = False) -> None:
     from pymdr.workbench.casefile import read_case
 
     asked = read_case(case)
-    stiffness = asked.options.get("machine_stiffness")
-    assessment = assess(asked.contact, asked.path, machine_stiffness=stiffness)
+    assessment = assess(asked.contact, asked.path, **asked.options)
     if as_json:
         typer.echo(
             json.dumps(
@@ -253,11 +253,11 @@ def verify(
     if asked.contact.friction is not None:
         _verify_sliding(asked, output or case.with_suffix(""), cells, steps or 20, quiet, as_json)
         return
-    folder = _ready_folder(output or case.with_suffix(""))
-    found = hold_against_rings(
-        asked.contact, asked.path, rings=rings, steps=steps or 5, progress=_progress(quiet or as_json)
-    )
-    written = _write_figures({"verify": found.plot()}, folder)
+    with _ready_folder(output or case.with_suffix("")) as folder:
+        found = hold_against_rings(
+            asked.contact, asked.path, rings=rings, steps=steps or 5, progress=_progress(quiet or as_json)
+        )
+        written = _write_figures({"verify": found.plot()}, folder)
     if as_json:
         table = {str(name): [_finite(float(v)) for v in array.values] for name, array in found.table.items()}
         typer.echo(json.dumps({"case": str(case), "rings": rings, "table": table}, indent=2))
@@ -269,16 +269,16 @@ def verify(
 def _verify_sliding(asked: Case, folder: Path, cells: int, steps: int, quiet: bool, as_json: bool) -> None:
     from pymdr.workbench.sliding import verify_sliding
 
-    _ready_folder(folder)
-    found = verify_sliding(
-        asked.contact,
-        asked.path,
-        machine_stiffness=asked.options.get("machine_stiffness"),
-        cells=cells,
-        steps=steps,
-        progress=_progress(quiet or as_json),
-    )
-    written = _write_figures({"verify": found.plot()}, folder)
+    with _ready_folder(folder):
+        found = verify_sliding(
+            asked.contact,
+            asked.path,
+            machine_stiffness=asked.options.get("machine_stiffness"),
+            cells=cells,
+            steps=steps,
+            progress=_progress(quiet or as_json),
+        )
+        written = _write_figures({"verify": found.plot()}, folder)
     if as_json:
         table = {str(name): [_finite(float(v)) for v in array.values] for name, array in found.table.items()}
         difference = _finite(found.largest_difference)
@@ -307,16 +307,18 @@ def plot(
     from pymdr.result import open_result
 
     result = open_result(result_file)
-    folder = _ready_folder(output or result_file.parent)
-    written = _write_figures(result.figures(step), folder)
+    with _ready_folder(output or result_file.parent) as folder:
+        written = _write_figures(result.figures(step), folder)
     if not quiet:
         typer.echo("Written: " + ", ".join(str(file) for file in written))
 
 
-def _ready_folder(folder: Path) -> Path:
-    """Make the folder and see that it takes files, before any work is done."""
+@contextmanager
+def _ready_folder(folder: Path) -> Iterator[Path]:
+    """Make the folder and see that it takes files before any work is done; without result it goes again."""
     from pymdr.errors import FileError
 
+    is_new = not folder.exists()
     try:
         folder.mkdir(parents=True, exist_ok=True)
         probe = folder / ".pymdr-probe"
@@ -326,7 +328,12 @@ def _ready_folder(folder: Path) -> Path:
         raise FileError(
             f"cannot write into {folder}: {error.strerror or error}; choose another with -o DIR"
         ) from error
-    return folder
+    try:
+        yield folder
+    except BaseException:
+        if is_new and not any(folder.iterdir()):
+            folder.rmdir()
+        raise
 
 
 def _write_figures(figures: Mapping[str, Figure], folder: Path) -> list[Path]:

@@ -30,6 +30,8 @@ class Control(Enum):
 
 _ENDINGS = (Ending.COMPLETE, Ending.NOT_FINITE, Ending.NOT_ATTAINABLE, Ending.TOO_DEEP)
 _FULL = 4
+_MOST_HELD = 4_000_000
+"""Vertices that all checkpoints of a run may hold together."""
 
 
 def evaluate(curves: ElasticCurves, depth: ArrayLike) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -114,10 +116,12 @@ def follow(
     count = given[0].size
     run = (_Frictionless if friction == 0.0 else _Stack)(control, curves, given, state, _kept(keep, count))
     states: dict[int, FrictionState] = {}
+    held = 0
     for row in sorted(set(checkpoints)):
         run.advance(row + 1)
-        if run.row == row + 1:
+        if run.row == row + 1 and held + run.vertices <= _MOST_HELD:
             states[row] = run.state()
+            held += run.vertices
     run.advance(count)
     return run.history(states)
 
@@ -161,6 +165,11 @@ class _Run(ABC):
     @abstractmethod
     def state(self) -> FrictionState:
         """State after the last row followed."""
+
+    @property
+    def vertices(self) -> int:
+        """Vertices of that state."""
+        return 2
 
     def history(self, checkpoints: dict[int, FrictionState]) -> FrictionHistory:
         out = self.out
@@ -252,6 +261,10 @@ class _Stack(_Run):
                 self.stack = larger
             else:
                 self.ending = _ENDINGS[code]
+
+    @property
+    def vertices(self) -> int:
+        return int(self.register[7]) + 1
 
     def state(self) -> FrictionState:
         depth, shift, _, _, work, _, slide, top = self.register.tolist()

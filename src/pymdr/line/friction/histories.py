@@ -45,7 +45,7 @@ def follow_displacements(
     keep : int or array_like of int, optional
         Keep every k-th row (k - 1, 2 k - 1, ...) or the given rows; all by default.
     checkpoints : iterable of int, optional
-        Rows after which the state is kept.
+        Rows after which the state is kept, as long as all of them hold at most 4e6 vertices.
 
     Returns
     -------
