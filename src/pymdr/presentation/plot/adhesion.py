@@ -22,7 +22,7 @@ from pymdr.presentation.plot.shared import (
     lengths,
     mark_radii,
     new_figure,
-    row_number,
+    row_name,
     say,
     say_refused,
     scaled,
@@ -88,7 +88,7 @@ def draw_tensile_pressure(axes: Axes, data: FigureData) -> None:
         return
     r, a, c = _radii(data)
     if not c > 0.0:
-        say(axes, f"no contact in step {row_number(data, data.row)}")
+        say(axes, f"no contact in {row_name(data, data.row)}")
         return
     p = data.field("pressure", r)
     r_unit = good_unit(r, "m")
@@ -110,7 +110,7 @@ def draw_tensile_pressure(axes: Axes, data: FigureData) -> None:
     height = 0.5 * float(scaled(np.array(low if amplitude < 0.0 else high), "pressure", unit))
     words = singularities(amplitude, float(data.field("pressure", np.zeros(1)).values[0]))
     axes.text(0.98 * x[-1], height, words, ha="right", va="center", fontsize=8)
-    axes.set_xlabel(f"{RADIUS.label} ({r_unit}), in step {row_number(data, data.row)}")
+    axes.set_xlabel(f"{RADIUS.label} ({r_unit}), in {row_name(data, data.row)}")
     axes.set_ylabel(axis_label("pressure", unit))
 
 

@@ -25,7 +25,7 @@ from pymdr.presentation.plot.shared import (
     legend_above,
     lengths,
     new_figure,
-    row_number,
+    row_name,
     say,
     scaled,
     styled,
@@ -93,7 +93,7 @@ def _draw_loop(axes: Axes, data: FigureData, rows: list[int]) -> None:
         few = "o" if u.size <= MARKED_ROWS else None
         axes.plot(*as_seen(u, force), color=GREY, lw=1.3, marker=few, ms=2.5)
     for row, colour in zip(rows, _SHOWN, strict=False):
-        name = f"step {row_number(data, row)}"
+        name = row_name(data, row)
         axes.plot(u[[row]], force[[row]], "o", color=colour, ms=6, label=name, zorder=3)
     draw_zero(axes)
     axes.axvline(0.0, color=GREY, lw=0.5, zorder=0)
@@ -177,10 +177,10 @@ def _draw_tractions(axes: Axes, data: FigureData, rows: list[int]) -> None:
         within = np.where(r <= float(data.data["contact_radius"].values[rows[i]]), limit, np.nan)
         for sign in (1.0, -1.0):
             y = scaled(sign * within, "shear_traction", unit)
-            axes.plot(x, y, color=colour, lw=0.9, ls=(0, (4, 2)), label=label, zorder=1)
+            axes.plot(x, y, color=colour, lw=0.9, ls=(0, (4, 2)), label=label, zorder=3 if alike else 1)
             label = None
     for row, colour, tau in zip(rows, _SHOWN, found, strict=False):
-        name = f"step {row_number(data, row)}"
+        name = row_name(data, row)
         axes.plot(x, scaled(tau, "shear_traction", unit), color=colour, lw=1.5, label=name)
     if top > 0.0:
         low, high = (any((f[np.isfinite(f)] * s > 1e-9 * top).any() for f in [*found]) for s in (-1.0, 1.0))
@@ -211,7 +211,7 @@ def _draw_slip(axes: Axes, data: FigureData, rows: list[int]) -> None:
     r_unit, unit = good_unit(r, "m"), good_unit(np.concatenate([*shown, *slips]), "m")
     x = lengths(r, r_unit)
     for row, colour, u, slip in zip(rows, _SHOWN, shown, slips, strict=False):
-        name = f"step {row_number(data, row)}"
+        name = row_name(data, row)
         axes.plot(x, lengths(u, unit), color=colour, lw=1.5, label=name)
         axes.plot(x, lengths(slip, unit), color=colour, lw=1.1, ls="--")
     axes.plot([], [], color=GREY, lw=1.5, label="displacement $u_x(r)$")

@@ -22,7 +22,7 @@ from pymdr.presentation.plot.shared import (
     draw_zero,
     good_unit,
     legend_above,
-    row_number,
+    row_name,
     say,
     say_refused,
     scaled,
@@ -232,7 +232,7 @@ def _mark_row(plane: _Plane, data: FigureData) -> None:
     here = {name: data.data[name].values[[data.row]] for name in (plane.across, plane.up)}
     x, y = plane.points(here)
     if np.isfinite([x[0], y[0]]).all():
-        label = f"step {row_number(data, data.row)}"
+        label = row_name(data, data.row)
         plane.axes.plot(x, y, "o", mfc="white", mec=BLUE, ms=5, label=label, zorder=3)
 
 

@@ -19,7 +19,7 @@ from pymdr.presentation.plot.shared import (
     lengths,
     mark_radii,
     new_figure,
-    row_number,
+    row_name,
     say,
     say_refused,
     scaled,
@@ -54,7 +54,7 @@ def section_into(figure: Any, data: FigureData) -> None:
         return
     c = _outer_radius(data)
     if not c > 0.0:
-        say(figure.subplots(), f"no contact in step {row_number(data, data.row)}")
+        say(figure.subplots(), f"no contact in {row_name(data, data.row)}")
         return
     if data.on_line:
         upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(1.25, 1.0))

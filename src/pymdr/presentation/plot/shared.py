@@ -222,9 +222,9 @@ def along_history(data: FigureData) -> tuple[FloatArray, str]:
     return np.arange(float(data.data.sizes["step"])), "step"
 
 
-def row_number(data: FigureData, row: int) -> int:
-    """The number by which a row is called: that of the path, where only some rows were kept."""
-    return int(data.data["row"].values[row]) if "row" in data.data.coords else row
+def row_name(data: FigureData, row: int) -> str:
+    """What a step of the result is called: the row of the path, where only some rows were kept."""
+    return f"row {int(data.data['row'].values[row])}" if "row" in data.data.coords else f"step {row}"
 
 
 def without_peaks(p: FloatArray) -> FloatArray:
