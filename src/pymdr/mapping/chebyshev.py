@@ -18,6 +18,8 @@ _SIZES = (24, 40, 64)
 _TAIL = 3e-15
 _TIP_LEVELS = 26
 _DEEPEST = 40
+_MOST_PANELS = 128
+"""Panels between two breakpoints on average: more are spent on noise only."""
 
 
 @lru_cache(maxsize=8)
@@ -219,6 +221,7 @@ def build(
         for lo, hi in zip(starts, [*marks, top], strict=True)
     ][::-1]
     done: list[Panel] = []
+    most = _MOST_PANELS * len(starts)
     while todo:
         low, high, power, depth, exponent = todo.pop()
         panel = _converged_panel(sample, low, high, power, exponent, noise(high))
@@ -227,7 +230,7 @@ def build(
         if panel is not None and (depth >= _TIP_LEVELS or not panel.spans_decades):
             done.append(panel)
             continue
-        if depth >= _DEEPEST:
+        if depth >= _DEEPEST or len(done) > most:
             raise ConvergenceError(
                 f"{what}: it is not smooth at {metres(low)}; name the radius as a breakpoint, or stay inside "
                 "the radii where the profile is defined"

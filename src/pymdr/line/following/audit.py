@@ -10,9 +10,11 @@ from numpy.polynomial.legendre import leggauss
 from pymdr.errors import ConvergenceError, ProblemError
 from pymdr.line.following.curves import Curve
 from pymdr.line.following.paths import History, Track
-from pymdr.units import FloatArray
+from pymdr.units import FloatArray, metres
 
 _NODES, _LEVELS, _TOLERANCE = 20, 40, 1e-13
+_SHAKEN, _LOOSER = 6, 1e-11
+"""From this level on: behind a corner of the profile s - knot is rounded, and the slope with it."""
 
 
 def energy_residual(track: Track, history: History) -> float:
@@ -65,43 +67,51 @@ def energy_residual(track: Track, history: History) -> float:
 
 
 def _integrals(curve: Curve, low: FloatArray, high: FloatArray) -> FloatArray:
-    """The integrals of Y dD/ds ds from low to high, by bisection of panels in sqrt(s)."""
+    """The integrals of Y dD/ds ds from low to high, by bisection of panels in sqrt(s - knot)."""
     if curve.conjugate is None:
         raise ProblemError("the curve has no conjugate quantity, so its work cannot be integrated")
     total = np.zeros(low.size)
-    marks = np.sqrt(np.array([0.0, *(k - curve.start for k in curve.knots if k > curve.start), np.inf]))
-    owner, left, right = _split(np.sqrt(low - curve.start), np.sqrt(high - curve.start), marks)
+    marks = np.array([curve.start, *(k for k in curve.knots if k > curve.start), np.inf])
+    owner, origin, left, right = _split(low, high, marks)
     if owner.size == 0:
         return total
     size = np.zeros(low.size)
-    for _ in range(_LEVELS):
-        coarse, fine = _panel(curve, left, right, _NODES // 2), _panel(curve, left, right, _NODES)
+    for level in range(_LEVELS):
+        coarse, fine = (_panel(curve, origin, left, right, n) for n in (_NODES // 2, _NODES))
         np.maximum.at(size, owner, np.abs(fine))
-        settled = np.abs(fine - coarse) <= _TOLERANCE * np.maximum(size[owner], np.max(size) * 1e-3)
+        tolerance = _TOLERANCE if level < _SHAKEN else _LOOSER
+        settled = np.abs(fine - coarse) <= tolerance * np.maximum(size[owner], np.max(size) * 1e-3)
         np.add.at(total, owner[settled], fine[settled])
-        owner, left, right = (x[~settled] for x in (owner, left, right))
+        owner, origin, left, right = (x[~settled] for x in (owner, origin, left, right))
         if owner.size == 0:
             return total
         middle = 0.5 * (left + right)
-        owner, left, right = np.tile(owner, 2), np.append(left, middle), np.append(middle, right)
-    raise ConvergenceError(f"the work along the curve did not settle near s = {left[0] ** 2 + curve.start!r}")
+        owner, origin = np.tile(owner, 2), np.tile(origin, 2)
+        left, right = np.append(left, middle), np.append(middle, right)
+    raise ConvergenceError(
+        f"the work along the curve did not settle near s = {metres(float(origin[0] + left[0] ** 2))}"
+    )
 
 
-def _split(low: FloatArray, high: FloatArray, marks: FloatArray) -> tuple[np.ndarray, FloatArray, FloatArray]:
-    owners, lefts, rights = [], [], []
+def _split(
+    low: FloatArray, high: FloatArray, marks: FloatArray
+) -> tuple[np.ndarray, FloatArray, FloatArray, FloatArray]:
+    """Panels between marks: whose they are, the mark below them, and their ends in sqrt(s - mark)."""
+    owners, origins, lefts, rights = [], [], [], []
     for bottom, top in pairwise(marks):
         left, right = (np.clip(x, bottom, top) for x in (low, high))
         real = np.flatnonzero(left != right)
         owners.append(real)
-        lefts.append(left[real])
-        rights.append(right[real])
-    return np.concatenate(owners), np.concatenate(lefts), np.concatenate(rights)
+        origins.append(np.full(real.size, bottom))
+        lefts.append(np.sqrt(left[real] - bottom))
+        rights.append(np.sqrt(right[real] - bottom))
+    return np.concatenate(owners), np.concatenate(origins), np.concatenate(lefts), np.concatenate(rights)
 
 
-def _panel(curve: Curve, left: FloatArray, right: FloatArray, nodes: int) -> FloatArray:
+def _panel(curve: Curve, origin: FloatArray, left: FloatArray, right: FloatArray, nodes: int) -> FloatArray:
     assert curve.conjugate is not None
     t, weight = leggauss(nodes)
     u = left[:, None] + (0.5 * (right - left))[:, None] * (1.0 + t)
-    s = (curve.start + u * u).ravel()
+    s = (origin[:, None] + u * u).ravel()
     integrand = (curve.conjugate(s) * curve.slope(s)).reshape(u.shape) * 2.0 * u
     return np.asarray(0.5 * (right - left) * (integrand @ weight))

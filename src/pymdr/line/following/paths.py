@@ -17,6 +17,7 @@ from pymdr.units import FloatArray
 
 _Index = NDArray[np.intp]
 _FREE, _NOWHERE = -1, -2
+_ROUNDING = 1e-12
 _UP, _DOWN, _TOUCH = range(3)
 _SHORT = 2000
 """Up to so many states are found one by one: tables cost as much as a few thousand."""
@@ -148,14 +149,16 @@ def trace(curve: Curve) -> Track:
 
     # beyond the last branch the curve falls or is no longer known: there is nowhere to go
     up, down = _first(high, upward=True), _first(low, upward=False)
-    onto = np.flatnonzero((high >= touch) & (low <= touch))[:1]
+    # a flat end stays at its touch until it is pressed: there the first branch begins, but for rounding
+    onto = np.flatnonzero((high >= touch) & (low <= touch + _ROUNDING * np.ptp(level)))[:1]
     onto = onto if onto.size else np.array([_NOWHERE])
 
     def jumps(to: _Index, control: FloatArray, before: FloatArray, energy: FloatArray) -> Transitions:
         after = np.full(to.size, curve.start)
         real = np.flatnonzero(to >= 0)
         goal = to[real]
-        after[real] = roots_of(lambda s, D: curve.control(s) - D, bottom[goal], top[goal], control[real])
+        reached = np.clip(control[real], low[goal], high[goal])
+        after[real] = roots_of(lambda s, D: curve.control(s) - D, bottom[goal], top[goal], reached)
         return Transitions(to, control, before, after, energy - _energies(curve, to, control, after))
 
     at_touch = jumps(onto, np.array([touch]), np.full(1, curve.start), np.array([curve.free_energy(touch)]))

@@ -187,7 +187,7 @@ def without_callables(profile: Profile, top: float) -> Profile:
         top,
         breakpoints=samples.marks,
         tip_exponent=tip,
-        noise=lambda r: samples.noise,
+        noise=samples.noise,
         what="f'(r)",
     )
     return Interpolated(

@@ -46,11 +46,11 @@ class NumericLine(EquivalentProfile):
 
     def g(self, x: ArrayLike) -> FloatArray:
         """Equivalent profile in m."""
-        return self._interpolant(self._top(x))[0].value(x)
+        return self._interpolant(self._beyond_knots(self._top(x)))[0].value(x)
 
     def slope(self, x: ArrayLike) -> FloatArray:
         """Slope g'."""
-        return self._interpolant(self._top(x))[0].slope(x)
+        return self._interpolant(self._beyond_knots(self._top(x)))[0].slope(x)
 
     def moment(self, x: ArrayLike) -> FloatArray:
         """First moment."""
@@ -151,27 +151,35 @@ class NumericLine(EquivalentProfile):
 
     def upto(self, top: float) -> ProxyLine:
         """Interpolants of g and its integrals on [0, top]."""
-        top = min(top, self.edge, self.reach)
+        top = self._beyond_knots(min(top, self.edge, self.reach))
         curve, samples = self._interpolant(top)
         marks = (
             self.breakpoints if len(self.breakpoints) <= _MOST_KNOTS else tuple(curve.edges[1:-1].tolist())
         )
         return proxy_line(curve, samples.moment, marks, self.edge, top)
 
+    def _beyond_knots(self, top: float) -> float:
+        """A radius no less than `top` that leaves no sliver of a panel behind the last breakpoint."""
+        below = [b for b in self.breakpoints if b <= top]
+        if not below:
+            return top
+        last = below[-1]
+        room = min(1.1 * last, self.edge, self.reach, *(b for b in self.breakpoints if b > top)) - last
+        return last + 0.5 * room if top - last < 0.05 * room else top
+
     def _interpolant(self, top: float) -> tuple[chebyshev.Piecewise, Samples]:
         samples = samples_of(self.profile, top)
         exponent = 1.0 + chebyshev.tip_exponent(samples.slope, top, 0.0)
-        noise = samples.noise
-        marks = self.breakpoints
+        marks, least = self.breakpoints, 0.0
         if len(marks) > _MOST_KNOTS:
-            marks, noise = (), max(noise, 1e-12 * float(samples.g(np.array([top]))[0]) / top)
+            marks, least = (), 1e-12 * float(samples.g(np.array([top]))[0]) / top
         curve = chebyshev.build(
             samples.g,
             top,
             breakpoints=marks,
             rooted=True,
             tip_exponent=exponent,
-            noise=lambda x: noise * x,
+            noise=lambda x: max(samples.noise(x), least) * x,
             what="g(x)",
         )
         return curve, samples

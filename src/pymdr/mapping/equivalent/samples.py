@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
 
@@ -30,8 +31,12 @@ class Samples:
     """First moment int t g' dt in m^2, where it can be had without g'."""
     marks: tuple[float, ...]
     """Radii at which f' is not smooth."""
-    noise: float
-    """Rounding noise of f'."""
+    noise: Callable[[float], float]
+    """Rounding noise of f' up to a radius."""
+
+
+_SPLINE_NOISE = 4e-16
+"""Of the terms of the map of a spline: what their sum rounds."""
 
 
 def _by_quadrature(slope: abel.Curve, marks: tuple[float, ...], noise: float) -> Samples:
@@ -40,7 +45,7 @@ def _by_quadrature(slope: abel.Curve, marks: tuple[float, ...], noise: float) ->
         lambda x: abel.forward(slope, x, breakpoints=marks, noise=noise),
         lambda x: abel.moment(slope, x, breakpoints=marks, noise=noise),
         marks,
-        noise,
+        lambda r: noise,
     )
 
 
@@ -55,8 +60,19 @@ def samples_of(profile: Profile, top: float) -> Samples:
         return _sum_of([samples_of(part, top) for part in profile.parts])
     if isinstance(profile, Sampled):
         spline = profile.spline
+        # second moments about the middle of a piece next to x cancel by (x / width)^2 sqrt(width / x)
+        width = np.diff(spline.x)
+        inside = spline.x[:-1, None] + width[:, None] * np.arange(5.0) / 4.0
+        terms = np.max(np.abs(profile.gap_slope(inside)), axis=1) * (
+            16.0 + 2.0 * (spline.x[1:] / width) ** 1.5
+        )
+        rounding = _SPLINE_NOISE * np.maximum.accumulate(terms)
         return Samples(
-            profile.gap_slope, lambda x: spline_map(spline.x, spline.c, x), None, profile.breakpoints, 0.0
+            profile.gap_slope,
+            lambda x: spline_map(spline.x, spline.c, x),
+            None,
+            profile.breakpoints,
+            lambda r: float(rounding[np.searchsorted(spline.x[1:-1], r)]),
         )
     if isinstance(profile, Function) and profile.derivative is None:
         return _differentiated(profile, top)
@@ -76,7 +92,7 @@ def _sum_of(parts: list[Samples]) -> Samples:
         lambda x: np.asarray(sum(part.g(x) for part in parts)),
         (lambda x: np.asarray(sum(moment(x) for moment in moments))) if len(moments) == len(parts) else None,
         tuple(sorted({b for part in parts for b in part.marks})),
-        max(part.noise for part in parts),
+        lambda r: max(part.noise(r) for part in parts),
     )
 
 
