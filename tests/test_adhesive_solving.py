@@ -3,6 +3,7 @@
 import math
 import pickle
 from functools import cache
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -13,6 +14,8 @@ from scipy.optimize import brentq
 from scipy.special import gamma, struve
 
 import pymdr as mdr
+from pymdr.mapping.equivalent import equivalent_profile
+from pymdr.mapping.spline import spline_map
 
 UNIT = mdr.Elastic(1.0, 0.0)
 BALL = mdr.Paraboloid(1.0)
@@ -892,3 +895,91 @@ def test_a_falling_profile_that_stays_open_is_certified():
     assert "has not opened inside" in result.claims["normal_force"].reason
     for a, d in zip(column(result, "contact_radius"), column(result, "indentation"), strict=True):
         assert a == 0.0 or lowest_gap(table, a, d, 0.9) > 0.0
+
+
+# --- tips that are flat, worn or measured -----------------------------------------------------------------------
+
+FLAT = 1e-7
+STIFF = mdr.Elastic("1 GPa", 0.3)
+WORN = mdr.Function(
+    lambda r: 0.3 * np.maximum(r - FLAT, 0.0), derivative=lambda r: 0.3 * (r > FLAT), breakpoints=(FLAT,)
+)
+BLUNT = mdr.Function(
+    lambda r: 0.1 * r + 0.3 * np.maximum(r - FLAT, 0.0),
+    derivative=lambda r: 0.1 + 0.3 * (r > FLAT),
+    breakpoints=(FLAT,),
+)
+
+
+@pytest.mark.parametrize(
+    ("profile", "law"),
+    [
+        (WORN, mdr.JKR("50 mJ/m^2")),
+        (WORN, mdr.DMT("50 mJ/m^2", range="1 nm")),
+        (WORN, mdr.MaugisDugdale("50 mJ/m^2", range="1 nm")),
+        (BLUNT, mdr.JKR("50 mJ/m^2")),
+    ],
+)
+def test_cycles_of_tips_with_a_corner(profile, law):
+    """Behind a corner g' grows like an inverse square root, and a flat end touches all at once."""
+    result = mdr.solve(mdr.Contact(profile, STIFF, adhesion=law), mdr.indent("20 nm") >> mdr.indent("-20 nm"))
+    balance = [a for a in result.assumptions if a.name == "energy balance"]
+    assert [a.met for a in balance] == [True]
+    assert balance[0].measure < 1e-10
+    assert result.status.name == "PULLED_OFF"
+
+
+@pytest.mark.parametrize("depth", [0.5e-9, 3e-9, 6e-9])
+def test_a_measured_worn_tip_is_that_of_the_flat_and_its_flank(depth):
+    r = np.linspace(0.0, 40e-9, 41)
+    sampled = mdr.Sampled(r, 0.4 * np.maximum(r - 8e-9, 0.0), interpolation=mdr.ShapePreserving())
+    spline = sampled.spline
+    knots = spline.x[1:-1]
+
+    def g(x):
+        marks = [0.0, *knots[knots < x], x]
+        return x * sum(
+            quad(
+                lambda phi: float(spline(x * math.sin(phi), 1)), *np.arcsin(np.array(pair) / x), epsrel=1e-12
+            )[0]
+            for pair in pairwise(marks)
+        )
+
+    a = brentq(lambda x: g(x) - depth, 8e-9, 39e-9, xtol=1e-22, rtol=1e-13)
+    marks = [0.0, 8e-9, *knots[(knots > 8.5e-9) & (knots < a)], a]
+    pressed = sum(quad(lambda x: depth - g(x), *pair, epsrel=1e-10)[0] for pair in pairwise(marks))
+    result = mdr.solve(mdr.Contact(sampled, STIFF), mdr.indent(depth))
+    modulus = 1e9 / (1.0 - 0.3**2)
+    assert column(result, "contact_radius")[-1] == pytest.approx(a, rel=1e-10)
+    assert column(result, "normal_force")[-1] == pytest.approx(2.0 * modulus * pressed, rel=1e-9)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_noisy_samples_of_any_size_are_mapped(seed):
+    rng = np.random.default_rng(seed)
+    for n in (21, 41, 200):
+        size = 10.0 ** rng.uniform(-9.0, 0.0)
+        r = np.linspace(0.0, size, n)
+        for h in (r * r / (2.0 * size), 0.4 * np.maximum(r - 0.3 * size, 0.0)):
+            noisy = h + 10.0 ** rng.uniform(-5.0, -2.5) * size * rng.normal(size=n)
+            for interpolation in (mdr.ShapePreserving(), mdr.CubicSpline()):
+                sampled = mdr.Sampled(r, noisy - noisy[0], interpolation=interpolation)
+                line = equivalent_profile(sampled).upto(0.9 * size)
+                x = size * np.linspace(0.01, 0.89, 50)
+                assert np.isfinite(line.slope(x)).all()
+                rough = spline_map(sampled.spline.x, sampled.spline.c, x)
+                assert np.max(np.abs(line.g(x) - rough)) <= 1e-11 * np.max(np.abs(rough))
+
+
+def test_a_soft_machine_pulls_a_sampled_tip_by_maugis():
+    """The bracket of a zone once swung to and fro."""
+    r = np.linspace(0.0, 30e-9, 20)
+    tip = mdr.Sampled(r, r * r / 60e-9, interpolation=mdr.ShapePreserving())
+    found = [
+        mdr.pull_off(
+            mdr.Contact(tip, mdr.Elastic("2 GPa", 0.3), adhesion=mdr.MaugisDugdale(0.05, range="0.5 nm")),
+            machine_stiffness=k,
+        ).normal_force
+        for k in (0.0, 2.0, math.inf)
+    ]
+    assert found[0] <= found[1] <= found[2] < 0.0

@@ -311,7 +311,7 @@ def _bracketed(
     """Return roots x in (0, upper] of an increasing residual(x, index) = target, to 1e-7 or better."""
     x, low, high = upper.copy(), np.zeros_like(upper), upper.copy()
     left = np.arange(upper.size)
-    for _ in range(300):
+    for turn in range(300):
         if left.size == 0:
             return x
         here = x[left]
@@ -322,6 +322,8 @@ def _bracketed(
             new = here * np.exp(np.log(target / value) * value / (here * rate))
         lo, hi = low[left], high[left]
         outside = ~((new > lo) & (new < hi))
+        # a rough residual has not quite the rate that it is given: every fourth step halves the bracket for sure
+        outside |= (turn % 4 == 3) & (lo > 0.0)
         new[outside] = np.where(lo > 0.0, np.sqrt(lo * hi), hi / 64.0)[outside]
         beyond = ~above & (here >= upper[left])
         new[beyond] = upper[left][beyond]
