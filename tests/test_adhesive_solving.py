@@ -918,6 +918,7 @@ BLUNT = mdr.Function(
         (WORN, mdr.DMT("50 mJ/m^2", range="1 nm")),
         (WORN, mdr.MaugisDugdale("50 mJ/m^2", range="1 nm")),
         (BLUNT, mdr.JKR("50 mJ/m^2")),
+        (BLUNT, mdr.DMT("50 mJ/m^2", range="1 nm")),
     ],
 )
 def test_cycles_of_tips_with_a_corner(profile, law):
@@ -983,3 +984,13 @@ def test_a_soft_machine_pulls_a_sampled_tip_by_maugis():
         for k in (0.0, 2.0, math.inf)
     ]
     assert found[0] <= found[1] <= found[2] < 0.0
+
+
+@pytest.mark.parametrize("law", [None, mdr.JKR("5 mJ/m^2"), mdr.DMT("5 mJ/m^2", range="1 nm")])
+def test_an_indentation_by_the_height_of_a_corner(law):
+    """f of the corner is the indentation itself, a round number: no sliver of a panel is left beside it."""
+    at, beside = (
+        column(mdr.solve(mdr.Contact(BLUNT, STIFF, adhesion=law), mdr.indent(d)), "normal_force")[-1]
+        for d in (1e-8, 1e-8 * (1.0 + 1e-7))
+    )
+    assert at == pytest.approx(beside, rel=1e-6)

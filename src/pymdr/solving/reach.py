@@ -109,7 +109,8 @@ def _last_radius_below(
     if not below.any():
         return first, ()
     last = _last_below(profile, equivalent, depth, r)
-    ends = np.flatnonzero(np.diff(below.astype(int)))
+    changes = np.diff(below.astype(int))
+    ends = np.flatnonzero(changes) if (changes > 0).any() else np.zeros(0, dtype=np.intp)
     return max(first, last or 0.0), tuple(float(x) for i in ends for x in (r[i], r[i + 1]))
 
 

@@ -13,8 +13,6 @@ from pymdr.line.following.paths import History, Track
 from pymdr.units import FloatArray, metres
 
 _NODES, _LEVELS, _TOLERANCE = 20, 40, 1e-13
-_SHAKEN, _LOOSER = 6, 1e-11
-"""From this level on: behind a corner of the profile s - knot is rounded, and the slope with it."""
 
 
 def energy_residual(track: Track, history: History) -> float:
@@ -76,11 +74,10 @@ def _integrals(curve: Curve, low: FloatArray, high: FloatArray) -> FloatArray:
     if owner.size == 0:
         return total
     size = np.zeros(low.size)
-    for level in range(_LEVELS):
+    for _ in range(_LEVELS):
         coarse, fine = (_panel(curve, origin, left, right, n) for n in (_NODES // 2, _NODES))
         np.maximum.at(size, owner, np.abs(fine))
-        tolerance = _TOLERANCE if level < _SHAKEN else _LOOSER
-        settled = np.abs(fine - coarse) <= tolerance * np.maximum(size[owner], np.max(size) * 1e-3)
+        settled = np.abs(fine - coarse) <= _TOLERANCE * np.maximum(size[owner], np.max(size) * 1e-3)
         np.add.at(total, owner[settled], fine[settled])
         owner, origin, left, right = (x[~settled] for x in (owner, origin, left, right))
         if owner.size == 0:
@@ -112,6 +109,9 @@ def _panel(curve: Curve, origin: FloatArray, left: FloatArray, right: FloatArray
     assert curve.conjugate is not None
     t, weight = leggauss(nodes)
     u = left[:, None] + (0.5 * (right - left))[:, None] * (1.0 + t)
-    s = (origin[:, None] + u * u).ravel()
-    integrand = (curve.conjugate(s) * curve.slope(s)).reshape(u.shape) * 2.0 * u
+    # rounding of s next to a knot is undone for a slope that grows there like 1 / sqrt(s - knot)
+    s = np.maximum(origin[:, None] + u * u, np.nextafter(origin, np.inf)[:, None])
+    per_u = 2.0 * np.sqrt(s - origin[:, None])
+    flat = s.ravel()
+    integrand = (curve.conjugate(flat) * curve.slope(flat)).reshape(u.shape) * per_u
     return np.asarray(0.5 * (right - left) * (integrand @ weight))
