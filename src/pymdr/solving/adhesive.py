@@ -226,7 +226,9 @@ def _interpret(
     a = shown(states.contact_radius)
     depth_rate, force_rate = equilibria.slopes(s)
     with np.errstate(divide="ignore", invalid="ignore"):
-        stiffness_now = np.where(rows.attached & (s > equilibria.start), force_rate / depth_rate, 0.0)
+        # behind a corner both rates are infinite, and their ratio that of a punch
+        rate = np.where(np.isinf(depth_rate), 2.0 * modulus * a, force_rate / depth_rate)
+        stiffness_now = np.where(rows.attached & (s > equilibria.start), rate, 0.0)
     elastic, surface = equilibria.energies(s)
     columns: dict[str, FloatArray] = {
         "indentation": rows.indentation,
