@@ -128,11 +128,10 @@ def batch() -> Iterator[Ratio]:
     mdr.solve(contacts[0], path)
     with ProcessPoolExecutor(2) as pool:
         list(pool.map(_busy, (1, 1)))
-        one, two = (_timed(lambda n=n: list(pool.map(_busy, (4_000_000,) * n))) for n in (1, 2))  # type: ignore[misc]
+        one, two = (_timed(partial(_all, pool, n)) for n in (1, 2))
     for keep, what in ((None, "all rows kept"), (100, "every 100th row kept")):
         alone, together = (
-            _timed(lambda w=workers, k=keep: mdr.solve_batch(contacts, path, workers=w, keep=k))  # type: ignore[misc]
-            for workers in (1, 2)
+            _timed(partial(mdr.solve_batch, contacts, path, workers=workers, keep=keep)) for workers in (1, 2)
         )
         yield Ratio(
             f"solve_batch of 1000 contacts by 1e4 steps, {what}, workers=2 (two empty loops gain {2.0 * one / two:.2f})",
@@ -141,6 +140,10 @@ def batch() -> Iterator[Ratio]:
             alone,
             "aim: both cores",
         )
+
+
+def _all(pool: ProcessPoolExecutor, n: int) -> list[int]:
+    return list(pool.map(_busy, (4_000_000,) * n))
 
 
 def _timed(work: Callable[[], object]) -> float:

@@ -994,3 +994,16 @@ def test_an_indentation_by_the_height_of_a_corner(law):
         for d in (1e-8, 1e-8 * (1.0 + 1e-7))
     )
     assert at == pytest.approx(beside, rel=1e-6)
+
+
+@pytest.mark.parametrize("short", [1e-3, 1e-6, 1e-12])
+def test_the_stiffness_at_a_corner_is_that_of_a_punch(short):
+    """Both rates over the radius grow without bound at the corner; their ratio is 2 E* b there."""
+    b, modulus = 1e-8, 1e11 / (1.0 - 0.3**2)
+    worn = mdr.Function(
+        lambda r: 0.3 * np.maximum(r - b, 0.0), derivative=lambda r: 0.3 * (r > b), breakpoints=(b,)
+    )
+    tip = mdr.Contact(worn, mdr.Elastic("100 GPa", 0.3), adhesion=mdr.JKR("1 mJ/m^2"))
+    lowest = mdr.pull_off(tip).indentation
+    pulled = mdr.solve(tip, mdr.indent("1 nm") >> mdr.indent((1.0 - short) * lowest))
+    assert column(pulled, "normal_stiffness")[-1] == pytest.approx(2.0 * modulus * b, rel=1e-6)

@@ -262,7 +262,7 @@ def test_laws_are_held_against_each_other(profile):
     left, right = regime.plot().axes
     assert labels(regime.plot())[1][1].startswith("pressure $p$ (")
     lowest = [line.get_ydata().min() * units(left)[1] for line in left.lines if line.get_label()[0] != "_"]
-    np.testing.assert_allclose(lowest, list(regime.pull_off_force.values()), rtol=1e-3)
+    np.testing.assert_allclose(lowest, list(regime.pull_off_force.values()), rtol=1e-12)
     maugis, jkr, _ = (line.get_ydata() for line in right.lines if line.get_label()[0] != "_")
     # JKR leaves the picture, Maugis and Dugdale end at the strength work / range
     assert np.nanmin(jkr[np.isfinite(jkr)]) < right.get_ylim()[0] < np.nanmin(maugis)

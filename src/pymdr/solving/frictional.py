@@ -185,15 +185,16 @@ def _follow_in_parts(
             progress(done + last, total)
         if history.ending is not Ending.COMPLETE:
             break
-    return _joined(parts)
+    return _joined(parts, kept)
 
 
-def _joined(parts: list[FrictionHistory]) -> FrictionHistory:
+def _joined(parts: list[FrictionHistory], kept: np.ndarray | None) -> FrictionHistory:
     def whole(name: str) -> FloatArray:
         return np.concatenate([getattr(part, name) for part in parts])
 
     return replace(
         parts[-1],
+        kept=kept,
         indentation=whole("indentation"),
         shift=whole("shift"),
         tangential_force=whole("tangential_force"),

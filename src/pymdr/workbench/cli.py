@@ -207,7 +207,7 @@ def info() -> None:
 
 @app.command()
 def check(case: CaseFile, quiet: Quiet = False, as_json: Json = False) -> None:
-    """Validate a case and print what can be claimed; nothing is solved."""
+    """Validate a case and print what can be claimed of it; nothing is written."""
     from pymdr.solving import assess
     from pymdr.workbench.casefile import read_case
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -151,7 +152,7 @@ def verify_sliding(
     if not 0.0 < contact.friction.coefficient < math.inf:
         raise ProblemError(
             f"verify: mu = {contact.friction.coefficient:g}; the grid solves friction with a coefficient above 0 and "
-            "finite: give Coulomb(0.3), or Coulomb(100) for next to no slip"
+            "finite, for example Coulomb(0.3)"
         )
     whole = solve(contact, path, machine_stiffness=machine_stiffness)
     chosen = _thinned(whole, steps)
@@ -172,7 +173,7 @@ def verify_sliding(
                 _refined(d, each),
                 _refined(u, each),
                 grid,
-                progress=None if progress is None else lambda i, n, done=done: progress(done + i, total),  # type: ignore[misc]
+                progress=None if progress is None else partial(_tell, progress, done, total),
             )
         )
         done += int(each.sum())
@@ -190,6 +191,10 @@ def verify_sliding(
         cells=cells,
         slip_angle=found[-1].largest_slip_angle,
     )
+
+
+def _tell(progress: Callable[[int, int], None], before: int, total: int, done: int, _: int) -> None:
+    progress(before + done, total)
 
 
 def _refined(values: FloatArray, parts: np.ndarray) -> FloatArray:

@@ -30,6 +30,7 @@ _TOLERANCE = 3e-13
 _NOISE = 1e-11
 _LEVELS = 8
 _FEW = 4
+"""Breakpoints at which a rough quadrature splits a zone, at least."""
 
 
 @cache

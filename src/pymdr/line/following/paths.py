@@ -17,8 +17,9 @@ from pymdr.units import FloatArray
 
 _Index = NDArray[np.intp]
 _FREE, _NOWHERE = -1, -2
-_ROUNDING = 1e-12
 _UP, _DOWN, _TOUCH = range(3)
+_ROUNDING = 1e-12
+"""Of the range of D: by how much a branch may begin above the touch that it takes."""
 _SHORT = 2000
 """Up to so many states are found one by one: tables cost as much as a few thousand."""
 
