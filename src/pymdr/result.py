@@ -23,7 +23,7 @@ from pymdr.interpretation.traction import (
     friction_surface,
 )
 from pymdr.interpretation.validity import SOURCES, Assumption, Claim
-from pymdr.line.foundation import normal_force, normal_stiffness, states_at_depth
+from pymdr.line.foundation import normal_force, normal_stiffness, rises_to, states_at_depth
 from pymdr.mapping.equivalent import has_callables, without_callables
 from pymdr.mapping.moduli import effective_moduli
 from pymdr.problem.contact import Contact
@@ -332,7 +332,14 @@ class Result:
     def _loading(self) -> Callable[[np.ndarray], dict[str, np.ndarray]] | None:
         """Quantities at any indentation up to the largest, where the profile rises and nothing depends on the path."""
         line = self.surface.line if isinstance(self.surface, Surface) else None
-        if line is None or not line.equivalent.rises:
+        if line is None:
+            return None
+        deepest = (
+            float(np.nanmax(self.data["indentation"].values, initial=0.0))
+            if "indentation" in self.data
+            else 0.0
+        )
+        if not rises_to(line, deepest):
             return None
 
         def at(depth: np.ndarray) -> dict[str, np.ndarray]:
@@ -399,9 +406,8 @@ class Result:
         if not has_callables(self.contact.profile):
             return self.contact
         radii = [self.data[n].values for n in ("contact_radius", "cohesive_radius") if n in self.data]
-        largest = max((float(np.nanmax(values, initial=0.0)) for values in radii), default=0.0)
-        reach = 0.0 if isinstance(self.surface, RingHistory) else 1.05 * _known_reach(self.surface)
-        top = max(2.0 * largest, reach) or min(1.0, self.contact.profile.reach)
+        top = 2.0 * max((float(np.nanmax(values, initial=0.0)) for values in radii), default=0.0)
+        top = top or min(1.0, self.contact.profile.reach)
         return replace(self.contact, profile=without_callables(self.contact.profile, top))
 
     def to_dataframe(self) -> pd.DataFrame:
@@ -417,11 +423,6 @@ class Result:
         if has_callables(self.contact.profile):
             state["contact"] = self._saved_contact()
         return state
-
-
-def _known_reach(surface: Surface | FrictionSurface) -> float:
-    reach = min(surface.line.equivalent.reach, surface.line.equivalent.edge)
-    return reach if np.isfinite(reach) else 0.0
 
 
 def result_from_dataset(dataset: xr.Dataset) -> Result:

@@ -16,9 +16,10 @@ from pymdr.interpretation.validity import (
     Certificate,
     Claim,
     Level,
+    seen_upto,
 )
 from pymdr.line.foundation import ElasticLine
-from pymdr.mapping.equivalent import ProxyLine
+from pymdr.mapping.equivalent import EquivalentProfile
 from pymdr.problem.laws import JKR, AdhesionLaw, MaugisDugdale
 from pymdr.units import FloatArray, metres
 
@@ -39,7 +40,7 @@ def certify_stretched_disk(
     Parameters
     ----------
     line : ElasticLine
-        Profile and modulus, fast on every radius that may touch.
+        Profile and modulus.
     indentation, contact_radius : ndarray
         d and a of every step in m; nan without contact.
     law : AdhesionLaw
@@ -51,17 +52,20 @@ def certify_stretched_disk(
     """
     disk = np.ones(indentation.shape, dtype=bool)
     equivalent = line.equivalent
-    if equivalent.rises or not isinstance(equivalent, ProxyLine) or not isinstance(law, JKR):
-        return Certificate(disk, "")
     known = np.isfinite(indentation) & (contact_radius > 0.0)
-    doubtful = np.flatnonzero(known & ~_stays_above(equivalent, contact_radius, indentation))
+    if equivalent.rises or not isinstance(law, JKR) or not known.any():
+        return Certificate(disk, "")
+    widest, deepest = float(np.max(contact_radius[known])), float(np.max(indentation[known]))
+    top = max(min(widest, equivalent.edge), seen_upto(equivalent, deepest))
+    turning = equivalent.turning_points(top)
+    doubtful = np.flatnonzero(known & ~_stays_above(equivalent, turning, top, contact_radius, indentation))
     if doubtful.size == 0:
         return Certificate(disk, "")
     order = doubtful[np.argsort(contact_radius[doubtful], kind="stable")]
     chosen = np.unique(np.linspace(0, order.size - 1, min(order.size, _CHECKED)).astype(int))
     checked = order[chosen]
     failures = [
-        _touches_outside(equivalent, float(indentation[i]), float(contact_radius[i])) for i in checked
+        _touches_outside(equivalent, top, float(indentation[i]), float(contact_radius[i])) for i in checked
     ]
     good = np.array([not failure for failure in failures])
     between = np.searchsorted(chosen, np.arange(order.size), side="left")
@@ -69,20 +73,21 @@ def certify_stretched_disk(
     return Certificate(disk, next((failure for failure in reversed(failures) if failure), ""))
 
 
-def _stays_above(equivalent: ProxyLine, a: FloatArray, d: FloatArray) -> BoolArray:
+def _stays_above(
+    equivalent: EquivalentProfile, turning: tuple[float, ...], top: float, a: FloatArray, d: FloatArray
+) -> BoolArray:
     """Where g stays above d outside the contact, which makes every gap positive."""
-    marks = np.append(np.array(equivalent.turning_points), min(equivalent.reach, equivalent.edge))
+    marks = np.append(np.array(turning), top)
     lowest_beyond = np.minimum.accumulate(equivalent.g(marks)[::-1])[::-1]
     first_beyond = np.searchsorted(marks, np.nan_to_num(a), side="left").clip(0, marks.size - 1)
-    return np.asarray(d <= lowest_beyond[first_beyond])
+    return np.asarray((d <= lowest_beyond[first_beyond]) | (a >= top))
 
 
-def _touches_outside(equivalent: ProxyLine, d: float, a: float) -> str:
-    top = min(equivalent.reach, equivalent.edge)
+def _touches_outside(equivalent: EquivalentProfile, top: float, d: float, a: float) -> str:
     if a >= top:
         return ""
     r = a + (top - a) * ((np.arange(96) + 0.5) / 96) ** 2
-    h = line_gap(equivalent, d, a, r)
+    h = line_gap(equivalent, a, d - float(equivalent.g(np.array([a]))[0]), r)
     if h.min() >= -_TOLERANCE * max(abs(d), float(np.max(np.abs(equivalent.g(r))))):
         return ""
     return (

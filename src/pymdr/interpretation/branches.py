@@ -22,7 +22,7 @@ Equilibria = ShortRange | Cohesive | RigidPull
 _GRID = np.linspace(0.0, 1.0, 601)
 
 
-def equilibria_of(law: AdhesionLaw, profile: Profile, line: ElasticLine) -> Equilibria:
+def equilibria_of(law: AdhesionLaw, profile: Profile, line: ElasticLine, top: float) -> Equilibria:
     """
     The curve of a law on a line.
 
@@ -32,7 +32,8 @@ def equilibria_of(law: AdhesionLaw, profile: Profile, line: ElasticLine) -> Equi
     profile : Profile
         For the radius of curvature, which the pull of DMT needs.
     line : ElasticLine
-        Fast on the radii that are asked for.
+    top : float
+        Radius in m up to which the curve will be followed.
 
     Returns
     -------
@@ -45,7 +46,7 @@ def equilibria_of(law: AdhesionLaw, profile: Profile, line: ElasticLine) -> Equi
     """
     if isinstance(law, JKR):
         return ShortRange(line.equivalent, line.modulus, law.work)
-    if not line.equivalent.rises:
+    if line.equivalent.turning_points(min(top, line.equivalent.edge, line.equivalent.reach)):
         raise ProblemError(
             f"{type(law).__name__}: the equivalent profile falls somewhere, and the theory of a cohesive zone needs "
             "one that rises; JKR(work) follows such profiles where their contact is a disk"

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 from scipy.special import ellipe, ellipeinc, ellipkinc, ellipkm1
 
 from pymdr.line.foundation import ElasticLine
-from pymdr.mapping.abel import Curve, line_average
+from pymdr.mapping.abel import Curve
 from pymdr.units import FloatArray
 
 
@@ -106,13 +106,9 @@ def cohesive_displacement(
     if outside.any():
         s = radius[outside]
         if a > 0.0:
-            u[outside] = line_average(
-                lambda x: d - line.equivalent.g(np.minimum(x, a)),
-                s,
-                high=a,
-                breakpoints=line.equivalent.breakpoints,
-                noise=1e-14 * max(abs(d), strength / line.modulus * c),
-            )
+            excess = d - float(line.equivalent.g(np.array([a]))[0])
+            springs = line.equivalent.displacement_integral(s, a) + excess * np.arcsin(np.minimum(a / s, 1.0))
+            u[outside] = 2.0 / math.pi * springs
         u[outside] += _pulled_up(line, strength, a, c, s)
     return u
 

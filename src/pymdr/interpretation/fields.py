@@ -8,15 +8,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from pymdr.line.foundation import ElasticLine
-from pymdr.mapping.abel import Curve, line_average
+from pymdr.mapping.abel import Curve
 from pymdr.mapping.equivalent import EquivalentProfile
+from pymdr.mapping.series import Position, rounded
 from pymdr.units import FloatArray
 
-_ROUNDING = 1e-14
-"""Rounding noise of an interpolated g, relative to its size."""
 
-
-def pressure(line: ElasticLine, a: float, edge_excess: float, r: ArrayLike) -> FloatArray:
+def pressure(line: ElasticLine, a: Position, edge_excess: float, r: ArrayLike) -> FloatArray:
     """
     Pressure p = (E*/pi) [ int_r^a g' / sqrt(x^2 - r^2) dx + (d - g(a)) / sqrt(a^2 - r^2) ].
 
@@ -24,10 +22,10 @@ def pressure(line: ElasticLine, a: float, edge_excess: float, r: ArrayLike) -> F
     ----------
     line : ElasticLine
         Profile and modulus.
-    a : float
+    a : float or Place
         Contact radius in m.
     edge_excess : float
-        d - g(a) in m, not 0 only at a sharp edge.
+        d - g(a) in m, not 0 at a sharp or an adhesive edge.
     r : array_like
         Radii in m.
 
@@ -50,13 +48,14 @@ def pressure(line: ElasticLine, a: float, edge_excess: float, r: ArrayLike) -> F
     1.6
     """
     radius: FloatArray = np.abs(np.asarray(r, dtype=float))
-    if a <= 0.0:
+    edge = float(rounded(a))
+    if edge <= 0.0:
         return np.zeros(radius.shape)
     regular = line.equivalent.pressure_integral(radius, a)
     if edge_excess != 0.0:
         with np.errstate(divide="ignore", invalid="ignore"):
-            singular = edge_excess / np.sqrt((a - radius) * (a + radius))
-        regular = np.where(radius <= a, regular + singular, 0.0)
+            singular = edge_excess / np.sqrt((edge - radius) * (edge + radius))
+        regular = np.where(radius <= edge, regular + singular, 0.0)
     return line.modulus / math.pi * regular
 
 
@@ -90,7 +89,7 @@ def edge_amplitude(modulus: float, a: ArrayLike, edge_excess: ArrayLike) -> Floa
 
 
 def normal_displacement(
-    line: ElasticLine, gap_function: Curve, d: float, a: float, r: ArrayLike
+    line: ElasticLine, gap_function: Curve, d: float, a: Position, edge_excess: float, r: ArrayLike
 ) -> FloatArray:
     """
     Surface displacement u(r): d - f(r) inside the contact, (2/pi) int_0^a (d - g) / sqrt(r^2 - x^2) dx outside.
@@ -103,8 +102,10 @@ def normal_displacement(
         f(r).
     d : float
         Indentation in m.
-    a : float
+    a : float or Place
         Contact radius in m.
+    edge_excess : float
+        d - g(a) in m.
     r : array_like
         Radii in m.
 
@@ -112,29 +113,33 @@ def normal_displacement(
     -------
     ndarray
         u in m, of both bodies together, into the half-space positive (Popov and Hess 2015, chapter 3).
+
+    Notes
+    -----
+    By parts the integral is int_0^a g' arcsin(x / r) dx + (d - g(a)) arcsin(a / r), of terms of one sign.
     """
     radius: FloatArray = np.abs(np.asarray(r, dtype=float))
     u = np.zeros(radius.shape)
-    if a <= 0.0:
+    edge = float(rounded(a))
+    if edge <= 0.0:
         return u
-    inside = radius <= a
+    inside = radius <= edge
     u[inside] = d - gap_function(radius[inside])
-    u[~inside] = line_average(
-        lambda x: d - line.equivalent.g(np.minimum(x, a)),
-        radius[~inside],
-        high=a,
-        breakpoints=line.equivalent.breakpoints,
-        noise=_ROUNDING * abs(d),
-    )
+    far = radius[~inside]
+    if far.size:
+        springs = line.equivalent.displacement_integral(far, a)
+        u[~inside] = 2.0 / math.pi * (springs + edge_excess * np.arcsin(edge / far))
     return u
 
 
-def gap(line: ElasticLine, gap_function: Curve, d: float, a: float, r: ArrayLike) -> FloatArray:
+def gap(
+    line: ElasticLine, gap_function: Curve, d: float, a: Position, edge_excess: float, r: ArrayLike
+) -> FloatArray:
     """
     Gap between the deformed surfaces: 0 inside the contact, f(r) - d + u(r) outside.
 
-    Written as (2/pi) int_a^r (g - d) / sqrt(r^2 - x^2) dx where g is known up to r, which keeps its digits
-    next to the edge.
+    Written as an integral over g' between a and r where g is known up to r, which keeps its digits next to the
+    edge.
 
     Parameters
     ----------
@@ -144,8 +149,10 @@ def gap(line: ElasticLine, gap_function: Curve, d: float, a: float, r: ArrayLike
         f(r).
     d : float
         Indentation in m.
-    a : float
+    a : float or Place
         Contact radius in m.
+    edge_excess : float
+        d - g(a) in m.
     r : array_like
         Radii in m.
 
@@ -155,29 +162,33 @@ def gap(line: ElasticLine, gap_function: Curve, d: float, a: float, r: ArrayLike
         Gap in m; inf beyond a sharp edge, nan where the profile does not exist.
     """
     radius: FloatArray = np.abs(np.asarray(r, dtype=float))
-    if a <= 0.0:
+    end = float(rounded(a))
+    if end <= 0.0:
         return gap_function(radius) - d
     h = np.zeros(radius.shape)
     equivalent = line.equivalent
-    outside = (radius > a) & (radius < min(equivalent.reach, equivalent.edge))
-    if outside.any() and a != equivalent.edge:
-        h[outside] = line_gap(equivalent, d, a, radius[outside])
-    far = (radius > a) & ~outside
+    outside = (radius > end) & (radius < min(equivalent.reach, equivalent.edge))
+    if outside.any() and end != equivalent.edge:
+        h[outside] = line_gap(equivalent, a, edge_excess, radius[outside])
+    far = (radius > end) & ~outside
     if far.any():
-        h[far] = gap_function(radius[far]) - d + normal_displacement(line, gap_function, d, a, radius[far])
+        u = normal_displacement(line, gap_function, d, a, edge_excess, radius[far])
+        h[far] = gap_function(radius[far]) - d + u
     return h
 
 
-def line_gap(equivalent: EquivalentProfile, d: float, a: float, r: FloatArray) -> FloatArray:
+def line_gap(equivalent: EquivalentProfile, a: Position, edge_excess: float, r: FloatArray) -> FloatArray:
     """
-    Gap (2/pi) int_a^r (g - d) / sqrt(r^2 - x^2) dx outside a disk, where g is known up to r.
+    Gap (2/pi) [int_a^r g' arccos(x/r) dx - (d - g(a)) arccos(a/r)] outside a disk, where g is known up to r.
 
     Parameters
     ----------
     equivalent : EquivalentProfile
         g(x).
-    d, a : float
-        Indentation and contact radius in m.
+    a : float or Place
+        Contact radius in m.
+    edge_excess : float
+        d - g(a) in m.
     r : ndarray
         Radii in m.
 
@@ -186,7 +197,8 @@ def line_gap(equivalent: EquivalentProfile, d: float, a: float, r: FloatArray) -
     ndarray
         Gap in m.
     """
-    scale = max(abs(d), float(np.max(np.abs(equivalent.g(r)), initial=0.0)))
-    return line_average(
-        lambda x: equivalent.g(x) - d, r, low=a, breakpoints=equivalent.breakpoints, noise=_ROUNDING * scale
-    )
+    h = equivalent.gap_integral(r, a)
+    if edge_excess != 0.0:
+        end = float(rounded(a))
+        h = h - edge_excess * np.arctan2(np.sqrt((r - end) * (r + end)), end)
+    return 2.0 / math.pi * h

@@ -72,7 +72,7 @@ def branches_of(
     contact : Contact
         With a law of adhesion.
     line : ElasticLine
-        Fast on the radii of all rows.
+        Profile and modulus.
     path : LoadingPath
     rows : mapping of str to ndarray
         ``indentation``, ``normal_force``, ``contact_radius`` and, with a machine, ``travel`` of every row of the
@@ -87,7 +87,9 @@ def branches_of(
     Branches
     """
     assert contact.adhesion is not None
-    equilibria = equilibria_of(contact.adhesion, contact.profile, line)
+    radii = [rows[name] for name in ("contact_radius", "cohesive_radius") if name in rows]
+    widest = max(float(np.nanmax(values, initial=0.0)) for values in radii)
+    equilibria = equilibria_of(contact.adhesion, contact.profile, line, widest)
     asked = _stretches(path, rows, machine_stiffness)
     top = _largest_parameter(equilibria, rows)
     course = _followed(equilibria, asked, top) if complete else _Course()

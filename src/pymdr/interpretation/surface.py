@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -11,10 +11,11 @@ from pymdr.errors import QuantityError
 from pymdr.interpretation import fields
 from pymdr.interpretation.cohesion import cohesive_displacement, cohesive_pressure, cohesive_spring_shift
 from pymdr.line.adhesion import jkr_opening
-from pymdr.line.foundation import DiskStates, ElasticLine, disk_states, line_upto_depth
+from pymdr.line.foundation import DiskStates, ElasticLine, disk_states, states_at_depth
 from pymdr.mapping.abel import Curve
-from pymdr.mapping.equivalent import NumericLine, equivalent_profile, gap_function
+from pymdr.mapping.equivalent import equivalent_profile, gap_function
 from pymdr.mapping.moduli import effective_moduli
+from pymdr.mapping.series import Place
 from pymdr.problem.contact import Contact
 from pymdr.problem.laws import JKR, MaugisDugdale
 from pymdr.units import FloatArray
@@ -61,7 +62,8 @@ class Surface:
 
     def field(self, name: str, position: FloatArray, step: int) -> FloatArray:
         """Values of a field at radii (or positions on the line) in one step."""
-        a = float(self.states.contact_radius[step])
+        place = self.states.place.take(step)
+        a = float(place.x)
         d = float(self.states.indentation[step])
         excess = float(self.states.edge_excess[step])
         if math.isnan(a):
@@ -70,11 +72,11 @@ class Surface:
         if self.cohesion is not None and self.cohesion.radius[step] > 0.0 and a < self.line.equivalent.edge:
             return self._with_cohesion(name, position, d, a, self.cohesion, step)
         if name == "pressure":
-            return fields.pressure(self.line, a, excess, position)
+            return fields.pressure(self.line, place, excess, position)
         if name == "normal_displacement":
-            return fields.normal_displacement(self.line, self.gap_function, d, a, position)
+            return fields.normal_displacement(self.line, self.gap_function, d, place, excess, position)
         if name == "gap":
-            return fields.gap(self.line, self.gap_function, d, a, position)
+            return fields.gap(self.line, self.gap_function, d, place, excess, position)
         return self._on_the_line(name, position, d, a)
 
     def _on_the_line(self, name: str, position: FloatArray, d: float, a: float) -> FloatArray:
@@ -141,20 +143,20 @@ def surface_of(
     """
     moduli = effective_moduli(contact.body, contact.counterbody)
     line = ElasticLine(equivalent_profile(contact.profile), moduli.normal)
-    deepest = float(np.max(indentation[np.isfinite(indentation)], initial=0.0))
-    widest = float(np.nanmax(contact_radius if cohesive_radius is None else cohesive_radius, initial=0.0))
-    equivalent = line.equivalent
-    if contact.adhesion is not None and isinstance(equivalent, NumericLine) and widest > 0.0:
-        line = ElasticLine(equivalent.upto(2.0 * widest), line.modulus)
-    elif deepest > 0.0:
-        line = line_upto_depth(line, deepest)
     states = disk_states(line, indentation, contact_radius)
+    if contact.adhesion is None:
+        # the digits of a radius beside a breakpoint are in the indentation
+        found = states_at_depth(line, indentation)
+        with np.errstate(invalid="ignore"):
+            same = np.abs(found.contact_radius - contact_radius) <= 1e-9 * contact_radius
+        place = Place(*(np.where(same, new, old) for new, old in zip(found.place, states.place, strict=True)))
+        states = replace(states, place=place)
     if isinstance(contact.adhesion, JKR):
         # the outermost springs are stretched, but at a sharp edge, where they may be pressed
         stretched = contact_radius < line.equivalent.edge
         opening = jkr_opening(np.where(stretched, contact_radius, 0.0), line.modulus, contact.adhesion.work)
         at_edge = _against_edge(line, indentation, contact_radius, stretched)
-        states = DiskStates(indentation, contact_radius, np.where(stretched, -opening, at_edge))
+        states = replace(states, edge_excess=np.where(stretched, -opening, at_edge))
     cohesion = None
     if cohesive_radius is not None and isinstance(contact.adhesion, MaugisDugdale):
         cohesion = Cohesion(cohesive_radius, contact.adhesion.cohesive_stress)

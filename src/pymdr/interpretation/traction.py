@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -13,8 +13,6 @@ from pymdr.interpretation.fields import pressure
 from pymdr.interpretation.surface import Surface
 from pymdr.line.foundation import (
     ElasticLine,
-    line_upto_depth,
-    line_upto_force,
     states_at_depth,
     states_at_force,
     states_at_travel,
@@ -30,7 +28,6 @@ from pymdr.line.friction import (
     superposition,
 )
 from pymdr.mapping.abel import line_average
-from pymdr.mapping.equivalent import equivalent_profile
 from pymdr.mapping.moduli import effective_moduli
 from pymdr.problem.contact import Contact
 from pymdr.problem.paths import LoadingPath
@@ -76,8 +73,9 @@ def shear_traction(line: ElasticLine, state: FrictionState, r: ArrayLike) -> Flo
     # at a sharp tip all pressures are infinite alike, and only the sum of their weights counts
     beside_tip = np.array([_TIP * np.min(a[a > 0.0], initial=math.inf)])
     for i in np.flatnonzero((weight != 0.0) & (a > 0.0)):
-        p = pressure(line, float(a[i]), 0.0, radius)
-        p[at_tip & np.isinf(p)] = pressure(line, float(a[i]), 0.0, beside_tip)
+        place = disks.place.take(i)
+        p = pressure(line, place, 0.0, radius)
+        p[at_tip & np.isinf(p)] = pressure(line, place, 0.0, beside_tip)
         tau += scale * weight[i] * p
     # at an edge the singular pressures of several depths may cancel, so their amplitudes are added first
     amplitude = weight * disks.edge_excess + edge
@@ -126,7 +124,7 @@ def tangential_displacement(line: ElasticLine, state: FrictionState, r: ArrayLik
 
     centre = radius == 0.0
     u[centre] = shift(np.zeros(1))
-    knots = sorted({*(float(x) for x in disks.contact_radius[:-1] if 0.0 < x < a), *equivalent.breakpoints})
+    knots = sorted({*(float(x) for x in disks.contact_radius[:-1] if 0.0 < x < a), *equivalent.kinks(a)})
     size = state.shift_scale * float(np.max(np.abs(state.b[-1] - state.b)))
     u[~centre] = line_average(shift, radius[~centre], high=a, breakpoints=knots, noise=1e-12 * size)
     return u
@@ -210,26 +208,12 @@ def friction_surface(
     for leg, here in zip(known_legs(path), starts, strict=True):
         asked.append(stretch(leg, controls, here))
         controls = asked[-1].controls
-    # the rows that were kept may be less deep than those that were followed
-    depth = max((float(np.max(rows.normal)) for rows in asked if not rows.by_force), default=0.0)
-    force = max((float(np.max(rows.normal)) for rows in asked if rows.by_force), default=0.0)
-    line = _wide(contact, normal.line, depth, force)
+    line = normal.line
     legs = tuple(friction_leg(line, rows, machine_stiffness) for rows in asked)
     curves = curves_down_to(line, deepest_of(line, legs))
     moduli = effective_moduli(contact.body, contact.counterbody)
     replay = Replay(curves, legs, contact.friction.coefficient, moduli.tangential)
-    return FrictionSurface(replace(normal, line=line), replay, rows)
-
-
-def _wide(contact: Contact, line: ElasticLine, depth: float, force: float) -> ElasticLine:
-    """The line on every radius that a depth in m or a force in N reaches."""
-    whole = ElasticLine(equivalent_profile(contact.profile), line.modulus)
-    reaching = [line]
-    if depth > 0.0:
-        reaching.append(line_upto_depth(whole, depth))
-    if force > 0.0:
-        reaching.append(line_upto_force(whole, force))
-    return max(reaching, key=lambda found: found.equivalent.reach)
+    return FrictionSurface(normal, replay, rows)
 
 
 def deepest_of(line: ElasticLine, legs: Sequence[FrictionLeg]) -> float:

@@ -11,11 +11,11 @@ from html import escape
 import numpy as np
 from numpy.typing import NDArray
 
-from pymdr.errors import NotValidError, ProblemError
+from pymdr.errors import NotValidError
 from pymdr.interpretation.fields import line_gap, pressure
 from pymdr.line.foundation import DiskStates, ElasticLine, mean_pressure, normal_force, states_at_depth
 from pymdr.mapping.abel import Curve
-from pymdr.mapping.equivalent import ProxyLine
+from pymdr.mapping.equivalent import EquivalentProfile
 from pymdr.problem.profiles import Profile
 from pymdr.units import FloatArray, metres, written
 
@@ -145,7 +145,7 @@ def certify_disk(line: ElasticLine, states: DiskStates) -> Certificate:
     Parameters
     ----------
     line : ElasticLine
-        Profile and modulus, fast on every radius that the contact can reach.
+        Profile and modulus.
     states : DiskStates
         The disks to be checked.
 
@@ -157,42 +157,54 @@ def certify_disk(line: ElasticLine, states: DiskStates) -> Certificate:
     equivalent = line.equivalent
     if equivalent.rises:
         return Certificate(np.ones(a.shape, dtype=bool), "")
-    if not isinstance(equivalent, ProxyLine):
-        raise ProblemError("certify_disk: map the profile on the contact first, with upto(radius)")
     disk = np.ones(a.shape, dtype=bool)
     reasons: list[str] = []
-    for i in np.flatnonzero(~_obviously_a_disk(equivalent, a, d)):
-        failure = _why_not_a_disk(line, float(a[i]), float(d[i]), float(states.edge_excess[i]))
+    top = seen_upto(equivalent, float(np.max(d, initial=0.0)))
+    turning = equivalent.turning_points(top) if top > 0.0 else ()
+    if not turning:
+        return Certificate(disk, "")
+    for i in np.flatnonzero(~_obviously_a_disk(equivalent, turning, top, a, d)):
+        failure = _why_not_a_disk(line, turning, top, states.take(slice(i, i + 1)))
         if failure:
             disk[i] = False
             reasons.append(failure)
     return Certificate(disk, reasons[-1] if reasons else "")
 
 
-def _obviously_a_disk(equivalent: ProxyLine, a: FloatArray, d: FloatArray) -> BoolArray:
+def seen_upto(equivalent: EquivalentProfile, depth: float) -> float:
+    """The radius in m up to which bodies at a depth in m might touch."""
+    return min(equivalent.overlap_radius(depth), equivalent.edge, equivalent.reach) if depth > 0.0 else 0.0
+
+
+def _obviously_a_disk(
+    equivalent: EquivalentProfile, turning: tuple[float, ...], top: float, a: FloatArray, d: FloatArray
+) -> BoolArray:
     """Where g rises inside the disk and stays above d outside, which makes both integrals positive."""
-    turning = np.array(equivalent.turning_points)
-    top = min(equivalent.reach, equivalent.edge)
-    marks = np.append(turning, top)
+    marks = np.append(np.array(turning), top)
     g = equivalent.g(marks)
     lowest_beyond = np.minimum.accumulate(g[::-1])[::-1]
     first_beyond = np.searchsorted(marks, a, side="left").clip(0, marks.size - 1)
-    return np.asarray((a <= turning[0]) & (d <= lowest_beyond[first_beyond]))
+    return np.asarray((a <= turning[0]) & ((d <= lowest_beyond[first_beyond]) | (a >= top)))
 
 
-def _why_not_a_disk(line: ElasticLine, a: float, d: float, edge_excess: float) -> str:
+def _why_not_a_disk(line: ElasticLine, turning: tuple[float, ...], top: float, state: DiskStates) -> str:
     equivalent = line.equivalent
-    assert isinstance(equivalent, ProxyLine)
-    top = min(equivalent.reach, equivalent.edge)
+    place, d, edge_excess = state.place.take(0), float(state.indentation[0]), float(state.edge_excess[0])
+    a = float(place.x)
     grid = (np.arange(96) + 0.5) / 96
-    marked = _between_turns(equivalent, top)
+    marked = _between_turns(turning, top)
     if a > 0.0:
-        state = DiskStates(np.array([d]), np.array([a]), np.array([edge_excess]))
         scale = float(mean_pressure(normal_force(line, state), state.contact_radius)[0])
+        kinks = np.array([b for b in equivalent.kinks(a) if b < a])
+        beside = np.concatenate([kinks * (1.0 - 1e-9), kinks * (1.0 + 1e-9)])
         r = np.concatenate(
-            [a * np.append(1e-6, np.sin(0.5 * np.pi * grid)), marked[(marked > 1e-6 * a) & (marked < a)]]
+            [
+                a * np.append(1e-6, np.sin(0.5 * np.pi * grid)),
+                marked[(marked > 1e-6 * a) & (marked < a)],
+                beside[beside < a],
+            ]
         )
-        p = pressure(line, a, edge_excess, r)
+        p = pressure(line, place, edge_excess, r)
         if not p.min() >= -_TOLERANCE * scale:
             return (
                 f"at d = {metres(d)} a disk of radius {metres(a)} would need tension at r = {metres(r[p.argmin()])}, "
@@ -200,7 +212,7 @@ def _why_not_a_disk(line: ElasticLine, a: float, d: float, edge_excess: float) -
             )
     if a < top:
         r = np.concatenate([a + (top - a) * grid**2, marked[marked > a]])
-        h = line_gap(equivalent, d, a, r)
+        h = line_gap(equivalent, place, edge_excess, r) if a > 0.0 else surface_gap(equivalent, r) - d
         if not h.min() >= -_TOLERANCE * max(abs(d), float(np.max(np.abs(equivalent.g(r))))):
             return (
                 f"at d = {metres(d)} the surfaces touch again outside a disk of radius {metres(a)}, at "
@@ -209,9 +221,14 @@ def _why_not_a_disk(line: ElasticLine, a: float, d: float, edge_excess: float) -
     return ""
 
 
-def _between_turns(equivalent: ProxyLine, top: float) -> FloatArray:
+def surface_gap(equivalent: EquivalentProfile, r: FloatArray) -> FloatArray:
+    """The profile f(r) from its image, (2/pi) int_0^r g' arccos(x/r) dx (Popov and Hess 2015, chapter 3)."""
+    return 2.0 / math.pi * equivalent.gap_integral(r, 0.0)
+
+
+def _between_turns(turning: tuple[float, ...], top: float) -> FloatArray:
     """Radii between the turning points of g, so that no dip is stepped over however narrow it is."""
-    ends = np.array([*equivalent.turning_points, top])
+    ends = np.array([*turning, top])
     count = min(8, max(2, 96 // ends.size))
     inner = (np.arange(count) + 0.5) / count
     return np.asarray((ends[:-1, None] + np.diff(ends)[:, None] * inner).ravel())

@@ -7,13 +7,15 @@ which the method is taught and drawn; the kernels use the exact integrals.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from pymdr.errors import ConvergenceError
-from pymdr.mapping.equivalent import EquivalentProfile, NumericLine, ProxyLine, rising_root
+from pymdr.mapping.equivalent import EquivalentProfile, rising_root
+from pymdr.mapping.series import Place, Position, as_place
 from pymdr.units import FloatArray, metres, newtons
 
 
@@ -32,56 +34,34 @@ class DiskStates:
 
     indentation: FloatArray
     """d in m."""
-    contact_radius: FloatArray
-    """a in m; 0 without contact."""
+    place: Place
+    """a in m, with its distance from the last breakpoint; 0 without contact."""
     edge_excess: FloatArray
     """d - g(a) in m: above 0 only at a sharp edge, where the pressure is singular."""
 
+    @property
+    def contact_radius(self) -> FloatArray:
+        """A in m; 0 without contact."""
+        return self.place.x
 
-def disk_states(line: ElasticLine, indentation: FloatArray, contact_radius: FloatArray) -> DiskStates:
+    def take(self, index: object) -> DiskStates:
+        """Some of the states."""
+        return DiskStates(self.indentation[index], self.place.take(index), self.edge_excess[index])  # type: ignore[index]
+
+
+def joined_states(parts: Sequence[DiskStates]) -> DiskStates:
+    """States of several legs in one."""
+    return DiskStates(
+        np.concatenate([part.indentation for part in parts]),
+        Place(*(np.concatenate([part.place[i] for part in parts]) for i in range(2))),
+        np.concatenate([part.edge_excess for part in parts]),
+    )
+
+
+def disk_states(line: ElasticLine, indentation: FloatArray, contact_radius: Position) -> DiskStates:
     """States from known indentations and contact radii in m."""
-    return DiskStates(indentation, contact_radius, _edge_excess(line.equivalent, contact_radius, indentation))
-
-
-def line_upto_depth(line: ElasticLine, depth: float) -> ElasticLine:
-    """
-    The line made fast on every radius that a contact of up to the given indentation can reach.
-
-    Parameters
-    ----------
-    line : ElasticLine
-    depth : float
-        Largest indentation in m.
-
-    Returns
-    -------
-    ElasticLine
-    """
-    equivalent = line.equivalent
-    if not isinstance(equivalent, NumericLine):
-        return line
-    return ElasticLine(equivalent.upto(equivalent.top_for(depth)), line.modulus)
-
-
-def line_upto_force(line: ElasticLine, force: float) -> ElasticLine:
-    """
-    The line made fast on every radius that a contact of up to the given force can reach.
-
-    Parameters
-    ----------
-    line : ElasticLine
-    force : float
-        Largest normal force in N.
-
-    Returns
-    -------
-    ElasticLine
-    """
-    equivalent = line.equivalent
-    if not isinstance(equivalent, NumericLine):
-        return line
-    top = equivalent.top_for(force / (2.0 * line.modulus), "moment")
-    return ElasticLine(equivalent.upto(top), line.modulus)
+    place = as_place(contact_radius)
+    return DiskStates(indentation, place, _edge_excess(line.equivalent, place.x, indentation))
 
 
 def states_at_depth(line: ElasticLine, indentation: ArrayLike) -> DiskStates:
@@ -113,11 +93,28 @@ def states_at_depth(line: ElasticLine, indentation: ArrayLike) -> DiskStates:
     """
     d = np.asarray(indentation, dtype=float)
     equivalent = line.equivalent
-    if isinstance(equivalent, ProxyLine) and not equivalent.rises:
-        a = _best_disk(equivalent, d)
-    else:
-        a = np.minimum(equivalent.inverse(d), equivalent.edge)
-    return disk_states(line, d, a)
+    turning = _turning_points(equivalent, float(np.max(d, initial=0.0)))
+    if turning:
+        return disk_states(line, d, _best_disk(equivalent, d, turning))
+    return disk_states(line, d, _inside(equivalent, equivalent.place(d)))
+
+
+def _inside(equivalent: EquivalentProfile, place: Place) -> Place:
+    """Places cut at a sharp edge."""
+    beyond = place.x >= equivalent.edge
+    return Place(np.where(beyond, 0.0, place.base), np.where(beyond, equivalent.edge, place.offset))
+
+
+def rises_to(line: ElasticLine, depth: float) -> bool:
+    """Whether g rises wherever bodies at a depth in m might touch, so that every contact up to there is a disk."""
+    return not _turning_points(line.equivalent, depth)
+
+
+def _turning_points(equivalent: EquivalentProfile, depth: float) -> tuple[float, ...]:
+    """Where g turns, as far out as a contact of a depth in m can be."""
+    if equivalent.rises or depth <= 0.0:
+        return ()
+    return equivalent.turning_points(equivalent.overlap_radius(depth))
 
 
 def _edge_excess(equivalent: EquivalentProfile, a: FloatArray, d: FloatArray) -> FloatArray:
@@ -128,37 +125,30 @@ def _edge_excess(equivalent: EquivalentProfile, a: FloatArray, d: FloatArray) ->
     return excess
 
 
-def _rising_branches(equivalent: ProxyLine) -> list[tuple[float, float]]:
-    """Intervals of x on which g rises."""
-    ends = np.array([0.0, *(t for t in equivalent.turning_points if t > 0.0), equivalent.reach])
-    g = equivalent.g(ends)
-    return [(ends[i], ends[i + 1]) for i in range(ends.size - 1) if g[i + 1] > g[i]]
-
-
-def _best_disk(equivalent: ProxyLine, d: FloatArray) -> FloatArray:
+def _best_disk(equivalent: EquivalentProfile, d: FloatArray, turning: tuple[float, ...]) -> Place:
     """The radius of largest d a - int_0^a g; 0 where no disk carries load."""
-    best = np.zeros(d.shape)
+    best = Place(np.zeros(d.shape), np.zeros(d.shape))
     load = np.zeros(d.shape)
-    for low, high in _rising_branches(equivalent):
-        g_low, g_high = (float(equivalent.g(np.array([x]))[0]) for x in (low, high))
+    end = min(equivalent.edge, equivalent.overlap_radius(float(np.max(d))))
+    ends = np.array([0.0, *(t for t in turning if 0.0 < t < end), end])
+    g = equivalent.g(ends)
+    for low, high, g_low, g_high in zip(ends[:-1], ends[1:], g[:-1], g[1:], strict=True):
         inside = (d > g_low) & (d <= g_high)
-        if inside.any():
-            a = rising_root(equivalent.g, d[inside], np.full(inside.sum(), low), np.full(inside.sum(), high))
-            _take_better(best, load, inside, a, d[inside] * a - equivalent.integral(a))
+        if g_high > g_low and inside.any():
+            place = equivalent.between(d[inside], float(low), float(high))
+            _take_better(best, load, inside, place, d[inside] * place.x - equivalent.integral(place))
     if math.isfinite(equivalent.edge):
-        b = equivalent.edge
-        at_edge = d >= float(equivalent.g(np.array([b]))[0])
-        whole = d[at_edge] * b - float(equivalent.integral(np.array([b]))[0])
-        _take_better(best, load, at_edge, np.full(at_edge.sum(), b), whole)
+        b = np.array([equivalent.edge])
+        at_edge = d >= equivalent.g(b)[0]
+        whole = d[at_edge] * b[0] - equivalent.integral(b)[0]
+        _take_better(best, load, at_edge, Place(np.zeros(whole.shape), np.full(whole.shape, b[0])), whole)
     return best
 
 
-def _take_better(
-    best: FloatArray, load: FloatArray, where: np.ndarray, a: FloatArray, value: FloatArray
-) -> None:
+def _take_better(best: Place, load: FloatArray, where: np.ndarray, place: Place, value: FloatArray) -> None:
     better = value > load[where]
     index = np.flatnonzero(where)[better]
-    best.flat[index] = a[better]
+    best.base.flat[index], best.offset.flat[index] = place.base[better], place.offset[better]
     load.flat[index] = value[better]
 
 
@@ -194,20 +184,17 @@ def states_at_force(line: ElasticLine, normal_force: ArrayLike) -> DiskStates:
     force = np.asarray(normal_force, dtype=float)
     equivalent = line.equivalent
     moment = force / (2.0 * line.modulus)
-    if isinstance(equivalent, ProxyLine) and not equivalent.rises:
-        return states_at_depth(line, _depth_of_best_disk(line, force))
-    b = equivalent.edge
-    if not math.isfinite(b):
-        a = equivalent.inverse_moment(moment)
-        return DiskStates(equivalent.g(a), a, np.zeros(np.shape(a)))
-    m_edge, g_edge = (float(curve(np.array([b]))[0]) for curve in (equivalent.moment, equivalent.g))
-    at_edge = moment > m_edge
-    a = np.where(moment > 0.0, b, 0.0)
-    a[~at_edge] = np.minimum(equivalent.inverse_moment(moment[~at_edge]), b)
-    excess = np.where(at_edge, (moment - m_edge) / b, 0.0)
-    d = np.where(at_edge, g_edge + excess, 0.0)
-    d[~at_edge] = equivalent.g(a[~at_edge])
-    return DiskStates(d, a, excess)
+    place = _inside(equivalent, equivalent.place_of_moment(moment))
+    if np.isfinite(place.x).all() and not equivalent.rises:
+        reached = float(np.max(equivalent.g(place), initial=0.0))
+        if turning := _turning_points(equivalent, reached):
+            return states_at_depth(line, _depth_of_best_disk(line, force, turning))
+    excess = np.zeros(force.shape)
+    at_edge = place.x == equivalent.edge
+    if at_edge.any():
+        at = place.take(at_edge)
+        excess[at_edge] = np.maximum(moment[at_edge] - equivalent.moment(at), 0.0) / equivalent.edge
+    return DiskStates(equivalent.g(place) + excess, place, excess)
 
 
 def states_at_travel(line: ElasticLine, travel: ArrayLike, machine_stiffness: float) -> DiskStates:
@@ -239,54 +226,32 @@ def states_at_travel(line: ElasticLine, travel: ArrayLike, machine_stiffness: fl
     D = np.asarray(travel, dtype=float)
     d = D.copy()
     loaded = (states_at_depth(line, D).contact_radius > 0.0) & (D > 0.0)
-    if not loaded.any():
-        return states_at_depth(line, d)
-    equivalent = line.equivalent
-    if isinstance(equivalent, ProxyLine) and not equivalent.rises:
-        pressed = rising_root(
+    if loaded.any():
+        deepest = D[loaded]
+        d[loaded] = rising_root(
             lambda x: x + normal_force(line, states_at_depth(line, x)) / machine_stiffness,
-            D[loaded],
-            np.zeros(int(loaded.sum())),
-            D[loaded],
+            deepest,
+            np.zeros(deepest.shape),
+            deepest,
         )
-        d[loaded] = pressed
-        return states_at_depth(line, d)
-    a = np.minimum(equivalent.inverse(D), equivalent.edge)
-    soft = 2.0 * line.modulus / machine_stiffness
-    reached = equivalent.g(a) + soft * equivalent.moment(a)
-    inside = loaded & (reached > D)
-    stuck = loaded & ~inside
-    if inside.any():
-        a[inside] = rising_root(
-            lambda x: equivalent.g(x) + soft * equivalent.moment(x),
-            D[inside],
-            np.zeros(int(inside.sum())),
-            a[inside],
-        )
-        d[inside] = equivalent.g(a[inside])
-    excess = np.zeros(D.shape)
-    if stuck.any():
-        excess[stuck] = (D[stuck] - reached[stuck]) / (1.0 + soft * a[stuck])
-        d[stuck] = equivalent.g(a[stuck]) + excess[stuck]
-    return DiskStates(d, np.where(loaded, a, 0.0), excess)
+    return states_at_depth(line, d)
 
 
-def _depth_of_best_disk(line: ElasticLine, force: FloatArray) -> FloatArray:
+def _depth_of_best_disk(line: ElasticLine, force: FloatArray, turning: tuple[float, ...]) -> FloatArray:
     equivalent = line.equivalent
-    assert isinstance(equivalent, ProxyLine)
     end = min(equivalent.reach, equivalent.edge)
-    depths = np.sort(
-        equivalent.g(np.array([0.0, *equivalent.turning_points, *np.linspace(0.0, end, 65)[1:]]))
-    )
 
     def load(d: FloatArray) -> FloatArray:
         return normal_force(line, states_at_depth(line, d))
 
+    # a disk that carries a force alone is no less deep than the best one
+    deepest = float(np.max(equivalent.g(equivalent.place_of_moment(np.max(force) / (2.0 * line.modulus)))))
+    depths = np.sort(equivalent.g(np.array([0.0, *(t for t in turning if t < end)])))
+    depths = np.append(depths[depths < deepest], deepest)
     if math.isfinite(equivalent.edge):
-        deepest = float(depths[-1]) + float(np.max(force)) / (2.0 * line.modulus * equivalent.edge)
-        depths = np.append(depths, deepest)
+        depths = np.append(depths, deepest + float(np.max(force)) / (2.0 * line.modulus * equivalent.edge))
     # beyond the depths whose whole contact is known the load falls again, so the first that suffices is taken
-    enough = np.flatnonzero(load(depths) >= np.max(force))
+    enough = np.flatnonzero(load(depths) >= np.max(force) * (1.0 - 1e-12))
     if enough.size == 0:
         raise ConvergenceError(f"no indentation up to {metres(depths[-1])} gives {newtons(np.max(force))}")
     low, high = min(float(depths[0]), 0.0), float(depths[enough[0]])
@@ -310,10 +275,9 @@ def normal_force(line: ElasticLine, states: DiskStates) -> FloatArray:
     ndarray
         F in N.
     """
-    a = states.contact_radius
-    force = line.equivalent.moment(a)
+    force = line.equivalent.moment(states.place)
     if math.isfinite(line.equivalent.edge):
-        force = force + states.edge_excess * a
+        force = force + states.edge_excess * states.contact_radius
     return 2.0 * line.modulus * force
 
 
@@ -337,9 +301,9 @@ def elastic_energy(line: ElasticLine, states: DiskStates) -> FloatArray:
         U in J.
     """
     a, w = states.contact_radius, states.edge_excess
-    energy = line.equivalent.squared(a)
+    energy = line.equivalent.squared(states.place)
     if math.isfinite(line.equivalent.edge):
-        energy = energy + 2.0 * w * line.equivalent.moment(a) + w * w * a
+        energy = energy + 2.0 * w * line.equivalent.moment(states.place) + w * w * a
     return line.modulus * energy
 
 

@@ -250,7 +250,7 @@ def _interpret(
     if stiffness is not None:
         columns["travel"] = rows.indentation + rows.normal_force / stiffness
     depths = np.where(rows.attached, rows.indentation, math.nan)
-    certificate = certify_stretched_disk(line.seen_upto(depths), depths, a, line.law)
+    certificate = certify_stretched_disk(line.line, depths, a, line.law)
     claims = adhesive_claims(
         line.law, tuple(columns), certificate.disk, certificate.reason, _maugis(contact, modulus)
     )

@@ -18,6 +18,7 @@ from pymdr.line.foundation import (
     mean_pressure,
     normal_force,
     normal_stiffness,
+    rises_to,
     states_at_depth,
 )
 from pymdr.line.friction import (
@@ -43,7 +44,7 @@ from pymdr.problem.schedule import (
 )
 from pymdr.result import Result, Status, labelled
 from pymdr.solving.normal import refuse_tension
-from pymdr.solving.reach import Mapped, assumptions, made_fast, map_to_line, refuse_unreachable
+from pymdr.solving.reach import Mapped, assumptions, map_to_line, refuse_unreachable
 from pymdr.units import FloatArray, metres, newtons
 
 _CHUNK = 2_000_000
@@ -55,35 +56,24 @@ class _Line:
     """The line and its curves, made anew when a leg goes deeper."""
 
     contact: Contact
-    origin: Mapped
-    stiffness: float | None
     mapped: Mapped
+    stiffness: float | None
     curves: ElasticCurves
     deepest: float = -math.inf
     """What the curves reach, in m."""
-    depth: float = -math.inf
-    force: float = 0.0
 
-    def reach(self, asked: Sequence[Stretch]) -> None:
+    def deepen(self, asked: Sequence[Stretch]) -> None:
         """Go as deep as some legs ask."""
-        depth, force = self.depth, self.force
+        line = self.mapped.line
         for rows in asked:
-            largest = float(np.max(rows.normal))
             if rows.by_force:
                 refuse_tension(rows.normal)
-                force = max(force, largest)
-            else:
-                depth = max(depth, largest)
-        if depth > self.depth or force > self.force:
-            self.depth, self.force = depth, force
-            self.mapped = made_fast(self.contact, self.origin, depth, force)
-        line = self.mapped.line
         # not the largest travel: most of it may go into the machine
         deepest = deepest_of(line, [friction_leg(line, rows, self.stiffness) for rows in asked])
         if deepest <= self.deepest:
             return
         self.deepest = deepest
-        refuse_unreachable(self.contact.profile, states_at_depth(line, np.array([deepest])))
+        refuse_unreachable(line, self.contact.profile, states_at_depth(line, np.array([deepest])))
         _refuse_other_than_disks(line, deepest)
         self.curves = curves_down_to(line, deepest)
 
@@ -101,7 +91,7 @@ def _foreseen(path: LoadingPath) -> list[Stretch]:
 
 def _refuse_other_than_disks(line: ElasticLine, deepest: float) -> None:
     """Tractions are sums of pressures on disks, so the contact must be one from its first touch on."""
-    if line.equivalent.rises:
+    if rises_to(line, deepest):
         return
     for depth in deepest * np.arange(65.0) / 64.0 if deepest > 0.0 else [deepest]:
         certificate = certify_disk(line, states_at_depth(line, np.array([depth])))
@@ -123,8 +113,8 @@ def solve_frictional(
     assert contact.friction is not None
     moduli = effective_moduli(contact.body, contact.counterbody)
     origin = map_to_line(contact)
-    line = _Line(contact, origin, machine_stiffness, origin, curves_down_to(origin.line, 0.0))
-    line.reach(_foreseen(path))
+    line = _Line(contact, origin, machine_stiffness, curves_down_to(origin.line, 0.0))
+    line.deepen(_foreseen(path))
     mu, tangential = contact.friction.coefficient, moduli.tangential
     state = virgin_state(mu, moduli.normal / tangential)
     here: dict[str, float] = {}
@@ -137,7 +127,7 @@ def solve_frictional(
         starts.append(here)
         rows = stretch(leg, controls, here)
         controls = rows.controls
-        line.reach([rows])
+        line.deepen([rows])
         asked = friction_leg(line.mapped.line, rows, machine_stiffness)
         size = rows.normal.size
         kept = None if keep is None else keep[(keep >= done) & (keep < done + size)] - done
@@ -309,7 +299,7 @@ def _interpret(
         claims=claims,
         assumptions=_assumed(contact, line, columns["contact_radius"]),
         status=Status.COMPLETED,
-        notes=line.origin.notes,
+        notes=line.mapped.notes,
         references=("sneddon", "popov-hess", "cattaneo-mindlin", "memory"),
         machine_stiffness=stiffness,
         starts=starts,

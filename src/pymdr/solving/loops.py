@@ -16,7 +16,7 @@ from pymdr.line.foundation import ElasticLine, states_at_depth, states_at_force
 from pymdr.mapping.abel import gauss
 from pymdr.mapping.moduli import effective_moduli
 from pymdr.problem.contact import Contact
-from pymdr.solving.reach import made_fast, map_to_line, refuse_unreachable
+from pymdr.solving.reach import map_to_line, refuse_unreachable
 from pymdr.units import ArrayQuantityLike, FloatArray, QuantityLike, to_si, to_si_array
 
 if TYPE_CHECKING:
@@ -162,22 +162,20 @@ def _loaded(
         raise ProblemError(f"friction_loop: mu = {mu:g} has no loops; it must be above 0 and finite")
     if (normal_force is None) == (indentation is None):
         raise ProblemError("friction_loop: give exactly one of normal_force and indentation")
-    mapped = map_to_line(contact)
+    line = map_to_line(contact).line
     if indentation is not None:
         d = to_si(indentation, "m", name="indentation")
-        line = made_fast(contact, mapped, d, 0.0).line
     else:
         assert normal_force is not None
         force = to_si(normal_force, "N", name="normal_force")
-        line = made_fast(contact, mapped, -math.inf, force).line
         d = float(states_at_force(line, np.array([max(force, 0.0)])).indentation[0])
-    refuse_unreachable(contact.profile, states_at_depth(line, np.array([d])))
+    refuse_unreachable(line, contact.profile, states_at_depth(line, np.array([d])))
     if d <= 0.0:
         given, unit = (normal_force, "N") if indentation is None else (indentation, "m")
         raise ProblemError(
             f"friction_loop: the load {given!r} must be above 0 {unit}; press the bodies together"
         )
-    if not line.equivalent.rises:
+    if line.equivalent.turning_points(line.equivalent.overlap_radius(d)):
         raise ProblemError("friction_loop: the equivalent profile falls somewhere; follow it with solve(...)")
     return line, d, mu
 
@@ -191,7 +189,7 @@ def _loop_integrals(
     line: ElasticLine, d: float, a: float, c: FloatArray, u: FloatArray, factor: float, modulus: float
 ) -> tuple[FloatArray, FloatArray]:
     """Force amplitude 2 G* [u c + int_c^a t dx] and loss 8 G* int_c^a t (u - t) dx; no term cancels."""
-    marks = [b for b in line.equivalent.breakpoints if 0.0 < b < a]
+    marks = list(line.equivalent.kinks(a))
     s, weight = gauss(24)
     slipping, loss = np.zeros(u.shape), np.zeros(u.shape)
     edges = [0.0, *marks, a]

@@ -21,6 +21,7 @@ from pymdr.line.foundation import (
     DiskStates,
     ElasticLine,
     elastic_energy,
+    joined_states,
     mean_pressure,
     normal_force,
     normal_stiffness,
@@ -28,7 +29,7 @@ from pymdr.line.foundation import (
     states_at_force,
     states_at_travel,
 )
-from pymdr.mapping.equivalent import NumericLine, gap_function
+from pymdr.mapping.equivalent import gap_function
 from pymdr.problem.contact import Contact
 from pymdr.problem.paths import LoadingPath, named_channels
 from pymdr.problem.schedule import (
@@ -41,7 +42,7 @@ from pymdr.problem.schedule import (
     total_rows,
 )
 from pymdr.result import Result, Status, labelled
-from pymdr.solving.reach import Mapped, assumptions, g_samples, made_fast, map_to_line, refuse_unreachable
+from pymdr.solving.reach import Mapped, assumptions, g_samples, map_to_line, refuse_unreachable
 from pymdr.units import FloatArray, newtons
 
 
@@ -93,10 +94,6 @@ def follow_normal(
     progress: Progress | None = None,
 ) -> NormalHistory:
     """Step 2: the states of every row, leg by leg."""
-    named = [*channel_values(path, "indentation"), *channel_values(path, "travel")]
-    depth = max((float(np.max(v)) for v in named), default=-math.inf)
-    force = max((float(np.max(v)) for v in channel_values(path, "normal_force")), default=0.0)
-    origin, mapped = mapped, made_fast(contact, mapped, depth, force)
     rows: list[DiskStates] = []
     forced: list[FloatArray] = []
     controls = Controls()
@@ -106,16 +103,10 @@ def follow_normal(
     for leg in known_legs(path):
         leg_rows = stretch(leg, controls, here)
         controls, targets = leg_rows.controls, leg_rows.normal
-        largest = float(np.max(targets))
-        if largest > (force if leg_rows.by_force else depth) and isinstance(
-            origin.line.equivalent, NumericLine
-        ):
-            depth, force = (depth, largest) if leg_rows.by_force else (largest, force)
-            mapped = made_fast(contact, origin, depth, force)
         if leg_rows.by_force:
             refuse_tension(targets)
         states = _states(mapped.line, controls.normal, targets, machine_stiffness)
-        refuse_unreachable(contact.profile, states)
+        refuse_unreachable(mapped.line, contact.profile, states)
         rows.append(states)
         forced.append(targets if leg_rows.by_force else np.full(targets.size, math.nan))
         here = _end(mapped.line, states, machine_stiffness)
@@ -123,12 +114,7 @@ def follow_normal(
         done += targets.size
         if progress is not None:
             progress(done, total)
-    states = DiskStates(
-        np.concatenate([s.indentation for s in rows]),
-        np.concatenate([s.contact_radius for s in rows]),
-        np.concatenate([s.edge_excess for s in rows]),
-    )
-    return NormalHistory(mapped, states, np.concatenate(forced))
+    return NormalHistory(mapped, joined_states(rows), np.concatenate(forced))
 
 
 def _states(
@@ -142,7 +128,7 @@ def _states(
 
 
 def _end(line: ElasticLine, states: DiskStates, machine_stiffness: float | None) -> dict[str, float]:
-    last = DiskStates(states.indentation[-1:], states.contact_radius[-1:], states.edge_excess[-1:])
+    last = states.take(slice(-1, None))
     d, force = float(last.indentation[0]), float(normal_force(line, last)[0])
     return {"indentation": d, "normal_force": force, "travel": d + force / (machine_stiffness or math.inf)}
 

@@ -10,7 +10,7 @@ from pymdr.errors import ProblemError
 from pymdr.line.foundation import SpringFoundation, spring_foundation, states_at_depth
 from pymdr.line.friction import SpringHistory, springs
 from pymdr.problem.contact import Contact
-from pymdr.solving.reach import made_fast, map_to_line, refuse_unreachable
+from pymdr.solving.reach import map_to_line, refuse_unreachable
 from pymdr.units import ArrayQuantityLike, QuantityLike, metres, to_si, to_si_array
 
 
@@ -116,9 +116,9 @@ def friction_foundation(
         )
     if isinstance(n, bool) or not isinstance(n, int) or n < 2:
         raise ProblemError(f"friction_foundation: n = {n!r} springs; a whole number of at least 2 is needed")
-    mapped = made_fast(contact, map_to_line(contact), float(np.max(d)), 0.0)
+    mapped = map_to_line(contact)
     deepest = states_at_depth(mapped.line, np.array([float(np.max(d))]))
-    refuse_unreachable(contact.profile, deepest)
+    refuse_unreachable(mapped.line, contact.profile, deepest)
     a = float(deepest.contact_radius[0]) or 1.0
     half = (n + 1) // 2
     spacing = a / half

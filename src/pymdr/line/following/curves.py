@@ -52,6 +52,10 @@ class Equilibria(Protocol):
         """Return the elastic and the surface energy in J."""
 
 
+_STEP = 2.0**0.25
+"""Ratio of parameters that are tried: no profile is asked much farther out than a path needs."""
+
+
 def _nothing(control: float) -> float:
     return 0.0
 
@@ -222,9 +226,9 @@ def sampled_curve(s: ArrayLike, control: ArrayLike, energy: ArrayLike, touch: fl
 
 
 def parameter_reaching(
-    control: _Function, top: float, *, at_least: float = 0.0, limit: float = np.inf
+    control: _Function, top: float, *, at_least: float = 0.0, begin: float = 1.0, limit: float = np.inf
 ) -> float:
-    """Return a parameter s with D(s) >= top, as small as doubling and halving find it.
+    """Return a parameter s with D(s) >= top, as small as going up in steps and halving find it.
 
     Parameters
     ----------
@@ -234,6 +238,8 @@ def parameter_reaching(
         The largest D of the path, above the touch.
     at_least : float
         A state of the path already known; the answer is not below it.
+    begin : float
+        Where the search begins without such a state.
     limit : float
         Largest parameter known; returned when D stays below `top`.
 
@@ -258,16 +264,16 @@ def parameter_reaching(
 
     if at_least > 0.0 and above(at_least):
         return at_least
-    high = at_least if at_least > 0.0 else min(limit, 1.0)
+    high = at_least if at_least > 0.0 else min(limit, begin)
     for _ in range(2000):
         if above(high):
             break
         if high >= limit:
             return limit
-        high = min(2.0 * high, limit)
+        high = min(_STEP * high, limit)
         if not np.isfinite(high):
             raise PathError(f"the curve never reaches the control value {top!r}; shorten the path")
-    low = max(0.5 * high, at_least)
+    low = max(high / _STEP, at_least)
     for _ in range(2000):
         if at_least > 0.0 or not above(low):
             break

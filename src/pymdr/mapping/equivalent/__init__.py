@@ -3,21 +3,20 @@
 from __future__ import annotations
 
 import math
-from functools import singledispatch
+from functools import lru_cache, singledispatch
 
 import numpy as np
 
 from pymdr.errors import ProblemError
-from pymdr.mapping import abel, chebyshev
+from pymdr.mapping.abel import Curve
 from pymdr.mapping.equivalent.base import EquivalentProfile as EquivalentProfile
 from pymdr.mapping.equivalent.base import rising_root as rising_root
 from pymdr.mapping.equivalent.closed import PowerLine as PowerLine
 from pymdr.mapping.equivalent.closed import SphereLine as SphereLine
 from pymdr.mapping.equivalent.closed import SumLine as SumLine
 from pymdr.mapping.equivalent.closed import power_factor as power_factor
-from pymdr.mapping.equivalent.numeric import NumericLine as NumericLine
-from pymdr.mapping.equivalent.proxy import ProxyLine as ProxyLine
-from pymdr.mapping.equivalent.samples import samples_of as samples_of
+from pymdr.mapping.equivalent.graded import GradedLine as GradedLine
+from pymdr.mapping.sources import source_of
 from pymdr.problem.profiles import (
     Cone,
     FlatPunch,
@@ -95,21 +94,16 @@ def _(profile: FlatPunch) -> EquivalentProfile:
 
 @equivalent_profile.register(Function)
 @equivalent_profile.register(Interpolated)
-def _(profile: Function | Interpolated) -> EquivalentProfile:
-    return NumericLine(profile, profile.edge, profile.reach, profile.breakpoints)
-
-
-@equivalent_profile.register
-def _(profile: Sampled) -> EquivalentProfile:
-    return NumericLine(profile, profile.edge, profile.reach, profile.breakpoints, fixed=True)
+@equivalent_profile.register(Sampled)
+def _(profile: Function | Interpolated | Sampled) -> EquivalentProfile:
+    return _graded(profile)
 
 
 @equivalent_profile.register
 def _(profile: Sum) -> EquivalentProfile:
     parts = [equivalent_profile(part) for part in profile.parts]
-    if any(isinstance(part, NumericLine) for part in parts):
-        fixed = any(isinstance(part, NumericLine) and part.fixed for part in parts)
-        return NumericLine(profile, profile.edge, profile.reach, profile.breakpoints, fixed=fixed)
+    if any(isinstance(part, GradedLine) for part in parts):
+        return _graded(profile)
     return SumLine(
         tuple(p for part in parts for p in (part.parts if isinstance(part, SumLine) else (part,))),
         profile.edge,
@@ -117,9 +111,17 @@ def _(profile: Sum) -> EquivalentProfile:
     )
 
 
-def gap_function(profile: Profile, equivalent: EquivalentProfile) -> abel.Curve:
+@lru_cache(maxsize=256)
+def _graded(profile: Profile) -> GradedLine:
+    """One map for every profile, however many contacts it is part of."""
+    parts = profile.parts if isinstance(profile, Sum) else (profile,)
+    known = all(not isinstance(part, Function) or part.f is not None for part in parts)
+    return GradedLine(source_of(profile), profile.edge, profile.gap if known else None)
+
+
+def gap_function(profile: Profile, equivalent: EquivalentProfile) -> Curve:
     """
-    f(r) of a profile as a callable, by the inverse map where only the derivative was given.
+    f(r) of a profile as a callable, by the inverse map where a derivative was given.
 
     Parameters
     ----------
@@ -134,14 +136,24 @@ def gap_function(profile: Profile, equivalent: EquivalentProfile) -> abel.Curve:
     parts = profile.parts if isinstance(profile, Sum) else (profile,)
     if all(not isinstance(part, Function) or part.f is not None for part in parts):
         return profile.gap
-    edge = equivalent.edge
+    end = min(equivalent.edge, equivalent.reach)
 
     def gap(r: FloatArray) -> FloatArray:
-        inside = np.minimum(r, edge)
-        f = abel.inverse(equivalent.g, inside, breakpoints=equivalent.breakpoints)
-        return np.where(r > edge, math.inf, f)
+        inside = np.minimum(r, end)
+        f = 2.0 / math.pi * equivalent.gap_integral(inside, 0.0)
+        return np.where(r > end, math.inf if end == equivalent.edge else math.nan, f)
 
     return gap
+
+
+def slope_function(profile: Profile) -> Curve:
+    """f'(r) of a profile as a callable, as its map reads it."""
+    source = source_of(profile)
+
+    def slope(r: FloatArray) -> FloatArray:
+        return source.sample(np.zeros(r.shape), r)[0]
+
+    return slope
 
 
 def has_callables(profile: Profile) -> bool:
@@ -159,13 +171,13 @@ def has_callables(profile: Profile) -> bool:
 
 def without_callables(profile: Profile, top: float) -> Profile:
     """
-    The profile with every :class:`Function` replaced by its interpolant on [0, top], for saving.
+    The profile with every :class:`Function` replaced by the panels on which it is mapped, for saving.
 
     Parameters
     ----------
     profile : Profile
     top : float
-        Largest radius in m that is needed.
+        Largest radius in m that is needed; all that is mapped is kept.
 
     Returns
     -------
@@ -173,27 +185,4 @@ def without_callables(profile: Profile, top: float) -> Profile:
     """
     if isinstance(profile, Sum):
         return Sum(tuple(without_callables(part, top) for part in profile.parts))
-    if not isinstance(profile, Function):
-        return profile
-    top = min(top, profile.reach)
-    samples = samples_of(profile, top)
-    tip = chebyshev.tip_exponent(samples.slope, top, 0.0)
-    if profile.derivative is None:
-        # differentiated values are noise near the tip: only a pure power is believed, from larger radii
-        tip = chebyshev.tip_exponent(samples.slope, 1e6 * top, 0.0)
-        tip = tip if tip == round(tip) else 0.0
-    slope = chebyshev.build(
-        samples.slope,
-        top,
-        breakpoints=samples.marks,
-        tip_exponent=tip,
-        noise=samples.noise,
-        what="f'(r)",
-    )
-    return Interpolated(
-        tuple(slope.edges.tolist()),
-        tuple(tuple(panel.coefficients.tolist()) for panel in slope.panels),
-        tip,
-        sum(panel.tip_exponent != 0.0 for panel in slope.panels),
-        profile.breakpoints,
-    )
+    return _graded(profile).as_panels(top) if isinstance(profile, Function) else profile

@@ -11,58 +11,114 @@ from numpy.typing import ArrayLike
 
 from pymdr.errors import ConvergenceError
 from pymdr.mapping import abel
+from pymdr.mapping.series import Place, Position, rounded
 from pymdr.units import FloatArray
 
 
 class EquivalentProfile(ABC):
-    """The profile on the line. All arguments and values are SI floats or arrays of them."""
+    """
+    The profile on the line. All arguments and values are SI floats or arrays of them.
+
+    Positions are numbers, or a :class:`~pymdr.mapping.series.Place` that keeps their distance from a breakpoint.
+    """
 
     edge: float = math.inf
     """Sharp edge in m that no contact passes."""
     reach: float = math.inf
     """Largest x in m at which g is known."""
-    breakpoints: tuple[float, ...] = ()
-    """Points in m to whose right g is not smooth."""
-    corners: tuple[float, ...] = ()
-    """Those breakpoints at which f' jumps, so that g' is an inverse square root to their right."""
     rises: bool = True
     """Whether g is known to rise everywhere, so that every contact is a disk."""
 
     @abstractmethod
-    def g(self, x: ArrayLike) -> FloatArray:
+    def g(self, x: Position) -> FloatArray:
         """Equivalent profile g(x) in m."""
 
     @abstractmethod
-    def slope(self, x: ArrayLike) -> FloatArray:
+    def slope(self, x: Position) -> FloatArray:
         """Slope g'(x)."""
 
     @abstractmethod
-    def moment(self, x: ArrayLike) -> FloatArray:
+    def moment(self, x: Position) -> FloatArray:
         """First moment int_0^x t g'(t) dt in m^2."""
 
     @abstractmethod
-    def squared(self, x: ArrayLike) -> FloatArray:
+    def squared(self, x: Position) -> FloatArray:
         """The integral int_0^x (g(x) - g(t))^2 dt in m^3."""
 
     @abstractmethod
     def inverse(self, depth: ArrayLike) -> FloatArray:
-        """The x in m at which g(x) = depth, for rising g; inf where g never gets there."""
+        """The first x in m at which g(x) = depth; inf where g never gets there."""
 
     @abstractmethod
     def inverse_moment(self, moment: ArrayLike) -> FloatArray:
-        """The x in m at which the first moment has the given value, for rising g."""
+        """The first x in m at which the first moment has the given value."""
 
-    def integral(self, x: ArrayLike) -> FloatArray:
+    def place(self, depth: ArrayLike) -> Place:
+        """As `inverse`, with the digits beside a breakpoint."""
+        x = self.inverse(depth)
+        return Place(np.zeros(np.shape(x)), x)
+
+    def place_of_moment(self, moment: ArrayLike) -> Place:
+        """As `inverse_moment`, with the digits beside a breakpoint."""
+        x = self.inverse_moment(moment)
+        return Place(np.zeros(np.shape(x)), x)
+
+    def between(self, depth: FloatArray, low: float, high: float) -> Place:
+        """The places at which g(x) = depth on a stretch on which g rises."""
+        bounds = np.full(depth.shape, low), np.full(depth.shape, high)
+        x = rising_root(self.g, depth, *bounds)
+        return Place(np.zeros(x.shape), x)
+
+    def integral(self, x: Position) -> FloatArray:
         """The integral int_0^x g(t) dt in m^2."""
-        return np.asarray(x, dtype=float) * self.g(x) - self.moment(x)
+        return rounded(x) * self.g(x) - self.moment(x)
 
-    def pressure_integral(self, r: ArrayLike, a: float) -> FloatArray:
+    def error(self, x: Position) -> FloatArray:
+        """Measured relative errors of g, g', the moment and the square integral, shape (..., 4)."""
+        return np.zeros((*np.shape(rounded(x)), 4))
+
+    def kinks(self, top: float) -> tuple[float, ...]:
+        """Places in m up to `top` to whose right g is not smooth."""
+        return ()
+
+    def turning_points(self, top: float) -> tuple[float, ...]:
+        """Places in m up to `top` at which g' changes its sign; 0 where g begins to fall."""
+        return ()
+
+    def overlap_radius(self, depth: float) -> float:
+        """The largest radius in m at which the bodies would overlap if they were shifted by a depth in m."""
+        return min(float(self.inverse(depth)), self.edge, self.reach)
+
+    def rough_radius(self, reached: Callable[[float, float], bool]) -> float:
+        """A radius x in m near which ``reached(x, g(x))`` becomes true, going outward; where a search may begin."""
+        return 1.0
+
+    @property
+    def breakpoints(self) -> tuple[float, ...]:
+        """All places in m, as far as they are known, to whose right g is not smooth."""
+        return ()
+
+    def pressure_integral(self, r: Position, a: Position) -> FloatArray:
         """The integral int_r^a g'(x) / sqrt(x^2 - r^2) dx."""
-        return abel.edge_average(self.slope, r, a, breakpoints=self.breakpoints, corners=self.corners)
+        return abel.edge_average(self.slope, rounded(r), float(rounded(a)))
 
-    def upto(self, top: float) -> EquivalentProfile:
-        """The same profile made fast on [0, top]."""
-        return self
+    def gap_integral(self, r: Position, a: Position) -> FloatArray:
+        """The integral int_a^r g'(x) arccos(x / r) dx in m, for r beyond a."""
+        low = float(rounded(a))
+        start = self.g(np.array([low]))[0]
+        radii = rounded(r)
+        scale = float(np.max(np.abs(self.g(radii)), initial=0.0))
+        average = abel.line_average(lambda x: self.g(x) - start, radii, low=low, noise=1e-14 * scale)
+        return 0.5 * math.pi * average
+
+    def displacement_integral(self, r: ArrayLike, a: Position) -> FloatArray:
+        """The integral int_0^a g'(x) arcsin(x / r) dx in m, for r beyond a."""
+        high = float(rounded(a))
+        top = float(self.g(np.array([high]))[0])
+        average = abel.line_average(
+            lambda x: top - self.g(np.minimum(x, high)), r, high=high, noise=1e-14 * top
+        )
+        return 0.5 * math.pi * average
 
 
 def rising_root(

@@ -14,6 +14,7 @@ from scipy.special import gammaln
 from pymdr.errors import ConvergenceError
 from pymdr.mapping.abel import gauss
 from pymdr.mapping.equivalent.base import EquivalentProfile, rising_root
+from pymdr.mapping.series import Position, rounded
 from pymdr.units import FloatArray
 
 
@@ -37,26 +38,24 @@ class PowerLine(EquivalentProfile):
     scale: float
     unit: float
 
-    def g(self, x: ArrayLike) -> FloatArray:
+    def g(self, x: Position) -> FloatArray:
         """Equivalent profile in m."""
-        return np.asarray(self.scale * self._power(np.asarray(x, dtype=float) / self.unit, self.n))
+        return np.asarray(self.scale * self._power(rounded(x) / self.unit, self.n))
 
-    def slope(self, x: ArrayLike) -> FloatArray:
+    def slope(self, x: Position) -> FloatArray:
         """Slope g'."""
         with np.errstate(divide="ignore"):
-            relative = self._power(np.asarray(x, dtype=float) / self.unit, self.n - 1.0)
+            relative = self._power(rounded(x) / self.unit, self.n - 1.0)
         return np.asarray(self.n * (self.scale / self.unit) * relative)
 
-    def moment(self, x: ArrayLike) -> FloatArray:
+    def moment(self, x: Position) -> FloatArray:
         """First moment, n/(n+1) x g."""
-        return np.asarray(self.n / (self.n + 1.0) * np.asarray(x, dtype=float) * self.g(x))
+        return np.asarray(self.n / (self.n + 1.0) * rounded(x) * self.g(x))
 
-    def squared(self, x: ArrayLike) -> FloatArray:
+    def squared(self, x: Position) -> FloatArray:
         """Integral of (g(x) - g)^2, 2 n^2 / ((n+1)(2n+1)) x g^2."""
         n = self.n
-        return np.asarray(
-            2.0 * n * n / ((n + 1.0) * (2.0 * n + 1.0)) * np.asarray(x, dtype=float) * self.g(x) ** 2
-        )
+        return np.asarray(2.0 * n * n / ((n + 1.0) * (2.0 * n + 1.0)) * rounded(x) * self.g(x) ** 2)
 
     def inverse(self, depth: ArrayLike) -> FloatArray:
         """Inverse of g."""
@@ -69,11 +68,11 @@ class PowerLine(EquivalentProfile):
         relative = np.maximum(np.asarray(moment, dtype=float), 0.0) / factor
         return np.asarray(self.unit * self._power(relative, 1.0 / (self.n + 1.0)))
 
-    def pressure_integral(self, r: ArrayLike, a: float) -> FloatArray:
+    def pressure_integral(self, r: Position, a: Position) -> FloatArray:
         """Closed for the cone and the paraboloid, by quadrature otherwise."""
-        r = np.asarray(r, dtype=float)
-        inside = np.minimum(r, a)
-        half_chord = np.sqrt((a - inside) * (a + inside))
+        top = rounded(a)
+        inside = np.minimum(rounded(r), top)
+        half_chord = np.sqrt((top - inside) * (top + inside))
         if self.n == 2.0:
             return np.asarray(2.0 * (self.scale / self.unit) * (half_chord / self.unit))
         if self.n == 1.0:
@@ -107,30 +106,30 @@ class SphereLine(EquivalentProfile):
         """The sphere ends at R."""
         return self.radius
 
-    def g(self, x: ArrayLike) -> FloatArray:
+    def g(self, x: Position) -> FloatArray:
         """Equivalent profile in m; inf at R, nan beyond."""
-        x = np.asarray(x, dtype=float)
+        x = rounded(x)
         with np.errstate(divide="ignore", invalid="ignore"):
             return np.asarray(x * np.arctanh(x / self.radius))
 
-    def slope(self, x: ArrayLike) -> FloatArray:
+    def slope(self, x: Position) -> FloatArray:
         """Slope g' = artanh t + t / (1 - t^2)."""
-        t = np.asarray(x, dtype=float) / self.radius
+        t = rounded(x) / self.radius
         with np.errstate(divide="ignore", invalid="ignore"):
             return np.asarray(np.arctanh(t) + t / ((1.0 - t) * (1.0 + t)))
 
-    def moment(self, x: ArrayLike) -> FloatArray:
+    def moment(self, x: Position) -> FloatArray:
         """First moment R^2/2 [(1 + t^2) artanh t - t], as a series below t = 1/2."""
-        t = np.asarray(x, dtype=float) / self.radius
+        t = rounded(x) / self.radius
         small = np.minimum(np.abs(t), 0.5)
         series = small**3 * np.polynomial.polynomial.polyval(small**2, _SPHERE_MOMENT)
         with np.errstate(divide="ignore", invalid="ignore"):
             closed = ((1.0 + t * t) * np.arctanh(t) - t) / 2.0
         return np.asarray(self.radius**2 * np.where(np.abs(t) < 0.5, series, closed))
 
-    def squared(self, x: ArrayLike) -> FloatArray:
+    def squared(self, x: Position) -> FloatArray:
         """Integral of (g(x) - g)^2 by Gauss-Legendre in s, t = tanh(s), where g = R s tanh(s)."""
-        x = np.asarray(x, dtype=float)
+        x = rounded(x)
         top = np.arctanh(np.ravel(x) / self.radius)
         answer = np.zeros(top.shape)
         nodes, weights = gauss(32)
@@ -180,23 +179,23 @@ class SumLine(EquivalentProfile):
     edge: float = math.inf
     reach: float = math.inf
 
-    def g(self, x: ArrayLike) -> FloatArray:
+    def g(self, x: Position) -> FloatArray:
         """Equivalent profile in m."""
-        return sum((part.g(x) for part in self.parts), np.zeros(np.shape(x)))
+        return sum((part.g(x) for part in self.parts), np.zeros(np.shape(rounded(x))))
 
-    def slope(self, x: ArrayLike) -> FloatArray:
+    def slope(self, x: Position) -> FloatArray:
         """Slope g'."""
-        return sum((part.slope(x) for part in self.parts), np.zeros(np.shape(x)))
+        return sum((part.slope(x) for part in self.parts), np.zeros(np.shape(rounded(x))))
 
-    def moment(self, x: ArrayLike) -> FloatArray:
+    def moment(self, x: Position) -> FloatArray:
         """First moment."""
-        return sum((part.moment(x) for part in self.parts), np.zeros(np.shape(x)))
+        return sum((part.moment(x) for part in self.parts), np.zeros(np.shape(rounded(x))))
 
-    def squared(self, x: ArrayLike) -> FloatArray:
+    def squared(self, x: Position) -> FloatArray:
         """Integral of (g(x) - g)^2 by Gauss-Legendre on panels graded to 0."""
         if len(self.parts) <= 1:
-            return self.parts[0].squared(x) if self.parts else np.zeros(np.shape(x))
-        x = np.asarray(x, dtype=float)
+            return self.parts[0].squared(x) if self.parts else np.zeros(np.shape(rounded(x)))
+        x = rounded(x)
         depth, answer = self.g(x), np.zeros(x.shape)
         nodes, weights = gauss(24)
         for low, high in pairwise((0.0, *0.25 ** np.arange(13.0, -1.0, -1.0))):
@@ -227,6 +226,6 @@ class SumLine(EquivalentProfile):
         low = np.min([inverse(target / len(inverses)) for inverse in inverses], axis=0)
         return rising_root(curve, target, low, high)
 
-    def pressure_integral(self, r: ArrayLike, a: float) -> FloatArray:
+    def pressure_integral(self, r: Position, a: Position) -> FloatArray:
         """Sum of the parts' integrals."""
-        return sum((part.pressure_integral(r, a) for part in self.parts), np.zeros(np.shape(r)))
+        return sum((part.pressure_integral(r, a) for part in self.parts), np.zeros(np.shape(rounded(r))))

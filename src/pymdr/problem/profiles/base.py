@@ -78,7 +78,7 @@ class Sum(Profile):
         parts = tuple(self.parts)
         if not parts or not all(isinstance(part, Profile) for part in parts):
             raise ProblemError(f"Sum.parts = {self.parts!r}: one or more profiles are needed")
-        object.__setattr__(self, "parts", parts)
+        object.__setattr__(self, "parts", tuple(piece for part in parts for piece in _parts(part)))
 
     def gap(self, r: ArrayLike) -> FloatArray:
         """Gap f(r) in m."""

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from itertools import pairwise
 from typing import TypeAlias
 
 import numpy as np
@@ -132,42 +131,47 @@ class Interpolated(Profile):
     """
     A profile held as polynomials: what a saved result keeps of a :class:`Function`.
 
-    On each piece f' = (r/high)^tip sum_j c_j T_j(2 t - 1), r = low + (high - low) t, where tip is 0 but on the
-    first pieces.
+    On each panel f' = (t/high)^power sum_j c_j T_j(2 u - 1) with t = r - base and u = (t - low) / (high - low); below
+    the first one f' = slope (r/radius)^exponent.
 
     Parameters
     ----------
-    edges : sequence of float
-        Radii in m at which the pieces begin and end, rising from 0.
+    base, low, high : sequence of float
+        Origin of every panel in m, and its ends as offsets from it.
+    power : sequence of float
+        Exponent on every panel.
     coefficients : sequence of sequences of float
-        Chebyshev coefficients c_j of f' on each piece.
-    tip : float
-        Exponent of the first pieces.
-    tip_pieces : int
-        Number of pieces with that exponent.
+        Chebyshev coefficients c_j of f' on every panel.
+    tip : tuple of float
+        radius in m, slope and exponent of f' below the first panel.
     kinks : sequence of float
-        The edges at which f' is not smooth.
+        Radii in m at which f' is not smooth.
 
     Examples
     --------
-    >>> round(float(Interpolated((0.0, 1.0), ((2.0,),), tip=1.0).gap(0.5)), 14)
-    0.25
+    >>> cone = Interpolated((0.0,), (0.5,), (1.0,), (0.0,), ((2.0,),), (0.5, 2.0, 0.0))
+    >>> round(float(cone.gap(0.75)), 14)
+    1.5
     """
 
-    edges: tuple[float, ...]
+    base: tuple[float, ...]
+    low: tuple[float, ...]
+    high: tuple[float, ...]
+    power: tuple[float, ...]
     coefficients: tuple[tuple[float, ...], ...]
-    tip: float = 0.0
-    tip_pieces: int = 1
+    tip: tuple[float, float, float]
     kinks: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "edges", tuple(float(e) for e in self.edges))
+        for name in ("base", "low", "high", "power", "tip", "kinks"):
+            object.__setattr__(self, name, tuple(float(value) for value in getattr(self, name)))
         object.__setattr__(self, "coefficients", tuple(tuple(map(float, c)) for c in self.coefficients))
-        object.__setattr__(self, "kinks", tuple(float(b) for b in self.kinks))
-        object.__setattr__(self, "tip", float(self.tip))
-        object.__setattr__(self, "tip_pieces", int(self.tip_pieces))
-        if len(self.edges) != len(self.coefficients) + 1 or np.any(np.diff(self.edges) <= 0.0):
-            raise ProblemError("Interpolated.edges must rise and be one more than the pieces")
+        sizes = {len(getattr(self, name)) for name in ("base", "low", "high", "power", "coefficients")}
+        ends = np.add(self.base, self.high)
+        if len(sizes) != 1 or len(self.tip) != 3 or not ends.size or np.any(np.diff(ends) <= 0.0):
+            raise ProblemError(
+                "Interpolated: its panels must rise, with base, low, high, power and coefficients for each"
+            )
 
     @property
     def breakpoints(self) -> tuple[float, ...]:
@@ -176,33 +180,50 @@ class Interpolated(Profile):
 
     @property
     def reach(self) -> float:
-        """The last edge."""
-        return self.edges[-1]
+        """The end of the last panel."""
+        return self.base[-1] + self.high[-1]
 
     def gap_slope(self, r: ArrayLike) -> FloatArray:
         """Slope f'(r); nan beyond the reach."""
         r = np.asarray(r, dtype=float)
         answer = np.full(r.shape, math.nan)
-        for i, (low, high) in enumerate(pairwise(self.edges)):
-            inside = (r >= low) & (r <= high)
-            answer[inside] = self._piece_slope(r[inside], i)
+        panel = np.searchsorted(np.add(self.base, self.low), r, side="right") - 1
+        known = r <= self.reach
+        below = known & (panel < 0)
+        answer[below] = self._tip_slope(r[below])
+        for i in np.unique(panel[known & (panel >= 0)]):
+            inside = known & (panel == i)
+            answer[inside] = self._panel_slope(r[inside] - self.base[i], int(i))
         return answer
 
     def gap(self, r: ArrayLike) -> FloatArray:
-        """Gap f(r) in m by Gauss-Legendre on each piece; nan beyond the reach."""
+        """Gap f(r) in m by Gauss-Legendre on each panel; nan beyond the reach."""
         r = np.asarray(r, dtype=float)
-        nodes, weights = np.polynomial.legendre.leggauss(64)
-        s = ((nodes + 1.0) / 2.0) ** 2
-        weights = weights * (nodes + 1.0) / 2.0
-        answer = np.where(r <= self.reach, 0.0, math.nan)
-        for i, (low, high) in enumerate(pairwise(self.edges)):
-            width = np.clip(r, low, high) - low
+        nodes, weights = np.polynomial.legendre.leggauss(24)
+        s, weights = (nodes + 1.0) / 2.0, weights / 2.0
+        radius, slope, exponent = self.tip
+        inner = np.minimum(r, radius)
+        with np.errstate(divide="ignore", invalid="ignore", under="ignore"):
+            answer = slope * radius / (exponent + 1.0) * (inner / radius) ** (exponent + 1.0)
+        for i in range(len(self.base)):
+            t = np.clip(r - self.base[i], self.low[i], self.high[i])
+            width = t - self.low[i]
+            if not np.any(width > 0.0):
+                break
             for node, weight in zip(s, weights, strict=True):
-                x = low + width * node
-                answer = answer + weight * width * np.where(width > 0.0, self._piece_slope(x, i), 0.0)
-        return answer
+                values = self._panel_slope(self.low[i] + width * node, i)
+                answer = answer + weight * width * np.where(width > 0.0, values, 0.0)
+        return np.asarray(np.where(r <= self.reach, answer, math.nan))
 
-    def _piece_slope(self, r: FloatArray, i: int) -> FloatArray:
-        low, high = self.edges[i], self.edges[i + 1]
-        values = np.polynomial.chebyshev.chebval(2.0 * (r - low) / (high - low) - 1.0, self.coefficients[i])
-        return np.asarray(values * (r / high) ** self.tip if i < self.tip_pieces else values)
+    def _tip_slope(self, r: FloatArray) -> FloatArray:
+        radius, slope, exponent = self.tip
+        with np.errstate(divide="ignore", invalid="ignore", under="ignore"):
+            return np.asarray(slope * (r / radius) ** exponent)
+
+    def _panel_slope(self, t: FloatArray, i: int) -> FloatArray:
+        u = ((t - self.low[i]) / (self.high[i] - self.low[i])).clip(0.0, 1.0)
+        values = np.polynomial.chebyshev.chebval(2.0 * u - 1.0, self.coefficients[i])
+        if self.power[i]:
+            with np.errstate(divide="ignore", invalid="ignore", under="ignore"):
+                values = values * (t / self.high[i]) ** self.power[i]
+        return np.asarray(values)

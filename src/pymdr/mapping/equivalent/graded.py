@@ -1,0 +1,652 @@
+"""The image of any profile on graded panels, which extends itself as far as it is asked."""
+
+from __future__ import annotations
+
+import math
+import threading
+from collections.abc import Callable
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from pymdr.errors import ProblemError
+from pymdr.mapping import returning
+from pymdr.mapping.equivalent.base import EquivalentProfile
+from pymdr.mapping.images import Charges, Image, joined_images, map_panels, rooted_copy
+from pymdr.mapping.series import (
+    IndexArray,
+    Panels,
+    Place,
+    Position,
+    Series,
+    as_place,
+    clenshaw,
+    evaluate,
+    joined,
+)
+from pymdr.mapping.slopes import ResolvedSlope, SlopeSource, anchored
+from pymdr.problem.profiles import Interpolated
+from pymdr.units import FloatArray, metres
+
+_INWARD = 2.0**-8
+"""How much farther inward the tip is mapped than it was asked for."""
+_FARTHEST = 1e30
+_SMALLEST = 1e-18
+"""Radius in m from which a search for the size of a contact goes up, or down."""
+_ABOVE_TAIL = 4.0
+"""Radii from which on the panels do not feel how the tip below them was closed, in radii of its tail."""
+_ROUGH = 0.7
+_NEWTON = 60
+_SEARCHED = 2.0**10
+"""How far, in contact radii, a profile without a reach is searched for another contact."""
+_Reached: TypeAlias = Callable[[float, float, float], bool]
+
+
+class GradedLine(EquivalentProfile):
+    """
+    g, g', its first moment and square integral on panels graded to the tip and to every breakpoint.
+
+    Every value is accurate relative to its own size there, and `error` tells how accurate. What is mapped is kept; a
+    place, a depth or a moment beyond it extends the map, outward panel by panel or inward.
+
+    Parameters
+    ----------
+    source : SlopeSource
+        f' of the profile.
+    edge : float
+        Sharp edge in m that no contact passes.
+    height : callable, optional
+        f(r), where the profile knows it without integrating.
+    """
+
+    rises = False
+
+    def __init__(
+        self,
+        source: SlopeSource,
+        edge: float = math.inf,
+        height: Callable[[FloatArray], FloatArray] | None = None,
+    ) -> None:
+        self.source = source
+        self.edge = edge
+        self.height = height
+        self._overlap = (0.0, 0.0)
+        self._turning: tuple[int, tuple[float, ...]] = (0, ())
+        self._resolved = ResolvedSlope(source, min(edge, source.reach))
+        self._charges: Charges | None = None
+        self._image: Image | None = None
+        self._inner = math.inf
+        self._lock = threading.RLock()
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {name: value for name, value in self.__dict__.items() if name != "_lock"}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__dict__.update(state)
+        self._lock = threading.RLock()
+
+    def as_panels(self, top: float) -> Interpolated:
+        """The slope of the profile on the panels that resolve it, up to at least a radius in m if it goes so far."""
+        self.map_to(top)
+        slope = self._resolved
+        assert slope.slopes is not None
+        panels, series, tail = slope.slopes.panels, slope.slopes.series, slope.tail
+        columns = (panels.base, panels.low, panels.high, series.power)
+        return Interpolated(
+            *(tuple(column.tolist()) for column in columns),
+            tuple(tuple(row) for row in series.coefficients.tolist()),
+            (tail.radius, tail.slope, tail.power),
+            tuple(b for b in slope.knots if b < slope.front),
+        )
+
+    # -- how far it is mapped ---------------------------------------------------------------------
+
+    @property
+    def reach(self) -> float:  # type: ignore[override]
+        """Largest radius in m at which the profile is known to be defined."""
+        return self._resolved.limit if self._resolved.limit < self.source.reach else self.source.reach
+
+    @property
+    def _end(self) -> float:
+        return min(self.edge, self._resolved.limit)
+
+    @property
+    def front(self) -> float:
+        """The radius in m up to which the line is mapped."""
+        return 0.0 if self._image is None else float(self._image.panels.stop[-1])
+
+    def map_to(self, x: float, inner: float | None = None) -> Image:
+        """The image up to at least `x`, with all that values at `inner` and beyond depend on."""
+        with self._lock:
+            x = min(x, self._end)
+            inner = min(inner if inner is not None and inner > 0.0 else x, x)
+            if self._image is None or x > self.front or (inner < self._inner and not self._is_power()):
+                self._extend(x, inner)
+            assert self._image is not None
+            return self._image
+
+    def _is_power(self) -> bool:
+        """Whether the tip is a power to rounding, so that nothing changes farther inward."""
+        return self._resolved.pure
+
+    def _extend(self, x: float, inner: float) -> None:
+        slope = self._resolved
+        fresh = self._image is None
+        inward = inner < self._inner
+        if inward:
+            inner = inner * _INWARD if not fresh else inner
+        slope.resolve_to(max(x, self.front), min(inner, self._inner))
+        assert slope.slopes is not None
+        self._charges = Charges(slope.slopes, slope.tail)
+        begin = self._begin
+        if fresh or self._image is None:
+            squared = self._tail_squared(begin)
+            self._image = map_panels(self._charges, self._panels(begin, None, slope.front), squared)
+        else:
+            first = self._image.panels
+            if inward and begin < float(first.start[0]):
+                inner_panels = self._panels(begin, None, float(first.start[0]))
+                made = map_panels(self._charges, inner_panels, self._tail_squared(begin))
+                self._image = joined_images(made, self._image)
+            last = self._image.panels
+            if slope.front > self.front:
+                place = (float(last.base[-1]), float(last.high[-1]))
+                outer = map_panels(
+                    self._charges, self._panels(self.front, place, slope.front), self._image.end_squared
+                )
+                self._image = joined_images(self._image, outer)
+        self._inner = min(self._inner, inner)
+
+    @property
+    def _begin(self) -> float:
+        """Where the first panel of the image begins; below it the image is a power."""
+        slope = self._resolved
+        return min([_ABOVE_TAIL * slope.floor, *slope.knots[:1]])
+
+    def _panels(self, start: float, place: tuple[float, float] | None, stop: float) -> Panels:
+        """The first division of the line between two radii."""
+        slope = self._resolved
+        knots = [b for b in slope.knots if start < b < stop]
+        base, low = (0.0, start) if place is None else place
+        if base + low in slope.knots:
+            base, low = base + low, 0.0
+        parts = []
+        for end in (*knots, stop):
+            parts.append(anchored(base, low, end, end))
+            base, low = end, 0.0
+        return rooted_copy(joined(parts))
+
+    # -- the tip ----------------------------------------------------------------------------------
+
+    def _tail_constants(self) -> tuple[float, float, float]:
+        """n, g and its radius of the power g = g_0 (x / x_0)^n below the first panel."""
+        tail = self._resolved.tail
+        n = tail.power + 1.0
+        factor = 0.5 * math.exp(math.lgamma(0.5 * n) + math.lgamma(0.5) - math.lgamma(0.5 * (n + 1.0)))
+        return n, factor * tail.slope * tail.radius, tail.radius
+
+    def _tail(self, x: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+        """g, g', m and s below the first panel."""
+        n, top, radius = self._tail_constants()
+        with np.errstate(divide="ignore", invalid="ignore", under="ignore", over="ignore"):
+            g = top * (x / radius) ** n
+            slope = n * top / radius * (x / radius) ** (n - 1.0)
+        slope = np.where((x == 0.0) & (top == 0.0), 0.0, slope)
+        return g, slope, n / (n + 1.0) * x * g, 2.0 * n * n / ((n + 1.0) * (2.0 * n + 1.0)) * x * g * g
+
+    def _tail_squared(self, x: float) -> float:
+        return float(self._tail(np.array([x]))[3][0])
+
+    # -- values -----------------------------------------------------------------------------------
+
+    def _read(self, x: Position, which: str) -> FloatArray:
+        place = as_place(x)
+        shape = np.shape(place.offset)
+        flat = Place(np.ravel(np.broadcast_to(place.base, shape)), np.ravel(place.offset))
+        at = flat.x
+        with np.errstate(invalid="ignore"):
+            beyond = at > self._end * (1.0 + 1e-12)
+        known = np.isfinite(at) & ~beyond
+        answer = np.where(at == 0.0, 0.0, math.nan)
+        positive = known & (at > 0.0)
+        if positive.any():
+            values = at[positive]
+            image = self.map_to(float(values.max()), float(values.min()))
+            answer[positive] = self._evaluate(image, flat.take(positive), which)
+        if which == "slope":
+            tip = known & (at == 0.0)
+            if tip.any():
+                self.map_to(self._some_radius())
+                answer[tip] = self._tail(np.zeros(1))[1][0]
+        return answer.reshape(shape)
+
+    def _evaluate(self, image: Image, place: Place, which: str) -> FloatArray:
+        index, offset = image.panels.locate(place)
+        values = evaluate(image.panels, getattr(image, which), index, offset)
+        x = place.x
+        low = x < image.panels.start[0]
+        if low.any():
+            order = ("g", "slope", "moment", "squared").index(which)
+            values[low] = self._tail(x[low])[order]
+        return values
+
+    def _some_radius(self) -> float:
+        return self.front or self._first_radius()
+
+    def g(self, x: Position) -> FloatArray:
+        """Equivalent profile in m; nan beyond what is known."""
+        return self._read(x, "g")
+
+    def slope(self, x: Position) -> FloatArray:
+        """Slope g'."""
+        return self._read(x, "slope")
+
+    def moment(self, x: Position) -> FloatArray:
+        """First moment in m^2."""
+        return self._read(x, "moment")
+
+    def squared(self, x: Position) -> FloatArray:
+        """Integral of (g(x) - g)^2 in m^3."""
+        return self._read(x, "squared")
+
+    def error(self, x: Position) -> FloatArray:
+        """Measured relative errors of g, g', m and s at places, shape (..., 4)."""
+        place = as_place(x)
+        at = np.ravel(place.x)
+        answer = np.zeros((at.size, 4))
+        known = np.isfinite(at) & (at > 0.0) & (at <= self._end * (1.0 + 1e-12))
+        if known.any():
+            image = self.map_to(float(at[known].max()), float(at[known].min()))
+            flat = Place(
+                np.ravel(np.broadcast_to(place.base, place.x.shape))[known], np.ravel(place.offset)[known]
+            )
+            answer[known] = image.error[image.panels.locate(flat)[0]]
+        return answer.reshape(*np.shape(place.x), 4)
+
+    # -- inverses ---------------------------------------------------------------------------------
+
+    def place(self, depth: ArrayLike) -> Place:
+        """The first place at which g(x) = depth; inf where g never gets there."""
+        return self._solve(np.asarray(depth, dtype=float), "g")
+
+    def place_of_moment(self, moment: ArrayLike) -> Place:
+        """The first place at which the first moment has the given value."""
+        return self._solve(np.asarray(moment, dtype=float), "moment")
+
+    def inverse(self, depth: ArrayLike) -> FloatArray:
+        """The x in m at which g first is `depth`; inf where it never is."""
+        return self.place(depth).x
+
+    def inverse_moment(self, moment: ArrayLike) -> FloatArray:
+        """The x in m at which the first moment is `moment`; inf where it never is."""
+        return self.place_of_moment(moment).x
+
+    def _solve(self, target: FloatArray, which: str) -> Place:
+        flat = np.ravel(target)
+        base, offset = np.zeros(flat.shape), np.zeros(flat.shape)
+        wanted = flat > 0.0
+        if wanted.any():
+            image = self._reaching(float(flat[wanted].max()), float(flat[wanted].min()), which)
+            base[wanted], offset[wanted] = self._roots(image, flat[wanted], which, 0, image.panels.count)
+        return Place(base.reshape(target.shape), offset.reshape(target.shape))
+
+    def between(self, depth: FloatArray, low: float, high: float) -> Place:
+        """The places between two turning points of g, or the tip, at which g(x) = depth, for a rising stretch."""
+        image = self.map_to(high)
+        ends = self._at_ends(image, "g")
+        first = int(np.searchsorted(image.panels.stop, low, side="right"))
+        last = int(np.searchsorted(image.panels.start, high, side="left"))
+        del ends
+        base, offset = self._roots(image, depth, "g", first, max(last, first + 1))
+        return Place(base, offset)
+
+    def _at_ends(self, image: Image, which: str) -> FloatArray:
+        series: Series = getattr(image, which)
+        return clenshaw(series.coefficients, np.ones(image.panels.count))
+
+    def _reaching(self, target: float, least: float, which: str) -> Image:
+        """The image far enough out for one value, and far enough in for another."""
+        with self._lock:
+            if self._image is None:
+                self.map_to(self._first_radius(target, which))
+            image = self._image
+            assert image is not None
+            while float(np.max(self._at_ends(image, which))) < target:
+                if self.front >= self._end:
+                    break
+                image = self.map_to(self._next_radius(target, which))
+            ends = self._at_ends(image, which)
+            if self._is_power():
+                return image
+            first = int(np.argmax(np.maximum.accumulate(ends) >= least))
+            inner = float(image.panels.start[first])
+            while first == 0 and self._read_tail(which, inner) > least and inner > 1e-300:
+                inner *= _INWARD
+            return self.map_to(self.front, inner)
+
+    def _read_tail(self, which: str, x: float) -> float:
+        return float(self._tail(np.array([x]))[("g", "slope", "moment", "squared").index(which)][0])
+
+    def _roots(
+        self, image: Image, target: FloatArray, which: str, first: int, last: int
+    ) -> tuple[FloatArray, FloatArray]:
+        panels = image.panels
+        series: Series = getattr(image, which)
+        tops = np.maximum.accumulate(self._at_ends(image, which)[first:last])
+        index = first + np.searchsorted(tops, target, side="left")
+        beyond = index >= last
+        index = np.minimum(index, last - 1)
+        start = float(panels.start[0])
+        low = (first == 0) & (target <= self._read_tail(which, start))
+        base, offset = panels.base[index].copy(), np.empty(target.shape)
+        inside = ~beyond & ~low
+        if inside.any():
+            offset[inside] = _newton(panels, series, index[inside], target[inside])
+        if low.any():
+            n, top, radius = self._tail_constants()
+            if which == "moment":
+                n, top = n + 1.0, n / (n + 1.0) * radius * top
+            base[low] = 0.0
+            offset[low] = radius * (target[low] / top) ** (1.0 / n) if top > 0.0 else start
+        base[beyond], offset[beyond] = 0.0, math.inf
+        return base, offset
+
+    # -- the search for a radius ------------------------------------------------------------------
+
+    def _first_radius(self, target: float | None = None, which: str = "g") -> float:
+        """A radius at which g (or the moment) is still below a value, found from small radii upward."""
+        if self.source.known_everywhere:
+            return self._end
+        if target is None:
+            return 0.5 * self._end if math.isfinite(self._end) else 1.0
+        scale = target if which == "g" else math.sqrt(target)
+        return self._climb(1e-6 * scale, lambda x, g, m: (g if which == "g" else m) > _ROUGH * target)
+
+    def _next_radius(self, target: float, which: str) -> float:
+        """A radius beyond the mapped ones that the value is not reached long before."""
+        if self.source.known_everywhere:
+            return self._end
+        slope = self._resolved.slopes
+        assert slope is not None
+        radii = np.append(slope.panels.start[-96::2], self.front)
+        here = self._up(radii, lambda x, g, m: (g if which == "g" else m) > _ROUGH * target)
+        return max(here, self.front * (1.0 + 1e-9))
+
+    def rough_radius(self, reached: Callable[[float, float], bool]) -> float:
+        """A radius x in m near which ``reached(x, g(x))`` becomes true, going outward."""
+        if self.source.known_everywhere:
+            r = self._end * 2.0 ** -np.arange(0.0, 40.0, 0.25)[::-1]
+            found = [x for x, g in zip(r.tolist(), self.g(r).tolist(), strict=True) if reached(x, g)]
+            return found[0] if found else self._end
+        return self._climb(_SMALLEST, lambda x, g, m: reached(x, g))
+
+    def _climb(self, start: float, reached: _Reached) -> float:
+        """Go down from a radius until a rough image is not there yet, and then up."""
+        x = min(start, 2.0**-20 * self._end)
+        for _ in range(300):
+            slope = self._rough_slope(x)
+            if math.isfinite(slope) and not reached(x, 1e3 * slope * x, 1e3 * slope * x * x):
+                break
+            x /= 16.0
+        return self._up(np.array([x / 8.0, x / 4.0, x / 2.0, x]), reached)
+
+    def _rough_slope(self, x: float) -> float:
+        with np.errstate(all="ignore"):
+            return abs(float(self.source.sample(np.zeros(1), np.array([x]))[0][0]))
+
+    def _up(self, radii: FloatArray, reached: _Reached) -> float:
+        """Go up by quarter octaves while an image of single slopes is not there yet."""
+        known = [float(r) for r in radii]
+        slopes = [self._rough_slope(r) for r in known]
+        while True:
+            x = known[-1]
+            r, f = np.array(known[-200:]), np.array(slopes[-200:])
+            with np.errstate(all="ignore"):
+                parts = f[:-1] * np.diff(np.arcsin(np.minimum(r / x, 1.0)))
+                g, m = x * float(parts.sum()), float((parts * r[:-1] * r[1:]).sum())
+            if x >= self._end or reached(x, g, m):
+                return min(max(known[-2], float(radii[-1])), self._end)
+            if x > _FARTHEST:
+                raise _never_rises(x)
+            known.append(min(x * 2.0**0.25, self._end))
+            slopes.append(self._rough_slope(known[-1]))
+            if not math.isfinite(slopes[-1]):
+                return x
+
+    # -- what the curve looks like ----------------------------------------------------------------
+
+    def kinks(self, top: float) -> tuple[float, ...]:
+        """Places in m up to `top` to whose right g is not smooth."""
+        if top > 0.0:
+            self.map_to(top)
+        return tuple(b for b in self._resolved.knots if b < top)
+
+    def turning_points(self, top: float) -> tuple[float, ...]:
+        """Places in m up to `top` at which g' changes its sign; 0 where g begins to fall."""
+        image = self.map_to(top)
+        if self._turning[0] != id(image):
+            self._turning = (id(image), _turning_points(image, self.front))
+        return tuple(x for x in self._turning[1] if x < top)
+
+    @property
+    def breakpoints(self) -> tuple[float, ...]:
+        """All places in m, as far as they are known, to whose right g is not smooth."""
+        return tuple(self._resolved.knots)
+
+    def overlap_radius(self, depth: float) -> float:
+        """
+        The largest radius in m at which the bodies would overlap if they were shifted by a depth in m.
+
+        Contact, where the displacement d - f(r) is positive, lies within it. Beyond the first radius at which
+        g = depth the profile is searched to its reach, or else to 1024 times that radius.
+        """
+        known, radius = self._overlap
+        if depth <= known:
+            return radius
+        first = min(float(self.place(np.array([depth])).x[0]), self._end)
+        radius = max(first, self._last_overlap(depth, first))
+        self._overlap = (depth, radius)
+        return radius
+
+    def searched_to(self, depth: float) -> float:
+        """How far in m `overlap_radius` looks for a depth in m."""
+        first = float(self.place(np.array([depth])).x[0])
+        return min(self._end, _SEARCHED * first)
+
+    def _last_overlap(self, depth: float, first: float) -> float:
+        last = min(self._end, _SEARCHED * first)
+        if not first < last:
+            return first
+        r = search_points(first, last)
+        with np.errstate(all="ignore"):
+            overlapping = self._heights(r) <= depth
+        if not overlapping.any():
+            return first
+        at = int(np.flatnonzero(overlapping)[-1])
+        return last if at == r.size - 1 else float(r[at + 1])
+
+    def _heights(self, r: FloatArray) -> FloatArray:
+        """F at rising radii beyond the mapped ones, roughly where only its derivative is known."""
+        if self.height is not None:
+            return self.height(r)
+        start = float(2.0 / math.pi * self.gap_integral(np.array([r[0]]), 0.0)[0])
+        slope = self.source.sample(np.zeros(r.shape), r)[0]
+        steps = 0.5 * np.diff(r) * (slope[1:] + slope[:-1])
+        return start + np.concatenate([[0.0], np.cumsum(steps)])
+
+    # -- the way back -----------------------------------------------------------------------------
+
+    def pressure_integral(self, r: Position, a: Position) -> FloatArray:
+        """The integral int_r^a g'(x) / sqrt(x^2 - r^2) dx; inf where it is."""
+        radius, edge = as_place(r), as_place(a)
+        image = self.map_to(float(edge.x))
+        shape = np.shape(radius.offset)
+        base = np.ravel(np.broadcast_to(radius.base, shape)).astype(float)
+        offset = np.ravel(radius.offset).astype(float)
+        stop = (float(edge.base), float(edge.offset))
+        inside = (base - stop[0]) + offset < stop[1]
+        x = base + offset
+        positive = x[inside & (x > 0.0)]
+        if positive.size and not self._is_power():
+            image = self.map_to(float(edge.x), max(float(positive.min()), 2.0**-60 * float(edge.x)))
+        answer = np.zeros(x.shape)
+        part = returning.stretch(image.panels, image.slope, (0.0, 0.0), stop)
+        answer[inside] = returning.over_root(part, base[inside], offset[inside])
+        start = float(image.panels.start[0])
+        low = inside & (x < start)
+        if low.any():
+            top = min(start, float(edge.x))
+            n = self._tail_constants()[0]
+            slope = float(self._tail(np.array([top]))[1][0])
+            answer[low] += returning.tail_over_root(n - 1.0, slope, top, x[low])
+        return answer.reshape(shape)
+
+    def gap_integral(self, r: Position, a: Position) -> FloatArray:
+        """The integral int_a^r g'(x) arccos(x / r) dx beyond a."""
+        radius, edge = as_place(r), as_place(a)
+        shape = np.shape(radius.offset)
+        base = np.ravel(np.broadcast_to(radius.base, shape)).astype(float)
+        offset = np.ravel(radius.offset).astype(float)
+        x = base + offset
+        answer = np.zeros(x.shape)
+        start = (float(edge.base), float(edge.offset))
+        outside = (base - start[0]) + offset > start[1]
+        if not outside.any():
+            return answer.reshape(shape)
+        image = self.map_to(float(x[outside].max()), float(x[outside].min()))
+        last = (float(image.panels.base[-1]), float(image.panels.high[-1]))
+        part = returning.stretch(image.panels, image.slope, start, last)
+        answer[outside] = returning.with_arccos(part, base[outside], offset[outside])
+        first = float(image.panels.start[0])
+        if start[0] + start[1] < first:
+            answer[outside] += self._tail_gap(x[outside], start[0] + start[1], first)
+        return answer.reshape(shape)
+
+    def _tail_gap(self, r: FloatArray, a: float, first: float) -> FloatArray:
+        """The part of the gap integral below the first panel."""
+        n, top, radius = self._tail_constants()
+        s, w = returning.gauss(24, n - 1.0)
+        answer = np.zeros(r.shape)
+        for i, each in enumerate(r.tolist()):
+            high = min(first, each)
+            x = high * s
+            whole = float((np.arccos(np.minimum(x / each, 1.0)) * w).sum()) * n * top * (high / radius) ** n
+            if a > 0.0:
+                x = a * s
+                whole -= float((np.arccos(np.minimum(x / each, 1.0)) * w).sum()) * n * top * (a / radius) ** n
+            answer[i] = whole
+        return answer
+
+    def displacement_integral(self, r: ArrayLike, a: Position) -> FloatArray:
+        """The integral int_0^a g'(x) arcsin(x / r) dx for r beyond a."""
+        edge = as_place(a)
+        x = np.ravel(np.asarray(r, dtype=float))
+        image = self.map_to(float(edge.x))
+        stop = (float(edge.base), float(edge.offset))
+        part = returning.stretch(image.panels, image.slope, (0.0, 0.0), stop)
+        answer = returning.with_arcsin(part, np.zeros(x.shape), x)
+        first = min(float(image.panels.start[0]), float(edge.x))
+        n, top, radius = self._tail_constants()
+        s, w = returning.gauss(24, n - 1.0)
+        answer += np.arcsin(np.minimum(first * s / x[:, None], 1.0)) @ w * (n * top * (first / radius) ** n)
+        return answer.reshape(np.shape(r))
+
+
+def search_points(low: float, high: float) -> FloatArray:
+    """Jittered radii between two others, 2048 in an octave."""
+    count = max(64, math.ceil(2048.0 * math.log2(high / low)))
+    golden = 0.5 * (math.sqrt(5.0) - 1.0)
+    jitter = (0.5 + golden * np.arange(1.0, count + 1.0)) % 1.0
+    return np.asarray(low * (high / low) ** ((np.arange(count) + jitter) / count))
+
+
+def _newton(panels: Panels, series: Series, index: IndexArray, target: FloatArray) -> FloatArray:
+    """Offsets at which a series that rises over its panel has the given values, by bracketed Newton steps in u."""
+    coefficients, power = series.coefficients[index], series.power[index]
+    high, low = panels.high[index], panels.low[index]
+    rooted = panels.rooted[index]
+    first, last = np.sqrt(low), np.sqrt(high)
+
+    def offset_of(u: FloatArray, i: object) -> FloatArray:
+        root = first[i] + (last[i] - first[i]) * u
+        return np.where(rooted[i], root * root, low[i] + (high[i] - low[i]) * u)
+
+    answer_u = np.empty(target.shape)
+    left, right = np.zeros(target.shape), np.ones(target.shape)
+    u = np.full(target.shape, 0.5)
+    open_ = np.arange(target.size)
+    for _ in range(_NEWTON):
+        c, rate = series_and_rate(coefficients[open_], u[open_])
+        p, h = power[open_], high[open_]
+        delta = offset_of(u[open_], open_)
+        ratio = delta / h
+        with np.errstate(divide="ignore", invalid="ignore", under="ignore"):
+            # the logarithm of a power times a series is nearly straight
+            wanted = np.where(p != 0.0, target[open_] / ratio**p, target[open_])
+            stretch = np.where(
+                rooted[open_],
+                2.0 * (last[open_] - first[open_]) * np.sqrt(delta),
+                h - low[open_],
+            )
+            steep = rate + np.where(p != 0.0, p * c * stretch / delta, 0.0)
+            step = (wanted - c) / steep
+        above = c > wanted
+        right[open_] = np.where(above, u[open_], right[open_])
+        left[open_] = np.where(above, left[open_], u[open_])
+        new = u[open_] + step
+        bad = ~((new >= left[open_]) & (new <= right[open_]))
+        new = np.where(bad, 0.5 * (left[open_] + right[open_]), new)
+        moved = np.abs(new - u[open_])
+        u[open_] = new
+        settled = (moved <= 2e-16 * np.maximum(new, 1e-3)) | (c == wanted)
+        settled |= right[open_] - left[open_] <= 4e-16 * np.maximum(new, 1e-300)
+        done = open_[settled]
+        answer_u[done] = u[done]
+        open_ = open_[~settled]
+        if open_.size == 0:
+            break
+    answer_u[open_] = u[open_]
+    return offset_of(answer_u, slice(None))
+
+
+def series_and_rate(coefficients: FloatArray, u: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Sums of c_j T_j(2 u - 1) and their derivatives with respect to u."""
+    from pymdr.mapping.images import with_slope
+
+    return with_slope(coefficients, u)
+
+
+def _turning_points(image: Image, top: float) -> tuple[float, ...]:
+    """Sign changes of g', ignoring what its error leaves open."""
+    panels = image.panels
+    fine = (np.arange(96) + 0.5) / 96.0
+    offset = panels.offsets(fine)
+    index = np.broadcast_to(np.arange(panels.count)[:, None], offset.shape)
+    slope = evaluate(panels, image.slope, index.ravel(), offset.ravel())
+    x = (panels.base[:, None] + offset).ravel()
+    size = np.repeat(np.max(np.abs(slope.reshape(offset.shape)), axis=1), fine.size)
+    noise = np.repeat(np.maximum(image.error[:, 1], 1e-13), fine.size) * 4.0 * size
+    sure = (np.abs(slope) > noise) & (x < top)
+    x, slope, index = x[sure], slope[sure], index.ravel()[sure]
+    if x.size == 0:
+        return ()
+    found = [0.0] if slope[0] < 0.0 else []
+    at = np.flatnonzero(np.sign(slope[1:]) != np.sign(slope[:-1]))
+    low, high, before = x[at], x[at + 1], np.sign(slope[at])
+    for _ in range(80):
+        middle = 0.5 * (low + high)
+        if not np.any((low < middle) & (middle < high)):
+            break
+        i, delta = panels.locate(Place(np.zeros(middle.shape), middle))
+        same = np.sign(evaluate(panels, image.slope, i, delta)) == before
+        low, high = np.where(same, middle, low), np.where(same, high, middle)
+    return (*found, *(0.5 * (low + high)).tolist())
+
+
+def _never_rises(low: float) -> ProblemError:
+    return ProblemError(
+        f"the profile never rises so far, as far as it is defined and resolved (up to {metres(low)}): a contact without "
+        " an edge has no end; add FlatPunch(radius) for a cylinder of that end shape, or state how far the "
+        "profile goes with Function(..., reach=...)"
+    )

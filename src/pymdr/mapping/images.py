@@ -1,0 +1,607 @@
+"""The Abel map of a resolved slope, on panels of its own.
+
+Three integrals over the slope f' are taken at once, each a sum of terms of one sign where f' has one sign,
+
+    g(x) = x int_0^x f' / sqrt(x^2 - r^2) dr,
+    m(x) = int_0^x t g' dt = int_0^x f' r^2 / sqrt(x^2 - r^2) dr,
+    g'(x) = int_0^x (r f')' / sqrt(x^2 - r^2) dr + sum over kinks b of jump b / sqrt(x^2 - b^2).
+
+Panels of the slope far below x enter by Gauss nodes, bunches of them by interpolation, those beside x by rules that
+take out the square root. Differences x - r are formed from offsets, so that nothing is lost beside a breakpoint.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from scipy.special import roots_jacobi
+
+from pymdr.mapping.abel import gauss
+from pymdr.mapping.series import (
+    TERMS,
+    BoolArray,
+    IndexArray,
+    Panels,
+    Series,
+    basis,
+    basis_slope,
+    joined,
+    joined_series,
+    nodes,
+    to_coefficients,
+)
+from pymdr.mapping.slopes import Slopes, Tail
+from pymdr.units import FloatArray
+
+_BUNCH = 20
+"""Interpolation points of a bunch of panels."""
+_LEAF_GAP, _BUNCH_GAP = 0.5, 1.0
+"""Distance, in widths of the panel or the bunch, from which its nodes do."""
+_NEAR = 24
+_WORK = 1_500_000
+_TOLERANCE = 4e-15
+_RATE_TOLERANCE = 1e-13
+_SETTLED = 1e-9
+_GENERATIONS = 40
+_STEEP, _SPREAD = 8.0, 64.0
+_GRADED = 24
+_TESTED = 12
+_SPREAD_AT = np.array([0.2, 0.6, 1.0])
+
+
+@dataclass(frozen=True)
+class Sums:
+    """g, its first moment and its slope at some places, each of the shape of the places."""
+
+    g: FloatArray
+    moment: FloatArray
+    slope: FloatArray
+
+
+@dataclass(frozen=True)
+class _Bunches:
+    """Charges at nodes: level 0 are the panels, every further level joins two bunches of the one below."""
+
+    base: FloatArray
+    low: FloatArray
+    high: FloatArray
+    offset: FloatArray
+    """Nodes of the charges of f', as offsets in m, shape (C, n)."""
+    slope: FloatArray
+    offset_rate: FloatArray
+    """Nodes of the charges of (r f')'."""
+    rate: FloatArray
+
+
+class Charges:
+    """
+    A resolved slope as it acts on places of the line.
+
+    Parameters
+    ----------
+    slopes : Slopes
+        f' on panels.
+    tail : Tail
+        The power below the first of them.
+    """
+
+    def __init__(self, slopes: Slopes, tail: Tail) -> None:
+        self.slopes = slopes
+        self.tail = tail
+        corners = np.flatnonzero(slopes.jump)
+        self.corner = slopes.panels.base[corners]
+        self.jump = slopes.jump[corners]
+        self.levels = [self._leaves()]
+        while self.levels[-1].base.size > 1:
+            self.levels.append(_paired(self.levels[-1]))
+
+    def _leaves(self) -> _Bunches:
+        panels, series = self.slopes.panels, self.slopes.series
+        u, weights = gauss(TERMS)
+        offset = panels.offsets(u)
+        f, rate = self._values(np.broadcast_to(np.arange(panels.count)[:, None], offset.shape), offset)
+        width = panels.width[:, None] * weights
+        offset_rate = offset.copy()
+        f, rate = f * width, rate * width
+        for i in np.flatnonzero(_is_fractional(panels, series)):
+            offset[i], f[i], offset_rate[i], rate[i] = self._fractional_leaf(int(i))
+        s, w = gauss(TERMS, self.tail.power)
+        tail = self.tail.slope * self.tail.radius * w
+        return _Bunches(
+            np.concatenate([[0.0], panels.base]),
+            np.concatenate([[0.0], panels.low]),
+            np.concatenate([[self.tail.radius], panels.high]),
+            np.concatenate([self.tail.radius * s[None, :], offset]),
+            np.concatenate([tail[None, :], f]),
+            np.concatenate([self.tail.radius * s[None, :], offset_rate]),
+            np.concatenate([(1.0 + self.tail.power) * tail[None, :], rate]),
+        )
+
+    def _fractional_leaf(self, i: int) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+        high, p = float(self.slopes.panels.high[i]), float(self.slopes.series.power[i])
+        s, w = gauss(TERMS, p)
+        s_rate, w_rate = gauss(TERMS, p - 1.0)
+        f, _ = self._regular(i, high * s)
+        _, rate = self._regular(i, high * s_rate)
+        return high * s, high * w * f, high * s_rate, high * w_rate * rate
+
+    def _regular(self, i: int, offset: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """F' / y^p and (r f')' / y^(p-1) with y = offset / high, on a panel that begins at a breakpoint."""
+        panels, series = self.slopes.panels, self.slopes.series
+        high, p = panels.high[i], series.power[i]
+        y = offset / high
+        c = basis(y.ravel()) @ series.coefficients[i]
+        rate = basis_slope(y.ravel()) @ series.coefficients[i] / high
+        c, rate = c.reshape(y.shape), rate.reshape(y.shape)
+        return c, c * y + (panels.base[i] + offset) * (p * c / high + y * rate)
+
+    def _values(self, index: IndexArray, offset: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """F' and (r f')' at offsets in given panels."""
+        panels, series = self.slopes.panels, self.slopes.series
+        i, delta = np.ravel(index), np.ravel(offset)
+        width = panels.width[i]
+        u = ((delta - panels.low[i]) / width).clip(0.0, 1.0)
+        c, rate = with_slope(series.coefficients[i], u)
+        power = series.power[i]
+        value, curvature = c, rate / width
+        if power.any():
+            with np.errstate(divide="ignore", invalid="ignore", under="ignore"):
+                factor = np.where(power != 0.0, (delta / panels.high[i]) ** power, 1.0)
+                curvature = factor * (curvature + np.where(power != 0.0, power * c / delta, 0.0))
+                value = c * factor
+        return value.reshape(offset.shape), (value + (panels.base[i] + delta) * curvature).reshape(
+            offset.shape
+        )
+
+    def sums(self, base: FloatArray, offset: FloatArray) -> Sums:
+        """
+        g, m and g' at groups of places that share a base.
+
+        Parameters
+        ----------
+        base : ndarray, shape (T,)
+            Breakpoint of every group in m, or 0.
+        offset : ndarray, shape (T, k)
+            Offsets in m.
+
+        Returns
+        -------
+        Sums
+            Of shape (T, k).
+        """
+        totals = np.zeros((3, *offset.shape))
+        target = np.arange(base.size)
+        bunch = np.zeros(base.size, dtype=np.intp)
+        lowest, highest = offset.min(axis=1), offset.max(axis=1)
+        for level in range(len(self.levels) - 1, -1, -1):
+            charges = self.levels[level]
+            shift = base[target] - charges.base[bunch]
+            below = shift + highest[target] > charges.low[bunch]
+            target, bunch, shift = target[below], bunch[below], shift[below]
+            gap = _BUNCH_GAP if level else _LEAF_GAP
+            width = charges.high[bunch] - charges.low[bunch]
+            far = shift + lowest[target] - charges.high[bunch] >= gap * width
+            self._add_far(totals, charges, base, offset, target[far], bunch[far])
+            target, bunch = target[~far], bunch[~far]
+            if level:
+                twice = np.concatenate([2 * bunch, 2 * bunch + 1])
+                known = twice < self.levels[level - 1].base.size
+                target, bunch = np.concatenate([target, target])[known], twice[known]
+        self._add_near(totals, base, offset, target, bunch - 1)
+        x = base[:, None] + offset
+        g, moment, slope = totals
+        return Sums(x * g, moment, slope + self._corners(base, offset))
+
+    def _add_far(
+        self,
+        totals: FloatArray,
+        charges: _Bunches,
+        base: FloatArray,
+        offset: FloatArray,
+        target: IndexArray,
+        bunch: IndexArray,
+    ) -> None:
+        block = max(1, _WORK // (offset.shape[1] * charges.offset.shape[1]))
+        same = charges.offset is charges.offset_rate
+        for start in range(0, target.size, block):
+            t, c = target[start : start + block], bunch[start : start + block]
+            b, place = charges.base[c], offset[t]
+            shift = (base[t] - b)[:, None] + place
+            x = base[t][:, None] + place
+            kernel = _kernel(shift, x, b, charges.offset[c])
+            r = b[:, None] + charges.offset[c]
+            f = charges.slope[c]
+            parts = [
+                np.einsum("ijk,ik->ij", kernel, f),
+                np.einsum("ijk,ik->ij", kernel, f * r * r),
+            ]
+            if not same:
+                kernel = _kernel(shift, x, b, charges.offset_rate[c])
+            parts.append(np.einsum("ijk,ik->ij", kernel, charges.rate[c]))
+            for total, part in zip(totals, parts, strict=True):
+                np.add.at(total, t, part)
+
+    def _add_near(
+        self, totals: FloatArray, base: FloatArray, offset: FloatArray, target: IndexArray, source: IndexArray
+    ) -> None:
+        panels = self.slopes.panels
+        real = source >= 0
+        target, source = target[real], source[real]
+        fractional = _is_fractional(panels, self.slopes.series)[source]
+        for t, s in zip(target[fractional].tolist(), source[fractional].tolist(), strict=True):
+            for total, part in zip(totals, self._fractional_near(base[t], offset[t], s), strict=True):
+                total[t] += part
+        target, source = target[~fractional], source[~fractional]
+        block = max(1, _WORK // (4 * offset.shape[1] * _NEAR))
+        for start in range(0, target.size, block):
+            t, s = target[start : start + block], source[start : start + block]
+            shift = (base[t] - panels.base[s])[:, None]
+            parts = self._through_root(shift, offset[t], s, panels.low[s][:, None], panels.high[s][:, None])
+            for total, part in zip(totals, parts, strict=True):
+                np.add.at(total, t, part)
+
+    def _through_root(
+        self, shift: FloatArray, offset: FloatArray, source: IndexArray, low: FloatArray, high: FloatArray
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Integrals over low <= r - b <= high and r < x by r = x - v^2, shape of `offset`; x - b = shift + offset."""
+        s, weights = gauss(_NEAR)
+        # beside the end of a panel the distance to it keeps the digits of the offset
+        beyond = (shift - high) + offset
+        near = np.sqrt(np.maximum(beyond, 0.0))
+        far = np.sqrt(np.maximum((shift - low) + offset, 0.0))
+        v = near[..., None] + (far - near)[..., None] * s
+        place = shift + offset
+        r = np.clip(place[..., None] - v * v, low[..., None], high[..., None])
+        b = self.slopes.panels.base[source][:, None, None]
+        f, rate = self._values(np.broadcast_to(source[:, None, None], r.shape), r)
+        kernel = 2.0 * (far - near)[..., None] * weights / np.sqrt(2.0 * b + place[..., None] + r)
+        f = f * kernel
+        return f.sum(axis=-1), (f * (b + r) ** 2).sum(axis=-1), (rate * kernel).sum(axis=-1)
+
+    def _fractional_near(
+        self, base: float, offset: FloatArray, source: int
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """As above for one panel on which f' begins like a broken power at a breakpoint."""
+        panels, series = self.slopes.panels, self.slopes.series
+        b, high, p = float(panels.base[source]), float(panels.high[source]), float(series.power[source])
+        place = (base - b) + offset
+        parts = np.zeros((3, offset.size))
+        inside = (place > 0.0) & (place <= high)
+        at = place[inside][:, None]
+        for exponent, rows in ((p, (0, 1)), (p - 1.0, (2,))):
+            y, w = _doubly_singular(exponent)
+            r = at * y
+            f, rate = self._regular(source, r)
+            value = rate if rows == (2,) else f
+            factor = (at / high) ** exponent * np.sqrt(at) / np.sqrt(2.0 * b + at + r) * w
+            parts[rows[0], inside] = (value * factor).sum(axis=1)
+            if rows == (0, 1):
+                parts[1, inside] = (value * factor * (b + r) ** 2).sum(axis=1)
+        beyond = place > high
+        if beyond.any():
+            at = place[beyond]
+            half = np.full((1, 1), 0.5 * high)
+            shift = np.full((1, 1), base - b)
+            upper = self._through_root(
+                shift, offset[None, beyond], np.array([source]), half, np.full((1, 1), high)
+            )
+            parts[:, beyond] = np.array([part[0] for part in upper])
+            for exponent, rows in ((p, (0, 1)), (p - 1.0, (2,))):
+                y, w = gauss(TERMS, exponent)
+                r = 0.5 * high * y
+                f, rate = self._regular(source, r)
+                value = 0.5**exponent * 0.5 * high * w * (rate if rows == (2,) else f)
+                kernel = 1.0 / np.sqrt((at[:, None] - r) * (2.0 * b + at[:, None] + r))
+                parts[rows[0], beyond] += kernel @ value
+                if rows == (0, 1):
+                    parts[1, beyond] += kernel @ (value * (b + r) ** 2)
+        return parts[0], parts[1], parts[2]
+
+    def _corners(self, base: FloatArray, offset: FloatArray) -> FloatArray:
+        """What jumps of f' add to g'."""
+        total = np.zeros(offset.shape)
+        for b, jump in zip(self.corner.tolist(), self.jump.tolist(), strict=True):
+            beyond = np.flatnonzero(base + offset[:, -1] > b) if base.size else np.zeros(0, dtype=np.intp)
+            distance = (base[beyond] - b)[:, None] + offset[beyond]
+            with np.errstate(divide="ignore", invalid="ignore"):
+                term = jump * b / np.sqrt(distance * (2.0 * b + distance))
+            total[beyond] += np.where(distance > 0.0, term, 0.0)
+        return total
+
+    def spread_error(self, x: FloatArray) -> FloatArray:
+        """Error of g at places in m, from the measured errors of f'."""
+        panels, slopes = self.slopes.panels, self.slopes
+        floor = 8.0 * np.finfo(float).eps * slopes.size
+        rough = np.flatnonzero(slopes.error > floor)
+        total = np.zeros(x.shape)
+        for start in range(0, rough.size, 4096):
+            i = rough[start : start + 4096]
+            low, high = panels.start[i], panels.stop[i]
+            upper = np.minimum(high, x[:, None])
+            angle = np.arcsin(np.clip(upper / x[:, None], 0.0, 1.0)) - np.arcsin(
+                np.clip(low / x[:, None], 0.0, 1.0)
+            )
+            total += x * (np.where(upper > low, angle, 0.0) @ slopes.error[i])
+        return total
+
+
+def _kernel(shift: FloatArray, x: FloatArray, base: FloatArray, offset: FloatArray) -> FloatArray:
+    """1 / sqrt(x^2 - r^2), shape (pairs, places, nodes)."""
+    r = (base[:, None] + offset)[:, None, :]
+    return np.asarray(1.0 / np.sqrt((shift[:, :, None] - offset[:, None, :]) * (x[:, :, None] + r)))
+
+
+def _is_fractional(panels: Panels, series: Series) -> BoolArray:
+    return np.asarray((panels.low == 0.0) & (series.power != 0.0) & (series.power != np.round(series.power)))
+
+
+@lru_cache(maxsize=64)
+def _doubly_singular(exponent: float) -> tuple[FloatArray, FloatArray]:
+    """Nodes and weights on [0, 1] for the weight y^exponent / sqrt(1 - y)."""
+    z, w = roots_jacobi(_NEAR, -0.5, exponent)
+    return (z + 1.0) / 2.0, w / 2.0 ** (exponent + 0.5)
+
+
+def with_slope(coefficients: FloatArray, u: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Sums of c_j T_j(2 u - 1) and their derivatives with respect to u."""
+    twice = 4.0 * u - 2.0
+    value, before = np.zeros_like(u), np.zeros_like(u)
+    rate, rate_before = np.zeros_like(u), np.zeros_like(u)
+    for j in range(coefficients.shape[1] - 1, 0, -1):
+        rate, rate_before = 4.0 * value + twice * rate - rate_before, rate
+        value, before = coefficients[:, j] + twice * value - before, value
+    # the last step of Clenshaw halves the argument
+    total = coefficients[:, 0] + 0.5 * twice * value - before
+    return total, 2.0 * value + 0.5 * twice * rate - rate_before
+
+
+def _paired(below: _Bunches) -> _Bunches:
+    """Bunches of two, whose charges sit on Chebyshev points."""
+    count = below.base.size
+    first, second = np.arange(0, count, 2), np.minimum(np.arange(1, count + 1, 2), count - 1)
+    alone = second == first
+    base = below.base[first]
+    low = below.low[first]
+    high = (below.base[second] - base) + below.high[second]
+    made = [np.zeros((first.size, _BUNCH)) for _ in range(2)]
+    for child, used in ((first, np.ones(first.size, dtype=bool)), (second, ~alone)):
+        for k, (where, charge) in enumerate(((below.offset, below.slope), (below.offset_rate, below.rate))):
+            at = (below.base[child] - base)[:, None] + where[child]
+            u = ((at - low[:, None]) / (high - low)[:, None]).clip(0.0, 1.0)
+            spread = np.einsum("ij,ijk->ik", charge[child], basis(u, _BUNCH)) @ to_coefficients(_BUNCH)
+            made[k] += np.where(used[:, None], spread, 0.0)
+    offset = low[:, None] + (high - low)[:, None] * nodes(_BUNCH)
+    return _Bunches(base, low, high, offset, made[0], offset, made[1])
+
+
+@dataclass(frozen=True)
+class Image:
+    """g, g', m and s = int_0^x (g(x) - g(t))^2 dt on panels, with their errors."""
+
+    panels: Panels
+    g: Series
+    slope: Series
+    moment: Series
+    squared: Series
+    error: FloatArray
+    """Errors of g, g', m and s on every panel, relative to their absolute integrands, shape (P, 4)."""
+    end_squared: float
+    """s at the upper end in m^3."""
+
+
+def map_panels(charges: Charges, panels: Panels, squared_below: float) -> Image:
+    """
+    The image of a slope on panels that follow one another, divided where that is needed.
+
+    Parameters
+    ----------
+    charges : Charges
+        The slope, resolved to the end of the panels.
+    panels : Panels
+        First division, rooted behind breakpoints.
+    squared_below : float
+        s at their lower end in m^3.
+
+    Returns
+    -------
+    Image
+    """
+    u = np.concatenate([nodes(), _tests()])
+    pending = panels
+    history = np.full(panels.count, math.inf)
+    done: list[tuple[Panels, _Fitted]] = []
+    for generation in range(_GENERATIONS + 1):
+        fit = _fit_image(charges, pending, u)
+        worst = np.max(fit.error[:, :3] / fit.allowed, axis=1)
+        stalled = (worst > 0.25 * history) & (np.max(fit.error[:, :3], axis=1) < _SETTLED)
+        fits = ((worst <= 1.0) | stalled) & fit.even
+        fits |= (generation == _GENERATIONS) | (pending.begins & (generation >= _GRADED))
+        fits |= pending.width <= 64.0 * np.finfo(float).eps * pending.low
+        done.append((pending.take(fits), fit.take(fits)))
+        rest = np.flatnonzero(~fits)
+        if rest.size == 0:
+            break
+        pending, history = _halved(pending.take(rest), worst[rest])
+    every = [part for part, _ in done]
+    order = np.lexsort((np.concatenate([p.low for p in every]), np.concatenate([p.base for p in every])))
+    whole = Panels(
+        *(
+            np.concatenate([getattr(p, name) for p in every])[order]
+            for name in ("base", "low", "high", "rooted")
+        )
+    )
+
+    def series(k: int) -> Series:
+        return Series(
+            np.concatenate([fit.power[:, k] for _, fit in done])[order],
+            np.concatenate([fit.coefficients[:, k] for _, fit in done])[order],
+        )
+
+    g, slope, moment = series(0), series(1), series(2)
+    error = np.concatenate([fit.error for _, fit in done])[order]
+    squared, end, misfit = _squares(whole, slope, moment, squared_below)
+    error[:, 3] = np.maximum(misfit, error[:, 1] + error[:, 2])
+    return Image(whole, g, slope, moment, squared, error, end)
+
+
+@lru_cache(maxsize=1)
+def _tests() -> FloatArray:
+    """Points between the nodes, none of them in the middle."""
+    inner = 0.5 * (nodes()[1:] + nodes()[:-1])
+    return np.concatenate([[0.0008], inner[:: max(1, inner.size // _TESTED)], [0.9991]])
+
+
+@dataclass(frozen=True)
+class _Fitted:
+    power: FloatArray
+    coefficients: FloatArray
+    error: FloatArray
+    allowed: FloatArray
+    even: BoolArray
+
+    def take(self, index: object) -> _Fitted:
+        return _Fitted(
+            *(getattr(self, name)[index] for name in ("power", "coefficients", "error", "allowed", "even"))
+        )
+
+
+def _fit_image(charges: Charges, panels: Panels, u: FloatArray) -> _Fitted:
+    offset = panels.offsets(u)
+    sums = charges.sums(panels.base, offset)
+    values = np.stack([sums.g, sums.slope, sums.moment], axis=1)
+    power = _image_powers(charges, panels, offset, values)
+    with np.errstate(divide="ignore", invalid="ignore", under="ignore"):
+        scale = np.where(
+            power[:, :, None] != 0.0, (offset / panels.high[:, None])[:, None, :] ** power[:, :, None], 1.0
+        )
+        plain = np.where(scale > 0.0, values / scale, 0.0)
+    coefficients = plain[:, :, :TERMS] @ to_coefficients().T
+    misfit = np.max(np.abs(coefficients @ basis(u[TERMS:]).T - plain[:, :, TERMS:]), axis=2)
+    size = np.max(np.abs(plain), axis=2)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        error = np.where(size > 0.0, misfit / size, 0.0)
+        at = panels.start[:, None] + panels.width[:, None] * _SPREAD_AT
+        rough = charges.spread_error(at.ravel()).reshape(at.shape)
+        rough = np.where(size[:, :1] > 0.0, rough / np.max(np.abs(values[:, 0]), axis=1)[:, None], 0.0)
+    # one that is rough at its end only, where the profile may end steeply, is divided all the same
+    known, spread = np.median(rough, axis=1), np.max(rough, axis=1)
+    allowed = np.stack(
+        [_TOLERANCE + 4.0 * known, _RATE_TOLERANCE + 64.0 * known, _TOLERANCE + 4.0 * known], axis=1
+    )
+    # values of one sign on a panel beside a breakpoint are of one order
+    lowest, highest = plain.min(axis=2), plain.max(axis=2)
+    one_sign = (lowest > 0.0) | (highest < 0.0)
+    uneven = one_sign & (size > _SPREAD * np.min(np.abs(plain), axis=2))
+    even = ~(panels.begins & uneven.any(axis=1))
+    error = error + np.stack([spread, 16.0 * spread, spread], axis=1)
+    return _Fitted(power, coefficients, np.pad(error, ((0, 0), (0, 1))), allowed, even)
+
+
+def _image_powers(charges: Charges, panels: Panels, offset: FloatArray, values: FloatArray) -> FloatArray:
+    """Powers of g, g' and m: local ones of steep panels, those of theory beside a breakpoint."""
+    first, last = values[:, :, 0], values[:, :, TERMS - 1]
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        ratio = last / first
+        power = np.log(ratio) / np.log(offset[:, TERMS - 1] / offset[:, 0])[:, None]
+    steep = np.isfinite(power) & (ratio > 0.0) & ((ratio > _STEEP) | (ratio < 1.0 / _STEEP))
+    answer = np.where(steep & ~panels.begins[:, None], power, 0.0)
+    source, begins = charges.slopes, {}
+    at = np.flatnonzero(source.panels.begins)
+    begins = {float(source.panels.base[i]): int(i) for i in at}
+    loaded = np.flatnonzero(source.size > 0.0)
+    first_loaded = int(loaded[0]) if loaded.size else source.size.size
+    for t in np.flatnonzero(panels.begins):
+        i = begins.get(float(panels.base[t]))
+        if i is None:
+            continue
+        p, jump = float(source.series.power[i]), float(source.jump[i])
+        if charges.tail.slope == 0.0 and i <= first_loaded:
+            answer[t] = (p + 0.5, p - 0.5, p + 0.5)
+        elif jump != 0.0:
+            answer[t, 1] = -0.5
+        elif 0.0 < p < 0.5:
+            answer[t, 1] = p - 0.5
+    return answer
+
+
+def _halved(panels: Panels, worst: FloatArray) -> tuple[Panels, FloatArray]:
+    """Two panels for each, at the middle of its variable."""
+    middle = panels.offsets(np.array([0.5]))[:, 0]
+    twice = Panels(
+        np.concatenate([panels.base, panels.base]),
+        np.concatenate([panels.low, middle]),
+        np.concatenate([middle, panels.high]),
+        np.concatenate([panels.rooted, panels.rooted]),
+    )
+    return twice, np.concatenate([worst, worst])
+
+
+def _squares(panels: Panels, slope: Series, moment: Series, below: float) -> tuple[Series, float, FloatArray]:
+    """S = int 2 g' m dt as a series, its last value and its measured error."""
+    tests = _tests()
+    u = np.concatenate([nodes(), tests, [1.0]])
+    increments = np.empty((panels.count, u.size))
+    # beside a breakpoint the integrand is a power of the variable times a smooth factor
+    power = slope.power + moment.power
+    lead = np.where(panels.begins, 2.0 * power + 1.0, 0.0)
+    for exponent in np.unique(lead):
+        rows = np.flatnonzero(lead == exponent)
+        s, w = gauss(_NEAR, exponent)
+        at = u[:, None] * s
+        block = max(1, _WORK // at.size)
+        for start in range(0, rows.size, block):
+            i = rows[start : start + block]
+            product = 2.0 * (slope.coefficients[i] @ basis(at.ravel()).T)
+            product *= moment.coefficients[i] @ basis(at.ravel()).T
+            begins = panels.begins[i]
+            offset = panels.take(i).offsets(at.ravel())
+            span = np.sqrt(panels.high[i]) - np.sqrt(panels.low[i])
+            stretch = np.where(
+                panels.rooted[i][:, None], 2.0 * span[:, None] * np.sqrt(offset), panels.width[i][:, None]
+            )
+            steep = np.where(
+                power[i][:, None] != 0.0, (offset / panels.high[i][:, None]) ** power[i][:, None], 1.0
+            )
+            # where a panel begins at a breakpoint, the power of the variable is in the weights
+            factor = np.where(begins[:, None], 2.0 * panels.high[i][:, None], stretch * steep)
+            whole = (product * factor).reshape(i.size, *at.shape) @ w
+            increments[i] = whole * u ** (exponent + 1.0)
+    ends = below + np.cumsum(increments[:, -1])
+    starts = np.concatenate([[below], ends[:-1]])
+    values = starts[:, None] + increments
+    own = np.where(panels.begins & (starts == 0.0), power + 1.0, 0.0)
+    first, last = values[:, 0], values[:, TERMS - 1]
+    offset = panels.offsets(u)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        steep = np.log(last / first) / np.log(offset[:, TERMS - 1] / offset[:, 0])
+        use = np.isfinite(steep) & (np.abs(last) > _STEEP * np.abs(first)) & ~panels.begins
+        own = np.where(use, steep, own)
+        scale = np.where(own[:, None] != 0.0, (offset / panels.high[:, None]) ** own[:, None], 1.0)
+        plain = np.where(scale > 0.0, values / scale, 0.0)
+    coefficients = plain[:, :TERMS] @ to_coefficients().T
+    misfit = np.max(np.abs(coefficients @ basis(tests).T - plain[:, TERMS:-1]), axis=1)
+    size = np.max(np.abs(plain), axis=1)
+    with np.errstate(invalid="ignore"):
+        error = np.where(size > 0.0, misfit / size, 0.0)
+    return Series(own, coefficients), float(ends[-1]), error
+
+
+def joined_images(first: Image, second: Image) -> Image:
+    """Two stretches side by side."""
+    return Image(
+        joined([first.panels, second.panels]),
+        *(
+            joined_series([getattr(first, name), getattr(second, name)])
+            for name in ("g", "slope", "moment", "squared")
+        ),
+        np.concatenate([first.error, second.error]),
+        second.end_squared,
+    )
+
+
+def rooted_copy(panels: Panels) -> Panels:
+    """The same panels, rooted behind breakpoints."""
+    return Panels(panels.base, panels.low, panels.high, panels.base > 0.0)

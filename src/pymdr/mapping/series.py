@@ -1,0 +1,258 @@
+"""Curves on panels side by side: Chebyshev series in the offset from a breakpoint, times a local power.
+
+A place on the line is a pair (base, offset): x = base + offset, where the base is 0 or a breakpoint. Next to a
+breakpoint the offset keeps the digits that x has lost. A curve on a panel low <= offset <= high is
+
+    value = (offset / high)^power * sum_j c_j T_j(2 u - 1),
+
+where u runs from 0 to 1 with the offset or, on rooted panels, with its square root.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import NamedTuple, TypeAlias
+
+import numpy as np
+from numpy.polynomial import chebyshev
+from numpy.typing import ArrayLike, NDArray
+
+from pymdr.units import FloatArray
+
+IndexArray: TypeAlias = NDArray[np.intp]
+BoolArray: TypeAlias = NDArray[np.bool_]
+
+TERMS = 16
+"""Chebyshev coefficients of every curve on a panel."""
+_BLOCK = 1 << 15
+"""Points evaluated at once, so that gathered coefficients stay in the cache."""
+
+
+class Place(NamedTuple):
+    """Positions x = base + offset on the line in m; the offset keeps its digits next to the base."""
+
+    base: FloatArray
+    offset: FloatArray
+
+    @property
+    def x(self) -> FloatArray:
+        """The rounded positions in m."""
+        return self.base + self.offset
+
+    def take(self, index: object) -> Place:
+        """Some of the places."""
+        return Place(self.base[index], self.offset[index])  # type: ignore[index]
+
+
+Position: TypeAlias = ArrayLike | Place
+
+
+def rounded(x: Position) -> FloatArray:
+    """
+    Positions as floats in m.
+
+    Examples
+    --------
+    >>> rounded(Place(np.ones(1), np.full(1, 0.5))).tolist()
+    [1.5]
+    """
+    return x.x if isinstance(x, Place) else np.asarray(x, dtype=float)
+
+
+def as_place(x: Position) -> Place:
+    """Positions as places; plain ones count from 0."""
+    if isinstance(x, Place):
+        return x
+    values = np.asarray(x, dtype=float)
+    return Place(np.zeros(values.shape), np.abs(values))
+
+
+@lru_cache(maxsize=8)
+def nodes(n: int = TERMS) -> FloatArray:
+    """Chebyshev points of the first kind on (0, 1), rising, shape (n,)."""
+    points: FloatArray = (1.0 - np.cos(np.pi * (np.arange(n) + 0.5) / n)) / 2.0
+    points.flags.writeable = False
+    return points
+
+
+@lru_cache(maxsize=8)
+def to_coefficients(n: int = TERMS) -> FloatArray:
+    """Matrix from values at :func:`nodes` to Chebyshev coefficients, by discrete orthogonality."""
+    angle = np.pi * (1.0 - (np.arange(n) + 0.5) / n)
+    # cosines, since the recurrence of the polynomials rounds at the ends
+    matrix = 2.0 / n * np.cos(np.arange(n)[:, None] * angle)
+    matrix[0] *= 0.5
+    return np.asarray(matrix)
+
+
+def basis(u: FloatArray, n: int = TERMS) -> FloatArray:
+    """Values T_j(2 u - 1), shape (..., n)."""
+    return np.asarray(chebyshev.chebvander(2.0 * u - 1.0, n - 1))
+
+
+def basis_slope(u: FloatArray, n: int = TERMS) -> FloatArray:
+    """Derivatives of T_j(2 u - 1) with respect to u, shape (..., n)."""
+    return basis(u, n - 1) @ _differentiation(n)
+
+
+@lru_cache(maxsize=8)
+def _differentiation(n: int) -> FloatArray:
+    return np.asarray(2.0 * chebyshev.chebder(np.eye(n), axis=0))
+
+
+@dataclass(frozen=True)
+class Panels:
+    """Intervals side by side on the line, rising, of shape (P,) each."""
+
+    base: FloatArray
+    """Breakpoint b in m, or 0, from which offsets are counted."""
+    low: FloatArray
+    """Offset of the lower end in m."""
+    high: FloatArray
+    """Offset of the upper end in m."""
+    rooted: BoolArray
+    """Whether series run in the square root of the offset."""
+
+    @property
+    def count(self) -> int:
+        """Number of panels."""
+        return int(self.base.size)
+
+    @property
+    def width(self) -> FloatArray:
+        """Lengths in m."""
+        return self.high - self.low
+
+    @property
+    def start(self) -> FloatArray:
+        """Lower ends x in m."""
+        return self.base + self.low
+
+    @property
+    def stop(self) -> FloatArray:
+        """Upper ends x in m."""
+        return self.base + self.high
+
+    def take(self, index: object) -> Panels:
+        """Some of the panels."""
+        return Panels(*(getattr(self, name)[index] for name in ("base", "low", "high", "rooted")))
+
+    def offsets(self, u: FloatArray) -> FloatArray:
+        """Offsets at variables u of shape (k,), or (P, k): shape (P, k)."""
+        plain = self.low[:, None] + self.width[:, None] * u
+        if not self.rooted.any():
+            return plain
+        low, high = np.sqrt(self.low)[:, None], np.sqrt(self.high)[:, None]
+        return np.where(self.rooted[:, None], np.clip((low + (high - low) * u) ** 2, low**2, high**2), plain)
+
+    def variable(self, index: IndexArray, offset: FloatArray) -> FloatArray:
+        """The variable u of offsets in given panels."""
+        low, high = self.low[index], self.high[index]
+        u = (offset - low) / (high - low)
+        rooted = self.rooted[index]
+        if rooted.any():
+            root = np.sqrt(low)
+            with np.errstate(invalid="ignore"):
+                u = np.where(rooted, (np.sqrt(offset) - root) / (np.sqrt(high) - root), u)
+        return u.clip(0.0, 1.0)
+
+    @property
+    def begins(self) -> BoolArray:
+        """Whether a panel begins at a breakpoint."""
+        return np.asarray((self.low == 0.0) & (self.base > 0.0))
+
+    def locate(self, place: Place) -> tuple[IndexArray, FloatArray]:
+        """Panel of every place, and its offset from the base of that panel."""
+        x = place.x
+        index = np.clip(np.searchsorted(self.start, x, side="right") - 1, 0, self.count - 1)
+        offset = (place.base - self.base[index]) + place.offset
+        while True:
+            # panels thinner than a rounding of x begin at the same float
+            early = (offset < self.low[index]) & (index > 0)
+            early[early] = self.base[index[early] - 1] == self.base[index[early]]
+            if not early.any():
+                break
+            index = np.where(early, index - 1, index)
+        return index, offset
+
+
+def joined(parts: list[Panels]) -> Panels:
+    """Panels of several stretches in one."""
+    return Panels(
+        *(
+            np.concatenate([getattr(part, name) for part in parts])
+            for name in ("base", "low", "high", "rooted")
+        )
+    )
+
+
+@dataclass(frozen=True)
+class Series:
+    """A curve on panels."""
+
+    power: FloatArray
+    """Exponent of offset / high that is divided out, shape (P,)."""
+    coefficients: FloatArray
+    """Chebyshev coefficients, shape (P, TERMS)."""
+
+    def take(self, index: object) -> Series:
+        """The curve on some of the panels."""
+        return Series(self.power[index], self.coefficients[index])  # type: ignore[index]
+
+
+def joined_series(parts: list[Series]) -> Series:
+    """A curve on several stretches of panels in one."""
+    return Series(
+        np.concatenate([part.power for part in parts]),
+        np.concatenate([part.coefficients for part in parts]),
+    )
+
+
+def evaluate(panels: Panels, series: Series, index: IndexArray, offset: FloatArray) -> FloatArray:
+    """
+    Values of a curve at offsets in given panels.
+
+    Parameters
+    ----------
+    panels : Panels
+    series : Series
+        The curve on these panels.
+    index : ndarray of int
+        Panel of every point.
+    offset : ndarray
+        Offsets from the bases of these panels in m, of the shape of `index`.
+
+    Returns
+    -------
+    ndarray
+        Of the shape of `index`.
+
+    Examples
+    --------
+    >>> one = Panels(np.zeros(1), np.zeros(1), np.ones(1), np.zeros(1, dtype=bool))
+    >>> line = Series(np.zeros(1), np.eye(1, TERMS, 1))
+    >>> float(evaluate(one, line, np.zeros(1, dtype=np.intp), np.full(1, 0.75))[0])
+    0.5
+    """
+    flat, at = np.ravel(index), np.ravel(offset)
+    answer = np.empty(flat.shape)
+    for start in range(0, flat.size, _BLOCK):
+        part = slice(start, start + _BLOCK)
+        i, delta = flat[part], at[part]
+        answer[part] = clenshaw(series.coefficients[i], panels.variable(i, delta))
+        power = series.power[i]
+        if power.any():
+            special = np.flatnonzero(power)
+            with np.errstate(divide="ignore", under="ignore"):
+                answer[part][special] *= (delta[special] / panels.high[i[special]]) ** power[special]
+    return answer.reshape(np.shape(index))
+
+
+def clenshaw(coefficients: FloatArray, u: FloatArray) -> FloatArray:
+    """Sums of c_j T_j(2 u - 1), one row of coefficients for every u."""
+    twice = 4.0 * u - 2.0
+    last, before = np.zeros_like(u), np.zeros_like(u)
+    for j in range(coefficients.shape[1] - 1, 0, -1):
+        last, before = coefficients[:, j] + twice * last - before, last
+    return np.asarray(coefficients[:, 0] + 0.5 * twice * last - before)

@@ -1,0 +1,511 @@
+"""The slope f'(r) of any profile as Chebyshev series on graded panels, each with its measured error.
+
+Panels are anchored at fixed radii, quarter octaves 2^(j/4) m toward the tip and b 2^(j/4) beyond a breakpoint b, so
+that they do not depend on how far a path happens to reach. Those that do not resolve the slope are divided.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Protocol
+
+import numpy as np
+
+from pymdr.errors import ConvergenceError
+from pymdr.mapping.series import (
+    TERMS,
+    Panels,
+    Series,
+    basis,
+    basis_slope,
+    clenshaw,
+    joined,
+    joined_series,
+    nodes,
+    to_coefficients,
+)
+from pymdr.units import FloatArray, metres
+
+_RESOLVED = 4e-15
+_SEARCHED = 512
+"""Points in a quarter of an octave at which the series are held against the slope: 2048 in an octave."""
+_GENERATIONS = 46
+_KINK_GENERATION = 5
+_STEEP = 8.0
+"""Ratio of the slopes at the ends of a panel from which its local power is divided out."""
+_SPREAD = 64.0
+"""Largest ratio of slopes on a panel beside a breakpoint."""
+_GRADED = 18
+"""Quarterings of the first panel beside a breakpoint: radii that can still be told from it."""
+_SLIVER = 0.1
+MOST_KINKS = 32
+_TINY = 1e-290
+_MOST_PANELS = 20_000
+
+
+class SlopeSource(Protocol):
+    """What a profile offers to be resolved."""
+
+    knots: tuple[float, ...]
+    """Radii in m at which f' is not smooth."""
+    soft_knots: FloatArray
+    """Radii in m at which a piecewise polynomial continues, which matters if they are few."""
+    reach: float
+    """Largest radius in m."""
+    known_everywhere: bool
+    """Whether f' may be asked up to the reach at no cost, as that of samples."""
+
+    def sample(self, base: FloatArray, offset: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """F' beside base + offset, and the offsets of the radii at which it was evaluated."""
+
+    def kinks(self, low: float, high: float) -> list[float]:
+        """Radii between two others at which f' is not smooth, although nobody said so."""
+
+
+@dataclass(frozen=True)
+class Slopes:
+    """f' on panels."""
+
+    panels: Panels
+    series: Series
+    error: FloatArray
+    """Measured error of f' on every panel, shape (P,)."""
+    size: FloatArray
+    """Largest |f'| on every panel, shape (P,)."""
+    jump: FloatArray
+    """Jump of f' at the lower end of panels that begin at a breakpoint, else 0; shape (P,)."""
+
+
+@dataclass(frozen=True)
+class Tail:
+    """The tip below the first panel: f' = slope (r / radius)^power."""
+
+    radius: float
+    slope: float
+    power: float
+    pure: bool
+    """Whether the power is steady to rounding, so that it goes on."""
+
+
+@dataclass
+class ResolvedSlope:
+    """f' of a profile from near its tip to as far as it was asked for, extended when more is asked."""
+
+    source: SlopeSource
+    limit: float
+    """Last radius in m at which the profile is defined."""
+    knots: list[float] = field(init=False)
+    slopes: Slopes | None = None
+    front: float = 0.0
+    """Radius in m up to which the slope is resolved."""
+    floor: float = 0.0
+    """Radius in m below which it is a power."""
+    tail: Tail = field(init=False)
+    found: list[float] = field(default_factory=list)
+    """Kinks in m that were not declared."""
+
+    def __post_init__(self) -> None:
+        self.knots = sorted(self.source.knots)
+
+    @property
+    def pure(self) -> bool:
+        """Whether the tip is one power to rounding as far inward as anybody has looked."""
+        return self.tail.pure
+
+    def resolve_to(self, x: float, inner: float) -> None:
+        """Resolve the slope on radii up to `x`, and as far inward as a result at `inner` depends on it."""
+        x = min(x, self.limit)
+        if self.slopes is None or inner < self.floor * 2.0:
+            self._begin(x, inner)
+        while self.front < x:
+            self._extend(x)
+
+    # -- the two ends -----------------------------------------------------------------------------
+
+    def _begin(self, x: float, inner: float) -> None:
+        """Resolve from the floor that a result at `inner` needs."""
+        bottom = min(inner, x, *self.knots[:1])
+        floor = _floor(self.source, bottom)
+        if self.slopes is not None and floor >= self.floor:
+            floor = 0.25 * self.floor
+        top = max(x, self.front)
+        self.floor, self.front, self.slopes = floor, floor, None
+        while self.front < top:
+            self._extend(top)
+        assert self.slopes is not None
+        self.tail = _tail(self.slopes, floor)
+
+    def _extend(self, x: float) -> None:
+        """Append panels up to `x`, or up to the first kink that nobody had named."""
+        ends = [b for b in self.knots if b > self.front]
+        base = max((b for b in self.knots if b <= self.front), default=0.0)
+        stretches: list[Panels] = []
+        at, low = self.front, self._front_offset(base)
+        while at < x:
+            end = min(ends[0] if ends else math.inf, self.limit)
+            panels = anchored(base, low, min(x, end), end)
+            stretches.append(panels)
+            low = float(panels.high[-1])
+            at = end if low == end - base else base + low
+            if ends and at >= ends[0]:
+                base, low = ends.pop(0), 0.0
+                at = base
+            if at >= self.limit:
+                break
+        made = _resolve(self.source, joined(stretches), x, self._look_for_kinks)
+        if isinstance(made, _Stopped):
+            self._stopped(made)
+            return
+        made = _with_jumps(made, self.slopes)
+        self.slopes = made if self.slopes is None else joined_slopes(self.slopes, made)
+        last = float(made.panels.high[-1])
+        self.front = at if last == low or at <= base else float(made.panels.stop[-1])
+
+    def _front_offset(self, base: float) -> float:
+        """Where the next panel begins, without rounding."""
+        if self.slopes is None or self.slopes.panels.base[-1] != base:
+            return self.front - base
+        return float(self.slopes.panels.high[-1])
+
+    def _look_for_kinks(self, low: float, high: float) -> list[float]:
+        soft = self.source.soft_knots
+        inside = soft[(soft > low) & (soft < high)]
+        if inside.size:
+            return list(inside.tolist())
+        if len(self.found) >= MOST_KINKS:
+            raise ConvergenceError(
+                f"the profile has more than {MOST_KINKS} kinks that were not named, the next near r = {metres(low)}; "
+                "name them as breakpoints: Function(..., breakpoints=[...])"
+            )
+        found = self.source.kinks(low, high)
+        self.found += found
+        return found
+
+    def _stopped(self, made: _Stopped) -> None:
+        if made.kinks:
+            self.knots = sorted({*self.knots, *made.kinks})
+            return
+        self.limit = made.end
+        if self.limit <= self.front:
+            raise ConvergenceError(
+                f"the profile gives {made.value} at r = {metres(made.end)}; stay inside the radii where it is defined "
+                "(Function(..., reach=...) states them)"
+            )
+
+
+def joined_slopes(first: Slopes, second: Slopes) -> Slopes:
+    """Two stretches side by side."""
+    return Slopes(
+        joined([first.panels, second.panels]),
+        joined_series([first.series, second.series]),
+        np.concatenate([first.error, second.error]),
+        np.concatenate([first.size, second.size]),
+        np.concatenate([first.jump, second.jump]),
+    )
+
+
+def anchored(base: float, low: float, stop: float, end: float) -> Panels:
+    """
+    Panels from an offset to at least a radius on the grid of anchors of a base, cut at `end`.
+
+    Parameters
+    ----------
+    base : float
+        Breakpoint in m from which offsets count, or 0.
+    low : float
+        Offset in m of the lower end of the first panel.
+    stop : float
+        Radius in m, above the lower end and at most `end`.
+    end : float
+        Radius in m that no panel passes; a sliver before it is given to its neighbour.
+
+    Returns
+    -------
+    Panels
+    """
+    unit = base if base > 0.0 else 1.0
+    first = math.floor(4.0 * math.log2((base + low) / unit) + 1e-6)
+    last = math.ceil(4.0 * math.log2(min(stop, 1e300) / unit) - 1e-9)
+    j = np.arange(first, max(last, first + 1) + 1)
+    grid = base * np.expm1(j * (math.log(2.0) / 4.0)) if base > 0.0 else 2.0 ** (j / 4.0)
+    inner = grid[(grid > low * (1.0 + 1e-9)) & (grid > 0.0)]
+    edges = np.concatenate([[low], inner])
+    if edges[-1] + base >= end * (1.0 - 1e-15) or edges.size < 2:
+        edges = np.append(edges[edges + base < end], end - base)
+    if math.isfinite(end):
+        # what is left before the end is no panel of its own
+        step = edges[-1] - edges[-2]
+        if end - base - edges[-1] < _SLIVER * step:
+            edges[-1] = end - base
+        if (
+            edges.size > 2
+            and edges[-1] == end - base
+            and edges[-1] - edges[-2] < _SLIVER * (edges[-2] - edges[-3])
+        ):
+            edges = np.delete(edges, -2)
+    count = edges.size - 1
+    return Panels(np.full(count, base), edges[:-1], edges[1:], np.zeros(count, dtype=bool))
+
+
+@dataclass(frozen=True)
+class _Stopped:
+    """Why a stretch could not be resolved as it was cut."""
+
+    kinks: list[float]
+    end: float = math.inf
+    value: float = math.nan
+
+
+def _jitter(count: int) -> FloatArray:
+    """Points in (0, 1), dense everywhere and on no grid: a Kronecker sequence."""
+    golden = 0.5 * (math.sqrt(5.0) - 1.0)
+    return np.sort((0.5 + golden * np.arange(1.0, count + 1.0)) % 1.0)
+
+
+def _resolve(
+    source: SlopeSource, panels: Panels, needed: float, kinks: Callable[[float, float], list[float]]
+) -> Slopes | _Stopped:
+    """Series of f' on panels, divided until they fit; what is divided beyond the radius that is needed is left."""
+    pending, family = panels, np.arange(panels.count)
+    sizes = np.zeros(panels.count)
+    done: list[Slopes] = []
+    asked: set[int] = set()
+    for generation in range(_GENERATIONS + 1):
+        u_test = _jitter(max(48, _SEARCHED >> generation))
+        fit = _fitted(source, pending, u_test)
+        if isinstance(fit, _Stopped):
+            return fit
+        if generation == 0:
+            sizes = fit.size
+        # a thin panel counts by the share that it can have in an integral with an inverse square root
+        share = np.sqrt(pending.width / panels.width[family])
+        allowed = np.maximum(
+            _RESOLVED * fit.size, 1e-17 * sizes[family] / np.maximum(share, 1e-300) * (generation > 3)
+        )
+        fits = (fit.error <= allowed) & fit.even
+        if source.soft_knots.size > 400:
+            fits |= fit.error <= 1e-12 * fit.size
+        if generation >= 2 and not fits.all():
+            rest = np.flatnonzero(~fits)
+            noise = _noise(source, pending.take(rest))
+            fits[rest] |= (fit.error[rest] <= 8.0 * noise) & fit.even[rest]
+        beside = pending.begins
+        thinnest = np.maximum(64.0 * np.finfo(float).eps * pending.base, 1e-300)
+        last = (pending.width <= thinnest) | (generation == _GENERATIONS)
+        fits |= last | (beside & (generation >= _GRADED))
+        done.append(_taken(pending, fit, fits))
+        rest = np.flatnonzero(~fits)
+        if rest.size == 0:
+            break
+        soft = source.soft_knots.size > 0
+        if generation == _KINK_GENERATION or soft:
+            for i in sorted(set(family[rest].tolist()) - asked):
+                asked.add(i)
+                low, high = float(panels.start[i]), float(panels.stop[i])
+                found = [b for b in kinks(low, high) if low < b < high]
+                if found:
+                    return _Stopped(found)
+        pending, family = _divided(pending.take(rest), family[rest])
+        wanted = pending.start < needed
+        pending, family = pending.take(wanted), family[wanted]
+        if pending.count > _MOST_PANELS:
+            low = metres(float(pending.start.min()))
+            raise ConvergenceError(
+                f"the slope of the profile is not resolved beside r = {low}: it is rough there on every scale; give a "
+                "smooth profile, or name the radii where it is not smooth as breakpoints"
+            )
+    panels = joined([part.panels for part in done])
+    order = np.lexsort((panels.low, panels.base))
+    return Slopes(
+        panels.take(order),
+        joined_series([part.series for part in done]).take(order),
+        *(
+            np.concatenate([getattr(part, name) for part in done])[order]
+            for name in ("error", "size", "jump")
+        ),
+    )
+
+
+@dataclass(frozen=True)
+class _Fit:
+    series: Series
+    error: FloatArray
+    size: FloatArray
+    even: np.ndarray
+    """Whether values on a panel beside a breakpoint are of one order."""
+
+
+def _fitted(source: SlopeSource, panels: Panels, u_test: FloatArray) -> _Fit | _Stopped:
+    u = np.concatenate([nodes(), u_test])
+    wanted = panels.offsets(u)
+    base = np.broadcast_to(panels.base[:, None], wanted.shape)
+    values, actual = source.sample(base.ravel(), wanted.ravel())
+    values, actual = values.reshape(wanted.shape), actual.reshape(wanted.shape)
+    if not np.isfinite(values).all():
+        return _end_of_definition(source, panels, values, wanted)
+    size = np.max(np.abs(values), axis=1)
+    power = _powers(panels, actual, values)
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore", under="ignore"):
+        scale = np.where(power[:, None] != 0.0, (actual / panels.high[:, None]) ** power[:, None], 1.0)
+        plain = np.where(scale > 0.0, values / scale, 0.0)
+    coefficients = plain[:, :TERMS] @ to_coefficients().T
+    if panels.base.any():
+        # radii beside a breakpoint are rounded: the slope was asked where it was evaluated
+        moved = (actual - panels.low[:, None]) / panels.width[:, None] - u
+        plain = plain - moved * (coefficients @ basis_slope(u).T)
+        coefficients = plain[:, :TERMS] @ to_coefficients().T
+    misfit = np.abs(coefficients @ basis(u_test).T - plain[:, TERMS:])
+    # where a power is divided out the series stands for ratios, and its error is that of the largest slope
+    ratio = np.where(size > 0.0, np.max(np.abs(plain), axis=1), 1.0)
+    error = np.max(misfit, axis=1) / np.where(ratio > 0.0, ratio, 1.0) * size
+    smallest = np.min(np.abs(plain), axis=1)
+    one_sign = (np.min(plain, axis=1) > 0.0) | (np.max(plain, axis=1) < 0.0)
+    beside = panels.begins
+    even = ~beside | ~one_sign | (np.max(np.abs(plain), axis=1) <= _SPREAD * smallest)
+    return _Fit(Series(power, coefficients), error, size, even)
+
+
+def _powers(panels: Panels, offset: FloatArray, values: FloatArray) -> FloatArray:
+    """Local powers of steep slopes; that of a slope that begins at 0 beside its breakpoint."""
+    first, last = values[:, 0], values[:, TERMS - 1]
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        ratio = last / first
+        power = np.log(ratio) / np.log(offset[:, TERMS - 1] / offset[:, 0])
+    steep = np.isfinite(power) & (ratio > 0.0) & ((ratio > _STEEP) | (ratio < 1.0 / _STEEP))
+    answer = np.where(steep & (panels.low > 0.0), power, 0.0)
+    for i in np.flatnonzero(panels.begins & (first != 0.0)):
+        answer[i] = _first_power(offset[i, :4], values[i, :4])
+    return answer
+
+
+def _first_power(offset: FloatArray, values: FloatArray) -> float:
+    """Exponent of a slope that starts like offset^p, 0 where it does not vanish or is no power."""
+    if not (np.all(values > 0.0) or np.all(values < 0.0)):
+        return 0.0
+    local = np.diff(np.log(np.abs(values))) / np.diff(np.log(offset))
+    # linear in the offset: what corrections to the power leave
+    guess = float(local[0] - (local[1] - local[0]) * offset[0] / (offset[1] - offset[0]))
+    if abs(guess) < 0.02 or np.ptp(local) > 0.5 * abs(guess):
+        return 0.0
+    nearest = round(guess * 60.0) / 60.0
+    return nearest if abs(guess - nearest) < 2e-3 else guess
+
+
+def _taken(panels: Panels, fit: _Fit, where: np.ndarray) -> Slopes:
+    return Slopes(
+        panels.take(where),
+        fit.series.take(where),
+        fit.error[where],
+        fit.size[where],
+        np.zeros(int(where.sum())),
+    )
+
+
+def _divided(panels: Panels, family: np.ndarray) -> tuple[Panels, np.ndarray]:
+    """Two panels for each: quarters beside a breakpoint, halves elsewhere."""
+    share = np.where(panels.begins, 0.25, 0.5)
+    middle = panels.low + share * panels.width
+    twice = Panels(
+        np.concatenate([panels.base, panels.base]),
+        np.concatenate([panels.low, middle]),
+        np.concatenate([middle, panels.high]),
+        np.concatenate([panels.rooted, panels.rooted]),
+    )
+    return twice, np.concatenate([family, family])
+
+
+def _noise(source: SlopeSource, panels: Panels) -> FloatArray:
+    """Rounding of the slope on panels: its scatter about straight lines that are short to any profile."""
+    steps = np.linspace(-1.0, 1.0, 9)
+    away = np.array([0.21, 0.5, 0.83])[:, None] + 1e-5 * steps
+    offset = panels.offsets(np.broadcast_to(away.ravel(), (panels.count, away.size)))
+    values, _ = source.sample(np.repeat(panels.base, away.size), offset.ravel())
+    values = values.reshape(panels.count, 3, steps.size)
+    line = np.stack([np.ones_like(steps), steps], axis=1)
+    smooth = values @ (np.linalg.pinv(line).T @ line.T)
+    return np.asarray(np.median(np.max(np.abs(values - smooth), axis=2), axis=1))
+
+
+def _end_of_definition(
+    source: SlopeSource, panels: Panels, values: FloatArray, offset: FloatArray
+) -> _Stopped:
+    """The last radius at which f' is finite, by bisection."""
+    at = np.flatnonzero(~np.isfinite(values).all(axis=1))[0]
+    bad = offset[at][~np.isfinite(values[at])]
+    base, low, high = panels.base[at : at + 1], float(panels.low[at]), float(bad.min())
+    value = float(values[at][~np.isfinite(values[at])][0])
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        if not low < middle < high:
+            break
+        finite = np.isfinite(source.sample(base, np.array([middle]))[0][0])
+        low, high = (middle, high) if finite else (low, middle)
+    return _Stopped([], float(base[0] + low), value)
+
+
+def _with_jumps(made: Slopes, before: Slopes | None) -> Slopes:
+    """The jumps of f' at breakpoints, from the series on both sides."""
+    panels, series = made.panels, made.series
+    begins = np.flatnonzero(panels.begins)
+    if begins.size == 0:
+        return made
+    jump = np.array(made.jump)
+    right = np.where(
+        series.power[begins] == 0.0, clenshaw(series.coefficients[begins], np.zeros(begins.size)), 0.0
+    )
+    left, size = np.zeros(begins.size), np.zeros(begins.size)
+    inner = begins > 0
+    left[inner] = clenshaw(series.coefficients[begins[inner] - 1], np.ones(int(inner.sum())))
+    size[inner] = made.size[begins[inner] - 1]
+    if not inner.all() and before is not None:
+        left[~inner] = clenshaw(before.series.coefficients[-1:], np.ones(1))
+        size[~inner] = before.size[-1]
+    difference = right - left
+    noise = 64.0 * np.finfo(float).eps * np.maximum(size, made.size[begins])
+    jump[begins] = np.where(np.abs(difference) > noise, difference, 0.0)
+    return Slopes(panels, series, made.error, made.size, jump)
+
+
+def _floor(source: SlopeSource, inner: float) -> float:
+    """A radius below which only the local power of the tip matters to results at `inner`."""
+    octaves = np.arange(0.0, 60.0)
+    radii = inner * 2.0**-octaves
+    radii = radii[radii > 1e-300]
+    slope = source.sample(np.zeros(radii.size), radii)[0]
+    with np.errstate(divide="ignore", invalid="ignore", under="ignore"):
+        size = np.abs(slope)
+        weight = size * radii / np.max(size[:8] * radii[:8])
+        power = np.abs(np.diff(np.log(size)) / math.log(2.0))
+        change = np.abs(np.diff(power, append=power[-1]))
+    known = np.flatnonzero(size > _TINY)
+    if known.size == 0:
+        return _octave(radii[min(8, radii.size - 1)])
+    deepest = int(known[-1])
+    for k in range(4, deepest - 3):
+        steady = np.all(change[k : k + 3] < 0.5)
+        if steady and weight[k] * np.max(change[k : k + 3]) < 1e-17:
+            return _octave(radii[k])
+    return _octave(radii[max(min(deepest - 1, 48), 1)])
+
+
+def _octave(radius: float) -> float:
+    return float(2.0 ** math.floor(math.log2(radius)))
+
+
+def _tail(slopes: Slopes, floor: float) -> Tail:
+    """The power with which f' goes on below the first panel."""
+    panels, series = slopes.panels, slopes.series
+    u = np.linspace(0.0, 1.0, 5)
+    offsets = panels.take(slice(0, 1)).offsets(u)[0]
+    values = clenshaw(np.repeat(series.coefficients[:1], u.size, axis=0), u)
+    values = values * (offsets / panels.high[0]) ** series.power[0]
+    if values[0] == 0.0 or np.any(values[1:] / values[0] <= 0.0):
+        return Tail(floor, float(values[0]), 0.0, bool(np.all(values == 0.0)))
+    local = np.diff(np.log(np.abs(values))) / np.diff(np.log(offsets))
+    power = float(np.log(values[-1] / values[0]) / np.log(offsets[-1] / offsets[0]))
+    nearest = round(power * 60.0) / 60.0
+    if abs(power - nearest) < 1e-9:
+        power = nearest
+    return Tail(floor, float(values[0]), max(power, -0.95), bool(np.ptp(local) < 2e-13))

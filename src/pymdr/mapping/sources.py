@@ -1,0 +1,153 @@
+"""What f'(r) of every kind of profile offers to be resolved on panels."""
+
+from __future__ import annotations
+
+import math
+from functools import singledispatch
+
+import numpy as np
+
+from pymdr.mapping.series import TERMS, Panels, Place, Series, evaluate
+from pymdr.mapping.slopes import SlopeSource
+from pymdr.problem.profiles import Function, Interpolated, Profile, Sampled, Sum
+from pymdr.units import FloatArray
+
+_NO_KNOTS = np.zeros(0)
+MANY_KNOTS = 400
+"""Samples from which on knots only count where panels do not resolve the curve across them."""
+
+
+class CurveSource:
+    """f' of a profile that gives it at any radius."""
+
+    def __init__(self, profile: Profile) -> None:
+        self.profile = profile
+        self.knots = profile.breakpoints
+        self.soft_knots = _NO_KNOTS
+        self.reach = profile.reach
+        self.known_everywhere = False
+
+    def sample(self, base: FloatArray, offset: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """F' at the rounded radii, and their offsets."""
+        r = base + offset
+        return self.profile.gap_slope(r), r - base
+
+    def kinks(self, low: float, high: float) -> list[float]:
+        """None that it knows of."""
+        return []
+
+
+class SplineSource:
+    """f' of a piecewise cubic, whose offsets from its knots are not rounded."""
+
+    def __init__(self, profile: Sampled) -> None:
+        spline = profile.spline
+        self.breaks = np.asarray(spline.x, dtype=float)
+        self.coefficients = np.asarray(spline.c, dtype=float)
+        inner = self.breaks[1:-1]
+        many = inner.size > MANY_KNOTS
+        self.knots = () if many else tuple(inner.tolist())
+        self.soft_knots = inner if many else _NO_KNOTS
+        self.reach = float(self.breaks[-1])
+        self.known_everywhere = True
+
+    def sample(self, base: FloatArray, offset: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """F' beside base + offset."""
+        r = base + offset
+        piece = np.clip(np.searchsorted(self.breaks, r, side="right") - 1, 0, self.breaks.size - 2)
+        start = self.breaks[piece]
+        # a base that is a knot begins its piece, however r is rounded
+        own = np.clip(np.searchsorted(self.breaks, base, side="right") - 1, 0, self.breaks.size - 2)
+        on_knot = (self.breaks[own] == base) & (piece == own + 1) & (r <= self.breaks[own + 1])
+        piece = np.where(on_knot, own, piece)
+        start = self.breaks[piece]
+        t = (base - start) + offset
+        third, second, first = (self.coefficients[k][piece] for k in range(3))
+        values = (3.0 * third * t + 2.0 * second) * t + first
+        return np.where(r > self.reach, math.nan, values), offset
+
+    def kinks(self, low: float, high: float) -> list[float]:
+        """None besides the knots."""
+        return []
+
+
+class PanelSource:
+    """f' that is already known on panels, as that of a saved profile."""
+
+    def __init__(self, profile: Interpolated) -> None:
+        base, low, high, power = (
+            np.array(getattr(profile, name)) for name in ("base", "low", "high", "power")
+        )
+        coefficients = np.zeros((base.size, TERMS))
+        for row, given in zip(coefficients, profile.coefficients, strict=True):
+            row[: len(given)] = given
+        self.panels = Panels(base, low, high, np.zeros(base.shape, dtype=bool))
+        self.series = Series(power, coefficients)
+        self.tip = profile.tip
+        self.knots = profile.kinks
+        self.soft_knots = _NO_KNOTS
+        self.reach = profile.reach
+        self.known_everywhere = True
+
+    def sample(self, base: FloatArray, offset: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """F' beside base + offset."""
+        index, delta = self.panels.locate(Place(base, offset))
+        values = evaluate(self.panels, self.series, index, delta)
+        r = base + offset
+        radius, slope, exponent = self.tip
+        below = r < self.panels.start[0]
+        if below.any():
+            with np.errstate(divide="ignore", under="ignore"):
+                values[below] = slope * (r[below] / radius) ** exponent
+        return np.where(r > self.reach * (1.0 + 1e-12), math.nan, values), offset
+
+    def kinks(self, low: float, high: float) -> list[float]:
+        """None besides those that were found before it was saved."""
+        return []
+
+
+class SumSource:
+    """The sum of several slopes."""
+
+    def __init__(self, parts: list[SlopeSource]) -> None:
+        self.parts = parts
+        self.knots = tuple(sorted({b for part in parts for b in part.knots}))
+        self.soft_knots = np.unique(np.concatenate([part.soft_knots for part in parts]))
+        self.reach = min(part.reach for part in parts)
+        self.known_everywhere = all(part.known_everywhere for part in parts) and math.isfinite(self.reach)
+
+    def sample(self, base: FloatArray, offset: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """F' at the rounded radii, and their offsets."""
+        r = base + offset
+        rounded = r - base
+        return np.asarray(sum(part.sample(base, rounded)[0] for part in self.parts)), rounded
+
+    def kinks(self, low: float, high: float) -> list[float]:
+        """Those of the parts."""
+        return sorted({b for part in self.parts for b in part.kinks(low, high)})
+
+
+@singledispatch
+def source_of(profile: Profile) -> SlopeSource:
+    """F' of a profile, to be resolved."""
+    return CurveSource(profile)
+
+
+@source_of.register
+def _(profile: Interpolated) -> SlopeSource:
+    return PanelSource(profile)
+
+
+@source_of.register
+def _(profile: Sampled) -> SlopeSource:
+    return SplineSource(profile)
+
+
+@source_of.register
+def _(profile: Function) -> SlopeSource:
+    return CurveSource(profile)
+
+
+@source_of.register
+def _(profile: Sum) -> SlopeSource:
+    return SumSource([source_of(part) for part in profile.parts])
