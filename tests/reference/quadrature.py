@@ -227,7 +227,8 @@ def _panels(curve, rule, low, phi_low, span, x, with_slope):
     span = span[:, 0]
     with np.errstate(divide="ignore", invalid="ignore", under="ignore"):
         errors = [
-            np.where(s > 0, s * (np.minimum(e / s, 1)) ** rule.gain, 0) for e, s in zip(rough, scale, strict=True)
+            np.where(s > 0, s * (np.minimum(e / s, 1)) ** rule.gain, 0)
+            for e, s in zip(rough, scale, strict=True)
         ]
     return np.array([*fine, *scale, *errors]) * span
 
@@ -426,7 +427,9 @@ def polish(curve, target, index, offset, of="g", steps=40):
                 np.where(low[live] > 0, np.sqrt(low[live] * high[live]), high[live] / LONG(1e6)),
             )
         sound = np.isfinite(new) & (new > low[live]) & (new < high[live])
-        done = (abs(miss) <= LONG("2e-19") * size) | (sound & (abs(new - offset[live]) <= LONG("2e-19") * offset[live]))
+        done = (abs(miss) <= LONG("2e-19") * size) | (
+            sound & (abs(new - offset[live]) <= LONG("2e-19") * offset[live])
+        )
         offset[live] = np.where(sound, new, np.where(done, offset[live], middle))
         live = live[~done]
         if live.size == 0:
