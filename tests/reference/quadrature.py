@@ -16,6 +16,7 @@ it begins like a fractional power. Every rule has a coarser one on half of its n
 power by which the finer one converges faster, is the error that decides whether nodes are doubled.
 """
 
+import itertools
 from dataclasses import dataclass
 from functools import cache
 
@@ -156,10 +157,7 @@ def _images_in_parts(curve, index, offset, with_slope, level):
     ends = np.cumsum((index + 1) * nodes)
     part = (ends - 1) // _AT_ONCE
     cuts = np.append(np.flatnonzero(np.diff(part, prepend=-1)), index.size)
-    parts = [
-        _images(curve, index[i:j], offset[i:j], with_slope, level)
-        for i, j in zip(cuts[:-1], cuts[1:], strict=True)
-    ]
+    parts = [_images(curve, index[i:j], offset[i:j], with_slope, level) for i, j in itertools.pairwise(cuts)]
     return np.concatenate(parts, axis=1)
 
 
