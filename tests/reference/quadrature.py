@@ -12,8 +12,8 @@ A curve here is any object with
 Positions are pairs (index of the panel, offset from its edge), so that a point at b (1 + 1e-20) is as good as any
 other: every distance is formed from offsets. With r = x cos(phi), dr / sqrt(x^2 - r^2) = d(phi) and what is left to
 integrate is f' alone, panel by panel: Gauss-Legendre where f' is analytic, tanh-sinh (Takahasi and Mori 1974) where
-it begins like a fractional power. Every rule has a coarser one on half of its nodes; the difference, raised to the
-power by which the finer one converges faster, is the error that decides whether nodes are doubled.
+it begins like a fractional power. Panels must be short beside their distance to what happens below them
+(random_profiles.TermCurve sees to that). A value is taken when two levels of nodes agree; the finer one is given.
 """
 
 import itertools
@@ -25,7 +25,8 @@ import numpy as np
 LONG = np.longdouble
 PI = LONG("3.14159265358979323846264338327950288")
 ANALYTIC, KINK, BRANCH = 0, 1, 2
-TOLERANCE = LONG("1e-18")
+TOLERANCE = LONG("1e-17")
+"""Two levels agree when they differ by less than this, relative to the integral of the absolute integrand."""
 LEVELS = 5
 _AT_ONCE = 300_000
 
@@ -37,9 +38,6 @@ class Rule:
     u: np.ndarray
     v: np.ndarray
     weight: np.ndarray
-    coarse: np.ndarray
-    gain: int
-    """The finer rule errs like this power of the error of the coarser one."""
 
 
 @cache
@@ -58,18 +56,8 @@ def gauss(n):
 @cache
 def gauss_rule(level):
     """Gauss-Legendre for analytic panels."""
-    n = (28, 40, 60, 90, 140)[level]
-    x, w = gauss(n)
-    half = x[::2]
-    # interpolatory weights of every second node: Legendre moments are 2, 0, 0, ...
-    rows = [np.ones_like(half), half]
-    for k in range(2, half.size):
-        rows.append(((2 * k - 1) * half * rows[-1] - (k - 1) * rows[-2]) / LONG(k))
-    moments = np.zeros(half.size)
-    moments[0] = 2.0
-    coarse = np.zeros(n, dtype=LONG)
-    coarse[::2] = np.linalg.solve(np.array(rows, dtype=float), moments)
-    return Rule((1 + x) / 2, (1 - x) / 2, w / 2, coarse / 2, 3)
+    x, w = gauss((28, 40, 60, 90, 140)[level])
+    return Rule((1 + x) / 2, (1 - x) / 2, w / 2)
 
 
 @cache
@@ -77,7 +65,7 @@ def root_rule(level):
     """Gauss-Legendre in the root of the offset, for what grows like half-integer powers of it."""
     rule = gauss_rule(level)
     q = rule.u
-    return Rule(q * q, rule.v * (1 + q), 2 * q * rule.weight, 2 * q * rule.coarse, rule.gain)
+    return Rule(q * q, rule.v * (1 + q), 2 * q * rule.weight)
 
 
 @cache
@@ -87,16 +75,7 @@ def tanh_sinh(level):
     t = np.arange(-int(3.6 / step), int(5.2 / step) + 1).astype(LONG) * step
     s = PI / 2 * np.sinh(t)
     weight = step * PI / 4 * np.cosh(t) / np.cosh(s) ** 2
-    coarse = np.where(np.rint(t / step).astype(int) % 2 == 0, 2 * weight, 0)
-    return Rule(1 / (1 + np.exp(2 * s)), 1 / (1 + np.exp(-2 * s)), weight, coarse, 2)
-
-
-def _inner(kind, level):
-    return tanh_sinh(level) if kind == BRANCH else gauss_rule(level)
-
-
-def _outer(kind, level):
-    return (gauss_rule, root_rule, tanh_sinh)[kind](level)
+    return Rule(1 / (1 + np.exp(2 * s)), 1 / (1 + np.exp(-2 * s)), weight)
 
 
 def place(curve, base, offset=0.0):
@@ -128,28 +107,31 @@ class Images:
     g_size: np.ndarray
     slope_size: np.ndarray
     moment_size: np.ndarray
-    error: np.ndarray
-    """Estimated error relative to the sizes."""
 
 
-def images(curve, index, offset, with_slope=True):
+def images(curve, index, offset, with_slope=True, checked=True):
     """
     g(x) = x int_0^x f' / sqrt(x^2 - r^2) dr, its slope g' and the moment int_0^x r^2 f' / sqrt(x^2 - r^2) dr.
 
     g' = int_0^x (r f')' / sqrt(x^2 - r^2) dr + sum_k D_k b_k / sqrt(x^2 - b_k^2) with the jumps D_k of f' at b_k.
+    Unchecked, the first level is taken: what short panels give without asking the next level.
     """
     index, offset = (np.atleast_1d(v) for v in (index, np.asarray(offset, dtype=LONG)))
-    answer = np.empty((7, index.size), dtype=LONG)
-    todo = np.arange(index.size)
-    for level in range(LEVELS):
-        answer[:, todo] = _images_in_parts(curve, index[todo], offset[todo], with_slope, level)
-        todo = todo[answer[6, todo] > TOLERANCE]
+    answer = _images_in_parts(curve, index, offset, with_slope, 0)
+    todo = np.arange(index.size if checked else 0)
+    for level in range(1, LEVELS):
         if todo.size == 0:
             return Images(*answer)
-    bad = todo[0]
-    raise ArithmeticError(
-        f"quadrature: error {answer[6, bad]} at x = {curve.edges[index[bad]]} + {offset[bad]} (panel {index[bad]})"
-    )
+        finer = _images_in_parts(curve, index[todo], offset[todo], with_slope, level)
+        rough = (abs(finer[:3] - answer[:3, todo]) > TOLERANCE * finer[3:]).any(axis=0)
+        answer[:, todo] = finer
+        todo = todo[rough]
+    if todo.size:
+        bad = todo[0]
+        raise ArithmeticError(
+            f"quadrature at x = {curve.edges[index[bad]]} + {offset[bad]} (panel {index[bad]})"
+        )
+    return Images(*answer)
 
 
 def _images_in_parts(curve, index, offset, with_slope, level):
@@ -179,20 +161,17 @@ def _images(curve, index, offset, with_slope, level):
         # a difference of angles from the difference of radii, without cancellation
         span = 2 * np.arcsin(width / (2 * xx * np.sin((phi_low + phi_top) / 2)))
     span = np.where(width == 0, 0, np.where(inside, span, phi_low))
-    sums = np.zeros((9, target.size), dtype=LONG)
+    sums = np.zeros((6, target.size), dtype=LONG)
     kinds = np.asarray(curve.kinds)[panel]
     for branch in (False, True):
         chosen = np.flatnonzero(((kinds == BRANCH) == branch) & (span > 0))
         if chosen.size:
-            rule = _inner(BRANCH if branch else ANALYTIC, level)
+            rule = tanh_sinh(level) if branch else gauss_rule(level)
             sums[:, chosen] = _panels(
                 curve, rule, low[chosen], phi_low[chosen], span[chosen], xx[chosen], with_slope
             )
     total = np.add.reduceat(sums, first, axis=1)
-    g, slope, moment, g_size, slope_size, moment_size = total[:6]
-    with np.errstate(divide="ignore", invalid="ignore"):
-        parts = [np.where(size > 0, e / size, 0) for e, size in zip(total[6:], total[3:6], strict=True)]
-    error = np.max(parts, axis=0)
+    g, slope, moment, g_size, slope_size, moment_size = total
     if with_slope and np.any(curve.jumps):
         for b, jump, i in zip(edges, curve.jumps, range(edges.size), strict=True):
             if jump != 0 and b > 0:
@@ -201,7 +180,7 @@ def _images(curve, index, offset, with_slope, level):
                 term = jump * b / np.sqrt(np.where(beyond, distance, 1) * (x + b))
                 slope = slope + np.where(beyond, term, 0)
                 slope_size = slope_size + np.where(beyond, abs(term), 0)
-    return np.array([g * x, slope, moment, g_size * x, slope_size, moment_size, error])
+    return np.array([g * x, slope, moment, g_size * x, slope_size, moment_size])
 
 
 def _angle(x, r, distance):
@@ -210,7 +189,7 @@ def _angle(x, r, distance):
 
 
 def _panels(curve, rule, low, phi_low, span, x, with_slope):
-    """Integrals over panels: of f', (r f')', r^2 f', of their sizes, and their errors."""
+    """Integrals over panels: of f', (r f')', r^2 f', and of their sizes."""
     low, phi_low, span, x = (v[:, None] for v in (low, phi_low, span, x))
     angle = span * rule.u
     offset = 2 * x * np.sin(phi_low - angle / 2) * np.sin(angle / 2)
@@ -218,55 +197,44 @@ def _panels(curve, rule, low, phi_low, span, x, with_slope):
     r = low + offset
     f1 = curve.slope(base, offset)
     values = [f1, f1 + r * curve.bend(base, offset) if with_slope else np.zeros_like(f1), f1 * r * r]
-    sizes = np.abs(values)
-    fine = [v @ rule.weight for v in values]
-    scale = [v @ rule.weight for v in sizes]
-    rough = [abs(v @ (rule.coarse - rule.weight)) for v in values]
-    span = span[:, 0]
-    with np.errstate(divide="ignore", invalid="ignore", under="ignore"):
-        errors = [
-            np.where(s > 0, s * (np.minimum(e / s, 1)) ** rule.gain, 0)
-            for e, s in zip(rough, scale, strict=True)
-        ]
-    return np.array([*fine, *scale, *errors]) * span
+    return np.array([v @ rule.weight for v in (*values, *np.abs(values))]) * span[:, 0]
 
 
-def squared(curve, index, offset, level=0):
+def squared(curve, index, offset):
     """The integral s(x) = int_0^x (g(x) - g(t))^2 dt, whose integrand is positive."""
     index, offset = (np.atleast_1d(v) for v in (index, np.asarray(offset, dtype=LONG)))
+    answer = _squared(curve, index, offset, 0)
+    todo = np.arange(index.size)
+    for level in range(1, LEVELS):
+        finer = _squared(curve, index[todo], offset[todo], level)
+        rough = abs(finer - answer[todo]) > 10 * TOLERANCE * finer
+        answer[todo] = finer
+        todo = todo[rough]
+        if todo.size == 0:
+            return answer
+    raise ArithmeticError(
+        f"quadrature of the energy at x = {curve.edges[index[todo[0]]]} + {offset[todo[0]]}"
+    )
+
+
+def _squared(curve, index, offset, level):
     g = images(curve, index, offset, with_slope=False).g
     widths = np.diff(curve.edges)
-    answer, error = np.zeros(index.size, dtype=LONG), np.zeros(index.size, dtype=LONG)
-
-    def add(rows, panel, width, g_nodes, rule):
-        drop = (g[rows, None] - g_nodes) ** 2
-        fine = width * (drop @ rule.weight)
-        rough = width * abs(drop @ (rule.coarse - rule.weight))
-        answer[rows] += fine
-        with np.errstate(divide="ignore", invalid="ignore", under="ignore"):
-            # half the power that analytic theory promises: g is known less well than f'
-            error[rows] += np.where(fine > 0, fine * np.minimum(rough / fine, 1) ** 2, 0)
-
-    kinds = np.asarray(curve.kinds)
-    queue = []
-    for panel in range(int(index.max())):
-        rule = _outer(kinds[panel], level)
-        queue.append((np.flatnonzero(index > panel), panel, widths[panel], widths[panel] * rule.u, rule))
-    for row in range(index.size):
-        rule = _outer(kinds[index[row]], level)
-        queue.append((np.array([row]), int(index[row]), offset[row], offset[row] * rule.u, rule))
-    at = np.concatenate([np.full(q[3].size, q[1]) for q in queue])
-    g_all = images(curve, at, np.concatenate([q[3] for q in queue]), with_slope=False).g
-    start = 0
-    for rows, panel, width, nodes, rule in queue:
-        add(rows, panel, width, g_all[start : start + nodes.size][None, :], rule)
-        start += nodes.size
-    with np.errstate(divide="ignore", invalid="ignore"):
-        poor = np.where(answer > 0, error / answer, 0) > LONG("1e-17")
-    if poor.any():
-        if level + 1 == LEVELS:
-            raise ArithmeticError(f"quadrature: energy errs {np.max(error / answer)}")
-        answer[poor] = squared(curve, index[poor], offset[poor], level + 1)
+    rules = [(gauss_rule, root_rule, tanh_sinh)[kind](level) for kind in curve.kinds]
+    # whole panels are shared by all targets beyond them, the last one belongs to one target
+    queue = [(np.flatnonzero(index > k), k, widths[k]) for k in range(int(index.max()))]
+    queue += [(np.array([row]), int(index[row]), offset[row]) for row in range(index.size)]
+    # tanh-sinh needs its second level for steep powers, Gauss on short panels does not
+    checked = bool(np.any(curve.kinds == BRANCH))
+    at = np.concatenate([np.full(rules[k].u.size, k) for _, k, _ in queue])
+    nodes = np.concatenate([width * rules[k].u for _, k, width in queue])
+    g_nodes = images(curve, at, nodes, with_slope=False, checked=checked).g
+    answer, start = np.zeros(index.size, dtype=LONG), 0
+    for rows, k, width in queue:
+        rule = rules[k]
+        drop = (g[rows, None] - g_nodes[start : start + rule.u.size]) ** 2
+        answer[rows] += width * (drop @ rule.weight)
+        start += rule.u.size
     return answer
 
 
@@ -312,23 +280,54 @@ def pressure_integral(curve, r_at, a_at):
 
     With the order of the integrations exchanged it is a single integral of (rho f')' against :func:`kernel`.
     """
-    for level in range(LEVELS):
-        value, size, error = _pressure(curve, r_at, a_at, level)
-        if error <= TOLERANCE * 10 * size:
+    value, size = _pressure(curve, r_at, a_at, 0)
+    for level in range(1, LEVELS):
+        coarse, (value, size) = value, _pressure(curve, r_at, a_at, level)
+        if abs(value - coarse) <= TOLERANCE * size:
             return value, size
-    raise ArithmeticError(f"quadrature: pressure errs {error / size} at r = {r_at}, a = {a_at}")
+    raise ArithmeticError(f"quadrature of the pressure at r = {r_at}, a = {a_at}")
+
+
+def _segments(curve, marks, first, last):
+    """
+    Segments (panel, lower offset, upper offset) from one position to another, split at marks (pairs).
+
+    No segment is longer than twice its distance to a mark, a kink or the origin that is not its own end.
+    """
+    edges = curve.edges
+    bounds = {(k, LONG(0)) for k in range(first[0] + 1, last[0] + 1)} | {first, last}
+    bounds = sorted(bounds | {m for m in marks if first < m < last})
+    special = (
+        list(marks) + [(int(k), LONG(0)) for k in np.flatnonzero(curve.kinds != ANALYTIC)] + [(0, LONG(0))]
+    )
+    answer = []
+    for start, stop in itertools.pairwise(bounds):
+        k, low = start
+        high = stop[1] if stop[0] == k else edges[k + 1] - edges[k]
+        if high <= low:
+            continue
+        # distances of all that is special to both ends
+        away = [((edges[k] - edges[n]) + (low - o), (edges[n] - edges[k]) + (o - high)) for n, o in special]
+        below = min((b for b, _ in away if b > 0), default=LONG(np.inf))
+        above = min((b for _, b in away if b > 0), default=LONG(np.inf))
+        cuts = [LONG(0), high - low]
+        while 2 * (below + cuts[-2]) < (rest := cuts[-1] - cuts[-2]) / 2:
+            cuts.insert(-1, cuts[-2] + min(2 * (below + cuts[-2]), rest / 2))
+        tail = [LONG(0)]
+        while 2 * (above + tail[-1]) < (rest := cuts[-1] - cuts[-2] - tail[-1]) / 2:
+            tail.append(tail[-1] + min(2 * (above + tail[-1]), rest / 2))
+        offsets = [low + c for c in cuts[:-1]] + [high - c for c in tail[::-1]]
+        answer += [(k, p, q) for p, q in itertools.pairwise(offsets) if q > p]
+    return answer
 
 
 def _pressure(curve, r_at, a_at, level):
     (i, e), (j, d) = ((int(k), LONG(o)) for k, o in (r_at, a_at))
     edges = curve.edges
     r, a = edges[i] + e, edges[j] + d
-    # segments (panel, lower and upper offset), split at r
-    segments = [(k, LONG(0), edges[k + 1] - edges[k] if k < j else d) for k in range(j + 1)]
-    k, low, high = segments.pop(i)
-    segments[i:i] = [(k, low, e), (k, e, high)] if e > low else [(k, low, high)]
-    panel = np.array([s[0] for s in segments if s[2] > s[1]])
-    low, high = (np.array([s[n] for s in segments if s[2] > s[1]], dtype=LONG)[:, None] for n in (1, 2))
+    segments = _segments(curve, [(i, e), (j, d)], (0, LONG(0)), (j, d))
+    panel = np.array([s[0] for s in segments])
+    low, high = (np.array([s[n] for s in segments], dtype=LONG)[:, None] for n in (1, 2))
     rule = tanh_sinh(level)
     base = edges[panel][:, None]
     width = high - low
@@ -345,48 +344,45 @@ def _pressure(curve, r_at, a_at, level):
     wide = np.broadcast_to(base, rho.shape)
     source = curve.slope(wide, offset) + rho * curve.bend(wide, offset)
     values = width * source * kernel(r, rho, a, np.maximum(to_r, 0), to_a_r, np.maximum(to_a, 0))
-    fine, scale = values @ rule.weight, abs(values) @ rule.weight
-    rough = abs(values @ (rule.coarse - rule.weight))
-    with np.errstate(divide="ignore", invalid="ignore", under="ignore"):
-        error = np.where(scale > 0, scale * np.minimum(rough / scale, 1) ** rule.gain, 0).sum()
-    value, size = fine.sum(), scale.sum()
-    for n in np.flatnonzero(np.asarray(curve.jumps) != 0):
+    value, size = (values @ rule.weight).sum(), (abs(values) @ rule.weight).sum()
+    for n in np.flatnonzero(curve.jumps != 0):
         b, to_a_b = edges[n], (edges[j] - edges[n]) + d
         if n <= j and b > 0 and to_a_b > 0:
-            apart = abs((edges[n] - edges[i]) - e)
-            term = curve.jumps[n] * b * kernel(r, b, a, apart, to_a_r, to_a_b)
+            term = curve.jumps[n] * b * kernel(r, b, a, abs((edges[n] - edges[i]) - e), to_a_r, to_a_b)
             value, size = value + term, size + abs(term)
-    return value, size, error
+    return value, size
 
 
 def gap(curve, r_at, a_at):
-    """The gap (2 / pi) int_a^r g'(x) arccos(x / r) dx outside a contact of radius a < r."""
+    """The gap (2 / pi) int_a^r g'(x) arccos(x / r) dx outside a contact of radius a < r, and its size."""
+    value, size = _gap(curve, r_at, a_at, 0)
+    for level in range(1, LEVELS):
+        coarse, (value, size) = value, _gap(curve, r_at, a_at, level)
+        if abs(value - coarse) <= 10 * TOLERANCE * size:
+            return value, size
+    raise ArithmeticError(f"quadrature of the gap at r = {r_at}, a = {a_at}")
+
+
+def _gap(curve, r_at, a_at, level):
     (i, e), (j, d) = ((int(k), LONG(o)) for k, o in (r_at, a_at))
     edges = curve.edges
     r = edges[i] + e
-    last = np.arange(j, i + 1)
-    low = np.where(last == j, d, 0).astype(LONG)[:, None]
-    high = np.array([e if k == i else edges[k + 1] - edges[k] for k in last], dtype=LONG)[:, None]
-    for level in range(LEVELS):
-        rule = tanh_sinh(level)
-        base = edges[last][:, None]
-        width = high - low
-        offset = low + width * rule.u
-        to_r = np.maximum(((edges[i] - base) + (e - high)) + width * rule.v, 0)
-        x = base + offset
-        found = images(curve, np.repeat(last, rule.u.size), offset.ravel())
-        angle = np.arctan2(np.sqrt(to_r * (r + x)), x)
-        values = width * found.slope.reshape(offset.shape) * angle
-        fine, scale = values @ rule.weight, abs(values) @ rule.weight
-        rough = abs(values @ (rule.coarse - rule.weight))
-        with np.errstate(divide="ignore", invalid="ignore", under="ignore"):
-            error = np.where(scale > 0, scale * np.minimum(rough / scale, 1) ** 2, 0).sum()
-        if error <= TOLERANCE * 10 * scale.sum():
-            return 2 / PI * fine.sum()
-    raise ArithmeticError(f"quadrature: the gap errs {error / scale.sum()}")
+    segments = _segments(curve, [], (j, d), (i, e))
+    panel = np.array([s[0] for s in segments])
+    low, high = (np.array([s[n] for s in segments], dtype=LONG)[:, None] for n in (1, 2))
+    rule = tanh_sinh(level)
+    base = edges[panel][:, None]
+    width = high - low
+    offset = low + width * rule.u
+    to_r = np.maximum(((edges[i] - base) + (e - high)) + width * rule.v, 0)
+    x = base + offset
+    found = images(curve, np.repeat(panel, rule.u.size), offset.ravel())
+    angle = np.arctan2(np.sqrt(to_r * (r + x)), x)
+    values = width * found.slope.reshape(offset.shape) * angle
+    return 2 / PI * (values @ rule.weight).sum(), 2 / PI * (abs(values) @ rule.weight).sum()
 
 
-def polish(curve, target, index, offset, of="g", steps=40):
+def polish(curve, target, index, offset, of="g", steps=60):
     """
     Solve g(x) = target (or moment(x) = target) from a start in the right panel, for arrays.
 

@@ -6,6 +6,7 @@ write with NumPy in double precision. :func:`random_profile` draws one; ``Random
 profile of the package, ``RandomProfile.curve(profile)`` the curve for quadrature.py.
 """
 
+import itertools
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -75,9 +76,10 @@ class Quotient:
         return np.where(base >= LONG(self.b), np.ones_like(offset), 0) / LONG(self.R)
 
 
-def decades(scale, top):
+def graded(scale, top, decades=10):
     """Splits for what changes its law at r = scale, with singularities as far from 0."""
-    return [LONG(scale) * LONG(10) ** k for k in range(11) if scale * 10.0**k < top]
+    radii = [LONG(scale) * LONG(3) ** k for k in range(int(decades / math.log10(3.0)) + 1)]
+    return [r for r in radii if r < top]
 
 
 @dataclass(frozen=True)
@@ -91,7 +93,7 @@ class Hyperboloid:
         return []
 
     def marks(self, top):
-        return decades(self.c, top)
+        return graded(self.c, top)
 
     def slope(self, base, offset):
         r = base + offset
@@ -140,7 +142,7 @@ class Logarithm:
         return []
 
     def marks(self, top):
-        return decades(self.c, top)
+        return graded(self.c, top)
 
     def slope(self, base, offset):
         r, h, c = base + offset, LONG(self.h), LONG(self.c)
@@ -212,6 +214,8 @@ class Bump:
 
     def marks(self, top):
         radii = [LONG(self.m) + 3 * j * LONG(self.w) for j in range(-4, 5)]
+        # the image of a narrow bump goes on beside it like that of a kink
+        radii += [LONG(self.m) + 12 * LONG(self.w) * LONG(2) ** j for j in range(1, 40)]
         return [r for r in radii if 0 < r < top]
 
     def _z(self, base, offset):
@@ -237,7 +241,7 @@ class Shoulder:
         return [(LONG(self.b), KINK, LONG(0))]
 
     def marks(self, top):
-        return decades(self.b, top)[1:]
+        return graded(self.b, top, 300)[1:]
 
     def slope(self, base, offset):
         r, s, b = base + offset, LONG(self.s), LONG(self.b)
@@ -303,24 +307,22 @@ class TermCurve:
             events[radius] = (max(kind, known[0]), known[1] + jump)
         for mark in (m for t in self.terms for m in t.marks(top)):
             events.setdefault(LONG(mark), (ANALYTIC, LONG(0)))
-        source = None
-        radii = sorted(events)
-        for low, high in zip(radii, [*radii[1:], top], strict=True):
-            previous, here = source, low
+        sources: list[np.longdouble] = []
+        for low, high in itertools.pairwise([*sorted(r for r in events if r < top), top]):
+            here = low
             if events[low][0] != ANALYTIC:
-                source = low
-            if previous is not None and previous < low:
-                while high - here > 3 * (here - previous):
-                    here = here + 3 * (here - previous)
-                    events.setdefault(here, (ANALYTIC, LONG(0)))
-                    if source == low:
-                        break
-            if source == low and high > here:
-                # the next panels are judged from this source
-                start = here if here > low else None
-                while start is not None and high - start > 3 * (start - low):
-                    start = start + 3 * (start - low)
-                    events.setdefault(start, (ANALYTIC, LONG(0)))
+                sources.append(low)
+            while sources:
+                # what happens at b happens at -b as well, for all that depends on x^2 - b^2
+                away = min(
+                    [here - b for b in sources if b < here]
+                    + [2 * b for b in sources if 0 < b == here]
+                    + [top]
+                )
+                if high - here <= 2 * away:
+                    break
+                here = here + 2 * away
+                events.setdefault(here, (ANALYTIC, LONG(0)))
         radii = sorted(events)
         self.edges = np.array(radii, dtype=LONG)
         self.kinds = np.array([events[r][0] for r in radii])
