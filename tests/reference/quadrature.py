@@ -421,8 +421,9 @@ def polish(curve, target, index, offset, of="g", steps=60):
                 np.where(low[live] > 0, np.sqrt(low[live] * high[live]), high[live] / LONG(1e6)),
             )
         sound = np.isfinite(new) & (new > low[live]) & (new < high[live])
-        done = (abs(miss) <= LONG("2e-19") * size) | (
-            sound & (abs(new - offset[live]) <= LONG("2e-19") * offset[live])
+        # rounding of the sums is below this; what is left of the root is its condition times as much
+        done = (abs(miss) <= LONG("2e-18") * size) | (
+            sound & (abs(new - offset[live]) <= LONG("2e-18") * offset[live])
         )
         offset[live] = np.where(sound, new, np.where(done, offset[live], middle))
         live = live[~done]

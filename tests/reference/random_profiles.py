@@ -558,11 +558,11 @@ def bump(rng, L):
     R = L / log_uniform(rng, 1e-6, 1.0)
     m = L * log_uniform(rng, 1e-4, 0.9)
     w = m * log_uniform(rng, 1e-3, 1.0)
-    h = rng.choice([-1.0, 1.0]) * log_uniform(rng, 1e-3, 0.95) * 2.0 * w * w / R / (1.0 + 2.0 * w / m)
+    h = float(rng.choice([-1.0, 1.0])) * log_uniform(rng, 1e-3, 0.95) * 2.0 * w * w / R / (1.0 + 2.0 * w / m)
     return {
         "f": lambda r: r * r / (2.0 * R) + h * np.exp(-0.5 * ((r - m) / w) ** 2),
         "derivative": lambda r: r / R - h / w * ((r - m) / w) * np.exp(-0.5 * ((r - m) / w) ** 2),
-        "terms": (Bump(float(h), m, w),),
+        "terms": (Bump(h, m, w),),
         "paraboloid": R,
         "cancels": w > m / 9.0,
         "words": f"r**2/(2*{R!r}) + {h!r}*exp(-0.5*((r-{m!r})/{w!r})**2)",
