@@ -155,7 +155,7 @@ def test_the_pressure_carries_the_force(quadrature, drawn):
     rule, total, previous = quadrature.tanh_sinh(0), LONG(0), LONG(0)
     for stop in (LONG(0.4), LONG(0.7), LONG(1)):
         for u, v, w in zip(rule.u, rule.v, rule.weight, strict=True):
-            if v > 1e-18 and u > 1e-18:
+            if u > 1e-16 and v > (1e-10 if stop == 1 else 1e-16):
                 base, offset = (previous, (stop - previous) * u)
                 r_at = tuple(q[0] for q in quadrature.place(curve, np.array([base]), np.array([offset])))
                 r = base + offset
@@ -168,37 +168,33 @@ def test_the_pressure_carries_the_force(quadrature, drawn):
 
 
 def test_profiles_are_what_users_write(drawn):
-    """f, f' and their terms in extended precision agree."""
+    """f and f' as users write them, evaluated in extended precision, are the terms."""
     rng = np.random.default_rng(20)
+    nodes, weights = np.polynomial.legendre.leggauss(160)
     for kind in drawn.KINDS:
-        if kind == "samples":
-            continue
-        for _ in range(5):
+        for _ in range(5 if kind != "samples" else 0):
             profile = drawn.random_profile(rng, kind)
             curve = profile.curve()
-            r = np.sort(rng.uniform(0.1, 1.0, 40)) * profile.top
-            panel = np.searchsorted(curve.edges, r.astype(LONG), side="right") - 1
-            exact = curve.slope(curve.edges[panel], r - curve.edges[panel])
-            size = np.max(abs(exact))
-            assert np.all(abs(profile.derivative(r) - exact) <= 1e-13 * (abs(exact) + 1e-3 * size)), (
+            r = (np.sort(rng.uniform(0.1, 1.0, 40)) * profile.top).astype(LONG)
+            panel = np.searchsorted(curve.edges, r, side="right") - 1
+            base, offset = curve.edges[panel], r - curve.edges[panel]
+            exact, bend = curve.slope(base, offset), curve.bend(base, offset)
+            size, step = np.max(abs(exact)), LONG("1e-12") * profile.top
+            single = 1e-13 if "interp" in profile.words else 1e-15  # factors are products of doubles
+            assert np.all(abs(profile.derivative(r) - exact) <= single * (abs(exact) + 1e-2 * size)), (
                 profile.words
             )
-            bend = curve.bend(curve.edges[panel], r - curve.edges[panel])
-            step = LONG("1e-12") * profile.top
-            ahead = curve.slope(curve.edges[panel], r + step - curve.edges[panel])
-            assert np.all(
-                abs((ahead - exact) / step - bend) <= 1e-3 * np.max(abs(bend)) + 1e-6 * size / profile.top
-            ), profile.words
+            ahead = (curve.slope(base, offset + step) - exact) / step
+            assert np.all(abs(ahead - bend) <= 1e-3 * np.max(abs(bend)) + 1e-6 * size / profile.top), (
+                profile.words
+            )
             if profile.f is not None:
-                nodes, weights = np.polynomial.legendre.leggauss(40)
-                low, high = r[:-1, None], r[1:, None]
-                clear = [not any(p < k < q for k in profile.sources) for p, q in itertools.pairwise(r)]
-                risen = (
-                    (profile.derivative((low + (high - low) * (nodes + 1) / 2)) @ weights) * np.diff(r) / 2
-                )
-                rounding = 1e-13 * np.max(abs(profile.f(r)))
-                difference = abs(risen - np.diff(profile.f(r))) - 1e-9 * abs(risen)
-                assert np.all(difference[clear] <= rounding), profile.words
+                top = np.minimum(1.05 * r, profile.top)
+                clear = [not any(p < k < q for k in profile.sources) for p, q in zip(r, top, strict=True)]
+                inside = r[:, None] + (top - r)[:, None] * (nodes + 1) / 2
+                risen = (profile.derivative(inside) @ weights) * (top - r) / 2
+                off = abs(risen - (profile.f(top) - profile.f(r)))
+                assert np.all(off[clear] <= 1e-9 * (abs(risen) + 1e-2 * np.max(risen))[clear]), profile.words
 
 
 # --- the study -------------------------------------------------------------------------------------------
