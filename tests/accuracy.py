@@ -172,6 +172,8 @@ def one_profile(job):
             outcome.exact.append(is_exact(result))
             try:
                 judge(outcome, rng, drawn, curve, result, control, asked, panel, offset, effort)
+            except mdr.errors.PymdrError as error:
+                outcome.refusals.append(without_numbers(error))
             except ArithmeticError as error:
                 outcome.unsettled.append(str(error)[:160])
             except Exception as error:
