@@ -1,0 +1,478 @@
+"""How accurate results are, and whether they say so: random profiles against quadrature in extended precision.
+
+``python -m tests.accuracy --count 10000`` draws fresh profiles, solves each at depths and forces over twelve decades
+of the radius, and holds contact radius, force, energy, indentation, stiffness and pressure against
+reference/quadrature.py. A value violates its claim if
+
+    |value - truth| > 10 * claims[name].error * size + 1e-14 * size,
+
+where the size of a quantity is the integral of its absolute integrand; for a contact radius a the rounding is
+1e-14 a (1 + condition) with the condition g / (a g') of its equation. ``--seed`` and ``--only`` replay a profile.
+"""
+
+import argparse
+import importlib.util
+import multiprocessing
+import re
+import secrets
+import sys
+import time
+import warnings
+from collections import Counter, defaultdict
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+FOLDER = Path(__file__).parent / "reference"
+
+
+def reference_module(name):
+    """A module of the folder reference, which is no package."""
+    known = f"pymdr_reference_{name}"
+    if known not in sys.modules:
+        spec = importlib.util.spec_from_file_location(known, FOLDER / f"{name}.py")
+        sys.modules[known] = importlib.util.module_from_spec(spec)
+        spec.loader.exec_module(sys.modules[known])
+    return sys.modules[known]
+
+
+quadrature = reference_module("quadrature")
+random_profiles = reference_module("random_profiles")
+
+LONG = np.longdouble
+YOUNG, POISSON = 1.0e9, 0.3
+MODULUS = LONG(YOUNG) / (1 - LONG(POISSON) ** 2)
+EPS = LONG(np.finfo(float).eps)
+ROUNDING = LONG("1e-14")
+SMALLEST, LARGEST = LONG("1e-270"), LONG("1e270")
+QUANTITIES = (
+    "contact_radius",
+    "normal_force",
+    "elastic_energy",
+    "indentation",
+    "normal_stiffness",
+    "pressure",
+)
+
+
+@dataclass(frozen=True)
+class Effort:
+    """How much of every profile is judged."""
+
+    rows: int = 8
+    energies: int = 2
+    pressures: int = 2
+    """Rows whose pressure is read, each at three radii."""
+
+
+@dataclass(frozen=True)
+class Value:
+    """One number of a result beside the truth."""
+
+    quantity: str
+    control: str
+    at: str
+    value: float
+    truth: float
+    miss: float
+    """|value - truth| / size."""
+    claimed: float
+    allowed: float
+
+    @property
+    def violated(self):
+        """Whether it lies further off than its claim allows, or is no number."""
+        return not self.miss <= self.allowed
+
+
+@dataclass
+class Outcome:
+    """What became of one profile."""
+
+    index: int
+    kind: str
+    gives: str
+    smooth: bool
+    words: str
+    values: list[Value] = field(default_factory=list)
+    exact: list[bool] = field(default_factory=list)
+    refusals: list[str] = field(default_factory=list)
+    crashes: list[str] = field(default_factory=list)
+    unsettled: list[str] = field(default_factory=list)
+    """What the reference could not settle."""
+    invalid: int = 0
+    """Rows that are claimed not to be valid."""
+    elsewhere: int = 0
+    """Rows solved at another disk of the same depth, where g does not rise everywhere."""
+    seconds: tuple[float, float] = (0.0, 0.0)
+
+
+def without_numbers(message):
+    """A message whose numbers are struck out, so that it can be counted."""
+    return re.sub(r"-?\d+(\.\d+)?([eE][-+]?\d+)?", "#", str(message))[:160]
+
+
+def claimed_errors(result, name, rows):
+    """The relative error that is claimed of every row; 0 where none is."""
+    error = getattr(result.claims.get(name), "error", None)
+    return np.zeros(rows) if error is None else np.broadcast_to(np.asarray(error, dtype=float), (rows,))
+
+
+def is_exact(result):
+    """Whether the main quantities are all claimed EXACT."""
+    names = [n for n in QUANTITIES if n in result.claims]
+    return all(result.claims[n].level.name in ("EXACT", "NOT_VALID") for n in names)
+
+
+def ask(outcome, mdr, contact, path):
+    """The result, or None with the refusal or crash noted."""
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            return mdr.solve(contact, path)
+    except mdr.errors.PymdrError as error:
+        outcome.refusals.append(without_numbers(error))
+    except Exception as error:
+        outcome.crashes.append(f"{type(error).__name__}: {without_numbers(error)}")
+    return None
+
+
+def one_profile(job):
+    """Draw, solve and judge one profile: job = (seed, index, effort)."""
+    import pymdr as mdr
+    import pymdr.errors
+
+    mdr.errors = pymdr.errors
+    seed, index, effort = job
+    rng = np.random.default_rng([seed, index])
+    drawn = random_profiles.random_profile(rng)
+    outcome = Outcome(index, drawn.kind, drawn.gives, drawn.smooth, drawn.words)
+    start = time.process_time()
+    try:
+        profile = drawn.build(mdr)
+        curve = drawn.curve(profile)
+    except mdr.errors.PymdrError as error:
+        outcome.refusals.append(without_numbers(error))
+        return outcome
+    except Exception as error:
+        outcome.crashes.append(f"{type(error).__name__}: {without_numbers(error)}")
+        return outcome
+    panel, offset, found = askable(rng, drawn, curve, effort.rows)
+    if panel.size == 0:
+        return outcome
+    contact = mdr.Contact(profile, mdr.Elastic(YOUNG, POISSON))
+    solving = 0.0
+    for control in ("indentation", "normal_force"):
+        asked = np.asarray(found.g if control == "indentation" else 2 * MODULUS * found.moment, dtype=float)
+        began = time.process_time()
+        result = ask(outcome, mdr, contact, mdr.Path(**{control: asked}))
+        solving += time.process_time() - began
+        if result is not None:
+            outcome.exact.append(is_exact(result))
+            try:
+                judge(outcome, rng, drawn, curve, result, control, asked, panel, offset, effort)
+            except mdr.errors.PymdrError as error:
+                outcome.refusals.append(without_numbers(error))
+            except ArithmeticError as error:
+                outcome.unsettled.append(str(error)[:160])
+            except Exception as error:
+                outcome.crashes.append(f"reading: {type(error).__name__}: {without_numbers(error)}")
+    outcome.seconds = (solving, time.process_time() - start - solving)
+    return outcome
+
+
+def askable(rng, drawn, curve, rows):
+    """Positions with g, g' > 0 in the range of doubles whose depth, rounded, still lies in the same panel."""
+    base, offset = random_profiles.positions(rng, drawn, curve, rows)
+    panel, offset = quadrature.place(curve, base, offset)
+    found = quadrature.images(curve, panel, offset)
+    sizes = [
+        found.g,
+        found.slope,
+        found.moment * MODULUS,
+        found.g**2 * quadrature.radius(curve, panel, offset),
+    ]
+    good = np.all([(s > SMALLEST) & (s < LARGEST) for s in sizes], axis=0) & (found.g_size < 1e3 * found.g)
+    below = np.flatnonzero(good & (panel > 0))
+    widths = np.diff(curve.edges)
+    if below.size:
+        at_edge = quadrature.images(curve, panel[below] - 1, widths[panel[below] - 1])
+        good[below] &= found.g[below] - at_edge.g > 1e-12 * found.g_size[below]
+        good[below] &= found.moment[below] - at_edge.moment > 1e-12 * found.moment_size[below]
+    rest = np.append(widths, np.inf)[panel] - offset
+    good &= rest > 1e-12 * quadrature.radius(curve, panel, offset)
+    kept = quadrature.Images(*(getattr(found, n)[good] for n in quadrature.Images.__dataclass_fields__))
+    return panel[good], offset[good], kept
+
+
+def judge(outcome, rng, drawn, curve, result, control, asked, panel, offset, effort):
+    """Hold every row of a result against the truth."""
+    of = "g" if control == "indentation" else "moment"
+    target = asked.astype(LONG) if of == "g" else asked.astype(LONG) / (2 * MODULUS)
+    offset = quadrature.polish(curve, target, panel, offset, of)
+    rows = asked.size
+    found_radius = column(result, "contact_radius", rows)
+    outcome.invalid += int(np.isnan(found_radius).sum())
+    if drawn.kind == "samples":
+        panel, offset = elsewhere(outcome, curve, target, of, panel, offset, found_radius)
+    a = quadrature.radius(curve, panel, offset)
+    truth = quadrature.images(curve, panel, offset)
+    errors = {name: claimed_errors(result, name, rows) for name in QUANTITIES}
+    size = truth.g_size if of == "g" else truth.moment_size / a
+    condition = size / (a * truth.slope)
+    quantities = {
+        "contact_radius": (a, a, ROUNDING * (1 + condition)),
+        "normal_stiffness": (2 * MODULUS * a, 2 * MODULUS * a, ROUNDING * (1 + condition)),
+        "normal_force": (2 * MODULUS * truth.moment, 2 * MODULUS * truth.moment_size, ROUNDING),
+        "indentation": (truth.g, truth.g_size, ROUNDING),
+    }
+    valid = ~np.isnan(found_radius)
+    for name, (exact, size, rounding) in quantities.items():
+        values = column(result, name, rows)
+        rounding = np.broadcast_to(rounding, (rows,))
+        for row in np.flatnonzero(valid):
+            add(
+                outcome,
+                name,
+                control,
+                row,
+                a,
+                values[row],
+                exact[row],
+                size[row],
+                errors[name][row],
+                rounding[row],
+            )
+    if of == "g":
+        some = np.flatnonzero(valid)[: effort.energies]
+        if some.size:
+            squares = quadrature.squared(curve, panel[some], offset[some])
+            size = squares * (truth.g_size[some] / truth.g[some]) ** 2
+            values = column(result, "elastic_energy", rows)
+            for i, row in enumerate(some):
+                add(
+                    outcome, "elastic_energy", control, row, a, values[row], MODULUS * squares[i], MODULUS * size[i],
+                    errors["elastic_energy"][row], ROUNDING,
+                )  # fmt: skip
+        for row in np.flatnonzero(valid)[: effort.pressures]:
+            judge_pressure(
+                outcome, rng, curve, result, row, (panel[row], offset[row]), a, truth, errors, condition
+            )
+
+
+def judge_pressure(outcome, rng, curve, result, row, a_at, a, truth, errors, condition):
+    """The pressure of one row at a few radii; what the rounding of a and r does to it is allowed."""
+    radius = float(a[row])
+    r = radius * np.sort(
+        [rng.uniform(0.0, 1.0), random_profiles.log_uniform(rng, 1e-6, 1.0), 1.0 - 10.0 ** -rng.uniform(1, 6)]
+    )
+    inside = r.astype(LONG) < a[row] * (1 - LONG("1e-13"))
+    values = np.asarray(result.field("pressure", r=r, step=int(row)), dtype=float)
+    claimed = errors["pressure"][row]
+    spread = a[row] * (2 * EPS + (10 * errors["contact_radius"][row] + ROUNDING) * condition[row])
+    for k in np.flatnonzero(inside):
+        panel, offset = quadrature.place(curve, r[k : k + 1].astype(LONG))
+        exact, size = quadrature.pressure_integral(curve, (panel[0], offset[0]), a_at)
+        steep = truth.slope_size[row] / np.sqrt((a[row] - r[k]) * (a[row] + r[k]))
+        scale = MODULUS / quadrature.PI
+        add(
+            outcome, "pressure", "indentation", row, a, values[k], scale * exact, scale * size, claimed,
+            ROUNDING + steep * spread / size, f", r = {float(r[k])!r}",
+        )  # fmt: skip
+
+
+def column(result, name, rows):
+    """A quantity over the rows, nan where it is not given."""
+    return result.data[name].values if name in result.data else np.full(rows, np.nan)
+
+
+def add(outcome, name, control, row, a, value, truth, size, claimed, rounding, more=""):
+    """Judge one value."""
+    miss = abs(LONG(value) - truth) / size
+    outcome.values.append(
+        Value(
+            name, control, f"row {row}, a = {float(a[row])!r}{more}", float(value), float(truth), float(miss),
+            float(claimed), float(10 * LONG(claimed) + rounding),
+        )
+    )  # fmt: skip
+
+
+def elsewhere(outcome, curve, target, of, panel, offset, found_radius):
+    """Where g of samples falls in places several disks have one depth: judge the one that was chosen."""
+    a = quadrature.radius(curve, panel, offset)
+    for row in np.flatnonzero(abs(found_radius - a) > 1e-4 * a):
+        if not 0.0 < found_radius[row] < curve.edges[-1]:
+            continue
+        k, e = quadrature.place(curve, np.array([LONG(found_radius[row])]))
+        there = quadrature.images(curve, k, e)
+        value, size = (there.g, there.g_size) if of == "g" else (there.moment, there.moment_size)
+        if abs(value[0] - target[row]) <= 1e-6 * size[0]:
+            outcome.elsewhere += 1
+            panel[row], offset[row] = k[0], quadrature.polish(curve, target[row : row + 1], k, e, of)[0]
+    return panel, offset
+
+
+@dataclass
+class Study:
+    """All outcomes of a seed."""
+
+    seed: int
+    outcomes: list[Outcome]
+
+    @property
+    def violations(self):
+        """Pairs of outcome and value, worst first."""
+        found = [(o, v) for o in self.outcomes for v in o.values if v.violated]
+        return sorted(found, key=lambda pair: -np.nan_to_num(pair[1].miss / pair[1].allowed, nan=np.inf))
+
+    @property
+    def crashes(self):
+        """Outcomes that ended in anything but an answer or a refusal."""
+        return [o for o in self.outcomes if o.crashes]
+
+    def share_exact(self, smooth=True):
+        """The share of solved profiles, smooth or not, whose main quantities are all claimed EXACT."""
+        solved = [all(o.exact) for o in self.outcomes if o.exact and o.smooth == smooth]
+        return float(np.mean(solved)) if solved else float("nan")
+
+    def overestimate(self, quantity=None):
+        """The median of claimed over actual error, of values with a claim above 0."""
+        ratios = [
+            v.claimed / max(v.miss, 1e-15)
+            for o in self.outcomes
+            for v in o.values
+            if v.claimed > 0.0 and quantity in (None, v.quantity)
+        ]
+        return float(np.median(ratios)) if ratios else float("nan")
+
+    def table(self, worst=30):
+        """The study in words and numbers."""
+        lines = [f"seed {self.seed}, {len(self.outcomes)} profiles"]
+        by_kind = defaultdict(list)
+        for o in self.outcomes:
+            by_kind[o.kind].append(o)
+        lines.append(
+            f"{'kind':14}{'profiles':>9}{'refused':>9}{'crashed':>9}{'values':>9}{'violated':>9}{'in prof.':>9}"
+            f"{'exact':>8}{'median':>10}{'99 %':>10}{'largest':>10}{'solve/s':>9}{'ref/s':>8}"
+        )
+        for kind, group in [*sorted(by_kind.items()), ("all", self.outcomes)]:
+            values = [v for o in group for v in o.values]
+            miss = np.array([v.miss for v in values]) if values else np.array([np.nan])
+            solved = [all(o.exact) for o in group if o.exact]
+            lines.append(
+                f"{kind:14}{len(group):9}{sum(bool(o.refusals) for o in group):9}{sum(bool(o.crashes) for o in group):9}"
+                f"{len(values):9}{sum(v.violated for v in values):9}"
+                f"{sum(any(v.violated for v in o.values) for o in group):9}"
+                f"{np.mean(solved) if solved else np.nan:8.1%}"
+                f"{np.nanmedian(miss):10.1e}{np.nanquantile(miss, 0.99):10.1e}{np.nanmax(miss):10.1e}"
+                f"{np.mean([o.seconds[0] for o in group]):9.3f}{np.mean([o.seconds[1] for o in group]):8.3f}"
+            )
+        lines.append("")
+        lines.append(
+            f"{'quantity':18}{'values':>9}{'violated':>9}{'median':>10}{'99 %':>10}{'claimed/actual':>16}"
+        )
+        for name in QUANTITIES:
+            values = [v for o in self.outcomes for v in o.values if v.quantity == name]
+            if values:
+                miss = np.array([v.miss for v in values])
+                lines.append(
+                    f"{name:18}{len(values):9}{sum(v.violated for v in values):9}{np.nanmedian(miss):10.1e}"
+                    f"{np.nanquantile(miss, 0.99):10.1e}{self.overestimate(name):16.3g}"
+                )
+        lines += [
+            "",
+            f"EXACT: {self.share_exact():.1%} of smooth profiles solved, {self.share_exact(False):.1%} of the others",
+            f"median of claimed over actual error: {self.overestimate():.3g}",
+            f"rows claimed not valid: {sum(o.invalid for o in self.outcomes)}; "
+            f"at another disk of samples: {sum(o.elsewhere for o in self.outcomes)}",
+        ]
+        for title, name in (
+            ("refusals", "refusals"),
+            ("crashes", "crashes"),
+            ("left open by the reference", "unsettled"),
+        ):
+            counts = Counter(m for o in self.outcomes for m in set(getattr(o, name)))
+            first = {m: o for o in reversed(self.outcomes) for m in getattr(o, name)}
+            lines.append(f"\n{title}: {sum(counts.values())}")
+            lines += [
+                f"{n:6}  {m}  [--only {first[m].index}, {first[m].kind}]" for m, n in counts.most_common(20)
+            ]
+        found = self.violations
+        lines.append(f"\nviolations: {len(found)} values of {len({o.index for o, _ in found})} profiles")
+        shown: Counter = Counter()
+        for o, v in found:
+            shown[o.index] += 1
+            if len(shown) > worst:
+                break
+            if shown[o.index] == 1:
+                lines.append(
+                    f"--seed {self.seed} --only {o.index}: {o.kind} ({o.gives}{', smooth' if o.smooth else ''}) {o.words[:300]}\n"
+                    f"    {v.quantity} by {v.control}, {v.at}: {v.value!r}, truth {v.truth!r}; "
+                    f"off {v.miss:.2e}, allowed {v.allowed:.2e}, claimed {v.claimed:.2e}"
+                )
+        return "\n".join(lines)
+
+
+def study(seed, count, processes=1, only=None, progress=False, effort=Effort()):
+    """
+    Judge `count` random profiles.
+
+    Parameters
+    ----------
+    seed : int
+        Profile i is drawn from the generator of (seed, i).
+    count : int
+    processes : int
+    only : sequence of int, optional
+        Indices instead of the first `count`.
+    progress : bool
+        Whether to tell on standard error how far it is.
+    effort : Effort
+    """
+    jobs = [(seed, int(i), effort) for i in (range(count) if only is None else only)]
+    outcomes = []
+    start = told = time.monotonic()
+    if processes > 1:
+        pool = multiprocessing.get_context("spawn").Pool(processes)
+        found = pool.imap_unordered(one_profile, jobs, chunksize=4)
+    else:
+        pool, found = None, map(one_profile, jobs)
+    try:
+        for outcome in found:
+            outcomes.append(outcome)
+            if progress and time.monotonic() - told > 10.0:
+                told = time.monotonic()
+                bad = sum(any(v.violated for v in o.values) for o in outcomes)
+                print(
+                    f"{len(outcomes)} of {len(jobs)} after {told - start:.0f} s, {bad} profiles violated",
+                    file=sys.stderr,
+                    flush=True,
+                )
+    finally:
+        if pool is not None:
+            pool.terminate()
+    return Study(seed, sorted(outcomes, key=lambda o: o.index))
+
+
+def main():
+    """The command line."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--count", type=int, default=500)
+    parser.add_argument("--seed", type=int, default=None, help="a fresh one unless given")
+    parser.add_argument("--only", type=int, nargs="+", help="indices of profiles to replay")
+    parser.add_argument("--processes", type=int, default=2)
+    parser.add_argument("--worst", type=int, default=30, help="how many violated profiles to list")
+    parser.add_argument(
+        "--quick", action="store_true", help="four depths, one energy and one pressure a profile"
+    )
+    given = parser.parse_args()
+    seed = secrets.randbits(31) if given.seed is None else given.seed
+    print(f"seed {seed}", flush=True)
+    processes = 1 if given.only else given.processes
+    effort = Effort(4, 1, 1) if given.quick else Effort()
+    print(study(seed, given.count, processes, given.only, True, effort).table(given.worst))
+
+
+if __name__ == "__main__":
+    main()
