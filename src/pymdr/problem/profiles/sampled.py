@@ -372,6 +372,8 @@ def _scaled_curve(
     if isinstance(interpolation, CubicSpline):
         ends = ((1, 0.0), "not-a-knot") if interpolation.tip == "round" else "not-a-knot"
         c = np.array(interpolate.CubicSpline(r, f, bc_type=ends).c)
+        if interpolation.tip == "round":
+            c[2, 0] = 0.0  # rounding of the solver may turn the tip into a ring
         words = f"a cubic spline with a {interpolation.tip} tip through every sample"
     else:
         c = np.array(interpolate.PchipInterpolator(r, f).c)
@@ -390,7 +392,7 @@ def _smoothing(
     if scatter is not None and known:
         told = np.flatnonzero(scatter)
         deviation = np.interp(np.arange(r.size), told, scatter[told] / size)
-    found = smooth(r, f, deviation**2, known)
+    found = smooth(r, f, deviation, known)
     value, slope, bend = found.values[:-1].T
     third, fourth, fifth = found.higher[:-1].T
     h = np.diff(r)

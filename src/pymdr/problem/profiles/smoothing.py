@@ -14,6 +14,8 @@ from pymdr.units import FloatArray
 
 _ROUNDING = 1e-40
 """Variance, for heights of about 1, below which samples have no noise left to tell."""
+_SMALLEST = 1e-100
+"""Of the deviations: their squares must be floats."""
 _DISBELIEF = 6.63
 """Twice the logarithm of a likelihood ratio that chance passes once in a hundred."""
 _MANY = 5000
@@ -33,16 +35,16 @@ class Smooth:
     level: float
     """f(0)."""
     noise: float
-    """Root of the mean square of the independent residuals over their told variances."""
+    """Root of the mean square of the independent residuals, each over its told deviation."""
     believed: bool
-    """Whether the variances were taken as they are, not only their ratios."""
+    """Whether the deviations were taken as they are, not only their ratios."""
 
 
-def smooth(r: FloatArray, y: FloatArray, variance: FloatArray, known: bool) -> Smooth:
+def smooth(r: FloatArray, y: FloatArray, deviation: FloatArray, known: bool) -> Smooth:
     """
     Smooth samples by restricted maximum likelihood.
 
-    The curve minimises sum (y_i - f(r_i))^2 / variance_i + lambda int (d^3 f / dr^3)^2 dr with f'(0) = 0. It is
+    The curve minimises sum (y_i - f(r_i))^2 / s_i^2 + lambda int (d^3 f / dr^3)^2 dr with f'(0) = 0. It is
     the expectation of f if its third derivative is white noise, and lambda makes the samples likeliest. A filter
     goes through them from the apex outward; it carries (f, f', f'') and the triangular root of their covariance.
     Its numbers belong to the last few samples whatever the spacing, and its work grows like their number.
@@ -51,10 +53,10 @@ def smooth(r: FloatArray, y: FloatArray, variance: FloatArray, known: bool) -> S
     ----------
     r, y : ndarray, shape (n,)
         Radii from 0 to about 1, and heights of about 1.
-    variance : ndarray, shape (n,)
-        Variances of the noise, above 0.
+    deviation : ndarray, shape (n,)
+        Standard deviations s_i of the noise, above 0.
     known : bool
-        Whether the variances are believed unless the samples contradict them; else only their ratios count.
+        Whether they are believed unless the samples contradict them; else only their ratios count.
 
     Returns
     -------
@@ -76,8 +78,8 @@ def smooth(r: FloatArray, y: FloatArray, variance: FloatArray, known: bool) -> S
     from scipy.optimize import minimize_scalar
 
     n = r.size
-    typical = float(np.median(variance))
-    weight = np.clip(variance / typical, 1e-30, 1e30)  # wider ratios are below rounding
+    typical = max(float(np.median(deviation)), _SMALLEST)
+    weight = np.clip(deviation / typical, 1e-15, 1e15) ** 2  # wider ratios are below rounding
     seen: dict[float, tuple[float, float]] = {}
 
     def parts(decades: float) -> tuple[float, float]:
@@ -92,7 +94,7 @@ def smooth(r: FloatArray, y: FloatArray, variance: FloatArray, known: bool) -> S
 
     def told(decades: float) -> float:
         determinant, mean = parts(decades)
-        return determinant + (n - 2) * (math.log(typical) + mean / typical)
+        return determinant + (n - 2) * (2.0 * math.log(typical) + mean / typical**2)
 
     # from where the curve is c_0 + c_2 r^2 to where the closest samples are met
     least, most = -3.0 - math.log10(n), 8.0 - 5.0 * math.log10(float(np.min(np.diff(r))))
@@ -113,7 +115,7 @@ def smooth(r: FloatArray, y: FloatArray, variance: FloatArray, known: bool) -> S
     drive = 10.0 ** (0.5 * decades)
     _, misfit, level, bend = likelihood(r, y, weight, drive)
     values, higher = smoothed(r, y - level, weight, drive, bend)
-    return Smooth(values, higher, level, math.sqrt(misfit / (n - 2) / typical), believed)
+    return Smooth(values, higher, level, math.sqrt(misfit / (n - 2)) / typical, believed)
 
 
 def _compiled(function: Kernel) -> Kernel:
