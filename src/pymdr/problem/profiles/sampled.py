@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 
 from pymdr.errors import ProblemError
 from pymdr.problem.profiles.base import Profile
+from pymdr.problem.profiles.curves import cubic_spline, noise_of, power_of_two
 from pymdr.problem.values import ArrayField, OptionalArrayField, Value
 from pymdr.units import FloatArray, metres
 
@@ -271,41 +272,6 @@ def _refuse_unsorted(r: FloatArray) -> None:
         )
 
 
-def noise_of(radius: FloatArray, height: FloatArray) -> float:
-    """
-    The noise of heights from one sample to the next; see :attr:`Sampled.noise`.
-
-    Parameters
-    ----------
-    radius, height : ndarray, shape (n,)
-        Samples in m, n >= 5.
-
-    Returns
-    -------
-    float
-        In m. The least of the estimates by differences of order 2, 3 and 4: bends of the profile add to them.
-
-    Examples
-    --------
-    >>> noise_of(np.arange(9.0), np.arange(9.0) ** 3)
-    0.0
-    """
-    largest = float(np.max(np.abs(height)))
-    size = _power_of_two(largest)
-    if largest == 0.0:
-        return 0.0
-    found = []
-    for order in (2, 3, 4):
-        r = np.lib.stride_tricks.sliding_window_view(radius, order + 1)
-        y = np.lib.stride_tricks.sliding_window_view(height / size, order + 1)
-        x = (r - r[:, :1]) / (r[:, -1:] - r[:, :1])
-        weight = 1.0 / np.prod(x[:, :, None] - x[:, None, :] + np.eye(order + 1), axis=2)
-        weight /= np.max(np.abs(weight), axis=1, keepdims=True)
-        difference = np.sum(weight * (y - y[:, :1]), axis=1) / np.linalg.norm(weight, axis=1)
-        found.append(float(np.median(np.abs(difference))))
-    return min(found) / 0.6745 * size
-
-
 def curve(
     radius: FloatArray, height: FloatArray, scatter: FloatArray | None, interpolation: Interpolation
 ) -> Curve:
@@ -334,10 +300,10 @@ def curve(
     from scipy import interpolate
 
     with np.errstate(over="ignore", invalid="ignore"):
-        width = _power_of_two(float(radius[-1]))
+        width = power_of_two(float(radius[-1]))
         raised = height - height[0]
         highest = float(np.max(np.abs(raised)))
-        size = _power_of_two(highest or width)
+        size = power_of_two(highest or width)
         c, level, words = _scaled_curve(radius / width, raised / size, scatter, size, interpolation)
         for power in range(4):
             c[3 - power] *= size
@@ -354,11 +320,6 @@ def curve(
     return Curve(poly, float(height[0]) + level * size, words)
 
 
-def _power_of_two(length: float) -> float:
-    """The largest power of two that is not above a length."""
-    return math.ldexp(0.5, math.frexp(length)[1])
-
-
 def _scaled_curve(
     r: FloatArray, f: FloatArray, scatter: FloatArray | None, size: float, interpolation: Interpolation
 ) -> tuple[FloatArray, float, str]:
@@ -370,10 +331,7 @@ def _scaled_curve(
     if isinstance(interpolation, SmoothingSpline):
         return _smoothing(r, f, scatter, size)
     if isinstance(interpolation, CubicSpline):
-        ends = ((1, 0.0), "not-a-knot") if interpolation.tip == "round" else "not-a-knot"
-        c = np.array(interpolate.CubicSpline(r, f, bc_type=ends).c)
-        if interpolation.tip == "round":
-            c[2, 0] = 0.0  # rounding of the solver may turn the tip into a ring
+        c = cubic_spline(r, f, tip_slope=0.0 if interpolation.tip == "round" else None)
         words = f"a cubic spline with a {interpolation.tip} tip through every sample"
     else:
         c = np.array(interpolate.PchipInterpolator(r, f).c)
