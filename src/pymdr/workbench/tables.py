@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from pymdr.errors import CaseError, FileError, UnitError
-from pymdr.problem.profiles import CubicSpline, Sampled
+from pymdr.problem.profiles import Sampled
 from pymdr.problem.profiles.sampled import Interpolation
 from pymdr.units import FloatArray, to_si
 
@@ -125,7 +125,8 @@ def read_profile(file: str | os.PathLike[str], *, interpolation: Interpolation |
     file : path
         With the columns r, f and optionally scatter, each with its unit: ``r [nm], f [nm], scatter [nm]``.
     interpolation : CubicSpline, ShapePreserving or SmoothingSpline, optional
-        How a curve is run through the samples; a cubic spline with a round tip unless given.
+        How a curve is run through the samples. Unless given, it is a smoothing spline where the file has a
+        scatter, and a cubic spline with a round tip otherwise.
 
     Returns
     -------
@@ -137,4 +138,4 @@ def read_profile(file: str | os.PathLike[str], *, interpolation: Interpolation |
         If the file cannot be read, is not such a table, or the samples are not a profile.
     """
     columns = read_columns(file)
-    return Sampled(**columns, interpolation=interpolation or CubicSpline())
+    return Sampled(**columns, interpolation=interpolation)

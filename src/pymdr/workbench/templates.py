@@ -76,7 +76,8 @@ radius = "50 mm"
 [profile]                   # a measured profile
 kind = "sampled"
 file = "tip.csv"            # beside this file; header such as: r [nm],f [nm],scatter [nm]
-interpolation = {{ kind = "smoothing_spline" }}  # or "cubic_spline" with tip = "round" or "sharp", "shape_preserving"
+interpolation = {{ kind = "smoothing_spline" }}  # or "cubic_spline" with tip = "round" or "sharp", "shape_preserving";
+                            # without this line: smoothing where the file has a scatter, else a cubic spline
 """,
 }
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+import math
+from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, TypeAlias
 
@@ -11,6 +12,7 @@ from numpy.typing import ArrayLike
 
 from pymdr.errors import ProblemError
 from pymdr.problem.profiles.base import Profile
+from pymdr.problem.profiles.curves import cubic_spline, noise_of, power_of_two
 from pymdr.problem.values import ArrayField, OptionalArrayField, Value
 from pymdr.units import FloatArray, metres
 
@@ -18,6 +20,10 @@ if TYPE_CHECKING:
     from scipy.interpolate import PPoly
 
 FEWEST_SAMPLES = 5
+CLOSEST = 1e-9
+"""Distance of neighbours over their radius below which heights of sixteen digits tell no slope."""
+WIDEST = 1e30
+"""Last radius over the first above 0: what third powers of distances stand."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,9 +71,27 @@ class ShapePreserving(Value):
 @dataclass(frozen=True, eq=False)
 class SmoothingSpline(Value):
     """
-    A cubic smoothing spline whose stiffness generalised cross-validation chooses, for noisy data.
+    A smoothing spline whose stiffness the samples choose, for noisy data.
 
-    Mirrored at r = 0, so that the tip is round; where a scatter is given it weighs the samples.
+    The curve minimises sum (y_i - f(r_i))^2 / s_i^2 + lambda int (d^3 f / dr^3)^2 dr with f'(0) = 0, as if it were
+    mirrored at r = 0: its tip is round. A paraboloid costs nothing, so that it is not flattened. Between samples
+    the curve is the cubic with the heights and slopes of that minimum. Smooth samples without noise are met.
+
+    Without a scatter, all s_i are alike. Their size and lambda make the samples likeliest (restricted maximum
+    likelihood, steadier than cross-validation where samples are few).
+
+    With a scatter, s_i is the scatter, believed as the noise of the samples: lambda alone makes them likeliest,
+    and they lie about the curve by about their scatter (chi-square is n less what the curve takes up). Where the
+    samples contradict it (by a likelihood ratio that chance passes once in a hundred; the scatter of an azimuthal
+    mean is that of single heights, more than the noise of the mean), only its ratios count, and the size of the noise
+    is found as without one. An entry of 0 says that samples were aligned there, not that one is exact: it counts
+    as its neighbours do.
+
+    Notes
+    -----
+    The expectation of f if its third derivative is white noise: Wahba (1978), J. R. Stat. Soc. B 40, 364.
+    Likelihood against cross-validation: Wahba (1985), Ann. Stat. 13, 1378. Reinsch (1967), Numer. Math. 10, 177,
+    asks for chi-square = n, which smooths too much, as part of the noise is in the curve.
 
     Examples
     --------
@@ -77,6 +101,18 @@ class SmoothingSpline(Value):
 
 
 Interpolation: TypeAlias = CubicSpline | ShapePreserving | SmoothingSpline
+
+
+@dataclass(frozen=True)
+class Curve:
+    """A curve run through samples."""
+
+    poly: PPoly
+    """The piecewise cubic f(r) - f(0)."""
+    offset: float
+    """Its f(0) in m."""
+    words: str
+    """What it is."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,14 +131,15 @@ class Sampled(Profile):
         f at those radii in m; an offset at r = 0 is removed when the profile is mapped.
     scatter : array_like or quantity, optional
         Standard deviation of f at those radii in m, not below 0. It becomes a band on every quantity.
-    interpolation : CubicSpline, ShapePreserving or SmoothingSpline
-        How a curve is run through the samples.
+    interpolation : CubicSpline, ShapePreserving or SmoothingSpline, optional
+        How a curve is run through the samples. Unless given, it is ``SmoothingSpline()`` where an entry of
+        `scatter` is above 0, and ``CubicSpline()`` otherwise.
 
     Raises
     ------
     ProblemError
-        If there are too few samples, the lengths differ, the radii do not rise from 0, or an entry of
-        `scatter` is negative.
+        If there are too few samples, the lengths differ, the radii do not rise from 0, neighbours are closer than
+        1e-9 of their radius, the radii span more than 30 decades, or an entry of `scatter` is negative.
     UnitError
         If an entry is not a finite number.
 
@@ -112,12 +149,16 @@ class Sampled(Profile):
     >>> tip = Sampled(r, r**2 / 2e-6)
     >>> round(float(tip.gap(0.5e-6)), 18)
     1.25e-07
+    >>> tip.curve_in_words
+    'a cubic spline with a round tip through every sample'
+    >>> Sampled(r, r**2 / 2e-6, scatter=1e-3 * r).interpolation
+    SmoothingSpline()
     """
 
     radius: ArrayField = ArrayField("m", words="radii")
     height: ArrayField = ArrayField("m", words="gap at the radii")
     scatter: OptionalArrayField = OptionalArrayField("m", words="standard deviation of the gap")
-    interpolation: Interpolation = field(default_factory=CubicSpline)
+    interpolation: Interpolation | None = None
 
     def __post_init__(self) -> None:
         r = self.radius
@@ -129,33 +170,64 @@ class Sampled(Profile):
                 raise ProblemError(
                     f"Sampled: {values.size} entries of {name} for {r.size} radii; give one for each"
                 )
-        steps = np.diff(r)
         if r[0] != 0.0:
             raise ProblemError(f"Sampled.radius begins at {metres(r[0])}: it must begin at 0 m, the apex")
-        if np.any(steps <= 0.0):
-            i = int(np.argmax(steps <= 0.0))
-            word = "repeats" if steps[i] == 0.0 else "falls"
-            raise ProblemError(
-                f"Sampled.radius {word} at entry {i + 1} ({metres(r[i])}, then {metres(r[i + 1])}): radii must rise strictly; "
-                "sort the samples and average those that repeat"
-            )
+        _refuse_unsorted(r)
         if self.scatter is not None and np.any(self.scatter < 0.0):
             raise ProblemError(f"Sampled.scatter = {metres(self.scatter.min())}: it must be at least 0 m")
-        if not isinstance(self.interpolation, Interpolation):
+        if self.interpolation is None:
+            noisy = self.scatter is not None and bool(np.any(self.scatter > 0.0))
+            object.__setattr__(self, "interpolation", SmoothingSpline() if noisy else CubicSpline())
+        elif not isinstance(self.interpolation, Interpolation):
             raise ProblemError(
                 f"Sampled.interpolation = {self.interpolation!r}: CubicSpline(), ShapePreserving() or "
                 "SmoothingSpline() is needed"
             )
 
     @cached_property
+    def _curve(self) -> Curve:
+        assert self.interpolation is not None
+        return curve(self.radius, self.height, self.scatter, self.interpolation)
+
+    @property
     def spline(self) -> PPoly:
         """The piecewise cubic f(r) - f(0)."""
-        return interpolant(self.radius, self.height, self.scatter, self.interpolation)
+        return self._curve.poly
+
+    @property
+    def curve_in_words(self) -> str:
+        """What curve was run through the samples, and what it took for their noise."""
+        return self._curve.words
 
     @property
     def offset(self) -> float:
-        """The height at r = 0 in m that is removed."""
-        return float(self.height[0])
+        """The height of the curve at r = 0 in m, which is removed."""
+        return self._curve.offset
+
+    @cached_property
+    def noise(self) -> float:
+        """
+        The standard deviation in m by which heights differ at random from one sample to the next.
+
+        From the heights alone, whatever curve is run through them: what differences of three to five neighbours
+        leave of a line, a parabola or a cubic, each over the standard deviation that unit noise would give it; the
+        median of their sizes over 0.6745. It is rounding where samples have no noise, 0 where most of them
+        repeat a height, too small where the noise of neighbours is alike, too large where few samples follow a bend, and rough below about
+        twenty samples.
+
+        Notes
+        -----
+        Gasser, Sroka and Jennen-Steinmetz (1986), Biometrika 73, 625, with the median in place of the mean: a
+        kink or an outlier is no noise.
+
+        Examples
+        --------
+        >>> r = np.linspace(0, 1e-6, 401)
+        >>> error = 1e-12 * np.random.default_rng(0).standard_normal(401)
+        >>> bool(0.8e-12 < Sampled(r, r**2 / 2e-6 + error).noise < 1.2e-12)
+        True
+        """
+        return noise_of(self.radius, self.height)
 
     @property
     def reach(self) -> float:
@@ -176,14 +248,37 @@ class Sampled(Profile):
         return np.asarray(self.spline(np.asarray(r, dtype=float), 1, extrapolate=False))
 
 
-def interpolant(
+def _refuse_unsorted(r: FloatArray) -> None:
+    steps = np.diff(r)
+    if np.any(steps <= 0.0):
+        i = int(np.argmax(steps <= 0.0))
+        word = "repeats" if steps[i] == 0.0 else "falls"
+        raise ProblemError(
+            f"Sampled.radius {word} at entry {i + 1} ({metres(r[i])}, then {metres(r[i + 1])}): radii must rise strictly; "
+            "sort the samples and average those that repeat"
+        )
+    merged = steps < CLOSEST * r[1:]
+    if np.any(merged):
+        i = int(np.argmax(merged))
+        raise ProblemError(
+            f"Sampled.radius: entries {i} and {i + 1} ({float(r[i])!r} m, then {float(r[i + 1])!r} m) are "
+            f"{metres(steps[i])} apart, less than {CLOSEST:g} of their radius, so that their heights tell no slope; "
+            "average them"
+        )
+    if r[1] < r[-1] / WIDEST:
+        raise ProblemError(
+            f"Sampled.radius: entry 1 is {float(r[1])!r} m, less than {1.0 / WIDEST:g} of the last, "
+            f"{metres(r[-1])}; leave out samples that close to the apex"
+        )
+
+
+def curve(
     radius: FloatArray, height: FloatArray, scatter: FloatArray | None, interpolation: Interpolation
-) -> PPoly:
+) -> Curve:
     """
     Run a piecewise cubic through samples, with the value 0 at r = 0.
 
-    Lengths are scaled by the last radius and the largest height first, so that nanometres and metres are
-    treated alike.
+    Lengths are divided by powers of two first: nanometres and metres are treated alike, and no digit is lost.
 
     Parameters
     ----------
@@ -195,43 +290,86 @@ def interpolant(
 
     Returns
     -------
-    scipy.interpolate.PPoly
+    Curve
+
+    Raises
+    ------
+    ProblemError
+        If a coefficient of the cubics is beyond what a float holds.
     """
     from scipy import interpolate
 
-    width = float(radius[-1])
-    size = float(np.max(np.abs(height - height[0]))) or width
-    r, f = radius / width, (height - height[0]) / size
-    if isinstance(interpolation, CubicSpline):
-        ends = ((1, 0.0), "not-a-knot") if interpolation.tip == "round" else "not-a-knot"
-        poly = interpolate.CubicSpline(r, f, bc_type=ends)
-    elif isinstance(interpolation, ShapePreserving):
-        poly = interpolate.PchipInterpolator(r, f)
-    else:
-        poly = _smoothing(r, f, None if scatter is None else scatter / size)
-    breaks = np.array(poly.x)
-    coefficients = np.array(poly.c) * size
-    for power in range(4):
-        coefficients[3 - power] /= width**power
-    return interpolate.PPoly(coefficients, breaks * width)
+    with np.errstate(over="ignore", invalid="ignore"):
+        width = power_of_two(float(radius[-1]))
+        raised = height - height[0]
+        highest = float(np.max(np.abs(raised)))
+        size = power_of_two(highest or width)
+        c, level, words = _scaled_curve(radius / width, raised / size, scatter, size, interpolation)
+        for power in range(4):
+            c[3 - power] *= size
+            for _ in range(power):  # the third power of a small width underflows
+                c[3 - power] /= width
+    if not np.isfinite(c).all():
+        raise ProblemError(
+            f"Sampled: heights that differ by {highest:g} m over radii up to {float(radius[-1]):g} m give cubics "
+            "beyond what a float holds; give lengths in m"
+        )
+    poly = interpolate.PPoly(c, np.array(radius))
+    for array in (poly.c, poly.x):
+        array.flags.writeable = False
+    return Curve(poly, float(height[0]) + level * size, words)
 
 
-def _smoothing(r: FloatArray, f: FloatArray, scatter: FloatArray | None) -> PPoly:
-    """The smoothing spline of the samples mirrored at r = 0, cut to r >= 0 and shifted to f(0) = 0."""
+def _scaled_curve(
+    r: FloatArray, f: FloatArray, scatter: FloatArray | None, size: float, interpolation: Interpolation
+) -> tuple[FloatArray, float, str]:
+    """Coefficients, f(0) and words of the curve through samples of size 1."""
     from scipy import interpolate
 
-    weights = None
-    if scatter is not None and np.any(scatter > 0.0):
-        floor = 0.1 * float(np.median(scatter[scatter > 0.0]))
-        weights = 1.0 / np.maximum(scatter, floor)
-        weights = np.concatenate([weights[:0:-1], weights])
-    mirrored = interpolate.make_smoothing_spline(
-        np.concatenate([-r[:0:-1], r]), np.concatenate([f[:0:-1], f]), w=weights
+    if not np.isfinite(f).all():
+        return np.full((4, r.size - 1), math.nan), 0.0, ""
+    if isinstance(interpolation, SmoothingSpline):
+        return _smoothing(r, f, scatter, size)
+    if isinstance(interpolation, CubicSpline):
+        c = cubic_spline(r, f, tip_slope=0.0 if interpolation.tip == "round" else None)
+        words = f"a cubic spline with a {interpolation.tip} tip through every sample"
+    else:
+        c = np.array(interpolate.PchipInterpolator(r, f).c)
+        words = "a shape-preserving cubic through every sample"
+    c[3] = f[:-1]
+    return c, 0.0, words
+
+
+def _smoothing(
+    r: FloatArray, f: FloatArray, scatter: FloatArray | None, size: float
+) -> tuple[FloatArray, float, str]:
+    from pymdr.problem.profiles.smoothing import smooth
+
+    known = scatter is not None and bool(np.any(scatter > 0.0))
+    deviation = np.ones(r.size)
+    if scatter is not None and known:
+        told = np.flatnonzero(scatter)
+        deviation = np.interp(np.arange(r.size), told, scatter[told] / size)
+    found = smooth(r, f, deviation, known)
+    value, slope, bend = found.values[:-1].T
+    third, fourth, fifth = found.higher[:-1].T
+    h = np.diff(r)
+    # the cubic with the heights and slopes of the quintic at both ends, without differences of them
+    c = np.array(
+        [
+            third / 6.0 + h * (fourth / 12.0 + h * fifth / 40.0),
+            bend / 2.0 - h * h * (fourth / 24.0 + h * fifth / 60.0),
+            slope,
+            value,
+        ]
     )
-    poly = interpolate.PPoly.from_spline(mirrored)
-    inner = (poly.x[:-1] >= -1e-14) & (poly.x[1:] > poly.x[:-1]) & (poly.x[:-1] < 1.0 - 1e-14)
-    breaks = np.concatenate([np.maximum(poly.x[:-1][inner], 0.0), [1.0]])
-    coefficients = np.array(poly.c[:, inner])
-    coefficients[3] -= coefficients[3, 0]
-    coefficients[2, 0] = 0.0
-    return interpolate.PPoly(coefficients, breaks)
+    if not known:
+        words = f"a smoothing spline; the samples lie about it by {metres(found.noise * size)}"
+    elif found.believed:
+        words = f"a smoothing spline by the scatter; the samples lie about it by {found.noise:.2g} of it"
+    else:
+        words = (
+            "a smoothing spline by the ratios of the scatter, not its size; the samples lie about it by "
+            f"{found.noise:.2g} of it"
+        )
+    return c, found.level, words
