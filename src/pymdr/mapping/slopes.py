@@ -60,6 +60,15 @@ class SlopeSource(Protocol):
     def sample(self, base: FloatArray, offset: FloatArray) -> tuple[FloatArray, FloatArray]:
         """F' beside base + offset, and the offsets of the radii at which it was evaluated."""
 
+    def foresee(self, top: float) -> None:
+        """Prepare for radii up to `top` in m."""
+
+    def rough(self, r: float) -> float:
+        """About |f'| at a radius in m."""
+
+    def uncertainty(self, panels: Panels) -> FloatArray:
+        """Error of f' on panels that its samples do not show, shape (P,)."""
+
     def kinks(self, low: float, high: float) -> list[float]:
         """Radii between two others at which f' is not smooth, although nobody said so."""
 
@@ -117,6 +126,7 @@ class ResolvedSlope:
     def resolve_to(self, x: float, inner: float) -> None:
         """Resolve the slope on radii up to `x`, and as far inward as a result at `inner` depends on it."""
         x = min(x, self.limit)
+        self.source.foresee(x)
         if self.slopes is None or inner < self.floor * 2.0:
             self._begin(x, inner)
         while self.front < x:
@@ -295,7 +305,9 @@ def _resolve(
         thinnest = np.maximum(64.0 * np.finfo(float).eps * pending.base, 1e-300)
         last = (pending.width <= thinnest) | (generation == _GENERATIONS)
         fits |= last | (beside & (generation >= _GRADED))
-        done.append(_taken(pending, fit, fits))
+        taken = pending.take(fits)
+        error = fit.error[fits] + source.uncertainty(taken)
+        done.append(Slopes(taken, fit.series.take(fits), error, fit.size[fits], np.zeros(taken.count)))
         rest = np.flatnonzero(~fits)
         if rest.size == 0:
             break
@@ -391,16 +403,6 @@ def _first_power(offset: FloatArray, values: FloatArray) -> float:
         return 0.0
     nearest = round(guess * 60.0) / 60.0
     return nearest if abs(guess - nearest) < 2e-3 else guess
-
-
-def _taken(panels: Panels, fit: _Fit, where: np.ndarray) -> Slopes:
-    return Slopes(
-        panels.take(where),
-        fit.series.take(where),
-        fit.error[where],
-        fit.size[where],
-        np.zeros(int(where.sum())),
-    )
 
 
 def _divided(panels: Panels, family: np.ndarray) -> tuple[Panels, np.ndarray]:

@@ -7,6 +7,7 @@ from functools import singledispatch
 
 import numpy as np
 
+from pymdr.mapping.derived import DerivedSource
 from pymdr.mapping.series import TERMS, Panels, Place, Series, evaluate
 from pymdr.mapping.slopes import SlopeSource
 from pymdr.problem.profiles import Function, Interpolated, Profile, Sampled, Sum
@@ -31,6 +32,17 @@ class CurveSource:
         """F' at the rounded radii, and their offsets."""
         r = base + offset
         return self.profile.gap_slope(r), r - base
+
+    def foresee(self, top: float) -> None:
+        """Nothing has to be known beforehand."""
+
+    def rough(self, r: float) -> float:
+        """About |f'| at a radius in m."""
+        return abs(float(self.sample(np.zeros(1), np.array([r]))[0][0]))
+
+    def uncertainty(self, panels: Panels) -> FloatArray:
+        """None besides what its samples show."""
+        return np.zeros(panels.count)
 
     def kinks(self, low: float, high: float) -> list[float]:
         """None that it knows of."""
@@ -65,6 +77,17 @@ class SplineSource:
         third, second, first = (self.coefficients[k][piece] for k in range(3))
         values = (3.0 * third * t + 2.0 * second) * t + first
         return np.where(r > self.reach, math.nan, values), offset
+
+    def foresee(self, top: float) -> None:
+        """Nothing has to be known beforehand."""
+
+    def rough(self, r: float) -> float:
+        """About |f'| at a radius in m."""
+        return abs(float(self.sample(np.zeros(1), np.array([r]))[0][0]))
+
+    def uncertainty(self, panels: Panels) -> FloatArray:
+        """None besides what its samples show."""
+        return np.zeros(panels.count)
 
     def kinks(self, low: float, high: float) -> list[float]:
         """None besides the knots."""
@@ -101,6 +124,17 @@ class PanelSource:
                 values[below] = slope * (r[below] / radius) ** exponent
         return np.where(r > self.reach * (1.0 + 1e-12), math.nan, values), offset
 
+    def foresee(self, top: float) -> None:
+        """Nothing has to be known beforehand."""
+
+    def rough(self, r: float) -> float:
+        """About |f'| at a radius in m."""
+        return abs(float(self.sample(np.zeros(1), np.array([r]))[0][0]))
+
+    def uncertainty(self, panels: Panels) -> FloatArray:
+        """None besides what its samples show."""
+        return np.zeros(panels.count)
+
     def kinks(self, low: float, high: float) -> list[float]:
         """None besides those that were found before it was saved."""
         return []
@@ -121,6 +155,19 @@ class SumSource:
         r = base + offset
         rounded = r - base
         return np.asarray(sum(part.sample(base, rounded)[0] for part in self.parts)), rounded
+
+    def foresee(self, top: float) -> None:
+        """What the parts have to know."""
+        for part in self.parts:
+            part.foresee(top)
+
+    def rough(self, r: float) -> float:
+        """About |f'| at a radius in m."""
+        return sum(part.rough(r) for part in self.parts)
+
+    def uncertainty(self, panels: Panels) -> FloatArray:
+        """Those of the parts together."""
+        return np.asarray(sum(part.uncertainty(panels) for part in self.parts))
 
     def kinks(self, low: float, high: float) -> list[float]:
         """Those of the parts."""
@@ -145,7 +192,7 @@ def _(profile: Sampled) -> SlopeSource:
 
 @source_of.register
 def _(profile: Function) -> SlopeSource:
-    return CurveSource(profile)
+    return DerivedSource(profile) if profile.derivative is None else CurveSource(profile)
 
 
 @source_of.register

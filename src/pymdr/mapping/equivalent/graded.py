@@ -393,7 +393,7 @@ class GradedLine(EquivalentProfile):
 
     def _rough_slope(self, x: float) -> float:
         with np.errstate(all="ignore"):
-            return abs(float(self.source.sample(np.zeros(1), np.array([x]))[0][0]))
+            return self.source.rough(x)
 
     def _up(self, radii: FloatArray, reached: _Reached) -> float:
         """Go up by quarter octaves while an image of single slopes is not there yet."""

@@ -5,15 +5,15 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from pymdr.errors import ProblemError
 from pymdr.problem.profiles.base import Profile
 from pymdr.problem.values import SIField
-from pymdr.units import FloatArray, to_si_array
+from pymdr.units import FloatArray, HasUnits, metres, to_si_array
 
 ArrayFunction: TypeAlias = Callable[[FloatArray], ArrayLike]
 
@@ -66,33 +66,61 @@ class Function(Profile):
     @property
     def offset(self) -> float:
         """The offset f(0) in m that is removed."""
-        return 0.0 if self.f is None else float(call(self.f, np.zeros(1), "f")[0])
+        if self.f is None:
+            return 0.0
+        offset = float(call(self.f, np.zeros(1), "f")[0])
+        if not math.isfinite(offset):
+            raise ProblemError(
+                f"Function.f gives {offset} at r = 0, where a profile must be defined: let it give its limit there, "
+                "for example with numpy.where"
+            )
+        return offset
 
     def gap(self, r: ArrayLike) -> FloatArray:
-        """Gap f(r) - f(0) in m."""
+        """Gap f(r) - f(0) in m; nan beyond the reach."""
         if self.f is None:
             raise ProblemError("Function.gap: only the derivative was given; integrate it")
-        return np.asarray(call(self.f, np.asarray(r, dtype=float), "f") - self.offset)
+        return np.asarray(self._within(self.f, r, "f") - self.offset)
 
     def gap_slope(self, r: ArrayLike) -> FloatArray:
-        """Slope f'(r)."""
+        """Slope f'(r); nan beyond the reach."""
         if self.derivative is None:
             raise ProblemError("Function.gap_slope: no derivative was given; differentiate f")
-        return call(self.derivative, np.asarray(r, dtype=float), "derivative")
+        return self._within(self.derivative, r, "derivative")
+
+    def _within(self, function: ArrayFunction, r: ArrayLike, name: str) -> FloatArray:
+        r = np.asarray(r, dtype=float)
+        if math.isinf(self.reach):
+            return call(function, r, name)
+        # an end that was computed may lie a few roundings beyond the reach
+        inside = r <= self.reach * (1.0 + 1e-12)
+        values = np.full(r.shape, math.nan)
+        values[inside] = call(function, np.minimum(r[inside], self.reach), name)
+        undefined = inside & (r > 0.0) & np.isnan(values)
+        if undefined.any():
+            raise ProblemError(
+                f"Function.{name} gives nan at r = {metres(float(r[undefined].min()))}, inside its reach of "
+                f"{metres(self.reach)}: state a reach up to which it is defined"
+            )
+        return values
 
 
 def call(function: ArrayFunction, r: FloatArray, name: str = "f") -> FloatArray:
     """
     Evaluate a user's callable on an array of any shape.
 
+    The callable gets its own copy of the radii, never fewer than two, and its answer is copied, so that it may
+    work in place and use its buffers again. Some radii are asked twice, in other company: an answer that depends
+    on more than the radius is no profile.
+
     Parameters
     ----------
     function : callable
-        Taking and giving one-dimensional arrays.
+        Taking and giving one-dimensional arrays. A single number, for a constant, stands for all radii.
     r : ndarray
         Radii in m.
     name : str
-        What is called, for the message.
+        What is called, "f" (in m) or "derivative", for messages and for answers with a unit.
 
     Returns
     -------
@@ -102,28 +130,151 @@ def call(function: ArrayFunction, r: FloatArray, name: str = "f") -> FloatArray:
     Raises
     ------
     ProblemError
-        If the callable does not take arrays.
+        If the callable fails, does not take arrays, gives something else than one real number for each radius, or
+        other answers when it is asked again.
 
     Examples
     --------
     >>> call(lambda r: 2 * r, np.ones((1, 2))).tolist()
     [[2.0, 2.0]]
     """
-    flat = np.ravel(r)
-    with np.errstate(all="ignore"):
-        try:
-            raw = function(flat)
-            if np.iscomplexobj(raw):
-                raise ProblemError(f"Function.{name} gives complex numbers; a profile is real")
-            values = np.asarray(raw, dtype=float)
-            if values.shape != flat.shape:
-                values = np.array(np.broadcast_to(values, flat.shape))
-            return values.reshape(np.shape(r))
-        except (TypeError, ValueError) as error:
+    flat = np.array(np.ravel(r), dtype=float)
+    if flat.size == 0:
+        return np.empty(np.shape(r))
+    asked = flat if flat.size > 1 else np.repeat(flat, 2)
+    values = _answer(function, asked, name)
+    # from another place in an array of another length
+    again = np.array([2 * asked.size // 3, asked.size // 3])
+    if not np.array_equal(_answer(function, asked[again], name), values[again], equal_nan=True):
+        _refuse_state(function, asked, values, again, name)
+    return values[: flat.size].reshape(np.shape(r))
+
+
+def _answer(function: ArrayFunction, r: FloatArray, name: str) -> FloatArray:
+    """Values of a callable at one-dimensional radii, as a new array of floats of the same shape."""
+    where = f"Function.{name}{_title(function)}"
+    if type(function) is np.vectorize and function.otypes is None and function.signature is None:
+        # without a type it takes that of the first answer: an int 0 would truncate all others
+        function = np.vectorize(
+            function.pyfunc, otypes=[object], excluded=function.excluded, cache=function.cache
+        )
+    try:
+        with np.errstate(all="ignore"):
+            raw = function(r.copy())
+    except Exception as error:
+        if _takes_scalars(function, r):
             raise ProblemError(
-                f"Function.{name} does not take arrays ({error}): write it with NumPy functions, "
+                f"{where} does not take arrays ({_said(error)}): write it with NumPy functions, "
                 "or wrap it in numpy.vectorize"
             ) from error
+        raise ProblemError(
+            f"{where} fails for radii {_span(r)} ({_said(error)}): let it give nan where it is not defined, "
+            "or state how far it goes with Function(..., reach=...)"
+        ) from error
+    return _real(raw, r, where, "m" if name == "f" else "")
+
+
+def _real(raw: Any, r: FloatArray, where: str, unit: str) -> FloatArray:
+    """What a callable has given, as floats of the shape of its radii."""
+    if raw is None:
+        raise ProblemError(f"{where} gives None: it must return its values")
+    try:
+        if hasattr(raw, "dimensionality") and isinstance(raw, HasUnits):
+            raw = raw.to(unit or "dimensionless").magnitude
+        masked = np.ma.getmaskarray(raw) if isinstance(raw, np.ma.MaskedArray) else None
+        array = np.asarray(raw)
+        if array.dtype.kind == "O":
+            for entry in np.unique([type(entry).__name__ for entry in array.flat]):
+                if entry in ("str", "bytes", "NoneType"):
+                    raise ProblemError(
+                        f"{where} gives {entry} among its values: a profile is made of real numbers"
+                    )
+            if any(isinstance(entry, complex | np.complexfloating) for entry in array.flat):
+                raise ProblemError(f"{where} gives complex numbers; a profile is real")
+        elif array.dtype.kind == "c":
+            raise ProblemError(f"{where} gives complex numbers; a profile is real")
+        elif array.dtype.kind not in "fiu" or (array.dtype.kind != "f" and array.size > 1):
+            raise ProblemError(
+                f"{where} gives an array of {array.dtype}, which rounds and overflows: let it give floats, "
+                "0.0 instead of 0"
+            )
+        values = np.array(array, dtype=float)
+    except ProblemError:
+        raise
+    except Exception as error:
+        raise ProblemError(
+            f"{where} gives {type(raw).__name__}, which is not an array of real numbers ({_said(error)})"
+        ) from error
+    if masked is not None:
+        values[masked] = math.nan
+    if values.shape not in ((), (1,), r.shape):
+        raise ProblemError(
+            f"{where} gives an array of shape {values.shape} for {r.size} radii: one value for each radius is needed"
+        )
+    return values if values.shape == r.shape else np.full(r.shape, values.item())
+
+
+def _refuse_state(
+    function: ArrayFunction, r: FloatArray, values: FloatArray, index: NDArray[np.intp], name: str
+) -> None:
+    """Refuse answers that differ by more than the way in which arrays of other lengths are rounded."""
+    where = f"Function.{name}{_title(function)}"
+    finite = np.abs(values[np.isfinite(values)])
+    size = float(finite.max(initial=0.0))
+
+    def differ(one: FloatArray, other: FloatArray, least: FloatArray | float) -> NDArray[np.bool_]:
+        same_kind = np.isfinite(one) & np.isfinite(other)
+        with np.errstate(invalid="ignore"):
+            far = np.abs(one - other) > least
+        return np.where(same_kind, far, ~((one == other) | (np.isnan(one) & np.isnan(other))))
+
+    second = _answer(function, r, name)
+    changed = np.flatnonzero(differ(values, second, 1e-9 * size))
+    if changed.size:
+        i = changed[0]
+        raise ProblemError(
+            f"{where} gives {values[i]:g} and then {second[i]:g} for the same radius, {metres(float(r[i]))}: a profile "
+            "must not change between calls (take random numbers and counters out of it)"
+        )
+    alone = _answer(function, r[index], name)
+    shifts = 1.0 + 1e-6 * np.linspace(-1.0, 1.0, 16)
+    nearby = np.array([_answer(function, r[index] * shift, name) for shift in shifts])
+    with np.errstate(invalid="ignore"):
+        rounding = 16.0 * np.nan_to_num(np.ptp(nearby, axis=0))
+    other = np.flatnonzero(differ(values[index], alone, np.maximum(1e-6 * np.abs(values[index]), rounding)))
+    if other.size:
+        i = int(index[other[0]])
+        raise ProblemError(
+            f"{where} gives {values[i]:g} at r = {metres(float(r[i]))} among {r.size} radii and {alone[other[0]]:g} among "
+            "two: the value at a radius must not depend on which other radii are asked (no sum, maximum or "
+            "numpy.gradient over r)"
+        )
+
+
+def _takes_scalars(function: ArrayFunction, r: FloatArray) -> bool:
+    """Whether a callable that fails on arrays gives numbers for single radii."""
+    try:
+        with np.errstate(all="ignore"):
+            for radius in (r.min(), r.max(), r[-1]):
+                value: Any = function(float(radius))  # type: ignore[arg-type]
+                float(value)
+    except Exception:
+        return False
+    return True
+
+
+def _title(function: ArrayFunction) -> str:
+    title = getattr(function, "__name__", "")
+    return f" ({title})" if title and title != "<lambda>" else ""
+
+
+def _said(error: Exception) -> str:
+    return f"{type(error).__name__}: {' '.join(str(error).split())[:200]}".rstrip(": ")
+
+
+def _span(r: FloatArray) -> str:
+    low, high = metres(float(r.min())), metres(float(r.max()))
+    return f"r = {low}" if low == high else f"from {low} to {high}"
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,0 +1,9 @@
+"""What has to be found out about a callable before it is mapped: its rounding, slope, tip and kinks."""
+
+from __future__ import annotations
+
+from pymdr.mapping.callables.noise import rounding as rounding
+from pymdr.mapping.callables.noise import search_points as search_points
+from pymdr.mapping.callables.noise import slope_panel as slope_panel
+from pymdr.mapping.callables.tip import TipLaw as TipLaw
+from pymdr.mapping.callables.tip import tip_law as tip_law

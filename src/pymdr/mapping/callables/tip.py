@@ -1,0 +1,417 @@
+"""The law by which a callable starts where its own digits cancel: 1 - sqrt(1 - r^2), sqrt(R^2 + r^2) - R, ..."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.polynomial import chebyshev
+from numpy.typing import ArrayLike, NDArray
+from scipy.special import roots_jacobi
+
+from pymdr.errors import ProblemError
+from pymdr.mapping.callables.noise import EPS, Curve, jitter, scatter, slope_panel
+from pymdr.units import FloatArray, metres
+
+_SURE = 1e-10
+"""Largest error of f' that f alone may leave, in parts of f'."""
+_SAFETY = 40.0
+"""Roundings of f by which f' errs on a panel of a quarter octave, times its width."""
+_UNUSABLE = 1e-4
+_UNDERFLOW = 1e-290
+_LOWEST, _HIGHEST = -980, 120
+_POINTS, _TERMS, _OCTAVES = 900, 12, 9
+_BLOCKS = 20
+_SIZE = 16
+
+
+@dataclass(frozen=True)
+class TipLaw:
+    """
+    How f' goes on below the radius to which f itself resolves it.
+
+    f' = (r / radius)^(exponent - 1) sum_j c_j T_j(2 (r / radius)^step - 1) for 0 < r <= radius.
+    """
+
+    radius: float
+    """Radius in m below which the law stands for f: a power of 2^(1/4)."""
+    exponent: float
+    """Power of r with which f - f(0) starts."""
+    coefficients: FloatArray
+    """Chebyshev coefficients of f' / (r / radius)^(exponent - 1)."""
+    error: float
+    """Measured bound of its error in parts of f'."""
+    step: float = 1.0
+    """1 but where f goes on in powers that are not whole."""
+    exponent_error: float = 0.0
+    """Uncertainty of an exponent that is no simple number: farther in, f' errs by this times ln(radius / r)."""
+
+    def slope(self, r: ArrayLike) -> FloatArray:
+        """Slope f' at radii up to `radius`."""
+        t = np.asarray(r, dtype=float) / self.radius
+        series = chebyshev.chebval(2.0 * t**self.step - 1.0, self.coefficients)
+        with np.errstate(divide="ignore"):
+            return np.asarray(t ** (self.exponent - 1.0) * series)
+
+
+def tip_law(f: Curve, top: float = math.inf) -> TipLaw | None:
+    """
+    The law that continues f' to the tip where f cancels, from the radii at which it does not.
+
+    f(r) = f(0) + r^n (a_0 + a_1 r^s + ...) is fitted by weighted least squares, with whole n before others and
+    s = 2 before 1, on stretches of several octaves above the radius where 40 roundings of f exceed 1e-10 of f'.
+    It must leave no more than rounding there and below, and agree with the fit on another stretch.
+
+    Parameters
+    ----------
+    f : callable
+        Taking and giving arrays, with its offset f(0) if it has one.
+    top : float
+        Radius in m up to which f is smooth: its first breakpoint or its reach. More is better than little: the law
+        comes from the cleanest radii.
+
+    Returns
+    -------
+    TipLaw or None
+        None where f has its digits down to the tip.
+
+    Raises
+    ------
+    ProblemError
+        If f is noise at all radii, or starts by no power of r.
+
+    Examples
+    --------
+    >>> tip_law(lambda r: r**1.5) is None
+    True
+    >>> law = tip_law(lambda r: 1.0 - np.sqrt(1.0 - r * r))
+    >>> law.exponent, bool(abs(law.slope(1e-9) - 1e-9) < 1e-21)
+    (2.0, True)
+    """
+    refused: ProblemError | None = None
+    for radius, ends in _cancellations(f, top):
+        law = _law(f, radius, ends)
+        if law is not None:
+            return law
+        refused = refused or ProblemError(
+            f"Function.f loses its digits below r = {metres(radius)} and starts by no power of r that could stand for "
+            "it: give derivative= too, or write f without a difference of large numbers (numpy.expm1, "
+            "r**2 / (R + sqrt(R**2 - r**2)))"
+        )
+    if refused is not None:
+        raise refused
+    return None
+
+
+def _law(f: Curve, radius: float, ends: list[float]) -> TipLaw | None:
+    """The law below a radius from the octaves above it; None if there is none."""
+    fits = _Stretches(f, radius, ends)
+    best: TipLaw | None = None
+    for exponent, step, spread in _families(f, fits):
+        law = _established(fits, exponent, step, spread)
+        if law is not None and (best is None or law.error < 0.1 * best.error):
+            best = law
+        if best is not None and best.error < _SURE:
+            break
+    return best if best is not None and best.error < _UNUSABLE else None
+
+
+def _cancellations(f: Curve, top: float) -> Iterator[tuple[float, list[float]]]:
+    """Radii, from the outer one, below which f is noise and above which it is not; and ends of clean stretches."""
+    most = math.floor(4.0 * math.log2(min(top, 2.0**_HIGHEST)))
+    far, near = np.arange(4 * _LOWEST, most + 1, 32), np.arange(max(-240, 4 * _LOWEST), min(160, most) + 1, 4)
+    quarters = np.unique(np.concatenate([far, near, np.arange(most - 16, most + 1, 4)]))
+    states = _States(f, quarters)
+    for _ in range(6):
+        more = states.between_changes()
+        if more.size == 0:
+            break
+        states = states.joined(_States(f, more))
+    usable = states.moves & np.isfinite(states.ratio)
+    if not usable.any():
+        return
+    best = float(states.ratio[usable].min())
+    limit = max(_SURE, 10.0 * best)
+    clean = usable & (states.ratio <= limit)
+    cancelling = usable & ~clean & states.cancels
+    pairs = clean[1:] & clean[:-1]
+    if cancelling.any() and (limit > _UNUSABLE or not pairs.any()):
+        raise ProblemError(
+            f"Function.f has only noise for a slope up to r = {metres(float(2.0 ** (states.quarters[cancelling][-1] / 4.0)))}: "
+            f"its rounding is {best / _SAFETY:.1e} of its rise at best; give derivative= too, or write f without a "
+            "difference of large numbers"
+        )
+    for i in range(clean.size - 2, 0, -1):
+        if clean[i] and clean[i + 1] and not clean[i - 1]:
+            below = np.flatnonzero(clean[:i])
+            if not cancelling[below[-1] + 1 if below.size else 0 : i].any():
+                continue
+            radius = float(2.0 ** (states.quarters[i] / 4.0))
+            above = states.quarters[i:][~clean[i:]]
+            last = min(float(2.0 ** ((above[0] - 1) / 4.0)) if above.size else math.inf, top)
+            ends = [radius * 2.0**k for k in range(1, _OCTAVES + 1) if radius * 2.0**k <= last]
+            if ends and last < 2.0 * ends[-1] and last == top and len(ends) < _OCTAVES:
+                ends.append(top)
+            if ends:
+                yield radius, ends
+
+
+class _States:
+    """Whether f moves, and 40 roundings over its rise in an octave, at radii of 2^(quarters / 4) m."""
+
+    def __init__(self, f: Curve, quarters: NDArray[np.int_]) -> None:
+        self.quarters = quarters
+        r = 2.0 ** (quarters / 4.0)
+        measured, least = scatter(f, r)
+        noise = np.maximum(measured, least)
+        inside = np.array([1.0, 0.87, 0.74, 0.61, 0.5])
+        values = f((r[:, None] * inside).ravel()).reshape(r.size, inside.size)
+        with np.errstate(all="ignore"):
+            rise = np.ptp(values, axis=1)
+            gap = np.abs(values[:, 0] - f(np.zeros(1))[0])
+            unit = float(np.nanmax(least / np.abs(values[:, 0]), initial=EPS))
+            self.moves = np.isfinite(rise) & (rise > _UNDERFLOW) & np.isfinite(noise)
+            self.ratio = np.where(self.moves, _SAFETY * noise / rise, math.inf)
+            self.cancels = noise > 64.0 * unit * gap
+
+    def between_changes(self) -> NDArray[np.int_]:
+        """Quarters that are missing between such that differ: octaves first."""
+        sure = np.where(self.moves, np.where(self.ratio <= _SURE, 2, 1), 0)
+        more: list[int] = []
+        for i in np.flatnonzero((sure[1:] != sure[:-1]) | (sure[1:] == 1)):
+            low, high = int(self.quarters[i]), int(self.quarters[i + 1])
+            if high - low > 4:
+                more += range(low + 4, high, 4)
+            elif sure[i] != sure[i + 1]:
+                more += range(low + 1, high)
+        return np.array(more, dtype=int)
+
+    def joined(self, other: _States) -> _States:
+        """Both, rising."""
+        order = np.argsort(np.concatenate([self.quarters, other.quarters]))
+        for name in ("quarters", "moves", "ratio", "cancels"):
+            both = np.concatenate([getattr(self, name), getattr(other, name)])
+            setattr(self, name, both[order])
+        return self
+
+
+class _Stretches:
+    """Weighted fits of f over [0, end] for several ends."""
+
+    def __init__(self, f: Curve, radius: float, ends: list[float]) -> None:
+        self.f, self.radius, self.ends = f, radius, ends
+        self.offset = float(f(np.zeros(1))[0])
+        octaves = math.log2(ends[-1] / radius)
+        grid = radius * 2.0 ** np.linspace(-1.0, octaves, math.ceil(4.0 * octaves) + 5)
+        grid[-1] = ends[-1]
+        noise, least = scatter(f, grid)
+        noise = np.maximum(noise, 0.2 * least)
+        wide = np.pad(noise, 2, mode="edge")
+        self._grid = grid
+        self._noise = np.median(np.lib.stride_tricks.sliding_window_view(wide, 5), axis=1)
+        self._least = float(max(0.5 * EPS * abs(self.offset), 5e-324))
+        self._data: dict[float, tuple[FloatArray, FloatArray, FloatArray]] = {}
+
+    def noise(self, r: FloatArray) -> FloatArray:
+        """Standard deviation of the rounding of f; below the clean radii it does not grow smaller."""
+        return np.maximum(np.interp(r, self._grid, self._noise), self._least)
+
+    def data(self, end: float) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Radii over the end, f - f(0) and its standard deviation; first at the tip."""
+        if end not in self._data:
+            u = np.concatenate([[0.0], (np.arange(_POINTS) + jitter(_POINTS)) / _POINTS])
+            r = end * u
+            values = self.f(r) - self.offset
+            self._data[end] = (r / end, values, self.noise(r))
+        return self._data[end]
+
+
+@dataclass(frozen=True)
+class _Fit:
+    end: float
+    terms: int
+    slope: FloatArray
+    """f' / (r / radius)^(n - 1) at nodes of [0, radius]."""
+    spread: float
+    """Its standard deviation, in parts."""
+
+
+def _nodes() -> FloatArray:
+    return np.asarray((1.0 - np.cos(np.pi * (np.arange(_SIZE) + 0.5) / _SIZE)) / 2.0)
+
+
+def _fitted(fits: _Stretches, end: float, n: float, s: float, terms: int) -> tuple[_Fit, float]:
+    """A fit with that many terms, and its misfit: about 1 where only rounding is left."""
+    u, values, noise = fits.data(end)
+    v = u**s
+    basis = u[:, None] ** n * chebyshev.chebvander(2.0 * v - 1.0, terms - 1)
+    matrix = np.column_stack([np.ones(u.size), basis]) / noise[:, None]
+    scale = np.linalg.norm(matrix, axis=0)
+    left, sizes, right = np.linalg.svd(matrix / scale, full_matrices=False)
+    sizes = np.where(sizes > 1e-14 * sizes[0], sizes, math.inf)
+    target = values / noise
+    solution = (right.T @ ((left.T @ target) / sizes)) / scale
+    # once more, for what rounding of the products has left
+    solution = solution + (right.T @ ((left.T @ (target - matrix @ solution)) / sizes)) / scale
+    rest = target - matrix @ solution
+    misfit = _misfit(rest, u * end >= fits.radius)
+    ratio = fits.radius / end
+    # whole powers are told in r / radius, others in its power
+    v = (_nodes() ** (1.0 / _told(s)) * ratio) ** s
+    z = 2.0 * v - 1.0
+    vander = chebyshev.chebvander(z, terms - 1)
+    rise = (
+        chebyshev.chebvander(z, max(terms - 2, 0)) @ chebyshev.chebder(np.eye(terms))
+        if terms > 1
+        else 0.0 * vander
+    )
+    rows = (n * vander + 2.0 * s * v[:, None] * rise) * ratio ** (n - 1.0) / end
+    slope = rows @ solution[1:]
+    spread = np.linalg.norm(((rows / scale[1:]) @ right.T[1:]) / sizes, axis=1)
+    level = max(math.sqrt(float(np.mean(rest**2))), 1.0)
+    rounded = EPS * (np.abs(rows) @ np.abs(solution[1:]))
+    with np.errstate(divide="ignore"):
+        return _Fit(end, terms, slope, float(np.max((level * spread + rounded) / np.abs(slope)))), misfit
+
+
+def _told(step: float) -> float:
+    """The power of r / radius in which a series is a polynomial."""
+    return 1.0 if step in (1.0, 2.0) else step
+
+
+def _misfit(rest: FloatArray, clean: NDArray[np.bool_]) -> float:
+    """The largest systematic deviation of what a fit leaves, in what rounding alone lets expect."""
+    above, below = rest[clean], rest[~clean]
+    found = [math.sqrt(float(np.mean(above**2))) / 1.3] if above.size else []
+    for block in np.array_split(above, min(_BLOCKS, above.size)):
+        found.append(abs(float(np.mean(block))) * math.sqrt(block.size) / 5.0)
+    found.append(float(np.max(np.abs(below), initial=0.0)) / 6.0)
+    return max(found)
+
+
+def _good_fits(fits: _Stretches, n: float, s: float) -> Iterator[_Fit]:
+    """On each stretch the two series after the shortest one that leaves only rounding."""
+    fitting = False
+    for count, end in enumerate(fits.ends):
+        if count == 2 and not fitting:
+            # the shortest stretches are the easiest
+            return
+        for terms in range(1, _TERMS + 1):
+            _, misfit = _fitted(fits, end, n, s, terms)
+            if misfit <= 1.0:
+                fitting = True
+                # the shortest one may still hide a truncation in the rounding
+                yield _fitted(fits, end, n, s, terms + 1)[0]
+                yield _fitted(fits, end, n, s, terms + 2)[0]
+                break
+
+
+def _established(fits: _Stretches, n: float, s: float, exponent_error: float) -> TipLaw | None:
+    """The best fit of a family, with the error that the fits on other stretches show; None if they contradict it."""
+    found = list(_good_fits(fits, n, s))
+    if len(found) < 2:
+        return None
+    best = min(found, key=lambda fit: fit.spread)
+    others = [fit for fit in found if fit is not best and fit.spread < 30.0 * best.spread]
+    apart = [float(np.max(np.abs(fit.slope / best.slope - 1.0))) for fit in others]
+    for fit, distance in zip(others, apart, strict=True):
+        if distance > 8.0 * (fit.spread + best.spread) + 16.0 * EPS:
+            return None
+    z = 2.0 * _nodes() - 1.0
+    series = np.asarray(np.linalg.solve(chebyshev.chebvander(z, _SIZE - 1), best.slope), dtype=float)
+    series = series[: int(np.flatnonzero(np.abs(series) > 0.1 * EPS * np.abs(series).max())[-1]) + 1]
+    error = 4.0 * best.spread + max(apart, default=0.0) + 8.0 * EPS
+    law = TipLaw(fits.radius, n, series, error, _told(s), exponent_error)
+    return law if _is_met(fits, law) else None
+
+
+def _is_met(fits: _Stretches, law: TipLaw) -> bool:
+    """Whether f below the radius keeps to the law within its rounding."""
+    r = law.radius * 2.0 ** (-24.0 * jitter(96, 0.1))
+    # int_0^1 t^(n-1) Q(t^s) dt with w = t^s
+    power = law.exponent / law.step
+    nodes, weights = roots_jacobi(_SIZE, 0.0, power - 1.0)
+    outer = (r / law.radius) ** law.step
+    series = chebyshev.chebval(outer[:, None] * (nodes + 1.0) - 1.0, law.coefficients) @ weights
+    gap = r * (r / law.radius) ** (law.exponent - 1.0) * series / (2.0**power * law.step)
+    values = fits.f(r) - fits.offset
+    allowed = 8.0 * (fits.noise(r) + EPS * np.abs(values)) + EPS * abs(fits.offset) + law.error * np.abs(gap)
+    return bool(np.all(np.abs(values - gap) <= allowed))
+
+
+def _families(f: Curve, fits: _Stretches) -> Iterator[tuple[float, float, float]]:
+    """Exponents and steps of the series to be tried, the simplest first, and the uncertainty of the exponent."""
+    ends = [fits.radius, *fits.ends]
+    if len(ends) < 3:
+        return
+    slopes = []
+    for r in ends[:5]:
+        coefficients, _ = slope_panel(f, r / 1.19, r)
+        slopes.append(float(chebyshev.chebval(1.0, coefficients)))
+    if any(slope == 0.0 or slope * slopes[0] < 0.0 for slope in slopes):
+        return
+    local = np.diff(np.log(np.abs(slopes))) / np.diff(np.log(ends[:5])) + 1.0
+    guess = float(local[0])
+    if local.size > 2:
+        bend = local[2] - 2.0 * local[1] + local[0]
+        if bend != 0.0 and abs(local[1] - local[0]) < abs(local[2] - local[1]):
+            guess -= float((local[1] - local[0]) ** 2 / bend)
+    # next to the radius, a term of higher power may still be the larger one
+    highest = math.ceil(max(guess, float(local[0])) - 0.05)
+    wholes = sorted(range(1, min(highest, 16) + 1), key=lambda whole: abs(whole - guess))
+    yield from ((float(whole), step, 0.0) for step in (2.0, 1.0) for whole in wholes)
+    simple = round(guess * 12.0) / 12.0
+    for step in dict.fromkeys((2.0, 1.0, 0.5, 1.5, simple)):
+        free = _free_exponent(fits, guess, step) if step > 0.0 else None
+        if free is None:
+            continue
+        n, spread = free
+        rational = round(n * 120.0) / 120.0
+        if abs(n - rational) <= max(4.0 * spread, 1e-12):
+            yield rational, step, 0.0
+        else:
+            yield n, step, spread
+
+
+def _free_exponent(fits: _Stretches, guess: float, step: float) -> tuple[float, float] | None:
+    """The exponent that is known best of those that leave only rounding on a stretch, and its standard deviation."""
+    found: list[tuple[float, float]] = []
+    for end in fits.ends:
+        for terms in range(1, 7):
+            n, spread = guess, math.inf
+            for _ in range(8):
+                n, spread, change = _better_exponent(fits, end, n, step, terms)
+                if not 0.0 < n < 64.0 or abs(change) < 1e-15:
+                    break
+            if 0.0 < n < 64.0 and _fitted(fits, end, n, step, terms)[1] <= 1.0:
+                found.append((spread, n))
+                break
+    if not found:
+        return None
+    spread, n = min(found)
+    return n, spread
+
+
+def _better_exponent(
+    fits: _Stretches, end: float, n: float, s: float, terms: int
+) -> tuple[float, float, float]:
+    """One step of Gauss and Newton for the exponent, its standard deviation and the step."""
+    u, values, noise = fits.data(end)
+    basis = u[:, None] ** n * chebyshev.chebvander(2.0 * u**s - 1.0, terms - 1)
+    matrix = np.column_stack([np.ones(u.size), basis]) / noise[:, None]
+    scale = np.linalg.norm(matrix, axis=0)
+    solution = np.linalg.lstsq(matrix / scale, values / noise, rcond=1e-14)[0] / scale
+    steepness = basis @ solution[1:] * np.log(np.where(u > 0.0, u, 1.0)) / noise
+    whole = np.column_stack([matrix, steepness])
+    scale = np.linalg.norm(whole, axis=0)
+    if not np.all(scale > 0.0):
+        return n, math.inf, 0.0
+    q, triangle = np.linalg.qr(whole / scale)
+    if abs(triangle[-1, -1]) < 1e-14:
+        return n, math.inf, 0.0
+    rest = values / noise - matrix @ solution
+    change = float(q[:, -1] @ rest / triangle[-1, -1] / scale[-1])
+    change = min(max(change, -0.2), 0.2)
+    return n + change, 1.0 / abs(float(triangle[-1, -1] * scale[-1])), change

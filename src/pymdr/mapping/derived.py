@@ -1,0 +1,205 @@
+"""The slope f'(r) of a callable that gives f alone."""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+
+import numpy as np
+
+from pymdr.errors import ConvergenceError, ProblemError
+from pymdr.mapping.callables import TipLaw, slope_panel, tip_law
+from pymdr.mapping.series import TERMS, Panels, clenshaw
+from pymdr.mapping.slopes import anchored
+from pymdr.problem.profiles import Function, call
+from pymdr.units import FloatArray, metres
+
+_WANTED = 1e-12
+"""Error of f', in parts of it, above which a panel is divided if that helps."""
+_DEEPEST = 40
+_GAIN = 0.5
+_SURE = 1e-10
+_FARTHEST = 1e12
+
+
+class DerivedSource:
+    """
+    f' by differentiating series of f on panels, and below the radii at which f cancels by the law of its tip.
+
+    Parameters
+    ----------
+    profile : Function
+        With `f` and without `derivative`.
+    """
+
+    known_everywhere = False
+
+    def __init__(self, profile: Function) -> None:
+        self.profile = profile
+        self.knots = profile.breakpoints
+        self.soft_knots = np.zeros(0)
+        self.reach = profile.reach
+        self._law: TipLaw | None = None
+        self._asked = 0.0
+        self._end = math.inf
+        self._low: list[float] = []
+        self._high: list[float] = []
+        self._series: list[FloatArray] = []
+        self._error: list[float] = []
+        self._done: set[tuple[float, float]] = set()
+        self._order = np.zeros(0, dtype=np.intp)
+        self._starts = np.zeros(0)
+
+    @property
+    def continued(self) -> float:
+        """Radius in m below which the law of the tip stands for f; 0 where f has its digits all the way."""
+        return 0.0 if self._law is None else self._law.radius
+
+    def _f(self, r: FloatArray) -> FloatArray:
+        assert self.profile.f is not None
+        return call(self.profile.f, r)
+
+    def sample(self, base: FloatArray, offset: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """F' at the rounded radii, and their offsets."""
+        r = base + offset
+        self.foresee(float(r.max()))
+        answer = np.full(r.shape, math.nan)
+        below = r < self.continued
+        if below.any() and self._law is not None:
+            answer[below] = self._law.slope(r[below])
+        known = ~below & (r <= self._end)
+        if known.any():
+            self._cover(r[known])
+            answer[known] = self._value(r[known])
+        return answer, r - base
+
+    def uncertainty(self, panels: Panels) -> FloatArray:
+        """Error of f' on panels, from the rounding of f."""
+        if not self._error:
+            return np.zeros(panels.count)
+        errors = np.array(self._error)[self._order]
+        at = np.clip(np.searchsorted(self._starts, panels.start, side="right") - 1, 0, errors.size - 1)
+        found = np.maximum(
+            errors[at],
+            errors[np.minimum(at + 1, errors.size - 1)]
+            * (panels.stop > self._starts[np.minimum(at + 1, errors.size - 1)]),
+        )
+        law = self._law
+        if law is None:
+            return found
+        inside = panels.stop <= law.radius * (1.0 + 1e-9)
+        return np.where(inside, law.error * np.abs(law.slope(np.minimum(panels.stop, law.radius))), found)
+
+    def kinks(self, low: float, high: float) -> list[float]:
+        """None that it knows of."""
+        return []
+
+    def foresee(self, top: float) -> None:
+        """Find the law of the tip on radii up to `top`, or farther out if f is nothing but rounding up to there."""
+        if self._asked and (self._law is None or self._law.error <= _SURE or top <= 4.0 * self._asked):
+            return
+        end = min([math.inf, *self.knots[:1], self.reach])
+        top = min(top, end)
+        while True:
+            self._asked = top
+            try:
+                self._law = tip_law(self._f, top)
+            except ProblemError:
+                if top >= end or top > _FARTHEST:
+                    raise
+                top = min(16.0 * top, end)
+                continue
+            break
+
+    def rough(self, r: float) -> float:
+        """About |f'| at a radius in m."""
+        if r < self.continued and self._law is not None:
+            return abs(float(self._law.slope(r)))
+        values = self._f(np.array([0.84, 1.0]) * r)
+        return abs(float(values[1] - values[0])) / (0.16 * r)
+
+    def _value(self, r: FloatArray) -> FloatArray:
+        index = self._order[
+            np.clip(np.searchsorted(self._starts, r, side="right") - 1, 0, self._order.size - 1)
+        ]
+        low, high = np.array(self._low)[index], np.array(self._high)[index]
+        u = ((r - low) / (high - low)).clip(0.0, 1.0)
+        values = clenshaw(np.array(self._series)[index], u)
+        return np.where((r >= low) & (r <= high), values, math.nan)
+
+    def _cover(self, r: FloatArray) -> None:
+        """Series on all panels of the grid in which some radii lie."""
+        fresh = False
+        for base, end in self._sections(r):
+            inside = r[(r >= base) & (r <= end)]
+            low = float(inside.min())
+            start = low - base
+            grid = self._grid(base, start, float(inside.max()), end)
+            edges = base + np.concatenate([grid.low, grid.high[-1:]])
+            used = np.unique(np.clip(np.searchsorted(edges, inside, side="right") - 1, 0, grid.count - 1))
+            for i in used.tolist():
+                key = (base, round(float(edges[i]), 300) if edges[i] else 0.0)
+                if key not in self._done:
+                    self._done.add(key)
+                    self._divide(float(edges[i]), float(edges[i + 1]), base)
+                    fresh = True
+        if fresh:
+            self._order = np.argsort(self._low, kind="stable")
+            self._starts = np.array(self._low)[self._order]
+
+    def _sections(self, r: FloatArray) -> list[tuple[float, float]]:
+        marks = [0.0, *self.knots, self.reach]
+        low, high = float(r.min()), float(r.max())
+        return [(a, b) for a, b in pairwise(marks) if a <= high and b >= low]
+
+    def _grid(self, base: float, low: float, stop: float, end: float) -> Panels:
+        """Panels of the grid from the one in which an offset lies."""
+        unit = base if base > 0.0 else 1.0
+        j = math.floor(4.0 * math.log2((base + low) / unit) + 1e-9)
+        first = base * math.expm1(j * math.log(2.0) / 4.0) if base > 0.0 else 2.0 ** (j / 4.0)
+        return anchored(base, max(min(first, low), 0.0), min(max(stop, base + low * 1.01), end), end)
+
+    def _divide(self, low: float, high: float, base: float) -> None:
+        """Series on a panel or on its halves, where these are better."""
+        todo = [(low, high, math.inf, 0)]
+        while todo:
+            left, right, before, depth = todo.pop()
+            found = self._panel(left, right)
+            if found is None:
+                continue
+            series, error, right = found
+            size = float(np.sum(np.abs(series)))
+            middle = left + (0.25 if left == base and base > 0.0 else 0.5) * (right - left)
+            settled = error <= _WANTED * size or (error > _GAIN * before and error < 1e-7 * size)
+            thin = depth >= _DEEPEST or right - left <= 1e-9 * right or not left < middle < right
+            if settled or thin:
+                self._low.append(left)
+                self._high.append(right)
+                self._series.append(series)
+                self._error.append(error)
+                continue
+            todo += [(middle, right, error, depth + 1), (left, middle, error, depth + 1)]
+
+    def _panel(self, low: float, high: float) -> tuple[FloatArray, float, float] | None:
+        probe = low + (high - low) * np.linspace(0.0, 1.0, 33)
+        if not np.isfinite(self._f(probe)).all():
+            high = self._defined(low, high)
+            self._end = min(self._end, high)
+            if not high > low * (1.0 + 1e-12):
+                return None
+        series, error = slope_panel(self._f, low, high, TERMS)
+        return series, error, high
+
+    def _defined(self, low: float, high: float) -> float:
+        """The last radius at which f is finite."""
+        if not np.isfinite(self._f(np.array([low]))[0]):
+            raise ConvergenceError(
+                f"the profile is not defined at r = {metres(low)}; stay inside the radii where it is (Function(..., "
+                "reach=...) states them)"
+            )
+        for _ in range(60):
+            middle = 0.5 * (low + high)
+            if not low < middle < high:
+                break
+            low, high = (middle, high) if np.isfinite(self._f(np.array([middle]))[0]) else (low, middle)
+        return low
