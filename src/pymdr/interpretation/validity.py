@@ -39,6 +39,8 @@ class Claim:
     source: str
     where: BoolArray
     """Per step, whether the claim's level holds; outside, the quantity is not valid."""
+    error: FloatArray | None = None
+    """Per step, a measured bound of the relative error of the number; None where it is rounding."""
 
     @property
     def readable(self) -> bool:

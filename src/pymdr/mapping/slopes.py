@@ -60,6 +60,10 @@ class SlopeSource(Protocol):
     def sample(self, base: FloatArray, offset: FloatArray) -> tuple[FloatArray, FloatArray]:
         """F' beside base + offset, and the offsets of the radii at which it was evaluated."""
 
+    @property
+    def continued(self) -> float:
+        """Radius in m below which a law stands for the values of the profile; 0 if nowhere."""
+
     def foresee(self, top: float) -> None:
         """Prepare for radii up to `top` in m."""
 

@@ -21,6 +21,8 @@ MANY_KNOTS = 400
 class CurveSource:
     """f' of a profile that gives it at any radius."""
 
+    continued = 0.0
+
     def __init__(self, profile: Profile) -> None:
         self.profile = profile
         self.knots = profile.breakpoints
@@ -51,6 +53,8 @@ class CurveSource:
 
 class SplineSource:
     """f' of a piecewise cubic, whose offsets from its knots are not rounded."""
+
+    continued = 0.0
 
     def __init__(self, profile: Sampled) -> None:
         spline = profile.spline
@@ -96,6 +100,8 @@ class SplineSource:
 
 class PanelSource:
     """f' that is already known on panels, as that of a saved profile."""
+
+    continued = 0.0
 
     def __init__(self, profile: Interpolated) -> None:
         base, low, high, power = (
@@ -155,6 +161,11 @@ class SumSource:
         r = base + offset
         rounded = r - base
         return np.asarray(sum(part.sample(base, rounded)[0] for part in self.parts)), rounded
+
+    @property
+    def continued(self) -> float:
+        """The largest radius in m below which a law stands for a part."""
+        return max(part.continued for part in self.parts)
 
     def foresee(self, top: float) -> None:
         """What the parts have to know."""

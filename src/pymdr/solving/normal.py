@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pymdr.errors import PathError
+from pymdr.interpretation.accuracy import normal_errors, with_errors
 from pymdr.interpretation.fields import edge_amplitude
 from pymdr.interpretation.surface import Surface
 from pymdr.interpretation.validity import (
@@ -42,7 +43,7 @@ from pymdr.problem.schedule import (
     total_rows,
 )
 from pymdr.result import Result, Status, labelled
-from pymdr.solving.reach import Mapped, assumptions, g_samples, map_to_line, refuse_unreachable
+from pymdr.solving.reach import Mapped, assumptions, g_samples, map_remark, map_to_line, refuse_unreachable
 from pymdr.units import FloatArray, newtons
 
 
@@ -149,6 +150,7 @@ def interpret_normal(
         range_words(line, surface, certificate.disk),
         {"indentation": ~by_force, "normal_force": by_force},
     )
+    claims = with_errors(claims, normal_errors(line, states, by_force), map_remark(line, states))
     columns: dict[str, FloatArray] = {
         "indentation": states.indentation,
         "normal_force": force,

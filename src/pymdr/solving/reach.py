@@ -80,6 +80,17 @@ def _largest_allowed(line: ElasticLine) -> str:
     return f"the largest indentation that it allows is {metres(deepest)} (normal force {newtons(force)}): "
 
 
+def map_remark(line: ElasticLine, states: DiskStates) -> str:
+    """What a mapped profile rests on besides its values, in words; nothing for closed forms."""
+    equivalent = line.equivalent
+    deepest = float(np.max(states.indentation, initial=0.0))
+    words = equivalent.rests_on()
+    searched = equivalent.searched_to(deepest) if deepest > 0.0 else 0.0
+    if np.isfinite(searched) and searched > float(np.max(states.contact_radius)):
+        words = (*words, f"no other contact was found out to r = {metres(searched)}")
+    return "".join(f"; {each}" for each in words)
+
+
 def g_samples(line: ElasticLine) -> FloatArray:
     """Values of g in m over its whole extent."""
     return line.equivalent.g(np.linspace(0.0, min(line.equivalent.edge, line.equivalent.reach), 65))

@@ -93,6 +93,14 @@ class EquivalentProfile(ABC):
         """A radius x in m near which ``reached(x, g(x))`` becomes true, going outward; where a search may begin."""
         return 1.0
 
+    def searched_to(self, depth: float) -> float:
+        """How far in m the profile was searched for contact at a depth in m; 0 where it is known to rise."""
+        return 0.0
+
+    def rests_on(self) -> tuple[str, ...]:
+        """What else than values of the profile the map rests on, in words."""
+        return ()
+
     @property
     def breakpoints(self) -> tuple[float, ...]:
         """All places in m, as far as they are known, to whose right g is not smooth."""

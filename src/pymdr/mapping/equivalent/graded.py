@@ -449,6 +449,17 @@ class GradedLine(EquivalentProfile):
         self._overlap = (depth, radius)
         return radius
 
+    def rests_on(self) -> tuple[str, ...]:
+        """Below which radius the law of the tip stands for the profile, and how narrow features were looked for."""
+        words = []
+        if self.source.continued > 0.0:
+            words.append(
+                f"continued below r = {metres(self.source.continued)}, where its values are rounding"
+            )
+        if not self.source.known_everywhere:
+            words.append("features narrower than 1/10000 of their radius were not looked for")
+        return tuple(words)
+
     def searched_to(self, depth: float) -> float:
         """How far in m `overlap_radius` looks for a depth in m."""
         first = float(self.place(np.array([depth])).x[0])
