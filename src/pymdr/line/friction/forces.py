@@ -9,7 +9,6 @@ from numpy.polynomial.legendre import leggauss
 
 from pymdr.line.friction.kernels import (
     MEET,
-    MODULUS,
     Point,
     at,
     base,
@@ -22,6 +21,7 @@ from pymdr.line.friction.kernels import (
     put,
     vertex,
 )
+from pymdr.line.friction.tables import MODULUS
 from pymdr.units import FloatArray
 
 _OUTER, _INNER = (

@@ -13,22 +13,60 @@ from pathlib import Path
 from typing import Any, TypeAlias, TypeVar, cast
 
 import numpy as np
-from numba import njit
+from numba import njit, types
 from numba.core.cgutils import get_null_value
 from numba.extending import intrinsic
 from numba.np.arrayobj import make_array
 
+from pymdr.line.friction.tables import (
+    BITS,
+    BRACKETS,
+    CHILD,
+    CLOSED,
+    EXPONENT,
+    FIRST,
+    FIRST_MARK,
+    FLOOR_FORCE,
+    FORCE,
+    FORCE_B,
+    FORCE_C,
+    FORCE_FACTOR,
+    FULL_FORCE,
+    INVERSE,
+    KIND,
+    LAST_SEGMENT,
+    LOOKUP,
+    LOOKUP_LOWEST,
+    LOOKUP_SHIFT,
+    LOWEST,
+    MODULUS,
+    ORIGIN,
+    PARTED,
+    PARTS,
+    PER_COEFFICIENT,
+    PER_ROW,
+    PER_WIDTH,
+    PIECE,
+    REACH,
+    SEGMENT,
+    WORK,
+    WORK_B,
+    WORK_C,
+    WORK_FACTOR,
+    B,
+    C,
+    Q,
+)
 from pymdr.units import FloatArray
 
-# the packed line
-MODULUS, EXPONENT, INVERSE, PER_COEFFICIENT, FORCE_FACTOR, WORK_FACTOR, REACH, PER_REACH, STARTS = range(9)
-CHILD = 0
 VERTEX = np.dtype(
     [(name, float) for name in ("y", "b", "slope", "force", "work", "sum", "energy", "radius", "moment")]
 )
 
 MERGE = 2.0**-47  # of the coordinates: bends below it are rounding of the input
 MEET = 2.0**-49  # of the coordinates: a border of slip this close to a vertex stands on it
+_DROPPED = 52 - BITS
+_MANTISSA, _ONE = (1 << 52) - 1, 1023 << 52
 _LOST = 1e-14  # of W: what rounding of a table takes
 _THIRD, _SIXTH = 1.0 / 3.0, 1.0 / 6.0
 TINY = 1e-150  # lengths below it count as none: their products underflow
@@ -73,6 +111,54 @@ def _borrowed(typing_context: Any, array: Any) -> Any:
 borrowed: Any = intrinsic(_borrowed)
 
 
+def _bits(typing_context: Any, value: Any) -> Any:
+    """The bits of a float as an integer."""
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        return builder.bitcast(arguments[0], context.get_value_type(types.int64))
+
+    return types.int64(types.float64), generate
+
+
+def _float(typing_context: Any, value: Any) -> Any:
+    """The float that has the bits of an integer."""
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        return builder.bitcast(arguments[0], context.get_value_type(types.float64))
+
+    return types.float64(types.int64), generate
+
+
+bits_of: Any = intrinsic(_bits)
+float_of: Any = intrinsic(_float)
+
+
+@compiled
+def segment_of(line: FloatArray, y: float) -> int:
+    """Row of the segment of a table to which a depth belongs."""
+    key = (bits_of(y) >> bits_of(line[0, LOOKUP_SHIFT])) - bits_of(line[0, LOOKUP_LOWEST])
+    rows = bits_of(line[0, LOOKUP])
+    low = bits_of(line[np.uint64(rows + key // PER_ROW), np.uint64(key % PER_ROW)])
+    high = bits_of(line[np.uint64(rows + (key + 1) // PER_ROW), np.uint64((key + 1) % PER_ROW)])
+    while low < high:
+        middle = (low + high + 1) >> 1
+        if y >= line[np.uint64(middle), ORIGIN]:
+            low = middle
+        else:
+            high = middle - 1
+    return int(low)
+
+
+@compiled
+def closed(line: FloatArray, row: int, offset: float) -> tuple[float, float, float]:
+    """a, F_N, W where a table is closed by b + c z^q."""
+    c = line[row, C]
+    grown = (offset * line[row, PER_WIDTH]) ** line[row, Q] if c > 0.0 else 0.0
+    rise = offset * (line[row, FORCE_B] + line[row, FORCE_C] * grown)
+    work = line[row, FORCE] + offset * (line[row, WORK_B] + line[row, WORK_C] * grown)
+    return line[row, B] + c * grown, line[row, FORCE] + rise, line[row, WORK] + offset * work
+
+
 @inlined
 def curve(line: FloatArray, y: float) -> tuple[float, float, float]:
     """Return a, F_N, W at one depth; NaN below a table."""
@@ -89,27 +175,43 @@ def curve(line: FloatArray, y: float) -> tuple[float, float, float]:
             a = z ** line[0, INVERSE]
         force = line[0, FORCE_FACTOR] * a * y
         return a, force, line[0, WORK_FACTOR] * force * y
-    starts = line[0, STARTS]
-    x = starts * math.sqrt(y * line[0, PER_REACH])
-    if not x <= starts * (1.0 + 1e-14):
-        return math.nan, math.nan, math.nan
-    j = int(min(x, starts - 1.0))
-    t = x - j
-    j += 1
-    while line[np.uint64(j), CHILD] > 0.0:
-        j = int(line[np.uint64(j), CHILD])
-        t *= 2.0
-        if t >= 1.0:
-            t -= 1.0
-            j += 1
-    piece = np.uint64(j)
+    reach = line[0, REACH]
+    if not y <= reach:
+        if not y <= reach * (1.0 + 1e-14):
+            return math.nan, math.nan, math.nan
+        y = reach
+    segment = np.uint64(SEGMENT)
+    if y >= line[0, FIRST_MARK]:
+        segment = np.uint64(segment_of(line, y))
+    offset = y - line[segment, ORIGIN]
+    word = bits_of(offset)
+    key = (word >> _DROPPED) - bits_of(line[segment, LOWEST])
+    piece = np.uint64(bits_of(line[segment, FIRST]) + max(key, -1))
+    kind = bits_of(line[piece, KIND])
+    t = float_of(((word << BITS) & _MANTISSA) | _ONE) - 1.0
+    while kind != PIECE:
+        if kind == CLOSED:
+            return closed(line, piece, offset)
+        part = 0
+        if kind == PARTED:
+            t *= line[piece, PARTS]
+            part = int(t)
+            t -= part
+        else:
+            t = offset * line[piece, PARTS]
+        piece = np.uint64(bits_of(line[piece, CHILD]) + part)
+        kind = bits_of(line[piece, KIND])
     t2 = t * t
     t4 = t2 * t2
     a = (line[piece, 1] + t * line[piece, 2]) + t2 * (line[piece, 3] + t * line[piece, 4])
-    force = (line[piece, 5] + t * line[piece, 6]) + t2 * (line[piece, 7] + t * line[piece, 8])
-    force += t4 * (line[piece, 9] + t * line[piece, 10])
-    work = (line[piece, 11] + t * line[piece, 12]) + t2 * (line[piece, 13] + t * line[piece, 14])
-    work += t4 * ((line[piece, 15] + t * line[piece, 16]) + t2 * (line[piece, 17] + t * line[piece, 18]))
+    a += t4 * ((line[piece, 5] + t * line[piece, 6]) + t2 * (line[piece, 7] + t * line[piece, 8]))
+    t8 = t4 * t4
+    force = (line[piece, 9] + t * line[piece, 10]) + t2 * (line[piece, 11] + t * line[piece, 12])
+    force += t4 * ((line[piece, 13] + t * line[piece, 14]) + t2 * (line[piece, 15] + t * line[piece, 16]))
+    force += t8 * line[piece, 17]
+    work = (line[piece, 18] + t * line[piece, 19]) + t2 * (line[piece, 20] + t * line[piece, 21])
+    work += t4 * ((line[piece, 22] + t * line[piece, 23]) + t2 * (line[piece, 24] + t * line[piece, 25]))
+    work += t8 * (line[piece, 26] + t * line[piece, 27])
     return a, force, work
 
 
@@ -126,26 +228,39 @@ def depth_of_force(line: FloatArray, force: float) -> float:
         )
         a, f = curve(line, y)[:2]
         return y - (f - force) / (2.0 * modulus * a)
-    low = 0.0
-    high: float = line[0, REACH]
-    y = high
-    a, f = curve(line, y)[:2]
-    if force > f:
-        return y if force <= f * (1.0 + 1e-14) else math.nan
+    full: float = line[0, FULL_FORCE]
+    if force >= full:
+        return line[0, REACH] if force <= full * (1.0 + 2e-14) else math.nan
+    lowest: float = line[0, FLOOR_FORCE]
+    if force < lowest:
+        floor = np.uint64(bits_of(line[SEGMENT, FIRST]) - 1)
+        low: float = 0.0
+        high: float = 1.0 / line[floor, PER_WIDTH]
+        if line[floor, B] == 0.0:
+            return high * (force / lowest) ** (1.0 / (1.0 + line[floor, Q]))
+        y = min(force / line[floor, FORCE_B], high)
+    else:
+        entry = 2 * ((bits_of(force) >> 52) - (bits_of(lowest) >> 52))
+        row = np.uint64(bits_of(line[0, BRACKETS]) + entry // PER_ROW)
+        low = line[row, np.uint64(entry % PER_ROW)]
+        high = line[row, np.uint64(entry % PER_ROW + 1)]
+        y = 0.5 * (low + high)
     for _ in range(200):  # F_N is convex: Newton from above; halve where rounding or a flat start spoil it
-        if f == force:
-            return y
+        a, f = curve(line, y)[:2]
         if f > force:
             high = y
-        else:
+        elif f < force:
             low = y
-        step = y - (f - force) / (2.0 * modulus * a) if a > 0.0 else low
+        else:
+            return y
+        step = y - (f - force) / (2.0 * modulus * a)
+        if abs(step - y) <= 2e-16 * y:
+            return step
         if not low < step < high:
             step = 0.5 * (low + high)
-        if abs(step - y) <= 2e-16 * y or not low < step < high:
-            return step
+            if not low < step < high:
+                return step
         y = step
-        a, f = curve(line, y)[:2]
     return y
 
 

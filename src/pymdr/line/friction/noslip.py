@@ -12,11 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from pymdr.line.friction.curves import IntArray
 from pymdr.line.friction.kernels import (
     MERGE,
-    MODULUS,
-    REACH,
     TINY,
     Point,
     at,
@@ -37,6 +34,7 @@ from pymdr.line.friction.runs import (
     TOO_DEEP,
     keep_register,
 )
+from pymdr.line.friction.tables import MODULUS, REACH, IntArray
 from pymdr.units import FloatArray
 
 _GAUSS_X = tuple(0.5 + 0.5 * np.polynomial.legendre.leggauss(4)[0])

@@ -5,10 +5,8 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from pymdr.line.friction.curves import IntArray
 from pymdr.line.friction.forces import load, shift_for
 from pymdr.line.friction.kernels import (
-    REACH,
     TINY,
     base,
     borrowed,
@@ -20,6 +18,7 @@ from pymdr.line.friction.kernels import (
     put,
     vertex,
 )
+from pymdr.line.friction.tables import REACH, IntArray
 from pymdr.units import FloatArray
 
 COMPLETE, NOT_FINITE, NOT_ATTAINABLE, TOO_DEEP, STACK_FULL = range(5)
