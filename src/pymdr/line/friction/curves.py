@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from pymdr.errors import ProblemError
 from pymdr.line.foundation import ElasticLine, states_at_depth
-from pymdr.line.friction.tables import COLUMNS, tabulate
+from pymdr.line.friction.tables import COLUMNS, REACH, tabulate
 from pymdr.mapping.equivalent import PowerLine
 from pymdr.units import FloatArray
 
@@ -26,9 +26,11 @@ class ElasticCurves(NamedTuple):
     modulus: float
     """E* in Pa."""
     exponent: float
-    """n of a = (d / coefficient)^(1/n); 0 for a table."""
+    """n of a = unit (d / coefficient)^(1/n); 0 for a table."""
     coefficient: float
-    """kappa c of g = coefficient x^n, in m^(1-n)."""
+    """kappa c of g = coefficient (x / unit)^n, in m if `unit` is a length in m."""
+    unit: float
+    """Length in m, or 1."""
     depth: float
     """Largest depth in m that the curves reach; infinite for a power law."""
     rows: FloatArray
@@ -37,11 +39,13 @@ class ElasticCurves(NamedTuple):
     """Largest error of a that was found between the nodes of a table, relative to a."""
 
 
-def power_law_curves(exponent: float, coefficient: float, modulus: float) -> ElasticCurves:
+def power_law_curves(
+    exponent: float, coefficient: float, modulus: float, *, unit: float = 1.0
+) -> ElasticCurves:
     """
-    Curves of a power-law equivalent profile g(x) = coefficient x^n.
+    Curves of a power-law equivalent profile g(x) = coefficient (x / unit)^n.
 
-    a = (d / coefficient)^(1/n), F_N = 2 n / (n + 1) E* a d, W = n / (2 n + 1) F_N d.
+    a = unit (d / coefficient)^(1/n), F_N = 2 n / (n + 1) E* a d, W = n / (2 n + 1) F_N d.
 
     Parameters
     ----------
@@ -51,6 +55,8 @@ def power_law_curves(exponent: float, coefficient: float, modulus: float) -> Ela
         kappa(n) c > 0 in m^(1-n); 1/R for a paraboloid.
     modulus : float
         E* > 0 in Pa.
+    unit : float, optional
+        Length in m in which x is counted: m^(1-n) of a small tip and a large n leaves the range of floats.
 
     Returns
     -------
@@ -70,20 +76,26 @@ def power_law_curves(exponent: float, coefficient: float, modulus: float) -> Ela
     >>> power_law_curves(2.0, 1.0, 1.0).depth
     inf
     """
-    for name, value in (("exponent", exponent), ("coefficient", coefficient), ("modulus", modulus)):
+    for name, value in {
+        "exponent": exponent,
+        "coefficient": coefficient,
+        "modulus": modulus,
+        "unit": unit,
+    }.items():
         if not 0.0 < value < math.inf:
             raise ProblemError(f"power_law_curves: {name} = {value!r} must be finite and above 0")
     rows = np.zeros((1, COLUMNS))
-    rows[0, :7] = (
+    rows[0, : REACH + 1] = (
         modulus,
         exponent,
         1.0 / exponent,
         1.0 / coefficient,
+        unit,
         2.0 * modulus * exponent / (exponent + 1.0),
         exponent / (2.0 * exponent + 1.0),
         math.inf,
     )
-    return ElasticCurves(float(modulus), float(exponent), float(coefficient), math.inf, rows)
+    return ElasticCurves(float(modulus), float(exponent), float(coefficient), float(unit), math.inf, rows)
 
 
 def tabulated_curves(
@@ -142,7 +154,7 @@ def tabulated_curves(
     if not np.isfinite(marks).all():
         raise ProblemError(f"tabulated_curves: marks = {marks!r} must be finite depths")
     table = tabulate(contact_radius, float(depth), float(modulus), marks, tolerance)
-    return ElasticCurves(float(modulus), 0.0, 1.0, float(depth), table.rows, table.misfit)
+    return ElasticCurves(float(modulus), 0.0, 1.0, 1.0, float(depth), table.rows, table.misfit)
 
 
 def curves_of(line: ElasticLine, depth: float, *, marks: ArrayLike = ()) -> ElasticCurves:
@@ -171,5 +183,5 @@ def curves_of(line: ElasticLine, depth: float, *, marks: ArrayLike = ()) -> Elas
     """
     equivalent = line.equivalent
     if isinstance(equivalent, PowerLine):
-        return power_law_curves(equivalent.n, equivalent.scale / equivalent.unit**equivalent.n, line.modulus)
+        return power_law_curves(equivalent.n, equivalent.scale, line.modulus, unit=equivalent.unit)
     return tabulated_curves(lambda d: states_at_depth(line, d).contact_radius, depth, line.modulus, marks=marks)

@@ -20,7 +20,6 @@ from numba.np.arrayobj import make_array
 
 from pymdr.line.friction.tables import (
     BITS,
-    BRACKETS,
     CHILD,
     CLOSED,
     EXPONENT,
@@ -34,12 +33,12 @@ from pymdr.line.friction.tables import (
     FULL_FORCE,
     INVERSE,
     KIND,
-    LAST_SEGMENT,
     LOOKUP,
     LOOKUP_LOWEST,
     LOOKUP_SHIFT,
     LOWEST,
     MODULUS,
+    NEAR,
     ORIGIN,
     PARTED,
     PARTS,
@@ -49,6 +48,7 @@ from pymdr.line.friction.tables import (
     PIECE,
     REACH,
     SEGMENT,
+    UNIT,
     WORK,
     WORK_B,
     WORK_C,
@@ -133,13 +133,19 @@ bits_of: Any = intrinsic(_bits)
 float_of: Any = intrinsic(_float)
 
 
+@inlined
+def entry_of(line: FloatArray, rows: int, entry: int) -> float:
+    """One of the numbers that fill the rows to which the first row points."""
+    return float(
+        line[np.uint64(bits_of(line[0, rows]) + entry // PER_ROW), np.uint64(entry % PER_ROW)]
+    )
+
+
 @compiled
 def segment_of(line: FloatArray, y: float) -> int:
     """Row of the segment of a table to which a depth belongs."""
     key = (bits_of(y) >> bits_of(line[0, LOOKUP_SHIFT])) - bits_of(line[0, LOOKUP_LOWEST])
-    rows = bits_of(line[0, LOOKUP])
-    low = bits_of(line[np.uint64(rows + key // PER_ROW), np.uint64(key % PER_ROW)])
-    high = bits_of(line[np.uint64(rows + (key + 1) // PER_ROW), np.uint64((key + 1) % PER_ROW)])
+    low, high = bits_of(entry_of(line, LOOKUP, key)), bits_of(entry_of(line, LOOKUP, key + 1))
     while low < high:
         middle = (low + high + 1) >> 1
         if y >= line[np.uint64(middle), ORIGIN]:
@@ -173,6 +179,7 @@ def curve(line: FloatArray, y: float) -> tuple[float, float, float]:
             a = z
         else:
             a = z ** line[0, INVERSE]
+        a *= line[0, UNIT]
         force = line[0, FORCE_FACTOR] * a * y
         return a, force, line[0, WORK_FACTOR] * force * y
     reach = line[0, REACH]
@@ -223,29 +230,29 @@ def depth_of_force(line: FloatArray, force: float) -> float:
     if not force > 0.0:
         return 0.0 if force == 0.0 else math.nan
     if n > 0.0:
-        y: float = (force / line[0, FORCE_FACTOR] * line[0, PER_COEFFICIENT] ** -line[0, INVERSE]) ** (
-            n / (n + 1.0)
-        )
+        per_radius: float = line[0, PER_COEFFICIENT] ** -line[0, INVERSE] / line[0, UNIT]
+        y: float = (force / line[0, FORCE_FACTOR] * per_radius) ** (n / (n + 1.0))
         a, f = curve(line, y)[:2]
         return y - (f - force) / (2.0 * modulus * a)
     full: float = line[0, FULL_FORCE]
     if force >= full:
         return line[0, REACH] if force <= full * (1.0 + 2e-14) else math.nan
     lowest: float = line[0, FLOOR_FORCE]
+    low: float = 0.0
+    high: float = line[0, REACH]
     if force < lowest:
         floor = np.uint64(bits_of(line[SEGMENT, FIRST]) - 1)
-        low: float = 0.0
-        high: float = 1.0 / line[floor, PER_WIDTH]
+        high = 1.0 / line[floor, PER_WIDTH]
         if line[floor, B] == 0.0:
             return high * (force / lowest) ** (1.0 / (1.0 + line[floor, Q]))
         y = min(force / line[floor, FORCE_B], high)
     else:
-        entry = 2 * ((bits_of(force) >> 52) - (bits_of(lowest) >> 52))
-        row = np.uint64(bits_of(line[0, BRACKETS]) + entry // PER_ROW)
-        low = line[row, np.uint64(entry % PER_ROW)]
-        high = line[row, np.uint64(entry % PER_ROW + 1)]
-        y = 0.5 * (low + high)
-    for _ in range(200):  # F_N is convex: Newton from above; halve where rounding or a flat start spoil it
+        word = bits_of(force)
+        entry = (word >> _DROPPED) - (bits_of(lowest) >> _DROPPED)
+        near = entry_of(line, NEAR, entry)
+        t = float_of(((word << BITS) & _MANTISSA) | _ONE) - 1.0
+        y = min(near + t * (entry_of(line, NEAR, entry + 1) - near), high)
+    for _ in range(200):  # F_N is convex: Newton from above; halve where rounding or a step of a(d) spoil it
         a, f = curve(line, y)[:2]
         if f > force:
             high = y
@@ -254,9 +261,10 @@ def depth_of_force(line: FloatArray, force: float) -> float:
         else:
             return y
         step = y - (f - force) / (2.0 * modulus * a)
-        if abs(step - y) <= 2e-16 * y:
+        still = abs(step - y) <= 2e-16 * y
+        if still and abs(f - force) <= 1e-14 * force:  # below a step of a(d) slopes from above are far too steep
             return step
-        if not low < step < high:
+        if still or not low < step < high:
             step = 0.5 * (low + high)
             if not low < step < high:
                 return step

@@ -1,6 +1,6 @@
 """The table of a(d), F_N(d) and W(d) that the kernels read, right relative to its own size at every depth.
 
-The depths are cut at marks, where a(d) is not smooth. In each segment the offset from the mark at its upper side is
+The depths are cut at marks, where a(d) is not smooth. In each segment the offset from the mark at its shallow end is
 graded by octaves in eight parts, so that the leading bits of the offset are the index of a piece. A piece holds a
 polynomial of a; F_N and W are its exact integrals, summed over the pieces before, all of them positive, so that
 dF_N/dd = 2 E* a and dW/dd = F_N hold to rounding. Pieces that do not fit are cut into equal parts. The grading ends
@@ -24,8 +24,8 @@ IntArray: TypeAlias = NDArray[np.int64]
 Radius: TypeAlias = Callable[[FloatArray], FloatArray]
 
 # Columns of the first row; what counts or points to rows is kept as the bits of an integer
-MODULUS, EXPONENT, INVERSE, PER_COEFFICIENT, FORCE_FACTOR, WORK_FACTOR, REACH = range(7)
-LAST_SEGMENT, FIRST_MARK, LOOKUP, LOOKUP_LOWEST, LOOKUP_SHIFT, BRACKETS, FLOOR_FORCE, FULL_FORCE = range(7, 15)
+MODULUS, EXPONENT, INVERSE, PER_COEFFICIENT, UNIT, FORCE_FACTOR, WORK_FACTOR, REACH = range(8)
+FIRST_MARK, LOOKUP, LOOKUP_LOWEST, LOOKUP_SHIFT, NEAR, FLOOR_FORCE, FULL_FORCE = range(8, 15)
 SEGMENT = 1
 """Row of the first segment."""
 ORIGIN, LOWEST, FIRST = range(3)
@@ -37,7 +37,7 @@ B, C, Q, PER_WIDTH, FORCE, FORCE_B, FORCE_C, WORK, WORK_B, WORK_C = range(1, 11)
 TERMS = 8
 COLUMNS = 1 + TERMS + (TERMS + 1) + (TERMS + 2)
 PER_ROW = 16
-"""Entries in a row of the look-up of segments and of the brackets of depths."""
+"""Entries in a row of the look-up of segments and of depths by force."""
 BITS = 3
 """An octave has 2^BITS pieces."""
 
@@ -103,7 +103,7 @@ class _Floors(NamedTuple):
 
 @dataclass(frozen=True)
 class _Segments:
-    """a(d) between marks, over the offset from the mark at the upper side."""
+    """a(d) between marks, over the offset from the mark at the shallow end."""
 
     function: Radius
     origin: FloatArray
@@ -136,13 +136,16 @@ class _Segments:
         offset = np.empty_like(a)
         a[:, _ORDER], offset[:, _ORDER] = self.at(segment, low[:, None] + size * _NODES[_ORDER])
         u = (offset - low[:, None]) / size
-        radius = np.zeros((start.size, TERMS))
-        rest = a.copy()
-        for _ in range(4):  # beside a mark depths are so coarse that the nodes are not where they were asked for
-            radius += (rest[:, :TERMS] @ _PROJECTION) @ _MONOMIALS
+        radius = (a[:, :TERMS] @ _PROJECTION) @ _MONOMIALS
+        # beside a mark floats are so coarse that the nodes are not where they were asked for
+        astray = np.flatnonzero(np.max(np.abs(u - _NODES), axis=1, initial=0.0) > 1e-4)
+        bases = np.polynomial.chebyshev.chebvander(2.0 * u[astray, :TERMS] - 1.0, TERMS - 1)
+        radius[astray] = np.linalg.solve(bases, a[astray, :TERMS, None])[..., 0] @ _MONOMIALS
+        for _ in range(4):
             rest = a - _polynomial(radius, u)
             if np.max(np.abs(rest[:, :TERMS]) / a[:, :TERMS], initial=0.0) < 4e-16:
                 break
+            radius += (rest[:, :TERMS] @ _PROJECTION) @ _MONOMIALS
         misfit = np.max(np.abs(rest) / a, axis=1, initial=0.0)
         partial = np.flatnonzero(~whole)
         ahead = (start - low)[partial] / size[partial, 0]
@@ -238,7 +241,7 @@ def _floors(segments: _Segments, modulus: float, tolerance: float) -> _Floors:
         for stored, found in zip(floor, fit, strict=True):
             stored[active] = found
         deep = np.flatnonzero(~done & (edge[active] <= np.maximum(top[active] - _FEWEST, least[active])))
-        law[active[deep]], misfit = _law(segments, active[deep], size[deep])
+        law[active[deep]], misfit = _law(segments, active[deep], size[deep], tolerance)
         at_end = edge[active[deep]] <= least[active[deep]]
         ends = deep[(misfit <= tolerance) | at_end]
         closed[active[ends]] = True
@@ -248,14 +251,33 @@ def _floors(segments: _Segments, modulus: float, tolerance: float) -> _Floors:
     return _Floors(edge, closed, floor, law)
 
 
-def _law(segments: _Segments, segment: IntArray, width: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _law(
+    segments: _Segments, segment: IntArray, width: FloatArray, tolerance: float
+) -> tuple[FloatArray, FloatArray]:
     """b + c (offset / width)^q through three offsets, and by how much of a it misses some between them."""
-    parts = np.array([1 / 32, 1 / 16, 1 / 8, 1 / 4, 3 / 8, 1 / 2, 3 / 4, 1.0])
+    parts = np.array([0.0, 2**-16, 2**-12, 2**-8, 1 / 32, 1 / 16, 1 / 8, 1 / 4, 3 / 8, 1 / 2, 3 / 4, 1.0])
     a, offset = segments.at(segment, width[:, None] * parts)
-    law = _through(a[:, 7], a[:, 3], a[:, 1], 4.0)
     z = offset / width[:, None]
-    misfit = np.abs(law[:, :1] + law[:, 1:2] * z ** law[:, 2:] - a) / a
-    return np.column_stack([law, width]), misfit.max(axis=1, initial=0.0)
+    free = _through(a[:, 11], a[:, 7], a[:, 5], 4.0)
+    _, c, q = free.T
+    at_mark = np.asarray(segments.function(segments.origin[segment]), dtype=float)
+    laws = np.stack(
+        [
+            _above(at_mark, a[:, 11], a[:, 7], 4.0),  # if a(d) does not step up there
+            np.column_stack([np.maximum(a[:, 0] - c * z[:, 0] ** q, 0.0), c, q]),  # if b << c
+            free,
+        ]
+    )
+    misfit = np.max(np.abs(laws[..., :1] + laws[..., 1:2] * z ** laws[..., 2:] - a) / a, axis=-1)
+    best = np.where(misfit[0] <= tolerance, 0, np.argmin(misfit, axis=0)), np.arange(segment.size)
+    return np.column_stack([laws[best], width]), misfit[best]
+
+
+def _above(b: FloatArray, a0: FloatArray, a1: FloatArray, ratio: float) -> FloatArray:
+    """b, c and q of b + c z^q from b and its values at 1 and 1 / ratio."""
+    c, second = np.maximum(a0 - b, 0.0), a1 - b
+    rises = (second > 4e-16 * a0) & (c > 1.01 * second)
+    return np.column_stack([b, c, np.log(np.where(rises, c, ratio) / np.where(rises, second, 1.0)) / math.log(ratio)])
 
 
 def _through(a0: FloatArray, a1: FloatArray, a2: FloatArray, ratio: float) -> FloatArray:
@@ -342,7 +364,7 @@ class _Builder:
     tolerance: float
 
     def table(self, floors: _Floors, lowest: IntArray, counts: IntArray, bins: _Fit) -> Table:
-        """First row, segments, look-up of segments, floors and pieces, brackets of depths."""
+        """First row, segments, look-up of segments, floors and pieces, depths near given forces."""
         number = counts.size
         lookup, first_row = self._lookup()
         floor = SEGMENT + number + lookup.shape[0] + np.cumsum(counts + 1) - counts - 1
@@ -365,16 +387,14 @@ class _Builder:
         rows[records.row[parted], CHILD] = as_float(records.child[parted])
         rows[records.row[parted], PARTS] = records.parts[parted]
         depths, forces = self._integrate(rows, floors, floor, records)
-        brackets, of_force = _brackets(depths, forces)
         rows[0, REACH] = self.segments.last[-1]
         rows[0, MODULUS] = self.modulus
-        rows[0, LAST_SEGMENT] = as_float(SEGMENT + number - 1)
         rows[0, FIRST_MARK] = self.segments.origin[1] if number > 1 else math.inf
         rows[0, LOOKUP : LOOKUP + 3] = as_float(first_row)
-        rows[0, BRACKETS] = as_float(size)
-        rows[0, FLOOR_FORCE : FLOOR_FORCE + 2] = of_force
+        rows[0, NEAR] = as_float(size)
+        rows[0, FLOOR_FORCE : FLOOR_FORCE + 2] = forces[[1, -1]]
         misfit = float(records.fit.misfit[~parted].max(initial=0.0))
-        return Table(np.concatenate([rows, brackets]), misfit)
+        return Table(np.concatenate([rows, _inverse(depths, forces)]), misfit)
 
     def _divided(self, records: _Records, size: int) -> tuple[_Records, int]:
         """Pieces cut until they fit, or until cutting gains nothing."""
@@ -478,13 +498,12 @@ def _summed(values: FloatArray, order: IntArray) -> tuple[FloatArray, float]:
     return before, float(sums[-1])
 
 
-def _brackets(depths: FloatArray, forces: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Depths that enclose those of the forces in each octave: rows; the lowest force that has one and the largest."""
-    lowest, highest = np.frexp(forces[[1, -1]])[1] - 1
-    octaves = np.arange(lowest, highest + 1)
-    low = depths[np.maximum(np.searchsorted(forces, np.ldexp(1.0, octaves)) - 1, 0)]
-    high = depths[np.minimum(np.searchsorted(forces, np.ldexp(1.0, octaves + 1), side="right"), depths.size - 1)]
-    return _in_rows(np.column_stack([low, high]).ravel(), PER_ROW), forces[[1, -1]]
+def _inverse(depths: FloatArray, forces: FloatArray) -> FloatArray:
+    """Depths near those of forces that begin an eighth of an octave, from the lowest one on: rows."""
+    lowest, highest = _key(forces[[1, -1]], BITS)
+    force = _value(np.arange(lowest, highest + 2), BITS)
+    near = np.interp(np.log(force), np.log(forces[1:]), np.log(depths[1:]))
+    return _in_rows(np.exp(near), PER_ROW)
 
 
 def _in_rows(values: FloatArray, per_row: int) -> FloatArray:
