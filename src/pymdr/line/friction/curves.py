@@ -178,10 +178,12 @@ def curves_of(line: ElasticLine, depth: float, *, marks: ArrayLike = ()) -> Elas
     --------
     >>> from pymdr.mapping.equivalent import equivalent_profile
     >>> from pymdr.problem.profiles import Paraboloid
-    >>> curves_of(ElasticLine(equivalent_profile(Paraboloid(2.0)), 1.0), 1.0).coefficient
-    0.5
+    >>> curves_of(ElasticLine(equivalent_profile(Paraboloid(2.0)), 1.0), 1.0).exponent
+    2.0
     """
     equivalent = line.equivalent
     if isinstance(equivalent, PowerLine):
         return power_law_curves(equivalent.n, equivalent.scale, line.modulus, unit=equivalent.unit)
-    return tabulated_curves(lambda d: states_at_depth(line, d).contact_radius, depth, line.modulus, marks=marks)
+    return tabulated_curves(
+        lambda d: states_at_depth(line, d).contact_radius, depth, line.modulus, marks=marks
+    )

@@ -136,9 +136,7 @@ float_of: Any = intrinsic(_float)
 @inlined
 def entry_of(line: FloatArray, rows: int, entry: int) -> float:
     """One of the numbers that fill the rows to which the first row points."""
-    return float(
-        line[np.uint64(bits_of(line[0, rows]) + entry // PER_ROW), np.uint64(entry % PER_ROW)]
-    )
+    return float(line[np.uint64(bits_of(line[0, rows]) + entry // PER_ROW), np.uint64(entry % PER_ROW)])
 
 
 @compiled
@@ -156,7 +154,7 @@ def segment_of(line: FloatArray, y: float) -> int:
 
 
 @compiled
-def closed(line: FloatArray, row: int, offset: float) -> tuple[float, float, float]:
+def closed(line: FloatArray, row: Any, offset: float) -> tuple[float, float, float]:
     """a, F_N, W where a table is closed by b + c z^q."""
     c = line[row, C]
     grown = (offset * line[row, PER_WIDTH]) ** line[row, Q] if c > 0.0 else 0.0
@@ -244,7 +242,7 @@ def depth_of_force(line: FloatArray, force: float) -> float:
         floor = np.uint64(bits_of(line[SEGMENT, FIRST]) - 1)
         high = 1.0 / line[floor, PER_WIDTH]
         if line[floor, B] == 0.0:
-            return high * (force / lowest) ** (1.0 / (1.0 + line[floor, Q]))
+            return float(high * (force / lowest) ** (1.0 / (1.0 + line[floor, Q])))
         y = min(force / line[floor, FORCE_B], high)
     else:
         word = bits_of(force)
@@ -262,7 +260,9 @@ def depth_of_force(line: FloatArray, force: float) -> float:
             return y
         step = y - (f - force) / (2.0 * modulus * a)
         still = abs(step - y) <= 2e-16 * y
-        if still and abs(f - force) <= 1e-14 * force:  # below a step of a(d) slopes from above are far too steep
+        if (
+            still and abs(f - force) <= 2e-15 * force
+        ):  # below a step of a(d) slopes from above are far too steep
             return step
         if still or not low < step < high:
             step = 0.5 * (low + high)

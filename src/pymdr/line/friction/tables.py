@@ -42,7 +42,9 @@ BITS = 3
 """An octave has 2^BITS pieces."""
 
 _CHEBYSHEV = 0.5 - 0.5 * np.cos(np.pi * (np.arange(TERMS) + 0.5) / TERMS)
-_NODES = np.concatenate([_CHEBYSHEV, [0.0, 0.1464466, 0.5, 0.8535534, 1.0]])  # the ends, or a step there is unseen
+_NODES = np.concatenate(
+    [_CHEBYSHEV, [0.0, 0.1464466, 0.5, 0.8535534, 1.0]]
+)  # the ends, or a step there is unseen
 _ORDER = np.argsort(_NODES)
 _DEEPEST = 170  # octaves at which the grading ends in any case: 1e-51
 _SURE = 100  # octaves down to which a(d) must be a contact radius
@@ -86,8 +88,9 @@ class _Fit(NamedTuple):
     radius: FloatArray
     misfit: FloatArray
 
-    def __getitem__(self, which: Any) -> _Fit:  # type: ignore[override]
-        return _Fit(*(values[which] for values in tuple(self)))
+    def of(self, which: NDArray[Any]) -> _Fit:
+        """Some of the pieces."""
+        return _Fit(*(values[which] for values in self))
 
 
 class _Floors(NamedTuple):
@@ -118,7 +121,7 @@ class _Segments:
         return self.last - self.origin
 
     def at(self, segment: IntArray, offset: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """a at rising offsets, one row for each of the segments, and the offsets that depths can have."""
+        """Radii at rising offsets, one row for each of the segments, and the offsets that depths can have."""
         origin = self.origin[segment, None]
         d = np.clip(origin + offset, np.nextafter(origin, math.inf), self.last[segment, None])
         a = np.asarray(self.function(d.ravel()), dtype=float).reshape(d.shape)
@@ -212,7 +215,7 @@ def _moved(coefficients: FloatArray, ahead: FloatArray, scale: FloatArray) -> Fl
 def _cut(function: Radius, marks: FloatArray, depth: float) -> _Segments:
     """Segments between marks that floats can tell apart."""
     origins = [0.0]
-    for mark in np.unique(marks[(marks > 0.0) & (marks < depth)]):
+    for mark in np.unique(marks[(marks > math.ldexp(depth, -_DEEPEST)) & (marks < depth)]):
         if mark - origins[-1] > 64.0 * np.spacing(mark) and depth - mark > 64.0 * np.spacing(depth):
             origins.append(float(mark))
     origin = np.array(origins)
@@ -254,7 +257,7 @@ def _floors(segments: _Segments, modulus: float, tolerance: float) -> _Floors:
 def _law(
     segments: _Segments, segment: IntArray, width: FloatArray, tolerance: float
 ) -> tuple[FloatArray, FloatArray]:
-    """b + c (offset / width)^q through three offsets, and by how much of a it misses some between them."""
+    """The law b + c (offset / width)^q through three offsets, and by how much of a it misses some between them."""
     parts = np.array([0.0, 2**-16, 2**-12, 2**-8, 1 / 32, 1 / 16, 1 / 8, 1 / 4, 3 / 8, 1 / 2, 3 / 4, 1.0])
     a, offset = segments.at(segment, width[:, None] * parts)
     z = offset / width[:, None]
@@ -277,7 +280,9 @@ def _above(b: FloatArray, a0: FloatArray, a1: FloatArray, ratio: float) -> Float
     """b, c and q of b + c z^q from b and its values at 1 and 1 / ratio."""
     c, second = np.maximum(a0 - b, 0.0), a1 - b
     rises = (second > 4e-16 * a0) & (c > 1.01 * second)
-    return np.column_stack([b, c, np.log(np.where(rises, c, ratio) / np.where(rises, second, 1.0)) / math.log(ratio)])
+    return np.column_stack(
+        [b, c, np.log(np.where(rises, c, ratio) / np.where(rises, second, 1.0)) / math.log(ratio)]
+    )
 
 
 def _through(a0: FloatArray, a1: FloatArray, a2: FloatArray, ratio: float) -> FloatArray:
@@ -300,7 +305,7 @@ def _first_floor(segments: _Segments, modulus: float, tolerance: float) -> tuple
         good = np.isfinite(a) & ((a > 0.0) | (np.append(a[:1], a[:-1]) < _VANISHING))
         good[1:] &= a[1:] <= a[:-1] * (1.0 + _NOISE)
     good[0] &= bool(a[0] > 0.0)
-    size = int(np.argmin(held)) if not held.all() else held.size
+    size = max(int(np.argmin(held)), 1) if not held.all() else held.size
     if not good[: size + 1].all():
         size = int(np.argmin(good))
         if size <= 2 * _SURE:
@@ -372,7 +377,7 @@ class _Builder:
         in_order = np.arange(bins.start.size) - np.repeat(np.cumsum(counts) - counts, counts)
         scaled = np.flatnonzero(~floors.closed)
         records = _records(bins, floor[bins.segment] + 1 + in_order)
-        records = records.added(_records(floors.fit[scaled], size + np.arange(scaled.size)))
+        records = records.added(_records(floors.fit.of(scaled), size + np.arange(scaled.size)))
         records, size = self._divided(records, size + scaled.size)
         rows = np.zeros((size, COLUMNS))
         rows[SEGMENT : SEGMENT + number, ORIGIN] = self.segments.origin
@@ -400,12 +405,12 @@ class _Builder:
         """Pieces cut until they fit, or until cutting gains nothing."""
         active = np.arange(records.row.size)
         while True:
-            fit = records.fit[active]
+            fit = records.fit.of(active)
             fine = np.spacing(self.segments.origin[fit.segment] + fit.start)
             active = active[(fit.misfit > self.tolerance) & (fit.width > 64.0 * fine)]
             if not active.size:
                 return records, size
-            fit = records.fit[active]
+            fit = records.fit.of(active)
             wanted = (fit.misfit / self.tolerance) ** (1.0 / TERMS)
             parts = np.where(wanted < 3.6, 4, np.where(wanted < 7.2, 8, 16))
             parent = np.repeat(np.arange(active.size), parts)
@@ -431,14 +436,14 @@ class _Builder:
             records.parts[cut] = parts[gained]
             kept = gained[parent]
             active = records.row.size + np.arange(np.count_nonzero(kept))
-            records = records.added(_records(part[kept], (first[parent] + place)[kept]))
+            records = records.added(_records(part.of(kept), (first[parent] + place)[kept]))
 
     def _integrate(
         self, rows: FloatArray, floors: _Floors, floor: IntArray, records: _Records
     ) -> tuple[FloatArray, FloatArray]:
         """Write what pieces and closed floors hold; their depths and forces at the start, with those at the end."""
         leaf = records.kind == PIECE
-        fit, row = records.fit[leaf], records.row[leaf]
+        fit, row = records.fit.of(leaf), records.row[leaf]
         closed = np.flatnonzero(floors.closed)
         b, c, q, law_width = floors.law[closed].T
         segment = np.concatenate([fit.segment, closed])
@@ -453,7 +458,9 @@ class _Builder:
         z = (size[row.size :] / law_width) ** q
         force_b, force_c = 2.0 * self.modulus * b, 2.0 * self.modulus * c / (q + 1.0)
         work_b, work_c = 0.5 * force_b, force_c / (q + 2.0)
-        gained = np.concatenate([_polynomial(force, t)[:, 0] * t[:, 0], size[row.size :] * (force_b + force_c * z)])
+        gained = np.concatenate(
+            [_polynomial(force, t)[:, 0] * t[:, 0], size[row.size :] * (force_b + force_c * z)]
+        )
         more = np.concatenate(
             [_polynomial(work, t)[:, 0] * t[:, 0] ** 2, size[row.size :] ** 2 * (work_b + work_c * z)]
         )
@@ -467,12 +474,9 @@ class _Builder:
         rows[row, 3 + 2 * TERMS] = force_at[: row.size] * fit.width
         rows[row, 4 + 2 * TERMS :] = work
         rows[floor[closed], KIND] = as_float(CLOSED)
-        columns = (b, c, q, 1.0 / law_width, force_at[row.size :], force_b, force_c)
-        columns = (*columns, work_at[row.size :], work_b, work_c)
-        for column, values in zip(
-            (B, C, Q, PER_WIDTH, FORCE, FORCE_B, FORCE_C, WORK, WORK_B, WORK_C), columns, strict=True
-        ):
-            rows[floor[closed], column] = values
+        force_at_mark, work_at_mark = force_at[row.size :], work_at[row.size :]
+        values = (b, c, q, 1.0 / law_width, force_at_mark, force_b, force_c, work_at_mark, work_b, work_c)
+        rows[floor[closed], B : WORK_C + 1] = np.column_stack(values)
         depths = (self.segments.origin[segment] + start)[order]
         return np.append(depths, self.segments.last[-1]), np.append(force_at[order], force_end)
 
