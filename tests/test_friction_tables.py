@@ -181,9 +181,9 @@ def test_forces_that_come_back_to_next_to_nothing_are_those_of_the_closed_form(r
     d = history(rows, "level", length, 0.0)[0]
     limit, energy = sizes_at(closed, d, mu, tangential)
     pull = limit * np.array(rows)[:, 2] / 1.3
-    coarse = (
-        1e-14 * limit * np.maximum.accumulate(d)
-    )  # a force given at a depth is held by a shift, which is rounded
+    # where a force is given with a depth or a shift, what is as small as the rounding of the deepest is not known
+    deepest = np.maximum.accumulate(d)
+    coarse = 1e-14 * limit * deepest
     for follow, normal, rounding in (
         (follow_forces, limit / mu, 0.0),
         (follow_indentation_with_force, d, coarse),
@@ -191,14 +191,15 @@ def test_forces_that_come_back_to_next_to_nothing_are_those_of_the_closed_form(r
         exact, found = (follow(curves, normal, pull, mu, tangential) for curves in (closed, table))
         assert found.ending is Ending.COMPLETE
         np.testing.assert_allclose(found.indentation, exact.indentation, rtol=1e-13)
-        assert np.all(np.abs(found.shift - exact.shift) <= 1e-11 * np.maximum.accumulate(d))
+        assert np.all(np.abs(found.shift - exact.shift) <= 1e-11 * deepest)
         assert np.all(np.abs(found.stored_energy - exact.stored_energy) <= 1e-11 * energy + rounding)
         assert np.all(np.abs(found.slip_work - exact.slip_work) <= 1e-11 * np.maximum.accumulate(energy))
     shift = mu / 0.8 * d * np.array(rows)[:, 2]
     exact, found = (
         follow_load_with_shift(curves, limit / mu, shift, mu, tangential) for curves in (closed, table)
     )
-    assert np.all(np.abs(found.tangential_force - exact.tangential_force) <= 1e-11 * limit)
+    coarse = 1e-14 * 2.0 * tangential * evaluate(closed, d)[0] * deepest
+    assert np.all(np.abs(found.tangential_force - exact.tangential_force) <= 1e-11 * limit + coarse)
 
 
 @few

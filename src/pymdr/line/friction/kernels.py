@@ -351,6 +351,9 @@ def extend(
             z = top.sum + slope * (point[2] - top.force)
             x, x_m, x_b, z_b = point[2], top.force, below.force, below.sum
         room = MERGE * max(abs(slope) * x, abs(z), abs(z_b)) / (x_m - x_b)
+        if by_force:  # a bend at a force that is lost beside the new one may still be seen in the shift
+            size = max(abs(slope) * point[0], abs(point[1]), abs(below.b))
+            room = min(room, MERGE * size / (top.y - below.y))
         low = max(low, top.slope - room)
         high = min(high, top.slope + room)
         chord = (z - z_b) / (x - x_b)

@@ -292,7 +292,7 @@ def run_stuck(
         if every or (column < rows.size and rows[column] == j):
             out[0, column] = to_force * vertex(stack, m).sum
             out[1, column] = vertex(stack, m).radius
-            out[2, column] = to_energy * vertex(stack, m).energy
+            out[2, column] = to_energy * max(vertex(stack, m).energy, 0.0)
             out[3, column] = to_energy * total
             if control != SHIFT_CONTROL:
                 out[5, column] = depth

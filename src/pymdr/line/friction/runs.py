@@ -69,7 +69,7 @@ def record(stack: Any, m: int, out: FloatArray, row: int) -> None:
         held = m - 1
     out[0, row] = vertex(stack, m).sum
     out[1, row] = vertex(stack, held).radius
-    out[2, row] = vertex(stack, m).energy
+    out[2, row] = max(vertex(stack, m).energy, 0.0)
 
 
 @compiled
