@@ -40,9 +40,9 @@ from pymdr.line.friction.tables import (
     MODULUS,
     NEAR,
     ORIGIN,
-    PARTED,
     PARTS,
     PER_COEFFICIENT,
+    PER_FLOOR,
     PER_ROW,
     PER_WIDTH,
     PIECE,
@@ -191,19 +191,18 @@ def curve(line: FloatArray, y: float) -> tuple[float, float, float]:
     offset = y - line[segment, ORIGIN]
     word = bits_of(offset)
     key = (word >> _DROPPED) - bits_of(line[segment, LOWEST])
-    piece = np.uint64(bits_of(line[segment, FIRST]) + max(key, -1))
-    kind = bits_of(line[piece, KIND])
     t = float_of(((word << BITS) & _MANTISSA) | _ONE) - 1.0
+    if key < 0:
+        key = -1
+        t = offset * line[segment, PER_FLOOR]
+    piece = np.uint64(bits_of(line[segment, FIRST]) + key)
+    kind = bits_of(line[piece, KIND])
     while kind != PIECE:
         if kind == CLOSED:
             return closed(line, piece, offset)
-        part = 0
-        if kind == PARTED:
-            t *= line[piece, PARTS]
-            part = int(t)
-            t -= part
-        else:
-            t = offset * line[piece, PARTS]
+        t *= line[piece, PARTS]
+        part = int(t)
+        t -= part
         piece = np.uint64(bits_of(line[piece, CHILD]) + part)
         kind = bits_of(line[piece, KIND])
     t2 = t * t

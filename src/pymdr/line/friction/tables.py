@@ -28,10 +28,10 @@ MODULUS, EXPONENT, INVERSE, PER_COEFFICIENT, UNIT, FORCE_FACTOR, WORK_FACTOR, RE
 FIRST_MARK, LOOKUP, LOOKUP_LOWEST, LOOKUP_SHIFT, NEAR, FLOOR_FORCE, FULL_FORCE = range(8, 15)
 SEGMENT = 1
 """Row of the first segment."""
-ORIGIN, LOWEST, FIRST = range(3)
+ORIGIN, LOWEST, FIRST, PER_FLOOR = range(4)
 KIND, CHILD, PARTS = range(3)
-PIECE, PARTED, SCALED, CLOSED = range(4)
-"""Kinds of rows: a, F_N and W as polynomials; cut in equal parts; a polynomial from the mark on; b + c z^q."""
+PIECE, PARTED, CLOSED = range(3)
+"""Kinds of rows: a, F_N and W as polynomials; cut in equal parts; b + c z^q."""
 B, C, Q, PER_WIDTH, FORCE, FORCE_B, FORCE_C, WORK, WORK_B, WORK_C = range(1, 11)
 """Columns of a closed floor."""
 TERMS = 8
@@ -375,18 +375,16 @@ class _Builder:
         floor = SEGMENT + number + lookup.shape[0] + np.cumsum(counts + 1) - counts - 1
         size = int(floor[-1] + counts[-1]) + 1
         in_order = np.arange(bins.start.size) - np.repeat(np.cumsum(counts) - counts, counts)
-        scaled = np.flatnonzero(~floors.closed)
+        smooth = np.flatnonzero(~floors.closed)
         records = _records(bins, floor[bins.segment] + 1 + in_order)
-        records = records.added(_records(floors.fit.of(scaled), size + np.arange(scaled.size)))
-        records, size = self._divided(records, size + scaled.size)
+        records = records.added(_records(floors.fit.of(smooth), floor[smooth]))
+        records, size = self._divided(records, size)
         rows = np.zeros((size, COLUMNS))
         rows[SEGMENT : SEGMENT + number, ORIGIN] = self.segments.origin
         rows[SEGMENT : SEGMENT + number, LOWEST] = as_float(lowest)
         rows[SEGMENT : SEGMENT + number, FIRST] = as_float(floor + 1)
+        rows[SEGMENT : SEGMENT + number, PER_FLOOR] = np.ldexp(1.0, -floors.edge)
         rows[SEGMENT + number : SEGMENT + number + lookup.shape[0]] = lookup
-        rows[floor[scaled], KIND] = as_float(SCALED)
-        rows[floor[scaled], CHILD] = as_float(records.row[bins.start.size + np.arange(scaled.size)])
-        rows[floor[scaled], PARTS] = 1.0 / floors.fit.width[scaled]
         parted = records.kind == PARTED
         rows[records.row[parted], KIND] = as_float(PARTED)
         rows[records.row[parted], CHILD] = as_float(records.child[parted])
