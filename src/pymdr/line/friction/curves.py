@@ -11,7 +11,8 @@ from numpy.typing import ArrayLike
 
 from pymdr.errors import ProblemError
 from pymdr.line.foundation import ElasticLine, states_at_depth
-from pymdr.line.friction.tables import COLUMNS, REACH, tabulate
+from pymdr.line.friction.layout import COLUMNS, REACH
+from pymdr.line.friction.tables import tabulate
 from pymdr.mapping.equivalent import PowerLine
 from pymdr.units import FloatArray
 
@@ -34,7 +35,7 @@ class ElasticCurves(NamedTuple):
     depth: float
     """Largest depth in m that the curves reach; infinite for a power law."""
     rows: FloatArray
-    """What the kernels read, see :mod:`pymdr.line.friction.tables`; one row for a power law."""
+    """What the kernels read, see :mod:`pymdr.line.friction.layout`; one row for a power law."""
     misfit: float = 0.0
     """Largest error of a that was found between the nodes of a table, relative to a."""
 

@@ -12,18 +12,9 @@ from typing import Any
 
 import numpy as np
 
-from pymdr.line.friction.kernels import (
-    MERGE,
-    TINY,
-    Point,
-    at,
-    base,
-    compiled,
-    curve,
-    depth_of_force,
-    moment,
-    vertex,
-)
+from pymdr.line.friction.kernels import MERGE, TINY, Point, at, base, moment, vertex
+from pymdr.line.friction.layout import MODULUS, REACH, IntArray
+from pymdr.line.friction.reading import compiled, curve, depth_of_force
 from pymdr.line.friction.runs import (
     COMPLETE,
     FORCE_CONTROL,
@@ -34,7 +25,6 @@ from pymdr.line.friction.runs import (
     TOO_DEEP,
     keep_register,
 )
-from pymdr.line.friction.tables import MODULUS, REACH, IntArray
 from pymdr.units import FloatArray
 
 _GAUSS_X = tuple(0.5 + 0.5 * np.polynomial.legendre.leggauss(4)[0])

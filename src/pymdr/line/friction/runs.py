@@ -6,19 +6,9 @@ import math
 from typing import Any
 
 from pymdr.line.friction.forces import load, shift_for
-from pymdr.line.friction.kernels import (
-    TINY,
-    base,
-    borrowed,
-    compiled,
-    curve,
-    depth_of_force,
-    inlined,
-    move,
-    put,
-    vertex,
-)
-from pymdr.line.friction.tables import REACH, IntArray
+from pymdr.line.friction.kernels import TINY, base, move, put, vertex
+from pymdr.line.friction.layout import REACH, IntArray
+from pymdr.line.friction.reading import borrowed, compiled, curve, depth_of_force, inlined
 from pymdr.units import FloatArray
 
 COMPLETE, NOT_FINITE, NOT_ATTAINABLE, TOO_DEEP, STACK_FULL = range(5)
