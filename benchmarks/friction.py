@@ -116,6 +116,45 @@ def flatness() -> Iterator[Ratio]:
         )
 
 
+def tables() -> Iterator[Ratio]:
+    """Rows on the table of a paraboloid, and on one with the kinks of a measured tip, against the closed form."""
+    rng = np.random.default_rng(7)
+    marks = np.sort(rng.uniform(1e-3, DEEPEST, 300))
+    rises = rng.uniform(0.0, 1e-2, marks.size)
+    slope, shift = (np.append(0.0, np.cumsum(x)) for x in (rises, rises * marks))
+
+    def kinked(d: Floats) -> Floats:
+        above = np.searchsorted(marks, d)
+        radius: Floats = np.sqrt(d) + d * slope[above] - shift[above]
+        return radius
+
+    curves = {
+        "a table of Hertz": tabulated_curves(np.sqrt, DEEPEST, MODULUS),
+        "a table with 300 kinks": tabulated_curves(kinked, DEEPEST, MODULUS, marks=marks),
+    }
+    closed = power_law_curves(2.0, 1.0, MODULUS)
+    for kind, path in histories():
+        times = median_times(*((partial(stack, c, path), 5) for c in (*curves.values(), closed)))
+        for name, time_of in zip(curves, times, strict=False):
+            what = f"1e7 rows of {kind} on {name} ({time_of / STEPS * 1e9:.0f} ns a row)"
+            yield Ratio(what, "the closed form", time_of, times[-1], "aim 1.5 times as long")
+    asked: list[Floats] = []
+
+    def sphere(d: Floats) -> Floats:
+        asked.append(d)
+        return np.sqrt(d * (2.0 - d))
+
+    tabulated_curves(sphere, 0.9, MODULUS)
+    count = sum(d.size for d in asked)
+    build, radii = median_times(
+        (partial(tabulated_curves, lambda d: np.sqrt(d * (2.0 - d)), 0.9, MODULUS), 20),
+        (partial(time.sleep, 1e-6 * count), 20),
+    )
+    yield Ratio(
+        f"the table of a sphere from {count} radii", "these at 1 us each", build, radii, "aim 30 ms together"
+    )
+
+
 def batch() -> Iterator[Ratio]:
     """1000 contacts by 1e4 steps, with one process and with two, and what two processes gain here at all."""
     d, u = walk(STRIDES["middling"], 10_000)
@@ -162,4 +201,5 @@ def _busy(count: int) -> int:
 def ratios() -> Iterator[Ratio]:
     yield from per_step()
     yield from flatness()
+    yield from tables()
     yield from batch()

@@ -38,8 +38,14 @@ TABLES = {
     "mixed": tabulated_curves(lambda d: np.sqrt(d) / (1.0 + 0.3 * d) + 0.2 * d**2, 1.0, 1.0),
     "kink": tabulated_curves(lambda d: np.where(d < 0.3, np.sqrt(d), 0.3**0.5 + 0.2 * (d - 0.3)), 1.0, 1.0),
     "flat tip": tabulated_curves(lambda d: 0.3 + d, 1.0, 1.0),
+    "marks": tabulated_curves(
+        lambda d: np.sqrt(d) + np.cbrt(np.maximum(d - 0.3, 0.0)) ** 2 + np.maximum(d - 0.6, 0.0) ** 1.5,
+        1.0,
+        1.0,
+        marks=(0.3, 0.6),
+    ),
 }
-KINKS = {"kink": (0.3,)}
+KINKS = {"kink": (0.3,), "marks": (0.3, 0.6)}
 CURVES = {**POWERS, **TABLES}
 
 # histories in the units of the largest depth; values that meet again (repeated, on the edge of the cone) included
@@ -161,12 +167,13 @@ CLUSTERED_RATE = 140 * NODES**3 * (1.0 - NODES) ** 3
 
 def bends(state, dd, dv, kinks):
     """Times in [0, 1] of a step at which F_x(t) may bend: a border of slip or of contact meets a vertex."""
-    y, b = state.y, state.b
+    y, b, slope = state.y, state.b, state.slope
     if y.size > 1:
         for kink in kinks:
             if kink < y[-1] and kink not in y:
                 i = np.searchsorted(y, kink)
-                b = np.insert(b, i, b[i - 1] + state.slope[i - 1] * (kink - y[i - 1]))
+                b = np.insert(b, i, b[i - 1] + slope[i - 1] * (kink - y[i - 1]))
+                slope = np.insert(slope, i, slope[i - 1])
                 y = np.insert(y, i, kink)
     v, d = (state.b[-1], state.indentation)
     times = [np.array([0.0, 1.0])]
@@ -567,10 +574,10 @@ def test_tables(n):
     table = tabulated_curves(lambda d: d ** (1 / n), 1.0, 1.0)
     y = np.concatenate([np.linspace(0.0, 1.0, 5001)[1:], np.logspace(-12, 0, 200)])
     for exact, found in zip(evaluate(POWERS[n], y), evaluate(table, y), strict=True):
-        assert np.max(np.abs(exact - found)) < 1e-12 * exact.max()
+        np.testing.assert_allclose(found, exact, rtol=2e-13, atol=0.0)
     for curves in (POWERS[n], table):
         force = evaluate(curves, y)[1]
-        assert np.max(np.abs(depths_at_force(curves, force) - y)) < 4e-15
+        np.testing.assert_allclose(depths_at_force(curves, force), y, rtol=4e-15, atol=0.0)
     d, u = columns([[0.5, 0.1], [0.5, 0.45], [0.8, 0.3], [0.8, -0.2], [0.35, -0.1], [0.6, 0.5], [0.2, 0.45]])
     exact, found = (follow_displacements(c, d, u, 0.7, 0.8) for c in (POWERS[n], table))
     for name in ("tangential_force", "stored_energy", "slip_work", "stick_radius"):

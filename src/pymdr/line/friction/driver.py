@@ -12,7 +12,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from pymdr.errors import PathError
-from pymdr.line.friction.curves import ElasticCurves, IntArray, packed
+from pymdr.line.friction.curves import ElasticCurves
+from pymdr.line.friction.layout import IntArray
 from pymdr.line.friction.state import Ending, FrictionHistory, FrictionState, frozen, virgin_state
 from pymdr.units import FloatArray
 
@@ -59,7 +60,7 @@ def evaluate(curves: ElasticCurves, depth: ArrayLike) -> tuple[FloatArray, Float
 
     d = frozen(depth)
     out = np.empty((3, d.size))
-    evaluate_all(packed(curves), d.ravel(), out)
+    evaluate_all(curves.rows, d.ravel(), out)
     shape = np.shape(depth)
     return out[0].reshape(shape), out[1].reshape(shape), out[2].reshape(shape)
 
@@ -89,7 +90,7 @@ def depths_at_force(curves: ElasticCurves, normal_force: ArrayLike) -> FloatArra
 
     force = frozen(normal_force)
     out = np.empty(force.size)
-    invert_all(packed(curves), force.ravel(), out)
+    invert_all(curves.rows, force.ravel(), out)
     return out.reshape(np.shape(normal_force))
 
 
@@ -212,7 +213,7 @@ class _Stack(_Run):
         mu = start.traction_scale
         energy = mu * mu * start.modulus_ratio
         self.scales = (mu, energy, start.shift_scale)
-        self.line = packed(self.curves)
+        self.line = self.curves.rows
         top = start.slope.size
         self.stack = np.zeros(max(64, 2 * top), dtype=kernels.VERTEX)
         window = (start.slope[-1],) * 2 if top else (-math.inf, math.inf)

@@ -7,21 +7,9 @@ from typing import Any
 
 from numpy.polynomial.legendre import leggauss
 
-from pymdr.line.friction.kernels import (
-    MEET,
-    MODULUS,
-    Point,
-    at,
-    base,
-    compiled,
-    curve,
-    depth_of_force,
-    extend,
-    inlined,
-    moment,
-    put,
-    vertex,
-)
+from pymdr.line.friction.kernels import MEET, Point, at, base, extend, moment, put, vertex
+from pymdr.line.friction.layout import MODULUS
+from pymdr.line.friction.reading import compiled, curve, depth_of_force, inlined
 from pymdr.units import FloatArray
 
 _OUTER, _INNER = (

@@ -8,21 +8,14 @@ the part of the curve below the vertex, a(y), the moment of the segment below. `
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from pathlib import Path
-from typing import Any, TypeAlias, TypeVar, cast
+from typing import Any, TypeAlias
 
 import numpy as np
-from numba import njit
-from numba.core.cgutils import get_null_value
-from numba.extending import intrinsic
-from numba.np.arrayobj import make_array
 
+from pymdr.line.friction.layout import MODULUS
+from pymdr.line.friction.reading import curve, inlined
 from pymdr.units import FloatArray
 
-# the packed line
-MODULUS, EXPONENT, INVERSE, PER_COEFFICIENT, FORCE_FACTOR, WORK_FACTOR, REACH, PER_REACH, STARTS = range(9)
-CHILD = 0
 VERTEX = np.dtype(
     [(name, float) for name in ("y", "b", "slope", "force", "work", "sum", "energy", "radius", "moment")]
 )
@@ -33,120 +26,6 @@ _LOST = 1e-14  # of W: what rounding of a table takes
 _THIRD, _SIXTH = 1.0 / 3.0, 1.0 / 6.0
 TINY = 1e-150  # lengths below it count as none: their products underflow
 Point: TypeAlias = tuple[float, float, float, float, float]
-
-Function = TypeVar("Function", bound=Callable[..., Any])
-
-
-# numba keeps compiled code until the file of the outermost function changes; here, until any file of the folder does
-_FILES = [file.stat() for file in Path(__file__).parent.glob("*.py")]
-_STAMP = (max(file.st_mtime for file in _FILES), sum(file.st_size for file in _FILES))
-
-
-def compiled(function: Function, **options: Any) -> Function:
-    """Compile with numba when first called; kept on disk. Products and sums may be fused, nothing else."""
-    kernel = njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"}, **options)(function)
-    index: Any = getattr(getattr(kernel, "_cache", None), "_cache_file", None)
-    if index is not None and hasattr(index, "_source_stamp"):
-        index._source_stamp = _STAMP
-    return cast(Function, kernel)
-
-
-def inlined(function: Function) -> Function:
-    """Compile into the callers: a call with arrays costs more than a short kernel."""
-    return compiled(function, forceinline=True)
-
-
-def _borrowed(typing_context: Any, array: Any) -> Any:
-    """The same array without its owner: counting references costs more than a step of the stack.
-
-    Only for arrays that the caller holds for as long as the result is used.
-    """
-
-    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        view = make_array(signature.args[0])(context, builder, arguments[0])  # type: ignore[no-untyped-call]
-        view.meminfo = get_null_value(view.meminfo.type)  # type: ignore[no-untyped-call]
-        return view._getvalue()
-
-    return array(array), generate
-
-
-borrowed: Any = intrinsic(_borrowed)
-
-
-@inlined
-def curve(line: FloatArray, y: float) -> tuple[float, float, float]:
-    """Return a, F_N, W at one depth; NaN below a table."""
-    if y <= 0.0:
-        return 0.0, 0.0, 0.0
-    n = line[0, EXPONENT]
-    if n > 0.0:
-        z = y * line[0, PER_COEFFICIENT]
-        if n == 2.0:
-            a = math.sqrt(z)
-        elif n == 1.0:
-            a = z
-        else:
-            a = z ** line[0, INVERSE]
-        force = line[0, FORCE_FACTOR] * a * y
-        return a, force, line[0, WORK_FACTOR] * force * y
-    starts = line[0, STARTS]
-    x = starts * math.sqrt(y * line[0, PER_REACH])
-    if not x <= starts * (1.0 + 1e-14):
-        return math.nan, math.nan, math.nan
-    j = int(min(x, starts - 1.0))
-    t = x - j
-    j += 1
-    while line[np.uint64(j), CHILD] > 0.0:
-        j = int(line[np.uint64(j), CHILD])
-        t *= 2.0
-        if t >= 1.0:
-            t -= 1.0
-            j += 1
-    piece = np.uint64(j)
-    t2 = t * t
-    t4 = t2 * t2
-    a = (line[piece, 1] + t * line[piece, 2]) + t2 * (line[piece, 3] + t * line[piece, 4])
-    force = (line[piece, 5] + t * line[piece, 6]) + t2 * (line[piece, 7] + t * line[piece, 8])
-    force += t4 * (line[piece, 9] + t * line[piece, 10])
-    work = (line[piece, 11] + t * line[piece, 12]) + t2 * (line[piece, 13] + t * line[piece, 14])
-    work += t4 * ((line[piece, 15] + t * line[piece, 16]) + t2 * (line[piece, 17] + t * line[piece, 18]))
-    return a, force, work
-
-
-@compiled
-def depth_of_force(line: FloatArray, force: float) -> float:
-    """Depth d with F_N(d) = force, NaN if there is none."""
-    n: float = line[0, EXPONENT]
-    modulus: float = line[0, MODULUS]
-    if not force > 0.0:
-        return 0.0 if force == 0.0 else math.nan
-    if n > 0.0:
-        y: float = (force / line[0, FORCE_FACTOR] * line[0, PER_COEFFICIENT] ** -line[0, INVERSE]) ** (
-            n / (n + 1.0)
-        )
-        a, f = curve(line, y)[:2]
-        return y - (f - force) / (2.0 * modulus * a)
-    low = 0.0
-    high: float = line[0, REACH]
-    y = high
-    a, f = curve(line, y)[:2]
-    if force > f:
-        return y if force <= f * (1.0 + 1e-14) else math.nan
-    for _ in range(200):  # F_N is convex: Newton from above; halve where rounding or a flat start spoil it
-        if f == force:
-            return y
-        if f > force:
-            high = y
-        else:
-            low = y
-        step = y - (f - force) / (2.0 * modulus * a) if a > 0.0 else low
-        if not low < step < high:
-            step = 0.5 * (low + high)
-        if abs(step - y) <= 2e-16 * y or not low < step < high:
-            return step
-        y = step
-        a, f = curve(line, y)[:2]
-    return y
 
 
 @inlined
@@ -228,6 +107,9 @@ def extend(
             z = top.sum + slope * (point[2] - top.force)
             x, x_m, x_b, z_b = point[2], top.force, below.force, below.sum
         room = MERGE * max(abs(slope) * x, abs(z), abs(z_b)) / (x_m - x_b)
+        if by_force:  # a bend at a force that is lost beside the new one may still be seen in the shift
+            size = max(abs(slope) * point[0], abs(point[1]), abs(below.b))
+            room = min(room, MERGE * size / (top.y - below.y))
         low = max(low, top.slope - room)
         high = min(high, top.slope + room)
         chord = (z - z_b) / (x - x_b)

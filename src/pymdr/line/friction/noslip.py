@@ -12,21 +12,9 @@ from typing import Any
 
 import numpy as np
 
-from pymdr.line.friction.curves import IntArray
-from pymdr.line.friction.kernels import (
-    MERGE,
-    MODULUS,
-    REACH,
-    TINY,
-    Point,
-    at,
-    base,
-    compiled,
-    curve,
-    depth_of_force,
-    moment,
-    vertex,
-)
+from pymdr.line.friction.kernels import MERGE, TINY, Point, at, base, moment, vertex
+from pymdr.line.friction.layout import MODULUS, REACH, IntArray
+from pymdr.line.friction.reading import compiled, curve, depth_of_force
 from pymdr.line.friction.runs import (
     COMPLETE,
     FORCE_CONTROL,
@@ -294,7 +282,7 @@ def run_stuck(
         if every or (column < rows.size and rows[column] == j):
             out[0, column] = to_force * vertex(stack, m).sum
             out[1, column] = vertex(stack, m).radius
-            out[2, column] = to_energy * vertex(stack, m).energy
+            out[2, column] = to_energy * max(vertex(stack, m).energy, 0.0)
             out[3, column] = to_energy * total
             if control != SHIFT_CONTROL:
                 out[5, column] = depth

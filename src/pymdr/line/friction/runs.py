@@ -5,21 +5,10 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from pymdr.line.friction.curves import IntArray
 from pymdr.line.friction.forces import load, shift_for
-from pymdr.line.friction.kernels import (
-    REACH,
-    TINY,
-    base,
-    borrowed,
-    compiled,
-    curve,
-    depth_of_force,
-    inlined,
-    move,
-    put,
-    vertex,
-)
+from pymdr.line.friction.kernels import TINY, base, move, put, vertex
+from pymdr.line.friction.layout import REACH, IntArray
+from pymdr.line.friction.reading import borrowed, compiled, curve, depth_of_force, inlined
 from pymdr.units import FloatArray
 
 COMPLETE, NOT_FINITE, NOT_ATTAINABLE, TOO_DEEP, STACK_FULL = range(5)
@@ -70,7 +59,7 @@ def record(stack: Any, m: int, out: FloatArray, row: int) -> None:
         held = m - 1
     out[0, row] = vertex(stack, m).sum
     out[1, row] = vertex(stack, held).radius
-    out[2, row] = vertex(stack, m).energy
+    out[2, row] = max(vertex(stack, m).energy, 0.0)
 
 
 @compiled
