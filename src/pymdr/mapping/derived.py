@@ -8,7 +8,7 @@ from itertools import pairwise
 import numpy as np
 
 from pymdr.errors import ConvergenceError, ProblemError
-from pymdr.mapping.callables import TipLaw, slope_panel, tip_law
+from pymdr.mapping.callables import TipLaw, rounding, slope_panel, tip_law
 from pymdr.mapping.series import TERMS, Panels, clenshaw
 from pymdr.mapping.slopes import anchored
 from pymdr.problem.profiles import Function, call
@@ -18,6 +18,9 @@ _WANTED = 1e-12
 """Error of f', in parts of it, above which a panel is divided if that helps."""
 _DEEPEST = 40
 _GAIN = 0.5
+_NOISY = 1e3
+"""Error of f' on a panel in roundings of f over its width, if it is nothing but rounding."""
+_MOST = 1024
 _SURE = 1e-10
 _FARTHEST = 1e12
 
@@ -162,7 +165,13 @@ class DerivedSource:
     def _divide(self, low: float, high: float, base: float) -> None:
         """Series on a panel or on its halves, where these are better."""
         todo = [(low, high, math.inf, 0)]
+        least = len(self._low)
         while todo:
+            if len(self._low) + len(todo) - least > _MOST:
+                raise ConvergenceError(
+                    f"the profile is not resolved between r = {metres(low)} and {metres(high)}: it is rough there on every "
+                    "scale; give a smooth profile, or name the radii where it is not smooth as breakpoints"
+                )
             left, right, before, depth = todo.pop()
             found = self._panel(left, right)
             if found is None:
@@ -170,7 +179,11 @@ class DerivedSource:
             series, error, right = found
             size = float(np.sum(np.abs(series)))
             middle = left + (0.25 if left == base and base > 0.0 else 0.5) * (right - left)
-            settled = error <= _WANTED * size or (error > _GAIN * before and error < 1e-7 * size)
+            settled = error <= _WANTED * size
+            if not settled and error > _GAIN * before:
+                # finer panels only help where the misfit is more than rounding
+                noise = float(rounding(self._f, np.array([right]))[0])
+                settled = error <= _NOISY * noise / (right - left)
             thin = depth >= _DEEPEST or right - left <= 1e-9 * right or not left < middle < right
             if settled or thin:
                 self._low.append(left)
