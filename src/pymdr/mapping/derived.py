@@ -135,6 +135,8 @@ class DerivedSource:
         fresh = False
         for base, end in self._sections(r):
             inside = r[(r >= base) & (r <= end)]
+            if inside.size == 0:
+                continue
             low = float(inside.min())
             start = low - base
             grid = self._grid(base, start, float(inside.max()), end)

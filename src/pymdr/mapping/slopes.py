@@ -43,6 +43,10 @@ _SLIVER = 0.1
 MOST_KINKS = 32
 _TINY = 1e-290
 _MOST_PANELS = 20_000
+_SUDDEN = 1e-200
+_DEEPER = 0.5 ** np.array([1.0, 3.0, 6.0, 12.0, 24.0, 40.0])
+_PURE = 1e-14
+"""Largest misfit of a power that stands for the tip however far in it is asked."""
 
 
 class SlopeSource(Protocol):
@@ -115,6 +119,8 @@ class ResolvedSlope:
     """Radius in m up to which the slope is resolved."""
     floor: float = 0.0
     """Radius in m below which it is a power."""
+    inner: float = math.inf
+    """Radius in m down to which results do not depend on how the tip is closed."""
     tail: Tail = field(init=False)
     found: list[float] = field(default_factory=list)
     """Kinks in m that were not declared."""
@@ -131,7 +137,7 @@ class ResolvedSlope:
         """Resolve the slope on radii up to `x`, and as far inward as a result at `inner` depends on it."""
         x = min(x, self.limit)
         self.source.foresee(x)
-        if self.slopes is None or inner < self.floor * 2.0:
+        if self.slopes is None or inner < self.inner:
             self._begin(x, inner)
         while self.front < x:
             self._extend(x)
@@ -142,14 +148,15 @@ class ResolvedSlope:
         """Resolve from the floor that a result at `inner` needs."""
         bottom = min(inner, x, *self.knots[:1])
         floor = _floor(self.source, bottom)
-        if self.slopes is not None and floor >= self.floor:
-            floor = 0.25 * self.floor
+        self.inner = inner
+        if self.slopes is not None:
+            floor = min(floor, self.floor)
         top = max(x, self.front)
         self.floor, self.front, self.slopes = floor, floor, None
         while self.front < top:
             self._extend(top)
         assert self.slopes is not None
-        self.tail = _tail(self.slopes, floor)
+        self.tail = _tail(self.source, self.slopes, floor)
 
     def _extend(self, x: float) -> None:
         """Append panels up to `x`, or up to the first kink that nobody had named."""
@@ -489,29 +496,38 @@ def _floor(source: SlopeSource, inner: float) -> float:
     if known.size == 0:
         return _octave(radii[min(8, radii.size - 1)])
     deepest = int(known[-1])
+    if deepest < size.size - 1 and size[deepest] > _SUDDEN:
+        # not an underflow but a tip on which the slope is nothing
+        return _octave(radii[min(deepest + 8, radii.size - 1)])
     for k in range(4, deepest - 3):
         steady = np.all(change[k : k + 3] < 0.5)
         if steady and weight[k] * np.max(change[k : k + 3]) < 1e-17:
             return _octave(radii[k])
-    return _octave(radii[max(min(deepest - 1, 48), 1)])
+    return _octave(radii[max(min(deepest - 1, 48), 4)])
 
 
 def _octave(radius: float) -> float:
     return float(2.0 ** math.floor(math.log2(radius)))
 
 
-def _tail(slopes: Slopes, floor: float) -> Tail:
+def _tail(source: SlopeSource, slopes: Slopes, floor: float) -> Tail:
     """The power with which f' goes on below the first panel."""
     panels, series = slopes.panels, slopes.series
-    u = np.linspace(0.0, 1.0, 5)
+    u = np.array([0.0, 0.5, 1.0])
     offsets = panels.take(slice(0, 1)).offsets(u)[0]
     values = clenshaw(np.repeat(series.coefficients[:1], u.size, axis=0), u)
     values = values * (offsets / panels.high[0]) ** series.power[0]
     if values[0] == 0.0 or np.any(values[1:] / values[0] <= 0.0):
-        return Tail(floor, float(values[0]), 0.0, bool(np.all(values == 0.0)))
-    local = np.diff(np.log(np.abs(values))) / np.diff(np.log(offsets))
-    power = float(np.log(values[-1] / values[0]) / np.log(offsets[-1] / offsets[0]))
-    nearest = round(power * 60.0) / 60.0
-    if abs(power - nearest) < 1e-9:
-        power = nearest
-    return Tail(floor, float(values[0]), max(power, -0.95), bool(np.ptp(local) < 2e-13))
+        power = 0.0
+    else:
+        power = float(np.log(values[-1] / values[0]) / np.log(offsets[-1] / offsets[0]))
+        nearest = round(power * 60.0) / 60.0
+        power = max(nearest if abs(power - nearest) < 1e-9 else power, -0.95)
+    deeper = floor * _DEEPER
+    given = source.sample(np.zeros(deeper.size), deeper)[0]
+    law = values[0] * _DEEPER**power
+    known = np.abs(law) > _TINY
+    pure = bool(np.all(np.abs(given - law)[known] <= _PURE * np.abs(law[known]))) and bool(
+        np.all(known | (given == law))
+    )
+    return Tail(floor, float(values[0]), power, pure)
