@@ -12,6 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import pymdr as mdr
+from pymdr.mapping.callables import rounding, search_points, slope_panel, tip_law
 from pymdr.problem.profiles import call
 
 RADII = np.array([0.0, 1e-3, 2e-3, 5e-3, 1e-2])
@@ -216,3 +217,137 @@ def test_nan_inside_the_reach_is_refused():
         holed.gap([0.1, 0.25])
     with pytest.raises(mdr.ProblemError, match="nan at r = 0, where a profile must be defined"):
         mdr.Function(lambda r: r * r * np.log(r)).gap([0.1, 0.25])
+
+
+# --- rounding, slopes and tips of f alone ----------------------------------------------------------------
+
+
+def test_rounding_is_measured():
+    r = np.geomspace(1e-7, 0.5, 40)
+    assert np.all(rounding(lambda r: r**2, r) <= 1e-15 * r * r)
+    assert np.all(rounding(lambda r: r**2, r) >= 2e-16 * r * r)
+    cancelled = rounding(lambda r: 1.0 - np.sqrt(1.0 - r * r), r)
+    assert np.all((cancelled > 1e-17) & (cancelled < 4e-16))
+    assert np.all(rounding(lambda r: 3.0 + r * r, r) > 2.2e-16)
+    single = rounding(lambda r: (r * r).astype(np.float32).astype(float), r)
+    assert np.all((single > 5e-8 * r * r) & (single < 3e-7 * r * r))
+    noisy = rounding(lambda r: r * r + 1e-9 * np.sin(1e12 * r), r[r > 1e-4])
+    assert np.all((noisy > 3e-10) & (noisy < 2e-9))
+    assert rounding(lambda r: 0.0 * r, 1.0).shape == ()
+
+
+def test_search_points_leave_no_gap():
+    for low, high in ((1.0, 2.0), (3e-7, 3e-7 * (1 + 1e-9)), (1e-12, 1e-9)):
+        r = search_points(low, high)
+        assert np.all(np.diff(r) >= 0.0)
+        assert r[0] >= low
+        assert r[-1] <= high
+        assert r.size >= 16
+        other = search_points(low, high, seed=1.0)
+        assert not np.array_equal(r, other)
+    r = search_points(1.0, 2.0)
+    # nowhere in step with a wave
+    phases = np.abs([np.mean(np.exp(2j * np.pi * r * k)) for k in (512, 1024, 2048, 4096)])
+    assert np.max(phases) < 0.2
+
+
+SCALES = st.floats(-12, 6).map(lambda e: 10.0**e)
+SLOPES = st.floats(-4, 0).map(lambda e: 10.0**e)
+LONG = np.longdouble
+
+CANCELLING = {
+    "hyperboloid": (
+        lambda r, R, c: c * (np.sqrt(R * R + r * r) - R),
+        lambda r, R, c: c * r / np.sqrt(R * R + r * r),
+        math.inf,
+    ),
+    "sphere": (lambda r, R, c: R - np.sqrt(R * R - r * r), lambda r, R, c: r / np.sqrt(R * R - r * r), 1.0),
+    "cosh": (lambda r, R, c: c * R * (np.cosh(r / R) - 1), lambda r, R, c: c * np.sinh(r / R), math.inf),
+    "cos": (lambda r, R, c: c * R * (1 - np.cos(r / R)), lambda r, R, c: c * np.sin(r / R), math.inf),
+    "log": (
+        lambda r, R, c: c * R * np.log(1 + (r / R) ** 2),
+        lambda r, R, c: 2 * c * (r / R) / (1 + (r / R) ** 2),
+        math.inf,
+    ),
+    "exp": (lambda r, R, c: c * R * (np.exp(r / R) - 1), lambda r, R, c: c * np.exp(r / R), math.inf),
+    "lifted": (
+        lambda r, R, c: R * (c / 7 + c * (r / R) ** 2 + 0.3 * (r / R) ** 3),
+        lambda r, R, c: 2 * c * (r / R) + 3 * LONG(0.3) * (r / R) ** 2,
+        math.inf,
+    ),
+    "lifted 1.5": (
+        lambda r, R, c: R * c * (0.3 + (r / R) ** 1.5),
+        lambda r, R, c: 1.5 * c * np.sqrt(r / R),
+        math.inf,
+    ),
+    "lifted cone": (
+        lambda r, R, c: R * (c / 3 + c * (r / R) + 0.3 * (r / R) ** 2),
+        lambda r, R, c: c + 2 * LONG(0.3) * (r / R),
+        math.inf,
+    ),
+    "wave": (
+        lambda r, R, c: r * r / (2 * R) + c * R / 100 * (1 - np.cos(20 * r / R)),
+        lambda r, R, c: r / R + c / 5 * np.sin(20 * r / R),
+        math.inf,
+    ),
+}
+
+
+@given(st.sampled_from(sorted(CANCELLING)), SCALES, SLOPES, st.floats(0.0, 4.0))
+@settings(max_examples=40, deadline=None)
+def test_the_law_of_the_tip_continues_what_cancels(name, R, c, octaves):
+    f, slope, top = CANCELLING[name]
+
+    def given_(r):
+        return f(r, R, c)
+
+    with np.errstate(all="ignore"):
+        law = tip_law(given_, top * R)
+        r = law.radius * np.geomspace(1e-30, 1.0, 60)
+        exact = slope(r.astype(LONG), LONG(R), LONG(c))
+        assert law.error < 2e-10
+        assert np.max(np.abs(law.slope(r) / exact - 1)) < law.error
+        # above it f itself is enough
+        low = law.radius * 2.0**octaves
+        if 1.19 * low < min(top, 2.0) * R:
+            coefficients, error = slope_panel(given_, low, 1.19 * low)
+            x = np.linspace(low, 1.19 * low, 50)
+            exact = slope(x.astype(LONG), LONG(R), LONG(c))
+            found = np.polynomial.chebyshev.chebval(2 * (x - low) / (1.19 * low - low) - 1, coefficients)
+            assert np.max(np.abs(found - exact)) < error
+            assert error < 5e-9 * np.max(np.abs(exact))
+
+
+@given(SCALES, SLOPES, st.floats(0.3, 12.0), st.floats(0.3, 3.0))
+@settings(max_examples=25, deadline=None)
+def test_no_law_is_needed_where_f_has_its_digits(R, c, n, m):
+    for f in (
+        lambda r: c * R * (r / R) ** n,
+        lambda r: c * R * (r / R) ** n + 0.1 * R * (r / R) ** m,
+        lambda r: c * r * (r / R) / (1 + np.sqrt(1 + (r / R) ** 2)),
+        lambda r: c * np.maximum(r - R, 0.0) ** 2 / R,
+        lambda r: 0.0 * r,
+        lambda r: 0.0 * r + R,
+    ):
+        with np.errstate(all="ignore"):
+            assert tip_law(f) is None
+
+
+def test_a_tip_of_noise_is_refused():
+    with np.errstate(all="ignore"):
+        for f, top in (
+            (lambda r: 1e-3 + r * r * np.log(np.where(r > 0, r, 1.0)), math.inf),
+            (lambda r: r * r + 1e-3 * np.sin(1e15 * r + 1e9), 1.0),
+        ):
+            with pytest.raises(mdr.ProblemError, match="give derivative="):
+                tip_law(f, top)
+
+
+def test_the_slope_of_single_precision_says_so():
+    coefficients, error = slope_panel(lambda r: (r * r / 2).astype(np.float32).astype(float), 1.0, 1.19)
+    found = np.polynomial.chebyshev.chebval(np.linspace(-1, 1, 50), coefficients)
+    actual = np.max(np.abs(found - np.linspace(1.0, 1.19, 50)))
+    assert actual < error < 1e-5
+    assert error > 1e-8
+    with pytest.raises(mdr.ProblemError, match="not defined at r = 1"):
+        slope_panel(lambda r: np.where(r < 1.1, r, math.nan), 1.0, 1.19)

@@ -68,7 +68,8 @@ def search_points(low: float, high: float, seed: float = 0.0, density: int = 204
 @lru_cache(maxsize=1)
 def _short_fit() -> tuple[FloatArray, FloatArray]:
     """Places in (0, 1) over a stretch, and the projection of values there on what a polynomial leaves."""
-    t = np.sort(jitter(_SCATTERED, 0.3))
+    # even steps would keep step with the roundings, and a sequence of low discrepancy has nearly even ones
+    t = (np.arange(_SCATTERED) + np.random.default_rng(1).random(_SCATTERED)) / _SCATTERED
     basis, _ = np.linalg.qr(chebyshev.chebvander(2.0 * t - 1.0, _DEGREE))
     return t, np.eye(_SCATTERED) - basis @ basis.T
 
@@ -98,7 +99,8 @@ def rounding(f: Curve, radii: ArrayLike) -> FloatArray:
     True
     """
     radii = np.asarray(radii, dtype=float)
-    noise, least = scatter(f, np.ravel(radii))
+    with np.errstate(all="ignore"):
+        noise, least = scatter(f, np.ravel(radii))
     return np.maximum(noise, least).reshape(radii.shape)
 
 
@@ -143,7 +145,7 @@ def _stairs(values: FloatArray) -> float:
 def _panel_fit(n: int) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
     """Places t in (0, 1), orthonormal polynomials there, their slopes as Chebyshev coefficients and largest slopes."""
     count = max(12 * n, 160)
-    angles = np.pi * (np.arange(count) + jitter(count, 0.7)) / count
+    angles = np.pi * (np.arange(count) + np.random.default_rng(2).random(count)) / count
     t = (1.0 - np.cos(angles)) / 2.0
     basis, mixing = np.linalg.qr(chebyshev.chebvander(2.0 * t - 1.0, n + _SPARE))
     series = np.linalg.inv(mixing)
