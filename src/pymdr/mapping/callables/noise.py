@@ -65,6 +65,21 @@ def search_points(low: float, high: float, seed: float = 0.0, density: int = 204
     return np.asarray(np.clip(low + low * np.expm1(steps * math.log1p(stretch)), low, high))
 
 
+def orthonormal(matrix: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Q and R of a tall matrix with few columns, by Gram and Schmidt done twice: no threads that wait for each other."""
+    q = np.empty_like(matrix)
+    triangle = np.zeros((matrix.shape[1], matrix.shape[1]))
+    for j in range(matrix.shape[1]):
+        column = matrix[:, j].copy()
+        for _ in range(2):
+            parts = q[:, :j].T @ column
+            column -= q[:, :j] @ parts
+            triangle[:j, j] += parts
+        triangle[j, j] = math.sqrt(float(column @ column))
+        q[:, j] = column / triangle[j, j]
+    return q, triangle
+
+
 @lru_cache(maxsize=1)
 def _short_fit() -> tuple[FloatArray, FloatArray]:
     """Places in (0, 1) over a stretch, and the projection of values there on what a polynomial leaves."""

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.special import roots_jacobi
 
 from pymdr.errors import ProblemError
-from pymdr.mapping.callables.noise import EPS, Curve, jitter, scatter, slope_panel
+from pymdr.mapping.callables.noise import EPS, Curve, jitter, orthonormal, scatter, slope_panel
 from pymdr.units import FloatArray, metres
 
 _SURE = 1e-10
@@ -273,7 +273,7 @@ class _Series:
         matrix = np.column_stack([np.ones(u.size), basis]) / noise[:, None]
         self.scale = np.linalg.norm(matrix, axis=0)
         self.matrix, self.target = matrix / self.scale, values / noise
-        self.q, self.triangle = np.linalg.qr(self.matrix)
+        self.q, self.triangle = orthonormal(np.asfortranarray(self.matrix))
         self.parts = self.q.T @ self.target
         self.clean = u * end >= fits.radius
 
@@ -415,7 +415,9 @@ def _families(f: Curve, fits: _Stretches) -> Iterator[tuple[float, float, float]
 def _free_exponent(fits: _Stretches, guess: float, step: float) -> tuple[float, float] | None:
     """The exponent that is known best of those that leave only rounding on a stretch, and its standard deviation."""
     found: list[tuple[float, float]] = []
-    for end in fits.ends:
+    for count, end in enumerate(fits.ends):
+        if count == 2 and not found:
+            return None
         for terms in range(1, 7):
             n, spread = guess, math.inf
             for _ in range(8):
@@ -439,16 +441,14 @@ def _better_exponent(
     basis = u[:, None] ** n * chebyshev.chebvander(2.0 * u**s - 1.0, terms - 1)
     matrix = np.column_stack([np.ones(u.size), basis]) / noise[:, None]
     scale = np.linalg.norm(matrix, axis=0)
-    solution = np.linalg.lstsq(matrix / scale, values / noise, rcond=1e-14)[0] / scale
-    steepness = basis @ solution[1:] * np.log(np.where(u > 0.0, u, 1.0)) / noise
-    whole = np.column_stack([matrix, steepness])
-    scale = np.linalg.norm(whole, axis=0)
-    if not np.all(scale > 0.0):
-        return n, math.inf, 0.0
-    q, triangle = np.linalg.qr(whole / scale)
-    if abs(triangle[-1, -1]) < 1e-14:
-        return n, math.inf, 0.0
+    q, triangle = orthonormal(np.asfortranarray(matrix / scale))
+    solution = np.linalg.solve(triangle, q.T @ (values / noise)) / scale
     rest = values / noise - matrix @ solution
-    change = float(q[:, -1] @ rest / triangle[-1, -1] / scale[-1])
-    change = min(max(change, -0.2), 0.2)
-    return n + change, 1.0 / abs(float(triangle[-1, -1] * scale[-1])), change
+    steepness = basis @ solution[1:] * np.log(np.where(u > 0.0, u, 1.0)) / noise
+    # what the other terms cannot do
+    steepness = steepness - q @ (q.T @ steepness)
+    power = float(steepness @ steepness)
+    if not (math.isfinite(power) and power > 0.0):
+        return n, math.inf, 0.0
+    change = min(max(float(steepness @ rest) / power, -0.2), 0.2)
+    return n + change, 1.0 / math.sqrt(power), change
