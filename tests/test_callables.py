@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import pymdr as mdr
-from pymdr.mapping.callables import rounding, search_points, slope_panel, tip_law
+from pymdr.mapping.callables import find_kinks, rounding, search_points, slope_panel, tip_law
 from pymdr.problem.profiles import call
 
 RADII = np.array([0.0, 1e-3, 2e-3, 5e-3, 1e-2])
@@ -351,3 +351,124 @@ def test_the_slope_of_single_precision_says_so():
     assert error > 1e-8
     with pytest.raises(mdr.ProblemError, match="not defined at r = 1"):
         slope_panel(lambda r: np.where(r < 1.1, r, math.nan), 1.0, 1.19)
+
+
+# --- kinks that nobody named -----------------------------------------------------------------------------
+
+BASES = {
+    "power": (lambda r, R, n: R * (r / R) ** (n + 1) / (n + 1), lambda r, R, n: (r / R) ** n),
+    "wave": (
+        lambda r, R, n: R * ((r / R) ** 2 / 2 + 0.03 * (1 - np.cos(10 * n * r / R)) / n),
+        lambda r, R, n: r / R + 0.3 * np.sin(10 * n * r / R),
+    ),
+    "hyperboloid": (lambda r, R, n: np.sqrt(R * R + r * r) - R, lambda r, R, n: r / np.sqrt(R * R + r * r)),
+    "cone": (lambda r, R, n: r + 0.01 * R, lambda r, R, n: 0.0 * r + 1.0),
+}
+
+
+def apart(rng, low, high, count):
+    marks = np.sort(rng.uniform(low, high, count))
+    return marks[np.concatenate([[True], np.diff(marks) > 1e-3 * high])]
+
+
+@given(
+    st.sampled_from(sorted(BASES)),
+    SCALES,
+    SLOPES,
+    st.integers(1, 4),
+    st.floats(-6, 0),
+    st.integers(0, 2**32 - 1),
+)
+@settings(max_examples=30, deadline=None)
+def test_jumps_of_the_slope_are_followed_to_the_last_float(name, R, c, count, jump, seed):
+    rng = np.random.default_rng(seed)
+    low = rng.uniform(0.5, 1.0) * R
+    high = low * 2**0.25
+    marks, n = apart(rng, low, high, count), rng.uniform(0.5, 5.0)
+    jumps = c * 10.0**jump * rng.choice([-1.0, 1.0], marks.size)
+    slope = BASES[name][1]
+
+    def curve(r):
+        return c * slope(r, R, n) + (r[:, None] > marks) @ jumps
+
+    assert find_kinks(curve, low, high) == marks.tolist()
+
+
+@given(
+    st.sampled_from(sorted(BASES)),
+    SCALES,
+    SLOPES,
+    st.integers(1, 3),
+    st.floats(-5, 0),
+    st.integers(0, 2**32 - 1),
+)
+@settings(max_examples=30, deadline=None)
+def test_kinks_of_f_alone_are_located(name, R, c, count, jump, seed):
+    rng = np.random.default_rng(seed)
+    low = rng.uniform(0.5, 1.0) * R
+    high = low * 2**0.25
+    marks, n = apart(rng, low, high, count), rng.uniform(0.5, 5.0)
+    jumps = c * 10.0**jump * rng.choice([-1.0, 1.0], marks.size)
+    gap = BASES[name][0]
+
+    def curve(r):
+        return c * gap(r, R, n) + np.maximum(r[:, None] - marks, 0.0) @ jumps
+
+    found = find_kinks(curve, low, high, of="value")
+    assert len(found) == marks.size
+    noise = np.max(rounding(curve, [low, high]))
+    assert np.all(np.abs(found - marks) <= 20 * noise / np.abs(jumps) + 4e-16 * marks)
+
+
+@pytest.mark.parametrize("order", [0.3, 0.5, 1.5, 1, 2, 2.2, 3])
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+@pytest.mark.parametrize("R", [1e-9, 1.0, 3e5])
+def test_weak_singularities_are_located(order, sign, R):
+    b = 0.31415926 * R
+    found = find_kinks(lambda r: np.maximum(sign * (r - b) / R, 0.0) ** order + r / R, 0.28 * R, 0.34 * R)
+    assert len(found) == 1
+    assert abs(found[0] / b - 1) < (1e-12 if order < 2 else 2e-6)
+
+
+def test_kinks_close_together_are_told_apart():
+    b = np.pi / 10
+    for distance in (1e-3, 1e-6, 1e-9, 1e-13):
+        marks = [b, b * (1 + distance)]
+        assert find_kinks(lambda r, m=marks: (r > m[0]) + 2.0 * (r > m[1]) + r, 0.28, 0.34) == marks
+    for distance in (1e-3, 1e-6):
+        marks = np.array([b, b * (1 + distance)])
+        found = find_kinks(
+            lambda r, m=marks: np.maximum(r[:, None] - m, 0.0).sum(1) + r, 0.28, 0.34, of="value"
+        )
+        np.testing.assert_allclose(found, marks, rtol=1e-10)
+    many = np.sort(np.random.default_rng(1).uniform(0.28, 0.34, 32))
+    assert find_kinks(lambda r: (r[:, None] > many).sum(1) + r, 0.28, 0.34) == many.tolist()
+
+
+@pytest.mark.parametrize(
+    "curve",
+    [
+        lambda r: np.tanh((r - 0.3) * 1e5),
+        lambda r: r + np.exp(-(((r - 0.3) * 1e4) ** 2)),
+        lambda r: np.sin(1000 * r),
+        lambda r: np.sqrt(r - 0.28),
+        lambda r: np.sqrt(0.34 - r),
+        lambda r: 0.0 * r,
+    ],
+)
+def test_what_is_only_steep_has_no_kinks(curve):
+    assert find_kinks(curve, 0.28, 0.34) == []
+
+
+def test_steps_and_thickets_are_refused():
+    with pytest.raises(
+        mdr.ProblemError, match="jumps by 1 m at r = 300 mm: a step is not a disk contact; use FlatPunch"
+    ):
+        find_kinks(lambda r: r + (r > 0.3), 0.28, 0.34, of="value")
+    many = np.sort(np.random.default_rng(1).uniform(0.28, 0.34, 60))
+    with pytest.raises(mdr.ProblemError, match=r"more than 32 radii.*breakpoints=\["):
+        find_kinks(lambda r: (r[:, None] > many).sum(1) + r, 0.28, 0.34)
+    with pytest.raises(mdr.ProblemError, match="breakpoints"):
+        find_kinks(lambda r: r + 1e-8 * np.sin(1e13 * r), 0.28, 0.34, 1e-17)
+    with pytest.raises(mdr.ProblemError, match="not defined at r = 3"):
+        find_kinks(lambda r: np.where(r < 0.3, r, math.nan), 0.28, 0.34)

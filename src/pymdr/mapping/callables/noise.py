@@ -119,8 +119,13 @@ def rounding(f: Curve, radii: ArrayLike) -> FloatArray:
     return np.maximum(noise, least).reshape(radii.shape)
 
 
-def scatter(f: Curve, r: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Measured scatter of a callable around radii, 0 where it is constant, and one rounding of its values."""
+def scatter(f: Curve, r: FloatArray, stairs: bool = True) -> tuple[FloatArray, FloatArray]:
+    """
+    Measured scatter of a callable around radii, 0 where it is constant, and one rounding of its values.
+
+    With `stairs`, what is constant around a radius and takes few values in an octave is taken for rounded, as f is
+    where it cancels; a slope may have such steps by itself.
+    """
     t, left = _short_fit()
     lengths = np.array(_STRETCHES)
     # to the left only: f may end at the radius
@@ -132,12 +137,13 @@ def scatter(f: Curve, r: FloatArray) -> tuple[FloatArray, FloatArray]:
         beside = (values - values[:, :, -1:]) @ left.T
         found = np.sqrt(np.sum(beside**2, axis=2) / (_SCATTERED - _DEGREE - 1))
         varies = np.isfinite(found) & (np.ptp(values, axis=2) > 0.0)
-    noise = _LEAST_OF_FOUR * np.min(np.where(varies, found, math.inf), axis=1)
-    noise = np.where(varies.any(axis=1), noise, 0.0)
-    still = np.flatnonzero(~varies.any(axis=1) & np.isfinite(last) & (r > 0.0))
-    if still.size:
+    noise = np.where(varies.all(axis=1), _LEAST_OF_FOUR * np.min(found, axis=1), 0.0)
+    still = np.flatnonzero(~varies.all(axis=1) & np.isfinite(last) & (r > 0.0))
+    if stairs and still.size:
         octave = f((r[still, None] * (1.0 - 0.5 * (1.0 - t))).ravel()).reshape(still.size, -1)
-        noise[still] = [_stairs(levels) for levels in octave]
+        for i, wide in zip(still.tolist(), octave, strict=True):
+            stretches = (*values[i, ::-1], wide)
+            noise[i] = next((step for stretch in stretches if (step := _stairs(stretch)) > 0.0), 0.0)
     unit = EPS
     given = values[np.isfinite(values) & (values != 0.0)]
     with np.errstate(over="ignore"):
@@ -149,11 +155,17 @@ def scatter(f: Curve, r: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def _stairs(values: FloatArray) -> float:
-    """Half the lowest step of a staircase; 0 where there are not two steps with several values each."""
+    """Half the step of values that are all whole numbers of steps apart; 0 where they are not."""
     levels, counts = np.unique(values, return_counts=True)
-    if np.count_nonzero(counts > 1) < 2:
+    if levels.size < 2 or not np.all(np.isfinite(levels)):
         return 0.0
-    return 0.5 * float(np.min(np.diff(levels)))
+    steps = np.diff(levels) / np.min(np.diff(levels))
+    told = levels.size >= 5 or np.count_nonzero(counts > 1) >= 2
+    return (
+        0.5 * float(np.min(np.diff(levels)))
+        if told and np.all(np.abs(steps - np.round(steps)) < 1e-3)
+        else 0.0
+    )
 
 
 @lru_cache(maxsize=32)

@@ -406,7 +406,7 @@ def _families(f: Curve, fits: _Stretches) -> Iterator[tuple[float, float, float]
             continue
         n, spread = free
         rational = round(n * 120.0) / 120.0
-        if abs(n - rational) <= max(4.0 * spread, 1e-12):
+        if abs(n - rational) <= max(16.0 * spread, 1e-12):
             yield rational, step, 0.0
         else:
             yield n, step, max(4.0 * spread, 2.0 * EPS * n)
