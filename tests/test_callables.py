@@ -12,7 +12,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import pymdr as mdr
-from pymdr.mapping.callables import find_kinks, rounding, search_points, slope_panel, tip_law
+from pymdr.mapping.callables import (
+    check_consistency,
+    find_kinks,
+    rounding,
+    search_points,
+    slope_panel,
+    tip_law,
+)
 from pymdr.problem.profiles import call
 
 RADII = np.array([0.0, 1e-3, 2e-3, 5e-3, 1e-2])
@@ -472,3 +479,86 @@ def test_steps_and_thickets_are_refused():
         find_kinks(lambda r: r + 1e-8 * np.sin(1e13 * r), 0.28, 0.34, 1e-17)
     with pytest.raises(mdr.ProblemError, match="not defined at r = 3"):
         find_kinks(lambda r: np.where(r < 0.3, r, math.nan), 0.28, 0.34)
+
+
+# --- f and derivative that belong together ---------------------------------------------------------------
+
+PAIRS = {
+    **{name: (f, slope, top) for name, (f, slope, top) in CANCELLING.items()},
+    "steep": (lambda r, R, c: c * R * (r / R) ** 40, lambda r, R, c: 40 * c * (r / R) ** 39, math.inf),
+    "root": (lambda r, R, c: c * R * (r / R) ** 0.3, lambda r, R, c: 0.3 * c * (r / R) ** -0.7, math.inf),
+    "hundreds of waves": (
+        lambda r, R, c: r * r / (2 * R) + 1e-4 * R * c * (1 - np.cos(3000 * r / R)),
+        lambda r, R, c: r / R + 0.3 * c * np.sin(3000 * r / R),
+        math.inf,
+    ),
+    "far above": (lambda r, R, c: 1e3 * R + c * r * r / R, lambda r, R, c: 2 * c * r / R, math.inf),
+    "bump": (
+        lambda r, R, c: r * r / (2 * R) + 1e-5 * R * np.exp(-(((r / R - 0.4) / 1e-4) ** 2)),
+        lambda r, R, c: r / R - 0.2 * (r / R - 0.4) / 1e-4 * np.exp(-(((r / R - 0.4) / 1e-4) ** 2)),
+        math.inf,
+    ),
+    "plateau": (lambda r, R, c: np.minimum(r, 0.3 * R), lambda r, R, c: 1.0 * (r < 0.3 * R), math.inf),
+    "dead zone": (
+        lambda r, R, c: c * R * np.maximum(r / R - 0.3, 0.0) ** 1.1,
+        lambda r, R, c: 1.1 * c * np.maximum(r / R - 0.3, 0.0) ** 0.1,
+        math.inf,
+    ),
+}
+
+
+@given(
+    st.sampled_from(sorted(PAIRS)),
+    SCALES,
+    SLOPES,
+    st.lists(st.floats(-6, 0), max_size=12),
+    st.floats(1, 12),
+    st.booleans(),
+)
+@settings(max_examples=60, deadline=None)
+def test_f_and_its_derivative_are_taken(name, R, c, kinks, decades, named):
+    f, slope, top = PAIRS[name]
+    marks = R * 10.0 ** np.array(kinks)
+    jumps = c * 100.0 ** -np.arange(1.0, marks.size + 1.0)
+
+    def whole(r):
+        return f(r, R, c) + np.maximum(r[:, None] - marks, 0.0) @ jumps
+
+    def derivative(r):
+        return slope(r, R, c) + (r[:, None] > marks) @ jumps
+
+    high = min(2.0, top) * R
+    with np.errstate(all="ignore"):
+        check_consistency(whole, derivative, high / 10.0**decades, high, marks if named else ())
+
+
+@given(st.sampled_from(sorted(PAIRS)), SCALES, SLOPES, st.floats(-5.5, 1), st.booleans())
+@settings(max_examples=60, deadline=None)
+def test_a_derivative_of_something_else_is_refused(name, R, c, wrong, everywhere):
+    f, slope, top = PAIRS[name]
+    if name == "far above" and wrong < -3:
+        wrong = -3.0
+    high = min(2.0, top) * R
+
+    def derivative(r):
+        # a factor, or too much in a tenth of an octave
+        x = r / (0.9 * high)
+        return slope(r, R, c) * (1 + 10.0**wrong * (1.0 if everywhere else np.exp(-(((x - 1) / 0.02) ** 2))))
+
+    with np.errstate(all="ignore"):
+        if name == "plateau" and not everywhere:
+            return
+        with pytest.raises(
+            mdr.ProblemError, match=r"contradict each other near r = .* where f rises with a slope of"
+        ):
+            check_consistency(lambda r: f(r, R, c), derivative, 1e-9 * high, high)
+
+
+def test_the_mended_examples():
+    with pytest.raises(mdr.ProblemError, match=r"slope of .* and derivative gives"):
+        check_consistency(lambda r: r * r / 2, lambda r: 2 * r, 1e-6, 1.0)
+    check_consistency(lambda r: r * r / 2 + np.maximum(r - 0.5, 0), lambda r: r + (r > 0.5), 1e-6, 1.0, [0.5])
+    with pytest.raises(mdr.ProblemError, match="near r = 5"):
+        check_consistency(
+            lambda r: r * r / 2 + np.maximum(r - 0.5, 0), lambda r: r + (r > 0.52), 1e-6, 1.0, [0.5]
+        )
