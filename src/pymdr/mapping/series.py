@@ -79,9 +79,9 @@ def nodes(n: int = TERMS) -> FloatArray:
 @lru_cache(maxsize=8)
 def to_coefficients(n: int = TERMS) -> FloatArray:
     """Matrix from values at :func:`nodes` to Chebyshev coefficients, by discrete orthogonality."""
-    angle = np.pi * (1.0 - (np.arange(n) + 0.5) / n)
-    # cosines, since the recurrence of the polynomials rounds at the ends
-    matrix = 2.0 / n * np.cos(np.arange(n)[:, None] * angle)
+    # cosines, since the recurrence of the polynomials rounds at the ends, of angles reduced in whole numbers
+    folded = np.abs((np.arange(n)[:, None] * (2 * n - 1 - 2 * np.arange(n)) + 2 * n) % (4 * n) - 2 * n)
+    matrix = 2.0 / n * np.sin(0.5 * np.pi / n * (n - folded))
     matrix[0] *= 0.5
     return np.asarray(matrix)
 
