@@ -38,7 +38,7 @@ def wavy() -> mdr.Function:
 @cache
 def law() -> JKR:
     """JKR on the mapped profile, in units of E* = R = 1."""
-    return JKR(equivalent_profile(wavy()).upto(REACH), 1.0, WORK)
+    return JKR(equivalent_profile(wavy()), 1.0, WORK)
 
 
 def traced() -> Track:
@@ -76,7 +76,7 @@ def following() -> Iterator[Ratio]:
     yield compare(
         "the same with radii, forces, energies and work", everything, against, interpolated, "no aim"
     )
-    map_time = median_time(lambda: equivalent_profile(wavy()).upto(REACH).squared(np.array(1.0)), 1)
+    map_time = median_time(lambda: equivalent_profile(wavy()).squared(np.array(REACH)), 1)
     once = "following the path once"
     per_path = median_time(lambda: follow(track, PATH), 5)
     waves = f"{REACH * WAVE_NUMBER / (2 * np.pi):.0f} waves"

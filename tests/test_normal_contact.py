@@ -15,7 +15,6 @@ from pymdr.line.foundation import (
     ElasticLine,
     disk_states,
     elastic_energy,
-    line_upto_depth,
     normal_force,
     spring_foundation,
     states_at_depth,
@@ -45,8 +44,8 @@ PROFILES = {
 UNIT = mdr.Elastic(1.0, 0.0)
 
 
-def line_of(profile, depth, modulus=1.0):
-    return line_upto_depth(ElasticLine(equivalent_profile(profile), modulus), depth)
+def line_of(profile, modulus=1.0):
+    return ElasticLine(equivalent_profile(profile), modulus)
 
 
 @pytest.mark.parametrize("name", PROFILES)
@@ -70,7 +69,7 @@ TRUNCATED_CONE_PRESSURE = 0.336572470243903 * (1 + 7.4963680e-12)
 def test_contacts_of_the_references(references, name):
     expected = references[f"normal_{name}"]["expected"]
     a, d = references[f"normal_{name}"]["inputs"]["a"], expected["d"]
-    line = line_of(PROFILES[name], d)
+    line = line_of(PROFILES[name])
     states = states_at_depth(line, np.array([d]))
     assert states.contact_radius[0] == pytest.approx(a, rel=1e-12)
     assert normal_force(line, states)[0] == pytest.approx(expected["F_over_Estar"], rel=1e-12)
@@ -79,7 +78,7 @@ def test_contacts_of_the_references(references, name):
     inner = TRUNCATED_CONE_PRESSURE if name == "trunc_cone" else expected["p02_over_Estar"]
     assert p.tolist() == pytest.approx([inner, expected["p05_over_Estar"]], rel=1e-12)
     f = gap_function(PROFILES[name], line.equivalent)
-    assert normal_displacement(line, f, d, a, [0.8])[0] == pytest.approx(expected["u_r08"], rel=1e-12)
+    assert normal_displacement(line, f, d, a, 0.0, [0.8])[0] == pytest.approx(expected["u_r08"], rel=1e-12)
     back = states_at_force(line, normal_force(line, states))
     assert back.contact_radius[0] == pytest.approx(a, rel=1e-12)
 
@@ -140,7 +139,7 @@ def test_smooth_callables(name):
     with_slope = equivalent_profile(mdr.Function(derivative=slope)).g(x)
     assert np.max(np.abs(with_slope / g(x) - 1)) < 1e-13
     alone = equivalent_profile(mdr.Function(f)).g(x)
-    assert np.max(np.abs(alone - g(x))) < 1e-12 * g(x[-1])
+    assert np.max(np.abs(alone / g(x) - 1)) < 1e-12
 
 
 @pytest.mark.parametrize("name", SMOOTH)
@@ -195,7 +194,7 @@ def disk_integral(line, a, excess):
         q = low + (high - low) * s
         r = np.sqrt((a - q) * (a + q))
         # the very corner of a truncated cone and the tip of a cone carry no weight
-        inside = (r > 0.0) & (~np.isin(r, line.equivalent.corners))
+        inside = (r > 0.0) & (~np.isin(r, line.equivalent.breakpoints))
         assert weights[~inside].sum() < 1e-12
         regular = pressure(line, a, 0.0, r[inside])
         total += 2 * math.pi * ((high - low) * weights[inside] * q[inside] * regular).sum()
@@ -215,7 +214,7 @@ DISKS = {
 @pytest.mark.parametrize("name", DISKS)
 def test_pressure_integrates_to_the_force(name):
     profile, d = DISKS[name]
-    line = line_of(profile, d, 2.0)
+    line = line_of(profile, 2.0)
     states = states_at_depth(line, np.array([d]))
     a, excess = float(states.contact_radius[0]), float(states.edge_excess[0])
     assert disk_integral(line, a, excess) == pytest.approx(normal_force(line, states)[0], rel=1e-10)
@@ -224,7 +223,7 @@ def test_pressure_integrates_to_the_force(name):
 @pytest.mark.parametrize("name", DISKS)
 def test_energy_and_stiffness_are_derivatives(name):
     profile, d = DISKS[name]
-    line = line_of(profile, 1.1 * d, 2.0)
+    line = line_of(profile, 2.0)
     depths = d * (1 + 1e-3 * np.array([-2.0, -1.0, 0.0, 1.0, 2.0]))
     states = states_at_depth(line, depths)
     force, energy = normal_force(line, states), elastic_energy(line, states)
@@ -237,14 +236,15 @@ def test_energy_and_stiffness_are_derivatives(name):
 @pytest.mark.parametrize("name", DISKS)
 def test_displacement_gap_and_profile_agree(name):
     profile, d = DISKS[name]
-    line = line_of(profile, 4 * d if "punch" not in name and "dome" not in name else d)
+    line = line_of(profile)
     state = states_at_depth(line, np.array([d]))
-    a = float(state.contact_radius[0])
+    a, excess = float(state.contact_radius[0]), float(state.edge_excess[0])
     f = gap_function(profile, line.equivalent)
     r = np.linspace(0.0, 0.999, 21) * a
-    assert np.max(np.abs(normal_displacement(line, f, d, a, r) - (d - f(r)))) == 0.0
+    assert np.max(np.abs(normal_displacement(line, f, d, a, excess, r) - (d - f(r)))) == 0.0
     outside = a * np.array([1.0001, 1.1, 1.3])
-    u, h = normal_displacement(line, f, d, a, outside), gap(line, f, d, a, outside)
+    u = normal_displacement(line, f, d, a, excess, outside)
+    h = gap(line, f, d, a, excess, outside)
     assert np.all(np.diff(u) < 0)
     assert np.all(h > 0)
     finite = np.isfinite(h)
@@ -252,7 +252,7 @@ def test_displacement_gap_and_profile_agree(name):
 
 
 def test_cone_pressure_is_logarithmic():
-    line = line_of(mdr.Cone(slope=0.3), 1.0)
+    line = line_of(mdr.Cone(slope=0.3))
     r = np.array([1e-9, 0.1, 0.5, 1 - 1e-9])
     exact = 0.3 / 2 * np.arccosh(1 / r)
     assert pressure(line, 1.0, 0.0, r)[:3] == pytest.approx(exact[:3], rel=1e-13)
