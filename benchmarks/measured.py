@@ -3,10 +3,10 @@
 from collections.abc import Iterator
 
 import numpy as np
+from pymdr.mapping.spline import spline_map
 
 import pymdr as mdr
 from benchmarks.timing import Ratio, compare
-from pymdr.mapping.spline import spline_map
 
 POINTS = np.linspace(0.011, 0.99, 200)
 
