@@ -391,6 +391,12 @@ class Image:
     end_squared: float
     """s at the upper end in m^3."""
 
+    def take(self, index: object) -> Image:
+        """The image on some of the panels, the last one among them."""
+        names = ("panels", "g", "slope", "moment", "squared")
+        parts = (getattr(self, name).take(index) for name in names)
+        return Image(*parts, self.error[index], self.end_squared)  # type: ignore[index]
+
 
 def map_panels(charges: Charges, panels: Panels, squared_below: float) -> Image:
     """

@@ -71,7 +71,7 @@ def as_place(x: Position) -> Place:
 @lru_cache(maxsize=8)
 def nodes(n: int = TERMS) -> FloatArray:
     """Chebyshev points of the first kind on (0, 1), rising, shape (n,)."""
-    points: FloatArray = (1.0 - np.cos(np.pi * (np.arange(n) + 0.5) / n)) / 2.0
+    points: FloatArray = np.sin(np.pi * (np.arange(n) + 0.5) / (2 * n)) ** 2
     points.flags.writeable = False
     return points
 
@@ -79,9 +79,12 @@ def nodes(n: int = TERMS) -> FloatArray:
 @lru_cache(maxsize=8)
 def to_coefficients(n: int = TERMS) -> FloatArray:
     """Matrix from values at :func:`nodes` to Chebyshev coefficients, by discrete orthogonality."""
-    angle = np.pi * (1.0 - (np.arange(n) + 0.5) / n)
-    # cosines, since the recurrence of the polynomials rounds at the ends
-    matrix = 2.0 / n * np.cos(np.arange(n)[:, None] * angle)
+    # cosines of multiples of pi / 2n, reduced as whole numbers so that none is rounded by its angle
+    turn = np.arange(n)[:, None] * (2 * n - 1 - 2 * np.arange(n)) % (4 * n)
+    turn = np.minimum(turn, 4 * n - turn)
+    sign = np.where(turn > n, -1.0, 1.0)
+    turn = np.minimum(turn, 2 * n - turn)
+    matrix = 2.0 / n * sign * np.sin(np.pi * (n - turn) / (2 * n))
     matrix[0] *= 0.5
     return np.asarray(matrix)
 

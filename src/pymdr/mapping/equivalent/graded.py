@@ -144,11 +144,12 @@ class GradedLine(EquivalentProfile):
             squared = self._tail_squared(begin)
             self._image = map_panels(self._charges, self._panels(begin, None, slope.front), squared)
         else:
-            first = self._image.panels
-            if inward and begin < float(first.start[0]):
-                inner_panels = self._panels(begin, None, float(first.start[0]))
-                made = map_panels(self._charges, inner_panels, self._tail_squared(begin))
-                self._image = joined_images(made, self._image)
+            if inward and begin < float(self._image.panels.start[0]):
+                # panels below the radii that were asked before had seen another tip
+                kept = self._image.take(self._image.panels.start >= self._inner)
+                end = float(kept.panels.start[0]) if kept.panels.count else self.front
+                made = map_panels(self._charges, self._panels(begin, None, end), self._tail_squared(begin))
+                self._image = joined_images(made, kept) if kept.panels.count else made
             last = self._image.panels
             if slope.front > self.front:
                 place = (float(last.base[-1]), float(last.high[-1]))
