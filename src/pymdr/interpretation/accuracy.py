@@ -102,5 +102,5 @@ def _with_error(claim: Claim, error: FloatArray | None, remark: str) -> Claim:
     reason = f"{claim.reason}{remark}"
     if largest <= EXACT_WITHIN or claim.level is not Level.EXACT:
         return replace(claim, error=error, reason=reason)
-    reason = f"{claim.reason}; numbers err by up to {largest:.1e} of their size, as the map of the profile does{remark}"
+    reason = f"{claim.reason}; numbers err by more than {EXACT_WITHIN:g} of their size, as the map of the profile does{remark}"
     return replace(claim, level=Level.APPROXIMATE, error=error, reason=reason)

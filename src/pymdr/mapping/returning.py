@@ -226,8 +226,8 @@ def _through_both(
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         if above:
             outside = (at <= 0.0)[:, None]
-            start = np.where(outside, np.arcsinh(first / root), _arcosh(first, root))
-            stop = np.where(outside, np.arcsinh(last / root), _arcosh(last, root))
+            start = np.where(outside, np.arcsinh(first / root), _beyond(low - at, root))
+            stop = np.where(outside, np.arcsinh(last / root), _beyond(high - at, root))
             theta = start + (stop - start) * s
             t = root * np.where(outside, np.sinh(theta), np.cosh(theta))
             other = root * np.where(outside, np.cosh(theta), np.sinh(theta))
@@ -247,9 +247,9 @@ def _through_both(
     return np.clip(t * t, low[:, None], high[:, None]), gap, jacobian
 
 
-def _arcosh(t: FloatArray, root: FloatArray) -> FloatArray:
-    """arcosh(t / root), by the form that keeps digits next to t = root."""
-    return np.asarray(np.arcsinh(np.sqrt(np.maximum((t - root) * (t + root), 0.0)) / root))
+def _beyond(distance: FloatArray, root: FloatArray) -> FloatArray:
+    """arcosh(t / root) from the distance t^2 - root^2, which keeps its digits next to t = root."""
+    return np.asarray(np.arcsinh(np.sqrt(np.maximum(distance, 0.0))[:, None] / root))
 
 
 def tail_over_root(power: float, slope: float, top: float, r: FloatArray) -> FloatArray:
