@@ -8,7 +8,7 @@ from itertools import pairwise
 import numpy as np
 
 from pymdr.errors import ConvergenceError, ProblemError
-from pymdr.mapping.callables import TipLaw, rounding, slope_panel, tip_law
+from pymdr.mapping.callables import TipLaw, find_kinks, rounding, slope_panel, tip_law
 from pymdr.mapping.series import TERMS, Panels, clenshaw
 from pymdr.mapping.slopes import anchored
 from pymdr.problem.profiles import Function, call
@@ -94,8 +94,13 @@ class DerivedSource:
         return np.where(inside, law.error * np.abs(law.slope(np.minimum(panels.stop, law.radius))), found)
 
     def kinks(self, low: float, high: float) -> list[float]:
-        """None that it knows of."""
-        return []
+        """Kinks of f between two radii that were not named; panels end at them from then on."""
+        found = find_kinks(self._f, low, high, of="value")
+        if found:
+            self.knots = tuple(sorted({*self.knots, *found}))
+            self._low, self._high, self._series, self._error = [], [], [], []
+            self._done.clear()
+        return found
 
     def foresee(self, top: float) -> None:
         """Find the law of the tip on radii up to `top`, or farther out if f is nothing but rounding up to there."""

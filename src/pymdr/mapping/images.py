@@ -388,6 +388,8 @@ class Image:
     squared: Series
     error: FloatArray
     """Errors of g, g', m and s on every panel, relative to their absolute integrands, shape (P, 4)."""
+    size: FloatArray
+    """Largest values of g, g', m and s on every panel, without their powers, shape (P, 4)."""
     end_squared: float
     """s at the upper end in m^3."""
 
@@ -395,7 +397,7 @@ class Image:
         """The image on some of the panels, the last one among them."""
         names = ("panels", "g", "slope", "moment", "squared")
         parts = (getattr(self, name).take(index) for name in names)
-        return Image(*parts, self.error[index], self.end_squared)  # type: ignore[index]
+        return Image(*parts, self.error[index], self.size[index], self.end_squared)  # type: ignore[index]
 
 
 def map_panels(charges: Charges, panels: Panels, squared_below: float) -> Image:
@@ -448,9 +450,10 @@ def map_panels(charges: Charges, panels: Panels, squared_below: float) -> Image:
 
     g, slope, moment = series(0), series(1), series(2)
     error = np.concatenate([fit.error for _, fit in done])[order]
-    squared, end, misfit = _squares(whole, slope, moment, squared_below)
+    size = np.concatenate([fit.size for _, fit in done])[order]
+    squared, end, misfit, size[:, 3] = _squares(whole, slope, moment, squared_below)
     error[:, 3] = np.maximum(misfit, error[:, 1] + error[:, 2])
-    return Image(whole, g, slope, moment, squared, error, end)
+    return Image(whole, g, slope, moment, squared, error, size, end)
 
 
 @lru_cache(maxsize=1)
@@ -465,13 +468,13 @@ class _Fitted:
     power: FloatArray
     coefficients: FloatArray
     error: FloatArray
+    size: FloatArray
     allowed: FloatArray
     even: BoolArray
 
     def take(self, index: object) -> _Fitted:
-        return _Fitted(
-            *(getattr(self, name)[index] for name in ("power", "coefficients", "error", "allowed", "even"))
-        )
+        names = ("power", "coefficients", "error", "size", "allowed", "even")
+        return _Fitted(*(getattr(self, name)[index] for name in names))
 
 
 def _fit_image(charges: Charges, panels: Panels, u: FloatArray) -> _Fitted:
@@ -503,7 +506,8 @@ def _fit_image(charges: Charges, panels: Panels, u: FloatArray) -> _Fitted:
     uneven = one_sign & (size > _SPREAD * np.min(np.abs(plain), axis=2))
     even = ~(panels.begins & uneven.any(axis=1))
     error = error + np.stack([spread, 16.0 * spread, spread], axis=1)
-    return _Fitted(power, coefficients, np.pad(error, ((0, 0), (0, 1))), allowed, even)
+    room = ((0, 0), (0, 1))
+    return _Fitted(power, coefficients, np.pad(error, room), np.pad(size, room), allowed, even)
 
 
 def _image_powers(charges: Charges, panels: Panels, offset: FloatArray, values: FloatArray) -> FloatArray:
@@ -592,7 +596,7 @@ def _squares(panels: Panels, slope: Series, moment: Series, below: float) -> tup
     size = np.max(np.abs(plain), axis=1)
     with np.errstate(invalid="ignore"):
         error = np.where(size > 0.0, misfit / size, 0.0)
-    return Series(own, coefficients), float(ends[-1]), error
+    return Series(own, coefficients), float(ends[-1]), error, size
 
 
 def joined_images(first: Image, second: Image) -> Image:
@@ -604,6 +608,7 @@ def joined_images(first: Image, second: Image) -> Image:
             for name in ("g", "slope", "moment", "squared")
         ),
         np.concatenate([first.error, second.error]),
+        np.concatenate([first.size, second.size]),
         second.end_squared,
     )
 

@@ -14,6 +14,7 @@ from typing import Protocol
 import numpy as np
 
 from pymdr.errors import ConvergenceError
+from pymdr.mapping.callables import search_points
 from pymdr.mapping.series import (
     TERMS,
     Panels,
@@ -44,9 +45,8 @@ MOST_KINKS = 32
 _TINY = 1e-290
 _MOST_PANELS = 20_000
 _SUDDEN = 1e-200
-_DEEPER = 0.5 ** np.array([1.0, 3.0, 6.0, 12.0, 24.0, 40.0])
 _PURE = 1e-14
-"""Largest misfit of a power that stands for the tip however far in it is asked."""
+"""Largest misfit of a power that stands for the tip as far in as it is asked."""
 
 
 class SlopeSource(Protocol):
@@ -102,8 +102,6 @@ class Tail:
     radius: float
     slope: float
     power: float
-    pure: bool
-    """Whether the power is steady to rounding, so that it goes on."""
 
 
 @dataclass
@@ -122,16 +120,27 @@ class ResolvedSlope:
     inner: float = math.inf
     """Radius in m down to which results do not depend on how the tip is closed."""
     tail: Tail = field(init=False)
+    _power_from: float = math.inf
     found: list[float] = field(default_factory=list)
     """Kinks in m that were not declared."""
 
     def __post_init__(self) -> None:
         self.knots = sorted(self.source.knots)
 
-    @property
-    def pure(self) -> bool:
-        """Whether the tip is one power to rounding as far inward as anybody has looked."""
-        return self.tail.pure
+    def is_power_from(self, x: float) -> bool:
+        """Whether the tip goes on as one power, to rounding, from a radius in m up to the first panel."""
+        tail = self.tail
+        if tail.slope == 0.0 or x >= self._power_from:
+            return x >= self._power_from or bool(self.knots and x < self.knots[0])
+        deep = max(x * 2.0**-8, 1e-290)
+        r = search_points(deep, min(self._power_from, self.floor))
+        given = self.source.sample(np.zeros(r.size), r)[0]
+        with np.errstate(under="ignore"):
+            law = tail.slope * (r / tail.radius) ** tail.power
+        if bool(np.all(np.abs(given - law) <= np.maximum(_PURE * np.abs(law), _TINY))):
+            self._power_from = deep
+            return True
+        return False
 
     def resolve_to(self, x: float, inner: float) -> None:
         """Resolve the slope on radii up to `x`, and as far inward as a result at `inner` depends on it."""
@@ -156,7 +165,8 @@ class ResolvedSlope:
         while self.front < top:
             self._extend(top)
         assert self.slopes is not None
-        self.tail = _tail(self.source, self.slopes, floor)
+        self.tail = _tail(self.slopes, floor)
+        self._power_from = math.inf
 
     def _extend(self, x: float) -> None:
         """Append panels up to `x`, or up to the first kink that nobody had named."""
@@ -510,7 +520,7 @@ def _octave(radius: float) -> float:
     return float(2.0 ** math.floor(math.log2(radius)))
 
 
-def _tail(source: SlopeSource, slopes: Slopes, floor: float) -> Tail:
+def _tail(slopes: Slopes, floor: float) -> Tail:
     """The power with which f' goes on below the first panel."""
     panels, series = slopes.panels, slopes.series
     u = np.array([0.0, 0.5, 1.0])
@@ -523,11 +533,4 @@ def _tail(source: SlopeSource, slopes: Slopes, floor: float) -> Tail:
         power = float(np.log(values[-1] / values[0]) / np.log(offsets[-1] / offsets[0]))
         nearest = round(power * 60.0) / 60.0
         power = max(nearest if abs(power - nearest) < 1e-9 else power, -0.95)
-    deeper = floor * _DEEPER
-    given = source.sample(np.zeros(deeper.size), deeper)[0]
-    law = values[0] * _DEEPER**power
-    known = np.abs(law) > _TINY
-    pure = bool(np.all(np.abs(given - law)[known] <= _PURE * np.abs(law[known]))) and bool(
-        np.all(known | (given == law))
-    )
-    return Tail(floor, float(values[0]), power, pure)
+    return Tail(floor, float(values[0]), power)

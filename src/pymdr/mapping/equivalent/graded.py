@@ -121,14 +121,14 @@ class GradedLine(EquivalentProfile):
         with self._lock:
             x = min(x, self._end)
             inner = min(inner if inner is not None and inner > 0.0 else x, x)
-            if self._image is None or x > self.front or (inner < self._inner and not self._is_power()):
+            if (
+                self._image is None
+                or x > self.front
+                or (inner < self._inner and not self._resolved.is_power_from(inner))
+            ):
                 self._extend(x, inner)
             assert self._image is not None
             return self._image
-
-    def _is_power(self) -> bool:
-        """Whether the tip is a power to rounding, so that nothing changes farther inward."""
-        return self._resolved.pure
 
     def _extend(self, x: float, inner: float) -> None:
         slope = self._resolved
@@ -262,8 +262,20 @@ class GradedLine(EquivalentProfile):
             flat = Place(
                 np.ravel(np.broadcast_to(place.base, place.x.shape))[known], np.ravel(place.offset)[known]
             )
-            answer[known] = image.error[image.panels.locate(flat)[0]]
+            answer[known] = self._errors(image, flat)
         return answer.reshape(*np.shape(place.x), 4)
+
+    def _errors(self, image: Image, place: Place) -> FloatArray:
+        """Errors of panels, as much larger as their curves are smaller at the places."""
+        index, offset = image.panels.locate(place)
+        errors = image.error[index].copy()
+        u = image.panels.variable(index, offset)
+        for k, name in enumerate(("g", "slope", "moment", "squared")):
+            value = np.abs(clenshaw(getattr(image, name).coefficients[index], u))
+            with np.errstate(divide="ignore", invalid="ignore"):
+                share = np.where(value > 0.0, image.size[index, k] / value, 1.0)
+            errors[:, k] *= np.maximum(share, 1.0)
+        return errors
 
     # -- inverses ---------------------------------------------------------------------------------
 
@@ -318,8 +330,6 @@ class GradedLine(EquivalentProfile):
                     break
                 image = self.map_to(self._next_radius(target, which))
             ends = self._at_ends(image, which)
-            if self._is_power():
-                return image
             first = int(np.argmax(np.maximum.accumulate(ends) >= least))
             inner = float(image.panels.start[first])
             while first == 0 and self._read_tail(which, inner) > least and inner > 1e-300:
@@ -500,7 +510,7 @@ class GradedLine(EquivalentProfile):
         inside = (base - stop[0]) + offset < stop[1]
         x = base + offset
         positive = x[inside & (x > 0.0)]
-        if positive.size and not self._is_power():
+        if positive.size:
             image = self.map_to(float(edge.x), max(float(positive.min()), 2.0**-60 * float(edge.x)))
         answer = np.zeros(x.shape)
         part = returning.stretch(image.panels, image.slope, (0.0, 0.0), stop)
