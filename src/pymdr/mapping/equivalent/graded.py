@@ -306,11 +306,11 @@ class GradedLine(EquivalentProfile):
 
     def between(self, depth: FloatArray, low: float, high: float) -> Place:
         """The places between two turning points of g, or the tip, at which g(x) = depth, for a rising stretch."""
+        if low == 0.0:
+            return self.place(depth)
         image = self.map_to(high)
-        ends = self._at_ends(image, "g")
         first = int(np.searchsorted(image.panels.stop, low, side="right"))
         last = int(np.searchsorted(image.panels.start, high, side="left"))
-        del ends
         base, offset = self._roots(image, depth, "g", first, max(last, first + 1))
         return Place(base, offset)
 
