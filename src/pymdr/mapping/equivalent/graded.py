@@ -433,6 +433,24 @@ class GradedLine(EquivalentProfile):
             self.map_to(top)
         return tuple(b for b in self._resolved.knots if b < top)
 
+    def corners(self, top: float) -> tuple[tuple[float, float], ...]:
+        """Kinks of f up to `top` as (radius in m, jump of f'), where f' jumps by more than its rounding."""
+        if top > 0.0:
+            self.map_to(top)
+        slopes = self._resolved.slopes
+        if slopes is None:
+            return ()
+        jumping = np.flatnonzero((slopes.jump != 0.0) & (slopes.panels.base < top))
+        return tuple(zip(slopes.panels.base[jumping].tolist(), slopes.jump[jumping].tolist(), strict=True))
+
+    def resolving_radii(self, top: float) -> FloatArray:
+        """Rising radii in m up to `top` between which g bends little."""
+        panels = self.map_to(top).panels
+        thick = panels.take(panels.width > 1e-6 * panels.stop)
+        offsets = thick.offsets(np.array([0.1, 0.5, 0.9]))
+        radii = np.sort((thick.base[:, None] + offsets).ravel())
+        return radii[radii < top]
+
     def turning_points(self, top: float) -> tuple[float, ...]:
         """Places in m up to `top` at which g' changes its sign; 0 where g begins to fall."""
         image = self.map_to(top)
