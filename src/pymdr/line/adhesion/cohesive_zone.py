@@ -22,6 +22,9 @@ from numpy.typing import NDArray
 
 from pymdr.errors import ConvergenceError
 from pymdr.line.adhesion.equivalent_line import EquivalentLine, inner_knots
+from pymdr.line.adhesion.zone_panels import panel_integrals
+from pymdr.line.adhesion.zone_shape import segment, zone_root
+from pymdr.mapping.equivalent.graded import GradedLine
 from pymdr.units import FloatArray
 
 _Index = NDArray[np.intp]
@@ -29,6 +32,9 @@ _Index = NDArray[np.intp]
 _TOLERANCE = 3e-13
 _NOISE = 1e-11
 _LEVELS = 8
+_STEP = 2.0**0.25
+"""Ratio of radii by which a search goes where nothing is known yet."""
+_LARGEST = 1e30
 _FEW = 4
 """Breakpoints at which a rough quadrature splits a zone, at least."""
 
@@ -49,26 +55,6 @@ def _rule(level: int) -> tuple[FloatArray, FloatArray]:
     # t = 1 / (1 + exp(-π sinh u)): accurate at the end t = 0, where the relative distance matters
     t = 1.0 / (1.0 + np.exp(-np.pi * np.sinh(u)))
     return t, step * np.pi * np.cosh(u) * t * (1.0 / (1.0 + np.exp(np.pi * np.sinh(u))))
-
-
-def zone_root(radius: FloatArray, width: FloatArray) -> FloatArray:
-    """Return sqrt(c² - a²) [m] of a zone from a with c = a + δ, without subtraction."""
-    return np.sqrt(width * (2.0 * radius + width))
-
-
-def segment(angle: FloatArray) -> FloatArray:
-    """Return ψ - sin ψ cos ψ, by its series where the difference would cancel.
-
-    Examples
-    --------
-    >>> bool(abs(segment(np.array(1e-4)) / (2e-12 / 3) - 1) < 1e-8)
-    True
-    """
-    z = (2.0 * angle) ** 2
-    series = np.ones_like(z)
-    for k in (14, 12, 10, 8, 6, 4):
-        series = 1.0 - z * series / (k * (k + 1))
-    return np.where(angle < 0.4, angle * z * series / 6.0, angle - np.sin(angle) * np.cos(angle))
 
 
 class _Marks(NamedTuple):
@@ -195,6 +181,8 @@ def zone_integrals(
     >>> np.allclose([j0[0], j1[0], j2[0]], [1, 2, 8 / 3], rtol=1e-13)
     True
     """
+    if isinstance(line, GradedLine):
+        return tuple(panel_integrals(line, radius, width, third=third))  # type: ignore[return-value]
     marks = marks or _marks(line)
     result = _integrals_at(line, marks, radius, width, 0, third=third)
     left, before = np.arange(radius.size), np.full(radius.size, np.inf)
@@ -223,7 +211,7 @@ def _gap(
     """Return H [m], dH/dc at constant a and -dH/da at constant c, both dimensionless."""
     j0, j1, _ = (
         zone_integrals(line, radius, width, marks=marks)
-        if level is None
+        if level is None or isinstance(line, GradedLine)
         else _integrals_at(line, marks, radius, width, level, third=False, rough=True)
     )
     c = radius + width
@@ -280,14 +268,23 @@ def solve_width(
     >>> round(float(width[0]), 13)
     1.0
     """
-    marks = _marks(line)
+    graded = isinstance(line, GradedLine)
+    marks = _Marks((), np.zeros(0)) if graded else _marks(line)
 
     def residual(width: FloatArray, at: _Index, level: int | None) -> tuple[FloatArray, FloatArray]:
         radius = fixed[at] if outward else fixed[at] - width
         value, out, inw = _gap(line, marks, k, radius, width, level)
         return value, out if outward else inw
 
-    width = _bracketed(lambda x, at: residual(x, at, 0), target, upper)
+    if upper.size == 0:
+        return upper.copy()
+    if isinstance(line, GradedLine) and outward:
+        start = np.minimum(upper, line.rough_radius(lambda x, g: g + k * x >= 0.1 * target))
+        # a callable is asked little farther out than its states
+        front = fixed + start
+    else:
+        start, front = np.minimum(upper, _LARGEST), np.full(upper.shape, np.inf)
+    width = _bracketed(lambda x, at: residual(x, at, 0), target, start, upper, fixed, front)
     left = np.flatnonzero(width < upper)
     before = np.full(left.size, np.inf)
     for _ in range(30):
@@ -307,12 +304,18 @@ def solve_width(
 def _bracketed(
     residual: Callable[[FloatArray, _Index], tuple[FloatArray, FloatArray]],
     target: float,
+    start: FloatArray,
     upper: FloatArray,
+    fixed: FloatArray,
+    front: FloatArray,
 ) -> FloatArray:
-    """Return roots x in (0, upper] of an increasing residual(x, index) = target, to 1e-7 or better."""
-    x, low, high = upper.copy(), np.zeros_like(upper), upper.copy()
+    """Return roots x in (0, upper] of an increasing residual(x, index) = target, to 1e-7 or better.
+
+    The search begins at `start`; beyond `front`, fixed + x grows by quarter octaves only.
+    """
+    x, low, high = start.copy(), np.zeros_like(upper), np.full(upper.shape, np.inf)
     left = np.arange(upper.size)
-    for turn in range(300):
+    for turn in range(600):
         if left.size == 0:
             return x
         here = x[left]
@@ -324,10 +327,13 @@ def _bracketed(
         lo, hi = low[left], high[left]
         outside = ~((new > lo) & (new < hi))
         # a rough residual has not quite the rate that it is given: every fourth step halves the bracket for sure
-        outside |= (turn % 4 == 3) & (lo > 0.0)
-        new[outside] = np.where(lo > 0.0, np.sqrt(lo * hi), hi / 64.0)[outside]
+        outside |= (turn % 4 == 3) & (lo > 0.0) & np.isfinite(hi)
+        with np.errstate(invalid="ignore"):
+            middle = np.where(lo > 0.0, np.where(np.isfinite(hi), np.sqrt(lo * hi), 2.0 * lo), hi / 64.0)
+        new[outside] = middle[outside]
+        reach = np.maximum(front[left], _STEP * (fixed[left] + here)) - fixed[left]
+        new = np.minimum(new, np.minimum(reach, upper[left]))
         beyond = ~above & (here >= upper[left])
-        new[beyond] = upper[left][beyond]
         x[left] = new
         left = left[(np.abs(new - here) > 1e-7 * here) & ~beyond & (hi - lo > 1e-9 * hi)]
     raise ConvergenceError(f"the gap condition was not met (last width {x[left[0]]!r} m)")

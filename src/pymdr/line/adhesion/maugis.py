@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from pymdr.errors import ProblemError
-from pymdr.line.adhesion.cohesive_zone import segment, solve_width, zone_integrals, zone_root
+from pymdr.line.adhesion.cohesive_zone import solve_width, zone_integrals
 from pymdr.line.adhesion.equivalent_line import (
     EquivalentLine,
     States,
@@ -20,6 +20,7 @@ from pymdr.line.adhesion.equivalent_line import (
     own_edge,
     stretched_energy,
 )
+from pymdr.line.adhesion.zone_shape import segment, zone_root
 from pymdr.units import FloatArray
 
 _PIECES = 5
