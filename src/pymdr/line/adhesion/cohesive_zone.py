@@ -25,6 +25,7 @@ from pymdr.line.adhesion.equivalent_line import EquivalentLine, inner_knots
 from pymdr.line.adhesion.zone_panels import panel_integrals
 from pymdr.line.adhesion.zone_shape import segment, zone_root
 from pymdr.mapping.equivalent.graded import GradedLine
+from pymdr.mapping.series import Place, Position, rounded
 from pymdr.units import FloatArray
 
 _Index = NDArray[np.intp]
@@ -144,7 +145,7 @@ def _beyond_corner(
 
 def zone_integrals(
     line: EquivalentLine,
-    radius: FloatArray,
+    radius: Position,
     width: FloatArray,
     *,
     third: bool = False,
@@ -156,8 +157,10 @@ def zone_integrals(
     ----------
     line : EquivalentLine
         The equivalent profile; every integral is split at its breakpoints.
-    radius, width : ndarray
-        Contact radii a >= 0 and widths δ = c - a > 0 of the zones [m], flat and of one length.
+    radius : ndarray or Place
+        Contact radii a >= 0 [m], flat.
+    width : ndarray
+        Widths δ = c - a > 0 of the zones [m], of the same length.
     third : bool
         Whether J2 is wanted; it is 0 otherwise.
     marks : optional
@@ -183,6 +186,7 @@ def zone_integrals(
     """
     if isinstance(line, GradedLine):
         return tuple(panel_integrals(line, radius, width, third=third))  # type: ignore[return-value]
+    radius = rounded(radius)
     marks = marks or _marks(line)
     result = _integrals_at(line, marks, radius, width, 0, third=third)
     left, before = np.arange(radius.size), np.full(radius.size, np.inf)
@@ -206,11 +210,12 @@ def zone_integrals(
 
 
 def _gap(
-    line: EquivalentLine, marks: _Marks, k: float, radius: FloatArray, width: FloatArray, level: int | None
+    line: EquivalentLine, marks: _Marks, k: float, position: Position, width: FloatArray, level: int | None
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return H [m], dH/dc at constant a and -dH/da at constant c, both dimensionless."""
+    radius = rounded(position)
     j0, j1, _ = (
-        zone_integrals(line, radius, width, marks=marks)
+        zone_integrals(line, position, width, marks=marks)
         if level is None or isinstance(line, GradedLine)
         else _integrals_at(line, marks, radius, width, level, third=False, rough=True)
     )
@@ -221,12 +226,19 @@ def _gap(
     # sqrt(c² - a²) ψ - δ = 2 c sin(ψ/2) [ψ cos(ψ/2) - sin(ψ/2)]
     own = 2.0 * c * np.sin(half) * (angle * np.cos(half) - np.sin(half))
     outward = j0 + 2.0 * k * (angle * c / root - width / c)
-    inward = angle * (line.slope(radius) + 2.0 * k * radius / root)
+    inward = angle * (line.slope(position) + 2.0 * k * radius / root)
     return j1 + 2.0 * k * own, outward, inward
 
 
 def solve_width(
-    line: EquivalentLine, k: float, target: float, fixed: FloatArray, upper: FloatArray, *, outward: bool
+    line: EquivalentLine,
+    k: float,
+    target: float,
+    given: Position,
+    upper: FloatArray,
+    *,
+    outward: bool,
+    begin: float | None = None,
 ) -> FloatArray:
     """Return the widths δ of the zones whose gap condition holds, H = target.
 
@@ -238,12 +250,15 @@ def solve_width(
         Cohesive stress over modulus, σ0/E*.
     target : float
         The value of H [m], π γ / (2 σ0).
-    fixed : ndarray
-        The radii that are given [m]: a when `outward`, else c. Flat.
+    given : ndarray or Place
+        The radii that are given [m]: a when `outward`, else c (an array). Flat.
     upper : ndarray
         Upper bounds of δ [m], of the same length; where H(upper) < target the bound itself is returned.
     outward : bool
         Whether c = a + δ is sought (else a = c - δ).
+    begin : float, optional
+        Width [m] from which the search goes; `upper` unless given. Beyond the first c it goes outward by quarter
+        octaves, so that no profile is asked much farther out than its states.
 
     Returns
     -------
@@ -268,22 +283,16 @@ def solve_width(
     >>> round(float(width[0]), 13)
     1.0
     """
-    graded = isinstance(line, GradedLine)
-    marks = _Marks((), np.zeros(0)) if graded else _marks(line)
+    marks = _Marks((), np.zeros(0)) if isinstance(line, GradedLine) else _marks(line)
 
     def residual(width: FloatArray, at: _Index, level: int | None) -> tuple[FloatArray, FloatArray]:
-        radius = fixed[at] if outward else fixed[at] - width
+        radius = _taken(given, at) if outward else fixed[at] - width
         value, out, inw = _gap(line, marks, k, radius, width, level)
         return value, out if outward else inw
 
-    if upper.size == 0:
-        return upper.copy()
-    if isinstance(line, GradedLine) and outward:
-        start = np.minimum(upper, line.rough_radius(lambda x, g: g + k * x >= 0.1 * target))
-        # a callable is asked little farther out than its states
-        front = fixed + start
-    else:
-        start, front = np.minimum(upper, _LARGEST), np.full(upper.shape, np.inf)
+    fixed = rounded(given)
+    start = np.minimum(upper, _LARGEST if begin is None else begin)
+    front = np.full(upper.shape, np.inf) if begin is None else fixed + start
     width = _bracketed(lambda x, at: residual(x, at, 0), target, start, upper, fixed, front)
     left = np.flatnonzero(width < upper)
     before = np.full(left.size, np.inf)
@@ -299,6 +308,10 @@ def solve_width(
     raise ConvergenceError(
         f"the width of the cohesive zone did not settle (last value {width[left[0]]!r} m at {fixed[left[0]]!r} m)"
     )
+
+
+def _taken(position: Position, at: _Index) -> Position:
+    return position.take(at) if isinstance(position, Place) else rounded(position)[at]
 
 
 def _bracketed(

@@ -21,7 +21,7 @@ from pymdr.line.adhesion.zone_shape import segment
 from pymdr.mapping.abel import gauss
 from pymdr.mapping.equivalent.graded import GradedLine
 from pymdr.mapping.images import Image
-from pymdr.mapping.series import TERMS, Panels, Place, Series, evaluate, joined, joined_series
+from pymdr.mapping.series import TERMS, Panels, Place, Position, Series, as_place, evaluate, joined, joined_series
 from pymdr.units import FloatArray
 
 _Index = NDArray[np.intp]
@@ -80,15 +80,17 @@ class _Pieces(NamedTuple):
 _tables: WeakKeyDictionary[GradedLine, _Table] = WeakKeyDictionary()
 
 
-def panel_integrals(line: GradedLine, radius: FloatArray, width: FloatArray, *, third: bool) -> FloatArray:
+def panel_integrals(line: GradedLine, radius: Position, width: FloatArray, *, third: bool) -> FloatArray:
     """
     J0, J1 and J2 of zones, see `pymdr.line.adhesion.cohesive_zone`.
 
     Parameters
     ----------
     line : GradedLine
-    radius, width : ndarray
-        a >= 0 and c - a > 0 in m, flat and of one length; the profile is known at c.
+    radius : ndarray or Place
+        a >= 0 in m, flat.
+    width : ndarray
+        c - a > 0 in m, of the same length; the profile is known at c.
     third : bool
         Whether J2 is wanted; it is 0 otherwise.
 
@@ -97,19 +99,21 @@ def panel_integrals(line: GradedLine, radius: FloatArray, width: FloatArray, *, 
     ndarray, shape (3, zones)
         J0 (dimensionless), J1 in m and J2 in m^3, as accurate as the image.
     """
-    totals = np.zeros((3, radius.size))
-    for begin in range(0, radius.size, _ROWS):
+    place, totals = as_place(radius), np.zeros((3, width.size))
+    for begin in range(0, width.size, _ROWS):
         part = slice(begin, begin + _ROWS)
-        totals[:, part] = _block(line, radius[part], width[part], third)
+        totals[:, part] = _block(line, place.take(part), width[part], third)
     return totals
 
 
-def _block(line: GradedLine, a: FloatArray, width: FloatArray, third: bool) -> FloatArray:
+def _block(line: GradedLine, place: Place, width: FloatArray, third: bool) -> FloatArray:
+    a = place.x
     c = a + width
     table = _table_of(line, float(c.max()), float(c.min()), float(np.min(a[a > 0.0], initial=math.inf)))
     panels, tip = table.panels, float(table.start[0])
-    first, _ = panels.locate(Place(np.zeros(a.shape), a))
-    last, _ = panels.locate(Place(a, width))
+    first, _ = panels.locate(place)
+    # c = base + (offset + width)
+    last, _ = panels.locate(Place(place.base, place.offset + width))
     in_tip = a < tip
     first[in_tip], last[c <= tip] = -1, -1
     totals = np.zeros((3, a.size))
@@ -133,16 +137,17 @@ def _block(line: GradedLine, a: FloatArray, width: FloatArray, third: bool) -> F
     panel = np.arange(row.size) - np.repeat(np.cumsum(count) - count, count) + begin[row]
     cuts = np.flatnonzero(first >= 0)
     row, panel = np.concatenate([row, cuts]), np.concatenate([panel, first[cuts]])
-    offset = (a[row] - panels.base[panel]) + width[row]
+    inner_offset = (place.base[row] - panels.base[panel]) + place.offset[row]
+    offset = inner_offset + width[row]
     away = _away(panels, panel, offset) & (panel != first[row])
     r, p = row[away], panel[away]
     nodes = table.nodes[p]
     full = _kernels(offset[away, None] - nodes, panels.base[p, None] + nodes, c[r, None], third)
     _gather(totals, r, full * table.weights[p])
 
-    row, panel, at = row[~away], panel[~away], offset[~away]
+    row, panel, at, entry = (x[~away] for x in (row, panel, offset, inner_offset))
     begins = panel == first[row]
-    low = np.where(begins, np.clip(a[row] - panels.base[panel], panels.low[panel], panels.high[panel]), panels.low[panel])
+    low = np.where(begins, np.clip(entry, panels.low[panel], panels.high[panel]), panels.low[panel])
     high = np.minimum(panels.high[panel], at)
     low_gap = np.where(begins, width[row], at - low)
     real = high > low
