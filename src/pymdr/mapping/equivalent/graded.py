@@ -224,7 +224,9 @@ class GradedLine(EquivalentProfile):
 
     def _evaluate(self, image: Image, place: Place, which: str) -> FloatArray:
         index, offset = image.panels.locate(place)
-        values = evaluate(image.panels, getattr(image, which), index, offset)
+        with np.errstate(invalid="ignore"):
+            # before the first panel an offset is negative, and the tail holds
+            values = evaluate(image.panels, getattr(image, which), index, offset)
         x = place.x
         low = x < image.panels.start[0]
         if low.any():
