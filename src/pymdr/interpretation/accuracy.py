@@ -96,8 +96,10 @@ def with_errors(
 
 
 def _with_error(claim: Claim, error: FloatArray | None, remark: str) -> Claim:
-    if error is None or claim.level is Level.NOT_VALID:
+    if claim.level is Level.NOT_VALID:
         return claim
+    if error is None:
+        return replace(claim, reason=f"{claim.reason}{remark}") if remark else claim
     largest = float(np.max(error[claim.where], initial=0.0))
     reason = f"{claim.reason}{remark}"
     if largest <= EXACT_WITHIN or claim.level is not Level.EXACT:

@@ -93,7 +93,7 @@ def states_at_depth(line: ElasticLine, indentation: ArrayLike) -> DiskStates:
     """
     d = np.asarray(indentation, dtype=float)
     equivalent = line.equivalent
-    turning = _turning_points(equivalent, float(np.max(d, initial=0.0)))
+    turning = _turning_points(equivalent, float(np.max(d, initial=0.0, where=np.isfinite(d))))
     if turning:
         return disk_states(line, d, _best_disk(equivalent, d, turning))
     return disk_states(line, d, _inside(equivalent, equivalent.place(d)))
@@ -112,8 +112,11 @@ def rises_to(line: ElasticLine, depth: float) -> bool:
 
 def _turning_points(equivalent: EquivalentProfile, depth: float) -> tuple[float, ...]:
     """Where g turns, as far out as a contact of a depth in m can be."""
-    if equivalent.rises or depth <= 0.0:
+    if equivalent.rises:
         return ()
+    if depth <= 0.0:
+        # the rim of a hollow punch stands out
+        return equivalent.turning_points(equivalent.edge) if np.isfinite(equivalent.edge) else ()
     return equivalent.turning_points(equivalent.overlap_radius(depth))
 
 
@@ -129,7 +132,8 @@ def _best_disk(equivalent: EquivalentProfile, d: FloatArray, turning: tuple[floa
     """The radius of largest d a - int_0^a g; 0 where no disk carries load."""
     best = Place(np.zeros(d.shape), np.zeros(d.shape))
     load = np.zeros(d.shape)
-    end = min(equivalent.edge, equivalent.overlap_radius(float(np.max(d))))
+    deepest = float(np.max(d, initial=0.0, where=np.isfinite(d)))
+    end = min(equivalent.edge, equivalent.overlap_radius(deepest))
     ends = np.array([0.0, *(t for t in turning if 0.0 < t < end), end])
     g = equivalent.g(ends)
     for low, high, g_low, g_high in zip(ends[:-1], ends[1:], g[:-1], g[1:], strict=True):

@@ -49,6 +49,7 @@ _GENERATIONS = 40
 _STEEP, _SPREAD = 8.0, 64.0
 _GRADED = 24
 _TESTED = 12
+_MANY = 2000
 _SPREAD_AT = np.array([0.2, 0.6, 1.0])
 
 
@@ -314,7 +315,8 @@ class Charges:
     def spread_error(self, x: FloatArray) -> FloatArray:
         """Error of g at places in m, from the measured errors of f'."""
         panels, slopes = self.slopes.panels, self.slopes
-        floor = 8.0 * np.finfo(float).eps * slopes.size
+        # of many panels only those count whose error is more than rounding
+        floor = 8.0 * np.finfo(float).eps * slopes.size if slopes.size.size > _MANY else 0.0
         rough = np.flatnonzero(slopes.error > floor)
         total = np.zeros(x.shape)
         for start in range(0, rough.size, 4096):
@@ -452,7 +454,10 @@ def map_panels(charges: Charges, panels: Panels, squared_below: float) -> Image:
     error = np.concatenate([fit.error for _, fit in done])[order]
     size = np.concatenate([fit.size for _, fit in done])[order]
     squared, end, misfit, size[:, 3] = _squares(whole, slope, moment, squared_below)
-    error[:, 3] = np.maximum(misfit, error[:, 1] + error[:, 2])
+    with np.errstate(divide="ignore", invalid="ignore"):
+        # s carries on what it has gathered below
+        gathered = np.maximum.accumulate((misfit + error[:, 1] + error[:, 2]) * size[:, 3])
+        error[:, 3] = np.where(size[:, 3] > 0.0, gathered / size[:, 3], 0.0)
     return Image(whole, g, slope, moment, squared, error, size, end)
 
 

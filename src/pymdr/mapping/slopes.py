@@ -292,7 +292,9 @@ class _Stopped:
 def _jitter(count: int) -> FloatArray:
     """Points in (0, 1), dense everywhere and on no grid: a Kronecker sequence."""
     golden = 0.5 * (math.sqrt(5.0) - 1.0)
-    return np.sort((0.5 + golden * np.arange(1.0, count + 1.0)) % 1.0)
+    inner = np.sort((0.5 + golden * np.arange(1.0, count + 1.0)) % 1.0)
+    # a kink beside the end of a panel is seen at the end only
+    return np.concatenate([[1e-7, 1e-4], inner, [1.0 - 1e-4, 1.0 - 1e-7]])
 
 
 def _resolve(

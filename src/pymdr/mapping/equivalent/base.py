@@ -81,6 +81,14 @@ class EquivalentProfile(ABC):
         """Places in m up to `top` to whose right g is not smooth."""
         return ()
 
+    def corners(self, top: float) -> tuple[tuple[float, float], ...]:
+        """Kinks of f up to `top` as (radius in m, jump of f'), where f' jumps by more than its rounding."""
+        return ()
+
+    def resolving_radii(self, top: float) -> FloatArray:
+        """Rising radii in m up to `top` between which g bends little; empty where it is known to rise."""
+        return np.empty(0)
+
     def turning_points(self, top: float) -> tuple[float, ...]:
         """Places in m up to `top` at which g' changes its sign; 0 where g begins to fall."""
         return ()

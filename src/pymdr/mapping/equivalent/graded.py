@@ -224,7 +224,9 @@ class GradedLine(EquivalentProfile):
 
     def _evaluate(self, image: Image, place: Place, which: str) -> FloatArray:
         index, offset = image.panels.locate(place)
-        values = evaluate(image.panels, getattr(image, which), index, offset)
+        with np.errstate(invalid="ignore"):
+            # before the first panel an offset is negative, and the tail holds
+            values = evaluate(image.panels, getattr(image, which), index, offset)
         x = place.x
         low = x < image.panels.start[0]
         if low.any():
@@ -306,11 +308,11 @@ class GradedLine(EquivalentProfile):
 
     def between(self, depth: FloatArray, low: float, high: float) -> Place:
         """The places between two turning points of g, or the tip, at which g(x) = depth, for a rising stretch."""
+        if low == 0.0:
+            return self.place(depth)
         image = self.map_to(high)
-        ends = self._at_ends(image, "g")
         first = int(np.searchsorted(image.panels.stop, low, side="right"))
         last = int(np.searchsorted(image.panels.start, high, side="left"))
-        del ends
         base, offset = self._roots(image, depth, "g", first, max(last, first + 1))
         return Place(base, offset)
 
@@ -432,6 +434,24 @@ class GradedLine(EquivalentProfile):
         if top > 0.0:
             self.map_to(top)
         return tuple(b for b in self._resolved.knots if b < top)
+
+    def corners(self, top: float) -> tuple[tuple[float, float], ...]:
+        """Kinks of f up to `top` as (radius in m, jump of f'), where f' jumps by more than its rounding."""
+        if top > 0.0:
+            self.map_to(top)
+        slopes = self._resolved.slopes
+        if slopes is None:
+            return ()
+        jumping = np.flatnonzero((slopes.jump != 0.0) & (slopes.panels.base < top))
+        return tuple(zip(slopes.panels.base[jumping].tolist(), slopes.jump[jumping].tolist(), strict=True))
+
+    def resolving_radii(self, top: float) -> FloatArray:
+        """Rising radii in m up to `top` between which g bends little."""
+        panels = self.map_to(top).panels
+        thick = panels.take(panels.width > 1e-6 * panels.stop)
+        offsets = thick.offsets(np.array([0.1, 0.5, 0.9]))
+        radii = np.sort((thick.base[:, None] + offsets).ravel())
+        return radii[radii < top]
 
     def turning_points(self, top: float) -> tuple[float, ...]:
         """Places in m up to `top` at which g' changes its sign; 0 where g begins to fall."""
