@@ -17,7 +17,7 @@ def blocks(page):
 
 
 @pytest.mark.parametrize(
-    "page", ["first_steps.md", "adhesion.md", "friction.md", "claims.md", "contributing.md"]
+    "page", ["first_steps.md", "adhesion.md", "friction.md", "claims.md", "exactness.md", "contributing.md"]
 )
 def test_blocks_run(page):
     found = list(blocks(DOCS / page))
