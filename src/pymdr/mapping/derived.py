@@ -59,8 +59,10 @@ class DerivedSource:
         return 0.0 if self._law is None else self._law.radius
 
     def _f(self, r: FloatArray) -> FloatArray:
-        assert self.profile.f is not None
-        return call(self.profile.f, r)
+        f = self.profile.f
+        assert f is not None
+        values: FloatArray = call(f, r)
+        return values
 
     def sample(self, base: FloatArray, offset: FloatArray) -> tuple[FloatArray, FloatArray]:
         """F' at the rounded radii, and their offsets."""

@@ -346,9 +346,9 @@ def _resolve(
         wanted = pending.start < needed
         pending, family = pending.take(wanted), family[wanted]
         if pending.count > _MOST_PANELS:
-            low = metres(float(pending.start.min()))
+            rough = metres(float(pending.start.min()))
             raise ConvergenceError(
-                f"the slope of the profile is not resolved beside r = {low}: it is rough there on every scale; give a "
+                f"the slope of the profile is not resolved beside r = {rough}: it is rough there on every scale; give a "
                 "smooth profile, or name the radii where it is not smooth as breakpoints"
             )
     panels = joined([part.panels for part in done])
