@@ -93,7 +93,8 @@ class DerivedSource:
         if law is None:
             return found
         inside = panels.stop <= law.radius * (1.0 + 1e-9)
-        return np.where(inside, law.error * np.abs(law.slope(np.minimum(panels.stop, law.radius))), found)
+        at_tip = law.error * np.abs(law.slope(np.minimum(panels.stop, law.radius)))
+        return np.asarray(np.where(inside, at_tip, found))
 
     def kinks(self, low: float, high: float) -> list[float]:
         """Kinks of f between two radii that were not named; panels end at them from then on."""

@@ -132,7 +132,7 @@ class ResolvedSlope:
         tail = self.tail
         if tail.slope == 0.0 or x >= self._power_from:
             return x >= self._power_from or bool(self.knots and x < self.knots[0])
-        deep = max(x * 2.0**-8, 1e-290)
+        deep = max(min(x, self.floor) * 2.0**-8, 1e-290)
         r = search_points(deep, min(self._power_from, self.floor))
         given = self.source.sample(np.zeros(r.size), r)[0]
         with np.errstate(under="ignore"):

@@ -273,6 +273,18 @@ class GradedLine(EquivalentProfile):
             answer[known] = self._errors(image, flat)
         return answer.reshape(*np.shape(place.x), 4)
 
+    def slope_error(self, x: Position) -> FloatArray:
+        """Largest relative error of g' anywhere up to x, which integrals over a contact feel."""
+        place = as_place(x)
+        at = place.x
+        answer = np.zeros(at.shape)
+        known = np.isfinite(at) & (at > 0.0) & (at <= self._end * (1.0 + 1e-12))
+        if known.any():
+            image = self.map_to(float(at[known].max()), float(at[known].min()))
+            index = image.panels.locate(place.take(known))[0]
+            answer[known] = np.maximum.accumulate(image.error[:, 1])[index]
+        return answer
+
     def _errors(self, image: Image, place: Place) -> FloatArray:
         """Errors of panels, as much larger as their curves are smaller at the places."""
         index, offset = image.panels.locate(place)
