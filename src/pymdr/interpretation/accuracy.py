@@ -62,7 +62,7 @@ def normal_errors(line: ElasticLine, states: DiskStates, by_force: np.ndarray) -
         "mean_pressure": force + 2.0 * radius,
         "edge_amplitude": force + radius,
         "travel": depth + force,
-        "pressure": error[:, _SLOPE] + radius,
+        "pressure": line.equivalent.slope_error(place) + error[:, _SLOPE] + radius,
         "normal_displacement": depth + error[:, _G],
         "gap": error[:, _SLOPE] + depth,
         "equivalent_profile": error[:, _G],

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 
 from pymdr.errors import ConvergenceError
 from pymdr.mapping.equivalent import EquivalentProfile, rising_root
-from pymdr.mapping.series import Place, Position, as_place
+from pymdr.mapping.series import Place, Position, Selection, as_place
 from pymdr.units import FloatArray, metres, newtons
 
 
@@ -44,9 +44,9 @@ class DiskStates:
         """A in m; 0 without contact."""
         return self.place.x
 
-    def take(self, index: object) -> DiskStates:
+    def take(self, index: Selection) -> DiskStates:
         """Some of the states."""
-        return DiskStates(self.indentation[index], self.place.take(index), self.edge_excess[index])  # type: ignore[index]
+        return DiskStates(self.indentation[index], self.place.take(index), self.edge_excess[index])
 
 
 def joined_states(parts: Sequence[DiskStates]) -> DiskStates:

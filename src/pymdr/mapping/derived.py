@@ -59,8 +59,10 @@ class DerivedSource:
         return 0.0 if self._law is None else self._law.radius
 
     def _f(self, r: FloatArray) -> FloatArray:
-        assert self.profile.f is not None
-        return call(self.profile.f, r)
+        f = self.profile.f
+        assert f is not None
+        values: FloatArray = call(f, r)
+        return values
 
     def sample(self, base: FloatArray, offset: FloatArray) -> tuple[FloatArray, FloatArray]:
         """F' at the rounded radii, and their offsets."""
@@ -91,7 +93,8 @@ class DerivedSource:
         if law is None:
             return found
         inside = panels.stop <= law.radius * (1.0 + 1e-9)
-        return np.where(inside, law.error * np.abs(law.slope(np.minimum(panels.stop, law.radius))), found)
+        at_tip = law.error * np.abs(law.slope(np.minimum(panels.stop, law.radius)))
+        return np.asarray(np.where(inside, at_tip, found))
 
     def kinks(self, low: float, high: float) -> list[float]:
         """Kinks of f between two radii that were not named; panels end at them from then on."""

@@ -25,6 +25,7 @@ from pymdr.mapping.series import (
     BoolArray,
     IndexArray,
     Panels,
+    Selection,
     Series,
     basis,
     basis_slope,
@@ -379,6 +380,9 @@ def _paired(below: _Bunches) -> _Bunches:
     return _Bunches(base, low, high, offset, made[0], offset, made[1])
 
 
+CURVES = ("g", "slope", "moment", "squared")
+
+
 @dataclass(frozen=True)
 class Image:
     """g, g', m and s = int_0^x (g(x) - g(t))^2 dt on panels, with their errors."""
@@ -395,11 +399,16 @@ class Image:
     end_squared: float
     """s at the upper end in m^3."""
 
-    def take(self, index: object) -> Image:
+    def take(self, index: Selection) -> Image:
         """The image on some of the panels, the last one among them."""
-        names = ("panels", "g", "slope", "moment", "squared")
-        parts = (getattr(self, name).take(index) for name in names)
-        return Image(*parts, self.error[index], self.size[index], self.end_squared)  # type: ignore[index]
+        g, slope, moment, squared = (self.curve(name).take(index) for name in CURVES)
+        panels = self.panels.take(index)
+        return Image(panels, g, slope, moment, squared, self.error[index], self.size[index], self.end_squared)
+
+    def curve(self, name: str) -> Series:
+        """One of the curves by its name."""
+        curve: Series = getattr(self, name)
+        return curve
 
 
 def map_panels(charges: Charges, panels: Panels, squared_below: float) -> Image:
@@ -477,7 +486,7 @@ class _Fitted:
     allowed: FloatArray
     even: BoolArray
 
-    def take(self, index: object) -> _Fitted:
+    def take(self, index: Selection) -> _Fitted:
         names = ("power", "coefficients", "error", "size", "allowed", "even")
         return _Fitted(*(getattr(self, name)[index] for name in names))
 
@@ -554,7 +563,9 @@ def _halved(panels: Panels, worst: FloatArray) -> tuple[Panels, FloatArray]:
     return twice, np.concatenate([worst, worst])
 
 
-def _squares(panels: Panels, slope: Series, moment: Series, below: float) -> tuple[Series, float, FloatArray]:
+def _squares(
+    panels: Panels, slope: Series, moment: Series, below: float
+) -> tuple[Series, float, FloatArray, FloatArray]:
     """S = int 2 g' m dt as a series, its last value and its measured error."""
     tests = _tests()
     u = np.concatenate([nodes(), tests, [1.0]])
@@ -606,12 +617,13 @@ def _squares(panels: Panels, slope: Series, moment: Series, below: float) -> tup
 
 def joined_images(first: Image, second: Image) -> Image:
     """Two stretches side by side."""
+    g, slope, moment, squared = (joined_series([first.curve(name), second.curve(name)]) for name in CURVES)
     return Image(
         joined([first.panels, second.panels]),
-        *(
-            joined_series([getattr(first, name), getattr(second, name)])
-            for name in ("g", "slope", "moment", "squared")
-        ),
+        g,
+        slope,
+        moment,
+        squared,
         np.concatenate([first.error, second.error]),
         np.concatenate([first.size, second.size]),
         second.end_squared,

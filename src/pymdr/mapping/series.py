@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import NamedTuple, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.polynomial import chebyshev
@@ -22,6 +22,8 @@ from pymdr.units import FloatArray
 
 IndexArray: TypeAlias = NDArray[np.intp]
 BoolArray: TypeAlias = NDArray[np.bool_]
+Selection: TypeAlias = Any
+"""Whatever selects some entries of an array."""
 
 TERMS = 16
 """Chebyshev coefficients of every curve on a panel."""
@@ -40,9 +42,9 @@ class Place(NamedTuple):
         """The rounded positions in m."""
         return self.base + self.offset
 
-    def take(self, index: object) -> Place:
+    def take(self, index: Selection) -> Place:
         """Some of the places."""
-        return Place(self.base[index], self.offset[index])  # type: ignore[index]
+        return Place(self.base[index], self.offset[index])
 
 
 Position: TypeAlias = ArrayLike | Place
@@ -137,7 +139,7 @@ class Panels:
         """Upper ends x in m."""
         return self.base + self.high
 
-    def take(self, index: object) -> Panels:
+    def take(self, index: Selection) -> Panels:
         """Some of the panels."""
         return Panels(*(getattr(self, name)[index] for name in ("base", "low", "high", "rooted")))
 
@@ -199,9 +201,9 @@ class Series:
     coefficients: FloatArray
     """Chebyshev coefficients, shape (P, TERMS)."""
 
-    def take(self, index: object) -> Series:
+    def take(self, index: Selection) -> Series:
         """The curve on some of the panels."""
-        return Series(self.power[index], self.coefficients[index])  # type: ignore[index]
+        return Series(self.power[index], self.coefficients[index])
 
 
 def joined_series(parts: list[Series]) -> Series:

@@ -132,7 +132,7 @@ class ResolvedSlope:
         tail = self.tail
         if tail.slope == 0.0 or x >= self._power_from:
             return x >= self._power_from or bool(self.knots and x < self.knots[0])
-        deep = max(x * 2.0**-8, 1e-290)
+        deep = max(min(x, self.floor) * 2.0**-8, 1e-290)
         r = search_points(deep, min(self._power_from, self.floor))
         given = self.source.sample(np.zeros(r.size), r)[0]
         with np.errstate(under="ignore"):
@@ -346,9 +346,9 @@ def _resolve(
         wanted = pending.start < needed
         pending, family = pending.take(wanted), family[wanted]
         if pending.count > _MOST_PANELS:
-            low = metres(float(pending.start.min()))
+            rough = metres(float(pending.start.min()))
             raise ConvergenceError(
-                f"the slope of the profile is not resolved beside r = {low}: it is rough there on every scale; give a "
+                f"the slope of the profile is not resolved beside r = {rough}: it is rough there on every scale; give a "
                 "smooth profile, or name the radii where it is not smooth as breakpoints"
             )
     panels = joined([part.panels for part in done])

@@ -267,7 +267,13 @@ def _width_at(
     if isinstance(line, GradedLine) and begin is None:
         begin = line.rough_radius(lambda x, g: g + k * x >= 0.1 * reach)
     return solve_width(
-        line, k, 0.5 * np.pi * reach, radius, upper, outward=True, begin=begin if isinstance(line, GradedLine) else None
+        line,
+        k,
+        0.5 * np.pi * reach,
+        radius,
+        upper,
+        outward=True,
+        begin=begin if isinstance(line, GradedLine) else None,
     )
 
 

@@ -77,6 +77,10 @@ class EquivalentProfile(ABC):
         """Measured relative errors of g, g', the moment and the square integral, shape (..., 4)."""
         return np.zeros((*np.shape(rounded(x)), 4))
 
+    def slope_error(self, x: Position) -> FloatArray:
+        """Largest relative error of g' anywhere up to x, which integrals over a contact feel."""
+        return np.zeros(np.shape(rounded(x)))
+
     def kinks(self, top: float) -> tuple[float, ...]:
         """Places in m up to `top` to whose right g is not smooth."""
         return ()

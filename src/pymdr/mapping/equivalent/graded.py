@@ -12,13 +12,15 @@ from numpy.typing import ArrayLike
 
 from pymdr.errors import ProblemError
 from pymdr.mapping import returning
+from pymdr.mapping.abel import gauss
 from pymdr.mapping.equivalent.base import EquivalentProfile
-from pymdr.mapping.images import Charges, Image, joined_images, map_panels, rooted_copy
+from pymdr.mapping.images import Charges, Image, joined_images, map_panels, rooted_copy, with_slope
 from pymdr.mapping.series import (
     IndexArray,
     Panels,
     Place,
     Position,
+    Selection,
     Series,
     as_place,
     clenshaw,
@@ -38,6 +40,8 @@ _ABOVE_TAIL = 4.0
 """Radii from which on the panels do not feel how the tip below them was closed, in radii of its tail."""
 _ROUGH = 0.7
 _NEWTON = 60
+_SAVED = 2.0**-60
+"""How far inward, in radii that are asked for, the panels of a saved profile go."""
 _SEARCHED = 2.0**10
 """How far, in contact radii, a profile without a reach is searched for another contact."""
 _Reached: TypeAlias = Callable[[float, float, float], bool]
@@ -88,13 +92,15 @@ class GradedLine(EquivalentProfile):
 
     def as_panels(self, top: float) -> Interpolated:
         """The slope of the profile on the panels that resolve it, up to at least a radius in m if it goes so far."""
-        self.map_to(top)
+        self.map_to(top, _SAVED * top)
         slope = self._resolved
         assert slope.slopes is not None
         panels, series, tail = slope.slopes.panels, slope.slopes.series, slope.tail
-        columns = (panels.base, panels.low, panels.high, series.power)
         return Interpolated(
-            *(tuple(column.tolist()) for column in columns),
+            tuple(panels.base.tolist()),
+            tuple(panels.low.tolist()),
+            tuple(panels.high.tolist()),
+            tuple(series.power.tolist()),
             tuple(tuple(row) for row in series.coefficients.tolist()),
             (tail.radius, tail.slope, tail.power),
             tuple(b for b in slope.knots if b < slope.front),
@@ -266,6 +272,18 @@ class GradedLine(EquivalentProfile):
             )
             answer[known] = self._errors(image, flat)
         return answer.reshape(*np.shape(place.x), 4)
+
+    def slope_error(self, x: Position) -> FloatArray:
+        """Largest relative error of g' anywhere up to x, which integrals over a contact feel."""
+        place = as_place(x)
+        at = place.x
+        answer = np.zeros(at.shape)
+        known = np.isfinite(at) & (at > 0.0) & (at <= self._end * (1.0 + 1e-12))
+        if known.any():
+            image = self.map_to(float(at[known].max()), float(at[known].min()))
+            index = image.panels.locate(place.take(known))[0]
+            answer[known] = np.maximum.accumulate(image.error[:, 1])[index]
+        return answer
 
     def _errors(self, image: Image, place: Place) -> FloatArray:
         """Errors of panels, as much larger as their curves are smaller at the places."""
@@ -568,7 +586,7 @@ class GradedLine(EquivalentProfile):
     def _tail_gap(self, r: FloatArray, a: float, first: float) -> FloatArray:
         """The part of the gap integral below the first panel."""
         n, top, radius = self._tail_constants()
-        s, w = returning.gauss(24, n - 1.0)
+        s, w = gauss(24, n - 1.0)
         answer = np.zeros(r.shape)
         for i, each in enumerate(r.tolist()):
             high = min(first, each)
@@ -590,7 +608,7 @@ class GradedLine(EquivalentProfile):
         answer = returning.with_arcsin(part, np.zeros(x.shape), x)
         first = min(float(image.panels.start[0]), float(edge.x))
         n, top, radius = self._tail_constants()
-        s, w = returning.gauss(24, n - 1.0)
+        s, w = gauss(24, n - 1.0)
         answer += np.arcsin(np.minimum(first * s / x[:, None], 1.0)) @ w * (n * top * (first / radius) ** n)
         return answer.reshape(np.shape(r))
 
@@ -610,7 +628,7 @@ def _newton(panels: Panels, series: Series, index: IndexArray, target: FloatArra
     rooted = panels.rooted[index]
     first, last = np.sqrt(low), np.sqrt(high)
 
-    def offset_of(u: FloatArray, i: object) -> FloatArray:
+    def offset_of(u: FloatArray, i: Selection) -> FloatArray:
         root = first[i] + (last[i] - first[i]) * u
         return np.where(rooted[i], root * root, low[i] + (high[i] - low[i]) * u)
 
@@ -619,7 +637,7 @@ def _newton(panels: Panels, series: Series, index: IndexArray, target: FloatArra
     u = np.full(target.shape, 0.5)
     open_ = np.arange(target.size)
     for _ in range(_NEWTON):
-        c, rate = series_and_rate(coefficients[open_], u[open_])
+        c, rate = with_slope(coefficients[open_], u[open_])
         p, h = power[open_], high[open_]
         delta = offset_of(u[open_], open_)
         ratio = delta / h
@@ -652,17 +670,10 @@ def _newton(panels: Panels, series: Series, index: IndexArray, target: FloatArra
     return offset_of(answer_u, slice(None))
 
 
-def series_and_rate(coefficients: FloatArray, u: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Sums of c_j T_j(2 u - 1) and their derivatives with respect to u."""
-    from pymdr.mapping.images import with_slope
-
-    return with_slope(coefficients, u)
-
-
 def _turning_points(image: Image, top: float) -> tuple[float, ...]:
     """Sign changes of g', ignoring what its error leaves open."""
     panels = image.panels
-    fine = (np.arange(96) + 0.5) / 96.0
+    fine = np.asarray((np.arange(96) + 0.5) / 96.0, dtype=float)
     offset = panels.offsets(fine)
     index = np.broadcast_to(np.arange(panels.count)[:, None], offset.shape)
     slope = evaluate(panels, image.slope, index.ravel(), offset.ravel())
