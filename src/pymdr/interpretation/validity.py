@@ -13,7 +13,14 @@ from numpy.typing import NDArray
 
 from pymdr.errors import NotValidError
 from pymdr.interpretation.fields import line_gap, pressure
-from pymdr.line.foundation import DiskStates, ElasticLine, mean_pressure, normal_force, states_at_depth
+from pymdr.line.foundation import (
+    DiskStates,
+    ElasticLine,
+    mean_pressure,
+    normal_force,
+    states_at_depth,
+    touching_radius,
+)
 from pymdr.mapping.abel import Curve
 from pymdr.mapping.equivalent import EquivalentProfile
 from pymdr.problem.profiles import Profile
@@ -161,7 +168,7 @@ def certify_disk(line: ElasticLine, states: DiskStates) -> Certificate:
         return Certificate(np.ones(a.shape, dtype=bool), "")
     disk = np.ones(a.shape, dtype=bool)
     reasons: list[str] = []
-    top = seen_upto(equivalent, float(np.max(d, initial=0.0)))
+    top = seen_upto(equivalent, float(np.max(d[np.isfinite(d)], initial=-math.inf)))
     turning = equivalent.turning_points(top) if top > 0.0 else ()
     if not turning:
         return Certificate(disk, "")
@@ -175,7 +182,7 @@ def certify_disk(line: ElasticLine, states: DiskStates) -> Certificate:
 
 def seen_upto(equivalent: EquivalentProfile, depth: float) -> float:
     """The radius in m up to which bodies at a depth in m might touch."""
-    return min(equivalent.overlap_radius(depth), equivalent.edge, equivalent.reach) if depth > 0.0 else 0.0
+    return min(touching_radius(equivalent, depth), equivalent.edge, equivalent.reach)
 
 
 def _obviously_a_disk(
