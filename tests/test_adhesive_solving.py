@@ -15,7 +15,6 @@ from scipy.special import gamma, struve
 
 import pymdr as mdr
 from pymdr.mapping.equivalent import equivalent_profile
-from pymdr.mapping.spline import spline_map
 
 UNIT = mdr.Elastic(1.0, 0.0)
 BALL = mdr.Paraboloid(1.0)

@@ -12,6 +12,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import pymdr as mdr
+from pymdr.mapping.callables import (
+    check_consistency,
+    find_kinks,
+    rounding,
+    search_points,
+    slope_panel,
+    tip_law,
+)
 from pymdr.problem.profiles import call
 
 RADII = np.array([0.0, 1e-3, 2e-3, 5e-3, 1e-2])
@@ -216,3 +224,341 @@ def test_nan_inside_the_reach_is_refused():
         holed.gap([0.1, 0.25])
     with pytest.raises(mdr.ProblemError, match="nan at r = 0, where a profile must be defined"):
         mdr.Function(lambda r: r * r * np.log(r)).gap([0.1, 0.25])
+
+
+# --- rounding, slopes and tips of f alone ----------------------------------------------------------------
+
+
+def test_rounding_is_measured():
+    r = np.geomspace(1e-7, 0.5, 40)
+    assert np.all(rounding(lambda r: r**2, r) <= 1e-15 * r * r)
+    assert np.all(rounding(lambda r: r**2, r) >= 2e-16 * r * r)
+    cancelled = rounding(lambda r: 1.0 - np.sqrt(1.0 - r * r), r)
+    assert np.all((cancelled > 1e-17) & (cancelled < 4e-16))
+    assert np.all(rounding(lambda r: 3.0 + r * r, r) > 2.2e-16)
+    single = rounding(lambda r: (r * r).astype(np.float32).astype(float), r)
+    assert np.all((single > 5e-8 * r * r) & (single < 3e-7 * r * r))
+    noisy = rounding(lambda r: r * r + 1e-9 * np.sin(1e12 * r), r[r > 1e-4])
+    assert np.all((noisy > 3e-10) & (noisy < 2e-9))
+    assert rounding(lambda r: 0.0 * r, 1.0).shape == ()
+
+
+def test_search_points_leave_no_gap():
+    for low, high in ((1.0, 2.0), (3e-7, 3e-7 * (1 + 1e-9)), (1e-12, 1e-9)):
+        r = search_points(low, high)
+        assert np.all(np.diff(r) >= 0.0)
+        assert r[0] >= low
+        assert r[-1] <= high
+        assert r.size >= 16
+        other = search_points(low, high, seed=1.0)
+        assert not np.array_equal(r, other)
+    r = search_points(1.0, 2.0)
+    # nowhere in step with a wave
+    phases = np.abs([np.mean(np.exp(2j * np.pi * r * k)) for k in (512, 1024, 2048, 4096)])
+    assert np.max(phases) < 0.2
+
+
+SCALES = st.floats(-12, 6).map(lambda e: 10.0**e)
+SLOPES = st.floats(-4, 0).map(lambda e: 10.0**e)
+LONG = np.longdouble
+
+CANCELLING = {
+    "hyperboloid": (
+        lambda r, R, c: c * (np.sqrt(R * R + r * r) - R),
+        lambda r, R, c: c * r / np.sqrt(R * R + r * r),
+        math.inf,
+    ),
+    "sphere": (lambda r, R, c: R - np.sqrt(R * R - r * r), lambda r, R, c: r / np.sqrt(R * R - r * r), 1.0),
+    "cosh": (lambda r, R, c: c * R * (np.cosh(r / R) - 1), lambda r, R, c: c * np.sinh(r / R), math.inf),
+    "cos": (lambda r, R, c: c * R * (1 - np.cos(r / R)), lambda r, R, c: c * np.sin(r / R), math.inf),
+    "log": (
+        lambda r, R, c: c * R * np.log(1 + (r / R) ** 2),
+        lambda r, R, c: 2 * c * (r / R) / (1 + (r / R) ** 2),
+        math.inf,
+    ),
+    "exp": (lambda r, R, c: c * R * (np.exp(r / R) - 1), lambda r, R, c: c * np.exp(r / R), math.inf),
+    "lifted": (
+        lambda r, R, c: R * (c / 7 + c * (r / R) ** 2 + 0.3 * (r / R) ** 3),
+        lambda r, R, c: 2 * c * (r / R) + 3 * LONG(0.3) * (r / R) ** 2,
+        math.inf,
+    ),
+    "lifted 1.5": (
+        lambda r, R, c: R * c * (0.3 + (r / R) ** 1.5),
+        lambda r, R, c: 1.5 * c * np.sqrt(r / R),
+        math.inf,
+    ),
+    "lifted cone": (
+        lambda r, R, c: R * (c / 3 + c * (r / R) + 0.3 * (r / R) ** 2),
+        lambda r, R, c: c + 2 * LONG(0.3) * (r / R),
+        math.inf,
+    ),
+    "wave": (
+        lambda r, R, c: r * r / (2 * R) + c * R / 100 * (1 - np.cos(20 * r / R)),
+        lambda r, R, c: r / R + c / 5 * np.sin(20 * r / R),
+        math.inf,
+    ),
+}
+
+
+@given(st.sampled_from(sorted(CANCELLING)), SCALES, SLOPES, st.floats(0.0, 4.0))
+@settings(max_examples=40, deadline=None)
+def test_the_law_of_the_tip_continues_what_cancels(name, R, c, octaves):
+    f, slope, top = CANCELLING[name]
+
+    def given_(r):
+        return f(r, R, c)
+
+    with np.errstate(all="ignore"):
+        law = tip_law(given_, top * R)
+        r = law.radius * np.geomspace(1e-30, 1.0, 60)
+        exact = slope(r.astype(LONG), LONG(R), LONG(c))
+        assert law.error < 2e-10
+        assert np.max(np.abs(law.slope(r) / exact - 1)) < law.error
+        # above it f itself is enough
+        low = law.radius * 2.0**octaves
+        if 1.19 * low < min(top, 2.0) * R:
+            coefficients, error = slope_panel(given_, low, 1.19 * low)
+            x = np.linspace(low, 1.19 * low, 50)
+            exact = slope(x.astype(LONG), LONG(R), LONG(c))
+            found = np.polynomial.chebyshev.chebval(2 * (x - low) / (1.19 * low - low) - 1, coefficients)
+            assert np.max(np.abs(found - exact)) < error
+            assert error < 5e-9 * np.max(np.abs(exact))
+
+
+@given(SCALES, SLOPES, st.floats(0.3, 12.0), st.floats(0.3, 3.0))
+@settings(max_examples=25, deadline=None)
+def test_no_law_is_needed_where_f_has_its_digits(R, c, n, m):
+    for f in (
+        lambda r: c * R * (r / R) ** n,
+        lambda r: c * R * (r / R) ** n + 0.1 * R * (r / R) ** m,
+        lambda r: c * r * (r / R) / (1 + np.sqrt(1 + (r / R) ** 2)),
+        lambda r: c * np.maximum(r - R, 0.0) ** 2 / R,
+        lambda r: 0.0 * r,
+        lambda r: 0.0 * r + R,
+    ):
+        with np.errstate(all="ignore"):
+            assert tip_law(f) is None
+
+
+def test_a_tip_of_noise_is_refused():
+    with np.errstate(all="ignore"):
+        for f, top in (
+            (lambda r: 1e-3 + r * r * np.log(np.where(r > 0, r, 1.0)), math.inf),
+            (lambda r: r * r + 1e-3 * np.sin(1e15 * r + 1e9), 1.0),
+        ):
+            with pytest.raises(mdr.ProblemError, match="give derivative="):
+                tip_law(f, top)
+
+
+def test_the_slope_of_single_precision_says_so():
+    coefficients, error = slope_panel(lambda r: (r * r / 2).astype(np.float32).astype(float), 1.0, 1.19)
+    found = np.polynomial.chebyshev.chebval(np.linspace(-1, 1, 50), coefficients)
+    actual = np.max(np.abs(found - np.linspace(1.0, 1.19, 50)))
+    assert actual < error < 1e-5
+    assert error > 1e-8
+    with pytest.raises(mdr.ProblemError, match="not defined at r = 1"):
+        slope_panel(lambda r: np.where(r < 1.1, r, math.nan), 1.0, 1.19)
+
+
+# --- kinks that nobody named -----------------------------------------------------------------------------
+
+BASES = {
+    "power": (lambda r, R, n: R * (r / R) ** (n + 1) / (n + 1), lambda r, R, n: (r / R) ** n),
+    "wave": (
+        lambda r, R, n: R * ((r / R) ** 2 / 2 + 0.03 * (1 - np.cos(10 * n * r / R)) / n),
+        lambda r, R, n: r / R + 0.3 * np.sin(10 * n * r / R),
+    ),
+    "hyperboloid": (lambda r, R, n: np.sqrt(R * R + r * r) - R, lambda r, R, n: r / np.sqrt(R * R + r * r)),
+    "cone": (lambda r, R, n: r + 0.01 * R, lambda r, R, n: 0.0 * r + 1.0),
+}
+
+
+def apart(rng, low, high, count):
+    marks = np.sort(rng.uniform(low, high, count))
+    return marks[np.concatenate([[True], np.diff(marks) > 1e-3 * high])]
+
+
+@given(
+    st.sampled_from(sorted(BASES)),
+    SCALES,
+    SLOPES,
+    st.integers(1, 4),
+    st.floats(-6, 0),
+    st.integers(0, 2**32 - 1),
+)
+@settings(max_examples=30, deadline=None)
+def test_jumps_of_the_slope_are_followed_to_the_last_float(name, R, c, count, jump, seed):
+    rng = np.random.default_rng(seed)
+    low = rng.uniform(0.5, 1.0) * R
+    high = low * 2**0.25
+    marks, n = apart(rng, low, high, count), rng.uniform(0.5, 5.0)
+    jumps = c * 10.0**jump * rng.choice([-1.0, 1.0], marks.size)
+    slope = BASES[name][1]
+
+    def curve(r):
+        return c * slope(r, R, n) + (r[:, None] > marks) @ jumps
+
+    assert find_kinks(curve, low, high) == marks.tolist()
+
+
+@given(
+    st.sampled_from(sorted(BASES)),
+    SCALES,
+    SLOPES,
+    st.integers(1, 3),
+    st.floats(-5, 0),
+    st.integers(0, 2**32 - 1),
+)
+@settings(max_examples=30, deadline=None)
+def test_kinks_of_f_alone_are_located(name, R, c, count, jump, seed):
+    rng = np.random.default_rng(seed)
+    low = rng.uniform(0.5, 1.0) * R
+    high = low * 2**0.25
+    marks, n = apart(rng, low, high, count), rng.uniform(0.5, 5.0)
+    jumps = c * 10.0**jump * rng.choice([-1.0, 1.0], marks.size)
+    gap = BASES[name][0]
+
+    def curve(r):
+        return c * gap(r, R, n) + np.maximum(r[:, None] - marks, 0.0) @ jumps
+
+    found = find_kinks(curve, low, high, of="value")
+    assert len(found) == marks.size
+    noise = np.max(rounding(curve, [low, high]))
+    assert np.all(np.abs(found - marks) <= 20 * noise / np.abs(jumps) + 4e-16 * marks)
+
+
+@pytest.mark.parametrize("order", [0.3, 0.5, 1.5, 1, 2, 2.2, 3])
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+@pytest.mark.parametrize("R", [1e-9, 1.0, 3e5])
+def test_weak_singularities_are_located(order, sign, R):
+    b = 0.31415926 * R
+    found = find_kinks(lambda r: np.maximum(sign * (r - b) / R, 0.0) ** order + r / R, 0.28 * R, 0.34 * R)
+    assert len(found) == 1
+    assert abs(found[0] / b - 1) < (1e-12 if order < 2 else 2e-6)
+
+
+def test_kinks_close_together_are_told_apart():
+    b = np.pi / 10
+    for distance in (1e-3, 1e-6, 1e-9, 1e-13):
+        marks = [b, b * (1 + distance)]
+        assert find_kinks(lambda r, m=marks: (r > m[0]) + 2.0 * (r > m[1]) + r, 0.28, 0.34) == marks
+    for distance in (1e-3, 1e-6):
+        marks = np.array([b, b * (1 + distance)])
+        found = find_kinks(
+            lambda r, m=marks: np.maximum(r[:, None] - m, 0.0).sum(1) + r, 0.28, 0.34, of="value"
+        )
+        np.testing.assert_allclose(found, marks, rtol=1e-10)
+    many = np.sort(np.random.default_rng(1).uniform(0.28, 0.34, 32))
+    assert find_kinks(lambda r: (r[:, None] > many).sum(1) + r, 0.28, 0.34) == many.tolist()
+
+
+@pytest.mark.parametrize(
+    "curve",
+    [
+        lambda r: np.tanh((r - 0.3) * 1e5),
+        lambda r: r + np.exp(-(((r - 0.3) * 1e4) ** 2)),
+        lambda r: np.sin(1000 * r),
+        lambda r: np.sqrt(r - 0.28),
+        lambda r: np.sqrt(0.34 - r),
+        lambda r: 0.0 * r,
+    ],
+)
+def test_what_is_only_steep_has_no_kinks(curve):
+    assert find_kinks(curve, 0.28, 0.34) == []
+
+
+def test_steps_and_thickets_are_refused():
+    with pytest.raises(
+        mdr.ProblemError, match="jumps by 1 m at r = 300 mm: a step is not a disk contact; use FlatPunch"
+    ):
+        find_kinks(lambda r: r + (r > 0.3), 0.28, 0.34, of="value")
+    many = np.sort(np.random.default_rng(1).uniform(0.28, 0.34, 60))
+    with pytest.raises(mdr.ProblemError, match=r"more than 32 radii.*breakpoints=\["):
+        find_kinks(lambda r: (r[:, None] > many).sum(1) + r, 0.28, 0.34)
+    with pytest.raises(mdr.ProblemError, match="breakpoints"):
+        find_kinks(lambda r: r + 1e-8 * np.sin(1e13 * r), 0.28, 0.34, 1e-17)
+    with pytest.raises(mdr.ProblemError, match="not defined at r = 3"):
+        find_kinks(lambda r: np.where(r < 0.3, r, math.nan), 0.28, 0.34)
+
+
+# --- f and derivative that belong together ---------------------------------------------------------------
+
+PAIRS = {
+    **{name: (f, slope, top) for name, (f, slope, top) in CANCELLING.items()},
+    "steep": (lambda r, R, c: c * R * (r / R) ** 40, lambda r, R, c: 40 * c * (r / R) ** 39, math.inf),
+    "root": (lambda r, R, c: c * R * (r / R) ** 0.3, lambda r, R, c: 0.3 * c * (r / R) ** -0.7, math.inf),
+    "hundreds of waves": (
+        lambda r, R, c: r * r / (2 * R) + 1e-4 * R * c * (1 - np.cos(3000 * r / R)),
+        lambda r, R, c: r / R + 0.3 * c * np.sin(3000 * r / R),
+        math.inf,
+    ),
+    "far above": (lambda r, R, c: 1e3 * R + c * r * r / R, lambda r, R, c: 2 * c * r / R, math.inf),
+    "bump": (
+        lambda r, R, c: r * r / (2 * R) + 1e-5 * R * np.exp(-(((r / R - 0.4) / 1e-4) ** 2)),
+        lambda r, R, c: r / R - 0.2 * (r / R - 0.4) / 1e-4 * np.exp(-(((r / R - 0.4) / 1e-4) ** 2)),
+        math.inf,
+    ),
+    "plateau": (lambda r, R, c: np.minimum(r, 0.3 * R), lambda r, R, c: 1.0 * (r < 0.3 * R), math.inf),
+    "dead zone": (
+        lambda r, R, c: c * R * np.maximum(r / R - 0.3, 0.0) ** 1.1,
+        lambda r, R, c: 1.1 * c * np.maximum(r / R - 0.3, 0.0) ** 0.1,
+        math.inf,
+    ),
+}
+
+
+@given(
+    st.sampled_from(sorted(PAIRS)),
+    SCALES,
+    SLOPES,
+    st.lists(st.floats(-6, 0), max_size=12),
+    st.floats(1, 12),
+    st.booleans(),
+)
+@settings(max_examples=60, deadline=None)
+def test_f_and_its_derivative_are_taken(name, R, c, kinks, decades, named):
+    f, slope, top = PAIRS[name]
+    marks = R * 10.0 ** np.array(kinks)
+    jumps = c * 100.0 ** -np.arange(1.0, marks.size + 1.0)
+
+    def whole(r):
+        return f(r, R, c) + np.maximum(r[:, None] - marks, 0.0) @ jumps
+
+    def derivative(r):
+        return slope(r, R, c) + (r[:, None] > marks) @ jumps
+
+    high = min(2.0, top) * R
+    with np.errstate(all="ignore"):
+        check_consistency(whole, derivative, high / 10.0**decades, high, marks if named else ())
+
+
+@given(st.sampled_from(sorted(PAIRS)), SCALES, SLOPES, st.floats(-5.5, 1), st.booleans())
+@settings(max_examples=60, deadline=None)
+def test_a_derivative_of_something_else_is_refused(name, R, c, wrong, everywhere):
+    f, slope, top = PAIRS[name]
+    if name == "far above" and wrong < -3:
+        wrong = -3.0
+    high = min(2.0, top) * R
+
+    def derivative(r):
+        # a factor, or too much in a tenth of an octave
+        x = r / (0.9 * high)
+        return slope(r, R, c) * (1 + 10.0**wrong * (1.0 if everywhere else np.exp(-(((x - 1) / 0.02) ** 2))))
+
+    with np.errstate(all="ignore"):
+        if name == "plateau" and not everywhere:
+            return
+        with pytest.raises(
+            mdr.ProblemError, match=r"contradict each other near r = .* where f rises with a slope of"
+        ):
+            check_consistency(lambda r: f(r, R, c), derivative, 1e-9 * high, high)
+
+
+def test_the_mended_examples():
+    with pytest.raises(mdr.ProblemError, match=r"slope of .* and derivative gives"):
+        check_consistency(lambda r: r * r / 2, lambda r: 2 * r, 1e-6, 1.0)
+    check_consistency(lambda r: r * r / 2 + np.maximum(r - 0.5, 0), lambda r: r + (r > 0.5), 1e-6, 1.0, [0.5])
+    with pytest.raises(mdr.ProblemError, match="near r = 5"):
+        check_consistency(
+            lambda r: r * r / 2 + np.maximum(r - 0.5, 0), lambda r: r + (r > 0.52), 1e-6, 1.0, [0.5]
+        )

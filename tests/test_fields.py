@@ -230,7 +230,8 @@ def test_displacement_and_gap_outside_hertz_and_cone(a, closed_forms):
     f, d = gap_function(mdr.Cone(slope=0.3), line.equivalent), math.pi / 2 * 0.3 * a
     near = r[r < 10 * a]  # further out the closed form loses its digits
     assert (
-        worst(normal_displacement(line, f, d, a, 0.0, near), closed_forms.cone_displacement(near, a, 0.3)) < 1e-12
+        worst(normal_displacement(line, f, d, a, 0.0, near), closed_forms.cone_displacement(near, a, 0.3))
+        < 1e-12
     )
 
 

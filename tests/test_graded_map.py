@@ -221,7 +221,9 @@ def test_the_inverse_of_a_thousand_values_is_exact_to_rounding(case, seed):
     place = line.place(g)
     assert worst(line.g(place), g) < 4e-15
     shuffled = np.random.default_rng(seed).permutation(1000)
-    assert np.array_equal(line.inverse(g[shuffled].reshape(10, 100)), line.inverse(g)[shuffled].reshape(10, 100))
+    assert np.array_equal(
+        line.inverse(g[shuffled].reshape(10, 100)), line.inverse(g)[shuffled].reshape(10, 100)
+    )
 
 
 # --- threads ---------------------------------------------------------------------------------------------
@@ -306,8 +308,10 @@ def test_files_and_pickles_give_the_same_fields(tmp_path, name, size):
 
 @pytest.mark.parametrize("name", [*SLOPES, "samples"])
 def test_a_pickled_line_goes_on(name):
-    profile = samples() if name == "samples" else mdr.Function(
-        derivative=SLOPES[name](1.0), breakpoints=[0.4] if name == "kinked" else ()
+    profile = (
+        samples()
+        if name == "samples"
+        else mdr.Function(derivative=SLOPES[name](1.0), breakpoints=[0.4] if name == "kinked" else ())
     )
     result = mdr.solve(mdr.Contact(profile, UNIT), mdr.indent(1e-3))
     kept = pickle.loads(pickle.dumps(result))
@@ -320,10 +324,13 @@ def test_a_pickled_line_goes_on(name):
 
 def test_what_a_result_gives_does_not_change_it():
     contact = mdr.Contact(fresh("wavy"), UNIT, friction=mdr.Coulomb(0.3))
-    for path, asked in ((mdr.indent(0.1, steps=3), mdr.Contact(contact.profile, UNIT)), (
-        mdr.indent(0.1, steps=3) >> mdr.shift(0.01, steps=3),
-        contact,
-    )):
+    for path, asked in (
+        (mdr.indent(0.1, steps=3), mdr.Contact(contact.profile, UNIT)),
+        (
+            mdr.indent(0.1, steps=3) >> mdr.shift(0.01, steps=3),
+            contact,
+        ),
+    ):
         first = mdr.solve(asked, path)
         for result in (first, pickle.loads(pickle.dumps(first))):
             r = np.linspace(0.0, 0.4, 5)
@@ -361,7 +368,10 @@ def test_what_a_line_gives_does_not_change_it(name):
     x = np.geomspace(1e-6, 0.8, 7)
     d = line.equivalent.g(x)
     ways = {
-        **{n: lambda n=n: getattr(line.equivalent, n)(x) for n in ("g", "slope", "moment", "squared", "error")},
+        **{
+            n: lambda n=n: getattr(line.equivalent, n)(x)
+            for n in ("g", "slope", "moment", "squared", "error")
+        },
         "inverse": lambda: line.equivalent.inverse(d),
         "offset": lambda: line.equivalent.place(d).offset,
         "base": lambda: line.equivalent.place(d).base,

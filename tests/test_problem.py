@@ -100,7 +100,13 @@ def test_negative_zero_is_zero():
         (mdr.Paraboloid(0.5) + mdr.Cone(slope=0.3), 0.6, 0.54),
         (Interpolated((0.0,), (0.5,), (1.0,), (1.0,), ((2.0,),), (0.5, 1.0, 1.0)), 0.25, 0.0625),
         (Interpolated((0.0,), (0.5,), (1.0,), (1.0,), ((2.0,),), (0.5, 1.0, 1.0)), 0.75, 0.5625),
-        (Interpolated((0.0, 0.5), (0.25, 0.0), (0.5, 0.5), (1.0, 0.0), ((1.0,), (3.0,)), (0.25, 0.5, 1.0), (0.5,)), 0.75, 1.0),
+        (
+            Interpolated(
+                (0.0, 0.5), (0.25, 0.0), (0.5, 0.5), (1.0, 0.0), ((1.0,), (3.0,)), (0.25, 0.5, 1.0), (0.5,)
+            ),
+            0.75,
+            1.0,
+        ),
     ],
 )
 def test_gaps(profile, r, f):
@@ -184,7 +190,9 @@ def test_the_offset_of_a_function():
         lambda: mdr.Function(np.square, ["1 kg"]),
         lambda: mdr.Function(np.square, reach=0.0),
         lambda: mdr.Function(np.square, derivative=3.0),
-        lambda: Interpolated((0.0, 0.0), (0.5, 0.2), (1.0, 0.5), (0.0, 0.0), ((1.0,), (1.0,)), (0.5, 1.0, 0.0)),
+        lambda: Interpolated(
+            (0.0, 0.0), (0.5, 0.2), (1.0, 0.5), (0.0, 0.0), ((1.0,), (1.0,)), (0.5, 1.0, 0.0)
+        ),
         lambda: Interpolated((0.0,), (0.5,), (1.0,), (0.0,), (), (0.5, 1.0, 0.0)),
         lambda: Interpolated((), (), (), (), (), (0.5, 1.0, 0.0)),
         lambda: Interpolated((0.0,), (0.5,), (1.0,), (0.0,), ((1.0,),), (0.5, 1.0)),

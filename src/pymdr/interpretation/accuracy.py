@@ -62,7 +62,7 @@ def normal_errors(line: ElasticLine, states: DiskStates, by_force: np.ndarray) -
         "mean_pressure": force + 2.0 * radius,
         "edge_amplitude": force + radius,
         "travel": depth + force,
-        "pressure": error[:, _SLOPE] + radius,
+        "pressure": line.equivalent.slope_error(place) + error[:, _SLOPE] + radius,
         "normal_displacement": depth + error[:, _G],
         "gap": error[:, _SLOPE] + depth,
         "equivalent_profile": error[:, _G],
@@ -96,11 +96,13 @@ def with_errors(
 
 
 def _with_error(claim: Claim, error: FloatArray | None, remark: str) -> Claim:
-    if error is None or claim.level is Level.NOT_VALID:
+    if claim.level is Level.NOT_VALID:
         return claim
+    if error is None:
+        return replace(claim, reason=f"{claim.reason}{remark}") if remark else claim
     largest = float(np.max(error[claim.where], initial=0.0))
     reason = f"{claim.reason}{remark}"
     if largest <= EXACT_WITHIN or claim.level is not Level.EXACT:
         return replace(claim, error=error, reason=reason)
-    reason = f"{claim.reason}; numbers err by up to {largest:.1e} of their size, as the map of the profile does{remark}"
+    reason = f"{claim.reason}; numbers err by more than {EXACT_WITHIN:g} of their size, as the map of the profile does{remark}"
     return replace(claim, level=Level.APPROXIMATE, error=error, reason=reason)

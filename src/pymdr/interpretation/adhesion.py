@@ -3,29 +3,28 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from pymdr.interpretation.fields import line_gap
+from pymdr.interpretation.certificate import Certificate
+from pymdr.interpretation.disks import TOLERANCE, Landscape, landscape_of, least_gap, seen_upto
 from pymdr.interpretation.validity import (
     NORMAL_FIELDS,
     SOURCES,
     Assumption,
     BoolArray,
-    Certificate,
     Claim,
     Level,
-    seen_upto,
 )
+from pymdr.line.adhesion.short_range import jkr_opening
 from pymdr.line.foundation import ElasticLine
-from pymdr.mapping.equivalent import EquivalentProfile
 from pymdr.problem.laws import JKR, AdhesionLaw, MaugisDugdale
 from pymdr.units import FloatArray, metres
 
-_TOLERANCE = 1e-10
-_CHECKED = 400
-"""Most states whose gap is integrated; those between two that are disks are taken to be disks."""
+_NODES = 33
+"""Radii on the curve of equilibria at which the least gap is read before it is refined."""
+_HALVINGS = 30
 
 
 def certify_stretched_disk(
@@ -35,7 +34,7 @@ def certify_stretched_disk(
     Check that the surfaces do not touch outside an adhesive contact: gap >= 0 with the stretched edge.
 
     Pressure is no criterion here, since tension is legitimate; that the contact has not opened inside is an
-    assumption.
+    assumption. The least gap is followed along the curve of equilibria over all radii between those of the steps.
 
     Parameters
     ----------
@@ -57,43 +56,92 @@ def certify_stretched_disk(
         return Certificate(disk, "")
     widest, deepest = float(np.max(contact_radius[known])), float(np.max(indentation[known]))
     top = max(min(widest, equivalent.edge), seen_upto(equivalent, deepest))
-    turning = equivalent.turning_points(top)
-    doubtful = np.flatnonzero(known & ~_stays_above(equivalent, turning, top, contact_radius, indentation))
-    if doubtful.size == 0:
+    landscape = landscape_of(equivalent, top) if top > 0.0 else None
+    doubtful = known & (contact_radius < equivalent.edge)
+    if landscape is None or not doubtful.any():
         return Certificate(disk, "")
-    order = doubtful[np.argsort(contact_radius[doubtful], kind="stable")]
-    chosen = np.unique(np.linspace(0, order.size - 1, min(order.size, _CHECKED)).astype(int))
-    checked = order[chosen]
-    failures = [
-        _touches_outside(equivalent, top, float(indentation[i]), float(contact_radius[i])) for i in checked
-    ]
-    good = np.array([not failure for failure in failures])
-    between = np.searchsorted(chosen, np.arange(order.size), side="left")
-    disk[order] = good[between] & good[np.maximum(between - (chosen[between] != np.arange(order.size)), 0)]
-    return Certificate(disk, next((failure for failure in reversed(failures) if failure), ""))
+    a = contact_radius[doubtful]
 
+    def margin(radius: float) -> float:
+        return _margin(landscape, line.modulus, law.work, radius)
 
-def _stays_above(
-    equivalent: EquivalentProfile, turning: tuple[float, ...], top: float, a: FloatArray, d: FloatArray
-) -> BoolArray:
-    """Where g stays above d outside the contact, which makes every gap positive."""
-    marks = np.append(np.array(turning), top)
-    lowest_beyond = np.minimum.accumulate(equivalent.g(marks)[::-1])[::-1]
-    first_beyond = np.searchsorted(marks, np.nan_to_num(a), side="left").clip(0, marks.size - 1)
-    return np.asarray((d <= lowest_beyond[first_beyond]) | (a >= top))
-
-
-def _touches_outside(equivalent: EquivalentProfile, top: float, d: float, a: float) -> str:
-    if a >= top:
-        return ""
-    r = a + (top - a) * ((np.arange(96) + 0.5) / 96) ** 2
-    h = line_gap(equivalent, a, d - float(equivalent.g(np.array([a]))[0]), r)
-    if h.min() >= -_TOLERANCE * max(abs(d), float(np.max(np.abs(equivalent.g(r))))):
-        return ""
-    return (
-        f"at d = {metres(d)} the surfaces touch again outside a disk of radius {metres(a)}, at r = {metres(r[h.argmin()])}, "
-        "so the adhesive contact is not a disk"
+    bad = _negative(margin, float(a.min()), float(a.max()), landscape)
+    inside = np.zeros(a.shape, dtype=bool)
+    for low, high in bad:
+        inside |= (a >= low) & (a <= high)
+    disk[doubtful] = ~inside
+    if not inside.any():
+        return Certificate(disk, "")
+    i = int(np.flatnonzero(~disk)[-1])
+    worst = float(contact_radius[i])
+    touch = least_gap(landscape, worst, -_opening(worst, line.modulus, law.work), worst, loose=False)
+    return Certificate(
+        disk,
+        f"at d = {metres(float(indentation[i]))} the surfaces touch again outside a disk of radius {metres(worst)}, at "
+        f"r = {metres(touch.radius)}, so the adhesive contact is not a disk",
     )
+
+
+def _opening(a: float, modulus: float, work: float) -> float:
+    return float(jkr_opening(a, modulus, work))
+
+
+def _margin(landscape: Landscape, modulus: float, work: float, a: float) -> float:
+    """The least gap outside a disk on the curve of equilibria, over its indentation; 1 where g stays above d."""
+    g = float(landscape.equivalent.g(np.array([a]))[0])
+    d = g - _opening(a, modulus, work)
+    beyond = landscape.radii[landscape.radii > a]
+    if beyond.size == 0 or float(np.min(landscape.equivalent.g(beyond))) >= min(d, g):
+        return 1.0
+    return least_gap(landscape, a, d - g, a, loose=False).value + TOLERANCE
+
+
+def _negative(
+    margin: Callable[[float], float], low: float, high: float, landscape: Landscape
+) -> list[tuple[float, float]]:
+    """
+    Intervals between two radii in which a margin, a continuous function of the radius, is negative.
+
+    It is read at the ends of the falls of g and between them, and its least and largest values are refined where it may
+    change its sign; the ends are bisected.
+    """
+    marks = [end for fall in landscape.falls for end in (fall.start, fall.stop)]
+    a = np.unique(np.concatenate([np.linspace(low, high, _NODES), [x for x in marks if low < x < high]]))
+    values = np.array([margin(float(x)) for x in a])
+    for i in range(1, a.size - 1):
+        left, here, right = values[i - 1 : i + 2]
+        turns = (here > 0.0 and left > here < right) or (here < 0.0 and left < here > right)
+        if turns:
+            x, y = _extreme(margin, a[i - 1], a[i], a[i + 1], here)
+            a, values = np.append(a, x), np.append(values, y)
+    order = np.argsort(a, kind="stable")
+    a, values = a[order], values[order]
+    bad = values < 0.0
+    ends = [float(a[0])] if bad[0] else []
+    for j in np.flatnonzero(bad[1:] != bad[:-1]).tolist():
+        left, right = float(a[j]), float(a[j + 1])
+        for _ in range(_HALVINGS):
+            middle = 0.5 * (left + right)
+            left, right = (middle, right) if (margin(middle) < 0.0) == bad[j] else (left, middle)
+        ends.append(left if bad[j] else right)
+    ends += [float(a[-1])] if bad[-1] else []
+    return list(zip(ends[::2], ends[1::2], strict=True))
+
+
+def _extreme(
+    margin: Callable[[float], float], low: float, middle: float, high: float, value: float
+) -> tuple[float, float]:
+    """The extreme of a margin toward 0 between three radii, until it passes 0 or is found."""
+    from scipy.optimize import minimize_scalar
+
+    sign = 1.0 if value > 0.0 else -1.0
+    found = minimize_scalar(
+        lambda x: sign * margin(float(x)),
+        bounds=(low, high),
+        method="bounded",
+        options={"maxiter": _HALVINGS},
+    )
+    return (float(found.x), sign * float(found.fun)) if found.fun < sign * value else (middle, value)
 
 
 def adhesive_claims(

@@ -1,30 +1,19 @@
-"""How far each quantity can be trusted: claims, assumptions and the certificate of the disk."""
+"""How far each quantity can be trusted: claims, assumptions and their sources."""
 
 from __future__ import annotations
 
 import enum
-import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from html import escape
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pymdr.errors import NotValidError
-from pymdr.interpretation.fields import line_gap, pressure
-from pymdr.line.foundation import (
-    DiskStates,
-    ElasticLine,
-    mean_pressure,
-    normal_force,
-    states_at_depth,
-    touching_radius,
-)
 from pymdr.mapping.abel import Curve
-from pymdr.mapping.equivalent import EquivalentProfile
 from pymdr.problem.profiles import Profile
-from pymdr.units import FloatArray, metres, written
+from pymdr.units import FloatArray
 
 BoolArray = NDArray[np.bool_]
 
@@ -83,14 +72,6 @@ class Assumption:
         return self.measure <= self.limit
 
 
-@dataclass(frozen=True)
-class Certificate:
-    """Per step, whether the disk solution is the solution, and why not."""
-
-    disk: BoolArray
-    reason: str
-
-
 SOURCES: dict[str, str] = {
     "sneddon": "Sneddon (1965), Int. J. Eng. Sci. 3, 47-57, doi:10.1016/0020-7225(65)90019-4",
     "galin": "Galin (1961), Contact Problems in the Theory of Elasticity",
@@ -140,142 +121,6 @@ NORMAL_QUANTITIES = (
 )
 NORMAL_FIELDS = ("pressure", "normal_displacement", "gap")
 
-_TOLERANCE = 1e-10
-"""Relative to the mean pressure and the indentation: what rounding can do to a certificate."""
-
-
-def certify_disk(line: ElasticLine, states: DiskStates) -> Certificate:
-    """
-    Check that the disk solution is the solution: pressure >= 0 inside and gap >= 0 outside.
-
-    Where g is known to rise this holds for every load. Elsewhere both integrals are computed step by
-    step; together they are equivalent to the unilateral contact conditions, whose solution is unique.
-
-    Parameters
-    ----------
-    line : ElasticLine
-        Profile and modulus.
-    states : DiskStates
-        The disks to be checked.
-
-    Returns
-    -------
-    Certificate
-    """
-    a, d = states.contact_radius, states.indentation
-    equivalent = line.equivalent
-    if equivalent.rises:
-        return Certificate(np.ones(a.shape, dtype=bool), "")
-    disk = np.ones(a.shape, dtype=bool)
-    reasons: list[str] = []
-    top = seen_upto(equivalent, float(np.max(d[np.isfinite(d)], initial=-math.inf)))
-    turning = equivalent.turning_points(top) if top > 0.0 else ()
-    if not turning:
-        return Certificate(disk, "")
-    for i in np.flatnonzero(~_obviously_a_disk(equivalent, turning, top, a, d)):
-        failure = _why_not_a_disk(line, turning, top, states.take(slice(i, i + 1)))
-        if failure:
-            disk[i] = False
-            reasons.append(failure)
-    return Certificate(disk, reasons[-1] if reasons else "")
-
-
-def seen_upto(equivalent: EquivalentProfile, depth: float) -> float:
-    """The radius in m up to which bodies at a depth in m might touch."""
-    return min(touching_radius(equivalent, depth), equivalent.edge, equivalent.reach)
-
-
-def _obviously_a_disk(
-    equivalent: EquivalentProfile, turning: tuple[float, ...], top: float, a: FloatArray, d: FloatArray
-) -> BoolArray:
-    """Where g rises inside the disk and stays above d outside, which makes both integrals positive."""
-    marks = np.append(np.array(turning), top)
-    g = equivalent.g(marks)
-    lowest_beyond = np.minimum.accumulate(g[::-1])[::-1]
-    first_beyond = np.searchsorted(marks, a, side="left").clip(0, marks.size - 1)
-    return np.asarray((a <= turning[0]) & ((d <= lowest_beyond[first_beyond]) | (a >= top)))
-
-
-def _why_not_a_disk(line: ElasticLine, turning: tuple[float, ...], top: float, state: DiskStates) -> str:
-    equivalent = line.equivalent
-    place, d, edge_excess = state.place.take(0), float(state.indentation[0]), float(state.edge_excess[0])
-    a = float(place.x)
-    grid = (np.arange(96) + 0.5) / 96
-    marked = _between_turns(turning, top)
-    if a > 0.0:
-        scale = float(mean_pressure(normal_force(line, state), state.contact_radius)[0])
-        kinks = np.array([b for b in equivalent.kinks(a) if b < a])
-        beside = np.concatenate([kinks * (1.0 - 1e-9), kinks * (1.0 + 1e-9)])
-        r = np.concatenate(
-            [
-                a * np.append(1e-6, np.sin(0.5 * np.pi * grid)),
-                marked[(marked > 1e-6 * a) & (marked < a)],
-                beside[beside < a],
-            ]
-        )
-        p = pressure(line, place, edge_excess, r)
-        if not p.min() >= -_TOLERANCE * scale:
-            return (
-                f"at d = {metres(d)} a disk of radius {metres(a)} would need tension at r = {metres(r[p.argmin()])}, "
-                "so the contact is not a disk"
-            )
-    if a < top:
-        r = np.concatenate([a + (top - a) * grid**2, marked[marked > a]])
-        h = line_gap(equivalent, place, edge_excess, r) if a > 0.0 else surface_gap(equivalent, r) - d
-        if not h.min() >= -_TOLERANCE * max(abs(d), float(np.max(np.abs(equivalent.g(r))))):
-            return (
-                f"at d = {metres(d)} the surfaces touch again outside a disk of radius {metres(a)}, at "
-                f"r = {metres(r[h.argmin()])}, so the contact is not a disk"
-            )
-    return ""
-
-
-def surface_gap(equivalent: EquivalentProfile, r: FloatArray) -> FloatArray:
-    """The profile f(r) from its image, (2/pi) int_0^r g' arccos(x/r) dx (Popov and Hess 2015, chapter 3)."""
-    return 2.0 / math.pi * equivalent.gap_integral(r, 0.0)
-
-
-def _between_turns(turning: tuple[float, ...], top: float) -> FloatArray:
-    """Radii between the turning points of g, so that no dip is stepped over however narrow it is."""
-    ends = np.array([*turning, top])
-    count = min(8, max(2, 96 // ends.size))
-    inner = (np.arange(count) + 0.5) / count
-    return np.asarray((ends[:-1, None] + np.diff(ends)[:, None] * inner).ravel())
-
-
-def valid_ranges(line: ElasticLine, deepest: float) -> list[tuple[float, float]]:
-    """
-    Force ranges in N in which the contact is a disk, found by scanning and bisection.
-
-    Parameters
-    ----------
-    line : ElasticLine
-    deepest : float
-        Largest indentation in m to be scanned.
-
-    Returns
-    -------
-    list of (lowest, highest) force
-    """
-
-    def disk_at(depths: FloatArray) -> BoolArray:
-        return certify_disk(line, states_at_depth(line, depths)).disk
-
-    depths = np.linspace(0.0, deepest, 41)[1:]
-    valid = disk_at(depths)
-    ends = []
-    for i in np.flatnonzero(valid[1:] != valid[:-1]):
-        low, high = depths[i], depths[i + 1]
-        for _ in range(20):
-            middle = 0.5 * (low + high)
-            low, high = (middle, high) if disk_at(np.array([middle]))[0] == valid[i] else (low, middle)
-        ends.append(0.5 * (low + high))
-    marks = np.array([depths[0] if not valid[0] else 0.0, *ends, deepest])
-    starts_valid = bool(valid[0])
-    forces = normal_force(line, states_at_depth(line, marks))
-    first = 0 if starts_valid else 1
-    return [(float(forces[i]), float(forces[i + 1])) for i in range(first, forces.size - 1, 2)]
-
 
 def small_slope_assumptions(
     profile: Profile, slope: Curve, contact_radius: float, dundurs_beta: float
@@ -318,7 +163,11 @@ def small_slope_assumptions(
 
 
 def normal_claims(
-    disk: BoolArray, why: str, extra_reason: str = "", prescribed: Mapping[str, BoolArray] | None = None
+    disk: BoolArray,
+    why: str,
+    extra_reason: str = "",
+    prescribed: Mapping[str, BoolArray] | None = None,
+    remark: str = "",
 ) -> dict[str, Claim]:
     """
     Claims of the frictionless normal contact.
@@ -333,6 +182,8 @@ def normal_claims(
         Where it would be, in words.
     prescribed : mapping of str to ndarray of bool, optional
         Steps at which a quantity is prescribed and so known whatever the contact is.
+    remark : str
+        What the disk passes over, which makes it an approximation.
 
     Returns
     -------
@@ -340,8 +191,8 @@ def normal_claims(
     """
     source = SOURCES["sneddon"]
     if disk.any():
-        level = Level.EXACT
-        reason = "exact for elastic half-spaces in frictionless contact on a disk"
+        level = Level.APPROXIMATE if remark else Level.EXACT
+        reason = f"exact for elastic half-spaces in frictionless contact on a disk{remark}"
         if not disk.all():
             reason += f"; {int((~disk).sum())} of {disk.size} steps are not a disk: {why}{extra_reason}"
     else:
@@ -360,6 +211,34 @@ def normal_claims(
     return claims
 
 
+def approximated(claims: Mapping[str, Claim], remark: str, error: float) -> dict[str, Claim]:
+    """
+    Claims of disks that pass over something, as a share of the load.
+
+    Parameters
+    ----------
+    claims : mapping of str to Claim
+    remark : str
+        What is passed over.
+    error : float
+
+    Returns
+    -------
+    dict of str to Claim
+    """
+    return {
+        name: claim
+        if claim.level is Level.NOT_VALID
+        else replace(
+            claim,
+            level=Level.APPROXIMATE,
+            reason=f"{claim.reason}{remark}",
+            error=np.full(claim.where.shape, error) + (0.0 if claim.error is None else claim.error),
+        )
+        for name, claim in claims.items()
+    }
+
+
 def ring_claims(n: int, steps: int) -> dict[str, Claim]:
     """Claims of a result by boundary elements on rings."""
     reason = (
@@ -369,17 +248,3 @@ def ring_claims(n: int, steps: int) -> dict[str, Claim]:
     names = (*NORMAL_QUANTITIES, "inner_contact_radius", "contact_area", *NORMAL_FIELDS)
     claim = Claim(Level.APPROXIMATE, reason, SOURCES["johnson"], np.ones(steps, dtype=bool))
     return {name: claim for name in names if name != "edge_amplitude"}
-
-
-def describe_ranges(ranges: list[tuple[float, float]], deepest_force: float) -> str:
-    """The valid load ranges in words."""
-    way_out = "; solve(..., solver=Rings()) solves it by boundary elements on rings"
-    if not ranges:
-        return f"; it is a disk for no load up to {written(deepest_force, 'N')}{way_out}"
-    words = [
-        f"{written(low, 'N')} to {written(high, 'N')}"
-        if not math.isclose(high, deepest_force)
-        else f"{written(low, 'N')} and more"
-        for low, high in ranges
-    ]
-    return f"; it is a disk for loads of {', '.join(words)} (scanned up to {written(deepest_force, 'N')}){way_out}"

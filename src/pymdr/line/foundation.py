@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 
 from pymdr.errors import ConvergenceError
 from pymdr.mapping.equivalent import EquivalentProfile, rising_root
-from pymdr.mapping.series import Place, Position, as_place
+from pymdr.mapping.series import Place, Position, Selection, as_place
 from pymdr.units import FloatArray, metres, newtons
 
 
@@ -44,9 +44,9 @@ class DiskStates:
         """A in m; 0 without contact."""
         return self.place.x
 
-    def take(self, index: object) -> DiskStates:
+    def take(self, index: Selection) -> DiskStates:
         """Some of the states."""
-        return DiskStates(self.indentation[index], self.place.take(index), self.edge_excess[index])  # type: ignore[index]
+        return DiskStates(self.indentation[index], self.place.take(index), self.edge_excess[index])
 
 
 def joined_states(parts: Sequence[DiskStates]) -> DiskStates:
@@ -120,7 +120,13 @@ def touching_radius(equivalent: EquivalentProfile, depth: float) -> float:
 
     A profile that falls below its tip touches at negative depths: where f <= d < 0, f <= -d as well.
     """
-    return equivalent.overlap_radius(abs(depth)) if depth != 0.0 and math.isfinite(depth) else 0.0
+    if depth > 0.0:
+        return equivalent.overlap_radius(depth)
+    end = min(equivalent.edge, equivalent.reach)
+    if math.isfinite(end):
+        # the rim of a hollow punch stands out
+        return end
+    return equivalent.overlap_radius(-depth) if -math.inf < depth < 0.0 else 0.0
 
 
 def _turning_points(equivalent: EquivalentProfile, depth: float, within: float = 0.0) -> tuple[float, ...]:
@@ -143,7 +149,8 @@ def _best_disk(equivalent: EquivalentProfile, d: FloatArray, turning: tuple[floa
     """The radius of largest d a - int_0^a g; 0 where no disk carries load."""
     best = Place(np.zeros(d.shape), np.zeros(d.shape))
     load = np.zeros(d.shape)
-    end = min(equivalent.edge, equivalent.overlap_radius(float(np.max(d))))
+    deepest = float(np.max(d, initial=0.0, where=np.isfinite(d)))
+    end = min(equivalent.edge, equivalent.overlap_radius(deepest))
     ends = np.array([0.0, *(t for t in turning if 0.0 < t < end), end])
     g = equivalent.g(ends)
     for low, high, g_low, g_high in zip(ends[:-1], ends[1:], g[:-1], g[1:], strict=True):

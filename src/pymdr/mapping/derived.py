@@ -8,7 +8,7 @@ from itertools import pairwise
 import numpy as np
 
 from pymdr.errors import ConvergenceError, ProblemError
-from pymdr.mapping.callables import TipLaw, rounding, slope_panel, tip_law
+from pymdr.mapping.callables import TipLaw, find_kinks, rounding, slope_panel, tip_law
 from pymdr.mapping.series import TERMS, Panels, clenshaw
 from pymdr.mapping.slopes import anchored
 from pymdr.problem.profiles import Function, call
@@ -59,8 +59,10 @@ class DerivedSource:
         return 0.0 if self._law is None else self._law.radius
 
     def _f(self, r: FloatArray) -> FloatArray:
-        assert self.profile.f is not None
-        return call(self.profile.f, r)
+        f = self.profile.f
+        assert f is not None
+        values: FloatArray = call(f, r)
+        return values
 
     def sample(self, base: FloatArray, offset: FloatArray) -> tuple[FloatArray, FloatArray]:
         """F' at the rounded radii, and their offsets."""
@@ -91,11 +93,17 @@ class DerivedSource:
         if law is None:
             return found
         inside = panels.stop <= law.radius * (1.0 + 1e-9)
-        return np.where(inside, law.error * np.abs(law.slope(np.minimum(panels.stop, law.radius))), found)
+        at_tip = law.error * np.abs(law.slope(np.minimum(panels.stop, law.radius)))
+        return np.asarray(np.where(inside, at_tip, found))
 
     def kinks(self, low: float, high: float) -> list[float]:
-        """None that it knows of."""
-        return []
+        """Kinks of f between two radii that were not named; panels end at them from then on."""
+        found = find_kinks(self._f, low, high, of="value")
+        if found:
+            self.knots = tuple(sorted({*self.knots, *found}))
+            self._low, self._high, self._series, self._error = [], [], [], []
+            self._done.clear()
+        return found
 
     def foresee(self, top: float) -> None:
         """Find the law of the tip on radii up to `top`, or farther out if f is nothing but rounding up to there."""
@@ -135,6 +143,8 @@ class DerivedSource:
         fresh = False
         for base, end in self._sections(r):
             inside = r[(r >= base) & (r <= end)]
+            if inside.size == 0:
+                continue
             low = float(inside.min())
             start = low - base
             grid = self._grid(base, start, float(inside.max()), end)

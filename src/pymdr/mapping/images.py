@@ -25,6 +25,7 @@ from pymdr.mapping.series import (
     BoolArray,
     IndexArray,
     Panels,
+    Selection,
     Series,
     basis,
     basis_slope,
@@ -49,6 +50,7 @@ _GENERATIONS = 40
 _STEEP, _SPREAD = 8.0, 64.0
 _GRADED = 24
 _TESTED = 12
+_MANY = 2000
 _SPREAD_AT = np.array([0.2, 0.6, 1.0])
 
 
@@ -314,7 +316,8 @@ class Charges:
     def spread_error(self, x: FloatArray) -> FloatArray:
         """Error of g at places in m, from the measured errors of f'."""
         panels, slopes = self.slopes.panels, self.slopes
-        floor = 8.0 * np.finfo(float).eps * slopes.size
+        # of many panels only those count whose error is more than rounding
+        floor = 8.0 * np.finfo(float).eps * slopes.size if slopes.size.size > _MANY else 0.0
         rough = np.flatnonzero(slopes.error > floor)
         total = np.zeros(x.shape)
         for start in range(0, rough.size, 4096):
@@ -377,6 +380,9 @@ def _paired(below: _Bunches) -> _Bunches:
     return _Bunches(base, low, high, offset, made[0], offset, made[1])
 
 
+CURVES = ("g", "slope", "moment", "squared")
+
+
 @dataclass(frozen=True)
 class Image:
     """g, g', m and s = int_0^x (g(x) - g(t))^2 dt on panels, with their errors."""
@@ -388,8 +394,21 @@ class Image:
     squared: Series
     error: FloatArray
     """Errors of g, g', m and s on every panel, relative to their absolute integrands, shape (P, 4)."""
+    size: FloatArray
+    """Largest values of g, g', m and s on every panel, without their powers, shape (P, 4)."""
     end_squared: float
     """s at the upper end in m^3."""
+
+    def take(self, index: Selection) -> Image:
+        """The image on some of the panels, the last one among them."""
+        g, slope, moment, squared = (self.curve(name).take(index) for name in CURVES)
+        panels = self.panels.take(index)
+        return Image(panels, g, slope, moment, squared, self.error[index], self.size[index], self.end_squared)
+
+    def curve(self, name: str) -> Series:
+        """One of the curves by its name."""
+        curve: Series = getattr(self, name)
+        return curve
 
 
 def map_panels(charges: Charges, panels: Panels, squared_below: float) -> Image:
@@ -442,9 +461,13 @@ def map_panels(charges: Charges, panels: Panels, squared_below: float) -> Image:
 
     g, slope, moment = series(0), series(1), series(2)
     error = np.concatenate([fit.error for _, fit in done])[order]
-    squared, end, misfit = _squares(whole, slope, moment, squared_below)
-    error[:, 3] = np.maximum(misfit, error[:, 1] + error[:, 2])
-    return Image(whole, g, slope, moment, squared, error, end)
+    size = np.concatenate([fit.size for _, fit in done])[order]
+    squared, end, misfit, size[:, 3] = _squares(whole, slope, moment, squared_below)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        # s carries on what it has gathered below
+        gathered = np.maximum.accumulate((misfit + error[:, 1] + error[:, 2]) * size[:, 3])
+        error[:, 3] = np.where(size[:, 3] > 0.0, gathered / size[:, 3], 0.0)
+    return Image(whole, g, slope, moment, squared, error, size, end)
 
 
 @lru_cache(maxsize=1)
@@ -459,13 +482,13 @@ class _Fitted:
     power: FloatArray
     coefficients: FloatArray
     error: FloatArray
+    size: FloatArray
     allowed: FloatArray
     even: BoolArray
 
-    def take(self, index: object) -> _Fitted:
-        return _Fitted(
-            *(getattr(self, name)[index] for name in ("power", "coefficients", "error", "allowed", "even"))
-        )
+    def take(self, index: Selection) -> _Fitted:
+        names = ("power", "coefficients", "error", "size", "allowed", "even")
+        return _Fitted(*(getattr(self, name)[index] for name in names))
 
 
 def _fit_image(charges: Charges, panels: Panels, u: FloatArray) -> _Fitted:
@@ -497,7 +520,8 @@ def _fit_image(charges: Charges, panels: Panels, u: FloatArray) -> _Fitted:
     uneven = one_sign & (size > _SPREAD * np.min(np.abs(plain), axis=2))
     even = ~(panels.begins & uneven.any(axis=1))
     error = error + np.stack([spread, 16.0 * spread, spread], axis=1)
-    return _Fitted(power, coefficients, np.pad(error, ((0, 0), (0, 1))), allowed, even)
+    room = ((0, 0), (0, 1))
+    return _Fitted(power, coefficients, np.pad(error, room), np.pad(size, room), allowed, even)
 
 
 def _image_powers(charges: Charges, panels: Panels, offset: FloatArray, values: FloatArray) -> FloatArray:
@@ -539,7 +563,9 @@ def _halved(panels: Panels, worst: FloatArray) -> tuple[Panels, FloatArray]:
     return twice, np.concatenate([worst, worst])
 
 
-def _squares(panels: Panels, slope: Series, moment: Series, below: float) -> tuple[Series, float, FloatArray]:
+def _squares(
+    panels: Panels, slope: Series, moment: Series, below: float
+) -> tuple[Series, float, FloatArray, FloatArray]:
     """S = int 2 g' m dt as a series, its last value and its measured error."""
     tests = _tests()
     u = np.concatenate([nodes(), tests, [1.0]])
@@ -586,18 +612,20 @@ def _squares(panels: Panels, slope: Series, moment: Series, below: float) -> tup
     size = np.max(np.abs(plain), axis=1)
     with np.errstate(invalid="ignore"):
         error = np.where(size > 0.0, misfit / size, 0.0)
-    return Series(own, coefficients), float(ends[-1]), error
+    return Series(own, coefficients), float(ends[-1]), error, size
 
 
 def joined_images(first: Image, second: Image) -> Image:
     """Two stretches side by side."""
+    g, slope, moment, squared = (joined_series([first.curve(name), second.curve(name)]) for name in CURVES)
     return Image(
         joined([first.panels, second.panels]),
-        *(
-            joined_series([getattr(first, name), getattr(second, name)])
-            for name in ("g", "slope", "moment", "squared")
-        ),
+        g,
+        slope,
+        moment,
+        squared,
         np.concatenate([first.error, second.error]),
+        np.concatenate([first.size, second.size]),
         second.end_squared,
     )
 

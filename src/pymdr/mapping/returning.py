@@ -11,7 +11,9 @@ root of x - b, it is taken out together with it. Distances are differences of of
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
 
@@ -22,6 +24,8 @@ from pymdr.units import FloatArray
 _POINTS = 20
 _CLOSE = 0.6
 _WORK = 400_000
+_Kernel: TypeAlias = Callable[[FloatArray, FloatArray, FloatArray], FloatArray]
+"""Of the distance from r, x and r."""
 
 
 @dataclass(frozen=True)
@@ -101,7 +105,9 @@ def with_arcsin(part: Stretch, base: FloatArray, offset: FloatArray) -> FloatArr
     return _integrated(part, base, offset, kernel, above=False)
 
 
-def _integrated(part, base, offset, kernel, *, above: bool) -> FloatArray:  # type: ignore[no-untyped-def]
+def _integrated(
+    part: Stretch, base: FloatArray, offset: FloatArray, kernel: _Kernel, *, above: bool
+) -> FloatArray:
     panels = part.panels
     total = np.zeros(base.shape)
     if panels.count == 0 or base.size == 0:
@@ -113,7 +119,7 @@ def _integrated(part, base, offset, kernel, *, above: bool) -> FloatArray:  # ty
     return total
 
 
-def _block(part, base, offset, kernel, above: bool) -> FloatArray:  # type: ignore[no-untyped-def]
+def _block(part: Stretch, base: FloatArray, offset: FloatArray, kernel: _Kernel, above: bool) -> FloatArray:
     panels = part.panels
     at = (base[:, None] - panels.base) + offset[:, None]
     low = np.maximum(part.low, at) if above else np.broadcast_to(part.low, at.shape)
@@ -164,7 +170,18 @@ def _at(part: Stretch, panel: IndexArray, offset: FloatArray) -> FloatArray:
     return evaluate(part.panels, part.slope, index.ravel(), offset.ravel()).reshape(offset.shape)
 
 
-def _near(part, row, panel, low, high, at, base, offset, kernel, above) -> FloatArray:  # type: ignore[no-untyped-def]
+def _near(
+    part: Stretch,
+    row: IndexArray,
+    panel: IndexArray,
+    low: FloatArray,
+    high: FloatArray,
+    at: FloatArray,
+    base: FloatArray,
+    offset: FloatArray,
+    kernel: _Kernel,
+    above: bool,
+) -> FloatArray:
     """Parts beside r: x = r +- v^2, or the same in the square root of the offset on rooted panels."""
     total = np.zeros(base.shape)
     rooted = part.panels.rooted[panel]
@@ -195,7 +212,9 @@ def _near(part, row, panel, low, high, at, base, offset, kernel, above) -> Float
     return total
 
 
-def _octaves(row, panel, low, high, at, above):  # type: ignore[no-untyped-def]
+def _octaves(
+    row: IndexArray, panel: IndexArray, low: FloatArray, high: FloatArray, at: FloatArray, above: bool
+) -> tuple[IndexArray, IndexArray, FloatArray, FloatArray]:
     """Parts of rooted panels divided where the offset has grown fourfold, down to the distance of r."""
     scale = np.abs(at)
     smallest = np.maximum(low, np.minimum(np.where(scale > 0.0, scale, 0.0), high))
@@ -226,8 +245,8 @@ def _through_both(
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         if above:
             outside = (at <= 0.0)[:, None]
-            start = np.where(outside, np.arcsinh(first / root), _arcosh(first, root))
-            stop = np.where(outside, np.arcsinh(last / root), _arcosh(last, root))
+            start = np.where(outside, np.arcsinh(first / root), _beyond(low - at, root))
+            stop = np.where(outside, np.arcsinh(last / root), _beyond(high - at, root))
             theta = start + (stop - start) * s
             t = root * np.where(outside, np.sinh(theta), np.cosh(theta))
             other = root * np.where(outside, np.cosh(theta), np.sinh(theta))
@@ -247,9 +266,9 @@ def _through_both(
     return np.clip(t * t, low[:, None], high[:, None]), gap, jacobian
 
 
-def _arcosh(t: FloatArray, root: FloatArray) -> FloatArray:
-    """arcosh(t / root), by the form that keeps digits next to t = root."""
-    return np.asarray(np.arcsinh(np.sqrt(np.maximum((t - root) * (t + root), 0.0)) / root))
+def _beyond(distance: FloatArray, root: FloatArray) -> FloatArray:
+    """arcosh(t / root) from the distance t^2 - root^2, which keeps its digits next to t = root."""
+    return np.asarray(np.arcsinh(np.sqrt(np.maximum(distance, 0.0))[:, None] / root))
 
 
 def tail_over_root(power: float, slope: float, top: float, r: FloatArray) -> FloatArray:

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import NamedTuple, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.polynomial import chebyshev
@@ -22,6 +22,8 @@ from pymdr.units import FloatArray
 
 IndexArray: TypeAlias = NDArray[np.intp]
 BoolArray: TypeAlias = NDArray[np.bool_]
+Selection: TypeAlias = Any
+"""Whatever selects some entries of an array."""
 
 TERMS = 16
 """Chebyshev coefficients of every curve on a panel."""
@@ -40,9 +42,9 @@ class Place(NamedTuple):
         """The rounded positions in m."""
         return self.base + self.offset
 
-    def take(self, index: object) -> Place:
+    def take(self, index: Selection) -> Place:
         """Some of the places."""
-        return Place(self.base[index], self.offset[index])  # type: ignore[index]
+        return Place(self.base[index], self.offset[index])
 
 
 Position: TypeAlias = ArrayLike | Place
@@ -71,7 +73,7 @@ def as_place(x: Position) -> Place:
 @lru_cache(maxsize=8)
 def nodes(n: int = TERMS) -> FloatArray:
     """Chebyshev points of the first kind on (0, 1), rising, shape (n,)."""
-    points: FloatArray = (1.0 - np.cos(np.pi * (np.arange(n) + 0.5) / n)) / 2.0
+    points: FloatArray = np.sin(np.pi * (np.arange(n) + 0.5) / (2 * n)) ** 2
     points.flags.writeable = False
     return points
 
@@ -79,9 +81,12 @@ def nodes(n: int = TERMS) -> FloatArray:
 @lru_cache(maxsize=8)
 def to_coefficients(n: int = TERMS) -> FloatArray:
     """Matrix from values at :func:`nodes` to Chebyshev coefficients, by discrete orthogonality."""
-    # cosines, since the recurrence of the polynomials rounds at the ends, of angles reduced in whole numbers
-    folded = np.abs((np.arange(n)[:, None] * (2 * n - 1 - 2 * np.arange(n)) + 2 * n) % (4 * n) - 2 * n)
-    matrix = 2.0 / n * np.sin(0.5 * np.pi / n * (n - folded))
+    # cosines of multiples of pi / 2n, reduced as whole numbers so that none is rounded by its angle
+    turn = np.arange(n)[:, None] * (2 * n - 1 - 2 * np.arange(n)) % (4 * n)
+    turn = np.minimum(turn, 4 * n - turn)
+    sign = np.where(turn > n, -1.0, 1.0)
+    turn = np.minimum(turn, 2 * n - turn)
+    matrix = 2.0 / n * sign * np.sin(np.pi * (n - turn) / (2 * n))
     matrix[0] *= 0.5
     return np.asarray(matrix)
 
@@ -134,7 +139,7 @@ class Panels:
         """Upper ends x in m."""
         return self.base + self.high
 
-    def take(self, index: object) -> Panels:
+    def take(self, index: Selection) -> Panels:
         """Some of the panels."""
         return Panels(*(getattr(self, name)[index] for name in ("base", "low", "high", "rooted")))
 
@@ -196,9 +201,9 @@ class Series:
     coefficients: FloatArray
     """Chebyshev coefficients, shape (P, TERMS)."""
 
-    def take(self, index: object) -> Series:
+    def take(self, index: Selection) -> Series:
         """The curve on some of the panels."""
-        return Series(self.power[index], self.coefficients[index])  # type: ignore[index]
+        return Series(self.power[index], self.coefficients[index])
 
 
 def joined_series(parts: list[Series]) -> Series:

@@ -14,6 +14,7 @@ from typing import Protocol
 import numpy as np
 
 from pymdr.errors import ConvergenceError
+from pymdr.mapping.callables import search_points
 from pymdr.mapping.series import (
     TERMS,
     Panels,
@@ -43,6 +44,9 @@ _SLIVER = 0.1
 MOST_KINKS = 32
 _TINY = 1e-290
 _MOST_PANELS = 20_000
+_SUDDEN = 1e-200
+_PURE = 1e-14
+"""Largest misfit of a power that stands for the tip as far in as it is asked."""
 
 
 class SlopeSource(Protocol):
@@ -98,8 +102,6 @@ class Tail:
     radius: float
     slope: float
     power: float
-    pure: bool
-    """Whether the power is steady to rounding, so that it goes on."""
 
 
 @dataclass
@@ -115,23 +117,36 @@ class ResolvedSlope:
     """Radius in m up to which the slope is resolved."""
     floor: float = 0.0
     """Radius in m below which it is a power."""
+    inner: float = math.inf
+    """Radius in m down to which results do not depend on how the tip is closed."""
     tail: Tail = field(init=False)
+    _power_from: float = math.inf
     found: list[float] = field(default_factory=list)
     """Kinks in m that were not declared."""
 
     def __post_init__(self) -> None:
         self.knots = sorted(self.source.knots)
 
-    @property
-    def pure(self) -> bool:
-        """Whether the tip is one power to rounding as far inward as anybody has looked."""
-        return self.tail.pure
+    def is_power_from(self, x: float) -> bool:
+        """Whether the tip goes on as one power, to rounding, from a radius in m up to the first panel."""
+        tail = self.tail
+        if tail.slope == 0.0 or x >= self._power_from:
+            return x >= self._power_from or bool(self.knots and x < self.knots[0])
+        deep = max(min(x, self.floor) * 2.0**-8, 1e-290)
+        r = search_points(deep, min(self._power_from, self.floor))
+        given = self.source.sample(np.zeros(r.size), r)[0]
+        with np.errstate(under="ignore"):
+            law = tail.slope * (r / tail.radius) ** tail.power
+        if bool(np.all(np.abs(given - law) <= np.maximum(_PURE * np.abs(law), _TINY))):
+            self._power_from = deep
+            return True
+        return False
 
     def resolve_to(self, x: float, inner: float) -> None:
         """Resolve the slope on radii up to `x`, and as far inward as a result at `inner` depends on it."""
         x = min(x, self.limit)
         self.source.foresee(x)
-        if self.slopes is None or inner < self.floor * 2.0:
+        if self.slopes is None or inner < self.inner:
             self._begin(x, inner)
         while self.front < x:
             self._extend(x)
@@ -142,14 +157,16 @@ class ResolvedSlope:
         """Resolve from the floor that a result at `inner` needs."""
         bottom = min(inner, x, *self.knots[:1])
         floor = _floor(self.source, bottom)
-        if self.slopes is not None and floor >= self.floor:
-            floor = 0.25 * self.floor
+        self.inner = inner
+        if self.slopes is not None:
+            floor = min(floor, self.floor)
         top = max(x, self.front)
         self.floor, self.front, self.slopes = floor, floor, None
         while self.front < top:
             self._extend(top)
         assert self.slopes is not None
         self.tail = _tail(self.slopes, floor)
+        self._power_from = math.inf
 
     def _extend(self, x: float) -> None:
         """Append panels up to `x`, or up to the first kink that nobody had named."""
@@ -275,7 +292,9 @@ class _Stopped:
 def _jitter(count: int) -> FloatArray:
     """Points in (0, 1), dense everywhere and on no grid: a Kronecker sequence."""
     golden = 0.5 * (math.sqrt(5.0) - 1.0)
-    return np.sort((0.5 + golden * np.arange(1.0, count + 1.0)) % 1.0)
+    inner = np.sort((0.5 + golden * np.arange(1.0, count + 1.0)) % 1.0)
+    # a kink beside the end of a panel is seen at the end only
+    return np.concatenate([[1e-7, 1e-4], inner, [1.0 - 1e-4, 1.0 - 1e-7]])
 
 
 def _resolve(
@@ -327,9 +346,9 @@ def _resolve(
         wanted = pending.start < needed
         pending, family = pending.take(wanted), family[wanted]
         if pending.count > _MOST_PANELS:
-            low = metres(float(pending.start.min()))
+            rough = metres(float(pending.start.min()))
             raise ConvergenceError(
-                f"the slope of the profile is not resolved beside r = {low}: it is rough there on every scale; give a "
+                f"the slope of the profile is not resolved beside r = {rough}: it is rough there on every scale; give a "
                 "smooth profile, or name the radii where it is not smooth as breakpoints"
             )
     panels = joined([part.panels for part in done])
@@ -489,11 +508,14 @@ def _floor(source: SlopeSource, inner: float) -> float:
     if known.size == 0:
         return _octave(radii[min(8, radii.size - 1)])
     deepest = int(known[-1])
+    if deepest < size.size - 1 and size[deepest] > _SUDDEN:
+        # not an underflow but a tip on which the slope is nothing
+        return _octave(radii[min(deepest + 8, radii.size - 1)])
     for k in range(4, deepest - 3):
         steady = np.all(change[k : k + 3] < 0.5)
         if steady and weight[k] * np.max(change[k : k + 3]) < 1e-17:
             return _octave(radii[k])
-    return _octave(radii[max(min(deepest - 1, 48), 1)])
+    return _octave(radii[max(min(deepest - 1, 48), 4)])
 
 
 def _octave(radius: float) -> float:
@@ -503,15 +525,14 @@ def _octave(radius: float) -> float:
 def _tail(slopes: Slopes, floor: float) -> Tail:
     """The power with which f' goes on below the first panel."""
     panels, series = slopes.panels, slopes.series
-    u = np.linspace(0.0, 1.0, 5)
+    u = np.array([0.0, 0.5, 1.0])
     offsets = panels.take(slice(0, 1)).offsets(u)[0]
     values = clenshaw(np.repeat(series.coefficients[:1], u.size, axis=0), u)
     values = values * (offsets / panels.high[0]) ** series.power[0]
     if values[0] == 0.0 or np.any(values[1:] / values[0] <= 0.0):
-        return Tail(floor, float(values[0]), 0.0, bool(np.all(values == 0.0)))
-    local = np.diff(np.log(np.abs(values))) / np.diff(np.log(offsets))
-    power = float(np.log(values[-1] / values[0]) / np.log(offsets[-1] / offsets[0]))
-    nearest = round(power * 60.0) / 60.0
-    if abs(power - nearest) < 1e-9:
-        power = nearest
-    return Tail(floor, float(values[0]), max(power, -0.95), bool(np.ptp(local) < 2e-13))
+        power = 0.0
+    else:
+        power = float(np.log(values[-1] / values[0]) / np.log(offsets[-1] / offsets[0]))
+        nearest = round(power * 60.0) / 60.0
+        power = max(nearest if abs(power - nearest) < 1e-9 else power, -0.95)
+    return Tail(floor, float(values[0]), power)

@@ -7,13 +7,15 @@ from functools import singledispatch
 
 import numpy as np
 
+from pymdr.mapping.callables import check_consistency, find_kinks
 from pymdr.mapping.derived import DerivedSource
 from pymdr.mapping.series import TERMS, Panels, Place, Series, evaluate
 from pymdr.mapping.slopes import SlopeSource
-from pymdr.problem.profiles import Function, Interpolated, Profile, Sampled, Sum
+from pymdr.problem.profiles import Function, Interpolated, Profile, Sampled, Sum, call
 from pymdr.units import FloatArray
 
 _NO_KNOTS = np.zeros(0)
+_CHECKED_BEYOND = 1.5
 MANY_KNOTS = 400
 """Samples from which on knots only count where panels do not resolve the curve across them."""
 
@@ -29,6 +31,7 @@ class CurveSource:
         self.soft_knots = _NO_KNOTS
         self.reach = profile.reach
         self.known_everywhere = False
+        self._checked = 0.0
 
     def sample(self, base: FloatArray, offset: FloatArray) -> tuple[FloatArray, FloatArray]:
         """F' at the rounded radii, and their offsets."""
@@ -36,7 +39,16 @@ class CurveSource:
         return self.profile.gap_slope(r), r - base
 
     def foresee(self, top: float) -> None:
-        """Nothing has to be known beforehand."""
+        """Refuse a derivative that is not that of f on the radii up to `top`."""
+        profile = self.profile
+        if not isinstance(profile, Function) or profile.f is None or top <= _CHECKED_BEYOND * self._checked:
+            return
+        self._checked = top
+        f, derivative = profile.f, profile.derivative
+        assert derivative is not None
+        check_consistency(
+            lambda r: call(f, r), lambda r: call(derivative, r, "derivative"), top / 1024.0, top, self.knots
+        )
 
     def rough(self, r: float) -> float:
         """About |f'| at a radius in m."""
@@ -47,8 +59,8 @@ class CurveSource:
         return np.zeros(panels.count)
 
     def kinks(self, low: float, high: float) -> list[float]:
-        """None that it knows of."""
-        return []
+        """Kinks between two radii that were not named."""
+        return find_kinks(self.profile.gap_slope, low, high) if isinstance(self.profile, Function) else []
 
 
 class SplineSource:

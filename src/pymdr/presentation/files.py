@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 
 FORMAT = "pymdr result 1"
 _PREFIX = "pymdr_path_"
+_ERROR = "pymdr_error_"
 _LONG = 100
 """Rows above which a history is kept as an array."""
 
@@ -83,21 +84,23 @@ def pack(
     machine_stiffness: float | None,
     starts: Sequence[Mapping[str, float]] | None,
 ) -> xr.Dataset:
-    """Arrays plus everything else as JSON texts in the attributes; long histories stay arrays."""
+    """Arrays plus everything else as JSON texts in the attributes; long histories and errors stay arrays."""
     short, arrays = _apart(path)
+    errors, kept = _errors_apart(claims)
     plain_claims = {
         name: {
             "level": claim.level.name,
             "reason": claim.reason,
             "source": claim.source,
             "where": _runs(claim.where),
+            **({"error": errors[name]} if name in errors else {}),
         }
         for name, claim in claims.items()
     }
     plain_assumptions = [
         {"name": a.name, "words": a.words, "measure": a.measure, "limit": a.limit} for a in assumptions
     ]
-    return data.assign(arrays).assign_attrs(
+    return data.assign(arrays | kept).assign_attrs(
         pymdr_format=FORMAT,
         pymdr_case=json.dumps(encode_case("", contact, short)),
         pymdr_claims=json.dumps(plain_claims),
@@ -136,6 +139,35 @@ def _together(path: LoadingPath, dataset: xr.Dataset) -> LoadingPath:
     return pieces[0] if len(pieces) == 1 else History(tuple(pieces))
 
 
+def _errors_apart(claims: Mapping[str, Claim]) -> tuple[dict[str, float | str], dict[str, Any]]:
+    """For every quantity its one error, or the name of the variable that holds its errors; these variables."""
+    named: dict[str, float | str] = {}
+    seen: dict[bytes, str] = {}
+    for name, claim in claims.items():
+        if claim.error is None:
+            continue
+        error = np.ascontiguousarray(claim.error, dtype=float)
+        if error.size and np.all(error == error[0]):
+            named[name] = float(error[0])
+        else:
+            named[name] = seen.setdefault(error.tobytes(), name)
+    holders = {name: np.asarray(claims[name].error, dtype=float) for name in seen.values()}
+    return named, {f"{_ERROR}{name}": ("step", error) for name, error in holders.items()}
+
+
+def _error_from(plain: float | str | None, steps: int, dataset: xr.Dataset) -> np.ndarray | None:
+    """The errors of a claim; None in files of versions that did not measure them."""
+    if plain is None:
+        return None
+    return np.full(steps, plain) if isinstance(plain, float) else np.array(dataset[f"{_ERROR}{plain}"].values)
+
+
+def _claim_from(plain: Mapping[str, Any], dataset: xr.Dataset) -> Claim:
+    where = _from_runs(plain["where"])
+    error = _error_from(plain.get("error"), where.size, dataset)
+    return Claim(Level[plain["level"]], plain["reason"], plain["source"], where, error)
+
+
 def _runs(where: np.ndarray) -> list[int]:
     """Lengths of runs, beginning with a run of True (which may be empty)."""
     changes = np.flatnonzero(np.diff(where.astype(int))) + 1
@@ -159,11 +191,8 @@ def unpack(dataset: xr.Dataset) -> dict[str, Any]:
     try:
         _, contact, path = decode_case(json.loads(attrs["pymdr_case"]))
         path = _together(path, dataset)
-        dataset = dataset.drop_vars([name for name in dataset if str(name).startswith(_PREFIX)])
-        claims = {
-            name: Claim(Level[c["level"]], c["reason"], c["source"], _from_runs(c["where"]))
-            for name, c in json.loads(attrs["pymdr_claims"]).items()
-        }
+        claims = {name: _claim_from(c, dataset) for name, c in json.loads(attrs["pymdr_claims"]).items()}
+        dataset = dataset.drop_vars([name for name in dataset if str(name).startswith((_PREFIX, _ERROR))])
         references = tuple(json.loads(attrs["pymdr_references"]))
         parts = {
             "contact": contact,
@@ -200,7 +229,12 @@ def _check_whole(dataset: xr.Dataset, claims: Mapping[str, Claim], references: S
         and name not in dataset
     ]
     unclaimed = [str(name) for name in dataset if name != "time" and _base(str(name)) not in claims]
-    short = [name for name, claim in claims.items() if claim.where.size != dataset.sizes.get("step", 0)]
+    steps = dataset.sizes.get("step", 0)
+    short = [
+        name
+        for name, claim in claims.items()
+        if claim.where.size != steps or (claim.error is not None and claim.error.shape != (steps,))
+    ]
     for what, names in (
         ("unknown references", unknown),
         ("no values of", missing),
@@ -218,7 +252,8 @@ def _base(name: str) -> str:
 
 def write_dataset(dataset: xr.Dataset, file: str | os.PathLike[str]) -> None:
     """Write a packed dataset as NetCDF."""
-    write_whole(file, lambda beside: dataset.to_netcdf(beside, engine="h5netcdf"))
+    small = {str(name): {"zlib": True} for name in dataset if str(name).startswith(_ERROR)}
+    write_whole(file, lambda beside: dataset.to_netcdf(beside, engine="h5netcdf", encoding=small))
 
 
 def read_dataset(file: str | os.PathLike[str]) -> xr.Dataset:

@@ -6,7 +6,9 @@ from collections.abc import Iterable, Mapping, Sequence
 from html import escape
 from typing import TYPE_CHECKING
 
+from pymdr.interpretation.accuracy import EXACT_WITHIN
 from pymdr.interpretation.validity import Assumption, Claim, Level
+from pymdr.presentation.text import largest_error, last_error
 from pymdr.quantities import BAND_ENDS, QUANTITIES
 from pymdr.units import written
 
@@ -31,11 +33,21 @@ def badge(level: Level) -> str:
 
 
 def claims_html(claims: Mapping[str, Claim]) -> str:
-    """Claims by quantity."""
+    """Claims by quantity, with the largest error of its numbers."""
     return table(
-        ("quantity", "claim", "reason", "source"),
-        ([escape(name), badge(c.level), escape(c.reason), escape(c.source)] for name, c in claims.items()),
+        ("quantity", "claim", "error", "reason", "source"),
+        (
+            [escape(name), badge(c.level), _error(c), escape(c.reason), escape(c.source)]
+            for name, c in claims.items()
+        ),
     )
+
+
+def _error(claim: Claim) -> str:
+    if claim.level is Level.NOT_VALID:
+        return ""
+    error = largest_error(claim)
+    return f"{error:.1e}" if error else "rounding"
 
 
 def assumptions_html(assumptions: Sequence[Assumption]) -> str:
@@ -64,7 +76,11 @@ def result_html(
             continue
         quantity = QUANTITIES[name]
         value = escape(written(float(data[name].values[-1]), quantity.unit))
-        rows.append([escape(quantity.words), value, badge(claims[name].level) if name in claims else ""])
+        claim = claims.get(name)
+        level = badge(claim.level) if claim is not None else ""
+        error = last_error(claim) if claim is not None else 0.0
+        remark = f" <small>error {error:.1e}</small>" if error > EXACT_WITHIN else ""
+        rows.append([escape(quantity.words), value, level + remark])
     steps = data.sizes["step"]
     return (
         f"<div><b>{escape(status)}</b>: {escape(meaning)}"

@@ -5,6 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
+import numpy as np
+
+from pymdr.interpretation.accuracy import EXACT_WITHIN
 from pymdr.interpretation.validity import Assumption, Claim, Level
 from pymdr.quantities import BAND_ENDS, QUANTITIES
 from pymdr.units import written
@@ -36,7 +39,9 @@ def summary(
         if f"{name}_low" in data:
             ends = (written(float(data[f"{name}_{end}"].values[-1]), quantity.unit) for end in BAND_ENDS)
             band = f"  band {' to '.join(ends)}"
-        lines.append(f"  {quantity.words:<36}{written(value, quantity.unit):>16}{level}{band}")
+        error = last_error(claims[name]) if name in claims else 0.0
+        remark = f"  error {error:.1e}" if error > EXACT_WITHIN else ""
+        lines.append(f"  {quantity.words:<36}{written(value, quantity.unit):>16}{level}{remark}{band}")
     return "\n".join([*lines, *_claims(claims), *_assumptions(assumptions), *_notes(notes)])
 
 
@@ -67,6 +72,30 @@ def numbers(groups: Mapping[str, Mapping[str, float]]) -> str:
     return "\n".join(lines)
 
 
+def largest_error(claim: Claim) -> float | None:
+    """
+    The largest relative error of a quantity over the steps at which its claim holds; None where it is rounding.
+
+    Examples
+    --------
+    >>> where = np.array([True, False])
+    >>> largest_error(Claim(Level.EXACT, "", "", where, np.array([1e-12, 1e-3])))
+    1e-12
+    >>> largest_error(Claim(Level.EXACT, "", "", where)) is None
+    True
+    """
+    if claim.error is None:
+        return None
+    held = np.asarray(claim.error)[claim.where]
+    return float(np.max(held, initial=0.0, where=~np.isnan(held)))
+
+
+def last_error(claim: Claim) -> float:
+    """The relative error of a quantity at the last step; 0 where it is rounding, or where nothing is claimed."""
+    known = claim.error is not None and claim.where.size and claim.where[-1]
+    return float(claim.error[-1]) if claim.error is not None and known else 0.0
+
+
 def in_bytes(count: int) -> str:
     """A number of bytes in words."""
     size, unit = next(
@@ -82,6 +111,10 @@ def _claims(claims: Mapping[str, Claim]) -> list[str]:
         by_words.setdefault((claim.level, claim.reason, claim.source), []).append(name)
     for (level, reason, source), names in by_words.items():
         lines += [f"  {level.name}: {', '.join(names)}", f"    {reason}", f"    [{source}]"]
+        errors = {name: largest_error(claims[name]) or 0.0 for name in names}
+        told = [f"{name} {error:.1e}" for name, error in errors.items() if error > EXACT_WITHIN]
+        if told:
+            lines.append(f"    relative errors of up to: {', '.join(told)}")
     return lines
 
 

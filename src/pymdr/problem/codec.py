@@ -147,9 +147,8 @@ def _field_type(cls: type, f: Any) -> tuple[Any, Any]:
     if f.name == "parts":
         return list[_union("part")], Field(..., description="profiles to be added", min_length=1)  # type: ignore[misc]
     if f.name == "interpolation":
-        return _union("interpolation"), Field(
-            {"kind": "cubic_spline"}, description="how a curve is run through"
-        )
+        words = "how a curve is run through; unless given, a smoothing spline if there is a scatter, else a cubic one"
+        return _union("interpolation") | None, Field(None, description=words)
     if f.name in ("steps", "cycles"):
         words = "number of rows" if f.name == "steps" else "number of cycles"
         kind = int if isinstance(f.default, int) else int | None

@@ -8,20 +8,18 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pymdr.interpretation.surface import Surface
-from pymdr.interpretation.validity import Assumption, Claim, certify_disk, normal_claims
-from pymdr.line.foundation import normal_force, states_at_depth
-from pymdr.mapping.equivalent import gap_function
+from pymdr.interpretation.validity import Assumption, Claim
+from pymdr.line.foundation import normal_force
 from pymdr.problem.contact import Contact
 from pymdr.problem.paths import LoadingPath
 from pymdr.problem.schedule import ends_only, known_legs, total_rows
-from pymdr.solving.normal import check_normal_path, follow_normal, range_words
+from pymdr.solving.normal import check_normal_path, claims_of, follow_normal
 from pymdr.solving.reach import assumptions, map_to_line
 from pymdr.solving.verb import check_problem, kept_rows, read_stiffness, solve
 from pymdr.units import QuantityLike
 
 _SHORT = 100_000
-"""Rows that a friction stack follows in no time."""
+"""Rows that are followed in no time."""
 
 
 @dataclass(frozen=True)
@@ -63,7 +61,8 @@ def assess(
     """
     Map a contact and state its claims for the loads that a path reaches.
 
-    A contact with adhesion visits the ends of the legs only, and so does one with friction whose path is long.
+    The claims are those of :func:`solve` for the rows of the path. With adhesion or friction a path of more than
+    100 000 rows visits the ends of its legs only.
 
     Parameters
     ----------
@@ -75,7 +74,7 @@ def assess(
     Returns
     -------
     Assessment
-        Claims for 40 loads up to the largest one, assumptions and notes.
+        Claims for every row of the path, assumptions and notes.
 
     Raises
     ------
@@ -92,11 +91,9 @@ def assess(
     'EXACT'
     """
     check_problem(contact, path)
-    route = _extremes(path)
     rows = total_rows(path)
     kept = kept_rows(keep, path) if contact.friction is not None else None
-    if contact.friction is not None and rows <= _SHORT:
-        route = path
+    route = path if rows <= _SHORT else _extremes(path)
     if contact.adhesion is not None or contact.friction is not None:
         result = solve(contact, route, machine_stiffness=machine_stiffness)
         largest = {
@@ -112,19 +109,18 @@ def assess(
             rows if kept is None else kept.size,
             len(result.data),
         )
-    check_normal_path(route)
+    check_normal_path(path)
     stiffness = None if machine_stiffness is None else read_stiffness(machine_stiffness)
-    history = follow_normal(contact, map_to_line(contact), route, stiffness)
-    mapped, line = history.mapped, history.mapped.line
-    deepest = float(np.max(history.states.indentation, initial=0.0))
-    states = states_at_depth(line, deepest * np.arange(1.0, 41.0) / 40.0)
-    surface = Surface(line, gap_function(contact.profile, line.equivalent), states)
-    certificate = certify_disk(line, states)
-    claims = normal_claims(certificate.disk, certificate.reason, range_words(line, surface, certificate.disk))
+    history = follow_normal(contact, map_to_line(contact), path, stiffness)
+    mapped, states = history.mapped, history.states
+    claims, _ = claims_of(contact, history)
+    if stiffness is not None:
+        claims["travel"] = claims["normal_force"]
+    deepest = int(np.argmax(states.indentation))
     largest = {
-        "indentation": deepest,
-        "normal_force": float(normal_force(line, states)[-1]),
-        "contact_radius": float(np.max(states.contact_radius)),
+        "indentation": float(states.indentation[deepest]),
+        "normal_force": float(normal_force(mapped.line, states.take(slice(deepest, deepest + 1)))[0]),
+        "contact_radius": float(states.contact_radius[deepest]),
     }
     found = assumptions(contact, mapped, states.contact_radius)
     return Assessment(claims, found, mapped.notes, largest, rows, 7)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import replace
+from functools import lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -62,20 +63,22 @@ def with_bands(result: Result, solve: Callable[[Contact], Result]) -> Result:
 
 
 def _shifted_solution(result: Result, sign: float, solve: Callable[[Contact], Result]) -> xr.Dataset:
-    profile = result.contact.profile
-    parts = profile.parts if isinstance(profile, Sum) else (profile,)
-    shifted = tuple(_shifted(part, sign) for part in parts)
-    contact = replace(result.contact, profile=shifted[0] if len(shifted) == 1 else Sum(shifted))
+    contact = replace(result.contact, profile=_shifted(result.contact.profile, sign))
     try:
         return solve(contact).data
     except (PathError, ConvergenceError):
         return labelled({})
 
 
-def _shifted(part: Profile, sign: float) -> Profile:
-    if not isinstance(part, Sampled) or part.scatter is None:
-        return part
-    return replace(part, height=part.height + sign * part.scatter, scatter=None)
+@lru_cache(maxsize=256)
+def _shifted(profile: Profile, sign: float) -> Profile:
+    """The profile moved by its scatter; the same value each time, so that its curve and its map are made once."""
+    if isinstance(profile, Sum):
+        return Sum(tuple(_shifted(part, sign) for part in profile.parts))
+    if not isinstance(profile, Sampled) or profile.scatter is None:
+        return profile
+    # the scatter stays: it weighs the samples of a smoothing spline as it does for the profile itself
+    return replace(profile, height=profile.height + sign * profile.scatter)
 
 
 def _mean_claims(claims: Mapping[str, Claim]) -> dict[str, Claim]:

@@ -9,16 +9,17 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pymdr.errors import PathError, ProblemError
+from pymdr.interpretation.accuracy import with_errors
+from pymdr.interpretation.certificate import Certificate, certify_history, noise_words
 from pymdr.interpretation.friction import frictional_claims, similarity_assumption
 from pymdr.interpretation.traction import curves_down_to, deepest_of, friction_leg
-from pymdr.interpretation.validity import Assumption, certify_disk
+from pymdr.interpretation.validity import Assumption, approximated
 from pymdr.line.foundation import (
     ElasticLine,
     elastic_energy,
     mean_pressure,
     normal_force,
     normal_stiffness,
-    rises_to,
     states_at_depth,
 )
 from pymdr.line.friction import (
@@ -44,7 +45,7 @@ from pymdr.problem.schedule import (
 )
 from pymdr.result import Result, Status, labelled
 from pymdr.solving.normal import refuse_tension
-from pymdr.solving.reach import Mapped, assumptions, map_to_line, refuse_unreachable
+from pymdr.solving.reach import Mapped, assumptions, map_remark, map_to_line, refuse_unreachable
 from pymdr.units import FloatArray, metres, newtons
 
 _CHUNK = 2_000_000
@@ -61,6 +62,7 @@ class _Line:
     curves: ElasticCurves
     deepest: float = -math.inf
     """What the curves reach, in m."""
+    certificate: Certificate | None = None
 
     def deepen(self, asked: Sequence[Stretch]) -> None:
         """Go as deep as some legs ask."""
@@ -74,7 +76,7 @@ class _Line:
             return
         self.deepest = deepest
         refuse_unreachable(line, self.contact.profile, states_at_depth(line, np.array([deepest])))
-        _refuse_other_than_disks(line, deepest)
+        self.certificate = disks_down_to(self.contact, line, deepest)
         self.curves = curves_down_to(line, deepest)
 
 
@@ -89,17 +91,22 @@ def _foreseen(path: LoadingPath) -> list[Stretch]:
     return [Stretch(Controls(name), np.array([most]), np.zeros(1)) for name, most in found.items()]
 
 
-def _refuse_other_than_disks(line: ElasticLine, deepest: float) -> None:
-    """Tractions are sums of pressures on disks, so the contact must be one from its first touch on."""
-    if rises_to(line, deepest):
-        return
-    for depth in deepest * np.arange(65.0) / 64.0 if deepest > 0.0 else [deepest]:
-        certificate = certify_disk(line, states_at_depth(line, np.array([depth])))
-        if not certificate.disk.all():
-            raise ProblemError(
-                f"friction needs a contact that is a disk at every depth up to {metres(deepest)}: "
-                f"{certificate.reason}"
-            )
+def disks_down_to(contact: Contact, line: ElasticLine, deepest: float) -> Certificate:
+    """
+    The certificate of all depths from the first touch on, of which tractions are sums of pressures.
+
+    Raises
+    ------
+    ProblemError
+        If the contact is not a disk at one of them.
+    """
+    certificate = certify_history(line, deepest)
+    if not certificate.disk.all():
+        raise ProblemError(
+            f"friction needs a contact that is a disk at every depth up to {metres(deepest)}: "
+            f"{certificate.reason}{noise_words(contact.profile, line.equivalent, deepest)}"
+        )
+    return certificate
 
 
 def solve_frictional(
@@ -289,6 +296,10 @@ def _interpret(
     moduli = line.mapped.moduli
     everywhere = np.ones(columns["shift"].size, dtype=bool)
     claims = frictional_claims(contact, moduli, tuple(columns), everywhere)
+    if line.certificate is not None and line.certificate.error is not None:
+        claims = approximated(claims, line.certificate.remark, float(line.certificate.error[0]))
+    at_deepest = states_at_depth(line.mapped.line, np.array([max(line.deepest, 0.0)]))
+    claims = with_errors(claims, {}, map_remark(line.mapped.line, at_deepest))
     time = times(path)
     if time is not None:
         columns = {"time": time if keep is None else time[keep], **columns}

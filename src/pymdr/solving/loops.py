@@ -10,13 +10,16 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pymdr.errors import ProblemError
+from pymdr.interpretation.accuracy import with_errors
+from pymdr.interpretation.certificate import Certificate
 from pymdr.interpretation.friction import frictional_claims
-from pymdr.interpretation.validity import Claim
+from pymdr.interpretation.validity import Claim, approximated
 from pymdr.line.foundation import ElasticLine, states_at_depth, states_at_force
 from pymdr.mapping.abel import gauss
 from pymdr.mapping.moduli import effective_moduli
 from pymdr.problem.contact import Contact
-from pymdr.solving.reach import map_to_line, refuse_unreachable
+from pymdr.solving.frictional import disks_down_to
+from pymdr.solving.reach import map_remark, map_to_line, refuse_unreachable
 from pymdr.units import ArrayQuantityLike, FloatArray, QuantityLike, to_si, to_si_array
 
 if TYPE_CHECKING:
@@ -116,7 +119,7 @@ def friction_loop(
     import xarray as xr
 
     u = _amplitudes(amplitude)
-    line, d, mu = _loaded(contact, normal_force, indentation)
+    line, d, mu, certificate = _loaded(contact, normal_force, indentation)
     moduli = effective_moduli(contact.body, contact.counterbody)
     factor = mu * moduli.normal / moduli.tangential
     a = float(states_at_depth(line, np.array([d])).contact_radius[0])
@@ -140,6 +143,9 @@ def friction_loop(
         attrs={"sliding_shift": sliding, "normal_force": load, "indentation": d},
     )
     claims = frictional_claims(contact, moduli, ("dissipated_energy",), np.ones(u.size, dtype=bool))
+    if certificate.error is not None:
+        claims = approximated(claims, certificate.remark, float(certificate.error[0]))
+    claims = with_errors(claims, {}, map_remark(line, states_at_depth(line, np.array([d]))))
     return FrictionLoop(data, claims["dissipated_energy"])
 
 
@@ -152,7 +158,7 @@ def _amplitudes(given: ArrayQuantityLike) -> FloatArray:
 
 def _loaded(
     contact: Contact, normal_force: QuantityLike | None, indentation: QuantityLike | None
-) -> tuple[ElasticLine, float, float]:
+) -> tuple[ElasticLine, float, float, Certificate]:
     if not isinstance(contact, Contact) or contact.friction is None:
         raise ProblemError(
             "friction_loop: the contact has no friction; give Contact(..., friction=Coulomb(0.3))"
@@ -175,9 +181,7 @@ def _loaded(
         raise ProblemError(
             f"friction_loop: the load {given!r} must be above 0 {unit}; press the bodies together"
         )
-    if line.equivalent.turning_points(line.equivalent.overlap_radius(d)):
-        raise ProblemError("friction_loop: the equivalent profile falls somewhere; follow it with solve(...)")
-    return line, d, mu
+    return line, d, mu, disks_down_to(contact, line, d)
 
 
 def _moment_with_edge(line: ElasticLine, d: float, a: float) -> float:

@@ -9,15 +9,14 @@ import numpy as np
 
 from pymdr.errors import PathError
 from pymdr.interpretation.accuracy import normal_errors, with_errors
-from pymdr.interpretation.fields import edge_amplitude
-from pymdr.interpretation.surface import Surface
-from pymdr.interpretation.validity import (
-    BoolArray,
+from pymdr.interpretation.certificate import (
     certify_disk,
     describe_ranges,
-    normal_claims,
+    noise_words,
     valid_ranges,
 )
+from pymdr.interpretation.fields import edge_amplitude
+from pymdr.interpretation.validity import BoolArray, Claim, normal_claims
 from pymdr.line.foundation import (
     DiskStates,
     ElasticLine,
@@ -30,7 +29,6 @@ from pymdr.line.foundation import (
     states_at_force,
     states_at_travel,
 )
-from pymdr.mapping.equivalent import gap_function
 from pymdr.problem.contact import Contact
 from pymdr.problem.paths import LoadingPath, named_channels
 from pymdr.problem.schedule import (
@@ -140,17 +138,9 @@ def interpret_normal(
     """Step 3: quantities, claims and assumptions of every row."""
     mapped, states, prescribed = history.mapped, history.states, history.prescribed
     line = mapped.line
-    surface = Surface(line, gap_function(contact.profile, line.equivalent), states)
-    certificate = certify_disk(line, states)
     by_force = np.isfinite(prescribed)
     force = np.where(by_force, prescribed, normal_force(line, states))
-    claims = normal_claims(
-        certificate.disk,
-        certificate.reason,
-        range_words(line, surface, certificate.disk),
-        {"indentation": ~by_force, "normal_force": by_force},
-    )
-    claims = with_errors(claims, normal_errors(line, states, by_force), map_remark(line, states))
+    claims, disk = claims_of(contact, history)
     columns: dict[str, FloatArray] = {
         "indentation": states.indentation,
         "normal_force": force,
@@ -162,13 +152,10 @@ def interpret_normal(
     }
     if math.isfinite(line.equivalent.edge):
         columns["edge_amplitude"] = edge_amplitude(line.modulus, states.contact_radius, states.edge_excess)
-    else:
-        del claims["edge_amplitude"]
     if machine_stiffness is not None:
         columns["travel"] = states.indentation + force / machine_stiffness
         claims["travel"] = claims["normal_force"]
     time = times(path)
-    disk = certificate.disk
     valid = {
         name: values if claims[name].where.all() else np.where(claims[name].where, values, math.nan)
         for name, values in columns.items()
@@ -190,13 +177,36 @@ def interpret_normal(
     )
 
 
-def range_words(line: ElasticLine, surface: Surface, disk: BoolArray) -> str:
-    """For which loads the contact is a disk, if it is not for all."""
+def claims_of(contact: Contact, history: NormalHistory) -> tuple[dict[str, Claim], BoolArray]:
+    """The claims of every quantity, and whether every row is a disk."""
+    line, states = history.mapped.line, history.states
+    by_force = np.isfinite(history.prescribed)
+    certificate = certify_disk(line, states)
+    claims = normal_claims(
+        certificate.disk,
+        certificate.reason,
+        _range_words(contact, line, states, certificate.disk),
+        {"indentation": ~by_force, "normal_force": by_force},
+        certificate.remark,
+    )
+    errors = normal_errors(line, states, by_force)
+    if certificate.error is not None:
+        passed = certificate.error
+        errors = {name: errors.get(name, np.zeros(passed.shape)) + passed for name in claims}
+    claims = with_errors(claims, errors, map_remark(line, states))
+    if not math.isfinite(line.equivalent.edge):
+        del claims["edge_amplitude"]
+    return claims, certificate.disk
+
+
+def _range_words(contact: Contact, line: ElasticLine, states: DiskStates, disk: BoolArray) -> str:
+    """For which loads the contact is a disk, if it is not for all, and what may be done about it."""
     if disk.all():
         return ""
-    deepest = float(np.max(surface.states.indentation))
+    deepest = float(np.max(states.indentation))
+    remedy = noise_words(contact.profile, line.equivalent, deepest)
     if math.isfinite(line.equivalent.edge):
         deepest = max(4.0 * deepest, 4.0 * float(np.max(np.abs(g_samples(line)))))
     ranges = valid_ranges(line, deepest)
     top = normal_force(line, states_at_depth(line, np.array([deepest])))
-    return describe_ranges(ranges, float(top[0]))
+    return remedy + describe_ranges(ranges, float(top[0]))

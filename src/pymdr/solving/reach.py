@@ -40,11 +40,13 @@ def map_to_line(contact: Contact) -> Mapped:
 
 def _notes(profile: Profile) -> tuple[str, ...]:
     parts = profile.parts if isinstance(profile, Sum) else (profile,)
-    return tuple(
+    curves = tuple(f"the profile is {part.curve_in_words}" for part in parts if isinstance(part, Sampled))
+    offsets = tuple(
         f"the offset f(0) = {metres(part.offset)} of the profile was removed"
         for part in parts
         if isinstance(part, Function | Sampled) and part.offset != 0.0
     )
+    return curves + offsets
 
 
 def refuse_unreachable(line: ElasticLine, profile: Profile, states: DiskStates) -> None:

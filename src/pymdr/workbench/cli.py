@@ -388,12 +388,15 @@ def _finite(value: float) -> float | None:
 
 
 def _plain_claims(claims: Mapping[str, Claim]) -> dict[str, Any]:
+    from pymdr.presentation.text import largest_error
+
     return {
         name: {
             "level": claim.level.name,
             "reason": claim.reason,
             "source": claim.source,
             "steps_valid": int(claim.where.sum()),
+            "error": largest_error(claim),
         }
         for name, claim in claims.items()
     }

@@ -22,6 +22,10 @@ from numpy.typing import NDArray
 
 from pymdr.errors import ConvergenceError
 from pymdr.line.adhesion.equivalent_line import EquivalentLine, inner_knots
+from pymdr.line.adhesion.zone_panels import panel_integrals
+from pymdr.line.adhesion.zone_shape import segment, zone_root
+from pymdr.mapping.equivalent.graded import GradedLine
+from pymdr.mapping.series import Place, Position, rounded
 from pymdr.units import FloatArray
 
 _Index = NDArray[np.intp]
@@ -29,6 +33,9 @@ _Index = NDArray[np.intp]
 _TOLERANCE = 3e-13
 _NOISE = 1e-11
 _LEVELS = 8
+_STEP = 2.0**0.25
+"""Ratio of radii by which a search goes where nothing is known yet."""
+_LARGEST = 1e30
 _FEW = 4
 """Breakpoints at which a rough quadrature splits a zone, at least."""
 
@@ -49,26 +56,6 @@ def _rule(level: int) -> tuple[FloatArray, FloatArray]:
     # t = 1 / (1 + exp(-π sinh u)): accurate at the end t = 0, where the relative distance matters
     t = 1.0 / (1.0 + np.exp(-np.pi * np.sinh(u)))
     return t, step * np.pi * np.cosh(u) * t * (1.0 / (1.0 + np.exp(np.pi * np.sinh(u))))
-
-
-def zone_root(radius: FloatArray, width: FloatArray) -> FloatArray:
-    """Return sqrt(c² - a²) [m] of a zone from a with c = a + δ, without subtraction."""
-    return np.sqrt(width * (2.0 * radius + width))
-
-
-def segment(angle: FloatArray) -> FloatArray:
-    """Return ψ - sin ψ cos ψ, by its series where the difference would cancel.
-
-    Examples
-    --------
-    >>> bool(abs(segment(np.array(1e-4)) / (2e-12 / 3) - 1) < 1e-8)
-    True
-    """
-    z = (2.0 * angle) ** 2
-    series = np.ones_like(z)
-    for k in (14, 12, 10, 8, 6, 4):
-        series = 1.0 - z * series / (k * (k + 1))
-    return np.where(angle < 0.4, angle * z * series / 6.0, angle - np.sin(angle) * np.cos(angle))
 
 
 class _Marks(NamedTuple):
@@ -158,7 +145,7 @@ def _beyond_corner(
 
 def zone_integrals(
     line: EquivalentLine,
-    radius: FloatArray,
+    radius: Position,
     width: FloatArray,
     *,
     third: bool = False,
@@ -170,8 +157,10 @@ def zone_integrals(
     ----------
     line : EquivalentLine
         The equivalent profile; every integral is split at its breakpoints.
-    radius, width : ndarray
-        Contact radii a >= 0 and widths δ = c - a > 0 of the zones [m], flat and of one length.
+    radius : ndarray or Place
+        Contact radii a >= 0 [m], flat.
+    width : ndarray
+        Widths δ = c - a > 0 of the zones [m], of the same length.
     third : bool
         Whether J2 is wanted; it is 0 otherwise.
     marks : optional
@@ -195,6 +184,9 @@ def zone_integrals(
     >>> np.allclose([j0[0], j1[0], j2[0]], [1, 2, 8 / 3], rtol=1e-13)
     True
     """
+    if isinstance(line, GradedLine):
+        return tuple(panel_integrals(line, radius, width, third=third))  # type: ignore[return-value]
+    radius = rounded(radius)
     marks = marks or _marks(line)
     result = _integrals_at(line, marks, radius, width, 0, third=third)
     left, before = np.arange(radius.size), np.full(radius.size, np.inf)
@@ -218,12 +210,13 @@ def zone_integrals(
 
 
 def _gap(
-    line: EquivalentLine, marks: _Marks, k: float, radius: FloatArray, width: FloatArray, level: int | None
+    line: EquivalentLine, marks: _Marks, k: float, position: Position, width: FloatArray, level: int | None
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return H [m], dH/dc at constant a and -dH/da at constant c, both dimensionless."""
+    radius = rounded(position)
     j0, j1, _ = (
-        zone_integrals(line, radius, width, marks=marks)
-        if level is None
+        zone_integrals(line, position, width, marks=marks)
+        if level is None or isinstance(line, GradedLine)
         else _integrals_at(line, marks, radius, width, level, third=False, rough=True)
     )
     c = radius + width
@@ -233,12 +226,19 @@ def _gap(
     # sqrt(c² - a²) ψ - δ = 2 c sin(ψ/2) [ψ cos(ψ/2) - sin(ψ/2)]
     own = 2.0 * c * np.sin(half) * (angle * np.cos(half) - np.sin(half))
     outward = j0 + 2.0 * k * (angle * c / root - width / c)
-    inward = angle * (line.slope(radius) + 2.0 * k * radius / root)
+    inward = angle * (line.slope(position) + 2.0 * k * radius / root)
     return j1 + 2.0 * k * own, outward, inward
 
 
 def solve_width(
-    line: EquivalentLine, k: float, target: float, fixed: FloatArray, upper: FloatArray, *, outward: bool
+    line: EquivalentLine,
+    k: float,
+    target: float,
+    given: Position,
+    upper: FloatArray,
+    *,
+    outward: bool,
+    begin: float | None = None,
 ) -> FloatArray:
     """Return the widths δ of the zones whose gap condition holds, H = target.
 
@@ -250,12 +250,15 @@ def solve_width(
         Cohesive stress over modulus, σ0/E*.
     target : float
         The value of H [m], π γ / (2 σ0).
-    fixed : ndarray
-        The radii that are given [m]: a when `outward`, else c. Flat.
+    given : ndarray or Place
+        The radii that are given [m]: a when `outward`, else c (an array). Flat.
     upper : ndarray
         Upper bounds of δ [m], of the same length; where H(upper) < target the bound itself is returned.
     outward : bool
         Whether c = a + δ is sought (else a = c - δ).
+    begin : float, optional
+        Width [m] from which the search goes; `upper` unless given. Beyond the first c it goes outward by quarter
+        octaves, so that no profile is asked much farther out than its states.
 
     Returns
     -------
@@ -280,14 +283,17 @@ def solve_width(
     >>> round(float(width[0]), 13)
     1.0
     """
-    marks = _marks(line)
+    marks = _Marks((), np.zeros(0)) if isinstance(line, GradedLine) else _marks(line)
 
     def residual(width: FloatArray, at: _Index, level: int | None) -> tuple[FloatArray, FloatArray]:
-        radius = fixed[at] if outward else fixed[at] - width
+        radius = _taken(given, at) if outward else fixed[at] - width
         value, out, inw = _gap(line, marks, k, radius, width, level)
         return value, out if outward else inw
 
-    width = _bracketed(lambda x, at: residual(x, at, 0), target, upper)
+    fixed = rounded(given)
+    start = np.minimum(upper, _LARGEST if begin is None else begin)
+    front = np.full(upper.shape, np.inf) if begin is None else fixed + start
+    width = _bracketed(lambda x, at: residual(x, at, 0), target, start, upper, fixed, front)
     left = np.flatnonzero(width < upper)
     before = np.full(left.size, np.inf)
     for _ in range(30):
@@ -304,15 +310,25 @@ def solve_width(
     )
 
 
+def _taken(position: Position, at: _Index) -> Position:
+    return position.take(at) if isinstance(position, Place) else rounded(position)[at]
+
+
 def _bracketed(
     residual: Callable[[FloatArray, _Index], tuple[FloatArray, FloatArray]],
     target: float,
+    start: FloatArray,
     upper: FloatArray,
+    fixed: FloatArray,
+    front: FloatArray,
 ) -> FloatArray:
-    """Return roots x in (0, upper] of an increasing residual(x, index) = target, to 1e-7 or better."""
-    x, low, high = upper.copy(), np.zeros_like(upper), upper.copy()
+    """Return roots x in (0, upper] of an increasing residual(x, index) = target, to 1e-7 or better.
+
+    The search begins at `start`; beyond `front`, fixed + x grows by quarter octaves only.
+    """
+    x, low, high = start.copy(), np.zeros_like(upper), np.full(upper.shape, np.inf)
     left = np.arange(upper.size)
-    for turn in range(300):
+    for turn in range(600):
         if left.size == 0:
             return x
         here = x[left]
@@ -324,10 +340,13 @@ def _bracketed(
         lo, hi = low[left], high[left]
         outside = ~((new > lo) & (new < hi))
         # a rough residual has not quite the rate that it is given: every fourth step halves the bracket for sure
-        outside |= (turn % 4 == 3) & (lo > 0.0)
-        new[outside] = np.where(lo > 0.0, np.sqrt(lo * hi), hi / 64.0)[outside]
+        outside |= (turn % 4 == 3) & (lo > 0.0) & np.isfinite(hi)
+        with np.errstate(invalid="ignore"):
+            middle = np.where(lo > 0.0, np.where(np.isfinite(hi), np.sqrt(lo * hi), 2.0 * lo), hi / 64.0)
+        new[outside] = middle[outside]
+        reach = np.maximum(front[left], _STEP * (fixed[left] + here)) - fixed[left]
+        new = np.minimum(new, np.minimum(reach, upper[left]))
         beyond = ~above & (here >= upper[left])
-        new[beyond] = upper[left][beyond]
         x[left] = new
         left = left[(np.abs(new - here) > 1e-7 * here) & ~beyond & (hi - lo > 1e-9 * hi)]
     raise ConvergenceError(f"the gap condition was not met (last width {x[left[0]]!r} m)")

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from pymdr.mapping.series import Position, rounded
 from pymdr.units import FloatArray
 
 
@@ -38,16 +39,16 @@ class EquivalentLine(Protocol):
     def breakpoints(self) -> tuple[float, ...]:
         """Radii of kinks [m]."""
 
-    def g(self, x: FloatArray) -> FloatArray:
+    def g(self, x: Any) -> FloatArray:
         """Return the equivalent profile g(x) [m]; at the edge its value from inside."""
 
-    def slope(self, x: FloatArray) -> FloatArray:
+    def slope(self, x: Any) -> FloatArray:
         """Return g'(x), dimensionless."""
 
-    def moment(self, x: FloatArray) -> FloatArray:
+    def moment(self, x: Any) -> FloatArray:
         """Return int_0^x t g'(t) dt [m^2], half the force without adhesion over E*."""
 
-    def squared(self, x: FloatArray) -> FloatArray:
+    def squared(self, x: Any) -> FloatArray:
         """Return int_0^x (g(x) - g(t))^2 dt [m^3], the energy without adhesion over E*."""
 
 
@@ -88,11 +89,11 @@ def inner_knots(line: EquivalentLine) -> tuple[float, ...]:
 
 
 def stretched_energy(
-    line: EquivalentLine, modulus: float, radius: FloatArray, opening: FloatArray
+    line: EquivalentLine, modulus: float, radius: Position, opening: FloatArray
 ) -> FloatArray:
     """Return E* int_0^a (g(a) - opening - g)² dx [J], the energy of the springs inside the contact.
 
     Expanded as E* [squared(a) - 2 opening moment(a) + opening² a], whose terms are of one size.
     """
-    terms = line.squared(radius) - 2.0 * opening * line.moment(radius) + opening**2 * radius
+    terms = line.squared(radius) - 2.0 * opening * line.moment(radius) + opening**2 * rounded(radius)
     return modulus * terms

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from pymdr.errors import ProblemError
-from pymdr.line.adhesion.cohesive_zone import segment, solve_width, zone_integrals, zone_root
+from pymdr.line.adhesion.cohesive_zone import solve_width, zone_integrals
 from pymdr.line.adhesion.equivalent_line import (
     EquivalentLine,
     States,
@@ -20,6 +20,10 @@ from pymdr.line.adhesion.equivalent_line import (
     own_edge,
     stretched_energy,
 )
+from pymdr.line.adhesion.radii import Radii, radii_of
+from pymdr.line.adhesion.zone_shape import segment, zone_root
+from pymdr.mapping.equivalent.graded import GradedLine
+from pymdr.mapping.series import Place, Position, rounded
 from pymdr.units import FloatArray
 
 _PIECES = 5
@@ -31,9 +35,13 @@ class _Zones:
     """Flat arrays over the parameter: the piece, contact radius a, width δ = c - a and indentation d."""
 
     piece: FloatArray
-    radius: FloatArray
+    place: Position
     width: FloatArray
     indentation: FloatArray
+
+    @property
+    def radius(self) -> FloatArray:
+        return rounded(self.place)
 
 
 @dataclass(frozen=True)
@@ -58,8 +66,6 @@ class MaugisDugdale:
         Ends of the five pieces on s [m]; a piece that does not occur has no length.
     start, limit : float
         Range of s [m].
-    knots : tuple of float
-        Values of s where the curve is not smooth [m].
     touch : float
         Indentation where cohesion begins, -h0 = -γ/σ0 [m].
 
@@ -76,7 +82,22 @@ class MaugisDugdale:
     work: float
     strength: float
     ends: tuple[float, ...]
-    knots: tuple[float, ...]
+
+    @property
+    def knots(self) -> tuple[float, ...]:
+        """Values of s where the curve is not smooth [m], as far as the profile is known."""
+        first, origin, growing = self.ends[_APPROACH], self.ends[_HELD], self.ends[_GROWING]
+        edge, radii = own_edge(self.line), self._radii
+        kinks = np.array(inner_knots(self.line))
+        crossing = kinks[kinks > first]
+        target = 0.5 * np.pi * self.work / self.strength
+        width = solve_width(self.line, self._k, target, crossing, crossing.copy(), outward=False)
+        along = [*radii.parameter(kinks), *radii.parameter(crossing - width), *radii.knots]
+        found = {*kinks[kinks < first], *self.ends, *(s for s in along if s < growing)}
+        if np.isfinite(edge) and self.ends[_CLIPPED] > growing:
+            late = kinks[radii.parameter(kinks) >= growing]
+            found |= {*(self.ends[_CLIPPED] - np.sqrt((edge - late) * (edge + late)))}
+        return tuple(sorted(float(s) for s in found if 0.0 < s < self.ends[-1]))
 
     @property
     def start(self) -> float:
@@ -114,9 +135,12 @@ class MaugisDugdale:
         width[at] = edge
         d[at] = offset[at] - 2.0 * self._k * edge - (self.ends[_HELD] - self.ends[_APPROACH])
 
+        base = np.zeros_like(s)
         at = np.flatnonzero(piece == _GROWING)
-        radius[at] = offset[at]
-        width[at] = self._width(radius[at])
+        if at.size:
+            place = self._radii.place(s[at])
+            base[at], radius[at] = place
+            width[at] = self._width(self._position(base[at], radius[at]))
 
         at = np.flatnonzero(piece == _CLIPPED)
         root = np.maximum(self.ends[_CLIPPED] - s[at], 0.0)
@@ -124,15 +148,23 @@ class MaugisDugdale:
         width[at] = root**2 / (edge + radius[at])
 
         at = np.flatnonzero((piece == _GROWING) | (piece == _CLIPPED))
-        d[at] = self.line.g(radius[at]) - 2.0 * self._k * zone_root(radius[at], width[at])
+        place = self._position(base[at], radius[at])
+        d[at] = self.line.g(place) - 2.0 * self._k * zone_root(rounded(place), width[at])
 
         at = np.flatnonzero(piece == _STUCK)
         radius[at] = edge
         d[at] = self.line.g(radius[at]) + offset[at]
-        return _Zones(piece.astype(np.float64), radius, width, d)
+        return _Zones(piece.astype(np.float64), self._position(base, radius), width, d)
 
-    def _width(self, radius: FloatArray) -> FloatArray:
-        return _width_at(self.line, self._k, self.work / self.strength, radius)
+    @property
+    def _radii(self) -> Radii:
+        return radii_of(self.line, self.ends[_HELD])
+
+    def _position(self, base: FloatArray, offset: FloatArray) -> Position:
+        return Place(base, offset) if isinstance(self.line, GradedLine) else base + offset
+
+    def _width(self, radius: Position) -> FloatArray:
+        return _width_at(self.line, self._k, self.work / self.strength, radius, self.ends[_APPROACH])
 
     def states(self, s: ArrayLike) -> States:
         """Return the states at the parameters `s` [m].
@@ -144,10 +176,10 @@ class MaugisDugdale:
         zones = self._zones(s.ravel())
         a, c = zones.radius, zones.radius + zones.width
         root = zone_root(a, zones.width)
-        contact = 2.0 * self.modulus * self.line.moment(a)
+        contact = 2.0 * self.modulus * self.line.moment(zones.place)
         force = contact - 2.0 * self.strength * (a * root + c**2 * np.arctan2(root, a))
         stuck = zones.piece == _STUCK
-        pressed = contact + 2.0 * self.modulus * a * (zones.indentation - self.line.g(a))
+        pressed = contact + 2.0 * self.modulus * a * (zones.indentation - self.line.g(zones.place))
         force = np.where(stuck, pressed, force)
         return States(*(x.reshape(s.shape) for x in (a, c, zones.indentation, force)))
 
@@ -158,7 +190,14 @@ class MaugisDugdale:
         dc/da = ψ W / H_c and dd/da = W [J0 - 2k (c - a)/c] / H_c.
         """
         s = as_floats(s)
-        zones = self._zones(s.ravel())
+        flat = s.ravel()
+        at = np.flatnonzero((flat >= self.ends[_HELD]) & (flat < self.ends[_GROWING]))
+        if at.size:
+            # s cannot tell smaller radii from none, where the slope of a sharp tip may be infinite
+            tip = self.ends[_HELD] + np.finfo(float).eps * max(self.ends[_HELD], self.ends[_APPROACH])
+            flat = flat.copy()
+            flat[at] = self._radii.beside(np.maximum(flat[at], tip))
+        zones = self._zones(flat)
         a, width = zones.radius, zones.width
         c, root = a + width, zone_root(a, width)
         angle = np.arctan2(root, a)
@@ -171,14 +210,16 @@ class MaugisDugdale:
         rate[at] = -2.0 * np.pi * self.strength * c[at]
 
         at = np.flatnonzero(zones.piece == _GROWING)
-        # s cannot tell smaller radii from none, where the slope of a sharp tip may be infinite
-        a[at] = np.maximum(a[at], np.finfo(float).eps * self.ends[_HELD])
-        j0 = zone_integrals(self.line, a[at], width[at])[0]
-        steep = self.line.slope(a[at]) + 2.0 * k * a[at] / root[at]
+        place = zones.place.take(at) if isinstance(zones.place, Place) else a[at]
+        j0 = zone_integrals(self.line, place, width[at])[0]
+        steep = self.line.slope(place) + 2.0 * k * a[at] / root[at]
         closing = j0 + 2.0 * k * (angle[at] * c[at] / root[at] - width[at] / c[at])
         slope[at] = steep * (j0 - 2.0 * k * width[at] / c[at]) / closing
         spread = 2.0 * k * c[at] * angle[at] * (angle[at] * steep / closing)
         rate[at] = 2.0 * self.modulus * (a[at] * slope[at] - spread)
+        per = self._radii.rate(flat[at])
+        slope[at] *= per
+        rate[at] *= per
 
         at = np.flatnonzero(zones.piece == _CLIPPED)
         a[at] = np.maximum(a[at], np.sqrt(np.finfo(float).eps) * own_edge(self.line))
@@ -198,13 +239,14 @@ class MaugisDugdale:
         a, width = zones.radius, zones.width
         c = a + width
         angle = np.arctan2(zone_root(a, width), a)
-        opening = np.where(a > 0.0, self.line.g(a), 0.0) - zones.indentation
+        opening = np.where(a > 0.0, self.line.g(zones.place), 0.0) - zones.indentation
         solid = width**2 * (2.0 * c + a) / 3.0
-        elastic = stretched_energy(self.line, self.modulus, a, opening)
+        elastic = stretched_energy(self.line, self.modulus, zones.place, opening)
         elastic += self.modulus * (2.0 * self._k) ** 2 * solid
         j2 = np.zeros_like(a)
         at = np.flatnonzero(width > 0.0)
-        j2[at] = zone_integrals(self.line, a[at], width[at], third=True)[2]
+        place = zones.place.take(at) if isinstance(zones.place, Place) else a[at]
+        j2[at] = zone_integrals(self.line, place, width[at], third=True)[2]
         gaps = 4.0 * (j2 + 0.5 * opening * c**2 * segment(angle) - 2.0 * self._k * solid)
         cohesion = self.strength * gaps - np.pi * c**2 * self.work
         return elastic.reshape(s.shape), cohesion.reshape(s.shape)
@@ -215,12 +257,24 @@ def _last_piece(ends: tuple[float, ...]) -> int:
     return max(i for i in range(_PIECES) if ends[i] > (0.0, *ends)[i])
 
 
-def _width_at(line: EquivalentLine, k: float, reach: float, radius: FloatArray) -> FloatArray:
+def _width_at(
+    line: EquivalentLine, k: float, reach: float, radius: Position, begin: float | None = None
+) -> FloatArray:
     """Return δ [m] of the gap condition at contact radii; at most up to the end of the profile."""
     # without g the condition alone bounds δ: sqrt(c² - a²) ψ - δ >= (π/2 - 1) δ
-    bound = np.pi * reach / (4.0 * k * (0.5 * np.pi - 1.0))
-    upper = np.minimum(bound * (1.0 + 1e-12), min(line.edge, line.reach) - radius)
-    return solve_width(line, k, 0.5 * np.pi * reach, radius, upper, outward=True)
+    bound = np.pi * reach / (4.0 * k * (0.5 * np.pi - 1.0)) if k > 0.0 else np.inf
+    upper = np.minimum(bound * (1.0 + 1e-12), min(line.edge, line.reach) - rounded(radius))
+    if isinstance(line, GradedLine) and begin is None:
+        begin = line.rough_radius(lambda x, g: g + k * x >= 0.1 * reach)
+    return solve_width(
+        line,
+        k,
+        0.5 * np.pi * reach,
+        radius,
+        upper,
+        outward=True,
+        begin=begin if isinstance(line, GradedLine) else None,
+    )
 
 
 def maugis_dugdale(line: EquivalentLine, modulus: float, work: float, strength: float) -> MaugisDugdale:
@@ -282,15 +336,7 @@ def maugis_dugdale(line: EquivalentLine, modulus: float, work: float, strength: 
     clipped, stuck = (
         (np.sqrt((edge - growing) * (edge + growing)), np.inf) if np.isfinite(edge) else (0.0, 0.0)
     )
-    ends = tuple(float(x) for x in np.cumsum([first, held, growing, clipped, stuck]))
+    grown = float(radii_of(line).parameter(np.array([growing]))[0]) if np.isfinite(growing) else growing
+    ends = tuple(float(x) for x in np.cumsum([first, held, grown, clipped, stuck]))
 
-    kinks = np.array(inner_knots(line))
-    crossing = kinks[(kinks > first)]
-    inner = crossing - solve_width(line, k, 0.5 * np.pi * h0, crossing, crossing.copy(), outward=False)
-    knots = {*kinks[kinks < first], *(ends[_HELD] + kinks[kinks < growing]), *(ends[_HELD] + inner), *ends}
-    if clipped > 0.0:
-        late = kinks[kinks >= growing]
-        knots |= {*(ends[_CLIPPED] - np.sqrt((edge - late) * (edge + late)))}
-    return MaugisDugdale(
-        line, modulus, work, strength, ends, tuple(sorted(float(x) for x in knots if 0.0 < x < ends[-1]))
-    )
+    return MaugisDugdale(line, modulus, work, strength, ends)

@@ -1,7 +1,8 @@
 """Adhesion of short range: JKR for any profile, and its opposite, the rigid limit of DMT.
 
-Both are curves of equilibrium states with one parameter s [m]. Up to a sharp edge s is the contact radius;
-from there on the contact radius sticks and s - edge counts the indentation above its value at the edge.
+Both are curves of equilibrium states with one parameter s [m]. Up to a sharp edge s is the contact radius (but for
+the stretches behind corners, see `pymdr.line.adhesion.radii`); from there on the contact radius sticks and s - edge
+counts the indentation above its value at the edge.
 """
 
 from __future__ import annotations
@@ -19,6 +20,8 @@ from pymdr.line.adhesion.equivalent_line import (
     own_edge,
     stretched_energy,
 )
+from pymdr.line.adhesion.radii import Radii, radii_of
+from pymdr.mapping.series import Position, rounded
 from pymdr.units import FloatArray
 
 
@@ -162,52 +165,62 @@ class JKR:
     def knots(self) -> tuple[float, ...]:
         """Parameters where the curve is not smooth [m]."""
         edge = own_edge(self.line)
-        return (*inner_knots(self.line), *((edge,) if np.isfinite(edge) else ()))
+        own = (edge,) if np.isfinite(edge) else ()
+        return tuple(sorted({*inner_knots(self.line), *self._radii.knots, *own}))
 
     @property
     def touch(self) -> float:
         """Indentation of the first touch [m]."""
         return 0.0
 
-    def _radius_and_opening(self, s: FloatArray) -> tuple[FloatArray, FloatArray]:
-        radius = np.minimum(s, own_edge(self.line))
-        return radius, jkr_opening(radius, self.modulus, self.work) - (s - radius)
+    @property
+    def _radii(self) -> Radii:
+        return radii_of(self.line)
+
+    def _position_and_opening(self, s: FloatArray) -> tuple[Position, FloatArray]:
+        edge = own_edge(self.line)
+        position = self._radii.position(np.minimum(s, edge))
+        return position, jkr_opening(rounded(position), self.modulus, self.work) - np.maximum(s - edge, 0.0)
 
     def opening(self, s: ArrayLike) -> FloatArray:
         """Return the elongation g(a) - d of the outermost springs [m], below 0 where they are pressed."""
-        return self._radius_and_opening(as_floats(s))[1]
+        return self._position_and_opening(as_floats(s))[1]
 
     def states(self, s: ArrayLike) -> States:
         """Return the states at the parameters `s` [m]."""
-        a, opening = self._radius_and_opening(as_floats(s))
-        force = 2.0 * self.modulus * (self.line.moment(a) - a * opening)
-        return States(a, a, self.line.g(a) - opening, force)
+        position, opening = self._position_and_opening(as_floats(s))
+        a = rounded(position)
+        force = 2.0 * self.modulus * (self.line.moment(position) - a * opening)
+        return States(a, a, self.line.g(position) - opening, force)
 
     def slopes(self, s: ArrayLike) -> tuple[FloatArray, FloatArray]:
-        """Return dd/ds = g' - Δl/2a (dimensionless) and dF/ds = 2E*(a g' - 3Δl/2) [N/m].
+        """Return dd/ds = g' - Δl/2a (dimensionless) and dF/ds = 2E*(a g' - 3Δl/2) [N/m], times da/ds.
 
         Both are -inf or finite at s = 0, and (1, 2E*a) on the vertical piece above a sharp edge.
         """
         s = as_floats(s)
-        edge = own_edge(self.line)
-        a = np.minimum(s, edge)
+        edge, radii = own_edge(self.line), self._radii
+        at = radii.beside(np.minimum(s, edge))
+        position = radii.position(at)
+        a = rounded(position)
         opening = jkr_opening(a, self.modulus, self.work)
-        slope = self.line.slope(a)
+        slope = self.line.slope(position)
         with np.errstate(divide="ignore", invalid="ignore"):
             half = np.where(opening > 0.0, opening / (2.0 * a), np.inf if self.work > 0.0 else 0.0)
             # at a tip the opening, of order sqrt(a), outdoes a slope that is infinite too
             rate = np.where(np.isinf(half), -half, slope - half)
             moment_rate = np.where(a > 0.0, a * slope, 0.0)
-        stuck = s >= edge
+        stuck, per = s >= edge, radii.rate(at)
         return (
-            np.where(stuck, 1.0, rate),
-            2.0 * self.modulus * np.where(stuck, a, moment_rate - 1.5 * opening),
+            np.where(stuck, 1.0, rate * per),
+            2.0 * self.modulus * np.where(stuck, a, (moment_rate - 1.5 * opening) * per),
         )
 
     def energies(self, s: ArrayLike) -> tuple[FloatArray, FloatArray]:
         """Return the elastic energy E* int_0^a (d - g)² dx and the surface energy -π a² γ [J]."""
-        a, opening = self._radius_and_opening(as_floats(s))
-        return stretched_energy(self.line, self.modulus, a, opening), -np.pi * a**2 * self.work
+        position, opening = self._position_and_opening(as_floats(s))
+        elastic = stretched_energy(self.line, self.modulus, position, opening)
+        return elastic, -np.pi * rounded(position) ** 2 * self.work
 
 
 @dataclass(frozen=True)

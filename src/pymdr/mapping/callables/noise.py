@@ -65,10 +65,26 @@ def search_points(low: float, high: float, seed: float = 0.0, density: int = 204
     return np.asarray(np.clip(low + low * np.expm1(steps * math.log1p(stretch)), low, high))
 
 
+def orthonormal(matrix: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Q and R of a tall matrix with few columns, by Gram and Schmidt done twice: no threads that wait for each other."""
+    q = np.empty_like(matrix)
+    triangle = np.zeros((matrix.shape[1], matrix.shape[1]))
+    for j in range(matrix.shape[1]):
+        column = matrix[:, j].copy()
+        for _ in range(2):
+            parts = q[:, :j].T @ column
+            column -= q[:, :j] @ parts
+            triangle[:j, j] += parts
+        triangle[j, j] = math.sqrt(float(column @ column))
+        q[:, j] = column / triangle[j, j]
+    return q, triangle
+
+
 @lru_cache(maxsize=1)
 def _short_fit() -> tuple[FloatArray, FloatArray]:
     """Places in (0, 1) over a stretch, and the projection of values there on what a polynomial leaves."""
-    t = np.sort(jitter(_SCATTERED, 0.3))
+    # even steps would keep step with the roundings, and a sequence of low discrepancy has nearly even ones
+    t = (np.arange(_SCATTERED) + np.random.default_rng(1).random(_SCATTERED)) / _SCATTERED
     basis, _ = np.linalg.qr(chebyshev.chebvander(2.0 * t - 1.0, _DEGREE))
     return t, np.eye(_SCATTERED) - basis @ basis.T
 
@@ -98,12 +114,18 @@ def rounding(f: Curve, radii: ArrayLike) -> FloatArray:
     True
     """
     radii = np.asarray(radii, dtype=float)
-    noise, least = scatter(f, np.ravel(radii))
+    with np.errstate(all="ignore"):
+        noise, least = scatter(f, np.ravel(radii))
     return np.maximum(noise, least).reshape(radii.shape)
 
 
-def scatter(f: Curve, r: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Measured scatter of a callable around radii, 0 where it is constant, and one rounding of its values."""
+def scatter(f: Curve, r: FloatArray, stairs: bool = True) -> tuple[FloatArray, FloatArray]:
+    """
+    Measured scatter of a callable around radii, 0 where it is constant, and one rounding of its values.
+
+    With `stairs`, what is constant around a radius and takes few values in an octave is taken for rounded, as f is
+    where it cancels; a slope may have such steps by itself.
+    """
     t, left = _short_fit()
     lengths = np.array(_STRETCHES)
     # to the left only: f may end at the radius
@@ -115,12 +137,13 @@ def scatter(f: Curve, r: FloatArray) -> tuple[FloatArray, FloatArray]:
         beside = (values - values[:, :, -1:]) @ left.T
         found = np.sqrt(np.sum(beside**2, axis=2) / (_SCATTERED - _DEGREE - 1))
         varies = np.isfinite(found) & (np.ptp(values, axis=2) > 0.0)
-    noise = _LEAST_OF_FOUR * np.min(np.where(varies, found, math.inf), axis=1)
-    noise = np.where(varies.any(axis=1), noise, 0.0)
-    still = np.flatnonzero(~varies.any(axis=1) & np.isfinite(last) & (r > 0.0))
-    if still.size:
+    noise = np.where(varies.all(axis=1), _LEAST_OF_FOUR * np.min(found, axis=1), 0.0)
+    still = np.flatnonzero(~varies.all(axis=1) & np.isfinite(last) & (r > 0.0))
+    if stairs and still.size:
         octave = f((r[still, None] * (1.0 - 0.5 * (1.0 - t))).ravel()).reshape(still.size, -1)
-        noise[still] = [_stairs(levels) for levels in octave]
+        for i, wide in zip(still.tolist(), octave, strict=True):
+            stretches = (*values[i, ::-1], wide)
+            noise[i] = next((step for stretch in stretches if (step := _stairs(stretch)) > 0.0), 0.0)
     unit = EPS
     given = values[np.isfinite(values) & (values != 0.0)]
     with np.errstate(over="ignore"):
@@ -132,18 +155,24 @@ def scatter(f: Curve, r: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def _stairs(values: FloatArray) -> float:
-    """Half the lowest step of a staircase; 0 where there are not two steps with several values each."""
+    """Half the step of values that are all whole numbers of steps apart; 0 where they are not."""
     levels, counts = np.unique(values, return_counts=True)
-    if np.count_nonzero(counts > 1) < 2:
+    if levels.size < 2 or not np.all(np.isfinite(levels)):
         return 0.0
-    return 0.5 * float(np.min(np.diff(levels)))
+    steps = np.diff(levels) / np.min(np.diff(levels))
+    told = levels.size >= 5 or np.count_nonzero(counts > 1) >= 2
+    return (
+        0.5 * float(np.min(np.diff(levels)))
+        if told and np.all(np.abs(steps - np.round(steps)) < 1e-3)
+        else 0.0
+    )
 
 
 @lru_cache(maxsize=32)
 def _panel_fit(n: int) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
     """Places t in (0, 1), orthonormal polynomials there, their slopes as Chebyshev coefficients and largest slopes."""
     count = max(12 * n, 160)
-    angles = np.pi * (np.arange(count) + jitter(count, 0.7)) / count
+    angles = np.pi * (np.arange(count) + np.random.default_rng(2).random(count)) / count
     t = (1.0 - np.cos(angles)) / 2.0
     basis, mixing = np.linalg.qr(chebyshev.chebvander(2.0 * t - 1.0, n + _SPARE))
     series = np.linalg.inv(mixing)

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.special import roots_jacobi
 
 from pymdr.errors import ProblemError
-from pymdr.mapping.callables.noise import EPS, Curve, jitter, scatter, slope_panel
+from pymdr.mapping.callables.noise import EPS, Curve, jitter, orthonormal, scatter, slope_panel
 from pymdr.units import FloatArray, metres
 
 _SURE = 1e-10
@@ -22,7 +22,7 @@ _SAFETY = 40.0
 _UNUSABLE = 1e-4
 _UNDERFLOW = 1e-290
 _LOWEST, _HIGHEST = -980, 120
-_POINTS, _TERMS, _OCTAVES = 900, 12, 9
+_POINTS, _TERMS, _OCTAVES = 900, 16, 9
 _BLOCKS = 20
 _SIZE = 16
 
@@ -90,6 +90,11 @@ def tip_law(f: Curve, top: float = math.inf) -> TipLaw | None:
     >>> law.exponent, bool(abs(law.slope(1e-9) - 1e-9) < 1e-21)
     (2.0, True)
     """
+    with np.errstate(all="ignore"):
+        return _continued(f, top)
+
+
+def _continued(f: Curve, top: float) -> TipLaw | None:
     refused: ProblemError | None = None
     for radius, ends in _cancellations(f, top):
         law = _law(f, radius, ends)
@@ -111,11 +116,24 @@ def _law(f: Curve, radius: float, ends: list[float]) -> TipLaw | None:
     best: TipLaw | None = None
     for exponent, step, spread in _families(f, fits):
         law = _established(fits, exponent, step, spread)
+        if law is not None and step == 2.0:
+            # a small odd term hides from an even series, not from a full one
+            full = _established(fits, exponent, 1.0, spread)
+            if full is not None and np.any(_apart(law, full) > full.error):
+                law = full
         if law is not None and (best is None or law.error < 0.1 * best.error):
             best = law
         if best is not None and best.error < _SURE:
             break
     return best if best is not None and best.error < _UNUSABLE else None
+
+
+def _apart(law: TipLaw, other: TipLaw) -> FloatArray:
+    """By how much two laws with the same exponent differ, in parts."""
+    z = 2.0 * _nodes() - 1.0
+    return np.asarray(
+        np.abs(chebyshev.chebval(z, law.coefficients) / chebyshev.chebval(z, other.coefficients) - 1.0)
+    )
 
 
 def _cancellations(f: Curve, top: float) -> Iterator[tuple[float, list[float]]]:
@@ -204,7 +222,7 @@ class _Stretches:
         self.f, self.radius, self.ends = f, radius, ends
         self.offset = float(f(np.zeros(1))[0])
         octaves = math.log2(ends[-1] / radius)
-        grid = radius * 2.0 ** np.linspace(-1.0, octaves, math.ceil(4.0 * octaves) + 5)
+        grid = radius * 2.0 ** np.linspace(0.0, octaves, max(math.ceil(4.0 * octaves), 4) + 1)
         grid[-1] = ends[-1]
         noise, least = scatter(f, grid)
         noise = np.maximum(noise, 0.2 * least)
@@ -221,7 +239,9 @@ class _Stretches:
     def data(self, end: float) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Radii over the end, f - f(0) and its standard deviation; first at the tip."""
         if end not in self._data:
-            u = np.concatenate([[0.0], (np.arange(_POINTS) + jitter(_POINTS)) / _POINTS])
+            u = np.concatenate(
+                [[0.0], (np.arange(_POINTS) + np.random.default_rng(3).random(_POINTS)) / _POINTS]
+            )
             r = end * u
             values = self.f(r) - self.offset
             self._data[end] = (r / end, values, self.noise(r))
@@ -242,38 +262,52 @@ def _nodes() -> FloatArray:
     return np.asarray((1.0 - np.cos(np.pi * (np.arange(_SIZE) + 0.5) / _SIZE)) / 2.0)
 
 
-def _fitted(fits: _Stretches, end: float, n: float, s: float, terms: int) -> tuple[_Fit, float]:
-    """A fit with that many terms, and its misfit: about 1 where only rounding is left."""
-    u, values, noise = fits.data(end)
-    v = u**s
-    basis = u[:, None] ** n * chebyshev.chebvander(2.0 * v - 1.0, terms - 1)
-    matrix = np.column_stack([np.ones(u.size), basis]) / noise[:, None]
-    scale = np.linalg.norm(matrix, axis=0)
-    left, sizes, right = np.linalg.svd(matrix / scale, full_matrices=False)
-    sizes = np.where(sizes > 1e-14 * sizes[0], sizes, math.inf)
-    target = values / noise
-    solution = (right.T @ ((left.T @ target) / sizes)) / scale
-    # once more, for what rounding of the products has left
-    solution = solution + (right.T @ ((left.T @ (target - matrix @ solution)) / sizes)) / scale
-    rest = target - matrix @ solution
-    misfit = _misfit(rest, u * end >= fits.radius)
-    ratio = fits.radius / end
-    # whole powers are told in r / radius, others in its power
-    v = (_nodes() ** (1.0 / _told(s)) * ratio) ** s
-    z = 2.0 * v - 1.0
-    vander = chebyshev.chebvander(z, terms - 1)
-    rise = (
-        chebyshev.chebvander(z, max(terms - 2, 0)) @ chebyshev.chebder(np.eye(terms))
-        if terms > 1
-        else 0.0 * vander
-    )
-    rows = (n * vander + 2.0 * s * v[:, None] * rise) * ratio ** (n - 1.0) / end
-    slope = rows @ solution[1:]
-    spread = np.linalg.norm(((rows / scale[1:]) @ right.T[1:]) / sizes, axis=1)
-    level = max(math.sqrt(float(np.mean(rest**2))), 1.0)
-    rounded = EPS * (np.abs(rows) @ np.abs(solution[1:]))
-    with np.errstate(divide="ignore"):
-        return _Fit(end, terms, slope, float(np.max((level * spread + rounded) / np.abs(slope)))), misfit
+class _Series:
+    """Weighted fits of c + r^n (a_0 + a_1 r^s + ...) on [0, end], all numbers of terms at once."""
+
+    def __init__(self, fits: _Stretches, end: float, n: float, s: float) -> None:
+        self.end, self.n, self.s = end, n, s
+        self.ratio = fits.radius / end
+        u, values, noise = fits.data(end)
+        basis = u[:, None] ** n * chebyshev.chebvander(2.0 * u**s - 1.0, _TERMS + 1)
+        matrix = np.column_stack([np.ones(u.size), basis]) / noise[:, None]
+        self.scale = np.linalg.norm(matrix, axis=0)
+        self.matrix, self.target = matrix / self.scale, values / noise
+        self.q, self.triangle = orthonormal(np.asfortranarray(self.matrix))
+        self.parts = self.q.T @ self.target
+        self.clean = u * end >= fits.radius
+
+    def rest(self, terms: int) -> FloatArray:
+        """What a fit leaves of f, over its rounding."""
+        return self.target - self.q[:, : terms + 1] @ self.parts[: terms + 1]
+
+    def misfit(self, terms: int) -> float:
+        """About 1 where only rounding is left."""
+        return _misfit(self.rest(terms), self.clean)
+
+    def fit(self, terms: int) -> _Fit:
+        """The slope of a fit."""
+        size = terms + 1
+        inverse = np.linalg.inv(self.triangle[:size, :size])
+        solution = inverse @ self.parts[:size]
+        # once more, for what rounding of the products has left
+        rest = self.target - self.matrix[:, :size] @ solution
+        solution = solution + inverse @ (self.q[:, :size].T @ rest)
+        # whole powers are told in r / radius, others in its power
+        v = (_nodes() ** (1.0 / _told(self.s)) * self.ratio) ** self.s
+        z = 2.0 * v - 1.0
+        vander = chebyshev.chebvander(z, terms - 1)
+        rise = 0.0 * vander
+        if terms > 1:
+            rise = chebyshev.chebvander(z, terms - 2) @ chebyshev.chebder(np.eye(terms))
+        rows = (self.n * vander + 2.0 * self.s * v[:, None] * rise) * self.ratio ** (self.n - 1.0) / self.end
+        rows = rows / self.scale[1:size]
+        slope = rows @ solution[1:]
+        spread = np.linalg.norm(rows @ inverse[1:], axis=1)
+        level = max(math.sqrt(float(np.mean(rest**2))), 1.0)
+        rounded = EPS * (np.abs(rows) @ np.abs(solution[1:]))
+        with np.errstate(divide="ignore"):
+            return _Fit(self.end, terms, slope, float(np.max((level * spread + rounded) / np.abs(slope))))
 
 
 def _told(step: float) -> float:
@@ -284,11 +318,13 @@ def _told(step: float) -> float:
 def _misfit(rest: FloatArray, clean: NDArray[np.bool_]) -> float:
     """The largest systematic deviation of what a fit leaves, in what rounding alone lets expect."""
     above, below = rest[clean], rest[~clean]
-    found = [math.sqrt(float(np.mean(above**2))) / 1.3] if above.size else []
-    for block in np.array_split(above, min(_BLOCKS, above.size)):
-        found.append(abs(float(np.mean(block))) * math.sqrt(block.size) / 5.0)
-    found.append(float(np.max(np.abs(below), initial=0.0)) / 6.0)
-    return max(found)
+    size = above.size // _BLOCKS
+    blocks = above[: size * _BLOCKS].reshape(_BLOCKS, size).mean(axis=1)
+    return max(
+        math.sqrt(float(np.mean(above**2))) / 1.3,
+        float(np.max(np.abs(blocks))) * math.sqrt(size) / 5.0,
+        float(np.max(np.abs(below), initial=0.0)) / 6.0,
+    )
 
 
 def _good_fits(fits: _Stretches, n: float, s: float) -> Iterator[_Fit]:
@@ -298,14 +334,14 @@ def _good_fits(fits: _Stretches, n: float, s: float) -> Iterator[_Fit]:
         if count == 2 and not fitting:
             # the shortest stretches are the easiest
             return
-        for terms in range(1, _TERMS + 1):
-            _, misfit = _fitted(fits, end, n, s, terms)
-            if misfit <= 1.0:
-                fitting = True
-                # the shortest one may still hide a truncation in the rounding
-                yield _fitted(fits, end, n, s, terms + 1)[0]
-                yield _fitted(fits, end, n, s, terms + 2)[0]
-                break
+        series = _Series(fits, end, n, s)
+        if not series.misfit(_TERMS) <= 1.0:
+            continue
+        fitting = True
+        terms = next(terms for terms in range(1, _TERMS + 1) if series.misfit(terms) <= 1.0)
+        # the shortest one may still hide a truncation in the rounding
+        yield series.fit(terms + 1)
+        yield series.fit(terms + 2)
 
 
 def _established(fits: _Stretches, n: float, s: float, exponent_error: float) -> TipLaw | None:
@@ -350,9 +386,10 @@ def _families(f: Curve, fits: _Stretches) -> Iterator[tuple[float, float, float]
     for r in ends[:5]:
         coefficients, _ = slope_panel(f, r / 1.19, r)
         slopes.append(float(chebyshev.chebval(1.0, coefficients)))
-    if any(slope == 0.0 or slope * slopes[0] < 0.0 for slope in slopes):
+    same = next((i for i, slope in enumerate(slopes) if not slope * slopes[0] > 0.0), len(slopes))
+    if same < 2:
         return
-    local = np.diff(np.log(np.abs(slopes))) / np.diff(np.log(ends[:5])) + 1.0
+    local = np.diff(np.log(np.abs(slopes[:same]))) / np.diff(np.log(ends[:same])) + 1.0
     guess = float(local[0])
     if local.size > 2:
         bend = local[2] - 2.0 * local[1] + local[0]
@@ -369,23 +406,25 @@ def _families(f: Curve, fits: _Stretches) -> Iterator[tuple[float, float, float]
             continue
         n, spread = free
         rational = round(n * 120.0) / 120.0
-        if abs(n - rational) <= max(4.0 * spread, 1e-12):
+        if abs(n - rational) <= max(16.0 * spread, 1e-12):
             yield rational, step, 0.0
         else:
-            yield n, step, spread
+            yield n, step, max(4.0 * spread, 2.0 * EPS * n)
 
 
 def _free_exponent(fits: _Stretches, guess: float, step: float) -> tuple[float, float] | None:
     """The exponent that is known best of those that leave only rounding on a stretch, and its standard deviation."""
     found: list[tuple[float, float]] = []
-    for end in fits.ends:
+    for count, end in enumerate(fits.ends):
+        if count == 2 and not found:
+            return None
         for terms in range(1, 7):
             n, spread = guess, math.inf
             for _ in range(8):
                 n, spread, change = _better_exponent(fits, end, n, step, terms)
                 if not 0.0 < n < 64.0 or abs(change) < 1e-15:
                     break
-            if 0.0 < n < 64.0 and _fitted(fits, end, n, step, terms)[1] <= 1.0:
+            if 0.0 < n < 64.0 and _Series(fits, end, n, step).misfit(terms) <= 1.0:
                 found.append((spread, n))
                 break
     if not found:
@@ -402,16 +441,14 @@ def _better_exponent(
     basis = u[:, None] ** n * chebyshev.chebvander(2.0 * u**s - 1.0, terms - 1)
     matrix = np.column_stack([np.ones(u.size), basis]) / noise[:, None]
     scale = np.linalg.norm(matrix, axis=0)
-    solution = np.linalg.lstsq(matrix / scale, values / noise, rcond=1e-14)[0] / scale
-    steepness = basis @ solution[1:] * np.log(np.where(u > 0.0, u, 1.0)) / noise
-    whole = np.column_stack([matrix, steepness])
-    scale = np.linalg.norm(whole, axis=0)
-    if not np.all(scale > 0.0):
-        return n, math.inf, 0.0
-    q, triangle = np.linalg.qr(whole / scale)
-    if abs(triangle[-1, -1]) < 1e-14:
-        return n, math.inf, 0.0
+    q, triangle = orthonormal(np.asfortranarray(matrix / scale))
+    solution = np.linalg.solve(triangle, q.T @ (values / noise)) / scale
     rest = values / noise - matrix @ solution
-    change = float(q[:, -1] @ rest / triangle[-1, -1] / scale[-1])
-    change = min(max(change, -0.2), 0.2)
-    return n + change, 1.0 / abs(float(triangle[-1, -1] * scale[-1])), change
+    steepness = basis @ solution[1:] * np.log(np.where(u > 0.0, u, 1.0)) / noise
+    # what the other terms cannot do
+    steepness = steepness - q @ (q.T @ steepness)
+    power = float(steepness @ steepness)
+    if not (math.isfinite(power) and power > 0.0):
+        return n, math.inf, 0.0
+    change = min(max(float(steepness @ rest) / power, -0.2), 0.2)
+    return n + change, 1.0 / math.sqrt(power), change

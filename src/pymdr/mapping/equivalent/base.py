@@ -77,9 +77,21 @@ class EquivalentProfile(ABC):
         """Measured relative errors of g, g', the moment and the square integral, shape (..., 4)."""
         return np.zeros((*np.shape(rounded(x)), 4))
 
+    def slope_error(self, x: Position) -> FloatArray:
+        """Largest relative error of g' anywhere up to x, which integrals over a contact feel."""
+        return np.zeros(np.shape(rounded(x)))
+
     def kinks(self, top: float) -> tuple[float, ...]:
         """Places in m up to `top` to whose right g is not smooth."""
         return ()
+
+    def corners(self, top: float) -> tuple[tuple[float, float], ...]:
+        """Kinks of f up to `top` as (radius in m, jump of f'), where f' jumps by more than its rounding."""
+        return ()
+
+    def resolving_radii(self, top: float) -> FloatArray:
+        """Rising radii in m up to `top` between which g bends little; empty where it is known to rise."""
+        return np.empty(0)
 
     def turning_points(self, top: float) -> tuple[float, ...]:
         """Places in m up to `top` at which g' changes its sign; 0 where g begins to fall."""

@@ -13,12 +13,13 @@ from numpy.typing import ArrayLike
 from pymdr.errors import ProblemError
 from pymdr.mapping import returning
 from pymdr.mapping.equivalent.base import EquivalentProfile
-from pymdr.mapping.images import Charges, Image, joined_images, map_panels, rooted_copy
+from pymdr.mapping.images import Charges, Image, joined_images, map_panels, rooted_copy, with_slope
 from pymdr.mapping.series import (
     IndexArray,
     Panels,
     Place,
     Position,
+    Selection,
     Series,
     as_place,
     clenshaw,
@@ -38,6 +39,8 @@ _ABOVE_TAIL = 4.0
 """Radii from which on the panels do not feel how the tip below them was closed, in radii of its tail."""
 _ROUGH = 0.7
 _NEWTON = 60
+_SAVED = 2.0**-60
+"""How far inward, in radii that are asked for, the panels of a saved profile go."""
 _SEARCHED = 2.0**10
 """How far, in contact radii, a profile without a reach is searched for another contact."""
 _Reached: TypeAlias = Callable[[float, float, float], bool]
@@ -88,13 +91,15 @@ class GradedLine(EquivalentProfile):
 
     def as_panels(self, top: float) -> Interpolated:
         """The slope of the profile on the panels that resolve it, up to at least a radius in m if it goes so far."""
-        self.map_to(top)
+        self.map_to(top, _SAVED * top)
         slope = self._resolved
         assert slope.slopes is not None
         panels, series, tail = slope.slopes.panels, slope.slopes.series, slope.tail
-        columns = (panels.base, panels.low, panels.high, series.power)
         return Interpolated(
-            *(tuple(column.tolist()) for column in columns),
+            tuple(panels.base.tolist()),
+            tuple(panels.low.tolist()),
+            tuple(panels.high.tolist()),
+            tuple(series.power.tolist()),
             tuple(tuple(row) for row in series.coefficients.tolist()),
             (tail.radius, tail.slope, tail.power),
             tuple(b for b in slope.knots if b < slope.front),
@@ -121,14 +126,14 @@ class GradedLine(EquivalentProfile):
         with self._lock:
             x = min(x, self._end)
             inner = min(inner if inner is not None and inner > 0.0 else x, x)
-            if self._image is None or x > self.front or (inner < self._inner and not self._is_power()):
+            if (
+                self._image is None
+                or x > self.front
+                or (inner < self._inner and not self._resolved.is_power_from(inner))
+            ):
                 self._extend(x, inner)
             assert self._image is not None
             return self._image
-
-    def _is_power(self) -> bool:
-        """Whether the tip is a power to rounding, so that nothing changes farther inward."""
-        return self._resolved.pure
 
     def _extend(self, x: float, inner: float) -> None:
         slope = self._resolved
@@ -144,11 +149,12 @@ class GradedLine(EquivalentProfile):
             squared = self._tail_squared(begin)
             self._image = map_panels(self._charges, self._panels(begin, None, slope.front), squared)
         else:
-            first = self._image.panels
-            if inward and begin < float(first.start[0]):
-                inner_panels = self._panels(begin, None, float(first.start[0]))
-                made = map_panels(self._charges, inner_panels, self._tail_squared(begin))
-                self._image = joined_images(made, self._image)
+            if inward and begin < float(self._image.panels.start[0]):
+                # panels below the radii that were asked before had seen another tip
+                kept = self._image.take(self._image.panels.start >= self._inner)
+                end = float(kept.panels.start[0]) if kept.panels.count else self.front
+                made = map_panels(self._charges, self._panels(begin, None, end), self._tail_squared(begin))
+                self._image = joined_images(made, kept) if kept.panels.count else made
             last = self._image.panels
             if slope.front > self.front:
                 place = (float(last.base[-1]), float(last.high[-1]))
@@ -223,7 +229,9 @@ class GradedLine(EquivalentProfile):
 
     def _evaluate(self, image: Image, place: Place, which: str) -> FloatArray:
         index, offset = image.panels.locate(place)
-        values = evaluate(image.panels, getattr(image, which), index, offset)
+        with np.errstate(invalid="ignore"):
+            # before the first panel an offset is negative, and the tail holds
+            values = evaluate(image.panels, getattr(image, which), index, offset)
         x = place.x
         low = x < image.panels.start[0]
         if low.any():
@@ -261,8 +269,32 @@ class GradedLine(EquivalentProfile):
             flat = Place(
                 np.ravel(np.broadcast_to(place.base, place.x.shape))[known], np.ravel(place.offset)[known]
             )
-            answer[known] = image.error[image.panels.locate(flat)[0]]
+            answer[known] = self._errors(image, flat)
         return answer.reshape(*np.shape(place.x), 4)
+
+    def slope_error(self, x: Position) -> FloatArray:
+        """Largest relative error of g' anywhere up to x, which integrals over a contact feel."""
+        place = as_place(x)
+        at = place.x
+        answer = np.zeros(at.shape)
+        known = np.isfinite(at) & (at > 0.0) & (at <= self._end * (1.0 + 1e-12))
+        if known.any():
+            image = self.map_to(float(at[known].max()), float(at[known].min()))
+            index = image.panels.locate(place.take(known))[0]
+            answer[known] = np.maximum.accumulate(image.error[:, 1])[index]
+        return answer
+
+    def _errors(self, image: Image, place: Place) -> FloatArray:
+        """Errors of panels, as much larger as their curves are smaller at the places."""
+        index, offset = image.panels.locate(place)
+        errors = image.error[index].copy()
+        u = image.panels.variable(index, offset)
+        for k, name in enumerate(("g", "slope", "moment", "squared")):
+            value = np.abs(clenshaw(getattr(image, name).coefficients[index], u))
+            with np.errstate(divide="ignore", invalid="ignore"):
+                share = np.where(value > 0.0, image.size[index, k] / value, 1.0)
+            errors[:, k] *= np.maximum(share, 1.0)
+        return errors
 
     # -- inverses ---------------------------------------------------------------------------------
 
@@ -293,11 +325,11 @@ class GradedLine(EquivalentProfile):
 
     def between(self, depth: FloatArray, low: float, high: float) -> Place:
         """The places between two turning points of g, or the tip, at which g(x) = depth, for a rising stretch."""
+        if low == 0.0:
+            return self.place(depth)
         image = self.map_to(high)
-        ends = self._at_ends(image, "g")
         first = int(np.searchsorted(image.panels.stop, low, side="right"))
         last = int(np.searchsorted(image.panels.start, high, side="left"))
-        del ends
         base, offset = self._roots(image, depth, "g", first, max(last, first + 1))
         return Place(base, offset)
 
@@ -317,8 +349,6 @@ class GradedLine(EquivalentProfile):
                     break
                 image = self.map_to(self._next_radius(target, which))
             ends = self._at_ends(image, which)
-            if self._is_power():
-                return image
             first = int(np.argmax(np.maximum.accumulate(ends) >= least))
             inner = float(image.panels.start[first])
             while first == 0 and self._read_tail(which, inner) > least and inner > 1e-300:
@@ -422,6 +452,24 @@ class GradedLine(EquivalentProfile):
             self.map_to(top)
         return tuple(b for b in self._resolved.knots if b < top)
 
+    def corners(self, top: float) -> tuple[tuple[float, float], ...]:
+        """Kinks of f up to `top` as (radius in m, jump of f'), where f' jumps by more than its rounding."""
+        if top > 0.0:
+            self.map_to(top)
+        slopes = self._resolved.slopes
+        if slopes is None:
+            return ()
+        jumping = np.flatnonzero((slopes.jump != 0.0) & (slopes.panels.base < top))
+        return tuple(zip(slopes.panels.base[jumping].tolist(), slopes.jump[jumping].tolist(), strict=True))
+
+    def resolving_radii(self, top: float) -> FloatArray:
+        """Rising radii in m up to `top` between which g bends little."""
+        panels = self.map_to(top).panels
+        thick = panels.take(panels.width > 1e-6 * panels.stop)
+        offsets = thick.offsets(np.array([0.1, 0.5, 0.9]))
+        radii = np.sort((thick.base[:, None] + offsets).ravel())
+        return radii[radii < top]
+
     def turning_points(self, top: float) -> tuple[float, ...]:
         """Places in m up to `top` at which g' changes its sign; 0 where g begins to fall."""
         image = self.map_to(top)
@@ -499,7 +547,7 @@ class GradedLine(EquivalentProfile):
         inside = (base - stop[0]) + offset < stop[1]
         x = base + offset
         positive = x[inside & (x > 0.0)]
-        if positive.size and not self._is_power():
+        if positive.size:
             image = self.map_to(float(edge.x), max(float(positive.min()), 2.0**-60 * float(edge.x)))
         answer = np.zeros(x.shape)
         part = returning.stretch(image.panels, image.slope, (0.0, 0.0), stop)
@@ -571,7 +619,7 @@ def _newton(panels: Panels, series: Series, index: IndexArray, target: FloatArra
     rooted = panels.rooted[index]
     first, last = np.sqrt(low), np.sqrt(high)
 
-    def offset_of(u: FloatArray, i: object) -> FloatArray:
+    def offset_of(u: FloatArray, i: Selection) -> FloatArray:
         root = first[i] + (last[i] - first[i]) * u
         return np.where(rooted[i], root * root, low[i] + (high[i] - low[i]) * u)
 
@@ -580,7 +628,7 @@ def _newton(panels: Panels, series: Series, index: IndexArray, target: FloatArra
     u = np.full(target.shape, 0.5)
     open_ = np.arange(target.size)
     for _ in range(_NEWTON):
-        c, rate = series_and_rate(coefficients[open_], u[open_])
+        c, rate = with_slope(coefficients[open_], u[open_])
         p, h = power[open_], high[open_]
         delta = offset_of(u[open_], open_)
         ratio = delta / h
@@ -613,17 +661,10 @@ def _newton(panels: Panels, series: Series, index: IndexArray, target: FloatArra
     return offset_of(answer_u, slice(None))
 
 
-def series_and_rate(coefficients: FloatArray, u: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Sums of c_j T_j(2 u - 1) and their derivatives with respect to u."""
-    from pymdr.mapping.images import with_slope
-
-    return with_slope(coefficients, u)
-
-
 def _turning_points(image: Image, top: float) -> tuple[float, ...]:
     """Sign changes of g', ignoring what its error leaves open."""
     panels = image.panels
-    fine = (np.arange(96) + 0.5) / 96.0
+    fine = np.asarray((np.arange(96) + 0.5) / 96.0, dtype=float)
     offset = panels.offsets(fine)
     index = np.broadcast_to(np.arange(panels.count)[:, None], offset.shape)
     slope = evaluate(panels, image.slope, index.ravel(), offset.ravel())

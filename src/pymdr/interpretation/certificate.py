@@ -1,0 +1,283 @@
+"""The certificate of the disk: for every row whether the disk solution is the solution, and why not."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from pymdr.interpretation.disks import (
+    RING,
+    Landscape,
+    disk_depths,
+    gap_ratios,
+    holes,
+    least_gap,
+    least_pressure,
+)
+from pymdr.line.foundation import DiskStates, ElasticLine, normal_force, states_at_depth
+from pymdr.mapping.equivalent import EquivalentProfile
+from pymdr.mapping.series import BoolArray, Place
+from pymdr.problem.profiles import Profile, Sampled
+from pymdr.units import FloatArray, metres, written
+
+_RINGS = 48
+"""Most radii at which the ring beside a kink is computed; it shrinks as the contact grows."""
+_NOISES = 3.0
+_ROUNDING = 1e-13
+
+
+@dataclass(frozen=True)
+class Certificate:
+    """Per step, whether the disk solution is the solution, and why not."""
+
+    disk: BoolArray
+    reason: str
+    """Why some step is not a disk, or empty."""
+    remark: str = ""
+    """What a disk passes over that makes it an approximation, or empty."""
+    error: FloatArray | None = None
+    """Per step, what is passed over, as a share of the load."""
+
+
+def certify_disk(line: ElasticLine, states: DiskStates) -> Certificate:
+    """
+    Check that the disk solution is the solution: pressure >= 0 inside and gap >= 0 outside.
+
+    Parameters
+    ----------
+    line : ElasticLine
+        Profile and modulus.
+    states : DiskStates
+        The disks to be checked, best disks of their depths.
+
+    Returns
+    -------
+    Certificate
+
+    Notes
+    -----
+    From the intervals of depth of :func:`~pymdr.interpretation.disks.disk_depths`. A concave kink of f makes the
+    pressure beside it logarithmically infinite, so that no disk over it is the solution to the letter; where the ring of
+    tension is narrower than 1e-3 of the contact radius, the disk is called an approximation.
+
+    Examples
+    --------
+    >>> from pymdr.mapping.equivalent import equivalent_profile
+    >>> from pymdr.problem.profiles import Paraboloid
+    >>> line = ElasticLine(equivalent_profile(Paraboloid(1.0)), 1.0)
+    >>> certify_disk(line, states_at_depth(line, [1.0, 2.0])).disk.tolist()
+    [True, True]
+    """
+    d = states.indentation
+    found = disk_depths(line.equivalent, float(np.max(d, initial=-math.inf, where=np.isfinite(d))))
+    if found.landscape is None:
+        return Certificate(np.ones(d.shape, dtype=bool), "")
+    disk = _among(found.nearly, d)
+    bad = np.flatnonzero(~disk)
+    reason = _why_not(found.landscape, states.take(slice(bad[-1], bad[-1] + 1))) if bad.size else ""
+    passed = disk & ~_among(found.strict, d)
+    if not passed.any():
+        return Certificate(disk, reason)
+    remark, error = _rings(found.landscape, states, passed)
+    return Certificate(disk, reason, remark, error)
+
+
+def certify_history(line: ElasticLine, deepest: float) -> Certificate:
+    """
+    Check that the contact is a disk at every depth between the first touch and a deepest one.
+
+    Parameters
+    ----------
+    line : ElasticLine
+    deepest : float
+        In m.
+
+    Returns
+    -------
+    Certificate
+        Of one row, for the whole range.
+    """
+    found = disk_depths(line.equivalent, deepest)
+    if found.landscape is None:
+        return Certificate(np.ones(1, dtype=bool), "")
+    left = holes(found.nearly, deepest)
+    if left:
+        at = np.array([0.5 * (left[0][0] + left[0][1])])
+        return Certificate(np.zeros(1, dtype=bool), _why_not(found.landscape, states_at_depth(line, at)))
+    missing = holes(found.strict, deepest)
+    if not missing:
+        return Certificate(np.ones(1, dtype=bool), "")
+    share = np.linspace(0.0, 1.0, 9)[1:]
+    depths = np.unique(np.concatenate([low + (high - low) * share for low, high in missing]))
+    states = states_at_depth(line, depths[depths > 0.0])
+    remark, error = _rings(found.landscape, states, np.ones(states.indentation.shape, dtype=bool))
+    return Certificate(np.ones(1, dtype=bool), "", remark, np.max(error, initial=0.0, keepdims=True))
+
+
+def valid_ranges(line: ElasticLine, deepest: float) -> list[tuple[float, float]]:
+    """
+    Force ranges in N in which the contact is a disk.
+
+    Parameters
+    ----------
+    line : ElasticLine
+    deepest : float
+        Largest indentation in m.
+
+    Returns
+    -------
+    list of (lowest, highest) force
+    """
+    found = disk_depths(line.equivalent, deepest)
+    ends = np.array([(max(low, 0.0), min(high, deepest)) for low, high in found.nearly])
+    ends = ends[ends[:, 1] > ends[:, 0]]
+    forces = normal_force(line, states_at_depth(line, ends.ravel())).reshape(ends.shape)
+    return [(float(low), float(high)) for low, high in forces if high > 0.0]
+
+
+def describe_ranges(ranges: list[tuple[float, float]], deepest_force: float) -> str:
+    """The valid load ranges in words."""
+    way_out = "; solve(..., solver=Rings()) solves it by boundary elements on rings"
+    if not ranges:
+        return f"; it is a disk for no load up to {written(deepest_force, 'N')}{way_out}"
+    words = [
+        f"{written(low, 'N')} to {written(high, 'N')}"
+        if not math.isclose(high, deepest_force)
+        else f"{written(low, 'N')} and more"
+        for low, high in ranges
+    ]
+    return f"; it is a disk for loads of {', '.join(words)} (looked for up to {written(deepest_force, 'N')}){way_out}"
+
+
+def noise_words(profile: Profile, equivalent: EquivalentProfile, deepest: float) -> str:
+    """What to do about falls of g that are no more than the noise of samples; empty where they are more."""
+    parts = profile.parts if hasattr(profile, "parts") else (profile,)
+    sampled = [part for part in parts if isinstance(part, Sampled)]
+    landscape = disk_depths(equivalent, deepest).landscape
+    if not sampled or landscape is None:
+        return ""
+    noise = math.sqrt(sum(part.noise**2 for part in sampled))
+    falls = [fall for fall in landscape.falls if fall.size > 0.0]
+    if not falls:
+        return ""
+    worst = max(falls, key=lambda fall: fall.size)
+    where = (
+        f"; the equivalent profile falls by {metres(worst.size)} between r = {metres(worst.start)} and "
+        f"{metres(worst.stop)}"
+    )
+    if worst.size > _NOISES * noise:
+        return f"{where}, more than the noise of the samples, {metres(noise)}, explains"
+    return (
+        f"{where}, which is within {_NOISES:.0f} times the noise of the samples, {metres(noise)}: smooth them with "
+        "Sampled(..., interpolation=SmoothingSpline())"
+    )
+
+
+def _among(intervals: tuple[tuple[float, float], ...], d: FloatArray) -> BoolArray:
+    """Whether depths are in some interval, but for rounding."""
+    inside = np.zeros(d.shape, dtype=bool)
+    for low, high in intervals:
+        slack = 1e-14 * np.abs(d)
+        inside |= (d >= low - slack) & (d <= high + slack)
+    return inside
+
+
+def _why_not(landscape: Landscape, state: DiskStates) -> str:
+    """Why the disk of one row is not the solution, in words."""
+    a, d, excess = (float(x[0]) for x in (state.contact_radius, state.indentation, state.edge_excess))
+    where = f"at d = {metres(d)}"
+    if a > 0.0:
+        with np.errstate(divide="ignore", invalid="ignore"):
+            tension = least_pressure(landscape, a, excess, a, loose=True)
+        if tension.value < -landscape.tolerance:
+            beside = [b for b in landscape.dents if abs(tension.radius - b) <= 2.0 * RING * a]
+            kink = f", beside the concave kink at {metres(beside[0])}" if beside else ""
+            return (
+                f"{where} a disk of radius {metres(a)} would need tension at r = {metres(tension.radius)}{kink}, "
+                "so the contact is not a disk"
+            )
+    if a < min(landscape.top, landscape.equivalent.edge):
+        touch = least_gap(landscape, a, excess, a, loose=True)
+        return (
+            f"{where} the surfaces touch again outside a disk of radius {metres(a)}, at r = {metres(touch.radius)}, "
+            "so the contact is not a disk"
+        )
+    return f"{where} no disk satisfies the conditions of contact, so the contact is not a disk"
+
+
+def _rings(landscape: Landscape, states: DiskStates, passed: BoolArray) -> tuple[str, FloatArray]:
+    """The rings beside concave kinks that disks pass over, in words, and their shares of the load."""
+    error = np.zeros(passed.shape)
+    order = np.flatnonzero(passed)[np.argsort(states.contact_radius[passed], kind="stable")]
+    picked = np.unique(np.linspace(0, order.size - 1, min(order.size, _RINGS)).astype(int))
+    found = [_ring(landscape, states.take(slice(order[i], order[i] + 1))) for i in picked]
+    # rings shrink as the disk grows, so that of the next smaller disk bounds them
+    which = np.searchsorted(picked, np.arange(order.size), side="right") - 1
+    error[order] = np.array([share for _, _, share in found])[which]
+    kink, width, share = max(found, key=lambda ring: ring[2])
+    size = f"{metres(width)} wide" if width > 0.0 else "too narrow for its width to be written"
+    return (
+        f"; beside the concave kink at r = {metres(kink)} the disk passes over a ring of tension or overlap {size}, "
+        f"which is {share:.1e} of the load",
+        error,
+    )
+
+
+def _ring(landscape: Landscape, state: DiskStates) -> tuple[float, float, float]:
+    """Radius of the worst kink, width of its ring in m, and the share of all rings in the load."""
+    equivalent = landscape.equivalent
+    a, excess = float(state.contact_radius[0]), float(state.edge_excess[0])
+    jumps = dict(equivalent.corners(landscape.top))
+    moment = float(equivalent.moment(state.place)[0]) + a * excess
+    worst, total = (0.0, 0.0, -1.0), 0.0
+    for b in landscape.dents:
+        if b >= a:
+            share, width = _overlap_beside(landscape, a, b)
+        else:
+            widths = [
+                _half_width(landscape, state.place.take(0), excess, b, jumps[b], side) for side in (-1.0, 1.0)
+            ]
+            width = sum(widths)
+            share = 0.5 * b * abs(jumps[b]) * width / moment if moment > 0.0 else 1.0
+        total += share
+        if share > worst[2]:
+            worst = (b, width, share)
+    return worst[0], worst[1], total
+
+
+def _half_width(landscape: Landscape, a: Place, excess: float, b: float, jump: float, side: float) -> float:
+    """
+    Distance in m from a concave kink at which the pressure is 0; 0 where that is less than any number.
+
+    There p = (E*/pi) [q + (jump/2) log(1/distance)], so Newton steps in the logarithm converge at once.
+    """
+    edge = float(a.x)
+    room = edge - b if side > 0.0 else b
+    log = math.log(min(0.5 * RING * edge, 0.5 * room))
+    for _ in range(30):
+        offset = np.array([side * math.exp(log)])
+        q = float(landscape.equivalent.pressure_integral(Place(np.array([b]), offset), a)[0])
+        if excess > 0.0:
+            q += excess / math.sqrt((edge - b) * (edge + b))
+        step = 2.0 * q / abs(jump)
+        new = min(log - step, math.log(0.5 * room))
+        if new < -650.0:
+            return 0.0
+        if abs(new - log) < 1e-9:
+            return math.exp(new)
+        log = new
+    return math.exp(log)
+
+
+def _overlap_beside(landscape: Landscape, a: float, b: float) -> tuple[float, float]:
+    """Overlap over the indentation, and its width in m, behind a concave kink just outside the disk."""
+    half = 0.5 * RING * a
+    if b - a > half:
+        return 0.0, 0.0
+    r = max(b, a) + half * 4.0 ** -np.arange(0.0, 20.0, 0.25)
+    r = r[r < landscape.top]
+    h = gap_ratios(landscape, a, 0.0, r) if r.size else np.zeros(0)
+    over = r[h < 0.0]
+    return (float(-h.min()), float(over.max() - over.min())) if over.size else (0.0, 0.0)

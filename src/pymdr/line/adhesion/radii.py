@@ -1,0 +1,146 @@
+"""Contact radii along a curve: the parameter is the radius, but stretched behind corners of the profile.
+
+Behind a corner b of f, g grows like sqrt(a - b), so that a state follows from a - b and hardly from a. There
+
+    a - b = L φ((s - s_b)/L),  φ(x) = x² (2 - x),  0 < x < 1,
+
+which joins a = s smoothly at both ends, makes all quantities smooth in s and keeps a - b to its last digit.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from weakref import WeakKeyDictionary
+
+import numpy as np
+
+from pymdr.line.adhesion.equivalent_line import EquivalentLine, inner_knots
+from pymdr.mapping.equivalent.graded import GradedLine
+from pymdr.mapping.series import Place, Position
+from pymdr.units import FloatArray
+
+_SHARE = 0.125
+"""Length L of a stretch in parts of the radius of its corner or of the distance to the next breakpoint."""
+_BESIDE = 2.0**-26
+"""The x at which the rates of a corner are read: there they are those of the corner to 1e-8."""
+
+
+@dataclass(frozen=True)
+class Radii:
+    """The radius a(s) of contact.
+
+    Attributes
+    ----------
+    origin : float
+        Parameter of a = 0 in m.
+    corners : ndarray
+        Corners b of the profile in m, rising.
+    lengths : ndarray
+        L behind every corner in m.
+    exact : bool
+        Whether the line takes places.
+    """
+
+    origin: float
+    corners: FloatArray
+    lengths: FloatArray
+    exact: bool = False
+
+    @property
+    def starts(self) -> FloatArray:
+        """Parameters s_b of the corners in m."""
+        return self.origin + self.corners
+
+    @property
+    def knots(self) -> tuple[float, ...]:
+        """Parameters in m where a stretch ends; a is not smooth there."""
+        return tuple((self.starts + self.lengths).tolist())
+
+    def place(self, s: FloatArray) -> Place:
+        """Contact radii at parameters, with their distance from the last corner."""
+        if self.corners.size == 0:
+            return Place(np.zeros(s.shape), s - self.origin)
+        k, x, behind = self._stretch(s)
+        near = behind & (x < 1.0)
+        offset = np.where(near, self.lengths[k] * x * x * (2.0 - x), s - self.starts[k])
+        return Place(np.where(behind, self.corners[k], 0.0), np.where(behind, offset, s - self.origin))
+
+    def position(self, s: FloatArray) -> Position:
+        """As `place`, rounded where the line knows no places."""
+        place = self.place(s)
+        return place if self.exact else place.x
+
+    def rate(self, s: FloatArray) -> FloatArray:
+        """The derivative da/ds; beside a corner that at `beside`."""
+        if self.corners.size == 0:
+            return np.ones(s.shape)
+        _, x, behind = self._stretch(s)
+        x = np.maximum(x, _BESIDE)
+        return np.where(behind & (x < 1.0), x * (4.0 - 3.0 * x), 1.0)
+
+    def beside(self, s: FloatArray) -> FloatArray:
+        """The parameters, but none so close to a corner that rates over the radius are infinite."""
+        if self.corners.size == 0:
+            return s
+        k, x, behind = self._stretch(s)
+        return np.where(behind & (x < _BESIDE), self.starts[k] + _BESIDE * self.lengths[k], s)
+
+    def parameter(self, radius: FloatArray) -> FloatArray:
+        """The parameters of contact radii in m."""
+        s = self.origin + radius
+        if self.corners.size == 0:
+            return s
+        k = np.searchsorted(self.corners, radius, side="right") - 1
+        share = np.where(k >= 0, (radius - self.corners[k]) / self.lengths[k], 1.0)
+        low, high = np.zeros(s.shape), np.ones(s.shape)
+        for _ in range(60):
+            x = 0.5 * (low + high)
+            above = x * x * (2.0 - x) >= share
+            low, high = np.where(above, low, x), np.where(above, x, high)
+        return np.where(share < 1.0, self.starts[k] + high * self.lengths[k], s)
+
+    def _stretch(self, s: FloatArray) -> tuple[np.ndarray, FloatArray, np.ndarray]:
+        k = np.searchsorted(self.starts, s, side="right") - 1
+        behind = k >= 0
+        return k, np.where(behind, (s - self.starts[k]) / self.lengths[k], 1.0), behind
+
+
+def radii_of(line: EquivalentLine, origin: float = 0.0) -> Radii:
+    """The radii of a line, stretched behind the corners that it knows of.
+
+    Parameters
+    ----------
+    line : EquivalentLine
+        The equivalent profile; corners are breakpoints at which g' is infinite.
+    origin : float
+        Parameter of a = 0 in m.
+
+    Examples
+    --------
+    >>> from types import SimpleNamespace
+    >>> worn = SimpleNamespace(slope=lambda x: np.where(x == 1.0, np.inf, 1.0), edge=np.inf, reach=np.inf,
+    ...                        breakpoints=(1.0,))
+    >>> radii_of(worn).place(np.array([0.5, 1.0, 1.0625, 2.0])).x.tolist()
+    [0.5, 1.0, 1.046875, 2.0]
+    """
+    if not isinstance(line, GradedLine):
+        return _found(line, origin)
+    known = _known.get(line)
+    if known is None or known[0] != (line.breakpoints, line.reach):
+        known = (line.breakpoints, line.reach), _found(line, 0.0)
+        _known[line] = known
+    return replace(known[1], origin=origin)
+
+
+_known: WeakKeyDictionary[GradedLine, tuple[tuple[tuple[float, ...], float], Radii]] = WeakKeyDictionary()
+
+
+def _found(line: EquivalentLine, origin: float) -> Radii:
+    knots = np.array(inner_knots(line))
+    if knots.size == 0:
+        return Radii(origin, knots, knots)
+    gaps = np.minimum(np.diff(np.append(knots, min(line.edge, line.reach))), knots)
+    corner = np.isinf(line.slope(knots))
+    return Radii(
+        origin, knots[corner], _SHARE * gaps[corner], isinstance(line, GradedLine) and bool(corner.any())
+    )

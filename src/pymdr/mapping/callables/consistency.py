@@ -1,0 +1,174 @@
+"""Whether f and the derivative that is given with it belong together."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from functools import lru_cache
+
+import numpy as np
+from numpy.polynomial import chebyshev
+from numpy.typing import NDArray
+
+from pymdr.errors import ProblemError
+from pymdr.mapping.callables.noise import EPS, Curve, jitter, scatter
+from pymdr.units import FloatArray, metres
+
+_AN_OCTAVE, _MOST, _LEAST = 16, 400, 64
+_LENGTHS = np.array([0.19, 0.012])
+"""Relative lengths of the panels over which f' is integrated, besides those that cover all."""
+_NODES = 17
+_ROUNDINGS = 16.0
+_ROUNDS, _PERSISTS = 7, 3
+_NOISE_RADII = 64
+_UNDERFLOW = 1e-290
+
+
+def check_consistency(
+    f: Curve,
+    derivative: Curve,
+    low: float,
+    high: float,
+    breakpoints: Sequence[float] = (),
+    relative: float = 1e-7,
+) -> None:
+    """
+    Refuse a derivative that is not that of f.
+
+    On panels that cover all radii, the integral of the derivative is held against the difference of f. They
+    contradict each other where these differ by more than the rounding of f, what two rules of quadrature differ by, and a
+    part of the integral of abs(f'); and still do so on parts of the panel, and on parts of these.
+
+    Parameters
+    ----------
+    f, derivative : callable
+        Taking and giving arrays; an offset of f does not matter.
+    low, high : float
+        Radii in m, 0 < low < high, between which to look.
+    breakpoints : sequence of float
+        Radii at which f' jumps: no panel crosses one.
+    relative : float
+        Difference that is let pass: constants with 8 digits, derivatives by differences.
+
+    Raises
+    ------
+    ProblemError
+        With the radius and both slopes.
+
+    Examples
+    --------
+    >>> check_consistency(lambda r: 3.0 + r * r / 2.0, lambda r: r, 1e-9, 1.0)
+    >>> check_consistency(lambda r: r * r / 2.0, lambda r: 2.0 * r, 1e-9, 1.0)
+    Traceback (most recent call last):
+        ...
+    pymdr.errors.ProblemError: Function: f and derivative contradict each other ...
+    """
+    with np.errstate(all="ignore"):
+        noise = _noise_of(f, low, high)
+        start, end = _panels(low, high, breakpoints)
+        streak = np.zeros(start.shape, dtype=int)
+        for _ in range(_ROUNDS):
+            rise, integral, sure, spread = _compared(f, derivative, noise, start, end, relative)
+            apart = np.abs(rise - integral)
+            wrong = apart > sure + 16.0 * spread
+            streak = np.where(wrong, streak + 1, 0)
+            worst = int(np.argmax(streak * 1e300 + np.nan_to_num(apart / sure)))
+            if streak[worst] >= _PERSISTS:
+                raise _contradiction(start[worst], end[worst], rise[worst], integral[worst])
+            # what the rules do not resolve is looked at again, too
+            again = np.flatnonzero(apart > sure)
+            if again.size == 0:
+                return
+            first = np.argsort(-streak[again], kind="stable")[:: max(1, math.ceil(again.size / 160))]
+            start, end, streak = _parts(start[again[first]], end[again[first]], streak[again[first]])
+
+
+def _contradiction(start: float, end: float, rise: float, integral: float) -> ProblemError:
+    return ProblemError(
+        f"Function: f and derivative contradict each other near r = {metres(0.5 * (start + end))}, where f rises with a "
+        f"slope of {rise / (end - start):.6g} and derivative gives {integral / (end - start):.6g}: correct one of "
+        "them, or give only one"
+    )
+
+
+def _noise_of(f: Curve, low: float, high: float) -> Curve:
+    """Rounding of f at any radius: where it cancels, no less farther in, though nothing is seen of it there."""
+    r = np.geomspace(low, high, _NOISE_RADII)
+    # the lesser of two neighbours: one may lie at a kink, or at the end of a sphere
+    measured, least = np.array([scatter(f, r), scatter(f, r * 0.997)]).min(axis=0)
+    noise = np.nan_to_num(np.maximum(measured, least), nan=0.0)
+    values = f(np.concatenate([[0.0], r]))
+    unit = np.nanmax(least / np.abs(values[1:]), initial=EPS)
+    cancels = noise > 64.0 * unit * np.abs(values[1:] - values[0])
+    inward = np.maximum.accumulate(np.where(cancels, noise, 0.0)[::-1])[::-1]
+    noise = np.maximum(noise, inward)
+
+    def at(x: FloatArray) -> FloatArray:
+        after = np.clip(np.searchsorted(r, x), 1, r.size - 1)
+        return np.asarray(np.maximum(noise[after], noise[after - 1]))
+
+    return at
+
+
+def _panels(low: float, high: float, breakpoints: Sequence[float]) -> tuple[FloatArray, FloatArray]:
+    """Ends of panels: of all lengths around radii that no regular grid holds, and side by side."""
+    octaves = math.log2(high / low)
+    count = int(min(max(_AN_OCTAVE * octaves, _LEAST), _MOST))
+    centres = low * (high / low) ** ((np.arange(count) + jitter(count, 0.5)) / count)
+    half = 0.5 * centres[:, None] * np.minimum(_LENGTHS, 0.8 * math.log(high / low))
+    start = np.concatenate([(centres[:, None] - half).ravel(), centres[:-1]])
+    end = np.concatenate([(centres[:, None] + half).ravel(), centres[1:]])
+    start, end = np.maximum(start, low), np.minimum(end, high)
+    for b in sorted(breakpoints):
+        # by a breakpoint both callables may give either side
+        margin = 8.0 * EPS * b
+        crossing = (start < b + margin) & (end > b - margin)
+        before, after = start[crossing], end[crossing]
+        start = np.concatenate([start[~crossing], before, np.full(after.shape, b + margin)])
+        end = np.concatenate([end[~crossing], np.full(before.shape, b - margin), after])
+    long = end - start > 1e-9 * end
+    return start[long], end[long]
+
+
+def _parts(
+    start: FloatArray, end: FloatArray, streak: NDArray[np.int_]
+) -> tuple[FloatArray, FloatArray, NDArray[np.int_]]:
+    """Three parts of each panel."""
+    cuts = np.linspace(start, end, 4)
+    return cuts[:-1].ravel(), cuts[1:].ravel(), np.tile(streak, 3)
+
+
+@lru_cache(maxsize=1)
+def _rules() -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Places in [0, 1] and weights of Clenshaw and Curtis, of all and of every other place."""
+
+    def rule(count: int) -> tuple[FloatArray, FloatArray]:
+        z = -np.cos(np.pi * np.arange(count) / (count - 1))
+        z[0], z[-1] = -1.0, 1.0
+        orders = np.arange(count)
+        moments = np.where(orders % 2 == 0, 2.0 / (1.0 - orders**2.0 + (orders == 1)), 0.0)
+        weights = np.linalg.solve(chebyshev.chebvander(z, count - 1).T, moments) / 2.0
+        return (z + 1.0) / 2.0, np.asarray(weights, dtype=np.float64)
+
+    t, fine = rule(_NODES)
+    return t, fine, rule((_NODES + 1) // 2)[1]
+
+
+def _compared(
+    f: Curve, derivative: Curve, noise: Curve, start: FloatArray, end: FloatArray, relative: float
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Differences of f, integrals of the derivative, by how much they may differ, and the error of the integrals."""
+    width = end - start
+    t, fine, coarse = _rules()
+    # the ends belong to the rules, so that no jump hides behind the last node
+    slopes = derivative(np.minimum(start[:, None] + width[:, None] * t, end[:, None]).ravel()).reshape(
+        width.size, -1
+    )
+    integral = width * (slopes @ fine)
+    spread = np.abs(integral - width * (slopes[:, ::2] @ coarse))
+    size = width * (np.abs(slopes) @ fine)
+    ends = f(np.concatenate([start, end])).reshape(2, -1)
+    rounded = np.maximum(noise(end), EPS * np.max(np.abs(ends), axis=0))
+    # radii are rounded too, and slopes, on panels so short
+    sure = _ROUNDINGS * rounded + (relative + 8.0 * EPS * end / width) * size + _UNDERFLOW
+    return ends[1] - ends[0], integral, sure, spread
