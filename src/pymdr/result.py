@@ -86,14 +86,18 @@ class Result:
     starts: tuple[Mapping[str, float], ...] | None = None
     """With friction: where every channel was at the start of each leg, in SI units."""
 
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "data", _locked_data(self.data))
+        object.__setattr__(self, "claims", {name: _locked_claim(c) for name, c in self.claims.items()})
+
     def __getitem__(self, name: str) -> xr.DataArray:
-        """A quantity over ``step``, in SI units."""
+        """A quantity over ``step``, in SI units; a copy of its own."""
         self._require(name)
         if name not in self.data:
             if name in (*ALL_SURFACE_FIELDS, *ALL_LINE_FIELDS):
                 raise QuantityError(f"{name!r} is a field: read it with result.field({name!r}, r=...)")
             raise QuantityError(f"no quantity {name!r}; this result has {', '.join(map(str, self.data))}")
-        return self.data[name]
+        return self.data[name].copy()
 
     @property
     def bands(self) -> dict[str, tuple[np.ndarray, np.ndarray]]:
@@ -415,14 +419,38 @@ class Result:
         return self.data.to_dataframe()
 
     def to_xarray(self) -> xr.Dataset:
-        """The labelled arrays over ``step``."""
-        return self.data
+        """The labelled arrays over ``step``, as copies."""
+        return self.data.copy(deep=True)
 
     def __getstate__(self) -> dict[str, Any]:
         state = {f.name: getattr(self, f.name) for f in fields(self)}
         if has_callables(self.contact.profile):
             state["contact"] = self._saved_contact()
         return state
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__dict__.update(state)
+        self.__post_init__()
+
+
+def _locked(values: np.ndarray) -> np.ndarray:
+    """The same values, which cannot be written through this array."""
+    view = values.view()
+    view.flags.writeable = False
+    return view
+
+
+def _locked_data(data: xr.Dataset) -> xr.Dataset:
+    locked = data.copy()
+    for variable in locked.variables.values():
+        if variable.ndim:
+            variable.data = _locked(variable.values)
+    return locked
+
+
+def _locked_claim(claim: Claim) -> Claim:
+    error = None if claim.error is None else _locked(claim.error)
+    return replace(claim, where=_locked(claim.where), error=error)
 
 
 def result_from_dataset(dataset: xr.Dataset) -> Result:

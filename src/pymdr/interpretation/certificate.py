@@ -71,7 +71,7 @@ def certify_disk(line: ElasticLine, states: DiskStates) -> Certificate:
     [True, True]
     """
     d = states.indentation
-    found = disk_depths(line.equivalent, float(np.max(d, initial=0.0)))
+    found = disk_depths(line.equivalent, float(np.max(d, initial=-math.inf, where=np.isfinite(d))))
     if found.landscape is None:
         return Certificate(np.ones(d.shape, dtype=bool), "")
     disk = _among(found.nearly, d)

@@ -21,6 +21,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from pymdr.line.foundation import touching_radius
 from pymdr.mapping.equivalent import EquivalentProfile, rising_root
 from pymdr.units import FloatArray
 
@@ -86,10 +87,7 @@ class DiskDepths:
 
 def seen_upto(equivalent: EquivalentProfile, depth: float) -> float:
     """The radius in m up to which bodies at a depth in m might touch."""
-    end = min(equivalent.edge, equivalent.reach)
-    if depth > 0.0:
-        return min(equivalent.overlap_radius(depth), end)
-    return end if math.isfinite(end) else 0.0
+    return min(touching_radius(equivalent, depth), equivalent.edge, equivalent.reach)
 
 
 @lru_cache(maxsize=128)
@@ -196,6 +194,8 @@ def _candidates(equivalent: EquivalentProfile, falls: Sequence[Fall], top: float
 
 def _rising(landscape: Landscape, deepest: float) -> list[tuple[float, float]]:
     """The stretches on which g rises, as far as they belong to depths that are asked for."""
+    if deepest <= 0.0:
+        return []
     falls = landscape.falls
     starts = [0.0, *(fall.stop for fall in falls)]
     stops = [*(fall.start for fall in falls), landscape.top]

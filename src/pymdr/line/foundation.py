@@ -93,7 +93,7 @@ def states_at_depth(line: ElasticLine, indentation: ArrayLike) -> DiskStates:
     """
     d = np.asarray(indentation, dtype=float)
     equivalent = line.equivalent
-    turning = _turning_points(equivalent, float(np.max(d, initial=0.0, where=np.isfinite(d))))
+    turning = _turning_points(equivalent, _deepest(d))
     if turning:
         return disk_states(line, d, _best_disk(equivalent, d, turning))
     return disk_states(line, d, _inside(equivalent, equivalent.place(d)))
@@ -110,14 +110,31 @@ def rises_to(line: ElasticLine, depth: float) -> bool:
     return not _turning_points(line.equivalent, depth)
 
 
-def _turning_points(equivalent: EquivalentProfile, depth: float) -> tuple[float, ...]:
-    """Where g turns, as far out as a contact of a depth in m can be."""
+def _deepest(d: FloatArray) -> float:
+    return float(np.max(d[np.isfinite(d)], initial=-math.inf))
+
+
+def touching_radius(equivalent: EquivalentProfile, depth: float) -> float:
+    """
+    A radius in m within which bodies at a depth in m touch, if they do.
+
+    A profile that falls below its tip touches at negative depths: where f <= d < 0, f <= -d as well.
+    """
+    if depth > 0.0:
+        return equivalent.overlap_radius(depth)
+    end = min(equivalent.edge, equivalent.reach)
+    if math.isfinite(end):
+        # the rim of a hollow punch stands out
+        return end
+    return equivalent.overlap_radius(-depth) if -math.inf < depth < 0.0 else 0.0
+
+
+def _turning_points(equivalent: EquivalentProfile, depth: float, within: float = 0.0) -> tuple[float, ...]:
+    """Where g turns, as far out as a contact of a depth in m can be, and within a radius in m."""
     if equivalent.rises:
         return ()
-    if depth <= 0.0:
-        # the rim of a hollow punch stands out
-        return equivalent.turning_points(equivalent.edge) if np.isfinite(equivalent.edge) else ()
-    return equivalent.turning_points(equivalent.overlap_radius(depth))
+    top = max(touching_radius(equivalent, depth), within)
+    return equivalent.turning_points(top) if top > 0.0 else ()
 
 
 def _edge_excess(equivalent: EquivalentProfile, a: FloatArray, d: FloatArray) -> FloatArray:
@@ -190,8 +207,8 @@ def states_at_force(line: ElasticLine, normal_force: ArrayLike) -> DiskStates:
     moment = force / (2.0 * line.modulus)
     place = _inside(equivalent, equivalent.place_of_moment(moment))
     if np.isfinite(place.x).all() and not equivalent.rises:
-        reached = float(np.max(equivalent.g(place), initial=0.0))
-        if turning := _turning_points(equivalent, reached):
+        reached = _deepest(equivalent.g(place))
+        if turning := _turning_points(equivalent, reached, float(np.max(place.x, initial=0.0))):
             return states_at_depth(line, _depth_of_best_disk(line, force, turning))
     excess = np.zeros(force.shape)
     at_edge = place.x == equivalent.edge

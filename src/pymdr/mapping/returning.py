@@ -305,3 +305,42 @@ def tail_over_root(power: float, slope: float, top: float, r: FloatArray) -> Flo
         total += float(((x / top) ** power / np.sqrt((x - radius) * (x + radius)) @ w) @ np.diff(edges[1:]))
         answer[i] = slope * total
     return answer
+
+
+def power_with_arccos(n: float, high: FloatArray, r: FloatArray) -> FloatArray:
+    """
+    The integral int_0^h n t^(n-1) arccos(t) dt for h = high / r, n above 0 and high not above r.
+
+    Notes
+    -----
+    By parts h^n arccos(h) + B(h^2; (n+1)/2, 1/2) / 2 with the incomplete beta function.
+
+    Examples
+    --------
+    >>> float(power_with_arccos(1.0, np.ones(1), np.ones(1))[0])
+    1.0
+    """
+    rest = np.sqrt(np.maximum((r - high) * (r + high), 0.0))
+    return (high / r) ** n * np.arctan2(rest, high) + _half_beta(n, high / r, rest / r)
+
+
+def power_with_arcsin(n: float, high: FloatArray, r: FloatArray) -> FloatArray:
+    """
+    The integral int_0^h n t^(n-1) arcsin(t) dt for h = high / r, n above 0 and high not above r.
+
+    Examples
+    --------
+    >>> round(float(power_with_arcsin(1.0, np.ones(1), np.ones(1))[0]), 15) == round(0.5 * math.pi - 1.0, 15)
+    True
+    """
+    rest = np.sqrt(np.maximum((r - high) * (r + high), 0.0))
+    return (high / r) ** n * np.arctan2(high, rest) - _half_beta(n, high / r, rest / r)
+
+
+def _half_beta(n: float, sine: FloatArray, cosine: FloatArray) -> FloatArray:
+    """The integral int_0^sine t^n / sqrt(1 - t^2) dt."""
+    from scipy.special import beta, betainc, betaincc
+
+    p = 0.5 * (n + 1.0)
+    part = np.where(sine < 0.7, betainc(p, 0.5, sine * sine), betaincc(0.5, p, cosine * cosine))
+    return np.asarray(0.5 * beta(p, 0.5) * part)

@@ -12,7 +12,6 @@ from numpy.typing import ArrayLike
 
 from pymdr.errors import ProblemError
 from pymdr.mapping import returning
-from pymdr.mapping.abel import gauss
 from pymdr.mapping.equivalent.base import EquivalentProfile
 from pymdr.mapping.images import Charges, Image, joined_images, map_panels, rooted_copy, with_slope
 from pymdr.mapping.series import (
@@ -586,17 +585,10 @@ class GradedLine(EquivalentProfile):
     def _tail_gap(self, r: FloatArray, a: float, first: float) -> FloatArray:
         """The part of the gap integral below the first panel."""
         n, top, radius = self._tail_constants()
-        s, w = gauss(24, n - 1.0)
-        answer = np.zeros(r.shape)
-        for i, each in enumerate(r.tolist()):
-            high = min(first, each)
-            x = high * s
-            whole = float((np.arccos(np.minimum(x / each, 1.0)) * w).sum()) * n * top * (high / radius) ** n
-            if a > 0.0:
-                x = a * s
-                whole -= float((np.arccos(np.minimum(x / each, 1.0)) * w).sum()) * n * top * (a / radius) ** n
-            answer[i] = whole
-        return answer
+        whole = top * (r / radius) ** n * returning.power_with_arccos(n, np.minimum(first, r), r)
+        if a > 0.0:
+            whole -= top * (r / radius) ** n * returning.power_with_arccos(n, np.full(r.shape, a), r)
+        return np.asarray(whole)
 
     def displacement_integral(self, r: ArrayLike, a: Position) -> FloatArray:
         """The integral int_0^a g'(x) arcsin(x / r) dx for r beyond a."""
@@ -608,8 +600,7 @@ class GradedLine(EquivalentProfile):
         answer = returning.with_arcsin(part, np.zeros(x.shape), x)
         first = min(float(image.panels.start[0]), float(edge.x))
         n, top, radius = self._tail_constants()
-        s, w = gauss(24, n - 1.0)
-        answer += np.arcsin(np.minimum(first * s / x[:, None], 1.0)) @ w * (n * top * (first / radius) ** n)
+        answer += top * (x / radius) ** n * returning.power_with_arcsin(n, np.full(x.shape, first), x)
         return answer.reshape(np.shape(r))
 
 

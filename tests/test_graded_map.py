@@ -1,0 +1,387 @@
+"""What the map of numerical profiles promises beyond its accuracy: rows alone, economy, threads, files."""
+
+import math
+import pickle
+import threading
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import pymdr as mdr
+from pymdr.line.foundation import ElasticLine, normal_force, states_at_depth, states_at_force
+from pymdr.mapping.equivalent import equivalent_profile
+from pymdr.problem.profiles import Sum
+
+UNIT = mdr.Elastic(1.0, 0.0)
+NAMES = ("indentation", "normal_force", "contact_radius", "elastic_energy")
+
+
+def worst(found, exact):
+    return float(np.max(np.abs(np.asarray(found) / np.asarray(exact) - 1)))
+
+
+class Counted:
+    """A callable that remembers how often and how far it was asked."""
+
+    def __init__(self, function):
+        self.function, self.calls, self.farthest = function, 0, 0.0
+        self.lock = threading.Lock()
+
+    def __call__(self, r):
+        with self.lock:
+            self.calls += 1
+            self.farthest = max(self.farthest, float(np.max(r)))
+        return self.function(r)
+
+
+def hyperboloid(size):
+    return lambda r: r / np.hypot(r, 0.3 * size)
+
+
+def hyperboloid_f(size):
+    return lambda r: r * r / (np.hypot(r, 0.3 * size) + 0.3 * size)
+
+
+def quartic(size):
+    return lambda r: r / size + 0.4 * (r / size) ** 3
+
+
+def wavy(size):
+    return lambda r: r / size + 0.06 * np.sin(6.0 * r / size)
+
+
+def root(size):
+    return lambda r: 0.3 * (size / r) ** 0.7
+
+
+def kinked(size):
+    return lambda r: np.where(r > 0.4 * size, 1.0, r / size)
+
+
+SLOPES = {f.__name__: f for f in (hyperboloid, quartic, wavy, root, kinked)}
+SIZES = st.floats(-12.0, 6.0).map(lambda decades: 10.0**decades)
+
+
+def fresh(name, size=1.0, counted=False):
+    """A profile that nothing is known of: a callable that was never seen before."""
+    slope = SLOPES[name](size)
+    asked = Counted(slope) if counted else lambda r: slope(r)
+    breakpoints = [0.4 * size] if name == "kinked" else ()
+    return mdr.Function(derivative=asked, breakpoints=breakpoints)
+
+
+def samples(size=1.0, scatter=False):
+    r = np.linspace(0.0, 1.0, 25)
+    height = r**2 / 2 + 0.1 * r**4
+    return mdr.Sampled(
+        r * size, height * size, 1e-3 * r * size if scatter else None, interpolation=mdr.CubicSpline()
+    )
+
+
+PROFILES = st.tuples(st.sampled_from([*SLOPES, "samples"]), SIZES)
+
+
+def drawn(case):
+    name, size = case
+    return samples(size) if name == "samples" else fresh(name, size)
+
+
+# --- a row is what it would be alone ---------------------------------------------------------------------
+
+
+@settings(max_examples=8, deadline=None)
+@given(PROFILES, st.lists(st.floats(-7.0, -0.7), min_size=3, max_size=8), st.booleans(), st.randoms())
+def test_a_row_is_what_it_would_be_alone(case, decades, by_force, random):
+    depths = case[1] * 10.0 ** np.array(decades)
+    random.shuffle(depths)
+    channel = "indentation"
+    if by_force:
+        line = ElasticLine(equivalent_profile(drawn(case)), mdr.effective_moduli(UNIT).normal)
+        depths, channel = normal_force(line, states_at_depth(line, depths)), "normal_force"
+    together = mdr.solve(mdr.Contact(drawn(case), UNIT), mdr.Path(**{channel: depths}))
+    for i in {0, len(depths) // 2, len(depths) - 1}:
+        alone = mdr.solve(mdr.Contact(drawn(case), UNIT), mdr.Path(**{channel: depths[i : i + 1]}))
+        for name in NAMES:
+            assert worst(together[name].values[i], alone[name].values[0]) < 1e-12
+        a = float(alone["contact_radius"][0])
+        r = a * np.array([1e-6, 0.3, 0.9])
+        for field in ("pressure", "normal_displacement", "equivalent_profile"):
+            one, other = (x.field(field, r=r, step=k).values for x, k in ((together, i), (alone, 0)))
+            assert worst(one, other) < 1e-11
+
+
+@pytest.mark.parametrize("channel", ["indentation", "normal_force"])
+@pytest.mark.parametrize("name", [*SLOPES, "samples"])
+def test_deep_then_shallow_and_shallow_then_deep(name, channel):
+    targets = np.geomspace(1e-9, 0.05, 9)
+    up, down = (
+        mdr.solve(mdr.Contact(drawn((name, 1.0)), UNIT), mdr.Path(**{channel: t}))
+        for t in (targets, targets[::-1])
+    )
+    for quantity in NAMES:
+        assert worst(up[quantity].values, down[quantity].values[::-1]) < 1e-12
+
+
+# --- a callable is asked where it must be, once ----------------------------------------------------------
+
+
+@pytest.mark.parametrize("size", [1e-12, 1.0, 1e6])
+@pytest.mark.parametrize("name", SLOPES)
+def test_a_callable_is_asked_hardly_farther_than_needed(name, size):
+    for part in (1e-6, 0.03, 0.8):
+        profile = fresh(name, size, counted=True)
+        equivalent_profile(profile).g(part * size)
+        assert profile.derivative.farthest <= 1.2 * part * size
+        depth = float(equivalent_profile(fresh(name, size)).g(part * size))
+        for ask in (
+            lambda line, d=depth: line.inverse([d, 1e-3 * d]),
+            lambda line, d=depth: line.place(np.array([0.3 * d, d])),
+        ):
+            profile = fresh(name, size, counted=True)
+            ask(equivalent_profile(profile))
+            assert profile.derivative.farthest <= 1.2 * part * size
+        moment = float(equivalent_profile(fresh(name, size)).moment(part * size))
+        profile = fresh(name, size, counted=True)
+        equivalent_profile(profile).inverse_moment(moment)
+        assert profile.derivative.farthest <= 1.2 * part * size
+
+
+@pytest.mark.parametrize("name", ["hyperboloid", "quartic", "wavy"])
+def test_a_callable_is_never_asked_beyond_its_reach(name):
+    profile = mdr.Function(derivative=Counted(SLOPES[name](1.0)), reach=0.7)
+    line = equivalent_profile(profile)
+    deepest = float(line.g(0.7))
+    assert line.inverse([0.5 * deepest, deepest * (1.0 - 1e-9), 2.0 * deepest])[2] == math.inf
+    assert np.isnan(line.g(np.array([0.71, 5.0]))).all()
+    contact = mdr.Contact(profile, UNIT)
+    result = mdr.solve(contact, mdr.indent(0.9 * deepest, steps=3))
+    result.field("pressure", step=None)
+    result.field("gap")
+    with pytest.raises(mdr.PathError, match=r"r = 700 mm.*the largest indentation that it allows is"):
+        mdr.solve(contact, mdr.indent(1.01 * deepest))
+    assert profile.derivative.farthest <= 0.7
+
+
+@pytest.mark.parametrize("path", [mdr.indent(1e-4, steps=3), mdr.load(1e-6, steps=3)])
+@pytest.mark.parametrize("name", SLOPES)
+def test_solve_asks_no_farther_than_its_claims_say(name, path):
+    profile = fresh(name, counted=True)
+    result = mdr.solve(mdr.Contact(profile, UNIT), path)
+    largest = float(result["contact_radius"].max())
+    stated = 1024.0 * largest
+    assert "no other contact was found out to r = " in result.claims["normal_force"].reason
+    assert largest < profile.derivative.farthest <= stated * (1.0 + 1e-9)
+
+
+@settings(max_examples=4, deadline=None)
+@given(st.sampled_from(list(SLOPES)), SIZES)
+def test_one_tip_is_mapped_once(name, size):
+    profile = fresh(name, size, counted=True)
+    asked = profile.derivative
+    path = mdr.indent(0.1 * size, steps=4)
+    first = mdr.solve(mdr.Contact(profile, UNIT), path)
+    first.field("pressure")
+    once = asked.calls
+    for body in (UNIT, mdr.Elastic("210 GPa", 0.3), mdr.Elastic("1 kPa", 0.5)):
+        again = mdr.solve(mdr.Contact(profile, body), path)
+        again.field("pressure")
+        assert np.array_equal(again["contact_radius"].values, first["contact_radius"].values)
+    # the largest slope in the contact, for the assumption of small slopes, is looked up anew
+    assert asked.calls - once <= 3 * 12
+    line = equivalent_profile(profile)
+    assert equivalent_profile(mdr.Function(derivative=asked, breakpoints=profile.breakpoints)) is line
+    x = float(first["contact_radius"][-1]) * np.geomspace(1e-3, 1.0, 1000)
+    line.g(x)
+    before = asked.calls
+    for _ in range(2):
+        line.g(x), line.slope(x), line.moment(x), line.squared(x), line.inverse(line.g(x))
+    assert asked.calls == before
+
+
+# --- inverses --------------------------------------------------------------------------------------------
+
+
+@settings(max_examples=12, deadline=None)
+@given(PROFILES, st.integers(0, 2**32 - 1))
+def test_the_inverse_of_a_thousand_values_is_exact_to_rounding(case, seed):
+    line = equivalent_profile(drawn(case))
+    x = 0.9 * case[1] * 10.0 ** np.random.default_rng(seed).uniform(-9.0, 0.0, 1000)
+    g, moment = line.g(x), line.moment(x)
+    for found, value, curve, slope in (
+        (line.inverse(g), g, line.g, line.slope(x)),
+        (line.inverse_moment(moment), moment, line.moment, x * line.slope(x)),
+    ):
+        assert np.all(found[np.argsort(value)] == np.sort(found))
+        # a rounding of the value moves x by eps value / slope, and x itself is rounded
+        condition = value / (x * slope)
+        assert np.all(np.abs(found / x - 1) <= 2e-15 * (1.0 + condition))
+        assert worst(curve(found), value) < 4e-15 * (1.0 + float(np.max(1.0 / condition)))
+    place = line.place(g)
+    assert worst(line.g(place), g) < 4e-15
+    shuffled = np.random.default_rng(seed).permutation(1000)
+    assert np.array_equal(
+        line.inverse(g[shuffled].reshape(10, 100)), line.inverse(g)[shuffled].reshape(10, 100)
+    )
+
+
+# --- threads ---------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", [*SLOPES, "samples"])
+def test_threads_share_one_profile(name):
+    shared = drawn((name, 1.0))
+    paths = [mdr.indent(0.05 * 4.0**-k, steps=5) for k in range(4)] + [
+        mdr.load(1e-2 * 4.0**-k, steps=5) for k in range(4)
+    ]
+    found, failures = [None] * 8, []
+    start = threading.Barrier(8)
+
+    def work(i):
+        try:
+            start.wait(timeout=60)
+            result = mdr.solve(mdr.Contact(shared, UNIT), paths[i])
+            a = float(result["contact_radius"][-1])
+            found[i] = result, result.field("pressure", r=a * np.array([1e-4, 0.5, 0.99])).values
+        except Exception as error:
+            failures.append(error)
+
+    threads = [threading.Thread(target=work, args=(i,)) for i in range(8)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert failures == []
+    for i, path in enumerate(paths):
+        alone = mdr.solve(mdr.Contact(drawn((name, 1.0)), UNIT), path)
+        for quantity in NAMES:
+            assert worst(found[i][0][quantity].values, alone[quantity].values) < 1e-12
+        a = float(alone["contact_radius"][-1])
+        assert worst(found[i][1], alone.field("pressure", r=a * np.array([1e-4, 0.5, 0.99])).values) < 1e-11
+
+
+# --- files -----------------------------------------------------------------------------------------------
+
+SAVED = {
+    "hyperboloid": lambda size: mdr.Function(hyperboloid_f(size), derivative=hyperboloid(size)),
+    "power": lambda size: mdr.Function(lambda r: size * (r / size) ** 0.3),
+    "kinked": lambda size: mdr.Function(derivative=kinked(size), breakpoints=[0.4 * size]),
+    "nested": lambda size: Sum(
+        (
+            mdr.Cone(slope=0.05),
+            Sum((mdr.Function(derivative=quartic(size)), samples(size, scatter=True))),
+        )
+    ),
+}
+
+
+@pytest.mark.parametrize("size", [1e-9, 1.0])
+@pytest.mark.parametrize("name", SAVED)
+def test_files_and_pickles_give_the_same_fields(tmp_path, name, size):
+    contact = mdr.Contact(SAVED[name](size), UNIT)
+    depths = size * np.array([1e-4, 0.1, 0.02]) * (5.0 if name == "power" else 1.0)
+    result = mdr.solve(contact, mdr.Path(indentation=depths))
+    result.save(tmp_path / "result.nc")
+    for again in (mdr.open_result(tmp_path / "result.nc"), pickle.loads(pickle.dumps(result))):
+        assert list(again.data) == list(result.data)
+        for quantity in result.data:
+            assert np.array_equal(again.data[quantity].values, result.data[quantity].values)
+        for step in range(3):
+            a = float(result["contact_radius"][step])
+            r = a * np.array([1e-9, 1e-6, 1e-3, 0.3, 0.9, 0.999, 1.001, 1.2, 1.9])
+            for field in ("pressure", "normal_displacement", "gap", "equivalent_profile", "spring_force"):
+                one, other = (x.field(field, r=r, step=step).values for x in (result, again))
+                touching = one == 0.0
+                assert np.all(other[touching] == 0.0)
+                assert worst(other[~touching], one[~touching]) < 1e-10
+        solved = mdr.solve(again.contact, mdr.Path(indentation=depths))
+        for quantity in NAMES:
+            assert worst(solved[quantity].values, result[quantity].values) < 1e-12
+        if name == "nested":
+            assert again.bands.keys() == result.bands.keys() != set()
+            for quantity, (low, high) in result.bands.items():
+                assert np.array_equal(again.bands[quantity][0], low)
+                assert np.array_equal(again.bands[quantity][1], high)
+                assert worst(solved.bands[quantity][0], low) < 1e-11
+
+
+@pytest.mark.parametrize("name", [*SLOPES, "samples"])
+def test_a_pickled_line_goes_on(name):
+    profile = (
+        samples()
+        if name == "samples"
+        else mdr.Function(derivative=SLOPES[name](1.0), breakpoints=[0.4] if name == "kinked" else ())
+    )
+    result = mdr.solve(mdr.Contact(profile, UNIT), mdr.indent(1e-3))
+    kept = pickle.loads(pickle.dumps(result))
+    x = np.geomspace(1e-9, 1.0, 30) * float(result["contact_radius"][0])
+    assert worst(equivalent_profile(kept.contact.profile).g(x), equivalent_profile(profile).g(x)) < 1e-12
+
+
+# --- arrays ----------------------------------------------------------------------------------------------
+
+
+def test_what_a_result_gives_does_not_change_it():
+    contact = mdr.Contact(fresh("wavy"), UNIT, friction=mdr.Coulomb(0.3))
+    for path, asked in (
+        (mdr.indent(0.1, steps=3), mdr.Contact(contact.profile, UNIT)),
+        (
+            mdr.indent(0.1, steps=3) >> mdr.shift(0.01, steps=3),
+            contact,
+        ),
+    ):
+        first = mdr.solve(asked, path)
+        for result in (first, pickle.loads(pickle.dumps(first))):
+            r = np.linspace(0.0, 0.4, 5)
+            fields = {name: result.field(name, r=r).values.copy() for name in ("pressure", "gap")}
+            rows = {name: result[name].values.copy() for name in result.data}
+            for name in rows:
+                values = result[name]
+                values *= 1e3
+                values.values[...] = 7.0
+                result.to(name, result[name].attrs["units"] or "1").values[...] = 7.0
+                with pytest.raises(ValueError, match="read-only"):
+                    result.data[name].values[...] = 7.0
+            result.to_xarray()["normal_force"].values[...] = 7.0
+            frame = result.to_dataframe()
+            frame.loc[:, "normal_force"] = 7.0
+            for claim in result.claims.values():
+                for kept in (claim.where, claim.error):
+                    if kept is not None:
+                        with pytest.raises(ValueError, match="read-only"):
+                            kept[...] = 0
+            for name in fields:
+                result.field(name).values[...] = 7.0
+                coordinate = result.field(name)["r"].values
+                if coordinate.flags.writeable:
+                    coordinate[...] = 7.0
+            for name, kept in fields.items():
+                assert np.array_equal(result.field(name, r=r).values, kept)
+            for name, kept in rows.items():
+                assert np.array_equal(result[name].values, kept)
+
+
+@pytest.mark.parametrize("name", [*SLOPES, "samples"])
+def test_what_a_line_gives_does_not_change_it(name):
+    line = ElasticLine(equivalent_profile(drawn((name, 1.0))), 1.0)
+    x = np.geomspace(1e-6, 0.8, 7)
+    d = line.equivalent.g(x)
+    ways = {
+        **{
+            n: lambda n=n: getattr(line.equivalent, n)(x)
+            for n in ("g", "slope", "moment", "squared", "error")
+        },
+        "inverse": lambda: line.equivalent.inverse(d),
+        "offset": lambda: line.equivalent.place(d).offset,
+        "base": lambda: line.equivalent.place(d).base,
+        "radius": lambda: states_at_depth(line, d).contact_radius,
+        "force": lambda: states_at_force(line, d).indentation,
+        "pressure": lambda: line.equivalent.pressure_integral(x, 0.8),
+    }
+    for way in ways.values():
+        before = way().copy()
+        given_ = way()
+        if given_.flags.writeable:
+            given_[...] = 7.0
+        assert np.array_equal(way(), before)
