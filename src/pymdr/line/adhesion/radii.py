@@ -141,4 +141,6 @@ def _found(line: EquivalentLine, origin: float) -> Radii:
         return Radii(origin, knots, knots)
     gaps = np.minimum(np.diff(np.append(knots, min(line.edge, line.reach))), knots)
     corner = np.isinf(line.slope(knots))
-    return Radii(origin, knots[corner], _SHARE * gaps[corner], isinstance(line, GradedLine) and bool(corner.any()))
+    return Radii(
+        origin, knots[corner], _SHARE * gaps[corner], isinstance(line, GradedLine) and bool(corner.any())
+    )

@@ -21,7 +21,17 @@ from pymdr.line.adhesion.zone_shape import segment
 from pymdr.mapping.abel import gauss
 from pymdr.mapping.equivalent.graded import GradedLine
 from pymdr.mapping.images import Image
-from pymdr.mapping.series import TERMS, Panels, Place, Position, Series, as_place, evaluate, joined, joined_series
+from pymdr.mapping.series import (
+    TERMS,
+    Panels,
+    Place,
+    Position,
+    Series,
+    as_place,
+    evaluate,
+    joined,
+    joined_series,
+)
 from pymdr.units import FloatArray
 
 _Index = NDArray[np.intp]
@@ -73,8 +83,9 @@ class _Pieces(NamedTuple):
     at: FloatArray
     """Offset of c."""
 
-    def take(self, index: object) -> _Pieces:
-        return _Pieces(*(column[index] for column in self))  # type: ignore[index]
+    def take(self, index: NDArray[np.bool_]) -> _Pieces:
+        row, panel, *rest = self
+        return _Pieces(row[index], panel[index], *(column[index] for column in rest))
 
 
 _tables: WeakKeyDictionary[GradedLine, _Table] = WeakKeyDictionary()
@@ -151,18 +162,18 @@ def _block(line: GradedLine, place: Place, width: FloatArray, third: bool) -> Fl
     high = np.minimum(panels.high[panel], at)
     low_gap = np.where(begins, width[row], at - low)
     real = high > low
-    pieces = _Pieces(*(x[real] for x in (row, panel, low, high, low_gap, np.maximum(at - high, 0.0), at)))
+    pieces = _Pieces(row, panel, low, high, low_gap, np.maximum(at - high, 0.0), at).take(real)
     for part, nodes in _near(table, pieces):
         offset, gap, weight = nodes
         x = panels.base[part.panel][:, None] + offset
         index = np.broadcast_to(part.panel[:, None], offset.shape)
         weight = weight * evaluate(panels, table.slope, index, offset)
         _gather(totals, part.row, _kernels(gap, x, c[part.row, None], third) * weight)
-    return totals / c**np.array([[1.0], [0.0], [-2.0]])
+    return np.asarray(totals / c ** np.array([[1.0], [0.0], [-2.0]]))
 
 
 def _kernels(gap: FloatArray, x: FloatArray, c: FloatArray, third: bool) -> FloatArray:
-    """x / sqrt(c² - x²), arccos(x / c) and ½ (ψ - sin ψ cos ψ) at distances c - x, shape (3, ...)."""
+    """The kernels x / sqrt(c² - x²), arccos(x / c) and ½ (ψ - sin ψ cos ψ) at distances c - x, shape (3, ...)."""
     angle = 2.0 * np.arcsin(np.sqrt(np.minimum(0.5 * gap / c, 1.0)))
     outer = 0.5 * segment(angle) if third else np.zeros(angle.shape)
     return np.stack([x / np.sqrt(gap * (c + x)), angle, outer])
@@ -192,7 +203,9 @@ def _away(panels: Panels, panel: _Index, at: FloatArray) -> NDArray[np.bool_]:
     return np.where(panels.rooted[panel], root - np.sqrt(high) >= np.sqrt(high) - np.sqrt(low), plain)
 
 
-def _near(table: _Table, pieces: _Pieces) -> Iterator[tuple[_Pieces, tuple[FloatArray, FloatArray, FloatArray]]]:
+def _near(
+    table: _Table, pieces: _Pieces
+) -> Iterator[tuple[_Pieces, tuple[FloatArray, FloatArray, FloatArray]]]:
     """Offsets, distances from c and weights of the nodes on pieces that are cut or beside c, by kind."""
     panels = table.panels
     rooted = panels.rooted[pieces.panel]
