@@ -7,7 +7,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from pymdr.interpretation.branches import Equilibria as Adhesive
 from pymdr.interpretation.validity import Claim, Level
+from pymdr.line.adhesion import JKR as ShortRange
 from pymdr.line.foundation import DiskStates, ElasticLine
 from pymdr.units import FloatArray
 
@@ -70,6 +72,85 @@ def normal_errors(line: ElasticLine, states: DiskStates, by_force: np.ndarray) -
     }
     return {
         name: np.where(a > 0.0, np.nan_to_num(values, nan=0.0, posinf=1.0), 0.0)
+        for name, values in found.items()
+    }
+
+
+def adhesive_errors(
+    line: ElasticLine, equilibria: Adhesive, s: FloatArray, machine_stiffness: FloatArray
+) -> dict[str, FloatArray]:
+    """
+    Relative errors of the quantities of a contact with adhesion, from those of g, g', m and s at its edges.
+
+    Parameters
+    ----------
+    line : ElasticLine
+    equilibria : JKR, MaugisDugdale or DMT of :mod:`pymdr.line.adhesion`
+    s : ndarray
+        Parameters of the states in m.
+    machine_stiffness : ndarray
+        Stiffness k in N/m of the machine that stands for the control: inf for an indentation, 0 for a force.
+
+    Returns
+    -------
+    dict of str to ndarray
+        For every quantity and field, over the rows; relative to the size of its parts: |F0| + |k w| for the force,
+        |d0| + |w| for the depth.
+
+    Notes
+    -----
+    At a given radius d errs by e_g g and F by 2 E* e_m m, both by e_g' of the part that cohesion of finite range adds,
+    whose zone ends where g' says. With a prescribed D = d + F/k the parameter then errs by dD / (dD/ds).
+    """
+    states = equilibria.states(s)
+    a, modulus, equivalent = states.contact_radius, line.modulus, line.equivalent
+    error = equivalent.error(a)
+    outer = np.maximum(error[:, _SLOPE], equivalent.error(states.cohesive_radius)[:, _SLOPE])
+    if not error.any() and not outer.any():
+        return {}
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        g, m = np.abs(equivalent.g(a)), np.abs(equivalent.moment(a))
+        smooth = 2.0 * modulus * m
+        opened, pull = np.abs(equivalent.g(a) - states.indentation), np.abs(smooth - states.normal_force)
+        ranged = 0.0 if isinstance(equilibria, ShortRange) else outer
+        depth = error[:, _G] * g + ranged * opened
+        force = error[:, _MOMENT] * smooth + ranged * pull
+        by_force = machine_stiffness == 0.0
+        depth_rate, force_rate = (np.abs(x) for x in equilibria.slopes(s))
+        soft = np.where(by_force, 1.0, machine_stiffness)
+        rates = equilibria.slopes(s)
+        control = np.where(by_force, force, depth + force / soft)
+        steep = np.abs(np.where(by_force, rates[1], rates[0] + rates[1] / soft))
+        moved = control / steep
+        depth = np.where(np.isinf(machine_stiffness), 0.0, depth + depth_rate * moved)
+        force = np.where(by_force, 0.0, force + force_rate * moved)
+        radius = moved / a
+        depth, force = depth / (g + opened), force / (smooth + pull)
+        slope = error[:, _SLOPE] + radius
+        energy = error[:, _SQUARED] + error[:, _MOMENT] + 3.0 * radius
+    found = {
+        "contact_radius": radius,
+        "cohesive_radius": radius + outer,
+        "normal_force": force,
+        "indentation": depth,
+        "travel": depth + force,
+        "elastic_energy": energy,
+        "surface_energy": 2.0 * radius,
+        "external_work": energy,
+        "jump_dissipation": energy,
+        "dissipated_energy": energy,
+        "normal_stiffness": slope,
+        "mean_pressure": force + 2.0 * radius,
+        "edge_amplitude": radius,
+        "pressure": slope,
+        "normal_displacement": depth + error[:, _G],
+        "gap": slope + depth,
+        "equivalent_profile": error[:, _G],
+        "spring_force": error[:, _G] + depth,
+    }
+    touching = (a > 0.0) | (states.cohesive_radius > 0.0)
+    return {
+        name: np.where(touching, np.minimum(np.nan_to_num(values, nan=0.0, posinf=1.0), 1.0), 0.0)
         for name, values in found.items()
     }
 

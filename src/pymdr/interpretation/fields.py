@@ -128,7 +128,8 @@ def normal_displacement(
     far = radius[~inside]
     if far.size:
         springs = line.equivalent.displacement_integral(far, a)
-        u[~inside] = 2.0 / math.pi * (springs + edge_excess * np.arcsin(edge / far))
+        angle = np.arctan2(edge, np.sqrt((far - edge) * (far + edge)))
+        u[~inside] = 2.0 / math.pi * (springs + edge_excess * angle)
     return u
 
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pymdr.errors import PathError
+from pymdr.interpretation.accuracy import adhesive_errors, with_errors
 from pymdr.interpretation.adhesion import adhesive_claims, certify_stretched_disk, energy_assumption
 from pymdr.interpretation.branches import round_radius
 from pymdr.interpretation.fields import edge_amplitude
@@ -16,14 +17,15 @@ from pymdr.line.adhesion import JKR as ShortRange
 from pymdr.line.adhesion import MaugisDugdale as Cohesive
 from pymdr.line.adhesion import energy_release_rate, maugis_parameter, stress_intensity
 from pymdr.line.following import History, energy_residual, follow
-from pymdr.line.foundation import mean_pressure
+from pymdr.line.foundation import DiskStates, mean_pressure
+from pymdr.mapping.series import Place
 from pymdr.problem.contact import Contact
 from pymdr.problem.laws import DMT, JKR
 from pymdr.problem.paths import LoadingPath, Path, named_channels
 from pymdr.problem.schedule import Controls, Progress, Stretch, known_legs, stretch, times, total_rows
 from pymdr.result import Result, Status, labelled
 from pymdr.solving.equilibria import AdhesiveLine
-from pymdr.solving.reach import assumptions
+from pymdr.solving.reach import assumptions, map_remark
 from pymdr.units import FloatArray, metres, newtons
 
 _CONTROL = {"indentation": math.inf, "normal_force": 0.0}
@@ -51,6 +53,8 @@ class _Rows:
 
     parameter: FloatArray
     attached: BoolArray
+    control: FloatArray
+    """Stiffness in N/m of the machine that stands for the control."""
     indentation: FloatArray
     normal_force: FloatArray
     energy: FloatArray
@@ -130,6 +134,7 @@ def _follow_leg(line: AdhesiveLine, asked: Stretch, here: _Here, stiffness: floa
     return _Rows(
         parameter=np.where(attached, history.parameter, math.nan),
         attached=attached,
+        control=np.full(values.shape, k),
         indentation=depth,
         normal_force=force,
         energy=energy,
@@ -226,9 +231,7 @@ def _interpret(
     a = shown(states.contact_radius)
     depth_rate, force_rate = equilibria.slopes(s)
     with np.errstate(divide="ignore", invalid="ignore"):
-        # behind a corner both rates are infinite, and their ratio that of a punch
-        rate = np.where(np.isinf(depth_rate), 2.0 * modulus * a, force_rate / depth_rate)
-        stiffness_now = np.where(rows.attached & (s > equilibria.start), rate, 0.0)
+        stiffness_now = np.where(rows.attached & (s > equilibria.start), force_rate / depth_rate, 0.0)
     elastic, surface = equilibria.energies(s)
     columns: dict[str, FloatArray] = {
         "indentation": rows.indentation,
@@ -254,6 +257,9 @@ def _interpret(
     claims = adhesive_claims(
         line.law, tuple(columns), certificate.disk, certificate.reason, _maugis(contact, modulus)
     )
+    held = DiskStates(np.nan_to_num(depths), Place(np.zeros(a.shape), np.nan_to_num(a)), np.zeros(a.shape))
+    errors = adhesive_errors(line.line, equilibria, s, rows.control)
+    claims = with_errors(claims, errors, map_remark(line.line, held))
     valid = {
         name: values if claims[name].where.all() else np.where(claims[name].where, values, math.nan)
         for name, values in columns.items()

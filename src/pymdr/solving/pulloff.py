@@ -224,7 +224,8 @@ class AdhesionRegime:
         push = max(-force for force in self.pull_off_force.values())
         for name, contact in self.contacts.items():
             line = AdhesiveLine(contact)
-            curve = equilibrium_curve(line.equilibria, line.track(0.0, push).curve.stop)
+            track = line.track(0.0, push)
+            curve = equilibrium_curve(line.equilibria, track.curve.stop, track.turning.tolist())
             drawn = curve["normal_force"] <= push
             curves[name] = {key: values[drawn] for key, values in curve.items()}
         unloaded = {name: solve(contact, load(0.0)) for name, contact in self.contacts.items()}

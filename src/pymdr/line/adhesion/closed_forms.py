@@ -12,9 +12,12 @@ from numpy.typing import ArrayLike
 from scipy.special import gammaln
 
 from pymdr.errors import ConvergenceError, ProblemError
-from pymdr.line.adhesion.cohesive_zone import zone_integrals
+from pymdr.line.adhesion.cohesive_zone import solve_width
 from pymdr.line.adhesion.equivalent_line import EquivalentLine, as_floats
+from pymdr.mapping.equivalent.graded import GradedLine
 from pymdr.units import FloatArray
+
+_FARTHEST = 1e30
 
 
 def power_law_factor(exponent: ArrayLike) -> FloatArray:
@@ -158,43 +161,17 @@ def rigid_pull(line: EquivalentLine, work: float, strength: float) -> float:
     """
     height = work / strength
 
-    def excess(radius: float) -> float:
-        zone = zone_integrals(line, np.zeros(1), np.full(1, radius))[1]
-        return (2.0 / np.pi) * float(zone[0]) - height
-
     end = min(line.edge, line.reach)
-    high = end if np.isfinite(end) else height
-    if np.isfinite(end):
-        if excess(end) < 0.0:
-            if line.edge <= line.reach:
-                return float(np.pi * end**2 * strength)
-            raise ProblemError(
-                f"the profile is known to {end!r} m where it is lower than the range {height!r} m of the "
-                "cohesion; extend the profile or raise the strength"
-            )
-    else:
-        for _ in range(1000):
-            if excess(high) >= 0.0:
-                break
-            high *= 2.0
-    low = high
-    for _ in range(1000):
-        low *= 0.5
-        if excess(low) < 0.0:
-            break
-    from scipy.optimize import brentq
-
-    logarithm, outcome = brentq(
-        lambda u: excess(float(np.exp(u))),
-        np.log(low),
-        np.log(high),
-        xtol=1e-15,
-        full_output=True,
-        disp=False,
-    )
-    if not outcome.converged:
-        raise ConvergenceError(f"f(c) = {height!r} m was not met (last c = {np.exp(logarithm)!r} m)")
-    return float(np.pi * np.exp(logarithm) ** 2 * strength)
+    begin = line.rough_radius(lambda x, g: g >= 0.1 * height) if isinstance(line, GradedLine) else None
+    # without elasticity the gap condition is f(c) = h0
+    upper = np.full(1, end if np.isfinite(end) else _FARTHEST)
+    c = float(solve_width(line, 0.0, 0.5 * np.pi * height, np.zeros(1), upper, outward=True, begin=begin)[0])
+    if c >= end and line.edge > line.reach:
+        raise ProblemError(
+            f"the profile is known to {end!r} m where it is lower than the range {height!r} m of the "
+            "cohesion; extend the profile or raise the strength"
+        )
+    return float(np.pi * c**2 * strength)
 
 
 @dataclass(frozen=True)

@@ -185,7 +185,8 @@ def zone_integrals(
     True
     """
     if isinstance(line, GradedLine):
-        return tuple(panel_integrals(line, radius, width, third=third))  # type: ignore[return-value]
+        j0, j1, j2 = panel_integrals(line, radius, width, third=third)
+        return j0, j1, j2
     radius = rounded(radius)
     marks = marks or _marks(line)
     result = _integrals_at(line, marks, radius, width, 0, third=third)

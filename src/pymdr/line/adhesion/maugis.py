@@ -86,7 +86,7 @@ class MaugisDugdale:
     @property
     def knots(self) -> tuple[float, ...]:
         """Values of s where the curve is not smooth [m], as far as the profile is known."""
-        first, origin, growing = self.ends[_APPROACH], self.ends[_HELD], self.ends[_GROWING]
+        first, growing = self.ends[_APPROACH], self.ends[_GROWING]
         edge, radii = own_edge(self.line), self._radii
         kinks = np.array(inner_knots(self.line))
         crossing = kinks[kinks > first]
@@ -138,8 +138,7 @@ class MaugisDugdale:
         base = np.zeros_like(s)
         at = np.flatnonzero(piece == _GROWING)
         if at.size:
-            place = self._radii.place(s[at])
-            base[at], radius[at] = place
+            base[at], radius[at] = self._radii.place(s[at])
             width[at] = self._width(self._position(base[at], radius[at]))
 
         at = np.flatnonzero(piece == _CLIPPED)

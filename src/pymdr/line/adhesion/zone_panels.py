@@ -26,7 +26,6 @@ from pymdr.mapping.series import (
     Panels,
     Place,
     Position,
-    Selection,
     Series,
     as_place,
     evaluate,
@@ -84,8 +83,9 @@ class _Pieces(NamedTuple):
     at: FloatArray
     """Offset of c."""
 
-    def take(self, index: Selection) -> _Pieces:
-        return _Pieces(*(column[index] for column in self))
+    def take(self, index: NDArray[np.bool_]) -> _Pieces:
+        row, panel, *rest = self
+        return _Pieces(row[index], panel[index], *(column[index] for column in rest))
 
 
 _tables: WeakKeyDictionary[GradedLine, _Table] = WeakKeyDictionary()
@@ -162,18 +162,18 @@ def _block(line: GradedLine, place: Place, width: FloatArray, third: bool) -> Fl
     high = np.minimum(panels.high[panel], at)
     low_gap = np.where(begins, width[row], at - low)
     real = high > low
-    pieces = _Pieces(*(x[real] for x in (row, panel, low, high, low_gap, np.maximum(at - high, 0.0), at)))
+    pieces = _Pieces(row, panel, low, high, low_gap, np.maximum(at - high, 0.0), at).take(real)
     for part, nodes in _near(table, pieces):
         offset, gap, weight = nodes
         x = panels.base[part.panel][:, None] + offset
         index = np.broadcast_to(part.panel[:, None], offset.shape)
         weight = weight * evaluate(panels, table.slope, index, offset)
         _gather(totals, part.row, _kernels(gap, x, c[part.row, None], third) * weight)
-    return totals / c ** np.array([[1.0], [0.0], [-2.0]])
+    return np.asarray(totals / c ** np.array([[1.0], [0.0], [-2.0]]))
 
 
 def _kernels(gap: FloatArray, x: FloatArray, c: FloatArray, third: bool) -> FloatArray:
-    """X / sqrt(c² - x²), arccos(x / c) and ½ (ψ - sin ψ cos ψ) at distances c - x, shape (3, ...)."""
+    """The kernels x / sqrt(c² - x²), arccos(x / c) and ½ (ψ - sin ψ cos ψ) at distances c - x, shape (3, ...)."""
     angle = 2.0 * np.arcsin(np.sqrt(np.minimum(0.5 * gap / c, 1.0)))
     outer = 0.5 * segment(angle) if third else np.zeros(angle.shape)
     return np.stack([x / np.sqrt(gap * (c + x)), angle, outer])

@@ -19,6 +19,8 @@ _Function = Callable[[FloatArray], FloatArray]
 _NODES = 12
 _SLOPE_NODES = 24
 _FINE = 4
+_GRADES = 7.0
+"""Octants toward the first state; its cell is sampled down to 3e-6 of it, and divided where that shows more."""
 _BLOCK = 8192
 _MOST_CELLS = 40_000
 _EPS = float(np.finfo(float).eps)
@@ -119,7 +121,7 @@ def turning_points(
     """
     marks = np.array([start, *sorted({k for k in knots if start < k < stop}), stop])
     # the first piece is graded toward the start, whose features may be far smaller than the range
-    graded = start + (marks[1] - start) * 8.0 ** -np.arange(20.0, 0.0, -1.0)
+    graded = start + (marks[1] - start) * 8.0 ** -np.arange(_GRADES, 0.0, -1.0)
     edges = np.unique(np.concatenate([marks, graded]))
     low, high = edges[:-1], edges[1:]
     fine = np.pi * (np.arange(_FINE * _SLOPE_NODES) + 0.5) / (_FINE * _SLOPE_NODES)

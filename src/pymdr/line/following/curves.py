@@ -271,8 +271,8 @@ def parameter_reaching(
         if high >= limit:
             return limit
         high = min(_STEP * high, limit)
-        if not np.isfinite(high):
-            raise PathError(f"the curve never reaches the control value {top!r}; shorten the path")
+    else:
+        raise PathError(f"the curve never reaches the control value {top!r}; shorten the path")
     low = max(high / _STEP, at_least)
     for _ in range(2000):
         if at_least > 0.0 or not above(low):
