@@ -26,7 +26,7 @@ from pymdr.mapping.series import (
     evaluate,
     joined,
 )
-from pymdr.mapping.slopes import ResolvedSlope, SlopeSource, anchored
+from pymdr.mapping.slopes import ABOVE_TAIL, ResolvedSlope, SlopeSource, anchored
 from pymdr.problem.profiles import Interpolated
 from pymdr.units import FloatArray, metres
 
@@ -35,8 +35,6 @@ _INWARD = 2.0**-8
 _FARTHEST = 1e30
 _SMALLEST = 1e-18
 """Radius in m from which a search for the size of a contact goes up, or down."""
-_ABOVE_TAIL = 4.0
-"""Radii from which on the panels do not feel how the tip below them was closed, in radii of its tail."""
 _ROUGH = 0.7
 _NEWTON = 60
 _SAVED = 2.0**-60
@@ -168,7 +166,7 @@ class GradedLine(EquivalentProfile):
     def _begin(self) -> float:
         """Where the first panel of the image begins; below it the image is a power."""
         slope = self._resolved
-        return min([_ABOVE_TAIL * slope.floor, *slope.knots[:1]])
+        return min([ABOVE_TAIL * slope.floor, *slope.knots[:1]])
 
     def _panels(self, start: float, place: tuple[float, float] | None, stop: float) -> Panels:
         """The first division of the line between two radii."""
