@@ -135,31 +135,24 @@ class GradedLine(EquivalentProfile):
 
     def _extend(self, x: float, inner: float) -> None:
         slope = self._resolved
-        fresh = self._image is None
         inward = inner < self._inner
-        if inward:
-            inner = inner * _INWARD if not fresh else inner
+        if inward and self._image is not None:
+            inner *= _INWARD
         slope.resolve_to(max(x, self.front), min(inner, self._inner))
         assert slope.slopes is not None
         self._charges = Charges(slope.slopes, slope.tail)
         begin = self._begin
-        if fresh or self._image is None:
-            squared = self._tail_squared(begin)
-            self._image = map_panels(self._charges, self._panels(begin, None, slope.front), squared)
-        else:
-            if inward and begin < float(self._image.panels.start[0]):
-                # panels below the radii that were asked before had seen another tip
-                kept = self._image.take(self._image.panels.start >= self._inner)
-                end = float(kept.panels.start[0]) if kept.panels.count else self.front
-                made = map_panels(self._charges, self._panels(begin, None, end), self._tail_squared(begin))
-                self._image = joined_images(made, kept) if kept.panels.count else made
+        if self._image is None or inward:
+            # sums from the tip outward begin anew
+            panels = self._panels(begin, None, slope.front)
+            self._image = map_panels(self._charges, panels, self._tail_squared(begin))
+        elif slope.front > self.front:
             last = self._image.panels
-            if slope.front > self.front:
-                place = (float(last.base[-1]), float(last.high[-1]))
-                outer = map_panels(
-                    self._charges, self._panels(self.front, place, slope.front), self._image.end_squared
-                )
-                self._image = joined_images(self._image, outer)
+            place = (float(last.base[-1]), float(last.high[-1]))
+            fresh = map_panels(
+                self._charges, self._panels(self.front, place, slope.front), self._image.end_squared
+            )
+            self._image = joined_images(self._image, fresh)
         self._inner = min(self._inner, inner)
 
     @property
