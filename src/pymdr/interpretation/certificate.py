@@ -190,7 +190,7 @@ def _why_not(landscape: Landscape, state: DiskStates) -> str:
     where = f"at d = {metres(d)}"
     if a > 0.0:
         with np.errstate(divide="ignore", invalid="ignore"):
-            tension = least_pressure(landscape, a, excess, a, loose=True)
+            tension = least_pressure(landscape, a, excess, loose=True)
         if tension.value < -landscape.tolerance:
             beside = [b for b in landscape.dents if abs(tension.radius - b) <= 2.0 * RING * a]
             kink = f", beside the concave kink at {metres(beside[0])}" if beside else ""
@@ -199,7 +199,7 @@ def _why_not(landscape: Landscape, state: DiskStates) -> str:
                 "so the contact is not a disk"
             )
     if a < min(landscape.top, landscape.equivalent.edge):
-        touch = least_gap(landscape, a, excess, a, loose=True)
+        touch = least_gap(landscape, a, excess, loose=True)
         return (
             f"{where} the surfaces touch again outside a disk of radius {metres(a)}, at r = {metres(touch.radius)}, "
             "so the contact is not a disk"

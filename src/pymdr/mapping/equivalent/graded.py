@@ -531,6 +531,22 @@ class GradedLine(EquivalentProfile):
             answer[low] += returning.tail_over_root(n - 1.0, slope, top, x[low])
         return answer.reshape(shape)
 
+    def pressure_between(self, r: FloatArray, low: float, high: float) -> FloatArray:
+        """The part of the pressure integral from x = low to high, for r up to low."""
+        image = self.map_to(high, low)
+        if low < float(image.panels.start[0]):
+            return super().pressure_between(r, low, high)
+        part = returning.stretch(image.panels, image.slope, (0.0, low), (0.0, high))
+        return returning.over_root(part, np.zeros(r.shape), r)
+
+    def gap_between(self, r: FloatArray, low: float, high: float) -> FloatArray:
+        """The part of the gap integral from x = low to high, for r from high on."""
+        image = self.map_to(float(np.max(r, initial=high)), low)
+        if low < float(image.panels.start[0]):
+            return super().gap_between(r, low, high)
+        part = returning.stretch(image.panels, image.slope, (0.0, low), (0.0, high))
+        return returning.with_arccos(part, np.zeros(r.shape), r)
+
     def gap_integral(self, r: Position, a: Position) -> FloatArray:
         """The integral int_a^r g'(x) arccos(x / r) dx beyond a."""
         radius, edge = as_place(r), as_place(a)
