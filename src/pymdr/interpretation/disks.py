@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from itertools import pairwise
 
@@ -210,16 +210,24 @@ class _Stretch:
 
 
 def _stretches(landscape: Landscape, deepest: float) -> list[_Stretch]:
-    """
-    The stretches that may hold disks, with the integrals of the disks at their ends.
-
-    Along them every integral needs only what lies between two radii of the stretch.
-    """
+    """The stretches that may hold disks; of many radii, some rule most stretches out before all are looked at."""
     ends = [
         each
         for each in _carrying(landscape, _rising(landscape, deepest))
         if not _near_fault(landscape, *each)
     ]
+    if landscape.radii.size > 2 * _MOST and len(ends) > 1:
+        some = landscape.radii[:: math.ceil(landscape.radii.size / _MOST)]
+        coarse = replace(landscape, radii=some)
+        left = [
+            each for each in _with_integrals(coarse, ends) if _disks_on(coarse, each, loose=True) is not None
+        ]
+        ends = [(each.low, each.high) for each in left]
+    return _with_integrals(landscape, ends)
+
+
+def _with_integrals(landscape: Landscape, ends: Sequence[tuple[float, float]]) -> list[_Stretch]:
+    """Stretches with the integrals of the disks at their ends; along them only what lies between is added."""
     equivalent, radii = landscape.equivalent, landscape.radii
     pressures: list[FloatArray] = []
     before = 0.0
@@ -287,7 +295,8 @@ def _carrying(landscape: Landscape, ends: list[tuple[float, float]]) -> list[tup
             hull.pop()
         hull.append(i)
     above = m - np.interp(a, x[hull], y[hull])
-    allowed = 0.5 * np.ptp(g, axis=1) * (high - low) / _SAMPLES + 1e-12 * np.max(np.abs(m))
+    allowed = 0.25 * np.max(np.diff(g, axis=1), axis=1) * (high - low) / _SAMPLES
+    allowed += 1e-14 * np.max(np.abs(m), axis=1)
     return [each for each, viable in zip(ends, above.min(axis=1) <= allowed, strict=True) if viable]
 
 
@@ -409,12 +418,15 @@ def _approached(
 
 def _first_touch(landscape: Landscape) -> float:
     """The depth at which the first point touches, min f, at most 0."""
+    g = landscape.equivalent.g(landscape.radii)
+    if g.min() >= 0.0:
+        return 0.0
     least = _least(
         landscape.radii,
         lambda r: 2.0 / math.pi * landscape.equivalent.gap_integral(r, 0.0),
         np.zeros(landscape.radii.size, dtype=int),
     )
-    size = float(np.max(np.abs(landscape.equivalent.g(landscape.radii)), initial=0.0))
+    size = float(np.max(np.abs(g)))
     return least.value * (1.0 - TOLERANCE) if least.value < -TOLERANCE * 1e-3 * size else 0.0
 
 
