@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from pymdr.errors import ProblemError
 from pymdr.mapping import returning
-from pymdr.mapping.equivalent.base import EquivalentProfile
+from pymdr.mapping.equivalent.base import EquivalentProfile, rising_root
 from pymdr.mapping.images import Charges, Image, joined_images, map_panels, rooted_copy
 from pymdr.mapping.series import (
     IndexArray,
@@ -294,11 +294,14 @@ class GradedLine(EquivalentProfile):
     def between(self, depth: FloatArray, low: float, high: float) -> Place:
         """The places between two turning points of g, or the tip, at which g(x) = depth, for a rising stretch."""
         image = self.map_to(high)
-        ends = self._at_ends(image, "g")
         first = int(np.searchsorted(image.panels.stop, low, side="right"))
         last = int(np.searchsorted(image.panels.start, high, side="left"))
-        del ends
         base, offset = self._roots(image, depth, "g", first, max(last, first + 1))
+        outside = ~((base + offset >= low) & (base + offset <= high))
+        if outside.any():
+            # the stretch ends inside a panel, whose ends do not bracket what is next to a turning point
+            bounds = np.full(int(outside.sum()), low), np.full(int(outside.sum()), high)
+            base[outside], offset[outside] = 0.0, rising_root(self.g, depth[outside], *bounds)
         return Place(base, offset)
 
     def _at_ends(self, image: Image, which: str) -> FloatArray:
