@@ -12,8 +12,13 @@ from numpy.typing import ArrayLike
 
 from pymdr.errors import ProblemError
 from pymdr.mapping import returning
+<<<<<<< HEAD
 from pymdr.mapping.equivalent.base import EquivalentProfile
 from pymdr.mapping.images import Charges, Image, joined_images, map_panels, rooted_copy, with_slope
+=======
+from pymdr.mapping.equivalent.base import EquivalentProfile, rising_root
+from pymdr.mapping.images import Charges, Image, joined_images, map_panels, rooted_copy
+>>>>>>> certificate
 from pymdr.mapping.series import (
     IndexArray,
     Panels,
@@ -322,6 +327,11 @@ class GradedLine(EquivalentProfile):
         first = int(np.searchsorted(image.panels.stop, low, side="right"))
         last = int(np.searchsorted(image.panels.start, high, side="left"))
         base, offset = self._roots(image, depth, "g", first, max(last, first + 1))
+        outside = ~((base + offset >= low) & (base + offset <= high))
+        if outside.any():
+            # the stretch ends inside a panel, whose ends do not bracket what is next to a turning point
+            bounds = np.full(int(outside.sum()), low), np.full(int(outside.sum()), high)
+            base[outside], offset[outside] = 0.0, rising_root(self.g, depth[outside], *bounds)
         return Place(base, offset)
 
     def _at_ends(self, image: Image, which: str) -> FloatArray:
@@ -552,6 +562,22 @@ class GradedLine(EquivalentProfile):
             answer[low] += returning.tail_over_root(n - 1.0, slope, top, x[low])
         return answer.reshape(shape)
 
+    def pressure_between(self, r: FloatArray, low: float, high: float) -> FloatArray:
+        """The part of the pressure integral from x = low to high, for r up to low."""
+        image = self.map_to(high, low)
+        if low < float(image.panels.start[0]):
+            return super().pressure_between(r, low, high)
+        part = returning.stretch(image.panels, image.slope, (0.0, low), (0.0, high))
+        return returning.over_root(part, np.zeros(r.shape), r)
+
+    def gap_between(self, r: FloatArray, low: float, high: float) -> FloatArray:
+        """The part of the gap integral from x = low to high, for r from high on."""
+        image = self.map_to(float(np.max(r, initial=high)), low)
+        if low < float(image.panels.start[0]):
+            return super().gap_between(r, low, high)
+        part = returning.stretch(image.panels, image.slope, (0.0, low), (0.0, high))
+        return returning.with_arccos(part, np.zeros(r.shape), r)
+
     def gap_integral(self, r: Position, a: Position) -> FloatArray:
         """The integral int_a^r g'(x) arccos(x / r) dx beyond a."""
         radius, edge = as_place(r), as_place(a)
@@ -655,7 +681,12 @@ def _newton(panels: Panels, series: Series, index: IndexArray, target: FloatArra
 def _turning_points(image: Image, top: float) -> tuple[float, ...]:
     """Sign changes of g', ignoring what its error leaves open."""
     panels = image.panels
+<<<<<<< HEAD
     fine = np.asarray((np.arange(96) + 0.5) / 96.0, dtype=float)
+=======
+    # falls behind a concave kink may be as thin as they like
+    fine = np.concatenate([4.0 ** -np.arange(20.0, 4.0, -1.0), (np.arange(96) + 0.5) / 96.0])
+>>>>>>> certificate
     offset = panels.offsets(fine)
     index = np.broadcast_to(np.arange(panels.count)[:, None], offset.shape)
     slope = evaluate(panels, image.slope, index.ravel(), offset.ravel())
