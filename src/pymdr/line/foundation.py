@@ -266,11 +266,15 @@ def _depth_of_best_disk(line: ElasticLine, force: FloatArray, turning: tuple[flo
         return normal_force(line, states_at_depth(line, d))
 
     # a disk that carries a force alone is no less deep than the best one
-    deepest = float(np.max(equivalent.g(equivalent.place_of_moment(np.max(force) / (2.0 * line.modulus)))))
+    alone = _inside(equivalent, equivalent.place_of_moment(np.max(force) / (2.0 * line.modulus)))
+    deepest = float(np.max(equivalent.g(alone)))
     depths = np.sort(equivalent.g(np.array([0.0, *(t for t in turning if t < end)])))
     depths = np.append(depths[depths < deepest], deepest)
     if math.isfinite(equivalent.edge):
-        depths = np.append(depths, deepest + float(np.max(force)) / (2.0 * line.modulus * equivalent.edge))
+        # as deep as the whole end carries the force
+        b = np.array([equivalent.edge])
+        rest = float(np.max(force)) / (2.0 * line.modulus) - float(equivalent.moment(b)[0])
+        depths = np.append(depths, float(equivalent.g(b)[0]) + max(rest, 0.0) / equivalent.edge)
     # beyond the depths whose whole contact is known the load falls again, so the first that suffices is taken
     enough = np.flatnonzero(load(depths) >= np.max(force) * (1.0 - 1e-12))
     if enough.size == 0:
