@@ -12,13 +12,8 @@ from numpy.typing import ArrayLike
 
 from pymdr.errors import ProblemError
 from pymdr.mapping import returning
-<<<<<<< HEAD
-from pymdr.mapping.equivalent.base import EquivalentProfile
-from pymdr.mapping.images import Charges, Image, joined_images, map_panels, rooted_copy, with_slope
-=======
 from pymdr.mapping.equivalent.base import EquivalentProfile, rising_root
-from pymdr.mapping.images import Charges, Image, joined_images, map_panels, rooted_copy
->>>>>>> certificate
+from pymdr.mapping.images import Charges, Image, joined_images, map_panels, rooted_copy, with_slope
 from pymdr.mapping.series import (
     IndexArray,
     Panels,
@@ -681,12 +676,8 @@ def _newton(panels: Panels, series: Series, index: IndexArray, target: FloatArra
 def _turning_points(image: Image, top: float) -> tuple[float, ...]:
     """Sign changes of g', ignoring what its error leaves open."""
     panels = image.panels
-<<<<<<< HEAD
-    fine = np.asarray((np.arange(96) + 0.5) / 96.0, dtype=float)
-=======
     # falls behind a concave kink may be as thin as they like
-    fine = np.concatenate([4.0 ** -np.arange(20.0, 4.0, -1.0), (np.arange(96) + 0.5) / 96.0])
->>>>>>> certificate
+    fine: FloatArray = np.concatenate([4.0 ** -np.arange(20.0, 4.0, -1.0), (np.arange(96) + 0.5) / 96.0])
     offset = panels.offsets(fine)
     index = np.broadcast_to(np.arange(panels.count)[:, None], offset.shape)
     slope = evaluate(panels, image.slope, index.ravel(), offset.ravel())
