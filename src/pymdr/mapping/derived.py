@@ -84,7 +84,7 @@ class DerivedSource:
             return np.zeros(panels.count)
         errors = np.array(self._error)[self._order]
         at = np.clip(np.searchsorted(self._starts, panels.start, side="right") - 1, 0, errors.size - 1)
-        found = np.maximum(
+        found: FloatArray = np.maximum(
             errors[at],
             errors[np.minimum(at + 1, errors.size - 1)]
             * (panels.stop > self._starts[np.minimum(at + 1, errors.size - 1)]),

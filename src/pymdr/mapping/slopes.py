@@ -444,8 +444,9 @@ def _first_power(offset: FloatArray, values: FloatArray) -> float:
     guess = float(local[0] - (local[1] - local[0]) * offset[0] / (offset[1] - offset[0]))
     if abs(guess) < 0.02 or np.ptp(local) > 0.5 * abs(guess):
         return 0.0
+    # whole and simple powers are meant as such, as far as the corrections to them let tell
     nearest = round(guess * 60.0) / 60.0
-    return nearest if abs(guess - nearest) < 2e-3 else guess
+    return nearest if abs(guess - nearest) < max(1e-9, 0.02 * float(np.ptp(local))) else guess
 
 
 def _divided(panels: Panels, family: np.ndarray) -> tuple[Panels, np.ndarray]:

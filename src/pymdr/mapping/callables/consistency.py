@@ -66,11 +66,13 @@ def check_consistency(
     with np.errstate(all="ignore"):
         noise = _noise_of(f, low, high)
         start, end = _panels(low, high, breakpoints)
+        whole = float(np.ptp(f(np.geomspace(low, high, _NOISE_RADII))))
         streak = np.zeros(start.shape, dtype=int)
         for _ in range(_ROUNDS):
             rise, integral, sure, spread = _compared(f, derivative, noise, start, end, relative)
             apart = np.abs(rise - integral)
-            wrong = apart > sure + 16.0 * spread
+            # a callable that stands still while it cancels says nothing of its slope
+            wrong = (apart > sure + 16.0 * spread) & ((rise != 0.0) | (apart > relative * whole))
             streak = np.where(wrong, streak + 1, 0)
             worst = int(np.argmax(streak * 1e300 + np.nan_to_num(apart / sure)))
             if streak[worst] >= _PERSISTS:
