@@ -516,7 +516,7 @@ def _with_jumps(made: Slopes, before: Slopes | None) -> Slopes:
 
 def _floor(source: SlopeSource, inner: float) -> float:
     """A radius below which only the local power of the tip matters to results at `inner`."""
-    octaves = np.arange(0.0, 60.0)
+    octaves = np.arange(0.0, 160.0)
     radii = inner * 2.0**-octaves
     radii = radii[radii > 1e-300]
     slope = source.sample(np.zeros(radii.size), radii)[0]
@@ -536,7 +536,7 @@ def _floor(source: SlopeSource, inner: float) -> float:
         steady = np.all(change[k : k + 3] < 0.5)
         if steady and weight[k] * np.max(change[k : k + 3]) < 1e-17:
             return _octave(radii[k])
-    return _octave(radii[max(min(deepest - 1, 48), 4)])
+    return _octave(radii[max(min(deepest - 1, 140), 4)])
 
 
 def _octave(radius: float) -> float:
