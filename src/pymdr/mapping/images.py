@@ -51,6 +51,7 @@ _STEEP, _SPREAD = 8.0, 64.0
 _GRADED = 24
 _TESTED = 12
 _MANY = 2000
+_QUARTER = 2.0**0.25
 _SPREAD_AT = np.array([0.2, 0.6, 1.0])
 
 
@@ -158,22 +159,23 @@ class Charges:
             offset.shape
         )
 
-    def sums(self, base: FloatArray, offset: FloatArray) -> Sums:
+    def sums(self, panels: Panels, u: FloatArray) -> Sums:
         """
-        g, m and g' at groups of places that share a base.
+        g, m and g' on panels.
 
         Parameters
         ----------
-        base : ndarray, shape (T,)
-            Breakpoint of every group in m, or 0.
-        offset : ndarray, shape (T, k)
-            Offsets in m.
+        panels : Panels
+            Shape (T,).
+        u : ndarray, shape (k,)
+            Values of the variable on every panel.
 
         Returns
         -------
         Sums
             Of shape (T, k).
         """
+        base, offset = panels.base, panels.offsets(u)
         totals = np.zeros((3, *offset.shape))
         target = np.arange(base.size)
         bunch = np.zeros(base.size, dtype=np.intp)
@@ -192,7 +194,9 @@ class Charges:
                 twice = np.concatenate([2 * bunch, 2 * bunch + 1])
                 known = twice < self.levels[level - 1].base.size
                 target, bunch = np.concatenate([target, target])[known], twice[known]
-        self._add_near(totals, base, offset, target, bunch - 1)
+        target, bunch = target[bunch > 0], bunch[bunch > 0]
+        alike = self._add_alike(totals, panels, u, target, bunch - 1)
+        self._add_near(totals, base, offset, target[~alike], bunch[~alike] - 1)
         x = base[:, None] + offset
         g, moment, slope = totals
         return Sums(x * g, moment, slope + self._corners(base, offset))
@@ -226,12 +230,28 @@ class Charges:
             for total, part in zip(totals, parts, strict=True):
                 np.add.at(total, t, part)
 
+    def _add_alike(
+        self, totals: FloatArray, targets: Panels, u: FloatArray, target: IndexArray, source: IndexArray
+    ) -> BoolArray:
+        """Whole quarter octaves beside one another, which all look alike; gives which pairs these are."""
+        panels, series = self.slopes.panels, self.slopes.series
+        plain = _is_quarter(panels) & (series.power == 0.0)
+        alike: BoolArray = _is_quarter(targets)[target] & plain[source]
+        t, s = target[alike], source[alike]
+        low = panels.low[s]
+        apart = np.round(4.0 * np.log2(targets.low[t] / low)).astype(int)
+        for j in np.unique(apart).tolist():
+            here = apart == j
+            c, scale = series.coefficients[s[here]], low[here][:, None] ** 2
+            for k, matrix in enumerate(_quarters(j, tuple(u.tolist()))):
+                part = c @ matrix
+                np.add.at(totals[k], t[here], part * scale if k == 1 else part)
+        return alike
+
     def _add_near(
         self, totals: FloatArray, base: FloatArray, offset: FloatArray, target: IndexArray, source: IndexArray
     ) -> None:
         panels = self.slopes.panels
-        real = source >= 0
-        target, source = target[real], source[real]
         fractional = _is_fractional(panels, self.slopes.series)[source]
         for t, s in zip(target[fractional].tolist(), source[fractional].tolist(), strict=True):
             for total, part in zip(totals, self._fractional_near(base[t], offset[t], s), strict=True):
@@ -339,6 +359,36 @@ def _kernel(shift: FloatArray, x: FloatArray, base: FloatArray, offset: FloatArr
 
 def _is_fractional(panels: Panels, series: Series) -> BoolArray:
     return np.asarray((panels.low == 0.0) & (series.power != 0.0) & (series.power != np.round(series.power)))
+
+
+def _is_quarter(panels: Panels) -> BoolArray:
+    """Whether panels are whole quarters of an octave on the grid that is anchored at the tip."""
+    whole = (panels.base == 0.0) & (panels.low > 0.0)
+    with np.errstate(divide="ignore"):
+        ratio = np.where(whole, panels.high / panels.low, 0.0)
+    return np.asarray(whole & (np.abs(ratio - _QUARTER) <= 4.0 * np.finfo(float).eps))
+
+
+@lru_cache(maxsize=16)
+def _quarters(apart: int, u: tuple[float, ...]) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Integrals of the polynomials of a quarter octave from r = 1 at points u of one that is some quarters farther out."""
+    low = _QUARTER**apart
+    inside = low * (_QUARTER - 1.0) * np.array(u)
+    x = low + inside
+    s, weights = gauss(_NEAR)
+    # distances from both ends of the source, exact where the panels meet
+    far = np.sqrt((low - 1.0) * (apart > 0) + inside)
+    near = np.sqrt((low - _QUARTER) * (apart > 1) + inside) if apart else np.zeros_like(x)
+    v = near[:, None] + (far - near)[:, None] * s
+    r = np.clip(x[:, None] - v * v, 1.0, _QUARTER)
+    kernel = 2.0 * (far - near)[:, None] * weights / np.sqrt(x[:, None] + r)
+    at = (r - 1.0) / (_QUARTER - 1.0)
+    value, rate = basis(at), basis_slope(at) / (_QUARTER - 1.0)
+    return (
+        np.einsum("ij,ijk->ki", kernel, value),
+        np.einsum("ij,ijk->ki", kernel * r * r, value),
+        np.einsum("ij,ijk->ki", kernel, value + r[:, :, None] * rate),
+    )
 
 
 @lru_cache(maxsize=64)
@@ -493,7 +543,7 @@ class _Fitted:
 
 def _fit_image(charges: Charges, panels: Panels, u: FloatArray) -> _Fitted:
     offset = panels.offsets(u)
-    sums = charges.sums(panels.base, offset)
+    sums = charges.sums(panels, u)
     values = np.stack([sums.g, sums.slope, sums.moment], axis=1)
     power = _image_powers(charges, panels, offset, values)
     with np.errstate(divide="ignore", invalid="ignore", under="ignore"):

@@ -134,8 +134,10 @@ def _panels(low: float, high: float, breakpoints: Sequence[float]) -> tuple[Floa
 
 
 def _stairs(values: FloatArray) -> float:
-    """Twice the largest of few levels that a callable takes; 0 if they are many."""
+    """Twice the range of few levels that a callable takes; 0 if they are many, inf if there is but one."""
     levels = np.unique(values[np.isfinite(values)])
+    if levels.size == 1:
+        return math.inf
     return 2.0 * float(np.ptp(levels)) if levels.size < _FEW_LEVELS else 0.0
 
 
