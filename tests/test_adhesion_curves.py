@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from functools import cache
 from itertools import pairwise
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -711,3 +712,32 @@ def test_any_scale(line, gamma, metre, pascal):
             assert np.max(np.abs(x - y)) < 1e-12 * max(1.0, float(np.max(np.abs(x)))), field
         x, y = total_energy(one, s), total_energy(other, s * metre) / (pascal * metre**3)
         assert np.max(np.abs(x - y)) < 1e-12 * max(1.0, float(np.max(np.abs(x))))
+
+
+def test_zone_integrals_on_panels():
+    """Against the adaptive quadrature of closed forms: a hyperboloid, and powers to the very tip."""
+    rng = np.random.default_rng(1)
+    for size in (1e-9, 1.0, 1e6):
+        a = np.concatenate([np.zeros(4), size * 10.0 ** rng.uniform(-9.0, 0.0, 40)])
+        width = size * 10.0 ** rng.uniform(-9.0, 0.0, 44)
+        round_tip = Function(
+            lambda r, R=size: r * r / (R + np.hypot(R, r)), derivative=lambda r, R=size: r / np.hypot(R, r)
+        )
+        closed = SimpleNamespace(
+            slope=lambda x, R=size: np.arctan(x / R) + x / R / (1.0 + (x / R) ** 2),
+            edge=np.inf,
+            reach=np.inf,
+            breakpoints=(),
+        )
+        sharp = Function(
+            lambda r, R=size: r * (r / R) ** 0.5, derivative=lambda r, R=size: 1.5 * (r / R) ** 0.5
+        )
+        power = SimpleNamespace(
+            slope=lambda x, R=size: 1.5 * power_law_factor(1.5) * (x / R) ** 0.5,
+            edge=np.inf,
+            reach=np.inf,
+            breakpoints=(),
+        )
+        for profile, exact in ((round_tip, closed), (sharp, power)):
+            ours = zone_integrals(equivalent_profile(profile), a, width, third=True)
+            np.testing.assert_allclose(ours, zone_integrals(exact, a, width, third=True), rtol=1e-12)

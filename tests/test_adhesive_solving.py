@@ -1015,3 +1015,66 @@ def test_the_stiffness_at_a_corner_is_that_of_a_punch(short):
     lowest = mdr.pull_off(tip).indentation
     pulled = mdr.solve(tip, mdr.indent("1 nm") >> mdr.indent((1.0 - short) * lowest))
     assert column(pulled, "normal_stiffness")[-1] == pytest.approx(2.0 * modulus * b, rel=1e-6)
+
+
+# --- flats with rounded edges -----------------------------------------------------------------------------------
+
+
+def rounded_flat(b, radius, n, *, derivative=True):
+    """f = R ((r - b)/R)^n beyond a flat end b."""
+    return mdr.Function(
+        lambda r: radius * (np.maximum(r - b, 0.0) / radius) ** n,
+        derivative=(lambda r: n * np.where(r > b, (np.maximum(r - b, 0.0) / radius) ** (n - 1.0), 0.0))
+        if derivative
+        else None,
+        breakpoints=(b,),
+    )
+
+
+@pytest.mark.parametrize("size", [1e-9, 1e-3])
+@pytest.mark.parametrize("n", [1.0, 1.5, 2.0, 3.0, 2.37])
+def test_flats_with_rounded_edges_under_every_law(n, size):
+    work, reach = 1e6 * size, 0.3 * size
+    for law in (mdr.JKR(work), mdr.MaugisDugdale(work, range=reach), mdr.DMT(work, range=reach)):
+        tip = mdr.Contact(rounded_flat(10 * size, 20 * size, n), STIFF, adhesion=law)
+        result = mdr.solve(tip, mdr.indent(0.5 * size) >> mdr.indent(-10 * size, steps=3))
+        assert balance(result).measure < 1e-8
+        assert result.status.name == "PULLED_OFF"
+
+
+@pytest.mark.parametrize("n", [1.0, 2.0])
+def test_a_short_range_on_a_rounded_flat_is_that_of_jkr(n):
+    tip = rounded_flat(1e-7, 1e-7, n)
+    jkr = mdr.pull_off(mdr.Contact(tip, STIFF, adhesion=mdr.JKR(0.05))).normal_force
+    off = [
+        mdr.pull_off(mdr.Contact(tip, STIFF, adhesion=mdr.MaugisDugdale(0.05, range=h))).normal_force / jkr
+        - 1.0
+        for h in (1e-11, 1e-12)
+    ]
+    # of second order in the range: 1e-2 for a tenth of it
+    assert abs(off[1]) < 1e-7
+    assert off[0] / off[1] == pytest.approx(100.0, rel=0.05)
+
+
+@pytest.mark.parametrize("short", [1e-6, 1e-9, 1e-12])
+def test_states_beside_the_pull_off_at_a_corner(short):
+    """The flat comes off as a punch: the force is straight in the indentation there."""
+    tip = mdr.Contact(rounded_flat(1e-7, 1e-7, 1.0), STIFF, adhesion=mdr.JKR(0.05))
+    lost = mdr.pull_off(tip)
+    near = mdr.solve(tip, mdr.indent("10 nm") >> mdr.indent((1.0 - short) * lost.indentation))
+    stiffness = 2.0 * 1e9 / (1.0 - 0.3**2) * 1e-7
+    assert last(near, "normal_stiffness") == pytest.approx(stiffness, rel=1e-8)
+    expected = lost.normal_force + (last(near, "indentation") - lost.indentation) * stiffness
+    # the root in the stretch behind the corner ends with rounding of the depth
+    assert last(near, "normal_force") == pytest.approx(expected, rel=2e-14 + 1e-5 * short)
+
+
+def test_adhesive_claims_carry_the_errors_of_the_map():
+    told = mdr.Function(lambda r: np.sqrt(1e-12 + r * r) - 1e-6)
+    path = mdr.indent("1 um", steps=3) >> mdr.load(0.0)
+    result = mdr.solve(mdr.Contact(told, mdr.Elastic("1 MPa", 0.5), adhesion=mdr.JKR("5 mJ/m^2")), path)
+    error = result.claims["normal_force"].error
+    assert np.all((error[:3] > 0.0) & (error[:3] < 1e-9))
+    assert error[3] == 0.0
+    assert result.claims["indentation"].error[:3].tolist() == [0.0, 0.0, 0.0]
+    assert "no other contact was found" in result.claims["normal_force"].reason

@@ -74,7 +74,7 @@ def certify_stretched_disk(
         return Certificate(disk, "")
     i = int(np.flatnonzero(~disk)[-1])
     worst = float(contact_radius[i])
-    touch = least_gap(landscape, worst, -_opening(worst, line.modulus, law.work), worst, loose=False)
+    touch = least_gap(landscape, worst, -_opening(worst, line.modulus, law.work), loose=False)
     return Certificate(
         disk,
         f"at d = {metres(float(indentation[i]))} the surfaces touch again outside a disk of radius {metres(worst)}, at "
@@ -93,7 +93,7 @@ def _margin(landscape: Landscape, modulus: float, work: float, a: float) -> floa
     beyond = landscape.radii[landscape.radii > a]
     if beyond.size == 0 or float(np.min(landscape.equivalent.g(beyond))) >= min(d, g):
         return 1.0
-    return least_gap(landscape, a, d - g, a, loose=False).value + TOLERANCE
+    return least_gap(landscape, a, d - g, loose=False).value + TOLERANCE
 
 
 def _negative(

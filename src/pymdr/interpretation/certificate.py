@@ -9,6 +9,7 @@ import numpy as np
 
 from pymdr.interpretation.disks import (
     RING,
+    TOLERANCE,
     Landscape,
     disk_depths,
     gap_ratios,
@@ -25,7 +26,8 @@ from pymdr.units import FloatArray, metres, written
 _RINGS = 48
 """Most radii at which the ring beside a kink is computed; it shrinks as the contact grows."""
 _NOISES = 3.0
-_ROUNDING = 1e-13
+"""How many noises either end of a fall may be off."""
+_SLOPES = 1.7
 
 
 @dataclass(frozen=True)
@@ -106,6 +108,23 @@ def certify_history(line: ElasticLine, deepest: float) -> Certificate:
     if left:
         at = np.array([0.5 * (left[0][0] + left[0][1])])
         return Certificate(np.zeros(1, dtype=bool), _why_not(found.landscape, states_at_depth(line, at)))
+    # where g falls the contact steps over a ring, of which a sum of disks has no part
+    steps = [
+        fall
+        for fall, g in zip(
+            found.landscape.falls,
+            line.equivalent.g(np.array([fall.stop for fall in found.landscape.falls])),
+            strict=True,
+        )
+        if fall.size > TOLERANCE * abs(g) and g < deepest
+    ]
+    if steps:
+        kink = ", a concave kink of the profile" if steps[0].start in found.landscape.dents else ""
+        return Certificate(
+            np.zeros(1, dtype=bool),
+            f"at about d = {metres(float(line.equivalent.g(np.array([steps[0].start]))[0]))} the contact steps over a "
+            f"ring at r = {metres(steps[0].start)}{kink}",
+        )
     missing = holes(found.strict, deepest)
     if not missing:
         return Certificate(np.ones(1, dtype=bool), "")
@@ -159,6 +178,7 @@ def noise_words(profile: Profile, equivalent: EquivalentProfile, deepest: float)
     if not sampled or landscape is None:
         return ""
     noise = math.sqrt(sum(part.noise**2 for part in sampled))
+    spacing = min(float(np.median(np.diff(part.radius))) for part in sampled)
     falls = [fall for fall in landscape.falls if fall.size > 0.0]
     if not falls:
         return ""
@@ -167,10 +187,12 @@ def noise_words(profile: Profile, equivalent: EquivalentProfile, deepest: float)
         f"; the equivalent profile falls by {metres(worst.size)} between r = {metres(worst.start)} and "
         f"{metres(worst.stop)}"
     )
-    if worst.size > _NOISES * noise:
+    # slopes of a curve through noise err by 1.7 noises in a spacing h, which makes errors of sqrt(2 x/h) slopes of g
+    errors = _SLOPES * noise * max(math.sqrt(2.0 * worst.stop / spacing), 1.0)
+    if worst.size > 2.0 * _NOISES * errors:
         return f"{where}, more than the noise of the samples, {metres(noise)}, explains"
     return (
-        f"{where}, which is within {_NOISES:.0f} times the noise of the samples, {metres(noise)}: smooth them with "
+        f"{where}, which the noise of the samples, {metres(noise)}, explains: smooth them with "
         "Sampled(..., interpolation=SmoothingSpline())"
     )
 
@@ -190,7 +212,7 @@ def _why_not(landscape: Landscape, state: DiskStates) -> str:
     where = f"at d = {metres(d)}"
     if a > 0.0:
         with np.errstate(divide="ignore", invalid="ignore"):
-            tension = least_pressure(landscape, a, excess, a, loose=True)
+            tension = least_pressure(landscape, a, excess, loose=True)
         if tension.value < -landscape.tolerance:
             beside = [b for b in landscape.dents if abs(tension.radius - b) <= 2.0 * RING * a]
             kink = f", beside the concave kink at {metres(beside[0])}" if beside else ""
@@ -199,7 +221,7 @@ def _why_not(landscape: Landscape, state: DiskStates) -> str:
                 "so the contact is not a disk"
             )
     if a < min(landscape.top, landscape.equivalent.edge):
-        touch = least_gap(landscape, a, excess, a, loose=True)
+        touch = least_gap(landscape, a, excess, loose=True)
         return (
             f"{where} the surfaces touch again outside a disk of radius {metres(a)}, at r = {metres(touch.radius)}, "
             "so the contact is not a disk"

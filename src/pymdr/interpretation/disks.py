@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from itertools import pairwise
 
@@ -37,6 +37,10 @@ _INWARD = 2.0**-12
 _REFINED = 16
 """Most local minima that are refined at once."""
 _STEPS = 60
+_SAMPLES = 9
+"""Disks of a stretch that are compared with those of others."""
+_MOST = 384
+"""Most radii at which a single disk is looked at."""
 
 
 @dataclass(frozen=True)
@@ -127,19 +131,18 @@ def disk_depths(equivalent: EquivalentProfile, deepest: float) -> DiskDepths:
     landscape = landscape_of(equivalent, top)
     if landscape is None:
         return DiskDepths(whole, whole, None)
+    stretches = _stretches(landscape, deepest)
     found = []
     for loose in (False, True) if landscape.dents else (False,):
         intervals = [(-math.inf, _first_touch(landscape))]
-        stretches = _rising(landscape, deepest)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            for low, high in stretches:
-                radii = _disks_between(landscape, low, high, loose)
-                if radii is not None:
-                    ends = equivalent.g(np.array(radii))
-                    last = math.inf if high == top < equivalent.edge else float(ends[1])
-                    intervals.append((float(ends[0]) if radii[0] > 0.0 else 0.0, last))
-            if top >= equivalent.edge and (loose or not any(b < top for b in landscape.dents)):
-                intervals.append((_least_depth_at_edge(landscape, loose), math.inf))
+        for each in stretches:
+            radii = _disks_on(landscape, each, loose)
+            if radii is not None:
+                ends = equivalent.g(np.array(radii))
+                last = math.inf if each.high == top < equivalent.edge else float(ends[1])
+                intervals.append((float(ends[0]) if radii[0] > 0.0 else 0.0, last))
+        if top >= equivalent.edge and (loose or not any(b < top for b in landscape.dents)):
+            intervals.append((_least_depth_at_edge(landscape, loose), math.inf))
         found.append(_joined(intervals))
     return DiskDepths(found[0], found[-1], landscape)
 
@@ -202,90 +205,195 @@ def _candidates(equivalent: EquivalentProfile, falls: Sequence[Fall], top: float
     return np.asarray(radii[np.append(True, np.diff(radii) > 1e-12 * radii[1:])])
 
 
+@dataclass(frozen=True)
+class _Stretch:
+    """A stretch on which g rises, whose disks may carry most."""
+
+    low: float
+    high: float
+    pressure: FloatArray
+    """The pressure integral of the disk of radius `low` at the candidate radii below it."""
+    gap: FloatArray
+    """The gap integral outside the disk of radius `high` at the candidate radii beyond it."""
+
+
+def _stretches(landscape: Landscape, deepest: float) -> list[_Stretch]:
+    """The stretches that may hold disks; of many radii, some rule most stretches out before all are looked at."""
+    ends = [
+        each
+        for each in _carrying(landscape, _rising(landscape, deepest))
+        if not _near_fault(landscape, *each)
+    ]
+    if landscape.radii.size > 2 * _MOST and len(ends) > 1:
+        some = landscape.radii[:: math.ceil(landscape.radii.size / _MOST)]
+        coarse = replace(landscape, radii=some)
+        left = [
+            each for each in _with_integrals(coarse, ends) if _disks_on(coarse, each, loose=True) is not None
+        ]
+        ends = [(each.low, each.high) for each in left]
+    return _with_integrals(landscape, ends)
+
+
+def _with_integrals(landscape: Landscape, ends: Sequence[tuple[float, float]]) -> list[_Stretch]:
+    """Stretches with the integrals of the disks at their ends; along them only what lies between is added."""
+    equivalent, radii = landscape.equivalent, landscape.radii
+    pressures: list[FloatArray] = []
+    before = 0.0
+    p = np.empty(0)
+    for low, _ in ends:
+        known = radii[: p.size]
+        fresh = radii[(radii < low) & (np.arange(radii.size) >= p.size)]
+        if low > 0.0:
+            grown = p + equivalent.pressure_between(known, before, low) if known.size else p
+            p = np.concatenate([grown, equivalent.pressure_integral(fresh, low)])
+        pressures.append(p)
+        before = low
+    gaps: list[FloatArray] = []
+    h = np.empty(0)
+    for _, high in ends[::-1]:
+        known = radii[radii.size - h.size :]
+        fresh = radii[(radii > high) & (np.arange(radii.size) < radii.size - h.size)]
+        h = np.concatenate(
+            [equivalent.gap_integral(fresh, high), h + equivalent.gap_between(known, high, before)]
+            if h.size
+            else [equivalent.gap_integral(fresh, high)]
+        )
+        gaps.append(h)
+        before = high
+    return [_Stretch(*each, p, h) for each, p, h in zip(ends, pressures, gaps[::-1], strict=True)]
+
+
 def _rising(landscape: Landscape, deepest: float) -> list[tuple[float, float]]:
     """The stretches on which g rises, as far as they belong to depths that are asked for."""
     if deepest <= 0.0:
         return []
     falls = landscape.falls
-    starts = [0.0, *(fall.stop for fall in falls)]
-    stops = [*(fall.start for fall in falls), landscape.top]
+    starts = np.array([0.0, *(fall.stop for fall in falls)])
+    stops = np.array([*(fall.start for fall in falls), landscape.top])
     g = landscape.equivalent.g
     found = []
-    for low, high in zip(starts, stops, strict=True):
-        if not high > low:
-            continue
-        bottom, end = g(np.array([low, high])).tolist()
-        if bottom >= deepest or end <= 0.0:
+    for low, high, bottom, end in zip(starts.tolist(), stops.tolist(), g(starts), g(stops), strict=True):
+        if not high > low or bottom >= deepest or end <= 0.0:
             continue
         if end > deepest:
             high = float(rising_root(g, deepest, low, high))
         if bottom < 0.0:
-            low = max(low, float(rising_root(g, 0.0, low, high)))
+            low = float(rising_root(g, 0.0, low, high))
         found.append((low, high))
     return found
 
 
-def _disks_between(landscape: Landscape, low: float, high: float, loose: bool) -> tuple[float, float] | None:
-    """The least and largest radius of the disks of a stretch on which g rises."""
-    if not loose and any(b <= low for b in landscape.dents):
-        return None
-    if _near_fault(landscape, low, high, loose):
-        return None
-    last = _last_without_touch(landscape, low, high, loose)
-    if last is None:
-        return None
-    first = _first_without_tension(landscape, low, last, loose)
-    return None if first is None else (first, last)
+def _carrying(landscape: Landscape, ends: list[tuple[float, float]]) -> list[tuple[float, float]]:
+    """
+    Those stretches on which some disk may carry most of all disks of its depth.
+
+    Such disks are where int_0^a g touches its lower convex hull; between samples it rises above its tangent by no more
+    than dg h / 8.
+    """
+    if len(ends) < 3:
+        return ends
+    share = (np.arange(_SAMPLES) + 0.5) / _SAMPLES
+    low, high = np.array(ends).T
+    a = low[:, None] + (high - low)[:, None] * share
+    g, m = landscape.equivalent.g(a), landscape.equivalent.integral(a)
+    x, y = np.append(0.0, a.ravel()), np.append(0.0, m.ravel())
+    hull: list[int] = []
+    for i in range(x.size):
+        while len(hull) > 1 and (y[hull[-1]] - y[hull[-2]]) * (x[i] - x[hull[-2]]) >= (y[i] - y[hull[-2]]) * (
+            x[hull[-1]] - x[hull[-2]]
+        ):
+            hull.pop()
+        hull.append(i)
+    above = m - np.interp(a, x[hull], y[hull])
+    allowed = 0.25 * np.max(np.diff(g, axis=1), axis=1) * (high - low) / _SAMPLES
+    allowed += 1e-14 * np.max(np.abs(m), axis=1)
+    return [each for each, viable in zip(ends, above.min(axis=1) <= allowed, strict=True) if viable]
 
 
-def _near_fault(landscape: Landscape, low: float, high: float, loose: bool) -> bool:
+def _near_fault(landscape: Landscape, low: float, high: float) -> bool:
     """Whether a few radii in the next falls already rule a stretch out."""
     before = np.array(
         [f.start + s * (f.stop - f.start) for f in landscape.falls if f.stop <= low for s in (0.0, 0.5)]
-    )
-    if before.size:
-        r = _without_windows(landscape, before[-8:], high, loose)
-        if r.size and pressure_ratios(landscape, high, 0.0, r).min() < -landscape.tolerance:
-            return True
+    )[-8:]
+    before = _without_windows(landscape, before, high, loose=True)
+    if before.size and pressure_ratios(landscape, high, 0.0, before).min() < -landscape.tolerance:
+        return True
     beyond = np.array([f.stop for f in landscape.falls if f.start >= high])[:4]
-    r = _without_windows(landscape, beyond, low, loose)
-    return low > 0.0 and bool(r.size) and bool(gap_ratios(landscape, low, 0.0, r).min() < -TOLERANCE)
+    beyond = _without_windows(landscape, beyond, low, loose=True)
+    return (
+        low > 0.0 and bool(beyond.size) and bool(gap_ratios(landscape, low, 0.0, beyond).min() < -TOLERANCE)
+    )
 
 
-def _first_without_tension(landscape: Landscape, low: float, high: float, loose: bool) -> float | None:
-    if low == 0.0 or least_pressure(landscape, high, 0.0, low, loose).value < -landscape.tolerance:
-        return None if low > 0.0 else 0.0
+def _disks_on(landscape: Landscape, stretch: _Stretch, loose: bool) -> tuple[float, float] | None:
+    """The least and largest radius of the disks of a stretch on which g rises."""
+    if not loose and any(b <= stretch.low for b in landscape.dents):
+        return None
+    last = _last_without_touch(landscape, stretch, loose)
+    if last is None:
+        return None
+    first = _first_without_tension(landscape, stretch, last, loose)
+    return None if first is None else (first, last)
+
+
+def _first_without_tension(landscape: Landscape, stretch: _Stretch, high: float, loose: bool) -> float | None:
+    low, equivalent = stretch.low, landscape.equivalent
+    if low == 0.0:
+        return 0.0
+    radii = landscape.radii[: stretch.pressure.size]
+
+    def least(a: float) -> Extreme:
+        p = stretch.pressure + (equivalent.pressure_between(radii, low, a) if a > low else 0.0)
+        p = p / _mean(landscape, a, 0.0, p)
+        r, p = _with_window_ends(
+            landscape, radii, p, a, loose, lambda at: pressure_ratios(landscape, a, 0.0, at)
+        )
+        return _least(r, lambda at: pressure_ratios(landscape, a, 0.0, at), _segments(landscape, r), p)
+
+    if least(high).value < -landscape.tolerance:
+        return None
     return _approached(
         low,
         high,
-        lambda a: least_pressure(landscape, a, 0.0, low, loose),
-        lambda a, r: float(pressure_ratios(landscape, a, 0.0, np.array([r]))[0]),
+        least,
+        lambda a, r: float(pressure_ratios(landscape, a, 0.0, _beside_window(landscape, r, a, loose))[0]),
         landscape.tolerance,
     )
 
 
-def _last_without_touch(landscape: Landscape, low: float, high: float, loose: bool) -> float | None:
-    if high >= landscape.top:
+def _last_without_touch(landscape: Landscape, stretch: _Stretch, loose: bool) -> float | None:
+    low, high, equivalent = stretch.low, stretch.high, landscape.equivalent
+    if high >= landscape.top or stretch.gap.size == 0:
         return high
-    beyond = landscape.radii[landscape.radii > high]
-    lowest = float(np.min(landscape.equivalent.g(beyond), initial=math.inf))
-    bottom, end = landscape.equivalent.g(np.array([low, high])).tolist()
+    radii = landscape.radii[landscape.radii.size - stretch.gap.size :]
+    g = equivalent.g(radii)
+    lowest = float(np.min(g))
+    bottom, end = equivalent.g(np.array([low, high])).tolist()
     if lowest >= end:
         return high
-    if low > 0.0 and least_gap(landscape, low, 0.0, high, loose).value < -TOLERANCE:
-        return None
-    if lowest > bottom and low == 0.0:
-        # nothing is below g(a) outside, so no gap is negative
-        low = 0.5 * float(rising_root(landscape.equivalent.g, lowest, low, high))
-    elif low == 0.0:
-        low = 1e-9 * high
-        if least_gap(landscape, low, 0.0, high, loose).value < -TOLERANCE:
+    near = high + (float(radii[0]) - high) * 4.0 ** -np.arange(12.0, 0.0, -1.0)
+
+    def least(a: float) -> Extreme:
+        h = stretch.gap + (equivalent.gap_between(radii, a, high) if a < high else 0.0)
+        h = 2.0 / math.pi * h / _depths(landscape, a, 0.0, g)
+        r = np.concatenate([near, radii])
+        h = np.concatenate([gap_ratios(landscape, a, 0.0, near), h])
+        r, h = _with_window_ends(landscape, r, h, a, loose, lambda at: gap_ratios(landscape, a, 0.0, at))
+        return _least(r, lambda at: gap_ratios(landscape, a, 0.0, at), _segments(landscape, r), h)
+
+    if lowest > bottom:
+        # nothing outside is below g(a), so no gap is negative
+        good = float(rising_root(equivalent.g, lowest, low, high))
+        good = 0.5 * (good + low) if low > 0.0 else 0.5 * good
+    else:
+        good = low if low > 0.0 else 1e-9 * high
+        if least(good).value < -TOLERANCE:
             return None
     return _approached(
         high,
-        low,
-        lambda a: least_gap(landscape, a, 0.0, high, loose),
-        lambda a, r: float(gap_ratios(landscape, a, 0.0, np.array([r]))[0]),
+        good,
+        least,
+        lambda a, r: float(gap_ratios(landscape, a, 0.0, _beside_window(landscape, r, a, loose))[0]),
         TOLERANCE,
     )
 
@@ -320,12 +428,15 @@ def _approached(
 
 def _first_touch(landscape: Landscape) -> float:
     """The depth at which the first point touches, min f, at most 0."""
+    g = landscape.equivalent.g(landscape.radii)
+    if g.min() >= 0.0:
+        return 0.0
     least = _least(
         landscape.radii,
         lambda r: 2.0 / math.pi * landscape.equivalent.gap_integral(r, 0.0),
         np.zeros(landscape.radii.size, dtype=int),
     )
-    size = float(np.max(np.abs(landscape.equivalent.g(landscape.radii)), initial=0.0))
+    size = float(np.max(np.abs(g)))
     return least.value * (1.0 - TOLERANCE) if least.value < -TOLERANCE * 1e-3 * size else 0.0
 
 
@@ -345,38 +456,83 @@ def _least_depth_at_edge(landscape: Landscape, loose: bool) -> float:
 
 def pressure_ratios(landscape: Landscape, a: float, excess: float, r: FloatArray) -> FloatArray:
     """Pressures of a disk over its mean pressure."""
-    equivalent = landscape.equivalent
-    p = equivalent.pressure_integral(r, a)
+    p = landscape.equivalent.pressure_integral(r, a)
     if excess > 0.0:
         p = p + excess / np.sqrt((a - r) * (a + r))
-    moment = float(equivalent.moment(np.array([a]))[0]) + a * excess
-    finite = p[np.isfinite(p)]
-    return np.asarray(p / max(2.0 * moment / (a * a), 1e-13 * float(np.max(np.abs(finite), initial=1e-300))))
+    return np.asarray(p / _mean(landscape, a, excess, p))
+
+
+def _mean(landscape: Landscape, a: float, excess: float, p: FloatArray) -> float:
+    """The mean of a pressure integral over a disk, or rounding of its values where that is more."""
+    moment = float(landscape.equivalent.moment(np.array([a]))[0]) + a * excess
+    size = float(np.max(np.abs(p), initial=1e-300, where=np.isfinite(p)))
+    return max(2.0 * moment / (a * a), 1e-13 * size)
 
 
 def gap_ratios(landscape: Landscape, a: float, excess: float, r: FloatArray) -> FloatArray:
     """Gaps outside a disk over its indentation, or over rounding of g where that is more."""
-    equivalent = landscape.equivalent
-    h = equivalent.gap_integral(r, a)
+    h = landscape.equivalent.gap_integral(r, a)
     if excess != 0.0:
         h = h - excess * np.arctan2(np.sqrt((r - a) * (r + a)), a)
-    d = abs(float(equivalent.g(np.array([a]))[0]) + excess) if a > 0.0 else 0.0
-    return np.asarray(2.0 / math.pi * h / np.maximum(d + 1e-3 * np.abs(equivalent.g(r)), 1e-300))
+    return np.asarray(2.0 / math.pi * h / _depths(landscape, a, excess, landscape.equivalent.g(r)))
 
 
-def least_pressure(landscape: Landscape, a: float, excess: float, upto: float, loose: bool) -> Extreme:
-    """The least pressure of a disk between its centre and a radius up to which g is not known to rise."""
-    r = _without_windows(landscape, landscape.radii[landscape.radii < min(upto, a)], a, loose)
+def _depths(landscape: Landscape, a: float, excess: float, g: FloatArray) -> FloatArray:
+    d = abs(float(landscape.equivalent.g(np.array([a]))[0]) + excess) if a > 0.0 else 0.0
+    return np.maximum(d + 1e-3 * np.abs(g), 1e-300)
+
+
+def least_pressure(landscape: Landscape, a: float, excess: float, loose: bool) -> Extreme:
+    """The least pressure of a disk."""
+    r = _without_windows(landscape, _thinned(landscape, landscape.radii[landscape.radii < a]), a, loose)
     return _least(r, lambda at: pressure_ratios(landscape, a, excess, at), _segments(landscape, r))
 
 
-def least_gap(landscape: Landscape, a: float, excess: float, beyond: float, loose: bool) -> Extreme:
-    """The least gap outside a disk, from a radius on up to which g is known to rise."""
-    start = max(beyond, a)
-    width = max(landscape.top - start, 0.0)
-    r = np.concatenate([start + width * 4.0 ** -np.arange(24.0, 3.0, -1.0), landscape.radii])
-    r = _without_windows(landscape, np.unique(r[r > start]), a, loose)
+def least_gap(landscape: Landscape, a: float, excess: float, loose: bool) -> Extreme:
+    """The least gap outside a disk."""
+    width = max(landscape.top - a, 0.0)
+    near = a + width * 4.0 ** -np.arange(24.0, 3.0, -1.0)
+    r = np.unique(np.concatenate([near, _thinned(landscape, landscape.radii[landscape.radii > a])]))
+    r = _without_windows(landscape, r[r > a], a, loose)
     return _least(r, lambda at: gap_ratios(landscape, a, excess, at), _segments(landscape, r))
+
+
+def _thinned(landscape: Landscape, r: FloatArray) -> FloatArray:
+    """At most some hundreds of radii, those in the falls among them."""
+    if r.size <= _MOST:
+        return r
+    middles = np.array([0.5 * (fall.start + fall.stop) for fall in landscape.falls])
+    middles = middles[(middles > r[0]) & (middles < r[-1])]
+    return np.unique(np.concatenate([r[:: math.ceil(r.size / _MOST)], middles]))
+
+
+def _beside_window(landscape: Landscape, r: float, a: float, loose: bool) -> FloatArray:
+    """A radius moved to the end of the window that it is in."""
+    half = 0.5 * RING * a
+    for b in landscape.dents if loose else ():
+        if abs(r - b) < half:
+            r = b + math.copysign(half, r - b)
+    return np.array([r])
+
+
+def _with_window_ends(
+    landscape: Landscape,
+    r: FloatArray,
+    values: FloatArray,
+    a: float,
+    loose: bool,
+    function: Callable[[FloatArray], FloatArray],
+) -> tuple[FloatArray, FloatArray]:
+    """Radii and values outside the windows beside concave kinks, with those at the ends of the windows."""
+    if not loose or r.size == 0:
+        return r, values
+    kept = _without_windows(landscape, r, a, loose)
+    old = np.isin(kept, r)
+    answer = np.empty(kept.shape)
+    answer[old] = values[np.isin(r, kept)]
+    if not old.all():
+        answer[~old] = function(kept[~old])
+    return kept, answer
 
 
 def _without_windows(landscape: Landscape, r: FloatArray, a: float, loose: bool) -> FloatArray:
@@ -396,20 +552,27 @@ def _segments(landscape: Landscape, r: FloatArray) -> np.ndarray:
     return np.searchsorted(np.array(landscape.dents), r)
 
 
-def _least(r: FloatArray, function: Callable[[FloatArray], FloatArray], segment: np.ndarray) -> Extreme:
-    """The least value over radii, refined between neighbours."""
+def _least(
+    r: FloatArray,
+    function: Callable[[FloatArray], FloatArray],
+    segment: np.ndarray,
+    values: FloatArray | None = None,
+) -> Extreme:
+    """The least value over radii, refined between neighbours where a parabola may get below 0 or the least."""
     from scipy.optimize import elementwise
 
     if r.size == 0:
         return Extreme(math.nan, math.inf)
-    values = function(r)
+    values = function(r) if values is None else values
     at = int(np.argmin(values))
     best = Extreme(float(r[at]), float(values[at]))
-    inner = np.arange(1, r.size - 1)
-    low = (values[inner] <= values[inner - 1]) & (values[inner] <= values[inner + 1])
-    low &= (values[inner] < values[inner - 1]) | (values[inner] < values[inner + 1])
-    low &= (segment[inner - 1] == segment[inner + 1]) & np.isfinite(values[inner - 1] + values[inner + 1])
-    chosen = inner[low]
+    i = np.arange(1, r.size - 1)
+    left, here, right = values[i - 1], values[i], values[i + 1]
+    low = (here <= left) & (here <= right) & ((here < left) | (here < right))
+    low &= (segment[i - 1] == segment[i + 1]) & np.isfinite(left + right)
+    # a parabola through three points is never lower than half of their span below the middle one, if they are smooth
+    low &= here - 0.5 * (np.maximum(left, right) - here) < max(min(best.value, 0.0), best.value) + 1e-300
+    chosen = i[low]
     chosen = chosen[np.argsort(values[chosen])][:_REFINED]
     if chosen.size == 0:
         return best

@@ -22,7 +22,7 @@ _NOISY = 1e3
 """Error of f' on a panel in roundings of f over its width, if it is nothing but rounding."""
 _MOST = 1024
 _SURE = 1e-10
-_FARTHEST = 1e12
+_UNDERFLOW = 1e-290
 
 
 class DerivedSource:
@@ -84,7 +84,7 @@ class DerivedSource:
             return np.zeros(panels.count)
         errors = np.array(self._error)[self._order]
         at = np.clip(np.searchsorted(self._starts, panels.start, side="right") - 1, 0, errors.size - 1)
-        found = np.maximum(
+        found: FloatArray = np.maximum(
             errors[at],
             errors[np.minimum(at + 1, errors.size - 1)]
             * (panels.stop > self._starts[np.minimum(at + 1, errors.size - 1)]),
@@ -94,7 +94,8 @@ class DerivedSource:
             return found
         inside = panels.stop <= law.radius * (1.0 + 1e-9)
         at_tip = law.error * np.abs(law.slope(np.minimum(panels.stop, law.radius)))
-        return np.asarray(np.where(inside, at_tip, found))
+        whole: FloatArray = np.where(inside, at_tip, found)
+        return whole
 
     def kinks(self, low: float, high: float) -> list[float]:
         """Kinks of f between two radii that were not named; panels end at them from then on."""
@@ -106,21 +107,28 @@ class DerivedSource:
         return found
 
     def foresee(self, top: float) -> None:
-        """Find the law of the tip on radii up to `top`, or farther out if f is nothing but rounding up to there."""
-        if self._asked and (self._law is None or self._law.error <= _SURE or top <= 4.0 * self._asked):
+        """Find the law of the tip where f cancels on radii far below `top`; it may need larger radii for that."""
+        if self._asked or not self._cancels(top):
             return
+        self._asked = top
         end = min([math.inf, *self.knots[:1], self.reach])
-        top = min(top, end)
-        while True:
-            self._asked = top
+        for most in (end, 1024.0 * top, 16.0 * top, top):
             try:
-                self._law = tip_law(self._f, top)
+                self._law = tip_law(self._f, min(most, end))
             except ProblemError:
-                if top >= end or top > _FARTHEST:
+                if most == top:
                     raise
-                top = min(16.0 * top, end)
                 continue
             break
+
+    def _cancels(self, top: float) -> bool:
+        """Whether 40 roundings of f are more than 1e-10 of its rise on some octaves below a radius."""
+        r = top * 2.0 ** -np.arange(0.0, 40.0, 4.0)
+        values = self._f(np.concatenate([r, 0.84 * r])).reshape(2, -1)
+        rise = np.abs(values[0] - values[1])
+        noise = rounding(self._f, r)
+        told = np.abs(values[0] - float(self._f(np.zeros(1))[0])) > _UNDERFLOW
+        return bool(np.any((40.0 * noise > _SURE * rise) & (told | (noise > _UNDERFLOW))))
 
     def rough(self, r: float) -> float:
         """About |f'| at a radius in m."""

@@ -206,6 +206,8 @@ def _near(
         i, p, lo, hi = _octaves(row[roots], panel[roots], low[roots], high[roots], at[roots], above)
         place = (base[i] - part.panels.base[p]) + offset[i]
         delta, gap, jacobian = _through_both(lo, hi, place, s, above)
+        # parts thinner than rounding have no weight
+        gap = np.where(gap > 0.0, gap, 1.0)
         value = _at(part, p, delta) * jacobian * w
         x, r = part.panels.base[p][:, None] + delta, (base + offset)[i][:, None]
         np.add.at(total, i, (value * kernel(gap, x, r)).sum(axis=1))

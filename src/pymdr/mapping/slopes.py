@@ -44,6 +44,8 @@ _SLIVER = 0.1
 MOST_KINKS = 32
 _TINY = 1e-290
 _MOST_PANELS = 20_000
+ABOVE_TAIL = 4.0
+"""Radii from which on the image of a slope does not feel how its tip was closed, in radii of the floor."""
 _SUDDEN = 1e-200
 _PURE = 1e-14
 """Largest misfit of a power that stands for the tip as far in as it is asked."""
@@ -127,13 +129,28 @@ class ResolvedSlope:
     def __post_init__(self) -> None:
         self.knots = sorted(self.source.knots)
 
+    def _is_felt_below(self, inner: float) -> bool:
+        """Whether something below the floor, which octaves step over, matters to results at a radius in m."""
+        assert self.slopes is not None
+        if self.floor < 2.0**-40 * inner or self.tail.slope == 0.0:
+            return False
+        r = search_points(2.0**-12 * self.floor, self.floor)
+        given = self.source.sample(np.zeros(r.size), r)[0]
+        law = self.tail.slope * (r / self.tail.radius) ** self.tail.power
+        panels = self.slopes.panels
+        scale = float(
+            np.max(self.slopes.size * np.minimum(panels.stop, inner), where=panels.start < inner, initial=0.0)
+        )
+        return bool(np.max(np.abs(given - law) * r) > 1e-15 * scale)
+
     def is_power_from(self, x: float) -> bool:
         """Whether the tip goes on as one power, to rounding, from a radius in m up to the first panel."""
         tail = self.tail
         if tail.slope == 0.0 or x >= self._power_from:
             return x >= self._power_from or bool(self.knots and x < self.knots[0])
         deep = max(min(x, self.floor) * 2.0**-8, 1e-290)
-        r = search_points(deep, min(self._power_from, self.floor))
+        # the image is a power up to there
+        r = search_points(deep, min(self._power_from, ABOVE_TAIL * self.floor))
         given = self.source.sample(np.zeros(r.size), r)[0]
         with np.errstate(under="ignore"):
             law = tail.slope * (r / tail.radius) ** tail.power
@@ -167,6 +184,9 @@ class ResolvedSlope:
         assert self.slopes is not None
         self.tail = _tail(self.slopes, floor)
         self._power_from = math.inf
+        if self._is_felt_below(inner):
+            self._begin(x, inner * 2.0**-12)
+            self.inner = inner
 
     def _extend(self, x: float) -> None:
         """Append panels up to `x`, or up to the first kink that nobody had named."""
@@ -424,8 +444,9 @@ def _first_power(offset: FloatArray, values: FloatArray) -> float:
     guess = float(local[0] - (local[1] - local[0]) * offset[0] / (offset[1] - offset[0]))
     if abs(guess) < 0.02 or np.ptp(local) > 0.5 * abs(guess):
         return 0.0
+    # whole and simple powers are meant as such, as far as the corrections to them let tell
     nearest = round(guess * 60.0) / 60.0
-    return nearest if abs(guess - nearest) < 2e-3 else guess
+    return nearest if abs(guess - nearest) < max(1e-9, 0.02 * float(np.ptp(local))) else guess
 
 
 def _divided(panels: Panels, family: np.ndarray) -> tuple[Panels, np.ndarray]:
@@ -495,7 +516,7 @@ def _with_jumps(made: Slopes, before: Slopes | None) -> Slopes:
 
 def _floor(source: SlopeSource, inner: float) -> float:
     """A radius below which only the local power of the tip matters to results at `inner`."""
-    octaves = np.arange(0.0, 60.0)
+    octaves = np.arange(0.0, 160.0)
     radii = inner * 2.0**-octaves
     radii = radii[radii > 1e-300]
     slope = source.sample(np.zeros(radii.size), radii)[0]
@@ -515,7 +536,7 @@ def _floor(source: SlopeSource, inner: float) -> float:
         steady = np.all(change[k : k + 3] < 0.5)
         if steady and weight[k] * np.max(change[k : k + 3]) < 1e-17:
             return _octave(radii[k])
-    return _octave(radii[max(min(deepest - 1, 48), 4)])
+    return _octave(radii[max(min(deepest - 1, 140), 4)])
 
 
 def _octave(radius: float) -> float:

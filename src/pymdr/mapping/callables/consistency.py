@@ -21,6 +21,7 @@ _NODES = 17
 _ROUNDINGS = 16.0
 _ROUNDS, _PERSISTS = 7, 3
 _NOISE_RADII = 64
+_FEW_LEVELS = 12
 _UNDERFLOW = 1e-290
 
 
@@ -66,11 +67,13 @@ def check_consistency(
     with np.errstate(all="ignore"):
         noise = _noise_of(f, low, high)
         start, end = _panels(low, high, breakpoints)
+        stairs = _stairs(f(np.geomspace(low, high, _NOISE_RADII)))
         streak = np.zeros(start.shape, dtype=int)
         for _ in range(_ROUNDS):
             rise, integral, sure, spread = _compared(f, derivative, noise, start, end, relative)
             apart = np.abs(rise - integral)
-            wrong = apart > sure + 16.0 * spread
+            # a callable that hardly leaves its offset on all these radii says nothing of its slope
+            wrong = (apart > sure + 16.0 * spread) & (apart > stairs)
             streak = np.where(wrong, streak + 1, 0)
             worst = int(np.argmax(streak * 1e300 + np.nan_to_num(apart / sure)))
             if streak[worst] >= _PERSISTS:
@@ -128,6 +131,12 @@ def _panels(low: float, high: float, breakpoints: Sequence[float]) -> tuple[Floa
         end = np.concatenate([end[~crossing], np.full(before.shape, b - margin), after])
     long = end - start > 1e-9 * end
     return start[long], end[long]
+
+
+def _stairs(values: FloatArray) -> float:
+    """Twice the largest of few levels that a callable takes; 0 if they are many."""
+    levels = np.unique(values[np.isfinite(values)])
+    return 2.0 * float(np.ptp(levels)) if levels.size < _FEW_LEVELS else 0.0
 
 
 def _parts(

@@ -122,6 +122,14 @@ class EquivalentProfile(ABC):
         """The integral int_r^a g'(x) / sqrt(x^2 - r^2) dx."""
         return abel.edge_average(self.slope, rounded(r), float(rounded(a)))
 
+    def pressure_between(self, r: FloatArray, low: float, high: float) -> FloatArray:
+        """The part of the pressure integral from x = low to high, for r up to low."""
+        return self.pressure_integral(r, high) - self.pressure_integral(r, low)
+
+    def gap_between(self, r: FloatArray, low: float, high: float) -> FloatArray:
+        """The part of the gap integral from x = low to high, for r from high on."""
+        return self.gap_integral(r, low) - self.gap_integral(r, high)
+
     def gap_integral(self, r: Position, a: Position) -> FloatArray:
         """The integral int_a^r g'(x) arccos(x / r) dx in m, for r beyond a."""
         low = float(rounded(a))

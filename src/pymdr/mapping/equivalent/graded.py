@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from pymdr.errors import ProblemError
 from pymdr.mapping import returning
-from pymdr.mapping.equivalent.base import EquivalentProfile
+from pymdr.mapping.equivalent.base import EquivalentProfile, rising_root
 from pymdr.mapping.images import Charges, Image, joined_images, map_panels, rooted_copy, with_slope
 from pymdr.mapping.series import (
     IndexArray,
@@ -26,7 +26,7 @@ from pymdr.mapping.series import (
     evaluate,
     joined,
 )
-from pymdr.mapping.slopes import ResolvedSlope, SlopeSource, anchored
+from pymdr.mapping.slopes import ABOVE_TAIL, ResolvedSlope, SlopeSource, anchored
 from pymdr.problem.profiles import Interpolated
 from pymdr.units import FloatArray, metres
 
@@ -35,8 +35,6 @@ _INWARD = 2.0**-8
 _FARTHEST = 1e30
 _SMALLEST = 1e-18
 """Radius in m from which a search for the size of a contact goes up, or down."""
-_ABOVE_TAIL = 4.0
-"""Radii from which on the panels do not feel how the tip below them was closed, in radii of its tail."""
 _ROUGH = 0.7
 _NEWTON = 60
 _SAVED = 2.0**-60
@@ -137,38 +135,31 @@ class GradedLine(EquivalentProfile):
 
     def _extend(self, x: float, inner: float) -> None:
         slope = self._resolved
-        fresh = self._image is None
         inward = inner < self._inner
-        if inward:
-            inner = inner * _INWARD if not fresh else inner
+        if inward and self._image is not None:
+            inner *= _INWARD
         slope.resolve_to(max(x, self.front), min(inner, self._inner))
         assert slope.slopes is not None
         self._charges = Charges(slope.slopes, slope.tail)
         begin = self._begin
-        if fresh or self._image is None:
-            squared = self._tail_squared(begin)
-            self._image = map_panels(self._charges, self._panels(begin, None, slope.front), squared)
-        else:
-            if inward and begin < float(self._image.panels.start[0]):
-                # panels below the radii that were asked before had seen another tip
-                kept = self._image.take(self._image.panels.start >= self._inner)
-                end = float(kept.panels.start[0]) if kept.panels.count else self.front
-                made = map_panels(self._charges, self._panels(begin, None, end), self._tail_squared(begin))
-                self._image = joined_images(made, kept) if kept.panels.count else made
+        if self._image is None or inward:
+            # sums from the tip outward begin anew
+            panels = self._panels(begin, None, slope.front)
+            self._image = map_panels(self._charges, panels, self._tail_squared(begin))
+        elif slope.front > self.front:
             last = self._image.panels
-            if slope.front > self.front:
-                place = (float(last.base[-1]), float(last.high[-1]))
-                outer = map_panels(
-                    self._charges, self._panels(self.front, place, slope.front), self._image.end_squared
-                )
-                self._image = joined_images(self._image, outer)
+            place = (float(last.base[-1]), float(last.high[-1]))
+            fresh = map_panels(
+                self._charges, self._panels(self.front, place, slope.front), self._image.end_squared
+            )
+            self._image = joined_images(self._image, fresh)
         self._inner = min(self._inner, inner)
 
     @property
     def _begin(self) -> float:
         """Where the first panel of the image begins; below it the image is a power."""
         slope = self._resolved
-        return min([_ABOVE_TAIL * slope.floor, *slope.knots[:1]])
+        return min([ABOVE_TAIL * slope.floor, *slope.knots[:1]])
 
     def _panels(self, start: float, place: tuple[float, float] | None, stop: float) -> Panels:
         """The first division of the line between two radii."""
@@ -331,6 +322,11 @@ class GradedLine(EquivalentProfile):
         first = int(np.searchsorted(image.panels.stop, low, side="right"))
         last = int(np.searchsorted(image.panels.start, high, side="left"))
         base, offset = self._roots(image, depth, "g", first, max(last, first + 1))
+        outside = ~((base + offset >= low) & (base + offset <= high))
+        if outside.any():
+            # the stretch ends inside a panel, whose ends do not bracket what is next to a turning point
+            bounds = np.full(int(outside.sum()), low), np.full(int(outside.sum()), high)
+            base[outside], offset[outside] = 0.0, rising_root(self.g, depth[outside], *bounds)
         return Place(base, offset)
 
     def _at_ends(self, image: Image, which: str) -> FloatArray:
@@ -561,6 +557,22 @@ class GradedLine(EquivalentProfile):
             answer[low] += returning.tail_over_root(n - 1.0, slope, top, x[low])
         return answer.reshape(shape)
 
+    def pressure_between(self, r: FloatArray, low: float, high: float) -> FloatArray:
+        """The part of the pressure integral from x = low to high, for r up to low."""
+        image = self.map_to(high, low)
+        if low < float(image.panels.start[0]):
+            return super().pressure_between(r, low, high)
+        part = returning.stretch(image.panels, image.slope, (0.0, low), (0.0, high))
+        return returning.over_root(part, np.zeros(r.shape), r)
+
+    def gap_between(self, r: FloatArray, low: float, high: float) -> FloatArray:
+        """The part of the gap integral from x = low to high, for r from high on."""
+        image = self.map_to(float(np.max(r, initial=high)), low)
+        if low < float(image.panels.start[0]):
+            return super().gap_between(r, low, high)
+        part = returning.stretch(image.panels, image.slope, (0.0, low), (0.0, high))
+        return returning.with_arccos(part, np.zeros(r.shape), r)
+
     def gap_integral(self, r: Position, a: Position) -> FloatArray:
         """The integral int_a^r g'(x) arccos(x / r) dx beyond a."""
         radius, edge = as_place(r), as_place(a)
@@ -664,7 +676,8 @@ def _newton(panels: Panels, series: Series, index: IndexArray, target: FloatArra
 def _turning_points(image: Image, top: float) -> tuple[float, ...]:
     """Sign changes of g', ignoring what its error leaves open."""
     panels = image.panels
-    fine = np.asarray((np.arange(96) + 0.5) / 96.0, dtype=float)
+    # falls behind a concave kink may be as thin as they like
+    fine: FloatArray = np.concatenate([4.0 ** -np.arange(20.0, 4.0, -1.0), (np.arange(96) + 0.5) / 96.0])
     offset = panels.offsets(fine)
     index = np.broadcast_to(np.arange(panels.count)[:, None], offset.shape)
     slope = evaluate(panels, image.slope, index.ravel(), offset.ravel())

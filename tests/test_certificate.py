@@ -1,0 +1,281 @@
+"""The certificate of the disk against pressures and gaps by brute force, and against boundary elements on rings."""
+
+import importlib.util
+import math
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import pymdr as mdr
+from pymdr.independent.rings import solve_indentation
+from pymdr.interpretation.certificate import certify_disk, certify_history, noise_words, valid_ranges
+from pymdr.interpretation.disks import disk_depths, holes
+from pymdr.line.foundation import ElasticLine, normal_force, states_at_depth
+from pymdr.mapping.equivalent import equivalent_profile
+from pymdr.mapping.series import Place
+
+UNIT = mdr.Elastic(1.0, 0.0)
+
+
+def loaded(name):
+    """A module of the references, which are no package."""
+    known = f"pymdr_certificate_{name}"
+    spec = importlib.util.spec_from_file_location(known, Path(__file__).parent / "reference" / f"{name}.py")
+    module = sys.modules[known] = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+quadrature, drawn = loaded("quadrature"), loaded("random_profiles")
+Power, Wave, Bump, TermCurve = drawn.Power, drawn.Wave, drawn.Bump, drawn.TermCurve
+
+
+def waves(rng, L):
+    k = 2 * math.pi * rng.uniform(0.5, 12.0) / L
+    R = L / 10 ** rng.uniform(-5, -0.5)
+    h = rng.uniform(2.5, 8.0) / (k * k * R)
+    f = lambda r: r * r / (2 * R) + 2 * h * np.sin(k * r / 2) ** 2  # noqa: E731
+    return mdr.Function(f, derivative=lambda r: r / R + h * k * np.sin(k * r)), (
+        Power(0.5 * L * L / R, 2.0, L),
+        Wave(h, k),
+    )
+
+
+def bumps(rng, L):
+    R = L / 10 ** rng.uniform(-5, -0.5)
+    m = L * rng.uniform(0.2, 0.8)
+    w = m * 10 ** rng.uniform(-2.0, -0.7)
+    h = rng.choice([-1.0, 1.0]) * rng.uniform(0.5, 6.0) * 2 * w * w / R
+    bell = lambda r: h * np.exp(-0.5 * ((r - m) / w) ** 2)  # noqa: E731
+    f = lambda r: r * r / (2 * R) + bell(r)  # noqa: E731
+    return mdr.Function(f, derivative=lambda r: r / R - (r - m) / w**2 * bell(r)), (
+        Power(0.5 * L * L / R, 2.0, L),
+        Bump(h, m, w),
+    )
+
+
+def plateaus(rng, L):
+    """A paraboloid, a plateau behind a concave kink, and a cone: the slope falls, then rises."""
+    R, b = L / 10 ** rng.uniform(-5, -0.5), L * rng.uniform(0.2, 0.6)
+    c = b * rng.uniform(1.2, 1.6)
+    down, up = rng.uniform(0.3, 1.0) * b / R, rng.uniform(0.5, 3.0) * b / R
+    f = lambda r: r * r / (2 * R) - down * np.maximum(r - b, 0) + up * np.maximum(r - c, 0)  # noqa: E731
+    slope = lambda r: r / R - np.where(r > b, down, 0.0) + np.where(r > c, up, 0.0)  # noqa: E731
+    return mdr.Function(f, [b, c], slope), (
+        Power(0.5 * L * L / R, 2.0, L),
+        Power(-down * L, 1.0, L, b),
+        Power(up * L, 1.0, L, c),
+    )
+
+
+def where(curve, x):
+    """A radius as a pair for quadrature.py."""
+    index, offset = quadrature.place(curve, np.longdouble(x))
+    return int(index), offset[()]
+
+
+def extremes(line, curve, d):
+    """Least pressure over the mean one and least gap over d of the best disk, read on a fine grid, by quadrature."""
+    state = states_at_depth(line, np.array([d]))
+    a = float(state.contact_radius[0])
+    top = line.equivalent.overlap_radius(d)
+    mean = 2 * float(line.equivalent.moment(np.array([a]))[0]) / a**2
+    r = a * (np.arange(1500) + 0.5) / 1500
+    p = line.equivalent.pressure_integral(r, a)
+    worst = [r[p.argmin()], *(r[p.argmin()] + a / 1500 * np.linspace(-1, 1, 9))]
+    at = where(curve, a)
+    pressures = [
+        float(quadrature.pressure_integral(curve, where(curve, x), at)[0])
+        for x in worst
+        if 0 < x < a * (1 - 1e-9)
+    ]
+    gaps = [math.inf]
+    if a < top:
+        r = a + (top - a) * ((np.arange(1500) + 0.5) / 1500) ** 2
+        h = line.equivalent.gap_integral(r, a)
+        near = float(np.interp(h.argmin() + 0.5, np.arange(1500), r))
+        gaps = [
+            float(quadrature.gap(curve, where(curve, x), at)[0])
+            for x in (r[h.argmin()], near)
+            if a < x < curve.edges[-1]
+        ]
+    return min(pressures) / mean, min(gaps, default=math.inf) / d
+
+
+@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("kind", [waves, bumps])
+def test_disks_are_disks_and_others_are_not(kind, seed):
+    rng = np.random.default_rng([seed, 11 if kind is waves else 12])
+    L = 10 ** rng.uniform(-9, 3)
+    profile, terms = kind(rng, L)
+    line = ElasticLine(equivalent_profile(profile), 1.0)
+    curve = TermCurve(terms, 4.0 * L)
+    deepest = float(np.max(line.equivalent.g(np.linspace(0.05, 1.0, 9) * L)))
+    found = disk_depths(line.equivalent, deepest)
+    ends = [x for pair in found.strict for x in pair if 0 < x < deepest]
+    depths = [*(deepest * rng.uniform(0.05, 1.0, 4)), *(x * s for x in ends for s in (0.999, 1.001))]
+    for d in depths:
+        certified = any(low <= d <= high for low, high in found.strict)
+        p, h = extremes(line, curve, d)
+        if certified:
+            assert p >= -1e-8
+            assert h >= -1e-8
+        else:
+            assert min(p, h) < -1e-9
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_concave_kinks_are_passed_over_only_where_their_ring_is_narrow(seed):
+    rng = np.random.default_rng([seed, 13])
+    L = 10 ** rng.uniform(-9, 3)
+    profile, _ = plateaus(rng, L)
+    line = ElasticLine(equivalent_profile(profile), 1.0)
+    equivalent = line.equivalent
+    b = equivalent.corners(L)[0][0]
+    deepest = float(equivalent.g(np.array([L]))[0])
+    depths = deepest * np.linspace(0.02, 1.0, 40)
+    states = states_at_depth(line, depths)
+    certificate = certify_disk(line, states)
+    strict = disk_depths(equivalent, deepest).strict
+    assert all(high <= float(equivalent.g(np.array([b]))[0]) * (1 + 1e-12) for _, high in strict)
+    for i, a in enumerate(states.contact_radius):
+        if a <= b * 1.001:
+            continue
+        half = 0.5e-3 * a
+        p = [float(equivalent.pressure_integral(np.array([b + s * half]), a)[0]) for s in (-1.0, 1.0)]
+        if min(p) < 0:
+            assert not certificate.disk[i]
+        if certificate.disk[i]:
+            assert certificate.remark
+            grid = np.linspace(1e-3 * b, a, 4001)[:-1]
+            grid = grid[np.abs(grid - b) > half]
+            assert equivalent.pressure_integral(grid, a).min() >= 0
+
+
+def test_the_ring_beside_a_kink_and_its_share_of_the_load():
+    profile = mdr.Paraboloid(1.0) + mdr.Function(
+        lambda r: -0.2 * np.maximum(r - 0.3, 0), [0.3], lambda r: np.where(r > 0.3, -0.2, 0.0)
+    )
+    result = mdr.solve(mdr.Contact(profile, UNIT), mdr.indent(0.6))
+    claim = result.claims["pressure"]
+    assert claim.level is mdr.Level.APPROXIMATE
+    assert "concave kink at r = 300 mm" in claim.reason
+    line = ElasticLine(equivalent_profile(profile), 1.0)
+    a = float(result["contact_radius"][0])
+    delta = np.geomspace(1e-14, 1e-3, 20001)
+    total, width = 0.0, 0.0
+    for side in (-1.0, 1.0):
+        p = line.equivalent.pressure_integral(Place(np.full(delta.size, 0.3), side * delta), a) / math.pi
+        tension = np.where(p < 0, -p * 2 * math.pi * (0.3 + side * delta), 0.0)
+        total += float(np.trapezoid(tension, delta))
+        width += float(delta[p < 0].max())
+    share = total / float(result["normal_force"][0])
+    assert float(claim.error[0]) == pytest.approx(share, rel=2e-3)
+    assert 0 < width < 1e-3 * a
+
+
+@pytest.mark.parametrize("A", [3.5, 6.0])
+def test_against_boundary_elements_on_rings(A):
+    k = 10.0
+    h = A / k**2
+    profile = mdr.Function(
+        lambda r: r * r / 2 + 2 * h * np.sin(k * r / 2) ** 2, derivative=lambda r: r + h * k * np.sin(k * r)
+    )
+    found = disk_depths(equivalent_profile(profile), 0.5)
+    left = holes(found.strict, 0.5)
+    assert left
+    low, high = left[0]
+    for d, is_disk in ((0.8 * low, True), (0.5 * (low + high), False), (min(1.05 * high, 0.5), True)):
+        zones = solve_indentation(profile.gap, d, 1.0, reach=3.0, n=200).zones
+        assert (len(zones) == 1 and zones[0][0] == 0.0) is is_disk
+
+
+def bump(height, radius=1.5e-4, width=5e-6, R=1e-2):
+    bell = lambda r: height * np.exp(-(((r - radius) / width) ** 2))  # noqa: E731
+    return mdr.Function(
+        lambda r: r * r / (2 * R) + bell(r),
+        derivative=lambda r: r / R - 2 * (r - radius) / width**2 * bell(r),
+    )
+
+
+@pytest.mark.parametrize("height", [3e-8, -3e-8])
+def test_a_ring_on_the_way_is_refused_under_friction(height):
+    steel = mdr.Elastic("210 GPa", 0.3)
+    contact = mdr.Contact(bump(height), steel, friction=mdr.Coulomb(0.3))
+    with pytest.raises(
+        mdr.ProblemError, match="friction needs a contact that is a disk at every depth up to 10 um"
+    ):
+        mdr.solve(contact, mdr.indent("10 um") >> mdr.shift("1 um"))
+    with pytest.raises(mdr.ProblemError, match="friction needs a contact that is a disk"):
+        mdr.friction_loop(contact, ["0.1 um"], indentation="10 um")
+    # without memory only the depth itself counts
+    result = mdr.solve(mdr.Contact(bump(height), steel), mdr.indent("10 um"))
+    assert result.claims["pressure"].level is mdr.Level.EXACT
+
+
+@pytest.mark.parametrize("L", [1e-9, 1.0, 1e3])
+def test_kinked_tips_are_disks(L):
+    profile = mdr.Function(
+        lambda r: r * r / (2 * L) + 0.1 * np.maximum(r - 0.3 * L, 0) + (r / L) ** 1.5 * L,
+        [0.3 * L],
+        lambda r: r / L + np.where(r > 0.3 * L, 0.1, 0.0) + 1.5 * np.sqrt(r / L),
+    )
+    line = ElasticLine(equivalent_profile(profile), 1.0)
+    assert certify_disk(line, states_at_depth(line, L * np.linspace(0.0, 2.0, 81))).disk.all()
+    assert certify_history(line, 2.0 * L).disk.all()
+
+
+def test_scales_make_no_difference():
+    ranges = []
+    for size in (1e-9, 1.0, 1e3):
+        profile = mdr.Function(
+            lambda r, s=size: s * ((r / s) ** 2 / 2 + 0.12 * np.sin(5 * r / s) ** 2),
+            derivative=lambda r, s=size: r / s + 0.6 * np.sin(10 * r / s),
+        )
+        line = ElasticLine(equivalent_profile(profile), 1.0)
+        ranges.append(np.array(valid_ranges(line, 0.5 * size)) / size**2)
+    assert ranges[0].shape[0] > 1
+    for other in ranges[1:]:
+        assert other == pytest.approx(ranges[0], rel=1e-9)
+
+
+def test_ranges_of_load_end_where_disks_end():
+    profile = bump(3e-8)
+    line = ElasticLine(equivalent_profile(profile), 1.0)
+    (_, end), (begin, _) = disk_depths(line.equivalent, 1e-5).strict
+    forces = normal_force(line, states_at_depth(line, np.array([end, begin])))
+    ranges = valid_ranges(line, 1e-5)
+    assert [ranges[0][1], ranges[1][0]] == pytest.approx(forces.tolist(), rel=1e-12)
+
+
+def test_noise_of_samples_is_named_with_its_remedy():
+    rng = np.random.default_rng(3)
+    r = np.linspace(0, 1e-6, 200)
+    samples = mdr.Sampled(r, r * r / 2e-6 + 2e-11 * rng.standard_normal(r.size))
+    line = equivalent_profile(samples)
+    words = noise_words(samples, line, 5e-8)
+    assert "SmoothingSpline()" in words
+    assert "falls by" in words
+    assert noise_words(bump(3e-8), equivalent_profile(bump(3e-8)), 1e-5) == ""
+    contact = mdr.Contact(samples, UNIT, friction=mdr.Coulomb(0.3))
+    with pytest.raises(mdr.ProblemError, match=r"SmoothingSpline\(\)"):
+        mdr.solve(contact, mdr.indent(5e-8) >> mdr.shift(1e-9))
+
+
+def test_adhesive_disks_between_the_steps():
+    profile = bump(-3e-8)
+    gel = mdr.Contact(profile, mdr.Elastic("210 GPa", 0.3), adhesion=mdr.JKR(work="50 mJ/m^2"))
+    claims = mdr.solve(gel, mdr.indent("4 um", steps=8)).claims["normal_force"]
+    assert claims.where.all()
+
+
+def test_an_assessment_has_the_claims_of_the_solution():
+    contact = mdr.Contact(bump(-3e-8), mdr.Elastic("210 GPa", 0.3))
+    path = mdr.indent("4 um", steps=8)
+    found, result = mdr.assess(contact, path), mdr.solve(contact, path)
+    assert found.claims.keys() == result.claims.keys()
+    for name, claim in result.claims.items():
+        assert (found.claims[name].level, found.claims[name].reason) == (claim.level, claim.reason)
+        assert found.claims[name].where.tolist() == claim.where.tolist()
