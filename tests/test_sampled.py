@@ -387,13 +387,21 @@ def test_noise_is_neither_a_kink_nor_an_offset():
 
 def test_nothing_is_extrapolated():
     contact = mdr.Contact(sampled(31), UNIT)
-    deepest = float(smooth_g(1.0))
-    with pytest.raises(
-        mdr.PathError, match=r"samples end at r = 1 m .* largest indentation that they allow is 1\.26"
-    ):
+    deepest = float(equivalent_profile(contact.profile).g(1.0))
+    words = (
+        r"the contact would pass r = 1 m, the last radius at which the profile is known \(it is not extrapolated\); "
+        r"the largest indentation that it allows is 1\.26667 m \(normal force 1\.76 N\): reduce the indentation"
+    )
+    with pytest.raises(mdr.PathError, match=r"indentation = 1\.279\d* m: " + words):
         mdr.solve(contact, mdr.indent(1.01 * deepest))
-    with pytest.raises(mdr.PathError, match="normal force"):
+    with pytest.raises(mdr.PathError, match=r"normal_force = 1 kN: " + words):
         mdr.solve(contact, mdr.load(1e3))
+    with pytest.raises(
+        mdr.PathError, match=r"normal_force = 1 GN: a sphere cannot be pressed in by its radius, 1 m"
+    ):
+        mdr.solve(mdr.Contact(mdr.Sphere(1.0), UNIT), mdr.load(1e9))
+    just = mdr.solve(contact, mdr.indent(deepest * (1.0 - 1e-9)))
+    assert float(just["contact_radius"][0]) == pytest.approx(1.0, rel=1e-8)
     assert np.isnan(sampled(31).gap([1.1])).all()
 
 

@@ -181,13 +181,17 @@ def test_callables_that_are_no_profile(profile, error, words):
         mdr.solve(mdr.Contact(profile, UNIT), mdr.indent(0.7, steps=2))
 
 
-def test_a_kink_that_is_not_named_is_refused():
+def test_a_kink_that_is_not_named_is_found():
     hidden = mdr.Function(derivative=lambda r: np.where(r > 0.3, 1.0, 0.1))
-    with pytest.raises(mdr.ConvergenceError, match="breakpoints"):
-        equivalent_profile(hidden).g(0.5)
     named = mdr.Function(derivative=hidden.derivative, breakpoints=[0.3])
-    exact = 0.5 * (np.pi / 2 * 0.1 + 0.9 * np.arccos(0.6))
-    assert float(equivalent_profile(named).g(0.5)) == pytest.approx(exact, rel=1e-13)
+    x = np.array([0.29, 0.3, 0.301, 0.5])
+    exact = x * (np.pi / 2 * 0.1 + 0.9 * np.arccos(np.minimum(0.3 / x, 1.0)))
+    for profile in (hidden, named):
+        line = equivalent_profile(profile)
+        assert line.g(x) == pytest.approx(exact, rel=1e-13)
+        assert line.breakpoints == pytest.approx([0.3], rel=1e-15)
+    with pytest.raises(mdr.PymdrError, match="breakpoint"):
+        equivalent_profile(mdr.Function(derivative=lambda r: 1.0 + np.sign(np.sin(1e4 * r)))).g(0.5)
 
 
 def test_a_function_that_ends_is_used_up_to_its_end():
@@ -357,7 +361,7 @@ def test_a_callable_is_saved_as_its_interpolant(tmp_path):
 def test_tables_and_citations():
     result = mdr.solve(BALL, mdr.load("50 N", steps=3))
     assert list(result.to_dataframe().index) == [0, 1, 2]
-    assert result.to_xarray() is result.data
+    assert result.to_xarray().identical(result.data)
     assert any("Sneddon" in reference for reference in result.cite())
     assert "50 N" in result.summary()
     assert "COMPLETED" in repr(result)

@@ -28,6 +28,8 @@ from pymdr.units import FloatArray
 TOLERANCE = 1e-10
 """Of the mean pressure and the indentation: what rounding can do to a certificate."""
 _LEAST_TRUSTED = 1e-6
+_ROUNDING = 1e-12
+"""Of the slope: a smaller jump is none."""
 RING = 1e-3
 """Of the contact radius: how wide a ring beside a concave kink may be that a disk passes over."""
 _INWARD = 2.0**-12
@@ -148,7 +150,7 @@ def disk_depths(equivalent: EquivalentProfile, deepest: float) -> DiskDepths:
 def landscape_of(equivalent: EquivalentProfile, top: float) -> Landscape | None:
     """What decides where contacts are disks up to a radius in m; None where g rises all the way."""
     turning = equivalent.turning_points(top)
-    dents = tuple(b for b, jump in equivalent.corners(top) if jump < 0.0)
+    dents = _dents(equivalent, top)
     if not turning and not dents:
         return None
     falls = _falls(equivalent, turning, dents, top)
@@ -156,6 +158,14 @@ def landscape_of(equivalent: EquivalentProfile, top: float) -> Landscape | None:
     error = equivalent.error(radii)[:, 1]
     tolerance = float(np.clip(4.0 * np.max(error, initial=0.0), TOLERANCE, _LEAST_TRUSTED))
     return Landscape(equivalent, top, falls, dents, radii, tolerance)
+
+
+def _dents(equivalent: EquivalentProfile, top: float) -> tuple[float, ...]:
+    """Radii of concave kinks, whose jump is more than what the error of the slope can do."""
+    corners = np.array(equivalent.corners(top)).reshape(-1, 2)
+    radii, jumps = corners[corners[:, 1] < 0.0].T
+    error = np.maximum(4.0 * equivalent.error(radii)[:, 1], _ROUNDING)
+    return tuple(radii[-jumps > error * np.abs(equivalent.slope(radii))].tolist())
 
 
 def _falls(

@@ -175,7 +175,8 @@ def _loaded(
         assert normal_force is not None
         force = to_si(normal_force, "N", name="normal_force")
         d = float(states_at_force(line, np.array([max(force, 0.0)])).indentation[0])
-    refuse_unreachable(line, contact.profile, states_at_depth(line, np.array([d])))
+    by_force = None if indentation is not None else force
+    refuse_unreachable(line, contact.profile, states_at_depth(line, np.array([d])), by_force)
     if d <= 0.0:
         given, unit = (normal_force, "N") if indentation is None else (indentation, "m")
         raise ProblemError(

@@ -105,7 +105,9 @@ def follow_normal(
         if leg_rows.by_force:
             refuse_tension(targets)
         states = _states(mapped.line, controls.normal, targets, machine_stiffness)
-        refuse_unreachable(mapped.line, contact.profile, states)
+        refuse_unreachable(
+            mapped.line, contact.profile, states, float(np.max(targets)) if leg_rows.by_force else None
+        )
         rows.append(states)
         forced.append(targets if leg_rows.by_force else np.full(targets.size, math.nan))
         here = _end(mapped.line, states, machine_stiffness)

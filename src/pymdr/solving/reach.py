@@ -49,21 +49,27 @@ def _notes(profile: Profile) -> tuple[str, ...]:
     return curves + offsets
 
 
-def refuse_unreachable(line: ElasticLine, profile: Profile, states: DiskStates) -> None:
-    """Refuse a sphere pressed in by its radius, and a contact that would pass the end of the profile."""
+def refuse_unreachable(
+    line: ElasticLine, profile: Profile, states: DiskStates, force: float | None = None
+) -> None:
+    """
+    Refuse a sphere pressed in by its radius, and a contact that would pass the end of the profile.
+
+    Messages name the largest indentation, or the force in N where one is prescribed.
+    """
     parts = [part for part in getattr(profile, "parts", (profile,)) if not isinstance(part, FlatPunch)]
     deepest = float(np.max(states.indentation))
+    asked = f"indentation = {metres(deepest)}" if force is None else f"normal_force = {newtons(force)}"
     equivalent = line.equivalent
     if profile.edge < equivalent.reach or (profile.edge == equivalent.reach and np.isfinite(deepest)):
         return
     if len(parts) == 1 and isinstance(parts[0], Sphere) and not deepest < parts[0].radius:
         raise PathError(
-            f"indentation = {metres(deepest)}: a sphere cannot be pressed in by its radius, {metres(parts[0].radius)}; "
+            f"{asked}: a sphere cannot be pressed in by its radius, {metres(parts[0].radius)}; "
             "reduce the indentation or the load"
         )
     if np.max(states.contact_radius) < equivalent.reach:
         return
-    asked = f"indentation = {metres(deepest)}" if np.isfinite(deepest) else "the load"
     largest = _largest_allowed(line)
     raise PathError(
         f"{asked}: the contact would pass r = {metres(equivalent.reach)}, the last radius at which the profile is known "
