@@ -108,6 +108,7 @@ class DerivedSource:
 
     def foresee(self, top: float) -> None:
         """Find the law of the tip where f cancels on radii far below `top`; it may need larger radii for that."""
+        self._refuse_jumps(top)
         if self._asked or not self._cancels(top):
             return
         self._asked = top
@@ -120,6 +121,20 @@ class DerivedSource:
                     raise
                 continue
             break
+
+    def _refuse_jumps(self, top: float) -> None:
+        """A step of f at a breakpoint up to `top` is no disk contact."""
+        for b in self.profile.breakpoints:
+            if b > top:
+                break
+            left, right = self._f(b * np.array([1.0 - 1e-12, 1.0 + 1e-12]))
+            around = self._f(b * np.array([0.5, 1.0, 1.2])) - float(self._f(np.zeros(1))[0])
+            size = float(np.max(np.abs(around[np.isfinite(around)]), initial=0.0))
+            if abs(right - left) > 1e-6 * size:
+                raise ProblemError(
+                    f"the profile jumps by {metres(right - left)} at r = {metres(b)}: a step is not a disk contact; use "
+                    "FlatPunch for a sharp edge"
+                )
 
     def _cancels(self, top: float) -> bool:
         """Whether 40 roundings of f are more than 1e-10 of its rise on some octaves below a radius."""

@@ -46,11 +46,12 @@ _WORK = 1_500_000
 _TOLERANCE = 4e-15
 _RATE_TOLERANCE = 1e-13
 _SETTLED = 1e-9
-_GENERATIONS = 40
+_GENERATIONS = 26
 _STEEP, _SPREAD = 8.0, 64.0
 _GRADED = 24
 _TESTED = 12
 _MANY = 2000
+_MOST_PENDING = 400
 _QUARTER = 2.0**0.25
 _SPREAD_AT = np.array([0.2, 0.6, 1.0])
 
@@ -489,6 +490,8 @@ def map_panels(charges: Charges, panels: Panels, squared_below: float) -> Image:
         fits = ((worst <= 1.0) | stalled) & fit.even
         fits |= (generation == _GENERATIONS) | (pending.begins & (generation >= _GRADED))
         fits |= pending.width <= 64.0 * np.finfo(float).eps * pending.low
+        # more panels than that are spent on noise only, whose size the errors tell
+        fits |= pending.count > _MOST_PENDING + 2 * panels.count
         done.append((pending.take(fits), fit.take(fits)))
         rest = np.flatnonzero(~fits)
         if rest.size == 0:

@@ -32,7 +32,7 @@ from pymdr.units import FloatArray, metres
 _RESOLVED = 4e-15
 _SEARCHED = 512
 """Points in a quarter of an octave at which the series are held against the slope: 2048 in an octave."""
-_GENERATIONS = 46
+_GENERATIONS = 36
 _KINK_GENERATION = 5
 _STEEP = 8.0
 """Ratio of the slopes at the ends of a panel from which its local power is divided out."""
@@ -44,6 +44,7 @@ _SLIVER = 0.1
 MOST_KINKS = 32
 _TINY = 1e-290
 _MOST_PANELS = 20_000
+_AT_END = 1.0 - 1e-15
 ABOVE_TAIL = 4.0
 """Radii from which on the image of a slope does not feel how its tip was closed, in radii of the floor."""
 _SUDDEN = 1e-200
@@ -165,7 +166,7 @@ class ResolvedSlope:
         self.source.foresee(x)
         if self.slopes is None or inner < self.inner:
             self._begin(x, inner)
-        while self.front < x:
+        while self.front < x * _AT_END:
             self._extend(x)
 
     # -- the two ends -----------------------------------------------------------------------------

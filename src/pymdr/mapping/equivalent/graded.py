@@ -32,7 +32,10 @@ from pymdr.units import FloatArray, metres
 
 _INWARD = 2.0**-8
 """How much farther inward the tip is mapped than it was asked for."""
-_FARTHEST = 1e30
+_FARTHEST = 1e15
+"""How far out, in radii of the first panels, a value is looked for."""
+_LEAP = 1e4
+"""Below a value by that much, radii are doubled."""
 _SMALLEST = 1e-18
 """Radius in m from which a search for the size of a contact goes up, or down."""
 _ROUGH = 0.7
@@ -340,9 +343,12 @@ class GradedLine(EquivalentProfile):
                 self.map_to(self._first_radius(target, which))
             image = self._image
             assert image is not None
+            first_front = self.front
             while float(np.max(self._at_ends(image, which))) < target:
-                if self.front >= self._end:
+                if self.front >= self._end * (1.0 - 1e-15):
                     break
+                if self.front > _LEAP * _LEAP * first_front:
+                    raise _never_rises(self.front)
                 image = self.map_to(self._next_radius(target, which))
             ends = self._at_ends(image, which)
             first = int(np.argmax(np.maximum.accumulate(ends) >= least))
@@ -387,7 +393,7 @@ class GradedLine(EquivalentProfile):
         if target is None:
             return 0.5 * self._end if math.isfinite(self._end) else 1.0
         scale = target if which == "g" else math.sqrt(target)
-        return self._climb(1e-6 * scale, lambda x, g, m: (g if which == "g" else m) > _ROUGH * target)
+        return self._climb(_SMALLEST * scale, lambda x, g, m: (g if which == "g" else m) > _ROUGH * target)
 
     def _next_radius(self, target: float, which: str) -> float:
         """A radius beyond the mapped ones that the value is not reached long before."""
@@ -422,7 +428,7 @@ class GradedLine(EquivalentProfile):
             return self.source.rough(x)
 
     def _up(self, radii: FloatArray, reached: _Reached) -> float:
-        """Go up by quarter octaves while an image of single slopes is not there yet."""
+        """Go up while an image of single slopes is not there yet: by quarter octaves where it may be soon."""
         known = [float(r) for r in radii]
         slopes = [self._rough_slope(r) for r in known]
         while True:
@@ -433,9 +439,12 @@ class GradedLine(EquivalentProfile):
                 g, m = x * float(parts.sum()), float((parts * r[:-1] * r[1:]).sum())
             if x >= self._end or reached(x, g, m):
                 return min(max(known[-2], float(radii[-1])), self._end)
-            if x > _FARTHEST:
+            if x > _FARTHEST**2 * known[0]:
                 raise _never_rises(x)
-            known.append(min(x * 2.0**0.25, self._end))
+            step = 2.0**0.25
+            if not reached(x, _LEAP * g, _LEAP**2 * m):
+                step = 2.0
+            known.append(min(x * step, self._end))
             slopes.append(self._rough_slope(known[-1]))
             if not math.isfinite(slopes[-1]):
                 return x
@@ -704,6 +713,6 @@ def _turning_points(image: Image, top: float) -> tuple[float, ...]:
 def _never_rises(low: float) -> ProblemError:
     return ProblemError(
         f"the profile never rises so far, as far as it is defined and resolved (up to {metres(low)}): a contact without "
-        " an edge has no end; add FlatPunch(radius) for a cylinder of that end shape, or state how far the "
+        "an edge has no end; add FlatPunch(radius) for a cylinder of that end shape, or state how far the "
         "profile goes with Function(..., reach=...)"
     )
