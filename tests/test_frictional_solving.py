@@ -1086,7 +1086,8 @@ TENSION = "cannot be below 0 N; unload to 0 N, or lift off"
 NO_DISK = "friction needs a contact that is a disk at every depth up to"
 RADIUS = "a sphere cannot be pressed in by its radius, 1 m"
 END = (
-    r"the samples end at r = 1\.2 m and are not extrapolated; the largest indentation that they allow is 1\.9"
+    r": the contact would pass r = 1\.2 m, the last radius at which the profile is known \(it is not extrapolated\); "
+    r"the largest indentation that it allows is 1\.9929 m \(normal force 3\.36\d* N\): reduce the indentation"
 )
 
 
@@ -1099,9 +1100,9 @@ END = (
         (RING, mdr.load(1e-3) >> mdr.shift(0.001), NO_DISK),
         (mdr.Sphere(1.0), mdr.indent(1.0), RADIUS),
         (mdr.Sphere(1.0), mdr.shift(0.1) >> mdr.indent(0.5, steps=2) >> mdr.indent(1.5), RADIUS),
-        (SAMPLED, mdr.indent(3.0) >> mdr.shift(0.1), END),
-        (SAMPLED, mdr.indent(0.1) >> mdr.shift(0.1) >> mdr.load(100.0), END),
-        (SAMPLED, mdr.indent(1.5) >> mdr.cycle(indentation=1.0), END),
+        (SAMPLED, mdr.indent(3.0) >> mdr.shift(0.1), f"indentation = 3 m{END}"),
+        (SAMPLED, mdr.indent(0.1) >> mdr.shift(0.1) >> mdr.load(100.0), f"normal_force = 100 N{END}"),
+        (SAMPLED, mdr.indent(1.5) >> mdr.cycle(indentation=1.0), f"indentation = 2\\.5 m{END}"),
     ],
 )
 def test_what_cannot_be_pressed(profile, path, words):

@@ -122,10 +122,9 @@ def touching_radius(equivalent: EquivalentProfile, depth: float) -> float:
     """
     if depth > 0.0:
         return equivalent.overlap_radius(depth)
-    end = min(equivalent.edge, equivalent.reach)
-    if math.isfinite(end):
+    if math.isfinite(equivalent.edge):
         # the rim of a hollow punch stands out
-        return end
+        return min(equivalent.edge, equivalent.reach)
     return equivalent.overlap_radius(-depth) if -math.inf < depth < 0.0 else 0.0
 
 

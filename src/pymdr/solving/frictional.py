@@ -75,7 +75,9 @@ class _Line:
         if deepest <= self.deepest:
             return
         self.deepest = deepest
-        refuse_unreachable(line, self.contact.profile, states_at_depth(line, np.array([deepest])))
+        forces = [float(np.max(rows.normal)) for rows in asked if rows.by_force]
+        by_force = max(forces) if forces and not math.isfinite(deepest) else None
+        refuse_unreachable(line, self.contact.profile, states_at_depth(line, np.array([deepest])), by_force)
         self.certificate = disks_down_to(self.contact, line, deepest)
         self.curves = curves_down_to(line, deepest)
 

@@ -68,7 +68,7 @@ def refuse_unreachable(
             f"{asked}: a sphere cannot be pressed in by its radius, {metres(parts[0].radius)}; "
             "reduce the indentation or the load"
         )
-    if np.max(states.contact_radius) < equivalent.reach:
+    if np.max(states.contact_radius) < equivalent.reach and np.isfinite(deepest):
         return
     largest = _largest_allowed(line)
     raise PathError(
