@@ -87,7 +87,9 @@ def extremes(line, curve, d):
     worst = [r[p.argmin()], *(r[p.argmin()] + a / 1500 * np.linspace(-1, 1, 9))]
     at = where(curve, a)
     pressures = [
-        float(quadrature.pressure_integral(curve, where(curve, x), at)[0]) for x in worst if 0 < x < a * (1 - 1e-9)
+        float(quadrature.pressure_integral(curve, where(curve, x), at)[0])
+        for x in worst
+        if 0 < x < a * (1 - 1e-9)
     ]
     gaps = [math.inf]
     if a < top:

@@ -89,11 +89,11 @@ class DiskDepths:
 
 
 def seen_upto(equivalent: EquivalentProfile, depth: float) -> float:
-    """The radius in m up to which bodies at a depth in m might touch."""
+    """The radius in m up to which bodies at a depth in m might touch; without contact, up to a sharp edge."""
     end = min(equivalent.edge, equivalent.reach)
     if depth > 0.0:
         return min(equivalent.overlap_radius(depth), end)
-    return end if math.isfinite(end) else 0.0
+    return end if math.isfinite(equivalent.edge) else 0.0
 
 
 @lru_cache(maxsize=128)

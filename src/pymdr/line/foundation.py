@@ -191,7 +191,9 @@ def states_at_force(line: ElasticLine, normal_force: ArrayLike) -> DiskStates:
     place = _inside(equivalent, equivalent.place_of_moment(moment))
     if np.isfinite(place.x).all() and not equivalent.rises:
         reached = float(np.max(equivalent.g(place), initial=0.0))
-        if turning := _turning_points(equivalent, reached):
+        widest = float(np.max(place.x, initial=0.0))
+        # where g falls first, the disk of a force may seem to need no depth
+        if turning := _turning_points(equivalent, reached) or equivalent.turning_points(widest):
             return states_at_depth(line, _depth_of_best_disk(line, force, turning))
     excess = np.zeros(force.shape)
     at_edge = place.x == equivalent.edge

@@ -668,8 +668,7 @@ def series_and_rate(coefficients: FloatArray, u: FloatArray) -> tuple[FloatArray
 def _turning_points(image: Image, top: float) -> tuple[float, ...]:
     """Sign changes of g', ignoring what its error leaves open."""
     panels = image.panels
-    # falls behind a concave kink may be as thin as they like
-    fine = np.concatenate([4.0 ** -np.arange(20.0, 4.0, -1.0), (np.arange(96) + 0.5) / 96.0])
+    fine = (np.arange(96) + 0.5) / 96.0
     offset = panels.offsets(fine)
     index = np.broadcast_to(np.arange(panels.count)[:, None], offset.shape)
     slope = evaluate(panels, image.slope, index.ravel(), offset.ravel())
