@@ -191,9 +191,7 @@ def states_at_force(line: ElasticLine, normal_force: ArrayLike) -> DiskStates:
     place = _inside(equivalent, equivalent.place_of_moment(moment))
     if np.isfinite(place.x).all() and not equivalent.rises:
         reached = float(np.max(equivalent.g(place), initial=0.0))
-        widest = float(np.max(place.x, initial=0.0))
-        # where g falls first, the disk of a force may seem to need no depth
-        if turning := _turning_points(equivalent, reached) or equivalent.turning_points(widest):
+        if turning := _turning_points(equivalent, reached):
             return states_at_depth(line, _depth_of_best_disk(line, force, turning))
     excess = np.zeros(force.shape)
     at_edge = place.x == equivalent.edge
@@ -251,11 +249,14 @@ def _depth_of_best_disk(line: ElasticLine, force: FloatArray, turning: tuple[flo
         return normal_force(line, states_at_depth(line, d))
 
     # a disk that carries a force alone is no less deep than the best one
-    deepest = float(np.max(equivalent.g(equivalent.place_of_moment(np.max(force) / (2.0 * line.modulus)))))
+    alone = _inside(equivalent, equivalent.place_of_moment(np.max(force) / (2.0 * line.modulus)))
+    deepest = float(np.max(equivalent.g(alone)))
     depths = np.sort(equivalent.g(np.array([0.0, *(t for t in turning if t < end)])))
     depths = np.append(depths[depths < deepest], deepest)
     if math.isfinite(equivalent.edge):
-        depths = np.append(depths, deepest + float(np.max(force)) / (2.0 * line.modulus * equivalent.edge))
+        b = np.array([equivalent.edge])
+        lacking = float(np.max(force)) / (2.0 * line.modulus) - float(equivalent.moment(b)[0])
+        depths = np.append(depths, float(equivalent.g(b)[0]) + lacking / equivalent.edge)
     # beyond the depths whose whole contact is known the load falls again, so the first that suffices is taken
     enough = np.flatnonzero(load(depths) >= np.max(force) * (1.0 - 1e-12))
     if enough.size == 0:

@@ -426,13 +426,14 @@ class GradedLine(EquivalentProfile):
         return tuple(b for b in self._resolved.knots if b < top)
 
     def corners(self, top: float) -> tuple[tuple[float, float], ...]:
-        """Kinks of f up to `top` as (radius in m, jump of f'), where f' jumps by more than its rounding."""
+        """Kinks of f up to `top` as (radius in m, jump of f'), where f' jumps by more than its error."""
         if top > 0.0:
             self.map_to(top)
         slopes = self._resolved.slopes
         if slopes is None:
             return ()
-        jumping = np.flatnonzero((slopes.jump != 0.0) & (slopes.panels.base < top))
+        noise = 8.0 * np.maximum(slopes.error, np.append(0.0, slopes.error[:-1]))
+        jumping = np.flatnonzero((np.abs(slopes.jump) > noise) & (slopes.panels.base < top))
         return tuple(zip(slopes.panels.base[jumping].tolist(), slopes.jump[jumping].tolist(), strict=True))
 
     def resolving_radii(self, top: float) -> FloatArray:
