@@ -74,9 +74,15 @@ def certify_disk(line: ElasticLine, states: DiskStates) -> Certificate:
     """
     d = states.indentation
     found = disk_depths(line.equivalent, float(np.max(d, initial=-math.inf, where=np.isfinite(d))))
+    # a contact presses its surfaces in, so where a disk seems to need no depth something else touches first
+    lifted = (d <= 0.0) & (states.contact_radius > 0.0) & (states.contact_radius < line.equivalent.edge)
     if found.landscape is None:
-        return Certificate(np.ones(d.shape, dtype=bool), "")
-    disk = _among(found.nearly, d)
+        i = np.flatnonzero(lifted)[-1:]
+        return Certificate(
+            ~lifted,
+            "".join(_lifted(float(x), float(r)) for x, r in zip(d[i], states.contact_radius[i], strict=True)),
+        )
+    disk = _among(found.nearly, d) & ~lifted
     bad = np.flatnonzero(~disk)
     reason = _why_not(found.landscape, states.take(slice(bad[-1], bad[-1] + 1))) if bad.size else ""
     passed = disk & ~_among(found.strict, d)
@@ -206,10 +212,19 @@ def _among(intervals: tuple[tuple[float, float], ...], d: FloatArray) -> BoolArr
     return inside
 
 
+def _lifted(d: float, a: float) -> str:
+    return (
+        f"at d = {metres(d)} a disk of radius {metres(a)} would need no depth, so something else touches first and the "
+        "contact is not a disk"
+    )
+
+
 def _why_not(landscape: Landscape, state: DiskStates) -> str:
     """Why the disk of one row is not the solution, in words."""
     a, d, excess = (float(x[0]) for x in (state.contact_radius, state.indentation, state.edge_excess))
     where = f"at d = {metres(d)}"
+    if d <= 0.0 < a < landscape.equivalent.edge:
+        return _lifted(d, a)
     if a > 0.0:
         with np.errstate(divide="ignore", invalid="ignore"):
             tension = least_pressure(landscape, a, excess, loose=True)

@@ -10,7 +10,7 @@ import numpy as np
 
 from pymdr.errors import PathError, ProblemError
 from pymdr.interpretation.accuracy import with_errors
-from pymdr.interpretation.certificate import Certificate, certify_history, noise_words
+from pymdr.interpretation.certificate import Certificate, certify_disk, certify_history, noise_words
 from pymdr.interpretation.friction import frictional_claims, similarity_assumption
 from pymdr.interpretation.traction import curves_down_to, deepest_of, friction_leg
 from pymdr.interpretation.validity import Assumption, approximated
@@ -21,6 +21,7 @@ from pymdr.line.foundation import (
     normal_force,
     normal_stiffness,
     states_at_depth,
+    states_at_force,
 )
 from pymdr.line.friction import (
     ElasticCurves,
@@ -79,6 +80,9 @@ class _Line:
         by_force = max(forces) if forces and not math.isfinite(deepest) else None
         refuse_unreachable(line, self.contact.profile, states_at_depth(line, np.array([deepest])), by_force)
         self.certificate = disks_down_to(self.contact, line, deepest)
+        for rows in asked:
+            if rows.by_force:
+                _refuse_lifted(line, rows.normal)
         self.curves = curves_down_to(line, deepest)
 
 
@@ -91,6 +95,14 @@ def _foreseen(path: LoadingPath) -> list[Stretch]:
                 if (target := getattr(leg, name, None)) is not None:
                     found[name] = max(float(np.max(target)), found.get(name, 0.0))
     return [Stretch(Controls(name), np.array([most]), np.zeros(1)) for name, most in found.items()]
+
+
+def _refuse_lifted(line: ElasticLine, force: FloatArray) -> None:
+    certificate = certify_disk(line, states_at_force(line, np.array([float(np.max(force))])))
+    if not certificate.disk.all():
+        raise ProblemError(
+            f"friction needs a contact that is a disk at every depth up to that of the load: {certificate.reason}"
+        )
 
 
 def disks_down_to(contact: Contact, line: ElasticLine, deepest: float) -> Certificate:

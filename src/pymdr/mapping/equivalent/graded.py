@@ -458,13 +458,14 @@ class GradedLine(EquivalentProfile):
         return tuple(b for b in self._resolved.knots if b < top)
 
     def corners(self, top: float) -> tuple[tuple[float, float], ...]:
-        """Kinks of f up to `top` as (radius in m, jump of f'), where f' jumps by more than its rounding."""
+        """Kinks of f up to `top` as (radius in m, jump of f'), where f' jumps by more than its error."""
         if top > 0.0:
             self.map_to(top)
         slopes = self._resolved.slopes
         if slopes is None:
             return ()
-        jumping = np.flatnonzero((slopes.jump != 0.0) & (slopes.panels.base < top))
+        noise = 8.0 * np.maximum(slopes.error, np.append(0.0, slopes.error[:-1]))
+        jumping = np.flatnonzero((np.abs(slopes.jump) > noise) & (slopes.panels.base < top))
         return tuple(zip(slopes.panels.base[jumping].tolist(), slopes.jump[jumping].tolist(), strict=True))
 
     def resolving_radii(self, top: float) -> FloatArray:
@@ -685,8 +686,7 @@ def _newton(panels: Panels, series: Series, index: IndexArray, target: FloatArra
 def _turning_points(image: Image, top: float) -> tuple[float, ...]:
     """Sign changes of g', ignoring what its error leaves open."""
     panels = image.panels
-    # falls behind a concave kink may be as thin as they like
-    fine: FloatArray = np.concatenate([4.0 ** -np.arange(20.0, 4.0, -1.0), (np.arange(96) + 0.5) / 96.0])
+    fine = np.asarray((np.arange(96) + 0.5) / 96.0, dtype=float)
     offset = panels.offsets(fine)
     index = np.broadcast_to(np.arange(panels.count)[:, None], offset.shape)
     slope = evaluate(panels, image.slope, index.ravel(), offset.ravel())
