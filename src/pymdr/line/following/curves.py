@@ -285,4 +285,5 @@ def parameter_reaching(
         if not low < middle < high:
             break
         low, high = (low, middle) if above(middle) else (middle, high)
-    return high
+    # evaluated among others, the value there may round to the other side
+    return min(high * (1.0 + 1e-14), limit)
