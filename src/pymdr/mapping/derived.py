@@ -233,6 +233,9 @@ class DerivedSource:
             self._end = min(self._end, high)
             if not high > low * (1.0 + 1e-12):
                 return None
+        rise = np.abs(self._f(np.array([low, high])) - float(self._f(np.zeros(1))[0]))
+        if np.all(rise < _UNDERFLOW):
+            return np.zeros(TERMS), 0.0, high
         series, error = slope_panel(self._f, low, high, TERMS)
         return series, error, high
 

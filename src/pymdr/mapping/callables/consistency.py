@@ -134,11 +134,12 @@ def _panels(low: float, high: float, breakpoints: Sequence[float]) -> tuple[Floa
 
 
 def _stairs(values: FloatArray) -> float:
-    """Twice the range of few levels that a callable takes; 0 if they are many, inf if there is but one."""
+    """Twice the range of the few even levels that a callable takes; 0 if it takes others, inf if there is but one."""
     levels = np.unique(values[np.isfinite(values)])
     if levels.size == 1:
         return math.inf
-    return 2.0 * float(np.ptp(levels)) if levels.size < _FEW_LEVELS else 0.0
+    even = levels.size < _FEW_LEVELS and np.min(np.diff(levels)) * 2.0 * levels.size > np.ptp(levels)
+    return 2.0 * float(np.ptp(levels)) if even else 0.0
 
 
 def _parts(

@@ -34,6 +34,8 @@ _INWARD = 2.0**-8
 """How much farther inward the tip is mapped than it was asked for."""
 _FARTHEST = 1e15
 """How far out, in radii of the first panels, a value is looked for."""
+_FALLEN = 256.0
+"""How far beyond its highest value a curve is followed down."""
 _LEAP = 1e4
 """Below a value by that much, radii are doubled."""
 _SMALLEST = 1e-18
@@ -343,11 +345,11 @@ class GradedLine(EquivalentProfile):
                 self.map_to(self._first_radius(target, which))
             image = self._image
             assert image is not None
-            first_front = self.front
             while float(np.max(self._at_ends(image, which))) < target:
                 if self.front >= self._end * (1.0 - 1e-15):
                     break
-                if self.front > _LEAP * _LEAP * first_front:
+                ends = self._at_ends(image, which)
+                if self.front > _FALLEN * float(image.panels.stop[int(np.argmax(ends))]):
                     raise _never_rises(self.front)
                 image = self.map_to(self._next_radius(target, which))
             ends = self._at_ends(image, which)
