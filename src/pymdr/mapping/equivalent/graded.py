@@ -32,8 +32,8 @@ from pymdr.units import FloatArray, metres
 
 _INWARD = 2.0**-8
 """How much farther inward the tip is mapped than it was asked for."""
-_FARTHEST = 1e15
-"""How far out, in radii of the first panels, a value is looked for."""
+_FARTHEST = 1e100
+"""Radius in m beyond which no value is looked for."""
 _FALLEN = 256.0
 """How far beyond its highest value a curve is followed down."""
 _LEAP = 1e4
@@ -441,7 +441,7 @@ class GradedLine(EquivalentProfile):
                 g, m = x * float(parts.sum()), float((parts * r[:-1] * r[1:]).sum())
             if x >= self._end or reached(x, g, m):
                 return min(max(known[-2], float(radii[-1])), self._end)
-            if x > _FARTHEST**2 * known[0]:
+            if x > _FARTHEST:
                 raise _never_rises(x)
             step = 2.0**0.25
             if not reached(x, _LEAP * g, _LEAP**2 * m):
