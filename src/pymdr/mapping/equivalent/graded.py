@@ -513,7 +513,7 @@ class GradedLine(EquivalentProfile):
                 f"continued below r = {metres(self.source.continued)}, where its values are rounding"
             )
         if not self.source.known_everywhere:
-            words.append("features narrower than 1/10000 of their radius were not looked for")
+            words.append("features narrower than 1/2500 of their radius may be missed")
         return tuple(words)
 
     def searched_to(self, depth: float) -> float:
