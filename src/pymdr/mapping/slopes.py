@@ -30,6 +30,8 @@ from pymdr.mapping.series import (
 from pymdr.units import FloatArray, metres
 
 _RESOLVED = 4e-15
+_SOFT = 1e-10
+"""Across knots of many samples: their rounding over their distance is no less."""
 _SEARCHED = 512
 """Points in a quarter of an octave at which the series are held against the slope: 2048 in an octave."""
 _GENERATIONS = 36
@@ -340,7 +342,7 @@ def _resolve(
         )
         fits = (fit.error <= allowed) & fit.even
         if source.soft_knots.size > 400:
-            fits |= fit.error <= 1e-12 * fit.size
+            fits |= fit.error <= _SOFT * fit.size
         if generation >= 2 and not fits.all():
             rest = np.flatnonzero(~fits)
             noise = _noise(source, pending.take(rest))
