@@ -164,8 +164,10 @@ def _dents(equivalent: EquivalentProfile, top: float) -> tuple[float, ...]:
     """Radii of concave kinks, whose jump is more than what the error of the slope can do."""
     corners = np.array(equivalent.corners(top)).reshape(-1, 2)
     radii, jumps = corners[corners[:, 1] < 0.0].T
-    error = np.maximum(4.0 * equivalent.error(radii)[:, 1], _ROUNDING)
-    return tuple(radii[-jumps > error * np.abs(equivalent.slope(radii))].tolist())
+    # at the kink itself the slope of g is infinite
+    before = radii * (1.0 - 1e-6)
+    error = np.maximum(4.0 * equivalent.error(before)[:, 1], _ROUNDING)
+    return tuple(radii[-jumps > error * np.abs(equivalent.slope(before))].tolist())
 
 
 def _falls(

@@ -319,7 +319,7 @@ def power_with_arccos(n: float, high: FloatArray, r: FloatArray) -> FloatArray:
 
     Examples
     --------
-    >>> float(power_with_arccos(1.0, np.ones(1), np.ones(1))[0])
+    >>> round(float(power_with_arccos(1.0, np.ones(1), np.ones(1))[0]), 14)
     1.0
     """
     rest = np.sqrt(np.maximum((r - high) * (r + high), 0.0))

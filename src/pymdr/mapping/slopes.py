@@ -440,7 +440,7 @@ def _powers(panels: Panels, offset: FloatArray, values: FloatArray) -> FloatArra
 
 def _first_power(offset: FloatArray, values: FloatArray) -> float:
     """Exponent of a slope that starts like offset^p, 0 where it does not vanish or is no power."""
-    if not (np.all(values > 0.0) or np.all(values < 0.0)):
+    if offset[0] <= 0.0 or not (np.all(values > 0.0) or np.all(values < 0.0)):
         return 0.0
     local = np.diff(np.log(np.abs(values))) / np.diff(np.log(offset))
     # linear in the offset: what corrections to the power leave

@@ -36,6 +36,7 @@ _FARTHEST = 1e100
 """Radius in m beyond which no value is looked for."""
 _FALLEN = 256.0
 """How far beyond its highest value a curve is followed down."""
+_HOLLOW = 1e6
 _LEAP = 1e4
 """Below a value by that much, radii are doubled."""
 _SMALLEST = 1e-18
@@ -345,11 +346,15 @@ class GradedLine(EquivalentProfile):
                 self.map_to(self._first_radius(target, which))
             image = self._image
             assert image is not None
+            begun = self.front
             while float(np.max(self._at_ends(image, which))) < target:
                 if self.front >= self._end * (1.0 - 1e-15):
                     break
                 ends = self._at_ends(image, which)
-                if self.front > _FALLEN * float(image.panels.stop[int(np.argmax(ends))]):
+                best = int(np.argmax(ends))
+                # a hollow end is far below its tip before it rises
+                told = ends[best] > 1e-6 * target
+                if self.front > (_FALLEN * float(image.panels.stop[best]) if told else _HOLLOW * begun):
                     raise _never_rises(self.front)
                 image = self.map_to(self._next_radius(target, which))
             ends = self._at_ends(image, which)
