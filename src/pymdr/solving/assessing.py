@@ -8,14 +8,16 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from pymdr.independent.rings import Rings
 from pymdr.interpretation.validity import Assumption, Claim
 from pymdr.line.foundation import normal_force
 from pymdr.problem.contact import Contact
 from pymdr.problem.paths import LoadingPath
 from pymdr.problem.schedule import ends_only, known_legs, total_rows
-from pymdr.solving.normal import check_normal_path, claims_of, follow_normal
+from pymdr.result import Result, Status
+from pymdr.solving.normal import check_normal_path, claims_of, follow_normal, normal_status
 from pymdr.solving.reach import assumptions, map_to_line
-from pymdr.solving.verb import check_problem, kept_rows, read_stiffness, solve
+from pymdr.solving.verb import check_problem, kept_rows, read_stiffness, refuse_beyond_memory, solve
 from pymdr.units import QuantityLike
 
 _SHORT = 100_000
@@ -35,6 +37,8 @@ class Assessment:
     """Number of rows that :func:`solve` keeps."""
     columns: int
     """Number of quantities over them."""
+    status: Status
+    """How the solution ends, or how that of the visited rows does."""
 
     @property
     def memory(self) -> int:
@@ -47,6 +51,14 @@ class Assessment:
 
         return assessment(self.largest, self.claims, self.assumptions, self.notes, self.rows, self.memory)
 
+    def _repr_html_(self) -> str:
+        """The summary as tables, for notebooks."""
+        from pymdr.presentation.html import assessment_html
+
+        return assessment_html(
+            self.largest, self.claims, self.assumptions, self.notes, self.rows, self.memory
+        )
+
     def __str__(self) -> str:
         return self.summary()
 
@@ -57,6 +69,7 @@ def assess(
     *,
     machine_stiffness: QuantityLike | None = None,
     keep: int | ArrayLike | None = None,
+    solver: Rings | None = None,
 ) -> Assessment:
     """
     Map a contact and state its claims for the loads that a path reaches.
@@ -68,8 +81,8 @@ def assess(
     ----------
     contact : Contact
     path : LoadingPath
-    machine_stiffness, keep : optional
-        As for :func:`solve`.
+    machine_stiffness, keep, solver : optional
+        As for :func:`solve`; with `solver` the ends of the legs are solved.
 
     Returns
     -------
@@ -92,28 +105,20 @@ def assess(
     """
     check_problem(contact, path)
     rows = total_rows(path)
+    if solver is not None:
+        ends = solve(contact, _extremes(path), machine_stiffness=machine_stiffness, keep=keep, solver=solver)
+        return _assessed(ends, rows)
     kept = kept_rows(keep, path) if contact.friction is not None else None
     route = path if rows <= _SHORT else _extremes(path)
     if contact.adhesion is not None or contact.friction is not None:
         result = solve(contact, route, machine_stiffness=machine_stiffness)
-        largest = {
-            name: float(np.nanmax(result.data[name].values))
-            for name in ("indentation", "normal_force", "contact_radius")
-            if name in result.data
-        }
-        return Assessment(
-            result.claims,
-            result.assumptions,
-            result.notes,
-            largest,
-            rows if kept is None else kept.size,
-            len(result.data),
-        )
+        return _assessed(result, rows if kept is None else kept.size)
     check_normal_path(path)
+    refuse_beyond_memory(path)
     stiffness = None if machine_stiffness is None else read_stiffness(machine_stiffness)
     history = follow_normal(contact, map_to_line(contact), path, stiffness)
     mapped, states = history.mapped, history.states
-    claims, _ = claims_of(contact, history)
+    claims, disk = claims_of(contact, history)
     if stiffness is not None:
         claims["travel"] = claims["normal_force"]
     deepest = int(np.argmax(states.indentation))
@@ -123,7 +128,20 @@ def assess(
         "contact_radius": float(states.contact_radius[deepest]),
     }
     found = assumptions(contact, mapped, states.contact_radius)
-    return Assessment(claims, found, mapped.notes, largest, rows, 7)
+    status = normal_status(disk)
+    return Assessment(claims, found, mapped.notes, largest, rows, 7, status)
+
+
+def _assessed(result: Result, rows: int) -> Assessment:
+    """What a solution of the ends of the legs says of all rows."""
+    largest = {
+        name: float(np.nanmax(result.data[name].values))
+        for name in ("indentation", "normal_force", "contact_radius")
+        if name in result.data and np.isfinite(result.data[name].values).any()
+    }
+    return Assessment(
+        result.claims, result.assumptions, result.notes, largest, rows, len(result.data), result.status
+    )
 
 
 def _extremes(path: LoadingPath) -> LoadingPath:
