@@ -6,6 +6,7 @@ Every command body imports what it needs, so that ``pymdr --help`` stays quick.
 from __future__ import annotations
 
 import json
+import logging
 import os
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -151,6 +152,8 @@ def _run_one(case: Path, folder: Path, csv: bool, quiet: bool, as_json: bool) ->
     from pymdr.workbench.casefile import read_case
 
     asked = read_case(case)
+    if quiet:
+        logging.getLogger("pymdr").setLevel(logging.ERROR)
     with _ready_folder(folder), _stages(quiet or as_json) as stage:
         if not quiet and not as_json:
             _tell_memory(asked)
