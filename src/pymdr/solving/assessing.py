@@ -14,7 +14,7 @@ from pymdr.line.foundation import normal_force
 from pymdr.problem.contact import Contact
 from pymdr.problem.paths import LoadingPath
 from pymdr.problem.schedule import ends_only, known_legs, total_rows
-from pymdr.result import Result, Status
+from pymdr.result import Claims, Result, Status
 from pymdr.solving.normal import check_normal_path, claims_of, follow_normal, normal_status
 from pymdr.solving.reach import assumptions, map_to_line
 from pymdr.solving.verb import check_problem, kept_rows, read_stiffness, refuse_beyond_memory, solve
@@ -39,6 +39,9 @@ class Assessment:
     """Number of quantities over them."""
     status: Status
     """How the solution ends, or how that of the visited rows does."""
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "claims", Claims(self.claims))
 
     @property
     def memory(self) -> int:
