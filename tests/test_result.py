@@ -435,6 +435,7 @@ def test_a_narrow_bump_outside_the_contact_is_seen():
 # --- several rows, notebooks -----------------------------------------------------------------------------
 
 
+@settings(deadline=None)
 @given(st.lists(st.integers(-3, 2), min_size=1, max_size=5))
 def test_fields_of_several_rows_are_those_of_each(ball, rows):
     r = [0.0, 1e-5, 1e-3]
