@@ -214,8 +214,9 @@ class ResolvedSlope:
             return
         made = _with_jumps(made, self.slopes)
         self.slopes = made if self.slopes is None else joined_slopes(self.slopes, made)
-        last = float(made.panels.high[-1])
-        self.front = at if last == low or at <= base else float(made.panels.stop[-1])
+        # what was divided beyond the radius that is needed has not been taken
+        complete = made.panels.high[-1] == stretches[-1].high[-1]
+        self.front = at if complete else float(made.panels.stop[-1])
 
     def _front_offset(self, base: float) -> float:
         """Where the next panel begins, without rounding."""

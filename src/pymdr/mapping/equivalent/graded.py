@@ -660,21 +660,24 @@ def _newton(panels: Panels, series: Series, index: IndexArray, target: FloatArra
         c, rate = with_slope(coefficients[open_], u[open_])
         p, h = power[open_], high[open_]
         delta = offset_of(u[open_], open_)
-        ratio = delta / h
-        with np.errstate(divide="ignore", invalid="ignore", under="ignore"):
-            # the logarithm of a power times a series is nearly straight
-            wanted = np.where(p != 0.0, target[open_] / ratio**p, target[open_])
-            stretch = np.where(
+        stretch = np.where(
+            rooted[open_], 2.0 * (last[open_] - first[open_]) * np.sqrt(delta), h - low[open_]
+        )
+        with np.errstate(divide="ignore", invalid="ignore", under="ignore", over="ignore"):
+            wanted = np.where(p != 0.0, target[open_] / (delta / h) ** p, target[open_])
+            # the logarithm of a power times a series is nearly straight in that of the offset
+            factor = np.exp(np.log(wanted / c) / (p + rate * delta / (c * stretch)))
+            root = np.sqrt(delta * factor)
+            along = np.where(
                 rooted[open_],
-                2.0 * (last[open_] - first[open_]) * np.sqrt(delta),
-                h - low[open_],
+                (root - first[open_]) / (last[open_] - first[open_]),
+                (delta * factor - low[open_]) / (h - low[open_]),
             )
-            steep = rate + np.where(p != 0.0, p * c * stretch / delta, 0.0)
-            step = (wanted - c) / steep
         above = c > wanted
         right[open_] = np.where(above, u[open_], right[open_])
         left[open_] = np.where(above, left[open_], u[open_])
-        new = u[open_] + step
+        with np.errstate(divide="ignore", invalid="ignore", under="ignore"):
+            new = np.where(p != 0.0, along, u[open_] + (wanted - c) / rate)
         bad = ~((new >= left[open_]) & (new <= right[open_]))
         new = np.where(bad, 0.5 * (left[open_] + right[open_]), new)
         moved = np.abs(new - u[open_])
