@@ -443,9 +443,9 @@ def study(seed, count, processes=1, only=None, progress=False, effort=Effort()):
             outcomes.append(outcome)
             if progress and time.monotonic() - told > 10.0:
                 told = time.monotonic()
-                bad = sum(any(v.violated for v in o.values) for o in outcomes)
+                bad = [o.index for o in outcomes if any(v.violated for v in o.values)]
                 print(
-                    f"{len(outcomes)} of {len(jobs)} after {told - start:.0f} s, {bad} profiles violated",
+                    f"{len(outcomes)} of {len(jobs)} after {told - start:.0f} s, violated: {bad}",
                     file=sys.stderr,
                     flush=True,
                 )
