@@ -83,22 +83,27 @@ class DerivedSource:
 
     def uncertainty(self, panels: Panels) -> FloatArray:
         """Error of f' on panels, from the rounding of f."""
-        if not self._error:
-            return np.zeros(panels.count)
-        errors = np.array(self._error)[self._order]
-        at = np.clip(np.searchsorted(self._starts, panels.start, side="right") - 1, 0, errors.size - 1)
-        found: FloatArray = np.maximum(
-            errors[at],
-            errors[np.minimum(at + 1, errors.size - 1)]
-            * (panels.stop > self._starts[np.minimum(at + 1, errors.size - 1)]),
-        )
+        found = self._series_errors(panels)
         law = self._law
         if law is None:
             return found
         inside = panels.stop <= law.radius * (1.0 + 1e-9)
-        at_tip = law.error * np.abs(law.slope(np.minimum(panels.stop, law.radius)))
-        whole: FloatArray = np.where(inside, at_tip, found)
+        with np.errstate(divide="ignore"):
+            farther_in = np.log(law.radius / np.maximum(panels.start, 1e-300))
+        share = law.error + law.exponent_error * np.maximum(farther_in, 0.0)
+        whole: FloatArray = np.where(
+            inside, share * np.abs(law.slope(np.minimum(panels.stop, law.radius))), found
+        )
         return whole
+
+    def _series_errors(self, panels: Panels) -> FloatArray:
+        """Errors of the series that begin on panels, or on which these begin."""
+        if not self._error:
+            return np.zeros(panels.count)
+        errors = np.array(self._error)[self._order]
+        at = np.clip(np.searchsorted(self._starts, panels.start, side="right") - 1, 0, errors.size - 1)
+        after = np.minimum(at + 1, errors.size - 1)
+        return np.asarray(np.maximum(errors[at], errors[after] * (panels.stop > self._starts[after])))
 
     def kinks(self, low: float, high: float) -> list[float]:
         """Kinks of f between two radii that were not named; panels end at them from then on."""
