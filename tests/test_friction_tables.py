@@ -92,8 +92,7 @@ class Radius:
 sizes = st.floats(-3.0, 1.0).map(lambda x: 10.0**x)
 places = st.floats(-6.0, -0.01).map(lambda x: 10.0**x)
 exponents = st.floats(0.3, 4.0)
-# a(d) ~ d^(1/n) of profiles r^n with n of 0.25 to 40; sums of d^16 and d^17 err by 3e-12 at 1e-188 m, which is open
-profiles = st.one_of(st.floats(0.3, 4.0), st.floats(0.3, 40.0).map(lambda n: 1.0 / n))
+profiles = st.one_of(st.floats(0.3, 40.0), st.floats(0.3, 40.0).map(lambda n: 1.0 / n))
 lengths = st.sampled_from([1e-12, 3e-9, 1.0, 1e6])
 
 

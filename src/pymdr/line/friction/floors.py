@@ -117,7 +117,7 @@ def _first_floor(segments: Segments, modulus: float, tolerance: float) -> tuple[
         size = int(np.argmin(good))
         if size <= 2 * _SURE:
             check_radius(a[size::-1], d[size::-1])
-    final = max(min(size - 17, 2 * DEEPEST), 0) // 2 * 2
+    final = max(min(size - 3, 2 * DEEPEST), 0) // 2 * 2
     best, law = math.inf, np.zeros(3)
     i = min(2 * _FEWEST, final)
     while True:
