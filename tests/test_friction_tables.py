@@ -115,6 +115,8 @@ def radii(draw):
 @given(radii())
 @example(Radius(1.0, 0.0, ((1.0, 0.5), (1e-6, 1.0 / 3.3)), ()))
 @example(Radius(1e-9, 0.5, ((1.0, 2.0 / 3.0),), ()))
+@example(Radius(1e-12, 0.0, ((1.0, 16.0), (1.0, 17.0)), ()))
+@example(Radius(1e6, 0.0, ((0.24, 7.3), (2.2, 18.3)), ((7.5e-6, 0.0, 9.3e-3, 2.53),)))
 @example(Radius(1.0, 0.0, ((1.0, 0.5),), ((0.25, 0.0, 1.0, 0.3), (0.5, 1.0, 0.0, 1.0)), True))
 def test_tables_are_right_at_every_depth(radius):
     curves = radius.table(1.0)
