@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from pymdr.errors import ProblemError
 from pymdr.mapping import returning
 from pymdr.mapping.equivalent.base import EquivalentProfile, rising_root
-from pymdr.mapping.images import Charges, Image, joined_images, map_panels, rooted_copy, with_slope
+from pymdr.mapping.images import CURVES, Charges, Image, joined_images, map_panels, rooted_copy, with_slope
 from pymdr.mapping.series import (
     IndexArray,
     Panels,
@@ -291,7 +291,21 @@ class GradedLine(EquivalentProfile):
             with np.errstate(divide="ignore", invalid="ignore"):
                 share = np.where(value > 0.0, image.size[index, k] / value, 1.0)
             errors[:, k] *= np.maximum(share, 1.0)
-        return errors
+        return errors + self._beside_breakpoints(image, index, offset)
+
+    def _beside_breakpoints(self, image: Image, index: IndexArray, offset: FloatArray) -> FloatArray:
+        """What an uncertain exponent, or place of a kink, does to curves that begin like a power there."""
+        exponent, place = image.beside[index].T
+        if not exponent.any() and not place.any():
+            return np.zeros((index.size, 4))
+        with np.errstate(divide="ignore", over="ignore"):
+            # beyond the first panel the power is no longer extrapolated
+            ratio = np.minimum(offset / image.panels.high[index], 1.0)
+            first = image.panels.low[index] == 0.0
+            found = np.where(first & (exponent > 0.0), exponent * np.abs(np.log(ratio)), 0.0)[:, None]
+            shift = np.where(place > 0.0, place / offset, 0.0)[:, None]
+            powers = np.stack([getattr(image, name).power[index] for name in CURVES], axis=1)
+        return np.asarray(found * np.array([1.0, 1.0, 1.0, 2.0]) + shift * np.abs(powers))
 
     # -- inverses ---------------------------------------------------------------------------------
 
@@ -660,21 +674,22 @@ def _newton(panels: Panels, series: Series, index: IndexArray, target: FloatArra
         c, rate = with_slope(coefficients[open_], u[open_])
         p, h = power[open_], high[open_]
         delta = offset_of(u[open_], open_)
-        ratio = delta / h
-        with np.errstate(divide="ignore", invalid="ignore", under="ignore"):
-            # the logarithm of a power times a series is nearly straight
-            wanted = np.where(p != 0.0, target[open_] / ratio**p, target[open_])
-            stretch = np.where(
+        stretch = np.where(rooted[open_], 2.0 * (last[open_] - first[open_]) * np.sqrt(delta), h - low[open_])
+        with np.errstate(divide="ignore", invalid="ignore", under="ignore", over="ignore"):
+            wanted = np.where(p != 0.0, target[open_] / (delta / h) ** p, target[open_])
+            # the logarithm of a power times a series is nearly straight in that of the offset
+            factor = np.exp(np.log(wanted / c) / (p + rate * delta / (c * stretch)))
+            root = np.sqrt(delta * factor)
+            along = np.where(
                 rooted[open_],
-                2.0 * (last[open_] - first[open_]) * np.sqrt(delta),
-                h - low[open_],
+                (root - first[open_]) / (last[open_] - first[open_]),
+                (delta * factor - low[open_]) / (h - low[open_]),
             )
-            steep = rate + np.where(p != 0.0, p * c * stretch / delta, 0.0)
-            step = (wanted - c) / steep
         above = c > wanted
         right[open_] = np.where(above, u[open_], right[open_])
         left[open_] = np.where(above, left[open_], u[open_])
-        new = u[open_] + step
+        with np.errstate(divide="ignore", invalid="ignore", under="ignore"):
+            new = np.where(p != 0.0, along, u[open_] + (wanted - c) / rate)
         bad = ~((new >= left[open_]) & (new <= right[open_]))
         new = np.where(bad, 0.5 * (left[open_] + right[open_]), new)
         moved = np.abs(new - u[open_])
