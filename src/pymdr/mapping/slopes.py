@@ -84,8 +84,8 @@ class SlopeSource(Protocol):
     def foresee(self, top: float) -> None:
         """Prepare for radii up to `top` in m."""
 
-    def rough(self, r: float) -> float:
-        """About |f'| at a radius in m."""
+    def rough(self, r: FloatArray) -> FloatArray:
+        """About |f'| at radii in m."""
 
     def uncertainty(self, panels: Panels) -> FloatArray:
         """Error of f' on panels that its samples do not show, shape (P,)."""
