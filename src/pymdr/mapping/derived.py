@@ -153,12 +153,14 @@ class DerivedSource:
         told = np.abs(values[0] - float(self._f(np.zeros(1))[0])) > _UNDERFLOW
         return bool(np.any((40.0 * noise > _SURE * rise) & (told | (noise > _UNDERFLOW))))
 
-    def rough(self, r: float) -> float:
-        """About |f'| at a radius in m."""
-        if r < self.continued and self._law is not None:
-            return abs(float(self._law.slope(r)))
-        values = self._f(np.array([0.84, 1.0]) * r)
-        return abs(float(values[1] - values[0])) / (0.16 * r)
+    def rough(self, r: FloatArray) -> FloatArray:
+        """About |f'| at radii in m."""
+        values = self._f(np.concatenate([0.84 * r, r])).reshape(2, -1)
+        answer: FloatArray = np.abs(values[1] - values[0]) / (0.16 * r)
+        below = r < self.continued
+        if below.any() and self._law is not None:
+            answer[below] = np.abs(self._law.slope(r[below]))
+        return answer
 
     def _value(self, r: FloatArray) -> FloatArray:
         index = self._order[
