@@ -14,12 +14,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 
 import numpy as np
 from scipy.special import roots_jacobi
 
 from pymdr.mapping.abel import gauss
+from pymdr.mapping.bunches import Bunches, bunched
 from pymdr.mapping.series import (
     TERMS,
     BoolArray,
@@ -460,6 +461,11 @@ class Image:
         """One of the curves by its name."""
         curve: Series = getattr(self, name)
         return curve
+
+    @cached_property
+    def bunches(self) -> Bunches:
+        """The slope as charges, for integrals over it."""
+        return bunched(self.panels, self.slope)
 
 
 def map_panels(charges: Charges, panels: Panels, squared_below: float) -> Image:

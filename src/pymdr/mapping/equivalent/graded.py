@@ -563,7 +563,7 @@ class GradedLine(EquivalentProfile):
         if positive.size:
             image = self.map_to(float(edge.x), max(float(positive.min()), 2.0**-60 * float(edge.x)))
         answer = np.zeros(x.shape)
-        part = returning.stretch(image.panels, image.slope, (0.0, 0.0), stop)
+        part = returning.Stretch(image.bunches, (0.0, 0.0), stop)
         answer[inside] = returning.over_root(part, base[inside], offset[inside])
         start = float(image.panels.start[0])
         low = inside & (x < start)
@@ -579,7 +579,7 @@ class GradedLine(EquivalentProfile):
         image = self.map_to(high, low)
         if low < float(image.panels.start[0]):
             return super().pressure_between(r, low, high)
-        part = returning.stretch(image.panels, image.slope, (0.0, low), (0.0, high))
+        part = returning.Stretch(image.bunches, (0.0, low), (0.0, high))
         return returning.over_root(part, np.zeros(r.shape), r)
 
     def gap_between(self, r: FloatArray, low: float, high: float) -> FloatArray:
@@ -587,7 +587,7 @@ class GradedLine(EquivalentProfile):
         image = self.map_to(float(np.max(r, initial=high)), low)
         if low < float(image.panels.start[0]):
             return super().gap_between(r, low, high)
-        part = returning.stretch(image.panels, image.slope, (0.0, low), (0.0, high))
+        part = returning.Stretch(image.bunches, (0.0, low), (0.0, high))
         return returning.with_arccos(part, np.zeros(r.shape), r)
 
     def gap_integral(self, r: Position, a: Position) -> FloatArray:
@@ -604,7 +604,7 @@ class GradedLine(EquivalentProfile):
             return answer.reshape(shape)
         image = self.map_to(float(x[outside].max()), float(x[outside].min()))
         last = (float(image.panels.base[-1]), float(image.panels.high[-1]))
-        part = returning.stretch(image.panels, image.slope, start, last)
+        part = returning.Stretch(image.bunches, start, last)
         answer[outside] = returning.with_arccos(part, base[outside], offset[outside])
         first = float(image.panels.start[0])
         if start[0] + start[1] < first:
@@ -625,7 +625,7 @@ class GradedLine(EquivalentProfile):
         x = np.ravel(np.asarray(r, dtype=float))
         image = self.map_to(float(edge.x))
         stop = (float(edge.base), float(edge.offset))
-        part = returning.stretch(image.panels, image.slope, (0.0, 0.0), stop)
+        part = returning.Stretch(image.bunches, (0.0, 0.0), stop)
         answer = returning.with_arcsin(part, np.zeros(x.shape), x)
         first = min(float(image.panels.start[0]), float(edge.x))
         n, top, radius = self._tail_constants()
