@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 import pymdr as mdr
 from pymdr.line.foundation import ElasticLine, normal_force, states_at_depth, states_at_force
 from pymdr.mapping.equivalent import equivalent_profile
+from pymdr.mapping.series import Place
 from pymdr.problem.profiles import Sum
 
 UNIT = mdr.Elastic(1.0, 0.0)
@@ -419,3 +420,94 @@ def test_bunched_panels_lead_back_to_the_surface(count, noise, seed, share, by_p
         size = np.abs(value).sum()
         found = float(line.pressure_integral(np.array([radius]), share)[0])
         assert abs(found - value.sum()) < 1e-7 * size
+
+
+# --- beside breakpoints ----------------------------------------------------------------------------------
+
+
+@settings(max_examples=12, deadline=None)
+@given(
+    st.lists(st.floats(-9.0, -0.3), min_size=1, max_size=3),
+    st.lists(st.floats(-3.0, 0.0), min_size=4, max_size=4),
+    st.lists(st.floats(-11.0, -0.5), min_size=2, max_size=6),
+    st.sampled_from(["f", "derivative"]),
+    SIZES,
+    st.randoms(),
+)
+def test_cones_that_begin_close_to_one_another(closeness, heights, offsets, given_as, size, random):
+    """Depth after depth outward over kinks as close as 1e-9 of their radius: no stretch between them is lost."""
+    b, radii = size, [size]
+    for decade in closeness:
+        b = float(b + b * 10.0**decade)
+        radii.append(b)
+    slopes = [1.0, *(10.0**h for h in heights[: len(radii)])]
+    radii = [0.0, *radii]
+
+    def f(r):
+        return sum(s * np.maximum(r - b, 0.0) for s, b in zip(slopes, radii, strict=False))
+
+    def derivative(r):
+        return sum(s * (r > b) for s, b in zip(slopes, radii, strict=False))
+
+    profile = mdr.Function(
+        f if given_as == "f" else None, radii[1:], None if given_as == "f" else derivative, reach=1e3 * size
+    )
+    line = equivalent_profile(profile)
+    bases = np.repeat(radii[1:], len(offsets))
+    delta = np.tile(10.0 ** np.sort(offsets), len(radii) - 1) * size
+    order = np.argsort(bases + delta)
+    bases, delta = bases[order], delta[order]
+    exact = np.zeros(bases.size)
+    for s, kink in zip(slopes, radii, strict=False):
+        away = np.maximum((bases - kink) + delta, 0.0)
+        exact += s * (kink + away) * np.arctan2(np.sqrt(away * (2.0 * kink + away)), kink)
+    found = np.concatenate([line.g(line.place(exact[i : i + 1])) for i in range(exact.size)])
+    place = Place(bases, delta)
+    claimed = np.maximum(line.error(place)[:, 0], 1e-14)
+    assert np.all(np.abs(found / exact - 1.0) <= 1e-13)
+    assert np.all(np.abs(line.g(place) / exact - 1.0) <= 10.0 * claimed)
+    random.shuffle(order)
+    alone = equivalent_profile(profile)
+    again = np.concatenate([alone.g(place.take(slice(i, i + 1))) for i in order])
+    assert np.all(np.abs(again / line.g(place.take(order)) - 1.0) <= 10.0 * claimed[order])
+
+
+@settings(max_examples=20, deadline=None)
+@given(
+    st.floats(1.1, 12.0),
+    SIZES,
+    st.lists(st.floats(-17.0, -4.0), min_size=2, max_size=6),
+    st.sampled_from(["f", "derivative"]),
+)
+def test_contact_that_begins_at_a_radius_is_a_power_there(n, size, decades, given_as):
+    """f = ((r - b)_+ / b)^n: g = n B(n, 1/2) sqrt(1/2) (delta / b)^(n - 1/2) (1 + O(delta / b)), and back."""
+    b = size
+    exponent = n if given_as == "derivative" else round(n * 4.0) / 4.0
+
+    def f(r):
+        return b * (np.maximum(r - b, 0.0) / b) ** exponent
+
+    def derivative(r):
+        return exponent * (np.maximum(r - b, 0.0) / b) ** (exponent - 1.0)
+
+    profile = mdr.Function(
+        f if given_as == "f" else None, [b], None if given_as == "f" else derivative, reach=10.0 * b
+    )
+    line = equivalent_profile(profile)
+    delta = 10.0 ** np.array(decades)
+    lead = (
+        exponent
+        * math.exp(math.lgamma(exponent) + math.lgamma(0.5) - math.lgamma(exponent + 0.5))
+        / math.sqrt(2.0)
+    )
+    with np.errstate(under="ignore"):
+        depth = b * lead * delta ** (exponent - 0.5)
+    known = depth > 1e-290
+    delta, depth = delta[known], depth[known]
+    place = Place(np.full(delta.size, b), b * delta)
+    error = 10.0 * np.maximum(line.error(place)[:, 0], 1e-14)
+    assert np.all(np.abs(line.g(place) / depth - 1.0) <= error + 2.0 * delta)
+    found = line.place(line.g(place))
+    beside = found.base == b
+    assert np.all(beside)
+    assert np.all(np.abs(found.offset / (b * delta) - 1.0) <= 1e-13)

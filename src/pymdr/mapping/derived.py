@@ -23,6 +23,9 @@ _NOISY = 1e3
 _MOST = 1024
 _SURE = 1e-10
 _UNDERFLOW = 1e-290
+_FIRST, _SPREAD = 0.02, 64.0
+"""Where on a panel beside a breakpoint f' is no smaller than by that factor."""
+_DIGITS = 1e6
 
 
 class DerivedSource:
@@ -217,7 +220,10 @@ class DerivedSource:
                 # finer panels only help where the misfit is more than rounding
                 noise = float(rounding(self._f, np.array([right]))[0])
                 settled = error <= _NOISY * noise / (right - left)
-            thin = depth >= _DEEPEST or right - left <= 1e-9 * right or not left < middle < right
+            begins = left == base and base > 0.0
+            settled = settled and not (begins and self._starts_steeply(series, left, right))
+            thinnest = 64.0 * np.finfo(float).eps if begins else 1e-9
+            thin = depth >= _DEEPEST or right - left <= thinnest * right or not left < middle < right
             if settled or thin:
                 self._low.append(left)
                 self._high.append(right)
@@ -225,6 +231,12 @@ class DerivedSource:
                 self._error.append(error)
                 continue
             todo += [(middle, right, error, depth + 1), (left, middle, error, depth + 1)]
+
+    def _starts_steeply(self, series: FloatArray, low: float, high: float) -> bool:
+        """Whether f' spans orders of magnitude beside a breakpoint, over which f has its digits."""
+        first, last = np.abs(clenshaw(np.stack([series, series]), np.array([_FIRST, 1.0])))
+        rise, noise = last * (high - low), float(rounding(self._f, np.array([high]))[0])
+        return bool(last > _SPREAD * first and rise > _DIGITS * noise)
 
     def _panel(self, low: float, high: float) -> tuple[FloatArray, float, float] | None:
         probe = low + (high - low) * np.linspace(0.0, 1.0, 33)

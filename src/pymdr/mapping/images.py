@@ -335,6 +335,21 @@ class Charges:
             total[beyond] += np.where(distance > 0.0, term, 0.0)
         return total
 
+    def jump_error(self, base: FloatArray, offset: FloatArray) -> FloatArray:
+        """Error of g' on panels, shape of `offset` (T, k), from the errors of the jumps of f'."""
+        slopes = self.slopes
+        rough = np.flatnonzero(slopes.jump_error > 8.0 * np.finfo(float).eps * slopes.size)
+        total = np.zeros(offset.shape)
+        for b, error in zip(
+            slopes.panels.base[rough].tolist(), slopes.jump_error[rough].tolist(), strict=True
+        ):
+            beyond = np.flatnonzero(base + offset[:, -1] > b)
+            distance = (base[beyond] - b)[:, None] + offset[beyond]
+            with np.errstate(divide="ignore", invalid="ignore"):
+                term = error * b / np.sqrt(distance * (2.0 * b + distance))
+            total[beyond] += np.where(distance > 0.0, term, 0.0)
+        return total
+
     def spread_error(self, x: FloatArray) -> FloatArray:
         """Error of g at places in m, from the measured errors of f'."""
         panels, slopes = self.slopes.panels, self.slopes
@@ -450,12 +465,15 @@ class Image:
     """Largest values of g, g', m and s on every panel, without their powers, shape (P, 4)."""
     end_squared: float
     """s at the upper end in m^3."""
+    beside: FloatArray
+    """Errors of the exponent and of the place in m with which f' begins at a breakpoint, shape (P, 2)."""
 
     def take(self, index: Selection) -> Image:
         """The image on some of the panels, the last one among them."""
         g, slope, moment, squared = (self.curve(name).take(index) for name in CURVES)
         panels = self.panels.take(index)
-        return Image(panels, g, slope, moment, squared, self.error[index], self.size[index], self.end_squared)
+        error, size, beside = self.error[index], self.size[index], self.beside[index]
+        return Image(panels, g, slope, moment, squared, error, size, self.end_squared, beside)
 
     def curve(self, name: str) -> Series:
         """One of the curves by its name."""
@@ -526,7 +544,16 @@ def map_panels(charges: Charges, panels: Panels, squared_below: float) -> Image:
         # s carries on what it has gathered below
         gathered = np.maximum.accumulate((misfit + error[:, 1] + error[:, 2]) * size[:, 3])
         error[:, 3] = np.where(size[:, 3] > 0.0, gathered / size[:, 3], 0.0)
-    return Image(whole, g, slope, moment, squared, error, size, end)
+    return Image(whole, g, slope, moment, squared, error, size, end, _beside(charges.slopes, whole))
+
+
+def _beside(slopes: Slopes, panels: Panels) -> FloatArray:
+    """The errors with which f' begins at the breakpoints of panels of the image, on all panels up to the next one."""
+    found = np.zeros((panels.count, 2))
+    source = np.flatnonzero(slopes.panels.begins & slopes.beside.any(axis=1))
+    for i in source.tolist():
+        found[panels.base == slopes.panels.base[i]] = slopes.beside[i]
+    return found
 
 
 @lru_cache(maxsize=1)
@@ -568,17 +595,20 @@ def _fit_image(charges: Charges, panels: Panels, u: FloatArray) -> _Fitted:
         at = panels.start[:, None] + panels.width[:, None] * _SPREAD_AT
         rough = charges.spread_error(at.ravel()).reshape(at.shape)
         rough = np.where(size[:, :1] > 0.0, rough / np.max(np.abs(values[:, 0]), axis=1)[:, None], 0.0)
+        jumps = charges.jump_error(panels.base, panels.low[:, None] + panels.width[:, None] * _SPREAD_AT)
+        jumps = np.where(size[:, 1] > 0.0, np.max(jumps, axis=1) / np.max(np.abs(values[:, 1]), axis=1), 0.0)
     # one that is rough at its end only, where the profile may end steeply, is divided all the same
     known, spread = np.median(rough, axis=1), np.max(rough, axis=1)
     allowed = np.stack(
-        [_TOLERANCE + 4.0 * known, _RATE_TOLERANCE + 64.0 * known, _TOLERANCE + 4.0 * known], axis=1
+        [_TOLERANCE + 4.0 * known, _RATE_TOLERANCE + 64.0 * known + 4.0 * jumps, _TOLERANCE + 4.0 * known],
+        axis=1,
     )
     # values of one sign on a panel beside a breakpoint are of one order
     lowest, highest = plain.min(axis=2), plain.max(axis=2)
     one_sign = (lowest > 0.0) | (highest < 0.0)
     uneven = one_sign & (size > _SPREAD * np.min(np.abs(plain), axis=2))
     even = ~(panels.begins & uneven.any(axis=1))
-    error = error + np.stack([spread, 16.0 * spread, spread], axis=1)
+    error = error + np.stack([spread, 16.0 * spread + jumps, spread], axis=1)
     room = ((0, 0), (0, 1))
     return _Fitted(power, coefficients, np.pad(error, room), np.pad(size, room), allowed, even)
 
@@ -686,6 +716,7 @@ def joined_images(first: Image, second: Image) -> Image:
         np.concatenate([first.error, second.error]),
         np.concatenate([first.size, second.size]),
         second.end_squared,
+        np.concatenate([first.beside, second.beside]),
     )
 
 

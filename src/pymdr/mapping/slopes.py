@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Protocol
 
 import numpy as np
@@ -51,6 +51,11 @@ ABOVE_TAIL = 4.0
 """Radii from which on the image of a slope does not feel how its tip was closed, in radii of the floor."""
 _SUDDEN = 1e-200
 _PURE = 1e-14
+_CORRECTIONS = 4
+"""Powers of the offset that follow the first one beside a breakpoint."""
+_SIMPLE = 1e-4
+_UNNAMED = 32.0 * float(np.finfo(float).eps)
+"""How far a kink that was found may lie from the true one, in its radius."""
 """Largest misfit of a power that stands for the tip as far in as it is asked."""
 
 
@@ -98,6 +103,13 @@ class Slopes:
     """Largest |f'| on every panel, shape (P,)."""
     jump: FloatArray
     """Jump of f' at the lower end of panels that begin at a breakpoint, else 0; shape (P,)."""
+    jump_error: FloatArray
+    """Error of that jump, shape (P,)."""
+    beside: FloatArray
+    """Errors of the exponent and of the place in m with which f' begins there, shape (P, 2)."""
+
+
+_MEASURED = ("error", "size", "jump", "jump_error", "beside")
 
 
 @dataclass(frozen=True)
@@ -212,10 +224,11 @@ class ResolvedSlope:
         if isinstance(made, _Stopped):
             self._stopped(made)
             return
-        made = _with_jumps(made, self.slopes)
+        made = _beginning(made, self.slopes, self.found)
         self.slopes = made if self.slopes is None else joined_slopes(self.slopes, made)
-        last = float(made.panels.high[-1])
-        self.front = at if last == low or at <= base else float(made.panels.stop[-1])
+        # what was divided beyond the radius that is needed has not been taken
+        complete = made.panels.high[-1] == stretches[-1].high[-1]
+        self.front = at if complete else float(made.panels.stop[-1])
 
     def _front_offset(self, base: float) -> float:
         """Where the next panel begins, without rounding."""
@@ -254,9 +267,7 @@ def joined_slopes(first: Slopes, second: Slopes) -> Slopes:
     return Slopes(
         joined([first.panels, second.panels]),
         joined_series([first.series, second.series]),
-        np.concatenate([first.error, second.error]),
-        np.concatenate([first.size, second.size]),
-        np.concatenate([first.jump, second.jump]),
+        *(np.concatenate([getattr(first, name), getattr(second, name)]) for name in _MEASURED),
     )
 
 
@@ -347,13 +358,15 @@ def _resolve(
             rest = np.flatnonzero(~fits)
             noise = _noise(source, pending.take(rest))
             fits[rest] |= (fit.error[rest] <= 8.0 * noise) & fit.even[rest]
-        beside = pending.begins
+        begins = pending.begins
         thinnest = np.maximum(64.0 * np.finfo(float).eps * pending.base, 1e-300)
         last = (pending.width <= thinnest) | (generation == _GENERATIONS)
-        fits |= last | (beside & (generation >= _GRADED))
+        fits |= last | (begins & (generation >= _GRADED))
         taken = pending.take(fits)
         error = fit.error[fits] + source.uncertainty(taken)
-        done.append(Slopes(taken, fit.series.take(fits), error, fit.size[fits], np.zeros(taken.count)))
+        beside = np.stack([fit.exponent_error[fits], np.zeros(taken.count)], axis=1)
+        none = np.zeros(taken.count)
+        done.append(Slopes(taken, fit.series.take(fits), error, fit.size[fits], none, none, beside))
         rest = np.flatnonzero(~fits)
         if rest.size == 0:
             break
@@ -379,10 +392,7 @@ def _resolve(
     return Slopes(
         panels.take(order),
         joined_series([part.series for part in done]).take(order),
-        *(
-            np.concatenate([getattr(part, name) for part in done])[order]
-            for name in ("error", "size", "jump")
-        ),
+        *(np.concatenate([getattr(part, name) for part in done])[order] for name in _MEASURED),
     )
 
 
@@ -393,6 +403,7 @@ class _Fit:
     size: FloatArray
     even: np.ndarray
     """Whether values on a panel beside a breakpoint are of one order."""
+    exponent_error: FloatArray
 
 
 def _fitted(source: SlopeSource, panels: Panels, u_test: FloatArray) -> _Fit | _Stopped:
@@ -404,7 +415,7 @@ def _fitted(source: SlopeSource, panels: Panels, u_test: FloatArray) -> _Fit | _
     if not np.isfinite(values).all():
         return _end_of_definition(source, panels, values, wanted)
     size = np.max(np.abs(values), axis=1)
-    power = _powers(panels, actual, values)
+    power, exponent_error = _powers(panels, actual, values)
     with np.errstate(divide="ignore", invalid="ignore", over="ignore", under="ignore"):
         scale = np.where(power[:, None] != 0.0, (actual / panels.high[:, None]) ** power[:, None], 1.0)
         plain = np.where(scale > 0.0, values / scale, 0.0)
@@ -422,34 +433,47 @@ def _fitted(source: SlopeSource, panels: Panels, u_test: FloatArray) -> _Fit | _
     one_sign = (np.min(plain, axis=1) > 0.0) | (np.max(plain, axis=1) < 0.0)
     beside = panels.begins
     even = ~beside | ~one_sign | (np.max(np.abs(plain), axis=1) <= _SPREAD * smallest)
-    return _Fit(Series(power, coefficients), error, size, even)
+    return _Fit(Series(power, coefficients), error, size, even, exponent_error)
 
 
-def _powers(panels: Panels, offset: FloatArray, values: FloatArray) -> FloatArray:
-    """Local powers of steep slopes; that of a slope that begins at 0 beside its breakpoint."""
+def _powers(panels: Panels, offset: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Local powers of steep slopes; that of a slope that begins at 0 beside its breakpoint, with its error."""
     first, last = values[:, 0], values[:, TERMS - 1]
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         ratio = last / first
         power = np.log(ratio) / np.log(offset[:, TERMS - 1] / offset[:, 0])
     steep = np.isfinite(power) & (ratio > 0.0) & ((ratio > _STEEP) | (ratio < 1.0 / _STEEP))
     answer = np.where(steep & (panels.low > 0.0), power, 0.0)
+    error = np.zeros(panels.count)
     for i in np.flatnonzero(panels.begins & (first != 0.0)):
-        answer[i] = _first_power(offset[i, :4], values[i, :4])
-    return answer
+        answer[i], error[i] = _first_power(offset[i, :TERMS], values[i, :TERMS])
+    return answer, error
 
 
-def _first_power(offset: FloatArray, values: FloatArray) -> float:
-    """Exponent of a slope that starts like offset^p, 0 where it does not vanish or is no power."""
+def _first_power(offset: FloatArray, values: FloatArray) -> tuple[float, float]:
+    """Exponent of a slope that starts like offset^p, and its error; 0 where it does not vanish or is no power."""
     if offset[0] <= 0.0 or not (np.all(values > 0.0) or np.all(values < 0.0)):
-        return 0.0
-    local = np.diff(np.log(np.abs(values))) / np.diff(np.log(offset))
-    # linear in the offset: what corrections to the power leave
+        return 0.0, 0.0
+    height, size = np.log(offset / offset[-1]), np.log(values / values[-1])
+    local = np.diff(size[:4]) / np.diff(height[:4])
     guess = float(local[0] - (local[1] - local[0]) * offset[0] / (offset[1] - offset[0]))
     if abs(guess) < 0.02 or np.ptp(local) > 0.5 * abs(guess):
-        return 0.0
-    # whole and simple powers are meant as such, as far as the corrections to them let tell
-    nearest = round(guess * 60.0) / 60.0
-    return nearest if abs(guess - nearest) < max(1e-9, 0.02 * float(np.ptp(local))) else guess
+        return 0.0, 0.0
+    # log f' = const + p log(offset) + a series in the offset, no longer than it has to be
+    series = np.exp(height)[:, None] ** np.arange(_CORRECTIONS + 1)
+    rounding = np.finfo(float).eps * (1.0 + abs(guess))
+    for count in range(1, _CORRECTIONS + 2):
+        matrix = np.column_stack([height, series[:, :count]])
+        inverse = np.linalg.pinv(matrix)
+        rest = float(np.max(np.abs(size - matrix @ (inverse @ size))))
+        if rest <= 8.0 * rounding:
+            break
+    power = float(inverse[0] @ size)
+    error = 4.0 * max(rest, rounding) * float(np.linalg.norm(inverse[0]))
+    # whole and simple powers are meant as such
+    simple = round(power * 60.0) / 60.0
+    near = abs(power - simple) < max(1e-9, min(error, _SIMPLE))
+    return (simple, 0.0) if near else (power, error)
 
 
 def _divided(panels: Panels, family: np.ndarray) -> tuple[Panels, np.ndarray]:
@@ -494,27 +518,32 @@ def _end_of_definition(
     return _Stopped([], float(base[0] + low), value)
 
 
-def _with_jumps(made: Slopes, before: Slopes | None) -> Slopes:
-    """The jumps of f' at breakpoints, from the series on both sides."""
+def _beginning(made: Slopes, before: Slopes | None, found: list[float]) -> Slopes:
+    """What happens at breakpoints: the jumps of f' with their errors, and how well the places are known."""
     panels, series = made.panels, made.series
     begins = np.flatnonzero(panels.begins)
     if begins.size == 0:
         return made
-    jump = np.array(made.jump)
+    jump, jump_error, beside = np.array(made.jump), np.array(made.jump_error), np.array(made.beside)
     right = np.where(
         series.power[begins] == 0.0, clenshaw(series.coefficients[begins], np.zeros(begins.size)), 0.0
     )
-    left, size = np.zeros(begins.size), np.zeros(begins.size)
+    left, size, error = np.zeros(begins.size), np.zeros(begins.size), np.array(made.error[begins])
     inner = begins > 0
     left[inner] = clenshaw(series.coefficients[begins[inner] - 1], np.ones(int(inner.sum())))
     size[inner] = made.size[begins[inner] - 1]
+    error[inner] += made.error[begins[inner] - 1]
     if not inner.all() and before is not None:
         left[~inner] = clenshaw(before.series.coefficients[-1:], np.ones(1))
         size[~inner] = before.size[-1]
+        error[~inner] += before.error[-1]
     difference = right - left
-    noise = 64.0 * np.finfo(float).eps * np.maximum(size, made.size[begins])
-    jump[begins] = np.where(np.abs(difference) > noise, difference, 0.0)
-    return Slopes(panels, series, made.error, made.size, jump)
+    rounding = np.finfo(float).eps * np.maximum(size, made.size[begins])
+    jump[begins] = np.where(np.abs(difference) > 64.0 * rounding + error, difference, 0.0)
+    jump_error[begins] = rounding + error
+    unnamed = np.isin(panels.base[begins], found)
+    beside[begins[unnamed], 1] = _UNNAMED * panels.base[begins[unnamed]]
+    return replace(made, jump=jump, jump_error=jump_error, beside=beside)
 
 
 def _floor(source: SlopeSource, inner: float) -> float:

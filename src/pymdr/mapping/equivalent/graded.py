@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from pymdr.errors import ProblemError
 from pymdr.mapping import returning
 from pymdr.mapping.equivalent.base import EquivalentProfile, rising_root
-from pymdr.mapping.images import Charges, Image, joined_images, map_panels, rooted_copy, with_slope
+from pymdr.mapping.images import CURVES, Charges, Image, joined_images, map_panels, rooted_copy, with_slope
 from pymdr.mapping.series import (
     IndexArray,
     Panels,
@@ -144,15 +144,17 @@ class GradedLine(EquivalentProfile):
         inward = inner < self._inner
         if inward and self._image is not None:
             inner *= _INWARD
+        knots = list(slope.knots)
         slope.resolve_to(max(x, self.front), min(inner, self._inner))
         assert slope.slopes is not None
         self._charges = Charges(slope.slopes, slope.tail)
-        begin = self._begin
-        if self._image is None or inward:
-            # sums from the tip outward begin anew
-            panels = self._panels(begin, None, slope.front)
-            self._image = map_panels(self._charges, panels, self._tail_squared(begin))
-        elif slope.front > self.front:
+        if inward or self._image is None:
+            settled = self._settled() if knots == slope.knots else None
+            stop = slope.front if settled is None else float(settled.panels.start[0])
+            panels = self._panels(self._begin, None, stop)
+            image = map_panels(self._charges, panels, self._tail_squared(self._begin))
+            self._image = image if settled is None else joined_images(image, settled)
+        if slope.front > self.front:
             last = self._image.panels
             place = (float(last.base[-1]), float(last.high[-1]))
             fresh = map_panels(
@@ -160,6 +162,14 @@ class GradedLine(EquivalentProfile):
             )
             self._image = joined_images(self._image, fresh)
         self._inner = min(self._inner, inner)
+
+    def _settled(self) -> Image | None:
+        """The image beyond what an extension inward changes, from where panels do not count from a breakpoint before."""
+        if self._image is None:
+            return None
+        panels = self._image.panels
+        first = np.flatnonzero((panels.start >= self._inner) & ((panels.base == 0.0) | panels.begins))
+        return self._image.take(slice(int(first[0]), None)) if first.size else None
 
     @property
     def _begin(self) -> float:
@@ -291,7 +301,21 @@ class GradedLine(EquivalentProfile):
             with np.errstate(divide="ignore", invalid="ignore"):
                 share = np.where(value > 0.0, image.size[index, k] / value, 1.0)
             errors[:, k] *= np.maximum(share, 1.0)
-        return errors
+        return errors + self._beside_breakpoints(image, index, offset)
+
+    def _beside_breakpoints(self, image: Image, index: IndexArray, offset: FloatArray) -> FloatArray:
+        """What an uncertain exponent, or place of a kink, does to curves that begin like a power there."""
+        exponent, place = image.beside[index].T
+        if not exponent.any() and not place.any():
+            return np.zeros((index.size, 4))
+        with np.errstate(divide="ignore", over="ignore"):
+            # beyond the first panel the power is no longer extrapolated
+            ratio = np.minimum(offset / image.panels.high[index], 1.0)
+            first = image.panels.low[index] == 0.0
+            found = np.where(first & (exponent > 0.0), exponent * np.abs(np.log(ratio)), 0.0)[:, None]
+            shift = np.where(place > 0.0, place / offset, 0.0)[:, None]
+            powers = np.stack([getattr(image, name).power[index] for name in CURVES], axis=1)
+        return np.asarray(found * np.array([1.0, 1.0, 1.0, 2.0]) + shift * np.abs(powers))
 
     # -- inverses ---------------------------------------------------------------------------------
 
@@ -660,21 +684,22 @@ def _newton(panels: Panels, series: Series, index: IndexArray, target: FloatArra
         c, rate = with_slope(coefficients[open_], u[open_])
         p, h = power[open_], high[open_]
         delta = offset_of(u[open_], open_)
-        ratio = delta / h
-        with np.errstate(divide="ignore", invalid="ignore", under="ignore"):
-            # the logarithm of a power times a series is nearly straight
-            wanted = np.where(p != 0.0, target[open_] / ratio**p, target[open_])
-            stretch = np.where(
+        stretch = np.where(rooted[open_], 2.0 * (last[open_] - first[open_]) * np.sqrt(delta), h - low[open_])
+        with np.errstate(divide="ignore", invalid="ignore", under="ignore", over="ignore"):
+            wanted = np.where(p != 0.0, target[open_] / (delta / h) ** p, target[open_])
+            # the logarithm of a power times a series is nearly straight in that of the offset
+            factor = np.exp(np.log(wanted / c) / (p + rate * delta / (c * stretch)))
+            root = np.sqrt(delta * factor)
+            along = np.where(
                 rooted[open_],
-                2.0 * (last[open_] - first[open_]) * np.sqrt(delta),
-                h - low[open_],
+                (root - first[open_]) / (last[open_] - first[open_]),
+                (delta * factor - low[open_]) / (h - low[open_]),
             )
-            steep = rate + np.where(p != 0.0, p * c * stretch / delta, 0.0)
-            step = (wanted - c) / steep
         above = c > wanted
         right[open_] = np.where(above, u[open_], right[open_])
         left[open_] = np.where(above, left[open_], u[open_])
-        new = u[open_] + step
+        with np.errstate(divide="ignore", invalid="ignore", under="ignore"):
+            new = np.where(p != 0.0, along, u[open_] + (wanted - c) / rate)
         bad = ~((new >= left[open_]) & (new <= right[open_]))
         new = np.where(bad, 0.5 * (left[open_] + right[open_]), new)
         moved = np.abs(new - u[open_])
