@@ -20,6 +20,7 @@ import numpy as np
 from scipy.special import roots_jacobi
 
 from pymdr.mapping.abel import gauss
+from pymdr.mapping.bunches import Bunches, bunched
 from pymdr.mapping.quarters import (
     APART,
     NEAR,
@@ -518,6 +519,11 @@ class Image:
         """One of the curves by its name."""
         curve: Series = getattr(self, name)
         return curve
+
+    @cached_property
+    def bunches(self) -> Bunches:
+        """The slope as charges, for integrals over it."""
+        return bunched(self.panels, self.slope)
 
 
 def map_panels(charges: Charges, panels: Panels, squared_below: float) -> Image:

@@ -147,15 +147,17 @@ class GradedLine(EquivalentProfile):
         inward = inner < self._inner
         if inward and self._image is not None:
             inner *= _INWARD
+        knots = list(slope.knots)
         slope.resolve_to(max(x, self.front), min(inner, self._inner))
         assert slope.slopes is not None
         self._charges = Charges(slope.slopes, slope.tail)
-        begin = self._begin
-        if self._image is None or inward:
-            # sums from the tip outward begin anew
-            panels = self._panels(begin, None, slope.front)
-            self._image = map_panels(self._charges, panels, self._tail_squared(begin))
-        elif slope.front > self.front:
+        if inward or self._image is None:
+            settled = self._settled() if knots == slope.knots else None
+            stop = slope.front if settled is None else float(settled.panels.start[0])
+            panels = self._panels(self._begin, None, stop)
+            image = map_panels(self._charges, panels, self._tail_squared(self._begin))
+            self._image = image if settled is None else joined_images(image, settled)
+        if slope.front > self.front:
             last = self._image.panels
             place = (float(last.base[-1]), float(last.high[-1]))
             fresh = map_panels(
@@ -163,6 +165,14 @@ class GradedLine(EquivalentProfile):
             )
             self._image = joined_images(self._image, fresh)
         self._inner = min(self._inner, inner)
+
+    def _settled(self) -> Image | None:
+        """The image beyond what an extension inward changes, from where panels do not count from a breakpoint before."""
+        if self._image is None:
+            return None
+        panels = self._image.panels
+        first = np.flatnonzero((panels.start >= self._inner) & ((panels.base == 0.0) | panels.begins))
+        return self._image.take(slice(int(first[0]), None)) if first.size else None
 
     @property
     def _begin(self) -> float:
@@ -586,7 +596,7 @@ class GradedLine(EquivalentProfile):
         if positive.size:
             image = self.map_to(float(edge.x), max(float(positive.min()), 2.0**-60 * float(edge.x)))
         answer = np.zeros(x.shape)
-        part = returning.stretch(image.panels, image.slope, (0.0, 0.0), stop)
+        part = returning.Stretch(image.bunches, (0.0, 0.0), stop)
         answer[inside] = returning.over_root(part, base[inside], offset[inside])
         start = float(image.panels.start[0])
         low = inside & (x < start)
@@ -602,7 +612,7 @@ class GradedLine(EquivalentProfile):
         image = self.map_to(high, low)
         if low < float(image.panels.start[0]):
             return super().pressure_between(r, low, high)
-        part = returning.stretch(image.panels, image.slope, (0.0, low), (0.0, high))
+        part = returning.Stretch(image.bunches, (0.0, low), (0.0, high))
         return returning.over_root(part, np.zeros(r.shape), r)
 
     def gap_between(self, r: FloatArray, low: float, high: float) -> FloatArray:
@@ -610,7 +620,7 @@ class GradedLine(EquivalentProfile):
         image = self.map_to(float(np.max(r, initial=high)), low)
         if low < float(image.panels.start[0]):
             return super().gap_between(r, low, high)
-        part = returning.stretch(image.panels, image.slope, (0.0, low), (0.0, high))
+        part = returning.Stretch(image.bunches, (0.0, low), (0.0, high))
         return returning.with_arccos(part, np.zeros(r.shape), r)
 
     def gap_integral(self, r: Position, a: Position) -> FloatArray:
@@ -627,7 +637,7 @@ class GradedLine(EquivalentProfile):
             return answer.reshape(shape)
         image = self.map_to(float(x[outside].max()), float(x[outside].min()))
         last = (float(image.panels.base[-1]), float(image.panels.high[-1]))
-        part = returning.stretch(image.panels, image.slope, start, last)
+        part = returning.Stretch(image.bunches, start, last)
         answer[outside] = returning.with_arccos(part, base[outside], offset[outside])
         first = float(image.panels.start[0])
         if start[0] + start[1] < first:
@@ -648,7 +658,7 @@ class GradedLine(EquivalentProfile):
         x = np.ravel(np.asarray(r, dtype=float))
         image = self.map_to(float(edge.x))
         stop = (float(edge.base), float(edge.offset))
-        part = returning.stretch(image.panels, image.slope, (0.0, 0.0), stop)
+        part = returning.Stretch(image.bunches, (0.0, 0.0), stop)
         answer = returning.with_arcsin(part, np.zeros(x.shape), x)
         first = min(float(image.panels.start[0]), float(edge.x))
         n, top, radius = self._tail_constants()
