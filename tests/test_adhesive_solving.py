@@ -14,6 +14,7 @@ from scipy.optimize import brentq
 from scipy.special import gamma, struve
 
 import pymdr as mdr
+from pymdr.line.adhesion import power_law_pull_off
 from pymdr.mapping.equivalent import equivalent_profile
 
 UNIT = mdr.Elastic(1.0, 0.0)
@@ -846,6 +847,72 @@ def test_a_wavy_profile_against_a_table(control):
     assert a[held] == pytest.approx(table.a[rows[held]], abs=1.1e-5)
     assert force[held] == pytest.approx(table.force[rows[held]], abs=2e-5)
     assert result.claims["normal_force"].where.all()
+
+
+def falling(level, start):
+    """Rows that a contact passes when its control falls from a row until it is lost: new minima on the way."""
+    down = level[start:0:-1]
+    return start - np.flatnonzero(down <= np.minimum.accumulate(down))
+
+
+@settings(max_examples=10, deadline=None)
+@given(
+    height=st.floats(0.001, 0.006),
+    wave=st.floats(20.0, 90.0),
+    work=st.floats(0.004, 0.02),
+    stiffness=st.sampled_from([0.0, 0.3, 3.0, math.inf]),
+)
+def test_the_largest_pull_on_the_way_is_that_of_a_table(height, wave, work, stiffness):
+    table = Table(height, wave, work, top=1.0, n=40_001)
+    level = (
+        table.force
+        if stiffness == 0.0
+        else table.d + (0.0 if math.isinf(stiffness) else table.force / stiffness)
+    )
+    unloaded = 1 + int(np.flatnonzero(table.force[1:] >= 0.0)[0])
+    # pressed by the machine until the contact is as large as that of the unloaded body
+    most = np.maximum.accumulate(np.maximum(level[1:], 0.0))
+    grown = 1 + np.flatnonzero(np.concatenate([[True], level[2:] >= most[:-1]]) & (level[1:] >= 0.0))
+    start = int(grown[grown >= unloaded][0])
+    passed = falling(level, start)
+    found = mdr.pull_off(contact(wavy(height, wave), mdr.JKR(work)), machine_stiffness=stiffness)
+    # a row of the table is 2.5e-5 wide
+    assert found.largest_pull == pytest.approx(table.force[passed].min(), abs=1e-4 * work)
+    assert found.normal_force == pytest.approx(table.force[passed[-1]], abs=2e-2 * work)
+
+
+@settings(max_examples=30, deadline=None)
+@given(
+    exponent=st.floats(0.8, 5.0),
+    height=st.floats(0.01, 10.0),
+    work=st.floats(1e-4, 1.0),
+    stiffness=st.sampled_from([1e-3, 1.0, 1e3, math.inf]),
+)
+def test_a_tip_pulls_most_where_a_dead_load_would_lose_it(exponent, height, work, stiffness):
+    tip = contact(mdr.PowerLaw(exponent, height, 1.0), mdr.JKR(work))
+    dead = float(power_law_pull_off(exponent, height, 1.0, work, 0.0).normal_force)
+    found = mdr.pull_off(tip, machine_stiffness=stiffness)
+    assert found.largest_pull == pytest.approx(dead, rel=1e-10)
+    held = float(power_law_pull_off(exponent, height, 1.0, work, stiffness).normal_force)
+    assert found.normal_force == pytest.approx(held, rel=1e-9)
+
+
+@settings(max_examples=20, deadline=None)
+@given(share=st.floats(0.05, 2.0), exponent=st.floats(1.0, 3.0), stiffness=st.sampled_from([0.0, 1e6]))
+def test_a_profile_that_ends_too_early_is_refused_as_by_solve(share, exponent, stiffness):
+    law = mdr.JKR(0.01)
+    unloaded = mdr.solve(contact(mdr.PowerLaw(exponent, 1.0, 1.0), law), mdr.load(0.0))
+    r = np.linspace(0.0, share * last(unloaded, "contact_radius"), 60)
+    known = contact(mdr.Sampled(r, r**exponent), law)
+    if share > 1.01:
+        assert mdr.pull_off(known, machine_stiffness=stiffness).jump_in_radius > 0.0
+    elif share < 0.99:
+        for call in (
+            lambda: mdr.pull_off(known, machine_stiffness=stiffness),
+            lambda: mdr.solve(known, mdr.load(0.0)),
+        ):
+            with pytest.raises(mdr.PathError, match="known"):
+                call()
 
 
 # --- certificate ------------------------------------------------------------------------------------------

@@ -7,6 +7,7 @@ All folds are found first; then the branches are tabulated once and any number o
 """
 
 from pymdr.line.following.audit import energy_residual
+from pymdr.line.following.branches import turning_points
 from pymdr.line.following.curves import (
     Curve,
     Equilibria,
@@ -18,10 +19,13 @@ from pymdr.line.following.paths import (
     Balance,
     History,
     Jumps,
+    Pull,
     Track,
     Transitions,
     energy_balance,
     follow,
+    pressed,
+    pulled,
     trace,
 )
 
@@ -31,13 +35,17 @@ __all__ = [
     "Equilibria",
     "History",
     "Jumps",
+    "Pull",
     "Track",
     "Transitions",
     "energy_balance",
     "energy_residual",
     "follow",
     "parameter_reaching",
+    "pressed",
+    "pulled",
     "sampled_curve",
     "trace",
+    "turning_points",
     "under_machine",
 ]

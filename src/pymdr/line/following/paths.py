@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from bisect import bisect_right
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from operator import neg
@@ -169,6 +170,96 @@ def trace(curve: Curve) -> Track:
         at_touch,
     )
     return Track(curve, turning, bottom, top, low, high, touch, found)
+
+
+@dataclass(frozen=True)
+class Pull:
+    """The way of a contact that is pulled until it is lost.
+
+    Attributes
+    ----------
+    begin, end : ndarray
+        Parameters between which it shrinks smoothly, one pair for every branch on the way.
+    loss : float
+        Energy dissipated in the last jump, out of contact [J].
+    """
+
+    begin: FloatArray
+    end: FloatArray
+    loss: float
+
+    @property
+    def lost(self) -> float:
+        """Parameter of the last stable state."""
+        return float(self.end[-1])
+
+
+def pressed(track: Track, measure: Callable[[FloatArray], FloatArray], target: float) -> tuple[int, float]:
+    """Return the branch and the parameter of the first state with measure(s) >= target when D rises from the touch.
+
+    Parameters
+    ----------
+    track : Track
+        The curve, traced.
+    measure : callable
+        A quantity of the states that rises along the stable branches.
+    target : float
+        Its value that is sought.
+
+    Raises
+    ------
+    PathError
+        When the known curve ends before.
+
+    Examples
+    --------
+    >>> wave = Curve(lambda s: s + 2 * np.sin(s), lambda s: 1 + 2 * np.cos(s),
+    ...              lambda s: 2 * np.sin(s)**2 + 2 - 2 * np.cos(s), start=0.0, stop=12.0)
+    >>> branch, s = pressed(trace(wave), lambda s: s, 3.0)
+    >>> branch, bool(abs(s + 2 * np.sin(s) - 2 * np.pi / 3 - np.sqrt(3)) < 1e-12)
+    (1, True)
+    """
+    out = track.jumps[_TOUCH]
+    branch, s = int(out.to[0]), float(out.after[0])
+    while branch != _NOWHERE:
+        top = track.top[branch : branch + 1]
+        here = np.array([s])
+        if measure(here)[0] >= target:
+            return branch, s
+        if measure(top)[0] >= target:
+            return branch, float(roots_of(lambda x: measure(x) - target, here, top)[0])
+        out = track.jumps[_UP]
+        branch, s = int(out.to[branch]), float(out.after[branch])
+    raise PathError("the known curve ends before the state that is sought")
+
+
+def pulled(track: Track, branch: int, parameter: float) -> Pull:
+    """Return the way of a contact from a stable state until it is lost, as D falls.
+
+    Parameters
+    ----------
+    track : Track
+        The curve, traced.
+    branch : int
+        Branch of the state.
+    parameter : float
+        Its parameter.
+
+    Examples
+    --------
+    >>> wave = Curve(lambda s: s + 2 * np.sin(s), lambda s: 1 + 2 * np.cos(s),
+    ...              lambda s: 2 * np.sin(s)**2 + 2 - 2 * np.cos(s), start=0.0, stop=12.0)
+    >>> way = pulled(trace(wave), 1, 7.0)
+    >>> np.allclose(way.end, [4 * np.pi / 3, 0.0]), way.begin.size
+    (True, 2)
+    """
+    out = track.jumps[_DOWN]
+    begin, end = [], []
+    while branch != _FREE:
+        begin.append(parameter)
+        end.append(float(track.bottom[branch]))
+        branch, parameter, loss = int(out.to[branch]), float(out.after[branch]), float(out.loss[branch])
+    return Pull(np.array(begin), np.array(end), loss)
 
 
 def _first(limit: FloatArray, *, upward: bool) -> _Index:
