@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pymdr.errors import PathError, ProblemError
+from pymdr.interpretation.adhesion import Visited, certify_stretched_disk, is_always_open
 from pymdr.interpretation.branches import equilibrium_curve, round_radius
 from pymdr.line.adhesion import maugis_parameter, tabor_parameter
-from pymdr.line.following import Pull, Track, pressed, pulled, turning_points, under_machine
+from pymdr.line.following import Track, Way, pressed, pulled, turning_points, under_machine
 from pymdr.problem.contact import Contact
 from pymdr.problem.laws import DMT, JKR, AdhesionLaw, MaugisDugdale
 from pymdr.problem.paths import load
@@ -119,9 +120,10 @@ def pull_off(
     """
     line = _adhesive(contact)
     stiffness = read_stiffness(machine_stiffness)
-    track, branch, pressed_state = _pressed(line, stiffness, pressed_to)
-    way = pulled(track, branch, pressed_state)
-    state = line.equilibria.states(np.array([way.lost]))
+    track, press = _pressed(line, stiffness, pressed_to)
+    pull = pulled(track, press.branch, press.last)
+    _refuse_rings(line, track, stiffness, press, pull)
+    state = line.equilibria.states(np.array([pull.last]))
     d, force = float(state.indentation[0]), float(state.normal_force[0])
     touched = line.equilibria.states(track.jumps[2].after)
     return PullOff(
@@ -129,11 +131,11 @@ def pull_off(
         indentation=d,
         contact_radius=float(state.contact_radius[0]),
         travel=d + force / stiffness if stiffness > 0.0 else math.nan,
-        dissipated_energy=way.loss,
+        dissipated_energy=pull.loss,
         jump_in_indentation=float(touched.indentation[0]),
         jump_in_force=float(touched.normal_force[0]),
         jump_in_radius=float(touched.contact_radius[0]),
-        largest_pull=_lowest_force(line, way),
+        largest_pull=_lowest_force(line, pull),
         machine_stiffness=stiffness,
     )
 
@@ -146,7 +148,7 @@ def _adhesive(contact: Contact) -> AdhesiveLine:
     return AdhesiveLine(contact)
 
 
-def _lowest_force(line: AdhesiveLine, way: Pull) -> float:
+def _lowest_force(line: AdhesiveLine, way: Way) -> float:
     """The lowest force in N on the stretches of a pull, which is at one of their ends or at a fold of the force."""
     curve = under_machine(line.equilibria, float(np.max(way.begin)), 0.0)
     folds, _ = turning_points(curve.slope, curve.start, curve.stop, curve.knots)
@@ -164,10 +166,8 @@ def _tip_radius(line: AdhesiveLine, profile: Profile) -> float | None:
     return float(x[0] ** 2 / g[0]) if g[0] > 0.0 and abs(g[1] / g[0] - 4.0) < 1e-3 else None
 
 
-def _pressed(
-    line: AdhesiveLine, stiffness: float, pressed_to: QuantityLike | None
-) -> tuple[Track, int, float]:
-    """The curve under a machine, with branch and parameter of the state from which it is pulled."""
+def _pressed(line: AdhesiveLine, stiffness: float, pressed_to: QuantityLike | None) -> tuple[Track, Way]:
+    """The curve under a machine, and the way on it to the state from which it is pulled."""
 
     def measure(s: FloatArray) -> FloatArray:
         return s if pressed_to is None else line.equilibria.states(s).indentation
@@ -185,11 +185,40 @@ def _pressed(
         track = line.track(stiffness, -math.inf, line.track(math.inf, target).curve.stop)
     _first_touch(line, track, stiffness)
     try:
-        return track, *pressed(track, measure, target)
+        return track, pressed(track, measure, target)
     except PathError as error:
         raise line.too_short(
             "the contact would jump beyond the end of the profile when it is pressed", stiffness
         ) from error
+
+
+def _refuse_rings(line: AdhesiveLine, track: Track, stiffness: float, press: Way, pull: Way) -> None:
+    if is_always_open(line.line.equivalent, line.law):
+        return
+
+    def radii(s: FloatArray) -> FloatArray:
+        return line.equilibria.states(s).contact_radius
+
+    begin, end = (np.concatenate([getattr(press, name), getattr(pull, name)]) for name in ("begin", "end"))
+    at_press = press.end.size - 1
+    before = np.delete(np.append(0.0, radii(end)), at_press + 1)
+    after = np.delete(np.append(radii(begin), 0.0), at_press + 1)
+    control = np.delete(np.append(track.touch, track.curve.control(end)), at_press + 1)
+    visited = Visited(
+        rows=1,
+        row=np.zeros(begin.size, dtype=int),
+        begin=radii(begin),
+        end=radii(end),
+        jump_row=np.zeros(before.size, dtype=int),
+        stiffness=np.full(before.size, stiffness),
+        control=control,
+        before=before,
+        after=after,
+        loss=np.zeros(before.size),
+    )
+    certificate = certify_stretched_disk(line.line, visited, line.law)
+    if not certificate.disk.all():
+        raise ProblemError(f"pull_off: {certificate.reason}")
 
 
 def _first_touch(line: AdhesiveLine, track: Track, stiffness: float) -> float:

@@ -173,29 +173,32 @@ def trace(curve: Curve) -> Track:
 
 
 @dataclass(frozen=True)
-class Pull:
-    """The way of a contact that is pulled until it is lost.
+class Way:
+    """The way of a contact while D rises or falls, from branch to branch.
 
     Attributes
     ----------
     begin, end : ndarray
-        Parameters between which it shrinks smoothly, one pair for every branch on the way.
+        Parameters between which the contact moves smoothly, one pair for every branch on the way.
+    branch : int
+        The last branch.
     loss : float
-        Energy dissipated in the last jump, out of contact [J].
+        Energy dissipated in the jump that ends the way, out of contact [J]; 0 where none does.
     """
 
     begin: FloatArray
     end: FloatArray
-    loss: float
+    branch: int
+    loss: float = 0.0
 
     @property
-    def lost(self) -> float:
+    def last(self) -> float:
         """Parameter of the last stable state."""
         return float(self.end[-1])
 
 
-def pressed(track: Track, measure: Callable[[FloatArray], FloatArray], target: float) -> tuple[int, float]:
-    """Return the branch and the parameter of the first state with measure(s) >= target when D rises from the touch.
+def pressed(track: Track, measure: Callable[[FloatArray], FloatArray], target: float) -> Way:
+    """Return the way from the first touch to the first state with measure(s) >= target, as D rises.
 
     Parameters
     ----------
@@ -215,25 +218,29 @@ def pressed(track: Track, measure: Callable[[FloatArray], FloatArray], target: f
     --------
     >>> wave = Curve(lambda s: s + 2 * np.sin(s), lambda s: 1 + 2 * np.cos(s),
     ...              lambda s: 2 * np.sin(s)**2 + 2 - 2 * np.cos(s), start=0.0, stop=12.0)
-    >>> branch, s = pressed(trace(wave), lambda s: s, 3.0)
-    >>> branch, bool(abs(s + 2 * np.sin(s) - 2 * np.pi / 3 - np.sqrt(3)) < 1e-12)
+    >>> way = pressed(trace(wave), lambda s: s, 3.0)
+    >>> way.branch, bool(abs(way.last + 2 * np.sin(way.last) - 2 * np.pi / 3 - np.sqrt(3)) < 1e-12)
     (1, True)
     """
     out = track.jumps[_TOUCH]
     branch, s = int(out.to[0]), float(out.after[0])
+    begin: list[float] = []
+    end: list[float] = []
     while branch != _NOWHERE:
-        top = track.top[branch : branch + 1]
-        here = np.array([s])
+        here, top = np.array([s]), track.top[branch : branch + 1]
+        begin.append(s)
         if measure(here)[0] >= target:
-            return branch, s
+            return Way(np.array(begin), np.array([*end, s]), branch)
         if measure(top)[0] >= target:
-            return branch, float(roots_of(lambda x: measure(x) - target, here, top)[0])
+            s = float(roots_of(lambda x: measure(x) - target, here, top)[0])
+            return Way(np.array(begin), np.array([*end, s]), branch)
+        end.append(float(top[0]))
         out = track.jumps[_UP]
         branch, s = int(out.to[branch]), float(out.after[branch])
     raise PathError("the known curve ends before the state that is sought")
 
 
-def pulled(track: Track, branch: int, parameter: float) -> Pull:
+def pulled(track: Track, branch: int, parameter: float) -> Way:
     """Return the way of a contact from a stable state until it is lost, as D falls.
 
     Parameters
@@ -250,16 +257,16 @@ def pulled(track: Track, branch: int, parameter: float) -> Pull:
     >>> wave = Curve(lambda s: s + 2 * np.sin(s), lambda s: 1 + 2 * np.cos(s),
     ...              lambda s: 2 * np.sin(s)**2 + 2 - 2 * np.cos(s), start=0.0, stop=12.0)
     >>> way = pulled(trace(wave), 1, 7.0)
-    >>> np.allclose(way.end, [4 * np.pi / 3, 0.0]), way.begin.size
-    (True, 2)
+    >>> np.allclose(way.end, [4 * np.pi / 3, 0.0]), way.branch
+    (True, 0)
     """
     out = track.jumps[_DOWN]
-    begin, end = [], []
-    while branch != _FREE:
-        begin.append(parameter)
-        end.append(float(track.bottom[branch]))
-        branch, parameter, loss = int(out.to[branch]), float(out.after[branch]), float(out.loss[branch])
-    return Pull(np.array(begin), np.array(end), loss)
+    begin, end = [parameter], [float(track.bottom[branch])]
+    while (to := int(out.to[branch])) != _FREE:
+        begin.append(float(out.after[branch]))
+        end.append(float(track.bottom[to]))
+        branch = to
+    return Way(np.array(begin), np.array(end), branch, float(out.loss[branch]))
 
 
 def _first(limit: FloatArray, *, upward: bool) -> _Index:
