@@ -19,7 +19,7 @@ from pymdr.interpretation.adhesion import (
 )
 from pymdr.interpretation.branches import round_radius
 from pymdr.interpretation.fields import edge_amplitude
-from pymdr.interpretation.validity import Assumption, BoolArray
+from pymdr.interpretation.validity import BoolArray, approximated
 from pymdr.line.adhesion import JKR as ShortRange
 from pymdr.line.adhesion import MaugisDugdale as Cohesive
 from pymdr.line.adhesion import energy_release_rate, maugis_parameter, stress_intensity
@@ -303,6 +303,11 @@ def _interpret(
     held = DiskStates(np.nan_to_num(depths), Place(np.zeros(a.shape), np.nan_to_num(a)), np.zeros(a.shape))
     errors = adhesive_errors(line.line, equilibria, s, rows.control)
     claims = with_errors(claims, errors, map_remark(line.line, held))
+    balance = energy_assumption(rows.residual)
+    if not balance.met:
+        claims = approximated(
+            claims, f"; work, energy and losses agree to {balance.measure:.1g} only", balance.measure
+        )
     valid = {
         name: values if claims[name].where.all() else np.where(claims[name].where, values, math.nan)
         for name, values in columns.items()
@@ -316,7 +321,7 @@ def _interpret(
         path=path,
         data=labelled(valid),
         claims=claims,
-        assumptions=_assumed(contact, line, a, rows),
+        assumptions=(*assumptions(contact, line.origin, a), balance),
         status=_status(rows, certificate.disk),
         notes=(*line.origin.notes, *_told(rows, certificate.disk)),
         references=_references(line),
@@ -345,10 +350,6 @@ def _maugis(contact: Contact, modulus: float) -> float:
     if not isinstance(law, DMT) or law.range is None or radius is None:
         return math.nan
     return float(maugis_parameter(radius, modulus, law.work, law.work / law.range))
-
-
-def _assumed(contact: Contact, line: AdhesiveLine, a: FloatArray, rows: _Rows) -> tuple[Assumption, ...]:
-    return (*assumptions(contact, line.origin, a), energy_assumption(rows.residual))
 
 
 def _status(rows: _Rows, disk: BoolArray) -> Status:
