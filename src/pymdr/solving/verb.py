@@ -71,10 +71,7 @@ def solve(
     >>> round(float(solve(ball, indent("0.1 mm"))["normal_force"][-1]), 12)
     0.1
     """
-    check_problem(contact, path)
-    stiffness = _stiffness(machine_stiffness, path)
-    if keep is not None and contact.friction is None:
-        raise ProblemError("solve: keep= is for contacts with friction; others keep every row")
+    stiffness, kept = asked(contact, path, machine_stiffness, keep)
     if solver is not None:
         return solve_by_rings(contact, path, solver, progress)
 
@@ -82,11 +79,25 @@ def solve(
         if asked.adhesion is not None:
             return solve_adhesive(asked, path, stiffness, progress)
         if asked.friction is not None:
-            return solve_frictional(asked, path, stiffness, kept_rows(keep, path), progress)
+            return solve_frictional(asked, path, stiffness, kept, progress)
         return solve_normal(asked, path, stiffness, progress)
 
     result = once(contact)
     return with_bands(result, once) if scatter_of(contact.profile) else result
+
+
+def asked(
+    contact: Contact,
+    path: LoadingPath,
+    machine_stiffness: QuantityLike | None,
+    keep: int | ArrayLike | None,
+) -> tuple[float | None, np.ndarray | None]:
+    """The stiffness in N/m and the rows that are kept, or why the problem cannot be posed."""
+    check_problem(contact, path)
+    stiffness = _stiffness(machine_stiffness, path)
+    if keep is not None and contact.friction is None:
+        raise ProblemError("solve: keep= is for contacts with friction; others keep every row")
+    return stiffness, kept_rows(keep, path)
 
 
 def check_problem(contact: Contact, path: LoadingPath) -> None:
