@@ -8,10 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from pymdr.independent.rings import Rings
 from pymdr.interpretation.validity import Assumption, Claim
 from pymdr.problem.contact import Contact
 from pymdr.problem.paths import LoadingPath
 from pymdr.problem.schedule import ends_only, known_legs, total_rows
+from pymdr.result import Status
 from pymdr.solving.verb import asked, solve
 from pymdr.units import QuantityLike
 
@@ -32,6 +34,8 @@ class Assessment:
     """Number of rows that :func:`solve` keeps."""
     columns: int
     """Number of quantities over them."""
+    status: Status
+    """How the solution ends, or how that of the visited rows does."""
 
     @property
     def memory(self) -> int:
@@ -44,6 +48,14 @@ class Assessment:
 
         return assessment(self.largest, self.claims, self.assumptions, self.notes, self.rows, self.memory)
 
+    def _repr_html_(self) -> str:
+        """The summary as tables, for notebooks."""
+        from pymdr.presentation.html import assessment_html
+
+        return assessment_html(
+            self.largest, self.claims, self.assumptions, self.notes, self.rows, self.memory
+        )
+
     def __str__(self) -> str:
         return self.summary()
 
@@ -54,6 +66,7 @@ def assess(
     *,
     machine_stiffness: QuantityLike | None = None,
     keep: int | ArrayLike | None = None,
+    solver: Rings | None = None,
 ) -> Assessment:
     """
     State the claims of a contact for the loads that a path reaches.
@@ -65,8 +78,8 @@ def assess(
     ----------
     contact : Contact
     path : LoadingPath
-    machine_stiffness, keep : optional
-        As for :func:`solve`.
+    machine_stiffness, keep, solver : optional
+        As for :func:`solve`; with `solver` the ends of the legs are solved.
 
     Returns
     -------
@@ -90,19 +103,22 @@ def assess(
     stiffness, kept = asked(contact, path, machine_stiffness, keep)
     rows = total_rows(path) if kept is None else kept.size
     laws = contact.adhesion is not None or contact.friction is not None
-    whole = not laws or total_rows(path) <= _SHORT
+    whole = solver is None and (not laws or total_rows(path) <= _SHORT)
     result = solve(
         contact,
         path if whole else _extremes(path),
         machine_stiffness=stiffness,
         keep=kept if whole else None,
+        solver=solver,
     )
     largest = {
         name: float(np.nanmax(result.data[name].values))
         for name in ("indentation", "normal_force", "contact_radius")
         if name in result.data and np.isfinite(result.data[name].values).any()
     }
-    return Assessment(result.claims, result.assumptions, result.notes, largest, rows, len(result.data))
+    return Assessment(
+        result.claims, result.assumptions, result.notes, largest, rows, len(result.data), result.status
+    )
 
 
 def _extremes(path: LoadingPath) -> LoadingPath:
