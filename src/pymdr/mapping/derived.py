@@ -83,20 +83,21 @@ class DerivedSource:
 
     def uncertainty(self, panels: Panels) -> FloatArray:
         """Error of f' on panels, from the rounding of f."""
-        if not self._error:
-            return np.zeros(panels.count)
-        errors = np.array(self._error)[self._order]
-        at = np.clip(np.searchsorted(self._starts, panels.start, side="right") - 1, 0, errors.size - 1)
-        found: FloatArray = np.maximum(
-            errors[at],
-            errors[np.minimum(at + 1, errors.size - 1)]
-            * (panels.stop > self._starts[np.minimum(at + 1, errors.size - 1)]),
-        )
+        found = np.zeros(panels.count)
+        if self._error:
+            errors = np.array(self._error)[self._order]
+            at = np.clip(np.searchsorted(self._starts, panels.start, side="right") - 1, 0, errors.size - 1)
+            after = np.minimum(at + 1, errors.size - 1)
+            found = np.maximum(errors[at], errors[after] * (panels.stop > self._starts[after]))
         law = self._law
         if law is None:
             return found
         inside = panels.stop <= law.radius * (1.0 + 1e-9)
-        at_tip = law.error * np.abs(law.slope(np.minimum(panels.stop, law.radius)))
+        farther_in = np.log(
+            np.maximum(law.radius / panels.start, 1.0), where=inside, out=np.zeros(panels.count)
+        )
+        share = law.error + law.exponent_error * farther_in
+        at_tip = share * np.abs(law.slope(np.minimum(panels.stop, law.radius)))
         whole: FloatArray = np.where(inside, at_tip, found)
         return whole
 
