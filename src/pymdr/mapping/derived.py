@@ -88,9 +88,7 @@ class DerivedSource:
         if law is None:
             return found
         inside = panels.stop <= law.radius * (1.0 + 1e-9)
-        with np.errstate(divide="ignore"):
-            farther_in = np.log(law.radius / np.maximum(panels.start, 1e-300))
-        share = law.error + law.exponent_error * np.maximum(farther_in, 0.0)
+        share = law.error_at(np.minimum(np.maximum(panels.start, 1e-300), law.radius))
         whole: FloatArray = np.where(
             inside, share * np.abs(law.slope(np.minimum(panels.stop, law.radius))), found
         )

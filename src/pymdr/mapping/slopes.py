@@ -181,9 +181,10 @@ class ResolvedSlope:
     def resolve_to(self, x: float, inner: float) -> None:
         """Resolve the slope on radii up to `x`, and as far inward as a result at `inner` depends on it."""
         x = min(x, self.limit)
+        continued = self.source.continued
         self.source.foresee(x)
-        if self.slopes is None or inner < self.inner:
-            self._begin(x, inner)
+        if self.slopes is None or inner < self.inner or self.source.continued != continued:
+            self._begin(x, min(inner, self.inner))
         while self.front < x * _AT_END:
             self._extend(x)
 

@@ -147,9 +147,12 @@ class GradedLine(EquivalentProfile):
         inward = inner < self._inner
         if inward and self._image is not None:
             inner *= _INWARD
-        knots = list(slope.knots)
+        knots, continued = list(slope.knots), self.source.continued
         slope.resolve_to(max(x, self.front), min(inner, self._inner))
         assert slope.slopes is not None
+        if self.source.continued != continued:
+            # larger radii have shown that nothing but rounding was mapped
+            self._image = None
         self._charges = Charges(slope.slopes, slope.tail)
         if inward or self._image is None:
             settled = self._settled() if knots == slope.knots else None
@@ -307,18 +310,21 @@ class GradedLine(EquivalentProfile):
         return errors + self._beside_breakpoints(image, index, offset)
 
     def _beside_breakpoints(self, image: Image, index: IndexArray, offset: FloatArray) -> FloatArray:
-        """What an uncertain exponent, or place of a kink, does to curves that begin like a power there."""
+        """What the uncertain exponent, or place, with which a profile begins at a breakpoint does to its curves."""
         exponent, place = image.beside[index].T
         if not exponent.any() and not place.any():
             return np.zeros((index.size, 4))
-        with np.errstate(divide="ignore", over="ignore"):
+        x = image.panels.base[index] + offset
+        g, slope, m, s = (np.abs(evaluate(image.panels, image.curve(name), index, offset)) for name in CURVES)
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             # beyond the first panel the power is no longer extrapolated
-            ratio = np.minimum(offset / image.panels.high[index], 1.0)
-            first = image.panels.low[index] == 0.0
-            found = np.where(first & (exponent > 0.0), exponent * np.abs(np.log(ratio)), 0.0)[:, None]
-            shift = np.where(place > 0.0, place / offset, 0.0)[:, None]
-            powers = np.stack([getattr(image, name).power[index] for name in CURVES], axis=1)
-        return np.asarray(found * np.array([1.0, 1.0, 1.0, 2.0]) + shift * np.abs(powers))
+            first = (image.panels.low[index] == 0.0) & (exponent > 0.0)
+            ratio = np.where(first, np.minimum(offset / image.panels.high[index], 1.0), 1.0)
+            spread = exponent * np.abs(np.log(ratio))
+            steep = np.abs(image.slope.power[index]) / offset
+            rates = np.stack([slope / g, steep, x * slope / m, 2.0 * m * slope / s], axis=1)
+            shifted = np.where(place[:, None] > 0.0, place[:, None] * rates, 0.0)
+        return np.asarray(spread[:, None] * np.array([1.0, 1.0, 1.0, 2.0]) + np.nan_to_num(shifted))
 
     # -- inverses ---------------------------------------------------------------------------------
 
