@@ -200,7 +200,10 @@ class DerivedSource:
         """Panels of the grid from the one in which an offset lies."""
         unit = base if base > 0.0 else 1.0
         j = math.floor(4.0 * math.log2((base + low) / unit) + 1e-9)
-        first = base * math.expm1(j * math.log(2.0) / 4.0) if base > 0.0 else 2.0 ** (j / 4.0)
+        first = _anchor(base, j)
+        if base + first >= end:
+            # the end itself lies in the panel before it
+            first = _anchor(base, j - 1)
         return anchored(base, max(min(first, low), 0.0), min(max(stop, base + low * 1.01), end), end)
 
     def _divide(self, low: float, high: float, base: float) -> None:
@@ -269,3 +272,8 @@ class DerivedSource:
                 break
             low, high = (middle, high) if np.isfinite(self._f(np.array([middle]))[0]) else (low, middle)
         return low
+
+
+def _anchor(base: float, j: int) -> float:
+    """The offset in m at which a panel of the grid begins."""
+    return base * math.expm1(j * math.log(2.0) / 4.0) if base > 0.0 else 2.0 ** (j / 4.0)

@@ -230,15 +230,21 @@ class GradedLine(EquivalentProfile):
         answer = np.where(at == 0.0, 0.0, math.nan)
         positive = known & (at > 0.0)
         if positive.any():
-            values = at[positive]
-            image = self.map_to(float(values.max()), float(values.min()))
-            answer[positive] = self._evaluate(image, flat.take(positive), which)
+            inside = flat.take(positive)
+            answer[positive] = self._evaluate(self._map_over(inside), inside, which)
         if which == "slope":
             tip = known & (at == 0.0)
             if tip.any():
                 self.map_to(self._some_radius())
                 answer[tip] = self._tail(np.zeros(1))[1][0]
         return answer.reshape(shape)
+
+    def _map_over(self, place: Place) -> Image:
+        """The image at some places, also beyond a breakpoint to which they round."""
+        x = place.x
+        last = float(x.max())
+        beyond = (x == last) & (place.base == last) & (place.offset > 0.0)
+        return self.map_to(math.nextafter(last, math.inf) if beyond.any() else last, float(x.min()))
 
     def _evaluate(self, image: Image, place: Place, which: str) -> FloatArray:
         index, offset = image.panels.locate(place)
@@ -278,11 +284,10 @@ class GradedLine(EquivalentProfile):
         answer = np.zeros((at.size, 4))
         known = np.isfinite(at) & (at > 0.0) & (at <= self._end * (1.0 + 1e-12))
         if known.any():
-            image = self.map_to(float(at[known].max()), float(at[known].min()))
             flat = Place(
                 np.ravel(np.broadcast_to(place.base, place.x.shape))[known], np.ravel(place.offset)[known]
             )
-            answer[known] = self._errors(image, flat)
+            answer[known] = self._errors(self._map_over(flat), flat)
         return answer.reshape(*np.shape(place.x), 4)
 
     def slope_error(self, x: Position) -> FloatArray:
@@ -292,8 +297,9 @@ class GradedLine(EquivalentProfile):
         answer = np.zeros(at.shape)
         known = np.isfinite(at) & (at > 0.0) & (at <= self._end * (1.0 + 1e-12))
         if known.any():
-            image = self.map_to(float(at[known].max()), float(at[known].min()))
-            index = image.panels.locate(place.take(known))[0]
+            inside = place.take(known)
+            image = self._map_over(inside)
+            index = image.panels.locate(inside)[0]
             answer[known] = np.maximum.accumulate(image.error[:, 1])[index]
         return answer
 
