@@ -610,6 +610,6 @@ def holes(intervals: Sequence[tuple[float, float]], deepest: float) -> list[tupl
     [(1.0, 2.0), (3.0, 5.0)]
     """
     left = [(first[1], second[0]) for first, second in pairwise(intervals) if first[1] < deepest]
-    if intervals[-1][1] < deepest:
+    if intervals[-1][1] < deepest - TOLERANCE * abs(deepest):
         left.append((intervals[-1][1], deepest))
     return [(low, min(high, deepest)) for low, high in left]
