@@ -288,8 +288,8 @@ def column(result, name, rows):
 
 
 def add(outcome, name, control, row, a, value, truth, size, claimed, rounding, more=""):
-    """Judge one value, of whose error a claim of 1 says that nothing is known."""
-    miss = abs(LONG(value) - truth) / (max(size, abs(LONG(value))) if claimed == 1.0 else size)
+    """Judge one value, of which nothing is known where ten times its claim is all of it."""
+    miss = abs(LONG(value) - truth) / (max(size, abs(LONG(value))) if 10.0 * claimed >= 1.0 else size)
     outcome.values.append(
         Value(
             name, control, f"row {row}, a = {float(a[row])!r}{more}", float(value), float(truth), float(miss),

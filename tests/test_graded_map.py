@@ -125,6 +125,22 @@ def test_deep_then_shallow_and_shallow_then_deep(name, channel):
         assert worst(up[quantity].values, down[quantity].values[::-1]) < 1e-12
 
 
+@settings(max_examples=12, deadline=None)
+@given(
+    st.sampled_from(["hyperboloid", "quartic", "wavy", "root"]), SIZES, st.floats(-9.0, -0.1), st.randoms()
+)
+def test_a_breakpoint_at_which_nothing_happens_changes_nothing(name, size, decades, random):
+    slope, needless = SLOPES[name](size), size * 10.0**decades
+    plain = equivalent_profile(mdr.Function(derivative=lambda r: slope(r)))
+    named = equivalent_profile(mdr.Function(derivative=lambda r: slope(r), breakpoints=[needless]))
+    x = np.append(np.geomspace(1e-8, 1.0, 60) * size, needless * (1.0 + np.geomspace(1e-6, 1.0, 20)))
+    for one in random.sample(x.tolist(), 3):
+        # in several steps, inward and outward
+        plain.g(one), named.g(one)
+    for curve, least in (("g", 2e-14), ("moment", 2e-14), ("squared", 1e-13), ("slope", 1e-12)):
+        assert worst(getattr(named, curve)(x), getattr(plain, curve)(x)) < least
+
+
 # --- a callable is asked where it must be, once ----------------------------------------------------------
 
 

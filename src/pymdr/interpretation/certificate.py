@@ -164,7 +164,10 @@ def valid_ranges(line: ElasticLine, deepest: float) -> list[tuple[float, float]]
 
 def describe_ranges(ranges: list[tuple[float, float]], deepest_force: float) -> str:
     """The valid load ranges in words."""
-    way_out = "; solve(..., solver=Rings()) solves it by boundary elements on rings"
+    way_out = (
+        "; solve(..., solver=Rings()), in a case file [solve] solver = { kind = 'rings' }, solves it by boundary elements "
+        "on rings"
+    )
     if not ranges:
         return f"; it is a disk for no load up to {written(deepest_force, 'N')}{way_out}"
     words = [

@@ -83,22 +83,27 @@ class DerivedSource:
 
     def uncertainty(self, panels: Panels) -> FloatArray:
         """Error of f' on panels, from the rounding of f."""
-        if not self._error:
-            return np.zeros(panels.count)
-        errors = np.array(self._error)[self._order]
-        at = np.clip(np.searchsorted(self._starts, panels.start, side="right") - 1, 0, errors.size - 1)
-        found: FloatArray = np.maximum(
-            errors[at],
-            errors[np.minimum(at + 1, errors.size - 1)]
-            * (panels.stop > self._starts[np.minimum(at + 1, errors.size - 1)]),
-        )
+        found = self._series_errors(panels)
         law = self._law
         if law is None:
             return found
         inside = panels.stop <= law.radius * (1.0 + 1e-9)
-        at_tip = law.error * np.abs(law.slope(np.minimum(panels.stop, law.radius)))
-        whole: FloatArray = np.where(inside, at_tip, found)
+        with np.errstate(divide="ignore"):
+            farther_in = np.log(law.radius / np.maximum(panels.start, 1e-300))
+        share = law.error + law.exponent_error * np.maximum(farther_in, 0.0)
+        whole: FloatArray = np.where(
+            inside, share * np.abs(law.slope(np.minimum(panels.stop, law.radius))), found
+        )
         return whole
+
+    def _series_errors(self, panels: Panels) -> FloatArray:
+        """Errors of the series that begin on panels, or on which these begin."""
+        if not self._error:
+            return np.zeros(panels.count)
+        errors = np.array(self._error)[self._order]
+        at = np.clip(np.searchsorted(self._starts, panels.start, side="right") - 1, 0, errors.size - 1)
+        after = np.minimum(at + 1, errors.size - 1)
+        return np.asarray(np.maximum(errors[at], errors[after] * (panels.stop > self._starts[after])))
 
     def kinks(self, low: float, high: float) -> list[float]:
         """Kinks of f between two radii that were not named; panels end at them from then on."""
@@ -148,12 +153,14 @@ class DerivedSource:
         told = np.abs(values[0] - float(self._f(np.zeros(1))[0])) > _UNDERFLOW
         return bool(np.any((40.0 * noise > _SURE * rise) & (told | (noise > _UNDERFLOW))))
 
-    def rough(self, r: float) -> float:
-        """About |f'| at a radius in m."""
-        if r < self.continued and self._law is not None:
-            return abs(float(self._law.slope(r)))
-        values = self._f(np.array([0.84, 1.0]) * r)
-        return abs(float(values[1] - values[0])) / (0.16 * r)
+    def rough(self, r: FloatArray) -> FloatArray:
+        """About |f'| at radii in m."""
+        values = self._f(np.concatenate([0.84 * r, r])).reshape(2, -1)
+        answer: FloatArray = np.abs(values[1] - values[0]) / (0.16 * r)
+        below = r < self.continued
+        if below.any() and self._law is not None:
+            answer[below] = np.abs(self._law.slope(r[below]))
+        return answer
 
     def _value(self, r: FloatArray) -> FloatArray:
         index = self._order[

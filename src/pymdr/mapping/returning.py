@@ -25,6 +25,8 @@ from pymdr.units import FloatArray
 _CLOSE, _APART = 0.6, 1.0
 """Distance from r, in widths of a panel or a bunch of them, from which on its charges stand for it."""
 _WORK = 400_000
+_BITS = 27.0
+"""Half the number of bits of a double: below 4^-(27 / (n + 1)) of a stretch nothing is left of int x^n dx."""
 _Kernel: TypeAlias = Callable[[FloatArray, FloatArray, FloatArray], FloatArray]
 """Of the distance from r, x and r."""
 
@@ -177,7 +179,9 @@ def _near(
         np.add.at(total, i, (value * kernel(gap, x, r)).sum(axis=1))
     roots = np.flatnonzero(rooted)
     if roots.size:
-        i, p, lo, hi = _octaves(row[roots], panel[roots], low[roots], high[roots], at[roots], above)
+        i, p, lo, hi = _octaves(
+            row[roots], panel[roots], low[roots], high[roots], at[roots], slope.curve.power[panel[roots]]
+        )
         place = (base[i] - slope.panels.base[p]) + offset[i]
         delta, gap, jacobian = _through_both(lo, hi, place, s, above)
         # parts thinner than rounding have no weight
@@ -194,13 +198,20 @@ def _near(
 
 
 def _octaves(
-    row: IndexArray, panel: IndexArray, low: FloatArray, high: FloatArray, at: FloatArray, above: bool
+    row: IndexArray, panel: IndexArray, low: FloatArray, high: FloatArray, at: FloatArray, power: FloatArray
 ) -> tuple[IndexArray, IndexArray, FloatArray, FloatArray]:
-    """Parts of rooted panels divided where the offset has grown fourfold, down to the distance of r."""
+    """
+    Parts of rooted panels divided where the offset has grown fourfold, down to the distance of r.
+
+    Those that begin at a breakpoint with a power that the root does not take out are divided down to where nothing is
+    left to integrate.
+    """
     scale = np.abs(at)
     smallest = np.maximum(low, np.minimum(np.where(scale > 0.0, scale, 0.0), high))
     smallest = np.where(smallest > 0.0, smallest, high * 4.0**-60)
-    smallest = np.maximum(smallest, high * 4.0**-60)
+    broken = (low == 0.0) & (2.0 * power != np.round(2.0 * power))
+    smallest = np.where(broken, 0.0, smallest)
+    smallest = np.maximum(smallest, high * 4.0 ** np.where(broken, -_BITS / (power + 1.0), -60.0))
     count = np.maximum(np.ceil(np.log2(high / smallest) / 2.0), 0.0).astype(int) + 1
     index = np.repeat(np.arange(row.size), count)
     step = np.arange(index.size) - np.repeat(np.cumsum(count) - count, count)

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
 from typing import Protocol
 
 import numpy as np
@@ -34,6 +35,8 @@ _SOFT = 1e-10
 """Across knots of many samples: their rounding over their distance is no less."""
 _SEARCHED = 512
 """Points in a quarter of an octave at which the series are held against the slope: 2048 in an octave."""
+_FELT_FROM = 2.0**-12
+"""How far below the floor something is looked for that is felt above it, in parts of it."""
 _GENERATIONS = 36
 _KINK_GENERATION = 5
 _STEEP = 8.0
@@ -81,8 +84,8 @@ class SlopeSource(Protocol):
     def foresee(self, top: float) -> None:
         """Prepare for radii up to `top` in m."""
 
-    def rough(self, r: float) -> float:
-        """About |f'| at a radius in m."""
+    def rough(self, r: FloatArray) -> FloatArray:
+        """About |f'| at radii in m."""
 
     def uncertainty(self, panels: Panels) -> FloatArray:
         """Error of f' on panels that its samples do not show, shape (P,)."""
@@ -149,7 +152,8 @@ class ResolvedSlope:
         assert self.slopes is not None
         if self.floor < 2.0**-40 * inner or self.tail.slope == 0.0:
             return False
-        r = search_points(2.0**-12 * self.floor, self.floor)
+        # the floor is a power of two, which scales exactly
+        r = self.floor * _below_one()
         given = self.source.sample(np.zeros(r.size), r)[0]
         law = self.tail.slope * (r / self.tail.radius) ** self.tail.power
         panels = self.slopes.panels
@@ -200,7 +204,7 @@ class ResolvedSlope:
         self.tail = _tail(self.slopes, floor)
         self._power_from = math.inf
         if self._is_felt_below(inner):
-            self._begin(x, inner * 2.0**-12)
+            self._begin(x, inner * _FELT_FROM)
             self.inner = inner
 
     def _extend(self, x: float) -> None:
@@ -323,6 +327,19 @@ class _Stopped:
     value: float = math.nan
 
 
+@lru_cache(maxsize=1)
+def _below_one() -> FloatArray:
+    """Where features below the floor are looked for, in parts of it."""
+    return search_points(_FELT_FROM, 1.0)
+
+
+@lru_cache(maxsize=16)
+def _tested(count: int) -> tuple[FloatArray, FloatArray]:
+    """Nodes and then the points at which series are held against the slope, and the basis at these."""
+    u_test = _jitter(count)
+    return np.concatenate([nodes(), u_test]), basis(u_test).T
+
+
 def _jitter(count: int) -> FloatArray:
     """Points in (0, 1), dense everywhere and on no grid: a Kronecker sequence."""
     golden = 0.5 * (math.sqrt(5.0) - 1.0)
@@ -340,8 +357,7 @@ def _resolve(
     done: list[Slopes] = []
     asked: set[int] = set()
     for generation in range(_GENERATIONS + 1):
-        u_test = _jitter(max(48, _SEARCHED >> generation))
-        fit = _fitted(source, pending, u_test)
+        fit = _fitted(source, pending, max(48, _SEARCHED >> generation))
         if isinstance(fit, _Stopped):
             return fit
         if generation == 0:
@@ -406,33 +422,38 @@ class _Fit:
     exponent_error: FloatArray
 
 
-def _fitted(source: SlopeSource, panels: Panels, u_test: FloatArray) -> _Fit | _Stopped:
-    u = np.concatenate([nodes(), u_test])
+def _fitted(source: SlopeSource, panels: Panels, tests: int) -> _Fit | _Stopped:
+    u, at_tests = _tested(tests)
     wanted = panels.offsets(u)
-    base = np.broadcast_to(panels.base[:, None], wanted.shape)
-    values, actual = source.sample(base.ravel(), wanted.ravel())
+    base = np.repeat(panels.base, u.size)
+    values, actual = source.sample(base, wanted.ravel())
     values, actual = values.reshape(wanted.shape), actual.reshape(wanted.shape)
-    if not np.isfinite(values).all():
-        return _end_of_definition(source, panels, values, wanted)
     size = np.max(np.abs(values), axis=1)
+    if not np.isfinite(size).all():
+        return _end_of_definition(source, panels, values, wanted)
     power, exponent_error = _powers(panels, actual, values)
-    with np.errstate(divide="ignore", invalid="ignore", over="ignore", under="ignore"):
-        scale = np.where(power[:, None] != 0.0, (actual / panels.high[:, None]) ** power[:, None], 1.0)
-        plain = np.where(scale > 0.0, values / scale, 0.0)
+    plain, largest = values, size
+    if power.any():
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore", under="ignore"):
+            scale = np.where(power[:, None] != 0.0, (actual / panels.high[:, None]) ** power[:, None], 1.0)
+            plain = np.where(scale > 0.0, values / scale, 0.0)
     coefficients = plain[:, :TERMS] @ to_coefficients().T
     if panels.base.any():
         # radii beside a breakpoint are rounded: the slope was asked where it was evaluated
         moved = (actual - panels.low[:, None]) / panels.width[:, None] - u
         plain = plain - moved * (coefficients @ basis_slope(u).T)
         coefficients = plain[:, :TERMS] @ to_coefficients().T
-    misfit = np.abs(coefficients @ basis(u_test).T - plain[:, TERMS:])
+    misfit = coefficients @ at_tests
+    misfit -= plain[:, TERMS:]
+    if plain is not values:
+        largest = np.max(np.abs(plain), axis=1)
     # where a power is divided out the series stands for ratios, and its error is that of the largest slope
-    ratio = np.where(size > 0.0, np.max(np.abs(plain), axis=1), 1.0)
-    error = np.max(misfit, axis=1) / np.where(ratio > 0.0, ratio, 1.0) * size
-    smallest = np.min(np.abs(plain), axis=1)
-    one_sign = (np.min(plain, axis=1) > 0.0) | (np.max(plain, axis=1) < 0.0)
-    beside = panels.begins
-    even = ~beside | ~one_sign | (np.max(np.abs(plain), axis=1) <= _SPREAD * smallest)
+    ratio = np.where((size > 0.0) & (largest > 0.0), largest, 1.0)
+    error = np.max(np.abs(misfit, out=misfit), axis=1) / ratio * size
+    even = ~panels.begins
+    beside = plain[~even]
+    one_sign = (np.min(beside, axis=1) > 0.0) | (np.max(beside, axis=1) < 0.0)
+    even[~even] = ~one_sign | (largest[~even] <= _SPREAD * np.min(np.abs(beside), axis=1))
     return _Fit(Series(power, coefficients), error, size, even, exponent_error)
 
 
@@ -541,8 +562,11 @@ def _beginning(made: Slopes, before: Slopes | None, found: list[float]) -> Slope
     rounding = np.finfo(float).eps * np.maximum(size, made.size[begins])
     jump[begins] = np.where(np.abs(difference) > 64.0 * rounding + error, difference, 0.0)
     jump_error[begins] = rounding + error
+    with np.errstate(divide="ignore"):
+        # where two curves meet is as uncertain as their difference; the width makes the rounding of f from that of f'
+        blurred = np.where(jump[begins] != 0.0, error / np.abs(difference), 0.0) * panels.width[begins] / 8.0
     unnamed = np.isin(panels.base[begins], found)
-    beside[begins[unnamed], 1] = _UNNAMED * panels.base[begins[unnamed]]
+    beside[begins[unnamed], 1] = (_UNNAMED * panels.base[begins] + blurred)[unnamed]
     return replace(made, jump=jump, jump_error=jump_error, beside=beside)
 
 

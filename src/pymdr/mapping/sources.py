@@ -50,9 +50,9 @@ class CurveSource:
             lambda r: call(f, r), lambda r: call(derivative, r, "derivative"), top / 1024.0, top, self.knots
         )
 
-    def rough(self, r: float) -> float:
-        """About |f'| at a radius in m."""
-        return abs(float(self.sample(np.zeros(1), np.array([r]))[0][0]))
+    def rough(self, r: FloatArray) -> FloatArray:
+        """About |f'| at radii in m."""
+        return np.abs(self.sample(np.zeros(r.size), r)[0])
 
     def uncertainty(self, panels: Panels) -> FloatArray:
         """None besides what its samples show."""
@@ -97,9 +97,9 @@ class SplineSource:
     def foresee(self, top: float) -> None:
         """Nothing has to be known beforehand."""
 
-    def rough(self, r: float) -> float:
-        """About |f'| at a radius in m."""
-        return abs(float(self.sample(np.zeros(1), np.array([r]))[0][0]))
+    def rough(self, r: FloatArray) -> FloatArray:
+        """About |f'| at radii in m."""
+        return np.abs(self.sample(np.zeros(r.size), r)[0])
 
     def uncertainty(self, panels: Panels) -> FloatArray:
         """None besides what its samples show."""
@@ -145,9 +145,9 @@ class PanelSource:
     def foresee(self, top: float) -> None:
         """Nothing has to be known beforehand."""
 
-    def rough(self, r: float) -> float:
-        """About |f'| at a radius in m."""
-        return abs(float(self.sample(np.zeros(1), np.array([r]))[0][0]))
+    def rough(self, r: FloatArray) -> FloatArray:
+        """About |f'| at radii in m."""
+        return np.abs(self.sample(np.zeros(r.size), r)[0])
 
     def uncertainty(self, panels: Panels) -> FloatArray:
         """None besides what its samples show."""
@@ -184,9 +184,9 @@ class SumSource:
         for part in self.parts:
             part.foresee(top)
 
-    def rough(self, r: float) -> float:
-        """About |f'| at a radius in m."""
-        return sum(part.rough(r) for part in self.parts)
+    def rough(self, r: FloatArray) -> FloatArray:
+        """About |f'| at radii in m."""
+        return np.asarray(sum(part.rough(r) for part in self.parts))
 
     def uncertainty(self, panels: Panels) -> FloatArray:
         """Those of the parts together."""

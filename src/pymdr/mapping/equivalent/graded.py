@@ -41,7 +41,10 @@ _LEAP = 1e4
 """Below a value by that much, radii are doubled."""
 _SMALLEST = 1e-18
 """Radius in m from which a search for the size of a contact goes up, or down."""
-_ROUGH = 0.7
+_ROUGH = 0.97
+"""Part of a value that a rough image of it reaches where the map is to end: it is good to one part in a hundred."""
+_BLOCK = 16
+"""Steps of the search that are asked at once."""
 _NEWTON = 60
 _SAVED = 2.0**-60
 """How far inward, in radii that are asked for, the panels of a saved profile go."""
@@ -367,7 +370,8 @@ class GradedLine(EquivalentProfile):
         """The image far enough out for one value, and far enough in for another."""
         with self._lock:
             if self._image is None:
-                self.map_to(self._first_radius(target, which))
+                radius = self._first_radius(target, which)
+                self.map_to(radius, _INWARD * radius)
             image = self._image
             assert image is not None
             begun = self.front
@@ -448,37 +452,42 @@ class GradedLine(EquivalentProfile):
         """Go down from a radius until a rough image is not there yet, and then up."""
         x = min(start, 2.0**-20 * self._end)
         for _ in range(300):
-            slope = self._rough_slope(x)
+            slope = float(self._rough_slopes(np.array([x]))[0])
             if math.isfinite(slope) and not reached(x, 1e3 * slope * x, 1e3 * slope * x * x):
                 break
             x /= 16.0
         return self._up(np.array([x / 8.0, x / 4.0, x / 2.0, x]), reached)
 
-    def _rough_slope(self, x: float) -> float:
+    def _rough_slopes(self, r: FloatArray) -> FloatArray:
         with np.errstate(all="ignore"):
-            return self.source.rough(x)
+            return self.source.rough(r)
 
     def _up(self, radii: FloatArray, reached: _Reached) -> float:
-        """Go up while an image of single slopes is not there yet: by quarter octaves where it may be soon."""
-        known = [float(r) for r in radii]
-        slopes = [self._rough_slope(r) for r in known]
-        while True:
-            x = known[-1]
-            r, f = np.array(known[-200:]), np.array(slopes[-200:])
-            with np.errstate(all="ignore"):
-                parts = f[:-1] * np.diff(np.arcsin(np.minimum(r / x, 1.0)))
-                g, m = x * float(parts.sum()), float((parts * r[:-1] * r[1:]).sum())
-            if x >= self._end or reached(x, g, m):
-                return min(max(known[-2], float(radii[-1])), self._end)
+        """Go up while a rough image is not there yet: by quarter octaves where it may be soon."""
+        r, f = radii, self._rough_slopes(radii)
+        x, (g, m) = float(r[-1]), (part[0] for part in _rough_images(r, f, 1))
+        before = 0.0, 0.0
+        while not (x >= self._end or reached(x, g, m)):
             if x > _FARTHEST:
                 raise _never_rises(x)
-            step = 2.0**0.25
-            if not reached(x, _LEAP * g, _LEAP**2 * m):
-                step = 2.0
-            known.append(min(x * step, self._end))
-            slopes.append(self._rough_slope(known[-1]))
-            if not math.isfinite(slopes[-1]):
-                return x
+            step = _step(x, g, m, reached)
+            # as far as the image would not be there if it rose like no profile does
+            leap = _LEAP ** math.log2(step)
+            safe = 1
+            while safe < _BLOCK and not reached(x, leap ** (safe + 1) * g, leap ** (2 * safe + 2) * m):
+                safe += 1
+            block = np.minimum(x * step ** np.arange(1.0, safe + 1.0), self._end)
+            slopes = self._rough_slopes(block)
+            r, f = np.append(r, block)[-200:], np.append(f, slopes)[-200:]
+            images = _rough_images(r, f, safe)
+            for k, (radius, slope, *image) in enumerate(zip(block, slopes, *images, strict=True), 1):
+                if not math.isfinite(slope):
+                    return x
+                before, x, (g, m) = (g, m), float(radius), map(float, image)
+                if x >= self._end or reached(x, g, m) or step != _step(x, g, m, reached):
+                    r, f = r[: r.size - safe + k], f[: f.size - safe + k]
+                    break
+        return min(max(_between(float(r[-2]), x, before, (g, m), reached), float(radii[-1])), self._end)
 
     # -- what the curve looks like ----------------------------------------------------------------
 
@@ -655,6 +664,35 @@ class GradedLine(EquivalentProfile):
         n, top, radius = self._tail_constants()
         answer += top * (x / radius) ** n * returning.power_with_arcsin(n, np.full(x.shape, first), x)
         return answer.reshape(np.shape(r))
+
+
+def _rough_images(r: FloatArray, f: FloatArray, count: int) -> tuple[FloatArray, FloatArray]:
+    """About g and m at the last of some radii, from the slopes there."""
+    with np.errstate(all="ignore"):
+        angles = np.diff(np.arcsin(np.minimum(r / r[-count:, None], 1.0)))
+        parts = 0.5 * (f[:-1] + f[1:])
+        # what is not defined farther out does not matter
+        parts = np.where(angles > 0.0, parts * angles, 0.0)
+        return r[-count:] * parts.sum(axis=1), parts @ (r[:-1] * r[1:])
+
+
+def _step(x: float, g: float, m: float, reached: _Reached) -> float:
+    return 2.0**0.25 if reached(x, _LEAP * g, _LEAP**2 * m) else 2.0
+
+
+def _between(
+    low: float, high: float, below: tuple[float, float], above: tuple[float, float], reached: _Reached
+) -> float:
+    """About the last radius between two at which an image that goes like a power is not there yet."""
+    if not min(below) > 0.0 or not low < high:
+        return low
+    first, last = 0.0, 1.0
+    rates = high / low, above[0] / below[0], above[1] / below[1]
+    for _ in range(8):
+        t = 0.5 * (first + last)
+        x, g, m = (start * rate**t for start, rate in zip((low, *below), rates, strict=True))
+        first, last = (first, t) if reached(x, g, m) else (t, last)
+    return float(low * rates[0] ** first)
 
 
 def search_points(low: float, high: float) -> FloatArray:
