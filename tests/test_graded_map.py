@@ -141,6 +141,22 @@ def test_a_breakpoint_at_which_nothing_happens_changes_nothing(name, size, decad
         assert worst(getattr(named, curve)(x), getattr(plain, curve)(x)) < least
 
 
+@settings(max_examples=12, deadline=None)
+@given(st.floats(1.02, 3.0), st.floats(-10.0, 0.0), st.floats(0.5, 5.0), st.floats(-3.0, 2.0))
+def test_what_lies_all_within_the_law_of_the_tip_is_no_surer_than_that(power, decades, offset, place):
+    height, x = 10.0**decades, 10.0**place
+    try:
+        line = equivalent_profile(
+            mdr.Function(lambda r: offset + height * (r**power + (r / 1e3) ** (3.0 * power)))
+        )
+        found = float(line.g(x))
+    except mdr.PymdrError:
+        return
+    ratio = [math.exp(math.lgamma(p / 2 + 1) - math.lgamma(p / 2 + 0.5)) for p in (power, 3.0 * power)]
+    exact = math.sqrt(math.pi) * height * (ratio[0] * x**power + ratio[1] * (x / 1e3) ** (3.0 * power))
+    assert worst(found, exact) <= 8.0 * float(line.error(x)[0]) + 1e-14
+
+
 # --- a callable is asked where it must be, once ----------------------------------------------------------
 
 
