@@ -10,7 +10,7 @@ import numpy as np
 from pymdr.errors import ConvergenceError, ProblemError
 from pymdr.mapping.callables import TipLaw, find_kinks, rounding, slope_panel, tip_law
 from pymdr.mapping.series import TERMS, Panels, clenshaw
-from pymdr.mapping.slopes import anchored
+from pymdr.mapping.slopes import SlopeSource, anchored
 from pymdr.problem.profiles import Function, call
 from pymdr.units import FloatArray, metres
 
@@ -28,7 +28,7 @@ _FIRST, _SPREAD = 0.02, 64.0
 _DIGITS = 1e6
 
 
-class DerivedSource:
+class DerivedSource(SlopeSource):
     """
     f' by differentiating series of f on panels, and below the radii at which f cancels by the law of its tip.
 
@@ -38,12 +38,9 @@ class DerivedSource:
         With `f` and without `derivative`.
     """
 
-    known_everywhere = False
-
     def __init__(self, profile: Function) -> None:
         self.profile = profile
         self.knots = profile.breakpoints
-        self.soft_knots = np.zeros(0)
         self.reach = profile.reach
         self._law: TipLaw | None = None
         self._asked = 0.0

@@ -7,10 +7,10 @@ that they do not depend on how far a path happens to reach. Those that do not re
 from __future__ import annotations
 
 import math
+from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
-from typing import Protocol
 
 import numpy as np
 
@@ -65,36 +65,41 @@ _UNNAMED = 32.0 * float(np.finfo(float).eps)
 """Largest misfit of a power that stands for the tip as far in as it is asked."""
 
 
-class SlopeSource(Protocol):
+class SlopeSource(ABC):
     """What a profile offers to be resolved."""
 
     knots: tuple[float, ...]
     """Radii in m at which f' is not smooth."""
-    soft_knots: FloatArray
+    soft_knots: FloatArray = np.zeros(0)
     """Radii in m at which a piecewise polynomial continues, which matters if they are few."""
     reach: float
     """Largest radius in m."""
-    known_everywhere: bool
+    known_everywhere: bool = False
     """Whether f' may be asked up to the reach at no cost, as that of samples."""
 
+    @abstractmethod
     def sample(self, base: FloatArray, offset: FloatArray) -> tuple[FloatArray, FloatArray]:
         """F' beside base + offset, and the offsets of the radii at which it was evaluated."""
 
     @property
     def continued(self) -> float:
         """Radius in m below which a law stands for the values of the profile; 0 if nowhere."""
+        return 0.0
 
-    def foresee(self, top: float) -> None:
+    def foresee(self, top: float) -> None:  # noqa: B027
         """Prepare for radii up to `top` in m."""
 
     def rough(self, r: FloatArray) -> FloatArray:
         """About |f'| at radii in m."""
+        return np.abs(self.sample(np.zeros(r.size), r)[0])
 
     def uncertainty(self, panels: Panels) -> FloatArray:
         """Error of f' on panels that its samples do not show, shape (P,)."""
+        return np.zeros(panels.count)
 
     def kinks(self, low: float, high: float) -> list[float]:
         """Radii between two others at which f' is not smooth, although nobody said so."""
+        return []
 
 
 @dataclass(frozen=True)
