@@ -288,8 +288,8 @@ def column(result, name, rows):
 
 
 def add(outcome, name, control, row, a, value, truth, size, claimed, rounding, more=""):
-    """Judge one value."""
-    miss = abs(LONG(value) - truth) / size
+    """Judge one value, of which nothing is known where ten times its claim is all of it."""
+    miss = abs(LONG(value) - truth) / (max(size, abs(LONG(value))) if 10.0 * claimed >= 1.0 else size)
     outcome.values.append(
         Value(
             name, control, f"row {row}, a = {float(a[row])!r}{more}", float(value), float(truth), float(miss),
@@ -443,9 +443,9 @@ def study(seed, count, processes=1, only=None, progress=False, effort=Effort()):
             outcomes.append(outcome)
             if progress and time.monotonic() - told > 10.0:
                 told = time.monotonic()
-                bad = sum(any(v.violated for v in o.values) for o in outcomes)
+                bad = [o.index for o in outcomes if any(v.violated for v in o.values)]
                 print(
-                    f"{len(outcomes)} of {len(jobs)} after {told - start:.0f} s, {bad} profiles violated",
+                    f"{len(outcomes)} of {len(jobs)} after {told - start:.0f} s, violated: {bad}",
                     file=sys.stderr,
                     flush=True,
                 )

@@ -201,13 +201,6 @@ def test_profiles_are_what_users_write(drawn):
 
 
 def test_no_result_lies_further_off_than_it_claims(accuracy):
-    seed = 2
-    found = accuracy.study(seed=seed, count=60, effort=accuracy.Effort(rows=4, energies=1, pressures=1))
+    found = accuracy.study(seed=7, count=60, effort=accuracy.Effort(rows=4, energies=1, pressures=1))
     assert not found.crashes, found.table()
-    for outcome, _ in found.violations:
-        # callables that begin at a radius, given without it or without derivative, may err beside it
-        # (docs/exactness.md says so); nothing else may
-        drawn = accuracy.random_profiles.random_profile(np.random.default_rng([seed, outcome.index]))
-        assert "maximum(r-" in drawn.words, found.table()
-        assert drawn.gives == "f" or not drawn.breakpoints, found.table()
-    assert len({outcome.index for outcome, _ in found.violations}) <= 1, found.table()
+    assert not found.violations, found.table()

@@ -8,7 +8,7 @@ import pandas as pd
 import pint
 import pytest
 import xarray as xr
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 import pymdr as mdr
@@ -410,6 +410,8 @@ def test_jumps_of_the_slope_are_followed_to_the_last_float(name, R, c, count, ju
     st.integers(0, 2**32 - 1),
 )
 @settings(max_examples=30, deadline=None)
+@example("wave", 1.0, 1.0, 1, -1.0, 117)
+@example("wave", 5.499206528076695, 0.00981407523189864, 3, -4.8120675031762055, 2125686768)
 def test_kinks_of_f_alone_are_located(name, R, c, count, jump, seed):
     rng = np.random.default_rng(seed)
     low = rng.uniform(0.5, 1.0) * R
@@ -424,8 +426,7 @@ def test_kinks_of_f_alone_are_located(name, R, c, count, jump, seed):
     found = find_kinks(curve, low, high, of="value")
     assert len(found) == marks.size
     noise = np.max(rounding(curve, [low, high]))
-    # 20 roundings are the aim; one draw of a wave with one kink was 24 off
-    assert np.all(np.abs(found - marks) <= 40 * noise / np.abs(jumps) + 4e-16 * marks)
+    assert np.all(np.abs(found - marks) <= 20 * noise / np.abs(jumps) + 4e-16 * marks)
 
 
 @pytest.mark.parametrize("order", [0.3, 0.5, 1.5, 1, 2, 2.2, 3])

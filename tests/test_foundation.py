@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 import pymdr as mdr
@@ -150,6 +150,33 @@ def test_shapes_are_kept_where_g_falls(shape):
     assert states.contact_radius.shape == shape
     assert np.all(np.abs(normal_force(line, states) - 2 * (2 + 1 / 3)) < 1e-12)
     assert np.all(np.abs(states_at_force(line, normal_force(line, states)).indentation - 2.0) < 1e-12)
+
+
+@given(st.integers(0, 2**32 - 1))
+@settings(max_examples=15, deadline=None)
+@example(0)
+@example(10)
+@example(41)
+def test_every_force_is_carried_where_g_falls_in_many_places(seed):
+    """Splines through noisy samples fall below their tip: there a force needs less than no depth."""
+    rng = np.random.default_rng(seed)
+    noise = 10.0 ** rng.uniform(-5.0, -1.5)
+    r = np.sort(rng.uniform(0.02, 1.0, int(rng.integers(6, 25))))
+    if rng.random() < 0.5:
+        close = r[rng.integers(0, r.size, 2)]
+        r = np.unique(np.concatenate([r, close * (1.0 + 10.0 ** rng.uniform(-6.0, -2.0))]))
+    height = r**2 / 2.0 + noise * rng.normal(size=r.size)
+    line = line_of(
+        mdr.Sampled(np.append(0.0, r), np.append(0.0, height), interpolation=mdr.CubicSpline()), 0.7
+    )
+    moment = line.equivalent.moment(rng.uniform(0.05, 1.0, 4) * r[-1])
+    force = 1.4 * moment[moment > 0.0]
+    states = states_at_force(line, force)
+    assert normal_force(line, states) == pytest.approx(force, rel=1e-9)
+    for f, a, d in zip(force, states.contact_radius, states.indentation, strict=True):
+        x = np.linspace(0.0, a, 20_001)
+        whole = np.trapezoid(d - line.equivalent.g(x), x)
+        assert whole == pytest.approx(f / 1.4, rel=1e-3, abs=1e-5 * a * np.ptp(line.equivalent.g(x)))
 
 
 @settings(max_examples=25, deadline=None)

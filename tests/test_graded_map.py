@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 import pymdr as mdr
 from pymdr.line.foundation import ElasticLine, normal_force, states_at_depth, states_at_force
 from pymdr.mapping.equivalent import equivalent_profile
+from pymdr.mapping.series import Place
 from pymdr.problem.profiles import Sum
 
 UNIT = mdr.Elastic(1.0, 0.0)
@@ -91,7 +92,7 @@ def drawn(case):
 # --- a row is what it would be alone ---------------------------------------------------------------------
 
 
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=5, deadline=None)
 @given(PROFILES, st.lists(st.floats(-7.0, -0.7), min_size=3, max_size=8), st.booleans(), st.randoms())
 def test_a_row_is_what_it_would_be_alone(case, decades, by_force, random):
     depths = case[1] * 10.0 ** np.array(decades)
@@ -122,6 +123,38 @@ def test_deep_then_shallow_and_shallow_then_deep(name, channel):
     )
     for quantity in NAMES:
         assert worst(up[quantity].values, down[quantity].values[::-1]) < 1e-12
+
+
+@settings(max_examples=12, deadline=None)
+@given(
+    st.sampled_from(["hyperboloid", "quartic", "wavy", "root"]), SIZES, st.floats(-9.0, -0.1), st.randoms()
+)
+def test_a_breakpoint_at_which_nothing_happens_changes_nothing(name, size, decades, random):
+    slope, needless = SLOPES[name](size), size * 10.0**decades
+    plain = equivalent_profile(mdr.Function(derivative=lambda r: slope(r)))
+    named = equivalent_profile(mdr.Function(derivative=lambda r: slope(r), breakpoints=[needless]))
+    x = np.append(np.geomspace(1e-8, 1.0, 60) * size, needless * (1.0 + np.geomspace(1e-6, 1.0, 20)))
+    for one in random.sample(x.tolist(), 3):
+        # in several steps, inward and outward
+        plain.g(one), named.g(one)
+    for curve, least in (("g", 2e-14), ("moment", 2e-14), ("squared", 1e-13), ("slope", 1e-12)):
+        assert worst(getattr(named, curve)(x), getattr(plain, curve)(x)) < least
+
+
+@settings(max_examples=12, deadline=None)
+@given(st.floats(1.02, 3.0), st.floats(-10.0, 0.0), st.floats(0.5, 5.0), st.floats(-3.0, 2.0))
+def test_what_lies_all_within_the_law_of_the_tip_is_no_surer_than_that(power, decades, offset, place):
+    height, x = 10.0**decades, 10.0**place
+    try:
+        line = equivalent_profile(
+            mdr.Function(lambda r: offset + height * (r**power + (r / 1e3) ** (3.0 * power)))
+        )
+        found = float(line.g(x))
+    except mdr.PymdrError:
+        return
+    ratio = [math.exp(math.lgamma(p / 2 + 1) - math.lgamma(p / 2 + 0.5)) for p in (power, 3.0 * power)]
+    exact = math.sqrt(math.pi) * height * (ratio[0] * x**power + ratio[1] * (x / 1e3) ** (3.0 * power))
+    assert worst(found, exact) <= 8.0 * float(line.error(x)[0]) + 1e-14
 
 
 # --- a callable is asked where it must be, once ----------------------------------------------------------
@@ -385,3 +418,128 @@ def test_what_a_line_gives_does_not_change_it(name):
         if given_.flags.writeable:
             given_[...] = 7.0
         assert np.array_equal(way(), before)
+
+
+@settings(max_examples=5, deadline=None)
+@given(
+    st.integers(60, 250), st.floats(0.0, 0.03), st.integers(0, 10**6), st.floats(0.01, 0.99), st.booleans()
+)
+def test_bunched_panels_lead_back_to_the_surface(count, noise, seed, share, by_pieces):
+    """The line leads back to the samples, and its integral over a disk of pressures is the load."""
+    r = np.linspace(0.0, 1.0, count)
+    f = r**2 / 2 * (1.0 + noise * np.random.default_rng(seed).standard_normal(count))
+    interpolation = mdr.ShapePreserving() if by_pieces else mdr.CubicSpline()
+    tip = mdr.Sampled(r, f, interpolation=interpolation)
+    line = equivalent_profile(tip)
+    at = np.sort(np.random.default_rng(seed + 1).uniform(1e-6, 1.0, 200))
+    gap = 2.0 / np.pi * line.gap_integral(at, 0.0)
+    ups_and_downs = float(np.abs(np.diff(line.g(np.linspace(0.0, 1.0, 20_001)))).sum())
+    allowed = (1e-13 + float(line.slope_error(1.0))) * ups_and_downs
+    assert np.max(np.abs(gap - tip.gap(at))) < allowed
+    beyond = at[at > share]
+    parts = line.gap_between(beyond, 0.5 * share, share) + line.gap_integral(beyond, share)
+    whole = line.gap_integral(beyond, 0.5 * share)
+    assert np.max(np.abs(parts - whole), initial=0.0) < 1e-14 * ups_and_downs
+    # x = sqrt(r^2 + t^2) leaves g' / x, whose roots behind samples are graded away
+    for radius in (1e-3 * share, 0.3 * share, 0.98 * share):
+        samples = r[(r > radius) & (r < share)]
+        edges = np.sqrt(np.append(samples, share) ** 2 - radius**2)
+        s, w = np.polynomial.legendre.leggauss(24)
+        start, width = np.append(0.0, edges[:-1])[:, None], np.diff(edges, prepend=0.0)[:, None]
+        u = 0.5 * (s + 1.0)
+        x = np.sqrt((start + width * u**2) ** 2 + radius**2)
+        value = line.slope(x) / x * width * u * w
+        size = np.abs(value).sum()
+        found = float(line.pressure_integral(np.array([radius]), share)[0])
+        assert abs(found - value.sum()) < 1e-7 * size
+
+
+# --- beside breakpoints ----------------------------------------------------------------------------------
+
+
+@settings(max_examples=12, deadline=None)
+@given(
+    st.lists(st.floats(-9.0, -0.3), min_size=1, max_size=3),
+    st.lists(st.floats(-3.0, 0.0), min_size=4, max_size=4),
+    st.lists(st.floats(-11.0, -0.5), min_size=2, max_size=6),
+    st.sampled_from(["f", "derivative"]),
+    SIZES,
+    st.randoms(),
+)
+def test_cones_that_begin_close_to_one_another(closeness, heights, offsets, given_as, size, random):
+    """Depth after depth outward over kinks as close as 1e-9 of their radius: no stretch between them is lost."""
+    b, radii = size, [size]
+    for decade in closeness:
+        b = float(b + b * 10.0**decade)
+        radii.append(b)
+    slopes = [1.0, *(10.0**h for h in heights[: len(radii)])]
+    radii = [0.0, *radii]
+
+    def f(r):
+        return sum(s * np.maximum(r - b, 0.0) for s, b in zip(slopes, radii, strict=False))
+
+    def derivative(r):
+        return sum(s * (r > b) for s, b in zip(slopes, radii, strict=False))
+
+    profile = mdr.Function(
+        f if given_as == "f" else None, radii[1:], None if given_as == "f" else derivative, reach=1e3 * size
+    )
+    line = equivalent_profile(profile)
+    bases = np.repeat(radii[1:], len(offsets))
+    delta = np.tile(10.0 ** np.sort(offsets), len(radii) - 1) * size
+    order = np.argsort(bases + delta)
+    bases, delta = bases[order], delta[order]
+    exact = np.zeros(bases.size)
+    for s, kink in zip(slopes, radii, strict=False):
+        away = np.maximum((bases - kink) + delta, 0.0)
+        exact += s * (kink + away) * np.arctan2(np.sqrt(away * (2.0 * kink + away)), kink)
+    found = np.concatenate([line.g(line.place(exact[i : i + 1])) for i in range(exact.size)])
+    place = Place(bases, delta)
+    claimed = np.maximum(line.error(place)[:, 0], 1e-14)
+    assert np.all(np.abs(found / exact - 1.0) <= 1e-13)
+    assert np.all(np.abs(line.g(place) / exact - 1.0) <= 10.0 * claimed)
+    random.shuffle(order)
+    alone = equivalent_profile(profile)
+    again = np.concatenate([alone.g(place.take(slice(i, i + 1))) for i in order])
+    assert np.all(np.abs(again / line.g(place.take(order)) - 1.0) <= 10.0 * claimed[order])
+
+
+@settings(max_examples=20, deadline=None)
+@given(
+    st.floats(1.1, 12.0),
+    SIZES,
+    st.lists(st.floats(-17.0, -4.0), min_size=2, max_size=6),
+    st.sampled_from(["f", "derivative"]),
+)
+def test_contact_that_begins_at_a_radius_is_a_power_there(n, size, decades, given_as):
+    """f = ((r - b)_+ / b)^n: g = n B(n, 1/2) sqrt(1/2) (delta / b)^(n - 1/2) (1 + O(delta / b)), and back."""
+    b = size
+    exponent = n if given_as == "derivative" else round(n * 4.0) / 4.0
+
+    def f(r):
+        return b * (np.maximum(r - b, 0.0) / b) ** exponent
+
+    def derivative(r):
+        return exponent * (np.maximum(r - b, 0.0) / b) ** (exponent - 1.0)
+
+    profile = mdr.Function(
+        f if given_as == "f" else None, [b], None if given_as == "f" else derivative, reach=10.0 * b
+    )
+    line = equivalent_profile(profile)
+    delta = 10.0 ** np.array(decades)
+    lead = (
+        exponent
+        * math.exp(math.lgamma(exponent) + math.lgamma(0.5) - math.lgamma(exponent + 0.5))
+        / math.sqrt(2.0)
+    )
+    with np.errstate(under="ignore"):
+        depth = b * lead * delta ** (exponent - 0.5)
+    known = depth > 1e-290
+    delta, depth = delta[known], depth[known]
+    place = Place(np.full(delta.size, b), b * delta)
+    error = 10.0 * np.maximum(line.error(place)[:, 0], 1e-14)
+    assert np.all(np.abs(line.g(place) / depth - 1.0) <= error + 2.0 * delta)
+    found = line.place(line.g(place))
+    beside = found.base == b
+    assert np.all(beside)
+    assert np.all(np.abs(found.offset / (b * delta) - 1.0) <= 1e-13)

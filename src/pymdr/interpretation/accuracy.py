@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pymdr.interpretation.branches import Equilibria as Adhesive
 from pymdr.interpretation.validity import Claim, Level
@@ -18,7 +19,9 @@ EXACT_WITHIN = 1e-9
 _G, _SLOPE, _MOMENT, _SQUARED = range(4)
 
 
-def normal_errors(line: ElasticLine, states: DiskStates, by_force: np.ndarray) -> dict[str, FloatArray]:
+def normal_errors(
+    line: ElasticLine, states: DiskStates, by_force: NDArray[np.bool_]
+) -> dict[str, FloatArray]:
     """
     Relative errors of the quantities of a contact without adhesion, from those of g, g', m and s at its edge.
 
@@ -70,10 +73,7 @@ def normal_errors(line: ElasticLine, states: DiskStates, by_force: np.ndarray) -
         "equivalent_profile": error[:, _G],
         "spring_force": error[:, _G] + depth,
     }
-    return {
-        name: np.where(a > 0.0, np.nan_to_num(values, nan=0.0, posinf=1.0), 0.0)
-        for name, values in found.items()
-    }
+    return _bounded(found, a > 0.0)
 
 
 def adhesive_errors(
@@ -148,10 +148,14 @@ def adhesive_errors(
         "equivalent_profile": error[:, _G],
         "spring_force": error[:, _G] + depth,
     }
-    touching = (a > 0.0) | (states.cohesive_radius > 0.0)
+    return _bounded(found, (a > 0.0) | (states.cohesive_radius > 0.0))
+
+
+def _bounded(errors: Mapping[str, FloatArray], touching: NDArray[np.bool_]) -> dict[str, FloatArray]:
+    """Errors where there is contact; 1 where nothing is known of a number."""
     return {
         name: np.where(touching, np.minimum(np.nan_to_num(values, nan=0.0, posinf=1.0), 1.0), 0.0)
-        for name, values in found.items()
+        for name, values in errors.items()
     }
 
 

@@ -93,9 +93,9 @@ def states_at_depth(line: ElasticLine, indentation: ArrayLike) -> DiskStates:
     """
     d = np.asarray(indentation, dtype=float)
     equivalent = line.equivalent
-    turning = _turning_points(equivalent, _deepest(d))
-    if turning:
-        return disk_states(line, d, _best_disk(equivalent, d, turning))
+    top = _touching_within(equivalent, _deepest(d))
+    if turning := _turning_points(equivalent, top):
+        return disk_states(line, d, _best_disk(equivalent, d, turning, top))
     return disk_states(line, d, _inside(equivalent, equivalent.place(d)))
 
 
@@ -107,7 +107,7 @@ def _inside(equivalent: EquivalentProfile, place: Place) -> Place:
 
 def rises_to(line: ElasticLine, depth: float) -> bool:
     """Whether g rises wherever bodies at a depth in m might touch, so that every contact up to there is a disk."""
-    return not _turning_points(line.equivalent, depth)
+    return not _turning_points(line.equivalent, _touching_within(line.equivalent, depth))
 
 
 def _deepest(d: FloatArray) -> float:
@@ -128,11 +128,12 @@ def touching_radius(equivalent: EquivalentProfile, depth: float) -> float:
     return equivalent.overlap_radius(-depth) if -math.inf < depth < 0.0 else 0.0
 
 
-def _turning_points(equivalent: EquivalentProfile, depth: float, within: float = 0.0) -> tuple[float, ...]:
-    """Where g turns, as far out as a contact of a depth in m can be, and within a radius in m."""
-    if equivalent.rises:
-        return ()
-    top = max(touching_radius(equivalent, depth), within)
+def _touching_within(equivalent: EquivalentProfile, depth: float) -> float:
+    """How far out in m g has to be known for contacts of a depth in m; 0 where it rises."""
+    return 0.0 if equivalent.rises else touching_radius(equivalent, depth)
+
+
+def _turning_points(equivalent: EquivalentProfile, top: float) -> tuple[float, ...]:
     return equivalent.turning_points(top) if top > 0.0 else ()
 
 
@@ -144,12 +145,11 @@ def _edge_excess(equivalent: EquivalentProfile, a: FloatArray, d: FloatArray) ->
     return excess
 
 
-def _best_disk(equivalent: EquivalentProfile, d: FloatArray, turning: tuple[float, ...]) -> Place:
-    """The radius of largest d a - int_0^a g; 0 where no disk carries load."""
+def _best_disk(equivalent: EquivalentProfile, d: FloatArray, turning: tuple[float, ...], top: float) -> Place:
+    """The radius of largest d a - int_0^a g up to one in m; 0 where no disk carries load."""
     best = Place(np.zeros(d.shape), np.zeros(d.shape))
     load = np.zeros(d.shape)
-    deepest = float(np.max(d, initial=0.0, where=np.isfinite(d)))
-    end = min(equivalent.edge, equivalent.overlap_radius(deepest))
+    end = min(equivalent.edge, top)
     ends = np.array([0.0, *(t for t in turning if 0.0 < t < end), end])
     g = equivalent.g(ends)
     for low, high, g_low, g_high in zip(ends[:-1], ends[1:], g[:-1], g[1:], strict=True):
@@ -163,6 +163,40 @@ def _best_disk(equivalent: EquivalentProfile, d: FloatArray, turning: tuple[floa
         whole = d[at_edge] * b[0] - equivalent.integral(b)[0]
         _take_better(best, load, at_edge, Place(np.zeros(whole.shape), np.full(whole.shape, b[0])), whole)
     return best
+
+
+@dataclass(frozen=True)
+class PassedRing:
+    """A ring over which the disk of largest force steps."""
+
+    depth: float
+    """The last depth in m before the step."""
+    inner: tuple[float, float]
+    """Radii in m of the stretch before the ring, on which g rises."""
+    outer: tuple[float, float]
+    """Those of the stretch beyond it."""
+
+
+def passed_rings(line: ElasticLine, deepest: float) -> tuple[PassedRing, ...]:
+    """The rings over which a contact steps on its way to a depth in m."""
+    turning = _turning_points(line.equivalent, deepest)
+    if not turning or turning[0] == 0.0:
+        return ()
+    top = touching_radius(line.equivalent, deepest)
+    marks = np.array([0.0, *turning, *([top] * (1 + len(turning) % 2))])
+    inner, outer = marks[:-2].reshape(-1, 2), marks[2:].reshape(-1, 2)
+    low, high = np.zeros(outer.shape[0]), np.full(outer.shape[0], deepest)
+    while True:
+        middle = 0.5 * (low + high)
+        if not np.any((low < middle) & (middle < high)):
+            break
+        over = states_at_depth(line, middle).contact_radius > inner[:, 1]
+        low, high = np.where(over, low, middle), np.where(over, middle, high)
+    return tuple(
+        PassedRing(float(depth), tuple(before), tuple(after))
+        for depth, before, after in zip(low, inner.tolist(), outer.tolist(), strict=True)
+        if depth < deepest
+    )
 
 
 def _take_better(best: Place, load: FloatArray, where: np.ndarray, place: Place, value: FloatArray) -> None:
@@ -205,10 +239,13 @@ def states_at_force(line: ElasticLine, normal_force: ArrayLike) -> DiskStates:
     equivalent = line.equivalent
     moment = force / (2.0 * line.modulus)
     place = _inside(equivalent, equivalent.place_of_moment(moment))
-    if np.isfinite(place.x).all() and not equivalent.rises:
+    if not equivalent.rises:
+        # a moment may be reached between turning points only
+        farthest = min(float(np.max(place.x, initial=0.0)), equivalent.edge, equivalent.reach)
         reached = _deepest(equivalent.g(place))
-        if turning := _turning_points(equivalent, reached, float(np.max(place.x, initial=0.0))):
-            return states_at_depth(line, _depth_of_best_disk(line, force, turning))
+        top = max(touching_radius(equivalent, reached), farthest)
+        if math.isfinite(top) and (turning := _turning_points(equivalent, top)):
+            return _best_disk_at_force(line, force, turning, top)
     excess = np.zeros(force.shape)
     at_edge = place.x == equivalent.edge
     if at_edge.any():
@@ -257,32 +294,48 @@ def states_at_travel(line: ElasticLine, travel: ArrayLike, machine_stiffness: fl
     return states_at_depth(line, d)
 
 
-def _depth_of_best_disk(line: ElasticLine, force: FloatArray, turning: tuple[float, ...]) -> FloatArray:
+def _best_disk_at_force(
+    line: ElasticLine, force: FloatArray, turning: tuple[float, ...], top: float
+) -> DiskStates:
     equivalent = line.equivalent
     end = min(equivalent.reach, equivalent.edge)
 
+    def states(d: FloatArray) -> DiskStates:
+        # as far out at all depths: where g falls below the tip, a contact is wide at depths of next to nothing
+        return disk_states(line, d, _best_disk(equivalent, d, turning, top))
+
     def load(d: FloatArray) -> FloatArray:
-        return normal_force(line, states_at_depth(line, d))
+        return normal_force(line, states(d))
 
     # a disk that carries a force alone is no less deep than the best one
     alone = _inside(equivalent, equivalent.place_of_moment(np.max(force) / (2.0 * line.modulus)))
     deepest = float(np.max(equivalent.g(alone)))
     depths = np.sort(equivalent.g(np.array([0.0, *(t for t in turning if t < end)])))
-    depths = np.append(depths[depths < deepest], deepest)
+    if math.isfinite(deepest):
+        depths = np.append(depths[depths < deepest], deepest)
     if math.isfinite(equivalent.edge):
         # as deep as the whole end carries the force
         b = np.array([equivalent.edge])
         rest = float(np.max(force)) / (2.0 * line.modulus) - float(equivalent.moment(b)[0])
         depths = np.append(depths, float(equivalent.g(b)[0]) + max(rest, 0.0) / equivalent.edge)
     # beyond the depths whose whole contact is known the load falls again, so the first that suffices is taken
-    enough = np.flatnonzero(load(depths) >= np.max(force) * (1.0 - 1e-12))
-    if enough.size == 0:
+    loads = load(depths)
+    carried = force * (1.0 - 1e-12) <= np.max(loads)
+    if math.isfinite(deepest) and not carried.all():
         raise ConvergenceError(f"no indentation up to {metres(depths[-1])} gives {newtons(np.max(force))}")
-    low, high = min(float(depths[0]), 0.0), float(depths[enough[0]])
     d = np.zeros(force.shape)
-    loaded = force > 0.0
-    d[loaded] = rising_root(load, force[loaded], low, high)
-    return d
+    loaded = carried & (force > 0.0)
+    if loaded.any():
+        most = float(np.max(force[loaded]))
+        low = min(float(depths[0]), 0.0)
+        high = float(depths[np.argmax(loads >= most * (1.0 - 1e-12))])
+        d[loaded] = rising_root(load, force[loaded], low, high)
+    found = states(d)
+    return DiskStates(
+        np.where(carried, found.indentation, math.nan),
+        Place(found.place.base, np.where(carried, found.place.offset, math.inf)),
+        found.edge_excess,
+    )
 
 
 def normal_force(line: ElasticLine, states: DiskStates) -> FloatArray:

@@ -10,7 +10,7 @@ import numpy as np
 from pymdr.errors import ConvergenceError, ProblemError
 from pymdr.mapping.callables import TipLaw, find_kinks, rounding, slope_panel, tip_law
 from pymdr.mapping.series import TERMS, Panels, clenshaw
-from pymdr.mapping.slopes import anchored
+from pymdr.mapping.slopes import SlopeSource, anchored
 from pymdr.problem.profiles import Function, call
 from pymdr.units import FloatArray, metres
 
@@ -23,9 +23,12 @@ _NOISY = 1e3
 _MOST = 1024
 _SURE = 1e-10
 _UNDERFLOW = 1e-290
+_FIRST, _SPREAD = 0.02, 64.0
+"""Where on a panel beside a breakpoint f' is no smaller than by that factor."""
+_DIGITS = 1e6
 
 
-class DerivedSource:
+class DerivedSource(SlopeSource):
     """
     f' by differentiating series of f on panels, and below the radii at which f cancels by the law of its tip.
 
@@ -35,12 +38,9 @@ class DerivedSource:
         With `f` and without `derivative`.
     """
 
-    known_everywhere = False
-
     def __init__(self, profile: Function) -> None:
         self.profile = profile
         self.knots = profile.breakpoints
-        self.soft_knots = np.zeros(0)
         self.reach = profile.reach
         self._law: TipLaw | None = None
         self._asked = 0.0
@@ -80,22 +80,25 @@ class DerivedSource:
 
     def uncertainty(self, panels: Panels) -> FloatArray:
         """Error of f' on panels, from the rounding of f."""
-        if not self._error:
-            return np.zeros(panels.count)
-        errors = np.array(self._error)[self._order]
-        at = np.clip(np.searchsorted(self._starts, panels.start, side="right") - 1, 0, errors.size - 1)
-        found: FloatArray = np.maximum(
-            errors[at],
-            errors[np.minimum(at + 1, errors.size - 1)]
-            * (panels.stop > self._starts[np.minimum(at + 1, errors.size - 1)]),
-        )
+        found = self._series_errors(panels)
         law = self._law
         if law is None:
             return found
         inside = panels.stop <= law.radius * (1.0 + 1e-9)
-        at_tip = law.error * np.abs(law.slope(np.minimum(panels.stop, law.radius)))
-        whole: FloatArray = np.where(inside, at_tip, found)
+        share = law.error_at(np.minimum(np.maximum(panels.start, 1e-300), law.radius))
+        whole: FloatArray = np.where(
+            inside, share * np.abs(law.slope(np.minimum(panels.stop, law.radius))), found
+        )
         return whole
+
+    def _series_errors(self, panels: Panels) -> FloatArray:
+        """Errors of the series that begin on panels, or on which these begin."""
+        if not self._error:
+            return np.zeros(panels.count)
+        errors = np.array(self._error)[self._order]
+        at = np.clip(np.searchsorted(self._starts, panels.start, side="right") - 1, 0, errors.size - 1)
+        after = np.minimum(at + 1, errors.size - 1)
+        return np.asarray(np.maximum(errors[at], errors[after] * (panels.stop > self._starts[after])))
 
     def kinks(self, low: float, high: float) -> list[float]:
         """Kinks of f between two radii that were not named; panels end at them from then on."""
@@ -145,12 +148,14 @@ class DerivedSource:
         told = np.abs(values[0] - float(self._f(np.zeros(1))[0])) > _UNDERFLOW
         return bool(np.any((40.0 * noise > _SURE * rise) & (told | (noise > _UNDERFLOW))))
 
-    def rough(self, r: float) -> float:
-        """About |f'| at a radius in m."""
-        if r < self.continued and self._law is not None:
-            return abs(float(self._law.slope(r)))
-        values = self._f(np.array([0.84, 1.0]) * r)
-        return abs(float(values[1] - values[0])) / (0.16 * r)
+    def rough(self, r: FloatArray) -> FloatArray:
+        """About |f'| at radii in m."""
+        values = self._f(np.concatenate([0.84 * r, r])).reshape(2, -1)
+        answer: FloatArray = np.abs(values[1] - values[0]) / (0.16 * r)
+        below = r < self.continued
+        if below.any() and self._law is not None:
+            answer[below] = np.abs(self._law.slope(r[below]))
+        return answer
 
     def _value(self, r: FloatArray) -> FloatArray:
         index = self._order[
@@ -192,7 +197,10 @@ class DerivedSource:
         """Panels of the grid from the one in which an offset lies."""
         unit = base if base > 0.0 else 1.0
         j = math.floor(4.0 * math.log2((base + low) / unit) + 1e-9)
-        first = base * math.expm1(j * math.log(2.0) / 4.0) if base > 0.0 else 2.0 ** (j / 4.0)
+        first = _anchor(base, j)
+        if base + first >= end:
+            # the end itself lies in the panel before it
+            first = _anchor(base, j - 1)
         return anchored(base, max(min(first, low), 0.0), min(max(stop, base + low * 1.01), end), end)
 
     def _divide(self, low: float, high: float, base: float) -> None:
@@ -217,7 +225,10 @@ class DerivedSource:
                 # finer panels only help where the misfit is more than rounding
                 noise = float(rounding(self._f, np.array([right]))[0])
                 settled = error <= _NOISY * noise / (right - left)
-            thin = depth >= _DEEPEST or right - left <= 1e-9 * right or not left < middle < right
+            begins = left == base and base > 0.0
+            settled = settled and not (begins and self._starts_steeply(series, left, right))
+            thinnest = 64.0 * np.finfo(float).eps if begins else 1e-9
+            thin = depth >= _DEEPEST or right - left <= thinnest * right or not left < middle < right
             if settled or thin:
                 self._low.append(left)
                 self._high.append(right)
@@ -225,6 +236,12 @@ class DerivedSource:
                 self._error.append(error)
                 continue
             todo += [(middle, right, error, depth + 1), (left, middle, error, depth + 1)]
+
+    def _starts_steeply(self, series: FloatArray, low: float, high: float) -> bool:
+        """Whether f' spans orders of magnitude beside a breakpoint, over which f has its digits."""
+        first, last = np.abs(clenshaw(np.stack([series, series]), np.array([_FIRST, 1.0])))
+        rise, noise = last * (high - low), float(rounding(self._f, np.array([high]))[0])
+        return bool(last > _SPREAD * first and rise > _DIGITS * noise)
 
     def _panel(self, low: float, high: float) -> tuple[FloatArray, float, float] | None:
         probe = low + (high - low) * np.linspace(0.0, 1.0, 33)
@@ -252,3 +269,8 @@ class DerivedSource:
                 break
             low, high = (middle, high) if np.isfinite(self._f(np.array([middle]))[0]) else (low, middle)
         return low
+
+
+def _anchor(base: float, j: int) -> float:
+    """The offset in m at which a panel of the grid begins."""
+    return base * math.expm1(j * math.log(2.0) / 4.0) if base > 0.0 else 2.0 ** (j / 4.0)

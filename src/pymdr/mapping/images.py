@@ -14,12 +14,22 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 
 import numpy as np
 from scipy.special import roots_jacobi
 
 from pymdr.mapping.abel import gauss
+from pymdr.mapping.bunches import Bunches, bunched
+from pymdr.mapping.quarters import (
+    APART,
+    NEAR,
+    are_quarters,
+    gathered,
+    pair,
+    sums_from_below,
+    sums_on_quarters,
+)
 from pymdr.mapping.series import (
     TERMS,
     BoolArray,
@@ -41,8 +51,9 @@ _BUNCH = 20
 """Interpolation points of a bunch of panels."""
 _LEAF_GAP, _BUNCH_GAP = 0.5, 1.0
 """Distance, in widths of the panel or the bunch, from which its nodes do."""
-_NEAR = 24
-_WORK = 1_500_000
+_WORK = 1 << 17
+_CACHED = 1 << 15
+"""Numbers in arrays that are worked on many times over."""
 _TOLERANCE = 4e-15
 _RATE_TOLERANCE = 1e-13
 _SETTLED = 1e-9
@@ -52,7 +63,6 @@ _GRADED = 24
 _TESTED = 12
 _MANY = 2000
 _MOST_PENDING = 400
-_QUARTER = 2.0**0.25
 _SPREAD_AT = np.array([0.2, 0.6, 1.0])
 
 
@@ -95,34 +105,48 @@ class Charges:
     def __init__(self, slopes: Slopes, tail: Tail) -> None:
         self.slopes = slopes
         self.tail = tail
-        corners = np.flatnonzero(slopes.jump)
-        self.corner = slopes.panels.base[corners]
-        self.jump = slopes.jump[corners]
-        self.levels = [self._leaves()]
-        while self.levels[-1].base.size > 1:
-            self.levels.append(_paired(self.levels[-1]))
+        odd = ~(are_quarters(slopes.panels) & (slopes.series.power == 0.0))
+        self.quarters = int(np.argmax(odd)) if odd.any() else odd.size
+        """How many of the first panels are plain quarters of an octave, if they are enough to count."""
+        if self.quarters < APART:
+            self.quarters = 0
+        self.first = max(self.quarters - APART + 1, 0)
+        """The first panel that does not act beyond the quarters by its moments."""
+
+    @cached_property
+    def below(self) -> FloatArray:
+        """Moments of the quarters."""
+        return gathered(self.slopes.series.coefficients[: self.quarters], self.tail.slope, self.tail.power)
+
+    @cached_property
+    def levels(self) -> list[_Bunches]:
+        """The panels and their bunches, without those that act by moments."""
+        levels = [self._leaves()]
+        while levels[-1].base.size > 1:
+            levels.append(_paired(levels[-1]))
+        return levels
 
     def _leaves(self) -> _Bunches:
-        panels, series = self.slopes.panels, self.slopes.series
+        panels, series = self.slopes.panels.take(slice(self.first, None)), self.slopes.series
+        index = np.arange(self.first, series.power.size)
         u, weights = gauss(TERMS)
         offset = panels.offsets(u)
-        f, rate = self._values(np.broadcast_to(np.arange(panels.count)[:, None], offset.shape), offset)
+        f, rate = self._values(index, offset)
         width = panels.width[:, None] * weights
-        offset_rate = offset.copy()
+        offset_rate = offset
         f, rate = f * width, rate * width
-        for i in np.flatnonzero(_is_fractional(panels, series)):
-            offset[i], f[i], offset_rate[i], rate[i] = self._fractional_leaf(int(i))
-        s, w = gauss(TERMS, self.tail.power)
-        tail = self.tail.slope * self.tail.radius * w
-        return _Bunches(
-            np.concatenate([[0.0], panels.base]),
-            np.concatenate([[0.0], panels.low]),
-            np.concatenate([[self.tail.radius], panels.high]),
-            np.concatenate([self.tail.radius * s[None, :], offset]),
-            np.concatenate([tail[None, :], f]),
-            np.concatenate([self.tail.radius * s[None, :], offset_rate]),
-            np.concatenate([(1.0 + self.tail.power) * tail[None, :], rate]),
-        )
+        fractional = np.flatnonzero(_is_fractional(panels, series.take(index)))
+        if fractional.size:
+            offset_rate = offset.copy()
+        for i in fractional:
+            offset[i], f[i], offset_rate[i], rate[i] = self._fractional_leaf(int(index[i]))
+        jump = self.slopes.jump[self.first :]
+        if jump.any():
+            # a jump of f' is a charge of (r f')' at its breakpoint
+            offset_rate = np.column_stack([np.zeros(jump.size), offset_rate])
+            rate = np.column_stack([jump * panels.base, rate])
+        leaves = _Bunches(panels.base, panels.low, panels.high, offset, f, offset_rate, rate)
+        return leaves if self.quarters else _with_tail(leaves, self.tail)
 
     def _fractional_leaf(self, i: int) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
         high, p = float(self.slopes.panels.high[i]), float(self.slopes.series.power[i])
@@ -143,22 +167,20 @@ class Charges:
         return c, c * y + (panels.base[i] + offset) * (p * c / high + y * rate)
 
     def _values(self, index: IndexArray, offset: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """F' and (r f')' at offsets in given panels."""
-        panels, series = self.slopes.panels, self.slopes.series
-        i, delta = np.ravel(index), np.ravel(offset)
-        width = panels.width[i]
-        u = ((delta - panels.low[i]) / width).clip(0.0, 1.0)
-        c, rate = with_slope(series.coefficients[i], u)
-        power = series.power[i]
+        """F' and (r f')' in some panels, shape (n,), at offsets of shape (n, ...)."""
+        panels, series = self.slopes.panels.take(index), self.slopes.series.take(index)
+        delta = offset.reshape(index.size, -1)
+        width, power = panels.width[:, None], series.power[:, None]
+        u = ((delta - panels.low[:, None]) / width).clip(0.0, 1.0)
+        c, rate = with_slope(series.coefficients, u)
         value, curvature = c, rate / width
         if power.any():
             with np.errstate(divide="ignore", invalid="ignore", under="ignore"):
-                factor = np.where(power != 0.0, (delta / panels.high[i]) ** power, 1.0)
+                factor = np.where(power != 0.0, (delta / panels.high[:, None]) ** power, 1.0)
                 curvature = factor * (curvature + np.where(power != 0.0, power * c / delta, 0.0))
                 value = c * factor
-        return value.reshape(offset.shape), (value + (panels.base[i] + delta) * curvature).reshape(
-            offset.shape
-        )
+        flux = value + (panels.base[:, None] + delta) * curvature
+        return value.reshape(offset.shape), flux.reshape(offset.shape)
 
     def sums(self, panels: Panels, u: FloatArray) -> Sums:
         """
@@ -178,8 +200,49 @@ class Charges:
         """
         base, offset = panels.base, panels.offsets(u)
         totals = np.zeros((3, *offset.shape))
-        target = np.arange(base.size)
-        bunch = np.zeros(base.size, dtype=np.intp)
+        x = base[:, None] + offset
+        own, whole = self._quarter_of(panels)
+        source = self.slopes.panels
+        if whole.any():
+            coefficients = self.slopes.series.coefficients
+            totals[:, whole] = sums_on_quarters(
+                coefficients, source.low, self.below, own[whole], tuple(u.tolist())
+            )
+        within = np.flatnonzero((own >= 0) & ~whole)
+        if within.size:
+            # a part of a quarter, with the quarters next to it
+            at = own[within]
+            totals[:, within] = sums_from_below(self.below[at - APART], source.low[at], x[within])
+            stop = np.searchsorted(source.start, panels.stop[within])
+            beside = [np.arange(i - APART + 1, j) for i, j in zip(at, stop, strict=True)]
+            target = np.repeat(within, [part.size for part in beside])
+            self._add_near(totals, base, offset, target, np.concatenate(beside))
+        beyond = np.flatnonzero(own < 0)
+        if beyond.size:
+            if self.quarters:
+                end = np.full(beyond.size, source.high[self.quarters - 1])
+                below = np.broadcast_to(self.below[-1], (beyond.size, *self.below.shape[1:]))
+                totals[:, beyond] = sums_from_below(below, end, x[beyond])
+            self._add_bunches(totals, panels, u, beyond)
+        g, moment, slope = totals
+        return Sums(x * g, moment, slope)
+
+    def _quarter_of(self, panels: Panels) -> tuple[IndexArray, BoolArray]:
+        """The quarters, from the ninth on, in which panels begin, else -1, and whether they are these."""
+        low, high = (end[: self.quarters] for end in (self.slopes.panels.low, self.slopes.panels.high))
+        at = np.searchsorted(low, panels.low, side="right") - 1
+        inside = (panels.base == 0.0) & (at >= APART)
+        inside[inside] = panels.low[inside] < high[at[inside]]
+        at = np.where(inside, at, -1)
+        whole = inside.copy()
+        own = at[inside]
+        whole[inside] = (panels.low[inside] == low[own]) & (panels.high[inside] == high[own])
+        return at, whole
+
+    def _add_bunches(self, totals: FloatArray, panels: Panels, u: FloatArray, target: IndexArray) -> None:
+        """Add the integrals over all panels that do not act by moments."""
+        base, offset = panels.base, panels.offsets(u)
+        bunch = np.zeros(target.size, dtype=np.intp)
         lowest, highest = offset.min(axis=1), offset.max(axis=1)
         for level in range(len(self.levels) - 1, -1, -1):
             charges = self.levels[level]
@@ -195,12 +258,14 @@ class Charges:
                 twice = np.concatenate([2 * bunch, 2 * bunch + 1])
                 known = twice < self.levels[level - 1].base.size
                 target, bunch = np.concatenate([target, target])[known], twice[known]
-        target, bunch = target[bunch > 0], bunch[bunch > 0]
-        alike = self._add_alike(totals, panels, u, target, bunch - 1)
-        self._add_near(totals, base, offset, target[~alike], bunch[~alike] - 1)
-        x = base[:, None] + offset
-        g, moment, slope = totals
-        return Sums(x * g, moment, slope + self._corners(base, offset))
+        # the tail, a leaf where there are no quarters, is nowhere near
+        source = bunch + self.first - (self.quarters == 0)
+        target, source = target[source >= 0], source[source >= 0]
+        self._add_jumps(totals[2], base, offset, target, source)
+        for add in (self._add_alike, self._add_own):
+            done = add(totals, panels, u, target, source)
+            target, source = target[~done], source[~done]
+        self._add_near(totals, base, offset, target, source)
 
     def _add_far(
         self,
@@ -231,23 +296,59 @@ class Charges:
             for total, part in zip(totals, parts, strict=True):
                 np.add.at(total, t, part)
 
+    def _add_jumps(
+        self, total: FloatArray, base: FloatArray, offset: FloatArray, target: IndexArray, source: IndexArray
+    ) -> None:
+        """What jumps of f' at the lower ends of panels add to g' on others nearby."""
+        jumping = self.slopes.jump[source] != 0.0
+        target, source = target[jumping], source[jumping]
+        b, jump = self.slopes.panels.base[source, None], self.slopes.jump[source, None]
+        distance = (base[target, None] - b) + offset[target]
+        beyond = distance > 0.0
+        with np.errstate(divide="ignore", invalid="ignore"):
+            term = jump * b / np.sqrt(distance * (2.0 * b + distance))
+        np.add.at(total, target, np.where(beyond, term, 0.0))
+
     def _add_alike(
         self, totals: FloatArray, targets: Panels, u: FloatArray, target: IndexArray, source: IndexArray
     ) -> BoolArray:
         """Whole quarter octaves beside one another, which all look alike; gives which pairs these are."""
         panels, series = self.slopes.panels, self.slopes.series
-        plain = _is_quarter(panels) & (series.power == 0.0)
-        alike: BoolArray = _is_quarter(targets)[target] & plain[source]
+        plain = are_quarters(panels) & (series.power == 0.0)
+        alike: BoolArray = are_quarters(targets)[target] & plain[source]
         t, s = target[alike], source[alike]
         low = panels.low[s]
         apart = np.round(4.0 * np.log2(targets.low[t] / low)).astype(int)
         for j in np.unique(apart).tolist():
             here = apart == j
             c, scale = series.coefficients[s[here]], low[here][:, None] ** 2
-            for k, matrix in enumerate(_quarters(j, tuple(u.tolist()))):
+            for k, matrix in enumerate(pair(j, tuple(u.tolist()))):
                 part = c @ matrix
                 np.add.at(totals[k], t[here], part * scale if k == 1 else part)
         return alike
+
+    def _add_own(
+        self, totals: FloatArray, targets: Panels, u: FloatArray, target: IndexArray, source: IndexArray
+    ) -> BoolArray:
+        """Panels that begin at a breakpoint as they act on themselves; gives which pairs these are."""
+        panels, series = self.slopes.panels, self.slopes.series
+        own = targets.begins[target] & targets.rooted[target] & panels.begins[source]
+        own &= (targets.base[target] == panels.base[source]) & (targets.high[target] == panels.high[source])
+        own &= series.power[source] == 0.0
+        target, source = target[own], source[own]
+        weights = gauss(NEAR)[1]
+        at, value, rate = _own_rule(tuple(u.tolist()))
+        block = max(1, _CACHED // at.size)
+        for start in range(0, target.size, block):
+            t, i = target[start : start + block], source[start : start + block]
+            c, b, high = series.coefficients[i], panels.base[i, None, None], panels.high[i, None, None]
+            r, place = high * at, high * (u * u)[:, None]
+            kernel = 2.0 * np.sqrt(high) * u[:, None] * weights / np.sqrt(2.0 * b + place + r)
+            f = (c @ value).reshape(r.shape) * kernel
+            steep = (c @ rate).reshape(r.shape) / high * kernel
+            for total, part in zip(totals, (f, f * (b + r) ** 2, f + (b + r) * steep), strict=True):
+                np.add.at(total, t, part.sum(axis=-1))
+        return own
 
     def _add_near(
         self, totals: FloatArray, base: FloatArray, offset: FloatArray, target: IndexArray, source: IndexArray
@@ -258,7 +359,7 @@ class Charges:
             for total, part in zip(totals, self._fractional_near(base[t], offset[t], s), strict=True):
                 total[t] += part
         target, source = target[~fractional], source[~fractional]
-        block = max(1, _WORK // (4 * offset.shape[1] * _NEAR))
+        block = max(1, _CACHED // (offset.shape[1] * NEAR))
         for start in range(0, target.size, block):
             t, s = target[start : start + block], source[start : start + block]
             shift = (base[t] - panels.base[s])[:, None]
@@ -270,7 +371,7 @@ class Charges:
         self, shift: FloatArray, offset: FloatArray, source: IndexArray, low: FloatArray, high: FloatArray
     ) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Integrals over low <= r - b <= high and r < x by r = x - v^2, shape of `offset`; x - b = shift + offset."""
-        s, weights = gauss(_NEAR)
+        s, weights = gauss(NEAR)
         # beside the end of a panel the distance to it keeps the digits of the offset
         beyond = (shift - high) + offset
         near = np.sqrt(np.maximum(beyond, 0.0))
@@ -279,7 +380,7 @@ class Charges:
         place = shift + offset
         r = np.clip(place[..., None] - v * v, low[..., None], high[..., None])
         b = self.slopes.panels.base[source][:, None, None]
-        f, rate = self._values(np.broadcast_to(source[:, None, None], r.shape), r)
+        f, rate = self._values(source, r)
         kernel = 2.0 * (far - near)[..., None] * weights / np.sqrt(2.0 * b + place[..., None] + r)
         f = f * kernel
         return f.sum(axis=-1), (f * (b + r) ** 2).sum(axis=-1), (rate * kernel).sum(axis=-1)
@@ -323,14 +424,18 @@ class Charges:
                     parts[1, beyond] += kernel @ (value * (b + r) ** 2)
         return parts[0], parts[1], parts[2]
 
-    def _corners(self, base: FloatArray, offset: FloatArray) -> FloatArray:
-        """What jumps of f' add to g'."""
+    def jump_error(self, base: FloatArray, offset: FloatArray) -> FloatArray:
+        """Error of g' on panels, shape of `offset` (T, k), from the errors of the jumps of f'."""
+        slopes = self.slopes
+        rough = np.flatnonzero(slopes.jump_error > 8.0 * np.finfo(float).eps * slopes.size)
         total = np.zeros(offset.shape)
-        for b, jump in zip(self.corner.tolist(), self.jump.tolist(), strict=True):
-            beyond = np.flatnonzero(base + offset[:, -1] > b) if base.size else np.zeros(0, dtype=np.intp)
+        for b, error in zip(
+            slopes.panels.base[rough].tolist(), slopes.jump_error[rough].tolist(), strict=True
+        ):
+            beyond = np.flatnonzero(base + offset[:, -1] > b)
             distance = (base[beyond] - b)[:, None] + offset[beyond]
             with np.errstate(divide="ignore", invalid="ignore"):
-                term = jump * b / np.sqrt(distance * (2.0 * b + distance))
+                term = error * b / np.sqrt(distance * (2.0 * b + distance))
             total[beyond] += np.where(distance > 0.0, term, 0.0)
         return total
 
@@ -343,73 +448,80 @@ class Charges:
         total = np.zeros(x.shape)
         for start in range(0, rough.size, 4096):
             i = rough[start : start + 4096]
-            low, high = panels.start[i], panels.stop[i]
-            upper = np.minimum(high, x[:, None])
-            angle = np.arcsin(np.clip(upper / x[:, None], 0.0, 1.0)) - np.arcsin(
-                np.clip(low / x[:, None], 0.0, 1.0)
-            )
-            total += x * (np.where(upper > low, angle, 0.0) @ slopes.error[i])
+            # the panels follow one another, so that all but the first begin where another ends
+            edges = np.append(panels.start[i[0]], panels.stop[i[0] : i[-1] + 1])
+            angle = np.arcsin(np.minimum(edges / x[:, None], 1.0))
+            total += x * (np.diff(angle)[:, i - i[0]] @ slopes.error[i])
         return total
 
 
 def _kernel(shift: FloatArray, x: FloatArray, base: FloatArray, offset: FloatArray) -> FloatArray:
     """1 / sqrt(x^2 - r^2), shape (pairs, places, nodes)."""
-    r = (base[:, None] + offset)[:, None, :]
-    return np.asarray(1.0 / np.sqrt((shift[:, :, None] - offset[:, None, :]) * (x[:, :, None] + r)))
+    answer = shift[:, :, None] - offset[:, None, :]
+    answer *= x[:, :, None] + (base[:, None] + offset)[:, None, :]
+    np.sqrt(answer, out=answer)
+    return np.divide(1.0, answer, out=answer)
 
 
 def _is_fractional(panels: Panels, series: Series) -> BoolArray:
     return np.asarray((panels.low == 0.0) & (series.power != 0.0) & (series.power != np.round(series.power)))
 
 
-def _is_quarter(panels: Panels) -> BoolArray:
-    """Whether panels are whole quarters of an octave on the grid that is anchored at the tip."""
-    whole = (panels.base == 0.0) & (panels.low > 0.0)
-    with np.errstate(divide="ignore"):
-        ratio = np.where(whole, panels.high / panels.low, 0.0)
-    return np.asarray(whole & (np.abs(ratio - _QUARTER) <= 4.0 * np.finfo(float).eps))
-
-
-@lru_cache(maxsize=16)
-def _quarters(apart: int, u: tuple[float, ...]) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Integrals of the polynomials of a quarter octave from r = 1 at points u of one that is some quarters farther out."""
-    low = _QUARTER**apart
-    inside = low * (_QUARTER - 1.0) * np.array(u)
-    x = low + inside
-    s, weights = gauss(_NEAR)
-    # distances from both ends of the source, exact where the panels meet
-    far = np.sqrt((low - 1.0) * (apart > 0) + inside)
-    near = np.sqrt((low - _QUARTER) * (apart > 1) + inside) if apart else np.zeros_like(x)
-    v = near[:, None] + (far - near)[:, None] * s
-    r = np.clip(x[:, None] - v * v, 1.0, _QUARTER)
-    kernel = 2.0 * (far - near)[:, None] * weights / np.sqrt(x[:, None] + r)
-    at = (r - 1.0) / (_QUARTER - 1.0)
-    value, rate = basis(at), basis_slope(at) / (_QUARTER - 1.0)
-    return (
-        np.einsum("ij,ijk->ki", kernel, value),
-        np.einsum("ij,ijk->ki", kernel * r * r, value),
-        np.einsum("ij,ijk->ki", kernel, value + r[:, :, None] * rate),
-    )
+@lru_cache(maxsize=2)
+def _own_rule(u: tuple[float, ...]) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Offsets from a breakpoint up to those at points u of a rooted panel, in its width, and the basis there."""
+    s, _ = gauss(NEAR)
+    at = np.square(u)[:, None] * ((1.0 - s) * (1.0 + s))
+    return at, basis(at.ravel()).T, basis_slope(at.ravel()).T
 
 
 @lru_cache(maxsize=64)
 def _doubly_singular(exponent: float) -> tuple[FloatArray, FloatArray]:
     """Nodes and weights on [0, 1] for the weight y^exponent / sqrt(1 - y)."""
-    z, w = roots_jacobi(_NEAR, -0.5, exponent)
+    z, w = roots_jacobi(NEAR, -0.5, exponent)
     return (z + 1.0) / 2.0, w / 2.0 ** (exponent + 0.5)
 
 
 def with_slope(coefficients: FloatArray, u: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Sums of c_j T_j(2 u - 1) and their derivatives with respect to u."""
+    """Sums of c_j T_j(2 u - 1) and their derivatives with respect to u, rows of c for rows of u."""
+    c = coefficients.T.reshape(-1, u.shape[0], *(1,) * (u.ndim - 1))
     twice = 4.0 * u - 2.0
-    value, before = np.zeros_like(u), np.zeros_like(u)
+    value, before, spare = np.zeros_like(u), np.zeros_like(u), np.empty_like(u)
+    # a quarter of the derivative
     rate, rate_before = np.zeros_like(u), np.zeros_like(u)
-    for j in range(coefficients.shape[1] - 1, 0, -1):
-        rate, rate_before = 4.0 * value + twice * rate - rate_before, rate
-        value, before = coefficients[:, j] + twice * value - before, value
+    for j in range(c.shape[0] - 1, 0, -1):
+        np.multiply(twice, rate, out=spare)
+        spare -= rate_before
+        spare += value
+        rate, rate_before, spare = spare, rate, rate_before
+        np.multiply(twice, value, out=spare)
+        spare -= before
+        spare += c[j]
+        value, before, spare = spare, value, before
     # the last step of Clenshaw halves the argument
-    total = coefficients[:, 0] + 0.5 * twice * value - before
-    return total, 2.0 * value + 0.5 * twice * rate - rate_before
+    total = c[0] + 0.5 * twice * value - before
+    return total, 2.0 * value + 2.0 * twice * rate - 4.0 * rate_before
+
+
+def _with_tail(leaves: _Bunches, tail: Tail) -> _Bunches:
+    """One leaf more, the power below all panels."""
+    s, w = gauss(TERMS, tail.power)
+    charge = tail.slope * tail.radius * w[None, :]
+    at = tail.radius * s[None, :]
+    room = leaves.rate.shape[1] - TERMS
+
+    def padded(row: FloatArray) -> FloatArray:
+        return np.pad(row, ((0, 0), (room, 0)))
+
+    return _Bunches(
+        np.concatenate([[0.0], leaves.base]),
+        np.concatenate([[0.0], leaves.low]),
+        np.concatenate([[tail.radius], leaves.high]),
+        np.concatenate([at, leaves.offset]),
+        np.concatenate([charge, leaves.slope]),
+        np.concatenate([padded(at), leaves.offset_rate]),
+        np.concatenate([padded((1.0 + tail.power) * charge), leaves.rate]),
+    )
 
 
 def _paired(below: _Bunches) -> _Bunches:
@@ -449,17 +561,25 @@ class Image:
     """Largest values of g, g', m and s on every panel, without their powers, shape (P, 4)."""
     end_squared: float
     """s at the upper end in m^3."""
+    beside: FloatArray
+    """Errors of the exponent and of the place in m with which f' begins at a breakpoint, shape (P, 2)."""
 
     def take(self, index: Selection) -> Image:
         """The image on some of the panels, the last one among them."""
         g, slope, moment, squared = (self.curve(name).take(index) for name in CURVES)
         panels = self.panels.take(index)
-        return Image(panels, g, slope, moment, squared, self.error[index], self.size[index], self.end_squared)
+        error, size, beside = self.error[index], self.size[index], self.beside[index]
+        return Image(panels, g, slope, moment, squared, error, size, self.end_squared, beside)
 
     def curve(self, name: str) -> Series:
         """One of the curves by its name."""
         curve: Series = getattr(self, name)
         return curve
+
+    @cached_property
+    def bunches(self) -> Bunches:
+        """The slope as charges, for integrals over it."""
+        return bunched(self.panels, self.slope)
 
 
 def map_panels(charges: Charges, panels: Panels, squared_below: float) -> Image:
@@ -520,7 +640,16 @@ def map_panels(charges: Charges, panels: Panels, squared_below: float) -> Image:
         # s carries on what it has gathered below
         gathered = np.maximum.accumulate((misfit + error[:, 1] + error[:, 2]) * size[:, 3])
         error[:, 3] = np.where(size[:, 3] > 0.0, gathered / size[:, 3], 0.0)
-    return Image(whole, g, slope, moment, squared, error, size, end)
+    return Image(whole, g, slope, moment, squared, error, size, end, _beside(charges.slopes, whole))
+
+
+def _beside(slopes: Slopes, panels: Panels) -> FloatArray:
+    """The errors with which f' begins at the breakpoints of panels of the image, on all panels up to the next one."""
+    found = np.zeros((panels.count, 2))
+    source = np.flatnonzero(slopes.panels.begins & slopes.beside.any(axis=1))
+    for i in source.tolist():
+        found[panels.base == slopes.panels.base[i]] = slopes.beside[i]
+    return found
 
 
 @lru_cache(maxsize=1)
@@ -528,6 +657,16 @@ def _tests() -> FloatArray:
     """Points between the nodes, none of them in the middle."""
     inner = 0.5 * (nodes()[1:] + nodes()[:-1])
     return np.concatenate([[0.0008], inner[:: max(1, inner.size // _TESTED)], [0.9991]])
+
+
+@lru_cache(maxsize=1)
+def _test_basis() -> FloatArray:
+    return basis(_tests()).T
+
+
+@lru_cache(maxsize=1)
+def _squared_at() -> FloatArray:
+    return np.concatenate([nodes(), _tests(), [1.0]])
 
 
 @dataclass(frozen=True)
@@ -555,24 +694,27 @@ def _fit_image(charges: Charges, panels: Panels, u: FloatArray) -> _Fitted:
         )
         plain = np.where(scale > 0.0, values / scale, 0.0)
     coefficients = plain[:, :, :TERMS] @ to_coefficients().T
-    misfit = np.max(np.abs(coefficients @ basis(u[TERMS:]).T - plain[:, :, TERMS:]), axis=2)
+    misfit = np.max(np.abs(coefficients @ _test_basis() - plain[:, :, TERMS:]), axis=2)
     size = np.max(np.abs(plain), axis=2)
     with np.errstate(divide="ignore", invalid="ignore"):
         error = np.where(size > 0.0, misfit / size, 0.0)
         at = panels.start[:, None] + panels.width[:, None] * _SPREAD_AT
         rough = charges.spread_error(at.ravel()).reshape(at.shape)
         rough = np.where(size[:, :1] > 0.0, rough / np.max(np.abs(values[:, 0]), axis=1)[:, None], 0.0)
+        jumps = charges.jump_error(panels.base, panels.low[:, None] + panels.width[:, None] * _SPREAD_AT)
+        jumps = np.where(size[:, 1] > 0.0, np.max(jumps, axis=1) / np.max(np.abs(values[:, 1]), axis=1), 0.0)
     # one that is rough at its end only, where the profile may end steeply, is divided all the same
     known, spread = np.median(rough, axis=1), np.max(rough, axis=1)
     allowed = np.stack(
-        [_TOLERANCE + 4.0 * known, _RATE_TOLERANCE + 64.0 * known, _TOLERANCE + 4.0 * known], axis=1
+        [_TOLERANCE + 4.0 * known, _RATE_TOLERANCE + 64.0 * known + 4.0 * jumps, _TOLERANCE + 4.0 * known],
+        axis=1,
     )
     # values of one sign on a panel beside a breakpoint are of one order
     lowest, highest = plain.min(axis=2), plain.max(axis=2)
     one_sign = (lowest > 0.0) | (highest < 0.0)
     uneven = one_sign & (size > _SPREAD * np.min(np.abs(plain), axis=2))
     even = ~(panels.begins & uneven.any(axis=1))
-    error = error + np.stack([spread, 16.0 * spread, spread], axis=1)
+    error = error + np.stack([spread, 16.0 * spread + jumps, spread], axis=1)
     room = ((0, 0), (0, 1))
     return _Fitted(power, coefficients, np.pad(error, room), np.pad(size, room), allowed, even)
 
@@ -620,15 +762,18 @@ def _squares(
     panels: Panels, slope: Series, moment: Series, below: float
 ) -> tuple[Series, float, FloatArray, FloatArray]:
     """S = int 2 g' m dt as a series, its last value and its measured error."""
-    tests = _tests()
-    u = np.concatenate([nodes(), tests, [1.0]])
+    u = _squared_at()
     increments = np.empty((panels.count, u.size))
     # beside a breakpoint the integrand is a power of the variable times a smooth factor
     power = slope.power + moment.power
     lead = np.where(panels.begins, 2.0 * power + 1.0, 0.0)
-    for exponent in np.unique(lead):
-        rows = np.flatnonzero(lead == exponent)
-        s, w = gauss(_NEAR, exponent)
+    loaded = np.concatenate([[below > 0.0], moment.coefficients[:-1].any(axis=1)])
+    # beyond a breakpoint up to which something is gathered no digits are to be kept
+    plain = (power == 0.0) & (~panels.begins | np.logical_or.accumulate(loaded))
+    increments[plain] = _plain_increments(panels.take(plain), slope.take(plain), moment.take(plain))
+    for exponent in np.unique(lead[~plain]):
+        rows = np.flatnonzero((lead == exponent) & ~plain)
+        s, w = gauss(NEAR, exponent)
         at = u[:, None] * s
         block = max(1, _WORK // at.size)
         for start in range(0, rows.size, block):
@@ -661,11 +806,31 @@ def _squares(
         scale = np.where(own[:, None] != 0.0, (offset / panels.high[:, None]) ** own[:, None], 1.0)
         plain = np.where(scale > 0.0, values / scale, 0.0)
     coefficients = plain[:, :TERMS] @ to_coefficients().T
-    misfit = np.max(np.abs(coefficients @ basis(tests).T - plain[:, TERMS:-1]), axis=1)
+    misfit = np.max(np.abs(coefficients @ _test_basis() - plain[:, TERMS:-1]), axis=1)
     size = np.max(np.abs(plain), axis=1)
     with np.errstate(invalid="ignore"):
         error = np.where(size > 0.0, misfit / size, 0.0)
     return Series(own, coefficients), float(ends[-1]), error, size
+
+
+def _plain_increments(panels: Panels, slope: Series, moment: Series) -> FloatArray:
+    """Integrals of 2 g' m from the lower ends of panels on which all of it is a polynomial of the variable."""
+    at, values, integrals = _product_rule()
+    low, high = np.sqrt(panels.low), np.sqrt(panels.high)
+    span = (high - low)[:, None]
+    stretch = np.where(panels.rooted[:, None], 2.0 * span * (low[:, None] + span * at), panels.width[:, None])
+    product = 2.0 * (slope.coefficients @ values) * (moment.coefficients @ values) * stretch
+    return np.asarray(product @ integrals)
+
+
+@lru_cache(maxsize=1)
+def _product_rule() -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Points that tell a product of two series and a line, the basis there, and its integrals up to `_squared_at`."""
+    n = 2 * TERMS
+    u = _squared_at()
+    s, weights = gauss(NEAR)
+    integrals = np.einsum("ijk,j,i->ki", basis(u[:, None] * s, n), weights, u)
+    return nodes(n), basis(nodes(n)).T, to_coefficients(n).T @ integrals
 
 
 def joined_images(first: Image, second: Image) -> Image:
@@ -680,6 +845,7 @@ def joined_images(first: Image, second: Image) -> Image:
         np.concatenate([first.error, second.error]),
         np.concatenate([first.size, second.size]),
         second.end_squared,
+        np.concatenate([first.beside, second.beside]),
     )
 
 

@@ -7,9 +7,10 @@ that they do not depend on how far a path happens to reach. Those that do not re
 from __future__ import annotations
 
 import math
+from abc import ABC, abstractmethod
 from collections.abc import Callable
-from dataclasses import dataclass, field
-from typing import Protocol
+from dataclasses import dataclass, field, replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -34,6 +35,9 @@ _SOFT = 1e-10
 """Across knots of many samples: their rounding over their distance is no less."""
 _SEARCHED = 512
 """Points in a quarter of an octave at which the series are held against the slope: 2048 in an octave."""
+_FEWEST = 48
+_FELT_FROM = 2.0**-12
+"""How far below the floor something is looked for that is felt above it, in parts of it."""
 _GENERATIONS = 36
 _KINK_GENERATION = 5
 _STEEP = 8.0
@@ -43,6 +47,8 @@ _SPREAD = 64.0
 _GRADED = 18
 """Quarterings of the first panel beside a breakpoint: radii that can still be told from it."""
 _SLIVER = 0.1
+_FIRST = 2.0**0.25 - 1.0
+"""Width of the first panel beyond a breakpoint, in parts of its radius."""
 MOST_KINKS = 32
 _TINY = 1e-290
 _MOST_PANELS = 20_000
@@ -51,39 +57,49 @@ ABOVE_TAIL = 4.0
 """Radii from which on the image of a slope does not feel how its tip was closed, in radii of the floor."""
 _SUDDEN = 1e-200
 _PURE = 1e-14
+_CORRECTIONS = 4
+"""Powers of the offset that follow the first one beside a breakpoint."""
+_SIMPLE = 1e-4
+_UNNAMED = 32.0 * float(np.finfo(float).eps)
+"""How far a kink that was found may lie from the true one, in its radius."""
 """Largest misfit of a power that stands for the tip as far in as it is asked."""
 
 
-class SlopeSource(Protocol):
+class SlopeSource(ABC):
     """What a profile offers to be resolved."""
 
     knots: tuple[float, ...]
     """Radii in m at which f' is not smooth."""
-    soft_knots: FloatArray
+    soft_knots: FloatArray = np.zeros(0)
     """Radii in m at which a piecewise polynomial continues, which matters if they are few."""
     reach: float
     """Largest radius in m."""
-    known_everywhere: bool
+    known_everywhere: bool = False
     """Whether f' may be asked up to the reach at no cost, as that of samples."""
 
+    @abstractmethod
     def sample(self, base: FloatArray, offset: FloatArray) -> tuple[FloatArray, FloatArray]:
         """F' beside base + offset, and the offsets of the radii at which it was evaluated."""
 
     @property
     def continued(self) -> float:
         """Radius in m below which a law stands for the values of the profile; 0 if nowhere."""
+        return 0.0
 
-    def foresee(self, top: float) -> None:
+    def foresee(self, top: float) -> None:  # noqa: B027
         """Prepare for radii up to `top` in m."""
 
-    def rough(self, r: float) -> float:
-        """About |f'| at a radius in m."""
+    def rough(self, r: FloatArray) -> FloatArray:
+        """About |f'| at radii in m."""
+        return np.abs(self.sample(np.zeros(r.size), r)[0])
 
     def uncertainty(self, panels: Panels) -> FloatArray:
         """Error of f' on panels that its samples do not show, shape (P,)."""
+        return np.zeros(panels.count)
 
     def kinks(self, low: float, high: float) -> list[float]:
         """Radii between two others at which f' is not smooth, although nobody said so."""
+        return []
 
 
 @dataclass(frozen=True)
@@ -98,6 +114,13 @@ class Slopes:
     """Largest |f'| on every panel, shape (P,)."""
     jump: FloatArray
     """Jump of f' at the lower end of panels that begin at a breakpoint, else 0; shape (P,)."""
+    jump_error: FloatArray
+    """Error of that jump, shape (P,)."""
+    beside: FloatArray
+    """Errors of the exponent and of the place in m with which f' begins there, shape (P, 2)."""
+
+
+_MEASURED = ("error", "size", "jump", "jump_error", "beside")
 
 
 @dataclass(frozen=True)
@@ -137,7 +160,8 @@ class ResolvedSlope:
         assert self.slopes is not None
         if self.floor < 2.0**-40 * inner or self.tail.slope == 0.0:
             return False
-        r = search_points(2.0**-12 * self.floor, self.floor)
+        # the floor is a power of two, which scales exactly
+        r = self.floor * _below_one()
         given = self.source.sample(np.zeros(r.size), r)[0]
         law = self.tail.slope * (r / self.tail.radius) ** self.tail.power
         panels = self.slopes.panels
@@ -165,9 +189,10 @@ class ResolvedSlope:
     def resolve_to(self, x: float, inner: float) -> None:
         """Resolve the slope on radii up to `x`, and as far inward as a result at `inner` depends on it."""
         x = min(x, self.limit)
+        continued = self.source.continued
         self.source.foresee(x)
-        if self.slopes is None or inner < self.inner:
-            self._begin(x, inner)
+        if self.slopes is None or inner < self.inner or self.source.continued != continued:
+            self._begin(x, min(inner, self.inner))
         while self.front < x * _AT_END:
             self._extend(x)
 
@@ -188,7 +213,7 @@ class ResolvedSlope:
         self.tail = _tail(self.slopes, floor)
         self._power_from = math.inf
         if self._is_felt_below(inner):
-            self._begin(x, inner * 2.0**-12)
+            self._begin(x, inner * _FELT_FROM)
             self.inner = inner
 
     def _extend(self, x: float) -> None:
@@ -212,10 +237,11 @@ class ResolvedSlope:
         if isinstance(made, _Stopped):
             self._stopped(made)
             return
-        made = _with_jumps(made, self.slopes)
+        made = _beginning(made, self.slopes, self.found)
         self.slopes = made if self.slopes is None else joined_slopes(self.slopes, made)
-        last = float(made.panels.high[-1])
-        self.front = at if last == low or at <= base else float(made.panels.stop[-1])
+        # what was divided beyond the radius that is needed has not been taken
+        complete = made.panels.high[-1] == stretches[-1].high[-1]
+        self.front = at if complete else float(made.panels.stop[-1])
 
     def _front_offset(self, base: float) -> float:
         """Where the next panel begins, without rounding."""
@@ -254,9 +280,7 @@ def joined_slopes(first: Slopes, second: Slopes) -> Slopes:
     return Slopes(
         joined([first.panels, second.panels]),
         joined_series([first.series, second.series]),
-        np.concatenate([first.error, second.error]),
-        np.concatenate([first.size, second.size]),
-        np.concatenate([first.jump, second.jump]),
+        *(np.concatenate([getattr(first, name), getattr(second, name)]) for name in _MEASURED),
     )
 
 
@@ -279,6 +303,8 @@ def anchored(base: float, low: float, stop: float, end: float) -> Panels:
     -------
     Panels
     """
+    if low == 0.0 and end - base <= _FIRST * base:
+        return _row(base, np.array([0.0, end - base]))
     unit = base if base > 0.0 else 1.0
     first = math.floor(4.0 * math.log2((base + low) / unit) + 1e-6)
     last = math.ceil(4.0 * math.log2(min(stop, 1e300) / unit) - 1e-9)
@@ -299,6 +325,10 @@ def anchored(base: float, low: float, stop: float, end: float) -> Panels:
             and edges[-1] - edges[-2] < _SLIVER * (edges[-2] - edges[-3])
         ):
             edges = np.delete(edges, -2)
+    return _row(base, edges)
+
+
+def _row(base: float, edges: FloatArray) -> Panels:
     count = edges.size - 1
     return Panels(np.full(count, base), edges[:-1], edges[1:], np.zeros(count, dtype=bool))
 
@@ -310,6 +340,19 @@ class _Stopped:
     kinks: list[float]
     end: float = math.inf
     value: float = math.nan
+
+
+@lru_cache(maxsize=1)
+def _below_one() -> FloatArray:
+    """Where features below the floor are looked for, in parts of it."""
+    return search_points(_FELT_FROM, 1.0)
+
+
+@lru_cache(maxsize=16)
+def _tested(count: int) -> tuple[FloatArray, FloatArray]:
+    """Nodes and then the points at which series are held against the slope, and the basis at these."""
+    u_test = _jitter(count)
+    return np.concatenate([nodes(), u_test]), basis(u_test).T
 
 
 def _jitter(count: int) -> FloatArray:
@@ -329,8 +372,7 @@ def _resolve(
     done: list[Slopes] = []
     asked: set[int] = set()
     for generation in range(_GENERATIONS + 1):
-        u_test = _jitter(max(48, _SEARCHED >> generation))
-        fit = _fitted(source, pending, u_test)
+        fit = _fitted(source, pending)
         if isinstance(fit, _Stopped):
             return fit
         if generation == 0:
@@ -347,13 +389,15 @@ def _resolve(
             rest = np.flatnonzero(~fits)
             noise = _noise(source, pending.take(rest))
             fits[rest] |= (fit.error[rest] <= 8.0 * noise) & fit.even[rest]
-        beside = pending.begins
+        begins = pending.begins
         thinnest = np.maximum(64.0 * np.finfo(float).eps * pending.base, 1e-300)
         last = (pending.width <= thinnest) | (generation == _GENERATIONS)
-        fits |= last | (beside & (generation >= _GRADED))
+        fits |= last | (begins & (generation >= _GRADED))
         taken = pending.take(fits)
         error = fit.error[fits] + source.uncertainty(taken)
-        done.append(Slopes(taken, fit.series.take(fits), error, fit.size[fits], np.zeros(taken.count)))
+        beside = np.stack([fit.exponent_error[fits], np.zeros(taken.count)], axis=1)
+        none = np.zeros(taken.count)
+        done.append(Slopes(taken, fit.series.take(fits), error, fit.size[fits], none, none, beside))
         rest = np.flatnonzero(~fits)
         if rest.size == 0:
             break
@@ -379,10 +423,7 @@ def _resolve(
     return Slopes(
         panels.take(order),
         joined_series([part.series for part in done]).take(order),
-        *(
-            np.concatenate([getattr(part, name) for part in done])[order]
-            for name in ("error", "size", "jump")
-        ),
+        *(np.concatenate([getattr(part, name) for part in done])[order] for name in _MEASURED),
     )
 
 
@@ -393,63 +434,112 @@ class _Fit:
     size: FloatArray
     even: np.ndarray
     """Whether values on a panel beside a breakpoint are of one order."""
+    exponent_error: FloatArray
 
 
-def _fitted(source: SlopeSource, panels: Panels, u_test: FloatArray) -> _Fit | _Stopped:
-    u = np.concatenate([nodes(), u_test])
+def _fitted(source: SlopeSource, panels: Panels) -> _Fit | _Stopped:
+    """Series of f' on panels, each held against it at as many points as are in it of 2048 an octave."""
+    with np.errstate(divide="ignore"):
+        halvings = np.floor(-np.log2(4.0 * np.log2(panels.stop / panels.start)))
+    tests = np.maximum(_SEARCHED * 2.0 ** -np.maximum(halvings, 0.0), _FEWEST).astype(int)
+    if np.all(tests == tests[0]):
+        return _fitted_at(source, panels, int(tests[0]))
+    groups = [np.flatnonzero(tests == count) for count in np.unique(tests)]
+    made = [_fitted_at(source, panels.take(group), int(tests[group[0]])) for group in groups]
+    stopped = [fit for fit in made if isinstance(fit, _Stopped)]
+    if stopped:
+        return min(stopped, key=lambda stop: stop.end)
+    fits = [fit for fit in made if isinstance(fit, _Fit)]
+    order = np.argsort(np.concatenate(groups))
+    return _Fit(
+        joined_series([fit.series for fit in fits]).take(order),
+        *(
+            np.concatenate([getattr(fit, name) for fit in fits])[order]
+            for name in ("error", "size", "even", "exponent_error")
+        ),
+    )
+
+
+def _fitted_at(source: SlopeSource, panels: Panels, tests: int) -> _Fit | _Stopped:
+    u, at_tests = _tested(tests)
     wanted = panels.offsets(u)
-    base = np.broadcast_to(panels.base[:, None], wanted.shape)
-    values, actual = source.sample(base.ravel(), wanted.ravel())
+    base = np.repeat(panels.base, u.size)
+    values, actual = source.sample(base, wanted.ravel())
     values, actual = values.reshape(wanted.shape), actual.reshape(wanted.shape)
-    if not np.isfinite(values).all():
-        return _end_of_definition(source, panels, values, wanted)
     size = np.max(np.abs(values), axis=1)
-    power = _powers(panels, actual, values)
-    with np.errstate(divide="ignore", invalid="ignore", over="ignore", under="ignore"):
-        scale = np.where(power[:, None] != 0.0, (actual / panels.high[:, None]) ** power[:, None], 1.0)
-        plain = np.where(scale > 0.0, values / scale, 0.0)
+    if not np.isfinite(size).all():
+        return _end_of_definition(source, panels, values, wanted)
+    power, exponent_error = _powers(panels, actual, values)
+    plain, largest = values, size
+    if power.any():
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore", under="ignore"):
+            scale = np.where(power[:, None] != 0.0, (actual / panels.high[:, None]) ** power[:, None], 1.0)
+            plain = np.where(scale > 0.0, values / scale, 0.0)
     coefficients = plain[:, :TERMS] @ to_coefficients().T
     if panels.base.any():
         # radii beside a breakpoint are rounded: the slope was asked where it was evaluated
         moved = (actual - panels.low[:, None]) / panels.width[:, None] - u
         plain = plain - moved * (coefficients @ basis_slope(u).T)
         coefficients = plain[:, :TERMS] @ to_coefficients().T
-    misfit = np.abs(coefficients @ basis(u_test).T - plain[:, TERMS:])
+    misfit = coefficients @ at_tests
+    misfit -= plain[:, TERMS:]
+    if plain is not values:
+        largest = np.max(np.abs(plain), axis=1)
     # where a power is divided out the series stands for ratios, and its error is that of the largest slope
-    ratio = np.where(size > 0.0, np.max(np.abs(plain), axis=1), 1.0)
-    error = np.max(misfit, axis=1) / np.where(ratio > 0.0, ratio, 1.0) * size
-    smallest = np.min(np.abs(plain), axis=1)
-    one_sign = (np.min(plain, axis=1) > 0.0) | (np.max(plain, axis=1) < 0.0)
-    beside = panels.begins
-    even = ~beside | ~one_sign | (np.max(np.abs(plain), axis=1) <= _SPREAD * smallest)
-    return _Fit(Series(power, coefficients), error, size, even)
+    ratio = np.where((size > 0.0) & (largest > 0.0), largest, 1.0)
+    error = np.max(np.abs(misfit, out=misfit), axis=1) / ratio * size
+    even = ~panels.begins
+    beside = plain[~even]
+    one_sign = (np.min(beside, axis=1) > 0.0) | (np.max(beside, axis=1) < 0.0)
+    even[~even] = ~one_sign | (largest[~even] <= _SPREAD * np.min(np.abs(beside), axis=1))
+    return _Fit(Series(power, coefficients), error, size, even, exponent_error)
 
 
-def _powers(panels: Panels, offset: FloatArray, values: FloatArray) -> FloatArray:
-    """Local powers of steep slopes; that of a slope that begins at 0 beside its breakpoint."""
+def _powers(panels: Panels, offset: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Local powers of steep slopes; that of a slope that begins at 0 beside its breakpoint, with its error."""
     first, last = values[:, 0], values[:, TERMS - 1]
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         ratio = last / first
         power = np.log(ratio) / np.log(offset[:, TERMS - 1] / offset[:, 0])
     steep = np.isfinite(power) & (ratio > 0.0) & ((ratio > _STEEP) | (ratio < 1.0 / _STEEP))
     answer = np.where(steep & (panels.low > 0.0), power, 0.0)
-    for i in np.flatnonzero(panels.begins & (first != 0.0)):
-        answer[i] = _first_power(offset[i, :4], values[i, :4])
-    return answer
+    error = np.zeros(panels.count)
+    begins = np.flatnonzero(panels.begins & (first != 0.0))
+    guesses = _guessed(offset[begins, :TERMS], values[begins, :TERMS])
+    for i, guess in zip(begins[guesses != 0.0], guesses[guesses != 0.0], strict=True):
+        answer[i], error[i] = _first_power(offset[i, :TERMS], values[i, :TERMS], float(guess))
+    return answer, error
 
 
-def _first_power(offset: FloatArray, values: FloatArray) -> float:
-    """Exponent of a slope that starts like offset^p, 0 where it does not vanish or is no power."""
-    if offset[0] <= 0.0 or not (np.all(values > 0.0) or np.all(values < 0.0)):
-        return 0.0
-    local = np.diff(np.log(np.abs(values))) / np.diff(np.log(offset))
-    # linear in the offset: what corrections to the power leave
-    guess = float(local[0] - (local[1] - local[0]) * offset[0] / (offset[1] - offset[0]))
-    if abs(guess) < 0.02 or np.ptp(local) > 0.5 * abs(guess):
-        return 0.0
-    # whole and simple powers are meant as such, as far as the corrections to them let tell
-    nearest = round(guess * 60.0) / 60.0
-    return nearest if abs(guess - nearest) < max(1e-9, 0.02 * float(np.ptp(local))) else guess
+def _guessed(offset: FloatArray, values: FloatArray) -> FloatArray:
+    """About the exponents of slopes that start like offset^p, rows; 0 where they do not vanish or are no powers."""
+    one_sign = (offset[:, 0] > 0.0) & (np.all(values > 0.0, axis=1) | np.all(values < 0.0, axis=1))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        local = np.diff(np.log(np.abs(values[:, :4]))) / np.diff(np.log(offset[:, :4]))
+        bend = (local[:, 1] - local[:, 0]) * offset[:, 0] / (offset[:, 1] - offset[:, 0])
+        guess = local[:, 0] - bend
+        power = one_sign & (np.abs(guess) >= 0.02) & (np.ptp(local, axis=1) <= 0.5 * np.abs(guess))
+    return np.where(power, guess, 0.0)
+
+
+def _first_power(offset: FloatArray, values: FloatArray, guess: float) -> tuple[float, float]:
+    """Exponent of a slope that starts like offset^p, and its error."""
+    height, size = np.log(offset / offset[-1]), np.log(values / values[-1])
+    # log f' = const + p log(offset) + a series in the offset, no longer than it has to be
+    series = np.exp(height)[:, None] ** np.arange(_CORRECTIONS + 1)
+    rounding = np.finfo(float).eps * (1.0 + abs(guess))
+    for count in range(1, _CORRECTIONS + 2):
+        matrix = np.column_stack([height, series[:, :count]])
+        inverse = np.linalg.pinv(matrix)
+        rest = float(np.max(np.abs(size - matrix @ (inverse @ size))))
+        if rest <= 8.0 * rounding:
+            break
+    power = float(inverse[0] @ size)
+    error = 4.0 * max(rest, rounding) * float(np.linalg.norm(inverse[0]))
+    # whole and simple powers are meant as such
+    simple = round(power * 60.0) / 60.0
+    near = abs(power - simple) < max(1e-9, min(error, _SIMPLE))
+    return (simple, 0.0) if near else (power, error)
 
 
 def _divided(panels: Panels, family: np.ndarray) -> tuple[Panels, np.ndarray]:
@@ -494,27 +584,35 @@ def _end_of_definition(
     return _Stopped([], float(base[0] + low), value)
 
 
-def _with_jumps(made: Slopes, before: Slopes | None) -> Slopes:
-    """The jumps of f' at breakpoints, from the series on both sides."""
+def _beginning(made: Slopes, before: Slopes | None, found: list[float]) -> Slopes:
+    """What happens at breakpoints: the jumps of f' with their errors, and how well the places are known."""
     panels, series = made.panels, made.series
     begins = np.flatnonzero(panels.begins)
     if begins.size == 0:
         return made
-    jump = np.array(made.jump)
+    jump, jump_error, beside = np.array(made.jump), np.array(made.jump_error), np.array(made.beside)
     right = np.where(
         series.power[begins] == 0.0, clenshaw(series.coefficients[begins], np.zeros(begins.size)), 0.0
     )
-    left, size = np.zeros(begins.size), np.zeros(begins.size)
+    left, size, error = np.zeros(begins.size), np.zeros(begins.size), np.array(made.error[begins])
     inner = begins > 0
     left[inner] = clenshaw(series.coefficients[begins[inner] - 1], np.ones(int(inner.sum())))
     size[inner] = made.size[begins[inner] - 1]
+    error[inner] += made.error[begins[inner] - 1]
     if not inner.all() and before is not None:
         left[~inner] = clenshaw(before.series.coefficients[-1:], np.ones(1))
         size[~inner] = before.size[-1]
+        error[~inner] += before.error[-1]
     difference = right - left
-    noise = 64.0 * np.finfo(float).eps * np.maximum(size, made.size[begins])
-    jump[begins] = np.where(np.abs(difference) > noise, difference, 0.0)
-    return Slopes(panels, series, made.error, made.size, jump)
+    rounding = np.finfo(float).eps * np.maximum(size, made.size[begins])
+    jump[begins] = np.where(np.abs(difference) > 64.0 * rounding + error, difference, 0.0)
+    jump_error[begins] = rounding + error
+    with np.errstate(divide="ignore"):
+        # where two curves meet is as uncertain as their difference; the width makes the rounding of f from that of f'
+        blurred = np.where(jump[begins] != 0.0, error / np.abs(difference), 0.0) * panels.width[begins] / 8.0
+    unnamed = np.isin(panels.base[begins], found)
+    beside[begins[unnamed], 1] = (_UNNAMED * panels.base[begins] + blurred)[unnamed]
+    return replace(made, jump=jump, jump_error=jump_error, beside=beside)
 
 
 def _floor(source: SlopeSource, inner: float) -> float:

@@ -10,14 +10,11 @@ from numpy.typing import ArrayLike
 
 from pymdr.independent.rings import Rings
 from pymdr.interpretation.validity import Assumption, Claim
-from pymdr.line.foundation import normal_force
 from pymdr.problem.contact import Contact
 from pymdr.problem.paths import LoadingPath
 from pymdr.problem.schedule import ends_only, known_legs, total_rows
-from pymdr.result import Claims, Result, Status
-from pymdr.solving.normal import check_normal_path, claims_of, follow_normal, normal_status
-from pymdr.solving.reach import assumptions, map_to_line
-from pymdr.solving.verb import check_problem, kept_rows, read_stiffness, refuse_beyond_memory, solve
+from pymdr.result import Claims, Status
+from pymdr.solving.verb import asked, solve
 from pymdr.units import QuantityLike
 
 _SHORT = 100_000
@@ -32,7 +29,7 @@ class Assessment:
     assumptions: tuple[Assumption, ...]
     notes: tuple[str, ...]
     largest: Mapping[str, float]
-    """Largest indentation (m), normal force (N) and contact radius (m) that the path reaches."""
+    """Largest indentation (m), normal force (N) and contact radius (m) that the path reaches, as far as they are known."""
     rows: int
     """Number of rows that :func:`solve` keeps."""
     columns: int
@@ -75,9 +72,9 @@ def assess(
     solver: Rings | None = None,
 ) -> Assessment:
     """
-    Map a contact and state its claims for the loads that a path reaches.
+    State the claims of a contact for the loads that a path reaches.
 
-    The claims are those of :func:`solve` for the rows of the path. With adhesion or friction a path of more than
+    The claims and refusals are those of :func:`solve` for the rows of the path. With adhesion or friction a path of more than
     100 000 rows visits the ends of its legs only.
 
     Parameters
@@ -106,37 +103,17 @@ def assess(
     >>> assess(ball, load("50 N")).claims["pressure"].level.name
     'EXACT'
     """
-    check_problem(contact, path)
-    rows = total_rows(path)
-    if solver is not None:
-        ends = solve(contact, _extremes(path), machine_stiffness=machine_stiffness, keep=keep, solver=solver)
-        return _assessed(ends, rows)
-    kept = kept_rows(keep, path) if contact.friction is not None else None
-    route = path if rows <= _SHORT else _extremes(path)
-    if contact.adhesion is not None or contact.friction is not None:
-        result = solve(contact, route, machine_stiffness=machine_stiffness)
-        return _assessed(result, rows if kept is None else kept.size)
-    check_normal_path(path)
-    refuse_beyond_memory(path)
-    stiffness = None if machine_stiffness is None else read_stiffness(machine_stiffness)
-    history = follow_normal(contact, map_to_line(contact), path, stiffness)
-    mapped, states = history.mapped, history.states
-    claims, disk = claims_of(contact, history)
-    if stiffness is not None:
-        claims["travel"] = claims["normal_force"]
-    deepest = int(np.argmax(states.indentation))
-    largest = {
-        "indentation": float(states.indentation[deepest]),
-        "normal_force": float(normal_force(mapped.line, states.take(slice(deepest, deepest + 1)))[0]),
-        "contact_radius": float(states.contact_radius[deepest]),
-    }
-    found = assumptions(contact, mapped, states.contact_radius)
-    status = normal_status(disk)
-    return Assessment(claims, found, mapped.notes, largest, rows, 7, status)
-
-
-def _assessed(result: Result, rows: int) -> Assessment:
-    """What a solution of the ends of the legs says of all rows."""
+    stiffness, kept = asked(contact, path, machine_stiffness, keep)
+    rows = total_rows(path) if kept is None else kept.size
+    laws = contact.adhesion is not None or contact.friction is not None
+    whole = solver is None and (not laws or total_rows(path) <= _SHORT)
+    result = solve(
+        contact,
+        path if whole else _extremes(path),
+        machine_stiffness=stiffness,
+        keep=kept if whole else None,
+        solver=solver,
+    )
     largest = {
         name: float(np.nanmax(result.data[name].values))
         for name in ("indentation", "normal_force", "contact_radius")

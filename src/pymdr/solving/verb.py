@@ -74,12 +74,7 @@ def solve(
     >>> round(float(solve(ball, indent("0.1 mm"))["normal_force"][-1]), 12)
     0.1
     """
-    check_problem(contact, path)
-    stiffness = _stiffness(machine_stiffness, path)
-    if keep is not None and contact.friction is None:
-        raise ProblemError("solve: keep= is for contacts with friction; others keep every row")
-    if keep is None or isinstance(keep, int):
-        refuse_beyond_memory(path, 1 if keep is None else max(keep, 1))
+    stiffness, kept = asked(contact, path, machine_stiffness, keep)
     if solver is not None:
         return solve_by_rings(contact, path, solver, progress)
     solutions = 3 if scatter_of(contact.profile) else 1
@@ -90,7 +85,7 @@ def solve(
         if asked.adhesion is not None:
             return solve_adhesive(asked, path, stiffness, told)
         if asked.friction is not None:
-            return solve_frictional(asked, path, stiffness, kept_rows(keep, path), told)
+            return solve_frictional(asked, path, stiffness, kept, told)
         return solve_normal(asked, path, stiffness, told)
 
     result = once(contact)
@@ -133,6 +128,22 @@ def _memory() -> float:
         return float(os.sysconf("SC_PAGE_SIZE")) * float(os.sysconf("SC_PHYS_PAGES"))
     except (AttributeError, OSError, ValueError):
         return math.inf
+
+
+def asked(
+    contact: Contact,
+    path: LoadingPath,
+    machine_stiffness: QuantityLike | None,
+    keep: int | ArrayLike | None,
+) -> tuple[float | None, np.ndarray | None]:
+    """The stiffness in N/m and the rows that are kept, or why the problem cannot be posed."""
+    check_problem(contact, path)
+    stiffness = _stiffness(machine_stiffness, path)
+    if keep is not None and contact.friction is None:
+        raise ProblemError("solve: keep= is for contacts with friction; others keep every row")
+    if keep is None or isinstance(keep, int):
+        refuse_beyond_memory(path, 1 if keep is None else max(keep, 1))
+    return stiffness, kept_rows(keep, path)
 
 
 def check_problem(contact: Contact, path: LoadingPath) -> None:

@@ -17,6 +17,10 @@ _WINDOW = 48  # octaves over which a closing power law is held against a(d)
 _FEWEST = 20  # octaves above a closed floor: powers are slow
 _CHUNK = 4  # octaves that are added before a floor is tried again
 _RESOLVED = 9  # octaves from the spacing of floats at a mark to the floor
+# close to the mark too: b may grow there by more than c (offset / width)^q does
+_PARTS = np.concatenate(
+    [[0.0], 2.0 ** np.arange(-48, -5, 4), [1 / 32, 1 / 16, 1 / 8, 1 / 4, 3 / 8, 1 / 2, 3 / 4, 1.0]]
+)
 _UNDERFLOW = 1e-280
 _VANISHING = 1e-150  # a of half an octave above that may underflow to 0
 
@@ -65,15 +69,14 @@ def _law(
     segments: Segments, segment: IntArray, width: FloatArray, tolerance: float
 ) -> tuple[FloatArray, FloatArray]:
     """The law b + c (offset / width)^q through three offsets, and by how much of a it misses some between them."""
-    parts = np.array([0.0, 2**-16, 2**-12, 2**-8, 1 / 32, 1 / 16, 1 / 8, 1 / 4, 3 / 8, 1 / 2, 3 / 4, 1.0])
-    a, offset = segments.at(segment, width[:, None] * parts)
+    a, offset = segments.at(segment, width[:, None] * _PARTS)
     z = offset / width[:, None]
-    free = _through(a[:, 11], a[:, 7], a[:, 5], 4.0)
+    free = _through(a[:, -1], a[:, -5], a[:, -7], 4.0)
     _, c, q = free.T
     at_mark = np.asarray(segments.function(segments.origin[segment]), dtype=float)
     laws = np.stack(
         [
-            _above(at_mark, a[:, 11], a[:, 7], 4.0),  # if a(d) does not step up there
+            _above(at_mark, a[:, -1], a[:, -5], 4.0),  # if a(d) does not step up there
             np.column_stack([np.maximum(a[:, 0] - c * z[:, 0] ** q, 0.0), c, q]),  # if b << c
             free,
         ]
@@ -117,7 +120,7 @@ def _first_floor(segments: Segments, modulus: float, tolerance: float) -> tuple[
         size = int(np.argmin(good))
         if size <= 2 * _SURE:
             check_radius(a[size::-1], d[size::-1])
-    final = max(min(size - 17, 2 * DEEPEST), 0) // 2 * 2
+    final = max(min(size - 3, 2 * DEEPEST), 0) // 2 * 2
     best, law = math.inf, np.zeros(3)
     i = min(2 * _FEWEST, final)
     while True:

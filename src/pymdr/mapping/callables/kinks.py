@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import lru_cache
 from itertools import pairwise
 
@@ -12,6 +12,7 @@ import numpy as np
 from numpy.polynomial import chebyshev
 
 from pymdr.errors import ProblemError
+from pymdr.mapping.callables.branches import SIDE_DEGREE, Model
 from pymdr.mapping.callables.noise import EPS, Curve, orthonormal, scatter
 from pymdr.units import FloatArray, metres
 
@@ -26,8 +27,7 @@ _SHARP = 1e-8
 """Relative length of what is a kink to any panel, even if a closer look would resolve it."""
 _WIDEST = 24.0
 """Length of the stretch on each side of a kink, in lengths of the panel that holds it."""
-_SIDE_DEGREE, _SIDE_POINTS, _INSIDE_POINTS = 10, 40, 48
-_NEAR = 0.7 ** np.arange(2.0, 62.0)
+_SIDE_POINTS, _INSIDE_POINTS = 40, 48
 _FREE_ORDERS = (0.5, 1.5, 2.5)
 
 
@@ -114,6 +114,8 @@ def _searched(curve: Curve, low: float, high: float, noise: float, of: str) -> l
         sharp = length <= _SHARP * place.high and low < place.low < place.high < high
         if not clusters and depth > 0 and sharp:
             found.append(0.5 * (place.low + place.high))
+        elif not clusters and depth > 0:
+            found += _faint(curve, place, noise)
         for cluster in clusters:
             if len(found) + len(todo) > 2 * MOST_KINKS:
                 raise _too_many(cluster, of)
@@ -136,6 +138,16 @@ def _searched(curve: Curve, low: float, high: float, noise: float, of: str) -> l
         if low < radius < high and (not distinct or radius - distinct[-1] > 64.0 * EPS * radius):
             distinct.append(radius)
     return distinct
+
+
+def _faint(curve: Curve, place: _Interval, noise: float) -> list[float]:
+    """Kinks so close to the rounding that only panels no shorter than half of a stretch show them."""
+    for levels in (2, 1):
+        located = [_located(curve, part, noise, False) for part in _clusters(curve, place, noise, levels)]
+        found = [kink[0] for kink in located if kink is not None and kink[1] > 0.0]
+        if found:
+            return found
+    return []
 
 
 def _lost(radius: float) -> ProblemError:
@@ -245,7 +257,7 @@ class _Side:
 def _side_fit() -> tuple[FloatArray, FloatArray, FloatArray]:
     angles = np.pi * (np.arange(_SIDE_POINTS) + np.random.default_rng(5).random(_SIDE_POINTS)) / _SIDE_POINTS
     t = (1.0 - np.cos(angles)) / 2.0
-    q, triangle = orthonormal(np.asfortranarray(chebyshev.chebvander(2.0 * t - 1.0, _SIDE_DEGREE)))
+    q, triangle = orthonormal(np.asfortranarray(chebyshev.chebvander(2.0 * t - 1.0, SIDE_DEGREE)))
     return t, q, np.asarray(np.linalg.inv(triangle))
 
 
@@ -284,9 +296,9 @@ def _located(curve: Curve, place: _Interval, noise: float, free: bool) -> tuple[
     for model in _models(curve, place, left, right, noise):
         if model.free and not free:
             break
-        radius = model.solved()
-        if radius is not None:
-            return radius, model.order
+        found = model.solved()
+        if found is not None:
+            return found
     return None
 
 
@@ -321,89 +333,7 @@ def _jump(curve: Curve, place: _Interval, left: _Side, right: _Side, noise: floa
         r = low + (high - low) * np.linspace(0.0, 1.0, 17)
 
 
-@dataclass(frozen=True)
-class _Model:
-    """P(r) + (r - b)_+^order Q(r) on both stretches and between them, or the same mirrored."""
-
-    curve: Curve
-    r: FloatArray
-    values: FloatArray
-    tolerance: float
-    place: _Interval
-    start: float
-    order: float
-    free: bool
-    mirrored: bool
-
-    def solved(self) -> float | None:
-        """B by Gauss and Newton; None if it leaves the stretch or more than rounding is left."""
-        model, b = self, self.start
-        centre, half = 0.5 * (self.r[0] + self.r[-1]), 0.5 * (self.r[-1] - self.r[0])
-        sign = -1.0 if self.mirrored else 1.0
-        z = (self.r - centre) / half
-        smooth = chebyshev.chebvander(z, _SIDE_DEGREE)
-        degree = 6
-        level = float(np.mean(self.values))
-        width = self.place.high - self.place.low
-        for step in range(24):
-            order = model.order
-            beyond = np.maximum(sign * (self.r - b) / half, 0.0)
-            inside = beyond > 0.0
-            with np.errstate(divide="ignore", invalid="ignore"):
-                power = np.where(inside, beyond**order, 0.0)
-                steep = np.where(inside, order * beyond ** (order - 1.0), 0.0)
-                growth = np.where(inside, power * np.log(np.where(inside, beyond, 1.0)), 0.0)
-            series = chebyshev.chebvander(2.0 * beyond / max(float(beyond.max()), EPS) - 1.0, degree)
-            matrix = np.column_stack([smooth, power[:, None] * series])
-            scale = np.linalg.norm(matrix, axis=0)
-            if not np.all(scale > 0.0) or not np.all(np.isfinite(scale)):
-                return None
-            q, triangle = orthonormal(np.asfortranarray(matrix / scale))
-            if np.min(np.abs(np.diag(triangle))) < 1e-13:
-                return None
-            parts = q.T @ (self.values - level)
-            rest = self.values - level - q @ parts
-            solution = np.linalg.solve(triangle, parts) / scale
-            amplitude = series @ solution[_SIDE_DEGREE + 1 :]
-            columns = [-sign * steep * amplitude / half] + ([growth * amplitude] if self.free else [])
-            tangent = np.column_stack(columns)
-            tangent = tangent - q @ (q.T @ tangent)
-            sizes = np.linalg.norm(tangent, axis=0)
-            if not np.all(np.isfinite(sizes)) or np.any(sizes == 0.0):
-                return None
-            change = np.linalg.lstsq(tangent / sizes, rest, rcond=1e-10)[0] / sizes
-            shift = float(np.clip(change[0], -0.25 * width, 0.25 * width))
-            b += shift
-            if self.free:
-                model = replace(model, order=order + float(np.clip(change[1], -0.2, 0.2)))
-            if (
-                not self.place.low - 0.5 * width < b < self.place.high + 0.5 * width
-                or not 0.02 < model.order < 6.0
-            ):
-                return None
-            if abs(shift) <= 2.0 * EPS * b and step > 1:
-                break
-        if np.max(np.abs(rest)) > self.tolerance:
-            return None
-        # another kink may hide next to the first
-        near = b + width * np.concatenate([-(_NEAR[::-1]), _NEAR])
-        near = np.unique(near[(near > self.place.low) & (near < self.place.high)])
-        beyond = np.maximum(sign * (near - b) / half, 0.0)
-        largest = max(float(np.max(sign * (self.r - b) / half)), EPS)
-        power = np.where(beyond > 0.0, beyond**model.order, 0.0)
-        met = (
-            level + chebyshev.chebvander((near - centre) / half, _SIDE_DEGREE) @ solution[: _SIDE_DEGREE + 1]
-        )
-        met = met + power * (
-            chebyshev.chebvander(2.0 * beyond / largest - 1.0, degree) @ solution[_SIDE_DEGREE + 1 :]
-        )
-        values = self.curve(near)
-        # where the curve is steep, the place itself is rounded
-        place = 4.0 * EPS * b * np.abs(np.gradient(met, near)) if near.size > 2 else 0.0
-        return b if np.all(np.abs(values - met) <= self.tolerance + place) else None
-
-
-def _models(curve: Curve, place: _Interval, left: _Side, right: _Side, noise: float) -> Iterator[_Model]:
+def _models(curve: Curve, place: _Interval, left: _Side, right: _Side, noise: float) -> Iterator[Model]:
     """Models of whole order, whose start is a root of a derivative of the difference of the sides, and free ones."""
     inside = place.low + (place.high - place.low) * (
         (np.arange(_INSIDE_POINTS) + np.random.default_rng(6).random(_INSIDE_POINTS)) / _INSIDE_POINTS
@@ -414,7 +344,7 @@ def _models(curve: Curve, place: _Interval, left: _Side, right: _Side, noise: fl
     )
     values = curve(r)
     tolerance = float(_tolerance(values[None], np.array([r[-1] - r[0]]), np.array([r[-1]]), noise)[0])
-    width = place.high - place.low
+    width, ends = place.high - place.low, (place.low, place.high)
     x = np.linspace(place.low, place.high, 257)
     between = right.at(x) - left.at(x)
     for order in (1, 2, 3):
@@ -424,9 +354,9 @@ def _models(curve: Curve, place: _Interval, left: _Side, right: _Side, noise: fl
         real = np.sort(roots.real[(np.abs(roots.imag) < 0.3) & (np.abs(roots.real) < 1.3)])
         for root in real:
             start = 0.5 * (place.low + place.high) + 0.5 * width * float(root)
-            yield _Model(curve, r, values, tolerance, place, start, float(order), False, False)
+            yield Model(curve, r, values, tolerance, ends, start, float(order), False, False)
     for mirrored in (False, True):
         for order_ in _FREE_ORDERS:
             for part in (0.3, 0.7):
                 start = place.low + part * width
-                yield _Model(curve, r, values, tolerance, place, start, order_, True, mirrored)
+                yield Model(curve, r, values, tolerance, ends, start, order_, True, mirrored)

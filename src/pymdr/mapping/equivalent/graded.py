@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from pymdr.errors import ProblemError
 from pymdr.mapping import returning
 from pymdr.mapping.equivalent.base import EquivalentProfile, rising_root
-from pymdr.mapping.images import Charges, Image, joined_images, map_panels, rooted_copy, with_slope
+from pymdr.mapping.images import CURVES, Charges, Image, joined_images, map_panels, rooted_copy, with_slope
 from pymdr.mapping.series import (
     IndexArray,
     Panels,
@@ -41,7 +41,10 @@ _LEAP = 1e4
 """Below a value by that much, radii are doubled."""
 _SMALLEST = 1e-18
 """Radius in m from which a search for the size of a contact goes up, or down."""
-_ROUGH = 0.7
+_ROUGH = 0.97
+"""Part of a value that a rough image of it reaches where the map is to end: it is good to one part in a hundred."""
+_BLOCK = 16
+"""Steps of the search that are asked at once."""
 _NEWTON = 60
 _SAVED = 2.0**-60
 """How far inward, in radii that are asked for, the panels of a saved profile go."""
@@ -144,15 +147,20 @@ class GradedLine(EquivalentProfile):
         inward = inner < self._inner
         if inward and self._image is not None:
             inner *= _INWARD
+        knots, continued = list(slope.knots), self.source.continued
         slope.resolve_to(max(x, self.front), min(inner, self._inner))
         assert slope.slopes is not None
+        if self.source.continued != continued:
+            # larger radii have shown that nothing but rounding was mapped
+            self._image = None
         self._charges = Charges(slope.slopes, slope.tail)
-        begin = self._begin
-        if self._image is None or inward:
-            # sums from the tip outward begin anew
-            panels = self._panels(begin, None, slope.front)
-            self._image = map_panels(self._charges, panels, self._tail_squared(begin))
-        elif slope.front > self.front:
+        if inward or self._image is None:
+            settled = self._settled() if knots == slope.knots else None
+            stop = slope.front if settled is None else float(settled.panels.start[0])
+            panels = self._panels(self._begin, None, stop)
+            image = map_panels(self._charges, panels, self._tail_squared(self._begin))
+            self._image = image if settled is None else joined_images(image, settled)
+        if slope.front > self.front:
             last = self._image.panels
             place = (float(last.base[-1]), float(last.high[-1]))
             fresh = map_panels(
@@ -160,6 +168,14 @@ class GradedLine(EquivalentProfile):
             )
             self._image = joined_images(self._image, fresh)
         self._inner = min(self._inner, inner)
+
+    def _settled(self) -> Image | None:
+        """The image beyond what an extension inward changes, from where panels do not count from a breakpoint before."""
+        if self._image is None:
+            return None
+        panels = self._image.panels
+        first = np.flatnonzero((panels.start >= self._inner) & ((panels.base == 0.0) | panels.begins))
+        return self._image.take(slice(int(first[0]), None)) if first.size else None
 
     @property
     def _begin(self) -> float:
@@ -214,15 +230,21 @@ class GradedLine(EquivalentProfile):
         answer = np.where(at == 0.0, 0.0, math.nan)
         positive = known & (at > 0.0)
         if positive.any():
-            values = at[positive]
-            image = self.map_to(float(values.max()), float(values.min()))
-            answer[positive] = self._evaluate(image, flat.take(positive), which)
+            inside = flat.take(positive)
+            answer[positive] = self._evaluate(self._map_over(inside), inside, which)
         if which == "slope":
             tip = known & (at == 0.0)
             if tip.any():
                 self.map_to(self._some_radius())
                 answer[tip] = self._tail(np.zeros(1))[1][0]
         return answer.reshape(shape)
+
+    def _map_over(self, place: Place) -> Image:
+        """The image at some places, also beyond a breakpoint to which they round."""
+        x = place.x
+        last = float(x.max())
+        beyond = (x == last) & (place.base == last) & (place.offset > 0.0)
+        return self.map_to(math.nextafter(last, math.inf) if beyond.any() else last, float(x.min()))
 
     def _evaluate(self, image: Image, place: Place, which: str) -> FloatArray:
         index, offset = image.panels.locate(place)
@@ -262,11 +284,10 @@ class GradedLine(EquivalentProfile):
         answer = np.zeros((at.size, 4))
         known = np.isfinite(at) & (at > 0.0) & (at <= self._end * (1.0 + 1e-12))
         if known.any():
-            image = self.map_to(float(at[known].max()), float(at[known].min()))
             flat = Place(
                 np.ravel(np.broadcast_to(place.base, place.x.shape))[known], np.ravel(place.offset)[known]
             )
-            answer[known] = self._errors(image, flat)
+            answer[known] = self._errors(self._map_over(flat), flat)
         return answer.reshape(*np.shape(place.x), 4)
 
     def slope_error(self, x: Position) -> FloatArray:
@@ -276,8 +297,9 @@ class GradedLine(EquivalentProfile):
         answer = np.zeros(at.shape)
         known = np.isfinite(at) & (at > 0.0) & (at <= self._end * (1.0 + 1e-12))
         if known.any():
-            image = self.map_to(float(at[known].max()), float(at[known].min()))
-            index = image.panels.locate(place.take(known))[0]
+            inside = place.take(known)
+            image = self._map_over(inside)
+            index = image.panels.locate(inside)[0]
             answer[known] = np.maximum.accumulate(image.error[:, 1])[index]
         return answer
 
@@ -291,7 +313,24 @@ class GradedLine(EquivalentProfile):
             with np.errstate(divide="ignore", invalid="ignore"):
                 share = np.where(value > 0.0, image.size[index, k] / value, 1.0)
             errors[:, k] *= np.maximum(share, 1.0)
-        return errors
+        return errors + self._beside_breakpoints(image, index, offset)
+
+    def _beside_breakpoints(self, image: Image, index: IndexArray, offset: FloatArray) -> FloatArray:
+        """What the uncertain exponent, or place, with which a profile begins at a breakpoint does to its curves."""
+        exponent, place = image.beside[index].T
+        if not exponent.any() and not place.any():
+            return np.zeros((index.size, 4))
+        x = image.panels.base[index] + offset
+        g, slope, m, s = (np.abs(evaluate(image.panels, image.curve(name), index, offset)) for name in CURVES)
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+            # beyond the first panel the power is no longer extrapolated
+            first = (image.panels.low[index] == 0.0) & (exponent > 0.0)
+            ratio = np.where(first, np.minimum(offset / image.panels.high[index], 1.0), 1.0)
+            spread = exponent * np.abs(np.log(ratio))
+            steep = np.abs(image.slope.power[index]) / offset
+            rates = np.stack([slope / g, steep, x * slope / m, 2.0 * m * slope / s], axis=1)
+            shifted = np.where(place[:, None] > 0.0, place[:, None] * rates, 0.0)
+        return np.asarray(spread[:, None] * np.array([1.0, 1.0, 1.0, 2.0]) + np.nan_to_num(shifted))
 
     # -- inverses ---------------------------------------------------------------------------------
 
@@ -343,7 +382,8 @@ class GradedLine(EquivalentProfile):
         """The image far enough out for one value, and far enough in for another."""
         with self._lock:
             if self._image is None:
-                self.map_to(self._first_radius(target, which))
+                radius = self._first_radius(target, which)
+                self.map_to(radius, _INWARD * radius)
             image = self._image
             assert image is not None
             begun = self.front
@@ -424,37 +464,42 @@ class GradedLine(EquivalentProfile):
         """Go down from a radius until a rough image is not there yet, and then up."""
         x = min(start, 2.0**-20 * self._end)
         for _ in range(300):
-            slope = self._rough_slope(x)
+            slope = float(self._rough_slopes(np.array([x]))[0])
             if math.isfinite(slope) and not reached(x, 1e3 * slope * x, 1e3 * slope * x * x):
                 break
             x /= 16.0
         return self._up(np.array([x / 8.0, x / 4.0, x / 2.0, x]), reached)
 
-    def _rough_slope(self, x: float) -> float:
+    def _rough_slopes(self, r: FloatArray) -> FloatArray:
         with np.errstate(all="ignore"):
-            return self.source.rough(x)
+            return self.source.rough(r)
 
     def _up(self, radii: FloatArray, reached: _Reached) -> float:
-        """Go up while an image of single slopes is not there yet: by quarter octaves where it may be soon."""
-        known = [float(r) for r in radii]
-        slopes = [self._rough_slope(r) for r in known]
-        while True:
-            x = known[-1]
-            r, f = np.array(known[-200:]), np.array(slopes[-200:])
-            with np.errstate(all="ignore"):
-                parts = f[:-1] * np.diff(np.arcsin(np.minimum(r / x, 1.0)))
-                g, m = x * float(parts.sum()), float((parts * r[:-1] * r[1:]).sum())
-            if x >= self._end or reached(x, g, m):
-                return min(max(known[-2], float(radii[-1])), self._end)
+        """Go up while a rough image is not there yet: by quarter octaves where it may be soon."""
+        r, f = radii, self._rough_slopes(radii)
+        x, (g, m) = float(r[-1]), (part[0] for part in _rough_images(r, f, 1))
+        before = 0.0, 0.0
+        while not (x >= self._end or reached(x, g, m)):
             if x > _FARTHEST:
                 raise _never_rises(x)
-            step = 2.0**0.25
-            if not reached(x, _LEAP * g, _LEAP**2 * m):
-                step = 2.0
-            known.append(min(x * step, self._end))
-            slopes.append(self._rough_slope(known[-1]))
-            if not math.isfinite(slopes[-1]):
-                return x
+            step = _step(x, g, m, reached)
+            # as far as the image would not be there if it rose like no profile does
+            leap = _LEAP ** math.log2(step)
+            safe = 1
+            while safe < _BLOCK and not reached(x, leap ** (safe + 1) * g, leap ** (2 * safe + 2) * m):
+                safe += 1
+            block = np.minimum(x * step ** np.arange(1.0, safe + 1.0), self._end)
+            slopes = self._rough_slopes(block)
+            r, f = np.append(r, block)[-200:], np.append(f, slopes)[-200:]
+            images = _rough_images(r, f, safe)
+            for k, (radius, slope, *image) in enumerate(zip(block, slopes, *images, strict=True), 1):
+                if not math.isfinite(slope):
+                    return x
+                before, x, (g, m) = (g, m), float(radius), map(float, image)
+                if x >= self._end or reached(x, g, m) or step != _step(x, g, m, reached):
+                    r, f = r[: r.size - safe + k], f[: f.size - safe + k]
+                    break
+        return min(max(_between(float(r[-2]), x, before, (g, m), reached), float(radii[-1])), self._end)
 
     # -- what the curve looks like ----------------------------------------------------------------
 
@@ -563,7 +608,7 @@ class GradedLine(EquivalentProfile):
         if positive.size:
             image = self.map_to(float(edge.x), max(float(positive.min()), 2.0**-60 * float(edge.x)))
         answer = np.zeros(x.shape)
-        part = returning.stretch(image.panels, image.slope, (0.0, 0.0), stop)
+        part = returning.Stretch(image.bunches, (0.0, 0.0), stop)
         answer[inside] = returning.over_root(part, base[inside], offset[inside])
         start = float(image.panels.start[0])
         low = inside & (x < start)
@@ -579,7 +624,7 @@ class GradedLine(EquivalentProfile):
         image = self.map_to(high, low)
         if low < float(image.panels.start[0]):
             return super().pressure_between(r, low, high)
-        part = returning.stretch(image.panels, image.slope, (0.0, low), (0.0, high))
+        part = returning.Stretch(image.bunches, (0.0, low), (0.0, high))
         return returning.over_root(part, np.zeros(r.shape), r)
 
     def gap_between(self, r: FloatArray, low: float, high: float) -> FloatArray:
@@ -587,7 +632,7 @@ class GradedLine(EquivalentProfile):
         image = self.map_to(float(np.max(r, initial=high)), low)
         if low < float(image.panels.start[0]):
             return super().gap_between(r, low, high)
-        part = returning.stretch(image.panels, image.slope, (0.0, low), (0.0, high))
+        part = returning.Stretch(image.bunches, (0.0, low), (0.0, high))
         return returning.with_arccos(part, np.zeros(r.shape), r)
 
     def gap_integral(self, r: Position, a: Position) -> FloatArray:
@@ -604,7 +649,7 @@ class GradedLine(EquivalentProfile):
             return answer.reshape(shape)
         image = self.map_to(float(x[outside].max()), float(x[outside].min()))
         last = (float(image.panels.base[-1]), float(image.panels.high[-1]))
-        part = returning.stretch(image.panels, image.slope, start, last)
+        part = returning.Stretch(image.bunches, start, last)
         answer[outside] = returning.with_arccos(part, base[outside], offset[outside])
         first = float(image.panels.start[0])
         if start[0] + start[1] < first:
@@ -625,12 +670,41 @@ class GradedLine(EquivalentProfile):
         x = np.ravel(np.asarray(r, dtype=float))
         image = self.map_to(float(edge.x))
         stop = (float(edge.base), float(edge.offset))
-        part = returning.stretch(image.panels, image.slope, (0.0, 0.0), stop)
+        part = returning.Stretch(image.bunches, (0.0, 0.0), stop)
         answer = returning.with_arcsin(part, np.zeros(x.shape), x)
         first = min(float(image.panels.start[0]), float(edge.x))
         n, top, radius = self._tail_constants()
         answer += top * (x / radius) ** n * returning.power_with_arcsin(n, np.full(x.shape, first), x)
         return answer.reshape(np.shape(r))
+
+
+def _rough_images(r: FloatArray, f: FloatArray, count: int) -> tuple[FloatArray, FloatArray]:
+    """About g and m at the last of some radii, from the slopes there."""
+    with np.errstate(all="ignore"):
+        angles = np.diff(np.arcsin(np.minimum(r / r[-count:, None], 1.0)))
+        parts = 0.5 * (f[:-1] + f[1:])
+        # what is not defined farther out does not matter
+        parts = np.where(angles > 0.0, parts * angles, 0.0)
+        return r[-count:] * parts.sum(axis=1), parts @ (r[:-1] * r[1:])
+
+
+def _step(x: float, g: float, m: float, reached: _Reached) -> float:
+    return 2.0**0.25 if reached(x, _LEAP * g, _LEAP**2 * m) else 2.0
+
+
+def _between(
+    low: float, high: float, below: tuple[float, float], above: tuple[float, float], reached: _Reached
+) -> float:
+    """About the last radius between two at which an image that goes like a power is not there yet."""
+    if not min(below) > 0.0 or not low < high:
+        return low
+    first, last = 0.0, 1.0
+    rates = high / low, above[0] / below[0], above[1] / below[1]
+    for _ in range(8):
+        t = 0.5 * (first + last)
+        x, g, m = (start * rate**t for start, rate in zip((low, *below), rates, strict=True))
+        first, last = (first, t) if reached(x, g, m) else (t, last)
+    return float(low * rates[0] ** first)
 
 
 def search_points(low: float, high: float) -> FloatArray:
@@ -660,21 +734,22 @@ def _newton(panels: Panels, series: Series, index: IndexArray, target: FloatArra
         c, rate = with_slope(coefficients[open_], u[open_])
         p, h = power[open_], high[open_]
         delta = offset_of(u[open_], open_)
-        ratio = delta / h
-        with np.errstate(divide="ignore", invalid="ignore", under="ignore"):
-            # the logarithm of a power times a series is nearly straight
-            wanted = np.where(p != 0.0, target[open_] / ratio**p, target[open_])
-            stretch = np.where(
+        stretch = np.where(rooted[open_], 2.0 * (last[open_] - first[open_]) * np.sqrt(delta), h - low[open_])
+        with np.errstate(divide="ignore", invalid="ignore", under="ignore", over="ignore"):
+            wanted = np.where(p != 0.0, target[open_] / (delta / h) ** p, target[open_])
+            # the logarithm of a power times a series is nearly straight in that of the offset
+            factor = np.exp(np.log(wanted / c) / (p + rate * delta / (c * stretch)))
+            root = np.sqrt(delta * factor)
+            along = np.where(
                 rooted[open_],
-                2.0 * (last[open_] - first[open_]) * np.sqrt(delta),
-                h - low[open_],
+                (root - first[open_]) / (last[open_] - first[open_]),
+                (delta * factor - low[open_]) / (h - low[open_]),
             )
-            steep = rate + np.where(p != 0.0, p * c * stretch / delta, 0.0)
-            step = (wanted - c) / steep
         above = c > wanted
         right[open_] = np.where(above, u[open_], right[open_])
         left[open_] = np.where(above, left[open_], u[open_])
-        new = u[open_] + step
+        with np.errstate(divide="ignore", invalid="ignore", under="ignore"):
+            new = np.where(p != 0.0, along, u[open_] + (wanted - c) / rate)
         bad = ~((new >= left[open_]) & (new <= right[open_]))
         new = np.where(bad, 0.5 * (left[open_] + right[open_]), new)
         moved = np.abs(new - u[open_])
