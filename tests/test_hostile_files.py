@@ -356,3 +356,25 @@ def test_every_template_runs_as_written(tmp_path, shell):
     status, out, err = shell("run", file)
     assert (status, err) == (0, "")
     assert "My tip" in out
+
+
+def test_a_contact_that_is_refused_at_every_row_is_told_saved_and_read(tmp_path):
+    """An adhesive wave that first touches on a ring: no quantity is given at any row."""
+    wavy = mdr.Function(
+        lambda r: r**2 / 2e-5 + 4e-7 * (1.0 - np.cos(2.5e5 * r)),
+        derivative=lambda r: r / 1e-5 + 0.1 * np.sin(2.5e5 * r),
+    )
+    contact = mdr.Contact(wavy, mdr.Elastic("1 MPa", 0.5), adhesion=mdr.JKR("10 mJ/m^2"))
+    for path in (mdr.indent("4 um", steps=3), mdr.indent("4 um", steps=2) >> mdr.load("1 uN", steps=3)):
+        result = mdr.solve(contact, path)
+        assert result.status in (mdr.Status.ADHESION_REFUSED, mdr.Status.ADHESION_PARTLY_REFUSED)
+        result.save(tmp_path / "r.nc")
+        result.to_csv(tmp_path / "r.csv")
+        again = mdr.open_result(tmp_path / "r.nc")
+        rows = result.claims["pressure"].where.size
+        for one in (result, again):
+            assert f"{rows} steps" in repr(one)
+            assert one.status.name in str(one)
+            assert one.status.name in one._repr_html_()
+            assert one.to_dataframe().shape[0] == rows
+            assert "section" in one.figures()

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pymdr.errors import FileError, ProblemError, QuantityError
+from pymdr.errors import ConvergenceError, FileError, ProblemError, QuantityError
 from pymdr.independent.history import RingHistory, solve_steps
 from pymdr.independent.rings import Rings
 from pymdr.interpretation.jumps import Branches, branches_of
@@ -98,7 +98,11 @@ class Result:
     """With friction: where every channel was at the start of each leg, in SI units."""
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "data", _locked_data(self.data))
+        data = self.data
+        if "step" not in data.dims:  # nothing is given at any row, and there are rows
+            rows = max((claim.where.size for claim in self.claims.values()), default=0)
+            data = data.assign_coords(row=("step", np.arange(rows), {"long_name": "row of the path"}))
+        object.__setattr__(self, "data", _locked_data(data))
         object.__setattr__(self, "claims", Claims((n, _locked_claim(c)) for n, c in self.claims.items()))
 
     def __getitem__(self, name: str) -> xr.DataArray:
@@ -509,8 +513,17 @@ class Result:
             return self.contact
         radii = [self.data[n].values for n in ("contact_radius", "cohesive_radius") if n in self.data]
         top = 2.0 * max((float(np.nanmax(values, initial=0.0)) for values in radii), default=0.0)
-        top = top or min(1.0, self.contact.profile.reach)
-        return replace(self.contact, profile=without_callables(self.contact.profile, top))
+        if top:
+            return replace(self.contact, profile=without_callables(self.contact.profile, top))
+        # nothing touched, and nothing tells how far the profile matters: as far as it can be mapped
+        reach = min(1.0, self.contact.profile.reach)
+        for decades in range(12):
+            try:
+                profile = without_callables(self.contact.profile, reach * 10.0**-decades)
+            except (ProblemError, ConvergenceError):
+                continue
+            return replace(self.contact, profile=profile)
+        return replace(self.contact, profile=without_callables(self.contact.profile, reach))
 
     def to_dataframe(self) -> pd.DataFrame:
         """One row per step, one column per quantity, in SI units."""

@@ -100,7 +100,7 @@ def solve_adhesive(
         if not isinstance(leg, Path) and math.isnan(vars(here)[controls.normal]):
             raise PathError(
                 "the contact was lost under a prescribed force and the body has no position from which a leg of "
-                f"{controls.normal} could start; begin it with Path({controls.normal}=[...])"
+                f"{controls.normal} could start; begin it with Path({controls.normal}=[...]), or go on with load(...)"
             )
         legs.append(_follow_leg(line, rows, here, machine_stiffness))
         here = _end_of(legs[-1], rows, machine_stiffness)
@@ -125,19 +125,18 @@ def _follow_leg(line: AdhesiveLine, asked: Stretch, here: _Here, stiffness: floa
     k = _CONTROL.get(channel, math.inf if stiffness is None else stiffness)
     by_force = k == 0.0
     track = line.track(k, float(np.max(values)), here.parameter or 0.0)
-    if by_force and here.parameter is None:
+    if by_force and here.parameter is None and not math.isnan(here.indentation):
         _refuse_pull_on_nothing(values, float(track.curve.control(np.array([track.lost]))[0]))
-    history = follow(track, values, here.parameter)
+    history = _with_falls(line, follow(track, values, here.parameter))
     attached = history.attached
     s = np.where(attached, history.parameter, line.equilibria.start)
     states = line.equilibria.states(s)
     elastic, surface = line.equilibria.energies(s)
-    lost = math.nan if by_force else 0.0
-    force = np.where(attached, values if by_force else states.normal_force, lost)
+    force = np.where(attached, values if by_force else states.normal_force, math.nan if by_force else 0.0)
     free_depth = np.full(values.shape, math.nan) if by_force else values
     depth = np.where(attached, values if channel == "indentation" else states.indentation, free_depth)
-    machine = 0.0 if stiffness is None else 0.5 * force * force / stiffness
-    energy = np.where(attached, elastic + surface, lost) + machine
+    machine = 0.0 if stiffness is None else np.where(attached, 0.5 * force * force / stiffness, 0.0)
+    energy = np.where(attached, elastic + surface, 0.0) + machine
     spent = np.cumsum(history.dissipated)
     return _Rows(
         parameter=np.where(attached, history.parameter, math.nan),
@@ -155,6 +154,21 @@ def _follow_leg(line: AdhesiveLine, asked: Stretch, here: _Here, stiffness: floa
         events=_events(line, history),
         visited=_visited(line, history, k),
     )
+
+
+def _with_falls(line: AdhesiveLine, history: History) -> History:
+    """The history with the energy lost where a dead load tore the contact off."""
+    jumps = history.jumps
+    falls = np.isnan(jumps.loss)
+    if not falls.any():
+        return history
+    loss = jumps.loss.copy()
+    loss[falls] = [
+        line.fallen(float(s), float(force))
+        for s, force in zip(jumps.before[falls], jumps.control[falls], strict=True)
+    ]
+    spent = np.bincount(jumps.step, weights=loss, minlength=history.control.size)
+    return replace(history, jumps=replace(jumps, loss=loss), dissipated=spent.astype(float))
 
 
 def _visited(line: AdhesiveLine, history: History, stiffness: float) -> Visited:
@@ -225,7 +239,9 @@ def _end_of(rows: _Rows, asked: Stretch, stiffness: float | None) -> _Here:
         dissipated=float(rows.dissipated[-1]),
         energy=float(rows.energy[-1]),
     )
-    return end if math.isnan(d) else replace(end, **{asked.controls.normal: float(asked.normal[-1])})
+    if math.isnan(d) and not asked.by_force:
+        return end
+    return replace(end, **{asked.controls.normal: float(asked.normal[-1])})
 
 
 def _joined(legs: list[_Rows]) -> _Rows:

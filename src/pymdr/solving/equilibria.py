@@ -116,6 +116,23 @@ class AdhesiveLine:
                 f"no state of the contact is stable under {held}", machine_stiffness
             ) from error
 
+    def fallen(self, parameter: float, force: float) -> float:
+        """
+        Energy in J that a contact loses when a dead load tears it off, as far as the bodies can touch.
+
+        That is U + F (d_c - d), with the last indentation d_c < d at which any contact is held; what the load gains
+        on its way beyond, where nothing pulls it back, is its own fall.
+        """
+        depth, energy = self._depth_and_energy(parameter)
+        deepest = self.track(math.inf, depth, parameter)
+        last, _ = self._depth_and_energy(deepest.lost)
+        return energy + force * (min(last, depth) - depth)
+
+    def _depth_and_energy(self, parameter: float) -> tuple[float, float]:
+        s = np.array([parameter])
+        elastic, surface = self.equilibria.energies(s)
+        return float(self.equilibria.states(s).indentation[0]), float(elastic[0] + surface[0])
+
     def too_short(self, why: str, machine_stiffness: float) -> PathError:
         """What is wrong where no stable state is known, with the remedy."""
         reach = min(self.line.equivalent.reach, self.line.equivalent.edge)

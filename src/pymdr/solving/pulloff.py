@@ -43,7 +43,8 @@ class PullOff:
     travel: float
     """Travel of the machine in m; the indentation under displacement control, nan under a dead load."""
     dissipated_energy: float
-    """Energy lost in the jump out of contact in J; nan under a dead load, which falls without end."""
+    """Energy lost in the jump out of contact in J; under a dead load as far down as the bodies can touch, without its
+    further fall."""
     jump_in_indentation: float
     """Indentation in m after the jump into contact at the first touch."""
     jump_in_force: float
@@ -137,7 +138,7 @@ def pull_off(
         indentation=d,
         contact_radius=float(state.contact_radius[0]),
         travel=d + force / stiffness if stiffness > 0.0 else math.nan,
-        dissipated_energy=pull.loss,
+        dissipated_energy=pull.loss if stiffness > 0.0 else line.fallen(pull.last, force),
         jump_in_indentation=float(touched.indentation[0]),
         jump_in_force=float(touched.normal_force[0]),
         jump_in_radius=float(touched.contact_radius[0]),
