@@ -7,6 +7,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 import pymdr as mdr
 from pymdr.independent.rings import solve_indentation
@@ -209,6 +211,49 @@ def test_a_ring_on_the_way_is_refused_under_friction(height):
     # without memory only the depth itself counts
     result = mdr.solve(mdr.Contact(bump(height), steel), mdr.indent("10 um"))
     assert result.claims["pressure"].level is mdr.Level.EXACT
+
+
+def dented(jump, radius=0.3):
+    return mdr.Function(
+        lambda r: r**2 / 2 - jump * np.maximum(r - radius, 0.0),
+        derivative=lambda r: r - jump * (r > radius),
+        breakpoints=(radius,),
+    )
+
+
+@settings(max_examples=8, deadline=None)
+@given(st.floats(1e-4, 0.015), st.floats(0.1, 0.9), st.floats(1.1, 30.0), st.floats(0.05, 0.95))
+def test_friction_passes_over_a_narrow_ring_as_without_it(jump, radius, beyond, share):
+    """F_x = mu [F_N(d) - F_N(d - v)] of the frictionless contact, and the springs one by one."""
+    tip = dented(jump * radius, radius)
+    d, mu = beyond * radius**2, 0.4
+    similar = mdr.Elastic(1.0, 0.0)
+    joint = mdr.Contact(tip, similar, similar, friction=mdr.Coulomb(mu))
+    bare = mdr.Contact(tip, similar, similar)
+    v = share * d
+    # E*/G* is 1 at Poisson's ratio 0
+    found = mdr.solve(joint, mdr.indent(d) >> mdr.shift(mu * v))
+    depths = np.array([d - v, d])
+    alone = mdr.solve(bare, mdr.Path(indentation=depths))
+    force = alone["normal_force"].values
+    assert float(found["tangential_force"][-1]) == pytest.approx(mu * (force[1] - force[0]), rel=1e-11)
+    assert float(found["normal_force"][-1]) == pytest.approx(force[1], rel=1e-12)
+    claim, known = found.claims["tangential_force"], alone.claims["normal_force"]
+    assert claim.level is mdr.Level.APPROXIMATE
+    assert "beside the concave kink" in claim.reason
+    assert float(claim.error[0]) >= float(known.error[-1]) > 0.0
+    assert "beside the concave kink" in known.reason
+    turns = np.array([0.0, 0.4, -0.3, 0.2]) * mu * d
+    deep = np.array([0.9, 1.0, 1.0, 0.95]) * d
+    history = mdr.solve(joint, mdr.Path(indentation=deep, shift=turns))["tangential_force"].values
+    springs = mdr.friction_foundation(joint, deep, turns, n=4000).tangential_force
+    assert np.max(np.abs(history - springs)) < 1e-4 * mu * force[1]
+
+
+def test_friction_refuses_a_wide_ring_beside_a_kink():
+    joint = mdr.Contact(dented(0.1), UNIT, friction=mdr.Coulomb(0.3))
+    with pytest.raises(mdr.ProblemError, match="beside the concave kink at 300 mm"):
+        mdr.solve(joint, mdr.indent(0.3) >> mdr.shift(0.02))
 
 
 @pytest.mark.parametrize("L", [1e-9, 1.0, 1e3])

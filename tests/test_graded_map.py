@@ -92,7 +92,7 @@ def drawn(case):
 # --- a row is what it would be alone ---------------------------------------------------------------------
 
 
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=5, deadline=None)
 @given(PROFILES, st.lists(st.floats(-7.0, -0.7), min_size=3, max_size=8), st.booleans(), st.randoms())
 def test_a_row_is_what_it_would_be_alone(case, decades, by_force, random):
     depths = case[1] * 10.0 ** np.array(decades)
@@ -139,6 +139,22 @@ def test_a_breakpoint_at_which_nothing_happens_changes_nothing(name, size, decad
         plain.g(one), named.g(one)
     for curve, least in (("g", 2e-14), ("moment", 2e-14), ("squared", 1e-13), ("slope", 1e-12)):
         assert worst(getattr(named, curve)(x), getattr(plain, curve)(x)) < least
+
+
+@settings(max_examples=12, deadline=None)
+@given(st.floats(1.02, 3.0), st.floats(-10.0, 0.0), st.floats(0.5, 5.0), st.floats(-3.0, 2.0))
+def test_what_lies_all_within_the_law_of_the_tip_is_no_surer_than_that(power, decades, offset, place):
+    height, x = 10.0**decades, 10.0**place
+    try:
+        line = equivalent_profile(
+            mdr.Function(lambda r: offset + height * (r**power + (r / 1e3) ** (3.0 * power)))
+        )
+        found = float(line.g(x))
+    except mdr.PymdrError:
+        return
+    ratio = [math.exp(math.lgamma(p / 2 + 1) - math.lgamma(p / 2 + 0.5)) for p in (power, 3.0 * power)]
+    exact = math.sqrt(math.pi) * height * (ratio[0] * x**power + ratio[1] * (x / 1e3) ** (3.0 * power))
+    assert worst(found, exact) <= 8.0 * float(line.error(x)[0]) + 1e-14
 
 
 # --- a callable is asked where it must be, once ----------------------------------------------------------
@@ -402,6 +418,40 @@ def test_what_a_line_gives_does_not_change_it(name):
         if given_.flags.writeable:
             given_[...] = 7.0
         assert np.array_equal(way(), before)
+
+
+@settings(max_examples=5, deadline=None)
+@given(
+    st.integers(60, 250), st.floats(0.0, 0.03), st.integers(0, 10**6), st.floats(0.01, 0.99), st.booleans()
+)
+def test_bunched_panels_lead_back_to_the_surface(count, noise, seed, share, by_pieces):
+    """The line leads back to the samples, and its integral over a disk of pressures is the load."""
+    r = np.linspace(0.0, 1.0, count)
+    f = r**2 / 2 * (1.0 + noise * np.random.default_rng(seed).standard_normal(count))
+    interpolation = mdr.ShapePreserving() if by_pieces else mdr.CubicSpline()
+    tip = mdr.Sampled(r, f, interpolation=interpolation)
+    line = equivalent_profile(tip)
+    at = np.sort(np.random.default_rng(seed + 1).uniform(1e-6, 1.0, 200))
+    gap = 2.0 / np.pi * line.gap_integral(at, 0.0)
+    ups_and_downs = float(np.abs(np.diff(line.g(np.linspace(0.0, 1.0, 20_001)))).sum())
+    allowed = (1e-13 + float(line.slope_error(1.0))) * ups_and_downs
+    assert np.max(np.abs(gap - tip.gap(at))) < allowed
+    beyond = at[at > share]
+    parts = line.gap_between(beyond, 0.5 * share, share) + line.gap_integral(beyond, share)
+    whole = line.gap_integral(beyond, 0.5 * share)
+    assert np.max(np.abs(parts - whole), initial=0.0) < 1e-14 * ups_and_downs
+    # x = sqrt(r^2 + t^2) leaves g' / x, whose roots behind samples are graded away
+    for radius in (1e-3 * share, 0.3 * share, 0.98 * share):
+        samples = r[(r > radius) & (r < share)]
+        edges = np.sqrt(np.append(samples, share) ** 2 - radius**2)
+        s, w = np.polynomial.legendre.leggauss(24)
+        start, width = np.append(0.0, edges[:-1])[:, None], np.diff(edges, prepend=0.0)[:, None]
+        u = 0.5 * (s + 1.0)
+        x = np.sqrt((start + width * u**2) ** 2 + radius**2)
+        value = line.slope(x) / x * width * u * w
+        size = np.abs(value).sum()
+        found = float(line.pressure_integral(np.array([radius]), share)[0])
+        assert abs(found - value.sum()) < 1e-7 * size
 
 
 # --- beside breakpoints ----------------------------------------------------------------------------------

@@ -2,6 +2,7 @@
 
 import math
 import pickle
+import re
 
 import numpy as np
 import pytest
@@ -302,3 +303,46 @@ def test_an_assessment_of_a_ball():
             mdr.assess(ball, bad)
         with pytest.raises(mdr.ProblemError):
             mdr.assess(bad, path)
+
+
+RADII = np.linspace(0.0, 2e-3, 25)
+STEEL = mdr.Elastic("210 GPa", 0.3)
+PROFILES = (
+    mdr.Sphere("10 mm"),
+    mdr.FlatPunch("1 mm"),
+    mdr.Sampled(RADII, RADII**2 / 0.02),
+    mdr.Sampled(RADII, RADII**2 / 0.02, scatter=np.full(25, 1e-9)),
+)
+LAWS = ({}, {"adhesion": mdr.JKR("50 mJ/m^2")}, {"friction": mdr.Coulomb(0.2)})
+
+
+@settings(max_examples=40, deadline=None)
+@given(
+    profile=st.sampled_from(PROFILES),
+    law=st.sampled_from(LAWS),
+    channel=st.sampled_from(["indentation", "normal_force", "travel"]),
+    size=st.floats(0.1, 1.0),
+    steps=st.integers(1, 5),
+    keep=st.sampled_from([None, None, 1, 2, [0, -1], 9]),
+    stiffness=st.sampled_from([None, "1e6 N/m", 0.0]),
+)
+def test_an_assessment_claims_and_refuses_what_solve_does(
+    profile, law, channel, size, steps, keep, stiffness
+):
+    body = mdr.Contact(profile, STEEL, **law)
+    path = mdr.ramp(steps=steps, **{channel: size * (10.0 if channel == "normal_force" else 1e-6)})
+    try:
+        solved = mdr.solve(body, path, keep=keep, machine_stiffness=stiffness)
+    except mdr.PymdrError as error:
+        with pytest.raises(type(error), match=re.escape(str(error))):
+            mdr.assess(body, path, keep=keep, machine_stiffness=stiffness)
+        return
+    asked = mdr.assess(body, path, keep=keep, machine_stiffness=stiffness)
+    assert asked.claims.keys() == solved.claims.keys()
+    for name, claim in solved.claims.items():
+        found = asked.claims[name]
+        assert (found.level, found.reason, found.source) == (claim.level, claim.reason, claim.source)
+        assert found.where.tolist() == claim.where.tolist()
+        if "adhesion" in law:
+            assert "rigorous" not in claim.reason
+    assert (asked.rows, asked.columns) == (solved.data.sizes["step"], len(solved.data))

@@ -93,11 +93,14 @@ class Result:
     def __getitem__(self, name: str) -> xr.DataArray:
         """A quantity over ``step``, in SI units; a copy of its own."""
         self._require(name)
+        self._refuse_missing(name)
+        return self.data[name].copy()
+
+    def _refuse_missing(self, name: str) -> None:
         if name not in self.data:
             if name in (*ALL_SURFACE_FIELDS, *ALL_LINE_FIELDS):
                 raise QuantityError(f"{name!r} is a field: read it with result.field({name!r}, r=...)")
             raise QuantityError(f"no quantity {name!r}; this result has {', '.join(map(str, self.data))}")
-        return self.data[name].copy()
 
     @property
     def bands(self) -> dict[str, tuple[np.ndarray, np.ndarray]]:
@@ -377,16 +380,58 @@ class Result:
         Parameters
         ----------
         file : path
-            For example "ball.nc"; :func:`pymdr.open_result` reads it back.
+            For example "ball.nc"; :func:`pymdr.open_result` reads it back, and sees by a checksum behind the end of the
+            file whether it is what was written.
+
+        Raises
+        ------
+        FileError
+            If the file cannot be written, or its name is that of another format.
+        """
+        from pymdr.presentation.files import write_dataset
+
+        write_dataset(self.to_dataset(), file)
+
+    def to_csv(self, file: str | os.PathLike[str], *, units: Mapping[str, str] | None = None) -> None:
+        """
+        Write the quantities to a CSV file, one row per step, with units in the names of the columns.
+
+        Parameters
+        ----------
+        file : path
+            For example "ball.csv".
+        units : mapping of str to str, optional
+            Name of a quantity -> unit, such as ``{"indentation": "um"}``; SI units unless given.
 
         Raises
         ------
         FileError
             If the file cannot be written.
-        """
-        from pymdr.presentation.files import write_dataset
+        UnitError
+            If a unit is of another kind.
+        QuantityError
+            If `units` names a quantity that the result does not have.
 
-        write_dataset(self.to_dataset(), file)
+        Notes
+        -----
+        Claims, fields and the problem are not in the table: :meth:`save` keeps them. Values that are not valid are
+        empty. :func:`pymdr.read_record` reads loads and displacements back.
+        """
+        from pymdr.presentation.files import write_table
+
+        units = dict(units or {})
+        for name in units:
+            self._refuse_missing(name)
+        row = {"row": self.data["row"].values} if "row" in self.data.coords else {}
+        columns: dict[str, np.ndarray] = {"step": np.arange(self.data.sizes["step"]), **row}
+        for name in map(str, self.data):
+            values, own = self.data[name].values, quantity(name).unit
+            unit = units.get(name, own)
+            given = values if unit == own else from_si(values, own, unit)
+            columns[f"{name} [{unit}]" if unit else name] = (
+                given.astype(int) if given.dtype == bool else given
+            )
+        write_table(columns, file)
 
     def to_dataset(self) -> xr.Dataset:
         """Everything the result holds as one dataset, whose attributes are texts."""

@@ -9,6 +9,8 @@ from __future__ import annotations
 import math
 import re
 import sys
+import threading
+from collections.abc import Sequence
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any, Protocol, TypeAlias, runtime_checkable
 
@@ -57,6 +59,10 @@ _EXAMPLES = {
 }
 
 
+_ONE_AT_A_TIME = threading.RLock()
+"""pint builds its registry, and units with prefixes, when they are first asked for, without a lock of its own."""
+
+
 @lru_cache(maxsize=1)
 def _registry() -> pint.UnitRegistry[Any]:
     import pint
@@ -67,10 +73,15 @@ def _registry() -> pint.UnitRegistry[Any]:
 @lru_cache(maxsize=512)
 def _factor(unit: str, si_unit: str) -> float:
     """The number that turns a value in ``unit`` into one in ``si_unit``, to 15 digits."""
-    import pint
-
     if len(unit) > _LONGEST_TEXT or not _UNIT_TEXT.fullmatch(unit):
         raise UnitError(f"cannot read {unit!r} as a unit: write products and powers such as 'mJ/m^2'")
+    with _ONE_AT_A_TIME:
+        return _factor_of(unit, si_unit)
+
+
+def _factor_of(unit: str, si_unit: str) -> float:
+    import pint
+
     registry = _registry()
     try:
         factor = registry.Quantity(1.0, registry.parse_units(unit.replace("·", "*"))).to(si_unit).magnitude
@@ -83,7 +94,34 @@ def _factor(unit: str, si_unit: str) -> float:
         ) from error
     except (pint.PintError, ValueError, TypeError, AttributeError, OverflowError) as error:
         raise UnitError(f"cannot read {unit!r} as a unit: {error}") from error
+    if _angles(registry, unit) != _angles(registry, si_unit):
+        raise UnitError(
+            f"{unit!r} does not fit: "
+            + (
+                "an angle is needed"
+                if _angles(registry, si_unit)
+                else "it is an angle, which is not a plain number"
+            )
+            + f", for example {_example(si_unit)!r}"
+        )
     return float(f"{factor:.15g}")
+
+
+def _angles(registry: Any, unit: Any) -> float:
+    """The power of the radian in a unit, which pint takes for a plain number."""
+    if isinstance(unit, str):
+        unit = registry.parse_units(unit.replace("·", "*"))
+    roots = registry.get_root_units(unit)[1]
+    return float(dict(roots._units).get("radian", 0.0))
+
+
+def shown(value: object) -> str:
+    """A value as messages show it: on one line, and cut where it is long."""
+    try:
+        text = " ".join(repr(value).split())
+    except ValueError:  # an integer of more digits than Python writes
+        return f"a {type(value).__name__} of thousands of digits"
+    return text if len(text) <= _LONGEST_TEXT else f"{text[:_LONGEST_TEXT]}..."
 
 
 def _example(si_unit: str) -> str:
@@ -129,30 +167,87 @@ def to_si(value: QuantityLike, unit: str, *, name: str = "value") -> float:
         ...
     pymdr.errors.UnitError: radius: cannot read '1,5 mm': write a number with a decimal point and a unit, for example '5 mm'
     """
-    if isinstance(value, str):
-        number = _read_text(value, unit, name)
-    elif _is_pint(value):
-        number = _read_pint(value, unit, name)
-    elif isinstance(value, bool) or not isinstance(value, int | float | np.number | np.ndarray):
-        raise UnitError(
-            f"{name}: {value!r} is not a quantity: give a number in {unit or 'no unit'} or a text "
-            f"such as {_example(unit)!r}"
-        )
-    elif np.ndim(value) != 0 or np.iscomplexobj(value):
-        raise UnitError(f"{name}: one real number is needed, not {value!r}")
+    plain = _bare(value)
+    foreign = _unit_of(plain, name)
+    number: Any
+    if isinstance(plain, str):
+        number = _read_text(plain, unit, name)
+    elif _is_pint(plain):
+        number = _read_pint(plain, unit, name)
     else:
-        number = value
+        number = np.asarray(plain) if foreign is not None else plain
+        if isinstance(number, bool) or not isinstance(number, int | float | np.number | np.ndarray):
+            raise UnitError(
+                f"{name}: {shown(value)} is not a quantity: give a number in {unit or 'no unit'} or a text "
+                f"such as {_example(unit)!r}"
+            )
+        if np.ndim(number) != 0 or np.asarray(number).dtype.kind not in "fiuO":
+            raise UnitError(f"{name}: one real number is needed, not {shown(value)}")
     if np.ndim(number) != 0:
-        raise UnitError(f"{name}: one number is needed, not {value!r}")
+        raise UnitError(f"{name}: one number is needed, not {shown(value)}")
+    if np.ma.is_masked(number):
+        raise UnitError(f"{name}: the number is masked: give one that is known")
     try:
         number = float(number)
     except (OverflowError, TypeError, ValueError) as error:
         raise UnitError(
-            f"{name}: {str(value)[:40]} is not a number that a float can hold: {error}"
+            f"{name}: {shown(value)[:40]} is not a number that a float can hold: {error}"
         ) from error
+    if foreign:
+        number = _converted(number, foreign, unit, name)
     if not math.isfinite(number):
-        raise UnitError(f"{name}: {value!r} is not finite: a finite number is needed")
-    return number
+        raise UnitError(f"{name}: {shown(value)} is not finite: a finite number is needed")
+    return float(number)
+
+
+def _bare(value: Any) -> Any:
+    """What a value without shape holds: NumPy and xarray wrap texts, flags and objects in arrays."""
+    data = getattr(value, "data", None) if type(value).__module__.startswith("xarray.") else None
+    if data is not None and _is_pint(data):
+        return data
+    if type(value) is np.ndarray and value.ndim == 0 and value.dtype.kind in "USObmM":
+        return value.item()
+    if isinstance(value, np.timedelta64 | np.datetime64):
+        return value.item()
+    return value
+
+
+_IN_NAME = re.compile(r".*[\[(]\s*([^\[\]()]+?)\s*[\])]\s*")
+
+
+def _unit_of(values: Any, name: str) -> str | None:
+    """
+    The unit that an array of another package carries: "" where it says that there is none, None where it is silent.
+
+    xarray keeps it in ``attrs``, pandas too or in brackets behind the name of the column; astropy and unyt have
+    attributes. Units of pandas columns of pint are read elsewhere.
+    """
+    if _is_pint(values) or isinstance(values, str | bytes | int | float | list | tuple | dict):
+        return None
+    attrs = getattr(values, "attrs", None)
+    if isinstance(attrs, dict):
+        given = attrs.get("units", attrs.get("unit"))
+        label = getattr(values, "name", None)
+        if given is None and isinstance(label, str) and (match := _IN_NAME.fullmatch(label)):
+            given = match[1]
+        return "" if given is None else _as_text(given, name)
+    if isinstance(values, np.ndarray) and type(values) is not np.ndarray:
+        given = getattr(values, "unit", getattr(values, "units", None))
+        return None if given is None else _as_text(given, name)
+    return None
+
+
+def _as_text(unit: object, name: str) -> str:
+    text = str(unit).strip()
+    return "" if text in ("", "1", "dimensionless") else text
+
+
+def _converted(values: Any, given: str, unit: str, name: str) -> Any:
+    """Numbers that came with a unit of their own, in SI."""
+    try:
+        return _scaled(values, _factor(given, unit))
+    except UnitError as error:
+        raise UnitError(f"{name}: {error} (the unit that the array carries)") from error
 
 
 def _read_text(text: str, unit: str, name: str) -> float:
@@ -180,10 +275,16 @@ def _is_pint(value: object) -> bool:
 def _read_pint(value: Any, unit: str, name: str) -> Any:
     import pint
 
-    try:
-        return value.to(unit or "dimensionless").magnitude
-    except pint.DimensionalityError as error:
-        raise UnitError(f"{name}: {value} does not fit: give for example {_example(unit)!r}") from error
+    with _ONE_AT_A_TIME:
+        try:
+            if bool(_angles(value._REGISTRY, value.units)) != (unit == "rad"):
+                raise UnitError(
+                    f"{name}: {shown(value)} does not fit: give for example {_example(unit)!r}"
+                    + (" (an angle is not a plain number)" if not unit else "")
+                )
+            return value.to(unit or "dimensionless").magnitude
+        except pint.DimensionalityError as error:
+            raise UnitError(f"{name}: {value} does not fit: give for example {_example(unit)!r}") from error
 
 
 def to_si_array(values: ArrayQuantityLike, unit: str, *, name: str = "values") -> FloatArray:
@@ -214,21 +315,41 @@ def to_si_array(values: ArrayQuantityLike, unit: str, *, name: str = "values") -
     >>> to_si_array(["1 mm", 0.5], "m").tolist()
     [0.001, 0.5]
     """
-    if isinstance(values, np.ma.MaskedArray) and bool(np.any(np.asarray(values.mask))):
+    plain = _bare(values)
+    plain = getattr(getattr(plain, "array", None), "quantity", plain)  # a column of pint in pandas
+    foreign = _unit_of(plain, name)
+    if _is_pint(plain):
+        plain = _read_pint(plain, unit, name)
+    if isinstance(plain, np.ma.MaskedArray) and bool(np.any(np.ma.getmaskarray(plain))):
         raise UnitError(f"{name}: some entries are masked: leave them out, or fill them")
-    if _is_pint(values):
-        array = np.array(_read_pint(values, unit, name), dtype=float)
-    elif isinstance(values, str):
-        array = np.array(to_si(values, unit, name=name))
-    elif isinstance(values, np.ndarray) and values.dtype.kind in "fiu":
-        array = values.astype(float)
+    if foreign is not None or (plain is not values and not isinstance(plain, str)):
+        plain = np.asarray(plain)
+    if isinstance(plain, str):
+        array = np.array(to_si(plain, unit, name=name))
+    elif isinstance(plain, np.ndarray) and plain.dtype.kind in "fiu":
+        array = np.array(plain, dtype=float)
+    elif isinstance(plain, list | tuple) and plain and set(map(type, plain)) <= {int, float}:
+        array = _of_numbers(plain, name)
     else:
-        array = _from_sequence(values, unit, name)
+        array = _from_sequence(plain, unit, name)
+    if foreign:
+        array = np.asarray(_converted(array, foreign, unit, name))
     if not np.all(np.isfinite(array)):
         where = np.argwhere(~np.isfinite(np.atleast_1d(array)))[0].tolist()
         raise UnitError(f"{name}: entry {where} is not finite: every entry must be a finite number")
     array = np.asarray(array + 0.0)  # no negative zeros
     array.flags.writeable = False
+    return array
+
+
+def _of_numbers(values: Sequence[float], name: str) -> FloatArray:
+    try:
+        array = np.array(values, dtype=float)
+    except OverflowError as error:
+        raise UnitError(f"{name}: an entry is not a number that a float can hold") from error
+    if not np.all(np.isfinite(array)):
+        i = int(np.argmin(np.isfinite(array)))
+        raise UnitError(f"{name}[{i}]: {values[i]} is not finite: a finite number is needed")
     return array
 
 

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from pymdr.interpretation.certificate import Certificate
-from pymdr.interpretation.disks import TOLERANCE, Landscape, landscape_of, least_gap, seen_upto
+from pymdr.interpretation.disks import TOLERANCE, Landscape, gap_ratios, landscape_of, least_gap, seen_upto
 from pymdr.interpretation.validity import (
     NORMAL_FIELDS,
     SOURCES,
@@ -19,81 +20,203 @@ from pymdr.interpretation.validity import (
 )
 from pymdr.line.adhesion.short_range import jkr_opening
 from pymdr.line.foundation import ElasticLine
+from pymdr.mapping.equivalent import EquivalentProfile
 from pymdr.problem.laws import JKR, AdhesionLaw, MaugisDugdale
 from pymdr.units import FloatArray, metres
 
 _NODES = 33
 """Radii on the curve of equilibria at which the least gap is read before it is refined."""
 _HALVINGS = 30
+_GAIN = 1e-9
+"""Of the energy of the surfaces: rounding of what a jump dissipates."""
+_SMALL = 1e-6
+"""Of the larger radius of a jump: from there on its states are looked at, where one of its ends is a free body."""
 
 
-def certify_stretched_disk(
-    line: ElasticLine, indentation: FloatArray, contact_radius: FloatArray, law: AdhesionLaw
-) -> Certificate:
+@dataclass(frozen=True)
+class Visited:
+    """The states of a history of an adhesive contact, between its rows too; radii in m, 0 for a free body."""
+
+    rows: int
+    """Number of rows."""
+    row: np.ndarray
+    """Row in which each smooth stretch ends."""
+    begin: FloatArray
+    """Contact radius at its begin."""
+    end: FloatArray
+    """Contact radius at its end."""
+    jump_row: np.ndarray
+    """Row of each jump."""
+    stiffness: FloatArray
+    """Stiffness in N/m of the machine that stands for its control: inf for an indentation, 0 for a force."""
+    control: FloatArray
+    """Travel (or indentation) in m, or force in N, at which it happens."""
+    before: FloatArray
+    """Contact radius before it."""
+    after: FloatArray
+    """Contact radius after it."""
+    loss: FloatArray
+    """Energy in J that it dissipates."""
+
+
+def joined_visits(parts: Sequence[Visited]) -> Visited:
+    """What the legs of a path visit, one after the other."""
+    first = np.cumsum([0, *(part.rows for part in parts)])
+
+    def whole(name: str) -> FloatArray:
+        return np.concatenate([getattr(part, name) for part in parts])
+
+    rows = {
+        name: np.concatenate([getattr(part, name) + n for part, n in zip(parts, first[:-1], strict=True)])
+        for name in ("row", "jump_row")
+    }
+    others = ("begin", "end", "stiffness", "control", "before", "after", "loss")
+    return Visited(int(first[-1]), **rows, **{name: whole(name) for name in others})
+
+
+def is_always_open(equivalent: EquivalentProfile, law: AdhesionLaw) -> bool:
+    """Whether surfaces never touch outside an adhesive contact; laws other than JKR are made for rising profiles."""
+    return bool(equivalent.rises) or not isinstance(law, JKR)
+
+
+def certify_stretched_disk(line: ElasticLine, visited: Visited, law: AdhesionLaw) -> Certificate:
     """
     Check that the surfaces do not touch outside an adhesive contact: gap >= 0 with the stretched edge.
 
     Pressure is no criterion here, since tension is legitimate; that the contact has not opened inside is an
-    assumption. The least gap is followed along the curve of equilibria over all radii between those of the steps.
+    assumption. The least gap is followed along the whole history, over all equilibria between the rows. The states
+    inside a jump are no equilibria: there the surfaces may touch, but only where they do so after it; and no jump may
+    gain energy. After the first state that fails, contact on a ring decides what comes, and nothing is certified.
 
     Parameters
     ----------
     line : ElasticLine
         Profile and modulus.
-    indentation, contact_radius : ndarray
-        d and a of every step in m; nan without contact.
+    visited : Visited
+        What the history visits.
     law : AdhesionLaw
-        Laws other than JKR are only made for rising profiles, where this holds.
 
     Returns
     -------
     Certificate
     """
-    disk = np.ones(indentation.shape, dtype=bool)
-    equivalent = line.equivalent
-    known = np.isfinite(indentation) & (contact_radius > 0.0)
-    if equivalent.rises or not isinstance(law, JKR) or not known.any():
+    disk = np.ones(visited.rows, dtype=bool)
+    fault = None if is_always_open(line.equivalent, law) else _first_fault(line, visited, law.work)
+    if fault is None:
         return Certificate(disk, "")
-    widest, deepest = float(np.max(contact_radius[known])), float(np.max(indentation[known]))
-    top = max(min(widest, equivalent.edge), seen_upto(equivalent, deepest))
-    landscape = landscape_of(equivalent, top) if top > 0.0 else None
-    doubtful = known & (contact_radius < equivalent.edge)
-    if landscape is None or not doubtful.any():
-        return Certificate(disk, "")
-    a = contact_radius[doubtful]
-
-    def margin(radius: float) -> float:
-        return _margin(landscape, line.modulus, law.work, radius)
-
-    bad = _negative(margin, float(a.min()), float(a.max()), landscape)
-    inside = np.zeros(a.shape, dtype=bool)
-    for low, high in bad:
-        inside |= (a >= low) & (a <= high)
-    disk[doubtful] = ~inside
-    if not inside.any():
-        return Certificate(disk, "")
-    i = int(np.flatnonzero(~disk)[-1])
-    worst = float(contact_radius[i])
-    touch = least_gap(landscape, worst, -_opening(worst, line.modulus, law.work), loose=False)
+    row, radius, excess, landscape = fault
+    d = float(line.equivalent.g(np.array([radius]))[0]) + excess
+    where = ""
+    if landscape.radii[-1] > radius:
+        touch = least_gap(landscape, radius, excess, loose=False)
+        where = f", at r = {metres(touch.radius)}" if touch.value < 0.0 else ""
     return Certificate(
-        disk,
-        f"at d = {metres(float(indentation[i]))} the surfaces touch again outside a disk of radius {metres(worst)}, at "
-        f"r = {metres(touch.radius)}, so the adhesive contact is not a disk",
+        np.arange(visited.rows) < row,
+        f"at d = {metres(d)} the surfaces touch again outside a disk of radius {metres(radius)}{where}, so the adhesive "
+        "contact is not a disk, and what follows depends on it",
     )
 
 
-def _opening(a: float, modulus: float, work: float) -> float:
-    return float(jkr_opening(a, modulus, work))
+def _first_fault(
+    line: ElasticLine, visited: Visited, work: float
+) -> tuple[int, float, float, Landscape] | None:
+    """Row, contact radius and compression of the edge of the first state whose surfaces touch outside its disk."""
+    equivalent = line.equivalent
+    jumps = np.stack(
+        [visited.stiffness, visited.control, visited.before, visited.after, visited.loss], axis=1
+    )
+    _, first = np.unique(jumps, axis=0, return_index=True)
+    ways = [_JumpWay(line, jumps[i], int(visited.jump_row[i])) for i in np.sort(first)]
+    radii = np.concatenate([visited.begin, visited.end])
+    radii = np.minimum(radii[radii > 0.0], equivalent.edge)
+    if radii.size == 0:
+        return None
+    ends = np.array([radii.min(), radii.max()])
+    stretched = equivalent.g(ends) - jkr_opening(ends, line.modulus, work)
+    deepest = max([float(stretched.max()), *(way.deepest for way in ways)])
+    widest = max([float(ends[1]), *(way.high for way in ways)])
+    top = max(min(widest, equivalent.edge), seen_upto(equivalent, deepest))
+    landscape = landscape_of(equivalent, top) if top > 0.0 else None
+    if landscape is None:
+        return None
+
+    def opening(a: float) -> float:
+        return -float(jkr_opening(a, line.modulus, work))
+
+    found: tuple[int, float, float, Landscape] | None = None
+    low, high = np.minimum(visited.begin, visited.end), np.maximum(visited.begin, visited.end)
+    for bottom, peak in _negative(
+        lambda a: _margin(landscape, a, opening(a)), float(ends[0]), float(ends[1]), landscape
+    ):
+        hit = np.flatnonzero((low <= peak) & (high >= bottom) & (high < equivalent.edge))
+        if hit.size and (found is None or visited.row[hit[0]] < found[0]):
+            a = float(np.clip(visited.begin[hit[0]], bottom, peak))
+            found = int(visited.row[hit[0]]), a, opening(a), landscape
+    for way in ways:
+        if found is not None and way.row > found[0]:
+            break
+        if (radius := way.fault(landscape, work)) is not None:
+            return way.row, radius, way.excess(radius), landscape
+    return found
 
 
-def _margin(landscape: Landscape, modulus: float, work: float, a: float) -> float:
+class _JumpWay:
+    """The states of a jump at constant control, which are no equilibria."""
+
+    def __init__(self, line: ElasticLine, jump: FloatArray, row: int) -> None:
+        stiffness, control, before, after, loss = (float(x) for x in jump)
+        self.line, self.stiffness, self.control, self.row = line, stiffness, control, row
+        self.after, self.loss = after, loss
+        self.high = min(max(before, after), line.equivalent.edge)
+        self.low = max(min(before, after), _SMALL * self.high)
+
+    def fault(self, landscape: Landscape, work: float) -> float | None:
+        """A radius in m at which the surfaces touch beyond the disk that is left, or at which energy would be gained."""
+        if self.loss < -_GAIN * math.pi * work * self.high**2:
+            return self.low
+        radii = landscape.radii
+        if not np.any(radii > self.after):
+            return None
+        g = landscape.equivalent.g(radii)
+
+        def margin(a: float) -> float:
+            excess = self.excess(a)
+            outside = radii > a
+            d = float(landscape.equivalent.g(np.array([a]))[0]) + excess
+            if excess <= 0.0 and float(np.min(g[outside], initial=math.inf)) >= d:
+                return 1.0
+            r = radii[outside & (radii > self.after)]
+            return float(np.min(gap_ratios(landscape, a, excess, r), initial=1.0)) + TOLERANCE
+
+        bad = _negative(margin, self.low, self.high, landscape)
+        return bad[0][0] if bad else None
+
+    @property
+    def deepest(self) -> float:
+        """The largest indentation in m on the way."""
+        a = np.linspace(self.low, self.high, _NODES)
+        return max(float(self.line.equivalent.g(np.array([x]))[0]) + self.excess(float(x)) for x in a)
+
+    def excess(self, a: float) -> float:
+        """By how much in m the edge is pressed at a radius: d - g(a)."""
+        at = np.array([a])
+        g, moment = float(self.line.equivalent.g(at)[0]), float(self.line.equivalent.moment(at)[0])
+        if math.isinf(self.stiffness):
+            return self.control - g
+        if self.stiffness == 0.0:
+            return (0.5 * self.control / self.line.modulus - moment) / a
+        soft = 2.0 * self.line.modulus / self.stiffness
+        return (self.control - g - soft * moment) / (1.0 + soft * a)
+
+
+def _margin(landscape: Landscape, a: float, excess: float) -> float:
     """The least gap outside a disk on the curve of equilibria, over its indentation; 1 where g stays above d."""
     g = float(landscape.equivalent.g(np.array([a]))[0])
-    d = g - _opening(a, modulus, work)
+    d = g + excess
     beyond = landscape.radii[landscape.radii > a]
     if beyond.size == 0 or float(np.min(landscape.equivalent.g(beyond))) >= min(d, g):
         return 1.0
-    return least_gap(landscape, a, d - g, loose=False).value + TOLERANCE
+    return least_gap(landscape, a, excess, loose=False).value + TOLERANCE
 
 
 def _negative(
@@ -111,7 +234,8 @@ def _negative(
     for i in range(1, a.size - 1):
         left, here, right = values[i - 1 : i + 2]
         turns = (here > 0.0 and left > here < right) or (here < 0.0 and left < here > right)
-        if turns:
+        # a parabola through three points passes its middle one by no more than half of their span
+        if turns and 1.5 * abs(here) < 0.5 * max(abs(left), abs(right)):
             x, y = _extreme(margin, a[i - 1], a[i], a[i + 1], here)
             a, values = np.append(a, x), np.append(values, y)
     order = np.argsort(a, kind="stable")

@@ -114,27 +114,27 @@ def certify_history(line: ElasticLine, deepest: float) -> Certificate:
     if left:
         at = np.array([0.5 * (left[0][0] + left[0][1])])
         return Certificate(np.zeros(1, dtype=bool), _why_not(found.landscape, states_at_depth(line, at)))
-    # where g falls the contact steps over a ring, of which a sum of disks has no part
+    # where g falls the contact steps over a ring, of which a sum of disks has no part; beside a concave kink, where the
+    # ring is narrow all the way, it is a sum of disks for the kink with its ring filled
+    g = line.equivalent.g(np.array([fall.stop for fall in found.landscape.falls]))
     steps = [
         fall
-        for fall, g in zip(
-            found.landscape.falls,
-            line.equivalent.g(np.array([fall.stop for fall in found.landscape.falls])),
-            strict=True,
-        )
-        if fall.size > TOLERANCE * abs(g) and g < deepest
+        for fall, lowest in zip(found.landscape.falls, g, strict=True)
+        if fall.size > TOLERANCE * abs(lowest)
+        and lowest < deepest
+        and fall.start not in found.landscape.dents
     ]
     if steps:
-        kink = ", a concave kink of the profile" if steps[0].start in found.landscape.dents else ""
         return Certificate(
             np.zeros(1, dtype=bool),
             f"at about d = {metres(float(line.equivalent.g(np.array([steps[0].start]))[0]))} the contact steps over a "
-            f"ring at r = {metres(steps[0].start)}{kink}",
+            f"ring at r = {metres(steps[0].start)}",
         )
     missing = holes(found.strict, deepest)
     if not missing:
         return Certificate(np.ones(1, dtype=bool), "")
-    share = np.linspace(0.0, 1.0, 9)[1:]
+    # rings are widest beside the first of these depths
+    share = 2.0 ** -np.arange(0.0, _RINGS)
     depths = np.unique(np.concatenate([low + (high - low) * share for low, high in missing]))
     states = states_at_depth(line, depths[depths > 0.0])
     remark, error = _rings(found.landscape, states, np.ones(states.indentation.shape, dtype=bool))
@@ -164,7 +164,10 @@ def valid_ranges(line: ElasticLine, deepest: float) -> list[tuple[float, float]]
 
 def describe_ranges(ranges: list[tuple[float, float]], deepest_force: float) -> str:
     """The valid load ranges in words."""
-    way_out = "; solve(..., solver=Rings()) solves it by boundary elements on rings"
+    way_out = (
+        "; solve(..., solver=Rings()), in a case file [solve] solver = { kind = 'rings' }, solves it by boundary elements "
+        "on rings"
+    )
     if not ranges:
         return f"; it is a disk for no load up to {written(deepest_force, 'N')}{way_out}"
     words = [

@@ -13,6 +13,7 @@ from pymdr.interpretation.fields import pressure
 from pymdr.interpretation.surface import Surface
 from pymdr.line.foundation import (
     ElasticLine,
+    passed_rings,
     states_at_depth,
     states_at_force,
     states_at_travel,
@@ -26,6 +27,7 @@ from pymdr.line.friction import (
     power_law_curves,
     spring_shifts,
     superposition,
+    tabulated_curves,
 )
 from pymdr.mapping.abel import line_average
 from pymdr.mapping.moduli import effective_moduli
@@ -229,7 +231,21 @@ def curves_down_to(line: ElasticLine, depth: float) -> ElasticCurves:
     """The curves of a line to a depth in m; where there is no contact any will do."""
     if depth <= 0.0:
         return power_law_curves(1.0, 1.0, line.modulus)
-    return curves_of(line, depth * (1.0 + 1e-12))
+    deepest = depth * (1.0 + 1e-12)
+    rings = passed_rings(line, deepest)
+    if not rings:
+        return curves_of(line, deepest)
+
+    def contact_radius(d: FloatArray) -> FloatArray:
+        a = states_at_depth(line, d).contact_radius
+        # beside the step both disks carry the same to rounding
+        for ring in rings:
+            for part, early in ((ring.inner, a > ring.inner[1]), (ring.outer, a < ring.outer[0])):
+                wrong = early & ((d > ring.depth) == (part == ring.outer))
+                a[wrong] = line.equivalent.between(d[wrong], *part).x
+        return a
+
+    return tabulated_curves(contact_radius, deepest, line.modulus, marks=[ring.depth for ring in rings])
 
 
 def friction_leg(line: ElasticLine, asked: Stretch, machine_stiffness: float | None) -> FrictionLeg:

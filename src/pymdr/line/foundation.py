@@ -165,6 +165,40 @@ def _best_disk(equivalent: EquivalentProfile, d: FloatArray, turning: tuple[floa
     return best
 
 
+@dataclass(frozen=True)
+class PassedRing:
+    """A ring over which the disk of largest force steps."""
+
+    depth: float
+    """The last depth in m before the step."""
+    inner: tuple[float, float]
+    """Radii in m of the stretch before the ring, on which g rises."""
+    outer: tuple[float, float]
+    """Those of the stretch beyond it."""
+
+
+def passed_rings(line: ElasticLine, deepest: float) -> tuple[PassedRing, ...]:
+    """The rings over which a contact steps on its way to a depth in m."""
+    turning = _turning_points(line.equivalent, deepest)
+    if not turning or turning[0] == 0.0:
+        return ()
+    top = touching_radius(line.equivalent, deepest)
+    marks = np.array([0.0, *turning, *([top] * (1 + len(turning) % 2))])
+    inner, outer = marks[:-2].reshape(-1, 2), marks[2:].reshape(-1, 2)
+    low, high = np.zeros(outer.shape[0]), np.full(outer.shape[0], deepest)
+    while True:
+        middle = 0.5 * (low + high)
+        if not np.any((low < middle) & (middle < high)):
+            break
+        over = states_at_depth(line, middle).contact_radius > inner[:, 1]
+        low, high = np.where(over, low, middle), np.where(over, middle, high)
+    return tuple(
+        PassedRing(float(depth), tuple(before), tuple(after))
+        for depth, before, after in zip(low, inner.tolist(), outer.tolist(), strict=True)
+        if depth < deepest
+    )
+
+
 def _take_better(best: Place, load: FloatArray, where: np.ndarray, place: Place, value: FloatArray) -> None:
     better = value > load[where]
     index = np.flatnonzero(where)[better]

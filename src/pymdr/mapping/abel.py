@@ -29,10 +29,9 @@ _TOLERANCE = 1e-13
 _JACOBI_LEVELS = (12, 20, 32, 48, 96, 192)
 _JACOBI_TOLERANCE = 3e-13
 """Gauss-Jacobi nodes with a singular weight are good to about 1e-13 themselves, the fewer the better."""
-_SINGULAR_TOLERANCE = 1e-12
-"""For integrands with inverse square roots at a breakpoint, whose distance x - b is rounded."""
-_CORNER_TOLERANCE = 1e-7
-"""For radii within about 1e-5 of such a breakpoint, where the pressure itself grows like a logarithm."""
+_CENTRE_TOLERANCE = 1e-12
+_STEEP_TOLERANCE = 1e-7
+"""For averages of what is steep at the edge."""
 _TIP_POWER = 16
 """A tip that is not smooth is mapped by t = s^16, which makes powers of r down to r^0.1 smooth in s."""
 _GRADING = 0.25 ** np.arange(24, 0, -1.0)
@@ -64,8 +63,8 @@ def gauss(n: int, exponent: float = 0.0) -> tuple[FloatArray, FloatArray]:
     return (nodes + 1.0) / 2.0, weights / 2.0 ** (exponent + 1.0)
 
 
-Integrand: TypeAlias = Callable[[FloatArray, FloatArray, FloatArray], FloatArray]
-"""Called with the variable t, the column's radius and the distance of t from the start of its panel."""
+Integrand: TypeAlias = Callable[[FloatArray, FloatArray], FloatArray]
+"""Called with the variable t and the column's radius."""
 PanelEdges: TypeAlias = Callable[[FloatArray], FloatArray]
 
 
@@ -105,7 +104,7 @@ def _panel_sum(
             downward = power < 0 and not weighted and m == -power
             offset = s * width
             t = high[inside] - offset if downward else start + offset
-            values = integrand(t, columns[inside], offset) * weights
+            values = integrand(t, columns[inside]) * weights
             if weighted:
                 values = values * width**exponent
             elif exponent:
@@ -128,7 +127,7 @@ def _integrate(
     noise: float = 0.0,
 ) -> FloatArray:
     """
-    Integrate t^exponent * integrand(t, column, offset) over the panels of each column, with error control.
+    Integrate t^exponent * integrand(t, column) over the panels of each column, with error control.
 
     ``edges_of(columns)`` gives rising panel edges of shape (panels + 1, columns). Columns that do not
     converge come back as nan.
@@ -191,11 +190,11 @@ def _angular(
     theta = pi/2 - phi, which resolves a tip.
     """
 
-    def outer(phi: FloatArray, x: FloatArray, _: FloatArray) -> FloatArray:
+    def outer(phi: FloatArray, x: FloatArray) -> FloatArray:
         values = integrand(x * np.cos(phi), x)
         return values if exponent == 0.0 else values * np.sinc(phi / np.pi) ** exponent
 
-    def inner(theta: FloatArray, x: FloatArray, _: FloatArray) -> FloatArray:
+    def inner(theta: FloatArray, x: FloatArray) -> FloatArray:
         values = integrand(x * np.sin(theta), x)
         return values if exponent == 0.0 else values * np.cos(theta) ** exponent
 
@@ -439,15 +438,7 @@ def line_average(
     return np.asarray(2.0 / math.pi * answer.reshape(r.shape))
 
 
-def edge_average(
-    curve: Curve,
-    r: ArrayLike,
-    a: float,
-    *,
-    breakpoints: Sequence[float] = (),
-    corners: Sequence[float] = (),
-    k: float = 0.0,
-) -> FloatArray:
+def edge_average(curve: Curve, r: ArrayLike, a: float, *, k: float = 0.0) -> FloatArray:
     """
     The transform int_r^a v(x) (x^2 - r^2)^((k-1)/2) dx from the line to the pressure.
 
@@ -462,10 +453,6 @@ def edge_average(
         Radii in m.
     a : float
         Upper limit in m.
-    breakpoints : sequence of float
-        Rising positions in m to whose right v is not smooth.
-    corners : sequence of float
-        Those breakpoints to whose right v is an inverse square root.
     k : float
         Exponent of the grading.
 
@@ -494,14 +481,12 @@ def edge_average(
     centre = (flat < a * 1e-150) & (a > 0.0)
     inside = (flat < a) & ~centre
     if centre.any():
-        answer[centre] = _centre_value(curve, a, breakpoints, k)
+        answer[centre] = _centre_value(curve, a, k)
     if not inside.any():
         return answer.reshape(r.shape)
     halvings = min(40, math.ceil(math.log2(a / flat[inside].min())))
     halves = a * 0.5 ** np.arange(1.0, halvings)
-    marks = np.array([b for b in breakpoints if b < a])
-    sharp = np.array([b for b in corners if b < a])
-    rising: FloatArray = np.unique(np.concatenate([halves, marks, [a]]))
+    rising = np.append(halves[::-1], a)
 
     def edges(radius: FloatArray) -> FloatArray:
         x = np.maximum(np.concatenate([[0.0], rising])[:, None], radius)
@@ -511,81 +496,24 @@ def edge_average(
         s = edges(radius)
         return np.array([s[0], *(lo + (hi - lo) * q for lo, hi in pairwise(s) for q in (*_GRADING, 1.0))])
 
-    def integrand(s: FloatArray, radius: FloatArray, offset: FloatArray) -> FloatArray:
-        x = radius * np.cosh(s)
-        values = curve(x)
-        if sharp.size:
-            weight = _root_correction(x, s, offset, radius, sharp)
-            values = np.where(weight > 0.0, values, 0.0) * weight
+    def integrand(s: FloatArray, radius: FloatArray) -> FloatArray:
+        values = curve(radius * np.cosh(s))
         return values if k == 0.0 else values * (radius * np.sinh(s) / s) ** k
 
-    close, beside = _extrapolated_to_corners(
-        lambda x: edge_average(curve, x, a, breakpoints=breakpoints, corners=corners, k=k),
-        flat[inside],
-        sharp,
-    )
-    radius = flat[inside][~close]
-    tolerance = _SINGULAR_TOLERANCE if breakpoints else _TOLERANCE
-    values = _integrate(
-        integrand, edges, radius, exponent=k, power=2, levels=_LEVELS[:4], tolerance=tolerance
-    )
+    radius = flat[inside]
+    values = _integrate(integrand, edges, radius, exponent=k, power=2, levels=_LEVELS[:4])
     hard = np.isnan(values)
     if hard.any():
-        fine = _integrate(
-            integrand, fine_edges, radius[hard], exponent=k, power=2, tolerance=_CORNER_TOLERANCE
+        values[hard] = _integrate(
+            integrand, fine_edges, radius[hard], exponent=k, power=2, tolerance=_STEEP_TOLERANCE
         )
-        values[hard] = fine
-    beside[~close] = _require(values, radius, "pressure")
-    answer[inside] = beside
-    return np.asarray(answer.reshape(r.shape))
+    answer[inside] = _require(values, radius, "pressure")
+    return answer.reshape(r.shape)
 
 
-def _extrapolated_to_corners(
-    average: Callable[[FloatArray], FloatArray], radius: FloatArray, corners: FloatArray
-) -> tuple[np.ndarray, FloatArray]:
-    """
-    Values within 1e-8 of a corner, where x - b is lost to rounding: a logarithm through 2e-8 and 2e-7.
-
-    Gives the mask of these radii and their values; inf at the corner itself.
-    """
-    close = np.zeros(radius.shape, dtype=bool)
-    values = np.zeros(radius.shape)
-    for b in corners:
-        distance = (radius - b) / b
-        here = np.abs(distance) < 1e-8
-        for side in (-1.0, 1.0):
-            chosen = here & (np.sign(distance) == side)
-            if chosen.any():
-                near, far = average(b * (1.0 + side * np.array([2e-8, 2e-7])))
-                decades = np.log10(np.abs(distance[chosen]) / 2e-8)
-                values[chosen] = near + (far - near) * decades
-        values[here & (distance == 0.0)] = math.inf
-        close |= here
-    return close, values
-
-
-def _root_correction(
-    x: FloatArray, s: FloatArray, offset: FloatArray, radius: FloatArray, marks: FloatArray
-) -> FloatArray:
-    """
-    Make the weight of a node agree with its rounded x, where a panel starts at a breakpoint b.
-
-    There v ~ (x - b)^(-1/2), and the weight holds (s - s_b)^(1/2): both are to see the same distance. The
-    latter follows from x - b = 2 r sinh((s + s_b)/2) sinh((s - s_b)/2).
-    """
-    start = radius * np.cosh(s - offset)
-    b = marks[np.clip(np.searchsorted(marks, start * (1.0 + 1e-12)) - 1, 0, None)]
-    at_mark = (np.abs(start - b) <= 1e-12 * b) & (s - offset > 1e-6)
-    with np.errstate(invalid="ignore", divide="ignore"):
-        actual = 2.0 * np.arcsinh((x - b) / (2.0 * radius * np.sinh(s - 0.5 * offset)))
-        ratio = np.where(at_mark & (offset > 0.0), np.maximum(actual, 0.0) / offset, 1.0)
-    return np.asarray(np.sqrt(ratio))
-
-
-def _centre_value(curve: Curve, a: float, breakpoints: Sequence[float], k: float) -> float:
+def _centre_value(curve: Curve, a: float, k: float) -> float:
     """The integral of v x^(k-1) from 0 to a, on panels graded to 0 and a power law below them."""
-    marks = np.array([b for b in breakpoints if b < a])
-    x = np.unique(np.concatenate([a * 0.5 ** np.arange(0.0, 60.0), marks]))
+    x = a * 0.5 ** np.arange(59.0, -1.0, -1.0)
     tip = curve(x[:2])
     if not np.any(tip > 0.0) and not np.any(tip < 0.0):
         below = 0.0
@@ -600,7 +528,7 @@ def _centre_value(curve: Curve, a: float, breakpoints: Sequence[float], k: float
         lambda c: panels,
         x[1:],
         power=2,
-        tolerance=_SINGULAR_TOLERANCE,
+        tolerance=_CENTRE_TOLERANCE,
         noise=_TOLERANCE * size,
     )
     return below + float(_require(body, x[1:], "pressure").sum())

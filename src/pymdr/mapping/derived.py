@@ -10,7 +10,7 @@ import numpy as np
 from pymdr.errors import ConvergenceError, ProblemError
 from pymdr.mapping.callables import TipLaw, find_kinks, rounding, slope_panel, tip_law
 from pymdr.mapping.series import TERMS, Panels, clenshaw
-from pymdr.mapping.slopes import anchored
+from pymdr.mapping.slopes import SlopeSource, anchored
 from pymdr.problem.profiles import Function, call
 from pymdr.units import FloatArray, metres
 
@@ -28,7 +28,7 @@ _FIRST, _SPREAD = 0.02, 64.0
 _DIGITS = 1e6
 
 
-class DerivedSource:
+class DerivedSource(SlopeSource):
     """
     f' by differentiating series of f on panels, and below the radii at which f cancels by the law of its tip.
 
@@ -38,12 +38,9 @@ class DerivedSource:
         With `f` and without `derivative`.
     """
 
-    known_everywhere = False
-
     def __init__(self, profile: Function) -> None:
         self.profile = profile
         self.knots = profile.breakpoints
-        self.soft_knots = np.zeros(0)
         self.reach = profile.reach
         self._law: TipLaw | None = None
         self._asked = 0.0
@@ -88,9 +85,7 @@ class DerivedSource:
         if law is None:
             return found
         inside = panels.stop <= law.radius * (1.0 + 1e-9)
-        with np.errstate(divide="ignore"):
-            farther_in = np.log(law.radius / np.maximum(panels.start, 1e-300))
-        share = law.error + law.exponent_error * np.maximum(farther_in, 0.0)
+        share = law.error_at(np.minimum(np.maximum(panels.start, 1e-300), law.radius))
         whole: FloatArray = np.where(
             inside, share * np.abs(law.slope(np.minimum(panels.stop, law.radius))), found
         )
@@ -202,7 +197,10 @@ class DerivedSource:
         """Panels of the grid from the one in which an offset lies."""
         unit = base if base > 0.0 else 1.0
         j = math.floor(4.0 * math.log2((base + low) / unit) + 1e-9)
-        first = base * math.expm1(j * math.log(2.0) / 4.0) if base > 0.0 else 2.0 ** (j / 4.0)
+        first = _anchor(base, j)
+        if base + first >= end:
+            # the end itself lies in the panel before it
+            first = _anchor(base, j - 1)
         return anchored(base, max(min(first, low), 0.0), min(max(stop, base + low * 1.01), end), end)
 
     def _divide(self, low: float, high: float, base: float) -> None:
@@ -271,3 +269,8 @@ class DerivedSource:
                 break
             low, high = (middle, high) if np.isfinite(self._f(np.array([middle]))[0]) else (low, middle)
         return low
+
+
+def _anchor(base: float, j: int) -> float:
+    """The offset in m at which a panel of the grid begins."""
+    return base * math.expm1(j * math.log(2.0) / 4.0) if base > 0.0 else 2.0 ** (j / 4.0)

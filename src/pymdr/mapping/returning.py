@@ -18,11 +18,12 @@ from typing import TypeAlias
 import numpy as np
 
 from pymdr.mapping.abel import gauss
-from pymdr.mapping.series import BoolArray, IndexArray, Panels, Series, evaluate
+from pymdr.mapping.bunches import POINTS, Bunches, Level
+from pymdr.mapping.series import IndexArray, evaluate
 from pymdr.units import FloatArray
 
-_POINTS = 20
-_CLOSE = 0.6
+_CLOSE, _APART = 0.6, 1.0
+"""Distance from r, in widths of a panel or a bunch of them, from which on its charges stand for it."""
 _WORK = 400_000
 _BITS = 27.0
 """Half the number of bits of a double: below 4^-(27 / (n + 1)) of a stretch nothing is left of int x^n dx."""
@@ -32,34 +33,11 @@ _Kernel: TypeAlias = Callable[[FloatArray, FloatArray, FloatArray], FloatArray]
 
 @dataclass(frozen=True)
 class Stretch:
-    """A part of the line between two places of an image."""
+    """A part of the line between two places (base, offset) in m."""
 
-    panels: Panels
-    slope: Series
-    low: FloatArray
-    """Offset in m at which each panel is entered, shape (P,)."""
-    high: FloatArray
-
-
-def stretch(panels: Panels, slope: Series, start: tuple[float, float], stop: tuple[float, float]) -> Stretch:
-    """
-    The panels between two places (base, offset), cut to them.
-
-    Parameters
-    ----------
-    panels, slope : Panels, Series
-        The image.
-    start, stop : tuple of float
-        Places as (base, offset) in m.
-
-    Returns
-    -------
-    Stretch
-    """
-    low = np.maximum(panels.low, (start[0] - panels.base) + start[1])
-    high = np.minimum(panels.high, (stop[0] - panels.base) + stop[1])
-    inside = np.flatnonzero(high > low)
-    return Stretch(panels.take(inside), slope.take(inside), low[inside], high[inside])
+    slope: Bunches
+    start: tuple[float, float]
+    stop: tuple[float, float]
 
 
 def over_root(part: Stretch, base: FloatArray, offset: FloatArray) -> FloatArray:
@@ -80,12 +58,7 @@ def over_root(part: Stretch, base: FloatArray, offset: FloatArray) -> FloatArray
     def kernel(distance: FloatArray, x: FloatArray, r: FloatArray) -> FloatArray:
         return 1.0 / np.sqrt(distance * (x + r))
 
-    answer = _integrated(part, base, offset, kernel, above=True)
-    corner = np.flatnonzero(part.panels.begins & (part.low == 0.0) & (part.slope.power <= -0.5))
-    for i in corner:
-        on_it = (base - part.panels.base[i]) + offset == 0.0
-        answer[on_it] = math.copysign(math.inf, part.slope.coefficients[i].sum())
-    return answer
+    return _integrated(part, base, offset, kernel, above=True)
 
 
 def with_arccos(part: Stretch, base: FloatArray, offset: FloatArray) -> FloatArray:
@@ -110,11 +83,8 @@ def with_arcsin(part: Stretch, base: FloatArray, offset: FloatArray) -> FloatArr
 def _integrated(
     part: Stretch, base: FloatArray, offset: FloatArray, kernel: _Kernel, *, above: bool
 ) -> FloatArray:
-    panels = part.panels
     total = np.zeros(base.shape)
-    if panels.count == 0 or base.size == 0:
-        return total
-    rows = max(1, _WORK // (panels.count * _POINTS))
+    rows = max(1, _WORK // part.slope.levels[-1].base.size)
     for start in range(0, base.size, rows):
         chosen = slice(start, start + rows)
         total[chosen] = _block(part, base[chosen], offset[chosen], kernel, above)
@@ -122,58 +92,62 @@ def _integrated(
 
 
 def _block(part: Stretch, base: FloatArray, offset: FloatArray, kernel: _Kernel, above: bool) -> FloatArray:
-    panels = part.panels
-    at = (base[:, None] - panels.base) + offset[:, None]
-    low = np.maximum(part.low, at) if above else np.broadcast_to(part.low, at.shape)
-    high = np.broadcast_to(part.high, at.shape) if above else np.minimum(part.high, at)
-    used = high > low
-    width = high - low
-    distance = low - at if above else at - high
-    far = used & (distance >= _CLOSE * width) & ~_touches(panels, low)
-    close = used & ~far
+    """Descend from the widest bunches to those far enough from r, and to the panels beside it."""
     total = np.zeros(base.shape)
-    row, panel = np.nonzero(far)
+    levels = part.slope.levels
+    row, bunch = (index.ravel() for index in np.indices((base.size, levels[-1].base.size)))
+    for depth in range(len(levels) - 1, -1, -1):
+        level = levels[depth]
+        own = level.base[bunch]
+        at = (base[row] - own) + offset[row]
+        low = np.maximum(level.low[bunch], (part.start[0] - own) + part.start[1])
+        high = np.minimum(level.high[bunch], (part.stop[0] - own) + part.stop[1])
+        low, high = np.maximum(low, at) if above else low, high if above else np.minimum(high, at)
+        used = high > low
+        row, bunch = row[used], bunch[used]
+        at, low, high = at[used], low[used], high[used]
+        width = level.high[bunch] - level.low[bunch]
+        far = (low == level.low[bunch]) & (high == level.high[bunch])
+        far &= (low - at if above else at - high) >= (_APART if depth else _CLOSE) * width
+        _add_far(total, level, row[far], bunch[far], at[far], base + offset, kernel, above)
+        row, bunch = row[~far], bunch[~far]
+        at, low, high = at[~far], low[~far], high[~far]
+        if depth:
+            row, bunch = np.concatenate([row, row]), np.concatenate([2 * bunch, 2 * bunch + 1])
+            known = bunch < levels[depth - 1].base.size
+            row, bunch = row[known], bunch[known]
     if row.size:
-        s, w = gauss(_POINTS)
-        lo, hi = low[row, panel], high[row, panel]
-        u, jacobian = _in_variable(panels, panel, lo, hi, s)
-        value = _at(part, panel, u) * w * jacobian
-        x = panels.base[panel][:, None] + u
-        gap = u - at[row, panel][:, None] if above else at[row, panel][:, None] - u
-        r = (base + offset)[row][:, None]
-        np.add.at(total, row, (value * kernel(gap, x, r)).sum(axis=1))
-    row, panel = np.nonzero(close)
-    if row.size:
-        total += _near(
-            part, row, panel, low[row, panel], high[row, panel], at[row, panel], base, offset, kernel, above
-        )
+        total += _near(part.slope, row, bunch, low, high, at, base, offset, kernel, above)
     return total
 
 
-def _touches(panels: Panels, low: FloatArray) -> BoolArray:
-    """Whether a part begins at its breakpoint, where g' may be an inverse square root."""
-    return np.asarray(panels.rooted & (low == 0.0))
+def _add_far(
+    total: FloatArray,
+    level: Level,
+    row: IndexArray,
+    bunch: IndexArray,
+    at: FloatArray,
+    radius: FloatArray,
+    kernel: _Kernel,
+    above: bool,
+) -> None:
+    rows = _WORK // POINTS
+    for start in range(0, row.size, rows):
+        chosen = slice(start, start + rows)
+        i, c = row[chosen], bunch[chosen]
+        place = level.offset[c]
+        gap = place - at[chosen, None] if above else at[chosen, None] - place
+        values = kernel(gap, level.base[c][:, None] + place, radius[i][:, None])
+        total += np.bincount(i, np.einsum("ij,ij->i", level.charge[c], values), total.size)
 
 
-def _in_variable(
-    panels: Panels, panel: IndexArray, low: FloatArray, high: FloatArray, s: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """Offsets and their derivatives with respect to s in (0, 1), in the square root on rooted panels."""
-    rooted = panels.rooted[panel][:, None]
-    first, last = np.sqrt(low)[:, None], np.sqrt(high)[:, None]
-    t = first + (last - first) * s
-    plain = low[:, None] + (high - low)[:, None] * s
-    offset = np.where(rooted, np.clip(t * t, low[:, None], high[:, None]), plain)
-    return offset, np.where(rooted, 2.0 * t * (last - first), (high - low)[:, None])
-
-
-def _at(part: Stretch, panel: IndexArray, offset: FloatArray) -> FloatArray:
+def _at(slope: Bunches, panel: IndexArray, offset: FloatArray) -> FloatArray:
     index = np.broadcast_to(panel[:, None], offset.shape)
-    return evaluate(part.panels, part.slope, index.ravel(), offset.ravel()).reshape(offset.shape)
+    return evaluate(slope.panels, slope.curve, index.ravel(), offset.ravel()).reshape(offset.shape)
 
 
 def _near(
-    part: Stretch,
+    slope: Bunches,
     row: IndexArray,
     panel: IndexArray,
     low: FloatArray,
@@ -186,8 +160,8 @@ def _near(
 ) -> FloatArray:
     """Parts beside r: x = r +- v^2, or the same in the square root of the offset on rooted panels."""
     total = np.zeros(base.shape)
-    rooted = part.panels.rooted[panel]
-    s, w = gauss(_POINTS)
+    rooted = slope.panels.rooted[panel]
+    s, w = gauss(POINTS)
     plain = np.flatnonzero(~rooted)
     if plain.size:
         i, p = row[plain], panel[plain]
@@ -200,21 +174,26 @@ def _near(
         delta = np.clip(
             at[plain][:, None] + (gap if above else -gap), low[plain][:, None], high[plain][:, None]
         )
-        value = _at(part, p, delta) * 2.0 * v * (last - first) * w
-        x, r = part.panels.base[p][:, None] + delta, (base + offset)[i][:, None]
+        value = _at(slope, p, delta) * 2.0 * v * (last - first) * w
+        x, r = slope.panels.base[p][:, None] + delta, (base + offset)[i][:, None]
         np.add.at(total, i, (value * kernel(gap, x, r)).sum(axis=1))
     roots = np.flatnonzero(rooted)
     if roots.size:
         i, p, lo, hi = _octaves(
-            row[roots], panel[roots], low[roots], high[roots], at[roots], part.slope.power[panel[roots]]
+            row[roots], panel[roots], low[roots], high[roots], at[roots], slope.curve.power[panel[roots]]
         )
-        place = (base[i] - part.panels.base[p]) + offset[i]
+        place = (base[i] - slope.panels.base[p]) + offset[i]
         delta, gap, jacobian = _through_both(lo, hi, place, s, above)
         # parts thinner than rounding have no weight
         gap = np.where(gap > 0.0, gap, 1.0)
-        value = _at(part, p, delta) * jacobian * w
-        x, r = part.panels.base[p][:, None] + delta, (base + offset)[i][:, None]
+        value = _at(slope, p, delta) * jacobian * w
+        x, r = slope.panels.base[p][:, None] + delta, (base + offset)[i][:, None]
         np.add.at(total, i, (value * kernel(gap, x, r)).sum(axis=1))
+    if above:
+        # at a breakpoint at which the slope is an inverse square root
+        on_it = rooted & (at == 0.0) & (low == 0.0) & (slope.curve.power[panel] <= -0.5)
+        sign = slope.curve.coefficients[panel[on_it]].sum(axis=1)
+        total[row[on_it]] = np.copysign(math.inf, sign)
     return total
 
 

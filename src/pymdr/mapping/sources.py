@@ -14,23 +14,18 @@ from pymdr.mapping.slopes import SlopeSource
 from pymdr.problem.profiles import Function, Interpolated, Profile, Sampled, Sum, call
 from pymdr.units import FloatArray
 
-_NO_KNOTS = np.zeros(0)
 _CHECKED_BEYOND = 1.5
 MANY_KNOTS = 400
 """Samples from which on knots only count where panels do not resolve the curve across them."""
 
 
-class CurveSource:
+class CurveSource(SlopeSource):
     """f' of a profile that gives it at any radius."""
-
-    continued = 0.0
 
     def __init__(self, profile: Profile) -> None:
         self.profile = profile
         self.knots = profile.breakpoints
-        self.soft_knots = _NO_KNOTS
         self.reach = profile.reach
-        self.known_everywhere = False
         self._checked = 0.0
 
     def sample(self, base: FloatArray, offset: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -50,23 +45,15 @@ class CurveSource:
             lambda r: call(f, r), lambda r: call(derivative, r, "derivative"), top / 1024.0, top, self.knots
         )
 
-    def rough(self, r: FloatArray) -> FloatArray:
-        """About |f'| at radii in m."""
-        return np.abs(self.sample(np.zeros(r.size), r)[0])
-
-    def uncertainty(self, panels: Panels) -> FloatArray:
-        """None besides what its samples show."""
-        return np.zeros(panels.count)
-
     def kinks(self, low: float, high: float) -> list[float]:
         """Kinks between two radii that were not named."""
         return find_kinks(self.profile.gap_slope, low, high) if isinstance(self.profile, Function) else []
 
 
-class SplineSource:
+class SplineSource(SlopeSource):
     """f' of a piecewise cubic, whose offsets from its knots are not rounded."""
 
-    continued = 0.0
+    known_everywhere = True
 
     def __init__(self, profile: Sampled) -> None:
         spline = profile.spline
@@ -75,9 +62,9 @@ class SplineSource:
         inner = self.breaks[1:-1]
         many = inner.size > MANY_KNOTS
         self.knots = () if many else tuple(inner.tolist())
-        self.soft_knots = inner if many else _NO_KNOTS
+        if many:
+            self.soft_knots = inner
         self.reach = float(self.breaks[-1])
-        self.known_everywhere = True
 
     def sample(self, base: FloatArray, offset: FloatArray) -> tuple[FloatArray, FloatArray]:
         """F' beside base + offset."""
@@ -94,26 +81,11 @@ class SplineSource:
         values = (3.0 * third * t + 2.0 * second) * t + first
         return np.where(r > self.reach, math.nan, values), offset
 
-    def foresee(self, top: float) -> None:
-        """Nothing has to be known beforehand."""
 
-    def rough(self, r: FloatArray) -> FloatArray:
-        """About |f'| at radii in m."""
-        return np.abs(self.sample(np.zeros(r.size), r)[0])
-
-    def uncertainty(self, panels: Panels) -> FloatArray:
-        """None besides what its samples show."""
-        return np.zeros(panels.count)
-
-    def kinks(self, low: float, high: float) -> list[float]:
-        """None besides the knots."""
-        return []
-
-
-class PanelSource:
+class PanelSource(SlopeSource):
     """f' that is already known on panels, as that of a saved profile."""
 
-    continued = 0.0
+    known_everywhere = True
 
     def __init__(self, profile: Interpolated) -> None:
         base, low, high, power = (
@@ -126,9 +98,7 @@ class PanelSource:
         self.series = Series(power, coefficients)
         self.tip = profile.tip
         self.knots = profile.kinks
-        self.soft_knots = _NO_KNOTS
         self.reach = profile.reach
-        self.known_everywhere = True
 
     def sample(self, base: FloatArray, offset: FloatArray) -> tuple[FloatArray, FloatArray]:
         """F' beside base + offset."""
@@ -142,23 +112,8 @@ class PanelSource:
                 values[below] = slope * (r[below] / radius) ** exponent
         return np.where(r > self.reach * (1.0 + 1e-12), math.nan, values), offset
 
-    def foresee(self, top: float) -> None:
-        """Nothing has to be known beforehand."""
 
-    def rough(self, r: FloatArray) -> FloatArray:
-        """About |f'| at radii in m."""
-        return np.abs(self.sample(np.zeros(r.size), r)[0])
-
-    def uncertainty(self, panels: Panels) -> FloatArray:
-        """None besides what its samples show."""
-        return np.zeros(panels.count)
-
-    def kinks(self, low: float, high: float) -> list[float]:
-        """None besides those that were found before it was saved."""
-        return []
-
-
-class SumSource:
+class SumSource(SlopeSource):
     """The sum of several slopes."""
 
     def __init__(self, parts: list[SlopeSource]) -> None:

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import contextlib
+import hashlib
 import json
 import os
 import tempfile
 from collections.abc import Callable, Mapping, Sequence
+from functools import lru_cache
 from pathlib import Path as FilePath
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
@@ -21,10 +23,12 @@ from pymdr.quantities import BAND_ENDS, QUANTITIES
 
 if TYPE_CHECKING:
     import xarray as xr
+    from pydantic import TypeAdapter
 
 FORMAT = "pymdr result 1"
 _PREFIX = "pymdr_path_"
 _ERROR = "pymdr_error_"
+_CHECKSUM = "pymdr_checksum"
 _LONG = 100
 """Rows above which a history is kept as an array."""
 
@@ -45,6 +49,8 @@ def write_whole(file: str | os.PathLike[str], write: Callable[[FilePath], object
         If the folder cannot be written.
     """
     target = FilePath(file)
+    if "\0" in str(target):
+        raise FileError(f"cannot write {str(target)!r}: a name of a file has no character NUL")
     try:
         handle, name = tempfile.mkstemp(dir=target.parent, prefix=f".{target.stem}-", suffix=target.suffix)
         os.close(handle)
@@ -162,7 +168,10 @@ def _error_from(plain: float | str | None, steps: int, dataset: xr.Dataset) -> n
     return np.full(steps, plain) if isinstance(plain, float) else np.array(dataset[f"{_ERROR}{plain}"].values)
 
 
-def _claim_from(plain: Mapping[str, Any], dataset: xr.Dataset) -> Claim:
+def _claim_from(name: str, plain: Mapping[str, Any], dataset: xr.Dataset) -> Claim:
+    # counted before they are written out: a damaged length may be astronomical
+    if sum(plain["where"]) != dataset.sizes.get("step", 0):
+        raise FileError(f"damaged pymdr result: another number of steps in the claims of {name}")
     where = _from_runs(plain["where"])
     error = _error_from(plain.get("error"), where.size, dataset)
     return Claim(Level[plain["level"]], plain["reason"], plain["source"], where, error)
@@ -191,34 +200,84 @@ def unpack(dataset: xr.Dataset) -> dict[str, Any]:
     try:
         _, contact, path = decode_case(json.loads(attrs["pymdr_case"]))
         path = _together(path, dataset)
-        claims = {name: _claim_from(c, dataset) for name, c in json.loads(attrs["pymdr_claims"]).items()}
+        told = _told(attrs)
+        claims = {name: _claim_from(name, claim, dataset) for name, claim in told["claims"].items()}
         dataset = dataset.drop_vars([name for name in dataset if str(name).startswith((_PREFIX, _ERROR))])
-        references = tuple(json.loads(attrs["pymdr_references"]))
         parts = {
             "contact": contact,
             "path": path,
             "data": dataset.drop_attrs(deep=False),
             "claims": claims,
-            "assumptions": tuple(Assumption(**a) for a in json.loads(attrs["pymdr_assumptions"])),
+            "assumptions": tuple(Assumption(**a) for a in told["assumptions"]),
             "status": attrs["pymdr_status"],
-            "notes": tuple(json.loads(attrs["pymdr_notes"])),
-            "references": references,
-            "rings": json.loads(attrs["pymdr_rings"]),
-            "starts": _starts(json.loads(attrs["pymdr_starts"])),
-            "machine_stiffness": json.loads(attrs["pymdr_machine_stiffness"]),
+            "notes": tuple(told["notes"]),
+            "references": tuple(told["references"]),
+            "rings": told["rings"],
+            "starts": None if told["starts"] is None else tuple(told["starts"]),
+            "machine_stiffness": told["machine_stiffness"],
         }
-    except (KeyError, ValueError, TypeError, AttributeError, PymdrError) as error:
+    except FileError:
+        raise
+    except (LookupError, ValueError, TypeError, AttributeError, RecursionError, PymdrError) as error:
         raise FileError(f"damaged pymdr result: {error}") from error
-    _check_whole(dataset, claims, references)
+    _check_whole(dataset, claims, parts["references"])
+    if contact.friction is not None and len(parts["starts"] or ()) != len(legs(path)):
+        raise FileError("damaged pymdr result: it does not say where every leg of the path starts")
     return parts
 
 
-def _starts(plain: list[dict[str, float]] | None) -> tuple[dict[str, float], ...] | None:
-    return None if plain is None else tuple(plain)
+@lru_cache(maxsize=1)
+def _saved_texts() -> TypeAdapter[Any]:
+    """What the texts in the attributes have to be, read as JSON."""
+    from pydantic import NonNegativeInt, TypeAdapter, create_model
+
+    level: Any = Literal["EXACT", "APPROXIMATE", "NOT_VALID"]
+    claim = create_model(
+        "claim",
+        level=(level, ...),
+        reason=(str, ...),
+        source=(str, ...),
+        where=(list[NonNegativeInt], ...),
+        error=(float | str | None, None),
+    )
+    assumption = create_model(
+        "assumption", name=(str, ...), words=(str, ...), measure=(float, ...), limit=(float, ...)
+    )
+    return TypeAdapter(
+        create_model(
+            "texts",
+            claims=(dict[str, claim], ...),  # type: ignore[valid-type]
+            assumptions=(list[assumption], ...),  # type: ignore[valid-type]
+            notes=(list[str], ...),
+            references=(list[str], ...),
+            rings=(int | None, ...),
+            machine_stiffness=(float | None, ...),
+            starts=(list[dict[str, float]] | None, ...),
+        )
+    )
+
+
+def _told(attrs: Mapping[str, Any]) -> dict[str, Any]:
+    """The texts of the attributes, as they were packed."""
+    from pydantic import ValidationError
+
+    names = ("claims", "assumptions", "notes", "references", "rings", "machine_stiffness", "starts")
+    try:
+        found = _saved_texts().validate_python({name: json.loads(attrs[f"pymdr_{name}"]) for name in names})
+    except ValidationError as error:
+        where = ".".join(map(str, error.errors()[0]["loc"]))
+        raise FileError(f"damaged pymdr result: pymdr_{where} is not what Result.save writes") from error
+    told: dict[str, Any] = found.model_dump()
+    return told
 
 
 def _check_whole(dataset: xr.Dataset, claims: Mapping[str, Claim], references: Sequence[str]) -> None:
     """Refuse a result whose arrays, claims and references do not belong together."""
+    foreign = [
+        str(name)
+        for name, array in dataset.items()
+        if _base(str(name)) not in QUANTITIES or array.dims != ("step",) or array.dtype.kind not in "biuf"
+    ]
     unknown = [key for key in references if key not in SOURCES]
     missing = [
         name
@@ -236,6 +295,8 @@ def _check_whole(dataset: xr.Dataset, claims: Mapping[str, Claim], references: S
         if claim.where.size != steps or (claim.error is not None and claim.error.shape != (steps,))
     ]
     for what, names in (
+        ("no claims of", [] if "pressure" in claims else ["pressure"]),
+        ("no numbers over the steps in", foreign),
         ("unknown references", unknown),
         ("no values of", missing),
         ("no claims of", unclaimed),
@@ -250,10 +311,70 @@ def _base(name: str) -> str:
     return base if end in BAND_ENDS and name not in QUANTITIES else name
 
 
+_SUFFIXES = (".nc", ".nc4", ".cdf", ".h5", ".hdf5")
+
+
+def write_table(columns: Mapping[str, np.ndarray], file: str | os.PathLike[str]) -> None:
+    """Write columns as CSV; numbers that are nan are empty."""
+    import pandas as pd
+
+    table = pd.DataFrame(dict(columns))
+    write_whole(file, lambda beside: table.to_csv(beside, index=False))
+
+
 def write_dataset(dataset: xr.Dataset, file: str | os.PathLike[str]) -> None:
-    """Write a packed dataset as NetCDF."""
+    """Write a packed dataset as NetCDF, with its checksum behind the end."""
+    suffix = FilePath(file).suffix
+    if suffix.lower() not in _SUFFIXES:
+        raise FileError(
+            f"cannot write {str(file)!r}: a result is saved as NetCDF, with a name that ends with '.nc'; a table of its "
+            "quantities is Result.to_csv('ball.csv')"
+        )
     small = {str(name): {"zlib": True} for name in dataset if str(name).startswith(_ERROR)}
-    write_whole(file, lambda beside: dataset.to_netcdf(beside, engine="h5netcdf", encoding=small))
+
+    def write(beside: FilePath) -> None:
+        marked = dataset.assign_attrs(
+            {_CHECKSUM: "SHA-256 of the file up to its last 77 bytes, which hold it"}
+        )
+        marked.to_netcdf(beside, engine="h5netcdf", encoding=small)
+        seal = _SEAL + _checksum(beside, beside.stat().st_size).encode()
+        with beside.open("ab") as opened:
+            opened.write(seal)
+
+    write_whole(file, write)
+
+
+_SEAL = b"\npymdr sha256 "
+_SEALED = len(_SEAL) + 64
+"""Bytes behind the end of the NetCDF file, which its readers pass over."""
+
+
+def _checksum(file: FilePath, size: int) -> str:
+    """The SHA-256 of the first bytes of a file."""
+    found = hashlib.sha256()
+    with file.open("rb") as opened:
+        while size > 0 and (block := opened.read(min(size, 2**20))):
+            found.update(block)
+            size -= len(block)
+    return found.hexdigest()
+
+
+def _is_sealed(source: FilePath) -> bool:
+    """Whether a file has a checksum; one that contradicts it is refused."""
+    size = source.stat().st_size - _SEALED
+    if size < 0:
+        return False
+    with source.open("rb") as opened:
+        opened.seek(size)
+        seal = opened.read(_SEALED)
+    if not seal.startswith(_SEAL):
+        return False
+    if seal[len(_SEAL) :].decode("ascii", "replace") != _checksum(source, size):
+        raise FileError(
+            f"cannot read {source}: it has changed since it was written (its checksum differs); take another copy, or "
+            "solve again"
+        )
+    return True
 
 
 def read_dataset(file: str | os.PathLike[str]) -> xr.Dataset:
@@ -261,9 +382,22 @@ def read_dataset(file: str | os.PathLike[str]) -> xr.Dataset:
     import xarray as xr
 
     source = FilePath(file)
-    if not source.is_file():
-        raise FileError(f"cannot read {source}: no such file")
     try:
-        return xr.load_dataset(source, engine="h5netcdf")
-    except (OSError, ValueError, KeyError, RuntimeError) as error:
+        regular = source.is_file()
+    except ValueError:
+        regular = False
+    if not regular:
+        raise FileError(f"cannot read {str(source)!r}: no such file")
+    try:
+        sealed = _is_sealed(source)
+        dataset = xr.load_dataset(source, engine="h5netcdf")
+        if not sealed and _CHECKSUM in dataset.attrs:
+            raise FileError(
+                f"cannot read {source}: its checksum is gone, so that it was cut off or rewritten by another program; take "
+                "the file that Result.save wrote"
+            )
+        return dataset
+    except FileError:
+        raise
+    except (OSError, ValueError, LookupError, TypeError, AttributeError, RuntimeError) as error:
         raise FileError(f"cannot read {source}: not a whole NetCDF file ({error})") from error

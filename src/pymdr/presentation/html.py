@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from pymdr.interpretation.accuracy import EXACT_WITHIN
 from pymdr.interpretation.validity import Assumption, Claim, Level
-from pymdr.presentation.text import largest_error, last_error
+from pymdr.presentation.text import in_bytes, largest_error, last_error
 from pymdr.quantities import BAND_ENDS, QUANTITIES
 from pymdr.units import written
 
@@ -89,4 +89,38 @@ def result_html(
         f"<details><summary>Assumptions</summary>{assumptions_html(assumptions)}</details>"
         + "".join(f"<p>Note: {escape(note)}</p>" for note in notes)
         + "</div>"
+    )
+
+
+def assessment_html(
+    largest: Mapping[str, float],
+    claims: Mapping[str, Claim],
+    assumptions: Sequence[Assumption],
+    notes: Sequence[str],
+    rows: int,
+    memory: int,
+) -> str:
+    """Claims before solving."""
+    reached = [
+        [escape(QUANTITIES[n].words), escape(written(v, QUANTITIES[n].unit))] for n, v in largest.items()
+    ]
+    return (
+        f"<div>The result has {rows} row{'s' if rows != 1 else ''} ({in_bytes(memory)})."
+        f"{table(('the path reaches', ''), reached)}{claims_html(claims)}{assumptions_html(assumptions)}"
+        + "".join(f"<p>Note: {escape(note)}</p>" for note in notes)
+        + "</div>"
+    )
+
+
+def numbers_html(groups: Mapping[str, Mapping[str, float]]) -> str:
+    """Named numbers under headings."""
+    return "".join(
+        table(
+            (escape(heading), ""),
+            (
+                [escape(QUANTITIES[n].words), escape(written(v, QUANTITIES[n].unit))]
+                for n, v in values.items()
+            ),
+        )
+        for heading, values in groups.items()
     )

@@ -18,7 +18,7 @@ from pymdr.errors import CaseError, ProblemError, PymdrError
 from pymdr.problem.contact import Contact
 from pymdr.problem.laws import DMT, JKR, Coulomb, MaugisDugdale
 from pymdr.problem.materials import Elastic, Rigid
-from pymdr.problem.paths import Cycle, History, Hold, LoadingPath, Path, Ramp, legs
+from pymdr.problem.paths import CHANNELS, Cycle, History, Hold, LoadingPath, Path, Ramp, legs
 from pymdr.problem.profiles import (
     Cone,
     CubicSpline,
@@ -34,6 +34,7 @@ from pymdr.problem.profiles import (
     Sum,
 )
 from pymdr.problem.values import ArrayField, OptionalArrayField, OptionalSIField, SIField
+from pymdr.units import shown
 
 if TYPE_CHECKING:
     from pydantic import BaseModel, TypeAdapter
@@ -187,12 +188,21 @@ def _options_model() -> type[BaseModel]:
 
     stiffness = Field(None, description="stiffness of what presses the bodies together, above 0 N/m")
     kept = Field(None, description="with friction: keep every k-th row", ge=1, strict=True)
+    rings_only: Any = Literal["rings"]
+    rings: Any = create_model(
+        "rings",
+        __config__=ConfigDict(extra="forbid"),
+        __doc__="Boundary elements on rings instead of the method, annular contacts included.",
+        kind=(rings_only, ...),
+        n=(int, Field(400, description="number of rings in contact", ge=20, le=5000, strict=True)),
+    )
     return create_model(
         "solve",
         __config__=ConfigDict(extra="forbid"),
         __doc__="How a case is solved.",
         machine_stiffness=(Union[int, float, str, None], stiffness),  # noqa: UP007
         keep=(int | None, kept),
+        solver=(rings | None, Field(None, description="the method unless given")),
     )
 
 
@@ -216,6 +226,31 @@ def case_adapter() -> TypeAdapter[Any]:
         solve=(_options_model(), Field(None, description="how it is solved")),
     )
     return TypeAdapter(model)
+
+
+_FILE_KEYS = {"sampled": ("file",), "path": ("file", "channels")}
+"""Keys of case files whose columns replace the arrays of a kind."""
+
+
+def case_schema() -> dict[str, Any]:
+    """The JSON schema of case files, in which tables of samples may name a file instead."""
+    plain: dict[str, Any] = case_adapter().json_schema()
+    words = {
+        "file": {"type": "string", "description": "CSV file beside the case, with units in its header"},
+        "channels": {
+            "type": "array",
+            "items": {"enum": list(CHANNELS)},
+            "description": "the columns of the file that are prescribed",
+        },
+    }
+    for kind, keys in _FILE_KEYS.items():
+        table = plain["$defs"][kind]
+        table["properties"] |= {key: words[key] for key in keys}
+        arrays = [key for key in table["required"] if key != "kind"]
+        table["required"] = ["kind"]
+        if arrays:
+            table["anyOf"] = [{"required": arrays}, {"required": ["file"]}]
+    return plain
 
 
 def decode_case(plain: Mapping[str, Any]) -> tuple[str, Contact, LoadingPath]:
@@ -244,14 +279,16 @@ def decode_case(plain: Mapping[str, Any]) -> tuple[str, Contact, LoadingPath]:
     >>> decode_case(case)
     Traceback (most recent call last):
         ...
-    pymdr.errors.CaseError: [body] kind = 'elastc': unknown kind; did you mean 'elastic'? (and 1 more)
+    pymdr.errors.CaseError: [body] kind = 'elastc': unknown kind; did you mean 'elastic'?; path: at least one entry is needed
     """
     from pydantic import ValidationError
 
     if isinstance(plain.get("path"), Mapping):
         plain = {**plain, "path": [plain["path"]]}
     try:
-        case_adapter().validate_python(plain)
+        case_adapter().validate_python(_without_arrays(plain))
+    except RecursionError as error:
+        raise CaseError("tables or lists are nested too deeply for a case") from error
     except ValidationError as error:
         raise CaseError(_in_words(error, plain)) from error
     contact = _build(
@@ -293,36 +330,79 @@ def _build(table: str, cls: type, arguments: Mapping[str, Any]) -> Any:
         raise CaseError(f"[{table}] {error}") from error
 
 
+def _without_arrays(plain: Any) -> Any:
+    """The same with one number for every array: columns of files were read as numbers already."""
+    if isinstance(plain, Mapping):
+        return {key: _without_arrays(entry) for key, entry in plain.items()}
+    if isinstance(plain, list) and any(isinstance(entry, Mapping | list) for entry in plain):
+        return [_without_arrays(entry) for entry in plain]
+    return [0.0] if isinstance(plain, np.ndarray) else plain
+
+
+_SHOWN = 4
+"""Complaints that one message tells."""
+
+
 def _in_words(error: Any, plain: Mapping[str, Any]) -> str:
-    """The first complaint of a validation, with table, key, value and remedy."""
-    complaints = sorted(error.errors(), key=lambda e: e["type"] != "extra_forbidden")
-    first = complaints[0]
-    full = first["loc"]
-    # pydantic names the kind of every tagged table; users know the table
-    loc = [part for i, part in enumerate(full) if i in (0, len(full) - 1) or part not in _kinds()]
+    """The complaints of a validation, with table, key, value and remedy."""
+    found: dict[str, None] = {}
+    suggested: set[tuple[Any, ...]] = set()
+    complaints = error.errors(include_url=False)
+    for one in sorted(complaints, key=lambda e: e["type"] != "extra_forbidden"):
+        full = list(one["loc"])
+        while len(full) > 1 and full[-1] in _ALTERNATIVES:
+            full.pop()
+        # pydantic names the kind of every tagged table; users know the table
+        loc = [part for i, part in enumerate(full) if i in (0, len(full) - 1) or part not in _kinds()]
+        if one["type"] == "missing" and tuple(loc) in suggested:
+            continue
+        if one["type"] == "extra_forbidden":
+            suggested |= {(*loc[:-1], key) for key in _near(str(loc[-1]), _known_keys(loc[:-1], plain))}
+        found[_complaint(one, loc, plain)] = None
+    told = list(found)
+    more = f"; and {len(told) - _SHOWN} more of this kind" if len(told) > _SHOWN else ""
+    return "; ".join(told[:_SHOWN]) + more
+
+
+_ALTERNATIVES = ("int", "float", "str")
+"""What pydantic appends for every form that a number may have."""
+
+_NEEDED = {
+    "string_type": "a text is needed",
+    "list_type": "a list is needed",
+    "model_type": "a table is needed",
+    "model_attributes_type": "a table is needed",
+    "dict_type": "a table is needed",
+    "literal_error": "another kind is needed",
+}
+
+
+def _complaint(one: Mapping[str, Any], loc: list[Any], plain: Mapping[str, Any]) -> str:
     path = [str(part + 1) if isinstance(part, int) else str(part) for part in loc]
-    more = f" (and {len(complaints) - 1} more)" if len(complaints) > 1 else ""
-    match first["type"]:
+    table, key = path[:-1], path[-1] if path else "the case"
+    where = f"[{' '.join(table)}] " if table else ""
+    match one["type"]:
         case "extra_forbidden":
-            table, key = path[:-1], path[-1]
-            known = _known_keys(loc[:-1], plain)
-            hint = _nearest(key, known)
-            where = f"[{' '.join(table)}] " if table else ""
-            what = "key" if table else "table"
-            return f"{where}{key} = {first['input']!r}: unknown {what}; {hint}{more}"
+            hint = _nearest(key, _known_keys(loc[:-1], plain))
+            return f"{where}{key} = {shown(one['input'])}: unknown {'key' if table else 'table'}; {hint}"
         case "missing":
-            table, key = path[:-1], path[-1]
-            where = f"[{' '.join(table)}] " if table else ""
-            what = f"key {key!r} is missing" if table else f"table [{key}] is missing"
-            return f"{where}{what}{more}"
+            return f"{where}{f'key {key!r} is missing' if table else f'table [{key}] is missing'}"
         case "union_tag_not_found":
-            return f"[{' '.join(path)}] key 'kind' is missing; one of {_kinds_for(loc)} is needed{more}"
+            return f"[{' '.join(path)}] key 'kind' is missing; one of {_kinds_for(loc)} is needed"
         case "union_tag_invalid":
-            tag = str(first["ctx"]["tag"])
-            return f"[{' '.join(path)}] kind = {tag!r}: unknown kind; {_nearest(tag, _kinds_for(loc))}{more}"
-        case _:
-            where = f"[{' '.join(path[:-1])}] " if path[:-1] else ""
-            return f"{where}{path[-1]} = {first['input']!r}: {first['msg'].lower()}{more}"
+            tag = str(one["ctx"]["tag"])
+            return f"[{' '.join(path)}] kind = {shown(tag)}: unknown kind; {_nearest(tag, _kinds_for(loc))}"
+        case "too_short":
+            return f"{where}{key}: at least one entry is needed"
+        case "greater_than_equal":
+            return f"{where}{key} = {shown(one['input'])}: it must be at least {one['ctx']['ge']}"
+        case "less_than_equal":
+            return f"{where}{key} = {shown(one['input'])}: it must be at most {one['ctx']['le']}"
+        case other:
+            whole = key in ("steps", "cycles", "keep", "n")
+            number = "a whole number is needed" if whole else "a number or a text with its unit is needed"
+            needed = number if one["loc"][-1] in _ALTERNATIVES or whole else _NEEDED.get(other, number)
+            return f"{where}{key} = {shown(one['input'])}: {needed}"
 
 
 def _kinds() -> set[str]:
@@ -343,16 +423,25 @@ def _known_keys(loc: list[Any], plain: Any) -> list[str]:
     if not loc:
         return list(case_adapter().json_schema()["properties"])
     if loc == ["solve"]:
-        return ["machine_stiffness", "keep"]
+        return ["machine_stiffness", "keep", "solver"]
+    if loc == ["solve", "solver"]:
+        return ["kind", "n"]
     for part in loc:
         plain = plain[part]
     kind = plain.get("kind")
     if kind in ONE_CHANNEL_LEGS:
         return ["kind", ONE_CHANNEL_LEGS[kind], "steps", "duration"]
     cls = next((table[kind] for table in _TABLES.values() if kind in table), None)
-    return ["kind", *(f.name for f in fields(cls))] if cls else ["kind"]
+    return ["kind", *(f.name for f in fields(cls)), *_FILE_KEYS.get(kind, ())] if cls else ["kind"]
+
+
+def _near(word: str, known: list[str]) -> list[str]:
+    """The nearest of the known words; those that differ in capitals or are written one within the other come first."""
+    plain = word.lower()
+    same = [name for name in known if name.lower() == plain]
+    return same or difflib.get_close_matches(plain[:80], known, n=1, cutoff=0.5)
 
 
 def _nearest(word: str, known: list[str]) -> str:
-    near = difflib.get_close_matches(word, known, n=1, cutoff=0.5)
+    near = _near(word, known)
     return f"did you mean {near[0]!r}?" if near else f"known are {', '.join(known)}"

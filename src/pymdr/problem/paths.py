@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 
 from pymdr.errors import PathError
-from pymdr.problem.values import OptionalArrayField, OptionalSIField, Value
-from pymdr.units import FloatArray, QuantityLike
+from pymdr.problem.values import OptionalArrayField, OptionalSIField, Value, within_range
+from pymdr.units import FloatArray, QuantityLike, shown
 
 NORMAL_CHANNELS = ("indentation", "normal_force", "travel")
 """Channels of the normal direction, of which a leg prescribes at most one."""
@@ -62,9 +62,17 @@ def _check_channels(leg: Leg, example: str) -> None:
             raise PathError(f"{owner}: {' and '.join(both)} cannot both be prescribed; name one of them")
 
 
+_MOST = 10**15
+"""Rows; far more than any memory holds, few enough to be counted in floats."""
+
+
 def _check_steps(owner: str, steps: Any) -> None:
     if isinstance(steps, bool) or not isinstance(steps, int | np.integer) or steps < 1:
-        raise PathError(f"{owner}.steps = {steps!r}: a whole number of at least 1 is needed")
+        raise PathError(f"{owner}.steps = {shown(steps)}: a whole number of at least 1 is needed")
+    if steps > _MOST:
+        raise PathError(
+            f"{owner}.steps = {float(min(steps, 10**300)):.3g}: no more than {_MOST:.0e} rows are counted"
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -180,7 +188,9 @@ class Cycle(Leg):
 
     def __post_init__(self) -> None:
         if isinstance(self.cycles, bool) or not isinstance(self.cycles, int | np.integer) or self.cycles < 1:
-            raise PathError(f"Cycle.cycles = {self.cycles!r}: a whole number of at least 1 is needed")
+            raise PathError(f"Cycle.cycles = {shown(self.cycles)}: a whole number of at least 1 is needed")
+        if self.cycles > _MOST:
+            raise PathError(f"Cycle.cycles = {shown(self.cycles)}: no more than {_MOST:.0e} are counted")
         steps = 40 * self.cycles if self.steps is None else self.steps
         _check_steps("Cycle", steps)
         if steps % (4 * self.cycles):
@@ -254,6 +264,9 @@ class Path(Leg):
                     f"Path: {size} samples of {named[0]} and {getattr(self, name).size} of {name}; give as many "
                     "of each"
                 )
+        for name in named:
+            values = within_range(getattr(self, name), type(self).__dict__[name].unit, f"Path.{name}")
+            object.__setattr__(self, name, values)
         time = self.time
         if time is None:
             return

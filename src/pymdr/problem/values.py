@@ -9,8 +9,8 @@ from typing import Any, overload
 
 import numpy as np
 
-from pymdr.errors import ProblemError
-from pymdr.units import ArrayQuantityLike, FloatArray, QuantityLike, to_si, to_si_array, written
+from pymdr.errors import ProblemError, UnitError
+from pymdr.units import ArrayQuantityLike, FloatArray, QuantityLike, shown, to_si, to_si_array, written
 
 
 class Value:
@@ -74,6 +74,35 @@ def _describe_limits(above: float, below: float, at_most: float, at_least: float
     return " and ".join(parts)
 
 
+_LARGEST, _SMALLEST, _NOTHING = 1e60, 1e-60, 1e-120
+"""Beyond these, products of a few sizes leave the range of double precision."""
+
+
+def within_range(values: Any, unit: str, name: str, *, size: bool = False, limited: bool = False) -> Any:
+    """
+    Numbers whose products a float can hold: larger ones are refused, and those next to nothing are 0 unless limited.
+
+    Raises
+    ------
+    ProblemError
+        If a number is above 1e60, or that of a size below 1e-60.
+    """
+    magnitude = np.abs(values)
+    largest = float(np.max(magnitude, initial=0.0))
+    if largest > _LARGEST or (size and largest < _SMALLEST):
+        limit = f"at most {_LARGEST:g}" if largest > _LARGEST else f"at least {_SMALLEST:g}"
+        raise ProblemError(
+            f"{name} = {largest:.3g} {unit}".rstrip()
+            + f": nothing has that size; it must be {limit} {unit}".rstrip()
+        )
+    small = (magnitude < _NOTHING) & (magnitude > 0.0)
+    if limited or not np.any(small):
+        return values
+    cleared = np.where(small, 0.0, values)
+    cleared.flags.writeable = False
+    return cleared
+
+
 class SIField:
     """A dataclass field that takes a quantity in any form and reads as an SI float.
 
@@ -90,11 +119,14 @@ class SIField:
         below: float = math.inf,
         at_most: float = math.inf,
         default: float | None = None,
+        hint: str = "",
     ) -> None:
         self.unit = unit
         self.words = words
         self.above, self.at_least, self.below, self.at_most = above, at_least, below, at_most
         self.default = default
+        self.hint = hint
+        """What else may be meant, for refusals of a unit."""
         self.name = ""
 
     def __set_name__(self, owner: type, name: str) -> None:
@@ -127,10 +159,17 @@ class SIField:
         """Convert to SI and check the limits; the default passes as it is."""
         if self.default is not None and isinstance(value, float) and value == self.default:
             return value
-        number = to_si(value, self.unit, name=f"{self.owner}.{self.name}")
+        try:
+            number = to_si(value, self.unit, name=f"{self.owner}.{self.name}")
+        except UnitError as error:
+            if not self.hint:
+                raise
+            raise UnitError(f"{error}; {self.hint}") from error
         if not (self.above < number < self.below and self.at_least <= number <= self.at_most):
-            raise ProblemError(f"{self.owner}.{self.name} = {value!r}: it must be {self.limits}")
-        return number
+            raise ProblemError(f"{self.owner}.{self.name} = {shown(value)}: it must be {self.limits}")
+        limited = max(self.above, self.at_least) > -math.inf
+        name = f"{self.owner}.{self.name}"
+        return float(within_range(number, self.unit, name, size=self.above == 0.0, limited=limited))
 
 
 class OptionalSIField(SIField):

@@ -9,10 +9,17 @@ import numpy as np
 
 from pymdr.errors import PathError
 from pymdr.interpretation.accuracy import adhesive_errors, with_errors
-from pymdr.interpretation.adhesion import adhesive_claims, certify_stretched_disk, energy_assumption
+from pymdr.interpretation.adhesion import (
+    Visited,
+    adhesive_claims,
+    certify_stretched_disk,
+    energy_assumption,
+    is_always_open,
+    joined_visits,
+)
 from pymdr.interpretation.branches import round_radius
 from pymdr.interpretation.fields import edge_amplitude
-from pymdr.interpretation.validity import Assumption, BoolArray
+from pymdr.interpretation.validity import BoolArray, approximated
 from pymdr.line.adhesion import JKR as ShortRange
 from pymdr.line.adhesion import MaugisDugdale as Cohesive
 from pymdr.line.adhesion import energy_release_rate, maugis_parameter, stress_intensity
@@ -64,6 +71,7 @@ class _Rows:
     external_work: FloatArray
     residual: float
     events: tuple[_Event, ...]
+    visited: Visited
 
 
 @dataclass(frozen=True)
@@ -145,6 +153,39 @@ def _follow_leg(line: AdhesiveLine, asked: Stretch, here: _Here, stiffness: floa
         external_work=here.external_work + (energy - here.energy) + spent,
         residual=energy_residual(track, history),
         events=_events(line, history),
+        visited=_visited(line, history, k),
+    )
+
+
+def _visited(line: AdhesiveLine, history: History, stiffness: float) -> Visited:
+    """What a leg visits between its rows: the equilibria that lie on its stretches, and its jumps."""
+    jumps, rows = history.jumps, history.control.size
+    if is_always_open(line.line.equivalent, line.law):
+        none = np.zeros(0)
+        return Visited(rows, none.astype(int), *(none,) * 2, none.astype(int), *(none,) * 5)
+    # the nodes of a row are both ends of its jumps, then the row itself
+    row = np.concatenate([np.repeat(jumps.step, 2), np.arange(rows)])
+    s = np.concatenate([np.stack([jumps.before, jumps.after], axis=1).ravel(), history.parameter])
+    jumped = np.concatenate([np.tile([False, True], jumps.step.size), np.zeros(rows, dtype=bool)])
+    order = np.argsort(row, kind="stable")
+    row, s, jumped = row[order], s[order], jumped[order]
+    a = np.where(np.isnan(s), 0.0, line.equilibria.states(np.nan_to_num(s)).contact_radius)
+    first = (
+        0.0 if math.isnan(history.initial) else float(line.equilibria.states(history.initial).contact_radius)
+    )
+    before = np.concatenate([[first], a[:-1]])
+    smooth = ~jumped & ((a > 0.0) | (before > 0.0))
+    return Visited(
+        rows,
+        row[smooth],
+        before[smooth],
+        a[smooth],
+        row[jumped],
+        np.full(int(jumped.sum()), stiffness),
+        jumps.control,
+        before[jumped],
+        a[jumped],
+        jumps.loss,
     )
 
 
@@ -191,7 +232,7 @@ def _joined(legs: list[_Rows]) -> _Rows:
     columns = {
         name: np.concatenate([getattr(leg, name) for leg in legs])
         for name in _Rows.__dataclass_fields__
-        if name not in ("residual", "events")
+        if name not in ("residual", "events", "visited")
     }
     first = np.cumsum([0, *(leg.attached.size for leg in legs)])
     events = tuple(
@@ -199,14 +240,16 @@ def _joined(legs: list[_Rows]) -> _Rows:
         for leg, n in zip(legs, first[:-1], strict=True)
         for event in leg.events
     )
-    return _Rows(**columns, residual=max(leg.residual for leg in legs), events=events)
+    visited = joined_visits([leg.visited for leg in legs])
+    return _Rows(**columns, residual=max(leg.residual for leg in legs), events=events, visited=visited)
 
 
-def _told(rows: _Rows) -> tuple[str, ...]:
+def _told(rows: _Rows, known: BoolArray) -> tuple[str, ...]:
     """The first jump into contact and the last out of it, in words."""
-    into = [event for event in rows.events if event.into][:1]
-    out = [event for event in rows.events if not event.into][-1:]
-    others = int(np.count_nonzero(rows.jumped)) - len({event.row for event in rows.events})
+    events = [event for event in rows.events if known[event.row]]
+    into = [event for event in events if event.into][:1]
+    out = [event for event in events if not event.into][-1:]
+    others = int(np.count_nonzero(rows.jumped & known)) - len({event.row for event in events})
     words = tuple(
         f"{'jumped into contact' if event.into else 'pulled off'} at "
         f"d = {metres(event.indentation)}, F = {newtons(event.normal_force)}, a = {metres(event.contact_radius)}"
@@ -253,13 +296,18 @@ def _interpret(
     if stiffness is not None:
         columns["travel"] = rows.indentation + rows.normal_force / stiffness
     depths = np.where(rows.attached, rows.indentation, math.nan)
-    certificate = certify_stretched_disk(line.line, depths, a, line.law)
+    certificate = certify_stretched_disk(line.line, rows.visited, line.law)
     claims = adhesive_claims(
         line.law, tuple(columns), certificate.disk, certificate.reason, _maugis(contact, modulus)
     )
     held = DiskStates(np.nan_to_num(depths), Place(np.zeros(a.shape), np.nan_to_num(a)), np.zeros(a.shape))
     errors = adhesive_errors(line.line, equilibria, s, rows.control)
     claims = with_errors(claims, errors, map_remark(line.line, held))
+    balance = energy_assumption(rows.residual)
+    if not balance.met:
+        claims = approximated(
+            claims, f"; work, energy and losses agree to {balance.measure:.1g} only", balance.measure
+        )
     valid = {
         name: values if claims[name].where.all() else np.where(claims[name].where, values, math.nan)
         for name, values in columns.items()
@@ -273,9 +321,9 @@ def _interpret(
         path=path,
         data=labelled(valid),
         claims=claims,
-        assumptions=_assumed(contact, line, a, rows),
+        assumptions=(*assumptions(contact, line.origin, a), balance),
         status=_status(rows, certificate.disk),
-        notes=(*line.origin.notes, *_told(rows)),
+        notes=(*line.origin.notes, *_told(rows, certificate.disk)),
         references=_references(line),
         machine_stiffness=stiffness,
     )
@@ -302,10 +350,6 @@ def _maugis(contact: Contact, modulus: float) -> float:
     if not isinstance(law, DMT) or law.range is None or radius is None:
         return math.nan
     return float(maugis_parameter(radius, modulus, law.work, law.work / law.range))
-
-
-def _assumed(contact: Contact, line: AdhesiveLine, a: FloatArray, rows: _Rows) -> tuple[Assumption, ...]:
-    return (*assumptions(contact, line.origin, a), energy_assumption(rows.residual))
 
 
 def _status(rows: _Rows, disk: BoolArray) -> Status:

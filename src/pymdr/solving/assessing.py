@@ -8,14 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from pymdr.independent.rings import Rings
 from pymdr.interpretation.validity import Assumption, Claim
-from pymdr.line.foundation import normal_force
 from pymdr.problem.contact import Contact
 from pymdr.problem.paths import LoadingPath
 from pymdr.problem.schedule import ends_only, known_legs, total_rows
-from pymdr.solving.normal import check_normal_path, claims_of, follow_normal
-from pymdr.solving.reach import assumptions, map_to_line
-from pymdr.solving.verb import check_problem, kept_rows, read_stiffness, solve
+from pymdr.result import Status
+from pymdr.solving.verb import asked, solve
 from pymdr.units import QuantityLike
 
 _SHORT = 100_000
@@ -30,11 +29,13 @@ class Assessment:
     assumptions: tuple[Assumption, ...]
     notes: tuple[str, ...]
     largest: Mapping[str, float]
-    """Largest indentation (m), normal force (N) and contact radius (m) that the path reaches."""
+    """Largest indentation (m), normal force (N) and contact radius (m) that the path reaches, as far as they are known."""
     rows: int
     """Number of rows that :func:`solve` keeps."""
     columns: int
     """Number of quantities over them."""
+    status: Status
+    """How the solution ends, or how that of the visited rows does."""
 
     @property
     def memory(self) -> int:
@@ -47,6 +48,14 @@ class Assessment:
 
         return assessment(self.largest, self.claims, self.assumptions, self.notes, self.rows, self.memory)
 
+    def _repr_html_(self) -> str:
+        """The summary as tables, for notebooks."""
+        from pymdr.presentation.html import assessment_html
+
+        return assessment_html(
+            self.largest, self.claims, self.assumptions, self.notes, self.rows, self.memory
+        )
+
     def __str__(self) -> str:
         return self.summary()
 
@@ -57,19 +66,20 @@ def assess(
     *,
     machine_stiffness: QuantityLike | None = None,
     keep: int | ArrayLike | None = None,
+    solver: Rings | None = None,
 ) -> Assessment:
     """
-    Map a contact and state its claims for the loads that a path reaches.
+    State the claims of a contact for the loads that a path reaches.
 
-    The claims are those of :func:`solve` for the rows of the path. With adhesion or friction a path of more than
+    The claims and refusals are those of :func:`solve` for the rows of the path. With adhesion or friction a path of more than
     100 000 rows visits the ends of its legs only.
 
     Parameters
     ----------
     contact : Contact
     path : LoadingPath
-    machine_stiffness, keep : optional
-        As for :func:`solve`.
+    machine_stiffness, keep, solver : optional
+        As for :func:`solve`; with `solver` the ends of the legs are solved.
 
     Returns
     -------
@@ -90,40 +100,25 @@ def assess(
     >>> assess(ball, load("50 N")).claims["pressure"].level.name
     'EXACT'
     """
-    check_problem(contact, path)
-    rows = total_rows(path)
-    kept = kept_rows(keep, path) if contact.friction is not None else None
-    route = path if rows <= _SHORT else _extremes(path)
-    if contact.adhesion is not None or contact.friction is not None:
-        result = solve(contact, route, machine_stiffness=machine_stiffness)
-        largest = {
-            name: float(np.nanmax(result.data[name].values))
-            for name in ("indentation", "normal_force", "contact_radius")
-            if name in result.data
-        }
-        return Assessment(
-            result.claims,
-            result.assumptions,
-            result.notes,
-            largest,
-            rows if kept is None else kept.size,
-            len(result.data),
-        )
-    check_normal_path(path)
-    stiffness = None if machine_stiffness is None else read_stiffness(machine_stiffness)
-    history = follow_normal(contact, map_to_line(contact), path, stiffness)
-    mapped, states = history.mapped, history.states
-    claims, _ = claims_of(contact, history)
-    if stiffness is not None:
-        claims["travel"] = claims["normal_force"]
-    deepest = int(np.argmax(states.indentation))
+    stiffness, kept = asked(contact, path, machine_stiffness, keep)
+    rows = total_rows(path) if kept is None else kept.size
+    laws = contact.adhesion is not None or contact.friction is not None
+    whole = solver is None and (not laws or total_rows(path) <= _SHORT)
+    result = solve(
+        contact,
+        path if whole else _extremes(path),
+        machine_stiffness=stiffness,
+        keep=kept if whole else None,
+        solver=solver,
+    )
     largest = {
-        "indentation": float(states.indentation[deepest]),
-        "normal_force": float(normal_force(mapped.line, states.take(slice(deepest, deepest + 1)))[0]),
-        "contact_radius": float(states.contact_radius[deepest]),
+        name: float(np.nanmax(result.data[name].values))
+        for name in ("indentation", "normal_force", "contact_radius")
+        if name in result.data and np.isfinite(result.data[name].values).any()
     }
-    found = assumptions(contact, mapped, states.contact_radius)
-    return Assessment(claims, found, mapped.notes, largest, rows, 7)
+    return Assessment(
+        result.claims, result.assumptions, result.notes, largest, rows, len(result.data), result.status
+    )
 
 
 def _extremes(path: LoadingPath) -> LoadingPath:

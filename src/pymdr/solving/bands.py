@@ -57,7 +57,7 @@ def with_bands(result: Result, solve: Callable[[Contact], Result]) -> Result:
     return replace(
         result,
         data=data.merge(labelled(columns)),
-        claims=_mean_claims(result.claims),
+        claims=_mean_claims(result.claims, adhesive=result.contact.adhesion is not None),
         notes=(*result.notes, BAND_NOTE),
     )
 
@@ -81,18 +81,27 @@ def _shifted(profile: Profile, sign: float) -> Profile:
     return replace(profile, height=profile.height + sign * profile.scatter)
 
 
-def _mean_claims(claims: Mapping[str, Claim]) -> dict[str, Claim]:
+def _mean_claims(claims: Mapping[str, Claim], *, adhesive: bool) -> dict[str, Claim]:
     """A profile with scatter is the azimuthal mean of a body that is not quite one of revolution."""
     reason = (
         "exact for the mean profile; for the measured body, whose azimuthal mean it is, the force at a given "
         "indentation is a rigorous lower bound, second-order accurate in the asymmetry"
     )
-    source = SOURCES["shield"]
+    if adhesive:
+        reason = (
+            "exact for the mean profile, the azimuthal mean of the measured body; what its asymmetry does to an adhesive "
+            "contact is not known"
+        )
     return {
         name: claim
         if claim.level is not Level.EXACT
         or name == "force_lower_bound"
         or claim.reason.startswith("prescribed")
-        else replace(claim, level=Level.APPROXIMATE, reason=f"{reason}; {claim.reason}", source=source)
+        else replace(
+            claim,
+            level=Level.APPROXIMATE,
+            reason=f"{reason}; {claim.reason}",
+            source=claim.source if adhesive else SOURCES["shield"],
+        )
         for name, claim in claims.items()
     }

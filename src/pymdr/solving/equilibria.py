@@ -112,13 +112,19 @@ class AdhesiveLine:
             held = {math.inf: "a prescribed indentation", 0.0: "a prescribed force"}.get(
                 machine_stiffness, f"a machine of {written(machine_stiffness, 'N/m', 6)}"
             )
-            reach = min(self.line.equivalent.reach, self.line.equivalent.edge)
-            remedy = "lower the work of adhesion"
-            if machine_stiffness < math.inf:
-                remedy += ", hold the indentation, or use a stiffer machine"
-            if math.isfinite(reach):
-                remedy = f"the profile is known up to r = {metres(reach)}: extend it, or {remedy}"
-            raise PathError(f"no state of the contact is stable under {held}; {remedy}") from error
+            raise self.too_short(
+                f"no state of the contact is stable under {held}", machine_stiffness
+            ) from error
+
+    def too_short(self, why: str, machine_stiffness: float) -> PathError:
+        """What is wrong where no stable state is known, with the remedy."""
+        reach = min(self.line.equivalent.reach, self.line.equivalent.edge)
+        remedy = "lower the work of adhesion"
+        if machine_stiffness < math.inf:
+            remedy += ", hold the indentation, or use a stiffer machine"
+        if math.isfinite(reach):
+            remedy = f"the profile is known up to r = {metres(reach)}: extend it, or {remedy}"
+        return PathError(f"{why}; {remedy}")
 
     def _stop(self, machine_stiffness: float, top: float, at_least: float) -> float:
         """The parameter up to which the curve is needed."""

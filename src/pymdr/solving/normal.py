@@ -165,18 +165,22 @@ def interpret_normal(
     }
     if time is not None:
         valid = {"time": time, **valid}
-    status = Status.COMPLETED if disk.all() else Status.PARTLY_REFUSED if disk.any() else Status.REFUSED
     return Result(
         contact=contact,
         path=path,
         data=labelled(valid),
         claims=claims,
         assumptions=assumptions(contact, mapped, states.contact_radius),
-        status=status,
+        status=normal_status(disk),
         notes=mapped.notes,
         machine_stiffness=machine_stiffness,
         references=("sneddon", "popov-hess", *(() if disk.all() else ("barber",))),
     )
+
+
+def normal_status(disk: BoolArray) -> Status:
+    """How a solution ends whose rows are a disk or not."""
+    return Status.COMPLETED if disk.all() else Status.PARTLY_REFUSED if disk.any() else Status.REFUSED
 
 
 def claims_of(contact: Contact, history: NormalHistory) -> tuple[dict[str, Claim], BoolArray]:

@@ -9,10 +9,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pymdr.errors import ProblemError
+from pymdr.errors import PathError, ProblemError
+from pymdr.interpretation.adhesion import Visited, certify_stretched_disk, is_always_open
 from pymdr.interpretation.branches import equilibrium_curve, round_radius
 from pymdr.line.adhesion import maugis_parameter, tabor_parameter
-from pymdr.line.following import Track
+from pymdr.line.following import Track, Way, pressed, pulled, turning_points, under_machine
 from pymdr.problem.contact import Contact
 from pymdr.problem.laws import DMT, JKR, AdhesionLaw, MaugisDugdale
 from pymdr.problem.paths import load
@@ -50,7 +51,7 @@ class PullOff:
     jump_in_radius: float
     """Contact radius in m after that jump."""
     largest_pull: float
-    """Lowest force in N between the largest contact and the loss, below 0: what a test rig reports as adhesion."""
+    """Lowest force in N on the way from the pressed contact to the loss: what a test rig reports as adhesion."""
     machine_stiffness: float
     """In N/m; inf is displacement control, 0 a dead load."""
 
@@ -95,8 +96,8 @@ def pull_off(
     machine_stiffness : quantity, optional
         k in N/m: inf (the default) is displacement control, 0 a dead load.
     pressed_to : quantity, optional
-        Largest indentation in m before the pull, for wavy profiles whose pull-off depends on it; unless given,
-        the contact has been pressed a little beyond that of the unloaded body.
+        Indentation in m up to which the machine presses before it pulls, for wavy profiles whose pull-off depends on
+        it; unless given, it presses until the contact is as large as that of the unloaded body.
 
     Returns
     -------
@@ -107,7 +108,7 @@ def pull_off(
     ProblemError
         If the contact has no adhesion, or the stiffness is negative.
     PathError
-        If no state is stable, as for a flat punch that is pulled by a dead load before it is pressed.
+        If the profile ends before the state from which the contact is pulled.
 
     Examples
     --------
@@ -119,23 +120,22 @@ def pull_off(
     """
     line = _adhesive(contact)
     stiffness = read_stiffness(machine_stiffness)
-    track = _track(line, stiffness, pressed_to)
-    lost = np.array([track.lost])
-    state = line.equilibria.states(lost)
+    track, press = _pressed(line, stiffness, pressed_to)
+    pull = pulled(track, press.branch, press.last)
+    _refuse_rings(line, track, stiffness, press, pull)
+    state = line.equilibria.states(np.array([pull.last]))
     d, force = float(state.indentation[0]), float(state.normal_force[0])
-    out, into = track.jumps[1], track.jumps[2]
-    last = int(np.flatnonzero(track.bottom == track.lost)[-1])
-    touched = line.equilibria.states(into.after)
+    touched = line.equilibria.states(track.jumps[2].after)
     return PullOff(
         normal_force=force,
         indentation=d,
         contact_radius=float(state.contact_radius[0]),
         travel=d + force / stiffness if stiffness > 0.0 else math.nan,
-        dissipated_energy=float(out.loss[last]),
+        dissipated_energy=pull.loss,
         jump_in_indentation=float(touched.indentation[0]),
         jump_in_force=float(touched.normal_force[0]),
         jump_in_radius=float(touched.contact_radius[0]),
-        largest_pull=min(force, _lowest_force(line, track.lost, float(track.top[last]))),
+        largest_pull=_lowest_force(line, pull),
         machine_stiffness=stiffness,
     )
 
@@ -148,17 +148,12 @@ def _adhesive(contact: Contact) -> AdhesiveLine:
     return AdhesiveLine(contact)
 
 
-def _lowest_force(line: AdhesiveLine, low: float, high: float) -> float:
-    """The lowest force in N on a stretch of the curve."""
-
-    def force(s: FloatArray) -> FloatArray:
-        return line.equilibria.states(s).normal_force
-
-    s = low + (high - low) * np.linspace(0.0, 1.0, 401) ** 2
-    for _ in range(4):
-        best = int(np.argmin(force(s)))
-        s = np.linspace(s[max(best - 1, 0)], s[min(best + 1, s.size - 1)], 101)
-    return float(np.min(force(s)))
+def _lowest_force(line: AdhesiveLine, way: Way) -> float:
+    """The lowest force in N on the stretches of a pull, which is at one of their ends or at a fold of the force."""
+    curve = under_machine(line.equilibria, float(np.max(way.begin)), 0.0)
+    folds, _ = turning_points(curve.slope, curve.start, curve.stop, curve.knots)
+    visited = (folds[:, None] > way.end) & (folds[:, None] < way.begin)
+    return float(np.min(curve.control(np.concatenate([folds[visited.any(axis=1)], way.begin, way.end]))))
 
 
 def _tip_radius(line: AdhesiveLine, profile: Profile) -> float | None:
@@ -171,14 +166,67 @@ def _tip_radius(line: AdhesiveLine, profile: Profile) -> float | None:
     return float(x[0] ** 2 / g[0]) if g[0] > 0.0 and abs(g[1] / g[0] - 4.0) < 1e-3 else None
 
 
-def _track(line: AdhesiveLine, stiffness: float, pressed_to: QuantityLike | None) -> Track:
+def _pressed(line: AdhesiveLine, stiffness: float, pressed_to: QuantityLike | None) -> tuple[Track, Way]:
+    """The curve under a machine, and the way on it to the state from which it is pulled."""
+
+    def measure(s: FloatArray) -> FloatArray:
+        return s if pressed_to is None else line.equilibria.states(s).indentation
+
     if pressed_to is None:
-        return line.track(stiffness, -math.inf, 1.25 * line.natural_radius)
-    deepest = to_si(pressed_to, "m", name="pressed_to")
-    if deepest <= 0.0:
-        raise ProblemError(f"pull_off: pressed_to = {pressed_to!r}; the depth of pressing must be above 0 m")
-    pressed = line.track(math.inf, deepest)
-    return line.traced(pressed.curve.stop, stiffness)
+        unloaded = line.track(0.0, 0.0)
+        target = _first_touch(line, unloaded, 0.0)
+        track = unloaded if stiffness == 0.0 else line.track(stiffness, -math.inf, target)
+    else:
+        target = to_si(pressed_to, "m", name="pressed_to")
+        if target <= 0.0:
+            raise ProblemError(
+                f"pull_off: pressed_to = {pressed_to!r}; the depth of pressing must be above 0 m"
+            )
+        track = line.track(stiffness, -math.inf, line.track(math.inf, target).curve.stop)
+    _first_touch(line, track, stiffness)
+    try:
+        return track, pressed(track, measure, target)
+    except PathError as error:
+        raise line.too_short(
+            "the contact would jump beyond the end of the profile when it is pressed", stiffness
+        ) from error
+
+
+def _refuse_rings(line: AdhesiveLine, track: Track, stiffness: float, press: Way, pull: Way) -> None:
+    if is_always_open(line.line.equivalent, line.law):
+        return
+
+    def radii(s: FloatArray) -> FloatArray:
+        return line.equilibria.states(s).contact_radius
+
+    begin, end = (np.concatenate([getattr(press, name), getattr(pull, name)]) for name in ("begin", "end"))
+    at_press = press.end.size - 1
+    before = np.delete(np.append(0.0, radii(end)), at_press + 1)
+    after = np.delete(np.append(radii(begin), 0.0), at_press + 1)
+    control = np.delete(np.append(track.touch, track.curve.control(end)), at_press + 1)
+    visited = Visited(
+        rows=1,
+        row=np.zeros(begin.size, dtype=int),
+        begin=radii(begin),
+        end=radii(end),
+        jump_row=np.zeros(before.size, dtype=int),
+        stiffness=np.full(before.size, stiffness),
+        control=control,
+        before=before,
+        after=after,
+        loss=np.zeros(before.size),
+    )
+    certificate = certify_stretched_disk(line.line, visited, line.law)
+    if not certificate.disk.all():
+        raise ProblemError(f"pull_off: {certificate.reason}")
+
+
+def _first_touch(line: AdhesiveLine, track: Track, stiffness: float) -> float:
+    """Parameter in m of the state into which a free body jumps."""
+    into = track.jumps[2]
+    if into.to[0] < 0:
+        raise line.too_short("no state is known into which the body could jump when it touches", stiffness)
+    return float(into.after[0])
 
 
 @dataclass(frozen=True)

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import itertools
 import math
+import os
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -12,13 +14,14 @@ from pymdr.independent.rings import Rings
 from pymdr.problem.contact import Contact
 from pymdr.problem.paths import LoadingPath
 from pymdr.problem.schedule import Progress, check_times, known_legs, total_rows, uses
+from pymdr.problem.values import within_range
 from pymdr.result import Result
 from pymdr.solving.adhesive import solve_adhesive
 from pymdr.solving.bands import scatter_of, with_bands
 from pymdr.solving.frictional import solve_frictional
 from pymdr.solving.normal import solve_normal
 from pymdr.solving.ringed import solve_by_rings
-from pymdr.units import QuantityLike, to_si
+from pymdr.units import QuantityLike, shown, to_si
 
 
 def solve(
@@ -71,22 +74,76 @@ def solve(
     >>> round(float(solve(ball, indent("0.1 mm"))["normal_force"][-1]), 12)
     0.1
     """
+    stiffness, kept = asked(contact, path, machine_stiffness, keep)
+    if solver is not None:
+        return solve_by_rings(contact, path, solver, progress)
+    solutions = 3 if scatter_of(contact.profile) else 1
+    begun = itertools.count()
+
+    def once(asked: Contact) -> Result:
+        told = _part_of(progress, next(begun), solutions)
+        if asked.adhesion is not None:
+            return solve_adhesive(asked, path, stiffness, told)
+        if asked.friction is not None:
+            return solve_frictional(asked, path, stiffness, kept, told)
+        return solve_normal(asked, path, stiffness, told)
+
+    result = once(contact)
+    return with_bands(result, once) if solutions > 1 else result
+
+
+def _part_of(progress: Progress | None, part: int, parts: int) -> Progress | None:
+    """The progress of one of several solutions, as a part of all."""
+    if progress is None or parts == 1:
+        return progress
+    return lambda done, total: progress(part * total + done, parts * total)
+
+
+def refuse_beyond_memory(path: LoadingPath, keep: int = 1) -> None:
+    """
+    Refuse a path whose rows no memory of this machine holds.
+
+    Raises
+    ------
+    PathError
+        With the rows, and what they would take.
+    """
+    rows = total_rows(path)
+    needed = bytes_of(rows, keep)
+    if needed > _memory():
+        raise PathError(
+            f"the path has {rows:.3g} rows, which take about {needed / 1e9:.3g} GB while they are solved, more than the "
+            f"{_memory() / 1e9:.3g} GB of this machine: take fewer steps, or with friction keep every k-th row (keep=k)"
+        )
+
+
+def bytes_of(rows: int, keep: int = 1) -> int:
+    """Bytes that the arrays of a path and its result take while it is solved."""
+    return 2 * 8 * rows + 2 * 13 * 8 * (rows // keep)
+
+
+def _memory() -> float:
+    """Bytes of memory of this machine; inf where it does not tell."""
+    try:
+        return float(os.sysconf("SC_PAGE_SIZE")) * float(os.sysconf("SC_PHYS_PAGES"))
+    except (AttributeError, OSError, ValueError):
+        return math.inf
+
+
+def asked(
+    contact: Contact,
+    path: LoadingPath,
+    machine_stiffness: QuantityLike | None,
+    keep: int | ArrayLike | None,
+) -> tuple[float | None, np.ndarray | None]:
+    """The stiffness in N/m and the rows that are kept, or why the problem cannot be posed."""
     check_problem(contact, path)
     stiffness = _stiffness(machine_stiffness, path)
     if keep is not None and contact.friction is None:
         raise ProblemError("solve: keep= is for contacts with friction; others keep every row")
-    if solver is not None:
-        return solve_by_rings(contact, path, solver, progress)
-
-    def once(asked: Contact) -> Result:
-        if asked.adhesion is not None:
-            return solve_adhesive(asked, path, stiffness, progress)
-        if asked.friction is not None:
-            return solve_frictional(asked, path, stiffness, kept_rows(keep, path), progress)
-        return solve_normal(asked, path, stiffness, progress)
-
-    result = once(contact)
-    return with_bands(result, once) if scatter_of(contact.profile) else result
+    if keep is None or isinstance(keep, int):
+        refuse_beyond_memory(path, 1 if keep is None else max(keep, 1))
+    return stiffness, kept_rows(keep, path)
 
 
 def check_problem(contact: Contact, path: LoadingPath) -> None:
@@ -120,12 +177,14 @@ def read_stiffness(value: QuantityLike) -> float:
     ProblemError
         If it is negative.
     """
-    if value == math.inf or (isinstance(value, str) and value.strip() == "inf"):
+    if (isinstance(value, float) and value == math.inf) or (
+        isinstance(value, str) and value.strip() == "inf"
+    ):
         return math.inf
     stiffness = to_si(value, "N/m", name="machine_stiffness")
     if stiffness < 0.0:
-        raise ProblemError(f"machine_stiffness = {value!r}: it must be at least 0 N/m")
-    return stiffness
+        raise ProblemError(f"machine_stiffness = {shown(value)}: it must be at least 0 N/m")
+    return float(within_range(stiffness, "N/m", "machine_stiffness"))
 
 
 def kept_rows(keep: int | ArrayLike | None, path: LoadingPath) -> np.ndarray | None:

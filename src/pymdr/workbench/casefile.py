@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import os
 import tomllib
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from pymdr.errors import CaseError, FileError
+from pymdr.errors import CaseError, PymdrError
+from pymdr.independent.rings import Rings
 from pymdr.problem.codec import decode_case
 from pymdr.problem.contact import Contact
-from pymdr.problem.paths import LoadingPath
-from pymdr.workbench.tables import read_columns
+from pymdr.problem.paths import CHANNELS, LoadingPath
+from pymdr.workbench.inputs import read_text
+from pymdr.workbench.tables import read_columns, read_path
 
 _LARGEST = 4 * 2**20
 
@@ -51,46 +54,74 @@ def read_case(file: str | os.PathLike[str]) -> Case:
         If it is not a case; the message names file, table, key, value and remedy.
     """
     source = Path(file)
-    try:
-        if source.stat().st_size > _LARGEST:
-            raise CaseError(f"{source}: larger than {_LARGEST} bytes, which no case file is")
-        text = source.read_text(encoding="utf-8")
-    except OSError as error:
-        raise FileError(f"cannot read {source}: {error.strerror or error}") from error
-    except UnicodeDecodeError as error:
-        raise CaseError(
-            f"{source}: not a text file in UTF-8 ({error.reason} at byte {error.start})"
-        ) from error
+    text = read_text(source, _LARGEST, "case file")
     try:
         plain = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
-        raise CaseError(f"{source}: not TOML: {error}") from error
+    except RecursionError as error:
+        raise CaseError(f"{source}: tables or lists are nested too deeply for a case") from error
+    except ValueError as error:
+        words = str(error) if isinstance(error, tomllib.TOMLDecodeError) else "a number has too many digits"
+        raise CaseError(f"{source}: not TOML: {words}") from error
     try:
         title, contact, path = decode_case(_with_tables(plain, source.parent))
-    except CaseError as error:
+        options = _options(plain.get("solve", {}))
+    except PymdrError as error:
         raise CaseError(f"{source}: {error}") from error
-    return Case(source, title, contact, path, dict(plain.get("solve", {})))
+    return Case(source, title, contact, path, options)
+
+
+def _options(plain: Mapping[str, Any]) -> dict[str, Any]:
+    """The table ``[solve]`` as keyword arguments of :func:`pymdr.solve`."""
+    solver = plain.get("solver")
+    return {**plain, **({} if solver is None else {"solver": Rings(solver.get("n", 400))})}
 
 
 def _with_tables(plain: dict[str, Any], folder: Path) -> dict[str, Any]:
-    """The case with the CSV files that its profiles name read in; paths count from the case file."""
-    profile = plain.get("profile")
-    if not isinstance(profile, dict):
-        return plain
-    profile = _with_table(profile, folder)
-    if isinstance(profile.get("parts"), list):
-        parts = [_with_table(part, folder) if isinstance(part, dict) else part for part in profile["parts"]]
-        profile = {**profile, "parts": parts}
-    return {**plain, "profile": profile}
+    """The case with the CSV files that its profiles and legs name read in; paths count from the case file."""
+    profile, legs = plain.get("profile"), plain.get("path")
+    if isinstance(profile, dict):
+        profile = _with_samples(profile, folder)
+        if isinstance(profile.get("parts"), list):
+            parts = [_with_samples(p, folder) if isinstance(p, dict) else p for p in profile["parts"]]
+            profile = {**profile, "parts": parts}
+        plain = {**plain, "profile": profile}
+    if isinstance(legs, dict):
+        legs = [legs]
+    if isinstance(legs, list):
+        read = [_with_record(leg, folder, i) if isinstance(leg, dict) else leg for i, leg in enumerate(legs)]
+        plain = {**plain, "path": read}
+    return plain
 
 
-def _with_table(profile: dict[str, Any], folder: Path) -> dict[str, Any]:
+def _with_samples(profile: dict[str, Any], folder: Path) -> dict[str, Any]:
     if profile.get("kind") != "sampled" or "file" not in profile:
         return profile
-    both = [key for key in ("radius", "height", "scatter") if key in profile]
-    if both:
-        raise CaseError(f"[profile] gives both file and {both[0]}; give the samples once")
-    if not isinstance(profile["file"], str):
-        raise CaseError(f"[profile] file = {profile['file']!r}: the name of a CSV file is needed")
-    columns = {name: values.tolist() for name, values in read_columns(folder / profile["file"]).items()}
+    _refuse_both(profile, ("radius", "height", "scatter"), "[profile]", "the samples")
+    columns = read_columns(_named(profile["file"], folder, "[profile]"))
     return {**{key: value for key, value in profile.items() if key != "file"}, **columns}
+
+
+def _with_record(leg: dict[str, Any], folder: Path, index: int) -> dict[str, Any]:
+    if leg.get("kind") != "path" or "file" not in leg:
+        return leg
+    where = f"[path {index + 1}]"
+    _refuse_both(leg, ("time", *CHANNELS), where, "the history")
+    try:
+        read = read_path(_named(leg["file"], folder, where), channels=leg.get("channels"))
+    except PymdrError as error:
+        raise CaseError(f"{where} {error}") from error
+    named = ((name, getattr(read, name)) for name in ("time", *CHANNELS))
+    columns = {name: values for name, values in named if values is not None}
+    return {**{key: value for key, value in leg.items() if key not in ("file", "channels")}, **columns}
+
+
+def _refuse_both(table: Mapping[str, Any], keys: Sequence[str], where: str, what: str) -> None:
+    both = [key for key in keys if key in table]
+    if both:
+        raise CaseError(f"{where} gives both file and {both[0]}; give {what} once")
+
+
+def _named(file: object, folder: Path, where: str) -> Path:
+    if not isinstance(file, str) or not file:
+        raise CaseError(f"{where} file = {file!r}: the name of a CSV file is needed")
+    return folder / file

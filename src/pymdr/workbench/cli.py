@@ -1,4 +1,4 @@
-"""The command line: ``pymdr run``, ``check``, ``verify``, ``plot``, ``new``, ``schema`` and ``info``.
+"""The command line: ``pymdr run``, ``check``, ``verify``, ``loops``, ``plot``, ``new``, ``schema`` and ``info``.
 
 Every command body imports what it needs, so that ``pymdr --help`` stays quick.
 """
@@ -6,8 +6,10 @@ Every command body imports what it needs, so that ``pymdr --help`` stays quick.
 from __future__ import annotations
 
 import json
+import logging
+import os
 import sys
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -18,7 +20,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from pymdr.interpretation.validity import Assumption, Claim
-    from pymdr.result import Result
     from pymdr.workbench.casefile import Case
 
 app = typer.Typer(
@@ -29,7 +30,8 @@ app = typer.Typer(
     add_completion=True,
 )
 
-OK, FAILED, WRONG_USE = 0, 1, 2
+OK, FAILED, WRONG_USE, REFUSED = 0, 1, 2, 3
+"""Exit statuses; REFUSED: all was done, and the method gives nothing for this contact."""
 
 CaseFile = Annotated[Path, typer.Argument(metavar="CASE.toml", help="The case file.")]
 CaseFiles = Annotated[list[Path], typer.Argument(metavar="CASE.toml...", help="One case file or several.")]
@@ -40,7 +42,7 @@ Output = Annotated[
     ),
 ]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")]
-Json = Annotated[bool, typer.Option("--json", help="Print one JSON object instead of the summary.")]
+Json = Annotated[bool, typer.Option("--json", help="Print JSON instead of the summary, also of what fails.")]
 
 
 def main() -> None:
@@ -50,8 +52,24 @@ def main() -> None:
     try:
         app()
     except PymdrError as error:
-        typer.echo(f"pymdr: {error}", err=True)
+        _complain(str(error))
         raise SystemExit(FAILED) from None
+    except MemoryError:
+        _complain("the memory of this machine is not enough; take fewer steps")
+        raise SystemExit(FAILED) from None
+
+
+def _say(text: str) -> None:
+    """Print a text in which no character steers the terminal."""
+    from pymdr.workbench.inputs import printable
+
+    typer.echo(printable(text))
+
+
+def _complain(text: str) -> None:
+    from pymdr.workbench.inputs import printable
+
+    typer.echo(f"pymdr: {printable(' '.join(text.split(chr(10))))}", err=True)
 
 
 @app.callback(invoke_without_command=True)
@@ -67,50 +85,113 @@ def version_option(
 
 
 @app.command()
-def run(cases: CaseFiles, output: Output = None, quiet: Quiet = False, as_json: Json = False) -> None:
+def run(
+    cases: CaseFiles,
+    output: Output = None,
+    csv: Annotated[bool, typer.Option("--csv", help="Write result.csv too.")] = False,
+    quiet: Quiet = False,
+    as_json: Json = False,
+) -> None:
     """Solve cases; write result.nc and figures; print the summary.
 
-    Several cases write into one folder each; one that fails does not stop the others.
+    Several cases write into one folder each; one that fails does not stop the others. The exit status is 1 if one
+    failed, else 3 if the method refuses one.
     """
-    if len(cases) == 1:
-        told = _run_one(cases[0], output or cases[0].with_suffix(""), quiet, as_json)
-        if as_json:
-            typer.echo(json.dumps(told, indent=2))
-        return
     from pymdr.errors import PymdrError
 
+    folders = _folders(cases, output)
+    answers: list[dict[str, Any]] = []
     failures: dict[Path, str] = {}
-    answers = []
-    for case in cases:
-        folder = output / case.stem if output else case.with_suffix("")
+    for case, folder in folders.items():
         try:
-            answers.append(_run_one(case, folder, quiet, as_json))
-        except PymdrError as error:
-            failures[case] = str(error)
-            answers.append({"case": str(case), "error": str(error)})
+            answers.append(_run_one(case, folder, csv, quiet, as_json))
+        except (PymdrError, MemoryError) as error:
+            failures[case] = str(error) or "the memory of this machine is not enough"
+            answers.append(_answer("run", case, status="FAILED", error=_plain_error(error)))
+            if len(folders) == 1 and not as_json:
+                raise
     if as_json:
-        typer.echo(json.dumps(answers, indent=2))
-    if failures:
-        _print_failures(cases, failures)
-        raise typer.Exit(FAILED)
+        _print_json(answers[0] if len(folders) == 1 else answers)
+    if len(folders) == 1:
+        for told in failures.values():
+            _complain(told)
+    elif failures:
+        _print_failures(list(folders), failures)
+    refused = any(answer["status"] in _REFUSALS for answer in answers)
+    if failures or refused:
+        raise typer.Exit(FAILED if failures else REFUSED)
 
 
-def _run_one(case: Path, folder: Path, quiet: bool, as_json: bool) -> dict[str, Any]:
+_REFUSALS = ("REFUSED", "ADHESION_REFUSED")
+
+
+def _folders(cases: Sequence[Path], output: Path | None) -> dict[Path, Path]:
+    """Where every case is written: no two into one folder."""
+    from pymdr.errors import CaseError
+
+    whole = {case: case.resolve() for case in cases}
+    if output is None:
+        folders = {case: case.with_suffix("") for case in cases}
+    elif len(cases) == 1:
+        folders = {cases[0]: output}
+    else:
+        folders = {case: output / case.stem for case in cases}
+        if len(set(folders.values())) < len(folders):
+            shared = os.path.commonpath([file.parent for file in whole.values()])
+            folders = {c: output / whole[c].parent.relative_to(shared) / c.stem for c in cases}
+    taken: dict[Path, Path] = {}
+    for case, folder in folders.items():
+        other = taken.setdefault(folder.resolve(), case)
+        if other != case or list(cases).count(case) > 1:
+            raise CaseError(f"{other} and {case} would both be written into {folder}; name each of them once")
+    return folders
+
+
+def _run_one(case: Path, folder: Path, csv: bool, quiet: bool, as_json: bool) -> dict[str, Any]:
     from pymdr.solving import solve
     from pymdr.workbench.casefile import read_case
 
     asked = read_case(case)
-    with _ready_folder(folder):
+    if quiet:
+        logging.getLogger("pymdr").setLevel(logging.ERROR)
+    with _ready_folder(folder), _stages(quiet or as_json) as stage:
         if not quiet and not as_json:
             _tell_memory(asked)
-        result = solve(asked.contact, asked.path, progress=_progress(quiet or as_json), **asked.options)
+        result = solve(asked.contact, asked.path, progress=stage("solving"), **asked.options)
         result.save(folder / "result.nc")
-        written = [folder / "result.nc", *_write_figures(result.figures(), folder)]
+        written = [folder / "result.nc"]
+        if csv:
+            result.to_csv(folder / "result.csv")
+            written.append(folder / "result.csv")
+        written += _write_figures(result.figures(), folder, stage("drawing"))
+    if not as_json and result.status.name in _REFUSALS:
+        _complain(f"{case}: {result.status.name}: {result.status.value}")
     if not quiet and not as_json:
-        typer.echo(asked.title or str(case))
-        typer.echo(result.summary())
-        typer.echo("Written: " + ", ".join(str(file) for file in written))
-    return _as_json(asked, result, written)
+        _say(asked.title or str(case))
+        _say(result.summary())
+        _say("Written: " + ", ".join(str(file) for file in written))
+    last = {
+        str(name): {"value": _finite(float(array.values[-1])), "unit": array.attrs["units"]}
+        for name, array in result.data.items()
+    }
+    return _answer(
+        "run",
+        case,
+        title=asked.title,
+        status=result.status.name,
+        rows=result.data.sizes["step"],
+        last=last,
+        largest={
+            name: {"value": _finite(float(result.data[name].max())), "unit": result.data[name].attrs["units"]}
+            for name in ("indentation", "normal_force", "contact_radius")
+            if name in result.data
+        },
+        claims=_plain_claims(result.claims),
+        assumptions=_plain_assumptions(result.assumptions),
+        notes=list(result.notes),
+        references=list(result.cite()),
+        written=[str(file) for file in written],
+    )
 
 
 _LARGE = 50_000_000
@@ -120,24 +201,27 @@ def _tell_memory(case: Case) -> None:
     """Say what a long history will take before it is followed."""
     from pymdr.presentation.text import in_bytes
     from pymdr.problem.schedule import total_rows
+    from pymdr.solving.verb import bytes_of
 
     rows = total_rows(case.path)
-    kept = rows // int(case.options.get("keep") or 1)
-    if 13 * 8 * kept > _LARGE:
-        typer.echo(
-            f"{rows} rows, of which {kept} are kept, take about {in_bytes(13 * 8 * kept)}, and twice that while they are solved; [solve] keep = k keeps "
-            "every k-th",
-            err=True,
+    keep = int(case.options.get("keep") or 1)
+    if bytes_of(rows, keep) > _LARGE:
+        _complain(
+            f"{rows} rows, of which {rows // keep} are kept, take about {in_bytes(bytes_of(rows, keep))} while they are "
+            "solved; with friction [solve] keep = k keeps every k-th"
         )
 
 
 def _print_failures(cases: Sequence[Path], failures: Mapping[Path, str]) -> None:
     from rich.console import Console
     from rich.table import Table
+    from rich.text import Text
+
+    from pymdr.workbench.inputs import printable
 
     table = Table("case", "ended", title=f"{len(failures)} of {len(cases)} cases failed")
     for case in cases:
-        table.add_row(str(case), failures.get(case, "written"))
+        table.add_row(*(Text(printable(told)) for told in (str(case), failures.get(case, "written"))))
     Console(stderr=True).print(table)
 
 
@@ -170,9 +254,9 @@ def new(
 @app.command()
 def schema() -> None:
     """Print the JSON schema of case files, for editors."""
-    from pymdr.problem.codec import case_adapter
+    from pymdr.problem.codec import case_schema
 
-    plain = case_adapter().json_schema()
+    plain = case_schema()
     typer.echo(json.dumps({"$schema": "https://json-schema.org/draft/2020-12/schema", **plain}, indent=2))
 
 
@@ -208,29 +292,39 @@ def info() -> None:
 @app.command()
 def check(case: CaseFile, quiet: Quiet = False, as_json: Json = False) -> None:
     """Validate a case and print what can be claimed of it; nothing is written."""
+    from pymdr.quantities import quantity
     from pymdr.solving import assess
     from pymdr.workbench.casefile import read_case
 
-    asked = read_case(case)
-    assessment = assess(asked.contact, asked.path, **asked.options)
+    with _failures_as_json("check", case, as_json):
+        asked = read_case(case)
+        assessment = assess(asked.contact, asked.path, **asked.options)
+    status = assessment.status.name
     if as_json:
-        typer.echo(
-            json.dumps(
-                {
-                    "case": str(case),
-                    "rows": assessment.rows,
-                    "memory": assessment.memory,
-                    "largest": assessment.largest,
-                    "claims": _plain_claims(assessment.claims),
-                    "assumptions": _plain_assumptions(assessment.assumptions),
-                    "notes": list(assessment.notes),
-                },
-                indent=2,
-            )
+        largest = {
+            name: {"value": _finite(value), "unit": quantity(name).unit}
+            for name, value in assessment.largest.items()
+        }
+        told = _answer(
+            "check",
+            case,
+            title=asked.title,
+            status=status,
+            rows=assessment.rows,
+            memory=assessment.memory,
+            largest=largest,
+            claims=_plain_claims(assessment.claims),
+            assumptions=_plain_assumptions(assessment.assumptions),
+            notes=list(assessment.notes),
         )
+        _print_json(told)
     elif not quiet:
-        typer.echo(asked.title or f"{case} is a valid case.")
-        typer.echo(assessment.summary())
+        _say(asked.title or f"{case} is a valid case.")
+        _say(assessment.summary())
+    if status in _REFUSALS:
+        if not as_json:
+            _complain(f"{case}: {status}: {assessment.status.value}")
+        raise typer.Exit(REFUSED)
 
 
 @app.command()
@@ -247,58 +341,94 @@ def verify(
 ) -> None:
     """Hold the method against boundary elements: on rings, and with friction on a grid; draw both."""
     from pymdr.workbench.casefile import read_case
+
+    folder = output or case.with_suffix("")
+    with _failures_as_json("verify", case, as_json):
+        asked = read_case(case)
+        with _ready_folder(folder), _stages(quiet or as_json) as stage:
+            if asked.contact.friction is None:
+                found, told = _by_rings(asked, rings, steps or 5, stage)
+            else:
+                found, told = _by_cells(asked, cells, steps or 20, stage)
+            written = _write_figures({"verify": found.plot()}, folder, stage("drawing"))
+    # without any difference to tell the method gave nothing
+    refused = told["largest_difference"] is None
+    if as_json:
+        table = {str(name): [_finite(float(v)) for v in array.values] for name, array in found.table.items()}
+        answer = _answer(
+            "verify",
+            case,
+            title=asked.title,
+            status="REFUSED" if refused else "COMPLETED",
+            rows=found.table.sizes["step"],
+            verification={**told, "table": table},
+            written=[str(file) for file in written],
+        )
+        _print_json(answer)
+    elif not quiet:
+        _say(found.summary())
+        _say("Written: " + ", ".join(str(file) for file in written))
+    if refused:
+        raise typer.Exit(REFUSED)
+
+
+def _by_rings(asked: Case, rings: int, steps: int, stage: Stage) -> tuple[Any, dict[str, Any]]:
     from pymdr.workbench.verification import verify as hold_against_rings
 
-    asked = read_case(case)
-    if asked.contact.friction is not None:
-        _verify_sliding(asked, output or case.with_suffix(""), cells, steps or 20, quiet, as_json)
-        return
-    with _ready_folder(output or case.with_suffix("")) as folder:
-        found = hold_against_rings(
-            asked.contact, asked.path, rings=rings, steps=steps or 5, progress=_progress(quiet or as_json)
-        )
-        written = _write_figures({"verify": found.plot()}, folder)
-    if as_json:
-        table = {str(name): [_finite(float(v)) for v in array.values] for name, array in found.table.items()}
-        typer.echo(json.dumps({"case": str(case), "rings": rings, "table": table}, indent=2))
-    elif not quiet:
-        typer.echo(found.summary())
-        typer.echo("Written: " + ", ".join(str(file) for file in written))
+    found = hold_against_rings(
+        asked.contact, asked.path, rings=rings, steps=steps, progress=stage("solving by rings")
+    )
+    return found, {"solver": "rings", "n": rings, "largest_difference": _finite(found.largest_difference)}
 
 
-def _verify_sliding(asked: Case, folder: Path, cells: int, steps: int, quiet: bool, as_json: bool) -> None:
+def _by_cells(asked: Case, cells: int, steps: int, stage: Stage) -> tuple[Any, dict[str, Any]]:
     from pymdr.workbench.sliding import verify_sliding
 
-    with _ready_folder(folder):
-        found = verify_sliding(
-            asked.contact,
-            asked.path,
-            machine_stiffness=asked.options.get("machine_stiffness"),
-            cells=cells,
-            steps=steps,
-            progress=_progress(quiet or as_json),
-        )
-        written = _write_figures({"verify": found.plot()}, folder)
+    found = verify_sliding(
+        asked.contact,
+        asked.path,
+        machine_stiffness=asked.options.get("machine_stiffness"),
+        cells=cells,
+        steps=steps,
+        progress=stage("solving on a grid"),
+    )
+    told = {
+        "solver": "cells",
+        "n": cells,
+        "path_rows": found.path_rows,
+        "rows": found.rows.tolist(),
+        "largest_difference": _finite(found.largest_difference),
+    }
+    return found, told
+
+
+@app.command()
+def loops(
+    record: Annotated[Path, typer.Argument(metavar="RECORD.csv", help="Force and displacement, with units.")],
+    least: Annotated[
+        str | None,
+        typer.Option(help="The smallest swing that is a turn, such as '0.1 um'; a tenth of the range."),
+    ] = None,
+    as_json: Json = False,
+) -> None:
+    """Energy per cycle and equivalent damping of a measured record; nothing is written."""
+    from pymdr.workbench.records import measured_loops
+    from pymdr.workbench.tables import read_record
+
+    with _failures_as_json("loops", record, as_json):
+        found = measured_loops(read_record(record), least=least)
     if as_json:
-        table = {str(name): [_finite(float(v)) for v in array.values] for name, array in found.table.items()}
-        difference = _finite(found.largest_difference)
-        told = {
-            "case": str(asked.file),
-            "cells": cells,
-            "rows": found.rows.tolist(),
-            "path_rows": found.path_rows,
-            "largest_difference": difference,
-            "table": table,
-        }
-        typer.echo(json.dumps(told, indent=2))
-    elif not quiet:
-        typer.echo(found.summary())
-        typer.echo("Written: " + ", ".join(str(file) for file in written))
+        table = {str(name): [_finite(float(v)) for v in array.values] for name, array in found.data.items()}
+        _print_json(_answer("loops", record, status="COMPLETED", rows=found.data.sizes["cycle"], loops=table))
+    else:
+        _say(found.summary())
 
 
 @app.command()
 def plot(
-    result_file: Annotated[Path, typer.Argument(metavar="RESULT.nc", help="A file written by pymdr run.")],
+    result_file: Annotated[
+        Path, typer.Argument(metavar="RESULT", help="A file written by pymdr run, or its folder.")
+    ],
     output: Output = None,
     step: Annotated[int, typer.Option(help="Row to draw, counted from 0; -1 is the last.")] = -1,
     quiet: Quiet = False,
@@ -306,11 +436,12 @@ def plot(
     """Draw the figures of a saved result."""
     from pymdr.result import open_result
 
-    result = open_result(result_file)
-    with _ready_folder(output or result_file.parent) as folder:
-        written = _write_figures(result.figures(step), folder)
+    file = result_file / "result.nc" if result_file.is_dir() else result_file
+    result = open_result(file)
+    with _ready_folder(output or file.parent) as folder, _stages(quiet) as stage:
+        written = _write_figures(result.figures(step), folder, stage("drawing"))
     if not quiet:
-        typer.echo("Written: " + ", ".join(str(file) for file in written))
+        _say("Written: " + ", ".join(str(file) for file in written))
 
 
 @contextmanager
@@ -336,7 +467,9 @@ def _ready_folder(folder: Path) -> Iterator[Path]:
         raise
 
 
-def _write_figures(figures: Mapping[str, Figure], folder: Path) -> list[Path]:
+def _write_figures(
+    figures: Mapping[str, Figure], folder: Path, progress: Callable[[int, int], None] | None
+) -> list[Path]:
     from pymdr.presentation.files import write_whole
 
     files = []
@@ -344,47 +477,79 @@ def _write_figures(figures: Mapping[str, Figure], folder: Path) -> list[Path]:
         file = folder / f"{name}.png"
         write_whole(file, lambda beside, figure=figure: figure.savefig(beside, dpi=150))  # type: ignore[misc]
         files.append(file)
+        if progress is not None:
+            progress(len(files), len(figures))
     return files
 
 
-def _progress(silent: bool) -> Any:
-    """A progress bar on a terminal, nothing in a pipe."""
+Stage = Callable[[str], Callable[[int, int], None] | None]
+
+
+@contextmanager
+def _stages(silent: bool) -> Iterator[Stage]:
+    """One progress bar that names the stage at which the work is; nothing in a pipe."""
     if silent or not sys.stderr.isatty():
-        return None
+        yield lambda words: None
+        return
+    from rich.console import Console
     from rich.progress import Progress
 
-    bar = Progress(transient=True)
-    task = bar.add_task("solving")
+    with Progress(console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task("reading", total=None)
 
-    def show(done: int, total: int) -> None:
-        bar.start()
-        bar.update(task, completed=done, total=total)
-        if done >= total:
-            bar.stop()
+        def stage(words: str) -> Callable[[int, int], None]:
+            bar.reset(task, description=words, total=None)
+            return lambda done, total: bar.update(task, completed=done, total=total)
 
-    return show
+        yield stage
 
 
-def _as_json(case: Case, result: Result, written: Sequence[Path]) -> dict[str, Any]:
-    last = {
-        str(name): {"value": _finite(float(array.values[-1])), "unit": array.attrs["units"]}
-        for name, array in result.data.items()
+def _answer(command: str, case: Path, **told: Any) -> dict[str, Any]:
+    """What every command tells as JSON: the same keys, null or empty where it has nothing to say."""
+    empty: dict[str, Any] = {
+        "command": command,
+        "case": str(case),
+        "title": "",
+        "status": None,
+        "rows": None,
+        "memory": None,
+        "last": {},
+        "largest": {},
+        "claims": {},
+        "assumptions": [],
+        "notes": [],
+        "references": [],
+        "verification": None,
+        "loops": None,
+        "written": [],
+        "error": None,
     }
-    return {
-        "case": str(case.file),
-        "status": result.status.name,
-        "steps": result.data.sizes["step"],
-        "last": last,
-        "claims": _plain_claims(result.claims),
-        "assumptions": _plain_assumptions(result.assumptions),
-        "notes": list(result.notes),
-        "references": list(result.cite()),
-        "written": [str(file) for file in written],
-    }
+    return {**empty, **told}
 
 
-def _finite(value: float) -> float | None:
-    return value if abs(value) < float("inf") else None
+def _print_json(answer: Any) -> None:
+    typer.echo(json.dumps(answer, indent=2, allow_nan=False))
+
+
+def _plain_error(error: BaseException) -> dict[str, str]:
+    return {"kind": type(error).__name__, "message": str(error)}
+
+
+@contextmanager
+def _failures_as_json(command: str, case: Path, as_json: bool) -> Iterator[None]:
+    """Tell an error as JSON before it becomes one line."""
+    from pymdr.errors import PymdrError
+
+    try:
+        yield
+    except (PymdrError, MemoryError) as error:
+        if as_json:
+            _print_json(_answer(command, case, status="FAILED", error=_plain_error(error)))
+        raise
+
+
+def _finite(value: float | None) -> float | None:
+    return value if value is not None and abs(value) < float("inf") else None
 
 
 def _plain_claims(claims: Mapping[str, Claim]) -> dict[str, Any]:
@@ -396,7 +561,7 @@ def _plain_claims(claims: Mapping[str, Claim]) -> dict[str, Any]:
             "reason": claim.reason,
             "source": claim.source,
             "steps_valid": int(claim.where.sum()),
-            "error": largest_error(claim),
+            "error": _finite(largest_error(claim)),
         }
         for name, claim in claims.items()
     }
@@ -404,6 +569,12 @@ def _plain_claims(claims: Mapping[str, Claim]) -> dict[str, Any]:
 
 def _plain_assumptions(assumptions: Sequence[Assumption]) -> list[dict[str, Any]]:
     return [
-        {"name": a.name, "words": a.words, "measure": a.measure, "limit": a.limit, "met": a.met}
+        {
+            "name": a.name,
+            "words": a.words,
+            "measure": _finite(a.measure),
+            "limit": _finite(a.limit),
+            "met": a.met,
+        }
         for a in assumptions
     ]

@@ -1,25 +1,47 @@
-"""Profiles from CSV files with units in their header."""
+"""Tables with units in their header: measured profiles, and records of loads and displacements."""
 
 from __future__ import annotations
 
 import os
 import re
+import warnings
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pymdr.errors import CaseError, FileError, UnitError
+from pymdr.errors import CaseError, PathError, UnitError
+from pymdr.problem.paths import CHANNELS, NORMAL_CHANNELS, TANGENTIAL_CHANNELS
+from pymdr.problem.paths import Path as MeasuredPath
 from pymdr.problem.profiles import Sampled
 from pymdr.problem.profiles.sampled import Interpolation
+from pymdr.quantities import QUANTITIES
 from pymdr.units import FloatArray, to_si
+from pymdr.workbench.inputs import read_text
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 _COLUMN = re.compile(r"\s*(?P<name>[^\[\]()]*?)\s*[\[(]\s*(?P<unit>[^\[\]()]+?)\s*[\])]\s*")
-_NAMES = {
+_NUMBER = re.compile(r"\s*[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?\s*", re.ASCII)
+_LARGEST = 200 * 2**20
+
+Names = Mapping[str, tuple[str, ...]]
+
+_PROFILE: Names = {
     "radius": ("r", "radius", "radial distance"),
     "height": ("f", "height", "gap", "z"),
     "scatter": ("scatter", "std", "sd", "sigma", "standard deviation"),
 }
-_LARGEST = 200 * 2**20
+_RECORD: Names = {
+    "time": ("time", "t"),
+    "indentation": ("displacement", "indentation", "d", "depth", "approach"),
+    "normal_force": ("load", "normal force", "force", "fn", "fz", "f n", "f z"),
+    "travel": ("travel", "piezo", "crosshead"),
+    "shift": ("shift", "ux", "u x", "tangential displacement", "lateral displacement"),
+    "tangential_force": ("tangential force", "lateral force", "friction force", "fx", "ft", "f x", "f t"),
+}
 
 
 def read_columns(file: str | os.PathLike[str]) -> dict[str, FloatArray]:
@@ -45,75 +67,184 @@ def read_columns(file: str | os.PathLike[str]) -> dict[str, FloatArray]:
     CaseError
         If the header has no units or columns are missing, or a row is not numbers.
     """
+    return _read(file, _PROFILE, ("radius", "height"), "r [nm], f [nm]")
+
+
+def read_record(file: str | os.PathLike[str]) -> xr.Dataset:
+    """
+    Read a measured record of loads and displacements from a CSV file with units in its header.
+
+    Parameters
+    ----------
+    file : path
+        With any of the columns time, displacement (or indentation), load (or normal force), travel, shift and
+        tangential force, each with its unit: ``time [s], load [mN], shift [um]``. Names with underscores, as
+        :meth:`pymdr.Result.to_csv` writes them, are the same; other columns are left alone, and lines that begin
+        with ``#`` are comments.
+
+    Returns
+    -------
+    xarray.Dataset
+        The columns over ``step`` in SI units, under the names of quantities: ``time``, ``indentation``,
+        ``normal_force``, ``travel``, ``shift``, ``tangential_force``.
+
+    Raises
+    ------
+    FileError
+        If the file cannot be read.
+    CaseError
+        If the header has no units or no such column, or a row is not numbers.
+    """
+    from pymdr.result import labelled
+
+    return labelled(_read(file, _RECORD, (), "time [s], load [mN], shift [um]"))
+
+
+def read_path(file: str | os.PathLike[str], *, channels: Sequence[str] | None = None) -> MeasuredPath:
+    """
+    Read a measured history as a path from a CSV file with units in its header.
+
+    Parameters
+    ----------
+    file : path
+        As for :func:`read_record`.
+    channels : sequence of str, optional
+        Which columns are prescribed, at most one of ``indentation``, ``normal_force`` and ``travel`` and at most one
+        of ``shift`` and ``tangential_force``; needed where the file has more than one of a direction.
+
+    Returns
+    -------
+    Path
+        One row per row of the file, with its times if it has them.
+
+    Raises
+    ------
+    FileError, CaseError
+        As :func:`read_record`.
+    PathError
+        If it is not clear what is prescribed, or times do not rise.
+    """
+    found = _read(file, _RECORD, (), "time [s], load [mN], shift [um]")
+    named = (
+        [name for name in CHANNELS if name in found] if channels is None else _chosen(file, channels, found)
+    )
+    for group in (NORMAL_CHANNELS, TANGENTIAL_CHANNELS):
+        both = [name for name in named if name in group]
+        if len(both) > 1:
+            raise PathError(
+                f"{file} has {' and '.join(both)}, of which one can be prescribed: name it with "
+                f"channels = [{both[0]!r}]"
+            )
+    if not named:
+        raise PathError(f"{file} has no column of {', '.join(CHANNELS[:-1])} or {CHANNELS[-1]}")
+    return MeasuredPath(time=found.get("time"), **{name: found[name] for name in named})
+
+
+def _chosen(file: object, channels: Sequence[str], found: Mapping[str, FloatArray]) -> list[str]:
+    if isinstance(channels, str) or not all(isinstance(name, str) for name in channels) or not channels:
+        raise PathError(
+            f"channels = {channels!r}: a list of names such as ['normal_force', 'shift'] is needed"
+        )
+    has = [name for name in CHANNELS if name in found]
+    for name in channels:
+        if name not in has:
+            raise PathError(f"channels: {file} has no column of {name!r}; it has {', '.join(has) or 'none'}")
+    return list(channels)
+
+
+def _read(
+    file: str | os.PathLike[str], names: Names, needed: Sequence[str], example: str
+) -> dict[str, FloatArray]:
     source = Path(file)
-    try:
-        if source.stat().st_size > _LARGEST:
-            raise CaseError(f"{source}: larger than {_LARGEST} bytes; thin the samples out")
-        lines = source.read_text(encoding="utf-8-sig").splitlines()
-    except OSError as error:
-        raise FileError(f"cannot read {source}: {error.strerror or error}") from error
-    except UnicodeDecodeError as error:
-        raise CaseError(f"{source}: not a text file in UTF-8") from error
-    numbered = [
-        (i + 1, line) for i, line in enumerate(lines) if line.strip() and not line.lstrip().startswith("#")
-    ]
-    if len(numbered) < 2:
-        raise CaseError(f"{source}: no table; write a header such as 'r [nm], f [nm]' and rows of numbers")
-    header = numbered[0][1].split(",")
-    columns = {}
-    for quantity, names in _NAMES.items():
-        found = [i for i, title in enumerate(header) if _title(title)[0] in names]
-        if len(found) > 1:
+    lines = read_text(source, _LARGEST, "table").replace("\r\n", "\n").replace("\r", "\n").split("\n")
+    numbered = [i for i, line in enumerate(lines) if line.strip() and not line.lstrip().startswith("#")]
+    rows = [lines[i] for i in numbered]
+    if len(rows) < 2:
+        raise CaseError(f"{source}: no table; write a header such as '{example}' and rows of numbers")
+    header = rows[0].split(",")
+    found = {
+        quantity: [i for i, title in enumerate(header) if _title(title)[0] in words]
+        for quantity, words in names.items()
+    }
+    found = {quantity: where for quantity, where in found.items() if where}
+    if not any(_title(header[i])[1] for where in found.values() for i in where):
+        # what stands there is not repeated: the file may be no table, and not meant to be read aloud
+        raise CaseError(
+            f"{source}: its first line that is no comment is not a header of a table, which names columns with units "
+            f"and commas between them, for example '{example}'"
+        )
+    for quantity in needed:
+        if quantity not in found:
             raise CaseError(
-                f"{source}: {len(found)} columns of {quantity} in the header {numbered[0][1]!r}; keep one"
+                f"{source}: no column of {quantity} in the header {rows[0]!r}; name one "
+                f"{names[quantity][0]!r} with its unit, for example '{names[quantity][0]} [nm]'"
             )
-        if found:
-            columns[quantity] = _column(
-                source, quantity, header[found[0]], found[0], len(header), numbered[1:]
-            )
-        elif quantity != "scatter":
+    for quantity, where in found.items():
+        if len(where) > 1:
             raise CaseError(
-                f"{source}: no column of {quantity} in the header {numbered[0][1]!r}; name one "
-                f"{names[0]!r} with its unit, for example '{names[0]} [nm]'"
+                f"{source}: {len(where)} columns of {quantity} in the header {rows[0]!r}; keep one"
             )
-    return columns
+    chosen = {quantity: where[0] for quantity, where in found.items()}
+    factors = {quantity: _factor(source, quantity, header[i]) for quantity, i in chosen.items()}
+    table = _numbers(source, rows[1:], numbered[1:], chosen, len(header))
+    return {quantity: _scaled(table[:, i], factors[quantity]) for i, quantity in enumerate(chosen)}
 
 
 def _title(title: str) -> tuple[str, str | None]:
     match = _COLUMN.fullmatch(title)
-    return (match["name"].lower(), match["unit"]) if match else (title.strip().lower(), None)
+    name, unit = (match["name"], match["unit"]) if match else (title.strip(), None)
+    return name.lower().replace("_", " "), unit
 
 
-def _column(
-    source: Path, quantity: str, title: str, index: int, width: int, rows: list[tuple[int, str]]
-) -> FloatArray:
+def _factor(source: Path, quantity: str, title: str) -> float:
     unit = _title(title)[1]
+    si_unit = QUANTITIES[quantity].unit if quantity in QUANTITIES else "m"
     if unit is None:
         raise CaseError(
-            f"{source}: column {title.strip()!r} has no unit; write for example '{title.strip()} [nm]'"
+            f"{source}: column {title.strip()!r} has no unit; write for example '{title.strip()} [{si_unit}]'"
         )
     try:
-        factor = to_si(f"1 {unit}", "m", name=f"unit of column {title.strip()!r}")
+        return to_si(f"1 {unit}", si_unit, name=f"unit of column {title.strip()!r}")
     except UnitError as error:
         raise CaseError(f"{source}: {error}") from error
-    values = np.empty(len(rows))
-    for i, (line, row) in enumerate(rows):
-        cells = row.split(",")
-        if len(cells) != width:
-            raise CaseError(f"{source}, line {line}: {len(cells)} entries for {width} columns of the header")
-        try:
-            values[i] = float(cells[index])
-        except ValueError as error:
-            raise CaseError(
-                f"{source}, line {line}: {quantity} = {cells[index].strip()!r} is not a number"
-            ) from error
-        if not np.isfinite(values[i]):
-            raise CaseError(
-                f"{source}, line {line}: {quantity} = {cells[index].strip()!r}; every entry must be a finite "
-                "number: delete rows without data"
-            )
+
+
+def _scaled(values: FloatArray, factor: float) -> FloatArray:
     inverse = 1.0 / factor
     return values / float(f"{inverse:.15g}") if factor < 1.0 else values * factor
+
+
+def _numbers(
+    source: Path, rows: Sequence[str], numbered: Sequence[int], chosen: Mapping[str, int], width: int
+) -> FloatArray:
+    """The chosen columns; the first row that is not numbers is named."""
+    if all(row.count(",") == width - 1 for row in rows):
+        try:
+            with warnings.catch_warnings():
+                warnings.simplefilter("error")
+                table = np.loadtxt(
+                    rows, delimiter=",", comments=None, usecols=list(chosen.values()), ndmin=2, dtype=float
+                )
+        except (ValueError, UserWarning):
+            pass
+        else:
+            if len(table) == len(rows) and np.all(np.isfinite(table)):
+                return table
+    for line, row in zip(numbered, rows, strict=True):
+        cells = row.split(",")
+        if len(cells) != width:
+            raise CaseError(
+                f"{source}, line {line + 1}: {len(cells)} entries for {width} columns of the header"
+            )
+        for quantity, i in chosen.items():
+            told = f"{source}, line {line + 1}: {quantity} = {cells[i].strip()[:40]!r}"
+            if cells[i].strip().lower().lstrip("+-") in ("nan", "inf", "infinity", ""):
+                raise CaseError(f"{told}; every entry must be a finite number: delete rows without data")
+            if not _NUMBER.fullmatch(cells[i]):
+                raise CaseError(f"{told} is not a number")
+            if not np.isfinite(float(cells[i])):
+                raise CaseError(f"{told} is not a number that a float can hold")
+    return np.array([[float(row.split(",")[i]) for i in chosen.values()] for row in rows])
 
 
 def read_profile(file: str | os.PathLike[str], *, interpolation: Interpolation | None = None) -> Sampled:

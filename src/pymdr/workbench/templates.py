@@ -73,11 +73,13 @@ kind = "paraboloid"         # the dome
 radius = "50 mm"
 """,
     "tip": """
-[profile]                   # a measured profile
+[profile]                   # a measured profile: radii from 0 and heights, or a file with them
 kind = "sampled"
-file = "tip.csv"            # beside this file; header such as: r [nm],f [nm],scatter [nm]
-interpolation = {{ kind = "smoothing_spline" }}  # or "cubic_spline" with tip = "round" or "sharp", "shape_preserving";
-                            # without this line: smoothing where the file has a scatter, else a cubic spline
+radius = ["0 nm", "20 nm", "40 nm", "60 nm", "80 nm", "100 nm"]
+height = ["0 nm", "2.1 nm", "7.9 nm", "18.2 nm", "31.8 nm", "50.1 nm"]
+# file = "tip.csv"          # in place of both; header such as: r [nm],f [nm],scatter [nm]
+interpolation = { kind = "smoothing_spline" }  # or "cubic_spline" with tip = "round" or "sharp", "shape_preserving";
+                            # without this line: smoothing where there is a scatter, else a cubic spline
 """,
 }
 
@@ -180,6 +182,6 @@ def template(kind: str) -> str:
         "# Quantities are texts with units, or plain numbers in SI units.\n"
         f'title = "My {kind}"\n'
     )
-    profile = _PROFILES.get(kind, _PROFILES["ball"]).replace("{{", "{").replace("}}", "}")
+    profile = _PROFILES.get(kind, _PROFILES["ball"])
     bodies = {"gel": _GEL, "joint": _SIMILAR + _JOINT}.get(kind, _BODIES)
     return head + profile + bodies + _PATHS[kind]

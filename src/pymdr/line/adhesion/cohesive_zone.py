@@ -205,7 +205,7 @@ def zone_integrals(
             return result[0], result[1], result[2]
     worst = int(left[0])
     raise ConvergenceError(
-        f"the integrals over the cohesive zone {radius[worst]!r} < x < {radius[worst] + width[worst]!r} m did "
+        f"the integrals over the cohesive zone {float(radius[worst])!r} < x < {float(radius[worst] + width[worst])!r} m did "
         f"not settle (last values {result[:, worst].tolist()}); give the kinks of the profile as breakpoints"
     )
 
@@ -307,7 +307,7 @@ def solve_width(
         settled = (error <= 2e-14) | ((before <= _NOISE) & (error >= 0.5 * before))
         left, before = left[~settled], error[~settled]
     raise ConvergenceError(
-        f"the width of the cohesive zone did not settle (last value {width[left[0]]!r} m at {fixed[left[0]]!r} m)"
+        f"the width of the cohesive zone did not settle (last value {float(width[left[0]])!r} m at {float(fixed[left[0]])!r} m)"
     )
 
 
@@ -350,4 +350,4 @@ def _bracketed(
         beyond = ~above & (here >= upper[left])
         x[left] = new
         left = left[(np.abs(new - here) > 1e-7 * here) & ~beyond & (hi - lo > 1e-9 * hi)]
-    raise ConvergenceError(f"the gap condition was not met (last width {x[left[0]]!r} m)")
+    raise ConvergenceError(f"the gap condition was not met (last width {float(x[left[0]])!r} m)")

@@ -142,7 +142,8 @@ class MaugisDugdale:
             width[at] = self._width(self._position(base[at], radius[at]))
 
         at = np.flatnonzero(piece == _CLIPPED)
-        root = np.maximum(self.ends[_CLIPPED] - s[at], 0.0)
+        # the difference of two ends may round beyond the edge
+        root = np.clip(self.ends[_CLIPPED] - s[at], 0.0, edge)
         radius[at] = np.sqrt((edge - root) * (edge + root))
         width[at] = root**2 / (edge + radius[at])
 

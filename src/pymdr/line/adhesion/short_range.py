@@ -55,14 +55,14 @@ def jkr_opening(radius: ArrayLike, modulus: ArrayLike, work: ArrayLike) -> Float
 
 
 def energy_release_rate(radius: ArrayLike, opening: ArrayLike, modulus: ArrayLike) -> FloatArray:
-    """Return G = E* (g(a) - d)² / (2π a) of the edge of the contact.
+    """Return G = E* (g(a) - d)² / (2π a) of the edge of the contact, 0 where the edge is pressed.
 
     Parameters
     ----------
     radius : array_like
         Contact radius a > 0 [m].
     opening : array_like
-        Elongation of the outermost springs, g(a) - d [m].
+        Elongation of the outermost springs, g(a) - d [m]; below 0 they are pressed, and no energy is released.
     modulus : array_like
         Effective modulus E* [Pa].
 
@@ -80,7 +80,8 @@ def energy_release_rate(radius: ArrayLike, opening: ArrayLike, modulus: ArrayLik
     >>> float(energy_release_rate(2.0, jkr_opening(2.0, 3.0, work=0.5), modulus=3.0))
     0.5
     """
-    return as_floats(modulus) * as_floats(opening) ** 2 / (2.0 * np.pi * as_floats(radius))
+    open_by: FloatArray = np.maximum(as_floats(opening), 0.0)
+    return as_floats(modulus) * open_by**2 / (2.0 * np.pi * as_floats(radius))
 
 
 def stress_intensity(radius: ArrayLike, opening: ArrayLike, modulus: ArrayLike) -> FloatArray:
@@ -94,7 +95,7 @@ def stress_intensity(radius: ArrayLike, opening: ArrayLike, modulus: ArrayLike) 
     Returns
     -------
     ndarray
-        K_I [Pa m^½] with G = K_I² / (2 E*); negative for the compressed edge of a sharp punch.
+        K_I [Pa m^½] with G = K_I² / (2 E*) where the edge is open; negative for the compressed edge of a sharp punch.
 
     Notes
     -----

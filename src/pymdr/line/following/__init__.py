@@ -7,6 +7,7 @@ All folds are found first; then the branches are tabulated once and any number o
 """
 
 from pymdr.line.following.audit import energy_residual
+from pymdr.line.following.branches import turning_points
 from pymdr.line.following.curves import (
     Curve,
     Equilibria,
@@ -20,8 +21,11 @@ from pymdr.line.following.paths import (
     Jumps,
     Track,
     Transitions,
+    Way,
     energy_balance,
     follow,
+    pressed,
+    pulled,
     trace,
 )
 
@@ -33,11 +37,15 @@ __all__ = [
     "Jumps",
     "Track",
     "Transitions",
+    "Way",
     "energy_balance",
     "energy_residual",
     "follow",
     "parameter_reaching",
+    "pressed",
+    "pulled",
     "sampled_curve",
     "trace",
+    "turning_points",
     "under_machine",
 ]

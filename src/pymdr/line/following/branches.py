@@ -84,7 +84,7 @@ def roots_of(
     if not np.all(found.success):
         worst = int(np.flatnonzero(~found.success)[0])
         raise ConvergenceError(
-            f"no root between {low[worst]!r} and {high[worst]!r} (last value {found.x[worst]!r})"
+            f"no root between {float(low[worst])!r} and {float(high[worst])!r} (last value {float(found.x[worst])!r})"
         )
     return np.asarray(found.x, dtype=np.float64)
 
@@ -137,7 +137,7 @@ def turning_points(
         values = slope(s) * np.sin(theta)
         if not np.all(np.isfinite(values)):
             raise ConvergenceError(
-                f"the slope of the curve is not finite at s = {s[~np.isfinite(values)][0]!r}"
+                f"the slope of the curve is not finite at s = {float(s[~np.isfinite(values)][0])!r}"
             )
         series = values @ _SLOPE_FIT.T
         tail = np.max(np.abs(series[:, -3:]), axis=1)
@@ -152,7 +152,7 @@ def turning_points(
         if low.size == 0:
             return _alternating(slope, marks, samples)
     raise ConvergenceError(
-        f"the slope of the curve is not smooth near s = {low[0]!r}; give its kinks as knots (breakpoints)"
+        f"the slope of the curve is not smooth near s = {float(low[0])!r}; give its kinks as knots (breakpoints)"
     )
 
 
@@ -319,7 +319,7 @@ def inverse_of(control: _Function, bottom: FloatArray, top: FloatArray, knots: F
         start, end = np.concatenate([start, middle]), np.concatenate([middle, end])
     if piece.size:
         raise ConvergenceError(
-            f"the curve is not smooth between s = {p[piece[0]]!r} and {q[piece[0]]!r}; give its kinks as knots"
+            f"the curve is not smooth between s = {float(p[piece[0]])!r} and {float(q[piece[0]])!r}; give its kinks as knots"
         )
     owner, start, end, series = (np.concatenate([part[i] for part in done]) for i in range(4))
     order = np.lexsort((start, owner))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from bisect import bisect_right
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from operator import neg
@@ -169,6 +170,103 @@ def trace(curve: Curve) -> Track:
         at_touch,
     )
     return Track(curve, turning, bottom, top, low, high, touch, found)
+
+
+@dataclass(frozen=True)
+class Way:
+    """The way of a contact while D rises or falls, from branch to branch.
+
+    Attributes
+    ----------
+    begin, end : ndarray
+        Parameters between which the contact moves smoothly, one pair for every branch on the way.
+    branch : int
+        The last branch.
+    loss : float
+        Energy dissipated in the jump that ends the way, out of contact [J]; 0 where none does.
+    """
+
+    begin: FloatArray
+    end: FloatArray
+    branch: int
+    loss: float = 0.0
+
+    @property
+    def last(self) -> float:
+        """Parameter of the last stable state."""
+        return float(self.end[-1])
+
+
+def pressed(track: Track, measure: Callable[[FloatArray], FloatArray], target: float) -> Way:
+    """Return the way from the first touch to the first state with measure(s) >= target, as D rises.
+
+    Parameters
+    ----------
+    track : Track
+        The curve, traced.
+    measure : callable
+        A quantity of the states that rises along the stable branches.
+    target : float
+        Its value that is sought.
+
+    Raises
+    ------
+    PathError
+        When the known curve ends before.
+
+    Examples
+    --------
+    >>> wave = Curve(lambda s: s + 2 * np.sin(s), lambda s: 1 + 2 * np.cos(s),
+    ...              lambda s: 2 * np.sin(s)**2 + 2 - 2 * np.cos(s), start=0.0, stop=12.0)
+    >>> way = pressed(trace(wave), lambda s: s, 3.0)
+    >>> way.branch, bool(abs(way.last + 2 * np.sin(way.last) - 2 * np.pi / 3 - np.sqrt(3)) < 1e-12)
+    (1, True)
+    """
+    out = track.jumps[_TOUCH]
+    branch, s = int(out.to[0]), float(out.after[0])
+    begin: list[float] = []
+    end: list[float] = []
+    while branch != _NOWHERE:
+        here, top = np.array([s]), track.top[branch : branch + 1]
+        begin.append(s)
+        if measure(here)[0] >= target:
+            return Way(np.array(begin), np.array([*end, s]), branch)
+        if measure(top)[0] >= target:
+            s = float(roots_of(lambda x: measure(x) - target, here, top)[0])
+            return Way(np.array(begin), np.array([*end, s]), branch)
+        end.append(float(top[0]))
+        out = track.jumps[_UP]
+        branch, s = int(out.to[branch]), float(out.after[branch])
+    raise PathError("the known curve ends before the state that is sought")
+
+
+def pulled(track: Track, branch: int, parameter: float) -> Way:
+    """Return the way of a contact from a stable state until it is lost, as D falls.
+
+    Parameters
+    ----------
+    track : Track
+        The curve, traced.
+    branch : int
+        Branch of the state.
+    parameter : float
+        Its parameter.
+
+    Examples
+    --------
+    >>> wave = Curve(lambda s: s + 2 * np.sin(s), lambda s: 1 + 2 * np.cos(s),
+    ...              lambda s: 2 * np.sin(s)**2 + 2 - 2 * np.cos(s), start=0.0, stop=12.0)
+    >>> way = pulled(trace(wave), 1, 7.0)
+    >>> np.allclose(way.end, [4 * np.pi / 3, 0.0]), way.branch
+    (True, 0)
+    """
+    out = track.jumps[_DOWN]
+    begin, end = [parameter], [float(track.bottom[branch])]
+    while (to := int(out.to[branch])) != _FREE:
+        begin.append(float(out.after[branch]))
+        end.append(float(track.bottom[to]))
+        branch = to
+    return Way(np.array(begin), np.array(end), branch, float(out.loss[branch]))
 
 
 def _first(limit: FloatArray, *, upward: bool) -> _Index:

@@ -114,6 +114,8 @@ def _searched(curve: Curve, low: float, high: float, noise: float, of: str) -> l
         sharp = length <= _SHARP * place.high and low < place.low < place.high < high
         if not clusters and depth > 0 and sharp:
             found.append(0.5 * (place.low + place.high))
+        elif not clusters and depth > 0:
+            found += _faint(curve, place, noise)
         for cluster in clusters:
             if len(found) + len(todo) > 2 * MOST_KINKS:
                 raise _too_many(cluster, of)
@@ -136,6 +138,16 @@ def _searched(curve: Curve, low: float, high: float, noise: float, of: str) -> l
         if low < radius < high and (not distinct or radius - distinct[-1] > 64.0 * EPS * radius):
             distinct.append(radius)
     return distinct
+
+
+def _faint(curve: Curve, place: _Interval, noise: float) -> list[float]:
+    """Kinks so close to the rounding that only panels no shorter than half of a stretch show them."""
+    for levels in (2, 1):
+        located = [_located(curve, part, noise, False) for part in _clusters(curve, place, noise, levels)]
+        found = [kink[0] for kink in located if kink is not None and kink[1] > 0.0]
+        if found:
+            return found
+    return []
 
 
 def _lost(radius: float) -> ProblemError:

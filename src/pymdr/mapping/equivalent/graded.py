@@ -147,15 +147,20 @@ class GradedLine(EquivalentProfile):
         inward = inner < self._inner
         if inward and self._image is not None:
             inner *= _INWARD
+        knots, continued = list(slope.knots), self.source.continued
         slope.resolve_to(max(x, self.front), min(inner, self._inner))
         assert slope.slopes is not None
+        if self.source.continued != continued:
+            # larger radii have shown that nothing but rounding was mapped
+            self._image = None
         self._charges = Charges(slope.slopes, slope.tail)
-        begin = self._begin
-        if self._image is None or inward:
-            # sums from the tip outward begin anew
-            panels = self._panels(begin, None, slope.front)
-            self._image = map_panels(self._charges, panels, self._tail_squared(begin))
-        elif slope.front > self.front:
+        if inward or self._image is None:
+            settled = self._settled() if knots == slope.knots else None
+            stop = slope.front if settled is None else float(settled.panels.start[0])
+            panels = self._panels(self._begin, None, stop)
+            image = map_panels(self._charges, panels, self._tail_squared(self._begin))
+            self._image = image if settled is None else joined_images(image, settled)
+        if slope.front > self.front:
             last = self._image.panels
             place = (float(last.base[-1]), float(last.high[-1]))
             fresh = map_panels(
@@ -163,6 +168,14 @@ class GradedLine(EquivalentProfile):
             )
             self._image = joined_images(self._image, fresh)
         self._inner = min(self._inner, inner)
+
+    def _settled(self) -> Image | None:
+        """The image beyond what an extension inward changes, from where panels do not count from a breakpoint before."""
+        if self._image is None:
+            return None
+        panels = self._image.panels
+        first = np.flatnonzero((panels.start >= self._inner) & ((panels.base == 0.0) | panels.begins))
+        return self._image.take(slice(int(first[0]), None)) if first.size else None
 
     @property
     def _begin(self) -> float:
@@ -217,15 +230,21 @@ class GradedLine(EquivalentProfile):
         answer = np.where(at == 0.0, 0.0, math.nan)
         positive = known & (at > 0.0)
         if positive.any():
-            values = at[positive]
-            image = self.map_to(float(values.max()), float(values.min()))
-            answer[positive] = self._evaluate(image, flat.take(positive), which)
+            inside = flat.take(positive)
+            answer[positive] = self._evaluate(self._map_over(inside), inside, which)
         if which == "slope":
             tip = known & (at == 0.0)
             if tip.any():
                 self.map_to(self._some_radius())
                 answer[tip] = self._tail(np.zeros(1))[1][0]
         return answer.reshape(shape)
+
+    def _map_over(self, place: Place) -> Image:
+        """The image at some places, also beyond a breakpoint to which they round."""
+        x = place.x
+        last = float(x.max())
+        beyond = (x == last) & (place.base == last) & (place.offset > 0.0)
+        return self.map_to(math.nextafter(last, math.inf) if beyond.any() else last, float(x.min()))
 
     def _evaluate(self, image: Image, place: Place, which: str) -> FloatArray:
         index, offset = image.panels.locate(place)
@@ -265,11 +284,10 @@ class GradedLine(EquivalentProfile):
         answer = np.zeros((at.size, 4))
         known = np.isfinite(at) & (at > 0.0) & (at <= self._end * (1.0 + 1e-12))
         if known.any():
-            image = self.map_to(float(at[known].max()), float(at[known].min()))
             flat = Place(
                 np.ravel(np.broadcast_to(place.base, place.x.shape))[known], np.ravel(place.offset)[known]
             )
-            answer[known] = self._errors(image, flat)
+            answer[known] = self._errors(self._map_over(flat), flat)
         return answer.reshape(*np.shape(place.x), 4)
 
     def slope_error(self, x: Position) -> FloatArray:
@@ -279,8 +297,9 @@ class GradedLine(EquivalentProfile):
         answer = np.zeros(at.shape)
         known = np.isfinite(at) & (at > 0.0) & (at <= self._end * (1.0 + 1e-12))
         if known.any():
-            image = self.map_to(float(at[known].max()), float(at[known].min()))
-            index = image.panels.locate(place.take(known))[0]
+            inside = place.take(known)
+            image = self._map_over(inside)
+            index = image.panels.locate(inside)[0]
             answer[known] = np.maximum.accumulate(image.error[:, 1])[index]
         return answer
 
@@ -297,18 +316,21 @@ class GradedLine(EquivalentProfile):
         return errors + self._beside_breakpoints(image, index, offset)
 
     def _beside_breakpoints(self, image: Image, index: IndexArray, offset: FloatArray) -> FloatArray:
-        """What an uncertain exponent, or place of a kink, does to curves that begin like a power there."""
+        """What the uncertain exponent, or place, with which a profile begins at a breakpoint does to its curves."""
         exponent, place = image.beside[index].T
         if not exponent.any() and not place.any():
             return np.zeros((index.size, 4))
-        with np.errstate(divide="ignore", over="ignore"):
+        x = image.panels.base[index] + offset
+        g, slope, m, s = (np.abs(evaluate(image.panels, image.curve(name), index, offset)) for name in CURVES)
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             # beyond the first panel the power is no longer extrapolated
-            ratio = np.minimum(offset / image.panels.high[index], 1.0)
-            first = image.panels.low[index] == 0.0
-            found = np.where(first & (exponent > 0.0), exponent * np.abs(np.log(ratio)), 0.0)[:, None]
-            shift = np.where(place > 0.0, place / offset, 0.0)[:, None]
-            powers = np.stack([getattr(image, name).power[index] for name in CURVES], axis=1)
-        return np.asarray(found * np.array([1.0, 1.0, 1.0, 2.0]) + shift * np.abs(powers))
+            first = (image.panels.low[index] == 0.0) & (exponent > 0.0)
+            ratio = np.where(first, np.minimum(offset / image.panels.high[index], 1.0), 1.0)
+            spread = exponent * np.abs(np.log(ratio))
+            steep = np.abs(image.slope.power[index]) / offset
+            rates = np.stack([slope / g, steep, x * slope / m, 2.0 * m * slope / s], axis=1)
+            shifted = np.where(place[:, None] > 0.0, place[:, None] * rates, 0.0)
+        return np.asarray(spread[:, None] * np.array([1.0, 1.0, 1.0, 2.0]) + np.nan_to_num(shifted))
 
     # -- inverses ---------------------------------------------------------------------------------
 
@@ -586,7 +608,7 @@ class GradedLine(EquivalentProfile):
         if positive.size:
             image = self.map_to(float(edge.x), max(float(positive.min()), 2.0**-60 * float(edge.x)))
         answer = np.zeros(x.shape)
-        part = returning.stretch(image.panels, image.slope, (0.0, 0.0), stop)
+        part = returning.Stretch(image.bunches, (0.0, 0.0), stop)
         answer[inside] = returning.over_root(part, base[inside], offset[inside])
         start = float(image.panels.start[0])
         low = inside & (x < start)
@@ -602,7 +624,7 @@ class GradedLine(EquivalentProfile):
         image = self.map_to(high, low)
         if low < float(image.panels.start[0]):
             return super().pressure_between(r, low, high)
-        part = returning.stretch(image.panels, image.slope, (0.0, low), (0.0, high))
+        part = returning.Stretch(image.bunches, (0.0, low), (0.0, high))
         return returning.over_root(part, np.zeros(r.shape), r)
 
     def gap_between(self, r: FloatArray, low: float, high: float) -> FloatArray:
@@ -610,7 +632,7 @@ class GradedLine(EquivalentProfile):
         image = self.map_to(float(np.max(r, initial=high)), low)
         if low < float(image.panels.start[0]):
             return super().gap_between(r, low, high)
-        part = returning.stretch(image.panels, image.slope, (0.0, low), (0.0, high))
+        part = returning.Stretch(image.bunches, (0.0, low), (0.0, high))
         return returning.with_arccos(part, np.zeros(r.shape), r)
 
     def gap_integral(self, r: Position, a: Position) -> FloatArray:
@@ -627,7 +649,7 @@ class GradedLine(EquivalentProfile):
             return answer.reshape(shape)
         image = self.map_to(float(x[outside].max()), float(x[outside].min()))
         last = (float(image.panels.base[-1]), float(image.panels.high[-1]))
-        part = returning.stretch(image.panels, image.slope, start, last)
+        part = returning.Stretch(image.bunches, start, last)
         answer[outside] = returning.with_arccos(part, base[outside], offset[outside])
         first = float(image.panels.start[0])
         if start[0] + start[1] < first:
@@ -648,7 +670,7 @@ class GradedLine(EquivalentProfile):
         x = np.ravel(np.asarray(r, dtype=float))
         image = self.map_to(float(edge.x))
         stop = (float(edge.base), float(edge.offset))
-        part = returning.stretch(image.panels, image.slope, (0.0, 0.0), stop)
+        part = returning.Stretch(image.bunches, (0.0, 0.0), stop)
         answer = returning.with_arcsin(part, np.zeros(x.shape), x)
         first = min(float(image.panels.start[0]), float(edge.x))
         n, top, radius = self._tail_constants()

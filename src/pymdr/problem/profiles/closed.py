@@ -111,7 +111,12 @@ class Cone(Profile):
     0.363970234266
     """
 
-    slope: OptionalSIField = OptionalSIField("", above=0.0, words="slope of the flank")
+    slope: OptionalSIField = OptionalSIField(
+        "",
+        above=0.0,
+        words="slope of the flank",
+        hint="an angle between axis and flank is Cone(half_angle='70 deg')",
+    )
     half_angle: OptionalSIField = OptionalSIField(
         "rad", above=0.0, below=math.pi / 2, words="angle between axis and flank"
     )

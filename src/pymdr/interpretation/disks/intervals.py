@@ -1,0 +1,137 @@
+"""The depths at which contacts are disks, as intervals."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from itertools import pairwise
+
+import numpy as np
+
+from pymdr.interpretation.disks.ends import disks_on
+from pymdr.interpretation.disks.extremes import least_of, segments, without_windows
+from pymdr.interpretation.disks.landscape import TOLERANCE, Landscape, landscape_of, seen_upto
+from pymdr.interpretation.disks.stretches import stretches_of
+from pymdr.mapping.equivalent import EquivalentProfile
+from pymdr.units import FloatArray
+
+
+@dataclass(frozen=True)
+class DiskDepths:
+    """Where contacts are disks, as intervals of depth."""
+
+    strict: tuple[tuple[float, float], ...]
+    """Lowest and highest depth in m of every interval, rising."""
+    nearly: tuple[tuple[float, float], ...]
+    """The same where rings beside concave kinks, narrower than 1e-3 of the contact radius, are passed over."""
+    landscape: Landscape | None
+    """None where every contact is a disk."""
+
+
+@lru_cache(maxsize=128)
+def disk_depths(equivalent: EquivalentProfile, deepest: float) -> DiskDepths:
+    """
+    The depths up to a deepest one at which the contact of a profile is a disk.
+
+    Parameters
+    ----------
+    equivalent : EquivalentProfile
+        g(x).
+    deepest : float
+        In m.
+
+    Returns
+    -------
+    DiskDepths
+        Depths without contact are among them.
+
+    Notes
+    -----
+    Conditions of Signorini (1959); the disk that satisfies them carries most (Barber 1974).
+
+    Examples
+    --------
+    >>> from pymdr.mapping.equivalent import equivalent_profile
+    >>> from pymdr.problem.profiles import Paraboloid
+    >>> disk_depths(equivalent_profile(Paraboloid(1.0)), 1.0).strict
+    ((-inf, inf),)
+    """
+    whole = ((-math.inf, math.inf),)
+    top = 0.0 if equivalent.rises else seen_upto(equivalent, deepest)
+    if top == 0.0:
+        return DiskDepths(whole, whole, None)
+    landscape = landscape_of(equivalent, top)
+    if landscape is None:
+        return DiskDepths(whole, whole, None)
+    stretches = stretches_of(landscape, deepest)
+    found = []
+    for loose in (False, True) if landscape.dents else (False,):
+        intervals = [(-math.inf, _first_touch(landscape))]
+        for each in stretches:
+            radii = disks_on(landscape, each, loose)
+            if radii is not None:
+                ends = equivalent.g(np.array(radii))
+                last = math.inf if each.high == top < equivalent.edge else float(ends[1])
+                intervals.append((float(ends[0]) if radii[0] > 0.0 else 0.0, last))
+        if top >= equivalent.edge and (loose or not any(b < top for b in landscape.dents)):
+            intervals.append((_least_depth_at_edge(landscape, loose), math.inf))
+        found.append(_joined(intervals))
+    return DiskDepths(found[0], found[-1], landscape)
+
+
+def _first_touch(landscape: Landscape) -> float:
+    """The depth at which the first point touches, min f, at most 0."""
+    g = landscape.equivalent.g(landscape.radii)
+    if g.min() >= 0.0:
+        return 0.0
+    least = least_of(
+        landscape.radii,
+        lambda r: 2.0 / math.pi * landscape.equivalent.gap_integral(r, 0.0),
+        np.zeros(landscape.radii.size, dtype=int),
+    )
+    size = float(np.max(np.abs(g)))
+    return least.value * (1.0 - TOLERANCE) if least.value < -TOLERANCE * 1e-3 * size else 0.0
+
+
+def _least_depth_at_edge(landscape: Landscape, loose: bool) -> float:
+    """The depth at which a contact up to a sharp edge is without tension, g(b) + max (-int g' ...) sqrt(b^2 - r^2)."""
+    equivalent, b = landscape.equivalent, landscape.equivalent.edge
+    r = without_windows(landscape, landscape.radii[landscape.radii < b], b, loose)
+
+    def scaled(at: FloatArray) -> FloatArray:
+        return equivalent.pressure_integral(at, b) * np.sqrt((b - at) * (b + at))
+
+    needed = max(0.0, -least_of(r, scaled, segments(landscape, r)).value)
+    g = float(equivalent.g(np.array([b]))[0])
+    size = float(np.max(np.abs(equivalent.g(landscape.radii)), initial=0.0))
+    return g + needed - 4.0 * TOLERANCE * size * (needed > 0.0)
+
+
+def _joined(intervals: list[tuple[float, float]]) -> tuple[tuple[float, float], ...]:
+    """Intervals that touch or overlap in one; ends that differ by rounding touch."""
+    found: list[tuple[float, float]] = []
+    for low, high in sorted(intervals):
+        if high < low:
+            continue
+        if found and low <= found[-1][1] + TOLERANCE * abs(low):
+            found[-1] = (found[-1][0], max(found[-1][1], high))
+        else:
+            found.append((low, high))
+    return tuple(found)
+
+
+def holes(intervals: Sequence[tuple[float, float]], deepest: float) -> list[tuple[float, float]]:
+    """
+    What rising intervals from -inf on leave out up to a depth.
+
+    Examples
+    --------
+    >>> holes(((-math.inf, 1.0), (2.0, 3.0)), 5.0)
+    [(1.0, 2.0), (3.0, 5.0)]
+    """
+    left = [(first[1], second[0]) for first, second in pairwise(intervals) if first[1] < deepest]
+    if intervals[-1][1] < deepest - TOLERANCE * abs(deepest):
+        left.append((intervals[-1][1], deepest))
+    return [(low, min(high, deepest)) for low, high in left]

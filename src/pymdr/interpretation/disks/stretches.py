@@ -1,0 +1,126 @@
+"""The stretches on which g rises that may hold disks."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from pymdr.interpretation.disks.ends import Stretch, disks_on
+from pymdr.interpretation.disks.extremes import MOST, gap_ratios, pressure_ratios, without_windows
+from pymdr.interpretation.disks.landscape import TOLERANCE, Landscape
+from pymdr.mapping.equivalent import rising_root
+from pymdr.units import FloatArray
+
+_SAMPLES = 9
+"""Disks of a stretch that are compared with those of others."""
+
+
+def stretches_of(landscape: Landscape, deepest: float) -> list[Stretch]:
+    """The stretches that may hold disks; of many radii, some rule most stretches out before all are looked at."""
+    ends = [
+        each
+        for each in _carrying(landscape, _rising(landscape, deepest))
+        if not _near_fault(landscape, *each)
+    ]
+    if landscape.radii.size > 2 * MOST and len(ends) > 1:
+        some = landscape.radii[:: math.ceil(landscape.radii.size / MOST)]
+        coarse = replace(landscape, radii=some)
+        left = [
+            each for each in _with_integrals(coarse, ends) if disks_on(coarse, each, loose=True) is not None
+        ]
+        ends = [(each.low, each.high) for each in left]
+    return _with_integrals(landscape, ends)
+
+
+def _with_integrals(landscape: Landscape, ends: Sequence[tuple[float, float]]) -> list[Stretch]:
+    """Stretches with the integrals of the disks at their ends; along them only what lies between is added."""
+    equivalent, radii = landscape.equivalent, landscape.radii
+    pressures: list[FloatArray] = []
+    before = 0.0
+    p = np.empty(0)
+    for low, _ in ends:
+        known = radii[: p.size]
+        fresh = radii[(radii < low) & (np.arange(radii.size) >= p.size)]
+        if low > 0.0:
+            grown = p + equivalent.pressure_between(known, before, low) if known.size else p
+            p = np.concatenate([grown, equivalent.pressure_integral(fresh, low)])
+        pressures.append(p)
+        before = low
+    gaps: list[FloatArray] = []
+    h = np.empty(0)
+    for _, high in ends[::-1]:
+        known = radii[radii.size - h.size :]
+        fresh = radii[(radii > high) & (np.arange(radii.size) < radii.size - h.size)]
+        h = np.concatenate(
+            [equivalent.gap_integral(fresh, high), h + equivalent.gap_between(known, high, before)]
+            if h.size
+            else [equivalent.gap_integral(fresh, high)]
+        )
+        gaps.append(h)
+        before = high
+    return [Stretch(*each, p, h) for each, p, h in zip(ends, pressures, gaps[::-1], strict=True)]
+
+
+def _rising(landscape: Landscape, deepest: float) -> list[tuple[float, float]]:
+    """The stretches on which g rises, as far as they belong to depths that are asked for."""
+    if deepest <= 0.0:
+        return []
+    falls = landscape.falls
+    starts = np.array([0.0, *(fall.stop for fall in falls)])
+    stops = np.array([*(fall.start for fall in falls), landscape.top])
+    g = landscape.equivalent.g
+    found = []
+    for low, high, bottom, end in zip(starts.tolist(), stops.tolist(), g(starts), g(stops), strict=True):
+        if not high > low or bottom >= deepest or end <= 0.0:
+            continue
+        if end > deepest:
+            high = float(rising_root(g, deepest, low, high))
+        if bottom < 0.0:
+            low = float(rising_root(g, 0.0, low, high))
+        found.append((low, high))
+    return found
+
+
+def _carrying(landscape: Landscape, ends: list[tuple[float, float]]) -> list[tuple[float, float]]:
+    """
+    Those stretches on which some disk may carry most of all disks of its depth.
+
+    Such disks are where int_0^a g touches its lower convex hull; between samples it rises above its tangent by no more
+    than dg h / 8.
+    """
+    if len(ends) < 3:
+        return ends
+    share = (np.arange(_SAMPLES) + 0.5) / _SAMPLES
+    low, high = np.array(ends).T
+    a = low[:, None] + (high - low)[:, None] * share
+    g, m = landscape.equivalent.g(a), landscape.equivalent.integral(a)
+    x, y = np.append(0.0, a.ravel()), np.append(0.0, m.ravel())
+    hull: list[int] = []
+    for i in range(x.size):
+        while len(hull) > 1 and (y[hull[-1]] - y[hull[-2]]) * (x[i] - x[hull[-2]]) >= (y[i] - y[hull[-2]]) * (
+            x[hull[-1]] - x[hull[-2]]
+        ):
+            hull.pop()
+        hull.append(i)
+    above = m - np.interp(a, x[hull], y[hull])
+    allowed = 0.25 * np.max(np.diff(g, axis=1), axis=1) * (high - low) / _SAMPLES
+    allowed += 1e-14 * np.max(np.abs(m), axis=1)
+    return [each for each, viable in zip(ends, above.min(axis=1) <= allowed, strict=True) if viable]
+
+
+def _near_fault(landscape: Landscape, low: float, high: float) -> bool:
+    """Whether a few radii in the next falls already rule a stretch out."""
+    before = np.array(
+        [f.start + s * (f.stop - f.start) for f in landscape.falls if f.stop <= low for s in (0.0, 0.5)]
+    )[-8:]
+    before = without_windows(landscape, before, high, loose=True)
+    if before.size and pressure_ratios(landscape, high, 0.0, before).min() < -landscape.tolerance:
+        return True
+    beyond = np.array([f.stop for f in landscape.falls if f.start >= high])[:4]
+    beyond = without_windows(landscape, beyond, low, loose=True)
+    return (
+        low > 0.0 and bool(beyond.size) and bool(gap_ratios(landscape, low, 0.0, beyond).min() < -TOLERANCE)
+    )

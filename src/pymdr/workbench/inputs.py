@@ -1,0 +1,72 @@
+"""The door for files that people name: regular, of bounded size, text; and words that are safe to print."""
+
+from __future__ import annotations
+
+import os
+import stat
+from pathlib import Path
+
+from pymdr.errors import CaseError, FileError
+
+
+def read_text(file: str | os.PathLike[str], largest: int, what: str) -> str:
+    """
+    The text of a regular file; a byte order mark is no part of it.
+
+    The size is looked at after opening, and no more than `largest` bytes are read, so that neither a device nor a
+    file that grows can fill the memory; opening without waiting keeps a pipe from holding the program.
+
+    Parameters
+    ----------
+    file : path
+    largest : int
+        Number of bytes above which the file is refused.
+    what : str
+        What the file should be, for messages, such as "case file".
+
+    Returns
+    -------
+    str
+
+    Raises
+    ------
+    FileError
+        If the file cannot be read or is no regular file.
+    CaseError
+        If it is too large or no text in UTF-8.
+    """
+    source = Path(file)
+    try:
+        handle = os.open(source, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
+    except ValueError as error:
+        raise FileError(f"cannot read {str(source)!r}: a name of a file has no character NUL") from error
+    except OSError as error:
+        raise FileError(f"cannot read {source}: {error.strerror or error}") from error
+    if not stat.S_ISREG(os.fstat(handle).st_mode):
+        os.close(handle)
+        raise FileError(f"cannot read {source}: a {what} is a regular file, not a folder, pipe or device")
+    try:
+        with os.fdopen(handle, "rb") as opened:
+            content = opened.read(largest + 1)
+    except OSError as error:
+        raise FileError(f"cannot read {source}: {error.strerror or error}") from error
+    if len(content) > largest:
+        raise CaseError(f"{source}: larger than {largest} bytes, which no {what} may be")
+    try:
+        return content.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise CaseError(
+            f"{source}: not a text file in UTF-8 ({error.reason} at byte {error.start})"
+        ) from error
+
+
+def printable(text: str) -> str:
+    r"""
+    A text whose control characters are written out, so that no title or message steers a terminal.
+
+    Examples
+    --------
+    >>> printable("a" + chr(27) + "[31m b")
+    'a\\x1b[31m b'
+    """
+    return "".join(c if c.isprintable() or c == "\n" else repr(c)[1:-1] for c in text)

@@ -1,0 +1,357 @@
+"""Case files, tables and saved results that are broken by chance or on purpose: refused in one line, or right."""
+
+import contextlib
+import json
+import os
+import string
+import tomllib
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+import pymdr as mdr
+from pymdr.errors import PymdrError
+from pymdr.result import result_from_dataset
+from pymdr.workbench.casefile import read_case
+from pymdr.workbench.cli import main
+from pymdr.workbench.inputs import printable
+from pymdr.workbench.templates import KINDS, template
+
+SLOW = settings(max_examples=60, deadline=None, suppress_health_check=list(HealthCheck))
+ESCAPE = "\x1b]0;title\x07\x1b[2J"
+SECRET = "root:$6$salt$abcdef:19000:0:99999:7:::"
+
+
+@pytest.fixture
+def shell(capfd, monkeypatch):
+    """Run the command line as the console script does; gives exit status, output and errors."""
+
+    def run(*arguments):
+        monkeypatch.setattr("sys.argv", ["pymdr", *map(str, arguments)])
+        try:
+            main()
+            status = 0
+        except SystemExit as stop:
+            status = stop.code or 0
+        out, err = capfd.readouterr()
+        return status, out, err
+
+    return run
+
+
+def plain(text: str) -> bool:
+    """Whether no character of a text steers a terminal."""
+    return all(c.isprintable() or c == "\n" for c in text)
+
+
+# --- case files ------------------------------------------------------------------------------------------
+
+VALUES = st.one_of(
+    st.sampled_from(
+        [
+            "1" * 5000,
+            "-" + "9" * 400,
+            "1e308",
+            "5e-324",
+            "4e10",
+            "40000000000",
+            "1" + "0" * 30,
+            "true",
+            "nan",
+            "-inf",
+            "[" * 3000 + "]" * 3000,
+            "[" * 60 + "]" * 60,
+            "{ kind = { kind = { } } }",
+            "[1, 2]",
+            "[]",
+            "[[]]",
+            '["1 mm", "2 mm"]',
+            '"[/bold] mm"',
+            '"[red]x"',
+            '"70 deg"',
+            '"1e400 m"',
+            '"\\u0000"',
+            '"\\u001b[2J"',
+            '"\\u202e"',
+            '""',
+            "1979-05-27",
+            '"' + "x" * 5000 + '"',
+        ]
+    ),
+    st.integers().map(str),
+    st.floats().map(lambda x: repr(x) if np.isfinite(x) else "inf"),
+    st.text(string.printable, max_size=20).map(json.dumps),
+)
+
+
+@SLOW
+@given(kind=st.sampled_from(KINDS), pick=st.integers(0, 10**6), value=VALUES)
+def test_any_value_in_any_place_of_a_case_is_read_or_refused(tmp_path, kind, pick, value):
+    lines = template(kind).splitlines()
+    places = [i for i, line in enumerate(lines) if " = " in line and not line.startswith("#")]
+    i = places[pick % len(places)]
+    lines[i] = f"{lines[i].partition(' = ')[0]} = {value}"
+    file = tmp_path / "case.toml"
+    file.write_text("\n".join(lines), encoding="utf-8")
+    told = ""
+    try:
+        asked = read_case(file)
+        mdr.assess(asked.contact, asked.path, **asked.options)
+    except PymdrError as error:
+        told = str(error)
+    assert len(told) < 2000
+    for word in ("pydantic", "Traceback", "tagged-union", "input should", "valid integer"):
+        assert word not in told
+
+
+@SLOW
+@given(content=st.one_of(st.binary(max_size=200), st.text(max_size=200).map(str.encode)))
+def test_any_bytes_are_a_case_or_none(tmp_path, content):
+    file = tmp_path / "case.toml"
+    file.write_bytes(content)
+    with pytest.raises(PymdrError):
+        read_case(file)
+
+
+def test_a_byte_order_mark_is_no_part_of_a_case(tmp_path):
+    file = tmp_path / "case.toml"
+    file.write_text(template("ball"), encoding="utf-8-sig")
+    assert read_case(file).contact.profile == mdr.Sphere("10 mm")
+
+
+def test_what_is_printed_steers_no_terminal(tmp_path, shell):
+    text = template("ball")
+    told = json.dumps(ESCAPE)
+    for old, new in (
+        ('title = "My ball"', f"title = {told}"),
+        ('radius = "10 mm"', f"radius = {told}"),
+        ('young = "210 GPa"', 'young = "[/bold] GPa"'),
+        ('kind = "sphere" ', 'kind = "[profile]" '),
+        ("[counterbody]", f"[{told}]"),
+    ):
+        assert old in text
+        good, bad = tmp_path / "good.toml", tmp_path / "bad.toml"
+        good.write_text(text, encoding="utf-8")
+        bad.write_text(text.replace(old, new), encoding="utf-8")
+        for arguments in (("check", bad), ("run", good, bad, "-o", tmp_path / "out")):
+            _, out, err = shell(*arguments)
+            assert plain(out)
+            assert plain(err)
+            assert "Traceback" not in err
+    # the last of them has an unknown table, which the list of failures names whole
+    bad.write_text(text.replace('"210 GPa"', '"[/bold] GPa"'), encoding="utf-8")
+    _, _, err = shell("run", good, bad, "-o", tmp_path / "out")
+    assert "[body]" in err.replace("\n", "")
+    assert "[/bold]" in err.replace("\n", "")
+
+
+@given(st.text(max_size=50))
+def test_printable_texts_keep_what_can_be_read(text):
+    assert plain(printable(text))
+    if plain(text):
+        assert printable(text) == text
+
+
+# --- folders ---------------------------------------------------------------------------------------------
+
+
+@SLOW
+@given(
+    st.lists(
+        st.tuples(*[st.sampled_from("ab")] * 2, st.sampled_from(["x.toml", "y.toml"])), min_size=2, max_size=5
+    )
+)
+def test_no_two_cases_are_written_into_one_folder(tmp_path, parts):
+    from pymdr.workbench.cli import _folders
+
+    cases = [tmp_path.joinpath(*p) for p in parts]
+    for output in (tmp_path / "out", None):
+        try:
+            folders = _folders(cases, output)
+        except mdr.CaseError:
+            assert len(set(cases)) < len(cases)
+        else:
+            assert len(set(folders.values())) == len(set(cases)) == len(cases)
+
+
+def test_cases_of_one_name_keep_their_results(tmp_path, shell):
+    for folder, radius in (("a", "10 mm"), ("b", "20 mm")):
+        (tmp_path / folder).mkdir()
+        (tmp_path / folder / "case.toml").write_text(template("ball").replace("10 mm", radius))
+    out = tmp_path / "out"
+    status, _, _ = shell("run", tmp_path / "a/case.toml", tmp_path / "b/case.toml", "-o", out, "-q")
+    assert status == 0
+    for folder, radius in (("a", "10 mm"), ("b", "20 mm")):
+        found = mdr.open_result(out / folder / "case" / "result.nc")
+        assert found.contact.profile == mdr.Sphere(radius)
+    status, _, err = shell("run", tmp_path / "a/case.toml", tmp_path / "a/case.toml", "-q")
+    assert status == 1
+    assert "each of them once" in err
+
+
+# --- files that a case names -----------------------------------------------------------------------------
+
+
+def tip_from(file: str) -> str:
+    lines = template("tip").splitlines()
+    kept = [line for line in lines if not line.startswith(("radius", "height", "# file"))]
+    kept.insert(kept.index('kind = "sampled"') + 1, f"file = {json.dumps(file)}")
+    return "\n".join(kept)
+
+
+def record_from(file: str) -> str:
+    head = template("ball").partition("[[path]]")[0]
+    return f'{head}[[path]]\nkind = "path"\nfile = {json.dumps(file)}\n'
+
+
+@pytest.mark.parametrize("case_from", [tip_from, record_from])
+def test_only_regular_files_are_read_and_none_is_read_aloud(tmp_path, shell, case_from):
+    os.mkfifo(tmp_path / "pipe")
+    (tmp_path / "secret").write_text(f"{SECRET}\nsecond,line\n")
+    (tmp_path / "commas").write_text(f"{SECRET},{SECRET}\n{SECRET},{SECRET}\n")
+    (tmp_path / "folder").mkdir()
+    case = tmp_path / "case.toml"
+    for name, words in (
+        ("/dev/zero", "regular file"),
+        (str(tmp_path / "pipe"), "regular file"),
+        ("folder", ""),
+        ("", "name of a CSV file"),
+        ("a\0b", "NUL"),
+        ("secret", "not a header"),
+        ("commas", "not a header"),
+        ("case.toml", ""),
+    ):
+        case.write_text(case_from(name), encoding="utf-8")
+        status, out, err = shell("check", case)
+        assert (status, out) == (1, "")
+        assert words in err
+        assert "salt" not in err
+        assert err.count("\n") == 1
+
+
+def test_a_huge_sparse_file_is_refused_at_once(tmp_path, shell):
+    with (tmp_path / "huge.csv").open("wb") as opened:
+        opened.truncate(10**12)
+    case = tmp_path / "case.toml"
+    case.write_text(tip_from("huge.csv"))
+    status, _, err = shell("check", case)
+    assert status == 1
+    assert "larger than" in err
+
+
+@SLOW
+@given(content=st.one_of(st.binary(max_size=100), st.text(string.printable, max_size=100).map(str.encode)))
+def test_any_table_is_read_or_refused(tmp_path, content):
+    for head in (b"", b"r [nm],f [nm]\n", b"time [s],load [N]\n"):
+        (tmp_path / "t.csv").write_bytes(head + content)
+        for read in (mdr.read_profile, mdr.read_path, mdr.read_record):
+            with contextlib.suppress(PymdrError):
+                read(tmp_path / "t.csv")
+
+
+# --- saved results ---------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def saved(tmp_path_factory):
+    file = tmp_path_factory.mktemp("saved") / "r.nc"
+    joint = mdr.Contact(
+        mdr.Paraboloid("10 mm"),
+        mdr.Elastic("1 GPa", 0.3),
+        mdr.Elastic("1 GPa", 0.3),
+        friction=mdr.Coulomb(0.3),
+    )
+    result = mdr.solve(joint, mdr.load("1 N", steps=3) >> mdr.cycle(shift="1 um", steps=8))
+    result.save(file)
+    return file, result
+
+
+@settings(max_examples=150, deadline=None, suppress_health_check=list(HealthCheck))
+@given(data=st.data())
+def test_a_flipped_bit_is_noticed(saved, tmp_path, data):
+    file, _ = saved
+    content = bytearray(file.read_bytes())
+    flips = data.draw(st.sets(st.integers(0, 8 * len(content) - 1), min_size=1, max_size=3))
+    for bit in flips:
+        content[bit // 8] ^= 1 << (bit % 8)
+    (tmp_path / "flipped.nc").write_bytes(content)
+    with pytest.raises(mdr.FileError):
+        mdr.open_result(tmp_path / "flipped.nc")
+
+
+@settings(max_examples=60, deadline=None, suppress_health_check=list(HealthCheck))
+@given(data=st.data())
+def test_a_file_that_was_cut_off_is_noticed(saved, tmp_path, data):
+    content = saved[0].read_bytes()
+    (tmp_path / "cut.nc").write_bytes(content[: data.draw(st.integers(0, len(content) - 1))])
+    with pytest.raises(mdr.FileError):
+        mdr.open_result(tmp_path / "cut.nc")
+
+
+def test_what_another_program_wrote_has_no_checksum(saved, tmp_path):
+    file, result = saved
+    result.to_dataset().to_netcdf(tmp_path / "other.nc", engine="h5netcdf")
+    assert np.array_equal(mdr.open_result(tmp_path / "other.nc")["shift"], result["shift"])
+    import xarray as xr
+
+    xr.load_dataset(file, engine="h5netcdf").to_netcdf(tmp_path / "again.nc", engine="h5netcdf")
+    with pytest.raises(mdr.FileError, match="checksum is gone"):
+        mdr.open_result(tmp_path / "again.nc")
+
+
+JSON = st.recursive(
+    st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=5),
+    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(max_size=5), inner, max_size=3),
+    max_leaves=8,
+)
+TEXTS = (
+    "claims",
+    "assumptions",
+    "notes",
+    "references",
+    "rings",
+    "machine_stiffness",
+    "starts",
+    "case",
+    "status",
+)
+
+
+@settings(max_examples=200, deadline=None, suppress_health_check=list(HealthCheck))
+@given(data=st.data(), name=st.sampled_from(TEXTS))
+def test_results_made_by_hand_are_whole_or_refused(saved, data, name):
+    packed = saved[1].to_dataset()
+    told = packed.attrs[f"pymdr_{name}"]
+    if name == "status" or data.draw(st.booleans()):
+        new = json.dumps(data.draw(JSON))
+    else:
+        whole = json.loads(told)
+        table = whole
+        while isinstance(table, dict | list) and table and data.draw(st.integers(0, 3)) > 0:
+            key = data.draw(st.sampled_from(sorted(table) if isinstance(table, dict) else range(len(table))))
+            if not isinstance(table[key], dict | list) or not table[key]:
+                break
+            table = table[key]
+        if isinstance(table, dict | list) and table:
+            key = data.draw(st.sampled_from(sorted(table) if isinstance(table, dict) else range(len(table))))
+            table[key] = data.draw(JSON)
+        new = json.dumps(whole)
+    try:
+        result = result_from_dataset(packed.assign_attrs({f"pymdr_{name}": new}))
+    except mdr.FileError:
+        return
+    result.summary()
+    result._repr_html_()
+    result.cite()
+
+
+def test_every_template_runs_as_written(tmp_path, shell):
+    for kind in KINDS:
+        assert tomllib.loads(template(kind))["title"] == f"My {kind}"
+    file = tmp_path / "tip.toml"
+    assert shell("new", "tip", "-o", file)[0] == 0
+    status, out, err = shell("run", file)
+    assert (status, err) == (0, "")
+    assert "My tip" in out
