@@ -40,6 +40,8 @@ _FELT_FROM = 2.0**-12
 """How far below the floor something is looked for that is felt above it, in parts of it."""
 _GENERATIONS = 36
 _KINK_GENERATION = 5
+_ROUNDED, _ROUNDED_ALIKE = 2e-14, 1e-12
+"""Misfit, in parts of the slope, of what is taken for its rounding where dividing does not help; alike all over a panel."""
 _STEEP = 8.0
 """Ratio of the slopes at the ends of a panel from which its local power is divided out."""
 _SPREAD = 64.0
@@ -371,6 +373,7 @@ def _resolve(
     sizes = np.zeros(panels.count)
     done: list[Slopes] = []
     asked: set[int] = set()
+    alike = np.zeros(panels.count, dtype=bool)
     for generation in range(_GENERATIONS + 1):
         fit = _fitted(source, pending)
         if isinstance(fit, _Stopped):
@@ -389,6 +392,13 @@ def _resolve(
             rest = np.flatnonzero(~fits)
             noise = _noise(source, pending.take(rest))
             fits[rest] |= (fit.error[rest] <= 8.0 * noise) & fit.even[rest]
+        if generation == _KINK_GENERATION:
+            # a radius that loses digits in sums makes stairs of f'; features are in few parts of a panel
+            missed = np.bincount(family, np.where(fits, 0.0, pending.width), panels.count)
+            alike = missed >= 0.125 * (np.minimum(panels.stop, needed) - panels.start)
+        if generation >= _KINK_GENERATION:
+            rounded = np.where(alike[family], _ROUNDED_ALIKE, _ROUNDED)
+            fits |= (fit.error <= rounded * fit.size) & fit.even
         begins = pending.begins
         thinnest = np.maximum(64.0 * np.finfo(float).eps * pending.base, 1e-300)
         last = (pending.width <= thinnest) | (generation == _GENERATIONS)
