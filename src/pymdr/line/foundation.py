@@ -152,8 +152,14 @@ def _best_disk(equivalent: EquivalentProfile, d: FloatArray, turning: tuple[floa
     end = min(equivalent.edge, top)
     ends = np.array([0.0, *(t for t in turning if 0.0 < t < end), end])
     g = equivalent.g(ends)
-    for low, high, g_low, g_high in zip(ends[:-1], ends[1:], g[:-1], g[1:], strict=True):
-        inside = (d > g_low) & (d <= g_high)
+    below = equivalent.integral(ends)
+    least = load.copy()
+    for x, m in zip(ends[1:], below[1:], strict=True):
+        np.maximum(least, d * x - m, out=least)
+    for low, high, g_low, g_high, m in zip(ends[:-1], ends[1:], g[:-1], g[1:], below[:-1], strict=True):
+        # on a rising stretch the load gains no more than (d - g(low)) for every unit of a
+        most = d * high - m - g_low * (high - low)
+        inside = (d > g_low) & (d <= g_high) & (most >= least - 1e-12 * np.abs(d) * high)
         if g_high > g_low and inside.any():
             place = equivalent.between(d[inside], float(low), float(high))
             _take_better(best, load, inside, place, d[inside] * place.x - equivalent.integral(place))
