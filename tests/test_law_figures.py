@@ -256,7 +256,7 @@ def test_saved_results_draw_the_same():
     np.testing.assert_array_equal(one, other)
 
 
-@pytest.mark.parametrize("profile", [TIP, mdr.Cone("20 deg")])
+@pytest.mark.parametrize("profile", [TIP, mdr.Cone(slope=0.349)])
 def test_laws_are_held_against_each_other(profile):
     regime = mdr.adhesion_regime(mdr.Contact(profile, GEL, adhesion=LAWS[0]), range="200 nm")
     left, right = regime.plot().axes

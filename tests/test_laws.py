@@ -401,3 +401,45 @@ def _joint():
 def test_a_study_of_loops_prints_as_a_table():
     study = mdr.friction_loop(_joint(), ["0.1 um", "0.2 um"], normal_force="10 N")
     assert len(str(study).splitlines()) == 5
+
+
+@settings(max_examples=25, deadline=None)
+@given(
+    st.sampled_from(
+        [mdr.Paraboloid("10 mm"), mdr.Cone(slope=0.01), mdr.PowerLaw(exponent=4.0, height=1e-6, radius=1e-3)]
+    ),
+    st.lists(st.floats(-9.0, -0.01), min_size=1, max_size=4),
+    st.floats(0.05, 2.0),
+)
+def test_loops_by_force_are_loops_by_shift(profile, shares, mu):
+    steel = mdr.Elastic("210 GPa", 0.3)
+    joint = mdr.Contact(profile, steel, steel, friction=mdr.Coulomb(0.3))
+    pulls = 10.0 ** np.array(shares) * mu * 50.0
+    by_force = mdr.friction_loop(
+        joint, force_amplitude=pulls, coefficient=[mu, 2.0 * mu], normal_force="50 N"
+    )
+    assert by_force.data.sizes == {"coefficient": 2, "force_amplitude": pulls.size}
+    for coefficient, study in by_force.by_coefficient():
+        contact = mdr.Contact(profile, steel, steel, friction=mdr.Coulomb(coefficient))
+        by_shift = mdr.friction_loop(contact, study["amplitude"].values, normal_force="50 N")
+        assert by_shift["force_amplitude"].values == pytest.approx(pulls, rel=1e-9)
+        for name in ("dissipated_per_cycle", "secant_stiffness", "stick_ratio"):
+            assert by_shift[name].values == pytest.approx(study[name].values, rel=1e-9)
+    assert "mu =" in by_force.summary()
+    assert by_force._repr_html_().count("<b>mu = ") == 2
+
+
+def test_questions_that_a_loop_cannot_answer():
+    joint = _joint()
+    study = mdr.friction_loop(joint, ["0.1 um"], normal_force="10 N")
+    with pytest.raises(mdr.QuantityError, match=r"no quantity 'slip'; a friction loop has .*damping_ratio"):
+        study["slip"]
+    for asked, words in (
+        ({}, "exactly one of amplitude and force_amplitude"),
+        ({"amplitude": 1e-7, "force_amplitude": 1.0}, "exactly one of amplitude and force_amplitude"),
+        ({"force_amplitude": "10 N"}, "all slides at mu F_N = "),
+        ({"force_amplitude": "-1 N"}, "forces above 0 N"),
+        ({"amplitude": 1e-7, "coefficient": [0.0]}, "numbers above 0"),
+    ):
+        with pytest.raises(mdr.ProblemError, match=words):
+            mdr.friction_loop(joint, **asked, normal_force="10 N")

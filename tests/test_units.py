@@ -4,8 +4,10 @@ import math
 import pickle
 
 import numpy as np
+import pandas as pd
 import pint
 import pytest
+import xarray as xr
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -259,3 +261,95 @@ def test_units_of_the_table():
     assert {name: QUANTITIES[name].unit for name in units} == units
     with pytest.raises(KeyError):
         quantity("weight")
+
+
+# --- arrays of other packages ------------------------------------------------------------------------------
+
+UNITS = {"nm": 1e-9, "um": 1e-6, "mm": 1e-3, "inch": 0.0254}
+
+
+def in_a_list(numbers, unit):
+    return [xr.DataArray(x, attrs={"units": unit}) for x in numbers]
+
+
+CARRIERS = {
+    "xarray": lambda x, unit: xr.DataArray(x, attrs={"units": unit}),
+    "a list of xarray": in_a_list,
+    "pint in xarray": lambda x, unit: xr.DataArray(UREG.Quantity(x, unit)),
+    "pandas": lambda x, unit: _with_attrs(pd.Series(x), unit),
+    "the name of a column": lambda x, unit: pd.Series(x, name=f"d [{unit}]"),
+    "pint in pandas": lambda x, unit: pd.Series([UREG.Quantity(v, unit) for v in x]),
+    "an array with a unit": lambda x, unit: _Carrying(x, unit),
+    "pint": lambda x, unit: UREG.Quantity(x, unit),
+    "texts": lambda x, unit: [f"{float(v)!r} {unit}" for v in x],
+    "arrays of texts": lambda x, unit: np.array([f"{float(v)!r} {unit}" for v in x]),
+}
+
+
+def _with_attrs(series, unit):
+    series.attrs["units"] = unit
+    return series
+
+
+class _Carrying(np.ndarray):
+    """As arrays of astropy and unyt are: NumPy arrays with a unit beside them."""
+
+    def __new__(cls, values, unit):
+        array = np.asarray(values).view(cls)
+        array.unit = unit
+        return array
+
+
+@settings(max_examples=100, deadline=None)
+@given(
+    st.sampled_from(sorted(CARRIERS)),
+    st.sampled_from(sorted(UNITS)),
+    st.lists(st.floats(1e-3, 1e3), min_size=1, max_size=4),
+)
+def test_units_that_an_array_carries_are_honoured(carrier, unit, numbers):
+    carried = CARRIERS[carrier](np.array(numbers), unit)
+    expected = np.array(numbers) * UNITS[unit]
+    assert to_si_array(carried, "m") == pytest.approx(expected, rel=1e-14)
+    with pytest.raises(UnitError):
+        to_si_array(CARRIERS[carrier](np.array(numbers), "kg"), "m")
+    with pytest.raises(UnitError):
+        to_si_array(CARRIERS[carrier](np.array(numbers), "parsnip") if "pint" not in carrier else [None], "m")
+
+
+@given(st.lists(st.booleans(), min_size=1, max_size=5))
+def test_masked_numbers_are_refused_in_any_wrapping(mask):
+    masked = np.ma.masked_array(np.ones(len(mask)), mask)
+    for values in (masked, UREG.Quantity(masked, "um")):
+        if any(mask):
+            with pytest.raises(UnitError, match="masked"):
+                to_si_array(values, "m")
+        else:
+            assert to_si_array(values, "m").size == len(mask)
+    with pytest.raises(UnitError, match="masked"):
+        to_si(np.ma.masked, "m")
+
+
+@given(st.floats(0.1, 80.0), st.sampled_from(["deg", "rad", "mrad", "arcmin", "turn", "grad"]))
+def test_angles_are_no_plain_numbers_and_plain_numbers_no_angles(number, unit):
+    for value in (
+        f"{number!r} {unit}",
+        UREG.Quantity(number, unit),
+        xr.DataArray(number, attrs={"units": unit}),
+    ):
+        assert to_si(value, "rad") > 0.0
+        with pytest.raises(UnitError, match="angle"):
+            to_si(value, "")
+    for value in (f"{number!r} %", UREG.Quantity(number, "percent")):
+        with pytest.raises(UnitError):
+            to_si(value, "rad")
+        assert to_si(value, "") == pytest.approx(number / 100.0, rel=1e-14)
+
+
+@pytest.mark.parametrize("value", [np.array("5"), np.array(True), np.array(b"5"), np.timedelta64(5, "s")])
+def test_arrays_without_shape_are_what_they_hold(value):
+    with pytest.raises(UnitError):
+        to_si(value, "s")
+
+
+def test_a_text_in_an_array_without_shape_is_a_text():
+    assert to_si(np.array("5 mm"), "m") == 5e-3

@@ -71,6 +71,8 @@ if TYPE_CHECKING:
     from pymdr.solving import pull_off as pull_off
     from pymdr.solving import solve as solve
     from pymdr.solving import solve_batch as solve_batch
+    from pymdr.workbench.records import MeasuredLoops as MeasuredLoops
+    from pymdr.workbench.records import measured_loops as measured_loops
     from pymdr.workbench.sliding import SlidingVerification as SlidingVerification
     from pymdr.workbench.sliding import verify_sliding as verify_sliding
     from pymdr.workbench.tables import read_path as read_path
@@ -141,6 +143,7 @@ _HOMES: dict[str, tuple[str, ...]] = {
         "solve",
         "solve_batch",
     ),
+    "pymdr.workbench.records": ("MeasuredLoops", "measured_loops"),
     "pymdr.workbench.sliding": ("SlidingVerification", "verify_sliding"),
     "pymdr.workbench.tables": ("read_path", "read_profile", "read_record"),
     "pymdr.workbench.verification": ("Verification", "verify"),

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 import re
 import sys
+import threading
 from collections.abc import Sequence
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any, Protocol, TypeAlias, runtime_checkable
@@ -58,6 +59,10 @@ _EXAMPLES = {
 }
 
 
+_ONE_AT_A_TIME = threading.RLock()
+"""pint builds its registry, and units with prefixes, when they are first asked for, without a lock of its own."""
+
+
 @lru_cache(maxsize=1)
 def _registry() -> pint.UnitRegistry[Any]:
     import pint
@@ -68,10 +73,15 @@ def _registry() -> pint.UnitRegistry[Any]:
 @lru_cache(maxsize=512)
 def _factor(unit: str, si_unit: str) -> float:
     """The number that turns a value in ``unit`` into one in ``si_unit``, to 15 digits."""
-    import pint
-
     if len(unit) > _LONGEST_TEXT or not _UNIT_TEXT.fullmatch(unit):
         raise UnitError(f"cannot read {unit!r} as a unit: write products and powers such as 'mJ/m^2'")
+    with _ONE_AT_A_TIME:
+        return _factor_of(unit, si_unit)
+
+
+def _factor_of(unit: str, si_unit: str) -> float:
+    import pint
+
     registry = _registry()
     try:
         factor = registry.Quantity(1.0, registry.parse_units(unit.replace("·", "*"))).to(si_unit).magnitude
@@ -265,15 +275,16 @@ def _is_pint(value: object) -> bool:
 def _read_pint(value: Any, unit: str, name: str) -> Any:
     import pint
 
-    try:
-        if bool(_angles(value._REGISTRY, value.units)) != (unit == "rad"):
-            raise UnitError(
-                f"{name}: {shown(value)} does not fit: give for example {_example(unit)!r}"
-                + (" (an angle is not a plain number)" if not unit else "")
-            )
-        return value.to(unit or "dimensionless").magnitude
-    except pint.DimensionalityError as error:
-        raise UnitError(f"{name}: {value} does not fit: give for example {_example(unit)!r}") from error
+    with _ONE_AT_A_TIME:
+        try:
+            if bool(_angles(value._REGISTRY, value.units)) != (unit == "rad"):
+                raise UnitError(
+                    f"{name}: {shown(value)} does not fit: give for example {_example(unit)!r}"
+                    + (" (an angle is not a plain number)" if not unit else "")
+                )
+            return value.to(unit or "dimensionless").magnitude
+        except pint.DimensionalityError as error:
+            raise UnitError(f"{name}: {value} does not fit: give for example {_example(unit)!r}") from error
 
 
 def to_si_array(values: ArrayQuantityLike, unit: str, *, name: str = "values") -> FloatArray:
@@ -333,9 +344,13 @@ def to_si_array(values: ArrayQuantityLike, unit: str, *, name: str = "values") -
 
 def _of_numbers(values: Sequence[float], name: str) -> FloatArray:
     try:
-        return np.array(values, dtype=float)
+        array = np.array(values, dtype=float)
     except OverflowError as error:
         raise UnitError(f"{name}: an entry is not a number that a float can hold") from error
+    if not np.all(np.isfinite(array)):
+        i = int(np.argmin(np.isfinite(array)))
+        raise UnitError(f"{name}[{i}]: {values[i]} is not finite: a finite number is needed")
+    return array
 
 
 def _from_sequence(values: Any, unit: str, name: str) -> FloatArray:

@@ -85,9 +85,7 @@ class DerivedSource(SlopeSource):
         if law is None:
             return found
         inside = panels.stop <= law.radius * (1.0 + 1e-9)
-        with np.errstate(divide="ignore"):
-            farther_in = np.log(law.radius / np.maximum(panels.start, 1e-300))
-        share = law.error + law.exponent_error * np.maximum(farther_in, 0.0)
+        share = law.error_at(np.minimum(np.maximum(panels.start, 1e-300), law.radius))
         whole: FloatArray = np.where(
             inside, share * np.abs(law.slope(np.minimum(panels.stop, law.radius))), found
         )
@@ -199,7 +197,10 @@ class DerivedSource(SlopeSource):
         """Panels of the grid from the one in which an offset lies."""
         unit = base if base > 0.0 else 1.0
         j = math.floor(4.0 * math.log2((base + low) / unit) + 1e-9)
-        first = base * math.expm1(j * math.log(2.0) / 4.0) if base > 0.0 else 2.0 ** (j / 4.0)
+        first = _anchor(base, j)
+        if base + first >= end:
+            # the end itself lies in the panel before it
+            first = _anchor(base, j - 1)
         return anchored(base, max(min(first, low), 0.0), min(max(stop, base + low * 1.01), end), end)
 
     def _divide(self, low: float, high: float, base: float) -> None:
@@ -268,3 +269,8 @@ class DerivedSource(SlopeSource):
                 break
             low, high = (middle, high) if np.isfinite(self._f(np.array([middle]))[0]) else (low, middle)
         return low
+
+
+def _anchor(base: float, j: int) -> float:
+    """The offset in m at which a panel of the grid begins."""
+    return base * math.expm1(j * math.log(2.0) / 4.0) if base > 0.0 else 2.0 ** (j / 4.0)

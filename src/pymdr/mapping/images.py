@@ -51,7 +51,9 @@ _BUNCH = 20
 """Interpolation points of a bunch of panels."""
 _LEAF_GAP, _BUNCH_GAP = 0.5, 1.0
 """Distance, in widths of the panel or the bunch, from which its nodes do."""
-_WORK = 1_500_000
+_WORK = 1 << 17
+_CACHED = 1 << 15
+"""Numbers in arrays that are worked on many times over."""
 _TOLERANCE = 4e-15
 _RATE_TOLERANCE = 1e-13
 _SETTLED = 1e-9
@@ -103,9 +105,6 @@ class Charges:
     def __init__(self, slopes: Slopes, tail: Tail) -> None:
         self.slopes = slopes
         self.tail = tail
-        corners = np.flatnonzero(slopes.jump)
-        self.corner = slopes.panels.base[corners]
-        self.jump = slopes.jump[corners]
         odd = ~(are_quarters(slopes.panels) & (slopes.series.power == 0.0))
         self.quarters = int(np.argmax(odd)) if odd.any() else odd.size
         """How many of the first panels are plain quarters of an octave, if they are enough to count."""
@@ -132,12 +131,20 @@ class Charges:
         index = np.arange(self.first, series.power.size)
         u, weights = gauss(TERMS)
         offset = panels.offsets(u)
-        f, rate = self._values(np.broadcast_to(index[:, None], offset.shape), offset)
+        f, rate = self._values(index, offset)
         width = panels.width[:, None] * weights
-        offset_rate = offset.copy()
+        offset_rate = offset
         f, rate = f * width, rate * width
-        for i in np.flatnonzero(_is_fractional(panels, series.take(index))):
+        fractional = np.flatnonzero(_is_fractional(panels, series.take(index)))
+        if fractional.size:
+            offset_rate = offset.copy()
+        for i in fractional:
             offset[i], f[i], offset_rate[i], rate[i] = self._fractional_leaf(int(index[i]))
+        jump = self.slopes.jump[self.first :]
+        if jump.any():
+            # a jump of f' is a charge of (r f')' at its breakpoint
+            offset_rate = np.column_stack([np.zeros(jump.size), offset_rate])
+            rate = np.column_stack([jump * panels.base, rate])
         leaves = _Bunches(panels.base, panels.low, panels.high, offset, f, offset_rate, rate)
         return leaves if self.quarters else _with_tail(leaves, self.tail)
 
@@ -160,22 +167,20 @@ class Charges:
         return c, c * y + (panels.base[i] + offset) * (p * c / high + y * rate)
 
     def _values(self, index: IndexArray, offset: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """F' and (r f')' at offsets in given panels."""
-        panels, series = self.slopes.panels, self.slopes.series
-        i, delta = np.ravel(index), np.ravel(offset)
-        width = panels.width[i]
-        u = ((delta - panels.low[i]) / width).clip(0.0, 1.0)
-        c, rate = with_slope(series.coefficients[i], u)
-        power = series.power[i]
+        """F' and (r f')' in some panels, shape (n,), at offsets of shape (n, ...)."""
+        panels, series = self.slopes.panels.take(index), self.slopes.series.take(index)
+        delta = offset.reshape(index.size, -1)
+        width, power = panels.width[:, None], series.power[:, None]
+        u = ((delta - panels.low[:, None]) / width).clip(0.0, 1.0)
+        c, rate = with_slope(series.coefficients, u)
         value, curvature = c, rate / width
         if power.any():
             with np.errstate(divide="ignore", invalid="ignore", under="ignore"):
-                factor = np.where(power != 0.0, (delta / panels.high[i]) ** power, 1.0)
+                factor = np.where(power != 0.0, (delta / panels.high[:, None]) ** power, 1.0)
                 curvature = factor * (curvature + np.where(power != 0.0, power * c / delta, 0.0))
                 value = c * factor
-        return value.reshape(offset.shape), (value + (panels.base[i] + delta) * curvature).reshape(
-            offset.shape
-        )
+        flux = value + (panels.base[:, None] + delta) * curvature
+        return value.reshape(offset.shape), flux.reshape(offset.shape)
 
     def sums(self, panels: Panels, u: FloatArray) -> Sums:
         """
@@ -220,7 +225,7 @@ class Charges:
                 totals[:, beyond] = sums_from_below(below, end, x[beyond])
             self._add_bunches(totals, panels, u, beyond)
         g, moment, slope = totals
-        return Sums(x * g, moment, slope + self._corners(base, offset))
+        return Sums(x * g, moment, slope)
 
     def _quarter_of(self, panels: Panels) -> tuple[IndexArray, BoolArray]:
         """The quarters, from the ninth on, in which panels begin, else -1, and whether they are these."""
@@ -256,8 +261,11 @@ class Charges:
         # the tail, a leaf where there are no quarters, is nowhere near
         source = bunch + self.first - (self.quarters == 0)
         target, source = target[source >= 0], source[source >= 0]
-        alike = self._add_alike(totals, panels, u, target, source)
-        self._add_near(totals, base, offset, target[~alike], source[~alike])
+        self._add_jumps(totals[2], base, offset, target, source)
+        for add in (self._add_alike, self._add_own):
+            done = add(totals, panels, u, target, source)
+            target, source = target[~done], source[~done]
+        self._add_near(totals, base, offset, target, source)
 
     def _add_far(
         self,
@@ -288,6 +296,19 @@ class Charges:
             for total, part in zip(totals, parts, strict=True):
                 np.add.at(total, t, part)
 
+    def _add_jumps(
+        self, total: FloatArray, base: FloatArray, offset: FloatArray, target: IndexArray, source: IndexArray
+    ) -> None:
+        """What jumps of f' at the lower ends of panels add to g' on others nearby."""
+        jumping = self.slopes.jump[source] != 0.0
+        target, source = target[jumping], source[jumping]
+        b, jump = self.slopes.panels.base[source, None], self.slopes.jump[source, None]
+        distance = (base[target, None] - b) + offset[target]
+        beyond = distance > 0.0
+        with np.errstate(divide="ignore", invalid="ignore"):
+            term = jump * b / np.sqrt(distance * (2.0 * b + distance))
+        np.add.at(total, target, np.where(beyond, term, 0.0))
+
     def _add_alike(
         self, totals: FloatArray, targets: Panels, u: FloatArray, target: IndexArray, source: IndexArray
     ) -> BoolArray:
@@ -306,6 +327,29 @@ class Charges:
                 np.add.at(totals[k], t[here], part * scale if k == 1 else part)
         return alike
 
+    def _add_own(
+        self, totals: FloatArray, targets: Panels, u: FloatArray, target: IndexArray, source: IndexArray
+    ) -> BoolArray:
+        """Panels that begin at a breakpoint as they act on themselves; gives which pairs these are."""
+        panels, series = self.slopes.panels, self.slopes.series
+        own = targets.begins[target] & targets.rooted[target] & panels.begins[source]
+        own &= (targets.base[target] == panels.base[source]) & (targets.high[target] == panels.high[source])
+        own &= series.power[source] == 0.0
+        target, source = target[own], source[own]
+        weights = gauss(NEAR)[1]
+        at, value, rate = _own_rule(tuple(u.tolist()))
+        block = max(1, _CACHED // at.size)
+        for start in range(0, target.size, block):
+            t, i = target[start : start + block], source[start : start + block]
+            c, b, high = series.coefficients[i], panels.base[i, None, None], panels.high[i, None, None]
+            r, place = high * at, high * (u * u)[:, None]
+            kernel = 2.0 * np.sqrt(high) * u[:, None] * weights / np.sqrt(2.0 * b + place + r)
+            f = (c @ value).reshape(r.shape) * kernel
+            steep = (c @ rate).reshape(r.shape) / high * kernel
+            for total, part in zip(totals, (f, f * (b + r) ** 2, f + (b + r) * steep), strict=True):
+                np.add.at(total, t, part.sum(axis=-1))
+        return own
+
     def _add_near(
         self, totals: FloatArray, base: FloatArray, offset: FloatArray, target: IndexArray, source: IndexArray
     ) -> None:
@@ -315,7 +359,7 @@ class Charges:
             for total, part in zip(totals, self._fractional_near(base[t], offset[t], s), strict=True):
                 total[t] += part
         target, source = target[~fractional], source[~fractional]
-        block = max(1, _WORK // (4 * offset.shape[1] * NEAR))
+        block = max(1, _CACHED // (offset.shape[1] * NEAR))
         for start in range(0, target.size, block):
             t, s = target[start : start + block], source[start : start + block]
             shift = (base[t] - panels.base[s])[:, None]
@@ -336,7 +380,7 @@ class Charges:
         place = shift + offset
         r = np.clip(place[..., None] - v * v, low[..., None], high[..., None])
         b = self.slopes.panels.base[source][:, None, None]
-        f, rate = self._values(np.broadcast_to(source[:, None, None], r.shape), r)
+        f, rate = self._values(source, r)
         kernel = 2.0 * (far - near)[..., None] * weights / np.sqrt(2.0 * b + place[..., None] + r)
         f = f * kernel
         return f.sum(axis=-1), (f * (b + r) ** 2).sum(axis=-1), (rate * kernel).sum(axis=-1)
@@ -380,17 +424,6 @@ class Charges:
                     parts[1, beyond] += kernel @ (value * (b + r) ** 2)
         return parts[0], parts[1], parts[2]
 
-    def _corners(self, base: FloatArray, offset: FloatArray) -> FloatArray:
-        """What jumps of f' add to g'."""
-        total = np.zeros(offset.shape)
-        for b, jump in zip(self.corner.tolist(), self.jump.tolist(), strict=True):
-            beyond = np.flatnonzero(base + offset[:, -1] > b) if base.size else np.zeros(0, dtype=np.intp)
-            distance = (base[beyond] - b)[:, None] + offset[beyond]
-            with np.errstate(divide="ignore", invalid="ignore"):
-                term = jump * b / np.sqrt(distance * (2.0 * b + distance))
-            total[beyond] += np.where(distance > 0.0, term, 0.0)
-        return total
-
     def jump_error(self, base: FloatArray, offset: FloatArray) -> FloatArray:
         """Error of g' on panels, shape of `offset` (T, k), from the errors of the jumps of f'."""
         slopes = self.slopes
@@ -424,12 +457,22 @@ class Charges:
 
 def _kernel(shift: FloatArray, x: FloatArray, base: FloatArray, offset: FloatArray) -> FloatArray:
     """1 / sqrt(x^2 - r^2), shape (pairs, places, nodes)."""
-    r = (base[:, None] + offset)[:, None, :]
-    return np.asarray(1.0 / np.sqrt((shift[:, :, None] - offset[:, None, :]) * (x[:, :, None] + r)))
+    answer = shift[:, :, None] - offset[:, None, :]
+    answer *= x[:, :, None] + (base[:, None] + offset)[:, None, :]
+    np.sqrt(answer, out=answer)
+    return np.divide(1.0, answer, out=answer)
 
 
 def _is_fractional(panels: Panels, series: Series) -> BoolArray:
     return np.asarray((panels.low == 0.0) & (series.power != 0.0) & (series.power != np.round(series.power)))
+
+
+@lru_cache(maxsize=2)
+def _own_rule(u: tuple[float, ...]) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Offsets from a breakpoint up to those at points u of a rooted panel, in its width, and the basis there."""
+    s, _ = gauss(NEAR)
+    at = np.square(u)[:, None] * ((1.0 - s) * (1.0 + s))
+    return at, basis(at.ravel()).T, basis_slope(at.ravel()).T
 
 
 @lru_cache(maxsize=64)
@@ -440,16 +483,24 @@ def _doubly_singular(exponent: float) -> tuple[FloatArray, FloatArray]:
 
 
 def with_slope(coefficients: FloatArray, u: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Sums of c_j T_j(2 u - 1) and their derivatives with respect to u."""
+    """Sums of c_j T_j(2 u - 1) and their derivatives with respect to u, rows of c for rows of u."""
+    c = coefficients.T.reshape(-1, u.shape[0], *(1,) * (u.ndim - 1))
     twice = 4.0 * u - 2.0
-    value, before = np.zeros_like(u), np.zeros_like(u)
+    value, before, spare = np.zeros_like(u), np.zeros_like(u), np.empty_like(u)
+    # a quarter of the derivative
     rate, rate_before = np.zeros_like(u), np.zeros_like(u)
-    for j in range(coefficients.shape[1] - 1, 0, -1):
-        rate, rate_before = 4.0 * value + twice * rate - rate_before, rate
-        value, before = coefficients[:, j] + twice * value - before, value
+    for j in range(c.shape[0] - 1, 0, -1):
+        np.multiply(twice, rate, out=spare)
+        spare -= rate_before
+        spare += value
+        rate, rate_before, spare = spare, rate, rate_before
+        np.multiply(twice, value, out=spare)
+        spare -= before
+        spare += c[j]
+        value, before, spare = spare, value, before
     # the last step of Clenshaw halves the argument
-    total = coefficients[:, 0] + 0.5 * twice * value - before
-    return total, 2.0 * value + 0.5 * twice * rate - rate_before
+    total = c[0] + 0.5 * twice * value - before
+    return total, 2.0 * value + 2.0 * twice * rate - 4.0 * rate_before
 
 
 def _with_tail(leaves: _Bunches, tail: Tail) -> _Bunches:
@@ -457,14 +508,19 @@ def _with_tail(leaves: _Bunches, tail: Tail) -> _Bunches:
     s, w = gauss(TERMS, tail.power)
     charge = tail.slope * tail.radius * w[None, :]
     at = tail.radius * s[None, :]
+    room = leaves.rate.shape[1] - TERMS
+
+    def padded(row: FloatArray) -> FloatArray:
+        return np.pad(row, ((0, 0), (room, 0)))
+
     return _Bunches(
         np.concatenate([[0.0], leaves.base]),
         np.concatenate([[0.0], leaves.low]),
         np.concatenate([[tail.radius], leaves.high]),
         np.concatenate([at, leaves.offset]),
         np.concatenate([charge, leaves.slope]),
-        np.concatenate([at, leaves.offset_rate]),
-        np.concatenate([(1.0 + tail.power) * charge, leaves.rate]),
+        np.concatenate([padded(at), leaves.offset_rate]),
+        np.concatenate([padded((1.0 + tail.power) * charge), leaves.rate]),
     )
 
 
@@ -711,7 +767,9 @@ def _squares(
     # beside a breakpoint the integrand is a power of the variable times a smooth factor
     power = slope.power + moment.power
     lead = np.where(panels.begins, 2.0 * power + 1.0, 0.0)
-    plain = ~panels.begins & (power == 0.0)
+    loaded = np.concatenate([[below > 0.0], moment.coefficients[:-1].any(axis=1)])
+    # beyond a breakpoint up to which something is gathered no digits are to be kept
+    plain = (power == 0.0) & (~panels.begins | np.logical_or.accumulate(loaded))
     increments[plain] = _plain_increments(panels.take(plain), slope.take(plain), moment.take(plain))
     for exponent in np.unique(lead[~plain]):
         rows = np.flatnonzero((lead == exponent) & ~plain)

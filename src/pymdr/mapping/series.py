@@ -175,10 +175,13 @@ class Panels:
         while True:
             # panels thinner than a rounding of x begin at the same float
             early = (offset < self.low[index]) & (index > 0)
-            early[early] = self.base[index[early] - 1] == self.base[index[early]]
+            # and a place just before a breakpoint may round to it
+            same = self.base[np.maximum(index - 1, 0)] == self.base[index]
+            early &= same | (self.low[index] == 0.0)
             if not early.any():
                 break
             index = np.where(early, index - 1, index)
+            offset = (place.base - self.base[index]) + place.offset
         return index, offset
 
 

@@ -35,6 +35,7 @@ _SOFT = 1e-10
 """Across knots of many samples: their rounding over their distance is no less."""
 _SEARCHED = 512
 """Points in a quarter of an octave at which the series are held against the slope: 2048 in an octave."""
+_FEWEST = 48
 _FELT_FROM = 2.0**-12
 """How far below the floor something is looked for that is felt above it, in parts of it."""
 _GENERATIONS = 36
@@ -46,6 +47,8 @@ _SPREAD = 64.0
 _GRADED = 18
 """Quarterings of the first panel beside a breakpoint: radii that can still be told from it."""
 _SLIVER = 0.1
+_FIRST = 2.0**0.25 - 1.0
+"""Width of the first panel beyond a breakpoint, in parts of its radius."""
 MOST_KINKS = 32
 _TINY = 1e-290
 _MOST_PANELS = 20_000
@@ -186,9 +189,10 @@ class ResolvedSlope:
     def resolve_to(self, x: float, inner: float) -> None:
         """Resolve the slope on radii up to `x`, and as far inward as a result at `inner` depends on it."""
         x = min(x, self.limit)
+        continued = self.source.continued
         self.source.foresee(x)
-        if self.slopes is None or inner < self.inner:
-            self._begin(x, inner)
+        if self.slopes is None or inner < self.inner or self.source.continued != continued:
+            self._begin(x, min(inner, self.inner))
         while self.front < x * _AT_END:
             self._extend(x)
 
@@ -299,6 +303,8 @@ def anchored(base: float, low: float, stop: float, end: float) -> Panels:
     -------
     Panels
     """
+    if low == 0.0 and end - base <= _FIRST * base:
+        return _row(base, np.array([0.0, end - base]))
     unit = base if base > 0.0 else 1.0
     first = math.floor(4.0 * math.log2((base + low) / unit) + 1e-6)
     last = math.ceil(4.0 * math.log2(min(stop, 1e300) / unit) - 1e-9)
@@ -319,6 +325,10 @@ def anchored(base: float, low: float, stop: float, end: float) -> Panels:
             and edges[-1] - edges[-2] < _SLIVER * (edges[-2] - edges[-3])
         ):
             edges = np.delete(edges, -2)
+    return _row(base, edges)
+
+
+def _row(base: float, edges: FloatArray) -> Panels:
     count = edges.size - 1
     return Panels(np.full(count, base), edges[:-1], edges[1:], np.zeros(count, dtype=bool))
 
@@ -362,7 +372,7 @@ def _resolve(
     done: list[Slopes] = []
     asked: set[int] = set()
     for generation in range(_GENERATIONS + 1):
-        fit = _fitted(source, pending, max(48, _SEARCHED >> generation))
+        fit = _fitted(source, pending)
         if isinstance(fit, _Stopped):
             return fit
         if generation == 0:
@@ -427,7 +437,30 @@ class _Fit:
     exponent_error: FloatArray
 
 
-def _fitted(source: SlopeSource, panels: Panels, tests: int) -> _Fit | _Stopped:
+def _fitted(source: SlopeSource, panels: Panels) -> _Fit | _Stopped:
+    """Series of f' on panels, each held against it at as many points as are in it of 2048 an octave."""
+    with np.errstate(divide="ignore"):
+        halvings = np.floor(-np.log2(4.0 * np.log2(panels.stop / panels.start)))
+    tests = np.maximum(_SEARCHED * 2.0 ** -np.maximum(halvings, 0.0), _FEWEST).astype(int)
+    if np.all(tests == tests[0]):
+        return _fitted_at(source, panels, int(tests[0]))
+    groups = [np.flatnonzero(tests == count) for count in np.unique(tests)]
+    made = [_fitted_at(source, panels.take(group), int(tests[group[0]])) for group in groups]
+    stopped = [fit for fit in made if isinstance(fit, _Stopped)]
+    if stopped:
+        return min(stopped, key=lambda stop: stop.end)
+    fits = [fit for fit in made if isinstance(fit, _Fit)]
+    order = np.argsort(np.concatenate(groups))
+    return _Fit(
+        joined_series([fit.series for fit in fits]).take(order),
+        *(
+            np.concatenate([getattr(fit, name) for fit in fits])[order]
+            for name in ("error", "size", "even", "exponent_error")
+        ),
+    )
+
+
+def _fitted_at(source: SlopeSource, panels: Panels, tests: int) -> _Fit | _Stopped:
     u, at_tests = _tested(tests)
     wanted = panels.offsets(u)
     base = np.repeat(panels.base, u.size)
@@ -471,20 +504,27 @@ def _powers(panels: Panels, offset: FloatArray, values: FloatArray) -> tuple[Flo
     steep = np.isfinite(power) & (ratio > 0.0) & ((ratio > _STEEP) | (ratio < 1.0 / _STEEP))
     answer = np.where(steep & (panels.low > 0.0), power, 0.0)
     error = np.zeros(panels.count)
-    for i in np.flatnonzero(panels.begins & (first != 0.0)):
-        answer[i], error[i] = _first_power(offset[i, :TERMS], values[i, :TERMS])
+    begins = np.flatnonzero(panels.begins & (first != 0.0))
+    guesses = _guessed(offset[begins, :TERMS], values[begins, :TERMS])
+    for i, guess in zip(begins[guesses != 0.0], guesses[guesses != 0.0], strict=True):
+        answer[i], error[i] = _first_power(offset[i, :TERMS], values[i, :TERMS], float(guess))
     return answer, error
 
 
-def _first_power(offset: FloatArray, values: FloatArray) -> tuple[float, float]:
-    """Exponent of a slope that starts like offset^p, and its error; 0 where it does not vanish or is no power."""
-    if offset[0] <= 0.0 or not (np.all(values > 0.0) or np.all(values < 0.0)):
-        return 0.0, 0.0
+def _guessed(offset: FloatArray, values: FloatArray) -> FloatArray:
+    """About the exponents of slopes that start like offset^p, rows; 0 where they do not vanish or are no powers."""
+    one_sign = (offset[:, 0] > 0.0) & (np.all(values > 0.0, axis=1) | np.all(values < 0.0, axis=1))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        local = np.diff(np.log(np.abs(values[:, :4]))) / np.diff(np.log(offset[:, :4]))
+        bend = (local[:, 1] - local[:, 0]) * offset[:, 0] / (offset[:, 1] - offset[:, 0])
+        guess = local[:, 0] - bend
+        power = one_sign & (np.abs(guess) >= 0.02) & (np.ptp(local, axis=1) <= 0.5 * np.abs(guess))
+    return np.where(power, guess, 0.0)
+
+
+def _first_power(offset: FloatArray, values: FloatArray, guess: float) -> tuple[float, float]:
+    """Exponent of a slope that starts like offset^p, and its error."""
     height, size = np.log(offset / offset[-1]), np.log(values / values[-1])
-    local = np.diff(size[:4]) / np.diff(height[:4])
-    guess = float(local[0] - (local[1] - local[0]) * offset[0] / (offset[1] - offset[0]))
-    if abs(guess) < 0.02 or np.ptp(local) > 0.5 * abs(guess):
-        return 0.0, 0.0
     # log f' = const + p log(offset) + a series in the offset, no longer than it has to be
     series = np.exp(height)[:, None] ** np.arange(_CORRECTIONS + 1)
     rounding = np.finfo(float).eps * (1.0 + abs(guess))

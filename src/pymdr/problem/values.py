@@ -78,9 +78,9 @@ _LARGEST, _SMALLEST, _NOTHING = 1e60, 1e-60, 1e-120
 """Beyond these, products of a few sizes leave the range of double precision."""
 
 
-def within_range(values: Any, unit: str, name: str, *, size: bool = False) -> Any:
+def within_range(values: Any, unit: str, name: str, *, size: bool = False, limited: bool = False) -> Any:
     """
-    Numbers whose products a float can hold: larger ones are refused, and those next to nothing are 0.
+    Numbers whose products a float can hold: larger ones are refused, and those next to nothing are 0 unless limited.
 
     Raises
     ------
@@ -96,7 +96,7 @@ def within_range(values: Any, unit: str, name: str, *, size: bool = False) -> An
             + f": nothing has that size; it must be {limit} {unit}".rstrip()
         )
     small = (magnitude < _NOTHING) & (magnitude > 0.0)
-    if not np.any(small):
+    if limited or not np.any(small):
         return values
     cleared = np.where(small, 0.0, values)
     cleared.flags.writeable = False
@@ -167,7 +167,9 @@ class SIField:
             raise UnitError(f"{error}; {self.hint}") from error
         if not (self.above < number < self.below and self.at_least <= number <= self.at_most):
             raise ProblemError(f"{self.owner}.{self.name} = {shown(value)}: it must be {self.limits}")
-        return float(within_range(number, self.unit, f"{self.owner}.{self.name}", size=self.above == 0.0))
+        limited = max(self.above, self.at_least) > -math.inf
+        name = f"{self.owner}.{self.name}"
+        return float(within_range(number, self.unit, name, size=self.above == 0.0, limited=limited))
 
 
 class OptionalSIField(SIField):

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pymdr.errors import ProblemError
+from pymdr.errors import ProblemError, QuantityError
 from pymdr.interpretation.accuracy import with_errors
 from pymdr.interpretation.certificate import Certificate
 from pymdr.interpretation.friction import frictional_claims
@@ -18,13 +19,24 @@ from pymdr.line.foundation import ElasticLine, states_at_depth, states_at_force
 from pymdr.mapping.abel import gauss
 from pymdr.mapping.moduli import effective_moduli
 from pymdr.problem.contact import Contact
+from pymdr.problem.laws import Coulomb
 from pymdr.solving.frictional import disks_down_to
 from pymdr.solving.reach import map_remark, map_to_line, refuse_unreachable
-from pymdr.units import ArrayQuantityLike, FloatArray, QuantityLike, to_si, to_si_array
+from pymdr.units import ArrayQuantityLike, FloatArray, QuantityLike, newtons, shown, to_si, to_si_array
 
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
+
+
+_COLUMNS = (
+    "amplitude",
+    "force_amplitude",
+    "dissipated_per_cycle",
+    "damping_ratio",
+    "secant_stiffness",
+    "stick_ratio",
+)
 
 
 @dataclass(frozen=True)
@@ -32,32 +44,60 @@ class FrictionLoop:
     """Steady loops of a contact at constant normal load, over their amplitudes."""
 
     data: xr.Dataset
-    """Over ``amplitude`` (m): force_amplitude (N), dissipated_per_cycle (J), damping_ratio, secant_stiffness
-    (N/m), stick_ratio; the attribute ``sliding_shift`` in m."""
+    """Over ``amplitude`` (m) or ``force_amplitude`` (N), whichever was given: the other, dissipated_per_cycle (J),
+    damping_ratio, secant_stiffness (N/m), stick_ratio, and sliding_shift (m), beyond which all slides; over
+    ``coefficient`` too where several coefficients of friction were given."""
     claim: Claim
     """How far they can be trusted."""
 
     def __getitem__(self, name: str) -> xr.DataArray:
+        if name not in self.data.variables:
+            known = ", ".join(map(str, self.data.variables))
+            raise QuantityError(f"no quantity {shown(name)}; a friction loop has {known}")
         return self.data[name]
 
     def summary(self) -> str:
         """A line per amplitude, with units, and how far to trust it."""
         head = f"{'amplitude':>12} {'force':>12} {'dissipated':>12} {'damping':>10} {'stiffness':>12} {'stick':>8}"
         units = f"{'m':>12} {'N':>12} {'J per cycle':>12} {'':>10} {'N/m':>12} {'':>8}"
-        names = (
-            "force_amplitude",
-            "dissipated_per_cycle",
-            "damping_ratio",
-            "secant_stiffness",
-            "stick_ratio",
-        )
-        columns = [self.data["amplitude"].values, *(self.data[name].values for name in names)]
         widths = (12, 12, 12, 10, 12, 8)
-        rows = [
-            " ".join(f"{value:>{width}.4g}" for value, width in zip(row, widths, strict=True))
-            for row in zip(*columns, strict=True)
+        lines = [head, units]
+        for mu, study in self.by_coefficient():
+            lines += [] if mu is None else [f"mu = {mu:g}"]
+            columns = [study[name].values for name in _COLUMNS]
+            lines += [
+                " ".join(f"{value:>{width}.4g}" for value, width in zip(row, widths, strict=True))
+                for row in zip(*columns, strict=True)
+            ]
+        return "\n".join([*lines, f"{self.claim.level.value}: {self.claim.reason}"])
+
+    def by_coefficient(self) -> list[tuple[float | None, xr.Dataset]]:
+        """The loops of every coefficient of friction; None stands for the one of the contact."""
+        if "coefficient" not in self.data.dims:
+            return [(None, self.data)]
+        return [
+            (float(mu), self.data.isel(coefficient=i)) for i, mu in enumerate(self.data["coefficient"].values)
         ]
-        return "\n".join([head, units, *rows, f"{self.claim.level.value}: {self.claim.reason}"])
+
+    def _repr_html_(self) -> str:
+        """The summary as a table, for notebooks."""
+        from pymdr.presentation.html import table
+
+        head = (
+            "amplitude (m)",
+            "force (N)",
+            "dissipated (J per cycle)",
+            "damping",
+            "stiffness (N/m)",
+            "stick",
+        )
+        rows = []
+        for mu, study in self.by_coefficient():
+            rows += [] if mu is None else [[f"<b>mu = {mu:g}</b>"]]
+            rows += [
+                [f"{v:.4g}" for v in row] for row in zip(*(study[n].values for n in _COLUMNS), strict=True)
+            ]
+        return f"<div>{table(head, rows)}{self.claim._repr_html_()}</div>"
 
     def __str__(self) -> str:
         return self.summary()
@@ -66,18 +106,20 @@ class FrictionLoop:
         """Dissipation, damping ratio and stiffness against amplitude."""
         from pymdr.presentation.plot import loop_study
 
-        return loop_study(self.data)
+        return loop_study(self.by_coefficient())
 
 
 def friction_loop(
     contact: Contact,
-    amplitude: ArrayQuantityLike,
+    amplitude: ArrayQuantityLike | None = None,
     *,
+    force_amplitude: ArrayQuantityLike | None = None,
+    coefficient: ArrayQuantityLike | None = None,
     normal_force: QuantityLike | None = None,
     indentation: QuantityLike | None = None,
 ) -> FrictionLoop:
     """
-    Dissipation, damping and stiffness of steady loops between -amplitude and +amplitude at constant load.
+    Dissipation, damping and stiffness of steady loops between two amplitudes of opposite sign at constant load.
 
     Loading from the virgin state is F(u) = mu [F_N(d) - F_N(d - G* u / (mu E*))]; the branches of a loop are that
     curve doubled (Masing), so that a cycle dissipates 8 G* int_c^a t (u - t) dx with t = mu (E*/G*) (d - g(x)),
@@ -87,8 +129,12 @@ def friction_loop(
     ----------
     contact : Contact
         With ``friction=Coulomb(mu)``, mu above 0 and finite.
-    amplitude : array_like or quantity
+    amplitude : array_like or quantity, optional
         Amplitudes of the shift in m, above 0.
+    force_amplitude : array_like or quantity, optional
+        Amplitudes of the tangential force in N, above 0 and below mu F_N, instead.
+    coefficient : array_like, optional
+        Coefficients of friction, above 0 and finite, in place of that of the contact: a dimension of the result.
     normal_force, indentation : quantity
         The constant load in N, or depth in m; exactly one.
 
@@ -99,7 +145,8 @@ def friction_loop(
     Raises
     ------
     ProblemError
-        If the contact has no friction, both or none of the loads are given, or a value is not above 0.
+        If the contact has no friction, both or none of the loads or of the amplitudes are given, a value is not
+        above 0, or a force reaches mu F_N, where everything slides.
 
     Notes
     -----
@@ -118,28 +165,78 @@ def friction_loop(
     """
     import xarray as xr
 
-    u = _amplitudes(amplitude)
+    if (amplitude is None) == (force_amplitude is None):
+        raise ProblemError("friction_loop: give exactly one of amplitude and force_amplitude")
+    by_shift = amplitude is not None
+    given = _amplitudes(amplitude, "m", "amplitude") if by_shift else None
+    pulls = None if by_shift else _amplitudes(force_amplitude, "N", "force_amplitude")
+    if coefficient is None:
+        return _one_loop(contact, given, pulls, normal_force, indentation)
+    studies = []
+    for mu in _amplitudes(coefficient, "", "coefficient"):
+        law = Coulomb(float(mu))
+        studies.append(_one_loop(replace(contact, friction=law), given, pulls, normal_force, indentation))
+    names = ["coefficient", "amplitude" if by_shift else "force_amplitude"]
+    mus = xr.DataArray(
+        [float(mu) for mu in _amplitudes(coefficient, "", "coefficient")],
+        dims="coefficient",
+        attrs={"long_name": "coefficient of friction"},
+        name="coefficient",
+    )
+    data = xr.concat([study.data for study in studies], dim=mus, combine_attrs="override", join="exact")
+    return FrictionLoop(data.transpose(*names), studies[0].claim)
+
+
+def _one_loop(
+    contact: Contact,
+    given: FloatArray | None,
+    pulls: FloatArray | None,
+    normal_force: QuantityLike | None,
+    indentation: QuantityLike | None,
+) -> FrictionLoop:
+    import xarray as xr
+
     line, d, mu, certificate = _loaded(contact, normal_force, indentation)
     moduli = effective_moduli(contact.body, contact.counterbody)
     factor = mu * moduli.normal / moduli.tangential
     a = float(states_at_depth(line, np.array([d])).contact_radius[0])
     load = 2.0 * line.modulus * _moment_with_edge(line, d, a)
     sliding = factor * d
-    inner = np.minimum(u, sliding)
-    c = states_at_depth(line, d - inner / factor).contact_radius
-    force, loss = _loop_integrals(line, d, a, c, inner, factor, moduli.tangential)
-    force = np.where(u >= sliding, mu * load, force)
-    loss = loss + 4.0 * mu * load * (u - inner)
+
+    def loops(u: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        inner = np.minimum(u, sliding)
+        c = states_at_depth(line, d - inner / factor).contact_radius
+        force, loss = _loop_integrals(line, d, a, c, inner, factor, moduli.tangential)
+        force = np.where(u >= sliding, mu * load, force)
+        return force, loss + 4.0 * mu * load * (u - inner), c
+
+    if given is not None:
+        u = given
+        force, loss, c = loops(u)
+    else:
+        assert pulls is not None
+        if np.max(pulls) >= mu * load:
+            raise ProblemError(
+                f"friction_loop: force_amplitude = {newtons(float(np.max(pulls)))}: all slides at mu F_N = "
+                f"{newtons(mu * load)}; give forces below, or amplitudes of the shift"
+            )
+        force = pulls
+        u = _shifts_at(pulls, mu, load, line, d, factor, lambda u: loops(u)[0])
+        _, loss, c = loops(u)
+    dimension = "amplitude" if given is not None else "force_amplitude"
     columns = {
+        "amplitude": (u, "m"),
         "force_amplitude": (force, "N"),
         "dissipated_per_cycle": (loss, "J"),
         "damping_ratio": (loss / (2.0 * math.pi * force * u), ""),
         "secant_stiffness": (force / u, "N/m"),
         "stick_ratio": (c / a, ""),
     }
+    arrays = {name: (dimension, values, {"units": unit}) for name, (values, unit) in columns.items()}
     data = xr.Dataset(
-        {name: ("amplitude", values, {"units": unit}) for name, (values, unit) in columns.items()},
-        coords={"amplitude": ("amplitude", u, {"units": "m"})},
+        {name: array for name, array in arrays.items() if name != dimension}
+        | {"sliding_shift": ((), sliding, {"units": "m"})},
+        coords={dimension: arrays[dimension]},
         attrs={"sliding_shift": sliding, "normal_force": load, "indentation": d},
     )
     claims = frictional_claims(contact, moduli, ("dissipated_energy",), np.ones(u.size, dtype=bool))
@@ -149,10 +246,39 @@ def friction_loop(
     return FrictionLoop(data, claims["dissipated_energy"])
 
 
-def _amplitudes(given: ArrayQuantityLike) -> FloatArray:
-    u = np.atleast_1d(to_si_array(given, "m", name="amplitude"))
+_SMALL_SHARE = 1e-3
+"""Of mu F_N: forces below it have lost digits in the difference of two loads."""
+
+
+def _shifts_at(
+    pulls: FloatArray,
+    mu: float,
+    load: float,
+    line: ElasticLine,
+    d: float,
+    factor: float,
+    force_at: Callable[[FloatArray], FloatArray],
+) -> FloatArray:
+    """
+    The shifts at which the virgin curve has given forces: F_N(d - u / factor) = F_N(d) - F / mu.
+
+    That difference loses the digits of small forces; secants through F(u), which cancels nowhere and is all but straight
+    there, bring them back.
+    """
+    depth = states_at_force(line, load - pulls / mu).indentation
+    u = np.clip(factor * (d - depth), factor * d * 1e-16, factor * d)
+    small = pulls < _SMALL_SHARE * mu * load
+    for _ in range(8 if small.any() else 0):
+        u = np.where(small, u * pulls / force_at(u), u)
+    return u
+
+
+def _amplitudes(given: ArrayQuantityLike | None, unit: str, name: str) -> FloatArray:
+    assert given is not None
+    u = np.atleast_1d(to_si_array(given, unit, name=name))
     if u.ndim != 1 or u.size == 0 or not np.all(u > 0.0):
-        raise ProblemError(f"friction_loop: amplitude = {given!r}; one row of lengths above 0 m is needed")
+        kind = {"m": "lengths above 0 m", "N": "forces above 0 N", "": "numbers above 0"}[unit]
+        raise ProblemError(f"friction_loop: {name} = {shown(given)}; one row of {kind} is needed")
     return u
 
 

@@ -1,4 +1,4 @@
-"""The command line: ``pymdr run``, ``check``, ``verify``, ``plot``, ``new``, ``schema`` and ``info``.
+"""The command line: ``pymdr run``, ``check``, ``verify``, ``loops``, ``plot``, ``new``, ``schema`` and ``info``.
 
 Every command body imports what it needs, so that ``pymdr --help`` stays quick.
 """
@@ -6,6 +6,7 @@ Every command body imports what it needs, so that ``pymdr --help`` stays quick.
 from __future__ import annotations
 
 import json
+import logging
 import os
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -151,6 +152,8 @@ def _run_one(case: Path, folder: Path, csv: bool, quiet: bool, as_json: bool) ->
     from pymdr.workbench.casefile import read_case
 
     asked = read_case(case)
+    if quiet:
+        logging.getLogger("pymdr").setLevel(logging.ERROR)
     with _ready_folder(folder), _stages(quiet or as_json) as stage:
         if not quiet and not as_json:
             _tell_memory(asked)
@@ -400,6 +403,28 @@ def _by_cells(asked: Case, cells: int, steps: int, stage: Stage) -> tuple[Any, d
 
 
 @app.command()
+def loops(
+    record: Annotated[Path, typer.Argument(metavar="RECORD.csv", help="Force and displacement, with units.")],
+    least: Annotated[
+        str | None,
+        typer.Option(help="The smallest swing that is a turn, such as '0.1 um'; a tenth of the range."),
+    ] = None,
+    as_json: Json = False,
+) -> None:
+    """Energy per cycle and equivalent damping of a measured record; nothing is written."""
+    from pymdr.workbench.records import measured_loops
+    from pymdr.workbench.tables import read_record
+
+    with _failures_as_json("loops", record, as_json):
+        found = measured_loops(read_record(record), least=least)
+    if as_json:
+        table = {str(name): [_finite(float(v)) for v in array.values] for name, array in found.data.items()}
+        _print_json(_answer("loops", record, status="COMPLETED", rows=found.data.sizes["cycle"], loops=table))
+    else:
+        _say(found.summary())
+
+
+@app.command()
 def plot(
     result_file: Annotated[
         Path, typer.Argument(metavar="RESULT", help="A file written by pymdr run, or its folder.")
@@ -495,6 +520,7 @@ def _answer(command: str, case: Path, **told: Any) -> dict[str, Any]:
         "notes": [],
         "references": [],
         "verification": None,
+        "loops": None,
         "written": [],
         "error": None,
     }

@@ -145,7 +145,7 @@ def load(
     line: FloatArray, stack: Any, m: int, low: float, high: float, force: float, pull: float
 ) -> tuple[int, float, float, float]:
     """Go straight to (F_N, S), |S| <= F_N: the same stack in forces. Returns top, window and slip work."""
-    start = (vertex(stack, m).force, vertex(stack, m).sum)
+    start = (vertex(stack, m).force, vertex(stack, m).pull)
     upper = at(stack, m)
     end = upper
     if force != start[0]:
@@ -169,14 +169,14 @@ def load(
     if step[0] < 0.0:
         while i > 0 and vertex(stack, i - 1).force > force:
             lower = at(stack, i - 1)
-            s_l = vertex(stack, i - 1).sum
+            s_l = vertex(stack, i - 1).pull
             total += swept_parting(line, stack, i, upper, s_u, lower, s_l, start, step)
             upper = lower
             s_u = s_l
             i -= 1
         b = vertex(stack, i - 1).b + vertex(stack, i).slope * (depth - vertex(stack, i - 1).y)
         lower = (depth, b, force, end[3], end[4])
-        s_l = vertex(stack, i - 1).sum + vertex(stack, i).slope * (force - vertex(stack, i - 1).force)
+        s_l = vertex(stack, i - 1).pull + vertex(stack, i).slope * (force - vertex(stack, i - 1).force)
         total += swept_parting(line, stack, i, upper, s_u, lower, s_l, start, step)
         upper = lower
         s_u = s_l
@@ -190,15 +190,15 @@ def load(
             return i, low, high, total
         g = 1.0 if pull > s_u else -1.0
     edge = g * pull - force
-    while i > 1 and edge > g * vertex(stack, i - 1).sum - vertex(stack, i - 1).force:
+    while i > 1 and edge > g * vertex(stack, i - 1).pull - vertex(stack, i - 1).force:
         lower = at(stack, i - 1)
-        s_l = vertex(stack, i - 1).sum
+        s_l = vertex(stack, i - 1).pull
         total += swept(line, vertex(stack, i).slope, g, upper, s_u, lower, s_l, start, step)
         upper = lower
         s_u = s_l
         i -= 1
     lower = at(stack, i - 1)
-    s_l = vertex(stack, i - 1).sum
+    s_l = vertex(stack, i - 1).pull
     y = border(line, stack, i, g, edge, upper[0])
     if y - lower[0] <= MEET * depth:
         y = lower[0]
@@ -220,7 +220,7 @@ def load(
 def border(line: FloatArray, stack: Any, i: int, g: float, edge: float, top: float) -> float:
     """Depth on segment i, not below `top`, where g S - F_N = edge: the border of slip."""
     bend = 1.0 - g * vertex(stack, i).slope
-    excess = g * vertex(stack, i - 1).sum - vertex(stack, i - 1).force - edge
+    excess = g * vertex(stack, i - 1).pull - vertex(stack, i - 1).force - edge
     if not excess > 0.0 or bend <= 0.0:
         return float(vertex(stack, i - 1).y)
     y = depth_of_force(line, vertex(stack, i - 1).force + excess / bend)
@@ -237,7 +237,7 @@ def shift_for(line: FloatArray, stack: Any, m: int, depth: float, force: float, 
     stands on a vertex, so the segment is found by descending the stack.
     """
     i = m
-    y, b, s = vertex(stack, m).y, vertex(stack, m).b, vertex(stack, m).sum
+    y, b, s = vertex(stack, m).y, vertex(stack, m).b, vertex(stack, m).pull
     if depth > y:
         rise = force - vertex(stack, m).force
         if abs(pull - s) <= rise:
@@ -247,12 +247,12 @@ def shift_for(line: FloatArray, stack: Any, m: int, depth: float, force: float, 
             i -= 1
         y = depth
         b = vertex(stack, i - 1).b + vertex(stack, i).slope * (depth - vertex(stack, i - 1).y)
-        s = vertex(stack, i - 1).sum + vertex(stack, i).slope * (force - vertex(stack, i - 1).force)
+        s = vertex(stack, i - 1).pull + vertex(stack, i).slope * (force - vertex(stack, i - 1).force)
     if pull == s:
         return float(b)
     g = 1.0 if pull > s else -1.0
     edge = g * pull - force
-    while i > 1 and edge > g * vertex(stack, i - 1).sum - vertex(stack, i - 1).force:
+    while i > 1 and edge > g * vertex(stack, i - 1).pull - vertex(stack, i - 1).force:
         i -= 1
     if i == 0:
         return float(vertex(stack, 0).b + g * depth)

@@ -12,16 +12,19 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
+from pymdr.compiling import INTERPRETED
 from pymdr.line.friction.layout import MODULUS
 from pymdr.line.friction.reading import curve, inlined
 from pymdr.units import FloatArray
 
 VERTEX = np.dtype(
-    [(name, float) for name in ("y", "b", "slope", "force", "work", "sum", "energy", "radius", "moment")]
+    [(name, float) for name in ("y", "b", "slope", "force", "work", "pull", "energy", "radius", "moment")]
 )
 
 MERGE = 2.0**-47  # of the coordinates: bends below it are rounding of the input
 MEET = 2.0**-49  # of the coordinates: a border of slip this close to a vertex stands on it
+if INTERPRETED:
+    VERTEX = np.dtype((np.record, VERTEX))  # whose parts have names without numba too
 _LOST = 1e-14  # of W: what rounding of a table takes
 _THIRD, _SIXTH = 1.0 / 3.0, 1.0 / 6.0
 TINY = 1e-150  # lengths below it count as none: their products underflow
@@ -74,8 +77,8 @@ def put(line: FloatArray, stack: Any, i: int, point: Point, slope: float) -> Non
     here.slope = slope
     here.force = force
     here.work = work
-    here.sum = below.sum + slope * (force - below.force)
-    here.energy = below.energy + slope * (length * below.sum + slope * turn)
+    here.pull = below.pull + slope * (force - below.force)
+    here.energy = below.energy + slope * (length * below.pull + slope * turn)
     here.radius = radius
     here.moment = turn
 
@@ -89,7 +92,7 @@ def base(stack: Any, b: float) -> None:
     here.slope = 0.0
     here.force = 0.0
     here.work = 0.0
-    here.sum = 0.0
+    here.pull = 0.0
     here.energy = 0.0
     here.radius = 0.0
     here.moment = 0.0
@@ -104,8 +107,8 @@ def extend(
         top, below = vertex(stack, m), vertex(stack, m - 1)
         x, z, x_m, x_b, z_b = point[0], point[1], top.y, below.y, below.b
         if by_force:
-            z = top.sum + slope * (point[2] - top.force)
-            x, x_m, x_b, z_b = point[2], top.force, below.force, below.sum
+            z = top.pull + slope * (point[2] - top.force)
+            x, x_m, x_b, z_b = point[2], top.force, below.force, below.pull
         room = MERGE * max(abs(slope) * x, abs(z), abs(z_b)) / (x_m - x_b)
         if by_force:  # a bend at a force that is lost beside the new one may still be seen in the shift
             size = max(abs(slope) * point[0], abs(point[1]), abs(below.b))

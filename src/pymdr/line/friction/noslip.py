@@ -69,8 +69,8 @@ def put_stuck(line: FloatArray, stack: Any, i: int, point: Point) -> None:
     here.slope = step / length if length > 0.0 else 0.0
     here.force = force
     here.work = work
-    here.sum = below.sum + step * zeroth
-    here.energy = below.energy + step * (below.sum + step * first)
+    here.pull = below.pull + step * zeroth
+    here.energy = below.energy + step * (below.pull + step * first)
     here.radius = radius
 
 
@@ -153,14 +153,15 @@ def stuck_shift_for(line: FloatArray, stack: Any, m: int, depth: float, pull: fl
     """Shift at which the normalised tangential force is `pull` at `depth` > 0."""
     a, force, work = curve(line, depth)
     here = at(stack, m)
-    total = vertex(stack, m).sum
+    total = vertex(stack, m).pull
     if depth < here[0]:
         while m > 1 and vertex(stack, m - 1).y >= depth:
             m -= 1
         b = vertex(stack, m - 1).b + vertex(stack, m).slope * (depth - vertex(stack, m - 1).y)
         here = (depth, b, force, work, a)
         total = (
-            vertex(stack, m - 1).sum + (b - vertex(stack, m - 1).b) * moments(line, at(stack, m - 1), here)[0]
+            vertex(stack, m - 1).pull
+            + (b - vertex(stack, m - 1).b) * moments(line, at(stack, m - 1), here)[0]
         )
     return float(here[1] + (pull - total) / moments(line, here, (depth, 0.0, force, work, a))[0])
 
@@ -177,14 +178,14 @@ def released_by_force(line: FloatArray, stack: Any, m: int, depth: float, force:
     top = vertex(stack, m)
     a, _, work = curve(line, depth)
     end = (depth, 0.0, force, work, a)
-    per_force = (pull - top.sum) / (force - top.force)
-    start_force, start_pull = top.force, top.sum
+    per_force = (pull - top.pull) / (force - top.force)
+    start_force, start_pull = top.force, top.pull
     total = 0.0
     i = m
     while i > 0:
         upper, lower = at(stack, i), at(stack, i - 1)
         last = lower[0] < depth or i == 1
-        s_u, s_l = vertex(stack, i).sum, vertex(stack, i - 1).sum
+        s_u, s_l = vertex(stack, i).pull, vertex(stack, i - 1).pull
         if last:
             b = lower[1] + vertex(stack, i).slope * (depth - lower[0])
             s_l += (b - lower[1]) * moments(line, lower, end)[0]
@@ -280,7 +281,7 @@ def run_stuck(
         depth, v = d, v1
         total += work
         if every or (column < rows.size and rows[column] == j):
-            out[0, column] = to_force * vertex(stack, m).sum
+            out[0, column] = to_force * vertex(stack, m).pull
             out[1, column] = vertex(stack, m).radius
             out[2, column] = to_energy * max(vertex(stack, m).energy, 0.0)
             out[3, column] = to_energy * total

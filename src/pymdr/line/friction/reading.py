@@ -5,14 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, TypeVar, cast
+from typing import Any, TypeVar
 
 import numpy as np
-from numba import njit, types
-from numba.core.cgutils import get_null_value
+from numba import types
 from numba.extending import intrinsic
-from numba.np.arrayobj import make_array
 
+from pymdr import compiling
 from pymdr.line.friction.layout import (
     BITS,
     CHILD,
@@ -67,11 +66,11 @@ _STAMP = (max(file.st_mtime for file in _FILES), sum(file.st_size for file in _F
 
 def compiled(function: Function, **options: Any) -> Function:
     """Compile with numba when first called; kept on disk. Products and sums may be fused, nothing else."""
-    kernel = njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"}, **options)(function)
+    kernel = compiling.compiled(function, fastmath={"contract"}, **options)
     index: Any = getattr(getattr(kernel, "_cache", None), "_cache_file", None)
     if index is not None and hasattr(index, "_source_stamp"):
         index._source_stamp = _STAMP
-    return cast(Function, kernel)
+    return kernel
 
 
 def inlined(function: Function) -> Function:
@@ -79,43 +78,51 @@ def inlined(function: Function) -> Function:
     return compiled(function, forceinline=True)
 
 
-def _borrowed(typing_context: Any, array: Any) -> Any:
-    """The same array without its owner: counting references costs more than a step of the stack.
-
-    Only for arrays that the caller holds for as long as the result is used.
+def _intrinsics() -> tuple[Any, Any, Any]:
     """
+    An array without its owner, the bits of a float as an integer, and the float that has the bits of an integer.
 
-    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        view = make_array(signature.args[0])(context, builder, arguments[0])  # type: ignore[no-untyped-call]
-        view.meminfo = get_null_value(view.meminfo.type)  # type: ignore[no-untyped-call]
-        return view._getvalue()
+    Counting references of an array costs a fifth of a step of the stack; where numba does not show how to leave it
+    out, or compiles nothing, it is counted. Only arrays that the caller holds for as long as the result is used lose
+    their owner.
+    """
+    if compiling.INTERPRETED:
+        return (
+            lambda array: array,
+            lambda value: int(np.float64(value).view(np.int64)),
+            lambda value: float(np.int64(value).view(np.float64)),
+        )
 
-    return array(array), generate
+    def bits(typing_context: Any, value: Any) -> Any:
+        def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            return builder.bitcast(arguments[0], context.get_value_type(types.int64))
+
+        return types.int64(types.float64), generate
+
+    def number(typing_context: Any, value: Any) -> Any:
+        def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            return builder.bitcast(arguments[0], context.get_value_type(types.float64))
+
+        return types.float64(types.int64), generate
+
+    try:
+        from numba.core.cgutils import get_null_value
+        from numba.np.arrayobj import make_array
+    except ImportError:
+        return compiled(lambda array: array), intrinsic(bits), intrinsic(number)
+
+    def owned_by_caller(typing_context: Any, array: Any) -> Any:
+        def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            view = make_array(signature.args[0])(context, builder, arguments[0])  # type: ignore[no-untyped-call]
+            view.meminfo = get_null_value(view.meminfo.type)  # type: ignore[no-untyped-call]
+            return view._getvalue()
+
+        return array(array), generate
+
+    return intrinsic(owned_by_caller), intrinsic(bits), intrinsic(number)
 
 
-borrowed: Any = intrinsic(_borrowed)
-
-
-def _bits(typing_context: Any, value: Any) -> Any:
-    """The bits of a float as an integer."""
-
-    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        return builder.bitcast(arguments[0], context.get_value_type(types.int64))
-
-    return types.int64(types.float64), generate
-
-
-def _float(typing_context: Any, value: Any) -> Any:
-    """The float that has the bits of an integer."""
-
-    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        return builder.bitcast(arguments[0], context.get_value_type(types.float64))
-
-    return types.float64(types.int64), generate
-
-
-bits_of: Any = intrinsic(_bits)
-float_of: Any = intrinsic(_float)
+borrowed, bits_of, float_of = _intrinsics()
 
 
 @inlined

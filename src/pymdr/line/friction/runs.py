@@ -57,7 +57,7 @@ def record(stack: Any, m: int, out: FloatArray, row: int) -> None:
     held = m
     if m > 0 and abs(vertex(stack, m).slope) == 1.0:
         held = m - 1
-    out[0, row] = vertex(stack, m).sum
+    out[0, row] = vertex(stack, m).pull
     out[1, row] = vertex(stack, held).radius
     out[2, row] = max(vertex(stack, m).energy, 0.0)
 

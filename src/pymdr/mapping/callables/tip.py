@@ -25,6 +25,8 @@ _LOWEST, _HIGHEST = -980, 120
 _POINTS, _TERMS, _OCTAVES = 900, 16, 9
 _BLOCKS = 20
 _SIZE = 16
+_TOLD_APART = 0.1
+"""Difference of two exponents below which no fit can tell them."""
 
 
 @dataclass(frozen=True)
@@ -54,6 +56,21 @@ class TipLaw:
         series = chebyshev.chebval(2.0 * t**self.step - 1.0, self.coefficients)
         with np.errstate(divide="ignore"):
             return np.asarray(t ** (self.exponent - 1.0) * series)
+
+    def error_at(self, r: FloatArray) -> FloatArray:
+        """
+        Error of f' in parts of it at radii up to `radius`.
+
+        Farther in an exponent that is no simple number errs by more, and a term with the next smaller whole power
+        that is lost in the error at `radius` grows.
+        """
+        if self.exponent_error == 0.0:
+            return np.full(np.shape(r), self.error)
+        farther_in = self.radius / r
+        apart = self.exponent - math.floor(self.exponent)
+        # powers that are close to one another are hard to tell
+        hidden = self.error * farther_in**apart / max(apart, _TOLD_APART) ** 2
+        return np.asarray(hidden + self.exponent_error * np.log(farther_in))
 
 
 def tip_law(f: Curve, top: float = math.inf) -> TipLaw | None:

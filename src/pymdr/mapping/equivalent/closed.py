@@ -121,11 +121,8 @@ class SphereLine(EquivalentProfile):
     def moment(self, x: Position) -> FloatArray:
         """First moment R^2/2 [(1 + t^2) artanh t - t], as a series below t = 1/2."""
         t = rounded(x) / self.radius
-        small = np.minimum(np.abs(t), 0.5)
-        series = small**3 * np.polynomial.polynomial.polyval(small**2, _SPHERE_MOMENT)
         with np.errstate(divide="ignore", invalid="ignore"):
-            closed = ((1.0 + t * t) * np.arctanh(t) - t) / 2.0
-        return np.asarray(self.radius**2 * np.where(np.abs(t) < 0.5, series, closed))
+            return self.radius**2 * _sphere_moment(t, np.arctanh(t))
 
     def squared(self, x: Position) -> FloatArray:
         """Integral of (g(x) - g)^2 by Gauss-Legendre in s, t = tanh(s), where g = R s tanh(s)."""
@@ -160,15 +157,33 @@ class SphereLine(EquivalentProfile):
         return np.asarray(self.radius * np.tanh(s))
 
     def inverse_moment(self, moment: ArrayLike) -> FloatArray:
-        """Inverse of the first moment by bracketing; R where no contact inside the sphere has it."""
+        """Inverse of the first moment by Newton's method in s = artanh(x / R); R where no contact inside has it."""
         target = np.maximum(np.asarray(moment, dtype=float), 0.0)
-        hertz = np.cbrt(1.5 * target * self.radius)
-        low = np.minimum(hertz * 0.5, self.radius * 0.5)
-        top = self.radius * (1.0 - 1e-15)
-        beyond = target > self.moment(top)
-        target = np.where(beyond, 0.0, target)
-        root = rising_root(self.moment, target, np.where(beyond, 0.0, low), np.minimum(hertz, top))
-        return np.where(beyond, self.radius, root)
+        beyond = target > self.moment(self.radius * (1.0 - 1e-15))
+        y = np.where(beyond, 0.0, target) / self.radius**2
+        s = np.where(y < 1.0, np.cbrt(1.5 * y), y + 0.5)
+        for _ in range(60):
+            t = np.tanh(s)
+            with np.errstate(invalid="ignore", divide="ignore"):
+                step = (_sphere_moment(t, s) - y) / (t * (s * (1.0 - t) * (1.0 + t) + t))
+            step = np.where(s > 0.0, step, 0.0)
+            s = s - step
+            # as long as the steps are more than the rounding of the moment
+            if np.all(np.abs(step) <= 1e-15 * s):
+                return np.asarray(np.where(beyond, self.radius, self.radius * np.tanh(s)))
+        bad = np.abs(step) > 4e-15 * s
+        if bad.any():
+            raise ConvergenceError(
+                f"sphere: no contact radius for m/R^2 = {y[bad][0]:g}; last s = {s[bad][0]:g}"
+            )
+        return np.asarray(np.where(beyond, self.radius, self.radius * np.tanh(s)))
+
+
+def _sphere_moment(t: FloatArray, s: FloatArray) -> FloatArray:
+    """First moment in R^2 at t = x / R = tanh(s)."""
+    small = np.minimum(np.abs(t), 0.5)
+    series = small**3 * np.polynomial.polynomial.polyval(small**2, _SPHERE_MOMENT)
+    return np.asarray(np.where(np.abs(t) < 0.5, series, ((1.0 + t * t) * s - t) / 2.0))
 
 
 @dataclass(frozen=True)

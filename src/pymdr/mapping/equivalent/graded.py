@@ -147,9 +147,12 @@ class GradedLine(EquivalentProfile):
         inward = inner < self._inner
         if inward and self._image is not None:
             inner *= _INWARD
-        knots = list(slope.knots)
+        knots, continued = list(slope.knots), self.source.continued
         slope.resolve_to(max(x, self.front), min(inner, self._inner))
         assert slope.slopes is not None
+        if self.source.continued != continued:
+            # larger radii have shown that nothing but rounding was mapped
+            self._image = None
         self._charges = Charges(slope.slopes, slope.tail)
         if inward or self._image is None:
             settled = self._settled() if knots == slope.knots else None
@@ -227,15 +230,21 @@ class GradedLine(EquivalentProfile):
         answer = np.where(at == 0.0, 0.0, math.nan)
         positive = known & (at > 0.0)
         if positive.any():
-            values = at[positive]
-            image = self.map_to(float(values.max()), float(values.min()))
-            answer[positive] = self._evaluate(image, flat.take(positive), which)
+            inside = flat.take(positive)
+            answer[positive] = self._evaluate(self._map_over(inside), inside, which)
         if which == "slope":
             tip = known & (at == 0.0)
             if tip.any():
                 self.map_to(self._some_radius())
                 answer[tip] = self._tail(np.zeros(1))[1][0]
         return answer.reshape(shape)
+
+    def _map_over(self, place: Place) -> Image:
+        """The image at some places, also beyond a breakpoint to which they round."""
+        x = place.x
+        last = float(x.max())
+        beyond = (x == last) & (place.base == last) & (place.offset > 0.0)
+        return self.map_to(math.nextafter(last, math.inf) if beyond.any() else last, float(x.min()))
 
     def _evaluate(self, image: Image, place: Place, which: str) -> FloatArray:
         index, offset = image.panels.locate(place)
@@ -275,11 +284,10 @@ class GradedLine(EquivalentProfile):
         answer = np.zeros((at.size, 4))
         known = np.isfinite(at) & (at > 0.0) & (at <= self._end * (1.0 + 1e-12))
         if known.any():
-            image = self.map_to(float(at[known].max()), float(at[known].min()))
             flat = Place(
                 np.ravel(np.broadcast_to(place.base, place.x.shape))[known], np.ravel(place.offset)[known]
             )
-            answer[known] = self._errors(image, flat)
+            answer[known] = self._errors(self._map_over(flat), flat)
         return answer.reshape(*np.shape(place.x), 4)
 
     def slope_error(self, x: Position) -> FloatArray:
@@ -289,8 +297,9 @@ class GradedLine(EquivalentProfile):
         answer = np.zeros(at.shape)
         known = np.isfinite(at) & (at > 0.0) & (at <= self._end * (1.0 + 1e-12))
         if known.any():
-            image = self.map_to(float(at[known].max()), float(at[known].min()))
-            index = image.panels.locate(place.take(known))[0]
+            inside = place.take(known)
+            image = self._map_over(inside)
+            index = image.panels.locate(inside)[0]
             answer[known] = np.maximum.accumulate(image.error[:, 1])[index]
         return answer
 
@@ -307,18 +316,21 @@ class GradedLine(EquivalentProfile):
         return errors + self._beside_breakpoints(image, index, offset)
 
     def _beside_breakpoints(self, image: Image, index: IndexArray, offset: FloatArray) -> FloatArray:
-        """What an uncertain exponent, or place of a kink, does to curves that begin like a power there."""
+        """What the uncertain exponent, or place, with which a profile begins at a breakpoint does to its curves."""
         exponent, place = image.beside[index].T
         if not exponent.any() and not place.any():
             return np.zeros((index.size, 4))
-        with np.errstate(divide="ignore", over="ignore"):
+        x = image.panels.base[index] + offset
+        g, slope, m, s = (np.abs(evaluate(image.panels, image.curve(name), index, offset)) for name in CURVES)
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             # beyond the first panel the power is no longer extrapolated
-            ratio = np.minimum(offset / image.panels.high[index], 1.0)
-            first = image.panels.low[index] == 0.0
-            found = np.where(first & (exponent > 0.0), exponent * np.abs(np.log(ratio)), 0.0)[:, None]
-            shift = np.where(place > 0.0, place / offset, 0.0)[:, None]
-            powers = np.stack([getattr(image, name).power[index] for name in CURVES], axis=1)
-        return np.asarray(found * np.array([1.0, 1.0, 1.0, 2.0]) + shift * np.abs(powers))
+            first = (image.panels.low[index] == 0.0) & (exponent > 0.0)
+            ratio = np.where(first, np.minimum(offset / image.panels.high[index], 1.0), 1.0)
+            spread = exponent * np.abs(np.log(ratio))
+            steep = np.abs(image.slope.power[index]) / offset
+            rates = np.stack([slope / g, steep, x * slope / m, 2.0 * m * slope / s], axis=1)
+            shifted = np.where(place[:, None] > 0.0, place[:, None] * rates, 0.0)
+        return np.asarray(spread[:, None] * np.array([1.0, 1.0, 1.0, 2.0]) + np.nan_to_num(shifted))
 
     # -- inverses ---------------------------------------------------------------------------------
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -40,15 +40,15 @@ _LINES: Mapping[str, Any] = {
 _WORDS = {"MaugisDugdale": "Maugis-Dugdale"}
 
 
-def loop_study(data: xr.Dataset) -> Figure:
+def loop_study(studies: Sequence[tuple[float | None, xr.Dataset]]) -> Figure:
     """
     Dissipation, damping ratio and stiffness of steady loops against their amplitude.
 
     Parameters
     ----------
-    data : xarray.Dataset
-        ``dissipated_per_cycle`` (J), ``damping_ratio`` and ``secant_stiffness`` (N/m) over ``amplitude`` (m), with
-        the attribute ``sliding_shift`` (m).
+    studies : sequence of (coefficient, xarray.Dataset)
+        For every coefficient of friction (None where there is one only) ``amplitude`` (m), ``dissipated_per_cycle``
+        (J), ``damping_ratio`` and ``secant_stiffness`` (N/m) in one dimension, with ``sliding_shift`` (m).
 
     Returns
     -------
@@ -56,28 +56,32 @@ def loop_study(data: xr.Dataset) -> Figure:
     """
     with styled():
         figure = new_figure(10.4, 3.5)
-        u, slides = data["amplitude"].values, float(data.attrs["sliding_shift"])
-        unit = good_unit(u, "m")
-        x = lengths(u, unit)
-        few = "o" if u.size <= MARKED_ROWS else None
+        everywhere = np.concatenate([study["amplitude"].values for _, study in studies])
+        unit = good_unit(everywhere, "m")
         columns = (
             ("dissipated_per_cycle", "energy lost per cycle", "J"),
             ("damping_ratio", "damping ratio", ""),
             ("secant_stiffness", "secant stiffness", "N/m"),
         )
         for axes, (name, words, si) in zip(figure.subplots(1, 3), columns, strict=True):
-            shown = good_unit(data[name].values, si) if si else ""
-            y = np.asarray(from_si(data[name].values, si, shown)) if si else data[name].values
-            axes.set_xscale("log" if u.size > 1 else "linear")
-            if u.min() < slides < u.max():
-                label = "sliding begins"
-                axes.axvline(
-                    float(lengths(np.array(slides), unit)), color=ORANGE, lw=1.0, ls=":", label=label
-                )
-            if name == "dissipated_per_cycle" and (y > 0.0).any():
+            values = np.concatenate([study[name].values for _, study in studies])
+            shown = good_unit(values, si) if si else ""
+            axes.set_xscale("log" if everywhere.size > len(studies) else "linear")
+            if name == "dissipated_per_cycle" and (values > 0.0).any():
                 axes.set_yscale("log")
-                _draw_cubic(axes, x, y, lengths(np.array(slides), unit))
-            axes.plot(x, y, color=BLUE, lw=1.5, marker=few, ms=3)
+            for i, (mu, study) in enumerate(studies):
+                order = np.argsort(study["amplitude"].values)
+                u, slides = study["amplitude"].values[order], float(study["sliding_shift"].values)
+                x, begins = lengths(u, unit), lengths(np.array(slides), unit)
+                y = study[name].values[order]
+                y = np.asarray(from_si(y, si, shown)) if si else y
+                if mu is None and u.min() < slides < u.max():
+                    axes.axvline(float(begins), color=ORANGE, lw=1.0, ls=":", label="sliding begins")
+                if mu is None and name == "dissipated_per_cycle" and (y > 0.0).any():
+                    _draw_cubic(axes, x, y, begins)
+                few = "o" if u.size <= MARKED_ROWS else None
+                colour, label = (BLUE, None) if mu is None else (f"C{i}", f"$\\mu$ = {mu:g}")
+                axes.plot(x, y, color=colour, lw=1.5, marker=few, ms=3, label=label)
             axes.set_xlabel(f"amplitude of the shift ({unit})")
             axes.set_ylabel(f"{words} ({shown})" if shown else words)
             if name == "damping_ratio":

@@ -5,11 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, TypeVar, cast
 
 import numpy as np
-from numba import njit
 
+from pymdr.compiling import compiled, patient
 from pymdr.units import FloatArray
 
 _ROUNDING = 1e-40
@@ -20,8 +19,6 @@ _DISBELIEF = 6.63
 """Twice the logarithm of a likelihood ratio that chance passes once in a hundred."""
 _MANY = 5000
 """Samples beyond which the search takes wider steps."""
-
-Kernel = TypeVar("Kernel", bound=Callable[..., Any])
 
 
 @dataclass(frozen=True)
@@ -84,7 +81,7 @@ def smooth(r: FloatArray, y: FloatArray, deviation: FloatArray, known: bool) -> 
 
     def parts(decades: float) -> tuple[float, float]:
         if decades not in seen:
-            determinant, misfit, _, _ = likelihood(r, y, weight, 10.0 ** (0.5 * decades))
+            determinant, misfit, _, _ = patient(likelihood)(r, y, weight, 10.0 ** (0.5 * decades))
             seen[decades] = determinant, misfit / (n - 2)
         return seen[decades]
 
@@ -113,17 +110,12 @@ def smooth(r: FloatArray, y: FloatArray, deviation: FloatArray, known: bool) -> 
         believed = told(other) - free(decades) <= _DISBELIEF
         decades = other if believed else decades
     drive = 10.0 ** (0.5 * decades)
-    _, misfit, level, bend = likelihood(r, y, weight, drive)
-    values, higher = smoothed(r, y - level, weight, drive, bend)
+    _, misfit, level, bend = patient(likelihood)(r, y, weight, drive)
+    values, higher = patient(smoothed)(r, y - level, weight, drive, bend)
     return Smooth(values, higher, level, math.sqrt(misfit / (n - 2)) / typical, believed)
 
 
-def _compiled(function: Kernel) -> Kernel:
-    """Compile with numba when first called; kept on disk."""
-    return cast(Kernel, njit(cache=True, nogil=True, error_model="numpy")(function))
-
-
-@_compiled
+@compiled
 def _predict(root: FloatArray, h: float, drive: float, b: FloatArray) -> None:
     """
     Carry the triangular root of the covariance of (f, f', f'') over a distance h, in place.
@@ -166,7 +158,7 @@ def _predict(root: FloatArray, h: float, drive: float, b: FloatArray) -> None:
                 b[i, k] /= root[i, i]
 
 
-@_compiled
+@compiled
 def likelihood(
     r: FloatArray, y: FloatArray, weight: FloatArray, drive: float
 ) -> tuple[float, float, float, float]:
@@ -231,7 +223,7 @@ def likelihood(
     return determinant, factor[2, 2] ** 2, (factor[0, 2] - factor[0, 1] * kappa) / factor[0, 0], kappa
 
 
-@_compiled
+@compiled
 def smoothed(
     r: FloatArray, y: FloatArray, weight: FloatArray, drive: float, kappa: float
 ) -> tuple[FloatArray, FloatArray]:

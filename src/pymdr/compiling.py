@@ -1,0 +1,61 @@
+"""How kernels are compiled: kept on disk where there is a place for them, and told when it takes time. Loads numba."""
+
+from __future__ import annotations
+
+import logging
+import threading
+from collections.abc import Callable
+from typing import Any, TypeVar, cast
+
+from numba import config, njit
+
+Function = TypeVar("Function", bound=Callable[..., Any])
+
+INTERPRETED = bool(getattr(config, "DISABLE_JIT", False))
+"""Whether NUMBA_DISABLE_JIT asks for kernels that are not compiled."""
+
+_log = logging.getLogger("pymdr")
+_PATIENCE = 1.0
+"""Seconds; code that is read from disk is there sooner."""
+_told = threading.Event()
+_unkept = threading.Event()
+
+
+def compiled(function: Function, **options: Any) -> Function:
+    """Compile with numba when first called; kept on disk, unless no folder for it can be written."""
+    settings = {"nogil": True, "error_model": "numpy", **options}
+    try:
+        kernel = njit(cache=True, **settings)(function)
+    except RuntimeError:  # numba finds neither __pycache__ nor a cache of the user that takes files
+        _unkept.set()
+        kernel = njit(**settings)(function)
+    return cast(Function, kernel)
+
+
+def patient(kernel: Function) -> Function:
+    """The kernel, which says so if it has to be compiled when it is called."""
+    if getattr(kernel, "signatures", True):
+        return kernel
+
+    def first_call(*arguments: Any) -> Any:
+        timer = threading.Timer(_PATIENCE, _tell, (kernel,))
+        timer.daemon = True
+        timer.start()
+        try:
+            return kernel(*arguments)
+        finally:
+            timer.cancel()
+
+    return cast(Function, first_call)
+
+
+def _tell(kernel: Any) -> None:
+    if kernel.signatures or _told.is_set():
+        return
+    _told.set()
+    kept = (
+        "in every new process, since no folder for the result can be written: set NUMBA_CACHE_DIR to one"
+        if _unkept.is_set()
+        else "once after an installation"
+    )
+    _log.warning("compiling the kernels of this history, some ten seconds, %s", kept)

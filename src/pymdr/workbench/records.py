@@ -1,0 +1,216 @@
+"""Loops of measured records: energy per cycle and equivalent damping."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from pymdr.errors import ProblemError, QuantityError
+from pymdr.result import Result
+from pymdr.units import FloatArray, QuantityLike, metres, shown, to_si
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+_PAIRS = (("shift", "tangential_force"), ("indentation", "normal_force"), ("travel", "normal_force"))
+"""Displacements and the forces that work on them."""
+_COLUMNS = ("amplitude", "force_amplitude", "dissipated_per_cycle", "damping_ratio", "secant_stiffness")
+_SHOWN = 10
+"""Cycles at either end that a summary tells."""
+
+
+@dataclass(frozen=True)
+class MeasuredLoops:
+    """Cycles of a record, one after the other."""
+
+    data: xr.Dataset
+    """Over ``cycle``, counted from 1: amplitude (m), force_amplitude (N), dissipated_per_cycle (J), damping_ratio,
+    secant_stiffness (N/m), and the rows first_row and last_row, counted from 1."""
+    displacement: str
+    """The name of the displacement."""
+    force: str
+    """The name of the force that works on it."""
+
+    def __getitem__(self, name: str) -> xr.DataArray:
+        if name not in self.data.variables:
+            known = ", ".join(map(str, self.data.variables))
+            raise QuantityError(f"no quantity {shown(name)}; measured loops have {known}")
+        return self.data[name]
+
+    def _rows(self) -> list[tuple[str, ...]]:
+        """The cycles as texts; of many the first and the last ones, and their means."""
+        n = self.data.sizes["cycle"]
+        told = list(range(n)) if n <= 2 * _SHOWN else [*range(_SHOWN), *range(n - _SHOWN, n)]
+        columns = [self.data[name].values for name in _COLUMNS]
+        rows = [(str(i + 1), *(f"{c[i]:.4g}" for c in columns)) for i in told]
+        if n > 2 * _SHOWN:
+            rows.insert(_SHOWN, ("...",) * 6)
+        if n > 1:
+            rows.append(("mean", *(f"{np.nanmean(c):.4g}" for c in columns)))
+        return rows
+
+    def summary(self) -> str:
+        """A line per cycle, with units."""
+        head = ("cycle", "amplitude", "force", "dissipated", "damping", "stiffness")
+        units = ("", "m", "N", "J per cycle", "", "N/m")
+        lines = [f"{self.force} over {self.displacement}:"]
+        for row in (head, units, *self._rows()):
+            lines.append(" ".join(f"{cell:>12}" for cell in row).rstrip())
+        return "\n".join(lines)
+
+    def __str__(self) -> str:
+        return self.summary()
+
+    def _repr_html_(self) -> str:
+        """The summary as a table, for notebooks."""
+        from pymdr.presentation.html import table
+
+        head = ("cycle", "amplitude (m)", "force (N)", "dissipated (J)", "damping", "stiffness (N/m)")
+        return f"<div>{self.force} over {self.displacement}{table(head, self._rows())}</div>"
+
+
+def measured_loops(record: xr.Dataset | Result, *, least: QuantityLike | None = None) -> MeasuredLoops:
+    """
+    Energy per cycle and equivalent damping of a record of force and displacement.
+
+    A cycle goes from a turning point of the displacement to the next but one. It dissipates the area of its loop,
+    W = ∮ F du by straight lines between the samples, closed by one from its last sample to its first; offsets of
+    force and displacement do not matter. Turns by less than `least` are no turning points.
+
+    Parameters
+    ----------
+    record : xarray.Dataset or Result
+        From :func:`pymdr.read_record` or :func:`pymdr.solve`, with ``shift`` and ``tangential_force``, else
+        ``indentation`` (or ``travel``) and ``normal_force``, in SI units.
+    least : quantity, optional
+        The smallest swing in m that is a turn and not noise; a tenth of the range of the displacement unless given.
+
+    Returns
+    -------
+    MeasuredLoops
+
+    Raises
+    ------
+    ProblemError
+        If a force or its displacement is missing, a value is not finite, or there is no whole cycle.
+
+    Notes
+    -----
+    With amplitudes u = (u_max - u_min) / 2 and F = (F(u_max) - F(u_min)) / 2 the damping ratio is W / (4 pi U) with
+    U = F u / 2, that of the viscous damper which dissipates as much in a cycle (Jacobsen 1930), and the stiffness is
+    the secant F / u. These are measured numbers: noise of the force adds to W about its standard deviation times
+    the step of the displacement times the root of the number of samples, with either sign.
+
+    Examples
+    --------
+    >>> import xarray as xr
+    >>> t = np.linspace(0.0, 7.2 * np.pi, 7201)
+    >>> u, force = 1e-6 * np.sin(t), 2.0 * np.sin(t + 0.1)
+    >>> record = xr.Dataset({"shift": ("step", u), "tangential_force": ("step", force)})
+    >>> loops = measured_loops(record)
+    >>> loops.data.sizes["cycle"], round(float(loops["damping_ratio"][0]), 4)
+    (3, 0.0502)
+    """
+    import xarray as xr
+
+    data = record.data if isinstance(record, Result) else record
+    displacement, force = _pair(data)
+    u, pull = (np.asarray(data[name].values, dtype=float) for name in (displacement, force))
+    for name, values in ((displacement, u), (force, pull)):
+        if not np.all(np.isfinite(values)):
+            row = int(np.argmin(np.isfinite(values))) + 1
+            raise ProblemError(f"measured_loops: {name} is not known in row {row}: leave such rows out")
+    swing = float(np.ptp(u)) if u.size else 0.0
+    threshold = 0.1 * swing if least is None else to_si(least, "m", name="least")
+    if not threshold > 0.0:
+        raise ProblemError(
+            f"measured_loops: {displacement} does not move"
+            if least is None
+            else f"measured_loops: least = {shown(least)}; it must be above 0 m"
+        )
+    turns = turning_points(u, threshold)
+    first, last = turns[:-2:2], turns[2::2]
+    if first.size == 0:
+        raise ProblemError(
+            f"measured_loops: {displacement} turns {turns.size} times by more than {metres(threshold)}, and a cycle needs "
+            "three turns; name a smaller swing with least, or record longer"
+        )
+    middle = turns[1:-1:2]
+    amplitude = 0.5 * np.abs(u[first] - u[middle])
+    stroke = 0.5 * (pull[first] - pull[middle]) * np.sign(u[first] - u[middle])
+    loss = _areas(u, pull, first, last)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        damping = np.where(stroke > 0.0, loss / (2.0 * math.pi * stroke * amplitude), math.nan)
+    columns = {
+        "amplitude": (amplitude, "m"),
+        "force_amplitude": (stroke, "N"),
+        "dissipated_per_cycle": (loss, "J"),
+        "damping_ratio": (damping, ""),
+        "secant_stiffness": (stroke / amplitude, "N/m"),
+        "first_row": (first + 1, ""),
+        "last_row": (last + 1, ""),
+    }
+    cycles = xr.Dataset(
+        {name: ("cycle", values, {"units": unit}) for name, (values, unit) in columns.items()},
+        coords={"cycle": np.arange(1, first.size + 1)},
+    )
+    if "time" in data:
+        time = np.asarray(data["time"].values, dtype=float)
+        cycles["duration"] = ("cycle", time[last] - time[first], {"units": "s"})
+    return MeasuredLoops(cycles, displacement, force)
+
+
+def _pair(data: xr.Dataset) -> tuple[str, str]:
+    for displacement, force in _PAIRS:
+        if displacement in data and force in data:
+            return displacement, force
+    wanted = " or ".join(f"{u} and {f}" for u, f in _PAIRS)
+    raise ProblemError(
+        f"measured_loops: {wanted} are needed; the record has {', '.join(map(str, data)) or 'none'}"
+    )
+
+
+def turning_points(values: FloatArray, least: float) -> FloatArray:
+    """
+    Indices of the extremes between which values swing by at least `least`, without those at both ends.
+
+    Examples
+    --------
+    >>> turning_points(np.array([0.0, 1.0, 0.9, 1.1, 0.0, 0.1, -1.0, 0.0]), 0.5).tolist()
+    [3, 6]
+    """
+    # only where the direction changes can there be an extreme
+    steps = np.sign(np.diff(values))
+    moving = np.flatnonzero(steps)
+    inner = moving[1:][steps[moving[1:]] != steps[moving[:-1]]]
+    candidates = np.concatenate([[0], inner, [values.size - 1]])
+    heights = values[candidates].tolist()
+    found: list[int] = []
+    low = high = 0
+    rising: bool | None = None
+    for i, height in enumerate(heights):
+        if rising is not False and height >= heights[high]:
+            high = i
+        if rising is not True and height <= heights[low]:
+            low = i
+        if rising is not False and heights[high] - height >= least:
+            found.append(high)
+            rising, low = False, i
+        elif rising is not True and height - heights[low] >= least:
+            found.append(low)
+            rising, high = True, i
+    kept = [i for i in found if 0 < candidates[i] < values.size - 1]
+    return np.asarray(candidates[kept], dtype=int)
+
+
+def _areas(u: FloatArray, force: FloatArray, first: FloatArray, last: FloatArray) -> FloatArray:
+    """The areas of closed loops, about the middle of each, so that offsets cost no digits."""
+    areas = np.empty(first.size)
+    for i, (begin, end) in enumerate(zip(first.tolist(), last.tolist(), strict=True)):
+        x, y = u[begin : end + 1], force[begin : end + 1]
+        x, y = x - x.mean(), y - y.mean()
+        areas[i] = 0.5 * np.sum((y[1:] + y[:-1]) * np.diff(x)) + 0.5 * (y[0] + y[-1]) * (x[0] - x[-1])
+    return areas

@@ -1,0 +1,99 @@
+"""Kernels where numba has no place for its cache, is told not to compile, or shows no private parts; threads."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+SOURCE = Path(__file__).parent.parent / "src"
+HISTORY = """
+import numpy as np, pymdr as mdr
+steel = mdr.Elastic("210 GPa", 0.3)
+joint = mdr.Contact(mdr.Paraboloid("10 mm"), steel, steel, friction=mdr.Coulomb(0.3))
+path = mdr.load("50 N") >> mdr.cycle(shift="0.8 um", steps=20)
+found = mdr.solve(joint, path).data
+r = np.linspace(0, 1e-7, 30)
+tip = mdr.Sampled(r, r**2 / 2e-7 + 1e-12 * np.cos(50 * r / 1e-7), interpolation=mdr.SmoothingSpline())
+print(*(float(v) for v in (found["tangential_force"][-3], found["dissipated_energy"][-1], tip.gap(5e-8))))
+"""
+
+
+def run(code, **environment):
+    kept = {k: v for k, v in os.environ.items() if not k.startswith("NUMBA_")}
+    done = subprocess.run(
+        [sys.executable, "-W", "error", "-c", code],
+        env={**kept, "PYTHONPATH": str(SOURCE), **environment},
+        capture_output=True,
+        text=True,
+        timeout=500,
+    )
+    assert done.returncode == 0, done.stderr
+    return done
+
+
+@pytest.fixture(scope="module")
+def numbers():
+    return [float(x) for x in run(HISTORY).stdout.split()]
+
+
+def same(done, numbers):
+    assert [float(x) for x in done.stdout.split()] == pytest.approx(numbers, rel=1e-12)
+
+
+def test_without_a_folder_for_the_cache(numbers, tmp_path):
+    """As in an installation that cannot be written, started by a service without HOME; the first call says so."""
+    head = "from numba.core import caching\ncaching.CacheImpl._locator_classes = []\n"
+    done = run(head + HISTORY)
+    same(done, numbers)
+    assert done.stderr.count("set NUMBA_CACHE_DIR") == 1
+
+
+def test_without_compiling(numbers):
+    same(run(HISTORY, NUMBA_DISABLE_JIT="1"), numbers)
+
+
+def test_without_private_parts_of_numba(numbers, tmp_path):
+    head = (
+        "import builtins\nplain = builtins.__import__\n"
+        "def refusing(name, globals=None, *rest):\n"
+        "    if name == 'numba.np.arrayobj' and (globals or {}).get('__name__', '').startswith('pymdr'):\n"
+        "        raise ImportError(name)\n"
+        "    return plain(name, globals, *rest)\n"
+        "builtins.__import__ = refusing\n"
+    )
+    tail = "from pymdr.line.friction import reading\nassert hasattr(reading.borrowed, 'signatures')\n"
+    done = run(head + HISTORY + tail, NUMBA_CACHE_DIR=str(tmp_path))
+    same(done, numbers)
+
+
+THREADS = """
+import threading
+import pymdr
+barrier, failures = threading.Barrier(8), []
+def work():
+    barrier.wait()
+    try:
+        import pymdr as mdr
+        {code}
+    except BaseException as error:
+        failures.append(repr(error))
+threads = [threading.Thread(target=work) for _ in range(8)]
+[thread.start() for thread in threads]
+[thread.join() for thread in threads]
+assert not failures, failures
+"""
+
+
+@pytest.mark.parametrize(
+    "code",
+    [
+        "mdr.Sphere('10 mm'); mdr.Elastic('210 GPa', 0.3); mdr.Cone(half_angle='70 deg')",
+        "mdr.solve(mdr.Contact(mdr.Sphere('10 mm'), mdr.Elastic('1 GPa', 0.3)), mdr.load('1 N'))._repr_html_()",
+        "mdr.pull_off(mdr.Contact(mdr.Sphere('1 mm'), mdr.Elastic('1 MPa', 0.3), adhesion=mdr.JKR('50 mJ/m^2')))",
+    ],
+)
+def test_threads_that_begin_together(code):
+    for _ in range(2):
+        run(THREADS.format(code=code))

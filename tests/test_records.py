@@ -1,0 +1,219 @@
+"""Measured records: read as paths, and what their loops dissipate."""
+
+import math
+
+import numpy as np
+import pytest
+import xarray as xr
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import pymdr as mdr
+from pymdr.workbench.records import turning_points
+
+STEEL = mdr.Elastic("210 GPa", 0.3)
+JOINT = mdr.Contact(mdr.Sphere("10 mm"), STEEL, STEEL, friction=mdr.Coulomb(0.3))
+
+
+def written(file, columns, comment=""):
+    rows = zip(*columns.values(), strict=True)
+    lines = [comment, ",".join(columns), *(",".join(f"{float(v)!r}" for v in row) for row in rows)]
+    file.write_text("\n".join(lines) + "\n", encoding="utf-8-sig")
+    return file
+
+
+def record(u, force):
+    return xr.Dataset({"shift": ("step", u), "tangential_force": ("step", force)})
+
+
+# --- reading ---------------------------------------------------------------------------------------------
+
+NAMES = {
+    "indentation": ("displacement [um]", "d [nm]", "Indentation (mm)", "indentation [m]"),
+    "normal_force": ("load [mN]", "Force [kN]", "normal_force [N]", "F_N [uN]"),
+    "travel": ("travel [um]", "piezo [nm]"),
+    "shift": ("shift [um]", "u_x [nm]", "tangential displacement [mm]"),
+    "tangential_force": ("tangential force [N]", "F_x [mN]", "friction force [uN]"),
+}
+PREFIX = {"n": 1e-9, "u": 1e-6, "m": 1e-3, "k": 1e3}
+
+
+@settings(max_examples=60, deadline=None)
+@given(data=st.data())
+def test_columns_come_in_any_order_with_any_unit(tmp_path_factory, data):
+    chosen = data.draw(st.lists(st.sampled_from(sorted(NAMES)), min_size=1, max_size=5, unique=True))
+    size = data.draw(st.integers(1, 5))
+    numbers = st.lists(st.floats(0.0, 1e3), min_size=size, max_size=size)
+    columns, expected = {"note": [1.0] * size}, {}
+    for name in chosen:
+        title = data.draw(st.sampled_from(NAMES[name]))
+        unit = title.strip("])").replace("(", "[").split("[")[1]
+        values = data.draw(numbers)
+        columns[title] = values
+        expected[name] = np.array(values) * (PREFIX[unit[0]] if len(unit) > 1 else 1.0)
+    order = data.draw(st.permutations(sorted(columns)))
+    file = written(tmp_path_factory.mktemp("r") / "r.csv", {n: columns[n] for n in order}, "# measured")
+    found = mdr.read_record(file)
+    assert set(found) == set(chosen)
+    for name, values in expected.items():
+        assert found[name].values == pytest.approx(values, rel=1e-14)
+    normal = [n for n in ("indentation", "normal_force", "travel") if n in chosen]
+    tangential = [n for n in ("shift", "tangential_force") if n in chosen]
+    if len(normal) > 1 or len(tangential) > 1:
+        with pytest.raises(mdr.PathError, match=r"channels = \["):
+            mdr.read_path(file)
+    named = [*normal[-1:], *tangential[-1:]]
+    path = mdr.read_path(file, channels=named)
+    for name in NAMES:
+        values = getattr(path, name)
+        assert (values is not None) == (name in named)
+        assert values is None or values == pytest.approx(expected[name], rel=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("text", "channels", "words"),
+    [
+        ("a,b\n1,2\n", None, "not a header"),
+        ("load,shift\n1,2\n", None, "not a header"),
+        ("load [N],shift\n1,2\n", None, "'shift' has no unit"),
+        ("load [kg],shift [m]\n1,2\n", None, "does not fit"),
+        ("load [N],shift [m]\n1\n", None, "line 2: 1 entries for 2 columns"),
+        ("load [N],shift [m]\n1,2\n1,x\n", None, "line 3: shift = 'x' is not a number"),
+        ("load [N],shift [m]\n1,\n", None, "line 2: shift = ''; every entry"),
+        ("load [N],shift [m]\n1,1e999\n", None, "a float can hold"),
+        ("time [s]\n1\n", None, "no column of indentation"),
+        ("load [N]\n1\n", ["shift"], "no column of 'shift'; it has normal_force"),
+        ("load [N]\n1\n", "load", "a list of names"),
+        ("time [s],load [N]\n2,1\n1,1\n", None, "must rise"),
+        ("load [N],force [N]\n1,1\n", None, "2 columns of normal_force"),
+    ],
+)
+def test_records_that_lie(tmp_path, text, channels, words):
+    (tmp_path / "r.csv").write_text(text)
+    with pytest.raises(mdr.PymdrError, match=words):
+        mdr.read_path(tmp_path / "r.csv", channels=channels)
+
+
+def test_a_case_follows_a_record_as_python_does(tmp_path):
+    t = np.linspace(0.01, 1.0, 300)
+    load, shift = 50.0 + 5.0 * np.sin(9.0 * t), 0.4 * np.sin(60.0 * t)
+    file = written(tmp_path / "record.csv", {"time [s]": t, "load [N]": load, "shift [um]": shift})
+    case = tmp_path / "case.toml"
+    body = 'kind = "elastic"\nyoung = "210 GPa"\npoisson = 0.3\n'
+    case.write_text(
+        f'[profile]\nkind = "sphere"\nradius = "10 mm"\n[body]\n{body}[counterbody]\n{body}'
+        '[friction]\nkind = "coulomb"\ncoefficient = 0.3\n[[path]]\nkind = "path"\nfile = "record.csv"\n'
+    )
+    from pymdr.workbench.casefile import read_case
+
+    asked = read_case(case)
+    assert asked.contact == JOINT
+    assert asked.path == mdr.read_path(file) == mdr.Path(time=t, normal_force=load, shift=shift / 1e6)
+    text = case.read_text()
+    for extra, words in (
+        ('channels = ["shift"]\n', None),
+        ("shift = [1.0]\n", "gives both file and shift"),
+        ('channels = ["travel"]\n', "no column of 'travel'"),
+        ("stesp = 3\n", "unknown key"),
+    ):
+        case.write_text(text + extra)
+        if words is None:
+            assert read_case(case).path.normal_force is None
+        else:
+            with pytest.raises(mdr.CaseError, match=words):
+                read_case(case)
+
+
+def test_tables_of_results_are_records(tmp_path):
+    path = mdr.load("50 N") >> mdr.cycle(shift="0.5 um", steps=40, duration=None)
+    result = mdr.solve(JOINT, path)
+    result.to_csv(tmp_path / "r.csv", units={"shift": "nm", "normal_force": "mN"})
+    head = (tmp_path / "r.csv").read_text().splitlines()[0].split(",")
+    assert head[0] == "step"
+    assert {"shift [nm]", "normal_force [mN]", "contact_radius [m]"} <= set(head)
+    found = mdr.read_record(tmp_path / "r.csv")
+    for name in ("indentation", "normal_force", "shift", "tangential_force"):
+        assert found[name].values == pytest.approx(result[name].values, rel=1e-13, abs=1e-300)
+    with pytest.raises(mdr.QuantityError, match="no quantity 'slp'"):
+        result.to_csv(tmp_path / "r.csv", units={"slp": "m"})
+    with pytest.raises(mdr.FileError, match=r"Result\.to_csv"):
+        result.save(tmp_path / "ball.csv")
+
+
+# --- loops -----------------------------------------------------------------------------------------------
+
+
+@settings(max_examples=100, deadline=None)
+@given(
+    st.floats(1e-9, 1e3),
+    st.floats(1e-9, 1e6),
+    st.floats(0.01, 1.5),
+    st.floats(-1e3, 1e3),
+    st.floats(-1e3, 1e3),
+    st.integers(1, 6),
+    st.integers(400, 900),
+)
+def test_ellipses_dissipate_their_area(u, f, phase, u0, f0, cycles, rows):
+    """A linear solid with a damper: W = pi u F sin(phase), wherever the origins are."""
+    t = 2.0 * np.pi * np.arange(round((cycles + 0.6) * rows)) / rows
+    loops = mdr.measured_loops(record(u * (u0 + np.sin(t)), f * (f0 + np.sin(t + phase))))
+    assert loops.data.sizes["cycle"] == cycles
+    assert loops["dissipated_per_cycle"].values == pytest.approx(np.pi * u * f * np.sin(phase), rel=1e-3)
+    assert loops["secant_stiffness"].values == pytest.approx(f / u * np.cos(phase), rel=2e-2)
+    assert loops["damping_ratio"].values == pytest.approx(0.5 * np.tan(phase), rel=2e-2)
+
+
+@pytest.mark.parametrize("amplitude", [0.3e-6, 0.6e-6, 1.2e-6])
+def test_loops_of_a_result_are_those_of_the_theory(amplitude):
+    result = mdr.solve(JOINT, mdr.load("50 N") >> mdr.cycle(shift=amplitude, cycles=3, steps=6000))
+    found = mdr.measured_loops(result)
+    expected = mdr.friction_loop(JOINT, [amplitude], normal_force="50 N")
+    assert found.data.sizes["cycle"] == 2
+    for name in ("amplitude", "force_amplitude", "dissipated_per_cycle", "damping_ratio", "secant_stiffness"):
+        assert found[name].values == pytest.approx(float(expected[name][0]), rel=1e-4), name
+
+
+@settings(max_examples=200, deadline=None)
+@given(
+    st.lists(st.floats(-1.0, 1.0, allow_subnormal=False), min_size=2, max_size=40, unique=True),
+    st.floats(0.05, 1.5),
+)
+def test_turning_points_are_found_one_value_after_the_other(values, least):
+    """The same as a loop over all values that remembers the extreme since the last turn."""
+    found, rising = [], 0
+    low = high = 0
+    for i, v in enumerate(values):
+        if rising >= 0 and v > values[high]:
+            high = i
+        if rising <= 0 and v < values[low]:
+            low = i
+        if rising >= 0 and values[high] - v >= least:
+            found.append(high)
+            rising, low = -1, i
+        elif rising <= 0 and v - values[low] >= least:
+            found.append(low)
+            rising, high = 1, i
+    mine = turning_points(np.array(values), least)
+    swings = np.diff(np.array(values)[mine])
+    assert np.all(np.abs(swings) >= least)
+    assert np.all(swings[1:] * swings[:-1] < 0.0)
+    assert mine.tolist() == [i for i in found if 0 < i < len(values) - 1]
+
+
+def test_bad_records_are_refused():
+    t = np.linspace(0.0, 20.0, 400)
+    for data, words in (
+        (xr.Dataset({"shift": ("step", t)}), "the record has shift"),
+        (record(t, t), "three turns"),
+        (record(0.0 * t, t), "does not move"),
+        (record(np.where(t > 3.0, math.nan, t), t), "not known in row"),
+    ):
+        with pytest.raises(mdr.ProblemError, match=words):
+            mdr.measured_loops(data)
+    loops = mdr.measured_loops(record(np.sin(t), np.sin(t + 0.1)))
+    with pytest.raises(mdr.QuantityError, match="damping_ratio"):
+        loops["slip"]
+    assert "mean" in loops.summary()
+    assert "mean" in loops._repr_html_()
+    many = mdr.measured_loops(record(np.sin(20.0 * t), np.sin(20.0 * t + 0.1)))
+    assert "..." in str(many)
