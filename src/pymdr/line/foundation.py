@@ -152,14 +152,8 @@ def _best_disk(equivalent: EquivalentProfile, d: FloatArray, turning: tuple[floa
     end = min(equivalent.edge, top)
     ends = np.array([0.0, *(t for t in turning if 0.0 < t < end), end])
     g = equivalent.g(ends)
-    below = equivalent.integral(ends)
-    least = load.copy()
-    for x, m in zip(ends[1:], below[1:], strict=True):
-        np.maximum(least, d * x - m, out=least)
-    for low, high, g_low, g_high, m in zip(ends[:-1], ends[1:], g[:-1], g[1:], below[:-1], strict=True):
-        # on a rising stretch the load gains no more than (d - g(low)) for every unit of a
-        most = d * high - m - g_low * (high - low)
-        inside = (d > g_low) & (d <= g_high) & (most >= least - 1e-12 * np.abs(d) * high)
+    for low, high, g_low, g_high in zip(ends[:-1], ends[1:], g[:-1], g[1:], strict=True):
+        inside = (d > g_low) & (d <= g_high)
         if g_high > g_low and inside.any():
             place = equivalent.between(d[inside], float(low), float(high))
             _take_better(best, load, inside, place, d[inside] * place.x - equivalent.integral(place))
@@ -185,12 +179,13 @@ class PassedRing:
 
 def passed_rings(line: ElasticLine, deepest: float) -> tuple[PassedRing, ...]:
     """The rings over which a contact steps on its way to a depth in m."""
-    turning = _turning_points(line.equivalent, deepest)
+    top = _touching_within(line.equivalent, deepest)
+    turning = _turning_points(line.equivalent, top)
     if not turning or turning[0] == 0.0:
         return ()
-    top = touching_radius(line.equivalent, deepest)
     marks = np.array([0.0, *turning, *([top] * (1 + len(turning) % 2))])
-    inner, outer = marks[:-2].reshape(-1, 2), marks[2:].reshape(-1, 2)
+    passed = marks[1:-2:2] < states_at_depth(line, [deepest]).contact_radius
+    inner, outer = marks[:-2].reshape(-1, 2)[passed], marks[2:].reshape(-1, 2)[passed]
     low, high = np.zeros(outer.shape[0]), np.full(outer.shape[0], deepest)
     while True:
         middle = 0.5 * (low + high)
@@ -201,7 +196,6 @@ def passed_rings(line: ElasticLine, deepest: float) -> tuple[PassedRing, ...]:
     return tuple(
         PassedRing(float(depth), tuple(before), tuple(after))
         for depth, before, after in zip(low, inner.tolist(), outer.tolist(), strict=True)
-        if depth < deepest
     )
 
 
