@@ -543,3 +543,42 @@ def test_contact_that_begins_at_a_radius_is_a_power_there(n, size, decades, give
     beside = found.base == b
     assert np.all(beside)
     assert np.all(np.abs(found.offset / (b * delta) - 1.0) <= 1e-13)
+
+
+@settings(max_examples=10, deadline=None)
+@given(SIZES, st.lists(st.floats(-20.0, -1.0), min_size=1, max_size=5))
+def test_a_law_that_shows_farther_out_holds_farther_in(R, decades):
+    """R - sqrt(R^2 - r^2) is 0 to rounding near the tip: depths in any order, each alone or after others."""
+    profile = mdr.Function(lambda r: R - np.sqrt(R * R - r * r), reach=0.999 * R)
+    a = R * 10.0 ** np.array(decades)
+    depth = a * np.arctanh(a / R)
+    line = equivalent_profile(profile)
+    for x, d in zip(a, depth, strict=True):
+        place = line.place(np.array([d]))
+        claimed = 10.0 * line.error(place)[0, 0] + 1e-14
+        assert abs(place.x[0] / x - 1.0) <= claimed
+        assert claimed < 1e-7
+
+
+@settings(max_examples=10, deadline=None)
+@given(
+    st.floats(1.05, 4.0), SIZES, st.floats(-3.0, 0.0), st.lists(st.floats(0.0, 0.9), min_size=1, max_size=5)
+)
+def test_pressure_through_a_dead_zone(n, b, reach, shares):
+    """Contact of ((r - b)_+ / b)^n b: the force under the pressure, and the pressure by Gauss and Jacobi."""
+    from scipy.special import roots_jacobi
+
+    profile = mdr.Function(None, [b], lambda r: n * (np.maximum(r - b, 0.0) / b) ** (n - 1.0))
+    line = equivalent_profile(profile)
+    delta = b * 10.0**reach
+    line.map_to(b + delta)
+    r = b * np.array(shares)
+    found = line.pressure_integral(r, Place(np.array(b), np.array(delta)))
+    # g' / offset^(n - 3/2) is smooth beside b; with y = offset / delta the rest is in the weights
+    z, w = roots_jacobi(80, 0.0, n - 1.5)
+    y, w = (z + 1.0) / 2.0, w / 2.0 ** (n - 0.5)
+    place = Place(np.full(y.size, b), delta * y)
+    smooth = line.slope(place) / y ** (n - 1.5)
+    x = place.x
+    exact = [delta * np.sum(w * smooth / np.sqrt((x - q) * (x + q))) for q in r]
+    assert worst(found, exact) < 1e-12

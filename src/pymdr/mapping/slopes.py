@@ -607,9 +607,9 @@ def _beginning(made: Slopes, before: Slopes | None, found: list[float]) -> Slope
     rounding = np.finfo(float).eps * np.maximum(size, made.size[begins])
     jump[begins] = np.where(np.abs(difference) > 64.0 * rounding + error, difference, 0.0)
     jump_error[begins] = rounding + error
-    with np.errstate(divide="ignore"):
-        # where two curves meet is as uncertain as their difference; the width makes the rounding of f from that of f'
-        blurred = np.where(jump[begins] != 0.0, error / np.abs(difference), 0.0) * panels.width[begins] / 8.0
+    # where two curves meet is as uncertain as their difference; the width makes the rounding of f from that of f'
+    part = np.divide(error, np.abs(difference), where=jump[begins] != 0.0, out=np.zeros(begins.size))
+    blurred = part * panels.width[begins] / 8.0
     unnamed = np.isin(panels.base[begins], found)
     beside[begins[unnamed], 1] = (_UNNAMED * panels.base[begins] + blurred)[unnamed]
     return replace(made, jump=jump, jump_error=jump_error, beside=beside)
