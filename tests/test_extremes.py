@@ -42,6 +42,7 @@ def test_any_size_is_refused_or_gives_numbers(kind, size, young, target, leg):
 
 
 @pytest.mark.parametrize("make", [mdr.Sphere, mdr.Paraboloid, mdr.FlatPunch, lambda x: mdr.Elastic(x, 0.3)])
+@settings(deadline=None)
 @given(st.floats(61.0, 308.0))
 def test_sizes_that_nothing_has_are_refused(make, exponent):
     with pytest.raises(mdr.ProblemError, match="nothing has that size; it must be at most 1e\\+60"):
@@ -50,6 +51,7 @@ def test_sizes_that_nothing_has_are_refused(make, exponent):
         make(10.0**-exponent)
 
 
+@settings(deadline=None)
 @given(st.floats(5e-324, 1e-121))
 def test_loads_next_to_nothing_are_none(value):
     for path in (mdr.load(value), mdr.indent(-value), mdr.Path(normal_force=[value, 1.0])):

@@ -681,7 +681,7 @@ def test_progress_in_parts_is_the_whole(monkeypatch):
         assert np.max(np.abs(lost - column(parts, "dissipated_energy"))) <= np.spacing(lost[-1])
     pulled = mdr.load(1.0) >> mdr.Path(tangential_force=np.linspace(0.0, 0.4, 21))
     for progress in (None, lambda done, total: None):
-        with pytest.raises(mdr.PathError, match=r"tangential_force = 320 mN in row 16 of leg 2"):
+        with pytest.raises(mdr.PathError, match=r"tangential_force = 320 mN in row 17 of leg 2"):
             mdr.solve(contact(), pulled, progress=progress)
 
 
@@ -1050,14 +1050,14 @@ def test_meaningless_coefficient(mu):
 
 PRESSED = mdr.load(0.1)
 REFUSED = {
-    "too much": (PRESSED >> mdr.drag(0.04, steps=4), r"= 40 mN in row 3 of leg 2: .* = 30 mN"),
-    "too much, back": (PRESSED >> mdr.drag(-0.04), r"= -40 mN in row 0 .* at most mu F_N = 30 mN"),
-    "held": (PRESSED >> mdr.drag(0.02) >> mdr.load(0.05, steps=10), r"= 20 mN in row 6 .* = 19\.5 mN"),
-    "cycle": (PRESSED >> mdr.cycle(tangential_force=0.031, steps=8), r"= 31 mN in row 1 .* = 30 mN"),
-    "array": (mdr.Path(normal_force=[1, 1], tangential_force=[0.1, 0.4]), r"= 400 mN in row 1 .* = 300 mN"),
-    "by indentation": (mdr.indent(0.25) >> mdr.drag(1.0), r"= 1 N in row 0 .* mu F_N = 50 mN"),
-    "no contact": (mdr.drag(1e-9), r"= 1 nN in row 0 .* mu F_N = 0 N"),
-    "lifted": (mdr.indent(0.1) >> mdr.indent(-0.1) >> mdr.drag(0.01), r"= 10 mN in row 0 .* mu F_N = 0 N"),
+    "too much": (PRESSED >> mdr.drag(0.04, steps=4), r"= 40 mN in row 4 of leg 2: .* = 30 mN"),
+    "too much, back": (PRESSED >> mdr.drag(-0.04), r"= -40 mN in row 1 .* at most mu F_N = 30 mN"),
+    "held": (PRESSED >> mdr.drag(0.02) >> mdr.load(0.05, steps=10), r"= 20 mN in row 7 .* = 19\.5 mN"),
+    "cycle": (PRESSED >> mdr.cycle(tangential_force=0.031, steps=8), r"= 31 mN in row 2 .* = 30 mN"),
+    "array": (mdr.Path(normal_force=[1, 1], tangential_force=[0.1, 0.4]), r"= 400 mN in row 2 .* = 300 mN"),
+    "by indentation": (mdr.indent(0.25) >> mdr.drag(1.0), r"= 1 N in row 1 .* mu F_N = 50 mN"),
+    "no contact": (mdr.drag(1e-9), r"= 1 nN in row 1 .* mu F_N = 0 N"),
+    "lifted": (mdr.indent(0.1) >> mdr.indent(-0.1) >> mdr.drag(0.01), r"= 10 mN in row 1 .* mu F_N = 0 N"),
     "unloaded": (PRESSED >> mdr.drag(0.01) >> mdr.load(0.0), r"= 10 mN .* mu F_N = 0 N"),
 }
 

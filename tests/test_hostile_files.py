@@ -147,6 +147,7 @@ def test_what_is_printed_steers_no_terminal(tmp_path, shell):
     assert "[/bold]" in err.replace("\n", "")
 
 
+@settings(deadline=None)
 @given(st.text(max_size=50))
 def test_printable_texts_keep_what_can_be_read(text):
     assert plain(printable(text))

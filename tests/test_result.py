@@ -7,6 +7,8 @@ import numpy as np
 import pint
 import pytest
 import xarray as xr
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 import pymdr as mdr
 
@@ -428,3 +430,76 @@ def test_a_narrow_bump_outside_the_contact_is_seen():
     result = mdr.solve(mdr.Contact(profile, UNIT), mdr.indent(0.2))
     assert result.status is not mdr.Status.COMPLETED
     assert "touch again outside" in result.claims["normal_force"].reason
+
+
+# --- several rows, notebooks -----------------------------------------------------------------------------
+
+
+@settings(deadline=None)
+@given(st.lists(st.integers(-3, 2), min_size=1, max_size=5))
+def test_fields_of_several_rows_are_those_of_each(ball, rows):
+    r = [0.0, 1e-5, 1e-3]
+    for steps in (rows, tuple(rows), np.array(rows)):
+        together = ball.field("pressure", r=r, step=steps)
+        assert together.dims == ("step", "r")
+        assert together["step"].values.tolist() == [i % 3 for i in rows]
+        for i, row in enumerate(rows):
+            assert np.array_equal(together[i], ball.field("pressure", r=r, step=row), equal_nan=True)
+
+
+@pytest.mark.parametrize("step", [[], [0, 5], [[0]], [0.5], "01", [True], np.array([[0]])])
+def test_rows_that_do_not_exist(ball, step):
+    with pytest.raises(mdr.QuantityError):
+        ball.field("pressure", step=step)
+
+
+def test_notebooks_show_figures_claims_and_questions(ball):
+    assert ball.plot()._repr_png_().startswith(b"\x89PNG")
+    assert "<table>" in ball.claims._repr_html_()
+    found = mdr.assess(ball.contact, ball.path)
+    assert found.status is ball.status
+    assert "the path reaches" in found._repr_html_()
+    assert "<table>" in found.claims._repr_html_()
+    gel = mdr.Contact(mdr.Paraboloid("1 mm"), mdr.Elastic("1 MPa", 0.5), adhesion=mdr.JKR("50 mJ/m^2"))
+    assert "pull-off" in mdr.pull_off(gel)._repr_html_()
+
+
+# --- peak pressure ---------------------------------------------------------------------------------------
+
+
+def test_peak_pressure_of_closed_forms():
+    ball = mdr.solve(mdr.Contact(mdr.Paraboloid(2.0), mdr.Elastic(3.0, 0.0)), mdr.load(1.0, steps=4))
+    hertz = 1.5 * ball["mean_pressure"].values
+    assert ball["peak_pressure"].values == pytest.approx(hertz, rel=1e-12)
+    assert ball["peak_pressure"].attrs["units"] == "Pa"
+    assert ball.to("peak_pressure", "kPa").values == pytest.approx(1e-3 * hertz, rel=1e-12)
+    for profile in (mdr.FlatPunch(1.0), mdr.Cone(slope=0.1)):
+        sharp = mdr.solve(mdr.Contact(profile, UNIT), mdr.indent(0.01))
+        assert sharp["peak_pressure"].values.tolist() == [math.inf]
+    lifted = RESULTS["lifted"]()
+    assert lifted["peak_pressure"].values.tolist() == [0.0]
+    with pytest.raises(mdr.NotValidError):
+        RESULTS["refused"]()["peak_pressure"]
+    assert np.isnan(RESULTS["partly"]()["peak_pressure"].values[0])
+    gel = mdr.Contact(mdr.Paraboloid(1.0), UNIT, adhesion=mdr.JKR(1e-4))
+    pressed = mdr.solve(gel, mdr.load(0.01))
+    a, modulus = float(pressed["contact_radius"][-1]), 1.0
+    r = a * np.sin(np.linspace(0.0, 0.5 * np.pi, 20001))[:-1]
+    p = 2.0 * modulus / np.pi * np.sqrt(a * a - r * r) - np.sqrt(2e-4 * modulus / np.pi / a) / np.sqrt(
+        1 - (r / a) ** 2
+    )
+    assert float(pressed["peak_pressure"][-1]) == pytest.approx(p.max(), rel=1e-7)
+
+
+@settings(max_examples=15, deadline=None)
+@given(st.floats(0.0, 0.3), st.floats(1.0, 9.0), st.floats(0.05, 0.4))
+def test_peak_pressure_is_above_all_pressures(height, waves, depth):
+    wavy = mdr.Function(
+        lambda r: r**2 + height / waves**2 * (1.0 - np.cos(waves * r)),
+        derivative=lambda r: 2.0 * r + height / waves * np.sin(waves * r),
+    )
+    result = mdr.solve(mdr.Contact(wavy, UNIT), mdr.indent(depth))
+    a = float(result["contact_radius"][-1])
+    everywhere = result.field("pressure", r=np.linspace(0.0, a, 3001)).values
+    assert float(result["peak_pressure"][-1]) == pytest.approx(everywhere.max(), rel=1e-5)
+    assert float(result["peak_pressure"][-1]) >= everywhere.max() * (1.0 - 1e-12)

@@ -431,8 +431,8 @@ def test_scatter_becomes_a_band():
     [
         (lambda: mdr.Sampled([0, 1, 2], [0, 1, 4]), "3 samples; at least 5"),
         (lambda: mdr.Sampled([0, 1, 2, 3, 4], [0, 1, 4]), "3 entries of height for 5 radii"),
-        (lambda: mdr.Sampled([0, 1, 2, 2, 4], [0, 1, 2, 3, 4]), "repeats at entry 3"),
-        (lambda: mdr.Sampled([0, 1, 3, 2, 4], [0, 1, 2, 3, 4]), "falls at entry 3"),
+        (lambda: mdr.Sampled([0, 1, 2, 2, 4], [0, 1, 2, 3, 4]), "repeats at entry 4"),
+        (lambda: mdr.Sampled([0, 1, 3, 2, 4], [0, 1, 2, 3, 4]), "falls at entry 4"),
         (lambda: mdr.Sampled([1, 2, 3, 4, 5], [0, 1, 2, 3, 4]), "begins at 1 m"),
         (
             lambda: mdr.Sampled(np.geomspace(1e-9, 1e-6, 9), np.arange(9.0)),
@@ -442,7 +442,7 @@ def test_scatter_becomes_a_band():
             lambda: mdr.Sampled([0, 1, 2, 2 * (1 + 1e-12), 4], [0, 1, 2, 3, 4]),
             r"entries 2 and 3 \(2\.0 m, then 2\.000000000002 m\) are 2\.0\d* pm apart.*average them",
         ),
-        (lambda: mdr.Sampled([0, 5e-324, 1, 2, 3], [0, 1, 2, 3, 4]), "entry 1 is 5e-324 m, less than 1e-30"),
+        (lambda: mdr.Sampled([0, 5e-324, 1, 2, 3], [0, 1, 2, 3, 4]), "entry 2 is 5e-324 m, less than 1e-30"),
         (lambda: mdr.Sampled(np.arange(5) * 5e-324, [0, 1, 2, 3, 4]).spline, "beyond what a float holds"),
         (lambda: mdr.Sampled([0, 1, 2, 3, 4], [-1e308, 0, 1, 3, 1e308]).spline, "beyond what a float holds"),
         (lambda: mdr.Sampled(np.ma.masked_equal([0, 1, 2, 3, 4], 3), [0, 1, 2, 3, 4]), "masked"),

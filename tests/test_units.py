@@ -316,6 +316,7 @@ def test_units_that_an_array_carries_are_honoured(carrier, unit, numbers):
         to_si_array(CARRIERS[carrier](np.array(numbers), "parsnip") if "pint" not in carrier else [None], "m")
 
 
+@settings(deadline=None)
 @given(st.lists(st.booleans(), min_size=1, max_size=5))
 def test_masked_numbers_are_refused_in_any_wrapping(mask):
     masked = np.ma.masked_array(np.ones(len(mask)), mask)
@@ -329,6 +330,7 @@ def test_masked_numbers_are_refused_in_any_wrapping(mask):
         to_si(np.ma.masked, "m")
 
 
+@settings(deadline=None)
 @given(st.floats(0.1, 80.0), st.sampled_from(["deg", "rad", "mrad", "arcmin", "turn", "grad"]))
 def test_angles_are_no_plain_numbers_and_plain_numbers_no_angles(number, unit):
     for value in (

@@ -58,6 +58,7 @@ QUANTITIES: dict[str, Quantity] = {
         Quantity("slip_distance", "s", "m", "distance slid as a whole"),
         Quantity("stored_tangential_energy", "U_x", "J", "stored tangential energy"),
         Quantity("force_lower_bound", "F_{lb}", "N", "lower bound of the normal force"),
+        Quantity("peak_pressure", "p_\\mathrm{max}", "Pa", "largest pressure"),
         Quantity("pressure", "p", "Pa", "pressure", _FIELD),
         Quantity("normal_displacement", "u_z", "m", "surface displacement", _FIELD),
         Quantity("gap", "h", "m", "gap", _FIELD),

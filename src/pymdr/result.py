@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import enum
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -15,6 +15,7 @@ from pymdr.errors import FileError, ProblemError, QuantityError
 from pymdr.independent.history import RingHistory, solve_steps
 from pymdr.independent.rings import Rings
 from pymdr.interpretation.jumps import Branches, branches_of
+from pymdr.interpretation.peaks import largest_value
 from pymdr.interpretation.surface import LINE_FIELDS, SURFACE_FIELDS, Surface, surface_of
 from pymdr.interpretation.traction import (
     TANGENTIAL_FIELDS,
@@ -29,7 +30,7 @@ from pymdr.mapping.moduli import effective_moduli
 from pymdr.problem.contact import Contact
 from pymdr.problem.paths import LoadingPath
 from pymdr.quantities import POSITION, RADIUS, quantity
-from pymdr.units import ArrayQuantityLike, from_si, to_si_array
+from pymdr.units import ArrayQuantityLike, from_si, shown, to_si_array
 
 if TYPE_CHECKING:
     import os
@@ -57,6 +58,16 @@ class Status(enum.Enum):
     ADHESION_PARTLY_REFUSED = "at some steps the adhesive contact is not a disk: values there are NaN"
     ADHESION_REFUSED = "the adhesive contact is a disk at no step: nothing is given"
     REFUSED = "the contact is a disk at no step: only force_lower_bound is given"
+
+
+class Claims(dict[str, Claim]):
+    """Claims by quantity, a table in notebooks."""
+
+    def _repr_html_(self) -> str:
+        """The table."""
+        from pymdr.presentation.html import claims_html
+
+        return claims_html(self)
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,10 +99,13 @@ class Result:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "data", _locked_data(self.data))
-        object.__setattr__(self, "claims", {name: _locked_claim(c) for name, c in self.claims.items()})
+        object.__setattr__(self, "claims", Claims((n, _locked_claim(c)) for n, c in self.claims.items()))
 
     def __getitem__(self, name: str) -> xr.DataArray:
         """A quantity over ``step``, in SI units; a copy of its own."""
+        if name == "peak_pressure":
+            self._require("pressure")
+            return self._peak_pressure.copy()
         self._require(name)
         self._refuse_missing(name)
         return self.data[name].copy()
@@ -100,7 +114,8 @@ class Result:
         if name not in self.data:
             if name in (*ALL_SURFACE_FIELDS, *ALL_LINE_FIELDS):
                 raise QuantityError(f"{name!r} is a field: read it with result.field({name!r}, r=...)")
-            raise QuantityError(f"no quantity {name!r}; this result has {', '.join(map(str, self.data))}")
+            has = ", ".join([*map(str, self.data), "peak_pressure"])
+            raise QuantityError(f"no quantity {name!r}; this result has {has}")
 
     @property
     def bands(self) -> dict[str, tuple[np.ndarray, np.ndarray]]:
@@ -142,6 +157,33 @@ class Result:
         return array.copy(data=from_si(array.values, quantity(name).unit, unit)).assign_attrs(units=unit)
 
     @cached_property
+    def _peak_pressure(self) -> xr.DataArray:
+        """The largest pressure of every row, inf at a sharp edge or tip; found when it is first asked for."""
+        valid = self.claims["pressure"].where
+        states = [
+            self.data[name].values
+            for name in ("indentation", "contact_radius", "cohesive_radius")
+            if name in self.data
+        ]
+        values = np.full(self.data.sizes["step"], np.nan)
+        rows = np.flatnonzero(valid)
+        # rows of one state share a pressure
+        _, firsts, of_state = np.unique(
+            np.array([state[rows] for state in states]), axis=1, return_index=True, return_inverse=True
+        )
+        peaks = np.array([self._peak(int(rows[i])) for i in firsts])
+        values[rows] = peaks[of_state.ravel()]
+        return labelled({"peak_pressure": values})["peak_pressure"]
+
+    def _peak(self, row: int) -> float:
+        surface, end = self.surface, float(self.data["contact_radius"].values[row])
+        if isinstance(surface, RingHistory):
+            marks = surface.default_radii(row).tolist()
+        else:
+            marks = list(surface.line.equivalent.kinks(end))
+        return largest_value(lambda r: surface.field("pressure", r, row), end, marks)
+
+    @cached_property
     def surface(self) -> Surface | FrictionSurface | RingHistory:
         """What fields are computed from: the line and its states, or the rings of every step."""
         if self.rings is not None:
@@ -160,7 +202,9 @@ class Result:
         rows = self.data["row"].values if "row" in self.data.coords else np.arange(d.size)
         return friction_surface(self.contact, self.path, self.starts, self.machine_stiffness, surface, rows)
 
-    def field(self, name: str, r: ArrayQuantityLike | None = None, step: int | None = -1) -> xr.DataArray:
+    def field(
+        self, name: str, r: ArrayQuantityLike | None = None, step: int | Sequence[int] | None = -1
+    ) -> xr.DataArray:
         """
         A field on the surface (over radius r) or on the line (over position x).
 
@@ -173,13 +217,13 @@ class Result:
             ``"equivalent_profile"``, ``"spring_force"`` and with friction ``"spring_shift"``.
         r : array_like or quantity, optional
             Radii (positions) in m; a graded grid to twice the contact radius unless given.
-        step : int, optional
-            Row, counted as in a sequence; None gives all rows.
+        step : int or sequence of int, optional
+            Row, or several, counted as in a sequence; None gives all rows.
 
         Returns
         -------
         xarray.DataArray
-            Over ``r`` (``x``), or over ``step`` and ``r``. Pressure is inf at a singular edge, with its
+            Over ``r`` (``x``), or over ``step`` and ``r`` for several rows, nan in those that are not valid. Pressure is inf at a singular edge, with its
             amplitude as the coordinate ``edge_amplitude``.
 
         Raises
@@ -198,10 +242,10 @@ class Result:
             )
         if name in (*TANGENTIAL_FIELDS, *TANGENTIAL_LINE_FIELDS) and self.starts is None:
             raise QuantityError(f"{name}: the contact has no friction; solve it with friction=Coulomb(0.3)")
-        steps = range(self.data.sizes["step"])
-        chosen = steps if step is None else [self._row(step)]
+        several = step is None or isinstance(step, list | tuple | range | np.ndarray)
+        chosen = self._rows(step)
         claim = self.claims.get(name)
-        if step is not None and claim is not None and not claim.where[chosen[0]]:
+        if not several and claim is not None and not claim.where[chosen[0]]:
             replace(claim, where=np.zeros(1, dtype=bool)).require(f"{name} at step {step}")
         surface = self.surface
         radii = (
@@ -215,9 +259,9 @@ class Result:
         coords: dict[str, Any] = {axis.name: (axis.name, radii, {"units": "m", "long_name": axis.words})}
         amplitude = np.array([surface.edge_amplitude(i) for i in chosen])
         dims: tuple[str, ...] = (axis.name,)
-        if step is None:
+        if several:
             dims = ("step", axis.name)
-            coords["step"] = ("step", np.arange(len(steps)))
+            coords["step"] = ("step", np.array(chosen))
             if name == "pressure":
                 coords["edge_amplitude"] = ("step", amplitude, {"units": "Pa*m^0.5"})
         else:
@@ -232,11 +276,20 @@ class Result:
             attrs={"units": row.unit, "long_name": row.words, "symbol": row.symbol},
         )
 
-    def _row(self, step: int) -> int:
+    def _rows(self, step: int | Sequence[int] | None) -> list[int]:
+        if step is None:
+            return list(range(self.data.sizes["step"]))
+        if isinstance(step, list | tuple | range) or (isinstance(step, np.ndarray) and step.ndim == 1):
+            if len(step) == 0:
+                raise QuantityError("step is empty: name at least one row")
+            return [self._row(one) for one in step]
+        return [self._row(step)]
+
+    def _row(self, step: Any) -> int:
         n = self.data.sizes["step"]
         if isinstance(step, bool) or not isinstance(step, int | np.integer):
             raise QuantityError(
-                f"step = {step!r}: a whole number from 0 to {n - 1} is needed, or -1 for the last"
+                f"step = {shown(step)}: a whole number from 0 to {n - 1} is needed, -1 for the last, or a list of them"
             )
         if not -n <= step < n:
             raise QuantityError(f"step {step} does not exist: there are {n} steps, 0 to {n - 1}")

@@ -335,8 +335,8 @@ def to_si_array(values: ArrayQuantityLike, unit: str, *, name: str = "values") -
     if foreign:
         array = np.asarray(_converted(array, foreign, unit, name))
     if not np.all(np.isfinite(array)):
-        where = np.argwhere(~np.isfinite(np.atleast_1d(array)))[0].tolist()
-        raise UnitError(f"{name}: entry {where} is not finite: every entry must be a finite number")
+        where = ", ".join(map(str, np.argwhere(~np.isfinite(np.atleast_1d(array)))[0].tolist()))
+        raise UnitError(f"{name}[{where}] is not finite: every entry must be a finite number")
     array = np.asarray(array + 0.0)  # no negative zeros
     array.flags.writeable = False
     return array

@@ -80,6 +80,10 @@ def result_html(
         level = badge(claim.level) if claim is not None else ""
         error = last_error(claim) if claim is not None else 0.0
         remark = f" <small>error {error:.1e}</small>" if error > EXACT_WITHIN else ""
+        ends = [data[f"{name}_{end}"].values[-1] for end in BAND_ENDS if f"{name}_{end}" in data]
+        if ends:
+            low, high = (escape(written(float(end), quantity.unit)) for end in ends)
+            value += f" <small>between {low} and {high}</small>"
         rows.append([escape(quantity.words), value, level + remark])
     steps = data.sizes["step"]
     return (
@@ -112,15 +116,6 @@ def assessment_html(
     )
 
 
-def numbers_html(groups: Mapping[str, Mapping[str, float]]) -> str:
-    """Named numbers under headings."""
-    return "".join(
-        table(
-            (escape(heading), ""),
-            (
-                [escape(QUANTITIES[n].words), escape(written(v, QUANTITIES[n].unit))]
-                for n, v in values.items()
-            ),
-        )
-        for heading, values in groups.items()
-    )
+def text_html(text: str) -> str:
+    """A table of text as it is."""
+    return f"<pre>{escape(text)}</pre>"

@@ -38,7 +38,7 @@ def summary(
         band = ""
         if f"{name}_low" in data:
             ends = (written(float(data[f"{name}_{end}"].values[-1]), quantity.unit) for end in BAND_ENDS)
-            band = f"  band {' to '.join(ends)}"
+            band = f"  between {' and '.join(ends)}"
         error = last_error(claims[name]) if name in claims else 0.0
         remark = f"  error {error:.1e}" if error > EXACT_WITHIN else ""
         lines.append(f"  {quantity.words:<36}{written(value, quantity.unit):>16}{level}{remark}{band}")

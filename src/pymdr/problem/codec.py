@@ -391,6 +391,8 @@ def _complaint(one: Mapping[str, Any], loc: list[Any], plain: Mapping[str, Any])
             return f"[{' '.join(path)}] key 'kind' is missing; one of {_kinds_for(loc)} is needed"
         case "union_tag_invalid":
             tag = str(one["ctx"]["tag"])
+            if tag == "sum" and "parts" in loc:
+                return f"[{' '.join(path)}] kind = 'sum': a part is no sum itself; list its parts beside the others"
             return f"[{' '.join(path)}] kind = {shown(tag)}: unknown kind; {_nearest(tag, _kinds_for(loc))}"
         case "too_short":
             return f"{where}{key}: at least one entry is needed"
@@ -414,6 +416,8 @@ def _kinds_for(loc: list[Any]) -> list[str]:
         return [*LEGS, *ONE_CHANNEL_LEGS]
     if "interpolation" in loc:
         return list(INTERPOLATIONS)
+    if "parts" in loc:
+        return [kind for kind in PROFILES if kind != "sum"]
     if loc and loc[0] in ("adhesion", "friction"):
         return list(_TABLES[loc[0]])
     return list(MATERIALS if loc and loc[0] in ("body", "counterbody") else PROFILES)

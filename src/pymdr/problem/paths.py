@@ -275,7 +275,9 @@ class Path(Leg):
                 f"Path: {time.size} times for {size} samples of {named[0]}; give one time per sample"
             )
         if np.any(np.diff(time) <= 0.0):
-            raise PathError(f"Path.time must rise strictly; it does not after entry {_first_fall(time)}")
+            raise PathError(
+                f"Path.time must rise strictly; it does not from entry {_first_fall(time) + 1} to the next"
+            )
 
     @property
     def steps(self) -> int:

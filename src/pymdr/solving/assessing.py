@@ -13,7 +13,7 @@ from pymdr.interpretation.validity import Assumption, Claim
 from pymdr.problem.contact import Contact
 from pymdr.problem.paths import LoadingPath
 from pymdr.problem.schedule import ends_only, known_legs, total_rows
-from pymdr.result import Status
+from pymdr.result import Claims, Status
 from pymdr.solving.verb import asked, solve
 from pymdr.units import QuantityLike
 
@@ -36,6 +36,9 @@ class Assessment:
     """Number of quantities over them."""
     status: Status
     """How the solution ends, or how that of the visited rows does."""
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "claims", Claims(self.claims))
 
     @property
     def memory(self) -> int:

@@ -221,7 +221,7 @@ def _refuse_stopped(history: FrictionHistory, leg: FrictionLeg, line: _Line, num
     if history.ending is Ending.COMPLETE:
         return
     i = history.stopped
-    where = f"row {i} of leg {number}"
+    where = f"row {i + 1} of leg {number}"
     if history.ending is Ending.NOT_ATTAINABLE and leg.by_tangential_force:
         pressed = leg.normal[i] if leg.by_normal_force else _force_at(line, float(leg.normal[i]))
         raise PathError(

@@ -80,6 +80,12 @@ class PullOff:
     def __str__(self) -> str:
         return self.summary()
 
+    def _repr_html_(self) -> str:
+        """The summary, for notebooks."""
+        from pymdr.presentation.html import text_html
+
+        return text_html(self.summary())
+
 
 def pull_off(
     contact: Contact, *, machine_stiffness: QuantityLike = math.inf, pressed_to: QuantityLike | None = None
@@ -263,6 +269,12 @@ class AdhesionRegime:
 
     def __str__(self) -> str:
         return self.summary()
+
+    def _repr_html_(self) -> str:
+        """The summary, for notebooks."""
+        from pymdr.presentation.html import text_html
+
+        return text_html(self.summary())
 
     def plot(self) -> Figure:
         """Force against indentation, and the pressure of the unloaded contact, under every law."""

@@ -79,7 +79,7 @@ class SlidingVerification:
                 lines.append(f"  {d:>12}{u:>12}  {row.words:<18}{values[0]:>14}{values[1]:>14}")
                 d = u = ""
         lines += [
-            f"followed: {self.rows.size} rows of the path's {self.path_rows}, from row {self.rows[0]} to row {self.rows[-1]}"
+            f"followed: {self.rows.size} rows of the path's {self.path_rows}, from row {self.rows[0] + 1} to row {self.rows[-1] + 1}"
             + ("" if self.rows[-1] == self.path_rows - 1 else "; give more steps to come to its end"),
             f"the grid was extrapolated to rows without length, by {100 * self.extrapolated:.2g} %",
             f"largest difference of the tangential force: {100 * self.largest_difference:.2g} % of its largest value",
@@ -89,6 +89,12 @@ class SlidingVerification:
 
     def __str__(self) -> str:
         return self.summary()
+
+    def _repr_html_(self) -> str:
+        """The summary, for notebooks."""
+        from pymdr.presentation.html import text_html
+
+        return text_html(self.summary())
 
     def plot(self) -> Figure:
         """Both loops, and both tractions of the last step."""

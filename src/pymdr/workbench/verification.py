@@ -72,6 +72,12 @@ class Verification:
     def __str__(self) -> str:
         return self.summary()
 
+    def _repr_html_(self) -> str:
+        """The summary, for notebooks."""
+        from pymdr.presentation.html import text_html
+
+        return text_html(self.summary())
+
     def plot(self) -> Figure:
         """Both pressures over the radius, and their difference."""
         from pymdr.presentation.plot import compared_pressures

@@ -69,9 +69,9 @@ def styled() -> AbstractContextManager[None]:
 
 def new_figure(width: float, height: float) -> Figure:
     """An empty figure of a size in inches."""
-    from matplotlib.figure import Figure
+    from pymdr.presentation.plot.drawing import Drawing
 
-    return Figure(figsize=(width, height), layout="constrained")
+    return Drawing(figsize=(width, height), layout="constrained")
 
 
 def thinned(values: FloatArray, most: int = MOST) -> IntArray:

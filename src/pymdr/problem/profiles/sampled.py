@@ -254,20 +254,20 @@ def _refuse_unsorted(r: FloatArray) -> None:
         i = int(np.argmax(steps <= 0.0))
         word = "repeats" if steps[i] == 0.0 else "falls"
         raise ProblemError(
-            f"Sampled.radius {word} at entry {i + 1} ({metres(r[i])}, then {metres(r[i + 1])}): radii must rise strictly; "
+            f"Sampled.radius {word} at entry {i + 2} ({metres(r[i])}, then {metres(r[i + 1])}): radii must rise strictly; "
             "sort the samples and average those that repeat"
         )
     merged = steps < CLOSEST * r[1:]
     if np.any(merged):
         i = int(np.argmax(merged))
         raise ProblemError(
-            f"Sampled.radius: entries {i} and {i + 1} ({float(r[i])!r} m, then {float(r[i + 1])!r} m) are "
+            f"Sampled.radius: entries {i + 1} and {i + 2} ({float(r[i])!r} m, then {float(r[i + 1])!r} m) are "
             f"{metres(steps[i])} apart, less than {CLOSEST:g} of their radius, so that their heights tell no slope; "
             "average them"
         )
     if r[1] < r[-1] / WIDEST:
         raise ProblemError(
-            f"Sampled.radius: entry 1 is {float(r[1])!r} m, less than {1.0 / WIDEST:g} of the last, "
+            f"Sampled.radius: entry 2 is {float(r[1])!r} m, less than {1.0 / WIDEST:g} of the last, "
             f"{metres(r[-1])}; leave out samples that close to the apex"
         )
 

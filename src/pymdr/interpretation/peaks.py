@@ -1,0 +1,70 @@
+"""The largest value of a field that is known at any radius."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from pymdr.units import FloatArray
+
+_SAMPLES = 129
+
+
+def largest_value(
+    field: Callable[[FloatArray], FloatArray], end: float, marks: Sequence[float] = ()
+) -> float:
+    """
+    The largest value of a curve over radii from 0 to an end; inf where it has no bound.
+
+    Between the marks the curve is sampled densely toward both of them, and the neighbourhood of the largest sample is
+    searched until the value is settled to rounding.
+
+    Parameters
+    ----------
+    field : callable
+        Value at given radii.
+    end : float
+        In m.
+    marks : sequence of float
+        Radii in m at which the curve may have a kink or no bound.
+
+    Returns
+    -------
+    float
+
+    Examples
+    --------
+    >>> round(largest_value(lambda r: r * (1.0 - r), 1.0), 15)
+    0.25
+    """
+    if not end > 0.0:
+        return 0.0 if end == 0.0 else math.nan
+    pieces = np.array([0.0, *sorted(m for m in marks if 0.0 < m < end), end])
+    share = 0.5 * (1.0 - np.cos(np.pi * np.arange(_SAMPLES) / (_SAMPLES - 1)))
+    r = np.unique(np.concatenate([a + (b - a) * share for a, b in itertools.pairwise(pieces)]))
+    p = field(r)
+    if np.all(np.isnan(p)):
+        return math.nan
+    best = float(np.nanmax(p))
+    for i in np.argsort(-np.nan_to_num(p, nan=-math.inf))[:3]:
+        if not math.isfinite(best):
+            break
+        best = max(best, _refined(field, float(r[max(i - 1, 0)]), float(r[min(i + 1, r.size - 1)])))
+    return best
+
+
+def _refined(field: Callable[[FloatArray], FloatArray], low: float, high: float) -> float:
+    """The largest of ever denser samples around the largest."""
+    best = -math.inf
+    for _ in range(40):
+        r = np.linspace(low, high, 17)
+        p = field(r)
+        i = int(np.nanargmax(p)) if np.isfinite(p).any() else 0
+        gain, best = float(p[i]) - best, max(best, float(p[i]))
+        low, high = float(r[max(i - 1, 0)]), float(r[min(i + 1, r.size - 1)])
+        if not math.isfinite(best) or abs(gain) <= 1e-15 * abs(best):
+            break
+    return best
