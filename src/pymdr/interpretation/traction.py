@@ -31,11 +31,13 @@ from pymdr.mapping.abel import line_average
 from pymdr.mapping.moduli import effective_moduli
 from pymdr.problem.contact import Contact
 from pymdr.problem.paths import LoadingPath
-from pymdr.problem.schedule import Controls, Stretch, known_legs, stretch
+from pymdr.problem.schedule import Controls, Refined, Stretch, known_legs, refined, stretch
 from pymdr.units import FloatArray
 
 TANGENTIAL_FIELDS = ("shear_traction", "tangential_displacement", "slip")
 TANGENTIAL_LINE_FIELDS = ("spring_shift",)
+PARTS = "parts"
+"""Key among the channels at the start of a leg: into how many parts its moves of two channels were divided."""
 _TIP = 1e-9
 """Of the smallest disk: where the finite traction of a stuck sharp tip is read."""
 _ROUNDING = 1e-14
@@ -137,7 +139,7 @@ class FrictionSurface:
     normal: Surface
     replay: Replay
     rows: np.ndarray
-    """Row of the path that each step of the result is."""
+    """Row of what is followed that each step of the result is."""
 
     @property
     def line(self) -> ElasticLine:
@@ -204,16 +206,21 @@ def friction_surface(
     """
     assert contact.friction is not None
     controls = Controls()
-    asked: list[Stretch] = []
+    asked: list[Refined] = []
+    own: list[np.ndarray] = []
+    done = 0
     for leg, here in zip(known_legs(path), starts, strict=True):
-        asked.append(stretch(leg, controls, here))
-        controls = asked[-1].controls
+        whole = stretch(leg, controls, here)
+        controls = whole.controls
+        asked.append(refined(whole, here, int(here.get(PARTS, 1))))
+        own.append(asked[-1].own + done)
+        done += asked[-1].rows.normal.size
     line = normal.line
-    legs = tuple(friction_leg(line, rows, machine_stiffness) for rows in asked)
+    legs = tuple(friction_leg(line, part.rows, machine_stiffness) for part in asked)
     curves = curves_down_to(line, deepest_of(line, legs))
     moduli = effective_moduli(contact.body, contact.counterbody)
     replay = Replay(curves, legs, contact.friction.coefficient, moduli.tangential)
-    return FrictionSurface(normal, replay, rows)
+    return FrictionSurface(normal, replay, np.concatenate(own)[rows])
 
 
 def deepest_of(line: ElasticLine, legs: Sequence[FrictionLeg]) -> float:

@@ -97,6 +97,11 @@ def _mean_claims(claims: Mapping[str, Claim], *, adhesive: bool) -> dict[str, Cl
         if claim.level is not Level.EXACT
         or name == "force_lower_bound"
         or claim.reason.startswith("prescribed")
-        else replace(claim, level=Level.APPROXIMATE, reason=f"{reason}; {claim.reason}", source=claim.source if adhesive else SOURCES["shield"])
+        else replace(
+            claim,
+            level=Level.APPROXIMATE,
+            reason=f"{reason}; {claim.reason}",
+            source=claim.source if adhesive else SOURCES["shield"],
+        )
         for name, claim in claims.items()
     }
