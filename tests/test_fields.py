@@ -5,10 +5,13 @@ import math
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 import pymdr as mdr
 from pymdr.interpretation.fields import edge_amplitude, gap, normal_displacement, pressure
-from pymdr.line.foundation import ElasticLine
+from pymdr.line.foundation import ElasticLine, states_at_depth
+from pymdr.line.friction import superposition
 from pymdr.mapping.equivalent import equivalent_profile, gap_function
 
 UNIT = mdr.Elastic(1.0, 0.0)
@@ -305,3 +308,48 @@ def test_fields_of_rescaled_contacts(scale):
 
     for one, other in zip(fields(1.0), fields(scale), strict=True):
         assert np.max(np.abs(one - other)) < 1e-13 * np.max(np.abs(one))
+
+
+@settings(max_examples=12, deadline=None)
+@given(
+    profile=st.sampled_from(
+        [
+            mdr.Paraboloid("10 mm"),
+            mdr.Sphere("10 mm"),
+            mdr.Cone(slope=0.01),
+            mdr.PowerLaw(1.5, "1 um", "0.2 mm"),
+            mdr.FlatPunch("60 um") + mdr.Paraboloid("10 mm"),
+            mdr.Function(
+                lambda r: 0.01 * np.maximum(r - 5e-5, 0.0),
+                derivative=lambda r: 0.01 * (r > 5e-5),
+                breakpoints=(5e-5,),
+            ),
+        ]
+    ),
+    friction=st.sampled_from([0.3, math.inf]),
+    turns=st.integers(70, 120),
+    decay=st.floats(0.001, 0.5),
+)
+def test_tractions_of_many_disks_are_the_sum_of_their_pressures(profile, friction, turns, decay):
+    steel = mdr.Elastic("210 GPa", 0.3)
+    body = mdr.Contact(profile, steel, steel, friction=mdr.Coulomb(friction))
+    depth = 2e-6 * np.linspace(0.2, 1.0, turns)
+    moved = 0.3e-6 * np.linspace(1.0, decay, turns) * (-1.0) ** np.arange(turns)
+    result = mdr.solve(body, mdr.Path(indentation=depth, shift=moved))
+    state = result.surface.replay.state(turns - 1)
+    line = result.surface.line
+    parts = superposition(state)
+    disks = states_at_depth(line, parts.depth)
+    r = float(disks.contact_radius[-1]) * np.array([1e-3, 0.2, 0.5, 0.8, 0.97])
+    expected, size = np.zeros(r.size), np.zeros(r.size)
+    for i in np.flatnonzero(disks.contact_radius > 0.0):
+        a = float(disks.contact_radius[i])
+        edge = parts.weight[i] * float(disks.edge_excess[i]) + parts.edge[i]
+        inside = r < a
+        own = np.zeros(r.size)
+        own[inside] = parts.weight[i] * pressure(line, disks.place.take(i), 0.0, r[inside])
+        own[inside] += line.modulus / math.pi * edge / np.sqrt((a - r[inside]) * (a + r[inside]))
+        expected += parts.scale * own
+        size += np.abs(parts.scale * own)
+    found = result.field("shear_traction", r).values
+    assert np.all(np.abs(found - expected) <= 1e-11 * size)

@@ -209,6 +209,8 @@ def test_oblique_full_stick(name):
     }
     chosen = CONTROLS if name in ("paraboloid", "cone", "edge") else CONTROLS[:4]
     for normal, tangential in chosen:
+        if tangential == "shift" and normal != "indentation":
+            continue  # straight in these channels: another path
         path = mdr.Path(**{normal: given[normal], tangential: given[tangential]})
         result = mdr.solve(case, path, machine_stiffness=1e6)
         # tables of a(d) and the inverse from a force are good to 1e-12 of their largest values
@@ -237,7 +239,7 @@ def test_oblique_loading_beyond_friction():
 
 
 @pytest.mark.parametrize("name", PROFILES)
-def test_mixed_controls_are_straight_in_the_displacements(name):
+def test_tangential_forces_under_an_indentation_are_straight_in_the_displacements(name):
     """The forces of a displacement history, given back row by row in either direction, lead through it again."""
     rng = np.random.default_rng(5)
     case = contact(PROFILES[name], body=SOFT)
@@ -247,8 +249,8 @@ def test_mixed_controls_are_straight_in_the_displacements(name):
     whole = mdr.solve(case, mdr.Path(indentation=d, shift=u), machine_stiffness=1e7)
     assert last(whole, "slip_distance") == 0.0
     for normal, tangential in CONTROLS[1:]:
-        if (normal, tangential) == ("normal_force", "tangential_force"):
-            continue  # straight in the forces: another path
+        if normal == "normal_force" or tangential == "shift":
+            continue  # straight in these channels: another path
         given = {channel: column(whole, channel) for channel in (normal, tangential)}
         again = mdr.solve(case, mdr.Path(**given), machine_stiffness=1e7)
         same(whole, again, 2e-12)
@@ -1240,3 +1242,81 @@ def test_an_assessment_counts_the_rows_that_are_kept():
     assert (
         mdr.assess(BALL_JOINT, path, keep=10).rows == mdr.solve(BALL_JOINT, path, keep=10).data.sizes["step"]
     )
+
+
+# --- what lies between rows ------------------------------------------------------------------------------------
+
+
+STEEL = mdr.Elastic("210 GPa", 0.0)
+STEEL_BALL = mdr.Contact(mdr.Paraboloid("10 mm"), STEEL, STEEL, friction=mdr.Coulomb(0.3))
+
+
+@settings(max_examples=15, deadline=None)
+@given(
+    loads=st.lists(st.floats(0.5, 50.0), min_size=2, max_size=4),
+    shifts=st.lists(st.floats(-0.6, 0.6), min_size=4, max_size=4),
+    machine=st.sampled_from([None, 1e7]),
+)
+def test_a_shift_under_a_load_follows_both_between_rows(loads, shifts, machine):
+    """Against rows in (indentation, shift) that are eight thousand times closer, by the closed form of the load."""
+    radius, modulus = 10e-3, mdr.effective_moduli(STEEL, STEEL).normal
+
+    def load(d):
+        return 4 / 3 * modulus * np.sqrt(radius * d**3)
+
+    def depth(force):
+        return (force / (4 / 3 * modulus * math.sqrt(radius))) ** (2 / 3)
+
+    shifts = 1e-6 * np.array(shifts[: len(loads)])
+    ends = np.array(loads) if machine is None else depth(np.array(loads)) + np.array(loads) / machine
+    name = "normal_force" if machine is None else "travel"
+    result = mdr.solve(STEEL_BALL, mdr.Path(**{name: ends, "shift": shifts}), machine_stiffness=machine)
+    part = np.linspace(0.0, 1.0, 8001)[1:]
+    # short parts where the first touch is
+    parts = [part**3, *(part for _ in ends[1:])]
+    way = np.concatenate([a + (b - a) * p for p, (a, b) in zip(parts, pairwise([0.0, *ends]), strict=True)])
+    if machine is not None:
+        travels, low, high = way, np.zeros(way.size), way
+        for _ in range(60):
+            way = 0.5 * (low + high)
+            above = way + load(way) / machine > travels
+            low, high = np.where(above, low, way), np.where(above, way, high)
+    else:
+        way = depth(way)
+    moved = np.concatenate(
+        [a + (b - a) * p for p, (a, b) in zip(parts, pairwise([0.0, *shifts]), strict=True)]
+    )
+    close = mdr.solve(STEEL_BALL, mdr.Path(indentation=way, shift=moved))
+    for quantity in ("tangential_force", "dissipated_energy", "slip_distance"):
+        expected = close[quantity].values[7999::8000]
+        size = max(np.max(np.abs(close[quantity].values)), 1e-12)
+        assert result[quantity].values == pytest.approx(expected, abs=3e-6 * size), quantity
+    r = np.linspace(0.0, 0.9, 5) * float(result["contact_radius"][-1])
+    assert result.field("shear_traction", r).values == pytest.approx(
+        close.field("shear_traction", r).values, abs=1e-4 * 0.3 * float(close.field("pressure", [0.0])[0])
+    )
+
+
+@settings(max_examples=15, deadline=None)
+@given(
+    force=st.floats(1.0, 50.0),
+    moved=st.floats(0.05, 0.5),
+    channel=st.sampled_from(["normal_force", "travel"]),
+    steps=st.integers(2, 300),
+)
+def test_a_shift_under_a_load_does_not_depend_on_the_rows(force, moved, channel, steps):
+    value = force if channel == "normal_force" else 0.1e-6 * force
+
+    def at_end(steps, keep=None):
+        path = mdr.load("1 N") >> mdr.ramp(**{channel: value}, shift=moved * 1e-6, steps=steps)
+        return mdr.solve(STEEL_BALL, path, keep=keep, machine_stiffness=1e7)
+
+    one, many, thinned = at_end(1), at_end(steps), at_end(steps, [-1])
+    for name in ("tangential_force", "shift", "dissipated_energy", "stored_tangential_energy"):
+        assert last(one, name) == pytest.approx(last(many, name), rel=1e-7, abs=1e-18), name
+        assert last(thinned, name) == last(many, name)
+    tau = [x.field("shear_traction", r="20 um").values for x in (one, many, thinned)]
+    assert tau[0] == pytest.approx(tau[1], rel=1e-5)
+    assert tau[2].tolist() == tau[1].tolist()
+    claim = one.claims["tangential_force"]
+    assert claim.level is mdr.Level.EXACT or np.all(claim.error < 1e-8)

@@ -6,7 +6,7 @@ import threading
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 import pymdr as mdr
@@ -543,3 +543,115 @@ def test_contact_that_begins_at_a_radius_is_a_power_there(n, size, decades, give
     beside = found.base == b
     assert np.all(beside)
     assert np.all(np.abs(found.offset / (b * delta) - 1.0) <= 1e-13)
+
+
+@settings(max_examples=10, deadline=None)
+@given(SIZES, st.lists(st.floats(-20.0, -1.0), min_size=1, max_size=5))
+def test_a_law_that_shows_farther_out_holds_farther_in(R, decades):
+    """R - sqrt(R^2 - r^2) is 0 to rounding near the tip: depths in any order, each alone or after others."""
+    profile = mdr.Function(lambda r: R - np.sqrt(R * R - r * r), reach=0.999 * R)
+    a = R * 10.0 ** np.array(decades)
+    depth = a * np.arctanh(a / R)
+    line = equivalent_profile(profile)
+    for x, d in zip(a, depth, strict=True):
+        place = line.place(np.array([d]))
+        claimed = 10.0 * line.error(place)[0, 0] + 1e-14
+        assert abs(place.x[0] / x - 1.0) <= claimed
+        assert claimed < 1e-7
+
+
+@settings(max_examples=10, deadline=None)
+@given(
+    st.floats(1.05, 4.0), SIZES, st.floats(-3.0, 0.0), st.lists(st.floats(0.0, 0.9), min_size=1, max_size=5)
+)
+def test_pressure_through_a_dead_zone(n, b, reach, shares):
+    """Contact of ((r - b)_+ / b)^n b: the force under the pressure, and the pressure by Gauss and Jacobi."""
+    from scipy.special import roots_jacobi
+
+    profile = mdr.Function(None, [b], lambda r: n * (np.maximum(r - b, 0.0) / b) ** (n - 1.0))
+    line = equivalent_profile(profile)
+    delta = b * 10.0**reach
+    line.map_to(b + delta)
+    r = b * np.array(shares)
+    found = line.pressure_integral(r, Place(np.array(b), np.array(delta)))
+    # g' / offset^(n - 3/2) is smooth beside b; with y = offset / delta the rest is in the weights
+    z, w = roots_jacobi(80, 0.0, n - 1.5)
+    y, w = (z + 1.0) / 2.0, w / 2.0 ** (n - 0.5)
+    place = Place(np.full(y.size, b), delta * y)
+    smooth = line.slope(place) / y ** (n - 1.5)
+    x = place.x
+    exact = [delta * np.sum(w * smooth / np.sqrt((x - q) * (x + q))) for q in r]
+    assert worst(found, exact) < 1e-12
+
+
+@settings(max_examples=30, deadline=None)
+@given(
+    st.lists(st.tuples(st.floats(-4.0, 0.0), st.floats(-6.0, 0.0)), min_size=1, max_size=4),
+    st.lists(st.tuples(st.booleans(), st.integers(0, 3), st.floats(0.8, 1.0)), min_size=1, max_size=8),
+    SIZES,
+    st.sampled_from(["f", "f + 1", "derivative"]),
+)
+@pytest.mark.filterwarnings("error::RuntimeWarning")
+def test_what_is_asked_first_changes_nothing(shoulders, asked, size, given_as):
+    """f' = sum of s r / b up to b, s b / r beyond; g = s (x^2 - x sqrt(x^2 - b^2)) / b + s b arcosh(x / b) from there on."""
+    terms = [(size * 10.0**b, 10.0**s) for b, s in shoulders]
+
+    def f(r):
+        # an offset rounds f, so that it is differentiated on panels of its own
+        return (size if given_as == "f + 1" else 0.0) + sum(
+            np.where(r > b, s * b * (0.5 + np.log(np.maximum(r, b) / b)), s * r * r / (2.0 * b))
+            for b, s in terms
+        )
+
+    def derivative(r):
+        return sum(np.where(r > b, s * b / np.maximum(r, b), s * r / b) for b, s in terms)
+
+    def exact(x):
+        g = 0.0 * x
+        for b, s in terms:
+            away = np.sqrt(np.maximum(x - b, 0.0) * (x + b))
+            g = g + np.where(x > b, s * (x * b / (x + away) + b * np.arcsinh(away / b)), s * x * x / b)
+        return g
+
+    marks = sorted(b for b, _ in terms)
+    profile = mdr.Function(
+        None if given_as == "derivative" else f,
+        marks,
+        derivative if given_as == "derivative" else None,
+        reach=10.0 * size,
+    )
+    line = equivalent_profile(profile)
+    for by_depth, k, share in asked:
+        # panels end at breakpoints
+        x = np.array([marks[k % len(marks)] * share])
+        if by_depth:
+            line.overlap_radius(float(exact(x)[0]))
+        else:
+            line.turning_points(float(x[0]))
+    x = np.outer(marks, [0.3, 0.81, 0.93, 0.99, 1.0001, 1.1]).ravel()
+    for i in np.random.default_rng(len(asked)).permutation(x.size):
+        at = x[i : i + 1]
+        assert abs(line.g(at)[0] / exact(at)[0] - 1.0) <= 10.0 * line.error(at)[0, 0] + 1e-13
+
+
+@settings(max_examples=15, deadline=None)
+@given(st.floats(3.0, 9.0), st.floats(0.01, 0.4), st.sampled_from([-1.0, 1.0]), SIZES)
+@example(4.644, 0.2, 1.0, 2.6e-15)
+def test_radii_that_lose_their_digits_make_no_kinks(distance, height, sign, size):
+    """f' of r^2 / (2 R) + h exp(-(r - m)^2 / (2 w^2)) has stairs where r << m; g = pi f'(0) x / 2 + f''(0) x^2 there."""
+    m, w, R = size, size / distance, 1e3 * size
+    h = sign * height * w * w / R / (1.0 + 2.0 / distance)
+
+    def derivative(r):
+        return r / R - h / w * ((r - m) / w) * np.exp(-0.5 * ((r - m) / w) ** 2)
+
+    far = math.exp(-0.5 * distance**2)
+    start = h * m / w**2 * far
+    bend = 1.0 / R - h / w**2 * far * (1.0 - distance**2)
+    line = equivalent_profile(mdr.Function(derivative=derivative))
+    x = size * 10.0 ** np.arange(-15.0, -8.0)
+    exact = 0.5 * math.pi * start * x + bend * x * x
+    # a negative start is a hollow whose g falls first
+    scale = 0.5 * math.pi * abs(start) * x + bend * x * x
+    rest = distance**3 * x**3 / (R * size)
+    assert np.all(np.abs(line.g(x) - exact) <= 1e-11 * scale + rest)

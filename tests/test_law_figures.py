@@ -4,6 +4,9 @@ import math
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from matplotlib.collections import PolyCollection
 from matplotlib.patches import Polygon
 from scipy.spatial import cKDTree
 
@@ -279,3 +282,21 @@ def test_rows_are_not_joined_where_others_were_refused():
     assert path.get_linestyle() == "None"
     known = np.isfinite(result.data["normal_force"].values)
     np.testing.assert_array_equal(np.isfinite(path.get_ydata()), known)
+
+
+@settings(max_examples=8, deadline=None)
+@given(keep=st.integers(1, 20), cycles=st.integers(1, 4))
+def test_rows_that_were_not_kept_are_not_joined(keep, cycles):
+    joint = mdr.Contact(mdr.Paraboloid("10 mm"), STEEL, STEEL, friction=mdr.Coulomb(0.3))
+    path = mdr.load("50 N") >> mdr.cycle(shift="0.3 um", cycles=cycles, steps=40 * cycles)
+    result = mdr.solve(joint, path, keep=keep)
+    figures = result.figures()
+    rows = result["row"].values if "row" in result.data.coords else np.arange(result.data.sizes["step"])
+    left_out = np.any(np.diff(rows) > 1)
+    zones = next(axes for axes in figures["loop"].axes if axes.get_ylabel().startswith("radius"))
+    for axes in (zones, *figures["energies"].axes):
+        history = [line for line in axes.lines if not str(line.get_label()).startswith("_")]
+        assert history
+        assert all((line.get_linestyle() == "None") == left_out for line in history)
+    filled = [c for c in zones.collections if isinstance(c, PolyCollection)]
+    assert bool(filled) != left_out

@@ -334,7 +334,8 @@ def test_an_assessment_claims_and_refuses_what_solve_does(
     try:
         solved = mdr.solve(body, path, keep=keep, machine_stiffness=stiffness)
     except mdr.PymdrError as error:
-        with pytest.raises(type(error), match=re.escape(str(error))):
+        kind, words = type(error), str(error)
+        with pytest.raises(kind, match=f"^{re.escape(words)}$"):
             mdr.assess(body, path, keep=keep, machine_stiffness=stiffness)
         return
     asked = mdr.assess(body, path, keep=keep, machine_stiffness=stiffness)

@@ -17,6 +17,7 @@ LONG = np.longdouble
 PI = LONG("3.14159265358979323846264338327950288")
 LN2 = LONG("0.693147180559945309417232121458176568")
 ANALYTIC, KINK, BRANCH = 0, 1, 2
+VISIBLE = 1e-8
 
 
 # --- terms in extended precision -------------------------------------------------------------------------
@@ -420,12 +421,17 @@ def power_sum(rng, L):
     exponents = [_exponent(rng) for _ in range(count)]
     size = log_uniform(rng, 1e-6, 1.0)
     heights = [size * L / n * 10.0 ** (-rng.uniform(0, 20) if i else 0.0) for i, n in enumerate(exponents)]
-    pairs = list(zip(heights, exponents, strict=True))
+    return powers_of(list(zip(heights, exponents, strict=True)), L)
+
+
+def powers_of(pairs, L):
+    """The sum of c (r / L)^n."""
     return {
         "f": lambda r: sum(c * (r / L) ** n for c, n in pairs),
         "derivative": lambda r: sum(c * n / L * (r / L) ** (n - 1.0) for c, n in pairs),
         "terms": tuple(Power(c, n, L) for c, n in pairs),
         "words": " + ".join(f"{c!r}*(r/{L!r})**{n!r}" for c, n in pairs),
+        "pairs": pairs,
     }
 
 
@@ -726,6 +732,11 @@ def random_profile(rng, kind=None):
     f, cancels = drawn["f"], drawn.get("cancels", False)
     if f is not None and rng.random() < 0.1:
         offset = log_uniform(rng, 1e-6, 1.0) * L
+        if gives == "f" and "pairs" in drawn:
+            # a term that drowns in the rounding of the offset is not given
+            first, *others = drawn["pairs"]
+            drawn = powers_of([first, *(p for p in others if p[0] > VISIBLE * offset)], L)
+            f, terms = drawn["f"], drawn["terms"]
         plain, cancels = f, True
         f = lambda r: offset + plain(r)  # noqa: E731
         drawn["words"] += f" + {offset!r}"

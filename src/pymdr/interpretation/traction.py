@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from pymdr.interpretation.disk_sums import grouped, pressure_integrals, stretches_of
 from pymdr.interpretation.fields import pressure
 from pymdr.interpretation.surface import Surface
 from pymdr.line.foundation import (
@@ -31,15 +32,20 @@ from pymdr.line.friction import (
 )
 from pymdr.mapping.abel import line_average
 from pymdr.mapping.moduli import effective_moduli
+from pymdr.mapping.series import Place, Position
 from pymdr.problem.contact import Contact
 from pymdr.problem.paths import LoadingPath
-from pymdr.problem.schedule import Controls, Stretch, known_legs, stretch
+from pymdr.problem.schedule import Controls, Refined, Stretch, known_legs, refined, stretch
 from pymdr.units import FloatArray
 
 TANGENTIAL_FIELDS = ("shear_traction", "tangential_displacement", "slip")
 TANGENTIAL_LINE_FIELDS = ("spring_shift",)
+PARTS = "parts"
+"""Key among the channels at the start of a leg: into how many parts its moves of two channels were divided."""
 _TIP = 1e-9
 """Of the smallest disk: where the finite traction of a stuck sharp tip is read."""
+_MANY = 64
+"""Disks from which on the sum of their pressures is one integral along the line."""
 _ROUNDING = 1e-14
 """Of their parts: sums of edge singularities below it are rounding."""
 
@@ -74,23 +80,67 @@ def shear_traction(line: ElasticLine, state: FrictionState, r: ArrayLike) -> Flo
     at_tip = radius == 0.0
     # at a sharp tip all pressures are infinite alike, and only the sum of their weights counts
     beside_tip = np.array([_TIP * np.min(a[a > 0.0], initial=math.inf)])
-    for i in np.flatnonzero((weight != 0.0) & (a > 0.0)):
-        place = disks.place.take(i)
-        p = pressure(line, place, 0.0, radius)
-        p[at_tip & np.isinf(p)] = pressure(line, place, 0.0, beside_tip)
-        tau += scale * weight[i] * p
+    summed = _summed(line, disks.place, a, weight, radius, beside_tip) if a.size > _MANY else None
+    if summed is None:
+        summed = np.zeros(radius.shape)
+        for i in np.flatnonzero((weight != 0.0) & (a > 0.0)):
+            summed += weight[i] * _pressure_of(line, disks.place.take(i), radius, beside_tip)
+    tau += scale * summed
     # at an edge the singular pressures of several depths may cancel, so their amplitudes are added first
     amplitude = weight * disks.edge_excess + edge
-    for ring in np.unique(a[amplitude != 0.0]):
-        total, size = (float(np.sum(x[a == ring])) for x in (amplitude, np.abs(amplitude)))
-        if abs(total) > _ROUNDING * size:
-            with np.errstate(divide="ignore", invalid="ignore"):
-                punch = line.modulus / (math.pi * np.sqrt((ring - radius) * (ring + radius)))
-            tau += np.where(radius <= ring, scale * total * punch, 0.0)
+    rings, total, size = grouped(a[amplitude != 0.0], amplitude[amplitude != 0.0])
+    real = np.abs(total) > _ROUNDING * size
+    rings, total = rings[real], total[real]
+    for low, high in stretches_of(rings):
+        ring = rings[low:high, None]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            punch = line.modulus / (math.pi * np.sqrt((ring - radius) * (ring + radius)))
+            tau += scale * np.where(radius <= ring, total[low:high, None] * punch, 0.0).sum(axis=0)
     slope = float(weight.sum())
     if abs(slope) >= 1e-12 and np.isinf(pressure(line, float(a[-1]), 0.0, 0.0)):
         tau[at_tip] = math.copysign(math.inf, slope)
     return tau
+
+
+def _pressure_of(
+    line: ElasticLine, place: Position, radius: FloatArray, beside_tip: FloatArray
+) -> FloatArray:
+    """The regular pressure of a disk; at a sharp tip that beside it."""
+    p = pressure(line, place, 0.0, radius)
+    p[(radius == 0.0) & np.isinf(p)] = pressure(line, place, 0.0, beside_tip)
+    return p
+
+
+def _summed(
+    line: ElasticLine,
+    places: Place,
+    a: FloatArray,
+    weight: FloatArray,
+    radius: FloatArray,
+    beside_tip: FloatArray,
+) -> FloatArray | None:
+    """The weighted sum of the regular pressures of many disks; None where their integrals cannot be resolved."""
+    found = np.zeros(radius.shape)
+    real = np.flatnonzero(a > 0.0)
+    if real.size == 0:
+        return found
+    a, weight, first = a[real], weight[real], int(real[0])
+    # the slope of the anchor curve between the edges of two disks
+    outside = np.cumsum(weight[::-1])[::-1]
+    innermost = _pressure_of(line, places.take(first), radius, beside_tip)
+    for i, r in enumerate(radius):
+        begin = int(np.searchsorted(a, r, side="right"))
+        if begin == a.size:
+            continue
+        base, start = (outside[0] * innermost[i], float(a[0])) if begin == 0 else (0.0, float(r))
+        beyond = np.flatnonzero(a > start)
+        if beyond.size:
+            integrals = pressure_integrals(line, float(r), start, a[beyond])
+            if integrals is None:
+                return None
+            base += line.modulus / math.pi * float(outside[beyond] @ np.diff(integrals, prepend=0.0))
+        found[i] = base
+    return found
 
 
 def tangential_displacement(line: ElasticLine, state: FrictionState, r: ArrayLike) -> FloatArray:
@@ -139,7 +189,7 @@ class FrictionSurface:
     normal: Surface
     replay: Replay
     rows: np.ndarray
-    """Row of the path that each step of the result is."""
+    """Row of what is followed that each step of the result is."""
 
     @property
     def line(self) -> ElasticLine:
@@ -206,16 +256,21 @@ def friction_surface(
     """
     assert contact.friction is not None
     controls = Controls()
-    asked: list[Stretch] = []
+    asked: list[Refined] = []
+    own: list[np.ndarray] = []
+    done = 0
     for leg, here in zip(known_legs(path), starts, strict=True):
-        asked.append(stretch(leg, controls, here))
-        controls = asked[-1].controls
+        whole = stretch(leg, controls, here)
+        controls = whole.controls
+        asked.append(refined(whole, here, int(here.get(PARTS, 1))))
+        own.append(asked[-1].own + done)
+        done += asked[-1].rows.normal.size
     line = normal.line
-    legs = tuple(friction_leg(line, rows, machine_stiffness) for rows in asked)
+    legs = tuple(friction_leg(line, part.rows, machine_stiffness) for part in asked)
     curves = curves_down_to(line, deepest_of(line, legs))
     moduli = effective_moduli(contact.body, contact.counterbody)
     replay = Replay(curves, legs, contact.friction.coefficient, moduli.tangential)
-    return FrictionSurface(normal, replay, rows)
+    return FrictionSurface(normal, replay, np.concatenate(own)[rows])
 
 
 def deepest_of(line: ElasticLine, legs: Sequence[FrictionLeg]) -> float:

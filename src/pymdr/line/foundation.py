@@ -179,12 +179,13 @@ class PassedRing:
 
 def passed_rings(line: ElasticLine, deepest: float) -> tuple[PassedRing, ...]:
     """The rings over which a contact steps on its way to a depth in m."""
-    turning = _turning_points(line.equivalent, deepest)
+    top = _touching_within(line.equivalent, deepest)
+    turning = _turning_points(line.equivalent, top)
     if not turning or turning[0] == 0.0:
         return ()
-    top = touching_radius(line.equivalent, deepest)
     marks = np.array([0.0, *turning, *([top] * (1 + len(turning) % 2))])
-    inner, outer = marks[:-2].reshape(-1, 2), marks[2:].reshape(-1, 2)
+    passed = marks[1:-2:2] < states_at_depth(line, [deepest]).contact_radius
+    inner, outer = marks[:-2].reshape(-1, 2)[passed], marks[2:].reshape(-1, 2)[passed]
     low, high = np.zeros(outer.shape[0]), np.full(outer.shape[0], deepest)
     while True:
         middle = 0.5 * (low + high)
@@ -195,7 +196,6 @@ def passed_rings(line: ElasticLine, deepest: float) -> tuple[PassedRing, ...]:
     return tuple(
         PassedRing(float(depth), tuple(before), tuple(after))
         for depth, before, after in zip(low, inner.tolist(), outer.tolist(), strict=True)
-        if depth < deepest
     )
 
 

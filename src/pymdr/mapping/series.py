@@ -175,9 +175,10 @@ class Panels:
         while True:
             # panels thinner than a rounding of x begin at the same float
             early = (offset < self.low[index]) & (index > 0)
+            if not early.any():
+                break
             # and a place just before a breakpoint may round to it
-            same = self.base[np.maximum(index - 1, 0)] == self.base[index]
-            early &= same | (self.low[index] == 0.0)
+            early &= (self.base[index - 1] == self.base[index]) | (self.low[index] == 0.0)
             if not early.any():
                 break
             index = np.where(early, index - 1, index)

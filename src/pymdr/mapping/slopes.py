@@ -40,6 +40,8 @@ _FELT_FROM = 2.0**-12
 """How far below the floor something is looked for that is felt above it, in parts of it."""
 _GENERATIONS = 36
 _KINK_GENERATION = 5
+_ROUNDED, _ROUNDED_ALIKE = 2e-14, 1e-12
+"""Misfit, in parts of the slope, of what is taken for its rounding where dividing does not help; alike all over a panel."""
 _STEEP = 8.0
 """Ratio of the slopes at the ends of a panel from which its local power is divided out."""
 _SPREAD = 64.0
@@ -371,6 +373,7 @@ def _resolve(
     sizes = np.zeros(panels.count)
     done: list[Slopes] = []
     asked: set[int] = set()
+    alike = np.zeros(panels.count, dtype=bool)
     for generation in range(_GENERATIONS + 1):
         fit = _fitted(source, pending)
         if isinstance(fit, _Stopped):
@@ -389,6 +392,13 @@ def _resolve(
             rest = np.flatnonzero(~fits)
             noise = _noise(source, pending.take(rest))
             fits[rest] |= (fit.error[rest] <= 8.0 * noise) & fit.even[rest]
+        if generation == _KINK_GENERATION:
+            # a radius that loses digits in sums makes stairs of f'; features are in few parts of a panel
+            missed = np.bincount(family, np.where(fits, 0.0, pending.width), panels.count)
+            alike = missed >= 0.125 * (np.minimum(panels.stop, needed) - panels.start)
+        if generation >= _KINK_GENERATION:
+            rounded = np.where(alike[family], _ROUNDED_ALIKE, _ROUNDED)
+            fits |= (fit.error <= rounded * fit.size) & fit.even
         begins = pending.begins
         thinnest = np.maximum(64.0 * np.finfo(float).eps * pending.base, 1e-300)
         last = (pending.width <= thinnest) | (generation == _GENERATIONS)
@@ -607,9 +617,10 @@ def _beginning(made: Slopes, before: Slopes | None, found: list[float]) -> Slope
     rounding = np.finfo(float).eps * np.maximum(size, made.size[begins])
     jump[begins] = np.where(np.abs(difference) > 64.0 * rounding + error, difference, 0.0)
     jump_error[begins] = rounding + error
-    with np.errstate(divide="ignore"):
-        # where two curves meet is as uncertain as their difference; the width makes the rounding of f from that of f'
-        blurred = np.where(jump[begins] != 0.0, error / np.abs(difference), 0.0) * panels.width[begins] / 8.0
+    # where two curves meet is as uncertain as their difference; the width makes the rounding of f from that of f'
+    jumping = jump[begins] != 0.0
+    blurred = np.divide(error, np.abs(difference), where=jumping, out=np.zeros(begins.size))
+    blurred *= panels.width[begins] / 8.0
     unnamed = np.isin(panels.base[begins], found)
     beside[begins[unnamed], 1] = (_UNNAMED * panels.base[begins] + blurred)[unnamed]
     return replace(made, jump=jump, jump_error=jump_error, beside=beside)

@@ -7,6 +7,7 @@ from functools import singledispatch
 
 import numpy as np
 
+from pymdr.errors import ProblemError
 from pymdr.mapping.callables import check_consistency, find_kinks
 from pymdr.mapping.derived import DerivedSource
 from pymdr.mapping.series import TERMS, Panels, Place, Series, evaluate
@@ -15,6 +16,7 @@ from pymdr.problem.profiles import Function, Interpolated, Profile, Sampled, Sum
 from pymdr.units import FloatArray
 
 _CHECKED_BEYOND = 1.5
+_FARTHER_OUT = 2.0**30
 MANY_KNOTS = 400
 """Samples from which on knots only count where panels do not resolve the curve across them."""
 
@@ -41,9 +43,19 @@ class CurveSource(SlopeSource):
         self._checked = top
         f, derivative = profile.f, profile.derivative
         assert derivative is not None
-        check_consistency(
-            lambda r: call(f, r), lambda r: call(derivative, r, "derivative"), top / 1024.0, top, self.knots
-        )
+
+        def value(r: FloatArray) -> FloatArray:
+            return call(f, r)
+
+        def slope(r: FloatArray) -> FloatArray:
+            return call(derivative, r, "derivative")
+
+        try:
+            check_consistency(value, slope, top / 1024.0, top, self.knots)
+        except ProblemError:
+            # unless it is the rounding of f that shows farther out only
+            farthest = min(_FARTHER_OUT * top, self.reach)
+            check_consistency(value, slope, top / 1024.0, top, self.knots, farthest=farthest)
 
     def kinks(self, low: float, high: float) -> list[float]:
         """Kinks between two radii that were not named."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -107,6 +107,44 @@ def stretch(leg: KnownLeg, before: Controls, here: Mapping[str, float]) -> Stret
     )
 
 
+@dataclass(frozen=True)
+class Refined:
+    """A leg with rows between its own, straight in both prescribed channels."""
+
+    rows: Stretch
+    own: np.ndarray
+    """Where the rows of the leg are among them."""
+
+
+def refined(rows: Stretch, here: Mapping[str, float], between: int) -> Refined:
+    """
+    A leg whose moves of both channels at once are divided.
+
+    Parameters
+    ----------
+    rows : Stretch
+    here : mapping of str to float
+        Where every channel is at the start of the leg, in SI units.
+    between : int
+        Number of parts of every such move.
+
+    Returns
+    -------
+    Refined
+    """
+    ends = np.stack([rows.normal, rows.tangential])
+    start = [here.get(name, 0.0) for name in (rows.controls.normal, rows.controls.tangential)]
+    moves = np.diff(ends, axis=1, prepend=np.array(start)[:, None])
+    count = np.where((moves != 0.0).all(axis=0), between, 1)
+    own = np.cumsum(count) - 1
+    left = (np.repeat(own, count) - np.arange(own[-1] + 1)) / np.repeat(count, count)
+    # where a load comes or goes its depth is no smooth function of it: parts are short there
+    bare = np.repeat((ends[0] <= 0.0) | (ends[0] - moves[0] <= 0.0), count)
+    left = np.where(bare, left**3 * (10.0 - left * (15.0 - 6.0 * left)), left)
+    normal, tangential = np.repeat(ends, count, axis=1) - np.repeat(moves, count, axis=1) * left
+    return Refined(replace(rows, normal=normal, tangential=tangential), own)
+
+
 def _rows(leg: KnownLeg, channel: str, start: float) -> FloatArray:
     target = getattr(leg, channel, None)
     if target is None:
@@ -166,6 +204,4 @@ def ends_only(leg: KnownLeg) -> LoadingPath:
         chosen = np.array(sorted(kept))
         columns = {name: np.asarray(getattr(leg, name))[chosen] for name in named_channels(leg)}
         return Path(time=None if leg.time is None else leg.time[chosen], **columns)
-    from dataclasses import replace
-
     return replace(leg, steps=4 * leg.cycles if isinstance(leg, Cycle) else 1)

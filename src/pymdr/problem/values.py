@@ -74,7 +74,7 @@ def _describe_limits(above: float, below: float, at_most: float, at_least: float
     return " and ".join(parts)
 
 
-_LARGEST, _SMALLEST, _NOTHING = 1e60, 1e-60, 1e-120
+_LARGEST, _SMALLEST, _NOTHING = 1e60, 1e-60, 1e-290
 """Beyond these, products of a few sizes leave the range of double precision."""
 
 

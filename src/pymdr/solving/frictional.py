@@ -9,10 +9,20 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pymdr.errors import PathError, ProblemError
-from pymdr.interpretation.accuracy import with_errors
+from pymdr.interpretation.accuracy import EXACT_WITHIN, with_errors
 from pymdr.interpretation.certificate import Certificate, certify_disk, certify_history, noise_words
-from pymdr.interpretation.friction import frictional_claims, similarity_assumption
-from pymdr.interpretation.traction import curves_down_to, deepest_of, friction_leg
+from pymdr.interpretation.friction import (
+    TANGENTIAL_QUANTITIES,
+    frictional_claims,
+    similarity_assumption,
+)
+from pymdr.interpretation.traction import (
+    PARTS,
+    TANGENTIAL_FIELDS,
+    curves_down_to,
+    deepest_of,
+    friction_leg,
+)
 from pymdr.interpretation.validity import Assumption, approximated
 from pymdr.line.foundation import (
     ElasticLine,
@@ -40,6 +50,7 @@ from pymdr.problem.schedule import (
     Progress,
     Stretch,
     known_legs,
+    refined,
     stretch,
     times,
     total_rows,
@@ -49,6 +60,12 @@ from pymdr.solving.normal import refuse_tension
 from pymdr.solving.reach import Mapped, assumptions, map_remark, map_to_line, refuse_unreachable
 from pymdr.units import FloatArray, metres, newtons
 
+_REFINED = 200_000
+"""Rows up to which a leg is refined."""
+_SLOWEST = 0.5
+"""By how much the changes of a leg are said to fall from one refinement to the next, where it is not known to be more."""
+_SETTLED = 1e-9
+"""Of the largest value of a leg: what a refinement may leave."""
 _CHUNK = 2_000_000
 """Rows between two calls of `progress`."""
 
@@ -143,17 +160,23 @@ def solve_frictional(
     starts: list[Mapping[str, float]] = []
     found: list[FrictionHistory] = []
     loads: list[FloatArray] = []
-    done, total = 0, total_rows(path)
+    done, total, missed = 0, total_rows(path), 0.0
     for number, leg in enumerate(known_legs(path), 1):
-        starts.append(here)
         rows = stretch(leg, controls, here)
         controls = rows.controls
         line.deepen([rows])
-        asked = friction_leg(line.mapped.line, rows, machine_stiffness)
         size = rows.normal.size
         kept = None if keep is None else keep[(keep >= done) & (keep < done + size)] - done
-        history = _follow_in_parts(line.curves, asked, mu, tangential, state, kept, progress, done, total)
-        _refuse_stopped(history, asked, line, number, mu)
+        asked = friction_leg(line.mapped.line, rows, machine_stiffness)
+        if _is_straight(rows, here, asked):
+            history = _follow_in_parts(line.curves, asked, mu, tangential, state, kept, progress, done, total)
+            _refuse_stopped(history, asked, line, number, history.stopped, mu)
+            starts.append(here)
+        else:
+            history, parts, error = _follow_refined(line, rows, here, tangential, state, number)
+            history = _taken(history, kept)
+            missed = max(missed, error)
+            starts.append({**here, PARTS: float(parts)})
         state = history.state
         found.append(history)
         loads.append(_forces(line.mapped.line, history, asked, kept))
@@ -164,7 +187,7 @@ def solve_frictional(
     columns = _columns(line.mapped.line, found, np.concatenate(loads), tangential)
     if machine_stiffness is not None:
         columns["travel"] = columns["indentation"] + columns["normal_force"] / machine_stiffness
-    return _interpret(contact, path, line, columns, keep, tuple(starts), machine_stiffness)
+    return _interpret(contact, path, line, columns, keep, tuple(starts), machine_stiffness, missed)
 
 
 def _follow_in_parts(
@@ -199,6 +222,84 @@ def _follow_in_parts(
     return _joined(parts, kept)
 
 
+def _is_straight(rows: Stretch, here: Mapping[str, float], leg: FrictionLeg) -> bool:
+    """Whether the stack needs no rows between those of a leg: only a shift under a load or a travel does."""
+    if leg.by_tangential_force or not (leg.by_normal_force or leg.normal is not rows.normal):
+        return True
+    return bool(refined(rows, here, 2).own[-1] + 1 == rows.normal.size)
+
+
+def _follow_refined(
+    line: _Line,
+    rows: Stretch,
+    here: Mapping[str, float],
+    modulus: float,
+    state: FrictionState,
+    number: int,
+) -> tuple[FrictionHistory, int, float]:
+    """
+    A leg that moves a shift together with a load or with the travel of a machine.
+
+    Between rows the stack goes straight in (indentation, shift), so the moves are divided until that changes nothing.
+
+    Returns
+    -------
+    FrictionHistory
+        Its own rows.
+    int
+        Parts of every move.
+    float
+        What is left of the error, of the largest values of the leg, if it goes on falling as it did.
+    """
+
+    def run(parts: int) -> tuple[FrictionHistory, FrictionLeg, np.ndarray]:
+        finer = refined(rows, here, parts)
+        leg = friction_leg(line.mapped.line, finer.rows, line.stiffness)
+        return follow_leg(line.curves, leg, state.friction, modulus, state, finer.own), leg, finer.own
+
+    parts, error, before = 1, math.inf, math.inf
+    history, leg, own = run(parts)
+    while error > _SETTLED:
+        factor = 4 if 4 * leg.normal.size <= _REFINED else 2
+        finer, leg, own = run(factor * parts)
+        change = _change(history, finer)
+        rate = min(change / before, _SLOWEST) if math.isfinite(before) and before > 0.0 else _SLOWEST
+        error = change * rate / (1.0 - rate) if math.isfinite(change) else change
+        history, parts, before = finer, factor * parts, change
+        if factor * leg.normal.size > _REFINED:
+            break
+    _refuse_stopped(history, leg, line, number, int(np.searchsorted(own, history.stopped)), state.friction)
+    return replace(history, kept=None), parts, error
+
+
+def _change(coarse: FrictionHistory, fine: FrictionHistory) -> float:
+    """The largest difference of two runs of one leg, over its largest values."""
+    if coarse.ending is not Ending.COMPLETE or fine.ending is not Ending.COMPLETE:
+        return math.inf
+    found = 0.0
+    for name in ("shift", "tangential_force", "slip_work"):
+        one, other = getattr(coarse, name), getattr(fine, name)
+        size = max(float(np.max(np.abs(other))), math.ulp(0.0))
+        found = max(found, float(np.max(np.abs(one - other))) / size)
+    return found
+
+
+def _taken(history: FrictionHistory, kept: np.ndarray | None) -> FrictionHistory:
+    """The kept rows of a history of all rows."""
+    if kept is None:
+        return history
+    names = (
+        "indentation",
+        "shift",
+        "tangential_force",
+        "stick_radius",
+        "stored_energy",
+        "slip_work",
+        "slip_distance",
+    )
+    return replace(history, kept=kept, **{name: getattr(history, name)[kept] for name in names})
+
+
 def _joined(parts: list[FrictionHistory], kept: np.ndarray | None) -> FrictionHistory:
     def whole(name: str) -> FloatArray:
         return np.concatenate([getattr(part, name) for part in parts])
@@ -217,11 +318,13 @@ def _joined(parts: list[FrictionHistory], kept: np.ndarray | None) -> FrictionHi
     )
 
 
-def _refuse_stopped(history: FrictionHistory, leg: FrictionLeg, line: _Line, number: int, mu: float) -> None:
+def _refuse_stopped(
+    history: FrictionHistory, leg: FrictionLeg, line: _Line, number: int, row: int, mu: float
+) -> None:
     if history.ending is Ending.COMPLETE:
         return
     i = history.stopped
-    where = f"row {i + 1} of leg {number}"
+    where = f"row {row + 1} of leg {number}"
     if history.ending is Ending.NOT_ATTAINABLE and leg.by_tangential_force:
         pressed = leg.normal[i] if leg.by_normal_force else _force_at(line, float(leg.normal[i]))
         raise PathError(
@@ -304,6 +407,7 @@ def _interpret(
     keep: np.ndarray | None,
     starts: tuple[Mapping[str, float], ...],
     stiffness: float | None,
+    missed: float,
 ) -> Result:
     """Step 3: quantities, claims and assumptions of every row that is kept."""
     assert contact.friction is not None
@@ -312,6 +416,12 @@ def _interpret(
     claims = frictional_claims(contact, moduli, tuple(columns), everywhere)
     if line.certificate is not None and line.certificate.error is not None:
         claims = approximated(claims, line.certificate.remark, float(line.certificate.error[0]))
+    if missed > EXACT_WITHIN:
+        claims |= approximated(
+            {name: claims[name] for name in (*TANGENTIAL_QUANTITIES, *TANGENTIAL_FIELDS) if name in claims},
+            f"; what lies between rows that move a load and a shift is followed to {missed:.1g} of the largest value",
+            missed,
+        )
     at_deepest = states_at_depth(line.mapped.line, np.array([max(line.deepest, 0.0)]))
     claims = with_errors(claims, {}, map_remark(line.mapped.line, at_deepest))
     time = times(path)

@@ -69,19 +69,16 @@ def _rising(landscape: Landscape, deepest: float) -> list[tuple[float, float]]:
     if deepest <= 0.0:
         return []
     falls = landscape.falls
-    starts = np.array([0.0, *(fall.stop for fall in falls)])
-    stops = np.array([*(fall.start for fall in falls), landscape.top])
+    low = np.array([0.0, *(fall.stop for fall in falls)])
+    high = np.array([*(fall.start for fall in falls), landscape.top])
     g = landscape.equivalent.g
-    found = []
-    for low, high, bottom, end in zip(starts.tolist(), stops.tolist(), g(starts), g(stops), strict=True):
-        if not high > low or bottom >= deepest or end <= 0.0:
-            continue
-        if end > deepest:
-            high = float(rising_root(g, deepest, low, high))
-        if bottom < 0.0:
-            low = float(rising_root(g, 0.0, low, high))
-        found.append((low, high))
-    return found
+    bottom, end = g(low), g(high)
+    asked = (high > low) & (bottom < deepest) & (end > 0.0)
+    low, high, bottom, end = low[asked], high[asked], bottom[asked], end[asked]
+    beyond, hollow = end > deepest, bottom < 0.0
+    high[beyond] = rising_root(g, deepest, low[beyond], high[beyond])
+    low[hollow] = rising_root(g, 0.0, low[hollow], high[hollow])
+    return list(zip(low.tolist(), high.tolist(), strict=True))
 
 
 def _carrying(landscape: Landscape, ends: list[tuple[float, float]]) -> list[tuple[float, float]]:

@@ -32,6 +32,7 @@ def check_consistency(
     high: float,
     breakpoints: Sequence[float] = (),
     relative: float = 1e-7,
+    farthest: float | None = None,
 ) -> None:
     """
     Refuse a derivative that is not that of f.
@@ -50,6 +51,8 @@ def check_consistency(
         Radii at which f' jumps: no panel crosses one.
     relative : float
         Difference that is let pass: constants with 8 digits, derivatives by differences.
+    farthest : float, optional
+        Radius in m up to which the rounding of f is measured: f that cancels may look smooth far in.
 
     Raises
     ------
@@ -65,7 +68,7 @@ def check_consistency(
     pymdr.errors.ProblemError: Function: f and derivative contradict each other ...
     """
     with np.errstate(all="ignore"):
-        noise = _noise_of(f, low, high)
+        noise = _noise_of(f, low, high if farthest is None else farthest)
         start, end = _panels(low, high, breakpoints)
         stairs = _stairs(f(np.geomspace(low, high, _NOISE_RADII)))
         streak = np.zeros(start.shape, dtype=int)
@@ -96,7 +99,7 @@ def _contradiction(start: float, end: float, rise: float, integral: float) -> Pr
 
 def _noise_of(f: Curve, low: float, high: float) -> Curve:
     """Rounding of f at any radius: where it cancels, no less farther in, though nothing is seen of it there."""
-    r = np.geomspace(low, high, _NOISE_RADII)
+    r = np.geomspace(low, high, max(_NOISE_RADII, math.ceil(4.0 * math.log2(high / low))))
     # the lesser of two neighbours: one may lie at a kink, or at the end of a sphere
     measured, least = np.array([scatter(f, r), scatter(f, r * 0.997)]).min(axis=0)
     noise = np.nan_to_num(np.maximum(measured, least), nan=0.0)

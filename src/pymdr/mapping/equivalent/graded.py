@@ -12,8 +12,9 @@ from numpy.typing import ArrayLike
 
 from pymdr.errors import ProblemError
 from pymdr.mapping import returning
+from pymdr.mapping.charges import Charges, with_slope
 from pymdr.mapping.equivalent.base import EquivalentProfile, rising_root
-from pymdr.mapping.images import CURVES, Charges, Image, joined_images, map_panels, rooted_copy, with_slope
+from pymdr.mapping.images import CURVES, Image, joined_images, map_panels, rooted_copy
 from pymdr.mapping.series import (
     IndexArray,
     Panels,

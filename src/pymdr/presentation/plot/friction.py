@@ -86,8 +86,7 @@ def frictional_figures(data: FigureData) -> dict[str, Figure]:
 def _draw_loop(axes: Axes, data: FigureData, rows: list[int]) -> None:
     """Tangential force over the shift, with the rows whose tractions are drawn."""
     (u, u_unit), (force, force_unit) = (column(data, name) for name in ("shift", "tangential_force"))
-    if "row" in data.data.coords and np.any(np.diff(data.data["row"].values) > 1):
-        # what happened between rows that were not kept is not known
+    if _is_thinned(data):
         axes.plot(u, force, ".", color=GREY, ms=2.5, label="rows that were kept")
     else:
         few = "o" if u.size <= MARKED_ROWS else None
@@ -102,6 +101,11 @@ def _draw_loop(axes: Axes, data: FigureData, rows: list[int]) -> None:
     legend_above(axes)
 
 
+def _is_thinned(data: FigureData) -> bool:
+    """Whether rows were left out: what happened between those that were kept is not known."""
+    return "row" in data.data.coords and bool(np.any(np.diff(data.data["row"].values) > 1))
+
+
 def _draw_zones(axes: Axes, data: FigureData, rows: list[int]) -> None:
     """Stick inside and slip around it, over the history, with lines at the rows whose tractions are drawn."""
     a, unit = column(data, "contact_radius")
@@ -111,6 +115,23 @@ def _draw_zones(axes: Axes, data: FigureData, rows: list[int]) -> None:
         axes.axvline(x[row], color=colour, lw=1.2, ls=":")
     if x.size == 1:
         x, a, least, most = np.array([x[0] - 0.5, x[0] + 0.5]), *(np.repeat(v, 2) for v in (a, least, most))
+    if _is_thinned(data):
+        axes.vlines(x, least, a, color=ORANGE, alpha=0.35, lw=1.2, label="slip")
+        axes.vlines(x, 0.0, least, color=BLUE, alpha=0.3, lw=1.2, label="stick")
+        axes.plot(x, a, ".", color=GREY, ms=3, label="contact radius, rows that were kept")
+        axes.plot(x, least, ".", color=BLUE, ms=3, label="stick radius, rows that were kept")
+    else:
+        _fill_zones(axes, x, a, least, most)
+    axes.ticklabel_format(axis="x", style="plain")
+    axes.set_xlabel(words)
+    axes.set_ylabel(f"radius ({unit})")
+    axes.set_ylim(0.0, 1.1 * float(np.nanmax(a, initial=0.0)) or 1.0)
+    axes.margins(x=0.0)
+    legend_above(axes)
+
+
+def _fill_zones(axes: Axes, x: FloatArray, a: FloatArray, least: FloatArray, most: FloatArray) -> None:
+    """Stick and slip over rows that follow each other."""
     if x.size > MOST:
         # more rows than the picture is wide: the extremes of stretches of them
         starts = np.linspace(0, x.size, _STRETCHES, endpoint=False, dtype=int)
@@ -121,12 +142,6 @@ def _draw_zones(axes: Axes, data: FigureData, rows: list[int]) -> None:
     axes.fill_between(x, 0.0, least, color=BLUE, alpha=0.3, lw=0, label="stick")
     axes.plot(x, a, color=GREY, lw=1.2, label=QUANTITIES["contact_radius"].label)
     axes.plot(x, least, color=BLUE, lw=1.2, label=QUANTITIES["stick_radius"].label)
-    axes.ticklabel_format(axis="x", style="plain")
-    axes.set_xlabel(words)
-    axes.set_ylabel(f"radius ({unit})")
-    axes.set_ylim(0.0, 1.1 * float(np.nanmax(a, initial=0.0)) or 1.0)
-    axes.margins(x=0.0)
-    legend_above(axes)
 
 
 def _chosen(data: FigureData) -> list[int]:
@@ -231,10 +246,12 @@ def _draw_energies(axes: Axes, data: FigureData) -> None:
     for name, colour in zip(names, (BLUE, ORANGE), strict=True):
         values = scaled(data.data[name].values, name, unit)
         kept = thinned(values)
+        label = QUANTITIES[name].label
+        if _is_thinned(data):
+            axes.plot(x[kept], values[kept], ".", color=colour, ms=3, label=f"{label}, rows that were kept")
+            continue
         few = "o" if x.size <= MARKED_ROWS else None
-        axes.plot(
-            x[kept], values[kept], color=colour, lw=1.5, marker=few, ms=2.5, label=QUANTITIES[name].label
-        )
+        axes.plot(x[kept], values[kept], color=colour, lw=1.5, marker=few, ms=2.5, label=label)
     draw_zero(axes)
     axes.set_xlabel(words)
     axes.set_ylabel(f"energy ({unit})")

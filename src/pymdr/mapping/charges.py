@@ -1,0 +1,530 @@
+"""A resolved slope as it acts on the line: three integrals over f' at given places.
+
+They are taken at once, each a sum of terms of one sign where f' has one sign,
+
+    g(x) = x int_0^x f' / sqrt(x^2 - r^2) dr,
+    m(x) = int_0^x t g' dt = int_0^x f' r^2 / sqrt(x^2 - r^2) dr,
+    g'(x) = int_0^x (r f')' / sqrt(x^2 - r^2) dr + sum over kinks b of jump b / sqrt(x^2 - b^2).
+
+Quarter octaves far below x enter by their moments, other panels by Gauss nodes, bunches of them by interpolation, those
+beside x by rules that take out the square root. Differences x - r are formed from offsets, so that nothing is lost beside
+a breakpoint.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+
+import numpy as np
+from scipy.special import roots_jacobi
+
+from pymdr.mapping.abel import gauss
+from pymdr.mapping.quarters import (
+    APART,
+    NEAR,
+    are_quarters,
+    gathered,
+    pair,
+    sums_from_below,
+    sums_on_quarters,
+)
+from pymdr.mapping.series import (
+    TERMS,
+    BoolArray,
+    IndexArray,
+    Panels,
+    Series,
+    basis,
+    basis_slope,
+    nodes,
+    to_coefficients,
+)
+from pymdr.mapping.slopes import Slopes, Tail
+from pymdr.units import FloatArray
+
+_BUNCH = 20
+"""Interpolation points of a bunch of panels."""
+_LEAF_GAP, _BUNCH_GAP = 0.5, 1.0
+"""Distance, in widths of the panel or the bunch, from which its nodes do."""
+_WORK = 1 << 17
+_CACHED = 1 << 15
+"""Numbers in arrays that are worked on many times over."""
+_MANY = 2000
+
+
+@dataclass(frozen=True)
+class Sums:
+    """g, its first moment and its slope at some places, each of the shape of the places."""
+
+    g: FloatArray
+    moment: FloatArray
+    slope: FloatArray
+
+
+@dataclass(frozen=True)
+class _Bunches:
+    """Charges at nodes: level 0 are the panels, every further level joins two bunches of the one below."""
+
+    base: FloatArray
+    low: FloatArray
+    high: FloatArray
+    offset: FloatArray
+    """Nodes of the charges of f', as offsets in m, shape (C, n)."""
+    slope: FloatArray
+    offset_rate: FloatArray
+    """Nodes of the charges of (r f')'."""
+    rate: FloatArray
+
+
+class Charges:
+    """
+    A resolved slope as it acts on places of the line.
+
+    Parameters
+    ----------
+    slopes : Slopes
+        f' on panels.
+    tail : Tail
+        The power below the first of them.
+    """
+
+    def __init__(self, slopes: Slopes, tail: Tail) -> None:
+        self.slopes = slopes
+        self.tail = tail
+        odd = ~(are_quarters(slopes.panels) & (slopes.series.power == 0.0))
+        self.quarters = int(np.argmax(odd)) if odd.any() else odd.size
+        """How many of the first panels are plain quarters of an octave, if they are enough to count."""
+        if self.quarters < APART:
+            self.quarters = 0
+        self.first = max(self.quarters - APART + 1, 0)
+        """The first panel that does not act beyond the quarters by its moments."""
+
+    @cached_property
+    def below(self) -> FloatArray:
+        """Moments of the quarters."""
+        return gathered(self.slopes.series.coefficients[: self.quarters], self.tail.slope, self.tail.power)
+
+    @cached_property
+    def levels(self) -> list[_Bunches]:
+        """The panels and their bunches, without those that act by moments."""
+        levels = [self._leaves()]
+        while levels[-1].base.size > 1:
+            levels.append(_paired(levels[-1]))
+        return levels
+
+    def _leaves(self) -> _Bunches:
+        panels, series = self.slopes.panels.take(slice(self.first, None)), self.slopes.series
+        index = np.arange(self.first, series.power.size)
+        u, weights = gauss(TERMS)
+        offset = panels.offsets(u)
+        f, rate = self._values(index, offset)
+        width = panels.width[:, None] * weights
+        offset_rate = offset
+        f, rate = f * width, rate * width
+        fractional = np.flatnonzero(_is_fractional(panels, series.take(index)))
+        if fractional.size:
+            offset_rate = offset.copy()
+        for i in fractional:
+            offset[i], f[i], offset_rate[i], rate[i] = self._fractional_leaf(int(index[i]))
+        jump = self.slopes.jump[self.first :]
+        if jump.any():
+            # a jump of f' is a charge of (r f')' at its breakpoint
+            offset_rate = np.column_stack([np.zeros(jump.size), offset_rate])
+            rate = np.column_stack([jump * panels.base, rate])
+        leaves = _Bunches(panels.base, panels.low, panels.high, offset, f, offset_rate, rate)
+        return leaves if self.quarters else _with_tail(leaves, self.tail)
+
+    def _fractional_leaf(self, i: int) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+        high, p = float(self.slopes.panels.high[i]), float(self.slopes.series.power[i])
+        s, w = gauss(TERMS, p)
+        s_rate, w_rate = gauss(TERMS, p - 1.0)
+        f, _ = self._regular(i, high * s)
+        _, rate = self._regular(i, high * s_rate)
+        return high * s, high * w * f, high * s_rate, high * w_rate * rate
+
+    def _regular(self, i: int, offset: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """F' / y^p and (r f')' / y^(p-1) with y = offset / high, on a panel that begins at a breakpoint."""
+        panels, series = self.slopes.panels, self.slopes.series
+        high, p = panels.high[i], series.power[i]
+        y = offset / high
+        c = basis(y.ravel()) @ series.coefficients[i]
+        rate = basis_slope(y.ravel()) @ series.coefficients[i] / high
+        c, rate = c.reshape(y.shape), rate.reshape(y.shape)
+        return c, c * y + (panels.base[i] + offset) * (p * c / high + y * rate)
+
+    def _values(self, index: IndexArray, offset: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """F' and (r f')' in some panels, shape (n,), at offsets of shape (n, ...)."""
+        panels, series = self.slopes.panels.take(index), self.slopes.series.take(index)
+        delta = offset.reshape(index.size, -1)
+        width, power = panels.width[:, None], series.power[:, None]
+        u = ((delta - panels.low[:, None]) / width).clip(0.0, 1.0)
+        c, rate = with_slope(series.coefficients, u)
+        value, curvature = c, rate / width
+        if power.any():
+            with np.errstate(divide="ignore", invalid="ignore", under="ignore"):
+                factor = np.where(power != 0.0, (delta / panels.high[:, None]) ** power, 1.0)
+                curvature = factor * (curvature + np.where(power != 0.0, power * c / delta, 0.0))
+                value = c * factor
+        flux = value + (panels.base[:, None] + delta) * curvature
+        return value.reshape(offset.shape), flux.reshape(offset.shape)
+
+    def sums(self, panels: Panels, u: FloatArray) -> Sums:
+        """
+        g, m and g' on panels.
+
+        Parameters
+        ----------
+        panels : Panels
+            Shape (T,).
+        u : ndarray, shape (k,)
+            Values of the variable on every panel.
+
+        Returns
+        -------
+        Sums
+            Of shape (T, k).
+        """
+        base, offset = panels.base, panels.offsets(u)
+        totals = np.zeros((3, *offset.shape))
+        x = base[:, None] + offset
+        own, whole = self._quarter_of(panels)
+        source = self.slopes.panels
+        if whole.any():
+            coefficients = self.slopes.series.coefficients
+            totals[:, whole] = sums_on_quarters(
+                coefficients, source.low, self.below, own[whole], tuple(u.tolist())
+            )
+        within = np.flatnonzero((own >= 0) & ~whole)
+        if within.size:
+            # a part of a quarter, with the quarters next to it
+            at = own[within]
+            totals[:, within] = sums_from_below(self.below[at - APART], source.low[at], x[within])
+            stop = np.searchsorted(source.start, panels.stop[within])
+            beside = [np.arange(i - APART + 1, j) for i, j in zip(at, stop, strict=True)]
+            target = np.repeat(within, [part.size for part in beside])
+            self._add_near(totals, base, offset, target, np.concatenate(beside))
+        beyond = np.flatnonzero(own < 0)
+        if beyond.size:
+            if self.quarters:
+                end = np.full(beyond.size, source.high[self.quarters - 1])
+                below = np.broadcast_to(self.below[-1], (beyond.size, *self.below.shape[1:]))
+                totals[:, beyond] = sums_from_below(below, end, x[beyond])
+            self._add_bunches(totals, panels, u, beyond)
+        g, moment, slope = totals
+        return Sums(x * g, moment, slope)
+
+    def _quarter_of(self, panels: Panels) -> tuple[IndexArray, BoolArray]:
+        """The quarters, from the ninth on, in which panels begin, else -1, and whether they are these."""
+        low, high = (end[: self.quarters] for end in (self.slopes.panels.low, self.slopes.panels.high))
+        at = np.searchsorted(low, panels.low, side="right") - 1
+        inside = (panels.base == 0.0) & (at >= APART)
+        inside[inside] = panels.low[inside] < high[at[inside]]
+        at = np.where(inside, at, -1)
+        whole = inside.copy()
+        own = at[inside]
+        whole[inside] = (panels.low[inside] == low[own]) & (panels.high[inside] == high[own])
+        return at, whole
+
+    def _add_bunches(self, totals: FloatArray, panels: Panels, u: FloatArray, target: IndexArray) -> None:
+        """Add the integrals over all panels that do not act by moments."""
+        base, offset = panels.base, panels.offsets(u)
+        bunch = np.zeros(target.size, dtype=np.intp)
+        lowest, highest = offset.min(axis=1), offset.max(axis=1)
+        for level in range(len(self.levels) - 1, -1, -1):
+            charges = self.levels[level]
+            shift = base[target] - charges.base[bunch]
+            below = shift + highest[target] > charges.low[bunch]
+            target, bunch, shift = target[below], bunch[below], shift[below]
+            gap = _BUNCH_GAP if level else _LEAF_GAP
+            width = charges.high[bunch] - charges.low[bunch]
+            far = shift + lowest[target] - charges.high[bunch] >= gap * width
+            self._add_far(totals, charges, base, offset, target[far], bunch[far])
+            target, bunch = target[~far], bunch[~far]
+            if level:
+                twice = np.concatenate([2 * bunch, 2 * bunch + 1])
+                known = twice < self.levels[level - 1].base.size
+                target, bunch = np.concatenate([target, target])[known], twice[known]
+        # the tail, a leaf where there are no quarters, is nowhere near
+        source = bunch + self.first - (self.quarters == 0)
+        target, source = target[source >= 0], source[source >= 0]
+        self._add_jumps(totals[2], base, offset, target, source)
+        for add in (self._add_alike, self._add_own):
+            done = add(totals, panels, u, target, source)
+            target, source = target[~done], source[~done]
+        self._add_near(totals, base, offset, target, source)
+
+    def _add_far(
+        self,
+        totals: FloatArray,
+        charges: _Bunches,
+        base: FloatArray,
+        offset: FloatArray,
+        target: IndexArray,
+        bunch: IndexArray,
+    ) -> None:
+        block = max(1, _WORK // (offset.shape[1] * charges.offset.shape[1]))
+        same = charges.offset is charges.offset_rate
+        for start in range(0, target.size, block):
+            t, c = target[start : start + block], bunch[start : start + block]
+            b, place = charges.base[c], offset[t]
+            shift = (base[t] - b)[:, None] + place
+            x = base[t][:, None] + place
+            kernel = _kernel(shift, x, b, charges.offset[c])
+            r = b[:, None] + charges.offset[c]
+            f = charges.slope[c]
+            parts = [
+                np.einsum("ijk,ik->ij", kernel, f),
+                np.einsum("ijk,ik->ij", kernel, f * r * r),
+            ]
+            if not same:
+                kernel = _kernel(shift, x, b, charges.offset_rate[c])
+            parts.append(np.einsum("ijk,ik->ij", kernel, charges.rate[c]))
+            for total, part in zip(totals, parts, strict=True):
+                np.add.at(total, t, part)
+
+    def _add_jumps(
+        self, total: FloatArray, base: FloatArray, offset: FloatArray, target: IndexArray, source: IndexArray
+    ) -> None:
+        """What jumps of f' at the lower ends of panels add to g' on others nearby."""
+        jumping = self.slopes.jump[source] != 0.0
+        target, source = target[jumping], source[jumping]
+        b, jump = self.slopes.panels.base[source, None], self.slopes.jump[source, None]
+        distance = (base[target, None] - b) + offset[target]
+        beyond = distance > 0.0
+        with np.errstate(divide="ignore", invalid="ignore"):
+            term = jump * b / np.sqrt(distance * (2.0 * b + distance))
+        np.add.at(total, target, np.where(beyond, term, 0.0))
+
+    def _add_alike(
+        self, totals: FloatArray, targets: Panels, u: FloatArray, target: IndexArray, source: IndexArray
+    ) -> BoolArray:
+        """Whole quarter octaves beside one another, which all look alike; gives which pairs these are."""
+        panels, series = self.slopes.panels, self.slopes.series
+        plain = are_quarters(panels) & (series.power == 0.0)
+        alike: BoolArray = are_quarters(targets)[target] & plain[source]
+        t, s = target[alike], source[alike]
+        low = panels.low[s]
+        apart = np.round(4.0 * np.log2(targets.low[t] / low)).astype(int)
+        for j in np.unique(apart).tolist():
+            here = apart == j
+            c, scale = series.coefficients[s[here]], low[here][:, None] ** 2
+            for k, matrix in enumerate(pair(j, tuple(u.tolist()))):
+                part = c @ matrix
+                np.add.at(totals[k], t[here], part * scale if k == 1 else part)
+        return alike
+
+    def _add_own(
+        self, totals: FloatArray, targets: Panels, u: FloatArray, target: IndexArray, source: IndexArray
+    ) -> BoolArray:
+        """Panels that begin at a breakpoint as they act on themselves; gives which pairs these are."""
+        panels, series = self.slopes.panels, self.slopes.series
+        own = targets.begins[target] & targets.rooted[target] & panels.begins[source]
+        own &= (targets.base[target] == panels.base[source]) & (targets.high[target] == panels.high[source])
+        own &= series.power[source] == 0.0
+        target, source = target[own], source[own]
+        weights = gauss(NEAR)[1]
+        at, value, rate = _own_rule(tuple(u.tolist()))
+        block = max(1, _CACHED // at.size)
+        for start in range(0, target.size, block):
+            t, i = target[start : start + block], source[start : start + block]
+            c, b, high = series.coefficients[i], panels.base[i, None, None], panels.high[i, None, None]
+            r, place = high * at, high * (u * u)[:, None]
+            kernel = 2.0 * np.sqrt(high) * u[:, None] * weights / np.sqrt(2.0 * b + place + r)
+            f = (c @ value).reshape(r.shape) * kernel
+            steep = (c @ rate).reshape(r.shape) / high * kernel
+            for total, part in zip(totals, (f, f * (b + r) ** 2, f + (b + r) * steep), strict=True):
+                np.add.at(total, t, part.sum(axis=-1))
+        return own
+
+    def _add_near(
+        self, totals: FloatArray, base: FloatArray, offset: FloatArray, target: IndexArray, source: IndexArray
+    ) -> None:
+        panels = self.slopes.panels
+        fractional = _is_fractional(panels, self.slopes.series)[source]
+        for t, s in zip(target[fractional].tolist(), source[fractional].tolist(), strict=True):
+            for total, part in zip(totals, self._fractional_near(base[t], offset[t], s), strict=True):
+                total[t] += part
+        target, source = target[~fractional], source[~fractional]
+        block = max(1, _CACHED // (offset.shape[1] * NEAR))
+        for start in range(0, target.size, block):
+            t, s = target[start : start + block], source[start : start + block]
+            shift = (base[t] - panels.base[s])[:, None]
+            parts = self._through_root(shift, offset[t], s, panels.low[s][:, None], panels.high[s][:, None])
+            for total, part in zip(totals, parts, strict=True):
+                np.add.at(total, t, part)
+
+    def _through_root(
+        self, shift: FloatArray, offset: FloatArray, source: IndexArray, low: FloatArray, high: FloatArray
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Integrals over low <= r - b <= high and r < x by r = x - v^2, shape of `offset`; x - b = shift + offset."""
+        s, weights = gauss(NEAR)
+        # beside the end of a panel the distance to it keeps the digits of the offset
+        beyond = (shift - high) + offset
+        near = np.sqrt(np.maximum(beyond, 0.0))
+        far = np.sqrt(np.maximum((shift - low) + offset, 0.0))
+        v = near[..., None] + (far - near)[..., None] * s
+        place = shift + offset
+        r = np.clip(place[..., None] - v * v, low[..., None], high[..., None])
+        b = self.slopes.panels.base[source][:, None, None]
+        f, rate = self._values(source, r)
+        kernel = 2.0 * (far - near)[..., None] * weights / np.sqrt(2.0 * b + place[..., None] + r)
+        f = f * kernel
+        return f.sum(axis=-1), (f * (b + r) ** 2).sum(axis=-1), (rate * kernel).sum(axis=-1)
+
+    def _fractional_near(
+        self, base: float, offset: FloatArray, source: int
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """As above for one panel on which f' begins like a broken power at a breakpoint."""
+        panels, series = self.slopes.panels, self.slopes.series
+        b, high, p = float(panels.base[source]), float(panels.high[source]), float(series.power[source])
+        place = (base - b) + offset
+        parts = np.zeros((3, offset.size))
+        inside = (place > 0.0) & (place <= high)
+        at = place[inside][:, None]
+        for exponent, rows in ((p, (0, 1)), (p - 1.0, (2,))):
+            y, w = _doubly_singular(exponent)
+            r = at * y
+            f, rate = self._regular(source, r)
+            value = rate if rows == (2,) else f
+            factor = (at / high) ** exponent * np.sqrt(at) / np.sqrt(2.0 * b + at + r) * w
+            parts[rows[0], inside] = (value * factor).sum(axis=1)
+            if rows == (0, 1):
+                parts[1, inside] = (value * factor * (b + r) ** 2).sum(axis=1)
+        beyond = place > high
+        if beyond.any():
+            at = place[beyond]
+            half = np.full((1, 1), 0.5 * high)
+            shift = np.full((1, 1), base - b)
+            upper = self._through_root(
+                shift, offset[None, beyond], np.array([source]), half, np.full((1, 1), high)
+            )
+            parts[:, beyond] = np.array([part[0] for part in upper])
+            for exponent, rows in ((p, (0, 1)), (p - 1.0, (2,))):
+                y, w = gauss(TERMS, exponent)
+                r = 0.5 * high * y
+                f, rate = self._regular(source, r)
+                value = 0.5**exponent * 0.5 * high * w * (rate if rows == (2,) else f)
+                kernel = 1.0 / np.sqrt((at[:, None] - r) * (2.0 * b + at[:, None] + r))
+                parts[rows[0], beyond] += kernel @ value
+                if rows == (0, 1):
+                    parts[1, beyond] += kernel @ (value * (b + r) ** 2)
+        return parts[0], parts[1], parts[2]
+
+    def jump_error(self, base: FloatArray, offset: FloatArray) -> FloatArray:
+        """Error of g' on panels, shape of `offset` (T, k), from the errors of the jumps of f'."""
+        slopes = self.slopes
+        rough = np.flatnonzero(slopes.jump_error > 8.0 * np.finfo(float).eps * slopes.size)
+        total = np.zeros(offset.shape)
+        for b, error in zip(
+            slopes.panels.base[rough].tolist(), slopes.jump_error[rough].tolist(), strict=True
+        ):
+            beyond = np.flatnonzero(base + offset[:, -1] > b)
+            distance = (base[beyond] - b)[:, None] + offset[beyond]
+            with np.errstate(divide="ignore", invalid="ignore"):
+                term = error * b / np.sqrt(distance * (2.0 * b + distance))
+            total[beyond] += np.where(distance > 0.0, term, 0.0)
+        return total
+
+    def spread_error(self, x: FloatArray) -> FloatArray:
+        """Error of g at places in m, from the measured errors of f'."""
+        panels, slopes = self.slopes.panels, self.slopes
+        # of many panels only those count whose error is more than rounding
+        floor = 8.0 * np.finfo(float).eps * slopes.size if slopes.size.size > _MANY else 0.0
+        rough = np.flatnonzero(slopes.error > floor)
+        total = np.zeros(x.shape)
+        for start in range(0, rough.size, 4096):
+            i = rough[start : start + 4096]
+            # the panels follow one another, so that all but the first begin where another ends
+            edges = np.append(panels.start[i[0]], panels.stop[i[0] : i[-1] + 1])
+            angle = np.arcsin(np.minimum(edges / x[:, None], 1.0))
+            total += x * (np.diff(angle)[:, i - i[0]] @ slopes.error[i])
+        return total
+
+
+def _kernel(shift: FloatArray, x: FloatArray, base: FloatArray, offset: FloatArray) -> FloatArray:
+    """1 / sqrt(x^2 - r^2), shape (pairs, places, nodes)."""
+    answer = shift[:, :, None] - offset[:, None, :]
+    answer *= x[:, :, None] + (base[:, None] + offset)[:, None, :]
+    np.sqrt(answer, out=answer)
+    return np.divide(1.0, answer, out=answer)
+
+
+def _is_fractional(panels: Panels, series: Series) -> BoolArray:
+    return np.asarray((panels.low == 0.0) & (series.power != 0.0) & (series.power != np.round(series.power)))
+
+
+@lru_cache(maxsize=2)
+def _own_rule(u: tuple[float, ...]) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Offsets from a breakpoint up to those at points u of a rooted panel, in its width, and the basis there."""
+    s, _ = gauss(NEAR)
+    at = np.square(u)[:, None] * ((1.0 - s) * (1.0 + s))
+    return at, basis(at.ravel()).T, basis_slope(at.ravel()).T
+
+
+@lru_cache(maxsize=64)
+def _doubly_singular(exponent: float) -> tuple[FloatArray, FloatArray]:
+    """Nodes and weights on [0, 1] for the weight y^exponent / sqrt(1 - y)."""
+    z, w = roots_jacobi(NEAR, -0.5, exponent)
+    return (z + 1.0) / 2.0, w / 2.0 ** (exponent + 0.5)
+
+
+def with_slope(coefficients: FloatArray, u: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Sums of c_j T_j(2 u - 1) and their derivatives with respect to u, rows of c for rows of u."""
+    c = coefficients.T.reshape(-1, u.shape[0], *(1,) * (u.ndim - 1))
+    twice = 4.0 * u - 2.0
+    value, before, spare = np.zeros_like(u), np.zeros_like(u), np.empty_like(u)
+    # a quarter of the derivative
+    rate, rate_before = np.zeros_like(u), np.zeros_like(u)
+    for j in range(c.shape[0] - 1, 0, -1):
+        np.multiply(twice, rate, out=spare)
+        spare -= rate_before
+        spare += value
+        rate, rate_before, spare = spare, rate, rate_before
+        np.multiply(twice, value, out=spare)
+        spare -= before
+        spare += c[j]
+        value, before, spare = spare, value, before
+    # the last step of Clenshaw halves the argument
+    total = c[0] + 0.5 * twice * value - before
+    return total, 2.0 * value + 2.0 * twice * rate - 4.0 * rate_before
+
+
+def _with_tail(leaves: _Bunches, tail: Tail) -> _Bunches:
+    """One leaf more, the power below all panels."""
+    s, w = gauss(TERMS, tail.power)
+    charge = tail.slope * tail.radius * w[None, :]
+    at = tail.radius * s[None, :]
+    room = leaves.rate.shape[1] - TERMS
+
+    def padded(row: FloatArray) -> FloatArray:
+        return np.pad(row, ((0, 0), (room, 0)))
+
+    return _Bunches(
+        np.concatenate([[0.0], leaves.base]),
+        np.concatenate([[0.0], leaves.low]),
+        np.concatenate([[tail.radius], leaves.high]),
+        np.concatenate([at, leaves.offset]),
+        np.concatenate([charge, leaves.slope]),
+        np.concatenate([padded(at), leaves.offset_rate]),
+        np.concatenate([padded((1.0 + tail.power) * charge), leaves.rate]),
+    )
+
+
+def _paired(below: _Bunches) -> _Bunches:
+    """Bunches of two, whose charges sit on Chebyshev points."""
+    count = below.base.size
+    first, second = np.arange(0, count, 2), np.minimum(np.arange(1, count + 1, 2), count - 1)
+    alone = second == first
+    base = below.base[first]
+    low = below.low[first]
+    high = (below.base[second] - base) + below.high[second]
+    made = [np.zeros((first.size, _BUNCH)) for _ in range(2)]
+    for child, used in ((first, np.ones(first.size, dtype=bool)), (second, ~alone)):
+        for k, (where, charge) in enumerate(((below.offset, below.slope), (below.offset_rate, below.rate))):
+            at = (below.base[child] - base)[:, None] + where[child]
+            u = ((at - low[:, None]) / (high - low)[:, None]).clip(0.0, 1.0)
+            spread = np.einsum("ij,ijk->ik", charge[child], basis(u, _BUNCH)) @ to_coefficients(_BUNCH)
+            made[k] += np.where(used[:, None], spread, 0.0)
+    offset = low[:, None] + (high - low)[:, None] * nodes(_BUNCH)
+    return _Bunches(base, low, high, offset, made[0], offset, made[1])
