@@ -361,8 +361,8 @@ def test_every_template_runs_as_written(tmp_path, shell):
 def test_a_contact_that_is_refused_at_every_row_is_told_saved_and_read(tmp_path):
     """An adhesive wave that first touches on a ring: no quantity is given at any row."""
     wavy = mdr.Function(
-        lambda r: r**2 / 2e-5 + 4e-7 * (1.0 - np.cos(2.5e5 * r)),
-        derivative=lambda r: r / 1e-5 + 0.1 * np.sin(2.5e5 * r),
+        lambda r: r**2 / 2e-3 + 4e-7 * (1.0 - np.cos(2.5e5 * r)),
+        derivative=lambda r: r / 1e-3 + 0.1 * np.sin(2.5e5 * r),
     )
     contact = mdr.Contact(wavy, mdr.Elastic("1 MPa", 0.5), adhesion=mdr.JKR("10 mJ/m^2"))
     for path in (mdr.indent("4 um", steps=3), mdr.indent("4 um", steps=2) >> mdr.load("1 uN", steps=3)):
