@@ -275,3 +275,139 @@ def test_a_failed_command_leaves_no_folder(tmp_path):
     case.write_text(text.replace("coefficient = 0.3 ", 'coefficient = "inf" '), encoding="utf-8")
     assert CliRunner().invoke(app, ["verify", str(case)]).exit_code != 0
     assert list(tmp_path.iterdir()) == [case]
+
+
+# --- exit status, JSON, solvers --------------------------------------------------------------------------
+
+HOLLOW = BALL.replace(
+    'kind = "sphere"\nradius = "10 mm"',
+    'kind = "sampled"\nradius = ["0 mm", "1 mm", "2 mm", "3 mm", "4 mm", "5 mm"]\n'
+    'height = ["0 um", "-1 um", "-3 um", "-1 um", "20 um", "60 um"]\ninterpolation = { kind = "shape_preserving" }',
+).replace('"50 N"', '"0.5 N"')
+KEYS = {
+    "command",
+    "case",
+    "title",
+    "status",
+    "rows",
+    "memory",
+    "last",
+    "largest",
+    "claims",
+    "assumptions",
+    "notes",
+    "references",
+    "verification",
+    "loops",
+    "written",
+    "error",
+}
+
+
+@pytest.fixture
+def hollow(tmp_path):
+    file = tmp_path / "hollow.toml"
+    file.write_text(HOLLOW)
+    return file
+
+
+def test_a_refused_contact_has_an_exit_status_of_its_own(case, hollow, tmp_path, shell):
+    status, out, err = shell("run", hollow, "-o", tmp_path / "out", "--quiet")
+    assert (status, out) == (3, "")
+    assert "REFUSED: the contact is a disk at no step" in err
+    assert (tmp_path / "out" / "result.nc").exists()
+    status, out, _ = shell("check", hollow)
+    assert status == 3
+    assert "[solve] solver = { kind = 'rings' }" in out
+    assert shell("run", hollow, case, "-o", tmp_path / "both", "--quiet")[0] == 3
+    broken = tmp_path / "broken.toml"
+    broken.write_text(BALL.replace("10 mm", "-10 mm"))
+    assert shell("run", hollow, broken, "-o", tmp_path / "both", "--quiet")[0] == 1
+
+
+def test_a_case_chooses_the_rings_that_refusals_recommend(hollow, tmp_path, shell):
+    hollow.write_text(HOLLOW + '[solve]\nsolver = { kind = "rings", n = 60 }\n')
+    assert read_case(hollow).options == {"solver": mdr.Rings(60)}
+    status, out, err = shell("run", hollow, "-o", tmp_path / "out")
+    assert (status, err) == (0, "")
+    assert "BY_RINGS" in out
+    result = mdr.open_result(tmp_path / "out" / "result.nc")
+    assert result.rings == mdr.Rings(60)
+    assert float(result["inner_contact_radius"][-1]) > 0.0
+    assert shell("check", hollow)[0] == 0
+    for bad, words in (("n = 10", "at least 20"), ("n = 9999", "at most 5000"), ('n = "x"', "whole number")):
+        hollow.write_text(HOLLOW + f'[solve]\nsolver = {{ kind = "rings", {bad} }}\n')
+        status, _, err = shell("check", hollow)
+        assert status == 1
+        assert words in err
+
+
+def test_json_has_one_shape(case, hollow, tmp_path, shell):
+    record = tmp_path / "record.csv"
+    record.write_text(
+        "shift [um],friction force [N]\n" + "\n".join(f"{(-1) ** (i // 2)},{i % 2}" for i in range(9))
+    )
+    broken = tmp_path / "broken.toml"
+    broken.write_text(BALL.replace("10 mm", "-10 mm"))
+    deep = tmp_path / "deep.toml"
+    deep.write_text(
+        HOLLOW.replace('kind = "load"\nnormal_force = "0.5 N"', 'kind = "indent"\nindentation = "1 um"')
+    )
+    out = tmp_path / "out"
+    for arguments, status, ended in (
+        (("run", case, "-o", out), 0, "COMPLETED"),
+        (("run", hollow, "-o", out), 3, "REFUSED"),
+        (("run", broken, "-o", out), 1, "FAILED"),
+        (("check", case), 0, "COMPLETED"),
+        (("check", hollow), 3, "REFUSED"),
+        (("check", tmp_path / "none.toml"), 1, "FAILED"),
+        (("verify", case, "-o", out, "--rings", "40", "--steps", "1"), 0, "COMPLETED"),
+        (("verify", deep, "-o", out, "--rings", "40", "--steps", "1"), 3, "REFUSED"),
+        (("verify", broken, "-o", out), 1, "FAILED"),
+        (("loops", record), 0, "COMPLETED"),
+        (("loops", broken), 1, "FAILED"),
+    ):
+        found, text, _ = shell(*arguments, "--json")
+        told = json.loads(text)
+        assert (found, told["status"], set(told)) == (status, ended, KEYS), arguments
+        assert told["command"] == arguments[0]
+        assert (told["error"] is not None) == (ended == "FAILED")
+        if ended == "FAILED":
+            assert set(told["error"]) == {"kind", "message"}
+
+
+def test_plot_takes_the_folder_and_run_writes_a_table(case, tmp_path, shell):
+    out = tmp_path / "out"
+    assert shell("run", case, "-o", out, "--csv", "--quiet")[0] == 0
+    head = (out / "result.csv").read_text().splitlines()[0]
+    assert "normal_force [N]" in head.split(",")
+    for png in out.glob("*.png"):
+        png.unlink()
+    assert shell("plot", out, "--quiet")[0] == 0
+    assert len(list(out.glob("*.png"))) == 3
+
+
+def test_messages_tell_every_mistake_in_our_words(case, shell):
+    case.write_text(
+        BALL.replace('"10 mm"', "[1]").replace("poisson = 0.3", "").replace("steps = 3", "steps = 0")
+    )
+    _, _, err = shell("check", case)
+    for words in (
+        "a number or a text with its unit",
+        "'poisson' is missing",
+        "[path 1] steps = 0",
+        "at least 1",
+    ):
+        assert words in err
+    assert "and 1 more" not in err
+    parts = '[profile]\nkind = "sum"\nparts = [{ kind = "sum", parts = [] }]\n'
+    case.write_text(parts + BALL[BALL.index("[body]") :])
+    assert "a part is no sum itself" in shell("check", case)[2]
+
+
+def test_schema_lets_files_stand_for_samples(shell):
+    schema = json.loads(shell("schema")[1])
+    sampled = schema["$defs"]["sampled"]
+    assert {"file", "radius"} <= set(sampled["properties"])
+    assert {"required": ["file"]} in sampled["anyOf"]
+    assert {"file", "channels"} <= set(schema["$defs"]["path"]["properties"])
