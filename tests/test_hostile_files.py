@@ -378,3 +378,22 @@ def test_a_contact_that_is_refused_at_every_row_is_told_saved_and_read(tmp_path)
             assert one.status.name in one._repr_html_()
             assert one.to_dataframe().shape[0] == rows
             assert "section" in one.figures()
+
+
+def test_what_a_terminal_cannot_write_is_written_out(tmp_path):
+    import subprocess
+    import sys
+
+    case = tmp_path / "case.toml"
+    case.write_text(template("ball").replace("My ball", "Ø 10 mm, µ"), encoding="utf-8")
+    for text, status, words in ((None, 0, b"\\xd8 10 mm"), ("5 Ωm", 1, b"\\u03a9")):
+        if text is not None:
+            case.write_text(template("ball").replace("10 mm", text), encoding="utf-8")
+        done = subprocess.run(
+            [sys.executable, "-m", "pymdr", "check", str(case)],
+            env={**os.environ, "PYTHONIOENCODING": "ascii"},
+            capture_output=True,
+        )
+        assert done.returncode == status
+        assert words in done.stdout + done.stderr
+        assert b"Traceback" not in done.stderr

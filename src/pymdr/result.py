@@ -63,6 +63,9 @@ class Status(enum.Enum):
 class Claims(dict[str, Claim]):
     """Claims by quantity, a table in notebooks."""
 
+    def __missing__(self, name: str) -> Claim:
+        raise QuantityError(f"no claim of {shown(name)}; there are claims of {', '.join(self)}")
+
     def _repr_html_(self) -> str:
         """The table."""
         from pymdr.presentation.html import claims_html

@@ -61,15 +61,16 @@ def main() -> None:
 
 def _say(text: str) -> None:
     """Print a text in which no character steers the terminal."""
-    from pymdr.workbench.inputs import printable
+    from pymdr.workbench.inputs import printable, writable
 
-    typer.echo(printable(text))
+    typer.echo(writable(printable(text), sys.stdout.encoding))
 
 
 def _complain(text: str) -> None:
-    from pymdr.workbench.inputs import printable
+    from pymdr.workbench.inputs import printable, writable
 
-    typer.echo(f"pymdr: {printable(' '.join(text.split(chr(10))))}", err=True)
+    line = printable(" ".join(text.split("\n")))
+    typer.echo(writable(f"pymdr: {line}", sys.stderr.encoding), err=True)
 
 
 @app.callback(invoke_without_command=True)
@@ -213,16 +214,10 @@ def _tell_memory(case: Case) -> None:
 
 
 def _print_failures(cases: Sequence[Path], failures: Mapping[Path, str]) -> None:
-    from rich.console import Console
-    from rich.table import Table
-    from rich.text import Text
-
-    from pymdr.workbench.inputs import printable
-
-    table = Table("case", "ended", title=f"{len(failures)} of {len(cases)} cases failed")
+    _complain(f"{len(failures)} of {len(cases)} cases failed")
     for case in cases:
-        table.add_row(*(Text(printable(told)) for told in (str(case), failures.get(case, "written"))))
-    Console(stderr=True).print(table)
+        if case in failures:
+            _complain(f"{case}: {failures[case]}".replace(f"{case}: {case}", str(case), 1))
 
 
 @app.command()

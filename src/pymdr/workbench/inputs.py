@@ -70,3 +70,16 @@ def printable(text: str) -> str:
     'a\\x1b[31m b'
     """
     return "".join(c if c.isprintable() or c == "\n" else repr(c)[1:-1] for c in text)
+
+
+def writable(text: str, encoding: str | None) -> str:
+    r"""
+    A text whose characters that an encoding lacks are written out.
+
+    Examples
+    --------
+    >>> writable("5 \u00b5m", "ascii")
+    '5 \\xb5m'
+    """
+    known = encoding or "utf-8"
+    return text.encode(known, "backslashreplace").decode(known)
