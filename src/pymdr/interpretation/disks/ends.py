@@ -132,6 +132,10 @@ def _approached(
 
         if not above(good) > 0.0:
             return good
+        if above(a) >= 0.0:
+            # the radius of the extreme lies in the window that is let pass at this end
+            a = 0.5 * (a + good)
+            continue
         new = float(brentq(above, min(a, good), max(a, good), xtol=1e-15 * max(a, good), rtol=1e-14))
         if new == a:
             return a
