@@ -203,7 +203,7 @@ def test_a_ring_on_the_way_is_refused_under_friction(height):
     steel = mdr.Elastic("210 GPa", 0.3)
     contact = mdr.Contact(bump(height), steel, friction=mdr.Coulomb(0.3))
     with pytest.raises(
-        mdr.ProblemError, match="friction needs a contact that is a disk at every depth up to 10 um"
+        mdr.ProblemError, match="friction needs a contact that is a disk at every depth up to 10 µm"
     ):
         mdr.solve(contact, mdr.indent("10 um") >> mdr.shift("1 um"))
     with pytest.raises(mdr.ProblemError, match="friction needs a contact that is a disk"):

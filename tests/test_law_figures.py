@@ -58,7 +58,7 @@ def test_adhesive_figures(law):
     figures = result.figures()
     assert sorted(figures) == ["fields", "loop", "radius", "section"]
     loop = figures["loop"].axes[0]
-    assert labels(figures["loop"]) == [("indentation $d$ (um)", "normal force $F_N$ (nN)")]
+    assert labels(figures["loop"]) == [("indentation $d$ (µm)", "normal force $F_N$ (nN)")]
     # the path goes through every row, and between the rows along the stable equilibria
     path = drawn(loop, "path")
     rows = np.stack([result.to("indentation", "um").values, result.to("normal_force", "nN").values], axis=1)
@@ -188,7 +188,7 @@ def test_travel_is_drawn_beside_the_indentation():
     contact = mdr.Contact(TIP, GEL, adhesion=mdr.JKR("2 mJ/m^2"))
     path = mdr.travel("2 um", steps=10) >> mdr.travel("-20 um", steps=40)
     figure = mdr.solve(contact, path, machine_stiffness="0.05 N/m").figures()["loop"]
-    assert [x for x, _ in labels(figure)] == ["travel of the machine $D$ (um)", "indentation $d$ (um)"]
+    assert [x for x, _ in labels(figure)] == ["travel of the machine $D$ (µm)", "indentation $d$ (µm)"]
 
 
 @pytest.mark.parametrize(
@@ -244,7 +244,7 @@ def test_loop_study():
     contact = mdr.Contact(mdr.Paraboloid("10 mm"), STEEL, STEEL, friction=mdr.Coulomb(0.3))
     figure = mdr.friction_loop(contact, np.geomspace(1e-8, 1e-6, 20), normal_force="50 N").plot()
     assert [y for _, y in labels(figure)] == [
-        "energy lost per cycle (uJ)",
+        "energy lost per cycle (µJ)",
         "damping ratio",
         "secant stiffness (MN/m)",
     ]

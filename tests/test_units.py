@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from pymdr.errors import UnitError
 from pymdr.quantities import QUANTITIES, quantity
-from pymdr.units import from_si, to_si, to_si_array
+from pymdr.units import from_si, in_good_units, to_si, to_si_array, without_rounding, written
 
 UREG = pint.UnitRegistry()
 
@@ -355,3 +355,48 @@ def test_arrays_without_shape_are_what_they_hold(value):
 
 def test_a_text_in_an_array_without_shape_is_a_text():
     assert to_si(np.array("5 mm"), "m") == 5e-3
+
+
+@given(
+    st.floats(1.0, 999.0),
+    st.integers(-5, 1),
+    st.sampled_from(["m", "N", "Pa", "J", "N/m", "J/m^2", "Pa*m^0.5"]),
+    st.sampled_from([-1, 1]),
+)
+def test_a_person_reads_one_to_a_thousand_with_the_prefix_of_a_person(digits, thousands, unit, sign):
+    value = sign * digits * 1000.0**thousands
+    if unit not in ("m", "N", "J", "N/m") and thousands < -2:
+        return
+    text = written(value, unit)
+    number, prefixed = text.split()
+    assert 1.0 <= abs(float(number)) < 1000.0
+    assert not prefixed.startswith("u")
+    assert to_si(text, unit) == pytest.approx(value, rel=6e-4)
+    exact, same = in_good_units(float(f"{value:.4g}"), unit)
+    assert same == prefixed
+    assert to_si(f"{exact!r} {same}", unit) == pytest.approx(float(f"{value:.4g}"), rel=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("value", "unit", "text"),
+    [
+        (-0.0, "m", "0 m"),
+        (9.99999e-7, "m", "1 µm"),
+        (6.371e6, "m", "6371 km"),
+        (6.9e-8, "m^2", "0.069 mm^2"),
+        (50e-3, "J/m^2", "50 mJ/m^2"),
+        (2.5e6, "Pa*m^0.5", "2.5 MPa*m^0.5"),
+        (4.1e-18, "J", "4.1 aJ"),
+        (5.0, "", "5"),
+        (math.nan, "N", "-"),
+    ],
+)
+def test_values_in_words(value, unit, text):
+    assert written(value, unit) == text
+
+
+@given(st.floats(-1e-16, 1e-16), st.floats(1e-12, 1e6))
+def test_rounding_is_nothing(noise, size):
+    column = np.array([0.0, -size, np.nan, noise * size])
+    assert without_rounding(column[-1], column) == 0.0
+    assert without_rounding(1e-14 * size, column) == 1e-14 * size

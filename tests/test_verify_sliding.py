@@ -23,7 +23,7 @@ def test_verify_sliding_thins_a_long_history():
     figure = found.plot()
     assert [axes.get_xlabel() for axes in figure.axes] == [
         "tangential displacement $u_x$ (nm)",
-        "radius $r$ (um)",
+        "radius $r$ (µm)",
     ]
 
 

@@ -41,7 +41,7 @@ QuantityLike: TypeAlias = float | str | HasUnits
 ArrayQuantityLike: TypeAlias = ArrayLike | HasUnits
 
 _NUMBER = r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
-_FACTOR = r"[A-Za-zµμΩΩ°Å%]+[0-9]?(?:(?:\^|\*\*)-?[0-9])?"
+_FACTOR = r"[A-Za-zµμΩΩ°Å%]+[0-9]?(?:(?:\^|\*\*)-?[0-9](?:\.5)?)?"
 _UNIT = rf"{_FACTOR}(?:\s*[*/·]\s*{_FACTOR}|\s+{_FACTOR})*"
 _TEXT = re.compile(rf"\s*({_NUMBER})\s*({_UNIT})?\s*")
 _UNIT_TEXT = re.compile(rf"\s*{_UNIT}\s*")
@@ -399,27 +399,45 @@ def from_si(values: Any, si_unit: str, unit: str) -> Any:
     return numbers / factor
 
 
-_PREFIXES = ("f", "p", "n", "u", "m", "", "k", "M", "G")
-_SCALED = ("m", "N", "Pa", "J", "s", "N/m")
+_PREFIXES = ("a", "f", "p", "n", "µ", "m", "", "k", "M", "G")
+_UNITY = _PREFIXES.index("")
+_SCALED: dict[str, tuple[int, str, str]] = {
+    "m": (1, "f", "k"),
+    "m^2": (2, "n", ""),
+    "N": (1, "a", "G"),
+    "Pa": (1, "µ", "G"),
+    "J": (1, "a", "G"),
+    "s": (1, "f", ""),
+    "N/m": (1, "f", "G"),
+    "J/m^2": (1, "n", "M"),
+    "Pa*m^0.5": (1, "µ", "G"),
+}
+"""Units that take prefixes, with the power in which they take them, and the smallest and largest that people write."""
 
 
 def in_good_units(value: float, unit: str) -> tuple[float, str]:
     """
-    A value with an SI prefix that makes it readable.
+    A value with the SI prefix that a person would choose; the unit as it is where it takes none.
 
     Examples
     --------
     >>> in_good_units(2e-6, "m")
-    (2.0, 'um')
+    (2.0, 'µm')
+    >>> in_good_units(2e-8, "m^2")
+    (0.02, 'mm^2')
     """
     if unit not in _SCALED or value == 0.0 or not math.isfinite(value):
         return value, unit
-    exponent = math.floor(math.log10(abs(value)) / 3.0 + 1e-12)
-    index = min(max(exponent + 5, 0), len(_PREFIXES) - 1)
-    if unit in ("m", "s"):
-        index = min(index, 5)
+    power, smallest, largest = _SCALED[unit]
+    index = _UNITY + math.floor(math.log10(abs(value)) / (3.0 * power) + _hair(power))
+    index = min(max(index, _PREFIXES.index(smallest)), _PREFIXES.index(largest))
     prefixed = f"{_PREFIXES[index]}{unit}"
     return float(from_si(value, unit, prefixed)), prefixed
+
+
+def _hair(power: int) -> float:
+    """What is added to the order of a value: rounding, and of an area the two decades that are read as 0.01 mm^2."""
+    return 1e-12 if power == 1 else 1.0 / 3.0 + 1e-12
 
 
 def written(value: float, unit: str, digits: int = 4) -> str:
@@ -429,12 +447,33 @@ def written(value: float, unit: str, digits: int = 4) -> str:
     Examples
     --------
     >>> written(1.28e-6, "m")
-    '1.28 um'
+    '1.28 µm'
+    >>> written(0.99999e-3, "m")
+    '1 mm'
     """
     if math.isnan(value):
         return "-"
-    number, prefixed = in_good_units(value, unit)
+    rounded = float(f"{value:.{digits}g}") + 0.0  # of -0 too
+    number, prefixed = in_good_units(rounded, unit)
     return f"{number:.{digits}g} {prefixed}".strip()
+
+
+_ROUNDING = 1e-15
+
+
+def without_rounding(value: float, values: ArrayLike) -> float:
+    """
+    A value of a column, 0 where it is no more than the rounding of the largest one.
+
+    Examples
+    --------
+    >>> without_rounding(2e-22, [1e-6, 2e-22])
+    0.0
+    >>> without_rounding(2e-20, [1e-6, 2e-20])
+    2e-20
+    """
+    largest = float(np.max(np.abs(values), initial=0.0, where=np.isfinite(values)))
+    return 0.0 if abs(value) <= _ROUNDING * largest else value
 
 
 def metres(value: float) -> str:

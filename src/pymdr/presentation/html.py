@@ -10,7 +10,7 @@ from pymdr.interpretation.accuracy import EXACT_WITHIN
 from pymdr.interpretation.validity import Assumption, Claim, Level
 from pymdr.presentation.text import in_bytes, largest_error, last_error
 from pymdr.quantities import BAND_ENDS, QUANTITIES
-from pymdr.units import written
+from pymdr.units import without_rounding, written
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -75,7 +75,8 @@ def result_html(
         if name.rpartition("_")[2] in BAND_ENDS and name not in QUANTITIES:
             continue
         quantity = QUANTITIES[name]
-        value = escape(written(float(data[name].values[-1]), quantity.unit))
+        last = without_rounding(float(data[name].values[-1]), data[name].values)
+        value = escape(written(last, quantity.unit))
         claim = claims.get(name)
         level = badge(claim.level) if claim is not None else ""
         error = last_error(claim) if claim is not None else 0.0

@@ -10,7 +10,7 @@ import numpy as np
 from pymdr.interpretation.accuracy import EXACT_WITHIN
 from pymdr.interpretation.validity import Assumption, Claim, Level
 from pymdr.quantities import BAND_ENDS, QUANTITIES
-from pymdr.units import written
+from pymdr.units import without_rounding, written
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -31,7 +31,7 @@ def summary(
         if name.rpartition("_")[2] in BAND_ENDS:
             continue
         quantity = QUANTITIES[name]
-        value = float(data[name].values[-1])
+        value = without_rounding(float(data[name].values[-1]), data[name].values)
         if quantity.name == "edge_amplitude" and value == 0.0:
             continue
         level = f"  {claims[name].level.value}" if name in claims else ""

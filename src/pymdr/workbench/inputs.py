@@ -74,12 +74,14 @@ def printable(text: str) -> str:
 
 def writable(text: str, encoding: str | None) -> str:
     r"""
-    A text whose characters that an encoding lacks are written out.
+    A text whose characters that an encoding lacks are written out; the prefix \u00b5 becomes u.
 
     Examples
     --------
-    >>> writable("5 \u00b5m", "ascii")
-    '5 \\xb5m'
+    >>> writable("5 \u00b5m on \u2013", "ascii")
+    '5 um on \\u2013'
     """
     known = encoding or "utf-8"
+    if not "\u00b5".encode(known, "ignore"):
+        text = text.replace("\u00b5", "u")
     return text.encode(known, "backslashreplace").decode(known)

@@ -159,9 +159,9 @@ def singularities(amplitude: float, at_axis: float) -> str:
     notes = []
     if amplitude != 0.0:
         sign = "" if amplitude > 0.0 else "-"
+        size = typeset(amplitude, "Pa*m^0.5").replace("*m^0.5", " m$^{1/2}$")
         notes.append(
-            f"$p \\to {sign}\\infty$ at $r = a$:\n$p \\simeq K/\\sqrt{{a-r}}$\n"
-            f"$K$ = {typeset(amplitude)} Pa m$^{{1/2}}$"
+            f"$p \\to {sign}\\infty$ at $r = a$:\n$p \\simeq K/\\sqrt{{a-r}}$\n$K$ = {size}"
         )
     if np.isinf(at_axis):
         notes.append("sharp tip: $p(0) = \\infty$, logarithmic")
