@@ -11,9 +11,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pymdr.errors import ConvergenceError, FileError, ProblemError, QuantityError
+from pymdr.errors import ConvergenceError, FileError, ProblemError, PymdrError, QuantityError
 from pymdr.independent.history import RingHistory, solve_steps
 from pymdr.independent.rings import Rings
+from pymdr.interpretation.branches import rigid_pull_of
 from pymdr.interpretation.jumps import Branches, branches_of
 from pymdr.interpretation.peaks import largest_value
 from pymdr.interpretation.surface import LINE_FIELDS, SURFACE_FIELDS, Surface, surface_of
@@ -24,11 +25,12 @@ from pymdr.interpretation.traction import (
     friction_surface,
 )
 from pymdr.interpretation.validity import SOURCES, Assumption, Claim
-from pymdr.line.foundation import normal_force, normal_stiffness, rises_to, states_at_depth
+from pymdr.line.foundation import normal_force, normal_stiffness, rises_to, states_at_depth, states_at_force
 from pymdr.mapping.equivalent import has_callables, without_callables
 from pymdr.mapping.moduli import effective_moduli
 from pymdr.problem.contact import Contact
-from pymdr.problem.paths import LoadingPath
+from pymdr.problem.laws import DMT
+from pymdr.problem.paths import LoadingPath, legs
 from pymdr.quantities import POSITION, RADIUS, quantity
 from pymdr.units import ArrayQuantityLike, from_si, shown, to_si_array
 
@@ -369,6 +371,7 @@ class Result:
 
         row = self._drawn_row(step)
         adhesive, friction = self.contact.adhesion is not None, self.contact.friction
+        refused = row < 0 and "pressure" in self.claims
         return FigureData(
             data=self.data,
             row=row,
@@ -381,7 +384,39 @@ class Result:
             equilibria=self._branches if adhesive else None,
             modulus=effective_moduli(self.contact.body, self.contact.counterbody).normal,
             loading=None if adhesive or friction is not None else self._loading(),
+            pull=self._pull(),
+            refusal=self.claims["pressure"].reason if refused else "",
+            extent=self._extent() if refused else None,
         )
+
+    def _pull(self) -> float | None:
+        """The force of DMT's attraction, which acts outside the contact and is not in the pressure."""
+        law = self.contact.adhesion
+        if not (isinstance(law, DMT) and isinstance(self.surface, Surface)):
+            return None
+        return rigid_pull_of(law, self.contact.profile, self.surface.line)
+
+    def _extent(self) -> float | None:
+        """Radius up to which a refused profile is drawn: twice that of the disk that the path asks for."""
+        line = self.surface.line if isinstance(self.surface, Surface) else None
+        if line is None:
+            return None
+        asked = {
+            name: max(
+                (float(np.max(v)) for leg in legs(self.path) if (v := getattr(leg, name, None)) is not None),
+                default=0.0,
+            )
+            for name in ("indentation", "travel", "normal_force")
+        }
+        depth = max(asked["indentation"], asked["travel"])
+        try:
+            states = (
+                states_at_depth(line, depth) if depth > 0.0 else states_at_force(line, asked["normal_force"])
+            )
+        except PymdrError:
+            return None
+        radius = float(np.asarray(states.contact_radius))
+        return min(2.0 * radius, self.contact.profile.reach) if radius > 0.0 else None
 
     def _drawn_row(self, step: int) -> int:
         """The row that figures draw: the last one is the last in which the bodies touch; -1 if none is valid."""

@@ -54,7 +54,7 @@ def equilibria_of(law: AdhesionLaw, profile: Profile, line: ElasticLine, top: fl
     if isinstance(law, MaugisDugdale):
         return maugis_dugdale(line.equivalent, line.modulus, law.work, law.cohesive_stress)
     assert isinstance(law, DMT)
-    return RigidPull(line.equivalent, line.modulus, _pull(law, profile, line))
+    return RigidPull(line.equivalent, line.modulus, rigid_pull_of(law, profile, line))
 
 
 def round_radius(profile: Profile) -> float | None:
@@ -63,7 +63,8 @@ def round_radius(profile: Profile) -> float | None:
     return profile.curvature_radius if all(isinstance(p, Sphere | Paraboloid) for p in parts) else None
 
 
-def _pull(law: DMT, profile: Profile, line: ElasticLine) -> float:
+def rigid_pull_of(law: DMT, profile: Profile, line: ElasticLine) -> float:
+    """The pull in N of DMT's attraction, which acts outside the contact whatever the load."""
     if law.range is not None:
         return rigid_pull(line.equivalent, law.work, law.work / law.range)
     radius = round_radius(profile)

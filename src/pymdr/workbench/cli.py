@@ -424,17 +424,30 @@ def plot(
     result_file: Annotated[
         Path, typer.Argument(metavar="RESULT", help="A file written by pymdr run, or its folder.")
     ],
-    output: Output = None,
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "-o",
+            "--output",
+            metavar="DIR|FILE",
+            help="Folder for the figures; or one file (.png, .pdf, .svg) for the overview.",
+        ),
+    ] = None,
     step: Annotated[int, typer.Option(help="Row to draw, counted from 0; -1 is the last.")] = -1,
     quiet: Quiet = False,
 ) -> None:
-    """Draw the figures of a saved result."""
+    """Draw the figures of a saved result, or its overview as a file for print."""
     from pymdr.result import open_result
 
     file = result_file / "result.nc" if result_file.is_dir() else result_file
     result = open_result(file)
-    with _ready_folder(output or file.parent) as folder, _stages(quiet) as stage:
-        written = _write_figures(result.figures(step), folder, stage("drawing"))
+    picture = output is not None and output.suffix.lower() in _PICTURES and not output.is_dir()
+    place = output.parent if output is not None and picture else output or file.parent
+    with _ready_folder(place) as folder, _stages(quiet) as stage:
+        if output is not None and picture:
+            written = [_write_figure(result.plot(step), output)]
+        else:
+            written = _write_figures(result.figures(step), folder, stage("drawing"))
     if not quiet:
         _say("Written: " + ", ".join(str(file) for file in written))
 
@@ -465,16 +478,22 @@ def _ready_folder(folder: Path) -> Iterator[Path]:
 def _write_figures(
     figures: Mapping[str, Figure], folder: Path, progress: Callable[[int, int], None] | None
 ) -> list[Path]:
-    from pymdr.presentation.files import write_whole
-
     files = []
     for name, figure in figures.items():
-        file = folder / f"{name}.png"
-        write_whole(file, lambda beside, figure=figure: figure.savefig(beside, dpi=150))  # type: ignore[misc]
-        files.append(file)
+        files.append(_write_figure(figure, folder / f"{name}.png"))
         if progress is not None:
             progress(len(files), len(figures))
     return files
+
+
+_PICTURES = (".png", ".pdf", ".svg")
+
+
+def _write_figure(figure: Figure, file: Path) -> Path:
+    from pymdr.presentation.files import write_whole
+
+    write_whole(file, lambda beside: figure.savefig(beside, dpi=150))
+    return file
 
 
 Stage = Callable[[str], Callable[[int, int], None] | None]

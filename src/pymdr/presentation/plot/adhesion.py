@@ -20,6 +20,7 @@ from pymdr.presentation.plot.shared import (
     draw_zero,
     good_unit,
     lengths,
+    letter_panels,
     mark_radii,
     new_figure,
     row_name,
@@ -42,11 +43,15 @@ def adhesive_overview(data: FigureData) -> Figure:
     """The contact in section, its force loop, and its pressure, in one figure."""
     with styled():
         figure = new_figure(10.4, 6.2)
+        if data.field is None:
+            section_into(figure, data)
+            return figure
         left, right = np.ravel(np.asarray(figure.subfigures(1, 2, width_ratios=(1.2, 1.0))))
         section_into(left, data)
         loop, pressure = right.subplots(2, 1, height_ratios=(1.25, 1.0))
         draw_loop(loop, course_of(data), _ways(data)[0], 7.0)
         draw_tensile_pressure(pressure, data)
+        letter_panels(figure)
     return figure
 
 
@@ -74,6 +79,8 @@ def adhesive_figures(data: FigureData) -> dict[str, Figure]:
         left, right = fields.subplots(1, 2)
         draw_tensile_pressure(left, data)
         _draw_surfaces(right, data)
+        for figure in (loop, fields):
+            letter_panels(figure)
     return {"section": section(data), "loop": loop, "radius": radius, "fields": fields}
 
 
@@ -109,6 +116,10 @@ def draw_tensile_pressure(axes: Axes, data: FigureData) -> None:
     # halfway between the line p = 0 and the end of the picture to which the edge goes
     height = 0.5 * float(scaled(np.array(low if amplitude < 0.0 else high), "pressure", unit))
     words = singularities(amplitude, float(data.field("pressure", np.zeros(1)).values[0]))
+    if data.pull is not None:
+        words = "\n".join(
+            [*words.splitlines(), f"and outside, not drawn,\na pull of {typeset(data.pull, 'N')}"]
+        )
     axes.text(0.98 * x[-1], height, words, ha="right", va="center", fontsize=8)
     axes.set_xlabel(f"{RADIUS.label} ({r_unit}), in {row_name(data, data.row)}")
     axes.set_ylabel(axis_label("pressure", unit))

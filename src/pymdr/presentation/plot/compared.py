@@ -16,6 +16,7 @@ from pymdr.presentation.plot.shared import (
     good_unit,
     legend_above,
     lengths,
+    letter_panels,
     limit_peaks,
     new_figure,
     scaled,
@@ -65,6 +66,7 @@ def compared_pressures(pressures: xr.Dataset) -> Figure:
         lower.set_xlabel(f"{RADIUS.label} ({r_unit})")
         lower.axhline(0.0, color=LIGHT, zorder=0)
         upper.legend()
+        letter_panels(figure)
     return figure
 
 
@@ -118,4 +120,5 @@ def compared_tractions(table: xr.Dataset, tractions: xr.Dataset, curves: xr.Data
         for axes in (left, right):
             draw_zero(axes)
             legend_above(axes)
+        letter_panels(figure)
     return figure

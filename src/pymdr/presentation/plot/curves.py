@@ -17,6 +17,7 @@ from pymdr.presentation.plot.shared import (
     as_seen,
     axis_label,
     good_unit,
+    letter_panels,
     limit_peaks,
     new_figure,
     say_refused,
@@ -40,6 +41,7 @@ def curves(data: FigureData) -> Figure:
             figure.subplots(1, 3), ("normal_force", "contact_radius", "normal_stiffness"), strict=True
         ):
             draw_curve(axes, data, name)
+        letter_panels(figure)
     return figure
 
 
@@ -53,6 +55,7 @@ def fields(data: FigureData) -> Figure:
         left, right = figure.subplots(1, 2)
         draw_pressure(left, data)
         draw_displacement(right, data)
+        letter_panels(figure)
     return figure
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -24,6 +24,7 @@ from pymdr.presentation.plot.shared import (
     good_unit,
     legend_above,
     lengths,
+    letter_panels,
     new_figure,
     row_name,
     say,
@@ -52,6 +53,7 @@ def frictional_overview(data: FigureData) -> Figure:
         rows = _chosen(data)
         _draw_loop(loop, data, rows)
         _draw_tractions(tractions, data, rows)
+        letter_panels(figure)
     return figure
 
 
@@ -80,6 +82,8 @@ def frictional_figures(data: FigureData) -> dict[str, Figure]:
         _draw_slip(right, data, rows)
         energies = new_figure(5.8, 3.8)
         _draw_energies(energies.subplots(), data)
+        for figure in (loop, tractions):
+            letter_panels(figure)
     return {"section": section(data), "loop": loop, "tractions": tractions, "energies": energies}
 
 
@@ -94,11 +98,37 @@ def _draw_loop(axes: Axes, data: FigureData, rows: list[int]) -> None:
     for row, colour in zip(rows, _SHOWN, strict=False):
         name = row_name(data, row)
         axes.plot(u[[row]], force[[row]], "o", color=colour, ms=6, label=name, zorder=3)
+    _draw_limits(axes, data, u, force_unit)
     draw_zero(axes)
     axes.axvline(0.0, color=GREY, lw=0.5, zorder=0)
     axes.set_xlabel(axis_label("shift", u_unit))
     axes.set_ylabel(axis_label("tangential_force", force_unit))
     legend_above(axes)
+
+
+def _draw_limits(axes: Axes, data: FigureData, u: FloatArray, force_unit: str) -> None:
+    """The most that friction carries, +-mu F_N: as lines where the load is constant while something is sheared."""
+    if data.friction is None or not 0.0 < data.friction < math.inf:
+        return
+    load = data.data["normal_force"].values
+    sheared = (data.data["tangential_force"].values != 0.0) & np.isfinite(load)
+    if not sheared.any():
+        return
+    limit = scaled(data.friction * load, "tangential_force", force_unit)
+    style: dict[str, Any] = {"color": ORANGE, "lw": 0.9, "ls": (0, (4, 2)), "zorder": 1}
+    label: str | None = "$\\pm\\mu F_N$"
+    if np.ptp(limit[sheared]) <= 1e-6 * np.max(limit[sheared]):
+        for sign in (1.0, -1.0):
+            axes.axhline(sign * float(np.max(limit[sheared])), label=label, **style)
+            label = None
+        return
+    for sign in (1.0, -1.0):
+        x, y = as_seen(u, np.where(sheared, sign * limit, np.nan))
+        if _is_thinned(data):
+            axes.plot(x, y, ".", color=ORANGE, ms=1.5, label=label)
+        else:
+            axes.plot(x, y, label=label, **style)
+        label = None
 
 
 def _is_thinned(data: FigureData) -> bool:
@@ -161,13 +191,21 @@ def _chosen(data: FigureData) -> list[int]:
 
 
 def _radii(data: FigureData, rows: list[int]) -> FloatArray:
-    """Radii graded to the edges of stick and contact of some rows."""
+    """Radii graded to the edges of stick and contact of some rows, where tractions are as steep as roots."""
     a, b = (data.data[name].values[rows] for name in ("contact_radius", "stick_radius"))
     top = float(np.max(a))
+    inward = np.sin(np.linspace(0.0, 0.5 * math.pi, 81))
+    outward = np.linspace(0.0, 1.0, 61) ** 2
     around = np.array([1.0 - 1e-6, 1.0, 1.0 + 1e-6])
     edges = np.concatenate([np.outer(around, a).ravel(), np.outer(around, b).ravel()])
     r = np.concatenate(
-        [top * np.sin(np.linspace(0.0, 0.5 * math.pi, 161)), np.linspace(top, 1.3 * top, 30), edges]
+        [
+            top * np.sin(np.linspace(0.0, 0.5 * math.pi, 161)),
+            np.linspace(top, 1.3 * top, 30),
+            edges,
+            *(stick * inward for stick in b),
+            *(stick + (edge - stick) * outward for edge, stick in zip(a, b, strict=True)),
+        ]
     )
     return np.unique(r)
 

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -35,6 +36,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 _DRAWN_JUMPS = 100
+_DEEP = 6.0
+"""Largest force over largest pull from which on the pull is drawn once more."""
 
 
 @dataclass(frozen=True)
@@ -76,6 +79,7 @@ def draw_loop(axes: Axes, course: Course, across: str, size: float = 8.0) -> Non
         return
     draw_zero(axes)
     _shade_losses(plane, course)
+    _draw_band(plane, course)
     _draw_equilibria(plane, course)
     _draw_path(plane, course, BLUE, "path")
     _draw_jumps(plane, course)
@@ -83,6 +87,7 @@ def draw_loop(axes: Axes, course: Course, across: str, size: float = 8.0) -> Non
     _mark_pull_off(plane, course)
     if course.branches is None:
         axes.text(0.5, 0.9, "the surfaces never touch", ha="center", color=GREY, transform=axes.transAxes)
+    _enlarge_pull(plane, course)
     legend_above(axes, size)
 
 
@@ -99,6 +104,7 @@ def draw_radius(axes: Axes, course: Course) -> None:
         plane = _Plane(axes, "indentation", "contact_radius", plane.x_unit, plane.y_unit)
         _draw_equilibria(plane, course, told=False)
         axes.set_ylabel(f"radius ({plane.y_unit})")
+    _draw_band(plane, course)
     _draw_path(plane, course, BLUE, QUANTITIES["contact_radius"].label)
     _draw_jumps(plane, course)
     _mark_row(plane, course.data)
@@ -166,6 +172,49 @@ def _draw_equilibria(plane: _Plane, course: Course, *, told: bool = True) -> Non
                 label=label if told else None,
                 zorder=1.5,
             )
+
+
+def _draw_band(plane: _Plane, course: Course) -> None:
+    """The band of a scatter over the rows, wherever the path goes one way."""
+    if plane.up not in course.data.bands:
+        return
+    x = scaled(course.data.data[plane.across].values, plane.across, plane.x_unit)
+    low, high = (scaled(end, plane.up, plane.y_unit) for end in course.data.bands[plane.up])
+    turns = np.flatnonzero(np.diff(np.sign(np.diff(x))) != 0.0) + 1
+    label: str | None = "band of the scatter"
+    for start, stop in pairwise([0, *turns.tolist(), x.size - 1]):
+        one_way = slice(start, stop + 1)
+        plane.axes.fill_between(
+            x[one_way], low[one_way], high[one_way], color=BLUE, alpha=0.2, lw=0, label=label
+        )
+        label = None
+
+
+def _enlarge_pull(plane: _Plane, course: Course) -> None:
+    """The part below zero once more in the empty corner of a loop that presses deep."""
+    force, across = course.trail["normal_force"], course.trail[plane.across]
+    least, most = course.extent("normal_force")
+    if not most > _DEEP * -least > 0.0:
+        return
+    shown = (np.abs(force) <= -least) & (force != 0.0)
+    ends = [across[shown], *(jump.states[plane.across] for jump in course.jumps)]
+    known = np.concatenate(ends)
+    known = known[np.isfinite(known)]
+    room = 0.25 * np.ptp(known)
+    inset = plane.axes.inset_axes((0.08, 0.5, 0.38, 0.44))
+    inset.set_xlim(*scaled(np.array([known.min() - room, known.max() + room]), plane.across, plane.x_unit))
+    inset.set_ylim(*scaled(np.array([1.3 * least, -least]), plane.up, plane.y_unit))
+    inset.tick_params(labelsize=6)
+    draw_zero(inset)
+    part = replace(plane, axes=inset)
+    _shade_losses(part, course)
+    _draw_band(part, course)
+    _draw_equilibria(part, course, told=False)
+    _draw_path(part, course, BLUE, "path")
+    _draw_jumps(part, course)
+    _mark_row(part, course.data)
+    _mark_pull_off(part, course)
+    plane.axes.indicate_inset_zoom(inset, edgecolor=GREY, alpha=0.6)
 
 
 def _draw_path(plane: _Plane, course: Course, colour: str, label: str) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import textwrap
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -17,6 +18,7 @@ from pymdr.presentation.plot.shared import (
     axis_label,
     good_unit,
     lengths,
+    letter_panels,
     mark_radii,
     new_figure,
     row_name,
@@ -27,7 +29,7 @@ from pymdr.presentation.plot.shared import (
     without_peaks,
 )
 from pymdr.quantities import RADIUS
-from pymdr.units import FloatArray
+from pymdr.units import FloatArray, written
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -44,13 +46,14 @@ def section(data: FigureData) -> Figure:
     with styled():
         figure = new_figure(6.4, 5.6)
         section_into(figure, data)
+        letter_panels(figure)
     return figure
 
 
 def section_into(figure: Any, data: FigureData) -> None:
     """Draw the section and the springs into a figure or a part of one."""
     if data.field is None:
-        say_refused(figure.subplots(), data)
+        _draw_refused(figure.subplots(), data)
         return
     c = _outer_radius(data)
     if not c > 0.0:
@@ -66,6 +69,8 @@ def section_into(figure: Any, data: FigureData) -> None:
     z_unit = _draw_bodies(upper, data, a, d, reach, x_unit)
     _draw_pressure_profile(upper, data, a, c, x_unit)
     mark_radii(upper, a, c, x_unit, both_sides=True)
+    if "stick_radius" in data.data:
+        _draw_stick(upper, a, float(data.data["stick_radius"].values[data.row]), x_unit)
     if lower is not None:
         mark_radii(lower, a, c, x_unit, both_sides=True, named=False)
     if lower is None:
@@ -76,6 +81,56 @@ def section_into(figure: Any, data: FigureData) -> None:
         f"radius $r$ above, position $x$ on the line below ({x_unit})\n"
         "(the springs are a step of the calculation, not a picture of the body)"
     )
+
+
+def _draw_refused(axes: Axes, data: FigureData) -> None:
+    """The profile before it deforms, above why its contact is refused."""
+    if data.extent is None:
+        say_refused(axes, data)
+        return
+    r = np.linspace(0.0, data.extent, 1201)
+    with np.errstate(invalid="ignore"):
+        f = data.gap(r)
+    known = np.isfinite(f)
+    z = np.where(known, f, np.nan) - np.min(f[known])
+    height = float(np.nanmax(z)) or data.extent
+    x_unit, z_unit = good_unit(r, "m"), good_unit(np.array([height]), "m")
+    x, body = lengths(np.concatenate([-r[::-1], r]), x_unit), _mirrored(lengths(z, z_unit))
+    floor, ceiling = lengths(height * np.array([-0.35, 1.1]), z_unit)
+    axes.fill_between(x, 0.0, floor, color=LIGHT, lw=0)
+    axes.axhline(0.0, color=GREY, lw=1.2)
+    axes.fill_between(x, body, ceiling, where=_mirrored(known).astype(bool), color=BLUE, alpha=0.18, lw=0)
+    axes.plot(x, body, color=BLUE, lw=1.6)
+    if not known.all():
+        end = float(lengths(r[known].max(), x_unit))
+        axes.vlines([-end, end], body[_mirrored(known).astype(bool)][-1], ceiling, color=BLUE, lw=1.6)
+    axes.set_ylim(floor, ceiling)
+    axes.set_ylabel(f"height $z$ ({z_unit})")
+    words = data.refusal
+    if "force_lower_bound" in data.data:
+        words += f". The force is at least {written(float(data.data['force_lower_bound'].values[-1]), 'N')} (rigorous)"
+    why = textwrap.fill(words.replace("$", ""), 78)
+    axes.set_title("not a disk contact: the profile before it deforms", fontsize=9)
+    axes.set_xlabel(f"{RADIUS.label} ({x_unit})\n\n{why}")
+
+
+def _draw_stick(axes: Axes, a: float, b: float, x_unit: str) -> None:
+    """Where the bodies stick and slip, as a strip at the foot of the section."""
+    edge, inner = lengths(np.array([a, min(b, a)]), x_unit)
+    strip: Any = {"ymin": 0.0, "ymax": 0.05, "lw": 0, "zorder": 4}
+    if inner > 0.0:
+        axes.axvspan(-inner, inner, color=BLUE, alpha=0.8, label="stick", **strip)
+    if inner < edge:
+        label: str | None = "slip"
+        for low, high in ((-edge, -inner), (inner, edge)):
+            axes.axvspan(low, high, color=ORANGE, alpha=0.8, label=label, **strip)
+            label = None
+    if 0.0 < inner < 0.97 * edge:
+        for x in (-inner, inner):
+            axes.axvline(x, color=GREY, lw=0.8, ls=":")
+        place: dict[str, Any] = {"xycoords": axes.get_xaxis_transform(), "textcoords": "offset points"}
+        axes.annotate("$b$", (inner, 1.0), (0, 2), ha="center", color=GREY, **place)
+    axes.legend(fontsize=7, loc="lower left", bbox_to_anchor=(0.0, 0.05), borderaxespad=0.3)
 
 
 def _outer_radius(data: FigureData) -> float:

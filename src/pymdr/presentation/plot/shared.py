@@ -58,6 +58,12 @@ class FigureData:
     """E* in Pa, which turns the force of a spring into its displacement."""
     loading: Callable[[FloatArray], Mapping[str, FloatArray]] | None = None
     """Quantities at indentations between the rows, where they depend on nothing else."""
+    pull: float | None = None
+    """Force in N of an attraction that has no place in the pressure; None without it."""
+    refusal: str = ""
+    """Why no row is valid."""
+    extent: float | None = None
+    """Radius in m up to which the profile of a refused contact is drawn."""
 
 
 def styled() -> AbstractContextManager[None]:
@@ -160,12 +166,31 @@ def singularities(amplitude: float, at_axis: float) -> str:
     if amplitude != 0.0:
         sign = "" if amplitude > 0.0 else "-"
         size = typeset(amplitude, "Pa*m^0.5").replace("*m^0.5", " m$^{1/2}$")
-        notes.append(
-            f"$p \\to {sign}\\infty$ at $r = a$:\n$p \\simeq K/\\sqrt{{a-r}}$\n$K$ = {size}"
-        )
+        notes.append(f"$p \\to {sign}\\infty$ at $r = a$:\n$p \\simeq K/\\sqrt{{a-r}}$\n$K$ = {size}")
     if np.isinf(at_axis):
         notes.append("sharp tip: $p(0) = \\infty$, logarithmic")
     return "\n".join(notes)
+
+
+def letter_panels(figure: Figure) -> None:
+    """(a), (b), ... above the panels of a figure that has several; a second scale is no panel."""
+    panels: list[Axes] = []
+    for axes in figure.axes:
+        if axes.get_subplotspec() not in [other.get_subplotspec() for other in panels]:
+            panels.append(axes)
+    if len(panels) < 2:
+        return
+    for axes, letter in zip(panels, "abcdefgh", strict=False):
+        axes.annotate(
+            f"({letter})",
+            (0, 1),
+            (-8, 5),
+            xycoords="axes fraction",
+            textcoords="offset points",
+            ha="right",
+            va="bottom",
+            fontweight="bold",
+        )
 
 
 def legend_above(axes: Axes, size: float = 8.0) -> None:
@@ -223,8 +248,11 @@ def along_history(data: FigureData) -> tuple[FloatArray, str]:
 
 
 def row_name(data: FigureData, row: int) -> str:
-    """What a step of the result is called: the row of the path, where only some rows were kept."""
-    return f"row {int(data.data['row'].values[row])}" if "row" in data.data.coords else f"step {row}"
+    """What a step of the result is called: the row of the path, where only some rows were kept, and its time."""
+    name = f"row {int(data.data['row'].values[row])}" if "row" in data.data.coords else f"step {row}"
+    if "time" not in data.data:
+        return name
+    return f"{name}, $t$ = {typeset(float(data.data['time'].values[row]), 's')}"
 
 
 def without_peaks(p: FloatArray) -> FloatArray:

@@ -10,7 +10,7 @@ from pymdr.presentation.plot.adhesion import adhesive_figures, adhesive_overview
 from pymdr.presentation.plot.curves import curves, draw_curve, draw_pressure, fields
 from pymdr.presentation.plot.friction import frictional_figures, frictional_overview
 from pymdr.presentation.plot.section import section, section_into
-from pymdr.presentation.plot.shared import FigureData, new_figure, styled
+from pymdr.presentation.plot.shared import FigureData, letter_panels, new_figure, styled
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -40,10 +40,12 @@ def overview(data: FigureData) -> Figure:
         section_into(left, data)
         if data.field is None:
             draw_curve(right.subplots(), data, "normal_force")
+            letter_panels(figure)
             return figure
         force, pressure = right.subplots(2, 1)
         draw_curve(force, data, "normal_force")
         draw_pressure(pressure, data)
+        letter_panels(figure)
     return figure
 
 
