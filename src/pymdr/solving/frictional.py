@@ -432,7 +432,7 @@ def _interpret(
         path=path,
         data=labelled(columns, rows=keep),
         claims=claims,
-        assumptions=_assumed(contact, line, columns["contact_radius"]),
+        assumptions=frictional_assumptions(contact, line.mapped, columns["contact_radius"]),
         status=Status.COMPLETED,
         notes=line.mapped.notes,
         references=("sneddon", "popov-hess", "cattaneo-mindlin", "memory"),
@@ -441,8 +441,9 @@ def _interpret(
     )
 
 
-def _assumed(contact: Contact, line: _Line, radii: FloatArray) -> tuple[Assumption, ...]:
+def frictional_assumptions(contact: Contact, mapped: Mapped, radii: FloatArray) -> tuple[Assumption, ...]:
+    """What the model assumes, with the similarity that friction needs."""
     assert contact.friction is not None
-    listed = assumptions(contact, line.mapped, radii)
-    similar = similarity_assumption(line.mapped.moduli, contact.friction.coefficient)
+    listed = assumptions(contact, mapped, radii)
+    similar = similarity_assumption(mapped.moduli, contact.friction.coefficient)
     return (*(a for a in listed if a.name != similar.name), similar)

@@ -56,6 +56,7 @@ def loop_study(data: xr.Dataset) -> Figure:
     """
     with styled():
         figure = new_figure(10.4, 3.5)
+        data = data.sortby("amplitude")
         u, slides = data["amplitude"].values, float(data.attrs["sliding_shift"])
         unit = good_unit(u, "m")
         x = lengths(u, unit)
@@ -78,6 +79,10 @@ def loop_study(data: xr.Dataset) -> Figure:
                 axes.set_yscale("log")
                 _draw_cubic(axes, x, y, lengths(np.array(slides), unit))
             axes.plot(x, y, color=BLUE, lw=1.5, marker=few, ms=3)
+            if f"{name}_low" in data:
+                ends = [data[f"{name}_{end}"].values for end in ("low", "high")]
+                low, high = (np.asarray(from_si(v, si, shown)) if si else v for v in ends)
+                axes.fill_between(x, low, high, color=BLUE, alpha=0.2, lw=0, label="band of the scatter")
             axes.set_xlabel(f"amplitude of the shift ({unit})")
             axes.set_ylabel(f"{words} ({shown})" if shown else words)
             if name == "damping_ratio":
