@@ -187,10 +187,11 @@ class GradedLine(EquivalentProfile):
     def _panels(self, start: float, place: tuple[float, float] | None, stop: float) -> Panels:
         """The first division of the line between two radii."""
         slope = self._resolved
-        knots = [b for b in slope.knots if start < b < stop]
         base, low = (0.0, start) if place is None else place
-        if base + low in slope.knots:
-            base, low = base + low, 0.0
+        # the sum of a base and an offset may round to another float than the breakpoint there
+        if passed := [b for b in slope.knots if base < b and b - base <= low]:
+            base, low = passed[-1], 0.0
+        knots = [b for b in slope.knots if max(start, base) < b < stop]
         parts = []
         for end in (*knots, stop):
             parts.append(anchored(base, low, end, end))
