@@ -1057,6 +1057,15 @@ def test_a_falling_profile_that_stays_open_is_certified():
         assert a == 0.0 or lowest_gap(table, a, d, 0.9) > 0.0
 
 
+def test_a_contact_that_is_never_a_disk_keeps_what_is_prescribed():
+    result = mdr.solve(contact(wavy(15 / 1600, 40.0), mdr.JKR(1e-4)), mdr.indent(0.06))
+    assert result.status is mdr.Status.ADHESION_REFUSED
+    assert column(result, "indentation").tolist() == [0.06]
+    assert not result.claims["normal_force"].readable
+    assert "touch again outside" in str(result)
+    assert result._repr_html_()
+
+
 # --- tips that are flat, worn or measured -----------------------------------------------------------------------
 
 FLAT = 1e-7
