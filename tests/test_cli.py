@@ -411,3 +411,14 @@ def test_schema_lets_files_stand_for_samples(shell):
     assert {"file", "radius"} <= set(sampled["properties"])
     assert {"required": ["file"]} in sampled["anyOf"]
     assert {"file", "channels"} <= set(schema["$defs"]["path"]["properties"])
+
+
+@pytest.mark.parametrize(("name", "head"), [("x.pdf", b"%PDF"), ("x.svg", b"<?xml"), ("x.PNG", b"\x89PNG")])
+def test_plot_writes_one_file_for_print(case, shell, tmp_path, name, head):
+    assert shell("run", case, "-o", tmp_path / "out", "--quiet")[0] == 0
+    file = tmp_path / "print" / name
+    status, out, _ = shell("plot", tmp_path / "out", "-o", file)
+    assert status == 0
+    assert str(file) in out
+    assert file.read_bytes().startswith(head)
+    assert [p.name for p in file.parent.iterdir()] == [name]

@@ -1,6 +1,7 @@
 """Figures of adhesion and friction show what the results hold."""
 
 import math
+import re
 
 import numpy as np
 import pytest
@@ -300,3 +301,149 @@ def test_rows_that_were_not_kept_are_not_joined(keep, cycles):
         assert all((line.get_linestyle() == "None") == left_out for line in history)
     filled = [c for c in zones.collections if isinstance(c, PolyCollection)]
     assert bool(filled) != left_out
+
+
+JOINT = mdr.Contact(mdr.Paraboloid("10 mm"), STEEL, STEEL, friction=mdr.Coulomb(0.3))
+
+
+def letters(figure):
+    return [
+        t.get_text() for axes in figure.axes for t in axes.texts if re.fullmatch(r"\([a-h]\)", t.get_text())
+    ]
+
+
+def words(figure):
+    return "\n".join(t.get_text() for axes in figure.axes for t in axes.texts)
+
+
+def test_panels_have_letters():
+    slide = mdr.solve(JOINT, mdr.load("50 N") >> mdr.shift("0.5 um", steps=5))
+    pulled = mdr.solve(mdr.Contact(TIP, GEL, adhesion=LAWS[0]), THERE_AND_BACK)
+    for result in (slide, pulled):
+        assert letters(result.plot()) == ["(a)", "(b)", "(c)", "(d)"]
+    assert letters(slide.figures()["energies"]) == []
+    assert letters(slide.figures()["tractions"]) == ["(a)", "(b)"]
+
+
+@settings(max_examples=10, deadline=None)
+@given(st.floats(0.05, 2.0), st.lists(st.floats(0.2, 1.0), min_size=2, max_size=5), st.booleans())
+def test_loops_stay_between_the_limits_of_friction(mu, swings, steady):
+    contact = mdr.Contact(mdr.Paraboloid("10 mm"), STEEL, STEEL, friction=mdr.Coulomb(mu))
+    n = len(swings)
+    load = np.full(n, 50.0) if steady else 30.0 + 20.0 * np.cos(np.arange(n))
+    shift = mu * 4e-6 * np.array(swings) * (-1.0) ** np.arange(n)
+    result = mdr.solve(contact, mdr.load("50 N") >> mdr.Path(normal_force=load, shift=shift))
+    axes = result.figures()["loop"].axes[0]
+    force = axes.lines[0].get_ydata()
+    upper, lower = (line for line in axes.lines if line.get_linestyle() == "--")
+    assert upper.get_label() == "$\\pm\\mu F_N$"
+    for limit in (np.asarray(upper.get_ydata()), -np.asarray(lower.get_ydata())):
+        limit = limit if limit.size == force.size else np.full(force.size, limit[0])
+        sheared = force != 0.0
+        assert np.all(np.abs(force[sheared]) <= limit[sheared] * (1 + 1e-9))
+        moved = result["normal_force"].values[sheared] * mu
+        assert limit[sheared] / moved == pytest.approx(limit[sheared][0] / moved[0], rel=1e-6)
+
+
+@settings(max_examples=10, deadline=None)
+@given(st.floats(0.03, 0.97))
+def test_curves_of_tractions_have_no_corners_where_stick_begins(share):
+    path = mdr.load("50 N") >> mdr.shift(share * 0.3 * 1.2 * 2.194e-6, steps=3)
+    result = mdr.solve(JOINT, path)
+    axes = result.figures()["tractions"].axes[0]
+    line = next(line for line in axes.lines if line.get_label() == "step 3")
+    x, y = line.get_xdata() * 1e-6, np.asarray(line.get_ydata())
+    assert "(µm)" in axes.get_xlabel()
+    a, b = (float(result[name][-1]) for name in ("contact_radius", "stick_radius"))
+    fine = np.concatenate([b - b * np.geomspace(1e-5, 0.5, 400), b + (a - b) * np.geomspace(1e-5, 0.9, 400)])
+    exact = result.field("shear_traction", r=fine).values
+    scale = float(to_si(f"1 {axes.get_ylabel().rpartition('(')[2].rstrip(')')}", "Pa"))
+    assert np.max(np.abs(np.interp(fine, x, y) * scale - exact)) < 5e-3 * exact.max()
+
+
+def test_the_section_shows_where_bodies_stick():
+    result = mdr.solve(JOINT, mdr.load("50 N") >> mdr.shift("0.4 um", steps=4))
+    upper = result.figures()["section"].axes[0]
+    stick = next(p for p in upper.patches if p.get_label() == "stick")
+    low, width = stick.get_x(), stick.get_width()
+    b = float(result["stick_radius"][-1]) * 1e6
+    assert [low, width] == pytest.approx([-b, 2 * b], rel=1e-12)
+    assert any(p.get_label() == "slip" for p in upper.patches)
+
+
+def test_legends_tell_the_time():
+    t = np.linspace(0.0, 2.0, 21)
+    result = mdr.solve(JOINT, mdr.Path(time=t, normal_force=np.full(21, 50.0), shift=4e-7 * np.sin(5 * t)))
+    told = [text.get_text() for text in result.figures()["loop"].axes[0].get_legend().get_texts()]
+    assert "step 20, $t$ = 2 s" in told
+    pulled = mdr.solve(mdr.Contact(TIP, GEL, adhesion=LAWS[0]), mdr.Path(time=t, indentation=1e-6 * (1 + t)))
+    assert "$t$ = 2 s" in pulled.figures()["fields"].axes[0].get_xlabel()
+
+
+@pytest.mark.parametrize(("depth", "enlarged"), [("20 um", True), ("1 um", False)])
+def test_the_pull_of_a_deep_loop_is_enlarged(depth, enlarged):
+    contact = mdr.Contact(TIP, GEL, adhesion=LAWS[0])
+    result = mdr.solve(contact, mdr.indent(depth, steps=50) >> mdr.indent("-3 um", steps=50))
+    axes = result.figures()["loop"].axes[0]
+    assert bool(axes.child_axes) == enlarged
+    if enlarged:
+        (inset,) = axes.child_axes
+        lost = mdr.pull_off(contact)
+        x, y = np.array([lost.indentation, lost.normal_force]) / units(axes)
+        assert inset.get_xlim()[0] < x < inset.get_xlim()[1]
+        assert inset.get_ylim()[0] < y < 0 < inset.get_ylim()[1]
+        assert np.ptp(inset.get_ylim()) < np.ptp(axes.get_ylim()) / 6
+
+
+def test_the_pressure_of_dmt_names_the_pull_that_is_not_in_it():
+    result = mdr.solve(mdr.Contact(TIP, GEL, adhesion=LAWS[2]), THERE_AND_BACK)
+    pull = 2 * math.pi * 2e-3 * 50e-6
+    assert f"a pull of {pull * 1e9:.4g} nN" in words(result.figures()["fields"])
+    other = mdr.solve(mdr.Contact(TIP, GEL, adhesion=LAWS[1]), THERE_AND_BACK)
+    assert "a pull of" not in words(other.figures()["fields"])
+
+
+def test_bands_are_drawn_with_adhesion():
+    r = np.linspace(0.0, 20e-6, 41)
+    tip = mdr.Sampled(r, r**2 / 100e-6, np.where(r > 0.0, 3e-9, 0.0))
+    result = mdr.solve(mdr.Contact(tip, GEL, adhesion=mdr.JKR("0.1 mJ/m^2")), mdr.indent("0.3 um", steps=10))
+    figures = result.figures()
+    for axes, name in (
+        (figures["loop"].axes[0], "normal_force"),
+        (figures["radius"].axes[0], "contact_radius"),
+    ):
+        band = next(c for c in axes.collections if c.get_label() == "band of the scatter")
+        scale = float(
+            to_si(f"1 {axes.get_ylabel().rpartition('(')[2].rstrip(')')}", result[name].attrs["units"])
+        )
+        y = band.get_paths()[0].vertices[:, 1] * scale
+        ends = np.concatenate(result.bands[name])
+        assert [y.min(), y.max()] == pytest.approx([np.nanmin(ends), np.nanmax(ends)], rel=1e-9)
+
+
+HOLLOW = mdr.FlatPunch("1 mm") + mdr.Function(lambda r: -(r**2), derivative=lambda r: -2 * r)
+
+
+@pytest.mark.parametrize(
+    "contact_and_path",
+    [
+        (mdr.Contact(HOLLOW, GEL), mdr.indent("0.5 um", steps=4)),
+        (mdr.Contact(HOLLOW, GEL), mdr.load("1 uN", steps=4)),
+        (mdr.Contact(wavy(1e-6), STEEL, adhesion=mdr.JKR("50 mJ/m^2")), mdr.indent("1 um", steps=4)),
+    ],
+)
+def test_a_refused_contact_shows_its_profile_and_why(contact_and_path):
+    result = mdr.solve(*contact_and_path)
+    assert result.status.name.endswith("REFUSED")
+    axes = result.plot().axes[0]
+    told = " ".join(axes.get_xlabel().split())
+    assert " ".join(result.claims["pressure"].reason.split()) in told
+    x = axes.lines[-1].get_xdata()
+    unit = float(to_si(f"1 {axes.get_xlabel().split('(')[1].split(')')[0]}", "m"))
+    height = float(to_si(f"1 {axes.get_ylabel().rpartition('(')[2].rstrip(')')}", "m"))
+    r = np.abs(x) * unit
+    f = contact_and_path[0].profile.gap(r)
+    expected = np.where(np.isfinite(f), f - f[np.isfinite(f)].min(), np.nan)
+    np.testing.assert_allclose(axes.lines[-1].get_ydata() * height, expected, rtol=1e-9, atol=1e-18)
+    for figure in result.figures().values():
+        figure.canvas.draw()

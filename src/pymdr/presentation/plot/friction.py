@@ -194,8 +194,7 @@ def _radii(data: FigureData, rows: list[int]) -> FloatArray:
     """Radii graded to the edges of stick and contact of some rows, where tractions are as steep as roots."""
     a, b = (data.data[name].values[rows] for name in ("contact_radius", "stick_radius"))
     top = float(np.max(a))
-    inward = np.sin(np.linspace(0.0, 0.5 * math.pi, 81))
-    outward = np.linspace(0.0, 1.0, 61) ** 2
+    from_edge = np.linspace(0.0, 1.0, 81) ** 4
     around = np.array([1.0 - 1e-6, 1.0, 1.0 + 1e-6])
     edges = np.concatenate([np.outer(around, a).ravel(), np.outer(around, b).ravel()])
     r = np.concatenate(
@@ -203,8 +202,8 @@ def _radii(data: FigureData, rows: list[int]) -> FloatArray:
             top * np.sin(np.linspace(0.0, 0.5 * math.pi, 161)),
             np.linspace(top, 1.3 * top, 30),
             edges,
-            *(stick * inward for stick in b),
-            *(stick + (edge - stick) * outward for edge, stick in zip(a, b, strict=True)),
+            *(edge * (1.0 - from_edge) for edge in (*a, *b)),
+            *(np.linspace(stick, edge, 41) for edge, stick in zip(a, b, strict=True)),
         ]
     )
     return np.unique(r)
