@@ -2,7 +2,7 @@
 Dundurs' constant
 =================
 
-The constant called Dundurs' in the founding discussion paper lacks the factor 1/2 and has (1 - 2 nu) where (1 - nu)
+The constant called Dundurs' in Argatov's discussion lacks the factor 1/2 and has (1 - 2 nu) where (1 - nu)
 belongs in the denominator. Both vanish together, so the test for elastic similarity is unaffected; the size is not:
 for steel on aluminium -0.117 instead of -0.446.
 """

@@ -2,7 +2,7 @@
 Same force, other adhesion
 ==========================
 
-The author's closure of the founding discussion paper gives every contact without adhesion an equivalent profile with the same
+Popov's closure of Argatov's discussion gives every contact without adhesion an equivalent profile with the same
 force F(d), and says that tangential contact follows from it. Adhesion does not, which is why the closure speaks of contacts
 without it: two spheres far apart have exactly the F(d) of one sphere of four times the radius, and exactly its friction, but
 half of its pull-off force.

@@ -2,7 +2,7 @@
 Similar is not equal
 ====================
 
-The founding discussion paper states elastic similarity correctly (its eq. 15), and it is often read as "equal materials". Equal
+Argatov's discussion states elastic similarity correctly (its eq. 15), and it is often read as "equal materials". Equal
 bodies are similar; so is an incompressible body on a rigid one, or on any other incompressible one, however
 different their stiffness; so are two bodies of different Poisson's ratio whose moduli fit. Two bodies of nearly equal
 stiffness, on the other hand, may be far from it. pymdr measures Dundurs' beta and lowers its claims where it is not 0.

@@ -2,8 +2,8 @@
 The lost prime of equation (6)
 ==============================
 
-The mapping rule of the founding discussion paper (its eq. 6) is printed with f(r) instead of f'(r). Then even the
-dimension is wrong: the right-hand side would be an area. The paper's own example, g = x^2 / R for a paraboloid, needs
+The mapping rule of Argatov's discussion (its eq. 6) is printed with f(r) instead of f'(r). Then even the
+dimension is wrong: the right-hand side would be an area. Its own example, g = x^2 / R for a paraboloid, needs
 the prime.
 """
 

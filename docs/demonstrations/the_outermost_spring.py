@@ -2,7 +2,7 @@
 The outermost spring
 ====================
 
-The founding discussion paper writes adhesion as a strength of the springs (its eqs. 12 and 13) and adds that the critical
+Argatov's discussion of the method writes adhesion as a strength of the springs (its eqs. 12 and 13) and adds that the critical
 elongation depends on the radius of the contact, which is not known beforehand. That remark carries the rule. Springs that
 keep the strength they had under the largest load hold a force that depends on how hard they were pressed; springs that take
 the strength of the radius before the step lag behind, so that contact is held where there is no equilibrium. Only a rule

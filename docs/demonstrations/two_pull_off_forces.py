@@ -2,7 +2,7 @@
 Two pull-off forces
 ===================
 
-The equation of the founding discussion paper for the radius of an adhesive contact, d = g(a) - dl(a) (its eq. 14), has two
+The equation of Argatov's discussion for the radius of an adhesive contact, d = g(a) - dl(a) (its eq. 14), has two
 roots below the first touch, and says neither which is taken nor when contact is lost. It is often said that JKR is
 lost at -3/2 pi work R. That is so under a dead load. If the indentation is prescribed the same contact holds on to
 -5/6 pi work R, and a cantilever loses it anywhere between: the law of adhesion does not know the pull-off force, law and machine do.

@@ -1,6 +1,6 @@
 """The elastic line: contact radius, indentation, force, stiffness and energy from one another.
 
-The kernels take and give arrays. :func:`spring_foundation` is the discretised form of the founding paper, in
+The kernels take and give arrays. :func:`spring_foundation` is the discretised form of Popov and Hess (2015), in
 which the method is taught and drawn; the kernels use the exact integrals.
 """
 
@@ -392,9 +392,9 @@ def mean_pressure(force: FloatArray, contact_radius: FloatArray) -> FloatArray:
 
 @dataclass(frozen=True)
 class SpringFoundation:
-    """The discretised foundation of the founding paper: n springs under the equivalent profile.
+    """The discretised foundation of Popov and Hess: n springs under the equivalent profile.
 
-    Popov and Hess (2015), chapter 3; eqs. (5) to (11) of the founding discussion paper.
+    Popov and Hess (2015), chapter 3.
     """
 
     position: FloatArray

@@ -51,7 +51,7 @@ def effective_moduli(body: Material, counterbody: Material | None = None) -> Eff
     Notes
     -----
     Johnson (1985), Contact Mechanics, eqs. 4.6 and 5.3; Popov and Hess (2015), chapters 2 and 5. The
-    constant called Dundurs' in the founding discussion paper lacks the factor 1/2 and has
+    constant called Dundurs' in Argatov's discussion of the method lacks the factor 1/2 and has
     (1 - 2 nu) for (1 - nu) in its denominator; both vanish together.
 
     Examples

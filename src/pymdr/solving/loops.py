@@ -157,7 +157,7 @@ def friction_loop(
 
     Notes
     -----
-    Mindlin and Deresiewicz (1953) for the sphere; mdr_math 5.5 for any profile. The damping ratio is
+    Mindlin and Deresiewicz (1953) for the sphere, and Jaeger (1995) for any profile. The damping ratio is
     dissipated_per_cycle / (4 pi U) with U = force_amplitude * amplitude / 2.
 
     Examples

@@ -18,7 +18,7 @@ def foundation(
     contact: Contact, n: int = 400, *, half_length: QuantityLike | None = None
 ) -> SpringFoundation:
     """
-    The discretised foundation of the founding paper: n springs of stiffness E* dx under g(x).
+    The discretised foundation of Popov and Hess (2015): n springs of stiffness E* dx under g(x).
 
     It is how the method is taught; :func:`solve` uses the exact integrals instead.
 
@@ -70,7 +70,7 @@ def friction_foundation(
     n: int = 400,
 ) -> SpringHistory:
     """
-    The springs of the founding paper with friction: stiffness G* dx sideways, at most mu E* dx (d - g).
+    The springs of Popov and Hess (2015) with friction: stiffness G* dx sideways, at most mu E* dx (d - g).
 
     It is how the method is taught; :func:`solve` follows histories without springs instead.
 

@@ -20,7 +20,7 @@ def energy_residual(track: Track, history: History) -> float:
     Largest |work - (T - T_initial) - dissipation| over the largest energy on the way.
 
     The work int Y dD is integrated over every smooth stretch between two jumps, without using T, so that the
-    balance is a test of energies, jumps and forces at any number of steps (mdr_math 17.9).
+    balance is a test of energies, jumps and forces at any number of steps.
 
     Parameters
     ----------

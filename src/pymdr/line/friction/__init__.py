@@ -4,7 +4,7 @@ Spring y = g(x) of the line carries q = mu E* t(y) with t = v - b(y), v = G* u_x
 b the spring's anchor. Coulomb's law |t| <= d - y says that the curve b lies in the backward cone of (d, v), so a
 straight move cuts the curve at the new depth, replaces what lies outside the cone by its edge (slope 1 or -1) and
 appends the new point: a short stack of vertices, amortised constant cost (Cattaneo 1938; Mindlin and Deresiewicz
-1953; Jaeger 1993; Aleshin et al. 2015; mdr_math 5.4, 17.7, 17.8).
+1953; Jaeger 1993; Aleshin et al. 2015).
 
 Exact within the Cattaneo-Mindlin frame: elastically similar bodies, tractions in one direction. Numba is loaded
 by the first history followed, not by importing this module. Arguments are not checked here beyond what decides a

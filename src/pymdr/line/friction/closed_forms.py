@@ -26,7 +26,7 @@ def cattaneo_mindlin(shift_ratio: ArrayLike, exponent: float) -> tuple[FloatArra
 
     Notes
     -----
-    Cattaneo (1938), Mindlin (1949) for n = 2; Jaeger (1995), Ciavarella (1998); mdr_math 5.1.
+    Cattaneo (1938), Mindlin (1949) for n = 2; Jaeger (1995), Ciavarella (1998).
 
     Examples
     --------
@@ -85,7 +85,7 @@ def loop_energy(shift_ratio: ArrayLike, exponent: float) -> FloatArray:
 
     Notes
     -----
-    For n = 2: Mindlin and Deresiewicz (1953); mdr_math 5.5.
+    For n = 2: Mindlin and Deresiewicz (1953); for other powers the difference of two normal contacts, Jaeger (1995).
 
     Examples
     --------

@@ -70,7 +70,7 @@ def power_law_curves(
 
     Notes
     -----
-    Popov and Hess (2015), chapter 3; mdr_math 2.5 and 3.2.
+    Popov and Hess (2015), chapter 3.
 
     Examples
     --------

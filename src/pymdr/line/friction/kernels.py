@@ -215,7 +215,7 @@ def move(
     line: FloatArray, stack: Any, m: int, low: float, high: float, depth: float, shift: float
 ) -> tuple[int, float, float, float, float]:
     """
-    Go straight to (depth, shift), depth >= 0 (mdr_math 5.4, 17.8).
+    Go straight to (depth, shift), depth >= 0.
 
     Returns the top of the stack, its window of slopes, the slip work over mu^2 E* / G* and the distance that
     the innermost spring slips.

@@ -1,4 +1,4 @@
-"""The line of springs of the founding paper with Coulomb's cap: the form in which the method is taught."""
+"""The line of springs of Popov and Hess with Coulomb's cap: the form in which the method is taught."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ def springs(
 
     Notes
     -----
-    Popov and Hess (2015), chapter 5; mdr_math 5.3 in one direction.
+    Popov and Hess (2015), chapter 5, in one direction.
 
     Examples
     --------

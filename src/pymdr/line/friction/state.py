@@ -153,7 +153,7 @@ def superposition(state: FrictionState) -> Superposition:
 
     Notes
     -----
-    Jaeger (1995), Ciavarella (1998); mdr_math 5.4.
+    Jaeger (1995), Ciavarella (1998).
 
     Examples
     --------
@@ -190,7 +190,7 @@ def spring_shifts(state: FrictionState, y: ArrayLike) -> FloatArray:
 
     Notes
     -----
-    Popov and Hess (2015), chapter 5; mdr_math 5.1.
+    Popov and Hess (2015), chapter 5.
 
     Examples
     --------
