@@ -28,6 +28,7 @@ extensions = [
     "sphinx.ext.autosummary",
     "sphinx.ext.napoleon",
     "sphinx.ext.viewcode",
+    "sphinx_copybutton",
     "sphinx_gallery.gen_gallery",
 ]
 templates_path = ["_templates"]
@@ -47,6 +48,9 @@ html_static_path = ["_static"]
 html_css_files = ["pymdr.css"]
 html_math_renderer = "mathml"
 html_show_sphinx = False
+copybutton_prompt_text = r">>> |\.\.\. |\$ "
+copybutton_prompt_is_regexp = True
+copybutton_selector = "div:not(.highlight-text) > div.highlight > pre"  # no outputs
 autosummary_generate = True
 autosummary_imported_members = False
 autodoc_typehints = "none"
@@ -99,6 +103,12 @@ def keep_bars(app, what, name, obj, options, lines):
             lines[i] = re.sub(r"(?<!\\)\|", r"\|", line)
 
 
+def keep_colons(app, what, name, obj, options, lines):
+    """A colon in words about an attribute parts no type from them; napoleon looks for one in the first line."""
+    if what in ("attribute", "data", "property") and lines:
+        lines[:0] = ["..", ""]
+
+
 def write_glossary(app):
     """The table of quantities, from the one place that defines them."""
     lines = ["| name | symbol | unit | meaning | over |", "|---|---|---|---|---|"]
@@ -127,5 +137,6 @@ def setup(app):
         "mathml", inline_renderers=(render_math, None), block_renderers=(render_math, None)
     )
     app.connect("autodoc-process-docstring", keep_bars)
+    app.connect("autodoc-process-docstring", keep_colons, priority=400)  # before napoleon
     app.connect("builder-inited", write_glossary)
     app.connect("builder-inited", draw_figures)
