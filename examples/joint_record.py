@@ -32,7 +32,7 @@ figure = Figure()
 axes = figure.subplots()
 axes.plot(1e6 * record["shift"], record["tangential_force"], ".", ms=3, label="measured")
 axes.plot(result.to("shift", "um"), result["tangential_force"], label="solved")
-axes.set_xlabel("shift (um)")
+axes.set_xlabel("shift (µm)")
 axes.set_ylabel("tangential force (N)")
 axes.legend()
 

@@ -24,7 +24,7 @@ left.plot(result.to("shift", "nm"), result["tangential_force"])
 left.set(xlabel="tangential displacement (nm)", ylabel="tangential force (N)")
 right.plot(result.to("contact_radius", "um"), label="contact radius")
 right.plot(result.to("stick_radius", "um"), label="stick radius")
-right.set(xlabel="step", ylabel="radius (um)")
+right.set(xlabel="step", ylabel="radius (µm)")
 right.legend()
 
 # %%

@@ -52,6 +52,6 @@ axes = figure.subplots()
 for contact, times, style, name in ((sticky, 2, "C0", "two spheres"), (fused, 1, "C3--", "closure")):
     result = mdr.solve(contact, depths)
     axes.plot(1e6 * result["indentation"], 1e6 * times * result["normal_force"], style, label=name)
-axes.set_xlabel("indentation (um)")
-axes.set_ylabel("normal force (uN)")
+axes.set_xlabel("indentation (µm)")
+axes.set_ylabel("normal force (µN)")
 axes.legend()
