@@ -2,6 +2,7 @@
 
 import math
 import pickle
+import re
 
 import numpy as np
 import pandas as pd
@@ -11,6 +12,7 @@ import xarray as xr
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+import pymdr as mdr
 from pymdr.errors import UnitError
 from pymdr.quantities import QUANTITIES, quantity
 from pymdr.units import from_si, in_good_units, to_si, to_si_array, without_rounding, written
@@ -395,8 +397,23 @@ def test_values_in_words(value, unit, text):
     assert written(value, unit) == text
 
 
-@given(st.floats(-1e-16, 1e-16), st.floats(1e-12, 1e6))
+@given(st.floats(-1e-15, 1e-15), st.floats(1e-12, 1e6))
 def test_rounding_is_nothing(noise, size):
     column = np.array([0.0, -size, np.nan, noise * size])
-    assert without_rounding(column[-1], column) == 0.0
-    assert without_rounding(1e-14 * size, column) == 1e-14 * size
+    assert without_rounding(column[-1], column, "1/m") == 0.0
+    assert without_rounding(1e-14 * size, column, "1/m") == 1e-14 * size
+    assert without_rounding(1e-20, np.array([1e-20]), "m") == 1e-20
+    assert without_rounding(1e-35, np.array([1e-35]), "J/m^2") == 0.0
+
+
+@pytest.mark.parametrize("stiffness", ["0 N/m", "0.05 N/m", None])
+@pytest.mark.parametrize("tip", [mdr.Paraboloid("50 um"), mdr.FlatPunch("10 um"), mdr.Cone(slope=0.3)])
+def test_no_rounding_is_read_in_words(tip, stiffness):
+    contact = mdr.Contact(tip, mdr.Elastic("30 kPa", 0.5), adhesion=mdr.JKR("2 mJ/m^2"))
+    machine = {} if stiffness is None else {"machine_stiffness": stiffness}
+    path = mdr.indent("1 um", steps=7) >> mdr.indent("0 um", steps=7)
+    last = mdr.solve(contact, path).summary().partition("Claims:")[0]
+    for text in (mdr.pull_off(contact, **machine).summary(), last):
+        for number in re.findall(r" (-?[0-9.]+(?:e[+-]\d+)?) [a-zµ]*[mNJ]\b", text):
+            assert number != "-0"
+            assert number == "0" or 1e-2 <= abs(float(number)) < 1e4, text

@@ -458,22 +458,30 @@ def written(value: float, unit: str, digits: int = 4) -> str:
     return f"{number:.{digits}g} {prefixed}".strip()
 
 
-_ROUNDING = 1e-15
+_ROUNDING = 4e-15
+_NOTHING = 1e-6
+"""Of the unit with its smallest prefix."""
 
 
-def without_rounding(value: float, values: ArrayLike) -> float:
+def without_rounding(value: float, values: ArrayLike, unit: str) -> float:
     """
-    A value of a column, 0 where it is no more than the rounding of the largest one.
+    A value among others of its kind, 0 where it is the rounding of the largest one, or smaller than people can mean.
 
     Examples
     --------
-    >>> without_rounding(2e-22, [1e-6, 2e-22])
+    >>> without_rounding(2e-22, [1e-6, 2e-22], "m")
     0.0
-    >>> without_rounding(2e-20, [1e-6, 2e-20])
+    >>> without_rounding(2e-20, [1e-6, 2e-20], "m")
     2e-20
+    >>> without_rounding(2e-22, [2e-22], "m")
+    0.0
     """
     largest = float(np.max(np.abs(values), initial=0.0, where=np.isfinite(values)))
-    return 0.0 if abs(value) <= _ROUNDING * largest else value
+    least = 0.0
+    if unit in _SCALED:
+        power, smallest, _ = _SCALED[unit]
+        least = _NOTHING * 1000.0 ** (power * (_PREFIXES.index(smallest) - _UNITY))
+    return 0.0 if abs(value) <= max(_ROUNDING * largest, least) else value
 
 
 def metres(value: float) -> str:

@@ -75,7 +75,7 @@ def result_html(
         if name.rpartition("_")[2] in BAND_ENDS and name not in QUANTITIES:
             continue
         quantity = QUANTITIES[name]
-        last = without_rounding(float(data[name].values[-1]), data[name].values)
+        last = without_rounding(float(data[name].values[-1]), data[name].values, quantity.unit)
         value = escape(written(last, quantity.unit))
         claim = claims.get(name)
         level = badge(claim.level) if claim is not None else ""

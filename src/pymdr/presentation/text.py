@@ -31,7 +31,7 @@ def summary(
         if name.rpartition("_")[2] in BAND_ENDS:
             continue
         quantity = QUANTITIES[name]
-        value = without_rounding(float(data[name].values[-1]), data[name].values)
+        value = without_rounding(float(data[name].values[-1]), data[name].values, quantity.unit)
         if quantity.name == "edge_amplitude" and value == 0.0:
             continue
         level = f"  {claims[name].level.value}" if name in claims else ""
@@ -64,11 +64,16 @@ def assessment(
 def numbers(groups: Mapping[str, Mapping[str, float]]) -> str:
     """Named numbers under headings, with units from the table of quantities."""
     lines = []
+    kinds: dict[str, list[float]] = {}
+    for values in groups.values():
+        for name, value in values.items():
+            kinds.setdefault(QUANTITIES[name].unit, []).append(value)
     for heading, values in groups.items():
         lines.append(f"{heading}:")
         for name, value in values.items():
             row = QUANTITIES[name]
-            lines.append(f"  {row.words:<36}{written(value, row.unit):>16}")
+            told = written(without_rounding(value, kinds[row.unit], row.unit), row.unit)
+            lines.append(f"  {row.words:<36}{told:>16}")
     return "\n".join(lines)
 
 
