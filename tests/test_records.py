@@ -143,7 +143,7 @@ def test_tables_of_results_are_records(tmp_path):
 # --- loops -----------------------------------------------------------------------------------------------
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=40, deadline=None)
 @given(
     st.floats(1e-9, 1e3),
     st.floats(1e-9, 1e6),
