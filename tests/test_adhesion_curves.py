@@ -743,7 +743,7 @@ def test_zone_integrals_on_panels():
             np.testing.assert_allclose(ours, zone_integrals(exact, a, width, third=True), rtol=1e-12)
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=8, deadline=None)
 @given(
     exponent=st.floats(0.8, 6.0),
     flat=st.sampled_from([0.0, 0.3]),

@@ -257,9 +257,11 @@ class MaugisDugdale:
         j0 = zone_integrals(self.line, place, width[at])[0] if few else self._around_contact(flat[at])[1]
         steep = self.line.slope(place) + 2.0 * k * a[at] / root[at]
         closing = j0 + 2.0 * k * (angle[at] * c[at] / root[at] - width[at] / c[at])
-        slope[at] = steep * (j0 - 2.0 * k * width[at] / c[at]) / closing
-        spread = 2.0 * k * c[at] * angle[at] * (angle[at] * steep / closing)
-        rate[at] = 2.0 * self.modulus * (a[at] * slope[at] - spread)
+        # at a corner g' is infinite, and all rates with it
+        share = j0 - 2.0 * k * width[at] / c[at]
+        slope[at] = steep * (share / closing)
+        spread = 2.0 * k * c[at] * angle[at] ** 2
+        rate[at] = 2.0 * self.modulus * steep * ((a[at] * share - spread) / closing)
         per = self._radii.rate(flat[at])
         slope[at] *= per
         rate[at] *= per
