@@ -268,6 +268,8 @@ def test_laws_are_held_against_each_other(profile):
     lowest = [line.get_ydata().min() * units(left)[1] for line in left.lines if line.get_label()[0] != "_"]
     np.testing.assert_allclose(lowest, list(regime.pull_off_force.values()), rtol=1e-12)
     maugis, jkr, _ = (line.get_ydata() for line in right.lines if line.get_label()[0] != "_")
+    pull = f"{-1e9 * regime.pull_off_force['DMT']:.4g}"
+    assert any(f"and a pull of {pull} nN outside" in str(line.get_label()) for line in right.lines)
     # JKR leaves the picture, Maugis and Dugdale end at the strength work / range
     assert np.nanmin(jkr[np.isfinite(jkr)]) < right.get_ylim()[0] < np.nanmin(maugis)
     kilo = 1e3 if "(kPa)" in right.get_ylabel() else 1.0

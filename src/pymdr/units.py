@@ -435,6 +435,19 @@ def in_good_units(value: float, unit: str) -> tuple[float, str]:
     return float(from_si(value, unit, prefixed)), prefixed
 
 
+def good_unit(values: FloatArray, unit: str) -> str:
+    """
+    The prefixed unit that suits the largest finite value.
+
+    Examples
+    --------
+    >>> good_unit(np.array([2e-7, 5e-6]), "m")
+    'µm'
+    """
+    finite = np.abs(values[np.isfinite(values)])
+    return in_good_units(float(finite.max()) if finite.size else 0.0, unit)[1]
+
+
 def _hair(power: int) -> float:
     """What is added to the order of a value: rounding, and of an area the two decades that are read as 0.01 mm^2."""
     return 1e-12 if power == 1 else 1.0 / 3.0 + 1e-12

@@ -21,7 +21,17 @@ from pymdr.problem.laws import Coulomb
 from pymdr.solving.bands import BAND_NOTE, scatter_of, shifted
 from pymdr.solving.frictional import disks_down_to, frictional_assumptions
 from pymdr.solving.reach import Mapped, map_remark, map_to_line, refuse_unreachable
-from pymdr.units import ArrayQuantityLike, FloatArray, QuantityLike, newtons, shown, to_si, to_si_array
+from pymdr.units import (
+    ArrayQuantityLike,
+    FloatArray,
+    QuantityLike,
+    from_si,
+    good_unit,
+    newtons,
+    shown,
+    to_si,
+    to_si_array,
+)
 
 _NODES, _LEVELS, _SETTLED = 16, 60, 1e-14
 
@@ -30,14 +40,15 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-_COLUMNS = (
-    "amplitude",
-    "force_amplitude",
-    "dissipated_per_cycle",
-    "damping_ratio",
-    "secant_stiffness",
-    "stick_ratio",
-)
+_COLUMNS = {
+    "amplitude": ("amplitude", "m"),
+    "force_amplitude": ("force", "N"),
+    "dissipated_per_cycle": ("dissipated", "J"),
+    "damping_ratio": ("damping", ""),
+    "secant_stiffness": ("stiffness", "N/m"),
+    "stick_ratio": ("stick", ""),
+}
+"""Heads of columns, and their SI units."""
 
 
 @dataclass(frozen=True)
@@ -62,21 +73,24 @@ class FrictionLoop:
 
     def summary(self) -> str:
         """A line per amplitude, with units, and how far to trust it."""
-        head = f"{'amplitude':>12} {'force':>12} {'dissipated':>12} {'damping':>10} {'stiffness':>12} {'stick':>8}"
-        units = f"{'m':>12} {'N':>12} {'J per cycle':>12} {'':>10} {'N/m':>12} {'':>8}"
+        units = self._units()
         widths = (12, 12, 12, 10, 12, 8)
-        lines = [head, units]
+        heads = ([word for word, _ in _COLUMNS.values()], units)
+        lines = [" ".join(f"{cell:>{n}}" for cell, n in zip(row, widths, strict=True)) for row in heads]
         for mu, study in self.by_coefficient():
             lines += [] if mu is None else [f"mu = {mu:g}"]
-            columns = [study[name].values for name in _COLUMNS]
             lines += [
                 " ".join(f"{value:>{width}.4g}" for value, width in zip(row, widths, strict=True))
-                for row in zip(*columns, strict=True)
+                for row in _table(study, units)
             ]
         unmet = [
             f"not met: {a.words} {a.measure:.3g}, limit {a.limit:.3g}" for a in self.assumptions if not a.met
         ]
         return "\n".join([*lines, f"{self.claim.level.value}: {self.claim.reason}", *unmet])
+
+    def _units(self) -> list[str]:
+        """Of the columns, as their largest values are read."""
+        return [good_unit(self.data[name].values, si) for name, (_, si) in _COLUMNS.items()]
 
     def by_coefficient(self) -> list[tuple[float | None, xr.Dataset]]:
         """The loops of every coefficient of friction; None stands for the one of the contact."""
@@ -90,20 +104,13 @@ class FrictionLoop:
         """The summary as a table, for notebooks."""
         from pymdr.presentation.html import table
 
-        head = (
-            "amplitude (m)",
-            "force (N)",
-            "dissipated (J per cycle)",
-            "damping",
-            "stiffness (N/m)",
-            "stick",
-        )
+        units = self._units()
+        words = zip(_COLUMNS.values(), units, strict=True)
+        head = [f"{word} ({unit})" if unit else word for (word, _), unit in words]
         rows = []
         for mu, study in self.by_coefficient():
             rows += [] if mu is None else [[f"<b>mu = {mu:g}</b>"]]
-            rows += [
-                [f"{v:.4g}" for v in row] for row in zip(*(study[n].values for n in _COLUMNS), strict=True)
-            ]
+            rows += [[f"{v:.4g}" for v in row] for row in _table(study, units)]
         return f"<div>{table(head, rows)}{self.claim._repr_html_()}</div>"
 
     def __str__(self) -> str:
@@ -114,6 +121,15 @@ class FrictionLoop:
         from pymdr.presentation.plot import loop_study
 
         return loop_study(self.by_coefficient())
+
+
+def _table(study: xr.Dataset, units: list[str]) -> list[tuple[float, ...]]:
+    """The rows of a table in some units."""
+    columns = [
+        from_si(study[name].values, si, unit)
+        for (name, (_, si)), unit in zip(_COLUMNS.items(), units, strict=True)
+    ]
+    return list(zip(*columns, strict=True))
 
 
 def friction_loop(

@@ -10,14 +10,21 @@ import numpy as np
 
 from pymdr.errors import ProblemError, QuantityError
 from pymdr.result import Result
-from pymdr.units import FloatArray, QuantityLike, metres, shown, to_si
+from pymdr.units import FloatArray, QuantityLike, from_si, good_unit, metres, shown, to_si
 
 if TYPE_CHECKING:
     import xarray as xr
 
 _PAIRS = (("shift", "tangential_force"), ("indentation", "normal_force"), ("travel", "normal_force"))
 """Displacements and the forces that work on them."""
-_COLUMNS = ("amplitude", "force_amplitude", "dissipated_per_cycle", "damping_ratio", "secant_stiffness")
+_COLUMNS = {
+    "amplitude": ("amplitude", "m"),
+    "force_amplitude": ("force", "N"),
+    "dissipated_per_cycle": ("dissipated", "J"),
+    "damping_ratio": ("damping", ""),
+    "secant_stiffness": ("stiffness", "N/m"),
+}
+"""Heads of columns, and their SI units."""
 _SHOWN = 10
 """Cycles at either end that a summary tells."""
 
@@ -40,11 +47,18 @@ class MeasuredLoops:
             raise QuantityError(f"no quantity {shown(name)}; measured loops have {known}")
         return self.data[name]
 
+    def _units(self) -> list[str]:
+        """Of the columns, as their largest values are read."""
+        return [good_unit(self.data[name].values, si) for name, (_, si) in _COLUMNS.items()]
+
     def _rows(self) -> list[tuple[str, ...]]:
         """The cycles as texts; of many the first and the last ones, and their means."""
         n = self.data.sizes["cycle"]
         told = list(range(n)) if n <= 2 * _SHOWN else [*range(_SHOWN), *range(n - _SHOWN, n)]
-        columns = [self.data[name].values for name in _COLUMNS]
+        columns = [
+            from_si(self.data[name].values, si, unit)
+            for (name, (_, si)), unit in zip(_COLUMNS.items(), self._units(), strict=True)
+        ]
         rows = [(str(i + 1), *(f"{c[i]:.4g}" for c in columns)) for i in told]
         if n > 2 * _SHOWN:
             rows.insert(_SHOWN, ("...",) * 6)
@@ -54,8 +68,8 @@ class MeasuredLoops:
 
     def summary(self) -> str:
         """A line per cycle, with units."""
-        head = ("cycle", "amplitude", "force", "dissipated", "damping", "stiffness")
-        units = ("", "m", "N", "J per cycle", "", "N/m")
+        head = ("cycle", *(word for word, _ in _COLUMNS.values()))
+        units = ("", *self._units())
         lines = [f"{self.force} over {self.displacement}:"]
         for row in (head, units, *self._rows()):
             lines.append(" ".join(f"{cell:>12}" for cell in row).rstrip())
@@ -68,7 +82,8 @@ class MeasuredLoops:
         """The summary as a table, for notebooks."""
         from pymdr.presentation.html import table
 
-        head = ("cycle", "amplitude (m)", "force (N)", "dissipated (J)", "damping", "stiffness (N/m)")
+        words = zip(_COLUMNS.values(), self._units(), strict=True)
+        head = ("cycle", *(f"{word} ({unit})" if unit else word for (word, _), unit in words))
         return f"<div>{self.force} over {self.displacement}{table(head, self._rows())}</div>"
 
 

@@ -18,7 +18,6 @@ from pymdr.presentation.plot.shared import (
     FigureData,
     axis_label,
     draw_zero,
-    good_unit,
     lengths,
     letter_panels,
     mark_radii,
@@ -32,7 +31,7 @@ from pymdr.presentation.plot.shared import (
     typeset,
 )
 from pymdr.quantities import QUANTITIES, RADIUS
-from pymdr.units import FloatArray
+from pymdr.units import FloatArray, good_unit
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -13,7 +13,6 @@ from pymdr.presentation.plot.shared import (
     ORANGE,
     axis_label,
     draw_zero,
-    good_unit,
     legend_above,
     lengths,
     letter_panels,
@@ -24,7 +23,7 @@ from pymdr.presentation.plot.shared import (
     without_peaks,
 )
 from pymdr.quantities import RADIUS
-from pymdr.units import from_si
+from pymdr.units import from_si, good_unit
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -16,7 +16,6 @@ from pymdr.presentation.plot.shared import (
     FigureData,
     as_seen,
     axis_label,
-    good_unit,
     letter_panels,
     limit_peaks,
     new_figure,
@@ -26,7 +25,7 @@ from pymdr.presentation.plot.shared import (
     without_peaks,
 )
 from pymdr.quantities import QUANTITIES, RADIUS
-from pymdr.units import FloatArray, from_si
+from pymdr.units import FloatArray, from_si, good_unit
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

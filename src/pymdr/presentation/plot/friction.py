@@ -21,7 +21,6 @@ from pymdr.presentation.plot.shared import (
     axis_label,
     column,
     draw_zero,
-    good_unit,
     legend_above,
     lengths,
     letter_panels,
@@ -33,7 +32,7 @@ from pymdr.presentation.plot.shared import (
     thinned,
 )
 from pymdr.quantities import QUANTITIES, RADIUS
-from pymdr.units import FloatArray
+from pymdr.units import FloatArray, good_unit
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

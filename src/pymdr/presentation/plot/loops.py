@@ -21,7 +21,6 @@ from pymdr.presentation.plot.shared import (
     as_seen,
     axis_label,
     draw_zero,
-    good_unit,
     legend_above,
     row_name,
     say,
@@ -30,7 +29,7 @@ from pymdr.presentation.plot.shared import (
     typeset,
 )
 from pymdr.quantities import QUANTITIES
-from pymdr.units import FloatArray, written
+from pymdr.units import FloatArray, good_unit, written
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

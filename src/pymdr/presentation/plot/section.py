@@ -16,7 +16,6 @@ from pymdr.presentation.plot.shared import (
     ORANGE,
     FigureData,
     axis_label,
-    good_unit,
     lengths,
     letter_panels,
     mark_radii,
@@ -29,7 +28,7 @@ from pymdr.presentation.plot.shared import (
     without_peaks,
 )
 from pymdr.quantities import RADIUS
-from pymdr.units import FloatArray, written
+from pymdr.units import FloatArray, good_unit, written
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

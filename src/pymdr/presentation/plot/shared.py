@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from pymdr.interpretation.jumps import Branches
 from pymdr.quantities import QUANTITIES, RADIUS
-from pymdr.units import FloatArray, from_si, in_good_units, written
+from pymdr.units import FloatArray, from_si, good_unit, written
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -206,12 +206,6 @@ def legend_above(axes: Axes, size: float = 8.0) -> None:
 def typeset(value: float, unit: str = "") -> str:
     """A value with unit, with a minus sign as on the axes."""
     return written(value, unit).replace("-", "\u2212", 1)
-
-
-def good_unit(values: FloatArray, unit: str) -> str:
-    """The prefixed unit that suits the largest finite value."""
-    finite = np.abs(values[np.isfinite(values)])
-    return in_good_units(float(finite.max()) if finite.size else 0.0, unit)[1]
 
 
 def scaled(values: FloatArray, name: str, unit: str) -> FloatArray:

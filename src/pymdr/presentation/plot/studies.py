@@ -15,9 +15,9 @@ from pymdr.presentation.plot.shared import (
     ORANGE,
     axis_label,
     draw_zero,
-    good_unit,
     legend_above,
     lengths,
+    letter_panels,
     new_figure,
     scaled,
     styled,
@@ -25,7 +25,7 @@ from pymdr.presentation.plot.shared import (
     without_peaks,
 )
 from pymdr.quantities import RADIUS
-from pymdr.units import FloatArray, from_si
+from pymdr.units import FloatArray, from_si, good_unit
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -93,6 +93,7 @@ def loop_study(studies: Sequence[tuple[float | None, xr.Dataset]]) -> Figure:
                 axes.set_ylim(bottom=0.0)
             if axes.get_legend_handles_labels()[0]:
                 axes.legend(fontsize=8)
+        letter_panels(figure)
     return figure
 
 
@@ -121,10 +122,11 @@ def compared_laws(
         figure = new_figure(9.6, 4.2)
         left, right = figure.subplots(1, 2)
         _draw_equilibria(left, curves, pull_off_force)
-        _draw_pressures(right, pressures)
+        _draw_pressures(right, pressures, -pull_off_force["DMT"] if "DMT" in pull_off_force else None)
         for axes in (left, right):
             draw_zero(axes)
             legend_above(axes)
+        letter_panels(figure)
     return figure
 
 
@@ -142,7 +144,8 @@ def _draw_equilibria(
     axes.set_ylabel(axis_label("normal_force", unit))
 
 
-def _draw_pressures(axes: Axes, pressures: Mapping[str, xr.DataArray]) -> None:
+def _draw_pressures(axes: Axes, pressures: Mapping[str, xr.DataArray], pull: float | None) -> None:
+    """Pressures by law; the pull of DMT in N has no place among them, and is named."""
     known = [p.values[np.isfinite(p.values)] for p in pressures.values()]
     bounded = [p.values for p in pressures.values() if float(p["edge_amplitude"]) == 0.0]
     high = max(float(without_peaks(p).max()) for p in known)
@@ -155,6 +158,8 @@ def _draw_pressures(axes: Axes, pressures: Mapping[str, xr.DataArray]) -> None:
         label = _WORDS.get(name, name)
         if float(p["edge_amplitude"]) != 0.0:
             label += ", singular at its edge"
+        if name == "DMT" and pull is not None:
+            label += f", and a pull of {typeset(pull, 'N')} outside"
         y = scaled(p.values, "pressure", unit)
         axes.plot(lengths(p["r"].values, r_unit), y, label=label, **_LINES[name])
     axes.set_ylim(*scaled(np.array([low, 1.2 * high]), "pressure", unit))
