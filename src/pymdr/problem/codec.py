@@ -413,6 +413,11 @@ def _complaint(one: Mapping[str, Any], loc: list[Any], plain: Mapping[str, Any])
             tag = str(one["ctx"]["tag"])
             if tag == "sum" and "parts" in loc:
                 return f"[{' '.join(path)}] kind = 'sum': a part is no sum itself; list its parts beside the others"
+            if tag.lower() == "function" and loc and loc[0] == "profile":
+                return (
+                    f"[{' '.join(path)}] kind = {shown(tag)}: no text of a case is evaluated as a formula; give samples "
+                    "of it (kind = 'sampled' with file = 'profile.csv'), or write a Python script with pymdr.Function"
+                )
             return f"[{' '.join(path)}] kind = {shown(tag)}: unknown kind; {_nearest(tag, _kinds_for(loc))}"
         case "too_short":
             return f"{where}{key}: at least one entry is needed"
