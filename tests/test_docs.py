@@ -17,7 +17,16 @@ def blocks(page):
 
 
 @pytest.mark.parametrize(
-    "page", ["first_steps.md", "adhesion.md", "friction.md", "claims.md", "exactness.md", "contributing.md"]
+    "page",
+    [
+        "first_steps.md",
+        "adhesion.md",
+        "friction.md",
+        "claims.md",
+        "exactness.md",
+        "profiles.md",
+        "contributing.md",
+    ],
 )
 def test_blocks_run(page):
     found = list(blocks(DOCS / page))

@@ -169,7 +169,7 @@ def test_the_references(references, name):
     assert float(profile.gap(x)) == pytest.approx(expected["f"], rel=1e-12)
     assert float(line.g(x)) == pytest.approx(expected["g"], rel=1e-12)
     assert float(line.slope(x)) == pytest.approx(expected["gprime"], rel=1e-12)
-    expected, a = references[f"normal_{name}"]["expected"], references[f"normal_{name}"]["inputs"]["a"]
+    expected = references[f"normal_{name}"]["expected"]
     result = mdr.solve(mdr.Contact(profile, UNIT), mdr.indent(expected["d"]))
     assert float(result["normal_force"][0]) == pytest.approx(expected["F_over_Estar"], rel=1e-10)
     assert float(result["elastic_energy"][0]) == pytest.approx(expected["U_over_Estar"], rel=1e-10)
@@ -197,6 +197,22 @@ def test_waves_against_struve(size, decades, steepness):
     line = equivalent_profile(mdr.Paraboloid(radius) + mdr.Waviness(height, wavelength))
     x = wavelength * np.geomspace(1e-3, 3.0, 9)
     assert worst(line.g(x), x * x / radius + 0.5 * math.pi * height * k * x * struve(0, k * x)) < 1e-12
+
+
+@settings(max_examples=20, deadline=None)
+@given(SIZES, st.floats(0.05, 0.6), st.floats(1.1, 3.0))
+def test_the_closed_forces_of_worn_profiles(size, b, ratio):
+    flat, a = b * size, min(b * ratio, 0.9) * size
+    u, c = math.sqrt((a - flat) * (a + flat)), math.sqrt((size - flat) * (size + flat))
+    cone = a * a * (math.atan2(u, flat) + flat * u / (a * a))
+    paraboloid = 2.0 / (3.0 * size) * (2.0 * a * a + flat * flat) * u
+    sphere = (size * size + a * a) * math.atanh(u / c) - u * c
+    for profile, force in (
+        (mdr.TruncatedCone(flat, slope=1.0), cone),
+        (mdr.TruncatedParaboloid(size, flat), paraboloid),
+        (mdr.TruncatedSphere(size, flat), sphere),
+    ):
+        assert 2.0 * float(equivalent_profile(profile).moment(a)) == pytest.approx(force, rel=1e-11)
 
 
 # --- limits ----------------------------------------------------------------------------------------------
@@ -286,9 +302,15 @@ def test_files_hold_named_profiles(profile, tmp_path):
     assert all(figure.axes for figure in again.figures().values())
 
 
-def test_every_named_profile_has_a_kind():
-    kinds = {cls.__name__ for cls in PROFILES.values()}
-    assert {type(p).__name__ for p in NAMED} - {"Sum"} <= kinds
+@pytest.mark.parametrize(
+    ("kind", "cls"), [(k, c) for k, c in PROFILES.items() if k not in ("sum", "interpolated")]
+)
+def test_every_kind_is_public_and_in_the_pages(kind, cls):
+    docs = Path(__file__).parent.parent / "docs"
+    assert getattr(mdr, cls.__name__) is cls
+    assert f"`{cls.__name__}(" in (docs / "profiles.md").read_text()
+    for page in ("profiles.md", "case_files.md"):
+        assert f"`{kind}`" in (docs / page).read_text()
 
 
 @pytest.mark.parametrize("profile", NAMED, ids=KINDS)
@@ -296,7 +318,7 @@ def test_the_pull_of_dmt_needs_a_round_tip_or_a_range(profile):
     round_ = isinstance(profile, mdr.RoundedCone | mdr.Hyperboloid | mdr.Ellipsoid)
     contact = mdr.Contact(profile, UNIT, adhesion=mdr.DMT("1 mJ/m^2"))
     if not round_:
-        with pytest.raises(mdr.ProblemError, match="DMT|ring"):
+        with pytest.raises(mdr.ProblemError, match=r"DMT|ring"):
             mdr.solve(contact, mdr.indent("1 nm"))
         return
     force = float(mdr.solve(contact, mdr.indent(0.0))["normal_force"][0])

@@ -154,7 +154,8 @@ class TruncatedSphere(Profile):
 
     Notes
     -----
-    Popov and Hess (2015), chapter 3, for the sphere; g is its Abel integral taken from b on.
+    The image of the sphere (Popov and Hess 2015, chapter 3) with the integral taken from b on. With
+    u = sqrt(a^2 - b^2) and c = sqrt(R^2 - b^2), F = E* [(R^2 + a^2) artanh(u / c) - u c].
 
     Examples
     --------
