@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from scipy.special import struve
 
 import pymdr as mdr
+from pymdr.line.adhesion.closed_forms import rigid_pull
 from pymdr.mapping.equivalent import equivalent_profile
 from pymdr.mapping.series import Place
 from pymdr.problem.codec import PROFILES, decode_case, encode_case
@@ -323,6 +324,22 @@ def test_the_pull_of_dmt_needs_a_round_tip_or_a_range(profile):
         return
     force = float(mdr.solve(contact, mdr.indent(0.0))["normal_force"][0])
     assert force == pytest.approx(-2.0 * math.pi * profile.curvature_radius * 1e-3, rel=1e-12)
+
+
+@pytest.mark.parametrize("kind", [k for k in KINDS if k != "concave_punch"])
+@settings(max_examples=12, deadline=None)
+@given(SIZES, st.floats(-4.0, 0.0), st.floats(-4.0, -0.1), st.floats(-6.0, -0.1))
+@example(1e-2, -1.0, math.log10(0.3), -2.0)
+def test_the_rigid_pull_of_a_range_ends_where_the_gap_is_the_range(kind, size, a, b, decades):
+    profile, _, _, rim, top = of_size(kind, size, 10.0**a, 10.0 ** max(b, -1.5))
+    reached = (rim or 0.0) + (top - (rim or 0.0)) * 10.0**decades
+    height = float(profile.gap(reached))
+    strength = 1.0
+    pull = rigid_pull(equivalent_profile(profile), work=strength * height, strength=strength)
+    radius = math.sqrt(pull / (math.pi * strength))
+    # a radius beside the rim has no more digits than its float
+    bend = 1.0 + radius * float(profile.gap_slope(reached)) / height
+    assert float(profile.gap(radius)) == pytest.approx(height, rel=1e-13 * bend + 1e-12)
 
 
 @pytest.mark.parametrize(
