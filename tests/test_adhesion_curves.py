@@ -36,7 +36,7 @@ from pymdr.line.adhesion import (
 )
 from pymdr.line.adhesion.cohesive_zone import zone_integrals
 from pymdr.mapping.equivalent import equivalent_profile
-from pymdr.problem.profiles import FlatPunch, Function, Paraboloid, Sampled
+from pymdr.problem.profiles import FlatPunch, Function, Paraboloid, PowerLaw, Sampled
 
 REFERENCES = json.loads((Path(__file__).parent / "reference" / "refs.json").read_text())["refs"]
 LONG = np.longdouble
@@ -741,3 +741,43 @@ def test_zone_integrals_on_panels():
         for profile, exact in ((round_tip, closed), (sharp, power)):
             ours = zone_integrals(equivalent_profile(profile), a, width, third=True)
             np.testing.assert_allclose(ours, zone_integrals(exact, a, width, third=True), rtol=1e-12)
+
+
+@settings(max_examples=8, deadline=None)
+@given(
+    exponent=st.floats(0.8, 6.0),
+    flat=st.sampled_from([0.0, 0.3]),
+    edge=st.sampled_from([np.inf, 1.0]),
+    reach=st.floats(0.01, 1.0),
+    seed=st.integers(0, 2**31),
+)
+def test_many_cohesive_states_are_those_of_few(exponent, flat, edge, reach, seed):
+    """Tables, which serve many parameters, against parameters that are asked for in small groups."""
+    tip = PowerLaw(exponent, 1.0, 1.0)
+    if flat:
+        tip = Function(
+            lambda r: np.maximum(r - flat, 0.0), derivative=lambda r: 1.0 * (r > flat), breakpoints=(flat,)
+        )
+    elif edge == 1.0:
+        tip = tip + FlatPunch(1.0)
+    curve = maugis_dugdale(equivalent_profile(tip), 1.0, 0.05, 0.05 / reach)
+    rng = np.random.default_rng(seed)
+    most = min(1.2 * max(curve.ends[3], 3.0) if np.isfinite(curve.ends[3]) else 3.0, curve.limit)
+    knots = np.array([k for k in curve.knots if k < most])
+    beside = np.concatenate(
+        [knots, (knots[:, None] * (1.0 + 10.0 ** -rng.uniform(1, 12, (knots.size, 4)))).ravel()]
+    )
+    s = np.sort(
+        np.concatenate([rng.uniform(0.0, most, 7000), most * 10.0 ** -rng.uniform(0, 8, 2000), beside])
+    )
+    s = s[s < most]
+    chosen = np.unique(np.concatenate([np.arange(0, s.size, 97), np.searchsorted(s, beside[beside < most])]))
+    for name in ("states", "slopes", "energies"):
+        many, few = getattr(curve, name)(s), getattr(curve, name)(s[chosen])
+        if name == "states":
+            many, few = (tuple(vars(x).values()) for x in (many, few))
+        for all_of_them, some in zip(many, few, strict=True):
+            # rates have two sides at a knot
+            off = ~np.isin(s[chosen], knots)
+            size = np.max(np.abs(some[off]))
+            assert all_of_them[chosen][off] == pytest.approx(some[off], rel=1e-8, abs=1e-12 * size)

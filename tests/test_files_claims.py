@@ -14,7 +14,7 @@ from pymdr.interpretation.validity import normal_claims
 from pymdr.presentation import text
 from pymdr.presentation.html import claims_html
 from pymdr.result import result_from_dataset
-from pymdr.solving.bands import _shifted
+from pymdr.solving.bands import shifted
 from pymdr.workbench.cli import app
 
 UNIT = mdr.Elastic(0.75, 0.0)
@@ -191,9 +191,9 @@ def test_results_say_which_curve_was_run_through_the_samples():
 
 def test_bands_smooth_by_the_scatter_and_map_once():
     tip = noisy()
-    low, high = _shifted(tip, -1.0), _shifted(tip, 1.0)
-    assert _shifted(noisy(), 1.0) is high
-    assert _shifted(tip + mdr.Paraboloid("1 um"), 1.0).parts[0] is high
+    low, high = shifted(tip, -1.0), shifted(tip, 1.0)
+    assert shifted(noisy(), 1.0) is high
+    assert shifted(tip + mdr.Paraboloid("1 um"), 1.0).parts[0] is high
     for moved in (low, high):
         assert moved.interpolation == mdr.SmoothingSpline()
         assert np.array_equal(moved.scatter, tip.scatter)

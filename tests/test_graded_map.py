@@ -584,7 +584,7 @@ def test_pressure_through_a_dead_zone(n, b, reach, shares):
     assert worst(found, exact) < 1e-12
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=15, deadline=None)
 @given(
     st.lists(st.tuples(st.floats(-4.0, 0.0), st.floats(-6.0, 0.0)), min_size=1, max_size=4),
     st.lists(st.tuples(st.booleans(), st.integers(0, 3), st.floats(0.8, 1.0)), min_size=1, max_size=8),

@@ -275,7 +275,7 @@ def test_laws_are_held_against_each_other(profile):
 
 def test_rows_are_not_joined_where_others_were_refused():
     contact = mdr.Contact(wavy(4e-7, 2.5e5), mdr.Elastic("1 MPa", 0.5), adhesion=mdr.JKR("10 mJ/m^2"))
-    result = mdr.solve(contact, mdr.indent("4 um", steps=10) >> mdr.load("-50 uN", steps=5))
+    result = mdr.solve(contact, mdr.indent("4 um", steps=100) >> mdr.load("-50 uN", steps=5))
     assert result.status is mdr.Status.ADHESION_PARTLY_REFUSED
     axes = result.figures()["loop"].axes[0]
     path = next(line for line in axes.lines if line.get_label() == "path")

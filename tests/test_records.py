@@ -143,7 +143,7 @@ def test_tables_of_results_are_records(tmp_path):
 # --- loops -----------------------------------------------------------------------------------------------
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=40, deadline=None)
 @given(
     st.floats(1e-9, 1e3),
     st.floats(1e-9, 1e6),
@@ -159,8 +159,12 @@ def test_ellipses_dissipate_their_area(u, f, phase, u0, f0, cycles, rows):
     loops = mdr.measured_loops(record(u * (u0 + np.sin(t)), f * (f0 + np.sin(t + phase))))
     assert loops.data.sizes["cycle"] == cycles
     assert loops["dissipated_per_cycle"].values == pytest.approx(np.pi * u * f * np.sin(phase), rel=1e-3)
-    assert loops["secant_stiffness"].values == pytest.approx(f / u * np.cos(phase), rel=2e-2)
-    assert loops["damping_ratio"].values == pytest.approx(0.5 * np.tan(phase), rel=2e-2)
+    # the force is read at the sample nearest to the turn of the displacement
+    beside = np.sin(phase) * np.pi / rows
+    stiffness = loops["secant_stiffness"].values
+    assert stiffness == pytest.approx(f / u * np.cos(phase), rel=1e-3, abs=1.1 * beside * f / u)
+    loss = loops["dissipated_per_cycle"].values
+    assert loops["damping_ratio"].values == pytest.approx(loss / (2.0 * np.pi * u * u * stiffness), rel=1e-3)
 
 
 @pytest.mark.parametrize("amplitude", [0.3e-6, 0.6e-6, 1.2e-6])

@@ -322,7 +322,7 @@ class Result:
         )
 
     def __repr__(self) -> str:
-        return f"<pymdr.Result {self.status.name}, {self.data.sizes['step']} steps>"
+        return f"<pymdr.Result {self.status.name}, {self.data.sizes.get('step', 0)} steps>"
 
     def cite(self) -> tuple[str, ...]:
         """References of the theory that this result used."""

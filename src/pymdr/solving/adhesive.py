@@ -19,7 +19,7 @@ from pymdr.interpretation.adhesion import (
 )
 from pymdr.interpretation.branches import round_radius
 from pymdr.interpretation.fields import edge_amplitude
-from pymdr.interpretation.validity import BoolArray, approximated
+from pymdr.interpretation.validity import BoolArray, Claim, Level, approximated
 from pymdr.line.adhesion import JKR as ShortRange
 from pymdr.line.adhesion import MaugisDugdale as Cohesive
 from pymdr.line.adhesion import energy_release_rate, maugis_parameter, stress_intensity
@@ -324,6 +324,15 @@ def _interpret(
         claims = approximated(
             claims, f"; work, energy and losses agree to {balance.measure:.1g} only", balance.measure
         )
+    prescribed = {
+        "indentation": np.isinf(rows.control),
+        "normal_force": rows.control == 0.0,
+        "travel": (rows.control > 0.0) & np.isfinite(rows.control),
+    }
+    for name, known in prescribed.items():
+        if known.any() and not certificate.disk.all():
+            source, where = claims["contact_radius"].source, certificate.disk | known
+            claims[name] = Claim(Level.EXACT, "prescribed, or exact on a disk", source, where)
     valid = {
         name: values if claims[name].where.all() else np.where(claims[name].where, values, math.nan)
         for name, values in columns.items()

@@ -63,7 +63,7 @@ def with_bands(result: Result, solve: Callable[[Contact], Result]) -> Result:
 
 
 def _shifted_solution(result: Result, sign: float, solve: Callable[[Contact], Result]) -> xr.Dataset:
-    contact = replace(result.contact, profile=_shifted(result.contact.profile, sign))
+    contact = replace(result.contact, profile=shifted(result.contact.profile, sign))
     try:
         return solve(contact).data
     except (PathError, ConvergenceError):
@@ -71,10 +71,10 @@ def _shifted_solution(result: Result, sign: float, solve: Callable[[Contact], Re
 
 
 @lru_cache(maxsize=256)
-def _shifted(profile: Profile, sign: float) -> Profile:
+def shifted(profile: Profile, sign: float) -> Profile:
     """The profile moved by its scatter; the same value each time, so that its curve and its map are made once."""
     if isinstance(profile, Sum):
-        return Sum(tuple(_shifted(part, sign) for part in profile.parts))
+        return Sum(tuple(shifted(part, sign) for part in profile.parts))
     if not isinstance(profile, Sampled) or profile.scatter is None:
         return profile
     # the scatter stays: it weighs the samples of a smoothing spline as it does for the profile itself

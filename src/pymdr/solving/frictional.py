@@ -62,6 +62,8 @@ from pymdr.units import FloatArray, metres, newtons
 
 _REFINED = 200_000
 """Rows up to which a leg is refined."""
+_MEASURED = ("shift", "tangential_force", "slip_work")
+"""What tells whether a leg is refined enough."""
 _SLOWEST = 0.5
 """By how much the changes of a leg are said to fall from one refinement to the next, where it is not known to be more."""
 _SETTLED = 1e-9
@@ -160,7 +162,7 @@ def solve_frictional(
     starts: list[Mapping[str, float]] = []
     found: list[FrictionHistory] = []
     loads: list[FloatArray] = []
-    done, total, missed = 0, total_rows(path), 0.0
+    done, total, missed = 0, total_rows(path), np.zeros(len(_MEASURED))
     for number, leg in enumerate(known_legs(path), 1):
         rows = stretch(leg, controls, here)
         controls = rows.controls
@@ -175,7 +177,7 @@ def solve_frictional(
         else:
             history, parts, error = _follow_refined(line, rows, here, tangential, state, number)
             history = _taken(history, kept)
-            missed = max(missed, error)
+            missed = np.maximum(missed, error)
             starts.append({**here, PARTS: float(parts)})
         state = history.state
         found.append(history)
@@ -236,7 +238,7 @@ def _follow_refined(
     modulus: float,
     state: FrictionState,
     number: int,
-) -> tuple[FrictionHistory, int, float]:
+) -> tuple[FrictionHistory, int, FloatArray]:
     """
     A leg that moves a shift together with a load or with the travel of a machine.
 
@@ -248,8 +250,8 @@ def _follow_refined(
         Its own rows.
     int
         Parts of every move.
-    float
-        What is left of the error, of the largest values of the leg, if it goes on falling as it did.
+    ndarray
+        What is left of the errors of what is measured, of the largest values of the leg, if they go on falling as they did.
     """
 
     def run(parts: int) -> tuple[FrictionHistory, FrictionLeg, np.ndarray]:
@@ -257,14 +259,17 @@ def _follow_refined(
         leg = friction_leg(line.mapped.line, finer.rows, line.stiffness)
         return follow_leg(line.curves, leg, state.friction, modulus, state, finer.own), leg, finer.own
 
-    parts, error, before = 1, math.inf, math.inf
+    parts = 1
+    error = before = np.full(len(_MEASURED), math.inf)
     history, leg, own = run(parts)
-    while error > _SETTLED:
+    while error.max() > _SETTLED:
         factor = 4 if 4 * leg.normal.size <= _REFINED else 2
         finer, leg, own = run(factor * parts)
         change = _change(history, finer)
-        rate = min(change / before, _SLOWEST) if math.isfinite(before) and before > 0.0 else _SLOWEST
-        error = change * rate / (1.0 - rate) if math.isfinite(change) else change
+        with np.errstate(divide="ignore", invalid="ignore"):
+            rate = np.fmin(change / before, _SLOWEST)
+        rate[~np.isfinite(before)] = _SLOWEST
+        error = change * rate / (1.0 - rate)
         history, parts, before = finer, factor * parts, change
         if factor * leg.normal.size > _REFINED:
             break
@@ -272,16 +277,15 @@ def _follow_refined(
     return replace(history, kept=None), parts, error
 
 
-def _change(coarse: FrictionHistory, fine: FrictionHistory) -> float:
-    """The largest difference of two runs of one leg, over its largest values."""
+def _change(coarse: FrictionHistory, fine: FrictionHistory) -> FloatArray:
+    """The largest differences of two runs of one leg, over its largest values."""
     if coarse.ending is not Ending.COMPLETE or fine.ending is not Ending.COMPLETE:
-        return math.inf
-    found = 0.0
-    for name in ("shift", "tangential_force", "slip_work"):
-        one, other = getattr(coarse, name), getattr(fine, name)
-        size = max(float(np.max(np.abs(other))), math.ulp(0.0))
-        found = max(found, float(np.max(np.abs(one - other))) / size)
-    return found
+        return np.full(len(_MEASURED), math.inf)
+    pairs = [(getattr(coarse, name), getattr(fine, name)) for name in _MEASURED]
+    sizes = [max(float(np.max(np.abs(other))), math.ulp(0.0)) for _, other in pairs]
+    return np.array(
+        [np.max(np.abs(one - other)) / size for (one, other), size in zip(pairs, sizes, strict=True)]
+    )
 
 
 def _taken(history: FrictionHistory, kept: np.ndarray | None) -> FrictionHistory:
@@ -407,7 +411,7 @@ def _interpret(
     keep: np.ndarray | None,
     starts: tuple[Mapping[str, float], ...],
     stiffness: float | None,
-    missed: float,
+    missed: FloatArray,
 ) -> Result:
     """Step 3: quantities, claims and assumptions of every row that is kept."""
     assert contact.friction is not None
@@ -416,12 +420,13 @@ def _interpret(
     claims = frictional_claims(contact, moduli, tuple(columns), everywhere)
     if line.certificate is not None and line.certificate.error is not None:
         claims = approximated(claims, line.certificate.remark, float(line.certificate.error[0]))
-    if missed > EXACT_WITHIN:
-        claims |= approximated(
-            {name: claims[name] for name in (*TANGENTIAL_QUANTITIES, *TANGENTIAL_FIELDS) if name in claims},
-            f"; what lies between rows that move a load and a shift is followed to {missed:.1g} of the largest value",
-            missed,
+    for name in (*TANGENTIAL_QUANTITIES, *TANGENTIAL_FIELDS):
+        left = float(
+            missed[_MEASURED.index("slip_work")] if name == "dissipated_energy" else missed[:-1].max()
         )
+        if left > EXACT_WITHIN and name in claims:
+            remark = f"; what lies between rows that move a load and a shift is followed to {left:.1g} of the largest value"
+            claims |= approximated({name: claims[name]}, remark, left)
     at_deepest = states_at_depth(line.mapped.line, np.array([max(line.deepest, 0.0)]))
     claims = with_errors(claims, {}, map_remark(line.mapped.line, at_deepest))
     time = times(path)
@@ -432,7 +437,7 @@ def _interpret(
         path=path,
         data=labelled(columns, rows=keep),
         claims=claims,
-        assumptions=_assumed(contact, line, columns["contact_radius"]),
+        assumptions=frictional_assumptions(contact, line.mapped, columns["contact_radius"]),
         status=Status.COMPLETED,
         notes=line.mapped.notes,
         references=("sneddon", "popov-hess", "cattaneo-mindlin", "memory"),
@@ -441,8 +446,9 @@ def _interpret(
     )
 
 
-def _assumed(contact: Contact, line: _Line, radii: FloatArray) -> tuple[Assumption, ...]:
+def frictional_assumptions(contact: Contact, mapped: Mapped, radii: FloatArray) -> tuple[Assumption, ...]:
+    """What the model assumes, with the similarity that friction needs."""
     assert contact.friction is not None
-    listed = assumptions(contact, line.mapped, radii)
-    similar = similarity_assumption(line.mapped.moduli, contact.friction.coefficient)
+    listed = assumptions(contact, mapped, radii)
+    similar = similarity_assumption(mapped.moduli, contact.friction.coefficient)
     return (*(a for a in listed if a.name != similar.name), similar)

@@ -5,24 +5,25 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pymdr.errors import ProblemError, QuantityError
-from pymdr.interpretation.accuracy import with_errors
+from pymdr.errors import ProblemError, PymdrError, QuantityError
+from pymdr.interpretation.accuracy import EXACT_WITHIN, with_errors
 from pymdr.interpretation.certificate import Certificate
 from pymdr.interpretation.friction import frictional_claims
-from pymdr.interpretation.validity import Claim, approximated
+from pymdr.interpretation.validity import Assumption, Claim, Level, approximated
 from pymdr.line.foundation import ElasticLine, states_at_depth, states_at_force
 from pymdr.mapping.abel import gauss
-from pymdr.mapping.moduli import effective_moduli
 from pymdr.problem.contact import Contact
 from pymdr.problem.laws import Coulomb
-from pymdr.solving.frictional import disks_down_to
-from pymdr.solving.reach import map_remark, map_to_line, refuse_unreachable
+from pymdr.solving.bands import BAND_NOTE, scatter_of, shifted
+from pymdr.solving.frictional import disks_down_to, frictional_assumptions
+from pymdr.solving.reach import Mapped, map_remark, map_to_line, refuse_unreachable
 from pymdr.units import ArrayQuantityLike, FloatArray, QuantityLike, newtons, shown, to_si, to_si_array
+
+_NODES, _LEVELS, _SETTLED = 16, 60, 1e-14
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -46,9 +47,12 @@ class FrictionLoop:
     data: xr.Dataset
     """Over ``amplitude`` (m) or ``force_amplitude`` (N), whichever was given: the other, dissipated_per_cycle (J),
     damping_ratio, secant_stiffness (N/m), stick_ratio, and sliding_shift (m), beyond which all slides; over
-    ``coefficient`` too where several coefficients of friction were given."""
+    ``coefficient`` too where several coefficients of friction were given. The scatter of a sampled profile adds the
+    ends of their bands, such as ``damping_ratio_low`` and ``damping_ratio_high``."""
     claim: Claim
     """How far they can be trusted."""
+    assumptions: tuple[Assumption, ...]
+    """Conditions of the model, measured."""
 
     def __getitem__(self, name: str) -> xr.DataArray:
         if name not in self.data.variables:
@@ -69,7 +73,10 @@ class FrictionLoop:
                 " ".join(f"{value:>{width}.4g}" for value, width in zip(row, widths, strict=True))
                 for row in zip(*columns, strict=True)
             ]
-        return "\n".join([*lines, f"{self.claim.level.value}: {self.claim.reason}"])
+        unmet = [
+            f"not met: {a.words} {a.measure:.3g}, limit {a.limit:.3g}" for a in self.assumptions if not a.met
+        ]
+        return "\n".join([*lines, f"{self.claim.level.value}: {self.claim.reason}", *unmet])
 
     def by_coefficient(self) -> list[tuple[float | None, xr.Dataset]]:
         """The loops of every coefficient of friction; None stands for the one of the contact."""
@@ -184,7 +191,7 @@ def friction_loop(
         name="coefficient",
     )
     data = xr.concat([study.data for study in studies], dim=mus, combine_attrs="override", join="exact")
-    return FrictionLoop(data.transpose(*names), studies[0].claim)
+    return FrictionLoop(data.transpose(*names, ...), studies[0].claim, studies[0].assumptions)
 
 
 def _one_loop(
@@ -196,23 +203,84 @@ def _one_loop(
 ) -> FrictionLoop:
     import xarray as xr
 
-    line, d, mu, certificate = _loaded(contact, normal_force, indentation)
-    moduli = effective_moduli(contact.body, contact.counterbody)
+    found = _study(contact, given, pulls, normal_force, indentation)
+    dimension = "amplitude" if given is not None else "force_amplitude"
+    columns, claim = dict(found.columns), found.claim
+    if scatter_of(contact.profile):
+        ends = [
+            _shifted_study(contact, sign, found, given, pulls, normal_force, indentation)
+            for sign in (-1.0, 1.0)
+        ]
+        for name in _UNITS:
+            if name == dimension:
+                continue
+            values = np.array([columns[name], *(end[name] for end in ends)])
+            known = np.isfinite(values).all(axis=0)
+            columns[f"{name}_low"] = np.where(known, values.min(axis=0), math.nan)
+            columns[f"{name}_high"] = np.where(known, values.max(axis=0), math.nan)
+        claim = replace(
+            claim, level=Level.APPROXIMATE, reason=f"of the mean profile; {BAND_NOTE}; {claim.reason}"
+        )
+    arrays = {
+        name: (dimension, values, {"units": _UNITS[name.removesuffix("_low").removesuffix("_high")]})
+        for name, values in columns.items()
+    }
+    data = xr.Dataset(
+        {name: array for name, array in arrays.items() if name != dimension}
+        | {"sliding_shift": ((), found.sliding, {"units": "m"})},
+        coords={dimension: arrays[dimension]},
+        attrs={"sliding_shift": found.sliding, "normal_force": found.load, "indentation": found.depth},
+    )
+    return FrictionLoop(data, claim, found.assumptions)
+
+
+_UNITS = {
+    "amplitude": "m",
+    "force_amplitude": "N",
+    "dissipated_per_cycle": "J",
+    "damping_ratio": "",
+    "secant_stiffness": "N/m",
+    "stick_ratio": "",
+}
+
+
+@dataclass(frozen=True)
+class _Study:
+    """The loops of one profile."""
+
+    columns: dict[str, FloatArray]
+    claim: Claim
+    assumptions: tuple[Assumption, ...]
+    sliding: float
+    load: float
+    depth: float
+
+
+def _study(
+    contact: Contact,
+    given: FloatArray | None,
+    pulls: FloatArray | None,
+    normal_force: QuantityLike | None,
+    indentation: QuantityLike | None,
+) -> _Study:
+    mapped, d, mu, certificate = _loaded(contact, normal_force, indentation)
+    line, moduli = mapped.line, mapped.moduli
     factor = mu * moduli.normal / moduli.tangential
-    a = float(states_at_depth(line, np.array([d])).contact_radius[0])
+    state = states_at_depth(line, np.array([d]))
+    a = float(state.contact_radius[0])
     load = 2.0 * line.modulus * _moment_with_edge(line, d, a)
     sliding = factor * d
 
-    def loops(u: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    def loops(u: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
         inner = np.minimum(u, sliding)
         c = states_at_depth(line, d - inner / factor).contact_radius
-        force, loss = _loop_integrals(line, d, a, c, inner, factor, moduli.tangential)
+        force, loss, error = _loop_integrals(line, d, a, c, inner, factor, moduli.tangential)
         force = np.where(u >= sliding, mu * load, force)
-        return force, loss + 4.0 * mu * load * (u - inner), c
+        return force, loss + 4.0 * mu * load * (u - inner), c, error
 
     if given is not None:
         u = given
-        force, loss, c = loops(u)
+        force, loss, c, error = loops(u)
     else:
         assert pulls is not None
         if np.max(pulls) >= mu * load:
@@ -222,28 +290,38 @@ def _one_loop(
             )
         force = pulls
         u = _shifts_at(pulls, mu, load, line, d, factor, lambda u: loops(u)[0])
-        _, loss, c = loops(u)
-    dimension = "amplitude" if given is not None else "force_amplitude"
+        _, loss, c, error = loops(u)
     columns = {
-        "amplitude": (u, "m"),
-        "force_amplitude": (force, "N"),
-        "dissipated_per_cycle": (loss, "J"),
-        "damping_ratio": (loss / (2.0 * math.pi * force * u), ""),
-        "secant_stiffness": (force / u, "N/m"),
-        "stick_ratio": (c / a, ""),
+        "amplitude": u,
+        "force_amplitude": force,
+        "dissipated_per_cycle": loss,
+        "damping_ratio": loss / (2.0 * math.pi * force * u),
+        "secant_stiffness": force / u,
+        "stick_ratio": c / a,
     }
-    arrays = {name: (dimension, values, {"units": unit}) for name, (values, unit) in columns.items()}
-    data = xr.Dataset(
-        {name: array for name, array in arrays.items() if name != dimension}
-        | {"sliding_shift": ((), sliding, {"units": "m"})},
-        coords={dimension: arrays[dimension]},
-        attrs={"sliding_shift": sliding, "normal_force": load, "indentation": d},
-    )
-    claims = frictional_claims(contact, moduli, ("dissipated_energy",), np.ones(u.size, dtype=bool))
+    name = "dissipated_energy"
+    claims = frictional_claims(contact, moduli, (name,), np.ones(u.size, dtype=bool))
     if certificate.error is not None:
         claims = approximated(claims, certificate.remark, float(certificate.error[0]))
-    claims = with_errors(claims, {}, map_remark(line, states_at_depth(line, np.array([d]))))
-    return FrictionLoop(data, claims["dissipated_energy"])
+    claims = with_errors(claims, {name: error} if error.max() > EXACT_WITHIN else {}, map_remark(line, state))
+    met = frictional_assumptions(contact, mapped, np.array([a]))
+    return _Study(columns, claims[name], met, sliding, load, d)
+
+
+def _shifted_study(
+    contact: Contact,
+    sign: float,
+    mean: _Study,
+    given: FloatArray | None,
+    pulls: FloatArray | None,
+    normal_force: QuantityLike | None,
+    indentation: QuantityLike | None,
+) -> dict[str, FloatArray]:
+    moved = replace(contact, profile=shifted(contact.profile, sign))
+    try:
+        return _study(moved, given, pulls, normal_force, indentation).columns
+    except PymdrError:
+        return dict.fromkeys(_UNITS, np.full(mean.claim.where.shape, math.nan))
 
 
 _SMALL_SHARE = 1e-3
@@ -268,7 +346,8 @@ def _shifts_at(
     depth = states_at_force(line, load - pulls / mu).indentation
     u = np.clip(factor * (d - depth), factor * d * 1e-16, factor * d)
     small = pulls < _SMALL_SHARE * mu * load
-    for _ in range(8 if small.any() else 0):
+    # all but straight: one secant is enough
+    if small.any():
         u = np.where(small, u * pulls / force_at(u), u)
     return u
 
@@ -284,7 +363,7 @@ def _amplitudes(given: ArrayQuantityLike | None, unit: str, name: str) -> FloatA
 
 def _loaded(
     contact: Contact, normal_force: QuantityLike | None, indentation: QuantityLike | None
-) -> tuple[ElasticLine, float, float, Certificate]:
+) -> tuple[Mapped, float, float, Certificate]:
     if not isinstance(contact, Contact) or contact.friction is None:
         raise ProblemError(
             "friction_loop: the contact has no friction; give Contact(..., friction=Coulomb(0.3))"
@@ -294,7 +373,8 @@ def _loaded(
         raise ProblemError(f"friction_loop: mu = {mu:g} has no loops; it must be above 0 and finite")
     if (normal_force is None) == (indentation is None):
         raise ProblemError("friction_loop: give exactly one of normal_force and indentation")
-    line = map_to_line(contact).line
+    mapped = map_to_line(contact)
+    line = mapped.line
     if indentation is not None:
         d = to_si(indentation, "m", name="indentation")
     else:
@@ -308,7 +388,7 @@ def _loaded(
         raise ProblemError(
             f"friction_loop: the load {given!r} must be above 0 {unit}; press the bodies together"
         )
-    return line, d, mu, disks_down_to(contact, line, d)
+    return mapped, d, mu, disks_down_to(contact, line, d)
 
 
 def _moment_with_edge(line: ElasticLine, d: float, a: float) -> float:
@@ -318,18 +398,45 @@ def _moment_with_edge(line: ElasticLine, d: float, a: float) -> float:
 
 def _loop_integrals(
     line: ElasticLine, d: float, a: float, c: FloatArray, u: FloatArray, factor: float, modulus: float
-) -> tuple[FloatArray, FloatArray]:
-    """Force amplitude 2 G* [u c + int_c^a t dx] and loss 8 G* int_c^a t (u - t) dx; no term cancels."""
-    marks = list(line.equivalent.kinks(a))
-    s, weight = gauss(24)
-    slipping, loss = np.zeros(u.shape), np.zeros(u.shape)
-    edges = [0.0, *marks, a]
-    for low, high in pairwise(edges):
-        for part in range(4):
-            left = np.maximum(low + (high - low) * part / 4.0, c)
-            width = np.maximum(low + (high - low) * (part + 1) / 4.0 - left, 0.0)
-            x = left[:, None] + width[:, None] * s
-            t = np.clip(factor * (d - line.equivalent.g(np.minimum(x, a))), 0.0, u[:, None])
-            slipping += width * (t @ weight)
-            loss += width * ((t * (u[:, None] - t)) @ weight)
-    return 2.0 * modulus * (u * c + slipping), 8.0 * modulus * loss
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """
+    Force amplitude 2 G* [u c + int_c^a t dx], loss 8 G* int_c^a t (u - t) dx, and the relative error of both.
+
+    No term cancels. Between two kinks x runs like the square of the variable of integration, since g begins like a root
+    behind a kink, and panels are halved until their halves agree with them.
+    """
+    slipping, loss, missed = np.zeros(u.shape), np.zeros(u.shape), np.zeros(u.shape)
+    marks = np.array([0.0, *line.equivalent.kinks(a), a])
+    whose, part = (x.ravel() for x in np.indices((u.size, marks.size - 1)))
+    begin = np.sqrt(np.clip((c[whose] - marks[part]) / np.diff(marks)[part], 0.0, 1.0))
+    real = begin < 1.0
+    whose, part, low, high = whose[real], part[real], begin[real], np.ones(int(real.sum()))
+
+    def panels(low: FloatArray, high: FloatArray) -> FloatArray:
+        node, weight = gauss(_NODES)
+        s = low[:, None] + (high - low)[:, None] * node
+        width = np.diff(marks)[part]
+        x = np.minimum(marks[part][:, None] + width[:, None] * s * s, a)
+        top = u[whose, None]
+        t = np.clip(factor * (d - line.equivalent.g(x)), 0.0, top)
+        scale = 2.0 * width[:, None] * s * (high - low)[:, None] * weight
+        return np.stack([(t * scale).sum(axis=1), (t * (top - t) * scale).sum(axis=1)])
+
+    for level in range(_LEVELS):
+        if whose.size == 0:
+            break
+        middle = 0.5 * (low + high)
+        whole, left, right = panels(low, high), panels(low, middle), panels(middle, high)
+        found = left + right
+        # what is known so far is a scale for what is left
+        size = np.stack([slipping + u * c, loss])
+        for total, values in zip(size, np.abs(found), strict=True):
+            np.add.at(total, whose, values)
+        error = np.max(np.abs(found - whole) / np.maximum(size[:, whose], math.ulp(0.0)), axis=0)
+        good = (error <= _SETTLED) | (level == _LEVELS - 1)
+        np.add.at(slipping, whose[good], found[0, good])
+        np.add.at(loss, whose[good], found[1, good])
+        np.add.at(missed, whose[good], error[good])
+        whose, part = np.tile(whose[~good], 2), np.tile(part[~good], 2)
+        low, high = np.append(low[~good], middle[~good]), np.append(middle[~good], high[~good])
+    return 2.0 * modulus * (u * c + slipping), 8.0 * modulus * loss, missed

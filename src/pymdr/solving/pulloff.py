@@ -180,7 +180,12 @@ def _pressed(line: AdhesiveLine, stiffness: float, pressed_to: QuantityLike | No
         return s if pressed_to is None else line.equilibria.states(s).indentation
 
     if pressed_to is None:
-        unloaded = line.track(0.0, 0.0)
+        try:
+            unloaded = line.track(0.0, 0.0)
+        except PathError as error:
+            raise line.too_short(
+                "the profile ends inside the contact of the unloaded body", math.inf
+            ) from error
         target = _first_touch(line, unloaded, 0.0)
         track = unloaded if stiffness == 0.0 else line.track(stiffness, -math.inf, target)
     else:

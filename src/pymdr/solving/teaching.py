@@ -86,7 +86,8 @@ def friction_foundation(
     Returns
     -------
     SpringHistory
-        Tangential force, stick radius, stored energy and slip work of every row; the force errs by O(1/n^2).
+        Tangential force, stick radius, stored energy and slip work of every row; the force errs by
+        O(1/n^2) where mu is finite and g smooth, more slowly without slip and beside cusps, kinks and edges.
 
     Raises
     ------

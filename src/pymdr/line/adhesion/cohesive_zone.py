@@ -301,7 +301,8 @@ def solve_width(
         if left.size == 0:
             return width
         value, rate = residual(width[left], left, None)
-        step = (target - value) / rate
+        # under a flat end nothing grows yet
+        step = np.divide(target - value, rate, where=rate > 0.0, out=width[left].copy())
         width[left] = np.clip(width[left] + step, 0.25 * width[left], upper[left])
         error = np.abs(step) / width[left]
         settled = (error <= 2e-14) | ((before <= _NOISE) & (error >= 0.5 * before))

@@ -5,7 +5,8 @@ The line carries w = d - g for x < a and w = -(2σ0/E*) sqrt(c² - x²) for a < 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -22,11 +23,15 @@ from pymdr.line.adhesion.equivalent_line import (
 )
 from pymdr.line.adhesion.radii import Radii, radii_of
 from pymdr.line.adhesion.zone_shape import segment, zone_root
+from pymdr.line.adhesion.zone_table import Table, tabulated
 from pymdr.mapping.equivalent.graded import GradedLine
 from pymdr.mapping.series import Place, Position, rounded
 from pymdr.units import FloatArray
 
 _PIECES = 5
+_FEW = 3000
+"""Up to so many states are computed one by one: a table costs as much."""
+_BEYOND = 1.1
 _APPROACH, _HELD, _GROWING, _CLIPPED, _STUCK = range(_PIECES)
 
 
@@ -82,6 +87,7 @@ class MaugisDugdale:
     work: float
     strength: float
     ends: tuple[float, ...]
+    _tables: dict[int, Table] = field(default_factory=dict, compare=False, repr=False)
 
     @property
     def knots(self) -> tuple[float, ...]:
@@ -128,7 +134,7 @@ class MaugisDugdale:
         width[at] = offset[at]
         # even the very first state gets a zone, too small to be seen
         first = np.maximum(offset[at], 1e-18 * self.ends[_APPROACH])
-        height = (2.0 / np.pi) * zone_integrals(self.line, radius[at], first)[1]
+        height = (2.0 / np.pi) * self._without_contact(first)[1]
         d[at] = np.where(offset[at] > 0.0, height - (4.0 / np.pi) * self._k * width[at], 0.0) + self.touch
 
         at = np.flatnonzero(piece == _HELD)
@@ -139,7 +145,9 @@ class MaugisDugdale:
         at = np.flatnonzero(piece == _GROWING)
         if at.size:
             base[at], radius[at] = self._radii.place(s[at])
-            width[at] = self._width(self._position(base[at], radius[at]))
+            few = at.size <= _FEW
+            place = self._position(base[at], radius[at])
+            width[at] = self._width(place) if few else self._around_contact(s[at])[0]
 
         at = np.flatnonzero(piece == _CLIPPED)
         # the difference of two ends may round beyond the edge
@@ -162,6 +170,40 @@ class MaugisDugdale:
 
     def _position(self, base: FloatArray, offset: FloatArray) -> Position:
         return Place(base, offset) if isinstance(self.line, GradedLine) else base + offset
+
+    def _without_contact(self, c: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """J0, J1 and J2 of zones without contact."""
+
+        def direct(c: FloatArray) -> FloatArray:
+            return np.stack(zone_integrals(self.line, np.zeros_like(c), c, third=True))
+
+        values = direct(c) if c.size <= _FEW else self._read(_APPROACH, c, direct)
+        return values[0], values[1], values[2]
+
+    def _around_contact(self, s: FloatArray) -> FloatArray:
+        """Width, J0 and J2 of many zones around a contact."""
+
+        def direct(s: FloatArray) -> FloatArray:
+            place = self._position(*self._radii.place(s))
+            width = self._width(place)
+            j0, _, j2 = zone_integrals(self.line, place, width, third=True)
+            return np.stack([width, j0, j2])
+
+        return self._read(_GROWING, s, direct)
+
+    def _read(self, piece: int, s: FloatArray, direct: Callable[[FloatArray], FloatArray]) -> FloatArray:
+        """Functions of the parameter on a piece, by its table."""
+        high = float(s.max())
+        table = self._tables.get(piece)
+        if table is None or high > table.marks[-1]:
+            start = 0.0 if piece == _APPROACH else self.ends[_HELD]
+            most = min(start + _BEYOND * (high - start), self.ends[piece])
+            table = self._tables[piece] = tabulated(direct, start, max(most, high), self.knots)
+        values = table(s)
+        left = np.flatnonzero(~np.isfinite(values).all(axis=0))
+        if left.size:
+            values[:, left] = direct(s[left])
+        return values
 
     def _width(self, radius: Position) -> FloatArray:
         return _width_at(self.line, self._k, self.work / self.strength, radius, self.ends[_APPROACH])
@@ -205,18 +247,21 @@ class MaugisDugdale:
         k = self._k
 
         at = np.flatnonzero(zones.piece == _APPROACH)
-        j0 = zone_integrals(self.line, a[at], np.maximum(width[at], 1e-18 * self.ends[_APPROACH]))[0]
+        j0 = self._without_contact(np.maximum(width[at], 1e-18 * self.ends[_APPROACH]))[0]
         slope[at] = (2.0 / np.pi) * j0 - (4.0 / np.pi) * k
         rate[at] = -2.0 * np.pi * self.strength * c[at]
 
         at = np.flatnonzero(zones.piece == _GROWING)
         place = zones.place.take(at) if isinstance(zones.place, Place) else a[at]
-        j0 = zone_integrals(self.line, place, width[at])[0]
+        few = at.size <= _FEW
+        j0 = zone_integrals(self.line, place, width[at])[0] if few else self._around_contact(flat[at])[1]
         steep = self.line.slope(place) + 2.0 * k * a[at] / root[at]
         closing = j0 + 2.0 * k * (angle[at] * c[at] / root[at] - width[at] / c[at])
-        slope[at] = steep * (j0 - 2.0 * k * width[at] / c[at]) / closing
-        spread = 2.0 * k * c[at] * angle[at] * (angle[at] * steep / closing)
-        rate[at] = 2.0 * self.modulus * (a[at] * slope[at] - spread)
+        # at a corner g' is infinite, and all rates with it
+        share = j0 - 2.0 * k * width[at] / c[at]
+        slope[at] = steep * (share / closing)
+        spread = 2.0 * k * c[at] * angle[at] ** 2
+        rate[at] = 2.0 * self.modulus * steep * ((a[at] * share - spread) / closing)
         per = self._radii.rate(flat[at])
         slope[at] *= per
         rate[at] *= per
@@ -244,9 +289,18 @@ class MaugisDugdale:
         elastic = stretched_energy(self.line, self.modulus, zones.place, opening)
         elastic += self.modulus * (2.0 * self._k) ** 2 * solid
         j2 = np.zeros_like(a)
-        at = np.flatnonzero(width > 0.0)
-        place = zones.place.take(at) if isinstance(zones.place, Place) else a[at]
-        j2[at] = zone_integrals(self.line, place, width[at], third=True)[2]
+        flat = s.ravel()
+        for piece in range(_PIECES):
+            at = np.flatnonzero((width > 0.0) & (zones.piece == piece))
+            if at.size == 0:
+                continue
+            place = zones.place.take(at) if isinstance(zones.place, Place) else a[at]
+            if piece == _GROWING and at.size > _FEW:
+                j2[at] = self._around_contact(flat[at])[2]
+            elif piece == _APPROACH and at.size > _FEW:
+                j2[at] = self._without_contact(width[at])[2]
+            else:
+                j2[at] = zone_integrals(self.line, place, width[at], third=True)[2]
         gaps = 4.0 * (j2 + 0.5 * opening * c**2 * segment(angle) - 2.0 * self._k * solid)
         cohesion = self.strength * gaps - np.pi * c**2 * self.work
         return elastic.reshape(s.shape), cohesion.reshape(s.shape)

@@ -25,6 +25,8 @@ _MOST_PANELS = 1024
 _DEEPEST = 24
 _SHARP = 1e-8
 """Relative length of what is a kink to any panel, even if a closer look would resolve it."""
+_BESIDE = 1e-6
+"""How far from a kink, in parts of its radius, a curve is told from 0."""
 _WIDEST = 24.0
 """Length of the stretch on each side of a kink, in lengths of the panel that holds it."""
 _SIDE_POINTS, _INSIDE_POINTS = 40, 48
@@ -100,7 +102,21 @@ def find_kinks(
             for one, other in pairwise(marks)
             if more and other - one > 256.0 * EPS * other
         ]
-    return sorted(found)
+    return sorted(_begun(curve, radius) for radius in found)
+
+
+def _begun(curve: Curve, radius: float) -> float:
+    """The last float at which a curve that is 0 before a radius is 0; the radius itself where it is not."""
+    low, high = radius * (1.0 - _BESIDE), radius * (1.0 + _BESIDE)
+    if (
+        np.any(curve(radius * (1.0 - _BESIDE * np.array([1.0, 2.0, 4.0]))) != 0.0)
+        or curve(np.array([high]))[0] == 0.0
+    ):
+        return radius
+    while np.nextafter(low, math.inf) < high:
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if curve(np.array([middle]))[0] == 0.0 else (low, middle)
+    return low
 
 
 def _searched(curve: Curve, low: float, high: float, noise: float, of: str) -> list[float]:

@@ -375,7 +375,8 @@ def _established(fits: _Stretches, n: float, s: float, exponent_error: float) ->
     z = 2.0 * _nodes() - 1.0
     series = np.asarray(np.linalg.solve(chebyshev.chebvander(z, _SIZE - 1), best.slope), dtype=float)
     series = series[: int(np.flatnonzero(np.abs(series) > 0.1 * EPS * np.abs(series).max())[-1]) + 1]
-    error = 4.0 * best.spread + max(apart, default=0.0) + 8.0 * EPS
+    # rounding is no white noise: its standard deviation is safe within a factor of two
+    error = 8.0 * best.spread + 2.0 * max(apart, default=0.0) + 8.0 * EPS
     law = TipLaw(fits.radius, n, series, error, _told(s), exponent_error)
     return law if _is_met(fits, law) else None
 

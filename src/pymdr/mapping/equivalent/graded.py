@@ -47,6 +47,8 @@ _ROUGH = 0.97
 _BLOCK = 16
 """Steps of the search that are asked at once."""
 _NEWTON = 60
+_ROUNDED = 1e-11
+"""Part of a value below which steps of Newton's method may be nothing but rounding."""
 _SAVED = 2.0**-60
 """How far inward, in radii that are asked for, the panels of a saved profile go."""
 _SEARCHED = 2.0**10
@@ -187,10 +189,11 @@ class GradedLine(EquivalentProfile):
     def _panels(self, start: float, place: tuple[float, float] | None, stop: float) -> Panels:
         """The first division of the line between two radii."""
         slope = self._resolved
-        knots = [b for b in slope.knots if start < b < stop]
         base, low = (0.0, start) if place is None else place
-        if base + low in slope.knots:
-            base, low = base + low, 0.0
+        # the sum of a base and an offset may round to another float than the breakpoint there
+        if passed := [b for b in slope.knots if base < b and b - base <= low]:
+            base, low = passed[-1], 0.0
+        knots = [b for b in slope.knots if max(start, base) < b < stop]
         parts = []
         for end in (*knots, stop):
             parts.append(anchored(base, low, end, end))
@@ -730,6 +733,7 @@ def _newton(panels: Panels, series: Series, index: IndexArray, target: FloatArra
     answer_u = np.empty(target.shape)
     left, right = np.zeros(target.shape), np.ones(target.shape)
     u = np.full(target.shape, 0.5)
+    last_move = np.full(target.shape, math.inf)
     open_ = np.arange(target.size)
     for _ in range(_NEWTON):
         c, rate = with_slope(coefficients[open_], u[open_])
@@ -756,6 +760,9 @@ def _newton(panels: Panels, series: Series, index: IndexArray, target: FloatArra
         moved = np.abs(new - u[open_])
         u[open_] = new
         settled = (moved <= 2e-16 * np.maximum(new, 1e-3)) | (c == wanted)
+        # steps that no longer shrink are rounding
+        settled |= (moved <= _ROUNDED * new) & (moved >= 0.5 * last_move[open_])
+        last_move[open_] = moved
         settled |= right[open_] - left[open_] <= 4e-16 * np.maximum(new, 1e-300)
         done = open_[settled]
         answer_u[done] = u[done]

@@ -82,6 +82,11 @@ def loop_study(studies: Sequence[tuple[float | None, xr.Dataset]]) -> Figure:
                 few = "o" if u.size <= MARKED_ROWS else None
                 colour, label = (BLUE, None) if mu is None else (f"C{i}", f"$\\mu$ = {mu:g}")
                 axes.plot(x, y, color=colour, lw=1.5, marker=few, ms=3, label=label)
+                if f"{name}_low" in study:
+                    ends = [study[f"{name}_{end}"].values[order] for end in ("low", "high")]
+                    low, high = (np.asarray(from_si(v, si, shown)) if si else v for v in ends)
+                    band = "band of the scatter" if mu is None else None
+                    axes.fill_between(x, low, high, color=colour, alpha=0.2, lw=0, label=band)
             axes.set_xlabel(f"amplitude of the shift ({unit})")
             axes.set_ylabel(f"{words} ({shown})" if shown else words)
             if name == "damping_ratio":
