@@ -10,7 +10,7 @@ keeps a rigorous lower bound of the force.
 import pymdr as mdr
 
 b, R = 1e-3, 0.5
-hollow = mdr.FlatPunch(radius=b) + mdr.Function(lambda r: -(r**2) / (2 * R), derivative=lambda r: -r / R)
+hollow = mdr.ConcavePunch(radius=b, hollow_radius=R)
 contact = mdr.Contact(hollow, mdr.Elastic(young="3 MPa", poisson=0.5))
 
 result = mdr.solve(contact, mdr.indent("1.5 um", steps=3))

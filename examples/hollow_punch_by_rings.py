@@ -9,7 +9,7 @@ whose claims say that the method was not used.
 import pymdr as mdr
 
 b, R = 1e-3, 0.5
-hollow = mdr.FlatPunch(radius=b) + mdr.Function(lambda r: -(r**2) / (2 * R), derivative=lambda r: -r / R)
+hollow = mdr.ConcavePunch(radius=b, hollow_radius=R)
 contact = mdr.Contact(hollow, mdr.Elastic(young="3 MPa", poisson=0.5))
 path = mdr.indent("1.5 um", steps=3)
 

@@ -7,7 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from scipy.integrate import quad
 from scipy.optimize import brentq
@@ -618,6 +618,7 @@ def test_sharp_punches_of_any_size_under_a_load(radius, modulus, work, reach, st
 
 @settings(max_examples=25, deadline=None)
 @given(b=st.floats(0.01, 10.0), work=st.floats(1e-4, 1.0), share=st.floats(-0.999, 3.0))
+@example(b=1.71875, work=1.0, share=2.220446049250313e-16)
 def test_a_sharp_edge_releases_energy_only_where_it_is_open(b, work, share):
     d = share * opening(b, 1.0, work)
     result = mdr.solve(contact(mdr.FlatPunch(b), mdr.JKR(work)), mdr.indent(max(d, 0.0)) >> mdr.indent(d))

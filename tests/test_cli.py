@@ -229,7 +229,7 @@ def test_several_cases_keep_going_past_one_that_fails(case, tmp_path, shell):
     assert [answer["error"] is None for answer in json.loads(out)] == [False, True]
 
 
-@pytest.mark.parametrize("kind", ["ball", "cone", "punch", "cycle", "tip"])
+@pytest.mark.parametrize("kind", ["ball", "cone", "worn", "punch", "cycle", "tip"])
 def test_new_cases_are_valid(kind, tmp_path, shell):
     file = tmp_path / "new.toml"
     assert shell("new", kind, "-o", file)[0] == 0

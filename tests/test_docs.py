@@ -26,6 +26,7 @@ def blocks(page):
         "friction.md",
         "claims.md",
         "exactness.md",
+        "profiles.md",
         "contributing.md",
     ],
 )

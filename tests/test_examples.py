@@ -14,6 +14,8 @@ EXAMPLES = Path(__file__).parent.parent / "examples"
 # last rows of the case files, from closed forms where there is one
 CASE_NUMBERS = {
     "ball_on_glass": ("contact_radius", 1.8873e-4, 1e-4),
+    # the closed force of a truncated sphere, inverted
+    "worn_sphere": ("contact_radius", 1.5063574518091223e-3, 1e-12),
     "conical_indenter": ("normal_force", 0.0, 1e-12),
     # the mean profile, within the noise of the hyperboloid that it was made from
     "worn_tip": ("normal_force", 7.7024e-6, 0.01),

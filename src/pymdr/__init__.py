@@ -45,17 +45,27 @@ if TYPE_CHECKING:
     from pymdr.problem.paths import ramp as ramp
     from pymdr.problem.paths import shift as shift
     from pymdr.problem.paths import travel as travel
+    from pymdr.problem.profiles import ConcavePunch as ConcavePunch
     from pymdr.problem.profiles import Cone as Cone
     from pymdr.problem.profiles import CubicSpline as CubicSpline
+    from pymdr.problem.profiles import DomedPunch as DomedPunch
+    from pymdr.problem.profiles import Ellipsoid as Ellipsoid
     from pymdr.problem.profiles import FlatPunch as FlatPunch
     from pymdr.problem.profiles import Function as Function
+    from pymdr.problem.profiles import Hyperboloid as Hyperboloid
     from pymdr.problem.profiles import Interpolated as Interpolated
     from pymdr.problem.profiles import Paraboloid as Paraboloid
     from pymdr.problem.profiles import PowerLaw as PowerLaw
+    from pymdr.problem.profiles import RoundedCone as RoundedCone
+    from pymdr.problem.profiles import RoundedFlat as RoundedFlat
     from pymdr.problem.profiles import Sampled as Sampled
     from pymdr.problem.profiles import ShapePreserving as ShapePreserving
     from pymdr.problem.profiles import SmoothingSpline as SmoothingSpline
     from pymdr.problem.profiles import Sphere as Sphere
+    from pymdr.problem.profiles import TruncatedCone as TruncatedCone
+    from pymdr.problem.profiles import TruncatedParaboloid as TruncatedParaboloid
+    from pymdr.problem.profiles import TruncatedSphere as TruncatedSphere
+    from pymdr.problem.profiles import Waviness as Waviness
     from pymdr.result import Result as Result
     from pymdr.result import Status as Status
     from pymdr.result import open_result as open_result
@@ -116,17 +126,27 @@ _HOMES: dict[str, tuple[str, ...]] = {
         "travel",
     ),
     "pymdr.problem.profiles": (
+        "ConcavePunch",
         "Cone",
         "CubicSpline",
+        "DomedPunch",
+        "Ellipsoid",
         "FlatPunch",
         "Function",
+        "Hyperboloid",
         "Interpolated",
         "Paraboloid",
         "PowerLaw",
+        "RoundedCone",
+        "RoundedFlat",
         "Sampled",
         "ShapePreserving",
         "SmoothingSpline",
         "Sphere",
+        "TruncatedCone",
+        "TruncatedParaboloid",
+        "TruncatedSphere",
+        "Waviness",
     ),
     "pymdr.result": ("Result", "Status", "open_result"),
     "pymdr.solving": (

@@ -307,6 +307,27 @@ def linear_slopes(knots, slopes):
     return Polynomials(knots, slopes, bends / 2, np.zeros_like(bends))
 
 
+@dataclass(frozen=True)
+class Cut:
+    """Another term of which all up to r = b is cut off flat."""
+
+    term: object
+    b: float
+
+    def events(self, top):
+        b = np.full(1, LONG(self.b))
+        return [(LONG(self.b), KINK, self.term.slope(b, np.zeros_like(b))[0]), *self.term.events(top)]
+
+    def marks(self, top):
+        return [m for m in self.term.marks(top) if m > self.b]
+
+    def slope(self, base, offset):
+        return np.where(base >= LONG(self.b), self.term.slope(base, offset), 0)
+
+    def bend(self, base, offset):
+        return np.where(base >= LONG(self.b), self.term.bend(base, offset), 0)
+
+
 class TermCurve:
     """The sum of terms as a curve for quadrature.py, with panels short beside what happens below them."""
 

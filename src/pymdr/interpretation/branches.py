@@ -14,11 +14,12 @@ from pymdr.line.adhesion import MaugisDugdale as Cohesive
 from pymdr.line.adhesion import dmt_pull, maugis_dugdale, rigid_pull
 from pymdr.line.foundation import ElasticLine
 from pymdr.problem.laws import DMT, JKR, AdhesionLaw, MaugisDugdale
-from pymdr.problem.profiles import Paraboloid, Profile, Sphere, Sum
+from pymdr.problem.profiles import Ellipsoid, Hyperboloid, Paraboloid, Profile, RoundedCone, Sphere, Sum
 from pymdr.units import FloatArray
 
 Equilibria = ShortRange | Cohesive | RigidPull
 
+_ROUND = (Sphere, Paraboloid, Ellipsoid, RoundedCone, Hyperboloid)
 _GRID = np.linspace(0.0, 1.0, 601)
 
 
@@ -60,7 +61,12 @@ def equilibria_of(law: AdhesionLaw, profile: Profile, line: ElasticLine, top: fl
 def round_radius(profile: Profile) -> float | None:
     """Radius of curvature in m of a tip that is nothing but round; None for others."""
     parts = profile.parts if isinstance(profile, Sum) else (profile,)
-    return profile.curvature_radius if all(isinstance(p, Sphere | Paraboloid) for p in parts) else None
+    return profile.curvature_radius if all(isinstance(p, _ROUND) for p in parts) else None
+
+
+def _named(profile: Profile) -> str:
+    parts = profile.parts if isinstance(profile, Sum) else (profile,)
+    return " + ".join(type(part).__name__ for part in parts)
 
 
 def rigid_pull_of(law: DMT, profile: Profile, line: ElasticLine) -> float:
@@ -70,8 +76,8 @@ def rigid_pull_of(law: DMT, profile: Profile, line: ElasticLine) -> float:
     radius = round_radius(profile)
     if radius is None:
         raise ProblemError(
-            "DMT: without a radius of curvature the pull depends on the range of the attraction; give "
-            "DMT(work, range='0.3 nm')"
+            f"DMT: {_named(profile)} is not round all over its tip: without a radius of curvature the pull depends on "
+            "the range of the attraction; give DMT(work, range='0.3 nm')"
         )
     return float(dmt_pull(radius, law.work))
 

@@ -78,6 +78,8 @@ class SlopeSource(ABC):
     """Largest radius in m."""
     known_everywhere: bool = False
     """Whether f' may be asked up to the reach at no cost, as that of samples."""
+    surveyed: bool = False
+    """Whether nothing narrow can hide between the points at which f' is asked."""
 
     @abstractmethod
     def sample(self, base: FloatArray, offset: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -12,7 +12,7 @@ from pymdr.mapping.callables import check_consistency, find_kinks
 from pymdr.mapping.derived import DerivedSource
 from pymdr.mapping.series import TERMS, Panels, Place, Series, evaluate
 from pymdr.mapping.slopes import SlopeSource
-from pymdr.problem.profiles import Function, Interpolated, Profile, Sampled, Sum, call
+from pymdr.problem.profiles import Function, Interpolated, Profile, Sampled, Sum, Waviness, call
 from pymdr.units import FloatArray
 
 _CHECKED_BEYOND = 1.5
@@ -28,6 +28,7 @@ class CurveSource(SlopeSource):
         self.profile = profile
         self.knots = profile.breakpoints
         self.reach = profile.reach
+        self.surveyed = not isinstance(profile, Function | Waviness)
         self._checked = 0.0
 
     def sample(self, base: FloatArray, offset: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -66,6 +67,7 @@ class SplineSource(SlopeSource):
     """f' of a piecewise cubic, whose offsets from its knots are not rounded."""
 
     known_everywhere = True
+    surveyed = True
 
     def __init__(self, profile: Sampled) -> None:
         spline = profile.spline
@@ -98,6 +100,7 @@ class PanelSource(SlopeSource):
     """f' that is already known on panels, as that of a saved profile."""
 
     known_everywhere = True
+    surveyed = True
 
     def __init__(self, profile: Interpolated) -> None:
         base, low, high, power = (
@@ -134,6 +137,7 @@ class SumSource(SlopeSource):
         self.soft_knots = np.unique(np.concatenate([part.soft_knots for part in parts]))
         self.reach = min(part.reach for part in parts)
         self.known_everywhere = all(part.known_everywhere for part in parts) and math.isfinite(self.reach)
+        self.surveyed = all(part.surveyed for part in parts)
 
     def sample(self, base: FloatArray, offset: FloatArray) -> tuple[FloatArray, FloatArray]:
         """F' at the rounded radii, and their offsets."""

@@ -20,18 +20,28 @@ from pymdr.problem.laws import DMT, JKR, Coulomb, MaugisDugdale
 from pymdr.problem.materials import Elastic, Rigid
 from pymdr.problem.paths import CHANNELS, Cycle, History, Hold, LoadingPath, Path, Ramp, legs
 from pymdr.problem.profiles import (
+    ConcavePunch,
     Cone,
     CubicSpline,
+    DomedPunch,
+    Ellipsoid,
     FlatPunch,
     Function,
+    Hyperboloid,
     Interpolated,
     Paraboloid,
     PowerLaw,
+    RoundedCone,
+    RoundedFlat,
     Sampled,
     ShapePreserving,
     SmoothingSpline,
     Sphere,
     Sum,
+    TruncatedCone,
+    TruncatedParaboloid,
+    TruncatedSphere,
+    Waviness,
 )
 from pymdr.problem.values import ArrayField, OptionalArrayField, OptionalSIField, SIField
 from pymdr.units import shown
@@ -45,6 +55,16 @@ PROFILES: dict[str, type] = {
     "cone": Cone,
     "power_law": PowerLaw,
     "flat_punch": FlatPunch,
+    "ellipsoid": Ellipsoid,
+    "hyperboloid": Hyperboloid,
+    "rounded_cone": RoundedCone,
+    "truncated_cone": TruncatedCone,
+    "truncated_paraboloid": TruncatedParaboloid,
+    "truncated_sphere": TruncatedSphere,
+    "rounded_flat": RoundedFlat,
+    "domed_punch": DomedPunch,
+    "concave_punch": ConcavePunch,
+    "waviness": Waviness,
     "sampled": Sampled,
     "sum": Sum,
     "interpolated": Interpolated,
@@ -393,6 +413,11 @@ def _complaint(one: Mapping[str, Any], loc: list[Any], plain: Mapping[str, Any])
             tag = str(one["ctx"]["tag"])
             if tag == "sum" and "parts" in loc:
                 return f"[{' '.join(path)}] kind = 'sum': a part is no sum itself; list its parts beside the others"
+            if tag.lower() == "function" and loc and loc[0] == "profile":
+                return (
+                    f"[{' '.join(path)}] kind = {shown(tag)}: no text of a case is evaluated as a formula; give samples "
+                    "of it (kind = 'sampled' with file = 'profile.csv'), or write a Python script with pymdr.Function"
+                )
             return f"[{' '.join(path)}] kind = {shown(tag)}: unknown kind; {_nearest(tag, _kinds_for(loc))}"
         case "too_short":
             return f"{where}{key}: at least one entry is needed"

@@ -17,7 +17,7 @@ from pymdr.line.foundation import (
 from pymdr.mapping.equivalent import equivalent_profile, slope_function
 from pymdr.mapping.moduli import EffectiveModuli, effective_moduli
 from pymdr.problem.contact import Contact
-from pymdr.problem.profiles import FlatPunch, Function, Profile, Sampled, Sphere, Sum
+from pymdr.problem.profiles import Ellipsoid, FlatPunch, Function, Profile, Sampled, Sphere, Sum
 from pymdr.units import FloatArray, metres, newtons
 
 
@@ -63,9 +63,15 @@ def refuse_unreachable(
     equivalent = line.equivalent
     if profile.edge < equivalent.reach or (profile.edge == equivalent.reach and np.isfinite(deepest)):
         return
-    if len(parts) == 1 and isinstance(parts[0], Sphere) and not deepest < parts[0].radius:
+    whole = parts[0] if len(parts) == 1 else None
+    if isinstance(whole, Sphere) and not deepest < whole.radius:
         raise PathError(
-            f"{asked}: a sphere cannot be pressed in by its radius, {metres(parts[0].radius)}; "
+            f"{asked}: a sphere cannot be pressed in by its radius, {metres(whole.radius)}; "
+            "reduce the indentation or the load"
+        )
+    if isinstance(whole, Ellipsoid) and not deepest < whole.height:
+        raise PathError(
+            f"{asked}: an ellipsoid cannot be pressed in by its semi-axis, {metres(whole.height)}; "
             "reduce the indentation or the load"
         )
     if np.max(states.contact_radius) < equivalent.reach and np.isfinite(deepest):

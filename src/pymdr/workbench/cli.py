@@ -224,7 +224,9 @@ def _print_failures(cases: Sequence[Path], failures: Mapping[Path, str]) -> None
 def new(
     kind: Annotated[
         str,
-        typer.Argument(help="ball, cone, punch, tip (measured), gel (adhesion), joint (friction) or cycle."),
+        typer.Argument(
+            help="ball, cone, worn (blunt shapes), punch, tip (measured), gel (adhesion), joint (friction) or cycle."
+        ),
     ] = "ball",
     output: Annotated[
         Path | None,

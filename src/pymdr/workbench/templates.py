@@ -60,6 +60,16 @@ radius = "50 um"
 kind = "cone"
 half_angle = "70.3 deg"     # between axis and flank; or slope = 0.358
 """,
+    "worn": """
+[profile]                   # the gap f(r) between the undeformed surfaces
+kind = "truncated_sphere"   # or "truncated_paraboloid"
+radius = "10 mm"
+flat_radius = "0.5 mm"      # up to which it is worn flat
+# a blunt cone:             kind = "truncated_cone", half_angle, flat_radius
+# a cone with a round tip:  kind = "rounded_cone" or "hyperboloid", half_angle, tip_radius
+# a punch:                  kind = "rounded_flat", flat_radius, edge_radius;
+#                           "domed_punch", radius, dome_radius; "concave_punch", radius, hollow_radius
+""",
     "punch": """
 [profile]                   # a cylinder with a domed end, as a sum of two profiles
 kind = "sum"
@@ -130,6 +140,7 @@ steps = 400                 # rows of the whole leg
 _PATHS = {
     "ball": _LOAD,
     "cone": _INDENT.format(depth="100 nm"),
+    "worn": _LOAD,
     "punch": _INDENT.format(depth="60 um"),
     "tip": _INDENT.format(depth="20 nm"),
     "gel": _TRAVEL,
@@ -156,7 +167,7 @@ def template(kind: str) -> str:
     Parameters
     ----------
     kind : str
-        One of ``ball``, ``cone``, ``punch``, ``tip``, ``gel`` (adhesion), ``joint`` (friction) and ``cycle``.
+        One of ``ball``, ``cone``, ``worn`` (blunt shapes), ``punch``, ``tip``, ``gel`` (adhesion), ``joint`` (friction) and ``cycle``.
 
     Returns
     -------

@@ -350,5 +350,6 @@ def _bracketed(
         new = np.minimum(new, np.minimum(reach, upper[left]))
         beyond = ~above & (here >= upper[left])
         x[left] = new
-        left = left[(np.abs(new - here) > 1e-7 * here) & ~beyond & (hi - lo > 1e-9 * hi)]
+        open_ = np.isinf(hi) | (hi - lo > 1e-9 * hi)
+        left = left[(np.abs(new - here) > 1e-7 * here) & ~beyond & open_]
     raise ConvergenceError(f"the gap condition was not met (last width {float(x[left[0]])!r} m)")

@@ -13,6 +13,7 @@ from pymdr.line.following.paths import History, Track
 from pymdr.units import FloatArray, metres
 
 _NODES, _LEVELS, _TOLERANCE = 20, 40, 1e-13
+_NEIGHBOURS = 8.0 * float(np.finfo(float).eps)
 
 
 def energy_residual(track: Track, history: History) -> float:
@@ -78,6 +79,8 @@ def _integrals(curve: Curve, low: FloatArray, high: FloatArray) -> FloatArray:
         coarse, fine = (_panel(curve, origin, left, right, n) for n in (_NODES // 2, _NODES))
         np.maximum.at(size, owner, np.abs(fine))
         settled = np.abs(fine - coarse) <= _TOLERANCE * np.maximum(size[owner], np.max(size) * 1e-3)
+        # between neighbouring floats there is nothing to resolve
+        settled |= np.abs(right**2 - left**2) <= _NEIGHBOURS * (origin + right**2)
         np.add.at(total, owner[settled], fine[settled])
         owner, origin, left, right = (x[~settled] for x in (owner, origin, left, right))
         if owner.size == 0:

@@ -18,16 +18,26 @@ from pymdr.mapping.equivalent.closed import power_factor as power_factor
 from pymdr.mapping.equivalent.graded import GradedLine as GradedLine
 from pymdr.mapping.sources import source_of
 from pymdr.problem.profiles import (
+    ConcavePunch,
     Cone,
+    DomedPunch,
+    Ellipsoid,
     FlatPunch,
     Function,
+    Hyperboloid,
     Interpolated,
     Paraboloid,
     PowerLaw,
     Profile,
+    RoundedCone,
+    RoundedFlat,
     Sampled,
     Sphere,
     Sum,
+    TruncatedCone,
+    TruncatedParaboloid,
+    TruncatedSphere,
+    Waviness,
 )
 from pymdr.units import FloatArray
 
@@ -73,6 +83,11 @@ def _(profile: Sphere) -> EquivalentProfile:
 
 
 @equivalent_profile.register
+def _(profile: Ellipsoid) -> EquivalentProfile:
+    return SphereLine(profile.radius, profile.height / profile.radius)
+
+
+@equivalent_profile.register
 def _(profile: Paraboloid) -> EquivalentProfile:
     return PowerLine(2.0, profile.radius, profile.radius)
 
@@ -92,11 +107,30 @@ def _(profile: FlatPunch) -> EquivalentProfile:
     return SumLine((), profile.radius)
 
 
-@equivalent_profile.register(Function)
-@equivalent_profile.register(Interpolated)
-@equivalent_profile.register(Sampled)
-def _(profile: Function | Interpolated | Sampled) -> EquivalentProfile:
+@equivalent_profile.register
+def _(profile: DomedPunch) -> EquivalentProfile:
+    return SumLine((PowerLine(2.0, profile.dome_radius, profile.dome_radius),), profile.radius)
+
+
+def _by_panels(profile: Profile) -> EquivalentProfile:
     return _graded(profile)
+
+
+# closed forms of g beside a rim lose the digits that places keep, and their energies have none
+for _kind in (
+    ConcavePunch,
+    Function,
+    Hyperboloid,
+    Interpolated,
+    RoundedCone,
+    RoundedFlat,
+    Sampled,
+    TruncatedCone,
+    TruncatedParaboloid,
+    TruncatedSphere,
+    Waviness,
+):
+    equivalent_profile.register(_kind, _by_panels)
 
 
 @equivalent_profile.register

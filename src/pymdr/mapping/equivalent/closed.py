@@ -97,35 +97,36 @@ _SPHERE_MOMENT = 2.0 * _SPHERE_TERMS / (4.0 * _SPHERE_TERMS**2 - 1.0)
 
 @dataclass(frozen=True)
 class SphereLine(EquivalentProfile):
-    """g = x artanh(x / R), the image of the true sphere."""
+    """g = aspect x artanh(x / R), the image of the true sphere, or of an ellipsoid whose height is aspect R."""
 
     radius: float
+    aspect: float = 1.0
 
     @property
     def reach(self) -> float:  # type: ignore[override]
-        """The sphere ends at R."""
+        """It ends at R."""
         return self.radius
 
     def g(self, x: Position) -> FloatArray:
         """Equivalent profile in m; inf at R, nan beyond."""
         x = rounded(x)
         with np.errstate(divide="ignore", invalid="ignore"):
-            return np.asarray(x * np.arctanh(x / self.radius))
+            return np.asarray(self.aspect * x * np.arctanh(x / self.radius))
 
     def slope(self, x: Position) -> FloatArray:
-        """Slope g' = artanh t + t / (1 - t^2)."""
+        """Slope g' = aspect [artanh t + t / (1 - t^2)]."""
         t = rounded(x) / self.radius
         with np.errstate(divide="ignore", invalid="ignore"):
-            return np.asarray(np.arctanh(t) + t / ((1.0 - t) * (1.0 + t)))
+            return np.asarray(self.aspect * (np.arctanh(t) + t / ((1.0 - t) * (1.0 + t))))
 
     def moment(self, x: Position) -> FloatArray:
-        """First moment R^2/2 [(1 + t^2) artanh t - t], as a series below t = 1/2."""
+        """First moment aspect R^2/2 [(1 + t^2) artanh t - t], as a series below t = 1/2."""
         t = rounded(x) / self.radius
         with np.errstate(divide="ignore", invalid="ignore"):
-            return self.radius**2 * _sphere_moment(t, np.arctanh(t))
+            return self.aspect * self.radius**2 * _sphere_moment(t, np.arctanh(t))
 
     def squared(self, x: Position) -> FloatArray:
-        """Integral of (g(x) - g)^2 by Gauss-Legendre in s, t = tanh(s), where g = R s tanh(s)."""
+        """Integral of (g(x) - g)^2 by Gauss-Legendre in s, t = tanh(s), where g = aspect R s tanh(s)."""
         x = rounded(x)
         top = np.arctanh(np.ravel(x) / self.radius)
         answer = np.zeros(top.shape)
@@ -135,11 +136,11 @@ class SphereLine(EquivalentProfile):
             s = top * node
             tanh = np.tanh(s)
             answer += weight * (depth - s * tanh) ** 2 * (1.0 - tanh) * (1.0 + tanh)
-        return np.asarray((self.radius**3 * top * answer).reshape(x.shape))
+        return np.asarray((self.aspect**2 * self.radius**3 * top * answer).reshape(x.shape))
 
     def inverse(self, depth: ArrayLike) -> FloatArray:
-        """Inverse of g by Newton's method on s tanh(s) = depth / R."""
-        y = np.maximum(np.asarray(depth, dtype=float), 0.0) / self.radius
+        """Inverse of g by Newton's method on s tanh(s) = depth / (aspect R)."""
+        y = np.maximum(np.asarray(depth, dtype=float), 0.0) / (self.aspect * self.radius)
         s = np.sqrt(y) * np.sqrt(1.0 + y)
         for _ in range(60):
             tanh = np.tanh(s)
@@ -152,7 +153,7 @@ class SphereLine(EquivalentProfile):
         bad = np.abs(step) > 4e-15 * s
         if bad.any():
             raise ConvergenceError(
-                f"sphere: no contact radius for d/R = {y[bad][0]:g}; last s = {s[bad][0]:g}"
+                f"sphere or ellipsoid: no contact radius for d/H = {y[bad][0]:g}; last s = {s[bad][0]:g}"
             )
         return np.asarray(self.radius * np.tanh(s))
 
@@ -160,7 +161,7 @@ class SphereLine(EquivalentProfile):
         """Inverse of the first moment by Newton's method in s = artanh(x / R); R where no contact inside has it."""
         target = np.maximum(np.asarray(moment, dtype=float), 0.0)
         beyond = target > self.moment(self.radius * (1.0 - 1e-15))
-        y = np.where(beyond, 0.0, target) / self.radius**2
+        y = np.where(beyond, 0.0, target) / self.radius / (self.aspect * self.radius)
         s = np.where(y < 1.0, np.cbrt(1.5 * y), y + 0.5)
         for _ in range(60):
             t = np.tanh(s)
@@ -174,7 +175,7 @@ class SphereLine(EquivalentProfile):
         bad = np.abs(step) > 4e-15 * s
         if bad.any():
             raise ConvergenceError(
-                f"sphere: no contact radius for m/R^2 = {y[bad][0]:g}; last s = {s[bad][0]:g}"
+                f"sphere or ellipsoid: no contact radius for m/(H R) = {y[bad][0]:g}; last s = {s[bad][0]:g}"
             )
         return np.asarray(np.where(beyond, self.radius, self.radius * np.tanh(s)))
 

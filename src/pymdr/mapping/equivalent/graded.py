@@ -566,7 +566,7 @@ class GradedLine(EquivalentProfile):
             words.append(
                 f"continued below r = {metres(self.source.continued)}, where its values are rounding"
             )
-        if not self.source.known_everywhere:
+        if not self.source.surveyed:
             words.append("features narrower than 1/2500 of their radius may be missed")
         return tuple(words)
 

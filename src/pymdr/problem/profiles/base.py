@@ -50,6 +50,10 @@ class Profile(Value, ABC):
             return NotImplemented
         return Sum((*_parts(self), *_parts(other)))
 
+    def __radd__(self, other: int) -> Profile:
+        """``sum`` begins with 0."""
+        return self if other == 0 else NotImplemented
+
 
 def _parts(profile: Profile) -> tuple[Profile, ...]:
     return profile.parts if isinstance(profile, Sum) else (profile,)
@@ -58,7 +62,7 @@ def _parts(profile: Profile) -> tuple[Profile, ...]:
 @dataclass(frozen=True, eq=False)
 class Sum(Profile):
     """
-    The sum of several profiles, written ``a + b``.
+    The sum of several profiles, written ``a + b`` or ``sum([a, b])``.
 
     Parameters
     ----------

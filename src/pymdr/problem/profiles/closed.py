@@ -89,6 +89,92 @@ class Paraboloid(Profile):
 
 
 @dataclass(frozen=True, eq=False)
+class Ellipsoid(Profile):
+    """
+    An elliptic cap, f = H (1 - sqrt(1 - (r / A)^2)), known up to r = A.
+
+    Its image is that of the sphere of radius A times H / A, g = (H / A) x artanh(x / A).
+
+    Parameters
+    ----------
+    radius : quantity
+        Semi-axis A across the axis of symmetry in m, above 0.
+    height : quantity
+        Semi-axis H along the axis of symmetry in m, above 0.
+
+    Raises
+    ------
+    ProblemError
+        If a value is outside its limits.
+
+    Notes
+    -----
+    Popov, Hess and Willert (2019), chapter 2.
+
+    Examples
+    --------
+    >>> round(float(Ellipsoid("5 mm", "2 mm").gap(3e-3)), 15)
+    0.0004
+    """
+
+    radius: SIField = SIField("m", above=0.0, words="semi-axis across the axis of symmetry")
+    height: SIField = SIField("m", above=0.0, words="semi-axis along the axis of symmetry")
+
+    def gap(self, r: ArrayLike) -> FloatArray:
+        """Gap f(r) in m, that of a sphere times H / A."""
+        return np.asarray(self.height / self.radius * Sphere(self.radius).gap(r))
+
+    def gap_slope(self, r: ArrayLike) -> FloatArray:
+        """Slope f'(r)."""
+        return np.asarray(self.height / self.radius * Sphere(self.radius).gap_slope(r))
+
+    @property
+    def reach(self) -> float:
+        """The ellipsoid ends at r = A."""
+        return self.radius
+
+    @property
+    def curvature_radius(self) -> float | None:
+        """Radius of curvature A^2 / H at the apex."""
+        return self.radius * (self.radius / self.height)
+
+
+def slope_field() -> OptionalSIField:
+    """The slope of a flank, which may be given by its half angle."""
+    hint = "an angle between axis and flank is half_angle='70 deg'"
+    return OptionalSIField("", above=0.0, words="slope of the flank", hint=hint)
+
+
+def half_angle_field() -> OptionalSIField:
+    """The half angle of a flank, which may be given by its slope."""
+    return OptionalSIField("rad", above=0.0, below=math.pi / 2, words="angle between axis and flank")
+
+
+def gradient_of(name: str, slope: float | None, half_angle: float | None) -> float:
+    """
+    Slope f' of a flank of which exactly one of slope and half angle is given.
+
+    Raises
+    ------
+    ProblemError
+        If none or both are.
+
+    Examples
+    --------
+    >>> gradient_of("Cone", 0.3, None)
+    0.3
+    """
+    if slope is not None and half_angle is None:
+        return slope
+    if half_angle is not None and slope is None:
+        return math.tan(math.pi / 2 - half_angle)
+    raise ProblemError(
+        f"{name}(slope={slope}, half_angle={half_angle}): give exactly one of the two, for example "
+        "half_angle='70 deg'"
+    )
+
+
+@dataclass(frozen=True, eq=False)
 class Cone(Profile):
     """
     A cone, f = slope r, given by exactly one of its slope and its half angle.
@@ -111,30 +197,16 @@ class Cone(Profile):
     0.363970234266
     """
 
-    slope: OptionalSIField = OptionalSIField(
-        "",
-        above=0.0,
-        words="slope of the flank",
-        hint="an angle between axis and flank is Cone(half_angle='70 deg')",
-    )
-    half_angle: OptionalSIField = OptionalSIField(
-        "rad", above=0.0, below=math.pi / 2, words="angle between axis and flank"
-    )
+    slope: OptionalSIField = slope_field()
+    half_angle: OptionalSIField = half_angle_field()
 
     def __post_init__(self) -> None:
-        if (self.slope is None) == (self.half_angle is None):
-            raise ProblemError(
-                f"Cone(slope={self.slope}, half_angle={self.half_angle}): give exactly one of the two, "
-                "for example half_angle='70 deg'"
-            )
+        self.gradient  # noqa: B018  (it refuses)
 
     @property
     def gradient(self) -> float:
         """Slope f' of the flank."""
-        if self.slope is not None:
-            return self.slope
-        assert self.half_angle is not None
-        return math.tan(math.pi / 2 - self.half_angle)
+        return gradient_of("Cone", self.slope, self.half_angle)
 
     def gap(self, r: ArrayLike) -> FloatArray:
         """Gap f(r) in m."""

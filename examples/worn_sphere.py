@@ -1,0 +1,36 @@
+"""
+A worn ball
+===========
+
+A polymer ball that sliding has worn flat is pressed against a plate, and beside it the ball that it was. The flat is in
+contact at once, so that the worn ball is stiffer from the beginning; the more it is pressed the less it matters.
+"""
+
+import math
+
+import pymdr as mdr
+
+R, b = 10e-3, 1e-3
+polymer = mdr.Elastic(young="2 GPa", poisson=0.4)
+worn = mdr.Contact(mdr.TruncatedSphere(radius=R, flat_radius=b), polymer)
+new = mdr.Contact(mdr.Sphere(radius=R), polymer)
+
+path = mdr.load("1 kN", steps=50)
+after, before = mdr.solve(worn, path), mdr.solve(new, path)
+print(after.summary())
+figure = after.plot()
+
+# %%
+# The force of a worn ball of contact radius a is E* [(R^2 + a^2) artanh(u / c) - u c], u^2 = a^2 - b^2 and
+# c^2 = R^2 - b^2; with b = 0 it is that of the sphere.
+modulus = mdr.effective_moduli(polymer).normal
+a = float(after["contact_radius"][-1])
+u, c = math.sqrt(a**2 - b**2), math.sqrt(R**2 - b**2)
+force = modulus * ((R**2 + a**2) * math.atanh(u / c) - u * c)
+assert abs(force / 1e3 - 1) < 1e-12
+
+# %%
+# Its contact is stiffer than that of the ball before: 2.5 times at 20 N, 1.03 times at 1 kN.
+ratio = after["normal_stiffness"] / before["normal_stiffness"]
+print(ratio.values[[0, -1]])
+assert ratio[0] > ratio[-1] > 1.0
