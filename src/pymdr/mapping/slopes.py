@@ -153,6 +153,7 @@ class ResolvedSlope:
     """Radius in m down to which results do not depend on how the tip is closed."""
     tail: Tail = field(init=False)
     _power_from: float = math.inf
+    _continued: float = 0.0
     found: list[float] = field(default_factory=list)
     """Kinks in m that were not declared."""
 
@@ -193,17 +194,21 @@ class ResolvedSlope:
     def resolve_to(self, x: float, inner: float) -> None:
         """Resolve the slope on radii up to `x`, and as far inward as a result at `inner` depends on it."""
         x = min(x, self.limit)
-        continued = self.source.continued
         self.source.foresee(x)
-        if self.slopes is None or inner < self.inner or self.source.continued != continued:
-            self._begin(x, min(inner, self.inner))
-        while self.front < x * _AT_END:
-            self._extend(x)
+        while True:
+            # larger radii may show that nothing but rounding was resolved
+            if self.slopes is None or inner < self.inner or self.source.continued != self._continued:
+                self._begin(x, min(inner, self.inner))
+            while self.front < x * _AT_END:
+                self._extend(x)
+            if self.source.continued == self._continued:
+                break
 
     # -- the two ends -----------------------------------------------------------------------------
 
     def _begin(self, x: float, inner: float) -> None:
         """Resolve from the floor that a result at `inner` needs."""
+        self._continued = self.source.continued
         bottom = min(inner, x, *self.knots[:1])
         floor = _floor(self.source, bottom)
         self.inner = inner
