@@ -2,6 +2,7 @@
 
 import math
 import pickle
+import re
 
 import numpy as np
 import pint
@@ -503,3 +504,14 @@ def test_peak_pressure_is_above_all_pressures(height, waves, depth):
     everywhere = result.field("pressure", r=np.linspace(0.0, a, 3001)).values
     assert float(result["peak_pressure"][-1]) == pytest.approx(everywhere.max(), rel=1e-5)
     assert float(result["peak_pressure"][-1]) >= everywhere.max() * (1.0 - 1e-12)
+
+
+@settings(max_examples=10, deadline=None)
+@given(st.floats(-14.0, -4.0))
+def test_a_small_contact_after_a_large_one_is_told(decades):
+    """A summary ends with the row of the path that it is about, however small, and not with 0."""
+    ball = mdr.Contact(mdr.Sphere("10 mm"), mdr.Elastic("210 GPa", 0.3))
+    small = 1e-5 * 10.0**decades
+    text = mdr.solve(ball, mdr.Path(indentation=[1e-5, small])).summary()
+    force = next(line for line in text.splitlines() if "normal force" in line)
+    assert not re.search(r"\b0 N\b", force)

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 
 from pymdr.interpretation.accuracy import EXACT_WITHIN
 from pymdr.interpretation.validity import Assumption, Claim, Level
-from pymdr.presentation.text import in_bytes, largest_error, last_error
+from pymdr.presentation.text import in_bytes, largest_error, last_error, last_value
 from pymdr.quantities import BAND_ENDS, QUANTITIES
-from pymdr.units import without_rounding, written
+from pymdr.units import written
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -75,8 +75,7 @@ def result_html(
         if name.rpartition("_")[2] in BAND_ENDS and name not in QUANTITIES:
             continue
         quantity = QUANTITIES[name]
-        last = without_rounding(float(data[name].values[-1]), data[name].values, quantity.unit)
-        value = escape(written(last, quantity.unit))
+        value = escape(written(last_value(data, name), quantity.unit))
         claim = claims.get(name)
         level = badge(claim.level) if claim is not None else ""
         error = last_error(claim) if claim is not None else 0.0

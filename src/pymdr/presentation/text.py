@@ -31,7 +31,7 @@ def summary(
         if name.rpartition("_")[2] in BAND_ENDS:
             continue
         quantity = QUANTITIES[name]
-        value = without_rounding(float(data[name].values[-1]), data[name].values, quantity.unit)
+        value = last_value(data, name)
         if quantity.name == "edge_amplitude" and value == 0.0:
             continue
         level = f"  {claims[name].level.value}" if name in claims else ""
@@ -43,6 +43,18 @@ def summary(
         remark = f"  error {error:.1e}" if error > EXACT_WITHIN else ""
         lines.append(f"  {quantity.words:<36}{written(value, quantity.unit):>16}{level}{remark}{band}")
     return "\n".join([*lines, *_claims(claims), *_assumptions(assumptions), *_notes(notes)])
+
+
+_MUCH_SMALLER = 1e-3
+"""Of the largest contact of a path: what is left of a smaller one is not the rounding of what was."""
+
+
+def last_value(data: xr.Dataset, name: str) -> float:
+    """The last value of a quantity, 0 where it is the rounding of its largest one."""
+    values, radius = data[name].values, data["contact_radius"].values
+    if 0.0 < radius[-1] < _MUCH_SMALLER * np.nanmax(radius):
+        return float(values[-1])
+    return without_rounding(float(values[-1]), values, QUANTITIES[name].unit)
 
 
 def assessment(
