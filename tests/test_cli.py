@@ -422,3 +422,28 @@ def test_plot_writes_one_file_for_print(case, shell, tmp_path, name, head):
     assert str(file) in out
     assert file.read_bytes().startswith(head)
     assert [p.name for p in file.parent.iterdir()] == [name]
+
+
+@pytest.mark.parametrize("command", ["run", "verify", "check"])
+@pytest.mark.parametrize("name", [".", "/", "..", ""])
+def test_what_cannot_be_a_case_is_refused_as_json_too(command, name, shell):
+    status, out, err = shell(command, name, "--json")
+    assert (status, json.loads(out)["status"]) == (1, "FAILED")
+    assert "regular file, not a folder" in err
+    assert err.count("\n") == 1
+
+
+def test_a_case_named_twice_fails_as_json(case, shell):
+    status, out, _ = shell("run", str(case), str(case), "--json")
+    told = json.loads(out)
+    assert status == 1
+    assert [one["status"] for one in told] == ["FAILED", "FAILED"]
+    assert "name each of them once" in told[0]["error"]["message"]
+
+
+def test_channels_without_a_file(case, shell):
+    case.write_text(
+        BALL.replace('kind = "load"', 'kind = "path"').replace("steps = 3", 'channels = ["shift"]')
+    )
+    status, _, err = shell("check", str(case))
+    assert (status, "names columns of a file" in err) == (1, True)

@@ -478,7 +478,26 @@ def test_loops_by_force_are_loops_by_shift(profile, shares, mu):
     assert by_force._repr_html_().count("<b>mu = ") == 2
 
 
+@settings(max_examples=2, deadline=None)
+@given(st.lists(st.floats(-3.0, 1.0), min_size=1, max_size=1), st.randoms())
+def test_several_coefficients_claim_no_more_than_each(powers, random):
+    steel = mdr.Elastic("210 GPa", 0.0)
+    joint = mdr.Contact(mdr.Paraboloid("10 mm"), steel, steel, friction=mdr.Coulomb(0.3))
+    mus = [*(10.0**power for power in powers), 0.3, 1e6]
+    random.shuffle(mus)
+    amplitudes = ["1 nm", "0.1 um"]
+    together = mdr.friction_loop(joint, amplitudes, coefficient=mus, normal_force="50 N").claim
+    alone = [mdr.friction_loop(joint, amplitudes, coefficient=mu, normal_force="50 N").claim for mu in mus]
+    exact = all(claim.level is mdr.Level.EXACT for claim in alone)
+    assert (together.level is mdr.Level.EXACT) == exact
+    errors = [claim.error for claim in alone if claim.error is not None]
+    if errors:
+        assert together.error.tolist() == np.max(errors, axis=0).tolist()
+
+
 def test_questions_that_a_loop_cannot_answer():
+    with pytest.raises(mdr.ProblemError, match="3 is not a Contact"):
+        mdr.friction_loop(3, "1 um", coefficient=0.3, normal_force="1 N")
     joint = _joint()
     study = mdr.friction_loop(joint, ["0.1 um"], normal_force="10 N")
     with pytest.raises(mdr.QuantityError, match=r"no quantity 'slip'; a friction loop has .*damping_ratio"):

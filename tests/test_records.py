@@ -84,6 +84,7 @@ def test_columns_come_in_any_order_with_any_unit(tmp_path_factory, data):
         ("time [s]\n1\n", None, "no column of indentation"),
         ("load [N]\n1\n", ["shift"], "no column of 'shift'; it has normal_force"),
         ("load [N]\n1\n", "load", "a list of names"),
+        ("load [N]\n1\n", 3, "a list of names"),
         ("time [s],load [N]\n2,1\n1,1\n", None, "must rise"),
         ("load [N],force [N]\n1,1\n", None, "2 columns of normal_force"),
     ],
@@ -221,3 +222,50 @@ def test_bad_records_are_refused():
     assert "mean" in loops._repr_html_()
     many = mdr.measured_loops(record(np.sin(20.0 * t), np.sin(20.0 * t + 0.1)))
     assert "..." in str(many)
+
+
+@settings(max_examples=30, deadline=None)
+@given(
+    units=st.sampled_from([("um", "mN", 1e-6, 1e-3), ("nm", "N", 1e-9, 1.0), ("m", "kN", 1.0, 1e3)]),
+    lag=st.floats(0.01, 1.0),
+)
+def test_units_of_a_record_are_read(units, lag):
+    length, force, in_m, in_n = units
+    t = np.linspace(0.0, 4.4 * np.pi, 2001)
+    u, pull = np.sin(t), np.sin(t + lag)
+    given = record(u, pull)
+    given["shift"].attrs["units"], given["tangential_force"].attrs["units"] = length, force
+    given["time"] = ("step", t, {"units": "ms"})
+    found, bare = mdr.measured_loops(given), mdr.measured_loops(record(in_m * u, in_n * pull))
+    for name in bare.data:
+        assert found[name].values == pytest.approx(bare[name].values, rel=1e-12)
+    rows = found["last_row"].values - 1, found["first_row"].values - 1
+    assert found["duration"].values == pytest.approx(1e-3 * (t[rows[0]] - t[rows[1]]), rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("given", "told"),
+    [
+        (None, "NoneType is no record"),
+        ({"shift": np.zeros(5), "tangential_force": np.zeros(5)}, "dict is no record"),
+        (
+            xr.Dataset({n: (("a", "b"), np.zeros((3, 3))) for n in ("shift", "tangential_force")}),
+            "one dimension",
+        ),
+        (xr.Dataset({"shift": ("a", np.zeros(3)), "tangential_force": ("b", np.zeros(4))}), "one dimension"),
+        (record(np.array(["0", "1"]), np.zeros(2)), "real numbers"),
+        (
+            record(np.zeros(2), np.zeros(2)).assign(shift=("step", np.zeros(2), {"units": "N"})),
+            "unit of shift",
+        ),
+        (
+            record(np.sin(np.arange(99.0)), np.ones(99)).assign(
+                time=("step", np.arange(99).astype("M8[ns]"))
+            ),
+            "time is of",
+        ),
+    ],
+)
+def test_what_is_no_record_is_refused(given, told):
+    with pytest.raises(mdr.PymdrError, match=told):
+        mdr.measured_loops(given)

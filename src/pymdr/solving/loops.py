@@ -188,6 +188,8 @@ def friction_loop(
     """
     import xarray as xr
 
+    if not isinstance(contact, Contact):
+        raise ProblemError(f"friction_loop: {contact!r} is not a Contact; write Contact(profile, body)")
     if (amplitude is None) == (force_amplitude is None):
         raise ProblemError("friction_loop: give exactly one of amplitude and force_amplitude")
     by_shift = amplitude is not None
@@ -207,7 +209,16 @@ def friction_loop(
         name="coefficient",
     )
     data = xr.concat([study.data for study in studies], dim=mus, combine_attrs="override", join="exact")
-    return FrictionLoop(data.transpose(*names, ...), studies[0].claim, studies[0].assumptions)
+    return FrictionLoop(data.transpose(*names, ...), _weakest(studies), studies[0].assumptions)
+
+
+def _weakest(studies: list[FrictionLoop]) -> Claim:
+    """The claim that holds for all of several studies, with the largest error at every amplitude."""
+    claims = [study.claim for study in studies]
+    errors = [claim.error for claim in claims if claim.error is not None]
+    levels = list(Level)
+    weakest = max(claims, key=lambda claim: (levels.index(claim.level), claim.error is not None))
+    return replace(weakest, error=np.max(errors, axis=0)) if errors else weakest
 
 
 def _one_loop(
@@ -380,7 +391,7 @@ def _amplitudes(given: ArrayQuantityLike | None, unit: str, name: str) -> FloatA
 def _loaded(
     contact: Contact, normal_force: QuantityLike | None, indentation: QuantityLike | None
 ) -> tuple[Mapped, float, float, Certificate]:
-    if not isinstance(contact, Contact) or contact.friction is None:
+    if contact.friction is None:
         raise ProblemError(
             "friction_loop: the contact has no friction; give Contact(..., friction=Coulomb(0.3))"
         )

@@ -102,12 +102,17 @@ def _with_samples(profile: dict[str, Any], folder: Path) -> dict[str, Any]:
 
 
 def _with_record(leg: dict[str, Any], folder: Path, index: int) -> dict[str, Any]:
+    where = f"[path {index + 1}]"
+    if leg.get("kind") == "path" and "channels" in leg and "file" not in leg:
+        raise CaseError(
+            f"{where} channels = {leg['channels']!r}: it names columns of a file; give file, or leave it out"
+        )
     if leg.get("kind") != "path" or "file" not in leg:
         return leg
-    where = f"[path {index + 1}]"
     _refuse_both(leg, ("time", *CHANNELS), where, "the history")
+    file = _named(leg["file"], folder, where)
     try:
-        read = read_path(_named(leg["file"], folder, where), channels=leg.get("channels"))
+        read = read_path(file, channels=leg.get("channels"))
     except PymdrError as error:
         raise CaseError(f"{where} {error}") from error
     named = ((name, getattr(read, name)) for name in ("time", *CHANNELS))

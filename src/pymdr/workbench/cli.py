@@ -100,7 +100,8 @@ def run(
     """
     from pymdr.errors import PymdrError
 
-    folders = _folders(cases, output)
+    with _failures_as_json("run", cases, as_json):
+        folders = _folders(cases, output)
     answers: list[dict[str, Any]] = []
     failures: dict[Path, str] = {}
     for case, folder in folders.items():
@@ -132,7 +133,7 @@ def _folders(cases: Sequence[Path], output: Path | None) -> dict[Path, Path]:
 
     whole = {case: case.resolve() for case in cases}
     if output is None:
-        folders = {case: case.with_suffix("") for case in cases}
+        folders = {case: _named_after(case) for case in cases}
     elif len(cases) == 1:
         folders = {cases[0]: output}
     else:
@@ -146,6 +147,15 @@ def _folders(cases: Sequence[Path], output: Path | None) -> dict[Path, Path]:
         if other != case or list(cases).count(case) > 1:
             raise CaseError(f"{other} and {case} would both be written into {folder}; name each of them once")
     return folders
+
+
+def _named_after(case: Path) -> Path:
+    """The folder of a case beside its file."""
+    from pymdr.errors import FileError
+
+    if not case.name:
+        raise FileError(f"cannot read {case}: a case file is a regular file, not a folder")
+    return case.with_suffix("")
 
 
 def _run_one(case: Path, folder: Path, csv: bool, quiet: bool, as_json: bool) -> dict[str, Any]:
@@ -339,8 +349,8 @@ def verify(
     """Hold the method against boundary elements: on rings, and with friction on a grid; draw both."""
     from pymdr.workbench.casefile import read_case
 
-    folder = output or case.with_suffix("")
     with _failures_as_json("verify", case, as_json):
+        folder = output or _named_after(case)
         asked = read_case(case)
         with _ready_folder(folder), _stages(quiet or as_json) as stage:
             if asked.contact.friction is None:
@@ -552,7 +562,7 @@ def _plain_error(error: BaseException) -> dict[str, str]:
 
 
 @contextmanager
-def _failures_as_json(command: str, case: Path, as_json: bool) -> Iterator[None]:
+def _failures_as_json(command: str, case: Path | Sequence[Path], as_json: bool) -> Iterator[None]:
     """Tell an error as JSON before it becomes one line."""
     from pymdr.errors import PymdrError
 
@@ -560,7 +570,9 @@ def _failures_as_json(command: str, case: Path, as_json: bool) -> Iterator[None]
         yield
     except (PymdrError, MemoryError) as error:
         if as_json:
-            _print_json(_answer(command, case, status="FAILED", error=_plain_error(error)))
+            cases = [case] if isinstance(case, Path) else case
+            told = [_answer(command, c, status="FAILED", error=_plain_error(error)) for c in cases]
+            _print_json(told[0] if len(told) == 1 else told)
         raise
 
 

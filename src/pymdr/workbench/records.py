@@ -99,7 +99,8 @@ def measured_loops(record: xr.Dataset | Result, *, least: QuantityLike | None = 
     ----------
     record : xarray.Dataset or Result
         From :func:`pymdr.read_record` or :func:`pymdr.solve`, with ``shift`` and ``tangential_force``, else
-        ``indentation`` (or ``travel``) and ``normal_force``, in SI units.
+        ``indentation`` (or ``travel``) and ``normal_force``, in the units that their attributes ``units`` name, or in
+        SI units.
     least : quantity, optional
         The smallest swing in m that is a turn and not noise; a tenth of the range of the displacement unless given.
 
@@ -111,6 +112,8 @@ def measured_loops(record: xr.Dataset | Result, *, least: QuantityLike | None = 
     ------
     ProblemError
         If a force or its displacement is missing, a value is not finite, or there is no whole cycle.
+    UnitError
+        If the units of a column are not those of a length or a force.
 
     Notes
     -----
@@ -132,8 +135,19 @@ def measured_loops(record: xr.Dataset | Result, *, least: QuantityLike | None = 
     import xarray as xr
 
     data = record.data if isinstance(record, Result) else record
+    if not isinstance(data, xr.Dataset):
+        raise ProblemError(
+            f"measured_loops: {type(record).__name__} is no record; give what read_record or solve returns, or an "
+            "xarray.Dataset"
+        )
     displacement, force = _pair(data)
-    u, pull = (np.asarray(data[name].values, dtype=float) for name in (displacement, force))
+    columns = [name for name in (displacement, force, "time") if name in data]
+    if data[displacement].ndim != 1 or len({data[name].dims for name in columns}) > 1:
+        over = "; ".join(
+            f"{name} over {', '.join(map(str, data[name].dims)) or 'nothing'}" for name in columns
+        )
+        raise ProblemError(f"measured_loops: {over}; all must be over the same one dimension, such as step")
+    u, pull = _in_si(data, displacement, "m"), _in_si(data, force, "N")
     for name, values in ((displacement, u), (force, pull)):
         if not np.all(np.isfinite(values)):
             row = int(np.argmin(np.isfinite(values))) + 1
@@ -159,7 +173,7 @@ def measured_loops(record: xr.Dataset | Result, *, least: QuantityLike | None = 
     loss = _areas(u, pull, first, last)
     with np.errstate(divide="ignore", invalid="ignore"):
         damping = np.where(stroke > 0.0, loss / (2.0 * math.pi * stroke * amplitude), math.nan)
-    columns = {
+    told = {
         "amplitude": (amplitude, "m"),
         "force_amplitude": (stroke, "N"),
         "dissipated_per_cycle": (loss, "J"),
@@ -169,11 +183,11 @@ def measured_loops(record: xr.Dataset | Result, *, least: QuantityLike | None = 
         "last_row": (last + 1, ""),
     }
     cycles = xr.Dataset(
-        {name: ("cycle", values, {"units": unit}) for name, (values, unit) in columns.items()},
+        {name: ("cycle", values, {"units": unit}) for name, (values, unit) in told.items()},
         coords={"cycle": np.arange(1, first.size + 1)},
     )
     if "time" in data:
-        time = np.asarray(data["time"].values, dtype=float)
+        time = _in_si(data, "time", "s")
         cycles["duration"] = ("cycle", time[last] - time[first], {"units": "s"})
     return MeasuredLoops(cycles, displacement, force)
 
@@ -186,6 +200,15 @@ def _pair(data: xr.Dataset) -> tuple[str, str]:
     raise ProblemError(
         f"measured_loops: {wanted} are needed; the record has {', '.join(map(str, data)) or 'none'}"
     )
+
+
+def _in_si(data: xr.Dataset, name: str, unit: str) -> FloatArray:
+    """A column in SI units, from those that it names in its attributes."""
+    if data[name].dtype.kind not in "fiu":
+        raise ProblemError(f"measured_loops: {name} is of {data[name].dtype}; it must be of real numbers")
+    named = data[name].attrs.get("units", unit)
+    factor = to_si(f"1 {named}", unit, name=f"unit of {name}")
+    return factor * np.asarray(data[name].values, dtype=float)
 
 
 def turning_points(values: FloatArray, least: float) -> FloatArray:

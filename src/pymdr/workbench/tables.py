@@ -141,7 +141,12 @@ def read_path(file: str | os.PathLike[str], *, channels: Sequence[str] | None = 
 
 
 def _chosen(file: object, channels: Sequence[str], found: Mapping[str, FloatArray]) -> list[str]:
-    if isinstance(channels, str) or not all(isinstance(name, str) for name in channels) or not channels:
+    if (
+        not isinstance(channels, Sequence)
+        or isinstance(channels, str)
+        or not all(isinstance(name, str) for name in channels)
+        or not channels
+    ):
         raise PathError(
             f"channels = {channels!r}: a list of names such as ['normal_force', 'shift'] is needed"
         )
