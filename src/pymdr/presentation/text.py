@@ -51,9 +51,11 @@ _MUCH_SMALLER = 1e-3
 
 def last_value(data: xr.Dataset, name: str) -> float:
     """The last value of a quantity, 0 where it is the rounding of its largest one."""
-    values, radius = data[name].values, data["contact_radius"].values
-    if 0.0 < radius[-1] < _MUCH_SMALLER * np.nanmax(radius):
-        return float(values[-1])
+    values = data[name].values
+    if "contact_radius" in data:
+        radius = data["contact_radius"].values
+        if 0.0 < radius[-1] < _MUCH_SMALLER * np.nanmax(radius):
+            return float(values[-1])
     return without_rounding(float(values[-1]), values, QUANTITIES[name].unit)
 
 
