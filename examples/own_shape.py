@@ -7,8 +7,8 @@ every number of the result says how far it may be off. Here a tip with a blunt e
 has one kink where it was worn; it is pressed over nine decades of depth.
 """
 
-import matplotlib.pyplot as plt
 import numpy as np
+from matplotlib.figure import Figure
 
 import pymdr as mdr
 
@@ -36,7 +36,8 @@ depths = np.geomspace(1e-14, 1e-5, 91)
 result = mdr.solve(mdr.Contact(tip, mdr.Elastic("3 GPa", 0.35)), mdr.Path(indentation=depths))
 print(result.claims["normal_force"].error.max())
 
-figure, (left, right) = plt.subplots(1, 2, figsize=(9, 3.6), layout="constrained")
+figure = Figure(figsize=(9, 3.6), layout="constrained")
+left, right = figure.subplots(1, 2)
 radius = result["contact_radius"].values
 left.loglog(depths, result["normal_force"].values)
 left.set(xlabel="indentation (m)", ylabel="force (N)")
