@@ -655,3 +655,15 @@ def test_radii_that_lose_their_digits_make_no_kinks(distance, height, sign, size
     scale = 0.5 * math.pi * abs(start) * x + bend * x * x
     rest = distance**3 * x**3 / (R * size)
     assert np.all(np.abs(line.g(x) - exact) <= 1e-11 * scale + rest)
+
+
+@settings(max_examples=8, deadline=None)
+@given(SIZES, st.floats(-12.0, -8.5), st.floats(-4.0, -1.0))
+def test_what_was_mapped_before_a_law_showed_is_mapped_again(R, small, large):
+    """A map of rounding alone is no answer any more once larger radii have told the law of the tip."""
+    line = equivalent_profile(mdr.Function(lambda r: R - np.sqrt(R * R - r * r), reach=0.999 * R))
+    x = R * 10.0**small
+    line.map_to(x)
+    line.source.foresee(R * 10.0**large)
+    assert line.g(x) / (x * np.arctanh(x / R)) == pytest.approx(1.0, abs=10.0 * line.error(x)[0] + 1e-14)
+    assert line.error(x)[0] < 1e-8

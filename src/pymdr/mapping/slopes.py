@@ -153,7 +153,8 @@ class ResolvedSlope:
     """Radius in m down to which results do not depend on how the tip is closed."""
     tail: Tail = field(init=False)
     _power_from: float = math.inf
-    _continued: float = 0.0
+    continued: float = 0.0
+    """Radius in m below which a law stood for the profile when the slope was resolved."""
     found: list[float] = field(default_factory=list)
     """Kinks in m that were not declared."""
 
@@ -197,18 +198,18 @@ class ResolvedSlope:
         self.source.foresee(x)
         while True:
             # larger radii may show that nothing but rounding was resolved
-            if self.slopes is None or inner < self.inner or self.source.continued != self._continued:
+            if self.slopes is None or inner < self.inner or self.source.continued != self.continued:
                 self._begin(x, min(inner, self.inner))
             while self.front < x * _AT_END:
                 self._extend(x)
-            if self.source.continued == self._continued:
+            if self.source.continued == self.continued:
                 break
 
     # -- the two ends -----------------------------------------------------------------------------
 
     def _begin(self, x: float, inner: float) -> None:
         """Resolve from the floor that a result at `inner` needs."""
-        self._continued = self.source.continued
+        self.continued = self.source.continued
         bottom = min(inner, x, *self.knots[:1])
         floor = _floor(self.source, bottom)
         self.inner = inner

@@ -90,6 +90,7 @@ class GradedLine(EquivalentProfile):
         self._charges: Charges | None = None
         self._image: Image | None = None
         self._inner = math.inf
+        self._continued = 0.0
         self._lock = threading.RLock()
 
     def __getstate__(self) -> dict[str, Any]:
@@ -138,6 +139,7 @@ class GradedLine(EquivalentProfile):
             inner = min(inner if inner is not None and inner > 0.0 else x, x)
             if (
                 self._image is None
+                or self.source.continued != self._continued
                 or x > self.front
                 or (inner < self._inner and not self._resolved.is_power_from(inner))
             ):
@@ -150,12 +152,12 @@ class GradedLine(EquivalentProfile):
         inward = inner < self._inner
         if inward and self._image is not None:
             inner *= _INWARD
-        knots, continued = list(slope.knots), self.source.continued
+        knots = list(slope.knots)
         slope.resolve_to(max(x, self.front), min(inner, self._inner))
         assert slope.slopes is not None
-        if self.source.continued != continued:
+        if slope.continued != self._continued:
             # larger radii have shown that nothing but rounding was mapped
-            self._image = None
+            self._image, self._continued = None, slope.continued
         self._charges = Charges(slope.slopes, slope.tail)
         if inward or self._image is None:
             settled = self._settled() if knots == slope.knots else None
