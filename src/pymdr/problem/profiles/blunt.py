@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from pymdr.errors import ProblemError
 from pymdr.problem.profiles.base import Profile
-from pymdr.problem.profiles.closed import gradient_of, half_angle_field, slope_field
+from pymdr.problem.profiles.closed import Flanked, half_angle_field, slope_field
 from pymdr.problem.values import OptionalSIField, SIField
 from pymdr.units import FloatArray, metres
 
@@ -29,7 +29,7 @@ def _beyond(r: ArrayLike, b: float, curve: Callable[[FloatArray], FloatArray]) -
 
 
 @dataclass(frozen=True, eq=False)
-class TruncatedCone(Profile):
+class TruncatedCone(Flanked):
     """
     A cone whose tip is cut off flat at r = b, f = t (r - b) beyond b and 0 up to there.
 
@@ -62,14 +62,6 @@ class TruncatedCone(Profile):
     flat_radius: SIField = _flat_field()
     slope: OptionalSIField = slope_field()
     half_angle: OptionalSIField = half_angle_field()
-
-    def __post_init__(self) -> None:
-        self.gradient  # noqa: B018  (it refuses)
-
-    @property
-    def gradient(self) -> float:
-        """Slope f' of the flank."""
-        return gradient_of("TruncatedCone", self.slope, self.half_angle)
 
     @property
     def breakpoints(self) -> tuple[float, ...]:
@@ -199,7 +191,7 @@ class TruncatedSphere(Profile):
 
 
 @dataclass(frozen=True, eq=False)
-class RoundedCone(Profile):
+class RoundedCone(Flanked):
     """
     A cone with a parabolic tip, f = r^2 / (2 R) up to r = b = t R and t (r - b / 2) beyond, without a kink.
 
@@ -234,14 +226,6 @@ class RoundedCone(Profile):
     slope: OptionalSIField = slope_field()
     half_angle: OptionalSIField = half_angle_field()
 
-    def __post_init__(self) -> None:
-        self.gradient  # noqa: B018  (it refuses)
-
-    @property
-    def gradient(self) -> float:
-        """Slope f' of the flank."""
-        return gradient_of("RoundedCone", self.slope, self.half_angle)
-
     @property
     def curvature_radius(self) -> float | None:
         """The radius R of the tip."""
@@ -266,7 +250,7 @@ class RoundedCone(Profile):
 
 
 @dataclass(frozen=True, eq=False)
-class Hyperboloid(Profile):
+class Hyperboloid(Flanked):
     """
     A hyperboloid, f = t (sqrt(r^2 + c^2) - c) with c = t R: round at its apex, a cone far from it.
 
@@ -299,14 +283,6 @@ class Hyperboloid(Profile):
     tip_radius: SIField = SIField("m", above=0.0, words="radius of curvature at the apex")
     slope: OptionalSIField = slope_field()
     half_angle: OptionalSIField = half_angle_field()
-
-    def __post_init__(self) -> None:
-        self.gradient  # noqa: B018  (it refuses)
-
-    @property
-    def gradient(self) -> float:
-        """Slope f' of the flank."""
-        return gradient_of("Hyperboloid", self.slope, self.half_angle)
 
     @property
     def curvature_radius(self) -> float | None:

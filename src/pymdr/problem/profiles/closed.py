@@ -150,32 +150,30 @@ def half_angle_field() -> OptionalSIField:
     return OptionalSIField("rad", above=0.0, below=math.pi / 2, words="angle between axis and flank")
 
 
-def gradient_of(name: str, slope: float | None, half_angle: float | None) -> float:
-    """
-    Slope f' of a flank of which exactly one of slope and half angle is given.
+class Flanked(Profile):
+    """A profile with a straight flank, of which exactly one of slope and half angle is given."""
 
-    Raises
-    ------
-    ProblemError
-        If none or both are.
+    slope: OptionalSIField
+    half_angle: OptionalSIField
 
-    Examples
-    --------
-    >>> gradient_of("Cone", 0.3, None)
-    0.3
-    """
-    if slope is not None and half_angle is None:
-        return slope
-    if half_angle is not None and slope is None:
-        return math.tan(math.pi / 2 - half_angle)
-    raise ProblemError(
-        f"{name}(slope={slope}, half_angle={half_angle}): give exactly one of the two, for example "
-        "half_angle='70 deg'"
-    )
+    def __post_init__(self) -> None:
+        if (self.slope is None) == (self.half_angle is None):
+            raise ProblemError(
+                f"{type(self).__name__}(slope={self.slope}, half_angle={self.half_angle}): give exactly one of the two, for "
+                "example half_angle='70 deg'"
+            )
+
+    @property
+    def gradient(self) -> float:
+        """Slope f' of the flank."""
+        if self.half_angle is None:
+            assert self.slope is not None
+            return self.slope
+        return math.tan(math.pi / 2 - self.half_angle)
 
 
 @dataclass(frozen=True, eq=False)
-class Cone(Profile):
+class Cone(Flanked):
     """
     A cone, f = slope r, given by exactly one of its slope and its half angle.
 
@@ -199,14 +197,6 @@ class Cone(Profile):
 
     slope: OptionalSIField = slope_field()
     half_angle: OptionalSIField = half_angle_field()
-
-    def __post_init__(self) -> None:
-        self.gradient  # noqa: B018  (it refuses)
-
-    @property
-    def gradient(self) -> float:
-        """Slope f' of the flank."""
-        return gradient_of("Cone", self.slope, self.half_angle)
 
     def gap(self, r: ArrayLike) -> FloatArray:
         """Gap f(r) in m."""
