@@ -31,3 +31,22 @@ def closed_forms():
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     return module
+
+
+@pytest.fixture
+def shell(capfd, monkeypatch):
+    """Run the command line as the console script does; gives exit status, output and errors."""
+
+    from pymdr.workbench.cli import main
+
+    def run(*arguments):
+        monkeypatch.setattr("sys.argv", ["pymdr", *map(str, arguments)])
+        try:
+            main()
+            status = 0
+        except SystemExit as stop:
+            status = stop.code or 0
+        out, err = capfd.readouterr()
+        return status, out, err
+
+    return run

@@ -9,7 +9,7 @@ from typer.testing import CliRunner
 
 import pymdr as mdr
 from pymdr.workbench.casefile import read_case
-from pymdr.workbench.cli import app, main
+from pymdr.workbench.cli import app
 
 BALL = """
 title = "A ball"
@@ -32,23 +32,6 @@ def case(tmp_path):
     file = tmp_path / "ball.toml"
     file.write_text(BALL)
     return file
-
-
-@pytest.fixture
-def shell(capfd, monkeypatch):
-    """Run the command line as the console script does; gives exit status, output and errors."""
-
-    def run(*arguments):
-        monkeypatch.setattr("sys.argv", ["pymdr", *map(str, arguments)])
-        try:
-            main()
-            status = 0
-        except SystemExit as stop:
-            status = stop.code or 0
-        out, err = capfd.readouterr()
-        return status, out, err
-
-    return run
 
 
 def test_run_writes_everything_and_prints_the_summary(case, tmp_path, shell):

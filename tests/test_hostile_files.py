@@ -15,30 +15,12 @@ import pymdr as mdr
 from pymdr.errors import PymdrError
 from pymdr.result import result_from_dataset
 from pymdr.workbench.casefile import read_case
-from pymdr.workbench.cli import main
 from pymdr.workbench.inputs import printable
 from pymdr.workbench.templates import KINDS, template
 
 SLOW = settings(max_examples=60, deadline=None, suppress_health_check=list(HealthCheck))
 ESCAPE = "\x1b]0;title\x07\x1b[2J"
 SECRET = "root:$6$salt$abcdef:19000:0:99999:7:::"
-
-
-@pytest.fixture
-def shell(capfd, monkeypatch):
-    """Run the command line as the console script does; gives exit status, output and errors."""
-
-    def run(*arguments):
-        monkeypatch.setattr("sys.argv", ["pymdr", *map(str, arguments)])
-        try:
-            main()
-            status = 0
-        except SystemExit as stop:
-            status = stop.code or 0
-        out, err = capfd.readouterr()
-        return status, out, err
-
-    return run
 
 
 def plain(text: str) -> bool:
