@@ -6,7 +6,7 @@ import numpy as np
 
 import pymdr as mdr
 from benchmarks.timing import Ratio, compare
-from pymdr.mapping.equivalent import GradedLine
+from pymdr.mapping.equivalent import PanelLine
 from pymdr.mapping.sources import source_of
 
 POINTS = np.linspace(0.011, 0.99, 200)
@@ -24,7 +24,7 @@ def by_spline(n):
     r = np.linspace(0.0, 1.0, n)
     tip = mdr.Sampled(r, profile(r))
     # a map of its own: equivalent_profile gives equal samples the map that it has
-    return GradedLine(source_of(tip)).g(POINTS)
+    return PanelLine(source_of(tip)).g(POINTS)
 
 
 def by_trapezoid(n):

@@ -14,7 +14,7 @@ from scipy.special import gammaln
 from pymdr.errors import ConvergenceError, ProblemError
 from pymdr.line.adhesion.cohesive_zone import solve_width
 from pymdr.line.adhesion.equivalent_line import EquivalentLine, as_floats
-from pymdr.mapping.equivalent.graded import GradedLine
+from pymdr.mapping.equivalent.panels import PanelLine
 from pymdr.units import FloatArray
 
 _FARTHEST = 1e30
@@ -162,7 +162,7 @@ def rigid_pull(line: EquivalentLine, work: float, strength: float) -> float:
     height = work / strength
 
     end = min(line.edge, line.reach)
-    begin = line.rough_radius(lambda x, g: g >= 0.1 * height) if isinstance(line, GradedLine) else None
+    begin = line.rough_radius(lambda x, g: g >= 0.1 * height) if isinstance(line, PanelLine) else None
     # without elasticity the gap condition is f(c) = h0
     upper = np.full(1, end if np.isfinite(end) else _FARTHEST)
     c = float(solve_width(line, 0.0, 0.5 * np.pi * height, np.zeros(1), upper, outward=True, begin=begin)[0])

@@ -24,7 +24,7 @@ from pymdr.errors import ConvergenceError
 from pymdr.line.adhesion.equivalent_line import EquivalentLine, inner_knots
 from pymdr.line.adhesion.zone_panels import panel_integrals
 from pymdr.line.adhesion.zone_shape import segment, zone_root
-from pymdr.mapping.equivalent.graded import GradedLine
+from pymdr.mapping.equivalent.panels import PanelLine
 from pymdr.mapping.series import Place, Position, rounded
 from pymdr.units import FloatArray
 
@@ -184,7 +184,7 @@ def zone_integrals(
     >>> np.allclose([j0[0], j1[0], j2[0]], [1, 2, 8 / 3], rtol=1e-13)
     True
     """
-    if isinstance(line, GradedLine):
+    if isinstance(line, PanelLine):
         j0, j1, j2 = panel_integrals(line, radius, width, third=third)
         return j0, j1, j2
     radius = rounded(radius)
@@ -217,7 +217,7 @@ def _gap(
     radius = rounded(position)
     j0, j1, _ = (
         zone_integrals(line, position, width, marks=marks)
-        if level is None or isinstance(line, GradedLine)
+        if level is None or isinstance(line, PanelLine)
         else _integrals_at(line, marks, radius, width, level, third=False, rough=True)
     )
     c = radius + width
@@ -284,7 +284,7 @@ def solve_width(
     >>> round(float(width[0]), 13)
     1.0
     """
-    marks = _Marks((), np.zeros(0)) if isinstance(line, GradedLine) else _marks(line)
+    marks = _Marks((), np.zeros(0)) if isinstance(line, PanelLine) else _marks(line)
 
     def residual(width: FloatArray, at: _Index, level: int | None) -> tuple[FloatArray, FloatArray]:
         radius = _taken(given, at) if outward else fixed[at] - width

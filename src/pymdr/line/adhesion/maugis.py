@@ -24,7 +24,7 @@ from pymdr.line.adhesion.equivalent_line import (
 from pymdr.line.adhesion.radii import Radii, radii_of
 from pymdr.line.adhesion.zone_shape import segment, zone_root
 from pymdr.line.adhesion.zone_table import Table, tabulated
-from pymdr.mapping.equivalent.graded import GradedLine
+from pymdr.mapping.equivalent.panels import PanelLine
 from pymdr.mapping.series import Place, Position, rounded
 from pymdr.units import FloatArray
 
@@ -169,7 +169,7 @@ class MaugisDugdale:
         return radii_of(self.line, self.ends[_HELD])
 
     def _position(self, base: FloatArray, offset: FloatArray) -> Position:
-        return Place(base, offset) if isinstance(self.line, GradedLine) else base + offset
+        return Place(base, offset) if isinstance(self.line, PanelLine) else base + offset
 
     def _without_contact(self, c: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """J0, J1 and J2 of zones without contact."""
@@ -318,7 +318,7 @@ def _width_at(
     # without g the condition alone bounds δ: sqrt(c² - a²) ψ - δ >= (π/2 - 1) δ
     bound = np.pi * reach / (4.0 * k * (0.5 * np.pi - 1.0)) if k > 0.0 else np.inf
     upper = np.minimum(bound * (1.0 + 1e-12), min(line.edge, line.reach) - rounded(radius))
-    if isinstance(line, GradedLine) and begin is None:
+    if isinstance(line, PanelLine) and begin is None:
         begin = line.rough_radius(lambda x, g: g + k * x >= 0.1 * reach)
     return solve_width(
         line,
@@ -327,7 +327,7 @@ def _width_at(
         radius,
         upper,
         outward=True,
-        begin=begin if isinstance(line, GradedLine) else None,
+        begin=begin if isinstance(line, PanelLine) else None,
     )
 
 

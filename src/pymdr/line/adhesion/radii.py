@@ -15,7 +15,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from pymdr.line.adhesion.equivalent_line import EquivalentLine, inner_knots
-from pymdr.mapping.equivalent.graded import GradedLine
+from pymdr.mapping.equivalent.panels import PanelLine
 from pymdr.mapping.series import Place, Position
 from pymdr.units import FloatArray
 
@@ -123,7 +123,7 @@ def radii_of(line: EquivalentLine, origin: float = 0.0) -> Radii:
     >>> radii_of(worn).place(np.array([0.5, 1.0, 1.0625, 2.0])).x.tolist()
     [0.5, 1.0, 1.046875, 2.0]
     """
-    if not isinstance(line, GradedLine):
+    if not isinstance(line, PanelLine):
         return _found(line, origin)
     known = _known.get(line)
     if known is None or known[0] != (line.breakpoints, line.reach):
@@ -132,7 +132,7 @@ def radii_of(line: EquivalentLine, origin: float = 0.0) -> Radii:
     return replace(known[1], origin=origin)
 
 
-_known: WeakKeyDictionary[GradedLine, tuple[tuple[tuple[float, ...], float], Radii]] = WeakKeyDictionary()
+_known: WeakKeyDictionary[PanelLine, tuple[tuple[tuple[float, ...], float], Radii]] = WeakKeyDictionary()
 
 
 def _found(line: EquivalentLine, origin: float) -> Radii:
@@ -142,5 +142,5 @@ def _found(line: EquivalentLine, origin: float) -> Radii:
     gaps = np.minimum(np.diff(np.append(knots, min(line.edge, line.reach))), knots)
     corner = np.isinf(line.slope(knots))
     return Radii(
-        origin, knots[corner], _SHARE * gaps[corner], isinstance(line, GradedLine) and bool(corner.any())
+        origin, knots[corner], _SHARE * gaps[corner], isinstance(line, PanelLine) and bool(corner.any())
     )

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from pymdr.line.adhesion.zone_shape import segment
 from pymdr.mapping.abel import gauss
-from pymdr.mapping.equivalent.graded import GradedLine
+from pymdr.mapping.equivalent.panels import PanelLine
 from pymdr.mapping.images import Image
 from pymdr.mapping.series import (
     TERMS,
@@ -88,16 +88,16 @@ class _Pieces(NamedTuple):
         return _Pieces(row[index], panel[index], *(column[index] for column in rest))
 
 
-_tables: WeakKeyDictionary[GradedLine, _Table] = WeakKeyDictionary()
+_tables: WeakKeyDictionary[PanelLine, _Table] = WeakKeyDictionary()
 
 
-def panel_integrals(line: GradedLine, radius: Position, width: FloatArray, *, third: bool) -> FloatArray:
+def panel_integrals(line: PanelLine, radius: Position, width: FloatArray, *, third: bool) -> FloatArray:
     """
     J0, J1 and J2 of zones, see `pymdr.line.adhesion.cohesive_zone`.
 
     Parameters
     ----------
-    line : GradedLine
+    line : PanelLine
     radius : ndarray or Place
         a >= 0 in m, flat.
     width : ndarray
@@ -117,7 +117,7 @@ def panel_integrals(line: GradedLine, radius: Position, width: FloatArray, *, th
     return totals
 
 
-def _block(line: GradedLine, place: Place, width: FloatArray, third: bool) -> FloatArray:
+def _block(line: PanelLine, place: Place, width: FloatArray, third: bool) -> FloatArray:
     a = place.x
     c = a + width
     table = _table_of(line, float(c.max()), float(c.min()), float(np.min(a[a > 0.0], initial=math.inf)))
@@ -243,7 +243,7 @@ def _inside(part: _Pieces, offset: FloatArray) -> FloatArray:
     return np.clip(offset, part.low[:, None], part.high[:, None])
 
 
-def _table_of(line: GradedLine, top: float, least: float, inner: float) -> _Table:
+def _table_of(line: PanelLine, top: float, least: float, inner: float) -> _Table:
     """The table of the present image, made anew when the image has grown."""
     image = line.map_to(top, min(least, inner))
     known = _tables.get(line)
@@ -253,7 +253,7 @@ def _table_of(line: GradedLine, top: float, least: float, inner: float) -> _Tabl
     return known
 
 
-def _made(line: GradedLine, image: Image, least: float) -> _Table:
+def _made(line: PanelLine, image: Image, least: float) -> _Table:
     panels, slope = image.panels, image.slope
     tip = float(panels.start[0])
     x = np.array([0.5 * tip])

@@ -15,7 +15,7 @@ from pymdr.mapping.equivalent.closed import PowerLine as PowerLine
 from pymdr.mapping.equivalent.closed import SphereLine as SphereLine
 from pymdr.mapping.equivalent.closed import SumLine as SumLine
 from pymdr.mapping.equivalent.closed import power_factor as power_factor
-from pymdr.mapping.equivalent.graded import GradedLine as GradedLine
+from pymdr.mapping.equivalent.panels import PanelLine as PanelLine
 from pymdr.mapping.sources import source_of
 from pymdr.problem.profiles import (
     ConcavePunch,
@@ -113,7 +113,7 @@ def _(profile: DomedPunch) -> EquivalentProfile:
 
 
 def _by_panels(profile: Profile) -> EquivalentProfile:
-    return _graded(profile)
+    return _on_panels(profile)
 
 
 # closed forms of g beside a rim lose the digits that places keep, and their energies have none
@@ -136,8 +136,8 @@ for _kind in (
 @equivalent_profile.register
 def _(profile: Sum) -> EquivalentProfile:
     parts = [equivalent_profile(part) for part in profile.parts]
-    if any(isinstance(part, GradedLine) for part in parts):
-        return _graded(profile)
+    if any(isinstance(part, PanelLine) for part in parts):
+        return _on_panels(profile)
     return SumLine(
         tuple(p for part in parts for p in (part.parts if isinstance(part, SumLine) else (part,))),
         profile.edge,
@@ -146,11 +146,11 @@ def _(profile: Sum) -> EquivalentProfile:
 
 
 @lru_cache(maxsize=256)
-def _graded(profile: Profile) -> GradedLine:
+def _on_panels(profile: Profile) -> PanelLine:
     """One map for every profile, however many contacts it is part of."""
     parts = profile.parts if isinstance(profile, Sum) else (profile,)
     known = all(not isinstance(part, Function) or part.f is not None for part in parts)
-    return GradedLine(source_of(profile), profile.edge, profile.gap if known else None)
+    return PanelLine(source_of(profile), profile.edge, profile.gap if known else None)
 
 
 def gap_function(profile: Profile, equivalent: EquivalentProfile) -> Curve:
@@ -219,4 +219,4 @@ def without_callables(profile: Profile, top: float) -> Profile:
     """
     if isinstance(profile, Sum):
         return Sum(tuple(without_callables(part, top) for part in profile.parts))
-    return _graded(profile).as_panels(top) if isinstance(profile, Function) else profile
+    return _on_panels(profile).as_panels(top) if isinstance(profile, Function) else profile

@@ -56,7 +56,7 @@ _SEARCHED = 2.0**10
 _Reached: TypeAlias = Callable[[float, float, float], bool]
 
 
-class GradedLine(EquivalentProfile):
+class PanelLine(EquivalentProfile):
     """
     g, g', its first moment and square integral on panels graded to the tip and to every breakpoint.
 
