@@ -10,6 +10,7 @@ from scipy.optimize import brentq
 import pymdr as mdr
 from benchmarks.timing import Ratio, compare, median_time, median_times
 from pymdr.line.adhesion import JKR, PullOff, jkr_force, power_law_factor, power_law_pull_off
+from pymdr.line.curves import ElasticLine
 from pymdr.line.following import Track, energy_balance, follow, trace, under_machine
 from pymdr.mapping.equivalent import equivalent_profile
 
@@ -38,7 +39,7 @@ def wavy() -> mdr.Function:
 @cache
 def law() -> JKR:
     """JKR on the mapped profile, in units of E* = R = 1."""
-    return JKR(equivalent_profile(wavy()), 1.0, WORK)
+    return JKR(ElasticLine(equivalent_profile(wavy()), 1.0), WORK)
 
 
 def traced() -> Track:

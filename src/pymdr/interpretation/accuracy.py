@@ -39,7 +39,7 @@ def normal_errors(
 
     Notes
     -----
-    With a prescribed depth d = g(a) the radius errs by da = e_g g / g', and the force 2 E* m(a) by e_m m + a g' da.
+    With a prescribed depth d = g(a) the radius errs by da = e_g g / g', and the force F0(a) by e_m F0 + k g' da.
     """
     place = states.place
     a = states.contact_radius
@@ -50,20 +50,24 @@ def normal_errors(
     equivalent = line.equivalent
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         g, slope = np.abs(equivalent.g(place)), np.abs(equivalent.slope(place))
-        m, s = np.abs(equivalent.moment(place)), np.abs(equivalent.squared(place))
-        shift = np.where(by_force, error[:, _MOMENT] * m / a, error[:, _G] * g)
+        smooth, stored, stiffness = (
+            np.abs(line.force(place)),
+            np.abs(line.energy(place)),
+            line.stiffness(place),
+        )
+        shift = np.where(by_force, error[:, _MOMENT] * smooth / stiffness, error[:, _G] * g)
         shift = np.where(held, 0.0, shift)
         radius = shift / (slope * a)
-        force = np.where(by_force, 0.0, error[:, _MOMENT] + a * shift / m)
+        force = np.where(by_force, 0.0, error[:, _MOMENT] + stiffness * shift / smooth)
         depth = np.where(by_force, error[:, _G] + shift / g, 0.0)
-        energy = error[:, _SQUARED] + 2.0 * m * shift / s
+        energy = error[:, _SQUARED] + smooth * shift / stored
     found = {
         "contact_radius": radius,
         "normal_force": force,
         "force_lower_bound": force,
         "indentation": depth,
         "elastic_energy": energy,
-        "normal_stiffness": radius,
+        "normal_stiffness": (1.0 + line.exponent) * radius,
         "mean_pressure": force + 2.0 * radius,
         "edge_amplitude": force + radius,
         "travel": depth + force,
@@ -99,18 +103,17 @@ def adhesive_errors(
 
     Notes
     -----
-    At a given radius d errs by e_g g and F by 2 E* e_m m, both by e_g' of the part that cohesion of finite range adds,
+    At a given radius d errs by e_g g and F by e_m F0, both by e_g' of the part that cohesion of finite range adds,
     whose zone ends where g' says. With a prescribed D = d + F/k the parameter then errs by dD / (dD/ds).
     """
     states = equilibria.states(s)
-    a, modulus, equivalent = states.contact_radius, line.modulus, line.equivalent
+    a, equivalent = states.contact_radius, line.equivalent
     error = equivalent.error(a)
     outer = np.maximum(error[:, _SLOPE], equivalent.error(states.cohesive_radius)[:, _SLOPE])
     if not error.any() and not outer.any():
         return {}
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        g, m = np.abs(equivalent.g(a)), np.abs(equivalent.moment(a))
-        smooth = 2.0 * modulus * m
+        g, smooth = np.abs(line.depth(a)), np.abs(line.force(a))
         opened, pull = np.abs(equivalent.g(a) - states.indentation), np.abs(smooth - states.normal_force)
         ranged = 0.0 if isinstance(equilibria, ShortRange) else outer
         depth = error[:, _G] * g + ranged * opened

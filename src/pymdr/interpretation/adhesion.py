@@ -132,7 +132,7 @@ def _first_fault(
     if radii.size == 0:
         return None
     ends = np.array([radii.min(), radii.max()])
-    stretched = equivalent.g(ends) - jkr_opening(ends, line.modulus, work)
+    stretched = line.depth(ends) - jkr_opening(line, ends, work)
     deepest = max([float(stretched.max()), *(way.deepest for way in ways)])
     widest = max([float(ends[1]), *(way.high for way in ways)])
     top = max(min(widest, equivalent.edge), seen_upto(equivalent, deepest))
@@ -141,7 +141,7 @@ def _first_fault(
         return None
 
     def opening(a: float) -> float:
-        return -float(jkr_opening(a, line.modulus, work))
+        return -float(jkr_opening(line, a, work))
 
     found: tuple[int, float, float, Landscape] | None = None
     low, high = np.minimum(visited.begin, visited.end), np.maximum(visited.begin, visited.end)
@@ -198,15 +198,14 @@ class _JumpWay:
         return max(float(self.line.equivalent.g(np.array([x]))[0]) + self.excess(float(x)) for x in a)
 
     def excess(self, a: float) -> float:
-        """By how much in m the edge is pressed at a radius: d - g(a)."""
-        at = np.array([a])
-        g, moment = float(self.line.equivalent.g(at)[0]), float(self.line.equivalent.moment(at)[0])
+        """By how much in m the edge is pressed at a radius: d - d0(a)."""
+        line, at = self.line, np.array([a])
+        depth, force, stiffness = (float(f(at)[0]) for f in (line.depth, line.force, line.stiffness))
         if math.isinf(self.stiffness):
-            return self.control - g
+            return self.control - depth
         if self.stiffness == 0.0:
-            return (0.5 * self.control / self.line.modulus - moment) / a
-        soft = 2.0 * self.line.modulus / self.stiffness
-        return (self.control - g - soft * moment) / (1.0 + soft * a)
+            return (self.control - force) / stiffness
+        return (self.control - depth - force / self.stiffness) / (1.0 + stiffness / self.stiffness)
 
 
 def _margin(landscape: Landscape, a: float, excess: float) -> float:

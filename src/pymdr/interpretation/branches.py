@@ -46,7 +46,7 @@ def equilibria_of(law: AdhesionLaw, profile: Profile, line: ElasticLine, top: fl
         If the law does not cover the profile.
     """
     if isinstance(law, JKR):
-        return ShortRange(line.equivalent, line.modulus, law.work)
+        return ShortRange(line, law.work)
     if line.equivalent.turning_points(min(top, line.equivalent.edge, line.equivalent.reach)):
         raise ProblemError(
             f"{type(law).__name__}: the equivalent profile falls somewhere, and the theory of a cohesive zone needs "
@@ -55,7 +55,7 @@ def equilibria_of(law: AdhesionLaw, profile: Profile, line: ElasticLine, top: fl
     if isinstance(law, MaugisDugdale):
         return maugis_dugdale(line.equivalent, line.modulus, law.work, law.cohesive_stress)
     assert isinstance(law, DMT)
-    return RigidPull(line.equivalent, line.modulus, rigid_pull_of(law, profile, line))
+    return RigidPull(line, rigid_pull_of(law, profile, line))
 
 
 def round_radius(profile: Profile) -> float | None:

@@ -154,7 +154,7 @@ def surface_of(
     if isinstance(contact.adhesion, JKR):
         # the outermost springs are stretched, but at a sharp edge, where they may be pressed
         stretched = contact_radius < line.equivalent.edge
-        opening = jkr_opening(np.where(stretched, contact_radius, 0.0), line.modulus, contact.adhesion.work)
+        opening = jkr_opening(line, np.where(stretched, contact_radius, 0.0), contact.adhesion.work)
         at_edge = _against_edge(line, indentation, contact_radius, stretched)
         states = replace(states, edge_excess=np.where(stretched, -opening, at_edge))
     cohesion = None

@@ -1,4 +1,4 @@
-"""The elastic line: contact radius, indentation, force, stiffness and energy from one another.
+"""Contact radius, indentation, force, stiffness and energy from one another, on any curve of contacts.
 
 The kernels take and give arrays. :func:`spring_foundation` is the discretised form of Popov and Hess (2015), in
 which the method is taught and drawn; the kernels use the exact integrals.
@@ -14,18 +14,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from pymdr.errors import ConvergenceError
+from pymdr.line.curves import Curve
+from pymdr.line.curves import ElasticLine as ElasticLine
 from pymdr.mapping.equivalent import EquivalentProfile, rising_root
 from pymdr.mapping.series import Place, Position, Selection, as_place
 from pymdr.units import FloatArray, metres, newtons
-
-
-@dataclass(frozen=True)
-class ElasticLine:
-    """Independent springs of stiffness E* per length under an equivalent profile."""
-
-    equivalent: EquivalentProfile
-    modulus: float
-    """E* in Pa."""
 
 
 @dataclass(frozen=True)
@@ -37,7 +30,7 @@ class DiskStates:
     place: Place
     """a in m, with its distance from the last breakpoint; 0 without contact."""
     edge_excess: FloatArray
-    """d - g(a) in m: above 0 only at a sharp edge, where the pressure is singular."""
+    """d - d0(a) in m: above 0 only at a sharp edge, where the pressure is singular."""
 
     @property
     def contact_radius(self) -> FloatArray:
@@ -58,13 +51,13 @@ def joined_states(parts: Sequence[DiskStates]) -> DiskStates:
     )
 
 
-def disk_states(line: ElasticLine, indentation: FloatArray, contact_radius: Position) -> DiskStates:
+def disk_states(line: Curve, indentation: FloatArray, contact_radius: Position) -> DiskStates:
     """States from known indentations and contact radii in m."""
     place = as_place(contact_radius)
-    return DiskStates(indentation, place, _edge_excess(line.equivalent, place.x, indentation))
+    return DiskStates(indentation, place, _edge_excess(line, place.x, indentation))
 
 
-def states_at_depth(line: ElasticLine, indentation: ArrayLike) -> DiskStates:
+def states_at_depth(line: Curve, indentation: ArrayLike) -> DiskStates:
     """
     Contact radius from indentation, g(a) = d, cut at a sharp edge.
 
@@ -73,8 +66,7 @@ def states_at_depth(line: ElasticLine, indentation: ArrayLike) -> DiskStates:
 
     Parameters
     ----------
-    line : ElasticLine
-        Profile and modulus.
+    line : Curve
     indentation : array_like
         d in m.
 
@@ -92,75 +84,75 @@ def states_at_depth(line: ElasticLine, indentation: ArrayLike) -> DiskStates:
     [0.5, 0.0]
     """
     d = np.asarray(indentation, dtype=float)
-    equivalent = line.equivalent
-    top = _touching_within(equivalent, _deepest(d))
-    if turning := _turning_points(equivalent, top):
-        return disk_states(line, d, _best_disk(equivalent, d, turning, top))
-    return disk_states(line, d, _inside(equivalent, equivalent.place(d)))
+    top = _touching_within(line, _deepest(d))
+    if turning := _turning_points(line, top):
+        return disk_states(line, d, _best_disk(line, d, turning, top))
+    return disk_states(line, d, _inside(line, line.place(d)))
 
 
-def _inside(equivalent: EquivalentProfile, place: Place) -> Place:
+def _inside(line: Curve, place: Place) -> Place:
     """Places cut at a sharp edge."""
-    beyond = place.x >= equivalent.edge
-    return Place(np.where(beyond, 0.0, place.base), np.where(beyond, equivalent.edge, place.offset))
+    beyond = place.x >= line.edge
+    return Place(np.where(beyond, 0.0, place.base), np.where(beyond, line.edge, place.offset))
 
 
-def rises_to(line: ElasticLine, depth: float) -> bool:
-    """Whether g rises wherever bodies at a depth in m might touch, so that every contact up to there is a disk."""
-    return not _turning_points(line.equivalent, _touching_within(line.equivalent, depth))
+def rises_to(line: Curve, depth: float) -> bool:
+    """Whether d0 rises wherever bodies at a depth in m might touch, so that every contact up to there is a disk."""
+    return not _turning_points(line, _touching_within(line, depth))
 
 
 def _deepest(d: FloatArray) -> float:
     return float(np.max(d[np.isfinite(d)], initial=-math.inf))
 
 
-def touching_radius(equivalent: EquivalentProfile, depth: float) -> float:
+def touching_radius(line: Curve | EquivalentProfile, depth: float) -> float:
     """
     A radius in m within which bodies at a depth in m touch, if they do.
 
     A profile that falls below its tip touches at negative depths: where f <= d < 0, f <= -d as well.
     """
     if depth > 0.0:
-        return equivalent.overlap_radius(depth)
-    if math.isfinite(equivalent.edge):
+        return line.overlap_radius(depth)
+    if math.isfinite(line.edge):
         # the rim of a hollow punch stands out
-        return min(equivalent.edge, equivalent.reach)
-    return equivalent.overlap_radius(-depth) if -math.inf < depth < 0.0 else 0.0
+        return min(line.edge, line.reach)
+    return line.overlap_radius(-depth) if -math.inf < depth < 0.0 else 0.0
 
 
-def _touching_within(equivalent: EquivalentProfile, depth: float) -> float:
-    """How far out in m g has to be known for contacts of a depth in m; 0 where it rises."""
-    return 0.0 if equivalent.rises else touching_radius(equivalent, depth)
+def _touching_within(line: Curve, depth: float) -> float:
+    """How far out in m d0 has to be known for contacts of a depth in m; 0 where it rises."""
+    return 0.0 if line.rises else touching_radius(line, depth)
 
 
-def _turning_points(equivalent: EquivalentProfile, top: float) -> tuple[float, ...]:
-    return equivalent.turning_points(top) if top > 0.0 else ()
+def _turning_points(line: Curve, top: float) -> tuple[float, ...]:
+    return line.turning_points(top) if top > 0.0 else ()
 
 
-def _edge_excess(equivalent: EquivalentProfile, a: FloatArray, d: FloatArray) -> FloatArray:
+def _edge_excess(line: Curve, a: FloatArray, d: FloatArray) -> FloatArray:
     excess = np.zeros(np.shape(a))
-    at_edge = a == equivalent.edge
+    at_edge = a == line.edge
     if at_edge.any():
-        excess[at_edge] = np.maximum(d[at_edge] - equivalent.g(a[at_edge]), 0.0)
+        excess[at_edge] = np.maximum(d[at_edge] - line.depth(a[at_edge]), 0.0)
     return excess
 
 
-def _best_disk(equivalent: EquivalentProfile, d: FloatArray, turning: tuple[float, ...], top: float) -> Place:
-    """The radius of largest d a - int_0^a g up to one in m; 0 where no disk carries load."""
+def _best_disk(line: Curve, d: FloatArray, turning: tuple[float, ...], top: float) -> Place:
+    """The radius of the disk of largest force up to one in m; 0 where no disk carries load."""
     best = Place(np.zeros(d.shape), np.zeros(d.shape))
     load = np.zeros(d.shape)
-    end = min(equivalent.edge, top)
+    end = min(line.edge, top)
     ends = np.array([0.0, *(t for t in turning if 0.0 < t < end), end])
-    g = equivalent.g(ends)
+    g = line.depth(ends)
     for low, high, g_low, g_high in zip(ends[:-1], ends[1:], g[:-1], g[1:], strict=True):
         inside = (d > g_low) & (d <= g_high)
         if g_high > g_low and inside.any():
-            place = equivalent.between(d[inside], float(low), float(high))
-            _take_better(best, load, inside, place, d[inside] * place.x - equivalent.integral(place))
-    if math.isfinite(equivalent.edge):
-        b = np.array([equivalent.edge])
-        at_edge = d >= equivalent.g(b)[0]
-        whole = d[at_edge] * b[0] - equivalent.integral(b)[0]
+            place = line.between(d[inside], float(low), float(high))
+            _take_better(best, load, inside, place, line.force(place))
+    if math.isfinite(line.edge):
+        b = np.array([line.edge])
+        excess = d - line.depth(b)[0]
+        at_edge = excess >= 0.0
+        whole = line.force(b)[0] + excess[at_edge] * line.stiffness(b)[0]
         _take_better(best, load, at_edge, Place(np.zeros(whole.shape), np.full(whole.shape, b[0])), whole)
     return best
 
@@ -172,15 +164,15 @@ class PassedRing:
     depth: float
     """The last depth in m before the step."""
     inner: tuple[float, float]
-    """Radii in m of the stretch before the ring, on which g rises."""
+    """Radii in m of the stretch before the ring, on which d0 rises."""
     outer: tuple[float, float]
     """Those of the stretch beyond it."""
 
 
-def passed_rings(line: ElasticLine, deepest: float) -> tuple[PassedRing, ...]:
+def passed_rings(line: Curve, deepest: float) -> tuple[PassedRing, ...]:
     """The rings over which a contact steps on its way to a depth in m."""
-    top = _touching_within(line.equivalent, deepest)
-    turning = _turning_points(line.equivalent, top)
+    top = _touching_within(line, deepest)
+    turning = _turning_points(line, top)
     if not turning or turning[0] == 0.0:
         return ()
     marks = np.array([0.0, *turning, *([top] * (1 + len(turning) % 2))])
@@ -206,14 +198,13 @@ def _take_better(best: Place, load: FloatArray, where: np.ndarray, place: Place,
     load.flat[index] = value[better]
 
 
-def states_at_force(line: ElasticLine, normal_force: ArrayLike) -> DiskStates:
+def states_at_force(line: Curve, normal_force: ArrayLike) -> DiskStates:
     """
     Contact radius and indentation from the normal force.
 
     Parameters
     ----------
-    line : ElasticLine
-        Profile and modulus.
+    line : Curve
     normal_force : array_like
         F in N, not below 0.
 
@@ -236,32 +227,29 @@ def states_at_force(line: ElasticLine, normal_force: ArrayLike) -> DiskStates:
     [1.0]
     """
     force = np.asarray(normal_force, dtype=float)
-    equivalent = line.equivalent
-    moment = force / (2.0 * line.modulus)
-    place = _inside(equivalent, equivalent.place_of_moment(moment))
-    if not equivalent.rises:
-        # a moment may be reached between turning points only
-        farthest = min(float(np.max(place.x, initial=0.0)), equivalent.edge, equivalent.reach)
-        reached = _deepest(equivalent.g(place))
-        top = max(touching_radius(equivalent, reached), farthest)
-        if math.isfinite(top) and (turning := _turning_points(equivalent, top)):
+    place = _inside(line, line.place_of_force(force))
+    if not line.rises:
+        # a force may be reached between turning points only
+        farthest = min(float(np.max(place.x, initial=0.0)), line.edge, line.reach)
+        reached = _deepest(line.depth(place))
+        top = max(touching_radius(line, reached), farthest)
+        if math.isfinite(top) and (turning := _turning_points(line, top)):
             return _best_disk_at_force(line, force, turning, top)
     excess = np.zeros(force.shape)
-    at_edge = place.x == equivalent.edge
+    at_edge = place.x == line.edge
     if at_edge.any():
         at = place.take(at_edge)
-        excess[at_edge] = np.maximum(moment[at_edge] - equivalent.moment(at), 0.0) / equivalent.edge
-    return DiskStates(equivalent.g(place) + excess, place, excess)
+        excess[at_edge] = np.maximum(force[at_edge] - line.force(at), 0.0) / line.stiffness(at)
+    return DiskStates(line.depth(place) + excess, place, excess)
 
 
-def states_at_travel(line: ElasticLine, travel: ArrayLike, machine_stiffness: float) -> DiskStates:
+def states_at_travel(line: Curve, travel: ArrayLike, machine_stiffness: float) -> DiskStates:
     """
     Contact radius and indentation from the travel of a machine, d + F(d)/k = D.
 
     Parameters
     ----------
-    line : ElasticLine
-        Profile and modulus.
+    line : Curve
     travel : array_like
         D in m.
     machine_stiffness : float
@@ -294,30 +282,27 @@ def states_at_travel(line: ElasticLine, travel: ArrayLike, machine_stiffness: fl
     return states_at_depth(line, d)
 
 
-def _best_disk_at_force(
-    line: ElasticLine, force: FloatArray, turning: tuple[float, ...], top: float
-) -> DiskStates:
-    equivalent = line.equivalent
-    end = min(equivalent.reach, equivalent.edge)
+def _best_disk_at_force(line: Curve, force: FloatArray, turning: tuple[float, ...], top: float) -> DiskStates:
+    end = min(line.reach, line.edge)
 
     def states(d: FloatArray) -> DiskStates:
-        # as far out at all depths: where g falls below the tip, a contact is wide at depths of next to nothing
-        return disk_states(line, d, _best_disk(equivalent, d, turning, top))
+        # as far out at all depths: where d0 falls below the tip, a contact is wide at depths of next to nothing
+        return disk_states(line, d, _best_disk(line, d, turning, top))
 
     def load(d: FloatArray) -> FloatArray:
         return normal_force(line, states(d))
 
     # a disk that carries a force alone is no less deep than the best one
-    alone = _inside(equivalent, equivalent.place_of_moment(np.max(force) / (2.0 * line.modulus)))
-    deepest = float(np.max(equivalent.g(alone)))
-    depths = np.sort(equivalent.g(np.array([0.0, *(t for t in turning if t < end)])))
+    alone = _inside(line, line.place_of_force(np.max(force)))
+    deepest = float(np.max(line.depth(alone)))
+    depths = np.sort(line.depth(np.array([0.0, *(t for t in turning if t < end)])))
     if math.isfinite(deepest):
         depths = np.append(depths[depths < deepest], deepest)
-    if math.isfinite(equivalent.edge):
+    if math.isfinite(line.edge):
         # as deep as the whole end carries the force
-        b = np.array([equivalent.edge])
-        rest = float(np.max(force)) / (2.0 * line.modulus) - float(equivalent.moment(b)[0])
-        depths = np.append(depths, float(equivalent.g(b)[0]) + max(rest, 0.0) / equivalent.edge)
+        b = np.array([line.edge])
+        rest = float(np.max(force)) - float(line.force(b)[0])
+        depths = np.append(depths, float(line.depth(b)[0]) + max(rest, 0.0) / float(line.stiffness(b)[0]))
     # beyond the depths whose whole contact is known the load falls again, so the first that suffices is taken
     loads = load(depths)
     carried = force * (1.0 - 1e-12) <= np.max(loads)
@@ -338,13 +323,13 @@ def _best_disk_at_force(
     )
 
 
-def normal_force(line: ElasticLine, states: DiskStates) -> FloatArray:
+def normal_force(line: Curve, states: DiskStates) -> FloatArray:
     """
-    Normal force F = 2 E* int_0^a (d - g) dx (Sneddon 1965; Popov and Hess 2015, eq. 3.8).
+    Normal force F = F0 + k w, for half-spaces 2 E* int_0^a (d - g) dx (Sneddon 1965; Popov and Hess 2015, eq. 3.8).
 
     Parameters
     ----------
-    line : ElasticLine
+    line : Curve
     states : DiskStates
 
     Returns
@@ -352,24 +337,24 @@ def normal_force(line: ElasticLine, states: DiskStates) -> FloatArray:
     ndarray
         F in N.
     """
-    force = line.equivalent.moment(states.place)
-    if math.isfinite(line.equivalent.edge):
-        force = force + states.edge_excess * states.contact_radius
-    return 2.0 * line.modulus * force
+    force = line.force(states.place)
+    if math.isfinite(line.edge):
+        force = force + states.edge_excess * line.stiffness(states.place)
+    return force
 
 
-def normal_stiffness(line: ElasticLine, states: DiskStates) -> FloatArray:
-    """Normal stiffness dF/dd = 2 E* a in N/m."""
-    return 2.0 * line.modulus * states.contact_radius
+def normal_stiffness(line: Curve, states: DiskStates) -> FloatArray:
+    """Normal stiffness dF/dd in N/m."""
+    return line.stiffness(states.place)
 
 
-def elastic_energy(line: ElasticLine, states: DiskStates) -> FloatArray:
+def elastic_energy(line: Curve, states: DiskStates) -> FloatArray:
     """
-    Elastic energy U = E* int_0^a (d - g)^2 dx.
+    Elastic energy U = U0 + F0 w + k w^2 / 2, for half-spaces E* int_0^a (d - g)^2 dx.
 
     Parameters
     ----------
-    line : ElasticLine
+    line : Curve
     states : DiskStates
 
     Returns
@@ -377,11 +362,11 @@ def elastic_energy(line: ElasticLine, states: DiskStates) -> FloatArray:
     ndarray
         U in J.
     """
-    a, w = states.contact_radius, states.edge_excess
-    energy = line.equivalent.squared(states.place)
-    if math.isfinite(line.equivalent.edge):
-        energy = energy + 2.0 * w * line.equivalent.moment(states.place) + w * w * a
-    return line.modulus * energy
+    w = states.edge_excess
+    energy = line.energy(states.place)
+    if math.isfinite(line.edge):
+        energy = energy + w * line.force(states.place) + 0.5 * w * w * line.stiffness(states.place)
+    return energy
 
 
 def mean_pressure(force: FloatArray, contact_radius: FloatArray) -> FloatArray:

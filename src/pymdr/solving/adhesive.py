@@ -362,7 +362,7 @@ def _edge_columns(
     opening = np.where(a > 0.0, equilibria.opening(s), 0.0)
     radius = np.where(a > 0.0, a, 1.0)
     columns = {
-        "energy_release_rate": energy_release_rate(radius, opening, modulus),
+        "energy_release_rate": energy_release_rate(equilibria.line, radius, opening),
         "stress_intensity": stress_intensity(radius, opening, modulus),
         "edge_amplitude": edge_amplitude(modulus, radius, -opening),
     }

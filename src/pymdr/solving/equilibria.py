@@ -58,14 +58,14 @@ class AdhesiveLine:
 
     @cached_property
     def _first_radius(self) -> float:
-        """A radius in m about that of the contact under no load, where g = sqrt(2 pi a work / E*)."""
-        work, modulus = self.law.work, self.line.modulus
-        return self.line.equivalent.rough_radius(lambda x, g: g >= float(jkr_opening(x, modulus, work)))
+        """A radius in m about that of the contact under no load, where d0 is the opening of the edge."""
+        line, work = self.line, self.law.work
+        return line.rough_radius(lambda a, d0: d0 >= float(jkr_opening(line, a, work)))
 
     @property
     def natural_radius(self) -> float:
         """A parameter in m at which the indentation under adhesion is 0: the size of the contact."""
-        bare = ShortRange(self.line.equivalent, self.line.modulus, self.law.work)
+        bare = ShortRange(self.line, self.law.work)
         at_zero = parameter_reaching(
             lambda s: bare.states(s).indentation, 0.0, begin=self._first_radius, limit=bare.limit
         )

@@ -12,20 +12,8 @@ from pymdr.mapping.series import Position, rounded
 from pymdr.units import FloatArray
 
 
-class EquivalentLine(Protocol):
-    """The equivalent profile g(x) of step 1, as far as adhesion needs it.
-
-    All methods take radii x >= 0 in m (any shape) and return arrays of that shape.
-
-    Attributes
-    ----------
-    edge : float
-        Radius of a sharp outer edge, beyond which g is infinite [m]; ``inf`` when there is none.
-    reach : float
-        Largest x where g is known [m]; may be ``inf``.
-    breakpoints : tuple of float
-        Radii [m] where g or one of its derivatives jumps.
-    """
+class Outline(Protocol):
+    """How far a line goes, and where it is not smooth."""
 
     @property
     def edge(self) -> float:
@@ -38,6 +26,13 @@ class EquivalentLine(Protocol):
     @property
     def breakpoints(self) -> tuple[float, ...]:
         """Radii of kinks [m]."""
+
+
+class EquivalentLine(Outline, Protocol):
+    """The equivalent profile g(x) of step 1, as far as a cohesive zone needs it.
+
+    All methods take radii x >= 0 in m (any shape) and return arrays of that shape.
+    """
 
     def g(self, x: Any) -> FloatArray:
         """Return the equivalent profile g(x) [m]; at the edge its value from inside."""
@@ -77,12 +72,12 @@ def as_floats(values: ArrayLike) -> FloatArray:
     return np.asarray(values, dtype=np.float64)
 
 
-def own_edge(line: EquivalentLine) -> float:
+def own_edge(line: Outline) -> float:
     """Return the radius of the sharp edge [m], or ``inf`` when the known profile does not reach it."""
     return float(line.edge) if line.edge <= line.reach else np.inf
 
 
-def inner_knots(line: EquivalentLine) -> tuple[float, ...]:
+def inner_knots(line: Outline) -> tuple[float, ...]:
     """Return the breakpoints strictly inside the known profile and its edge [m], ascending."""
     end = min(line.edge, line.reach)
     return tuple(sorted({float(x) for x in line.breakpoints if 0.0 < x < end}))

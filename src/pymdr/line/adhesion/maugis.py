@@ -166,7 +166,7 @@ class MaugisDugdale:
 
     @property
     def _radii(self) -> Radii:
-        return radii_of(self.line, self.ends[_HELD])
+        return radii_of(self.line, self.line.slope, self.ends[_HELD])
 
     def _position(self, base: FloatArray, offset: FloatArray) -> Position:
         return Place(base, offset) if isinstance(self.line, PanelLine) else base + offset
@@ -390,7 +390,11 @@ def maugis_dugdale(line: EquivalentLine, modulus: float, work: float, strength: 
     clipped, stuck = (
         (np.sqrt((edge - growing) * (edge + growing)), np.inf) if np.isfinite(edge) else (0.0, 0.0)
     )
-    grown = float(radii_of(line).parameter(np.array([growing]))[0]) if np.isfinite(growing) else growing
+    grown = (
+        float(radii_of(line, line.slope).parameter(np.array([growing]))[0])
+        if np.isfinite(growing)
+        else growing
+    )
     ends = tuple(float(x) for x in np.cumsum([first, held, grown, clipped, stuck]))
 
     return MaugisDugdale(line, modulus, work, strength, ends)

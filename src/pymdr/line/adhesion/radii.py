@@ -9,13 +9,15 @@ which joins a = s smoothly at both ends, makes all quantities smooth in s and ke
 
 from __future__ import annotations
 
+from collections.abc import Callable, Hashable
 from dataclasses import dataclass, replace
 from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from pymdr.line.adhesion.equivalent_line import EquivalentLine, inner_knots
-from pymdr.mapping.equivalent.panels import PanelLine
+from pymdr.line.adhesion.equivalent_line import Outline, inner_knots
+from pymdr.line.curves import ElasticLine
+from pymdr.mapping.equivalent import EquivalentProfile
 from pymdr.mapping.series import Place, Position
 from pymdr.units import FloatArray
 
@@ -105,42 +107,44 @@ class Radii:
         return k, np.where(behind, (s - self.starts[k]) / self.lengths[k], 1.0), behind
 
 
-def radii_of(line: EquivalentLine, origin: float = 0.0) -> Radii:
+def radii_of(line: Outline, rate: Callable[[FloatArray], FloatArray], origin: float = 0.0) -> Radii:
     """The radii of a line, stretched behind the corners that it knows of.
 
     Parameters
     ----------
-    line : EquivalentLine
-        The equivalent profile; corners are breakpoints at which g' is infinite.
+    line : Outline
+        Edge, reach and breakpoints of the profile.
+    rate : callable
+        g'(x); corners are breakpoints at which it is infinite.
     origin : float
         Parameter of a = 0 in m.
 
     Examples
     --------
     >>> from types import SimpleNamespace
-    >>> worn = SimpleNamespace(slope=lambda x: np.where(x == 1.0, np.inf, 1.0), edge=np.inf, reach=np.inf,
-    ...                        breakpoints=(1.0,))
-    >>> radii_of(worn).place(np.array([0.5, 1.0, 1.0625, 2.0])).x.tolist()
+    >>> worn = SimpleNamespace(edge=np.inf, reach=np.inf, breakpoints=(1.0,))
+    >>> radii = radii_of(worn, lambda x: np.where(x == 1.0, np.inf, 1.0))
+    >>> radii.place(np.array([0.5, 1.0, 1.0625, 2.0])).x.tolist()
     [0.5, 1.0, 1.046875, 2.0]
     """
-    if not isinstance(line, PanelLine):
-        return _found(line, origin)
+    if not isinstance(line, Hashable):
+        return _found(line, rate, origin)
     known = _known.get(line)
     if known is None or known[0] != (line.breakpoints, line.reach):
-        known = (line.breakpoints, line.reach), _found(line, 0.0)
+        known = (line.breakpoints, line.reach), _found(line, rate, 0.0)
         _known[line] = known
     return replace(known[1], origin=origin)
 
 
-_known: WeakKeyDictionary[PanelLine, tuple[tuple[tuple[float, ...], float], Radii]] = WeakKeyDictionary()
+_known: WeakKeyDictionary[Hashable, tuple[tuple[tuple[float, ...], float], Radii]] = WeakKeyDictionary()
 
 
-def _found(line: EquivalentLine, origin: float) -> Radii:
+def _found(line: Outline, rate: Callable[[FloatArray], FloatArray], origin: float) -> Radii:
     knots = np.array(inner_knots(line))
     if knots.size == 0:
         return Radii(origin, knots, knots)
     gaps = np.minimum(np.diff(np.append(knots, min(line.edge, line.reach))), knots)
-    corner = np.isinf(line.slope(knots))
-    return Radii(
-        origin, knots[corner], _SHARE * gaps[corner], isinstance(line, PanelLine) and bool(corner.any())
-    )
+    corner = np.isinf(rate(knots))
+    mapped = line.equivalent if isinstance(line, ElasticLine) else line
+    exact = isinstance(mapped, EquivalentProfile) and bool(corner.any())
+    return Radii(origin, knots[corner], _SHARE * gaps[corner], exact)

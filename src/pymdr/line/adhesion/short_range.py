@@ -12,59 +12,60 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pymdr.line.adhesion.equivalent_line import (
-    EquivalentLine,
-    States,
-    as_floats,
-    inner_knots,
-    own_edge,
-    stretched_energy,
-)
+from pymdr.line.adhesion.equivalent_line import States, as_floats, inner_knots, own_edge
 from pymdr.line.adhesion.radii import Radii, radii_of
+from pymdr.line.curves import Disk
+from pymdr.line.curves import ElasticLine as ElasticLine
 from pymdr.mapping.series import Position, rounded
 from pymdr.units import FloatArray
 
 
-def jkr_opening(radius: ArrayLike, modulus: ArrayLike, work: ArrayLike) -> FloatArray:
-    """Return the critical elongation of the outermost springs, Δl = sqrt(2π a γ / E*).
+def jkr_opening(line: Disk, radius: Position, work: float) -> FloatArray:
+    """Return the critical elongation of the edge, Δl = sqrt(4π a γ / k'(a)).
 
     Parameters
     ----------
+    line : Disk
+        The body, k'(a) the derivative of its stiffness.
     radius : array_like
         Contact radius a [m].
-    modulus : array_like
-        Effective modulus E* [Pa].
-    work : array_like
+    work : float
         Work of adhesion γ [J/m²].
 
     Returns
     -------
     ndarray
-        Δl [m], of the broadcast shape.
+        Δl [m], of the shape of `radius`.
 
     Notes
     -----
-    Heß (2011), the rule that makes the line reproduce Johnson, Kendall & Roberts (1971).
+    Heß (2011) for half-spaces, sqrt(2π a γ / E*), the rule that makes the line reproduce Johnson, Kendall & Roberts
+    (1971). For any linear body the energy released by an edge is that of its punch, k' Δl² / (4π a).
 
     Examples
     --------
-    >>> float(jkr_opening(2.0, modulus=np.pi, work=1.0))
+    >>> from pymdr.mapping.equivalent import equivalent_profile
+    >>> from pymdr.problem.profiles import Paraboloid
+    >>> float(jkr_opening(ElasticLine(equivalent_profile(Paraboloid(1.0)), np.pi), 2.0, work=1.0))
     2.0
     """
-    return np.sqrt(2.0 * np.pi * as_floats(radius) * as_floats(work) / as_floats(modulus))
+    a = rounded(radius)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        opening = np.sqrt(4.0 * np.pi * work * a / line.stiffness_rate(radius))
+    return np.where(a > 0.0, opening, 0.0)
 
 
-def energy_release_rate(radius: ArrayLike, opening: ArrayLike, modulus: ArrayLike) -> FloatArray:
-    """Return G = E* (g(a) - d)² / (2π a) of the edge of the contact, 0 where the edge is pressed.
+def energy_release_rate(line: Disk, radius: Position, opening: ArrayLike) -> FloatArray:
+    """Return G = k'(a) Δl² / (4π a) of the edge of the contact, 0 where the edge is pressed.
 
     Parameters
     ----------
+    line : Disk
+        The body, k'(a) the derivative of its stiffness.
     radius : array_like
         Contact radius a > 0 [m].
     opening : array_like
-        Elongation of the outermost springs, g(a) - d [m]; below 0 they are pressed, and no energy is released.
-    modulus : array_like
-        Effective modulus E* [Pa].
+        Elongation of the edge, d0(a) - d [m]; below 0 it is pressed, and no energy is released.
 
     Returns
     -------
@@ -73,15 +74,18 @@ def energy_release_rate(radius: ArrayLike, opening: ArrayLike, modulus: ArrayLik
 
     Notes
     -----
-    From U = E* int_0^a (d - g)² dx at constant d (Popov & Heß 2015, ch. 4).
+    From U = U0 + F0 w + k w²/2 at constant d, where dF0 = k dd0; for half-spaces E* Δl² / (2π a) (Popov & Heß 2015, ch. 4).
 
     Examples
     --------
-    >>> float(energy_release_rate(2.0, jkr_opening(2.0, 3.0, work=0.5), modulus=3.0))
+    >>> from pymdr.mapping.equivalent import equivalent_profile
+    >>> from pymdr.problem.profiles import Paraboloid
+    >>> ball = ElasticLine(equivalent_profile(Paraboloid(1.0)), 3.0)
+    >>> round(float(energy_release_rate(ball, 2.0, jkr_opening(ball, 2.0, work=0.5))), 14)
     0.5
     """
     open_by: FloatArray = np.maximum(as_floats(opening), 0.0)
-    return as_floats(modulus) * open_by**2 / (2.0 * np.pi * as_floats(radius))
+    return line.stiffness_rate(radius) * open_by**2 / (4.0 * np.pi * rounded(radius))
 
 
 def stress_intensity(radius: ArrayLike, opening: ArrayLike, modulus: ArrayLike) -> FloatArray:
@@ -89,8 +93,10 @@ def stress_intensity(radius: ArrayLike, opening: ArrayLike, modulus: ArrayLike) 
 
     Parameters
     ----------
-    radius, opening, modulus : array_like
+    radius, opening : array_like
         As in `energy_release_rate`.
+    modulus : array_like
+        E* of homogeneous half-spaces [Pa].
 
     Returns
     -------
@@ -111,16 +117,15 @@ def stress_intensity(radius: ArrayLike, opening: ArrayLike, modulus: ArrayLike) 
 
 @dataclass(frozen=True)
 class JKR:
-    """The curve of JKR states of any profile.
+    """The curve of JKR states of any profile on any linear body.
 
+    d = d0 - Δl, F = F0 - k Δl, U = U0 - F0 Δl + k Δl²/2, Δl = sqrt(4π a γ / k'(a)); for half-spaces
     d = g(a) - Δl, F = 2E* [int_0^a x g' dx - a Δl], Δl = sqrt(2π a γ / E*).
 
     Parameters
     ----------
-    line : EquivalentLine
-        The equivalent profile.
-    modulus : float
-        Effective modulus E* [Pa].
+    line : Disk
+        The contact without adhesion.
     work : float
         Work of adhesion γ >= 0 [J/m²]; 0 gives the contact without adhesion.
 
@@ -140,16 +145,15 @@ class JKR:
 
     Examples
     --------
-    >>> from types import SimpleNamespace
-    >>> ball = SimpleNamespace(g=lambda x: x**2, slope=lambda x: 2 * x, moment=lambda x: 2 * x**3 / 3,
-    ...                        squared=lambda x: 8 * x**5 / 15, edge=np.inf, reach=np.inf, breakpoints=())
-    >>> snap = JKR(ball, modulus=1.0, work=1.0).states((np.pi / 8) ** (1 / 3))
+    >>> from pymdr.mapping.equivalent import equivalent_profile
+    >>> from pymdr.problem.profiles import Paraboloid
+    >>> ball = ElasticLine(equivalent_profile(Paraboloid(1.0)), 1.0)
+    >>> snap = JKR(ball, work=1.0).states((np.pi / 8) ** (1 / 3))
     >>> round(float(snap.normal_force / np.pi), 12)
     -0.833333333333
     """
 
-    line: EquivalentLine
-    modulus: float
+    line: Disk
     work: float
 
     @property
@@ -176,64 +180,64 @@ class JKR:
 
     @property
     def _radii(self) -> Radii:
-        return radii_of(self.line)
+        return radii_of(self.line, self.line.depth_rate)
 
     def _position_and_opening(self, s: FloatArray) -> tuple[Position, FloatArray]:
         edge = own_edge(self.line)
         position = self._radii.position(np.minimum(s, edge))
-        return position, jkr_opening(rounded(position), self.modulus, self.work) - np.maximum(s - edge, 0.0)
+        return position, jkr_opening(self.line, position, self.work) - np.maximum(s - edge, 0.0)
 
     def opening(self, s: ArrayLike) -> FloatArray:
-        """Return the elongation g(a) - d of the outermost springs [m], below 0 where they are pressed."""
+        """Return the elongation d0(a) - d of the edge [m], below 0 where it is pressed."""
         return self._position_and_opening(as_floats(s))[1]
 
     def states(self, s: ArrayLike) -> States:
         """Return the states at the parameters `s` [m]."""
         position, opening = self._position_and_opening(as_floats(s))
         a = rounded(position)
-        force = 2.0 * self.modulus * (self.line.moment(position) - a * opening)
-        return States(a, a, self.line.g(position) - opening, force)
+        force = self.line.force(position) - self.line.stiffness(position) * opening
+        return States(a, a, self.line.depth(position) - opening, force)
 
     def slopes(self, s: ArrayLike) -> tuple[FloatArray, FloatArray]:
-        """Return dd/ds = g' - Δl/2a (dimensionless) and dF/ds = 2E*(a g' - 3Δl/2) [N/m], times da/ds.
+        """Return dd/ds = d0' - Δl' (dimensionless) and dF/ds = k d0' - (k Δl)' [N/m], times da/ds.
 
-        Both are -inf or finite at s = 0, and (1, 2E*a) on the vertical piece above a sharp edge.
+        With Δl' = (1 - a k''/k') Δl / 2a. Both are -inf or finite at s = 0, and (1, k) on the vertical piece above a
+        sharp edge.
         """
         s = as_floats(s)
-        edge, radii = own_edge(self.line), self._radii
+        line, edge, radii = self.line, own_edge(self.line), self._radii
         at = radii.beside(np.minimum(s, edge))
         position = radii.position(at)
         a = rounded(position)
-        opening = jkr_opening(a, self.modulus, self.work)
-        slope = self.line.slope(position)
+        opening = jkr_opening(line, position, self.work)
+        share = 0.5 * (1.0 - line.stiffness_power(position))
+        slope, stiffness = line.depth_rate(position), line.stiffness(position)
         with np.errstate(divide="ignore", invalid="ignore"):
-            half = np.where(opening > 0.0, opening / (2.0 * a), np.inf if self.work > 0.0 else 0.0)
+            widening = np.where(opening > 0.0, share * opening / a, np.inf if self.work > 0.0 else 0.0)
             # at a tip the opening, of order sqrt(a), outdoes a slope that is infinite too
-            rate = np.where(np.isinf(half), -half, slope - half)
-            moment_rate = np.where(a > 0.0, a * slope, 0.0)
+            rate = np.where(np.isinf(widening), -widening, slope - widening)
+            pulled = (a * line.stiffness_rate(position) + share * stiffness) * opening / a
+            force_rate = np.where(a > 0.0, stiffness * slope - pulled, 0.0)
         stuck, per = s >= edge, radii.rate(at)
-        return (
-            np.where(stuck, 1.0, rate * per),
-            2.0 * self.modulus * np.where(stuck, a, (moment_rate - 1.5 * opening) * per),
-        )
+        return np.where(stuck, 1.0, rate * per), np.where(stuck, stiffness, force_rate * per)
 
     def energies(self, s: ArrayLike) -> tuple[FloatArray, FloatArray]:
-        """Return the elastic energy E* int_0^a (d - g)² dx and the surface energy -π a² γ [J]."""
+        """Return the elastic energy U0 - F0 Δl + k Δl²/2 and the surface energy -π a² γ [J]."""
         position, opening = self._position_and_opening(as_floats(s))
-        elastic = stretched_energy(self.line, self.modulus, position, opening)
+        line = self.line
+        elastic = line.energy(position) - opening * line.force(position)
+        elastic += 0.5 * opening**2 * line.stiffness(position)
         return elastic, -np.pi * rounded(position) ** 2 * self.work
 
 
 @dataclass(frozen=True)
 class DMT:
-    """The curve without deformation by adhesion: d = g(a), F = 2E* int_0^a x g' dx - pull.
+    """The curve without deformation by adhesion: d = d0(a), F = F0(a) - pull.
 
     Parameters
     ----------
-    line : EquivalentLine
-        The equivalent profile.
-    modulus : float
-        Effective modulus E* [Pa].
+    line : Disk
+        The contact without adhesion.
     pull : float
         The constant adhesive pull [N]: `dmt_pull` for a paraboloid, `rigid_pull` for other profiles.
 
@@ -249,20 +253,19 @@ class DMT:
 
     Examples
     --------
-    >>> from types import SimpleNamespace
-    >>> ball = SimpleNamespace(g=lambda x: x**2, slope=lambda x: 2 * x, moment=lambda x: 2 * x**3 / 3,
-    ...                        squared=lambda x: 8 * x**5 / 15, edge=np.inf, reach=np.inf, breakpoints=())
-    >>> DMT(ball, modulus=3.0, pull=1.0).states([0.0, 1.0]).normal_force
+    >>> from pymdr.mapping.equivalent import equivalent_profile
+    >>> from pymdr.problem.profiles import Paraboloid
+    >>> ball = ElasticLine(equivalent_profile(Paraboloid(1.0)), 3.0)
+    >>> DMT(ball, pull=1.0).states([0.0, 1.0]).normal_force
     array([-1.,  3.])
     """
 
-    line: EquivalentLine
-    modulus: float
+    line: Disk
     pull: float
 
     @property
     def _bare(self) -> JKR:
-        return JKR(self.line, self.modulus, 0.0)
+        return JKR(self.line, 0.0)
 
     @property
     def start(self) -> float:

@@ -22,6 +22,8 @@ class EquivalentProfile(ABC):
     Positions are numbers, or a :class:`~pymdr.mapping.series.Place` that keeps their distance from a breakpoint.
     """
 
+    exponent: float = 0.0
+    """Exponent k of the grading of the body that the line stands for; 0 for homogeneous ones."""
     edge: float = math.inf
     """Sharp edge in m that no contact passes."""
     reach: float = math.inf

@@ -1,0 +1,193 @@
+"""The line as curves in its contact radius: what a body gives to every law.
+
+A linear elastic body pressed by a profile on a disk is known from two families of solutions, the smooth contact d0(a),
+F0(a), U0(a) and the flat punch of stiffness k(a), with dF0 = k dd0. At a radius a with the excess w = d - d0(a),
+
+    d = d0 + w,   F = F0 + k w,   U = U0 + F0 w + k w^2 / 2,
+
+where w > 0 is a sharp edge and w < 0 an adhesive one, whose energy release rate is k'(a) w^2 / (4 pi a). Machines,
+friction, memory and conductance need a :class:`Curve`; adhesion and fields a :class:`Disk`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from pymdr.mapping.equivalent import EquivalentProfile
+from pymdr.mapping.series import Place, Position, rounded
+from pymdr.units import FloatArray
+
+
+class Curve(Protocol):
+    """Contacts of one body by their radius a in m; all values are arrays of the shape of their argument."""
+
+    @property
+    def edge(self) -> float:
+        """Sharp edge in m that no contact passes."""
+
+    @property
+    def reach(self) -> float:
+        """Largest radius in m at which the profile is known."""
+
+    @property
+    def rises(self) -> bool:
+        """Whether d0 is known to rise everywhere."""
+
+    @property
+    def breakpoints(self) -> tuple[float, ...]:
+        """Radii in m to whose right the curve is not smooth."""
+
+    def depth(self, a: Position) -> FloatArray:
+        """The indentation d0 in m."""
+
+    def force(self, a: Position) -> FloatArray:
+        """The normal force F0 in N."""
+
+    def energy(self, a: Position) -> FloatArray:
+        """The elastic energy U0 in J."""
+
+    def stiffness(self, a: Position) -> FloatArray:
+        """The normal stiffness k = dF/dd in N/m."""
+
+    def place(self, depth: ArrayLike) -> Place:
+        """The first radius at which d0 has a value in m; inf where it never has."""
+
+    def place_of_force(self, force: ArrayLike) -> Place:
+        """The first radius at which F0 has a value in N."""
+
+    def between(self, depth: FloatArray, low: float, high: float) -> Place:
+        """The radii at which d0 has values in m on a stretch on which it rises."""
+
+    def turning_points(self, top: float) -> tuple[float, ...]:
+        """Radii in m up to `top` at which d0 turns; 0 where it begins to fall."""
+
+    def overlap_radius(self, depth: float) -> float:
+        """The largest radius in m at which the bodies would overlap if they were shifted by a depth in m."""
+
+    def rough_radius(self, reached: Callable[[float, float], bool]) -> float:
+        """A radius a in m near which ``reached(a, d0)`` becomes true, going outward."""
+
+
+class Disk(Curve, Protocol):
+    """A curve whose radius is that of a contact on a disk."""
+
+    def depth_rate(self, a: Position) -> FloatArray:
+        """The derivative d0'(a)."""
+
+    def stiffness_rate(self, a: Position) -> FloatArray:
+        """The derivative k'(a) in N/m^2."""
+
+    def stiffness_power(self, a: Position) -> FloatArray:
+        """The local power a k''/k' of k'."""
+
+
+@dataclass(frozen=True)
+class ElasticLine:
+    """
+    Independent springs of stiffness c |x|^k per length under an equivalent profile: half-spaces, homogeneous and graded.
+
+    d0 = g(a), F0 = 2 c int_0^a x^k (g(a) - g) dx, U0 = c int_0^a x^k (g(a) - g)^2 dx, stiffness 2 c a^(1+k) / (1+k).
+
+    Parameters
+    ----------
+    equivalent : EquivalentProfile
+        g(x), with the exponent k of the grading.
+    modulus : float
+        c in Pa/m^k: E* of homogeneous half-spaces, c_N / z0^k of graded ones.
+
+    Notes
+    -----
+    Galin (1946), Sneddon (1965), Popov and Hess (2015), chapter 3, for k = 0; Hess (2016) for graded bodies.
+    """
+
+    equivalent: EquivalentProfile
+    modulus: float
+
+    @property
+    def exponent(self) -> float:
+        """Exponent k of the grading; 0 for homogeneous half-spaces."""
+        return self.equivalent.exponent
+
+    @property
+    def edge(self) -> float:
+        """Sharp edge in m that no contact passes."""
+        return self.equivalent.edge
+
+    @property
+    def reach(self) -> float:
+        """Largest radius in m at which the profile is known."""
+        return self.equivalent.reach
+
+    @property
+    def rises(self) -> bool:
+        """Whether g is known to rise everywhere."""
+        return self.equivalent.rises
+
+    @property
+    def breakpoints(self) -> tuple[float, ...]:
+        """Radii in m to whose right g is not smooth."""
+        return self.equivalent.breakpoints
+
+    @property
+    def _per_length(self) -> float:
+        """2 c / (1 + k): what the stiffness is of a^(1+k)."""
+        return 2.0 * self.modulus / (1.0 + self.exponent)
+
+    def depth(self, a: Position) -> FloatArray:
+        """The indentation g(a) in m."""
+        return self.equivalent.g(a)
+
+    def depth_rate(self, a: Position) -> FloatArray:
+        """The slope g'(a)."""
+        return self.equivalent.slope(a)
+
+    def force(self, a: Position) -> FloatArray:
+        """The normal force 2 c / (1 + k) int_0^a x^(1+k) g' dx in N."""
+        return self._per_length * self.equivalent.moment(a)
+
+    def energy(self, a: Position) -> FloatArray:
+        """The elastic energy in J."""
+        return self.modulus * self.equivalent.squared(a)
+
+    def stiffness(self, a: Position) -> FloatArray:
+        """The normal stiffness in N/m."""
+        radius = rounded(a)
+        return self._per_length * (radius if self.exponent == 0.0 else radius ** (1.0 + self.exponent))
+
+    def stiffness_rate(self, a: Position) -> FloatArray:
+        """The derivative 2 c a^k of the stiffness in N/m^2."""
+        with np.errstate(divide="ignore"):
+            return np.asarray(2.0 * self.modulus * rounded(a) ** self.exponent)
+
+    def stiffness_power(self, a: Position) -> FloatArray:
+        """The power k of that derivative."""
+        return np.full(np.shape(rounded(a)), self.exponent)
+
+    def place(self, depth: ArrayLike) -> Place:
+        """The first radius at which g has a value in m; inf where it never has."""
+        return self.equivalent.place(depth)
+
+    def place_of_force(self, force: ArrayLike) -> Place:
+        """The first radius at which the force has a value in N."""
+        return self.equivalent.place_of_moment(np.asarray(force, dtype=float) / self._per_length)
+
+    def between(self, depth: FloatArray, low: float, high: float) -> Place:
+        """The radii at which g has values in m on a stretch on which it rises."""
+        return self.equivalent.between(depth, low, high)
+
+    def turning_points(self, top: float) -> tuple[float, ...]:
+        """Radii in m up to `top` at which g turns; 0 where it begins to fall."""
+        return self.equivalent.turning_points(top)
+
+    def overlap_radius(self, depth: float) -> float:
+        """The largest radius in m at which the bodies would overlap if they were shifted by a depth in m."""
+        return self.equivalent.overlap_radius(depth)
+
+    def rough_radius(self, reached: Callable[[float, float], bool]) -> float:
+        """A radius x in m near which ``reached(x, g(x))`` becomes true, going outward."""
+        return self.equivalent.rough_radius(reached)
