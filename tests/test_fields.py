@@ -72,10 +72,10 @@ def test_flat_punch_pressure_and_amplitude():
     exact = 3.0 * 0.1 / math.pi / np.sqrt((2.0 - r) * (2.0 + r))
     assert worst(pressure(line, 2.0, 0.1, r), exact) < 1e-14
     assert math.isinf(pressure(line, 2.0, 0.1, 2.0))
-    K = float(edge_amplitude(3.0, 2.0, 0.1))
+    K = float(edge_amplitude(line, 2.0, 0.1))
     near = 2.0 * 1e-8
     assert float(pressure(line, 2.0, 0.1, 2.0 - near)) == pytest.approx(K / math.sqrt(near), rel=1e-8)
-    assert edge_amplitude(3.0, [0.0, 1.0], [0.0, 0.0]).tolist() == [0.0, 0.0]
+    assert edge_amplitude(line, [0.0, 1.0], [0.0, 0.0]).tolist() == [0.0, 0.0]
 
 
 # --- through a result ------------------------------------------------------------------------------------

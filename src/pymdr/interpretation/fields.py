@@ -7,7 +7,8 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pymdr.line.foundation import ElasticLine
+from pymdr.interpretation.punch import punch_displacement, punch_gap, punch_pressure
+from pymdr.line.curves import ElasticLine
 from pymdr.mapping.abel import Curve
 from pymdr.mapping.equivalent import EquivalentProfile
 from pymdr.mapping.series import Position, rounded
@@ -16,7 +17,9 @@ from pymdr.units import FloatArray
 
 def pressure(line: ElasticLine, a: Position, edge_excess: float, r: ArrayLike) -> FloatArray:
     """
-    Pressure p = (E*/pi) [ int_r^a g' / sqrt(x^2 - r^2) dx + (d - g(a)) / sqrt(a^2 - r^2) ].
+    Pressure p = (c/pi) [ int_r^a g' (x^2 - r^2)^((k-1)/2) dx + (d - g(a)) (a^2 - r^2)^((k-1)/2) ].
+
+    For homogeneous half-spaces c = E* and k = 0.
 
     Parameters
     ----------
@@ -36,7 +39,7 @@ def pressure(line: ElasticLine, a: Position, edge_excess: float, r: ArrayLike) -
 
     Notes
     -----
-    Sneddon (1965); Popov and Hess (2015), chapter 3. The second term is never sampled but added in closed
+    Sneddon (1965); Popov and Hess (2015), chapter 3; Hess (2016) for graded half-spaces. The second term is never sampled but added in closed
     form.
 
     Examples
@@ -54,19 +57,19 @@ def pressure(line: ElasticLine, a: Position, edge_excess: float, r: ArrayLike) -
     regular = line.equivalent.pressure_integral(radius, a)
     if edge_excess != 0.0:
         with np.errstate(divide="ignore", invalid="ignore"):
-            singular = edge_excess / np.sqrt((edge - radius) * (edge + radius))
+            singular = edge_excess * punch_pressure(line.exponent, edge, radius)
         regular = np.where(radius <= edge, regular + singular, 0.0)
     return line.modulus / math.pi * regular
 
 
-def edge_amplitude(modulus: float, a: ArrayLike, edge_excess: ArrayLike) -> FloatArray:
+def edge_amplitude(line: ElasticLine, a: ArrayLike, edge_excess: ArrayLike) -> FloatArray:
     """
     Amplitude K of the edge singularity, p -> K / sqrt(a - r), K = E* (d - g(a)) / (pi sqrt(2 a)).
 
     Parameters
     ----------
-    modulus : float
-        E* in Pa.
+    line : ElasticLine
+        Of homogeneous half-spaces; under graded ones the pressure is singular in another way, and K is nan.
     a : array_like
         Contact radii in m.
     edge_excess : array_like
@@ -79,12 +82,16 @@ def edge_amplitude(modulus: float, a: ArrayLike, edge_excess: ArrayLike) -> Floa
 
     Examples
     --------
-    >>> float(edge_amplitude(math.pi, 0.5, 1.0))
+    >>> from pymdr.mapping.equivalent import equivalent_profile
+    >>> from pymdr.problem.profiles import FlatPunch
+    >>> float(edge_amplitude(ElasticLine(equivalent_profile(FlatPunch(0.5)), math.pi), 0.5, 1.0))
     1.0
     """
     excess = np.asarray(edge_excess, dtype=float)
+    if line.exponent != 0.0:
+        return np.where(excess == 0.0, 0.0, math.nan)
     with np.errstate(divide="ignore", invalid="ignore"):
-        amplitude = modulus * excess / (math.pi * np.sqrt(2.0 * np.asarray(a, dtype=float)))
+        amplitude = line.modulus * excess / (math.pi * np.sqrt(2.0 * np.asarray(a, dtype=float)))
     return np.where(excess == 0.0, 0.0, amplitude)
 
 
@@ -93,6 +100,8 @@ def normal_displacement(
 ) -> FloatArray:
     """
     Surface displacement u(r): d - f(r) inside the contact, (2/pi) int_0^a (d - g) / sqrt(r^2 - x^2) dx outside.
+
+    Under graded half-spaces outside (2/pi) cos(k pi/2) int_0^a x^k (d - g) (r^2 - x^2)^(-(1+k)/2) dx.
 
     Parameters
     ----------
@@ -128,8 +137,7 @@ def normal_displacement(
     far = radius[~inside]
     if far.size:
         springs = line.equivalent.displacement_integral(far, a)
-        angle = np.arctan2(edge, np.sqrt((far - edge) * (far + edge)))
-        u[~inside] = 2.0 / math.pi * (springs + edge_excess * angle)
+        u[~inside] = 2.0 / math.pi * (springs + edge_excess * punch_displacement(line.exponent, edge, far))
     return u
 
 
@@ -200,6 +208,5 @@ def line_gap(equivalent: EquivalentProfile, a: Position, edge_excess: float, r: 
     """
     h = equivalent.gap_integral(r, a)
     if edge_excess != 0.0:
-        end = float(rounded(a))
-        h = h - edge_excess * np.arctan2(np.sqrt((r - end) * (r + end)), end)
+        h = h - edge_excess * punch_gap(equivalent.exponent, float(rounded(a)), r)
     return 2.0 / math.pi * h

@@ -89,7 +89,9 @@ class Surface:
         if name == "equivalent_profile":
             return g
         if name == "spring_force":
-            return self.line.modulus * (d - np.where(_inside(x, a), g, d))
+            with np.errstate(divide="ignore"):
+                stiffness = self.line.modulus * x**self.line.exponent
+            return np.where(_inside(x, a), stiffness * (d - g), 0.0)
         raise QuantityError(f"no field {name!r}; fields are {', '.join((*SURFACE_FIELDS, *LINE_FIELDS))}")
 
     def _with_cohesion(
@@ -112,7 +114,7 @@ class Surface:
     def edge_amplitude(self, step: int) -> float:
         """Amplitude of the pressure singularity at the edge in Pa m^0.5."""
         a, w = self.states.contact_radius[step], self.states.edge_excess[step]
-        return float(fields.edge_amplitude(self.line.modulus, a, w))
+        return float(fields.edge_amplitude(self.line, a, w))
 
 
 def _inside(position: FloatArray, a: float) -> np.ndarray:

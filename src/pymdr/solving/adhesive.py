@@ -24,7 +24,7 @@ from pymdr.line.adhesion import JKR as ShortRange
 from pymdr.line.adhesion import MaugisDugdale as Cohesive
 from pymdr.line.adhesion import energy_release_rate, maugis_parameter, stress_intensity
 from pymdr.line.following import History, energy_residual, follow
-from pymdr.line.foundation import DiskStates, mean_pressure
+from pymdr.line.foundation import DiskStates, ElasticLine, mean_pressure
 from pymdr.mapping.series import Place
 from pymdr.problem.contact import Contact
 from pymdr.problem.laws import DMT, JKR
@@ -308,7 +308,7 @@ def _interpret(
     if isinstance(equilibria, Cohesive):
         columns["cohesive_radius"] = shown(states.cohesive_radius)
     if isinstance(equilibria, ShortRange):
-        columns |= _edge_columns(equilibria, s, rows.attached, blank, modulus)
+        columns |= _edge_columns(equilibria, line.line, s, rows.attached, blank)
     if stiffness is not None:
         columns["travel"] = rows.indentation + rows.normal_force / stiffness
     depths = np.where(rows.attached, rows.indentation, math.nan)
@@ -355,17 +355,18 @@ def _interpret(
 
 
 def _edge_columns(
-    equilibria: ShortRange, s: FloatArray, attached: BoolArray, blank: FloatArray, modulus: float
+    equilibria: ShortRange, line: ElasticLine, s: FloatArray, attached: BoolArray, blank: FloatArray
 ) -> dict[str, FloatArray]:
-    """The edge of a JKR contact: its amplitude, stress intensity and energy release rate."""
+    """The edge of a JKR contact: its energy release rate, and where it is a square root its amplitude and intensity."""
     a = equilibria.states(s).contact_radius
     opening = np.where(a > 0.0, equilibria.opening(s), 0.0)
     radius = np.where(a > 0.0, a, 1.0)
-    columns = {
-        "energy_release_rate": energy_release_rate(equilibria.line, radius, opening),
-        "stress_intensity": stress_intensity(radius, opening, modulus),
-        "edge_amplitude": edge_amplitude(modulus, radius, -opening),
-    }
+    columns = {"energy_release_rate": energy_release_rate(line, radius, opening)}
+    if line.exponent == 0.0:
+        columns |= {
+            "stress_intensity": stress_intensity(radius, opening, line.modulus),
+            "edge_amplitude": edge_amplitude(line, radius, -opening),
+        }
     return {name: np.where(attached, values, blank) for name, values in columns.items()}
 
 

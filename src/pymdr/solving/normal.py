@@ -152,8 +152,8 @@ def interpret_normal(
         "elastic_energy": elastic_energy(line, states),
         "force_lower_bound": force,
     }
-    if math.isfinite(line.equivalent.edge):
-        columns["edge_amplitude"] = edge_amplitude(line.modulus, states.contact_radius, states.edge_excess)
+    if math.isfinite(line.edge) and line.exponent == 0.0:
+        columns["edge_amplitude"] = edge_amplitude(line, states.contact_radius, states.edge_excess)
     if machine_stiffness is not None:
         columns["travel"] = states.indentation + force / machine_stiffness
         claims["travel"] = claims["normal_force"]
@@ -200,7 +200,7 @@ def claims_of(contact: Contact, history: NormalHistory) -> tuple[dict[str, Claim
         passed = certificate.error
         errors = {name: errors.get(name, np.zeros(passed.shape)) + passed for name in claims}
     claims = with_errors(claims, errors, map_remark(line, states))
-    if not math.isfinite(line.equivalent.edge):
+    if not (math.isfinite(line.edge) and line.exponent == 0.0):
         del claims["edge_amplitude"]
     return claims, certificate.disk
 

@@ -34,7 +34,9 @@ def map_to_line(contact: Contact) -> Mapped:
     """Step 1: effective moduli and equivalent profile."""
     moduli = effective_moduli(contact.body, contact.counterbody)
     return Mapped(
-        ElasticLine(equivalent_profile(contact.profile), moduli.normal), moduli, _notes(contact.profile)
+        ElasticLine(equivalent_profile(contact.profile), moduli.normal),
+        moduli,
+        _notes(contact.profile),
     )
 
 

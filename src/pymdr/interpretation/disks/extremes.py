@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pymdr.interpretation.disks.landscape import Landscape
+from pymdr.interpretation.punch import punch_gap, punch_pressure
 from pymdr.units import FloatArray
 
 RING = 1e-3
@@ -33,22 +34,23 @@ def pressure_ratios(landscape: Landscape, a: float, excess: float, r: FloatArray
     """Pressures of a disk over its mean pressure."""
     p = landscape.equivalent.pressure_integral(r, a)
     if excess > 0.0:
-        p = p + excess / np.sqrt((a - r) * (a + r))
+        p = p + excess * punch_pressure(landscape.equivalent.exponent, a, r)
     return np.asarray(p / mean_of(landscape, a, excess, p))
 
 
 def mean_of(landscape: Landscape, a: float, excess: float, p: FloatArray) -> float:
     """The mean of a pressure integral over a disk, or rounding of its values where that is more."""
-    moment = float(landscape.equivalent.moment(np.array([a]))[0]) + a * excess
+    power = 1.0 + landscape.equivalent.exponent
+    moment = float(landscape.equivalent.moment(np.array([a]))[0]) + excess * float(a**power)
     size = float(np.max(np.abs(p), initial=1e-300, where=np.isfinite(p)))
-    return max(2.0 * moment / (a * a), 1e-13 * size)
+    return max(2.0 * moment / (power * a * a), 1e-13 * size)
 
 
 def gap_ratios(landscape: Landscape, a: float, excess: float, r: FloatArray) -> FloatArray:
     """Gaps outside a disk over its indentation, or over rounding of g where that is more."""
     h = landscape.equivalent.gap_integral(r, a)
     if excess != 0.0:
-        h = h - excess * np.arctan2(np.sqrt((r - a) * (r + a)), a)
+        h = h - excess * punch_gap(landscape.equivalent.exponent, a, r)
     return np.asarray(2.0 / math.pi * h / depths_of(landscape, a, excess, landscape.equivalent.g(r)))
 
 

@@ -14,6 +14,7 @@ from pymdr.interpretation.disks.ends import disks_on
 from pymdr.interpretation.disks.extremes import least_of, segments, without_windows
 from pymdr.interpretation.disks.landscape import TOLERANCE, Landscape, landscape_of, seen_upto
 from pymdr.interpretation.disks.stretches import stretches_of
+from pymdr.interpretation.punch import punch_pressure
 from pymdr.mapping.equivalent import EquivalentProfile
 from pymdr.units import FloatArray
 
@@ -96,12 +97,12 @@ def _first_touch(landscape: Landscape) -> float:
 
 
 def _least_depth_at_edge(landscape: Landscape, loose: bool) -> float:
-    """The depth at which a contact up to a sharp edge is without tension, g(b) + max (-int g' ...) sqrt(b^2 - r^2)."""
+    """The depth at which a contact up to a sharp edge is without tension, g(b) + max (-int g' ...) over the punch."""
     equivalent, b = landscape.equivalent, landscape.equivalent.edge
     r = without_windows(landscape, landscape.radii[landscape.radii < b], b, loose)
 
     def scaled(at: FloatArray) -> FloatArray:
-        return equivalent.pressure_integral(at, b) * np.sqrt((b - at) * (b + at))
+        return equivalent.pressure_integral(at, b) / punch_pressure(equivalent.exponent, b, at)
 
     needed = max(0.0, -least_of(r, scaled, segments(landscape, r)).value)
     g = float(equivalent.g(np.array([b]))[0])

@@ -66,7 +66,14 @@ def landscape_of(equivalent: EquivalentProfile, top: float) -> Landscape | None:
 
 
 def _dents(equivalent: EquivalentProfile, top: float) -> tuple[float, ...]:
-    """Radii of concave kinks, whose jump is more than what the error of the slope can do."""
+    """
+    Radii of concave kinks, whose jump is more than what the error of the slope can do.
+
+    Beside them the pressure is logarithmically infinite under homogeneous half-spaces; what it is under graded ones no ring
+    is passed over for.
+    """
+    if equivalent.exponent != 0.0:
+        return ()
     corners = np.array(equivalent.corners(top)).reshape(-1, 2)
     radii, jumps = corners[corners[:, 1] < 0.0].T
     # at the kink itself the slope of g is infinite

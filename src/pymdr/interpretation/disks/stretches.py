@@ -85,8 +85,8 @@ def _carrying(landscape: Landscape, ends: list[tuple[float, float]]) -> list[tup
     """
     Those stretches on which some disk may carry most of all disks of its depth.
 
-    Such disks are where int_0^a g touches its lower convex hull; between samples it rises above its tangent by no more
-    than dg h / 8.
+    Such disks are where int_0^a x^k g touches its lower convex hull over X = a^(1+k) / (1+k); between samples it rises above
+    its tangent by no more than dg dX / 8.
     """
     if len(ends) < 3:
         return ends
@@ -94,7 +94,9 @@ def _carrying(landscape: Landscape, ends: list[tuple[float, float]]) -> list[tup
     low, high = np.array(ends).T
     a = low[:, None] + (high - low)[:, None] * share
     g, m = landscape.equivalent.g(a), landscape.equivalent.integral(a)
-    x, y = np.append(0.0, a.ravel()), np.append(0.0, m.ravel())
+    power = 1.0 + landscape.equivalent.exponent
+    along, width = a**power / power, (high**power - low**power) / power
+    x, y = np.append(0.0, along.ravel()), np.append(0.0, m.ravel())
     hull: list[int] = []
     for i in range(x.size):
         while len(hull) > 1 and (y[hull[-1]] - y[hull[-2]]) * (x[i] - x[hull[-2]]) >= (y[i] - y[hull[-2]]) * (
@@ -102,8 +104,8 @@ def _carrying(landscape: Landscape, ends: list[tuple[float, float]]) -> list[tup
         ):
             hull.pop()
         hull.append(i)
-    above = m - np.interp(a, x[hull], y[hull])
-    allowed = 0.25 * np.max(np.diff(g, axis=1), axis=1) * (high - low) / _SAMPLES
+    above = m - np.interp(along, x[hull], y[hull])
+    allowed = 0.25 * np.max(np.diff(g, axis=1), axis=1) * width / _SAMPLES
     allowed += 1e-14 * np.max(np.abs(m), axis=1)
     return [each for each, viable in zip(ends, above.min(axis=1) <= allowed, strict=True) if viable]
 
