@@ -31,7 +31,9 @@ if TYPE_CHECKING:
     from pymdr.problem.laws import Coulomb as Coulomb
     from pymdr.problem.laws import MaugisDugdale as MaugisDugdale
     from pymdr.problem.materials import Elastic as Elastic
+    from pymdr.problem.materials import Graded as Graded
     from pymdr.problem.materials import Rigid as Rigid
+    from pymdr.problem.materials import TransverselyIsotropic as TransverselyIsotropic
     from pymdr.problem.paths import Cycle as Cycle
     from pymdr.problem.paths import History as History
     from pymdr.problem.paths import Hold as Hold
@@ -109,7 +111,7 @@ _HOMES: dict[str, tuple[str, ...]] = {
     "pymdr.mapping.moduli": ("effective_moduli",),
     "pymdr.problem.contact": ("Contact",),
     "pymdr.problem.laws": ("DMT", "JKR", "Coulomb", "MaugisDugdale"),
-    "pymdr.problem.materials": ("Elastic", "Rigid"),
+    "pymdr.problem.materials": ("Elastic", "Graded", "Rigid", "TransverselyIsotropic"),
     "pymdr.problem.paths": (
         "Cycle",
         "History",

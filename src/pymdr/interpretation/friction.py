@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from pymdr.interpretation.traction import TANGENTIAL_FIELDS
 from pymdr.interpretation.validity import NORMAL_FIELDS, SOURCES, Assumption, BoolArray, Claim, Level
-from pymdr.mapping.moduli import EffectiveModuli
+from pymdr.mapping.moduli import EffectiveModuli, surface_compliances
 from pymdr.problem.contact import Contact
-from pymdr.problem.materials import Elastic
 
 TANGENTIAL_QUANTITIES = (
     "tangential_force",
@@ -18,6 +17,8 @@ TANGENTIAL_QUANTITIES = (
     "shift",
 )
 _SIMILAR = 0.01
+_LARGEST_POISSON = 0.5
+"""Up to it the errors of sliding bodies are measured."""
 
 
 def frictional_claims(
@@ -65,8 +66,11 @@ def _tangential(contact: Contact, moduli: EffectiveModuli) -> tuple[Level, str, 
     source = SOURCES["cattaneo-mindlin"]
     if law.coefficient == 0.0:
         return Level.EXACT, "without friction nothing is carried sideways", source
-    ratios = [body.poisson for body in (contact.body, contact.counterbody) if isinstance(body, Elastic)]
+    # of two bodies that are similar, sliding depends on their pressure and these compliances alone
+    surfaces = [surface_compliances(body) for body in (contact.body, contact.counterbody)]
+    ratios = [1.0 - one.longitudinal / one.transverse for one in surfaces if one.transverse > 0.0]
     poisson = max(ratios, key=abs)
+    isotropic = all(abs(one.longitudinal - one.normal) <= 1e-12 * one.normal for one in surfaces)
     if not moduli.similar:
         return (
             Level.APPROXIMATE,
@@ -74,19 +78,28 @@ def _tangential(contact: Contact, moduli: EffectiveModuli) -> tuple[Level, str, 
             f"are not elastically similar (Dundurs' beta = {moduli.dundurs_beta:.3g})",
             source,
         )
-    if poisson == 0.0:
+    if abs(poisson) <= 1e-12:
+        like = "" if isotropic else ", and for bodies that slide as if they had it"
         return (
             Level.EXACT,
-            "exact for Poisson's ratio 0, where the traction of one direction makes displacements of one direction",
+            f"exact for Poisson's ratio 0{like}, where the traction of one direction makes displacements of one direction",
+            source,
+        )
+    frame = "exact in the frame of Cattaneo and Mindlin (traction in one direction, lateral slip ignored). "
+    here = f"{poisson:g} here" if isotropic else f"the surface slides as one of {poisson:.6g}, by S_L/S_T"
+    if not isotropic and not -1.0 < poisson <= _LARGEST_POISSON:
+        return (
+            Level.APPROXIMATE,
+            f"{frame}Its error is measured for Poisson's ratios up to 0.5 and not for such transversely isotropic bodies: {here}",
             source,
         )
     below = "; at -0.9 0.15 % was found under constant load" if poisson < 0.0 else ""
     return (
         Level.APPROXIMATE,
-        "exact in the frame of Cattaneo and Mindlin (traction in one direction, lateral slip ignored). Against "
+        f"{frame}Against "
         "vector friction on the half-space the force errs, of the largest mu F_N of the history, by at most 0.05 % at "
         "Poisson's ratio 0.3 and 0.17 % at 0.5 under constant load, by 0.15 % and 0.5 % where load and shift turn together "
-        f"({poisson:g} here{below}); the direction of slip deviates by 6 and 11 degrees and more",
+        f"({here}{below}); the direction of slip deviates by 6 and 11 degrees and more",
         source,
     )
 

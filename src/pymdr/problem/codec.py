@@ -17,7 +17,7 @@ import numpy as np
 from pymdr.errors import CaseError, ProblemError, PymdrError
 from pymdr.problem.contact import Contact
 from pymdr.problem.laws import DMT, JKR, Coulomb, MaugisDugdale
-from pymdr.problem.materials import Elastic, Rigid
+from pymdr.problem.materials import Elastic, Graded, Rigid, TransverselyIsotropic
 from pymdr.problem.paths import CHANNELS, Cycle, History, Hold, LoadingPath, Path, Ramp, legs
 from pymdr.problem.profiles import (
     ConcavePunch,
@@ -69,7 +69,12 @@ PROFILES: dict[str, type] = {
     "sum": Sum,
     "interpolated": Interpolated,
 }
-MATERIALS: dict[str, type] = {"elastic": Elastic, "rigid": Rigid}
+MATERIALS: dict[str, type] = {
+    "elastic": Elastic,
+    "transversely_isotropic": TransverselyIsotropic,
+    "graded": Graded,
+    "rigid": Rigid,
+}
 ADHESION: dict[str, type] = {"jkr": JKR, "maugis_dugdale": MaugisDugdale, "dmt": DMT}
 FRICTION: dict[str, type] = {"coulomb": Coulomb}
 LEGS: dict[str, type] = {"ramp": Ramp, "cycle": Cycle, "hold": Hold, "path": Path}

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from pymdr.errors import ProblemError
-from pymdr.problem.laws import AdhesionLaw, Coulomb
-from pymdr.problem.materials import Material, Rigid
+from pymdr.problem.laws import AdhesionLaw, Coulomb, MaugisDugdale
+from pymdr.problem.materials import Material, Rigid, common_exponent
 from pymdr.problem.profiles import Profile
 from pymdr.problem.values import Value
 
@@ -20,10 +20,10 @@ class Contact(Value):
     ----------
     profile : Profile
         The combined initial gap f(r).
-    body : Elastic or Rigid
+    body : Elastic, TransverselyIsotropic, Graded or Rigid
         The first body.
-    counterbody : Elastic or Rigid
-        The second body; rigid unless given.
+    counterbody : Elastic, TransverselyIsotropic, Graded or Rigid
+        The second body; rigid unless given. A graded body needs a rigid one, or one of the same exponent.
     adhesion : JKR, MaugisDugdale or DMT, optional
         How the surfaces attract each other; not at all unless given.
     friction : Coulomb, optional
@@ -32,7 +32,8 @@ class Contact(Value):
     Raises
     ------
     ProblemError
-        If an argument is of the wrong kind, both bodies are rigid, or adhesion is combined with friction.
+        If an argument is of the wrong kind, both bodies are rigid or of different exponents, adhesion is combined with
+        friction, or a graded body with friction or MaugisDugdale.
 
     Examples
     --------
@@ -59,8 +60,7 @@ class Contact(Value):
                 raise ProblemError(
                     f"Contact.{name} = {material!r}: a material such as Elastic('210 GPa', 0.3) is needed"
                 )
-        if isinstance(self.body, Rigid) and isinstance(self.counterbody, Rigid):
-            raise ProblemError("Contact: both bodies are rigid; at least one must be Elastic")
+        exponent = common_exponent(self.body, self.counterbody)
         if not isinstance(self.adhesion, AdhesionLaw | None):
             raise ProblemError(
                 f"Contact.adhesion = {self.adhesion!r}: a law such as JKR('50 mJ/m^2') is needed"
@@ -71,4 +71,16 @@ class Contact(Value):
             raise ProblemError(
                 "Contact: adhesion and friction together are not covered by the theory: Coulomb's limit is not "
                 "defined where the surfaces pull at each other; leave one of the two out"
+            )
+        if exponent != 0.0 and self.friction is not None:
+            raise ProblemError(
+                f"Contact: friction of a body that is graded (exponent {exponent:g}) is not offered: within the contact its "
+                "tangential displacements are not proportional to its normal ones, and the error of the theory of Cattaneo "
+                "and Mindlin is not measured there; leave friction out, or give exponent 0"
+            )
+        if exponent != 0.0 and isinstance(self.adhesion, MaugisDugdale):
+            raise ProblemError(
+                f"Contact: MaugisDugdale is not derived for a body that is graded (exponent {exponent:g}): its cohesive zone "
+                "is known on the springs of homogeneous bodies only; take JKR for soft and large bodies, DMT for stiff and "
+                "small ones"
             )

@@ -110,7 +110,7 @@ def solve_sliding(
     ----------
     profile : Profile
         f(r).
-    body, counterbody : Elastic or Rigid
+    body, counterbody : Elastic, TransverselyIsotropic or Rigid
         At least one elastic. Their dissimilarity is left out: pressure does not move the surface sideways.
     friction : float
         mu, finite and above 0.

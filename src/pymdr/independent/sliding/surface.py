@@ -10,7 +10,8 @@ from numpy.typing import ArrayLike, NDArray
 from scipy import fft
 
 from pymdr.errors import ProblemError
-from pymdr.problem.materials import Elastic, Material
+from pymdr.mapping.moduli import surface_compliances
+from pymdr.problem.materials import Material, common_exponent
 from pymdr.units import FloatArray
 
 
@@ -78,14 +79,15 @@ def make_surface(half_width: float, n: int, body: Material, counterbody: Materia
     """
     Compliances of two bodies on n x n cells of a square.
 
-    Per body and traction q_x, u_x = (1/(2 pi G)) int q_x [(1 - nu)/s + nu x^2/s^3] and
-    u_y = (1/(2 pi G)) int q_x nu x y/s^3, and u_z = (1/(2 pi G)) int p (1 - nu)/s; the bodies add up.
+    Per body and traction q_x, u_x = (1/pi) int q_x [L/s + (T - L) x^2/s^3] and u_y = (1/pi) int q_x (T - L) x y/s^3, and
+    u_z = (1/pi) int p N/s, with the normal, longitudinal and transverse compliances N, L and T of its surface, which are
+    (1 - nu)/(2G), the same, and 1/(2G) of an isotropic one; the bodies add up.
 
     Parameters
     ----------
     half_width : float, m
     n : int
-    body, counterbody : Elastic or Rigid
+    body, counterbody : Elastic, TransverselyIsotropic or Rigid
 
     Returns
     -------
@@ -94,25 +96,30 @@ def make_surface(half_width: float, n: int, body: Material, counterbody: Materia
     Raises
     ------
     ProblemError
-        If both bodies are rigid.
+        If both bodies are rigid, or one is graded.
 
     Notes
     -----
-    Johnson (1985), eqs. 3.17 and 3.75.
+    Johnson (1985), eqs. 3.17 and 3.75; the same with any compliances, as waves of traction of every direction add up to it.
     """
     side = 2 * half_width / n
     lags = side * np.concatenate([np.arange(n), [0.0], np.arange(1 - n, 0)])
     xx, yy, xy = influence(lags[:, None], lags, side)
     for kernel in (xx, yy, xy):
         kernel[n], kernel[:, n] = 0.0, 0.0
-    elastic = [b for b in (body, counterbody) if isinstance(b, Elastic)]
-    if not elastic:
-        raise ProblemError("solve_sliding: both bodies are rigid; at least one must be Elastic")
-    direct = sum((1 - b.poisson) / (2 * math.pi * b.shear) for b in elastic)
-    lateral = sum(b.poisson / (2 * math.pi * b.shear) for b in elastic)
-    plain, cross = direct * (xx + yy), lateral * xy
-    symbol = fft.rfft2(np.array([[plain + lateral * xx, cross], [cross, plain + lateral * yy]]))
+    exponent = common_exponent(body, counterbody)
+    if exponent != 0.0:
+        raise ProblemError(
+            f"solve_sliding: a body is graded (exponent {exponent:g}), and the kernels are those of homogeneous half-spaces"
+        )
+    surfaces = [surface_compliances(one) for one in (body, counterbody)]
+    normal = sum(one.normal for one in surfaces) / math.pi
+    direct = sum(one.longitudinal for one in surfaces) / math.pi
+    lateral = sum(one.transverse - one.longitudinal for one in surfaces) / math.pi
+    plain, cross = xx + yy, lateral * xy
+    along = direct * plain
+    symbol = fft.rfft2(np.array([[along + lateral * xx, cross], [cross, along + lateral * yy]]))
     trace, difference = symbol[0, 0].real + symbol[1, 1].real, symbol[0, 0].real - symbol[1, 1].real
     stiffest = float(np.max(trace + np.hypot(difference, 2 * np.abs(symbol[0, 1]))) / 2)
     x = side * (np.arange(n) + 0.5) - half_width
-    return Surface(np.asarray(x, dtype=np.float64), side, fft.rfft2(plain), symbol, stiffest)
+    return Surface(np.asarray(x, dtype=np.float64), side, fft.rfft2(normal * plain), symbol, stiffest)
