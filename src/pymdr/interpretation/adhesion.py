@@ -37,8 +37,6 @@ _SMALL = 1e-6
 class Visited:
     """The states of a history of an adhesive contact, between its rows too; radii in m, 0 for a free body."""
 
-    rows: int
-    """Number of rows."""
     row: np.ndarray
     """Row in which each smooth stretch ends."""
     begin: FloatArray
@@ -59,27 +57,12 @@ class Visited:
     """Energy in J that it dissipates."""
 
 
-def joined_visits(parts: Sequence[Visited]) -> Visited:
-    """What the legs of a path visit, one after the other."""
-    first = np.cumsum([0, *(part.rows for part in parts)])
-
-    def whole(name: str) -> FloatArray:
-        return np.concatenate([getattr(part, name) for part in parts])
-
-    rows = {
-        name: np.concatenate([getattr(part, name) + n for part, n in zip(parts, first[:-1], strict=True)])
-        for name in ("row", "jump_row")
-    }
-    others = ("begin", "end", "stiffness", "control", "before", "after", "loss")
-    return Visited(int(first[-1]), **rows, **{name: whole(name) for name in others})
-
-
 def is_always_open(equivalent: EquivalentProfile, law: AdhesionLaw) -> bool:
     """Whether surfaces never touch outside an adhesive contact; laws other than JKR are made for rising profiles."""
     return bool(equivalent.rises) or not isinstance(law, JKR)
 
 
-def certify_stretched_disk(line: ElasticLine, visited: Visited, law: AdhesionLaw) -> Certificate:
+def certify_stretched_disk(line: ElasticLine, visited: Visited, rows: int, law: AdhesionLaw) -> Certificate:
     """
     Check that the surfaces do not touch outside an adhesive contact: gap >= 0 with the stretched edge.
 
@@ -94,13 +77,15 @@ def certify_stretched_disk(line: ElasticLine, visited: Visited, law: AdhesionLaw
         Profile and modulus.
     visited : Visited
         What the history visits.
+    rows : int
+        Number of its rows.
     law : AdhesionLaw
 
     Returns
     -------
     Certificate
     """
-    disk = np.ones(visited.rows, dtype=bool)
+    disk = np.ones(rows, dtype=bool)
     fault = None if is_always_open(line.equivalent, law) else _first_fault(line, visited, law.work)
     if fault is None:
         return Certificate(disk, "")
@@ -111,7 +96,7 @@ def certify_stretched_disk(line: ElasticLine, visited: Visited, law: AdhesionLaw
         touch = least_gap(landscape, radius, excess, loose=False)
         where = f", at r = {metres(touch.radius)}" if touch.value < 0.0 else ""
     return Certificate(
-        np.arange(visited.rows) < row,
+        np.arange(rows) < row,
         f"at d = {metres(d)} the surfaces touch again outside a disk of radius {metres(radius)}{where}, so the adhesive "
         "contact is not a disk, and what follows depends on it",
     )

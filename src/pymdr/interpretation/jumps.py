@@ -15,7 +15,7 @@ from pymdr.line.following import History, Track, follow, parameter_reaching, tra
 from pymdr.line.foundation import ElasticLine
 from pymdr.problem.contact import Contact
 from pymdr.problem.paths import LoadingPath
-from pymdr.problem.schedule import Controls, Stretch, known_legs, stretch
+from pymdr.problem.schedule import Stretch, planned
 from pymdr.units import FloatArray
 
 BoolArray = NDArray[np.bool_]
@@ -144,17 +144,13 @@ class _Course:
 
 def _stretches(path: LoadingPath, rows: Mapping[str, FloatArray], machine_stiffness: float | None) -> _Asked:
     found: _Asked = []
-    controls, done = Controls(), 0
     here: dict[str, float] = {}
-    for leg in known_legs(path):
-        part = stretch(leg, controls, here)
-        controls = part.controls
-        done += part.normal.size
-        here = {name: float(values[done - 1]) for name, values in rows.items()}
-        here[controls.normal] = float(part.normal[-1])
-        known = {"indentation": math.inf, "normal_force": 0.0}
-        machine = math.inf if machine_stiffness is None else machine_stiffness
-        found.append((part, known.get(controls.normal, machine)))
+    known = {"indentation": math.inf, "normal_force": 0.0}
+    machine = math.inf if machine_stiffness is None else machine_stiffness
+    for leg in planned(path):
+        part = leg.stretch(here)
+        here = {name: float(values[leg.first + leg.size - 1]) for name, values in rows.items()} | part.end
+        found.append((part, known.get(leg.controls.normal, machine)))
     return found
 
 

@@ -35,7 +35,7 @@ from pymdr.mapping.moduli import effective_moduli
 from pymdr.mapping.series import Place, Position
 from pymdr.problem.contact import Contact
 from pymdr.problem.paths import LoadingPath
-from pymdr.problem.schedule import Controls, Refined, Stretch, known_legs, refined, stretch
+from pymdr.problem.schedule import Refined, Stretch, planned, refined
 from pymdr.units import FloatArray
 
 TANGENTIAL_FIELDS = ("shear_traction", "tangential_displacement", "slip")
@@ -255,14 +255,11 @@ def friction_surface(
     FrictionSurface
     """
     assert contact.friction is not None
-    controls = Controls()
     asked: list[Refined] = []
     own: list[np.ndarray] = []
     done = 0
-    for leg, here in zip(known_legs(path), starts, strict=True):
-        whole = stretch(leg, controls, here)
-        controls = whole.controls
-        asked.append(refined(whole, here, int(here.get(PARTS, 1))))
+    for leg, here in zip(planned(path), starts, strict=True):
+        asked.append(refined(leg.stretch(here), int(here.get(PARTS, 1))))
         own.append(asked[-1].own + done)
         done += asked[-1].rows.normal.size
     line = normal.line

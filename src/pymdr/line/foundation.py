@@ -7,7 +7,6 @@ which the method is taught and drawn; the kernels use the exact integrals.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -40,15 +39,6 @@ class DiskStates:
     def take(self, index: Selection) -> DiskStates:
         """Some of the states."""
         return DiskStates(self.indentation[index], self.place.take(index), self.edge_excess[index])
-
-
-def joined_states(parts: Sequence[DiskStates]) -> DiskStates:
-    """States of several legs in one."""
-    return DiskStates(
-        np.concatenate([part.indentation for part in parts]),
-        Place(*(np.concatenate([part.place[i] for part in parts]) for i in range(2))),
-        np.concatenate([part.edge_excess for part in parts]),
-    )
 
 
 def disk_states(line: Curve, indentation: FloatArray, contact_radius: Position) -> DiskStates:

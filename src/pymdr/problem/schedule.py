@@ -1,13 +1,14 @@
-"""Rows of a loading path: what every leg prescribes, and from where it starts."""
+"""Rows of a loading path: what every leg prescribes, from where it starts, and when."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pymdr.errors import PathError
+from pymdr.errors import PathError, PymdrError
 from pymdr.problem.paths import (
     NORMAL_CHANNELS,
     TANGENTIAL_CHANNELS,
@@ -36,17 +37,108 @@ class Controls:
 
 
 @dataclass(frozen=True)
-class Stretch:
-    """One leg: its controls, and the values of both prescribed channels in its rows."""
+class Planned:
+    """One leg in its path, as far as it is known before anything is followed."""
 
+    leg: KnownLeg
+    number: int
+    """Counted from one."""
+    of: int
+    """Number of legs of the path."""
+    first: int
+    """Rows of the path before it."""
     controls: Controls
+    """Channels that the leg does not name stay under the control of the legs before."""
+    begin: float | None
+    """Time in s at its start; None for a path without times."""
+
+    @property
+    def size(self) -> int:
+        """Number of rows."""
+        return rows_of(self.leg)
+
+    @property
+    def time(self) -> FloatArray | None:
+        """Time of every row in s."""
+        if self.begin is None:
+            return None
+        if isinstance(self.leg, Path):
+            return np.asarray(self.leg.time)
+        assert self.leg.duration is not None
+        return self.begin + self.leg.duration * np.arange(1.0, self.size + 1.0) / self.size
+
+    def row(self, index: int) -> str:
+        """A row of the leg in words."""
+        return f"row {index + 1} of leg {self.number}"
+
+    @contextmanager
+    def named(self) -> Iterator[None]:
+        """Refusals name the leg, unless they do already or there is no other."""
+        try:
+            yield
+        except PymdrError as error:
+            words, where = str(error), f"leg {self.number}"
+            if self.of > 1 and where not in words:
+                error.args = (f"{where}: {words}",)
+            raise
+
+    def stretch(self, here: Mapping[str, float]) -> Stretch:
+        """
+        The rows of the leg.
+
+        Parameters
+        ----------
+        here : mapping of str to float
+            Where every channel is at the start of the leg, in SI units; 0 for channels that it does not hold.
+
+        Returns
+        -------
+        Stretch
+        """
+        channels = self.controls.normal, self.controls.tangential
+        start = here.get(channels[0], 0.0), here.get(channels[1], 0.0)
+        normal, tangential = (_rows(self.leg, *each) for each in zip(channels, start, strict=True))
+        return Stretch(self, normal, tangential, start, self.time)
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """What a leg prescribes once it is known from where it starts."""
+
+    leg: Planned
     normal: FloatArray
+    """The prescribed normal channel in every row."""
     tangential: FloatArray
+    """The prescribed tangential channel in every row."""
+    start: tuple[float, float] = (0.0, 0.0)
+    """Where both are before the first row."""
+    time: FloatArray | None = None
+    """Time of every row in s, if the path states it; `leg.begin` is the time before the first."""
+
+    @property
+    def controls(self) -> Controls:
+        """The prescribed channels."""
+        return self.leg.controls
 
     @property
     def by_force(self) -> bool:
         """Whether the normal force is prescribed."""
         return self.controls.normal == "normal_force"
+
+    @property
+    def durations(self) -> FloatArray | None:
+        """Time in s from the row before to every row."""
+        if self.time is None or self.leg.begin is None:
+            return None
+        return np.diff(self.time, prepend=self.leg.begin)
+
+    @property
+    def end(self) -> dict[str, float]:
+        """Where the prescribed channels are after the last row."""
+        return {
+            self.controls.normal: float(self.normal[-1]),
+            self.controls.tangential: float(self.tangential[-1]),
+        }
 
 
 def known_legs(path: LoadingPath) -> list[KnownLeg]:
@@ -71,40 +163,33 @@ def total_rows(path: LoadingPath) -> int:
     return sum(rows_of(leg) for leg in known_legs(path))
 
 
-def channel_values(path: LoadingPath, name: str) -> list[FloatArray]:
-    """The numbers that the legs of a path give for a channel."""
-    return [np.asarray(v) for leg in known_legs(path) if (v := getattr(leg, name, None)) is not None]
-
-
 def uses(path: LoadingPath, name: str) -> bool:
     """Whether any leg prescribes a channel."""
     return any(name in named_channels(leg) for leg in known_legs(path))
 
 
-def stretch(leg: KnownLeg, before: Controls, here: Mapping[str, float]) -> Stretch:
+def planned(path: LoadingPath) -> tuple[Planned, ...]:
     """
-    The rows of a leg.
+    The legs of a path in order, each with its number, its rows, its controls and its time.
 
-    Parameters
-    ----------
-    leg : Leg
-    before : Controls
-        What the leg before prescribed; channels that this one does not name stay under that control.
-    here : mapping of str to float
-        Where every channel is at the start of the leg, in SI units.
-
-    Returns
-    -------
-    Stretch
+    Raises
+    ------
+    PathError
+        If a leg is of an unknown kind, or begins before the legs before it end.
     """
-    named = named_channels(leg)
-    normal = next((name for name in named if name in NORMAL_CHANNELS), before.normal)
-    tangential = next((name for name in named if name in TANGENTIAL_CHANNELS), before.tangential)
-    return Stretch(
-        Controls(normal, tangential),
-        _rows(leg, normal, here.get(normal, 0.0)),
-        _rows(leg, tangential, here.get(tangential, 0.0)),
-    )
+    legs = known_legs(path)
+    begins = _begins(legs)
+    controls, first = Controls(), 0
+    found: list[Planned] = []
+    for number, (leg, begin) in enumerate(zip(legs, begins, strict=True), 1):
+        named = named_channels(leg)
+        controls = Controls(
+            next((name for name in named if name in NORMAL_CHANNELS), controls.normal),
+            next((name for name in named if name in TANGENTIAL_CHANNELS), controls.tangential),
+        )
+        found.append(Planned(leg, number, len(legs), first, controls, begin))
+        first += rows_of(leg)
+    return tuple(found)
 
 
 @dataclass(frozen=True)
@@ -116,15 +201,13 @@ class Refined:
     """Where the rows of the leg are among them."""
 
 
-def refined(rows: Stretch, here: Mapping[str, float], between: int) -> Refined:
+def refined(rows: Stretch, between: int) -> Refined:
     """
     A leg whose moves of both channels at once are divided.
 
     Parameters
     ----------
     rows : Stretch
-    here : mapping of str to float
-        Where every channel is at the start of the leg, in SI units.
     between : int
         Number of parts of every such move.
 
@@ -133,8 +216,7 @@ def refined(rows: Stretch, here: Mapping[str, float], between: int) -> Refined:
     Refined
     """
     ends = np.stack([rows.normal, rows.tangential])
-    start = [here.get(name, 0.0) for name in (rows.controls.normal, rows.controls.tangential)]
-    moves = np.diff(ends, axis=1, prepend=np.array(start)[:, None])
+    moves = np.diff(ends, axis=1, prepend=np.array(rows.start)[:, None])
     count = np.where((moves != 0.0).all(axis=0), between, 1)
     own = np.cumsum(count) - 1
     left = (np.repeat(own, count) - np.arange(own[-1] + 1)) / np.repeat(count, count)
@@ -142,7 +224,7 @@ def refined(rows: Stretch, here: Mapping[str, float], between: int) -> Refined:
     bare = np.repeat((ends[0] <= 0.0) | (ends[0] - moves[0] <= 0.0), count)
     left = np.where(bare, left**3 * (10.0 - left * (15.0 - 6.0 * left)), left)
     normal, tangential = np.repeat(ends, count, axis=1) - np.repeat(moves, count, axis=1) * left
-    return Refined(replace(rows, normal=normal, tangential=tangential), own)
+    return Refined(replace(rows, normal=normal, tangential=tangential, time=None), own)
 
 
 def _rows(leg: KnownLeg, channel: str, start: float) -> FloatArray:
@@ -173,25 +255,32 @@ def check_times(path: LoadingPath) -> None:
 
 def times(path: LoadingPath) -> FloatArray | None:
     """Time of every row in s, if the legs state it."""
+    columns = [time for leg in planned(path) if (time := leg.time) is not None]
+    return np.concatenate(columns) if columns else None
+
+
+def _begins(legs: Sequence[KnownLeg]) -> list[float | None]:
+    """Time in s at the start of every leg; None for all if one does not state its time."""
+    begins: list[float | None] = []
     now = 0.0
-    columns: list[FloatArray] = []
-    for leg in known_legs(path):
+    for leg in legs:
         if isinstance(leg, Path):
             if leg.time is None:
-                return None
-            if leg.time[0] <= now and columns:
+                return [None] * len(legs)
+            if leg.time[0] <= now and begins:
                 raise PathError(
                     f"Path.time begins at {leg.time[0]:g} s, but the legs before it end at {now:g} s; "
                     "times count from the start of the whole history"
                 )
-            columns.append(np.asarray(leg.time))
+            end = float(leg.time[-1])
+        elif leg.duration is None:
+            return [None] * len(legs)
         else:
-            if leg.duration is None:
-                return None
-            n = rows_of(leg)
-            columns.append(now + leg.duration * np.arange(1.0, n + 1.0) / n)
-        now = float(columns[-1][-1])
-    return np.concatenate(columns)
+            # as the time of its last row is rounded
+            end = now + leg.duration * rows_of(leg) / rows_of(leg)
+        begins.append(now)
+        now = end
+    return begins
 
 
 def ends_only(leg: KnownLeg) -> LoadingPath:

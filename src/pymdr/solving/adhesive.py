@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -15,7 +16,6 @@ from pymdr.interpretation.adhesion import (
     certify_stretched_disk,
     energy_assumption,
     is_always_open,
-    joined_visits,
 )
 from pymdr.interpretation.branches import round_radius
 from pymdr.interpretation.fields import edge_amplitude
@@ -28,11 +28,14 @@ from pymdr.line.foundation import DiskStates, ElasticLine, mean_pressure
 from pymdr.mapping.series import Place
 from pymdr.problem.contact import Contact
 from pymdr.problem.laws import DMT, JKR
-from pymdr.problem.paths import LoadingPath, Path, named_channels
-from pymdr.problem.schedule import Controls, Progress, Stretch, known_legs, stretch, times, total_rows
-from pymdr.result import Result, Status, labelled
+from pymdr.problem.paths import NORMAL_CHANNELS
+from pymdr.problem.schedule import Stretch
+from pymdr.result import Result, Status
+from pymdr.rows import taken
 from pymdr.solving.equilibria import AdhesiveLine
+from pymdr.solving.normal import refuse_sideways
 from pymdr.solving.reach import assumptions, map_remark
+from pymdr.solving.walk import Task, Told, solution, walk, with_travel
 from pymdr.units import FloatArray, metres, newtons
 
 _CONTROL = {"indentation": math.inf, "normal_force": 0.0}
@@ -40,7 +43,7 @@ _CONTROL = {"indentation": math.inf, "normal_force": 0.0}
 
 
 @dataclass(frozen=True)
-class _Here:
+class _State:
     """Where the contact is between two legs."""
 
     parameter: float | None = None
@@ -55,8 +58,20 @@ class _Here:
 
 
 @dataclass(frozen=True)
+class _Events:
+    """Jumps into contact and out of it."""
+
+    row: np.ndarray
+    """Of the path."""
+    into: BoolArray
+    indentation: FloatArray
+    normal_force: FloatArray
+    contact_radius: FloatArray
+
+
+@dataclass(frozen=True)
 class _Rows:
-    """What one leg gives, one entry per row."""
+    """What a walk gives, one entry per row but for the last three."""
 
     parameter: FloatArray
     attached: BoolArray
@@ -69,91 +84,86 @@ class _Rows:
     jump_dissipation: FloatArray
     dissipated: FloatArray
     external_work: FloatArray
-    residual: float
-    events: tuple[_Event, ...]
+    residual: FloatArray
+    """One entry per leg."""
+    events: _Events
     visited: Visited
 
 
 @dataclass(frozen=True)
-class _Event:
-    """A jump into contact or out of it."""
+class _AdhesiveLaw:
+    """States on the curve of a law, with jumps where it folds."""
 
-    row: int
-    into: bool
-    indentation: float
-    normal_force: float
-    contact_radius: float
+    line: AdhesiveLine
+    machine_stiffness: float | None
+
+    def start(self) -> _State:
+        return _State()
+
+    def where(self, state: _State) -> Mapping[str, float]:
+        return {name: getattr(state, name) for name in NORMAL_CHANNELS}
+
+    def step(
+        self, state: _State, asked: Stretch, kept: np.ndarray | None, told: Told | None
+    ) -> tuple[_Rows, _State]:
+        assert kept is None
+        line, stiffness = self.line, self.machine_stiffness
+        channel, values = asked.controls.normal, asked.normal
+        k = _CONTROL.get(channel, math.inf if stiffness is None else stiffness)
+        by_force = k == 0.0
+        track = line.track(k, float(np.max(values)), state.parameter or 0.0)
+        if by_force and state.parameter is None and not math.isnan(state.indentation):
+            _refuse_pull_on_nothing(values, float(track.curve.control(np.array([track.lost]))[0]))
+        history = _with_falls(line, follow(track, values, state.parameter))
+        attached = history.attached
+        s = np.where(attached, history.parameter, line.equilibria.start)
+        states = line.equilibria.states(s)
+        elastic, surface = line.equilibria.energies(s)
+        force = np.where(attached, values if by_force else states.normal_force, math.nan if by_force else 0.0)
+        free_depth = np.full(values.shape, math.nan) if by_force else values
+        depth = np.where(attached, values if channel == "indentation" else states.indentation, free_depth)
+        machine = 0.0 if stiffness is None else np.where(attached, 0.5 * force * force / stiffness, 0.0)
+        energy = np.where(attached, elastic + surface, 0.0) + machine
+        spent = np.cumsum(history.dissipated)
+        rows = _Rows(
+            parameter=np.where(attached, history.parameter, math.nan),
+            attached=attached,
+            control=np.full(values.shape, k),
+            indentation=depth,
+            normal_force=force,
+            energy=energy,
+            jumped=history.jumped,
+            jump_dissipation=history.dissipated,
+            dissipated=state.dissipated + spent,
+            # what goes in is stored or lost; the energy balance holds this against quadrature
+            external_work=state.external_work + (energy - state.energy) + spent,
+            residual=np.array([energy_residual(track, history)]),
+            events=_events(line, history, asked.leg.first),
+            visited=_visited(line, history, k, asked.leg.first),
+        )
+        return rows, self._end(rows)
+
+    def _end(self, rows: _Rows) -> _State:
+        d, force = float(rows.indentation[-1]), float(rows.normal_force[-1])
+        return _State(
+            parameter=float(rows.parameter[-1]) if rows.attached[-1] else None,
+            indentation=d,
+            normal_force=force,
+            travel=d + force / (self.machine_stiffness or math.inf),
+            external_work=float(rows.external_work[-1]),
+            dissipated=float(rows.dissipated[-1]),
+            energy=float(rows.energy[-1]),
+        )
 
 
-def solve_adhesive(
-    contact: Contact, path: LoadingPath, machine_stiffness: float | None, progress: Progress | None
-) -> Result:
-    """Map, follow and interpret."""
-    _check_adhesive_path(path)
-    line = AdhesiveLine(contact)
-    legs: list[_Rows] = []
-    here, controls = _Here(), Controls()
-    total, done = total_rows(path), 0
-    for leg in known_legs(path):
-        rows = stretch(leg, controls, vars(here))
-        controls = rows.controls
-        if not isinstance(leg, Path) and math.isnan(vars(here)[controls.normal]):
-            raise PathError(
-                "the contact was lost under a prescribed force and the body has no position from which a leg of "
-                f"{controls.normal} could start; begin it with Path({controls.normal}=[...]), or go on with load(...)"
-            )
-        legs.append(_follow_leg(line, rows, here, machine_stiffness))
-        here = _end_of(legs[-1], rows, machine_stiffness)
-        done += rows.normal.size
-        if progress is not None:
-            progress(done, total)
-    return _interpret(contact, path, line, _joined(legs), machine_stiffness)
-
-
-def _check_adhesive_path(path: LoadingPath) -> None:
-    for leg in known_legs(path):
-        sideways = [name for name in named_channels(leg) if name in ("shift", "tangential_force")]
-        if sideways:
-            raise PathError(
-                f"the path prescribes {sideways[0]}, but the contact is adhesive: adhesion with friction is not "
-                "covered; leave the channel out"
-            )
-
-
-def _follow_leg(line: AdhesiveLine, asked: Stretch, here: _Here, stiffness: float | None) -> _Rows:
-    channel, values = asked.controls.normal, asked.normal
-    k = _CONTROL.get(channel, math.inf if stiffness is None else stiffness)
-    by_force = k == 0.0
-    track = line.track(k, float(np.max(values)), here.parameter or 0.0)
-    if by_force and here.parameter is None and not math.isnan(here.indentation):
-        _refuse_pull_on_nothing(values, float(track.curve.control(np.array([track.lost]))[0]))
-    history = _with_falls(line, follow(track, values, here.parameter))
-    attached = history.attached
-    s = np.where(attached, history.parameter, line.equilibria.start)
-    states = line.equilibria.states(s)
-    elastic, surface = line.equilibria.energies(s)
-    force = np.where(attached, values if by_force else states.normal_force, math.nan if by_force else 0.0)
-    free_depth = np.full(values.shape, math.nan) if by_force else values
-    depth = np.where(attached, values if channel == "indentation" else states.indentation, free_depth)
-    machine = 0.0 if stiffness is None else np.where(attached, 0.5 * force * force / stiffness, 0.0)
-    energy = np.where(attached, elastic + surface, 0.0) + machine
-    spent = np.cumsum(history.dissipated)
-    return _Rows(
-        parameter=np.where(attached, history.parameter, math.nan),
-        attached=attached,
-        control=np.full(values.shape, k),
-        indentation=depth,
-        normal_force=force,
-        energy=energy,
-        jumped=history.jumped,
-        jump_dissipation=history.dissipated,
-        dissipated=here.dissipated + spent,
-        # what goes in is stored or lost; the energy balance holds this against quadrature
-        external_work=here.external_work + (energy - here.energy) + spent,
-        residual=energy_residual(track, history),
-        events=_events(line, history),
-        visited=_visited(line, history, k),
+def solve_adhesive(task: Task) -> Result:
+    """Map, walk and interpret."""
+    refuse_sideways(
+        task.path, "the contact is adhesive: adhesion with friction is not covered; leave the channel out"
     )
+    line = AdhesiveLine(task.contact)
+    walked = walk(task, _AdhesiveLaw(line, task.machine_stiffness))
+    return _interpret(task, line, walked.rows)
 
 
 def _with_falls(line: AdhesiveLine, history: History) -> History:
@@ -171,12 +181,12 @@ def _with_falls(line: AdhesiveLine, history: History) -> History:
     return replace(history, jumps=replace(jumps, loss=loss), dissipated=spent.astype(float))
 
 
-def _visited(line: AdhesiveLine, history: History, stiffness: float) -> Visited:
-    """What a leg visits between its rows: the equilibria that lie on its stretches, and its jumps."""
+def _visited(line: AdhesiveLine, history: History, stiffness: float, begin: int) -> Visited:
+    """What a leg that begins at a row visits: the equilibria that lie on its stretches, and its jumps."""
     jumps, rows = history.jumps, history.control.size
     if is_always_open(line.line.equivalent, line.law):
         none = np.zeros(0)
-        return Visited(rows, none.astype(int), *(none,) * 2, none.astype(int), *(none,) * 5)
+        return Visited(none.astype(int), *(none,) * 2, none.astype(int), *(none,) * 5)
     # the nodes of a row are both ends of its jumps, then the row itself
     row = np.concatenate([np.repeat(jumps.step, 2), np.arange(rows)])
     s = np.concatenate([np.stack([jumps.before, jumps.after], axis=1).ravel(), history.parameter])
@@ -190,11 +200,10 @@ def _visited(line: AdhesiveLine, history: History, stiffness: float) -> Visited:
     before = np.concatenate([[first], a[:-1]])
     smooth = ~jumped & ((a > 0.0) | (before > 0.0))
     return Visited(
-        rows,
-        row[smooth],
+        begin + row[smooth],
         before[smooth],
         a[smooth],
-        row[jumped],
+        begin + row[jumped],
         np.full(int(jumped.sum()), stiffness),
         jumps.control,
         before[jumped],
@@ -203,20 +212,13 @@ def _visited(line: AdhesiveLine, history: History, stiffness: float) -> Visited:
     )
 
 
-def _events(line: AdhesiveLine, history: History) -> tuple[_Event, ...]:
+def _events(line: AdhesiveLine, history: History, begin: int) -> _Events:
+    """Jumps into contact and out of it in a leg that begins at a row."""
     jumps = history.jumps
     into, out = np.isnan(jumps.before), np.isnan(jumps.after)
     states = line.equilibria.states(np.where(into, jumps.after, jumps.before))
-    return tuple(
-        _Event(
-            int(jumps.step[i]),
-            bool(into[i]),
-            float(states.indentation[i]),
-            float(states.normal_force[i]),
-            float(states.contact_radius[i]),
-        )
-        for i in np.flatnonzero(into | out)
-    )
+    found = _Events(begin + jumps.step, into, states.indentation, states.normal_force, states.contact_radius)
+    return taken(found, into | out)
 
 
 def _refuse_pull_on_nothing(values: FloatArray, pull_off: float) -> None:
@@ -228,55 +230,20 @@ def _refuse_pull_on_nothing(values: FloatArray, pull_off: float) -> None:
     )
 
 
-def _end_of(rows: _Rows, asked: Stretch, stiffness: float | None) -> _Here:
-    d, force = float(rows.indentation[-1]), float(rows.normal_force[-1])
-    end = _Here(
-        parameter=float(rows.parameter[-1]) if rows.attached[-1] else None,
-        indentation=d,
-        normal_force=force,
-        travel=d + force / (stiffness or math.inf),
-        external_work=float(rows.external_work[-1]),
-        dissipated=float(rows.dissipated[-1]),
-        energy=float(rows.energy[-1]),
-    )
-    if math.isnan(d) and not asked.by_force:
-        return end
-    return replace(end, **{asked.controls.normal: float(asked.normal[-1])})
-
-
-def _joined(legs: list[_Rows]) -> _Rows:
-    columns = {
-        name: np.concatenate([getattr(leg, name) for leg in legs])
-        for name in _Rows.__dataclass_fields__
-        if name not in ("residual", "events", "visited")
-    }
-    first = np.cumsum([0, *(leg.attached.size for leg in legs)])
-    events = tuple(
-        replace(event, row=event.row + int(n))
-        for leg, n in zip(legs, first[:-1], strict=True)
-        for event in leg.events
-    )
-    visited = joined_visits([leg.visited for leg in legs])
-    return _Rows(**columns, residual=max(leg.residual for leg in legs), events=events, visited=visited)
-
-
 def _told(rows: _Rows, known: BoolArray) -> tuple[str, ...]:
     """The first jump into contact and the last out of it, in words."""
-    events = [event for event in rows.events if known[event.row]]
-    into = [event for event in events if event.into][:1]
-    out = [event for event in events if not event.into][-1:]
-    others = int(np.count_nonzero(rows.jumped & known)) - len({event.row for event in events})
+    events = taken(rows.events, known[rows.events.row])
+    into, out = np.flatnonzero(events.into)[:1], np.flatnonzero(~events.into)[-1:]
+    others = int(np.count_nonzero(rows.jumped & known)) - np.unique(events.row).size
     words = tuple(
-        f"{'jumped into contact' if event.into else 'pulled off'} at "
-        f"d = {metres(event.indentation)}, F = {newtons(event.normal_force)}, a = {metres(event.contact_radius)}"
-        for event in (*into, *out)
+        f"{'jumped into contact' if events.into[i] else 'pulled off'} at d = {metres(events.indentation[i])}, "
+        f"F = {newtons(events.normal_force[i])}, a = {metres(events.contact_radius[i])}"
+        for i in (*into, *out)
     )
     return (*words, f"the contact jumped in {others} other steps") if others > 0 else words
 
 
-def _interpret(
-    contact: Contact, path: LoadingPath, line: AdhesiveLine, rows: _Rows, stiffness: float | None
-) -> Result:
+def _interpret(task: Task, line: AdhesiveLine, rows: _Rows) -> Result:
     """Step 3: quantities, claims and assumptions of every row."""
     equilibria, modulus = line.equilibria, line.line.modulus
     s = np.where(rows.attached, rows.parameter, equilibria.start)
@@ -309,17 +276,16 @@ def _interpret(
         columns["cohesive_radius"] = shown(states.cohesive_radius)
     if isinstance(equilibria, ShortRange):
         columns |= _edge_columns(equilibria, line.line, s, rows.attached, blank)
-    if stiffness is not None:
-        columns["travel"] = rows.indentation + rows.normal_force / stiffness
+    columns = with_travel(task, columns)
     depths = np.where(rows.attached, rows.indentation, math.nan)
-    certificate = certify_stretched_disk(line.line, rows.visited, line.law)
+    certificate = certify_stretched_disk(line.line, rows.visited, a.size, line.law)
     claims = adhesive_claims(
-        line.law, tuple(columns), certificate.disk, certificate.reason, _maugis(contact, modulus)
+        line.law, tuple(columns), certificate.disk, certificate.reason, _maugis(task.contact, modulus)
     )
     held = DiskStates(np.nan_to_num(depths), Place(np.zeros(a.shape), np.nan_to_num(a)), np.zeros(a.shape))
     errors = adhesive_errors(line.line, equilibria, s, rows.control)
     claims = with_errors(claims, errors, map_remark(line.line, held))
-    balance = energy_assumption(rows.residual)
+    balance = energy_assumption(float(np.max(rows.residual)))
     if not balance.met:
         claims = approximated(
             claims, f"; work, energy and losses agree to {balance.measure:.1g} only", balance.measure
@@ -333,24 +299,14 @@ def _interpret(
         if known.any() and not certificate.disk.all():
             source, where = claims["contact_radius"].source, certificate.disk | known
             claims[name] = Claim(Level.EXACT, "prescribed, or exact on a disk", source, where)
-    valid = {
-        name: values if claims[name].where.all() else np.where(claims[name].where, values, math.nan)
-        for name, values in columns.items()
-        if claims[name].readable
-    }
-    time = times(path)
-    if time is not None:
-        valid = {"time": time, **valid}
-    return Result(
-        contact=contact,
-        path=path,
-        data=labelled(valid),
-        claims=claims,
-        assumptions=(*assumptions(contact, line.origin, a), balance),
+    return solution(
+        task,
+        columns,
+        claims,
+        assumptions=(*assumptions(task.contact, line.origin, a), balance),
         status=_status(rows, certificate.disk),
         notes=(*line.origin.notes, *_told(rows, certificate.disk)),
         references=_references(line),
-        machine_stiffness=stiffness,
     )
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,7 +22,6 @@ from pymdr.line.foundation import (
     DiskStates,
     ElasticLine,
     elastic_energy,
-    joined_states,
     mean_pressure,
     normal_force,
     normal_stiffness,
@@ -30,119 +30,106 @@ from pymdr.line.foundation import (
     states_at_travel,
 )
 from pymdr.problem.contact import Contact
-from pymdr.problem.paths import LoadingPath, named_channels
-from pymdr.problem.schedule import (
-    Controls,
-    Progress,
-    channel_values,
-    known_legs,
-    stretch,
-    times,
-    total_rows,
-)
-from pymdr.result import Result, Status, labelled
+from pymdr.problem.paths import TANGENTIAL_CHANNELS, Cycle, LoadingPath, Path, named_channels
+from pymdr.problem.schedule import Planned, Stretch, planned
+from pymdr.result import Result, Status
+from pymdr.rows import taken
 from pymdr.solving.reach import Mapped, assumptions, g_samples, map_remark, map_to_line, refuse_unreachable
+from pymdr.solving.walk import Task, Told, solution, walk, with_travel
 from pymdr.units import FloatArray, newtons
 
 
 @dataclass(frozen=True)
-class NormalHistory:
-    """The states of every row, and the force where it is prescribed, else nan."""
-
-    mapped: Mapped
+class _Rows:
     states: DiskStates
     prescribed: FloatArray
+    """The force where it is prescribed, else nan."""
+
+
+@dataclass(frozen=True)
+class _NormalLaw:
+    """A history without memory: every row is a state of the line under what is prescribed."""
+
+    contact: Contact
+    line: ElasticLine
+    machine_stiffness: float | None
+
+    def start(self) -> Mapping[str, float]:
+        return {}
+
+    def where(self, state: Mapping[str, float]) -> Mapping[str, float]:
+        return state
+
+    def step(
+        self, state: Mapping[str, float], asked: Stretch, kept: np.ndarray | None, told: Told | None
+    ) -> tuple[_Rows, Mapping[str, float]]:
+        targets, force = asked.normal, np.full(asked.normal.size, math.nan)
+        if asked.by_force:
+            refuse_tension(asked.leg, targets)
+            force = targets
+        states = self._states(asked.controls.normal, targets)
+        refuse_unreachable(
+            self.line, self.contact.profile, states, float(np.max(targets)) if asked.by_force else None
+        )
+        return taken(_Rows(states, force), kept), self._channels(states.take(slice(-1, None)))
+
+    def _states(self, channel: str, targets: FloatArray) -> DiskStates:
+        stiffness = self.machine_stiffness
+        if channel == "normal_force":
+            return states_at_force(self.line, targets)
+        if channel == "travel" and stiffness is not None and math.isfinite(stiffness):
+            return states_at_travel(self.line, targets, stiffness)
+        return states_at_depth(self.line, targets)
+
+    def _channels(self, last: DiskStates) -> Mapping[str, float]:
+        d, force = float(last.indentation[0]), float(normal_force(self.line, last)[0])
+        travel = d + force / (self.machine_stiffness or math.inf)
+        return {"indentation": d, "normal_force": force, "travel": travel}
+
+
+def solve_normal(task: Task) -> Result:
+    """Map, walk and interpret."""
+    check_normal_path(task.path)
+    mapped = map_to_line(task.contact)
+    walked = walk(task, _NormalLaw(task.contact, mapped.line, task.machine_stiffness))
+    return _interpret(task, mapped, walked.rows)
 
 
 def check_normal_path(path: LoadingPath) -> None:
     """Refuse what a contact without friction and adhesion cannot follow."""
-    for leg in known_legs(path):
-        sideways = [name for name in named_channels(leg) if name in ("shift", "tangential_force")]
-        if sideways:
-            raise PathError(
-                f"the path prescribes {sideways[0]}, but the contact has no friction: add "
-                "Contact(..., friction=Coulomb(0.3))"
-            )
-    for force in channel_values(path, "normal_force"):
-        refuse_tension(force)
+    refuse_sideways(path, "the contact has no friction: add Contact(..., friction=Coulomb(0.3))")
+    for leg in planned(path):
+        force = getattr(leg.leg, "normal_force", None)
+        if force is not None and not isinstance(leg.leg, Cycle):
+            with leg.named():
+                refuse_tension(leg, np.atleast_1d(force))
 
 
-def refuse_tension(force: FloatArray) -> None:
-    """Refuse negative forces."""
-    if np.min(force) < 0.0:
+def refuse_sideways(path: LoadingPath, why: str) -> None:
+    """Refuse legs of a tangential channel."""
+    for leg in planned(path):
+        for name in named_channels(leg.leg):
+            if name in TANGENTIAL_CHANNELS:
+                with leg.named():
+                    raise PathError(f"the path prescribes {name}, but {why}")
+
+
+def refuse_tension(leg: Planned, force: FloatArray) -> None:
+    """Refuse negative forces; the row is told where the path gives every row."""
+    lowest = int(np.argmin(force))
+    if force[lowest] < 0.0:
+        where = f" in {leg.row(lowest)}" if isinstance(leg.leg, Path) else ""
         raise PathError(
-            f"normal_force = {newtons(float(np.min(force)))}: without adhesion the force cannot be below 0 N; "
+            f"normal_force = {newtons(float(force[lowest]))}{where}: without adhesion the force cannot be below 0 N; "
             "unload to 0 N, or lift off with indent(...)"
         )
 
 
-def solve_normal(
-    contact: Contact, path: LoadingPath, machine_stiffness: float | None, progress: Progress | None
-) -> Result:
-    """Map, solve and interpret."""
-    check_normal_path(path)
-    history = follow_normal(contact, map_to_line(contact), path, machine_stiffness, progress)
-    return interpret_normal(contact, path, history, machine_stiffness)
-
-
-def follow_normal(
-    contact: Contact,
-    mapped: Mapped,
-    path: LoadingPath,
-    machine_stiffness: float | None = None,
-    progress: Progress | None = None,
-) -> NormalHistory:
-    """Step 2: the states of every row, leg by leg."""
-    rows: list[DiskStates] = []
-    forced: list[FloatArray] = []
-    controls = Controls()
-    here = {"indentation": 0.0, "normal_force": 0.0, "travel": 0.0}
-    total = total_rows(path)
-    done = 0
-    for leg in known_legs(path):
-        leg_rows = stretch(leg, controls, here)
-        controls, targets = leg_rows.controls, leg_rows.normal
-        if leg_rows.by_force:
-            refuse_tension(targets)
-        states = _states(mapped.line, controls.normal, targets, machine_stiffness)
-        refuse_unreachable(
-            mapped.line, contact.profile, states, float(np.max(targets)) if leg_rows.by_force else None
-        )
-        rows.append(states)
-        forced.append(targets if leg_rows.by_force else np.full(targets.size, math.nan))
-        here = _end(mapped.line, states, machine_stiffness)
-        here[controls.normal] = float(targets[-1])
-        done += targets.size
-        if progress is not None:
-            progress(done, total)
-    return NormalHistory(mapped, joined_states(rows), np.concatenate(forced))
-
-
-def _states(
-    line: ElasticLine, channel: str, targets: FloatArray, machine_stiffness: float | None
-) -> DiskStates:
-    if channel == "normal_force":
-        return states_at_force(line, targets)
-    if channel == "travel" and machine_stiffness is not None and math.isfinite(machine_stiffness):
-        return states_at_travel(line, targets, machine_stiffness)
-    return states_at_depth(line, targets)
-
-
-def _end(line: ElasticLine, states: DiskStates, machine_stiffness: float | None) -> dict[str, float]:
-    last = states.take(slice(-1, None))
-    d, force = float(last.indentation[0]), float(normal_force(line, last)[0])
-    return {"indentation": d, "normal_force": force, "travel": d + force / (machine_stiffness or math.inf)}
-
-
-def interpret_normal(
-    contact: Contact, path: LoadingPath, history: NormalHistory, machine_stiffness: float | None
-) -> Result:
+def _interpret(task: Task, mapped: Mapped, rows: _Rows) -> Result:
     """Step 3: quantities, claims and assumptions of every row."""
-    mapped, states, prescribed = history.mapped, history.states, history.prescribed
-    line = mapped.line
-    by_force = np.isfinite(prescribed)
-    force = np.where(by_force, prescribed, normal_force(line, states))
-    claims, disk = claims_of(contact, history)
+    line, states = mapped.line, rows.states
+    force = np.where(np.isfinite(rows.prescribed), rows.prescribed, normal_force(line, states))
+    claims, disk = _claims(task.contact, line, rows)
     columns: dict[str, FloatArray] = {
         "indentation": states.indentation,
         "normal_force": force,
@@ -154,39 +141,22 @@ def interpret_normal(
     }
     if math.isfinite(line.edge) and line.exponent == 0.0:
         columns["edge_amplitude"] = edge_amplitude(line, states.contact_radius, states.edge_excess)
-    if machine_stiffness is not None:
-        columns["travel"] = states.indentation + force / machine_stiffness
+    if task.machine_stiffness is not None:
         claims["travel"] = claims["normal_force"]
-    time = times(path)
-    valid = {
-        name: values if claims[name].where.all() else np.where(claims[name].where, values, math.nan)
-        for name, values in columns.items()
-        if claims[name].readable
-    }
-    if time is not None:
-        valid = {"time": time, **valid}
-    return Result(
-        contact=contact,
-        path=path,
-        data=labelled(valid),
-        claims=claims,
-        assumptions=assumptions(contact, mapped, states.contact_radius),
-        status=normal_status(disk),
+    return solution(
+        task,
+        with_travel(task, columns),
+        claims,
+        assumptions=assumptions(task.contact, mapped, states.contact_radius),
+        status=Status.COMPLETED if disk.all() else Status.PARTLY_REFUSED if disk.any() else Status.REFUSED,
         notes=mapped.notes,
-        machine_stiffness=machine_stiffness,
         references=("sneddon", "popov-hess", *(() if disk.all() else ("barber",))),
     )
 
 
-def normal_status(disk: BoolArray) -> Status:
-    """How a solution ends whose rows are a disk or not."""
-    return Status.COMPLETED if disk.all() else Status.PARTLY_REFUSED if disk.any() else Status.REFUSED
-
-
-def claims_of(contact: Contact, history: NormalHistory) -> tuple[dict[str, Claim], BoolArray]:
+def _claims(contact: Contact, line: ElasticLine, rows: _Rows) -> tuple[dict[str, Claim], BoolArray]:
     """The claims of every quantity, and whether every row is a disk."""
-    line, states = history.mapped.line, history.states
-    by_force = np.isfinite(history.prescribed)
+    states, by_force = rows.states, np.isfinite(rows.prescribed)
     certificate = certify_disk(line, states)
     claims = normal_claims(
         certificate.disk,

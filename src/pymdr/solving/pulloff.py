@@ -217,7 +217,6 @@ def _refuse_rings(line: AdhesiveLine, track: Track, stiffness: float, press: Way
     after = np.delete(np.append(radii(begin), 0.0), at_press + 1)
     control = np.delete(np.append(track.touch, track.curve.control(end)), at_press + 1)
     visited = Visited(
-        rows=1,
         row=np.zeros(begin.size, dtype=int),
         begin=radii(begin),
         end=radii(end),
@@ -228,7 +227,7 @@ def _refuse_rings(line: AdhesiveLine, track: Track, stiffness: float, press: Way
         after=after,
         loss=np.zeros(before.size),
     )
-    certificate = certify_stretched_disk(line.line, visited, line.law)
+    certificate = certify_stretched_disk(line.line, visited, 1, line.law)
     if not certificate.disk.all():
         raise ProblemError(f"pull_off: {certificate.reason}")
 

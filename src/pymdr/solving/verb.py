@@ -21,6 +21,7 @@ from pymdr.solving.bands import scatter_of, with_bands
 from pymdr.solving.frictional import solve_frictional
 from pymdr.solving.normal import solve_normal
 from pymdr.solving.ringed import solve_by_rings
+from pymdr.solving.walk import Task
 from pymdr.units import QuantityLike, shown, to_si
 
 
@@ -76,17 +77,15 @@ def solve(
     """
     stiffness, kept = asked(contact, path, machine_stiffness, keep)
     if solver is not None:
-        return solve_by_rings(contact, path, solver, progress)
+        return solve_by_rings(Task(contact, path, progress=progress), solver)
     solutions = 3 if scatter_of(contact.profile) else 1
     begun = itertools.count()
 
     def once(asked: Contact) -> Result:
-        told = _part_of(progress, next(begun), solutions)
+        task = Task(asked, path, stiffness, kept, _part_of(progress, next(begun), solutions))
         if asked.adhesion is not None:
-            return solve_adhesive(asked, path, stiffness, told)
-        if asked.friction is not None:
-            return solve_frictional(asked, path, stiffness, kept, told)
-        return solve_normal(asked, path, stiffness, told)
+            return solve_adhesive(task)
+        return solve_normal(task) if asked.friction is None else solve_frictional(task)
 
     result = once(contact)
     return with_bands(result, once) if solutions > 1 else result

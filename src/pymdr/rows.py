@@ -1,0 +1,61 @@
+"""Rows of several legs in one, whatever they hold: arrays, named tuples and frozen dataclasses of them, nested."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import fields, is_dataclass
+from typing import Any, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+Rows = TypeVar("Rows")
+
+
+def joined(parts: Sequence[Rows]) -> Rows:
+    """
+    Rows of several parts, one after the other.
+
+    Parameters
+    ----------
+    parts : sequence
+        At least one; all of one type, of arrays over rows, along their first axis.
+
+    Returns
+    -------
+    The type of the parts.
+
+    Examples
+    --------
+    >>> joined([np.array([1.0]), np.array([2.0, 3.0])]).tolist()
+    [1.0, 2.0, 3.0]
+    """
+    whole: Rows = _array_by_array(np.concatenate, parts)
+    return whole
+
+
+def taken(rows: Rows, index: NDArray[Any] | slice | None) -> Rows:
+    """
+    Some of the rows, or all for None.
+
+    Examples
+    --------
+    >>> taken(np.array([1.0, 2.0, 3.0]), np.array([0, 2])).tolist()
+    [1.0, 3.0]
+    """
+    if index is None:
+        return rows
+    some: Rows = _array_by_array(lambda arrays: arrays[0][index], [rows])
+    return some
+
+
+def _array_by_array(make: Callable[[Sequence[NDArray[Any]]], NDArray[Any]], parts: Sequence[Any]) -> Any:
+    first = parts[0]
+    if is_dataclass(first):
+        names = [field.name for field in fields(first)]
+    elif isinstance(first, tuple):
+        names = list(first._fields)  # type: ignore[attr-defined]
+    else:
+        return make(parts)
+    columns = {name: _array_by_array(make, [getattr(part, name) for part in parts]) for name in names}
+    return type(first)(**columns)
