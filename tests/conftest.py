@@ -50,3 +50,17 @@ def shell(capfd, monkeypatch):
         return status, out, err
 
     return run
+
+
+@pytest.fixture
+def kinds():
+    """Profiles that a test registers are forgotten after it."""
+    from pymdr.problem import codec
+
+    tables = codec.PROFILES, codec._KIND_OF
+    before = [dict(table) for table in tables]
+    yield
+    for table, entries in zip(tables, before, strict=True):
+        table.clear()
+        table.update(entries)
+    codec.forget_models()

@@ -1,11 +1,15 @@
 """The Python blocks of the documentation pages run, and their assertions hold."""
 
+import importlib
+import json
 import re
+import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
-import pymdr
+import pymdr as mdr
 
 DOCS = Path(__file__).parent.parent / "docs"
 OUTPUT = re.compile(r"^( *)```python\n(.*?)^\1```\n(?:\n\1```text\n(.*?)^\1```)?", re.MULTILINE | re.DOTALL)
@@ -17,6 +21,7 @@ def blocks(page):
         yield re.sub(f"^{indent}", "", body, flags=re.MULTILINE)
 
 
+@pytest.mark.usefixtures("kinds")
 @pytest.mark.parametrize(
     "page",
     [
@@ -36,6 +41,72 @@ def test_blocks_run(page):
     space = {"__name__": page.replace(".", "_")}
     for block in found:
         exec(compile(block, page, "exec"), space)
+
+
+@pytest.fixture
+def quartic(tmp_path, monkeypatch, kinds):
+    """The file that the page on contributing has people write."""
+    (text,) = [block for block in blocks(DOCS / "contributing.md") if "class Quartic" in block]
+    (tmp_path / "quartic.py").write_text(text)
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.delitem(sys.modules, "quartic", raising=False)
+    yield importlib.import_module("quartic").Quartic
+    sys.modules.pop("quartic")
+
+
+LAWS = {
+    "none": {},
+    "jkr": {"adhesion": mdr.JKR("1 mJ/m^2")},
+    "dmt": {"adhesion": mdr.DMT("1 mJ/m^2", range="1 nm")},
+    "maugis": {"adhesion": mdr.MaugisDugdale("1 mJ/m^2", range="1 nm")},
+    "coulomb": {"friction": mdr.Coulomb(0.3)},
+}
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_a_profile_of_ones_own_is_solved_drawn_and_saved(quartic, tmp_path, law):
+    body = mdr.Elastic("1 GPa", 0.3)
+    path = mdr.indent("1 um", steps=3)
+    if law == "coulomb":
+        path >>= mdr.shift("20 nm", steps=3)
+    mine, power = (
+        mdr.solve(mdr.Contact(profile, body, **LAWS[law]), path)
+        for profile in (quartic("1 um", "1 mm"), mdr.PowerLaw(4, "1 um", "1 mm"))
+    )
+    assert mine.status is power.status
+    for name in mine.data:
+        assert mine.data[name].values == pytest.approx(power.data[name].values, rel=1e-9, nan_ok=True)
+    mine.save(tmp_path / "mine.nc")
+    again = mdr.open_result(tmp_path / "mine.nc")
+    assert again.contact == mine.contact
+    assert type(again.contact.profile) is quartic
+    assert again.data.identical(mine.data)
+    r = np.linspace(0.0, 1e-3, 9)
+    assert np.array_equal(again.field("pressure", r), mine.field("pressure", r), equal_nan=True)
+    assert all(figure.axes for figure in again.figures().values())
+
+
+def test_a_profile_of_ones_own_in_cases_and_batches(quartic, tmp_path, shell):
+    file = tmp_path / "case.toml"
+    file.write_text(
+        "[profile]\nkind = 'sum'\nparts = [{ kind = 'quartic', height = '1 um', radius = '1 mm' }, "
+        "{ kind = 'rounded_cone', slope = 0.1, tip_radius = '1 mm' }]\n[body]\nkind = 'elastic'\nyoung = '1 GPa'\n"
+        "poisson = 0.3\n[[path]]\nkind = 'indent'\nindentation = '1 um'\n"
+    )
+    status, _, error = shell("run", file, "-o", tmp_path / "out", "--quiet")
+    assert (status, error) == (0, "")
+    result = mdr.open_result(tmp_path / "out" / "result.nc")
+    assert [type(part) for part in result.contact.profile.parts] == [quartic, mdr.RoundedCone]
+    status, out, _ = shell("schema")
+    assert status == 0
+    assert json.loads(out)["$defs"]["quartic"]["required"] == ["kind", "height", "radius"]
+    file.write_text(file.read_text().replace("height = '1 um'", "heigth = '1 um'"))
+    status, _, error = shell("check", file)
+    assert status == 1
+    assert "did you mean 'height'" in error
+    contacts = [result.contact, mdr.Contact(quartic("1 um", "1 mm"), result.contact.body)]
+    apart = mdr.solve_batch(contacts, mdr.indent("1 um"), workers=2)
+    assert [r.data.identical(mdr.solve(r.contact, r.path).data) for r in apart] == [True, True]
 
 
 def test_first_steps_print_what_is_shown(capsys):
@@ -74,12 +145,12 @@ def test_the_readme_runs(tmp_path, monkeypatch):
 
 def test_the_reference_names_everything_public():
     named = set(re.findall(r"^   (\w+)$", (DOCS / "reference.md").read_text(), re.MULTILINE))
-    errors = {name for name in pymdr.__all__ if name.endswith("Error")}  # in the page of pymdr.errors
-    assert set(pymdr.__all__) - named - errors == {"__version__"}
+    errors = {name for name in mdr.__all__ if name.endswith("Error")}  # in the page of pymdr.errors
+    assert set(mdr.__all__) - named - errors == {"__version__"}
 
 
 @pytest.mark.parametrize("page", sorted(DOCS.glob("*.md")), ids=lambda p: p.stem)
 def test_named_modules_exist(page):
-    package = Path(pymdr.__file__).parent
+    package = Path(mdr.__file__).parent
     for name in re.findall(r"`((?:\w+/)+(?:\w+\.py)?)`", page.read_text()):
         assert (package / name).exists(), name

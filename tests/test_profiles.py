@@ -326,6 +326,38 @@ def test_the_pull_of_dmt_needs_a_round_tip_or_a_range(profile):
     assert force == pytest.approx(-2.0 * math.pi * profile.curvature_radius * 1e-3, rel=1e-12)
 
 
+def of_tip(radius):
+    """Profiles with a tip of given radius of curvature."""
+    return st.one_of(
+        st.just(mdr.Sphere(radius)),
+        st.just(mdr.Paraboloid(radius)),
+        st.floats(0.1, 10.0).map(lambda q: mdr.Ellipsoid(q * radius, q * q * radius)),
+        st.floats(0.1, 10.0).map(lambda slope: mdr.RoundedCone(slope=slope, tip_radius=radius)),
+        st.floats(0.1, 10.0).map(lambda slope: mdr.Hyperboloid(slope=slope, tip_radius=radius)),
+        st.floats(0.1, 10.0).map(lambda q: mdr.PowerLaw(2, 0.5 * q * q * radius, q * radius)),
+    )
+
+
+NOT_ROUND = (
+    mdr.Cone(0.1), mdr.PowerLaw(2.1, 1.0, 1.0), mdr.PowerLaw(1.9, 1.0, 1.0), mdr.FlatPunch(1.0),
+    mdr.DomedPunch(1.0, dome_radius=9.0), mdr.TruncatedSphere(1.0, 0.5), mdr.Function(lambda r: r**2),
+)  # fmt: skip
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.lists(st.floats(-9.0, 3.0).flatmap(lambda e: of_tip(10.0**e)), min_size=1, max_size=3))
+def test_a_round_tip_has_the_curvature_of_its_gap(parts):
+    profile = sum(parts)
+    r = 1e-6 * min(part.tip_radius for part in parts)
+    assert profile.tip_radius == pytest.approx(r * r / (2.0 * float(profile.gap(r))), rel=1e-9)
+    assert profile.tip_radius == pytest.approx(profile.curvature_radius, rel=1e-15)
+    line = equivalent_profile(profile)
+    assert profile.tip_radius == pytest.approx(r * (r / float(line.g(r))), rel=1e-9)
+    for other in NOT_ROUND:
+        assert other.tip_radius is None
+        assert (profile + other).tip_radius is None
+
+
 @pytest.mark.parametrize("kind", [k for k in KINDS if k != "concave_punch"])
 @settings(max_examples=12, deadline=None)
 @given(SIZES, st.floats(-4.0, 0.0), st.floats(-4.0, -0.1), st.floats(-6.0, -0.1))

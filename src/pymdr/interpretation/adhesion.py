@@ -21,7 +21,7 @@ from pymdr.interpretation.validity import (
 from pymdr.line.adhesion.short_range import jkr_opening
 from pymdr.line.foundation import ElasticLine
 from pymdr.mapping.equivalent import EquivalentProfile
-from pymdr.problem.laws import JKR, AdhesionLaw, MaugisDugdale
+from pymdr.problem.laws import DMT, JKR, AdhesionLaw, MaugisDugdale
 from pymdr.units import FloatArray, metres
 
 _NODES = 33
@@ -298,7 +298,9 @@ def _of_law(law: AdhesionLaw, maugis: float) -> tuple[Level, str, str]:
             "up to its range; that the gap stays positive in the cohesive zone is assumed",
             SOURCES["maugis"],
         )
-    measured = "unknown here, give DMT(work, range=...)" if math.isnan(maugis) else f"{maugis:.3g} here"
+    assert isinstance(law, DMT)
+    missing = "give DMT(work, range=...)" if law.range is None else "the tip has no radius"
+    measured = f"unknown here, {missing}" if math.isnan(maugis) else f"{maugis:.3g} here"
     return (
         Level.APPROXIMATE,
         "the limit of Maugis and Dugdale for stiff, small bodies: the attraction does not deform them; its errors "

@@ -14,12 +14,11 @@ from pymdr.line.adhesion import MaugisDugdale as Cohesive
 from pymdr.line.adhesion import dmt_pull, maugis_dugdale, rigid_pull
 from pymdr.line.foundation import ElasticLine
 from pymdr.problem.laws import DMT, JKR, AdhesionLaw, MaugisDugdale
-from pymdr.problem.profiles import Ellipsoid, Hyperboloid, Paraboloid, Profile, RoundedCone, Sphere, Sum
+from pymdr.problem.profiles import Profile, Sum
 from pymdr.units import FloatArray
 
 Equilibria = ShortRange | Cohesive | RigidPull
 
-_ROUND = (Sphere, Paraboloid, Ellipsoid, RoundedCone, Hyperboloid)
 _GRID = np.linspace(0.0, 1.0, 601)
 
 
@@ -58,12 +57,6 @@ def equilibria_of(law: AdhesionLaw, profile: Profile, line: ElasticLine, top: fl
     return RigidPull(line, rigid_pull_of(law, profile, line))
 
 
-def round_radius(profile: Profile) -> float | None:
-    """Radius of curvature in m of a tip that is nothing but round; None for others."""
-    parts = profile.parts if isinstance(profile, Sum) else (profile,)
-    return profile.curvature_radius if all(isinstance(p, _ROUND) for p in parts) else None
-
-
 def _named(profile: Profile) -> str:
     parts = profile.parts if isinstance(profile, Sum) else (profile,)
     return " + ".join(type(part).__name__ for part in parts)
@@ -73,13 +66,12 @@ def rigid_pull_of(law: DMT, profile: Profile, line: ElasticLine) -> float:
     """The pull in N of DMT's attraction, which acts outside the contact whatever the load."""
     if law.range is not None:
         return rigid_pull(line.equivalent, law.work, law.work / law.range)
-    radius = round_radius(profile)
-    if radius is None:
+    if profile.tip_radius is None:
         raise ProblemError(
             f"DMT: {_named(profile)} is not round all over its tip: without a radius of curvature the pull depends on "
             "the range of the attraction; give DMT(work, range='0.3 nm')"
         )
-    return float(dmt_pull(radius, law.work))
+    return float(dmt_pull(profile.tip_radius, law.work))
 
 
 def equilibrium_curve(

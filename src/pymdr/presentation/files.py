@@ -16,7 +16,7 @@ import numpy as np
 
 from pymdr.errors import FileError, PymdrError
 from pymdr.interpretation.validity import SOURCES, Assumption, Claim, Level
-from pymdr.problem.codec import decode_case, encode_case
+from pymdr.problem.codec import decode_case, encode_case, unknown_kinds
 from pymdr.problem.contact import Contact
 from pymdr.problem.paths import CHANNELS, History, Leg, LoadingPath, Path, legs
 from pymdr.quantities import BAND_ENDS, QUANTITIES
@@ -198,7 +198,13 @@ def unpack(dataset: xr.Dataset) -> dict[str, Any]:
             "write it with Result.save"
         )
     try:
-        _, contact, path = decode_case(json.loads(attrs["pymdr_case"]))
+        case = json.loads(attrs["pymdr_case"])
+        if strange := unknown_kinds(case["profile"]):
+            raise FileError(
+                f"cannot read the result: nobody has registered the profile {strange[0]!r} here; import the module that "
+                "calls pymdr.problem.codec.register_profile for it"
+            )
+        _, contact, path = decode_case(case)
         path = _together(path, dataset)
         told = _told(attrs)
         claims = {name: _claim_from(name, claim, dataset) for name, claim in told["claims"].items()}

@@ -1,12 +1,14 @@
 """Problems as plain dictionaries and back: case files and saved results share this.
 
 The pydantic models are derived from the problem dataclasses, so that a new profile or leg needs one entry in
-the tables below and nothing else.
+the tables below and nothing else; a profile of one's own is entered by :func:`register_profile`.
 """
 
 from __future__ import annotations
 
 import difflib
+import inspect
+import re
 from collections.abc import Mapping
 from dataclasses import MISSING, fields
 from functools import lru_cache
@@ -31,6 +33,7 @@ from pymdr.problem.profiles import (
     Interpolated,
     Paraboloid,
     PowerLaw,
+    Profile,
     RoundedCone,
     RoundedFlat,
     Sampled,
@@ -43,7 +46,7 @@ from pymdr.problem.profiles import (
     TruncatedSphere,
     Waviness,
 )
-from pymdr.problem.values import ArrayField, OptionalArrayField, OptionalSIField, SIField
+from pymdr.problem.values import ArrayField, OptionalArrayField, OptionalSIField, SIField, Value
 from pymdr.units import shown
 
 if TYPE_CHECKING:
@@ -102,6 +105,95 @@ _TABLES: dict[str, dict[str, type]] = {
     "interpolation": INTERPOLATIONS,
 }
 _KIND_OF: dict[type, str] = {cls: kind for table in _TABLES.values() for kind, cls in table.items()}
+_NOT_KINDS = ("case", "function", "rings", "solve")
+"""Words that stand for something else in a case or its schema."""
+_NOT_FIELDS = ("kind", "parts", "interpolation")
+"""Keys of profiles that hold no quantity."""
+
+
+def register_profile(kind: str, cls: type[Profile]) -> None:
+    """
+    Make a profile of one's own known to case files, their schema, and saved results.
+
+    Parameters
+    ----------
+    kind : str
+        The word for it in ``[profile] kind = "..."``: small letters, digits and underscores.
+    cls : type
+        A subclass of Profile, declared with ``@dataclass(frozen=True, eq=False)``, whose fields are all SIField,
+        ArrayField or one of these that may be left out. A class of the same module and name takes the place of its
+        predecessor, so that a cell of a notebook may run again.
+
+    Raises
+    ------
+    ProblemError
+        If the kind is taken or no such word, or the class is another one or known by another kind.
+
+    Notes
+    -----
+    A file can be read where the module that registers its kind has been imported.
+
+    Examples
+    --------
+    >>> register_profile("cone", Sphere)
+    Traceback (most recent call last):
+        ...
+    pymdr.errors.ProblemError: register_profile: the kind 'cone' is that of Cone; choose another word
+    """
+    if not isinstance(kind, str) or not re.fullmatch("[a-z][a-z0-9_]*", kind):
+        raise ProblemError(
+            f"register_profile: kind = {shown(kind)}; a word of small letters, digits and underscores is needed, such as "
+            "'quartic'"
+        )
+    _refuse_class(cls)
+    taken = PROFILES.get(kind)
+    again = taken is not None and (taken.__module__, taken.__qualname__) == (cls.__module__, cls.__qualname__)
+    if kind in (*_kinds(), *_NOT_KINDS) and not again:
+        owner = f"that of {taken.__name__}" if taken is not None else "the word for something else"
+        raise ProblemError(f"register_profile: the kind {kind!r} is {owner}; choose another word")
+    if _KIND_OF.get(cls, kind) != kind:
+        raise ProblemError(f"register_profile: {cls.__name__} is registered as {_KIND_OF[cls]!r} already")
+    if taken is not None:
+        del _KIND_OF[taken]
+    PROFILES[kind] = cls
+    _KIND_OF[cls] = kind
+    forget_models()
+
+
+def forget_models() -> None:
+    """Derive the models of cases anew, after a table has changed."""
+    for derived in (_model, _union, case_adapter):
+        derived.cache_clear()
+
+
+def _refuse_class(cls: Any) -> None:
+    """Refuse what is no frozen dataclass of a profile whose fields are all quantities."""
+    if not (isinstance(cls, type) and issubclass(cls, Profile)) or inspect.isabstract(cls):
+        raise ProblemError(
+            f"register_profile: {shown(cls)} is no class of profiles; write class Quartic(Profile) with gap and gap_slope"
+        )
+    declared = cls.__dict__.get("__dataclass_params__")
+    if declared is None or not declared.frozen or declared.eq:
+        raise ProblemError(
+            f"register_profile: {cls.__name__} is compared by content and never changed; declare it with "
+            "@dataclass(frozen=True, eq=False)"
+        )
+    for f in fields(cls):  # type: ignore[arg-type]
+        if f.name in _NOT_FIELDS:
+            raise ProblemError(
+                f"register_profile: {cls.__name__}.{f.name} is a key of files; name it otherwise"
+            )
+        if not isinstance(inspect.getattr_static(cls, f.name, None), SIField | OptionalArrayField):
+            raise ProblemError(
+                f"register_profile: {cls.__name__}.{f.name} is no quantity; declare it as "
+                f"{f.name}: SIField = SIField('m', above=0)"
+            )
+
+
+def unknown_kinds(plain: Mapping[str, Any]) -> list[str]:
+    """Kinds of a profile and of its parts, as plain dictionaries, that nobody has registered."""
+    parts = plain.get("parts", []) if plain.get("kind") == "sum" else [plain]
+    return [part["kind"] for part in parts if part["kind"] not in PROFILES]
 
 
 def encode(value: Any) -> Any:
@@ -119,7 +211,8 @@ def encode(value: Any) -> Any:
     Raises
     ------
     ProblemError
-        If the value holds a callable (a result replaces it by its interpolant before saving).
+        If the value holds a callable (a result replaces it by its interpolant before saving), or its class is none
+        that files know.
 
     Examples
     --------
@@ -145,6 +238,12 @@ def encode(value: Any) -> Any:
             if entry is not None:
                 plain[f.name] = encode(entry)
         return plain
+    if isinstance(value, Value):
+        name = type(value).__name__
+        remedy = f"; call pymdr.problem.codec.register_profile({name.lower()!r}, {name})"
+        raise ProblemError(
+            f"{name} is no class that files know{remedy if isinstance(value, Profile) else ''}"
+        )
     if isinstance(value, np.ndarray):
         return value.tolist()
     if isinstance(value, tuple | list):
@@ -156,7 +255,7 @@ def _field_type(cls: type, f: Any) -> tuple[Any, Any]:
     """The pydantic type and default of one dataclass field."""
     from pydantic import Field
 
-    descriptor = cls.__dict__.get(f.name)
+    descriptor = inspect.getattr_static(cls, f.name, None)
     number = Union[int, float, str]  # noqa: UP007  (a runtime value)
     if isinstance(descriptor, ArrayField):
         note = f"{descriptor.words}; texts with units or numbers in {descriptor.unit}"
@@ -192,7 +291,9 @@ def _model(kind: str, cls: type, only: tuple[str, ...] | None = None) -> type[Ba
             columns[f.name] = _field_type(cls, f)
     if only is not None:
         columns[only[0]] = (Union[int, float, str], ...)  # noqa: UP007
-    doc = (cls.__doc__ or "").strip().split("\n\n")[0]
+    doc = inspect.cleandoc(cls.__doc__ or "").split("\n\n")[0]
+    if doc.startswith(f"{cls.__name__}("):  # what dataclass writes where there is none
+        doc = ""
     return create_model(kind, __config__=ConfigDict(extra="forbid"), __doc__=doc, **columns)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import math
 from dataclasses import fields
 from html import escape
@@ -38,7 +39,7 @@ class Value:
 
 
 def _unit(owner: type, name: str) -> str:
-    return str(getattr(owner.__dict__.get(name), "unit", ""))
+    return str(getattr(inspect.getattr_static(owner, name, None), "unit", ""))
 
 
 def _html(value: Any, unit: str) -> str:

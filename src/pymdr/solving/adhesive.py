@@ -17,7 +17,6 @@ from pymdr.interpretation.adhesion import (
     energy_assumption,
     is_always_open,
 )
-from pymdr.interpretation.branches import round_radius
 from pymdr.interpretation.fields import edge_amplitude
 from pymdr.interpretation.validity import BoolArray, Claim, Level, approximated
 from pymdr.line.adhesion import JKR as ShortRange
@@ -328,7 +327,7 @@ def _edge_columns(
 
 def _maugis(contact: Contact, modulus: float) -> float:
     """Maugis' parameter where radius and range are known, else nan."""
-    law, radius = contact.adhesion, round_radius(contact.profile)
+    law, radius = contact.adhesion, contact.profile.tip_radius
     if not isinstance(law, DMT) or law.range is None or radius is None:
         return math.nan
     return float(maugis_parameter(radius, modulus, law.work, law.work / law.range))

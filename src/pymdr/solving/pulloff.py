@@ -11,7 +11,7 @@ import numpy as np
 
 from pymdr.errors import PathError, ProblemError
 from pymdr.interpretation.adhesion import Visited, certify_stretched_disk, is_always_open
-from pymdr.interpretation.branches import equilibrium_curve, round_radius
+from pymdr.interpretation.branches import equilibrium_curve
 from pymdr.line.adhesion import maugis_parameter, tabor_parameter
 from pymdr.line.following import Track, Way, pressed, pulled, turning_points, under_machine
 from pymdr.problem.contact import Contact
@@ -165,9 +165,8 @@ def _lowest_force(line: AdhesiveLine, way: Way) -> float:
 
 def _tip_radius(line: AdhesiveLine, profile: Profile) -> float | None:
     """Radius of curvature in m of a tip that begins like a parabola, g = x^2 / R; None for others."""
-    known = round_radius(profile)
-    if known is not None:
-        return known
+    if profile.tip_radius is not None:
+        return profile.tip_radius
     x = line.natural_radius * np.array([1e-4, 2e-4])
     g = line.line.equivalent.g(x)
     return float(x[0] ** 2 / g[0]) if g[0] > 0.0 and abs(g[1] / g[0] - 4.0) < 1e-3 else None

@@ -45,6 +45,11 @@ class Profile(Value, ABC):
         """Radius in m against which small-slope theory measures the contact; None without one."""
         return None
 
+    @property
+    def tip_radius(self) -> float | None:
+        """Radius of curvature in m of a tip that is nothing but round; None for others."""
+        return None
+
     def __add__(self, other: Profile) -> Sum:
         if not isinstance(other, Profile):
             return NotImplemented
@@ -112,3 +117,9 @@ class Sum(Profile):
         """Radius of the summed curvatures, 1/R = sum of 1/R_i, of the parts that have one."""
         curvature = sum(1.0 / part.curvature_radius for part in self.parts if part.curvature_radius)
         return 1.0 / curvature if curvature else None
+
+    @property
+    def tip_radius(self) -> float | None:
+        """Radius of the summed curvatures, 1/R = sum of 1/R_i, if all parts are round."""
+        radii = [part.tip_radius for part in self.parts]
+        return None if None in radii else 1.0 / sum(1.0 / radius for radius in radii if radius)

@@ -54,6 +54,11 @@ class Sphere(Profile):
         """The radius R."""
         return self.radius
 
+    @property
+    def tip_radius(self) -> float | None:
+        """That of the apex, which is round."""
+        return self.curvature_radius
+
 
 @dataclass(frozen=True, eq=False)
 class Paraboloid(Profile):
@@ -86,6 +91,11 @@ class Paraboloid(Profile):
     def curvature_radius(self) -> float | None:
         """The radius R."""
         return self.radius
+
+    @property
+    def tip_radius(self) -> float | None:
+        """That of the apex, which is round."""
+        return self.curvature_radius
 
 
 @dataclass(frozen=True, eq=False)
@@ -137,6 +147,11 @@ class Ellipsoid(Profile):
     def curvature_radius(self) -> float | None:
         """Radius of curvature A^2 / H at the apex."""
         return self.radius * (self.radius / self.height)
+
+    @property
+    def tip_radius(self) -> float | None:
+        """That of the apex, which is round."""
+        return self.curvature_radius
 
 
 def slope_field() -> OptionalSIField:
@@ -241,6 +256,16 @@ class PowerLaw(Profile):
         with np.errstate(divide="ignore"):
             relative = (np.asarray(r, dtype=float) / self.radius) ** (n - 1.0)
         return np.asarray(n * (self.height / self.radius) * relative)
+
+    @property
+    def curvature_radius(self) -> float | None:
+        """Radius of curvature R^2 / (2 h) of a power law with n = 2, a paraboloid."""
+        return self.radius * (self.radius / (2.0 * self.height)) if self.exponent == 2.0 else None
+
+    @property
+    def tip_radius(self) -> float | None:
+        """That of the apex, which is round."""
+        return self.curvature_radius
 
 
 @dataclass(frozen=True, eq=False)
