@@ -13,8 +13,8 @@ from pymdr.interpretation.accuracy import EXACT_WITHIN, with_errors
 from pymdr.interpretation.validity import normal_claims
 from pymdr.presentation import text
 from pymdr.presentation.html import claims_html
-from pymdr.result import result_from_dataset
 from pymdr.solving.bands import shifted
+from pymdr.solving.reopening import result_from_dataset
 from pymdr.workbench.cli import app
 
 UNIT = mdr.Elastic(0.75, 0.0)

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 import pymdr as mdr
 from pymdr.errors import PymdrError
-from pymdr.result import result_from_dataset
+from pymdr.solving.reopening import result_from_dataset
 from pymdr.workbench.casefile import read_case
 from pymdr.workbench.inputs import printable
 from pymdr.workbench.templates import KINDS, template

@@ -70,7 +70,6 @@ if TYPE_CHECKING:
     from pymdr.problem.profiles import Waviness as Waviness
     from pymdr.result import Result as Result
     from pymdr.result import Status as Status
-    from pymdr.result import open_result as open_result
     from pymdr.solving import AdhesionRegime as AdhesionRegime
     from pymdr.solving import Assessment as Assessment
     from pymdr.solving import FrictionLoop as FrictionLoop
@@ -83,6 +82,7 @@ if TYPE_CHECKING:
     from pymdr.solving import pull_off as pull_off
     from pymdr.solving import solve as solve
     from pymdr.solving import solve_batch as solve_batch
+    from pymdr.solving.reopening import open_result as open_result
     from pymdr.workbench.records import MeasuredLoops as MeasuredLoops
     from pymdr.workbench.records import measured_loops as measured_loops
     from pymdr.workbench.sliding import SlidingVerification as SlidingVerification
@@ -150,7 +150,8 @@ _HOMES: dict[str, tuple[str, ...]] = {
         "TruncatedSphere",
         "Waviness",
     ),
-    "pymdr.result": ("Result", "Status", "open_result"),
+    "pymdr.result": ("Result", "Status"),
+    "pymdr.solving.reopening": ("open_result",),
     "pymdr.solving": (
         "AdhesionRegime",
         "Assessment",

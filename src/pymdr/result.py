@@ -4,35 +4,22 @@ from __future__ import annotations
 
 import enum
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pymdr.errors import ConvergenceError, FileError, ProblemError, PymdrError, QuantityError
-from pymdr.independent.history import RingHistory, solve_steps
+from pymdr.errors import ConvergenceError, ProblemError, QuantityError
 from pymdr.independent.rings import Rings
-from pymdr.interpretation.branches import rigid_pull_of
-from pymdr.interpretation.jumps import Branches, branches_of
 from pymdr.interpretation.peaks import largest_value
-from pymdr.interpretation.surface import LINE_FIELDS, SURFACE_FIELDS, Surface, surface_of
-from pymdr.interpretation.traction import (
-    TANGENTIAL_FIELDS,
-    TANGENTIAL_LINE_FIELDS,
-    FrictionSurface,
-    friction_surface,
-)
 from pymdr.interpretation.validity import SOURCES, Assumption, Claim
-from pymdr.line.foundation import normal_force, normal_stiffness, rises_to, states_at_depth, states_at_force
 from pymdr.mapping.equivalent import has_callables, without_callables
-from pymdr.mapping.moduli import effective_moduli
 from pymdr.problem.contact import Contact
-from pymdr.problem.laws import DMT
-from pymdr.problem.paths import LoadingPath, legs
+from pymdr.problem.paths import LoadingPath
 from pymdr.quantities import POSITION, RADIUS, quantity
-from pymdr.units import ArrayQuantityLike, from_si, shown, to_si_array
+from pymdr.units import ArrayQuantityLike, FloatArray, from_si, shown, to_si_array
 
 if TYPE_CHECKING:
     import os
@@ -41,9 +28,7 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
-
-ALL_SURFACE_FIELDS = (*SURFACE_FIELDS, *TANGENTIAL_FIELDS)
-ALL_LINE_FIELDS = (*LINE_FIELDS, *TANGENTIAL_LINE_FIELDS)
+    from pymdr.presentation.plot import Plots
 
 
 class Status(enum.Enum):
@@ -75,6 +60,41 @@ class Claims(dict[str, Claim]):
         return claims_html(self)
 
 
+class FieldReader(Protocol):
+    """What fields are computed from, step by step."""
+
+    @property
+    def gap_function(self) -> Callable[[FloatArray], FloatArray]:
+        """The profile f(r)."""
+
+    def field(self, name: str, position: FloatArray, step: int) -> FloatArray:
+        """Values of a field at radii (or positions on the line) in m in one step."""
+
+    def default_radii(self, step: int) -> FloatArray:
+        """Radii in m at which fields are read unless others are asked for."""
+
+    def marks(self, step: int) -> Sequence[float]:
+        """Radii in m in the contact at which its pressure may have a kink or no bound."""
+
+    def edge_amplitude(self, step: int) -> float:
+        """Amplitude of the pressure singularity at the edge in Pa m^0.5; nan where it is no square root."""
+
+
+@dataclass(frozen=True)
+class Reading:
+    """How a result is read: its fields, what they are computed from, and what its figures are drawn from."""
+
+    fields: tuple[str, ...]
+    """Fields on the surface."""
+    line_fields: tuple[str, ...]
+    """Fields on the line."""
+    reader: Callable[[Result], FieldReader]
+    plots: Callable[[Result, int], Plots]
+    """The figures of a row; -1 if none is valid."""
+    elsewhere: Mapping[str, str] = field(default_factory=dict)
+    """Fields of other laws, with what to do to have them."""
+
+
 @dataclass(frozen=True, eq=False)
 class Result:
     """
@@ -93,6 +113,8 @@ class Result:
     assumptions: tuple[Assumption, ...]
     status: Status
     notes: tuple[str, ...]
+    reading: Reading
+    """How it is read."""
     references: tuple[str, ...]
     """Keys of the theory that was used; :meth:`cite` writes them out."""
     rings: Rings | None = None
@@ -121,7 +143,7 @@ class Result:
 
     def _refuse_missing(self, name: str) -> None:
         if name not in self.data:
-            if name in (*ALL_SURFACE_FIELDS, *ALL_LINE_FIELDS):
+            if name in self._fields or name in self.reading.elsewhere:
                 raise QuantityError(f"{name!r} is a field: read it with result.field({name!r}, r=...)")
             has = ", ".join([*map(str, self.data), "peak_pressure"])
             raise QuantityError(f"no quantity {name!r}; this result has {has}")
@@ -186,30 +208,16 @@ class Result:
 
     def _peak(self, row: int) -> float:
         surface, end = self.surface, float(self.data["contact_radius"].values[row])
-        if isinstance(surface, RingHistory):
-            marks = surface.default_radii(row).tolist()
-        else:
-            marks = list(surface.line.equivalent.kinks(end))
-        return largest_value(lambda r: surface.field("pressure", r, row), end, marks)
+        return largest_value(lambda r: surface.field("pressure", r, row), end, surface.marks(row))
 
     @cached_property
-    def surface(self) -> Surface | FrictionSurface | RingHistory:
-        """What fields are computed from: the line and its states, or the rings of every step."""
-        if self.rings is not None:
-            depths = self.data["indentation"].values
-            moduli = effective_moduli(self.contact.body, self.contact.counterbody)
-            solutions = solve_steps(self.contact.profile, moduli.normal, depths, False, self.rings)
-            return RingHistory(self.contact.profile, tuple(solutions), depths)
-        nan = np.full(self.data.sizes["step"], np.nan)
-        d, a = (
-            self.data[name].values if name in self.data else nan for name in ("indentation", "contact_radius")
-        )
-        c = self.data["cohesive_radius"].values if "cohesive_radius" in self.data else None
-        surface = surface_of(self.contact, np.where(np.isnan(a), np.nan, d), a, c)
-        if self.starts is None:
-            return surface
-        rows = self.data["row"].values if "row" in self.data.coords else np.arange(d.size)
-        return friction_surface(self.contact, self.path, self.starts, self.machine_stiffness, surface, rows)
+    def surface(self) -> FieldReader:
+        """What fields are computed from."""
+        return self.reading.reader(self)
+
+    @property
+    def _fields(self) -> tuple[str, ...]:
+        return (*self.reading.fields, *self.reading.line_fields)
 
     def field(
         self, name: str, r: ArrayQuantityLike | None = None, step: int | Sequence[int] | None = -1
@@ -245,12 +253,10 @@ class Result:
         import xarray as xr
 
         self._require(name)
-        if name not in (*ALL_SURFACE_FIELDS, *ALL_LINE_FIELDS):
-            raise QuantityError(
-                f"no field {name!r}; fields are {', '.join((*ALL_SURFACE_FIELDS, *ALL_LINE_FIELDS))}"
-            )
-        if name in (*TANGENTIAL_FIELDS, *TANGENTIAL_LINE_FIELDS) and self.starts is None:
-            raise QuantityError(f"{name}: the contact has no friction; solve it with friction=Coulomb(0.3)")
+        if name not in self._fields:
+            if name in self.reading.elsewhere:
+                raise QuantityError(f"{name}: {self.reading.elsewhere[name]}")
+            raise QuantityError(f"no field {shown(name)}; fields are {', '.join(self._fields)}")
         several = step is None or isinstance(step, list | tuple | range | np.ndarray)
         chosen = self._rows(step)
         claim = self.claims.get(name)
@@ -263,7 +269,7 @@ class Result:
         if radii.ndim != 1:
             raise QuantityError(f"field: r has the shape {radii.shape}; one row of radii is needed")
         values = np.array([surface.field(name, np.abs(radii), i) for i in chosen])
-        axis = POSITION if name in ALL_LINE_FIELDS else RADIUS
+        axis = POSITION if name in self.reading.line_fields else RADIUS
         row = quantity(name)
         coords: dict[str, Any] = {axis.name: (axis.name, radii, {"units": "m", "long_name": axis.words})}
         amplitude = np.array([surface.edge_amplitude(i) for i in chosen])
@@ -343,9 +349,8 @@ class Result:
         -------
         matplotlib.figure.Figure
         """
-        from pymdr.presentation.plot import overview
-
-        return overview(self._figure_data(step))
+        plots = self.reading.plots(self, self._drawn_row(step))
+        return plots.overview(plots.data)
 
     def figures(self, step: int = -1) -> dict[str, Figure]:
         """
@@ -362,61 +367,8 @@ class Result:
             ``section``, ``curves`` and ``fields``; with adhesion ``section``, ``loop``, ``radius`` and ``fields``;
             with friction ``section``, ``loop``, ``tractions`` and ``energies``.
         """
-        from pymdr.presentation.plot import all_figures
-
-        return all_figures(self._figure_data(step))
-
-    def _figure_data(self, step: int) -> Any:
-        from pymdr.presentation.plot import FigureData
-
-        row = self._drawn_row(step)
-        adhesive, friction = self.contact.adhesion is not None, self.contact.friction
-        refused = row < 0 and "pressure" in self.claims
-        return FigureData(
-            data=self.data,
-            row=row,
-            field=(lambda name, r: self.field(name, r, row)) if row >= 0 else None,
-            gap=self.surface.gap_function,
-            bands=self.bands,
-            on_line=self.rings is None,
-            field_at=self.field,
-            friction=None if friction is None else friction.coefficient,
-            equilibria=self._branches if adhesive else None,
-            modulus=effective_moduli(self.contact.body, self.contact.counterbody).normal,
-            loading=None if adhesive or friction is not None else self._loading(),
-            pull=self._pull(),
-            refusal=self.claims["pressure"].reason if refused else "",
-            extent=self._extent() if refused else None,
-        )
-
-    def _pull(self) -> float | None:
-        """The force of DMT's attraction, which acts outside the contact and is not in the pressure."""
-        law = self.contact.adhesion
-        if not (isinstance(law, DMT) and isinstance(self.surface, Surface)):
-            return None
-        return rigid_pull_of(law, self.contact.profile, self.surface.line)
-
-    def _extent(self) -> float | None:
-        """Radius up to which a refused profile is drawn: twice that of the disk that the path asks for."""
-        line = self.surface.line if isinstance(self.surface, Surface) else None
-        if line is None:
-            return None
-        asked = {
-            name: max(
-                (float(np.max(v)) for leg in legs(self.path) if (v := getattr(leg, name, None)) is not None),
-                default=0.0,
-            )
-            for name in ("indentation", "travel", "normal_force")
-        }
-        depth = max(asked["indentation"], asked["travel"])
-        try:
-            states = (
-                states_at_depth(line, depth) if depth > 0.0 else states_at_force(line, asked["normal_force"])
-            )
-        except PymdrError:
-            return None
-        radius = float(np.asarray(states.contact_radius))
-        return min(2.0 * radius, self.contact.profile.reach) if radius > 0.0 else None
+        plots = self.reading.plots(self, self._drawn_row(step))
+        return plots.figures(plots.data)
 
     def _drawn_row(self, step: int) -> int:
         """The row that figures draw: the last one is the last in which the bodies touch; -1 if none is valid."""
@@ -430,43 +382,6 @@ class Result:
             touching = np.flatnonzero(radii > 1e-6 * radii.max())
             row = int(touching[-1]) if touching.size else row
         return row
-
-    def _loading(self) -> Callable[[np.ndarray], dict[str, np.ndarray]] | None:
-        """Quantities at any indentation up to the largest, where the profile rises and nothing depends on the path."""
-        line = self.surface.line if isinstance(self.surface, Surface) else None
-        if line is None:
-            return None
-        deepest = (
-            float(np.nanmax(self.data["indentation"].values, initial=0.0))
-            if "indentation" in self.data
-            else 0.0
-        )
-        if not rises_to(line, deepest):
-            return None
-
-        def at(depth: np.ndarray) -> dict[str, np.ndarray]:
-            states = states_at_depth(line, depth)
-            return {
-                "normal_force": normal_force(line, states),
-                "contact_radius": states.contact_radius,
-                "normal_stiffness": normal_stiffness(line, states),
-            }
-
-        return at
-
-    def _branches(self) -> Branches | None:
-        """All equilibria with the jumps of the path, for figures; None where nothing ever touches."""
-        names = ("indentation", "normal_force", "contact_radius", "cohesive_radius", "travel")
-        rows = {name: self.data[name].values for name in names if name in self.data}
-        surface = self.surface
-        radii = [rows[name] for name in ("contact_radius", "cohesive_radius") if name in rows]
-        touched = any(np.nanmax(a, initial=0.0) > 0.0 for a in radii)
-        if not (touched and isinstance(surface, Surface) and {"indentation", "normal_force"} <= rows.keys()):
-            return None
-        complete = self.status is not Status.ADHESION_PARTLY_REFUSED
-        return branches_of(
-            self.contact, surface.line, self.path, rows, self.machine_stiffness, complete=complete
-        )
 
     def save(self, file: str | os.PathLike[str]) -> None:
         """
@@ -600,43 +515,6 @@ def _locked_data(data: xr.Dataset) -> xr.Dataset:
 def _locked_claim(claim: Claim) -> Claim:
     error = None if claim.error is None else _locked(claim.error)
     return replace(claim, where=_locked(claim.where), error=error)
-
-
-def result_from_dataset(dataset: xr.Dataset) -> Result:
-    """The inverse of :meth:`Result.to_dataset`."""
-    from pymdr.presentation.files import unpack
-
-    parts = unpack(dataset)
-    rings = parts["rings"]
-    try:
-        parts |= {"status": Status[parts["status"]], "rings": None if rings is None else Rings(rings)}
-    except (KeyError, ProblemError) as error:
-        raise FileError(f"damaged pymdr result: {error}") from error
-    return Result(**parts)
-
-
-def open_result(file: str | os.PathLike[str]) -> Result:
-    """
-    Read a result that :meth:`Result.save` wrote.
-
-    Parameters
-    ----------
-    file : path
-
-    Returns
-    -------
-    Result
-        With problem, claims and values equal to those saved; a callable profile comes back as its
-        interpolant.
-
-    Raises
-    ------
-    FileError
-        If the file is missing, damaged or not a pymdr result.
-    """
-    from pymdr.presentation.files import read_dataset
-
-    return result_from_dataset(read_dataset(file))
 
 
 def labelled(columns: Mapping[str, ArrayLike], rows: ArrayLike | None = None) -> xr.Dataset:

@@ -50,6 +50,11 @@ class RingHistory:
         outside = a + a * np.linspace(0.0, 1.0, 61)[1:] ** 2
         return np.unique(np.concatenate([*pieces, outside]))
 
+    def marks(self, step: int) -> list[float]:
+        """Radii between which the pressure is smooth."""
+        radii: list[float] = self.default_radii(step).tolist()
+        return radii
+
     def field(self, name: str, position: FloatArray, step: int) -> FloatArray:
         """Pressure, surface displacement or gap at radii in one step."""
         solution = self.solutions[step]

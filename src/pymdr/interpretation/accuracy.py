@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 
 from pymdr.interpretation.branches import Equilibria as Adhesive
 from pymdr.interpretation.validity import Claim, Level
-from pymdr.line.adhesion import JKR as ShortRange
 from pymdr.line.foundation import DiskStates, ElasticLine
 from pymdr.units import FloatArray
 
@@ -115,7 +114,7 @@ def adhesive_errors(
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         g, smooth = np.abs(line.depth(a)), np.abs(line.force(a))
         opened, pull = np.abs(equivalent.g(a) - states.indentation), np.abs(smooth - states.normal_force)
-        ranged = 0.0 if isinstance(equilibria, ShortRange) else outer
+        ranged = outer if equilibria.ranged else 0.0
         depth = error[:, _G] * g + ranged * opened
         force = error[:, _MOMENT] * smooth + ranged * pull
         by_force = machine_stiffness == 0.0

@@ -10,9 +10,9 @@ import numpy as np
 
 from pymdr.interpretation.certificate import Certificate
 from pymdr.interpretation.disks import TOLERANCE, Landscape, gap_ratios, landscape_of, least_gap, seen_upto
+from pymdr.interpretation.theories import theory_of
 from pymdr.interpretation.validity import (
     NORMAL_FIELDS,
-    SOURCES,
     Assumption,
     BoolArray,
     Claim,
@@ -21,7 +21,7 @@ from pymdr.interpretation.validity import (
 from pymdr.line.adhesion.short_range import jkr_opening
 from pymdr.line.foundation import ElasticLine
 from pymdr.mapping.equivalent import EquivalentProfile
-from pymdr.problem.laws import DMT, JKR, AdhesionLaw, MaugisDugdale
+from pymdr.problem.laws import AdhesionLaw
 from pymdr.units import FloatArray, metres
 
 _NODES = 33
@@ -59,7 +59,7 @@ class Visited:
 
 def is_always_open(equivalent: EquivalentProfile, law: AdhesionLaw) -> bool:
     """Whether surfaces never touch outside an adhesive contact; laws other than JKR are made for rising profiles."""
-    return bool(equivalent.rises) or not isinstance(law, JKR)
+    return bool(equivalent.rises) or theory_of(law).rising
 
 
 def certify_stretched_disk(line: ElasticLine, visited: Visited, rows: int, law: AdhesionLaw) -> Certificate:
@@ -253,60 +253,33 @@ def _extreme(
 
 
 def adhesive_claims(
-    law: AdhesionLaw, names: Sequence[str], disk: BoolArray, why: str, maugis: float
+    said: tuple[Level, str, str], names: Sequence[str], disk: BoolArray, why: str
 ) -> dict[str, Claim]:
     """
     Claims of the contact with adhesion.
 
     Parameters
     ----------
-    law : AdhesionLaw
+    said : tuple
+        Level, reason and source of the law.
     names : sequence of str
         Quantities of the result.
     disk : ndarray of bool
         Steps at which the disk is certified.
     why : str
         Why it is not elsewhere.
-    maugis : float
-        Maugis' parameter, where the range of the attraction and the radius of the tip are known; else nan.
 
     Returns
     -------
     mapping of str to Claim
     """
-    level, reason, source = _of_law(law, maugis)
+    level, reason, source = said
     if not disk.all():
         reason += f"; {int((~disk).sum())} of {disk.size} steps are not a disk: {why}"
     if not disk.any():
         level, reason = Level.NOT_VALID, why
     claim = Claim(level, reason, source, disk)
     return dict.fromkeys((*names, *NORMAL_FIELDS), claim)
-
-
-def _of_law(law: AdhesionLaw, maugis: float) -> tuple[Level, str, str]:
-    if isinstance(law, JKR):
-        return (
-            Level.EXACT,
-            "exact for elastic half-spaces that attract each other only where they touch (a Griffith edge), in "
-            "frictionless contact on a disk that has not opened inside",
-            SOURCES["hess"],
-        )
-    if isinstance(law, MaugisDugdale):
-        return (
-            Level.EXACT,
-            "exact for elastic half-spaces in frictionless contact that attract each other by a constant stress "
-            "up to its range; that the gap stays positive in the cohesive zone is assumed",
-            SOURCES["maugis"],
-        )
-    assert isinstance(law, DMT)
-    missing = "give DMT(work, range=...)" if law.range is None else "the tip has no radius"
-    measured = f"unknown here, {missing}" if math.isnan(maugis) else f"{maugis:.3g} here"
-    return (
-        Level.APPROXIMATE,
-        "the limit of Maugis and Dugdale for stiff, small bodies: the attraction does not deform them; its errors "
-        f"are of the order of Maugis' parameter, which should be below 0.1 and is {measured}",
-        SOURCES["dmt"],
-    )
 
 
 def energy_assumption(residual: float) -> Assumption:

@@ -1,4 +1,4 @@
-"""From a law of adhesion to its curve of equilibrium states, stable and unstable alike."""
+"""States along the whole curve of a law of adhesion, stable and unstable alike."""
 
 from __future__ import annotations
 
@@ -7,71 +7,12 @@ from itertools import pairwise
 
 import numpy as np
 
-from pymdr.errors import ProblemError
-from pymdr.line.adhesion import DMT as RigidPull
-from pymdr.line.adhesion import JKR as ShortRange
-from pymdr.line.adhesion import MaugisDugdale as Cohesive
-from pymdr.line.adhesion import dmt_pull, maugis_dugdale, rigid_pull
-from pymdr.line.foundation import ElasticLine
-from pymdr.problem.laws import DMT, JKR, AdhesionLaw, MaugisDugdale
-from pymdr.problem.profiles import Profile, Sum
+from pymdr.line.adhesion import DMT, JKR, MaugisDugdale
 from pymdr.units import FloatArray
 
-Equilibria = ShortRange | Cohesive | RigidPull
+Equilibria = JKR | MaugisDugdale | DMT
 
 _GRID = np.linspace(0.0, 1.0, 601)
-
-
-def equilibria_of(law: AdhesionLaw, profile: Profile, line: ElasticLine, top: float) -> Equilibria:
-    """
-    The curve of a law on a line.
-
-    Parameters
-    ----------
-    law : AdhesionLaw
-    profile : Profile
-        For the radius of curvature, which the pull of DMT needs.
-    line : ElasticLine
-    top : float
-        Radius in m up to which the curve will be followed.
-
-    Returns
-    -------
-    JKR, MaugisDugdale or DMT of :mod:`pymdr.line.adhesion`
-
-    Raises
-    ------
-    ProblemError
-        If the law does not cover the profile.
-    """
-    if isinstance(law, JKR):
-        return ShortRange(line, law.work)
-    if line.equivalent.turning_points(min(top, line.equivalent.edge, line.equivalent.reach)):
-        raise ProblemError(
-            f"{type(law).__name__}: the equivalent profile falls somewhere, and the theory of a cohesive zone needs "
-            "one that rises; JKR(work) follows such profiles where their contact is a disk"
-        )
-    if isinstance(law, MaugisDugdale):
-        return maugis_dugdale(line.equivalent, line.modulus, law.work, law.cohesive_stress)
-    assert isinstance(law, DMT)
-    return RigidPull(line, rigid_pull_of(law, profile, line))
-
-
-def _named(profile: Profile) -> str:
-    parts = profile.parts if isinstance(profile, Sum) else (profile,)
-    return " + ".join(type(part).__name__ for part in parts)
-
-
-def rigid_pull_of(law: DMT, profile: Profile, line: ElasticLine) -> float:
-    """The pull in N of DMT's attraction, which acts outside the contact whatever the load."""
-    if law.range is not None:
-        return rigid_pull(line.equivalent, law.work, law.work / law.range)
-    if profile.tip_radius is None:
-        raise ProblemError(
-            f"DMT: {_named(profile)} is not round all over its tip: without a radius of curvature the pull depends on "
-            "the range of the attraction; give DMT(work, range='0.3 nm')"
-        )
-    return float(dmt_pull(profile.tip_radius, law.work))
 
 
 def equilibrium_curve(

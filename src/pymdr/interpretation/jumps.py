@@ -9,8 +9,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from pymdr.interpretation.branches import Equilibria, equilibria_of, equilibrium_curve, state_columns
-from pymdr.line.adhesion import MaugisDugdale as Cohesive
+from pymdr.interpretation.branches import Equilibria, equilibrium_curve, state_columns
+from pymdr.interpretation.theories import equilibria_of
 from pymdr.line.following import History, Track, follow, parameter_reaching, trace, under_machine
 from pymdr.line.foundation import ElasticLine
 from pymdr.problem.contact import Contact
@@ -110,14 +110,7 @@ def _largest_parameter(equilibria: Equilibria, rows: Mapping[str, FloatArray]) -
     def most(name: str) -> float:
         return float(np.nanmax(rows[name], initial=0.0)) if name in rows else 0.0
 
-    a = most("contact_radius")
-    if isinstance(equilibria, Cohesive):
-        return equilibria.ends[1] + a if a > 0.0 else min(most("cohesive_radius"), equilibria.ends[0])
-    excess = 0.0
-    if a > 0.0 and a >= equilibria.line.edge:
-        start = float(equilibria.states(np.array([a])).indentation[0])
-        excess = max(most("indentation") - start, 0.0)
-    return a + excess
+    return equilibria.parameter_below(most("contact_radius"), most("cohesive_radius"), most("indentation"))
 
 
 _Asked = list[tuple[Stretch, float]]

@@ -10,14 +10,13 @@ import numpy as np
 from pymdr.errors import QuantityError
 from pymdr.interpretation import fields
 from pymdr.interpretation.cohesion import cohesive_displacement, cohesive_pressure, cohesive_spring_shift
-from pymdr.line.adhesion import jkr_opening
+from pymdr.interpretation.theories import theory_of
 from pymdr.line.foundation import DiskStates, ElasticLine, disk_states, states_at_depth
 from pymdr.mapping.abel import Curve
 from pymdr.mapping.equivalent import equivalent_profile, gap_function
 from pymdr.mapping.moduli import effective_moduli
 from pymdr.mapping.series import Place
 from pymdr.problem.contact import Contact
-from pymdr.problem.laws import JKR, MaugisDugdale
 from pymdr.units import FloatArray
 
 SURFACE_FIELDS = ("pressure", "normal_displacement", "gap")
@@ -55,6 +54,10 @@ class Surface:
         outer = a + (top - a) * np.linspace(0.0, 1.0, 61)[1:] ** 2
         edge = c * np.array([1.0 - 1e-9, 1.0 + 1e-9]) if a < c < top else np.empty(0)
         return np.unique(np.concatenate([inner, outer[outer > a], edge]))
+
+    def marks(self, step: int) -> tuple[float, ...]:
+        """Radii in m in the contact at which its pressure may have a kink."""
+        return self.line.equivalent.kinks(float(self.states.contact_radius[step]))
 
     def _known(self) -> float:
         equivalent = self.line.equivalent
@@ -153,15 +156,15 @@ def surface_of(
             same = np.abs(found.contact_radius - contact_radius) <= 1e-9 * contact_radius
         place = Place(*(np.where(same, new, old) for new, old in zip(found.place, states.place, strict=True)))
         states = replace(states, place=place)
-    if isinstance(contact.adhesion, JKR):
-        # the outermost springs are stretched, but at a sharp edge, where they may be pressed
-        stretched = contact_radius < line.equivalent.edge
-        opening = jkr_opening(line, np.where(stretched, contact_radius, 0.0), contact.adhesion.work)
-        at_edge = _against_edge(line, indentation, contact_radius, stretched)
-        states = replace(states, edge_excess=np.where(stretched, -opening, at_edge))
-    cohesion = None
-    if cohesive_radius is not None and isinstance(contact.adhesion, MaugisDugdale):
-        cohesion = Cohesion(cohesive_radius, contact.adhesion.cohesive_stress)
+        return Surface(line, gap_function(contact.profile, line.equivalent), states)
+    theory = theory_of(contact.adhesion)
+    # the outermost springs may be stretched, but at a sharp edge, where they may be pressed
+    stretched = contact_radius < line.equivalent.edge
+    opening = theory.opening(contact.adhesion, line, np.where(stretched, contact_radius, 0.0))
+    at_edge = _against_edge(line, indentation, contact_radius, stretched)
+    states = replace(states, edge_excess=np.where(stretched, -opening, at_edge))
+    stress = theory.stress(contact.adhesion)
+    cohesion = None if cohesive_radius is None or stress is None else Cohesion(cohesive_radius, stress)
     return Surface(line, gap_function(contact.profile, line.equivalent), states, cohesion)
 
 

@@ -204,6 +204,10 @@ class FrictionSurface:
         """As that of the normal contact."""
         return self.normal.default_radii(step)
 
+    def marks(self, step: int) -> tuple[float, ...]:
+        """As those of the normal contact."""
+        return self.normal.marks(step)
+
     def edge_amplitude(self, step: int) -> float:
         """As that of the normal contact."""
         return self.normal.edge_amplitude(step)

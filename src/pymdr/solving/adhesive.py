@@ -17,16 +17,11 @@ from pymdr.interpretation.adhesion import (
     energy_assumption,
     is_always_open,
 )
-from pymdr.interpretation.fields import edge_amplitude
+from pymdr.interpretation.theories import theory_of
 from pymdr.interpretation.validity import BoolArray, Claim, Level, approximated
-from pymdr.line.adhesion import JKR as ShortRange
-from pymdr.line.adhesion import MaugisDugdale as Cohesive
-from pymdr.line.adhesion import energy_release_rate, maugis_parameter, stress_intensity
 from pymdr.line.following import History, energy_residual, follow
-from pymdr.line.foundation import DiskStates, ElasticLine, mean_pressure
+from pymdr.line.foundation import DiskStates, mean_pressure
 from pymdr.mapping.series import Place
-from pymdr.problem.contact import Contact
-from pymdr.problem.laws import DMT, JKR
 from pymdr.problem.paths import NORMAL_CHANNELS
 from pymdr.problem.schedule import Stretch
 from pymdr.result import Result, Status
@@ -244,7 +239,7 @@ def _told(rows: _Rows, known: BoolArray) -> tuple[str, ...]:
 
 def _interpret(task: Task, line: AdhesiveLine, rows: _Rows) -> Result:
     """Step 3: quantities, claims and assumptions of every row."""
-    equilibria, modulus = line.equilibria, line.line.modulus
+    equilibria = line.equilibria
     s = np.where(rows.attached, rows.parameter, equilibria.start)
     states = equilibria.states(s)
     lost = ~rows.attached & np.isnan(rows.indentation)
@@ -271,16 +266,13 @@ def _interpret(task: Task, line: AdhesiveLine, rows: _Rows) -> Result:
         "jump_dissipation": rows.jump_dissipation,
         "dissipated_energy": rows.dissipated,
     }
-    if isinstance(equilibria, Cohesive):
-        columns["cohesive_radius"] = shown(states.cohesive_radius)
-    if isinstance(equilibria, ShortRange):
-        columns |= _edge_columns(equilibria, line.line, s, rows.attached, blank)
+    theory = theory_of(line.law)
+    columns |= {name: shown(values) for name, values in theory.columns(equilibria, line.line, s).items()}
     columns = with_travel(task, columns)
     depths = np.where(rows.attached, rows.indentation, math.nan)
     certificate = certify_stretched_disk(line.line, rows.visited, a.size, line.law)
-    claims = adhesive_claims(
-        line.law, tuple(columns), certificate.disk, certificate.reason, _maugis(task.contact, modulus)
-    )
+    said = theory.claim(line.law, task.contact.profile, line.line)
+    claims = adhesive_claims(said, tuple(columns), certificate.disk, certificate.reason)
     held = DiskStates(np.nan_to_num(depths), Place(np.zeros(a.shape), np.nan_to_num(a)), np.zeros(a.shape))
     errors = adhesive_errors(line.line, equilibria, s, rows.control)
     claims = with_errors(claims, errors, map_remark(line.line, held))
@@ -305,32 +297,8 @@ def _interpret(task: Task, line: AdhesiveLine, rows: _Rows) -> Result:
         assumptions=(*assumptions(task.contact, line.origin, a), balance),
         status=_status(rows, certificate.disk),
         notes=(*line.origin.notes, *_told(rows, certificate.disk)),
-        references=_references(line),
+        references=("sneddon", "popov-hess", *theory.references),
     )
-
-
-def _edge_columns(
-    equilibria: ShortRange, line: ElasticLine, s: FloatArray, attached: BoolArray, blank: FloatArray
-) -> dict[str, FloatArray]:
-    """The edge of a JKR contact: its energy release rate, and where it is a square root its amplitude and intensity."""
-    a = equilibria.states(s).contact_radius
-    opening = np.where(a > 0.0, equilibria.opening(s), 0.0)
-    radius = np.where(a > 0.0, a, 1.0)
-    columns = {"energy_release_rate": energy_release_rate(line, radius, opening)}
-    if line.exponent == 0.0:
-        columns |= {
-            "stress_intensity": stress_intensity(radius, opening, line.modulus),
-            "edge_amplitude": edge_amplitude(line, radius, -opening),
-        }
-    return {name: np.where(attached, values, blank) for name, values in columns.items()}
-
-
-def _maugis(contact: Contact, modulus: float) -> float:
-    """Maugis' parameter where radius and range are known, else nan."""
-    law, radius = contact.adhesion, contact.profile.tip_radius
-    if not isinstance(law, DMT) or law.range is None or radius is None:
-        return math.nan
-    return float(maugis_parameter(radius, modulus, law.work, law.work / law.range))
 
 
 def _status(rows: _Rows, disk: BoolArray) -> Status:
@@ -341,9 +309,3 @@ def _status(rows: _Rows, disk: BoolArray) -> Status:
     if rows.attached[-1]:
         return Status.ATTACHED
     return Status.PULLED_OFF if rows.attached.any() or rows.jumped.any() else Status.NOT_TOUCHED
-
-
-def _references(line: AdhesiveLine) -> tuple[str, ...]:
-    law = line.law
-    theory = {JKR: ("jkr", "hess"), DMT: ("dmt", "maugis")}.get(type(law), ("maugis", "popov-hess"))
-    return ("sneddon", "popov-hess", *(key for key in theory if key != "popov-hess"))

@@ -9,9 +9,9 @@ from functools import cached_property
 import numpy as np
 
 from pymdr.errors import PathError, ProblemError
-from pymdr.interpretation.branches import Equilibria, equilibria_of
+from pymdr.interpretation.branches import Equilibria
+from pymdr.interpretation.theories import equilibria_of
 from pymdr.line.adhesion import JKR as ShortRange
-from pymdr.line.adhesion import MaugisDugdale as Cohesive
 from pymdr.line.adhesion import jkr_opening
 from pymdr.line.following import Curve, Track, parameter_reaching, trace, under_machine
 from pymdr.line.foundation import ElasticLine
@@ -69,8 +69,7 @@ class AdhesiveLine:
         at_zero = parameter_reaching(
             lambda s: bare.states(s).indentation, 0.0, begin=self._first_radius, limit=bare.limit
         )
-        offset = self.equilibria.ends[1] if isinstance(self.equilibria, Cohesive) else 0.0
-        return min(at_zero + offset, self.equilibria.limit)
+        return min(at_zero + self.equilibria.contact, self.equilibria.limit)
 
     def track(self, machine_stiffness: float, top: float, at_least: float = 0.0) -> Track:
         """

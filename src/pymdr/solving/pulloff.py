@@ -12,6 +12,7 @@ import numpy as np
 from pymdr.errors import PathError, ProblemError
 from pymdr.interpretation.adhesion import Visited, certify_stretched_disk, is_always_open
 from pymdr.interpretation.branches import equilibrium_curve
+from pymdr.interpretation.theories import theory_of
 from pymdr.line.adhesion import maugis_parameter, tabor_parameter
 from pymdr.line.following import Track, Way, pressed, pulled, turning_points, under_machine
 from pymdr.problem.contact import Contact
@@ -378,14 +379,12 @@ def adhesion_regime(contact: Contact, *, range: QuantityLike | None = None) -> A
 
 
 def _range(law: AdhesionLaw, given: QuantityLike | None) -> float:
-    own = getattr(law, "range", None)
+    own = theory_of(law).range(law)
     if given is not None:
         distance = to_si(given, "m", name="range")
         if distance <= 0.0:
             raise ProblemError(f"adhesion_regime: range = {given!r}; it must be above 0 m")
         return distance
-    if isinstance(law, MaugisDugdale):
-        return law.work / law.cohesive_stress
     if own is None:
         raise ProblemError(
             f"adhesion_regime: {type(law).__name__} states no range of the attraction; give "

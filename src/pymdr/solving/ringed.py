@@ -85,9 +85,9 @@ def _quantities(solution: RingSolution | None, free_depth: float) -> tuple[float
     )
 
 
-def solve_by_rings(task: Task, rings: Rings) -> Result:
+def solve_by_rings(task: Task) -> Result:
     """The same history by boundary elements on rings, without the method."""
-    contact = task.contact
+    contact, rings = task.contact, task.solver
     if not isinstance(rings, Rings):
         raise ProblemError(f"solve: solver = {rings!r}; write solver=Rings(n=400), or leave it out")
     if contact.adhesion is not None or contact.friction is not None or uses(task.path, "travel"):
@@ -95,7 +95,13 @@ def solve_by_rings(task: Task, rings: Rings) -> Result:
             "solve: the rings solve frictionless contacts without adhesion and machine; leave solver=Rings() out"
         )
     check_normal_path(task.path)
-    law = _RingLaw(contact, effective_moduli(contact.body, contact.counterbody).normal, rings)
+    moduli = effective_moduli(contact.body, contact.counterbody)
+    if moduli.exponent != 0.0:
+        raise ProblemError(
+            f"solve: the rings know homogeneous half-spaces only, and the bodies are graded (exponent {moduli.exponent:g}); "
+            "leave solver=Rings() out"
+        )
+    law = _RingLaw(contact, moduli.normal, rings)
     columns = vars(walk(task, law).rows)
     mapped = map_to_line(contact)
     return solution(
@@ -106,5 +112,4 @@ def solve_by_rings(task: Task, rings: Rings) -> Result:
         status=Status.BY_RINGS,
         notes=mapped.notes,
         references=("johnson",),
-        rings=rings,
     )

@@ -16,11 +16,8 @@ from pymdr.problem.paths import LoadingPath
 from pymdr.problem.schedule import Progress, check_times, known_legs, total_rows, uses
 from pymdr.problem.values import within_range
 from pymdr.result import Result
-from pymdr.solving.adhesive import solve_adhesive
 from pymdr.solving.bands import scatter_of, with_bands
-from pymdr.solving.frictional import solve_frictional
-from pymdr.solving.normal import solve_normal
-from pymdr.solving.ringed import solve_by_rings
+from pymdr.solving.laws import law_of
 from pymdr.solving.walk import Task
 from pymdr.units import QuantityLike, shown, to_si
 
@@ -76,16 +73,13 @@ def solve(
     0.1
     """
     stiffness, kept = asked(contact, path, machine_stiffness, keep)
-    if solver is not None:
-        return solve_by_rings(Task(contact, path, progress=progress), solver)
-    solutions = 3 if scatter_of(contact.profile) else 1
+    solutions = 3 if solver is None and scatter_of(contact.profile) else 1
     begun = itertools.count()
 
     def once(asked: Contact) -> Result:
-        task = Task(asked, path, stiffness, kept, _part_of(progress, next(begun), solutions))
-        if asked.adhesion is not None:
-            return solve_adhesive(task)
-        return solve_normal(task) if asked.friction is None else solve_frictional(task)
+        law = law_of(asked, solver)
+        told = _part_of(progress, next(begun), solutions)
+        return law.history(Task(asked, path, law.reading, stiffness, kept, told, solver))
 
     result = once(contact)
     return with_bands(result, once) if solutions > 1 else result

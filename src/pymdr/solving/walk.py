@@ -15,7 +15,7 @@ from pymdr.interpretation.validity import Assumption, Claim
 from pymdr.problem.contact import Contact
 from pymdr.problem.paths import LoadingPath, Path
 from pymdr.problem.schedule import Progress, Stretch, planned, times, total_rows
-from pymdr.result import Result, Status, labelled
+from pymdr.result import Reading, Result, Status, labelled
 from pymdr.rows import joined, taken
 from pymdr.units import FloatArray
 
@@ -33,11 +33,15 @@ class Task:
 
     contact: Contact
     path: LoadingPath
+    reading: Reading
+    """How the result will be read."""
     machine_stiffness: float | None = None
     """In N/m."""
     keep: np.ndarray | None = None
     """Rows of the path that are kept, rising; None for all."""
     progress: Progress | None = None
+    solver: Rings | None = None
+    """What solves the contact instead of the method."""
 
 
 class Law(Protocol[State, Rows_co]):
@@ -167,7 +171,6 @@ def solution(
     notes: tuple[str, ...],
     references: tuple[str, ...],
     starts: tuple[Mapping[str, float], ...] | None = None,
-    rings: Rings | None = None,
 ) -> Result:
     """
     The result of a walk: time, and every column as far as its claim holds.
@@ -179,7 +182,7 @@ def solution(
         Quantities over the kept rows.
     claims : mapping of str to Claim
         One for every column at least.
-    assumptions, status, notes, references, starts, rings
+    assumptions, status, notes, references, starts
         As in :class:`~pymdr.result.Result`.
 
     Returns
@@ -205,5 +208,6 @@ def solution(
         references=references,
         machine_stiffness=task.machine_stiffness,
         starts=starts,
-        rings=rings,
+        rings=task.solver,
+        reading=task.reading,
     )

@@ -449,7 +449,7 @@ def plot(
     quiet: Quiet = False,
 ) -> None:
     """Draw the figures of a saved result, or its overview as a file for print."""
-    from pymdr.result import open_result
+    from pymdr.solving.reopening import open_result
 
     file = result_file / "result.nc" if result_file.is_dir() else result_file
     result = open_result(file)

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -87,6 +88,8 @@ class MaugisDugdale:
     work: float
     strength: float
     ends: tuple[float, ...]
+    ranged: ClassVar[bool] = True
+    """Whether the attraction reaches beyond the contact."""
     _tables: dict[int, Table] = field(default_factory=dict, compare=False, repr=False)
 
     @property
@@ -119,6 +122,15 @@ class MaugisDugdale:
     def touch(self) -> float:
         """Indentation where cohesion begins [m]."""
         return -self.work / self.strength
+
+    @property
+    def contact(self) -> float:
+        """The parameter where contact begins [m]."""
+        return self.ends[_HELD]
+
+    def parameter_below(self, radius: float, zone: float, depth: float) -> float:
+        """Return a parameter near that of the state of given radii of contact and zone and indentation, not above it [m]."""
+        return self.contact + radius if radius > 0.0 else min(zone, self.ends[_APPROACH])
 
     @property
     def _k(self) -> float:

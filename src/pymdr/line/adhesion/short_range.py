@@ -8,6 +8,7 @@ counts the indentation above its value at the edge.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -155,6 +156,8 @@ class JKR:
 
     line: Disk
     work: float
+    ranged: ClassVar[bool] = False
+    """Whether the attraction reaches beyond the contact."""
 
     @property
     def start(self) -> float:
@@ -177,6 +180,17 @@ class JKR:
     def touch(self) -> float:
         """Indentation of the first touch [m]."""
         return 0.0
+
+    @property
+    def contact(self) -> float:
+        """The parameter where contact begins [m]."""
+        return 0.0
+
+    def parameter_below(self, radius: float, zone: float, depth: float) -> float:
+        """Return a parameter near that of the state of a given contact radius and indentation, not above it [m]."""
+        if radius < own_edge(self.line) or radius == 0.0:
+            return radius
+        return radius + max(depth - float(self.states(radius).indentation), 0.0)
 
     @property
     def _radii(self) -> Radii:
@@ -262,6 +276,8 @@ class DMT:
 
     line: Disk
     pull: float
+    ranged: ClassVar[bool] = True
+    """Whether the attraction reaches beyond the contact."""
 
     @property
     def _bare(self) -> JKR:
@@ -286,6 +302,15 @@ class DMT:
     def touch(self) -> float:
         """Indentation of the first touch [m]."""
         return 0.0
+
+    @property
+    def contact(self) -> float:
+        """The parameter where contact begins [m]."""
+        return 0.0
+
+    def parameter_below(self, radius: float, zone: float, depth: float) -> float:
+        """Return a parameter near that of a state, as `JKR` does [m]."""
+        return self._bare.parameter_below(radius, zone, depth)
 
     def states(self, s: ArrayLike) -> States:
         """Return the states at the parameters `s` [m]."""

@@ -4,17 +4,24 @@ Everything is drawn on :class:`matplotlib.figure.Figure` objects, without pyplot
 be restyled afterwards.
 """
 
+from pymdr.presentation.plot.adhesion import adhesive_figures, adhesive_overview
 from pymdr.presentation.plot.compared import compared_pressures, compared_tractions
-from pymdr.presentation.plot.shared import FigureData
+from pymdr.presentation.plot.friction import frictional_figures, frictional_overview
+from pymdr.presentation.plot.shared import FigureData, Plots
 from pymdr.presentation.plot.studies import compared_laws, loop_study
-from pymdr.presentation.plot.whole import all_figures, overview
+from pymdr.presentation.plot.whole import normal_figures, normal_overview
 
 __all__ = [
     "FigureData",
-    "all_figures",
+    "Plots",
+    "adhesive_figures",
+    "adhesive_overview",
     "compared_laws",
     "compared_pressures",
     "compared_tractions",
+    "frictional_figures",
+    "frictional_overview",
     "loop_study",
-    "overview",
+    "normal_figures",
+    "normal_overview",
 ]

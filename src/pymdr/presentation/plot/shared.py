@@ -66,6 +66,17 @@ class FigureData:
     """Radius in m up to which the profile of a refused contact is drawn."""
 
 
+@dataclass(frozen=True)
+class Plots:
+    """The figures of a law, and what they are drawn from."""
+
+    data: FigureData
+    overview: Callable[[FigureData], Figure]
+    """The contact in section above its springs, with its curve or loop and a field."""
+    figures: Callable[[FigureData], dict[str, Figure]]
+    """All figures by name."""
+
+
 def styled() -> AbstractContextManager[None]:
     """The style of all figures."""
     import matplotlib as mpl

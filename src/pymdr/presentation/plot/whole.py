@@ -1,4 +1,4 @@
-"""Which figures a result gets: by whether it has adhesion or friction."""
+"""The figures of contacts whose states depend on nothing but the load."""
 
 from __future__ import annotations
 
@@ -6,9 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pymdr.presentation.plot.adhesion import adhesive_figures, adhesive_overview
 from pymdr.presentation.plot.curves import curves, draw_curve, draw_pressure, fields
-from pymdr.presentation.plot.friction import frictional_figures, frictional_overview
 from pymdr.presentation.plot.section import section, section_into
 from pymdr.presentation.plot.shared import FigureData, letter_panels, new_figure, styled
 
@@ -16,7 +14,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-def overview(data: FigureData) -> Figure:
+def normal_overview(data: FigureData) -> Figure:
     """
     The contact in section above its springs, with its curve or loop and a field, in one figure.
 
@@ -27,13 +25,8 @@ def overview(data: FigureData) -> Figure:
     Returns
     -------
     matplotlib.figure.Figure
-        Beside the section: force against indentation and pressure; with adhesion the force loop and the pressure;
-        with friction the tangential loop and the tractions.
+        Beside the section: force against indentation and pressure.
     """
-    if data.equilibria is not None:
-        return adhesive_overview(data)
-    if data.friction is not None:
-        return frictional_overview(data)
     with styled():
         figure = new_figure(10.0, 5.6)
         left, right = np.ravel(np.asarray(figure.subfigures(1, 2, width_ratios=(1.25, 1.0))))
@@ -49,7 +42,7 @@ def overview(data: FigureData) -> Figure:
     return figure
 
 
-def all_figures(data: FigureData) -> dict[str, Figure]:
+def normal_figures(data: FigureData) -> dict[str, Figure]:
     """
     The figures of a result by name.
 
@@ -60,11 +53,6 @@ def all_figures(data: FigureData) -> dict[str, Figure]:
     Returns
     -------
     dict of str to matplotlib.figure.Figure
-        ``section``, ``curves`` and ``fields``; with adhesion ``section``, ``loop``, ``radius`` and ``fields``; with
-        friction ``section``, ``loop``, ``tractions`` and ``energies``.
+        ``section``, ``curves`` and ``fields``.
     """
-    if data.equilibria is not None:
-        return adhesive_figures(data)
-    if data.friction is not None:
-        return frictional_figures(data)
     return {"section": section(data), "curves": curves(data), "fields": fields(data)}

@@ -1,0 +1,217 @@
+"""The laws of adhesion: what each brings to step 2 and 3, one row for a law."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from pymdr.errors import ProblemError
+from pymdr.interpretation.branches import Equilibria
+from pymdr.interpretation.fields import edge_amplitude
+from pymdr.interpretation.validity import SOURCES, Level
+from pymdr.line.adhesion import DMT as RigidPull
+from pymdr.line.adhesion import JKR as ShortRange
+from pymdr.line.adhesion import (
+    dmt_pull,
+    energy_release_rate,
+    jkr_opening,
+    maugis_dugdale,
+    maugis_parameter,
+    rigid_pull,
+    stress_intensity,
+)
+from pymdr.line.curves import ElasticLine
+from pymdr.mapping.equivalent import equivalent_profile
+from pymdr.problem.laws import DMT, JKR, AdhesionLaw, MaugisDugdale
+from pymdr.problem.profiles import Profile, Sum
+from pymdr.units import FloatArray
+
+Said = tuple[Level, str, str]
+"""Level, reason and source of a claim."""
+
+
+def _nothing(*_: Any) -> dict[str, FloatArray]:
+    return {}
+
+
+def _no_opening(law: Any, line: ElasticLine, a: FloatArray) -> FloatArray:
+    return np.zeros(a.shape)
+
+
+def _none(law: Any) -> float | None:
+    return None
+
+
+def _no_pull(law: Any, profile: Profile, line: ElasticLine) -> float | None:
+    return None
+
+
+@dataclass(frozen=True)
+class Theory:
+    """What a law of adhesion brings. Each function takes the law first."""
+
+    curve: Callable[[Any, Profile, ElasticLine], Equilibria]
+    """Its equilibria on a line."""
+    claim: Callable[[Any, Profile, ElasticLine], Said]
+    """What is claimed of its contacts, as far as they are disks."""
+    references: tuple[str, ...]
+    """Keys of the sources, besides those of the method."""
+    rising: bool = True
+    """Whether it needs an equivalent profile that rises, and surfaces never touch outside its contact."""
+    opening: Callable[[Any, ElasticLine, FloatArray], FloatArray] = _no_opening
+    """Elongation of the edge in m at contact radii in m."""
+    columns: Callable[[Any, ElasticLine, FloatArray], dict[str, FloatArray]] = _nothing
+    """Quantities of its equilibria, on a line at parameters, that others do not have."""
+    stress: Callable[[Any], float | None] = _none
+    """The stress in Pa around its contact."""
+    range: Callable[[Any], float | None] = _none
+    """The range of its attraction in m."""
+    pull: Callable[[Any, Profile, ElasticLine], float | None] = _no_pull
+    """A force in N that has no place in its pressure."""
+
+
+def theory_of(law: AdhesionLaw) -> Theory:
+    """
+    The row of a law of adhesion.
+
+    Raises
+    ------
+    ProblemError
+        If there is none.
+
+    Examples
+    --------
+    >>> theory_of(JKR("50 mJ/m^2")).references
+    ('jkr', 'hess')
+    """
+    theory = THEORIES.get(type(law))
+    if theory is None:
+        raise ProblemError(
+            f"{type(law).__name__} is no law of adhesion that is known here; there are "
+            f"{', '.join(kind.__name__ for kind in THEORIES)}"
+        )
+    return theory
+
+
+def equilibria_of(law: AdhesionLaw, profile: Profile, line: ElasticLine, top: float) -> Equilibria:
+    """
+    The curve of a law on a line.
+
+    Parameters
+    ----------
+    law : AdhesionLaw
+    profile : Profile
+        For the radius of curvature, which the pull of DMT needs.
+    line : ElasticLine
+    top : float
+        Radius in m up to which the curve will be followed.
+
+    Returns
+    -------
+    JKR, MaugisDugdale or DMT of :mod:`pymdr.line.adhesion`
+
+    Raises
+    ------
+    ProblemError
+        If the law does not cover the profile.
+    """
+    theory = theory_of(law)
+    if theory.rising and line.turning_points(min(top, line.edge, line.reach)):
+        raise ProblemError(
+            f"{type(law).__name__}: the equivalent profile falls somewhere, and the theory of a cohesive zone needs "
+            "one that rises; JKR(work) follows such profiles where their contact is a disk"
+        )
+    return theory.curve(law, profile, line)
+
+
+def _edge_columns(equilibria: ShortRange, line: ElasticLine, s: FloatArray) -> dict[str, FloatArray]:
+    """The edge of a JKR contact: its energy release rate, and where it is a square root its amplitude and intensity."""
+    a = equilibria.states(s).contact_radius
+    opening = np.where(a > 0.0, equilibria.opening(s), 0.0)
+    radius = np.where(a > 0.0, a, 1.0)
+    columns = {"energy_release_rate": energy_release_rate(line, radius, opening)}
+    if line.exponent == 0.0:
+        columns["stress_intensity"] = stress_intensity(radius, opening, line.modulus)
+        columns["edge_amplitude"] = edge_amplitude(line, radius, -opening)
+    return columns
+
+
+def rigid_pull_of(law: DMT, profile: Profile, line: ElasticLine) -> float:
+    """The pull in N of DMT's attraction, which acts outside the contact whatever the load."""
+    if law.range is not None:
+        # where undeformed surfaces are apart by the range does not depend on the body
+        equivalent = line.equivalent if line.exponent == 0.0 else equivalent_profile(profile)
+        return rigid_pull(equivalent, law.work, law.work / law.range)
+    if profile.tip_radius is None:
+        parts = profile.parts if isinstance(profile, Sum) else (profile,)
+        raise ProblemError(
+            f"DMT: {' + '.join(type(part).__name__ for part in parts)} is not round all over its tip: without a radius of "
+            "curvature the pull depends on the range of the attraction; give DMT(work, range='0.3 nm')"
+        )
+    return float(dmt_pull(profile.tip_radius, law.work))
+
+
+def _claim_of_jkr(law: JKR, profile: Profile, line: ElasticLine) -> Said:
+    return (
+        Level.EXACT,
+        "exact for elastic half-spaces that attract each other only where they touch (a Griffith edge), in "
+        "frictionless contact on a disk that has not opened inside",
+        SOURCES["hess"],
+    )
+
+
+def _claim_of_maugis(law: MaugisDugdale, profile: Profile, line: ElasticLine) -> Said:
+    return (
+        Level.EXACT,
+        "exact for elastic half-spaces in frictionless contact that attract each other by a constant stress "
+        "up to its range; that the gap stays positive in the cohesive zone is assumed",
+        SOURCES["maugis"],
+    )
+
+
+def _claim_of_dmt(law: DMT, profile: Profile, line: ElasticLine) -> Said:
+    measured = "unknown here, give DMT(work, range=...)"
+    radius = profile.tip_radius
+    if line.exponent != 0.0:
+        measured = "not defined for graded bodies"
+    elif law.range is not None and radius is not None:
+        measured = f"{float(maugis_parameter(radius, line.modulus, law.work, law.work / law.range)):.3g} here"
+    return (
+        Level.APPROXIMATE,
+        "the limit of Maugis and Dugdale for stiff, small bodies: the attraction does not deform them; its errors "
+        f"are of the order of Maugis' parameter, which should be below 0.1 and is {measured}",
+        SOURCES["dmt"],
+    )
+
+
+THEORIES: dict[type[AdhesionLaw], Theory] = {
+    JKR: Theory(
+        curve=lambda law, profile, line: ShortRange(line, law.work),
+        claim=_claim_of_jkr,
+        references=("jkr", "hess"),
+        rising=False,
+        opening=lambda law, line, a: jkr_opening(line, a, law.work),
+        columns=_edge_columns,
+    ),
+    MaugisDugdale: Theory(
+        curve=lambda law, profile, line: maugis_dugdale(
+            line.equivalent, line.modulus, law.work, law.cohesive_stress
+        ),
+        claim=_claim_of_maugis,
+        references=("maugis",),
+        columns=lambda equilibria, line, s: {"cohesive_radius": equilibria.states(s).cohesive_radius},
+        stress=lambda law: law.cohesive_stress,
+        range=lambda law: law.work / law.cohesive_stress,
+    ),
+    DMT: Theory(
+        curve=lambda law, profile, line: RigidPull(line, rigid_pull_of(law, profile, line)),
+        claim=_claim_of_dmt,
+        references=("dmt", "maugis"),
+        range=lambda law: law.range,
+        pull=rigid_pull_of,
+    ),
+}
+"""One row for each law of adhesion."""

@@ -1,0 +1,135 @@
+"""What the figures of a result are drawn from, law by law."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from pymdr.errors import PymdrError
+from pymdr.interpretation.jumps import Branches, branches_of
+from pymdr.interpretation.surface import Surface
+from pymdr.interpretation.theories import theory_of
+from pymdr.line.curves import ElasticLine
+from pymdr.line.foundation import normal_force, normal_stiffness, rises_to, states_at_depth, states_at_force
+from pymdr.mapping.moduli import effective_moduli
+from pymdr.problem.paths import legs
+from pymdr.result import Result, Status
+from pymdr.units import FloatArray
+
+if TYPE_CHECKING:
+    from pymdr.presentation.plot import FigureData, Plots
+
+
+def normal_plots(result: Result, row: int) -> Plots:
+    """Figures of a contact whose states depend on nothing but the load."""
+    from pymdr.presentation.plot import Plots, normal_figures, normal_overview
+
+    line = _line_of(result)
+    data = _figure_data(result, row, loading=None if line is None else _loading(result, line))
+    return Plots(data, normal_overview, normal_figures)
+
+
+def adhesive_plots(result: Result, row: int) -> Plots:
+    """Figures of a contact on its curve of equilibria."""
+    from pymdr.presentation.plot import Plots, adhesive_figures, adhesive_overview
+
+    law, line = result.contact.adhesion, _line_of(result)
+    assert law is not None
+    assert line is not None
+    pull = theory_of(law).pull(law, result.contact.profile, line)
+    data = _figure_data(result, row, equilibria=lambda: _branches(result, line), pull=pull)
+    return Plots(data, adhesive_overview, adhesive_figures)
+
+
+def frictional_plots(result: Result, row: int) -> Plots:
+    """Figures of a contact with stick and slip."""
+    from pymdr.presentation.plot import Plots, frictional_figures, frictional_overview
+
+    friction = result.contact.friction
+    assert friction is not None
+    data = _figure_data(result, row, friction=friction.coefficient)
+    return Plots(data, frictional_overview, frictional_figures)
+
+
+def _figure_data(
+    result: Result,
+    row: int,
+    *,
+    friction: float | None = None,
+    equilibria: Callable[[], Branches | None] | None = None,
+    loading: Callable[[FloatArray], Mapping[str, FloatArray]] | None = None,
+    pull: float | None = None,
+) -> FigureData:
+    from pymdr.presentation.plot import FigureData
+
+    refused = row < 0 and "pressure" in result.claims
+    contact, line = result.contact, _line_of(result)
+    return FigureData(
+        data=result.data,
+        row=row,
+        field=(lambda name, r: result.field(name, r, row)) if row >= 0 else None,
+        gap=result.surface.gap_function,
+        bands=result.bands,
+        on_line=bool(result.reading.line_fields),
+        field_at=result.field,
+        friction=friction,
+        equilibria=equilibria,
+        modulus=effective_moduli(contact.body, contact.counterbody).normal,
+        loading=loading,
+        pull=pull,
+        refusal=result.claims["pressure"].reason if refused else "",
+        extent=_extent(result, line) if refused and line is not None else None,
+    )
+
+
+def _line_of(result: Result) -> ElasticLine | None:
+    return result.surface.line if isinstance(result.surface, Surface) else None
+
+
+def _extent(result: Result, line: ElasticLine) -> float | None:
+    """Radius up to which a refused profile is drawn: twice that of the disk that the path asks for."""
+    asked = {
+        name: max(
+            (float(np.max(v)) for leg in legs(result.path) if (v := getattr(leg, name, None)) is not None),
+            default=0.0,
+        )
+        for name in ("indentation", "travel", "normal_force")
+    }
+    depth = max(asked["indentation"], asked["travel"])
+    try:
+        states = states_at_depth(line, depth) if depth > 0.0 else states_at_force(line, asked["normal_force"])
+    except PymdrError:
+        return None
+    radius = float(np.asarray(states.contact_radius))
+    return min(2.0 * radius, result.contact.profile.reach) if radius > 0.0 else None
+
+
+def _loading(result: Result, line: ElasticLine) -> Callable[[FloatArray], Mapping[str, FloatArray]] | None:
+    """Quantities at any indentation up to the largest, where the profile rises and nothing depends on the path."""
+    known = result.data["indentation"].values if "indentation" in result.data else np.zeros(1)
+    if not rises_to(line, float(np.nanmax(known, initial=0.0))):
+        return None
+
+    def at(depth: FloatArray) -> dict[str, FloatArray]:
+        states = states_at_depth(line, depth)
+        return {
+            "normal_force": normal_force(line, states),
+            "contact_radius": states.contact_radius,
+            "normal_stiffness": normal_stiffness(line, states),
+        }
+
+    return at
+
+
+def _branches(result: Result, line: ElasticLine) -> Branches | None:
+    """All equilibria with the jumps of the path, for figures; None where nothing ever touches."""
+    names = ("indentation", "normal_force", "contact_radius", "cohesive_radius", "travel")
+    rows = {name: result.data[name].values for name in names if name in result.data}
+    radii = [rows[name] for name in ("contact_radius", "cohesive_radius") if name in rows]
+    touched = any(np.nanmax(a, initial=0.0) > 0.0 for a in radii)
+    if not (touched and {"indentation", "normal_force"} <= rows.keys()):
+        return None
+    complete = result.status is not Status.ADHESION_PARTLY_REFUSED
+    return branches_of(result.contact, line, result.path, rows, result.machine_stiffness, complete=complete)

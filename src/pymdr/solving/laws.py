@@ -1,0 +1,103 @@
+"""The laws that a contact may follow: one row for each, from which `solve`, results and figures read."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from pymdr.independent.history import RingHistory, solve_steps
+from pymdr.independent.rings import Rings
+from pymdr.interpretation.surface import LINE_FIELDS, SURFACE_FIELDS, Surface, surface_of
+from pymdr.interpretation.traction import (
+    TANGENTIAL_FIELDS,
+    TANGENTIAL_LINE_FIELDS,
+    FrictionSurface,
+    friction_surface,
+)
+from pymdr.mapping.moduli import effective_moduli
+from pymdr.problem.contact import Contact
+from pymdr.result import Reading, Result
+from pymdr.solving.adhesive import solve_adhesive
+from pymdr.solving.drawing import adhesive_plots, frictional_plots, normal_plots
+from pymdr.solving.frictional import solve_frictional
+from pymdr.solving.normal import solve_normal
+from pymdr.solving.ringed import solve_by_rings
+from pymdr.solving.walk import Task
+
+_WITHOUT_FRICTION = dict.fromkeys(
+    (*TANGENTIAL_FIELDS, *TANGENTIAL_LINE_FIELDS),
+    "the contact has no friction; solve it with friction=Coulomb(0.3)",
+)
+
+
+@dataclass(frozen=True)
+class Law:
+    """How contacts of a kind are solved, and how their results are read."""
+
+    covers: Callable[[Contact, Rings | None], bool]
+    history: Callable[[Task], Result]
+    """Map, walk and interpret: statuses, claims and references."""
+    reading: Reading
+
+
+def _surface(result: Result) -> Surface:
+    data = result.data
+    nan = np.full(data.sizes["step"], np.nan)
+    d, a = (data[name].values if name in data else nan for name in ("indentation", "contact_radius"))
+    c = data["cohesive_radius"].values if "cohesive_radius" in data else None
+    return surface_of(result.contact, np.where(np.isnan(a), np.nan, d), a, c)
+
+
+def _friction_surface(result: Result) -> FrictionSurface:
+    assert result.starts is not None
+    rows = np.arange(result.data.sizes["step"])
+    if "row" in result.data.coords:
+        rows = result.data["row"].values
+    return friction_surface(
+        result.contact, result.path, result.starts, result.machine_stiffness, _surface(result), rows
+    )
+
+
+def _rings(result: Result) -> RingHistory:
+    contact, depths = result.contact, result.data["indentation"].values
+    assert result.rings is not None
+    moduli = effective_moduli(contact.body, contact.counterbody)
+    solutions = solve_steps(contact.profile, moduli.normal, depths, False, result.rings)
+    return RingHistory(contact.profile, tuple(solutions), depths)
+
+
+LAWS = (
+    Law(
+        lambda contact, solver: solver is not None,
+        solve_by_rings,
+        Reading(SURFACE_FIELDS, (), _rings, normal_plots, _WITHOUT_FRICTION),
+    ),
+    Law(
+        lambda contact, solver: contact.adhesion is not None,
+        solve_adhesive,
+        Reading(SURFACE_FIELDS, LINE_FIELDS, _surface, adhesive_plots, _WITHOUT_FRICTION),
+    ),
+    Law(
+        lambda contact, solver: contact.friction is not None,
+        solve_frictional,
+        Reading(
+            (*SURFACE_FIELDS, *TANGENTIAL_FIELDS),
+            (*LINE_FIELDS, *TANGENTIAL_LINE_FIELDS),
+            _friction_surface,
+            frictional_plots,
+        ),
+    ),
+    Law(
+        lambda contact, solver: True,
+        solve_normal,
+        Reading(SURFACE_FIELDS, LINE_FIELDS, _surface, normal_plots, _WITHOUT_FRICTION),
+    ),
+)
+"""In order: the first that covers a contact and a solver is taken."""
+
+
+def law_of(contact: Contact, solver: Rings | None) -> Law:
+    """The law of a contact."""
+    return next(law for law in LAWS if law.covers(contact, solver))

@@ -1,0 +1,52 @@
+"""Results from files."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from pymdr.errors import FileError, ProblemError
+from pymdr.independent.rings import Rings
+from pymdr.result import Result, Status
+from pymdr.solving.laws import law_of
+
+if TYPE_CHECKING:
+    import os
+
+    import xarray as xr
+
+
+def result_from_dataset(dataset: xr.Dataset) -> Result:
+    """The inverse of :meth:`~pymdr.result.Result.to_dataset`."""
+    from pymdr.presentation.files import unpack
+
+    parts = unpack(dataset)
+    rings = parts["rings"]
+    try:
+        parts |= {"status": Status[parts["status"]], "rings": None if rings is None else Rings(rings)}
+    except (KeyError, ProblemError) as error:
+        raise FileError(f"damaged pymdr result: {error}") from error
+    return Result(**parts, reading=law_of(parts["contact"], parts["rings"]).reading)
+
+
+def open_result(file: str | os.PathLike[str]) -> Result:
+    """
+    Read a result that :meth:`~pymdr.Result.save` wrote.
+
+    Parameters
+    ----------
+    file : path
+
+    Returns
+    -------
+    Result
+        With problem, claims and values equal to those saved; a callable profile comes back as its
+        interpolant.
+
+    Raises
+    ------
+    FileError
+        If the file is missing, damaged or not a pymdr result.
+    """
+    from pymdr.presentation.files import read_dataset
+
+    return result_from_dataset(read_dataset(file))
