@@ -1,4 +1,4 @@
-"""Rows of several legs in one, whatever they hold: arrays, named tuples and frozen dataclasses of them, nested."""
+"""Rows of several legs in one, whatever they hold: arrays, or dicts, named tuples and dataclasses of them, nested."""
 
 from __future__ import annotations
 
@@ -51,11 +51,9 @@ def taken(rows: Rows, index: NDArray[Any] | slice | None) -> Rows:
 
 def _array_by_array(make: Callable[[Sequence[NDArray[Any]]], NDArray[Any]], parts: Sequence[Any]) -> Any:
     first = parts[0]
-    if is_dataclass(first):
-        names = [field.name for field in fields(first)]
-    elif isinstance(first, tuple):
-        names = list(first._fields)  # type: ignore[attr-defined]
-    else:
+    if isinstance(first, np.ndarray):
         return make(parts)
-    columns = {name: _array_by_array(make, [getattr(part, name) for part in parts]) for name in names}
-    return type(first)(**columns)
+    if isinstance(first, dict):
+        return {name: _array_by_array(make, [part[name] for part in parts]) for name in first}
+    names = [field.name for field in fields(first)] if is_dataclass(first) else first._fields
+    return type(first)(*(_array_by_array(make, [getattr(part, name) for part in parts]) for name in names))

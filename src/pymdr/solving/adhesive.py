@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -19,17 +19,16 @@ from pymdr.interpretation.adhesion import (
 )
 from pymdr.interpretation.theories import theory_of
 from pymdr.interpretation.validity import BoolArray, Claim, Level, approximated
-from pymdr.line.following import History, energy_residual, follow
+from pymdr.line.following import History, Jumps, energy_residual, follow
 from pymdr.line.foundation import DiskStates, mean_pressure
 from pymdr.mapping.series import Place
-from pymdr.problem.paths import NORMAL_CHANNELS
 from pymdr.problem.schedule import Stretch
 from pymdr.result import Result, Status
 from pymdr.rows import taken
 from pymdr.solving.equilibria import AdhesiveLine
 from pymdr.solving.normal import refuse_sideways
 from pymdr.solving.reach import assumptions, map_remark
-from pymdr.solving.walk import Task, Told, solution, walk, with_travel
+from pymdr.solving.walk import Channels, Task, Told, channels_at, solution, walk, with_travel
 from pymdr.units import FloatArray, metres, newtons
 
 _CONTROL = {"indentation": math.inf, "normal_force": 0.0}
@@ -42,9 +41,8 @@ class _State:
 
     parameter: float | None = None
     """None for a body that does not touch."""
-    indentation: float = 0.0
-    normal_force: float = 0.0
-    travel: float = 0.0
+    known: bool = True
+    """Whether anybody knows where the body is: not after it was lost under a prescribed force."""
     external_work: float = 0.0
     dissipated: float = 0.0
     energy: float = 0.0
@@ -52,20 +50,8 @@ class _State:
 
 
 @dataclass(frozen=True)
-class _Events:
-    """Jumps into contact and out of it."""
-
-    row: np.ndarray
-    """Of the path."""
-    into: BoolArray
-    indentation: FloatArray
-    normal_force: FloatArray
-    contact_radius: FloatArray
-
-
-@dataclass(frozen=True)
 class _Rows:
-    """What a walk gives, one entry per row but for the last three."""
+    """What a walk meets, one entry per row but for the last two."""
 
     parameter: FloatArray
     attached: BoolArray
@@ -73,81 +59,14 @@ class _Rows:
     """Stiffness in N/m of the machine that stands for the control."""
     indentation: FloatArray
     normal_force: FloatArray
-    energy: FloatArray
     jumped: BoolArray
     jump_dissipation: FloatArray
     dissipated: FloatArray
     external_work: FloatArray
     residual: FloatArray
     """One entry per leg."""
-    events: _Events
-    visited: Visited
-
-
-@dataclass(frozen=True)
-class _AdhesiveLaw:
-    """States on the curve of a law, with jumps where it folds."""
-
-    line: AdhesiveLine
-    machine_stiffness: float | None
-
-    def start(self) -> _State:
-        return _State()
-
-    def where(self, state: _State) -> Mapping[str, float]:
-        return {name: getattr(state, name) for name in NORMAL_CHANNELS}
-
-    def step(
-        self, state: _State, asked: Stretch, kept: np.ndarray | None, told: Told | None
-    ) -> tuple[_Rows, _State]:
-        assert kept is None
-        line, stiffness = self.line, self.machine_stiffness
-        channel, values = asked.controls.normal, asked.normal
-        k = _CONTROL.get(channel, math.inf if stiffness is None else stiffness)
-        by_force = k == 0.0
-        track = line.track(k, float(np.max(values)), state.parameter or 0.0)
-        if by_force and state.parameter is None and not math.isnan(state.indentation):
-            _refuse_pull_on_nothing(values, float(track.curve.control(np.array([track.lost]))[0]))
-        history = _with_falls(line, follow(track, values, state.parameter))
-        attached = history.attached
-        s = np.where(attached, history.parameter, line.equilibria.start)
-        states = line.equilibria.states(s)
-        elastic, surface = line.equilibria.energies(s)
-        force = np.where(attached, values if by_force else states.normal_force, math.nan if by_force else 0.0)
-        free_depth = np.full(values.shape, math.nan) if by_force else values
-        depth = np.where(attached, values if channel == "indentation" else states.indentation, free_depth)
-        machine = 0.0 if stiffness is None else np.where(attached, 0.5 * force * force / stiffness, 0.0)
-        energy = np.where(attached, elastic + surface, 0.0) + machine
-        spent = np.cumsum(history.dissipated)
-        rows = _Rows(
-            parameter=np.where(attached, history.parameter, math.nan),
-            attached=attached,
-            control=np.full(values.shape, k),
-            indentation=depth,
-            normal_force=force,
-            energy=energy,
-            jumped=history.jumped,
-            jump_dissipation=history.dissipated,
-            dissipated=state.dissipated + spent,
-            # what goes in is stored or lost; the energy balance holds this against quadrature
-            external_work=state.external_work + (energy - state.energy) + spent,
-            residual=np.array([energy_residual(track, history)]),
-            events=_events(line, history, asked.leg.first),
-            visited=_visited(line, history, k, asked.leg.first),
-        )
-        return rows, self._end(rows)
-
-    def _end(self, rows: _Rows) -> _State:
-        d, force = float(rows.indentation[-1]), float(rows.normal_force[-1])
-        return _State(
-            parameter=float(rows.parameter[-1]) if rows.attached[-1] else None,
-            indentation=d,
-            normal_force=force,
-            travel=d + force / (self.machine_stiffness or math.inf),
-            external_work=float(rows.external_work[-1]),
-            dissipated=float(rows.dissipated[-1]),
-            energy=float(rows.energy[-1]),
-        )
+    jumps: Jumps
+    """One entry per jump, whose steps are rows of the path."""
 
 
 def solve_adhesive(task: Task) -> Result:
@@ -156,8 +75,59 @@ def solve_adhesive(task: Task) -> Result:
         task.path, "the contact is adhesive: adhesion with friction is not covered; leave the channel out"
     )
     line = AdhesiveLine(task.contact)
-    walked = walk(task, _AdhesiveLaw(line, task.machine_stiffness))
+    walked = walk(task, _State(), partial(_step, line, task.machine_stiffness))
     return _interpret(task, line, walked.rows)
+
+
+def _step(
+    line: AdhesiveLine,
+    stiffness: float | None,
+    state: _State,
+    asked: Stretch,
+    kept: np.ndarray | None,
+    told: Told | None,
+) -> tuple[_Rows, _State, Channels]:
+    """Step 2: states on the curve of the law, with jumps where it folds."""
+    assert kept is None
+    channel, values = asked.controls.normal, asked.normal
+    k = _CONTROL.get(channel, math.inf if stiffness is None else stiffness)
+    by_force = k == 0.0
+    track = line.track(k, float(np.max(values)), state.parameter or 0.0)
+    if by_force and state.parameter is None and state.known:
+        _refuse_pull_on_nothing(values, float(track.curve.control(np.array([track.lost]))[0]))
+    history = _with_falls(line, follow(track, values, state.parameter))
+    attached = history.attached
+    s = np.where(attached, history.parameter, line.equilibria.start)
+    states = line.equilibria.states(s)
+    elastic, surface = line.equilibria.energies(s)
+    force = np.where(attached, values if by_force else states.normal_force, math.nan if by_force else 0.0)
+    free_depth = np.full(values.shape, math.nan) if by_force else values
+    depth = np.where(attached, values if channel == "indentation" else states.indentation, free_depth)
+    machine = 0.0 if stiffness is None else np.where(attached, 0.5 * force * force / stiffness, 0.0)
+    energy = np.where(attached, elastic + surface, 0.0) + machine
+    spent = np.cumsum(history.dissipated)
+    rows = _Rows(
+        parameter=np.where(attached, history.parameter, math.nan),
+        attached=attached,
+        control=np.full(values.shape, k),
+        indentation=depth,
+        normal_force=force,
+        jumped=history.jumped,
+        jump_dissipation=history.dissipated,
+        dissipated=state.dissipated + spent,
+        # what goes in is stored or lost; the energy balance holds this against quadrature
+        external_work=state.external_work + (energy - state.energy) + spent,
+        residual=np.array([energy_residual(track, history)]),
+        jumps=replace(history.jumps, step=asked.leg.first + history.jumps.step),
+    )
+    end = _State(
+        parameter=float(history.parameter[-1]) if attached[-1] else None,
+        known=not math.isnan(depth[-1]),
+        external_work=float(rows.external_work[-1]),
+        dissipated=float(rows.dissipated[-1]),
+        energy=float(energy[-1]),
+    )
+    return rows, end, channels_at(float(depth[-1]), float(force[-1]), stiffness)
 
 
 def _with_falls(line: AdhesiveLine, history: History) -> History:
@@ -175,44 +145,32 @@ def _with_falls(line: AdhesiveLine, history: History) -> History:
     return replace(history, jumps=replace(jumps, loss=loss), dissipated=spent.astype(float))
 
 
-def _visited(line: AdhesiveLine, history: History, stiffness: float, begin: int) -> Visited:
-    """What a leg that begins at a row visits: the equilibria that lie on its stretches, and its jumps."""
-    jumps, rows = history.jumps, history.control.size
+def _visited(line: AdhesiveLine, rows: _Rows) -> Visited:
+    """What a path visits between its rows: the equilibria that lie on its stretches, and its jumps."""
+    jumps, size = rows.jumps, rows.attached.size
     if is_always_open(line.line.equivalent, line.law):
         none = np.zeros(0)
         return Visited(none.astype(int), *(none,) * 2, none.astype(int), *(none,) * 5)
     # the nodes of a row are both ends of its jumps, then the row itself
-    row = np.concatenate([np.repeat(jumps.step, 2), np.arange(rows)])
-    s = np.concatenate([np.stack([jumps.before, jumps.after], axis=1).ravel(), history.parameter])
-    jumped = np.concatenate([np.tile([False, True], jumps.step.size), np.zeros(rows, dtype=bool)])
+    row = np.concatenate([np.repeat(jumps.step, 2), np.arange(size)])
+    s = np.concatenate([np.stack([jumps.before, jumps.after], axis=1).ravel(), rows.parameter])
+    jumped = np.concatenate([np.tile([False, True], jumps.step.size), np.zeros(size, dtype=bool)])
     order = np.argsort(row, kind="stable")
     row, s, jumped = row[order], s[order], jumped[order]
     a = np.where(np.isnan(s), 0.0, line.equilibria.states(np.nan_to_num(s)).contact_radius)
-    first = (
-        0.0 if math.isnan(history.initial) else float(line.equilibria.states(history.initial).contact_radius)
-    )
-    before = np.concatenate([[first], a[:-1]])
+    before = np.concatenate([[0.0], a[:-1]])
     smooth = ~jumped & ((a > 0.0) | (before > 0.0))
     return Visited(
-        begin + row[smooth],
+        row[smooth],
         before[smooth],
         a[smooth],
-        begin + row[jumped],
-        np.full(int(jumped.sum()), stiffness),
+        row[jumped],
+        rows.control[row[jumped]],
         jumps.control,
         before[jumped],
         a[jumped],
         jumps.loss,
     )
-
-
-def _events(line: AdhesiveLine, history: History, begin: int) -> _Events:
-    """Jumps into contact and out of it in a leg that begins at a row."""
-    jumps = history.jumps
-    into, out = np.isnan(jumps.before), np.isnan(jumps.after)
-    states = line.equilibria.states(np.where(into, jumps.after, jumps.before))
-    found = _Events(begin + jumps.step, into, states.indentation, states.normal_force, states.contact_radius)
-    return taken(found, into | out)
 
 
 def _refuse_pull_on_nothing(values: FloatArray, pull_off: float) -> None:
@@ -224,16 +182,17 @@ def _refuse_pull_on_nothing(values: FloatArray, pull_off: float) -> None:
     )
 
 
-def _told(rows: _Rows, known: BoolArray) -> tuple[str, ...]:
+def _told(line: AdhesiveLine, rows: _Rows, known: BoolArray) -> tuple[str, ...]:
     """The first jump into contact and the last out of it, in words."""
-    events = taken(rows.events, known[rows.events.row])
-    into, out = np.flatnonzero(events.into)[:1], np.flatnonzero(~events.into)[-1:]
-    others = int(np.count_nonzero(rows.jumped & known)) - np.unique(events.row).size
-    words = tuple(
-        f"{'jumped into contact' if events.into[i] else 'pulled off'} at d = {metres(events.indentation[i])}, "
-        f"F = {newtons(events.normal_force[i])}, a = {metres(events.contact_radius[i])}"
-        for i in (*into, *out)
-    )
+    jumps = taken(rows.jumps, known[rows.jumps.step])
+    into, out = np.isnan(jumps.before), np.isnan(jumps.after)
+    others = int(np.count_nonzero(rows.jumped & known)) - np.unique(jumps.step[into | out]).size
+    words: tuple[str, ...] = ()
+    for what, s in (("jumped into contact", jumps.after[into][:1]), ("pulled off", jumps.before[out][-1:])):
+        states = line.equilibria.states(s)
+        for each in zip(states.indentation, states.normal_force, states.contact_radius, strict=True):
+            d, force, a = map(float, each)
+            words += (f"{what} at d = {metres(d)}, F = {newtons(force)}, a = {metres(a)}",)
     return (*words, f"the contact jumped in {others} other steps") if others > 0 else words
 
 
@@ -270,7 +229,7 @@ def _interpret(task: Task, line: AdhesiveLine, rows: _Rows) -> Result:
     columns |= {name: shown(values) for name, values in theory.columns(equilibria, line.line, s).items()}
     columns = with_travel(task, columns)
     depths = np.where(rows.attached, rows.indentation, math.nan)
-    certificate = certify_stretched_disk(line.line, rows.visited, a.size, line.law)
+    certificate = certify_stretched_disk(line.line, _visited(line, rows), a.size, line.law)
     said = theory.claim(line.law, task.contact.profile, line.line)
     claims = adhesive_claims(said, tuple(columns), certificate.disk, certificate.reason)
     held = DiskStates(np.nan_to_num(depths), Place(np.zeros(a.shape), np.nan_to_num(a)), np.zeros(a.shape))
@@ -296,7 +255,7 @@ def _interpret(task: Task, line: AdhesiveLine, rows: _Rows) -> Result:
         claims,
         assumptions=(*assumptions(task.contact, line.origin, a), balance),
         status=_status(rows, certificate.disk),
-        notes=(*line.origin.notes, *_told(rows, certificate.disk)),
+        notes=(*line.origin.notes, *_told(line, rows, certificate.disk)),
         references=("sneddon", "popov-hess", *theory.references),
     )
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import reduce
+from operator import rshift
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -125,8 +127,4 @@ def assess(
 
 
 def _extremes(path: LoadingPath) -> LoadingPath:
-    pieces = [ends_only(leg) for leg in known_legs(path)]
-    route = pieces[0]
-    for leg in pieces[1:]:
-        route = route >> leg
-    return route
+    return reduce(rshift, map(ends_only, known_legs(path)))

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields, replace
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -49,7 +49,7 @@ from pymdr.result import Result, Status
 from pymdr.rows import joined, taken
 from pymdr.solving.normal import refuse_tension
 from pymdr.solving.reach import Mapped, assumptions, map_remark, map_to_line, refuse_unreachable
-from pymdr.solving.walk import Task, Told, solution, walk, with_travel, within
+from pymdr.solving.walk import Channels, Task, Told, channels_at, solution, walk, with_travel, within
 from pymdr.units import FloatArray, metres, newtons
 
 _REFINED = 200_000
@@ -64,17 +64,17 @@ _CHUNK = 2_000_000
 """Rows between two calls of `progress`."""
 
 
-@dataclass(frozen=True)
-class _Followed:
-    """Rows of the stack, as :class:`~pymdr.line.friction.FrictionHistory` has them."""
-
-    indentation: FloatArray
-    shift: FloatArray
-    tangential_force: FloatArray
-    stick_radius: FloatArray
-    stored_energy: FloatArray
-    slip_work: FloatArray
-    slip_distance: FloatArray
+_Followed = dict[str, FloatArray]
+"""Rows of the stack by their names in :class:`~pymdr.line.friction.FrictionHistory`."""
+_FOLLOWED = (
+    "indentation",
+    "shift",
+    "tangential_force",
+    "stick_radius",
+    "stored_energy",
+    "slip_work",
+    "slip_distance",
+)
 
 
 @dataclass(frozen=True)
@@ -87,14 +87,6 @@ class _Rows:
     """One entry per leg: the parts of every move, 0 where nothing had to be divided."""
     missed: FloatArray
     """One entry per leg: what is left of the errors of what is measured, of its largest values."""
-
-
-@dataclass(frozen=True)
-class _State:
-    """Where the contact is between two legs."""
-
-    stack: FrictionState
-    channels: Mapping[str, float]
 
 
 @dataclass
@@ -110,29 +102,22 @@ class _FrictionLaw:
     """What the curves reach, in m."""
     certificate: Certificate | None = None
 
-    def start(self) -> _State:
-        moduli = self.mapped.moduli
-        return _State(virgin_state(self.friction, moduli.normal / moduli.tangential), {})
-
-    def where(self, state: _State) -> Mapping[str, float]:
-        return state.channels
-
     def step(
-        self, state: _State, asked: Stretch, kept: np.ndarray | None, told: Told | None
-    ) -> tuple[_Rows, _State]:
+        self, stack: FrictionState, asked: Stretch, kept: np.ndarray | None, told: Told | None
+    ) -> tuple[_Rows, FrictionState, Channels]:
+        """Step 2: the stack, from the state of the leg before."""
         if asked.by_force:
             refuse_tension(asked.leg, asked.normal)
         self.deepen([asked])
         leg = self._leg(asked)
         if _is_straight(asked, leg):
-            followed, stack = self._follow_in_parts(asked, leg, state.stack, kept, told)
+            followed, end = self._follow_in_parts(asked, leg, stack, kept, told)
             parts, missed = 0, np.zeros(len(_MEASURED))
         else:
-            followed, stack, parts, missed = self._follow_refined(asked, state.stack)
+            followed, end, parts, missed = self._follow_refined(asked, stack)
             followed = taken(followed, kept)
-        force = taken(leg.normal, kept) if leg.by_normal_force else self._forces(followed.indentation)
-        rows = _Rows(followed, force, np.array([parts]), missed[None])
-        return rows, _State(stack, self._channels(leg, stack))
+        force = taken(leg.normal, kept) if leg.by_normal_force else self._forces(followed["indentation"])
+        return _Rows(followed, force, np.array([parts]), missed[None]), end, self._channels(leg, end)
 
     def deepen(self, asked: Sequence[Stretch]) -> None:
         """Go as deep as some legs ask, those under a force last."""
@@ -244,14 +229,12 @@ class _FrictionLaw:
     def _forces(self, depth: FloatArray) -> FloatArray:
         return normal_force(self.mapped.line, states_at_depth(self.mapped.line, depth))
 
-    def _channels(self, leg: FrictionLeg, stack: FrictionState) -> Mapping[str, float]:
+    def _channels(self, leg: FrictionLeg, stack: FrictionState) -> Channels:
         d, u = np.array([stack.indentation]), np.array([stack.shift])
         force = float(leg.normal[-1]) if leg.by_normal_force else float(self._forces(d)[0])
         last = self._follow(FrictionLeg(False, False, d, u), stack)
         return {
-            "indentation": stack.indentation,
-            "normal_force": force,
-            "travel": stack.indentation + force / (self.machine_stiffness or math.inf),
+            **channels_at(stack.indentation, force, self.machine_stiffness),
             "shift": stack.shift,
             "tangential_force": float(last.tangential_force[0]),
         }
@@ -264,7 +247,8 @@ def solve_frictional(task: Task) -> Result:
     curves = curves_down_to(mapped.line, 0.0)
     law = _FrictionLaw(contact, mapped, task.machine_stiffness, contact.friction.coefficient, curves)
     law.deepen(_foreseen(task.path))
-    walked = walk(task, law)
+    virgin = virgin_state(law.friction, mapped.moduli.normal / mapped.moduli.tangential)
+    walked = walk(task, virgin, law.step)
     starts = tuple(
         {**here, PARTS: float(parts)} if parts else here
         for here, parts in zip(walked.starts, walked.rows.parts, strict=True)
@@ -286,7 +270,7 @@ def _foreseen(path: LoadingPath) -> list[Stretch]:
 
 
 def _followed(history: FrictionHistory) -> _Followed:
-    return _Followed(*(getattr(history, field.name) for field in fields(_Followed)))
+    return {name: getattr(history, name) for name in _FOLLOWED}
 
 
 def _is_straight(asked: Stretch, leg: FrictionLeg) -> bool:
@@ -335,28 +319,28 @@ def _change(coarse: FrictionHistory, fine: FrictionHistory) -> FloatArray:
 
 def _columns(task: Task, mapped: Mapped, rows: _Rows) -> dict[str, FloatArray]:
     line, followed = mapped.line, rows.followed
-    states = states_at_depth(line, followed.indentation)
+    states = states_at_depth(line, followed["indentation"])
     # a table of a(d) rounds otherwise than the line
-    stick = np.minimum(followed.stick_radius, states.contact_radius)
+    stick = np.minimum(followed["stick_radius"], states.contact_radius)
     columns = {
-        "indentation": followed.indentation,
+        "indentation": followed["indentation"],
         "normal_force": rows.normal_force,
         "contact_radius": states.contact_radius,
         "normal_stiffness": normal_stiffness(line, states),
         "mean_pressure": mean_pressure(rows.normal_force, states.contact_radius),
         "elastic_energy": elastic_energy(line, states),
-        "shift": followed.shift,
-        "tangential_force": followed.tangential_force,
+        "shift": followed["shift"],
+        "tangential_force": followed["tangential_force"],
         "tangential_stiffness": 2.0 * mapped.moduli.tangential * stick,
         "stick_radius": stick,
-        "slip_distance": followed.slip_distance,
-        "stored_tangential_energy": followed.stored_energy,
-        "dissipated_energy": followed.slip_work,
+        "slip_distance": followed["slip_distance"],
+        "stored_tangential_energy": followed["stored_energy"],
+        "dissipated_energy": followed["slip_work"],
     }
     return with_travel(task, columns)
 
 
-def _interpret(task: Task, law: _FrictionLaw, rows: _Rows, starts: tuple[Mapping[str, float], ...]) -> Result:
+def _interpret(task: Task, law: _FrictionLaw, rows: _Rows, starts: tuple[Channels, ...]) -> Result:
     """Step 3: quantities, claims and assumptions of every row that is kept."""
     contact, mapped = task.contact, law.mapped
     columns = _columns(task, mapped, rows)

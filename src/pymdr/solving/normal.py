@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -35,7 +35,7 @@ from pymdr.problem.schedule import Planned, Stretch, planned
 from pymdr.result import Result, Status
 from pymdr.rows import taken
 from pymdr.solving.reach import Mapped, assumptions, g_samples, map_remark, map_to_line, refuse_unreachable
-from pymdr.solving.walk import Task, Told, solution, walk, with_travel
+from pymdr.solving.walk import Channels, Task, Told, channels_at, solution, walk, with_travel
 from pymdr.units import FloatArray, newtons
 
 
@@ -46,53 +46,32 @@ class _Rows:
     """The force where it is prescribed, else nan."""
 
 
-@dataclass(frozen=True)
-class _NormalLaw:
-    """A history without memory: every row is a state of the line under what is prescribed."""
-
-    contact: Contact
-    line: ElasticLine
-    machine_stiffness: float | None
-
-    def start(self) -> Mapping[str, float]:
-        return {}
-
-    def where(self, state: Mapping[str, float]) -> Mapping[str, float]:
-        return state
-
-    def step(
-        self, state: Mapping[str, float], asked: Stretch, kept: np.ndarray | None, told: Told | None
-    ) -> tuple[_Rows, Mapping[str, float]]:
-        targets, force = asked.normal, np.full(asked.normal.size, math.nan)
-        if asked.by_force:
-            refuse_tension(asked.leg, targets)
-            force = targets
-        states = self._states(asked.controls.normal, targets)
-        refuse_unreachable(
-            self.line, self.contact.profile, states, float(np.max(targets)) if asked.by_force else None
-        )
-        return taken(_Rows(states, force), kept), self._channels(states.take(slice(-1, None)))
-
-    def _states(self, channel: str, targets: FloatArray) -> DiskStates:
-        stiffness = self.machine_stiffness
-        if channel == "normal_force":
-            return states_at_force(self.line, targets)
-        if channel == "travel" and stiffness is not None and math.isfinite(stiffness):
-            return states_at_travel(self.line, targets, stiffness)
-        return states_at_depth(self.line, targets)
-
-    def _channels(self, last: DiskStates) -> Mapping[str, float]:
-        d, force = float(last.indentation[0]), float(normal_force(self.line, last)[0])
-        travel = d + force / (self.machine_stiffness or math.inf)
-        return {"indentation": d, "normal_force": force, "travel": travel}
-
-
 def solve_normal(task: Task) -> Result:
     """Map, walk and interpret."""
     check_normal_path(task.path)
     mapped = map_to_line(task.contact)
-    walked = walk(task, _NormalLaw(task.contact, mapped.line, task.machine_stiffness))
+    walked = walk(task, None, partial(_step, task, mapped.line))
     return _interpret(task, mapped, walked.rows)
+
+
+def _step(
+    task: Task, line: ElasticLine, _: None, asked: Stretch, kept: np.ndarray | None, told: Told | None
+) -> tuple[_Rows, None, Channels]:
+    """Step 2: every row is a state of the line under what is prescribed, without memory."""
+    targets, stiffness = asked.normal, task.machine_stiffness
+    if asked.by_force:
+        refuse_tension(asked.leg, targets)
+        states = states_at_force(line, targets)
+    elif asked.controls.normal == "travel" and stiffness is not None and math.isfinite(stiffness):
+        states = states_at_travel(line, targets, stiffness)
+    else:
+        states = states_at_depth(line, targets)
+    most = float(np.max(targets)) if asked.by_force else None
+    refuse_unreachable(line, task.contact.profile, states, most)
+    last = states.take(slice(-1, None))
+    here = channels_at(float(last.indentation[0]), float(normal_force(line, last)[0]), stiffness)
+    prescribed = targets if asked.by_force else np.full(targets.size, math.nan)
+    return taken(_Rows(states, prescribed), kept), None, here
 
 
 def check_normal_path(path: LoadingPath) -> None:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 
@@ -18,71 +18,19 @@ from pymdr.result import Result, Status
 from pymdr.rows import taken
 from pymdr.solving.normal import check_normal_path, refuse_tension
 from pymdr.solving.reach import assumptions, map_to_line
-from pymdr.solving.walk import Task, Told, solution, walk
+from pymdr.solving.walk import Channels, Task, Told, solution, walk
 from pymdr.units import FloatArray
 
-
-@dataclass(frozen=True)
-class _Rows:
-    """Quantities by their names."""
-
-    indentation: FloatArray
-    normal_force: FloatArray
-    contact_radius: FloatArray
-    inner_contact_radius: FloatArray
-    contact_area: FloatArray
-    normal_stiffness: FloatArray
-    mean_pressure: FloatArray
-    elastic_energy: FloatArray
-
-
-@dataclass(frozen=True)
-class _RingLaw:
-    """A history without memory, row by row."""
-
-    contact: Contact
-    modulus: float
-    rings: Rings
-
-    def start(self) -> Mapping[str, float]:
-        return {}
-
-    def where(self, state: Mapping[str, float]) -> Mapping[str, float]:
-        return state
-
-    def step(
-        self, state: Mapping[str, float], asked: Stretch, kept: np.ndarray | None, told: Told | None
-    ) -> tuple[_Rows, Mapping[str, float]]:
-        if asked.by_force:
-            refuse_tension(asked.leg, asked.normal)
-        found = []
-        for i, target in enumerate(asked.normal):
-            if i and told is not None:
-                told(i)
-            found += [
-                _quantities(solution, 0.0 if asked.by_force else float(target))
-                for solution in solve_steps(
-                    self.contact.profile, self.modulus, np.array([target]), asked.by_force, self.rings
-                )
-            ]
-        rows = _Rows(*np.array(found).T)
-        here = {name: float(getattr(rows, name)[-1]) for name in ("indentation", "normal_force")}
-        return taken(rows, kept), here
-
-
-def _quantities(solution: RingSolution | None, free_depth: float) -> tuple[float, ...]:
-    if solution is None:
-        return (free_depth, *(0.0,) * 7)
-    return (
-        solution.indentation,
-        solution.force,
-        solution.contact_radius,
-        solution.zones[0][0],
-        solution.contact_area,
-        solution.stiffness,
-        solution.mean_pressure,
-        solution.energy,
-    )
+_QUANTITIES: dict[str, Callable[[RingSolution], float]] = {
+    "indentation": lambda s: s.indentation,
+    "normal_force": lambda s: s.force,
+    "contact_radius": lambda s: s.contact_radius,
+    "inner_contact_radius": lambda s: s.zones[0][0],
+    "contact_area": lambda s: s.contact_area,
+    "normal_stiffness": lambda s: s.stiffness,
+    "mean_pressure": lambda s: s.mean_pressure,
+    "elastic_energy": lambda s: s.energy,
+}
 
 
 def solve_by_rings(task: Task) -> Result:
@@ -95,14 +43,12 @@ def solve_by_rings(task: Task) -> Result:
             "solve: the rings solve frictionless contacts without adhesion and machine; leave solver=Rings() out"
         )
     check_normal_path(task.path)
-    moduli = effective_moduli(contact.body, contact.counterbody)
-    if moduli.exponent != 0.0:
+    if (exponent := effective_moduli(contact.body, contact.counterbody).exponent) != 0.0:
         raise ProblemError(
-            f"solve: the rings know homogeneous half-spaces only, and the bodies are graded (exponent {moduli.exponent:g}); "
+            f"solve: the rings know homogeneous half-spaces only, and the bodies are graded (exponent {exponent:g}); "
             "leave solver=Rings() out"
         )
-    law = _RingLaw(contact, moduli.normal, rings)
-    columns = vars(walk(task, law).rows)
+    columns = walk(task, None, partial(_step, contact, rings)).rows
     mapped = map_to_line(contact)
     return solution(
         task,
@@ -113,3 +59,31 @@ def solve_by_rings(task: Task) -> Result:
         notes=mapped.notes,
         references=("johnson",),
     )
+
+
+def _step(
+    contact: Contact,
+    rings: Rings,
+    _: None,
+    asked: Stretch,
+    kept: np.ndarray | None,
+    told: Told | None,
+) -> tuple[dict[str, FloatArray], None, Channels]:
+    """Row by row, without memory."""
+    if asked.by_force:
+        refuse_tension(asked.leg, asked.normal)
+    modulus = effective_moduli(contact.body, contact.counterbody).normal
+    found: list[RingSolution | None] = []
+    for target in asked.normal:
+        if found and told is not None:
+            told(len(found))
+        found += solve_steps(contact.profile, modulus, np.array([target]), asked.by_force, rings)
+    rows = {
+        name: np.array([0.0 if solution is None else value(solution) for solution in found])
+        for name, value in _QUANTITIES.items()
+    }
+    if not asked.by_force:
+        free = np.array([solution is None for solution in found])
+        rows["indentation"] = np.where(free, asked.normal, rows["indentation"])
+    here = {name: float(rows[name][-1]) for name in ("indentation", "normal_force")}
+    return taken(rows, kept), None, here

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Generic, Protocol, TypeVar
+from typing import Generic, TypeVar
 
 import numpy as np
 
@@ -21,15 +21,20 @@ from pymdr.units import FloatArray
 
 State = TypeVar("State")
 Rows = TypeVar("Rows")
-Rows_co = TypeVar("Rows_co", covariant=True)
+
+Channels = Mapping[str, float]
+"""Where every channel is, in SI units: 0 for those left out, NaN where nobody knows."""
 
 Told = Callable[[int], None]
 """Called with the number of rows of a leg that are done, before its end."""
 
+Step = Callable[[State, Stretch, np.ndarray | None, Told | None], tuple[Rows, State, Channels]]
+"""What a law does in one leg; see :func:`walk`."""
+
 
 @dataclass(frozen=True)
 class Task:
-    """What is asked of a law."""
+    """What is asked."""
 
     contact: Contact
     path: LoadingPath
@@ -44,67 +49,30 @@ class Task:
     """What solves the contact instead of the method."""
 
 
-class Law(Protocol[State, Rows_co]):
-    """What a walk has to know of the physics."""
-
-    def start(self) -> State:
-        """The state before the first leg."""
-        ...
-
-    def where(self, state: State) -> Mapping[str, float]:
-        """Where every channel is in a state, in SI units; 0 for those left out, NaN where nobody knows."""
-        ...
-
-    def step(
-        self, state: State, asked: Stretch, kept: np.ndarray | None, told: Told | None
-    ) -> tuple[Rows_co, State]:
-        """
-        Follow one leg.
-
-        Parameters
-        ----------
-        state
-            At its start.
-        asked : Stretch
-            Controls, prescribed values and times of its rows.
-        kept : ndarray of int or None
-            The rows of the leg that are wanted, None for all.
-        told : callable or None
-            What to call between parts of a long leg; None if nobody watches.
-
-        Returns
-        -------
-        rows
-            An array over the wanted rows, or named tuples and frozen dataclasses of arrays.
-        state
-            At the end of the leg.
-
-        Raises
-        ------
-        PathError, ProblemError
-            If the leg cannot be followed; the walk adds its number. `asked.leg.row(i)` names a row.
-        """
-        ...
-
-
 @dataclass(frozen=True)
 class Walked(Generic[Rows]):
-    """Where a walk came through."""
+    """What was met on a walk."""
 
     rows: Rows
     """Those of all legs, one after the other."""
-    starts: tuple[Mapping[str, float], ...]
+    starts: tuple[Channels, ...]
     """Where every channel was at the start of each leg."""
 
 
-def walk(task: Task, law: Law[State, Rows]) -> Walked[Rows]:
+def walk(task: Task, start: State, step: Step[State, Rows]) -> Walked[Rows]:
     """
     Follow a path leg by leg.
 
     Parameters
     ----------
     task : Task
-    law : Law
+    start
+        State of the law before the first leg.
+    step : callable
+        ``rows, state, channels = step(state, asked, kept, told)`` follows one leg from a state: `asked` holds its controls,
+        prescribed values and times, `kept` the rows that are wanted (None for all), `told` is for progress within a long leg
+        (None if nobody watches). `rows` are arrays over the wanted rows, alone or in dicts, named tuples and frozen
+        dataclasses; `state` and `channels` are those at its end.
 
     Returns
     -------
@@ -113,23 +81,21 @@ def walk(task: Task, law: Law[State, Rows]) -> Walked[Rows]:
     Raises
     ------
     PathError, ProblemError, ConvergenceError
-        What the steps of the law raise, with the number of the leg if there are several.
+        What the steps raise, with the number of the leg if there are several.
     """
-    state = law.start()
-    here = law.where(state)
+    state, here = start, dict[str, float]()
     rows: list[Rows] = []
-    starts: list[Mapping[str, float]] = []
+    starts: list[Channels] = []
     total = total_rows(task.path)
     for leg in planned(task.path):
         starts.append(here)
         with leg.named():
             asked = leg.stretch(here)
             _refuse_from_nowhere(asked)
-            found, state = law.step(
-                state, asked, within(task.keep, leg.first, leg.size), _told(task, leg.first, total)
-            )
+            told, kept = _told(task, leg.first, total), within(task.keep, leg.first, leg.size)
+            found, state, channels = step(state, asked, kept, told)
         rows.append(found)
-        here = {**law.where(state), **asked.end}
+        here = {**channels, **asked.end}
         if task.progress is not None:
             task.progress(leg.first + leg.size, total)
     return Walked(joined(rows), tuple(starts))
@@ -145,7 +111,7 @@ def _refuse_from_nowhere(asked: Stretch) -> None:
 
 
 def within(keep: np.ndarray | None, first: int, size: int) -> np.ndarray | None:
-    """The rows of a leg that are kept, counted from its start."""
+    """The kept rows of a leg or of a part of it, counted from its start."""
     return None if keep is None else keep[(keep >= first) & (keep < first + size)] - first
 
 
@@ -154,8 +120,14 @@ def _told(task: Task, first: int, total: int) -> Told | None:
     return None if progress is None else lambda done: progress(first + done, total)
 
 
+def channels_at(indentation: float, normal_force: float, machine_stiffness: float | None) -> dict[str, float]:
+    """Where the normal channels are, with the travel of the machine d + F / k."""
+    travel = indentation + normal_force / (machine_stiffness or math.inf)
+    return {"indentation": indentation, "normal_force": normal_force, "travel": travel}
+
+
 def with_travel(task: Task, columns: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
-    """Columns, with the travel of the machine if there is one: d + F / k."""
+    """Columns, with the travel of the machine if there is one."""
     if task.machine_stiffness is None:
         return dict(columns)
     return {**columns, "travel": columns["indentation"] + columns["normal_force"] / task.machine_stiffness}
@@ -170,25 +142,9 @@ def solution(
     status: Status,
     notes: tuple[str, ...],
     references: tuple[str, ...],
-    starts: tuple[Mapping[str, float], ...] | None = None,
+    starts: tuple[Channels, ...] | None = None,
 ) -> Result:
-    """
-    The result of a walk: time, and every column as far as its claim holds.
-
-    Parameters
-    ----------
-    task : Task
-    columns : mapping of str to ndarray
-        Quantities over the kept rows.
-    claims : mapping of str to Claim
-        One for every column at least.
-    assumptions, status, notes, references, starts
-        As in :class:`~pymdr.result.Result`.
-
-    Returns
-    -------
-    Result
-    """
+    """The result of a walk: the time of every kept row, and every quantity where its claim holds, else NaN."""
     valid = {
         name: values if claims[name].where.all() else np.where(claims[name].where, values, math.nan)
         for name, values in columns.items()
