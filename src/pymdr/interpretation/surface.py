@@ -147,7 +147,7 @@ def surface_of(
     Surface
     """
     moduli = effective_moduli(contact.body, contact.counterbody)
-    line = ElasticLine(equivalent_profile(contact.profile), moduli.normal)
+    line = ElasticLine(equivalent_profile(contact.profile, moduli.exponent), moduli.normal)
     states = disk_states(line, indentation, contact_radius)
     if contact.adhesion is None:
         # the digits of a radius beside a breakpoint are in the indentation

@@ -75,19 +75,18 @@ def _leaves(panels: Panels, curve: Series) -> Level:
     """Gauss nodes in the variable of every panel; behind a breakpoint the power of the offset is in the weights."""
     s, w = gauss(POINTS)
     u, weights = np.tile(s, (panels.count, 1)), np.tile(w, (panels.count, 1))
-    rooted = panels.rooted[:, None]
+    n = panels.order
     own = panels.begins & (curve.power != 0.0)
     for power in np.unique(curve.power[own]):
         rows = own & (curve.power == power)
-        # d(offset) is 2 u du on a rooted panel
-        for kind, exponent in ((True, 2.0 * power + 1.0), (False, power)):
+        # d(offset) is n u^(n - 1) du on a rooted panel
+        for kind, exponent in ((True, n * power + (n - 1.0)), (False, power)):
             u[rows & (panels.rooted == kind)], weights[rows & (panels.rooted == kind)] = gauss(
                 POINTS, exponent
             )
     offset = panels.offsets(u)
-    first, last = np.sqrt(panels.low)[:, None], np.sqrt(panels.high)[:, None]
-    stretch = np.where(rooted, 2.0 * np.sqrt(offset) * (last - first), panels.width[:, None])
-    stretch[own] = np.where(rooted, 2.0, 1.0)[own] * panels.high[own, None]
+    stretch = panels.stretch(offset)
+    stretch[own] = np.where(panels.rooted, n, 1.0)[own, None] * panels.high[own, None]
     index = np.repeat(np.arange(panels.count), POINTS)
     value = clenshaw(curve.coefficients[index], u.ravel()).reshape(u.shape)
     steep = (curve.power != 0.0) & ~own

@@ -89,6 +89,9 @@ class Charges:
         The power below the first of them.
     """
 
+    exponent: float = 0.0
+    """k of the kernel (x^2 - r^2)^((k - 1) / 2)."""
+
     def __init__(self, slopes: Slopes, tail: Tail) -> None:
         self.slopes = slopes
         self.tail = tail
@@ -249,10 +252,16 @@ class Charges:
         source = bunch + self.first - (self.quarters == 0)
         target, source = target[source >= 0], source[source >= 0]
         self._add_jumps(totals[2], base, offset, target, source)
+        self._add_beside(totals, panels, u, target, source)
+
+    def _add_beside(
+        self, totals: FloatArray, panels: Panels, u: FloatArray, target: IndexArray, source: IndexArray
+    ) -> None:
+        """Add the integrals over panels on others, or on themselves, too close for nodes."""
         for add in (self._add_alike, self._add_own):
             done = add(totals, panels, u, target, source)
             target, source = target[~done], source[~done]
-        self._add_near(totals, base, offset, target, source)
+        self._add_near(totals, panels.base, panels.offsets(u), target, source)
 
     def _add_far(
         self,
@@ -270,7 +279,7 @@ class Charges:
             b, place = charges.base[c], offset[t]
             shift = (base[t] - b)[:, None] + place
             x = base[t][:, None] + place
-            kernel = _kernel(shift, x, b, charges.offset[c])
+            kernel = self._kernel(shift, x, b, charges.offset[c])
             r = b[:, None] + charges.offset[c]
             f = charges.slope[c]
             parts = [
@@ -278,7 +287,7 @@ class Charges:
                 np.einsum("ijk,ik->ij", kernel, f * r * r),
             ]
             if not same:
-                kernel = _kernel(shift, x, b, charges.offset_rate[c])
+                kernel = self._kernel(shift, x, b, charges.offset_rate[c])
             parts.append(np.einsum("ijk,ik->ij", kernel, charges.rate[c]))
             for total, part in zip(totals, parts, strict=True):
                 np.add.at(total, t, part)
@@ -293,7 +302,7 @@ class Charges:
         distance = (base[target, None] - b) + offset[target]
         beyond = distance > 0.0
         with np.errstate(divide="ignore", invalid="ignore"):
-            term = jump * b / np.sqrt(distance * (2.0 * b + distance))
+            term = jump * b / self._root(distance * (2.0 * b + distance))
         np.add.at(total, target, np.where(beyond, term, 0.0))
 
     def _add_alike(
@@ -382,12 +391,13 @@ class Charges:
         parts = np.zeros((3, offset.size))
         inside = (place > 0.0) & (place <= high)
         at = place[inside][:, None]
+        gain = 0.5 * (1.0 + self.exponent)
         for exponent, rows in ((p, (0, 1)), (p - 1.0, (2,))):
-            y, w = _doubly_singular(exponent)
+            y, w = _doubly_singular(exponent, gain)
             r = at * y
             f, rate = self._regular(source, r)
             value = rate if rows == (2,) else f
-            factor = (at / high) ** exponent * np.sqrt(at) / np.sqrt(2.0 * b + at + r) * w
+            factor = (at / high) ** exponent * at**gain / self._root(2.0 * b + at + r) * w
             parts[rows[0], inside] = (value * factor).sum(axis=1)
             if rows == (0, 1):
                 parts[1, inside] = (value * factor * (b + r) ** 2).sum(axis=1)
@@ -405,7 +415,7 @@ class Charges:
                 r = 0.5 * high * y
                 f, rate = self._regular(source, r)
                 value = 0.5**exponent * 0.5 * high * w * (rate if rows == (2,) else f)
-                kernel = 1.0 / np.sqrt((at[:, None] - r) * (2.0 * b + at[:, None] + r))
+                kernel = 1.0 / self._root((at[:, None] - r) * (2.0 * b + at[:, None] + r))
                 parts[rows[0], beyond] += kernel @ value
                 if rows == (0, 1):
                     parts[1, beyond] += kernel @ (value * (b + r) ** 2)
@@ -422,7 +432,7 @@ class Charges:
             beyond = np.flatnonzero(base + offset[:, -1] > b)
             distance = (base[beyond] - b)[:, None] + offset[beyond]
             with np.errstate(divide="ignore", invalid="ignore"):
-                term = error * b / np.sqrt(distance * (2.0 * b + distance))
+                term = error * b / self._root(distance * (2.0 * b + distance))
             total[beyond] += np.where(distance > 0.0, term, 0.0)
         return total
 
@@ -437,17 +447,24 @@ class Charges:
             i = rough[start : start + 4096]
             # the panels follow one another, so that all but the first begin where another ends
             edges = np.append(panels.start[i[0]], panels.stop[i[0] : i[-1] + 1])
-            angle = np.arcsin(np.minimum(edges / x[:, None], 1.0))
+            angle = self._share(np.minimum(edges / x[:, None], 1.0))
             total += x * (np.diff(angle)[:, i - i[0]] @ slopes.error[i])
         return total
 
+    def _kernel(self, shift: FloatArray, x: FloatArray, base: FloatArray, offset: FloatArray) -> FloatArray:
+        """1 / sqrt(x^2 - r^2), shape (pairs, places, nodes)."""
+        answer = shift[:, :, None] - offset[:, None, :]
+        answer *= x[:, :, None] + (base[:, None] + offset)[:, None, :]
+        answer = self._root(answer)
+        return np.divide(1.0, answer, out=answer)
 
-def _kernel(shift: FloatArray, x: FloatArray, base: FloatArray, offset: FloatArray) -> FloatArray:
-    """1 / sqrt(x^2 - r^2), shape (pairs, places, nodes)."""
-    answer = shift[:, :, None] - offset[:, None, :]
-    answer *= x[:, :, None] + (base[:, None] + offset)[:, None, :]
-    np.sqrt(answer, out=answer)
-    return np.divide(1.0, answer, out=answer)
+    def _root(self, square: FloatArray) -> FloatArray:
+        """What stands below in the kernel, of x^2 - r^2."""
+        return np.sqrt(square)
+
+    def _share(self, s: FloatArray) -> FloatArray:
+        """The integral of the kernel over radii up to s for x = 1."""
+        return np.arcsin(s)
 
 
 def _is_fractional(panels: Panels, series: Series) -> BoolArray:
@@ -463,10 +480,10 @@ def _own_rule(u: tuple[float, ...]) -> tuple[FloatArray, FloatArray, FloatArray]
 
 
 @lru_cache(maxsize=64)
-def _doubly_singular(exponent: float) -> tuple[FloatArray, FloatArray]:
-    """Nodes and weights on [0, 1] for the weight y^exponent / sqrt(1 - y)."""
-    z, w = roots_jacobi(NEAR, -0.5, exponent)
-    return (z + 1.0) / 2.0, w / 2.0 ** (exponent + 0.5)
+def _doubly_singular(exponent: float, gain: float) -> tuple[FloatArray, FloatArray]:
+    """Nodes and weights on [0, 1] for the weight y^exponent (1 - y)^(gain - 1)."""
+    z, w = roots_jacobi(NEAR, gain - 1.0, exponent)
+    return (z + 1.0) / 2.0, w / 2.0 ** (exponent + gain)
 
 
 def with_slope(coefficients: FloatArray, u: FloatArray) -> tuple[FloatArray, FloatArray]:

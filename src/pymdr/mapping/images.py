@@ -43,7 +43,7 @@ CURVES = ("g", "slope", "moment", "squared")
 
 @dataclass(frozen=True)
 class Image:
-    """g, g', m and s = int_0^x (g(x) - g(t))^2 dt on panels, with their errors."""
+    """g, g', m and s = int_0^x t^k (g(x) - g(t))^2 dt on panels, with their errors."""
 
     panels: Panels
     g: Series
@@ -114,12 +114,7 @@ def map_panels(charges: Charges, panels: Panels, squared_below: float) -> Image:
         pending, history = _halved(pending.take(rest), worst[rest])
     every = [part for part, _ in done]
     order = np.lexsort((np.concatenate([p.low for p in every]), np.concatenate([p.base for p in every])))
-    whole = Panels(
-        *(
-            np.concatenate([getattr(p, name) for p in every])[order]
-            for name in ("base", "low", "high", "rooted")
-        )
-    )
+    whole = joined(every).take(order)
 
     def series(k: int) -> Series:
         return Series(
@@ -130,7 +125,7 @@ def map_panels(charges: Charges, panels: Panels, squared_below: float) -> Image:
     g, slope, moment = series(0), series(1), series(2)
     error = np.concatenate([fit.error for _, fit in done])[order]
     size = np.concatenate([fit.size for _, fit in done])[order]
-    squared, end, misfit, size[:, 3] = _squares(whole, slope, moment, squared_below)
+    squared, end, misfit, size[:, 3] = _squares(whole, slope, moment, squared_below, charges.exponent)
     with np.errstate(divide="ignore", invalid="ignore"):
         # s carries on what it has gathered below
         gathered = np.maximum.accumulate((misfit + error[:, 1] + error[:, 2]) * size[:, 3])
@@ -223,6 +218,8 @@ def _image_powers(charges: Charges, panels: Panels, offset: FloatArray, values: 
     steep = np.isfinite(power) & (ratio > 0.0) & ((ratio > _STEEP) | (ratio < 1.0 / _STEEP))
     answer = np.where(steep & ~panels.begins[:, None], power, 0.0)
     source, begins = charges.slopes, {}
+    # the kernel makes a power of the distance from a breakpoint larger, and its derivative smaller, by that much
+    gain, loss = 0.5 * (1.0 + charges.exponent), 0.5 * (1.0 - charges.exponent)
     at = np.flatnonzero(source.panels.begins)
     begins = {float(source.panels.base[i]): int(i) for i in at}
     loaded = np.flatnonzero(source.size > 0.0)
@@ -233,11 +230,11 @@ def _image_powers(charges: Charges, panels: Panels, offset: FloatArray, values: 
             continue
         p, jump = float(source.series.power[i]), float(source.jump[i])
         if charges.tail.slope == 0.0 and i <= first_loaded:
-            answer[t] = (p + 0.5, p - 0.5, p + 0.5)
+            answer[t] = (p + gain, p - loss, p + gain)
         elif jump != 0.0:
-            answer[t, 1] = -0.5
-        elif 0.0 < p < 0.5:
-            answer[t, 1] = p - 0.5
+            answer[t, 1] = -loss
+        elif 0.0 < p < loss:
+            answer[t, 1] = p - loss
     return answer
 
 
@@ -249,23 +246,30 @@ def _halved(panels: Panels, worst: FloatArray) -> tuple[Panels, FloatArray]:
         np.concatenate([panels.low, middle]),
         np.concatenate([middle, panels.high]),
         np.concatenate([panels.rooted, panels.rooted]),
+        panels.order,
     )
+    if panels.order != 2.0:
+        # the half beside a breakpoint is like the whole, which tells nothing of rounding
+        worst = np.where(panels.begins, math.inf, worst)
     return twice, np.concatenate([worst, worst])
 
 
 def _squares(
-    panels: Panels, slope: Series, moment: Series, below: float
+    panels: Panels, slope: Series, moment: Series, below: float, k: float
 ) -> tuple[Series, float, FloatArray, FloatArray]:
-    """S = int 2 g' m dt as a series, its last value and its measured error."""
+    """S = 2 / (1 + k) int g' m dt as a series, its last value and its measured error."""
     u = _squared_at()
+    twice, n = 2.0 / (1.0 + k), panels.order
     increments = np.empty((panels.count, u.size))
     # beside a breakpoint the integrand is a power of the variable times a smooth factor
     power = slope.power + moment.power
-    lead = np.where(panels.begins, 2.0 * power + 1.0, 0.0)
+    lead = np.where(panels.begins, n * power + (n - 1.0), 0.0)
     loaded = np.concatenate([[below > 0.0], moment.coefficients[:-1].any(axis=1)])
     # beyond a breakpoint up to which something is gathered no digits are to be kept
     plain = (power == 0.0) & (~panels.begins | np.logical_or.accumulate(loaded))
-    increments[plain] = _plain_increments(panels.take(plain), slope.take(plain), moment.take(plain))
+    # other roots than the square root leave no polynomial
+    plain &= ~panels.begins | (n == 2.0)
+    increments[plain] = twice * _plain_increments(panels.take(plain), slope.take(plain), moment.take(plain))
     for exponent in np.unique(lead[~plain]):
         rows = np.flatnonzero((lead == exponent) & ~plain)
         s, w = gauss(NEAR, exponent)
@@ -273,19 +277,16 @@ def _squares(
         block = max(1, _WORK // at.size)
         for start in range(0, rows.size, block):
             i = rows[start : start + block]
-            product = 2.0 * (slope.coefficients[i] @ basis(at.ravel()).T)
+            product = twice * (slope.coefficients[i] @ basis(at.ravel()).T)
             product *= moment.coefficients[i] @ basis(at.ravel()).T
             begins = panels.begins[i]
             offset = panels.take(i).offsets(at.ravel())
-            span = np.sqrt(panels.high[i]) - np.sqrt(panels.low[i])
-            stretch = np.where(
-                panels.rooted[i][:, None], 2.0 * span[:, None] * np.sqrt(offset), panels.width[i][:, None]
-            )
+            stretch = panels.take(i).stretch(offset)
             steep = np.where(
                 power[i][:, None] != 0.0, (offset / panels.high[i][:, None]) ** power[i][:, None], 1.0
             )
             # where a panel begins at a breakpoint, the power of the variable is in the weights
-            factor = np.where(begins[:, None], 2.0 * panels.high[i][:, None], stretch * steep)
+            factor = np.where(begins[:, None], n * panels.high[i][:, None], stretch * steep)
             whole = (product * factor).reshape(i.size, *at.shape) @ w
             increments[i] = whole * u ** (exponent + 1.0)
     ends = below + np.cumsum(increments[:, -1])
@@ -309,12 +310,14 @@ def _squares(
 
 
 def _plain_increments(panels: Panels, slope: Series, moment: Series) -> FloatArray:
-    """Integrals of 2 g' m from the lower ends of panels on which all of it is a polynomial of the variable."""
+    """Integrals of g' m from the lower ends of panels on which all of it is a polynomial of the variable."""
     at, values, integrals = _product_rule()
-    low, high = np.sqrt(panels.low), np.sqrt(panels.high)
-    span = (high - low)[:, None]
-    stretch = np.where(panels.rooted[:, None], 2.0 * span * (low[:, None] + span * at), panels.width[:, None])
-    product = 2.0 * (slope.coefficients @ values) * (moment.coefficients @ values) * stretch
+    low, n = panels.root(panels.low)[:, None], panels.order
+    span = panels.root(panels.high)[:, None] - low
+    root = low + span * at
+    rate = root if n == 2.0 else root ** (n - 1.0)
+    stretch = np.where(panels.rooted[:, None], n * span * rate, panels.width[:, None])
+    product = (slope.coefficients @ values) * (moment.coefficients @ values) * stretch
     return np.asarray(product @ integrals)
 
 
@@ -344,6 +347,6 @@ def joined_images(first: Image, second: Image) -> Image:
     )
 
 
-def rooted_copy(panels: Panels) -> Panels:
-    """The same panels, rooted behind breakpoints."""
-    return Panels(panels.base, panels.low, panels.high, panels.base > 0.0)
+def rooted_copy(panels: Panels, order: float) -> Panels:
+    """The same panels, with a root behind breakpoints."""
+    return Panels(panels.base, panels.low, panels.high, panels.base > 0.0, order)

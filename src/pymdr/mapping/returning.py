@@ -5,13 +5,15 @@
     displacement    int_0^a g'(x) arcsin(x / r) dx
 
 Where x comes close to r a substitution takes out the root; behind a breakpoint b, where g' may be an inverse square
-root of x - b, it is taken out together with it. Distances are differences of offsets.
+root of x - b, it is taken out together with it. Distances are differences of offsets. Where the exponent k of a graded
+half-space makes the kernels other powers, pieces shrink toward r and toward b instead, and the powers are in the weights
+of those that end there.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import TypeAlias
 
@@ -19,11 +21,14 @@ import numpy as np
 
 from pymdr.mapping.abel import gauss
 from pymdr.mapping.bunches import POINTS, Bunches, Level
-from pymdr.mapping.series import IndexArray, evaluate
+from pymdr.mapping.kernels import arc_above, arc_below
+from pymdr.mapping.series import BoolArray, IndexArray, evaluate
 from pymdr.units import FloatArray
 
 _CLOSE, _APART = 0.6, 1.0
 """Distance from r, in widths of a panel or a bunch of them, from which on its charges stand for it."""
+_CLEAR = 1.5
+"""Distance of r from a piece that begins at a breakpoint, in its root."""
 _WORK = 400_000
 _BITS = 27.0
 """Half the number of bits of a double: below 4^-(27 / (n + 1)) of a stretch nothing is left of int x^n dx."""
@@ -40,15 +45,17 @@ class Stretch:
     stop: tuple[float, float]
 
 
-def over_root(part: Stretch, base: FloatArray, offset: FloatArray) -> FloatArray:
+def over_root(part: Stretch, base: FloatArray, offset: FloatArray, k: float = 0.0) -> FloatArray:
     """
-    The integral of g' / sqrt(x^2 - r^2) over what of a stretch lies beyond each r.
+    The integral of g' (x^2 - r^2)^((k-1)/2) over what of a stretch lies beyond each r.
 
     Parameters
     ----------
     part : Stretch
     base, offset : ndarray, shape (R,)
         Radii r as places in m.
+    k : float
+        Exponent of the grading.
 
     Returns
     -------
@@ -56,42 +63,49 @@ def over_root(part: Stretch, base: FloatArray, offset: FloatArray) -> FloatArray
     """
 
     def kernel(distance: FloatArray, x: FloatArray, r: FloatArray) -> FloatArray:
-        return 1.0 / np.sqrt(distance * (x + r))
+        square = distance * (x + r)
+        return 1.0 / (np.sqrt(square) if k == 0.0 else square ** (0.5 * (1.0 - k)))
 
-    return _integrated(part, base, offset, kernel, above=True)
+    return _integrated(part, base, offset, kernel, above=True, k=k)
 
 
-def with_arccos(part: Stretch, base: FloatArray, offset: FloatArray) -> FloatArray:
-    """The integral of g' arccos(x / r) over what of a stretch lies below each r, shape (R,)."""
+def with_arccos(part: Stretch, base: FloatArray, offset: FloatArray, k: float = 0.0) -> FloatArray:
+    """The integral of g' arccos(x / r), or its like for k, over what of a stretch lies below each r, shape (R,)."""
 
     def kernel(distance: FloatArray, x: FloatArray, r: FloatArray) -> FloatArray:
+        if k != 0.0:
+            return arc_above(distance * (r + x) / (r * r), k)
         # of x = r - distance, without rounding beside r
         return 2.0 * np.arcsin(np.sqrt(np.minimum(0.5 * distance / r, 1.0)))
 
-    return _integrated(part, base, offset, kernel, above=False)
+    return _integrated(part, base, offset, kernel, above=False, k=k)
 
 
-def with_arcsin(part: Stretch, base: FloatArray, offset: FloatArray) -> FloatArray:
-    """The integral of g' arcsin(x / r) over a stretch that lies below each r, shape (R,)."""
+def with_arcsin(part: Stretch, base: FloatArray, offset: FloatArray, k: float = 0.0) -> FloatArray:
+    """The integral of g' arcsin(x / r), or its like for k, over a stretch that lies below each r, shape (R,)."""
 
     def kernel(distance: FloatArray, x: FloatArray, r: FloatArray) -> FloatArray:
+        if k != 0.0:
+            return arc_below(np.minimum(x / r, 1.0), k)
         return np.arctan2(x, np.sqrt(distance * (r + x)))
 
-    return _integrated(part, base, offset, kernel, above=False)
+    return _integrated(part, base, offset, kernel, above=False, k=k)
 
 
 def _integrated(
-    part: Stretch, base: FloatArray, offset: FloatArray, kernel: _Kernel, *, above: bool
+    part: Stretch, base: FloatArray, offset: FloatArray, kernel: _Kernel, *, above: bool, k: float
 ) -> FloatArray:
     total = np.zeros(base.shape)
     rows = max(1, _WORK // part.slope.levels[-1].base.size)
     for start in range(0, base.size, rows):
         chosen = slice(start, start + rows)
-        total[chosen] = _block(part, base[chosen], offset[chosen], kernel, above)
+        total[chosen] = _block(part, base[chosen], offset[chosen], kernel, above, k)
     return total
 
 
-def _block(part: Stretch, base: FloatArray, offset: FloatArray, kernel: _Kernel, above: bool) -> FloatArray:
+def _block(
+    part: Stretch, base: FloatArray, offset: FloatArray, kernel: _Kernel, above: bool, k: float
+) -> FloatArray:
     """Descend from the widest bunches to those far enough from r, and to the panels beside it."""
     total = np.zeros(base.shape)
     levels = part.slope.levels
@@ -117,7 +131,8 @@ def _block(part: Stretch, base: FloatArray, offset: FloatArray, kernel: _Kernel,
             known = bunch < levels[depth - 1].base.size
             row, bunch = row[known], bunch[known]
     if row.size:
-        total += _near(part.slope, row, bunch, low, high, at, base, offset, kernel, above)
+        beside = _near if k == 0.0 else _near_graded
+        total += beside(part.slope, row, bunch, low, high, at, base, offset, kernel, above, k)
     return total
 
 
@@ -157,6 +172,7 @@ def _near(
     offset: FloatArray,
     kernel: _Kernel,
     above: bool,
+    _: float,
 ) -> FloatArray:
     """Parts beside r: x = r +- v^2, or the same in the square root of the offset on rooted panels."""
     total = np.zeros(base.shape)
@@ -195,6 +211,99 @@ def _near(
         sign = slope.curve.coefficients[panel[on_it]].sum(axis=1)
         total[row[on_it]] = np.copysign(math.inf, sign)
     return total
+
+
+def _near_graded(
+    slope: Bunches,
+    row: IndexArray,
+    panel: IndexArray,
+    low: FloatArray,
+    high: FloatArray,
+    at: FloatArray,
+    base: FloatArray,
+    offset: FloatArray,
+    kernel: _Kernel,
+    above: bool,
+    k: float,
+) -> FloatArray:
+    """Parts beside r on pieces that shrink toward it and toward breakpoints."""
+    total = np.zeros(base.shape)
+    panels, n = slope.panels, slope.panels.order
+    gain = 0.5 * (1.0 + k)
+    for i, lo, hi, kind in _pieces(panels.rooted[panel], low, high, at, n, above):
+        p, r = panel[i], (base + offset)[row[i]][:, None]
+        b, place = panels.base[p][:, None], at[i][:, None]
+        power = slope.curve.power[p]
+        width = (hi - lo)[:, None]
+        for exponent in np.unique(power) if kind in ("begins", "both") else (math.nan,):
+            rows = slice(None) if math.isnan(exponent) else power == exponent
+            if kind == "touches":
+                # the kernel is the power of the distance in the weights, and a smooth factor
+                rule = gain - 1.0 if above else 1.0 - gain
+                s, w = gauss(POINTS, rule)
+                gap = width * s
+                delta = np.clip(place + (gap if above else -gap), lo[:, None], hi[:, None])
+                value = _at(slope, p, delta) * width * w / s**rule
+            elif kind == "plain":
+                s, w = gauss(POINTS)
+                rooted = panels.rooted[p][:, None]
+                first, last = panels.root(lo)[:, None], panels.root(hi)[:, None]
+                root = first + (last - first) * s
+                delta = np.clip(np.where(rooted, root**n, lo[:, None] + width * s), lo[:, None], hi[:, None])
+                gap = np.abs(delta - place)
+                rate = np.where(rooted, n * (last - first) * root ** (n - 1.0), width)
+                value = _at(slope, p, delta) * rate * w
+            else:
+                own = exponent + (gain - 1.0 if kind == "both" else 0.0)
+                if own <= -1.0 + 1e-12:
+                    sign = slope.curve.coefficients[p[rows]].sum(axis=1)
+                    total[row[i[rows]]] = np.copysign(math.inf, sign)
+                    continue
+                rule = n * (own + 1.0) - 1.0
+                s, w = gauss(POINTS, rule)
+                delta = hi[rows, None] * s**n
+                gap = np.maximum(np.abs(delta - place[rows]), np.finfo(float).tiny)
+                value = _at(slope, p[rows], delta) * n * hi[rows, None] * s ** (n - 1.0) * w / s**rule
+            value = value * kernel(gap, b[rows] + delta, r[rows])
+            total += np.bincount(row[i[rows]], value.sum(axis=1), total.size)
+    return total
+
+
+def _pieces(
+    rooted: BoolArray, low: FloatArray, high: FloatArray, at: FloatArray, order: float, above: bool
+) -> Iterator[tuple[IndexArray, FloatArray, FloatArray, str]]:
+    """
+    Parts of stretches low <= offset <= high with r at `at`, on each of which one rule does.
+
+    They come in groups of a kind: those that touch r, those that begin at a breakpoint, those that do both, and plain
+    ones that are no longer than their distance from r and from the breakpoint.
+    """
+    index, lo, hi = np.arange(low.size), low, high
+    apart = _CLEAR**order
+    while index.size:
+        place, begins = at[index], rooted[index] & (lo == 0.0)
+        touches = (lo == place) if above else (hi == place)
+        near = np.where(above, lo - place, place - hi)
+        width = hi - lo
+        toward_low = (rooted[index] & (lo == 0.0)) | above
+        middle = lo + np.where(toward_low, 0.25, 0.75) * width
+        thin = ~((lo < middle) & (middle < hi))
+        room = np.where(rooted[index], np.minimum(near, lo), near)
+        clear = {
+            "both": begins & touches & above,
+            "touches": touches & ~begins & (~rooted[index] | (width <= lo)),
+            "begins": begins & ~touches & (np.where(above, near, place) >= apart * hi),
+            "plain": ~touches & ~begins & (thin | (width <= 3.0 * room)),
+        }
+        done = thin
+        for kind, chosen in clear.items():
+            done = done | chosen
+            if chosen.any():
+                yield index[chosen], lo[chosen], hi[chosen], kind
+        # a quarter beside the end toward which pieces shrink
+        index, lo, middle, hi = index[~done], lo[~done], middle[~done], hi[~done]
+        index = np.concatenate([index, index])
+        lo, hi = np.concatenate([lo, middle]), np.concatenate([middle, hi])
 
 
 def _octaves(
@@ -263,9 +372,9 @@ def _beyond(distance: FloatArray, root: FloatArray) -> FloatArray:
     return np.asarray(np.arcsinh(np.sqrt(np.maximum(distance, 0.0))[:, None] / root))
 
 
-def tail_over_root(power: float, slope: float, top: float, r: FloatArray) -> FloatArray:
+def tail_over_root(power: float, slope: float, top: float, r: FloatArray, k: float = 0.0) -> FloatArray:
     """
-    The integral of g' / sqrt(x^2 - r^2) from r to `top`, where g' = slope (x / top)^power.
+    The integral of g' (x^2 - r^2)^((k-1)/2) from r to `top`, where g' = slope (x / top)^power.
 
     Parameters
     ----------
@@ -275,6 +384,8 @@ def tail_over_root(power: float, slope: float, top: float, r: FloatArray) -> Flo
         In m.
     r : ndarray
         Radii in m, at most `top`; at 0 the integral may be infinite.
+    k : float
+        Exponent of the grading.
 
     Returns
     -------
@@ -284,28 +395,37 @@ def tail_over_root(power: float, slope: float, top: float, r: FloatArray) -> Flo
     if slope == 0.0:
         return answer
     centre = r < 1e-300
-    answer[centre] = slope / power if power > 0.0 else math.copysign(math.inf, slope)
+    answer[centre] = slope / (power + k) * top**k if power + k > 0.0 else math.copysign(math.inf, slope)
     s, w = gauss(24)
+    loss = 0.5 * (1.0 - k)
+    s_first, w_first = gauss(24, -loss)
     for i in np.flatnonzero(~centre & (r < top)):
         radius = float(r[i])
         octaves = math.ceil(math.log2(top / radius))
         edges = np.minimum(radius * 2.0 ** np.arange(octaves + 1.0), top)
-        v = math.sqrt(edges[1] - radius) * s
-        x = radius + v * v
-        total = float(((x / top) ** power / np.sqrt(x + radius)) @ w) * 2.0 * math.sqrt(edges[1] - radius)
+        if k == 0.0:
+            v = math.sqrt(edges[1] - radius) * s
+            x = radius + v * v
+            total = float(((x / top) ** power / np.sqrt(x + radius)) @ w) * 2.0 * math.sqrt(edges[1] - radius)
+        else:
+            width = edges[1] - radius
+            x = radius + width * s_first
+            total = float(((x / top) ** power / (x + radius) ** loss) @ w_first) * width ** (1.0 - loss)
         x = edges[1:-1, None] + np.diff(edges[1:])[:, None] * s
-        total += float(((x / top) ** power / np.sqrt((x - radius) * (x + radius)) @ w) @ np.diff(edges[1:]))
+        square = (x - radius) * (x + radius)
+        root = np.sqrt(square) if k == 0.0 else square**loss
+        total += float(((x / top) ** power / root @ w) @ np.diff(edges[1:]))
         answer[i] = slope * total
     return answer
 
 
-def power_with_arccos(n: float, high: FloatArray, r: FloatArray) -> FloatArray:
+def power_with_arccos(n: float, high: FloatArray, r: FloatArray, k: float = 0.0) -> FloatArray:
     """
-    The integral int_0^h n t^(n-1) arccos(t) dt for h = high / r, n above 0 and high not above r.
+    The integral int_0^h n t^(n-1) arccos(t) dt, or its like for k, where h = high / r is at most 1 and n above 0.
 
     Notes
     -----
-    By parts h^n arccos(h) + B(h^2; (n+1)/2, 1/2) / 2 with the incomplete beta function.
+    By parts h^n arccos(h) + B(h^2; (n+1+k)/2, (1-k)/2) cos(k pi/2) / 2 with the incomplete beta function.
 
     Examples
     --------
@@ -313,12 +433,13 @@ def power_with_arccos(n: float, high: FloatArray, r: FloatArray) -> FloatArray:
     1.0
     """
     rest = np.sqrt(np.maximum((r - high) * (r + high), 0.0))
-    return (high / r) ** n * np.arctan2(rest, high) + _half_beta(n, high / r, rest / r)
+    angle = np.arctan2(rest, high) if k == 0.0 else arc_above((rest / r) ** 2, k)
+    return (high / r) ** n * angle + _half_beta(n, high / r, rest / r, k)
 
 
-def power_with_arcsin(n: float, high: FloatArray, r: FloatArray) -> FloatArray:
+def power_with_arcsin(n: float, high: FloatArray, r: FloatArray, k: float = 0.0) -> FloatArray:
     """
-    The integral int_0^h n t^(n-1) arcsin(t) dt for h = high / r, n above 0 and high not above r.
+    The integral int_0^h n t^(n-1) arcsin(t) dt, or its like for k, where h = high / r is at most 1 and n above 0.
 
     Examples
     --------
@@ -326,13 +447,14 @@ def power_with_arcsin(n: float, high: FloatArray, r: FloatArray) -> FloatArray:
     True
     """
     rest = np.sqrt(np.maximum((r - high) * (r + high), 0.0))
-    return (high / r) ** n * np.arctan2(high, rest) - _half_beta(n, high / r, rest / r)
+    angle = np.arctan2(high, rest) if k == 0.0 else arc_below(high / r, k)
+    return (high / r) ** n * angle - _half_beta(n, high / r, rest / r, k)
 
 
-def _half_beta(n: float, sine: FloatArray, cosine: FloatArray) -> FloatArray:
-    """The integral int_0^sine t^n / sqrt(1 - t^2) dt."""
+def _half_beta(n: float, sine: FloatArray, cosine: FloatArray, k: float) -> FloatArray:
+    """The integral cos(k pi/2) int_0^sine t^(n+k) (1 - t^2)^(-(1+k)/2) dt."""
     from scipy.special import beta, betainc, betaincc
 
-    p = 0.5 * (n + 1.0)
-    part = np.where(sine < 0.7, betainc(p, 0.5, sine * sine), betaincc(0.5, p, cosine * cosine))
-    return np.asarray(0.5 * beta(p, 0.5) * part)
+    p, q = 0.5 * (n + 1.0 + k), 0.5 * (1.0 - k)
+    part = np.where(sine < 0.7, betainc(p, q, sine * sine), betaincc(q, p, cosine * cosine))
+    return np.asarray(0.5 * math.cos(0.5 * math.pi * k) * beta(p, q) * part)

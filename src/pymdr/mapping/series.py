@@ -5,7 +5,7 @@ breakpoint the offset keeps the digits that x has lost. A curve on a panel low <
 
     value = (offset / high)^power * sum_j c_j T_j(2 u - 1),
 
-where u runs from 0 to 1 with the offset or, on rooted panels, with its square root.
+where u runs from 0 to 1 with the offset or, on rooted panels, with a root of it, the square root as a rule.
 """
 
 from __future__ import annotations
@@ -117,7 +117,9 @@ class Panels:
     high: FloatArray
     """Offset of the upper end in m."""
     rooted: BoolArray
-    """Whether series run in the square root of the offset."""
+    """Whether series run in a root of the offset."""
+    order: float = 2.0
+    """Which root that is."""
 
     @property
     def count(self) -> int:
@@ -141,15 +143,28 @@ class Panels:
 
     def take(self, index: Selection) -> Panels:
         """Some of the panels."""
-        return Panels(*(getattr(self, name)[index] for name in ("base", "low", "high", "rooted")))
+        base, low, high = self.base[index], self.low[index], self.high[index]
+        return Panels(base, low, high, self.rooted[index], self.order)
 
     def offsets(self, u: FloatArray) -> FloatArray:
         """Offsets at variables u of shape (k,), or (P, k): shape (P, k)."""
         plain = self.low[:, None] + self.width[:, None] * u
         if not self.rooted.any():
             return plain
-        low, high = np.sqrt(self.low)[:, None], np.sqrt(self.high)[:, None]
-        return np.where(self.rooted[:, None], np.clip((low + (high - low) * u) ** 2, low**2, high**2), plain)
+        low, high = self.root(self.low)[:, None], self.root(self.high)[:, None]
+        n = self.order
+        return np.where(self.rooted[:, None], np.clip((low + (high - low) * u) ** n, low**n, high**n), plain)
+
+    def root(self, offset: FloatArray) -> FloatArray:
+        """The roots of offsets in which series of rooted panels run."""
+        return np.sqrt(offset) if self.order == 2.0 else np.asarray(offset ** (1.0 / self.order))
+
+    def stretch(self, offset: FloatArray) -> FloatArray:
+        """Derivatives of the offset with respect to the variable, at offsets of shape (P, k)."""
+        span = self.root(self.high) - self.root(self.low)
+        root = self.root(offset)
+        rate = root if self.order == 2.0 else root ** (self.order - 1.0)
+        return np.where(self.rooted[:, None], self.order * span[:, None] * rate, self.width[:, None])
 
     def variable(self, index: IndexArray, offset: FloatArray) -> FloatArray:
         """The variable u of offsets in given panels."""
@@ -157,9 +172,9 @@ class Panels:
         u = (offset - low) / (high - low)
         rooted = self.rooted[index]
         if rooted.any():
-            root = np.sqrt(low)
+            root = self.root(low)
             with np.errstate(invalid="ignore"):
-                u = np.where(rooted, (np.sqrt(offset) - root) / (np.sqrt(high) - root), u)
+                u = np.where(rooted, (self.root(offset) - root) / (self.root(high) - root), u)
         return u.clip(0.0, 1.0)
 
     @property
@@ -188,12 +203,11 @@ class Panels:
 
 def joined(parts: list[Panels]) -> Panels:
     """Panels of several stretches in one."""
-    return Panels(
-        *(
-            np.concatenate([getattr(part, name) for part in parts])
-            for name in ("base", "low", "high", "rooted")
-        )
+    base, low, high = (
+        np.concatenate([getattr(part, name) for part in parts]) for name in ("base", "low", "high")
     )
+    rooted = np.concatenate([part.rooted for part in parts])
+    return Panels(base, low, high, rooted, max(part.order for part in parts))
 
 
 @dataclass(frozen=True)

@@ -34,7 +34,7 @@ def map_to_line(contact: Contact) -> Mapped:
     """Step 1: effective moduli and equivalent profile."""
     moduli = effective_moduli(contact.body, contact.counterbody)
     return Mapped(
-        ElasticLine(equivalent_profile(contact.profile), moduli.normal),
+        ElasticLine(equivalent_profile(contact.profile, moduli.exponent), moduli.normal),
         moduli,
         _notes(contact.profile),
     )

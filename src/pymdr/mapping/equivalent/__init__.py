@@ -43,14 +43,16 @@ from pymdr.units import FloatArray
 
 
 @singledispatch
-def equivalent_profile(profile: Profile) -> EquivalentProfile:
+def equivalent_profile(profile: Profile, exponent: float = 0.0) -> EquivalentProfile:
     """
-    Map a profile onto the line, g(x) = x int_0^x f'(r) / sqrt(x^2 - r^2) dr.
+    Map a profile onto the line, g(x) = x^(1-k) int_0^x f'(r) (x^2 - r^2)^((k-1)/2) dr.
 
     Parameters
     ----------
     profile : Profile
         The gap f(r).
+    exponent : float
+        k of a power-law graded half-space, E(z) ~ z^k, -1 < k < 1; 0 for a homogeneous one.
 
     Returns
     -------
@@ -60,17 +62,19 @@ def equivalent_profile(profile: Profile) -> EquivalentProfile:
     Raises
     ------
     ProblemError
-        If the profile is not known to pymdr.
+        If the profile is not known to pymdr, or the exponent not between -1 and 1.
 
     Notes
     -----
-    Galin (1946), Sneddon (1965); Popov and Hess (2015), chapter 3.
+    Galin (1946), Sneddon (1965); Popov and Hess (2015), chapter 3; Hess (2016) for k.
 
     Examples
     --------
     >>> line = equivalent_profile(Paraboloid(2.0))
     >>> float(line.g(1.0))
     0.5
+    >>> round(float(equivalent_profile(Paraboloid(2.0), 0.5).g(1.0)), 15) == round(1 / 3, 15)
+    True
     """
     raise ProblemError(
         f"no map for {type(profile).__name__}; give the profile as Function(f, derivative=...)"
@@ -78,42 +82,49 @@ def equivalent_profile(profile: Profile) -> EquivalentProfile:
 
 
 @equivalent_profile.register
-def _(profile: Sphere) -> EquivalentProfile:
-    return SphereLine(profile.radius)
+def _(profile: Sphere, exponent: float = 0.0) -> EquivalentProfile:
+    return SphereLine(profile.radius) if exponent == 0.0 else _on_panels(profile, exponent)
 
 
 @equivalent_profile.register
-def _(profile: Ellipsoid) -> EquivalentProfile:
+def _(profile: Ellipsoid, exponent: float = 0.0) -> EquivalentProfile:
+    if exponent != 0.0:
+        return _on_panels(profile, exponent)
     return SphereLine(profile.radius, profile.height / profile.radius)
 
 
 @equivalent_profile.register
-def _(profile: Paraboloid) -> EquivalentProfile:
-    return PowerLine(2.0, profile.radius, profile.radius)
+def _(profile: Paraboloid, exponent: float = 0.0) -> EquivalentProfile:
+    # kappa(2) = 2 / (1 + k)
+    return PowerLine(2.0, profile.radius / (1.0 + _checked(exponent)), profile.radius, exponent)
 
 
 @equivalent_profile.register
-def _(profile: Cone) -> EquivalentProfile:
-    return PowerLine(1.0, math.pi / 2.0 * profile.gradient, 1.0)
+def _(profile: Cone, exponent: float = 0.0) -> EquivalentProfile:
+    kappa = math.pi / 2.0 if exponent == 0.0 else power_factor(1.0, _checked(exponent))
+    return PowerLine(1.0, kappa * profile.gradient, 1.0, exponent)
 
 
 @equivalent_profile.register
-def _(profile: PowerLaw) -> EquivalentProfile:
-    return PowerLine(profile.exponent, power_factor(profile.exponent) * profile.height, profile.radius)
+def _(profile: PowerLaw, exponent: float = 0.0) -> EquivalentProfile:
+    kappa = power_factor(profile.exponent, _checked(exponent))
+    return PowerLine(profile.exponent, kappa * profile.height, profile.radius, exponent)
 
 
 @equivalent_profile.register
-def _(profile: FlatPunch) -> EquivalentProfile:
-    return SumLine((), profile.radius)
+def _(profile: FlatPunch, exponent: float = 0.0) -> EquivalentProfile:
+    return SumLine((), profile.radius, exponent=_checked(exponent))
 
 
 @equivalent_profile.register
-def _(profile: DomedPunch) -> EquivalentProfile:
-    return SumLine((PowerLine(2.0, profile.dome_radius, profile.dome_radius),), profile.radius)
+def _(profile: DomedPunch, exponent: float = 0.0) -> EquivalentProfile:
+    radius = profile.dome_radius
+    dome = PowerLine(2.0, radius / (1.0 + _checked(exponent)), radius, exponent)
+    return SumLine((dome,), profile.radius, exponent=exponent)
 
 
-def _by_panels(profile: Profile) -> EquivalentProfile:
-    return _on_panels(profile)
+def _by_panels(profile: Profile, exponent: float = 0.0) -> EquivalentProfile:
+    return _on_panels(profile, exponent)
 
 
 # closed forms of g beside a rim lose the digits that places keep, and their energies have none
@@ -134,23 +145,34 @@ for _kind in (
 
 
 @equivalent_profile.register
-def _(profile: Sum) -> EquivalentProfile:
-    parts = [equivalent_profile(part) for part in profile.parts]
+def _(profile: Sum, exponent: float = 0.0) -> EquivalentProfile:
+    # what is registered elsewhere may know the homogeneous half-space only
+    graded = (exponent,) if exponent != 0.0 else ()
+    parts = [equivalent_profile(part, *graded) for part in profile.parts]
     if any(isinstance(part, PanelLine) for part in parts):
-        return _on_panels(profile)
+        return _on_panels(profile, exponent)
     return SumLine(
         tuple(p for part in parts for p in (part.parts if isinstance(part, SumLine) else (part,))),
         profile.edge,
         profile.reach,
+        exponent,
     )
 
 
 @lru_cache(maxsize=256)
-def _on_panels(profile: Profile) -> PanelLine:
-    """One map for every profile, however many contacts it is part of."""
+def _on_panels(profile: Profile, exponent: float) -> PanelLine:
+    """One map for every profile and exponent, however many contacts it is part of."""
     parts = profile.parts if isinstance(profile, Sum) else (profile,)
     known = all(not isinstance(part, Function) or part.f is not None for part in parts)
-    return PanelLine(source_of(profile), profile.edge, profile.gap if known else None)
+    return PanelLine(source_of(profile), profile.edge, profile.gap if known else None, _checked(exponent))
+
+
+def _checked(exponent: float) -> float:
+    if not -1.0 < exponent < 1.0:
+        raise ProblemError(
+            f"the exponent of a graded half-space must lie between -1 and 1; it is {exponent:g}"
+        )
+    return exponent
 
 
 def gap_function(profile: Profile, equivalent: EquivalentProfile) -> Curve:
@@ -219,4 +241,4 @@ def without_callables(profile: Profile, top: float) -> Profile:
     """
     if isinstance(profile, Sum):
         return Sum(tuple(without_callables(part, top) for part in profile.parts))
-    return _on_panels(profile).as_panels(top) if isinstance(profile, Function) else profile
+    return _on_panels(profile, 0.0).as_panels(top) if isinstance(profile, Function) else profile

@@ -11,7 +11,8 @@ from numpy.typing import ArrayLike
 
 from pymdr.errors import ConvergenceError
 from pymdr.mapping import abel
-from pymdr.mapping.series import Place, Position, rounded
+from pymdr.mapping.kernels import arc_above
+from pymdr.mapping.series import Place, Position, as_place, rounded
 from pymdr.units import FloatArray
 
 
@@ -23,7 +24,7 @@ class EquivalentProfile(ABC):
     """
 
     exponent: float = 0.0
-    """Exponent k of the grading of the body that the line stands for; 0 for homogeneous ones."""
+    """k of a power-law graded half-space, E(z) ~ z^k, -1 < k < 1; 0 for a homogeneous one."""
     edge: float = math.inf
     """Sharp edge in m that no contact passes."""
     reach: float = math.inf
@@ -41,11 +42,11 @@ class EquivalentProfile(ABC):
 
     @abstractmethod
     def moment(self, x: Position) -> FloatArray:
-        """First moment int_0^x t g'(t) dt in m^2."""
+        """First moment int_0^x t^(1+k) g'(t) dt in m^(2+k)."""
 
     @abstractmethod
     def squared(self, x: Position) -> FloatArray:
-        """The integral int_0^x (g(x) - g(t))^2 dt in m^3."""
+        """The integral int_0^x t^k (g(x) - g(t))^2 dt in m^(3+k); its derivative is 2 g' moment / (1 + k)."""
 
     @abstractmethod
     def inverse(self, depth: ArrayLike) -> FloatArray:
@@ -72,8 +73,9 @@ class EquivalentProfile(ABC):
         return Place(np.zeros(x.shape), x)
 
     def integral(self, x: Position) -> FloatArray:
-        """The integral int_0^x g(t) dt in m^2."""
-        return rounded(x) * self.g(x) - self.moment(x)
+        """The integral int_0^x t^k g(t) dt in m^(2+k)."""
+        rise = 1.0 + self.exponent
+        return (rounded(x) ** rise * self.g(x) - self.moment(x)) / rise
 
     def error(self, x: Position) -> FloatArray:
         """Measured relative errors of g, g', the moment and the square integral, shape (..., 4)."""
@@ -121,8 +123,8 @@ class EquivalentProfile(ABC):
         return ()
 
     def pressure_integral(self, r: Position, a: Position) -> FloatArray:
-        """The integral int_r^a g'(x) / sqrt(x^2 - r^2) dx."""
-        return abel.edge_average(self.slope, rounded(r), float(rounded(a)))
+        """The integral int_r^a g'(x) (x^2 - r^2)^((k-1)/2) dx."""
+        return abel.edge_average(self.slope, rounded(r), float(rounded(a)), k=self.exponent)
 
     def pressure_between(self, r: FloatArray, low: float, high: float) -> FloatArray:
         """The part of the pressure integral from x = low to high, for r up to low."""
@@ -133,22 +135,41 @@ class EquivalentProfile(ABC):
         return self.gap_integral(r, low) - self.gap_integral(r, high)
 
     def gap_integral(self, r: Position, a: Position) -> FloatArray:
-        """The integral int_a^r g'(x) arccos(x / r) dx in m, for r beyond a."""
+        """
+        The integral int_a^r g'(x) A(x / r) dx in m, for r beyond a.
+
+        A(s) = cos(k pi/2) int_s^1 t^k (1 - t^2)^(-(1+k)/2) dt, which is arccos(s) for k = 0. The gap outside a disk is
+        2/pi times [this - (d - g(a)) `punch_gap`].
+        """
         low = float(rounded(a))
         start = self.g(np.array([low]))[0]
         radii = rounded(r)
         scale = float(np.max(np.abs(self.g(radii)), initial=0.0))
-        average = abel.line_average(lambda x: self.g(x) - start, radii, low=low, noise=1e-14 * scale)
-        return 0.5 * math.pi * average
+        average = abel.line_average(
+            lambda x: self.g(x) - start, radii, low=low, k=self.exponent, noise=1e-14 * scale
+        )
+        return 0.5 * math.pi * math.cos(0.5 * math.pi * self.exponent) * average
 
     def displacement_integral(self, r: ArrayLike, a: Position) -> FloatArray:
-        """The integral int_0^a g'(x) arcsin(x / r) dx in m, for r beyond a."""
+        """
+        The integral int_0^a g'(x) B(x / r) dx in m, for r beyond a.
+
+        B(s) = pi/2 - A(s), which is arcsin(s) for k = 0.
+        """
         high = float(rounded(a))
         top = float(self.g(np.array([high]))[0])
         average = abel.line_average(
-            lambda x: top - self.g(np.minimum(x, high)), r, high=high, noise=1e-14 * top
+            lambda x: top - self.g(np.minimum(x, high)), r, high=high, k=self.exponent, noise=1e-14 * top
         )
-        return 0.5 * math.pi * average
+        return 0.5 * math.pi * math.cos(0.5 * math.pi * self.exponent) * average
+
+    def punch_gap(self, r: Position, a: Position) -> FloatArray:
+        """A(a / r) of `gap_integral` for r from a on: the part of pi/2 by which a flat punch is not followed."""
+        radius, edge = as_place(r), as_place(a)
+        rest = np.maximum((radius.base - edge.base) + (radius.offset - edge.offset), 0.0)
+        with np.errstate(invalid="ignore"):
+            rest = rest * (radius.x + edge.x) / radius.x**2
+        return arc_above(rest, self.exponent)
 
 
 def rising_root(

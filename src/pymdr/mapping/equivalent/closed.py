@@ -14,20 +14,38 @@ from scipy.special import gammaln
 from pymdr.errors import ConvergenceError
 from pymdr.mapping.abel import gauss
 from pymdr.mapping.equivalent.base import EquivalentProfile, rising_root
+from pymdr.mapping.kernels import power_shares
 from pymdr.mapping.series import Position, rounded
 from pymdr.units import FloatArray
 
 
-def power_factor(n: float) -> float:
+def power_factor(n: float, exponent: float = 0.0) -> float:
     """
-    The factor kappa(n) = sqrt(pi) Gamma(n/2 + 1) / Gamma((n + 1)/2) of r^n -> kappa x^n (Hess 2011).
+    The factor kappa(n) of r^n -> kappa x^n.
+
+    Parameters
+    ----------
+    n : float
+        Power, above 0.
+    exponent : float
+        k of a power-law graded half-space, -1 < k < 1.
+
+    Returns
+    -------
+    float
+
+    Notes
+    -----
+    sqrt(pi) Gamma(n/2 + 1) / Gamma((n + 1)/2) for k = 0 (Hess 2011), else (n/2) B(n/2, (1 + k)/2) (Hess 2016).
 
     Examples
     --------
     >>> round(power_factor(2), 14)
     2.0
     """
-    return math.sqrt(math.pi) * math.exp(gammaln(n / 2.0 + 1.0) - gammaln((n + 1.0) / 2.0))
+    rise = 1.0 + exponent
+    gamma = math.sqrt(math.pi) if exponent == 0.0 else math.gamma(rise / 2.0)
+    return gamma * math.exp(gammaln(n / 2.0 + 1.0) - gammaln((n + rise) / 2.0))
 
 
 @dataclass(frozen=True)
@@ -37,6 +55,7 @@ class PowerLine(EquivalentProfile):
     n: float
     scale: float
     unit: float
+    exponent: float = 0.0
 
     def g(self, x: Position) -> FloatArray:
         """Equivalent profile in m."""
@@ -49,13 +68,14 @@ class PowerLine(EquivalentProfile):
         return np.asarray(self.n * (self.scale / self.unit) * relative)
 
     def moment(self, x: Position) -> FloatArray:
-        """First moment, n/(n+1) x g."""
-        return np.asarray(self.n / (self.n + 1.0) * rounded(x) * self.g(x))
+        """First moment, n/(n+1+k) x^(1+k) g."""
+        share = power_shares(self.n, self.exponent)[0]
+        return np.asarray(share * self._power(rounded(x), 1.0 + self.exponent) * self.g(x))
 
     def squared(self, x: Position) -> FloatArray:
-        """Integral of (g(x) - g)^2, 2 n^2 / ((n+1)(2n+1)) x g^2."""
-        n = self.n
-        return np.asarray(2.0 * n * n / ((n + 1.0) * (2.0 * n + 1.0)) * rounded(x) * self.g(x) ** 2)
+        """Integral of x^k (g(x) - g)^2, 2 n^2 / ((1+k)(n+1+k)(2n+1+k)) x^(1+k) g^2."""
+        share = power_shares(self.n, self.exponent)[1]
+        return np.asarray(share * self._power(rounded(x), 1.0 + self.exponent) * self.g(x) ** 2)
 
     def inverse(self, depth: ArrayLike) -> FloatArray:
         """Inverse of g."""
@@ -64,18 +84,21 @@ class PowerLine(EquivalentProfile):
 
     def inverse_moment(self, moment: ArrayLike) -> FloatArray:
         """Inverse of the first moment."""
-        factor = self.n / (self.n + 1.0) * self.scale * self.unit
+        rise = 1.0 + self.exponent
+        factor = power_shares(self.n, self.exponent)[0] * self.scale * self.unit**rise
         relative = np.maximum(np.asarray(moment, dtype=float), 0.0) / factor
-        return np.asarray(self.unit * self._power(relative, 1.0 / (self.n + 1.0)))
+        return np.asarray(self.unit * self._power(relative, 1.0 / (self.n + rise)))
 
     def pressure_integral(self, r: Position, a: Position) -> FloatArray:
         """Closed for the cone and the paraboloid, by quadrature otherwise."""
         top = rounded(a)
         inside = np.minimum(rounded(r), top)
         half_chord = np.sqrt((top - inside) * (top + inside))
+        rise = 1.0 + self.exponent
         if self.n == 2.0:
-            return np.asarray(2.0 * (self.scale / self.unit) * (half_chord / self.unit))
-        if self.n == 1.0:
+            chord = self._power(half_chord, rise)
+            return np.asarray(2.0 / rise * (self.scale / self.unit) * (chord / self.unit))
+        if self.n == 1.0 and rise == 1.0:
             with np.errstate(divide="ignore"):
                 return np.asarray((self.scale / self.unit) * np.arcsinh(half_chord / inside))
         return super().pressure_integral(r, a)
@@ -189,11 +212,12 @@ def _sphere_moment(t: FloatArray, s: FloatArray) -> FloatArray:
 
 @dataclass(frozen=True)
 class SumLine(EquivalentProfile):
-    """The sum of closed forms, cut at a sharp edge; without parts it is the flat punch."""
+    """The sum of closed forms, powers for k not 0, cut at a sharp edge; without parts it is the flat punch."""
 
     parts: tuple[EquivalentProfile, ...]
     edge: float = math.inf
     reach: float = math.inf
+    exponent: float = 0.0
 
     def g(self, x: Position) -> FloatArray:
         """Equivalent profile in m."""
@@ -208,9 +232,11 @@ class SumLine(EquivalentProfile):
         return sum((part.moment(x) for part in self.parts), np.zeros(np.shape(rounded(x))))
 
     def squared(self, x: Position) -> FloatArray:
-        """Integral of (g(x) - g)^2 by Gauss-Legendre on panels graded to 0."""
+        """Integral of x^k (g(x) - g)^2, for k = 0 by Gauss-Legendre on panels graded to 0."""
         if len(self.parts) <= 1:
             return self.parts[0].squared(x) if self.parts else np.zeros(np.shape(rounded(x)))
+        if self.exponent != 0.0:
+            return self._squared_of_powers(x)
         x = rounded(x)
         depth, answer = self.g(x), np.zeros(x.shape)
         nodes, weights = gauss(24)
@@ -218,6 +244,18 @@ class SumLine(EquivalentProfile):
             for s, w in zip(low + (high - low) * nodes, (high - low) * weights, strict=True):
                 answer += w * (depth - self.g(s * x)) ** 2
         return np.asarray(x * answer)
+
+    def _squared_of_powers(self, x: Position) -> FloatArray:
+        """The same for powers, by the integrals of their products."""
+        rise = 1.0 + self.exponent
+        powers = [part for part in self.parts if isinstance(part, PowerLine)]
+        answer = np.zeros(np.shape(rounded(x)))
+        for one in powers:
+            for two in powers:
+                share = one.n * two.n * (one.n + two.n + 2.0 * rise)
+                share /= rise * (one.n + rise) * (two.n + rise) * (one.n + two.n + rise)
+                answer += share * one.g(x) * two.g(x)
+        return np.asarray(rounded(x) ** rise * answer)
 
     def inverse(self, depth: ArrayLike) -> FloatArray:
         """Inverse of g, bracketed by the inverses of the parts."""

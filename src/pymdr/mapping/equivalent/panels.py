@@ -5,16 +5,17 @@ from __future__ import annotations
 import math
 import threading
 from collections.abc import Callable
-from typing import Any, TypeAlias
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pymdr.errors import ProblemError
 from pymdr.mapping import returning
 from pymdr.mapping.charges import Charges, with_slope
 from pymdr.mapping.equivalent.base import EquivalentProfile, rising_root
+from pymdr.mapping.equivalent.searching import Search, never_rises
 from pymdr.mapping.images import CURVES, Image, joined_images, map_panels, rooted_copy
+from pymdr.mapping.kernels import GradedCharges, power_shares
 from pymdr.mapping.series import (
     IndexArray,
     Panels,
@@ -31,21 +32,16 @@ from pymdr.mapping.slopes import ABOVE_TAIL, ResolvedSlope, SlopeSource, anchore
 from pymdr.problem.profiles import Interpolated
 from pymdr.units import FloatArray, metres
 
+_ROOT, _ROOTS = 0.6, 4.0
 _INWARD = 2.0**-8
 """How much farther inward the tip is mapped than it was asked for."""
-_FARTHEST = 1e100
-"""Radius in m beyond which no value is looked for."""
 _FALLEN = 256.0
 """How far beyond its highest value a curve is followed down."""
 _HOLLOW = 1e6
-_LEAP = 1e4
-"""Below a value by that much, radii are doubled."""
 _SMALLEST = 1e-18
 """Radius in m from which a search for the size of a contact goes up, or down."""
 _ROUGH = 0.97
 """Part of a value that a rough image of it reaches where the map is to end: it is good to one part in a hundred."""
-_BLOCK = 16
-"""Steps of the search that are asked at once."""
 _NEWTON = 60
 _ROUNDED = 1e-11
 """Part of a value below which steps of Newton's method may be nothing but rounding."""
@@ -53,7 +49,6 @@ _SAVED = 2.0**-60
 """How far inward, in radii that are asked for, the panels of a saved profile go."""
 _SEARCHED = 2.0**10
 """How far, in contact radii, a profile without a reach is searched for another contact."""
-_Reached: TypeAlias = Callable[[float, float, float], bool]
 
 
 class PanelLine(EquivalentProfile):
@@ -71,6 +66,8 @@ class PanelLine(EquivalentProfile):
         Sharp edge in m that no contact passes.
     height : callable, optional
         f(r), where the profile knows it without integrating.
+    exponent : float
+        k of a power-law graded half-space, -1 < k < 1.
     """
 
     rises = False
@@ -80,7 +77,9 @@ class PanelLine(EquivalentProfile):
         source: SlopeSource,
         edge: float = math.inf,
         height: Callable[[FloatArray], FloatArray] | None = None,
+        exponent: float = 0.0,
     ) -> None:
+        self.exponent = exponent
         self.source = source
         self.edge = edge
         self.height = height
@@ -158,7 +157,12 @@ class PanelLine(EquivalentProfile):
         if slope.continued != self._continued:
             # larger radii have shown that nothing but rounding was mapped
             self._image, self._continued = None, slope.continued
-        self._charges = Charges(slope.slopes, slope.tail)
+        graded = self.exponent != 0.0
+        self._charges = (
+            GradedCharges(slope.slopes, slope.tail, self.exponent)
+            if graded
+            else Charges(slope.slopes, slope.tail)
+        )
         if inward or self._image is None:
             settled = self._settled() if knots == slope.knots else None
             stop = slope.front if settled is None else float(settled.panels.start[0])
@@ -200,7 +204,7 @@ class PanelLine(EquivalentProfile):
         for end in (*knots, stop):
             parts.append(anchored(base, low, end, end))
             base, low = end, 0.0
-        return rooted_copy(joined(parts))
+        return rooted_copy(joined(parts), root_order(self.exponent))
 
     # -- the tip ----------------------------------------------------------------------------------
 
@@ -208,7 +212,8 @@ class PanelLine(EquivalentProfile):
         """n, g and its radius of the power g = g_0 (x / x_0)^n below the first panel."""
         tail = self._resolved.tail
         n = tail.power + 1.0
-        factor = 0.5 * math.exp(math.lgamma(0.5 * n) + math.lgamma(0.5) - math.lgamma(0.5 * (n + 1.0)))
+        p = 0.5 * (1.0 + self.exponent)
+        factor = 0.5 * math.exp(math.lgamma(0.5 * n) + math.lgamma(p) - math.lgamma(0.5 * n + p))
         return n, factor * tail.slope * tail.radius, tail.radius
 
     def _tail(self, x: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
@@ -218,7 +223,9 @@ class PanelLine(EquivalentProfile):
             g = top * (x / radius) ** n
             slope = n * top / radius * (x / radius) ** (n - 1.0)
         slope = np.where((x == 0.0) & (top == 0.0), 0.0, slope)
-        return g, slope, n / (n + 1.0) * x * g, 2.0 * n * n / ((n + 1.0) * (2.0 * n + 1.0)) * x * g * g
+        first, second = power_shares(n, self.exponent)
+        arm = x ** (1.0 + self.exponent)
+        return g, slope, first * arm * g, second * arm * g * g
 
     def _tail_squared(self, x: float) -> float:
         return float(self._tail(np.array([x]))[3][0])
@@ -334,7 +341,10 @@ class PanelLine(EquivalentProfile):
             ratio = np.where(first, np.minimum(offset / image.panels.high[index], 1.0), 1.0)
             spread = exponent * np.abs(np.log(ratio))
             steep = np.abs(image.slope.power[index]) / offset
-            rates = np.stack([slope / g, steep, x * slope / m, 2.0 * m * slope / s], axis=1)
+            k = self.exponent
+            rates = np.stack(
+                [slope / g, steep, x ** (1.0 + k) * slope / m, 2.0 / (1.0 + k) * m * slope / s], axis=1
+            )
             shifted = np.where(place[:, None] > 0.0, place[:, None] * rates, 0.0)
         return np.asarray(spread[:, None] * np.array([1.0, 1.0, 1.0, 2.0]) + np.nan_to_num(shifted))
 
@@ -401,7 +411,7 @@ class PanelLine(EquivalentProfile):
                 # a hollow end is far below its tip before it rises
                 told = ends[best] > 1e-6 * target
                 if self.front > (_FALLEN * float(image.panels.stop[best]) if told else _HOLLOW * begun):
-                    raise _never_rises(self.front)
+                    raise never_rises(self.front)
                 image = self.map_to(self._next_radius(target, which))
             ends = self._at_ends(image, which)
             first = int(np.argmax(np.maximum.accumulate(ends) >= least))
@@ -431,7 +441,8 @@ class PanelLine(EquivalentProfile):
         if low.any():
             n, top, radius = self._tail_constants()
             if which == "moment":
-                n, top = n + 1.0, n / (n + 1.0) * radius * top
+                rise = 1.0 + self.exponent
+                n, top = n + rise, n / (n + rise) * radius**rise * top
             base[low] = 0.0
             offset[low] = radius * (target[low] / top) ** (1.0 / n) if top > 0.0 else start
         base[beyond], offset[beyond] = 0.0, math.inf
@@ -445,8 +456,10 @@ class PanelLine(EquivalentProfile):
             return self._end
         if target is None:
             return 0.5 * self._end if math.isfinite(self._end) else 1.0
-        scale = target if which == "g" else math.sqrt(target)
-        return self._climb(_SMALLEST * scale, lambda x, g, m: (g if which == "g" else m) > _ROUGH * target)
+        scale = target if which == "g" else target ** (1.0 / (2.0 + self.exponent))
+        return self._search.climb(
+            _SMALLEST * scale, lambda x, g, m: (g if which == "g" else m) > _ROUGH * target
+        )
 
     def _next_radius(self, target: float, which: str) -> float:
         """A radius beyond the mapped ones that the value is not reached long before."""
@@ -455,7 +468,7 @@ class PanelLine(EquivalentProfile):
         slope = self._resolved.slopes
         assert slope is not None
         radii = np.append(slope.panels.start[-96::2], self.front)
-        here = self._up(radii, lambda x, g, m: (g if which == "g" else m) > _ROUGH * target)
+        here = self._search.up(radii, lambda x, g, m: (g if which == "g" else m) > _ROUGH * target)
         return max(here, self.front * (1.0 + 1e-9))
 
     def rough_radius(self, reached: Callable[[float, float], bool]) -> float:
@@ -464,48 +477,11 @@ class PanelLine(EquivalentProfile):
             r = self._end * 2.0 ** -np.arange(0.0, 40.0, 0.25)[::-1]
             found = [x for x, g in zip(r.tolist(), self.g(r).tolist(), strict=True) if reached(x, g)]
             return found[0] if found else self._end
-        return self._climb(_SMALLEST, lambda x, g, m: reached(x, g))
+        return self._search.climb(_SMALLEST, lambda x, g, m: reached(x, g))
 
-    def _climb(self, start: float, reached: _Reached) -> float:
-        """Go down from a radius until a rough image is not there yet, and then up."""
-        x = min(start, 2.0**-20 * self._end)
-        for _ in range(300):
-            slope = float(self._rough_slopes(np.array([x]))[0])
-            if math.isfinite(slope) and not reached(x, 1e3 * slope * x, 1e3 * slope * x * x):
-                break
-            x /= 16.0
-        return self._up(np.array([x / 8.0, x / 4.0, x / 2.0, x]), reached)
-
-    def _rough_slopes(self, r: FloatArray) -> FloatArray:
-        with np.errstate(all="ignore"):
-            return self.source.rough(r)
-
-    def _up(self, radii: FloatArray, reached: _Reached) -> float:
-        """Go up while a rough image is not there yet: by quarter octaves where it may be soon."""
-        r, f = radii, self._rough_slopes(radii)
-        x, (g, m) = float(r[-1]), (part[0] for part in _rough_images(r, f, 1))
-        before = 0.0, 0.0
-        while not (x >= self._end or reached(x, g, m)):
-            if x > _FARTHEST:
-                raise _never_rises(x)
-            step = _step(x, g, m, reached)
-            # as far as the image would not be there if it rose like no profile does
-            leap = _LEAP ** math.log2(step)
-            safe = 1
-            while safe < _BLOCK and not reached(x, leap ** (safe + 1) * g, leap ** (2 * safe + 2) * m):
-                safe += 1
-            block = np.minimum(x * step ** np.arange(1.0, safe + 1.0), self._end)
-            slopes = self._rough_slopes(block)
-            r, f = np.append(r, block)[-200:], np.append(f, slopes)[-200:]
-            images = _rough_images(r, f, safe)
-            for k, (radius, slope, *image) in enumerate(zip(block, slopes, *images, strict=True), 1):
-                if not math.isfinite(slope):
-                    return x
-                before, x, (g, m) = (g, m), float(radius), map(float, image)
-                if x >= self._end or reached(x, g, m) or step != _step(x, g, m, reached):
-                    r, f = r[: r.size - safe + k], f[: f.size - safe + k]
-                    break
-        return min(max(_between(float(r[-2]), x, before, (g, m), reached), float(radii[-1])), self._end)
+    @property
+    def _search(self) -> Search:
+        return Search(self.source.rough, self._end, self.exponent)
 
     # -- what the curve looks like ----------------------------------------------------------------
 
@@ -601,7 +577,7 @@ class PanelLine(EquivalentProfile):
     # -- the way back -----------------------------------------------------------------------------
 
     def pressure_integral(self, r: Position, a: Position) -> FloatArray:
-        """The integral int_r^a g'(x) / sqrt(x^2 - r^2) dx; inf where it is."""
+        """The integral int_r^a g'(x) (x^2 - r^2)^((k-1)/2) dx; inf where it is."""
         radius, edge = as_place(r), as_place(a)
         image = self.map_to(float(edge.x))
         shape = np.shape(radius.offset)
@@ -615,14 +591,14 @@ class PanelLine(EquivalentProfile):
             image = self.map_to(float(edge.x), max(float(positive.min()), 2.0**-60 * float(edge.x)))
         answer = np.zeros(x.shape)
         part = returning.Stretch(image.bunches, (0.0, 0.0), stop)
-        answer[inside] = returning.over_root(part, base[inside], offset[inside])
+        answer[inside] = returning.over_root(part, base[inside], offset[inside], self.exponent)
         start = float(image.panels.start[0])
         low = inside & (x < start)
         if low.any():
             top = min(start, float(edge.x))
             n = self._tail_constants()[0]
             slope = float(self._tail(np.array([top]))[1][0])
-            answer[low] += returning.tail_over_root(n - 1.0, slope, top, x[low])
+            answer[low] += returning.tail_over_root(n - 1.0, slope, top, x[low], self.exponent)
         return answer.reshape(shape)
 
     def pressure_between(self, r: FloatArray, low: float, high: float) -> FloatArray:
@@ -631,7 +607,7 @@ class PanelLine(EquivalentProfile):
         if low < float(image.panels.start[0]):
             return super().pressure_between(r, low, high)
         part = returning.Stretch(image.bunches, (0.0, low), (0.0, high))
-        return returning.over_root(part, np.zeros(r.shape), r)
+        return returning.over_root(part, np.zeros(r.shape), r, self.exponent)
 
     def gap_between(self, r: FloatArray, low: float, high: float) -> FloatArray:
         """The part of the gap integral from x = low to high, for r from high on."""
@@ -639,10 +615,10 @@ class PanelLine(EquivalentProfile):
         if low < float(image.panels.start[0]):
             return super().gap_between(r, low, high)
         part = returning.Stretch(image.bunches, (0.0, low), (0.0, high))
-        return returning.with_arccos(part, np.zeros(r.shape), r)
+        return returning.with_arccos(part, np.zeros(r.shape), r, self.exponent)
 
     def gap_integral(self, r: Position, a: Position) -> FloatArray:
-        """The integral int_a^r g'(x) arccos(x / r) dx beyond a."""
+        """The integral int_a^r g'(x) arccos(x / r) dx, or its like for k, beyond a."""
         radius, edge = as_place(r), as_place(a)
         shape = np.shape(radius.offset)
         base = np.ravel(np.broadcast_to(radius.base, shape)).astype(float)
@@ -656,7 +632,7 @@ class PanelLine(EquivalentProfile):
         image = self.map_to(float(x[outside].max()), float(x[outside].min()))
         last = (float(image.panels.base[-1]), float(image.panels.high[-1]))
         part = returning.Stretch(image.bunches, start, last)
-        answer[outside] = returning.with_arccos(part, base[outside], offset[outside])
+        answer[outside] = returning.with_arccos(part, base[outside], offset[outside], self.exponent)
         first = float(image.panels.start[0])
         if start[0] + start[1] < first:
             answer[outside] += self._tail_gap(x[outside], start[0] + start[1], first)
@@ -665,16 +641,19 @@ class PanelLine(EquivalentProfile):
     def _tail_gap(self, r: FloatArray, a: float, first: float) -> FloatArray:
         """The part of the gap integral below the first panel."""
         n, top, radius = self._tail_constants()
-        whole = top * (r / radius) ** n * returning.power_with_arccos(n, np.minimum(first, r), r)
+        scale, k = top * (r / radius) ** n, self.exponent
+        whole = scale * returning.power_with_arccos(n, np.minimum(first, r), r, k)
         if a > 0.0:
-            whole -= top * (r / radius) ** n * returning.power_with_arccos(n, np.full(r.shape, a), r)
+            whole -= scale * returning.power_with_arccos(n, np.full(r.shape, a), r, k)
         return np.asarray(whole)
 
     def displacement_integral(self, r: ArrayLike, a: Position) -> FloatArray:
-        """The integral int_0^a g'(x) arcsin(x / r) dx for r beyond a."""
+        """The integral int_0^a g'(x) arcsin(x / r) dx, or its like for k, for r beyond a."""
         edge = as_place(a)
         x = np.ravel(np.asarray(r, dtype=float))
         image = self.map_to(float(edge.x))
+        if self.exponent != 0.0:
+            return self._graded_displacement(x, edge, image).reshape(np.shape(r))
         stop = (float(edge.base), float(edge.offset))
         part = returning.Stretch(image.bunches, (0.0, 0.0), stop)
         answer = returning.with_arcsin(part, np.zeros(x.shape), x)
@@ -683,34 +662,40 @@ class PanelLine(EquivalentProfile):
         answer += top * (x / radius) ** n * returning.power_with_arcsin(n, np.full(x.shape, first), x)
         return answer.reshape(np.shape(r))
 
+    def _graded_displacement(self, r: FloatArray, edge: Place, image: Image) -> FloatArray:
+        """The displacement integral; beside the contact by what the gap integral leaves of pi/2."""
+        k, stop = self.exponent, (float(edge.base), float(edge.offset))
+        part = returning.Stretch(image.bunches, (0.0, 0.0), stop)
+        first = min(float(image.panels.start[0]), float(edge.x))
+        n, top, radius = self._tail_constants()
+        close = r < 2.0 * float(edge.x)
+        answer = np.empty(r.shape)
+        for chosen, integral, power in (
+            (close, returning.with_arccos, returning.power_with_arccos),
+            (~close, returning.with_arcsin, returning.power_with_arcsin),
+        ):
+            x = r[chosen]
+            answer[chosen] = integral(part, np.zeros(x.shape), x, k)
+            answer[chosen] += top * (x / radius) ** n * power(n, np.full(x.shape, first), x, k)
+        answer[close] = 0.5 * math.pi * self.g(edge) - answer[close]
+        return answer
 
-def _rough_images(r: FloatArray, f: FloatArray, count: int) -> tuple[FloatArray, FloatArray]:
-    """About g and m at the last of some radii, from the slopes there."""
-    with np.errstate(all="ignore"):
-        angles = np.diff(np.arcsin(np.minimum(r / r[-count:, None], 1.0)))
-        parts = 0.5 * (f[:-1] + f[1:])
-        # what is not defined farther out does not matter
-        parts = np.where(angles > 0.0, parts * angles, 0.0)
-        return r[-count:] * parts.sum(axis=1), parts @ (r[:-1] * r[1:])
 
+def root_order(k: float) -> float:
+    """
+    Which root of the distance from a breakpoint makes curves on a graded half-space smooth there.
 
-def _step(x: float, g: float, m: float, reached: _Reached) -> float:
-    return 2.0**0.25 if reached(x, _LEAP * g, _LEAP**2 * m) else 2.0
+    Beside distances d there are d^((1+k)/2) and, in g' times d^((1-k)/2), d^((1-k)/2): powers of the root of at least
+    1, whole ones for k = 0.
 
-
-def _between(
-    low: float, high: float, below: tuple[float, float], above: tuple[float, float], reached: _Reached
-) -> float:
-    """About the last radius between two at which an image that goes like a power is not there yet."""
-    if not min(below) > 0.0 or not low < high:
-        return low
-    first, last = 0.0, 1.0
-    rates = high / low, above[0] / below[0], above[1] / below[1]
-    for _ in range(8):
-        t = 0.5 * (first + last)
-        x, g, m = (start * rate**t for start, rate in zip((low, *below), rates, strict=True))
-        first, last = (first, t) if reached(x, g, m) else (t, last)
-    return float(low * rates[0] ** first)
+    Examples
+    --------
+    >>> root_order(0.0)
+    2.0
+    """
+    if k == 0.0:
+        return 2.0
+    return (_ROOTS if abs(k) < _ROOT else 2.0) / (1.0 - abs(k))
 
 
 def search_points(low: float, high: float) -> FloatArray:
@@ -725,12 +710,12 @@ def _newton(panels: Panels, series: Series, index: IndexArray, target: FloatArra
     """Offsets at which a series that rises over its panel has the given values, by bracketed Newton steps in u."""
     coefficients, power = series.coefficients[index], series.power[index]
     high, low = panels.high[index], panels.low[index]
-    rooted = panels.rooted[index]
-    first, last = np.sqrt(low), np.sqrt(high)
+    rooted, n = panels.rooted[index], panels.order
+    first, last = panels.root(low), panels.root(high)
 
     def offset_of(u: FloatArray, i: Selection) -> FloatArray:
         root = first[i] + (last[i] - first[i]) * u
-        return np.where(rooted[i], root * root, low[i] + (high[i] - low[i]) * u)
+        return np.where(rooted[i], root**n, low[i] + (high[i] - low[i]) * u)
 
     answer_u = np.empty(target.shape)
     left, right = np.zeros(target.shape), np.ones(target.shape)
@@ -741,12 +726,13 @@ def _newton(panels: Panels, series: Series, index: IndexArray, target: FloatArra
         c, rate = with_slope(coefficients[open_], u[open_])
         p, h = power[open_], high[open_]
         delta = offset_of(u[open_], open_)
-        stretch = np.where(rooted[open_], 2.0 * (last[open_] - first[open_]) * np.sqrt(delta), h - low[open_])
+        rate_of = panels.root(delta) if n == 2.0 else panels.root(delta) ** (n - 1.0)
+        stretch = np.where(rooted[open_], n * (last[open_] - first[open_]) * rate_of, h - low[open_])
         with np.errstate(divide="ignore", invalid="ignore", under="ignore", over="ignore"):
             wanted = np.where(p != 0.0, target[open_] / (delta / h) ** p, target[open_])
             # the logarithm of a power times a series is nearly straight in that of the offset
             factor = np.exp(np.log(wanted / c) / (p + rate * delta / (c * stretch)))
-            root = np.sqrt(delta * factor)
+            root = panels.root(delta * factor)
             along = np.where(
                 rooted[open_],
                 (root - first[open_]) / (last[open_] - first[open_]),
@@ -800,11 +786,3 @@ def _turning_points(image: Image, top: float) -> tuple[float, ...]:
         same = np.sign(evaluate(panels, image.slope, i, delta)) == before
         low, high = np.where(same, middle, low), np.where(same, high, middle)
     return (*found, *(0.5 * (low + high)).tolist())
-
-
-def _never_rises(low: float) -> ProblemError:
-    return ProblemError(
-        f"the profile never rises so far, as far as it is defined and resolved (up to {metres(low)}): a contact without "
-        "an edge has no end; add FlatPunch(radius) for a cylinder of that end shape, or state how far the "
-        "profile goes with Function(..., reach=...)"
-    )

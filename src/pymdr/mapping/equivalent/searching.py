@@ -1,0 +1,126 @@
+"""The search for the radius at which a curve on the line gets somewhere, by rough images of the slope."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+
+from pymdr.errors import ProblemError
+from pymdr.mapping.abel import Curve
+from pymdr.mapping.kernels import share_below
+from pymdr.units import FloatArray, metres
+
+_FARTHEST = 1e100
+"""Radius in m beyond which no value is looked for."""
+_LEAP = 1e4
+"""Below a value by that much, radii are doubled."""
+_BLOCK = 16
+"""Steps of the search that are asked at once."""
+Reached: TypeAlias = Callable[[float, float, float], bool]
+"""Of a radius in m, and about g and the moment there."""
+
+
+@dataclass(frozen=True)
+class Search:
+    """
+    The way outward over a slope that is not resolved yet.
+
+    Parameters
+    ----------
+    slope : callable
+        About |f'| at radii in m.
+    end : float
+        Radius in m beyond which there is nothing.
+    exponent : float
+        k of the grading.
+    """
+
+    slope: Curve
+    end: float
+    exponent: float
+
+    def climb(self, start: float, reached: Reached) -> float:
+        """Go down from a radius in m until a rough image is not there yet, and then up."""
+        x = min(start, 2.0**-20 * self.end)
+        for _ in range(300):
+            slope = float(self._slopes(np.array([x]))[0])
+            if math.isfinite(slope) and not reached(
+                x, 1e3 * slope * x, 1e3 * slope * x ** (2.0 + self.exponent)
+            ):
+                break
+            x /= 16.0
+        return self.up(np.array([x / 8.0, x / 4.0, x / 2.0, x]), reached)
+
+    def _slopes(self, r: FloatArray) -> FloatArray:
+        with np.errstate(all="ignore"):
+            return self.slope(r)
+
+    def up(self, radii: FloatArray, reached: Reached) -> float:
+        """Go up from some radii in m while a rough image is not there yet: by quarter octaves where it may be soon."""
+        r, f = radii, self._slopes(radii)
+        x, (g, m) = float(r[-1]), (part[0] for part in self._images(r, f, 1))
+        before = 0.0, 0.0
+        while not (x >= self.end or reached(x, g, m)):
+            if x > _FARTHEST:
+                raise never_rises(x)
+            step = _step(x, g, m, reached)
+            # as far as the image would not be there if it rose like no profile does
+            leap = _LEAP ** math.log2(step)
+            safe = 1
+            while safe < _BLOCK and not reached(x, leap ** (safe + 1) * g, leap ** (2 * safe + 2) * m):
+                safe += 1
+            block = np.minimum(x * step ** np.arange(1.0, safe + 1.0), self.end)
+            slopes = self._slopes(block)
+            r, f = np.append(r, block)[-200:], np.append(f, slopes)[-200:]
+            images = self._images(r, f, safe)
+            for k, (radius, slope, *image) in enumerate(zip(block, slopes, *images, strict=True), 1):
+                if not math.isfinite(slope):
+                    return x
+                before, x, (g, m) = (g, m), float(radius), map(float, image)
+                if x >= self.end or reached(x, g, m) or step != _step(x, g, m, reached):
+                    r, f = r[: r.size - safe + k], f[: f.size - safe + k]
+                    break
+        return min(max(_between(float(r[-2]), x, before, (g, m), reached), float(radii[-1])), self.end)
+
+    def _images(self, r: FloatArray, f: FloatArray, count: int) -> tuple[FloatArray, FloatArray]:
+        """About g and m at the last of some radii, from the slopes there."""
+        k, x = self.exponent, r[-count:]
+        with np.errstate(all="ignore"):
+            s = np.minimum(r / x[:, None], 1.0)
+            shares = np.diff(np.arcsin(s) if k == 0.0 else share_below(s, k))
+            parts = 0.5 * (f[:-1] + f[1:])
+            # what is not defined farther out does not matter
+            parts = np.where(shares > 0.0, parts * shares, 0.0)
+            return x * parts.sum(axis=1), x**k * (parts @ (r[:-1] * r[1:]))
+
+
+def _step(x: float, g: float, m: float, reached: Reached) -> float:
+    return 2.0**0.25 if reached(x, _LEAP * g, _LEAP**2 * m) else 2.0
+
+
+def _between(
+    low: float, high: float, below: tuple[float, float], above: tuple[float, float], reached: Reached
+) -> float:
+    """About the last radius between two at which an image that goes like a power is not there yet."""
+    if not min(below) > 0.0 or not low < high:
+        return low
+    first, last = 0.0, 1.0
+    rates = high / low, above[0] / below[0], above[1] / below[1]
+    for _ in range(8):
+        t = 0.5 * (first + last)
+        x, g, m = (start * rate**t for start, rate in zip((low, *below), rates, strict=True))
+        first, last = (first, t) if reached(x, g, m) else (t, last)
+    return float(low * rates[0] ** first)
+
+
+def never_rises(low: float) -> ProblemError:
+    """That a contact has no end."""
+    return ProblemError(
+        f"the profile never rises so far, as far as it is defined and resolved (up to {metres(low)}): a contact without "
+        "an edge has no end; add FlatPunch(radius) for a cylinder of that end shape, or state how far the "
+        "profile goes with Function(..., reach=...)"
+    )

@@ -1,0 +1,191 @@
+"""The kernels of a power-law graded half-space, E(z) ~ z^k, on the line: what they are and how a slope acts by them.
+
+    g(x) = x^(1-k) int_0^x f' K dr,    K = (x^2 - r^2)^((k-1)/2),
+    m(x) = int_0^x t^(1+k) g' dt = int_0^x f' r^2 K dr,
+    g'(x) = x^-k [int_0^x (r f')' K dr + sum over kinks b of jump b K(b)],
+
+Booker et al. (1985), Giannakopoulos and Suresh (1997), Hess (2016).
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from pymdr.mapping.abel import gauss
+from pymdr.mapping.charges import Charges, Sums
+from pymdr.mapping.quarters import NEAR
+from pymdr.mapping.series import IndexArray, Panels
+from pymdr.mapping.slopes import Slopes, Tail
+from pymdr.units import FloatArray
+
+_RATIO = 4.0
+"""Of the distances from x of the ends of a piece on which the kernel is smooth."""
+
+
+def arc_below(s: FloatArray, k: float) -> FloatArray:
+    """
+    The integral cos(k pi/2) int_0^s t^k (1 - t^2)^(-(1+k)/2) dt, which is arcsin(s) for k = 0.
+
+    Parameters
+    ----------
+    s : ndarray
+        From 0 to 1.
+    k : float
+        Exponent of the grading.
+
+    Returns
+    -------
+    ndarray
+
+    Examples
+    --------
+    >>> bool(abs(arc_below(np.ones(1), 0.3)[0] - math.pi / 2) < 1e-15)
+    True
+    """
+    from scipy.special import betainc
+
+    p = 0.5 * (1.0 + k)
+    return np.asarray(0.5 * math.pi * betainc(p, 1.0 - p, s * s))
+
+
+def arc_above(rest: FloatArray, k: float) -> FloatArray:
+    """
+    The integral cos(k pi/2) int_s^1 t^k (1 - t^2)^(-(1+k)/2) dt, which is arccos(s) for k = 0.
+
+    Parameters
+    ----------
+    rest : ndarray
+        1 - s^2, which keeps its digits beside s = 1.
+    k : float
+        Exponent of the grading.
+
+    Returns
+    -------
+    ndarray
+
+    Examples
+    --------
+    >>> bool(abs(arc_above(np.array([0.75]), 0.0)[0] - math.pi / 3) < 1e-15)
+    True
+    """
+    from scipy.special import betainc
+
+    p = 0.5 * (1.0 + k)
+    return np.asarray(0.5 * math.pi * betainc(1.0 - p, p, np.clip(rest, 0.0, 1.0)))
+
+
+def share_below(s: FloatArray, k: float) -> FloatArray:
+    """
+    The integral int_0^s (1 - t^2)^((k-1)/2) dt, which is arcsin(s) for k = 0.
+
+    Examples
+    --------
+    >>> bool(abs(share_below(np.ones(1), 0.0)[0] - math.pi / 2) < 1e-15)
+    True
+    """
+    from scipy.special import beta, betainc
+
+    p = 0.5 * (1.0 + k)
+    return np.asarray(0.5 * beta(0.5, p) * betainc(0.5, p, s * s))
+
+
+def power_shares(n: float, k: float) -> tuple[float, float]:
+    """
+    Moment and square integral of g = c x^n, in parts of x^(1+k) g and x^(1+k) g^2.
+
+    Examples
+    --------
+    >>> power_shares(1.0, 0.0) == (1 / 2, 1 / 3)
+    True
+    """
+    rise = 1.0 + k
+    return n / (n + rise), 2.0 * n * n / (rise * (n + rise) * (2.0 * n + rise))
+
+
+class GradedCharges(Charges):
+    """
+    A resolved slope as it acts on places of the line of a graded half-space.
+
+    Parameters
+    ----------
+    slopes : Slopes
+        f' on panels.
+    tail : Tail
+        The power below the first of them.
+    exponent : float
+        k of the grading.
+    """
+
+    def __init__(self, slopes: Slopes, tail: Tail, exponent: float) -> None:
+        super().__init__(slopes, tail)
+        self.exponent = exponent
+        # moments of quarters are those of the inverse square root
+        self.quarters = self.first = 0
+
+    def sums(self, panels: Panels, u: FloatArray) -> Sums:
+        """g, m and g' on panels of shape (T,) at variables of shape (k,): each of shape (T, k)."""
+        plain = super().sums(panels, u)
+        scale = (panels.base[:, None] + panels.offsets(u)) ** -self.exponent
+        return Sums(plain.g * scale, plain.moment, plain.slope * scale)
+
+    def jump_error(self, base: FloatArray, offset: FloatArray) -> FloatArray:
+        """Error of g' on panels, shape of `offset` (T, k), from the errors of the jumps of f'."""
+        return super().jump_error(base, offset) * (base[:, None] + offset) ** -self.exponent
+
+    def _root(self, square: FloatArray) -> FloatArray:
+        return np.asarray(square ** (0.5 * (1.0 - self.exponent)))
+
+    def _share(self, s: FloatArray) -> FloatArray:
+        return share_below(s, self.exponent)
+
+    def _add_beside(
+        self, totals: FloatArray, panels: Panels, u: FloatArray, target: IndexArray, source: IndexArray
+    ) -> None:
+        self._add_near(totals, panels.base, panels.offsets(u), target, source)
+
+    def _through_root(
+        self, shift: FloatArray, offset: FloatArray, source: IndexArray, low: FloatArray, high: FloatArray
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Integrals over low <= r - b <= high and r < x, by pieces that grow with their distance from x."""
+        inner = np.maximum((shift - high) + offset, 0.0).ravel()
+        outer = np.maximum((shift - low) + offset, 0.0).ravel()
+        row = np.arange(inner.size) // offset.shape[1]
+        place = (shift + offset).ravel()
+        low, high = (
+            np.broadcast_to(low[:, 0], offset.shape[:1]),
+            np.broadcast_to(high[:, 0], offset.shape[:1]),
+        )
+        totals = np.zeros((3, inner.size))
+        touching = np.flatnonzero((inner == 0.0) & (outer > 0.0))
+        apart = np.flatnonzero((inner > 0.0) & (outer > inner))
+        with np.errstate(divide="ignore"):
+            count = np.ceil(np.log(outer[apart] / inner[apart]) / math.log(_RATIO)).astype(int).clip(1)
+        index = np.repeat(apart, count)
+        step = np.arange(index.size) - np.repeat(np.cumsum(count) - count, count)
+        rate = (outer[apart] / inner[apart]) ** (1.0 / count)
+        start = inner[index] * np.repeat(rate, count) ** step
+        stop = start * np.repeat(rate, count)
+        gain = 0.5 * (1.0 + self.exponent)
+        for i, begin, end, power in (
+            (touching, np.zeros(touching.size), outer[touching], gain - 1.0),
+            (index, start, stop, 0.0),
+        ):
+            if not i.size:
+                continue
+            s, weights = gauss(NEAR, power)
+            width = (end - begin)[:, None]
+            gap = begin[:, None] + width * s
+            t = row[i]
+            r = np.clip(place[i][:, None] - gap, low[t][:, None], high[t][:, None])
+            b = self.slopes.panels.base[source[t]][:, None]
+            f, curvature = self._values(source[t], r)
+            kernel = width ** (1.0 + power) * weights / self._root(2.0 * b + place[i][:, None] + r)
+            if power == 0.0:
+                kernel /= self._root(gap)
+            f = f * kernel
+            for total, part in zip(totals, (f, f * (b + r) ** 2, curvature * kernel), strict=True):
+                total += np.bincount(i, part.sum(axis=1), total.size)
+        found = totals.reshape(3, *offset.shape)
+        return found[0], found[1], found[2]
