@@ -45,8 +45,8 @@ class SurfaceCompliances:
     How the surface of one body gives way to traction waves of the wavenumber q.
 
     A pressure displaces it by 2 normal/q, a shear traction along the wave by 2 longitudinal/q and one across it by
-    2 transverse/q; a pressure displaces it along the wave by 2 coupling/q, a quarter of a wavelength aside. All in 1/Pa;
-    for an exponent k in m^k/Pa, with the powers and factors of |x|^k in place of 1/q.
+    2 transverse/q; a pressure displaces it along the wave by coupling/q, a quarter of a wavelength aside. All in 1/Pa.
+    For an exponent k they are in m^k/Pa, and cos(k pi/2) Gamma((1 - k)/2)/Gamma((1 + k)/2) (2/q)^(1 - k) stands for 2/q.
     """
 
     normal: float
@@ -82,8 +82,8 @@ def surface_compliances(body: Material) -> SurfaceCompliances:
     (Elliott, 1949; Delafargue and Ulm, 2004).
 
     Graded, with the exponent k and B = sqrt((1 + k) (1 - k nu/(1 - nu))): per depth^k, (1 - nu^2)/(h E) normal,
-    ((1 + k)/B)^2 of it longitudinal, 1/(2G cos(k pi/2)) transverse, and (1 + k)/B tan((B - 1) pi/2)/tan(k pi/2) of the
-    normal one coupling (Booker, Balaam and Davis, 1985; Giannakopoulos and Suresh, 1997; Hess, 2016), h as in
+    ((1 + k)/B)^2 of it longitudinal, 1/(2G cos(k pi/2)) transverse, and 2 (1 + k)/B tan((B - 1) pi/2)/tan(k pi/2) of
+    the normal one coupling (Booker, Balaam and Davis, 1985; Giannakopoulos and Suresh, 1997; Hess, 2016), h as in
     :func:`grading_factor`.
 
     Examples
@@ -132,7 +132,7 @@ def _(body: Graded) -> SurfaceCompliances:
         normal,
         normal * ((1.0 + k) / wave) ** 2,
         unit / (2.0 * body.shear * _cosine(k)),
-        normal * (1.0 + k) / wave * ratio,
+        2.0 * normal * (1.0 + k) / wave * ratio,
     )
 
 
