@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from pymdr.errors import NotValidError
 from pymdr.mapping.abel import Curve
+from pymdr.problem.materials import Graded, TransverselyIsotropic
 from pymdr.problem.profiles import Profile
 from pymdr.units import FloatArray
 
@@ -107,8 +108,21 @@ SOURCES: dict[str, str] = {
         "memory diagrams; here as a stack on the line, Popov and Hess (2015), chapter 5"
     ),
     "johnson": "Johnson (1985), Contact Mechanics, doi:10.1017/CBO9781139171731",
+    "elliott": "Elliott (1949), Proc. Camb. Philos. Soc. 45, 621-630: transversely isotropic half-spaces",
+    "delafargue-ulm": "Delafargue and Ulm (2004), Int. J. Solids Struct. 41, 7351-7360: indentation modulus",
+    "graded": (
+        "Booker, Balaam and Davis (1985), Int. J. Numer. Anal. Methods Geomech. 9, 353-367; Giannakopoulos and Suresh "
+        "(1997), Int. J. Solids Struct. 34, 2357-2392: half-spaces graded by a power of the depth"
+    ),
+    "hess-graded": "Hess (2016), Int. J. Eng. Sci. 104, 20-33: graded half-spaces on the line, with adhesion",
 }
 """References by key; claims and :meth:`Result.cite` quote them."""
+
+BODY_SOURCES: dict[type, tuple[str, ...]] = {
+    TransverselyIsotropic: ("elliott", "delafargue-ulm"),
+    Graded: ("graded", "hess-graded"),
+}
+"""What is cited for bodies, besides the sources of their law."""
 
 NORMAL_QUANTITIES = (
     "indentation",

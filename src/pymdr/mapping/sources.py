@@ -21,13 +21,27 @@ MANY_KNOTS = 400
 """Samples from which on knots only count where panels do not resolve the curve across them."""
 
 
+_SHORT_OF = 1.0 - 1e-6
+"""Part of the radius at which a profile is upright, as a sphere is at its own, up to which panels resolve it."""
+
+
+def _resolvable(profile: Profile) -> float:
+    """The radius in m up to which the slope of a profile can be resolved."""
+    reach = profile.reach
+    if isinstance(profile, Function) or not math.isfinite(reach):
+        return reach
+    with np.errstate(divide="ignore", invalid="ignore"):
+        upright = not np.isfinite(profile.gap_slope(np.array([reach]))[0])
+    return _SHORT_OF * reach if upright else reach
+
+
 class CurveSource(SlopeSource):
     """f' of a profile that gives it at any radius."""
 
     def __init__(self, profile: Profile) -> None:
         self.profile = profile
         self.knots = profile.breakpoints
-        self.reach = profile.reach
+        self.reach = _resolvable(profile)
         self.surveyed = not isinstance(profile, Function | Waviness)
         self._checked = 0.0
 

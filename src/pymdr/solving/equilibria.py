@@ -201,15 +201,16 @@ def _finite(equivalent: EquivalentProfile) -> EquivalentProfile:
     reach = equivalent.reach
     if reach == math.inf or equivalent.edge <= reach or math.isfinite(equivalent.g(np.array([reach]))[0]):
         return equivalent
-    return SumLine((equivalent,), equivalent.edge, (1.0 - 1e-4) * reach)
+    return SumLine((equivalent,), equivalent.edge, (1.0 - 1e-4) * reach, equivalent.exponent)
 
 
 def _refuse_endless(equivalent: EquivalentProfile) -> None:
-    """The opening of an adhesive edge grows like a^(1/2): a flatter power never stops it."""
-    if isinstance(equivalent, PowerLine) and equivalent.n <= 0.5:
+    """The opening of an adhesive edge grows like a^((1-k)/2): a flatter power never stops it."""
+    opening = 0.5 * (1.0 - equivalent.exponent)
+    if isinstance(equivalent, PowerLine) and equivalent.n <= opening:
         raise ProblemError(
             f"the tip rises like r^{equivalent.n:g}, not faster than the opening of an adhesive edge, which grows like "
-            "r^0.5: the contact would spread without end; adhesion needs an exponent above 0.5"
+            f"r^{opening:g}: the contact would spread without end; adhesion needs an exponent above {opening:g}"
         )
 
 

@@ -13,8 +13,9 @@ from pymdr.errors import PathError, ProblemError
 from pymdr.interpretation.adhesion import Visited, certify_stretched_disk, is_always_open
 from pymdr.interpretation.branches import equilibrium_curve
 from pymdr.interpretation.theories import theory_of
-from pymdr.line.adhesion import maugis_parameter, tabor_parameter
+from pymdr.line.adhesion import jkr_opening, maugis_parameter, tabor_parameter
 from pymdr.line.following import Track, Way, pressed, pulled, turning_points, under_machine
+from pymdr.mapping.moduli import effective_moduli
 from pymdr.problem.contact import Contact
 from pymdr.problem.laws import DMT, JKR, AdhesionLaw, MaugisDugdale
 from pymdr.problem.paths import load
@@ -245,17 +246,20 @@ class AdhesionRegime:
     """Which law of adhesion a contact asks for, and what the simpler ones cost."""
 
     tabor: float
-    """Tabor's parameter with the range of the law for z0; nan for a tip that is not round."""
+    """
+    Tabor's parameter with the range of the law for z0; nan for a tip that is not round. For graded bodies the opening of
+    the edge at the pull-off under a dead load over that range, scaled as Tabor's is for homogeneous ones.
+    """
     maugis: float
     """Maugis' parameter; nan for a tip that is not round."""
     regime: str
     """``"JKR"``, ``"DMT"`` or ``"transition"``."""
     recommended: AdhesionLaw
-    """The simplest law whose pull-off force is within 1 %, else MaugisDugdale."""
+    """The simplest law whose pull-off force is within 1 %, else MaugisDugdale; for graded bodies the nearer of JKR and DMT."""
     pull_off_force: Mapping[str, float]
     """Pull-off force in N under a dead load by law."""
     error: Mapping[str, float]
-    """Relative error of the pull-off force of the simpler laws against MaugisDugdale."""
+    """Relative error of the pull-off force of the simpler laws against MaugisDugdale, as far as there is one."""
     contacts: Mapping[str, Contact]
     """The contact under every law."""
 
@@ -352,6 +356,8 @@ def adhesion_regime(contact: Contact, *, range: QuantityLike | None = None) -> A
         )
     distance = _range(law, range)
     stress = law.work / distance
+    if effective_moduli(contact.body, contact.counterbody).exponent != 0.0:
+        return _graded_regime(contact, law.work, distance)
     laws: dict[str, AdhesionLaw] = {
         "MaugisDugdale": MaugisDugdale(law.work, range=distance),
         "JKR": JKR(law.work),
@@ -374,6 +380,25 @@ def adhesion_regime(contact: Contact, *, range: QuantityLike | None = None) -> A
         recommended=laws[best if abs(error[best]) <= _COST else "MaugisDugdale"],
         pull_off_force=force,
         error=error,
+        contacts=contacts,
+    )
+
+
+def _graded_regime(contact: Contact, work: float, distance: float) -> AdhesionRegime:
+    """The regime of a graded body, for which no theory of the transition is known."""
+    laws: dict[str, AdhesionLaw] = {"JKR": JKR(work), "DMT": DMT(work, range=distance)}
+    contacts = {name: replace(contact, adhesion=law) for name, law in laws.items()}
+    lost = {name: pull_off(one, machine_stiffness=0.0) for name, one in contacts.items()}
+    opening = float(jkr_opening(AdhesiveLine(contacts["JKR"]).line, lost["JKR"].contact_radius, work))
+    tabor = opening / (distance * math.sqrt(2.0 * math.pi) * (9.0 * math.pi / 8.0) ** (1.0 / 6.0))
+    maugis = 2.0 * (9.0 / (16.0 * math.pi)) ** (1.0 / 3.0) * tabor
+    return AdhesionRegime(
+        tabor=tabor,
+        maugis=maugis,
+        regime=_regime(maugis, {}),
+        recommended=laws["JKR" if maugis > 1.0 else "DMT"],
+        pull_off_force={name: one.normal_force for name, one in lost.items()},
+        error={},
         contacts=contacts,
     )
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from pymdr.errors import PathError
 from pymdr.independent.rings import Rings
-from pymdr.interpretation.validity import Assumption, Claim
+from pymdr.interpretation.validity import BODY_SOURCES, Assumption, Claim
 from pymdr.problem.contact import Contact
 from pymdr.problem.paths import LoadingPath, Path
 from pymdr.problem.schedule import Progress, Stretch, planned, times, total_rows
@@ -161,9 +161,14 @@ def solution(
         assumptions=assumptions,
         status=status,
         notes=notes,
-        references=references,
+        references=(*references, *_body_sources(task.contact)),
         machine_stiffness=task.machine_stiffness,
         starts=starts,
         rings=task.solver,
         reading=task.reading,
     )
+
+
+def _body_sources(contact: Contact) -> tuple[str, ...]:
+    found = [key for body in (contact.body, contact.counterbody) for key in BODY_SOURCES.get(type(body), ())]
+    return tuple(dict.fromkeys(found))
