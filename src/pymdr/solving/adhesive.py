@@ -33,6 +33,7 @@ from pymdr.units import FloatArray, metres, newtons
 
 _CONTROL = {"indentation": math.inf, "normal_force": 0.0}
 """Machine stiffness in N/m that stands for a prescribed channel."""
+_ROUNDING = 1e-12
 
 
 @dataclass(frozen=True)
@@ -192,6 +193,9 @@ def _told(line: AdhesiveLine, rows: _Rows, known: BoolArray) -> tuple[str, ...]:
         states = line.equilibria.states(s)
         for each in zip(states.indentation, states.normal_force, states.contact_radius, strict=True):
             d, force, a = map(float, each)
+            smooth, load = float(line.line.depth(a)), float(line.line.force(a))
+            # a jump at 0 is met to rounding of its parts
+            d, force = (0.0 if abs(x) <= _ROUNDING * size else x for x, size in ((d, smooth), (force, load)))
             words += (f"{what} at d = {metres(d)}, F = {newtons(force)}, a = {metres(a)}",)
     return (*words, f"the contact jumped in {others} other steps") if others > 0 else words
 
