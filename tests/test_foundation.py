@@ -256,6 +256,24 @@ def test_springs_of_a_punch_end_at_its_edge():
     assert springs.normal_force(0.1) == pytest.approx(0.2, rel=1e-12)
 
 
+@pytest.mark.parametrize(
+    ("profile", "length"),
+    [
+        (mdr.FlatPunch(2.0), 2.4),
+        (mdr.Paraboloid(3.0), 1.0),
+        (mdr.PowerLaw(2, 0.5, 3.0), 3.0),
+        (mdr.TruncatedCone(2.0, slope=0.1), 4.0),
+        (mdr.TruncatedSphere(2.0, flat_radius=1.5), 0.999 * 2.0),
+        (mdr.Sampled(np.linspace(0.0, 7.0, 9), np.linspace(0.0, 7.0, 9) ** 2), 7.0),
+        (mdr.Function(lambda r: abs(r - 1.0) + r**2 - 1.0, breakpoints=[1.0]), 2.0),
+    ],
+)
+def test_the_line_is_as_long_as_its_profile_tells(profile, length):
+    springs = mdr.foundation(mdr.Contact(profile, mdr.Elastic(1.0, 0.0)), n=40)
+    assert springs.position[-1] + 0.5 * springs.spacing == pytest.approx(length, rel=1e-12)
+    assert np.isfinite(springs.normal_force(1e-3))
+
+
 @pytest.mark.parametrize("n", [0, 1, -3, 2.0, "4", True])
 def test_bad_numbers_of_springs(n):
     with pytest.raises(mdr.ProblemError, match="at least 2"):

@@ -1,5 +1,8 @@
 """Measured records: read as paths, and what their loops dissipate."""
 
+import ast
+import csv
+import io
 import math
 
 import numpy as np
@@ -9,6 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import pymdr as mdr
+from pymdr.problem.paths import named_channels
 from pymdr.workbench.records import turning_points
 
 STEEL = mdr.Elastic("210 GPa", 0.3)
@@ -60,8 +64,15 @@ def test_columns_come_in_any_order_with_any_unit(tmp_path_factory, data):
     normal = [n for n in ("indentation", "normal_force", "travel") if n in chosen]
     tangential = [n for n in ("shift", "tangential_force") if n in chosen]
     if len(normal) > 1 or len(tangential) > 1:
-        with pytest.raises(mdr.PathError, match=r"channels = \["):
+        with pytest.raises(mdr.PathError, match=r"channels = \[") as refusal:
             mdr.read_path(file)
+        # what is recommended works, and loses no direction
+        remedy = ast.literal_eval(str(refusal.value).partition("channels = ")[2])
+        kept = named_channels(mdr.read_path(file, channels=remedy))
+        assert [any(n in kept for n in group) for group in (normal, tangential)] == [
+            bool(normal),
+            bool(tangential),
+        ]
     named = [*normal[-1:], *tangential[-1:]]
     path = mdr.read_path(file, channels=named)
     for name in NAMES:
@@ -87,12 +98,43 @@ def test_columns_come_in_any_order_with_any_unit(tmp_path_factory, data):
         ("load [N]\n1\n", 3, "a list of names"),
         ("time [s],load [N]\n2,1\n1,1\n", None, "must rise"),
         ("load [N],force [N]\n1,1\n", None, "2 columns of normal_force"),
+        ("load [N];shift [m]\n1;2,5\n", None, "shift = '2,5' is not a number; write decimals with a point"),
+        ('"load [N]"\t"shift [m]"\n"1"\t"x"\n', None, "line 2: shift = 'x' is not a number$"),
+        ('load [N];shift [m]\n1;2\n1;"2;3"\n', None, "line 3: shift = '2;3' is not a number"),
+        ("load [N]\tshift [m]\n1,2\n", None, "line 2: 1 entries for 2 columns"),
     ],
 )
 def test_records_that_lie(tmp_path, text, channels, words):
     (tmp_path / "r.csv").write_text(text)
     with pytest.raises(mdr.PymdrError, match=words):
         mdr.read_path(tmp_path / "r.csv", channels=channels)
+
+
+QUOTING = st.sampled_from([csv.QUOTE_MINIMAL, csv.QUOTE_ALL, csv.QUOTE_NONNUMERIC])
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    st.sampled_from(",;\t"), QUOTING, st.integers(1, 5), st.sampled_from(["note", "a, b", "a; b", 'so "called"', "\t"]),
+    st.randoms(),
+)  # fmt: skip
+def test_tables_of_spreadsheets_are_read(tmp_path_factory, separator, quoting, size, other, rng):
+    columns = {"load [mN]": "normal_force", "shift [um]": "shift", other: None}
+    order = rng.sample(sorted(columns), 3)
+    table = [[rng.uniform(-1e3, 1e3) for _ in order] for _ in range(size)]
+    written_ = io.StringIO()
+    writer = csv.writer(written_, delimiter=separator, quoting=quoting)
+    if quoting == csv.QUOTE_ALL:
+        writer.writerow(["# measured"])
+    writer.writerow(order)
+    writer.writerows(table)
+    file = tmp_path_factory.mktemp("r") / "r.csv"
+    file.write_text(written_.getvalue(), newline="")
+    found = mdr.read_record(file)
+    for title, column in zip(order, zip(*table, strict=True), strict=True):
+        if (name := columns[title]) is not None:
+            factor = 1e3 if name == "normal_force" else 1e6
+            assert found[name].values == pytest.approx(np.array(column) / factor, rel=1e-14)
 
 
 def test_a_case_follows_a_record_as_python_does(tmp_path):
@@ -135,10 +177,52 @@ def test_tables_of_results_are_records(tmp_path):
     found = mdr.read_record(tmp_path / "r.csv")
     for name in ("indentation", "normal_force", "shift", "tangential_force"):
         assert found[name].values == pytest.approx(result[name].values, rel=1e-13, abs=1e-300)
-    with pytest.raises(mdr.QuantityError, match="no quantity 'slp'"):
+    with pytest.raises(mdr.QuantityError, match="'slp', which is not written"):
         result.to_csv(tmp_path / "r.csv", units={"slp": "m"})
     with pytest.raises(mdr.FileError, match=r"Result\.to_csv"):
         result.save(tmp_path / "ball.csv")
+
+
+@pytest.mark.parametrize("file", [None, 3, b"r.csv", "", ["r.csv"], {}])
+def test_what_is_no_name_of_a_file_is_refused(file):
+    from pymdr.workbench.casefile import read_case
+
+    result = mdr.solve(mdr.Contact(mdr.Paraboloid(1.0), STEEL), mdr.indent(1e-3))
+    reading = (mdr.read_path, mdr.read_record, mdr.read_profile, mdr.open_result, read_case)
+    for verb, functions in {"read": reading, "write": (result.save, result.to_csv)}.items():
+        for function in functions:
+            with pytest.raises(mdr.FileError, match=f"cannot {verb} .*: the name of a file is needed"):
+                function(file)
+
+
+@settings(max_examples=20, deadline=None)
+@given(
+    st.lists(st.sampled_from(["normal_force", "peak_pressure", "contact_radius"]), min_size=1, unique=True),
+    st.booleans(),
+)
+def test_tables_hold_what_is_asked_for(tmp_path_factory, names, in_mega):
+    result = mdr.solve(mdr.Contact(mdr.Paraboloid("1 mm"), STEEL), mdr.indent("1 um", steps=3))
+    frame = result.to_dataframe(quantities=names)
+    assert list(frame) == names
+    file = tmp_path_factory.mktemp("t") / "t.csv"
+    units = {"peak_pressure": "MPa"} if in_mega and "peak_pressure" in names else {}
+    result.to_csv(file, quantities=names, units=units)
+    found = np.genfromtxt(file, delimiter=",", names=True, deletechars="")
+    head = file.read_text().splitlines()[0].split(",")
+    assert [title.partition(" [")[0] for title in head] == ["step", *names]
+    for name, title in zip(names, found.dtype.names[1:], strict=True):
+        factor = 1e6 if name in units else 1.0
+        assert factor * found[title] == pytest.approx(result[name].values, rel=1e-13)
+    assert list(result.to_dataframe()) == list(result.data)
+    for wrong, words in (
+        ({"quantities": "normal_force"}, "a list of names"),
+        ({"quantities": []}, "a list of names"),
+        ({"quantities": ["slp"]}, "no quantity 'slp'"),
+        ({"quantities": ["pressure"]}, "is a field"),
+        ({"units": {"peak_pressure": "MPa"}}, "'peak_pressure', which is not written; name it in quantities"),
+    ):
+        with pytest.raises(mdr.QuantityError, match=words):
+            result.to_csv(file, **wrong)
 
 
 # --- loops -----------------------------------------------------------------------------------------------
@@ -211,6 +295,10 @@ def test_bad_records_are_refused():
         (xr.Dataset({"shift": ("step", t)}), "the record has shift"),
         (record(t, t), "three turns"),
         (record(0.0 * t, t), "does not move"),
+        (record(np.sin(t), 0.0 * t), "the largest tangential_force = 0 N"),
+        (record(1e-300 * np.sin(t), t), "the swing of shift = 2e-300 m: nothing has that size"),
+        (record(np.sin(t), 1e-300 * np.sin(t)), "the largest tangential_force = 1e-300 N"),
+        (record(1e200 * np.sin(t), t), "at most 1e.60 m"),
         (record(np.where(t > 3.0, math.nan, t), t), "not known in row"),
     ):
         with pytest.raises(mdr.ProblemError, match=words):
@@ -218,6 +306,9 @@ def test_bad_records_are_refused():
     loops = mdr.measured_loops(record(np.sin(t), np.sin(t + 0.1)))
     with pytest.raises(mdr.QuantityError, match="damping_ratio"):
         loops["slip"]
+    falling = mdr.measured_loops(record(np.sin(t), -np.sin(t)))
+    assert np.isnan(falling["damping_ratio"]).all()
+    assert "nan" in falling.summary()
     assert "mean" in loops.summary()
     assert "mean" in loops._repr_html_()
     many = mdr.measured_loops(record(np.sin(20.0 * t), np.sin(20.0 * t + 0.1)))

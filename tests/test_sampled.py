@@ -1,6 +1,8 @@
 """Measured profiles, their scatter, CSV files, and the rings beside the method."""
 
+import math
 import pickle
+import re
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +15,7 @@ from pymdr.mapping import abel
 from pymdr.mapping.equivalent import equivalent_profile
 from pymdr.problem.codec import decode_case, encode_case
 from pymdr.problem.profiles import smoothing
+from pymdr.units import metres
 from pymdr.workbench.casefile import read_case
 
 UNIT = mdr.Elastic(1.0, 0.0)
@@ -234,6 +237,32 @@ def test_an_outlier_is_felt_beside_it_only(where):
     assert tip.noise == pytest.approx(1e-3, rel=0.2)
     if where != -1:  # at the end of the samples nothing holds the curve back
         assert np.max(error) < 5e-3
+
+
+@settings(max_examples=20, deadline=None)
+@given(st.integers(0, 2**32 - 1), st.floats(-9.0, 2.0), st.floats(-6.0, -2.0))
+def test_claims_of_a_fitted_curve_say_so(seed, decades, noise):
+    size = 10.0**decades
+    rng = np.random.default_rng(seed)
+    r = size * np.append(0.0, np.sort(rng.uniform(0.02, 1.0, 40)))
+    height = r * (r / (2.0 * size)) + size * 10.0**noise * rng.normal(size=r.size)
+    tip = mdr.Sampled(r, height, interpolation=mdr.SmoothingSpline())
+    off = (height - tip.offset - tip.gap(r)) / size
+    assert tip.misfit == pytest.approx(size * math.sqrt(np.mean(off**2)), rel=1e-6)
+    told = re.escape(f"off which the samples lie by {metres(tip.misfit)} (root mean square)")
+    assert re.search(told, tip.curve_in_words)
+    for profile in (tip, tip + mdr.Paraboloid(9.0 * size)):
+        assessed = mdr.assess(mdr.Contact(profile, UNIT), mdr.indent(1e-3 * size))
+        claim = assessed.claims["force_lower_bound"]
+        assert re.search(f"; of the fitted curve, {told}", claim.reason)
+    through = mdr.Sampled(r, height, interpolation=mdr.CubicSpline())
+    assert through.misfit == 0.0
+    assert (
+        "fitted"
+        not in mdr.assess(mdr.Contact(through, UNIT), mdr.indent(1e-3 * size))
+        .claims["force_lower_bound"]
+        .reason
+    )
 
 
 def test_a_scatter_smooths_unless_another_curve_is_named():

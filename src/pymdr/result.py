@@ -145,8 +145,11 @@ class Result:
         if name not in self.data:
             if name in self._fields or name in self.reading.elsewhere:
                 raise QuantityError(f"{name!r} is a field: read it with result.field({name!r}, r=...)")
-            has = ", ".join([*map(str, self.data), "peak_pressure"])
-            raise QuantityError(f"no quantity {name!r}; this result has {has}")
+            raise QuantityError(f"no quantity {shown(name)}; this result has {', '.join(self._names())}")
+
+    def _names(self) -> list[str]:
+        """Quantities that can be read."""
+        return [*map(str, self.data), "peak_pressure"]
 
     @property
     def bands(self) -> dict[str, tuple[np.ndarray, np.ndarray]]:
@@ -402,7 +405,13 @@ class Result:
 
         write_dataset(self.to_dataset(), file)
 
-    def to_csv(self, file: str | os.PathLike[str], *, units: Mapping[str, str] | None = None) -> None:
+    def to_csv(
+        self,
+        file: str | os.PathLike[str],
+        *,
+        quantities: Sequence[str] | None = None,
+        units: Mapping[str, str] | None = None,
+    ) -> None:
         """
         Write the quantities to a CSV file, one row per step, with units in the names of the columns.
 
@@ -410,6 +419,9 @@ class Result:
         ----------
         file : path
             For example "ball.csv".
+        quantities : sequence of str, optional
+            What is written, such as ``["indentation", "peak_pressure"]``; unless given, all that ``data`` holds. The
+            peak pressure, which takes a while and is found when it is first asked for, has to be named.
         units : mapping of str to str, optional
             Name of a quantity -> unit, such as ``{"indentation": "um"}``; SI units unless given.
 
@@ -420,7 +432,9 @@ class Result:
         UnitError
             If a unit is of another kind.
         QuantityError
-            If `units` names a quantity that the result does not have.
+            If the result does not have a quantity, or `units` names one that is not written.
+        NotValidError
+            If a quantity that is named is not valid for this contact.
 
         Notes
         -----
@@ -430,12 +444,17 @@ class Result:
         from pymdr.presentation.files import write_table
 
         units = dict(units or {})
+        table = self._table(quantities)
         for name in units:
-            self._refuse_missing(name)
+            if name not in table:
+                raise QuantityError(
+                    f"to_csv: units of {shown(name)}, which is not written; name it in quantities, known are "
+                    f"{', '.join(self._names())}"
+                )
         row = {"row": self.data["row"].values} if "row" in self.data.coords else {}
         columns: dict[str, np.ndarray] = {"step": np.arange(self.data.sizes["step"]), **row}
-        for name in map(str, self.data):
-            values, own = self.data[name].values, quantity(name).unit
+        for name in map(str, table):
+            values, own = table[name].values, quantity(name).unit
             unit = units.get(name, own)
             given = values if unit == own else from_si(values, own, unit)
             columns[f"{name} [{unit}]" if unit else name] = (
@@ -478,9 +497,20 @@ class Result:
             return replace(self.contact, profile=profile)
         return replace(self.contact, profile=without_callables(self.contact.profile, reach))
 
-    def to_dataframe(self) -> pd.DataFrame:
-        """One row per step, one column per quantity, in SI units."""
-        return self.data.to_dataframe()
+    def to_dataframe(self, *, quantities: Sequence[str] | None = None) -> pd.DataFrame:
+        """One row per step, one column per quantity, in SI units; `quantities` as in :meth:`to_csv`."""
+        return self._table(quantities).to_dataframe()
+
+    def _table(self, quantities: Sequence[str] | None) -> xr.Dataset:
+        """The quantities that are asked for, over ``step``; all that are stored unless any is named."""
+        if quantities is None:
+            return self.data
+        if isinstance(quantities, str) or not isinstance(quantities, Sequence) or not quantities:
+            raise QuantityError(
+                f"quantities = {shown(quantities)}: a list of names is needed, such as ['normal_force', 'peak_pressure']"
+            )
+        table = self.data[[]]
+        return table.assign({name: self[name].variable for name in quantities})
 
     def to_xarray(self) -> xr.Dataset:
         """The labelled arrays over ``step``, as copies."""

@@ -81,6 +81,9 @@ class SlopeSource(ABC):
     surveyed: bool = False
     """Whether nothing narrow can hide between the points at which f' is asked."""
 
+    fitted: str = ""
+    """What stands for the profile where it was fitted to samples, in words."""
+
     @abstractmethod
     def sample(self, base: FloatArray, offset: FloatArray) -> tuple[FloatArray, FloatArray]:
         """F' beside base + offset, and the offsets of the radii at which it was evaluated."""

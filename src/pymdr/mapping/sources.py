@@ -12,8 +12,17 @@ from pymdr.mapping.callables import check_consistency, find_kinks
 from pymdr.mapping.derived import DerivedSource
 from pymdr.mapping.series import TERMS, Panels, Place, Series, evaluate
 from pymdr.mapping.slopes import SlopeSource
-from pymdr.problem.profiles import Function, Interpolated, Profile, Sampled, Sum, Waviness, call
-from pymdr.units import FloatArray
+from pymdr.problem.profiles import (
+    Function,
+    Interpolated,
+    Profile,
+    Sampled,
+    SmoothingSpline,
+    Sum,
+    Waviness,
+    call,
+)
+from pymdr.units import FloatArray, metres
 
 _CHECKED_BEYOND = 1.5
 _FARTHER_OUT = 2.0**30
@@ -93,6 +102,8 @@ class SplineSource(SlopeSource):
         if many:
             self.soft_knots = inner
         self.reach = float(self.breaks[-1])
+        if isinstance(profile.interpolation, SmoothingSpline):
+            self.fitted = f"of the fitted curve, off which the samples lie by {metres(profile.misfit)} (root mean square)"
 
     def sample(self, base: FloatArray, offset: FloatArray) -> tuple[FloatArray, FloatArray]:
         """F' beside base + offset."""
@@ -152,6 +163,7 @@ class SumSource(SlopeSource):
         self.reach = min(part.reach for part in parts)
         self.known_everywhere = all(part.known_everywhere for part in parts) and math.isfinite(self.reach)
         self.surveyed = all(part.surveyed for part in parts)
+        self.fitted = "; ".join(part.fitted for part in parts if part.fitted)
 
     def sample(self, base: FloatArray, offset: FloatArray) -> tuple[FloatArray, FloatArray]:
         """F' at the rounded radii, and their offsets."""

@@ -20,6 +20,7 @@ from pymdr.problem.codec import decode_case, encode_case, unknown_kinds
 from pymdr.problem.contact import Contact
 from pymdr.problem.paths import CHANNELS, History, Leg, LoadingPath, Path, legs
 from pymdr.quantities import BAND_ENDS, QUANTITIES
+from pymdr.units import shown
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -31,6 +32,30 @@ _ERROR = "pymdr_error_"
 _CHECKSUM = "pymdr_checksum"
 _LONG = 100
 """Rows above which a history is kept as an array."""
+
+
+def named_file(file: object, verb: str) -> FilePath:
+    """
+    The path of a file that people name.
+
+    Raises
+    ------
+    FileError
+        If it is no name of a file; `verb` says what was to be done with it, such as "read".
+
+    Examples
+    --------
+    >>> named_file(None, "read")
+    Traceback (most recent call last):
+        ...
+    pymdr.errors.FileError: cannot read None: the name of a file is needed, a text or a pathlib.Path
+    """
+    name = os.fspath(file) if isinstance(file, os.PathLike) else file
+    if not isinstance(name, str) or not name:
+        raise FileError(
+            f"cannot {verb} {shown(file)}: the name of a file is needed, a text or a pathlib.Path"
+        )
+    return FilePath(name)
 
 
 def write_whole(file: str | os.PathLike[str], write: Callable[[FilePath], object]) -> None:
@@ -48,7 +73,7 @@ def write_whole(file: str | os.PathLike[str], write: Callable[[FilePath], object
     FileError
         If the folder cannot be written.
     """
-    target = FilePath(file)
+    target = named_file(file, "write")
     if "\0" in str(target):
         raise FileError(f"cannot write {str(target)!r}: a name of a file has no character NUL")
     try:
@@ -330,8 +355,7 @@ def write_table(columns: Mapping[str, np.ndarray], file: str | os.PathLike[str])
 
 def write_dataset(dataset: xr.Dataset, file: str | os.PathLike[str]) -> None:
     """Write a packed dataset as NetCDF, with its checksum behind the end."""
-    suffix = FilePath(file).suffix
-    if suffix.lower() not in _SUFFIXES:
+    if named_file(file, "write").suffix.lower() not in _SUFFIXES:
         raise FileError(
             f"cannot write {str(file)!r}: a result is saved as NetCDF, with a name that ends with '.nc'; a table of its "
             "quantities is Result.to_csv('ball.csv')"
@@ -387,7 +411,7 @@ def read_dataset(file: str | os.PathLike[str]) -> xr.Dataset:
     """Read a packed dataset."""
     import xarray as xr
 
-    source = FilePath(file)
+    source = named_file(file, "read")
     try:
         regular = source.is_file()
     except ValueError:

@@ -28,7 +28,8 @@ def foundation(
     n : int
         Number of springs, at least 2.
     half_length : quantity, optional
-        Half the length of the line in m; a third of the profile's radius (or 1.2 edges) unless given.
+        Half the length of the line in m; unless given 1.2 edges, a third of the radius of curvature, or twice the
+        last breakpoint, and not beyond the reach of the profile.
 
     Returns
     -------
@@ -56,6 +57,10 @@ def foundation(
         length = 1.2 * line.equivalent.edge
     elif contact.profile.curvature_radius is not None:
         length = contact.profile.curvature_radius / 3.0
+    elif contact.profile.breakpoints:
+        length = min(2.0 * contact.profile.breakpoints[-1], line.equivalent.reach)
+    elif math.isfinite(line.equivalent.reach):
+        length = line.equivalent.reach
     else:
         raise ProblemError("foundation: this profile has no length of its own; give half_length='1 um' or so")
     if length <= 0.0:

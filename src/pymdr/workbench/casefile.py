@@ -11,6 +11,7 @@ from typing import Any
 
 from pymdr.errors import CaseError, PymdrError
 from pymdr.independent.rings import Rings
+from pymdr.presentation.files import named_file
 from pymdr.problem.codec import decode_case
 from pymdr.problem.contact import Contact
 from pymdr.problem.paths import CHANNELS, LoadingPath
@@ -53,7 +54,7 @@ def read_case(file: str | os.PathLike[str]) -> Case:
     CaseError
         If it is not a case; the message names file, table, key, value and remedy.
     """
-    source = Path(file)
+    source = named_file(file, "read")
     text = read_text(source, _LARGEST, "case file")
     try:
         plain = tomllib.loads(text)

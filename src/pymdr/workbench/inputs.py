@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import os
 import stat
-from pathlib import Path
 
 from pymdr.errors import CaseError, FileError
+from pymdr.presentation.files import named_file
 
 
 def read_text(file: str | os.PathLike[str], largest: int, what: str) -> str:
@@ -35,7 +35,7 @@ def read_text(file: str | os.PathLike[str], largest: int, what: str) -> str:
     CaseError
         If it is too large or no text in UTF-8.
     """
-    source = Path(file)
+    source = named_file(file, "read")
     try:
         handle = os.open(source, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
     except ValueError as error:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pymdr.errors import ProblemError, QuantityError
+from pymdr.problem.values import within_range
 from pymdr.result import Result
 from pymdr.units import FloatArray, QuantityLike, from_si, good_unit, metres, shown, to_si
 
@@ -63,7 +64,8 @@ class MeasuredLoops:
         if n > 2 * _SHOWN:
             rows.insert(_SHOWN, ("...",) * 6)
         if n > 1:
-            rows.append(("mean", *(f"{np.nanmean(c):.4g}" for c in columns)))
+            known = [c[~np.isnan(c)] for c in columns]
+            rows.append(("mean", *(f"{c.mean() if c.size else math.nan:.4g}" for c in known)))
         return rows
 
     def summary(self) -> str:
@@ -111,7 +113,8 @@ def measured_loops(record: xr.Dataset | Result, *, least: QuantityLike | None = 
     Raises
     ------
     ProblemError
-        If a force or its displacement is missing, a value is not finite, or there is no whole cycle.
+        If a force or its displacement is missing, 0 in all rows or beyond all sizes, a value is not finite, or there
+        is no whole cycle.
     UnitError
         If the units of a column are not those of a length or a force.
 
@@ -119,7 +122,7 @@ def measured_loops(record: xr.Dataset | Result, *, least: QuantityLike | None = 
     -----
     With amplitudes u = (u_max - u_min) / 2 and F = (F(u_max) - F(u_min)) / 2 the damping ratio is W / (4 pi U) with
     U = F u / 2, that of the viscous damper which dissipates as much in a cycle (Jacobsen 1930), and the stiffness is
-    the secant F / u. These are measured numbers: noise of the force adds to W about its standard deviation times
+    the secant F / u. Where the force does not rise with the displacement, there is no damping ratio: nan. These are measured numbers: noise of the force adds to W about its standard deviation times
     the step of the displacement times the root of the number of samples, with either sign.
 
     Examples
@@ -160,6 +163,8 @@ def measured_loops(record: xr.Dataset | Result, *, least: QuantityLike | None = 
             if least is None
             else f"measured_loops: least = {shown(least)}; it must be above 0 m"
         )
+    within_range(swing, "m", f"measured_loops: the swing of {displacement}", size=True)
+    within_range(float(np.max(np.abs(pull))), "N", f"measured_loops: the largest {force}", size=True)
     turns = turning_points(u, threshold)
     first, last = turns[:-2:2], turns[2::2]
     if first.size == 0:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import os
 import re
 import warnings
@@ -12,6 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pymdr.errors import CaseError, PathError, UnitError
+from pymdr.presentation.files import named_file
 from pymdr.problem.paths import CHANNELS, NORMAL_CHANNELS, TANGENTIAL_CHANNELS
 from pymdr.problem.paths import Path as MeasuredPath
 from pymdr.problem.profiles import Sampled
@@ -49,7 +51,8 @@ def read_columns(file: str | os.PathLike[str]) -> dict[str, FloatArray]:
     Radius, height and scatter in m from a CSV file.
 
     The first line that is no comment (``#``) is the header; every length column names its unit in brackets,
-    as in ``r [nm], f [nm], scatter [nm]``. Other columns are left alone.
+    as in ``r [nm], f [nm], scatter [nm]``. Other columns are left alone. Commas, semicolons or tabs stand between
+    the columns, and entries may be quoted; decimals are written with a point.
 
     Parameters
     ----------
@@ -80,7 +83,8 @@ def read_record(file: str | os.PathLike[str]) -> xr.Dataset:
         With any of the columns time, displacement (or indentation), load (or normal force), travel, shift and
         tangential force, each with its unit: ``time [s], load [mN], shift [um]``. Names with underscores, as
         :meth:`pymdr.Result.to_csv` writes them, are the same; other columns are left alone, and lines that begin
-        with ``#`` are comments.
+        with ``#`` are comments. Commas, semicolons or tabs stand between the columns, and entries may be quoted, as
+        spreadsheets do; decimals are written with a point.
 
     Returns
     -------
@@ -128,12 +132,13 @@ def read_path(file: str | os.PathLike[str], *, channels: Sequence[str] | None = 
     named = (
         [name for name in CHANNELS if name in found] if channels is None else _chosen(file, channels, found)
     )
-    for group in (NORMAL_CHANNELS, TANGENTIAL_CHANNELS):
-        both = [name for name in named if name in group]
+    directions = [[n for n in named if n in group] for group in (NORMAL_CHANNELS, TANGENTIAL_CHANNELS)]
+    for both in directions:
         if len(both) > 1:
+            one_each = [names[0] for names in directions if names]
             raise PathError(
-                f"{file} has {' and '.join(both)}, of which one can be prescribed: name it with "
-                f"channels = [{both[0]!r}]"
+                f"{file} has {' and '.join(both)}, of which one can be prescribed: name what is, for example with "
+                f"channels = {one_each}"
             )
     if not named:
         raise PathError(f"{file} has no column of {', '.join(CHANNELS[:-1])} or {CHANNELS[-1]}")
@@ -160,13 +165,14 @@ def _chosen(file: object, channels: Sequence[str], found: Mapping[str, FloatArra
 def _read(
     file: str | os.PathLike[str], names: Names, needed: Sequence[str], example: str
 ) -> dict[str, FloatArray]:
-    source = Path(file)
+    source = named_file(file, "read")
     lines = read_text(source, _LARGEST, "table").replace("\r\n", "\n").replace("\r", "\n").split("\n")
-    numbered = [i for i, line in enumerate(lines) if line.strip() and not line.lstrip().startswith("#")]
+    numbered = [i for i, line in enumerate(lines) if line.strip() and not line.lstrip(' \t"').startswith("#")]
     rows = [lines[i] for i in numbered]
     if len(rows) < 2:
         raise CaseError(f"{source}: no table; write a header such as '{example}' and rows of numbers")
-    header = rows[0].split(",")
+    separator = _separator(rows[0], names)
+    header = _cells(rows[0], separator)
     found = {
         quantity: [i for i, title in enumerate(header) if _title(title)[0] in words]
         for quantity, words in names.items()
@@ -176,7 +182,7 @@ def _read(
         # what stands there is not repeated: the file may be no table, and not meant to be read aloud
         raise CaseError(
             f"{source}: its first line that is no comment is not a header of a table, which names columns with units "
-            f"and commas between them, for example '{example}'"
+            f"and commas, semicolons or tabs between them, for example '{example}'"
         )
     for quantity in needed:
         if quantity not in found:
@@ -191,8 +197,24 @@ def _read(
             )
     chosen = {quantity: where[0] for quantity, where in found.items()}
     factors = {quantity: _factor(source, quantity, header[i]) for quantity, i in chosen.items()}
-    table = _numbers(source, rows[1:], numbered[1:], chosen, len(header))
+    table = _numbers(source, rows[1:], numbered[1:], chosen, len(header), separator)
     return {quantity: _scaled(table[:, i], factors[quantity]) for i, quantity in enumerate(chosen)}
+
+
+def _separator(header: str, names: Names) -> str:
+    """What stands between the columns: the one of comma, semicolon and tab by which most titles are known."""
+    words = {word for some in names.values() for word in some}
+    return max(",;\t", key=lambda mark: sum(_title(title)[0] in words for title in _cells(header, mark)))
+
+
+def _cells(line: str, separator: str) -> list[str]:
+    """The entries of a line, without the quotes in which spreadsheets put texts."""
+    if '"' in line:
+        try:
+            return next(csv.reader([line], delimiter=separator, skipinitialspace=True))
+        except csv.Error:  # an entry of more characters than it reads
+            pass
+    return line.split(separator)
 
 
 def _title(title: str) -> tuple[str, str | None]:
@@ -220,36 +242,50 @@ def _scaled(values: FloatArray, factor: float) -> FloatArray:
 
 
 def _numbers(
-    source: Path, rows: Sequence[str], numbered: Sequence[int], chosen: Mapping[str, int], width: int
+    source: Path,
+    rows: Sequence[str],
+    numbered: Sequence[int],
+    chosen: Mapping[str, int],
+    width: int,
+    separator: str,
 ) -> FloatArray:
     """The chosen columns; the first row that is not numbers is named."""
-    if all(row.count(",") == width - 1 for row in rows):
+    if all(row.count(separator) == width - 1 for row in rows):
         try:
             with warnings.catch_warnings():
                 warnings.simplefilter("error")
                 table = np.loadtxt(
-                    rows, delimiter=",", comments=None, usecols=list(chosen.values()), ndmin=2, dtype=float
+                    rows,
+                    delimiter=separator,
+                    quotechar='"',
+                    comments=None,
+                    usecols=list(chosen.values()),
+                    ndmin=2,
+                    dtype=float,
                 )
         except (ValueError, UserWarning):
             pass
         else:
             if len(table) == len(rows) and np.all(np.isfinite(table)):
                 return table
-    for line, row in zip(numbered, rows, strict=True):
-        cells = row.split(",")
+    table = np.empty((len(rows), len(chosen)))
+    for into, line, row in zip(table, numbered, rows, strict=True):
+        cells = _cells(row, separator)
         if len(cells) != width:
             raise CaseError(
                 f"{source}, line {line + 1}: {len(cells)} entries for {width} columns of the header"
             )
-        for quantity, i in chosen.items():
+        for k, (quantity, i) in enumerate(chosen.items()):
             told = f"{source}, line {line + 1}: {quantity} = {cells[i].strip()[:40]!r}"
             if cells[i].strip().lower().lstrip("+-") in ("nan", "inf", "infinity", ""):
                 raise CaseError(f"{told}; every entry must be a finite number: delete rows without data")
             if not _NUMBER.fullmatch(cells[i]):
-                raise CaseError(f"{told} is not a number")
-            if not np.isfinite(float(cells[i])):
+                remedy = "; write decimals with a point" if "," in cells[i] else ""
+                raise CaseError(f"{told} is not a number{remedy}")
+            into[k] = float(cells[i])
+            if not np.isfinite(into[k]):
                 raise CaseError(f"{told} is not a number that a float can hold")
-    return np.array([[float(row.split(",")[i]) for i in chosen.values()] for row in rows])
+    return table
 
 
 def read_profile(file: str | os.PathLike[str], *, interpolation: Interpolation | None = None) -> Sampled:

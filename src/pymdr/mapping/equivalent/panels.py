@@ -538,8 +538,8 @@ class PanelLine(EquivalentProfile):
         return radius
 
     def rests_on(self) -> tuple[str, ...]:
-        """Below which radius the law of the tip stands for the profile, and how narrow features were looked for."""
-        words = []
+        """What was fitted to samples, below which radius a law stands for the tip, and how narrow features were looked for."""
+        words = [self.source.fitted] if self.source.fitted else []
         if self.source.continued > 0.0:
             words.append(
                 f"continued below r = {metres(self.source.continued)}, where its values are rounding"

@@ -113,6 +113,8 @@ class Curve:
     """Its f(0) in m."""
     words: str
     """What it is."""
+    misfit: float = 0.0
+    """Root mean square in m by which the samples lie off it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -198,6 +200,11 @@ class Sampled(Profile):
     def curve_in_words(self) -> str:
         """What curve was run through the samples, and what it took for their noise."""
         return self._curve.words
+
+    @property
+    def misfit(self) -> float:
+        """Root mean square in m by which the samples lie off the curve; 0 if it runs through every one."""
+        return self._curve.misfit
 
     @property
     def offset(self) -> float:
@@ -304,7 +311,7 @@ def curve(
         raised = height - height[0]
         highest = float(np.max(np.abs(raised)))
         size = power_of_two(highest or width)
-        c, level, words = _scaled_curve(radius / width, raised / size, scatter, size, interpolation)
+        c, level, misfit, words = _scaled_curve(radius / width, raised / size, scatter, size, interpolation)
         for power in range(4):
             c[3 - power] *= size
             for _ in range(power):  # the third power of a small width underflows
@@ -317,17 +324,17 @@ def curve(
     poly = interpolate.PPoly(c, np.array(radius))
     for array in (poly.c, poly.x):
         array.flags.writeable = False
-    return Curve(poly, float(height[0]) + level * size, words)
+    return Curve(poly, float(height[0]) + level * size, words, misfit * size)
 
 
 def _scaled_curve(
     r: FloatArray, f: FloatArray, scatter: FloatArray | None, size: float, interpolation: Interpolation
-) -> tuple[FloatArray, float, str]:
-    """Coefficients, f(0) and words of the curve through samples of size 1."""
+) -> tuple[FloatArray, float, float, str]:
+    """Coefficients, f(0), misfit and words of the curve through samples of size 1."""
     from scipy import interpolate
 
     if not np.isfinite(f).all():
-        return np.full((4, r.size - 1), math.nan), 0.0, ""
+        return np.full((4, r.size - 1), math.nan), 0.0, 0.0, ""
     if isinstance(interpolation, SmoothingSpline):
         return _smoothing(r, f, scatter, size)
     if isinstance(interpolation, CubicSpline):
@@ -337,12 +344,12 @@ def _scaled_curve(
         c = np.array(interpolate.PchipInterpolator(r, f).c)
         words = "a shape-preserving cubic through every sample"
     c[3] = f[:-1]
-    return c, 0.0, words
+    return c, 0.0, 0.0, words
 
 
 def _smoothing(
     r: FloatArray, f: FloatArray, scatter: FloatArray | None, size: float
-) -> tuple[FloatArray, float, str]:
+) -> tuple[FloatArray, float, float, str]:
     from pymdr.problem.profiles.smoothing import smooth
 
     known = scatter is not None and bool(np.any(scatter > 0.0))
@@ -363,8 +370,12 @@ def _smoothing(
             value,
         ]
     )
+    misfit = math.sqrt(np.mean((f - found.level - found.values[:, 0]) ** 2))
     if not known:
-        words = f"a smoothing spline; the samples lie about it by {metres(found.noise * size)}"
+        words = (
+            f"a smoothing spline, off which the samples lie by {metres(misfit * size)} (root mean square); their noise is "
+            f"about {metres(found.noise * size)}"
+        )
     elif found.believed:
         words = f"a smoothing spline by the scatter; the samples lie about it by {found.noise:.2g} of it"
     else:
@@ -372,4 +383,4 @@ def _smoothing(
             "a smoothing spline by the ratios of the scatter, not its size; the samples lie about it by "
             f"{found.noise:.2g} of it"
         )
-    return c, found.level, words
+    return c, found.level, misfit, words
