@@ -275,10 +275,10 @@ def forward(
 
 
 def moment(
-    slope: Curve, x: ArrayLike, *, breakpoints: Sequence[float] = (), noise: float = 0.0
+    slope: Curve, x: ArrayLike, *, breakpoints: Sequence[float] = (), k: float = 0.0, noise: float = 0.0
 ) -> FloatArray:
     """
-    First moment int_0^x t g'(t) dt = int_0^x f'(r) r^2 / sqrt(x^2 - r^2) dr of the equivalent profile.
+    First moment int_0^x t^(1+k) g'(t) dt = int_0^x f'(r) r^2 (x^2 - r^2)^((k-1)/2) dr of the equivalent profile.
 
     Parameters
     ----------
@@ -288,21 +288,25 @@ def moment(
         Positions on the line in m.
     breakpoints : sequence of float
         Rising radii in m at which f' is not smooth.
+    k : float
+        Exponent of the grading, -1 < k < 1; 0 for a homogeneous half-space.
     noise : float
         Rounding noise of the slope, below which no convergence is asked for.
 
     Returns
     -------
     ndarray
-        In m^2; the normal force is 2 E* times this (Sneddon 1965).
+        In m^(2+k); for k = 0 the normal force is 2 E* times this (Sneddon 1965), else 2 c / (1 + k) times this.
 
     Examples
     --------
     >>> bool(abs(moment(lambda r: r, 3.0) - 18.0) < 1e-13)
     True
+    >>> bool(abs(moment(lambda r: r, 3.0, k=0.5) - 3.0**3.5 / 2.625) < 1e-12)
+    True
     """
     x, flat = _columns(x)
-    values = flat**2 * _slope_moment(slope, flat, breakpoints, np.square, 0.0, noise, "force")
+    values = flat ** (2.0 + k) * _slope_moment(slope, flat, breakpoints, np.square, k, noise, "force")
     return np.asarray(values.reshape(x.shape))
 
 

@@ -203,7 +203,8 @@ class ResolvedSlope:
             # larger radii may show that nothing but rounding was resolved
             if self.slopes is None or inner < self.inner or self.source.continued != self.continued:
                 self._begin(x, min(inner, self.inner))
-            while self.front < x * _AT_END:
+            # where the profile is found to end before, no more is asked
+            while self.front < min(x, self.limit) * _AT_END:
                 self._extend(x)
             if self.source.continued == self.continued:
                 break
@@ -220,7 +221,7 @@ class ResolvedSlope:
             floor = min(floor, self.floor)
         top = max(x, self.front)
         self.floor, self.front, self.slopes = floor, floor, None
-        while self.front < top:
+        while self.front < min(top, self.limit):
             self._extend(top)
         assert self.slopes is not None
         self.tail = _tail(self.slopes, floor)

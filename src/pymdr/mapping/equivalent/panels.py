@@ -245,6 +245,8 @@ class PanelLine(EquivalentProfile):
         if positive.any():
             inside = flat.take(positive)
             answer[positive] = self._evaluate(self._map_over(inside), inside, which)
+            # mapping may have found where the profile ends
+            answer[positive & (at > self._end * (1.0 + 1e-12))] = math.nan
         if which == "slope":
             tip = known & (at == 0.0)
             if tip.any():
@@ -586,9 +588,10 @@ class PanelLine(EquivalentProfile):
         stop = (float(edge.base), float(edge.offset))
         inside = (base - stop[0]) + offset < stop[1]
         x = base + offset
-        positive = x[inside & (x > 0.0)]
-        if positive.size:
-            image = self.map_to(float(edge.x), max(float(positive.min()), 2.0**-60 * float(edge.x)))
+        # for k below 0 the centre feels the tip deep inside
+        asked = x[inside & ((x > 0.0) | (self.exponent < 0.0))]
+        if asked.size:
+            image = self.map_to(float(edge.x), max(float(asked.min()), 2.0**-60 * float(edge.x)))
         answer = np.zeros(x.shape)
         part = returning.Stretch(image.bunches, (0.0, 0.0), stop)
         answer[inside] = returning.over_root(part, base[inside], offset[inside], self.exponent)
