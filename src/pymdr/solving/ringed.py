@@ -25,7 +25,7 @@ _QUANTITIES: dict[str, Callable[[RingSolution], float]] = {
     "indentation": lambda s: s.indentation,
     "normal_force": lambda s: s.force,
     "contact_radius": lambda s: s.contact_radius,
-    "inner_contact_radius": lambda s: s.zones[0][0],
+    "inner_contact_radius": lambda s: s.zones[0][0] if s.zones else 0.0,
     "contact_area": lambda s: s.contact_area,
     "normal_stiffness": lambda s: s.stiffness,
     "mean_pressure": lambda s: s.mean_pressure,
