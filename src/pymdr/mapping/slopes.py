@@ -219,6 +219,10 @@ class ResolvedSlope:
         self.floor, self.front, self.slopes = floor, floor, None
         while self.front < top:
             self._extend(top)
+        if self.knots and self.knots[0] < ABOVE_TAIL * floor:
+            # the image begins at the first kink, and is to lie above the tail
+            self._begin(x, inner)
+            return
         assert self.slopes is not None
         self.tail = _tail(self.slopes, floor)
         self._power_from = math.inf
