@@ -426,30 +426,39 @@ class Charges:
         slopes = self.slopes
         rough = np.flatnonzero(slopes.jump_error > 8.0 * np.finfo(float).eps * slopes.size)
         total = np.zeros(offset.shape)
-        for b, error in zip(
-            slopes.panels.base[rough].tolist(), slopes.jump_error[rough].tolist(), strict=True
-        ):
-            beyond = np.flatnonzero(base + offset[:, -1] > b)
-            distance = (base[beyond] - b)[:, None] + offset[beyond]
+        places = slopes.panels.base[rough], slopes.panels.low[rough], slopes.jump_error[rough]
+        for start, low, error in zip(*(values.tolist() for values in places), strict=True):
+            beyond = np.flatnonzero((base - start) + (offset[:, -1] - low) > 0.0)
+            distance = (base[beyond] - start)[:, None] + (offset[beyond] - low)
+            b = start + low
             with np.errstate(divide="ignore", invalid="ignore"):
                 term = error * b / self._root(distance * (2.0 * b + distance))
             total[beyond] += np.where(distance > 0.0, term, 0.0)
         return total
 
-    def spread_error(self, x: FloatArray) -> FloatArray:
-        """Error of g at places in m, from the measured errors of f'."""
+    def spread_error(self, base: FloatArray, offset: FloatArray) -> FloatArray:
+        """Error of g at places on panels, shape of `offset` (T, k), from the measured errors of f'."""
         panels, slopes = self.slopes.panels, self.slopes
         # of many panels only those count whose error is more than rounding
         floor = 8.0 * np.finfo(float).eps * slopes.size if slopes.size.size > _MANY else 0.0
         rough = np.flatnonzero(slopes.error > floor)
-        total = np.zeros(x.shape)
+        total = np.zeros(offset.size)
+        bases, offsets = np.repeat(base, offset.shape[1])[:, None], offset.reshape(-1, 1)
+        x = bases + offsets
         for start in range(0, rough.size, 4096):
             i = rough[start : start + 4096]
-            # the panels follow one another, so that all but the first begin where another ends
-            edges = np.append(panels.start[i[0]], panels.stop[i[0] : i[-1] + 1])
-            angle = self._share(np.minimum(edges / x[:, None], 1.0))
-            total += x * (np.diff(angle)[:, i - i[0]] @ slopes.error[i])
-        return total
+            # the panels follow one another, so that all but the last end where another begins
+            covered = slice(int(i[0]), int(i[-1]) + 1)
+            edge_base = np.append(panels.base[covered], panels.base[i[-1]])
+            edge_offset = np.append(panels.low[covered], panels.high[i[-1]])
+            # beside a breakpoint a radius has lost what the offsets keep
+            angle = offsets - edge_offset
+            if base.any() or edge_base.any():
+                angle += bases - edge_base
+            np.maximum(angle, 0.0, out=angle)
+            angle /= x
+            total -= x[:, 0] * (np.diff(self._share_above(angle))[:, i - i[0]] @ slopes.error[i])
+        return total.reshape(offset.shape)
 
     def _kernel(self, shift: FloatArray, x: FloatArray, base: FloatArray, offset: FloatArray) -> FloatArray:
         """1 / sqrt(x^2 - r^2), shape (pairs, places, nodes)."""
@@ -462,9 +471,10 @@ class Charges:
         """What stands below in the kernel, of x^2 - r^2."""
         return np.sqrt(square)
 
-    def _share(self, s: FloatArray) -> FloatArray:
-        """The integral of the kernel over radii up to s for x = 1."""
-        return np.arcsin(s)
+    def _share_above(self, distance: FloatArray) -> FloatArray:
+        """The integral of the kernel for x = 1 over radii nearer than a distance."""
+        # half of the angle whose cosine is r / x
+        return np.asarray(2.0 * np.arcsin(np.sqrt(0.5 * distance)))
 
 
 def _is_fractional(panels: Panels, series: Series) -> BoolArray:

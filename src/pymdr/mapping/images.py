@@ -188,10 +188,10 @@ def _fit_image(charges: Charges, panels: Panels, u: FloatArray) -> _Fitted:
     size = np.max(np.abs(plain), axis=2)
     with np.errstate(divide="ignore", invalid="ignore"):
         error = np.where(size > 0.0, misfit / size, 0.0)
-        at = panels.start[:, None] + panels.width[:, None] * _SPREAD_AT
-        rough = charges.spread_error(at.ravel()).reshape(at.shape)
+        at = panels.low[:, None] + panels.width[:, None] * _SPREAD_AT
+        rough = charges.spread_error(panels.base, at)
         rough = np.where(size[:, :1] > 0.0, rough / np.max(np.abs(values[:, 0]), axis=1)[:, None], 0.0)
-        jumps = charges.jump_error(panels.base, panels.low[:, None] + panels.width[:, None] * _SPREAD_AT)
+        jumps = charges.jump_error(panels.base, at)
         jumps = np.where(size[:, 1] > 0.0, np.max(jumps, axis=1) / np.max(np.abs(values[:, 1]), axis=1), 0.0)
     # one that is rough at its end only, where the profile may end steeply, is divided all the same
     known, spread = np.median(rough, axis=1), np.max(rough, axis=1)

@@ -104,6 +104,21 @@ def power_shares(n: float, k: float) -> tuple[float, float]:
     return n / (n + rise), 2.0 * n * n / (rise * (n + rise) * (2.0 * n + rise))
 
 
+def share_above(distance: FloatArray, k: float) -> FloatArray:
+    """
+    The integral int_(1-d)^1 (1 - t^2)^((k-1)/2) dt, with the digits of d.
+
+    Examples
+    --------
+    >>> bool(abs(share_above(np.ones(1), 0.0)[0] - math.pi / 2) < 1e-15)
+    True
+    """
+    from scipy.special import beta, betainc
+
+    p = 0.5 * (1.0 + k)
+    return np.asarray(0.5 * beta(0.5, p) * betainc(p, 0.5, distance * (2.0 - distance)))
+
+
 class GradedCharges(Charges):
     """
     A resolved slope as it acts on places of the line of a graded half-space.
@@ -137,8 +152,8 @@ class GradedCharges(Charges):
     def _root(self, square: FloatArray) -> FloatArray:
         return np.asarray(square ** (0.5 * (1.0 - self.exponent)))
 
-    def _share(self, s: FloatArray) -> FloatArray:
-        return share_below(s, self.exponent)
+    def _share_above(self, distance: FloatArray) -> FloatArray:
+        return share_above(distance, self.exponent)
 
     def _add_beside(
         self, totals: FloatArray, panels: Panels, u: FloatArray, target: IndexArray, source: IndexArray

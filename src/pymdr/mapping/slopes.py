@@ -223,6 +223,10 @@ class ResolvedSlope:
         self.floor, self.front, self.slopes = floor, floor, None
         while self.front < min(top, self.limit):
             self._extend(top)
+        if self.knots and self.knots[0] < ABOVE_TAIL * floor:
+            # the image begins at the first kink, and is to lie above the tail
+            self._begin(x, inner)
+            return
         assert self.slopes is not None
         self.tail = _tail(self.slopes, floor)
         self._power_from = math.inf
@@ -414,12 +418,14 @@ def _resolve(
         begins = pending.begins
         thinnest = np.maximum(64.0 * np.finfo(float).eps * pending.base, 1e-300)
         last = (pending.width <= thinnest) | (generation == _GENERATIONS)
+        # what no panel resolves is felt like a jump
+        leap = np.where(last & ~fits, fit.error, 0.0)
         fits |= last | (begins & (generation >= _GRADED))
         taken = pending.take(fits)
         error = fit.error[fits] + source.uncertainty(taken)
         beside = np.stack([fit.exponent_error[fits], np.zeros(taken.count)], axis=1)
         none = np.zeros(taken.count)
-        done.append(Slopes(taken, fit.series.take(fits), error, fit.size[fits], none, none, beside))
+        done.append(Slopes(taken, fit.series.take(fits), error, fit.size[fits], none, leap[fits], beside))
         rest = np.flatnonzero(~fits)
         if rest.size == 0:
             break

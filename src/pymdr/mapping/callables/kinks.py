@@ -102,14 +102,16 @@ def find_kinks(
             for one, other in pairwise(marks)
             if more and other - one > 256.0 * EPS * other
         ]
-    return sorted(_begun(curve, radius) for radius in found)
+    found.sort()
+    return [_begun(curve, radius, before) for before, radius in pairwise([low, *found])]
 
 
-def _begun(curve: Curve, radius: float) -> float:
-    """The last float at which a curve that is 0 before a radius is 0; the radius itself where it is not."""
+def _begun(curve: Curve, radius: float, before: float) -> float:
+    """The last float at which a curve that is 0 before a radius is 0; the radius itself where it is not, or begins before."""
     low, high = radius * (1.0 - _BESIDE), radius * (1.0 + _BESIDE)
     if (
-        np.any(curve(radius * (1.0 - _BESIDE * np.array([1.0, 2.0, 4.0]))) != 0.0)
+        low <= before
+        or np.any(curve(radius * (1.0 - _BESIDE * np.array([1.0, 2.0, 4.0]))) != 0.0)
         or curve(np.array([high]))[0] == 0.0
     ):
         return radius
