@@ -11,7 +11,7 @@ import numpy as np
 from pymdr.errors import ProblemError
 from pymdr.interpretation.branches import Equilibria
 from pymdr.interpretation.fields import edge_amplitude
-from pymdr.interpretation.validity import SOURCES, Level
+from pymdr.interpretation.validity import SOURCES, Level, half_spaces
 from pymdr.line.adhesion import DMT as RigidPull
 from pymdr.line.adhesion import JKR as ShortRange
 from pymdr.line.adhesion import (
@@ -157,9 +157,9 @@ def rigid_pull_of(law: DMT, profile: Profile, line: ElasticLine) -> float:
 def _claim_of_jkr(law: JKR, profile: Profile, line: ElasticLine) -> Said:
     return (
         Level.EXACT,
-        "exact for elastic half-spaces that attract each other only where they touch (a Griffith edge), in "
+        f"exact for {half_spaces(line.exponent)} that attract each other only where they touch (a Griffith edge), in "
         "frictionless contact on a disk that has not opened inside",
-        SOURCES["hess"],
+        SOURCES["hess-graded" if line.exponent else "hess"],
     )
 
 

@@ -176,12 +176,27 @@ def small_slope_assumptions(
     return tuple(found)
 
 
+def half_spaces(exponent: float) -> str:
+    """
+    The bodies of a model, in words.
+
+    Examples
+    --------
+    >>> half_spaces(0.3)
+    'elastic half-spaces whose modulus grows with the depth to the power 0.3'
+    """
+    return "elastic half-spaces" + (
+        f" whose modulus grows with the depth to the power {exponent:g}" if exponent else ""
+    )
+
+
 def normal_claims(
     disk: BoolArray,
     why: str,
     extra_reason: str = "",
     prescribed: Mapping[str, BoolArray] | None = None,
     remark: str = "",
+    exponent: float = 0.0,
 ) -> dict[str, Claim]:
     """
     Claims of the frictionless normal contact.
@@ -198,15 +213,17 @@ def normal_claims(
         Steps at which a quantity is prescribed and so known whatever the contact is.
     remark : str
         What the disk passes over, which makes it an approximation.
+    exponent : float
+        That of graded bodies.
 
     Returns
     -------
     mapping of str to Claim
     """
-    source = SOURCES["sneddon"]
+    source = SOURCES["hess-graded" if exponent else "sneddon"]
     if disk.any():
         level = Level.APPROXIMATE if remark else Level.EXACT
-        reason = f"exact for elastic half-spaces in frictionless contact on a disk{remark}"
+        reason = f"exact for {half_spaces(exponent)} in frictionless contact on a disk{remark}"
         if not disk.all():
             reason += f"; {int((~disk).sum())} of {disk.size} steps are not a disk: {why}{extra_reason}"
     else:

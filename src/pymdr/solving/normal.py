@@ -143,6 +143,7 @@ def _claims(contact: Contact, line: ElasticLine, rows: _Rows) -> tuple[dict[str,
         _range_words(contact, line, states, certificate.disk),
         {"indentation": ~by_force, "normal_force": by_force},
         certificate.remark,
+        line.exponent,
     )
     errors = normal_errors(line, states, by_force)
     if certificate.error is not None:
