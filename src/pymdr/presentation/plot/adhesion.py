@@ -18,6 +18,7 @@ from pymdr.presentation.plot.shared import (
     FigureData,
     axis_label,
     draw_zero,
+    edge_sign,
     lengths,
     letter_panels,
     mark_radii,
@@ -111,10 +112,11 @@ def draw_tensile_pressure(axes: Axes, data: FigureData) -> None:
         words = f"$-\\sigma_0$ = {typeset(strength, 'Pa')}"
         at = float(scaled(np.array(strength), "pressure", unit))
         axes.text(x[-1], at, words, ha="right", va="bottom", fontsize=8)
-    amplitude = float(p["edge_amplitude"])
+    sign = edge_sign(p, a)
     # halfway between the line p = 0 and the end of the picture to which the edge goes
-    height = 0.5 * float(scaled(np.array(low if amplitude < 0.0 else high), "pressure", unit))
-    words = singularities(amplitude, float(data.field("pressure", np.zeros(1)).values[0]))
+    height = 0.5 * float(scaled(np.array(low if sign < 0.0 else high), "pressure", unit))
+    at_axis = float(data.field("pressure", np.zeros(1)).values[0])
+    words = singularities(float(p["edge_amplitude"]), sign, at_axis)
     if data.pull is not None:
         words = "\n".join(
             [*words.splitlines(), f"and outside, not drawn,\na pull of {typeset(data.pull, 'N')}"]

@@ -16,6 +16,7 @@ from pymdr.presentation.plot.shared import (
     FigureData,
     as_seen,
     axis_label,
+    edge_sign,
     letter_panels,
     limit_peaks,
     new_figure,
@@ -118,11 +119,11 @@ def draw_pressure(axes: Axes, data: FigureData) -> None:
     axes.plot(from_si(r, "m", r_unit), from_si(values, "Pa", unit), color=ORANGE, lw=1.5)
     limit_peaks(axes, shown)
     a = float(data.data["contact_radius"].values[data.row])
-    amplitude = float(p["edge_amplitude"])
-    for radius, infinite in ((a, amplitude != 0.0), (0.0, math.isinf(values[0]))):
+    sign = edge_sign(p, a)
+    for radius, infinite in ((a, sign != 0.0), (0.0, math.isinf(values[0]))):
         if infinite:
             axes.axvline(from_si(radius, "m", r_unit), color=ORANGE, lw=0.9, ls="--")
-    words = singularities(amplitude, values[0])
+    words = singularities(float(p["edge_amplitude"]), sign, float(values[0]))
     axes.text(0.97, 0.95, words, ha="right", va="top", transform=axes.transAxes, fontsize=8)
     axes.set_xlabel(f"{RADIUS.label} ({r_unit})")
     axes.set_ylabel(axis_label("pressure", unit))

@@ -171,13 +171,24 @@ def mark_radii(
             )
 
 
-def singularities(amplitude: float, at_axis: float) -> str:
+def edge_sign(p: xr.DataArray, radius: float) -> float:
+    """Whether a pressure goes to infinity (1), to minus infinity (-1) or neither (0) at an edge."""
+    amplitude = float(p["edge_amplitude"])
+    if not np.isnan(amplitude):
+        return float(np.sign(amplitude))
+    inside = p.values[(p["r"].values < radius) & np.isfinite(p.values)]
+    return float(np.sign(inside[-1])) if inside.size else 0.0
+
+
+def singularities(amplitude: float, sign: float, at_axis: float) -> str:
     """Where a pressure is infinite, in words: at its edge with its amplitude, or at a sharp tip."""
     notes = []
-    if amplitude != 0.0:
-        sign = "" if amplitude > 0.0 else "-"
-        size = typeset(amplitude, "Pa*m^0.5").replace("*m^0.5", " m$^{1/2}$")
-        notes.append(f"$p \\to {sign}\\infty$ at $r = a$:\n$p \\simeq K/\\sqrt{{a-r}}$\n$K$ = {size}")
+    if sign != 0.0:
+        words = f"$p \\to {'' if sign > 0.0 else '-'}\\infty$ at $r = a$"
+        if not np.isnan(amplitude):
+            size = typeset(amplitude, "Pa*m^0.5").replace("*m^0.5", " m$^{1/2}$")
+            words += f":\n$p \\simeq K/\\sqrt{{a-r}}$\n$K$ = {size}"
+        notes.append(words)
     if np.isinf(at_axis):
         notes.append("sharp tip: $p(0) = \\infty$, logarithmic")
     return "\n".join(notes)
