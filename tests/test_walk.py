@@ -83,7 +83,7 @@ def random_path(draw, law, most=4, rows=6, timed=None):
 
 LAWS = pytest.mark.parametrize(
     ("law", "most", "rows"),
-    [("normal", 4, 6), ("adhesive", 4, 6), ("frictional", 4, 6), ("by rings", 2, 2)],
+    [("normal", 4, 6), ("adhesive", 4, 6), ("frictional", 4, 6), ("by rings", 1, 2)],
 )
 
 

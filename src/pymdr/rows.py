@@ -30,7 +30,7 @@ def joined(parts: Sequence[Rows]) -> Rows:
     >>> joined([np.array([1.0]), np.array([2.0, 3.0])]).tolist()
     [1.0, 2.0, 3.0]
     """
-    whole: Rows = _array_by_array(np.concatenate, parts)
+    whole: Rows = parts[0] if len(parts) == 1 else _array_by_array(np.concatenate, parts)
     return whole
 
 
