@@ -1,0 +1,246 @@
+"""Graded half-spaces: the line with springs c |x|^k against point loads on their surface, energies and limits."""
+
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+
+import pymdr as mdr
+from pymdr.errors import ProblemError
+
+REFERENCES = json.loads((Path(__file__).parent / "reference" / "refs.json").read_text())["refs"]
+EXPONENTS = st.floats(-0.8, 0.8).filter(lambda k: abs(k) > 1e-3)
+SIZES = st.floats(-8.0, 1.0).map(lambda e: 10.0**e)
+KINDS = (
+    "paraboloid",
+    "cone",
+    "fourth power",
+    "sphere",
+    "flat",
+    "rounded cone",
+    "truncated cone",
+    "sum",
+    "callable",
+)
+
+
+def profile_of(kind, R):
+    return {
+        "paraboloid": lambda: mdr.Paraboloid(R),
+        "cone": lambda: mdr.Cone(slope=0.2),
+        "fourth power": lambda: mdr.PowerLaw(4.0, 0.1 * R, R),
+        "sphere": lambda: mdr.Sphere(R),
+        "flat": lambda: mdr.FlatPunch(0.3 * R),
+        "rounded cone": lambda: mdr.RoundedCone(slope=0.2, tip_radius=0.1 * R),
+        "truncated cone": lambda: mdr.TruncatedCone(slope=0.2, flat_radius=0.1 * R),
+        "sum": lambda: mdr.Paraboloid(R) + mdr.Cone(slope=0.1),
+        "callable": lambda: mdr.Function(lambda r: r * r / (2.0 * R) + 0.1 * R * (r / R) ** 3),
+    }[kind]()
+
+
+def tip_of(kind, R):
+    """Radii inside the contact at which the pressure has kinks."""
+    return {"rounded cone": (0.02 * R,), "truncated cone": (0.1 * R,)}.get(kind, ())
+
+
+def body_of(k, R, modulus=1e9):
+    return mdr.Graded(young=modulus, depth=R, exponent=k, poisson=0.3)
+
+
+def gauss(n, low, high):
+    t, w = np.polynomial.legendre.leggauss(n)
+    return 0.5 * (low + high) + 0.5 * (high - low) * t, 0.5 * (high - low) * w
+
+
+def over_disk(result, row, weight, marks=()):
+    """int_0^a p(r) weight(r) dr, with nodes that run into both ends and into kinks of the pressure."""
+    a = float(result["contact_radius"][row])
+    total = 0.0
+    ends = [0.0, *(m for m in marks if 0.0 < m < a), a]
+    for low, high in zip(ends[:-1], ends[1:], strict=True):
+        # r = low + (high - low) x^6 (7 - 6 x) is flat at both ends, and so is what is integrated
+        x, w = gauss(160, 0.0, 1.0)
+        y = x**10 / (x**10 + (1.0 - x) ** 10)
+        rate = 10.0 * x**9 * (1.0 - x) ** 9 / (x**10 + (1.0 - x) ** 10) ** 2
+        r = low + (high - low) * y
+        inside = (r > low) & (r < high)
+        p = result.field("pressure", r[inside], row).values
+        total += float(np.sum(w[inside] * rate[inside] * (high - low) * p * weight(r[inside])))
+    return total
+
+
+@settings(max_examples=30, deadline=None)
+@given(kind=st.sampled_from(KINDS), k=EXPONENTS, R=SIZES, share=st.floats(0.01, 0.15))
+def test_point_loads_make_the_displacement_of_the_axis(kind, k, R, share):
+    """u(0) = cos(k pi/2) / (pi c) int p / s^(1 + k) dS, without the line; and the pressure carries the load."""
+    body = body_of(k, R)
+    result = mdr.solve(mdr.Contact(profile_of(kind, R), body), mdr.indent(share * R))
+    c = mdr.effective_moduli(body).normal
+    # rounding of radii beside the edge of a flat punch is felt
+    assume(kind != "flat" or k > 0.2)
+    marks = tip_of(kind, R)
+    load = over_disk(result, 0, lambda r: 2.0 * math.pi * r, marks)
+    assert load == pytest.approx(float(result["normal_force"][0]), rel=1e-8)
+    u = over_disk(result, 0, lambda r: 2.0 * np.cos(0.5 * math.pi * k) / c * r**-k, marks)
+    assert u == pytest.approx(share * R, rel=1e-7)
+
+
+@pytest.mark.parametrize("k", [-0.5, 0.3])
+@pytest.mark.parametrize("kind", ["paraboloid", "flat"])
+def test_point_loads_make_the_displacement_anywhere(kind, k):
+    body = body_of(k, 1.0)
+    result = mdr.solve(mdr.Contact(profile_of(kind, 1.0), body), mdr.indent(0.02))
+    c, a = mdr.effective_moduli(body).normal, float(result["contact_radius"][0])
+    for r in (0.4 * a, 1.7 * a):
+        angles, weights = gauss(60, 0.0, math.pi)
+        if r > a:
+            # the rays that meet the disk, from where they enter it
+            half = math.asin(a / r)
+            angles, weights = gauss(60, math.pi - half, math.pi)
+        x, w = gauss(60, 0.0, 1.0)
+        total = 0.0
+        for angle, weight in zip(angles, weights, strict=True):
+            root = math.sqrt(max(a * a - (r * math.sin(angle)) ** 2, 0.0))
+            first, last = max(-r * math.cos(angle) - root, 0.0), -r * math.cos(angle) + root
+            y = x**4 / (x**4 + (1.0 - x) ** 4)
+            rate = 4.0 * x**3 * (1.0 - x) ** 3 / (x**4 + (1.0 - x) ** 4) ** 2
+            rho = first + (last - first) * y
+            radius = np.minimum(np.sqrt(r * r + rho * rho + 2.0 * r * rho * math.cos(angle)), a * (1 - 1e-15))
+            p = result.field("pressure", radius).values
+            total += 2.0 * weight * float(np.sum(w * rate * (last - first) * p * rho**-k))
+        u = math.cos(0.5 * math.pi * k) / (math.pi * c) * total
+        assert u == pytest.approx(float(result.field("normal_displacement", r)[0]), rel=1e-4)
+
+
+@settings(max_examples=40, deadline=None)
+@given(kind=st.sampled_from(KINDS), k=EXPONENTS, R=SIZES, share=st.floats(0.01, 0.15))
+def test_energy_force_and_stiffness_are_derivatives(kind, k, R, share):
+    d = share * R * np.array([1.0 - 2e-4, 1.0 - 1e-4, 1.0, 1.0 + 1e-4, 1.0 + 2e-4])
+    result = mdr.solve(mdr.Contact(profile_of(kind, R), body_of(k, R)), mdr.Path(indentation=d))
+    rates = np.array([1.0, -8.0, 0.0, 8.0, -1.0]) / 12.0 / (1e-4 * share * R)
+    energy, force = result["elastic_energy"].values, result["normal_force"].values
+    assert float(rates @ energy) == pytest.approx(force[2], rel=1e-9)
+    assert float(rates @ force) == pytest.approx(float(result["normal_stiffness"][2]), rel=1e-9)
+    by_force = mdr.solve(mdr.Contact(profile_of(kind, R), body_of(k, R)), mdr.load(force[2]))
+    assert float(by_force["indentation"][0]) == pytest.approx(d[2], rel=1e-12)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("k", [1e-14, -1e-14])
+def test_without_grading_it_is_an_elastic_body(kind, k):
+    path = mdr.indent(0.05, steps=3)
+    one = mdr.solve(mdr.Contact(profile_of(kind, 1.0), body_of(k, 1.0)), path)
+    other = mdr.solve(mdr.Contact(profile_of(kind, 1.0), mdr.Elastic(1e9, 0.3)), path)
+    for name in ("normal_force", "contact_radius", "normal_stiffness", "elastic_energy"):
+        np.testing.assert_allclose(one[name].values, other[name].values, rtol=1e-12)
+    r = float(other["contact_radius"][-1]) * np.array([0.1, 0.5, 0.9, 1.2, 3.0])
+    for name in ("pressure", "normal_displacement", "gap"):
+        found, expected = (each.field(name, r).values for each in (one, other))
+        np.testing.assert_allclose(
+            found, expected, rtol=1e-11, atol=1e-12 * np.nanmax(expected[np.isfinite(expected)])
+        )
+
+
+def test_references_of_graded_contact():
+    for entry in REFERENCES:
+        if entry["topic"] == "3 graded normal":
+            k, expected = entry["inputs"]["k"], entry["expected"]
+            modulus = mdr.effective_moduli(body_of(k, 1.0)).normal
+            body = body_of(k, 1.0, 1e9 / modulus)
+            result = mdr.solve(mdr.Contact(mdr.Paraboloid(1.0), body), mdr.indent(expected["d"]))
+            assert float(result["contact_radius"][0]) == pytest.approx(1.0, rel=1e-12)
+            assert float(result["normal_force"][0]) == pytest.approx(expected["F"], rel=1e-12)
+            assert float(result.field("pressure", 0.3)[0]) == pytest.approx(expected["p03"], rel=1e-12)
+        if entry["topic"] == "4 JKR graded" and entry["inputs"]["k"] != 0.0:
+            given_, expected = entry["inputs"], entry["expected"]
+            k = given_["k"]
+            modulus = mdr.effective_moduli(body_of(k, 1.0)).normal
+            body = body_of(k, 1.0, 1e9 * given_["cN"] / modulus)
+            contact = mdr.Contact(mdr.Paraboloid(given_["R"]), body, adhesion=mdr.JKR(given_["gamma"]))
+            lost = mdr.pull_off(contact, machine_stiffness=0.0)
+            assert lost.normal_force == pytest.approx(expected["F"], rel=1e-12)
+            assert lost.contact_radius == pytest.approx(expected["a"], rel=1e-12)
+            assert lost.indentation == pytest.approx(expected["d"], rel=1e-12)
+
+
+@settings(max_examples=30, deadline=None)
+@given(k=EXPONENTS, R=SIZES, n=st.floats(1.0, 4.0), soft=st.floats(-3.0, 3.0), work=st.floats(-3.0, 1.0))
+def test_pull_off_of_powers(k, R, n, soft, work):
+    """Where a g' is (3+k)/2 (load) or (1-k)/2 (depth) openings; for a paraboloid -(3+k)/2 pi R work in any body."""
+    assume(n > 0.5 * (1.0 - k) + 0.3)
+    body, work = body_of(k, R, 1e6 * 10.0**soft), 10.0**work * 1e-3 * R / 1e-6
+    c = mdr.effective_moduli(body).normal
+    contact = mdr.Contact(mdr.PowerLaw(n, 0.1 * R, R), body, adhesion=mdr.JKR(work))
+    for machine, share in ((0.0, 0.5 * (3.0 + k)), (math.inf, 0.5 * (1.0 - k))):
+        lost = mdr.pull_off(contact, machine_stiffness=machine)
+        a = lost.contact_radius
+        opening = math.sqrt(2.0 * math.pi * work * a ** (1.0 - k) / c)
+        g = lost.indentation + opening
+        assert n * g == pytest.approx(share * opening, rel=1e-9)
+        assert lost.normal_force == pytest.approx(
+            2.0 * c * a ** (1.0 + k) * (n * g / (n + 1.0 + k) / (1.0 + k) - opening / (1.0 + k)), rel=1e-9
+        )
+    ball = mdr.Contact(mdr.Paraboloid(R), body, adhesion=mdr.JKR(work))
+    exact = -0.5 * (3.0 + k) * math.pi * R * work
+    assert mdr.pull_off(ball, machine_stiffness=0.0).normal_force == pytest.approx(exact, rel=1e-11)
+
+
+@settings(max_examples=15, deadline=None)
+@given(
+    kind=st.sampled_from([k for k in KINDS if k != "flat"]),
+    k=EXPONENTS,
+    R=SIZES,
+    machine=st.floats(-2.0, 2.0),
+)
+def test_cycles_of_sticky_bodies_keep_their_energy(kind, k, R, machine):
+    body, work = body_of(k, R, 1e6), 1e-3 * R / 1e-6
+    contact = mdr.Contact(profile_of(kind, R), body, adhesion=mdr.JKR(work))
+    lost = mdr.pull_off(contact)
+    reach = 4.0 * abs(lost.indentation) + 1e-4 * R
+    stiffness = 10.0**machine * abs(lost.normal_force) / reach
+    for path, given_ in (
+        (mdr.indent(reach, steps=7) >> mdr.indent(-4.0 * reach, steps=9), None),
+        (
+            mdr.Path(travel=reach * np.array([0.5, 1.0, 0.0, -40.0, -400.0 * (1.0 + 10.0**-machine)])),
+            stiffness,
+        ),
+    ):
+        result = mdr.solve(contact, path, machine_stiffness=given_)
+        balance = next(a for a in result.assumptions if a.name == "energy balance")
+        assert balance.measure < 1e-9
+        attached = (result["contact_radius"].values > 0.0) & np.isfinite(result["contact_radius"].values)
+        released = result["energy_release_rate"].values[attached]
+        np.testing.assert_allclose(released, work, rtol=1e-9)
+        assert result["dissipated_energy"].values[-1] > 0.0
+        assert (
+            np.diff(result["dissipated_energy"].values) >= -1e-12 * result["dissipated_energy"].values[-1]
+        ).all()
+
+
+def test_the_regime_goes_over_into_that_of_homogeneous_bodies():
+    law = mdr.JKR("50 mJ/m^2")
+    graded = mdr.Contact(mdr.Paraboloid("1 um"), body_of(1e-10, 1e-6), adhesion=law)
+    elastic = mdr.Contact(mdr.Paraboloid("1 um"), mdr.Elastic(1e9, 0.3), adhesion=law)
+    one, other = (mdr.adhesion_regime(contact, range="0.3 nm") for contact in (graded, elastic))
+    assert one.tabor == pytest.approx(other.tabor, rel=1e-8)
+    assert one.maugis == pytest.approx(other.maugis, rel=1e-8)
+    assert set(one.pull_off_force) == {"JKR", "DMT"}
+
+
+def test_what_graded_bodies_refuse():
+    body = body_of(0.3, 1e-3)
+    ball = mdr.Sphere("1 mm")
+    with pytest.raises(ProblemError, match="friction"):
+        mdr.Contact(ball, body, friction=mdr.Coulomb(0.3))
+    with pytest.raises(ProblemError, match="MaugisDugdale"):
+        mdr.Contact(ball, body, adhesion=mdr.MaugisDugdale("50 mJ/m^2", range="0.5 nm"))
+    with pytest.raises(ProblemError, match="exponent"):
+        mdr.Contact(ball, body, mdr.Elastic("1 GPa", 0.3))
+    with pytest.raises(ProblemError, match="rings"):
+        mdr.solve(mdr.Contact(ball, body), mdr.indent("1 um"), solver=mdr.Rings(n=50))
+    with pytest.raises(ProblemError, match=r"exponent above 0\.35"):
+        mdr.pull_off(mdr.Contact(mdr.PowerLaw(0.3, "1 um", "1 mm"), body, adhesion=mdr.JKR("50 mJ/m^2")))
