@@ -3,15 +3,25 @@
 from __future__ import annotations
 
 import sys
+from abc import ABC
 from dataclasses import dataclass
-from typing import NamedTuple, TypeAlias
+from typing import NamedTuple
 
 from pymdr.errors import ProblemError
 from pymdr.problem.values import OptionalSIField, SIField, Value
 
 
+class Material(Value, ABC):
+    """One of the two bodies; what its surface does is in `mapping/moduli.py`."""
+
+    @property
+    def grading(self) -> float:
+        """The power of the depth with which its stiffness grows; 0 for homogeneous bodies."""
+        return 0.0
+
+
 @dataclass(frozen=True, eq=False)
-class Elastic(Value):
+class Elastic(Material):
     """
     An isotropic linear-elastic half-space.
 
@@ -45,7 +55,7 @@ class Elastic(Value):
 
 
 @dataclass(frozen=True, eq=False)
-class Rigid(Value):
+class Rigid(Material):
     """
     A body that does not deform.
 
@@ -72,7 +82,7 @@ _ENGINEERING = ("young_plane", "young_axis", "poisson_plane", "poisson_axis", "s
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class TransverselyIsotropic(Value):
+class TransverselyIsotropic(Material):
     """
     A linear-elastic half-space that is isotropic in planes along its surface; its axis is the normal.
 
@@ -198,7 +208,7 @@ class TransverselyIsotropic(Value):
 
 
 @dataclass(frozen=True, eq=False)
-class Graded(Value):
+class Graded(Material):
     """
     An elastic half-space whose Young's modulus is a power of the depth, E(z) = young (z / depth)^exponent.
 
@@ -236,8 +246,10 @@ class Graded(Value):
         """Shear modulus at the depth, young / (2 (1 + nu)), in Pa."""
         return self.young / (2.0 * (1.0 + self.poisson))
 
-
-Material: TypeAlias = Elastic | TransverselyIsotropic | Graded | Rigid
+    @property
+    def grading(self) -> float:
+        """The exponent."""
+        return self.exponent
 
 
 def common_exponent(body: Material, counterbody: Material) -> float:
@@ -262,11 +274,7 @@ def common_exponent(body: Material, counterbody: Material) -> float:
     >>> common_exponent(Graded("1 MPa", "1 mm", 0.2, 0.5), Rigid())
     0.2
     """
-    exponents = [
-        one.exponent if isinstance(one, Graded) else 0.0
-        for one in (body, counterbody)
-        if not isinstance(one, Rigid)
-    ]
+    exponents = [one.grading for one in (body, counterbody) if not isinstance(one, Rigid)]
     if not exponents:
         raise ProblemError("both bodies are rigid; at least one must be elastic")
     if exponents[0] != exponents[-1]:
