@@ -20,11 +20,13 @@ from pymdr.mapping.series import IndexArray, Panels
 from pymdr.mapping.slopes import Slopes, Tail
 from pymdr.units import FloatArray
 
+_HALFWAY = 0.7
+"""From there on 1 - s^2 tells more than s does."""
 _RATIO = 4.0
 """Of the distances from x of the ends of a piece on which the kernel is smooth."""
 
 
-def arc_below(s: FloatArray, k: float) -> FloatArray:
+def arc_below(s: FloatArray, rest: FloatArray, k: float) -> FloatArray:
     """
     The integral cos(k pi/2) int_0^s t^k (1 - t^2)^(-(1+k)/2) dt, which is arcsin(s) for k = 0.
 
@@ -32,30 +34,6 @@ def arc_below(s: FloatArray, k: float) -> FloatArray:
     ----------
     s : ndarray
         From 0 to 1.
-    k : float
-        Exponent of the grading.
-
-    Returns
-    -------
-    ndarray
-
-    Examples
-    --------
-    >>> bool(abs(arc_below(np.ones(1), 0.3)[0] - math.pi / 2) < 1e-15)
-    True
-    """
-    from scipy.special import betainc
-
-    p = 0.5 * (1.0 + k)
-    return np.asarray(0.5 * math.pi * betainc(p, 1.0 - p, s * s))
-
-
-def arc_above(rest: FloatArray, k: float) -> FloatArray:
-    """
-    The integral cos(k pi/2) int_s^1 t^k (1 - t^2)^(-(1+k)/2) dt, which is arccos(s) for k = 0.
-
-    Parameters
-    ----------
     rest : ndarray
         1 - s^2, which keeps its digits beside s = 1.
     k : float
@@ -67,13 +45,30 @@ def arc_above(rest: FloatArray, k: float) -> FloatArray:
 
     Examples
     --------
-    >>> bool(abs(arc_above(np.array([0.75]), 0.0)[0] - math.pi / 3) < 1e-15)
+    >>> bool(abs(arc_below(np.ones(1), np.zeros(1), 0.3)[0] - math.pi / 2) < 1e-15)
     True
     """
-    from scipy.special import betainc
+    from scipy.special import betainc, betaincc
 
     p = 0.5 * (1.0 + k)
-    return np.asarray(0.5 * math.pi * betainc(1.0 - p, p, np.clip(rest, 0.0, 1.0)))
+    inner, outer = betainc(p, 1.0 - p, s * s), betaincc(1.0 - p, p, rest)
+    return np.asarray(0.5 * math.pi * np.where(s < _HALFWAY, inner, outer))
+
+
+def arc_above(s: FloatArray, rest: FloatArray, k: float) -> FloatArray:
+    """
+    What `arc_below` leaves of pi/2, which is arccos(s) for k = 0.
+
+    Examples
+    --------
+    >>> bool(abs(arc_above(np.array([0.5]), np.array([0.75]), 0.0)[0] - math.pi / 3) < 1e-15)
+    True
+    """
+    from scipy.special import betainc, betaincc
+
+    p = 0.5 * (1.0 + k)
+    inner, outer = betaincc(p, 1.0 - p, s * s), betainc(1.0 - p, p, rest)
+    return np.asarray(0.5 * math.pi * np.where(s < _HALFWAY, inner, outer))
 
 
 def share_below(s: FloatArray, k: float) -> FloatArray:
