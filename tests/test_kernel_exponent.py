@@ -261,7 +261,7 @@ POWERS = st.lists(st.tuples(st.floats(0.3, 8.0), st.floats(0.01, 1.0)), min_size
 
 
 @given(K, POWERS, st.floats(0.05, 0.9), st.floats(0.05, 2.0), SIZES)
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=20, deadline=None)
 @example(0.999e-3, [(1.0, 1.0)], 0.4, 1.0, 1.0)
 @example(-0.9, [(2.0, 1.0)], 0.4, 1.0, 1e-9)
 @example(0.9, [(0.3, 1.0)], 0.4, 1.0, 1e3)
@@ -283,7 +283,7 @@ def test_kinked_powers_are_their_closed_forms(k, powers, b, jump, size):
 
 
 @given(K, POWERS, SIZES)
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=20, deadline=None)
 def test_sums_of_powers_are_closed_forms_and_panels_find_them(k, powers, size):
     profile = sum(
         (mdr.PowerLaw(n, c * size, size) for n, c in powers[1:]),
@@ -353,11 +353,11 @@ def test_named_profiles_are_powers(k, x):
 
 
 @given(K, POWERS, st.floats(0.05, 0.9), st.floats(0.05, 2.0), SIZES)
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=12, deadline=None)
 def test_profiles_come_back(k, powers, b, jump, size):
     exact = Kinked(k, powers, b, jump, size)
     line = equivalent_profile(exact.profile(), k)
-    r = np.array([0.1 * b, 0.99 * b, b * (1 + 1e-6), 0.5 * b + 0.5, 1.0])
+    r = np.array([0.1 * b, 0.99 * b, b * (1 + 1e-3), 0.5 * b + 0.5, 1.0])
     f = size * (sum(c * r**n for n, c in powers) + jump * np.maximum(r - b, 0.0))
     assert worst(2 / math.pi * line.gap_integral(size * r, 0.0), f) < 1e-11
     assert worst(gap_function(exact.profile(), line)(size * r), f) < 1e-11
@@ -371,15 +371,16 @@ def test_profiles_come_back(k, powers, b, jump, size):
 
 
 @given(K, POWERS)
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=10, deadline=None)
 def test_the_pressure_carries_the_force(k, powers):
     exact = Kinked(k, powers, b=0.0)
     for line in (
         equivalent_profile(exact.profile(), k),
         equivalent_profile(mdr.PowerLaw(powers[0][0], powers[0][1], 1.0), k),
     ):
-        v, w = graded([0.0, 0.9])
-        force = (w * v * line.pressure_integral(v, 0.9)).sum() * (1 + k)
+        # p goes like a power of r, of which r = s^4 makes a mild one
+        s, w = graded([0.0, 0.9**0.25])
+        force = (w * 4 * s**7 * line.pressure_integral(s**4, 0.9)).sum() * (1 + k)
         assert force == pytest.approx(float(line.moment(0.9)), rel=1e-9)
 
 
@@ -391,7 +392,7 @@ def test_closed_forms_and_panels_go_the_same_way_back(k, powers):
         sum((mdr.PowerLaw(n, c, 1.0) for n, c in powers[1:]), mdr.PowerLaw(*powers[0], 1.0)), k
     )
     panels = equivalent_profile(Kinked(k, powers, b=0.0).profile(), k)
-    r, out = np.array([0.01, 0.3, 0.79]), np.array([0.8 + 1e-6, 0.9, 3.0])
+    r, out = np.array([0.01, 0.3, 0.79]), np.array([0.81, 0.9, 3.0])
     f = sum(c * r**n for n, c in powers)
     for line in (closed, panels):
         assert worst(2 / math.pi * line.gap_integral(r, 0.0), f) < 1e-11
@@ -426,7 +427,7 @@ def test_a_vanishing_exponent_is_none(k):
 
 
 @given(K, SIZES)
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=6, deadline=None)
 def test_size_is_only_a_scale(k, size):
     for make in (
         lambda s: mdr.Sphere(s),

@@ -93,7 +93,7 @@ def with_arcsin(part: Stretch, base: FloatArray, offset: FloatArray, k: float = 
 
 
 def _sides(distance: FloatArray, x: FloatArray, r: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """s = x / r and 1 - s^2, both without rounding."""
+    """The ratio s = x / r and 1 - s^2, each with its digits."""
     return np.minimum(x / r, 1.0), np.minimum(distance * (r + x) / (r * r), 1.0)
 
 
