@@ -22,6 +22,8 @@ from pymdr.units import FloatArray
 
 _HALFWAY = 0.7
 """From there on 1 - s^2 tells more than s does."""
+_MILD = 0.6
+"""Below that |k| a root of a higher order makes the curves beside a breakpoint smoother still."""
 _RATIO = 4.0
 """Of the distances from x of the ends of a piece on which the kernel is smooth."""
 
@@ -97,6 +99,23 @@ def power_shares(n: float, k: float) -> tuple[float, float]:
     """
     rise = 1.0 + k
     return n / (n + rise), 2.0 * n * n / (rise * (n + rise) * (2.0 * n + rise))
+
+
+def root_order(k: float) -> float:
+    """
+    Which root of the distance from a breakpoint makes curves on a graded half-space smooth there.
+
+    At distances d there are d^((1+k)/2) and, in g' times d^((1-k)/2), d^((1-k)/2): whole powers of the root for k = 0,
+    else powers of at least 2, or of at least 1 where offsets would underflow.
+
+    Examples
+    --------
+    >>> root_order(0.0)
+    2.0
+    """
+    if k == 0.0:
+        return 2.0
+    return (4.0 if abs(k) < _MILD else 2.0) / (1.0 - abs(k))
 
 
 class GradedCharges(Charges):
