@@ -265,6 +265,8 @@ POWERS = st.lists(st.tuples(st.floats(0.3, 8.0), st.floats(0.01, 1.0)), min_size
 @example(0.999e-3, [(1.0, 1.0)], 0.4, 1.0, 1.0)
 @example(-0.9, [(2.0, 1.0)], 0.4, 1.0, 1e-9)
 @example(0.9, [(0.3, 1.0)], 0.4, 1.0, 1e3)
+@example(0.95, [(2.0, 1.0)], 0.4, 1.0, 1.0)
+@example(-0.95, [(2.0, 1.0)], 0.4, 1.0, 1.0)
 def test_kinked_powers_are_their_closed_forms(k, powers, b, jump, size):
     exact = Kinked(k, powers, b, jump, size)
     line = equivalent_profile(exact.profile(), k)
@@ -461,6 +463,13 @@ def test_every_profile_has_one_map_for_every_exponent():
 def test_other_exponents_are_refused(profile, k):
     with pytest.raises(ProblemError, match="between -1 and 1"):
         equivalent_profile(profile, k)
+
+
+@pytest.mark.parametrize("k", [-0.97, 0.97])
+def test_panels_have_their_limit(k):
+    assert float(equivalent_profile(mdr.Paraboloid(1.0), k).g(1.0)) == pytest.approx(1 / (1 + k), rel=1e-13)
+    with pytest.raises(ProblemError, match="from -0.95 to 0.95"):
+        equivalent_profile(mdr.Sphere(1.0), k)
 
 
 def test_a_saved_callable_is_mapped_alike():

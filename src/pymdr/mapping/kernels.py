@@ -24,6 +24,7 @@ _HALFWAY = 0.7
 """From there on 1 - s^2 tells more than s does."""
 _MILD = 0.6
 """Below that |k| a root of a higher order makes the curves beside a breakpoint smoother still."""
+_LEAST = float(np.finfo(float).tiny)
 _RATIO = 4.0
 """Of the distances from x of the ends of a piece on which the kernel is smooth."""
 
@@ -174,13 +175,14 @@ class GradedCharges(Charges):
         totals = np.zeros((3, inner.size))
         touching = np.flatnonzero((inner == 0.0) & (outer > 0.0))
         apart = np.flatnonzero((inner > 0.0) & (outer > inner))
-        with np.errstate(divide="ignore"):
-            count = np.ceil(np.log(outer[apart] / inner[apart]) / math.log(_RATIO)).astype(int).clip(1)
+        span = np.log(outer[apart]) - np.log(inner[apart])
+        count = np.ceil(span / math.log(_RATIO)).astype(int).clip(1)
         index = np.repeat(apart, count)
         step = np.arange(index.size) - np.repeat(np.cumsum(count) - count, count)
-        rate = (outer[apart] / inner[apart]) ** (1.0 / count)
-        start = inner[index] * np.repeat(rate, count) ** step
-        stop = start * np.repeat(rate, count)
+        # halves of the powers, which do not overflow
+        each = 0.5 * np.repeat(span / count, count)
+        start = inner[index] * np.exp(step * each) * np.exp(step * each)
+        stop = inner[index] * np.exp((step + 1) * each) * np.exp((step + 1) * each)
         gain = 0.5 * (1.0 + self.exponent)
         for i, begin, end, power in (
             (touching, np.zeros(touching.size), outer[touching], gain - 1.0),
@@ -197,7 +199,7 @@ class GradedCharges(Charges):
             f, curvature = self._values(source[t], r)
             kernel = width ** (1.0 + power) * weights / self._root(2.0 * b + place[i][:, None] + r)
             if power == 0.0:
-                kernel /= self._root(gap)
+                kernel /= self._root(np.maximum(gap, _LEAST))
             f = f * kernel
             for total, part in zip(totals, (f, f * (b + r) ** 2, curvature * kernel), strict=True):
                 total += np.bincount(i, part.sum(axis=1), total.size)

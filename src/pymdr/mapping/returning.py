@@ -269,9 +269,9 @@ def _near_graded(
                     continue
                 rule = n * (own + 1.0) - 1.0
                 s, w = gauss(POINTS, rule)
-                delta = hi[rows, None] * s**n
+                delta = np.maximum(hi[rows, None] * s**n, np.finfo(float).tiny)
                 gap = np.maximum(np.abs(delta - place[rows]), np.finfo(float).tiny)
-                value = _at(slope, p[rows], delta) * n * hi[rows, None] * s ** (n - 1.0) * w / s**rule
+                value = _at(slope, p[rows], delta) * n * hi[rows, None] * s ** (n - 1.0 - rule) * w
             value = value * kernel(gap, b[rows] + delta, r[rows])
             total += np.bincount(row[i[rows]], value.sum(axis=1), total.size)
     return total
