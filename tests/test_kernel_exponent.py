@@ -468,7 +468,7 @@ def test_other_exponents_are_refused(profile, k):
 @pytest.mark.parametrize("k", [-0.97, 0.97])
 def test_panels_have_their_limit(k):
     assert float(equivalent_profile(mdr.Paraboloid(1.0), k).g(1.0)) == pytest.approx(1 / (1 + k), rel=1e-13)
-    with pytest.raises(ProblemError, match="from -0.95 to 0.95"):
+    with pytest.raises(ProblemError, match=r"from -0\.95 to 0\.95"):
         equivalent_profile(mdr.Sphere(1.0), k)
 
 
