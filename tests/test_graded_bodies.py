@@ -1,5 +1,6 @@
 """Graded half-spaces: the line with springs c |x|^k against point loads on their surface, energies and limits."""
 
+import itertools
 import json
 import math
 from pathlib import Path
@@ -61,7 +62,7 @@ def over_disk(result, row, weight, marks=()):
     a = float(result["contact_radius"][row])
     total = 0.0
     ends = [0.0, *(m for m in marks if 0.0 < m < a), a]
-    for low, high in zip(ends[:-1], ends[1:], strict=True):
+    for low, high in itertools.pairwise(ends):
         # r = low + (high - low) x^6 (7 - 6 x) is flat at both ends, and so is what is integrated
         x, w = gauss(160, 0.0, 1.0)
         y = x**10 / (x**10 + (1.0 - x) ** 10)

@@ -261,10 +261,12 @@ POWERS = st.lists(st.tuples(st.floats(0.3, 8.0), st.floats(0.01, 1.0)), min_size
 
 
 @given(K, POWERS, st.floats(0.05, 0.9), st.floats(0.05, 2.0), SIZES)
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=20, deadline=None)
 @example(0.999e-3, [(1.0, 1.0)], 0.4, 1.0, 1.0)
 @example(-0.9, [(2.0, 1.0)], 0.4, 1.0, 1e-9)
 @example(0.9, [(0.3, 1.0)], 0.4, 1.0, 1e3)
+@example(0.95, [(2.0, 1.0)], 0.4, 1.0, 1.0)
+@example(-0.95, [(2.0, 1.0)], 0.4, 1.0, 1.0)
 def test_kinked_powers_are_their_closed_forms(k, powers, b, jump, size):
     exact = Kinked(k, powers, b, jump, size)
     line = equivalent_profile(exact.profile(), k)
@@ -283,7 +285,7 @@ def test_kinked_powers_are_their_closed_forms(k, powers, b, jump, size):
 
 
 @given(K, POWERS, SIZES)
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=20, deadline=None)
 def test_sums_of_powers_are_closed_forms_and_panels_find_them(k, powers, size):
     profile = sum(
         (mdr.PowerLaw(n, c * size, size) for n, c in powers[1:]),
@@ -353,11 +355,11 @@ def test_named_profiles_are_powers(k, x):
 
 
 @given(K, POWERS, st.floats(0.05, 0.9), st.floats(0.05, 2.0), SIZES)
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=12, deadline=None)
 def test_profiles_come_back(k, powers, b, jump, size):
     exact = Kinked(k, powers, b, jump, size)
     line = equivalent_profile(exact.profile(), k)
-    r = np.array([0.1 * b, 0.99 * b, b * (1 + 1e-6), 0.5 * b + 0.5, 1.0])
+    r = np.array([0.1 * b, 0.99 * b, b * (1 + 1e-3), 0.5 * b + 0.5, 1.0])
     f = size * (sum(c * r**n for n, c in powers) + jump * np.maximum(r - b, 0.0))
     assert worst(2 / math.pi * line.gap_integral(size * r, 0.0), f) < 1e-11
     assert worst(gap_function(exact.profile(), line)(size * r), f) < 1e-11
@@ -368,12 +370,36 @@ def test_profiles_come_back(k, powers, b, jump, size):
     f = size * (sum(c * (out / size) ** n for n, c in powers) + jump * np.maximum(out / size - b, 0.0))
     whole = math.pi / 2 * (f + line.g(a))
     assert np.max(np.abs(apart - math.pi / 2 * (f - line.g(a))) / whole) < 1e-11
-    # the pressure carries the force
-    v, w = graded([0.0, *([b * size] if b * size < a else []), a])
-    p = line.pressure_integral(v, a)
-    force = (w * v * p).sum() * (1 + k)
-    # nothing but the rings beside a breakpoint is left out
-    assert force == pytest.approx(float(line.moment(a)), rel=1e-9)
+
+
+@given(K, POWERS)
+@settings(max_examples=10, deadline=None)
+def test_the_pressure_carries_the_force(k, powers):
+    exact = Kinked(k, powers, b=0.0)
+    for line in (
+        equivalent_profile(exact.profile(), k),
+        equivalent_profile(mdr.PowerLaw(powers[0][0], powers[0][1], 1.0), k),
+    ):
+        # p goes like a power of r, of which r = s^4 makes a mild one
+        s, w = graded([0.0, 0.9**0.25])
+        force = (w * 4 * s**7 * line.pressure_integral(s**4, 0.9)).sum() * (1 + k)
+        assert force == pytest.approx(float(line.moment(0.9)), rel=1e-9)
+
+
+@given(K, POWERS)
+@example(-0.9, [(0.375, 1.0)])
+@settings(max_examples=20, deadline=None)
+def test_closed_forms_and_panels_go_the_same_way_back(k, powers):
+    closed = equivalent_profile(
+        sum((mdr.PowerLaw(n, c, 1.0) for n, c in powers[1:]), mdr.PowerLaw(*powers[0], 1.0)), k
+    )
+    panels = equivalent_profile(Kinked(k, powers, b=0.0).profile(), k)
+    r, out = np.array([0.01, 0.3, 0.79]), np.array([0.81, 0.9, 3.0])
+    f = sum(c * r**n for n, c in powers)
+    for line in (closed, panels):
+        assert worst(2 / math.pi * line.gap_integral(r, 0.0), f) < 1e-11
+    for what, at in (("pressure_integral", r), ("gap_integral", out), ("displacement_integral", out)):
+        assert worst(getattr(panels, what)(at, 0.8), getattr(closed, what)(at, 0.8)) < 1e-10, what
 
 
 @pytest.mark.parametrize("k", EXPONENTS)
@@ -403,7 +429,7 @@ def test_a_vanishing_exponent_is_none(k):
 
 
 @given(K, SIZES)
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=6, deadline=None)
 def test_size_is_only_a_scale(k, size):
     for make in (
         lambda s: mdr.Sphere(s),
@@ -439,6 +465,13 @@ def test_other_exponents_are_refused(profile, k):
         equivalent_profile(profile, k)
 
 
+@pytest.mark.parametrize("k", [-0.97, 0.97])
+def test_panels_have_their_limit(k):
+    assert float(equivalent_profile(mdr.Paraboloid(1.0), k).g(1.0)) == pytest.approx(1 / (1 + k), rel=1e-13)
+    with pytest.raises(ProblemError, match=r"from -0\.95 to 0\.95"):
+        equivalent_profile(mdr.Sphere(1.0), k)
+
+
 def test_a_saved_callable_is_mapped_alike():
     profile = mdr.Function(derivative=lambda r: np.where(r > B, 1.0 + r, r), breakpoints=[B])
     saved = without_callables(profile, 1.0)
@@ -451,7 +484,7 @@ def test_a_saved_callable_is_mapped_alike():
 def test_beyond_its_end_a_profile_is_unknown(k):
     line = equivalent_profile(mdr.Function(derivative=lambda r: np.where(r <= 0.7, r, math.nan)), k)
     g = line.g([0.5, 0.9])
-    assert g[0] == pytest.approx(0.5 / (1 + k), rel=1e-13)
+    assert g[0] == pytest.approx(0.25 / (1 + k), rel=1e-13)
     assert math.isnan(g[1])
 
 

@@ -282,10 +282,11 @@ def _squares(
             begins = panels.begins[i]
             offset = panels.take(i).offsets(at.ravel())
             stretch = panels.take(i).stretch(offset)
-            steep = np.where(
-                power[i][:, None] != 0.0, (offset / panels.high[i][:, None]) ** power[i][:, None], 1.0
-            )
             # where a panel begins at a breakpoint, the power of the variable is in the weights
+            steep = np.where(
+                (power[i] != 0.0)[:, None] & ~begins[:, None], offset / panels.high[i][:, None], 1.0
+            )
+            steep = steep ** power[i][:, None]
             factor = np.where(begins[:, None], n * panels.high[i][:, None], stretch * steep)
             whole = (product * factor).reshape(i.size, *at.shape) @ w
             increments[i] = whole * u ** (exponent + 1.0)

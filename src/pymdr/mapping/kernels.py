@@ -20,11 +20,16 @@ from pymdr.mapping.series import IndexArray, Panels
 from pymdr.mapping.slopes import Slopes, Tail
 from pymdr.units import FloatArray
 
+_HALFWAY = 0.7
+"""From there on 1 - s^2 tells more than s does."""
+_MILD = 0.6
+"""Below that |k| a root of a higher order makes the curves beside a breakpoint smoother still."""
+_LEAST = float(np.finfo(float).tiny)
 _RATIO = 4.0
 """Of the distances from x of the ends of a piece on which the kernel is smooth."""
 
 
-def arc_below(s: FloatArray, k: float) -> FloatArray:
+def arc_below(s: FloatArray, rest: FloatArray, k: float) -> FloatArray:
     """
     The integral cos(k pi/2) int_0^s t^k (1 - t^2)^(-(1+k)/2) dt, which is arcsin(s) for k = 0.
 
@@ -32,30 +37,6 @@ def arc_below(s: FloatArray, k: float) -> FloatArray:
     ----------
     s : ndarray
         From 0 to 1.
-    k : float
-        Exponent of the grading.
-
-    Returns
-    -------
-    ndarray
-
-    Examples
-    --------
-    >>> bool(abs(arc_below(np.ones(1), 0.3)[0] - math.pi / 2) < 1e-15)
-    True
-    """
-    from scipy.special import betainc
-
-    p = 0.5 * (1.0 + k)
-    return np.asarray(0.5 * math.pi * betainc(p, 1.0 - p, s * s))
-
-
-def arc_above(rest: FloatArray, k: float) -> FloatArray:
-    """
-    The integral cos(k pi/2) int_s^1 t^k (1 - t^2)^(-(1+k)/2) dt, which is arccos(s) for k = 0.
-
-    Parameters
-    ----------
     rest : ndarray
         1 - s^2, which keeps its digits beside s = 1.
     k : float
@@ -67,13 +48,30 @@ def arc_above(rest: FloatArray, k: float) -> FloatArray:
 
     Examples
     --------
-    >>> bool(abs(arc_above(np.array([0.75]), 0.0)[0] - math.pi / 3) < 1e-15)
+    >>> bool(abs(arc_below(np.ones(1), np.zeros(1), 0.3)[0] - math.pi / 2) < 1e-15)
     True
     """
-    from scipy.special import betainc
+    from scipy.special import betainc, betaincc
 
     p = 0.5 * (1.0 + k)
-    return np.asarray(0.5 * math.pi * betainc(1.0 - p, p, np.clip(rest, 0.0, 1.0)))
+    inner, outer = betainc(p, 1.0 - p, s * s), betaincc(1.0 - p, p, rest)
+    return np.asarray(0.5 * math.pi * np.where(s < _HALFWAY, inner, outer))
+
+
+def arc_above(s: FloatArray, rest: FloatArray, k: float) -> FloatArray:
+    """
+    What `arc_below` leaves of pi/2, which is arccos(s) for k = 0.
+
+    Examples
+    --------
+    >>> bool(abs(arc_above(np.array([0.5]), np.array([0.75]), 0.0)[0] - math.pi / 3) < 1e-15)
+    True
+    """
+    from scipy.special import betainc, betaincc
+
+    p = 0.5 * (1.0 + k)
+    inner, outer = betaincc(p, 1.0 - p, s * s), betainc(1.0 - p, p, rest)
+    return np.asarray(0.5 * math.pi * np.where(s < _HALFWAY, inner, outer))
 
 
 def share_below(s: FloatArray, k: float) -> FloatArray:
@@ -117,6 +115,23 @@ def share_above(distance: FloatArray, k: float) -> FloatArray:
 
     p = 0.5 * (1.0 + k)
     return np.asarray(0.5 * beta(0.5, p) * betainc(p, 0.5, distance * (2.0 - distance)))
+
+
+def root_order(k: float) -> float:
+    """
+    Which root of the distance from a breakpoint makes curves on a graded half-space smooth there.
+
+    At distances d there are d^((1+k)/2) and, in g' times d^((1-k)/2), d^((1-k)/2): whole powers of the root for k = 0,
+    else powers of at least 2, or of at least 1 where offsets would underflow.
+
+    Examples
+    --------
+    >>> root_order(0.0)
+    2.0
+    """
+    if k == 0.0:
+        return 2.0
+    return (4.0 if abs(k) < _MILD else 2.0) / (1.0 - abs(k))
 
 
 class GradedCharges(Charges):
@@ -175,13 +190,14 @@ class GradedCharges(Charges):
         totals = np.zeros((3, inner.size))
         touching = np.flatnonzero((inner == 0.0) & (outer > 0.0))
         apart = np.flatnonzero((inner > 0.0) & (outer > inner))
-        with np.errstate(divide="ignore"):
-            count = np.ceil(np.log(outer[apart] / inner[apart]) / math.log(_RATIO)).astype(int).clip(1)
+        span = np.log(outer[apart]) - np.log(inner[apart])
+        count = np.ceil(span / math.log(_RATIO)).astype(int).clip(1)
         index = np.repeat(apart, count)
         step = np.arange(index.size) - np.repeat(np.cumsum(count) - count, count)
-        rate = (outer[apart] / inner[apart]) ** (1.0 / count)
-        start = inner[index] * np.repeat(rate, count) ** step
-        stop = start * np.repeat(rate, count)
+        # halves of the powers, which do not overflow
+        each = 0.5 * np.repeat(span / count, count)
+        start = inner[index] * np.exp(step * each) * np.exp(step * each)
+        stop = inner[index] * np.exp((step + 1) * each) * np.exp((step + 1) * each)
         gain = 0.5 * (1.0 + self.exponent)
         for i, begin, end, power in (
             (touching, np.zeros(touching.size), outer[touching], gain - 1.0),
@@ -198,7 +214,7 @@ class GradedCharges(Charges):
             f, curvature = self._values(source[t], r)
             kernel = width ** (1.0 + power) * weights / self._root(2.0 * b + place[i][:, None] + r)
             if power == 0.0:
-                kernel /= self._root(gap)
+                kernel /= self._root(np.maximum(gap, _LEAST))
             f = f * kernel
             for total, part in zip(totals, (f, f * (b + r) ** 2, curvature * kernel), strict=True):
                 total += np.bincount(i, part.sum(axis=1), total.size)

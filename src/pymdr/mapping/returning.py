@@ -74,7 +74,7 @@ def with_arccos(part: Stretch, base: FloatArray, offset: FloatArray, k: float = 
 
     def kernel(distance: FloatArray, x: FloatArray, r: FloatArray) -> FloatArray:
         if k != 0.0:
-            return arc_above(distance * (r + x) / (r * r), k)
+            return arc_above(*_sides(distance, x, r), k)
         # of x = r - distance, without rounding beside r
         return 2.0 * np.arcsin(np.sqrt(np.minimum(0.5 * distance / r, 1.0)))
 
@@ -86,10 +86,15 @@ def with_arcsin(part: Stretch, base: FloatArray, offset: FloatArray, k: float = 
 
     def kernel(distance: FloatArray, x: FloatArray, r: FloatArray) -> FloatArray:
         if k != 0.0:
-            return arc_below(np.minimum(x / r, 1.0), k)
+            return arc_below(*_sides(distance, x, r), k)
         return np.arctan2(x, np.sqrt(distance * (r + x)))
 
     return _integrated(part, base, offset, kernel, above=False, k=k)
+
+
+def _sides(distance: FloatArray, x: FloatArray, r: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """The ratio s = x / r and 1 - s^2, each with its digits."""
+    return np.minimum(x / r, 1.0), np.minimum(distance * (r + x) / (r * r), 1.0)
 
 
 def _integrated(
@@ -123,6 +128,9 @@ def _block(
         width = level.high[bunch] - level.low[bunch]
         far = (low == level.low[bunch]) & (high == level.high[bunch])
         far &= (low - at if above else at - high) >= (_APART if depth else _CLOSE) * width
+        if k != 0.0 and not above:
+            # the kernels begin like x^(1+k)
+            far &= level.base[bunch] + low >= width
         _add_far(total, level, row[far], bunch[far], at[far], base + offset, kernel, above)
         row, bunch = row[~far], bunch[~far]
         at, low, high = at[~far], low[~far], high[~far]
@@ -261,9 +269,9 @@ def _near_graded(
                     continue
                 rule = n * (own + 1.0) - 1.0
                 s, w = gauss(POINTS, rule)
-                delta = hi[rows, None] * s**n
+                delta = np.maximum(hi[rows, None] * s**n, np.finfo(float).tiny)
                 gap = np.maximum(np.abs(delta - place[rows]), np.finfo(float).tiny)
-                value = _at(slope, p[rows], delta) * n * hi[rows, None] * s ** (n - 1.0) * w / s**rule
+                value = _at(slope, p[rows], delta) * n * hi[rows, None] * s ** (n - 1.0 - rule) * w
             value = value * kernel(gap, b[rows] + delta, r[rows])
             total += np.bincount(row[i[rows]], value.sum(axis=1), total.size)
     return total
@@ -433,7 +441,7 @@ def power_with_arccos(n: float, high: FloatArray, r: FloatArray, k: float = 0.0)
     1.0
     """
     rest = np.sqrt(np.maximum((r - high) * (r + high), 0.0))
-    angle = np.arctan2(rest, high) if k == 0.0 else arc_above((rest / r) ** 2, k)
+    angle = np.arctan2(rest, high) if k == 0.0 else arc_above(high / r, (rest / r) ** 2, k)
     return (high / r) ** n * angle + _half_beta(n, high / r, rest / r, k)
 
 
@@ -447,7 +455,7 @@ def power_with_arcsin(n: float, high: FloatArray, r: FloatArray, k: float = 0.0)
     True
     """
     rest = np.sqrt(np.maximum((r - high) * (r + high), 0.0))
-    angle = np.arctan2(high, rest) if k == 0.0 else arc_below(high / r, k)
+    angle = np.arctan2(high, rest) if k == 0.0 else arc_below(high / r, (rest / r) ** 2, k)
     return (high / r) ** n * angle - _half_beta(n, high / r, rest / r, k)
 
 

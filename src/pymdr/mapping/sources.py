@@ -30,7 +30,7 @@ MANY_KNOTS = 400
 """Samples from which on knots only count where panels do not resolve the curve across them."""
 
 
-_SHORT_OF = 1.0 - 1e-6
+_SHORT_OF = 1.0 - 1e-9
 """Part of the radius at which a profile is upright, as a sphere is at its own, up to which panels resolve it."""
 
 

@@ -41,6 +41,9 @@ from pymdr.problem.profiles import (
 )
 from pymdr.units import FloatArray
 
+_STEEPEST = 0.95
+"""Largest |k| for panels: beyond, distances underflow on which curves beside a breakpoint still change."""
+
 
 @singledispatch
 def equivalent_profile(profile: Profile, exponent: float = 0.0) -> EquivalentProfile:
@@ -164,7 +167,12 @@ def _on_panels(profile: Profile, exponent: float) -> PanelLine:
     """One map for every profile and exponent, however many contacts it is part of."""
     parts = profile.parts if isinstance(profile, Sum) else (profile,)
     known = all(not isinstance(part, Function) or part.f is not None for part in parts)
-    return PanelLine(source_of(profile), profile.edge, profile.gap if known else None, _checked(exponent))
+    if abs(_checked(exponent)) > _STEEPEST:
+        raise ProblemError(
+            f"{type(profile).__name__} has no closed form on a graded half-space of exponent {exponent:g}, and panels resolve "
+            f"exponents from {-_STEEPEST:g} to {_STEEPEST:g}; only powers and flat ends are mapped beyond"
+        )
+    return PanelLine(source_of(profile), profile.edge, profile.gap if known else None, exponent)
 
 
 def _checked(exponent: float) -> float:

@@ -166,10 +166,10 @@ class EquivalentProfile(ABC):
     def punch_gap(self, r: Position, a: Position) -> FloatArray:
         """A(a / r) of `gap_integral` for r from a on: the part of pi/2 by which a flat punch is not followed."""
         radius, edge = as_place(r), as_place(a)
-        rest = np.maximum((radius.base - edge.base) + (radius.offset - edge.offset), 0.0)
-        with np.errstate(invalid="ignore"):
-            rest = rest * (radius.x + edge.x) / radius.x**2
-        return arc_above(rest, self.exponent)
+        beyond = np.maximum((radius.base - edge.base) + (radius.offset - edge.offset), 0.0)
+        x = radius.x
+        rest = np.minimum(beyond * (x + edge.x) / (x * x), 1.0)
+        return arc_above(np.minimum(edge.x / x, 1.0), rest, self.exponent)
 
 
 def rising_root(

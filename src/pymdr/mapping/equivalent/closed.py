@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 from scipy.special import gammaln
 
 from pymdr.errors import ConvergenceError
+from pymdr.mapping import returning
 from pymdr.mapping.abel import gauss
 from pymdr.mapping.equivalent.base import EquivalentProfile, rising_root
 from pymdr.mapping.kernels import power_shares
@@ -102,6 +103,14 @@ class PowerLine(EquivalentProfile):
             with np.errstate(divide="ignore"):
                 return np.asarray((self.scale / self.unit) * np.arcsinh(half_chord / inside))
         return super().pressure_integral(r, a)
+
+    def displacement_integral(self, r: ArrayLike, a: Position) -> FloatArray:
+        """By quadrature for k = 0, closed otherwise."""
+        if self.exponent == 0.0:
+            return super().displacement_integral(r, a)
+        radius = np.asarray(r, dtype=float)
+        top = np.full(radius.shape, float(rounded(a)))
+        return self.g(radius) * returning.power_with_arcsin(self.n, top, radius, self.exponent)
 
     @staticmethod
     def _power(x: FloatArray, n: float) -> FloatArray:
@@ -283,3 +292,9 @@ class SumLine(EquivalentProfile):
     def pressure_integral(self, r: Position, a: Position) -> FloatArray:
         """Sum of the parts' integrals."""
         return sum((part.pressure_integral(r, a) for part in self.parts), np.zeros(np.shape(rounded(r))))
+
+    def displacement_integral(self, r: ArrayLike, a: Position) -> FloatArray:
+        """By quadrature for k = 0, the sum of the parts' integrals otherwise."""
+        if self.exponent == 0.0:
+            return super().displacement_integral(r, a)
+        return sum((part.displacement_integral(r, a) for part in self.parts), np.zeros(np.shape(r)))

@@ -15,7 +15,7 @@ from pymdr.mapping.charges import Charges, with_slope
 from pymdr.mapping.equivalent.base import EquivalentProfile, rising_root
 from pymdr.mapping.equivalent.searching import Search, never_rises
 from pymdr.mapping.images import CURVES, Image, joined_images, map_panels, rooted_copy
-from pymdr.mapping.kernels import GradedCharges, power_shares
+from pymdr.mapping.kernels import GradedCharges, power_shares, root_order
 from pymdr.mapping.series import (
     IndexArray,
     Panels,
@@ -32,7 +32,6 @@ from pymdr.mapping.slopes import ABOVE_TAIL, ResolvedSlope, SlopeSource, anchore
 from pymdr.problem.profiles import Interpolated
 from pymdr.units import FloatArray, metres
 
-_ROOT, _ROOTS = 0.6, 4.0
 _INWARD = 2.0**-8
 """How much farther inward the tip is mapped than it was asked for."""
 _FALLEN = 256.0
@@ -682,23 +681,6 @@ class PanelLine(EquivalentProfile):
             answer[chosen] += top * (x / radius) ** n * power(n, np.full(x.shape, first), x, k)
         answer[close] = 0.5 * math.pi * self.g(edge) - answer[close]
         return answer
-
-
-def root_order(k: float) -> float:
-    """
-    Which root of the distance from a breakpoint makes curves on a graded half-space smooth there.
-
-    Beside distances d there are d^((1+k)/2) and, in g' times d^((1-k)/2), d^((1-k)/2): powers of the root of at least
-    1, whole ones for k = 0.
-
-    Examples
-    --------
-    >>> root_order(0.0)
-    2.0
-    """
-    if k == 0.0:
-        return 2.0
-    return (_ROOTS if abs(k) < _ROOT else 2.0) / (1.0 - abs(k))
 
 
 def search_points(low: float, high: float) -> FloatArray:
