@@ -18,6 +18,9 @@ from pymdr.mapping.equivalent import EquivalentProfile, rising_root
 from pymdr.mapping.series import Place, Position, Selection, as_place
 from pymdr.units import FloatArray, metres, newtons
 
+_DOUBT = 1e-9
+"""Error of loads that choose between stretches, in parts of the largest that their radius could carry."""
+
 
 @dataclass(frozen=True)
 class ElasticLine:
@@ -151,10 +154,16 @@ def _best_disk(equivalent: EquivalentProfile, d: FloatArray, turning: tuple[floa
     load = np.zeros(d.shape)
     end = min(equivalent.edge, top)
     ends = np.array([0.0, *(t for t in turning if 0.0 < t < end), end])
-    g = equivalent.g(ends)
-    for low, high, g_low, g_high in zip(ends[:-1], ends[1:], g[:-1], g[1:], strict=True):
+    g, area = equivalent.g(ends), equivalent.integral(ends)
+    surely, doubt = _sure_load(d, ends, g, area)
+    for i in np.flatnonzero(g[1:] > g[:-1]):
+        (low, high), (g_low, g_high) = ends[i : i + 2], g[i : i + 2]
+        # int g is convex here, above its tangents at both ends, which meet at x: no load exceeds that of their corner
+        x = np.clip((high * g_high - area[i + 1] - low * g_low + area[i]) / (g_high - g_low), low, high)
+        most = d * x - area[i] - g_low * (x - low)
         inside = (d > g_low) & (d <= g_high)
-        if g_high > g_low and inside.any():
+        inside &= most >= surely - doubt - _DOUBT * max(abs(g_low), abs(g_high)) * high
+        if inside.any():
             place = equivalent.between(d[inside], float(low), float(high))
             _take_better(best, load, inside, place, d[inside] * place.x - equivalent.integral(place))
     if math.isfinite(equivalent.edge):
@@ -163,6 +172,29 @@ def _best_disk(equivalent: EquivalentProfile, d: FloatArray, turning: tuple[floa
         whole = d[at_edge] * b[0] - equivalent.integral(b)[0]
         _take_better(best, load, at_edge, Place(np.zeros(whole.shape), np.full(whole.shape, b[0])), whole)
     return best
+
+
+def _sure_load(
+    d: FloatArray, ends: FloatArray, g: FloatArray, area: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """
+    The largest d a - int g over the ends of stretches, which the best disk exceeds, and what rounding does to it.
+
+    It is the support of the lower convex hull of int g. Where g stays below d at the last end, load is only sure to be 0.
+    """
+    hull = [0]
+    for i in range(1, ends.size):
+        while len(hull) > 1 and (area[i] - area[hull[-1]]) * (ends[hull[-1]] - ends[hull[-2]]) <= (
+            area[hull[-1]] - area[hull[-2]]
+        ) * (ends[i] - ends[hull[-1]]):
+            hull.pop()
+        hull.append(i)
+    x, below = ends[hull], area[hull]
+    at = np.searchsorted(np.diff(below) / np.diff(x), d)
+    reached = (d <= g[-1]) & np.isfinite(d)
+    d = np.where(reached, d, 0.0)
+    doubt = _DOUBT * (np.abs(d) + np.max(np.abs(g))) * x[at]
+    return np.where(reached, d * x[at] - below[at], 0.0), np.where(reached, doubt, 0.0)
 
 
 @dataclass(frozen=True)
