@@ -15,6 +15,7 @@ from pymdr.interpretation.certificate import Certificate
 from pymdr.interpretation.friction import frictional_claims
 from pymdr.interpretation.validity import Assumption, Claim, Level, approximated
 from pymdr.line.foundation import ElasticLine, states_at_depth, states_at_force
+from pymdr.line.foundation import normal_force as force_of
 from pymdr.mapping.abel import gauss
 from pymdr.problem.contact import Contact
 from pymdr.problem.laws import Coulomb
@@ -295,7 +296,7 @@ def _study(
     factor = mu * moduli.normal / moduli.tangential
     state = states_at_depth(line, np.array([d]))
     a = float(state.contact_radius[0])
-    load = 2.0 * line.modulus * _moment_with_edge(line, d, a)
+    load = float(force_of(line, state)[0])
     sliding = factor * d
 
     def loops(u: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
@@ -416,11 +417,6 @@ def _loaded(
             f"friction_loop: the load {given!r} must be above 0 {unit}; press the bodies together"
         )
     return mapped, d, mu, disks_down_to(contact, line, d)
-
-
-def _moment_with_edge(line: ElasticLine, d: float, a: float) -> float:
-    at = np.array([a])
-    return float(line.equivalent.moment(at)[0] + a * max(d - float(line.equivalent.g(at)[0]), 0.0))
 
 
 def _loop_integrals(
