@@ -131,6 +131,14 @@ class Slopes:
     beside: FloatArray
     """Errors of the exponent and of the place in m with which f' begins there, shape (P, 2)."""
 
+    @property
+    def last(self) -> Slopes:
+        """The last panel alone."""
+        end = slice(-1, None)
+        return Slopes(
+            self.panels.take(end), self.series.take(end), *(getattr(self, name)[end] for name in _MEASURED)
+        )
+
 
 _MEASURED = ("error", "size", "jump", "jump_error", "beside")
 
@@ -259,11 +267,32 @@ class ResolvedSlope:
         if isinstance(made, _Stopped):
             self._stopped(made)
             return
+        if not self.source.surveyed and (kinks := self._kinks_between(made)):
+            if kinks[0] < self.front:
+                self.slopes, self.front = None, self.floor
+            self._stopped(_Stopped(kinks))
+            return
         made = _beginning(made, self.slopes, self.found, self.source)
         self.slopes = made if self.slopes is None else joined_slopes(self.slopes, made)
         # what was divided beyond the radius that is needed has not been taken
         complete = made.panels.high[-1] == stretches[-1].high[-1]
         self.front = at if complete else float(made.panels.stop[-1])
+
+    def _kinks_between(self, made: Slopes) -> list[float]:
+        """Kinks where panels meet that resolve f' on both sides of them."""
+        whole = made if self.slopes is None else joined_slopes(self.slopes.last, made)
+        panels, series = whole.panels, whole.series
+        before = clenshaw(series.coefficients, np.ones(panels.count))
+        with np.errstate(divide="ignore"):
+            after = clenshaw(series.coefficients, np.zeros(panels.count))
+            after *= np.where(series.power != 0.0, (panels.low / panels.high) ** series.power, 1.0)
+        allowed = 64.0 * np.finfo(float).eps * whole.size + 8.0 * whole.error
+        apart = np.abs(after[1:] - before[:-1]) > allowed[1:] + allowed[:-1]
+        for i in np.flatnonzero(apart & (panels.low[1:] > 0.0)).tolist():
+            low, high = float(panels.start[i]), float(panels.stop[i + 1])
+            if found := [b for b in self._look_for_kinks(low, high) if low < b < high]:
+                return found
+        return []
 
     def _front_offset(self, base: float) -> float:
         """Where the next panel begins, without rounding."""

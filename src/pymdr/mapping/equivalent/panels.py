@@ -171,9 +171,10 @@ class PanelLine(EquivalentProfile):
             panels = self._panels(self._begin, None, stop)
             image = map_panels(self._charges, panels, self._tail_squared(self._begin))
             self._image = image if settled is None else joined_images(image, settled)
-        if slope.front > self.front:
-            last = self._image.panels
-            place = (float(last.base[-1]), float(last.high[-1]))
+        last = self._image.panels
+        place = (float(last.base[-1]), float(last.high[-1]))
+        # the sum of the two may round to less than the breakpoint at which the last panel ends
+        if slope.front - place[0] > place[1]:
             fresh = map_panels(
                 self._charges, self._panels(self.front, place, slope.front), self._image.end_squared
             )
