@@ -267,29 +267,26 @@ class ResolvedSlope:
         if isinstance(made, _Stopped):
             self._stopped(made)
             return
-        if not self.source.surveyed and (kinks := self._kinks_between(made)):
-            if kinks[0] < self.front:
-                self.slopes, self.front = None, self.floor
-            self._stopped(_Stopped(kinks))
-            return
+        if not self.source.surveyed:
+            leaps = _leaps(made, self.slopes)
+            if kinks := self._kinks_between(made, leaps):
+                if kinks[0] < self.front * (1.0 + _FIRST):
+                    # no sliver is left between it and the panels before
+                    self.slopes, self.front = None, self.floor
+                self._stopped(_Stopped(kinks))
+                return
+            made = replace(made, jump_error=np.maximum(made.jump_error, leaps))
         made = _beginning(made, self.slopes, self.found, self.source)
         self.slopes = made if self.slopes is None else joined_slopes(self.slopes, made)
         # what was divided beyond the radius that is needed has not been taken
         complete = made.panels.high[-1] == stretches[-1].high[-1]
         self.front = at if complete else float(made.panels.stop[-1])
 
-    def _kinks_between(self, made: Slopes) -> list[float]:
+    def _kinks_between(self, made: Slopes, leaps: FloatArray) -> list[float]:
         """Kinks where panels meet that resolve f' on both sides of them."""
-        whole = made if self.slopes is None else joined_slopes(self.slopes.last, made)
-        panels, series = whole.panels, whole.series
-        before = clenshaw(series.coefficients, np.ones(panels.count))
-        with np.errstate(divide="ignore"):
-            after = clenshaw(series.coefficients, np.zeros(panels.count))
-            after *= np.where(series.power != 0.0, (panels.low / panels.high) ** series.power, 1.0)
-        allowed = 64.0 * np.finfo(float).eps * whole.size + 8.0 * whole.error
-        apart = np.abs(after[1:] - before[:-1]) > allowed[1:] + allowed[:-1]
-        for i in np.flatnonzero(apart & (panels.low[1:] > 0.0)).tolist():
-            low, high = float(panels.start[i]), float(panels.stop[i + 1])
+        for i in np.flatnonzero(leaps).tolist():
+            before = made.panels if i or self.slopes is None else self.slopes.panels
+            low, high = float(before.start[i - 1]), float(made.panels.stop[i])
             if found := [b for b in self._look_for_kinks(low, high) if low < b < high]:
                 return found
         return []
@@ -324,6 +321,20 @@ class ResolvedSlope:
                 f"the profile gives {made.value} at r = {metres(made.end)}; stay inside the radii where it is defined "
                 "(Function(..., reach=...) states them)"
             )
+
+
+def _leaps(made: Slopes, before: Slopes | None) -> FloatArray:
+    """By how much f' leaps at the lower ends of panels that follow others, 0 where that may be their errors, shape (P,)."""
+    whole = made if before is None else joined_slopes(before.last, made)
+    panels, series = whole.panels, whole.series
+    last = clenshaw(series.coefficients, np.ones(panels.count))
+    first = clenshaw(series.coefficients, np.zeros(panels.count))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        first *= np.where(series.power != 0.0, (panels.low / panels.high) ** series.power, 1.0)
+    allowed = 64.0 * np.finfo(float).eps * whole.size + 8.0 * whole.error
+    apart = np.abs(first[1:] - last[:-1])
+    apart = np.where((apart > allowed[1:] + allowed[:-1]) & (panels.low[1:] > 0.0), apart, 0.0)
+    return np.append(np.zeros(made.panels.count - apart.size), apart)
 
 
 def joined_slopes(first: Slopes, second: Slopes) -> Slopes:
