@@ -38,7 +38,8 @@ def normal_errors(
 
     Notes
     -----
-    With a prescribed depth d = g(a) the radius errs by da = e_g g / g', and the force F0(a) by e_m F0 + k g' da.
+    With a prescribed depth d = g(a) the radius errs by da = e_g g / g' or, where e_g is no small number, as far as g may
+    be d; and the force F0(a) by e_m F0 + k g' da.
     """
     place = states.place
     a = states.contact_radius
@@ -54,9 +55,8 @@ def normal_errors(
             np.abs(line.energy(place)),
             line.stiffness(place),
         )
-        shift = np.where(by_force, error[:, _MOMENT] * smooth / stiffness, error[:, _G] * g)
-        shift = np.where(held, 0.0, shift)
-        radius = shift / (slope * a)
+        away = np.where(held, 0.0, equivalent.place_error(place, by_force))
+        radius, shift = away / a, slope * away
         force = np.where(by_force, 0.0, error[:, _MOMENT] + stiffness * shift / smooth)
         depth = np.where(by_force, error[:, _G] + shift / g, 0.0)
         energy = error[:, _SQUARED] + smooth * shift / stored
