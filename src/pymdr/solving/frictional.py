@@ -49,7 +49,7 @@ from pymdr.result import Result, Status
 from pymdr.rows import joined, taken
 from pymdr.solving.normal import refuse_tension
 from pymdr.solving.reach import Mapped, assumptions, map_remark, map_to_line, refuse_unreachable
-from pymdr.solving.walk import Channels, Task, Told, channels_at, solution, walk, with_travel, within
+from pymdr.solving.walk import Channels, Task, Told, Walked, channels_at, solution, walk, with_travel, within
 from pymdr.units import FloatArray, metres, newtons
 
 _REFINED = 200_000
@@ -253,7 +253,7 @@ def solve_frictional(task: Task) -> Result:
         {**here, PARTS: float(parts)} if parts else here
         for here, parts in zip(walked.starts, walked.rows.parts, strict=True)
     )
-    return _interpret(task, law, walked.rows, starts)
+    return _interpret(task, law, walked, starts)
 
 
 def _foreseen(path: LoadingPath) -> list[Stretch]:
@@ -340,8 +340,9 @@ def _columns(task: Task, mapped: Mapped, rows: _Rows) -> dict[str, FloatArray]:
     return with_travel(task, columns)
 
 
-def _interpret(task: Task, law: _FrictionLaw, rows: _Rows, starts: tuple[Channels, ...]) -> Result:
+def _interpret(task: Task, law: _FrictionLaw, walked: Walked[_Rows], starts: tuple[Channels, ...]) -> Result:
     """Step 3: quantities, claims and assumptions of every row that is kept."""
+    rows = walked.rows
     contact, mapped = task.contact, law.mapped
     columns = _columns(task, mapped, rows)
     everywhere = np.ones(columns["shift"].size, dtype=bool)
@@ -360,6 +361,7 @@ def _interpret(task: Task, law: _FrictionLaw, rows: _Rows, starts: tuple[Channel
     claims = with_errors(claims, {}, map_remark(mapped.line, at_deepest))
     return solution(
         task,
+        walked,
         columns,
         claims,
         assumptions=frictional_assumptions(contact, mapped, columns["contact_radius"]),
