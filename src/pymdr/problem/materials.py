@@ -274,6 +274,9 @@ def common_exponent(body: Material, counterbody: Material) -> float:
     >>> common_exponent(Graded("1 MPa", "1 mm", 0.2, 0.5), Rigid())
     0.2
     """
+    for one in (body, counterbody):
+        if not isinstance(one, Material):
+            raise ProblemError(f"{one!r}: a material such as Elastic('210 GPa', 0.3) is needed")
     exponents = [one.grading for one in (body, counterbody) if not isinstance(one, Rigid)]
     if not exponents:
         raise ProblemError("both bodies are rigid; at least one must be elastic")
