@@ -285,8 +285,12 @@ class ResolvedSlope:
     def _kinks_between(self, made: Slopes, leaps: FloatArray) -> list[float]:
         """Kinks where panels meet that resolve f' on both sides of them."""
         for i in np.flatnonzero(leaps).tolist():
+            edge, base = float(made.panels.start[i]), float(made.panels.base[i])
             before = made.panels if i or self.slopes is None else self.slopes.panels
-            low, high = float(before.start[i - 1]), float(made.panels.stop[i])
+            # as much on either side, so that what is faint parts from both
+            width = float(max(before.width[i - 1], made.panels.width[i]))
+            low = max(edge - width, base)
+            high = min([edge + width, self.limit, *(b for b in self.knots if b > edge)])
             if found := [b for b in self._look_for_kinks(low, high) if low < b < high]:
                 return found
         return []
