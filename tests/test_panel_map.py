@@ -561,6 +561,7 @@ def test_contact_that_begins_at_a_radius_is_a_power_there(n, size, decades, give
 @example(1.5, 1.0, -2.0, 0.0, [-10.0], True, False)
 @example(2.0, 1.0, -4.0, -1.4, [-10.0], False, True)
 @example(3.0, 1.0, -1.0, -3.0, [-11.0], True, True)
+@example(2.0, 0.9999997255105045, -1.0, 0.0, [-5.0], False, False)
 def test_contact_that_begins_in_the_rounding_of_an_offset(n, size, height, offset, decades, named, by_force):
     """f = c + h ((r - b)_+ / b)^n: the edge lies where the rounding of f tells nothing, and is claimed as no surer."""
     b, h, c = size, size * 10.0**height, size * 10.0**offset

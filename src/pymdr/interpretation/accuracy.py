@@ -15,6 +15,8 @@ from pymdr.units import FloatArray
 
 EXACT_WITHIN = 1e-9
 """Largest relative error of a number that is called exact."""
+_STRAIGHT = 0.01
+"""Error of a curve up to which it is taken as straight where it is inverted."""
 _G, _SLOPE, _MOMENT, _SQUARED = range(4)
 
 
@@ -55,8 +57,14 @@ def normal_errors(
             np.abs(line.energy(place)),
             line.stiffness(place),
         )
-        away = np.where(held, 0.0, equivalent.place_error(place, by_force))
-        radius, shift = away / a, slope * away
+        unsure = np.where(held, 0.0, np.where(by_force, error[:, _MOMENT], error[:, _G]))
+        shift = unsure * np.where(by_force, smooth / stiffness, g)
+        away = shift / slope
+        rough = np.flatnonzero(unsure > _STRAIGHT)
+        if rough.size:
+            away[rough] = np.fmax(away[rough], equivalent.place_error(place.take(rough), by_force[rough]))
+            shift[rough] = np.fmax(shift[rough], slope[rough] * away[rough])
+        radius = away / a
         force = np.where(by_force, 0.0, error[:, _MOMENT] + stiffness * shift / smooth)
         depth = np.where(by_force, error[:, _G] + shift / g, 0.0)
         energy = error[:, _SQUARED] + smooth * shift / stored

@@ -14,7 +14,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from pymdr.errors import ConvergenceError
+from pymdr.errors import ConvergenceError, ProblemError
 from pymdr.mapping.callables import search_points
 from pymdr.mapping.series import (
     TERMS,
@@ -67,6 +67,7 @@ _SIMPLE = 1e-4
 """Largest error of an exponent that is taken for the simple one beside it."""
 _UNNAMED = 32.0 * float(np.finfo(float).eps)
 """How far a kink that was found may lie from the true one, in its radius."""
+_LEAST_LEAP = 1e-12
 PROBED = np.array([0.03, 0.1, 0.25, 0.5, 0.75, 1.0])
 """Where on a panel a curve is looked at, if it is too uncertain for more."""
 
@@ -289,9 +290,18 @@ class ResolvedSlope:
     def _kinks_between(self, made: Slopes, leaps: FloatArray) -> list[float]:
         """Kinks where panels meet that resolve f' on both sides of them."""
         for i in np.flatnonzero(leaps).tolist():
+            edge, base = float(made.panels.start[i]), float(made.panels.base[i])
             before = made.panels if i or self.slopes is None else self.slopes.panels
-            low, high = float(before.start[i - 1]), float(made.panels.stop[i])
-            if found := [b for b in self._look_for_kinks(low, high) if low < b < high]:
+            # as much on either side, so that what is faint parts from both
+            width = float(max(before.width[i - 1], made.panels.width[i]))
+            low = max(edge - width, base)
+            high = min([edge + width, self.limit, *(b for b in self.knots if b > edge)])
+            try:
+                found = [b for b in self._look_for_kinks(low, high) if low < b < high]
+            except ProblemError:
+                # the leap is felt, but nothing that could be named
+                continue
+            if found:
                 return found
         return []
 
@@ -331,11 +341,15 @@ def _leaps(made: Slopes, before: Slopes | None) -> FloatArray:
     """By how much f' leaps at the lower ends of panels that follow others, 0 where that may be their errors, shape (P,)."""
     whole = made if before is None else joined_slopes(before.last, made)
     panels, series = whole.panels, whole.series
-    last = clenshaw(series.coefficients, np.ones(panels.count))
-    first = clenshaw(series.coefficients, np.zeros(panels.count))
+    # T_j is 1 at the upper and (-1)^j at the lower end
+    last = series.coefficients.sum(axis=1)
+    first = series.coefficients @ (1.0 - 2.0 * (np.arange(TERMS) % 2))
+    steep = np.flatnonzero(series.power)
     with np.errstate(divide="ignore", invalid="ignore"):
-        first *= np.where(series.power != 0.0, (panels.low / panels.high) ** series.power, 1.0)
+        first[steep] *= (panels.low[steep] / panels.high[steep]) ** series.power[steep]
     allowed = 64.0 * np.finfo(float).eps * whole.size + 8.0 * whole.error
+    # where f' all but vanishes its rounding is no less than farther in
+    allowed += _LEAST_LEAP * np.maximum.accumulate(whole.size * panels.stop) / panels.stop
     apart = np.abs(first[1:] - last[:-1])
     apart = np.where((apart > allowed[1:] + allowed[:-1]) & (panels.low[1:] > 0.0), apart, 0.0)
     return np.append(np.zeros(made.panels.count - apart.size), apart)

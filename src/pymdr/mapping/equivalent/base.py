@@ -86,7 +86,7 @@ class EquivalentProfile(ABC):
         return np.zeros(np.shape(rounded(x)))
 
     def place_error(self, place: Place, of_moment: BoolArray) -> FloatArray:
-        """How far off in m a place may lie at which g, or the moment, has its value there."""
+        """How far off in m places may lie at which g, or the moment, has its value there, from all their errors allow."""
         return np.zeros(np.shape(place.x))
 
     def kinks(self, top: float) -> tuple[float, ...]:

@@ -47,8 +47,6 @@ _ROUNDED = 1e-11
 """Part of a value below which steps of Newton's method may be nothing but rounding."""
 _SAVED = 2.0**-60
 """How far inward, in radii that are asked for, the panels of a saved profile go."""
-_STRAIGHT = 0.01
-"""Error of a curve up to which it is taken as straight where it is inverted."""
 _TRUSTED = 10.0
 """How many times its error a value is off at most."""
 _WIDER = 2.0**0.25
@@ -357,21 +355,12 @@ class PanelLine(EquivalentProfile):
         return np.asarray(spread[:, None] * np.array([1.0, 1.0, 1.0, 2.0]) + np.nan_to_num(shifted))
 
     def place_error(self, place: Place, of_moment: BoolArray) -> FloatArray:
-        """How far off in m places may lie at which g, or the moment, has its value there."""
-        curve = np.where(of_moment, 2, 0)
-        error = self.error(place)[np.arange(curve.size), curve]
-        slope = np.abs(self.slope(place))
-        rise = np.where(
-            of_moment, np.abs(self.moment(place)) / place.x ** (1.0 + self.exponent), np.abs(self.g(place))
-        )
-        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-            answer = np.where(error > 0.0, error * rise / slope, 0.0)
+        """How far off in m places may lie at which g, or the moment, has its value there, from all their errors allow."""
+        answer = np.zeros(place.x.shape)
         for k, which in ((0, "g"), (2, "moment")):
-            # a curve that may be anything near a place bends as far as its errors reach
-            rough = np.flatnonzero((curve == k) & (error > _STRAIGHT) & (place.x < self._end))
-            if rough.size:
-                away = self._away(place.take(rough), which, k) / _TRUSTED
-                answer[rough] = np.fmax(answer[rough], away)
+            rows = np.flatnonzero((of_moment == (which == "moment")) & (place.x < self._end))
+            if rows.size:
+                answer[rows] = self._away(place.take(rows), which, k) / _TRUSTED
         return answer
 
     def _away(self, place: Place, which: str, k: int) -> FloatArray:
