@@ -93,6 +93,8 @@ if TYPE_CHECKING:
     from pymdr.solving.reopening import open_result as open_result
     from pymdr.workbench.records import MeasuredLoops as MeasuredLoops
     from pymdr.workbench.records import measured_loops as measured_loops
+    from pymdr.workbench.rheometry import PronyFit as PronyFit
+    from pymdr.workbench.rheometry import fit_prony as fit_prony
     from pymdr.workbench.sliding import SlidingVerification as SlidingVerification
     from pymdr.workbench.sliding import verify_sliding as verify_sliding
     from pymdr.workbench.tables import read_path as read_path
@@ -177,6 +179,7 @@ _HOMES: dict[str, tuple[str, ...]] = {
         "solve_batch",
     ),
     "pymdr.workbench.records": ("MeasuredLoops", "measured_loops"),
+    "pymdr.workbench.rheometry": ("PronyFit", "fit_prony"),
     "pymdr.workbench.sliding": ("SlidingVerification", "verify_sliding"),
     "pymdr.workbench.tables": ("read_path", "read_profile", "read_record"),
     "pymdr.workbench.verification": ("Verification", "verify"),

@@ -366,7 +366,7 @@ def case_adapter() -> TypeAdapter[Any]:
     return TypeAdapter(model)
 
 
-_FILE_KEYS = {"sampled": ("file",), "path": ("file", "channels")}
+_FILE_KEYS = {"sampled": ("file",), "prony": ("file",), "path": ("file", "channels")}
 """Keys of case files whose columns replace the arrays of a kind."""
 
 

@@ -317,13 +317,16 @@ def common_exponent(body: Material, counterbody: Material) -> float:
     Raises
     ------
     ProblemError
-        If the exponents differ, or both bodies are rigid.
+        If the exponents differ, both bodies are rigid, or one is no material.
 
     Examples
     --------
     >>> common_exponent(Graded("1 MPa", "1 mm", 0.2, 0.5), Rigid())
     0.2
     """
+    for one in (body, counterbody):
+        if not isinstance(one, Material):
+            raise ProblemError(f"{one!r}: a material such as Elastic('210 GPa', 0.3) is needed")
     exponents = [one.grading for one in (body, counterbody) if not isinstance(one, Rigid)]
     if not exponents:
         raise ProblemError("both bodies are rigid; at least one must deform")

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pymdr.errors import ConvergenceError, ProblemError
+from pymdr.problem.fitting import Measured, fitted
 from pymdr.problem.spectra import Relaxation
 from pymdr.problem.values import ArrayField, OptionalSIField, SIField, Value, within_range
 from pymdr.units import ArrayQuantityLike, FloatArray, QuantityLike, to_si, to_si_array, written
@@ -160,6 +161,116 @@ class Prony(SpringsAndDashpots):
             raise ProblemError(
                 f"Prony.times: {written(twice, 's')} is there twice; add the moduli of those terms"
             )
+
+    @classmethod
+    def from_relaxation(
+        cls,
+        time: ArrayQuantityLike,
+        modulus: ArrayQuantityLike,
+        *,
+        terms: int | None = None,
+        noise: float | None = None,
+    ) -> Prony:
+        """
+        The series of few terms that lies nearest to a measured relaxation modulus.
+
+        Parameters
+        ----------
+        time : array_like or quantity
+            Times since the step in s, above 0 and rising, without a gap of more than two decades; at least 5.
+        modulus : array_like or quantity
+            G(t) in Pa at those times, not below 0.
+        terms : int, optional
+            The largest number of terms. Unless given, they become fewer as long as the misfit is at most `noise`.
+        noise : float, optional
+            Relative noise of the moduli; unless given, 1.1 of the misfit of the full fit, which begins with eight terms
+            a decade.
+
+        Returns
+        -------
+        Prony
+            With times inside the span of the rows: what relaxes before is not in it, what relaxes after is in the
+            equilibrium modulus.
+
+        Raises
+        ------
+        ProblemError
+            If the rows are too few or do not rise, have a gap, are negative or nothing; if no series reaches the noise.
+        UnitError
+            If an entry is not a finite number of the right kind.
+
+        Notes
+        -----
+        The squares of what the series lies off the rows, relative to their size, are least; moduli are not below 0 (Lawson
+        and Hanson, 1974), and times move to where they fit best (Kaufman, 1975, BIT 15, 49).
+
+        Examples
+        --------
+        >>> t = np.geomspace(1e-3, 1e2, 50)
+        >>> found = Prony.from_relaxation(t, 1e5 + 3e5 * np.exp(-t / 0.2))
+        >>> round(found.times[0], 9), round(found.moduli[0], 3)
+        (np.float64(0.2), np.float64(300000.0))
+        """
+        return cls._through(
+            Measured(
+                to_si_array(time, "s", name="time"),
+                (to_si_array(modulus, "Pa", name="modulus"),),
+                "from_relaxation",
+            ),
+            terms,
+            noise,
+        )
+
+    @classmethod
+    def from_dma(
+        cls,
+        omega: ArrayQuantityLike,
+        storage: ArrayQuantityLike,
+        loss: ArrayQuantityLike,
+        *,
+        terms: int | None = None,
+        noise: float | None = None,
+    ) -> Prony:
+        """
+        The series of few terms that lies nearest to measured storage and loss moduli.
+
+        Parameters
+        ----------
+        omega : array_like or quantity
+            Angular frequencies in rad/s (2 pi times those in Hz), above 0 and rising, without a gap of more than two
+            decades; at least 5.
+        storage, loss : array_like or quantity
+            G' and G'' in Pa, not below 0.
+        terms, noise : optional
+            As for :meth:`from_relaxation`; both moduli of a row count relative to its abs(G' + i G'').
+
+        Returns
+        -------
+        Prony
+            With times inside the span of 1/omega.
+
+        Raises
+        ------
+        ProblemError, UnitError
+            As :meth:`from_relaxation`.
+
+        Examples
+        --------
+        >>> w = np.geomspace(0.1, 1e3, 41)
+        >>> rubber = StandardSolid("1 MPa", "3 MPa", "20 ms")
+        >>> found = Prony.from_dma(w, rubber.storage(w), rubber.loss(w))
+        >>> round(found.times[0], 9), round(found.equilibrium)
+        (np.float64(0.02), 1000000)
+        """
+        moduli = to_si_array(storage, "Pa", name="storage"), to_si_array(loss, "Pa", name="loss")
+        return cls._through(
+            Measured(to_si_array(omega, "rad/s", name="omega"), moduli, "from_dma"), terms, noise
+        )
+
+    @classmethod
+    def _through(cls, measured: Measured, terms: int | None, noise: float | None) -> Prony:
+        found = fitted(measured, terms, noise)
+        return cls(found.equilibrium, found.moduli, found.times)
 
     def kernel(self, span: tuple[float, float] | None = None) -> Relaxation:
         """The series itself, with rising times."""
