@@ -60,7 +60,10 @@ class Contact(Value):
                 raise ProblemError(
                     f"Contact.{name} = {material!r}: a material such as Elastic('210 GPa', 0.3) is needed"
                 )
-        exponent = common_exponent(self.body, self.counterbody)
+        try:
+            exponent = common_exponent(self.body, self.counterbody)
+        except ProblemError as error:
+            raise ProblemError(f"Contact: {error}") from error
         if not isinstance(self.adhesion, AdhesionLaw | None):
             raise ProblemError(
                 f"Contact.adhesion = {self.adhesion!r}: a law such as JKR('50 mJ/m^2') is needed"

@@ -17,6 +17,8 @@ _PER_DECADE = 8
 _SHARE = 1.1
 """How much worse than the full fit a series of fewer terms may be."""
 _ROUNDING = 1e-12
+_PHASE = 0.1
+"""Rheometers tell the phase in rad about ten times better than amplitudes, relatively."""
 
 
 @dataclass(frozen=True)
@@ -61,14 +63,25 @@ class Measured:
                 f"{name}: no row between {x[i]:g} and {x[i + 1]:g}, {steps[i]:.3g} decades; terms there are not known: measure "
                 f"with gaps of at most {WIDEST_GAP:g} decades, or fit the parts by themselves"
             )
-        if np.any(self.size == 0.0):
-            i = int(np.argmax(self.size == 0.0))
+        nothing = np.all(np.array(self.moduli) == 0.0, axis=0)
+        if np.any(nothing):
+            i = int(np.argmax(nothing))
             raise ProblemError(f"{name}: row {i + 1} adds to nothing, 0 Pa; leave it out")
 
     @property
-    def size(self) -> FloatArray:
-        """G(t), or the absolute value of G' + i G'', in Pa."""
-        return np.asarray(np.hypot.reduce(self.moduli)) if len(self.moduli) > 1 else self.moduli[0]
+    def values(self) -> FloatArray:
+        """The moduli in Pa, one after the other."""
+        return np.concatenate(self.moduli)
+
+    @property
+    def sizes(self) -> FloatArray:
+        """What they are compared with in Pa: themselves, or a tenth of abs(G' + i G'') where that is more."""
+        whole = np.sqrt(sum(column**2 for column in self.moduli))
+        return np.maximum(self.values, np.tile(_PHASE * whole, len(self.moduli)))
+
+    def misfit(self, values: FloatArray) -> float:
+        """Root mean square of what others lie off them, relative to their sizes."""
+        return float(np.sqrt(np.mean(((values - self.values) / self.sizes) ** 2)))
 
     @property
     def span(self) -> tuple[float, float]:
@@ -102,7 +115,7 @@ class Series:
     moduli: FloatArray
     times: FloatArray
     misfit: float
-    """Root mean square over the rows of what it lies off them, relative to their size."""
+    """Root mean square of what it lies off the moduli, relative to their sizes."""
     least: float = 0.0
     """That of the full fit."""
 
@@ -131,7 +144,7 @@ def fitted(measured: Measured, terms: int | None = None, noise: float | None = N
 
     Notes
     -----
-    Squares of what the series lies off each row, relative to its size, are least; moduli are not below 0 (Lawson and Hanson,
+    Squares of what the series lies off each modulus, relative to itself, are least; moduli are not below 0 (Lawson and Hanson,
     1974), and the times move within the span of the rows. Terms become fewer one by one: the one goes whose loss costs least,
     or two neighbours become one. Terms faster than the rows cannot be told, slower ones are in
     the equilibrium modulus.
@@ -167,24 +180,20 @@ def _moduli(measured: Measured, times: FloatArray) -> Series:
     """The moduli not below 0 that fit best at given times."""
     from scipy.optimize import nnls
 
-    size = _sizes(measured)
+    size = measured.sizes
     matrix = measured.columns(times) / size[:, None]
     scale = np.linalg.norm(matrix, axis=0)
     scale[scale == 0.0] = 1.0
     try:
-        found, off = nnls(matrix / scale, np.concatenate(measured.moduli) / size, maxiter=100 * scale.size)
+        found, off = nnls(matrix / scale, measured.values / size, maxiter=100 * scale.size)
     except RuntimeError as error:
         raise ConvergenceError(
             f"{measured.words}: the moduli of {times.size} terms were not found: {error}"
         ) from error
     found = found / scale
     kept = found[1:] > 0.0
-    misfit = float(off) / np.sqrt(measured.inverse.size)
+    misfit = float(off) / np.sqrt(size.size)
     return Series(float(found[0]), found[1:][kept], times[kept], misfit)
-
-
-def _sizes(measured: Measured) -> FloatArray:
-    return np.tile(measured.size, len(measured.moduli))
 
 
 def _moved(measured: Measured, series: Series) -> Series:
@@ -194,8 +203,8 @@ def _moved(measured: Measured, series: Series) -> Series:
     if not series.times.size:
         return series
     low, high = np.log(measured.span)
-    size = _sizes(measured)
-    values = np.concatenate(measured.moduli) / size
+    size = measured.sizes
+    values = measured.values / size
 
     def terms(logs: FloatArray) -> tuple[FloatArray, FloatArray]:
         """All columns over the size of the rows, and the moduli that go with them."""

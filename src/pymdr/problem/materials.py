@@ -329,7 +329,7 @@ def common_exponent(body: Material, counterbody: Material) -> float:
             raise ProblemError(f"{one!r}: a material such as Elastic('210 GPa', 0.3) is needed")
     exponents = [one.grading for one in (body, counterbody) if not isinstance(one, Rigid)]
     if not exponents:
-        raise ProblemError("both bodies are rigid; at least one must deform")
+        raise ProblemError("both bodies are rigid; at least one must be elastic")
     if exponents[0] != exponents[-1]:
         raise ProblemError(
             f"bodies that are graded with the exponents {exponents[0]:g} and {exponents[-1]:g} (0 is homogeneous) "

@@ -242,7 +242,7 @@ class Prony(SpringsAndDashpots):
         storage, loss : array_like or quantity
             G' and G'' in Pa, not below 0.
         terms, noise : optional
-            As for :meth:`from_relaxation`; both moduli of a row count relative to its abs(G' + i G'').
+            As for :meth:`from_relaxation`; a modulus below a tenth of abs(G' + i G'') counts relative to that.
 
         Returns
         -------

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pymdr.errors import ProblemError
+from pymdr.problem.fitting import Measured
 from pymdr.problem.rheology import Prony
 from pymdr.units import FloatArray, shown, to_si_array, written
 from pymdr.workbench.tables import read_rheometry
@@ -42,12 +43,10 @@ class PronyFit:
 
     @property
     def misfit(self) -> float:
-        """Root mean square over the rows of what the series lies off them, relative to G(t) or abs(G' + i G'')."""
+        """Root mean square of what the series lies off the moduli, relative to them, as the fit counts it."""
         along, *moduli = self.data.values()
-        size = np.sqrt(sum(modulus**2 for modulus in moduli))
         found = list(self._moduli(along).values())[1:]
-        off = sum(((one - other) / size) ** 2 for one, other in zip(found, moduli, strict=True))
-        return float(np.sqrt(np.mean(off)))
+        return Measured(along, tuple(moduli), "PronyFit").misfit(np.concatenate(found))
 
     def summary(self) -> str:
         """A line per term, with units."""
