@@ -25,6 +25,8 @@ if TYPE_CHECKING:
     from pymdr.interpretation.validity import Level as Level
     from pymdr.mapping.equivalent import equivalent_profile as equivalent_profile
     from pymdr.mapping.moduli import effective_moduli as effective_moduli
+    from pymdr.mapping.relaxation import Relaxation as Relaxation
+    from pymdr.mapping.relaxation import relaxation_of as relaxation_of
     from pymdr.problem.contact import Contact as Contact
     from pymdr.problem.laws import DMT as DMT
     from pymdr.problem.laws import JKR as JKR
@@ -34,6 +36,7 @@ if TYPE_CHECKING:
     from pymdr.problem.materials import Graded as Graded
     from pymdr.problem.materials import Rigid as Rigid
     from pymdr.problem.materials import TransverselyIsotropic as TransverselyIsotropic
+    from pymdr.problem.materials import Viscoelastic as Viscoelastic
     from pymdr.problem.paths import Cycle as Cycle
     from pymdr.problem.paths import History as History
     from pymdr.problem.paths import Hold as Hold
@@ -68,6 +71,11 @@ if TYPE_CHECKING:
     from pymdr.problem.profiles import TruncatedParaboloid as TruncatedParaboloid
     from pymdr.problem.profiles import TruncatedSphere as TruncatedSphere
     from pymdr.problem.profiles import Waviness as Waviness
+    from pymdr.problem.rheology import KelvinVoigt as KelvinVoigt
+    from pymdr.problem.rheology import Maxwell as Maxwell
+    from pymdr.problem.rheology import PowerLawRheology as PowerLawRheology
+    from pymdr.problem.rheology import Prony as Prony
+    from pymdr.problem.rheology import StandardSolid as StandardSolid
     from pymdr.result import Result as Result
     from pymdr.result import Status as Status
     from pymdr.solving import AdhesionRegime as AdhesionRegime
@@ -85,6 +93,8 @@ if TYPE_CHECKING:
     from pymdr.solving.reopening import open_result as open_result
     from pymdr.workbench.records import MeasuredLoops as MeasuredLoops
     from pymdr.workbench.records import measured_loops as measured_loops
+    from pymdr.workbench.rheometry import PronyFit as PronyFit
+    from pymdr.workbench.rheometry import fit_prony as fit_prony
     from pymdr.workbench.sliding import SlidingVerification as SlidingVerification
     from pymdr.workbench.sliding import verify_sliding as verify_sliding
     from pymdr.workbench.tables import read_path as read_path
@@ -109,9 +119,10 @@ _HOMES: dict[str, tuple[str, ...]] = {
     "pymdr.interpretation.validity": ("Claim", "Level"),
     "pymdr.mapping.equivalent": ("equivalent_profile",),
     "pymdr.mapping.moduli": ("effective_moduli",),
+    "pymdr.mapping.relaxation": ("Relaxation", "relaxation_of"),
     "pymdr.problem.contact": ("Contact",),
     "pymdr.problem.laws": ("DMT", "JKR", "Coulomb", "MaugisDugdale"),
-    "pymdr.problem.materials": ("Elastic", "Graded", "Rigid", "TransverselyIsotropic"),
+    "pymdr.problem.materials": ("Elastic", "Graded", "Rigid", "TransverselyIsotropic", "Viscoelastic"),
     "pymdr.problem.paths": (
         "Cycle",
         "History",
@@ -150,6 +161,7 @@ _HOMES: dict[str, tuple[str, ...]] = {
         "TruncatedSphere",
         "Waviness",
     ),
+    "pymdr.problem.rheology": ("KelvinVoigt", "Maxwell", "PowerLawRheology", "Prony", "StandardSolid"),
     "pymdr.result": ("Result", "Status"),
     "pymdr.solving.reopening": ("open_result",),
     "pymdr.solving": (
@@ -167,6 +179,7 @@ _HOMES: dict[str, tuple[str, ...]] = {
         "solve_batch",
     ),
     "pymdr.workbench.records": ("MeasuredLoops", "measured_loops"),
+    "pymdr.workbench.rheometry": ("PronyFit", "fit_prony"),
     "pymdr.workbench.sliding": ("SlidingVerification", "verify_sliding"),
     "pymdr.workbench.tables": ("read_path", "read_profile", "read_record"),
     "pymdr.workbench.verification": ("Verification", "verify"),

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from pymdr.errors import NotValidError
 from pymdr.mapping.abel import Curve
-from pymdr.problem.materials import Graded, TransverselyIsotropic
+from pymdr.problem.materials import Graded, TransverselyIsotropic, Viscoelastic
 from pymdr.problem.profiles import Profile
 from pymdr.units import FloatArray
 
@@ -114,6 +114,7 @@ SOURCES: dict[str, str] = {
         "Booker, Balaam and Davis (1985), Int. J. Numer. Anal. Methods Geomech. 9, 353-367; Giannakopoulos and Suresh "
         "(1997), Int. J. Solids Struct. 34, 2357-2392: half-spaces graded by a power of the depth"
     ),
+    "lee-radok": "Lee and Radok (1960), J. Appl. Mech. 27, 438-444: contact of linear viscoelastic bodies",
     "hess-graded": "Hess (2016), Int. J. Eng. Sci. 104, 20-33: graded half-spaces on the line, with adhesion",
 }
 """References by key; claims and :meth:`Result.cite` quote them."""
@@ -121,6 +122,7 @@ SOURCES: dict[str, str] = {
 BODY_SOURCES: dict[type, tuple[str, ...]] = {
     TransverselyIsotropic: ("elliott", "delafargue-ulm"),
     Graded: ("graded", "hess-graded"),
+    Viscoelastic: ("lee-radok",),
 }
 """What is cited for bodies, besides the sources of their law."""
 

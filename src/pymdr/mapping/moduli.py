@@ -13,6 +13,7 @@ from pymdr.problem.materials import (
     Material,
     Rigid,
     TransverselyIsotropic,
+    Viscoelastic,
     common_exponent,
 )
 
@@ -133,6 +134,14 @@ def _(body: Graded) -> SurfaceCompliances:
         normal * ((1.0 + k) / wave) ** 2,
         unit / (2.0 * body.shear * _cosine(k)),
         2.0 * normal * (1.0 + k) / wave * ratio,
+    )
+
+
+@surface_compliances.register
+def _(body: Viscoelastic) -> SurfaceCompliances:
+    raise ProblemError(
+        "the stiffness of a Viscoelastic body depends on the history: pymdr.relaxation_of(body, counterbody) gives E*(t), "
+        "and no solver follows it yet; take Elastic for the stiffness at one time"
     )
 
 

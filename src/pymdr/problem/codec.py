@@ -19,7 +19,7 @@ import numpy as np
 from pymdr.errors import CaseError, ProblemError, PymdrError
 from pymdr.problem.contact import Contact
 from pymdr.problem.laws import DMT, JKR, Coulomb, MaugisDugdale
-from pymdr.problem.materials import Elastic, Graded, Rigid, TransverselyIsotropic
+from pymdr.problem.materials import Elastic, Graded, Rigid, TransverselyIsotropic, Viscoelastic
 from pymdr.problem.paths import CHANNELS, Cycle, History, Hold, LoadingPath, Path, Ramp, legs
 from pymdr.problem.profiles import (
     ConcavePunch,
@@ -46,6 +46,7 @@ from pymdr.problem.profiles import (
     TruncatedSphere,
     Waviness,
 )
+from pymdr.problem.rheology import KelvinVoigt, Maxwell, PowerLawRheology, Prony, StandardSolid
 from pymdr.problem.values import ArrayField, OptionalArrayField, OptionalSIField, SIField, Value
 from pymdr.units import shown
 
@@ -76,7 +77,15 @@ MATERIALS: dict[str, type] = {
     "elastic": Elastic,
     "transversely_isotropic": TransverselyIsotropic,
     "graded": Graded,
+    "viscoelastic": Viscoelastic,
     "rigid": Rigid,
+}
+RHEOLOGIES: dict[str, type] = {
+    "prony": Prony,
+    "maxwell": Maxwell,
+    "standard_solid": StandardSolid,
+    "kelvin_voigt": KelvinVoigt,
+    "power_law_rheology": PowerLawRheology,
 }
 ADHESION: dict[str, type] = {"jkr": JKR, "maugis_dugdale": MaugisDugdale, "dmt": DMT}
 FRICTION: dict[str, type] = {"coulomb": Coulomb}
@@ -103,6 +112,7 @@ _TABLES: dict[str, dict[str, type]] = {
     "friction": FRICTION,
     "leg": LEGS,
     "interpolation": INTERPOLATIONS,
+    "rheology": RHEOLOGIES,
 }
 _KIND_OF: dict[type, str] = {cls: kind for table in _TABLES.values() for kind, cls in table.items()}
 _NOT_KINDS = ("case", "function", "rings", "solve")
@@ -274,6 +284,8 @@ def _field_type(cls: type, f: Any) -> tuple[Any, Any]:
     if f.name == "interpolation":
         words = "how a curve is run through; unless given, a smoothing spline if there is a scatter, else a cubic one"
         return _union("interpolation") | None, Field(None, description=words)
+    if f.name == "shear":
+        return _union("rheology"), Field(..., description="how it relaxes in shear")
     if f.name in ("steps", "cycles"):
         words = "number of rows" if f.name == "steps" else "number of cycles"
         kind = int if isinstance(f.default, int) else int | None
@@ -356,7 +368,7 @@ def case_adapter() -> TypeAdapter[Any]:
     return TypeAdapter(model)
 
 
-_FILE_KEYS = {"sampled": ("file",), "path": ("file", "channels")}
+_FILE_KEYS = {"sampled": ("file",), "prony": ("file",), "path": ("file", "channels")}
 """Keys of case files whose columns replace the arrays of a kind."""
 
 
@@ -448,6 +460,8 @@ def _decode(plain: Mapping[str, Any], table: str) -> Any:
         arguments["parts"] = tuple(_decode(part, f"{table}.parts") for part in arguments["parts"])
     if "interpolation" in arguments:
         arguments["interpolation"] = _decode(arguments["interpolation"], f"{table}.interpolation")
+    if isinstance(arguments.get("shear"), Mapping):
+        arguments["shear"] = _decode(arguments["shear"], f"{table}.shear")
     return _build(table, cls, arguments)
 
 
@@ -549,6 +563,8 @@ def _kinds_for(loc: list[Any]) -> list[str]:
         return [*LEGS, *ONE_CHANNEL_LEGS]
     if "interpolation" in loc:
         return list(INTERPOLATIONS)
+    if "shear" in loc:
+        return list(RHEOLOGIES)
     if "parts" in loc:
         return [kind for kind in PROFILES if kind != "sum"]
     if loc and loc[0] in ("adhesion", "friction"):

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 from pymdr.errors import ProblemError
 from pymdr.problem.laws import AdhesionLaw, Coulomb, MaugisDugdale
-from pymdr.problem.materials import Material, Rigid, common_exponent
+from pymdr.problem.materials import Material, Rigid, Viscoelastic, common_exponent
 from pymdr.problem.profiles import Profile
 from pymdr.problem.values import Value
 
@@ -20,9 +20,9 @@ class Contact(Value):
     ----------
     profile : Profile
         The combined initial gap f(r).
-    body : Elastic, TransverselyIsotropic, Graded or Rigid
+    body : Elastic, TransverselyIsotropic, Graded, Viscoelastic or Rigid
         The first body.
-    counterbody : Elastic, TransverselyIsotropic, Graded or Rigid
+    counterbody : Elastic, TransverselyIsotropic, Graded, Viscoelastic or Rigid
         The second body; rigid unless given. A graded body needs a rigid one, or one of the same exponent.
     adhesion : JKR, MaugisDugdale or DMT, optional
         How the surfaces attract each other; not at all unless given.
@@ -33,7 +33,7 @@ class Contact(Value):
     ------
     ProblemError
         If an argument is of the wrong kind, both bodies are rigid or of different exponents, adhesion is combined with
-        friction, or a graded body with friction or MaugisDugdale.
+        friction, a graded body with friction or MaugisDugdale, or a viscoelastic one with either.
 
     Examples
     --------
@@ -75,6 +75,8 @@ class Contact(Value):
                 "Contact: adhesion and friction together are not covered by the theory: Coulomb's limit is not "
                 "defined where the surfaces pull at each other; leave one of the two out"
             )
+        if isinstance(self.body, Viscoelastic) or isinstance(self.counterbody, Viscoelastic):
+            self._refuse_memory()
         if exponent != 0.0 and self.friction is not None:
             raise ProblemError(
                 f"Contact: friction of a body that is graded (exponent {exponent:g}) is not offered: within the contact its "
@@ -86,4 +88,17 @@ class Contact(Value):
                 f"Contact: MaugisDugdale is not derived for a body that is graded (exponent {exponent:g}): its cohesive zone "
                 "is known on the springs of homogeneous bodies only; take JKR for soft and large bodies, DMT for stiff and "
                 "small ones"
+            )
+
+    def _refuse_memory(self) -> None:
+        if self.adhesion is not None:
+            raise ProblemError(
+                "Contact: adhesion of a viscoelastic body is not covered by the method: what is lost at the edge of the "
+                "contact, where it opens and closes, depends on the speed and is not on the line; leave adhesion out, or "
+                "take Elastic for the stiffness at one time"
+            )
+        if self.friction is not None:
+            raise ProblemError(
+                "Contact: friction with memory is not offered yet; leave friction out, or take Elastic for the stiffness "
+                "at one time"
             )

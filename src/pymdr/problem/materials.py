@@ -8,7 +8,9 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from pymdr.errors import ProblemError
+from pymdr.problem.rheology import Rheology
 from pymdr.problem.values import OptionalSIField, SIField, Value
+from pymdr.units import shown
 
 
 class Material(Value, ABC):
@@ -252,13 +254,61 @@ class Graded(Material):
         return self.exponent
 
 
+@dataclass(frozen=True, eq=False)
+class Viscoelastic(Material):
+    """
+    A linear viscoelastic half-space.
+
+    Parameters
+    ----------
+    shear : Prony, Maxwell, StandardSolid, KelvinVoigt or PowerLawRheology
+        How it relaxes in shear.
+    poisson : quantity, optional
+        Poisson's ratio where it is the same at all times, -1 < nu <= 0.5.
+    bulk : quantity, optional
+        Bulk modulus in Pa where it is the same at all times, above 0. Exactly one of the two is given.
+
+    Raises
+    ------
+    ProblemError
+        If a value is outside its limits, `shear` is no rheology, or both or none of poisson and bulk are given.
+    UnitError
+        If a text is not a quantity of the right kind.
+
+    Examples
+    --------
+    >>> from pymdr.problem.rheology import StandardSolid
+    >>> Viscoelastic(StandardSolid("1 MPa", "3 MPa", "10 ms"), poisson=0.5).poisson
+    0.5
+    """
+
+    shear: Rheology
+    poisson: OptionalSIField = OptionalSIField(
+        "", above=-1.0, at_most=0.5, words="Poisson's ratio at all times"
+    )
+    bulk: OptionalSIField = OptionalSIField("Pa", above=0.0, words="bulk modulus at all times")
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.shear, Rheology):
+            raise ProblemError(
+                f"Viscoelastic.shear = {shown(self.shear)}: a rheology such as StandardSolid('1 MPa', '3 MPa', '10 ms') "
+                "is needed"
+            )
+        if (self.poisson is None) == (self.bulk is None):
+            found = "neither poisson nor bulk is" if self.poisson is None else "both poisson and bulk are"
+            raise ProblemError(
+                f"Viscoelastic: {found} given; give poisson = 0.5 for a body that keeps its volume, or the one of the "
+                "two that does not change in time"
+            )
+
+
 def common_exponent(body: Material, counterbody: Material) -> float:
     """
     Exponent of the grading that two bodies share; homogeneous bodies have 0, rigid ones any.
 
     Parameters
     ----------
-    body, counterbody : Elastic, TransverselyIsotropic, Graded or Rigid
+    body, counterbody : Elastic, TransverselyIsotropic, Graded, Viscoelastic or Rigid
 
     Returns
     -------
@@ -267,7 +317,7 @@ def common_exponent(body: Material, counterbody: Material) -> float:
     Raises
     ------
     ProblemError
-        If the exponents differ, or both bodies are rigid.
+        If the exponents differ, both bodies are rigid, or one is no material.
 
     Examples
     --------

@@ -16,6 +16,7 @@ from pymdr.problem.codec import decode_case
 from pymdr.problem.contact import Contact
 from pymdr.problem.paths import CHANNELS, LoadingPath
 from pymdr.workbench.inputs import read_text
+from pymdr.workbench.rheometry import fit_prony
 from pymdr.workbench.tables import read_columns, read_path
 
 _LARGEST = 4 * 2**20
@@ -86,6 +87,9 @@ def _with_tables(plain: dict[str, Any], folder: Path) -> dict[str, Any]:
             parts = [_with_samples(p, folder) if isinstance(p, dict) else p for p in profile["parts"]]
             profile = {**profile, "parts": parts}
         plain = {**plain, "profile": profile}
+    for table in ("body", "counterbody"):
+        if isinstance(plain.get(table), dict):
+            plain = {**plain, table: _with_rheometry(plain[table], folder, table)}
     if isinstance(legs, dict):
         legs = [legs]
     if isinstance(legs, list):
@@ -100,6 +104,21 @@ def _with_samples(profile: dict[str, Any], folder: Path) -> dict[str, Any]:
     _refuse_both(profile, ("radius", "height", "scatter"), "[profile]", "the samples")
     columns = read_columns(_named(profile["file"], folder, "[profile]"))
     return {**{key: value for key, value in profile.items() if key != "file"}, **columns}
+
+
+def _with_rheometry(body: dict[str, Any], folder: Path, table: str) -> dict[str, Any]:
+    shear = body.get("shear")
+    if not isinstance(shear, dict) or shear.get("kind") != "prony" or "file" not in shear:
+        return body
+    where = f"[{table}.shear]"
+    _refuse_both(shear, ("equilibrium", "moduli", "times"), where, "the series")
+    try:
+        series = fit_prony(_named(shear["file"], folder, where)).series
+    except PymdrError as error:
+        raise CaseError(f"{where} {error}") from error
+    rest = {key: value for key, value in shear.items() if key != "file"}
+    terms = {"equilibrium": series.equilibrium, "moduli": series.moduli, "times": series.times}
+    return {**body, "shear": {**rest, **terms}}
 
 
 def _with_record(leg: dict[str, Any], folder: Path, index: int) -> dict[str, Any]:

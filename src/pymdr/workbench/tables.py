@@ -46,6 +46,51 @@ _RECORD: Names = {
 }
 
 
+_RHEOMETRY: Names = {
+    "time": ("time", "t"),
+    "relaxation_modulus": ("modulus", "g", "relaxation modulus", "shear modulus"),
+    "frequency": ("frequency", "f"),
+    "angular_frequency": ("angular frequency", "omega", "w"),
+    "storage_modulus": ("storage", "g'", "storage modulus"),
+    "loss_modulus": ("loss", "g''", "loss modulus"),
+}
+
+
+def read_rheometry(file: str | os.PathLike[str]) -> dict[str, FloatArray]:
+    """
+    A relaxation test or a frequency sweep in shear from a CSV file with units in its header.
+
+    Parameters
+    ----------
+    file : path
+        With the columns time and modulus, or frequency (Hz) or angular frequency (rad/s) with storage and loss.
+
+    Returns
+    -------
+    dict of str to ndarray
+        ``time`` (s) and ``modulus`` (Pa), or ``omega`` (rad/s), ``storage`` and ``loss`` (Pa).
+
+    Raises
+    ------
+    FileError, CaseError
+        If the file cannot be read, is not such a table, or holds columns of both.
+    """
+    example = "time [s], modulus [kPa]' or 'frequency [Hz], storage [kPa], loss [kPa]"
+    found = _read(file, _RHEOMETRY, (), example)
+    if "frequency" in found and "angular_frequency" not in found:
+        found["angular_frequency"] = 2.0 * np.pi * found.pop("frequency")
+    for names, words in (
+        (("time", "relaxation_modulus"), ("time", "modulus")),
+        (("angular_frequency", "storage_modulus", "loss_modulus"), ("omega", "storage", "loss")),
+    ):
+        if set(found) == set(names):
+            return {word: found[name] for word, name in zip(words, names, strict=True)}
+    raise CaseError(
+        f"{file} has {', '.join(found)}; a relaxation test has time and modulus, a frequency sweep has frequency, storage and "
+        f"loss: write a header such as '{example}'"
+    )
+
+
 def read_columns(file: str | os.PathLike[str]) -> dict[str, FloatArray]:
     """
     Radius, height and scatter in m from a CSV file.

@@ -1,0 +1,88 @@
+"""How the springs of a pair of bodies relax."""
+
+from __future__ import annotations
+
+from functools import singledispatch
+
+from pymdr.errors import ProblemError
+from pymdr.mapping.moduli import surface_compliances
+from pymdr.problem.materials import Material, Rigid, Viscoelastic, common_exponent
+from pymdr.problem.spectra import Relaxation, in_series
+from pymdr.units import QuantityLike, to_si
+
+__all__ = ["Relaxation", "relaxation_of"]
+
+Span = tuple[float, float]
+
+
+def relaxation_of(
+    body: Material,
+    counterbody: Material | None = None,
+    *,
+    span: tuple[QuantityLike, QuantityLike] | None = None,
+) -> Relaxation:
+    """
+    E*(t) of two bodies, by which the springs of the line relax.
+
+    A spring of the length dx that is shortened by w(t) bears q(t) dx = dx int E*(t - s) dw(s). The compliances of the
+    bodies add as operators. In Carson transforms: E* = 2 G/(1 - nu) of a body with constant nu,
+    1/E* = 1/(4 G) + (3/4)/(3 K + G) of one with constant K, which is E* = 4 G (3 K + G)/(3 K + 4 G).
+
+    Parameters
+    ----------
+    body, counterbody : Viscoelastic, Elastic, TransverselyIsotropic, Graded or Rigid
+        The two bodies; the second is rigid unless given. Graded ones with the exponent 0.
+    span : tuple of quantity, optional
+        The shortest and the longest time in s that matter; needed for a PowerLawRheology.
+
+    Returns
+    -------
+    Relaxation
+        E*(t) in Pa as a sum of exponentials with moduli above 0, exact but for a PowerLawRheology, whose measured
+        error it holds.
+
+    Raises
+    ------
+    ProblemError
+        If both bodies are rigid, one is graded, or the span is missing or empty.
+
+    Notes
+    -----
+    Lee and Radok (1960), J. Appl. Mech. 27, 438; Popov and Hess (2015), chapter 7. Normal contact without friction needs
+    no more than E*(t), whether Poisson's ratio changes in time or not.
+
+    Examples
+    --------
+    >>> from pymdr.problem.rheology import StandardSolid
+    >>> rubber = Viscoelastic(StandardSolid("1 MPa", "3 MPa", "10 ms"), poisson=0.5)
+    >>> kernel = relaxation_of(rubber)
+    >>> kernel.rubbery, kernel.glassy
+    (4000000.0, 16000000.0)
+    """
+    counterbody = Rigid() if counterbody is None else counterbody
+    if (exponent := common_exponent(body, counterbody)) != 0.0:
+        raise ProblemError(
+            f"relaxation_of: bodies that are graded with the exponent {exponent:g} do not relax; take effective_moduli"
+        )
+    times = None if span is None else (to_si(span[0], "s", name="span"), to_si(span[1], "s", name="span"))
+    return in_series([*_links(body, times), *_links(counterbody, times)])
+
+
+@singledispatch
+def _links(body: Material, span: Span | None) -> list[Relaxation]:
+    """Springs and dashpots in series that stand for the surface of one body."""
+    return [Relaxation(1.0 / surface_compliances(body).normal)]
+
+
+@_links.register
+def _(body: Rigid, span: Span | None) -> list[Relaxation]:
+    return []
+
+
+@_links.register
+def _(body: Viscoelastic, span: Span | None) -> list[Relaxation]:
+    shear = body.shear.kernel(span)
+    if body.bulk is None:
+        assert body.poisson is not None
+        return [shear.scaled(2.0 / (1.0 - body.poisson))]
+    return [shear.scaled(4.0), shear.beside(3.0 * body.bulk).scaled(4.0 / 3.0)]

@@ -1,0 +1,96 @@
+"""Measured moduli and the series that was fitted to them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from pymdr.presentation.plot.shared import (
+    BLUE,
+    GREY,
+    ORANGE,
+    legend_above,
+    letter_panels,
+    new_figure,
+    styled,
+    typeset,
+)
+from pymdr.quantities import quantity
+from pymdr.units import FloatArray, from_si, good_unit
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+
+def fitted_moduli(
+    measured: Mapping[str, FloatArray],
+    series: Mapping[str, FloatArray],
+    equilibrium: float,
+    terms: tuple[FloatArray, FloatArray],
+    misfit: float,
+) -> Figure:
+    """
+    Measured moduli with the series through them, and the terms of the series.
+
+    Parameters
+    ----------
+    measured : mapping of str to ndarray
+        ``time`` and ``relaxation_modulus``, or ``angular_frequency``, ``storage_modulus`` and ``loss_modulus``.
+    series : mapping of str to ndarray
+        The same of the series at as many rows as it is drawn with.
+    equilibrium : float
+        In Pa.
+    terms : tuple of ndarray
+        Times in s and moduli in Pa.
+    misfit : float
+        Root mean square over the rows, relative.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    with styled():
+        figure = new_figure(9.2, 3.8)
+        left, right = figure.subplots(1, 2)
+        _draw_moduli(left, measured, series, misfit)
+        _draw_terms(right, equilibrium, terms)
+        for axes in (left, right):
+            legend_above(axes)
+        letter_panels(figure)
+    return figure
+
+
+def _draw_moduli(
+    axes: Axes, measured: Mapping[str, FloatArray], series: Mapping[str, FloatArray], misfit: float
+) -> None:
+    along, *moduli = measured
+    unit = good_unit(np.concatenate([measured[name] for name in moduli]), "Pa")
+    for name, colour in zip(moduli, (BLUE, ORANGE), strict=False):
+        rows, line = (np.asarray(from_si(values[name], "Pa", unit)) for values in (measured, series))
+        axes.plot(measured[along], rows, "o", color=colour, ms=3, label=f"${quantity(name).symbol}$")
+        axes.plot(series[along], line, color=colour, lw=1.2)
+    axes.plot([], [], color=GREY, lw=1.2, label=f"series, {typeset(100.0 * misfit)} % off")
+    axes.set_xscale("log")
+    axes.set_yscale("log")
+    row = quantity(along)
+    axes.set_xlabel(f"{row.label} ({row.unit})")
+    axes.set_ylabel(f"modulus in shear ({unit})")
+
+
+def _draw_terms(axes: Axes, equilibrium: float, terms: tuple[FloatArray, FloatArray]) -> None:
+    times, moduli = terms
+    unit = good_unit(np.append(moduli, equilibrium), "Pa")
+    axes.set_xscale("log")
+    axes.set_yscale("log")
+    if times.size:
+        size = np.asarray(from_si(moduli, "Pa", unit))
+        axes.vlines(times, 0.1 * size.min(), size, color=BLUE, lw=1.0)
+        axes.plot(times, size, "o", color=BLUE, ms=4, label="moduli")
+    if equilibrium > 0.0:
+        level = float(from_si(equilibrium, "Pa", unit))
+        axes.axhline(level, color=ORANGE, lw=1.0, ls="--", label="equilibrium")
+    axes.set_xlabel("relaxation time (s)")
+    axes.set_ylabel(f"modulus of the term ({unit})")
