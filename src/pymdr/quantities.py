@@ -44,6 +44,7 @@ QUANTITIES: dict[str, Quantity] = {
         Quantity("normal_stiffness", "k_N", "N/m", "normal stiffness"),
         Quantity("mean_pressure", "p_m", "Pa", "mean pressure"),
         Quantity("elastic_energy", "U", "J", "elastic energy"),
+        Quantity("effective_modulus", "E_\\mathrm{eff}", "Pa", "effective modulus"),
         Quantity("surface_energy", "U_s", "J", "surface energy"),
         Quantity("energy_release_rate", "G", "J/m^2", "energy release rate"),
         Quantity("stress_intensity", "K_I", "Pa*m^0.5", "stress intensity of the edge"),

@@ -108,6 +108,7 @@ SOURCES: dict[str, str] = {
         "memory diagrams; here as a stack on the line, Popov and Hess (2015), chapter 5"
     ),
     "johnson": "Johnson (1985), Contact Mechanics, doi:10.1017/CBO9781139171731",
+    "ting": "Ting (1966), J. Appl. Mech. 33, 845-854: contacts of viscoelastic bodies that grow and shrink",
     "elliott": "Elliott (1949), Proc. Camb. Philos. Soc. 45, 621-630: transversely isotropic half-spaces",
     "delafargue-ulm": "Delafargue and Ulm (2004), Int. J. Solids Struct. 41, 7351-7360: indentation modulus",
     "graded": (

@@ -7,6 +7,7 @@ from pymdr.line.memory.histories import (
     follow_springs,
     follow_travels,
     line_state,
+    virgin,
 )
 from pymdr.line.memory.springs import Springs, springs_to
 from pymdr.line.memory.ting import Rows, creep, ting
@@ -25,4 +26,5 @@ __all__ = [
     "line_state",
     "springs_to",
     "ting",
+    "virgin",
 ]
