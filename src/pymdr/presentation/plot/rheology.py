@@ -30,6 +30,7 @@ def fitted_moduli(
     series: Mapping[str, FloatArray],
     equilibrium: float,
     terms: tuple[FloatArray, FloatArray],
+    span: tuple[float, float],
     misfit: float,
 ) -> Figure:
     """
@@ -45,6 +46,8 @@ def fitted_moduli(
         In Pa.
     terms : tuple of ndarray
         Times in s and moduli in Pa.
+    span : tuple of float
+        The shortest and the longest time in s that the rows can tell.
     misfit : float
         Root mean square over the rows, relative.
 
@@ -56,7 +59,7 @@ def fitted_moduli(
         figure = new_figure(9.2, 3.8)
         left, right = figure.subplots(1, 2)
         _draw_moduli(left, measured, series, misfit)
-        _draw_terms(right, equilibrium, terms)
+        _draw_terms(right, equilibrium, terms, span)
         for axes in (left, right):
             legend_above(axes)
         letter_panels(figure)
@@ -80,7 +83,9 @@ def _draw_moduli(
     axes.set_ylabel(f"modulus in shear ({unit})")
 
 
-def _draw_terms(axes: Axes, equilibrium: float, terms: tuple[FloatArray, FloatArray]) -> None:
+def _draw_terms(
+    axes: Axes, equilibrium: float, terms: tuple[FloatArray, FloatArray], span: tuple[float, float]
+) -> None:
     times, moduli = terms
     unit = good_unit(np.append(moduli, equilibrium), "Pa")
     axes.set_xscale("log")
@@ -92,5 +97,6 @@ def _draw_terms(axes: Axes, equilibrium: float, terms: tuple[FloatArray, FloatAr
     if equilibrium > 0.0:
         level = float(from_si(equilibrium, "Pa", unit))
         axes.axhline(level, color=ORANGE, lw=1.0, ls="--", label="equilibrium")
+    axes.set_xlim(*span)
     axes.set_xlabel("relaxation time (s)")
     axes.set_ylabel(f"modulus of the term ({unit})")
