@@ -77,10 +77,17 @@ def _draw_moduli(
         axes.plot(series[along], line, color=colour, lw=1.2)
     axes.plot([], [], color=GREY, lw=1.2, label=f"series, {typeset(100.0 * misfit)} % off")
     axes.set_xscale("log")
-    axes.set_yscale("log")
+    _scale(axes, np.concatenate([np.asarray(from_si(measured[name], "Pa", unit)) for name in moduli]))
     row = quantity(along)
     axes.set_xlabel(f"{row.label} ({row.unit})")
     axes.set_ylabel(f"modulus in shear ({unit})")
+
+
+def _scale(axes: Axes, values: FloatArray) -> None:
+    """Decades from a little below the smallest value above 0 to a little above the largest."""
+    above = values[values > 0.0]
+    axes.set_ylim(0.7 * float(above.min()), 1.4 * float(above.max()))
+    axes.set_yscale("log")
 
 
 def _draw_terms(
@@ -88,14 +95,14 @@ def _draw_terms(
 ) -> None:
     times, moduli = terms
     unit = good_unit(np.append(moduli, equilibrium), "Pa")
+    size = np.asarray(from_si(moduli, "Pa", unit))
+    level = float(from_si(equilibrium, "Pa", unit))
     axes.set_xscale("log")
-    axes.set_yscale("log")
+    _scale(axes, np.append(size, level))
     if times.size:
-        size = np.asarray(from_si(moduli, "Pa", unit))
-        axes.vlines(times, 0.1 * size.min(), size, color=BLUE, lw=1.0)
+        axes.vlines(times, axes.get_ylim()[0], size, color=BLUE, lw=1.0)
         axes.plot(times, size, "o", color=BLUE, ms=4, label="moduli")
-    if equilibrium > 0.0:
-        level = float(from_si(equilibrium, "Pa", unit))
+    if level > 0.0:
         axes.axhline(level, color=ORANGE, lw=1.0, ls="--", label="equilibrium")
     axes.set_xlim(*span)
     axes.set_xlabel("relaxation time (s)")
