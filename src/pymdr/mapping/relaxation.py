@@ -26,20 +26,21 @@ def relaxation_of(
 
     A spring of the length dx that is shortened by w(t) bears q(t) dx = dx int E*(t - s) dw(s). The compliances of the
     bodies add as operators. In Carson transforms: E* = 2 G/(1 - nu) of a body with constant nu,
-    1/E* = 1/(4 G) + (3/4)/(3 K + G) of one with constant K, which is E* = 4 G (3 K + G)/(3 K + 4 G).
+    E* = 4 G (3 K + G)/(3 K + 4 G) = G + 1/(1/(3 G) + 4/(9 K)) of one with constant K.
 
     Parameters
     ----------
     body, counterbody : Viscoelastic, Elastic, TransverselyIsotropic, Graded or Rigid
         The two bodies; the second is rigid unless given. Graded ones with the exponent 0.
     span : tuple of quantity, optional
-        The shortest and the longest time in s that matter; needed for a PowerLawRheology.
+        The shortest and the longest time in s that matter; needed for a PowerLawRheology. What is faster answers at
+        once; in series with another body, E* at a hundred times the shortest errs by some 1e-5 for that.
 
     Returns
     -------
     Relaxation
-        E*(t) in Pa as a sum of exponentials with moduli above 0, exact but for a PowerLawRheology, whose measured
-        error it holds.
+        E*(t) in Pa as a sum of exponentials with moduli above 0, exact to 1e-11 but for a PowerLawRheology, whose
+        measured error it holds.
 
     Raises
     ------
@@ -85,4 +86,6 @@ def _(body: Viscoelastic, span: Span | None) -> list[Relaxation]:
     if body.bulk is None:
         assert body.poisson is not None
         return [shear.scaled(2.0 / (1.0 - body.poisson))]
-    return [shear.scaled(4.0), shear.beside(3.0 * body.bulk).scaled(4.0 / 3.0)]
+    # 4 G (3 K + G)/(3 K + 4 G) without a difference: terms of 1/(4 G) + (3/4)/(3 K + G) all but cancel where K is large
+    volume = in_series([shear.scaled(3.0), Relaxation(2.25 * body.bulk)])
+    return [shear.beside(volume)]

@@ -14,8 +14,8 @@ from pymdr.errors import ProblemError
 from pymdr.problem.values import Value
 from pymdr.units import FloatArray
 
-_ALIKE = 8.0 * np.finfo(float).eps
-"""Poles of fractions that differ by less, relatively, are one."""
+_ALIKE = 3e-6
+"""Poles of fractions that differ by less, relatively, are one at their mean: that errs by a tenth of the square."""
 _SMALLEST = 460.0
 """Logarithm of how much closer to a pole a zero may lie than half the way to the next one."""
 
@@ -74,7 +74,8 @@ def _merged(h: Fractions) -> Fractions:
     weights, poles = h.weights[order], h.poles[order]
     if poles.size:
         first = np.flatnonzero(np.diff(poles, prepend=0.0) > _ALIKE * poles)
-        weights, poles = np.add.reduceat(weights, first), poles[first]
+        moments, weights = np.add.reduceat(weights * poles, first), np.add.reduceat(weights, first)
+        poles = moments / weights
     return Fractions(h.constant, weights, poles, h.slope)
 
 
@@ -210,9 +211,17 @@ class Relaxation(Value):
             self.error,
         )
 
-    def beside(self, spring: float) -> Relaxation:
-        """The kernel with a spring in Pa beside it."""
-        return Relaxation(spring + self.equilibrium, self.moduli, self.times, self.viscosity, self.error)
+    def beside(self, other: Relaxation) -> Relaxation:
+        """The kernel with another one beside it, whose stresses add."""
+        times = np.concatenate([self.times, other.times])
+        order = np.argsort(times)
+        return Relaxation(
+            self.equilibrium + other.equilibrium,
+            np.concatenate([self.moduli, other.moduli])[order],
+            times[order],
+            self.viscosity + other.viscosity,
+            max(self.error, other.error),
+        )
 
 
 def in_series(kernels: Sequence[Relaxation]) -> Relaxation:

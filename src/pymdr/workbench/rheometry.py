@@ -44,9 +44,13 @@ class PronyFit:
     @property
     def misfit(self) -> float:
         """Root mean square of what the series lies off the moduli, relative to them, as the fit counts it."""
+        found = list(self._moduli(self._rows.inverse).values())[1:]
+        return self._rows.misfit(np.concatenate(found))
+
+    @property
+    def _rows(self) -> Measured:
         along, *moduli = self.data.values()
-        found = list(self._moduli(along).values())[1:]
-        return Measured(along, tuple(moduli), "PronyFit").misfit(np.concatenate(found))
+        return Measured(along, tuple(moduli), "PronyFit")
 
     def summary(self) -> str:
         """A line per term, with units."""
@@ -67,11 +71,11 @@ class PronyFit:
         """The rows with the series through them, and its terms."""
         from pymdr.presentation.plot.rheology import fitted_moduli
 
-        rows = next(iter(self.data.values()))
-        fine = self._moduli(np.geomspace(rows[0], rows[-1], _DRAWN))
+        rows = self._rows
+        fine = self._moduli(np.geomspace(rows.inverse[0], rows.inverse[-1], _DRAWN))
         measured = dict(zip(fine, self.data.values(), strict=True))
         terms = (self.series.times, self.series.moduli)
-        return fitted_moduli(measured, fine, self.series.equilibrium, terms, self.misfit)
+        return fitted_moduli(measured, fine, self.series.equilibrium, terms, rows.span, self.misfit)
 
 
 def fit_prony(

@@ -30,6 +30,7 @@ def fitted_moduli(
     series: Mapping[str, FloatArray],
     equilibrium: float,
     terms: tuple[FloatArray, FloatArray],
+    span: tuple[float, float],
     misfit: float,
 ) -> Figure:
     """
@@ -45,6 +46,8 @@ def fitted_moduli(
         In Pa.
     terms : tuple of ndarray
         Times in s and moduli in Pa.
+    span : tuple of float
+        The shortest and the longest time in s that the rows can tell.
     misfit : float
         Root mean square over the rows, relative.
 
@@ -56,7 +59,7 @@ def fitted_moduli(
         figure = new_figure(9.2, 3.8)
         left, right = figure.subplots(1, 2)
         _draw_moduli(left, measured, series, misfit)
-        _draw_terms(right, equilibrium, terms)
+        _draw_terms(right, equilibrium, terms, span)
         for axes in (left, right):
             legend_above(axes)
         letter_panels(figure)
@@ -74,23 +77,33 @@ def _draw_moduli(
         axes.plot(series[along], line, color=colour, lw=1.2)
     axes.plot([], [], color=GREY, lw=1.2, label=f"series, {typeset(100.0 * misfit)} % off")
     axes.set_xscale("log")
-    axes.set_yscale("log")
+    _scale(axes, np.concatenate([np.asarray(from_si(measured[name], "Pa", unit)) for name in moduli]))
     row = quantity(along)
     axes.set_xlabel(f"{row.label} ({row.unit})")
     axes.set_ylabel(f"modulus in shear ({unit})")
 
 
-def _draw_terms(axes: Axes, equilibrium: float, terms: tuple[FloatArray, FloatArray]) -> None:
+def _scale(axes: Axes, values: FloatArray) -> None:
+    """Decades from a little below the smallest value above 0 to a little above the largest."""
+    above = values[values > 0.0]
+    axes.set_ylim(0.7 * float(above.min()), 1.4 * float(above.max()))
+    axes.set_yscale("log")
+
+
+def _draw_terms(
+    axes: Axes, equilibrium: float, terms: tuple[FloatArray, FloatArray], span: tuple[float, float]
+) -> None:
     times, moduli = terms
     unit = good_unit(np.append(moduli, equilibrium), "Pa")
+    size = np.asarray(from_si(moduli, "Pa", unit))
+    level = float(from_si(equilibrium, "Pa", unit))
     axes.set_xscale("log")
-    axes.set_yscale("log")
+    _scale(axes, np.append(size, level))
     if times.size:
-        size = np.asarray(from_si(moduli, "Pa", unit))
-        axes.vlines(times, 0.1 * size.min(), size, color=BLUE, lw=1.0)
+        axes.vlines(times, axes.get_ylim()[0], size, color=BLUE, lw=1.0)
         axes.plot(times, size, "o", color=BLUE, ms=4, label="moduli")
-    if equilibrium > 0.0:
-        level = float(from_si(equilibrium, "Pa", unit))
+    if level > 0.0:
         axes.axhline(level, color=ORANGE, lw=1.0, ls="--", label="equilibrium")
+    axes.set_xlim(*span)
     axes.set_xlabel("relaxation time (s)")
     axes.set_ylabel(f"modulus of the term ({unit})")
