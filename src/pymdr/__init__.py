@@ -83,6 +83,8 @@ if TYPE_CHECKING:
     from pymdr.solving import solve as solve
     from pymdr.solving import solve_batch as solve_batch
     from pymdr.solving.reopening import open_result as open_result
+    from pymdr.solving.rolling import Rolling as Rolling
+    from pymdr.solving.rolling import rolling as rolling
     from pymdr.workbench.records import MeasuredLoops as MeasuredLoops
     from pymdr.workbench.records import measured_loops as measured_loops
     from pymdr.workbench.sliding import SlidingVerification as SlidingVerification
@@ -152,6 +154,7 @@ _HOMES: dict[str, tuple[str, ...]] = {
     ),
     "pymdr.result": ("Result", "Status"),
     "pymdr.solving.reopening": ("open_result",),
+    "pymdr.solving.rolling": ("Rolling", "rolling"),
     "pymdr.solving": (
         "AdhesionRegime",
         "Assessment",

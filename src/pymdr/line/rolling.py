@@ -326,7 +326,7 @@ def march(pressed: RollingLine, distance: FloatArray, rise: FloatArray, n: int) 
     a = pressed.radius
     h = 2.0 * a / n
     # a place for every spring; between two nodes the last one has left the contact
-    t = h * np.arange(n + 1)
+    t: FloatArray = h * np.arange(n + 1.0)
     at_nodes = pressed.cap(a - t)
     q, phase = np.zeros(n + 1), 0.0
     loads = np.zeros(rise.shape)
