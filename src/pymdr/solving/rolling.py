@@ -355,7 +355,7 @@ def _curves(contact: Contact, pressed: _Pressed, direction: str, largest: float)
     with contextlib.suppress(ProblemError):
         moduli["calibrated"] = calibrated_modulus(contact, pressed.mapped.moduli, direction)
     saturation = pressed.unit / moduli["plain"] * pressed.line.saturation
-    end = max(_BEYOND * saturation, largest) if math.isfinite(saturation) else (2.0 * largest or 0.01)
+    end = _BEYOND * saturation if math.isfinite(saturation) else 2.0 * largest or 0.01
     zeta = np.linspace(0.0, min(end, _LARGEST), _CURVE)
     forces = [
         pressed.unit * steady_rolling(pressed.line, modulus * zeta / pressed.unit).load

@@ -224,7 +224,7 @@ def rolling_study(data: xr.Dataset, curves: xr.Dataset, springs: xr.Dataset | No
         )
         left.set_xlabel(r"creepage $\zeta$")
         left.set_ylabel(f"creep force $F_x$ ({unit})")
-        left.set_xlim(left=0.0)
+        left.set_xlim(0.0, float(curves["creepage"][-1]))
         left.set_ylim(bottom=0.0)
         if springs is None:
             x = data["distance"].values
@@ -261,7 +261,10 @@ def _draw_springs(axes: Axes, springs: xr.Dataset) -> None:
     x, cap = springs["x"].values, springs["cap"].values
     x_unit, unit = good_unit(x, "m"), good_unit(cap, "N/m")
     place = lengths(x, x_unit)
-    axes.plot(place, from_si(cap, "N/m", unit), color=GREY, lw=1.0, ls="--", label=r"$\mu E^* (d - g)$")
+    signs = [sign for sign in (1.0, -1.0) if np.any(sign * springs["line_load"].values > 0.0)] or [1.0]
+    for sign, label in zip(signs, (r"$\mu E^* (d - g)$", None), strict=False):
+        limit = sign * np.asarray(from_si(cap, "N/m", unit))
+        axes.plot(place, limit, color=GREY, lw=1.0, ls="--", zorder=3, label=label)
     rows = np.unique(np.linspace(0, springs.sizes["creepage"] - 1, _MOST_LOADS).round().astype(int))
     for i, row in enumerate(rows):
         zeta, q = float(springs["creepage"][row]), springs["line_load"].values[row]
