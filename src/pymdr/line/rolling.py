@@ -13,7 +13,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pymdr.errors import ConvergenceError
 from pymdr.line.foundation import DiskStates, ElasticLine
 from pymdr.mapping.abel import gauss
 from pymdr.units import FloatArray
@@ -35,6 +34,10 @@ class RollingLine:
     """Nodes in m, rising from 0 to the contact radius."""
     slope: FloatArray
     """g' at the nodes."""
+    heights: FloatArray
+    """The cap at the nodes in m."""
+    sums: FloatArray
+    """Its integral from 0 to the nodes in m^2."""
     edge_excess: float
     """How far in m a sharp edge is pressed beyond g(a); 0 without one."""
 
@@ -45,12 +48,13 @@ class RollingLine:
 
     def cap(self, x: FloatArray) -> FloatArray:
         """What friction carries at x on either side, d - g, in m."""
-        return np.maximum(self.depth - self.line.equivalent.g(np.minimum(np.abs(x), self.radius)), 0.0)
-
-    def carried(self, x: FloatArray) -> FloatArray:
-        """The integral of the cap from 0 to x in m^2, on either side."""
         within = np.minimum(np.abs(x), self.radius)
-        return np.asarray(np.sign(x) * (self.depth * within - self.line.equivalent.integral(within)))
+        found = np.maximum(self.depth - self.line.equivalent.g(within), 0.0)
+        # that difference has no digits beside the edge
+        last = within > self.x[-2]
+        if last.any():
+            found[last] = self.edge_excess + _fall(self.line, within[last], self.radius)
+        return found
 
     @property
     def whole(self) -> float:
@@ -119,7 +123,16 @@ def rolling_line(line: ElasticLine, states: DiskStates) -> RollingLine:
         if not rough.any():
             break
         x = np.sort(np.append(x, x[:-1][rough] + 0.5 * width[rough]))
-    return RollingLine(line, d, x, equivalent.slope(x), excess)
+    heights = np.maximum(d - equivalent.g(x), 0.0)
+    heights[-1] = excess
+    return RollingLine(line, d, x, equivalent.slope(x), heights, d * x - equivalent.integral(x), excess)
+
+
+def _fall(line: ElasticLine, x: FloatArray, end: float) -> FloatArray:
+    """How far g rises from x to an end in m, where g' is smooth in between."""
+    node, weight = gauss(_NODES)
+    width = end - x
+    return np.asarray((line.equivalent.slope(x[:, None] + width[:, None] * node) @ weight) * width)
 
 
 @dataclass(frozen=True)
@@ -128,40 +141,54 @@ class _Pieces:
 
     x: FloatArray
     """Ends of the pieces in m, falling from a to -a."""
+    cap: FloatArray
+    """The cap there in m."""
     least: FloatArray
     """min(0, cap - rise t) in m up to every end."""
-    height: FloatArray
-    """cap - rise t there."""
+    slips: np.ndarray
+    """Whether a piece slips at its end."""
+    late: np.ndarray
+    """Indices of the pieces that stick at first and then slip."""
+    parts: FloatArray
+    """The integral of the cap over every piece in m^2."""
 
 
 def _pieces(pressed: RollingLine, rise: float) -> _Pieces:
-    nodes, slope = pressed.x, pressed.slope
-    steeper = slope > rise
+    x, cap, sums = pressed.x, pressed.heights, pressed.sums
+    steeper = pressed.slope > rise
     turns = np.flatnonzero(steeper[:-1] != steeper[1:])
     if turns.size:
-        turned = _boundary(
-            lambda x: (pressed.line.equivalent.slope(x) > rise) == steeper[turns],
-            nodes[turns],
-            nodes[turns + 1],
+        slope = pressed.line.equivalent.slope
+        turned = _boundary(lambda y: (slope(y) > rise) == steeper[turns], x[turns], x[turns + 1])
+        order = np.argsort(np.append(x, turned), kind="stable")
+        integral = pressed.depth * turned - pressed.line.equivalent.integral(turned)
+        x, cap, sums = (
+            np.append(known, found)[order]
+            for known, found in ((x, turned), (cap, pressed.cap(turned)), (sums, integral))
         )
-        nodes = np.sort(np.append(nodes, turned))
-    x = np.concatenate([nodes[::-1], -nodes[1:]])
-    height = pressed.cap(x) - rise * (pressed.radius - x)
+    parts = np.diff(sums)
+    x, cap = np.concatenate([x[::-1], -x[1:]]), np.concatenate([cap[::-1], cap[1:]])
+    height = cap - rise * (pressed.radius - x)
     # nothing has slipped before the first spring enters
     least = np.minimum.accumulate(np.minimum(height, 0.0))
-    return _Pieces(x, least, height)
+    slips = height[1:] < least[:-1]
+    late = np.flatnonzero(slips & (height[:-1] > least[:-1]))
+    return _Pieces(x, cap, least, slips, late, np.concatenate([parts[::-1], parts]))
 
 
-def _boundary(inside: Callable[[FloatArray], np.ndarray], begin: FloatArray, end: FloatArray) -> FloatArray:
-    """Where a condition that holds at `begin` ceases to hold on the way to `end`, by bisection to rounding."""
+_HALVINGS = 64
+
+
+def _boundary(
+    inside: Callable[[FloatArray], np.ndarray], begin: FloatArray, end: FloatArray
+) -> FloatArray:
+    """Where a condition that holds at `begin` ceases to hold on the way to `end`, to the rounding of their distance."""
     low, high = begin.copy(), end.copy()
-    for _ in range(1100):
+    for _ in range(_HALVINGS):
         middle = 0.5 * (low + high)
-        if np.all((middle == low) | (middle == high)):
-            return low
         held = inside(middle)
         low, high = np.where(held, middle, low), np.where(held, high, middle)
-    raise ConvergenceError(f"bisection stopped at {low[0]:g}")  # pragma: no cover
+    return low
 
 
 @dataclass(frozen=True)
@@ -204,37 +231,37 @@ def steady_rolling(pressed: RollingLine, rise: FloatArray) -> SteadyRolling:
     >>> round(float(found.load[0]) / pressed.whole, 12), round(float(found.slip_length[0]), 12)
     (0.784, 0.4)
     """
+    a, node, weight = pressed.radius, *gauss(_NODES)
     load, slipping = np.zeros(rise.shape), np.zeros(rise.shape)
-    for i, one in enumerate(rise.tolist()):
-        if one >= pressed.saturation:
-            load[i], slipping[i] = pressed.whole, 2.0 * pressed.radius
-        elif one > 0.0:
-            load[i], slipping[i] = _one_steady(pressed, one)
+    whole = rise >= pressed.saturation
+    load[whole], slipping[whole] = pressed.whole, 2.0 * a
+    rows = np.flatnonzero((rise > 0.0) & ~whole)
+    found = [_pieces(pressed, one) for one in rise[rows].tolist()]
+    if not found:
+        return SteadyRolling(load, slipping)
+    steep = np.repeat(rise[rows], [each.late.size for each in found])
+    high, low, floor = (
+        np.concatenate([values[each.late + shift] for each in found for values in (getattr(each, name),)])
+        for name, shift in (("x", 0), ("x", 1), ("least", 0))
+    )
+    begins = _boundary(lambda x: pressed.cap(x) - steep * (a - x) > floor, high, low)
+    width = begins - low
+    fresh = (pressed.cap(begins[:, None] - width[:, None] * node) @ weight) * width
+    first = 0
+    for i, one, each in zip(rows, rise[rows].tolist(), found, strict=True):
+        span = slice(first, first + each.late.size)
+        first = span.stop
+        start = np.where(each.slips, each.x[:-1], each.x[1:])
+        start[each.late] = begins[span]
+        parts = np.where(each.slips, each.parts, 0.0)
+        parts[each.late] = fresh[span]
+        # the line load at the beginning of every piece, and the stick up to where it slips
+        q = np.minimum(each.least[:-1] + one * (a - each.x[:-1]), each.cap[:-1])
+        q[0] = 0.0
+        stuck = each.x[:-1] - start
+        load[i] = np.sum(stuck * (q + 0.5 * one * stuck)) + parts.sum()
+        slipping[i] = np.sum(start - each.x[1:])
     return SteadyRolling(load, slipping)
-
-
-def _one_steady(pressed: RollingLine, rise: float) -> tuple[float, float]:
-    pieces = _pieces(pressed, rise)
-    a, x, least = pressed.radius, pieces.x, pieces.least
-    slips = pieces.height[1:] < least[:-1]
-    start = x[:-1].copy()
-    late = np.flatnonzero(slips & (pieces.height[:-1] > least[:-1]))
-    if late.size:
-        floor = least[late]
-        start[late] = _boundary(lambda y: pressed.cap(y) - rise * (a - y) > floor, x[late], x[late + 1])
-    start[~slips] = x[1:][~slips]
-    # the line load at the beginning of every piece, and the stick up to where it slips
-    q = np.minimum(least[:-1] + rise * (a - x[:-1]), pressed.cap(x[:-1]))
-    q[0] = 0.0
-    stuck = x[:-1] - start
-    sticking = np.sum(stuck * (q + 0.5 * rise * stuck))
-    node, weight = gauss(_NODES)
-    width = start - x[1:]
-    parts = pressed.carried(start) - pressed.carried(x[1:])
-    fresh = np.append(late, np.flatnonzero(slips)[-1:])
-    inner = start[fresh, None] - width[fresh, None] * node
-    parts[fresh] = (pressed.cap(inner) @ weight) * width[fresh]
-    return float(sticking + parts[slips].sum()), float(width[slips].sum())
 
 
 def line_load(pressed: RollingLine, rise: float, x: FloatArray) -> FloatArray:
