@@ -59,7 +59,7 @@ class RollingLine:
     @property
     def whole(self) -> float:
         """The integral of the cap over the contact in m^2: F_N / E*."""
-        # the difference of `carried` cancels where g is flat up to its edge
+        # d a less the integral of g cancels where g is flat up to its edge
         a = np.array([self.radius])
         return float(2.0 * (self.line.equivalent.moment(a)[0] + self.radius * self.edge_excess))
 
@@ -153,22 +153,29 @@ class _Pieces:
     """The integral of the cap over every piece in m^2."""
 
 
-def _pieces(pressed: RollingLine, rise: float) -> _Pieces:
-    x, cap, sums = pressed.x, pressed.heights, pressed.sums
-    steeper = pressed.slope > rise
-    turns = np.flatnonzero(steeper[:-1] != steeper[1:])
-    if turns.size:
-        slope = pressed.line.equivalent.slope
-        turned = _boundary(lambda y: (slope(y) > rise) == steeper[turns], x[turns], x[turns + 1])
-        order = np.argsort(np.append(x, turned), kind="stable")
-        integral = pressed.depth * turned - pressed.line.equivalent.integral(turned)
-        x, cap, sums = (
-            np.append(known, found)[order]
-            for known, found in ((x, turned), (cap, pressed.cap(turned)), (sums, integral))
-        )
+def _pieces(pressed: RollingLine, rise: FloatArray) -> list[_Pieces]:
+    """The pieces for every rise."""
+    steeper = pressed.slope > rise[:, None]
+    row, turn = np.nonzero(steeper[:, :-1] != steeper[:, 1:])
+    slope = pressed.line.equivalent.slope
+    turned = _boundary(
+        lambda x: (slope(x) > rise[row]) == steeper[row, turn], pressed.x[turn], pressed.x[turn + 1]
+    )
+    integral = pressed.depth * turned - pressed.line.equivalent.integral(turned)
+    more = np.stack([turned, pressed.cap(turned), integral])
+    known = np.stack([pressed.x, pressed.heights, pressed.sums])
+    return [
+        _one_row(np.insert(known, turn[row == i] + 1, more[:, row == i], axis=1), one)
+        for i, one in enumerate(rise.tolist())
+    ]
+
+
+def _one_row(nodes: FloatArray, rise: float) -> _Pieces:
+    """The pieces between nodes, with the cap and its integral there."""
+    x, cap, sums = nodes
     parts = np.diff(sums)
     x, cap = np.concatenate([x[::-1], -x[1:]]), np.concatenate([cap[::-1], cap[1:]])
-    height = cap - rise * (pressed.radius - x)
+    height = cap - rise * (x[0] - x)
     # nothing has slipped before the first spring enters
     least = np.minimum.accumulate(np.minimum(height, 0.0))
     slips = height[1:] < least[:-1]
@@ -179,9 +186,7 @@ def _pieces(pressed: RollingLine, rise: float) -> _Pieces:
 _HALVINGS = 64
 
 
-def _boundary(
-    inside: Callable[[FloatArray], np.ndarray], begin: FloatArray, end: FloatArray
-) -> FloatArray:
+def _boundary(inside: Callable[[FloatArray], np.ndarray], begin: FloatArray, end: FloatArray) -> FloatArray:
     """Where a condition that holds at `begin` ceases to hold on the way to `end`, to the rounding of their distance."""
     low, high = begin.copy(), end.copy()
     for _ in range(_HALVINGS):
@@ -236,14 +241,13 @@ def steady_rolling(pressed: RollingLine, rise: FloatArray) -> SteadyRolling:
     whole = rise >= pressed.saturation
     load[whole], slipping[whole] = pressed.whole, 2.0 * a
     rows = np.flatnonzero((rise > 0.0) & ~whole)
-    found = [_pieces(pressed, one) for one in rise[rows].tolist()]
+    found = _pieces(pressed, rise[rows])
     if not found:
         return SteadyRolling(load, slipping)
     steep = np.repeat(rise[rows], [each.late.size for each in found])
-    high, low, floor = (
-        np.concatenate([values[each.late + shift] for each in found for values in (getattr(each, name),)])
-        for name, shift in (("x", 0), ("x", 1), ("least", 0))
-    )
+    high = np.concatenate([each.x[each.late] for each in found])
+    low = np.concatenate([each.x[each.late + 1] for each in found])
+    floor = np.concatenate([each.least[each.late] for each in found])
     begins = _boundary(lambda x: pressed.cap(x) - steep * (a - x) > floor, high, low)
     width = begins - low
     fresh = (pressed.cap(begins[:, None] - width[:, None] * node) @ weight) * width
@@ -264,28 +268,29 @@ def steady_rolling(pressed: RollingLine, rise: FloatArray) -> SteadyRolling:
     return SteadyRolling(load, slipping)
 
 
-def line_load(pressed: RollingLine, rise: float, x: FloatArray) -> FloatArray:
+def line_load(pressed: RollingLine, rise: FloatArray, x: FloatArray) -> FloatArray:
     """
     The steady q / (mu E*) along the line in m.
 
     Parameters
     ----------
     pressed : RollingLine
-    rise : float
-        G* zeta / (mu E*), not below 0.
+    rise : ndarray
+        G* zeta / (mu E*), not below 0; one row.
     x : ndarray
         Positions in m, -a to a; rolling goes toward +x.
 
     Returns
     -------
-    ndarray
+    ndarray, shape (rise, x)
     """
-    pieces = _pieces(pressed, rise)
-    t = pressed.radius - x
-    before = np.searchsorted(-pieces.x, -x, side="right") - 1
-    cap = pressed.cap(x)
-    least = np.minimum(pieces.least[before], cap - rise * t)
-    return np.clip(np.minimum(least, 0.0) + rise * t, 0.0, cap)
+    t, cap = pressed.radius - x, pressed.cap(x)
+    loads = np.zeros((rise.size, x.size))
+    for i, (one, each) in enumerate(zip(rise.tolist(), _pieces(pressed, rise), strict=True)):
+        before = np.searchsorted(-each.x, -x, side="right") - 1
+        least = np.minimum(each.least[before], cap - one * t)
+        loads[i] = np.clip(np.minimum(least, 0.0) + one * t, 0.0, cap)
+    return loads
 
 
 @dataclass(frozen=True)
@@ -359,8 +364,9 @@ def march(pressed: RollingLine, distance: FloatArray, rise: FloatArray, n: int) 
     loads = np.zeros(rise.shape)
     for i, (length, one) in enumerate(zip(np.diff(distance, prepend=0.0), rise.tolist(), strict=True)):
         if length >= 2.0 * a:
-            q, phase = math.copysign(1.0, one) * line_load(pressed, abs(one), a - t), 0.0
-            loads[i] = math.copysign(1.0, one) * steady_rolling(pressed, np.array([abs(one)])).load[0]
+            sign, size = math.copysign(1.0, one), np.array([abs(one)])
+            q, phase = sign * line_load(pressed, size, a - t)[0], 0.0
+            loads[i] = sign * steady_rolling(pressed, size).load[0]
             continue
         left = float(length)
         while left > 0.0:

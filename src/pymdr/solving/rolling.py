@@ -204,7 +204,7 @@ def rolling(
     >>> ball = Contact(Paraboloid("10 mm"), steel, steel, friction=Coulomb(0.3))
     >>> creep = rolling(ball, [1e-3, 5e-3], normal_force="100 N", law="calibrated")
     >>> creep["traction_coefficient"].values.round(4).tolist()
-    [0.1026, 0.2827]
+    [0.1056, 0.2895]
     """
     import xarray as xr
 
@@ -334,10 +334,10 @@ def _springs(pressed: _Pressed, rise: FloatArray, zeta: FloatArray) -> xr.Datase
     import xarray as xr
 
     x = np.linspace(-pressed.line.radius, pressed.line.radius, _POSITIONS)
-    load = [np.sign(one) * line_load(pressed.line, abs(one), x) for one in rise]
+    load = np.sign(rise)[:, None] * line_load(pressed.line, np.abs(rise), x)
     return xr.Dataset(
         {
-            "line_load": (("creepage", "x"), pressed.unit * np.array(load), {"units": "N/m"}),
+            "line_load": (("creepage", "x"), pressed.unit * load, {"units": "N/m"}),
             "cap": ("x", pressed.unit * pressed.line.cap(x), {"units": "N/m"}),
         },
         coords={
