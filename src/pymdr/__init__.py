@@ -91,6 +91,8 @@ if TYPE_CHECKING:
     from pymdr.solving import solve as solve
     from pymdr.solving import solve_batch as solve_batch
     from pymdr.solving.reopening import open_result as open_result
+    from pymdr.solving.rolling import Rolling as Rolling
+    from pymdr.solving.rolling import rolling as rolling
     from pymdr.workbench.records import MeasuredLoops as MeasuredLoops
     from pymdr.workbench.records import measured_loops as measured_loops
     from pymdr.workbench.rheometry import PronyFit as PronyFit
@@ -164,6 +166,7 @@ _HOMES: dict[str, tuple[str, ...]] = {
     "pymdr.problem.rheology": ("KelvinVoigt", "Maxwell", "PowerLawRheology", "Prony", "StandardSolid"),
     "pymdr.result": ("Result", "Status"),
     "pymdr.solving.reopening": ("open_result",),
+    "pymdr.solving.rolling": ("Rolling", "rolling"),
     "pymdr.solving": (
         "AdhesionRegime",
         "Assessment",

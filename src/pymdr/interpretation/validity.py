@@ -107,6 +107,10 @@ SOURCES: dict[str, str] = {
         "Jaeger (1993); Aleshin, Bou Matar and Van Den Abeele (2015), Int. J. Solids Struct. 60-61, 92-105: "
         "memory diagrams; here as a stack on the line, Popov and Hess (2015), chapter 5"
     ),
+    "kalker": (
+        "Kalker (1990), Three-Dimensional Elastic Bodies in Rolling Contact, doi:10.1007/978-94-015-7889-9; Shen, Hedrick "
+        "and Elkins (1983), Veh. Syst. Dyn. 12, 79-83, doi:10.1080/00423118308968725: Kalker's slope in the law of Vermeulen and Johnson (1964)"
+    ),
     "johnson": "Johnson (1985), Contact Mechanics, doi:10.1017/CBO9781139171731",
     "ting": "Ting (1966), J. Appl. Mech. 33, 845-854: contacts of viscoelastic bodies that grow and shrink",
     "elliott": "Elliott (1949), Proc. Camb. Philos. Soc. 45, 621-630: transversely isotropic half-spaces",

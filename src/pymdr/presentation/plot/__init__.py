@@ -9,7 +9,7 @@ from pymdr.presentation.plot.compared import compared_pressures, compared_tracti
 from pymdr.presentation.plot.friction import frictional_figures, frictional_overview
 from pymdr.presentation.plot.memory import memory_figures, memory_overview
 from pymdr.presentation.plot.shared import FigureData, Plots
-from pymdr.presentation.plot.studies import compared_laws, loop_study
+from pymdr.presentation.plot.studies import compared_laws, loop_study, rolling_study
 from pymdr.presentation.plot.whole import normal_figures, normal_overview
 
 __all__ = [
@@ -27,4 +27,5 @@ __all__ = [
     "memory_overview",
     "normal_figures",
     "normal_overview",
+    "rolling_study",
 ]
