@@ -320,3 +320,128 @@ def test_shown(tmp_path):
     assert hit.events[-1].time == hit.contact_time
     assert {a.name for a in hit.assumptions} >= {"small slope", "energy balance"}
     assert all(a.met for a in hit.assumptions if a.name == "energy balance")
+
+
+# --- friction -----------------------------------------------------------------------------------------------
+
+STEEL = mdr.Elastic("210 GPa", 0.3)
+MU = 0.3
+
+
+def rolling_in(psi, poisson=0.3, **given):
+    """An oblique impact of a solid ball with psi = (G*/(mu E*)) v_x/v_z before, and psi after."""
+    body = mdr.Elastic("210 GPa", poisson)
+    ball = mdr.Contact(mdr.Paraboloid("10 mm"), body, body, friction=mdr.Coulomb(MU))
+    moduli = mdr.effective_moduli(body, body)
+    factor = moduli.tangential / (MU * moduli.normal)
+    angle = math.atan(psi / factor)
+    hit = mdr.impact(ball, mass="33 g", speed=0.1 / math.cos(angle), angle=angle, **given)
+    return hit, factor * hit.contact_point_speed / 0.1
+
+
+@pytest.mark.parametrize("psi", ["0.5", "1.0", "4.0", "6.0"])
+def test_oblique_impacts(references, psi):
+    entry = references[f"oblique_psi{psi}"]
+    hit, after = rolling_in(entry["inputs"]["psi1"])
+    assert after == pytest.approx(entry["expected"]["psi2"], abs=3e-8)
+    assert all(a.met for a in hit.assumptions if a.name.startswith("energy balance"))
+    assert hit.restitution == 1.0
+
+
+@settings(deadline=None, max_examples=20)
+@given(psi=st.floats(7.0, 100.0), poisson=st.floats(0.0, 0.49))
+def test_full_slip(psi, poisson):
+    # beyond 7 E*/(2 G*)... the contact slides all the way: the impulse is mu times the normal one
+    hit, after = rolling_in(psi, poisson)
+    body = mdr.Elastic("210 GPa", poisson)
+    moduli = mdr.effective_moduli(body, body)
+    assert after == pytest.approx(psi - 7 * moduli.tangential / moduli.normal, abs=1e-6 * psi)
+    assert hit.tangential_speed == pytest.approx(
+        math.sin(math.atan(psi * MU * moduli.normal / moduli.tangential)) * _speed(psi, moduli)
+        - 2 * MU * 0.1,
+        rel=1e-6,
+    )
+
+
+def _speed(psi, moduli):
+    return 0.1 / math.cos(math.atan(psi * MU * moduli.normal / moduli.tangential))
+
+
+@settings(deadline=None, max_examples=20)
+@given(psi=st.floats(0.05, 5.0), spin=st.floats(-50.0, 50.0), heavy=st.floats(0.3, 3.0))
+def test_energy_and_momentum_sideways(psi, spin, heavy):
+    mass, radius = 0.033, 0.01
+    inertia = 0.4 * mass * radius**2 * heavy
+    hit, _ = rolling_in(psi, spin=spin, inertia=inertia)
+    v = hit.data["tangential_velocity"].values
+    before = v[0] - radius * spin
+    energy = 0.5 * mass * (before**2 - hit.tangential_speed**2) + 0.5 * inertia * (spin**2 - hit.spin**2)
+    size = 0.5 * mass * before**2 + 0.5 * inertia * spin**2
+    assert energy == pytest.approx(hit.energy_lost, abs=1e-6 * size)
+    assert hit.contact_point_speed == pytest.approx(hit.tangential_speed + radius * hit.spin, abs=1e-12)
+    # about the contact point nothing turns the body
+    turning = inertia * spin - mass * radius * before
+    assert inertia * hit.spin - mass * radius * hit.tangential_speed == pytest.approx(
+        turning, abs=1e-12 * mass * radius * (abs(before) + radius * abs(spin))
+    )
+    limit = MU * hit["normal_force"].values
+    assert np.all(np.abs(hit["tangential_force"].values) <= limit * (1 + 1e-9) + 1e-12 * limit.max())
+
+
+def test_against_springs():
+    """Many springs with Coulomb's cap, moved by the same law of motion."""
+    hit, _ = rolling_in(2.0, steps=800)
+    moduli = mdr.effective_moduli(STEEL, STEEL)
+    n, deep = 1000, hit.largest_indentation
+    a = math.sqrt(0.01 * deep)
+    x = (np.arange(n) + 0.5) * a / n
+    g, k = x**2 / 0.01, 2 * moduli.tangential * a / n
+    cap = 2 * MU * moduli.normal * a / n
+    d, t = hit["indentation"].values, hit["time"].values
+    mass = 2 / 7 * 0.033
+    q, v, F = np.zeros(n), hit["tangential_velocity"].values[0], 0.0
+    for j in range(1, d.size):
+        h = t[j] - t[j - 1]
+        v -= 0.5 * h * F / mass
+        q = np.clip(q + k * h * v, -cap * np.maximum(d[j] - g, 0), cap * np.maximum(d[j] - g, 0))
+        F = q.sum()
+        v -= 0.5 * h * F / mass
+    assert v == pytest.approx(hit.contact_point_speed, rel=2e-3)
+
+
+def test_without_friction_nothing_changes_sideways():
+    hit = mdr.impact(BALL, mass="1 g", speed="1 m/s", angle="60 deg", spin="10 rad/s", radius="10 mm")
+    assert hit.tangential_speed == pytest.approx(math.sqrt(0.75), rel=1e-15)
+    assert hit.spin == 10.0
+    assert hit.tangential_restitution == -1.0
+    assert hit.rebound_speed == pytest.approx(0.5, rel=1e-15)
+    assert "tangential speed after the impact" in hit.summary()
+
+
+def test_what_friction_needs():
+    cone = mdr.Contact(mdr.Cone(slope=0.1), STEEL, STEEL, friction=mdr.Coulomb(0.3))
+    asked = {"mass": "1 g", "speed": "0.1 m/s", "angle": "30 deg"}
+    with pytest.raises(mdr.ProblemError, match="Cone needs the moment of inertia"):
+        mdr.impact(cone, **asked)
+    with pytest.raises(mdr.ProblemError, match="Cone needs the moment of inertia"):
+        mdr.impact(cone, radius="1 mm", **asked)
+    hit = mdr.impact(cone, radius="1 mm", inertia="1 g*mm^2", **asked)
+    assert hit.contact_point_speed < 0.05
+    assert math.isnan(mdr.impact(cone, mass="1 g", speed="0.1 m/s").tangential_restitution)
+    with pytest.raises(mdr.ProblemError, match="spin needs the distance"):
+        mdr.impact(cone, mass="1 g", speed="0.1 m/s", spin=3.0)
+    stuck = mdr.Contact(mdr.Sphere("1 mm"), STEEL, STEEL, friction=mdr.Coulomb(math.inf))
+    with pytest.raises(mdr.ProblemError, match="must be finite"):
+        mdr.impact(stuck, **asked)
+
+
+def test_figure_of_an_oblique_impact(tmp_path):
+    hit, _ = rolling_in(1.0)
+    figure = hit.plot()
+    assert len(figure.axes) == 4
+    hit.to_csv(tmp_path / "hit.csv")
+    assert "tangential_force [N]" in (tmp_path / "hit.csv").read_text()
+    claim = hit.claims["contact_point_speed"]
+    assert claim.level is mdr.Level.APPROXIMATE
+    assert claim.error[0] < 1e-7
+    figure.savefig(tmp_path / "hit.png")

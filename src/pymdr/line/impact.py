@@ -24,6 +24,7 @@ from pymdr.line.foundation import (
     normal_force,
     states_at_depth,
 )
+from pymdr.mapping.abel import gauss
 from pymdr.units import FloatArray
 
 _REACH, _STEP = 3.2, 0.125
@@ -243,12 +244,12 @@ def passing_times(potential: Potential, mass: float, total: FloatArray, marks: F
     -------
     ndarray, shape (n, k - 1)
     """
-    width, s = _panels(marks)
+    width, s, weights = _panels(marks)
     here = potential.along(s)
     with np.errstate(divide="ignore", invalid="ignore"):
         speed = np.sqrt(2.0 * (total[:, None, None] - here.energy) / mass)
         rate = np.where(width[..., None] > 0.0, np.abs(here.rate) / speed, 0.0)
-    return np.asarray(width * (rate @ _WEIGHTS))
+    return np.asarray(width * (rate @ weights))
 
 
 def stopping_times(
@@ -278,13 +279,13 @@ def stopping_times(
     -------
     ndarray, shape (n, k - 1)
     """
-    width, angle = _panels(marks)
+    width, angle, weights = _panels(marks)
     flat = angle.reshape(angle.shape[0], -1)
     force = np.abs(_at_angle(potential, kinetic, begin, rest, flat)[1]).reshape(angle.shape)
     momentum = np.sqrt(2.0 * mass * kinetic)[:, None, None]
     with np.errstate(divide="ignore", invalid="ignore"):
         rate = np.where(width[..., None] > 0.0, momentum * np.sin(angle) / force, 0.0)
-    return np.asarray(width * (rate @ _WEIGHTS))
+    return np.asarray(width * (rate @ weights))
 
 
 def _at_angle(
@@ -315,9 +316,9 @@ def _at_angle(
 
 def work(potential: Potential, marks: FloatArray) -> float:
     """The work int F dd in J between the first and the last of some rising parameters, by quadrature of the force."""
-    width, s = _panels(marks[None])
+    width, s, weights = _panels(marks[None])
     here = potential.along(s)
-    return float((width * ((here.force * here.rate) @ _WEIGHTS)).sum())
+    return float((width * ((here.force * here.rate) @ weights)).sum())
 
 
 def _double_exponential() -> tuple[FloatArray, FloatArray]:
@@ -328,10 +329,13 @@ def _double_exponential() -> tuple[FloatArray, FloatArray]:
     return 1.0 / (1.0 + np.exp(-2.0 * bent)), weights / weights.sum()
 
 
-_NODES, _WEIGHTS = _double_exponential()
+_ENDS = _double_exponential()
+_MANY = 500
+"""Panels from which on each is so short that eight nodes do."""
 
 
-def _panels(marks: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Widths (n, k - 1) and nodes (n, k - 1, nodes) of panels."""
+def _panels(marks: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Widths (n, k - 1), nodes (n, k - 1, nodes) and their weights (nodes,) of panels."""
     width = np.diff(marks, axis=1)
-    return width, marks[:, :-1, None] + width[..., None] * _NODES
+    nodes, weights = gauss(8) if width.shape[1] > _MANY else _ENDS
+    return width, marks[:, :-1, None] + width[..., None] * nodes, weights

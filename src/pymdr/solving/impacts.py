@@ -12,16 +12,19 @@ import numpy as np
 
 from pymdr.errors import ProblemError, QuantityError
 from pymdr.interpretation.adhesion import energy_assumption
-from pymdr.interpretation.validity import SOURCES, Assumption, Claim
+from pymdr.interpretation.traction import curves_down_to
+from pymdr.interpretation.validity import SOURCES, Assumption, Claim, Level
 from pymdr.line.foundation import normal_force, states_at_depth
+from pymdr.line.friction import Sideways, follow_collision
 from pymdr.line.impact import elastic_potential, work
 from pymdr.problem.contact import Contact
 from pymdr.problem.paths import indent
 from pymdr.quantities import quantity
 from pymdr.result import Result, labelled
+from pymdr.rows import taken
 from pymdr.solving.colliding import Course, bounce, collide, contact_times, stopping_depths
 from pymdr.solving.equilibria import AdhesiveLine
-from pymdr.solving.reach import map_to_line
+from pymdr.solving.reach import Mapped, map_to_line
 from pymdr.solving.verb import solve
 from pymdr.units import (
     ArrayQuantityLike,
@@ -302,7 +305,12 @@ def _read(
         raise ProblemError(
             "impact: spin needs the distance from the centre to the contact point; give radius='10 mm'"
         )
-    slides = contact.friction is not None and contact.friction.coefficient != 0.0
+    mu = 0.0 if contact.friction is None else contact.friction.coefficient
+    if not math.isfinite(mu):
+        raise ProblemError(
+            f"impact: mu = {mu:g}; the coefficient of friction must be finite, for example Coulomb(1)"
+        )
+    slides = mu > 0.0
     if slides and (tilt > 0.0 or turning != 0.0) and (arm is None or gyration is None):
         raise ProblemError(
             f"impact: with friction a {type(contact.profile).__name__} needs the moment of inertia about its centre and the "
@@ -344,7 +352,77 @@ def _elastic(asked: _Asked) -> Impact:
         Event("turning point", float(course.time[course.deepest]), deepest),
         Event("separation", float(course.time[-1]), 0.0),
     )
-    return _told(asked, course, solved, SOURCES["hertz"], balance, events)
+    told = _told(asked, course, solved, SOURCES["hertz"], balance, events)
+    friction = contact.friction
+    if friction is None or friction.coefficient == 0.0 or asked.contact_point == 0.0:
+        return told
+    return _rubbed(asked, told, mapped, solved.claims["tangential_force"], friction.coefficient)
+
+
+_SETTLED = 1e-8
+"""Of the speed of the contact point: what halving the steps of a motion sideways may change."""
+_MOST = 200_000
+
+
+def _rubbed(asked: _Asked, normal: Impact, mapped: Mapped, claim: Claim, mu: float) -> Impact:
+    """The impact with the motion of the contact point against friction, in steps that are halved until nothing changes."""
+    assert asked.radius is not None
+    assert asked.inertia is not None
+    arm, before = asked.radius, asked.contact_point
+    mass = 1.0 / (1.0 / asked.mass + arm * (arm / asked.inertia))
+    curves = curves_down_to(mapped.line, normal.largest_indentation)
+
+    def run(parts: int) -> Sideways:
+        course = bounce(asked.contact, mapped, asked.mass, asked.normal, parts * asked.steps)
+        depth = np.minimum(course.depth, normal.largest_indentation)
+        found = follow_collision(curves, depth, course.time, mass, before, mu, mapped.moduli.tangential)
+        return taken(found, slice(None, None, parts))
+
+    parts, slid, change = 1, run(1), math.inf
+    while change > _SETTLED and 2 * parts * asked.steps <= _MOST:
+        finer = run(2 * parts)
+        change = float(np.max(np.abs(finer.velocity - slid.velocity))) / abs(before)
+        parts, slid = 2 * parts, finer
+    after = float(slid.velocity[-1])
+    impulse = mass * (before - after)
+    lost = float(slid.slip_work[-1])
+    kept = 0.5 * mass * (before - after) * (before + after)
+    balance = Assumption(
+        "energy balance sideways",
+        "kinetic energy that the contact point loses less the work of friction, over what it had,",
+        abs(kept - lost) / (0.5 * mass * before * before),
+        1e-6,
+    )
+    reason = (
+        f"{claim.reason}; {_QUASI_STATIC}; the motion is followed in {parts * asked.steps} steps, whose last halving changed "
+        f"the speed by {change:.1g} of that before the impact"
+    )
+    sideways = replace(
+        claim,
+        level=Level.APPROXIMATE,
+        reason=reason,
+        source=f"{claim.source}; {SOURCES['maw']}",
+        where=claim.where[:1],
+        error=np.array([change]),
+    )
+    columns = {
+        "shift": slid.shift,
+        "tangential_velocity": slid.velocity,
+        "tangential_force": slid.tangential_force,
+        "stick_radius": np.minimum(slid.stick_radius, normal.data["contact_radius"].values),
+        "dissipated_energy": slid.slip_work,
+    }
+    return replace(
+        normal,
+        data=normal.data.merge(labelled(columns)),
+        energy_lost=lost,
+        tangential_speed=asked.sideways - impulse / asked.mass,
+        spin=asked.spin - arm * (impulse / asked.inertia),
+        contact_point_speed=after,
+        tangential_restitution=-after / before,
+        claims={**normal.claims, **dict.fromkeys((*_SIDEWAYS, "energy_lost"), sideways)},
+        assumptions=(*normal.assumptions, balance),
+    )
 
 
 def _adhesive(asked: _Asked) -> Impact:
@@ -405,6 +483,7 @@ def _told(
     )
 
 
+_SIDEWAYS = ("tangential_speed", "spin", "contact_point_speed", "tangential_restitution")
 _NORMAL = ("restitution", "contact_time", "rebound_speed", "energy_lost", "sticking_speed")
 _LARGEST = {
     "largest_force": "normal_force",
@@ -426,7 +505,7 @@ def _claims(solved: Result, source: str) -> dict[str, Claim]:
 
     force = slow(solved.claims["normal_force"])
     return {
-        **dict.fromkeys(_NORMAL, force),
+        **dict.fromkeys((*_NORMAL, *_SIDEWAYS), force),
         **{name: slow(solved.claims[own]) for name, own in _LARGEST.items()},
     }
 
