@@ -81,13 +81,16 @@ if TYPE_CHECKING:
     from pymdr.solving import AdhesionRegime as AdhesionRegime
     from pymdr.solving import Assessment as Assessment
     from pymdr.solving import FrictionLoop as FrictionLoop
+    from pymdr.solving import Impact as Impact
     from pymdr.solving import PullOff as PullOff
     from pymdr.solving import adhesion_regime as adhesion_regime
     from pymdr.solving import assess as assess
     from pymdr.solving import foundation as foundation
     from pymdr.solving import friction_foundation as friction_foundation
     from pymdr.solving import friction_loop as friction_loop
+    from pymdr.solving import impact as impact
     from pymdr.solving import pull_off as pull_off
+    from pymdr.solving import restitution as restitution
     from pymdr.solving import solve as solve
     from pymdr.solving import solve_batch as solve_batch
     from pymdr.solving.reopening import open_result as open_result
@@ -171,13 +174,16 @@ _HOMES: dict[str, tuple[str, ...]] = {
         "AdhesionRegime",
         "Assessment",
         "FrictionLoop",
+        "Impact",
         "PullOff",
         "adhesion_regime",
         "assess",
         "foundation",
         "friction_foundation",
         "friction_loop",
+        "impact",
         "pull_off",
+        "restitution",
         "solve",
         "solve_batch",
     ),

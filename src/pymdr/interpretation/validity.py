@@ -120,6 +120,9 @@ SOURCES: dict[str, str] = {
         "(1997), Int. J. Solids Struct. 34, 2357-2392: half-spaces graded by a power of the depth"
     ),
     "lee-radok": "Lee and Radok (1960), J. Appl. Mech. 27, 438-444: contact of linear viscoelastic bodies",
+    "hertz": "Hertz (1882), J. reine angew. Math. 92, 156-171; Johnson (1985), Contact Mechanics, chapter 11",
+    "thornton-ning": "Thornton and Ning (1998), Powder Technol. 99, 154-162, doi:10.1016/S0032-5910(98)00099-0",
+    "maw": "Maw, Barber and Fawcett (1976), Wear 38, 101-114, doi:10.1016/0043-1648(76)90201-5",
     "hess-graded": "Hess (2016), Int. J. Eng. Sci. 104, 20-33: graded half-spaces on the line, with adhesion",
 }
 """References by key; claims and :meth:`Result.cite` quote them."""

@@ -288,7 +288,7 @@ def _refuse_lifted(line: ElasticLine, force: FloatArray) -> None:
         )
 
 
-def disks_down_to(contact: Contact, line: ElasticLine, deepest: float) -> Certificate:
+def disks_down_to(contact: Contact, line: ElasticLine, deepest: float, who: str = "friction") -> Certificate:
     """
     The certificate of all depths from the first touch on, of which tractions are sums of pressures.
 
@@ -300,7 +300,7 @@ def disks_down_to(contact: Contact, line: ElasticLine, deepest: float) -> Certif
     certificate = certify_history(line, deepest)
     if not certificate.disk.all():
         raise ProblemError(
-            f"friction needs a contact that is a disk at every depth up to {metres(deepest)}: "
+            f"{who} needs a contact that is a disk at every depth up to {metres(deepest)}: "
             f"{certificate.reason}{noise_words(contact.profile, line.equivalent, deepest)}"
         )
     return certificate

@@ -11,6 +11,7 @@ from pymdr.presentation.plot.shared import (
     BLUE,
     GREEN,
     GREY,
+    LIGHT,
     MARKED_ROWS,
     ORANGE,
     axis_label,
@@ -24,7 +25,7 @@ from pymdr.presentation.plot.shared import (
     typeset,
     without_peaks,
 )
-from pymdr.quantities import RADIUS
+from pymdr.quantities import QUANTITIES, RADIUS
 from pymdr.units import FloatArray, from_si, good_unit
 
 if TYPE_CHECKING:
@@ -95,6 +96,68 @@ def loop_study(studies: Sequence[tuple[float | None, xr.Dataset]]) -> Figure:
                 axes.legend(fontsize=8)
         letter_panels(figure)
     return figure
+
+
+def impact_figure(data: xr.Dataset, friction: float | None) -> Figure:
+    """
+    Force and contact radius of an impact against time, and the force against the indentation.
+
+    Parameters
+    ----------
+    data : xarray.Dataset
+        Over ``step``: ``time``, ``indentation``, ``normal_force`` and ``contact_radius``; where bodies move sideways
+        against friction also ``tangential_force`` and ``stick_radius``.
+    friction : float or None
+        Coefficient of friction.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    with styled():
+        names = ["time", "indentation", "normal_force", "contact_radius"]
+        sideways = "tangential_force" in data
+        units = {name: good_unit(data[name].values, QUANTITIES[name].unit) for name in names}
+        shown = {name: scaled(data[name].values, name, unit) for name, unit in units.items()}
+        figure = new_figure(11.4 if sideways else 7.6, 3.4)
+        panels = figure.subplots(1, 3 if sideways else 2)
+        first, second = panels[0], panels[1]
+        first.plot(shown["time"], shown["normal_force"], color=BLUE, lw=1.5)
+        first.set_xlabel(axis_label("time", units["time"]))
+        first.set_ylabel(axis_label("normal_force", units["normal_force"]), color=BLUE)
+        draw_zero(first)
+        radius = first.twinx()
+        radius.plot(shown["time"], shown["contact_radius"], color=ORANGE, lw=1.2, ls="--")
+        radius.set_ylabel(axis_label("contact_radius", units["contact_radius"]), color=ORANGE)
+        radius.set_ylim(bottom=0.0)
+        second.plot(shown["indentation"], shown["normal_force"], color=BLUE, lw=1.5)
+        second.set_xlabel(axis_label("indentation", units["indentation"]))
+        second.set_ylabel(axis_label("normal_force", units["normal_force"]))
+        draw_zero(second)
+        if sideways:
+            _draw_sideways(panels[2], data, shown["time"], units["time"], friction)
+        letter_panels(figure)
+    return figure
+
+
+def _draw_sideways(
+    axes: Axes, data: xr.Dataset, time: FloatArray, time_unit: str, friction: float | None
+) -> None:
+    """The tangential force between Coulomb's limits, shaded where a part of the contact sticks."""
+    unit = good_unit(data["tangential_force"].values, "N")
+    force = scaled(data["tangential_force"].values, "tangential_force", unit)
+    limit = (friction or 0.0) * scaled(data["normal_force"].values, "normal_force", unit)
+    axes.fill_between(
+        time, -limit, limit, where=data["stick_radius"].values > 0.0, color=LIGHT, lw=0, label="part sticks"
+    )
+    for sign in (-1.0, 1.0):
+        label = "$\\pm\\mu F_N$" if sign > 0.0 else None
+        axes.plot(time, sign * limit, color=GREY, lw=0.8, ls=":", label=label)
+    axes.plot(time, force, color=GREEN, lw=1.5)
+    axes.set_xlabel(axis_label("time", time_unit))
+    axes.set_ylabel(axis_label("tangential_force", unit))
+    draw_zero(axes)
+    legend_above(axes)
 
 
 def compared_laws(
