@@ -30,6 +30,8 @@ def blocks(page):
         "adhesion.md",
         "friction.md",
         "rolling.md",
+        "bodies.md",
+        "viscoelasticity.md",
         "claims.md",
         "exactness.md",
         "profiles.md",

@@ -39,7 +39,7 @@ def relaxation_of(
     Returns
     -------
     Relaxation
-        E*(t) in Pa as a sum of exponentials with moduli above 0, exact to 1e-11 but for a PowerLawRheology, whose
+        E*(t) in Pa as a sum of exponentials with moduli above 0, exact to 1e-10 but for a PowerLawRheology, whose
         measured error it holds.
 
     Raises

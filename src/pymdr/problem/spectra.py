@@ -14,7 +14,7 @@ from pymdr.errors import ProblemError
 from pymdr.problem.values import Value
 from pymdr.units import FloatArray
 
-_ALIKE = 3e-6
+_ALIKE = 1e-5
 """Poles of fractions that differ by less, relatively, are one at their mean: that errs by a tenth of the square."""
 _SMALLEST = 460.0
 """Logarithm of how much closer to a pole a zero may lie than half the way to the next one."""
