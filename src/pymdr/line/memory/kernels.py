@@ -2,8 +2,9 @@
 
 A spring in contact keeps the forces h of its Maxwell branches, whose length w follows the indentation: exact for
 straight moves. A free one keeps the amplitudes of the modes in which it creeps back. Branches and modes are monotone
-within a step, so that the sum of their smaller ends bounds the force, or the gap, from below: where it is not above 0 the
-step is halved, down to 2^-LEVELS of it, and the spring changes sides there. The first change is found whatever the step.
+within a step, so that the sum of their smaller ends bounds the force, or the gap, from below: where it is not above 0, and the
+force does not rise or fall throughout either, the step is halved, down to 2^-LEVELS of it, and the spring changes sides
+there. The first change is found whatever the step.
 """
 
 from __future__ import annotations
@@ -83,6 +84,7 @@ def step(
     mode: FloatArray,
     filled: int,
     row: FloatArray,
+    cut: bool,
 ) -> int:
     """
     Move all springs from one indentation straight to another; returns how many levels of the tables are filled.
@@ -142,6 +144,25 @@ def step(
                         branch[level, j, OWN] * h[j] * h[j]
                         + elastic * (2.0 * branch[level, j, CROSS] * h[j] + branch[level, j, MOVED] * elastic)
                     ) * soft[j]
+                if low < -_ROUNDING * scale and not forced:
+                    holds = level >= deepest
+                    start_q, end_q = equilibrium * w + drag, equilibrium * there + drag
+                    slowest, fastest = equilibrium * dw, equilibrium * dw
+                    for j in range(n):
+                        start_q += h[j]
+                        end_q += ahead[j]
+                        ratio = duration * part / times[j]
+                        slow, fast = moduli[j] * dw - ratio * h[j], moduli[j] * dw - ratio * ahead[j]
+                        slowest += min(slow, fast)
+                        fastest += max(slow, fast)
+                    if slowest >= 0.0 or fastest <= 0.0:
+                        holds = True
+                    if (
+                        holds
+                        and (level >= deepest or start_q >= -_ROUNDING * scale)
+                        and end_q >= -_ROUNDING * scale
+                    ):
+                        forced = True
                 if low >= -_ROUNDING * scale or forced:
                     forced = False
                     my_work += dw * (0.5 * equilibrium * (w + there) + pushed + drag)
@@ -181,7 +202,25 @@ def step(
                     there += reach[k] * ahead[k]
                     scale += abs(reach[k] * m[k])
                     spent += mode[level, k, 1] * m[k] * m[k]
-                if low + y - max(depth, depth - dw) >= -_ROUNDING * scale or forced:
+                low += y - max(depth, depth - dw)
+                if low < -_ROUNDING * scale and not forced:
+                    holds = level >= deepest
+                    start_gap, end_gap = w + y - (depth - dw), there + y - depth
+                    slowest, fastest = -dw, -dw
+                    for k in range(modes):
+                        ratio = -duration * part * rates[k] * reach[k]
+                        slow, fast = ratio * m[k], ratio * ahead[k]
+                        slowest += min(slow, fast)
+                        fastest += max(slow, fast)
+                    if slowest >= 0.0 or fastest <= 0.0:
+                        holds = True
+                    if (
+                        holds
+                        and (level >= deepest or start_gap >= -_ROUNDING * scale)
+                        and end_gap >= -_ROUNDING * scale
+                    ):
+                        forced = True
+                if low >= -_ROUNDING * scale or forced:
                     forced = False
                     my_lost += spent
                     w = there
@@ -239,7 +278,8 @@ def step(
     if 0 <= last < springs.shape[1] - 1:
         edge = _edge(springs, w_new, active, last, end)
         row[EDGE_DEPTH] = edge
-        force += _cut(springs, last, edge, q_before, q_last, viscosity > 0.0)
+        if cut or drag != 0.0:  # without, the force is continuous in the indentation
+            force += _cut(springs, last, edge, q_before, q_last)
     row[FORCE] = force
     return filled
 
@@ -259,7 +299,7 @@ def _edge(springs: FloatArray, w: FloatArray, active: int, last: int, depth: flo
 
 
 @compiled
-def _cut(springs: FloatArray, last: int, edge: float, q_before: float, q_last: float, jumps: bool) -> float:
+def _cut(springs: FloatArray, last: int, edge: float, q_before: float, q_last: float) -> float:
     """What the sum of the forces lacks of int q dk up to the edge, by trapezia beyond the last but one part."""
     inner, y = springs[HEIGHT, last], springs[HEIGHT, last + 1]
     centre, k_next = springs[CENTRE, last], springs[CENTRE, last + 1]
@@ -271,7 +311,7 @@ def _cut(springs: FloatArray, last: int, edge: float, q_before: float, q_last: f
         border = springs[OUTER, last - 1]
         slope = (q_last - q_before) / (centre - springs[CENTRE, last - 1])
         q_border = q_last - slope * (centre - border)
-    q_edge = max(q_last + slope * (k_edge - centre), 0.0) if jumps else 0.0
+    q_edge = max(q_last + slope * (k_edge - centre), 0.0)
     return float(
         0.5 * (q_border + q_last) * (centre - border)
         + 0.5 * (q_last + q_edge) * (k_edge - centre)
@@ -345,7 +385,7 @@ def run(
                 touched += 1
             filled = step(
                 springs, body, moduli, times, rates, reach, to_modes, to_branches, here, guess, duration,
-                touched, w1, z1, free1, w2, z2, free2, branch, mode, filled, row,
+                touched, w1, z1, free1, w2, z2, free2, branch, mode, filled, row, math.isinf(machine),
             )  # fmt: skip
             if math.isinf(machine) or lift:
                 break

@@ -100,11 +100,9 @@ def ting(curve: Curve, relaxation: Relaxation, time: ArrayLike, depth: ArrayLike
     )
     force, where = np.zeros(d.size), d.copy()
     elastic = states_at_depth(curve, d[: top + 1])
-    force[: top + 1] = (
-        relaxation.equilibrium * normal_force(curve, elastic)
-        + forces @ relaxation.moduli
-        + relaxation.viscosity * np.concatenate([[0.0], speed[:top]]) * curve.stiffness(elastic.place)
-    )
+    force[: top + 1] = relaxation.equilibrium * normal_force(curve, elastic) + forces @ relaxation.moduli
+    if relaxation.viscosity > 0.0:
+        force[1 : top + 1] += relaxation.viscosity * speed[:top] * curve.stiffness(elastic.place)[1:]
     radius = np.zeros(d.size)
     radius[: top + 1] = elastic.contact_radius
     later = np.arange(top + 1, d.size)
