@@ -92,8 +92,8 @@ def step(
     `body` holds equilibrium and viscosity, `free` whether a spring is free and then w less its modes.
     """
     n, modes = moduli.size, rates.size
-    soft = 1.0 / moduli
     equilibrium, viscosity = body[0], body[1]
+    soft, glassy = 1.0 / moduli, equilibrium + moduli.sum()
     move = end - start
     drag = viscosity * move / duration if viscosity > 0.0 and move != 0.0 else 0.0
     h = np.zeros(max(n, 1))
@@ -176,7 +176,19 @@ def step(
                         size *= 2
                 elif level < deepest:
                     level += 1
-                else:
+                else:  # it pulls at the end of this part: it is let go there, and jumps back
+                    my_work += dw * (0.5 * equilibrium * (w + there) + pushed + drag)
+                    my_lost += spent + dw * drag
+                    w, position = there, position + size
+                    slip = 0.0
+                    if viscosity == 0.0:
+                        slip = equilibrium * w
+                        for j in range(n):
+                            slip += ahead[j]
+                        slip /= -glassy
+                    w += slip
+                    for j in range(n):
+                        h[j] = ahead[j] + moduli[j] * slip
                     for k in range(modes):
                         total = to_modes[k, n] * w
                         for j in range(n):
@@ -187,10 +199,7 @@ def step(
                         rest = w
                         for k in range(modes):
                             rest -= reach[k] * m[k]
-                    free, forced, deepest = True, True, deepest - 1
-                    level = min(level, deepest)
-                    while position % (FULL >> level) != 0:
-                        level += 1
+                    free, forced, deepest = True, True, max(deepest - 1, 1)
             else:
                 low = rest
                 scale = abs(rest) + abs(y)
@@ -233,17 +242,14 @@ def step(
                 elif level < deepest:
                     level += 1
                 else:
-                    here = depth - dw - y
+                    my_lost += spent
+                    w, position = depth - y, position + size
                     for j in range(n):
                         total = 0.0
                         for k in range(modes):
-                            total += to_branches[j, k] * m[k]
-                        h[j] = total + moduli[j] * (here - w)
-                    w = here
-                    free, forced, deepest = False, True, deepest - 1
-                    level = min(level, deepest)
-                    while position % (FULL >> level) != 0:
-                        level += 1
+                            total += to_branches[j, k] * ahead[k]
+                        h[j] = total + moduli[j] * (w - there)
+                    free, forced, deepest = False, True, max(deepest - 1, 1)
         w_new[i] = w
         free_new[0, i] = 1.0 if free else 0.0
         free_new[1, i] = rest
