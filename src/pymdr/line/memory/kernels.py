@@ -285,7 +285,7 @@ def step(
         edge = _edge(springs, w_new, active, last, end)
         row[EDGE_DEPTH] = edge
         if cut or drag != 0.0:  # without, the force is continuous in the indentation
-            force += _cut(springs, last, edge, q_before, q_last)
+            force += _cut(springs, last, edge, q_before, q_last, drag)
     row[FORCE] = force
     return filled
 
@@ -305,7 +305,7 @@ def _edge(springs: FloatArray, w: FloatArray, active: int, last: int, depth: flo
 
 
 @compiled
-def _cut(springs: FloatArray, last: int, edge: float, q_before: float, q_last: float) -> float:
+def _cut(springs: FloatArray, last: int, edge: float, q_before: float, q_last: float, drag: float) -> float:
     """What the sum of the forces lacks of int q dk up to the edge, by trapezia beyond the last but one part."""
     inner, y = springs[HEIGHT, last], springs[HEIGHT, last + 1]
     centre, k_next = springs[CENTRE, last], springs[CENTRE, last + 1]
@@ -317,7 +317,7 @@ def _cut(springs: FloatArray, last: int, edge: float, q_before: float, q_last: f
         border = springs[OUTER, last - 1]
         slope = (q_last - q_before) / (centre - springs[CENTRE, last - 1])
         q_border = q_last - slope * (centre - border)
-    q_edge = max(q_last + slope * (k_edge - centre), 0.0)
+    q_edge = max(q_last + slope * (k_edge - centre), 0.0) if drag != 0.0 else 0.0
     return float(
         0.5 * (q_border + q_last) * (centre - border)
         + 0.5 * (q_last + q_edge) * (k_edge - centre)
