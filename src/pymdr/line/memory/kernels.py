@@ -282,7 +282,7 @@ def step(
     row[RATE] = rate
     row[EDGE_DEPTH] = end
     if 0 <= last < springs.shape[1] - 1:
-        edge = _edge(springs, w_new, active, last, end)
+        edge = _edge(springs, w_new, active, last, end, q_before, q_last, glassy, drag)
         row[EDGE_DEPTH] = edge
         if cut or drag != 0.0:  # without, the force is continuous in the indentation
             force += _cut(springs, last, edge, q_before, q_last, drag)
@@ -291,17 +291,41 @@ def step(
 
 
 @compiled
-def _edge(springs: FloatArray, w: FloatArray, active: int, last: int, depth: float) -> float:
-    """The d0 at which d0 + w reaches the indentation, w continued straight in d0 from the free springs outside."""
+def _edge(
+    springs: FloatArray,
+    w: FloatArray,
+    active: int,
+    last: int,
+    depth: float,
+    q_before: float,
+    q_last: float,
+    glassy: float,
+    drag: float,
+) -> float:
+    """
+    The d0 of the edge, between the last spring in contact and the first free one.
+
+    Three estimates of second order, each of which a bend of w or q spoils elsewhere: the gap of the free springs
+    continued inward, the force continued outward, and the trial force from the one to the other. Their median is good
+    wherever the bend lies. A dashpot leaves the first: its force jumps at the edge.
+    """
     inner, y = springs[HEIGHT, last], springs[HEIGHT, last + 1]
     w_here = w[last + 1] if last + 1 < active else 0.0
-    slope = 0.0
+    if w_here == 0.0:
+        return float(min(max(depth, inner), y))
+    slope, gap = 0.0, w_here + y - depth
     if last + 2 < springs.shape[1] and springs[HEIGHT, last + 2] > y:
         w_next = w[last + 2] if last + 2 < active else 0.0
         slope = (w_next - w_here) / (springs[HEIGHT, last + 2] - y)
-    if 1.0 + slope <= 0.0:
-        return float(y)
-    return float(min(max(y - (w_here + y - depth) / (1.0 + slope), inner), y))
+    outward = min(max(y - gap / (1.0 + slope), inner), y) if slope > -1.0 else inner
+    if drag != 0.0 or last == 0:
+        return float(outward)
+    inward = y
+    if q_before > q_last:
+        inward = min(inner + q_last * (inner - springs[HEIGHT, last - 1]) / (q_before - q_last), y)
+    trial = q_last + glassy * gap
+    across = inner + (y - inner) * q_last / trial if trial > 0.0 else inner
+    return float(max(min(outward, inward), min(max(outward, inward), across)))
 
 
 @compiled
