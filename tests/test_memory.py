@@ -187,6 +187,27 @@ def test_flat_punch_relaxes_as_its_modulus():
     assert ting(punch, STANDARD, [0.0, 0.0, 0.5, 3.0], [0.0, 0.1, 0.1, 0.1]).force == pytest.approx(
         rows.force
     )
+    held = follow_loads(punch, STANDARD, [0.0, 0.9], [0.2, 0.2], n=50)
+    exact = creep(punch, STANDARD, [0.0, 0.9], [0.2, 0.2])
+    assert held.indentation[0] == pytest.approx(0.2 / STANDARD.glassy, rel=1e-9)
+    assert exact.indentation == pytest.approx(
+        [0.2 / 5.2, 0.2 * (1.0 / 1.2 - (1.0 / 1.2 - 1.0 / 5.2) * math.exp(-0.9 / (0.4 * 5.2 / 1.2)))]
+    )
+
+
+def test_a_liquid_sinks_and_a_body_without_load_creeps_back():
+    liquid = Relaxation(0.0, np.array([4.0]), np.array([0.5]))
+    t = np.linspace(0.0, 20.0, 401)
+    sunk = follow_loads(PARABOLOID, liquid, t, np.full(t.size, 0.1), n=2000)
+    # (4/3) a^3 = F J(t), J = (1 + t / tau) / E
+    a = (0.75 * 0.1 * (1.0 + t / 0.5) / 4.0) ** (1.0 / 3.0)
+    assert sunk.contact_radius == pytest.approx(a, rel=3e-3)
+    assert sunk.force == pytest.approx(np.full(t.size, 0.1), rel=1e-11)
+    let_go = follow_loads(PARABOLOID, STANDARD, [0.0, 1.0, 1.1, 2.0, 200.0], [0.0, 0.1, 0.0, 0.0, 0.0], n=300)
+    assert (let_go.force[2:] == 0.0).all()
+    assert (np.diff(let_go.indentation[1:]) < 0.0).all()
+    assert let_go.indentation[-1] == pytest.approx(0.0, abs=1e-4)
+    assert let_go.stored[-1] == pytest.approx(0.0, abs=1e-12)
 
 
 def test_creep_compliance_ends_at_the_rubbery_one():

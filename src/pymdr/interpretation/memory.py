@@ -201,7 +201,13 @@ def least_pressure(state: LineState) -> float:
 
 
 def memory_claims(
-    names: Sequence[str], disk: BoolArray, prescribed: BoolArray, tension: float, checked: int, remark: str
+    names: Sequence[str],
+    disk: BoolArray,
+    forced: BoolArray,
+    moved: BoolArray,
+    tension: float,
+    checked: int,
+    remark: str,
 ) -> dict[str, Claim]:
     """
     Claims of a contact with memory.
@@ -212,8 +218,8 @@ def memory_claims(
         Quantities and fields.
     disk : ndarray of bool
         Rows whose springs in contact are those of a disk.
-    prescribed : ndarray of bool
-        Rows whose force is prescribed, and not their indentation.
+    forced, moved : ndarray of bool
+        Rows whose force is prescribed, and rows whose indentation is.
     tension : float
         Largest tension that was found, over the mean pressure.
     checked : int
@@ -230,7 +236,9 @@ def memory_claims(
         why = "the springs in contact are not those of a disk"
         if tension > _TENSION:
             why = f"a disk would need tension inside, {tension:.2g} of its mean pressure"
-        return dict.fromkeys(names, Claim(Level.NOT_VALID, why, _SOURCE, where)) | _given(where, prescribed)
+        return dict.fromkeys(names, Claim(Level.NOT_VALID, why, _SOURCE, where)) | _given(
+            where, forced, moved
+        )
     reason = (
         "exact for viscoelastic half-spaces in frictionless contact on a disk under any history: what a spring bears and "
         f"how it is shortened are bound by the same law as traction and displacement of the surface; no tension was found in "
@@ -238,12 +246,12 @@ def memory_claims(
     )
     if not disk.all():
         reason += f"; {int((~disk).sum())} of {disk.size} rows are no disk"
-    return dict.fromkeys(names, Claim(Level.EXACT, reason, _SOURCE, where)) | _given(where, prescribed)
+    return dict.fromkeys(names, Claim(Level.EXACT, reason, _SOURCE, where)) | _given(where, forced, moved)
 
 
-def _given(where: BoolArray, prescribed: BoolArray) -> dict[str, Claim]:
+def _given(where: BoolArray, forced: BoolArray, moved: BoolArray) -> dict[str, Claim]:
     """What is known whatever the contact is."""
-    known = {"indentation": where | ~prescribed, "normal_force": where | prescribed}
+    known = {"indentation": where | moved, "normal_force": where | forced}
     return {
         name: Claim(Level.EXACT, "prescribed, or exact on a disk", _SOURCE, rows)
         for name, rows in known.items()

@@ -53,8 +53,10 @@ class _Rows:
     dissipated: FloatArray
     work: FloatArray
     disk: np.ndarray
-    prescribed: np.ndarray
+    forced: BoolArray
     """Whether the force is prescribed."""
+    moved: BoolArray
+    """Whether the indentation is."""
     coarse: FloatArray
     """What half as many springs give, in half as many steps between the rows where they are needed, shape (rows, 5)."""
 
@@ -142,6 +144,7 @@ def _step(
         fine.work,
         fine.disk,
         np.full(fine.force.size, asked.by_force),
+        np.full(fine.force.size, asked.controls.normal == "indentation"),
         np.stack([getattr(coarse, name) for name in _COMPARED], axis=1),
     )
     here = channels_at(float(fine.indentation[-1]), float(fine.force[-1]), task.machine_stiffness)
@@ -215,7 +218,7 @@ def _interpret(task: Task, line: ElasticLine, relaxation: Relaxation, walked: Wa
         else f"; the kernel of the rheology errs by at most {relaxation.error:.1g}"
     )
     names = (*columns, *NORMAL_FIELDS)
-    claims = memory_claims(names, rows.disk, rows.prescribed, tension, len(looked), remark)
+    claims = memory_claims(names, rows.disk, rows.forced, rows.moved, tension, len(looked), remark)
     errors |= {name: np.full(force.size, _FIELD_ERROR) for name in NORMAL_FIELDS}
     claims = with_errors(
         claims, errors, "; energies are those of the springs and dashpots that the rheology names"
@@ -264,7 +267,7 @@ def _ting(
     d = rows.indentation
     turn = int(np.argmax(d))
     single = bool((np.diff(d[: turn + 1]) >= 0.0).all() and (np.diff(d[turn:]) <= 0.0).all())
-    if rows.prescribed.any() or not single or time is None or relaxation.viscosity > 0.0:
+    if not (rows.moved.all() and single) or time is None or relaxation.viscosity > 0.0:
         return None
     start = min(float(walked.starts[0].get("indentation", 0.0)), 0.0)
     try:

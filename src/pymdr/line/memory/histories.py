@@ -11,9 +11,10 @@ from numpy.typing import ArrayLike
 
 from pymdr.errors import PathError
 from pymdr.line.curves import Curve
-from pymdr.line.foundation import states_at_depth
+from pymdr.line.foundation import states_at_depth, states_at_force
 from pymdr.line.memory.modes import Modes, modes_of
 from pymdr.line.memory.springs import Springs, extended, springs_to
+from pymdr.line.memory.ting import creep
 from pymdr.mapping.relaxation import Relaxation
 from pymdr.units import FloatArray, newtons
 
@@ -155,10 +156,7 @@ def follow_loads(
     load = np.asarray(force, dtype=float)
     for wrong in load[load < 0.0]:
         raise PathError(f"a force of {newtons(wrong)} pulls: bodies without adhesion part at 0 N")
-    most = float(np.max(load, initial=0.0))
-    return _follow(
-        curve, relaxation, time, load, 0.0, state, n, _depth_of(curve, most / _softest(relaxation))
-    )
+    return _follow(curve, relaxation, time, load, 0.0, state, n, _crept(curve, relaxation, time, load))
 
 
 def follow_travels(
@@ -175,28 +173,17 @@ def follow_travels(
     moved = np.asarray(travel, dtype=float)
     if machine_stiffness == math.inf:
         return follow_springs(curve, relaxation, time, moved, state, n=n)
-    return _follow(
-        curve,
-        relaxation,
-        time,
-        machine_stiffness * moved,
-        machine_stiffness,
-        state,
-        n,
-        float(np.max(moved, initial=0.0)),
-    )
+    pulled = machine_stiffness * moved
+    deepest = min(float(np.max(moved, initial=0.0)), _crept(curve, relaxation, time, pulled))
+    return _follow(curve, relaxation, time, pulled, machine_stiffness, state, n, deepest)
 
 
-def _softest(relaxation: Relaxation) -> float:
-    """A modulus for a first guess of how deep a force goes."""
-    return relaxation.glassy or 1.0
-
-
-def _depth_of(curve: Curve, per_modulus: float) -> float:
-    if per_modulus == 0.0:
+def _crept(curve: Curve, relaxation: Relaxation, time: ArrayLike, force: FloatArray) -> float:
+    """How deep in m the largest of some forces goes in all the time there is."""
+    t, most = np.asarray(time, dtype=float), float(np.max(force, initial=0.0))
+    if t.size == 0 or not (math.isfinite(most) and np.isfinite(t).all() and t[-1] >= t[0]):
         return 0.0
-    radius = curve.place_of_force(np.array([per_modulus]))
-    return float(curve.depth(radius)[0])
+    return float(creep(curve, relaxation, [t[0], t[-1]], [most, most]).indentation[-1])
 
 
 def _follow(
@@ -233,7 +220,9 @@ def _follow(
     if springs is None:
         if deepest <= 0.0 and machine != 0.0:
             return _apart(state, t, target, machine)
-        springs = springs_to(curve, deepest if deepest > 0.0 else _depth_of(curve, 1.0), n)
+        springs = springs_to(
+            curve, deepest if deepest > 0.0 else float(states_at_force(curve, [1.0]).indentation[0]), n
+        )
     elif math.isinf(machine):
         springs = extended(curve, springs, deepest)
     modes = modes_of(relaxation)

@@ -92,8 +92,8 @@ def step(
     `body` holds equilibrium and viscosity, `free` whether a spring is free and then w less its modes.
     """
     n, modes = moduli.size, rates.size
-    soft = 1.0 / moduli
     equilibrium, viscosity = body[0], body[1]
+    soft, glassy = 1.0 / moduli, equilibrium + moduli.sum()
     move = end - start
     drag = viscosity * move / duration if viscosity > 0.0 and move != 0.0 else 0.0
     h = np.zeros(max(n, 1))
@@ -176,7 +176,19 @@ def step(
                         size *= 2
                 elif level < deepest:
                     level += 1
-                else:
+                else:  # it pulls at the end of this part: it is let go there, and jumps back
+                    my_work += dw * (0.5 * equilibrium * (w + there) + pushed + drag)
+                    my_lost += spent + dw * drag
+                    w, position = there, position + size
+                    slip = 0.0
+                    if viscosity == 0.0:
+                        slip = equilibrium * w
+                        for j in range(n):
+                            slip += ahead[j]
+                        slip /= -glassy
+                    w += slip
+                    for j in range(n):
+                        h[j] = ahead[j] + moduli[j] * slip
                     for k in range(modes):
                         total = to_modes[k, n] * w
                         for j in range(n):
@@ -187,10 +199,7 @@ def step(
                         rest = w
                         for k in range(modes):
                             rest -= reach[k] * m[k]
-                    free, forced, deepest = True, True, deepest - 1
-                    level = min(level, deepest)
-                    while position % (FULL >> level) != 0:
-                        level += 1
+                    free, forced, deepest = True, True, max(deepest - 1, 1)
             else:
                 low = rest
                 scale = abs(rest) + abs(y)
@@ -233,17 +242,14 @@ def step(
                 elif level < deepest:
                     level += 1
                 else:
-                    here = depth - dw - y
+                    my_lost += spent
+                    w, position = depth - y, position + size
                     for j in range(n):
                         total = 0.0
                         for k in range(modes):
-                            total += to_branches[j, k] * m[k]
-                        h[j] = total + moduli[j] * (here - w)
-                    w = here
-                    free, forced, deepest = False, True, deepest - 1
-                    level = min(level, deepest)
-                    while position % (FULL >> level) != 0:
-                        level += 1
+                            total += to_branches[j, k] * ahead[k]
+                        h[j] = total + moduli[j] * (w - there)
+                    free, forced, deepest = False, True, max(deepest - 1, 1)
         w_new[i] = w
         free_new[0, i] = 1.0 if free else 0.0
         free_new[1, i] = rest
@@ -276,30 +282,54 @@ def step(
     row[RATE] = rate
     row[EDGE_DEPTH] = end
     if 0 <= last < springs.shape[1] - 1:
-        edge = _edge(springs, w_new, active, last, end)
+        edge = _edge(springs, w_new, active, last, end, q_before, q_last, glassy, drag)
         row[EDGE_DEPTH] = edge
         if cut or drag != 0.0:  # without, the force is continuous in the indentation
-            force += _cut(springs, last, edge, q_before, q_last)
+            force += _cut(springs, last, edge, q_before, q_last, drag)
     row[FORCE] = force
     return filled
 
 
 @compiled
-def _edge(springs: FloatArray, w: FloatArray, active: int, last: int, depth: float) -> float:
-    """The d0 at which d0 + w reaches the indentation, w continued straight in d0 from the free springs outside."""
+def _edge(
+    springs: FloatArray,
+    w: FloatArray,
+    active: int,
+    last: int,
+    depth: float,
+    q_before: float,
+    q_last: float,
+    glassy: float,
+    drag: float,
+) -> float:
+    """
+    The d0 of the edge, between the last spring in contact and the first free one.
+
+    Three estimates of second order, each of which a bend of w or q spoils elsewhere: the gap of the free springs
+    continued inward, the force continued outward, and the trial force from the one to the other. Their median is good
+    wherever the bend lies. A dashpot leaves the first: its force jumps at the edge.
+    """
     inner, y = springs[HEIGHT, last], springs[HEIGHT, last + 1]
     w_here = w[last + 1] if last + 1 < active else 0.0
-    slope = 0.0
+    if w_here == 0.0:
+        return float(min(max(depth, inner), y))
+    slope, gap = 0.0, w_here + y - depth
     if last + 2 < springs.shape[1] and springs[HEIGHT, last + 2] > y:
         w_next = w[last + 2] if last + 2 < active else 0.0
         slope = (w_next - w_here) / (springs[HEIGHT, last + 2] - y)
-    if 1.0 + slope <= 0.0:
-        return float(y)
-    return float(min(max(y - (w_here + y - depth) / (1.0 + slope), inner), y))
+    outward = min(max(y - gap / (1.0 + slope), inner), y) if slope > -1.0 else inner
+    if drag != 0.0 or last == 0:
+        return float(outward)
+    inward = y
+    if q_before > q_last:
+        inward = min(inner + q_last * (inner - springs[HEIGHT, last - 1]) / (q_before - q_last), y)
+    trial = q_last + glassy * gap
+    across = inner + (y - inner) * q_last / trial if trial > 0.0 else inner
+    return float(max(min(outward, inward), min(max(outward, inward), across)))
 
 
 @compiled
-def _cut(springs: FloatArray, last: int, edge: float, q_before: float, q_last: float) -> float:
+def _cut(springs: FloatArray, last: int, edge: float, q_before: float, q_last: float, drag: float) -> float:
     """What the sum of the forces lacks of int q dk up to the edge, by trapezia beyond the last but one part."""
     inner, y = springs[HEIGHT, last], springs[HEIGHT, last + 1]
     centre, k_next = springs[CENTRE, last], springs[CENTRE, last + 1]
@@ -311,7 +341,7 @@ def _cut(springs: FloatArray, last: int, edge: float, q_before: float, q_last: f
         border = springs[OUTER, last - 1]
         slope = (q_last - q_before) / (centre - springs[CENTRE, last - 1])
         q_border = q_last - slope * (centre - border)
-    q_edge = max(q_last + slope * (k_edge - centre), 0.0)
+    q_edge = max(q_last + slope * (k_edge - centre), 0.0) if drag != 0.0 else 0.0
     return float(
         0.5 * (q_border + q_last) * (centre - border)
         + 0.5 * (q_last + q_edge) * (k_edge - centre)
