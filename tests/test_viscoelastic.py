@@ -62,7 +62,7 @@ def test_the_creep_under_a_load_that_is_there_at_once():
 @settings(max_examples=12, deadline=None)
 @given(
     terms=st.lists(
-        st.tuples(st.floats(-2.0, 2.0), st.floats(-2.0, 1.0)),
+        st.tuples(st.floats(-2.0, 2.0), st.integers(-20, 10)),
         min_size=1,
         max_size=4,
         unique_by=lambda term: term[1],
@@ -159,7 +159,7 @@ def test_a_machine_and_two_bodies():
     path = mdr.Path(time=[0.5, 1.0, 2.0], travel=[0.02, 0.05, 0.01])
     result = mdr.solve(contact, path, machine_stiffness=2.0)
     np.testing.assert_allclose(result["travel"].values, [0.02, 0.05, 0.01], rtol=1e-9)
-    assert (result["indentation"].values < result["travel"].values).all()
+    assert (result["indentation"].values <= result["travel"].values).all()
 
 
 def test_what_is_refused():

@@ -170,7 +170,10 @@ def _bounded(errors: Mapping[str, FloatArray], touching: NDArray[np.bool_]) -> d
 
 
 def with_errors(
-    claims: Mapping[str, Claim], errors: Mapping[str, FloatArray], remark: str = ""
+    claims: Mapping[str, Claim],
+    errors: Mapping[str, FloatArray],
+    remark: str = "",
+    cause: str = "as the map of the profile does",
 ) -> dict[str, Claim]:
     """
     Claims that carry the errors of their numbers: above 1e-9 nothing is exact.
@@ -182,15 +185,17 @@ def with_errors(
         Relative errors over the rows.
     remark : str
         What else the numbers rest on, for the reasons.
+    cause : str
+        Why numbers err, in words.
 
     Returns
     -------
     dict of str to Claim
     """
-    return {name: _with_error(claim, errors.get(name), remark) for name, claim in claims.items()}
+    return {name: _with_error(claim, errors.get(name), remark, cause) for name, claim in claims.items()}
 
 
-def _with_error(claim: Claim, error: FloatArray | None, remark: str) -> Claim:
+def _with_error(claim: Claim, error: FloatArray | None, remark: str, cause: str) -> Claim:
     if claim.level is Level.NOT_VALID:
         return claim
     if error is None:
@@ -199,5 +204,5 @@ def _with_error(claim: Claim, error: FloatArray | None, remark: str) -> Claim:
     reason = f"{claim.reason}{remark}"
     if largest <= EXACT_WITHIN or claim.level is not Level.EXACT:
         return replace(claim, error=error, reason=reason)
-    reason = f"{claim.reason}; numbers err by more than {EXACT_WITHIN:g} of their size, as the map of the profile does{remark}"
+    reason = f"{claim.reason}; numbers err by more than {EXACT_WITHIN:g} of their size, {cause}{remark}"
     return replace(claim, level=Level.APPROXIMATE, error=error, reason=reason)

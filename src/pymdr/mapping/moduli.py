@@ -146,8 +146,9 @@ def _(body: Graded) -> SurfaceCompliances:
 @surface_compliances.register
 def _(body: Viscoelastic) -> SurfaceCompliances:
     raise ProblemError(
-        "the stiffness of a Viscoelastic body depends on the history: pymdr.relaxation_of(body, counterbody) gives E*(t), "
-        "and no solver follows it yet; take Elastic for the stiffness at one time"
+        "the stiffness of a Viscoelastic body depends on the history: solve(...) follows it, and "
+        "pymdr.relaxation_of(body, counterbody) gives E*(t); for studies without a history take Elastic for the stiffness at "
+        "one time"
     )
 
 

@@ -9,6 +9,9 @@ import numpy as np
 from pymdr.mapping.relaxation import Relaxation
 from pymdr.units import FloatArray
 
+_SLOWEST = 1e-18
+"""Of the fastest rate: no mode is slower."""
+
 
 class Modes(NamedTuple):
     """
@@ -54,6 +57,8 @@ def modes_of(body: Relaxation) -> Modes:
     rates, q = np.linalg.eigh(matrix)
     if body.equilibrium == 0.0:  # the first one is the flow, which no free spring has
         rates, q = rates[1:], q[:, 1:]
+    # the flow of a body that is nearly a liquid is slower than rounding tells
+    rates = np.maximum(rates, _SLOWEST * rates[-1]) if rates.size else rates
     scale = np.sqrt(rates)
     to_modes = np.zeros((rates.size, n + 1))
     to_modes[:, :n] = (q / scale).T * (half / roots)
