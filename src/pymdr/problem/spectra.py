@@ -113,8 +113,13 @@ def _zeros(
         near, far = np.where(farther, near, middle), np.where(farther, middle, far)
     step = sign * half * np.exp(-0.5 * (near + far))
     away = split(base, step)[1]
-    with np.errstate(over="ignore"):
-        return base + step, (weights * poles / away**2).sum(axis=1) + slope
+    with np.errstate(over="ignore", divide="ignore"):
+        return base + step, ((weights / away) * (poles / away)).sum(axis=1) + slope
+
+
+def _over(time: FloatArray, times: FloatArray) -> FloatArray:
+    """Each time over each of some others, as far as exponentials can tell."""
+    return np.asarray(np.minimum(time, 1e120)[..., None] / times)
 
 
 @dataclass(frozen=True, eq=False)
@@ -140,7 +145,7 @@ class Retardation(Value):
     def __call__(self, time: ArrayLike) -> FloatArray:
         """J in 1/Pa at times in s, none below 0."""
         t = np.asarray(time, dtype=float)
-        grown = -np.expm1(-t[..., None] / self.times) @ self.compliances
+        grown = -np.expm1(-_over(t, self.times)) @ self.compliances
         return np.asarray(self.instant + grown + self.fluidity * t)
 
 
@@ -180,7 +185,7 @@ class Relaxation(Value):
     def __call__(self, time: ArrayLike) -> FloatArray:
         """E in Pa at times in s, none below 0; without the delta of a dashpot."""
         t = np.asarray(time, dtype=float)
-        return np.asarray(self.equilibrium + np.exp(-t[..., None] / self.times) @ self.moduli)
+        return np.asarray(self.equilibrium + np.exp(-_over(t, self.times)) @ self.moduli)
 
     def storage(self, omega: ArrayLike) -> FloatArray:
         """E' in Pa at angular frequencies in rad/s."""
@@ -193,7 +198,7 @@ class Relaxation(Value):
         return np.asarray((x / (1.0 + x**2)) @ self.moduli + self.viscosity * np.asarray(omega, dtype=float))
 
     def _cycles(self, omega: ArrayLike) -> FloatArray:
-        return np.minimum(np.asarray(omega, dtype=float)[..., None] * self.times, 1e150)
+        return np.asarray(np.minimum(np.asarray(omega, dtype=float), 1e90)[..., None] * self.times)
 
     @cached_property
     def retardation(self) -> Retardation:
