@@ -17,9 +17,11 @@ import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 
+import pytest
+
 ROOT = Path(__file__).parent.parent
 TESTS = {
-    "mapping": ("moduli", "abel", "equivalent", "graded_map", "callables", "sampled", "fields", "certificate"),
+    "mapping": ("moduli", "abel", "equivalent", "panel_map", "callables", "sampled", "fields", "certificate"),
     "line": (
         "foundation", "following", "adhesion_curves", "adhesive_solving", "friction_tables", "friction_stack",
         "frictional_solving", "laws",
@@ -104,6 +106,8 @@ def survives(found):
             )
         except subprocess.TimeoutExpired:
             return False
+    if ended.returncode in (pytest.ExitCode.USAGE_ERROR, pytest.ExitCode.NO_TESTS_COLLECTED):
+        raise RuntimeError(f"no tests were run: {ended.stdout.strip()} {ended.stderr.strip()}")
     return ended.returncode == 0
 
 

@@ -137,7 +137,7 @@ def test_references_of_a_maugis_state(references):
 
 
 def test_the_wavy_loop_of_the_theory():
-    """The area of the loop of mdr_math 4.4, to the digits that are printed there, and the sum of its jumps."""
+    """The area of a loop over the waves of Guduru (2007) from a table of d(a), to its digits, and the sum of its jumps."""
     result = mdr.solve(contact(wavy(0.002, 40.0), mdr.JKR(0.02)), there_and_back(0.2, -0.2, 30))
     assert last(result, "external_work") == pytest.approx(0.0105338202, abs=6e-11)
     assert column(result, "jump_dissipation").sum() == pytest.approx(0.0105338202, abs=6e-11)

@@ -439,6 +439,24 @@ def test_weak_singularities_are_located(order, sign, R):
     assert abs(found[0] / b - 1) < (1e-12 if order < 2 else 2e-6)
 
 
+@given(SCALES, st.floats(-3.0, 3.0), st.floats(-11.0, -2.0), st.sampled_from(["slope", "value"]))
+@settings(max_examples=8, deadline=None)
+def test_a_kink_close_beyond_the_beginning_stays_where_it_is(b, steeper, distance, of):
+    """A truncated cone that bends as close as 1e-11 of its radius beyond its kink, and is nothing before it."""
+    if of == "value":
+        # the rounding of f tells no closer ones apart
+        steeper, distance = abs(steeper), 0.5 * distance
+    marks = np.array([b, b * (1.0 + 10.0**distance)])
+    slopes = 1e-3 * np.array([1.0, 10.0**steeper])
+
+    def curve(r):
+        beyond = r[:, None] - marks
+        return (beyond > 0.0) @ slopes if of == "slope" else np.maximum(beyond, 0.0) @ slopes
+
+    found = find_kinks(curve, 0.9 * b, 1.1 * b, of=of)
+    np.testing.assert_allclose(found, marks, rtol=0.0 if of == "slope" else 1e-12)
+
+
 def test_kinks_close_together_are_told_apart():
     b = np.pi / 10
     for distance in (1e-3, 1e-6, 1e-9, 1e-13):

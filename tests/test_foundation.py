@@ -17,6 +17,7 @@ from pymdr.line.foundation import (
     spring_foundation,
     states_at_depth,
     states_at_force,
+    touching_radius,
 )
 from pymdr.mapping.equivalent import equivalent_profile
 
@@ -177,6 +178,43 @@ def test_every_force_is_carried_where_g_falls_in_many_places(seed):
         x = np.linspace(0.0, a, 20_001)
         whole = np.trapezoid(d - line.equivalent.g(x), x)
         assert whole == pytest.approx(f / 1.4, rel=1e-3, abs=1e-5 * a * np.ptp(line.equivalent.g(x)))
+
+
+def best_of_all(equivalent, d, top):
+    """The disk of largest load among those of every rising stretch and of a sharp edge, one after the other."""
+    end = min(top, equivalent.edge)
+    ends = np.array([0.0, *(t for t in equivalent.turning_points(top) if 0.0 < t < end), end])
+    g = equivalent.g(ends)
+    best = (0.0, 0.0)
+    for i in np.flatnonzero((g[:-1] < d) & (d <= g[1:])):
+        place = equivalent.between(np.array([d]), ends[i], ends[i + 1])
+        best = max(best, (float((d * place.x - equivalent.integral(place))[0]), float(place.x[0])))
+    if math.isfinite(equivalent.edge) and d >= g[-1]:
+        best = max(best, (d * end - float(equivalent.integral(np.array([end]))[0]), end))
+    return best
+
+
+@settings(max_examples=12, deadline=None)
+@given(st.integers(0, 2**32 - 1), st.floats(-9.0, 2.0), st.booleans())
+def test_the_best_disk_is_the_best_of_all_stretches(seed, decades, edged):
+    rng = np.random.default_rng(seed)
+    size = 10.0**decades
+    r = np.append(0.0, np.sort(rng.uniform(0.02, 1.0, int(rng.integers(8, 120)))))
+    height = r**2 / 2.0 + 10.0 ** rng.uniform(-5.0, 0.0) * np.append(0.0, rng.normal(size=r.size - 1))
+    profile = mdr.Sampled(size * r, size * height, interpolation=mdr.ShapePreserving())
+    if edged:
+        profile = profile + mdr.FlatPunch(size * rng.uniform(0.1, 0.9))
+    line = line_of(profile)
+    equivalent = line.equivalent
+    top = min(profile.edge, profile.reach)
+    depths = equivalent.g(np.array([0.0, *equivalent.turning_points(top), top]))
+    d = np.append(rng.uniform(depths.min(), depths.max(), 20), size * 10.0 ** rng.uniform(-6.0, 0.5, 5))
+    searched = touching_radius(equivalent, float(d.max()))
+    radius = states_at_depth(line, d).contact_radius
+    for depth, a in zip(d, radius, strict=True):
+        load, best = best_of_all(equivalent, depth, searched)
+        mine = depth * a - float(equivalent.integral(np.array([a]))[0])
+        assert a == best or mine == pytest.approx(load, rel=1e-11)
 
 
 @settings(max_examples=25, deadline=None)

@@ -235,7 +235,7 @@ def test_repeated_cycles_repeat():
 
 
 def test_separating_springs_count():
-    """Unloading at rest in shift: without the springs that part, the loss is too low (mdr_math 17.8)."""
+    """Unloading at rest in shift: without the springs that part, the loss is too low: Popov and Hess (2015), chapter 5."""
     run = follow_displacements(HERTZ, [1.0, 1.0, 0.3], [0.0, 0.6, 0.6], 1.0, 1.0)
     x = (np.arange(200_000) + 0.5) / 200_000
     check = springs(x**2, 1 / 200_000, run.indentation, run.shift, 1.0, 1.0, 1.0)

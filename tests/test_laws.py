@@ -38,7 +38,7 @@ def test_landmarks_of_the_paraboloid_at_any_size(log_radius, log_modulus, log_wo
     depth = (math.pi**2 * work**2 * radius / modulus**2) ** (1 / 3)
     unit = (work**5 * radius**4 / modulus**2) ** (1 / 3)
     loop = mdr.solve(contact, mdr.indent(depth, steps=3) >> mdr.indent(-2 * depth, steps=7))
-    # Thornton and Ning's 7.09, from mdr_math 4.3
+    # 7.09 of Thornton and Ning (1998), Powder Technol. 99, 154: both jumps of the JKR sphere, with more digits
     assert float(loop["dissipated_energy"][-1]) / unit == pytest.approx(7.0921959718640, rel=1e-9)
     assert float(loop["external_work"][-1]) / unit == pytest.approx(7.0921959718640, rel=1e-9)
     assert balance(loop).measure < 1e-12
@@ -81,7 +81,7 @@ def test_a_wavy_tip_jumps_and_its_jumps_are_the_work():
     )
     contact = mdr.Contact(tip, mdr.Elastic(1.0, 0.0), adhesion=mdr.JKR(0.02))
     result = mdr.solve(contact, mdr.indent(0.3, steps=50) >> mdr.indent(-0.4, steps=90))
-    # mdr_math 4.4, whose table is good to 2e-6
+    # the waves of Guduru (2007), J. Mech. Phys. Solids 55, 445, followed on a table of d(a) that is good to 2e-6
     assert float(result["jump_dissipation"].sum()) == pytest.approx(0.0105338202, rel=1e-5)
     assert float(result["external_work"][-1]) == pytest.approx(
         float(result["dissipated_energy"][-1]), rel=1e-9
@@ -106,7 +106,7 @@ def test_laws_meet_in_their_limits():
         / scale
         for number in (0.1, 0.5, 1.0, 3.0)
     }
-    # mdr_math 4.7
+    # the equations of Maugis (1992), J. Colloid Interface Sci. 150, 243, for the sphere
     expected = {0.1: -1.950594892, 0.5: -1.718245275, 1.0: -1.600734911, 3.0: -1.516763900}
     assert pulls == pytest.approx(expected, rel=2e-9)
 

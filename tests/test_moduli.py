@@ -349,3 +349,15 @@ def test_different_exponents_are_refused(other):
 def test_what_is_no_material_is_refused():
     with pytest.raises(mdr.ProblemError, match="'steel': a material such as Elastic"):
         mdr.effective_moduli("steel")
+
+
+@settings(max_examples=100, deadline=None)
+@given(st.floats(-14.0, -1.0), st.sampled_from([-1, 1]))
+def test_the_coupling_of_an_incompressible_graded_body_keeps_its_digits(exponent, sign):
+    # B^2 = 1 - k^2 there, with the digits of 1 - |k|
+    k = sign * (1 - 10**exponent)
+    near = 1 - abs(k)
+    found = surface_compliances(mdr.Graded(1.0, 1.0, k, 0.5))
+    wave = math.sqrt(near * (1 + abs(k)))
+    tangents = -sign * math.tan(near * math.pi / 2) / math.tan(wave * math.pi / 2)
+    assert found.coupling == pytest.approx(2 * found.normal * (1 + k) / wave * tangents, rel=1e-12)

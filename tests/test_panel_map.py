@@ -1,5 +1,6 @@
 """What the map of numerical profiles promises beyond its accuracy: rows alone, economy, threads, files."""
 
+import itertools
 import math
 import pickle
 import threading
@@ -12,7 +13,9 @@ from hypothesis import strategies as st
 import pymdr as mdr
 from pymdr.line.foundation import ElasticLine, normal_force, states_at_depth, states_at_force
 from pymdr.mapping.equivalent import equivalent_profile
+from pymdr.mapping.equivalent.panels import PanelLine
 from pymdr.mapping.series import Place
+from pymdr.mapping.sources import CurveSource
 from pymdr.problem.profiles import Sum
 
 UNIT = mdr.Elastic(1.0, 0.0)
@@ -543,6 +546,109 @@ def test_contact_that_begins_at_a_radius_is_a_power_there(n, size, decades, give
     beside = found.base == b
     assert np.all(beside)
     assert np.all(np.abs(found.offset / (b * delta) - 1.0) <= 1e-13)
+
+
+@settings(max_examples=15, deadline=None)
+@given(
+    st.sampled_from([1.0, 1.5, 2.0, 2.5, 3.0]),
+    SIZES,
+    st.floats(-6.0, 0.0),
+    st.floats(-4.0, 1.0),
+    st.lists(st.floats(-13.0, -5.0), min_size=1, max_size=3),
+    st.booleans(),
+    st.booleans(),
+)
+@example(1.5, 1.0, -2.0, 0.0, [-10.0], True, False)
+@example(2.0, 1.0, -4.0, -1.4, [-10.0], False, True)
+@example(3.0, 1.0, -1.0, -3.0, [-11.0], True, True)
+@example(2.0, 0.9999997255105045, -1.0, 0.0, [-5.0], False, False)
+def test_contact_that_begins_in_the_rounding_of_an_offset(n, size, height, offset, decades, named, by_force):
+    """f = c + h ((r - b)_+ / b)^n: the edge lies where the rounding of f tells nothing, and is claimed as no surer."""
+    b, h, c = size, size * 10.0**height, size * 10.0**offset
+    profile = mdr.Function(lambda r: c + h * (np.maximum(r - b, 0.0) / b) ** n, [b] if named else ())
+    delta = 10.0 ** np.sort(decades)
+    lead = n * math.exp(math.lgamma(n) + math.lgamma(0.5) - math.lgamma(n + 0.5)) / math.sqrt(2.0)
+    depth = h * lead * delta ** (n - 0.5)
+    # all of g rises beside b
+    path = mdr.Path(normal_force=2.0 * depth * b) if by_force else mdr.Path(indentation=depth)
+    try:
+        result = mdr.solve(mdr.Contact(profile, UNIT), path)
+    except mdr.ProblemError:
+        # only noise
+        return
+    if "contact_radius" not in result.data:
+        return
+    found, claim = result.data["contact_radius"].values, result.claims["contact_radius"]
+    valid = np.isfinite(found)
+    off = np.abs(found / (b * (1.0 + delta)) - 1.0)
+    assert np.all(off[valid] <= (10.0 * claim.error + 4.0 * delta**2 + 4e-16)[valid])
+
+
+@settings(max_examples=15, deadline=None)
+@given(SIZES, st.floats(0.0, 1.0), st.floats(0.3, 5.0), st.floats(-6.0, 0.0))
+@example(3.3997874937862134e-08, 0.0, 3.5, -4.0)
+def test_maps_that_begin_at_a_kink_nobody_named(b, shift, reach, slope):
+    """f' = s r / b up to b, s b / r beyond: s(x) by Gauss and Legendre over g = s b y^2 / (1 + w) + s b arcosh y."""
+    b, s = b * 2.0**shift, 10.0**slope
+    x = b * 10.0**reach
+    profile = mdr.Function(derivative=lambda r: np.where(r > b, s * b / np.maximum(r, b), s * r / b))
+
+    def g(y):
+        away = np.sqrt(np.maximum(y - 1.0, 0.0) * (y + 1.0))
+        return s * b * np.where(y > 1.0, y / (y + away) + np.arcsinh(away), y * y)
+
+    # y = cosh(t) is smooth on both sides
+    node, weight = np.polynomial.legendre.leggauss(60)
+    inner = 0.5 * (node + 1.0)
+    total = 0.5 * b * np.sum(weight * (g(x / b) - g(inner)) ** 2)
+    ends = np.linspace(0.0, math.acosh(x / b), 9)
+    for low, high in itertools.pairwise(ends):
+        t = low + (high - low) * inner
+        total += 0.5 * (high - low) * b * np.sum(weight * np.sinh(t) * (g(x / b) - g(np.cosh(t))) ** 2)
+    line = equivalent_profile(profile)
+    at = np.array([x])
+    assert abs(line.squared(at)[0] / total - 1.0) <= 10.0 * line.error(at)[0, 3] + 1e-13
+
+
+class Blind(CurveSource):
+    """A slope whose kinks are not looked for."""
+
+    def kinks(self, low, high):
+        return []
+
+
+@settings(max_examples=10, deadline=None)
+@given(SIZES, st.lists(st.floats(-9.0, 1.0), min_size=1, max_size=4), st.floats(-2.0, 2.0))
+def test_a_jump_that_nobody_found_is_felt_far_beyond(b, decades, share):
+    """f' = s r / b + t (r > b): g, g', m and s are no farther off than ten times their errors."""
+    t = 10.0**share
+    profile = mdr.Function(derivative=lambda r: r / b + np.where(r > b, t, 0.0))
+    line = PanelLine(Blind(profile))
+    x = b * (1.0 + 10.0 ** np.array(decades))
+    root = np.sqrt((x - b) * (x + b))
+    angle = np.arctan2(root, b)
+    exact = (
+        x * x / b + t * x * angle,
+        2.0 * x / b + t * (angle + b / root),
+        2.0 * x**3 / (3.0 * b) + 0.5 * t * (x * x * angle + b * root),
+    )
+    for k, (found, true) in enumerate(zip((line.g(x), line.slope(x), line.moment(x)), exact, strict=True)):
+        assert np.all(np.abs(found / true - 1.0) <= 10.0 * line.error(x)[:, k] + 1e-13)
+    squared = [_square_of_a_kinked_paraboloid(b, t, at) for at in x]
+    assert np.all(np.abs(line.squared(x) / squared - 1.0) <= 10.0 * line.error(x)[:, 3] + 1e-12)
+
+
+def _square_of_a_kinked_paraboloid(b, t, x):
+    """The integral of (g(x) - g(y))^2 from y = 0 to x by Gauss and Legendre, in the root of y - b beyond b."""
+    node, weight = np.polynomial.legendre.leggauss(80)
+    inner = 0.5 * (node + 1.0)
+
+    def g(y):
+        return y * y / b + t * y * np.arctan2(np.sqrt(np.maximum(y - b, 0.0) * (y + b)), b)
+
+    total = 0.5 * b * np.sum(weight * (g(x) - g(b * inner)) ** 2)
+    width = x - b
+    return total + width * np.sum(weight * inner * (g(x) - g(b + width * inner**2)) ** 2)
 
 
 @settings(max_examples=10, deadline=None)

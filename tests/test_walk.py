@@ -13,6 +13,7 @@ import pymdr as mdr
 from pymdr.problem.paths import NORMAL_CHANNELS, legs
 from pymdr.problem.schedule import total_rows
 from pymdr.rows import joined, taken
+from pymdr.solving.laws import law_of
 from pymdr.solving.normal import solve_normal
 from pymdr.solving.walk import Task, walk
 
@@ -193,6 +194,10 @@ def test_progress_rises_to_the_total(law, most, rows, data):
     assert law != "by rings" or counted == list(range(1, total + 1))
 
 
+def task_of(contact, path, machine=None, keep=None):
+    return Task(contact, path, law_of(contact, None).reading, machine, keep)
+
+
 @settings(**FEW)
 @given(data=st.data())
 def test_times_are_those_of_the_result(data):
@@ -202,10 +207,10 @@ def test_times_are_those_of_the_result(data):
 
     def step(state, asked, kept, watched):
         assert (kept, watched) == (None, None)
-        told.append((asked.leg.begin, asked.time, asked.durations))
+        told.append((asked.begin, asked.time, asked.durations))
         return asked.time, state + asked.durations.sum(), {}
 
-    walked = walk(Task(CONTACTS["normal"], path), 0.0, step)
+    walked = walk(task_of(CONTACTS["normal"], path), 0.0, step)
     np.testing.assert_array_equal(walked.rows, followed("normal", path)["time"].values)
     assert [begin for begin, _, _ in told] == [0.0, *(time[-1] for _, time, _ in told[:-1])]
     lengths = [leg.duration for leg in path.legs]
@@ -216,15 +221,15 @@ def test_times_of_a_record():
     seen = []
 
     def step(state, asked, kept, told):
-        seen.append((asked.leg.begin, asked.time.tolist(), asked.durations.tolist()))
+        seen.append((asked.begin, asked.time.tolist(), asked.durations.tolist()))
         return asked.normal, state, {}
 
     path = mdr.indent(1e-6, steps=2, duration=2.0) >> mdr.Path(time=[3.0, 5.0], indentation=[0.0, 1e-6])
-    walk(Task(CONTACTS["normal"], path), None, step)
+    walk(task_of(CONTACTS["normal"], path), None, step)
     assert seen == [(0.0, [1.0, 2.0], [1.0, 1.0]), (2.0, [3.0, 5.0], [1.0, 2.0])]
     untimed = []
     walk(
-        Task(CONTACTS["normal"], mdr.indent(1e-6)),
+        task_of(CONTACTS["normal"], mdr.indent(1e-6)),
         None,
         lambda state, asked, kept, told: (
             untimed.append((asked.time, asked.durations)) or asked.normal,
@@ -277,7 +282,7 @@ def test_kept_rows_of_a_law_without_memory(data):
     total = total_rows(path)
     keep = np.array(sorted(data.draw(st.sets(st.integers(0, total - 1), min_size=1))))
     whole = followed("normal", path)
-    some = solve_normal(Task(CONTACTS["normal"], path, MACHINE, keep))
+    some = solve_normal(task_of(CONTACTS["normal"], path, MACHINE, keep))
     assert list(some.data) == list(whole.data)
     for name in whole.data:
         np.testing.assert_array_equal(some.data[name].values, whole.data[name].values[keep])

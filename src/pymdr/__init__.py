@@ -81,16 +81,21 @@ if TYPE_CHECKING:
     from pymdr.solving import AdhesionRegime as AdhesionRegime
     from pymdr.solving import Assessment as Assessment
     from pymdr.solving import FrictionLoop as FrictionLoop
+    from pymdr.solving import Impact as Impact
     from pymdr.solving import PullOff as PullOff
     from pymdr.solving import adhesion_regime as adhesion_regime
     from pymdr.solving import assess as assess
     from pymdr.solving import foundation as foundation
     from pymdr.solving import friction_foundation as friction_foundation
     from pymdr.solving import friction_loop as friction_loop
+    from pymdr.solving import impact as impact
     from pymdr.solving import pull_off as pull_off
+    from pymdr.solving import restitution as restitution
     from pymdr.solving import solve as solve
     from pymdr.solving import solve_batch as solve_batch
     from pymdr.solving.reopening import open_result as open_result
+    from pymdr.solving.rolling import Rolling as Rolling
+    from pymdr.solving.rolling import rolling as rolling
     from pymdr.workbench.records import MeasuredLoops as MeasuredLoops
     from pymdr.workbench.records import measured_loops as measured_loops
     from pymdr.workbench.rheometry import PronyFit as PronyFit
@@ -164,17 +169,21 @@ _HOMES: dict[str, tuple[str, ...]] = {
     "pymdr.problem.rheology": ("KelvinVoigt", "Maxwell", "PowerLawRheology", "Prony", "StandardSolid"),
     "pymdr.result": ("Result", "Status"),
     "pymdr.solving.reopening": ("open_result",),
+    "pymdr.solving.rolling": ("Rolling", "rolling"),
     "pymdr.solving": (
         "AdhesionRegime",
         "Assessment",
         "FrictionLoop",
+        "Impact",
         "PullOff",
         "adhesion_regime",
         "assess",
         "foundation",
         "friction_foundation",
         "friction_loop",
+        "impact",
         "pull_off",
+        "restitution",
         "solve",
         "solve_batch",
     ),

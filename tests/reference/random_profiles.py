@@ -703,6 +703,19 @@ def samples(rng, L):
     }
 
 
+def hides_its_tip(terms, top, offset):
+    """Whether the power of a profile changes at radii where it does not rise from an offset: no value of f tells of it."""
+    r = np.geomspace(1e-12 * top, top, 1500).astype(LONG)
+    curve = TermCurve(terms, top)
+    panel = np.searchsorted(curve.edges, r, side="right") - 1
+    slope = abs(curve.slope(curve.edges[panel], r - curve.edges[panel]))
+    risen = np.cumsum(slope * np.gradient(r))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        power = np.diff(np.log(slope)) / np.diff(np.log(r))
+    below = (risen[1:] < VISIBLE * offset) & np.isfinite(power)
+    return bool(below.any() and np.ptp(power[below]) > 0.05)
+
+
 KINDS = {
     "powers": power_sum,
     "cones": cones,
@@ -758,9 +771,11 @@ def random_profile(rng, kind=None):
             first, *others = drawn["pairs"]
             drawn = powers_of([first, *(p for p in others if p[0] > VISIBLE * offset)], L)
             f, terms = drawn["f"], drawn["terms"]
-        plain, cancels = f, True
-        f = lambda r: offset + plain(r)  # noqa: E731
-        drawn["words"] += f" + {offset!r}"
+        told = gives != "f" or kinks or "pairs" in drawn
+        if told or not hides_its_tip(terms, L, offset):
+            plain, cancels = f, True
+            f = lambda r: offset + plain(r)  # noqa: E731
+            drawn["words"] += f" + {offset!r}"
     return RandomProfile(
         kind, L, L, terms, f, drawn["derivative"], gives, named, hidden, drawn.get("reach", math.inf),
         not hidden and not (gives == "f" and cancels), words=drawn["words"], sources=tuple(kinks),

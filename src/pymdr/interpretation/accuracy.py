@@ -15,6 +15,8 @@ from pymdr.units import FloatArray
 
 EXACT_WITHIN = 1e-9
 """Largest relative error of a number that is called exact."""
+_STRAIGHT = 0.01
+"""Error of a curve up to which it is taken as straight where it is inverted."""
 _G, _SLOPE, _MOMENT, _SQUARED = range(4)
 
 
@@ -38,7 +40,8 @@ def normal_errors(
 
     Notes
     -----
-    With a prescribed depth d = g(a) the radius errs by da = e_g g / g', and the force F0(a) by e_m F0 + k g' da.
+    With a prescribed depth d = g(a) the radius errs by da = e_g g / g' or, where e_g is no small number, as far as g may
+    be d; and the force F0(a) by e_m F0 + k g' da.
     """
     place = states.place
     a = states.contact_radius
@@ -54,9 +57,14 @@ def normal_errors(
             np.abs(line.energy(place)),
             line.stiffness(place),
         )
-        shift = np.where(by_force, error[:, _MOMENT] * smooth / stiffness, error[:, _G] * g)
-        shift = np.where(held, 0.0, shift)
-        radius = shift / (slope * a)
+        unsure = np.where(held, 0.0, np.where(by_force, error[:, _MOMENT], error[:, _G]))
+        shift = unsure * np.where(by_force, smooth / stiffness, g)
+        away = shift / slope
+        rough = np.flatnonzero(unsure > _STRAIGHT)
+        if rough.size:
+            away[rough] = np.fmax(away[rough], equivalent.place_error(place.take(rough), by_force[rough]))
+            shift[rough] = np.fmax(shift[rough], slope[rough] * away[rough])
+        radius = away / a
         force = np.where(by_force, 0.0, error[:, _MOMENT] + stiffness * shift / smooth)
         depth = np.where(by_force, error[:, _G] + shift / g, 0.0)
         energy = error[:, _SQUARED] + smooth * shift / stored

@@ -70,7 +70,11 @@ def _tangential(contact: Contact, moduli: EffectiveModuli) -> tuple[Level, str, 
     surfaces = [surface_compliances(body) for body in (contact.body, contact.counterbody)]
     ratios = [1.0 - one.longitudinal / one.transverse for one in surfaces if one.transverse > 0.0]
     poisson = max(ratios, key=abs)
-    isotropic = all(abs(one.longitudinal - one.normal) <= 1e-12 * one.normal for one in surfaces)
+    isotropic = all(
+        max(abs(one.longitudinal - one.normal), abs(one.coupling - 2.0 * one.normal + one.transverse))
+        <= 1e-12 * one.transverse
+        for one in surfaces
+    )
     if not moduli.similar:
         return (
             Level.APPROXIMATE,

@@ -107,7 +107,12 @@ SOURCES: dict[str, str] = {
         "Jaeger (1993); Aleshin, Bou Matar and Van Den Abeele (2015), Int. J. Solids Struct. 60-61, 92-105: "
         "memory diagrams; here as a stack on the line, Popov and Hess (2015), chapter 5"
     ),
+    "kalker": (
+        "Kalker (1990), Three-Dimensional Elastic Bodies in Rolling Contact, doi:10.1007/978-94-015-7889-9; Shen, Hedrick "
+        "and Elkins (1983), Veh. Syst. Dyn. 12, 79-83, doi:10.1080/00423118308968725: Kalker's slope in the law of Vermeulen and Johnson (1964)"
+    ),
     "johnson": "Johnson (1985), Contact Mechanics, doi:10.1017/CBO9781139171731",
+    "ting": "Ting (1966), J. Appl. Mech. 33, 845-854: contacts of viscoelastic bodies that grow and shrink",
     "elliott": "Elliott (1949), Proc. Camb. Philos. Soc. 45, 621-630: transversely isotropic half-spaces",
     "delafargue-ulm": "Delafargue and Ulm (2004), Int. J. Solids Struct. 41, 7351-7360: indentation modulus",
     "graded": (
@@ -115,6 +120,9 @@ SOURCES: dict[str, str] = {
         "(1997), Int. J. Solids Struct. 34, 2357-2392: half-spaces graded by a power of the depth"
     ),
     "lee-radok": "Lee and Radok (1960), J. Appl. Mech. 27, 438-444: contact of linear viscoelastic bodies",
+    "hertz": "Hertz (1882), J. reine angew. Math. 92, 156-171; Johnson (1985), Contact Mechanics, chapter 11",
+    "thornton-ning": "Thornton and Ning (1998), Powder Technol. 99, 154-162, doi:10.1016/S0032-5910(98)00099-0",
+    "maw": "Maw, Barber and Fawcett (1976), Wear 38, 101-114, doi:10.1016/0043-1648(76)90201-5",
     "hess-graded": "Hess (2016), Int. J. Eng. Sci. 104, 20-33: graded half-spaces on the line, with adhesion",
 }
 """References by key; claims and :meth:`Result.cite` quote them."""

@@ -19,6 +19,9 @@ from pymdr.mapping.equivalent import EquivalentProfile, rising_root
 from pymdr.mapping.series import Place, Position, Selection, as_place
 from pymdr.units import FloatArray, metres, newtons
 
+_DOUBT = 1e-9
+"""Error of loads that choose between stretches, in parts of the largest that their radius could carry."""
+
 
 @dataclass(frozen=True)
 class DiskStates:
@@ -132,10 +135,21 @@ def _best_disk(line: Curve, d: FloatArray, turning: tuple[float, ...], top: floa
     load = np.zeros(d.shape)
     end = min(line.edge, top)
     ends = np.array([0.0, *(t for t in turning if 0.0 < t < end), end])
-    g = line.depth(ends)
-    for low, high, g_low, g_high in zip(ends[:-1], ends[1:], g[:-1], g[1:], strict=True):
+    g, k = line.depth(ends), line.stiffness(ends)
+    unpressed = k * g - line.force(ends)
+    surely, doubt = _sure_load(d, k, g, unpressed)
+    for i in np.flatnonzero(g[1:] > g[:-1]):
+        (low, high), (g_low, g_high) = ends[i : i + 2], g[i : i + 2]
+        # k d0 - F0 = int d0 dk is convex over k here, above its tangents at both ends: no load exceeds that of their corner
+        x = np.clip(
+            (k[i + 1] * g_high - unpressed[i + 1] - k[i] * g_low + unpressed[i]) / (g_high - g_low),
+            k[i],
+            k[i + 1],
+        )
+        most = d * x - unpressed[i] - g_low * (x - k[i])
         inside = (d > g_low) & (d <= g_high)
-        if g_high > g_low and inside.any():
+        inside &= most >= surely - doubt - _DOUBT * max(abs(g_low), abs(g_high)) * k[i + 1]
+        if inside.any():
             place = line.between(d[inside], float(low), float(high))
             _take_better(best, load, inside, place, line.force(place))
     if math.isfinite(line.edge):
@@ -145,6 +159,30 @@ def _best_disk(line: Curve, d: FloatArray, turning: tuple[float, ...], top: floa
         whole = line.force(b)[0] + excess[at_edge] * line.stiffness(b)[0]
         _take_better(best, load, at_edge, Place(np.zeros(whole.shape), np.full(whole.shape, b[0])), whole)
     return best
+
+
+def _sure_load(
+    d: FloatArray, k: FloatArray, g: FloatArray, unpressed: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """
+    The largest force k d - (k d0 - F0) over the ends of stretches, which the best disk exceeds, and what rounding does to it.
+
+    It is the support of the lower convex hull of k d0 - F0 over k. Where d0 stays below d at the last end, load is only sure
+    to be 0.
+    """
+    hull = [0]
+    for i in range(1, k.size):
+        while len(hull) > 1 and (unpressed[i] - unpressed[hull[-1]]) * (k[hull[-1]] - k[hull[-2]]) <= (
+            unpressed[hull[-1]] - unpressed[hull[-2]]
+        ) * (k[i] - k[hull[-1]]):
+            hull.pop()
+        hull.append(i)
+    x, below = k[hull], unpressed[hull]
+    at = np.searchsorted(np.diff(below) / np.diff(x), d)
+    reached = (d <= g[-1]) & np.isfinite(d)
+    d = np.where(reached, d, 0.0)
+    doubt = _DOUBT * (np.abs(d) + np.max(np.abs(g))) * x[at]
+    return np.where(reached, d * x[at] - below[at], 0.0), np.where(reached, doubt, 0.0)
 
 
 @dataclass(frozen=True)

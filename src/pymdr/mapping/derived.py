@@ -100,6 +100,10 @@ class DerivedSource(SlopeSource):
         after = np.minimum(at + 1, errors.size - 1)
         return np.asarray(np.maximum(errors[at], errors[after] * (panels.stop > self._starts[after])))
 
+    def rounding(self, r: float) -> float:
+        """Scatter in m of f around a radius in m."""
+        return float(np.nan_to_num(rounding(self._f, np.array([r]))[0]))
+
     def kinks(self, low: float, high: float) -> list[float]:
         """Kinks of f between two radii that were not named; panels end at them from then on."""
         found = find_kinks(self._f, low, high, of="value")

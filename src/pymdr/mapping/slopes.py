@@ -14,15 +14,17 @@ from functools import lru_cache
 
 import numpy as np
 
-from pymdr.errors import ConvergenceError
+from pymdr.errors import ConvergenceError, ProblemError
 from pymdr.mapping.callables import search_points
 from pymdr.mapping.series import (
     TERMS,
+    BoolArray,
     Panels,
     Series,
     basis,
     basis_slope,
     clenshaw,
+    evaluate,
     joined,
     joined_series,
     nodes,
@@ -62,9 +64,12 @@ _PURE = 1e-14
 _CORRECTIONS = 4
 """Powers of the offset that follow the first one beside a breakpoint."""
 _SIMPLE = 1e-4
+"""Largest error of an exponent that is taken for the simple one beside it."""
 _UNNAMED = 32.0 * float(np.finfo(float).eps)
 """How far a kink that was found may lie from the true one, in its radius."""
-"""Largest misfit of a power that stands for the tip as far in as it is asked."""
+_LEAST_LEAP = 1e-12
+PROBED = np.array([0.03, 0.1, 0.25, 0.5, 0.75, 1.0])
+"""Where on a panel a curve is looked at, if it is too uncertain for more."""
 
 
 class SlopeSource(ABC):
@@ -104,6 +109,10 @@ class SlopeSource(ABC):
         """Error of f' on panels that its samples do not show, shape (P,)."""
         return np.zeros(panels.count)
 
+    def rounding(self, r: float) -> float:
+        """Scatter in m of the f that is differentiated around a radius in m; 0 where f' is given."""
+        return 0.0
+
     def kinks(self, low: float, high: float) -> list[float]:
         """Radii between two others at which f' is not smooth, although nobody said so."""
         return []
@@ -125,6 +134,14 @@ class Slopes:
     """Error of that jump, shape (P,)."""
     beside: FloatArray
     """Errors of the exponent and of the place in m with which f' begins there, shape (P, 2)."""
+
+    @property
+    def last(self) -> Slopes:
+        """The last panel alone."""
+        end = slice(-1, None)
+        return Slopes(
+            self.panels.take(end), self.series.take(end), *(getattr(self, name)[end] for name in _MEASURED)
+        )
 
 
 _MEASURED = ("error", "size", "jump", "jump_error", "beside")
@@ -255,11 +272,38 @@ class ResolvedSlope:
         if isinstance(made, _Stopped):
             self._stopped(made)
             return
-        made = _beginning(made, self.slopes, self.found)
+        if not self.source.surveyed:
+            leaps = _leaps(made, self.slopes)
+            if kinks := self._kinks_between(made, leaps):
+                if kinks[0] < self.front * (1.0 + _FIRST):
+                    # no sliver is left between it and the panels before
+                    self.slopes, self.front = None, self.floor
+                self._stopped(_Stopped(kinks))
+                return
+            made = replace(made, jump_error=np.maximum(made.jump_error, leaps))
+        made = _beginning(made, self.slopes, self.found, self.source)
         self.slopes = made if self.slopes is None else joined_slopes(self.slopes, made)
         # what was divided beyond the radius that is needed has not been taken
         complete = made.panels.high[-1] == stretches[-1].high[-1]
         self.front = at if complete else float(made.panels.stop[-1])
+
+    def _kinks_between(self, made: Slopes, leaps: FloatArray) -> list[float]:
+        """Kinks where panels meet that resolve f' on both sides of them."""
+        for i in np.flatnonzero(leaps).tolist():
+            edge, base = float(made.panels.start[i]), float(made.panels.base[i])
+            before = made.panels if i or self.slopes is None else self.slopes.panels
+            # as much on either side, so that what is faint parts from both
+            width = float(max(before.width[i - 1], made.panels.width[i]))
+            low = max(edge - width, base)
+            high = min([edge + width, self.limit, *(b for b in self.knots if b > edge)])
+            try:
+                found = [b for b in self._look_for_kinks(low, high) if low < b < high]
+            except ProblemError:
+                # the leap is felt, but nothing that could be named
+                continue
+            if found:
+                return found
+        return []
 
     def _front_offset(self, base: float) -> float:
         """Where the next panel begins, without rounding."""
@@ -291,6 +335,24 @@ class ResolvedSlope:
                 f"the profile gives {made.value} at r = {metres(made.end)}; stay inside the radii where it is defined "
                 "(Function(..., reach=...) states them)"
             )
+
+
+def _leaps(made: Slopes, before: Slopes | None) -> FloatArray:
+    """By how much f' leaps at the lower ends of panels that follow others, 0 where that may be their errors, shape (P,)."""
+    whole = made if before is None else joined_slopes(before.last, made)
+    panels, series = whole.panels, whole.series
+    # T_j is 1 at the upper and (-1)^j at the lower end
+    last = series.coefficients.sum(axis=1)
+    first = series.coefficients @ (1.0 - 2.0 * (np.arange(TERMS) % 2))
+    steep = np.flatnonzero(series.power)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        first[steep] *= (panels.low[steep] / panels.high[steep]) ** series.power[steep]
+    allowed = 64.0 * np.finfo(float).eps * whole.size + 8.0 * whole.error
+    # where f' all but vanishes its rounding is no less than farther in
+    allowed += _LEAST_LEAP * np.maximum.accumulate(whole.size * panels.stop) / panels.stop
+    apart = np.abs(first[1:] - last[:-1])
+    apart = np.where((apart > allowed[1:] + allowed[:-1]) & (panels.low[1:] > 0.0), apart, 0.0)
+    return np.append(np.zeros(made.panels.count - apart.size), apart)
 
 
 def joined_slopes(first: Slopes, second: Slopes) -> Slopes:
@@ -612,7 +674,7 @@ def _end_of_definition(
     return _Stopped([], float(base[0] + low), value)
 
 
-def _beginning(made: Slopes, before: Slopes | None, found: list[float]) -> Slopes:
+def _beginning(made: Slopes, before: Slopes | None, found: list[float], source: SlopeSource) -> Slopes:
     """What happens at breakpoints: the jumps of f' with their errors, and how well the places are known."""
     panels, series = made.panels, made.series
     begins = np.flatnonzero(panels.begins)
@@ -639,9 +701,34 @@ def _beginning(made: Slopes, before: Slopes | None, found: list[float]) -> Slope
     jumping = jump[begins] != 0.0
     blurred = np.divide(error, np.abs(difference), where=jumping, out=np.zeros(begins.size))
     blurred *= panels.width[begins] / 8.0
-    unnamed = np.isin(panels.base[begins], found)
-    beside[begins[unnamed], 1] = (_UNNAMED * panels.base[begins] + blurred)[unnamed]
+    quiet = before is None or _is_nothing(before).all()
+    for i, width in zip(begins.tolist(), blurred.tolist(), strict=True):
+        if panels.base[i] in found:
+            if quiet and _is_nothing(made)[:i].all():
+                width = max(width, _hidden_rise(made, i, 2.0 * source.rounding(float(panels.base[i]))))
+            beside[i, 1] = _UNNAMED * panels.base[i] + width
     return replace(made, jump=jump, jump_error=jump_error, beside=beside)
+
+
+def _is_nothing(slopes: Slopes) -> BoolArray:
+    """On which panels f' is no more than its error."""
+    return np.asarray(slopes.size <= 4.0 * slopes.error)
+
+
+def _hidden_rise(slopes: Slopes, first: int, height: float) -> float:
+    """How far in m beyond a breakpoint, before which f is flat, it does not rise by a height in m."""
+    panels = slopes.panels.take(slice(first, None))
+    own = np.flatnonzero(panels.base == panels.base[0])
+    offset = panels.take(own).offsets(PROBED)
+    index = np.repeat(own, PROBED.size)
+    f = np.abs(evaluate(panels, slopes.series.take(slice(first, None)), index, offset.ravel()))
+    h = offset.ravel()
+    k = int(np.argmax(h * f >= height)) if np.any(h * f >= height) else h.size - 1
+    if height == 0.0 or not f[k] > 0.0:
+        return 0.0 if height == 0.0 else float(h[k])
+    i = max(k, 1)
+    power = math.log(f[i] / f[i - 1]) / math.log(h[i] / h[i - 1]) if f[i - 1] > 0.0 else 0.0
+    return float(h[k] * min((height / (h[k] * f[k])) ** (1.0 / (1.0 + max(power, 0.0))), 1.0))
 
 
 def _floor(source: SlopeSource, inner: float) -> float:

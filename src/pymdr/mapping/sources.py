@@ -189,6 +189,10 @@ class SumSource(SlopeSource):
         """Those of the parts together."""
         return np.asarray(sum(part.uncertainty(panels) for part in self.parts))
 
+    def rounding(self, r: float) -> float:
+        """Those of the parts together."""
+        return sum(part.rounding(r) for part in self.parts)
+
     def kinks(self, low: float, high: float) -> list[float]:
         """Those of the parts."""
         return sorted({b for part in self.parts for b in part.kinks(low, high)})

@@ -10,7 +10,7 @@ from pymdr.interpretation.accuracy import EXACT_WITHIN
 from pymdr.interpretation.validity import Assumption, Claim, Level
 from pymdr.presentation.text import in_bytes, largest_error, last_error, last_value
 from pymdr.quantities import BAND_ENDS, QUANTITIES
-from pymdr.units import written
+from pymdr.units import metres, written
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -111,6 +111,30 @@ def assessment_html(
     return (
         f"<div>The result has {rows} row{'s' if rows != 1 else ''} ({in_bytes(memory)})."
         f"{table(('the path reaches', ''), reached)}{claims_html(claims)}{assumptions_html(assumptions)}"
+        + "".join(f"<p>Note: {escape(note)}</p>" for note in notes)
+        + "</div>"
+    )
+
+
+def impact_html(
+    groups: Mapping[str, Mapping[str, float]],
+    events: Sequence[tuple[str, float, float]],
+    claims: Mapping[str, Claim],
+    assumptions: Sequence[Assumption],
+    notes: Sequence[str],
+) -> str:
+    """The numbers of an impact, what happens in it, its claims and assumptions."""
+    rows = []
+    for heading, values in groups.items():
+        rows.append([f"<b>{escape(heading)}</b>", ""])
+        rows += [
+            [escape(QUANTITIES[n].words), escape(written(v, QUANTITIES[n].unit))] for n, v in values.items()
+        ]
+    happened = [[escape(name), escape(written(time, "s")), escape(metres(d))] for name, time, d in events]
+    return (
+        f"<div>{table(('quantity', ''), rows)}{table(('event', 'time', 'indentation'), happened)}"
+        f"<details><summary>Claims</summary>{claims_html(claims)}</details>"
+        f"<details><summary>Assumptions</summary>{assumptions_html(assumptions)}</details>"
         + "".join(f"<p>Note: {escape(note)}</p>" for note in notes)
         + "</div>"
     )

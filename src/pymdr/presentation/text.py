@@ -10,7 +10,7 @@ import numpy as np
 from pymdr.interpretation.accuracy import EXACT_WITHIN
 from pymdr.interpretation.validity import Assumption, Claim, Level
 from pymdr.quantities import BAND_ENDS, QUANTITIES
-from pymdr.units import without_rounding, written
+from pymdr.units import metres, without_rounding, written
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -89,6 +89,19 @@ def numbers(groups: Mapping[str, Mapping[str, float]]) -> str:
             told = written(without_rounding(value, kinds[row.unit], row.unit), row.unit)
             lines.append(f"  {row.words:<36}{told:>16}")
     return "\n".join(lines)
+
+
+def impact_summary(
+    groups: Mapping[str, Mapping[str, float]],
+    events: Sequence[tuple[str, float, float]],
+    claims: Mapping[str, Claim],
+    assumptions: Sequence[Assumption],
+    notes: Sequence[str],
+) -> str:
+    """The numbers of an impact, what happens in it, and what can be said of it."""
+    lines = [numbers(groups), "events:"]
+    lines += [f"  {name:<36}{written(time, 's'):>16}  at d = {metres(d)}" for name, time, d in events]
+    return "\n".join([*lines, *_claims(claims), *_assumptions(assumptions), *_notes(notes)])
 
 
 def largest_error(claim: Claim) -> float | None:

@@ -317,7 +317,9 @@ def _union(table: str) -> Any:
     classes = {k: c for k, c in PROFILES.items() if c is not Sum} if table == "part" else _TABLES[table]
     models = [_model(kind, cls) for kind, cls in classes.items()]
     if table == "leg":
-        models += [_model(kind, Ramp, (c, "steps", "duration")) for kind, c in ONE_CHANNEL_LEGS.items()]
+        models += [
+            _model(kind, Ramp, (c, "steps", "duration", "rate")) for kind, c in ONE_CHANNEL_LEGS.items()
+        ]
     return Annotated[Union[tuple(models)], Field(discriminator="kind")]  # noqa: UP007
 
 

@@ -12,9 +12,9 @@ from typing import Any
 
 import numpy as np
 
-from pymdr.errors import PathError
+from pymdr.errors import PathError, UnitError
 from pymdr.problem.values import OptionalArrayField, OptionalSIField, Value, within_range
-from pymdr.units import FloatArray, QuantityLike, shown
+from pymdr.units import FloatArray, QuantityLike, shown, to_si
 
 NORMAL_CHANNELS = ("indentation", "normal_force", "travel")
 """Channels of the normal direction, of which a leg prescribes at most one."""
@@ -75,6 +75,25 @@ def _check_steps(owner: str, steps: Any) -> None:
         )
 
 
+class _RateField(OptionalSIField):
+    """A speed in m/s or a rate of a force in N/s, whichever the channel of the leg asks for."""
+
+    def __set__(self, instance: object, value: QuantityLike | None) -> None:
+        number, unit = None, None
+        if value is not None:
+            try:
+                # a number is that of either
+                number, unit = self.read(value), None if isinstance(value, int | float) else "m/s"
+            except UnitError:
+                number, unit = to_si(value, "N/s", name=f"{self.owner}.{self.name}"), "N/s"
+                if not number > 0.0:
+                    raise PathError(
+                        f"{self.owner}.{self.name} = {shown(value)}: it must be above 0 N/s"
+                    ) from None
+        instance.__dict__[self.name] = number
+        instance.__dict__["_rate_unit"] = unit
+
+
 @dataclass(frozen=True, eq=False)
 class Ramp(Leg):
     """
@@ -96,12 +115,15 @@ class Ramp(Leg):
         Number of rows, at least 1.
     duration : quantity, optional
         Time in s that the leg takes, above 0.
+    rate : quantity, optional
+        Instead of a duration: the speed in m/s, or the rate of the force in N/s, of the one channel that moves, above 0. The
+        leg takes |target - start| / rate, where the start is known when the path is followed.
 
     Raises
     ------
     PathError
         If no channel is named, or two channels of one direction are both prescribed, or `steps` is not a
-        whole number of at least 1.
+        whole number of at least 1, or a rate is given beside a duration, of two channels, or in the unit of another.
 
     Examples
     --------
@@ -116,11 +138,30 @@ class Ramp(Leg):
     tangential_force: OptionalSIField = OptionalSIField("N", words="target of the tangential force")
     steps: int = 1
     duration: OptionalSIField = OptionalSIField("s", above=0.0, words="time that the leg takes")
+    rate: OptionalSIField = _RateField(
+        "m/s", above=0.0, words="speed, or rate of the force in N/s, of the channel"
+    )
 
     def __post_init__(self) -> None:
         _check_steps("Ramp", self.steps)
+        self._check_rate()
         object.__setattr__(self, "steps", int(self.steps))
         _check_channels(self, "a target such as indentation='1 um' or normal_force='50 N'")
+
+    def _check_rate(self) -> None:
+        known = self.__dict__.pop("_rate_unit", None)
+        if self.rate is None:
+            return
+        moved = [name for name in CHANNELS if getattr(self, name) is not None]
+        if self.duration is not None:
+            raise PathError("Ramp: duration and rate both say how long the leg takes; give one of them")
+        if len(moved) > 1:
+            raise PathError(
+                f"Ramp: a rate is that of one channel, and {' and '.join(moved)} move; give a duration"
+            )
+        unit = "N/s" if moved and moved[0].endswith("force") else "m/s"
+        if known is not None and known != unit:
+            raise PathError(f"Ramp.rate is in {known}, but {moved[0]} moves in {unit}; give it in {unit}")
 
 
 @dataclass(frozen=True, eq=False)
@@ -316,7 +357,13 @@ class History(LoadingPath):
         object.__setattr__(self, "legs", pieces)
 
 
-def indent(indentation: QuantityLike, *, steps: int = 1, duration: QuantityLike | None = None) -> Ramp:
+def indent(
+    indentation: QuantityLike,
+    *,
+    steps: int = 1,
+    duration: QuantityLike | None = None,
+    rate: QuantityLike | None = None,
+) -> Ramp:
     """
     Move the indentation to a target.
 
@@ -328,6 +375,8 @@ def indent(indentation: QuantityLike, *, steps: int = 1, duration: QuantityLike 
         Number of rows.
     duration : quantity, optional
         Time in s.
+    rate : quantity, optional
+        Speed in m/s, instead of a duration.
 
     Returns
     -------
@@ -338,10 +387,16 @@ def indent(indentation: QuantityLike, *, steps: int = 1, duration: QuantityLike 
     >>> indent("2 um", steps=4).indentation
     2e-06
     """
-    return Ramp(indentation=indentation, steps=steps, duration=duration)
+    return Ramp(indentation=indentation, steps=steps, duration=duration, rate=rate)
 
 
-def load(normal_force: QuantityLike, *, steps: int = 1, duration: QuantityLike | None = None) -> Ramp:
+def load(
+    normal_force: QuantityLike,
+    *,
+    steps: int = 1,
+    duration: QuantityLike | None = None,
+    rate: QuantityLike | None = None,
+) -> Ramp:
     """
     Move the normal force to a target.
 
@@ -353,6 +408,8 @@ def load(normal_force: QuantityLike, *, steps: int = 1, duration: QuantityLike |
         Number of rows.
     duration : quantity, optional
         Time in s.
+    rate : quantity, optional
+        Rate of the force in N/s, instead of a duration.
 
     Returns
     -------
@@ -363,10 +420,16 @@ def load(normal_force: QuantityLike, *, steps: int = 1, duration: QuantityLike |
     >>> load("50 N", steps=50).normal_force
     50.0
     """
-    return Ramp(normal_force=normal_force, steps=steps, duration=duration)
+    return Ramp(normal_force=normal_force, steps=steps, duration=duration, rate=rate)
 
 
-def travel(travel: QuantityLike, *, steps: int = 1, duration: QuantityLike | None = None) -> Ramp:
+def travel(
+    travel: QuantityLike,
+    *,
+    steps: int = 1,
+    duration: QuantityLike | None = None,
+    rate: QuantityLike | None = None,
+) -> Ramp:
     """
     Move the drive of the machine, indentation + normal force / machine stiffness, to a target.
 
@@ -378,6 +441,8 @@ def travel(travel: QuantityLike, *, steps: int = 1, duration: QuantityLike | Non
         Number of rows.
     duration : quantity, optional
         Time in s.
+    rate : quantity, optional
+        Speed in m/s, instead of a duration.
 
     Returns
     -------
@@ -388,10 +453,16 @@ def travel(travel: QuantityLike, *, steps: int = 1, duration: QuantityLike | Non
     >>> travel("2 um", steps=4).travel
     2e-06
     """
-    return Ramp(travel=travel, steps=steps, duration=duration)
+    return Ramp(travel=travel, steps=steps, duration=duration, rate=rate)
 
 
-def shift(shift: QuantityLike, *, steps: int = 1, duration: QuantityLike | None = None) -> Ramp:
+def shift(
+    shift: QuantityLike,
+    *,
+    steps: int = 1,
+    duration: QuantityLike | None = None,
+    rate: QuantityLike | None = None,
+) -> Ramp:
     """
     Move the tangential displacement to a target.
 
@@ -403,6 +474,8 @@ def shift(shift: QuantityLike, *, steps: int = 1, duration: QuantityLike | None 
         Number of rows.
     duration : quantity, optional
         Time in s.
+    rate : quantity, optional
+        Speed in m/s, instead of a duration.
 
     Returns
     -------
@@ -413,10 +486,16 @@ def shift(shift: QuantityLike, *, steps: int = 1, duration: QuantityLike | None 
     >>> shift("2 um", steps=4).shift
     2e-06
     """
-    return Ramp(shift=shift, steps=steps, duration=duration)
+    return Ramp(shift=shift, steps=steps, duration=duration, rate=rate)
 
 
-def drag(tangential_force: QuantityLike, *, steps: int = 1, duration: QuantityLike | None = None) -> Ramp:
+def drag(
+    tangential_force: QuantityLike,
+    *,
+    steps: int = 1,
+    duration: QuantityLike | None = None,
+    rate: QuantityLike | None = None,
+) -> Ramp:
     """
     Move the tangential force to a target.
 
@@ -428,6 +507,8 @@ def drag(tangential_force: QuantityLike, *, steps: int = 1, duration: QuantityLi
         Number of rows.
     duration : quantity, optional
         Time in s.
+    rate : quantity, optional
+        Rate of the force in N/s, instead of a duration.
 
     Returns
     -------
@@ -438,7 +519,7 @@ def drag(tangential_force: QuantityLike, *, steps: int = 1, duration: QuantityLi
     >>> drag("5 N", steps=4).tangential_force
     5.0
     """
-    return Ramp(tangential_force=tangential_force, steps=steps, duration=duration)
+    return Ramp(tangential_force=tangential_force, steps=steps, duration=duration, rate=rate)
 
 
 def cycle(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 
@@ -49,23 +49,35 @@ class Planned:
     """Rows of the path before it."""
     controls: Controls
     """Channels that the leg does not name stay under the control of the legs before."""
-    begin: float | None
-    """Time in s at its start; None for a path without times."""
 
     @property
     def size(self) -> int:
         """Number of rows."""
         return rows_of(self.leg)
 
-    @property
-    def time(self) -> FloatArray | None:
-        """Time of every row in s."""
-        if self.begin is None:
+    def time(self, begin: float, start: float, target: float) -> FloatArray | None:
+        """Time of every row in s, if the leg states it, from when and where it begins and where it goes."""
+        leg = self.leg
+        if isinstance(leg, Path):
+            if leg.time is None:
+                return None
+            if leg.time[0] <= begin and self.number > 1:
+                raise PathError(
+                    f"Path.time begins at {leg.time[0]:g} s, but the legs before it end at {begin:g} s; "
+                    "times count from the start of the whole history"
+                )
+            return np.asarray(leg.time)
+        duration = leg.duration
+        if isinstance(leg, Ramp) and leg.rate is not None:
+            duration = abs(target - start) / leg.rate
+            if duration == 0.0:
+                raise PathError(
+                    f"the leg starts where it goes to, {target:g} in SI units, and at a rate takes no time; give hold(...) with a "
+                    "duration instead"
+                )
+        if duration is None:
             return None
-        if isinstance(self.leg, Path):
-            return np.asarray(self.leg.time)
-        assert self.leg.duration is not None
-        return self.begin + self.leg.duration * np.arange(1.0, self.size + 1.0) / self.size
+        return np.asarray(begin + duration * np.arange(1.0, self.size + 1.0) / self.size)
 
     def row(self, index: int) -> str:
         """A row of the leg in words."""
@@ -82,7 +94,7 @@ class Planned:
                 error.args = (f"{where}: {words}",)
             raise
 
-    def stretch(self, here: Mapping[str, float]) -> Stretch:
+    def stretch(self, here: Mapping[str, float], begin: float = 0.0) -> Stretch:
         """
         The rows of the leg.
 
@@ -90,6 +102,8 @@ class Planned:
         ----------
         here : mapping of str to float
             Where every channel is at the start of the leg, in SI units; 0 for channels that it does not hold.
+        begin : float
+            Time in s at its start.
 
         Returns
         -------
@@ -98,7 +112,9 @@ class Planned:
         channels = self.controls.normal, self.controls.tangential
         start = here.get(channels[0], 0.0), here.get(channels[1], 0.0)
         normal, tangential = (_rows(self.leg, *each) for each in zip(channels, start, strict=True))
-        return Stretch(self, normal, tangential, start, self.time)
+        moved = 1 if any(name in TANGENTIAL_CHANNELS for name in named_channels(self.leg)) else 0
+        time = self.time(begin, start[moved], float((normal, tangential)[moved][-1]))
+        return Stretch(self, normal, tangential, start, time, begin)
 
 
 @dataclass(frozen=True)
@@ -113,7 +129,9 @@ class Stretch:
     start: tuple[float, float] = (0.0, 0.0)
     """Where both are before the first row."""
     time: FloatArray | None = None
-    """Time of every row in s, if the path states it; `leg.begin` is the time before the first."""
+    """Time of every row in s, if the path states it."""
+    begin: float = 0.0
+    """Time in s before the first row."""
 
     @property
     def controls(self) -> Controls:
@@ -128,9 +146,7 @@ class Stretch:
     @property
     def durations(self) -> FloatArray | None:
         """Time in s from the row before to every row."""
-        if self.time is None or self.leg.begin is None:
-            return None
-        return np.diff(self.time, prepend=self.leg.begin)
+        return None if self.time is None else np.diff(self.time, prepend=self.begin)
 
     @property
     def end(self) -> dict[str, float]:
@@ -175,19 +191,18 @@ def planned(path: LoadingPath) -> tuple[Planned, ...]:
     Raises
     ------
     PathError
-        If a leg is of an unknown kind, or begins before the legs before it end.
+        If a leg is of an unknown kind.
     """
     legs = known_legs(path)
-    begins = _begins(legs)
     controls, first = Controls(), 0
     found: list[Planned] = []
-    for number, (leg, begin) in enumerate(zip(legs, begins, strict=True), 1):
+    for number, leg in enumerate(legs, 1):
         named = named_channels(leg)
         controls = Controls(
             next((name for name in named if name in NORMAL_CHANNELS), controls.normal),
             next((name for name in named if name in TANGENTIAL_CHANNELS), controls.tangential),
         )
-        found.append(Planned(leg, number, len(legs), first, controls, begin))
+        found.append(Planned(leg, number, len(legs), first, controls))
         first += rows_of(leg)
     return tuple(found)
 
@@ -244,43 +259,15 @@ def _rows(leg: KnownLeg, channel: str, start: float) -> FloatArray:
 def check_times(path: LoadingPath) -> None:
     """Refuse a path of which some legs have a duration and others none."""
     timed = [
-        leg.time is not None if isinstance(leg, Path) else leg.duration is not None
+        leg.time is not None
+        if isinstance(leg, Path)
+        else leg.duration is not None or getattr(leg, "rate", None) is not None
         for leg in known_legs(path)
     ]
     if any(timed) and not all(timed):
         raise PathError(
             "some legs of the path have a duration and others none: give one to every leg, or to none"
         )
-
-
-def times(path: LoadingPath) -> FloatArray | None:
-    """Time of every row in s, if the legs state it."""
-    columns = [time for leg in planned(path) if (time := leg.time) is not None]
-    return np.concatenate(columns) if columns else None
-
-
-def _begins(legs: Sequence[KnownLeg]) -> list[float | None]:
-    """Time in s at the start of every leg; None for all if one does not state its time."""
-    begins: list[float | None] = []
-    now = 0.0
-    for leg in legs:
-        if isinstance(leg, Path):
-            if leg.time is None:
-                return [None] * len(legs)
-            if leg.time[0] <= now and begins:
-                raise PathError(
-                    f"Path.time begins at {leg.time[0]:g} s, but the legs before it end at {now:g} s; "
-                    "times count from the start of the whole history"
-                )
-            end = float(leg.time[-1])
-        elif leg.duration is None:
-            return [None] * len(legs)
-        else:
-            # as the time of its last row is rounded
-            end = now + leg.duration * rows_of(leg) / rows_of(leg)
-        begins.append(now)
-        now = end
-    return begins
 
 
 def ends_only(leg: KnownLeg) -> LoadingPath:

@@ -3,6 +3,7 @@
 from pymdr.problem.schedule import Progress
 from pymdr.solving.assessing import Assessment, assess
 from pymdr.solving.batch import solve_batch
+from pymdr.solving.impacts import Impact, impact, restitution
 from pymdr.solving.loops import FrictionLoop, friction_loop
 from pymdr.solving.pulloff import AdhesionRegime, PullOff, adhesion_regime, pull_off
 from pymdr.solving.teaching import foundation, friction_foundation
@@ -12,6 +13,7 @@ __all__ = [
     "AdhesionRegime",
     "Assessment",
     "FrictionLoop",
+    "Impact",
     "Progress",
     "PullOff",
     "adhesion_regime",
@@ -19,7 +21,9 @@ __all__ = [
     "foundation",
     "friction_foundation",
     "friction_loop",
+    "impact",
     "pull_off",
+    "restitution",
     "solve",
     "solve_batch",
 ]

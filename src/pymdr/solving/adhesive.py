@@ -28,7 +28,7 @@ from pymdr.rows import taken
 from pymdr.solving.equilibria import AdhesiveLine
 from pymdr.solving.normal import refuse_sideways
 from pymdr.solving.reach import assumptions, map_remark
-from pymdr.solving.walk import Channels, Task, Told, channels_at, solution, walk, with_travel
+from pymdr.solving.walk import Channels, Task, Told, Walked, channels_at, solution, walk, with_travel
 from pymdr.units import FloatArray, metres, newtons
 
 _CONTROL = {"indentation": math.inf, "normal_force": 0.0}
@@ -77,7 +77,7 @@ def solve_adhesive(task: Task) -> Result:
     )
     line = AdhesiveLine(task.contact)
     walked = walk(task, _State(), partial(_step, line, task.machine_stiffness))
-    return _interpret(task, line, walked.rows)
+    return _interpret(task, line, walked)
 
 
 def _step(
@@ -200,8 +200,9 @@ def _told(line: AdhesiveLine, rows: _Rows, known: BoolArray) -> tuple[str, ...]:
     return (*words, f"the contact jumped in {others} other steps") if others > 0 else words
 
 
-def _interpret(task: Task, line: AdhesiveLine, rows: _Rows) -> Result:
+def _interpret(task: Task, line: AdhesiveLine, walked: Walked[_Rows]) -> Result:
     """Step 3: quantities, claims and assumptions of every row."""
+    rows = walked.rows
     equilibria = line.equilibria
     s = np.where(rows.attached, rows.parameter, equilibria.start)
     states = equilibria.states(s)
@@ -255,6 +256,7 @@ def _interpret(task: Task, line: AdhesiveLine, rows: _Rows) -> Result:
             claims[name] = Claim(Level.EXACT, "prescribed, or exact on a disk", source, where)
     return solution(
         task,
+        walked,
         columns,
         claims,
         assumptions=(*assumptions(task.contact, line.origin, a), balance),

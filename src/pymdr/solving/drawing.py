@@ -11,9 +11,9 @@ from pymdr.errors import PymdrError
 from pymdr.interpretation.jumps import Branches, branches_of
 from pymdr.interpretation.surface import Surface
 from pymdr.interpretation.theories import theory_of
+from pymdr.interpretation.traction import FrictionSurface
 from pymdr.line.curves import ElasticLine
 from pymdr.line.foundation import normal_force, normal_stiffness, rises_to, states_at_depth, states_at_force
-from pymdr.mapping.moduli import effective_moduli
 from pymdr.problem.paths import legs
 from pymdr.result import Result, Status
 from pymdr.units import FloatArray
@@ -29,6 +29,13 @@ def normal_plots(result: Result, row: int) -> Plots:
     line = _line_of(result)
     data = _figure_data(result, row, loading=None if line is None else _loading(result, line))
     return Plots(data, normal_overview, normal_figures)
+
+
+def memory_plots(result: Result, row: int) -> Plots:
+    """Figures of a contact with memory."""
+    from pymdr.presentation.plot import Plots, memory_figures, memory_overview
+
+    return Plots(_figure_data(result, row), memory_overview, memory_figures)
 
 
 def adhesive_plots(result: Result, row: int) -> Plots:
@@ -65,7 +72,7 @@ def _figure_data(
     from pymdr.presentation.plot import FigureData
 
     refused = row < 0 and "pressure" in result.claims
-    contact, line = result.contact, _line_of(result)
+    line = _line_of(result)
     return FigureData(
         data=result.data,
         row=row,
@@ -76,7 +83,7 @@ def _figure_data(
         field_at=result.field,
         friction=friction,
         equilibria=equilibria,
-        modulus=effective_moduli(contact.body, contact.counterbody).normal,
+        modulus=None if line is None else line.modulus,
         loading=loading,
         pull=pull,
         refusal=result.claims["pressure"].reason if refused else "",
@@ -85,7 +92,7 @@ def _figure_data(
 
 
 def _line_of(result: Result) -> ElasticLine | None:
-    return result.surface.line if isinstance(result.surface, Surface) else None
+    return result.surface.line if isinstance(result.surface, Surface | FrictionSurface) else None
 
 
 def _extent(result: Result, line: ElasticLine) -> float | None:

@@ -49,8 +49,8 @@ from pymdr.result import Result, Status
 from pymdr.rows import joined, taken
 from pymdr.solving.normal import refuse_tension
 from pymdr.solving.reach import Mapped, assumptions, map_remark, map_to_line, refuse_unreachable
-from pymdr.solving.walk import Channels, Task, Told, channels_at, solution, walk, with_travel, within
-from pymdr.units import FloatArray, metres, newtons
+from pymdr.solving.walk import Channels, Task, Told, Walked, channels_at, solution, walk, with_travel, within
+from pymdr.units import FloatArray, QuantityLike, metres, newtons, to_si
 
 _REFINED = 200_000
 """Rows up to which a leg is refined."""
@@ -253,7 +253,7 @@ def solve_frictional(task: Task) -> Result:
         {**here, PARTS: float(parts)} if parts else here
         for here, parts in zip(walked.starts, walked.rows.parts, strict=True)
     )
-    return _interpret(task, law, walked.rows, starts)
+    return _interpret(task, law, walked, starts)
 
 
 def _foreseen(path: LoadingPath) -> list[Stretch]:
@@ -288,7 +288,7 @@ def _refuse_lifted(line: ElasticLine, force: FloatArray) -> None:
         )
 
 
-def disks_down_to(contact: Contact, line: ElasticLine, deepest: float) -> Certificate:
+def disks_down_to(contact: Contact, line: ElasticLine, deepest: float, who: str = "friction") -> Certificate:
     """
     The certificate of all depths from the first touch on, of which tractions are sums of pressures.
 
@@ -300,7 +300,7 @@ def disks_down_to(contact: Contact, line: ElasticLine, deepest: float) -> Certif
     certificate = certify_history(line, deepest)
     if not certificate.disk.all():
         raise ProblemError(
-            f"friction needs a contact that is a disk at every depth up to {metres(deepest)}: "
+            f"{who} needs a contact that is a disk at every depth up to {metres(deepest)}: "
             f"{certificate.reason}{noise_words(contact.profile, line.equivalent, deepest)}"
         )
     return certificate
@@ -340,8 +340,9 @@ def _columns(task: Task, mapped: Mapped, rows: _Rows) -> dict[str, FloatArray]:
     return with_travel(task, columns)
 
 
-def _interpret(task: Task, law: _FrictionLaw, rows: _Rows, starts: tuple[Channels, ...]) -> Result:
+def _interpret(task: Task, law: _FrictionLaw, walked: Walked[_Rows], starts: tuple[Channels, ...]) -> Result:
     """Step 3: quantities, claims and assumptions of every row that is kept."""
+    rows = walked.rows
     contact, mapped = task.contact, law.mapped
     columns = _columns(task, mapped, rows)
     everywhere = np.ones(columns["shift"].size, dtype=bool)
@@ -360,6 +361,7 @@ def _interpret(task: Task, law: _FrictionLaw, rows: _Rows, starts: tuple[Channel
     claims = with_errors(claims, {}, map_remark(mapped.line, at_deepest))
     return solution(
         task,
+        walked,
         columns,
         claims,
         assumptions=frictional_assumptions(contact, mapped, columns["contact_radius"]),
@@ -376,3 +378,34 @@ def frictional_assumptions(contact: Contact, mapped: Mapped, radii: FloatArray) 
     listed = assumptions(contact, mapped, radii)
     similar = similarity_assumption(mapped.moduli, contact.friction.coefficient)
     return (*(a for a in listed if a.name != similar.name), similar)
+
+
+def pressed_joint(
+    asked: str,
+    lacks: str,
+    contact: Contact,
+    normal_force: QuantityLike | None,
+    indentation: QuantityLike | None,
+) -> tuple[Mapped, float, float, Certificate]:
+    """The line, depth in m, coefficient and certificate of a joint under a constant load; `lacks` is what mu 0 has not."""
+    if contact.friction is None:
+        raise ProblemError(f"{asked}: the contact has no friction; give Contact(..., friction=Coulomb(0.3))")
+    mu = contact.friction.coefficient
+    if not 0.0 < mu < math.inf:
+        raise ProblemError(f"{asked}: mu = {mu:g} has no {lacks}; it must be above 0 and finite")
+    if (normal_force is None) == (indentation is None):
+        raise ProblemError(f"{asked}: give exactly one of normal_force and indentation")
+    mapped = map_to_line(contact)
+    line = mapped.line
+    if indentation is not None:
+        d = to_si(indentation, "m", name="indentation")
+    else:
+        assert normal_force is not None
+        force = to_si(normal_force, "N", name="normal_force")
+        d = float(states_at_force(line, np.array([max(force, 0.0)])).indentation[0])
+    by_force = None if indentation is not None else force
+    refuse_unreachable(line, contact.profile, states_at_depth(line, np.array([d])), by_force)
+    if d <= 0.0:
+        given, unit = (normal_force, "N") if indentation is None else (indentation, "m")
+        raise ProblemError(f"{asked}: the load {given!r} must be above 0 {unit}; press the bodies together")
+    return mapped, d, mu, disks_down_to(contact, line, d)

@@ -9,6 +9,7 @@ import numpy as np
 
 from pymdr.independent.history import RingHistory, solve_steps
 from pymdr.independent.rings import Rings
+from pymdr.interpretation.memory import MemorySurface
 from pymdr.interpretation.surface import LINE_FIELDS, SURFACE_FIELDS, Surface, surface_of
 from pymdr.interpretation.traction import (
     TANGENTIAL_FIELDS,
@@ -20,10 +21,11 @@ from pymdr.mapping.moduli import effective_moduli
 from pymdr.problem.contact import Contact
 from pymdr.result import Reading, Result
 from pymdr.solving.adhesive import solve_adhesive
-from pymdr.solving.drawing import adhesive_plots, frictional_plots, normal_plots
+from pymdr.solving.drawing import adhesive_plots, frictional_plots, memory_plots, normal_plots
 from pymdr.solving.frictional import solve_frictional
 from pymdr.solving.normal import solve_normal
 from pymdr.solving.ringed import solve_by_rings
+from pymdr.solving.viscoelastic import relaxation_along, remembers, solve_viscoelastic, surface_with_memory
 from pymdr.solving.walk import Task
 
 _WITHOUT_FRICTION = dict.fromkeys(
@@ -68,11 +70,23 @@ def _rings(result: Result) -> RingHistory:
     return RingHistory(contact.profile, tuple(solutions), depths)
 
 
+def _surface_with_memory(result: Result) -> MemorySurface:
+    data = result.data
+    time, depth, radius = (data[name].values for name in ("time", "indentation", "contact_radius"))
+    relaxation = relaxation_along(result.contact, result.path)
+    return surface_with_memory(result.contact, relaxation, time, depth, radius)
+
+
 LAWS = (
     Law(
         lambda contact, solver: solver is not None,
         solve_by_rings,
         Reading(SURFACE_FIELDS, (), _rings, normal_plots, _WITHOUT_FRICTION),
+    ),
+    Law(
+        lambda contact, solver: remembers(contact),
+        solve_viscoelastic,
+        Reading(SURFACE_FIELDS, LINE_FIELDS, _surface_with_memory, memory_plots, _WITHOUT_FRICTION),
     ),
     Law(
         lambda contact, solver: contact.adhesion is not None,

@@ -11,16 +11,16 @@ import numpy as np
 
 from pymdr.errors import ProblemError, PymdrError, QuantityError
 from pymdr.interpretation.accuracy import EXACT_WITHIN, with_errors
-from pymdr.interpretation.certificate import Certificate
 from pymdr.interpretation.friction import frictional_claims
 from pymdr.interpretation.validity import Assumption, Claim, Level, approximated
 from pymdr.line.foundation import ElasticLine, states_at_depth, states_at_force
+from pymdr.line.foundation import normal_force as force_of
 from pymdr.mapping.abel import gauss
 from pymdr.problem.contact import Contact
 from pymdr.problem.laws import Coulomb
 from pymdr.solving.bands import BAND_NOTE, scatter_of, shifted
-from pymdr.solving.frictional import disks_down_to, frictional_assumptions
-from pymdr.solving.reach import Mapped, map_remark, map_to_line, refuse_unreachable
+from pymdr.solving.frictional import frictional_assumptions, pressed_joint
+from pymdr.solving.reach import map_remark
 from pymdr.units import (
     ArrayQuantityLike,
     FloatArray,
@@ -29,7 +29,6 @@ from pymdr.units import (
     good_unit,
     newtons,
     shown,
-    to_si,
     to_si_array,
 )
 
@@ -290,12 +289,12 @@ def _study(
     normal_force: QuantityLike | None,
     indentation: QuantityLike | None,
 ) -> _Study:
-    mapped, d, mu, certificate = _loaded(contact, normal_force, indentation)
+    mapped, d, mu, certificate = pressed_joint("friction_loop", "loops", contact, normal_force, indentation)
     line, moduli = mapped.line, mapped.moduli
     factor = mu * moduli.normal / moduli.tangential
     state = states_at_depth(line, np.array([d]))
     a = float(state.contact_radius[0])
-    load = 2.0 * line.modulus * _moment_with_edge(line, d, a)
+    load = float(force_of(line, state)[0])
     sliding = factor * d
 
     def loops(u: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
@@ -386,41 +385,6 @@ def _amplitudes(given: ArrayQuantityLike | None, unit: str, name: str) -> FloatA
         kind = {"m": "lengths above 0 m", "N": "forces above 0 N", "": "numbers above 0"}[unit]
         raise ProblemError(f"friction_loop: {name} = {shown(given)}; one row of {kind} is needed")
     return u
-
-
-def _loaded(
-    contact: Contact, normal_force: QuantityLike | None, indentation: QuantityLike | None
-) -> tuple[Mapped, float, float, Certificate]:
-    if contact.friction is None:
-        raise ProblemError(
-            "friction_loop: the contact has no friction; give Contact(..., friction=Coulomb(0.3))"
-        )
-    mu = contact.friction.coefficient
-    if not 0.0 < mu < math.inf:
-        raise ProblemError(f"friction_loop: mu = {mu:g} has no loops; it must be above 0 and finite")
-    if (normal_force is None) == (indentation is None):
-        raise ProblemError("friction_loop: give exactly one of normal_force and indentation")
-    mapped = map_to_line(contact)
-    line = mapped.line
-    if indentation is not None:
-        d = to_si(indentation, "m", name="indentation")
-    else:
-        assert normal_force is not None
-        force = to_si(normal_force, "N", name="normal_force")
-        d = float(states_at_force(line, np.array([max(force, 0.0)])).indentation[0])
-    by_force = None if indentation is not None else force
-    refuse_unreachable(line, contact.profile, states_at_depth(line, np.array([d])), by_force)
-    if d <= 0.0:
-        given, unit = (normal_force, "N") if indentation is None else (indentation, "m")
-        raise ProblemError(
-            f"friction_loop: the load {given!r} must be above 0 {unit}; press the bodies together"
-        )
-    return mapped, d, mu, disks_down_to(contact, line, d)
-
-
-def _moment_with_edge(line: ElasticLine, d: float, a: float) -> float:
-    at = np.array([a])
-    return float(line.equivalent.moment(at)[0] + a * max(d - float(line.equivalent.g(at)[0]), 0.0))
 
 
 def _loop_integrals(

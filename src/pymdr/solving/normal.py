@@ -35,7 +35,7 @@ from pymdr.problem.schedule import Planned, Stretch, planned
 from pymdr.result import Result, Status
 from pymdr.rows import taken
 from pymdr.solving.reach import Mapped, assumptions, g_samples, map_remark, map_to_line, refuse_unreachable
-from pymdr.solving.walk import Channels, Task, Told, channels_at, solution, walk, with_travel
+from pymdr.solving.walk import Channels, Task, Told, Walked, channels_at, solution, walk, with_travel
 from pymdr.units import FloatArray, newtons
 
 
@@ -51,7 +51,7 @@ def solve_normal(task: Task) -> Result:
     check_normal_path(task.path)
     mapped = map_to_line(task.contact)
     walked = walk(task, None, partial(_step, task, mapped.line))
-    return _interpret(task, mapped, walked.rows)
+    return _interpret(task, mapped, walked)
 
 
 def _step(
@@ -104,8 +104,9 @@ def refuse_tension(leg: Planned, force: FloatArray) -> None:
         )
 
 
-def _interpret(task: Task, mapped: Mapped, rows: _Rows) -> Result:
+def _interpret(task: Task, mapped: Mapped, walked: Walked[_Rows]) -> Result:
     """Step 3: quantities, claims and assumptions of every row."""
+    rows = walked.rows
     line, states = mapped.line, rows.states
     force = np.where(np.isfinite(rows.prescribed), rows.prescribed, normal_force(line, states))
     claims, disk = _claims(task.contact, line, rows)
@@ -124,6 +125,7 @@ def _interpret(task: Task, mapped: Mapped, rows: _Rows) -> Result:
         claims["travel"] = claims["normal_force"]
     return solution(
         task,
+        walked,
         with_travel(task, columns),
         claims,
         assumptions=assumptions(task.contact, mapped, states.contact_radius),

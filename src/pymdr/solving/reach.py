@@ -36,11 +36,12 @@ def map_to_line(contact: Contact) -> Mapped:
     return Mapped(
         ElasticLine(equivalent_profile(contact.profile, moduli.exponent), moduli.normal),
         moduli,
-        _notes(contact.profile),
+        notes_of(contact.profile),
     )
 
 
-def _notes(profile: Profile) -> tuple[str, ...]:
+def notes_of(profile: Profile) -> tuple[str, ...]:
+    """What was done to a profile before it was mapped, in words."""
     parts = profile.parts if isinstance(profile, Sum) else (profile,)
     curves = tuple(f"the profile is {part.curve_in_words}" for part in parts if isinstance(part, Sampled))
     offsets = tuple(

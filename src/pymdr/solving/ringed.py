@@ -48,10 +48,12 @@ def solve_by_rings(task: Task) -> Result:
             f"solve: the rings know homogeneous half-spaces only, and the bodies are graded (exponent {exponent:g}); "
             "leave solver=Rings() out"
         )
-    columns = walk(task, None, partial(_step, contact, rings)).rows
+    walked = walk(task, None, partial(_step, contact, rings))
+    columns = walked.rows
     mapped = map_to_line(contact)
     return solution(
         task,
+        walked,
         columns,
         ring_claims(rings.n, columns["indentation"].size),
         assumptions=assumptions(contact, mapped, columns["contact_radius"]),

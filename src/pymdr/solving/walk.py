@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Generic, TypeVar
+from typing import Any, Generic, TypeVar
 
 import numpy as np
 
@@ -14,7 +14,7 @@ from pymdr.independent.rings import Rings
 from pymdr.interpretation.validity import BODY_SOURCES, Assumption, Claim
 from pymdr.problem.contact import Contact
 from pymdr.problem.paths import LoadingPath, Path
-from pymdr.problem.schedule import Progress, Stretch, planned, times, total_rows
+from pymdr.problem.schedule import Progress, Stretch, planned, total_rows
 from pymdr.result import Reading, Result, Status, labelled
 from pymdr.rows import joined, taken
 from pymdr.units import FloatArray
@@ -57,6 +57,8 @@ class Walked(Generic[Rows]):
     """Those of all legs, one after the other."""
     starts: tuple[Channels, ...]
     """Where every channel was at the start of each leg."""
+    time: FloatArray | None
+    """Time of every row of the path in s, if it states it."""
 
 
 def walk(task: Task, start: State, step: Step[State, Rows]) -> Walked[Rows]:
@@ -86,19 +88,24 @@ def walk(task: Task, start: State, step: Step[State, Rows]) -> Walked[Rows]:
     state, here = start, dict[str, float]()
     rows: list[Rows] = []
     starts: list[Channels] = []
+    times: list[FloatArray] = []
+    now = 0.0
     total = total_rows(task.path)
     for leg in planned(task.path):
         starts.append(here)
         with leg.named():
-            asked = leg.stretch(here)
+            asked = leg.stretch(here, now)
             _refuse_from_nowhere(asked)
             told, kept = _told(task, leg.first, total), within(task.keep, leg.first, leg.size)
             found, state, channels = step(state, asked, kept, told)
         rows.append(found)
+        if asked.time is not None:
+            times.append(asked.time)
+            now = float(asked.time[-1])
         here = {**channels, **asked.end}
         if task.progress is not None:
             task.progress(leg.first + leg.size, total)
-    return Walked(joined(rows), tuple(starts))
+    return Walked(joined(rows), tuple(starts), np.concatenate(times) if times else None)
 
 
 def _refuse_from_nowhere(asked: Stretch) -> None:
@@ -135,6 +142,7 @@ def with_travel(task: Task, columns: Mapping[str, FloatArray]) -> dict[str, Floa
 
 def solution(
     task: Task,
+    walked: Walked[Any],
     columns: Mapping[str, FloatArray],
     claims: Mapping[str, Claim],
     *,
@@ -150,9 +158,8 @@ def solution(
         for name, values in columns.items()
         if claims[name].readable
     }
-    time = times(task.path)
-    if time is not None:
-        valid = {"time": taken(time, task.keep), **valid}
+    if walked.time is not None:
+        valid = {"time": taken(walked.time, task.keep), **valid}
     return Result(
         contact=task.contact,
         path=task.path,

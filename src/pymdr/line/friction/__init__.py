@@ -12,6 +12,7 @@ row; a row that cannot be followed ends the run, leaves NaN behind and is named 
 """
 
 from pymdr.line.friction.closed_forms import cattaneo_mindlin, loop_energy, shift_ratio_at
+from pymdr.line.friction.collisions import Sideways, follow_collision
 from pymdr.line.friction.curves import ElasticCurves, curves_of, power_law_curves, tabulated_curves
 from pymdr.line.friction.driver import depths_at_force, evaluate
 from pymdr.line.friction.histories import (
@@ -39,12 +40,14 @@ __all__ = [
     "FrictionLeg",
     "FrictionState",
     "Replay",
+    "Sideways",
     "SpringHistory",
     "Superposition",
     "cattaneo_mindlin",
     "curves_of",
     "depths_at_force",
     "evaluate",
+    "follow_collision",
     "follow_displacements",
     "follow_forces",
     "follow_indentation_with_force",

@@ -29,7 +29,7 @@ class Control(Enum):
     """(F_N, F_x)"""
 
 
-_ENDINGS = (Ending.COMPLETE, Ending.NOT_FINITE, Ending.NOT_ATTAINABLE, Ending.TOO_DEEP)
+ENDINGS = (Ending.COMPLETE, Ending.NOT_FINITE, Ending.NOT_ATTAINABLE, Ending.TOO_DEEP)
 _FULL = 4
 _MOST_HELD = 4_000_000
 """Vertices that all checkpoints of a run may hold together."""
@@ -266,7 +266,7 @@ class _Stack(_Run):
                 larger[: self.stack.size] = self.stack
                 self.stack = larger
             else:
-                self.ending = _ENDINGS[code]
+                self.ending = ENDINGS[code]
 
     @property
     def vertices(self) -> int:

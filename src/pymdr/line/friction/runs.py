@@ -122,6 +122,59 @@ def run_displacements(
     return code, j, column
 
 
+@compiled
+def run_collision(
+    line: FloatArray,
+    stack: Any,
+    indentation: FloatArray,
+    time: FloatArray,
+    scales: tuple[float, float, float],
+    motion: tuple[float, float],
+    out: FloatArray,
+) -> int:
+    """
+    Follow the shift of a mass under its own friction while the indentation is given, by velocity Verlet.
+
+    `motion` is the mass and the velocity at the first row. Writes force, stick radius, stored energy, slip work, shift
+    and velocity of every row; returns the ending.
+    """
+    line, stack, out = borrowed(line), borrowed(stack), borrowed(out)
+    to_force, to_energy, to_shift = scales
+    mass, speed = motion
+    per_shift = 1.0 / to_shift
+    limit = line[0, REACH] * (1.0 + 1e-14)
+    base(stack, 0.0)
+    depth = v = x = total = carry = force = 0.0
+    low, high = -math.inf, math.inf
+    m = 0
+    out[:, 0] = 0.0
+    out[5, 0] = speed
+    for j in range(1, indentation.size):
+        d, h = indentation[j], time[j] - time[j - 1]
+        if d > limit:
+            return TOO_DEEP
+        if m > stack.shape[0] - 4:
+            return STACK_FULL
+        speed -= 0.5 * h * force / mass
+        x += h * speed
+        v1 = x * per_shift
+        m, low, high, work, _ = go(line, stack, m, low, high, (depth, v), d, v1)
+        depth, v = d, v1
+        term = work - carry  # Kahan's summation
+        summed = total + term
+        carry = (summed - total) - term
+        total = summed
+        record(stack, m, out, j)
+        force = to_force * out[0, j]
+        speed -= 0.5 * h * force / mass
+        out[0, j] = force
+        out[2, j] *= to_energy
+        out[3, j] = to_energy * total
+        out[4, j] = x
+        out[5, j] = speed
+    return COMPLETE
+
+
 @inlined
 def keep_register(
     register: FloatArray,

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from pymdr.errors import ConvergenceError
 from pymdr.mapping import abel
 from pymdr.mapping.kernels import arc_above
-from pymdr.mapping.series import Place, Position, as_place, rounded
+from pymdr.mapping.series import BoolArray, Place, Position, as_place, rounded
 from pymdr.units import FloatArray
 
 
@@ -84,6 +84,10 @@ class EquivalentProfile(ABC):
     def slope_error(self, x: Position) -> FloatArray:
         """Largest relative error of g' anywhere up to x, which integrals over a contact feel."""
         return np.zeros(np.shape(rounded(x)))
+
+    def place_error(self, place: Place, of_moment: BoolArray) -> FloatArray:
+        """How far off in m places may lie at which g, or the moment, has its value there, from all their errors allow."""
+        return np.zeros(np.shape(place.x))
 
     def kinks(self, top: float) -> tuple[float, ...]:
         """Places in m up to `top` to whose right g is not smooth."""

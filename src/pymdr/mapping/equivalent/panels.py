@@ -17,6 +17,7 @@ from pymdr.mapping.equivalent.searching import Search, never_rises
 from pymdr.mapping.images import CURVES, Image, joined_images, map_panels, rooted_copy
 from pymdr.mapping.kernels import GradedCharges, power_shares, root_order
 from pymdr.mapping.series import (
+    BoolArray,
     IndexArray,
     Panels,
     Place,
@@ -28,7 +29,7 @@ from pymdr.mapping.series import (
     evaluate,
     joined,
 )
-from pymdr.mapping.slopes import ABOVE_TAIL, ResolvedSlope, SlopeSource, anchored
+from pymdr.mapping.slopes import ABOVE_TAIL, PROBED, ResolvedSlope, SlopeSource, anchored
 from pymdr.problem.profiles import Interpolated
 from pymdr.units import FloatArray, metres
 
@@ -46,6 +47,9 @@ _ROUNDED = 1e-11
 """Part of a value below which steps of Newton's method may be nothing but rounding."""
 _SAVED = 2.0**-60
 """How far inward, in radii that are asked for, the panels of a saved profile go."""
+_TRUSTED = 10.0
+"""How many times its error a value is off at most."""
+_WIDER = 2.0**0.25
 _SEARCHED = 2.0**10
 """How far, in contact radii, a profile without a reach is searched for another contact."""
 
@@ -168,9 +172,10 @@ class PanelLine(EquivalentProfile):
             panels = self._panels(self._begin, None, stop)
             image = map_panels(self._charges, panels, self._tail_squared(self._begin))
             self._image = image if settled is None else joined_images(image, settled)
-        if slope.front > self.front:
-            last = self._image.panels
-            place = (float(last.base[-1]), float(last.high[-1]))
+        last = self._image.panels
+        place = (float(last.base[-1]), float(last.high[-1]))
+        # the sum of the two may round to less than the breakpoint at which the last panel ends
+        if slope.front - place[0] > place[1]:
             fresh = map_panels(
                 self._charges, self._panels(self.front, place, slope.front), self._image.end_squared
             )
@@ -301,7 +306,8 @@ class PanelLine(EquivalentProfile):
             flat = Place(
                 np.ravel(np.broadcast_to(place.base, place.x.shape))[known], np.ravel(place.offset)[known]
             )
-            answer[known] = self._errors(self._map_over(flat), flat)
+            image = self._map_over(flat)
+            answer[known] = self._errors(image, *image.panels.locate(flat))
         return answer.reshape(*np.shape(place.x), 4)
 
     def slope_error(self, x: Position) -> FloatArray:
@@ -317,9 +323,8 @@ class PanelLine(EquivalentProfile):
             answer[known] = np.maximum.accumulate(image.error[:, 1])[index]
         return answer
 
-    def _errors(self, image: Image, place: Place) -> FloatArray:
-        """Errors of panels, as much larger as their curves are smaller at the places."""
-        index, offset = image.panels.locate(place)
+    def _errors(self, image: Image, index: IndexArray, offset: FloatArray) -> FloatArray:
+        """Errors of panels, as much larger as their curves are smaller at offsets in them."""
         errors = image.error[index].copy()
         u = image.panels.variable(index, offset)
         for k, name in enumerate(("g", "slope", "moment", "squared")):
@@ -348,6 +353,38 @@ class PanelLine(EquivalentProfile):
             )
             shifted = np.where(place[:, None] > 0.0, place[:, None] * rates, 0.0)
         return np.asarray(spread[:, None] * np.array([1.0, 1.0, 1.0, 2.0]) + np.nan_to_num(shifted))
+
+    def place_error(self, place: Place, of_moment: BoolArray) -> FloatArray:
+        """How far off in m places may lie at which g, or the moment, has its value there, from all their errors allow."""
+        answer = np.zeros(place.x.shape)
+        for k, which in ((0, "g"), (2, "moment")):
+            rows = np.flatnonzero((of_moment == (which == "moment")) & (place.x < self._end))
+            if rows.size:
+                answer[rows] = self._away(place.take(rows), which, k) / _TRUSTED
+        return answer
+
+    def _away(self, place: Place, which: str, k: int) -> FloatArray:
+        """Distances in m within which a curve surely takes the values that it seems to take at places."""
+        last = float(place.x.max())
+        wanted = getattr(self, which)(place)
+        top = last
+        while True:
+            image = self.map_to(top)
+            panels = image.panels
+            offset = panels.offsets(PROBED)
+            base = np.broadcast_to(panels.base[:, None], offset.shape)
+            probes = Place(base.ravel(), offset.ravel())
+            index = np.repeat(np.arange(panels.count), PROBED.size)
+            values = evaluate(panels, image.curve(which), index, probes.offset)
+            wide = _TRUSTED * self._errors(image, index, probes.offset)[:, k] * np.abs(values)
+            # distances of probes from places keep the digits of the offsets
+            distance = (probes.base - place.base[:, None]) + (probes.offset - place.offset[:, None])
+            above = np.where((distance >= 0.0) & (values - wide >= wanted[:, None]), distance, math.inf)
+            below = np.where((distance <= 0.0) & (values + wide <= wanted[:, None]), -distance, math.inf)
+            outward, inward = above.min(axis=1), np.minimum(below.min(axis=1), place.x)
+            if np.isfinite(outward).all() or top >= min(2.0 * last, self._end):
+                return np.asarray(np.maximum(outward, inward))
+            top = min(top * _WIDER, self._end)
 
     # -- inverses ---------------------------------------------------------------------------------
 

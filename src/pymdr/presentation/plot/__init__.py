@@ -7,8 +7,9 @@ be restyled afterwards.
 from pymdr.presentation.plot.adhesion import adhesive_figures, adhesive_overview
 from pymdr.presentation.plot.compared import compared_pressures, compared_tractions
 from pymdr.presentation.plot.friction import frictional_figures, frictional_overview
+from pymdr.presentation.plot.memory import memory_figures, memory_overview
 from pymdr.presentation.plot.shared import FigureData, Plots
-from pymdr.presentation.plot.studies import compared_laws, loop_study
+from pymdr.presentation.plot.studies import compared_laws, impact_figure, loop_study, rolling_study
 from pymdr.presentation.plot.whole import normal_figures, normal_overview
 
 __all__ = [
@@ -21,7 +22,11 @@ __all__ = [
     "compared_tractions",
     "frictional_figures",
     "frictional_overview",
+    "impact_figure",
     "loop_study",
+    "memory_figures",
+    "memory_overview",
     "normal_figures",
     "normal_overview",
+    "rolling_study",
 ]

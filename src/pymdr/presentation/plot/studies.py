@@ -11,6 +11,7 @@ from pymdr.presentation.plot.shared import (
     BLUE,
     GREEN,
     GREY,
+    LIGHT,
     MARKED_ROWS,
     ORANGE,
     axis_label,
@@ -24,7 +25,7 @@ from pymdr.presentation.plot.shared import (
     typeset,
     without_peaks,
 )
-from pymdr.quantities import RADIUS
+from pymdr.quantities import QUANTITIES, RADIUS
 from pymdr.units import FloatArray, from_si, good_unit
 
 if TYPE_CHECKING:
@@ -95,6 +96,68 @@ def loop_study(studies: Sequence[tuple[float | None, xr.Dataset]]) -> Figure:
                 axes.legend(fontsize=8)
         letter_panels(figure)
     return figure
+
+
+def impact_figure(data: xr.Dataset, friction: float | None) -> Figure:
+    """
+    Force and contact radius of an impact against time, and the force against the indentation.
+
+    Parameters
+    ----------
+    data : xarray.Dataset
+        Over ``step``: ``time``, ``indentation``, ``normal_force`` and ``contact_radius``; where bodies move sideways
+        against friction also ``tangential_force`` and ``stick_radius``.
+    friction : float or None
+        Coefficient of friction.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    with styled():
+        names = ["time", "indentation", "normal_force", "contact_radius"]
+        sideways = "tangential_force" in data
+        units = {name: good_unit(data[name].values, QUANTITIES[name].unit) for name in names}
+        shown = {name: scaled(data[name].values, name, unit) for name, unit in units.items()}
+        figure = new_figure(11.4 if sideways else 7.6, 3.4)
+        panels = figure.subplots(1, 3 if sideways else 2)
+        first, second = panels[0], panels[1]
+        first.plot(shown["time"], shown["normal_force"], color=BLUE, lw=1.5)
+        first.set_xlabel(axis_label("time", units["time"]))
+        first.set_ylabel(axis_label("normal_force", units["normal_force"]), color=BLUE)
+        draw_zero(first)
+        radius = first.twinx()
+        radius.plot(shown["time"], shown["contact_radius"], color=ORANGE, lw=1.2, ls="--")
+        radius.set_ylabel(axis_label("contact_radius", units["contact_radius"]), color=ORANGE)
+        radius.set_ylim(bottom=0.0)
+        second.plot(shown["indentation"], shown["normal_force"], color=BLUE, lw=1.5)
+        second.set_xlabel(axis_label("indentation", units["indentation"]))
+        second.set_ylabel(axis_label("normal_force", units["normal_force"]))
+        draw_zero(second)
+        if sideways:
+            _draw_sideways(panels[2], data, shown["time"], units["time"], friction)
+        letter_panels(figure)
+    return figure
+
+
+def _draw_sideways(
+    axes: Axes, data: xr.Dataset, time: FloatArray, time_unit: str, friction: float | None
+) -> None:
+    """The tangential force between Coulomb's limits, shaded where a part of the contact sticks."""
+    unit = good_unit(data["tangential_force"].values, "N")
+    force = scaled(data["tangential_force"].values, "tangential_force", unit)
+    limit = (friction or 0.0) * scaled(data["normal_force"].values, "normal_force", unit)
+    axes.fill_between(
+        time, -limit, limit, where=data["stick_radius"].values > 0.0, color=LIGHT, lw=0, label="part sticks"
+    )
+    for sign in (-1.0, 1.0):
+        label = "$\\pm\\mu F_N$" if sign > 0.0 else None
+        axes.plot(time, sign * limit, color=GREY, lw=0.8, ls=":", label=label)
+    axes.plot(time, force, color=GREEN, lw=1.5)
+    axes.set_xlabel(axis_label("time", time_unit))
+    axes.set_ylabel(axis_label("tangential_force", unit))
+    draw_zero(axes)
+    legend_above(axes)
 
 
 def compared_laws(
@@ -177,3 +240,97 @@ def _draw_cubic(axes: Axes, x: FloatArray, y: FloatArray, slides: FloatArray) ->
         axes.plot(
             ends, y[first] * (ends / ends[0]) ** 3, color=GREY, lw=1.0, ls="--", label="cube of the amplitude"
         )
+
+
+_CREEP_LAWS = {"plain": ("springs of the method", BLUE), "calibrated": ("with Kalker's slope", ORANGE)}
+_MOST_LOADS = 5
+
+
+def rolling_study(data: xr.Dataset, curves: xr.Dataset, springs: xr.Dataset | None) -> Figure:
+    """
+    Creep force against creepage by several laws, and the load along the line below its cap, or the force along a path.
+
+    Parameters
+    ----------
+    data : xarray.Dataset
+        ``creep_force`` (N) over ``creepage``, or over ``distance`` (m).
+    curves : xarray.Dataset
+        ``creep_force`` (N) over ``law`` and ``creepage``, with the ``limit`` of friction in N.
+    springs : xarray.Dataset or None
+        ``line_load`` (N/m) over ``creepage`` and ``x`` (m), and ``cap``; None along a path.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    with styled():
+        figure = new_figure(9.6, 4.0)
+        left, right = figure.subplots(1, 2)
+        limit = float(curves.attrs["limit"])
+        unit = good_unit(np.array([limit]), "N")
+        forces = curves["creep_force"].values
+        for law, one in zip(curves["law"].values, forces, strict=True):
+            words, colour = _CREEP_LAWS[str(law)]
+            left.plot(
+                curves["creepage"].values,
+                scaled(one, "tangential_force", unit),
+                color=colour,
+                lw=1.5,
+                label=words,
+            )
+        left.axhline(
+            float(scaled(np.array(limit), "tangential_force", unit)),
+            color=GREY,
+            lw=1.0,
+            ls=":",
+            label=r"$\mu F_N$",
+        )
+        left.set_xlabel(r"creepage $\zeta$")
+        left.set_ylabel(f"creep force $F_x$ ({unit})")
+        left.set_xlim(0.0, float(curves["creepage"][-1]))
+        left.set_ylim(bottom=0.0)
+        if springs is None:
+            x = data["distance"].values
+            x_unit = good_unit(x, "m")
+            right.plot(
+                lengths(x, x_unit),
+                scaled(data["creep_force"].values, "tangential_force", unit),
+                "o-",
+                ms=3,
+                color=BLUE,
+            )
+            right.set_xlabel(f"distance rolled ({x_unit})")
+            right.set_ylabel(f"creep force $F_x$ ({unit})")
+            draw_zero(right)
+        else:
+            zeta = data["creepage"].values
+            few = "o" if zeta.size <= MARKED_ROWS else "."
+            colour = _CREEP_LAWS[str(data.attrs["law"])][1]
+            left.plot(
+                np.abs(zeta),
+                np.abs(scaled(data["creep_force"].values, "tangential_force", unit)),
+                few,
+                ms=4,
+                color=colour,
+            )
+            _draw_springs(right, springs)
+            legend_above(right)
+        legend_above(left)
+        letter_panels(figure)
+    return figure
+
+
+def _draw_springs(axes: Axes, springs: xr.Dataset) -> None:
+    x, cap = springs["x"].values, springs["cap"].values
+    x_unit, unit = good_unit(x, "m"), good_unit(cap, "N/m")
+    place = lengths(x, x_unit)
+    signs = [sign for sign in (1.0, -1.0) if np.any(sign * springs["line_load"].values > 0.0)] or [1.0]
+    for sign, label in zip(signs, (r"$\mu E^* (d - g)$", None), strict=False):
+        limit = sign * np.asarray(from_si(cap, "N/m", unit))
+        axes.plot(place, limit, color=GREY, lw=1.0, ls="--", zorder=3, label=label)
+    rows = np.unique(np.linspace(0, springs.sizes["creepage"] - 1, _MOST_LOADS).round().astype(int))
+    for i, row in enumerate(rows):
+        zeta, q = float(springs["creepage"][row]), springs["line_load"].values[row]
+        axes.plot(place, from_si(q, "N/m", unit), color=f"C{i}", lw=1.5, label=rf"$\zeta$ = {zeta:.3g}")
+    axes.set_xlabel(f"position on the line $x$ ({x_unit}), rolling to the right")
+    axes.set_ylabel(f"line load $q$ ({unit})")

@@ -1,0 +1,33 @@
+"""
+Creep curve of a rolling ball
+=============================
+
+A driven ball rolls a little slower than its surface turns. Friction carries the difference, the creepage: at first the
+contact sticks nearly everywhere and the force grows with the creepage, then slip spreads from the trailing edge until
+the ball skids at the limit of Coulomb.
+"""
+
+import numpy as np
+
+import pymdr as mdr
+
+steel = mdr.Elastic(young="210 GPa", poisson=0.3)
+ball = mdr.Contact(mdr.Paraboloid("10 mm"), steel, steel, friction=mdr.Coulomb(0.3))
+
+creep = mdr.rolling(ball, [1e-3, 2e-3, 4e-3, 8e-3], normal_force="100 N", law="calibrated")
+print(creep)
+figure = creep.plot()
+
+# %%
+# How much creepage carries half of the largest force? The springs of the method are too soft by 45 % and ask for
+# too much; with Kalker's slope 20.6 % of the saturation suffice, since :math:`1 - (1 - \xi)^3 = 1/2`.
+half = (1 - 0.5 ** (1 / 3)) * float(creep["saturation_creepage"])
+at_half = mdr.rolling(ball, half, normal_force="100 N", law="calibrated")["creep_force"]
+assert abs(float(at_half[0]) / (0.3 * 100) - 0.5) < 1e-12
+
+# %%
+# A brake that is applied from one moment to the next works after the contact has rolled through its own length:
+length = 2 * creep.data.attrs["contact_radius"]
+ways = np.linspace(0.05, 1.5, 30) * length
+braked = mdr.rolling(ball, np.full(30, -2e-3), normal_force="100 N", path=ways)
+print(braked["creep_force"].values / braked["creep_force"].values[-1])

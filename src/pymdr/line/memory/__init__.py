@@ -1,0 +1,30 @@
+"""Contacts that remember: linear viscoelastic bodies whose moduli all relax by one function."""
+
+from pymdr.line.memory.histories import (
+    MemoryHistory,
+    MemoryState,
+    follow_loads,
+    follow_springs,
+    follow_travels,
+    line_state,
+    virgin,
+)
+from pymdr.line.memory.springs import Springs, springs_to
+from pymdr.line.memory.ting import Rows, creep, ting
+from pymdr.mapping.relaxation import Relaxation
+
+__all__ = [
+    "MemoryHistory",
+    "MemoryState",
+    "Relaxation",
+    "Rows",
+    "Springs",
+    "creep",
+    "follow_loads",
+    "follow_springs",
+    "follow_travels",
+    "line_state",
+    "springs_to",
+    "ting",
+    "virgin",
+]

@@ -1,0 +1,375 @@
+"""Histories of springs with memory."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from pymdr.errors import PathError
+from pymdr.line.curves import Curve
+from pymdr.line.foundation import states_at_depth
+from pymdr.line.memory.modes import Modes, modes_of
+from pymdr.line.memory.springs import Springs, extended, springs_to
+from pymdr.mapping.relaxation import Relaxation
+from pymdr.units import FloatArray, newtons
+
+
+@dataclass(frozen=True, eq=False)
+class MemoryState:
+    """What a contact remembers after a row: all that a later row needs."""
+
+    time: float
+    """In s."""
+    indentation: float
+    """d in m."""
+    springs: Springs | None
+    """The springs; None before the first contact is asked for."""
+    deflection: FloatArray
+    """(n,) w in m."""
+    branches: FloatArray
+    """(n, k) forces h of the Maxwell branches per length of the line and side, q = E_inf w + sum h, in Pa m."""
+    free: FloatArray
+    """(n,) 1 where a spring is free, 0 in contact."""
+    work: float = 0.0
+    """Work of the indentation so far in J."""
+    dissipated: float = 0.0
+    """Energy dissipated so far in J."""
+
+
+class MemoryHistory(NamedTuple):
+    """One entry per row, and the state after the last one."""
+
+    indentation: FloatArray
+    """d in m."""
+    force: FloatArray
+    """F in N."""
+    contact_radius: FloatArray
+    """a in m; 0 without contact."""
+    stored: FloatArray
+    """Energy of all springs of all branches in J."""
+    dissipated: FloatArray
+    """Energy of all dashpots so far in J."""
+    work: FloatArray
+    """Work of the indentation on the springs so far in J."""
+    disk: np.ndarray
+    """Whether the springs in contact are those of a disk."""
+    state: MemoryState
+
+
+def virgin(time: float = 0.0, indentation: float = 0.0) -> MemoryState:
+    """The state of bodies that have not touched."""
+    none = np.zeros(0)
+    return MemoryState(time, indentation, None, none, np.zeros((0, 0)), none)
+
+
+def line_state(state: MemoryState, relaxation: Relaxation) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """
+    The line after a row: x in m, w in m and q per length in Pa m, which is 0 outside the contact.
+
+    A dashpot adds its viscosity times the speed of the indentation to q in the contact.
+    """
+    if state.springs is None:
+        none = np.zeros(0)
+        return none, none, none
+    q = relaxation.equilibrium * state.deflection + state.branches.sum(axis=1)
+    return state.springs.position, state.deflection, np.where(state.free != 0.0, 0.0, q)
+
+
+def follow_springs(
+    curve: Curve,
+    relaxation: Relaxation,
+    time: ArrayLike,
+    depth: ArrayLike,
+    state: MemoryState | None = None,
+    *,
+    n: int = 1000,
+) -> MemoryHistory:
+    """
+    Follow indentations that are straight in time between the rows.
+
+    A spring in contact has w = d - d0 and q = int E*(t - s) dw; a free one has q = 0. It parts where its force would
+    pull and is touched again where the indentation overtakes it as it creeps back. Exact in time for every spring.
+
+    Parameters
+    ----------
+    curve : Curve
+        Per unit modulus: ``ElasticLine(equivalent, 1.0)`` for half-spaces. Its d0 has to rise.
+    relaxation : Relaxation
+        E*(t).
+    time, depth : array_like, shape (m,)
+        t in s, not falling, and d in m. A row at the time of the one before is a sudden move.
+    state : MemoryState, optional
+        Where to go on. Without it the bodies just touch, or are apart, at the first time.
+    n : int
+        Springs in the largest contact; of the path, or of its first leg.
+
+    Returns
+    -------
+    MemoryHistory
+        Forces err as 1/n^2, and so does the radius: the smooth d0 + w of the free springs is continued to the edge.
+
+    Raises
+    ------
+    PathError
+        If the times fall, a value is not finite, or a dashpot is moved suddenly.
+    ConvergenceError
+        If the curve ends before the depth.
+
+    Notes
+    -----
+    Lee and Radok (1960), Ting (1966), Popov and Hess (2015), chapter 8.
+
+    Examples
+    --------
+    >>> from pymdr.line.curves import ElasticLine
+    >>> from pymdr.mapping.equivalent import equivalent_profile
+    >>> from pymdr.problem.profiles import Paraboloid
+    >>> line = ElasticLine(equivalent_profile(Paraboloid(1.0)), 1.0)
+    >>> maxwell = Relaxation(0.0, np.array([4.0]), np.array([0.4]))
+    >>> follow_springs(line, maxwell, [0.0, 0.9], [0.0, 0.36]).force.round(5).tolist()
+    [0.0, 0.54874]
+    """
+    d = np.asarray(depth, dtype=float)
+    return _follow(curve, relaxation, time, d, math.inf, state, n, float(np.max(d, initial=0.0)))
+
+
+def follow_loads(
+    curve: Curve,
+    relaxation: Relaxation,
+    time: ArrayLike,
+    force: ArrayLike,
+    state: MemoryState | None = None,
+    *,
+    n: int = 1000,
+) -> MemoryHistory:
+    """
+    Follow forces; the indentation is straight in time between the rows, which errs as the square of their distance.
+
+    Parameters are those of :func:`follow_springs`, with forces in N, not below 0. A force of 0 ends at the largest
+    indentation that needs none.
+    """
+    load = np.asarray(force, dtype=float)
+    for wrong in load[load < 0.0]:
+        raise PathError(f"a force of {newtons(wrong)} pulls: bodies without adhesion part at 0 N")
+    most = float(np.max(load, initial=0.0))
+    return _follow(
+        curve, relaxation, time, load, 0.0, state, n, _depth_of(curve, most / _softest(relaxation))
+    )
+
+
+def follow_travels(
+    curve: Curve,
+    relaxation: Relaxation,
+    time: ArrayLike,
+    travel: ArrayLike,
+    machine_stiffness: float,
+    state: MemoryState | None = None,
+    *,
+    n: int = 1000,
+) -> MemoryHistory:
+    """Follow travels d + F/k of a machine of the stiffness k in N/m, above 0; otherwise as :func:`follow_loads`."""
+    moved = np.asarray(travel, dtype=float)
+    if machine_stiffness == math.inf:
+        return follow_springs(curve, relaxation, time, moved, state, n=n)
+    return _follow(
+        curve,
+        relaxation,
+        time,
+        machine_stiffness * moved,
+        machine_stiffness,
+        state,
+        n,
+        float(np.max(moved, initial=0.0)),
+    )
+
+
+def _softest(relaxation: Relaxation) -> float:
+    """A modulus for a first guess of how deep a force goes."""
+    return relaxation.glassy or 1.0
+
+
+def _depth_of(curve: Curve, per_modulus: float) -> float:
+    if per_modulus == 0.0:
+        return 0.0
+    radius = curve.place_of_force(np.array([per_modulus]))
+    return float(curve.depth(radius)[0])
+
+
+def _follow(
+    curve: Curve,
+    relaxation: Relaxation,
+    time: ArrayLike,
+    target: FloatArray,
+    machine: float,
+    state: MemoryState | None,
+    n: int,
+    deepest: float,
+) -> MemoryHistory:
+    from pymdr.compiling import patient
+    from pymdr.line.memory import kernels
+
+    t = np.asarray(time, dtype=float)
+    if t.shape != target.shape or t.ndim != 1 or t.size == 0:
+        raise PathError(
+            f"times of shape {t.shape} for rows of shape {target.shape}: one of both for every row"
+        )
+    if not (np.isfinite(t).all() and np.isfinite(target).all()):
+        raise PathError("a row is not finite")
+    if state is None:
+        state = virgin(float(t[0]), min(float(target[0]), 0.0) if math.isinf(machine) else 0.0)
+    waits = np.diff(t, prepend=state.time)
+    if waits.min() < 0.0:
+        at = int(np.argmin(waits))
+        raise PathError(
+            f"the time of row {at} is {-waits[at]:g} s before the one before it: times must not fall"
+        )
+    if relaxation.viscosity > 0.0:
+        _refuse_jumps(state, waits, target, machine)
+    springs = state.springs
+    if springs is None:
+        if deepest <= 0.0 and machine != 0.0:
+            return _apart(state, t, target, machine)
+        springs = springs_to(curve, deepest if deepest > 0.0 else _depth_of(curve, 1.0), n)
+    elif math.isinf(machine):
+        springs = extended(curve, springs, deepest)
+    modes = modes_of(relaxation)
+    rows, depths = np.zeros((t.size, kernels.COLUMNS)), np.zeros(t.size)
+    radius = np.zeros(t.size)
+    begin = np.array([state.time, state.indentation])
+    w, z, free = _unpacked(state, springs, relaxation, modes)
+    done, work, lost = 0, state.work, state.dissipated
+    while True:
+        table = np.stack([springs.height, springs.share, springs.centre, springs.outer])
+        followed = done + patient(kernels.run)(
+            table,
+            np.array([relaxation.equilibrium, relaxation.viscosity]),
+            relaxation.moduli.copy(),
+            relaxation.times.copy(),
+            modes.rates,
+            modes.reach,
+            modes.to_modes,
+            modes.to_branches,
+            np.ascontiguousarray(t[done:]),
+            np.ascontiguousarray(target[done:]),
+            machine,
+            springs.limit,
+            begin,
+            w,
+            z,
+            free,
+            rows[done:],
+            depths[done:],
+        )
+        part = slice(done, followed)
+        radius[part] = _radii(curve, springs, rows[part], kernels.EDGE_DEPTH, kernels.LAST)
+        rows[part, kernels.WORK] += work
+        rows[part, kernels.LOST] += lost
+        if followed > done:
+            work, lost = rows[followed - 1, kernels.WORK], rows[followed - 1, kernels.LOST]
+        done = followed
+        if done == t.size:
+            break
+        springs = extended(curve, springs, 2.0 * springs.limit)
+        w, z, free = (_longer(values, springs.position.size) for values in (w, z, free))
+    end = MemoryState(
+        float(begin[0]),
+        float(begin[1]),
+        springs,
+        *_packed(w, z, free, relaxation, modes),
+        float(work),
+        float(lost),
+    )
+    return MemoryHistory(
+        depths,
+        rows[:, kernels.FORCE].copy(),
+        radius,
+        rows[:, kernels.STORED].copy(),
+        rows[:, kernels.LOST].copy(),
+        rows[:, kernels.WORK].copy(),
+        rows[:, kernels.COUNT] == rows[:, kernels.LAST] + 1.0,
+        end,
+    )
+
+
+def _refuse_jumps(state: MemoryState, waits: FloatArray, target: FloatArray, machine: float) -> None:
+    if math.isinf(machine):
+        before = np.concatenate([[state.indentation], target[:-1]])
+        sudden = (waits == 0.0) & (target != before) & (np.maximum(target, before) > 0.0)
+    else:
+        sudden = (waits == 0.0) & (target != np.concatenate([[0.0], target[:-1]]))
+    if sudden.any():
+        raise PathError(
+            f"row {int(np.argmax(sudden))} is a sudden move, which a dashpot answers with an infinite force: give it a duration"
+        )
+
+
+def _apart(state: MemoryState, t: FloatArray, target: FloatArray, machine: float) -> MemoryHistory:
+    none = np.zeros(t.size)
+    d = target.copy() if math.isinf(machine) else target / machine
+    end = replace(state, time=float(t[-1]), indentation=float(d[-1]))
+    return MemoryHistory(d, none, none, none, none, none, np.ones(t.size, dtype=bool), end)
+
+
+def _radii(curve: Curve, springs: Springs, rows: FloatArray, edge_depth: int, last: int) -> FloatArray:
+    """Radii at which d0 is the depth of the edge, between the last spring in contact and the first one that is not."""
+    outermost = rows[:, last].astype(int)
+    touched = outermost >= 0
+    radius = np.zeros(rows.shape[0])
+    if touched.any():
+        inner = springs.position[outermost[touched]]
+        beyond = outermost[touched] + 1
+        outer = np.append(springs.position, springs.border)[beyond]
+        depths = rows[touched, edge_depth]
+        radius[touched] = np.where(
+            beyond < springs.position.size,
+            np.clip(states_at_depth(curve, depths).contact_radius, inner, outer),
+            outer,
+        )
+    return radius
+
+
+def _unpacked(
+    state: MemoryState, springs: Springs, relaxation: Relaxation, modes: Modes
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Arrays of the kernel: w; branches of springs in contact, modes of free ones; whether free, and w less its modes."""
+    size, n = springs.position.size, relaxation.moduli.size
+    known = state.deflection.size
+    w, z, free = np.zeros(size), np.zeros((size, max(n, modes.rates.size))), np.zeros((2, size))
+    free[0] = 1.0
+    w[:known] = state.deflection
+    free[0, :known] = state.free
+    h = np.zeros((size, n))
+    if known:
+        h[:known] = state.branches
+    loose = free[0] != 0.0
+    z[~loose, :n] = h[~loose]
+    amplitudes = np.column_stack([h[loose], w[loose]]) @ modes.to_modes.T
+    z[loose, : modes.rates.size] = amplitudes
+    if relaxation.equilibrium == 0.0:
+        free[1, loose] = w[loose] - amplitudes @ modes.reach
+    return w, z, free
+
+
+def _packed(
+    w: FloatArray, z: FloatArray, free: FloatArray, relaxation: Relaxation, modes: Modes
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    n, loose = relaxation.moduli.size, free[0] != 0.0
+    h = z[:, :n].copy()
+    h[loose] = z[loose, : modes.rates.size] @ modes.to_branches.T
+    return w, h, free[0].copy()
+
+
+def _longer(values: FloatArray, size: int) -> FloatArray:
+    """Values of the kernel with those of springs that nothing has touched."""
+    if values.ndim == 2 and values.shape[0] == 2 and size != 2:
+        more = np.zeros((2, size))
+        more[0] = 1.0
+        more[:, : values.shape[1]] = values
+        return more
+    longer = np.zeros((size, *values.shape[1:]))
+    longer[: values.shape[0]] = values
+    return longer

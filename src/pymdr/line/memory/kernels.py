@@ -1,0 +1,434 @@
+"""Compiled steps of springs with memory. Imported only when a history is followed: it loads numba.
+
+A spring in contact keeps the forces h of its Maxwell branches, whose length w follows the indentation: exact for
+straight moves. A free one keeps the amplitudes of the modes in which it creeps back. Branches and modes are monotone
+within a step, so that the sum of their smaller ends bounds the force, or the gap, from below: where it is not above 0, and the
+force does not rise or fall throughout either, the step is halved, down to 2^-LEVELS of it, and the spring changes sides
+there. The first change is found whatever the step.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from pymdr.compiling import compiled
+from pymdr.units import FloatArray
+
+LEVELS = 40
+FULL = 1 << LEVELS
+_ROUNDING = 2e-15
+_CLOSE = 1e-13
+DECAY, MEAN, RAMP, OWN, CROSS, MOVED = range(6)
+"""Of a branch over a step x = s/tau, h -> DECAY h + E MEAN dw; work dw (MEAN h + E RAMP dw); its dissipation in units of
+1/E: OWN h^2 + 2 CROSS h E dw + MOVED (E dw)^2."""
+FORCE, RATE, STORED, LOST, WORK, EDGE_DEPTH, LAST, COUNT = range(8)
+"""Columns of a row; RATE is dF/dd, LAST the outermost spring in contact, COUNT how many are."""
+COLUMNS = 8
+HEIGHT, SHARE, CENTRE, OUTER = range(4)
+"""Rows of the springs: d0, dk, and k per unit modulus at the spring and at the outer end of its part."""
+
+
+@compiled
+def fill(
+    level: int, duration: float, times: FloatArray, rates: FloatArray, branch: FloatArray, mode: FloatArray
+) -> None:
+    """Coefficients of a step of duration / 2^level."""
+    s = duration * 2.0**-level
+    for j in range(times.size):
+        x = s / times[j]
+        c = -math.expm1(-x)
+        branch[level, j, DECAY] = 1.0 - c if x < 0.5 else math.exp(-x)
+        branch[level, j, MEAN] = c / x if x > 0.0 else 1.0
+        branch[level, j, OWN] = -0.5 * math.expm1(-2.0 * x)
+        branch[level, j, CROSS] = 0.5 * c * c / x if x > 0.0 else 0.0
+        if x > 0.3:
+            branch[level, j, RAMP] = (x - c) / (x * x)
+            branch[level, j, MOVED] = (x - c - 0.5 * c * c) / (x * x)
+        else:  # the differences above lose their digits
+            ramp, moved, term, power = 0.0, 0.0, 0.5, 2.0
+            for k in range(2, 16):
+                ramp += term
+                moved += term * (2.0 - power)
+                term *= -x / (k + 1)
+                power *= 2.0
+            branch[level, j, RAMP] = ramp
+            branch[level, j, MOVED] = moved
+    for k in range(rates.size):
+        mode[level, k, 0] = math.exp(-rates[k] * s)
+        mode[level, k, 1] = -0.5 * math.expm1(-2.0 * rates[k] * s)
+
+
+@compiled
+def step(
+    springs: FloatArray,
+    body: FloatArray,
+    moduli: FloatArray,
+    times: FloatArray,
+    rates: FloatArray,
+    reach: FloatArray,
+    to_modes: FloatArray,
+    to_branches: FloatArray,
+    start: float,
+    end: float,
+    duration: float,
+    active: int,
+    w_old: FloatArray,
+    z_old: FloatArray,
+    free_old: FloatArray,
+    w_new: FloatArray,
+    z_new: FloatArray,
+    free_new: FloatArray,
+    branch: FloatArray,
+    mode: FloatArray,
+    filled: int,
+    row: FloatArray,
+    cut: bool,
+) -> int:
+    """
+    Move all springs from one indentation straight to another; returns how many levels of the tables are filled.
+
+    `body` holds equilibrium and viscosity, `free` whether a spring is free and then w less its modes.
+    """
+    n, modes = moduli.size, rates.size
+    soft = 1.0 / moduli
+    equilibrium, viscosity = body[0], body[1]
+    move = end - start
+    drag = viscosity * move / duration if viscosity > 0.0 and move != 0.0 else 0.0
+    h = np.zeros(max(n, 1))
+    m = np.zeros(max(modes, 1))
+    ahead = np.zeros(max(n, modes, 1))
+    stored, lost, work, force, rate = 0.0, 0.0, 0.0, 0.0, 0.0
+    last, count = -1, 0
+    q_last, q_before = 0.0, 0.0
+    stiff = equilibrium + (viscosity / duration if viscosity > 0.0 and duration > 0.0 else 0.0)
+    if filled == 0:
+        fill(0, duration, times, rates, branch, mode)
+        filled = 1
+    for j in range(n):
+        stiff += moduli[j] * branch[0, j, MEAN]
+    for i in range(active):
+        y, share = springs[HEIGHT, i], springs[SHARE, i]
+        free = free_old[0, i] != 0.0
+        w, rest = w_old[i], free_old[1, i]
+        if free:
+            for k in range(modes):
+                m[k] = z_old[i, k]
+        else:
+            for j in range(n):
+                h[j] = z_old[i, j]
+        position, level, deepest, forced = 0, 0, LEVELS, False
+        my_lost, my_work = 0.0, 0.0
+        while position < FULL:
+            size = FULL >> level
+            if level >= filled:
+                fill(level, duration, times, rates, branch, mode)
+                filled = level + 1
+            part = size / FULL
+            depth = end if position + size == FULL else start + move * ((position + size) / FULL)
+            dw = move * part
+            if not free:
+                there = depth - y
+                low = equilibrium * min(w, there) + drag
+                scale = equilibrium * abs(w)
+                pushed, spent = 0.0, 0.0
+                for j in range(n):
+                    elastic = moduli[j] * dw
+                    next_h = branch[level, j, DECAY] * h[j] + branch[level, j, MEAN] * elastic
+                    ahead[j] = next_h
+                    low += min(h[j], next_h)
+                    scale += abs(h[j])
+                    pushed += branch[level, j, MEAN] * h[j] + branch[level, j, RAMP] * elastic
+                    spent += (
+                        branch[level, j, OWN] * h[j] * h[j]
+                        + elastic * (2.0 * branch[level, j, CROSS] * h[j] + branch[level, j, MOVED] * elastic)
+                    ) * soft[j]
+                if low < -_ROUNDING * scale and not forced:
+                    holds = level >= deepest
+                    start_q, end_q = equilibrium * w + drag, equilibrium * there + drag
+                    slowest, fastest = equilibrium * dw, equilibrium * dw
+                    for j in range(n):
+                        start_q += h[j]
+                        end_q += ahead[j]
+                        ratio = duration * part / times[j]
+                        slow, fast = moduli[j] * dw - ratio * h[j], moduli[j] * dw - ratio * ahead[j]
+                        slowest += min(slow, fast)
+                        fastest += max(slow, fast)
+                    if slowest >= 0.0 or fastest <= 0.0:
+                        holds = True
+                    if (
+                        holds
+                        and (level >= deepest or start_q >= -_ROUNDING * scale)
+                        and end_q >= -_ROUNDING * scale
+                    ):
+                        forced = True
+                if low >= -_ROUNDING * scale or forced:
+                    forced = False
+                    my_work += dw * (0.5 * equilibrium * (w + there) + pushed + drag)
+                    my_lost += spent + dw * drag
+                    w = there
+                    for j in range(n):
+                        h[j] = ahead[j]
+                    position += size
+                    while level > 0 and position % (2 * size) == 0:
+                        level -= 1
+                        size *= 2
+                elif level < deepest:
+                    level += 1
+                else:
+                    for k in range(modes):
+                        total = to_modes[k, n] * w
+                        for j in range(n):
+                            total += to_modes[k, j] * h[j]
+                        m[k] = total
+                    rest = 0.0
+                    if equilibrium == 0.0:
+                        rest = w
+                        for k in range(modes):
+                            rest -= reach[k] * m[k]
+                    free, forced, deepest = True, True, deepest - 1
+                    level = min(level, deepest)
+                    while position % (FULL >> level) != 0:
+                        level += 1
+            else:
+                low = rest
+                scale = abs(rest) + abs(y)
+                there = rest
+                spent = 0.0
+                for k in range(modes):
+                    ahead[k] = mode[level, k, 0] * m[k]
+                    low += min(reach[k] * m[k], reach[k] * ahead[k])
+                    there += reach[k] * ahead[k]
+                    scale += abs(reach[k] * m[k])
+                    spent += mode[level, k, 1] * m[k] * m[k]
+                low += y - max(depth, depth - dw)
+                if low < -_ROUNDING * scale and not forced:
+                    holds = level >= deepest
+                    start_gap, end_gap = w + y - (depth - dw), there + y - depth
+                    slowest, fastest = -dw, -dw
+                    for k in range(modes):
+                        ratio = -duration * part * rates[k] * reach[k]
+                        slow, fast = ratio * m[k], ratio * ahead[k]
+                        slowest += min(slow, fast)
+                        fastest += max(slow, fast)
+                    if slowest >= 0.0 or fastest <= 0.0:
+                        holds = True
+                    if (
+                        holds
+                        and (level >= deepest or start_gap >= -_ROUNDING * scale)
+                        and end_gap >= -_ROUNDING * scale
+                    ):
+                        forced = True
+                if low >= -_ROUNDING * scale or forced:
+                    forced = False
+                    my_lost += spent
+                    w = there
+                    for k in range(modes):
+                        m[k] = ahead[k]
+                    position += size
+                    while level > 0 and position % (2 * size) == 0:
+                        level -= 1
+                        size *= 2
+                elif level < deepest:
+                    level += 1
+                else:
+                    here = depth - dw - y
+                    for j in range(n):
+                        total = 0.0
+                        for k in range(modes):
+                            total += to_branches[j, k] * m[k]
+                        h[j] = total + moduli[j] * (here - w)
+                    w = here
+                    free, forced, deepest = False, True, deepest - 1
+                    level = min(level, deepest)
+                    while position % (FULL >> level) != 0:
+                        level += 1
+        w_new[i] = w
+        free_new[0, i] = 1.0 if free else 0.0
+        free_new[1, i] = rest
+        energy = 0.0
+        if free:
+            for k in range(modes):
+                z_new[i, k] = m[k]
+                energy += m[k] * m[k]
+            stored += 0.5 * share * energy
+        else:
+            q = equilibrium * w + drag
+            energy = equilibrium * w * w
+            for j in range(n):
+                z_new[i, j] = h[j]
+                q += h[j]
+                energy += h[j] * h[j] * soft[j]
+            stored += 0.5 * share * energy
+            force += share * q
+            rate += share * stiff
+            last = i
+            count += 1
+            q_before, q_last = q_last, q
+        lost += share * my_lost
+        work += share * my_work
+    row[STORED] = stored
+    row[LOST] = lost
+    row[WORK] = work
+    row[LAST] = last
+    row[COUNT] = count
+    row[RATE] = rate
+    row[EDGE_DEPTH] = end
+    if 0 <= last < springs.shape[1] - 1:
+        edge = _edge(springs, w_new, active, last, end)
+        row[EDGE_DEPTH] = edge
+        if cut or drag != 0.0:  # without, the force is continuous in the indentation
+            force += _cut(springs, last, edge, q_before, q_last)
+    row[FORCE] = force
+    return filled
+
+
+@compiled
+def _edge(springs: FloatArray, w: FloatArray, active: int, last: int, depth: float) -> float:
+    """The d0 at which d0 + w reaches the indentation, w continued straight in d0 from the free springs outside."""
+    inner, y = springs[HEIGHT, last], springs[HEIGHT, last + 1]
+    w_here = w[last + 1] if last + 1 < active else 0.0
+    slope = 0.0
+    if last + 2 < springs.shape[1] and springs[HEIGHT, last + 2] > y:
+        w_next = w[last + 2] if last + 2 < active else 0.0
+        slope = (w_next - w_here) / (springs[HEIGHT, last + 2] - y)
+    if 1.0 + slope <= 0.0:
+        return float(y)
+    return float(min(max(y - (w_here + y - depth) / (1.0 + slope), inner), y))
+
+
+@compiled
+def _cut(springs: FloatArray, last: int, edge: float, q_before: float, q_last: float) -> float:
+    """What the sum of the forces lacks of int q dk up to the edge, by trapezia beyond the last but one part."""
+    inner, y = springs[HEIGHT, last], springs[HEIGHT, last + 1]
+    centre, k_next = springs[CENTRE, last], springs[CENTRE, last + 1]
+    k_edge = (
+        centre + (k_next - centre) * ((edge - inner) / (y - inner)) if y > inner else springs[OUTER, last]
+    )
+    border, q_border, slope = 0.0, q_last, 0.0
+    if last > 0:
+        border = springs[OUTER, last - 1]
+        slope = (q_last - q_before) / (centre - springs[CENTRE, last - 1])
+        q_border = q_last - slope * (centre - border)
+    q_edge = max(q_last + slope * (k_edge - centre), 0.0)
+    return float(
+        0.5 * (q_border + q_last) * (centre - border)
+        + 0.5 * (q_last + q_edge) * (k_edge - centre)
+        - q_last * springs[SHARE, last]
+    )
+
+
+@compiled
+def run(
+    springs: FloatArray,
+    body: FloatArray,
+    moduli: FloatArray,
+    times: FloatArray,
+    rates: FloatArray,
+    reach: FloatArray,
+    to_modes: FloatArray,
+    to_branches: FloatArray,
+    time: FloatArray,
+    target: FloatArray,
+    machine: float,
+    limit: float,
+    begin: FloatArray,
+    w: FloatArray,
+    z: FloatArray,
+    free: FloatArray,
+    rows: FloatArray,
+    depths: FloatArray,
+) -> int:
+    """
+    Follow rows from begin = (time, indentation); returns how many were followed: fewer where the springs end at `limit`.
+
+    `machine` in N/m: infinite prescribes the indentation d, 0 the force F, between them F + machine d = target.
+    """
+    now, here, before = begin[0], begin[1], begin[1]
+    n = springs.shape[1]
+    active = n
+    while (
+        active > 0
+        and free[0, active - 1] != 0.0
+        and w[active - 1] == 0.0
+        and not np.any(z[active - 1] != 0.0)
+    ):
+        active -= 1
+    w1, z1, free1 = w.copy(), z.copy(), free.copy()
+    w2, z2, free2 = w.copy(), z.copy(), free.copy()
+    branch = np.zeros((LEVELS + 1, max(moduli.size, 1), 6))
+    mode = np.zeros((LEVELS + 1, max(rates.size, 1), 2))
+    filled, known = 0, math.nan
+    stiffest = (body[0] + moduli.sum()) * springs[OUTER, n - 1]
+    work, lost = 0.0, 0.0
+    followed = 0
+    for r in range(time.size):
+        duration = time[r] - now
+        if duration != known:
+            filled, known = 0, duration
+        row = rows[r]
+        low, high = -math.inf, math.inf
+        out = 0.0
+        lift = machine == 0.0 and target[r] <= 0.0
+        hardest = stiffest
+        if body[1] > 0.0 and duration > 0.0:
+            hardest += body[1] / duration * springs[OUTER, n - 1]
+        guess = target[r] if math.isinf(machine) else min(here + (here - before), limit)
+        if lift:  # the bodies part at once and then rest on each other
+            guess = here - 1e2 * (springs[HEIGHT, n - 1] + abs(here))
+        touched = active
+        while True:
+            deepest = max(here, guess)
+            touched = active
+            while touched < n and springs[HEIGHT, touched] < deepest:
+                touched += 1
+            filled = step(
+                springs, body, moduli, times, rates, reach, to_modes, to_branches, here, guess, duration,
+                touched, w1, z1, free1, w2, z2, free2, branch, mode, filled, row, math.isinf(machine),
+            )  # fmt: skip
+            if math.isinf(machine) or lift:
+                break
+            over = row[FORCE] + machine * guess - target[r]
+            if abs(over) <= _CLOSE * (abs(target[r]) + machine * abs(guess)):
+                break
+            if over > 0.0:
+                high = min(high, guess)
+            else:
+                low = max(low, guess)
+            enclosed = low > -math.inf and high < math.inf
+            if enclosed and high - low <= 4e-16 * max(abs(high), abs(low)):
+                break
+            if low >= limit:
+                break
+            slope = row[RATE] + machine
+            newton = guess - over / slope if slope > 0.0 else math.nan
+            if low < newton < high:
+                guess = newton if newton < limit else limit
+            elif not enclosed:
+                out = max(2.0 * out, abs(over) / hardest, 1e-15 * abs(guess), 1e-300)
+                guess = min(low + out, limit) if math.isinf(high) else high - out
+            else:
+                guess = 0.5 * (low + high)
+        if not math.isinf(machine) and low >= limit:
+            break
+        active = touched
+        w1, w2 = w2, w1
+        z1, z2 = z2, z1
+        free1, free2 = free2, free1
+        w1[active:], z1[active:] = w2[active:], z2[active:]
+        free1[:, active:] = free2[:, active:]
+        if lift:
+            guess = springs[HEIGHT, touched] if touched < n else math.inf
+            for i in range(touched):
+                guess = min(guess, springs[HEIGHT, i] + w1[i])
+        work += row[WORK]
+        lost += row[LOST]
+        row[WORK] = work
+        row[LOST] = lost
+        before, here, now = here, guess, time[r]
+        depths[r] = here
+        followed = r + 1
+    w[:], z[:], free[:] = w1, z1, free1
+    begin[0], begin[1] = now, here
+    return followed

@@ -1,0 +1,65 @@
+"""How a free spring creeps back: the modes of Maxwell branches, a spring and a dashpot beside each other."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from pymdr.mapping.relaxation import Relaxation
+from pymdr.units import FloatArray
+
+
+class Modes(NamedTuple):
+    """
+    Amplitudes m with m' = -rates m, w = rest + reach . m, energy |m|^2 / 2.
+
+    rest is 0 with an equilibrium modulus and stays what it is without one.
+    """
+
+    rates: FloatArray
+    """(k,) in 1/s, above 0."""
+    reach: FloatArray
+    """(k,) deflection of a unit amplitude."""
+    to_modes: FloatArray
+    """(k, n + 1) from the forces of the branches and w to m."""
+    to_branches: FloatArray
+    """(n, k) back to the forces of the branches."""
+
+
+def modes_of(body: Relaxation) -> Modes:
+    """
+    Modes of a body at zero force.
+
+    With u = h / sqrt(E_j), b = sqrt(E_j), D = 1/tau: without a dashpot u' = -(1 - b b^T / E_g) D u, which D^(1/2) makes
+    symmetric; with one, and u_0 = sqrt(E_inf) w beside the others, u' = -(D + b b^T / eta) u.
+    """
+    n = body.moduli.size
+    roots, decay = np.sqrt(body.moduli), 1.0 / body.times
+    if body.viscosity > 0.0:
+        b, d = roots, decay
+        if body.equilibrium > 0.0:
+            b, d = np.append(roots, np.sqrt(body.equilibrium)), np.append(decay, 0.0)
+        rates, q = np.linalg.eigh(np.diag(d) + np.outer(b, b) / body.viscosity)
+        to_modes = np.zeros((rates.size, n + 1))
+        to_modes[:, :n] = q[:n].T / roots
+        if body.equilibrium > 0.0:
+            to_modes[:, n] = q[n] * b[n]
+            reach = q[n] / b[n]
+        else:
+            reach = (b @ q) / (body.viscosity * rates)
+        return Modes(rates, reach, to_modes, roots[:, None] * q[:n])
+    half = np.sqrt(decay)
+    matrix = np.diag(decay) - np.outer(half * roots, half * roots) / body.glassy
+    rates, q = np.linalg.eigh(matrix)
+    if body.equilibrium == 0.0:  # the first one is the flow, which no free spring has
+        rates, q = rates[1:], q[:, 1:]
+    scale = np.sqrt(rates)
+    to_modes = np.zeros((rates.size, n + 1))
+    to_modes[:, :n] = (q / scale).T * (half / roots)
+    return Modes(
+        rates,
+        -((roots * half) @ q) / (scale * body.glassy),
+        to_modes,
+        (roots / half)[:, None] * q * scale,
+    )

@@ -1,0 +1,114 @@
+"""Springs under a curve, each with its part of the contact stiffness."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from pymdr.errors import ConvergenceError
+from pymdr.line.curves import Curve
+from pymdr.line.foundation import states_at_depth
+from pymdr.units import FloatArray
+
+_GRADING = 1.5
+"""The n-th part of the radius is (i/n)^1.5 - ((i-1)/n)^1.5: small contacts on the way have springs too."""
+
+
+@dataclass(frozen=True, eq=False)
+class Springs:
+    """Springs of stiffness dk per unit modulus at height d0; both sides of the line are in dk."""
+
+    position: FloatArray
+    """(n,) radii x in m, rising."""
+    height: FloatArray
+    """(n,) d0(x) in m."""
+    share: FloatArray
+    """(n,) dk in m: k at the outer less k at the inner end of a spring's part, per unit modulus."""
+    centre: FloatArray
+    """(n,) k(x) in m."""
+    outer: FloatArray
+    """(n,) k in m at the outer end of a spring's part."""
+    border: float
+    """Outer end of the last part in m."""
+    limit: float
+    """Depth in m up to which they suffice; inf where they end at a sharp edge."""
+
+
+def springs_to(curve: Curve, depth: float, n: int = 1000) -> Springs:
+    """
+    Put n springs under a curve, in the middle of parts that are graded toward the tip, and two beyond a depth.
+
+    Parameters
+    ----------
+    curve : Curve
+        Per unit modulus.
+    depth : float
+        The deepest indentation in m, above 0.
+    n : int
+        Springs in the elastic contact of that depth.
+
+    Returns
+    -------
+    Springs
+
+    Raises
+    ------
+    ConvergenceError
+        If the curve ends before the depth.
+    """
+    radius = float(states_at_depth(curve, [depth]).contact_radius[0])
+    if not 0.0 < radius < math.inf or radius > curve.reach:
+        raise ConvergenceError(
+            f"no disk contact at the depth {depth:g} m within the {curve.reach:g} m that are known: "
+            "give the profile farther out, or press less deep"
+        )
+    whole = radius >= curve.edge
+    ends = radius * (np.arange(n + (0 if whole else 2) + 1) / n) ** _GRADING
+    ends = np.minimum(ends, min(curve.edge, curve.reach))
+    ends = np.concatenate([ends[:1], ends[1:][np.diff(ends) > 0.0]])
+    return _of_ends(curve, ends, math.inf if ends[-1] >= curve.edge else depth)
+
+
+def _of_ends(curve: Curve, ends: FloatArray, limit: float) -> Springs:
+    x = 0.5 * (ends[1:] + ends[:-1])
+    stiffness = curve.stiffness(ends)
+    return Springs(
+        x,
+        curve.depth(x),
+        np.diff(stiffness),
+        curve.stiffness(x),
+        stiffness[1:],
+        float(ends[-1]),
+        limit,
+    )
+
+
+def extended(curve: Curve, springs: Springs, depth: float) -> Springs:
+    """The same springs and more to reach a depth in m."""
+    if depth <= springs.limit:
+        return springs
+    radius = float(states_at_depth(curve, [depth]).contact_radius[0])
+    if not radius < math.inf or radius > curve.reach:
+        raise ConvergenceError(
+            f"no disk contact at the depth {depth:g} m within the {curve.reach:g} m that are known: "
+            "give the profile farther out, or press less deep"
+        )
+    n = springs.position.size
+    width = 2.0 * (springs.border - springs.position[-1])
+    top = min(curve.edge, curve.reach)
+    more = [springs.border]
+    while more[-1] < top and (more[-1] < radius or len(more) < 3 or more[-3] < radius):
+        more.append(min(more[-1] + width, top))
+        width *= 1.0 + 0.5 / (n + len(more))
+    added = _of_ends(curve, np.array(more), math.inf)
+    return Springs(
+        np.concatenate([springs.position, added.position]),
+        np.concatenate([springs.height, added.height]),
+        np.concatenate([springs.share, added.share]),
+        np.concatenate([springs.centre, added.centre]),
+        np.concatenate([springs.outer, added.outer]),
+        added.border,
+        math.inf if added.border >= curve.edge else depth,
+    )

@@ -1,0 +1,293 @@
+"""One approach and one retreat without springs, and growing contacts under force."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from pymdr.errors import PathError
+from pymdr.line.curves import Curve
+from pymdr.line.foundation import DiskStates, normal_force, states_at_depth, states_at_force
+from pymdr.line.memory.modes import modes_of
+from pymdr.mapping.relaxation import Relaxation
+from pymdr.units import FloatArray
+
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(16)
+_HALVINGS = 60
+
+
+class Rows(NamedTuple):
+    """One entry per row."""
+
+    indentation: FloatArray
+    """d in m."""
+    force: FloatArray
+    """F in N."""
+    contact_radius: FloatArray
+    """a in m; 0 without contact."""
+
+
+def ting(curve: Curve, relaxation: Relaxation, time: ArrayLike, depth: ArrayLike) -> Rows:
+    """
+    One approach and one retreat: F(t) = int_0^t1 E*(t - s) dF0(d(s)), a = a(t1), int_t1^t E*(t - s) dd(s) = 0.
+
+    t1 = t as long as the contact does not shrink. By quadrature over indentations that are straight in time between the
+    rows, with the exponentials of every term carried from row to row.
+
+    Parameters
+    ----------
+    curve : Curve
+        Per unit modulus. Its d0 has to rise.
+    relaxation : Relaxation
+        E*(t).
+    time, depth : array_like, shape (m,)
+        t in s, not falling, and d in m: not falling up to the largest, not rising after it. The bodies just touch, or
+        are apart, before the first row; a row at the time of the one before is a sudden move.
+
+    Returns
+    -------
+    Rows
+
+    Raises
+    ------
+    PathError
+        If there is more than one approach and one retreat, the contact grows again, or a dashpot is moved suddenly.
+
+    Notes
+    -----
+    Lee and Radok (1960); Ting (1966); Argatov and Popov (2016).
+
+    Examples
+    --------
+    >>> from pymdr.line.curves import ElasticLine
+    >>> from pymdr.mapping.equivalent import equivalent_profile
+    >>> from pymdr.problem.profiles import Paraboloid
+    >>> line = ElasticLine(equivalent_profile(Paraboloid(1.0)), 1.0)
+    >>> solid = Relaxation(1.2, np.array([4.0]), np.array([0.4]))
+    >>> ting(line, solid, [0.0, 1.0, 1.1], [0.0, 0.4, 0.36]).force.round(7).tolist()
+    [0.0, 1.0068351, 0.6410769]
+    """
+    t, d = np.asarray(time, dtype=float), np.asarray(depth, dtype=float)
+    if t.shape != d.shape or t.ndim != 1 or t.size == 0:
+        raise PathError(
+            f"times of shape {t.shape} for indentations of shape {d.shape}: one of both for every row"
+        )
+    if not (np.isfinite(t).all() and np.isfinite(d).all()):
+        raise PathError("a row is not finite")
+    t, d = np.concatenate([t[:1], t]), np.concatenate([[min(0.0, d[0])], d])
+    waits, moves = np.diff(t), np.diff(d)
+    top = int(np.argmax(d))
+    if waits.min() < 0.0:
+        raise PathError(
+            f"the time of row {int(np.argmin(waits))} is before the one before it: times must not fall"
+        )
+    if (moves[:top] < 0.0).any() or (moves[top:] > 0.0).any():
+        raise PathError(
+            "the indentation turns more than once: one approach and one retreat have this form, springs follow the rest"
+        )
+    if relaxation.viscosity > 0.0 and ((waits == 0.0) & (moves != 0.0) & (d[1:] > 0.0)).any():
+        raise PathError("a sudden move, which a dashpot answers with an infinite force: give it a duration")
+    with np.errstate(divide="ignore", invalid="ignore"):
+        speed = np.where(moves == 0.0, 0.0, moves / waits)
+    decay = np.exp(-waits[:, None] / relaxation.times)
+    pushed = _pushed(waits, moves, relaxation.times)
+    path = _recursed(decay, pushed)
+    rise = slice(0, top)
+    forces = _recursed(
+        decay[rise], _convolved(curve, relaxation.times, t[:top], t[1 : top + 1], d[:top], d[1 : top + 1])
+    )
+    force, where = np.zeros(d.size), d.copy()
+    elastic = states_at_depth(curve, d[: top + 1])
+    force[: top + 1] = relaxation.equilibrium * normal_force(curve, elastic) + forces @ relaxation.moduli
+    if relaxation.viscosity > 0.0:
+        force[1 : top + 1] += relaxation.viscosity * speed[:top] * curve.stiffness(elastic.place)[1:]
+    radius = np.zeros(d.size)
+    radius[: top + 1] = elastic.contact_radius
+    later = np.arange(top + 1, d.size)
+    if later.size:
+        row, fraction = _edge_rows(relaxation, t, d, path, speed, top, later)
+        lost = row < 0
+        row, fraction, kept = row[~lost], fraction[~lost], later[~lost]
+        start, end = t[row], t[row] + fraction * waits[row]
+        d_end = d[row] + fraction * moves[row]
+        begun = np.exp(-(end - start)[:, None] / relaxation.times) * forces[row]
+        carried = begun + _convolved(curve, relaxation.times, start, end, d[row], d_end)
+        at_edge = states_at_depth(curve, d_end)
+        rest = np.exp(-(t[kept] - end)[:, None] / relaxation.times)
+        force[kept] = (
+            relaxation.equilibrium * normal_force(curve, at_edge) + (rest * carried) @ relaxation.moduli
+        )
+        radius[kept] = at_edge.contact_radius
+        sizes = np.concatenate([[radius[top]], radius[later]])
+        if (np.diff(sizes) > 1e-9 * sizes[:1]).any():
+            raise PathError(
+                f"the contact grows again at row {int(later[np.argmax(np.diff(sizes))]) - 1} as the bodies part: springs follow it"
+            )
+    return Rows(where[1:], force[1:], radius[1:])
+
+
+def creep(curve: Curve, relaxation: Relaxation, time: ArrayLike, force: ArrayLike) -> Rows:
+    """
+    A contact that grows under forces that are straight in time between the rows: F0(d(t)) = int J(t - s) dF(s).
+
+    J is the creep compliance. Parameters are those of :func:`ting`, with forces in N.
+
+    Raises
+    ------
+    PathError
+        If the contact does not grow, or a force is below 0.
+
+    Notes
+    -----
+    Lee and Radok (1960).
+    """
+    t, load = np.asarray(time, dtype=float), np.asarray(force, dtype=float)
+    if t.shape != load.shape or t.ndim != 1 or t.size == 0:
+        raise PathError(
+            f"times of shape {t.shape} for forces of shape {load.shape}: one of both for every row"
+        )
+    if not (np.isfinite(t).all() and np.isfinite(load).all() and load.min() >= 0.0):
+        raise PathError("a force is not finite or below 0: bodies without adhesion part at 0 N")
+    t, load = np.concatenate([t[:1], t]), np.concatenate([[0.0], load])
+    waits, steps = np.diff(t), np.diff(load)
+    if waits.min() < 0.0:
+        raise PathError(
+            f"the time of row {int(np.argmin(waits))} is before the one before it: times must not fall"
+        )
+    modes = modes_of(relaxation)
+    times = 1.0 / modes.rates
+    lag = _recursed(np.exp(-waits[:, None] / times), _pushed(waits, steps, times))
+    parts = modes.reach**2
+    answer = (load[:, None] - lag) @ parts
+    if relaxation.viscosity == 0.0:
+        answer = answer + load / relaxation.glassy
+    if relaxation.equilibrium == 0.0:
+        flow = relaxation.viscosity + float(relaxation.moduli @ relaxation.times)
+        answer[1:] += np.cumsum(0.5 * (load[1:] + load[:-1]) * waits) / flow
+    answer = answer[1:]
+    if (np.diff(answer, prepend=0.0) < -1e-12 * answer.max()).any():
+        raise PathError("the contact does not grow under these forces: springs follow it")
+    states: DiskStates = states_at_force(curve, answer)
+    return Rows(states.indentation, load[1:], states.contact_radius)
+
+
+def _recursed(decay: FloatArray, added: FloatArray) -> FloatArray:
+    """Values v_i = decay_i v_(i-1) + added_i from 0 on, shape (m + 1, n)."""
+    values = np.zeros((decay.shape[0] + 1, decay.shape[1]))
+    for i in range(decay.shape[0]):
+        values[i + 1] = decay[i] * values[i] + added[i]
+    return values
+
+
+def _pushed(waits: FloatArray, moves: FloatArray, times: FloatArray) -> FloatArray:
+    """The integral of exp(-(t - s)/tau) over straight moves that end at t, shape (m, n)."""
+    x = waits[:, None] / times
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.asarray(moves[:, None] * np.where(x > 0.0, -np.expm1(-x) / x, 1.0))
+
+
+def _edge_rows(
+    relaxation: Relaxation,
+    t: FloatArray,
+    d: FloatArray,
+    path: FloatArray,
+    speed: FloatArray,
+    top: int,
+    later: np.ndarray,
+) -> tuple[np.ndarray, FloatArray]:
+    """The row and the part of it at which t1 stands for later ones; row -1 where contact is lost."""
+    from scipy.optimize import elementwise
+
+    end_time, end_depth = t[later], d[later]
+    drag = relaxation.viscosity * speed[later - 1]
+
+    def pull(row: np.ndarray, fraction: FloatArray, at: np.ndarray) -> FloatArray:
+        """Less the force of a spring that is touched then, which rises with t1."""
+        wait = fraction * (t[row + 1] - t[row])
+        move = fraction * (d[row + 1] - d[row])
+        branches = np.exp(-wait[:, None] / relaxation.times) * path[row] + _pushed(
+            wait, move, relaxation.times
+        )
+        old = np.exp(-(end_time[at] - t[row] - wait)[:, None] / relaxation.times) * branches
+        return np.asarray(
+            relaxation.equilibrium * (d[row] + move - end_depth[at])
+            - (path[later[at]] - old) @ relaxation.moduli
+            - drag[at]
+        )
+
+    everyone = np.arange(later.size)
+    first = int(np.searchsorted(d[: top + 1], 0.0, side="right")) - 1  # the row in which the bodies touch
+    touch = -d[first] / (d[first + 1] - d[first])
+    low, high = np.full(later.size, first), np.full(later.size, top)
+    while (high - low > 1).any():
+        middle = np.maximum((low + high) // 2, low)
+        over = pull(np.minimum(middle, top - 1), np.where(middle < top, 0.0, 1.0), everyone) > 0.0
+        inside = high - low > 1
+        high, low = np.where(over & inside, middle, high), np.where(~over & inside, middle, low)
+    begin = np.where(low == first, touch, 0.0)
+    lost = pull(low, begin, everyone) >= 0.0
+    fraction = np.ones(later.size)
+    open_ = ~lost & (pull(low, fraction, everyone) > 0.0)
+    if open_.any():
+        which = np.flatnonzero(open_)
+        found = elementwise.find_root(
+            lambda part, at: pull(low[at.astype(int)], part, at.astype(int)),
+            (begin[which], np.ones(which.size)),
+            args=(which,),
+        )
+        fraction[which] = found.x
+    return np.where(lost, -1, low), fraction
+
+
+def _convolved(
+    curve: Curve,
+    times: FloatArray,
+    t_low: FloatArray,
+    t_high: FloatArray,
+    d_low: FloatArray,
+    d_high: FloatArray,
+) -> FloatArray:
+    """The integrals of exp(-(t_high - s)/tau) dF0 over straight moves, shape (m, n), by panels graded to both ends."""
+    total = np.zeros((t_low.size, times.size))
+    if times.size == 0:
+        return total
+    jump = (t_high == t_low) & (d_high > d_low)
+    if jump.any():
+        rise = [normal_force(curve, states_at_depth(curve, values[jump])) for values in (d_low, d_high)]
+        total[jump] = (rise[1] - rise[0])[:, None]
+    marks = curve.depth(np.array([x for x in curve.breakpoints if 0.0 < x < min(curve.edge, curve.reach)]))
+    moving = np.flatnonzero((t_high > t_low) & (d_high > d_low) & (d_high > 0.0))
+    duration = (t_high - t_low)[moving]
+    touch = np.maximum(-d_low[moving], 0.0) / (d_high - d_low)[moving]
+    shortest = float(times.min())
+    plain = (duration <= shortest) & (d_high[moving] <= 2.0 * d_low[moving])
+    if marks.size:
+        plain &= np.searchsorted(marks, d_low[moving]) == np.searchsorted(marks, d_high[moving])
+    index, low, high = [moving[plain]], [touch[plain]], [np.ones(int(plain.sum()))]
+    for i, begin, length in zip(moving[~plain], touch[~plain], duration[~plain], strict=True):
+        halves = 0.5 ** np.arange(_HALVINGS + 1.0)
+        width = 1.0 - begin
+        span = d_high[i] - d_low[i]
+        inner = marks[(marks > max(d_low[i], 0.0)) & (marks < d_high[i])]
+        ends = [
+            np.array([begin, 1.0]),
+            begin + width * halves[halves * width * span > 0.5 * max(d_low[i], 0.0)],
+            1.0 - width * halves[halves * width * length > 0.5 * shortest],
+        ]
+        for mark in (inner - d_low[i]) / span:  # g' may be infinite at a kink
+            ends += [mark[None], mark + (1.0 - mark) * halves, mark - (mark - begin) * halves]
+        cuts = np.unique(np.concatenate(ends))
+        index.append(np.full(cuts.size - 1, i))
+        low.append(cuts[:-1])
+        high.append(cuts[1:])
+    rows, start, stop = np.concatenate(index), np.concatenate(low), np.concatenate(high)
+    part = start[:, None] + (stop - start)[:, None] * (0.5 + 0.5 * _NODES)
+    span = (d_high - d_low)[rows]
+    stiffness = curve.stiffness(states_at_depth(curve, d_low[rows, None] + span[:, None] * part).place)
+    weight = 0.5 * (stop - start)[:, None] * span[:, None] * stiffness * _WEIGHTS
+    before = ((t_high - t_low)[rows, None]) * (1.0 - part)
+    for j, tau in enumerate(times):
+        np.add.at(total[:, j], rows, (weight * np.exp(-before / tau)).sum(axis=1))
+    return total

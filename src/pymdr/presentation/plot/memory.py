@@ -1,0 +1,65 @@
+"""Figures of contacts with memory: force and radius against time, and the loop."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from pymdr.presentation.plot.curves import draw_curve, draw_pressure, fields
+from pymdr.presentation.plot.section import section, section_into
+from pymdr.presentation.plot.shared import (
+    BLUE,
+    GREEN,
+    ORANGE,
+    FigureData,
+    as_seen,
+    axis_label,
+    letter_panels,
+    new_figure,
+    styled,
+)
+from pymdr.units import from_si, good_unit
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+_COLOURS = {"normal_force": BLUE, "contact_radius": GREEN, "indentation": ORANGE}
+
+
+def memory_overview(data: FigureData) -> Figure:
+    """The contact in section above its springs, its force against time, its loop, and its pressure."""
+    with styled():
+        figure = new_figure(10.0, 6.4)
+        left, right = np.ravel(np.asarray(figure.subfigures(1, 2, width_ratios=(1.25, 1.0))))
+        section_into(left, data)
+        force, loop, pressure = right.subplots(3, 1)
+        draw_against_time(force, data, "normal_force")
+        draw_curve(loop, data, "normal_force")
+        if data.field is not None:
+            draw_pressure(pressure, data)
+        letter_panels(figure)
+    return figure
+
+
+def memory_figures(data: FigureData) -> dict[str, Figure]:
+    """``section``, ``history``, ``loop`` and ``fields``."""
+    with styled():
+        history = new_figure(9.6, 3.2)
+        for axes, name in zip(history.subplots(1, 3), _COLOURS, strict=True):
+            draw_against_time(axes, data, name)
+        letter_panels(history)
+        loop = new_figure(4.8, 3.6)
+        draw_curve(loop.subplots(), data, "normal_force")
+    return {"section": section(data), "history": history, "loop": loop, "fields": fields(data)}
+
+
+def draw_against_time(axes: Axes, data: FigureData, name: str) -> None:
+    """A quantity against time, from the first touch of the history on."""
+    time, values = (data.data[column].values for column in ("time", name))
+    unit = str(data.data[name].attrs["units"])
+    t_unit, own = good_unit(time, "s"), good_unit(values, unit)
+    axes.plot(*as_seen(from_si(time, "s", t_unit), from_si(values, unit, own)), color=_COLOURS[name], lw=1.5)
+    axes.set_xlabel(axis_label("time", t_unit))
+    axes.set_ylabel(axis_label(name, own))

@@ -1,0 +1,406 @@
+"""The normal motion of an impact: a mass on the curve of a contact, from the first touch to the last."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from pymdr.errors import PathError, ProblemError
+from pymdr.line.following import Track
+from pymdr.line.foundation import ElasticLine, states_at_depth
+from pymdr.line.impact import (
+    Along,
+    Passage,
+    Potential,
+    depths_of_energy,
+    elastic_potential,
+    move,
+    parameter_of_energy,
+    passing_times,
+    stop,
+    stopping_times,
+)
+from pymdr.problem.contact import Contact
+from pymdr.problem.profiles import Ellipsoid, Profile, Sphere
+from pymdr.rows import joined, taken
+from pymdr.solving.equilibria import AdhesiveLine
+from pymdr.solving.frictional import disks_down_to
+from pymdr.solving.reach import Mapped
+from pymdr.units import FloatArray, metres, written
+
+_LEVELS = 400
+"""Samples of a stretch between which a mass might come to rest."""
+_GROWTH, _TRIES = 1.5, 200
+
+
+@dataclass(frozen=True)
+class Course:
+    """The normal motion, one entry per row."""
+
+    time: FloatArray
+    """In s since the first touch."""
+    depth: FloatArray
+    """In m."""
+    velocity: FloatArray
+    """In m/s, above 0 while the bodies approach."""
+    force: FloatArray
+    """In N."""
+    radius: FloatArray
+    """In m."""
+    sticks: bool = False
+    """Whether the bodies do not part."""
+    lost: float = 0.0
+    """Energy in J that jumps take until the bodies part, whether they do or not."""
+    deepest: int = 0
+    """Row of the turning point."""
+    jumps_in: bool = False
+    """Whether the contact is made by a jump that loses energy."""
+
+
+def bounce(contact: Contact, mapped: Mapped, mass: float, speed: float, rows: int) -> Course:
+    """
+    The impact of elastic bodies without adhesion.
+
+    Parameters
+    ----------
+    contact : Contact
+    mapped : Mapped
+    mass, speed : float
+        In kg and m/s.
+    rows : int
+        Moves of the history, a multiple of 4.
+
+    Returns
+    -------
+    Course
+
+    Raises
+    ------
+    PathError
+        If the profile ends before the bodies come to rest.
+    ProblemError
+        If the contact is not a disk at every depth on the way.
+    """
+    line = mapped.line
+    energy = 0.5 * mass * speed * speed
+    potential, halves, depths = stopping_depths(contact, line, mass, np.array([speed]))
+    half, deepest = float(halves[0]), float(depths[0])
+    shares = np.linspace(0.0, 1.0, rows // 4 + 1)
+    into = move(potential, mass, energy, 0.0, half, shares)
+    rest = stop(potential, mass, energy, half, deepest, shares)
+    time = np.append(into.time, into.time[-1] + rest.time[1:])
+    depth = np.append(into.parameter, rest.parameter[1:])
+    velocity = np.append(into.speed, rest.speed[1:])
+    here = potential.along(depth)
+    radius = states_at_depth(line, depth).contact_radius
+    radius[0] = 0.0
+    force = np.where(depth > 0.0, here.force, 0.0)
+    return Course(
+        np.append(time, 2.0 * time[-1] - time[-2::-1]),
+        np.append(depth, depth[-2::-1]),
+        np.append(velocity, -velocity[-2::-1]),
+        np.append(force, force[-2::-1]),
+        np.append(radius, radius[-2::-1]),
+        deepest=rows // 2,
+    )
+
+
+def stopping_depths(
+    contact: Contact, line: ElasticLine, mass: float, speed: FloatArray
+) -> tuple[Potential, FloatArray, FloatArray]:
+    """The potential, and the depths in m at which half of the energy is stored and all of it."""
+    energy = 0.5 * mass * speed * speed
+    top = _deepest_known(contact.profile, line)
+    potential = elastic_potential(line, math.inf)
+    high = _reaching(
+        potential, float(np.max(energy)), min(_first_depth(line, float(np.max(energy))), top), top
+    )
+    if high is None:
+        known = math.sqrt(2.0 * float(potential.along(np.array([top])).energy[0]) / mass)
+        raise PathError(
+            f"speed = {written(float(np.max(speed)), 'm/s', 6)}: the bodies would not come to rest before the profile ends "
+            f"at d = {metres(top)}; the largest normal speed that it allows is {written(known, 'm/s', 6)}"
+        )
+    deepest = depths_of_energy(potential, energy, high)
+    largest = float(np.max(deepest))
+    disks_down_to(contact, line, largest, "an impact")
+    potential = elastic_potential(line, largest)
+    return potential, depths_of_energy(potential, 0.5 * energy, largest), deepest
+
+
+def contact_times(potential: Potential, mass: float, half: FloatArray, deepest: FloatArray) -> FloatArray:
+    """Contact times in s of elastic impacts, one per depth in m at which half of the energy is stored and all of it."""
+    knots = np.array(potential.knots)
+    energy = potential.along(deepest).energy
+    columns = [np.zeros(half.size), *(np.minimum(knot, half) for knot in knots), half]
+    into = passing_times(potential, mass, energy, np.stack(columns, axis=1))
+    kinetic = energy - potential.along(half).energy
+    share = (potential.along(knots).energy - potential.along(half).energy[:, None]) / kinetic[:, None]
+    angles = np.arcsin(np.sqrt(np.clip(share, 0.0, 1.0)))
+    ends = (np.zeros((half.size, 1)), np.full((half.size, 1), 0.5 * math.pi))
+    rest = stopping_times(
+        potential, mass, kinetic, half, deepest, np.concatenate([ends[0], angles, ends[1]], axis=1)
+    )
+    return np.asarray(2.0 * (into.sum(axis=1) + rest.sum(axis=1)))
+
+
+def _first_depth(line: ElasticLine, energy: float) -> float:
+    """A depth in m at which the search for one that stores an energy in J may begin."""
+
+    def reached(a: float, d0: float) -> bool:
+        return bool(line.energy(np.array([a]))[0] >= energy)
+
+    a = min(line.rough_radius(reached), line.edge, 0.5 * line.reach)
+    d = float(line.depth(np.array([a]))[0])
+    return d if 0.0 < d < math.inf else a
+
+
+def _deepest_known(profile: Profile, line: ElasticLine) -> float:
+    """The largest depth in m at which the contact is known."""
+    if isinstance(profile, Sphere):
+        return (1.0 - 1e-12) * profile.radius
+    if isinstance(profile, Ellipsoid):
+        return (1.0 - 1e-12) * profile.height
+    if line.edge <= line.reach or math.isinf(line.reach):
+        return math.inf
+    reach = (1.0 - 1e-12) * line.reach
+    turns = () if line.rises else line.turning_points(reach)
+    return float(np.max(line.depth(np.array([*turns, reach]))))
+
+
+def _reaching(potential: Potential, energy: float, depth: float, top: float) -> float | None:
+    """A depth in m up to `top` that stores an energy in J; None if there is none."""
+    for _ in range(_TRIES):
+        stored = float(potential.along(np.array([depth])).energy[0])
+        if stored >= energy:
+            return depth
+        if depth >= top:
+            return None
+        depth = min(8.0 * depth, top)
+    raise ProblemError("impact: no depth was found at which the bodies come to rest")
+
+
+class _Rows(NamedTuple):
+    """A part of a course."""
+
+    time: FloatArray
+    depth: FloatArray
+    velocity: FloatArray
+    force: FloatArray
+    radius: FloatArray
+
+
+_UP, _DOWN, _TOUCH = range(3)
+_FREE, _NOWHERE = -1, -2
+
+
+@dataclass(frozen=True)
+class _Stretch:
+    """A part of a branch that is passed at one sum of energies."""
+
+    begin: float
+    end: float
+    total: float
+    """C in J."""
+    rests: bool
+    """Whether the body comes to rest at its end."""
+
+
+class _EndError(Exception):
+    """The known curve ends before the body comes to rest."""
+
+
+def collide(line: AdhesiveLine, mass: float, speed: float, rows: int) -> Course:
+    """
+    The impact of bodies that attract each other, with jumps where the curve folds under a prescribed indentation.
+
+    Parameters
+    ----------
+    line : AdhesiveLine
+    mass, speed : float
+        In kg and m/s.
+    rows : int
+        Moves of the history, about.
+
+    Returns
+    -------
+    Course
+
+    Raises
+    ------
+    PathError
+        If the profile ends before the bodies come to rest.
+    """
+    track, stretches, turn, lost, free = walked(line, 0.5 * mass * speed * speed)
+    potential = _potential(track)
+    shares = np.linspace(0.0, 1.0, max(2, rows // (4 if len(stretches) < 3 else 2 * len(stretches))) + 1)
+    parts = [_Rows(*np.array([[0.0], [track.touch], [speed], [0.0], [0.0]]))]
+    now, deepest = 0.0, 0
+    for i, each in enumerate(stretches):
+        rested = i > 0 and stretches[i - 1].rests
+        for j, (passage, back) in enumerate(_passages(potential, mass, each, rested, shares)):
+            order = slice(None, None, -1 if back else 1)
+            s = passage.parameter[order]
+            time = passage.time[-1] - passage.time[::-1] if back else passage.time
+            here = potential.along(s)
+            sign = -1.0 if i > turn else 1.0
+            radius = line.equilibria.states(s).contact_radius
+            found = _Rows(now + time, here.depth, sign * passage.speed[order], here.force, radius)
+            # only a jump makes two rows of one time
+            parts.append(taken(found, slice(1 if rested or j else 0, None)))
+            now += float(time[-1])
+        if i == turn:
+            deepest = sum(part.time.size for part in parts) - 1
+    if free is not None:
+        away = -math.sqrt(2.0 * free / mass)
+        parts.append(_Rows(*np.array([[now], [float(parts[-1].depth[-1])], [away], [0.0], [0.0]])))
+    rows_found = joined(parts)
+    return Course(
+        rows_found.time,
+        rows_found.depth,
+        rows_found.velocity,
+        rows_found.force,
+        rows_found.radius,
+        sticks=free is None,
+        lost=lost,
+        deepest=deepest,
+        jumps_in=float(track.jumps[_TOUCH].loss[0]) > 0.0,
+    )
+
+
+def walked(line: AdhesiveLine, kinetic: float) -> tuple[Track, list[_Stretch], int, float, float | None]:
+    """
+    The stretches of an impact with adhesion.
+
+    Returns
+    -------
+    Track
+        Under a prescribed indentation.
+    list of _Stretch
+        The last one of a body that sticks ends at rest.
+    int
+        The stretch at whose end the bodies are deepest.
+    float
+        What the jumps take in J until the bodies part.
+    float or None
+        Kinetic energy in J after they part; None if they stick.
+    """
+    bare = _bare_depth(line, kinetic)
+    first = float(line.equilibria.states(np.array([line.natural_radius])).indentation[0])
+    top, last = bare + max(first, 0.0) + 1e-3 * bare, 0.0
+    for _ in range(_TRIES):
+        try:
+            return _walked(line.track(math.inf, top), kinetic)
+        except _EndError:
+            last, top = top, _GROWTH * top
+        except PathError as error:
+            if top - last <= 1e-6 * top:
+                raise PathError(
+                    f"impact: the bodies would not come to rest before the end: {error}"
+                ) from error
+            top = 0.5 * (last + top)
+    raise ProblemError("impact: no depth was found at which the bodies come to rest")
+
+
+def _bare_depth(line: AdhesiveLine, kinetic: float) -> float:
+    """A depth in m about that of the body without adhesion."""
+    bare = line.line
+    potential = elastic_potential(bare, 0.0)
+    top = _deepest_known(line.contact.profile, bare)
+    high = _reaching(potential, kinetic, min(_first_depth(bare, kinetic), top), top)
+    return top if high is None else float(depths_of_energy(potential, np.array([kinetic]), high)[0])
+
+
+def _potential(track: Track) -> Potential:
+    curve = track.curve
+    force = curve.conjugate
+    assert force is not None
+    return Potential(
+        lambda s: Along(curve.control(s), curve.slope(s), force(s), curve.energy(s)), tuple(curve.knots)
+    )
+
+
+def _walked(track: Track, kinetic: float) -> tuple[Track, list[_Stretch], int, float, float | None]:
+    potential = _potential(track)
+    jump = track.jumps[_TOUCH]
+    branch, s = int(jump.to[0]), float(jump.after[0])
+    lost = float(jump.loss[0])
+    total = kinetic + track.curve.free_energy(track.touch) - lost
+    stretches: list[_Stretch] = []
+    while True:
+        if branch == _NOWHERE:
+            raise _EndError
+        top = float(track.top[branch])
+        rest = _rest(potential, s, top, total)
+        stretches.append(_Stretch(s, top if rest is None else rest, total, rest is not None))
+        if rest is not None:
+            break
+        up = track.jumps[_UP]
+        if up.to[branch] == _NOWHERE:
+            raise _EndError
+        lost += float(up.loss[branch])
+        total -= float(up.loss[branch])
+        branch, s = int(up.to[branch]), float(up.after[branch])
+    turn = len(stretches) - 1
+    s, stuck = stretches[-1].end, False
+    while branch != _FREE:
+        bottom = float(track.bottom[branch])
+        rest = None if stuck else _rest(potential, s, bottom, total, leaving=stretches[-1].rests)
+        if not stuck:
+            stretches.append(_Stretch(s, bottom if rest is None else rest, total, rest is not None))
+            stuck = rest is not None
+        down = track.jumps[_DOWN]
+        lost += float(down.loss[branch])
+        total -= float(down.loss[branch])
+        branch, s = int(down.to[branch]), float(down.after[branch])
+    return track, stretches, turn, lost, None if stuck or total < 0.0 else total
+
+
+def _rest(
+    potential: Potential, begin: float, end: float, total: float, leaving: bool = False
+) -> float | None:
+    """The first parameter on the way to another at which all energy is stored; None if there is none."""
+    s = begin + (end - begin) * np.linspace(0.0, 1.0, _LEVELS + 1)
+    energy = potential.along(s).energy
+    over = energy >= total
+    if leaving:
+        # at rest where it begins, to rounding
+        over[: 1 + int(np.argmin(over[1:]))] = False
+    if not over.any():
+        return None
+    i = int(np.argmax(over))
+    if i == 0:
+        return begin
+    return parameter_of_energy(potential, total, float(s[i - 1]), float(s[i]))
+
+
+def _passages(
+    potential: Potential, mass: float, stretch: _Stretch, leaves_rest: bool, shares: FloatArray
+) -> list[tuple[Passage, bool]]:
+    """The passages of a stretch, and whether each is followed from its end."""
+    begin, end, total = stretch.begin, stretch.end, stretch.total
+    middle = [begin, end]
+    found: list[tuple[Passage, bool]] = []
+    if leaves_rest:
+        middle[0] = _halfway(potential, end, begin, total)
+        found.append((stop(potential, mass, total, middle[0], begin, shares), True))
+    if stretch.rests:
+        middle[1] = _halfway(potential, begin, end, total)
+    found.append((move(potential, mass, total, middle[0], middle[1], shares), False))
+    if stretch.rests:
+        found.append((stop(potential, mass, total, middle[1], end, shares), False))
+    return found
+
+
+def _halfway(potential: Potential, begin: float, rest: float, total: float) -> float:
+    """A parameter from which on the force stops a body until it rests, with half of the kinetic energy there."""
+    s = begin + (rest - begin) * np.linspace(0.0, 1.0, _LEVELS + 1)[:-1]
+    here = potential.along(s)
+    inward = math.copysign(1.0, rest - begin) * np.sign(here.rate)
+    pushed = np.flatnonzero(here.force * inward <= 0.0)
+    first = min(int(pushed[-1]) + 1, s.size - 1) if pushed.size else 0
+    level = total - 0.5 * (total - float(here.energy[first]))
+    return parameter_of_energy(potential, level, float(s[first]), rest)

@@ -1,0 +1,368 @@
+"""Rolling with creep: the force that friction carries while one body rolls on another."""
+
+from __future__ import annotations
+
+import contextlib
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from pymdr.errors import ProblemError, QuantityError
+from pymdr.interpretation.rolling import DIRECTIONS, LAWS, calibrated_modulus, rolling_claims
+from pymdr.interpretation.validity import Assumption, Claim, approximated
+from pymdr.line.foundation import states_at_depth
+from pymdr.line.rolling import RollingLine, line_load, rolled_path, rolling_line, steady_rolling
+from pymdr.problem.contact import Contact
+from pymdr.solving.bands import scatter_of
+from pymdr.solving.frictional import frictional_assumptions, pressed_joint
+from pymdr.solving.reach import Mapped, map_remark
+from pymdr.units import (
+    ArrayQuantityLike,
+    FloatArray,
+    QuantityLike,
+    from_si,
+    good_unit,
+    metres,
+    shown,
+    to_si_array,
+    written,
+)
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+_LARGEST = 2.0
+"""A creepage is a difference of speeds over their mean."""
+_CURVE, _POSITIONS = 65, 201
+_BEYOND = 1.25
+"""Of the saturation: how far curves are drawn."""
+
+_COLUMNS = {
+    "distance": ("rolled", "m"),
+    "creepage": ("creepage", ""),
+    "creep_force": ("force", "N"),
+    "traction_coefficient": ("F_x/F_N", ""),
+    "slip_length": ("slip", "m"),
+}
+"""Heads of columns, and their SI units."""
+
+
+@dataclass(frozen=True)
+class Rolling:
+    """Creep forces of a contact that rolls under a constant load."""
+
+    data: xr.Dataset
+    """
+    Over ``creepage``, or over ``distance`` (m) rolled along a path: creep_force (N), traction_coefficient F_x/F_N; of
+    steady rolling slip_length (m) on the line, and saturation_creepage, from which on all slips; inf where nothing
+    short of an infinite creepage makes all springs slip.
+    """
+    springs: xr.Dataset | None
+    """
+    Of steady rolling, over ``creepage`` and ``x`` (m) on the line, rolling toward +x: line_load and cap (N/m). A step of
+    the calculation and not the traction of the surface. None along a path.
+    """
+    curves: xr.Dataset
+    """Steady creep_force (N) over ``creepage`` up to beyond saturation by every ``law`` that the contact allows."""
+    claims: Mapping[str, Claim]
+    """How far each quantity can be trusted."""
+    assumptions: tuple[Assumption, ...]
+    """Conditions of the model, measured."""
+    notes: tuple[str, ...]
+    """What was said on the way."""
+
+    def __getitem__(self, name: str) -> xr.DataArray:
+        if name in self.claims:
+            self.claims[name].require(name)
+        if name not in self.data.variables:
+            known = ", ".join(map(str, self.data.variables))
+            raise QuantityError(f"no quantity {shown(name)}; a rolling contact has {known}")
+        return self.data[name]
+
+    def summary(self) -> str:
+        """A line per creepage, with units, and how far to trust it."""
+        head, rows = self._table()
+        lines = [" ".join(f"{cell:>12}" for cell in row) for row in (*head, *rows)]
+        if "saturation_creepage" in self.data:
+            saturation = float(self.data["saturation_creepage"])
+            lines.append(f"all slips from a creepage of {written(saturation, '')} on")
+        claim = self.claims["creep_force"]
+        lines.append(f"{claim.level.value}: {claim.reason}")
+        lines += [
+            f"not met: {a.words} {a.measure:.3g}, limit {a.limit:.3g}" for a in self.assumptions if not a.met
+        ]
+        return "\n".join([*lines, *(f"note: {note}" for note in self.notes)])
+
+    def _table(self) -> tuple[tuple[list[str], list[str]], list[list[str]]]:
+        """Words and units, and the numbers."""
+        names = [name for name in _COLUMNS if name in self.data.variables]
+        units = [good_unit(self.data[name].values, _COLUMNS[name][1]) for name in names]
+        columns = [
+            from_si(self.data[name].values, _COLUMNS[name][1], unit)
+            for name, unit in zip(names, units, strict=True)
+        ]
+        rows = [[f"{value:.4g}" for value in row] for row in zip(*columns, strict=True)]
+        return ([_COLUMNS[name][0] for name in names], units), rows
+
+    def _repr_html_(self) -> str:
+        """The summary as a table, for notebooks."""
+        from pymdr.presentation.html import table
+
+        (words, units), rows = self._table()
+        head = [f"{word} ({unit})" if unit else word for word, unit in zip(words, units, strict=True)]
+        return f"<div>{table(head, rows)}{self.claims['creep_force']._repr_html_()}</div>"
+
+    def __str__(self) -> str:
+        return self.summary()
+
+    def plot(self) -> Figure:
+        """Creep curves by all laws that are allowed, and the load of the springs below its cap; or the path."""
+        from pymdr.presentation.plot import rolling_study
+
+        return rolling_study(self.data, self.curves, self.springs)
+
+
+@dataclass(frozen=True)
+class _Pressed:
+    """A contact under its load, ready to roll."""
+
+    mapped: Mapped
+    line: RollingLine
+    friction: float
+
+    @property
+    def unit(self) -> float:
+        """The factor mu E* in Pa by which lengths are line loads."""
+        return self.friction * self.mapped.moduli.normal
+
+    @property
+    def load(self) -> float:
+        """The normal force in N."""
+        return self.mapped.moduli.normal * self.line.whole
+
+
+def rolling(
+    contact: Contact,
+    creepage: ArrayQuantityLike,
+    *,
+    normal_force: QuantityLike | None = None,
+    indentation: QuantityLike | None = None,
+    direction: str = "longitudinal",
+    law: str = "plain",
+    path: ArrayQuantityLike | None = None,
+) -> Rolling:
+    """
+    Creep force of a contact that rolls under a constant load.
+
+    Springs enter the line free of stress at its leading edge x = a and are sheared by the creepage, q = G* zeta (a - x),
+    until friction caps them at mu E* (d - g). For a paraboloid F_x = mu F_N [1 - (1 - xi)^3], xi = G* zeta R/(2 a mu E*),
+    and the length 2 a xi slips at the trailing edge.
+
+    Parameters
+    ----------
+    contact : Contact
+        With ``friction=Coulomb(mu)``, mu above 0 and finite. Its g must rise.
+    creepage : array_like
+        The creepage zeta, difference of the speeds of the surfaces over the speed of rolling, one row; of either sign.
+    normal_force, indentation : quantity
+        The constant load in N, or depth in m; exactly one.
+    direction : str, optional
+        "longitudinal", or "lateral": the springs do not tell them apart, their calibration and claims do.
+    law : str, optional
+        "plain", the springs of the method; or "calibrated", C G/2 in the place of G* with C = C11 or C22 of Kalker, which
+        makes xi that of Shen, Hedrick and Elkins, C G a^2 zeta/(3 mu F_N): for round tips of elastically similar,
+        isotropic bodies.
+    path : array_like or quantity, optional
+        Distances rolled in m, rising, above 0, one for every creepage: a creepage holds from the distance before up to its
+        own, from a contact without traction on. Unless given, rolling is steady.
+
+    Returns
+    -------
+    Rolling
+
+    Raises
+    ------
+    ProblemError
+        If the contact has no friction, both or none of the loads are given, a creepage is beyond 2, the direction or the law
+        is unknown, the calibration does not hold for the contact, or the distances do not rise.
+
+    Notes
+    -----
+    Popov and Hess (2015), chapter 6; Vermeulen and Johnson (1964) have the same cubic. Spin, contacts along a line
+    (Carter 1926), and tractions and slip on the surface are not representable by springs on one line.
+
+    Examples
+    --------
+    >>> from pymdr.problem.laws import Coulomb
+    >>> from pymdr.problem.materials import Elastic
+    >>> from pymdr.problem.profiles import Paraboloid
+    >>> steel = Elastic("210 GPa", 0.3)
+    >>> ball = Contact(Paraboloid("10 mm"), steel, steel, friction=Coulomb(0.3))
+    >>> creep = rolling(ball, [1e-3, 5e-3], normal_force="100 N", law="calibrated")
+    >>> creep["traction_coefficient"].values.round(4).tolist()
+    [0.1056, 0.2895]
+    """
+    import xarray as xr
+
+    if not isinstance(contact, Contact):
+        raise ProblemError(f"rolling: {contact!r} is not a Contact; write Contact(profile, body)")
+    _check_words(direction, law)
+    zeta = _creepages(creepage)
+    mapped, d, mu, certificate = pressed_joint("rolling", "creep force", contact, normal_force, indentation)
+    states = states_at_depth(mapped.line, np.array([d]))
+    pressed = _Pressed(mapped, rolling_line(mapped.line, states), mu)
+    modulus = _modulus(contact, mapped, direction, law)
+    rise = modulus * zeta / pressed.unit
+    claims = rolling_claims(contact, mapped.moduli, direction, law, np.ones(zeta.shape, dtype=bool))
+    if certificate.error is not None:
+        claims = approximated(claims, certificate.remark, float(certificate.error[0]))
+    remark = map_remark(mapped.line, states)
+    claims = {name: replace(claim, reason=claim.reason + remark) for name, claim in claims.items()}
+    notes = mapped.notes
+    if scatter_of(contact.profile):
+        notes += ("the scatter of the samples is smoothed by and makes no bands here",)
+    if path is None:
+        arrays = _steady(pressed, rise, zeta, modulus)
+        coordinates = {"creepage": ("creepage", zeta, {"units": ""})}
+        springs = _springs(pressed, rise, zeta)
+    else:
+        if law != "plain":
+            raise ProblemError(
+                f"rolling: law={law!r} holds for steady rolling: Kalker's coefficients say nothing of how the force builds up "
+                "along a path; take law='plain', or leave the path out"
+            )
+        distance = _distances(path, zeta)
+        arrays, missed = _along(pressed, rise, zeta, distance)
+        coordinates = {"distance": ("distance", distance, {"units": "m"})}
+        springs = None
+        claims = {name: claims[name] for name in claims if name not in ("slip_length", "saturation_creepage")}
+        notes += (f"the march along the path errs by about {missed:.1g} of mu F_N",)
+    attributes = {
+        "normal_force": pressed.load,
+        "indentation": d,
+        "contact_radius": pressed.line.radius,
+        "friction_coefficient": mu,
+        "direction": direction,
+        "law": law,
+    }
+    return Rolling(
+        xr.Dataset(arrays, coords=coordinates, attrs=attributes),
+        springs,
+        _curves(contact, pressed, direction, float(np.max(np.abs(zeta)))),
+        claims,
+        frictional_assumptions(contact, mapped, np.array([pressed.line.radius])),
+        notes,
+    )
+
+
+def _check_words(direction: str, law: str) -> None:
+    if direction == "spin":
+        raise ProblemError(
+            "rolling: direction='spin' is not given by the method: springs on one line are not turned about the normal; "
+            "take 'longitudinal' or 'lateral'"
+        )
+    for name, given, known in (("direction", direction, DIRECTIONS), ("law", law, LAWS)):
+        if given not in known:
+            raise ProblemError(f"rolling: {name} = {shown(given)}; give {' or '.join(map(repr, known))}")
+
+
+def _creepages(given: ArrayQuantityLike) -> FloatArray:
+    zeta = np.atleast_1d(to_si_array(given, "", name="creepage"))
+    if zeta.ndim != 1 or zeta.size == 0:
+        raise ProblemError(f"rolling: creepage = {shown(given)}; one row of numbers is needed")
+    if np.any(np.abs(zeta) > _LARGEST):
+        worst = float(zeta[np.argmax(np.abs(zeta))])
+        raise ProblemError(
+            f"rolling: creepage = {worst:g} is beyond {_LARGEST:g}, the largest difference of two speeds over their mean; "
+            "give it as a number and not in per cent"
+        )
+    return zeta
+
+
+def _distances(given: ArrayQuantityLike, zeta: FloatArray) -> FloatArray:
+    distance = np.atleast_1d(to_si_array(given, "m", name="path"))
+    if distance.shape != zeta.shape:
+        raise ProblemError(
+            f"rolling: path has {distance.size} distances and creepage {zeta.size} numbers; give one distance for every creepage"
+        )
+    falling = np.flatnonzero(np.diff(distance, prepend=0.0) <= 0.0)
+    if falling.size:
+        i = int(falling[0])
+        raise ProblemError(
+            f"rolling: path[{i}] = {metres(float(distance[i]))} does not rise; distances must rise from above 0 m"
+        )
+    return distance
+
+
+def _modulus(contact: Contact, mapped: Mapped, direction: str, law: str) -> float:
+    if law == "calibrated":
+        return calibrated_modulus(contact, mapped.moduli, direction)
+    return mapped.moduli.tangential
+
+
+_Arrays = dict[str, tuple[tuple[str, ...] | str, FloatArray | float, dict[str, str]]]
+
+
+def _steady(pressed: _Pressed, rise: FloatArray, zeta: FloatArray, modulus: float) -> _Arrays:
+    found = steady_rolling(pressed.line, np.abs(rise))
+    force = np.sign(zeta) * pressed.unit * found.load
+    return {
+        "creep_force": ("creepage", force, {"units": "N"}),
+        "traction_coefficient": ("creepage", force / pressed.load, {"units": ""}),
+        "slip_length": ("creepage", found.slip_length, {"units": "m"}),
+        "saturation_creepage": ((), pressed.unit / modulus * pressed.line.saturation, {"units": ""}),
+    }
+
+
+def _along(
+    pressed: _Pressed, rise: FloatArray, zeta: FloatArray, distance: FloatArray
+) -> tuple[_Arrays, float]:
+    found = rolled_path(pressed.line, distance, rise)
+    force = pressed.unit * found.load
+    return {
+        "creepage": ("distance", zeta, {"units": ""}),
+        "creep_force": ("distance", force, {"units": "N"}),
+        "traction_coefficient": ("distance", force / pressed.load, {"units": ""}),
+    }, found.error
+
+
+def _springs(pressed: _Pressed, rise: FloatArray, zeta: FloatArray) -> xr.Dataset:
+    import xarray as xr
+
+    x = np.linspace(-pressed.line.radius, pressed.line.radius, _POSITIONS)
+    load = np.sign(rise)[:, None] * line_load(pressed.line, np.abs(rise), x)
+    return xr.Dataset(
+        {
+            "line_load": (("creepage", "x"), pressed.unit * load, {"units": "N/m"}),
+            "cap": ("x", pressed.unit * pressed.line.cap(x), {"units": "N/m"}),
+        },
+        coords={
+            "creepage": ("creepage", zeta, {"units": ""}),
+            "x": ("x", x, {"units": "m"}),
+        },
+    )
+
+
+def _curves(contact: Contact, pressed: _Pressed, direction: str, largest: float) -> xr.Dataset:
+    """Creep forces by every law that the contact allows."""
+    import xarray as xr
+
+    moduli = {"plain": pressed.mapped.moduli.tangential}
+    with contextlib.suppress(ProblemError):
+        moduli["calibrated"] = calibrated_modulus(contact, pressed.mapped.moduli, direction)
+    saturation = pressed.unit / moduli["plain"] * pressed.line.saturation
+    end = _BEYOND * saturation if math.isfinite(saturation) else 2.0 * largest or 0.01
+    zeta = np.linspace(0.0, min(end, _LARGEST), _CURVE)
+    forces = [
+        pressed.unit * steady_rolling(pressed.line, modulus * zeta / pressed.unit).load
+        for modulus in moduli.values()
+    ]
+    return xr.Dataset(
+        {"creep_force": (("law", "creepage"), np.array(forces), {"units": "N"})},
+        coords={"law": list(moduli), "creepage": ("creepage", zeta, {"units": ""})},
+        attrs={"limit": pressed.friction * pressed.load},
+    )

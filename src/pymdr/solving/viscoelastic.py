@@ -1,0 +1,283 @@
+"""The contact of bodies with memory along a path."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+
+from pymdr.errors import PathError, ProblemError
+from pymdr.interpretation.accuracy import with_errors
+from pymdr.interpretation.memory import MemorySurface, checked_rows, least_pressure, memory_claims
+from pymdr.interpretation.validity import NORMAL_FIELDS, BoolArray, small_slope_assumptions
+from pymdr.line.curves import ElasticLine
+from pymdr.line.foundation import mean_pressure, normal_force, rises_to, states_at_depth
+from pymdr.line.memory import (
+    MemoryHistory,
+    MemoryState,
+    Relaxation,
+    follow_loads,
+    follow_springs,
+    follow_travels,
+    ting,
+    virgin,
+)
+from pymdr.mapping.equivalent import equivalent_profile, gap_function, slope_function
+from pymdr.mapping.relaxation import relaxation_of
+from pymdr.problem.contact import Contact
+from pymdr.problem.materials import Viscoelastic
+from pymdr.problem.paths import LoadingPath
+from pymdr.problem.schedule import Stretch, planned
+from pymdr.result import Result, Status
+from pymdr.rows import taken
+from pymdr.solving.normal import check_normal_path, refuse_tension
+from pymdr.solving.reach import notes_of, refuse_unreachable
+from pymdr.solving.walk import Channels, Task, Told, Walked, channels_at, solution, walk, with_travel
+from pymdr.units import FloatArray
+
+_COMPARED = ("force", "contact_radius", "stored", "dissipated", "indentation")
+SPRINGS = 1000
+"""Springs in the largest contact."""
+_FIELD_ERROR = 1e-3
+"""Of their largest value: what the distance of the springs does to fields."""
+
+
+@dataclass(frozen=True)
+class _Rows:
+    indentation: FloatArray
+    normal_force: FloatArray
+    contact_radius: FloatArray
+    stored: FloatArray
+    dissipated: FloatArray
+    work: FloatArray
+    disk: np.ndarray
+    prescribed: np.ndarray
+    """Whether the force is prescribed."""
+    coarse: FloatArray
+    """What half as many springs give, in half as many steps between the rows where they are needed, shape (rows, 5)."""
+
+
+@dataclass(frozen=True)
+class _State:
+    fine: MemoryState
+    coarse: MemoryState
+
+
+def remembers(contact: Contact) -> bool:
+    """Whether a body of a contact has a memory."""
+    return isinstance(contact.body, Viscoelastic) or isinstance(contact.counterbody, Viscoelastic)
+
+
+def solve_viscoelastic(task: Task) -> Result:
+    """Map, walk and interpret."""
+    check_normal_path(task.path)
+    relaxation = relaxation_along(task.contact, task.path)
+    line = ElasticLine(equivalent_profile(task.contact.profile), 1.0)
+    walked = walk(task, None, partial(_step, task, line, relaxation))
+    return _interpret(task, line, relaxation, walked)
+
+
+def relaxation_along(contact: Contact, path: LoadingPath) -> Relaxation:
+    """E*(t) of a contact, over the times of a path where that is asked for."""
+    try:
+        return relaxation_of(contact.body, contact.counterbody)
+    except ProblemError:
+        span = _span(path)
+        if span is None:
+            raise
+        return relaxation_of(contact.body, contact.counterbody, span=span)
+
+
+def _span(path: LoadingPath) -> tuple[float, float] | None:
+    """About the shortest step and the length of a path in s, if its legs state their times."""
+    steps, now, here = [], 0.0, dict[str, float]()
+    for leg in planned(path):
+        asked = leg.stretch(here, now)
+        if asked.time is None:
+            return None
+        steps.append(np.diff(asked.time, prepend=now))
+        now, here = float(asked.time[-1]), {**here, **asked.end}
+    waits = np.concatenate(steps)
+    return float(waits[waits > 0.0].min()), now
+
+
+def _step(
+    task: Task,
+    line: ElasticLine,
+    relaxation: Relaxation,
+    state: _State | None,
+    asked: Stretch,
+    kept: np.ndarray | None,
+    told: Told | None,
+) -> tuple[_Rows, _State, Channels]:
+    """Step 2: springs with memory, and half as many of them, which tell how far they err."""
+    if asked.time is None:
+        raise PathError(
+            "a body with memory asks when: give every leg a duration or a rate, for example indent('1 um', rate='1 um/s')"
+        )
+    if asked.by_force:
+        refuse_tension(asked.leg, asked.normal)
+    if state is None:
+        begun = virgin(asked.begin, min(asked.start[0], 0.0))
+        state = _State(begun, begun)
+    fine, coarse = (
+        _followed(task, line, relaxation, asked, one, 2 * parts)
+        for one, parts in ((state.fine, 2), (state.coarse, 1))
+    )
+    deepest = states_at_depth(line, np.array([float(np.max(fine.indentation))]))
+    refuse_unreachable(line, task.contact.profile, deepest)
+    if not rises_to(line, float(deepest.indentation[0])):
+        raise ProblemError(
+            "the equivalent profile falls somewhere within the contact: with memory the contact of such a profile is not "
+            "followed; take one that rises, or smooth it"
+        )
+    rows = _Rows(
+        fine.indentation,
+        fine.force,
+        fine.contact_radius,
+        fine.stored,
+        fine.dissipated,
+        fine.work,
+        fine.disk,
+        np.full(fine.force.size, asked.by_force),
+        np.stack([getattr(coarse, name) for name in _COMPARED], axis=1),
+    )
+    here = channels_at(float(fine.indentation[-1]), float(fine.force[-1]), task.machine_stiffness)
+    return taken(rows, kept), _State(fine.state, coarse.state), here
+
+
+def _followed(
+    task: Task, line: ElasticLine, relaxation: Relaxation, asked: Stretch, state: MemoryState, parts: int
+) -> MemoryHistory:
+    """A leg on a number of springs; between rows whose indentation is not prescribed in that many parts."""
+    time, target, n = asked.time, asked.normal, parts * SPRINGS // 4
+    assert time is not None
+    by_travel = asked.controls.normal == "travel" and task.machine_stiffness is not None
+    if not (asked.by_force or by_travel):
+        return follow_springs(line, relaxation, time, target, state, n=n)
+    time, target = _divided(time, asked.begin, parts), _divided(target, asked.start[0], parts)
+    if asked.by_force:
+        found = follow_loads(line, relaxation, time, target, state, n=n)
+    else:
+        assert task.machine_stiffness is not None
+        found = follow_travels(line, relaxation, time, target, task.machine_stiffness, state, n=n)
+    own = {name: getattr(found, name)[parts - 1 :: parts] for name in found._fields if name != "state"}
+    return found._replace(**own)
+
+
+def _divided(values: FloatArray, start: float, parts: int) -> FloatArray:
+    """Values with others, straight between them and from a start."""
+    moves = np.diff(values, prepend=start)
+    share = np.arange(1.0 - parts, 1.0) / parts
+    return np.asarray((values[:, None] + moves[:, None] * share).ravel())
+
+
+def _interpret(task: Task, line: ElasticLine, relaxation: Relaxation, walked: Walked[_Rows]) -> Result:
+    """Step 3: quantities, claims and assumptions of every row."""
+    rows, time = walked.rows, walked.time
+    assert time is not None
+    force, radius = rows.normal_force, rows.contact_radius
+    exact = _ting(line, relaxation, walked)
+    errors = _errors(rows)
+    notes = [*notes_of(task.contact.profile)]
+    if exact is not None:
+        force, radius = exact
+        errors["normal_force"] = errors["contact_radius"] = errors["mean_pressure"] = np.zeros(force.size)
+        notes.append(
+            "one approach and one retreat: force and contact radius are Ting's (1966), without springs"
+        )
+    if relaxation.error > 0.0:
+        notes.append(f"the rheology is a Prony series whose kernel errs by at most {relaxation.error:.1g}")
+    elastic = normal_force(line, states_at_depth(line, rows.indentation))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        secant = np.where(elastic > 0.0, force / elastic, math.nan)
+    columns = with_travel(
+        task,
+        {
+            "indentation": rows.indentation,
+            "normal_force": force,
+            "contact_radius": radius,
+            "mean_pressure": mean_pressure(force, radius),
+            "effective_modulus": secant,
+            "elastic_energy": rows.stored,
+            "external_work": rows.work,
+            "dissipated_energy": rows.dissipated,
+        },
+    )
+    surface = surface_with_memory(task.contact, relaxation, time, rows.indentation, radius)
+    looked = checked_rows(np.where(rows.disk, radius, 0.0))
+    tension = max((-least_pressure(state) for state in surface.states(looked)), default=0.0)
+    remark = (
+        ""
+        if relaxation.error == 0.0
+        else f"; the kernel of the rheology errs by at most {relaxation.error:.1g}"
+    )
+    names = (*columns, *NORMAL_FIELDS)
+    claims = memory_claims(names, rows.disk, rows.prescribed, tension, len(looked), remark)
+    errors |= {name: np.full(force.size, _FIELD_ERROR) for name in NORMAL_FIELDS}
+    claims = with_errors(
+        claims, errors, "; energies are those of the springs and dashpots that the rheology names"
+    )
+    a = float(np.max(radius, initial=0.0))
+    listed = (
+        small_slope_assumptions(task.contact.profile, slope_function(task.contact.profile), a, 0.0)
+        if a
+        else ()
+    )
+    return solution(
+        task,
+        walked,
+        columns,
+        claims,
+        assumptions=tuple(one for one in listed if one.name != "elastic similarity"),
+        status=_status(claims["contact_radius"].where),
+        notes=tuple(notes),
+        references=("sneddon", "popov-hess", "ting"),
+    )
+
+
+def _status(valid: BoolArray) -> Status:
+    return Status.COMPLETED if valid.all() else Status.PARTLY_REFUSED if valid.any() else Status.REFUSED
+
+
+def _errors(rows: _Rows) -> dict[str, FloatArray]:
+    """What half as many springs and steps make otherwise, of the largest values: about three times what is left to err."""
+    found = {}
+    fine = (rows.normal_force, rows.contact_radius, rows.stored, rows.dissipated, rows.indentation)
+    names = ("normal_force", "contact_radius", "elastic_energy", "dissipated_energy", "indentation")
+    for name, values, coarse in zip(names, fine, rows.coarse.T, strict=True):
+        largest = float(np.max(np.abs(values), initial=0.0)) or 1.0
+        found[name] = np.abs(values - coarse) / largest
+    found["mean_pressure"] = found["normal_force"] + 2.0 * found["contact_radius"]
+    found["effective_modulus"] = found["normal_force"]
+    found["external_work"] = found["elastic_energy"] + found["dissipated_energy"]
+    return found
+
+
+def _ting(
+    line: ElasticLine, relaxation: Relaxation, walked: Walked[_Rows]
+) -> tuple[FloatArray, FloatArray] | None:
+    """Force and radius without springs, where the path is one approach and one retreat under prescribed indentations."""
+    rows, time = walked.rows, walked.time
+    d = rows.indentation
+    turn = int(np.argmax(d))
+    single = bool((np.diff(d[: turn + 1]) >= 0.0).all() and (np.diff(d[turn:]) <= 0.0).all())
+    if rows.prescribed.any() or not single or time is None or relaxation.viscosity > 0.0:
+        return None
+    start = min(float(walked.starts[0].get("indentation", 0.0)), 0.0)
+    try:
+        found = ting(line, relaxation, np.append(0.0, time), np.append(min(start, 0.0), d))
+    except PathError:
+        return None
+    return found.force[1:], found.contact_radius[1:]
+
+
+def surface_with_memory(
+    contact: Contact, relaxation: Relaxation, time: FloatArray, depth: FloatArray, radius: FloatArray
+) -> MemorySurface:
+    """What fields of a contact with memory are computed from."""
+    equivalent = equivalent_profile(contact.profile)
+    gap = gap_function(contact.profile, equivalent)
+    return MemorySurface(equivalent, relaxation, gap, time, depth, radius, SPRINGS)

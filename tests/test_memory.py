@@ -1,0 +1,306 @@
+"""Contacts that remember against closed forms, quadrature, limits and each other."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.special import dawsn
+
+from pymdr.errors import PathError, ProblemError
+from pymdr.line.curves import ElasticLine
+from pymdr.line.foundation import elastic_energy, normal_force, states_at_depth
+from pymdr.line.memory import (
+    Relaxation,
+    creep,
+    follow_loads,
+    follow_springs,
+    follow_travels,
+    line_state,
+    ting,
+)
+from pymdr.line.memory.modes import modes_of
+from pymdr.mapping.equivalent import equivalent_profile
+from pymdr.problem.profiles import Cone, FlatPunch, Paraboloid
+
+
+def line_of(profile):
+    return ElasticLine(equivalent_profile(profile), 1.0)
+
+
+PARABOLOID = line_of(Paraboloid(1.0))
+
+STANDARD = Relaxation(1.2, np.array([4.0]), np.array([0.4]))
+
+
+def solid(inputs):
+    return Relaxation(4.0 * inputs["Ginf"], np.array([4.0 * inputs["G1"]]), np.array([inputs["tau"]]))
+
+
+def triangle(t, top, speed):
+    return speed * np.where(t <= top, t, 2.0 * top - t)
+
+
+def test_standard_solid_of_the_references(references):
+    entry = references["ting_sls_parab"]
+    t = np.array([0.0, *entry["inputs"]["t"]])
+    rows = ting(PARABOLOID, solid(entry["inputs"]), t, triangle(t, 1.0, 0.4))
+    assert rows.force[1:] == pytest.approx(entry["expected"]["F"], rel=entry["rtol"], abs=1e-14)
+    assert rows.contact_radius[1:] == pytest.approx(entry["expected"]["a"], rel=entry["rtol"], abs=1e-14)
+
+
+def test_maxwell_of_the_references(references):
+    entry = references["maxwell_constvel"]
+    i = entry["inputs"]
+    body = Relaxation(0.0, np.array([4.0 * i["G"]]), np.array([i["tau"]]))
+    rows = ting(PARABOLOID, body, [0.0, i["t"]], [0.0, i["v"] * i["t"]])
+    assert rows.force[1] == pytest.approx(entry["expected"]["F"], rel=entry["rtol"])
+    lost = references["maxwell_detach"]["expected"]["t_end"]
+    t = np.array([0.0, 1.0, lost * (1.0 - 1e-8), lost * (1.0 + 1e-8)])
+    for rows in (
+        ting(PARABOLOID, body, t, triangle(t, 1.0, 0.4)),
+        follow_springs(PARABOLOID, body, t, triangle(t, 1.0, 0.4), n=4000),
+    ):
+        assert rows.force[3] == 0.0 == rows.contact_radius[3]
+    assert ting(PARABOLOID, body, t, triangle(t, 1.0, 0.4)).contact_radius[2] > 0.0
+
+
+def test_creep_of_the_references(references):
+    entry = references["sls_creep"]
+    i = entry["inputs"]
+    rows = creep(PARABOLOID, STANDARD, [0.0, i["t"]], [i["F0"], i["F0"]])
+    assert rows.contact_radius[1] == pytest.approx(entry["expected"]["a"], rel=entry["rtol"])
+    assert rows.indentation[1] == pytest.approx(entry["expected"]["d"], rel=entry["rtol"])
+
+
+def orders(errors):
+    return np.log2(np.array(errors)[:-1] / np.array(errors)[1:])
+
+
+@pytest.mark.parametrize("profile", [Paraboloid(1.0), Cone(slope=0.3)])
+def test_springs_converge_to_ting_at_second_order(profile):
+    line = line_of(profile)
+    body = Relaxation(1.0, np.array([2.0, 1.0]), np.array([0.3, 2.0]))
+    t = np.linspace(0.0, 2.0, 101)
+    d = triangle(t, 1.0, 0.1)
+    exact = ting(line, body, t, d)
+    force, radius = [], []
+    for n in (100, 200, 400, 800):
+        rows = follow_springs(line, body, t, d, n=n)
+        assert rows.disk.all()
+        force.append(abs(rows.force - exact.force).max() / exact.force.max())
+        radius.append(
+            abs(rows.contact_radius - exact.contact_radius)[t < 1.2].max() / exact.contact_radius.max()
+        )
+    assert (orders(force) > 1.8).all()
+    assert force[-1] < 5e-6
+    assert radius[-1] < 1e-4
+
+
+def test_rows_are_exact_in_time():
+    body = Relaxation(1.0, np.array([2.0, 1.0]), np.array([0.3, 2.0]))
+    few = np.array([0.0, 1.0, 1.6, 2.5, 4.0])
+    d = np.array([0.0, 0.1, 0.02, 0.09, -0.01])
+    many = np.unique(np.concatenate([few, np.linspace(0.0, 4.0, 333)]))
+    sparse = follow_springs(PARABOLOID, body, few, d, n=300)
+    dense = follow_springs(PARABOLOID, body, many, np.interp(many, few, d), n=300)
+    at = np.searchsorted(many, few)
+    assert sparse.force == pytest.approx(dense.force[at], rel=1e-9, abs=1e-12)
+    assert sparse.dissipated == pytest.approx(dense.dissipated[at], rel=1e-9, abs=1e-12)
+
+
+def test_forces_converge_at_second_order_in_time():
+    exact = creep(PARABOLOID, STANDARD, [0.0, 1.0], [0.0, 0.2]).indentation[-1]
+    errors = []
+    for rows in (5, 10, 20, 40):
+        t = np.linspace(0.0, 1.0, rows + 1)
+        errors.append(abs(follow_loads(PARABOLOID, STANDARD, t, 0.2 * t, n=8000).indentation[-1] - exact))
+    assert (orders(errors) > 1.7).all()
+
+
+@pytest.mark.parametrize("n", [100, 1000])
+def test_nothing_relaxes(n):
+    body = Relaxation(3.0, np.zeros(0), np.zeros(0))
+    d = np.array([0.0, 0.1, 0.04, 0.2, -0.1, 0.05])
+    rows = follow_springs(PARABOLOID, body, np.arange(6.0), d, n=n)
+    states = states_at_depth(PARABOLOID, d)
+    assert rows.contact_radius == pytest.approx(states.contact_radius, abs=1e-14)
+    assert rows.force == pytest.approx(3.0 * normal_force(PARABOLOID, states), rel=20.0 / n**2, abs=1e-14)
+    assert rows.stored == pytest.approx(3.0 * elastic_energy(PARABOLOID, states), rel=50.0 / n**2, abs=1e-14)
+    assert rows.dissipated == pytest.approx(np.zeros(6), abs=1e-14)
+
+
+def test_sudden_and_slow_moves():
+    t, d = np.array([0.0, 1.0, 2.0]), np.array([0.0, 0.1, 0.03])
+    elastic = normal_force(PARABOLOID, states_at_depth(PARABOLOID, d))
+    for factor, modulus in ((1e-9, STANDARD.glassy), (1e9, STANDARD.rubbery)):
+        for rows in (
+            follow_springs(PARABOLOID, STANDARD, factor * t, d),
+            ting(PARABOLOID, STANDARD, factor * t, d),
+        ):
+            assert rows.force == pytest.approx(modulus * elastic, rel=2e-5, abs=1e-15)
+    at_once = follow_springs(PARABOLOID, STANDARD, np.zeros(3), d)
+    assert at_once.force == pytest.approx(STANDARD.glassy * elastic, rel=2e-5, abs=1e-15)
+
+
+def test_closed_forms_of_approach():
+    v, tau, modulus = 0.4, 0.4, 4.0
+    t = np.linspace(0.0, 2.0, 7)
+    body = Relaxation(0.0, np.array([modulus]), np.array([tau]))
+    dawson = 2.0 * modulus * v**1.5 * tau * (np.sqrt(t) - math.sqrt(tau) * dawsn(np.sqrt(t / tau)))
+    assert ting(PARABOLOID, body, t, v * t).force == pytest.approx(dawson, rel=1e-12, abs=1e-15)
+    slope = 0.5
+    cone = 4.0 / (math.pi * slope) * modulus * v**2 * tau * (t + tau * np.expm1(-t / tau))
+    assert ting(line_of(Cone(slope=slope)), body, t, v * t).force == pytest.approx(cone, rel=1e-12, abs=1e-15)
+    springs = follow_springs(PARABOLOID, body, t, v * t, n=2000)
+    assert springs.force == pytest.approx(dawson, rel=5e-6, abs=1e-15)
+
+
+def test_kelvin_and_voigt():
+    shear, eta, v = 0.7, 0.3, 0.2
+    body = Relaxation(4.0 * shear, np.zeros(0), np.zeros(0), 4.0 * eta)
+    t = np.linspace(0.0, 1.0, 9)
+    d = v * t
+    a = np.sqrt(d)
+    exact = 8.0 * (2.0 / 3.0 * shear * d * a + eta * v * a)
+    assert ting(PARABOLOID, body, t, d).force == pytest.approx(exact, rel=1e-12)
+    errors = [abs(follow_springs(PARABOLOID, body, t, d, n=n).force - exact).max() for n in (100, 200, 400)]
+    assert (orders(errors) > 1.7).all()
+    assert errors[-1] < 1e-4 * exact[-1]
+    # the springs release at G w + eta w' = 0, then creep back as exp(-G t / eta)
+    back = follow_springs(PARABOLOID, body, [0.0, 1.0, 1.0 + 1e-6, 2.0], [0.0, 0.2, 0.2 - 1e-3, -1.0], n=400)
+    assert back.force[2] == 0.0
+    x, w, q = line_state(back.state, body)
+    inside = x < 0.4
+    assert w[inside] == pytest.approx((0.2 - x[inside] ** 2) * math.exp(-shear / eta * 1.0), rel=1e-2)
+    assert not q.any()
+
+
+def test_flat_punch_relaxes_as_its_modulus():
+    punch = line_of(FlatPunch(radius=0.5))
+    rows = follow_springs(punch, STANDARD, [0.0, 0.0, 0.5, 3.0], [0.0, 0.1, 0.1, 0.1], n=50)
+    assert rows.force[1:] == pytest.approx(2.0 * 0.5 * 0.1 * STANDARD.at([0.0, 0.5, 3.0]), rel=1e-12)
+    assert rows.contact_radius[1:] == pytest.approx([0.5, 0.5, 0.5])
+    assert ting(punch, STANDARD, [0.0, 0.0, 0.5, 3.0], [0.0, 0.1, 0.1, 0.1]).force == pytest.approx(
+        rows.force
+    )
+
+
+def test_creep_compliance_ends_at_the_rubbery_one():
+    body = Relaxation(0.5, np.array([1.0, 3.0, 10.0]), np.array([0.01, 1.0, 300.0]))
+    modes = modes_of(body)
+    assert 1.0 / body.glassy + (modes.reach**2).sum() == pytest.approx(1.0 / body.rubbery, rel=1e-12)
+
+
+@st.composite
+def bodies(draw):
+    n = draw(st.integers(0, 4))
+    moduli = [draw(st.floats(0.05, 5.0)) for _ in range(n)]
+    times = [10.0 ** draw(st.floats(-2.0, 2.0)) for _ in range(n)]
+    equilibrium = draw(st.sampled_from([0.0, 1.0, 0.1]))
+    viscosity = draw(st.sampled_from([0.0, 0.0, 0.5]))
+    if n == 0 and equilibrium == 0.0:
+        equilibrium = 1.0
+    return Relaxation(equilibrium, np.array(moduli), np.array(times), viscosity)
+
+
+@st.composite
+def paths(draw):
+    m = draw(st.integers(2, 7))
+    t = np.concatenate([[0.0], np.cumsum([10.0 ** draw(st.floats(-1.5, 1.5)) for _ in range(m)])])
+    d = np.array([0.0, *(draw(st.floats(-0.3, 1.0)) for _ in range(m))])
+    return t, d
+
+
+@settings(deadline=None, max_examples=60)
+@given(bodies(), paths(), st.floats(1e-6, 1e6))
+def test_energy_and_scales_of_random_histories(body, path, scale):
+    t, d = path
+    rows = follow_springs(PARABOLOID, body, t, d, n=60)
+    size = max(rows.work.max(), rows.dissipated.max(), 1e-9)
+    assert (np.diff(rows.dissipated) >= -1e-14 * size).all()
+    assert (rows.stored >= -1e-14 * size).all()
+    assert rows.work - rows.stored - rows.dissipated == pytest.approx(np.zeros(t.size), abs=1e-9 * size)
+    assert (rows.force >= -1e-12).all()
+    slower = Relaxation(body.equilibrium, body.moduli, scale * body.times, scale * body.viscosity)
+    again = follow_springs(PARABOLOID, slower, scale * t, d, n=60)
+    assert again.force == pytest.approx(rows.force, rel=1e-6, abs=1e-8)
+
+
+@settings(deadline=None, max_examples=60)
+@given(bodies(), paths(), st.data())
+def test_legs_and_rows_between_change_nothing(body, path, data):
+    t, d = path
+    whole = follow_springs(PARABOLOID, body, t, d, n=60)
+    cut = data.draw(st.integers(1, t.size - 1))
+    first = follow_springs(PARABOLOID, body, t[:cut], d[:cut], n=60)
+    if first.state.springs is None or d[:cut].max() == d.max():  # else the springs are others
+        second = follow_springs(PARABOLOID, body, t[cut:], d[cut:], first.state, n=60)
+        assert second.force == pytest.approx(
+            whole.force[cut:], rel=1e-6, abs=1e-7 * max(whole.force.max(), 1e-9)
+        )
+    between = np.unique(np.concatenate([t, np.linspace(t[0], t[-1], 50)]))
+    dense = follow_springs(PARABOLOID, body, between, np.interp(between, t, d), n=60)
+    at = np.searchsorted(between, t)
+    assert dense.state.deflection == pytest.approx(whole.state.deflection, abs=1e-7)
+    assert dense.dissipated[at] == pytest.approx(whole.dissipated, rel=1e-6, abs=1e-8)
+
+
+def stepped(body, heights, t, d, parts):
+    """Springs by small steps: a trial in contact, given up where it pulls."""
+    w = np.zeros(heights.size)
+    h = np.zeros((heights.size, body.moduli.size))
+    for t0, t1, d0, d1 in zip(t[:-1], t[1:], d[:-1], d[1:], strict=True):
+        dt = (t1 - t0) / parts
+        decay = np.exp(-dt / body.times)
+        mean = body.moduli * (1.0 - decay) / (dt / body.times)
+        stiff = body.equilibrium + mean.sum() + body.viscosity / dt
+        for k in range(parts):
+            depth = d0 + (d1 - d0) * (k + 1) / parts
+            old = body.equilibrium * w + h @ decay
+            dw = np.maximum(-old / stiff, depth - heights - w)
+            h = h * decay + dw[:, None] * mean
+            w = w + dw
+    return w
+
+
+@settings(deadline=None, max_examples=25)
+@given(bodies(), paths())
+def test_against_small_steps(body, path):
+    t, d = path
+    rows = follow_springs(PARABOLOID, body, t, d, n=25)
+    if rows.state.springs is None:
+        return
+    coarse, fine = (stepped(body, rows.state.springs.height, t, d, parts) for parts in (400, 1600))
+    assert rows.state.deflection == pytest.approx(fine, abs=1e-6 + 4.0 * abs(coarse - fine).max())
+
+
+def test_forces_and_machines_end_where_indentations_do():
+    t = np.linspace(0.0, 3.0, 61)
+    d = 0.05 * (1.2 - np.cos(4.0 * t)) - 0.01
+    moved = follow_springs(PARABOLOID, STANDARD, t, d, n=500)
+    assert moved.force.min() >= 0.0
+    stiffness = 0.7
+    machine = follow_travels(PARABOLOID, STANDARD, t, d + moved.force / stiffness, stiffness, n=500)
+    assert machine.indentation == pytest.approx(d, abs=2e-6)
+    assert machine.work - machine.stored - machine.dissipated == pytest.approx(np.zeros(61), abs=1e-13)
+    loaded = np.maximum(moved.force, 1e-3)
+    pressed = follow_loads(PARABOLOID, STANDARD, t, loaded, n=500)
+    assert pressed.force == pytest.approx(loaded, rel=1e-11)
+    assert pressed.work - pressed.stored - pressed.dissipated == pytest.approx(np.zeros(61), abs=1e-13)
+
+
+def test_what_cannot_be_followed():
+    with pytest.raises(PathError, match="must not fall"):
+        follow_springs(PARABOLOID, STANDARD, [0.0, 1.0, 0.5], [0.0, 0.1, 0.2])
+    with pytest.raises(PathError, match="turns more than once"):
+        ting(PARABOLOID, STANDARD, [0.0, 1.0, 2.0, 3.0], [0.0, 0.1, 0.05, 0.1])
+    with pytest.raises(PathError, match="dashpot"):
+        follow_springs(PARABOLOID, Relaxation(1.0, [], [], 1.0), [0.0, 0.0], [0.0, 0.1])
+    with pytest.raises(PathError, match="pulls"):
+        follow_loads(PARABOLOID, STANDARD, [0.0, 1.0], [0.0, -0.1])
+    with pytest.raises(ProblemError, match="at all times"):
+        Relaxation(0.0, [0.0], [1.0])
