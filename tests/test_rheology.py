@@ -708,5 +708,11 @@ def test_contacts_that_are_not_offered():
         mdr.Contact(tip, mdr.Elastic(1e9, 0.3), rubber, friction=mdr.Coulomb(0.3))
     with pytest.raises(mdr.ProblemError, match="relaxation_of"):
         mdr.effective_moduli(rubber)
-    with pytest.raises(mdr.ProblemError, match="relaxation_of"):
-        mdr.solve(mdr.Contact(tip, rubber), mdr.indent("1 um"))
+
+
+def test_results_keep_their_rheology(tmp_path):
+    for name in ("soft K", "dashpot, nu", "power"):
+        contact = mdr.Contact(mdr.Sphere("1 mm"), BODIES[name])
+        result = mdr.solve(contact, mdr.indent("10 um", rate="10 um/s", steps=10))
+        result.save(tmp_path / "memory.nc")
+        assert mdr.open_result(tmp_path / "memory.nc").contact == contact

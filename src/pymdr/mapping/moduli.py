@@ -147,7 +147,7 @@ def _(body: Graded) -> SurfaceCompliances:
 def _(body: Viscoelastic) -> SurfaceCompliances:
     raise ProblemError(
         "the stiffness of a Viscoelastic body depends on the history: pymdr.relaxation_of(body, counterbody) gives E*(t), "
-        "and no solver follows it yet; take Elastic for the stiffness at one time"
+        "and solve follows it; take Elastic for the stiffness at one time"
     )
 
 
