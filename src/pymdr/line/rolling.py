@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -63,7 +64,7 @@ class RollingLine:
         a = np.array([self.radius])
         return float(2.0 * (self.line.equivalent.moment(a)[0] + self.radius * self.edge_excess))
 
-    @property
+    @cached_property
     def saturation(self) -> float:
         """The rise from which on all slips, max g'; inf where g' has no bound or an edge is sharp."""
         corners = self.line.equivalent.corners(self.radius)

@@ -308,12 +308,14 @@ _Arrays = dict[str, tuple[tuple[str, ...] | str, FloatArray | float, dict[str, s
 
 
 def _steady(pressed: _Pressed, rise: FloatArray, zeta: FloatArray, modulus: float) -> _Arrays:
-    found = steady_rolling(pressed.line, np.abs(rise))
-    force = np.sign(zeta) * pressed.unit * found.load
+    # equal and opposite creepages are one
+    size, which = np.unique(np.abs(rise), return_inverse=True)
+    found = steady_rolling(pressed.line, size)
+    force = np.sign(zeta) * pressed.unit * found.load[which]
     return {
         "creep_force": ("creepage", force, {"units": "N"}),
         "traction_coefficient": ("creepage", force / pressed.load, {"units": ""}),
-        "slip_length": ("creepage", found.slip_length, {"units": "m"}),
+        "slip_length": ("creepage", found.slip_length[which], {"units": "m"}),
         "saturation_creepage": ((), pressed.unit / modulus * pressed.line.saturation, {"units": ""}),
     }
 
