@@ -94,25 +94,27 @@ def _zeros(
         beyond = max(last, (constant + 2.0 * float(weights.sum())) / slope)
         left, right = np.append(left, last), np.append(right, last + beyond)
 
-    def split(base: FloatArray, step: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """The value of h at -(base + step), and the distances of the poles from there."""
-        away = (poles - base[:, None]) - step[:, None]
-        x = base + step
-        return constant - x * (weights / away).sum(axis=1) - slope * x, away
+    def value(base: FloatArray, step: FloatArray) -> FloatArray:
+        """What h is at -(base + step): the same rounding of its part at -base for both zeros beside a pole."""
+        to_base = poles - base[:, None]
+        own = to_base == 0.0
+        apart = np.where(own, np.inf, to_base)
+        rest = constant - slope * base - (weights * base[:, None] / apart - weights * own).sum(axis=1)
+        steep = (weights * poles / apart / (apart - step[:, None])).sum(axis=1) + slope
+        return rest - step * steep + (weights * poles * own).sum(axis=1) / step
 
     half = 0.5 * (right - left)
-    above = split(left, half)[0] > 0.0
+    above = value(left, half) > 0.0
     if slope > 0.0:
         half[-1], above[-1] = 2.0 * half[-1], False
     base, sign = np.where(above, right, left), np.where(above, -1.0, 1.0)
     near, far = np.zeros(half.size), np.full(half.size, _SMALLEST)
     for _ in range(64):
         middle = 0.5 * (near + far)
-        value = split(base, sign * half * np.exp(-middle))[0]
-        farther = value * sign > 0.0
+        farther = value(base, sign * half * np.exp(-middle)) * sign > 0.0
         near, far = np.where(farther, near, middle), np.where(farther, middle, far)
     step = sign * half * np.exp(-0.5 * (near + far))
-    away = split(base, step)[1]
+    away = (poles - base[:, None]) - step[:, None]
     with np.errstate(over="ignore", divide="ignore"):
         return base + step, ((weights / away) * (poles / away)).sum(axis=1) + slope
 
