@@ -510,6 +510,49 @@ def test_measurements_that_are_none(call, match):
         call()
 
 
+@settings(max_examples=20, deadline=None)
+@given(
+    st.lists(st.tuples(st.floats(0.01, 1.9), power(-60.0, 60.0)), min_size=5, max_size=20),
+    power(-9.0, 9.0),
+    st.booleans(),
+)
+def test_any_rows_are_fitted_or_refused(rows, start, sweep):
+    steps, moduli = np.array(rows).T
+    along = start * 10.0 ** np.cumsum(steps)
+    data = (
+        {"omega": along, "storage": moduli, "loss": moduli[::-1]}
+        if sweep
+        else {"time": along, "modulus": moduli}
+    )
+    try:
+        fit = mdr.fit_prony(data)
+    except mdr.PymdrError:
+        return
+    assert math.isfinite(fit.misfit)
+    assert float(fit.series.relaxation(0.0)) > 0.0
+
+
+@EXAMPLES
+@given(
+    st.one_of(st.just(0.0), power(-60.0, 60.0)),
+    st.lists(
+        st.tuples(power(-60.0, 60.0), power(-60.0, 60.0)), min_size=1, max_size=5, unique_by=lambda x: x[1]
+    ),
+    power(-60.0, 60.0),
+)
+def test_sizes_that_nothing_has_overflow_nowhere(equilibrium, terms, bulk):
+    moduli, times = np.array(terms).T
+    law = mdr.Prony(equilibrium, moduli, times)
+    x = np.array([0.0, 1e-60, 1.0, 1e60, 1e200])
+    for ask in (law.relaxation, law.creep, law.storage, law.loss):
+        assert np.all(np.isfinite(ask(x)))
+        assert np.all(ask(x) >= 0.0)
+    kernel = mdr.relaxation_of(mdr.Viscoelastic(law, bulk=bulk), mdr.Viscoelastic(law, poisson=0.3))
+    assert math.isfinite(kernel.glassy)
+    assert kernel.glassy > 0.0
+    assert np.all(kernel.moduli > 0.0)
+
+
 # --- files and figures -----------------------------------------------------------------------------------
 
 
@@ -665,5 +708,11 @@ def test_contacts_that_are_not_offered():
         mdr.Contact(tip, mdr.Elastic(1e9, 0.3), rubber, friction=mdr.Coulomb(0.3))
     with pytest.raises(mdr.ProblemError, match="relaxation_of"):
         mdr.effective_moduli(rubber)
-    with pytest.raises(mdr.ProblemError, match="relaxation_of"):
-        mdr.solve(mdr.Contact(tip, rubber), mdr.indent("1 um"))
+
+
+def test_results_keep_their_rheology(tmp_path):
+    for name in ("soft K", "dashpot, nu", "power"):
+        contact = mdr.Contact(mdr.Sphere("1 mm"), BODIES[name])
+        result = mdr.solve(contact, mdr.indent("10 um", rate="10 um/s", steps=10))
+        result.save(tmp_path / "memory.nc")
+        assert mdr.open_result(tmp_path / "memory.nc").contact == contact

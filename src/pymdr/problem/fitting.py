@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pymdr.errors import ConvergenceError, ProblemError
+from pymdr.problem.values import within_range
 from pymdr.units import FloatArray, shown
 
 FEWEST_ROWS = 5
@@ -67,6 +68,9 @@ class Measured:
         if np.any(nothing):
             i = int(np.argmax(nothing))
             raise ProblemError(f"{name}: row {i + 1} adds to nothing, 0 Pa; leave it out")
+        for values, unit in ((x, "s or rad/s"), (np.max(self.moduli, axis=0), "Pa")):
+            for extreme in (values.min(), values.max()):
+                within_range(extreme, unit, name, size=True)
 
     @property
     def values(self) -> FloatArray:
@@ -164,6 +168,11 @@ def fitted(measured: Measured, terms: int | None = None, noise: float | None = N
         if fewer.misfit > goal if terms is None else best.times.size <= terms:
             break
         best = fewer
+    if best.equilibrium == 0.0 and not best.times.size:
+        raise ProblemError(
+            f"{measured.words}: the terms that lie nearest to the rows add to nothing, 0 Pa; the rows are no relaxation of a "
+            "linear body within their span"
+        )
     return replace(best, least=full.misfit)
 
 

@@ -94,27 +94,34 @@ def _zeros(
         beyond = max(last, (constant + 2.0 * float(weights.sum())) / slope)
         left, right = np.append(left, last), np.append(right, last + beyond)
 
-    def split(base: FloatArray, step: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """The value of h at -(base + step), and the distances of the poles from there."""
-        away = (poles - base[:, None]) - step[:, None]
-        x = base + step
-        return constant - x * (weights / away).sum(axis=1) - slope * x, away
+    def value(base: FloatArray, step: FloatArray) -> FloatArray:
+        """What h is at -(base + step): the same rounding of its part at -base for both zeros beside a pole."""
+        to_base = poles - base[:, None]
+        own = to_base == 0.0
+        apart = np.where(own, np.inf, to_base)
+        rest = constant - slope * base - (weights * base[:, None] / apart - weights * own).sum(axis=1)
+        steep = (weights * poles / apart / (apart - step[:, None])).sum(axis=1) + slope
+        return rest - step * steep + (weights * poles * own).sum(axis=1) / step
 
     half = 0.5 * (right - left)
-    above = split(left, half)[0] > 0.0
+    above = value(left, half) > 0.0
     if slope > 0.0:
         half[-1], above[-1] = 2.0 * half[-1], False
     base, sign = np.where(above, right, left), np.where(above, -1.0, 1.0)
     near, far = np.zeros(half.size), np.full(half.size, _SMALLEST)
     for _ in range(64):
         middle = 0.5 * (near + far)
-        value = split(base, sign * half * np.exp(-middle))[0]
-        farther = value * sign > 0.0
+        farther = value(base, sign * half * np.exp(-middle)) * sign > 0.0
         near, far = np.where(farther, near, middle), np.where(farther, middle, far)
     step = sign * half * np.exp(-0.5 * (near + far))
-    away = split(base, step)[1]
-    with np.errstate(over="ignore"):
-        return base + step, (weights * poles / away**2).sum(axis=1) + slope
+    away = (poles - base[:, None]) - step[:, None]
+    with np.errstate(over="ignore", divide="ignore"):
+        return base + step, ((weights / away) * (poles / away)).sum(axis=1) + slope
+
+
+def _over(time: FloatArray, times: FloatArray) -> FloatArray:
+    """Each time over each of some others, as far as exponentials can tell."""
+    return np.asarray(np.minimum(time, 1e120)[..., None] / times)
 
 
 @dataclass(frozen=True, eq=False)
@@ -140,7 +147,7 @@ class Retardation(Value):
     def __call__(self, time: ArrayLike) -> FloatArray:
         """J in 1/Pa at times in s, none below 0."""
         t = np.asarray(time, dtype=float)
-        grown = -np.expm1(-t[..., None] / self.times) @ self.compliances
+        grown = -np.expm1(-_over(t, self.times)) @ self.compliances
         return np.asarray(self.instant + grown + self.fluidity * t)
 
 
@@ -180,7 +187,7 @@ class Relaxation(Value):
     def __call__(self, time: ArrayLike) -> FloatArray:
         """E in Pa at times in s, none below 0; without the delta of a dashpot."""
         t = np.asarray(time, dtype=float)
-        return np.asarray(self.equilibrium + np.exp(-t[..., None] / self.times) @ self.moduli)
+        return np.asarray(self.equilibrium + np.exp(-_over(t, self.times)) @ self.moduli)
 
     def storage(self, omega: ArrayLike) -> FloatArray:
         """E' in Pa at angular frequencies in rad/s."""
@@ -193,7 +200,7 @@ class Relaxation(Value):
         return np.asarray((x / (1.0 + x**2)) @ self.moduli + self.viscosity * np.asarray(omega, dtype=float))
 
     def _cycles(self, omega: ArrayLike) -> FloatArray:
-        return np.minimum(np.asarray(omega, dtype=float)[..., None] * self.times, 1e150)
+        return np.asarray(np.minimum(np.asarray(omega, dtype=float), 1e90)[..., None] * self.times)
 
     @cached_property
     def retardation(self) -> Retardation:
