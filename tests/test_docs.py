@@ -29,6 +29,7 @@ def blocks(page):
         "book.md",
         "adhesion.md",
         "friction.md",
+        "impact.md",
         "claims.md",
         "exactness.md",
         "profiles.md",

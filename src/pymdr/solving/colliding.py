@@ -56,6 +56,8 @@ class Course:
     """Energy in J that jumps take until the bodies part, whether they do or not."""
     deepest: int = 0
     """Row of the turning point."""
+    branches: int = 1
+    """Of the curve under a prescribed indentation, as far as it was traced."""
     jumps_in: bool = False
     """Whether the contact is made by a jump that loses energy."""
 
@@ -267,6 +269,7 @@ def collide(line: AdhesiveLine, mass: float, speed: float, rows: int) -> Course:
         sticks=free is None,
         lost=lost,
         deepest=deepest,
+        branches=track.low.size,
         jumps_in=float(track.jumps[_TOUCH].loss[0]) > 0.0,
     )
 
