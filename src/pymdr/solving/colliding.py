@@ -87,26 +87,40 @@ def bounce(contact: Contact, mapped: Mapped, mass: float, speed: float, rows: in
         If the contact is not a disk at every depth on the way.
     """
     line = mapped.line
-    energy = 0.5 * mass * speed * speed
-    potential, halves, depths = stopping_depths(contact, line, mass, np.array([speed]))
-    half, deepest = float(halves[0]), float(depths[0])
-    shares = np.linspace(0.0, 1.0, rows // 4 + 1)
-    into = move(potential, mass, energy, 0.0, half, shares)
-    rest = stop(potential, mass, energy, half, deepest, shares)
+    potential, half, deepest = stopping_depths(contact, line, mass, np.array([speed]))
+    time, depth, velocity = motion(potential, mass, speed, (float(half[0]), float(deepest[0])), rows)
+    radius = np.where(depth > 0.0, states_at_depth(line, depth).contact_radius, 0.0)
+    force = np.where(depth > 0.0, potential.along(depth).force, 0.0)
+    return Course(time, depth, velocity, force, radius, deepest=rows // 2)
+
+
+def motion(
+    potential: Potential, mass: float, speed: float, depths: tuple[float, float], rows: int
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """
+    Time in s, depth in m and velocity in m/s of an elastic impact.
+
+    Parameters
+    ----------
+    potential : Potential
+        Over the depth.
+    mass, speed : float
+        In kg and m/s.
+    depths : tuple of float
+        At which half of the energy is stored and all of it, in m.
+    rows : int
+        Moves, a multiple of 4.
+    """
+    energy, shares = 0.5 * mass * speed * speed, np.linspace(0.0, 1.0, rows // 4 + 1)
+    into = move(potential, mass, energy, 0.0, depths[0], shares)
+    rest = stop(potential, mass, energy, *depths, shares)
     time = np.append(into.time, into.time[-1] + rest.time[1:])
     depth = np.append(into.parameter, rest.parameter[1:])
     velocity = np.append(into.speed, rest.speed[1:])
-    here = potential.along(depth)
-    radius = states_at_depth(line, depth).contact_radius
-    radius[0] = 0.0
-    force = np.where(depth > 0.0, here.force, 0.0)
-    return Course(
+    return (
         np.append(time, 2.0 * time[-1] - time[-2::-1]),
         np.append(depth, depth[-2::-1]),
         np.append(velocity, -velocity[-2::-1]),
-        np.append(force, force[-2::-1]),
-        np.append(radius, radius[-2::-1]),
-        deepest=rows // 2,
     )
 
 

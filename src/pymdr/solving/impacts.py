@@ -15,14 +15,14 @@ from pymdr.interpretation.adhesion import energy_assumption
 from pymdr.interpretation.traction import curves_down_to
 from pymdr.interpretation.validity import SOURCES, Assumption, Claim, Level
 from pymdr.line.foundation import normal_force, states_at_depth
-from pymdr.line.friction import Sideways, follow_collision
-from pymdr.line.impact import at_many, depths_of_energy, elastic_potential, work
+from pymdr.line.friction import Sideways, evaluate, follow_collision
+from pymdr.line.impact import Along, Potential, at_many, depths_of_energy, elastic_potential, work
 from pymdr.problem.contact import Contact
 from pymdr.problem.paths import indent
 from pymdr.quantities import quantity
 from pymdr.result import Result, labelled
 from pymdr.rows import taken
-from pymdr.solving.colliding import Course, bounce, collide, contact_times, stopping_depths
+from pymdr.solving.colliding import Course, bounce, collide, contact_times, motion, stopping_depths
 from pymdr.solving.equilibria import AdhesiveLine
 from pymdr.solving.reach import Mapped, map_to_line
 from pymdr.solving.verb import solve
@@ -371,12 +371,20 @@ def _rubbed(asked: _Asked, normal: Impact, mapped: Mapped, claim: Claim, mu: flo
     assert asked.inertia is not None
     arm, before = asked.radius, asked.contact_point
     mass = 1.0 / (1.0 / asked.mass + arm * (arm / asked.inertia))
-    curves = curves_down_to(mapped.line, normal.largest_indentation)
+    deepest = normal.largest_indentation
+    curves = curves_down_to(mapped.line, deepest)
+
+    def at(d: FloatArray) -> Along:
+        _, force, energy = evaluate(curves, d)
+        return Along(d, np.ones(d.shape), force, energy)
+
+    table = Potential(at, elastic_potential(mapped.line, deepest).knots)
+    energy = np.array([0.25 * asked.mass * asked.normal**2])
+    depths = (float(depths_of_energy(table, energy, deepest)[0]), deepest)
 
     def run(parts: int) -> Sideways:
-        course = bounce(asked.contact, mapped, asked.mass, asked.normal, parts * asked.steps)
-        depth = np.minimum(course.depth, normal.largest_indentation)
-        found = follow_collision(curves, depth, course.time, mass, before, mu, mapped.moduli.tangential)
+        time, depth, _ = motion(table, asked.mass, asked.normal, depths, parts * asked.steps)
+        found = follow_collision(curves, depth, time, mass, before, mu, mapped.moduli.tangential)
         return taken(found, slice(None, None, parts))
 
     parts, slid, change = 1, run(1), math.inf
