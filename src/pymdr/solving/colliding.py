@@ -129,16 +129,13 @@ def stopping_depths(
 ) -> tuple[Potential, FloatArray, FloatArray]:
     """The potential, and the depths in m at which half of the energy is stored and all of it."""
     energy = 0.5 * mass * speed * speed
-    top = _deepest_known(contact.profile, line)
     potential = elastic_potential(line, math.inf)
-    high = _reaching(
-        potential, float(np.max(energy)), min(_first_depth(line, float(np.max(energy))), top), top
-    )
-    if high is None:
-        known = math.sqrt(2.0 * float(potential.along(np.array([top])).energy[0]) / mass)
+    high, stored = _reaching(potential, line, contact.profile, float(np.max(energy)))
+    if stored < np.max(energy):
+        known = math.sqrt(2.0 * stored / mass)
         raise PathError(
             f"speed = {written(float(np.max(speed)), 'm/s', 6)}: the bodies would not come to rest before the profile ends "
-            f"at d = {metres(top)}; the largest normal speed that it allows is {written(known, 'm/s', 6)}"
+            f"at d = {metres(high)}; the largest normal speed that it allows is {written(known, 'm/s', 6)}"
         )
     deepest = depths_of_energy(potential, energy, high)
     largest = float(np.max(deepest))
@@ -174,28 +171,27 @@ def _first_depth(line: ElasticLine, energy: float) -> float:
     return d if 0.0 < d < math.inf else a
 
 
-def _deepest_known(profile: Profile, line: ElasticLine) -> float:
-    """The largest depth in m at which the contact is known."""
-    if isinstance(profile, Sphere):
-        return (1.0 - 1e-12) * profile.radius
-    if isinstance(profile, Ellipsoid):
-        return (1.0 - 1e-12) * profile.height
-    if line.edge <= line.reach or math.isinf(line.reach):
-        return math.inf
-    reach = (1.0 - 1e-12) * line.reach
-    turns = () if line.rises else line.turning_points(reach)
-    return float(np.max(line.depth(np.array([*turns, reach]))))
-
-
-def _reaching(potential: Potential, energy: float, depth: float, top: float) -> float | None:
-    """A depth in m up to `top` that stores an energy in J; None if there is none."""
+def _reaching(
+    potential: Potential, line: ElasticLine, profile: Profile, energy: float
+) -> tuple[float, float]:
+    """A depth in m that stores an energy in J, or the largest one that is known, and what it stores."""
+    top = math.inf
+    if isinstance(profile, Sphere | Ellipsoid):
+        height = profile.radius if isinstance(profile, Sphere) else profile.height
+        top = (1.0 - 1e-12) * height
+    depth = min(_first_depth(line, energy), top)
     for _ in range(_TRIES):
-        stored = float(potential.along(np.array([depth])).energy[0])
-        if stored >= energy:
-            return depth
-        if depth >= top:
-            return None
-        depth = min(8.0 * depth, top)
+        at = np.array([depth])
+        # the end of a profile is looked at only by those that go there
+        if line.edge > line.reach and not states_at_depth(line, at).contact_radius[0] < line.reach:
+            reach = (1.0 - 1e-12) * line.reach
+            turns = () if line.rises else line.turning_points(reach)
+            depth = top = min(top, float(np.max(line.depth(np.array([*turns, reach])))))
+            at = np.array([depth])
+        stored = float(potential.along(at).energy[0])
+        if stored >= energy or depth >= top:
+            return depth, stored
+        depth = min(2.0 * depth, top)
     raise ProblemError("impact: no depth was found at which the bodies come to rest")
 
 
@@ -326,9 +322,8 @@ def _bare_depth(line: AdhesiveLine, kinetic: float) -> float:
     """A depth in m about that of the body without adhesion."""
     bare = line.line
     potential = elastic_potential(bare, 0.0)
-    top = _deepest_known(line.contact.profile, bare)
-    high = _reaching(potential, kinetic, min(_first_depth(bare, kinetic), top), top)
-    return top if high is None else float(depths_of_energy(potential, np.array([kinetic]), high)[0])
+    high, stored = _reaching(potential, bare, line.contact.profile, kinetic)
+    return high if stored < kinetic else float(depths_of_energy(potential, np.array([kinetic]), high)[0])
 
 
 def _potential(track: Track) -> Potential:
