@@ -491,3 +491,11 @@ def test_from_the_shell(shell, tmp_path):
     status, _, error = shell("impact", case, "--mass", "0 g", "--speed", "0.1 m/s")
     assert status == 1
     assert "mass = '0 g'" in error
+
+
+def test_adhesive_spheres_that_are_hit_too_hard_are_told_the_end():
+    soft = mdr.Contact(mdr.Sphere("1 mm"), mdr.Elastic("2 MPa", 0.3), adhesion=mdr.JKR("50 mJ/m^2"))
+    for speed in (1.5, 2.0, 3.0, 100.0):
+        with pytest.raises(mdr.PathError, match="by its radius"):
+            mdr.impact(soft, mass="1 g", speed=speed)
+    assert mdr.impact(soft, mass="1 g", speed=1.0).largest_indentation < 1e-3

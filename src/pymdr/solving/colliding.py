@@ -304,17 +304,18 @@ def walked(line: AdhesiveLine, kinetic: float) -> tuple[Track, list[_Stretch], i
     bare = _bare_depth(line, kinetic)
     first = float(line.equilibria.states(np.array([line.natural_radius])).indentation[0])
     top, last = bare + max(first, 0.0) + 1e-3 * bare, 0.0
+    bound = math.inf
     for _ in range(_TRIES):
         try:
             return _walked(line.track(math.inf, top), kinetic)
         except _EndError:
-            last, top = top, _GROWTH * top
+            last, top = top, min(_GROWTH * top, 0.5 * (top + bound))
         except PathError as error:
-            if top - last <= 1e-6 * top:
+            if top - last <= 1e-4 * top:
                 raise PathError(
                     f"impact: the bodies would not come to rest before the end: {error}"
                 ) from error
-            top = 0.5 * (last + top)
+            bound, top = top, 0.5 * (last + top)
     raise ProblemError("impact: no depth was found at which the bodies come to rest")
 
 
