@@ -282,6 +282,7 @@ KEYS = {
     "references",
     "verification",
     "loops",
+    "impact",
     "written",
     "error",
 }

@@ -32,6 +32,7 @@ def blocks(page):
         "rolling.md",
         "bodies.md",
         "viscoelasticity.md",
+        "impact.md",
         "claims.md",
         "exactness.md",
         "profiles.md",

@@ -1,6 +1,8 @@
 """Impacts against closed forms, the equation of motion integrated step by step, and conservation laws."""
 
+import json
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -10,6 +12,7 @@ from scipy.integrate import solve_ivp
 from scipy.special import gamma
 
 import pymdr as mdr
+from pymdr.workbench.casefile import read_case
 
 RIGID_ON = mdr.Elastic("0.91 GPa", 0.3)  # E* = 1 GPa
 BALL = mdr.Contact(mdr.Paraboloid("10 mm"), RIGID_ON)
@@ -445,3 +448,54 @@ def test_figure_of_an_oblique_impact(tmp_path):
     assert claim.level is mdr.Level.APPROXIMATE
     assert claim.error[0] < 1e-7
     figure.savefig(tmp_path / "hit.png")
+
+
+@pytest.mark.parametrize("name", ["sphere", "truncated", "rounded", "gel"])
+def test_thousands_of_speeds_are_as_good_as_one(name):
+    contact = gel() if name == "gel" else mdr.Contact(PROFILES[name], RIGID_ON)
+    mass = 1e-6 if name == "gel" else 1e-2
+    # the adhesive body sticks at the slowest of them
+    speeds = np.geomspace(0.05 if name == "gel" else 1e-6, 0.4, 2000)
+    many = mdr.restitution(contact, mass=mass, speeds=speeds)
+    for i in np.random.default_rng(3).integers(0, speeds.size, 6):
+        one = mdr.impact(contact, mass=mass, speed=speeds[i], steps=8)
+        assert float(many["restitution"][i]) == pytest.approx(one.restitution, rel=1e-11)
+        assert float(many["contact_time"][i]) == pytest.approx(one.contact_time, rel=1e-10)
+        assert float(many["indentation"][i]) == pytest.approx(one.largest_indentation, rel=1e-10)
+        assert float(many["normal_force"][i]) == pytest.approx(one.largest_force, rel=1e-10)
+
+
+def test_one_speed_many_times():
+    many = mdr.restitution(BALL, mass="100 g", speeds=np.ones(200))
+    assert many["contact_time"].values == pytest.approx(np.full(200, 0.0007204757691773092), rel=1e-12)
+
+
+# --- the shell ----------------------------------------------------------------------------------------------
+
+EXAMPLES = Path(__file__).parent.parent / "examples"
+
+
+def test_from_the_shell(shell, tmp_path):
+    case = EXAMPLES / "ball_on_glass.toml"
+    asked = ("impact", case, "--mass", "1 g", "--speed", "0.1 m/s")
+    status, out, error = shell(*asked, "-o", tmp_path / "out")
+    assert (status, error) == (0, "")
+    assert "contact time" in out
+    assert (tmp_path / "out" / "impact.csv").exists()
+    assert (tmp_path / "out" / "impact.png").exists()
+    status, out, _ = shell(*asked, "--json")
+    told = json.loads(out)
+    hit = mdr.impact(read_case(case).contact, mass="1 g", speed="0.1 m/s")
+    assert told["impact"]["contact_time"] == {"value": hit.contact_time, "unit": "s"}
+    assert told["claims"]["contact_time"]["level"] == hit.claims["contact_time"].level.name
+    status, _, error = shell("impact", case, "--mass", "0 g", "--speed", "0.1 m/s")
+    assert status == 1
+    assert "mass = '0 g'" in error
+
+
+def test_adhesive_spheres_that_are_hit_too_hard_are_told_the_end():
+    soft = mdr.Contact(mdr.Sphere("1 mm"), mdr.Elastic("2 MPa", 0.3), adhesion=mdr.JKR("50 mJ/m^2"))
+    for speed in (1.5, 2.0, 3.0, 100.0):
+        with pytest.raises(mdr.PathError, match="by its radius"):
+            mdr.impact(soft, mass="1 g", speed=speed)
+    assert mdr.impact(soft, mass="1 g", speed=1.0).largest_indentation < 1e-3

@@ -65,7 +65,7 @@ QUANTITIES: dict[str, Quantity] = {
         Quantity("contact_time", "T", "s", "contact time", ()),
         Quantity("rebound_speed", "v'", "m/s", "normal speed after the impact", ()),
         Quantity("tangential_speed", "v_x'", "m/s", "tangential speed after the impact", ()),
-        Quantity("contact_point_speed", "v_c'", "m/s", "tangential speed of the contact point after it", ()),
+        Quantity("contact_point_speed", "v_c'", "m/s", "speed of the contact point after it", ()),
         Quantity("spin", "\\omega'", "rad/s", "spin after the impact", ()),
         Quantity("sticking_speed", "v_s", "m/s", "speed below which the bodies stick", ()),
         Quantity("energy_lost", "\\Delta E", "J", "energy lost", ()),

@@ -277,7 +277,7 @@ def _read_pint(value: Any, unit: str, name: str) -> Any:
 
     with _ONE_AT_A_TIME:
         try:
-            if bool(_angles(value._REGISTRY, value.units)) != (unit == "rad"):
+            if _angles(value._REGISTRY, value.units) != _angles(value._REGISTRY, unit):
                 raise UnitError(
                     f"{name}: {shown(value)} does not fit: give for example {_example(unit)!r}"
                     + (" (an angle is not a plain number)" if not unit else "")

@@ -56,6 +56,8 @@ class Course:
     """Energy in J that jumps take until the bodies part, whether they do or not."""
     deepest: int = 0
     """Row of the turning point."""
+    branches: int = 1
+    """Of the curve under a prescribed indentation, as far as it was traced."""
     jumps_in: bool = False
     """Whether the contact is made by a jump that loses energy."""
 
@@ -85,26 +87,40 @@ def bounce(contact: Contact, mapped: Mapped, mass: float, speed: float, rows: in
         If the contact is not a disk at every depth on the way.
     """
     line = mapped.line
-    energy = 0.5 * mass * speed * speed
-    potential, halves, depths = stopping_depths(contact, line, mass, np.array([speed]))
-    half, deepest = float(halves[0]), float(depths[0])
-    shares = np.linspace(0.0, 1.0, rows // 4 + 1)
-    into = move(potential, mass, energy, 0.0, half, shares)
-    rest = stop(potential, mass, energy, half, deepest, shares)
+    potential, half, deepest = stopping_depths(contact, line, mass, np.array([speed]))
+    time, depth, velocity = motion(potential, mass, speed, (float(half[0]), float(deepest[0])), rows)
+    radius = np.where(depth > 0.0, states_at_depth(line, depth).contact_radius, 0.0)
+    force = np.where(depth > 0.0, potential.along(depth).force, 0.0)
+    return Course(time, depth, velocity, force, radius, deepest=rows // 2)
+
+
+def motion(
+    potential: Potential, mass: float, speed: float, depths: tuple[float, float], rows: int
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """
+    Time in s, depth in m and velocity in m/s of an elastic impact.
+
+    Parameters
+    ----------
+    potential : Potential
+        Over the depth.
+    mass, speed : float
+        In kg and m/s.
+    depths : tuple of float
+        At which half of the energy is stored and all of it, in m.
+    rows : int
+        Moves, a multiple of 4.
+    """
+    energy, shares = 0.5 * mass * speed * speed, np.linspace(0.0, 1.0, rows // 4 + 1)
+    into = move(potential, mass, energy, 0.0, depths[0], shares)
+    rest = stop(potential, mass, energy, *depths, shares)
     time = np.append(into.time, into.time[-1] + rest.time[1:])
     depth = np.append(into.parameter, rest.parameter[1:])
     velocity = np.append(into.speed, rest.speed[1:])
-    here = potential.along(depth)
-    radius = states_at_depth(line, depth).contact_radius
-    radius[0] = 0.0
-    force = np.where(depth > 0.0, here.force, 0.0)
-    return Course(
+    return (
         np.append(time, 2.0 * time[-1] - time[-2::-1]),
         np.append(depth, depth[-2::-1]),
         np.append(velocity, -velocity[-2::-1]),
-        np.append(force, force[-2::-1]),
-        np.append(radius, radius[-2::-1]),
-        deepest=rows // 2,
     )
 
 
@@ -113,16 +129,13 @@ def stopping_depths(
 ) -> tuple[Potential, FloatArray, FloatArray]:
     """The potential, and the depths in m at which half of the energy is stored and all of it."""
     energy = 0.5 * mass * speed * speed
-    top = _deepest_known(contact.profile, line)
     potential = elastic_potential(line, math.inf)
-    high = _reaching(
-        potential, float(np.max(energy)), min(_first_depth(line, float(np.max(energy))), top), top
-    )
-    if high is None:
-        known = math.sqrt(2.0 * float(potential.along(np.array([top])).energy[0]) / mass)
+    high, stored = _reaching(potential, line, contact.profile, float(np.max(energy)))
+    if stored < np.max(energy):
+        known = math.sqrt(2.0 * stored / mass)
         raise PathError(
             f"speed = {written(float(np.max(speed)), 'm/s', 6)}: the bodies would not come to rest before the profile ends "
-            f"at d = {metres(top)}; the largest normal speed that it allows is {written(known, 'm/s', 6)}"
+            f"at d = {metres(high)}; the largest normal speed that it allows is {written(known, 'm/s', 6)}"
         )
     deepest = depths_of_energy(potential, energy, high)
     largest = float(np.max(deepest))
@@ -158,28 +171,27 @@ def _first_depth(line: ElasticLine, energy: float) -> float:
     return d if 0.0 < d < math.inf else a
 
 
-def _deepest_known(profile: Profile, line: ElasticLine) -> float:
-    """The largest depth in m at which the contact is known."""
-    if isinstance(profile, Sphere):
-        return (1.0 - 1e-12) * profile.radius
-    if isinstance(profile, Ellipsoid):
-        return (1.0 - 1e-12) * profile.height
-    if line.edge <= line.reach or math.isinf(line.reach):
-        return math.inf
-    reach = (1.0 - 1e-12) * line.reach
-    turns = () if line.rises else line.turning_points(reach)
-    return float(np.max(line.depth(np.array([*turns, reach]))))
-
-
-def _reaching(potential: Potential, energy: float, depth: float, top: float) -> float | None:
-    """A depth in m up to `top` that stores an energy in J; None if there is none."""
+def _reaching(
+    potential: Potential, line: ElasticLine, profile: Profile, energy: float
+) -> tuple[float, float]:
+    """A depth in m that stores an energy in J, or the largest one that is known, and what it stores."""
+    top = math.inf
+    if isinstance(profile, Sphere | Ellipsoid):
+        height = profile.radius if isinstance(profile, Sphere) else profile.height
+        top = (1.0 - 1e-12) * height
+    depth = min(_first_depth(line, energy), top)
     for _ in range(_TRIES):
-        stored = float(potential.along(np.array([depth])).energy[0])
-        if stored >= energy:
-            return depth
-        if depth >= top:
-            return None
-        depth = min(8.0 * depth, top)
+        at = np.array([depth])
+        # the end of a profile is looked at only by those that go there
+        if line.edge > line.reach and not states_at_depth(line, at).contact_radius[0] < line.reach:
+            reach = (1.0 - 1e-12) * line.reach
+            turns = () if line.rises else line.turning_points(reach)
+            depth = top = min(top, float(np.max(line.depth(np.array([*turns, reach])))))
+            at = np.array([depth])
+        stored = float(potential.along(at).energy[0])
+        if stored >= energy or depth >= top:
+            return depth, stored
+        depth = min(2.0 * depth, top)
     raise ProblemError("impact: no depth was found at which the bodies come to rest")
 
 
@@ -267,6 +279,7 @@ def collide(line: AdhesiveLine, mass: float, speed: float, rows: int) -> Course:
         sticks=free is None,
         lost=lost,
         deepest=deepest,
+        branches=track.low.size,
         jumps_in=float(track.jumps[_TOUCH].loss[0]) > 0.0,
     )
 
@@ -291,17 +304,18 @@ def walked(line: AdhesiveLine, kinetic: float) -> tuple[Track, list[_Stretch], i
     bare = _bare_depth(line, kinetic)
     first = float(line.equilibria.states(np.array([line.natural_radius])).indentation[0])
     top, last = bare + max(first, 0.0) + 1e-3 * bare, 0.0
+    bound = math.inf
     for _ in range(_TRIES):
         try:
             return _walked(line.track(math.inf, top), kinetic)
         except _EndError:
-            last, top = top, _GROWTH * top
+            last, top = top, min(_GROWTH * top, 0.5 * (top + bound))
         except PathError as error:
-            if top - last <= 1e-6 * top:
+            if top - last <= 1e-4 * top:
                 raise PathError(
                     f"impact: the bodies would not come to rest before the end: {error}"
                 ) from error
-            top = 0.5 * (last + top)
+            bound, top = top, 0.5 * (last + top)
     raise ProblemError("impact: no depth was found at which the bodies come to rest")
 
 
@@ -309,9 +323,8 @@ def _bare_depth(line: AdhesiveLine, kinetic: float) -> float:
     """A depth in m about that of the body without adhesion."""
     bare = line.line
     potential = elastic_potential(bare, 0.0)
-    top = _deepest_known(line.contact.profile, bare)
-    high = _reaching(potential, kinetic, min(_first_depth(bare, kinetic), top), top)
-    return top if high is None else float(depths_of_energy(potential, np.array([kinetic]), high)[0])
+    high, stored = _reaching(potential, bare, line.contact.profile, kinetic)
+    return high if stored < kinetic else float(depths_of_energy(potential, np.array([kinetic]), high)[0])
 
 
 def _potential(track: Track) -> Potential:

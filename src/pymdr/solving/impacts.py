@@ -15,14 +15,14 @@ from pymdr.interpretation.adhesion import energy_assumption
 from pymdr.interpretation.traction import curves_down_to
 from pymdr.interpretation.validity import SOURCES, Assumption, Claim, Level
 from pymdr.line.foundation import normal_force, states_at_depth
-from pymdr.line.friction import Sideways, follow_collision
-from pymdr.line.impact import elastic_potential, work
+from pymdr.line.friction import Sideways, evaluate, follow_collision
+from pymdr.line.impact import Along, Potential, at_many, depths_of_energy, elastic_potential, work
 from pymdr.problem.contact import Contact
 from pymdr.problem.paths import indent
 from pymdr.quantities import quantity
 from pymdr.result import Result, labelled
 from pymdr.rows import taken
-from pymdr.solving.colliding import Course, bounce, collide, contact_times, stopping_depths
+from pymdr.solving.colliding import Course, bounce, collide, contact_times, motion, stopping_depths
 from pymdr.solving.equilibria import AdhesiveLine
 from pymdr.solving.reach import Mapped, map_to_line
 from pymdr.solving.verb import solve
@@ -111,9 +111,10 @@ class Impact:
         """The numbers with units, what happens, and how far to trust them."""
         from pymdr.presentation.text import impact_summary
 
-        return impact_summary(self._groups(), self.events, self.claims, self.assumptions, self.notes)
+        return impact_summary(self.groups(), self.events, self.claims, self.assumptions, self.notes)
 
-    def _groups(self) -> dict[str, dict[str, float]]:
+    def groups(self) -> dict[str, dict[str, float]]:
+        """The numbers in SI units under headings, by the names of their quantities."""
         groups = {
             "impact": {
                 "restitution": self.restitution,
@@ -146,7 +147,7 @@ class Impact:
         """The numbers, claims and assumptions as tables, for notebooks."""
         from pymdr.presentation.html import impact_html
 
-        return impact_html(self._groups(), self.events, self.claims, self.assumptions, self.notes)
+        return impact_html(self.groups(), self.events, self.claims, self.assumptions, self.notes)
 
     def plot(self) -> Figure:
         """Force and radius against time, and force against indentation; with friction the tangential force."""
@@ -370,12 +371,20 @@ def _rubbed(asked: _Asked, normal: Impact, mapped: Mapped, claim: Claim, mu: flo
     assert asked.inertia is not None
     arm, before = asked.radius, asked.contact_point
     mass = 1.0 / (1.0 / asked.mass + arm * (arm / asked.inertia))
-    curves = curves_down_to(mapped.line, normal.largest_indentation)
+    deepest = normal.largest_indentation
+    curves = curves_down_to(mapped.line, deepest)
+
+    def at(d: FloatArray) -> Along:
+        _, force, energy = evaluate(curves, d)
+        return Along(d, np.ones(d.shape), force, energy)
+
+    table = Potential(at, elastic_potential(mapped.line, deepest).knots)
+    energy = np.array([0.25 * asked.mass * asked.normal**2])
+    depths = (float(depths_of_energy(table, energy, deepest)[0]), deepest)
 
     def run(parts: int) -> Sideways:
-        course = bounce(asked.contact, mapped, asked.mass, asked.normal, parts * asked.steps)
-        depth = np.minimum(course.depth, normal.largest_indentation)
-        found = follow_collision(curves, depth, course.time, mass, before, mu, mapped.moduli.tangential)
+        time, depth, _ = motion(table, asked.mass, asked.normal, depths, parts * asked.steps)
+        found = follow_collision(curves, depth, time, mass, before, mu, mapped.moduli.tangential)
         return taken(found, slice(None, None, parts))
 
     parts, slid, change = 1, run(1), math.inf
@@ -511,8 +520,6 @@ def _claims(solved: Result, source: str) -> dict[str, Claim]:
 
 
 _RESTITUTION = ("restitution", "contact_time", "indentation", "normal_force", "contact_radius")
-_CHUNK = 2000
-"""Speeds that are followed together."""
 
 
 def restitution(contact: Contact, *, mass: QuantityLike, speeds: ArrayQuantityLike) -> xr.Dataset:
@@ -570,28 +577,56 @@ def restitution(contact: Contact, *, mass: QuantityLike, speeds: ArrayQuantityLi
 
 def _many_elastic(contact: Contact, mass: float, speed: FloatArray) -> list[FloatArray]:
     line = map_to_line(contact).line
-    potential, half, deepest = stopping_depths(contact, line, mass, speed)
-    parts = range(0, speed.size, _CHUNK)
-    time = np.concatenate(
-        [contact_times(potential, mass, half[i : i + _CHUNK], deepest[i : i + _CHUNK]) for i in parts]
-    )
+    potential, _, largest = stopping_depths(contact, line, mass, np.array([speed.max()]))
+
+    def followed(logarithm: FloatArray) -> FloatArray:
+        energy = 0.5 * mass * np.minimum(np.exp(logarithm), speed.max()) ** 2
+        half, deepest = (depths_of_energy(potential, e, float(largest[0])) for e in (0.5 * energy, energy))
+        return np.log([contact_times(potential, mass, half, deepest), deepest])
+
+    knots = potential.along(np.array(potential.knots)).energy
+    time, deepest = np.exp(at_many(followed, np.log(speed), 0.5 * np.log(2.0 * knots / mass)))
     states = states_at_depth(line, deepest)
     return [np.ones(speed.size), time, deepest, normal_force(line, states), states.contact_radius]
 
 
 def _many_adhesive(contact: Contact, mass: float, speed: FloatArray) -> list[FloatArray]:
     line = AdhesiveLine(contact)
-    # the fastest first: it needs most of the curve
-    order = np.argsort(-speed)
-    found = np.empty((len(_RESTITUTION), speed.size))
-    for i in order:
-        course = collide(line, mass, float(speed[i]), 8)
-        share = course.lost / (0.5 * mass * speed[i] ** 2)
-        found[:, i] = (
-            0.0 if course.sticks else math.sqrt(max(1.0 - share, 0.0)),
-            math.inf if course.sticks else course.time[-1],
-            course.depth[course.deepest],
-            course.force.max(),
-            course.radius.max(),
-        )
-    return list(found)
+
+    def followed(speeds: FloatArray) -> FloatArray:
+        found = np.empty((len(_RESTITUTION), speeds.size))
+        # the fastest first: it needs most of the curve
+        for i in np.argsort(-speeds):
+            course = collide(line, mass, float(speeds[i]), 8)
+            share = course.lost / (0.5 * mass * speeds[i] ** 2)
+            found[:, i] = (
+                0.0 if course.sticks else math.sqrt(max(1.0 - share, 0.0)),
+                math.inf if course.sticks else course.time[-1],
+                course.depth[course.deepest],
+                course.force.max(),
+                course.radius.max(),
+            )
+        return found
+
+    fastest = collide(line, mass, float(speed.max()), 8)
+    slowest = math.sqrt(2.0 * fastest.lost / mass)
+    parts = speed > slowest
+    if fastest.branches > 1:
+        return list(followed(speed))
+    # the rebound speed is what the contact time depends on smoothly
+    rebound = np.sqrt((speed[parts] - slowest) * (speed[parts] + slowest))
+
+    def parting(logarithm: FloatArray) -> FloatArray:
+        return np.log(followed(np.hypot(np.exp(logarithm), slowest))[1:])
+
+    def sticking(logarithm: FloatArray) -> FloatArray:
+        return np.log(followed(np.exp(logarithm))[2:])
+
+    columns = np.empty((len(_RESTITUTION), speed.size))
+    columns[:2, ~parts] = [[0.0], [math.inf]]
+    if parts.any():
+        columns[0, parts] = rebound / speed[parts]
+        columns[1:, parts] = np.exp(at_many(parting, np.log(rebound), np.zeros(0), 1e-10))
+    if not parts.all():
+        columns[2:, ~parts] = np.exp(at_many(sticking, np.log(speed[~parts]), np.zeros(0), 1e-10))
+    return list(columns)

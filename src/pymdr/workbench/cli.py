@@ -1,4 +1,4 @@
-"""The command line: ``pymdr run``, ``check``, ``verify``, ``loops``, ``plot``, ``new``, ``schema`` and ``info``.
+"""The command line: ``pymdr run``, ``check``, ``verify``, ``loops``, ``impact``, ``plot``, ``new``, ``schema`` and ``info``.
 
 Every command body imports what it needs, so that ``pymdr --help`` stays quick.
 """
@@ -432,6 +432,70 @@ def loops(
 
 
 @app.command()
+def impact(
+    case: CaseFile,
+    mass: Annotated[str, typer.Option(help="Reduced mass, such as '33 g'.")],
+    speed: Annotated[str, typer.Option(help="Speed at the first touch, such as '0.3 m/s'.")],
+    angle: Annotated[str, typer.Option(help="From the normal, such as '40 deg'.")] = "0 deg",
+    inertia: Annotated[
+        str | None, typer.Option(help="Moment of inertia, such as '1 g*cm^2'; of a solid ball unless given.")
+    ] = None,
+    radius: Annotated[
+        str | None, typer.Option(help="From the centre to the contact point; of the ball unless given.")
+    ] = None,
+    spin: Annotated[str, typer.Option(help="Angular velocity, such as '10 rad/s'.")] = "0 rad/s",
+    output: Output = None,
+    quiet: Quiet = False,
+    as_json: Json = False,
+) -> None:
+    """The impact of the contact of a case, whose path is left out; with -o its history and figure are written."""
+    from pymdr.quantities import quantity
+    from pymdr.solving import impact as collide
+    from pymdr.workbench.casefile import read_case
+
+    with _failures_as_json("impact", case, as_json):
+        asked = read_case(case)
+        found = collide(
+            asked.contact,
+            mass=mass,
+            speed=speed,
+            angle=angle,
+            inertia=inertia,
+            radius=radius,
+            spin=spin,
+        )
+        written: list[Path] = []
+        if output is not None:
+            with _ready_folder(output) as folder:
+                found.to_csv(folder / "impact.csv")
+                written = [folder / "impact.csv", _write_figure(found.plot(), folder / "impact.png")]
+    if as_json:
+        told = {
+            name: {"value": _finite(value), "unit": quantity(name).unit}
+            for values in found.groups().values()
+            for name, value in values.items()
+        }
+        answer = _answer(
+            "impact",
+            case,
+            title=asked.title,
+            status="COMPLETED",
+            rows=found.data.sizes["step"],
+            impact=told,
+            claims=_plain_claims(found.claims),
+            assumptions=_plain_assumptions(found.assumptions),
+            notes=list(found.notes),
+            written=[str(file) for file in written],
+        )
+        _print_json(answer)
+    elif not quiet:
+        _say(asked.title or str(case))
+        _say(found.summary())
+        if written:
+            _say("Written: " + ", ".join(str(file) for file in written))
+
+
+@app.command()
 def plot(
     result_file: Annotated[
         Path, typer.Argument(metavar="RESULT", help="A file written by pymdr run, or its folder.")
@@ -547,6 +611,7 @@ def _answer(command: str, case: Path, **told: Any) -> dict[str, Any]:
         "references": [],
         "verification": None,
         "loops": None,
+        "impact": None,
         "written": [],
         "error": None,
     }
