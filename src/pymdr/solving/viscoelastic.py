@@ -221,7 +221,10 @@ def _interpret(task: Task, line: ElasticLine, relaxation: Relaxation, walked: Wa
     claims = memory_claims(names, rows.disk, rows.forced, rows.moved, tension, len(looked), remark)
     errors |= {name: np.full(force.size, _FIELD_ERROR) for name in NORMAL_FIELDS}
     claims = with_errors(
-        claims, errors, "; energies are those of the springs and dashpots that the rheology names"
+        claims,
+        errors,
+        "; energies are those of the springs and dashpots that the rheology names",
+        f"as {SPRINGS} springs do",
     )
     a = float(np.max(radius, initial=0.0))
     listed = (
