@@ -101,7 +101,7 @@ def _zeros(
         apart = np.where(own, np.inf, to_base)
         rest = constant - slope * base - (weights * base[:, None] / apart - weights * own).sum(axis=1)
         steep = (weights * poles / apart / (apart - step[:, None])).sum(axis=1) + slope
-        return rest - step * steep + (weights * poles * own).sum(axis=1) / step
+        return np.asarray(rest - step * steep + (weights * poles * own).sum(axis=1) / step)
 
     half = 0.5 * (right - left)
     above = value(left, half) > 0.0
