@@ -1,5 +1,6 @@
 """Every example runs, and each asserts a number of its own."""
 
+import math
 import runpy
 import tomllib
 from pathlib import Path
@@ -25,6 +26,16 @@ CASE_NUMBERS = {
     "bolted_joint_loop": ("tangential_force", 2.0562579, 2e-4),
     # the record has the same amplitude and load, and ends where a cycle does
     "joint_record": ("tangential_force", 2.0562579, 2e-4),
+    # a of F = 4 c a^(3+k) / (R (1+k)^2 (3+k)), in 30 digits
+    "graded_implant": ("contact_radius", 0.00026946870081527825, 1e-12),
+    # a of F = (pi/2) cot(70.3 deg) E* a^2 with the indentation modulus of zinc
+    "zinc_indentation": (
+        "contact_radius",
+        math.sqrt(2 * 10e-3 * math.tan(math.radians(70.3)) / (math.pi * 67.799650579961365e9)),
+        1e-12,
+    ),
+    # the contact is lost before the ball is back
+    "rubber_indentation": ("normal_force", 0.0, 1e-12),
     "rounded_punch": ("normal_stiffness", 2 * (3e6 / 0.75) * 1e-3, 1e-12),
 }
 
