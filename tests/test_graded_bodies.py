@@ -83,6 +83,8 @@ def test_point_loads_make_the_displacement_of_the_axis(kind, k, R, share):
     c = mdr.effective_moduli(body).normal
     # rounding of radii beside the edge of a flat punch is felt
     assume(kind != "flat" or k > 0.2)
+    # beside a rim the pressure goes like |r - b|^k, and what lies within the rounding of b is lost to nodes
+    assume(kind != "truncated cone" or k > -0.4)
     marks = tip_of(kind, R)
     load = over_disk(result, 0, lambda r: 2.0 * math.pi * r, marks)
     assert load == pytest.approx(float(result["normal_force"][0]), rel=1e-8)
@@ -276,3 +278,9 @@ def test_springs_in_the_middle_bear_nothing_where_they_are_not_pressed(k):
     flat = mdr.solve(mdr.Contact(mdr.FlatPunch(1.0), body_of(k, 1.0)), mdr.Path(indentation=[0.0, 0.1]))
     assert float(flat.field("spring_force", 0.0, 0).values[0]) == 0.0
     assert float(flat.field("spring_force", 0.0, 1).values[0]) == math.inf
+
+
+@pytest.mark.parametrize("leg", [mdr.indent, mdr.load])
+def test_a_rate_that_is_none_says_which_units_are(leg):
+    with pytest.raises(mdr.UnitError, match=r"'1 um': a speed such as '1 um/s' .* '1 N/s'"):
+        leg(1e-6, rate="1 um")
