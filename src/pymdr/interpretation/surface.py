@@ -92,9 +92,10 @@ class Surface:
         if name == "equivalent_profile":
             return g
         if name == "spring_force":
-            with np.errstate(divide="ignore"):
-                stiffness = self.line.modulus * x**self.line.exponent
-            return np.where(_inside(x, a), stiffness * (d - g), 0.0)
+            with np.errstate(divide="ignore", invalid="ignore"):
+                force = self.line.modulus * x**self.line.exponent * (d - g)
+            # springs at x = 0 are infinitely stiff where k < 0, and bear nothing where they are not pressed
+            return np.where(_inside(x, a) & (d != g), force, 0.0)
         raise QuantityError(f"no field {name!r}; fields are {', '.join((*SURFACE_FIELDS, *LINE_FIELDS))}")
 
     def _with_cohesion(

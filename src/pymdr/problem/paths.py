@@ -85,13 +85,24 @@ class _RateField(OptionalSIField):
                 # a number is that of either
                 number, unit = self.read(value), None if isinstance(value, int | float) else "m/s"
             except UnitError:
-                number, unit = to_si(value, "N/s", name=f"{self.owner}.{self.name}"), "N/s"
+                if not isinstance(value, str):
+                    raise
+                number, unit = self._rate_of_force(value), "N/s"
                 if not number > 0.0:
                     raise PathError(
                         f"{self.owner}.{self.name} = {shown(value)}: it must be above 0 N/s"
                     ) from None
         instance.__dict__[self.name] = number
         instance.__dict__["_rate_unit"] = unit
+
+    def _rate_of_force(self, value: str) -> float:
+        try:
+            return to_si(value, "N/s", name=f"{self.owner}.{self.name}")
+        except UnitError:
+            raise UnitError(
+                f"{self.owner}.{self.name} = {shown(value)}: a speed such as '1 um/s' is needed, or for a force a rate such as "
+                "'1 N/s'"
+            ) from None
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,14 +1,16 @@
 """Contact radii along a curve: the parameter is the radius, but stretched behind corners of the profile.
 
-Behind a corner b of f, g grows like sqrt(a - b), so that a state follows from a - b and hardly from a. There
+Behind a corner b of f, g grows like (a - b)^((1 + k)/2), k the exponent of a graded body or 0, so that a state follows
+from a - b and hardly from a. There
 
-    a - b = L φ((s - s_b)/L),  φ(x) = x² (2 - x),  0 < x < 1,
+    a - b = L φ((s - s_b)/L),  φ(x) = x^n (n - (n - 1) x),  n = 2/(1 + k),  0 < x < 1,
 
 which joins a = s smoothly at both ends, makes all quantities smooth in s and keeps a - b to its last digit.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Hashable
 from dataclasses import dataclass, replace
 from weakref import WeakKeyDictionary
@@ -25,6 +27,8 @@ _SHARE = 0.125
 """Length L of a stretch in parts of the radius of its corner or of the distance to the next breakpoint."""
 _BESIDE = 2.0**-26
 """The x at which the rates of a corner are read: there they are those of the corner to 1e-8."""
+_LEAST = 1e-200
+"""The least x^n at which they are read: below, distances and rates leave the floats."""
 
 
 @dataclass(frozen=True)
@@ -47,6 +51,8 @@ class Radii:
     corners: FloatArray
     lengths: FloatArray
     exact: bool = False
+    power: float = 2.0
+    """n."""
 
     @property
     def starts(self) -> FloatArray:
@@ -64,7 +70,7 @@ class Radii:
             return Place(np.zeros(s.shape), s - self.origin)
         k, x, behind = self._stretch(s)
         near = behind & (x < 1.0)
-        offset = np.where(near, self.lengths[k] * x * x * (2.0 - x), s - self.starts[k])
+        offset = np.where(near, self.lengths[k] * self._share(x), s - self.starts[k])
         return Place(np.where(behind, self.corners[k], 0.0), np.where(behind, offset, s - self.origin))
 
     def position(self, s: FloatArray) -> Position:
@@ -77,15 +83,15 @@ class Radii:
         if self.corners.size == 0:
             return np.ones(s.shape)
         _, x, behind = self._stretch(s)
-        x = np.maximum(x, _BESIDE)
-        return np.where(behind & (x < 1.0), x * (4.0 - 3.0 * x), 1.0)
+        n, x = self.power, np.clip(x, self._least, 1.0)
+        return np.where(behind & (x < 1.0), x ** (n - 1.0) * (n * n - (n * n - 1.0) * x), 1.0)
 
     def beside(self, s: FloatArray) -> FloatArray:
         """The parameters, but none so close to a corner that rates over the radius are infinite."""
         if self.corners.size == 0:
             return s
         k, x, behind = self._stretch(s)
-        return np.where(behind & (x < _BESIDE), self.starts[k] + _BESIDE * self.lengths[k], s)
+        return np.where(behind & (x < self._least), self.starts[k] + self._least * self.lengths[k], s)
 
     def parameter(self, radius: FloatArray) -> FloatArray:
         """The parameters of contact radii in m."""
@@ -97,9 +103,18 @@ class Radii:
         low, high = np.zeros(s.shape), np.ones(s.shape)
         for _ in range(60):
             x = 0.5 * (low + high)
-            above = x * x * (2.0 - x) >= share
+            above = self._share(x) >= share
             low, high = np.where(above, low, x), np.where(above, x, high)
         return np.where(share < 1.0, self.starts[k] + high * self.lengths[k], s)
+
+    @property
+    def _least(self) -> float:
+        return max(_BESIDE, math.pow(_LEAST, 1.0 / self.power))
+
+    def _share(self, x: FloatArray) -> FloatArray:
+        """The part φ of its length that a stretch is behind at x."""
+        x = np.clip(x, 0.0, 1.0)
+        return np.asarray(x**self.power * (self.power - (self.power - 1.0) * x))
 
     def _stretch(self, s: FloatArray) -> tuple[np.ndarray, FloatArray, np.ndarray]:
         k = np.searchsorted(self.starts, s, side="right") - 1
@@ -147,4 +162,5 @@ def _found(line: Outline, rate: Callable[[FloatArray], FloatArray], origin: floa
     corner = np.isinf(rate(knots))
     mapped = line.equivalent if isinstance(line, ElasticLine) else line
     exact = isinstance(mapped, EquivalentProfile) and bool(corner.any())
-    return Radii(origin, knots[corner], _SHARE * gaps[corner], exact)
+    power = 2.0 / (1.0 + line.exponent) if isinstance(line, ElasticLine) else 2.0
+    return Radii(origin, knots[corner], _SHARE * gaps[corner], exact, power)
