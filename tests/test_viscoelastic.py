@@ -162,6 +162,12 @@ def test_a_machine_and_two_bodies():
     assert (result["indentation"].values <= result["travel"].values).all()
 
 
+def test_bodies_that_stay_apart():
+    result = pressed(SOLID, mdr.indent(-0.1, duration=1.0, steps=2))
+    assert result["normal_force"].values.tolist() == [0.0, 0.0]
+    assert result["contact_radius"].values.tolist() == [0.0, 0.0]
+
+
 def test_what_is_refused():
     contact = mdr.Contact(mdr.Sphere(1.0), body(SOLID))
     with pytest.raises(PathError, match="duration or a rate"):
@@ -181,6 +187,7 @@ def test_what_is_refused():
         lambda: mdr.pull_off(contact),
         lambda: mdr.solve(contact, mdr.indent(0.1, duration=1.0), solver=mdr.Rings(n=50)),
         lambda: mdr.foundation(contact),
+        lambda: mdr.verify(contact, mdr.indent(0.1, duration=1.0)),
         lambda: mdr.impact(contact, mass=1.0, speed=1.0),
     ):
         with pytest.raises(ProblemError):

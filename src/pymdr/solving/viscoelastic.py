@@ -270,7 +270,8 @@ def _ting(
     d = rows.indentation
     turn = int(np.argmax(d))
     single = bool((np.diff(d[: turn + 1]) >= 0.0).all() and (np.diff(d[turn:]) <= 0.0).all())
-    if not (rows.moved.all() and single) or time is None or relaxation.viscosity > 0.0:
+    touched = bool(d.max() > 0.0)
+    if not (rows.moved.all() and single and touched) or time is None or relaxation.viscosity > 0.0:
         return None
     start = min(float(walked.starts[0].get("indentation", 0.0)), 0.0)
     try:
