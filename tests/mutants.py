@@ -26,7 +26,10 @@ TESTS = {
         "foundation", "following", "adhesion_curves", "adhesive_solving", "friction_tables", "friction_stack",
         "frictional_solving", "laws",
     ),
-    "interpretation": ("validity", "certificate", "fields", "files_claims", "normal_contact", "laws"),
+    "interpretation": (
+        "validity", "certificate", "fields", "files_claims", "normal_contact", "laws", "law_figures", "frictional_solving",
+        "adhesive_solving", "graded_bodies", "viscoelastic",
+    ),
 }  # fmt: skip
 OPERATORS = {
     ast.Add: ast.Sub, ast.Sub: ast.Add, ast.Mult: ast.Div, ast.Div: ast.Mult, ast.Lt: ast.LtE, ast.LtE: ast.Lt,
