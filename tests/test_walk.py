@@ -350,3 +350,49 @@ def test_forces_may_cycle_down_first():
     assert down["normal_force"].values.tolist() == [5.0, 4.0, 5.0, 6.0, 5.0]
     with pytest.raises(mdr.PathError, match=r"^leg 2: normal_force = -1 N: without adhesion"):
         solved("normal", mdr.load(5.0) >> mdr.cycle(normal_force=-6.0, steps=4))
+
+
+# --- rates ----------------------------------------------------------------------------------------------------
+
+
+@settings(**FEW)
+@given(
+    depths=st.lists(st.integers(1, 50).map(lambda i: i / 100), min_size=1, max_size=4, unique=True),
+    rate=st.floats(1e-2, 1e2),
+    wait=st.floats(1e-2, 1e2),
+)
+def test_a_rate_is_the_speed_of_the_leg(depths, rate, wait):
+    """Whatever the start is: the slope of the column over time."""
+    path = mdr.indent(depths[0], rate=rate, steps=3)
+    for d in depths[1:]:
+        path = path >> mdr.hold(wait) >> mdr.indent(d, rate=rate, steps=2)
+    force = float(mdr.solve(CONTACTS["normal"], path)["normal_force"][-1])
+    path = path >> mdr.load(2.0 * force + 1.0, rate=rate, steps=2)
+    result = mdr.solve(CONTACTS["normal"], path)
+    time, d = (np.append(0.0, result[name].values) for name in ("time", "indentation"))
+    speeds = np.abs(np.diff(d[:-2])) / np.diff(time[:-2])
+    np.testing.assert_allclose(speeds[speeds > 0.0], rate, rtol=1e-9)
+    assert (force + 1.0) / (time[-1] - time[-3]) == pytest.approx(rate, rel=1e-9)
+    assert any("time is carried along" in note for note in result.notes)
+
+
+@pytest.mark.parametrize(
+    ("leg", "words"),
+    [
+        (lambda: mdr.indent(1.0, rate="1 N/s"), "moves in m/s"),
+        (lambda: mdr.load(1.0, rate="1 m/s"), "moves in N/s"),
+        (lambda: mdr.indent(1.0, rate=1.0, duration=1.0), "give one of them"),
+        (lambda: mdr.indent(1.0, rate=-1.0), "above 0 m/s"),
+        (lambda: mdr.load(1.0, rate="-1 N/s"), "above 0 N/s"),
+        (lambda: mdr.Ramp(indentation=1.0, shift=1.0, rate=1.0), "that of one channel"),
+    ],
+)
+def test_rates_that_say_nothing(leg, words):
+    with pytest.raises(mdr.PymdrError, match=words):
+        leg()
+
+
+def test_a_leg_that_goes_nowhere_takes_no_time():
+    path = mdr.indent(0.1, rate=1.0) >> mdr.indent(0.1, rate=1.0)
+    with pytest.raises(mdr.PymdrError, match=r"leg 2: .* takes no time"):
+        mdr.solve(CONTACTS["normal"], path)

@@ -29,6 +29,7 @@ from pymdr.mapping.relaxation import relaxation_of
 from pymdr.problem.contact import Contact
 from pymdr.problem.materials import Viscoelastic
 from pymdr.problem.paths import LoadingPath
+from pymdr.problem.rheology import PowerLawRheology
 from pymdr.problem.schedule import Stretch, planned
 from pymdr.result import Result, Status
 from pymdr.rows import taken
@@ -82,14 +83,10 @@ def solve_viscoelastic(task: Task) -> Result:
 
 
 def relaxation_along(contact: Contact, path: LoadingPath) -> Relaxation:
-    """E*(t) of a contact, over the times of a path where that is asked for."""
-    try:
-        return relaxation_of(contact.body, contact.counterbody)
-    except ProblemError:
-        span = _span(path)
-        if span is None:
-            raise
-        return relaxation_of(contact.body, contact.counterbody, span=span)
+    """E*(t) of a contact, over the times of a path where a power of time asks for them."""
+    bodies = (contact.body, contact.counterbody)
+    powers = any(isinstance(one, Viscoelastic) and isinstance(one.shear, PowerLawRheology) for one in bodies)
+    return relaxation_of(*bodies, span=_span(path) if powers else None)
 
 
 def _span(path: LoadingPath) -> tuple[float, float] | None:
@@ -240,6 +237,7 @@ def _interpret(task: Task, line: ElasticLine, relaxation: Relaxation, walked: Wa
         assumptions=tuple(one for one in listed if one.name != "elastic similarity"),
         status=_status(claims["contact_radius"].where),
         notes=tuple(notes),
+        remembers=True,
         references=("sneddon", "popov-hess", "ting"),
     )
 

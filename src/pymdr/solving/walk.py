@@ -151,8 +151,15 @@ def solution(
     notes: tuple[str, ...],
     references: tuple[str, ...],
     starts: tuple[Channels, ...] | None = None,
+    remembers: bool = False,
 ) -> Result:
-    """The result of a walk: the time of every kept row, and every quantity where its claim holds, else NaN."""
+    """
+    The result of a walk: the time of every kept row, and every quantity where its claim holds, else NaN.
+
+    Where the bodies do not remember, a note says that time does nothing.
+    """
+    if walked.time is not None and not remembers:
+        notes = (*notes, "the bodies are elastic: time is carried along and changes nothing")
     valid = {
         name: values if claims[name].where.all() else np.where(claims[name].where, values, math.nan)
         for name, values in columns.items()
