@@ -31,7 +31,7 @@ class RollingLine:
     line: ElasticLine
     depth: float
     """d in m."""
-    x: FloatArray
+    nodes: FloatArray
     """Nodes in m, rising from 0 to the contact radius."""
     slope: FloatArray
     """g' at the nodes."""
@@ -45,14 +45,14 @@ class RollingLine:
     @property
     def radius(self) -> float:
         """Contact radius a in m."""
-        return float(self.x[-1])
+        return float(self.nodes[-1])
 
     def cap(self, x: FloatArray) -> FloatArray:
         """What friction carries at x on either side, d - g, in m."""
         within = np.minimum(np.abs(x), self.radius)
         found = np.maximum(self.depth - self.line.equivalent.g(within), 0.0)
         # that difference has no digits beside the edge
-        last = within > self.x[-2]
+        last = within > self.nodes[-2]
         if last.any():
             found[last] = self.edge_excess + _fall(self.line, within[last], self.radius)
         return found
@@ -71,7 +71,7 @@ class RollingLine:
         if self.edge_excess > 0.0 or any(0.0 < b < self.radius and jump > 0.0 for b, jump in corners):
             return math.inf
         i = int(np.argmax(self.slope))
-        around = self.x[max(i - 1, 0)], self.x[min(i + 1, self.x.size - 1)]
+        around = self.nodes[max(i - 1, 0)], self.nodes[min(i + 1, self.nodes.size - 1)]
         for _ in range(20):
             radii = np.linspace(*around, 9)
             slopes = self.line.equivalent.slope(radii)
@@ -160,11 +160,11 @@ def _pieces(pressed: RollingLine, rise: FloatArray) -> list[_Pieces]:
     row, turn = np.nonzero(steeper[:, :-1] != steeper[:, 1:])
     slope = pressed.line.equivalent.slope
     turned = _boundary(
-        lambda x: (slope(x) > rise[row]) == steeper[row, turn], pressed.x[turn], pressed.x[turn + 1]
+        lambda x: (slope(x) > rise[row]) == steeper[row, turn], pressed.nodes[turn], pressed.nodes[turn + 1]
     )
     integral = pressed.depth * turned - pressed.line.equivalent.integral(turned)
     more = np.stack([turned, pressed.cap(turned), integral])
-    known = np.stack([pressed.x, pressed.heights, pressed.sums])
+    known = np.stack([pressed.nodes, pressed.heights, pressed.sums])
     return [
         _one_row(np.insert(known, turn[row == i] + 1, more[:, row == i], axis=1), one)
         for i, one in enumerate(rise.tolist())
