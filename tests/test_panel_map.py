@@ -587,6 +587,7 @@ def test_contact_that_begins_in_the_rounding_of_an_offset(n, size, height, offse
 @settings(max_examples=15, deadline=None)
 @given(SIZES, st.floats(0.0, 1.0), st.floats(0.3, 5.0), st.floats(-6.0, 0.0))
 @example(3.3997874937862134e-08, 0.0, 3.5, -4.0)
+@example(1.0, 0.0, 1.0, -2.0)
 def test_maps_that_begin_at_a_kink_nobody_named(b, shift, reach, slope):
     """f' = s r / b up to b, s b / r beyond: s(x) by Gauss and Legendre over g = s b y^2 / (1 + w) + s b arcosh y."""
     b, s = b * 2.0**shift, 10.0**slope

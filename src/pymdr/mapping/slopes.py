@@ -182,12 +182,13 @@ class ResolvedSlope:
         self.knots = sorted(self.source.knots)
 
     def _is_felt_below(self, inner: float) -> bool:
-        """Whether something below the floor, which octaves step over, matters to results at a radius in m."""
+        """Whether something below the first panel of an image, which octaves step over, matters to results at a radius in m."""
         assert self.slopes is not None
         if self.floor < 2.0**-40 * inner or self.tail.slope == 0.0:
             return False
         # the floor is a power of two, which scales exactly
-        r = self.floor * _below_one()
+        r = self.floor * _below_begin()
+        r = r[r < min([self.limit, *self.knots[:1]])]
         given = self.source.sample(np.zeros(r.size), r)[0]
         law = self.tail.slope * (r / self.tail.radius) ** self.tail.power
         panels = self.slopes.panels
@@ -423,9 +424,9 @@ class _Stopped:
 
 
 @lru_cache(maxsize=1)
-def _below_one() -> FloatArray:
+def _below_begin() -> FloatArray:
     """Where features below the floor are looked for, in parts of it."""
-    return search_points(_FELT_FROM, 1.0)
+    return search_points(_FELT_FROM, ABOVE_TAIL)
 
 
 @lru_cache(maxsize=16)
