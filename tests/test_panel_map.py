@@ -768,9 +768,9 @@ def test_radii_that_lose_their_digits_make_no_kinks(distance, height, sign, size
         found = line.g(x)
     except mdr.ConvergenceError as refusal:
         # where a hollow's f' crosses 0 among its stairs they are still taken for kinks, and the profile is refused
-        assert sign < 0.0
-        assert "kinks that were not named" in str(refusal)
-        return
+        if sign < 0.0 and "kinks that were not named" in str(refusal):
+            return
+        raise
     assert np.all(np.abs(found - exact) <= 1e-11 * scale + rest)
 
 
