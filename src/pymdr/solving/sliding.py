@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
@@ -134,12 +135,8 @@ def sliding_friction(
     >>> slid["slow_limit"].values.round(5).tolist()
     [0.0009, 0.9]
     """
-    import xarray as xr
-
     asked = _read(contact, normal_force, indentation)
-    v = one_row(speed, "m/s", _WHO, "speed")
-    if np.any(v <= 0.0):
-        raise ProblemError(f"{_WHO}: speed = {written(float(v.min()), 'm/s')}; it must be above 0 m/s")
+    v = positive_speeds(_WHO, speed)
     kernel = _kernel(asked, v)
     relaxation = kernel.relaxation
     rows = _rows(asked, kernel, v)
@@ -178,15 +175,45 @@ def sliding_friction(
     notes = notes_of(contact.profile) + kernel.notes
     if scatter_of(contact.profile):
         notes += ("the scatter of the samples is smoothed by and makes no bands here",)
-    units = {name: {"units": column.unit} for name, column in SlidingFriction.columns.items()}
     return SlidingFriction(
-        data=xr.Dataset(
-            {name: ("speed", values, units[name]) for name, values in columns.items()},
-            coords={"speed": ("speed", v, units["speed"])},
-        ),
+        data=labelled_over_speed(v, columns),
         claims=claims,
         assumptions=assumptions,
         notes=notes,
+    )
+
+
+def positive_speeds(who: str, speed: ArrayQuantityLike) -> FloatArray:
+    """One row of speeds in m/s, above 0."""
+    v = one_row(speed, "m/s", who, "speed")
+    if np.any(v <= 0.0):
+        raise ProblemError(f"{who}: speed = {written(float(v.min()), 'm/s')}; it must be above 0 m/s")
+    return v
+
+
+def positive_load(
+    who: str, normal_force: QuantityLike | None, indentation: QuantityLike | None, deep: float = 0.0
+) -> tuple[float | None, float | None]:
+    """Force in N above 0, or depth in m above a least one."""
+    one_load(who, normal_force, indentation)
+    force = None if normal_force is None else to_si(normal_force, "N", name="normal_force")
+    depth = None if indentation is None else to_si(indentation, "m", name="indentation")
+    for value, given, unit, least in ((force, normal_force, "N", 0.0), (depth, indentation, "m", deep)):
+        if value is not None and value <= least:
+            raise ProblemError(
+                f"{who}: the load {shown(given)} must be above 0 {unit}; press the bodies together"
+            )
+    return force, depth
+
+
+def labelled_over_speed(speed: FloatArray, columns: Mapping[str, FloatArray]) -> xr.Dataset:
+    """Columns over speed, with their units."""
+    import xarray as xr
+
+    units = {name: {"units": column.unit} for name, column in SlidingFriction.columns.items()}
+    return xr.Dataset(
+        {name: ("speed", values, units[name]) for name, values in columns.items()},
+        coords={"speed": ("speed", speed, units["speed"])},
     )
 
 
@@ -215,14 +242,7 @@ def _read(contact: Contact, normal_force: QuantityLike | None, indentation: Quan
             f"{_WHO}: both bodies are Viscoelastic, but only that over which the profile slides is pressed in anew; give the "
             "other one as Elastic with its modulus after a long time, or as Rigid()"
         )
-    one_load(_WHO, normal_force, indentation)
-    force = None if normal_force is None else to_si(normal_force, "N", name="normal_force")
-    depth = None if indentation is None else to_si(indentation, "m", name="indentation")
-    for value, given, unit in ((force, normal_force, "N"), (depth, indentation, "m")):
-        if value is not None and value <= 0.0:
-            raise ProblemError(
-                f"{_WHO}: the load {shown(given)} must be above 0 {unit}; press the bodies together"
-            )
+    force, depth = positive_load(_WHO, normal_force, indentation)
     return _Asked(contact, ElasticLine(equivalent_profile(contact.profile), 1.0), force, depth)
 
 
