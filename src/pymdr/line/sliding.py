@@ -164,13 +164,14 @@ def sliding_line(line: ElasticLine, states: DiskStates, n: int = NODES) -> Slidi
         alone = np.zeros(2, dtype=bool) if right is None else np.array(ends) == _GRADES
         alone[0] = ends[0] == _GRADES
         for _ in range(_HALVED):
-            meets = np.zeros(points.size - 1, dtype=bool)
-            meets[0], meets[-1] = alone
-            rough = _rough(line, left, points, n, depth) & ~meets
+            rough = _rough(line, left, points, n, depth)
+            rough[[0, -1]] &= ~alone
             if not rough.any() or points.size > _MOST:
                 break
             middles = points[:-1][rough] + 0.5 * np.diff(points)[rough]
             points = np.sort(np.append(points, middles))
+        meets = np.zeros(points.size - 1, dtype=bool)
+        meets[[0, -1]] = alone
         bases.append(np.full(points.size - 1, left))
         offsets.append(points[:-1])
         widths.append(np.diff(points))

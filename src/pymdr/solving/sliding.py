@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
-from pymdr.errors import ConvergenceError, ProblemError
+from pymdr.errors import ConvergenceError, PathError, ProblemError
 from pymdr.interpretation.accuracy import with_errors
 from pymdr.interpretation.sliding import Limits, sliding_claims, slowness
 from pymdr.interpretation.validity import approximated, small_slope_assumptions
@@ -42,6 +42,8 @@ if TYPE_CHECKING:
 
 _WHO = "sliding_friction"
 _SETTLED = 1e-13
+_LOST = 1e-3
+"""Relative error from which on a number tells nothing."""
 _MOST = 80
 _MISSED = 1e-8
 """Of the memory of a passage: what a power of time may answer at once."""
@@ -314,18 +316,13 @@ def _rows(asked: _Asked, kernel: _Kernel, speed: FloatArray) -> list[_Row]:
     depth = None
     for i in np.argsort(speed, kind="stable").tolist():
         v = float(speed[i])
-        row = _under_force(asked, kernel.relaxation, v, depth) if asked.depth is None else None
-        if row is None:
-            assert asked.depth is not None
-            refuse_unreachable(asked.line, asked.contact.profile, _elastic(asked, 1.0))
+        if asked.depth is None:
+            row = _under_force(asked, kernel.relaxation, v, depth)
+        else:
+            _refuse(asked, asked.depth)
             row = _at_depth(asked, kernel.relaxation, v, asked.depth)
         depth = row.pressed.depth
-        if kernel.relaxation.viscosity > 0.0 and not math.isfinite(row.pressed.slope_square):
-            raise ProblemError(
-                f"{_WHO}: the friction has no bound: int g'^2 dx has none for a {type(asked.contact.profile).__name__} of such a "
-                "corner or tip, and a dashpot beside all springs bears it; take a round profile, or a rheology that answers at "
-                "once, such as StandardSolid"
-            )
+        _refuse_endless(asked, kernel.relaxation, row)
         met = touches_again(row.pressed, asked.line, kernel.relaxation, v, row.slid)
         if met is not None:
             raise ProblemError(
@@ -343,9 +340,12 @@ def _rows(asked: _Asked, kernel: _Kernel, speed: FloatArray) -> list[_Row]:
     return [rows[i] for i in range(speed.size)]
 
 
-def _at_depth(asked: _Asked, relaxation: Relaxation, speed: float, depth: float) -> _Row:
+def _refuse(asked: _Asked, depth: float) -> None:
+    """Refuse a depth in m at which springs do not rest smoothly on the profile."""
+    profile = asked.contact.profile
     states = states_at_depth(asked.line, np.array([depth]))
-    name = type(asked.contact.profile).__name__
+    refuse_unreachable(asked.line, profile, states, asked.force)
+    name = type(profile).__name__
     if states.edge_excess[0] > 0.0 or float(states.contact_radius[0]) == asked.line.edge:
         raise ProblemError(
             f"{_WHO}: the contact of the {name} reaches its sharp edge, at which springs are not pressed in smoothly; round the "
@@ -356,52 +356,60 @@ def _at_depth(asked: _Asked, relaxation: Relaxation, speed: float, depth: float)
             f"{_WHO}: the equivalent profile of the {name} falls somewhere within the contact, where springs do not rest on it; "
             "take one that rises, or smooth it"
         )
-    pressed = sliding_line(asked.line, states)
+
+
+def _refuse_endless(asked: _Asked, relaxation: Relaxation, row: _Row) -> None:
+    if relaxation.viscosity > 0.0 and not math.isfinite(row.pressed.slope_square):
+        raise ProblemError(
+            f"{_WHO}: the friction has no bound: int g'^2 dx has none for a {type(asked.contact.profile).__name__} of such a "
+            "corner or tip, and a dashpot beside all springs bears it; take a round profile, or a rheology that answers at "
+            "once, such as StandardSolid"
+        )
+
+
+def _at_depth(asked: _Asked, relaxation: Relaxation, speed: float, depth: float) -> _Row:
+    pressed = sliding_line(asked.line, states_at_depth(asked.line, np.array([depth])))
     return _Row(pressed, slide(pressed, relaxation, speed))
 
 
 def _under_force(asked: _Asked, relaxation: Relaxation, speed: float, near: float | None) -> _Row:
     """The state that carries the force: F_N rises with the depth, about as a power of it."""
     assert asked.force is not None
-    low, high = 0.0, math.inf
+    low, high, refusal = 0.0, math.inf, None
     if near is None:
         known = [E for E in (relaxation.rubbery, relaxation.glassy) if 0.0 < E < math.inf]
-        near = float(_elastic(asked, known[0] if known else float(relaxation.viscosity)).indentation[0])
+        near = float(_elastic(asked, known[0] if known else relaxation.viscosity).indentation[0])
     depth = near if 0.0 < near < math.inf else 1.0
-    power, before = 1.5, None
-    row = None
+    power, before, row = 1.5, None, None
     for _ in range(_MOST):
-        states = states_at_depth(asked.line, np.array([depth]))
-        if not float(states.contact_radius[0]) < min(asked.line.reach, math.inf):
-            high, before = depth, None
-            if low > 0.0 and high <= low * (1.0 + 1e-14):
-                break
+        try:
+            _refuse(asked, depth)
+        except (ConvergenceError, PathError, ProblemError) as error:
+            # less depth may do
+            high, refusal, before = depth, error, None
+            if high <= low * (1.0 + 1e-12):
+                raise
             depth = math.sqrt(low * high) if low > 0.0 else 0.25 * high
             continue
         row = _at_depth(asked, relaxation, speed, depth)
-        missed = math.log(row.slid.load / asked.force)
+        missed = math.log(row.slid.load / asked.force) if row.slid.load > 0.0 else -math.inf
         if abs(missed) <= _SETTLED or high <= low * (1.0 + 4e-16):
             return row
         low, high = (depth, high) if missed < 0.0 else (low, depth)
         if before is not None and depth != before[0]:
             power = (missed - before[1]) / math.log(depth / before[0])
         before = (depth, missed)
-        after = depth * math.exp(-missed / power) if power > 0.0 else math.nan
-        inside = low < after < high
-        if not inside:
-            after = (
-                math.sqrt(low * high)
-                if low > 0.0 and high < math.inf
-                else depth * 4.0 ** -math.copysign(1, missed)
-            )
+        after = depth * math.exp(-missed / power) if power > 0.0 and math.isfinite(missed) else math.nan
+        if not low < after < high:
+            closed = low > 0.0 and high < math.inf
+            after = math.sqrt(low * high) if closed else depth * 4.0 ** -math.copysign(1, missed)
         if after == depth:
             return row
         depth = after
-    if row is not None and abs(missed) <= 1e3 * _SETTLED:
-        return row
-    refuse_unreachable(
-        asked.line, asked.contact.profile, states_at_depth(asked.line, np.array([high])), asked.force
-    )
+    if refusal is not None:
+        raise refusal
+    if row is not None:
+        _refuse_endless(asked, relaxation, row)
     raise ConvergenceError(
         f"{_WHO}: no depth was found that carries {asked.force:g} N at {speed:g} m/s; the last was {depth:g} m"
     )
@@ -454,6 +462,11 @@ def _error(asked: _Asked, kernel: _Kernel, speed: float, row: _Row) -> float:
     states = states_at_depth(asked.line, np.array([row.pressed.depth]))
     fewer = slide(sliding_line(asked.line, states, FEWER), kernel.relaxation, speed)
     nodes = max(abs(fewer.drag / row.slid.drag - 1.0), abs(fewer.load / row.slid.load - 1.0))
+    if not nodes < _LOST:
+        raise ConvergenceError(
+            f"{_WHO}: at {written(speed, 'm/s')} the friction is {row.slid.drag / row.slid.load:.1g} of the load, less than rounding "
+            "leaves of it; such speeds are a matter of slow_limit and fast_limit"
+        )
     mapped = float(np.max(asked.line.equivalent.slope_error(states.contact_radius)))
     if kernel.exponent == 0.0:
         return nodes + mapped
