@@ -8,10 +8,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import pymdr as mdr
-from pymdr.line.rough import stationary
-from pymdr.mapping.rough import rough_heights, waves
+from pymdr.line.rough_sliding import stationary
+from pymdr.mapping.self_affine import line_heights, waves
 
-ROAD = mdr.RoughLine(length="1 mm", rms_slope=0.1, hurst=0.8, shortest="50 um", seed=1)
+ROAD = mdr.SelfAffineLine(length="1 mm", rms_slope=0.1, hurst=0.8, shortest="50 um", seed=1)
 RUBBER = mdr.Viscoelastic(mdr.Prony("1 MPa", ["3 MPa", "5 MPa"], ["10 ms", "0.1 ms"]), poisson=0.5)
 KERNELS = {
     "terms": mdr.Relaxation(1.0, np.array([3.0, 2.0]), np.array([1.0, 0.05])),
@@ -32,7 +32,7 @@ KERNELS = {
 def test_waves_have_the_slope_and_the_spectrum(log_length, log_slope, hurst, last, first, seed):
     length = 10.0**log_length
     first = min(first, last)
-    rough = mdr.RoughLine(
+    rough = mdr.SelfAffineLine(
         length=length,
         rms_slope=10.0**log_slope,
         hurst=hurst,
@@ -48,28 +48,28 @@ def test_waves_have_the_slope_and_the_spectrum(log_length, log_slope, hurst, las
     x = length * np.arange(64) / 64
     by_hand = (A * np.cos(np.outer(x, q) + phase)).sum(axis=1)
     n = 64 * math.ceil((2 * last + 2) / 64)
-    assert rough_heights(rough, n)[:: n // 64] == pytest.approx(by_hand, abs=1e-11 * np.sum(A))
+    assert line_heights(rough, n)[:: n // 64] == pytest.approx(by_hand, abs=1e-11 * np.sum(A))
 
 
 def test_a_seed_is_a_line_and_finer_waves_leave_it():
-    again = mdr.RoughLine(length="1 mm", rms_slope=0.1, hurst=0.8, shortest="50 um", seed=1)
+    again = mdr.SelfAffineLine(length="1 mm", rms_slope=0.1, hurst=0.8, shortest="50 um", seed=1)
     assert again == ROAD
-    assert np.array_equal(rough_heights(again, 512), rough_heights(ROAD, 512))
-    other = mdr.RoughLine(length="1 mm", rms_slope=0.1, hurst=0.8, shortest="50 um", seed=2)
-    assert not np.allclose(rough_heights(other, 512), rough_heights(ROAD, 512))
-    finer = mdr.RoughLine(length="1 mm", rms_slope=0.1, hurst=0.8, shortest="10 um", seed=1)
+    assert np.array_equal(line_heights(again, 512), line_heights(ROAD, 512))
+    other = mdr.SelfAffineLine(length="1 mm", rms_slope=0.1, hurst=0.8, shortest="50 um", seed=2)
+    assert not np.allclose(line_heights(other, 512), line_heights(ROAD, 512))
+    finer = mdr.SelfAffineLine(length="1 mm", rms_slope=0.1, hurst=0.8, shortest="10 um", seed=1)
     assert np.array_equal(waves(finer)[2][:20], waves(ROAD)[2])
 
 
 @settings(max_examples=25, deadline=None)
 @given(st.sampled_from(sorted(KERNELS)), st.floats(-5, 5))
 def test_a_line_that_is_touched_everywhere_loses_what_its_waves_do(name, log_speed):
-    rough = mdr.RoughLine(length=1.0, rms_slope=0.1, hurst=0.7, shortest=0.1, seed=4)
+    rough = mdr.SelfAffineLine(length=1.0, rms_slope=0.1, hurst=0.7, shortest=0.1, seed=4)
     relaxation, speed = KERNELS[name], 10.0**log_speed
     q, A, _ = waves(rough)
     expected = 0.5 * np.sum(A**2 * q * relaxation.loss(q * speed))
     depth = 100.0 * relaxation(0.0) * (1.0 + speed) * np.sum(A)
-    found = [stationary(rough_heights(rough, n), 1.0, depth, relaxation, speed) for n in (640, 1280)]
+    found = [stationary(line_heights(rough, n), 1.0, depth, relaxation, speed) for n in (640, 1280)]
     assert found[1].pressure == pytest.approx(relaxation.equilibrium * depth, rel=1e-10)
     # second order in the distance of the places
     finer = (4.0 * found[1].drag - found[0].drag) / 3.0
@@ -102,8 +102,8 @@ def in_time_steps(heights, depth, relaxation, dt, passages):
 @pytest.mark.parametrize("share", [-0.5, 0.0, 0.5])
 @pytest.mark.parametrize("name", KERNELS)
 def test_passages_one_after_the_other(name, share):
-    rough = mdr.RoughLine(length=1.0, rms_slope=0.1, hurst=0.7, shortest=0.1, seed=4)
-    heights = rough_heights(rough, 200)
+    rough = mdr.SelfAffineLine(length=1.0, rms_slope=0.1, hurst=0.7, shortest=0.1, seed=4)
+    heights = line_heights(rough, 200)
     depth = share * heights.max()
     for speed in (0.3, 3.0):
         found = stationary(heights, 1.0, depth, KERNELS[name], speed)
@@ -125,7 +125,7 @@ def test_sizes_times_and_steepness_scale(log_size, log_time, log_modulus, log_sp
     size, time, modulus = 10.0**log_size, 10.0**log_time, 10.0**log_modulus
 
     def slid(size, time, modulus, slope):
-        rough = mdr.RoughLine(length=size, rms_slope=slope, hurst=0.8, shortest=size / 8)
+        rough = mdr.SelfAffineLine(length=size, rms_slope=slope, hurst=0.8, shortest=size / 8)
         body = mdr.Viscoelastic(mdr.StandardSolid(modulus, 9 * modulus, time), poisson=0.5)
         force = 10.0**log_load * slope * modulus * size**2
         return mdr.rough_sliding_friction(rough, body, 10.0**log_speed * size / time, normal_force=force)
@@ -166,7 +166,7 @@ def test_a_load_gives_the_depth_that_gives_the_load():
         ({"normal_force": None}, "exactly one"),
         ({"normal_force": "0 N"}, "above 0 N"),
         ({"normal_force": None, "indentation": "-1 mm"}, "no spring is touched"),
-        ({"rough": mdr.Sphere("1 mm")}, "not a RoughLine"),
+        ({"rough": mdr.Sphere("1 mm")}, "not a SelfAffineLine"),
         ({"body": mdr.Elastic("1 MPa", 0.5)}, "not Viscoelastic"),
         ({"body": mdr.Viscoelastic(mdr.Maxwell("1 MPa", "1 ms"), poisson=0.5)}, "relaxes to nothing"),
         ({"body": mdr.Viscoelastic(mdr.PowerLawRheology("1 MPa", "1 s", 0.2), poisson=0.5)}, "for ever"),
@@ -194,4 +194,4 @@ def test_bad_questions(asked, message):
 )
 def test_bad_lines(asked, message):
     with pytest.raises(mdr.ProblemError, match=message):
-        mdr.RoughLine(**{"length": "1 mm", "rms_slope": 0.1, "hurst": 0.8, "shortest": "50 um"} | asked)
+        mdr.SelfAffineLine(**{"length": "1 mm", "rms_slope": 0.1, "hurst": 0.8, "shortest": "50 um"} | asked)

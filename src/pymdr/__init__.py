@@ -76,7 +76,7 @@ if TYPE_CHECKING:
     from pymdr.problem.rheology import PowerLawRheology as PowerLawRheology
     from pymdr.problem.rheology import Prony as Prony
     from pymdr.problem.rheology import StandardSolid as StandardSolid
-    from pymdr.problem.rough import RoughLine as RoughLine
+    from pymdr.problem.self_affine import SelfAffineLine as SelfAffineLine
     from pymdr.result import Result as Result
     from pymdr.result import Status as Status
     from pymdr.solving import AdhesionRegime as AdhesionRegime
@@ -171,7 +171,7 @@ _HOMES: dict[str, tuple[str, ...]] = {
         "Waviness",
     ),
     "pymdr.problem.rheology": ("KelvinVoigt", "Maxwell", "PowerLawRheology", "Prony", "StandardSolid"),
-    "pymdr.problem.rough": ("RoughLine",),
+    "pymdr.problem.self_affine": ("SelfAffineLine",),
     "pymdr.result": ("Result", "Status"),
     "pymdr.solving.reopening": ("open_result",),
     "pymdr.solving.rolling": ("Rolling", "rolling"),

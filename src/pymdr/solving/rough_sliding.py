@@ -8,10 +8,10 @@ from pymdr.errors import ProblemError
 from pymdr.interpretation.sliding import rough_sliding_claims
 from pymdr.interpretation.validity import Assumption
 from pymdr.mapping.relaxation import Relaxation, relaxation_of
-from pymdr.mapping.rough import rough_heights
+from pymdr.mapping.self_affine import line_heights
 from pymdr.problem.materials import Material, Viscoelastic
 from pymdr.problem.rheology import PowerLawRheology
-from pymdr.problem.rough import RoughLine
+from pymdr.problem.self_affine import SelfAffineLine
 from pymdr.solving.sliding import SlidingFriction, labelled_over_speed, positive_load, positive_speeds
 from pymdr.units import ArrayQuantityLike, QuantityLike, shown
 
@@ -22,7 +22,7 @@ _STEEP = 0.3
 
 
 def rough_sliding_friction(
-    rough: RoughLine,
+    rough: SelfAffineLine,
     body: Material,
     speed: ArrayQuantityLike,
     *,
@@ -37,7 +37,7 @@ def rough_sliding_friction(
 
     Parameters
     ----------
-    rough : RoughLine
+    rough : SelfAffineLine
     body : Viscoelastic
         With a modulus that is left in the end.
     speed : array_like or quantity
@@ -65,7 +65,7 @@ def rough_sliding_friction(
     --------
     >>> from pymdr.problem.rheology import StandardSolid
     >>> rubber = Viscoelastic(StandardSolid("1 MPa", "9 MPa", "1 ms"), poisson=0.5)
-    >>> road = RoughLine(length="1 mm", rms_slope=0.1, hurst=0.8, shortest="20 um")
+    >>> road = SelfAffineLine(length="1 mm", rms_slope=0.1, hurst=0.8, shortest="20 um")
     >>> slid = rough_sliding_friction(road, rubber, ["1 mm/s", "0.1 m/s"], normal_force="10 mN")
     >>> slid["friction_coefficient"].values.round(3).tolist()
     [0.014, 0.016]
@@ -102,10 +102,10 @@ def rough_sliding_friction(
     )
 
 
-def _relaxation(rough: RoughLine, body: Material) -> Relaxation:
-    if not isinstance(rough, RoughLine):
+def _relaxation(rough: SelfAffineLine, body: Material) -> Relaxation:
+    if not isinstance(rough, SelfAffineLine):
         raise ProblemError(
-            f"{_WHO}: {rough!r} is not a RoughLine; profiles of revolution are for sliding_friction"
+            f"{_WHO}: {rough!r} is not a SelfAffineLine; profiles of revolution are for sliding_friction"
         )
     if not isinstance(body, Viscoelastic):
         raise ProblemError(
@@ -121,14 +121,19 @@ def _relaxation(rough: RoughLine, body: Material) -> Relaxation:
 
 
 def _state(
-    rough: RoughLine, relaxation: Relaxation, speed: float, force: float | None, depth: float | None, n: int
+    rough: SelfAffineLine,
+    relaxation: Relaxation,
+    speed: float,
+    force: float | None,
+    depth: float | None,
+    n: int,
 ) -> tuple[float, float, float]:
     """F_N and F_x in N and the depth in m."""
     from scipy.optimize import brentq
 
-    from pymdr.line.rough import stationary
+    from pymdr.line.rough_sliding import stationary
 
-    heights = rough_heights(rough, n)
+    heights = line_heights(rough, n)
     if depth is None:
         assert force is not None
         pressure = force / rough.length

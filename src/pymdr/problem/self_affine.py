@@ -10,7 +10,7 @@ from pymdr.units import metres, shown
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class RoughLine(Value):
+class SelfAffineLine(Value):
     """
     A self-affine random line of one length, which repeats itself: waves of random phases, C(q) ~ q^-(2H + 1).
 
@@ -41,7 +41,7 @@ class RoughLine(Value):
 
     Examples
     --------
-    >>> RoughLine(length="1 mm", rms_slope=0.1, hurst=0.8, shortest="10 um").longest_wave
+    >>> SelfAffineLine(length="1 mm", rms_slope=0.1, hurst=0.8, shortest="10 um").longest_wave
     0.001
     """
 
@@ -54,15 +54,17 @@ class RoughLine(Value):
 
     def __post_init__(self) -> None:
         if not isinstance(self.seed, int) or isinstance(self.seed, bool) or self.seed < 0:
-            raise ProblemError(f"RoughLine: seed = {shown(self.seed)}; a whole number from 0 on is needed")
+            raise ProblemError(
+                f"SelfAffineLine: seed = {shown(self.seed)}; a whole number from 0 on is needed"
+            )
         if not self.shortest <= self.longest_wave <= self.length:
             raise ProblemError(
-                f"RoughLine: wavelengths from {metres(self.shortest)} to {metres(self.longest_wave)} on a length of "
+                f"SelfAffineLine: wavelengths from {metres(self.shortest)} to {metres(self.longest_wave)} on a length of "
                 f"{metres(self.length)}; they must rise, to at most the length"
             )
         if self.length > _MOST * self.shortest:
             raise ProblemError(
-                f"RoughLine: length = {metres(self.length)} is more than {_MOST} of the shortest waves of "
+                f"SelfAffineLine: length = {metres(self.length)} is more than {_MOST} of the shortest waves of "
                 f"{metres(self.shortest)}; take a shorter line, or longer waves"
             )
 

@@ -6,17 +6,17 @@ import math
 
 import numpy as np
 
-from pymdr.problem.rough import RoughLine
+from pymdr.problem.self_affine import SelfAffineLine
 from pymdr.units import FloatArray
 
 
-def waves(rough: RoughLine) -> tuple[FloatArray, FloatArray, FloatArray]:
+def waves(rough: SelfAffineLine) -> tuple[FloatArray, FloatArray, FloatArray]:
     """
     Wavenumbers, amplitudes and phases of a rough line, z = sum A cos(q x + phi).
 
     Parameters
     ----------
-    rough : RoughLine
+    rough : SelfAffineLine
 
     Returns
     -------
@@ -33,13 +33,13 @@ def waves(rough: RoughLine) -> tuple[FloatArray, FloatArray, FloatArray]:
     return q, amplitude, phase
 
 
-def rough_heights(rough: RoughLine, n: int) -> FloatArray:
+def line_heights(rough: SelfAffineLine, n: int) -> FloatArray:
     """
     Heights of a rough line at n even places of its length, whose mean is 0.
 
     Parameters
     ----------
-    rough : RoughLine
+    rough : SelfAffineLine
     n : int
 
     Returns
@@ -49,8 +49,8 @@ def rough_heights(rough: RoughLine, n: int) -> FloatArray:
 
     Examples
     --------
-    >>> line = RoughLine(length=1.0, rms_slope=0.1, hurst=0.8, shortest=0.02)
-    >>> z = rough_heights(line, 4096)
+    >>> line = SelfAffineLine(length=1.0, rms_slope=0.1, hurst=0.8, shortest=0.02)
+    >>> z = line_heights(line, 4096)
     >>> round(float(np.sqrt(np.mean(np.diff(z) ** 2)) * 4096), 3)
     0.1
     """
