@@ -563,7 +563,9 @@ def test_contact_that_begins_at_a_radius_is_a_power_there(n, size, decades, give
 @example(3.0, 1.0, -1.0, -3.0, [-11.0], True, True)
 @example(2.0, 0.9999997255105045, -1.0, 0.0, [-5.0], False, False)
 @example(3.0, 10.0**5.515625, -1.0, 0.0, [-6.0], False, False)
-@example(3.0, 99.6355180451584, 0.0, -1.2312322472707464, [-9.79861003244675, -11.544003071532895], False, True)
+@example(
+    3.0, 99.6355180451584, 0.0, -1.2312322472707464, [-9.79861003244675, -11.544003071532895], False, True
+)
 @example(2.0, 99.6355180451584, 0.0, -1.0, [-7.0], False, False)
 @example(2.0, 10.0**1.875, 0.0, -1.0, [-5.0], False, False)
 def test_contact_that_begins_in_the_rounding_of_an_offset(n, size, height, offset, decades, named, by_force):

@@ -731,7 +731,9 @@ def _bend(slopes: Slopes, i: int) -> float:
     """About |f''| in 1/m at the lower end of a panel; 0 where f' is a power there."""
     if slopes.series.power[i] != 0.0:
         return 0.0
-    return abs(float(slopes.series.coefficients[i] @ basis_slope(np.zeros(1))[0])) / float(slopes.panels.width[i])
+    return abs(float(slopes.series.coefficients[i] @ basis_slope(np.zeros(1))[0])) / float(
+        slopes.panels.width[i]
+    )
 
 
 def _is_nothing(slopes: Slopes) -> BoolArray:
