@@ -168,12 +168,32 @@ def test_bodies_that_stay_apart():
     assert result["contact_radius"].values.tolist() == [0.0, 0.0]
 
 
+@settings(max_examples=10, deadline=None)
+@given(st.lists(st.floats(-0.2, 0.0), min_size=1, max_size=8))
+def test_a_record_that_begins_apart_is_one_approach(apart):
+    d = np.array([*apart, 0.05, 0.1, 0.03, *apart])
+    path = mdr.Path(time=np.arange(d.size, dtype=float), indentation=d)
+    result = pressed(SOLID, path)
+    assert any("Ting" in note for note in result.notes)
+    n = len(apart)
+    alone = pressed(SOLID, mdr.Path(time=np.arange(n + 3.0)[n - 1 :], indentation=d[n - 1 : n + 3]))
+    np.testing.assert_allclose(
+        result["normal_force"].values[n - 1 : n + 3], alone["normal_force"].values, rtol=1e-12
+    )
+
+
 def test_what_is_refused():
     contact = mdr.Contact(mdr.Sphere(1.0), body(SOLID))
     with pytest.raises(PathError, match="duration or a rate"):
         mdr.solve(contact, mdr.indent(0.1))
     with pytest.raises(PathError, match="cannot be below 0 N"):
         mdr.solve(contact, mdr.load(-1.0, duration=1.0))
+    with pytest.raises(
+        PathError, match=r"-1 nN in row 2 of leg 1: .* in a record, begin where the bodies touch"
+    ):
+        mdr.solve(contact, mdr.Path(time=[1, 2], normal_force=[0.0, -1e-9]))
+    with pytest.raises(PathError, match=r"Path\.time begins at -0\.5 s, .* at 0 s: count times"):
+        mdr.solve(contact, mdr.Path(time=[-0.5, 2], indentation=[0.0, 0.1]))
     with pytest.raises(ProblemError, match="adhesion"):
         mdr.Contact(mdr.Sphere(1.0), body(SOLID), adhesion=mdr.JKR(0.1))
     with pytest.raises(ProblemError, match="friction"):

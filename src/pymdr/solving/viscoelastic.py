@@ -116,6 +116,11 @@ def _step(
         raise PathError(
             "a body with memory asks when: give every leg a duration or a rate, for example indent('1 um', rate='1 um/s')"
         )
+    if asked.time[0] < asked.begin:
+        raise PathError(
+            f"Path.time begins at {asked.time[0]:g} s, but a history with memory begins at {asked.begin:g} s: count times from where "
+            "the bodies touch, or from before"
+        )
     if asked.by_force:
         refuse_tension(asked.leg, asked.normal)
     if state is None:
@@ -266,10 +271,7 @@ def _ting(
     """Force and radius without springs, where the path is one approach and one retreat under prescribed indentations."""
     rows, time = walked.rows, walked.time
     d = rows.indentation
-    turn = int(np.argmax(d))
-    single = bool((np.diff(d[: turn + 1]) >= 0.0).all() and (np.diff(d[turn:]) <= 0.0).all())
-    touched = bool(d.max() > 0.0)
-    if not (rows.moved.all() and single and touched) or time is None or relaxation.viscosity > 0.0:
+    if not (rows.moved.all() and d.max() > 0.0) or time is None or relaxation.viscosity > 0.0:
         return None
     start = min(float(walked.starts[0].get("indentation", 0.0)), 0.0)
     try:
