@@ -46,6 +46,23 @@ def test_script(script):
     runpy.run_path(str(script))
 
 
+RECORDS = {
+    "cell_relaxation": "fmt-jpk-sr_cell1-0008.jpk-force",
+    "gel_creep": "fmt-jpk-cc_pr14-polymergel-2021.06.30.jpk-force",
+}
+
+
+@pytest.mark.parametrize("script", RECORDS)
+def test_script_on_a_measured_record(script, monkeypatch, capsys):
+    pytest.importorskip("afmformats", reason="afmformats, of the extra afm, is not installed")
+    file = EXAMPLES.parent.parent / "shared" / "data" / "afm" / RECORDS[script]
+    if not file.exists():
+        pytest.skip(f"{file.name}, from the tests of afmformats, is not beside the repository")
+    monkeypatch.setattr("sys.argv", [script, str(file)])
+    runpy.run_path(str(EXAMPLES / f"{script}.py"), run_name="__main__")
+    assert str(file) in capsys.readouterr().out
+
+
 @pytest.mark.parametrize("file", sorted(EXAMPLES.glob("*.toml")), ids=lambda p: p.stem)
 def test_case_file(file):
     tomllib.loads(file.read_text())
