@@ -33,7 +33,7 @@ def read(file):
     curve = load_data(file)[0]
     names = {"time": "time", "force": "force", "height": "height (measured)", "segment": "segment"}
     record = pd.DataFrame({name: np.asarray(curve[column]) for name, column in names.items()})
-    return record[record.segment <= 2], curve.metadata["spring constant"]
+    return record[record.segment <= 2].reset_index(drop=True), curve.metadata["spring constant"]
 
 
 def made(stiffness=1.0):

@@ -38,7 +38,7 @@ def read(file):
     curve = load_data(file)[0]
     names = {"time": "time", "force": "force", "height": "height (measured)", "segment": "segment"}
     record = pd.DataFrame({name: np.asarray(curve[column]) for name, column in names.items()})
-    return record[record.segment <= 1], curve.metadata["spring constant"]
+    return record[record.segment <= 1].reset_index(drop=True), curve.metadata["spring constant"]
 
 
 def made(stiffness=0.06):
@@ -70,10 +70,10 @@ near = record[record.time > record.time[record.force > 0.5 * record.force.max()]
 since = near.time - near.time.iloc[0]
 parts = np.concatenate([np.arange(0.0, 0.6, 0.005), np.geomspace(0.6, since.iloc[-1], 20)])
 rows = near.groupby(np.digitize(since, parts)).mean()
-rows = rows[(rows.force < 0.02 * rows.force.max()).to_numpy()[::-1].cumsum()[::-1] == 0]
+touched = rows.time[rows.force < 0.02 * rows.force.max()].iloc[-1]
+rows = rows[rows.time > touched]
 
-force = rows.force.values
-time = rows.time.values - 2 * rows.time.values[0] + rows.time.values[1]
+time, force = rows.time.values - touched, rows.force.values
 path = mdr.Path(time=time, normal_force=force)
 
 
@@ -109,7 +109,8 @@ right.set_xlabel("force (nN)")
 
 # %%
 # A gel sticks: that in the tests of afmformats (``fmt-jpk-cc_pr14-polymergel-2021.06.30.jpk-force``) pulls by as much as it was pressed when the
-# tip goes out again. Adhesion of bodies with memory is not offered, so that only the way in and the hold are fitted.
+# tip goes out again. Adhesion of bodies with memory is not offered, so that only the way in and the hold are fitted; and it creeps on for
+# longer than one time has it.
 misfit = np.sqrt(np.mean(fit.fun**2)) / (1e6 * model.max())
 print(f"off by {100 * misfit:.2g} % of the largest indentation")
 assert misfit < (0.01 if file else 0.003)
