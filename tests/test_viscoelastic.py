@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 import pymdr as mdr
 from pymdr.errors import PathError, ProblemError
+from pymdr.solving.viscoelastic import SPRINGS, surface_with_memory
 
 REFERENCES = {
     entry["id"]: entry
@@ -180,6 +181,31 @@ def test_a_record_that_begins_apart_is_one_approach(apart):
     np.testing.assert_allclose(
         result["normal_force"].values[n - 1 : n + 3], alone["normal_force"].values, rtol=1e-12
     )
+
+
+@settings(max_examples=10, deadline=None)
+@given(
+    st.lists(
+        st.tuples(st.floats(-7.0, -1.0), st.floats(0.01, 1.0), st.integers(1, 4)), min_size=2, max_size=5
+    ),
+)
+def test_legs_have_the_springs_of_the_deepest(legs):
+    path = None
+    for depth, duration, steps in legs:
+        leg = mdr.indent(10.0**depth, duration=duration, steps=steps)
+        path = leg if path is None else path >> leg
+    parts = pressed(SOLID, path)
+    rows = mdr.Path(time=parts["time"].values, indentation=parts["indentation"].values)
+    whole = pressed(SOLID, rows)
+    for name in ("normal_force", "contact_radius", "elastic_energy", "dissipated_energy"):
+        scale = float(whole[name].max())
+        np.testing.assert_allclose(parts[name].values, whole[name].values, rtol=0.0, atol=1e-11 * scale)
+    depth = whole["indentation"].values
+    relaxation = mdr.relaxation_of(body(SOLID))
+    contact = mdr.Contact(SHAPES[0], body(SOLID))
+    time, radius = (whole[name].values for name in ("time", "contact_radius"))
+    surface = surface_with_memory(contact, relaxation, time, depth, radius)
+    assert {state.position.size for state in surface.states(range(depth.size))} == {SPRINGS + 2}
 
 
 def test_what_is_refused():

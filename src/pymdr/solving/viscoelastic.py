@@ -8,7 +8,7 @@ from functools import partial
 
 import numpy as np
 
-from pymdr.errors import PathError, ProblemError
+from pymdr.errors import PathError, ProblemError, PymdrError
 from pymdr.interpretation.accuracy import with_errors
 from pymdr.interpretation.memory import MemorySurface, checked_rows, least_pressure, memory_claims
 from pymdr.interpretation.validity import NORMAL_FIELDS, BoolArray, small_slope_assumptions
@@ -21,6 +21,7 @@ from pymdr.line.memory import (
     follow_loads,
     follow_springs,
     follow_travels,
+    prepared,
     ting,
     virgin,
 )
@@ -30,7 +31,7 @@ from pymdr.problem.contact import Contact
 from pymdr.problem.materials import Viscoelastic
 from pymdr.problem.paths import LoadingPath
 from pymdr.problem.rheology import PowerLawRheology
-from pymdr.problem.schedule import Stretch, planned
+from pymdr.problem.schedule import Stretch, known_legs, planned
 from pymdr.result import Result, Status
 from pymdr.rows import taken
 from pymdr.solving.normal import check_normal_path, refuse_tension
@@ -124,8 +125,7 @@ def _step(
     if asked.by_force:
         refuse_tension(asked.leg, asked.normal)
     if state is None:
-        begun = virgin(asked.begin, min(asked.start[0], 0.0))
-        state = _State(begun, begun)
+        state = _begun(task, line, relaxation, asked)
     fine, coarse = (
         _followed(task, line, relaxation, asked, one, 2 * parts)
         for one, parts in ((state.fine, 2), (state.coarse, 1))
@@ -151,6 +151,17 @@ def _step(
     )
     here = channels_at(float(fine.indentation[-1]), float(fine.force[-1]), task.machine_stiffness)
     return taken(rows, kept), _State(fine.state, coarse.state), here
+
+
+def _begun(task: Task, line: ElasticLine, relaxation: Relaxation, asked: Stretch) -> _State:
+    """Bodies that have not touched, with springs for the deepest indentation that any leg names."""
+    begun = virgin(asked.begin, min(asked.start[0], 0.0))
+    named = [getattr(leg, "indentation", None) for leg in known_legs(task.path)]
+    deepest = max((float(np.max(each)) for each in named if each is not None), default=0.0)
+    try:
+        return _State(*(prepared(line, relaxation, deepest, begun, n) for n in (SPRINGS, SPRINGS // 2)))
+    except PymdrError:  # too deep, as the leg that goes there says when it is followed
+        return _State(begun, begun)
 
 
 def _followed(
