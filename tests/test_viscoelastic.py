@@ -208,6 +208,20 @@ def test_legs_have_the_springs_of_the_deepest(legs):
     assert {state.position.size for state in surface.states(range(depth.size))} == {SPRINGS + 2}
 
 
+@pytest.mark.parametrize("depth", [0.0, 5e-7])
+def test_a_power_of_time_knows_how_long_a_leg_at_a_rate_takes(depth):
+    law = mdr.PowerLawRheology("1 kPa", "1 s", 0.2)
+    tip, press = mdr.Paraboloid("50 um"), mdr.load("1 uN", duration="10 ms", steps=20)
+    slow = pressed(law, press >> mdr.indent(depth, rate="0.01 um/s", steps=40), tip)
+    time = slow["time"].values
+    told = pressed(law, press >> mdr.indent(depth, duration=time[-1] - time[19], steps=40), tip)
+    for name in ("normal_force", "contact_radius", "indentation"):
+        claimed = told.claims[name].error.max() * told[name].values.max()
+        np.testing.assert_allclose(slow[name].values, told[name].values, rtol=0.0, atol=claimed)
+    fields = [each.field("pressure", [1e-6, 5e-6], 25).values for each in (slow, told)]
+    np.testing.assert_allclose(*fields, rtol=1e-4)
+
+
 def test_what_is_refused():
     contact = mdr.Contact(mdr.Sphere(1.0), body(SOLID))
     with pytest.raises(PathError, match="duration or a rate"):

@@ -29,9 +29,9 @@ from pymdr.mapping.equivalent import equivalent_profile, gap_function, slope_fun
 from pymdr.mapping.relaxation import relaxation_of
 from pymdr.problem.contact import Contact
 from pymdr.problem.materials import Viscoelastic
-from pymdr.problem.paths import LoadingPath
+from pymdr.problem.paths import LoadingPath, Ramp
 from pymdr.problem.rheology import PowerLawRheology
-from pymdr.problem.schedule import Stretch, known_legs, planned
+from pymdr.problem.schedule import Planned, Stretch, known_legs, planned
 from pymdr.result import Result, Status
 from pymdr.rows import taken
 from pymdr.solving.normal import check_normal_path, refuse_tension
@@ -80,20 +80,49 @@ def solve_viscoelastic(task: Task) -> Result:
     relaxation = relaxation_along(task.contact, task.path)
     line = ElasticLine(equivalent_profile(task.contact.profile), 1.0)
     walked = walk(task, None, partial(_step, task, line, relaxation))
+    if _by_power(task.contact) and any(map(_led, *_neighbours(task.path))):
+        relaxation = relaxation_along(task.contact, task.path, walked.time)
+        walked = walk(task, None, partial(_step, task, line, relaxation))
     return _interpret(task, line, relaxation, walked)
 
 
-def relaxation_along(contact: Contact, path: LoadingPath) -> Relaxation:
-    """E*(t) of a contact, over the times of a path where a power of time asks for them."""
+def relaxation_along(contact: Contact, path: LoadingPath, time: FloatArray | None = None) -> Relaxation:
+    """E*(t) of a contact, over the times of a path where a power of time asks for them; those that only its rows tell are given."""
     bodies = (contact.body, contact.counterbody)
-    powers = any(isinstance(one, Viscoelastic) and isinstance(one.shear, PowerLawRheology) for one in bodies)
-    return relaxation_of(*bodies, span=_span(path) if powers else None)
+    if not _by_power(contact):
+        return relaxation_of(*bodies)
+    if time is not None and any(map(_led, *_neighbours(path))):
+        waits = np.diff(time, prepend=0.0)
+        return relaxation_of(*bodies, span=(float(waits[waits > 0.0].min()), float(time[-1])))
+    return relaxation_of(*bodies, span=_span(path))
+
+
+def _by_power(contact: Contact) -> bool:
+    """Whether a body of a contact relaxes by a power of time."""
+    bodies = (contact.body, contact.counterbody)
+    return any(isinstance(one, Viscoelastic) and isinstance(one.shear, PowerLawRheology) for one in bodies)
+
+
+def _neighbours(path: LoadingPath) -> tuple[tuple[Planned | None, ...], tuple[Planned, ...]]:
+    """The legs before the legs of a path, and these."""
+    each = planned(path)
+    return (None, *each[:-1]), each
+
+
+def _led(before: Planned | None, leg: Planned) -> bool:
+    """Whether a leg at a rate starts where only the history leads, so that only this tells how long it takes."""
+    at_rate = isinstance(leg.leg, Ramp) and leg.leg.rate is not None
+    return at_rate and before is not None and before.controls.normal != leg.controls.normal
 
 
 def _span(path: LoadingPath) -> tuple[float, float] | None:
-    """About the shortest step and the length of a path in s, if its legs state their times."""
+    """About the shortest step and the length of a path in s without what only its rows tell, if its legs state their times."""
     steps, now, here = [], 0.0, dict[str, float]()
-    for leg in planned(path):
+    for before, leg in zip(*_neighbours(path), strict=True):
+        if _led(before, leg):
+            assert isinstance(leg.leg, Ramp)
+            here |= {leg.controls.normal: getattr(leg.leg, leg.controls.normal)}
+            continue
         asked = leg.stretch(here, now)
         if asked.time is None:
             return None
