@@ -70,6 +70,10 @@ def test_ramp_and_duration():
         (lambda: mdr.Path(indentation=[1.0], normal_force=[1.0]), "cannot both"),
         (lambda: mdr.Path(time=[1, 2], indentation=[1.0]), "2 times for 1 samples"),
         (lambda: mdr.Path(time=[2, 1], indentation=[1.0, 2.0]), "rise strictly"),
+        (
+            lambda: mdr.Path(time=[0, 1, 1], indentation=[1.0, 2.0, 2.0]),
+            r"entry 2 to the next \(1 s, then 1 s\)",
+        ),
         (lambda: mdr.History(()), "path is empty"),
         (lambda: mdr.load("5 N", steps=0), "at least 1"),
         (lambda: mdr.load("5 N", steps=2.5), "whole number"),

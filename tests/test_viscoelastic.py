@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 import pymdr as mdr
 from pymdr.errors import PathError, ProblemError
+from pymdr.solving.viscoelastic import SPRINGS, surface_with_memory
 
 REFERENCES = {
     entry["id"]: entry
@@ -168,12 +169,71 @@ def test_bodies_that_stay_apart():
     assert result["contact_radius"].values.tolist() == [0.0, 0.0]
 
 
+@settings(max_examples=10, deadline=None)
+@given(st.lists(st.floats(-0.2, 0.0), min_size=1, max_size=8))
+def test_a_record_that_begins_apart_is_one_approach(apart):
+    d = np.array([*apart, 0.05, 0.1, 0.03, *apart])
+    path = mdr.Path(time=np.arange(d.size, dtype=float), indentation=d)
+    result = pressed(SOLID, path)
+    assert any("Ting" in note for note in result.notes)
+    n = len(apart)
+    alone = pressed(SOLID, mdr.Path(time=np.arange(n + 3.0)[n - 1 :], indentation=d[n - 1 : n + 3]))
+    np.testing.assert_allclose(
+        result["normal_force"].values[n - 1 : n + 3], alone["normal_force"].values, rtol=1e-12
+    )
+
+
+@settings(max_examples=10, deadline=None)
+@given(
+    st.lists(
+        st.tuples(st.floats(-7.0, -1.0), st.floats(0.01, 1.0), st.integers(1, 4)), min_size=2, max_size=5
+    ),
+)
+def test_legs_have_the_springs_of_the_deepest(legs):
+    path = None
+    for depth, duration, steps in legs:
+        leg = mdr.indent(10.0**depth, duration=duration, steps=steps)
+        path = leg if path is None else path >> leg
+    parts = pressed(SOLID, path)
+    rows = mdr.Path(time=parts["time"].values, indentation=parts["indentation"].values)
+    whole = pressed(SOLID, rows)
+    for name in ("normal_force", "contact_radius", "elastic_energy", "dissipated_energy"):
+        scale = float(whole[name].max())
+        np.testing.assert_allclose(parts[name].values, whole[name].values, rtol=0.0, atol=1e-11 * scale)
+    depth = whole["indentation"].values
+    relaxation = mdr.relaxation_of(body(SOLID))
+    contact = mdr.Contact(SHAPES[0], body(SOLID))
+    time, radius = (whole[name].values for name in ("time", "contact_radius"))
+    surface = surface_with_memory(contact, relaxation, time, depth, radius)
+    assert {state.position.size for state in surface.states(range(depth.size))} == {SPRINGS + 2}
+
+
+@pytest.mark.parametrize("depth", [0.0, 5e-7])
+def test_a_power_of_time_knows_how_long_a_leg_at_a_rate_takes(depth):
+    law = mdr.PowerLawRheology("1 kPa", "1 s", 0.2)
+    tip, press = mdr.Paraboloid("50 um"), mdr.load("1 uN", duration="10 ms", steps=20)
+    slow = pressed(law, press >> mdr.indent(depth, rate="0.01 um/s", steps=40), tip)
+    time = slow["time"].values
+    told = pressed(law, press >> mdr.indent(depth, duration=time[-1] - time[19], steps=40), tip)
+    for name in ("normal_force", "contact_radius", "indentation"):
+        claimed = told.claims[name].error.max() * told[name].values.max()
+        np.testing.assert_allclose(slow[name].values, told[name].values, rtol=0.0, atol=claimed)
+    fields = [each.field("pressure", [1e-6, 5e-6], 25).values for each in (slow, told)]
+    np.testing.assert_allclose(*fields, rtol=1e-4)
+
+
 def test_what_is_refused():
     contact = mdr.Contact(mdr.Sphere(1.0), body(SOLID))
     with pytest.raises(PathError, match="duration or a rate"):
         mdr.solve(contact, mdr.indent(0.1))
     with pytest.raises(PathError, match="cannot be below 0 N"):
         mdr.solve(contact, mdr.load(-1.0, duration=1.0))
+    with pytest.raises(
+        PathError, match=r"-1 nN in row 2 of leg 1: .* in a record, begin where the bodies touch"
+    ):
+        mdr.solve(contact, mdr.Path(time=[1, 2], normal_force=[0.0, -1e-9]))
+    with pytest.raises(PathError, match=r"Path\.time begins at -0\.5 s, .* at 0 s: count times"):
+        mdr.solve(contact, mdr.Path(time=[-0.5, 2], indentation=[0.0, 0.1]))
     with pytest.raises(ProblemError, match="adhesion"):
         mdr.Contact(mdr.Sphere(1.0), body(SOLID), adhesion=mdr.JKR(0.1))
     with pytest.raises(ProblemError, match="friction"):

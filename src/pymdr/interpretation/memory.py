@@ -12,7 +12,7 @@ from scipy.interpolate import PchipInterpolator
 
 from pymdr.interpretation.validity import SOURCES, BoolArray, Claim, Level
 from pymdr.line.curves import ElasticLine
-from pymdr.line.memory import MemoryState, Relaxation, follow_springs, line_state, virgin
+from pymdr.line.memory import MemoryState, Relaxation, follow_springs, line_state, prepared, virgin
 from pymdr.mapping.abel import Curve, gauss
 from pymdr.mapping.equivalent import EquivalentProfile
 from pymdr.units import FloatArray
@@ -77,7 +77,10 @@ class MemorySurface:
     def states(self, steps: Sequence[int]) -> Iterator[LineState]:
         """The springs of rising rows, followed once."""
         line = ElasticLine(self.equivalent, 1.0)
-        state: MemoryState = virgin(*self._start())
+        if not steps:
+            return
+        deepest = float(np.max(self.indentation[: steps[-1] + 1]))
+        state = prepared(line, self.relaxation, deepest, virgin(*self._start()), self.n)
         first = 0
         for step in steps:
             if step >= first:

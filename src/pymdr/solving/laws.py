@@ -73,7 +73,7 @@ def _rings(result: Result) -> RingHistory:
 def _surface_with_memory(result: Result) -> MemorySurface:
     data = result.data
     time, depth, radius = (data[name].values for name in ("time", "indentation", "contact_radius"))
-    relaxation = relaxation_along(result.contact, result.path)
+    relaxation = relaxation_along(result.contact, result.path, result["time"].values)
     return surface_with_memory(result.contact, relaxation, time, depth, radius)
 
 

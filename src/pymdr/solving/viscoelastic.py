@@ -8,7 +8,7 @@ from functools import partial
 
 import numpy as np
 
-from pymdr.errors import PathError, ProblemError
+from pymdr.errors import PathError, ProblemError, PymdrError
 from pymdr.interpretation.accuracy import with_errors
 from pymdr.interpretation.memory import MemorySurface, checked_rows, least_pressure, memory_claims
 from pymdr.interpretation.validity import NORMAL_FIELDS, BoolArray, small_slope_assumptions
@@ -21,6 +21,7 @@ from pymdr.line.memory import (
     follow_loads,
     follow_springs,
     follow_travels,
+    prepared,
     ting,
     virgin,
 )
@@ -28,9 +29,9 @@ from pymdr.mapping.equivalent import equivalent_profile, gap_function, slope_fun
 from pymdr.mapping.relaxation import relaxation_of
 from pymdr.problem.contact import Contact
 from pymdr.problem.materials import Viscoelastic
-from pymdr.problem.paths import LoadingPath
+from pymdr.problem.paths import LoadingPath, Ramp
 from pymdr.problem.rheology import PowerLawRheology
-from pymdr.problem.schedule import Stretch, planned
+from pymdr.problem.schedule import Planned, Stretch, known_legs, planned
 from pymdr.result import Result, Status
 from pymdr.rows import taken
 from pymdr.solving.normal import check_normal_path, refuse_tension
@@ -79,20 +80,49 @@ def solve_viscoelastic(task: Task) -> Result:
     relaxation = relaxation_along(task.contact, task.path)
     line = ElasticLine(equivalent_profile(task.contact.profile), 1.0)
     walked = walk(task, None, partial(_step, task, line, relaxation))
+    if _by_power(task.contact) and any(map(_led, *_neighbours(task.path))):
+        relaxation = relaxation_along(task.contact, task.path, walked.time)
+        walked = walk(task, None, partial(_step, task, line, relaxation))
     return _interpret(task, line, relaxation, walked)
 
 
-def relaxation_along(contact: Contact, path: LoadingPath) -> Relaxation:
-    """E*(t) of a contact, over the times of a path where a power of time asks for them."""
+def relaxation_along(contact: Contact, path: LoadingPath, time: FloatArray | None = None) -> Relaxation:
+    """E*(t) of a contact, over the times of a path where a power of time asks for them; those that only its rows tell are given."""
     bodies = (contact.body, contact.counterbody)
-    powers = any(isinstance(one, Viscoelastic) and isinstance(one.shear, PowerLawRheology) for one in bodies)
-    return relaxation_of(*bodies, span=_span(path) if powers else None)
+    if not _by_power(contact):
+        return relaxation_of(*bodies)
+    if time is not None and any(map(_led, *_neighbours(path))):
+        waits = np.diff(time, prepend=0.0)
+        return relaxation_of(*bodies, span=(float(waits[waits > 0.0].min()), float(time[-1])))
+    return relaxation_of(*bodies, span=_span(path))
+
+
+def _by_power(contact: Contact) -> bool:
+    """Whether a body of a contact relaxes by a power of time."""
+    bodies = (contact.body, contact.counterbody)
+    return any(isinstance(one, Viscoelastic) and isinstance(one.shear, PowerLawRheology) for one in bodies)
+
+
+def _neighbours(path: LoadingPath) -> tuple[tuple[Planned | None, ...], tuple[Planned, ...]]:
+    """The legs before the legs of a path, and these."""
+    each = planned(path)
+    return (None, *each[:-1]), each
+
+
+def _led(before: Planned | None, leg: Planned) -> bool:
+    """Whether a leg at a rate starts where only the history leads, so that only this tells how long it takes."""
+    at_rate = isinstance(leg.leg, Ramp) and leg.leg.rate is not None
+    return at_rate and before is not None and before.controls.normal != leg.controls.normal
 
 
 def _span(path: LoadingPath) -> tuple[float, float] | None:
-    """About the shortest step and the length of a path in s, if its legs state their times."""
+    """About the shortest step and the length of a path in s without what only its rows tell, if its legs state their times."""
     steps, now, here = [], 0.0, dict[str, float]()
-    for leg in planned(path):
+    for before, leg in zip(*_neighbours(path), strict=True):
+        if _led(before, leg):
+            assert isinstance(leg.leg, Ramp)
+            here |= {leg.controls.normal: getattr(leg.leg, leg.controls.normal)}
+            continue
         asked = leg.stretch(here, now)
         if asked.time is None:
             return None
@@ -116,11 +146,15 @@ def _step(
         raise PathError(
             "a body with memory asks when: give every leg a duration or a rate, for example indent('1 um', rate='1 um/s')"
         )
+    if asked.time[0] < asked.begin:
+        raise PathError(
+            f"Path.time begins at {asked.time[0]:g} s, but a history with memory begins at {asked.begin:g} s: count times from where "
+            "the bodies touch, or from before"
+        )
     if asked.by_force:
         refuse_tension(asked.leg, asked.normal)
     if state is None:
-        begun = virgin(asked.begin, min(asked.start[0], 0.0))
-        state = _State(begun, begun)
+        state = _begun(task, line, relaxation, asked)
     fine, coarse = (
         _followed(task, line, relaxation, asked, one, 2 * parts)
         for one, parts in ((state.fine, 2), (state.coarse, 1))
@@ -146,6 +180,17 @@ def _step(
     )
     here = channels_at(float(fine.indentation[-1]), float(fine.force[-1]), task.machine_stiffness)
     return taken(rows, kept), _State(fine.state, coarse.state), here
+
+
+def _begun(task: Task, line: ElasticLine, relaxation: Relaxation, asked: Stretch) -> _State:
+    """Bodies that have not touched, with springs for the deepest indentation that any leg names."""
+    begun = virgin(asked.begin, min(asked.start[0], 0.0))
+    named = [getattr(leg, "indentation", None) for leg in known_legs(task.path)]
+    deepest = max((float(np.max(each)) for each in named if each is not None), default=0.0)
+    try:
+        return _State(*(prepared(line, relaxation, deepest, begun, n) for n in (SPRINGS, SPRINGS // 2)))
+    except PymdrError:  # too deep, as the leg that goes there says when it is followed
+        return _State(begun, begun)
 
 
 def _followed(
@@ -266,10 +311,7 @@ def _ting(
     """Force and radius without springs, where the path is one approach and one retreat under prescribed indentations."""
     rows, time = walked.rows, walked.time
     d = rows.indentation
-    turn = int(np.argmax(d))
-    single = bool((np.diff(d[: turn + 1]) >= 0.0).all() and (np.diff(d[turn:]) <= 0.0).all())
-    touched = bool(d.max() > 0.0)
-    if not (rows.moved.all() and single and touched) or time is None or relaxation.viscosity > 0.0:
+    if not (rows.moved.all() and d.max() > 0.0) or time is None or relaxation.viscosity > 0.0:
         return None
     start = min(float(walked.starts[0].get("indentation", 0.0)), 0.0)
     try:
