@@ -25,7 +25,7 @@ from pymdr.solving.drawing import adhesive_plots, frictional_plots, memory_plots
 from pymdr.solving.frictional import solve_frictional
 from pymdr.solving.normal import solve_normal
 from pymdr.solving.ringed import solve_by_rings
-from pymdr.solving.viscoelastic import relaxation_along, remembers, solve_viscoelastic, surface_with_memory
+from pymdr.solving.viscoelastic import relaxation_along, solve_viscoelastic, surface_with_memory
 from pymdr.solving.walk import Task
 
 _WITHOUT_FRICTION = dict.fromkeys(
@@ -84,7 +84,7 @@ LAWS = (
         Reading(SURFACE_FIELDS, (), _rings, normal_plots, _WITHOUT_FRICTION),
     ),
     Law(
-        lambda contact, solver: remembers(contact),
+        lambda contact, solver: contact.remembers,
         solve_viscoelastic,
         Reading(SURFACE_FIELDS, LINE_FIELDS, _surface_with_memory, memory_plots, _WITHOUT_FRICTION),
     ),

@@ -27,7 +27,6 @@ from pymdr.line.memory import (
 from pymdr.mapping.equivalent import equivalent_profile, gap_function, slope_function
 from pymdr.mapping.relaxation import relaxation_of
 from pymdr.problem.contact import Contact
-from pymdr.problem.materials import Viscoelastic
 from pymdr.problem.paths import LoadingPath
 from pymdr.problem.rheology import PowerLawRheology
 from pymdr.problem.schedule import Stretch, planned
@@ -68,11 +67,6 @@ class _State:
     coarse: MemoryState
 
 
-def remembers(contact: Contact) -> bool:
-    """Whether a body of a contact has a memory."""
-    return isinstance(contact.body, Viscoelastic) or isinstance(contact.counterbody, Viscoelastic)
-
-
 def solve_viscoelastic(task: Task) -> Result:
     """Map, walk and interpret."""
     check_normal_path(task.path)
@@ -85,7 +79,7 @@ def solve_viscoelastic(task: Task) -> Result:
 def relaxation_along(contact: Contact, path: LoadingPath) -> Relaxation:
     """E*(t) of a contact, over the times of a path where a power of time asks for them."""
     bodies = (contact.body, contact.counterbody)
-    powers = any(isinstance(one, Viscoelastic) and isinstance(one.shear, PowerLawRheology) for one in bodies)
+    powers = any(isinstance(getattr(one, "shear", None), PowerLawRheology) for one in bodies)
     return relaxation_of(*bodies, span=_span(path) if powers else None)
 
 

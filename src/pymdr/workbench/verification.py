@@ -12,7 +12,7 @@ import numpy as np
 from pymdr.errors import PathError, ProblemError
 from pymdr.independent.rings import Rings
 from pymdr.problem.contact import Contact
-from pymdr.problem.materials import Elastic, Rigid, TransverselyIsotropic
+from pymdr.problem.materials import common_exponent
 from pymdr.problem.paths import LoadingPath, Path
 from pymdr.quantities import QUANTITIES
 from pymdr.result import Result
@@ -130,10 +130,7 @@ def verify(
             "verify: rings solve the frictionless contact without adhesion; friction is held against vector friction by "
             "verify_sliding(contact, path), adhesion has no independent solver here"
         )
-    if not all(
-        isinstance(one, Elastic | TransverselyIsotropic | Rigid)
-        for one in (contact.body, contact.counterbody)
-    ):
+    if contact.remembers or common_exponent(contact.body, contact.counterbody) != 0.0:
         raise ProblemError(
             "verify: the rings know homogeneous elastic half-spaces; graded bodies and bodies with memory have no independent "
             "solver here"
