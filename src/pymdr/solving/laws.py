@@ -23,9 +23,10 @@ from pymdr.result import Reading, Result
 from pymdr.solving.adhesive import solve_adhesive
 from pymdr.solving.drawing import adhesive_plots, frictional_plots, memory_plots, normal_plots
 from pymdr.solving.frictional import solve_frictional
+from pymdr.solving.memory import relaxation_along
 from pymdr.solving.normal import solve_normal
-from pymdr.solving.ringed import solve_by_rings
-from pymdr.solving.viscoelastic import relaxation_along, solve_viscoelastic, surface_with_memory
+from pymdr.solving.ringed import ring_history_with_memory, solve_by_rings
+from pymdr.solving.viscoelastic import solve_viscoelastic, surface_with_memory
 from pymdr.solving.walk import Task
 
 _WITHOUT_FRICTION = dict.fromkeys(
@@ -65,6 +66,11 @@ def _friction_surface(result: Result) -> FrictionSurface:
 def _rings(result: Result) -> RingHistory:
     contact, depths = result.contact, result.data["indentation"].values
     assert result.rings is not None
+    if contact.remembers:
+        kept = result.data["row"].values if "row" in result.data.coords else None
+        return ring_history_with_memory(
+            Task(contact, result.path, result.reading, keep=kept, solver=result.rings)
+        )
     moduli = effective_moduli(contact.body, contact.counterbody)
     solutions = solve_steps(contact.profile, moduli.normal, depths, False, result.rings)
     return RingHistory(contact.profile, tuple(solutions), depths)

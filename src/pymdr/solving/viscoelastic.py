@@ -11,7 +11,7 @@ import numpy as np
 from pymdr.errors import PathError, ProblemError
 from pymdr.interpretation.accuracy import with_errors
 from pymdr.interpretation.memory import MemorySurface, checked_rows, least_pressure, memory_claims
-from pymdr.interpretation.validity import NORMAL_FIELDS, BoolArray, small_slope_assumptions
+from pymdr.interpretation.validity import NORMAL_FIELDS, BoolArray
 from pymdr.line.curves import ElasticLine
 from pymdr.line.foundation import mean_pressure, normal_force, rises_to, states_at_depth
 from pymdr.line.memory import (
@@ -24,14 +24,12 @@ from pymdr.line.memory import (
     ting,
     virgin,
 )
-from pymdr.mapping.equivalent import equivalent_profile, gap_function, slope_function
-from pymdr.mapping.relaxation import relaxation_of
+from pymdr.mapping.equivalent import equivalent_profile, gap_function
 from pymdr.problem.contact import Contact
-from pymdr.problem.paths import LoadingPath
-from pymdr.problem.rheology import PowerLawRheology
-from pymdr.problem.schedule import Stretch, planned
+from pymdr.problem.schedule import Stretch
 from pymdr.result import Result, Status
 from pymdr.rows import taken
+from pymdr.solving.memory import assumptions_with_memory, relaxation_along, times_of
 from pymdr.solving.normal import check_normal_path, refuse_tension
 from pymdr.solving.reach import notes_of, refuse_unreachable
 from pymdr.solving.walk import Channels, Task, Told, Walked, channels_at, solution, walk, with_travel
@@ -76,26 +74,6 @@ def solve_viscoelastic(task: Task) -> Result:
     return _interpret(task, line, relaxation, walked)
 
 
-def relaxation_along(contact: Contact, path: LoadingPath) -> Relaxation:
-    """E*(t) of a contact, over the times of a path where a power of time asks for them."""
-    bodies = (contact.body, contact.counterbody)
-    powers = any(isinstance(getattr(one, "shear", None), PowerLawRheology) for one in bodies)
-    return relaxation_of(*bodies, span=_span(path) if powers else None)
-
-
-def _span(path: LoadingPath) -> tuple[float, float] | None:
-    """About the shortest step and the length of a path in s, if its legs state their times."""
-    steps, now, here = [], 0.0, dict[str, float]()
-    for leg in planned(path):
-        asked = leg.stretch(here, now)
-        if asked.time is None:
-            return None
-        steps.append(np.diff(asked.time, prepend=now))
-        now, here = float(asked.time[-1]), {**here, **asked.end}
-    waits = np.concatenate(steps)
-    return float(waits[waits > 0.0].min()), now
-
-
 def _step(
     task: Task,
     line: ElasticLine,
@@ -106,10 +84,7 @@ def _step(
     told: Told | None,
 ) -> tuple[_Rows, _State, Channels]:
     """Step 2: springs with memory, and half as many of them, which tell how far they err."""
-    if asked.time is None:
-        raise PathError(
-            "a body with memory asks when: give every leg a duration or a rate, for example indent('1 um', rate='1 um/s')"
-        )
+    times_of(asked)
     if asked.by_force:
         refuse_tension(asked.leg, asked.normal)
     if state is None:
@@ -217,18 +192,12 @@ def _interpret(task: Task, line: ElasticLine, relaxation: Relaxation, walked: Wa
         "; energies are those of the springs and dashpots that the rheology names",
         f"as {SPRINGS} springs do",
     )
-    a = float(np.max(radius, initial=0.0))
-    listed = (
-        small_slope_assumptions(task.contact.profile, slope_function(task.contact.profile), a, 0.0)
-        if a
-        else ()
-    )
     return solution(
         task,
         walked,
         columns,
         claims,
-        assumptions=tuple(one for one in listed if one.name != "elastic similarity"),
+        assumptions=assumptions_with_memory(task.contact, radius),
         status=_status(claims["contact_radius"].where),
         notes=tuple(notes),
         remembers=True,
