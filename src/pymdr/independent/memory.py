@@ -28,7 +28,8 @@ from pymdr.independent.rings import (
     Zones,
     active_set,
     edge_fit,
-    leading_factors,
+    leading_inverses,
+    product,
     ring_displacement,
 )
 from pymdr.mapping.relaxation import Relaxation
@@ -150,27 +151,21 @@ def follow_rings(
     state = _extended(profile, state, relaxation, radius, rings.n)
     if state is None:
         return MemoryLeg([None] * (target.size - 1), np.zeros(target.size - 1), None)
-    count, corners = _shares(time, target, parts), _corners(profile)
-    coarse, fine = (
-        _followed(
-            relaxation,
-            state.mesh,
-            corners,
-            begun,
-            *_divided(time, target, times * count),
-            by_force,
-            times * count,
+    corners, mesh = _corners(profile), state.mesh
+    coarse, fine = state.coarse, state.fine
+    solutions: list[RingSolution | None] = []
+    told = np.zeros((2, target.size - 1))
+    for i, count in enumerate(_shares(time, target, parts)):
+        at, to = time[i : i + 2], target[i : i + 2]
+        coarse, fine = (
+            _followed(relaxation, mesh, corners, begun, at, to, by_force, times * count)
+            for begun, times in ((coarse, 1), (fine, 2))
         )
-        for begun, times in ((state.coarse, 1), (state.fine, 2))
-    )
-    ends = [_limit(a, b) for a, b in zip(coarse, fine, strict=True)]
-    solutions = [_solution(relaxation, state.mesh, corners, end) for end in ends]
-    forces = np.array([[float(one.pressure @ state.mesh.area) for one in found] for found in (coarse, fine)])
-    depths = np.array([[one.depth for one in found] for found in (coarse, fine)])
-    told = depths if by_force else forces
+        solutions.append(_solution(relaxation, mesh, corners, _limit(coarse, fine)))
+        told[:, i] = [one.depth if by_force else float(one.pressure @ mesh.area) for one in (coarse, fine)]
+        largest = max(largest, float(fine.pressure @ mesh.area))
     change = np.abs(told[1] - told[0]) / 3.0 / (float(np.max(np.abs(told))) or 1.0)
-    largest = max(largest, float(forces.max()))
-    return MemoryLeg(list(solutions), change, RingMemory(state.mesh, coarse[-1], fine[-1], largest))
+    return MemoryLeg(solutions, change, RingMemory(mesh, coarse, fine, largest))
 
 
 def _largest_radius(
@@ -218,7 +213,7 @@ def _extended(
         np.concatenate(panel),
         np.pi * np.diff(a) * (a[1:] + a[:-1]),
         matrix,
-        leading_factors(matrix),
+        leading_inverses(matrix),
     )
     if state is None:
         none = Strained(np.zeros(0), np.zeros((relaxation.moduli.size, 0)), np.zeros(0), 0.0, (), 0.0)
@@ -258,22 +253,12 @@ def _longer(known: Strained, size: int) -> Strained:
     )
 
 
-def _shares(time: FloatArray, target: FloatArray, parts: int) -> np.ndarray:
+def _shares(time: FloatArray, target: FloatArray, parts: int) -> list[int]:
     """Steps from row to row, by what they move and how long they last."""
     shares = [np.abs(np.diff(values)) for values in (time, target)]
     share = sum(values / (values.sum() or 1.0) for values in shares) / 2.0
-    return np.maximum(np.ceil(parts * np.asarray(share) - 1e-9), 1.0).astype(int)
-
-
-def _divided(time: FloatArray, target: FloatArray, count: np.ndarray) -> tuple[FloatArray, FloatArray]:
-    """Times and targets of all steps, with those of the start."""
-    at = np.concatenate([[0.0], np.repeat(np.cumsum(count) - count, count) + _counted(count)])
-    ends = np.concatenate([[0], np.cumsum(count)])
-    return np.interp(at, ends, time), np.interp(at, ends, target)
-
-
-def _counted(count: np.ndarray) -> FloatArray:
-    return np.concatenate([np.arange(1.0, n + 1.0) for n in count])
+    counts: list[int] = np.maximum(np.ceil(parts * np.asarray(share) - 1e-9), 1.0).astype(int).tolist()
+    return counts
 
 
 def _followed(
@@ -284,16 +269,13 @@ def _followed(
     time: FloatArray,
     target: FloatArray,
     by_force: bool,
-    count: np.ndarray,
-) -> list[Strained]:
-    """The states at the rows."""
-    wanted, found = set(np.cumsum(count).tolist()), []
-    for i in range(1, time.size):
-        wait = float(time[i] - time[i - 1])
-        state = _step(relaxation, mesh, corners, state, wait, float(target[i]), by_force)
-        if i in wanted:
-            found.append(state)
-    return found
+    count: int,
+) -> Strained:
+    """One row, in a number of steps."""
+    wait = float(time[1] - time[0]) / count
+    for to in np.linspace(target[0], target[1], count + 1)[1:].tolist():
+        state = _step(relaxation, mesh, corners, state, wait, to, by_force)
+    return state
 
 
 def _step(
@@ -310,7 +292,7 @@ def _step(
     stiff = relaxation.equilibrium + float(share.sum())
     branches = state.branches * np.exp(-x)[:, None]
     free = state.strain - (relaxation.equilibrium * state.strain + branches.sum(axis=0)) / stiff
-    gap = mesh.gap + mesh.matrix @ free
+    gap = mesh.gap + product(mesh.matrix, free)
     if by_force and target <= 0.0:
         settled = RingState(mesh, np.zeros(free.size), float(gap.min()), 0.0, ())
     else:
@@ -359,7 +341,7 @@ def _solution(
     )
     parts = [(relaxation.equilibrium, state.strain)]
     parts += [(modulus, h / modulus) for modulus, h in zip(relaxation.moduli, state.branches, strict=True)]
-    energy = sum(modulus * float((mesh.area * e) @ (mesh.matrix @ e)) / 2.0 for modulus, e in parts)
+    energy = sum(modulus * float((mesh.area * e) @ product(mesh.matrix, e)) / 2.0 for modulus, e in parts)
     area = sum(math.pi * (b - a) * (b + a) for a, b in zones)
     return RingSolution(
         edges=mesh.edges,

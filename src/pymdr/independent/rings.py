@@ -329,8 +329,8 @@ class RingMesh(NamedTuple):
     panel: NDArray[np.intp]
     area: Array
     matrix: Array
-    factors: Array | None = None
-    """Of the matrix, if many contacts are solved that begin at the axis; see `leading_factors`."""
+    inverses: tuple[Array, Array] | None = None
+    """Of the matrix, if many contacts are solved that begin at the axis; see `leading_inverses`."""
 
 
 class RingState(NamedTuple):
@@ -546,26 +546,32 @@ def _mesh(problem: RingProblem, panels: Sequence[tuple[float, float, int]]) -> R
     return RingMesh(a, own, r, problem.gap(r), np.array(panel), area, ring_displacement(r, a)[:, own])
 
 
-def leading_factors(matrix: Array) -> Array:
-    """L below the diagonal and U of a matrix of influence, without pivots: those of its leading blocks are in them."""
+def leading_inverses(matrix: Array) -> tuple[Array, Array]:
+    """Inverses of L and U of a matrix of influence, without pivots: their leading blocks are those of its leading blocks."""
     factors = matrix.copy()
     for i in range(factors.shape[0] - 1):
         factors[i + 1 :, i] /= factors[i, i]
         factors[i + 1 :, i + 1 :] -= np.outer(factors[i + 1 :, i], factors[i, i + 1 :])
-    return factors
+    one = np.eye(factors.shape[0])
+    lower = solve_triangular(factors, one, lower=True, unit_diagonal=True)
+    return np.ascontiguousarray(lower), np.ascontiguousarray(solve_triangular(factors, one))
+
+
+def product(matrix: Array, vector: Array) -> Array:
+    """Matrix times vector in one thread: others take longer to wake than the many small products of a history do."""
+    return np.asarray(np.einsum("ij,j->i", matrix, vector))
 
 
 def _balance(problem: RingProblem, mesh: RingMesh, active: Mask) -> tuple[Array, float, float]:
     """Pressure, d and dF/dd with the given rings in contact: matrix p = d - f and, for a force, area p = F."""
     gap, area = mesh.gap[active], mesh.area[active]
     depth = float(gap.min()) if problem.depth is None else problem.depth
-    wanted = np.stack([depth - gap, np.ones_like(gap)], axis=1)
-    if mesh.factors is not None and active[: gap.size].all():
-        known = mesh.factors[: gap.size, : gap.size]
-        halfway = solve_triangular(known, wanted, lower=True, unit_diagonal=True, check_finite=False)
-        p, unit = solve_triangular(known, halfway, check_finite=False).T
+    wanted = depth - gap, np.ones_like(gap)
+    if mesh.inverses is not None and active[: gap.size].all():
+        lower, upper = (each[: gap.size, : gap.size] for each in mesh.inverses)
+        p, unit = (product(upper, product(lower, each)) for each in wanted)
     else:
-        p, unit = np.linalg.solve(mesh.matrix[np.ix_(active, active)], wanted).T
+        p, unit = np.linalg.solve(mesh.matrix[np.ix_(active, active)], np.stack(wanted, axis=1)).T
     stiffness = float(area @ unit)
     if problem.force is not None:
         more = (problem.force - float(area @ p)) / stiffness
@@ -585,7 +591,7 @@ def active_set(problem: RingProblem, mesh: RingMesh, zones: Zones) -> RingState:
         if problem.depth is None and not active.any():
             active[np.argmin(mesh.gap)] = True
         pressure, depth, stiffness = _balance(problem, mesh, active)
-        u = mesh.matrix @ pressure
+        u = product(mesh.matrix, pressure)
         noise = 1e-12 * float(np.max(np.abs(u))) + 1e-15 * float(
             np.max(np.abs(mesh.gap[active]), initial=0.0)
         )

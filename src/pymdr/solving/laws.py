@@ -25,7 +25,7 @@ from pymdr.solving.drawing import adhesive_plots, frictional_plots, memory_plots
 from pymdr.solving.frictional import solve_frictional
 from pymdr.solving.memory import relaxation_along
 from pymdr.solving.normal import solve_normal
-from pymdr.solving.ringed import ring_history_with_memory, solve_by_rings
+from pymdr.solving.ringed import ring_history_with_memory, solve_by_rings, solve_memory_by_rings
 from pymdr.solving.viscoelastic import solve_viscoelastic, surface_with_memory
 from pymdr.solving.walk import Task
 
@@ -66,14 +66,16 @@ def _friction_surface(result: Result) -> FrictionSurface:
 def _rings(result: Result) -> RingHistory:
     contact, depths = result.contact, result.data["indentation"].values
     assert result.rings is not None
-    if contact.remembers:
-        kept = result.data["row"].values if "row" in result.data.coords else None
-        return ring_history_with_memory(
-            Task(contact, result.path, result.reading, keep=kept, solver=result.rings)
-        )
     moduli = effective_moduli(contact.body, contact.counterbody)
     solutions = solve_steps(contact.profile, moduli.normal, depths, False, result.rings)
     return RingHistory(contact.profile, tuple(solutions), depths)
+
+
+def _rings_with_memory(result: Result) -> RingHistory:
+    kept = result.data["row"].values if "row" in result.data.coords else None
+    return ring_history_with_memory(
+        Task(result.contact, result.path, result.reading, keep=kept, solver=result.rings)
+    )
 
 
 def _surface_with_memory(result: Result) -> MemorySurface:
@@ -84,6 +86,11 @@ def _surface_with_memory(result: Result) -> MemorySurface:
 
 
 LAWS = (
+    Law(
+        lambda contact, solver: solver is not None and contact.remembers,
+        solve_memory_by_rings,
+        Reading(SURFACE_FIELDS, (), _rings_with_memory, memory_plots, _WITHOUT_FRICTION),
+    ),
     Law(
         lambda contact, solver: solver is not None,
         solve_by_rings,

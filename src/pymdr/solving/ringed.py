@@ -39,16 +39,7 @@ _QUANTITIES: dict[str, Callable[[RingSolution], float]] = {
 
 def solve_by_rings(task: Task) -> Result:
     """The same history by boundary elements on rings, without the method."""
-    contact, rings = task.contact, task.solver
-    if not isinstance(rings, Rings):
-        raise ProblemError(f"solve: solver = {rings!r}; write solver=Rings(n=400), or leave it out")
-    if contact.adhesion is not None or contact.friction is not None or uses(task.path, "travel"):
-        raise ProblemError(
-            "solve: the rings solve frictionless contacts without adhesion and machine; leave solver=Rings() out"
-        )
-    check_normal_path(task.path)
-    if contact.remembers:
-        return _solve_memory(task, rings)
+    contact, rings = task.contact, _checked(task)
     if (exponent := effective_moduli(contact.body, contact.counterbody).exponent) != 0.0:
         raise ProblemError(
             f"solve: the rings know homogeneous half-spaces only, and the bodies are graded (exponent {exponent:g}); "
@@ -67,6 +58,18 @@ def solve_by_rings(task: Task) -> Result:
         notes=mapped.notes,
         references=("johnson",),
     )
+
+
+def _checked(task: Task) -> Rings:
+    contact, rings = task.contact, task.solver
+    if not isinstance(rings, Rings):
+        raise ProblemError(f"solve: solver = {rings!r}; write solver=Rings(n=400), or leave it out")
+    if contact.adhesion is not None or contact.friction is not None or uses(task.path, "travel"):
+        raise ProblemError(
+            "solve: the rings solve frictionless contacts without adhesion and machine; leave solver=Rings() out"
+        )
+    check_normal_path(task.path)
+    return rings
 
 
 def _step(
@@ -107,7 +110,9 @@ class _Remembered:
     """The indentation where it is prescribed, else nan."""
 
 
-def _solve_memory(task: Task, rings: Rings) -> Result:
+def solve_memory_by_rings(task: Task) -> Result:
+    """The history of bodies that remember, by rings of which each does."""
+    rings = _checked(task)
     walked = _walk_memory(task, rings)
     rows = walked.rows
     columns = {
