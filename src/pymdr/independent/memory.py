@@ -294,7 +294,7 @@ def _step(
     free = state.strain - (relaxation.equilibrium * state.strain + branches.sum(axis=0)) / stiff
     gap = mesh.gap + product(mesh.matrix, free)
     if by_force and target <= 0.0:
-        settled = RingState(mesh, np.zeros(free.size), float(gap.min()), 0.0, ())
+        settled = RingState(mesh, np.zeros(free.size), _touch(mesh, gap), 0.0, ())
     else:
         depth, force = (None, target / stiff) if by_force else (target, None)
         problem = RingProblem(np.zeros_like, depth, force, corners, free.size, 1.0)
@@ -304,6 +304,12 @@ def _step(
     return Strained(
         strain, branches, stiff * settled.pressure, settled.depth, settled.zones, settled.stiffness
     )
+
+
+def _touch(mesh: RingMesh, gap: Array) -> float:
+    """The least gap, from the rings and from where their two innermost ones point to on the axis."""
+    inner = gap[0] - (gap[1] - gap[0]) * mesh.centres[0] / (mesh.centres[1] - mesh.centres[0])
+    return float(min(gap.min(), inner))
 
 
 def _limit(coarse: Strained, fine: Strained) -> Strained:
