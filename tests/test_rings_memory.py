@@ -210,8 +210,8 @@ def test_what_is_refused():
         mdr.verify(ball, timed, steps=0)
     with pytest.raises(PathError, match="no contact"):
         mdr.verify(ball, mdr.indent(-0.1, duration=1.0))
+    liquid = mdr.Viscoelastic(mdr.KelvinVoigt(1.0, 0.1), poisson=0.5)
     with pytest.raises(ProblemError, match="dashpot"):
-        liquid = mdr.Viscoelastic(mdr.KelvinVoigt(1.0, 0.1), poisson=0.5)
         mdr.verify(mdr.Contact(mdr.Sphere(1.0), liquid), timed)
     with pytest.raises(PathError):
         mdr.solve(ball, mdr.load(-1.0, duration=1.0), solver=Rings(50))

@@ -1,11 +1,12 @@
-"""Fields of a contact with memory, from the springs of the row that is asked for; and whether its pressure is one."""
+"""Fields of a contact with memory, from the springs of the row that is asked for; and whether they are those of a contact."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 from scipy.interpolate import PchipInterpolator
@@ -20,8 +21,13 @@ from pymdr.units import FloatArray
 _NODES = 96
 _TENSION = 1e-3
 """Of the mean pressure: what the distance of the springs can do to a pressure."""
+_OVERLAP = 1e-3
+"""Of the largest displacement: what the distance of the springs can do to a gap, some times over."""
 _CHECKED = 48
-"""Most rows whose pressure is looked at."""
+"""Most rows whose pressure and gap are looked at."""
+_INSIDE = (np.arange(64.0) + 0.5) / 66.0
+_OUTSIDE = 1.0 + np.geomspace(1e-3, 2.0, 16)
+"""Radii over that of the contact at which they are."""
 _SOURCE = f"{SOURCES['lee-radok']}; {SOURCES['ting']}"
 
 
@@ -121,22 +127,35 @@ class MemorySurface:
         u = np.zeros(r.shape)
         inside = (r <= state.radius) & (state.radius > 0.0)
         u[inside] = d - self.gap_function(r[inside])
-        far = np.flatnonzero(~inside & (r > 0.0))
+        far = np.flatnonzero(~inside)
         if state.position.size == 0 or far.size == 0:
             return u
         w = PchipInterpolator(
             np.append(0.0, state.position), np.append(state.deflection[0], state.deflection)
         )
         top, (t, weights) = float(state.position[-1]), gauss(_NODES)
-        for i in far:
-            # w bends at the edge of the contact and ends where nothing was touched
-            ends = np.unique(np.arcsin(np.minimum(np.array([0.0, state.radius, top, r[i]]) / r[i], 1.0)))
-            width = np.diff(ends)
-            angle = ends[:-1, None] + width[:, None] * t
-            x = r[i] * np.sin(angle)
-            values = np.where(x <= top, w(np.minimum(x, top)), 0.0)
-            u[i] = 2.0 / math.pi * float(width @ (values @ weights))
+        radii = np.maximum(r[far], 1e-9 * top)[:, None]
+        # w bends at the edge of the contact and ends where nothing was touched
+        ends = np.arcsin(np.minimum(np.array([0.0, state.radius, top, math.inf]) / radii, 1.0))
+        width = np.diff(ends, axis=1)
+        x = radii[:, :, None] * np.sin(ends[:, :-1, None] + width[:, :, None] * t)
+        values = np.where(x <= top, w(np.minimum(x, top)), 0.0)
+        u[far] = 2.0 / math.pi * np.sum(width * (values @ weights), axis=1)
         return u
+
+    def gap_and_displacement(
+        self, state: LineState, step: int, r: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """Both at radii outside the contact."""
+        d = float(self.indentation[step])
+        u = self._displacement(state, d, r)
+        return self.gap_function(r) - d + u, u
+
+    def outside(self, state: LineState) -> FloatArray:
+        """Radii to three times that of the contact; without one, over all that was touched."""
+        touched = float(state.position[-1])
+        r = state.radius * _OUTSIDE if state.radius > 0.0 else touched * np.append(_INSIDE[::4], _OUTSIDE)
+        return np.asarray(r[r <= min(self.equivalent.reach, self.equivalent.edge)])
 
 
 @lru_cache(maxsize=8)
@@ -182,22 +201,109 @@ def pressure(state: LineState, r: FloatArray) -> FloatArray:
     return p
 
 
+class MemoryCheck(NamedTuple):
+    """What was found in some rows."""
+
+    rows: np.ndarray
+    """Which, rising."""
+    tension: FloatArray
+    """Largest tension inside the contact over its mean pressure; below 0 without any."""
+    overlap: FloatArray
+    """Deepest overlap outside over the largest displacement; below 0 without any."""
+    errors: dict[str, FloatArray]
+    """Of the fields over their largest value: what half as many springs make otherwise."""
+
+    @property
+    def violated(self) -> int | None:
+        """The first place in `rows` that is no contact."""
+        wrong = np.flatnonzero((self.tension > _TENSION) | (self.overlap > _OVERLAP))
+        return int(wrong[0]) if wrong.size else None
+
+    def sound(self, size: int) -> BoolArray:
+        """Rows before anything was found: what comes after hangs on it."""
+        first = self.violated
+        where = np.ones(size, dtype=bool)
+        if first is not None:
+            where[self.rows[first - 1] + 1 if first else self.rows[0] :] = False
+        return where
+
+    def error(self, name: str, size: int) -> FloatArray:
+        """Of all rows, from those on both sides that were looked at."""
+        if self.rows.size == 0:
+            return np.zeros(size)
+        after = np.searchsorted(self.rows, np.arange(size))
+        known = self.errors[name]
+        return np.maximum(known[np.minimum(after, known.size - 1)], known[np.maximum(after - 1, 0)])
+
+
+def check_memory(surface: MemorySurface, force: FloatArray | None) -> MemoryCheck:
+    """
+    Look whether the pressure pulls nowhere and the gap is open outside, and how far fields err.
+
+    Parameters
+    ----------
+    surface : MemorySurface
+    force : ndarray or None
+        Normal force of every row in N, if the indentation is not prescribed in all.
+
+    Returns
+    -------
+    MemoryCheck
+    """
+    rows = checked_rows(surface.contact_radius)
+    half = replace(surface, n=surface.n // 2)
+    found: list[tuple[float, float]] = []
+    errors: list[tuple[float, float, float]] = []
+    for row, fine, coarse in zip(rows, surface.states(rows), half.states(rows), strict=True):
+        beyond = surface.outside(fine)
+        gap, u = surface.gap_and_displacement(fine, row, beyond)
+        other_gap, other_u = surface.gap_and_displacement(coarse, row, beyond)
+        replayed = 0.0 if force is None else _replayed(fine, row, force)
+        r = fine.radius * _INSIDE
+        p, other_p = pressure(fine, r), pressure(coarse, r)
+        size = max(float(np.max(fine.deflection, initial=0.0)), abs(float(surface.indentation[row])))
+        mean = float(np.sum(p * r) / np.sum(r)) if fine.radius > 0.0 else 0.0
+        found.append(
+            (
+                -float(p.min()) / mean if mean > 0.0 else 0.0,
+                -float(np.min(gap, initial=math.inf)) / size if size > 0.0 else 0.0,
+            )
+        )
+        errors.append(
+            (
+                _apart(p, other_p, float(np.max(np.abs(p), initial=0.0))) + replayed,
+                _apart(u, other_u, size) + replayed,
+                _apart(gap, other_gap, size) + replayed,
+            )
+        )
+    names = ("pressure", "normal_displacement", "gap")
+    told = np.array(errors).reshape(-1, 3)
+    tension, overlap = np.array(found).reshape(-1, 2).T
+    return MemoryCheck(np.array(rows, dtype=int), tension, overlap, dict(zip(names, told.T, strict=True)))
+
+
+def _replayed(state: LineState, row: int, force: FloatArray) -> float:
+    """
+    By how much the force of the springs misses that of the row, over the largest.
+
+    They are followed by indentations straight from row to row, between which a prescribed force moves them otherwise.
+    """
+    borne = 2.0 * float(np.trapezoid(state.load, state.position)) if state.position.size else 0.0
+    return abs(borne - float(force[row])) / (float(np.max(force)) or 1.0)
+
+
+def _apart(values: FloatArray, others: FloatArray, size: float) -> float:
+    return float(np.max(np.abs(values - others), initial=0.0)) / size if size > 0.0 else 0.0
+
+
 def checked_rows(radius: FloatArray) -> list[int]:
-    """Rows in contact whose pressures tell of the others: the last, the largest, and some between."""
+    """Rows that tell of the others: the first touch, the last row, the largest contact, and some between."""
     touching = np.flatnonzero(radius > 0.0)
     if touching.size == 0:
         return []
-    some = touching[np.unique(np.linspace(0, touching.size - 1, min(touching.size, _CHECKED)).astype(int))]
-    return sorted({*some.tolist(), int(np.argmax(radius))})
-
-
-def least_pressure(state: LineState) -> float:
-    """The least pressure over the mean pressure."""
-    a = state.radius
-    r: FloatArray = a * (np.arange(64.0) + 0.5) / 66.0
-    p = pressure(state, r)
-    mean = float(np.sum(p * r) / np.sum(r))
-    return float(p.min()) / mean if mean > 0.0 else 0.0
+    first, last = int(touching[0]), radius.size - 1
+    some = np.unique(np.linspace(first, last, min(last - first + 1, _CHECKED)).astype(int))
+    return sorted({*some.tolist(), int(np.nanargmax(radius))})
 
 
 def memory_claims(
@@ -205,12 +311,11 @@ def memory_claims(
     disk: BoolArray,
     forced: BoolArray,
     moved: BoolArray,
-    tension: float,
-    checked: int,
+    check: MemoryCheck,
     remark: str,
 ) -> dict[str, Claim]:
     """
-    Claims of a contact with memory.
+    Claims of a contact with memory: up to the first row that is none, on which all later ones hang.
 
     Parameters
     ----------
@@ -220,10 +325,8 @@ def memory_claims(
         Rows whose springs in contact are those of a disk.
     forced, moved : ndarray of bool
         Rows whose force is prescribed, and rows whose indentation is.
-    tension : float
-        Largest tension that was found, over the mean pressure.
-    checked : int
-        Rows at which it was looked for.
+    check : MemoryCheck
+        What pressures and gaps told.
     remark : str
         What the numbers rest on.
 
@@ -231,21 +334,26 @@ def memory_claims(
     -------
     dict of str to Claim
     """
-    where = disk if tension <= _TENSION else np.zeros(disk.shape, dtype=bool)
+    where = np.logical_and.accumulate(disk) & check.sound(disk.size)
+    why = "" if disk.all() else "the springs in contact are not those of a disk"
+    if (first := check.violated) is not None:
+        tension, overlap = float(check.tension[first]), float(check.overlap[first])
+        why = (
+            f"a disk would need tension inside, {tension:.2g} of its mean pressure"
+            if tension > _TENSION
+            else f"a disk would let the surfaces overlap outside, by {overlap:.2g} of the largest displacement"
+        )
     if not where.any():
-        why = "the springs in contact are not those of a disk"
-        if tension > _TENSION:
-            why = f"a disk would need tension inside, {tension:.2g} of its mean pressure"
         return dict.fromkeys(names, Claim(Level.NOT_VALID, why, _SOURCE, where)) | _given(
             where, forced, moved
         )
     reason = (
         "exact for viscoelastic half-spaces in frictionless contact on a disk under any history: what a spring bears and "
-        f"how it is shortened are bound by the same law as traction and displacement of the surface; no tension was found in "
-        f"{checked} rows{remark}"
+        "how it is shortened are bound by the same law as traction and displacement of the surface; neither tension inside "
+        f"nor overlap outside was found in {check.rows.size if first is None else first} rows{remark}"
     )
-    if not disk.all():
-        reason += f"; {int((~disk).sum())} of {disk.size} rows are no disk"
+    if not where.all():
+        reason += f"; from row {int(np.argmin(where)) + 1} of {disk.size} on it is none: {why}"
     return dict.fromkeys(names, Claim(Level.EXACT, reason, _SOURCE, where)) | _given(where, forced, moved)
 
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from pymdr.errors import PathError, ProblemError
 from pymdr.interpretation.accuracy import with_errors
-from pymdr.interpretation.memory import MemorySurface, checked_rows, least_pressure, memory_claims
+from pymdr.interpretation.memory import MemorySurface, check_memory, memory_claims
 from pymdr.interpretation.validity import NORMAL_FIELDS, BoolArray
 from pymdr.line.curves import ElasticLine
 from pymdr.line.foundation import mean_pressure, normal_force, rises_to, states_at_depth
@@ -38,8 +38,6 @@ from pymdr.units import FloatArray
 _COMPARED = ("force", "contact_radius", "stored", "dissipated", "indentation")
 SPRINGS = 1000
 """Springs in the largest contact."""
-_FIELD_ERROR = 1e-3
-"""Of their largest value: what the distance of the springs does to fields."""
 
 
 @dataclass(frozen=True)
@@ -176,16 +174,15 @@ def _interpret(task: Task, line: ElasticLine, relaxation: Relaxation, walked: Wa
         },
     )
     surface = surface_with_memory(task.contact, relaxation, time, rows.indentation, radius)
-    looked = checked_rows(np.where(rows.disk, radius, 0.0))
-    tension = max((-least_pressure(state) for state in surface.states(looked)), default=0.0)
+    check = check_memory(surface, None if rows.moved.all() else force)
     remark = (
         ""
         if relaxation.error == 0.0
         else f"; the kernel of the rheology errs by at most {relaxation.error:.1g}"
     )
     names = (*columns, *NORMAL_FIELDS)
-    claims = memory_claims(names, rows.disk, rows.forced, rows.moved, tension, len(looked), remark)
-    errors |= {name: np.full(force.size, _FIELD_ERROR) for name in NORMAL_FIELDS}
+    claims = memory_claims(names, rows.disk, rows.forced, rows.moved, check, remark)
+    errors |= {name: check.error(name, force.size) for name in NORMAL_FIELDS}
     claims = with_errors(
         claims,
         errors,
