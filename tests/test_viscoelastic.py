@@ -273,3 +273,23 @@ def test_a_surface_that_was_left_sinks_on_its_axis_too():
     u = result.field("normal_displacement", np.array([0.0, 1e-6]), -1).values
     assert u[0] == pytest.approx(u[1], rel=1e-4)
     assert u[0] > 0.0
+
+
+@pytest.mark.parametrize(
+    "shape",
+    [
+        mdr.TruncatedCone(slope=0.3, flat_radius=0.1),
+        mdr.TruncatedParaboloid(flat_radius=0.1, radius=1.0),
+        mdr.Cone(slope=0.3),
+        mdr.PowerLaw(8.0, 0.2, 1.0),
+    ],
+)
+def test_a_sudden_press_has_the_elastic_pressure(shape):
+    path = mdr.Path(time=[0.0], indentation=[0.1])
+    result = pressed(mdr.Maxwell(1.0, time=1.0), path, shape)
+    elastic = mdr.solve(mdr.Contact(shape, mdr.Elastic(3.0, 0.5)), mdr.indent(0.1))
+    r = float(elastic["contact_radius"][0]) * np.linspace(0.02, 0.97, 50)
+    r = r[np.abs(r / 0.1 - 1.0) > 0.01]
+    one, other = (each.field("pressure", r, -1).values for each in (result, elastic))
+    bound = max(1e-5, 3.0 * float(result.claims["pressure"].error[0]))
+    assert np.max(np.abs(one - other)) < min(bound, 3e-3) * np.max(other)

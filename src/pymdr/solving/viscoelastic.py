@@ -180,6 +180,8 @@ def _interpret(task: Task, line: ElasticLine, relaxation: Relaxation, walked: Wa
         if relaxation.error == 0.0
         else f"; the kernel of the rheology errs by at most {relaxation.error:.1g}"
     )
+    if surface.marks(int(np.argmax(radius))):
+        remark += "; closer to a kink of the profile than a hundredth of its radius pressures err more"
     names = (*columns, *NORMAL_FIELDS)
     claims = memory_claims(names, rows.disk, rows.forced, rows.moved, check, remark)
     errors |= {name: check.error(name, force.size) for name in NORMAL_FIELDS}
