@@ -293,3 +293,11 @@ def test_a_sudden_press_has_the_elastic_pressure(shape):
     one, other = (each.field("pressure", r, -1).values for each in (result, elastic))
     bound = max(1e-5, 3.0 * float(result.claims["pressure"].error[0]))
     assert np.max(np.abs(one - other)) < min(bound, 3e-3) * np.max(other)
+
+
+def test_the_surface_beside_a_flat_punch_sinks_as_on_an_elastic_body():
+    path = mdr.Path(time=[0.0], indentation=[0.1])
+    result = pressed(mdr.Maxwell(1.0, time=1.0), path, mdr.FlatPunch(radius=0.3))
+    r = 0.3 * np.array([1.001, 1.1, 2.0, 5.0])
+    exact = 2.0 / math.pi * 0.1 * np.arcsin(0.3 / r)
+    np.testing.assert_allclose(result.field("normal_displacement", r, -1).values, exact, rtol=1e-6)

@@ -134,10 +134,11 @@ class MemorySurface:
         far = np.flatnonzero(~inside)
         if state.position.size == 0 or far.size == 0:
             return u
-        w = PchipInterpolator(
-            np.append(0.0, state.position), np.append(state.deflection[0], state.deflection)
-        )
-        top, (t, weights) = float(state.position[-1]), gauss(_NODES)
+        position, deflection = state.position, state.deflection
+        if state.radius > position[-1]:  # at a sharp edge, to which the last spring stands for w
+            position, deflection = np.append(position, state.radius), np.append(deflection, deflection[-1])
+        w = PchipInterpolator(np.append(0.0, position), np.append(deflection[0], deflection))
+        top, (t, weights) = float(position[-1]), gauss(_NODES)
         radii = np.maximum(r[far], 1e-9 * top)[:, None]
         # w bends at the edge of the contact and ends where nothing was touched
         ends = np.arcsin(np.minimum(np.array([0.0, state.radius, top, math.inf]) / radii, 1.0))
@@ -150,16 +151,16 @@ class MemorySurface:
     def gap_and_displacement(
         self, state: LineState, step: int, r: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
-        """Both at radii outside the contact."""
+        """Both at radii outside the contact, the gap as far as the profile goes."""
         d = float(self.indentation[step])
         u = self._displacement(state, d, r)
-        return self.gap_function(r) - d + u, u
+        known = r <= min(self.equivalent.reach, self.equivalent.edge)
+        return self.gap_function(r[known]) - d + u[known], u
 
     def outside(self, state: LineState) -> FloatArray:
         """Radii to three times that of the contact; without one, over all that was touched."""
         touched = float(state.position[-1])
-        r = state.radius * _OUTSIDE if state.radius > 0.0 else touched * np.append(_INSIDE[::4], _OUTSIDE)
-        return np.asarray(r[r <= min(self.equivalent.reach, self.equivalent.edge)])
+        return state.radius * _OUTSIDE if state.radius > 0.0 else touched * np.append(_INSIDE[::4], _OUTSIDE)
 
 
 @lru_cache(maxsize=8)
