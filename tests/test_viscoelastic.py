@@ -11,6 +11,10 @@ from hypothesis import strategies as st
 
 import pymdr as mdr
 from pymdr.errors import PathError, ProblemError
+from pymdr.interpretation.memory import MemoryCheck, MemorySurface, check_memory, memory_claims
+from pymdr.line.curves import ElasticLine
+from pymdr.line.memory import Relaxation, follow_springs, line_state
+from pymdr.mapping.equivalent import equivalent_profile, gap_function
 from pymdr.solving.viscoelastic import SPRINGS, surface_with_memory
 
 REFERENCES = {
@@ -245,10 +249,115 @@ def test_what_is_refused():
         mdr.solve(mdr.Contact(waves, body(SOLID)), mdr.indent(0.1, duration=1.0))
     for study in (
         lambda: mdr.pull_off(contact),
-        lambda: mdr.solve(contact, mdr.indent(0.1, duration=1.0), solver=mdr.Rings(n=50)),
         lambda: mdr.foundation(contact),
-        lambda: mdr.verify(contact, mdr.indent(0.1, duration=1.0)),
         lambda: mdr.impact(contact, mass=1.0, speed=1.0),
     ):
         with pytest.raises(ProblemError):
             study()
+
+
+@st.composite
+def memories(draw):
+    n = draw(st.integers(1, 4))
+    kernel = Relaxation(
+        draw(st.sampled_from([0.0, 0.01, 1.0])),
+        np.array([10.0 ** draw(st.floats(-2.0, 1.0)) for _ in range(n)]),
+        np.array([10.0 ** draw(st.floats(-3.0, 3.0)) for _ in range(n)]),
+    )
+    turns = draw(st.integers(1, 7))
+    waits = [10.0 ** draw(st.floats(-3.0, 3.0)) for _ in range(turns + 1)]
+    depths = [draw(st.floats(-0.03, 0.1)) for _ in range(turns)]
+    return kernel, np.append(0.0, np.cumsum(waits)), np.array([0.0, 0.1, *depths])
+
+
+@settings(max_examples=60, deadline=None)
+@given(memory=memories(), shape=st.sampled_from((*SHAPES, mdr.PowerLaw(0.5, 0.2, 1.0))))
+def test_a_rising_profile_is_a_disk_without_tension_or_overlap_whatever_its_past(memory, shape):
+    kernel, time, depth = memory
+    equivalent = equivalent_profile(shape)
+    found = follow_springs(ElasticLine(equivalent, 1.0), kernel, time, depth, n=100)
+    assert found.disk.all()
+    x, w, q = line_state(found.state, kernel)
+    assert (np.diff(w + equivalent.g(x)) >= -1e-8).all()
+    assert (np.diff(q[q > 0.0]) <= 1e-8 * q.max()).all()
+
+
+@settings(max_examples=6, deadline=None)
+@given(memory=memories(), shape=st.sampled_from(SHAPES))
+def test_fields_err_as_their_claims_say(memory, shape):
+    kernel, time, depth = memory
+    rows = np.linspace(0.0, time.size - 1.0, 6 * time.size)[1:]
+    time, depth = (np.interp(rows, np.arange(time.size), values) for values in (time, depth))
+    equivalent = equivalent_profile(shape)
+    line, gap = ElasticLine(equivalent, 1.0), gap_function(shape, equivalent)
+    radius = follow_springs(line, kernel, np.append(0.0, time), np.append(0.0, depth), n=1000)
+    few, many = (
+        MemorySurface(equivalent, kernel, gap, time, depth, radius.contact_radius[1:], n)
+        for n in (1000, 6000)
+    )
+    check = check_memory(few, None)
+    assert check.violated is None
+    for row in (5, int(np.argmax(depth))):
+        a = float(few.contact_radius[row])
+        for name, r in (
+            ("pressure", a * np.linspace(0.05, 0.95, 30)),
+            ("normal_displacement", a * np.linspace(1.0, 3.0, 30)),
+        ):
+            one, other = (surface.field(name, r, row) for surface in (few, many))
+            error = np.max(np.abs(one - other)) / np.max(np.abs(other))
+            assert error <= 3.0 * check.error(name, time.size)[row] + 1e-4
+
+
+def test_nothing_is_claimed_from_where_something_is_found():
+    rows, size = np.array([2, 5, 8, 11]), 12
+    none, all_rows = np.full(4, -1.0), np.ones(size, dtype=bool)
+    errors = dict.fromkeys(("pressure",), np.array([1e-6, 1e-3, 1e-6, 1e-6]))
+    names = ("normal_force", "contact_radius", "indentation")
+    good = MemoryCheck(rows, none, none, errors)
+    assert memory_claims(names, all_rows, ~all_rows, all_rows, good, "")["contact_radius"].where.all()
+    assert good.error("pressure", size)[[1, 3, 6, 9]].tolist() == [1e-6, 1e-3, 1e-3, 1e-6]
+    pulls, overlaps = np.array([-1.0, -1.0, 0.1, 0.2]), np.array([0.01, -1.0, -1.0, -1.0])
+    for tension, overlap, first, words in ((pulls, none, 6, "tension"), (none, overlaps, 2, "overlap")):
+        check = MemoryCheck(rows, tension, overlap, errors)
+        claims = memory_claims(names, all_rows, ~all_rows, all_rows, check, "")
+        assert claims["contact_radius"].where.tolist() == [True] * first + [False] * (size - first)
+        assert words in claims["contact_radius"].reason
+        assert claims["indentation"].where.all()
+    ring = all_rows.copy()
+    ring[4] = False
+    assert memory_claims(names, ring, ~all_rows, ~all_rows, good, "")["normal_force"].where.sum() == 4
+
+
+def test_a_surface_that_was_left_sinks_on_its_axis_too():
+    result = pressed(SOLID, mdr.indent(0.1, duration=0.1) >> mdr.indent(-0.1, duration=0.1, steps=4))
+    u = result.field("normal_displacement", np.array([0.0, 1e-6]), -1).values
+    assert u[0] == pytest.approx(u[1], rel=1e-4)
+    assert u[0] > 0.0
+
+
+@pytest.mark.parametrize(
+    "shape",
+    [
+        mdr.TruncatedCone(slope=0.3, flat_radius=0.1),
+        mdr.TruncatedParaboloid(flat_radius=0.1, radius=1.0),
+        mdr.Cone(slope=0.3),
+        mdr.PowerLaw(8.0, 0.2, 1.0),
+    ],
+)
+def test_a_sudden_press_has_the_elastic_pressure(shape):
+    path = mdr.Path(time=[0.0], indentation=[0.1])
+    result = pressed(mdr.Maxwell(1.0, time=1.0), path, shape)
+    elastic = mdr.solve(mdr.Contact(shape, mdr.Elastic(3.0, 0.5)), mdr.indent(0.1))
+    r = float(elastic["contact_radius"][0]) * np.linspace(0.02, 0.97, 50)
+    r = r[np.abs(r / 0.1 - 1.0) > 0.01]
+    one, other = (each.field("pressure", r, -1).values for each in (result, elastic))
+    bound = max(1e-5, 3.0 * float(result.claims["pressure"].error[0]))
+    assert np.max(np.abs(one - other)) < min(bound, 3e-3) * np.max(other)
+
+
+def test_the_surface_beside_a_flat_punch_sinks_as_on_an_elastic_body():
+    path = mdr.Path(time=[0.0], indentation=[0.1])
+    result = pressed(mdr.Maxwell(1.0, time=1.0), path, mdr.FlatPunch(radius=0.3))
+    r = 0.3 * np.array([1.001, 1.1, 2.0, 5.0])
+    exact = 2.0 / math.pi * 0.1 * np.arcsin(0.3 / r)
+    np.testing.assert_allclose(result.field("normal_displacement", r, -1).values, exact, rtol=1e-6)

@@ -10,8 +10,8 @@ import numpy as np
 
 from pymdr.errors import PathError, ProblemError, PymdrError
 from pymdr.interpretation.accuracy import with_errors
-from pymdr.interpretation.memory import MemorySurface, checked_rows, least_pressure, memory_claims
-from pymdr.interpretation.validity import NORMAL_FIELDS, BoolArray, small_slope_assumptions
+from pymdr.interpretation.memory import MemorySurface, check_memory, memory_claims
+from pymdr.interpretation.validity import NORMAL_FIELDS, BoolArray
 from pymdr.line.curves import ElasticLine
 from pymdr.line.foundation import mean_pressure, normal_force, rises_to, states_at_depth
 from pymdr.line.memory import (
@@ -25,15 +25,12 @@ from pymdr.line.memory import (
     ting,
     virgin,
 )
-from pymdr.mapping.equivalent import equivalent_profile, gap_function, slope_function
-from pymdr.mapping.relaxation import relaxation_of
+from pymdr.mapping.equivalent import equivalent_profile, gap_function
 from pymdr.problem.contact import Contact
-from pymdr.problem.materials import Viscoelastic
-from pymdr.problem.paths import LoadingPath, Ramp
-from pymdr.problem.rheology import PowerLawRheology
-from pymdr.problem.schedule import Planned, Stretch, known_legs, planned
+from pymdr.problem.schedule import Stretch, known_legs
 from pymdr.result import Result, Status
 from pymdr.rows import taken
+from pymdr.solving.memory import assumptions_with_memory, is_told_by_rows, relaxation_along, times_of
 from pymdr.solving.normal import check_normal_path, refuse_tension
 from pymdr.solving.reach import notes_of, refuse_unreachable
 from pymdr.solving.walk import Channels, Task, Told, Walked, channels_at, solution, walk, with_travel
@@ -42,8 +39,6 @@ from pymdr.units import FloatArray
 _COMPARED = ("force", "contact_radius", "stored", "dissipated", "indentation")
 SPRINGS = 1000
 """Springs in the largest contact."""
-_FIELD_ERROR = 1e-3
-"""Of their largest value: what the distance of the springs does to fields."""
 
 
 @dataclass(frozen=True)
@@ -69,67 +64,16 @@ class _State:
     coarse: MemoryState
 
 
-def remembers(contact: Contact) -> bool:
-    """Whether a body of a contact has a memory."""
-    return isinstance(contact.body, Viscoelastic) or isinstance(contact.counterbody, Viscoelastic)
-
-
 def solve_viscoelastic(task: Task) -> Result:
     """Map, walk and interpret."""
     check_normal_path(task.path)
     relaxation = relaxation_along(task.contact, task.path)
     line = ElasticLine(equivalent_profile(task.contact.profile), 1.0)
     walked = walk(task, None, partial(_step, task, line, relaxation))
-    if _by_power(task.contact) and any(map(_led, *_neighbours(task.path))):
+    if is_told_by_rows(task.contact, task.path):
         relaxation = relaxation_along(task.contact, task.path, walked.time)
         walked = walk(task, None, partial(_step, task, line, relaxation))
     return _interpret(task, line, relaxation, walked)
-
-
-def relaxation_along(contact: Contact, path: LoadingPath, time: FloatArray | None = None) -> Relaxation:
-    """E*(t) of a contact, over the times of a path where a power of time asks for them; those that only its rows tell are given."""
-    bodies = (contact.body, contact.counterbody)
-    if not _by_power(contact):
-        return relaxation_of(*bodies)
-    if time is not None and any(map(_led, *_neighbours(path))):
-        waits = np.diff(time, prepend=0.0)
-        return relaxation_of(*bodies, span=(float(waits[waits > 0.0].min()), float(time[-1])))
-    return relaxation_of(*bodies, span=_span(path))
-
-
-def _by_power(contact: Contact) -> bool:
-    """Whether a body of a contact relaxes by a power of time."""
-    bodies = (contact.body, contact.counterbody)
-    return any(isinstance(one, Viscoelastic) and isinstance(one.shear, PowerLawRheology) for one in bodies)
-
-
-def _neighbours(path: LoadingPath) -> tuple[tuple[Planned | None, ...], tuple[Planned, ...]]:
-    """The legs before the legs of a path, and these."""
-    each = planned(path)
-    return (None, *each[:-1]), each
-
-
-def _led(before: Planned | None, leg: Planned) -> bool:
-    """Whether a leg at a rate starts where only the history leads, so that only this tells how long it takes."""
-    at_rate = isinstance(leg.leg, Ramp) and leg.leg.rate is not None
-    return at_rate and before is not None and before.controls.normal != leg.controls.normal
-
-
-def _span(path: LoadingPath) -> tuple[float, float] | None:
-    """About the shortest step and the length of a path in s without what only its rows tell, if its legs state their times."""
-    steps, now, here = [], 0.0, dict[str, float]()
-    for before, leg in zip(*_neighbours(path), strict=True):
-        if _led(before, leg):
-            assert isinstance(leg.leg, Ramp)
-            here |= {leg.controls.normal: getattr(leg.leg, leg.controls.normal)}
-            continue
-        asked = leg.stretch(here, now)
-        if asked.time is None:
-            return None
-        steps.append(np.diff(asked.time, prepend=now))
-        now, here = float(asked.time[-1]), {**here, **asked.end}
-    waits = np.concatenate(steps)
-    return float(waits[waits > 0.0].min()), now
 
 
 def _step(
@@ -142,15 +86,7 @@ def _step(
     told: Told | None,
 ) -> tuple[_Rows, _State, Channels]:
     """Step 2: springs with memory, and half as many of them, which tell how far they err."""
-    if asked.time is None:
-        raise PathError(
-            "a body with memory asks when: give every leg a duration or a rate, for example indent('1 um', rate='1 um/s')"
-        )
-    if asked.time[0] < asked.begin:
-        raise PathError(
-            f"Path.time begins at {asked.time[0]:g} s, but a history with memory begins at {asked.begin:g} s: count times from where "
-            "the bodies touch, or from before"
-        )
+    times_of(asked)
     if asked.by_force:
         refuse_tension(asked.leg, asked.normal)
     if state is None:
@@ -252,34 +188,29 @@ def _interpret(task: Task, line: ElasticLine, relaxation: Relaxation, walked: Wa
         },
     )
     surface = surface_with_memory(task.contact, relaxation, time, rows.indentation, radius)
-    looked = checked_rows(np.where(rows.disk, radius, 0.0))
-    tension = max((-least_pressure(state) for state in surface.states(looked)), default=0.0)
+    check = check_memory(surface, None if rows.moved.all() else force)
     remark = (
         ""
         if relaxation.error == 0.0
         else f"; the kernel of the rheology errs by at most {relaxation.error:.1g}"
     )
+    if surface.marks(int(np.argmax(radius))):
+        remark += "; closer to a kink of the profile than a hundredth of its radius pressures err more"
     names = (*columns, *NORMAL_FIELDS)
-    claims = memory_claims(names, rows.disk, rows.forced, rows.moved, tension, len(looked), remark)
-    errors |= {name: np.full(force.size, _FIELD_ERROR) for name in NORMAL_FIELDS}
+    claims = memory_claims(names, rows.disk, rows.forced, rows.moved, check, remark)
+    errors |= {name: check.error(name, force.size) for name in NORMAL_FIELDS}
     claims = with_errors(
         claims,
         errors,
         "; energies are those of the springs and dashpots that the rheology names",
         f"as {SPRINGS} springs do",
     )
-    a = float(np.max(radius, initial=0.0))
-    listed = (
-        small_slope_assumptions(task.contact.profile, slope_function(task.contact.profile), a, 0.0)
-        if a
-        else ()
-    )
     return solution(
         task,
         walked,
         columns,
         claims,
-        assumptions=tuple(one for one in listed if one.name != "elastic similarity"),
+        assumptions=assumptions_with_memory(task.contact, radius),
         status=_status(claims["contact_radius"].where),
         notes=tuple(notes),
         remembers=True,
