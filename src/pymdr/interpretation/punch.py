@@ -6,11 +6,9 @@ Balaam and Davis 1985; Hess 2016). Pressures are those of c / pi = 1, gaps and d
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
-from scipy.special import betainc
 
+from pymdr.mapping.kernels import arc_above, arc_below
 from pymdr.units import FloatArray
 
 
@@ -38,8 +36,7 @@ def punch_displacement(exponent: float, a: float, r: FloatArray) -> FloatArray:
     """
     if exponent == 0.0:
         return np.asarray(np.arctan2(a, np.sqrt((r - a) * (r + a))))
-    inner = betainc(0.5 * (1.0 + exponent), 0.5 * (1.0 - exponent), (a / r) ** 2)
-    return np.asarray(0.5 * math.pi * inner)
+    return arc_below(a / r, (r - a) * (r + a) / (r * r), exponent)
 
 
 def punch_gap(exponent: float, a: float, r: FloatArray) -> FloatArray:
@@ -54,5 +51,4 @@ def punch_gap(exponent: float, a: float, r: FloatArray) -> FloatArray:
     """
     if exponent == 0.0:
         return np.asarray(np.arctan2(np.sqrt((r - a) * (r + a)), a))
-    outer = betainc(0.5 * (1.0 - exponent), 0.5 * (1.0 + exponent), (r - a) * (r + a) / (r * r))
-    return np.asarray(0.5 * math.pi * outer)
+    return arc_above(a / r, (r - a) * (r + a) / (r * r), exponent)

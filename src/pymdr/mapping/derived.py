@@ -26,6 +26,9 @@ _UNDERFLOW = 1e-290
 _FIRST, _SPREAD = 0.02, 64.0
 """Where on a panel beside a breakpoint f' is no smaller than by that factor."""
 _DIGITS = 1e6
+_EPS = float(np.finfo(float).eps)
+_HIDDEN = 4.0
+"""Roundings of f by which it may rise before that is seen."""
 
 
 class DerivedSource(SlopeSource):
@@ -254,11 +257,20 @@ class DerivedSource(SlopeSource):
             self._end = min(self._end, high)
             if not high > low * (1.0 + 1e-12):
                 return None
-        rise = np.abs(self._f(np.array([low, high])) - float(self._f(np.zeros(1))[0]))
-        if np.all(rise < _UNDERFLOW):
-            return np.zeros(TERMS), 0.0, high
+        apex = float(self._f(np.zeros(1))[0])
+        if np.all(np.abs(self._f(np.array([low, high])) - apex) < _UNDERFLOW):
+            # an offset hides what rises less than its rounding
+            return np.zeros(TERMS), _EPS * abs(apex) / max(high - low, self._hidden_beyond(high)), high
         series, error = slope_panel(self._f, low, high, TERMS)
         return series, error, high
+
+    def _hidden_beyond(self, r: float) -> float:
+        """How far in m beyond a radius f does not rise by what its offset hides."""
+        away = r * 2.0 ** -np.arange(0.0, 50.0)
+        away = away[r + away <= min(self.reach, self._end)]
+        f = self._f(np.append(r + away, r))
+        hides = np.abs(f[:-1] - f[-1]) <= _HIDDEN * _EPS * np.abs(f[-1])
+        return float(away[hides].max(initial=0.0))
 
     def _defined(self, low: float, high: float) -> float:
         """The last radius at which f is finite."""

@@ -67,6 +67,8 @@ _SIMPLE = 1e-4
 """Largest error of an exponent that is taken for the simple one beside it."""
 _UNNAMED = 32.0 * float(np.finfo(float).eps)
 """How far a kink that was found may lie from the true one, in its radius."""
+_BESIDE = 4.0
+"""Widths of the uncertainty of a place by which the place may be off, when a jump there is told from a bend."""
 _LEAST_LEAP = 1e-12
 PROBED = np.array([0.03, 0.1, 0.25, 0.5, 0.75, 1.0])
 """Where on a panel a curve is looked at, if it is too uncertain for more."""
@@ -269,7 +271,7 @@ class ResolvedSlope:
                 at = base
             if at >= self.limit:
                 break
-        made = _resolve(self.source, joined(stretches), x, self._look_for_kinks)
+        made = _resolve(self.source, joined(stretches), x, self._felt, self._look_for_kinks)
         if isinstance(made, _Stopped):
             self._stopped(made)
             return
@@ -287,6 +289,11 @@ class ResolvedSlope:
         # what was divided beyond the radius that is needed has not been taken
         complete = made.panels.high[-1] == stretches[-1].high[-1]
         self.front = at if complete else float(made.panels.stop[-1])
+
+    @property
+    def _felt(self) -> float:
+        """About the largest part in m of what is resolved in a value of the image."""
+        return 0.0 if self.slopes is None else float(np.max(self.slopes.size * self.slopes.panels.stop))
 
     def _kinks_between(self, made: Slopes, leaps: FloatArray) -> list[float]:
         """Kinks where panels meet that resolve f' on both sides of them."""
@@ -445,11 +452,15 @@ def _jitter(count: int) -> FloatArray:
 
 
 def _resolve(
-    source: SlopeSource, panels: Panels, needed: float, kinks: Callable[[float, float], list[float]]
+    source: SlopeSource,
+    panels: Panels,
+    needed: float,
+    inner: float,
+    kinks: Callable[[float, float], list[float]],
 ) -> Slopes | _Stopped:
     """Series of f' on panels, divided until they fit; what is divided beyond the radius that is needed is left."""
     pending, family = panels, np.arange(panels.count)
-    sizes = np.zeros(panels.count)
+    sizes = felt = np.zeros(panels.count)
     done: list[Slopes] = []
     asked: set[int] = set()
     alike = np.zeros(panels.count, dtype=bool)
@@ -459,6 +470,8 @@ def _resolve(
             return fit
         if generation == 0:
             sizes = fit.size
+            # where f' all but vanishes its rounding is no less than farther in
+            felt = np.maximum.accumulate(np.maximum(sizes * panels.stop, inner)) / panels.stop
         # a thin panel counts by the share that it can have in an integral with an inverse square root
         share = np.sqrt(pending.width / panels.width[family])
         allowed = np.maximum(
@@ -477,7 +490,7 @@ def _resolve(
             alike = missed >= 0.125 * (np.minimum(panels.stop, needed) - panels.start)
         if generation >= _KINK_GENERATION:
             rounded = np.where(alike[family], _ROUNDED_ALIKE, _ROUNDED)
-            fits |= (fit.error <= rounded * fit.size) & fit.even
+            fits |= (fit.error <= rounded * np.maximum(fit.size, felt[family])) & fit.even
         begins = pending.begins
         thinnest = np.maximum(64.0 * np.finfo(float).eps * pending.base, 1e-300)
         last = (pending.width <= thinnest) | (generation == _GENERATIONS)
@@ -696,19 +709,31 @@ def _beginning(made: Slopes, before: Slopes | None, found: list[float], source: 
         error[~inner] += before.error[-1]
     difference = right - left
     rounding = np.finfo(float).eps * np.maximum(size, made.size[begins])
-    jump[begins] = np.where(np.abs(difference) > 64.0 * rounding + error, difference, 0.0)
-    jump_error[begins] = rounding + error
+    jumping = np.abs(difference) > 64.0 * rounding + error
     # where two curves meet is as uncertain as their difference; the width makes the rounding of f from that of f'
-    jumping = jump[begins] != 0.0
     blurred = np.divide(error, np.abs(difference), where=jumping, out=np.zeros(begins.size))
     blurred *= panels.width[begins] / 8.0
     quiet = before is None or _is_nothing(before).all()
-    for i, width in zip(begins.tolist(), blurred.tolist(), strict=True):
+    for k, i in enumerate(begins.tolist()):
         if panels.base[i] in found:
+            width = float(blurred[k])
             if quiet and _is_nothing(made)[:i].all():
                 width = max(width, _hidden_rise(made, i, 2.0 * source.rounding(float(panels.base[i]))))
             beside[i, 1] = _UNNAMED * panels.base[i] + width
+            # beside its true place a curve that begins with a bend seems to begin with a jump
+            error[k] += _BESIDE * width * _bend(made, i)
+    jump[begins] = np.where(np.abs(difference) > 64.0 * rounding + error, difference, 0.0)
+    jump_error[begins] = rounding + error
     return replace(made, jump=jump, jump_error=jump_error, beside=beside)
+
+
+def _bend(slopes: Slopes, i: int) -> float:
+    """About |f''| in 1/m at the lower end of a panel; 0 where f' is a power there."""
+    if slopes.series.power[i] != 0.0:
+        return 0.0
+    return abs(float(slopes.series.coefficients[i] @ basis_slope(np.zeros(1))[0])) / float(
+        slopes.panels.width[i]
+    )
 
 
 def _is_nothing(slopes: Slopes) -> BoolArray:

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 from pymdr.errors import ProblemError
 from pymdr.problem.laws import AdhesionLaw, Coulomb, MaugisDugdale
-from pymdr.problem.materials import Material, Rigid, Viscoelastic, common_exponent
+from pymdr.problem.materials import Material, Rigid, common_exponent
 from pymdr.problem.profiles import Profile
 from pymdr.problem.values import Value
 
@@ -75,7 +75,7 @@ class Contact(Value):
                 "Contact: adhesion and friction together are not covered by the theory: Coulomb's limit is not "
                 "defined where the surfaces pull at each other; leave one of the two out"
             )
-        if isinstance(self.body, Viscoelastic) or isinstance(self.counterbody, Viscoelastic):
+        if self.remembers:
             self._refuse_memory()
         if exponent != 0.0 and self.friction is not None:
             raise ProblemError(
@@ -89,6 +89,11 @@ class Contact(Value):
                 "is known on the springs of homogeneous bodies only; take JKR for soft and large bodies, DMT for stiff and "
                 "small ones"
             )
+
+    @property
+    def remembers(self) -> bool:
+        """Whether one of the bodies does."""
+        return self.body.remembers or self.counterbody.remembers
 
     def _refuse_memory(self) -> None:
         if self.adhesion is not None:

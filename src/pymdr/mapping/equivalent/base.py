@@ -11,8 +11,7 @@ from numpy.typing import ArrayLike
 
 from pymdr.errors import ConvergenceError
 from pymdr.mapping import abel
-from pymdr.mapping.kernels import arc_above
-from pymdr.mapping.series import BoolArray, Place, Position, as_place, rounded
+from pymdr.mapping.series import BoolArray, Place, Position, rounded
 from pymdr.units import FloatArray
 
 
@@ -143,7 +142,7 @@ class EquivalentProfile(ABC):
         The integral int_a^r g'(x) A(x / r) dx in m, for r beyond a.
 
         A(s) = cos(k pi/2) int_s^1 t^k (1 - t^2)^(-(1+k)/2) dt, which is arccos(s) for k = 0. The gap outside a disk is
-        2/pi times [this - (d - g(a)) `punch_gap`].
+        2/pi times [this - (d - g(a)) A(a / r)].
         """
         low = float(rounded(a))
         start = self.g(np.array([low]))[0]
@@ -166,14 +165,6 @@ class EquivalentProfile(ABC):
             lambda x: top - self.g(np.minimum(x, high)), r, high=high, k=self.exponent, noise=1e-14 * top
         )
         return 0.5 * math.pi * math.cos(0.5 * math.pi * self.exponent) * average
-
-    def punch_gap(self, r: Position, a: Position) -> FloatArray:
-        """A(a / r) of `gap_integral` for r from a on: the part of pi/2 by which a flat punch is not followed."""
-        radius, edge = as_place(r), as_place(a)
-        beyond = np.maximum((radius.base - edge.base) + (radius.offset - edge.offset), 0.0)
-        x = radius.x
-        rest = np.minimum(beyond * (x + edge.x) / (x * x), 1.0)
-        return arc_above(np.minimum(edge.x / x, 1.0), rest, self.exponent)
 
 
 def rising_root(

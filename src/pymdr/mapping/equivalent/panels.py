@@ -377,6 +377,7 @@ class PanelLine(EquivalentProfile):
             index = np.repeat(np.arange(panels.count), PROBED.size)
             values = evaluate(panels, image.curve(which), index, probes.offset)
             wide = _TRUSTED * self._errors(image, index, probes.offset)[:, k] * np.abs(values)
+            wide += _TRUSTED * self._hidden(image, offset, k)
             # distances of probes from places keep the digits of the offsets
             distance = (probes.base - place.base[:, None]) + (probes.offset - place.offset[:, None])
             above = np.where((distance >= 0.0) & (values - wide >= wanted[:, None]), distance, math.inf)
@@ -385,6 +386,18 @@ class PanelLine(EquivalentProfile):
             if np.isfinite(outward).all() or top >= min(2.0 * last, self._end):
                 return np.asarray(np.maximum(outward, inward))
             top = min(top * _WIDER, self._end)
+
+    def _hidden(self, image: Image, offset: FloatArray, k: int) -> FloatArray:
+        """Errors of g in m, or of the moment, at offsets in panels where it is nothing and has no relative error."""
+        assert self._charges is not None
+        nothing = image.size[:, k] == 0.0
+        answer = np.zeros(offset.shape)
+        if nothing.any():
+            base = image.panels.base[nothing]
+            x = base[:, None] + offset[nothing]
+            arm = x ** (1.0 + self.exponent) if k == 2 else 1.0
+            answer[nothing] = arm * self._charges.spread_error(base, offset[nothing])
+        return answer.ravel()
 
     # -- inverses ---------------------------------------------------------------------------------
 
