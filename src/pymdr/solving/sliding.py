@@ -12,7 +12,7 @@ import numpy as np
 from pymdr.errors import ConvergenceError, PathError, ProblemError
 from pymdr.interpretation.accuracy import with_errors
 from pymdr.interpretation.sliding import Limits, sliding_claims, slowness
-from pymdr.interpretation.validity import approximated, small_slope_assumptions
+from pymdr.interpretation.validity import approximated
 from pymdr.line.foundation import DiskStates, ElasticLine, rises_to, states_at_depth, states_at_force
 from pymdr.line.foundation import normal_force as elastic_force
 from pymdr.line.sliding import (
@@ -25,13 +25,14 @@ from pymdr.line.sliding import (
     slow_drag,
     touches_again,
 )
-from pymdr.mapping.equivalent import equivalent_profile, slope_function
+from pymdr.mapping.equivalent import equivalent_profile
 from pymdr.mapping.relaxation import Relaxation, relaxation_of
 from pymdr.problem.contact import Contact
 from pymdr.problem.materials import Viscoelastic
 from pymdr.problem.rheology import PowerLawRheology
 from pymdr.solving.bands import scatter_of
 from pymdr.solving.frictional import disks_down_to
+from pymdr.solving.memory import assumptions_with_memory
 from pymdr.solving.reach import map_remark, notes_of, one_load, refuse_unreachable
 from pymdr.solving.study import Column, Study, one_row
 from pymdr.units import ArrayQuantityLike, FloatArray, QuantityLike, metres, shown, to_si, written
@@ -169,9 +170,7 @@ def sliding_friction(
     certificate = disks_down_to(contact, asked.line, deepest, _WHO)
     if certificate.error is not None:
         claims = approximated(claims, certificate.remark, float(certificate.error[0]))
-    slope = slope_function(contact.profile)
-    listed = small_slope_assumptions(contact.profile, slope, float(states.contact_radius[0]), 0.0)
-    assumptions = tuple(one for one in listed if one.name != "elastic similarity")
+    assumptions = assumptions_with_memory(contact, states.contact_radius)
     if slow.why is None:
         assumptions = (*assumptions, slowness(columns["friction_coefficient"], columns["slow_limit"]))
     notes = notes_of(contact.profile) + kernel.notes
