@@ -440,8 +440,14 @@ def test_a_search_that_passes_an_edge_comes_back():
     found, expected = (mdr.sliding_friction(c, "50 m/s", normal_force="1 N") for c in (domed, round_))
     mu = float(expected["friction_coefficient"][0])
     assert float(found["friction_coefficient"][0]) == pytest.approx(mu, rel=1e-9)
+    with pytest.raises(mdr.NotValidError, match=r"at rest .* sharp edge"):
+        found["slow_limit"]
     with pytest.raises(mdr.ProblemError, match="sharp edge"):
         mdr.sliding_friction(domed, "1 mm/s", normal_force="1 N")
+    ball = mdr.Contact(mdr.Sphere("1 mm"), dashpot)
+    fast = mdr.sliding_friction(ball, "1 km/s", normal_force="20 N")
+    with pytest.raises(mdr.NotValidError, match=r"at rest .* by its radius"):
+        fast["slow_limit"]
 
 
 def test_numbers_that_are_lost_in_rounding():

@@ -433,8 +433,11 @@ def _slow(asked: _Asked, relaxation: Relaxation) -> _Limit:
             why="the bodies relax to nothing: without a modulus that is left in the end, friction does not begin with the first "
             "power of the speed"
         )
-    states = _elastic(asked, relaxation.rubbery)
-    refuse_unreachable(asked.line, asked.contact.profile, states, asked.force)
+    try:
+        states = _elastic(asked, relaxation.rubbery)
+        _refuse(asked, float(states.indentation[0]))
+    except (ConvergenceError, PathError, ProblemError) as error:
+        return _Limit(why=f"at rest the load is not carried on a smooth disk: {error}")
     drag = 0.5 * slow_drag(sliding_line(asked.line, states), relaxation)
     if not math.isfinite(drag):
         return _Limit(
