@@ -24,8 +24,6 @@ from pymdr.units import metres, written
 
 _SHORTEST, _LONGEST = 1e-8, 1e3
 """Of the contact time: the span of the exponentials that stand for a power of time."""
-_FINE = 1e-9
-_SKETCH, _SKETCH_END = 1e-4, 0.2
 _NEAR = 30.0
 """By how much a contact time may differ from the one for which that span was chosen."""
 _TRIES = 40
@@ -134,9 +132,7 @@ def _followed(
     modulus = relaxation.equilibrium + float(relaxation.moduli.sum())
     depth, ended = depth_of(modulus)
     for _ in range(4):
-        time = depth / speed
-        now = float(relaxation(time)) + relaxation.viscosity / time
-        modulus = min(now, modulus) if now > 0.0 else modulus
+        modulus = _mean(relaxation, depth / speed)
         depth, ended = depth_of(modulus)
     for _ in range(_TRIES):
         curves = curves_down_to(line, depth)
@@ -159,6 +155,12 @@ def _followed(
     )
 
 
+def _mean(relaxation: Relaxation, time: float) -> float:
+    """The mean of E*(t) in Pa up to a time in s."""
+    flow = -np.expm1(-time / relaxation.times) * relaxation.times @ relaxation.moduli
+    return relaxation.equilibrium + (float(flow) + relaxation.viscosity) / time
+
+
 def _guess(contact: Contact, line: ElasticLine, mass: float, speed: float) -> float:
     """About the contact time in s: that of elastic bodies with the modulus at that time."""
     potential = elastic_potential(line, math.inf)
@@ -176,21 +178,14 @@ def _guess(contact: Contact, line: ElasticLine, mass: float, speed: float) -> fl
     return time
 
 
-def sketched(ground: Ground, time: float) -> Relaxation:
-    """E*(t) of few terms for springs that follow a motion of some time in s, as good as those springs are."""
-    if ground.span is None:
-        return ground.relaxation
-    return _over(ground.contact, (_SKETCH * time, time / _SKETCH_END), _SKETCH)
-
-
-def _over(contact: Contact, span: tuple[float, float], error: float = _FINE) -> Relaxation:
+def _over(contact: Contact, span: tuple[float, float]) -> Relaxation:
     """E*(t) over a span; what powers of time do before it has the impulse of a dashpot."""
 
     def known(body: Material) -> Material:
         if not isinstance(body, Viscoelastic) or not isinstance(body.shear, PowerLawRheology):
             return body
         power = body.shear
-        kernel = power.kernel(span) if error == _FINE else power.prony(*span, error=error).kernel()
+        kernel = power.kernel(span)
         first, b = span[0], body.shear.exponent
         impulse = float(power.relaxation(first)) * first / (1.0 - b)
         seen = -np.expm1(-first / kernel.times) * kernel.times @ kernel.moduli

@@ -23,6 +23,8 @@ BEGIN, LENGTH, DEPTH, SPEED = 0, 1, 2, 3
 """Columns of a step: its begin and length in s, the depth there, the terms of the speed, and of k(d) d'."""
 RATE = SPEED + NODES + 1
 COLUMNS = RATE + NODES
+READ = 5
+"""Columns of what is read of a motion."""
 _TURNS, _SEARCHES = 16, 80
 _ENOUGH = 1e-15
 _ROUNDING = 4e-15
@@ -476,7 +478,7 @@ def run(
                 length *= min(max(0.9 * (tolerance / error) ** (1.0 / (NODES + 1.0)), 0.1), 0.8)
             if code == TOO_DEEP and length * max(abs(v), 1e-300) <= 1e-3 * steps[k, DEPTH]:
                 return TOO_DEEP, turn, k
-            if not length > 1e-14 * (steps[k, BEGIN] + length) or not length > 1e-40 * first:
+            if not length > 1e-14 * (steps[k, BEGIN] + length):
                 return STUCK, turn, k
         if past:
             # the length at which it turns, or parts, by false positions on solved steps
@@ -557,16 +559,17 @@ def _force(
     near: FloatArray,
     out: FloatArray,
 ) -> None:
-    """Depth, speed, force and radius at a time after the begin of a step."""
+    """Depth, speed, force, radius and t1 at a time after the begin of a step."""
     grows = k < turn
+    last = steps[k, BEGIN] + x
     d, v, a, pull, force, _ = held(line, body, moduli, times, steps[k], pulls[k], forces[k], x, 0.0, grows)
     if grows:
         force += body[1] * 2.0 * a * v
     else:
-        force, a, _ = touched_at(
+        force, a, last = touched_at(
             line, body, moduli, times, steps, pulls, forces, turn, steps[k, BEGIN] + x, pull + body[1] * v, near
         )  # fmt: skip
-    out[0], out[1], out[2], out[3] = d, v, force, a
+    out[0], out[1], out[2], out[3], out[4] = d, v, force, a, last
 
 
 _GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
@@ -585,7 +588,7 @@ def hardest(
     count: int,
 ) -> tuple[float, float]:
     """Time and size of the largest force."""
-    near, out = np.zeros(2), np.zeros(4)
+    near, out = np.zeros(2), np.zeros(READ)
     near[0], near[1] = float(turn - 1), steps[turn - 1, LENGTH]
     best, at = 0.0, 0
     for k in range(count):
@@ -643,7 +646,7 @@ def read(
     time: FloatArray,
     out: FloatArray,
 ) -> None:
-    """Rows at rising times: depth, speed, force, radius."""
+    """Rows at rising times: depth, speed, force, radius, t1."""
     k = 0
     near = np.zeros(2)
     near[0], near[1] = float(turn - 1), steps[turn - 1, LENGTH]
@@ -652,3 +655,24 @@ def read(
             k += 1
         x = min(time[r] - steps[k, BEGIN], steps[k, LENGTH])
         _force(line, body, moduli, times, steps, pulls, forces, turn, k, x, near, out[r])
+
+
+@compiled
+def extended(
+    times: FloatArray, steps: FloatArray, pulls: FloatArray, count: int, time: FloatArray, out: FloatArray
+) -> None:
+    """Integrals of exp(-(t - s)/tau) dd(s) at rising times."""
+    k = 0
+    part = np.empty(NODES + 1)
+    for r in range(time.size):
+        while k < count - 1 and time[r] >= steps[k + 1, BEGIN]:
+            k += 1
+        x = min(time[r] - steps[k, BEGIN], steps[k, LENGTH])
+        share = x / steps[k, LENGTH]
+        for i in range(times.size):
+            moments(x / times[i], part)
+            total, power = 0.0, x
+            for p in range(NODES + 1):
+                total += steps[k, SPEED + p] * power * part[p]
+                power *= share
+            out[r, i] = math.exp(-x / times[i]) * pulls[k, i] + total

@@ -72,6 +72,8 @@ class MotionRows(NamedTuple):
     """In N."""
     radius: FloatArray
     """In m."""
+    touched: FloatArray
+    """T1 in s, at which the edge was touched; 0 without contact."""
 
 
 def rebound(
@@ -183,10 +185,22 @@ def motion_rows(motion: Motion, time: FloatArray) -> MotionRows:
     from pymdr.compiling import patient
     from pymdr.line.rebound import kernels
 
-    out = np.zeros((time.size, 4))
+    out = np.zeros((time.size, kernels.READ))
     read: Callable[..., None] = patient(kernels.read)
     read(*_remembered(motion), np.ascontiguousarray(time, dtype=float), out)
     return MotionRows(*out.T.copy())
+
+
+def branches(motion: Motion, time: FloatArray) -> FloatArray:
+    """The integrals int exp(-(t - s)/tau) dd(s) in m at rising times in s, shape (m, branches)."""
+    from pymdr.compiling import patient
+    from pymdr.line.rebound import kernels
+
+    out = np.zeros((time.size, motion.relaxation.times.size))
+    fill: Callable[..., None] = patient(kernels.extended)
+    at = np.ascontiguousarray(time, dtype=float)
+    fill(motion.relaxation.times.copy(), motion.steps, motion.pulls, motion.steps.shape[0] - 1, at, out)
+    return out
 
 
 def largest_force(motion: Motion) -> tuple[float, float]:

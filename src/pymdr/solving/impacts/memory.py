@@ -12,8 +12,7 @@ import numpy as np
 from pymdr.interpretation.accuracy import with_errors
 from pymdr.interpretation.memory import LineState, pressure
 from pymdr.interpretation.validity import SOURCES, Assumption, Claim, Level
-from pymdr.line.memory import follow_springs, line_state, springs_to, virgin
-from pymdr.line.rebound import Motion, largest_force, motion_rows, rebound
+from pymdr.line.rebound import Motion, energies, largest_force, motion_rows, rebound
 from pymdr.problem.contact import Contact
 from pymdr.problem.materials import Elastic, Rigid
 from pymdr.problem.paths import indent
@@ -22,13 +21,12 @@ from pymdr.solving.colliding import Course
 from pymdr.solving.impacts.asking import Asked
 from pymdr.solving.impacts.telling import QUASI_STATIC, told
 from pymdr.solving.impacts.value import Event, Impact
-from pymdr.solving.rebounding import Ground, followed, powers_of, sketched
+from pymdr.solving.rebounding import Ground, followed, powers_of
 from pymdr.solving.verb import solve
 from pymdr.units import FloatArray, written
 
-_SPRINGS, _PARTS, _LOOKS = 500, 4, 50
-"""Springs that follow the motion found, moves between two rows for them, and how often their pressure is looked at."""
-_FEWEST, _WORK = 200, 4000
+_PARTS, _LOOKS = 8, 120
+"""In which a step is divided for energies, and rows at which pressures are looked at."""
 _AUDIT = 1e-3
 _FIELD_ERROR = 5e-3
 """Of the largest pressure: what the distance of the springs and of the looks at them does."""
@@ -40,16 +38,17 @@ def remembering(asked: Asked) -> Impact:
     ground, motion = followed(contact, mass, (speed, speed))
     halved = rebound(ground.curves, ground.relaxation, mass, speed, ground.first / speed, halved=motion)
     course = _course(ground, motion, asked.steps)
-    springs = _sprung(ground, motion, course, 1)
-    coarse = _sprung(ground, motion, course, 2)
     # of the shape alone: slopes, tips and what the map says of it
     solved = solve(Contact(contact.profile, Elastic(1.0, 0.5), Rigid()), indent(motion.deepest))
+    endless = math.isinf(float(solved["peak_pressure"].values[0])) or _presses_at_edges(ground)
+    fine = _audited(motion, course, 1, 0 if endless else _LOOKS)
+    coarse = _audited(motion, course, 2)
     energy = 0.5 * mass * speed * speed
     lost = 0.5 * mass * (speed - motion.rebound_speed) * (speed + motion.rebound_speed)
-    kept = float(springs.stored[-1] + springs.dissipated[-1])
+    kept = float(fine.stored[-1] + fine.dissipated[-1])
     balance = Assumption(
         "energy balance",
-        "kinetic energy that is lost less what springs that follow the motion keep and their dashpots take, over the first,",
+        "kinetic energy that is lost less what the springs keep and their dashpots take, over the first,",
         abs(lost - kept) / energy,
         _AUDIT,
     )
@@ -62,22 +61,21 @@ def remembering(asked: Asked) -> Impact:
     found = told(asked, course, solved, SOURCES["ting"], balance, tuple(events))
     errors = _errors(motion, motion if halved is None else halved)
     for name, own, other in (
-        ("elastic_energy", springs.stored, coarse.stored),
-        ("dissipated_energy", springs.dissipated, coarse.dissipated),
+        ("elastic_energy", fine.stored, coarse.stored),
+        ("dissipated_energy", fine.dissipated, coarse.dissipated),
     ):
         errors[name] = float(np.max(np.abs(own - other))) / energy
-    peak = _peak(ground, float(solved["peak_pressure"].values[0]), springs.pressure)
     return replace(
         found,
         data=found.data.merge(
-            labelled({"elastic_energy": springs.stored, "dissipated_energy": springs.dissipated})
+            labelled({"elastic_energy": fine.stored, "dissipated_energy": fine.dissipated})
         ),
         restitution=motion.rebound_speed / speed,
         rebound_speed=motion.rebound_speed,
         energy_lost=lost,
         sticking_speed=0.0,
         largest_force=largest_force(motion)[1],
-        largest_pressure=peak,
+        largest_pressure=math.inf if endless else fine.pressure,
         claims=_claims(found.claims, solved, errors, ground),
         assumptions=tuple(a for a in found.assumptions if a.name != "elastic similarity"),
         notes=(*solved.notes, *_notes(ground, motion)),
@@ -85,18 +83,16 @@ def remembering(asked: Asked) -> Impact:
 
 
 def _course(ground: Ground, motion: Motion, steps: int) -> Course:
-    """Rows of the history: a half of them follows the steps, which are short where much happens, a half the clock."""
+    """Rows of the history, between those that follow the steps, which are short where much happens, and those of the clock."""
     begin, turn = motion.steps[:, 0], motion.turn
     stretches = [begin[: turn + 1]] + ([] if motion.rests else [begin[turn:]])
     parts = [np.zeros(1)]
     for marks in stretches:
-        moves = steps // (2 * len(stretches))
-        share = np.linspace(0.0, marks.size - 1.0, moves // 2 + 1)
-        by_step = np.interp(share, np.arange(marks.size), marks)[1:]
-        by_clock = marks[0] + (marks[-1] - marks[0]) * 0.5 * (
-            1.0 - np.cos(math.pi * (np.arange(moves - moves // 2) + 0.5) / (moves - moves // 2))
-        )
-        parts.append(np.sort(np.concatenate([by_step, by_clock])))
+        share = np.linspace(0.0, 1.0, steps // len(stretches) + 1)[1:]
+        by_step = np.interp(share * (marks.size - 1), np.arange(marks.size), marks)
+        by_clock = marks[0] + (marks[-1] - marks[0]) * np.sin(0.5 * math.pi * share) ** 2
+        parts.append(0.5 * (by_step + by_clock))
+        parts[-1][-1] = marks[-1]
     time = np.concatenate(parts)
     rows = motion_rows(motion, time)
     middle = time.size - 1 if motion.rests else int(np.argmax(time >= motion.turning_time))
@@ -105,32 +101,29 @@ def _course(ground: Ground, motion: Motion, steps: int) -> Course:
     )
 
 
-class _Springs(NamedTuple):
-    """What springs do that follow a motion, one entry per row; the largest pressure of some looks at them."""
+class _Audit(NamedTuple):
+    """Energies of the rows in J, and the largest pressure in Pa."""
 
     stored: FloatArray
     dissipated: FloatArray
     pressure: float
 
 
-def _sprung(ground: Ground, motion: Motion, course: Course, coarser: int) -> _Springs:
-    parts, waits = _PARTS // coarser, np.diff(course.time)
-    time = course.time[:-1, None] + waits[:, None] * (np.arange(1.0, parts + 1.0) / parts)
-    time[:, -1] = course.time[1:]
-    depth = motion_rows(motion, time.ravel()).depth.reshape(time.shape)
-    relaxation = sketched(ground, float(course.time[-1]))
-    n = min(_SPRINGS, max(_FEWEST, _WORK // max(relaxation.moduli.size, 1))) // coarser
-    state = replace(virgin(), springs=springs_to(ground.line, motion.deepest, n))
-    stored, dissipated, peaks = [np.zeros(1)], [np.zeros(1)], [0.0]
-    for rows in np.array_split(np.arange(waits.size), min(_LOOKS // coarser**3, waits.size)):
-        found = follow_springs(ground.line, relaxation, time[rows].ravel(), depth[rows].ravel(), state)
-        state = found.state
-        stored.append(found.stored[parts - 1 :: parts])
-        dissipated.append(found.dissipated[parts - 1 :: parts])
-        radius = float(found.contact_radius[-1])
-        x, w, load = line_state(state, relaxation)
-        peaks.append(_largest(LineState(x, w, load, radius)) if radius > 0.0 else 0.0)
-    return _Springs(np.concatenate(stored), np.concatenate(dissipated), max(peaks))
+def _audited(motion: Motion, course: Course, coarser: int, looks: int = 0) -> _Audit:
+    begin, width = motion.steps[:-1, 0, None], np.diff(motion.steps[:, 0])[:, None]
+    inner = begin + width * np.arange(0.0, 1.0, coarser / _PARTS)
+    near = np.searchsorted(course.time, inner)
+    gaps = np.abs(inner - course.time[[np.maximum(near - 1, 0), np.minimum(near, course.time.size - 1)]])
+    time = np.union1d(inner[gaps.min(axis=0) > 0.01 * width], course.time)
+    found, radius = energies(motion, time), motion_rows(motion, time).radius
+    rows = np.searchsorted(time, course.time)
+    seen = np.linspace(0, time.size - 1, looks).astype(int)[1:-1]
+    loads = [LineState(found.position, found.load[i], found.load[i], float(radius[i])) for i in seen]
+    return _Audit(
+        found.stored[rows],
+        found.dissipated[rows],
+        max((_largest(line) for line in loads if line.radius > 0.0), default=0.0),
+    )
 
 
 def _largest(line: LineState) -> float:
@@ -138,11 +131,10 @@ def _largest(line: LineState) -> float:
     return float(np.max(pressure(line, line.radius * np.linspace(0.0, 0.97, 64))))
 
 
-def _peak(ground: Ground, shape: float, found: float) -> float:
-    """The largest pressure in Pa; inf under tips and edges that are sharp, and at the edge of a contact that grows on fluid."""
+def _presses_at_edges(ground: Ground) -> bool:
+    """Whether the pressure has no bound at the edge of a contact that grows: under dashpots, and powers of time above 1/2."""
     powers = powers_of(ground.contact)
-    fluid = ground.relaxation.viscosity > 0.0 and (not powers or max(p.exponent for p in powers) >= 0.5)
-    return math.inf if fluid or math.isinf(shape) else found
+    return ground.relaxation.viscosity > 0.0 and (not powers or max(p.exponent for p in powers) >= 0.5)
 
 
 def _errors(motion: Motion, halved: Motion) -> dict[str, float]:
@@ -183,14 +175,14 @@ def _claims(
     found = with_errors(
         dict.fromkeys(names, base),
         {name: np.array([mapped + kernel + errors.get(name, 0.0)]) for name in names},
-        "; errors are what halving every step changes, and those of energies what half as many springs do",
+        "; errors are what halving every step changes, and those of energies what half as many parts of steps do",
         "as the steps do",
     )
     peak = found["largest_pressure"]
     found["largest_pressure"] = replace(
         peak,
         level=Level.APPROXIMATE,
-        reason=f"{peak.reason}; read from springs",
+        reason=f"{peak.reason}; read from the load of the line",
         error=np.array([_FIELD_ERROR]),
     )
     return found
