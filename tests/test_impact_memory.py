@@ -412,6 +412,30 @@ def test_units_change_nothing(shear, n, length, clock, stress):
 
 
 @settings(deadline=None, max_examples=15)
+@given(
+    kind=st.sampled_from(["kelvin-voigt", "maxwell", "solid", "power"]),
+    modulus=st.floats(2.0, 11.0),
+    time=st.floats(-15.0, 6.0),
+    share=st.floats(0.01, 0.99),
+    n=st.floats(0.3, 10.0),
+    size=st.floats(-9.0, 0.0),
+    speed=st.floats(-9.0, 3.0),
+)
+def test_any_size_at_any_speed(kind, modulus, time, share, n, size, speed):
+    modulus, time, size, speed = (10.0**x for x in (modulus, time, size, speed))
+    shear = {
+        "kelvin-voigt": lambda: mdr.KelvinVoigt(modulus, modulus * time),
+        "maxwell": lambda: mdr.Maxwell(modulus, time),
+        "solid": lambda: mdr.StandardSolid(modulus, modulus * 10.0 ** (8.0 * share - 4.0), time),
+        "power": lambda: mdr.PowerLawRheology(modulus, time, share),
+    }[kind]()
+    hit = hit_on(shear, mdr.PowerLaw(n, share * size, size), mass=2e3 * size**3, speed=speed)
+    assert 0.0 <= hit.restitution <= 1.0 + 1e-9
+    assert hit.claims["restitution"].error[0] < 1e-8
+    assert next(a for a in hit.assumptions if a.name == "energy balance").met
+
+
+@settings(deadline=None, max_examples=15)
 @given(eta=st.floats(-5.0, 5.0), speed=st.floats(-9.0, 3.0), size=st.floats(-8.0, 0.0))
 def test_dissipation_grows_with_the_viscosity(eta, speed, size):
     radius = 10.0**size

@@ -27,6 +27,8 @@ from pymdr.units import FloatArray, written
 
 _PARTS, _LOOKS = 8, 120
 """In which a step is divided for energies, and rows at which pressures are looked at."""
+_WORK = 5e6
+"""Products of rows, springs and branches beyond which steps are divided in fewer parts."""
 _AUDIT = 1e-3
 _FIELD_ERROR = 5e-3
 """Of the largest pressure: what the distance of the springs and of the looks at them does."""
@@ -111,7 +113,10 @@ class _Audit(NamedTuple):
 
 def _audited(motion: Motion, course: Course, coarser: int, looks: int = 0) -> _Audit:
     begin, width = motion.steps[:-1, 0, None], np.diff(motion.steps[:, 0])[:, None]
-    inner = begin + width * np.arange(0.0, 1.0, coarser / _PARTS)
+    parts = _PARTS
+    while parts > 2 and (parts * begin.size) ** 2 * motion.relaxation.times.size > _WORK:
+        parts //= 2
+    inner = begin + width * np.arange(0.0, 1.0, coarser / parts)
     near = np.searchsorted(course.time, inner)
     gaps = np.abs(inner - course.time[[np.maximum(near - 1, 0), np.minimum(near, course.time.size - 1)]])
     time = np.union1d(inner[gaps.min(axis=0) > 0.01 * width], course.time)
