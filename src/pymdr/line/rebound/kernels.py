@@ -13,8 +13,19 @@ import math
 
 import numpy as np
 
-from pymdr.line.friction.reading import compiled, curve
+from pymdr import compiling
+from pymdr.line.friction import reading
+from pymdr.line.friction.reading import curve
 from pymdr.units import FloatArray
+
+# the curves that are read are compiled into the callers
+_STAMP = compiling.stamp_of(__file__, reading.__file__)
+
+
+def compiled(function: compiling.Function) -> compiling.Function:
+    """Compile with numba when first called; kept on disk. Products and sums may be fused, nothing else."""
+    return compiling.compiled(function, _STAMP, fastmath={"contract"})
+
 
 NODES = 5
 COMPLETE, RESTS, TOO_DEEP, TOO_MANY, STUCK = range(5)
