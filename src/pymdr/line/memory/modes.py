@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -30,6 +31,7 @@ class Modes(NamedTuple):
     """(n, k) back to the forces of the branches."""
 
 
+@lru_cache(maxsize=32)
 def modes_of(body: Relaxation) -> Modes:
     """
     Modes of a body at zero force.
