@@ -20,6 +20,7 @@ from pymdr.problem.contact import Contact
 from pymdr.problem.materials import Material, Viscoelastic
 from pymdr.problem.rheology import PowerLawRheology, SpringsAndDashpots
 from pymdr.solving.colliding import reaching
+from pymdr.solving.memory import powers_of
 from pymdr.units import metres, written
 
 _SHORTEST, _LONGEST = 1e-8, 1e3

@@ -21,7 +21,8 @@ from pymdr.solving.colliding import Course
 from pymdr.solving.impacts.asking import Asked
 from pymdr.solving.impacts.telling import QUASI_STATIC, told
 from pymdr.solving.impacts.value import Event, Impact
-from pymdr.solving.rebounding import Ground, followed, powers_of
+from pymdr.solving.memory import powers_of
+from pymdr.solving.rebounding import Ground, followed
 from pymdr.solving.verb import solve
 from pymdr.units import FloatArray, written
 
