@@ -68,7 +68,7 @@ class MemorySurface:
         state = self.line_state(step)
         if self.relaxation.viscosity == 0.0 or state.radius <= 0.0:
             return 0.0
-        return float(_edge_load(state) / (math.pi * math.sqrt(2.0 * state.radius)))
+        return float(edge_load(state) / (math.pi * math.sqrt(2.0 * state.radius)))
 
     def line_state(self, step: int) -> LineState:
         """The springs of one row."""
@@ -77,7 +77,7 @@ class MemorySurface:
     def states(self, steps: Sequence[int]) -> Iterator[LineState]:
         """The springs of rising rows, followed once."""
         line = ElasticLine(self.equivalent, 1.0)
-        state: MemoryState = virgin(*self._start())
+        state: MemoryState = virgin(*self.start())
         first = 0
         for step in steps:
             if step >= first:
@@ -88,7 +88,8 @@ class MemorySurface:
                 first = step + 1
             yield self._read(state, step)
 
-    def _start(self) -> tuple[float, float]:
+    def start(self) -> tuple[float, float]:
+        """When in s and where in m the history begins."""
         return 0.0, min(float(self.indentation[0]), 0.0)
 
     def _read(self, state: MemoryState, step: int) -> LineState:
@@ -118,25 +119,29 @@ class MemorySurface:
 
     def _displacement(self, state: LineState, d: float, r: FloatArray) -> FloatArray:
         """D - f(r) in the contact, (2/pi) int_0^r w / sqrt(r^2 - x^2) dx outside."""
-        u = np.zeros(r.shape)
         inside = (r <= state.radius) & (state.radius > 0.0)
+        u = displacement(state, np.where(inside, 0.0, r))
         u[inside] = d - self.gap_function(r[inside])
-        far = np.flatnonzero(~inside & (r > 0.0))
-        if state.position.size == 0 or far.size == 0:
-            return u
-        w = PchipInterpolator(
-            np.append(0.0, state.position), np.append(state.deflection[0], state.deflection)
-        )
-        top, (t, weights) = float(state.position[-1]), gauss(_NODES)
-        for i in far:
-            # w bends at the edge of the contact and ends where nothing was touched
-            ends = np.unique(np.arcsin(np.minimum(np.array([0.0, state.radius, top, r[i]]) / r[i], 1.0)))
-            width = np.diff(ends)
-            angle = ends[:-1, None] + width[:, None] * t
-            x = r[i] * np.sin(angle)
-            values = np.where(x <= top, w(np.minimum(x, top)), 0.0)
-            u[i] = 2.0 / math.pi * float(width @ (values @ weights))
         return u
+
+
+def displacement(state: LineState, r: FloatArray) -> FloatArray:
+    """Displacement (2/pi) int_0^r w / sqrt(r^2 - x^2) dx in m of the surface at radii above 0; 0 at others."""
+    u = np.zeros(r.shape)
+    far = np.flatnonzero(r > 0.0)
+    if state.position.size == 0 or far.size == 0:
+        return u
+    w = PchipInterpolator(np.append(0.0, state.position), np.append(state.deflection[0], state.deflection))
+    top, (t, weights) = float(state.position[-1]), gauss(_NODES)
+    for i in far:
+        # w bends at the edge of the contact and ends where nothing was touched
+        ends = np.unique(np.arcsin(np.minimum(np.array([0.0, state.radius, top, r[i]]) / r[i], 1.0)))
+        width = np.diff(ends)
+        angle = ends[:-1, None] + width[:, None] * t
+        x = r[i] * np.sin(angle)
+        values = np.where(x <= top, w(np.minimum(x, top)), 0.0)
+        u[i] = 2.0 / math.pi * float(width @ (values @ weights))
+    return u
 
 
 @lru_cache(maxsize=8)
@@ -145,7 +150,8 @@ def _state_at(surface: MemorySurface, step: int) -> LineState:
     return state
 
 
-def _edge_load(state: LineState) -> float:
+def edge_load(state: LineState) -> float:
+    """The line load in N/m continued to the edge of the contact."""
     inside = state.position < state.radius
     if inside.sum() < 2:
         return 0.0
@@ -157,8 +163,17 @@ def pressure(state: LineState, r: FloatArray) -> FloatArray:
     """
     Pressure -(1/pi) [int_r^a q' / sqrt(x^2 - r^2) dx - q(a) / sqrt(a^2 - r^2)] in Pa of the springs of one row.
 
-    q runs through the springs by a shape-preserving curve, so that it errs by about the square of their distance.
+    q runs through the springs by a shape-preserving curve, so that it errs by about the square of their distance. It ends at 0
+    where it has all but done so.
     """
+    inside = state.position < state.radius
+    q = state.load[inside]
+    ends = bool(q.size) and abs(q[-1]) <= 0.25 * np.abs(q).max()
+    return traction(state, r, 0.0 if ends else edge_load(state))
+
+
+def traction(state: LineState, r: FloatArray, edge: float) -> FloatArray:
+    """The same of any line load, which is `edge` at the edge of the contact."""
     a = state.radius
     p = np.zeros(r.shape)
     inside = state.position < a
@@ -166,7 +181,6 @@ def pressure(state: LineState, r: FloatArray) -> FloatArray:
     if inside.sum() < 4 or not within.any():
         return p
     x, q = state.position[inside], state.load[inside]
-    edge = _edge_load(state) if q[-1] > 0.25 * q.max() else 0.0
     curve = PchipInterpolator(
         np.concatenate([[0.0], x, [a]]), np.concatenate([q[:1], q, [edge]])
     ).derivative()

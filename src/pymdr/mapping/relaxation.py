@@ -5,13 +5,15 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import singledispatch
 
+import numpy as np
+
 from pymdr.errors import ProblemError
-from pymdr.mapping.moduli import surface_compliances
-from pymdr.problem.materials import Material, Rigid, Viscoelastic, common_exponent
+from pymdr.mapping.moduli import effective_moduli, surface_compliances
+from pymdr.problem.materials import Elastic, Material, Rigid, Viscoelastic, common_exponent
 from pymdr.problem.spectra import Relaxation, in_series
 from pymdr.units import QuantityLike, to_si
 
-__all__ = ["Relaxation", "relaxation_of", "tangential_relaxation_of"]
+__all__ = ["Relaxation", "largest_coupling", "relaxation_of", "tangential_relaxation_of"]
 
 Span = tuple[float, float]
 Quantities = tuple[QuantityLike, QuantityLike]
@@ -106,6 +108,48 @@ def tangential_relaxation_of(
     8000000.0
     """
     return _pair("tangential_relaxation_of", _tangential_links, body, counterbody, span)
+
+
+def largest_coupling(body: Material, counterbody: Material, span: Span | None = None) -> float:
+    """
+    The largest |Dundurs' beta| of two bodies, from the fastest to the slowest move.
+
+    It is that of elastic bodies with the Carson transforms of the moduli, at rates from a thousandth of the slowest to a
+    thousand times the fastest rate of relaxation.
+
+    Examples
+    --------
+    >>> from pymdr.problem.rheology import StandardSolid
+    >>> solid = StandardSolid("3 MPa", "6 MPa", "10 ms")
+    >>> largest_coupling(Viscoelastic(solid, poisson=0.5), Rigid())
+    0.0
+    """
+    shears = [one.shear.kernel(span) for one in (body, counterbody) if isinstance(one, Viscoelastic)]
+    times = np.concatenate([np.append(one.times, _lag(one)) for one in shears])
+    times = times[times > 0.0]
+    rates = np.geomspace(1e-3 / times.max(), 1e3 / times.min(), 61)
+    pairs = ((_at_rate(body, rate, span), _at_rate(counterbody, rate, span)) for rate in rates)
+    return max(abs(effective_moduli(*pair).dundurs_beta) for pair in pairs)
+
+
+def _lag(kernel: Relaxation) -> float:
+    """The time in s of a dashpot beside a spring."""
+    return kernel.viscosity / kernel.equilibrium if kernel.equilibrium > 0.0 else 0.0
+
+
+def _at_rate(body: Material, rate: float, span: Span | None) -> Material:
+    """The elastic body with the Carson transform of the moduli at a rate in 1/s."""
+    if not isinstance(body, Viscoelastic):
+        return body
+    kernel = body.shear.kernel(span)
+    x = rate * kernel.times
+    shear = float(kernel.equilibrium + kernel.moduli @ (x / (1.0 + x)) + kernel.viscosity * rate)
+    nu = body.poisson
+    if nu is None:
+        assert body.bulk is not None
+        ratio = shear / body.bulk
+        nu = (3.0 - 2.0 * ratio) / (6.0 + 2.0 * ratio)
+    return Elastic(2.0 * shear * (1.0 + nu), nu)
 
 
 def _pair(

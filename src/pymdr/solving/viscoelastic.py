@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import partial
 
@@ -11,13 +12,20 @@ import numpy as np
 from pymdr.errors import PathError, ProblemError
 from pymdr.interpretation.accuracy import with_errors
 from pymdr.interpretation.memory import MemorySurface, checked_rows, least_pressure, memory_claims
-from pymdr.interpretation.validity import NORMAL_FIELDS, BoolArray, small_slope_assumptions
+from pymdr.interpretation.validity import (
+    NORMAL_FIELDS,
+    Assumption,
+    BoolArray,
+    Claim,
+    small_slope_assumptions,
+)
 from pymdr.line.curves import ElasticLine
 from pymdr.line.foundation import mean_pressure, normal_force, rises_to, states_at_depth
 from pymdr.line.memory import (
     MemoryHistory,
     MemoryState,
     Relaxation,
+    Watch,
     follow_loads,
     follow_springs,
     follow_travels,
@@ -46,7 +54,9 @@ _FIELD_ERROR = 1e-3
 
 
 @dataclass(frozen=True)
-class _Rows:
+class MemoryRows:
+    """Rows of springs with memory."""
+
     indentation: FloatArray
     normal_force: FloatArray
     contact_radius: FloatArray
@@ -84,9 +94,14 @@ def solve_viscoelastic(task: Task) -> Result:
 
 def relaxation_along(contact: Contact, path: LoadingPath) -> Relaxation:
     """E*(t) of a contact, over the times of a path where a power of time asks for them."""
+    return relaxation_of(contact.body, contact.counterbody, span=span_along(contact, path))
+
+
+def span_along(contact: Contact, path: LoadingPath) -> tuple[float, float] | None:
+    """The times of a path in s, where the bodies of a contact ask for them."""
     bodies = (contact.body, contact.counterbody)
     powers = any(isinstance(one, Viscoelastic) and isinstance(one.shear, PowerLawRheology) for one in bodies)
-    return relaxation_of(*bodies, span=_span(path) if powers else None)
+    return _span(path) if powers else None
 
 
 def _span(path: LoadingPath) -> tuple[float, float] | None:
@@ -110,21 +125,34 @@ def _step(
     asked: Stretch,
     kept: np.ndarray | None,
     told: Told | None,
-) -> tuple[_Rows, _State, Channels]:
+) -> tuple[MemoryRows, _State, Channels]:
     """Step 2: springs with memory, and half as many of them, which tell how far they err."""
+    refuse_untimed(asked)
+    if state is None:
+        begun = virgin(asked.begin, min(asked.start[0], 0.0))
+        state = _State(begun, begun)
+    fine, coarse = (
+        followed_leg(task, line, relaxation, asked, one, 2 * parts)
+        for one, parts in ((state.fine, 2), (state.coarse, 1))
+    )
+    rows, here = rows_met(task, line, asked, fine, coarse)
+    return taken(rows, kept), _State(fine.state, coarse.state), here
+
+
+def refuse_untimed(asked: Stretch) -> None:
+    """Refuse a leg without times, and forces that pull."""
     if asked.time is None:
         raise PathError(
             "a body with memory asks when: give every leg a duration or a rate, for example indent('1 um', rate='1 um/s')"
         )
     if asked.by_force:
         refuse_tension(asked.leg, asked.normal)
-    if state is None:
-        begun = virgin(asked.begin, min(asked.start[0], 0.0))
-        state = _State(begun, begun)
-    fine, coarse = (
-        _followed(task, line, relaxation, asked, one, 2 * parts)
-        for one, parts in ((state.fine, 2), (state.coarse, 1))
-    )
+
+
+def rows_met(
+    task: Task, line: ElasticLine, asked: Stretch, fine: MemoryHistory, coarse: MemoryHistory
+) -> tuple[MemoryRows, Channels]:
+    """Rows of a leg, with what half as many springs gave, and where it ends."""
     deepest = states_at_depth(line, np.array([float(np.max(fine.indentation))]))
     refuse_unreachable(line, task.contact.profile, deepest)
     if not rises_to(line, float(deepest.indentation[0])):
@@ -132,7 +160,7 @@ def _step(
             "the equivalent profile falls somewhere within the contact: with memory the contact of such a profile is not "
             "followed; take one that rises, or smooth it"
         )
-    rows = _Rows(
+    rows = MemoryRows(
         fine.indentation,
         fine.force,
         fine.contact_radius,
@@ -144,37 +172,73 @@ def _step(
         np.full(fine.force.size, asked.controls.normal == "indentation"),
         np.stack([getattr(coarse, name) for name in _COMPARED], axis=1),
     )
-    here = channels_at(float(fine.indentation[-1]), float(fine.force[-1]), task.machine_stiffness)
-    return taken(rows, kept), _State(fine.state, coarse.state), here
+    return rows, channels_at(float(fine.indentation[-1]), float(fine.force[-1]), task.machine_stiffness)
 
 
-def _followed(
-    task: Task, line: ElasticLine, relaxation: Relaxation, asked: Stretch, state: MemoryState, parts: int
+def followed_leg(
+    task: Task,
+    line: ElasticLine,
+    relaxation: Relaxation,
+    asked: Stretch,
+    state: MemoryState,
+    parts: int,
+    watch: Watch | None = None,
 ) -> MemoryHistory:
-    """A leg on a number of springs; between rows whose indentation is not prescribed in that many parts."""
+    """A leg on a number of springs; in that many parts between rows that are watched or whose indentation is not prescribed."""
     time, target, n = asked.time, asked.normal, parts * SPRINGS // 4
     assert time is not None
     by_travel = asked.controls.normal == "travel" and task.machine_stiffness is not None
-    if not (asked.by_force or by_travel):
+    if watch is None and not (asked.by_force or by_travel):
         return follow_springs(line, relaxation, time, target, state, n=n)
-    time, target = _divided(time, asked.begin, parts), _divided(target, asked.start[0], parts)
+    time, target = divided(time, asked.begin, parts), divided(target, asked.start[0], parts)
     if asked.by_force:
-        found = follow_loads(line, relaxation, time, target, state, n=n)
-    else:
+        found = follow_loads(line, relaxation, time, target, state, n=n, watch=watch)
+    elif by_travel:
         assert task.machine_stiffness is not None
-        found = follow_travels(line, relaxation, time, target, task.machine_stiffness, state, n=n)
+        found = follow_travels(
+            line, relaxation, time, target, task.machine_stiffness, state, n=n, watch=watch
+        )
+    else:
+        found = follow_springs(line, relaxation, time, target, state, n=n, watch=watch)
     own = {name: getattr(found, name)[parts - 1 :: parts] for name in found._fields if name != "state"}
     return found._replace(**own)
 
 
-def _divided(values: FloatArray, start: float, parts: int) -> FloatArray:
+def divided(values: FloatArray, start: float, parts: int) -> FloatArray:
     """Values with others, straight between them and from a start."""
     moves = np.diff(values, prepend=start)
     share = np.arange(1.0 - parts, 1.0) / parts
     return np.asarray((values[:, None] + moves[:, None] * share).ravel())
 
 
-def _interpret(task: Task, line: ElasticLine, relaxation: Relaxation, walked: Walked[_Rows]) -> Result:
+@dataclass(frozen=True)
+class Interpreted:
+    """What normal contact with memory says of the rows of a walk."""
+
+    columns: dict[str, FloatArray]
+    claims: dict[str, Claim]
+    assumptions: tuple[Assumption, ...]
+    notes: tuple[str, ...]
+
+
+def _interpret(task: Task, line: ElasticLine, relaxation: Relaxation, walked: Walked[MemoryRows]) -> Result:
+    found = interpreted(task, line, relaxation, walked)
+    return solution(
+        task,
+        walked,
+        found.columns,
+        found.claims,
+        assumptions=found.assumptions,
+        status=status_of(found.claims),
+        notes=found.notes,
+        remembers=True,
+        references=("sneddon", "popov-hess", "ting"),
+    )
+
+
+def interpreted(
+    task: Task, line: ElasticLine, relaxation: Relaxation, walked: Walked[MemoryRows]
+) -> Interpreted:
     """Step 3: quantities, claims and assumptions of every row."""
     rows, time = walked.rows, walked.time
     assert time is not None
@@ -229,24 +293,21 @@ def _interpret(task: Task, line: ElasticLine, relaxation: Relaxation, walked: Wa
         if a
         else ()
     )
-    return solution(
-        task,
-        walked,
+    return Interpreted(
         columns,
         claims,
-        assumptions=tuple(one for one in listed if one.name != "elastic similarity"),
-        status=_status(claims["contact_radius"].where),
-        notes=tuple(notes),
-        remembers=True,
-        references=("sneddon", "popov-hess", "ting"),
+        tuple(one for one in listed if one.name != "elastic similarity"),
+        tuple(notes),
     )
 
 
-def _status(valid: BoolArray) -> Status:
+def status_of(claims: Mapping[str, Claim]) -> Status:
+    """How it ended: where there is a disk."""
+    valid = claims["contact_radius"].where
     return Status.COMPLETED if valid.all() else Status.PARTLY_REFUSED if valid.any() else Status.REFUSED
 
 
-def _errors(rows: _Rows) -> dict[str, FloatArray]:
+def _errors(rows: MemoryRows) -> dict[str, FloatArray]:
     """What half as many springs and steps make otherwise, of the largest values: about three times what is left to err."""
     found = {}
     fine = (rows.normal_force, rows.contact_radius, rows.stored, rows.dissipated, rows.indentation)
@@ -261,7 +322,7 @@ def _errors(rows: _Rows) -> dict[str, FloatArray]:
 
 
 def _ting(
-    line: ElasticLine, relaxation: Relaxation, walked: Walked[_Rows]
+    line: ElasticLine, relaxation: Relaxation, walked: Walked[MemoryRows]
 ) -> tuple[FloatArray, FloatArray] | None:
     """Force and radius without springs, where the path is one approach and one retreat under prescribed indentations."""
     rows, time = walked.rows, walked.time

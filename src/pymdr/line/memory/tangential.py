@@ -67,6 +67,8 @@ def shear_springs(
     target: FloatArray,
     forced: bool,
     state: TangentialState,
+    *,
+    slack: float = 0.0,
 ) -> TangentialHistory:
     """
     Follow shifts, or tangential forces, of a history whose normal loads are known.
@@ -90,12 +92,14 @@ def shear_springs(
         Whether forces are prescribed.
     state : TangentialState
         Where to go on.
+    slack : float
+        By what part of mu F_N a force may be more than friction carries; it is mu F_N then.
 
     Returns
     -------
     TangentialHistory
         Of fewer rows where a force is more than friction carries. Exact in time while a spring sticks under straight shifts;
-        what slips errs as the square of the distance of the rows, with a dashpot beside the springs as the distance.
+        what slips errs as the square of the distance of the rows.
 
     Notes
     -----
@@ -106,12 +110,17 @@ def shear_springs(
 
     springs, modes = passage.springs, modes_of(tangential)
     waits, moves = np.diff(passage.time), np.diff(passage.indentation)
+    given = np.zeros((target.size, kernels.GIVEN))
+    given[:, kernels.TIME], given[:, kernels.MOVE] = waits, moves
+    given[:, kernels.DEPTH] = passage.indentation[:-1]
     with np.errstate(divide="ignore", invalid="ignore"):
-        drag = normal.viscosity * np.where(moves == 0.0, 0.0, moves / waits) if normal.viscosity > 0.0 else 0.0
         x = waits[:, None] / normal.times
-        stiff = normal.equilibrium + np.where(x > 0.0, -np.expm1(-x) / x, 1.0) @ normal.moduli
-    given = np.zeros((target.size, 5))
-    given[:, kernels.TIME], given[:, kernels.DRAG], given[:, kernels.STIFF] = waits, drag, stiff
+        given[:, kernels.STIFF] = (
+            normal.equilibrium + np.where(x > 0.0, -np.expm1(-x) / x, 1.0) @ normal.moduli
+        )
+        if normal.viscosity > 0.0:
+            given[:, kernels.DRAG] = normal.viscosity * np.where(moves == 0.0, 0.0, moves / waits)
+            given[:, kernels.EASE] = np.exp(-normal(0.0) * waits / normal.viscosity)
     given[:, kernels.NORMAL] = passage.force
     given[:, kernels.AREA] = curve.stiffness(passage.contact_radius)
     size = springs.position.size
@@ -130,6 +139,7 @@ def shear_springs(
         given,
         np.ascontiguousarray(target),
         forced,
+        slack,
         state.shift,
         passage.load,
         passage.gap,

@@ -20,9 +20,10 @@ FORCE, RATE, STORED, LOST, SLIP, WORK, SLID, SIZE, STICK, DISK = range(10)
 COLUMNS = 10
 POSITION, HEIGHT, SHARE, OUTER = range(4)
 """Rows of the springs: x, d0, dk, and k per unit modulus at the outer end of a spring's part."""
-TIME, DRAG, STIFF, NORMAL, AREA = range(5)
-"""Columns of what is given for a row: its duration, what a dashpot adds to a load, the stiffness of a spring in it, F_N, and k of
-the contact per unit modulus."""
+TIME, DEPTH, MOVE, DRAG, STIFF, EASE, NORMAL, AREA = range(8)
+"""Columns of what is given for a row: its duration, d before it and its change, what a dashpot adds to a load, the stiffness of a
+spring without one, how much of a free spring's w is left after it if there is one, F_N, and k of the contact per unit modulus."""
+GIVEN = 8
 _AT_LIMIT = 1e-9
 _CLOSE = 1e-13
 _TRIES = 500
@@ -46,8 +47,7 @@ def _move(
         elastic = moduli[j] * dv
         mean += parts[j, MEAN] * h[j] + parts[j, RAMP] * elastic
         lost += (
-            parts[j, OWN] * h[j] * h[j]
-            + elastic * (2.0 * parts[j, CROSS] * h[j] + parts[j, MOVED] * elastic)
+            parts[j, OWN] * h[j] * h[j] + elastic * (2.0 * parts[j, CROSS] * h[j] + parts[j, MOVED] * elastic)
         ) / moduli[j]
         h[j] = parts[j, DECAY] * h[j] + parts[j, MEAN] * elastic
     told[0], told[1] = mean, lost
@@ -71,6 +71,60 @@ def _creep(modes: FloatArray, reach: FloatArray, rest: float, m: FloatArray, tol
         m[k] *= modes[k, 0]
         v += reach[k] * m[k]
     told[0], told[1] = v, lost
+
+
+@compiled
+def _drive(
+    start: float,
+    end: float,
+    duration: float,
+    body: FloatArray,
+    moduli: FloatArray,
+    times: FloatArray,
+    rates: FloatArray,
+    reach: FloatArray,
+    to_modes: FloatArray,
+    to_branches: FloatArray,
+    v: float,
+    h: FloatArray,
+    drive: FloatArray,
+    spare: FloatArray,
+    told: FloatArray,
+) -> None:
+    """
+    Let a force go straight on a spring with a dashpot beside; `told` takes where it is, the work and what dashpots dissipate.
+
+    The amplitudes of the modes less those at rest under the force relax as a branch does that is moved by the force.
+    """
+    n, count = moduli.size, rates.size
+    rise, below = end - start, (start * start + start * end + end * end) / 3.0
+    flow = 0.0 if body[0] > 0.0 else duration * below / (body[1] + (moduli * times).sum())
+    work, lost, there = flow, flow, 0.0
+    fill(0, duration, 1.0 / rates, rates[:0], drive, spare)
+    for j in range(n):
+        told[j] = 0.0
+    for k in range(count):
+        m = to_modes[k, n] * v
+        for j in range(n):
+            m += to_modes[k, j] * h[j]
+        there -= reach[k] * m
+        pushed, rest = -reach[k] * rise, m - reach[k] * start
+        after = drive[0, k, DECAY] * rest + drive[0, k, MEAN] * pushed
+        lost += drive[0, k, OWN] * rest * rest + pushed * (
+            2.0 * drive[0, k, CROSS] * rest + drive[0, k, MOVED] * pushed
+        )
+        mean = drive[0, k, MEAN] * rest + drive[0, k, RAMP] * pushed
+        work += reach[k] * (end * after - start * rest - rise * mean)
+        work += 0.5 * reach[k] * reach[k] * (end * end - start * start)
+        m = after + reach[k] * end
+        there += reach[k] * m
+        for j in range(n):
+            told[j] += to_branches[j, k] * m
+    for j in range(n):
+        h[j] = told[j]
+    if body[0] == 0.0:
+        there += 0.5 * duration * (start + end) / (body[1] + (moduli * times).sum())
+    told[0], told[1], told[2] = v + there, work, lost
 
 
 @compiled
@@ -101,6 +155,7 @@ def _step(
     whole_modes: FloatArray,
     part: FloatArray,
     part_modes: FloatArray,
+    driven: FloatArray,
     margin: FloatArray,
     row: FloatArray,
 ) -> None:
@@ -108,7 +163,7 @@ def _step(
     n, count = moduli.size, rates.size
     duration, drag, stiff = given[TIME], given[DRAG], given[STIFF]
     glassy = body[0] + moduli.sum()
-    h, m, told = np.zeros(max(n, 1)), np.zeros(max(count, 1)), np.zeros(2)
+    h, m, told = np.zeros(max(n, 1)), np.zeros(max(count, 1)), np.zeros(max(n, 3))
     stored, lost, slipped, worked = 0.0, 0.0, 0.0, 0.0
     force, rate, size, normal, innermost = 0.0, 0.0, 0.0, 0.0, 0.0
     last = -1
@@ -124,19 +179,25 @@ def _step(
         else:
             for j in range(n):
                 h[j] = z_old[i, j]
-        before, after = max(drag, 0.0), max(load1[i] + drag, 0.0)
+        before, after = 0.0, max(load1[i] + drag, 0.0)
         begin, end = 0.0, 1.0
         if touched:
             before = max(load0[i] + drag, 0.0)
         elif touches:
-            room = stiff * gap0[i]
-            begin = room / (room + max(load1[i], 0.0)) if room > 0.0 else 0.0
+            room, beyond = gap0[i], max(load1[i], 0.0) / stiff
+            if body[1] > 0.0:
+                there = given[DEPTH] - springs[HEIGHT, i]
+                beyond = max(there + given[MOVE] - (there + room) * given[EASE], 0.0)
+            begin = room / (room + beyond) if room > 0.0 else 0.0
+            if body[1] > 0.0:
+                before = max(load1[i] + drag - stiff * given[MOVE] * (1.0 - begin), 0.0)
         else:
             begin = 1.0
         if not touches:
             after = 0.0
             if touched:
-                end = before / (before + stiff * gap1[i]) if before > 0.0 else 0.0
+                falls = -stiff * given[MOVE] if body[1] > 0.0 else before + stiff * gap1[i]
+                end = min(before / falls, 1.0) if before > 0.0 and falls > 0.0 else 0.0
         my_lost, my_slip, my_work, my_rate, beside = 0.0, 0.0, 0.0, 0.0, 0.0
         if free and begin > 0.0:
             if begin < 1.0:
@@ -184,16 +245,33 @@ def _step(
                     fill(0, lasts * (1.0 - stuck), times, rates, part, part_modes)
                     parts = part[0]
                     tangent = _stiffness(body, moduli, lasts * (1.0 - stuck), parts)
-                slip = sign * over / tangent
-                dv = move * (1.0 - stuck) - slip
-                _move(dv, v, body, moduli, lasts * (1.0 - stuck), parts, h, told)
-                v += dv
-                beside = body[1] * dv / (lasts * (1.0 - stuck)) if body[1] > 0.0 and dv != 0.0 else 0.0
+                left = 1.0 - stuck
+                slip, lasted = sign * over / tangent, lasts * left
+                if body[1] > 0.0 and lasted > 0.0:
+                    begun = sign * friction * (before + (after - before) * stuck)
+                    limit = sign * friction * after
+                    from_ = v
+                    _drive(
+                        begun, limit, lasted, body, moduli, times, rates, reach, to_modes, to_branches, v, h, driven,
+                        part_modes, told,
+                    )  # fmt: skip
+                    v = told[0]
+                    slip = move * left - (v - from_)
+                    my_work += move * left * 0.5 * (begun + limit)
+                    my_slip += move * left * 0.5 * (begun + limit) - told[1]
+                    my_lost += told[2]
+                    beside = limit - body[0] * v
+                    for j in range(n):
+                        beside -= h[j]
+                else:
+                    dv = move * left - slip
+                    _move(dv, v, body, moduli, lasted, parts, h, told)
+                    v += dv
+                    my_work += (dv + slip) * told[0]
+                    my_slip += slip * told[0]
+                    my_lost += told[1]
                 if i == 0:
                     innermost = abs(slip)
-                my_work += (dv + slip) * told[0]
-                my_slip += slip * told[0]
-                my_lost += told[1]
             if not touches:
                 if body[1] == 0.0:  # what it still bears is let go at once
                     q = body[0] * v
@@ -290,6 +368,7 @@ def run(
     given: FloatArray,
     target: FloatArray,
     forced: bool,
+    slack: float,
     begin: float,
     loads: FloatArray,
     gaps: FloatArray,
@@ -308,6 +387,7 @@ def run(
     v2, z2, free2 = v.copy(), z.copy(), free.copy()
     whole, part = np.zeros((1, max(moduli.size, 1), 6)), np.zeros((1, max(moduli.size, 1), 6))
     whole_modes, part_modes = np.zeros((1, max(rates.size, 1), 2)), np.zeros((1, max(rates.size, 1), 2))
+    driven = np.zeros((1, max(rates.size, 1), 6))
     margin = np.zeros(n)
     here, before, known = begin, 0.0, math.nan
     followed = 0
@@ -324,7 +404,7 @@ def run(
         du = asked - here
         if forced:
             bound = friction * pressed if pressed > 0.0 else 0.0
-            if abs(asked) > bound * (1.0 + 1e-12):
+            if abs(asked) > bound * (1.0 + 1e-12 + slack):
                 break
             asked = min(max(asked, -bound), bound)
             du = before if pressed > 0.0 else 0.0
@@ -334,7 +414,7 @@ def run(
             _step(
                 springs, friction, body, moduli, times, rates, reach, to_modes, to_branches, given[r], du,
                 loads[r], gaps[r], loads[r + 1], gaps[r + 1], top, v1, z1, free1, v2, z2, free2,
-                whole, whole_modes, part, part_modes, margin, row,
+                whole, whole_modes, part, part_modes, driven, margin, row,
             )  # fmt: skip
             over = row[FORCE] - asked
             tries += 1
