@@ -181,18 +181,24 @@ def traction(state: LineState, r: FloatArray, edge: float) -> FloatArray:
     if inside.sum() < 4 or not within.any():
         return p
     x, q = state.position[inside], state.load[inside]
-    curve = PchipInterpolator(
-        np.concatenate([[0.0], x, [a]]), np.concatenate([q[:1], q, [edge]])
-    ).derivative()
-    s, weights = gauss(_NODES)
+    ends = np.concatenate([[0.0], x, [a]])
+    curve = PchipInterpolator(ends, np.concatenate([q[:1], q, [edge]]))
     radius = np.maximum(r[within], 1e-9 * a)[:, None]
-    root = np.sqrt((a - radius) * (a + radius))
-    # with x^2 = r^2 + (a^2 - r^2) s^2 the integrand is q' / x
-    at = np.sqrt(radius * radius + (root * s) ** 2)
-    p[within] = -(root * curve(np.minimum(at, a)) / at) @ weights / math.pi
+    # q' is a parabola between two springs, c + b x + e x^2
+    third, second, first, _ = curve.c
+    low = ends[:-1]
+    e, b = 3.0 * third, 2.0 * (second - 3.0 * third * low)
+    c = first - 2.0 * second * low + 3.0 * third * low * low
+    at = np.maximum(ends, radius)
+    root = np.sqrt((at - radius) * (at + radius))
+    log = np.arccosh(at / radius)
+    parts = (
+        c * np.diff(log) + b * np.diff(root) + 0.5 * e * (np.diff(at * root) + radius * radius * np.diff(log))
+    )
+    p[within] = -parts.sum(axis=1) / math.pi
     if edge != 0.0:
         with np.errstate(divide="ignore"):
-            p[within] += edge / (math.pi * root[:, 0])
+            p[within] += edge / (math.pi * root[:, -1])
     return p
 
 

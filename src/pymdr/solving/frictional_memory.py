@@ -37,6 +37,7 @@ from pymdr.problem.schedule import Stretch
 from pymdr.result import Result
 from pymdr.rows import joined, taken
 from pymdr.solving.viscoelastic import (
+    FIELD_ERROR,
     SPRINGS,
     MemoryRows,
     divided,
@@ -51,6 +52,8 @@ from pymdr.solving.viscoelastic import (
 from pymdr.solving.walk import Channels, Task, Told, Walked, solution, walk
 from pymdr.units import FloatArray, newtons
 
+_TRACTION_ERROR = 3e-2
+"""Of its largest value: what the distance of the springs does to the shear traction within a spring from the stick radius."""
 _SLACK = 1e-3
 """By how much half as many springs may carry less than all of them."""
 
@@ -241,7 +244,11 @@ def _interpret(task: Task, bodies: _Bodies, walked: Walked[_Rows]) -> Result:
     tangential = sheared_claims(contact, coupling, (*own, *TANGENTIAL_FIELDS), where, sheared.disk)
     tangential = with_errors(
         tangential,
-        _errors(rows),
+        _errors(rows)
+        | {
+            name: np.full(where.size, _TRACTION_ERROR if name == "shear_traction" else FIELD_ERROR)
+            for name in TANGENTIAL_FIELDS
+        },
         "; energies are those of the springs and dashpots that the rheology names",
         f"as {SPRINGS} springs in four steps between the rows do",
     )

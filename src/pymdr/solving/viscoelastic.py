@@ -49,7 +49,7 @@ from pymdr.units import FloatArray
 _COMPARED = ("force", "contact_radius", "stored", "dissipated", "indentation")
 SPRINGS = 1000
 """Springs in the largest contact."""
-_FIELD_ERROR = 1e-3
+FIELD_ERROR = 1e-3
 """Of their largest value: what the distance of the springs does to fields."""
 
 
@@ -280,7 +280,7 @@ def interpreted(
     )
     names = (*columns, *NORMAL_FIELDS)
     claims = memory_claims(names, rows.disk, rows.forced, rows.moved, tension, len(looked), remark)
-    errors |= {name: np.full(force.size, _FIELD_ERROR) for name in NORMAL_FIELDS}
+    errors |= {name: np.full(force.size, FIELD_ERROR) for name in NORMAL_FIELDS}
     claims = with_errors(
         claims,
         errors,
