@@ -163,17 +163,8 @@ def pressure(state: LineState, r: FloatArray) -> FloatArray:
     """
     Pressure -(1/pi) [int_r^a q' / sqrt(x^2 - r^2) dx - q(a) / sqrt(a^2 - r^2)] in Pa of the springs of one row.
 
-    q runs through the springs by a shape-preserving curve, so that it errs by about the square of their distance. It ends at 0
-    where it has all but done so.
+    q runs through the springs by a shape-preserving curve, so that it errs by about the square of their distance.
     """
-    inside = state.position < state.radius
-    q = state.load[inside]
-    ends = bool(q.size) and abs(q[-1]) <= 0.25 * np.abs(q).max()
-    return traction(state, r, 0.0 if ends else edge_load(state))
-
-
-def traction(state: LineState, r: FloatArray, edge: float) -> FloatArray:
-    """The same of any line load, which is `edge` at the edge of the contact."""
     a = state.radius
     p = np.zeros(r.shape)
     inside = state.position < a
@@ -181,24 +172,19 @@ def traction(state: LineState, r: FloatArray, edge: float) -> FloatArray:
     if inside.sum() < 4 or not within.any():
         return p
     x, q = state.position[inside], state.load[inside]
-    ends = np.concatenate([[0.0], x, [a]])
-    curve = PchipInterpolator(ends, np.concatenate([q[:1], q, [edge]]))
+    edge = edge_load(state) if q[-1] > 0.25 * q.max() else 0.0
+    curve = PchipInterpolator(
+        np.concatenate([[0.0], x, [a]]), np.concatenate([q[:1], q, [edge]])
+    ).derivative()
+    s, weights = gauss(_NODES)
     radius = np.maximum(r[within], 1e-9 * a)[:, None]
-    # q' is a parabola between two springs, c + b x + e x^2
-    third, second, first, _ = curve.c
-    low = ends[:-1]
-    e, b = 3.0 * third, 2.0 * (second - 3.0 * third * low)
-    c = first - 2.0 * second * low + 3.0 * third * low * low
-    at = np.maximum(ends, radius)
-    root = np.sqrt((at - radius) * (at + radius))
-    log = np.arccosh(at / radius)
-    parts = (
-        c * np.diff(log) + b * np.diff(root) + 0.5 * e * (np.diff(at * root) + radius * radius * np.diff(log))
-    )
-    p[within] = -parts.sum(axis=1) / math.pi
+    root = np.sqrt((a - radius) * (a + radius))
+    # with x^2 = r^2 + (a^2 - r^2) s^2 the integrand is q' / x
+    at = np.sqrt(radius * radius + (root * s) ** 2)
+    p[within] = -(root * curve(np.minimum(at, a)) / at) @ weights / math.pi
     if edge != 0.0:
         with np.errstate(divide="ignore"):
-            p[within] += edge / (math.pi * root[:, -1])
+            p[within] += edge / (math.pi * root[:, 0])
     return p
 
 

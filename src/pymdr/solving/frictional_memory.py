@@ -130,8 +130,6 @@ def _step(
 ) -> tuple[_Rows, tuple[_State, _State], Channels]:
     """Step 2: springs with memory and their tangential partners, and half as many of them in half as many steps."""
     refuse_untimed(asked)
-    if bodies.tangential.viscosity > 0.0:
-        _refuse_jumps(asked)
     if state is None:
         begun = _State(virgin(asked.begin, min(asked.start[0], 0.0)), unsheared(), (0.0,) * len(_SUMMED))
         state = begun, begun
@@ -145,17 +143,6 @@ def _step(
         "tangential_force": float(sheared.tangential_force[-1]),
     }
     return taken(_Rows(rows, sheared, half, forced), kept), (end, end_of_half), here
-
-
-def _refuse_jumps(asked: Stretch) -> None:
-    moves, waits = np.diff(asked.tangential, prepend=asked.start[1]), asked.durations
-    assert waits is not None
-    sudden = (waits == 0.0) & (moves != 0.0)
-    if sudden.any():
-        raise PathError(
-            f"{asked.leg.row(int(np.argmax(sudden)))} is a sudden move sideways, which a dashpot answers with an infinite force: "
-            "give it a duration"
-        )
 
 
 def _followed(
@@ -229,7 +216,7 @@ def _interpret(task: Task, bodies: _Bodies, walked: Walked[_Rows]) -> Result:
     sheared = rows.fine
     columns = normal.columns | {
         "shift": sheared.shift,
-        "tangential_force": sheared.tangential_force,
+        "tangential_force": sheared.tangential_force * _beside_ting(rows, normal.columns["normal_force"]),
         "stick_radius": np.minimum(sheared.stick_radius, normal.columns["contact_radius"]),
         "slip_distance": sheared.slip_distance,
         "stored_tangential_energy": sheared.stored,
@@ -268,6 +255,13 @@ def _interpret(task: Task, bodies: _Bodies, walked: Walked[_Rows]) -> Result:
         references=("sneddon", "popov-hess", "ting", "cattaneo-mindlin"),
         starts=walked.starts,
     )
+
+
+def _beside_ting(rows: _Rows, force: FloatArray) -> FloatArray:
+    """What makes of the springs' forces those beside a normal force without springs: all slips at mu F_N to rounding."""
+    springs = rows.normal.normal_force
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.where((springs > 0.0) & ~rows.forced, force / springs, 1.0)
 
 
 def _shift_claim(claim: Claim, forced: np.ndarray) -> Claim:

@@ -260,9 +260,6 @@ def _step(
                     my_work += move * left * 0.5 * (begun + limit)
                     my_slip += move * left * 0.5 * (begun + limit) - told[1]
                     my_lost += told[2]
-                    beside = limit - body[0] * v
-                    for j in range(n):
-                        beside -= h[j]
                 else:
                     dv = move * left - slip
                     _move(dv, v, body, moduli, lasted, parts, h, told)
@@ -309,6 +306,8 @@ def _step(
                 z_new[i, j] = h[j]
                 q += h[j]
                 energy += h[j] * h[j] / moduli[j]
+            if over > 0.0:
+                q = math.copysign(friction * after, trial)
             carried = share
             if i == last:
                 carried = max(given[AREA] - (springs[OUTER, i - 1] if i > 0 else 0.0), 0.0)
