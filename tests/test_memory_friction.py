@@ -295,8 +295,8 @@ def bodies(draw):
 @st.composite
 def histories(draw):
     size = draw(st.integers(2, 5))
-    d = draw(st.lists(st.floats(-0.05, 0.2), min_size=size, max_size=size))
-    u = draw(st.lists(st.floats(-0.1, 0.1), min_size=size, max_size=size))
+    d = [i / 1000 for i in draw(st.lists(st.integers(-50, 200), min_size=size, max_size=size))]
+    u = [i / 1000 for i in draw(st.lists(st.integers(-100, 100), min_size=size, max_size=size))]
     waits = draw(st.lists(st.floats(0.02, 3.0), min_size=size, max_size=size))
     assume(max(d) > 0.01)
     t, every = np.append(0.0, np.cumsum(waits)), np.linspace(0.0, size, 3 * size + 1)[1:]
