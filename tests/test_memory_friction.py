@@ -392,21 +392,23 @@ def test_errors_are_what_finer_rows_tell(body, history, mu):
         assert abs(first - second).max() <= (4.0 * bound + 1e-6) * max(abs(second).max(), 1e-30)
 
 
-@settings(max_examples=6, deadline=None)
+@settings(max_examples=20, deadline=None)
 @given(body=bodies(), history=histories(), mu=st.sampled_from([0.3, 1.0, math.inf]))
 def test_forces_lead_to_the_shifts_that_gave_them(body, history, mu):
     t, d, u = history
     d = 0.05 + np.abs(d)
-    u = 0.02 * u  # a part sticks, so that the shift is told by the force
-    first = mdr.solve(joint(body, mu), rows(t, d, u))
-    force = first["tangential_force"].values
-    assume((abs(force) < 0.9 * min(mu, 1e9) * first["normal_force"].values).all())
-    path = mdr.Path(time=t, indentation=d, tangential_force=force)
-    second = mdr.solve(joint(body, mu), path)
-    assert second["tangential_force"].values == pytest.approx(force, rel=1e-9, abs=1e-12)
-    bound = 4.0 * float(np.max(second.claims["shift"].error)) + 1e-3
-    # between rows the one is straight in the shift, the other in the force
-    assert second["shift"].values == pytest.approx(u, abs=max(bound, 0.2) * max(abs(u).max(), 1e-6))
+    u = 0.02 * u  # a part sticks, so that the force tells the shift
+    kernels = mdr.relaxation_of(body), mdr.tangential_relaxation_of(body)
+    t, d, u = np.append(0.0, t), np.append(0.0, d), np.append(0.0, u)
+    normal, first = sheared(line_of(SHAPES[0]), *kernels, mu, t, d, u, 200)
+    assume((normal.force[1:] > 0.0).all())  # bodies that have parted are not told where to go
+    assume((abs(first["force"]) <= 0.95 * min(mu, 1e9) * normal.force).all())
+    _, second = sheared(line_of(SHAPES[0]), *kernels, mu, t, d, first["force"], 200, forced=True)
+    assert second["force"] == pytest.approx(first["force"], rel=1e-10, abs=1e-13)
+    assert second["shift"] == pytest.approx(u, abs=1e-7 * abs(u).max() + 1e-14)
+    assert np.cumsum(second["slip_work"]) == pytest.approx(
+        np.cumsum(first["slip_work"]), abs=1e-6 * first["work"].sum() + 1e-15
+    )
 
 
 # what people see

@@ -201,7 +201,7 @@ def _step(
         my_lost, my_slip, my_work, my_rate, beside = 0.0, 0.0, 0.0, 0.0, 0.0
         if free and begin > 0.0:
             if begin < 1.0:
-                fill(0, duration * begin, times, rates, part, part_modes)
+                fill(0, duration * begin, times[:0], rates, part, part_modes)
                 _creep(part_modes[0], reach, rest, m, told)
             else:
                 _creep(whole_modes[0], reach, rest, m, told)
@@ -217,7 +217,7 @@ def _step(
             span = end - begin
             move, lasts = du * span, duration * span
             if span < 1.0:
-                fill(0, lasts, times, rates, part, part_modes)
+                fill(0, lasts, times, rates[:0], part, part_modes)
             parts = whole[0] if span == 1.0 else part[0]
             tangent = _stiffness(body, moduli, lasts, parts)
             beside = body[1] * move / lasts if body[1] > 0.0 and move != 0.0 else 0.0
@@ -237,12 +237,12 @@ def _step(
                 under = sign * now - friction * before
                 stuck = under / (under - over) if under < 0.0 else 0.0
                 if stuck > 0.0:
-                    fill(0, lasts * stuck, times, rates, part, part_modes)
+                    fill(0, lasts * stuck, times, rates[:0], part, part_modes)
                     _move(move * stuck, v, body, moduli, lasts * stuck, part[0], h, told)
                     v += move * stuck
                     my_work += move * stuck * told[0]
                     my_lost += told[1]
-                    fill(0, lasts * (1.0 - stuck), times, rates, part, part_modes)
+                    fill(0, lasts * (1.0 - stuck), times, rates[:0], part, part_modes)
                     parts = part[0]
                     tangent = _stiffness(body, moduli, lasts * (1.0 - stuck), parts)
                 left = 1.0 - stuck
@@ -288,7 +288,7 @@ def _step(
                     for k in range(count):
                         rest -= reach[k] * m[k]
                 free = True
-                fill(0, duration * (1.0 - end), times, rates, part, part_modes)
+                fill(0, duration * (1.0 - end), times[:0], rates, part, part_modes)
                 _creep(part_modes[0], reach, rest, m, told)
                 v = told[0]
                 my_lost += told[1]
