@@ -295,6 +295,7 @@ def _step(
         v_new[i] = v
         free_new[0, i], free_new[1, i] = 1.0 if free else 0.0, rest
         share, energy = springs[SHARE, i], 0.0
+        margin[i] = math.inf
         if free:
             for k in range(count):
                 z_new[i, k] = m[k]
@@ -315,7 +316,6 @@ def _step(
             rate += carried * my_rate
             size += carried * abs(q)
             normal += carried * after
-            margin[i] = math.inf
             if friction < math.inf:
                 limit = friction * after
                 margin[i] = limit - abs(q) if abs(q) < (1.0 - _AT_LIMIT) * limit else 0.0
