@@ -132,7 +132,7 @@ def test_a_shear_that_stays_relaxes():
     u = np.array([0.0, *np.full(13, 0.01)])
     result = mdr.solve(joint(rubber(), math.inf), rows(t, np.full(14, 0.09), u))
     relaxed = 2.0 * 0.3 * 8.0 / 3.0 * (0.3 + np.exp(-(t[1:] - 1.0) / 0.4)) * 0.01
-    assert result["tangential_force"].values[1:] == pytest.approx(relaxed, rel=2e-8)
+    assert result["tangential_force"].values[1:] == pytest.approx(relaxed, rel=1e-8)
 
 
 def test_a_drag_that_stays_creeps():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -216,7 +217,7 @@ def _interpret(task: Task, bodies: _Bodies, walked: Walked[_Rows]) -> Result:
     sheared = rows.fine
     columns = normal.columns | {
         "shift": sheared.shift,
-        "tangential_force": sheared.tangential_force * _beside_ting(rows, normal.columns["normal_force"]),
+        "tangential_force": _beside(rows, bodies.friction, normal.columns["normal_force"]),
         "stick_radius": np.minimum(sheared.stick_radius, normal.columns["contact_radius"]),
         "slip_distance": sheared.slip_distance,
         "stored_tangential_energy": sheared.stored,
@@ -257,11 +258,13 @@ def _interpret(task: Task, bodies: _Bodies, walked: Walked[_Rows]) -> Result:
     )
 
 
-def _beside_ting(rows: _Rows, force: FloatArray) -> FloatArray:
-    """What makes of the springs' forces those beside a normal force without springs: all slips at mu F_N to rounding."""
-    springs = rows.normal.normal_force
+def _beside(rows: _Rows, friction: float, force: FloatArray) -> FloatArray:
+    """Tangential forces beside a normal force that may be without springs: all slips at mu F_N to rounding."""
+    springs, found = rows.normal.normal_force, rows.fine.tangential_force
+    if math.isinf(friction):
+        return found
     with np.errstate(divide="ignore", invalid="ignore"):
-        return np.where((springs > 0.0) & ~rows.forced, force / springs, 1.0)
+        return np.where((springs > 0.0) & ~rows.forced, found * (force / springs), found)
 
 
 def _shift_claim(claim: Claim, forced: np.ndarray) -> Claim:

@@ -323,7 +323,9 @@ def _step(
         lost += share * my_lost
         slipped += share * my_slip
         worked += share * my_work
-    scale = given[NORMAL] / normal if normal > 0.0 else 0.0
+    scale = 1.0  # all slips at mu F_N, without a sum over springs
+    if friction < math.inf:
+        scale = given[NORMAL] / normal if normal > 0.0 else 0.0
     row[FORCE], row[RATE], row[SIZE] = force * scale, rate * scale, size * scale
     row[STORED], row[LOST], row[SLIP], row[WORK] = stored, lost, slipped, worked
     _stick(springs, margin, gap1, last, row)
