@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from pymdr.mapping.moduli import effective_moduli as effective_moduli
     from pymdr.mapping.relaxation import Relaxation as Relaxation
     from pymdr.mapping.relaxation import relaxation_of as relaxation_of
+    from pymdr.mapping.relaxation import tangential_relaxation_of as tangential_relaxation_of
     from pymdr.problem.contact import Contact as Contact
     from pymdr.problem.laws import DMT as DMT
     from pymdr.problem.laws import JKR as JKR
@@ -128,7 +129,7 @@ _HOMES: dict[str, tuple[str, ...]] = {
     "pymdr.interpretation.validity": ("Claim", "Level"),
     "pymdr.mapping.equivalent": ("equivalent_profile",),
     "pymdr.mapping.moduli": ("effective_moduli",),
-    "pymdr.mapping.relaxation": ("Relaxation", "relaxation_of"),
+    "pymdr.mapping.relaxation": ("Relaxation", "relaxation_of", "tangential_relaxation_of"),
     "pymdr.problem.contact": ("Contact",),
     "pymdr.problem.laws": ("DMT", "JKR", "Coulomb", "MaugisDugdale"),
     "pymdr.problem.materials": ("Elastic", "Graded", "Rigid", "TransverselyIsotropic", "Viscoelastic"),

@@ -7,7 +7,7 @@ import numpy as np
 from pymdr.errors import PathError
 from pymdr.interpretation.validity import Assumption, small_slope_assumptions
 from pymdr.mapping.equivalent import slope_function
-from pymdr.mapping.relaxation import Relaxation, relaxation_of
+from pymdr.mapping.relaxation import Relaxation, relaxation_of, tangential_relaxation_of
 from pymdr.problem.contact import Contact
 from pymdr.problem.materials import Viscoelastic
 from pymdr.problem.paths import LoadingPath, Ramp
@@ -18,13 +18,26 @@ from pymdr.units import FloatArray
 
 def relaxation_along(contact: Contact, path: LoadingPath, time: FloatArray | None = None) -> Relaxation:
     """E*(t) of a contact, over the times of a path where a power of time asks for them; those that only its rows tell are given."""
-    bodies = (contact.body, contact.counterbody)
+    return relaxation_of(contact.body, contact.counterbody, span=span_along(contact, path, time))
+
+
+def tangential_relaxation_along(
+    contact: Contact, path: LoadingPath, time: FloatArray | None = None
+) -> Relaxation:
+    """G*(t) of a contact, as `relaxation_along`."""
+    return tangential_relaxation_of(contact.body, contact.counterbody, span=span_along(contact, path, time))
+
+
+def span_along(
+    contact: Contact, path: LoadingPath, time: FloatArray | None = None
+) -> tuple[float, float] | None:
+    """The shortest and the longest time of a path in s, if a power of time asks for them."""
     if not powers_of(contact):
-        return relaxation_of(*bodies)
+        return None
     if time is not None and is_told_by_rows(contact, path):
         waits = np.diff(time, prepend=0.0)
-        return relaxation_of(*bodies, span=(float(waits[waits > 0.0].min()), float(time[-1])))
-    return relaxation_of(*bodies, span=_span(path))
+        return float(waits[waits > 0.0].min()), float(time[-1])
+    return _span(path)
 
 
 def is_told_by_rows(contact: Contact, path: LoadingPath) -> bool:

@@ -44,7 +44,7 @@ def solve(
         Stiffness in N/m of what presses the bodies together (a cantilever, a load frame), above 0; needed
         for paths that prescribe ``travel``.
     keep : int or array_like of int, optional
-        For contacts with friction: keep every k-th row, or the given rows; all rows unless given.
+        For elastic contacts with friction: keep every k-th row, or the given rows; all rows unless given.
     solver : Rings, optional
         ``Rings(n=400)`` solves by boundary elements on rings instead of the method, annular contacts
         and bodies with memory included.
@@ -134,6 +134,8 @@ def asked(
     stiffness = _stiffness(machine_stiffness, path)
     if keep is not None and contact.friction is None:
         raise ProblemError("solve: keep= is for contacts with friction; others keep every row")
+    if keep is not None and contact.remembers:
+        raise ProblemError("solve: keep= is for elastic bodies; fields of bodies with memory need every row")
     if keep is None or isinstance(keep, int):
         refuse_beyond_memory(path, 1 if keep is None else max(keep, 1))
     return stiffness, kept_rows(keep, path)
