@@ -546,6 +546,7 @@ def test_what_is_refused():
         lambda: mdr.friction_foundation(contact, [0.1], [0.1]),
         lambda: mdr.verify_sliding(contact, pressed),
         lambda: mdr.impact(contact, mass=1.0, speed=1.0),
+        lambda: mdr.restitution(contact, mass=1.0, speeds=[1.0]),
     ):
         with pytest.raises(ProblemError):
             study()

@@ -250,7 +250,6 @@ def test_what_is_refused():
     for study in (
         lambda: mdr.pull_off(contact),
         lambda: mdr.foundation(contact),
-        lambda: mdr.impact(contact, mass=1.0, speed=1.0),
     ):
         with pytest.raises(ProblemError):
             study()

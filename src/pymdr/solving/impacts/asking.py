@@ -73,7 +73,7 @@ def read(
         raise ProblemError(
             "impact: spin needs the distance from the centre to the contact point; give radius='10 mm'"
         )
-    mu = 0.0 if contact.friction is None else contact.friction.coefficient
+    mu = coefficient_of(contact, "impact")
     if not math.isfinite(mu):
         raise ProblemError(
             f"impact: mu = {mu:g}; the coefficient of friction must be finite, for example Coulomb(1)"
@@ -87,6 +87,24 @@ def read(
         )
     normal, sideways = v * math.cos(tilt), v * math.sin(tilt)
     return Asked(contact, m, normal, sideways, turning, arm, gyration, int(steps))
+
+
+def coefficient_of(contact: Contact, who: str) -> float:
+    """
+    The coefficient of friction, 0 without.
+
+    Raises
+    ------
+    ProblemError
+        If a body has a memory and the coefficient is above 0.
+    """
+    mu = 0.0 if contact.friction is None else contact.friction.coefficient
+    if mu > 0.0 and contact.remembers:
+        raise ProblemError(
+            f"{who}: friction (mu = {mu:g}) in impacts of bodies with memory is not offered; leave friction out for the normal "
+            "motion, or take Elastic for the stiffness at one time"
+        )
+    return mu
 
 
 def _is_ball(contact: Contact) -> bool:

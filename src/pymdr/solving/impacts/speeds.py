@@ -17,7 +17,7 @@ from pymdr.problem.contact import Contact
 from pymdr.quantities import quantity
 from pymdr.solving.colliding import collide, contact_times, stopping_depths
 from pymdr.solving.equilibria import AdhesiveLine
-from pymdr.solving.impacts.asking import above
+from pymdr.solving.impacts.asking import above, coefficient_of
 from pymdr.solving.reach import map_to_line
 from pymdr.solving.rebounding import followed, motion_at
 from pymdr.units import ArrayQuantityLike, FloatArray, QuantityLike, shown, to_si_array
@@ -73,6 +73,7 @@ def restitution(contact: Contact, *, mass: QuantityLike, speeds: ArrayQuantityLi
         raise ProblemError(
             f"restitution: speeds = {shown(speeds)}; one row of finite speeds above 0 m/s is needed"
         )
+    coefficient_of(contact, "restitution")
     attributes = {}
     if contact.remembers:
         columns, attributes["error"] = _many_remembering(contact, m, v)
