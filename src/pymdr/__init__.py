@@ -96,6 +96,8 @@ if TYPE_CHECKING:
     from pymdr.solving.reopening import open_result as open_result
     from pymdr.solving.rolling import Rolling as Rolling
     from pymdr.solving.rolling import rolling as rolling
+    from pymdr.solving.sliding import SlidingFriction as SlidingFriction
+    from pymdr.solving.sliding import sliding_friction as sliding_friction
     from pymdr.workbench.records import MeasuredLoops as MeasuredLoops
     from pymdr.workbench.records import measured_loops as measured_loops
     from pymdr.workbench.rheometry import PronyFit as PronyFit
@@ -170,6 +172,7 @@ _HOMES: dict[str, tuple[str, ...]] = {
     "pymdr.result": ("Result", "Status"),
     "pymdr.solving.reopening": ("open_result",),
     "pymdr.solving.rolling": ("Rolling", "rolling"),
+    "pymdr.solving.sliding": ("SlidingFriction", "sliding_friction"),
     "pymdr.solving": (
         "AdhesionRegime",
         "Assessment",
