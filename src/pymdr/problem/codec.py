@@ -10,7 +10,7 @@ import difflib
 import inspect
 import re
 from collections.abc import Mapping
-from dataclasses import MISSING, fields
+from dataclasses import MISSING, dataclass, fields
 from functools import lru_cache
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Union
 
@@ -19,7 +19,7 @@ import numpy as np
 from pymdr.errors import CaseError, ProblemError, PymdrError
 from pymdr.problem.contact import Contact
 from pymdr.problem.laws import DMT, JKR, Coulomb, MaugisDugdale
-from pymdr.problem.materials import Elastic, Graded, Rigid, TransverselyIsotropic, Viscoelastic
+from pymdr.problem.materials import Elastic, Graded, Material, Rigid, TransverselyIsotropic, Viscoelastic
 from pymdr.problem.paths import CHANNELS, Cycle, History, Hold, LoadingPath, Path, Ramp, legs
 from pymdr.problem.profiles import (
     ConcavePunch,
@@ -47,6 +47,7 @@ from pymdr.problem.profiles import (
     Waviness,
 )
 from pymdr.problem.rheology import KelvinVoigt, Maxwell, PowerLawRheology, Prony, StandardSolid
+from pymdr.problem.rough import RoughSurface, SidesField
 from pymdr.problem.values import ArrayField, OptionalArrayField, OptionalSIField, SIField, Value
 from pymdr.units import shown
 
@@ -172,7 +173,7 @@ def register_profile(kind: str, cls: type[Profile]) -> None:
 
 def forget_models() -> None:
     """Derive the models of cases anew, after a table has changed."""
-    for derived in (_model, _union, case_adapter):
+    for derived in (_model, _union, case_adapter, rough_adapter):
         derived.cache_clear()
 
 
@@ -267,6 +268,9 @@ def _field_type(cls: type, f: Any) -> tuple[Any, Any]:
 
     descriptor = inspect.getattr_static(cls, f.name, None)
     number = Union[int, float, str]  # noqa: UP007  (a runtime value)
+    if isinstance(descriptor, SidesField):
+        note = f"{descriptor.words}; texts with units or numbers in {descriptor.unit}"
+        return number | list[number], Field(..., description=note)
     if isinstance(descriptor, ArrayField):
         note = f"{descriptor.words}; texts with units or numbers in {descriptor.unit}"
         return list[number], Field(..., description=note)
@@ -286,6 +290,8 @@ def _field_type(cls: type, f: Any) -> tuple[Any, Any]:
         return _union("interpolation") | None, Field(None, description=words)
     if f.name == "shear":
         return _union("rheology"), Field(..., description="how it relaxes in shear")
+    if f.name == "seed":
+        return int, Field(f.default, description="which surface of all", ge=0, strict=True)
     if f.name in ("steps", "cycles"):
         words = "number of rows" if f.name == "steps" else "number of cycles"
         kind = int if isinstance(f.default, int) else int | None
@@ -366,6 +372,87 @@ def case_adapter() -> TypeAdapter[Any]:
         solve=(_options_model(), Field(None, description="how it is solved")),
     )
     return TypeAdapter(model)
+
+
+@lru_cache(maxsize=1)
+def rough_adapter() -> TypeAdapter[Any]:
+    """The pydantic adapter of a rough case."""
+    from pydantic import ConfigDict, Field, TypeAdapter, create_model
+
+    closed = ConfigDict(extra="forbid")
+    columns: dict[str, Any] = {f.name: _field_type(RoughSurface, f) for f in fields(RoughSurface)}
+    ball_columns: Any = (
+        Union[int, float, str],
+        Field(..., description="radius; text with unit, or number in m"),
+    )  # noqa: UP007
+    surface: Any = create_model("surface", __config__=closed, **columns)
+    ball: Any = create_model("ball", __config__=closed, radius=ball_columns)
+    model = create_model(
+        "rough_case",
+        __config__=ConfigDict(extra="forbid", title="pymdr rough case"),
+        __doc__="A randomly rough surface between two bodies.",
+        title=(str, Field("", description="printed above the summary")),
+        surface=(surface, ...),
+        body=(_union("material"), ...),
+        counterbody=(_union("material"), Field(None, description="rigid unless given")),
+        ball=(ball | None, Field(None, description="what bears the roughness; nominally flat unless given")),
+    )
+    return TypeAdapter(model)
+
+
+@dataclass(frozen=True)
+class RoughCase:
+    """What a rough case says."""
+
+    title: str
+    surface: RoughSurface
+    body: Material
+    counterbody: Material
+    radius: float | str | None
+    """Of the ball that bears the roughness; None for a nominally flat patch."""
+
+
+def decode_rough(plain: Mapping[str, Any]) -> RoughCase:
+    """
+    A rough case from plain dictionaries.
+
+    Parameters
+    ----------
+    plain : mapping
+        With the tables ``surface``, ``body`` and optionally ``counterbody``, ``ball`` and ``title``.
+
+    Returns
+    -------
+    RoughCase
+
+    Raises
+    ------
+    CaseError
+        With the table, the key, the value and the remedy.
+
+    Examples
+    --------
+    >>> surface = {"hurst": 0.8, "rms": "1 um", "size": "1 mm", "shortest": "10 um", "sed": 1}
+    >>> decode_rough({"surface": surface, "body": {"kind": "rigid"}})
+    Traceback (most recent call last):
+        ...
+    pymdr.errors.CaseError: [surface] sed = 1: unknown key; did you mean 'seed'?
+    """
+    from pydantic import ValidationError
+
+    try:
+        rough_adapter().validate_python(plain)
+    except RecursionError as error:
+        raise CaseError("tables or lists are nested too deeply for a case") from error
+    except ValidationError as error:
+        raise CaseError(_in_words(error, plain)) from error
+    return RoughCase(
+        str(plain.get("title", "")),
+        _build("surface", RoughSurface, plain["surface"]),
+        _decode(plain["body"], "body"),
+        _decode(plain.get("counterbody", {"kind": "rigid"}), "counterbody"),
+        plain["ball"]["radius"] if "ball" in plain else None,
+    )
 
 
 _FILE_KEYS = {"sampled": ("file",), "prony": ("file",), "path": ("file", "channels")}
@@ -574,7 +661,12 @@ def _kinds_for(loc: list[Any]) -> list[str]:
 
 def _known_keys(loc: list[Any], plain: Any) -> list[str]:
     if not loc:
-        return list(case_adapter().json_schema()["properties"])
+        adapter = rough_adapter() if "surface" in plain else case_adapter()
+        return list(adapter.json_schema()["properties"])
+    if loc == ["surface"]:
+        return [f.name for f in fields(RoughSurface)]
+    if loc == ["ball"]:
+        return ["radius"]
     if loc == ["solve"]:
         return ["machine_stiffness", "keep", "solver"]
     if loc == ["solve", "solver"]:
