@@ -83,6 +83,8 @@ def rough_claims(
         claims["indentation"] = Claim(Level.APPROXIMATE, reason + _DEPTH, book, everywhere)
     else:
         claims["normal_force"] = Claim(Level.APPROXIMATE, reason + _DEPTH, book, everywhere)
+    energy = f"{reason}; the energy is that of the force curve of the line, and was not compared"
+    claims["elastic_energy"] = Claim(Level.APPROXIMATE, energy, book, everywhere)
     claims[prescribed] = Claim(Level.EXACT, "prescribed", book, everywhere)
     nowhere = np.zeros(everywhere.shape, dtype=bool)
     for name, why in _NOT_ON_THE_LINE.items():

@@ -381,12 +381,9 @@ def rough_adapter() -> TypeAdapter[Any]:
 
     closed = ConfigDict(extra="forbid")
     columns: dict[str, Any] = {f.name: _field_type(RoughSurface, f) for f in fields(RoughSurface)}
-    ball_columns: Any = (
-        Union[int, float, str],
-        Field(..., description="radius; text with unit, or number in m"),
-    )  # noqa: UP007
+    radius: Any = (int | float | str, Field(..., description="radius; text with unit, or number in m"))
     surface: Any = create_model("surface", __config__=closed, **columns)
-    ball: Any = create_model("ball", __config__=closed, radius=ball_columns)
+    ball: Any = create_model("ball", __config__=closed, radius=radius)
     model = create_model(
         "rough_case",
         __config__=ConfigDict(extra="forbid", title="pymdr rough case"),

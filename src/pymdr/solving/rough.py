@@ -256,11 +256,12 @@ def press_rough(
         return _states(springs, depth), np.where(drawn > reach, np.nan, springs.normal_stiffness(drawn))
 
     states, drawn = (np.array(part) for part in zip(*_in_turn(work, count, threads), strict=True))
+    bands = _summed(states)
     columns = {
         f"{response}{end}": values[i]
-        for end, values in _summed(states).items()
         for i, response in enumerate(_RESPONSES)
         if response != name
+        for end, values in bands.items()
     }
     force = rows if by_force else columns["normal_force"]
     claims = rough_claims(surface, name, np.ones(rows.shape, dtype=bool), asked.radius is not None)
