@@ -56,6 +56,7 @@ if TYPE_CHECKING:
     from pymdr.problem.profiles import DomedPunch as DomedPunch
     from pymdr.problem.profiles import Ellipsoid as Ellipsoid
     from pymdr.problem.profiles import FlatPunch as FlatPunch
+    from pymdr.problem.profiles import ForceCurve as ForceCurve
     from pymdr.problem.profiles import Function as Function
     from pymdr.problem.profiles import Hyperboloid as Hyperboloid
     from pymdr.problem.profiles import Interpolated as Interpolated
@@ -150,6 +151,7 @@ _HOMES: dict[str, tuple[str, ...]] = {
         "DomedPunch",
         "Ellipsoid",
         "FlatPunch",
+        "ForceCurve",
         "Function",
         "Hyperboloid",
         "Interpolated",
