@@ -35,7 +35,9 @@ class Status(enum.Enum):
     """How a solution ended."""
 
     COMPLETED = "every step was solved and its contact is a disk"
-    OF_A_CURVE = "every step was solved on the line of a force curve: contact areas and pressures are not in it"
+    OF_A_CURVE = (
+        "every step was solved on the line of a force curve: contact areas and pressures are not in it"
+    )
     PARTLY_REFUSED = (
         "at some steps the contact is not a disk: values there are NaN, and only force_lower_bound is given"
     )

@@ -30,11 +30,11 @@ OF_THE_CURVE = frozenset(
     }
 )
 """Quantities that a force curve determines."""
+_ON_A_DISK = " on a disk"
+"""What laws say of contacts whose shape is known."""
 _GROWTH = 1e-6
 """Of the largest stiffness: by how much a contact must grow to be said to."""
-ASSUMED = (
-    "as exact as the force curve, for contacts of any shape: half-spaces of small slopes without adhesion that are not tilted"
-)
+ASSUMED = "as exact as the force curve, for contacts of any shape: half-spaces of small slopes without adhesion that are not tilted"
 _MEMORY = (
     "for viscoelastic half-spaces whose contact grows (Lee and Radok 1960), or grows and then shrinks (Ting 1966); that a "
     "contact is the same at the same depth is proven for one that grows"
@@ -83,16 +83,14 @@ def closure_claims(
             none = np.zeros(claim.where.shape, dtype=bool)
             found[name] = Claim(Level.NOT_VALID, _NOT_IN_IT, SOURCES["closure"], none)
         elif claim.level is Level.NOT_VALID or claim.reason.startswith("prescribed"):
-            found[name] = claim
+            found[name] = replace(claim, reason=claim.reason.replace(_ON_A_DISK, ""))
         else:
             found |= _of_curve(name, claim, errors[name], remembered)
     return found
 
 
-def _of_curve(
-    name: str, claim: Claim, error: FloatArray, remembered: BoolArray | None
-) -> dict[str, Claim]:
-    theirs, level = claim.reason.replace(" on a disk", ""), claim.level
+def _of_curve(name: str, claim: Claim, error: FloatArray, remembered: BoolArray | None) -> dict[str, Claim]:
+    theirs, level = claim.reason.replace(_ON_A_DISK, ""), claim.level
     if remembered is not None:
         theirs = _MEMORY
         if remembered.any():
@@ -127,7 +125,9 @@ def closure_errors(closure: Closure, depth: FloatArray, *, remembers: bool) -> d
     stiffness, force, energy = closure.error(known)
     if remembers and depth.size:
         before = closure.error(np.maximum.accumulate(known))
-        stiffness, force, energy = (np.maximum(*both) for both in zip((stiffness, force, energy), before, strict=True))
+        stiffness, force, energy = (
+            np.maximum(*both) for both in zip((stiffness, force, energy), before, strict=True)
+        )
     slid = stiffness + force
     given = {
         "normal_stiffness": stiffness,

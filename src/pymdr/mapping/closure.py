@@ -144,9 +144,7 @@ def closure_of(curve: ForceCurve) -> Closure:
         )
     halves = [_fit(*_half(d / scales[0], force / scales[1], first), touch) for first in (0, 1)]
     depths, errors = _errors(whole, halves)
-    line = Polyline(
-        whole.line.depth * scales[0], whole.line.stiffness * (scales[1] / scales[0])
-    )
+    line = Polyline(whole.line.depth * scales[0], whole.line.stiffness * (scales[1] / scales[0]))
     return Closure(
         line,
         whole.touch * scales[0],
@@ -219,7 +217,8 @@ def _noise(d: FloatArray, force: FloatArray) -> FloatArray:
     if usual == 0.0:
         return np.ones(d.size)
     centres = np.array([float(part.mean()) for part in parts])
-    return np.exp(np.interp(np.arange(d.size), centres, np.log(np.maximum(sizes, _QUIETEST * usual))))
+    logarithm = np.log(np.maximum(sizes, _QUIETEST * usual))
+    return np.asarray(np.exp(np.interp(np.arange(d.size), centres, logarithm)))
 
 
 def _contact_point(d: FloatArray, force: FloatArray, sigma: FloatArray) -> float:
@@ -231,7 +230,7 @@ def _contact_point(d: FloatArray, force: FloatArray, sigma: FloatArray) -> float
         if np.count_nonzero(inside) < _TOUCH_PIECES:
             return math.inf
         x, y, s = d[inside] - touch, force[inside], sigma[inside]
-        line, rest = _ramps(x, y, s, _nodes(x, _TOUCH_PIECES))
+        _, rest = _ramps(x, y, s, _nodes(x, _TOUCH_PIECES))
         return float(rest + np.sum((force[~inside] / sigma[~inside]) ** 2))
 
     last = int(np.searchsorted(np.maximum.accumulate(force), 0.5)) or 1
@@ -316,7 +315,7 @@ def _ramps(x: FloatArray, y: FloatArray, sigma: FloatArray, nodes: FloatArray) -
     size = np.linalg.norm(columns, axis=0)
     size[size == 0.0] = 1.0
     target = y / sigma
-    reduced = np.linalg.qr(np.column_stack([columns / size, target]), mode="r")
+    reduced = np.asarray(np.linalg.qr(np.column_stack([columns / size, target]), mode="r"))
     found = nnls(reduced[:, :-1], reduced[:, -1])[0] / size
     k = np.cumsum(found)
     line = Polyline(np.append(0.0, nodes), np.append(0.0, k))

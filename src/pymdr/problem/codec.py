@@ -316,7 +316,11 @@ def _union(table: str) -> Any:
     from pydantic import Field
 
     # a sum of sums is one sum, so that its parts are never sums themselves
-    classes = {k: c for k, c in PROFILES.items() if c not in (Sum, ForceCurve)} if table == "part" else _TABLES[table]
+    classes = (
+        {k: c for k, c in PROFILES.items() if c not in (Sum, ForceCurve)}
+        if table == "part"
+        else _TABLES[table]
+    )
     models = [_model(kind, cls) for kind, cls in classes.items()]
     if table == "leg":
         models += [
@@ -370,7 +374,12 @@ def case_adapter() -> TypeAdapter[Any]:
     return TypeAdapter(model)
 
 
-_FILE_KEYS = {"sampled": ("file",), "force_curve": ("file",), "prony": ("file",), "path": ("file", "channels")}
+_FILE_KEYS = {
+    "sampled": ("file",),
+    "force_curve": ("file",),
+    "prony": ("file",),
+    "path": ("file", "channels"),
+}
 """Keys of case files whose columns replace the arrays of a kind."""
 
 

@@ -66,9 +66,7 @@ def of_curve(result: Result) -> Result:
 
 def reading_of(reading: Reading) -> Reading:
     """How a result of a force curve is read: without fields on its line, which is no picture of it."""
-    words = (
-        "the line of a force curve is no picture of the contact; equivalent_profile(contact.profile).g(x) gives it"
-    )
+    words = "the line of a force curve is no picture of the contact; equivalent_profile(contact.profile).g(x) gives it"
     return replace(
         reading,
         line_fields=(),

@@ -90,9 +90,7 @@ class PolygonLine(EquivalentProfile):
         j, t = self._at(x)
         slope, moment, squared = self._pieces
         rise = slope[j] * t
-        return self._known(
-            squared[j] + 2.0 * rise * (moment[j] + rise * (0.5 * self.x[j] + t / 6.0)), j, t
-        )
+        return self._known(squared[j] + 2.0 * rise * (moment[j] + rise * (0.5 * self.x[j] + t / 6.0)), j, t)
 
     def inverse(self, depth: ArrayLike) -> FloatArray:
         """The first x at which g has a value."""
@@ -151,7 +149,7 @@ class PolygonLine(EquivalentProfile):
         """The first corner at which it is reached, or the last one."""
         for x, depth in zip(self.x[1:].tolist(), self.depth[1:].tolist(), strict=True):
             if reached(x, depth):
-                return x
+                return float(x)
         return self.reach
 
 

@@ -87,7 +87,13 @@ def draw_points(axes: Axes, data: FigureData, curve: CurveData) -> None:
     d_unit, f_unit = good_unit(curve.depth, "m"), good_unit(curve.force, "N")
     d, force = curve.points
     axes.plot(
-        lengths(d, d_unit), scaled(force, "normal_force", f_unit), ".", ms=3, color=GREY, alpha=0.6, label="data"
+        lengths(d, d_unit),
+        scaled(force, "normal_force", f_unit),
+        ".",
+        ms=3,
+        color=GREY,
+        alpha=0.6,
+        label="data",
     )
     axes.plot(
         lengths(curve.depth, d_unit),
@@ -96,7 +102,10 @@ def draw_points(axes: Axes, data: FigureData, curve: CurveData) -> None:
         lw=1.5,
         label="curve through them",
     )
-    rows = (lengths(data.data["indentation"].values, d_unit), scaled(data.data["normal_force"].values, "normal_force", f_unit))
+    rows = (
+        lengths(data.data["indentation"].values, d_unit),
+        scaled(data.data["normal_force"].values, "normal_force", f_unit),
+    )
     style = "-" if curve.remembers else "."
     axes.plot(*as_seen(*rows), style, ms=6, lw=1.2, color=ORANGE, label="this path")
     axes.set_xlabel(axis_label("indentation", d_unit))
@@ -108,7 +117,9 @@ def draw_points(axes: Axes, data: FigureData, curve: CurveData) -> None:
 def draw_stiffness(axes: Axes, curve: CurveData) -> None:
     """The stiffness, which does not fall."""
     d_unit, k_unit = good_unit(curve.depth, "m"), good_unit(curve.stiffness, "N/m")
-    axes.plot(lengths(curve.depth, d_unit), scaled(curve.stiffness, "normal_stiffness", k_unit), color=BLUE, lw=1.5)
+    axes.plot(
+        lengths(curve.depth, d_unit), scaled(curve.stiffness, "normal_stiffness", k_unit), color=BLUE, lw=1.5
+    )
     axes.set_xlabel(axis_label("indentation", d_unit))
     axes.set_ylabel(axis_label("normal_stiffness", k_unit))
     axes.set_ylim(bottom=0.0)

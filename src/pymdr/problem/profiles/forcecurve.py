@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NoReturn
+from typing import ClassVar, NoReturn
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from pymdr.errors import ProblemError
-from pymdr.problem.profiles.base import Profile, Sum
+from pymdr.problem.profiles.base import Profile
 from pymdr.problem.profiles.curves import noise_of
 from pymdr.problem.values import ArrayField, OptionalSIField, SIField
-from pymdr.units import FloatArray, metres, newtons
+from pymdr.units import metres, newtons
 
 FEWEST_POINTS = 5
 _FALLS = 6.0
@@ -63,6 +63,8 @@ class ForceCurve(Profile):
     >>> curve.contact_point is None
     True
     """
+
+    whole: ClassVar[bool] = True
 
     indentation: ArrayField = ArrayField("m", words="depths on approach")
     force: ArrayField = ArrayField("N", words="normal force at the depths")
@@ -118,9 +120,6 @@ class ForceCurve(Profile):
     def gap_slope(self, r: ArrayLike) -> NoReturn:
         """Refused: a force curve has no shape."""
         self.gap(r)
-
-    def __add__(self, other: Profile) -> Sum:
-        raise ProblemError("a ForceCurve cannot be added to a profile: it is the curve of the whole contact")
 
     @property
     def largest_force(self) -> float:
