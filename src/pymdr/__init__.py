@@ -103,6 +103,7 @@ if TYPE_CHECKING:
     from pymdr.workbench.rheometry import fit_prony as fit_prony
     from pymdr.workbench.sliding import SlidingVerification as SlidingVerification
     from pymdr.workbench.sliding import verify_sliding as verify_sliding
+    from pymdr.workbench.tables import read_force_curve as read_force_curve
     from pymdr.workbench.tables import read_path as read_path
     from pymdr.workbench.tables import read_profile as read_profile
     from pymdr.workbench.tables import read_record as read_record
@@ -192,7 +193,7 @@ _HOMES: dict[str, tuple[str, ...]] = {
     "pymdr.workbench.records": ("MeasuredLoops", "measured_loops"),
     "pymdr.workbench.rheometry": ("PronyFit", "fit_prony"),
     "pymdr.workbench.sliding": ("SlidingVerification", "verify_sliding"),
-    "pymdr.workbench.tables": ("read_path", "read_profile", "read_record"),
+    "pymdr.workbench.tables": ("read_force_curve", "read_path", "read_profile", "read_record"),
     "pymdr.workbench.verification": ("Verification", "verify"),
 }
 _HOME_OF = {name: home for home, names in _HOMES.items() for name in names}

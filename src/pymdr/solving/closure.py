@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pymdr.errors import ProblemError
+from pymdr.errors import ConvergenceError, PathError, ProblemError
 from pymdr.interpretation.closure import OF_THE_CURVE, closure_claims, regrown
 from pymdr.mapping.closure import closure_of
 from pymdr.mapping.equivalent import equivalent_profile
@@ -15,6 +16,8 @@ from pymdr.mapping.moduli import effective_moduli
 from pymdr.problem.contact import Contact
 from pymdr.problem.profiles import ForceCurve
 from pymdr.result import Reading, Result, Status
+from pymdr.solving.walk import Task
+from pymdr.units import metres
 
 if TYPE_CHECKING:
     from pymdr.presentation.plot import Plots
@@ -42,10 +45,18 @@ def refuse_curve(contact: Contact, who: str, why: str) -> None:
         )
 
 
-def of_curve(result: Result) -> Result:
-    """What a force curve determines of a result of its line, with claims."""
-    curve = result.contact.profile
+def solve_on_curve(history: Callable[[Task], Result], task: Task) -> Result:
+    """Follow a law on the line of a force curve, and keep what the curve determines, with claims."""
+    curve = task.contact.profile
     assert isinstance(curve, ForceCurve)
+    try:
+        result = history(task)
+    except ConvergenceError as error:
+        deepest = closure_of(curve).deepest
+        raise PathError(
+            f"the path cannot be followed on a force curve that ends at an indentation of {metres(deepest)} and is not "
+            f"extrapolated: {error}"
+        ) from error
     data, remembers = result.data, "effective_modulus" in result.claims
     again = regrown(data["contact_radius"].values) if remembers and "contact_radius" in data else None
     claims = closure_claims(
@@ -81,8 +92,14 @@ def curve_plots(result: Result, row: int) -> Plots:
 
     curve = result.contact.profile
     assert isinstance(curve, ForceCurve)
-    moduli = effective_moduli(result.contact.body, result.contact.counterbody)
-    scale = moduli.normal / curve.modulus
+    remembers = "effective_modulus" in result.claims
+    # bodies with a memory have no one modulus: the curve is drawn as it was taken
+    modulus = (
+        curve.modulus
+        if remembers
+        else effective_moduli(result.contact.body, result.contact.counterbody).normal
+    )
+    scale = modulus / curve.modulus
     known = closure_of(curve)
     depth = known.deepest * np.linspace(0.0, 1.0, _FINE) ** 2
     stiffness, force, _ = scale * known.stiffness.at(depth)
@@ -94,9 +111,10 @@ def curve_plots(result: Result, row: int) -> Plots:
         force=force,
         stiffness=stiffness,
         line=(x, np.minimum(line.g(x), known.deepest)),
-        remembers="effective_modulus" in result.claims,
+        modulus=modulus,
+        remembers=remembers,
     )
     data = FigureData(
-        data=result.data, row=row, field=None, gap=curve.gap, bands={}, on_line=False, modulus=moduli.normal
+        data=result.data, row=row, field=None, gap=curve.gap, bands={}, on_line=False, modulus=modulus
     )
     return Plots(data, drawn.drawn_by(closure_overview), drawn.drawn_by(closure_figures))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -21,7 +22,7 @@ from pymdr.mapping.moduli import effective_moduli
 from pymdr.problem.contact import Contact
 from pymdr.result import Reading, Result
 from pymdr.solving.adhesive import solve_adhesive
-from pymdr.solving.closure import is_curve, of_curve, reading_of, refuse_curve
+from pymdr.solving.closure import is_curve, reading_of, refuse_curve, solve_on_curve
 from pymdr.solving.drawing import adhesive_plots, frictional_plots, memory_plots, normal_plots
 from pymdr.solving.frictional import solve_frictional
 from pymdr.solving.normal import solve_normal
@@ -120,4 +121,4 @@ def law_of(contact: Contact, solver: Rings | None) -> Law:
         return law
     if solver is not None:
         refuse_curve(contact, "solve: solver=Rings()", "boundary elements need its shape")
-    return replace(law, history=lambda task: of_curve(law.history(task)), reading=reading_of(law.reading))
+    return replace(law, history=partial(solve_on_curve, law.history), reading=reading_of(law.reading))

@@ -24,6 +24,7 @@ from pymdr.presentation.plot.shared import (
     new_figure,
     scaled,
     styled,
+    typeset,
 )
 from pymdr.quantities import POSITION
 from pymdr.units import FloatArray, good_unit
@@ -47,6 +48,8 @@ class CurveData:
     stiffness: FloatArray
     line: tuple[FloatArray, FloatArray]
     """X and g(x)."""
+    modulus: float
+    """E* in Pa for which the forces are drawn."""
     remembers: bool
     """Whether the bodies have a memory, so that rows lie off the curve."""
 
@@ -102,12 +105,18 @@ def draw_points(axes: Axes, data: FigureData, curve: CurveData) -> None:
         lw=1.5,
         label="curve through them",
     )
-    rows = (
-        lengths(data.data["indentation"].values, d_unit),
-        scaled(data.data["normal_force"].values, "normal_force", f_unit),
+    if not curve.remembers:
+        d, force = data.data["indentation"].values, data.data["normal_force"].values
+        axes.plot(
+            *as_seen(lengths(d, d_unit), scaled(force, "normal_force", f_unit)),
+            ".",
+            ms=6,
+            color=ORANGE,
+            label="this path",
+        )
+    axes.annotate(
+        f"$E^*$ = {typeset(curve.modulus, 'Pa')}", (0.05, 0.88), xycoords="axes fraction", color=GREY
     )
-    style = "-" if curve.remembers else "."
-    axes.plot(*as_seen(*rows), style, ms=6, lw=1.2, color=ORANGE, label="this path")
     axes.set_xlabel(axis_label("indentation", d_unit))
     axes.set_ylabel(axis_label("normal_force", f_unit))
     draw_zero(axes)
