@@ -38,7 +38,7 @@ _PROFILE: Names = {
 }
 _CURVE: Names = {
     "indentation": ("displacement", "indentation", "d", "depth", "approach"),
-    "force": ("load", "normal force", "force", "f", "fn", "fz", "f n", "f z"),
+    "normal_force": ("load", "normal force", "force", "f", "fn", "fz", "f n", "f z"),
 }
 _RECORD: Names = {
     "time": ("time", "t"),
@@ -141,7 +141,8 @@ def read_curve_columns(file: str | os.PathLike[str]) -> dict[str, FloatArray]:
     FileError, CaseError
         As :func:`read_columns` does.
     """
-    return _read(file, _CURVE, ("indentation", "force"), "d [nm], F [uN]")
+    found = _read(file, _CURVE, ("indentation", "normal_force"), "d [nm], F [uN]")
+    return {"indentation": found["indentation"], "force": found["normal_force"]}
 
 
 def read_record(file: str | os.PathLike[str]) -> xr.Dataset:
