@@ -76,7 +76,7 @@ sphinx_gallery_conf = {
     "examples_dirs": ["../examples", "demonstrations"],
     "gallery_dirs": ["generated/examples", "generated/demonstrations"],
     "filename_pattern": r".*\.py$",
-    "ignore_pattern": r"make_worn_tip\.py",
+    "ignore_pattern": r"make_(worn_tip|rough_curve)\.py",
     "image_scrapers": (scrape_figure,),
     "reset_modules": (),
     "abort_on_example_error": True,

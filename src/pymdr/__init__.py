@@ -57,6 +57,7 @@ if TYPE_CHECKING:
     from pymdr.problem.profiles import DomedPunch as DomedPunch
     from pymdr.problem.profiles import Ellipsoid as Ellipsoid
     from pymdr.problem.profiles import FlatPunch as FlatPunch
+    from pymdr.problem.profiles import ForceCurve as ForceCurve
     from pymdr.problem.profiles import Function as Function
     from pymdr.problem.profiles import Hyperboloid as Hyperboloid
     from pymdr.problem.profiles import Interpolated as Interpolated
@@ -108,6 +109,7 @@ if TYPE_CHECKING:
     from pymdr.workbench.rheometry import fit_prony as fit_prony
     from pymdr.workbench.sliding import SlidingVerification as SlidingVerification
     from pymdr.workbench.sliding import verify_sliding as verify_sliding
+    from pymdr.workbench.tables import read_force_curve as read_force_curve
     from pymdr.workbench.tables import read_path as read_path
     from pymdr.workbench.tables import read_profile as read_profile
     from pymdr.workbench.tables import read_record as read_record
@@ -157,6 +159,7 @@ _HOMES: dict[str, tuple[str, ...]] = {
         "DomedPunch",
         "Ellipsoid",
         "FlatPunch",
+        "ForceCurve",
         "Function",
         "Hyperboloid",
         "Interpolated",
@@ -200,7 +203,7 @@ _HOMES: dict[str, tuple[str, ...]] = {
     "pymdr.workbench.records": ("MeasuredLoops", "measured_loops"),
     "pymdr.workbench.rheometry": ("PronyFit", "fit_prony"),
     "pymdr.workbench.sliding": ("SlidingVerification", "verify_sliding"),
-    "pymdr.workbench.tables": ("read_path", "read_profile", "read_record"),
+    "pymdr.workbench.tables": ("read_force_curve", "read_path", "read_profile", "read_record"),
     "pymdr.workbench.verification": ("Verification", "verify"),
 }
 _HOME_OF = {name: home for home, names in _HOMES.items() for name in names}

@@ -16,8 +16,11 @@ from pymdr.independent.rings import Rings
 from pymdr.interpretation.peaks import largest_value
 from pymdr.interpretation.validity import SOURCES, Assumption, Claim
 from pymdr.mapping.equivalent import has_callables, without_callables
+from pymdr.mapping.moduli import effective_moduli
 from pymdr.problem.contact import Contact
+from pymdr.problem.materials import Viscoelastic
 from pymdr.problem.paths import LoadingPath
+from pymdr.problem.profiles import ForceCurve
 from pymdr.quantities import POSITION, RADIUS, quantity
 from pymdr.units import ArrayQuantityLike, FloatArray, from_si, shown, to_si_array
 
@@ -35,6 +38,9 @@ class Status(enum.Enum):
     """How a solution ended."""
 
     COMPLETED = "every step was solved and its contact is a disk"
+    OF_A_CURVE = (
+        "every step was solved on the line of a force curve: contact areas and pressures are not in it"
+    )
     PARTLY_REFUSED = (
         "at some steps the contact is not a disk: values there are NaN, and only force_lower_bound is given"
     )
@@ -479,6 +485,51 @@ class Result:
             machine_stiffness=self.machine_stiffness,
             starts=self.starts,
         )
+
+    def force_curve(self) -> ForceCurve:
+        """
+        The force curve of a result, to stand in another contact in place of a profile.
+
+        Its modulus is the E* of this contact. Rows count in the order of their depths, whatever the path was.
+
+        Returns
+        -------
+        ForceCurve
+
+        Raises
+        ------
+        ProblemError
+            If the contact has adhesion, a memory or a graded body, or fewer than 5 rows press the bodies together.
+        NotValidError
+            If the force or the indentation is not valid.
+
+        Examples
+        --------
+        >>> from pymdr import Contact, Elastic, Paraboloid, indent, solve
+        >>> ball = Contact(Paraboloid("10 mm"), Elastic("1 GPa", 0.3))
+        >>> solve(ball, indent("1 um", steps=50)).force_curve().force.size
+        50
+        """
+        bodies = (self.contact.body, self.contact.counterbody)
+        moduli = effective_moduli(*bodies)
+        why = (
+            "adhesion"
+            if self.contact.adhesion is not None
+            else "a memory"
+            if any(isinstance(body, Viscoelastic) for body in bodies)
+            else "a graded body"
+            if moduli.exponent != 0.0
+            else ""
+        )
+        if why:
+            raise ProblemError(
+                f"force_curve: this contact has {why}; a ForceCurve is that of homogeneous elastic half-spaces without adhesion"
+            )
+        depth, force = self["indentation"].values, self["normal_force"].values
+        depth, first = np.unique(depth, return_index=True)
+        force = force[first]
+        pressed = (depth > 0.0) & (force > 0.0)
+        return ForceCurve(depth[pressed], force[pressed], modulus=moduli.normal)
 
     def _saved_contact(self) -> Contact:
         if not has_callables(self.contact.profile):

@@ -28,6 +28,7 @@ from pymdr.problem.profiles import (
     DomedPunch,
     Ellipsoid,
     FlatPunch,
+    ForceCurve,
     Function,
     Hyperboloid,
     Interpolated,
@@ -71,6 +72,7 @@ PROFILES: dict[str, type] = {
     "concave_punch": ConcavePunch,
     "waviness": Waviness,
     "sampled": Sampled,
+    "force_curve": ForceCurve,
     "sum": Sum,
     "interpolated": Interpolated,
 }
@@ -320,7 +322,11 @@ def _union(table: str) -> Any:
     from pydantic import Field
 
     # a sum of sums is one sum, so that its parts are never sums themselves
-    classes = {k: c for k, c in PROFILES.items() if c is not Sum} if table == "part" else _TABLES[table]
+    classes = (
+        {k: c for k, c in PROFILES.items() if c not in (Sum, ForceCurve)}
+        if table == "part"
+        else _TABLES[table]
+    )
     models = [_model(kind, cls) for kind, cls in classes.items()]
     if table == "leg":
         models += [
@@ -452,7 +458,12 @@ def decode_rough(plain: Mapping[str, Any]) -> RoughCase:
     )
 
 
-_FILE_KEYS = {"sampled": ("file",), "prony": ("file",), "path": ("file", "channels")}
+_FILE_KEYS = {
+    "sampled": ("file",),
+    "force_curve": ("file",),
+    "prony": ("file",),
+    "path": ("file", "channels"),
+}
 """Keys of case files whose columns replace the arrays of a kind."""
 
 

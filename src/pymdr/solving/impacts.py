@@ -22,6 +22,7 @@ from pymdr.problem.paths import indent
 from pymdr.quantities import quantity
 from pymdr.result import Result, labelled
 from pymdr.rows import taken
+from pymdr.solving.closure import is_curve
 from pymdr.solving.colliding import Course, bounce, collide, contact_times, motion, stopping_depths
 from pymdr.solving.equilibria import AdhesiveLine
 from pymdr.solving.reach import Mapped, map_to_line
@@ -77,9 +78,9 @@ class Impact:
     largest_indentation: float
     """In m."""
     largest_radius: float
-    """Of the contact in m."""
+    """Of the contact in m; nan of a force curve."""
     largest_pressure: float
-    """In Pa at the turning point; inf under a sharp tip or edge."""
+    """In Pa at the turning point; inf under a sharp tip or edge, nan of a force curve."""
     energy_lost: float
     """Of the motion in J; all of it where the bodies stick."""
     sticking_speed: float
@@ -125,8 +126,7 @@ class Impact:
             "largest": {
                 "indentation": self.largest_indentation,
                 "normal_force": self.largest_force,
-                "contact_radius": self.largest_radius,
-                "peak_pressure": self.largest_pressure,
+                **({} if is_curve(self.contact) else self._of_area),
             },
         }
         if self.contact.adhesion is not None:
@@ -139,6 +139,10 @@ class Impact:
                 "tangential_restitution": self.tangential_restitution,
             }
         return groups
+
+    @property
+    def _of_area(self) -> dict[str, float]:
+        return {"contact_radius": self.largest_radius, "peak_pressure": self.largest_pressure}
 
     def __str__(self) -> str:
         return self.summary()
@@ -244,7 +248,13 @@ def impact(
     asked = _read(contact, mass, speed, angle, inertia, radius, spin, steps)
     if contact.adhesion is not None:
         return _adhesive(asked)
-    return _elastic(asked)
+    found = _elastic(asked)
+    return replace(found, data=_of_shape(contact, found.data))
+
+
+def _of_shape(contact: Contact, data: xr.Dataset) -> xr.Dataset:
+    """Without radii where a contact is known by its force curve only."""
+    return data.drop_vars(["contact_radius", "stick_radius"], errors="ignore") if is_curve(contact) else data
 
 
 @dataclass(frozen=True)
@@ -477,8 +487,8 @@ def _told(
         rebound_speed=restitution * asked.normal,
         largest_force=float(course.force.max()),
         largest_indentation=float(course.depth[course.deepest]),
-        largest_radius=float(course.radius.max()),
-        largest_pressure=float(solved["peak_pressure"].values[0]),
+        largest_radius=math.nan if is_curve(asked.contact) else float(course.radius.max()),
+        largest_pressure=math.nan if is_curve(asked.contact) else float(solved["peak_pressure"].values[0]),
         energy_lost=energy if course.sticks else course.lost,
         sticking_speed=math.sqrt(2.0 * max(course.lost, 0.0) / asked.mass),
         tangential_speed=asked.sideways,
@@ -496,7 +506,7 @@ _SIDEWAYS = ("tangential_speed", "spin", "contact_point_speed", "tangential_rest
 _NORMAL = ("restitution", "contact_time", "rebound_speed", "energy_lost", "sticking_speed")
 _LARGEST = {
     "largest_force": "normal_force",
-    "largest_indentation": "contact_radius",
+    "largest_indentation": "elastic_energy",
     "largest_radius": "contact_radius",
     "largest_pressure": "pressure",
 }
@@ -572,7 +582,7 @@ def restitution(contact: Contact, *, mass: QuantityLike, speeds: ArrayQuantityLi
         for name, values in zip(_RESTITUTION, columns, strict=True)
     }
     speed = ("speed", v, {"units": "m/s", "long_name": "normal speed before the impact"})
-    return xr.Dataset(variables, coords={"speed": speed})
+    return _of_shape(contact, xr.Dataset(variables, coords={"speed": speed}))
 
 
 def _many_elastic(contact: Contact, mass: float, speed: FloatArray) -> list[FloatArray]:

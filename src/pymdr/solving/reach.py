@@ -16,10 +16,11 @@ from pymdr.line.foundation import (
     normal_force,
     states_at_depth,
 )
+from pymdr.mapping.closure import closure_of
 from pymdr.mapping.equivalent import equivalent_profile, slope_function
 from pymdr.mapping.moduli import EffectiveModuli, effective_moduli
 from pymdr.problem.contact import Contact
-from pymdr.problem.profiles import Ellipsoid, FlatPunch, Function, Profile, Sampled, Sphere, Sum
+from pymdr.problem.profiles import Ellipsoid, FlatPunch, ForceCurve, Function, Profile, Sampled, Sphere, Sum
 from pymdr.units import FloatArray, metres, newtons
 
 
@@ -44,6 +45,8 @@ def map_to_line(contact: Contact) -> Mapped:
 
 def notes_of(profile: Profile) -> tuple[str, ...]:
     """What was done to a profile before it was mapped, in words."""
+    if isinstance(profile, ForceCurve):
+        return closure_of(profile).notes
     parts = profile.parts if isinstance(profile, Sum) else (profile,)
     curves = tuple(f"the profile is {part.curve_in_words}" for part in parts if isinstance(part, Sampled))
     offsets = tuple(
@@ -95,6 +98,13 @@ def refuse_unreachable(
         )
     if np.max(states.contact_radius) < equivalent.reach and np.isfinite(deepest):
         return
+    if isinstance(profile, ForceCurve):
+        known = closure_of(profile)
+        most = known.largest_force * line.modulus / profile.modulus
+        raise PathError(
+            f"{asked}: the force curve ends at an indentation of {metres(known.deepest)} (normal force {newtons(most)} of these "
+            "bodies) and is not extrapolated; reduce the indentation or the load"
+        )
     largest = _largest_allowed(line)
     raise PathError(
         f"{asked}: the contact would pass r = {metres(equivalent.reach)}, the last radius at which the profile is known "

@@ -29,6 +29,7 @@ from pymdr.mapping.relaxation import relaxation_of
 from pymdr.problem.contact import Contact
 from pymdr.problem.materials import Viscoelastic
 from pymdr.problem.paths import LoadingPath
+from pymdr.problem.profiles import ForceCurve
 from pymdr.problem.rheology import PowerLawRheology
 from pymdr.problem.schedule import Stretch, planned
 from pymdr.result import Result, Status
@@ -207,7 +208,9 @@ def _interpret(task: Task, line: ElasticLine, relaxation: Relaxation, walked: Wa
         },
     )
     surface = surface_with_memory(task.contact, relaxation, time, rows.indentation, radius)
-    looked = checked_rows(np.where(rows.disk, radius, 0.0))
+    # the line of a force curve has no pressure
+    shaped = not isinstance(task.contact.profile, ForceCurve)
+    looked = checked_rows(np.where(rows.disk, radius, 0.0)) if shaped else []
     tension = max((-least_pressure(state) for state in surface.states(looked)), default=0.0)
     remark = (
         ""

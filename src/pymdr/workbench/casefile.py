@@ -17,7 +17,7 @@ from pymdr.problem.contact import Contact
 from pymdr.problem.paths import CHANNELS, LoadingPath
 from pymdr.workbench.inputs import read_text
 from pymdr.workbench.rheometry import fit_prony
-from pymdr.workbench.tables import read_columns, read_path
+from pymdr.workbench.tables import read_columns, read_curve_columns, read_path
 
 _LARGEST = 4 * 2**20
 
@@ -132,10 +132,15 @@ def _with_tables(plain: dict[str, Any], folder: Path) -> dict[str, Any]:
 
 
 def _with_samples(profile: dict[str, Any], folder: Path) -> dict[str, Any]:
-    if profile.get("kind") != "sampled" or "file" not in profile:
+    kind = profile.get("kind")
+    if kind not in ("sampled", "force_curve") or "file" not in profile:
         return profile
-    _refuse_both(profile, ("radius", "height", "scatter"), "[profile]", "the samples")
-    columns = read_columns(_named(profile["file"], folder, "[profile]"))
+    if kind == "sampled":
+        _refuse_both(profile, ("radius", "height", "scatter"), "[profile]", "the samples")
+        columns = read_columns(_named(profile["file"], folder, "[profile]"))
+    else:
+        _refuse_both(profile, ("indentation", "force"), "[profile]", "the points")
+        columns = read_curve_columns(_named(profile["file"], folder, "[profile]"))
     return {**{key: value for key, value in profile.items() if key != "file"}, **columns}
 
 

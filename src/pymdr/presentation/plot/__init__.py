@@ -5,6 +5,7 @@ be restyled afterwards.
 """
 
 from pymdr.presentation.plot.adhesion import adhesive_figures, adhesive_overview
+from pymdr.presentation.plot.closure import CurveData, closure_figures, closure_overview
 from pymdr.presentation.plot.compared import compared_pressures, compared_tractions
 from pymdr.presentation.plot.friction import frictional_figures, frictional_overview
 from pymdr.presentation.plot.memory import memory_figures, memory_overview
@@ -20,10 +21,13 @@ from pymdr.presentation.plot.studies import (
 from pymdr.presentation.plot.whole import normal_figures, normal_overview
 
 __all__ = [
+    "CurveData",
     "FigureData",
     "Plots",
     "adhesive_figures",
     "adhesive_overview",
+    "closure_figures",
+    "closure_overview",
     "compared_laws",
     "compared_pressures",
     "compared_tractions",

@@ -1,0 +1,187 @@
+"""The line of a force curve: g(x) = d at x = k(d) / (2 E*), a polygon."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from pymdr.mapping.closure import Polyline
+from pymdr.mapping.equivalent.base import EquivalentProfile
+from pymdr.mapping.series import Place, Position, as_place
+from pymdr.units import FloatArray
+
+_STEEP = 1e-10
+"""Of x: how far a stretch of constant stiffness, on which g steps up, is drawn out so that g has one value."""
+_DEEPER = 1e-9
+"""Of the last depth: how far the last piece goes on, so that the last point can be reached."""
+
+
+@dataclass(frozen=True, eq=False)
+class PolygonLine(EquivalentProfile):
+    """
+    A rising polygon g(x) from (0, 0) on; where it is level, a ring of it touches at once.
+
+    Integrals are sums of closed forms of its pieces.
+
+    Examples
+    --------
+    >>> line = PolygonLine(np.array([0.0, 1.0, 2.0]), np.array([0.0, 0.0, 1.0]))
+    >>> float(line.moment(2.0)), float(line.inverse(0.5))
+    (1.5, 1.5)
+    """
+
+    x: FloatArray
+    """Corners in m, rising strictly from 0."""
+    depth: FloatArray
+    """G there in m, not falling from 0."""
+
+    @property
+    def reach(self) -> float:  # type: ignore[override]
+        """The last corner."""
+        return float(self.x[-1])
+
+    @cached_property
+    def _pieces(self) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Slopes of the pieces; first moment and square integral at the corners."""
+        h, rise = np.diff(self.x), np.diff(self.depth)
+        x = self.x[:-1]
+        moment = np.append(0.0, np.cumsum(rise * (x + 0.5 * h)))
+        squared = np.append(0.0, np.cumsum(2.0 * rise * (moment[:-1] + rise * (0.5 * x + h / 6.0))))
+        return rise / h, moment, squared
+
+    def _at(self, x: Position) -> tuple[np.ndarray, FloatArray]:
+        """Pieces of positions, and how far in m they lie beyond the beginning of theirs."""
+        base, offset = as_place(x)
+        j = np.searchsorted(self.x, base, side="right") - 1
+        t = offset + (base - self.x[j])
+        last = self.x.size - 2
+        away = (t < 0.0) | (j > last) | (t > np.diff(self.x)[np.minimum(j, last)])
+        whole = base + offset
+        moved = np.clip(np.searchsorted(self.x, whole, side="right") - 1, 0, last)
+        j = np.where(away, moved, j)
+        return j, np.where(away, whole - self.x[j], t)
+
+    def g(self, x: Position) -> FloatArray:
+        """Equivalent profile in m; inf beyond its end."""
+        j, t = self._at(x)
+        return self._known(self.depth[j] + self._pieces[0][j] * t, j, t)
+
+    def _known(self, values: FloatArray, j: np.ndarray, t: FloatArray) -> FloatArray:
+        beyond = (j == self.x.size - 2) & (self.x[j] + t > self.x[-1])
+        return np.asarray(np.where(beyond, math.inf, values))
+
+    def slope(self, x: Position) -> FloatArray:
+        """Slope g', that to the right at a corner."""
+        return np.asarray(self._pieces[0][self._at(x)[0]])
+
+    def moment(self, x: Position) -> FloatArray:
+        """First moment."""
+        j, t = self._at(x)
+        slope, moment, _ = self._pieces
+        return self._known(moment[j] + slope[j] * t * (self.x[j] + 0.5 * t), j, t)
+
+    def squared(self, x: Position) -> FloatArray:
+        """Integral of (g(x) - g)^2."""
+        j, t = self._at(x)
+        slope, moment, squared = self._pieces
+        rise = slope[j] * t
+        return self._known(squared[j] + 2.0 * rise * (moment[j] + rise * (0.5 * self.x[j] + t / 6.0)), j, t)
+
+    def inverse(self, depth: ArrayLike) -> FloatArray:
+        """The first x at which g has a value."""
+        return self.place(depth).x
+
+    def inverse_moment(self, moment: ArrayLike) -> FloatArray:
+        """The first x at which the first moment has a value."""
+        return self.place_of_moment(moment).x
+
+    def place(self, depth: ArrayLike) -> Place:
+        """As `inverse`, with the digits beside a corner."""
+        d = np.asarray(depth, dtype=float)
+        j = np.clip(np.searchsorted(self.depth, d, side="left") - 1, 0, self.x.size - 2)
+        return self._place(d, d - self.depth[j], j, self.depth, lambda y, slope, _: y / slope)
+
+    def place_of_moment(self, moment: ArrayLike) -> Place:
+        """As `inverse_moment`, with the digits beside a corner."""
+        m = np.asarray(moment, dtype=float)
+        known = self._pieces[1]
+        j = np.clip(np.searchsorted(known, m, side="left") - 1, 0, self.x.size - 2)
+
+        def root(y: FloatArray, slope: FloatArray, x: FloatArray) -> FloatArray:
+            left = 2.0 * y / slope
+            return np.asarray(left / (x + np.sqrt(x * x + left)))
+
+        return self._place(m, m - known[j], j, known, root)
+
+    def _place(
+        self,
+        target: FloatArray,
+        more: FloatArray,
+        j: np.ndarray,
+        known: FloatArray,
+        root: Callable[[FloatArray, FloatArray, FloatArray], FloatArray],
+    ) -> Place:
+        none, beyond = ~(target > 0.0), target > known[-1]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            t = np.minimum(root(more, self._pieces[0][j], self.x[j]), np.diff(self.x)[j])
+        base = np.where(none | beyond, 0.0, self.x[j])
+        return Place(base, np.where(none, 0.0, np.where(beyond, math.inf, t)))
+
+    def between(self, depth: FloatArray, low: float, high: float) -> Place:
+        """The places at which g has values, wherever they are."""
+        return self.place(depth)
+
+    def kinks(self, top: float) -> tuple[float, ...]:
+        """Corners up to `top`."""
+        return tuple(self.x[(self.x > 0.0) & (self.x <= top)].tolist())
+
+    @property
+    def breakpoints(self) -> tuple[float, ...]:
+        """The corners."""
+        return tuple(self.x[1:-1].tolist())
+
+    def rough_radius(self, reached: Callable[[float, float], bool]) -> float:
+        """The first corner at which it is reached, or the last one."""
+        for x, depth in zip(self.x[1:].tolist(), self.depth[1:].tolist(), strict=True):
+            if reached(x, depth):
+                return float(x)
+        return self.reach
+
+
+def polygon_of(stiffness: Polyline, modulus: float) -> PolygonLine:
+    """
+    The line of a stiffness k(d), x = k / (2 E*).
+
+    Parameters
+    ----------
+    stiffness : Polyline
+    modulus : float
+        E* in Pa of the bodies whose stiffness it is.
+
+    Returns
+    -------
+    PolygonLine
+
+    Notes
+    -----
+    Popov and Hess (2015), chapter 10.
+    """
+    d, k = stiffness
+    h = float(d[-1] - d[-2])
+    rate = (k[-1] - k[-2]) / h if h > 0.0 else 0.0
+    more = _DEEPER * float(d[-1])
+    d, k = np.append(d, d[-1] + more), np.append(k, k[-1] + rate * more)
+    moves = np.append(True, (np.diff(d) > 0.0) | (np.diff(k) > 0.0))
+    d, k = d[moves], k[moves]
+    least = _STEEP * float(np.min(k[k > 0.0]))
+    for i in range(1, k.size):
+        # a run of constant stiffness, of any number of pieces
+        k[i] = max(k[i], k[i - 1] + max(_STEEP * k[i - 1], least) * bool(d[i] > d[i - 1]))
+    x = k / (2.0 * modulus)
+    rising = np.append(True, np.diff(x) > 0.0)
+    return PolygonLine(x[rising], d[rising])
