@@ -11,6 +11,8 @@ from pymdr.problem.rough import GEIKE, RoughSurface
 from pymdr.units import FloatArray
 
 POINTS_PER_WAVE, FEWEST_PER_WAVE, FEWEST = 16, 4, 1024
+_MOST = 2**31
+"""From here on no memory holds a line."""
 
 
 def default_points(surface: RoughSurface) -> int:
@@ -32,7 +34,8 @@ def default_points(surface: RoughSurface) -> int:
     """
     from scipy.fft import next_fast_len
 
-    return int(next_fast_len(max(POINTS_PER_WAVE * modes_of(surface), FEWEST), real=True))
+    wanted = max(POINTS_PER_WAVE * modes_of(surface), FEWEST)
+    return int(next_fast_len(wanted, real=True)) if wanted < _MOST else wanted
 
 
 def modes_of(surface: RoughSurface) -> int:

@@ -7,7 +7,7 @@ import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar, TypeVar
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
@@ -25,6 +25,7 @@ from pymdr.mapping.moduli import effective_moduli
 from pymdr.mapping.patch import full_contact_stiffness
 from pymdr.mapping.rough import default_points, refuse_coarse, rough_heights
 from pymdr.problem.materials import Graded, Material, Rigid, Viscoelastic
+from pymdr.problem.profiles import ForceCurve
 from pymdr.problem.rough import GEIKE, RoughSurface
 from pymdr.solving.reach import memory_of_machine, one_load
 from pymdr.solving.study import Column, Study, one_row
@@ -43,7 +44,7 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
-_Found = TypeVar("_Found")
+_States = tuple[FloatArray, FloatArray]
 _WHO = "press_rough"
 _BAND = (16.0, 84.0)
 """Percentiles of the realisations: one standard deviation to both sides, if logarithms are normal."""
@@ -54,6 +55,138 @@ _DRAWN = 2000
 _END = 0.98
 """Of half the line of a ball, from where on springs must not be in contact."""
 _RESPONSES = ("indentation", "normal_force", "normal_stiffness", "elastic_energy")
+
+
+@dataclass(frozen=True)
+class RoughLine:
+    """The lines of a surface between two bodies: heights, springs and force curves by the number of the realisation."""
+
+    surface: RoughSurface
+    modulus: float
+    """E* in Pa."""
+    coefficient: float
+    """lambda."""
+    points: int
+    radius: float | None
+    """Of the ball in m that bears the roughness; None for a nominally flat patch."""
+
+    @property
+    def length(self) -> float:
+        """Of the line: that of the stiffness of full contact, or of the patch under a ball."""
+        if self.radius is not None:
+            return self.surface.longer_side
+        return full_contact_stiffness(*self.surface.size)
+
+    @property
+    def rms(self) -> float:
+        """Of the line."""
+        return self.surface.rms * math.sqrt(self.coefficient / math.pi)
+
+    @property
+    def scale(self) -> float:
+        """The force in N at which d = h in full contact, or for the smooth ball, where roughness ceases to matter."""
+        if self.radius is not None:
+            return 4.0 / 3.0 * self.modulus * math.sqrt(self.radius) * math.sqrt(self.surface.rms) ** 3
+        return self.modulus * self.length * self.rms
+
+    @property
+    def places(self) -> FloatArray:
+        """Positions x of the springs in m."""
+        return np.asarray(self.length * ((np.arange(self.points) + 0.5) / self.points - 0.5))
+
+    def heights(self, realisation: int = 0) -> FloatArray:
+        """Heights of the springs in m, those of a ball lower by x^2/R."""
+        heights = rough_heights(self.surface, realisation, self.points, self.coefficient)
+        if self.radius is not None:
+            x = self.places
+            heights -= x * x / self.radius
+        return heights
+
+    def springs(self, realisation: int = 0) -> SortedSprings:
+        """F(d), k(d), U(d) and d(F) of a realisation."""
+        return self._sorted(self.heights(realisation))
+
+    def force_curve(
+        self, realisation: int = 0, *, indentation: QuantityLike, points: int = 400
+    ) -> ForceCurve:
+        """
+        F(d) of a realisation as a profile: friction, memory and impacts follow from it.
+
+        Parameters
+        ----------
+        realisation : int, optional
+        indentation : quantity
+            The deepest d in m, from the highest summit.
+        points : int, optional
+            Of the curve, denser toward the first touch.
+
+        Returns
+        -------
+        ForceCurve
+            For bodies of E* = ``modulus``; forces of others follow as E*. It is as approximate as the line.
+
+        Raises
+        ------
+        ProblemError
+            If the indentation is not above 0, or points are fewer than a curve needs.
+        PathError
+            If the contact of a ball reaches the end of its line.
+        """
+        deepest = to_si(indentation, "m", name="indentation")
+        if not deepest > 0.0:
+            raise ProblemError(f"force_curve: indentation = {metres(deepest)}; it must be above 0 m")
+        depth = deepest * (np.arange(1, _whole("points", points) + 1) / points) ** 2
+        return ForceCurve(depth, self.force(depth, realisation), self.modulus, contact_point=0.0)
+
+    def force(self, depth: FloatArray, realisation: int) -> FloatArray:
+        """F in N at depths in m."""
+        heights = self.heights(realisation)
+        self._refuse_end(depth, self.reach(heights))
+        return self._sorted(heights).force(depth)
+
+    def _sorted(self, heights: FloatArray) -> SortedSprings:
+        return sorted_springs(heights, self.modulus * self.length / self.points)
+
+    def reach(self, heights: FloatArray) -> float:
+        """The depth in m at which contact comes to the end of the line of a ball."""
+        if self.radius is None:
+            return math.inf
+        ends = np.abs(self.places) >= 0.5 * _END * self.length
+        return float(heights.max() - heights[ends].max())
+
+    def _refuse_end(self, depth: FloatArray, reach: float) -> None:
+        if np.any(depth > reach):
+            raise PathError(
+                f"{_WHO}: at an indentation of {metres(float(depth.max()))} the contact of the ball reaches the end of the line, "
+                f"{metres(self.length)} long; press it less, or make RoughSurface.size larger"
+            )
+
+    def states(self, realisation: int, rows: FloatArray, by_force: bool, grid: FloatArray) -> _States:
+        """
+        Responses at forces or depths, and stiffnesses at the forces of a grid.
+
+        Parameters
+        ----------
+        realisation : int
+        rows : ndarray
+            In N, or in m.
+        by_force : bool
+            Which of the two.
+        grid : ndarray
+            In N.
+
+        Returns
+        -------
+        tuple of ndarray
+        """
+        heights = self.heights(realisation)
+        reach = self.reach(heights)
+        springs = self._sorted(heights)
+        depth = springs.indentation(rows) if by_force else rows
+        self._refuse_end(depth, reach)
+        drawn = springs.indentation(grid)
+        found = (depth, springs.force(depth), springs.normal_stiffness(depth), springs.energy(depth))
+        return np.array(found), np.where(drawn > reach, np.nan, springs.normal_stiffness(drawn))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -73,7 +206,8 @@ class RoughContact(Study):
     The first realisation, over ``x`` (m): height (m) of its springs, thinned, with the indentation (m) of the middle row. A step of the
     calculation, not a cut of the surface.
     """
-    surface: RoughSurface
+    line: RoughLine
+    """The lines themselves, by realisation; their ``force_curve`` is a profile."""
 
     what: ClassVar = "a rough contact"
     columns: ClassVar = {
@@ -102,63 +236,10 @@ class RoughContact(Study):
         """Stiffness against force with its band, the closed form and full contact; springs in contact; the spectrum."""
         from pymdr.presentation.plot import rough_study
 
-        low, _, high = self.surface.wave_numbers
+        low, _, high = self.line.surface.wave_numbers
         q = np.geomspace(low, high, 200)
-        spectrum = (q, self.surface.spectrum_2d(q))
+        spectrum = (q, self.line.surface.spectrum_2d(q))
         return rough_study(self.data, self.curves, self.springs, spectrum)
-
-
-@dataclass(frozen=True)
-class _Asked:
-    """What every realisation needs."""
-
-    surface: RoughSurface
-    modulus: float
-    coefficient: float
-    points: int
-    radius: float | None
-
-    @property
-    def length(self) -> float:
-        """Of the line: that of the stiffness of full contact, or of the patch under a ball."""
-        if self.radius is not None:
-            return self.surface.longer_side
-        return full_contact_stiffness(*self.surface.size)
-
-    @property
-    def rms(self) -> float:
-        """Of the line."""
-        return self.surface.rms * math.sqrt(self.coefficient / math.pi)
-
-    @property
-    def scale(self) -> float:
-        """The force in N at which d = h in full contact, or for the smooth ball, where roughness ceases to matter."""
-        if self.radius is not None:
-            return 4.0 / 3.0 * self.modulus * math.sqrt(self.radius) * math.sqrt(self.surface.rms) ** 3
-        return self.modulus * self.length * self.rms
-
-    @property
-    def places(self) -> FloatArray:
-        """Positions x of the springs in m."""
-        return np.asarray(self.length * ((np.arange(self.points) + 0.5) / self.points - 0.5))
-
-    def heights(self, realisation: int) -> FloatArray:
-        """Of the springs, in m."""
-        heights = rough_heights(self.surface, realisation, self.points, self.coefficient)
-        if self.radius is not None:
-            x = self.places
-            heights -= x * x / self.radius
-        return heights
-
-    def springs(self, heights: FloatArray) -> SortedSprings:
-        return sorted_springs(heights, self.modulus * self.length / self.points)
-
-    def reach(self, heights: FloatArray) -> float:
-        """The depth in m at which contact comes to the end of the line of a ball."""
-        if self.radius is None:
-            return math.inf
-        ends = np.abs(self.places) >= 0.5 * _END * self.length
-        return float(heights.max() - heights[ends].max())
 
 
 def press_rough(
@@ -242,18 +323,8 @@ def press_rough(
     _refuse_too_large(asked, count, threads, rows.size)
     grid = _grid(asked, rows if by_force else None)
 
-    def work(realisation: int) -> tuple[FloatArray, FloatArray]:
-        heights = asked.heights(realisation)
-        reach = asked.reach(heights)
-        springs = asked.springs(heights)
-        depth = springs.indentation(rows) if by_force else rows
-        if np.any(depth > reach):
-            raise PathError(
-                f"{_WHO}: at an indentation of {metres(float(depth.max()))} the contact of the ball reaches the end of the line, "
-                f"{metres(asked.length)} long; press it less, or make RoughSurface.size larger"
-            )
-        drawn = springs.indentation(grid)
-        return _states(springs, depth), np.where(drawn > reach, np.nan, springs.normal_stiffness(drawn))
+    def work(realisation: int) -> _States:
+        return asked.states(realisation, rows, by_force, grid)
 
     states, drawn = (np.array(part) for part in zip(*_in_turn(work, count, threads), strict=True))
     bands = _summed(states)
@@ -283,7 +354,7 @@ def press_rough(
         data=_labelled(name, rows, columns | closed, attributes),
         curves=_labelled("normal_force", grid, curves, attributes),
         springs=_springs(asked, float(np.median(states[0, 0]))),
-        surface=surface,
+        line=asked,
         claims=claims | laws,
         assumptions=rough_assumptions(surface),
         notes=(),
@@ -297,7 +368,7 @@ def _read(
     coefficient: float | None,
     points: int | None,
     radius: QuantityLike | None,
-) -> _Asked:
+) -> RoughLine:
     if not isinstance(surface, RoughSurface):
         raise ProblemError(
             f"{_WHO}: {shown(surface)} is not a RoughSurface; write RoughSurface(hurst=0.8, rms='1 um', size='1 mm', "
@@ -317,7 +388,7 @@ def _read(
         if value is not None and not value > 0.0:
             raise ProblemError(f"{_WHO}: {name} = {value:g}; it must be above 0")
     number = default_points(surface) if points is None else _whole("points", points)
-    return _Asked(surface, modulus, factor, number, ball)
+    return RoughLine(surface, modulus, factor, number, ball)
 
 
 def _whole(name: str, value: int) -> int:
@@ -326,7 +397,7 @@ def _whole(name: str, value: int) -> int:
     return int(value)
 
 
-def _refuse_too_large(asked: _Asked, count: int, threads: int, rows: int) -> None:
+def _refuse_too_large(asked: RoughLine, count: int, threads: int, rows: int) -> None:
     """Refuse what is too coarse, or more than the memory holds, before any work."""
     refuse_coarse(asked.surface, asked.points)
     needed = 8.0 * (_COPIES * asked.points * threads + 8.0 * count * (rows + _CURVE))
@@ -337,17 +408,12 @@ def _refuse_too_large(asked: _Asked, count: int, threads: int, rows: int) -> Non
         )
 
 
-def _in_turn(work: Callable[[int], _Found], count: int, threads: int) -> list[_Found]:
+def _in_turn(work: Callable[[int], _States], count: int, threads: int) -> list[_States]:
     """The answers of all realisations in their order."""
     if threads == 1:
         return [work(i) for i in range(count)]
     with ThreadPoolExecutor(threads) as pool:
         return list(pool.map(work, range(count)))
-
-
-def _states(springs: SortedSprings, depth: FloatArray) -> FloatArray:
-    """Responses at depths, in their order."""
-    return np.array([depth, springs.force(depth), springs.normal_stiffness(depth), springs.energy(depth)])
 
 
 def _summed(values: FloatArray) -> dict[str, FloatArray]:
@@ -356,7 +422,7 @@ def _summed(values: FloatArray) -> dict[str, FloatArray]:
     return {"": np.exp(np.log(values).mean(axis=0)), "_low": low, "_high": high}
 
 
-def _grid(asked: _Asked, rows: FloatArray | None) -> FloatArray:
+def _grid(asked: RoughLine, rows: FloatArray | None) -> FloatArray:
     """Forces from few contacts to many, with those that are asked for."""
     low, high = asked.scale * 10.0**-_DECADES_BELOW, asked.scale * 10.0**_DECADES_ABOVE
     if rows is not None:
@@ -365,7 +431,7 @@ def _grid(asked: _Asked, rows: FloatArray | None) -> FloatArray:
 
 
 def _closed_forms(
-    asked: _Asked, force: FloatArray, stiffness: FloatArray
+    asked: RoughLine, force: FloatArray, stiffness: FloatArray
 ) -> tuple[dict[str, Claim], dict[str, FloatArray]]:
     """The power law with both constants where each is claimed; of a ball the one of Hertz."""
     surface, modulus = asked.surface, asked.modulus
@@ -403,7 +469,7 @@ def _labelled(
     )
 
 
-def _springs(asked: _Asked, depth: float) -> xr.Dataset:
+def _springs(asked: RoughLine, depth: float) -> xr.Dataset:
     """The springs of the first line, thinned to the highest of every few, and how deep the plane is."""
     import xarray as xr
 
