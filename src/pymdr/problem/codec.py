@@ -443,6 +443,10 @@ def decode_rough(plain: Mapping[str, Any]) -> RoughCase:
     """
     from pydantic import ValidationError
 
+    if "surface" not in plain:
+        raise CaseError(
+            "table [surface] is missing; a rough case has hurst, rms, size and shortest there, and neither profile nor path"
+        )
     try:
         rough_adapter().validate_python(plain)
     except RecursionError as error:
@@ -518,6 +522,8 @@ def decode_case(plain: Mapping[str, Any]) -> tuple[str, Contact, LoadingPath]:
     """
     from pydantic import ValidationError
 
+    if "surface" in plain:
+        raise CaseError("[surface]: a rough surface is no profile with a path; ask for it with pymdr rough")
     if isinstance(plain.get("path"), Mapping):
         plain = {**plain, "path": [plain["path"]]}
     try:
@@ -643,7 +649,7 @@ def _complaint(one: Mapping[str, Any], loc: list[Any], plain: Mapping[str, Any])
         case "less_than_equal":
             return f"{where}{key} = {shown(one['input'])}: it must be at most {one['ctx']['le']}"
         case other:
-            whole = key in ("steps", "cycles", "keep", "n")
+            whole = key in ("steps", "cycles", "keep", "n", "seed")
             number = "a whole number is needed" if whole else "a number or a text with its unit is needed"
             needed = number if one["loc"][-1] in _ALTERNATIVES or whole else _NEEDED.get(other, number)
             return f"{where}{key} = {shown(one['input'])}: {needed}"
