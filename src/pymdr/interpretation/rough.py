@@ -125,7 +125,7 @@ def power_law_claims(surface: RoughSurface, share: np.ndarray, ball: bool) -> di
     low, high = _FITTED_BETWEEN
     published = (
         f"C = {PUBLISHED}: -20 to +25 % off boundary elements with 64 shortest wavelengths in the size and 0 to +70 % with 128 below "
-        f"0.15 E* L, +20 to +60 % up to {_MOST_OF_POWER_LAW:g} E* L; beyond, next to full contact, it goes on where the stiffness no "
+        f"0.15 E* L, 0 to +65 % up to {_MOST_OF_POWER_LAW:g} E* L; beyond, next to full contact, it goes on where the stiffness no "
         "longer grows, and is refused"
     )
     fitted = (
