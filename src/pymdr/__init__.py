@@ -102,6 +102,7 @@ if TYPE_CHECKING:
     from pymdr.solving.rough import RoughContact as RoughContact
     from pymdr.solving.rough import RoughLine as RoughLine
     from pymdr.solving.rough import press_rough as press_rough
+    from pymdr.solving.rough import rough_line as rough_line
     from pymdr.solving.sliding import SlidingFriction as SlidingFriction
     from pymdr.solving.sliding import sliding_friction as sliding_friction
     from pymdr.workbench.records import MeasuredLoops as MeasuredLoops
@@ -182,7 +183,7 @@ _HOMES: dict[str, tuple[str, ...]] = {
     "pymdr.result": ("Result", "Status"),
     "pymdr.solving.reopening": ("open_result",),
     "pymdr.solving.rolling": ("Rolling", "rolling"),
-    "pymdr.solving.rough": ("RoughContact", "RoughLine", "press_rough"),
+    "pymdr.solving.rough": ("RoughContact", "RoughLine", "press_rough", "rough_line"),
     "pymdr.solving.sliding": ("SlidingFriction", "sliding_friction"),
     "pymdr.solving": (
         "AdhesionRegime",

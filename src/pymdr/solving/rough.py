@@ -307,9 +307,9 @@ def press_rough(
     >>> surface = RoughSurface(hurst=0.7, rms="1 um", size="1 mm", shortest="20 um")
     >>> pressed = press_rough(surface, Elastic("210 GPa", 0.3), normal_force=["1 N", "10 N", "1 kN"], realisations=50)
     >>> (pressed["normal_stiffness"] / pressed.data.attrs["full_contact_stiffness"]).values.round(2).tolist()
-    [0.03, 0.13, 0.98]
+    [0.04, 0.13, 1.0]
     """
-    asked = _read(surface, body, counterbody, coefficient, points, radius)
+    asked = rough_line(surface, body, counterbody, coefficient=coefficient, points=points, radius=radius)
     one_load(_WHO, normal_force, indentation)
     by_force = normal_force is not None
     given, unit = (normal_force, "N") if by_force else (indentation, "m")
@@ -361,14 +361,44 @@ def press_rough(
     )
 
 
-def _read(
+def rough_line(
     surface: RoughSurface,
     body: Material,
-    counterbody: Material | None,
-    coefficient: float | None,
-    points: int | None,
-    radius: QuantityLike | None,
+    counterbody: Material | None = None,
+    *,
+    coefficient: float | None = None,
+    points: int | None = None,
+    radius: QuantityLike | None = None,
 ) -> RoughLine:
+    """
+    The lines of springs of a rough surface between two bodies, as :func:`press_rough` takes them.
+
+    Parameters
+    ----------
+    surface, body, counterbody, coefficient, points, radius
+        As for :func:`press_rough`.
+
+    Returns
+    -------
+    RoughLine
+        Its ``heights``, ``springs`` and ``force_curve`` by the number of the realisation.
+
+    Raises
+    ------
+    ProblemError
+        If a body is graded or viscoelastic, or a number is not above 0.
+
+    Examples
+    --------
+    >>> from pymdr.problem.materials import Elastic
+    >>> surface = RoughSurface(hurst=0.7, rms="1 um", size="1 mm", shortest="20 um")
+    >>> line = rough_line(surface, Elastic("210 GPa", 0.3))
+    >>> round(line.length * 1e3, 5), line.points
+    (1.1523, 1024)
+    >>> springs = line.springs(realisation=3)
+    >>> bool(springs.force(springs.indentation(10.0)).round(9) == 10.0)
+    True
+    """
     if not isinstance(surface, RoughSurface):
         raise ProblemError(
             f"{_WHO}: {shown(surface)} is not a RoughSurface; write RoughSurface(hurst=0.8, rms='1 um', size='1 mm', "
@@ -480,5 +510,6 @@ def _springs(asked: RoughLine, depth: float) -> xr.Dataset:
     return xr.Dataset(
         {"height": ("x", heights[highest], {"units": "m"})},
         coords={"x": ("x", asked.places[highest], {"units": "m"})},
-        attrs={"plane": float(heights.max()) - depth},
+        attrs={"plane": float(heights.max()) - depth}
+        | ({} if asked.radius is None else {"radius": asked.radius}),
     )

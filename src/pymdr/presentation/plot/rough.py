@@ -49,7 +49,7 @@ def rough_study(
     curves : xarray.Dataset
         ``normal_stiffness`` with ``_low`` and ``_high`` (N/m) over ``normal_force`` (N), and closed forms.
     springs : xarray.Dataset
-        ``height`` (m) over ``x`` (m), and in its attributes the ``plane`` (m).
+        ``height`` (m) over ``x`` (m), and in its attributes the ``plane`` (m), and the ``radius`` (m) of a ball.
     spectrum : tuple of ndarray
         Wave numbers in 1/m and C2D in m^4.
 
@@ -96,8 +96,12 @@ def _draw_stiffness(axes: Axes, data: xr.Dataset, curves: xr.Dataset) -> None:
 
 
 def _draw_springs(axes: Axes, springs: xr.Dataset) -> None:
-    """The line upside up, and what of it a plane from above presses in."""
+    """The line upside up, and what of it a plane from above presses in; of a ball what is near the contact."""
     x, z = springs["x"].values, springs["height"].values
+    if "radius" in springs.attrs:
+        depth = float(z.max()) - springs.attrs["plane"]
+        near = np.abs(x) <= max(3.0 * np.sqrt(springs.attrs["radius"] * depth), x[-1] / 50.0)
+        x, z = x[near], z[near]
     x_unit, z_unit = good_unit(x, "m"), good_unit(z, "m")
     place, height = lengths(x, x_unit), lengths(z, z_unit)
     plane = float(lengths(np.array(springs.attrs["plane"]), z_unit))
