@@ -232,6 +232,17 @@ def test_new_of_an_unknown_kind(shell):
     assert "did you mean 'cone'" in shell("new", "conee")[2]
 
 
+def test_a_new_rough_case_is_answered(tmp_path, shell):
+    file = tmp_path / "new.toml"
+    assert shell("new", "rough", "-o", file)[0] == 0
+    status, out, err = shell("rough", file, "--normal-force", "1 N", "--realisations", "2")
+    assert (status, err) == (0, "")
+    assert "My rough" in out
+    schema = json.loads(shell("schema", "--rough")[1])
+    assert set(schema["required"]) == {"surface", "body"}
+    assert "above 0 and at most 1" in schema["$defs"]["surface"]["properties"]["hurst"]["description"]
+
+
 def test_schema_and_info(shell):
     schema = json.loads(shell("schema")[1])
     assert set(schema["required"]) == {"profile", "body", "path"}

@@ -239,7 +239,7 @@ def new(
     kind: Annotated[
         str,
         typer.Argument(
-            help="ball, cone, worn (blunt shapes), punch, tip (measured), gel (adhesion), joint (friction) or cycle."
+            help="ball, cone, worn (blunt shapes), punch, tip (measured), gel (adhesion), joint (friction), cycle or rough."
         ),
     ] = "ball",
     output: Annotated[
@@ -263,11 +263,13 @@ def new(
 
 
 @app.command()
-def schema() -> None:
+def schema(
+    of_rough: Annotated[bool, typer.Option("--rough", help="Of the cases that pymdr rough takes.")] = False,
+) -> None:
     """Print the JSON schema of case files, for editors."""
-    from pymdr.problem.codec import case_schema
+    from pymdr.problem.codec import case_schema, rough_adapter
 
-    plain = case_schema()
+    plain = rough_adapter().json_schema() if of_rough else case_schema()
     typer.echo(json.dumps({"$schema": "https://json-schema.org/draft/2020-12/schema", **plain}, indent=2))
 
 
