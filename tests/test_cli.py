@@ -569,6 +569,7 @@ def test_rough_surfaces_from_the_shell(rough, tmp_path, shell):
         ('rms = "0.5 um"', "", "'rms' is missing"),
         ('size = "1 mm"', 'size = ["1 mm", "2 mm", "3 mm"]', "pair of sides"),
         ('size = "1 mm"', "size = true", "size"),
+        ('size = "1 mm"', "size = [[]]", "[surface size] 1 = []"),
         ("seed = 3", "seed = -3", "at least 0"),
         ("seed = 3", "seed = 0.5", "a whole number is needed"),
         ("[surface]", "[surfaces]", "table [surface] is missing"),

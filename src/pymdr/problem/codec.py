@@ -592,7 +592,7 @@ def _in_words(error: Any, plain: Mapping[str, Any]) -> str:
     suggested: set[tuple[Any, ...]] = set()
     complaints = error.errors(include_url=False)
     for one in sorted(complaints, key=lambda e: e["type"] != "extra_forbidden"):
-        full = list(one["loc"])
+        full = [part for part in one["loc"] if not str(part).startswith("list[")]
         while len(full) > 1 and full[-1] in _ALTERNATIVES:
             full.pop()
         # pydantic names the kind of every tagged table; users know the table
