@@ -18,6 +18,7 @@ import numpy as np
 from pymdr.errors import ProblemError
 from pymdr.problem.profiles import ForceCurve
 from pymdr.problem.profiles.curves import noise_of
+from pymdr.problem.profiles.forcecurve import FEWEST_POINTS
 from pymdr.units import FloatArray, metres, newtons
 
 _ROUNDING = 1e-13
@@ -140,7 +141,7 @@ def closure_of(curve: ForceCurve) -> Closure:
         raise ProblemError(
             f"ForceCurve: the points lie {newtons(whole.misfit * scales[1])} (root mean square) off any curve whose stiffness "
             "rises with the depth, as that of an elastic contact without adhesion does; give the approach alone, of an elastic "
-            "contact"
+            "contact, and its contact_point where that is not the depth 0"
         )
     halves = [_fit(*_half(d / scales[0], force / scales[1], first), touch) for first in (0, 1)]
     depths, errors = _errors(whole, halves)
@@ -208,6 +209,8 @@ def _half(d: FloatArray, force: FloatArray, first: int) -> tuple[FloatArray, Flo
 
 def _noise(d: FloatArray, force: FloatArray) -> FloatArray:
     """The noise of every force, from stretches of neighbours; 1 where there is none."""
+    if d.size < FEWEST_POINTS:
+        return np.ones(d.size)
     blocks = min(max(d.size // _BLOCK, 1), _BLOCKS)
     if blocks == 1:
         return np.full(d.size, noise_of(d, force) or 1.0)
