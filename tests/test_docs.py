@@ -36,6 +36,7 @@ def blocks(page):
         "claims.md",
         "exactness.md",
         "profiles.md",
+        "closure.md",
         "contributing.md",
     ],
 )

@@ -17,8 +17,8 @@ from pymdr.units import FloatArray
 
 _STEEP = 1e-12
 """Of x: how far a stretch of constant stiffness, on which g steps up, is drawn out so that g has one value."""
-_DEEPER = 1e-9
-"""Of the last depth: how far the last piece goes on, so that the last point can be reached."""
+_DEEPER, _WIDER = 1e-9, 1e-6
+"""Of the last depth and stiffness: how far the line goes on, so that the last point lies well within it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -171,10 +171,7 @@ def polygon_of(stiffness: Polyline, modulus: float) -> PolygonLine:
     Popov and Hess (2015), chapter 10.
     """
     d, k = stiffness
-    h = float(d[-1] - d[-2])
-    rate = (k[-1] - k[-2]) / h if h > 0.0 else 0.0
-    more = _DEEPER * float(d[-1])
-    d, k = np.append(d, d[-1] + more), np.append(k, k[-1] + rate * more)
+    d, k = np.append(d, d[-1] * (1.0 + _DEEPER)), np.append(k, k[-1] * (1.0 + _WIDER))
     # of a run of constant stiffness, to rounding, its ends
     least = _STEEP * float(np.min(k[k > 0.0]))
     level = np.append(False, np.diff(k) <= np.maximum(_STEEP * k[:-1], least))
