@@ -202,7 +202,7 @@ def _fit(d: FloatArray, force: FloatArray, touch: float | None) -> _Fit:
         noise, off = float(np.median(sigma)), _systematic(x, residual / sigma)
         if off is not None:
             # is it the points, or too few pieces?
-            freest = _ramps(*few, _nodes(few[0], _PIECES[-1]))[0]
+            freest = _ramps(few[0], few[1], few[2], _nodes(few[0], _PIECES[-1]))[0]
             off = _systematic(x, (force - freest.at(x)[1]) / sigma)
     return _Fit(line, touch, float(depth[1]), float(depth[-1]), noise, misfit, found, pieces, off)
 
