@@ -38,6 +38,7 @@ def blocks(page):
         "claims.md",
         "exactness.md",
         "profiles.md",
+        "closure.md",
         "contributing.md",
     ],
 )

@@ -18,7 +18,7 @@ from pymdr.interpretation.validity import SOURCES, Assumption, Claim
 from pymdr.mapping.equivalent import has_callables, without_callables
 from pymdr.mapping.moduli import effective_moduli
 from pymdr.problem.contact import Contact
-from pymdr.problem.materials import Viscoelastic
+from pymdr.problem.materials import Graded, Viscoelastic
 from pymdr.problem.paths import LoadingPath
 from pymdr.problem.profiles import ForceCurve
 from pymdr.quantities import POSITION, RADIUS, quantity
@@ -32,6 +32,10 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from pymdr.presentation.plot import Plots
+
+
+_APART = 1e-9
+"""Of the largest depth: rows of a force curve that are closer are one."""
 
 
 class Status(enum.Enum):
@@ -511,25 +515,24 @@ class Result:
         50
         """
         bodies = (self.contact.body, self.contact.counterbody)
-        moduli = effective_moduli(*bodies)
-        why = (
-            "adhesion"
-            if self.contact.adhesion is not None
-            else "a memory"
-            if any(isinstance(body, Viscoelastic) for body in bodies)
-            else "a graded body"
-            if moduli.exponent != 0.0
-            else ""
-        )
-        if why:
+        lacking = {
+            "adhesion": self.contact.adhesion is not None,
+            "a memory": any(isinstance(body, Viscoelastic) for body in bodies),
+            "a graded body": any(isinstance(body, Graded) and body.exponent != 0.0 for body in bodies),
+        }
+        for why in (words for words, has in lacking.items() if has):
             raise ProblemError(
                 f"force_curve: this contact has {why}; a ForceCurve is that of homogeneous elastic half-spaces without adhesion"
             )
         depth, force = self["indentation"].values, self["normal_force"].values
-        depth, first = np.unique(depth, return_index=True)
-        force = force[first]
-        pressed = (depth > 0.0) & (force > 0.0)
-        return ForceCurve(depth[pressed], force[pressed], modulus=moduli.normal)
+        order = np.argsort(depth, kind="stable")
+        depth, force = depth[order], force[order]
+        apart = np.append(True, np.diff(depth) > _APART * float(np.max(np.abs(depth))))
+        depth, force = depth[apart], force[apart]
+        free = float(np.max(depth[force <= 0.0], initial=-np.inf))
+        touches = free <= 0.0 < float(np.min(depth[force > 0.0], initial=np.inf))
+        point = 0.0 if touches else None
+        return ForceCurve(depth, force, modulus=effective_moduli(*bodies).normal, contact_point=point)
 
     def _saved_contact(self) -> Contact:
         if not has_callables(self.contact.profile):

@@ -18,6 +18,7 @@ import numpy as np
 from pymdr.errors import ProblemError
 from pymdr.problem.profiles import ForceCurve
 from pymdr.problem.profiles.curves import noise_of
+from pymdr.problem.profiles.forcecurve import FEWEST_POINTS
 from pymdr.units import FloatArray, metres, newtons
 
 _ROUNDING = 1e-13
@@ -25,6 +26,8 @@ _ROUNDING = 1e-13
 _PIECES = (2, 3, 4, 6, 8, 11, 16, 23, 32, 45, 64, 91, 128)
 _PATIENCE = 3
 """Numbers of pieces that may be no better before the search ends."""
+_MOST = 3000
+"""Points of which a fit makes use one by one."""
 _BLOCK, _BLOCKS = 24, 12
 _QUIETEST = 0.05
 """Of the usual noise: the least that a stretch of a curve is believed to have."""
@@ -35,6 +38,8 @@ _SYSTEMATIC = 5.0
 """Noises by which the mean of neighbouring points may lie off the curve."""
 _NO_CURVE = 0.05
 """Of the largest force: points that lie farther off any rising stiffness are no curve of an elastic contact."""
+_NO_NOISE = 2.0
+"""Noises by which points with noise may always lie off."""
 _OCTAVE = 4
 """Entries of the table of errors in a factor of 2 of the depth."""
 
@@ -136,11 +141,11 @@ def closure_of(curve: ForceCurve) -> Closure:
     if touch is None and d[0] >= 0.0:
         touch = 0.0
     whole = _fit(d / scales[0], force / scales[1], touch)
-    if whole.misfit > _NO_CURVE:
+    if whole.misfit > max(_NO_CURVE, _NO_NOISE * whole.noise):
         raise ProblemError(
             f"ForceCurve: the points lie {newtons(whole.misfit * scales[1])} (root mean square) off any curve whose stiffness "
             "rises with the depth, as that of an elastic contact without adhesion does; give the approach alone, of an elastic "
-            "contact"
+            "contact, and its contact_point where that is not the depth 0"
         )
     halves = [_fit(*_half(d / scales[0], force / scales[1], first), touch) for first in (0, 1)]
     depths, errors = _errors(whole, halves)
@@ -177,8 +182,9 @@ class _Fit:
 def _fit(d: FloatArray, force: FloatArray, touch: float | None) -> _Fit:
     sigma = _noise(d, force)
     found = touch is None
+    few = _grouped(d, force, sigma)
     if touch is None:
-        touch = _contact_point(d, force, sigma)
+        touch = _contact_point(*few)
     x = d - touch
     inside = x > 0.0
     depth = np.append(0.0, x[inside])
@@ -189,13 +195,14 @@ def _fit(d: FloatArray, force: FloatArray, touch: float | None) -> _Fit:
         line, pieces, off = _through(*_begun(depth, values)), 0, None
         noise = misfit = 0.0
     else:
-        line, pieces = _least_squares(x[inside], force[inside], sigma[inside])
+        few = few[:, few[0] > touch] - np.array([[touch], [0.0], [0.0]])
+        line, pieces = _least_squares(*few)
         residual = force - line.at(x)[1]
         misfit = float(np.sqrt(np.mean(residual**2)))
         noise, off = float(np.median(sigma)), _systematic(x, residual / sigma)
         if off is not None:
             # is it the points, or too few pieces?
-            freest = _ramps(x[inside], force[inside], sigma[inside], _nodes(x[inside], _PIECES[-1]))[0]
+            freest = _ramps(few[0], few[1], few[2], _nodes(few[0], _PIECES[-1]))[0]
             off = _systematic(x, (force - freest.at(x)[1]) / sigma)
     return _Fit(line, touch, float(depth[1]), float(depth[-1]), noise, misfit, found, pieces, off)
 
@@ -206,8 +213,22 @@ def _half(d: FloatArray, force: FloatArray, first: int) -> tuple[FloatArray, Flo
     return d[rows], force[rows]
 
 
+def _grouped(d: FloatArray, force: FloatArray, sigma: FloatArray) -> FloatArray:
+    """Depths, forces and noises, of so many neighbours together that no more are left than a fit can use."""
+    size = -(-d.size // _MOST)
+    whole = d.size // size * size
+    means = [values[d.size - whole :].reshape(-1, size).mean(axis=1) for values in (d, force, sigma)]
+    means[2] /= math.sqrt(size)
+    if size > 1:
+        # the ends stay
+        means = [np.append(means[i], values[-1]) for i, values in enumerate((d, force, sigma))]
+    return np.array(means)
+
+
 def _noise(d: FloatArray, force: FloatArray) -> FloatArray:
     """The noise of every force, from stretches of neighbours; 1 where there is none."""
+    if d.size < FEWEST_POINTS:
+        return np.ones(d.size)
     blocks = min(max(d.size // _BLOCK, 1), _BLOCKS)
     if blocks == 1:
         return np.full(d.size, noise_of(d, force) or 1.0)
@@ -233,8 +254,10 @@ def _contact_point(d: FloatArray, force: FloatArray, sigma: FloatArray) -> float
         _, rest = _ramps(x, y, s, _nodes(x, _TOUCH_PIECES))
         return float(rest + np.sum((force[~inside] / sigma[~inside]) ** 2))
 
-    last = int(np.searchsorted(np.maximum.accumulate(force), 0.5)) or 1
-    trial = d[np.unique(np.linspace(0, min(last, d.size - _TOUCH_PIECES - 1), _TOUCHES).astype(int))]
+    last = min(int(np.searchsorted(np.maximum.accumulate(force), 0.5)), d.size - _TOUCH_PIECES - 1)
+    if last < 1:
+        return max(float(d[0]), 0.0)
+    trial = d[np.unique(np.linspace(0, last, _TOUCHES).astype(int))]
     sizes = [missed(float(t)) for t in trial]
     i = int(np.argmin(sizes))
     low, high = trial[max(i - 1, 0)], trial[min(i + 1, trial.size - 1)]

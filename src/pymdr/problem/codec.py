@@ -471,6 +471,10 @@ _FILE_KEYS = {
 """Keys of case files whose columns replace the arrays of a kind."""
 
 
+_BESIDE_FILES = {"force_curve": ("modulus",)}
+"""Keys that no such file holds."""
+
+
 def case_schema() -> dict[str, Any]:
     """The JSON schema of case files, in which tables of samples may name a file instead."""
     plain: dict[str, Any] = case_adapter().json_schema()
@@ -485,8 +489,8 @@ def case_schema() -> dict[str, Any]:
     for kind, keys in _FILE_KEYS.items():
         table = plain["$defs"][kind]
         table["properties"] |= {key: words[key] for key in keys}
-        arrays = [key for key in table["required"] if key != "kind"]
-        table["required"] = ["kind"]
+        arrays = [key for key in table["required"] if key not in ("kind", *_BESIDE_FILES.get(kind, ()))]
+        table["required"] = ["kind", *_BESIDE_FILES.get(kind, ())]
         if arrays:
             table["anyOf"] = [{"required": arrays}, {"required": ["file"]}]
     return plain

@@ -15,10 +15,10 @@ from pymdr.mapping.equivalent.base import EquivalentProfile
 from pymdr.mapping.series import Place, Position, as_place
 from pymdr.units import FloatArray
 
-_STEEP = 1e-10
+_STEEP = 1e-12
 """Of x: how far a stretch of constant stiffness, on which g steps up, is drawn out so that g has one value."""
-_DEEPER = 1e-9
-"""Of the last depth: how far the last piece goes on, so that the last point can be reached."""
+_DEEPER, _WIDER = 1e-9, 1e-6
+"""Of the last depth and stiffness: how far the line goes on, so that the last point lies well within it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,26 +54,24 @@ class PolygonLine(EquivalentProfile):
         squared = np.append(0.0, np.cumsum(2.0 * rise * (moment[:-1] + rise * (0.5 * x + h / 6.0))))
         return rise / h, moment, squared
 
-    def _at(self, x: Position) -> tuple[np.ndarray, FloatArray]:
-        """Pieces of positions, and how far in m they lie beyond the beginning of theirs."""
+    def _at(self, x: Position) -> tuple[np.ndarray, FloatArray, np.ndarray]:
+        """Pieces of positions, how far in m they lie beyond the beginning of theirs, and whether they are beyond all."""
         base, offset = as_place(x)
+        h, last = np.diff(self.x), self.x.size - 2
+        whole = base + offset
+        beyond = whole > self.x[-1]
         j = np.searchsorted(self.x, base, side="right") - 1
         t = offset + (base - self.x[j])
-        last = self.x.size - 2
-        away = (t < 0.0) | (j > last) | (t > np.diff(self.x)[np.minimum(j, last)])
-        whole = base + offset
+        away = (t < 0.0) | (j > last) | (t > h[np.minimum(j, last)])
         moved = np.clip(np.searchsorted(self.x, whole, side="right") - 1, 0, last)
         j = np.where(away, moved, j)
-        return j, np.where(away, whole - self.x[j], t)
+        t = np.where(away, np.where(beyond, h[j], np.where(beyond, 0.0, whole) - self.x[j]), t)
+        return j, t, beyond
 
     def g(self, x: Position) -> FloatArray:
         """Equivalent profile in m; inf beyond its end."""
-        j, t = self._at(x)
-        return self._known(self.depth[j] + self._pieces[0][j] * t, j, t)
-
-    def _known(self, values: FloatArray, j: np.ndarray, t: FloatArray) -> FloatArray:
-        beyond = (j == self.x.size - 2) & (self.x[j] + t > self.x[-1])
-        return np.asarray(np.where(beyond, math.inf, values))
+        j, t, beyond = self._at(x)
+        return np.asarray(np.where(beyond, math.inf, self.depth[j] + self._pieces[0][j] * t))
 
     def slope(self, x: Position) -> FloatArray:
         """Slope g', that to the right at a corner."""
@@ -81,16 +79,17 @@ class PolygonLine(EquivalentProfile):
 
     def moment(self, x: Position) -> FloatArray:
         """First moment."""
-        j, t = self._at(x)
+        j, t, beyond = self._at(x)
         slope, moment, _ = self._pieces
-        return self._known(moment[j] + slope[j] * t * (self.x[j] + 0.5 * t), j, t)
+        return np.asarray(np.where(beyond, math.inf, moment[j] + slope[j] * t * (self.x[j] + 0.5 * t)))
 
     def squared(self, x: Position) -> FloatArray:
         """Integral of (g(x) - g)^2."""
-        j, t = self._at(x)
+        j, t, beyond = self._at(x)
         slope, moment, squared = self._pieces
         rise = slope[j] * t
-        return self._known(squared[j] + 2.0 * rise * (moment[j] + rise * (0.5 * self.x[j] + t / 6.0)), j, t)
+        more = 2.0 * rise * (moment[j] + rise * (0.5 * self.x[j] + t / 6.0))
+        return np.asarray(np.where(beyond, math.inf, squared[j] + more))
 
     def inverse(self, depth: ArrayLike) -> FloatArray:
         """The first x at which g has a value."""
@@ -172,16 +171,13 @@ def polygon_of(stiffness: Polyline, modulus: float) -> PolygonLine:
     Popov and Hess (2015), chapter 10.
     """
     d, k = stiffness
-    h = float(d[-1] - d[-2])
-    rate = (k[-1] - k[-2]) / h if h > 0.0 else 0.0
-    more = _DEEPER * float(d[-1])
-    d, k = np.append(d, d[-1] + more), np.append(k, k[-1] + rate * more)
-    moves = np.append(True, (np.diff(d) > 0.0) | (np.diff(k) > 0.0))
-    d, k = d[moves], k[moves]
+    d, k = np.append(d, d[-1] * (1.0 + _DEEPER)), np.append(k, k[-1] * (1.0 + _WIDER))
+    # of a run of constant stiffness, to rounding, its ends
     least = _STEEP * float(np.min(k[k > 0.0]))
-    for i in range(1, k.size):
-        # a run of constant stiffness, of any number of pieces
-        k[i] = max(k[i], k[i - 1] + max(_STEEP * k[i - 1], least) * bool(d[i] > d[i - 1]))
+    level = np.append(False, np.diff(k) <= np.maximum(_STEEP * k[:-1], least))
+    kept = ~(level & np.append(level[1:], False))
+    d, k, level = d[kept], k[kept], level[kept]
+    k[1:] = np.where(level[1:], np.maximum(k[1:], k[:-1] + np.maximum(_STEEP * k[:-1], least)), k[1:])
     x = k / (2.0 * modulus)
     rising = np.append(True, np.diff(x) > 0.0)
     return PolygonLine(x[rising], d[rising])
