@@ -521,6 +521,15 @@ def test_its_force_curve_carries_friction():
     assert slid["tangential_force"].values[-1] == pytest.approx(3.0, rel=1e-9)
     with pytest.raises(mdr.ProblemError, match="above 0 m"):
         found.line.force_curve(1, indentation=0.0)
+    with pytest.raises(mdr.ProblemError, match="points = 0"):
+        found.line.force_curve(1, indentation="1 um", points=0)
+    ball = mdr.rough_line(SURFACE, STEEL, radius="10 mm")
+    assert ball.force_curve(indentation="1 um").largest_force == pytest.approx(ball.springs().force(1e-6))
+    with pytest.raises(mdr.PathError, match="end of the line"):
+        ball.force_curve(indentation="1 mm")
+    # the default is the first line
+    assert np.array_equal(ball.springs().forces, ball.springs(0).forces)
+    assert ball.heights(0) == pytest.approx(rough_heights(SURFACE, 0, ball.points) - ball.places**2 / 10e-3)
 
 
 @pytest.mark.parametrize(
@@ -553,5 +562,6 @@ def test_bad_questions(changed, words):
 def test_more_springs_than_memory_are_refused_before_any_work(monkeypatch):
     monkeypatch.setattr(solving, "rough_heights", lambda *_: pytest.fail("work began"))
     huge = mdr.RoughSurface(0.7, "1 nm", "1 m", "1 pm")
-    with pytest.raises(mdr.ProblemError, match="GB of this machine"):
-        mdr.press_rough(huge, STEEL, normal_force="1 N")
+    # seven arrays of sixteen numbers for each of 1e12 waves
+    with pytest.raises(mdr.ProblemError, match=r"8\.96e\+05 GB, more than the .* GB of this machine"):
+        mdr.press_rough(huge, STEEL, normal_force="1 N", realisations=3, workers=1)
