@@ -482,6 +482,54 @@ def test_the_power_law_integrates():
     assert np.gradient(force, d)[1:-1] == pytest.approx(stiffness[1:-1], rel=1e-7)
 
 
+def test_claims_say_what_was_not_compared():
+    def reason(surface, **given):
+        found = mdr.press_rough(surface, STEEL, normal_force="1 N", realisations=1, **given)
+        return found.claims["normal_stiffness"].reason
+
+    words = {
+        "rectangle": "rectangles were not compared",
+        "roll": "with a roll-off inside",
+        "ball": "superposed with a ball",
+    }
+    rectangle = mdr.RoughSurface(0.7, 1e-6, [1e-3, 2e-3], 2e-5)
+    rolled = mdr.RoughSurface(0.7, 1e-6, 1e-3, 1e-5, longest=2e-4)
+    for told, expected in (
+        (reason(SURFACE), set()),
+        (reason(rectangle), {"rectangle"}),
+        (reason(rolled), {"roll"}),
+        (reason(SURFACE, radius="10 mm"), {"ball"}),
+    ):
+        assert {key for key, some in words.items() if some in told} == expected
+    by_depth = mdr.press_rough(SURFACE, STEEL, indentation="1 um", realisations=1)
+    assert "-32 to +57 %" in by_depth.claims["normal_force"].reason
+    assert by_depth.claims["indentation"].level is mdr.Level.EXACT
+
+
+def test_a_rectangle_in_full_contact():
+    surface = mdr.RoughSurface(0.7, 1e-6, ["1 mm", "2 mm"], 2e-5)
+    found = mdr.press_rough(surface, STEEL, indentation="30 um", realisations=2)
+    modulus = mdr.effective_moduli(STEEL, mdr.Rigid()).normal
+    full = modulus * mdr.full_contact_stiffness(1e-3, 2e-3)
+    assert found["normal_stiffness"].values == pytest.approx(full)
+    # its longest wave is as long as its longer side
+    assert surface.wave_numbers[0] == pytest.approx(2.0 * math.pi / 2e-3)
+
+
+def test_with_a_roll_off_the_load_is_nearly_in_proportion():
+    """F/(k h) of the line, which Persson's law has as one number, from 0.02 to 0.2 of full contact as the claim tells."""
+    surface = mdr.RoughSurface(0.8, 1e-6, 1e-3, 1e-3 / 256, longest=1e-3 / 16)
+    full = 1e9 * mdr.full_contact_stiffness(1e-3, 1e-3)
+    force = np.geomspace(2e-3, 0.2, 15) * full * 1e-6
+    found = mdr.press_rough(surface, mdr.Elastic(1e9, 0.0), normal_force=force, realisations=60)
+    stiffness = found["normal_stiffness"].values
+    between = (stiffness > 0.02 * full) & (stiffness < 0.2 * full)
+    share = (force / (stiffness * 1e-6))[between]
+    assert np.all((share > 0.25) & (share < 0.55))
+    assert np.all(np.diff(share) > 0.0)
+    assert "drifts from 0.3 to 0.5" in found.claims["normal_stiffness"].reason
+
+
 def test_assumptions_are_measured():
     found = mdr.press_rough(SURFACE, STEEL, normal_force="10 N", realisations=2)
     measured = {one.name: one for one in found.assumptions}
