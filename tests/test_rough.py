@@ -607,6 +607,15 @@ def test_bad_questions(changed, words):
         mdr.press_rough(asked.pop("surface"), asked.pop("body"), **asked)
 
 
+def test_memory_bounds_the_workers(monkeypatch):
+    line = mdr.rough_line(SURFACE, STEEL)
+    monkeypatch.setattr(solving.os, "cpu_count", lambda: 64)
+    each = 7 * 8 * line.points
+    for memory, workers in ((math.inf, 64), (20.5 * each, 10), (0.1 * each, 1)):
+        monkeypatch.setattr(solving, "memory_of_machine", lambda memory=memory: memory)
+        assert solving._most_workers(line) == workers
+
+
 def test_more_springs_than_memory_are_refused_before_any_work(monkeypatch):
     monkeypatch.setattr(solving, "rough_heights", lambda *_: pytest.fail("work began"))
     huge = mdr.RoughSurface(0.7, "1 nm", "1 m", "1 pm")

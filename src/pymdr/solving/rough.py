@@ -281,7 +281,8 @@ def press_rough(
         That of a ball in m, whose x^2/R is superposed with the line; the surface is then as long as its size, its springs have
         E* per length, and the contact must end within it.
     workers : int, optional
-        Threads; as many as the machine has unless given. The numbers do not depend on it.
+        Threads; unless given as many as the machine has, and no more than half its memory holds. The numbers do not depend
+        on it.
 
     Returns
     -------
@@ -319,7 +320,7 @@ def press_rough(
     if np.any(rows <= 0.0):
         raise ProblemError(f"{_WHO}: {name} = {written(float(rows.min()), unit)}; it must be above 0 {unit}")
     count = _whole("realisations", realisations)
-    threads = min(count, (os.cpu_count() or 1) if workers is None else _whole("workers", workers))
+    threads = min(count, _most_workers(asked) if workers is None else _whole("workers", workers))
     _refuse_too_large(asked, count, threads, rows.size)
     grid = _grid(asked, rows if by_force else None)
 
@@ -425,6 +426,12 @@ def _whole(name: str, value: int) -> int:
     if not isinstance(value, int | np.integer) or isinstance(value, bool) or value < 1:
         raise ProblemError(f"{_WHO}: {name} = {shown(value)}; a whole number from 1 on is needed")
     return int(value)
+
+
+def _most_workers(asked: RoughLine) -> int:
+    """As many as the machine has, or as its memory holds lines."""
+    held = memory_of_machine() / (8.0 * _COPIES * asked.points)
+    return max(1, math.floor(min(os.cpu_count() or 1, 0.5 * held)))
 
 
 def _refuse_too_large(asked: RoughLine, count: int, threads: int, rows: int) -> None:
