@@ -453,7 +453,7 @@ def test_a_kink_close_beyond_the_beginning_stays_where_it_is(b, steeper, distanc
         beyond = r[:, None] - marks
         return (beyond > 0.0) @ slopes if of == "slope" else np.maximum(beyond, 0.0) @ slopes
 
-    found = find_kinks(curve, 0.9 * b, 1.1 * b, of=of)
+    found = find_kinks(curve, 0.9 * b, 1.2 * b, of=of)
     np.testing.assert_allclose(found, marks, rtol=0.0 if of == "slope" else 1e-12)
 
 

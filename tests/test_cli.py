@@ -3,7 +3,9 @@
 import json
 import os
 import stat
+from pathlib import Path
 
+import numpy as np
 import pytest
 from typer.testing import CliRunner
 
@@ -74,6 +76,22 @@ def test_verify_prints_both_solutions(case, tmp_path, shell):
     status, out, _ = shell("verify", case, "-o", tmp_path / "v", "--rings", "60", "--steps", "2")
     assert status == 0
     assert "rings" in out
+    assert (tmp_path / "v" / "verify.png").stat().st_size > 10_000
+
+
+def test_verify_follows_a_body_that_remembers(tmp_path, shell):
+    case = tmp_path / "gel.toml"
+    case.write_text(
+        'path = [{ kind = "indent", indentation = "0.1 mm", duration = "1 s", steps = 4 }]\n'
+        '[profile]\nkind = "paraboloid"\nradius = "5 mm"\n'
+        '[body]\nkind = "viscoelastic"\npoisson = 0.5\n'
+        'shear = { kind = "maxwell", modulus = "1 MPa", time = "1 s" }\n'
+    )
+    status, out, _ = shell("verify", case, "-o", tmp_path / "v", "--rings", "40", "--steps", "2", "--json")
+    told = json.loads(out)["verification"]
+    assert status == 0
+    assert told["largest_difference"] < 1e-3
+    assert {"time", "row", "normal_force_rings"} <= set(told["table"])
     assert (tmp_path / "v" / "verify.png").stat().st_size > 10_000
 
 
@@ -283,9 +301,13 @@ KEYS = {
     "verification",
     "loops",
     "impact",
+    "study",
     "written",
     "error",
 }
+EXAMPLES = Path(__file__).parent.parent / "examples"
+_ROLLS = ("--creepage", "0.001", "--normal-force", "1 N")
+_SLIDES = ("--speed", "1 mm/s", "--normal-force", "10 mN")
 
 
 @pytest.fixture
@@ -350,6 +372,10 @@ def test_json_has_one_shape(case, hollow, tmp_path, shell):
         (("verify", broken, "-o", out), 1, "FAILED"),
         (("loops", record), 0, "COMPLETED"),
         (("loops", broken), 1, "FAILED"),
+        (("rolling", EXAMPLES / "bolted_joint_loop.toml", *_ROLLS), 0, "COMPLETED"),
+        (("rolling", case, *_ROLLS), 1, "FAILED"),
+        (("sliding", EXAMPLES / "rubber_indentation.toml", *_SLIDES), 0, "COMPLETED"),
+        (("sliding", case, *_SLIDES), 1, "FAILED"),
     ):
         found, text, _ = shell(*arguments, "--json")
         told = json.loads(text)
@@ -431,3 +457,60 @@ def test_channels_without_a_file(case, shell):
     )
     status, _, err = shell("check", str(case))
     assert (status, "names columns of a file" in err) == (1, True)
+
+
+def test_rolling_from_the_shell(tmp_path, shell):
+    case = EXAMPLES / "bolted_joint_loop.toml"
+    asked = ("rolling", case, "--creepage", "1e-4", "--creepage", "1e-3", "--normal-force", "100 N")
+    status, out, error = shell(*asked, "-o", tmp_path / "out")
+    assert (status, error) == (0, "")
+    assert "33 to 49 % too small" in out
+    assert sorted(file.name for file in (tmp_path / "out").iterdir()) == ["rolling.csv", "rolling.png"]
+    assert (tmp_path / "out" / "rolling.csv").read_text().startswith("creepage,creep_force [N]")
+    status, out, _ = shell(*asked, "--law", "calibrated", "--direction", "lateral", "--json")
+    told = json.loads(out)
+    found = mdr.rolling(
+        read_case(case).contact, [1e-4, 1e-3], normal_force=100.0, law="calibrated", direction="lateral"
+    )
+    force = {"values": found["creep_force"].values.tolist(), "unit": "N"}
+    assert told["study"]["creep_force"] == force
+    assert told["rows"] == 2
+    assert told["claims"]["slip"]["level"] == "NOT_VALID"
+    for bad, words in (
+        (("--law", "carter"), "'plain' or 'calibrated'"),
+        (("--indentation", "1 um"), "exactly one"),
+        (("--points", "1"), "--points 1"),
+    ):
+        status, _, error = shell(*asked, *bad)
+        assert status == 1
+        assert words in error
+        assert len(error.splitlines()) == 1
+
+
+def test_sliding_from_the_shell(tmp_path, shell):
+    case = EXAMPLES / "rubber_indentation.toml"
+    asked = ("sliding", case, "--speed", "1 um/s", "--speed", "1 m/s", "--points", "7")
+    load = ("--normal-force", "10 mN")
+    status, out, error = shell(*asked, *load, "-o", tmp_path / "out")
+    assert (status, error) == (0, "")
+    assert "twice the exact value where sliding is slow" in out
+    assert sorted(file.name for file in (tmp_path / "out").iterdir()) == ["sliding.csv", "sliding.png"]
+    status, out, _ = shell(*asked, *load, "--json")
+    told = json.loads(out)
+    speeds = np.geomspace(1e-6, 1.0, 7)
+    found = mdr.sliding_friction(read_case(case).contact, speeds, normal_force="10 mN")
+    assert told["study"]["friction_coefficient"]["values"] == found["friction_coefficient"].values.tolist()
+    assert told["study"]["speed"] == {"values": speeds.tolist(), "unit": "m/s"}
+    assert told["claims"]["slow_limit"]["level"] == "EXACT"
+    status, out, _ = shell("sliding", case, "--speed", "1 mm/s", "--indentation", "1 um", "--quiet")
+    assert (status, out) == (0, "")
+    for bad, words in (
+        (("--speed", "0 m/s", *load), "above 0 m/s"),
+        (("--speed", "1 mm", *load), "speed"),
+        (("--speed", "1 mm/s"), "exactly one"),
+        (("--speed", "1 mm/s", "--points", "5", *load), "--points 5"),
+    ):
+        status, _, error = shell("sliding", case, *bad)
+        assert status == 1
+        assert words in error
+        assert len(error.splitlines()) == 1

@@ -32,6 +32,7 @@ def blocks(page):
         "rolling.md",
         "bodies.md",
         "viscoelasticity.md",
+        "sliding_friction.md",
         "impact.md",
         "claims.md",
         "exactness.md",

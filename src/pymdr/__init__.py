@@ -77,6 +77,7 @@ if TYPE_CHECKING:
     from pymdr.problem.rheology import PowerLawRheology as PowerLawRheology
     from pymdr.problem.rheology import Prony as Prony
     from pymdr.problem.rheology import StandardSolid as StandardSolid
+    from pymdr.problem.self_affine import SelfAffineLine as SelfAffineLine
     from pymdr.result import Result as Result
     from pymdr.result import Status as Status
     from pymdr.solving import AdhesionRegime as AdhesionRegime
@@ -97,6 +98,9 @@ if TYPE_CHECKING:
     from pymdr.solving.reopening import open_result as open_result
     from pymdr.solving.rolling import Rolling as Rolling
     from pymdr.solving.rolling import rolling as rolling
+    from pymdr.solving.rough_sliding import rough_sliding_friction as rough_sliding_friction
+    from pymdr.solving.sliding import SlidingFriction as SlidingFriction
+    from pymdr.solving.sliding import sliding_friction as sliding_friction
     from pymdr.workbench.records import MeasuredLoops as MeasuredLoops
     from pymdr.workbench.records import measured_loops as measured_loops
     from pymdr.workbench.rheometry import PronyFit as PronyFit
@@ -170,9 +174,12 @@ _HOMES: dict[str, tuple[str, ...]] = {
         "Waviness",
     ),
     "pymdr.problem.rheology": ("KelvinVoigt", "Maxwell", "PowerLawRheology", "Prony", "StandardSolid"),
+    "pymdr.problem.self_affine": ("SelfAffineLine",),
     "pymdr.result": ("Result", "Status"),
     "pymdr.solving.reopening": ("open_result",),
     "pymdr.solving.rolling": ("Rolling", "rolling"),
+    "pymdr.solving.rough_sliding": ("rough_sliding_friction",),
+    "pymdr.solving.sliding": ("SlidingFriction", "sliding_friction"),
     "pymdr.solving": (
         "AdhesionRegime",
         "Assessment",

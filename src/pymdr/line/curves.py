@@ -161,7 +161,7 @@ class ElasticLine:
 
     def stiffness_rate(self, a: Position) -> FloatArray:
         """The derivative 2 c a^k of the stiffness in N/m^2."""
-        with np.errstate(divide="ignore"):
+        with np.errstate(divide="ignore", over="ignore"):
             return np.asarray(2.0 * self.modulus * rounded(a) ** self.exponent)
 
     def stiffness_power(self, a: Position) -> FloatArray:

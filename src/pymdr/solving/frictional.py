@@ -48,7 +48,7 @@ from pymdr.problem.schedule import Stretch, planned, refined
 from pymdr.result import Result, Status
 from pymdr.rows import joined, taken
 from pymdr.solving.normal import refuse_tension
-from pymdr.solving.reach import Mapped, assumptions, map_remark, map_to_line, refuse_unreachable
+from pymdr.solving.reach import Mapped, assumptions, map_remark, map_to_line, one_load, refuse_unreachable
 from pymdr.solving.walk import Channels, Task, Told, Walked, channels_at, solution, walk, with_travel, within
 from pymdr.units import FloatArray, QuantityLike, metres, newtons, to_si
 
@@ -393,8 +393,7 @@ def pressed_joint(
     mu = contact.friction.coefficient
     if not 0.0 < mu < math.inf:
         raise ProblemError(f"{asked}: mu = {mu:g} has no {lacks}; it must be above 0 and finite")
-    if (normal_force is None) == (indentation is None):
-        raise ProblemError(f"{asked}: give exactly one of normal_force and indentation")
+    one_load(asked, normal_force, indentation)
     mapped = map_to_line(contact)
     line = mapped.line
     if indentation is not None:

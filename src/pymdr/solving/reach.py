@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pymdr.errors import PathError
+from pymdr.errors import PathError, ProblemError
 from pymdr.interpretation.validity import Assumption, small_slope_assumptions
 from pymdr.line.foundation import (
     DiskStates,
@@ -19,7 +19,7 @@ from pymdr.mapping.equivalent import equivalent_profile, slope_function
 from pymdr.mapping.moduli import EffectiveModuli, effective_moduli
 from pymdr.problem.contact import Contact
 from pymdr.problem.profiles import Ellipsoid, FlatPunch, ForceCurve, Function, Profile, Sampled, Sphere, Sum
-from pymdr.units import FloatArray, metres, newtons
+from pymdr.units import FloatArray, QuantityLike, metres, newtons
 
 
 @dataclass(frozen=True)
@@ -53,6 +53,12 @@ def notes_of(profile: Profile) -> tuple[str, ...]:
         if isinstance(part, Function | Sampled) and part.offset != 0.0
     )
     return curves + offsets
+
+
+def one_load(asked: str, normal_force: QuantityLike | None, indentation: QuantityLike | None) -> None:
+    """Refuse both and none of a load and a depth."""
+    if (normal_force is None) == (indentation is None):
+        raise ProblemError(f"{asked}: give exactly one of normal_force and indentation")
 
 
 def refuse_unreachable(

@@ -4,15 +4,14 @@ from __future__ import annotations
 
 import contextlib
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
-from pymdr.errors import ProblemError, QuantityError
+from pymdr.errors import ProblemError
 from pymdr.interpretation.rolling import DIRECTIONS, LAWS, calibrated_modulus, rolling_claims
-from pymdr.interpretation.validity import Assumption, Claim, approximated
+from pymdr.interpretation.validity import approximated
 from pymdr.line.foundation import states_at_depth
 from pymdr.line.rolling import RollingLine, line_load, rolled_path, rolling_line, steady_rolling
 from pymdr.problem.contact import Contact
@@ -20,12 +19,11 @@ from pymdr.solving.bands import scatter_of
 from pymdr.solving.closure import refuse_curve
 from pymdr.solving.frictional import frictional_assumptions, pressed_joint
 from pymdr.solving.reach import Mapped, map_remark
+from pymdr.solving.study import Column, Study, one_row
 from pymdr.units import (
     ArrayQuantityLike,
     FloatArray,
     QuantityLike,
-    from_si,
-    good_unit,
     metres,
     shown,
     to_si_array,
@@ -42,18 +40,9 @@ _CURVE, _POSITIONS = 65, 201
 _BEYOND = 1.25
 """Of the saturation: how far curves are drawn."""
 
-_COLUMNS = {
-    "distance": ("rolled", "m"),
-    "creepage": ("creepage", ""),
-    "creep_force": ("force", "N"),
-    "traction_coefficient": ("F_x/F_N", ""),
-    "slip_length": ("slip", "m"),
-}
-"""Heads of columns, and their SI units."""
 
-
-@dataclass(frozen=True)
-class Rolling:
+@dataclass(frozen=True, kw_only=True)
+class Rolling(Study):
     """Creep forces of a contact that rolls under a constant load."""
 
     data: xr.Dataset
@@ -69,56 +58,21 @@ class Rolling:
     """
     curves: xr.Dataset
     """Steady creep_force (N) over ``creepage`` up to beyond saturation by every ``law`` that the contact allows."""
-    claims: Mapping[str, Claim]
-    """How far each quantity can be trusted."""
-    assumptions: tuple[Assumption, ...]
-    """Conditions of the model, measured."""
-    notes: tuple[str, ...]
-    """What was said on the way."""
 
-    def __getitem__(self, name: str) -> xr.DataArray:
-        if name in self.claims:
-            self.claims[name].require(name)
-        if name not in self.data.variables:
-            known = ", ".join(map(str, self.data.variables))
-            raise QuantityError(f"no quantity {shown(name)}; a rolling contact has {known}")
-        return self.data[name]
+    what: ClassVar = "a rolling contact"
+    columns: ClassVar = {
+        "distance": Column("rolled", "m"),
+        "creepage": Column("creepage", ""),
+        "creep_force": Column("force", "N"),
+        "traction_coefficient": Column("F_x/F_N", ""),
+        "slip_length": Column("slip", "m"),
+    }
+    told: ClassVar = ("creep_force",)
 
-    def summary(self) -> str:
-        """A line per creepage, with units, and how far to trust it."""
-        head, rows = self._table()
-        lines = [" ".join(f"{cell:>12}" for cell in row) for row in (*head, *rows)]
-        if "saturation_creepage" in self.data:
-            saturation = float(self.data["saturation_creepage"])
-            lines.append(f"all slips from a creepage of {written(saturation, '')} on")
-        claim = self.claims["creep_force"]
-        lines.append(f"{claim.level.value}: {claim.reason}")
-        lines += [
-            f"not met: {a.words} {a.measure:.3g}, limit {a.limit:.3g}" for a in self.assumptions if not a.met
-        ]
-        return "\n".join([*lines, *(f"note: {note}" for note in self.notes)])
-
-    def _table(self) -> tuple[tuple[list[str], list[str]], list[list[str]]]:
-        """Words and units, and the numbers."""
-        names = [name for name in _COLUMNS if name in self.data.variables]
-        units = [good_unit(self.data[name].values, _COLUMNS[name][1]) for name in names]
-        columns = [
-            from_si(self.data[name].values, _COLUMNS[name][1], unit)
-            for name, unit in zip(names, units, strict=True)
-        ]
-        rows = [[f"{value:.4g}" for value in row] for row in zip(*columns, strict=True)]
-        return ([_COLUMNS[name][0] for name in names], units), rows
-
-    def _repr_html_(self) -> str:
-        """The summary as a table, for notebooks."""
-        from pymdr.presentation.html import table
-
-        (words, units), rows = self._table()
-        head = [f"{word} ({unit})" if unit else word for word, unit in zip(words, units, strict=True)]
-        return f"<div>{table(head, rows)}{self.claims['creep_force']._repr_html_()}</div>"
-
-    def __str__(self) -> str:
-        return self.summary()
+    def _remarks(self) -> list[str]:
+        if "saturation_creepage" not in self.data:
+            return []
+        return [f"all slips from a creepage of {written(float(self.data['saturation_creepage']), '')} on"]
 
     def plot(self) -> Figure:
         """Creep curves by all laws that are allowed, and the load of the springs below its cap; or the path."""
@@ -252,12 +206,12 @@ def rolling(
         "law": law,
     }
     return Rolling(
-        xr.Dataset(arrays, coords=coordinates, attrs=attributes),
-        springs,
-        _curves(contact, pressed, direction, float(np.max(np.abs(zeta)))),
-        claims,
-        frictional_assumptions(contact, mapped, np.array([pressed.line.radius])),
-        notes,
+        data=xr.Dataset(arrays, coords=coordinates, attrs=attributes),
+        springs=springs,
+        curves=_curves(contact, pressed, direction, float(np.max(np.abs(zeta)))),
+        claims=claims,
+        assumptions=frictional_assumptions(contact, mapped, np.array([pressed.line.radius])),
+        notes=notes,
     )
 
 
@@ -273,9 +227,7 @@ def _check_words(direction: str, law: str) -> None:
 
 
 def _creepages(given: ArrayQuantityLike) -> FloatArray:
-    zeta = np.atleast_1d(to_si_array(given, "", name="creepage"))
-    if zeta.ndim != 1 or zeta.size == 0:
-        raise ProblemError(f"rolling: creepage = {shown(given)}; one row of numbers is needed")
+    zeta = one_row(given, "", "rolling", "creepage")
     if np.any(np.abs(zeta) > _LARGEST):
         worst = float(zeta[np.argmax(np.abs(zeta))])
         raise ProblemError(

@@ -1,4 +1,4 @@
-"""The command line: ``pymdr run``, ``check``, ``verify``, ``loops``, ``impact``, ``plot``, ``new``, ``schema`` and ``info``.
+"""The command line: ``pymdr run``, ``check``, ``verify``, ``loops``, ``impact``, ``rolling``, ``sliding``, ``plot``, ``new``, ``schema`` and ``info``.
 
 Every command body imports what it needs, so that ``pymdr --help`` stays quick.
 """
@@ -20,6 +20,10 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from pymdr.interpretation.validity import Assumption, Claim
+    from pymdr.problem.contact import Contact
+    from pymdr.solving import Impact
+    from pymdr.solving.study import Study
+    from pymdr.units import FloatArray
     from pymdr.workbench.casefile import Case
 
 app = typer.Typer(
@@ -464,11 +468,7 @@ def impact(
             radius=radius,
             spin=spin,
         )
-        written: list[Path] = []
-        if output is not None:
-            with _ready_folder(output) as folder:
-                found.to_csv(folder / "impact.csv")
-                written = [folder / "impact.csv", _write_figure(found.plot(), folder / "impact.png")]
+        written = _write_found(found, output, "impact")
     if as_json:
         told = {
             name: {"value": _finite(value), "unit": quantity(name).unit}
@@ -493,6 +493,145 @@ def impact(
         _say(found.summary())
         if written:
             _say("Written: " + ", ".join(str(file) for file in written))
+
+
+NormalForce = Annotated[str | None, typer.Option(help="The constant load, such as '1 N'.")]
+Indentation = Annotated[str | None, typer.Option(help="The constant depth in its place, such as '10 um'.")]
+Points = Annotated[
+    int | None,
+    typer.Option(help="How many in all, evenly in their logarithm from the first of two to the second."),
+]
+
+
+@app.command()
+def rolling(
+    case: CaseFile,
+    creepage: Annotated[
+        list[str], typer.Option(help="Difference of the speeds over their mean; one or several.")
+    ],
+    normal_force: NormalForce = None,
+    indentation: Indentation = None,
+    points: Points = None,
+    direction: Annotated[str, typer.Option(help="longitudinal or lateral.")] = "longitudinal",
+    law: Annotated[
+        str, typer.Option(help="plain, the springs of the method; calibrated, with Kalker's slope.")
+    ] = "plain",
+    output: Output = None,
+    quiet: Quiet = False,
+    as_json: Json = False,
+) -> None:
+    """Creep forces of the contact of a case that rolls, whose path is left out; with -o its table and figure are written."""
+    from pymdr.solving.rolling import rolling as roll
+
+    def ask(contact: Contact) -> Study:
+        return roll(
+            contact,
+            _spread(creepage, points, "", "creepage"),
+            normal_force=normal_force,
+            indentation=indentation,
+            direction=direction,
+            law=law,
+        )
+
+    _study("rolling", case, ask, output, quiet, as_json)
+
+
+@app.command()
+def sliding(
+    case: CaseFile,
+    speed: Annotated[list[str], typer.Option(help="Speed of sliding, such as '1 mm/s'; one or several.")],
+    normal_force: NormalForce = None,
+    indentation: Indentation = None,
+    points: Points = None,
+    output: Output = None,
+    quiet: Quiet = False,
+    as_json: Json = False,
+) -> None:
+    """Friction of the contact of a case that slides over an elastomer; with -o its table and figure are written."""
+    from pymdr.solving.sliding import sliding_friction
+
+    def ask(contact: Contact) -> Study:
+        return sliding_friction(
+            contact,
+            _spread(speed, points, "m/s", "speed"),
+            normal_force=normal_force,
+            indentation=indentation,
+        )
+
+    _study("sliding", case, ask, output, quiet, as_json)
+
+
+def _spread(given: Sequence[str], points: int | None, unit: str, name: str) -> FloatArray | list[str]:
+    """The values that are given, or so many between two of them."""
+    import numpy as np
+
+    from pymdr.errors import ProblemError
+    from pymdr.units import to_si_array
+
+    if points is None:
+        return list(given)
+    ends = to_si_array(list(given), unit, name=name)
+    if ends.shape != (2,) or not np.all(ends > 0.0) or not 2 <= points <= _MOST_POINTS:
+        raise ProblemError(
+            f"--points {points} with --{name} {', '.join(given)}: give two above 0 and 2 to {_MOST_POINTS} points "
+            "from the one to the other"
+        )
+    return np.geomspace(ends[0], ends[1], points)
+
+
+_MOST_POINTS = 1000
+
+
+def _study(
+    command: str,
+    case: Path,
+    ask: Callable[[Contact], Study],
+    output: Path | None,
+    quiet: bool,
+    as_json: bool,
+) -> None:
+    """Ask for a study of the contact of a case, write and tell it."""
+    from pymdr.workbench.casefile import read_case
+
+    with _failures_as_json(command, case, as_json):
+        asked = read_case(case)
+        found = ask(asked.contact)
+        written = _write_found(found, output, command)
+    if as_json:
+        columns = {
+            str(name): {
+                "values": [_finite(float(value)) for value in found.data[name].values.ravel()],
+                "unit": found.data[name].attrs["units"],
+            }
+            for name in (*found.data.coords, *found.data.data_vars)
+        }
+        answer = _answer(
+            command,
+            case,
+            title=asked.title,
+            status="COMPLETED",
+            rows=next(iter(found.data.sizes.values())),
+            study=columns,
+            claims=_plain_claims(found.claims),
+            assumptions=_plain_assumptions(found.assumptions),
+            notes=list(found.notes),
+            written=[str(file) for file in written],
+        )
+        _print_json(answer)
+    elif not quiet:
+        _say(asked.title or str(case))
+        _say(found.summary())
+        if written:
+            _say("Written: " + ", ".join(str(file) for file in written))
+
+
+def _write_found(found: Impact | Study, output: Path | None, name: str) -> list[Path]:
+    """The table and the figure of what was found, where a folder is named for them."""
+    if output is None:
+        return []
+    with _ready_folder(output) as folder:
+        found.to_csv(folder / f"{name}.csv")
+        return [folder / f"{name}.csv", _write_figure(found.plot(), folder / f"{name}.png")]
 
 
 @app.command()
@@ -612,6 +751,7 @@ def _answer(command: str, case: Path, **told: Any) -> dict[str, Any]:
         "verification": None,
         "loops": None,
         "impact": None,
+        "study": None,
         "written": [],
         "error": None,
     }

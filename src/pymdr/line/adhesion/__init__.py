@@ -13,7 +13,7 @@ from pymdr.line.adhesion.closed_forms import (
     rigid_pull,
     tabor_parameter,
 )
-from pymdr.line.adhesion.equivalent_line import EquivalentLine, States
+from pymdr.line.adhesion.equivalent_line import States
 from pymdr.line.adhesion.kernels import jkr_force, jkr_power_law_force
 from pymdr.line.adhesion.maugis import MaugisDugdale, maugis_dugdale
 from pymdr.line.adhesion.short_range import (
@@ -27,7 +27,6 @@ from pymdr.line.adhesion.short_range import (
 __all__ = [
     "DMT",
     "JKR",
-    "EquivalentLine",
     "MaugisDugdale",
     "PullOff",
     "States",

@@ -13,7 +13,8 @@ from scipy.special import gammaln
 
 from pymdr.errors import ConvergenceError, ProblemError
 from pymdr.line.adhesion.cohesive_zone import solve_width
-from pymdr.line.adhesion.equivalent_line import EquivalentLine, as_floats
+from pymdr.line.adhesion.equivalent_line import as_floats
+from pymdr.mapping.equivalent import EquivalentProfile
 from pymdr.mapping.equivalent.panels import PanelLine
 from pymdr.units import FloatArray
 
@@ -124,12 +125,12 @@ def dmt_pull(radius: ArrayLike, work: ArrayLike) -> FloatArray:
     return 2.0 * np.pi * as_floats(radius) * as_floats(work)
 
 
-def rigid_pull(line: EquivalentLine, work: float, strength: float) -> float:
+def rigid_pull(line: EquivalentProfile, work: float, strength: float) -> float:
     """Return the pull σ0 π c², f(c) = h0 = γ/σ0, of a rigid body of any profile that touches at its tip.
 
     Parameters
     ----------
-    line : EquivalentLine
+    line : EquivalentProfile
         The equivalent profile, nondecreasing; f = (2/π) int_0^c g/sqrt(c² - x²) dx.
     work : float
         γ [J/m²].

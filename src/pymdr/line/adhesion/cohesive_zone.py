@@ -21,9 +21,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pymdr.errors import ConvergenceError
-from pymdr.line.adhesion.equivalent_line import EquivalentLine, inner_knots
+from pymdr.line.adhesion.equivalent_line import inner_knots
 from pymdr.line.adhesion.zone_panels import panel_integrals
 from pymdr.line.adhesion.zone_shape import segment, zone_root
+from pymdr.mapping.equivalent import EquivalentProfile
 from pymdr.mapping.equivalent.panels import PanelLine
 from pymdr.mapping.series import Place, Position, rounded
 from pymdr.units import FloatArray
@@ -66,13 +67,13 @@ class _Marks(NamedTuple):
     """Those at which g' is infinite."""
 
 
-def _marks(line: EquivalentLine) -> _Marks:
+def _marks(line: EquivalentProfile) -> _Marks:
     knots = np.array(inner_knots(line))
     return _Marks(tuple(knots.tolist()), knots[np.isinf(line.slope(knots))])
 
 
 def _integrals_at(
-    line: EquivalentLine,
+    line: EquivalentProfile,
     marks: _Marks,
     radius: FloatArray,
     width: FloatArray,
@@ -144,7 +145,7 @@ def _beyond_corner(
 
 
 def zone_integrals(
-    line: EquivalentLine,
+    line: EquivalentProfile,
     radius: Position,
     width: FloatArray,
     *,
@@ -155,7 +156,7 @@ def zone_integrals(
 
     Parameters
     ----------
-    line : EquivalentLine
+    line : EquivalentProfile
         The equivalent profile; every integral is split at its breakpoints.
     radius : ndarray or Place
         Contact radii a >= 0 [m], flat.
@@ -211,7 +212,7 @@ def zone_integrals(
 
 
 def _gap(
-    line: EquivalentLine, marks: _Marks, k: float, position: Position, width: FloatArray, level: int | None
+    line: EquivalentProfile, marks: _Marks, k: float, position: Position, width: FloatArray, level: int | None
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return H [m], dH/dc at constant a and -dH/da at constant c, both dimensionless."""
     radius = rounded(position)
@@ -232,7 +233,7 @@ def _gap(
 
 
 def solve_width(
-    line: EquivalentLine,
+    line: EquivalentProfile,
     k: float,
     target: float,
     given: Position,
@@ -245,7 +246,7 @@ def solve_width(
 
     Parameters
     ----------
-    line : EquivalentLine
+    line : EquivalentProfile
         The equivalent profile.
     k : float
         Cohesive stress over modulus, σ0/E*.

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pymdr.mapping.series import Position, rounded
 from pymdr.units import FloatArray
 
 
@@ -26,25 +25,6 @@ class Outline(Protocol):
     @property
     def breakpoints(self) -> tuple[float, ...]:
         """Radii of kinks [m]."""
-
-
-class EquivalentLine(Outline, Protocol):
-    """The equivalent profile g(x) of step 1, as far as a cohesive zone needs it.
-
-    All methods take radii x >= 0 in m (any shape) and return arrays of that shape.
-    """
-
-    def g(self, x: Any) -> FloatArray:
-        """Return the equivalent profile g(x) [m]; at the edge its value from inside."""
-
-    def slope(self, x: Any) -> FloatArray:
-        """Return g'(x), dimensionless."""
-
-    def moment(self, x: Any) -> FloatArray:
-        """Return int_0^x t g'(t) dt [m^2], half the force without adhesion over E*."""
-
-    def squared(self, x: Any) -> FloatArray:
-        """Return int_0^x (g(x) - g(t))^2 dt [m^3], the energy without adhesion over E*."""
 
 
 @dataclass(frozen=True)
@@ -81,14 +61,3 @@ def inner_knots(line: Outline) -> tuple[float, ...]:
     """Return the breakpoints strictly inside the known profile and its edge [m], ascending."""
     end = min(line.edge, line.reach)
     return tuple(sorted({float(x) for x in line.breakpoints if 0.0 < x < end}))
-
-
-def stretched_energy(
-    line: EquivalentLine, modulus: float, radius: Position, opening: FloatArray
-) -> FloatArray:
-    """Return E* int_0^a (g(a) - opening - g)² dx [J], the energy of the springs inside the contact.
-
-    Expanded as E* [squared(a) - 2 opening moment(a) + opening² a], whose terms are of one size.
-    """
-    terms = line.squared(radius) - 2.0 * opening * line.moment(radius) + opening**2 * rounded(radius)
-    return modulus * terms

@@ -15,16 +15,16 @@ from numpy.typing import ArrayLike
 from pymdr.errors import ProblemError
 from pymdr.line.adhesion.cohesive_zone import solve_width, zone_integrals
 from pymdr.line.adhesion.equivalent_line import (
-    EquivalentLine,
     States,
     as_floats,
     inner_knots,
     own_edge,
-    stretched_energy,
 )
 from pymdr.line.adhesion.radii import Radii, radii_of
 from pymdr.line.adhesion.zone_shape import segment, zone_root
 from pymdr.line.adhesion.zone_table import Table, tabulated
+from pymdr.line.curves import ElasticLine
+from pymdr.mapping.equivalent import EquivalentProfile
 from pymdr.mapping.equivalent.panels import PanelLine
 from pymdr.mapping.series import Place, Position, rounded
 from pymdr.units import FloatArray
@@ -64,7 +64,7 @@ class MaugisDugdale:
 
     Attributes
     ----------
-    line : EquivalentLine
+    line : EquivalentProfile
         The equivalent profile.
     modulus, work, strength : float
         E* [Pa], γ [J/m²] and the cohesive stress σ0 [Pa].
@@ -83,7 +83,7 @@ class MaugisDugdale:
     h0 and the zone cannot grow. That the gap is positive inside the zone is assumed.
     """
 
-    line: EquivalentLine
+    line: EquivalentProfile
     modulus: float
     work: float
     strength: float
@@ -107,6 +107,10 @@ class MaugisDugdale:
             late = kinks[radii.parameter(kinks) >= growing]
             found |= {*(self.ends[_CLIPPED] - np.sqrt((edge - late) * (edge + late)))}
         return tuple(sorted(float(s) for s in found if 0.0 < s < self.ends[-1]))
+
+    @property
+    def _springs(self) -> ElasticLine:
+        return ElasticLine(self.line, self.modulus)
 
     @property
     def start(self) -> float:
@@ -230,10 +234,11 @@ class MaugisDugdale:
         zones = self._zones(s.ravel())
         a, c = zones.radius, zones.radius + zones.width
         root = zone_root(a, zones.width)
-        contact = 2.0 * self.modulus * self.line.moment(zones.place)
+        springs = self._springs
+        contact = springs.force(zones.place)
         force = contact - 2.0 * self.strength * (a * root + c**2 * np.arctan2(root, a))
         stuck = zones.piece == _STUCK
-        pressed = contact + 2.0 * self.modulus * a * (zones.indentation - self.line.g(zones.place))
+        pressed = contact + springs.stiffness(a) * (zones.indentation - springs.depth(zones.place))
         force = np.where(stuck, pressed, force)
         return States(*(x.reshape(s.shape) for x in (a, c, zones.indentation, force)))
 
@@ -255,7 +260,8 @@ class MaugisDugdale:
         a, width = zones.radius, zones.width
         c, root = a + width, zone_root(a, width)
         angle = np.arctan2(root, a)
-        slope, rate = np.ones_like(a), 2.0 * self.modulus * a
+        springs = self._springs
+        slope, rate = np.ones_like(a), springs.stiffness(a)
         k = self._k
 
         at = np.flatnonzero(zones.piece == _APPROACH)
@@ -273,7 +279,7 @@ class MaugisDugdale:
         share = j0 - 2.0 * k * width[at] / c[at]
         slope[at] = steep * (share / closing)
         spread = 2.0 * k * c[at] * angle[at] ** 2
-        rate[at] = 2.0 * self.modulus * steep * ((a[at] * share - spread) / closing)
+        rate[at] = springs.stiffness_rate(a[at]) * steep * ((a[at] * share - spread) / closing)
         per = self._radii.rate(flat[at])
         slope[at] *= per
         rate[at] *= per
@@ -282,7 +288,7 @@ class MaugisDugdale:
         a[at] = np.maximum(a[at], np.sqrt(np.finfo(float).eps) * own_edge(self.line))
         steep = self.line.slope(a[at])
         slope[at] = 2.0 * k + steep * root[at] / a[at]
-        rate[at] = 2.0 * self.modulus * (2.0 * k * a[at] + steep * root[at])
+        rate[at] = springs.stiffness_rate(a[at]) * (2.0 * k * a[at] + steep * root[at])
         return slope.reshape(s.shape), rate.reshape(s.shape)
 
     def energies(self, s: ArrayLike) -> tuple[FloatArray, FloatArray]:
@@ -298,7 +304,9 @@ class MaugisDugdale:
         angle = np.arctan2(zone_root(a, width), a)
         opening = np.where(a > 0.0, self.line.g(zones.place), 0.0) - zones.indentation
         solid = width**2 * (2.0 * c + a) / 3.0
-        elastic = stretched_energy(self.line, self.modulus, zones.place, opening)
+        springs = self._springs
+        pulled = 0.5 * springs.stiffness(a) * opening - springs.force(zones.place)
+        elastic = springs.energy(zones.place) + opening * pulled
         elastic += self.modulus * (2.0 * self._k) ** 2 * solid
         j2 = np.zeros_like(a)
         flat = s.ravel()
@@ -324,7 +332,7 @@ def _last_piece(ends: tuple[float, ...]) -> int:
 
 
 def _width_at(
-    line: EquivalentLine, k: float, reach: float, radius: Position, begin: float | None = None
+    line: EquivalentProfile, k: float, reach: float, radius: Position, begin: float | None = None
 ) -> FloatArray:
     """Return δ [m] of the gap condition at contact radii; at most up to the end of the profile."""
     # without g the condition alone bounds δ: sqrt(c² - a²) ψ - δ >= (π/2 - 1) δ
@@ -343,12 +351,12 @@ def _width_at(
     )
 
 
-def maugis_dugdale(line: EquivalentLine, modulus: float, work: float, strength: float) -> MaugisDugdale:
+def maugis_dugdale(line: EquivalentProfile, modulus: float, work: float, strength: float) -> MaugisDugdale:
     """Return the curve of Maugis-Dugdale states of a profile.
 
     Parameters
     ----------
-    line : EquivalentLine
+    line : EquivalentProfile
         The equivalent profile, nondecreasing.
     modulus : float
         Effective modulus E* [Pa].

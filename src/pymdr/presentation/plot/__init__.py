@@ -10,7 +10,13 @@ from pymdr.presentation.plot.compared import compared_pressures, compared_tracti
 from pymdr.presentation.plot.friction import frictional_figures, frictional_overview
 from pymdr.presentation.plot.memory import memory_figures, memory_overview
 from pymdr.presentation.plot.shared import FigureData, Plots
-from pymdr.presentation.plot.studies import compared_laws, impact_figure, loop_study, rolling_study
+from pymdr.presentation.plot.studies import (
+    compared_laws,
+    impact_figure,
+    loop_study,
+    rolling_study,
+    sliding_study,
+)
 from pymdr.presentation.plot.whole import normal_figures, normal_overview
 
 __all__ = [
@@ -33,4 +39,5 @@ __all__ = [
     "normal_figures",
     "normal_overview",
     "rolling_study",
+    "sliding_study",
 ]

@@ -335,3 +335,53 @@ def _draw_springs(axes: Axes, springs: xr.Dataset) -> None:
         axes.plot(place, from_si(q, "N/m", unit), color=f"C{i}", lw=1.5, label=rf"$\zeta$ = {zeta:.3g}")
     axes.set_xlabel(f"position on the line $x$ ({x_unit}), rolling to the right")
     axes.set_ylabel(f"line load $q$ ({unit})")
+
+
+def sliding_study(data: xr.Dataset) -> Figure:
+    """
+    Coefficient of friction against speed between its limits, and where the springs come into contact and leave it.
+
+    Parameters
+    ----------
+    data : xarray.Dataset
+        ``friction_coefficient`` over ``speed`` (m/s), ``leading_edge`` and ``trailing_edge`` (m) or ``indentation`` (m), and
+        where they are known ``slow_limit`` and ``fast_limit``.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    with styled():
+        figure = new_figure(9.6, 4.0)
+        left, right = figure.subplots(1, 2)
+        ordered = data.sortby("speed")
+        v_unit = good_unit(ordered["speed"].values, "m/s")
+        v = np.asarray(from_si(ordered["speed"].values, "m/s", v_unit))
+        few = "o" if v.size <= MARKED_ROWS else None
+        friction = ordered["friction_coefficient"].values
+        left.loglog(v, friction, color=BLUE, lw=1.5, marker=few, ms=3, label="springs of the method")
+        for name, words, colour in (
+            ("slow_limit", "slow limit, half of the springs'", ORANGE),
+            ("fast_limit", "fast limit", GREEN),
+        ):
+            if name in ordered:
+                left.loglog(v, ordered[name].values, color=colour, lw=1.2, ls="--", label=words)
+        # limits lie far beyond where they do not hold
+        left.set_ylim(0.3 * float(friction.min()), 4.0 * float(friction.max()))
+        left.set_ylabel("coefficient of friction $F_x/F_N$")
+        parts = {"leading_edge": ("leading", "-"), "trailing_edge": ("trailing", "--")}
+        if "leading_edge" not in ordered:
+            parts = {"indentation": ("indentation", "-")}
+        unit = good_unit(np.concatenate([ordered[name].values for name in parts]), "m")
+        for name, (words, style) in parts.items():
+            shown = lengths(ordered[name].values, unit)
+            right.semilogx(v, shown, style, color=BLUE, lw=1.5, marker=few, ms=3, label=words)
+        right.set_ylabel(
+            f"edges of the contact on the line ({unit})" if len(parts) == 2 else f"depth $d$ ({unit})"
+        )
+        draw_zero(right)
+        for axes in (left, right):
+            axes.set_xlabel(f"speed $v$ ({v_unit})")
+            legend_above(axes)
+        letter_panels(figure)
+    return figure

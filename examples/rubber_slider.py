@@ -1,0 +1,31 @@
+"""
+Friction of a slider on wet rubber
+==================================
+
+A smooth cap slides over rubber that is wet, so that the surfaces themselves do not rub. It presses the rubber in at its
+front and gets less back behind its tip. How much depends on how long a passage takes against the times of the rubber.
+"""
+
+import numpy as np
+
+import pymdr as mdr
+
+rubber = mdr.Viscoelastic(
+    mdr.Prony(equilibrium="1 MPa", moduli=["2 MPa", "5 MPa", "20 MPa"], times=["10 ms", "1 ms", "0.1 ms"]),
+    poisson=0.5,
+)
+slider = mdr.Contact(mdr.Sphere("5 mm"), rubber)
+slid = mdr.sliding_friction(slider, np.geomspace(1e-4, 1e2, 31), normal_force="0.5 N")
+print(slid)
+figure = slid.plot()
+
+# %%
+# Slow sliding is known exactly: half of what the springs of the method have, and in proportion to the speed. For a small
+# sphere it is nearly :math:`\tau v / R`, with :math:`\tau = \int (G - G_\infty)\, dt / G_\infty` = 27 ms.
+tau = (2 * 10e-3 + 5 * 1e-3 + 20 * 0.1e-3) / 1
+assert abs(float(slid["slow_limit"][0]) / (tau * 1e-4 / 5e-3) - 1) < 0.05
+
+# %%
+# At which speed does it hold back most? Where a passage takes about as long as the rubber needs to relax.
+fastest = float(slid["speed"][slid["friction_coefficient"].values.argmax()])
+print(f"most at {fastest:.2g} m/s")
