@@ -8,6 +8,10 @@ from pathlib import Path
 import pytest
 from hypothesis import settings
 
+# before numpy is there: threads of a linear algebra in every worker wait for each other and hold up all of them
+for _name in ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS", "VECLIB_MAXIMUM_THREADS"):
+    os.environ.setdefault(_name, "1")
+
 FOLDER = Path(__file__).parent / "reference"
 REFERENCES = json.loads((FOLDER / "refs.json").read_text())["refs"]
 

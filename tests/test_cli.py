@@ -79,6 +79,22 @@ def test_verify_prints_both_solutions(case, tmp_path, shell):
     assert (tmp_path / "v" / "verify.png").stat().st_size > 10_000
 
 
+def test_verify_follows_a_body_that_remembers(tmp_path, shell):
+    case = tmp_path / "gel.toml"
+    case.write_text(
+        'path = [{ kind = "indent", indentation = "0.1 mm", duration = "1 s", steps = 4 }]\n'
+        '[profile]\nkind = "paraboloid"\nradius = "5 mm"\n'
+        '[body]\nkind = "viscoelastic"\npoisson = 0.5\n'
+        'shear = { kind = "maxwell", modulus = "1 MPa", time = "1 s" }\n'
+    )
+    status, out, _ = shell("verify", case, "-o", tmp_path / "v", "--rings", "40", "--steps", "2", "--json")
+    told = json.loads(out)["verification"]
+    assert status == 0
+    assert told["largest_difference"] < 1e-3
+    assert {"time", "row", "normal_force_rings"} <= set(told["table"])
+    assert (tmp_path / "v" / "verify.png").stat().st_size > 10_000
+
+
 def test_help_and_version(shell):
     assert "run" in CliRunner().invoke(app, ["--help"]).output
     assert mdr.__version__ in shell("--version")[1]

@@ -592,6 +592,10 @@ def test_a_stiffness_that_falls_throughout_is_refused():
             ),
             "where its surfaces touch",
         ),
+        (
+            lambda c: mdr.sliding_friction(mdr.Contact(c, RUBBER), ["1 mm/s"], normal_force="1 uN"),
+            "slope of its surface",
+        ),
         (lambda c: mdr.pull_off(mdr.Contact(c, STEEL)), "no adhesion"),
         (lambda c: mdr.impact(mdr.Contact(c, STEEL, STEEL), mass=1.0, speed=1.0), "come to rest"),
         (lambda c: c + BALL, "cannot be added"),

@@ -5,6 +5,7 @@ import runpy
 import tomllib
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from pymdr.solving import solve
@@ -46,6 +47,45 @@ CASE_NUMBERS = {
 def test_script(script):
     assert "assert " in script.read_text()
     runpy.run_path(str(script))
+
+
+RECORDS = {
+    "cell_relaxation": "fmt-jpk-sr_cell1-0008.jpk-force",
+    "gel_creep": "fmt-jpk-cc_pr14-polymergel-2021.06.30.jpk-force",
+}
+
+
+def recorded(script):
+    """The measured record that a script takes; without it, the test is skipped."""
+    pytest.importorskip("afmformats", reason="afmformats, of the extra afm, is not installed")
+    file = EXAMPLES.parent.parent / "shared" / "data" / "afm" / RECORDS[script]
+    if not file.exists():
+        pytest.skip(f"{file.name}, from the tests of afmformats, is not beside the repository")
+    return str(file)
+
+
+@pytest.mark.parametrize("script", RECORDS)
+def test_script_on_a_measured_record(script, monkeypatch, capsys):
+    file = recorded(script)
+    monkeypatch.setattr("sys.argv", [script, file])
+    runpy.run_path(str(EXAMPLES / f"{script}.py"), run_name="__main__")
+    assert file in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("measured", [False, True])
+def test_the_force_of_the_cell_by_quadrature(monkeypatch, measured):
+    """Lee and Radok's integral over the ramp and the hold, by the midpoint rule between many rows."""
+    monkeypatch.setattr("sys.argv", ["made", *([recorded("cell_relaxation")] if measured else [])])
+    space = runpy.run_path(str(EXAMPLES / "cell_relaxation.py"), run_name="__main__")
+    shear, t = space["cell"].shear, np.append(0.0, space["time"])
+    fine = np.unique(np.concatenate([t, np.linspace(0.0, t[-1], 20000)]))
+    depth = np.interp(fine, t, np.append(0.0, space["rows"].depth.values))
+    pressed = 16.0 / 3.0 * math.sqrt(50e-6) * np.maximum(depth, 0.0) ** 1.5
+    middle = 0.5 * (fine[1:] + fine[:-1])
+    for row in (10, 30, 33, 50, -1):
+        past = middle < space["time"][row]
+        force = np.sum(shear.relaxation(space["time"][row] - middle[past]) * np.diff(pressed)[past])
+        assert space["model"][row] == pytest.approx(force, rel=1e-5)
 
 
 @pytest.mark.parametrize("file", sorted(EXAMPLES.glob("*.toml")), ids=lambda p: p.stem)

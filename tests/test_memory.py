@@ -100,6 +100,25 @@ def test_springs_converge_to_ting_at_second_order(profile):
     assert radius[-1] < 1e-4
 
 
+@settings(max_examples=30, deadline=None)
+@given(
+    st.lists(st.floats(-0.5, 0.0), max_size=6),
+    st.lists(st.floats(-0.5, 0.0), max_size=6),
+    st.floats(-0.5, 0.0),
+    st.floats(0.0, 0.1),
+)
+def test_the_way_of_bodies_apart_does_not_matter(before, after, last, kept):
+    d = np.array([*before, last, 0.04, 0.1, kept, *after])
+    t = 0.3 * np.arange(1.0, d.size + 1.0)
+    body = Relaxation(1.0, np.array([2.0, 1.0]), np.array([0.3, 2.0]))
+    found = ting(PARABOLOID, body, t, d)
+    springs = follow_springs(PARABOLOID, body, t, d, n=400)
+    assert found.indentation.tolist() == d.tolist()
+    assert found.force == pytest.approx(springs.force, rel=0.0, abs=3e-5 * springs.force.max())
+    direct = ting(PARABOLOID, body, t[len(before) :], d[len(before) :])
+    assert found.force[len(before) :] == pytest.approx(direct.force, rel=1e-13, abs=0.0)
+
+
 def test_rows_are_exact_in_time():
     body = Relaxation(1.0, np.array([2.0, 1.0]), np.array([0.3, 2.0]))
     few = np.array([0.0, 1.0, 1.6, 2.5, 4.0])

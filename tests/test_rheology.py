@@ -485,6 +485,10 @@ ONES = np.ones(9)
         (lambda: mdr.Prony.from_relaxation(X[::-1], ONES), "sort the rows"),
         (lambda: mdr.Prony.from_relaxation(np.repeat(X, 2), np.ones(18)), "average"),
         (lambda: mdr.Prony.from_relaxation([1e-5, *X[1:]], ONES), "no row between"),
+        (
+            lambda: mdr.Prony.from_relaxation([0.0, *X[1:]], ONES),
+            "row 1 is at 0; .*: leave out what was before",
+        ),
         (lambda: mdr.Prony.from_relaxation(X[:4], ONES[:4]), "at least 5"),
         (lambda: mdr.Prony.from_relaxation(X, ONES[:4]), "4 moduli for 9 rows"),
         (lambda: mdr.Prony.from_relaxation(X, -ONES), "at least 0 Pa"),

@@ -11,6 +11,11 @@ from hypothesis import strategies as st
 
 import pymdr as mdr
 from pymdr.errors import PathError, ProblemError
+from pymdr.interpretation.memory import MemoryCheck, MemorySurface, check_memory, memory_claims
+from pymdr.line.curves import ElasticLine
+from pymdr.line.memory import Relaxation, follow_springs, line_state
+from pymdr.mapping.equivalent import equivalent_profile, gap_function
+from pymdr.solving.viscoelastic import SPRINGS, surface_with_memory
 
 REFERENCES = {
     entry["id"]: entry
@@ -168,12 +173,71 @@ def test_bodies_that_stay_apart():
     assert result["contact_radius"].values.tolist() == [0.0, 0.0]
 
 
+@settings(max_examples=10, deadline=None)
+@given(st.lists(st.floats(-0.2, 0.0), min_size=1, max_size=8))
+def test_a_record_that_begins_apart_is_one_approach(apart):
+    d = np.array([*apart, 0.05, 0.1, 0.03, *apart])
+    path = mdr.Path(time=np.arange(d.size, dtype=float), indentation=d)
+    result = pressed(SOLID, path)
+    assert any("Ting" in note for note in result.notes)
+    n = len(apart)
+    alone = pressed(SOLID, mdr.Path(time=np.arange(n + 3.0)[n - 1 :], indentation=d[n - 1 : n + 3]))
+    np.testing.assert_allclose(
+        result["normal_force"].values[n - 1 : n + 3], alone["normal_force"].values, rtol=1e-12
+    )
+
+
+@settings(max_examples=10, deadline=None)
+@given(
+    st.lists(
+        st.tuples(st.floats(-7.0, -1.0), st.floats(0.01, 1.0), st.integers(1, 4)), min_size=2, max_size=5
+    ),
+)
+def test_legs_have_the_springs_of_the_deepest(legs):
+    path = None
+    for depth, duration, steps in legs:
+        leg = mdr.indent(10.0**depth, duration=duration, steps=steps)
+        path = leg if path is None else path >> leg
+    parts = pressed(SOLID, path)
+    rows = mdr.Path(time=parts["time"].values, indentation=parts["indentation"].values)
+    whole = pressed(SOLID, rows)
+    for name in ("normal_force", "contact_radius", "elastic_energy", "dissipated_energy"):
+        scale = float(whole[name].max())
+        np.testing.assert_allclose(parts[name].values, whole[name].values, rtol=0.0, atol=1e-11 * scale)
+    depth = whole["indentation"].values
+    relaxation = mdr.relaxation_of(body(SOLID))
+    contact = mdr.Contact(SHAPES[0], body(SOLID))
+    time, radius = (whole[name].values for name in ("time", "contact_radius"))
+    surface = surface_with_memory(contact, relaxation, time, depth, radius)
+    assert {state.position.size for state in surface.states(range(depth.size))} == {SPRINGS + 2}
+
+
+@pytest.mark.parametrize("depth", [0.0, 5e-7])
+def test_a_power_of_time_knows_how_long_a_leg_at_a_rate_takes(depth):
+    law = mdr.PowerLawRheology("1 kPa", "1 s", 0.2)
+    tip, press = mdr.Paraboloid("50 um"), mdr.load("1 uN", duration="10 ms", steps=20)
+    slow = pressed(law, press >> mdr.indent(depth, rate="0.01 um/s", steps=40), tip)
+    time = slow["time"].values
+    told = pressed(law, press >> mdr.indent(depth, duration=time[-1] - time[19], steps=40), tip)
+    for name in ("normal_force", "contact_radius", "indentation"):
+        claimed = told.claims[name].error.max() * told[name].values.max()
+        np.testing.assert_allclose(slow[name].values, told[name].values, rtol=0.0, atol=claimed)
+    fields = [each.field("pressure", [1e-6, 5e-6], 25).values for each in (slow, told)]
+    np.testing.assert_allclose(*fields, rtol=1e-4)
+
+
 def test_what_is_refused():
     contact = mdr.Contact(mdr.Sphere(1.0), body(SOLID))
     with pytest.raises(PathError, match="duration or a rate"):
         mdr.solve(contact, mdr.indent(0.1))
     with pytest.raises(PathError, match="cannot be below 0 N"):
         mdr.solve(contact, mdr.load(-1.0, duration=1.0))
+    with pytest.raises(
+        PathError, match=r"-1 nN in row 2 of leg 1: .* in a record, begin where the bodies touch"
+    ):
+        mdr.solve(contact, mdr.Path(time=[1, 2], normal_force=[0.0, -1e-9]))
+    with pytest.raises(PathError, match=r"Path\.time begins at -0\.5 s, .* at 0 s: count times"):
+        mdr.solve(contact, mdr.Path(time=[-0.5, 2], indentation=[0.0, 0.1]))
     with pytest.raises(ProblemError, match="adhesion"):
         mdr.Contact(mdr.Sphere(1.0), body(SOLID), adhesion=mdr.JKR(0.1))
     with pytest.raises(ProblemError, match="friction"):
@@ -185,10 +249,115 @@ def test_what_is_refused():
         mdr.solve(mdr.Contact(waves, body(SOLID)), mdr.indent(0.1, duration=1.0))
     for study in (
         lambda: mdr.pull_off(contact),
-        lambda: mdr.solve(contact, mdr.indent(0.1, duration=1.0), solver=mdr.Rings(n=50)),
         lambda: mdr.foundation(contact),
-        lambda: mdr.verify(contact, mdr.indent(0.1, duration=1.0)),
         lambda: mdr.impact(contact, mass=1.0, speed=1.0),
     ):
         with pytest.raises(ProblemError):
             study()
+
+
+@st.composite
+def memories(draw):
+    n = draw(st.integers(1, 4))
+    kernel = Relaxation(
+        draw(st.sampled_from([0.0, 0.01, 1.0])),
+        np.array([10.0 ** draw(st.floats(-2.0, 1.0)) for _ in range(n)]),
+        np.array([10.0 ** draw(st.floats(-3.0, 3.0)) for _ in range(n)]),
+    )
+    turns = draw(st.integers(1, 7))
+    waits = [10.0 ** draw(st.floats(-3.0, 3.0)) for _ in range(turns + 1)]
+    depths = [draw(st.floats(-0.03, 0.1)) for _ in range(turns)]
+    return kernel, np.append(0.0, np.cumsum(waits)), np.array([0.0, 0.1, *depths])
+
+
+@settings(max_examples=60, deadline=None)
+@given(memory=memories(), shape=st.sampled_from((*SHAPES, mdr.PowerLaw(0.5, 0.2, 1.0))))
+def test_a_rising_profile_is_a_disk_without_tension_or_overlap_whatever_its_past(memory, shape):
+    kernel, time, depth = memory
+    equivalent = equivalent_profile(shape)
+    found = follow_springs(ElasticLine(equivalent, 1.0), kernel, time, depth, n=100)
+    assert found.disk.all()
+    x, w, q = line_state(found.state, kernel)
+    assert (np.diff(w + equivalent.g(x)) >= -1e-8).all()
+    assert (np.diff(q[q > 0.0]) <= 1e-8 * q.max()).all()
+
+
+@settings(max_examples=6, deadline=None)
+@given(memory=memories(), shape=st.sampled_from(SHAPES))
+def test_fields_err_as_their_claims_say(memory, shape):
+    kernel, time, depth = memory
+    rows = np.linspace(0.0, time.size - 1.0, 6 * time.size)[1:]
+    time, depth = (np.interp(rows, np.arange(time.size), values) for values in (time, depth))
+    equivalent = equivalent_profile(shape)
+    line, gap = ElasticLine(equivalent, 1.0), gap_function(shape, equivalent)
+    radius = follow_springs(line, kernel, np.append(0.0, time), np.append(0.0, depth), n=1000)
+    few, many = (
+        MemorySurface(equivalent, kernel, gap, time, depth, radius.contact_radius[1:], n)
+        for n in (1000, 6000)
+    )
+    check = check_memory(few, None)
+    assert check.violated is None
+    for row in (5, int(np.argmax(depth))):
+        a = float(few.contact_radius[row])
+        for name, r in (
+            ("pressure", a * np.linspace(0.05, 0.95, 30)),
+            ("normal_displacement", a * np.linspace(1.0, 3.0, 30)),
+        ):
+            one, other = (surface.field(name, r, row) for surface in (few, many))
+            error = np.max(np.abs(one - other)) / np.max(np.abs(other))
+            assert error <= 3.0 * check.error(name, time.size)[row] + 1e-4
+
+
+def test_nothing_is_claimed_from_where_something_is_found():
+    rows, size = np.array([2, 5, 8, 11]), 12
+    none, all_rows = np.full(4, -1.0), np.ones(size, dtype=bool)
+    errors = dict.fromkeys(("pressure",), np.array([1e-6, 1e-3, 1e-6, 1e-6]))
+    names = ("normal_force", "contact_radius", "indentation")
+    good = MemoryCheck(rows, none, none, errors)
+    assert memory_claims(names, all_rows, ~all_rows, all_rows, good, "")["contact_radius"].where.all()
+    assert good.error("pressure", size)[[1, 3, 6, 9]].tolist() == [1e-6, 1e-3, 1e-3, 1e-6]
+    pulls, overlaps = np.array([-1.0, -1.0, 0.1, 0.2]), np.array([0.01, -1.0, -1.0, -1.0])
+    for tension, overlap, first, words in ((pulls, none, 6, "tension"), (none, overlaps, 2, "overlap")):
+        check = MemoryCheck(rows, tension, overlap, errors)
+        claims = memory_claims(names, all_rows, ~all_rows, all_rows, check, "")
+        assert claims["contact_radius"].where.tolist() == [True] * first + [False] * (size - first)
+        assert words in claims["contact_radius"].reason
+        assert claims["indentation"].where.all()
+    ring = all_rows.copy()
+    ring[4] = False
+    assert memory_claims(names, ring, ~all_rows, ~all_rows, good, "")["normal_force"].where.sum() == 4
+
+
+def test_a_surface_that_was_left_sinks_on_its_axis_too():
+    result = pressed(SOLID, mdr.indent(0.1, duration=0.1) >> mdr.indent(-0.1, duration=0.1, steps=4))
+    u = result.field("normal_displacement", np.array([0.0, 1e-6]), -1).values
+    assert u[0] == pytest.approx(u[1], rel=1e-4)
+    assert u[0] > 0.0
+
+
+@pytest.mark.parametrize(
+    "shape",
+    [
+        mdr.TruncatedCone(slope=0.3, flat_radius=0.1),
+        mdr.TruncatedParaboloid(flat_radius=0.1, radius=1.0),
+        mdr.Cone(slope=0.3),
+        mdr.PowerLaw(8.0, 0.2, 1.0),
+    ],
+)
+def test_a_sudden_press_has_the_elastic_pressure(shape):
+    path = mdr.Path(time=[0.0], indentation=[0.1])
+    result = pressed(mdr.Maxwell(1.0, time=1.0), path, shape)
+    elastic = mdr.solve(mdr.Contact(shape, mdr.Elastic(3.0, 0.5)), mdr.indent(0.1))
+    r = float(elastic["contact_radius"][0]) * np.linspace(0.02, 0.97, 50)
+    r = r[np.abs(r / 0.1 - 1.0) > 0.01]
+    one, other = (each.field("pressure", r, -1).values for each in (result, elastic))
+    bound = max(1e-5, 3.0 * float(result.claims["pressure"].error[0]))
+    assert np.max(np.abs(one - other)) < min(bound, 3e-3) * np.max(other)
+
+
+def test_the_surface_beside_a_flat_punch_sinks_as_on_an_elastic_body():
+    path = mdr.Path(time=[0.0], indentation=[0.1])
+    result = pressed(mdr.Maxwell(1.0, time=1.0), path, mdr.FlatPunch(radius=0.3))
+    r = 0.3 * np.array([1.001, 1.1, 2.0, 5.0])
+    exact = 2.0 / math.pi * 0.1 * np.arcsin(0.3 / r)
+    np.testing.assert_allclose(result.field("normal_displacement", r, -1).values, exact, rtol=1e-6)

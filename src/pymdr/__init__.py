@@ -79,6 +79,7 @@ if TYPE_CHECKING:
     from pymdr.problem.rheology import Prony as Prony
     from pymdr.problem.rheology import StandardSolid as StandardSolid
     from pymdr.problem.rough import RoughSurface as RoughSurface
+    from pymdr.problem.self_affine import SelfAffineLine as SelfAffineLine
     from pymdr.result import Result as Result
     from pymdr.result import Status as Status
     from pymdr.solving import AdhesionRegime as AdhesionRegime
@@ -103,6 +104,7 @@ if TYPE_CHECKING:
     from pymdr.solving.rough import RoughLine as RoughLine
     from pymdr.solving.rough import press_rough as press_rough
     from pymdr.solving.rough import rough_line as rough_line
+    from pymdr.solving.rough_sliding import rough_sliding_friction as rough_sliding_friction
     from pymdr.solving.sliding import SlidingFriction as SlidingFriction
     from pymdr.solving.sliding import sliding_friction as sliding_friction
     from pymdr.workbench.records import MeasuredLoops as MeasuredLoops
@@ -180,10 +182,12 @@ _HOMES: dict[str, tuple[str, ...]] = {
     ),
     "pymdr.problem.rheology": ("KelvinVoigt", "Maxwell", "PowerLawRheology", "Prony", "StandardSolid"),
     "pymdr.problem.rough": ("RoughSurface",),
+    "pymdr.problem.self_affine": ("SelfAffineLine",),
     "pymdr.result": ("Result", "Status"),
     "pymdr.solving.reopening": ("open_result",),
     "pymdr.solving.rolling": ("Rolling", "rolling"),
     "pymdr.solving.rough": ("RoughContact", "RoughLine", "press_rough", "rough_line"),
+    "pymdr.solving.rough_sliding": ("rough_sliding_friction",),
     "pymdr.solving.sliding": ("SlidingFriction", "sliding_friction"),
     "pymdr.solving": (
         "AdhesionRegime",

@@ -41,8 +41,8 @@ class RingHistory:
     def default_radii(self, step: int) -> FloatArray:
         """A grid from 0 to twice the contact radius, graded to every edge of the contact."""
         solution = self.solutions[step]
-        if solution is None:
-            return np.linspace(0.0, 1.0, 11)
+        if solution is None or not solution.zones:
+            return np.linspace(0.0, 1.0 if solution is None else float(solution.edges[-1]), 11)
         a = solution.contact_radius
         marks = sorted({0.0, *(edge for zone in solution.zones for edge in zone)})
         graded = 0.5 * (1.0 - np.cos(np.linspace(0.0, math.pi, 101)))

@@ -18,6 +18,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy.linalg import solve_triangular
 from scipy.special import ellipe, ellipkm1
 
 from pymdr.errors import ConvergenceError, ProblemError
@@ -83,7 +84,9 @@ class RingSolution:
     is_disk : bool
         Whether the contact is one full disk.
     modulus : float, Pa
-        E*.
+        E*, or with memory the one at once.
+    strain : array (m,)
+        The pressure that displaces a surface of E* = 1 as far: without memory `pressure` over `modulus`.
     """
 
     edges: Array
@@ -100,6 +103,7 @@ class RingSolution:
     contact_area: float
     is_disk: bool
     modulus: float
+    strain: Array
 
 
 def solve_indentation(
@@ -245,7 +249,7 @@ def displacement_at(solution: RingSolution, r: ArrayLike) -> Array:
     '3.33333e-07'
     """
     r = _radii(r)
-    u = ring_displacement(r.ravel(), solution.edges) @ (solution.pressure / solution.modulus)
+    u = ring_displacement(r.ravel(), solution.edges) @ solution.strain
     return np.asarray(u.reshape(r.shape), dtype=np.float64)
 
 
@@ -304,7 +308,7 @@ def _radii(r: ArrayLike) -> Array:
     return r
 
 
-class _Problem(NamedTuple):
+class RingProblem(NamedTuple):
     """Lengths over `size`, the end of the rings, pressures over E*; the pressure may be singular at `corners`."""
 
     gap: Callable[[Array], Array]
@@ -315,7 +319,7 @@ class _Problem(NamedTuple):
     size: float
 
 
-class _Mesh(NamedTuple):
+class RingMesh(NamedTuple):
     """Rings with contiguous edges; the `live` ones may carry pressure, others bridge what lies between."""
 
     edges: Array
@@ -325,10 +329,14 @@ class _Mesh(NamedTuple):
     panel: NDArray[np.intp]
     area: Array
     matrix: Array
+    inverses: tuple[Array, Array] | None = None
+    """Of the matrix, if many contacts are solved that begin at the axis; see `leading_inverses`."""
 
 
-class _State(NamedTuple):
-    mesh: _Mesh
+class RingState(NamedTuple):
+    """A contact on a mesh, in the units of its problem, whose E* is 1."""
+
+    mesh: RingMesh
     pressure: Array
     depth: float
     stiffness: float
@@ -363,7 +371,7 @@ def _solve(
         {1.0} if edge <= reach else set()
     )
     state = _settle(
-        _Problem(
+        RingProblem(
             scaled_gap,
             None if depth is None else depth / size,
             None if force is None else force / modulus / size / size,
@@ -375,7 +383,7 @@ def _solve(
     mesh, zones = state.mesh, state.zones
     amplitudes = tuple(
         tuple(
-            max(_edge_fit(state, k, side, sharp=True)[0], 0.0) if zones[k][side] in corners else 0.0
+            max(edge_fit(state, k, side, sharp=True)[0], 0.0) if zones[k][side] in corners else 0.0
             for side in (0, 1)
         )
         for k in range(len(zones))
@@ -387,11 +395,12 @@ def _solve(
     heights = [scaled_gap(np.sqrt((low + high + x * (high - low)) / 2)) for x in (-(3**-0.5), 3**-0.5)]
     work = loads[loads > 0] @ (state.depth - sum(heights) / 2)
     area = sum(math.pi * (b - a) * (b + a) for a, b in zones)
-    arrays = mesh.edges * size, radii * size, pressure * modulus
+    arrays = mesh.edges * size, radii * size, pressure * modulus, pressure
     for array in arrays:
         array.setflags(write=False)
     return RingSolution(
-        *arrays,
+        *arrays[:3],
+        strain=arrays[3],
         force=float(loads.sum()) * modulus * size**2,
         indentation=state.depth * size,
         stiffness=state.stiffness * modulus * size,
@@ -408,19 +417,19 @@ def _solve(
     )
 
 
-def _settle(problem: _Problem) -> _State:
+def _settle(problem: RingProblem) -> RingState:
     """Alternate the active set, on rings graded to the last zones, with the refinement of the zone edges."""
     level = math.inf if problem.depth is None else problem.depth
     zones: Zones = ()
-    refined: _State | None = None
+    refined: RingState | None = None
     near = max(0.02, 4 / problem.n)
     for attempt in range(16):
         spans = _below(problem, level)
         if not spans and problem.depth is None:
             raise ProblemError("gap has no finite value up to the reach or edge: no force can be carried.")
         if not spans:
-            return _State(_mesh(problem, [(0.0, 1.0, 1)]), np.zeros(1), level, 0.0, ())
-        found = _active_set(problem, _mesh(problem, _panels(problem, spans, zones)), zones)
+            return RingState(_mesh(problem, [(0.0, 1.0, 1)]), np.zeros(1), level, 0.0, ())
+        found = active_set(problem, _mesh(problem, _panels(problem, spans, zones)), zones)
         if not found.zones:
             return found
         if refined and refined.pressure.min() >= 0 and _agree(problem, found.zones, refined.zones, near, 0.0):
@@ -443,7 +452,7 @@ def _settle(problem: _Problem) -> _State:
     )
 
 
-def _below(problem: _Problem, level: float) -> list[tuple[float, float]]:
+def _below(problem: RingProblem, level: float) -> list[tuple[float, float]]:
     """Intervals that hold all points with f < d: contact is nowhere else, for u > 0 everywhere."""
     spans: list[tuple[float, float]] = []
     todo = [(0.0, 1.0)]
@@ -462,7 +471,7 @@ def _below(problem: _Problem, level: float) -> list[tuple[float, float]]:
     return _union(spans)
 
 
-def _missed(problem: _Problem, state: _State, spans: Sequence[tuple[float, float]]) -> Zones:
+def _missed(problem: RingProblem, state: RingState, spans: Sequence[tuple[float, float]]) -> Zones:
     """Where, between the rings outside the zones, the surface would enter the punch."""
     mesh, missed = state.mesh, []
     for low, high, _ in _panels(problem, spans, state.zones):
@@ -489,7 +498,7 @@ def _union(intervals: Iterable[tuple[float, float]]) -> list[tuple[float, float]
     return union
 
 
-def _simplify(problem: _Problem, zones: Zones, narrow: float) -> Zones:
+def _simplify(problem: RingProblem, zones: Zones, narrow: float) -> Zones:
     """Close holes narrower than this part of the zones beside them; on the axis and for zones, powers of it."""
     least = narrow**3 * max(outer - inner for inner, outer in zones)
     simple: list[tuple[float, float]] = []
@@ -505,7 +514,7 @@ def _simplify(problem: _Problem, zones: Zones, narrow: float) -> Zones:
 
 
 def _panels(
-    problem: _Problem, spans: Sequence[tuple[float, float]], zones: Zones
+    problem: RingProblem, spans: Sequence[tuple[float, float]], zones: Zones
 ) -> list[tuple[float, float, int]]:
     """Cut the spans and zones at zone edges and corners, and share the rings out among the panels."""
     marks = sorted({*problem.corners, *(x for zone in zones for x in zone)})
@@ -521,7 +530,7 @@ def _panels(
     return panels
 
 
-def _mesh(problem: _Problem, panels: Sequence[tuple[float, float, int]]) -> _Mesh:
+def _mesh(problem: RingProblem, panels: Sequence[tuple[float, float, int]]) -> RingMesh:
     edges, live, centres, panel = [panels[0][0]], [], [], []
     for k, (low, high, n) in enumerate(panels):
         if low > edges[-1]:
@@ -534,15 +543,35 @@ def _mesh(problem: _Problem, panels: Sequence[tuple[float, float, int]]) -> _Mes
         panel += [k] * n
     a, r, own = np.array(edges), np.array(centres), np.array(live)
     area = np.pi * (np.diff(a) * (a[1:] + a[:-1]))[own]
-    return _Mesh(a, own, r, problem.gap(r), np.array(panel), area, ring_displacement(r, a)[:, own])
+    return RingMesh(a, own, r, problem.gap(r), np.array(panel), area, ring_displacement(r, a)[:, own])
 
 
-def _balance(problem: _Problem, mesh: _Mesh, active: Mask) -> tuple[Array, float, float]:
+def leading_inverses(matrix: Array) -> tuple[Array, Array]:
+    """Inverses of L and U of a matrix of influence, without pivots: their leading blocks are those of its leading blocks."""
+    factors = matrix.copy()
+    for i in range(factors.shape[0] - 1):
+        factors[i + 1 :, i] /= factors[i, i]
+        factors[i + 1 :, i + 1 :] -= np.outer(factors[i + 1 :, i], factors[i, i + 1 :])
+    one = np.eye(factors.shape[0])
+    lower = solve_triangular(factors, one, lower=True, unit_diagonal=True)
+    return np.ascontiguousarray(lower), np.ascontiguousarray(solve_triangular(factors, one))
+
+
+def product(matrix: Array, vector: Array) -> Array:
+    """Matrix times vector in one thread: others take longer to wake than the many small products of a history do."""
+    return np.asarray(np.einsum("ij,j->i", matrix, vector))
+
+
+def _balance(problem: RingProblem, mesh: RingMesh, active: Mask) -> tuple[Array, float, float]:
     """Pressure, d and dF/dd with the given rings in contact: matrix p = d - f and, for a force, area p = F."""
     gap, area = mesh.gap[active], mesh.area[active]
     depth = float(gap.min()) if problem.depth is None else problem.depth
-    matrix = mesh.matrix[np.ix_(active, active)]
-    p, unit = np.linalg.solve(matrix, np.stack([depth - gap, np.ones_like(gap)], axis=1)).T
+    wanted = depth - gap, np.ones_like(gap)
+    if mesh.inverses is not None and active[: gap.size].all():
+        lower, upper = (each[: gap.size, : gap.size] for each in mesh.inverses)
+        p, unit = (product(upper, product(lower, each)) for each in wanted)
+    else:
+        p, unit = np.linalg.solve(mesh.matrix[np.ix_(active, active)], np.stack(wanted, axis=1)).T
     stiffness = float(area @ unit)
     if problem.force is not None:
         more = (problem.force - float(area @ p)) / stiffness
@@ -552,7 +581,7 @@ def _balance(problem: _Problem, mesh: _Mesh, active: Mask) -> tuple[Array, float
     return pressure, depth, stiffness
 
 
-def _active_set(problem: _Problem, mesh: _Mesh, zones: Zones) -> _State:
+def active_set(problem: RingProblem, mesh: RingMesh, zones: Zones) -> RingState:
     """Signorini's conditions on the rings of a mesh, by block principal pivoting from the given zones."""
     active = np.isfinite(mesh.gap)
     if zones:
@@ -562,14 +591,14 @@ def _active_set(problem: _Problem, mesh: _Mesh, zones: Zones) -> _State:
         if problem.depth is None and not active.any():
             active[np.argmin(mesh.gap)] = True
         pressure, depth, stiffness = _balance(problem, mesh, active)
-        u = mesh.matrix @ pressure
+        u = product(mesh.matrix, pressure)
         noise = 1e-12 * float(np.max(np.abs(u))) + 1e-15 * float(
             np.max(np.abs(mesh.gap[active]), initial=0.0)
         )
         wrong = np.where(active, pressure < 0, depth - mesh.gap - u > noise)
         count = int(wrong.sum())
         if count == 0:
-            return _State(mesh, pressure, depth, stiffness, _zones(problem, mesh, active))
+            return RingState(mesh, pressure, depth, stiffness, _zones(problem, mesh, active))
         fewest, patience = (count, 10) if count < fewest else (fewest, patience - 1)
         if patience < 0:  # Murty's single pivots, which cannot cycle
             wrong[: np.flatnonzero(wrong)[-1]] = False
@@ -580,11 +609,11 @@ def _active_set(problem: _Problem, mesh: _Mesh, zones: Zones) -> _State:
     )
 
 
-def _zones_in_words(problem: _Problem, zones: Zones) -> str:
+def _zones_in_words(problem: RingProblem, zones: Zones) -> str:
     return ", ".join(f"{metres(a * problem.size)} to {metres(b * problem.size)}" for a, b in zones)
 
 
-def _zones(problem: _Problem, mesh: _Mesh, active: Mask) -> Zones:
+def _zones(problem: RingProblem, mesh: RingMesh, active: Mask) -> Zones:
     contact, end = np.zeros(mesh.live.size + 2, dtype=np.bool_), np.zeros(mesh.live.size + 2, dtype=np.bool_)
     contact[1:-1][mesh.live], end[1:-1][mesh.live] = active, np.isinf(mesh.gap)
     end[-1] = True
@@ -608,7 +637,7 @@ def _room(zones: Zones, k: int) -> tuple[float, float]:
     return min(outer - inner, inner - before), min(outer - inner, after - outer)
 
 
-def _agree(problem: _Problem, new: Zones, old: Zones, tolerance: float, at_corners: float) -> bool:
+def _agree(problem: RingProblem, new: Zones, old: Zones, tolerance: float, at_corners: float) -> bool:
     return len(new) == len(old) and all(
         abs(new[k][side] - x) <= room * (at_corners if x in problem.corners else tolerance)
         for k in range(len(old))
@@ -616,7 +645,7 @@ def _agree(problem: _Problem, new: Zones, old: Zones, tolerance: float, at_corne
     )
 
 
-def _refine(problem: _Problem, zones: Zones) -> _State | None:
+def _refine(problem: RingProblem, zones: Zones) -> RingState | None:
     """Move the free edges of the zones until p √s = K + C s + ... has K = 0 there, s the distance from the edge.
 
     A step of 2 K/C is Newton's method, for √(s + δ) = √s + δ/(2√s) + ...: the zero of p², seen from afar.
@@ -625,12 +654,12 @@ def _refine(problem: _Problem, zones: Zones) -> _State | None:
         mesh = _mesh(problem, _panels(problem, (), zones))
         if not np.all(np.isfinite(mesh.gap)):
             return None
-        state = _State(mesh, *_balance(problem, mesh, np.ones(mesh.centres.size, dtype=np.bool_)), zones)
+        state = RingState(mesh, *_balance(problem, mesh, np.ones(mesh.centres.size, dtype=np.bool_)), zones)
         noise = 1e-13 * float(np.max(np.abs(mesh.gap)) / (state.depth - mesh.gap.min()))
         moved, still, tolerance = [list(zone) for zone in zones], True, max(1e-9, noise)
         for k, side in itertools.product(range(len(zones)), (0, 1)):
             x, room = zones[k][side], _room(zones, k)[side]
-            K, C = _edge_fit(state, k, side) if x > 0 else (0.0, 1.0)
+            K, C = edge_fit(state, k, side) if x > 0 else (0.0, 1.0)
             if x == 0 or (x in problem.corners and K >= 0):
                 continue
             step = math.copysign(min(2 * abs(K) / C, 0.2 * room) if C > 0 else 0.2 * room, K if side else -K)
@@ -643,7 +672,7 @@ def _refine(problem: _Problem, zones: Zones) -> _State | None:
     return None
 
 
-def _edge_fit(state: _State, k: int, side: int, sharp: bool = False) -> tuple[float, float]:
+def edge_fit(state: RingState, k: int, side: int, sharp: bool = False) -> tuple[float, float]:
     """K and C of p √s = K + C s + ..., s the distance into the contact from a zone edge."""
     mesh, end = state.mesh, state.zones[k][side]
     rings = np.flatnonzero(mesh.panel == mesh.panel[np.searchsorted(mesh.centres, end) - side])

@@ -1,27 +1,37 @@
-"""Fields of a contact with memory, from the springs of the row that is asked for; and whether its pressure is one."""
+"""Fields of a contact with memory, from the springs of the row that is asked for; and whether they are those of a contact."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 from scipy.interpolate import PchipInterpolator
 
 from pymdr.interpretation.validity import SOURCES, BoolArray, Claim, Level
 from pymdr.line.curves import ElasticLine
-from pymdr.line.memory import MemoryState, Relaxation, follow_springs, line_state, virgin
+from pymdr.line.memory import MemoryState, Relaxation, follow_springs, line_state, prepared, virgin
 from pymdr.mapping.abel import Curve, gauss
 from pymdr.mapping.equivalent import EquivalentProfile
 from pymdr.units import FloatArray
 
 _NODES = 96
+_BESIDE = 0.01
+"""Of the radius of a kink, where the pressure may be infinite: errors are not measured closer to it."""
+_BLOCK = 256
+"""Radii whose pressures are integrated at once."""
 _TENSION = 1e-3
 """Of the mean pressure: what the distance of the springs can do to a pressure."""
+_OVERLAP = 1e-3
+"""Of the largest displacement: what the distance of the springs can do to a gap, some times over."""
 _CHECKED = 48
-"""Most rows whose pressure is looked at."""
+"""Most rows whose pressure and gap are looked at."""
+_INSIDE = (np.arange(64.0) + 0.5) / 66.0
+_OUTSIDE = 1.0 + np.geomspace(1e-3, 2.0, 16)
+"""Radii over that of the contact at which they are."""
 _SOURCE = f"{SOURCES['lee-radok']}; {SOURCES['ting']}"
 
 
@@ -77,7 +87,10 @@ class MemorySurface:
     def states(self, steps: Sequence[int]) -> Iterator[LineState]:
         """The springs of rising rows, followed once."""
         line = ElasticLine(self.equivalent, 1.0)
-        state: MemoryState = virgin(*self._start())
+        if not steps:
+            return
+        deepest = float(np.max(self.indentation[: steps[-1] + 1]))
+        state = prepared(line, self.relaxation, deepest, virgin(*self._start()), self.n)
         first = 0
         for step in steps:
             if step >= first:
@@ -121,22 +134,36 @@ class MemorySurface:
         u = np.zeros(r.shape)
         inside = (r <= state.radius) & (state.radius > 0.0)
         u[inside] = d - self.gap_function(r[inside])
-        far = np.flatnonzero(~inside & (r > 0.0))
+        far = np.flatnonzero(~inside)
         if state.position.size == 0 or far.size == 0:
             return u
-        w = PchipInterpolator(
-            np.append(0.0, state.position), np.append(state.deflection[0], state.deflection)
-        )
-        top, (t, weights) = float(state.position[-1]), gauss(_NODES)
-        for i in far:
-            # w bends at the edge of the contact and ends where nothing was touched
-            ends = np.unique(np.arcsin(np.minimum(np.array([0.0, state.radius, top, r[i]]) / r[i], 1.0)))
-            width = np.diff(ends)
-            angle = ends[:-1, None] + width[:, None] * t
-            x = r[i] * np.sin(angle)
-            values = np.where(x <= top, w(np.minimum(x, top)), 0.0)
-            u[i] = 2.0 / math.pi * float(width @ (values @ weights))
+        position, deflection = state.position, state.deflection
+        if state.radius > position[-1]:  # at a sharp edge, to which the last spring stands for w
+            position, deflection = np.append(position, state.radius), np.append(deflection, deflection[-1])
+        w = PchipInterpolator(np.append(0.0, position), np.append(deflection[0], deflection))
+        top, (t, weights) = float(position[-1]), gauss(_NODES)
+        radii = np.maximum(r[far], 1e-9 * top)[:, None]
+        # w bends at the edge of the contact and ends where nothing was touched
+        ends = np.arcsin(np.minimum(np.array([0.0, state.radius, top, math.inf]) / radii, 1.0))
+        width = np.diff(ends, axis=1)
+        x = radii[:, :, None] * np.sin(ends[:, :-1, None] + width[:, :, None] * t)
+        values = np.where(x <= top, w(np.minimum(x, top)), 0.0)
+        u[far] = 2.0 / math.pi * np.sum(width * (values @ weights), axis=1)
         return u
+
+    def gap_and_displacement(
+        self, state: LineState, step: int, r: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """Both at radii outside the contact, the gap as far as the profile goes."""
+        d = float(self.indentation[step])
+        u = self._displacement(state, d, r)
+        known = r <= min(self.equivalent.reach, self.equivalent.edge)
+        return self.gap_function(r[known]) - d + u[known], u
+
+    def outside(self, state: LineState) -> FloatArray:
+        """Radii to three times that of the contact; without one, over all that was touched."""
+        touched = float(state.position[-1])
+        return state.radius * _OUTSIDE if state.radius > 0.0 else touched * np.append(_INSIDE[::4], _OUTSIDE)
 
 
 @lru_cache(maxsize=8)
@@ -167,37 +194,152 @@ def pressure(state: LineState, r: FloatArray) -> FloatArray:
         return p
     x, q = state.position[inside], state.load[inside]
     edge = _edge_load(state) if q[-1] > 0.25 * q.max() else 0.0
-    curve = PchipInterpolator(
-        np.concatenate([[0.0], x, [a]]), np.concatenate([q[:1], q, [edge]])
-    ).derivative()
-    s, weights = gauss(_NODES)
-    radius = np.maximum(r[within], 1e-9 * a)[:, None]
-    root = np.sqrt((a - radius) * (a + radius))
-    # with x^2 = r^2 + (a^2 - r^2) s^2 the integrand is q' / x
-    at = np.sqrt(radius * radius + (root * s) ** 2)
-    p[within] = -(root * curve(np.minimum(at, a)) / at) @ weights / math.pi
+    curve = PchipInterpolator(np.concatenate([[0.0], x, [a]]), np.concatenate([q[:1], q, [edge]]))
+    radius = np.maximum(r[within], 1e-9 * a)
+    blocks = np.array_split(radius, math.ceil(radius.size / _BLOCK))
+    p[within] = np.concatenate([_integrated(curve, block[:, None]) for block in blocks])
     if edge != 0.0:
         with np.errstate(divide="ignore"):
-            p[within] += edge / (math.pi * root[:, 0])
+            p[within] += edge / (math.pi * np.sqrt((a - radius) * (a + radius)))
     return p
 
 
+def _integrated(curve: PchipInterpolator, r: FloatArray) -> FloatArray:
+    """
+    -(1/pi) int_r^a q' / sqrt(x^2 - r^2) dx of a q that is a cubic between the springs, in closed form.
+
+    A rule for all of it would miss that q' is infinite beside a kink of the profile.
+    """
+    third, second, first, _ = curve.c
+    start = curve.x[:-1]
+    powers = (
+        first - 2.0 * second * start + 3.0 * third * start**2,
+        2.0 * second - 6.0 * third * start,
+        3.0 * third,
+    )
+    x = np.maximum(curve.x, r)
+    root = np.sqrt((x - r) * (x + r))
+    angle = np.arcsinh(root / r)
+    moments = angle, root, 0.5 * (x * root + r * r * angle)
+    total = sum(np.diff(moment, axis=1) @ power for power, moment in zip(powers, moments, strict=True))
+    return np.asarray(-total / math.pi)
+
+
+class MemoryCheck(NamedTuple):
+    """What was found in some rows."""
+
+    rows: np.ndarray
+    """Which, rising."""
+    tension: FloatArray
+    """Largest tension inside the contact over its mean pressure; below 0 without any."""
+    overlap: FloatArray
+    """Deepest overlap outside over the largest displacement; below 0 without any."""
+    errors: dict[str, FloatArray]
+    """Of the fields over their largest value: what half as many springs make otherwise."""
+
+    @property
+    def violated(self) -> int | None:
+        """The first place in `rows` that is no contact."""
+        wrong = np.flatnonzero((self.tension > _TENSION) | (self.overlap > _OVERLAP))
+        return int(wrong[0]) if wrong.size else None
+
+    def sound(self, size: int) -> BoolArray:
+        """Rows before anything was found: what comes after hangs on it."""
+        first = self.violated
+        where = np.ones(size, dtype=bool)
+        if first is not None:
+            where[self.rows[first - 1] + 1 if first else self.rows[0] :] = False
+        return where
+
+    def error(self, name: str, size: int) -> FloatArray:
+        """Of all rows, from those on both sides that were looked at."""
+        if self.rows.size == 0:
+            return np.zeros(size)
+        after = np.searchsorted(self.rows, np.arange(size))
+        known = self.errors[name]
+        return np.maximum(known[np.minimum(after, known.size - 1)], known[np.maximum(after - 1, 0)])
+
+
+NOT_CHECKED = MemoryCheck(np.zeros(0, dtype=int), np.zeros(0), np.zeros(0), {})
+"""Where nothing was looked at."""
+
+
+def check_memory(surface: MemorySurface, force: FloatArray | None) -> MemoryCheck:
+    """
+    Look whether the pressure pulls nowhere and the gap is open outside, and how far fields err.
+
+    Parameters
+    ----------
+    surface : MemorySurface
+    force : ndarray or None
+        Normal force of every row in N, if the indentation is not prescribed in all.
+
+    Returns
+    -------
+    MemoryCheck
+    """
+    rows = checked_rows(surface.contact_radius)
+    half = replace(surface, n=surface.n // 2)
+    found: list[tuple[float, float]] = []
+    errors: list[tuple[float, float, float]] = []
+    for row, fine, coarse in zip(rows, surface.states(rows), half.states(rows), strict=True):
+        beyond = surface.outside(fine)
+        gap, u = surface.gap_and_displacement(fine, row, beyond)
+        other_gap, other_u = surface.gap_and_displacement(coarse, row, beyond)
+        replayed = 0.0 if force is None else _replayed(fine, row, force)
+        r = fine.radius * _INSIDE
+        p, other_p = pressure(fine, r), pressure(coarse, r)
+        away = _away(r, surface.marks(row))
+        size = max(float(np.max(fine.deflection, initial=0.0)), abs(float(surface.indentation[row])))
+        mean = float(np.sum(p * r) / np.sum(r)) if fine.radius > 0.0 else 0.0
+        found.append(
+            (
+                -float(p.min()) / mean if mean > 0.0 else 0.0,
+                -float(np.min(gap, initial=math.inf)) / size if size > 0.0 else 0.0,
+            )
+        )
+        errors.append(
+            (
+                _apart(p[away], other_p[away], float(np.max(np.abs(p), initial=0.0))) + replayed,
+                _apart(u, other_u, size) + replayed,
+                _apart(gap, other_gap, size) + replayed,
+            )
+        )
+    names = ("pressure", "normal_displacement", "gap")
+    told = np.array(errors).reshape(-1, 3)
+    tension, overlap = np.array(found).reshape(-1, 2).T
+    return MemoryCheck(np.array(rows, dtype=int), tension, overlap, dict(zip(names, told.T, strict=True)))
+
+
+def _replayed(state: LineState, row: int, force: FloatArray) -> float:
+    """
+    By how much the force of the springs misses that of the row, over the largest.
+
+    They are followed by indentations straight from row to row, between which a prescribed force moves them otherwise.
+    """
+    borne = 2.0 * float(np.trapezoid(state.load, state.position)) if state.position.size else 0.0
+    return abs(borne - float(force[row])) / (float(np.max(force)) or 1.0)
+
+
+def _away(r: FloatArray, kinks: Sequence[float]) -> BoolArray:
+    away = np.ones(r.shape, dtype=bool)
+    for kink in kinks:
+        away &= np.abs(r - kink) > _BESIDE * kink
+    return away
+
+
+def _apart(values: FloatArray, others: FloatArray, size: float) -> float:
+    return float(np.max(np.abs(values - others), initial=0.0)) / size if size > 0.0 else 0.0
+
+
 def checked_rows(radius: FloatArray) -> list[int]:
-    """Rows in contact whose pressures tell of the others: the last, the largest, and some between."""
+    """Rows that tell of the others: the first touch, the last row, the largest contact, and some between."""
     touching = np.flatnonzero(radius > 0.0)
     if touching.size == 0:
         return []
-    some = touching[np.unique(np.linspace(0, touching.size - 1, min(touching.size, _CHECKED)).astype(int))]
-    return sorted({*some.tolist(), int(np.argmax(radius))})
-
-
-def least_pressure(state: LineState) -> float:
-    """The least pressure over the mean pressure."""
-    a = state.radius
-    r: FloatArray = a * (np.arange(64.0) + 0.5) / 66.0
-    p = pressure(state, r)
-    mean = float(np.sum(p * r) / np.sum(r))
-    return float(p.min()) / mean if mean > 0.0 else 0.0
+    first, last = int(touching[0]), radius.size - 1
+    some = np.unique(np.linspace(first, last, min(last - first + 1, _CHECKED)).astype(int))
+    return sorted({*some.tolist(), int(np.nanargmax(radius))})
 
 
 def memory_claims(
@@ -205,12 +347,11 @@ def memory_claims(
     disk: BoolArray,
     forced: BoolArray,
     moved: BoolArray,
-    tension: float,
-    checked: int,
+    check: MemoryCheck,
     remark: str,
 ) -> dict[str, Claim]:
     """
-    Claims of a contact with memory.
+    Claims of a contact with memory: up to the first row that is none, on which all later ones hang.
 
     Parameters
     ----------
@@ -220,10 +361,8 @@ def memory_claims(
         Rows whose springs in contact are those of a disk.
     forced, moved : ndarray of bool
         Rows whose force is prescribed, and rows whose indentation is.
-    tension : float
-        Largest tension that was found, over the mean pressure.
-    checked : int
-        Rows at which it was looked for.
+    check : MemoryCheck
+        What pressures and gaps told.
     remark : str
         What the numbers rest on.
 
@@ -231,21 +370,26 @@ def memory_claims(
     -------
     dict of str to Claim
     """
-    where = disk if tension <= _TENSION else np.zeros(disk.shape, dtype=bool)
+    where = np.logical_and.accumulate(disk) & check.sound(disk.size)
+    why = "" if disk.all() else "the springs in contact are not those of a disk"
+    if (first := check.violated) is not None:
+        tension, overlap = float(check.tension[first]), float(check.overlap[first])
+        why = (
+            f"a disk would need tension inside, {tension:.2g} of its mean pressure"
+            if tension > _TENSION
+            else f"a disk would let the surfaces overlap outside, by {overlap:.2g} of the largest displacement"
+        )
     if not where.any():
-        why = "the springs in contact are not those of a disk"
-        if tension > _TENSION:
-            why = f"a disk would need tension inside, {tension:.2g} of its mean pressure"
         return dict.fromkeys(names, Claim(Level.NOT_VALID, why, _SOURCE, where)) | _given(
             where, forced, moved
         )
     reason = (
         "exact for viscoelastic half-spaces in frictionless contact on a disk under any history: what a spring bears and "
-        f"how it is shortened are bound by the same law as traction and displacement of the surface; no tension was found in "
-        f"{checked} rows{remark}"
+        "how it is shortened are bound by the same law as traction and displacement of the surface; neither tension inside "
+        f"nor overlap outside was found in {check.rows.size if first is None else first} rows{remark}"
     )
-    if not disk.all():
-        reason += f"; {int((~disk).sum())} of {disk.size} rows are no disk"
+    if not where.all():
+        reason += f"; from row {int(np.argmin(where)) + 1} of {disk.size} on it is none: {why}"
     return dict.fromkeys(names, Claim(Level.EXACT, reason, _SOURCE, where)) | _given(where, forced, moved)
 
 

@@ -99,6 +99,40 @@ def sliding_claims(
     return claims
 
 
+def rough_sliding_claims(prescribed: str, everywhere: BoolArray, error: FloatArray) -> dict[str, Claim]:
+    """
+    Claims of a rough line that slides.
+
+    Parameters
+    ----------
+    prescribed : str
+        "normal_force" or "indentation".
+    everywhere : ndarray of bool
+        True for every speed.
+    error : ndarray
+        Relative errors of the numbers at every speed.
+
+    Returns
+    -------
+    dict of str to Claim
+    """
+    book = SOURCES["popov-hess"]
+    reason = (
+        "qualitative: springs below a random line of one seed, which stands for a rough surface by its spectrum; neither the contact "
+        "nor the loss of a surface is that of a line, and by how much they differ has not been measured"
+    )
+    claim = Claim(Level.APPROXIMATE, reason, book, everywhere, error)
+    claims = dict.fromkeys(("friction_coefficient", "friction_force", "normal_force", "indentation"), claim)
+    claims[prescribed] = Claim(Level.EXACT, "prescribed", book, everywhere)
+    nowhere = np.zeros(everywhere.shape, dtype=bool)
+    for name in ("slow_limit", "fast_limit"):
+        claims[name] = Claim(Level.NOT_VALID, "the limits of a rough surface are not known", book, nowhere)
+    area = "the part of a line that is touched is not the contact of a surface"
+    for name in ("contact_area", "pressure", "leading_edge", "trailing_edge"):
+        claims[name] = Claim(Level.NOT_VALID, area, book, nowhere)
+    return claims
+
+
 def slowness(friction: FloatArray, slow_limit: FloatArray) -> Assumption:
     """
     Whether all speeds are slow, by the springs: their exact limit is known, twice that of the surface.

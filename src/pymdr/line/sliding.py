@@ -30,10 +30,12 @@ BoolArray = NDArray[np.bool_]
 NODES, FEWER = 16, 12
 """Nodes of a panel, and those whose difference tells the error."""
 _GRADES = 46
-_HALVED = 12
-_RESOLVED = 1e-14
-_ENDLESS = 0.995
-"""Of one octave in the next one, toward a knot: from there on an integral is taken not to end."""
+_PANELS = 320
+"""About how many halve toward weak kinks."""
+_HALVED, _MOST = 12, 4096
+_RESOLVED, _ALIKE = 1e-14, 1e-12
+_ENDLESS = -0.99
+"""The power of the distance from a knot with which g'^2 is taken to have no integral."""
 
 
 class _Radau(NamedTuple):
@@ -99,15 +101,17 @@ class SlidingLine:
     @cached_property
     def slope_square(self) -> float:
         """The integral of g'^2 from 0 to a in m; inf where g' grows too fast toward the tip or a kink."""
-        weights = _radau(self.slopes.shape[1]).weights
-        parts = self.widths[self.half :] * (self.slopes[self.half :] ** 2 @ weights)
+        widths, slopes = self.widths[self.half :], -self.slopes[self.half :]
+        parts = widths * (slopes**2 @ _radau(slopes.shape[1]).weights)
         for knot in self.knots:
             # what lies beyond the smallest panels is a power of the distance
-            near, far = parts[knot + 1], parts[knot + 2]
-            if near > 0.0:
-                if near >= _ENDLESS * far:
+            first, near, far = np.cumsum(widths[knot : knot + 3])
+            low, high = slopes[knot + 1 : knot + 3, -1]
+            if low > 0.0 and high > 0.0:
+                power = 2.0 * math.log(high / low) / math.log(far / near)
+                if power <= _ENDLESS:
                     return math.inf
-                parts[knot] = near / (far / near - 1.0)
+                parts[knot] = first * low**2 * (first / near) ** power / (1.0 + power)
         return float(parts.sum())
 
     @property
@@ -149,24 +153,32 @@ def sliding_line(line: ElasticLine, states: DiskStates, n: int = NODES) -> Slidi
     a = float(place.x[0])
     equivalent = line.equivalent
     kinks = [b for b in equivalent.kinks(a) if 0.0 < b < a]
+    strong = {b for b, _ in equivalent.corners(a)}
+    grades = {b: _GRADES if b in strong else _some_grades(len(kinks)) for b in kinks} | {0.0: _GRADES}
     marks = equivalent.resolving_radii(a)
-    bases, offsets, widths = [], [], []
+    bases, offsets, widths, singular = [], [], [], []
     for left, right in zip([0.0, *kinks], [*kinks, None], strict=True):
         whole = float(place.base[0] - left) + float(place.offset[0]) if right is None else right - left
-        points = _graded(whole, marks - left)
+        ends = grades[left], _GRADES if right is None else grades[right]
+        points = _graded(whole, marks - left, *ends)
+        alone = np.zeros(2, dtype=bool) if right is None else np.array(ends) == _GRADES
+        alone[0] = ends[0] == _GRADES
         for _ in range(_HALVED):
             rough = _rough(line, left, points, n, depth)
-            if not rough.any():
+            rough[[0, -1]] &= ~alone
+            if not rough.any() or points.size > _MOST:
                 break
             middles = points[:-1][rough] + 0.5 * np.diff(points)[rough]
             points = np.sort(np.append(points, middles))
+        meets = np.zeros(points.size - 1, dtype=bool)
+        meets[[0, -1]] = alone
         bases.append(np.full(points.size - 1, left))
         offsets.append(points[:-1])
         widths.append(np.diff(points))
+        singular.append(meets)
     base, low, width = (np.concatenate(parts) for parts in (bases, offsets, widths))
+    meets = np.concatenate(singular)
     nodes = _radau(n).nodes
-    first = low == 0.0
-    meets = first | np.append(first[1:], False)
     behind = _slopes(line, base, low, width, nodes, meets)
     before = _slopes(line, base, low, width, 1.0 - nodes, meets)
     return SlidingLine(
@@ -175,15 +187,20 @@ def sliding_line(line: ElasticLine, states: DiskStates, n: int = NODES) -> Slidi
         np.concatenate([(base + low + width)[::-1], -(base + low)]),
         np.concatenate([width[::-1], width]),
         np.concatenate([before[::-1], -behind]),
-        tuple(np.flatnonzero(first).tolist()),
+        tuple(np.flatnonzero(meets & (low == 0.0)).tolist()),
     )
 
 
-def _graded(whole: float, marks: FloatArray) -> FloatArray:
-    """Distances from a knot to the next that are graded to both."""
-    halves = whole * 0.5 ** np.arange(1.0, _GRADES)
-    inside = marks[(marks > halves[-1]) & (marks < whole - halves[-1])]
-    return np.unique(np.concatenate([[0.0, whole], halves, whole - halves, inside]))
+def _some_grades(kinks: int) -> int:
+    """How often panels halve toward a weak kink: less for those of a curve through many samples."""
+    return min(max(_PANELS // (2 * kinks), 2), _GRADES) if kinks else _GRADES
+
+
+def _graded(whole: float, marks: FloatArray, begin: int, end: int) -> FloatArray:
+    """Distances from a knot to the next, which halve so often toward both."""
+    first, last = (whole * 0.5 ** np.arange(1.0, number) for number in (begin, end))
+    inside = marks[(marks > first[-1]) & (marks < whole - last[-1])]
+    return np.unique(np.concatenate([[0.0, whole], first, whole - last, inside]))
 
 
 def _slopes(
@@ -209,11 +226,13 @@ def _rough(line: ElasticLine, left: float, points: FloatArray, n: int, depth: fl
     node, weight = gauss(n)
     width = np.diff(points)
     base = np.full(width.size, left)
-    meets = np.zeros(width.size, dtype=bool)
-    meets[[0, -1]] = True
-    rise = (_slopes(line, base, points[:-1], width, node, meets) @ weight) * width
+    nowhere = np.zeros(width.size, dtype=bool)
+    rise = (_slopes(line, base, points[:-1], width, node, nowhere) @ weight) * width
     exact = np.diff(line.equivalent.g(Place(np.full(points.size, left), points)))
-    return np.asarray((np.abs(rise - exact) > _RESOLVED * depth) & (width > _RESOLVED * points[-1]))
+    missed = np.abs(rise - exact)
+    return np.asarray(
+        (missed > _RESOLVED * depth) & (missed > _ALIKE * np.abs(exact)) & (width > _RESOLVED * points[-1])
+    )
 
 
 @dataclass(frozen=True)
@@ -286,7 +305,7 @@ def slide(pressed: SlidingLine, relaxation: Relaxation, speed: float) -> Slid:
     if dashpot:
         turns = width @ (pressed.slopes[:panel] ** 2 @ rule.weights) + part * (weight @ steep**2)
         drag += dashpot * turns
-    return Slid(float(load), float(drag), float(pressed.begins[panel]) - part, panel, share, last[-1])
+    return Slid(float(load), float(drag), float(pressed.begins[panel] - part), panel, share, last[-1])
 
 
 def _terms(relaxation: Relaxation, speed: float) -> tuple[FloatArray, FloatArray]:

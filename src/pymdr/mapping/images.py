@@ -36,7 +36,8 @@ _STEEP, _SPREAD = 8.0, 64.0
 _GRADED = 24
 _TESTED = 12
 _MOST_PENDING = 400
-_SPREAD_AT = np.array([0.2, 0.6, 1.0])
+_SPREAD_AT = np.array([0.0, 0.2, 0.6, 1.0])
+_UNEVEN, _MATTERS = 4.0, 1e-12
 
 CURVES = ("g", "slope", "moment", "squared")
 
@@ -189,12 +190,14 @@ def _fit_image(charges: Charges, panels: Panels, u: FloatArray) -> _Fitted:
     with np.errstate(divide="ignore", invalid="ignore"):
         error = np.where(size > 0.0, misfit / size, 0.0)
         at = panels.low[:, None] + panels.width[:, None] * _SPREAD_AT
-        rough = charges.spread_error(panels.base, at)
-        rough = np.where(size[:, :1] > 0.0, rough / np.max(np.abs(values[:, 0]), axis=1)[:, None], 0.0)
+        at[panels.begins, 0] = at[panels.begins, 1]
+        # where a power is divided out the series stands for ratios
+        parts = np.where(power[:, :1] != 0.0, (at / panels.high[:, None]) ** power[:, :1], 1.0) * size[:, :1]
+        rough = np.where(size[:, :1] > 0.0, charges.spread_error(panels.base, at) / parts, 0.0)
         jumps = charges.jump_error(panels.base, at)
         jumps = np.where(size[:, 1] > 0.0, np.max(jumps, axis=1) / np.max(np.abs(values[:, 1]), axis=1), 0.0)
     # one that is rough at its end only, where the profile may end steeply, is divided all the same
-    known, spread = np.median(rough, axis=1), np.max(rough, axis=1)
+    known, spread = np.median(rough[:, 1:], axis=1), np.max(rough, axis=1)
     allowed = np.stack(
         [_TOLERANCE + 4.0 * known, _RATE_TOLERANCE + 64.0 * known + 4.0 * jumps, _TOLERANCE + 4.0 * known],
         axis=1,
@@ -204,6 +207,8 @@ def _fit_image(charges: Charges, panels: Panels, u: FloatArray) -> _Fitted:
     one_sign = (lowest > 0.0) | (highest < 0.0)
     uneven = one_sign & (size > _SPREAD * np.min(np.abs(plain), axis=2))
     even = ~(panels.begins & uneven.any(axis=1))
+    # an error that matters at the lower end only is not claimed of a whole panel
+    even &= ~((rough[:, 0] > _UNEVEN * np.max(rough[:, 1:], axis=1)) & (rough[:, 0] > _MATTERS))
     error = error + np.stack([spread, 16.0 * spread + jumps, spread], axis=1)
     room = ((0, 0), (0, 1))
     return _Fitted(power, coefficients, np.pad(error, room), np.pad(size, room), allowed, even)

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 from pymdr.errors import ProblemError
 from pymdr.problem.laws import AdhesionLaw, Coulomb, MaugisDugdale
-from pymdr.problem.materials import Material, Rigid, Viscoelastic, common_exponent
+from pymdr.problem.materials import Material, Rigid, common_exponent
 from pymdr.problem.profiles import ForceCurve, Profile
 from pymdr.problem.values import Value
 
@@ -78,7 +78,7 @@ class Contact(Value):
             )
         if isinstance(self.profile, ForceCurve):
             self._refuse_beyond_curve(exponent)
-        if isinstance(self.body, Viscoelastic) or isinstance(self.counterbody, Viscoelastic):
+        if self.remembers:
             self._refuse_memory()
         if exponent != 0.0 and self.friction is not None:
             raise ProblemError(
@@ -92,6 +92,11 @@ class Contact(Value):
                 "is known on the springs of homogeneous bodies only; take JKR for soft and large bodies, DMT for stiff and "
                 "small ones"
             )
+
+    @property
+    def remembers(self) -> bool:
+        """Whether one of the bodies does."""
+        return self.body.remembers or self.counterbody.remembers
 
     def _refuse_beyond_curve(self, exponent: float) -> None:
         if self.adhesion is not None:

@@ -49,7 +49,8 @@ class Measured:
                 )
         if x[0] <= 0.0:
             raise ProblemError(
-                f"{name}: row 1 is at {x[0]:g}; times since the step and frequencies must be above 0"
+                f"{name}: row 1 is at {x[0]:g}; times since the step and frequencies must be above 0: leave "
+                "out what was before"
             )
         if np.any(np.diff(x) <= 0.0):
             i = int(np.argmax(np.diff(x) <= 0.0))
@@ -61,7 +62,7 @@ class Measured:
         if np.any(steps > WIDEST_GAP):
             i = int(np.argmax(steps > WIDEST_GAP))
             raise ProblemError(
-                f"{name}: no row between {x[i]:g} and {x[i + 1]:g}, {steps[i]:.3g} decades; terms there are not known: measure "
+                f"{name}: no row between {x[i]:g} and {x[i + 1]:g}, {steps[i]:.6g} decades; terms there are not known: measure "
                 f"with gaps of at most {WIDEST_GAP:g} decades, or fit the parts by themselves"
             )
         nothing = np.all(np.array(self.moduli) == 0.0, axis=0)

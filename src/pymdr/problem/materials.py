@@ -21,6 +21,11 @@ class Material(Value, ABC):
         """The power of the depth with which its stiffness grows; 0 for homogeneous bodies."""
         return 0.0
 
+    @property
+    def remembers(self) -> bool:
+        """Whether its stress depends on how it was strained before."""
+        return False
+
 
 @dataclass(frozen=True, eq=False)
 class Elastic(Material):
@@ -300,6 +305,11 @@ class Viscoelastic(Material):
                 f"Viscoelastic: {found} given; give poisson = 0.5 for a body that keeps its volume, or the one of the "
                 "two that does not change in time"
             )
+
+    @property
+    def remembers(self) -> bool:
+        """True."""
+        return True
 
 
 def common_exponent(body: Material, counterbody: Material) -> float:

@@ -327,18 +327,16 @@ class Path(Leg):
                 f"Path: {time.size} times for {size} samples of {named[0]}; give one time per sample"
             )
         if np.any(np.diff(time) <= 0.0):
+            i = int(np.argmax(np.diff(time) <= 0.0))
             raise PathError(
-                f"Path.time must rise strictly; it does not from entry {_first_fall(time) + 1} to the next"
+                f"Path.time must rise strictly; it does not from entry {i + 1} to the next ({time[i]:.12g} s, then "
+                f"{time[i + 1]:.12g} s): sort the rows, and average those of one time"
             )
 
     @property
     def steps(self) -> int:
         """Number of rows."""
         return int(getattr(self, named_channels(self)[0]).size)
-
-
-def _first_fall(time: Any) -> int:
-    return int(np.argmax(np.diff(time) <= 0.0))
 
 
 @dataclass(frozen=True, eq=False)

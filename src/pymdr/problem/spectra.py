@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import NamedTuple
@@ -94,24 +94,30 @@ def _zeros(
         beyond = max(last, (constant + 2.0 * float(weights.sum())) / slope)
         left, right = np.append(left, last), np.append(right, last + beyond)
 
-    def value(base: FloatArray, step: FloatArray) -> FloatArray:
+    def from_base(base: FloatArray) -> Callable[[FloatArray], FloatArray]:
         """What h is at -(base + step): the same rounding of its part at -base for both zeros beside a pole."""
         to_base = poles - base[:, None]
         own = to_base == 0.0
         apart = np.where(own, np.inf, to_base)
         rest = constant - slope * base - (weights * base[:, None] / apart - weights * own).sum(axis=1)
-        steep = (weights * poles / apart / (apart - step[:, None])).sum(axis=1) + slope
-        return np.asarray(rest - step * steep + (weights * poles * own).sum(axis=1) / step)
+        others, pole = weights * poles / apart, (weights * poles * own).sum(axis=1)
+
+        def value(step: FloatArray) -> FloatArray:
+            steep = (others / (apart - step[:, None])).sum(axis=1) + slope
+            return np.asarray(rest - step * steep + pole / step)
+
+        return value
 
     half = 0.5 * (right - left)
-    above = value(left, half) > 0.0
+    above = from_base(left)(half) > 0.0
     if slope > 0.0:
         half[-1], above[-1] = 2.0 * half[-1], False
     base, sign = np.where(above, right, left), np.where(above, -1.0, 1.0)
+    value = from_base(base)
     near, far = np.zeros(half.size), np.full(half.size, _SMALLEST)
     for _ in range(64):
         middle = 0.5 * (near + far)
-        farther = value(base, sign * half * np.exp(-middle)) * sign > 0.0
+        farther = value(sign * half * np.exp(-middle)) * sign > 0.0
         near, far = np.where(farther, near, middle), np.where(farther, middle, far)
     step = sign * half * np.exp(-0.5 * (near + far))
     away = (poles - base[:, None]) - step[:, None]

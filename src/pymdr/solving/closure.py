@@ -57,8 +57,12 @@ def solve_on_curve(history: Callable[[Task], Result], task: Task) -> Result:
             f"the path cannot be followed on a force curve that ends at an indentation of {metres(deepest)} and is not "
             f"extrapolated: {error}"
         ) from error
-    data, remembers = result.data, "effective_modulus" in result.claims
-    again = regrown(data["contact_radius"].values) if remembers and "contact_radius" in data else None
+    data = result.data
+    again = (
+        regrown(data["contact_radius"].values)
+        if task.contact.remembers and "contact_radius" in data
+        else None
+    )
     claims = closure_claims(
         result.claims,
         closure_of(curve),
@@ -92,7 +96,7 @@ def curve_plots(result: Result, row: int) -> Plots:
 
     curve = result.contact.profile
     assert isinstance(curve, ForceCurve)
-    remembers = "effective_modulus" in result.claims
+    remembers = result.contact.remembers
     # bodies with a memory have no one modulus: the curve is drawn as it was taken
     modulus = (
         curve.modulus

@@ -25,9 +25,10 @@ from pymdr.solving.adhesive import solve_adhesive
 from pymdr.solving.closure import is_curve, reading_of, refuse_curve, solve_on_curve
 from pymdr.solving.drawing import adhesive_plots, frictional_plots, memory_plots, normal_plots
 from pymdr.solving.frictional import solve_frictional
+from pymdr.solving.memory import relaxation_along
 from pymdr.solving.normal import solve_normal
-from pymdr.solving.ringed import solve_by_rings
-from pymdr.solving.viscoelastic import relaxation_along, remembers, solve_viscoelastic, surface_with_memory
+from pymdr.solving.ringed import ring_history_with_memory, solve_by_rings, solve_memory_by_rings
+from pymdr.solving.viscoelastic import solve_viscoelastic, surface_with_memory
 from pymdr.solving.walk import Task
 
 _WITHOUT_FRICTION = dict.fromkeys(
@@ -72,21 +73,33 @@ def _rings(result: Result) -> RingHistory:
     return RingHistory(contact.profile, tuple(solutions), depths)
 
 
+def _rings_with_memory(result: Result) -> RingHistory:
+    kept = result.data["row"].values if "row" in result.data.coords else None
+    return ring_history_with_memory(
+        Task(result.contact, result.path, result.reading, keep=kept, solver=result.rings)
+    )
+
+
 def _surface_with_memory(result: Result) -> MemorySurface:
     data = result.data
     time, depth, radius = (data[name].values for name in ("time", "indentation", "contact_radius"))
-    relaxation = relaxation_along(result.contact, result.path)
+    relaxation = relaxation_along(result.contact, result.path, result["time"].values)
     return surface_with_memory(result.contact, relaxation, time, depth, radius)
 
 
 LAWS = (
+    Law(
+        lambda contact, solver: solver is not None and contact.remembers,
+        solve_memory_by_rings,
+        Reading(SURFACE_FIELDS, (), _rings_with_memory, memory_plots, _WITHOUT_FRICTION),
+    ),
     Law(
         lambda contact, solver: solver is not None,
         solve_by_rings,
         Reading(SURFACE_FIELDS, (), _rings, normal_plots, _WITHOUT_FRICTION),
     ),
     Law(
-        lambda contact, solver: remembers(contact),
+        lambda contact, solver: contact.remembers,
         solve_viscoelastic,
         Reading(SURFACE_FIELDS, LINE_FIELDS, _surface_with_memory, memory_plots, _WITHOUT_FRICTION),
     ),

@@ -97,10 +97,16 @@ def refuse_tension(leg: Planned, force: FloatArray) -> None:
     """Refuse negative forces; the row is told where the path gives every row."""
     lowest = int(np.argmin(force))
     if force[lowest] < 0.0:
-        where = f" in {leg.row(lowest)}" if isinstance(leg.leg, Path) else ""
+        given = isinstance(leg.leg, Path)
+        where = f" in {leg.row(lowest)}" if given else ""
         raise PathError(
             f"normal_force = {newtons(float(force[lowest]))}{where}: without adhesion the force cannot be below 0 N; "
             "unload to 0 N, or lift off with indent(...)"
+            + (
+                "; in a record, begin where the bodies touch and set what noise takes below to 0 N"
+                if given
+                else ""
+            )
         )
 
 

@@ -3,22 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
 
 from pymdr.errors import ProblemError
-from pymdr.independent.history import solve_steps
+from pymdr.independent.history import RingHistory, solve_steps
+from pymdr.independent.memory import RingMemory, follow_rings
 from pymdr.independent.rings import Rings, RingSolution
-from pymdr.interpretation.validity import ring_claims
+from pymdr.interpretation.validity import ring_claims, ring_memory_claims
 from pymdr.mapping.moduli import effective_moduli
+from pymdr.mapping.relaxation import Relaxation
 from pymdr.problem.contact import Contact
 from pymdr.problem.schedule import Stretch, uses
 from pymdr.result import Result, Status
 from pymdr.rows import taken
+from pymdr.solving.memory import assumptions_with_memory, relaxation_along, times_of
 from pymdr.solving.normal import check_normal_path, refuse_tension
-from pymdr.solving.reach import assumptions, map_to_line
-from pymdr.solving.walk import Channels, Task, Told, solution, walk
+from pymdr.solving.reach import assumptions, map_to_line, notes_of
+from pymdr.solving.walk import Channels, Task, Told, Walked, solution, walk
 from pymdr.units import FloatArray
 
 _QUANTITIES: dict[str, Callable[[RingSolution], float]] = {
@@ -35,14 +39,7 @@ _QUANTITIES: dict[str, Callable[[RingSolution], float]] = {
 
 def solve_by_rings(task: Task) -> Result:
     """The same history by boundary elements on rings, without the method."""
-    contact, rings = task.contact, task.solver
-    if not isinstance(rings, Rings):
-        raise ProblemError(f"solve: solver = {rings!r}; write solver=Rings(n=400), or leave it out")
-    if contact.adhesion is not None or contact.friction is not None or uses(task.path, "travel"):
-        raise ProblemError(
-            "solve: the rings solve frictionless contacts without adhesion and machine; leave solver=Rings() out"
-        )
-    check_normal_path(task.path)
+    contact, rings = task.contact, _checked(task)
     if (exponent := effective_moduli(contact.body, contact.counterbody).exponent) != 0.0:
         raise ProblemError(
             f"solve: the rings know homogeneous half-spaces only, and the bodies are graded (exponent {exponent:g}); "
@@ -61,6 +58,18 @@ def solve_by_rings(task: Task) -> Result:
         notes=mapped.notes,
         references=("johnson",),
     )
+
+
+def _checked(task: Task) -> Rings:
+    contact, rings = task.contact, task.solver
+    if not isinstance(rings, Rings):
+        raise ProblemError(f"solve: solver = {rings!r}; write solver=Rings(n=400), or leave it out")
+    if contact.adhesion is not None or contact.friction is not None or uses(task.path, "travel"):
+        raise ProblemError(
+            "solve: the rings solve frictionless contacts without adhesion and machine; leave solver=Rings() out"
+        )
+    check_normal_path(task.path)
+    return rings
 
 
 def _step(
@@ -89,3 +98,77 @@ def _step(
         rows["indentation"] = np.where(free, asked.normal, rows["indentation"])
     here = {name: float(rows[name][-1]) for name in ("indentation", "normal_force")}
     return taken(rows, kept), None, here
+
+
+@dataclass(frozen=True)
+class _Remembered:
+    solutions: np.ndarray
+    """(rows,) of RingSolution, None before anything was touched."""
+    change: FloatArray
+    """What the extrapolation to steps without length changed."""
+    prescribed: FloatArray
+    """The indentation where it is prescribed, else nan."""
+
+
+def solve_memory_by_rings(task: Task) -> Result:
+    """The history of bodies that remember, by rings of which each does."""
+    rings = _checked(task)
+    walked = _walk_memory(task, rings)
+    rows = walked.rows
+    columns = {
+        name: np.array([0.0 if one is None else value(one) for one in rows.solutions])
+        for name, value in _QUANTITIES.items()
+    }
+    columns["indentation"] = _depths(rows)
+    return solution(
+        task,
+        walked,
+        columns,
+        ring_memory_claims(rings.n, rows.change),
+        assumptions=assumptions_with_memory(task.contact, columns["contact_radius"]),
+        status=Status.BY_RINGS,
+        notes=notes_of(task.contact.profile),
+        references=("johnson",),
+        remembers=True,
+    )
+
+
+def _depths(rows: _Remembered) -> FloatArray:
+    found = [np.nan if one is None else one.indentation for one in rows.solutions]
+    return np.where(np.isnan(rows.prescribed), np.nan_to_num(found), rows.prescribed)
+
+
+def _walk_memory(task: Task, rings: Rings) -> Walked[_Remembered]:
+    relaxation = relaxation_along(task.contact, task.path)
+    return walk(task, None, partial(_step_with_memory, task.contact, relaxation, rings))
+
+
+def _step_with_memory(
+    contact: Contact,
+    relaxation: Relaxation,
+    rings: Rings,
+    state: RingMemory | None,
+    asked: Stretch,
+    kept: np.ndarray | None,
+    told: Told | None,
+) -> tuple[_Remembered, RingMemory | None, Channels]:
+    if asked.by_force:
+        refuse_tension(asked.leg, asked.normal)
+    start = asked.start[0] if state is not None else min(asked.start[0], 0.0)
+    time, target = np.append(asked.begin, times_of(asked)), np.append(start, asked.normal)
+    leg = follow_rings(contact.profile, relaxation, time, target, asked.by_force, state, rings)
+    solutions = np.empty(asked.normal.size, dtype=object)
+    solutions[:] = leg.solutions
+    rows = _Remembered(
+        solutions, leg.change, np.full(solutions.size, np.nan) if asked.by_force else asked.normal
+    )
+    last = leg.solutions[-1]
+    here = {"indentation": float(_depths(rows)[-1]), "normal_force": 0.0 if last is None else last.force}
+    return taken(rows, kept), leg.state, here
+
+
+def ring_history_with_memory(task: Task) -> RingHistory:
+    """What fields of a contact with memory are computed from, followed again."""
+    assert isinstance(task.solver, Rings)
+    rows = _walk_memory(task, task.solver).rows
+    return RingHistory(task.contact.profile, tuple(rows.solutions), _depths(rows))

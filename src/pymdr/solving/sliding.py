@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
-from pymdr.errors import ConvergenceError, ProblemError
+from pymdr.errors import ConvergenceError, PathError, ProblemError
 from pymdr.interpretation.accuracy import with_errors
 from pymdr.interpretation.sliding import Limits, sliding_claims, slowness
-from pymdr.interpretation.validity import approximated, small_slope_assumptions
+from pymdr.interpretation.validity import approximated
 from pymdr.line.foundation import DiskStates, ElasticLine, rises_to, states_at_depth, states_at_force
 from pymdr.line.foundation import normal_force as elastic_force
 from pymdr.line.sliding import (
@@ -24,13 +25,15 @@ from pymdr.line.sliding import (
     slow_drag,
     touches_again,
 )
-from pymdr.mapping.equivalent import equivalent_profile, slope_function
+from pymdr.mapping.equivalent import equivalent_profile
 from pymdr.mapping.relaxation import Relaxation, relaxation_of
 from pymdr.problem.contact import Contact
 from pymdr.problem.materials import Viscoelastic
 from pymdr.problem.rheology import PowerLawRheology
 from pymdr.solving.bands import scatter_of
+from pymdr.solving.closure import refuse_curve
 from pymdr.solving.frictional import disks_down_to
+from pymdr.solving.memory import assumptions_with_memory
 from pymdr.solving.reach import map_remark, notes_of, one_load, refuse_unreachable
 from pymdr.solving.study import Column, Study, one_row
 from pymdr.units import ArrayQuantityLike, FloatArray, QuantityLike, metres, shown, to_si, written
@@ -41,6 +44,8 @@ if TYPE_CHECKING:
 
 _WHO = "sliding_friction"
 _SETTLED = 1e-13
+_LOST = 1e-3
+"""Relative error from which on a number tells nothing."""
 _MOST = 80
 _MISSED = 1e-8
 """Of the memory of a passage: what a power of time may answer at once."""
@@ -130,16 +135,12 @@ def sliding_friction(
     >>> rubber = Viscoelastic(StandardSolid("1 MPa", "9 MPa", "1 ms"), poisson=0.5)
     >>> slid = sliding_friction(Contact(Paraboloid("10 mm"), rubber), ["1 mm/s", "1 m/s"], normal_force="1 N")
     >>> slid["friction_coefficient"].values.round(5).tolist()
-    [0.0018, 0.11021]
+    [0.00179, 0.0223]
     >>> slid["slow_limit"].values.round(5).tolist()
     [0.0009, 0.9]
     """
-    import xarray as xr
-
     asked = _read(contact, normal_force, indentation)
-    v = one_row(speed, "m/s", _WHO, "speed")
-    if np.any(v <= 0.0):
-        raise ProblemError(f"{_WHO}: speed = {written(float(v.min()), 'm/s')}; it must be above 0 m/s")
+    v = positive_speeds(_WHO, speed)
     kernel = _kernel(asked, v)
     relaxation = kernel.relaxation
     rows = _rows(asked, kernel, v)
@@ -170,23 +171,51 @@ def sliding_friction(
     certificate = disks_down_to(contact, asked.line, deepest, _WHO)
     if certificate.error is not None:
         claims = approximated(claims, certificate.remark, float(certificate.error[0]))
-    slope = slope_function(contact.profile)
-    listed = small_slope_assumptions(contact.profile, slope, float(states.contact_radius[0]), 0.0)
-    assumptions = tuple(one for one in listed if one.name != "elastic similarity")
+    assumptions = assumptions_with_memory(contact, states.contact_radius)
     if slow.why is None:
         assumptions = (*assumptions, slowness(columns["friction_coefficient"], columns["slow_limit"]))
     notes = notes_of(contact.profile) + kernel.notes
     if scatter_of(contact.profile):
         notes += ("the scatter of the samples is smoothed by and makes no bands here",)
-    units = {name: {"units": column.unit} for name, column in SlidingFriction.columns.items()}
     return SlidingFriction(
-        data=xr.Dataset(
-            {name: ("speed", values, units[name]) for name, values in columns.items()},
-            coords={"speed": ("speed", v, units["speed"])},
-        ),
+        data=labelled_over_speed(v, columns),
         claims=claims,
         assumptions=assumptions,
         notes=notes,
+    )
+
+
+def positive_speeds(who: str, speed: ArrayQuantityLike) -> FloatArray:
+    """One row of speeds in m/s, above 0."""
+    v = one_row(speed, "m/s", who, "speed")
+    if np.any(v <= 0.0):
+        raise ProblemError(f"{who}: speed = {written(float(v.min()), 'm/s')}; it must be above 0 m/s")
+    return v
+
+
+def positive_load(
+    who: str, normal_force: QuantityLike | None, indentation: QuantityLike | None, deep: float = 0.0
+) -> tuple[float | None, float | None]:
+    """Force in N above 0, or depth in m above a least one."""
+    one_load(who, normal_force, indentation)
+    force = None if normal_force is None else to_si(normal_force, "N", name="normal_force")
+    depth = None if indentation is None else to_si(indentation, "m", name="indentation")
+    for value, given, unit, least in ((force, normal_force, "N", 0.0), (depth, indentation, "m", deep)):
+        if value is not None and value <= least:
+            raise ProblemError(
+                f"{who}: the load {shown(given)} must be above 0 {unit}; press the bodies together"
+            )
+    return force, depth
+
+
+def labelled_over_speed(speed: FloatArray, columns: Mapping[str, FloatArray]) -> xr.Dataset:
+    """Columns over speed, with their units."""
+    import xarray as xr
+
+    units = {name: {"units": column.unit} for name, column in SlidingFriction.columns.items()}
+    return xr.Dataset(
+        {name: ("speed", values, units[name]) for name, values in columns.items()},
+        coords={"speed": ("speed", speed, units["speed"])},
     )
 
 
@@ -204,6 +233,7 @@ class _Asked:
 def _read(contact: Contact, normal_force: QuantityLike | None, indentation: QuantityLike | None) -> _Asked:
     if not isinstance(contact, Contact):
         raise ProblemError(f"{_WHO}: {contact!r} is not a Contact; write Contact(profile, body)")
+    refuse_curve(contact, _WHO, "sliding asks for the slope of its surface")
     soft = [one for one in (contact.body, contact.counterbody) if isinstance(one, Viscoelastic)]
     if not soft:
         raise ProblemError(
@@ -215,14 +245,7 @@ def _read(contact: Contact, normal_force: QuantityLike | None, indentation: Quan
             f"{_WHO}: both bodies are Viscoelastic, but only that over which the profile slides is pressed in anew; give the "
             "other one as Elastic with its modulus after a long time, or as Rigid()"
         )
-    one_load(_WHO, normal_force, indentation)
-    force = None if normal_force is None else to_si(normal_force, "N", name="normal_force")
-    depth = None if indentation is None else to_si(indentation, "m", name="indentation")
-    for value, given, unit in ((force, normal_force, "N"), (depth, indentation, "m")):
-        if value is not None and value <= 0.0:
-            raise ProblemError(
-                f"{_WHO}: the load {shown(given)} must be above 0 {unit}; press the bodies together"
-            )
+    force, depth = positive_load(_WHO, normal_force, indentation)
     return _Asked(contact, ElasticLine(equivalent_profile(contact.profile), 1.0), force, depth)
 
 
@@ -294,18 +317,13 @@ def _rows(asked: _Asked, kernel: _Kernel, speed: FloatArray) -> list[_Row]:
     depth = None
     for i in np.argsort(speed, kind="stable").tolist():
         v = float(speed[i])
-        row = _under_force(asked, kernel.relaxation, v, depth) if asked.depth is None else None
-        if row is None:
-            assert asked.depth is not None
-            refuse_unreachable(asked.line, asked.contact.profile, _elastic(asked, 1.0))
+        if asked.depth is None:
+            row = _under_force(asked, kernel.relaxation, v, depth)
+        else:
+            _refuse(asked, asked.depth)
             row = _at_depth(asked, kernel.relaxation, v, asked.depth)
         depth = row.pressed.depth
-        if kernel.relaxation.viscosity > 0.0 and not math.isfinite(row.pressed.slope_square):
-            raise ProblemError(
-                f"{_WHO}: the friction has no bound: int g'^2 dx has none for a {type(asked.contact.profile).__name__} of such a "
-                "corner or tip, and a dashpot beside all springs bears it; take a round profile, or a rheology that answers at "
-                "once, such as StandardSolid"
-            )
+        _refuse_endless(asked, kernel.relaxation, row)
         met = touches_again(row.pressed, asked.line, kernel.relaxation, v, row.slid)
         if met is not None:
             raise ProblemError(
@@ -323,9 +341,12 @@ def _rows(asked: _Asked, kernel: _Kernel, speed: FloatArray) -> list[_Row]:
     return [rows[i] for i in range(speed.size)]
 
 
-def _at_depth(asked: _Asked, relaxation: Relaxation, speed: float, depth: float) -> _Row:
+def _refuse(asked: _Asked, depth: float) -> None:
+    """Refuse a depth in m at which springs do not rest smoothly on the profile."""
+    profile = asked.contact.profile
     states = states_at_depth(asked.line, np.array([depth]))
-    name = type(asked.contact.profile).__name__
+    refuse_unreachable(asked.line, profile, states, asked.force)
+    name = type(profile).__name__
     if states.edge_excess[0] > 0.0 or float(states.contact_radius[0]) == asked.line.edge:
         raise ProblemError(
             f"{_WHO}: the contact of the {name} reaches its sharp edge, at which springs are not pressed in smoothly; round the "
@@ -336,52 +357,60 @@ def _at_depth(asked: _Asked, relaxation: Relaxation, speed: float, depth: float)
             f"{_WHO}: the equivalent profile of the {name} falls somewhere within the contact, where springs do not rest on it; "
             "take one that rises, or smooth it"
         )
-    pressed = sliding_line(asked.line, states)
+
+
+def _refuse_endless(asked: _Asked, relaxation: Relaxation, row: _Row) -> None:
+    if relaxation.viscosity > 0.0 and not math.isfinite(row.pressed.slope_square):
+        raise ProblemError(
+            f"{_WHO}: the friction has no bound: int g'^2 dx has none for a {type(asked.contact.profile).__name__} of such a "
+            "corner or tip, and a dashpot beside all springs bears it; take a round profile, or a rheology that answers at "
+            "once, such as StandardSolid"
+        )
+
+
+def _at_depth(asked: _Asked, relaxation: Relaxation, speed: float, depth: float) -> _Row:
+    pressed = sliding_line(asked.line, states_at_depth(asked.line, np.array([depth])))
     return _Row(pressed, slide(pressed, relaxation, speed))
 
 
 def _under_force(asked: _Asked, relaxation: Relaxation, speed: float, near: float | None) -> _Row:
     """The state that carries the force: F_N rises with the depth, about as a power of it."""
     assert asked.force is not None
-    low, high = 0.0, math.inf
+    low, high, refusal = 0.0, math.inf, None
     if near is None:
         known = [E for E in (relaxation.rubbery, relaxation.glassy) if 0.0 < E < math.inf]
-        near = float(_elastic(asked, known[0] if known else float(relaxation.viscosity)).indentation[0])
+        near = float(_elastic(asked, known[0] if known else relaxation.viscosity).indentation[0])
     depth = near if 0.0 < near < math.inf else 1.0
-    power, before = 1.5, None
-    row = None
+    power, before, row = 1.5, None, None
     for _ in range(_MOST):
-        states = states_at_depth(asked.line, np.array([depth]))
-        if not float(states.contact_radius[0]) < min(asked.line.reach, math.inf):
-            high, before = depth, None
-            if low > 0.0 and high <= low * (1.0 + 1e-14):
-                break
+        try:
+            _refuse(asked, depth)
+        except (ConvergenceError, PathError, ProblemError) as error:
+            # less depth may do
+            high, refusal, before = depth, error, None
+            if high <= low * (1.0 + 1e-12):
+                raise
             depth = math.sqrt(low * high) if low > 0.0 else 0.25 * high
             continue
         row = _at_depth(asked, relaxation, speed, depth)
-        missed = math.log(row.slid.load / asked.force)
+        missed = math.log(row.slid.load / asked.force) if row.slid.load > 0.0 else -math.inf
         if abs(missed) <= _SETTLED or high <= low * (1.0 + 4e-16):
             return row
         low, high = (depth, high) if missed < 0.0 else (low, depth)
         if before is not None and depth != before[0]:
             power = (missed - before[1]) / math.log(depth / before[0])
         before = (depth, missed)
-        after = depth * math.exp(-missed / power) if power > 0.0 else math.nan
-        inside = low < after < high
-        if not inside:
-            after = (
-                math.sqrt(low * high)
-                if low > 0.0 and high < math.inf
-                else depth * 4.0 ** -math.copysign(1, missed)
-            )
+        after = depth * math.exp(-missed / power) if power > 0.0 and math.isfinite(missed) else math.nan
+        if not low < after < high:
+            closed = low > 0.0 and high < math.inf
+            after = math.sqrt(low * high) if closed else depth * 4.0 ** -math.copysign(1, missed)
         if after == depth:
             return row
         depth = after
-    if row is not None and abs(missed) <= 1e3 * _SETTLED:
-        return row
-    refuse_unreachable(
-        asked.line, asked.contact.profile, states_at_depth(asked.line, np.array([high])), asked.force
-    )
+    if refusal is not None:
+        raise refusal
+    if row is not None:
+        _refuse_endless(asked, relaxation, row)
     raise ConvergenceError(
         f"{_WHO}: no depth was found that carries {asked.force:g} N at {speed:g} m/s; the last was {depth:g} m"
     )
@@ -406,8 +435,11 @@ def _slow(asked: _Asked, relaxation: Relaxation) -> _Limit:
             why="the bodies relax to nothing: without a modulus that is left in the end, friction does not begin with the first "
             "power of the speed"
         )
-    states = _elastic(asked, relaxation.rubbery)
-    refuse_unreachable(asked.line, asked.contact.profile, states, asked.force)
+    try:
+        states = _elastic(asked, relaxation.rubbery)
+        _refuse(asked, float(states.indentation[0]))
+    except (ConvergenceError, PathError, ProblemError) as error:
+        return _Limit(why=f"at rest the load is not carried on a smooth disk: {error}")
     drag = 0.5 * slow_drag(sliding_line(asked.line, states), relaxation)
     if not math.isfinite(drag):
         return _Limit(
@@ -434,6 +466,11 @@ def _error(asked: _Asked, kernel: _Kernel, speed: float, row: _Row) -> float:
     states = states_at_depth(asked.line, np.array([row.pressed.depth]))
     fewer = slide(sliding_line(asked.line, states, FEWER), kernel.relaxation, speed)
     nodes = max(abs(fewer.drag / row.slid.drag - 1.0), abs(fewer.load / row.slid.load - 1.0))
+    if not nodes < _LOST:
+        raise ConvergenceError(
+            f"{_WHO}: at {written(speed, 'm/s')} the friction is {row.slid.drag / row.slid.load:.1g} of the load, less than rounding "
+            "leaves of it; such speeds are a matter of slow_limit and fast_limit"
+        )
     mapped = float(np.max(asked.line.equivalent.slope_error(states.contact_radius)))
     if kernel.exponent == 0.0:
         return nodes + mapped

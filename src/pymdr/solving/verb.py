@@ -47,7 +47,7 @@ def solve(
         For contacts with friction: keep every k-th row, or the given rows; all rows unless given.
     solver : Rings, optional
         ``Rings(n=400)`` solves by boundary elements on rings instead of the method, annular contacts
-        included.
+        and bodies with memory included.
     progress : callable, optional
         Called as ``progress(done, total)`` between legs, and within long ones with friction.
 

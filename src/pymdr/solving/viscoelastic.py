@@ -8,10 +8,10 @@ from functools import partial
 
 import numpy as np
 
-from pymdr.errors import PathError, ProblemError
+from pymdr.errors import PathError, ProblemError, PymdrError
 from pymdr.interpretation.accuracy import with_errors
-from pymdr.interpretation.memory import MemorySurface, checked_rows, least_pressure, memory_claims
-from pymdr.interpretation.validity import NORMAL_FIELDS, BoolArray, small_slope_assumptions
+from pymdr.interpretation.memory import NOT_CHECKED, MemorySurface, check_memory, memory_claims
+from pymdr.interpretation.validity import NORMAL_FIELDS, BoolArray
 from pymdr.line.curves import ElasticLine
 from pymdr.line.foundation import mean_pressure, normal_force, rises_to, states_at_depth
 from pymdr.line.memory import (
@@ -21,19 +21,17 @@ from pymdr.line.memory import (
     follow_loads,
     follow_springs,
     follow_travels,
+    prepared,
     ting,
     virgin,
 )
-from pymdr.mapping.equivalent import equivalent_profile, gap_function, slope_function
-from pymdr.mapping.relaxation import relaxation_of
+from pymdr.mapping.equivalent import equivalent_profile, gap_function
 from pymdr.problem.contact import Contact
-from pymdr.problem.materials import Viscoelastic
-from pymdr.problem.paths import LoadingPath
 from pymdr.problem.profiles import ForceCurve
-from pymdr.problem.rheology import PowerLawRheology
-from pymdr.problem.schedule import Stretch, planned
+from pymdr.problem.schedule import Stretch, known_legs
 from pymdr.result import Result, Status
 from pymdr.rows import taken
+from pymdr.solving.memory import assumptions_with_memory, is_told_by_rows, relaxation_along, times_of
 from pymdr.solving.normal import check_normal_path, refuse_tension
 from pymdr.solving.reach import notes_of, refuse_unreachable
 from pymdr.solving.walk import Channels, Task, Told, Walked, channels_at, solution, walk, with_travel
@@ -42,8 +40,6 @@ from pymdr.units import FloatArray
 _COMPARED = ("force", "contact_radius", "stored", "dissipated", "indentation")
 SPRINGS = 1000
 """Springs in the largest contact."""
-_FIELD_ERROR = 1e-3
-"""Of their largest value: what the distance of the springs does to fields."""
 
 
 @dataclass(frozen=True)
@@ -69,38 +65,16 @@ class _State:
     coarse: MemoryState
 
 
-def remembers(contact: Contact) -> bool:
-    """Whether a body of a contact has a memory."""
-    return isinstance(contact.body, Viscoelastic) or isinstance(contact.counterbody, Viscoelastic)
-
-
 def solve_viscoelastic(task: Task) -> Result:
     """Map, walk and interpret."""
     check_normal_path(task.path)
     relaxation = relaxation_along(task.contact, task.path)
     line = ElasticLine(equivalent_profile(task.contact.profile), 1.0)
     walked = walk(task, None, partial(_step, task, line, relaxation))
+    if is_told_by_rows(task.contact, task.path):
+        relaxation = relaxation_along(task.contact, task.path, walked.time)
+        walked = walk(task, None, partial(_step, task, line, relaxation))
     return _interpret(task, line, relaxation, walked)
-
-
-def relaxation_along(contact: Contact, path: LoadingPath) -> Relaxation:
-    """E*(t) of a contact, over the times of a path where a power of time asks for them."""
-    bodies = (contact.body, contact.counterbody)
-    powers = any(isinstance(one, Viscoelastic) and isinstance(one.shear, PowerLawRheology) for one in bodies)
-    return relaxation_of(*bodies, span=_span(path) if powers else None)
-
-
-def _span(path: LoadingPath) -> tuple[float, float] | None:
-    """About the shortest step and the length of a path in s, if its legs state their times."""
-    steps, now, here = [], 0.0, dict[str, float]()
-    for leg in planned(path):
-        asked = leg.stretch(here, now)
-        if asked.time is None:
-            return None
-        steps.append(np.diff(asked.time, prepend=now))
-        now, here = float(asked.time[-1]), {**here, **asked.end}
-    waits = np.concatenate(steps)
-    return float(waits[waits > 0.0].min()), now
 
 
 def _step(
@@ -113,15 +87,11 @@ def _step(
     told: Told | None,
 ) -> tuple[_Rows, _State, Channels]:
     """Step 2: springs with memory, and half as many of them, which tell how far they err."""
-    if asked.time is None:
-        raise PathError(
-            "a body with memory asks when: give every leg a duration or a rate, for example indent('1 um', rate='1 um/s')"
-        )
+    times_of(asked)
     if asked.by_force:
         refuse_tension(asked.leg, asked.normal)
     if state is None:
-        begun = virgin(asked.begin, min(asked.start[0], 0.0))
-        state = _State(begun, begun)
+        state = _begun(task, line, relaxation, asked)
     fine, coarse = (
         _followed(task, line, relaxation, asked, one, 2 * parts)
         for one, parts in ((state.fine, 2), (state.coarse, 1))
@@ -147,6 +117,17 @@ def _step(
     )
     here = channels_at(float(fine.indentation[-1]), float(fine.force[-1]), task.machine_stiffness)
     return taken(rows, kept), _State(fine.state, coarse.state), here
+
+
+def _begun(task: Task, line: ElasticLine, relaxation: Relaxation, asked: Stretch) -> _State:
+    """Bodies that have not touched, with springs for the deepest indentation that any leg names."""
+    begun = virgin(asked.begin, min(asked.start[0], 0.0))
+    named = [getattr(leg, "indentation", None) for leg in known_legs(task.path)]
+    deepest = max((float(np.max(each)) for each in named if each is not None), default=0.0)
+    try:
+        return _State(*(prepared(line, relaxation, deepest, begun, n) for n in (SPRINGS, SPRINGS // 2)))
+    except PymdrError:  # too deep, as the leg that goes there says when it is followed
+        return _State(begun, begun)
 
 
 def _followed(
@@ -208,36 +189,32 @@ def _interpret(task: Task, line: ElasticLine, relaxation: Relaxation, walked: Wa
         },
     )
     surface = surface_with_memory(task.contact, relaxation, time, rows.indentation, radius)
-    # the line of a force curve has no pressure
-    shaped = not isinstance(task.contact.profile, ForceCurve)
-    looked = checked_rows(np.where(rows.disk, radius, 0.0)) if shaped else []
-    tension = max((-least_pressure(state) for state in surface.states(looked)), default=0.0)
+    if isinstance(task.contact.profile, ForceCurve):  # whose line has neither pressure nor gap
+        check = NOT_CHECKED
+    else:
+        check = check_memory(surface, None if rows.moved.all() else force)
     remark = (
         ""
         if relaxation.error == 0.0
         else f"; the kernel of the rheology errs by at most {relaxation.error:.1g}"
     )
+    if surface.marks(int(np.argmax(radius))):
+        remark += "; closer to a kink of the profile than a hundredth of its radius pressures err more"
     names = (*columns, *NORMAL_FIELDS)
-    claims = memory_claims(names, rows.disk, rows.forced, rows.moved, tension, len(looked), remark)
-    errors |= {name: np.full(force.size, _FIELD_ERROR) for name in NORMAL_FIELDS}
+    claims = memory_claims(names, rows.disk, rows.forced, rows.moved, check, remark)
+    errors |= {name: check.error(name, force.size) for name in NORMAL_FIELDS}
     claims = with_errors(
         claims,
         errors,
         "; energies are those of the springs and dashpots that the rheology names",
         f"as {SPRINGS} springs do",
     )
-    a = float(np.max(radius, initial=0.0))
-    listed = (
-        small_slope_assumptions(task.contact.profile, slope_function(task.contact.profile), a, 0.0)
-        if a
-        else ()
-    )
     return solution(
         task,
         walked,
         columns,
         claims,
-        assumptions=tuple(one for one in listed if one.name != "elastic similarity"),
+        assumptions=assumptions_with_memory(task.contact, radius),
         status=_status(claims["contact_radius"].where),
         notes=tuple(notes),
         remembers=True,
@@ -269,10 +246,7 @@ def _ting(
     """Force and radius without springs, where the path is one approach and one retreat under prescribed indentations."""
     rows, time = walked.rows, walked.time
     d = rows.indentation
-    turn = int(np.argmax(d))
-    single = bool((np.diff(d[: turn + 1]) >= 0.0).all() and (np.diff(d[turn:]) <= 0.0).all())
-    touched = bool(d.max() > 0.0)
-    if not (rows.moved.all() and single and touched) or time is None or relaxation.viscosity > 0.0:
+    if not (rows.moved.all() and d.max() > 0.0) or time is None or relaxation.viscosity > 0.0:
         return None
     start = min(float(walked.starts[0].get("indentation", 0.0)), 0.0)
     try:

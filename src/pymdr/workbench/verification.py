@@ -5,15 +5,16 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from pymdr.errors import PathError, ProblemError
 from pymdr.independent.rings import Rings
 from pymdr.problem.contact import Contact
-from pymdr.problem.materials import Elastic, Rigid, TransverselyIsotropic
+from pymdr.problem.materials import common_exponent
 from pymdr.problem.paths import LoadingPath, Path
+from pymdr.problem.schedule import planned, uses
 from pymdr.quantities import QUANTITIES
 from pymdr.result import Result
 from pymdr.solving import solve
@@ -24,7 +25,8 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
-COMPARED = ("normal_force", "contact_radius", "normal_stiffness", "elastic_energy")
+COMPARED = ("indentation", "normal_force", "contact_radius", "normal_stiffness", "elastic_energy")
+"""Those that the path does not prescribe, as far as the method has them."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,43 +34,52 @@ class Verification:
     """Both solutions of some steps of a path."""
 
     table: xr.Dataset
-    """Over ``step``: each quantity by the method (``_mdr``) and by rings (``_rings``), its relative
-    difference (``_difference``), and the largest ``pressure_difference`` over the largest pressure."""
+    """Over ``step``: ``indentation``, with memory ``time`` and ``row``; each quantity by the method (``_mdr``) and by rings
+    (``_rings``), its relative difference (``_difference``), and the largest ``pressure_difference`` over the largest pressure.
+    With memory differences are relative to the largest value of the history."""
     pressures: xr.Dataset
     """Over ``r``, at the last step: ``mdr`` and ``rings`` in Pa."""
     rings: int
     """Number of rings."""
+    history: xr.Dataset | None = None
+    """With memory, over all rows of the path: ``time``, ``normal_force`` and ``indentation`` as ``_mdr`` and ``_rings``."""
 
     @property
     def largest_difference(self) -> float:
-        """The largest relative difference of the force; nan if the method was refused everywhere."""
-        difference = np.abs(self.table["normal_force_difference"].values)
+        """The largest relative difference of the force, or of the indentation where forces are prescribed; nan without any."""
+        names = [name for name in COMPARED[:2] if f"{name}_difference" in self.table]
+        difference = np.abs(np.concatenate([self.table[f"{name}_difference"].values for name in names]))
         return float(np.nanmax(difference)) if np.isfinite(difference).any() else math.nan
 
     def summary(self) -> str:
         """Both solutions side by side, as a text."""
         from pymdr.units import written
 
+        at = "indentation" if self.history is None else "time"
         lines = [f"MDR and boundary elements on {self.rings} rings, side by side:"]
-        head = f"  {'indentation':>12}  {'quantity':<18}{'MDR':>14}{'rings':>14}{'difference':>13}"
+        head = f"  {at:>12}  {'quantity':<18}{'MDR':>14}{'rings':>14}{'difference':>13}"
         lines.append(head)
         for i in range(self.table.sizes["step"]):
-            d = written(float(self.table["indentation"].values[i]), "m")
+            here = written(float(self.table[at].values[i]), QUANTITIES[at].unit)
             for name in COMPARED:
+                if f"{name}_mdr" not in self.table:
+                    continue
                 row = QUANTITIES[name]
                 mdr, rings, difference = (
                     float(self.table[f"{name}_{end}"].values[i]) for end in ("mdr", "rings", "difference")
                 )
                 lines.append(
-                    f"  {d:>12}  {row.words:<18}{written(mdr, row.unit):>14}{written(rings, row.unit):>14}"
+                    f"  {here:>12}  {row.words:<18}{written(mdr, row.unit):>14}{written(rings, row.unit):>14}"
                     f"{'-' if math.isnan(difference) else f'{difference:.1e}':>13}"
                 )
-                d = ""
+                here = ""
             p = float(self.table["pressure_difference"].values[i])
             lines.append(
                 f"  {'':>12}  {'pressure, 0.05 a < r < 0.9 a, over its largest value':<46}"
                 f"{'-' if math.isnan(p) else f'{p:.1e}':>13}"
             )
+        if self.history is not None:
+            lines.append("Differences of quantities are relative to their largest value in the history.")
         return "\n".join(lines)
 
     def __str__(self) -> str:
@@ -81,10 +92,10 @@ class Verification:
         return text_html(self.summary())
 
     def plot(self) -> Figure:
-        """Both pressures over the radius, and their difference."""
+        """Both pressures over the radius, and their difference; with memory also both forces over time."""
         from pymdr.presentation.plot import compared_pressures
 
-        return compared_pressures(self.pressures)
+        return compared_pressures(self.pressures, self.history)
 
 
 def verify(
@@ -105,7 +116,8 @@ def verify(
     rings : int
         Number of rings, 20 to 5000.
     steps : int
-        How many steps, spread evenly over those of the path, are solved by rings.
+        How many steps, spread evenly over those of the path, are compared. Bodies with memory are followed along all rows by
+        both, the rings under the same forces or indentations.
     progress : callable, optional
         Called as ``progress(done, total)``.
 
@@ -132,33 +144,54 @@ def verify(
             "verify: rings solve the frictionless contact without adhesion; friction is held against vector friction by "
             "verify_sliding(contact, path), adhesion has no independent solver here"
         )
-    if not all(
-        isinstance(one, Elastic | TransverselyIsotropic | Rigid)
-        for one in (contact.body, contact.counterbody)
-    ):
+    if (exponent := common_exponent(contact.body, contact.counterbody)) != 0.0:
         raise ProblemError(
-            "verify: the rings know homogeneous elastic half-spaces; graded bodies and bodies with memory have no independent "
+            f"verify: the rings know homogeneous half-spaces; bodies that are graded (exponent {exponent:g}) have no independent "
             "solver here"
         )
     if isinstance(steps, bool) or not isinstance(steps, int) or steps < 1:
         raise PathError(f"verify: steps = {steps!r}; a whole number of at least 1 is needed")
-    whole = solve(contact, path)
-    depths = _depths(whole)
+    solver = Rings(rings)
+    if contact.remembers:
+        return _verify_history(contact, path, solver, steps, progress)
+    depths = _depths(solve(contact, path))
     if depths.size == 0:
         raise PathError("verify: the path makes no contact at any step")
-    chosen = depths[np.unique(np.linspace(0, depths.size - 1, min(steps, depths.size)).round().astype(int))]
+    chosen = depths[_spread(depths.size, steps)]
     route = Path(indentation=chosen)
     mdr = solve(contact, route)
-    ring = solve(contact, route, solver=Rings(rings), progress=progress)
-    columns: dict[str, FloatArray] = {}
-    for name in COMPARED:
-        a = mdr.data[name].values if name in mdr.data else np.full(chosen.size, math.nan)
-        b = ring.data[name].values
-        columns |= {f"{name}_mdr": a, f"{name}_rings": b, f"{name}_difference": a / b - 1.0}
-    columns["pressure_difference"] = np.array(
-        [_pressure_difference(mdr, ring, i) for i in range(chosen.size)]
-    )
-    return Verification(_table(chosen, columns), _pressures(mdr, ring), rings)
+    ring = solve(contact, route, solver=solver, progress=progress)
+    rows = np.arange(chosen.size)
+    table = _table(mdr, ring, rows, [name for name in COMPARED if name != "indentation"])
+    return Verification(table, _pressures(mdr, ring, rows), rings)
+
+
+def _verify_history(
+    contact: Contact,
+    path: LoadingPath,
+    solver: Rings,
+    steps: int,
+    progress: Callable[[int, int], None] | None,
+) -> Verification:
+    """Both follow all rows, for what a body remembers hangs on the way; of some of those in contact all is compared."""
+    mdr = solve(contact, path)
+    ring = solve(contact, path, solver=solver, progress=progress)
+    touching = np.flatnonzero(ring.data["normal_force"].values > 0.0)
+    if touching.size == 0:
+        raise PathError("verify: the path makes no contact at any step")
+    rows = touching[_spread(touching.size, steps)]
+    loaded = uses(path, "normal_force")
+    moved = any(leg.controls.normal == "indentation" for leg in planned(path))
+    skipped = {name for name, free in (("indentation", loaded), ("normal_force", moved)) if not free}
+    names = [name for name in COMPARED if name in mdr.claims and name not in skipped]
+    table = _table(mdr, ring, rows, names)
+    return Verification(table, _pressures(mdr, ring, rows), solver.n, _history(mdr, ring))
+
+
+def _spread(size: int, steps: int) -> np.ndarray:
+    """That many of some places, with the first and the last."""
+    at = np.linspace(0, size - 1, min(steps, size)) if steps > 1 else np.array([size - 1])
+    return np.unique(at.round().astype(int))
 
 
 def _depths(result: Result) -> FloatArray:
@@ -171,19 +204,42 @@ def _depths(result: Result) -> FloatArray:
     return np.unique(d[np.isfinite(d) & (result.data["force_lower_bound"].values > 0.0)])
 
 
-def _table(depths: FloatArray, columns: dict[str, FloatArray]) -> xr.Dataset:
+def _table(mdr: Result, ring: Result, rows: np.ndarray, names: list[str]) -> xr.Dataset:
     import xarray as xr
 
-    units = {name: QUANTITIES[name].unit for name in COMPARED}
-    variables = {
-        name: (
-            "step",
-            values,
-            {"units": next((u for q, u in units.items() if name in (f"{q}_mdr", f"{q}_rings")), "")},
-        )
-        for name, values in columns.items()
+    memory = "time" in mdr.data
+    labels = ("time", "indentation") if memory else ("indentation",)
+    columns: dict[str, tuple[str, Any, dict[str, str]]] = {
+        name: ("step", ring.data[name].values[rows], {"units": QUANTITIES[name].unit}) for name in labels
     }
-    return xr.Dataset({"indentation": ("step", depths, {"units": "m"}), **variables})
+    if memory:
+        columns["row"] = ("step", rows, {"units": ""})
+    for name in names:
+        unit = {"units": QUANTITIES[name].unit}
+        a, b = _column(mdr, name), _column(ring, name)
+        size = np.max(np.abs(b)) if memory else b[rows]
+        columns[f"{name}_mdr"] = ("step", a[rows], unit)
+        columns[f"{name}_rings"] = ("step", b[rows], unit)
+        columns[f"{name}_difference"] = ("step", (a[rows] - b[rows]) / size, {"units": ""})
+    apart = np.array([_pressure_difference(mdr, ring, int(i)) for i in rows])
+    columns["pressure_difference"] = ("step", apart, {"units": ""})
+    return xr.Dataset(columns)
+
+
+def _column(result: Result, name: str) -> FloatArray:
+    """Nan where a result has none."""
+    none = np.full(result.data.sizes["step"], math.nan)
+    return result.data[name].values if name in result.data else none
+
+
+def _history(mdr: Result, ring: Result) -> xr.Dataset:
+    import xarray as xr
+
+    columns = {"time": ("row", ring.data["time"].values, {"units": "s"})}
+    for name in ("indentation", "normal_force"):
+        for way, result in (("mdr", mdr), ("rings", ring)):
+            columns[f"{name}_{way}"] = ("row", _column(result, name), {"units": QUANTITIES[name].unit})
+    return xr.Dataset(columns)
 
 
 def _radii(ring: Result, step: int) -> FloatArray:
@@ -199,11 +255,12 @@ def _pressure_difference(mdr: Result, ring: Result, step: int) -> float:
     return float(np.max(np.abs(by_mdr - by_rings)) / np.max(np.abs(by_rings)))
 
 
-def _pressures(mdr: Result, ring: Result) -> xr.Dataset:
+def _pressures(mdr: Result, ring: Result, rows: np.ndarray) -> xr.Dataset:
+    """At the last of some rows at which the method has one."""
     import xarray as xr
 
-    valid = np.flatnonzero(mdr.claims["pressure"].where)
-    step = int(valid[-1]) if valid.size else ring.data.sizes["step"] - 1
+    valid = rows[mdr.claims["pressure"].where[rows]]
+    step = int(valid[-1] if valid.size else rows[-1])
     r = ring.surface.default_radii(step)
     by_rings = ring.field("pressure", r=r, step=step).values
     by_mdr = mdr.field("pressure", r=r, step=step).values if valid.size else np.full(r.shape, math.nan)

@@ -7,6 +7,7 @@ from pymdr.line.memory.histories import (
     follow_springs,
     follow_travels,
     line_state,
+    prepared,
     virgin,
 )
 from pymdr.line.memory.springs import Springs, springs_to
@@ -24,6 +25,7 @@ __all__ = [
     "follow_springs",
     "follow_travels",
     "line_state",
+    "prepared",
     "springs_to",
     "ting",
     "virgin",

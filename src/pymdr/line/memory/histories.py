@@ -67,6 +67,23 @@ def virgin(time: float = 0.0, indentation: float = 0.0) -> MemoryState:
     return MemoryState(time, indentation, None, none, np.zeros((0, 0)), none)
 
 
+def prepared(
+    curve: Curve, relaxation: Relaxation, depth: float, state: MemoryState, n: int = 1000
+) -> MemoryState:
+    """The state with n springs in the contact of a depth in m, for bodies that are to go there in several parts of a path."""
+    if state.springs is not None or depth <= 0.0:
+        return state
+    springs = springs_to(curve, depth, n)
+    size = springs.position.size
+    return replace(
+        state,
+        springs=springs,
+        deflection=np.zeros(size),
+        branches=np.zeros((size, relaxation.moduli.size)),
+        free=np.ones(size),
+    )
+
+
 def line_state(state: MemoryState, relaxation: Relaxation) -> tuple[FloatArray, FloatArray, FloatArray]:
     """
     The line after a row: x in m, w in m and q per length in Pa m, which is 0 outside the contact.

@@ -350,6 +350,25 @@ def _cut(springs: FloatArray, last: int, edge: float, q_before: float, q_last: f
 
 
 @compiled
+def _keep(
+    w: FloatArray,
+    z: FloatArray,
+    free: FloatArray,
+    w_other: FloatArray,
+    z_other: FloatArray,
+    free_other: FloatArray,
+    first: int,
+) -> None:
+    """Take the springs from `first` on over, number by number: slices of arrays take seconds to compile."""
+    for i in range(first, w.size):
+        w[i] = w_other[i]
+        for j in range(z.shape[1]):
+            z[i, j] = z_other[i, j]
+        for j in range(free.shape[0]):
+            free[j, i] = free_other[j, i]
+
+
+@compiled
 def run(
     springs: FloatArray,
     body: FloatArray,
@@ -389,14 +408,15 @@ def run(
     w2, z2, free2 = w.copy(), z.copy(), free.copy()
     branch = np.zeros((LEVELS + 1, max(moduli.size, 1), 6))
     mode = np.zeros((LEVELS + 1, max(rates.size, 1), 2))
-    filled, known = 0, math.nan
+    none = int(np.int64(0))  # the literal is another type, for which numba would compile the step once more
+    filled, known = none, math.nan
     stiffest = (body[0] + moduli.sum()) * springs[OUTER, n - 1]
     work, lost = 0.0, 0.0
     followed = 0
     for r in range(time.size):
         duration = time[r] - now
         if duration != known:
-            filled, known = 0, duration
+            filled, known = none, duration
         row = rows[r]
         low, high = -math.inf, math.inf
         out = 0.0
@@ -446,8 +466,7 @@ def run(
         w1, w2 = w2, w1
         z1, z2 = z2, z1
         free1, free2 = free2, free1
-        w1[active:], z1[active:] = w2[active:], z2[active:]
-        free1[:, active:] = free2[:, active:]
+        _keep(w1, z1, free1, w2, z2, free2, active)
         if lift:
             guess = springs[HEIGHT, touched] if touched < n else math.inf
             for i in range(touched):
@@ -459,6 +478,6 @@ def run(
         before, here, now = here, guess, time[r]
         depths[r] = here
         followed = r + 1
-    w[:], z[:], free[:] = w1, z1, free1
+    _keep(w, z, free, w1, z1, free1, none)
     begin[0], begin[1] = now, here
     return followed

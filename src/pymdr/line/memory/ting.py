@@ -43,8 +43,9 @@ def ting(curve: Curve, relaxation: Relaxation, time: ArrayLike, depth: ArrayLike
     relaxation : Relaxation
         E*(t).
     time, depth : array_like, shape (m,)
-        t in s, not falling, and d in m: not falling up to the largest, not rising after it. The bodies just touch, or
-        are apart, before the first row; a row at the time of the one before is a sudden move.
+        t in s, not falling, and d in m: from the first above 0 not falling up to the largest, and not rising after it down to
+        the last above 0. The bodies just touch, or are apart, before the first row; a row at the time of the one before is a
+        sudden move.
 
     Returns
     -------
@@ -76,7 +77,8 @@ def ting(curve: Curve, relaxation: Relaxation, time: ArrayLike, depth: ArrayLike
         )
     if not (np.isfinite(t).all() and np.isfinite(d).all()):
         raise PathError("a row is not finite")
-    t, d = np.concatenate([t[:1], t]), np.concatenate([[min(0.0, d[0])], d])
+    told = d
+    t, d = np.concatenate([t[:1], t]), _straightened(np.concatenate([[min(0.0, d[0])], d]))
     waits, moves = np.diff(t), np.diff(d)
     top = int(np.argmax(d))
     if waits.min() < 0.0:
@@ -98,7 +100,7 @@ def ting(curve: Curve, relaxation: Relaxation, time: ArrayLike, depth: ArrayLike
     forces = _recursed(
         decay[rise], _convolved(curve, relaxation.times, t[:top], t[1 : top + 1], d[:top], d[1 : top + 1])
     )
-    force, where = np.zeros(d.size), d.copy()
+    force = np.zeros(d.size)
     elastic = states_at_depth(curve, d[: top + 1])
     force[: top + 1] = relaxation.equilibrium * normal_force(curve, elastic) + forces @ relaxation.moduli
     if relaxation.viscosity > 0.0:
@@ -125,7 +127,17 @@ def ting(curve: Curve, relaxation: Relaxation, time: ArrayLike, depth: ArrayLike
             raise PathError(
                 f"the contact grows again at row {int(later[np.argmax(np.diff(sizes))]) - 1} as the bodies part: springs follow it"
             )
-    return Rows(where[1:], force[1:], radius[1:])
+    return Rows(told.copy(), force[1:], radius[1:])
+
+
+def _straightened(depth: FloatArray) -> FloatArray:
+    """Depths whose turns before the first above 0 and after the last are smoothed away: bodies apart forget their way."""
+    touched = np.flatnonzero(depth > 0.0)
+    first, last = (touched[0], touched[-1] + 1) if touched.size else (depth.size, depth.size)
+    before, after = depth[:first][::-1], depth[last:]
+    return np.concatenate(
+        [np.minimum.accumulate(before)[::-1], depth[first:last], np.minimum.accumulate(after)]
+    )
 
 
 def creep(curve: Curve, relaxation: Relaxation, time: ArrayLike, force: ArrayLike) -> Rows:

@@ -22,31 +22,42 @@ from pymdr.presentation.plot.shared import (
     styled,
     without_peaks,
 )
-from pymdr.quantities import RADIUS
+from pymdr.quantities import QUANTITIES, RADIUS
 from pymdr.units import from_si, good_unit
 
 if TYPE_CHECKING:
     import xarray as xr
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 
-def compared_pressures(pressures: xr.Dataset) -> Figure:
+def compared_pressures(pressures: xr.Dataset, history: xr.Dataset | None = None) -> Figure:
     """
-    Pressure by the method and by rings over the radius, with their difference below.
+    Pressure by the method and by rings over the radius, with their difference below; with memory also the history.
 
     Parameters
     ----------
     pressures : xarray.Dataset
         ``mdr`` and ``rings`` over ``r``, in Pa and m.
+    history : xarray.Dataset, optional
+        ``time``, ``normal_force`` and ``indentation`` as ``_mdr`` and ``_rings`` over ``row``, in SI units.
 
     Returns
     -------
     matplotlib.figure.Figure
     """
     with styled():
-        figure = new_figure(6.0, 5.0)
-        upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(2, 1))
-        r, mdr, rings = (pressures[name].values for name in ("r", "mdr", "rings"))
+        figure = new_figure(6.0 if history is None else 9.6, 5.0)
+        r = pressures["r"].values
+        if history is None:
+            upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(2, 1))
+        else:
+            panels = figure.subplots(2, 2, sharex="col", height_ratios=(2, 1))
+            (force, upper), (depth, lower) = panels
+            _draw_histories(force, history, "normal_force")
+            _draw_histories(depth, history, "indentation")
+            depth.set_xlabel(axis_label("time", good_unit(history["time"].values, "s")))
+        mdr, rings = (pressures[name].values for name in ("mdr", "rings"))
         r_unit, p_unit = good_unit(r, "m"), good_unit(without_peaks(rings), "Pa")
         d_unit = p_unit
         x = from_si(r, "m", r_unit)
@@ -67,6 +78,16 @@ def compared_pressures(pressures: xr.Dataset) -> Figure:
         upper.legend()
         letter_panels(figure)
     return figure
+
+
+def _draw_histories(axes: Axes, history: xr.Dataset, name: str) -> None:
+    """Both solutions over time."""
+    time, mdr, rings = (history[column].values for column in ("time", f"{name}_mdr", f"{name}_rings"))
+    x = from_si(time, "s", good_unit(time, "s"))
+    unit = good_unit(rings, QUANTITIES[name].unit)
+    axes.plot(x, from_si(rings, QUANTITIES[name].unit, unit), color=ORANGE, lw=3, alpha=0.6)
+    axes.plot(x, from_si(mdr, QUANTITIES[name].unit, unit), color=BLUE, lw=1.2)
+    axes.set_ylabel(axis_label(name, unit))
 
 
 def compared_tractions(table: xr.Dataset, tractions: xr.Dataset, curves: xr.Dataset) -> Figure:

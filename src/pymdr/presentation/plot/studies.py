@@ -344,8 +344,8 @@ def sliding_study(data: xr.Dataset) -> Figure:
     Parameters
     ----------
     data : xarray.Dataset
-        ``friction_coefficient``, ``leading_edge`` and ``trailing_edge`` (m) over ``speed`` (m/s), and where they are known
-        ``slow_limit`` and ``fast_limit``.
+        ``friction_coefficient`` over ``speed`` (m/s), ``leading_edge`` and ``trailing_edge`` (m) or ``indentation`` (m), and
+        where they are known ``slow_limit`` and ``fast_limit``.
 
     Returns
     -------
@@ -369,11 +369,16 @@ def sliding_study(data: xr.Dataset) -> Figure:
         # limits lie far beyond where they do not hold
         left.set_ylim(0.3 * float(friction.min()), 4.0 * float(friction.max()))
         left.set_ylabel("coefficient of friction $F_x/F_N$")
-        edges = [ordered[name].values for name in ("leading_edge", "trailing_edge")]
-        unit = good_unit(np.concatenate(edges), "m")
-        for values, words, style in zip(edges, ("leading", "trailing"), ("-", "--"), strict=True):
-            right.semilogx(v, lengths(values, unit), style, color=BLUE, lw=1.5, marker=few, ms=3, label=words)
-        right.set_ylabel(f"edges of the contact on the line ({unit})")
+        parts = {"leading_edge": ("leading", "-"), "trailing_edge": ("trailing", "--")}
+        if "leading_edge" not in ordered:
+            parts = {"indentation": ("indentation", "-")}
+        unit = good_unit(np.concatenate([ordered[name].values for name in parts]), "m")
+        for name, (words, style) in parts.items():
+            shown = lengths(ordered[name].values, unit)
+            right.semilogx(v, shown, style, color=BLUE, lw=1.5, marker=few, ms=3, label=words)
+        right.set_ylabel(
+            f"edges of the contact on the line ({unit})" if len(parts) == 2 else f"depth $d$ ({unit})"
+        )
         draw_zero(right)
         for axes in (left, right):
             axes.set_xlabel(f"speed $v$ ({v_unit})")

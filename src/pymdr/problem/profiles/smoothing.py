@@ -264,8 +264,10 @@ def smoothed(
         for k in range(3):
             root[k, 0] *= math.sqrt(kept[i])
         news[i] = new / spread
-        learnt[i] = state
-        roots[i] = root
+        for k in range(3):  # entry by entry: an assignment of arrays takes seconds to compile
+            learnt[i, k] = state[k]
+            for m in range(3):
+                roots[i, k, m] = root[k, m]
     later, back = np.zeros(3), np.empty(3)
     higher = np.empty((n, 3))
     for i in range(n - 1, -1, -1):

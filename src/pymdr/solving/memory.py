@@ -1,0 +1,91 @@
+"""What every solution of a contact with memory needs: how it relaxes along a path, when, and what is assumed of it."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pymdr.errors import PathError
+from pymdr.interpretation.validity import Assumption, small_slope_assumptions
+from pymdr.mapping.equivalent import slope_function
+from pymdr.mapping.relaxation import Relaxation, relaxation_of
+from pymdr.problem.contact import Contact
+from pymdr.problem.paths import LoadingPath, Ramp
+from pymdr.problem.rheology import PowerLawRheology
+from pymdr.problem.schedule import Planned, Stretch, planned
+from pymdr.units import FloatArray
+
+
+def relaxation_along(contact: Contact, path: LoadingPath, time: FloatArray | None = None) -> Relaxation:
+    """E*(t) of a contact, over the times of a path where a power of time asks for them; those that only its rows tell are given."""
+    bodies = (contact.body, contact.counterbody)
+    if not _by_power(contact):
+        return relaxation_of(*bodies)
+    if time is not None and is_told_by_rows(contact, path):
+        waits = np.diff(time, prepend=0.0)
+        return relaxation_of(*bodies, span=(float(waits[waits > 0.0].min()), float(time[-1])))
+    return relaxation_of(*bodies, span=_span(path))
+
+
+def is_told_by_rows(contact: Contact, path: LoadingPath) -> bool:
+    """Whether only the rows of a solution tell the times that a power of time asks for."""
+    return _by_power(contact) and any(map(_led, *_neighbours(path)))
+
+
+def _by_power(contact: Contact) -> bool:
+    """Whether a body of a contact relaxes by a power of time."""
+    return any(
+        isinstance(getattr(one, "shear", None), PowerLawRheology)
+        for one in (contact.body, contact.counterbody)
+    )
+
+
+def _neighbours(path: LoadingPath) -> tuple[tuple[Planned | None, ...], tuple[Planned, ...]]:
+    """The legs before the legs of a path, and these."""
+    each = planned(path)
+    return (None, *each[:-1]), each
+
+
+def _led(before: Planned | None, leg: Planned) -> bool:
+    """Whether a leg at a rate starts where only the history leads, so that only this tells how long it takes."""
+    at_rate = isinstance(leg.leg, Ramp) and leg.leg.rate is not None
+    return at_rate and before is not None and before.controls.normal != leg.controls.normal
+
+
+def _span(path: LoadingPath) -> tuple[float, float] | None:
+    """About the shortest step and the length of a path in s without what only its rows tell, if its legs state their times."""
+    steps, now, here = [], 0.0, dict[str, float]()
+    for before, leg in zip(*_neighbours(path), strict=True):
+        if _led(before, leg):
+            assert isinstance(leg.leg, Ramp)
+            here |= {leg.controls.normal: getattr(leg.leg, leg.controls.normal)}
+            continue
+        asked = leg.stretch(here, now)
+        if asked.time is None:
+            return None
+        steps.append(np.diff(asked.time, prepend=now))
+        now, here = float(asked.time[-1]), {**here, **asked.end}
+    waits = np.concatenate(steps)
+    return float(waits[waits > 0.0].min()), now
+
+
+def times_of(asked: Stretch) -> FloatArray:
+    """Time of every row of a leg in s; a leg without is refused."""
+    if asked.time is None:
+        raise PathError(
+            "a body with memory asks when: give every leg a duration or a rate, for example indent('1 um', rate='1 um/s')"
+        )
+    if asked.time[0] < asked.begin:
+        raise PathError(
+            f"Path.time begins at {asked.time[0]:g} s, but a history with memory begins at {asked.begin:g} s: count times from where "
+            "the bodies touch, or from before"
+        )
+    return asked.time
+
+
+def assumptions_with_memory(contact: Contact, radius: FloatArray) -> tuple[Assumption, ...]:
+    """What the model assumes, measured on the largest of some contact radii in m."""
+    a = float(np.max(radius, initial=0.0))
+    if a == 0.0:
+        return ()
+    listed = small_slope_assumptions(contact.profile, slope_function(contact.profile), a, 0.0)
+    return tuple(one for one in listed if one.name != "elastic similarity")
