@@ -76,7 +76,7 @@ sphinx_gallery_conf = {
     "examples_dirs": ["../examples", "demonstrations"],
     "gallery_dirs": ["generated/examples", "generated/demonstrations"],
     "filename_pattern": r".*\.py$",
-    "ignore_pattern": r"make_worn_tip\.py",
+    "ignore_pattern": r"make_(worn_tip|rough_curve)\.py",
     "image_scrapers": (scrape_figure,),
     "reset_modules": (),
     "abort_on_example_error": True,
@@ -123,7 +123,7 @@ def draw_figures(app):
     """The ``figure`` that the Python blocks of a page draw, next to the glossary."""
     folder = HERE / "generated"
     folder.mkdir(exist_ok=True)
-    for page in ("adhesion", "friction", "impact", "rolling", "sliding_friction"):
+    for page in ("adhesion", "friction", "impact", "rolling", "sliding_friction", "rough"):
         text = (HERE / f"{page}.md").read_text(encoding="utf-8")
         space = {"__name__": page}
         with contextlib.redirect_stdout(io.StringIO()):

@@ -33,10 +33,12 @@ def blocks(page):
         "bodies.md",
         "viscoelasticity.md",
         "sliding_friction.md",
+        "rough.md",
         "impact.md",
         "claims.md",
         "exactness.md",
         "profiles.md",
+        "closure.md",
         "contributing.md",
     ],
 )

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from pymdr.interpretation.validity import Level as Level
     from pymdr.mapping.equivalent import equivalent_profile as equivalent_profile
     from pymdr.mapping.moduli import effective_moduli as effective_moduli
+    from pymdr.mapping.patch import full_contact_stiffness as full_contact_stiffness
     from pymdr.mapping.relaxation import Relaxation as Relaxation
     from pymdr.mapping.relaxation import relaxation_of as relaxation_of
     from pymdr.mapping.relaxation import tangential_relaxation_of as tangential_relaxation_of
@@ -57,6 +58,7 @@ if TYPE_CHECKING:
     from pymdr.problem.profiles import DomedPunch as DomedPunch
     from pymdr.problem.profiles import Ellipsoid as Ellipsoid
     from pymdr.problem.profiles import FlatPunch as FlatPunch
+    from pymdr.problem.profiles import ForceCurve as ForceCurve
     from pymdr.problem.profiles import Function as Function
     from pymdr.problem.profiles import Hyperboloid as Hyperboloid
     from pymdr.problem.profiles import Interpolated as Interpolated
@@ -77,6 +79,7 @@ if TYPE_CHECKING:
     from pymdr.problem.rheology import PowerLawRheology as PowerLawRheology
     from pymdr.problem.rheology import Prony as Prony
     from pymdr.problem.rheology import StandardSolid as StandardSolid
+    from pymdr.problem.rough import RoughSurface as RoughSurface
     from pymdr.problem.self_affine import SelfAffineLine as SelfAffineLine
     from pymdr.result import Result as Result
     from pymdr.result import Status as Status
@@ -98,6 +101,10 @@ if TYPE_CHECKING:
     from pymdr.solving.reopening import open_result as open_result
     from pymdr.solving.rolling import Rolling as Rolling
     from pymdr.solving.rolling import rolling as rolling
+    from pymdr.solving.rough import RoughContact as RoughContact
+    from pymdr.solving.rough import RoughLine as RoughLine
+    from pymdr.solving.rough import press_rough as press_rough
+    from pymdr.solving.rough import rough_line as rough_line
     from pymdr.solving.rough_sliding import rough_sliding_friction as rough_sliding_friction
     from pymdr.solving.sliding import SlidingFriction as SlidingFriction
     from pymdr.solving.sliding import sliding_friction as sliding_friction
@@ -107,6 +114,7 @@ if TYPE_CHECKING:
     from pymdr.workbench.rheometry import fit_prony as fit_prony
     from pymdr.workbench.sliding import SlidingVerification as SlidingVerification
     from pymdr.workbench.sliding import verify_sliding as verify_sliding
+    from pymdr.workbench.tables import read_force_curve as read_force_curve
     from pymdr.workbench.tables import read_path as read_path
     from pymdr.workbench.tables import read_profile as read_profile
     from pymdr.workbench.tables import read_record as read_record
@@ -129,6 +137,7 @@ _HOMES: dict[str, tuple[str, ...]] = {
     "pymdr.interpretation.validity": ("Claim", "Level"),
     "pymdr.mapping.equivalent": ("equivalent_profile",),
     "pymdr.mapping.moduli": ("effective_moduli",),
+    "pymdr.mapping.patch": ("full_contact_stiffness",),
     "pymdr.mapping.relaxation": ("Relaxation", "relaxation_of", "tangential_relaxation_of"),
     "pymdr.problem.contact": ("Contact",),
     "pymdr.problem.laws": ("DMT", "JKR", "Coulomb", "MaugisDugdale"),
@@ -155,6 +164,7 @@ _HOMES: dict[str, tuple[str, ...]] = {
         "DomedPunch",
         "Ellipsoid",
         "FlatPunch",
+        "ForceCurve",
         "Function",
         "Hyperboloid",
         "Interpolated",
@@ -172,10 +182,12 @@ _HOMES: dict[str, tuple[str, ...]] = {
         "Waviness",
     ),
     "pymdr.problem.rheology": ("KelvinVoigt", "Maxwell", "PowerLawRheology", "Prony", "StandardSolid"),
+    "pymdr.problem.rough": ("RoughSurface",),
     "pymdr.problem.self_affine": ("SelfAffineLine",),
     "pymdr.result": ("Result", "Status"),
     "pymdr.solving.reopening": ("open_result",),
     "pymdr.solving.rolling": ("Rolling", "rolling"),
+    "pymdr.solving.rough": ("RoughContact", "RoughLine", "press_rough", "rough_line"),
     "pymdr.solving.rough_sliding": ("rough_sliding_friction",),
     "pymdr.solving.sliding": ("SlidingFriction", "sliding_friction"),
     "pymdr.solving": (
@@ -198,7 +210,7 @@ _HOMES: dict[str, tuple[str, ...]] = {
     "pymdr.workbench.records": ("MeasuredLoops", "measured_loops"),
     "pymdr.workbench.rheometry": ("PronyFit", "fit_prony"),
     "pymdr.workbench.sliding": ("SlidingVerification", "verify_sliding"),
-    "pymdr.workbench.tables": ("read_path", "read_profile", "read_record"),
+    "pymdr.workbench.tables": ("read_force_curve", "read_path", "read_profile", "read_record"),
     "pymdr.workbench.verification": ("Verification", "verify"),
 }
 _HOME_OF = {name: home for home, names in _HOMES.items() for name in names}

@@ -16,8 +16,11 @@ from pymdr.independent.rings import Rings
 from pymdr.interpretation.peaks import largest_value
 from pymdr.interpretation.validity import SOURCES, Assumption, Claim
 from pymdr.mapping.equivalent import has_callables, without_callables
+from pymdr.mapping.moduli import effective_moduli
 from pymdr.problem.contact import Contact
+from pymdr.problem.materials import Graded, Viscoelastic
 from pymdr.problem.paths import LoadingPath
+from pymdr.problem.profiles import ForceCurve
 from pymdr.quantities import POSITION, RADIUS, quantity
 from pymdr.units import ArrayQuantityLike, FloatArray, from_si, shown, to_si_array
 
@@ -31,10 +34,17 @@ if TYPE_CHECKING:
     from pymdr.presentation.plot import Plots
 
 
+_APART = 1e-9
+"""Of the largest depth: rows of a force curve that are closer are one."""
+
+
 class Status(enum.Enum):
     """How a solution ended."""
 
     COMPLETED = "every step was solved and its contact is a disk"
+    OF_A_CURVE = (
+        "every step was solved on the line of a force curve: contact areas and pressures are not in it"
+    )
     PARTLY_REFUSED = (
         "at some steps the contact is not a disk: values there are NaN, and only force_lower_bound is given"
     )
@@ -479,6 +489,50 @@ class Result:
             machine_stiffness=self.machine_stiffness,
             starts=self.starts,
         )
+
+    def force_curve(self) -> ForceCurve:
+        """
+        The force curve of a result, to stand in another contact in place of a profile.
+
+        Its modulus is the E* of this contact. Rows count in the order of their depths, whatever the path was.
+
+        Returns
+        -------
+        ForceCurve
+
+        Raises
+        ------
+        ProblemError
+            If the contact has adhesion, a memory or a graded body, or fewer than 5 rows press the bodies together.
+        NotValidError
+            If the force or the indentation is not valid.
+
+        Examples
+        --------
+        >>> from pymdr import Contact, Elastic, Paraboloid, indent, solve
+        >>> ball = Contact(Paraboloid("10 mm"), Elastic("1 GPa", 0.3))
+        >>> solve(ball, indent("1 um", steps=50)).force_curve().force.size
+        50
+        """
+        bodies = (self.contact.body, self.contact.counterbody)
+        lacking = {
+            "adhesion": self.contact.adhesion is not None,
+            "a memory": any(isinstance(body, Viscoelastic) for body in bodies),
+            "a graded body": any(isinstance(body, Graded) and body.exponent != 0.0 for body in bodies),
+        }
+        for why in (words for words, has in lacking.items() if has):
+            raise ProblemError(
+                f"force_curve: this contact has {why}; a ForceCurve is that of homogeneous elastic half-spaces without adhesion"
+            )
+        depth, force = self["indentation"].values, self["normal_force"].values
+        order = np.argsort(depth, kind="stable")
+        depth, force = depth[order], force[order]
+        apart = np.append(True, np.diff(depth) > _APART * float(np.max(np.abs(depth))))
+        depth, force = depth[apart], force[apart]
+        free = float(np.max(depth[force <= 0.0], initial=-np.inf))
+        touches = free <= 0.0 < float(np.min(depth[force > 0.0], initial=np.inf))
+        point = 0.0 if touches else None
+        return ForceCurve(depth, force, modulus=effective_moduli(*bodies).normal, contact_point=point)
 
     def _saved_contact(self) -> Contact:
         if not has_callables(self.contact.profile):

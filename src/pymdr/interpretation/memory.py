@@ -267,6 +267,10 @@ class MemoryCheck(NamedTuple):
         return np.maximum(known[np.minimum(after, known.size - 1)], known[np.maximum(after - 1, 0)])
 
 
+NOT_CHECKED = MemoryCheck(np.zeros(0, dtype=int), np.zeros(0), np.zeros(0), {})
+"""Where nothing was looked at."""
+
+
 def check_memory(surface: MemorySurface, force: FloatArray | None) -> MemoryCheck:
     """
     Look whether the pressure pulls nowhere and the gap is open outside, and how far fields err.

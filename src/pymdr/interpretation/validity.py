@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from pymdr.errors import NotValidError
 from pymdr.mapping.abel import Curve
 from pymdr.problem.materials import Graded, TransverselyIsotropic, Viscoelastic
-from pymdr.problem.profiles import Profile
+from pymdr.problem.profiles import ForceCurve, Profile
 from pymdr.units import FloatArray
 
 BoolArray = NDArray[np.bool_]
@@ -120,9 +120,19 @@ SOURCES: dict[str, str] = {
         "(1997), Int. J. Solids Struct. 34, 2357-2392: half-spaces graded by a power of the depth"
     ),
     "lee-radok": "Lee and Radok (1960), J. Appl. Mech. 27, 438-444: contact of linear viscoelastic bodies",
+    "closure": (
+        "Popov and Hess (2015), chapter 10: a rough contact on the line by its force curve, "
+        "doi:10.1007/978-3-642-53876-6; Barber (1974): its stiffness does not fall"
+    ),
     "hertz": "Hertz (1882), J. reine angew. Math. 92, 156-171; Johnson (1985), Contact Mechanics, chapter 11",
     "thornton-ning": "Thornton and Ning (1998), Powder Technol. 99, 154-162, doi:10.1016/S0032-5910(98)00099-0",
     "maw": "Maw, Barber and Fawcett (1976), Wear 38, 101-114, doi:10.1016/0043-1648(76)90201-5",
+    "rough-line": (
+        "Geike and Popov (2007), Phys. Rev. E 76, 036710, doi:10.1103/PhysRevE.76.036710; Popov and Hess (2015), chapter 10"
+    ),
+    "pohrt-popov": (
+        "Pohrt and Popov (2012), Phys. Rev. Lett. 108, 104301, doi:10.1103/PhysRevLett.108.104301; Popov and Hess (2015), chapter 10"
+    ),
     "hess-graded": "Hess (2016), Int. J. Eng. Sci. 104, 20-33: graded half-spaces on the line, with adhesion",
 }
 """References by key; claims and :meth:`Result.cite` quote them."""
@@ -167,10 +177,12 @@ def small_slope_assumptions(
     -------
     tuple of Assumption
     """
-    r = contact_radius * np.linspace(0.0, 1.0, 201)[1:]
-    with np.errstate(all="ignore"):
-        steepest = float(np.nanmax(np.abs(slope(r))))
-    found = [Assumption("small slope", "largest slope of the profile in the contact", steepest, 0.3)]
+    found = []
+    if not isinstance(profile, ForceCurve):  # whose slopes nobody knows
+        r = contact_radius * np.linspace(0.0, 1.0, 201)[1:]
+        with np.errstate(all="ignore"):
+            steepest = float(np.nanmax(np.abs(slope(r))))
+        found.append(Assumption("small slope", "largest slope of the profile in the contact", steepest, 0.3))
     radius = profile.curvature_radius
     if radius is not None:
         ratio = contact_radius / radius

@@ -123,7 +123,7 @@ def _turning_points(line: Curve, top: float) -> tuple[float, ...]:
 
 def _edge_excess(line: Curve, a: FloatArray, d: FloatArray) -> FloatArray:
     excess = np.zeros(np.shape(a))
-    at_edge = a == line.edge
+    at_edge = (a == line.edge) & np.isfinite(a)
     if at_edge.any():
         excess[at_edge] = np.maximum(d[at_edge] - line.depth(a[at_edge]), 0.0)
     return excess

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from pymdr.errors import ProblemError
 from pymdr.problem.laws import AdhesionLaw, Coulomb, MaugisDugdale
 from pymdr.problem.materials import Material, Rigid, common_exponent
-from pymdr.problem.profiles import Profile
+from pymdr.problem.profiles import ForceCurve, Profile
 from pymdr.problem.values import Value
 
 
@@ -19,7 +19,7 @@ class Contact(Value):
     Parameters
     ----------
     profile : Profile
-        The combined initial gap f(r).
+        The combined initial gap f(r), or a :class:`~pymdr.ForceCurve` in its place.
     body : Elastic, TransverselyIsotropic, Graded, Viscoelastic or Rigid
         The first body.
     counterbody : Elastic, TransverselyIsotropic, Graded, Viscoelastic or Rigid
@@ -33,7 +33,8 @@ class Contact(Value):
     ------
     ProblemError
         If an argument is of the wrong kind, both bodies are rigid or of different exponents, adhesion is combined with
-        friction, a graded body with friction or MaugisDugdale, or a viscoelastic one with adhesion.
+        friction, a graded body with friction or MaugisDugdale, a viscoelastic one with adhesion, or a ForceCurve with adhesion or a
+        graded body.
 
     Examples
     --------
@@ -75,6 +76,8 @@ class Contact(Value):
                 "Contact: adhesion and friction together are not covered by the theory: Coulomb's limit is not "
                 "defined where the surfaces pull at each other; leave one of the two out"
             )
+        if isinstance(self.profile, ForceCurve):
+            self._refuse_beyond_curve(exponent)
         if self.remembers:
             self._refuse_memory()
         if exponent != 0.0 and self.friction is not None:
@@ -94,6 +97,18 @@ class Contact(Value):
     def remembers(self) -> bool:
         """Whether one of the bodies does."""
         return self.body.remembers or self.counterbody.remembers
+
+    def _refuse_beyond_curve(self, exponent: float) -> None:
+        if self.adhesion is not None:
+            raise ProblemError(
+                "Contact: adhesion is not in a ForceCurve: it acts along the edges of the true contact, which the curve does "
+                "not know; give the shape as a profile, or leave adhesion out"
+            )
+        if exponent != 0.0:
+            raise ProblemError(
+                f"Contact: a ForceCurve is that of homogeneous half-spaces, and a body is graded (exponent {exponent:g}); "
+                "give exponent 0, or the shape as a profile"
+            )
 
     def _refuse_memory(self) -> None:
         if self.adhesion is not None:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -22,6 +23,7 @@ from pymdr.mapping.moduli import effective_moduli
 from pymdr.problem.contact import Contact
 from pymdr.result import Reading, Result
 from pymdr.solving.adhesive import solve_adhesive
+from pymdr.solving.closure import is_curve, reading_of, refuse_curve, solve_on_curve
 from pymdr.solving.drawing import (
     adhesive_plots,
     frictional_memory_plots,
@@ -155,5 +157,10 @@ LAWS = (
 
 
 def law_of(contact: Contact, solver: Rings | None) -> Law:
-    """The law of a contact."""
-    return next(law for law in LAWS if law.covers(contact, solver))
+    """The law of a contact; of a force curve it gives what the curve determines."""
+    law = next(law for law in LAWS if law.covers(contact, solver))
+    if not is_curve(contact):
+        return law
+    if solver is not None:
+        refuse_curve(contact, "solve: solver=Rings()", "boundary elements need its shape")
+    return replace(law, history=partial(solve_on_curve, law.history), reading=reading_of(law.reading))

@@ -11,14 +11,18 @@ import numpy as np
 
 from pymdr.errors import ProblemError, PymdrError, QuantityError
 from pymdr.interpretation.accuracy import EXACT_WITHIN, with_errors
+from pymdr.interpretation.closure import closure_claims
 from pymdr.interpretation.friction import frictional_claims
 from pymdr.interpretation.validity import Assumption, Claim, Level, approximated
 from pymdr.line.foundation import ElasticLine, states_at_depth, states_at_force
 from pymdr.line.foundation import normal_force as force_of
 from pymdr.mapping.abel import gauss
+from pymdr.mapping.closure import closure_of
 from pymdr.problem.contact import Contact
 from pymdr.problem.laws import Coulomb
+from pymdr.problem.profiles import ForceCurve
 from pymdr.solving.bands import BAND_NOTE, scatter_of, shifted
+from pymdr.solving.closure import is_curve
 from pymdr.solving.frictional import frictional_assumptions, pressed_joint
 from pymdr.solving.reach import map_remark
 from pymdr.units import (
@@ -323,13 +327,17 @@ def _study(
         "dissipated_per_cycle": loss,
         "damping_ratio": loss / (2.0 * math.pi * force * u),
         "secant_stiffness": force / u,
-        "stick_ratio": c / a,
+        # of a force curve, no part of an area
+        "stick_ratio": np.full(u.shape, math.nan) if is_curve(contact) else c / a,
     }
     name = "dissipated_energy"
     claims = frictional_claims(contact, moduli, (name,), np.ones(u.size, dtype=bool))
     if certificate.error is not None:
         claims = approximated(claims, certificate.remark, float(certificate.error[0]))
     claims = with_errors(claims, {name: error} if error.max() > EXACT_WITHIN else {}, map_remark(line, state))
+    if isinstance(contact.profile, ForceCurve):
+        known = closure_of(contact.profile)
+        claims = closure_claims(claims, known, np.full(u.shape, d), sideways=True)
     met = frictional_assumptions(contact, mapped, np.array([a]))
     return _Study(columns, claims[name], met, sliding, load, d)
 

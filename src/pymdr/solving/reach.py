@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+import os
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,11 +16,12 @@ from pymdr.line.foundation import (
     normal_force,
     states_at_depth,
 )
+from pymdr.mapping.closure import closure_of
 from pymdr.mapping.equivalent import equivalent_profile, slope_function
 from pymdr.mapping.moduli import EffectiveModuli, effective_moduli
 from pymdr.problem.contact import Contact
-from pymdr.problem.profiles import Ellipsoid, FlatPunch, Function, Profile, Sampled, Sphere, Sum
-from pymdr.units import FloatArray, QuantityLike, metres, newtons
+from pymdr.problem.profiles import Ellipsoid, FlatPunch, ForceCurve, Function, Profile, Sampled, Sphere, Sum
+from pymdr.units import FloatArray, metres, newtons
 
 
 @dataclass(frozen=True)
@@ -42,6 +45,8 @@ def map_to_line(contact: Contact) -> Mapped:
 
 def notes_of(profile: Profile) -> tuple[str, ...]:
     """What was done to a profile before it was mapped, in words."""
+    if isinstance(profile, ForceCurve):
+        return closure_of(profile).notes
     parts = profile.parts if isinstance(profile, Sum) else (profile,)
     curves = tuple(f"the profile is {part.curve_in_words}" for part in parts if isinstance(part, Sampled))
     offsets = tuple(
@@ -52,7 +57,15 @@ def notes_of(profile: Profile) -> tuple[str, ...]:
     return curves + offsets
 
 
-def one_load(asked: str, normal_force: QuantityLike | None, indentation: QuantityLike | None) -> None:
+def memory_of_machine() -> float:
+    """Bytes of memory of this machine; inf where it does not tell."""
+    try:
+        return float(os.sysconf("SC_PAGE_SIZE")) * float(os.sysconf("SC_PHYS_PAGES"))
+    except (AttributeError, OSError, ValueError):
+        return math.inf
+
+
+def one_load(asked: str, normal_force: object, indentation: object) -> None:
     """Refuse both and none of a load and a depth."""
     if (normal_force is None) == (indentation is None):
         raise ProblemError(f"{asked}: give exactly one of normal_force and indentation")
@@ -85,6 +98,13 @@ def refuse_unreachable(
         )
     if np.max(states.contact_radius) < equivalent.reach and np.isfinite(deepest):
         return
+    if isinstance(profile, ForceCurve):
+        known = closure_of(profile)
+        most = known.largest_force * line.modulus / profile.modulus
+        raise PathError(
+            f"{asked}: the force curve ends at an indentation of {metres(known.deepest)} (normal force {newtons(most)} of these "
+            "bodies) and is not extrapolated; reduce the indentation or the load"
+        )
     largest = _largest_allowed(line)
     raise PathError(
         f"{asked}: the contact would pass r = {metres(equivalent.reach)}, the last radius at which the profile is known "

@@ -16,6 +16,7 @@ from pymdr.line.foundation import states_at_depth
 from pymdr.line.rolling import RollingLine, line_load, rolled_path, rolling_line, steady_rolling
 from pymdr.problem.contact import Contact
 from pymdr.solving.bands import scatter_of
+from pymdr.solving.closure import refuse_curve
 from pymdr.solving.frictional import frictional_assumptions, pressed_joint
 from pymdr.solving.reach import Mapped, map_remark
 from pymdr.solving.study import Column, Study, one_row
@@ -164,6 +165,7 @@ def rolling(
 
     if not isinstance(contact, Contact):
         raise ProblemError(f"rolling: {contact!r} is not a Contact; write Contact(profile, body)")
+    refuse_curve(contact, "rolling", "rolling asks where its surfaces touch")
     _check_words(direction, law)
     zeta = _creepages(creepage)
     mapped, d, mu, certificate = pressed_joint("rolling", "creep force", contact, normal_force, indentation)

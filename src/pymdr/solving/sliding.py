@@ -29,6 +29,7 @@ from pymdr.mapping.equivalent import equivalent_profile
 from pymdr.mapping.relaxation import Relaxation, relaxation_of
 from pymdr.problem.contact import Contact
 from pymdr.solving.bands import scatter_of
+from pymdr.solving.closure import refuse_curve
 from pymdr.solving.frictional import disks_down_to
 from pymdr.solving.memory import assumptions_with_memory, powers_of
 from pymdr.solving.reach import map_remark, notes_of, one_load, refuse_unreachable
@@ -230,6 +231,7 @@ class _Asked:
 def _read(contact: Contact, normal_force: QuantityLike | None, indentation: QuantityLike | None) -> _Asked:
     if not isinstance(contact, Contact):
         raise ProblemError(f"{_WHO}: {contact!r} is not a Contact; write Contact(profile, body)")
+    refuse_curve(contact, _WHO, "sliding asks for the slope of its surface")
     if not contact.remembers:
         raise ProblemError(
             f"{_WHO}: no body is Viscoelastic: elastic bodies lose nothing below a profile that passes; give for example "

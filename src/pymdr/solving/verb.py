@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import itertools
 import math
-import os
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -18,6 +17,7 @@ from pymdr.problem.values import within_range
 from pymdr.result import Result
 from pymdr.solving.bands import scatter_of, with_bands
 from pymdr.solving.laws import law_of
+from pymdr.solving.reach import memory_of_machine
 from pymdr.solving.walk import Task
 from pymdr.units import QuantityLike, shown, to_si
 
@@ -103,24 +103,16 @@ def refuse_beyond_memory(path: LoadingPath, keep: int = 1) -> None:
     """
     rows = total_rows(path)
     needed = bytes_of(rows, keep)
-    if needed > _memory():
+    if needed > memory_of_machine():
         raise PathError(
             f"the path has {rows:.3g} rows, which take about {needed / 1e9:.3g} GB while they are solved, more than the "
-            f"{_memory() / 1e9:.3g} GB of this machine: take fewer steps, or with friction keep every k-th row (keep=k)"
+            f"{memory_of_machine() / 1e9:.3g} GB of this machine: take fewer steps, or with friction keep every k-th row (keep=k)"
         )
 
 
 def bytes_of(rows: int, keep: int = 1) -> int:
     """Bytes that the arrays of a path and its result take while it is solved."""
     return 2 * 8 * rows + 2 * 13 * 8 * (rows // keep)
-
-
-def _memory() -> float:
-    """Bytes of memory of this machine; inf where it does not tell."""
-    try:
-        return float(os.sysconf("SC_PAGE_SIZE")) * float(os.sysconf("SC_PHYS_PAGES"))
-    except (AttributeError, OSError, ValueError):
-        return math.inf
 
 
 def asked(

@@ -11,7 +11,7 @@ import numpy as np
 
 from pymdr.errors import PathError, ProblemError, PymdrError
 from pymdr.interpretation.accuracy import with_errors
-from pymdr.interpretation.memory import MemorySurface, check_memory, memory_claims
+from pymdr.interpretation.memory import NOT_CHECKED, MemorySurface, check_memory, memory_claims
 from pymdr.interpretation.validity import NORMAL_FIELDS, Assumption, BoolArray, Claim
 from pymdr.line.curves import ElasticLine
 from pymdr.line.foundation import mean_pressure, normal_force, rises_to, states_at_depth
@@ -29,6 +29,7 @@ from pymdr.line.memory import (
 )
 from pymdr.mapping.equivalent import equivalent_profile, gap_function
 from pymdr.problem.contact import Contact
+from pymdr.problem.profiles import ForceCurve
 from pymdr.problem.schedule import Stretch, known_legs
 from pymdr.result import Result, Status
 from pymdr.rows import taken
@@ -243,7 +244,10 @@ def interpreted(
         },
     )
     surface = surface_with_memory(task.contact, relaxation, time, rows.indentation, radius)
-    check = check_memory(surface, None if rows.moved.all() else force)
+    if isinstance(task.contact.profile, ForceCurve):  # whose line has neither pressure nor gap
+        check = NOT_CHECKED
+    else:
+        check = check_memory(surface, None if rows.moved.all() else force)
     remark = (
         ""
         if relaxation.error == 0.0

@@ -18,6 +18,7 @@ from pymdr.problem.paths import LoadingPath, Path
 from pymdr.quantities import QUANTITIES
 from pymdr.result import Result
 from pymdr.solving import solve
+from pymdr.solving.closure import refuse_curve
 from pymdr.units import FloatArray, QuantityLike, written
 
 if TYPE_CHECKING:
@@ -151,6 +152,7 @@ def verify_sliding(
     >>> verify_sliding(joint, indent("2 um") >> shift("0.4 um"), cells=20).largest_difference < 3e-3
     True
     """
+    refuse_curve(contact, "verify_sliding", "boundary elements need its shape")
     grid = HalfSpaceGrid(cells)
     if isinstance(steps, bool) or not isinstance(steps, int) or steps < 2:
         raise PathError(f"verify: steps = {steps!r}; a whole number of at least 2 is needed")

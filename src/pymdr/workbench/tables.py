@@ -16,10 +16,10 @@ from pymdr.errors import CaseError, PathError, UnitError
 from pymdr.presentation.files import named_file
 from pymdr.problem.paths import CHANNELS, NORMAL_CHANNELS, TANGENTIAL_CHANNELS
 from pymdr.problem.paths import Path as MeasuredPath
-from pymdr.problem.profiles import Sampled
+from pymdr.problem.profiles import ForceCurve, Sampled
 from pymdr.problem.profiles.sampled import Interpolation
 from pymdr.quantities import QUANTITIES
-from pymdr.units import FloatArray, to_si
+from pymdr.units import FloatArray, QuantityLike, to_si
 from pymdr.workbench.inputs import read_text
 
 if TYPE_CHECKING:
@@ -35,6 +35,10 @@ _PROFILE: Names = {
     "radius": ("r", "radius", "radial distance"),
     "height": ("f", "height", "gap", "z"),
     "scatter": ("scatter", "std", "sd", "sigma", "standard deviation"),
+}
+_CURVE: Names = {
+    "indentation": ("displacement", "indentation", "d", "depth", "approach"),
+    "normal_force": ("load", "normal force", "force", "f", "fn", "fz", "f n", "f z"),
 }
 _RECORD: Names = {
     "time": ("time", "t"),
@@ -116,6 +120,29 @@ def read_columns(file: str | os.PathLike[str]) -> dict[str, FloatArray]:
         If the header has no units or columns are missing, or a row is not numbers.
     """
     return _read(file, _PROFILE, ("radius", "height"), "r [nm], f [nm]")
+
+
+def read_curve_columns(file: str | os.PathLike[str]) -> dict[str, FloatArray]:
+    """
+    Depths and forces in SI units from a CSV file with units in its header, such as ``d [nm], F [uN]``.
+
+    Parameters
+    ----------
+    file : path
+        As for :func:`read_columns`.
+
+    Returns
+    -------
+    dict of str to ndarray
+        ``indentation`` (m) and ``force`` (N).
+
+    Raises
+    ------
+    FileError, CaseError
+        As :func:`read_columns` does.
+    """
+    found = _read(file, _CURVE, ("indentation", "normal_force"), "d [nm], F [uN]")
+    return {"indentation": found["indentation"], "force": found["normal_force"]}
 
 
 def read_record(file: str | os.PathLike[str]) -> xr.Dataset:
@@ -356,3 +383,30 @@ def read_profile(file: str | os.PathLike[str], *, interpolation: Interpolation |
     """
     columns = read_columns(file)
     return Sampled(**columns, interpolation=interpolation)
+
+
+def read_force_curve(
+    file: str | os.PathLike[str], *, modulus: QuantityLike, contact_point: QuantityLike | None = None
+) -> ForceCurve:
+    """
+    Read a force curve from a CSV file with units in its header.
+
+    Parameters
+    ----------
+    file : path
+        With the columns d (or depth, indentation, displacement) and F (or force, load), each with its unit:
+        ``d [nm], F [uN]``; the approach alone, with depths that rise.
+    modulus, contact_point : quantity
+        As for :class:`pymdr.ForceCurve`.
+
+    Returns
+    -------
+    ForceCurve
+
+    Raises
+    ------
+    FileError, CaseError, ProblemError
+        If the file cannot be read, is not such a table, or the points are no force curve.
+    """
+    columns = read_curve_columns(file)
+    return ForceCurve(**columns, modulus=modulus, contact_point=contact_point)

@@ -18,6 +18,7 @@ from pymdr.problem.schedule import planned, uses
 from pymdr.quantities import QUANTITIES
 from pymdr.result import Result
 from pymdr.solving import solve
+from pymdr.solving.closure import refuse_curve
 from pymdr.units import FloatArray
 
 if TYPE_CHECKING:
@@ -137,6 +138,7 @@ def verify(
     >>> verify(ball, indent("0.1 mm"), rings=100).largest_difference < 1e-5
     True
     """
+    refuse_curve(contact, "verify", "boundary elements need its shape")
     if contact.adhesion is not None or contact.friction is not None:
         raise ProblemError(
             "verify: rings solve the frictionless contact without adhesion; friction is held against vector friction by "

@@ -13,7 +13,7 @@ from pymdr.errors import ProblemError
 from pymdr.line.foundation import ElasticLine, states_at_depth
 from pymdr.line.friction.layout import COLUMNS, REACH
 from pymdr.line.friction.tables import tabulate
-from pymdr.mapping.equivalent import PowerLine
+from pymdr.mapping.equivalent import PolygonLine, PowerLine
 from pymdr.units import FloatArray
 
 
@@ -185,6 +185,8 @@ def curves_of(line: ElasticLine, depth: float, *, marks: ArrayLike = ()) -> Elas
     equivalent = line.equivalent
     if isinstance(equivalent, PowerLine):
         return power_law_curves(equivalent.n, equivalent.scale, line.modulus, unit=equivalent.unit)
+    if isinstance(equivalent, PolygonLine):
+        marks = np.append(marks, equivalent.depth[equivalent.depth < depth])
     return tabulated_curves(
         lambda d: states_at_depth(line, d).contact_radius, depth, line.modulus, marks=marks
     )

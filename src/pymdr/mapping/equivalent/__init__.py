@@ -9,6 +9,7 @@ import numpy as np
 
 from pymdr.errors import ProblemError
 from pymdr.mapping.abel import Curve
+from pymdr.mapping.closure import closure_of
 from pymdr.mapping.equivalent.base import EquivalentProfile as EquivalentProfile
 from pymdr.mapping.equivalent.base import rising_root as rising_root
 from pymdr.mapping.equivalent.closed import PowerLine as PowerLine
@@ -16,6 +17,8 @@ from pymdr.mapping.equivalent.closed import SphereLine as SphereLine
 from pymdr.mapping.equivalent.closed import SumLine as SumLine
 from pymdr.mapping.equivalent.closed import power_factor as power_factor
 from pymdr.mapping.equivalent.panels import PanelLine as PanelLine
+from pymdr.mapping.equivalent.polygon import PolygonLine as PolygonLine
+from pymdr.mapping.equivalent.polygon import polygon_of
 from pymdr.mapping.sources import source_of
 from pymdr.problem.profiles import (
     ConcavePunch,
@@ -23,6 +26,7 @@ from pymdr.problem.profiles import (
     DomedPunch,
     Ellipsoid,
     FlatPunch,
+    ForceCurve,
     Function,
     Hyperboloid,
     Interpolated,
@@ -148,6 +152,20 @@ for _kind in (
 
 
 @equivalent_profile.register
+def _(profile: ForceCurve, exponent: float = 0.0) -> EquivalentProfile:
+    if exponent != 0.0:
+        raise ProblemError(
+            f"a ForceCurve is that of homogeneous half-spaces, and the exponent is {exponent:g}; give exponent 0"
+        )
+    return _polygon(profile)
+
+
+@lru_cache(maxsize=64)
+def _polygon(profile: ForceCurve) -> PolygonLine:
+    return polygon_of(closure_of(profile).stiffness, profile.modulus)
+
+
+@equivalent_profile.register
 def _(profile: Sum, exponent: float = 0.0) -> EquivalentProfile:
     # what is registered elsewhere may know the homogeneous half-space only
     graded = (exponent,) if exponent != 0.0 else ()
@@ -211,7 +229,9 @@ def gap_function(profile: Profile, equivalent: EquivalentProfile) -> Curve:
 
 
 def slope_function(profile: Profile) -> Curve:
-    """f'(r) of a profile as a callable, as its map reads it."""
+    """f'(r) of a profile as a callable, as its map reads it; that of a force curve refuses to be called."""
+    if isinstance(profile, ForceCurve):
+        return profile.gap_slope
     source = source_of(profile)
 
     def slope(r: FloatArray) -> FloatArray:

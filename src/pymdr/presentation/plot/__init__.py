@@ -5,9 +5,11 @@ be restyled afterwards.
 """
 
 from pymdr.presentation.plot.adhesion import adhesive_figures, adhesive_overview
+from pymdr.presentation.plot.closure import CurveData, closure_figures, closure_overview
 from pymdr.presentation.plot.compared import compared_pressures, compared_tractions
 from pymdr.presentation.plot.friction import frictional_figures, frictional_overview
 from pymdr.presentation.plot.memory import memory_figures, memory_overview
+from pymdr.presentation.plot.rough import rough_study
 from pymdr.presentation.plot.shared import FigureData, Plots
 from pymdr.presentation.plot.studies import (
     compared_laws,
@@ -19,10 +21,13 @@ from pymdr.presentation.plot.studies import (
 from pymdr.presentation.plot.whole import normal_figures, normal_overview
 
 __all__ = [
+    "CurveData",
     "FigureData",
     "Plots",
     "adhesive_figures",
     "adhesive_overview",
+    "closure_figures",
+    "closure_overview",
     "compared_laws",
     "compared_pressures",
     "compared_tractions",
@@ -35,5 +40,6 @@ __all__ = [
     "normal_figures",
     "normal_overview",
     "rolling_study",
+    "rough_study",
     "sliding_study",
 ]

@@ -106,7 +106,7 @@ def impact_figure(data: xr.Dataset, friction: float | None) -> Figure:
     ----------
     data : xarray.Dataset
         Over ``step``: ``time``, ``indentation``, ``normal_force`` and ``contact_radius``; where bodies move sideways
-        against friction also ``tangential_force`` and ``stick_radius``.
+        against friction also ``tangential_force`` and ``stick_radius``. Radii may be left out.
     friction : float or None
         Coefficient of friction.
 
@@ -115,7 +115,7 @@ def impact_figure(data: xr.Dataset, friction: float | None) -> Figure:
     matplotlib.figure.Figure
     """
     with styled():
-        names = ["time", "indentation", "normal_force", "contact_radius"]
+        names = [name for name in ("time", "indentation", "normal_force", "contact_radius") if name in data]
         sideways = "tangential_force" in data
         units = {name: good_unit(data[name].values, QUANTITIES[name].unit) for name in names}
         shown = {name: scaled(data[name].values, name, unit) for name, unit in units.items()}
@@ -126,10 +126,11 @@ def impact_figure(data: xr.Dataset, friction: float | None) -> Figure:
         first.set_xlabel(axis_label("time", units["time"]))
         first.set_ylabel(axis_label("normal_force", units["normal_force"]), color=BLUE)
         draw_zero(first)
-        radius = first.twinx()
-        radius.plot(shown["time"], shown["contact_radius"], color=ORANGE, lw=1.2, ls="--")
-        radius.set_ylabel(axis_label("contact_radius", units["contact_radius"]), color=ORANGE)
-        radius.set_ylim(bottom=0.0)
+        if "contact_radius" in data:
+            radius = first.twinx()
+            radius.plot(shown["time"], shown["contact_radius"], color=ORANGE, lw=1.2, ls="--")
+            radius.set_ylabel(axis_label("contact_radius", units["contact_radius"]), color=ORANGE)
+            radius.set_ylim(bottom=0.0)
         second.plot(shown["indentation"], shown["normal_force"], color=BLUE, lw=1.5)
         second.set_xlabel(axis_label("indentation", units["indentation"]))
         second.set_ylabel(axis_label("normal_force", units["normal_force"]))
@@ -147,9 +148,9 @@ def _draw_sideways(
     unit = good_unit(data["tangential_force"].values, "N")
     force = scaled(data["tangential_force"].values, "tangential_force", unit)
     limit = (friction or 0.0) * scaled(data["normal_force"].values, "normal_force", unit)
-    axes.fill_between(
-        time, -limit, limit, where=data["stick_radius"].values > 0.0, color=LIGHT, lw=0, label="part sticks"
-    )
+    if "stick_radius" in data:
+        part = data["stick_radius"].values > 0.0
+        axes.fill_between(time, -limit, limit, where=part, color=LIGHT, lw=0, label="part sticks")
     for sign in (-1.0, 1.0):
         label = "$\\pm\\mu F_N$" if sign > 0.0 else None
         axes.plot(time, sign * limit, color=GREY, lw=0.8, ls=":", label=label)

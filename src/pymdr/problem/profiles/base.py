@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -16,6 +17,9 @@ from pymdr.units import FloatArray
 
 class Profile(Value, ABC):
     """An axisymmetric gap f(r); profiles add up with ``+``."""
+
+    whole: ClassVar[bool] = False
+    """Whether it stands for a whole contact, to which nothing can be added."""
 
     @abstractmethod
     def gap(self, r: ArrayLike) -> FloatArray:
@@ -87,6 +91,11 @@ class Sum(Profile):
         parts = tuple(self.parts)
         if not parts or not all(isinstance(part, Profile) for part in parts):
             raise ProblemError(f"Sum.parts = {self.parts!r}: one or more profiles are needed")
+        for part in parts:
+            if part.whole:
+                raise ProblemError(
+                    f"a {type(part).__name__} cannot be added to other profiles: it is that of the whole contact"
+                )
         object.__setattr__(self, "parts", tuple(piece for part in parts for piece in _parts(part)))
 
     def gap(self, r: ArrayLike) -> FloatArray:

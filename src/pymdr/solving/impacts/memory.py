@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pymdr.interpretation.accuracy import with_errors
+from pymdr.interpretation.closure import ASSUMED
 from pymdr.interpretation.memory import LineState, pressure
 from pymdr.interpretation.validity import SOURCES, Assumption, Claim, Level
 from pymdr.line.rebound import Motion, energies, largest_force, motion_rows, rebound
@@ -17,6 +18,7 @@ from pymdr.problem.contact import Contact
 from pymdr.problem.materials import Elastic, Rigid
 from pymdr.problem.paths import indent
 from pymdr.result import Result, labelled
+from pymdr.solving.closure import is_curve
 from pymdr.solving.colliding import Course
 from pymdr.solving.impacts.asking import Asked
 from pymdr.solving.impacts.telling import QUASI_STATIC, told
@@ -43,8 +45,8 @@ def remembering(asked: Asked) -> Impact:
     course = _course(ground, motion, asked.steps)
     # of the shape alone: slopes, tips and what the map says of it
     solved = solve(Contact(contact.profile, Elastic(1.0, 0.5), Rigid()), indent(motion.deepest))
-    endless = math.isinf(float(solved["peak_pressure"].values[0])) or _presses_at_edges(ground)
-    fine = _audited(motion, course, 1, 0 if endless else _LOOKS)
+    largest = _unbounded(solved, ground)
+    fine = _audited(motion, course, 1, _LOOKS if largest is None else 0)
     coarse = _audited(motion, course, 2)
     energy = 0.5 * mass * speed * speed
     lost = 0.5 * mass * (speed - motion.rebound_speed) * (speed + motion.rebound_speed)
@@ -78,7 +80,7 @@ def remembering(asked: Asked) -> Impact:
         energy_lost=lost,
         sticking_speed=0.0,
         largest_force=largest_force(motion)[1],
-        largest_pressure=math.inf if endless else fine.pressure,
+        largest_pressure=fine.pressure if largest is None else largest,
         claims=_claims(found.claims, solved, errors, ground),
         assumptions=tuple(a for a in found.assumptions if a.name != "elastic similarity"),
         notes=(*solved.notes, *_notes(ground, motion)),
@@ -140,6 +142,14 @@ def _largest(line: LineState) -> float:
     return float(np.max(pressure(line, line.radius * np.linspace(0.0, 0.97, 64))))
 
 
+def _unbounded(solved: Result, ground: Ground) -> float | None:
+    """The largest pressure where it is known without a look: inf, or nan of a force curve."""
+    if is_curve(ground.contact):
+        return math.nan
+    tip = math.isinf(float(solved["peak_pressure"].values[0]))
+    return math.inf if tip or _presses_at_edges(ground) else None
+
+
 def _presses_at_edges(ground: Ground) -> bool:
     """Whether the pressure has no bound at the edge of a contact that grows: under dashpots, and powers of time above 1/2."""
     powers = powers_of(ground.contact)
@@ -172,10 +182,11 @@ def _claims(
     kernel = ground.relaxation.error
     remark = f"; the kernel of the rheology errs by at most {kernel:.1g}" if kernel > 0.0 else ""
     shape = solved.claims["normal_force"]
+    curve = is_curve(ground.contact)
+    shaped = f"{ASSUMED}; viscoelastic and" if curve else "exact for viscoelastic half-spaces on a disk,"
     reason = (
-        "exact for viscoelastic half-spaces in frictionless contact on a disk: the force only pushes, so that there is one "
-        "approach and one retreat, on which no spring is touched again and the load of the line falls outward"
-        f"{remark}; {QUASI_STATIC}"
+        f"{shaped} frictionless: the force only pushes, so that there is one approach and one retreat, on which no spring is "
+        f"touched again and the load of the line falls outward{remark}; {QUASI_STATIC}"
     )
     source = f"{SOURCES['lee-radok']}; {SOURCES['ting']}"
     mapped = 0.0 if shape.error is None else float(np.max(shape.error))
@@ -187,6 +198,8 @@ def _claims(
         "; errors are what halving every step changes, and those of energies what half as many parts of steps do",
         "as the steps do",
     )
+    if curve:
+        return found | {name: claims[name] for name in ("largest_radius", "largest_pressure")}
     peak = found["largest_pressure"]
     found["largest_pressure"] = replace(
         peak,

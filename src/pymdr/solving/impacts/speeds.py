@@ -18,6 +18,7 @@ from pymdr.quantities import quantity
 from pymdr.solving.colliding import collide, contact_times, stopping_depths
 from pymdr.solving.equilibria import AdhesiveLine
 from pymdr.solving.impacts.asking import above, coefficient_of
+from pymdr.solving.impacts.telling import of_shape
 from pymdr.solving.reach import map_to_line
 from pymdr.solving.rebounding import followed, motion_at
 from pymdr.units import ArrayQuantityLike, FloatArray, QuantityLike, shown, to_si_array
@@ -86,7 +87,7 @@ def restitution(contact: Contact, *, mass: QuantityLike, speeds: ArrayQuantityLi
         for name, values in zip(COLUMNS, columns, strict=True)
     }
     speed = ("speed", v, {"units": "m/s", "long_name": "normal speed before the impact"})
-    return xr.Dataset(variables, coords={"speed": speed}, attrs=attributes)
+    return of_shape(contact, xr.Dataset(variables, coords={"speed": speed}, attrs=attributes))
 
 
 def _many_elastic(contact: Contact, mass: float, speed: FloatArray) -> list[FloatArray]:

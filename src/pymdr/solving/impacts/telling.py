@@ -4,15 +4,21 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from pymdr.interpretation.validity import Assumption, Claim
+from pymdr.problem.contact import Contact
 from pymdr.result import Result, labelled
+from pymdr.solving.closure import is_curve
 from pymdr.solving.colliding import Course
 from pymdr.solving.impacts.asking import Asked
 from pymdr.solving.impacts.value import Event, Impact
 from pymdr.units import FloatArray
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 QUASI_STATIC = (
     "the bodies pass through states of equilibrium: the contact time is assumed to be well above that which waves take to "
@@ -51,8 +57,8 @@ def told(
         rebound_speed=restitution * asked.normal,
         largest_force=float(course.force.max()),
         largest_indentation=float(course.depth[course.deepest]),
-        largest_radius=float(course.radius.max()),
-        largest_pressure=float(solved["peak_pressure"].values[0]),
+        largest_radius=math.nan if is_curve(asked.contact) else float(course.radius.max()),
+        largest_pressure=math.nan if is_curve(asked.contact) else float(solved["peak_pressure"].values[0]),
         energy_lost=energy if course.sticks else course.lost,
         sticking_speed=math.sqrt(2.0 * max(course.lost, 0.0) / asked.mass),
         tangential_speed=asked.sideways,
@@ -66,11 +72,16 @@ def told(
     )
 
 
+def of_shape(contact: Contact, data: xr.Dataset) -> xr.Dataset:
+    """Without radii where a contact is known by its force curve only."""
+    return data.drop_vars(["contact_radius", "stick_radius"], errors="ignore") if is_curve(contact) else data
+
+
 SIDEWAYS = ("tangential_speed", "spin", "contact_point_speed", "tangential_restitution")
 NORMAL = ("restitution", "contact_time", "rebound_speed", "energy_lost", "sticking_speed")
 LARGEST = {
     "largest_force": "normal_force",
-    "largest_indentation": "contact_radius",
+    "largest_indentation": "elastic_energy",
     "largest_radius": "contact_radius",
     "largest_pressure": "pressure",
 }

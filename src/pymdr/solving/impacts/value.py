@@ -13,6 +13,7 @@ from pymdr.errors import QuantityError
 from pymdr.interpretation.validity import Assumption, Claim
 from pymdr.problem.contact import Contact
 from pymdr.quantities import quantity
+from pymdr.solving.closure import is_curve
 from pymdr.units import from_si, shown
 
 if TYPE_CHECKING:
@@ -52,9 +53,9 @@ class Impact:
     largest_indentation: float
     """In m."""
     largest_radius: float
-    """Of the contact in m."""
+    """Of the contact in m; nan of a force curve."""
     largest_pressure: float
-    """In Pa, without memory that at the turning point; inf under a sharp tip or edge."""
+    """In Pa, without memory that at the turning point; inf under a sharp tip or edge, nan of a force curve."""
     energy_lost: float
     """Of the motion in J; all of it where the bodies stick. With memory a part of it is still in the springs as they part."""
     sticking_speed: float
@@ -100,8 +101,7 @@ class Impact:
             "largest": {
                 "indentation": self.largest_indentation,
                 "normal_force": self.largest_force,
-                "contact_radius": self.largest_radius,
-                "peak_pressure": self.largest_pressure,
+                **({} if is_curve(self.contact) else self._of_area),
             },
         }
         if self.contact.adhesion is not None:
@@ -118,6 +118,10 @@ class Impact:
                 "tangential_restitution": self.tangential_restitution,
             }
         return groups
+
+    @property
+    def _of_area(self) -> dict[str, float]:
+        return {"contact_radius": self.largest_radius, "peak_pressure": self.largest_pressure}
 
     def __str__(self) -> str:
         return self.summary()

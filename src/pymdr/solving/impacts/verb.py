@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from pymdr.problem.contact import Contact
 from pymdr.solving.impacts.adhesive import adhesive
 from pymdr.solving.impacts.asking import read
 from pymdr.solving.impacts.elastic import elastic
 from pymdr.solving.impacts.memory import remembering
+from pymdr.solving.impacts.telling import of_shape
 from pymdr.solving.impacts.value import Impact
 from pymdr.units import QuantityLike
 
@@ -80,6 +83,5 @@ def impact(
     asked = read(contact, mass, speed, angle, inertia, radius, spin, steps)
     if contact.adhesion is not None:
         return adhesive(asked)
-    if contact.remembers:
-        return remembering(asked)
-    return elastic(asked)
+    found = remembering(asked) if contact.remembers else elastic(asked)
+    return replace(found, data=of_shape(contact, found.data))

@@ -1,0 +1,156 @@
+"""What can be claimed of a contact that is known by its force curve only."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from pymdr.interpretation.accuracy import with_errors
+from pymdr.interpretation.validity import SOURCES, BoolArray, Claim, Level
+from pymdr.mapping.closure import Closure
+from pymdr.units import FloatArray
+
+OF_THE_CURVE = frozenset(
+    {
+        "indentation",
+        "travel",
+        "normal_force",
+        "normal_stiffness",
+        "elastic_energy",
+        "effective_modulus",
+        "external_work",
+        "dissipated_energy",
+        "shift",
+        "tangential_force",
+        "tangential_stiffness",
+        "stored_tangential_energy",
+        "slip_distance",
+        "slip_work",
+    }
+)
+"""Quantities that a force curve determines."""
+_ON_A_DISK = " on a disk"
+"""What laws say of contacts whose shape is known."""
+_GROWTH = 1e-6
+"""Of the largest stiffness: by how much a contact must grow to be said to."""
+ASSUMED = "as exact as the force curve, for contacts of any shape: half-spaces of small slopes without adhesion that are not tilted"
+_MEMORY = (
+    "for viscoelastic half-spaces whose contact grows (Lee and Radok 1960), or grows and then shrinks (Ting 1966); that a "
+    "contact is the same at the same depth is proven for one that grows"
+)
+_AGAIN = (
+    "the contact grows again after it has shrunk; that it is then the same at the same depth is not proven for contacts of "
+    "any shape"
+)
+_NOT_IN_IT = (
+    "not in a force curve: contacts of different area and pressure have the same one, and the length of the line in contact "
+    "is no radius; give the shape itself as a profile, or solve it by boundary elements"
+)
+
+
+def closure_claims(
+    claims: Mapping[str, Claim],
+    closure: Closure,
+    depth: FloatArray,
+    remembered: BoolArray | None = None,
+    *,
+    sideways: bool = False,
+) -> dict[str, Claim]:
+    """
+    Claims of a law for a contact that is known by its force curve.
+
+    Parameters
+    ----------
+    claims : mapping of str to Claim
+        Those of the law.
+    closure : Closure
+    depth : ndarray
+        Indentations in m of the rows.
+    remembered : ndarray of bool, optional
+        With memory: rows up to which the contact has grown again after it shrank.
+    sideways : bool
+        Whether the bodies are shifted.
+
+    Returns
+    -------
+    dict of str to Claim
+    """
+    errors = closure_errors(closure, depth, remembers=remembered is not None or sideways)
+    found: dict[str, Claim] = {}
+    for name, claim in claims.items():
+        if name not in OF_THE_CURVE:
+            none = np.zeros(claim.where.shape, dtype=bool)
+            found[name] = Claim(Level.NOT_VALID, _NOT_IN_IT, SOURCES["closure"], none)
+        elif claim.level is Level.NOT_VALID or claim.reason.startswith("prescribed"):
+            found[name] = replace(claim, reason=claim.reason.replace(_ON_A_DISK, ""))
+        else:
+            found |= _of_curve(name, claim, errors[name], remembered)
+    return found
+
+
+def _of_curve(name: str, claim: Claim, error: FloatArray, remembered: BoolArray | None) -> dict[str, Claim]:
+    theirs, level = claim.reason.replace(_ON_A_DISK, ""), claim.level
+    if remembered is not None:
+        theirs = f"{_MEMORY}; {theirs}" if level is Level.APPROXIMATE else _MEMORY
+        if remembered.any():
+            theirs, level = f"{theirs}; {_AGAIN}", Level.APPROXIMATE
+    own = replace(
+        claim,
+        level=level,
+        reason=f"{ASSUMED}. {theirs[:1].upper()}{theirs[1:]}",
+        source=f"{claim.source}; {SOURCES['closure']}",
+    )
+    total = error if claim.error is None else error + claim.error
+    return with_errors({name: own}, {name: total}, "", "as curves through every other point do")
+
+
+def closure_errors(closure: Closure, depth: FloatArray, *, remembers: bool) -> dict[str, FloatArray]:
+    """
+    Relative errors of the quantities of a curve, from those of k, F and U at its depths.
+
+    Parameters
+    ----------
+    closure : Closure
+    depth : ndarray
+        Indentations in m of the rows.
+    remembers : bool
+        Whether rows depend on those before them, and so on the largest depth so far.
+
+    Returns
+    -------
+    dict of str to ndarray
+    """
+    known = np.nan_to_num(depth)
+    stiffness, force, energy = closure.error(known)
+    if remembers and depth.size:
+        before = closure.error(np.maximum.accumulate(known))
+        stiffness, force, energy = (
+            np.maximum(*both) for both in zip((stiffness, force, energy), before, strict=True)
+        )
+    slid = stiffness + force
+    given = {
+        "normal_stiffness": stiffness,
+        "elastic_energy": energy,
+        "external_work": energy,
+        "dissipated_energy": slid + energy,
+        "stored_tangential_energy": slid + energy,
+        "slip_work": slid + energy,
+        "tangential_force": slid,
+        "tangential_stiffness": stiffness,
+        "shift": slid,
+        "slip_distance": slid,
+    }
+    return {name: given.get(name, force) for name in OF_THE_CURVE}
+
+
+def regrown(radius: FloatArray) -> BoolArray:
+    """Rows from which on a contact with memory has grown again after it shrank, from what is in contact of the line."""
+    size = np.nan_to_num(radius)
+    if not size.size:
+        return np.zeros(0, dtype=bool)
+    moves = np.diff(size, prepend=size[:1])
+    slack = _GROWTH * float(np.max(size))
+    shrank = np.maximum.accumulate(moves < -slack)
+    return np.asarray(np.maximum.accumulate(shrank & (moves > slack)))

@@ -1,0 +1,426 @@
+"""The stiffness of a contact from its force curve: what is left of a topography on the line.
+
+On elastic half-spaces without adhesion contacts of any shape grow with the depth, so that k = dF/dd does not fall
+(Barber 1974). A curve through data is therefore one whose k(d) is rising and piecewise linear. Points whose slopes rise
+are met exactly, by two straight pieces of k between neighbours (Schumaker 1983); piecewise linear data, those of finitely
+many springs, come back as steps of k. Noisy points are met in the sense of non-negative least squares.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+
+from pymdr.errors import ProblemError
+from pymdr.problem.profiles import ForceCurve
+from pymdr.problem.profiles.curves import noise_of
+from pymdr.problem.profiles.forcecurve import FEWEST_POINTS
+from pymdr.units import FloatArray, metres, newtons
+
+_ROUNDING = 1e-13
+"""Of the largest force: by how much rounding may bend a curve."""
+_PIECES = (2, 3, 4, 6, 8, 11, 16, 23, 32, 45, 64, 91, 128)
+_PATIENCE = 3
+"""Numbers of pieces that may be no better before the search ends."""
+_MOST = 3000
+"""Points of which a fit makes use one by one."""
+_BLOCK, _BLOCKS = 24, 12
+_QUIETEST = 0.05
+"""Of the usual noise: the least that a stretch of a curve is believed to have."""
+_BEGINNING = 60
+"""Points on a power of the depth before the first point."""
+_TOUCH_PIECES, _TOUCHES = 6, 80
+_SYSTEMATIC = 5.0
+"""Noises by which the mean of neighbouring points may lie off the curve."""
+_NO_CURVE = 0.05
+"""Of the largest force: points that lie farther off any rising stiffness are no curve of an elastic contact."""
+_NO_NOISE = 2.0
+"""Noises by which points with noise may always lie off."""
+_OCTAVE = 4
+"""Entries of the table of errors in a factor of 2 of the depth."""
+
+
+class Polyline(NamedTuple):
+    """A rising k(d), straight between nodes; a step is two nodes at one depth."""
+
+    depth: FloatArray
+    """In m from the contact point, not falling, from 0 on."""
+    stiffness: FloatArray
+    """In N/m, not falling, from 0 on."""
+
+    def at(self, d: FloatArray) -> FloatArray:
+        """k, F and U at depths, shape (3, n)."""
+        t, k = self
+        h = np.diff(t)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            rate = np.where(h > 0.0, np.diff(k) / h, 0.0)
+        force = np.append(0.0, np.cumsum(h * (k[:-1] + 0.5 * rate * h)))
+        energy = np.append(0.0, np.cumsum(h * (force[:-1] + h * (0.5 * k[:-1] + rate * h / 6.0))))
+        j = np.clip(np.searchsorted(t, d, side="right") - 1, 0, h.size - 1)
+        s = np.maximum(d, 0.0) - t[j]
+        return np.stack(
+            [
+                k[j] + rate[j] * s,
+                force[j] + s * (k[j] + 0.5 * rate[j] * s),
+                energy[j] + s * (force[j] + s * (0.5 * k[j] + rate[j] * s / 6.0)),
+            ]
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class Closure:
+    """What a force curve says of a contact."""
+
+    stiffness: Polyline
+    contact_point: float
+    """Depth of the data in m at which the bodies touch."""
+    noise: float
+    """Noise of the force in N; 0 where the slopes of the points rise."""
+    misfit: float
+    """Root mean square in N by which the points lie off the curve."""
+    errors: tuple[FloatArray, FloatArray]
+    """Depths in m, rising, and the relative errors of k, F and U at each, shape (3, n)."""
+    notes: tuple[str, ...]
+    """What was done to the data, in words."""
+
+    @property
+    def deepest(self) -> float:
+        """The last depth in m from the contact point."""
+        return float(self.errors[0][-1])
+
+    @property
+    def largest_force(self) -> float:
+        """The force in N at the last depth, of the bodies whose curve it is."""
+        return float(self.stiffness.at(np.array([self.deepest]))[1, 0])
+
+    def error(self, depth: FloatArray) -> FloatArray:
+        """Relative errors of k, F and U at depths in m, shape (3, n): what half of the points give otherwise."""
+        table, found = self.errors
+        j = np.clip(np.searchsorted(table, depth), 0, table.size - 1)
+        return np.where(depth > 0.0, found[:, j], 0.0)
+
+
+@lru_cache(maxsize=64)
+def closure_of(curve: ForceCurve) -> Closure:
+    """
+    The stiffness of a force curve, with its contact point, noise and errors.
+
+    Parameters
+    ----------
+    curve : ForceCurve
+
+    Returns
+    -------
+    Closure
+
+    Raises
+    ------
+    ProblemError
+        If no stiffness that rises with the depth is near the points.
+
+    Notes
+    -----
+    The errors are those by which the curves through every other point differ from the curve through all, the largest of a
+    factor of 2 of the depth on both sides.
+
+    Examples
+    --------
+    >>> d = np.linspace(0, 1e-6, 101)
+    >>> found = closure_of(ForceCurve(d, 1e4 * d**1.5, modulus="1 GPa"))
+    >>> bool(abs(found.stiffness.at(np.array([0.5e-6]))[0, 0] / (1.5e4 * 0.5e-6**0.5) - 1) < 1e-3)
+    True
+    """
+    d, force = curve.indentation, curve.force
+    # lengths and forces near 1
+    scales = float(np.max(np.abs(d))), curve.largest_force
+    touch = None if curve.contact_point is None else curve.contact_point / scales[0]
+    if touch is None and d[0] >= 0.0:
+        touch = 0.0
+    whole = _fit(d / scales[0], force / scales[1], touch)
+    if whole.misfit > max(_NO_CURVE, _NO_NOISE * whole.noise):
+        raise ProblemError(
+            f"ForceCurve: the points lie {newtons(whole.misfit * scales[1])} (root mean square) off any curve whose stiffness "
+            "rises with the depth, as that of an elastic contact without adhesion does; give the approach alone, of an elastic "
+            "contact, and its contact_point where that is not the depth 0"
+        )
+    halves = [_fit(*_half(d / scales[0], force / scales[1], first), touch) for first in (0, 1)]
+    depths, errors = _errors(whole, halves)
+    line = Polyline(whole.line.depth * scales[0], whole.line.stiffness * (scales[1] / scales[0]))
+    return Closure(
+        line,
+        whole.touch * scales[0],
+        whole.noise * scales[1],
+        whole.misfit * scales[1],
+        (depths * scales[0], errors),
+        _notes(curve, whole, scales),
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class _Fit:
+    """A stiffness through points in their own units."""
+
+    line: Polyline
+    touch: float
+    first: float
+    """Depth of the first point in contact."""
+    deepest: float
+    noise: float
+    misfit: float
+    found: bool
+    """Whether the contact point was found."""
+    pieces: int
+    """Pieces of a fit; 0 where the points are met."""
+    off: tuple[float, float, float] | None
+    """Ends of the stretch whose points lie farthest off the curve beyond their noise, and by how many noises."""
+
+
+def _fit(d: FloatArray, force: FloatArray, touch: float | None) -> _Fit:
+    sigma = _noise(d, force)
+    found = touch is None
+    few = _grouped(d, force, sigma)
+    if touch is None:
+        touch = _contact_point(*few)
+    x = d - touch
+    inside = x > 0.0
+    depth = np.append(0.0, x[inside])
+    values = np.append(0.0, force[inside])
+    quiet = bool(np.all(np.abs(force[~inside]) <= _ROUNDING))
+    met = quiet and _slopes_rise(depth, values)
+    if met:
+        line, pieces, off = _through(*_begun(depth, values)), 0, None
+        noise = misfit = 0.0
+    else:
+        few = few[:, few[0] > touch] - np.array([[touch], [0.0], [0.0]])
+        line, pieces = _least_squares(*few)
+        residual = force - line.at(x)[1]
+        misfit = float(np.sqrt(np.mean(residual**2)))
+        noise, off = float(np.median(sigma)), _systematic(x, residual / sigma)
+        if off is not None:
+            # is it the points, or too few pieces?
+            freest = _ramps(few[0], few[1], few[2], _nodes(few[0], _PIECES[-1]))[0]
+            off = _systematic(x, (force - freest.at(x)[1]) / sigma)
+    return _Fit(line, touch, float(depth[1]), float(depth[-1]), noise, misfit, found, pieces, off)
+
+
+def _half(d: FloatArray, force: FloatArray, first: int) -> tuple[FloatArray, FloatArray]:
+    """Every other point, with the last."""
+    rows = np.unique(np.append(np.arange(first, d.size, 2), d.size - 1))
+    return d[rows], force[rows]
+
+
+def _grouped(d: FloatArray, force: FloatArray, sigma: FloatArray) -> FloatArray:
+    """Depths, forces and noises, of so many neighbours together that no more are left than a fit can use."""
+    size = -(-d.size // _MOST)
+    whole = d.size // size * size
+    means = [values[d.size - whole :].reshape(-1, size).mean(axis=1) for values in (d, force, sigma)]
+    means[2] /= math.sqrt(size)
+    if size > 1:
+        # the ends stay
+        means = [np.append(means[i], values[-1]) for i, values in enumerate((d, force, sigma))]
+    return np.array(means)
+
+
+def _noise(d: FloatArray, force: FloatArray) -> FloatArray:
+    """The noise of every force, from stretches of neighbours; 1 where there is none."""
+    if d.size < FEWEST_POINTS:
+        return np.ones(d.size)
+    blocks = min(max(d.size // _BLOCK, 1), _BLOCKS)
+    if blocks == 1:
+        return np.full(d.size, noise_of(d, force) or 1.0)
+    parts = np.array_split(np.arange(d.size), blocks)
+    sizes = np.array([noise_of(d[part], force[part]) for part in parts])
+    usual = float(np.median(sizes))
+    if usual == 0.0:
+        return np.ones(d.size)
+    centres = np.array([float(part.mean()) for part in parts])
+    logarithm = np.log(np.maximum(sizes, _QUIETEST * usual))
+    return np.asarray(np.exp(np.interp(np.arange(d.size), centres, logarithm)))
+
+
+def _contact_point(d: FloatArray, force: FloatArray, sigma: FloatArray) -> float:
+    """The depth from which on a stiffness that rises with a few pieces is nearest to all points."""
+    from scipy.optimize import minimize_scalar
+
+    def missed(touch: float) -> float:
+        inside = d > touch
+        if np.count_nonzero(inside) < _TOUCH_PIECES:
+            return math.inf
+        x, y, s = d[inside] - touch, force[inside], sigma[inside]
+        _, rest = _ramps(x, y, s, _nodes(x, _TOUCH_PIECES))
+        return float(rest + np.sum((force[~inside] / sigma[~inside]) ** 2))
+
+    last = min(int(np.searchsorted(np.maximum.accumulate(force), 0.5)), d.size - _TOUCH_PIECES - 1)
+    if last < 1:
+        return max(float(d[0]), 0.0)
+    trial = d[np.unique(np.linspace(0, last, _TOUCHES).astype(int))]
+    sizes = [missed(float(t)) for t in trial]
+    i = int(np.argmin(sizes))
+    low, high = trial[max(i - 1, 0)], trial[min(i + 1, trial.size - 1)]
+    best = minimize_scalar(missed, bounds=(low, high), method="bounded", options={"xatol": 1e-9})
+    touch = float(best.x if best.fun < sizes[i] else trial[i])
+    # points without noise: no later than their slopes allow
+    begun = np.flatnonzero(np.abs(force) > _ROUNDING)
+    if begun.size > 1 and begun[0] and np.all(np.abs(force[: begun[0]]) <= _ROUNDING):
+        one, two = begun[:2]
+        slope = (force[two] - force[one]) / (d[two] - d[one])
+        if slope > 0.0:
+            touch = max(min(touch, float(d[one] - force[one] / slope)), float(d[one - 1]))
+    return touch
+
+
+def _slopes_rise(depth: FloatArray, force: FloatArray) -> bool:
+    """Whether the mean slopes between points rise, to rounding."""
+    slopes = np.append(0.0, np.diff(force) / np.diff(depth))
+    falls = np.maximum.accumulate(slopes)[1:] - slopes[1:]
+    return bool(np.all(falls <= _ROUNDING / np.diff(depth)))
+
+
+def _begun(depth: FloatArray, force: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Points with others before the first, on the power of the depth that leads through the first two."""
+    one, two = force[1:3]
+    if not one > 0.0:
+        return depth, force
+    power = max(math.log(two / one) / math.log(depth[2] / depth[1]), 1.0)
+    part = 2.0 ** -(np.arange(_BEGINNING, 0, -1) / _OCTAVE)
+    depth = np.concatenate([[0.0], depth[1] * part, depth[1:]])
+    return depth, np.concatenate([[0.0], one * part**power, force[1:]])
+
+
+def _through(depth: FloatArray, force: FloatArray) -> Polyline:
+    """
+    A rising k whose force is that of points with rising slopes.
+
+    At the points k is that of a local power of the depth, between the mean slopes on both sides; between two points it
+    rises to the mean slope and then on, in two straight pieces that meet where that leaves the mean as it is (Schumaker
+    1983).
+    """
+    h = np.diff(depth)
+    slope = np.maximum.accumulate(np.diff(force) / h)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        u, v = np.log(depth[1:]), np.log(force[1:])
+        du, dv = np.diff(u), np.diff(v)
+        power = (du[1:] * dv[:-1] / du[:-1] + du[:-1] * dv[1:] / du[1:]) / (du[1:] + du[:-1])
+        inner = force[2:-1] / depth[2:-1] * power
+    inner = np.append(slope[0], np.where(np.isfinite(inner), inner, slope[1:-1]))
+    inner = np.clip(inner, slope[:-1], slope[1:])
+    last = 2.0 * slope[-1] - inner[-1]
+    if power.size and np.isfinite(power[-1]):
+        last = force[-1] / depth[-1] * (2.0 * dv[-1] / du[-1] - power[-1])
+    k = np.concatenate([[0.0], inner, [max(last, slope[-1])]])
+    rise = np.diff(k)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        share = np.where(rise > 0.0, (k[1:] - slope) / rise, 0.5)
+    share = np.where(share < 1e-9, 0.0, np.where(share > 1.0 - 1e-9, 1.0, share))
+    t = np.append(np.stack([depth[:-1], depth[:-1] + share * h], axis=1).ravel(), depth[-1])
+    return Polyline(t, np.append(np.stack([k[:-1], slope], axis=1).ravel(), k[-1]))
+
+
+def _nodes(x: FloatArray, n: int) -> FloatArray:
+    """Depths between which k is straight, closer toward the contact point, with a point at least between two of them."""
+    rows = np.arange(n + 1) / n
+    index = np.maximum(x.size * rows**2, np.arange(n + 1.0))
+    return np.unique(np.interp(index, np.arange(x.size + 1), np.append(0.0, x)))
+
+
+def _ramps(x: FloatArray, y: FloatArray, sigma: FloatArray, nodes: FloatArray) -> tuple[Polyline, float]:
+    """The rising k, straight between nodes, whose force is nearest to points; and the squares that are left."""
+    from scipy.optimize import nnls
+
+    t = np.clip(x[:, None] - nodes[:-1], 0.0, None)
+    h = np.diff(nodes)
+    u = np.minimum(t, h)
+    columns = np.column_stack([x, u * (t - 0.5 * u) / h]) / sigma[:, None]
+    size = np.linalg.norm(columns, axis=0)
+    size[size == 0.0] = 1.0
+    target = y / sigma
+    reduced = np.asarray(np.linalg.qr(np.column_stack([columns / size, target]), mode="r"))
+    found = nnls(reduced[:, :-1], reduced[:, -1])[0] / size
+    k = np.cumsum(found)
+    line = Polyline(np.append(0.0, nodes), np.append(0.0, k))
+    return line, float(np.sum((target - columns @ found) ** 2))
+
+
+def _least_squares(x: FloatArray, y: FloatArray, sigma: FloatArray) -> tuple[Polyline, int]:
+    """The rising k with as many pieces as the points ask for (Schwarz' criterion), and where they ask for them."""
+
+    def tried(nodes: FloatArray) -> tuple[float, Polyline, FloatArray]:
+        line, rest = _ramps(x, y, sigma, nodes)
+        return x.size * math.log(rest / x.size + 1e-30) + math.log(x.size) * nodes.size, line, nodes
+
+    best, worse = tried(_nodes(x, 1)), 0
+    for n in _PIECES:
+        nodes = _nodes(x, n)
+        if nodes.size > 1 + max(x.size // 2, 2) or worse == _PATIENCE:
+            break
+        found = tried(nodes)
+        worse = 0 if found[0] < best[0] else worse + 1
+        best = min(best, found, key=lambda one: one[0])
+    current, worse = best, 0
+    while worse < _PATIENCE:
+        off = _systematic(x, (y - current[1].at(x)[1]) / sigma)
+        if off is None:
+            break
+        nodes = current[2]
+        beside = (nodes[1:] > off[0]) & (nodes[:-1] < off[1])
+        current = tried(np.sort(np.append(nodes, 0.5 * (nodes[1:] + nodes[:-1])[beside])))
+        worse = 0 if current[0] < best[0] else worse + 1
+        best = min(best, current, key=lambda one: one[0])
+    return best[1], best[2].size - 1
+
+
+def _systematic(x: FloatArray, residual: FloatArray) -> tuple[float, float, float] | None:
+    """The stretch whose points lie off the curve on one side, in noises of its mean."""
+    width = max(x.size // 16, 4)
+    if x.size < 2 * width:
+        return None
+    sums = np.append(0.0, np.cumsum(residual))
+    mean = np.abs(sums[width:] - sums[:-width]) / math.sqrt(width)
+    i = int(np.argmax(mean))
+    return (float(x[i]), float(x[i + width - 1]), float(mean[i])) if mean[i] > _SYSTEMATIC else None
+
+
+def _errors(whole: _Fit, halves: list[_Fit]) -> tuple[FloatArray, FloatArray]:
+    """Depths, and the relative errors of k, F and U there."""
+    deepest = min(fit.deepest for fit in (whole, *halves))
+    number = 1 + math.ceil(_OCTAVE * math.log2(deepest / whole.first)) if deepest > whole.first else 1
+    depth = deepest * 2.0 ** -(np.arange(number)[::-1] / _OCTAVE)
+    own = whole.line.at(depth)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        apart = [np.abs(fit.line.at(depth) / own - 1.0) for fit in halves]
+    found = np.minimum(np.nan_to_num(np.max(apart, axis=0), nan=1.0), 1.0)
+    padded = np.pad(found, ((0, 0), (_OCTAVE, _OCTAVE)), mode="edge")
+    spread = np.lib.stride_tricks.sliding_window_view(padded, 2 * _OCTAVE + 1, axis=1).max(axis=2)
+    depth[-1] = whole.deepest
+    return depth, np.maximum(spread, 1e-15)
+
+
+def _notes(curve: ForceCurve, fit: _Fit, scales: tuple[float, float]) -> tuple[str, ...]:
+    length, force = scales
+    n = curve.force.size
+    if fit.pieces == 0:
+        words = f"the line is that of a force curve through all of its {n} points, whose slopes rise"
+    else:
+        words = (
+            f"the line is that of a force curve by non-negative least squares, whose stiffness rises in {fit.pieces} pieces; its "
+            f"{n} points lie off it by {newtons(fit.misfit * force)} (root mean square), their noise is about "
+            f"{newtons(fit.noise * force)}"
+        )
+    notes = [words]
+    if fit.found:
+        notes.append(
+            f"the contact point was found at {metres(fit.touch * length)} of the data, from which indentations are counted"
+        )
+    elif fit.touch != 0.0:
+        notes.append(f"indentations are counted from {metres(fit.touch * length)} of the data")
+    if fit.off is not None:
+        low, high, size = fit.off
+        notes.append(
+            f"between d = {metres(low * length)} and {metres(high * length)} the points lie off every rising stiffness by "
+            f"{size:.2g} noises of their mean: adhesion, plasticity, tilting or drift"
+        )
+    return tuple(notes)

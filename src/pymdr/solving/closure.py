@@ -1,0 +1,124 @@
+"""Results of contacts that are known by their force curve only."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from pymdr.errors import ConvergenceError, PathError, ProblemError
+from pymdr.interpretation.closure import OF_THE_CURVE, closure_claims, regrown
+from pymdr.mapping.closure import closure_of
+from pymdr.mapping.equivalent import equivalent_profile
+from pymdr.mapping.moduli import effective_moduli
+from pymdr.problem.contact import Contact
+from pymdr.problem.profiles import ForceCurve
+from pymdr.result import Reading, Result, Status
+from pymdr.solving.walk import Task
+from pymdr.units import metres
+
+if TYPE_CHECKING:
+    from pymdr.presentation.plot import Plots
+
+_TIMES = ("time", "jumped")
+_FINE = 400
+
+
+def is_curve(contact: Contact) -> bool:
+    """Whether a contact is known by its force curve."""
+    return isinstance(contact.profile, ForceCurve)
+
+
+def refuse_curve(contact: Contact, who: str, why: str) -> None:
+    """
+    Refuse what a force curve does not determine.
+
+    Raises
+    ------
+    ProblemError
+    """
+    if is_curve(contact):
+        raise ProblemError(
+            f"{who}: the contact is known by its ForceCurve only, and {why}; give the shape itself as a profile"
+        )
+
+
+def solve_on_curve(history: Callable[[Task], Result], task: Task) -> Result:
+    """Follow a law on the line of a force curve, and keep what the curve determines, with claims."""
+    curve = task.contact.profile
+    assert isinstance(curve, ForceCurve)
+    try:
+        result = history(task)
+    except ConvergenceError as error:
+        deepest = closure_of(curve).deepest
+        raise PathError(
+            f"the path cannot be followed on a force curve that ends at an indentation of {metres(deepest)} and is not "
+            f"extrapolated: {error}"
+        ) from error
+    data = result.data
+    again = (
+        regrown(data["contact_radius"].values)
+        if task.contact.remembers and "contact_radius" in data
+        else None
+    )
+    claims = closure_claims(
+        result.claims,
+        closure_of(curve),
+        data["indentation"].values,
+        again,
+        sideways=result.contact.friction is not None,
+    )
+    return replace(
+        result,
+        data=data.drop_vars([name for name in data if name not in OF_THE_CURVE and name not in _TIMES]),
+        claims=claims,
+        status=Status.OF_A_CURVE if result.status is Status.COMPLETED else result.status,
+        references=(*result.references, "closure"),
+    )
+
+
+def reading_of(reading: Reading) -> Reading:
+    """How a result of a force curve is read: without fields on its line, which is no picture of it."""
+    words = "the line of a force curve is no picture of the contact; equivalent_profile(contact.profile).g(x) gives it"
+    return replace(
+        reading,
+        line_fields=(),
+        plots=curve_plots,
+        elsewhere={**reading.elsewhere, **dict.fromkeys(reading.line_fields, words)},
+    )
+
+
+def curve_plots(result: Result, row: int) -> Plots:
+    """Figures: the points with their curve, the line, and what was solved."""
+    from pymdr.presentation.plot import CurveData, FigureData, Plots, closure_figures, closure_overview
+
+    curve = result.contact.profile
+    assert isinstance(curve, ForceCurve)
+    remembers = result.contact.remembers
+    # bodies with a memory have no one modulus: the curve is drawn as it was taken
+    modulus = (
+        curve.modulus
+        if remembers
+        else effective_moduli(result.contact.body, result.contact.counterbody).normal
+    )
+    scale = modulus / curve.modulus
+    known = closure_of(curve)
+    depth = known.deepest * np.linspace(0.0, 1.0, _FINE) ** 2
+    stiffness, force, _ = scale * known.stiffness.at(depth)
+    line = equivalent_profile(curve)
+    x = np.linspace(0.0, line.reach, _FINE)
+    drawn = CurveData(
+        points=(curve.indentation - known.contact_point, scale * curve.force),
+        depth=depth,
+        force=force,
+        stiffness=stiffness,
+        line=(x, np.minimum(line.g(x), known.deepest)),
+        modulus=modulus,
+        remembers=remembers,
+    )
+    data = FigureData(
+        data=result.data, row=row, field=None, gap=curve.gap, bands={}, on_line=False, modulus=modulus
+    )
+    return Plots(data, drawn.drawn_by(closure_overview), drawn.drawn_by(closure_figures))

@@ -1,0 +1,609 @@
+"""Contacts that are known by their force curve: against the shapes of the curves, springs one by one, and boundary elements."""
+
+import dataclasses
+import itertools
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.integrate import quad
+
+import pymdr as mdr
+from pymdr.independent.sliding import HalfSpaceGrid, solve_sliding
+from pymdr.independent.sliding.solvers import solve_pressure, solve_tractions
+from pymdr.independent.sliding.surface import make_surface
+from pymdr.interpretation.closure import OF_THE_CURVE, regrown
+from pymdr.mapping.closure import closure_of
+from pymdr.mapping.equivalent import PolygonLine
+from pymdr.mapping.series import Place
+
+STEEL = mdr.Elastic("210 GPa", 0.3)
+MODULUS = mdr.effective_moduli(STEEL, STEEL).normal
+BALL = mdr.Paraboloid("10 mm")
+DEEPEST = 2e-6
+
+
+def hertz(depth):
+    return 4.0 / 3.0 * MODULUS * math.sqrt(10e-3) * np.asarray(depth) ** 1.5
+
+
+def curve_of_ball(n=200, noise=0.0, seed=0):
+    d = np.linspace(0.0, DEEPEST, n + 1)[1:]
+    force = hertz(d) + noise * hertz(DEEPEST) * np.random.default_rng(seed).standard_normal(n)
+    return mdr.ForceCurve(d, force, modulus=MODULUS)
+
+
+def stiffness(curve, depth):
+    return closure_of(curve).stiffness.at(np.asarray(depth, dtype=float))[0]
+
+
+def force(curve, depth):
+    return closure_of(curve).stiffness.at(np.asarray(depth, dtype=float))[1]
+
+
+# the line ----------------------------------------------------------------------------------------------------------
+
+
+def polygons():
+    steps = st.lists(
+        st.tuples(st.floats(0.01, 1.0), st.one_of(st.just(0.0), st.floats(0.01, 1.0))), min_size=2, max_size=6
+    )
+    return steps.filter(lambda pairs: any(rise for _, rise in pairs))
+
+
+@settings(max_examples=40, deadline=None)
+@given(polygons(), st.floats(0.01, 0.99), st.sampled_from([1e-9, 1.0, 1e3]))
+def test_integrals_of_a_polygon_are_those_of_quadrature(steps, part, scale):
+    x = scale * np.append(0.0, np.cumsum([width for width, _ in steps]))
+    g = scale * np.append(0.0, np.cumsum([rise for _, rise in steps]))
+    line = PolygonLine(x, g)
+    top = part * line.reach
+    inside = [b for b in x if 0.0 < b < top]
+    depth = float(np.interp(top, x, g))
+    assert float(line.g(top)) == pytest.approx(depth, rel=1e-12, abs=1e-12 * scale)
+
+    def integral(f):
+        return quad(f, 0.0, top, points=inside or None, epsabs=0.0, epsrel=1e-11)[0]
+
+    moment = integral(lambda t: depth - np.interp(t, x, g))
+    squared = integral(lambda t: (depth - np.interp(t, x, g)) ** 2)
+    assert float(line.moment(top)) == pytest.approx(moment, rel=1e-9, abs=1e-12 * scale**2)
+    assert float(line.squared(top)) == pytest.approx(squared, rel=1e-9, abs=1e-12 * scale**3)
+    if depth > 0.0:
+        first = float(line.inverse(depth))
+        assert first <= top * (1.0 + 1e-12)
+        assert float(line.g(first)) == pytest.approx(depth, rel=1e-12)
+        own = float(line.moment(top))
+        assert float(line.moment(line.inverse_moment(own))) == pytest.approx(own, rel=1e-9)
+
+
+def test_places_keep_their_digits_on_a_steep_piece():
+    line = PolygonLine(np.array([0.0, 1.0, 1.0 + 1e-10, 2.0]), np.array([0.0, 0.0, 1.0, 2.0]))
+    depth = np.linspace(1e-6, 1.0 - 1e-6, 7)
+    assert np.allclose(line.g(line.place(depth)), depth, rtol=1e-14)
+    assert float(line.g(Place(np.array([1.0]), np.array([0.5e-10])))[0]) == pytest.approx(0.5, rel=1e-6)
+    assert float(line.inverse(3.0)) == math.inf
+    assert line.g(np.array([3.0]))[0] == math.inf
+    assert line.inverse(-1.0) == 0.0
+
+
+# exact curves ------------------------------------------------------------------------------------------------------
+
+
+def test_a_curve_without_noise_comes_back_to_its_interpolation():
+    t = np.geomspace(1e-3, 1.0, 500) * DEEPEST
+    missed = []
+    for n in (25, 50, 100, 200):
+        curve = curve_of_ball(n)
+        assert np.allclose(force(curve, curve.indentation), curve.force, rtol=1e-12)
+        missed.append(np.max(np.abs(force(curve, t) - hertz(t))) / hertz(DEEPEST))
+    assert missed[-1] < 1e-6
+    assert all(fine < coarse / 2.5 for coarse, fine in itertools.pairwise(missed))
+
+
+@pytest.mark.parametrize("power", [1.0, 1.25, 2.0, 3.5])
+def test_powers_come_back(power):
+    d = np.linspace(0.0, 1.0, 101)
+    curve = mdr.ForceCurve(d, d**power, modulus=1.0)
+    t = np.linspace(0.02, 1.0, 400)
+    assert np.allclose(force(curve, t), t**power, rtol=1e-3)
+    assert np.allclose(stiffness(curve, t), power * t ** (power - 1.0), rtol=2e-2)
+    assert np.max(np.abs(force(curve, t) - t**power)) < 2e-5
+
+
+def slip_of_springs(hinges, steps, modulus_ratio, friction, path):
+    """Springs one by one: their tangential force after straight moves, by small parts."""
+    depth = shift = 0.0
+    pulled = np.zeros(hinges.size)
+    forces = []
+    for _ in path:
+        for part in np.linspace(0.0, 1.0, 4001)[1:]:
+            new_d, new_u = path_point(forces, path, part)
+            pressed = np.maximum(new_d - hinges, 0.0)
+            pulled += modulus_ratio * (new_u - shift)
+            pulled = np.clip(pulled, -friction * pressed, friction * pressed)
+            depth, shift = new_d, new_u
+        forces.append(float(steps @ pulled))
+    assert (depth, shift) == pytest.approx(path[-1])
+    return np.array(forces)
+
+
+def path_point(done, path, part):
+    before = path[len(done) - 1] if done else (0.0, 0.0)
+    after = path[len(done)]
+    return tuple(a + (b - a) * part for a, b in zip(before, after, strict=True))
+
+
+def test_piecewise_linear_data_are_springs_and_rub_as_springs_do():
+    hinges, steps = np.array([0.0, 0.2, 0.55, 0.8]), np.array([1.0, 0.5, 2.0, 0.7])
+    d = np.linspace(0.0, 1.2, 25)
+    body = mdr.Elastic(2.0, 0.0)
+    moduli = mdr.effective_moduli(body, body)
+    load = np.maximum(d[:, None] - hinges, 0.0) @ steps
+    curve = mdr.ForceCurve(d, load, modulus=moduli.normal)
+    at = np.linspace(0.0, 1.2, 601)
+    assert np.allclose(
+        force(curve, at), np.maximum(at[:, None] - hinges, 0.0) @ steps, rtol=1e-12, atol=1e-14
+    )
+    assert np.allclose(stiffness(curve, [0.1, 0.3, 0.7, 1.0]), [1.0, 1.5, 3.5, 4.2], rtol=1e-9)
+    path = [(1.0, 0.0), (1.0, 0.3), (1.0, -0.2), (1.1, 0.1), (0.7, 0.1), (0.9, 0.5)]
+    rows = np.array(path)
+    joint = mdr.Contact(curve, body, body, friction=mdr.Coulomb(0.4))
+    solved = mdr.solve(joint, mdr.Path(indentation=rows[:, 0], shift=rows[:, 1]))
+    own = slip_of_springs(hinges, steps, moduli.tangential / moduli.normal, 0.4, path)
+    assert np.allclose(solved["tangential_force"], own, rtol=2e-3, atol=2e-4)
+    assert np.allclose(solved["normal_force"], np.maximum(rows[:, :1] - hinges, 0.0) @ steps, rtol=1e-9)
+
+
+@st.composite
+def convex_curves(draw):
+    """Convex points, of any size; (depths, forces, scales)."""
+    n = draw(st.integers(5, 30))
+    widths = np.array(draw(st.lists(st.floats(0.05, 1.0), min_size=n, max_size=n)))
+    rises = np.array(draw(st.lists(st.one_of(st.just(0.0), st.floats(0.01, 1.0)), min_size=n, max_size=n)))
+    rises[-1] = draw(st.floats(0.01, 1.0))
+    length, size = (10.0 ** draw(st.integers(low, 2)) for low in (-10, -12))
+    d = np.cumsum(widths)
+    return d * length, np.cumsum(np.cumsum(rises) * widths) * size, length, size
+
+
+@settings(max_examples=60, deadline=None)
+@given(convex_curves(), st.integers(0, 2**31))
+def test_any_convex_points_are_met_by_a_rising_stiffness_and_dissipate(points, seed):
+    d, load, length, _ = points
+    body = mdr.Elastic("1 GPa", 0.0)
+    curve = mdr.ForceCurve(d, load, modulus=mdr.effective_moduli(body, body).normal)
+    line = closure_of(curve).stiffness
+    assert np.all(np.diff(line.stiffness) >= 0.0)
+    assert np.all(np.diff(line.depth) >= 0.0)
+    assert np.allclose(force(curve, d), load, rtol=1e-9, atol=1e-12 * load[-1])
+    rng = np.random.default_rng(seed)
+    depth = d[-1] * rng.uniform(0.05, 1.0, 12)
+    joint = mdr.Contact(curve, body, body, friction=mdr.Coulomb(0.3))
+    solved = mdr.solve(joint, mdr.Path(indentation=depth, shift=length * rng.uniform(-1.0, 1.0, 12)))
+    own = np.interp(depth, np.append(0.0, d), np.append(0.0, load))
+    assert np.all(solved["normal_force"].values <= own + 1e-9 * load[-1])  # chords lie above
+    lost = solved["dissipated_energy"].values
+    assert np.all(np.diff(lost, prepend=0.0) >= -1e-9 * max(lost[-1], 1e-300))
+    assert np.all(
+        np.abs(solved["tangential_force"]) <= (0.3 + 1e-9) * solved["normal_force"] + 1e-12 * load[-1]
+    )
+
+
+@settings(max_examples=20, deadline=None)
+@given(st.integers(-9, 2), st.integers(-9, 6), st.sampled_from([0.0, 2e-3]))
+def test_units_of_length_and_force_change_nothing(lengths, forces, noise):
+    length, size = 10.0**lengths, 10.0**forces
+    d = np.linspace(-0.2, 1.0, 241)
+    load = np.maximum(d - 0.05, 0.0) ** 1.5 + noise * np.random.default_rng(5).standard_normal(d.size)
+    one, other = (
+        closure_of(mdr.ForceCurve(d * a, load * b, modulus=1.0)) for a, b in ((1.0, 1.0), (length, size))
+    )
+    t = np.linspace(0.01, 0.9, 50)
+    assert other.contact_point / length == pytest.approx(one.contact_point, rel=1e-5, abs=1e-6)
+    assert np.allclose(other.stiffness.at(t * length)[1] / size, one.stiffness.at(t)[1], rtol=1e-4)
+
+
+# noise -------------------------------------------------------------------------------------------------------------
+
+
+def test_noise_of_a_hundredth_leaves_the_stiffness_within_a_few():
+    """Raw differences err by 3.8 there, and isotonic regression of them by 0.16."""
+    d = np.linspace(0.0, 1.0, 401)[1:]
+    off, apart = [], []
+    for seed in range(12):
+        noise = 0.01 * np.random.default_rng(seed).standard_normal(d.size)
+        curve = mdr.ForceCurve(d, d**1.5 + noise, modulus=1.0)
+        off.append(np.sqrt(np.mean((stiffness(curve, d) / 1.5 - np.sqrt(d)) ** 2)))
+        apart.append(np.sqrt(np.mean((force(curve, d) - d**1.5) ** 2)))
+        assert closure_of(curve).noise == pytest.approx(0.01, rel=0.3)
+    assert np.mean(off) < 0.02
+    assert np.max(off) < 0.05
+    assert np.mean(apart) < 2.5e-3
+
+
+@pytest.mark.parametrize("noise", [1e-4, 1e-3, 1e-2])
+def test_claimed_errors_are_those_that_are_found(noise):
+    found = []
+    for seed in range(10):
+        curve = curve_of_ball(400, noise, seed)
+        depth = np.array([0.25, 0.5, 0.9]) * DEEPEST
+        rows = mdr.solve(mdr.Contact(curve, STEEL, STEEL), mdr.Path(indentation=depth))
+        claim = rows.claims["normal_force"]
+        assert claim.level is mdr.Level.APPROXIMATE
+        found.append(np.abs(rows["normal_force"].values / hertz(depth) - 1.0) / claim.error)
+    assert np.median(found) < 1.0
+    assert np.max(found) < 3.0
+
+
+def test_the_contact_point_is_found_where_the_data_begin_before_it():
+    rng = np.random.default_rng(2)
+    d = np.linspace(-0.5, 1.0, 601)
+    for touch in (0.0, 0.13):
+        load = np.maximum(d - touch, 0.0) ** 1.5 + 2e-3 * rng.standard_normal(d.size)
+        curve = mdr.ForceCurve(d, load, modulus=1.0)
+        found = closure_of(curve)
+        assert found.contact_point == pytest.approx(touch, abs=0.02)
+        assert any("contact point was found" in note for note in found.notes)
+        assert force(curve, [0.5]) == pytest.approx(0.5**1.5, rel=0.04)
+        given = closure_of(dataclasses.replace(curve, contact_point=touch))
+        assert given.contact_point == touch
+        assert given.stiffness.at(np.array([0.5]))[1] == pytest.approx(0.5**1.5, rel=0.01)
+
+
+def test_points_without_noise_tell_their_contact_point():
+    d = np.linspace(-0.5, 1.0, 302)
+    found = closure_of(mdr.ForceCurve(d, np.maximum(d - 0.1, 0.0) ** 2, modulus=1.0))
+    assert found.contact_point == pytest.approx(0.1, abs=3e-3)
+
+
+def test_depths_that_begin_at_nothing_are_counted_from_there():
+    d = np.linspace(0.0, 1.0, 101)
+    found = closure_of(mdr.ForceCurve(d, np.maximum(d - 0.3, 0.0) ** 2, modulus=1.0))
+    assert found.contact_point == 0.0
+    assert np.allclose(found.stiffness.at(np.array([0.2, 0.8]))[1], [0.0, 0.25], atol=1e-3)
+
+
+def test_a_stiffness_that_falls_is_told_with_its_place():
+    rng = np.random.default_rng(4)
+    d = np.linspace(0.0, 1.0, 401)
+    load = d**1.5 + 0.03 * np.exp(-(((d - 0.6) / 0.05) ** 2)) + 2e-3 * rng.standard_normal(d.size)
+    notes = closure_of(mdr.ForceCurve(d, load, modulus=1.0)).notes
+    assert any("off every rising stiffness" in note for note in notes)
+    smooth = closure_of(mdr.ForceCurve(d, d**1.5 + 2e-3 * rng.standard_normal(d.size), modulus=1.0)).notes
+    assert not any("off every" in note for note in smooth)
+
+
+# the laws ----------------------------------------------------------------------------------------------------------
+
+
+def relative(one, other):
+    return float(np.max(np.abs(one - other)) / np.max(np.abs(other)))
+
+
+def test_friction_is_that_of_the_shape_and_converges_to_it():
+    path = (
+        mdr.indent("1 um", steps=5)
+        >> mdr.cycle(shift="0.2 um", cycles=2, steps=40)
+        >> mdr.ramp(indentation="1.5 um", shift="0.5 um", steps=20)
+        >> mdr.load("1 N", steps=5)
+        >> mdr.drag("-0.1 N", steps=3)
+    )
+    names = ("tangential_force", "dissipated_energy", "stored_tangential_energy", "shift", "normal_force")
+    true = mdr.solve(mdr.Contact(BALL, STEEL, STEEL, friction=mdr.Coulomb(0.3)), path)
+    missed = []
+    for n in (20, 80, 320):
+        joint = mdr.Contact(curve_of_ball(n), STEEL, STEEL, friction=mdr.Coulomb(0.3))
+        solved = mdr.solve(joint, path)
+        missed.append(max(relative(solved[name].values, true[name].values) for name in names))
+    assert missed[0] < 3e-3
+    assert missed[2] < 2e-5
+    assert all(fine < coarse / 8.0 for coarse, fine in itertools.pairwise(missed))
+
+
+def test_forces_follow_the_modulus_of_the_bodies():
+    soft = mdr.Elastic("1 GPa", 0.4)
+    of = {
+        name: mdr.solve(mdr.Contact(profile, soft), mdr.indent("1 um"))["normal_force"].values[0]
+        for name, profile in (("ball", BALL), ("curve", curve_of_ball()))
+    }
+    assert of["curve"] == pytest.approx(of["ball"], rel=1e-6)
+
+
+def test_impacts_and_loops_are_those_of_the_shape():
+    curve = curve_of_ball()
+    ball, other = (mdr.Contact(profile, STEEL, STEEL) for profile in (BALL, curve))
+    one, two = (mdr.impact(contact, mass="30 g", speed="30 mm/s") for contact in (ball, other))
+    assert two.contact_time == pytest.approx(2.943275184324705 * two.largest_indentation / 0.03, rel=1e-6)
+    assert two.contact_time == pytest.approx(one.contact_time, rel=1e-7)
+    assert two.largest_force == pytest.approx(one.largest_force, rel=1e-7)
+    assert math.isnan(two.largest_radius)
+    assert math.isnan(two.largest_pressure)
+    assert not two.claims["largest_radius"].readable
+    assert two.claims["contact_time"].readable
+    assert "contact_radius" not in two.data
+    assert "contact radius" not in two.summary()
+    two.plot()
+    times = mdr.restitution(other, mass="30 g", speeds=[0.01, 0.03])
+    assert times["contact_time"].values[1] == pytest.approx(two.contact_time, rel=1e-9)
+    rubbed = [dataclasses.replace(contact, friction=mdr.Coulomb(0.3)) for contact in (ball, other)]
+    oblique = [
+        mdr.impact(c, mass="30 g", speed="30 mm/s", angle="30 deg", inertia="4e-7 kg*m^2", radius="10 mm")
+        for c in rubbed
+    ]
+    assert oblique[1].spin == pytest.approx(oblique[0].spin, rel=1e-6)
+    oblique[1].plot()
+    loops = [mdr.friction_loop(c, ["0.1 um", "0.2 um"], normal_force="10 N") for c in rubbed]
+    assert np.allclose(loops[1]["dissipated_per_cycle"], loops[0]["dissipated_per_cycle"], rtol=1e-6)
+    assert np.isnan(loops[1]["stick_ratio"]).all()
+    assert "force curve" in loops[1].claim.reason
+
+
+RUBBER = mdr.Viscoelastic(mdr.StandardSolid(equilibrium="1 MPa", modulus="3 MPa", time="50 ms"), poisson=0.5)
+THERE_AND_BACK = (
+    mdr.indent("1.5 um", rate="20 um/s", steps=40)
+    >> mdr.hold("0.1 s", steps=20)
+    >> mdr.indent("0 mm", rate="20 um/s", steps=40)
+)
+
+
+def test_memory_is_that_of_the_shape():
+    again = THERE_AND_BACK >> mdr.indent("1 um", rate="20 um/s", steps=10)
+    creep = mdr.load("1 mN", steps=10, duration="10 ms") >> mdr.hold("0.1 s", steps=20)
+    curve = curve_of_ball()
+    for path in (THERE_AND_BACK, again, creep):
+        one, two = (mdr.solve(mdr.Contact(profile, RUBBER), path) for profile in (BALL, curve))
+        for name in ("normal_force", "indentation", "elastic_energy", "dissipated_energy"):
+            assert relative(two[name].values, one[name].values) < 1e-6
+        assert not two.claims["contact_radius"].readable
+        proven = "is then the same at the same depth is not proven" not in two.claims["normal_force"].reason
+        assert proven == (path is not again)
+
+
+def test_a_contact_grows_again():
+    assert not regrown(np.array([0.0, 1.0, 2.0, 2.0, 1.0, 0.0])).any()
+    assert regrown(np.array([0.0, 2.0, 1.0, 1.0, 1.5, 1.0])).tolist() == [False] * 4 + [True] * 2
+
+
+# shapes that no disk knows -----------------------------------------------------------------------------------------
+
+
+def caps(surface, seed):
+    """Five caps anywhere on a square."""
+    x, y = np.meshgrid(surface.x, surface.x, indexing="ij")
+    rng = np.random.default_rng(seed)
+    gap = np.full(x.shape, np.inf)
+    for _ in range(5):
+        x0, y0 = rng.uniform(-0.6e-3, 0.6e-3, 2)
+        height, radius = rng.uniform(0.0, 1.5e-6), rng.uniform(0.05, 0.2)
+        gap = np.minimum(gap, height + ((x - x0) ** 2 + (y - y0) ** 2) / (2.0 * radius))
+    return gap - gap.min()
+
+
+@pytest.mark.parametrize("seed", [3, 11])
+def test_friction_of_a_rough_surface_is_that_of_boundary_elements(seed):
+    body = mdr.Elastic("2 GPa", 0.0)
+    surface = make_surface(1e-3, 20, body, body)
+    gap, cell = caps(surface, seed), surface.side**2
+    depth, loads, p = np.linspace(0.0, 3.2e-6, 161)[1:], [], np.zeros(gap.shape)
+    for d in depth:
+        p = solve_pressure(surface, gap, float(d), p)
+        loads.append(cell * p.sum())
+    modulus = mdr.effective_moduli(body, body).normal
+    joint = mdr.Contact(mdr.ForceCurve(depth, loads, modulus=modulus), body, body, friction=mdr.Coulomb(0.4))
+    d = 1e-6 * np.array([2.01, 2.01, 2.01, 2.01, 1.53, 1.53])
+    u = 1e-6 * np.array([0.0, 0.3, -0.2, 0.1, 0.1, -0.3])
+    solved = mdr.solve(joint, mdr.Path(indentation=d, shift=u))
+    p, q, moved, before, own = (
+        np.zeros(gap.shape),
+        np.zeros((2, *gap.shape)),
+        np.zeros((2, *gap.shape)),
+        0.0,
+        [],
+    )
+    for each, shift in zip(d, u, strict=True):
+        p = solve_pressure(surface, gap, float(each), p)
+        wanted = moved + np.array([shift - before, 0.0])[:, None, None]
+        q = solve_tractions(surface, wanted, 0.4 * p, q)
+        moved, before = surface.tangential_displacement(q), shift
+        own.append((cell * p.sum(), cell * q[0].sum()))
+    normal, tangential = np.array(own).T
+    assert np.allclose(solved["normal_force"], normal, rtol=1e-4)
+    assert relative(solved["tangential_force"].values, tangential) < 1e-3
+
+
+def test_a_ring_by_boundary_elements_rubs_as_its_curve_does():
+    body = mdr.Elastic("2 GPa", 0.0)
+    hollow = mdr.Contact(mdr.ConcavePunch("1 mm", hollow_radius="0.5 m"), body, body)
+    # the rim stands out by 1 um
+    path = mdr.Path(indentation=np.linspace(-1.1e-6, 1.5e-6, 53))
+    curve = mdr.solve(hollow, path, solver=mdr.Rings(60)).force_curve()
+    joint = mdr.Contact(curve, body, body, friction=mdr.Coulomb(0.4))
+    d, u = np.full(3, 0.2e-6), [0.0, 0.2e-6, -0.1e-6]
+    solved = mdr.solve(joint, mdr.Path(indentation=d - closure_of(curve).contact_point, shift=u))
+    grid = solve_sliding(hollow.profile, body, body, 0.4, d, u, HalfSpaceGrid(32))
+    share = solved["tangential_force"].values / solved["normal_force"].values
+    assert np.allclose(share, grid.tangential_force / grid.normal_force, rtol=0.05, atol=1e-3)
+    assert mdr.equivalent_profile(curve).reach > 0.0
+
+
+# claims, figures, files --------------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def fretted():
+    joint = mdr.Contact(curve_of_ball(), STEEL, STEEL, friction=mdr.Coulomb(0.3))
+    return mdr.solve(joint, mdr.indent("1 um", steps=2) >> mdr.cycle(shift="0.2 um", steps=20))
+
+
+def test_only_what_the_curve_determines_is_claimed(fretted):
+    assert fretted.status is mdr.Status.OF_A_CURVE
+    for name, claim in fretted.claims.items():
+        assert claim.readable == (name in OF_THE_CURVE)
+        assert "on a disk" not in claim.reason
+    for name in ("contact_radius", "mean_pressure", "stick_radius", "peak_pressure"):
+        with pytest.raises(mdr.NotValidError, match="force curve"):
+            fretted[name]
+    for name in ("pressure", "gap", "shear_traction", "slip"):
+        with pytest.raises(mdr.NotValidError, match="force curve"):
+            fretted.field(name)
+    with pytest.raises(mdr.QuantityError, match="no picture of the contact"):
+        fretted.field("spring_force")
+    assert [a.name for a in fretted.assumptions] == ["elastic similarity"]
+    assert any("force curve through all" in note for note in fretted.notes)
+    assert any("force curve" in source for source in fretted.cite())
+
+
+def test_figures_and_summaries(fretted):
+    figure = fretted.plot()
+    assert "line from a curve" in figure.axes[2].get_title()
+    assert set(fretted.figures()) == {"curve", "line", "history"}
+    assert "OF_A_CURVE" in fretted.summary()
+    fretted._repr_html_()
+    frictionless = mdr.solve(mdr.Contact(curve_of_ball(), STEEL, STEEL), mdr.indent("1 um", steps=3))
+    frictionless.plot()
+    mdr.solve(mdr.Contact(curve_of_ball(), RUBBER), THERE_AND_BACK).plot()
+
+
+def test_results_are_saved_and_read_back(fretted, tmp_path):
+    fretted.save(tmp_path / "joint.nc")
+    read = mdr.open_result(tmp_path / "joint.nc")
+    assert read.contact == fretted.contact
+    assert read.status is fretted.status
+    assert read.data.equals(fretted.data)
+    read.plot()
+
+
+def test_an_assessment_has_the_same_claims(fretted):
+    told = mdr.assess(fretted.contact, fretted.path)
+    assert {name: claim.level for name, claim in told.claims.items()} == {
+        name: claim.level for name, claim in fretted.claims.items()
+    }
+
+
+def test_the_curve_of_a_result():
+    contact = mdr.Contact(BALL, STEEL, STEEL)
+    curve = mdr.solve(contact, mdr.indent("1 um", steps=50) >> mdr.indent("0 um", steps=20)).force_curve()
+    assert curve.modulus == MODULUS
+    assert np.all(np.diff(curve.indentation) > 0.0)
+    assert np.allclose(curve.force, hertz(curve.indentation), rtol=1e-12)
+    gel = mdr.Contact(BALL, STEEL, adhesion=mdr.JKR("50 mJ/m^2"))
+    for other, path in ((gel, mdr.indent("1 um")), (mdr.Contact(BALL, RUBBER), THERE_AND_BACK)):
+        with pytest.raises(mdr.ProblemError, match="homogeneous elastic half-spaces without adhesion"):
+            mdr.solve(other, path).force_curve()
+    with pytest.raises(mdr.ProblemError, match="at least 5"):
+        mdr.solve(contact, mdr.indent("1 um", steps=3)).force_curve()
+
+
+def test_a_case_file_reads_its_curve(shell, tmp_path):
+    table = "depth [nm],force [mN]\n" + "".join(f"{i * 10},{(i * 0.01) ** 1.5:.9g}\n" for i in range(1, 101))
+    (tmp_path / "curve.csv").write_text(table)
+    case = tmp_path / "case.toml"
+    case.write_text(
+        '[profile]\nkind = "force_curve"\nfile = "curve.csv"\nmodulus = "1 GPa"\n[body]\nkind = "elastic"\n'
+        'young = "1 GPa"\npoisson = 0.0\n[[path]]\nkind = "indent"\nindentation = "500 nm"\n'
+    )
+    status, out, err = shell("run", case, "-o", tmp_path / "out")
+    assert status == 0, err
+    assert "353.6 \u00b5N" in out or "353.6 uN" in out
+    assert (tmp_path / "out" / "curve.png").exists()
+    read = mdr.read_force_curve(tmp_path / "curve.csv", modulus="1 GPa")
+    assert read.indentation[-1] == pytest.approx(1e-6)
+    (tmp_path / "curve.csv").write_text(table.replace(" [nm]", ""))
+    with pytest.raises(mdr.CaseError, match="unit"):
+        mdr.read_force_curve(tmp_path / "curve.csv", modulus="1 GPa")
+    assert shell("check", case)[0] != 0
+    (tmp_path / "curve.csv").write_text(table.replace("force [mN]", "force [nm]"))
+    with pytest.raises(mdr.CaseError, match="unit of column 'force"):
+        mdr.read_force_curve(tmp_path / "curve.csv", modulus="1 GPa")
+
+
+# refusals ----------------------------------------------------------------------------------------------------------
+
+DEPTHS = np.linspace(0.0, 1e-6, 41)
+LOADS = DEPTHS**1.5
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        ((DEPTHS[:4], LOADS[:4], 1.0), "at least 5"),
+        ((DEPTHS, LOADS[:-1], 1.0), "one for each depth"),
+        ((DEPTHS[::-1], LOADS, 1.0), "rise strictly"),
+        ((np.append(DEPTHS, 1e-6), np.append(LOADS, LOADS[-1]), 1.0), "each depth once"),
+        ((DEPTHS, -LOADS, 1.0), "above 0 N"),
+        ((DEPTHS, LOADS[::-1], 1.0), "falls by"),
+        ((DEPTHS, LOADS, -1.0), "above 0 Pa"),
+        ((DEPTHS, LOADS, "1 N"), "unit"),
+        ((DEPTHS, np.append(LOADS[:-1], np.nan), 1.0), "finite"),
+        ((DEPTHS, LOADS, 1.0, "0.99 um"), "where contact begins"),
+    ],
+)
+def test_curves_that_are_none_are_refused(arguments, words):
+    with pytest.raises(mdr.PymdrError, match=words):
+        mdr.ForceCurve(*arguments)
+
+
+def test_a_stiffness_that_falls_throughout_is_refused():
+    with pytest.raises(mdr.ProblemError, match="off any curve whose stiffness"):
+        mdr.solve(
+            mdr.Contact(mdr.ForceCurve(DEPTHS, np.sqrt(DEPTHS), modulus=1.0), STEEL), mdr.indent("0.5 um")
+        )
+
+
+@pytest.mark.parametrize(
+    ("asked", "words"),
+    [
+        (lambda c: mdr.Contact(c, STEEL, adhesion=mdr.JKR("1 J/m^2")), "adhesion is not in a ForceCurve"),
+        (lambda c: mdr.Contact(c, mdr.Graded("1 GPa", "1 mm", 0.3, 0.3)), "homogeneous"),
+        (
+            lambda c: mdr.solve(mdr.Contact(c, STEEL, STEEL), mdr.indent("3 um")),
+            "ends at an indentation of 2",
+        ),
+        (lambda c: mdr.solve(mdr.Contact(c, STEEL, STEEL), mdr.load("1 kN")), "ends at an indentation of 2"),
+        (
+            lambda c: mdr.solve(mdr.Contact(c, STEEL, STEEL, friction=mdr.Coulomb(0.3)), mdr.indent("3 um")),
+            "ends at an indentation of 2",
+        ),
+        (
+            lambda c: mdr.solve(mdr.Contact(c, RUBBER), mdr.indent("3 um", rate="1 um/s")),
+            "ends at an indentation of 2",
+        ),
+        (
+            lambda c: mdr.solve(mdr.Contact(c, RUBBER), mdr.load("3 N", duration="1 s")),
+            "ends at an indentation of 2",
+        ),
+        (
+            lambda c: mdr.solve(mdr.Contact(c, STEEL), mdr.indent("1 um"), solver=mdr.Rings()),
+            "need its shape",
+        ),
+        (lambda c: mdr.verify(mdr.Contact(c, STEEL), mdr.indent("1 um")), "need its shape"),
+        (
+            lambda c: mdr.verify_sliding(
+                mdr.Contact(c, STEEL, STEEL, friction=mdr.Coulomb(0.3)), mdr.indent("1 um")
+            ),
+            "need its shape",
+        ),
+        (
+            lambda c: mdr.rolling(
+                mdr.Contact(c, STEEL, STEEL, friction=mdr.Coulomb(0.3)), 0.1, normal_force="1 N"
+            ),
+            "where its surfaces touch",
+        ),
+        (
+            lambda c: mdr.sliding_friction(mdr.Contact(c, RUBBER), ["1 mm/s"], normal_force="1 uN"),
+            "slope of its surface",
+        ),
+        (lambda c: mdr.pull_off(mdr.Contact(c, STEEL)), "no adhesion"),
+        (lambda c: mdr.impact(mdr.Contact(c, STEEL, STEEL), mass=1.0, speed=1.0), "come to rest"),
+        (lambda c: c + BALL, "cannot be added"),
+        (lambda c: BALL + c, "cannot be added"),
+        (lambda c: c.gap(1.0), "no gap"),
+        (lambda c: mdr.equivalent_profile(c, 0.3), "homogeneous"),
+    ],
+)
+def test_what_a_curve_does_not_know_is_refused(asked, words):
+    with pytest.raises(mdr.PymdrError, match=words):
+        asked(curve_of_ball(40))
