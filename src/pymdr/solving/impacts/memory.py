@@ -50,7 +50,8 @@ def remembering(asked: Asked) -> Impact:
     coarse = _audited(motion, course, 2)
     energy = 0.5 * mass * speed * speed
     lost = 0.5 * mass * (speed - motion.rebound_speed) * (speed + motion.rebound_speed)
-    kept = float(fine.stored[-1] + fine.dissipated[-1])
+    # the sums of springs err as the width of their parts
+    kept = float(2.0 * (fine.stored[-1] + fine.dissipated[-1]) - (coarse.stored[-1] + coarse.dissipated[-1]))
     balance = Assumption(
         "energy balance",
         "kinetic energy that is lost less what the springs keep and their dashpots take, over the first,",
