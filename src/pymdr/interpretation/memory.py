@@ -78,7 +78,7 @@ class MemorySurface:
         state = self.line_state(step)
         if self.relaxation.viscosity == 0.0 or state.radius <= 0.0:
             return 0.0
-        return float(edge_load(state) / (math.pi * math.sqrt(2.0 * state.radius)))
+        return float(_edge_load(state) / (math.pi * math.sqrt(2.0 * state.radius)))
 
     def line_state(self, step: int) -> LineState:
         """The springs of one row."""
@@ -124,7 +124,7 @@ class MemorySurface:
         if name == "spring_force":
             return np.interp(at, state.position, state.load, right=0.0) * (at <= state.radius)
         if name == "pressure":
-            return pressure(state, at)
+            return surface_load(state, at)
         u = self._displacement(state, d, at)
         if name == "normal_displacement":
             return u
@@ -178,7 +178,7 @@ def _state_at(surface: MemorySurface, step: int) -> LineState:
     return state
 
 
-def edge_load(state: LineState) -> float:
+def _edge_load(state: LineState) -> float:
     """The line load in N/m continued to the edge of the contact."""
     inside = state.position < state.radius
     if inside.sum() < 2:
@@ -187,9 +187,11 @@ def edge_load(state: LineState) -> float:
     return float(q[-1] + (q[-1] - q[-2]) / (x[-1] - x[-2]) * (state.radius - x[-1]))
 
 
-def pressure(state: LineState, r: FloatArray) -> FloatArray:
+def surface_load(state: LineState, r: FloatArray) -> FloatArray:
     """
     Pressure -(1/pi) [int_r^a q' / sqrt(x^2 - r^2) dx - q(a) / sqrt(a^2 - r^2)] in Pa of the springs of one row.
+
+    Shear traction where they are those of the tangential line.
 
     q runs through the springs by a shape-preserving curve, so that it errs by about the square of their distance.
     """
@@ -200,7 +202,8 @@ def pressure(state: LineState, r: FloatArray) -> FloatArray:
     if inside.sum() < 4 or not within.any():
         return p
     x, q = state.position[inside], state.load[inside]
-    edge = edge_load(state) if q[-1] > 0.25 * q.max() else 0.0
+    # where q does not fall to nothing within some springs from the edge
+    edge = _edge_load(state) if abs(q[-1]) > 0.25 * np.abs(q).max() else 0.0
     curve = PchipInterpolator(np.concatenate([[0.0], x, [a]]), np.concatenate([q[:1], q, [edge]]))
     radius = np.maximum(r[within], 1e-9 * a)
     blocks = np.array_split(radius, math.ceil(radius.size / _BLOCK))
@@ -295,7 +298,7 @@ def check_memory(surface: MemorySurface, force: FloatArray | None) -> MemoryChec
         other_gap, other_u = surface.gap_and_displacement(coarse, row, beyond)
         replayed = 0.0 if force is None else _replayed(fine, row, force)
         r = fine.radius * _INSIDE
-        p, other_p = pressure(fine, r), pressure(coarse, r)
+        p, other_p = surface_load(fine, r), surface_load(coarse, r)
         away = _away(r, surface.marks(row))
         size = max(float(np.max(fine.deflection, initial=0.0)), abs(float(surface.indentation[row])))
         mean = float(np.sum(p * r) / np.sum(r)) if fine.radius > 0.0 else 0.0

@@ -8,10 +8,9 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
-from scipy.interpolate import PchipInterpolator
 
 from pymdr.interpretation.friction import TANGENTIAL_QUANTITIES
-from pymdr.interpretation.memory import LineState, MemorySurface, displacement, edge_load
+from pymdr.interpretation.memory import LineState, MemorySurface, displacement, surface_load
 from pymdr.interpretation.traction import TANGENTIAL_FIELDS, TANGENTIAL_LINE_FIELDS
 from pymdr.interpretation.validity import SOURCES, BoolArray, Claim, Level
 from pymdr.line.curves import ElasticLine
@@ -160,53 +159,11 @@ class ShearedSurface:
         if name == "spring_shift":
             return np.interp(at, state.position, state.deflection, right=0.0)
         if name == "shear_traction":
-            return traction(state, at)
+            return surface_load(state, at)
         u = displacement(state, at)
-        u[at == 0.0] = state.deflection[0] if state.deflection.size else 0.0
         if name == "tangential_displacement":
             return u
         return np.where((at <= state.radius) & (state.radius > 0.0), self.shift[step] - u, math.nan)
-
-
-def _ends_loaded(state: LineState) -> bool:
-    """Whether the line load does not fall to nothing within some springs from the edge."""
-    q = np.abs(state.load[state.position < state.radius])
-    return q.size > 1 and bool(q[-1] > 0.25 * q.max())
-
-
-def traction(state: LineState, r: FloatArray) -> FloatArray:
-    """
-    Shear traction -(1/pi) [int_r^a q' / sqrt(x^2 - r^2) dx - q(a) / sqrt(a^2 - r^2)] in Pa of the springs of one row.
-
-    q runs through the springs by a shape-preserving curve, whose cubics are integrated exactly: it bends where stick ends.
-    """
-    edge = edge_load(state) if _ends_loaded(state) else 0.0
-    a = state.radius
-    p = np.zeros(r.shape)
-    inside = state.position < a
-    within = r < a
-    if inside.sum() < 4 or not within.any():
-        return p
-    x, q = state.position[inside], state.load[inside]
-    ends = np.concatenate([[0.0], x, [a]])
-    curve = PchipInterpolator(ends, np.concatenate([q[:1], q, [edge]]))
-    radius = np.maximum(r[within], 1e-9 * a)[:, None]
-    # q' is a parabola between two springs, c + b x + e x^2
-    third, second, first, _ = curve.c
-    low = ends[:-1]
-    e, b = 3.0 * third, 2.0 * (second - 3.0 * third * low)
-    c = first - 2.0 * second * low + 3.0 * third * low * low
-    at = np.maximum(ends, radius)
-    root = np.sqrt((at - radius) * (at + radius))
-    log = np.arccosh(at / radius)
-    parts = (
-        c * np.diff(log) + b * np.diff(root) + 0.5 * e * (np.diff(at * root) + radius * radius * np.diff(log))
-    )
-    p[within] = -parts.sum(axis=1) / math.pi
-    if edge != 0.0:
-        with np.errstate(divide="ignore"):
-            p[within] += edge / (math.pi * root[:, -1])
-    return p
 
 
 @lru_cache(maxsize=8)

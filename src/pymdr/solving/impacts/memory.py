@@ -11,7 +11,7 @@ import numpy as np
 
 from pymdr.interpretation.accuracy import with_errors
 from pymdr.interpretation.closure import ASSUMED
-from pymdr.interpretation.memory import LineState, pressure
+from pymdr.interpretation.memory import LineState, surface_load
 from pymdr.interpretation.validity import SOURCES, Assumption, Claim, Level
 from pymdr.line.rebound import Motion, energies, largest_force, motion_rows, rebound
 from pymdr.problem.contact import Contact
@@ -140,7 +140,7 @@ def _audited(motion: Motion, course: Course, coarser: int, looks: int = 0) -> _A
 
 def _largest(line: LineState) -> float:
     """The largest pressure of a line within its edge, where that of a dashpot has no bound."""
-    return float(np.max(pressure(line, line.radius * np.linspace(0.0, 0.97, 64))))
+    return float(np.max(surface_load(line, line.radius * np.linspace(0.0, 0.97, 64))))
 
 
 def _unbounded(solved: Result, ground: Ground) -> float | None:
