@@ -334,6 +334,9 @@ def test_impacts_and_loops_are_those_of_the_shape():
         for c in rubbed
     ]
     assert oblique[1].spin == pytest.approx(oblique[0].spin, rel=1e-6)
+    assert oblique[1].claims["spin"].error[0] >= np.max(
+        mdr.solve(rubbed[1], mdr.indent(one.largest_indentation)).claims["tangential_force"].error
+    )
     oblique[1].plot()
     loops = [mdr.friction_loop(c, ["0.1 um", "0.2 um"], normal_force="10 N") for c in rubbed]
     assert np.allclose(loops[1]["dissipated_per_cycle"], loops[0]["dissipated_per_cycle"], rtol=1e-6)
