@@ -238,6 +238,34 @@ def test_claimed_errors_are_those_that_are_found(noise):
     assert np.max(found) < 3.0
 
 
+@settings(max_examples=40, deadline=None)
+@given(
+    st.integers(5, 150),
+    st.floats(1.0, 3.0),
+    st.sampled_from([0.0, 1e-6, 1e-3, 1e-2, 0.1]),
+    st.sampled_from([-0.3, 0.0]),
+    st.integers(0, 2**31),
+)
+def test_points_with_any_noise_have_a_rising_stiffness_or_are_refused(n, power, noise, begin, seed):
+    rng = np.random.default_rng(seed)
+    d = np.unique(rng.uniform(begin, 1.0, n))
+    load = np.maximum(d - 0.05, 0.0) ** power + noise * rng.standard_normal(d.size)
+    try:
+        curve = mdr.ForceCurve(d, load, modulus=1.0)
+        found = closure_of(curve)
+    except mdr.ProblemError as refusal:
+        assert "ForceCurve" in str(refusal)  # noqa: PT017
+        return
+    assert np.all(np.diff(found.stiffness.stiffness) >= 0.0)
+    assert found.misfit <= max(0.05 * load.max(), 2.0 * found.noise) * (1.0 + 1e-9)
+    body = mdr.Elastic(2.0, 0.0)
+    most = found.largest_force * (1.0 - 1e-9)
+    rows = mdr.solve(mdr.Contact(curve, body, body), mdr.load(most, steps=3))
+    assert np.allclose(
+        found.stiffness.at(rows["indentation"].values)[1], most * np.arange(1, 4) / 3, rtol=1e-8
+    )
+
+
 def test_the_contact_point_is_found_where_the_data_begin_before_it():
     rng = np.random.default_rng(2)
     d = np.linspace(-0.5, 1.0, 601)
