@@ -266,6 +266,23 @@ def test_points_with_any_noise_have_a_rising_stiffness_or_are_refused(n, power, 
     )
 
 
+@pytest.mark.parametrize("noise", [1e-3, 1e-2])
+def test_claimed_errors_of_what_slip_loses_are_those_that_are_found(noise):
+    path = mdr.indent("1 um")
+    for shift in ("0.05 um", "0.2 um"):
+        path >>= mdr.cycle(shift=shift, cycles=2, steps=80)
+    true, *others = (
+        mdr.solve(mdr.Contact(profile, STEEL, STEEL, friction=mdr.Coulomb(0.3)), path)
+        for profile in (BALL, *(curve_of_ball(400, noise, seed) for seed in range(6)))
+    )
+    found = []
+    for other in others:
+        off = np.abs(other["dissipated_energy"].values / true["dissipated_energy"].values - 1.0)
+        found.append(off[[80, 160]] / other.claims["dissipated_energy"].error[[80, 160]])
+    assert np.median(found) < 1.0
+    assert np.max(found) < 3.0
+
+
 def test_the_contact_point_is_found_where_the_data_begin_before_it():
     rng = np.random.default_rng(2)
     d = np.linspace(-0.5, 1.0, 601)
