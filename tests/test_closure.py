@@ -275,10 +275,10 @@ def test_claimed_errors_of_what_slip_loses_are_those_that_are_found(noise):
         mdr.solve(mdr.Contact(profile, STEEL, STEEL, friction=mdr.Coulomb(0.3)), path)
         for profile in (BALL, *(curve_of_ball(400, noise, seed) for seed in range(6)))
     )
-    found = []
+    rows, found = [80, 160], []
     for other in others:
-        off = np.abs(other["dissipated_energy"].values / true["dissipated_energy"].values - 1.0)
-        found.append(off[[80, 160]] / other.claims["dissipated_energy"].error[[80, 160]])
+        lost, own = (result["dissipated_energy"].values[rows] for result in (other, true))
+        found.append(np.abs(lost / own - 1.0) / other.claims["dissipated_energy"].error[rows])
     assert np.median(found) < 1.0
     assert np.max(found) < 3.0
 
