@@ -325,7 +325,8 @@ def _through(depth: FloatArray, force: FloatArray) -> Polyline:
     with np.errstate(divide="ignore", invalid="ignore"):
         share = np.where(rise > 0.0, (k[1:] - slope) / rise, 0.5)
     share = np.where(share < 1e-9, 0.0, np.where(share > 1.0 - 1e-9, 1.0, share))
-    t = np.append(np.stack([depth[:-1], depth[:-1] + share * h], axis=1).ravel(), depth[-1])
+    meet = np.minimum(depth[:-1] + share * h, depth[1:])
+    t = np.append(np.stack([depth[:-1], meet], axis=1).ravel(), depth[-1])
     return Polyline(t, np.append(np.stack([k[:-1], slope], axis=1).ravel(), k[-1]))
 
 
