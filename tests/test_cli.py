@@ -248,6 +248,17 @@ def test_new_of_an_unknown_kind(shell):
     assert "did you mean 'cone'" in shell("new", "conee")[2]
 
 
+def test_a_new_rough_case_is_answered(tmp_path, shell):
+    file = tmp_path / "new.toml"
+    assert shell("new", "rough", "-o", file)[0] == 0
+    status, out, err = shell("rough", file, "--normal-force", "1 N", "--realisations", "2")
+    assert (status, err) == (0, "")
+    assert "My rough" in out
+    schema = json.loads(shell("schema", "--rough")[1])
+    assert set(schema["required"]) == {"surface", "body"}
+    assert "above 0 and at most 1" in schema["$defs"]["surface"]["properties"]["hurst"]["description"]
+
+
 def test_schema_and_info(shell):
     schema = json.loads(shell("schema")[1])
     assert set(schema["required"]) == {"profile", "body", "path"}
@@ -307,7 +318,37 @@ KEYS = {
 }
 EXAMPLES = Path(__file__).parent.parent / "examples"
 _ROLLS = ("--creepage", "0.001", "--normal-force", "1 N")
+_PRESSES = ("--normal-force", "10 N", "--realisations", "2")
 _SLIDES = ("--speed", "1 mm/s", "--normal-force", "10 mN")
+
+
+ROUGH = """
+title = "Ground steel on glass"
+
+[surface]
+hurst = 0.8
+rms = "0.5 um"
+size = "1 mm"
+shortest = "50 um"
+seed = 3
+
+[body]
+kind = "elastic"
+young = "210 GPa"
+poisson = 0.3
+
+[counterbody]
+kind = "elastic"
+young = "70 GPa"
+poisson = 0.22
+"""
+
+
+@pytest.fixture
+def rough(tmp_path):
+    file = tmp_path / "rough.toml"
+    file.write_text(ROUGH)
+    return file
 
 
 @pytest.fixture
@@ -348,7 +389,7 @@ def test_a_case_chooses_the_rings_that_refusals_recommend(hollow, tmp_path, shel
         assert words in err
 
 
-def test_json_has_one_shape(case, hollow, tmp_path, shell):
+def test_json_has_one_shape(case, hollow, rough, tmp_path, shell):
     record = tmp_path / "record.csv"
     record.write_text(
         "shift [um],friction force [N]\n" + "\n".join(f"{(-1) ** (i // 2)},{i % 2}" for i in range(9))
@@ -376,6 +417,8 @@ def test_json_has_one_shape(case, hollow, tmp_path, shell):
         (("rolling", case, *_ROLLS), 1, "FAILED"),
         (("sliding", EXAMPLES / "rubber_indentation.toml", *_SLIDES), 0, "COMPLETED"),
         (("sliding", case, *_SLIDES), 1, "FAILED"),
+        (("rough", rough, *_PRESSES), 0, "COMPLETED"),
+        (("rough", case, *_PRESSES), 1, "FAILED"),
     ):
         found, text, _ = shell(*arguments, "--json")
         told = json.loads(text)
@@ -514,3 +557,52 @@ def test_sliding_from_the_shell(tmp_path, shell):
         assert status == 1
         assert words in error
         assert len(error.splitlines()) == 1
+
+
+def test_rough_surfaces_from_the_shell(rough, tmp_path, shell):
+    loads = ("--normal-force", "0.1 N", "--normal-force", "10 N", "--points", "3", "--realisations", "4")
+    status, out, error = shell("rough", rough, *loads, "-o", tmp_path / "out")
+    assert (status, error) == (0, "")
+    assert "Ground steel on glass" in out
+    assert "-11 to +22 %" in out
+    assert sorted(file.name for file in (tmp_path / "out").iterdir()) == ["rough.csv", "rough.png"]
+    assert (tmp_path / "out" / "rough.csv").read_text().startswith("normal_force [N],indentation [m]")
+    status, out, _ = shell("rough", rough, *loads, "--workers", "2", "--json")
+    told = json.loads(out)
+    steel, glass = mdr.Elastic("210 GPa", 0.3), mdr.Elastic("70 GPa", 0.22)
+    surface = mdr.RoughSurface(0.8, "0.5 um", "1 mm", "50 um", seed=3)
+    found = mdr.press_rough(surface, steel, glass, normal_force=[0.1, 1.0, 10.0], realisations=4)
+    assert told["study"]["normal_stiffness"]["values"] == found["normal_stiffness"].values.tolist()
+    assert told["claims"]["contact_area"]["level"] == "NOT_VALID"
+    assert {one["name"] for one in told["assumptions"]} == {"small slope", "measured bandwidth"}
+    text = rough.read_text()
+    rough.write_text(text + '\n[ball]\nradius = "10 mm"\n')
+    status, out, _ = shell("rough", rough, "--indentation", "0.5 um", "--realisations", "2")
+    assert (status, "Hertz" in out) == (0, True)
+    for old, new, words in (
+        ("hurst = 0.8", "hurst = 1.8", "above 0 and at most 1"),
+        ("hurst = 0.8", "hirst = 0.8", "did you mean 'hurst'?"),
+        ('rms = "0.5 um"', "", "'rms' is missing"),
+        ('size = "1 mm"', 'size = ["1 mm", "2 mm", "3 mm"]', "pair of sides"),
+        ('size = "1 mm"', "size = true", "size"),
+        ('size = "1 mm"', "size = [[]]", "[surface size] 1 = []"),
+        ("seed = 3", "seed = -3", "at least 0"),
+        ("seed = 3", "seed = 0.5", "a whole number is needed"),
+        ("[surface]", "[surfaces]", "table [surface] is missing"),
+        ('title = "Ground steel on glass"', "path = 1", "unknown table"),
+        (
+            'kind = "elastic"\nyoung = "210 GPa"\npoisson = 0.3',
+            'kind = "rigid"\n[ball]\nradios = 1',
+            "did you mean 'radius'?",
+        ),
+    ):
+        assert old in text
+        rough.write_text(text.replace(old, new))
+        status, _, error = shell("rough", rough, "--normal-force", "1 N")
+        assert status == 1
+        assert words in error, error
+        assert len(error.splitlines()) == 1
+    rough.write_text(text)
+    assert "exactly one" in shell("rough", rough)[2]
+    assert "--points 1" in shell("rough", rough, "--normal-force", "1 N", "--points", "1")[2]
+    assert "with pymdr rough" in shell("check", rough)[2]

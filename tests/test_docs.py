@@ -33,6 +33,7 @@ def blocks(page):
         "bodies.md",
         "viscoelasticity.md",
         "sliding_friction.md",
+        "rough.md",
         "impact.md",
         "claims.md",
         "exactness.md",

@@ -37,6 +37,8 @@ CASE_NUMBERS = {
     ),
     # the contact is lost before the ball is back
     "rubber_indentation": ("normal_force", 0.0, 1e-12),
+    # all slides at mu F_N of the relaxed rubber, mu (4/3) 4 G R^(1/2) d^(3/2)
+    "rubber_mount": ("tangential_force", 0.4 * 4 / 3 * 4e6 * math.sqrt(50e-3) * 0.5e-3**1.5, 1e-9),
     # boundary elements with friction on the surface whose curve it is; the noise costs 0.3 %
     "rough_joint": ("tangential_force", 0.450883, 0.01),
     "rounded_punch": ("normal_stiffness", 2 * (3e6 / 0.75) * 1e-3, 1e-12),

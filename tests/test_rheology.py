@@ -708,8 +708,6 @@ def test_contacts_that_are_not_offered():
     rubber, tip = BODIES["constant nu"], mdr.Sphere("1 mm")
     with pytest.raises(mdr.ProblemError, match="adhesion of a viscoelastic body"):
         mdr.Contact(tip, rubber, adhesion=mdr.JKR("1 J/m^2"))
-    with pytest.raises(mdr.ProblemError, match="friction with memory is not offered yet"):
-        mdr.Contact(tip, mdr.Elastic(1e9, 0.3), rubber, friction=mdr.Coulomb(0.3))
     with pytest.raises(mdr.ProblemError, match="relaxation_of"):
         mdr.effective_moduli(rubber)
 

@@ -240,8 +240,8 @@ def test_what_is_refused():
         mdr.solve(contact, mdr.Path(time=[-0.5, 2], indentation=[0.0, 0.1]))
     with pytest.raises(ProblemError, match="adhesion"):
         mdr.Contact(mdr.Sphere(1.0), body(SOLID), adhesion=mdr.JKR(0.1))
-    with pytest.raises(ProblemError, match="friction"):
-        mdr.Contact(mdr.Sphere(1.0), body(SOLID), friction=mdr.Coulomb(0.1))
+    with pytest.raises(PathError, match="has no friction"):
+        mdr.solve(contact, mdr.indent(0.1, duration=1.0) >> mdr.shift(0.1, duration=1.0))
     with pytest.raises(PathError, match="pressed in by its radius"):
         mdr.solve(contact, mdr.indent(1.5, duration=1.0))
     waves = mdr.Paraboloid(1.0) + mdr.Waviness(height=0.01, wavelength=0.1)
@@ -250,7 +250,6 @@ def test_what_is_refused():
     for study in (
         lambda: mdr.pull_off(contact),
         lambda: mdr.foundation(contact),
-        lambda: mdr.impact(contact, mass=1.0, speed=1.0),
     ):
         with pytest.raises(ProblemError):
             study()

@@ -25,8 +25,10 @@ if TYPE_CHECKING:
     from pymdr.interpretation.validity import Level as Level
     from pymdr.mapping.equivalent import equivalent_profile as equivalent_profile
     from pymdr.mapping.moduli import effective_moduli as effective_moduli
+    from pymdr.mapping.patch import full_contact_stiffness as full_contact_stiffness
     from pymdr.mapping.relaxation import Relaxation as Relaxation
     from pymdr.mapping.relaxation import relaxation_of as relaxation_of
+    from pymdr.mapping.relaxation import tangential_relaxation_of as tangential_relaxation_of
     from pymdr.problem.contact import Contact as Contact
     from pymdr.problem.laws import DMT as DMT
     from pymdr.problem.laws import JKR as JKR
@@ -77,6 +79,7 @@ if TYPE_CHECKING:
     from pymdr.problem.rheology import PowerLawRheology as PowerLawRheology
     from pymdr.problem.rheology import Prony as Prony
     from pymdr.problem.rheology import StandardSolid as StandardSolid
+    from pymdr.problem.rough import RoughSurface as RoughSurface
     from pymdr.problem.self_affine import SelfAffineLine as SelfAffineLine
     from pymdr.result import Result as Result
     from pymdr.result import Status as Status
@@ -98,6 +101,10 @@ if TYPE_CHECKING:
     from pymdr.solving.reopening import open_result as open_result
     from pymdr.solving.rolling import Rolling as Rolling
     from pymdr.solving.rolling import rolling as rolling
+    from pymdr.solving.rough import RoughContact as RoughContact
+    from pymdr.solving.rough import RoughLine as RoughLine
+    from pymdr.solving.rough import press_rough as press_rough
+    from pymdr.solving.rough import rough_line as rough_line
     from pymdr.solving.rough_sliding import rough_sliding_friction as rough_sliding_friction
     from pymdr.solving.sliding import SlidingFriction as SlidingFriction
     from pymdr.solving.sliding import sliding_friction as sliding_friction
@@ -130,7 +137,8 @@ _HOMES: dict[str, tuple[str, ...]] = {
     "pymdr.interpretation.validity": ("Claim", "Level"),
     "pymdr.mapping.equivalent": ("equivalent_profile",),
     "pymdr.mapping.moduli": ("effective_moduli",),
-    "pymdr.mapping.relaxation": ("Relaxation", "relaxation_of"),
+    "pymdr.mapping.patch": ("full_contact_stiffness",),
+    "pymdr.mapping.relaxation": ("Relaxation", "relaxation_of", "tangential_relaxation_of"),
     "pymdr.problem.contact": ("Contact",),
     "pymdr.problem.laws": ("DMT", "JKR", "Coulomb", "MaugisDugdale"),
     "pymdr.problem.materials": ("Elastic", "Graded", "Rigid", "TransverselyIsotropic", "Viscoelastic"),
@@ -174,10 +182,12 @@ _HOMES: dict[str, tuple[str, ...]] = {
         "Waviness",
     ),
     "pymdr.problem.rheology": ("KelvinVoigt", "Maxwell", "PowerLawRheology", "Prony", "StandardSolid"),
+    "pymdr.problem.rough": ("RoughSurface",),
     "pymdr.problem.self_affine": ("SelfAffineLine",),
     "pymdr.result": ("Result", "Status"),
     "pymdr.solving.reopening": ("open_result",),
     "pymdr.solving.rolling": ("Rolling", "rolling"),
+    "pymdr.solving.rough": ("RoughContact", "RoughLine", "press_rough", "rough_line"),
     "pymdr.solving.rough_sliding": ("rough_sliding_friction",),
     "pymdr.solving.sliding": ("SlidingFriction", "sliding_friction"),
     "pymdr.solving": (

@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 import threading
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any, TypeVar, cast
 
 from numba import config, njit
@@ -21,14 +22,30 @@ _told = threading.Event()
 _unkept = threading.Event()
 
 
-def compiled(function: Function, **options: Any) -> Function:
-    """Compile with numba when first called; kept on disk, unless no folder for it can be written."""
+Stamp = tuple[float, int]
+
+
+def stamp_of(*modules: str) -> Stamp:
+    """What changes with any file beside some modules, given by their ``__file__``."""
+    files = [file.stat() for module in modules for file in Path(module).parent.glob("*.py")]
+    return max(file.st_mtime for file in files), sum(file.st_size for file in files)
+
+
+def compiled(function: Function, stamp: Stamp | None = None, **options: Any) -> Function:
+    """
+    Compile with numba when first called; kept on disk, unless no folder for it can be written.
+
+    Numba keeps compiled code until the file of the outermost function changes; with a stamp, until that does.
+    """
     settings = {"nogil": True, "error_model": "numpy", **options}
     try:
         kernel = njit(cache=True, **settings)(function)
     except RuntimeError:  # numba finds neither __pycache__ nor a cache of the user that takes files
         _unkept.set()
         kernel = njit(**settings)(function)
+    index: Any = getattr(getattr(kernel, "_cache", None), "_cache_file", None)
+    if stamp is not None and index is not None and hasattr(index, "_source_stamp"):
+        index._source_stamp = stamp
     return cast(Function, kernel)
 
 

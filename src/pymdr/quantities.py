@@ -59,6 +59,7 @@ QUANTITIES: dict[str, Quantity] = {
         Quantity("stick_radius", "b", "m", "stick radius"),
         Quantity("tangential_velocity", "\\dot u_x", "m/s", "tangential velocity of the contact point"),
         Quantity("slip_distance", "s", "m", "distance slid as a whole"),
+        Quantity("slip_work", "W_s", "J", "energy lost in slip"),
         Quantity("stored_tangential_energy", "U_x", "J", "stored tangential energy"),
         Quantity("restitution", "e", "", "coefficient of restitution", ()),
         Quantity("tangential_restitution", "e_x", "", "tangential coefficient of restitution", ()),
@@ -85,6 +86,7 @@ QUANTITIES: dict[str, Quantity] = {
         Quantity("edge_amplitude", "K", "Pa*m^0.5", "amplitude of the edge singularity"),
         Quantity("equivalent_profile", "g", "m", "equivalent profile", _LINE),
         Quantity("spring_force", "q", "N/m", "line load", _LINE),
+        Quantity("tangential_spring_force", "q_x", "N/m", "tangential line load", _LINE),
         Quantity("spring_shift", "q_x / G^*", "m", "shift of the springs", _LINE),
     )
 }

@@ -27,6 +27,7 @@ OF_THE_CURVE = frozenset(
         "tangential_stiffness",
         "stored_tangential_energy",
         "slip_distance",
+        "slip_work",
     }
 )
 """Quantities that a force curve determines."""
@@ -92,9 +93,9 @@ def closure_claims(
 def _of_curve(name: str, claim: Claim, error: FloatArray, remembered: BoolArray | None) -> dict[str, Claim]:
     theirs, level = claim.reason.replace(_ON_A_DISK, ""), claim.level
     if remembered is not None:
-        theirs = _MEMORY
+        theirs = f"{_MEMORY}; {theirs}" if level is Level.APPROXIMATE else _MEMORY
         if remembered.any():
-            theirs, level = f"{_MEMORY}; {_AGAIN}", Level.APPROXIMATE
+            theirs, level = f"{theirs}; {_AGAIN}", Level.APPROXIMATE
     own = replace(
         claim,
         level=level,
@@ -135,6 +136,7 @@ def closure_errors(closure: Closure, depth: FloatArray, *, remembers: bool) -> d
         "external_work": energy,
         "dissipated_energy": slid + rise,
         "stored_tangential_energy": slid + energy,
+        "slip_work": slid + energy,
         "tangential_force": slid,
         "tangential_stiffness": stiffness,
         "shift": slid,

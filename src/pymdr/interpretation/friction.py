@@ -108,9 +108,9 @@ def _tangential(contact: Contact, moduli: EffectiveModuli) -> tuple[Level, str, 
     )
 
 
-def similarity_assumption(moduli: EffectiveModuli, friction: float) -> Assumption:
+def similarity_assumption(dundurs_beta: float, friction: float) -> Assumption:
     """Elastic similarity, which friction needs."""
-    coupled = 0.0 if friction == 0.0 else abs(moduli.dundurs_beta)
+    coupled = 0.0 if friction == 0.0 else abs(dundurs_beta)
     return Assumption(
         "elastic similarity",
         "Dundurs' beta, with which friction couples pressure and shear,",

@@ -78,7 +78,7 @@ class MemorySurface:
         state = self.line_state(step)
         if self.relaxation.viscosity == 0.0 or state.radius <= 0.0:
             return 0.0
-        return float(_edge_load(state) / (math.pi * math.sqrt(2.0 * state.radius)))
+        return float(edge_load(state) / (math.pi * math.sqrt(2.0 * state.radius)))
 
     def line_state(self, step: int) -> LineState:
         """The springs of one row."""
@@ -90,7 +90,7 @@ class MemorySurface:
         if not steps:
             return
         deepest = float(np.max(self.indentation[: steps[-1] + 1]))
-        state = prepared(line, self.relaxation, deepest, virgin(*self._start()), self.n)
+        state = prepared(line, self.relaxation, deepest, virgin(*self.start()), self.n)
         first = 0
         for step in steps:
             if step >= first:
@@ -101,7 +101,8 @@ class MemorySurface:
                 first = step + 1
             yield self._read(state, step)
 
-    def _start(self) -> tuple[float, float]:
+    def start(self) -> tuple[float, float]:
+        """When in s and where in m the history begins."""
         return 0.0, min(float(self.indentation[0]), 0.0)
 
     def _read(self, state: MemoryState, step: int) -> LineState:
@@ -130,25 +131,11 @@ class MemorySurface:
         return np.where(at <= state.radius, 0.0, self.gap_function(at) - d + u)
 
     def _displacement(self, state: LineState, d: float, r: FloatArray) -> FloatArray:
-        """D - f(r) in the contact, (2/pi) int_0^r w / sqrt(r^2 - x^2) dx outside."""
-        u = np.zeros(r.shape)
+        """D - f(r) in the contact, what the springs tell outside."""
         inside = (r <= state.radius) & (state.radius > 0.0)
+        u = np.empty(r.shape)
         u[inside] = d - self.gap_function(r[inside])
-        far = np.flatnonzero(~inside)
-        if state.position.size == 0 or far.size == 0:
-            return u
-        position, deflection = state.position, state.deflection
-        if state.radius > position[-1]:  # at a sharp edge, to which the last spring stands for w
-            position, deflection = np.append(position, state.radius), np.append(deflection, deflection[-1])
-        w = PchipInterpolator(np.append(0.0, position), np.append(deflection[0], deflection))
-        top, (t, weights) = float(position[-1]), gauss(_NODES)
-        radii = np.maximum(r[far], 1e-9 * top)[:, None]
-        # w bends at the edge of the contact and ends where nothing was touched
-        ends = np.arcsin(np.minimum(np.array([0.0, state.radius, top, math.inf]) / radii, 1.0))
-        width = np.diff(ends, axis=1)
-        x = radii[:, :, None] * np.sin(ends[:, :-1, None] + width[:, :, None] * t)
-        values = np.where(x <= top, w(np.minimum(x, top)), 0.0)
-        u[far] = 2.0 / math.pi * np.sum(width * (values @ weights), axis=1)
+        u[~inside] = displacement(state, r[~inside])
         return u
 
     def gap_and_displacement(
@@ -166,13 +153,33 @@ class MemorySurface:
         return state.radius * _OUTSIDE if state.radius > 0.0 else touched * np.append(_INSIDE[::4], _OUTSIDE)
 
 
+def displacement(state: LineState, r: FloatArray) -> FloatArray:
+    """Displacement (2/pi) int_0^r w / sqrt(r^2 - x^2) dx in m of the surface."""
+    u = np.zeros(r.shape)
+    if state.position.size == 0 or r.size == 0:
+        return u
+    position, deflection = state.position, state.deflection
+    if state.radius > position[-1]:  # at a sharp edge, to which the last spring stands for w
+        position, deflection = np.append(position, state.radius), np.append(deflection, deflection[-1])
+    w = PchipInterpolator(np.append(0.0, position), np.append(deflection[0], deflection))
+    top, (t, weights) = float(position[-1]), gauss(_NODES)
+    radii = np.maximum(r, 1e-9 * top)[:, None]
+    # w bends at the edge of the contact and ends where nothing was touched
+    ends = np.arcsin(np.minimum(np.array([0.0, state.radius, top, math.inf]) / radii, 1.0))
+    width = np.diff(ends, axis=1)
+    x = radii[:, :, None] * np.sin(ends[:, :-1, None] + width[:, :, None] * t)
+    values = np.where(x <= top, w(np.minimum(x, top)), 0.0)
+    return np.asarray(2.0 / math.pi * np.sum(width * (values @ weights), axis=1))
+
+
 @lru_cache(maxsize=8)
 def _state_at(surface: MemorySurface, step: int) -> LineState:
     *_, state = surface.states([step])
     return state
 
 
-def _edge_load(state: LineState) -> float:
+def edge_load(state: LineState) -> float:
+    """The line load in N/m continued to the edge of the contact."""
     inside = state.position < state.radius
     if inside.sum() < 2:
         return 0.0
@@ -193,7 +200,7 @@ def pressure(state: LineState, r: FloatArray) -> FloatArray:
     if inside.sum() < 4 or not within.any():
         return p
     x, q = state.position[inside], state.load[inside]
-    edge = _edge_load(state) if q[-1] > 0.25 * q.max() else 0.0
+    edge = edge_load(state) if q[-1] > 0.25 * q.max() else 0.0
     curve = PchipInterpolator(np.concatenate([[0.0], x, [a]]), np.concatenate([q[:1], q, [edge]]))
     radius = np.maximum(r[within], 1e-9 * a)
     blocks = np.array_split(radius, math.ceil(radius.size / _BLOCK))

@@ -127,6 +127,12 @@ SOURCES: dict[str, str] = {
     "hertz": "Hertz (1882), J. reine angew. Math. 92, 156-171; Johnson (1985), Contact Mechanics, chapter 11",
     "thornton-ning": "Thornton and Ning (1998), Powder Technol. 99, 154-162, doi:10.1016/S0032-5910(98)00099-0",
     "maw": "Maw, Barber and Fawcett (1976), Wear 38, 101-114, doi:10.1016/0043-1648(76)90201-5",
+    "rough-line": (
+        "Geike and Popov (2007), Phys. Rev. E 76, 036710, doi:10.1103/PhysRevE.76.036710; Popov and Hess (2015), chapter 10"
+    ),
+    "pohrt-popov": (
+        "Pohrt and Popov (2012), Phys. Rev. Lett. 108, 104301, doi:10.1103/PhysRevLett.108.104301; Popov and Hess (2015), chapter 10"
+    ),
     "hess-graded": "Hess (2016), Int. J. Eng. Sci. 104, 20-33: graded half-spaces on the line, with adhesion",
 }
 """References by key; claims and :meth:`Result.cite` quote them."""

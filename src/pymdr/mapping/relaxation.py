@@ -2,24 +2,29 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import singledispatch
 
+import numpy as np
+
 from pymdr.errors import ProblemError
-from pymdr.mapping.moduli import surface_compliances
-from pymdr.problem.materials import Material, Rigid, Viscoelastic, common_exponent
+from pymdr.mapping.moduli import effective_moduli, surface_compliances
+from pymdr.problem.materials import Elastic, Material, Rigid, Viscoelastic, common_exponent
 from pymdr.problem.spectra import Relaxation, in_series
 from pymdr.units import QuantityLike, to_si
 
-__all__ = ["Relaxation", "relaxation_of"]
+__all__ = ["Relaxation", "largest_coupling", "relaxation_of", "tangential_relaxation_of"]
 
 Span = tuple[float, float]
+Quantities = tuple[QuantityLike, QuantityLike]
+Links = Callable[[Material, Span | None], list[Relaxation]]
 
 
 def relaxation_of(
     body: Material,
     counterbody: Material | None = None,
     *,
-    span: tuple[QuantityLike, QuantityLike] | None = None,
+    span: Quantities | None = None,
 ) -> Relaxation:
     """
     E*(t) of two bodies, by which the springs of the line relax.
@@ -60,13 +65,103 @@ def relaxation_of(
     >>> kernel.rubbery, kernel.glassy
     (4000000.0, 16000000.0)
     """
+    return _pair("relaxation_of", _links, body, counterbody, span)
+
+
+def tangential_relaxation_of(
+    body: Material,
+    counterbody: Material | None = None,
+    *,
+    span: Quantities | None = None,
+) -> Relaxation:
+    """
+    G*(t) of two bodies, by which the springs of the line relax sideways.
+
+    A spring that is sheared by w_x(t) bears q_x(t) = int G*(t - s) dw_x(s). The compliances of the bodies add as operators. In
+    Carson transforms: G* = 4 G/(2 - nu) of a body with constant nu,
+    G* = 8 G (3 K + G)/(9 K + 6 G) = (4/3) G + 1/(3/(4 G) + 1/(2 K)) of one with constant K.
+
+    Parameters
+    ----------
+    body, counterbody, span
+        As for :func:`relaxation_of`.
+
+    Returns
+    -------
+    Relaxation
+        G*(t) in Pa.
+
+    Raises
+    ------
+    ProblemError
+        As :func:`relaxation_of`.
+
+    Notes
+    -----
+    Popov and Hess (2015), chapters 5 and 7; Johnson (1985), section 7.2.
+
+    Examples
+    --------
+    >>> from pymdr.problem.rheology import StandardSolid
+    >>> rubber = Viscoelastic(StandardSolid("3 MPa", "6 MPa", "10 ms"), poisson=0.5)
+    >>> round(tangential_relaxation_of(rubber).rubbery, 6)
+    8000000.0
+    """
+    return _pair("tangential_relaxation_of", _tangential_links, body, counterbody, span)
+
+
+def largest_coupling(body: Material, counterbody: Material, span: Span | None = None) -> float:
+    """
+    The largest |Dundurs' beta| of two bodies, from the fastest to the slowest move.
+
+    It is that of elastic bodies with the Carson transforms of the moduli, at rates from a thousandth of the slowest to a
+    thousand times the fastest rate of relaxation.
+
+    Examples
+    --------
+    >>> from pymdr.problem.rheology import StandardSolid
+    >>> solid = StandardSolid("3 MPa", "6 MPa", "10 ms")
+    >>> largest_coupling(Viscoelastic(solid, poisson=0.5), Rigid())
+    0.0
+    """
+    shears = [one.shear.kernel(span) for one in (body, counterbody) if isinstance(one, Viscoelastic)]
+    times = np.concatenate([np.append(one.times, _lag(one)) for one in shears])
+    times = times[times > 0.0]
+    rates = np.geomspace(1e-3 / times.max(), 1e3 / times.min(), 61)
+    pairs = ((_at_rate(body, rate, span), _at_rate(counterbody, rate, span)) for rate in rates)
+    return max(abs(effective_moduli(*pair).dundurs_beta) for pair in pairs)
+
+
+def _lag(kernel: Relaxation) -> float:
+    """The time in s of a dashpot beside a spring."""
+    return kernel.viscosity / kernel.equilibrium if kernel.equilibrium > 0.0 else 0.0
+
+
+def _at_rate(body: Material, rate: float, span: Span | None) -> Material:
+    """The elastic body with the Carson transform of the moduli at a rate in 1/s."""
+    if not isinstance(body, Viscoelastic):
+        return body
+    kernel = body.shear.kernel(span)
+    x = rate * kernel.times
+    shear = float(kernel.equilibrium + kernel.moduli @ (x / (1.0 + x)) + kernel.viscosity * rate)
+    nu = body.poisson
+    if nu is None:
+        assert body.bulk is not None
+        ratio = shear / body.bulk
+        nu = (3.0 - 2.0 * ratio) / (6.0 + 2.0 * ratio)
+    return Elastic(2.0 * shear * (1.0 + nu), nu)
+
+
+def _pair(
+    who: str, links: Links, body: Material, counterbody: Material | None, span: Quantities | None
+) -> Relaxation:
     counterbody = Rigid() if counterbody is None else counterbody
     if (exponent := common_exponent(body, counterbody)) != 0.0:
         raise ProblemError(
-            f"relaxation_of: bodies that are graded with the exponent {exponent:g} do not relax; take effective_moduli"
+            f"{who}: bodies that are graded with the exponent {exponent:g} do not relax; take effective_moduli"
         )
     times = None if span is None else (to_si(span[0], "s", name="span"), to_si(span[1], "s", name="span"))
-    return in_series([*_links(body, times), *_links(counterbody, times)])
+    return in_series([*links(body, times), *links(counterbody, times)])
 
 
 @singledispatch
@@ -89,3 +184,24 @@ def _(body: Viscoelastic, span: Span | None) -> list[Relaxation]:
     # 4 G (3 K + G)/(3 K + 4 G) without a difference: terms of 1/(4 G) + (3/4)/(3 K + G) all but cancel where K is large
     volume = in_series([shear.scaled(3.0), Relaxation(2.25 * body.bulk)])
     return [shear.beside(volume)]
+
+
+@singledispatch
+def _tangential_links(body: Material, span: Span | None) -> list[Relaxation]:
+    """The same sideways."""
+    return [Relaxation(1.0 / surface_compliances(body).tangential)]
+
+
+@_tangential_links.register
+def _(body: Rigid, span: Span | None) -> list[Relaxation]:
+    return []
+
+
+@_tangential_links.register
+def _(body: Viscoelastic, span: Span | None) -> list[Relaxation]:
+    shear = body.shear.kernel(span)
+    if body.bulk is None:
+        assert body.poisson is not None
+        return [shear.scaled(4.0 / (2.0 - body.poisson))]
+    part = shear.scaled(4.0 / 3.0)
+    return [part.beside(in_series([part, Relaxation(2.0 * body.bulk)]))]

@@ -10,7 +10,7 @@ import difflib
 import inspect
 import re
 from collections.abc import Mapping
-from dataclasses import MISSING, fields
+from dataclasses import MISSING, dataclass, fields
 from functools import lru_cache
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Union
 
@@ -19,7 +19,7 @@ import numpy as np
 from pymdr.errors import CaseError, ProblemError, PymdrError
 from pymdr.problem.contact import Contact
 from pymdr.problem.laws import DMT, JKR, Coulomb, MaugisDugdale
-from pymdr.problem.materials import Elastic, Graded, Rigid, TransverselyIsotropic, Viscoelastic
+from pymdr.problem.materials import Elastic, Graded, Material, Rigid, TransverselyIsotropic, Viscoelastic
 from pymdr.problem.paths import CHANNELS, Cycle, History, Hold, LoadingPath, Path, Ramp, legs
 from pymdr.problem.profiles import (
     ConcavePunch,
@@ -48,6 +48,7 @@ from pymdr.problem.profiles import (
     Waviness,
 )
 from pymdr.problem.rheology import KelvinVoigt, Maxwell, PowerLawRheology, Prony, StandardSolid
+from pymdr.problem.rough import RoughSurface, SidesField
 from pymdr.problem.values import ArrayField, OptionalArrayField, OptionalSIField, SIField, Value
 from pymdr.units import shown
 
@@ -174,7 +175,7 @@ def register_profile(kind: str, cls: type[Profile]) -> None:
 
 def forget_models() -> None:
     """Derive the models of cases anew, after a table has changed."""
-    for derived in (_model, _union, case_adapter):
+    for derived in (_model, _union, case_adapter, rough_adapter):
         derived.cache_clear()
 
 
@@ -269,6 +270,9 @@ def _field_type(cls: type, f: Any) -> tuple[Any, Any]:
 
     descriptor = inspect.getattr_static(cls, f.name, None)
     number = Union[int, float, str]  # noqa: UP007  (a runtime value)
+    if isinstance(descriptor, SidesField):
+        note = f"{descriptor.words}; texts with units or numbers in {descriptor.unit}"
+        return number | list[number], Field(..., description=note)
     if isinstance(descriptor, ArrayField):
         note = f"{descriptor.words}; texts with units or numbers in {descriptor.unit}"
         return list[number], Field(..., description=note)
@@ -288,6 +292,8 @@ def _field_type(cls: type, f: Any) -> tuple[Any, Any]:
         return _union("interpolation") | None, Field(None, description=words)
     if f.name == "shear":
         return _union("rheology"), Field(..., description="how it relaxes in shear")
+    if f.name == "seed":
+        return int, Field(f.default, description="which surface of all", ge=0, strict=True)
     if f.name in ("steps", "cycles"):
         words = "number of rows" if f.name == "steps" else "number of cycles"
         kind = int if isinstance(f.default, int) else int | None
@@ -374,6 +380,88 @@ def case_adapter() -> TypeAdapter[Any]:
     return TypeAdapter(model)
 
 
+@lru_cache(maxsize=1)
+def rough_adapter() -> TypeAdapter[Any]:
+    """The pydantic adapter of a rough case."""
+    from pydantic import ConfigDict, Field, TypeAdapter, create_model
+
+    closed = ConfigDict(extra="forbid")
+    columns: dict[str, Any] = {f.name: _field_type(RoughSurface, f) for f in fields(RoughSurface)}
+    radius: Any = (int | float | str, Field(..., description="radius; text with unit, or number in m"))
+    surface: Any = create_model("surface", __config__=closed, **columns)
+    ball: Any = create_model("ball", __config__=closed, radius=radius)
+    model = create_model(
+        "rough_case",
+        __config__=ConfigDict(extra="forbid", title="pymdr rough case"),
+        __doc__="A randomly rough surface between two bodies.",
+        title=(str, Field("", description="printed above the summary")),
+        surface=(surface, ...),
+        body=(_union("material"), ...),
+        counterbody=(_union("material"), Field(None, description="rigid unless given")),
+        ball=(ball | None, Field(None, description="what bears the roughness; nominally flat unless given")),
+    )
+    return TypeAdapter(model)
+
+
+@dataclass(frozen=True)
+class RoughCase:
+    """What a rough case says."""
+
+    title: str
+    surface: RoughSurface
+    body: Material
+    counterbody: Material
+    radius: float | str | None
+    """Of the ball that bears the roughness; None for a nominally flat patch."""
+
+
+def decode_rough(plain: Mapping[str, Any]) -> RoughCase:
+    """
+    A rough case from plain dictionaries.
+
+    Parameters
+    ----------
+    plain : mapping
+        With the tables ``surface``, ``body`` and optionally ``counterbody``, ``ball`` and ``title``.
+
+    Returns
+    -------
+    RoughCase
+
+    Raises
+    ------
+    CaseError
+        With the table, the key, the value and the remedy.
+
+    Examples
+    --------
+    >>> surface = {"hurst": 0.8, "rms": "1 um", "size": "1 mm", "shortest": "10 um", "sed": 1}
+    >>> decode_rough({"surface": surface, "body": {"kind": "rigid"}})
+    Traceback (most recent call last):
+        ...
+    pymdr.errors.CaseError: [surface] sed = 1: unknown key; did you mean 'seed'?
+    """
+    from pydantic import ValidationError
+
+    if "surface" not in plain:
+        raise CaseError(
+            "table [surface] is missing; a rough case has hurst, rms, size and shortest there, and neither profile nor path"
+        )
+    try:
+        rough_adapter().validate_python(plain)
+    except RecursionError as error:
+        raise CaseError("tables or lists are nested too deeply for a case") from error
+    except ValidationError as error:
+        raise CaseError(_in_words(error, plain)) from error
+    return RoughCase(
+        str(plain.get("title", "")),
+        _build("surface", RoughSurface, plain["surface"]),
+        _decode(plain["body"], "body"),
+        _decode(plain.get("counterbody", {"kind": "rigid"}), "counterbody"),
+        plain["ball"]["radius"] if "ball" in plain else None,
+    )
+
+
 _FILE_KEYS = {
     "sampled": ("file",),
     "force_curve": ("file",),
@@ -438,6 +526,8 @@ def decode_case(plain: Mapping[str, Any]) -> tuple[str, Contact, LoadingPath]:
     """
     from pydantic import ValidationError
 
+    if "surface" in plain:
+        raise CaseError("[surface]: a rough surface is no profile with a path; ask for it with pymdr rough")
     if isinstance(plain.get("path"), Mapping):
         plain = {**plain, "path": [plain["path"]]}
     try:
@@ -506,7 +596,7 @@ def _in_words(error: Any, plain: Mapping[str, Any]) -> str:
     suggested: set[tuple[Any, ...]] = set()
     complaints = error.errors(include_url=False)
     for one in sorted(complaints, key=lambda e: e["type"] != "extra_forbidden"):
-        full = list(one["loc"])
+        full = [part for part in one["loc"] if not str(part).startswith("list[")]
         while len(full) > 1 and full[-1] in _ALTERNATIVES:
             full.pop()
         # pydantic names the kind of every tagged table; users know the table
@@ -563,7 +653,7 @@ def _complaint(one: Mapping[str, Any], loc: list[Any], plain: Mapping[str, Any])
         case "less_than_equal":
             return f"{where}{key} = {shown(one['input'])}: it must be at most {one['ctx']['le']}"
         case other:
-            whole = key in ("steps", "cycles", "keep", "n")
+            whole = key in ("steps", "cycles", "keep", "n", "seed")
             number = "a whole number is needed" if whole else "a number or a text with its unit is needed"
             needed = number if one["loc"][-1] in _ALTERNATIVES or whole else _NEEDED.get(other, number)
             return f"{where}{key} = {shown(one['input'])}: {needed}"
@@ -589,7 +679,12 @@ def _kinds_for(loc: list[Any]) -> list[str]:
 
 def _known_keys(loc: list[Any], plain: Any) -> list[str]:
     if not loc:
-        return list(case_adapter().json_schema()["properties"])
+        adapter = rough_adapter() if "surface" in plain else case_adapter()
+        return list(adapter.json_schema()["properties"])
+    if loc == ["surface"]:
+        return [f.name for f in fields(RoughSurface)]
+    if loc == ["ball"]:
+        return ["radius"]
     if loc == ["solve"]:
         return ["machine_stiffness", "keep", "solver"]
     if loc == ["solve", "solver"]:

@@ -27,13 +27,13 @@ class Contact(Value):
     adhesion : JKR, MaugisDugdale or DMT, optional
         How the surfaces attract each other; not at all unless given.
     friction : Coulomb, optional
-        The law of friction; frictionless unless given.
+        The law of friction, of elastic and of viscoelastic bodies; frictionless unless given.
 
     Raises
     ------
     ProblemError
         If an argument is of the wrong kind, both bodies are rigid or of different exponents, adhesion is combined with
-        friction, a graded body with friction or MaugisDugdale, a viscoelastic one with either, or a ForceCurve with adhesion or a
+        friction, a graded body with friction or MaugisDugdale, a viscoelastic one with adhesion, or a ForceCurve with adhesion or a
         graded body.
 
     Examples
@@ -116,9 +116,4 @@ class Contact(Value):
                 "Contact: adhesion of a viscoelastic body is not covered by the method: what is lost at the edge of the "
                 "contact, where it opens and closes, depends on the speed and is not on the line; leave adhesion out, or "
                 "take Elastic for the stiffness at one time"
-            )
-        if self.friction is not None:
-            raise ProblemError(
-                "Contact: friction with memory is not offered yet; leave friction out, or take Elastic for the stiffness "
-                "at one time"
             )

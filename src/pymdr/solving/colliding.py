@@ -130,7 +130,7 @@ def stopping_depths(
     """The potential, and the depths in m at which half of the energy is stored and all of it."""
     energy = 0.5 * mass * speed * speed
     potential = elastic_potential(line, math.inf)
-    high, stored = _reaching(potential, line, contact.profile, float(np.max(energy)))
+    high, stored = reaching(potential, line, contact.profile, float(np.max(energy)))
     if stored < np.max(energy):
         known = math.sqrt(2.0 * stored / mass)
         raise PathError(
@@ -171,9 +171,7 @@ def _first_depth(line: ElasticLine, energy: float) -> float:
     return d if 0.0 < d < math.inf else a
 
 
-def _reaching(
-    potential: Potential, line: ElasticLine, profile: Profile, energy: float
-) -> tuple[float, float]:
+def reaching(potential: Potential, line: ElasticLine, profile: Profile, energy: float) -> tuple[float, float]:
     """A depth in m that stores an energy in J, or the largest one that is known, and what it stores."""
     top = math.inf
     if isinstance(profile, Sphere | Ellipsoid):
@@ -323,7 +321,7 @@ def _bare_depth(line: AdhesiveLine, kinetic: float) -> float:
     """A depth in m about that of the body without adhesion."""
     bare = line.line
     potential = elastic_potential(bare, 0.0)
-    high, stored = _reaching(potential, bare, line.contact.profile, kinetic)
+    high, stored = reaching(potential, bare, line.contact.profile, kinetic)
     return high if stored < kinetic else float(depths_of_energy(potential, np.array([kinetic]), high)[0])
 
 

@@ -19,6 +19,8 @@ from pymdr.result import Result, Status
 from pymdr.units import FloatArray
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
     from pymdr.presentation.plot import FigureData, Plots
 
 
@@ -58,6 +60,21 @@ def frictional_plots(result: Result, row: int) -> Plots:
     assert friction is not None
     data = _figure_data(result, row, friction=friction.coefficient)
     return Plots(data, frictional_overview, frictional_figures)
+
+
+def frictional_memory_plots(result: Result, row: int) -> Plots:
+    """Figures of a contact with memory, stick and slip."""
+    from pymdr.presentation.plot import Plots, frictional_figures, frictional_overview, memory_figures
+
+    friction = result.contact.friction
+    assert friction is not None
+    data = _figure_data(result, row, friction=friction.coefficient)
+
+    def both(data: FigureData) -> dict[str, Figure]:
+        history = memory_figures(data)["history"]
+        return {**frictional_figures(data), "history": history}
+
+    return Plots(data, frictional_overview, both)
 
 
 def _figure_data(

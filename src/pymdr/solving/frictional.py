@@ -376,7 +376,7 @@ def frictional_assumptions(contact: Contact, mapped: Mapped, radii: FloatArray) 
     """What the model assumes, with the similarity that friction needs."""
     assert contact.friction is not None
     listed = assumptions(contact, mapped, radii)
-    similar = similarity_assumption(mapped.moduli, contact.friction.coefficient)
+    similar = similarity_assumption(mapped.moduli.dundurs_beta, contact.friction.coefficient)
     return (*(a for a in listed if a.name != similar.name), similar)
 
 

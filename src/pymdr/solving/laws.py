@@ -11,6 +11,7 @@ import numpy as np
 from pymdr.independent.history import RingHistory, solve_steps
 from pymdr.independent.rings import Rings
 from pymdr.interpretation.memory import MemorySurface
+from pymdr.interpretation.memory_friction import SHEARED_LINE_FIELDS, ShearedSurface
 from pymdr.interpretation.surface import LINE_FIELDS, SURFACE_FIELDS, Surface, surface_of
 from pymdr.interpretation.traction import (
     TANGENTIAL_FIELDS,
@@ -23,9 +24,16 @@ from pymdr.problem.contact import Contact
 from pymdr.result import Reading, Result
 from pymdr.solving.adhesive import solve_adhesive
 from pymdr.solving.closure import is_curve, reading_of, refuse_curve, solve_on_curve
-from pymdr.solving.drawing import adhesive_plots, frictional_plots, memory_plots, normal_plots
+from pymdr.solving.drawing import (
+    adhesive_plots,
+    frictional_memory_plots,
+    frictional_plots,
+    memory_plots,
+    normal_plots,
+)
 from pymdr.solving.frictional import solve_frictional
-from pymdr.solving.memory import relaxation_along
+from pymdr.solving.frictional_memory import solve_frictional_memory
+from pymdr.solving.memory import relaxation_along, tangential_relaxation_along
 from pymdr.solving.normal import solve_normal
 from pymdr.solving.ringed import ring_history_with_memory, solve_by_rings, solve_memory_by_rings
 from pymdr.solving.viscoelastic import solve_viscoelastic, surface_with_memory
@@ -87,6 +95,17 @@ def _surface_with_memory(result: Result) -> MemorySurface:
     return surface_with_memory(result.contact, relaxation, time, depth, radius)
 
 
+def _sheared_surface(result: Result) -> ShearedSurface:
+    contact = result.contact
+    assert contact.friction is not None
+    return ShearedSurface(
+        _surface_with_memory(result),
+        tangential_relaxation_along(contact, result.path, result["time"].values),
+        contact.friction.coefficient,
+        result.data["shift"].values,
+    )
+
+
 LAWS = (
     Law(
         lambda contact, solver: solver is not None and contact.remembers,
@@ -97,6 +116,16 @@ LAWS = (
         lambda contact, solver: solver is not None,
         solve_by_rings,
         Reading(SURFACE_FIELDS, (), _rings, normal_plots, _WITHOUT_FRICTION),
+    ),
+    Law(
+        lambda contact, solver: contact.remembers and contact.friction is not None,
+        solve_frictional_memory,
+        Reading(
+            (*SURFACE_FIELDS, *TANGENTIAL_FIELDS),
+            (*LINE_FIELDS, *SHEARED_LINE_FIELDS),
+            _sheared_surface,
+            frictional_memory_plots,
+        ),
     ),
     Law(
         lambda contact, solver: contact.remembers,

@@ -7,8 +7,9 @@ import numpy as np
 from pymdr.errors import PathError
 from pymdr.interpretation.validity import Assumption, small_slope_assumptions
 from pymdr.mapping.equivalent import slope_function
-from pymdr.mapping.relaxation import Relaxation, relaxation_of
+from pymdr.mapping.relaxation import Relaxation, relaxation_of, tangential_relaxation_of
 from pymdr.problem.contact import Contact
+from pymdr.problem.materials import Viscoelastic
 from pymdr.problem.paths import LoadingPath, Ramp
 from pymdr.problem.rheology import PowerLawRheology
 from pymdr.problem.schedule import Planned, Stretch, planned
@@ -17,25 +18,39 @@ from pymdr.units import FloatArray
 
 def relaxation_along(contact: Contact, path: LoadingPath, time: FloatArray | None = None) -> Relaxation:
     """E*(t) of a contact, over the times of a path where a power of time asks for them; those that only its rows tell are given."""
-    bodies = (contact.body, contact.counterbody)
-    if not _by_power(contact):
-        return relaxation_of(*bodies)
+    return relaxation_of(contact.body, contact.counterbody, span=span_along(contact, path, time))
+
+
+def tangential_relaxation_along(
+    contact: Contact, path: LoadingPath, time: FloatArray | None = None
+) -> Relaxation:
+    """G*(t) of a contact, as `relaxation_along`."""
+    return tangential_relaxation_of(contact.body, contact.counterbody, span=span_along(contact, path, time))
+
+
+def span_along(
+    contact: Contact, path: LoadingPath, time: FloatArray | None = None
+) -> tuple[float, float] | None:
+    """The shortest and the longest time of a path in s, if a power of time asks for them."""
+    if not powers_of(contact):
+        return None
     if time is not None and is_told_by_rows(contact, path):
         waits = np.diff(time, prepend=0.0)
-        return relaxation_of(*bodies, span=(float(waits[waits > 0.0].min()), float(time[-1])))
-    return relaxation_of(*bodies, span=_span(path))
+        return float(waits[waits > 0.0].min()), float(time[-1])
+    return _span(path)
 
 
 def is_told_by_rows(contact: Contact, path: LoadingPath) -> bool:
     """Whether only the rows of a solution tell the times that a power of time asks for."""
-    return _by_power(contact) and any(map(_led, *_neighbours(path)))
+    return bool(powers_of(contact)) and any(map(_led, *_neighbours(path)))
 
 
-def _by_power(contact: Contact) -> bool:
-    """Whether a body of a contact relaxes by a power of time."""
-    return any(
-        isinstance(getattr(one, "shear", None), PowerLawRheology)
+def powers_of(contact: Contact) -> tuple[PowerLawRheology, ...]:
+    """The powers of time by which bodies of a contact relax."""
+    return tuple(
+        one.shear
         for one in (contact.body, contact.counterbody)
+        if isinstance(one, Viscoelastic) and isinstance(one.shear, PowerLawRheology)
     )
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+import os
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,7 +21,7 @@ from pymdr.mapping.equivalent import equivalent_profile, slope_function
 from pymdr.mapping.moduli import EffectiveModuli, effective_moduli
 from pymdr.problem.contact import Contact
 from pymdr.problem.profiles import Ellipsoid, FlatPunch, ForceCurve, Function, Profile, Sampled, Sphere, Sum
-from pymdr.units import FloatArray, QuantityLike, metres, newtons
+from pymdr.units import FloatArray, metres, newtons
 
 
 @dataclass(frozen=True)
@@ -55,7 +57,15 @@ def notes_of(profile: Profile) -> tuple[str, ...]:
     return curves + offsets
 
 
-def one_load(asked: str, normal_force: QuantityLike | None, indentation: QuantityLike | None) -> None:
+def memory_of_machine() -> float:
+    """Bytes of memory of this machine; inf where it does not tell."""
+    try:
+        return float(os.sysconf("SC_PAGE_SIZE")) * float(os.sysconf("SC_PHYS_PAGES"))
+    except (AttributeError, OSError, ValueError):
+        return math.inf
+
+
+def one_load(asked: str, normal_force: object, indentation: object) -> None:
     """Refuse both and none of a load and a depth."""
     if (normal_force is None) == (indentation is None):
         raise ProblemError(f"{asked}: give exactly one of normal_force and indentation")

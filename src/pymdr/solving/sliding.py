@@ -28,12 +28,10 @@ from pymdr.line.sliding import (
 from pymdr.mapping.equivalent import equivalent_profile
 from pymdr.mapping.relaxation import Relaxation, relaxation_of
 from pymdr.problem.contact import Contact
-from pymdr.problem.materials import Viscoelastic
-from pymdr.problem.rheology import PowerLawRheology
 from pymdr.solving.bands import scatter_of
 from pymdr.solving.closure import refuse_curve
 from pymdr.solving.frictional import disks_down_to
-from pymdr.solving.memory import assumptions_with_memory
+from pymdr.solving.memory import assumptions_with_memory, powers_of
 from pymdr.solving.reach import map_remark, notes_of, one_load, refuse_unreachable
 from pymdr.solving.study import Column, Study, one_row
 from pymdr.units import ArrayQuantityLike, FloatArray, QuantityLike, metres, shown, to_si, written
@@ -234,13 +232,12 @@ def _read(contact: Contact, normal_force: QuantityLike | None, indentation: Quan
     if not isinstance(contact, Contact):
         raise ProblemError(f"{_WHO}: {contact!r} is not a Contact; write Contact(profile, body)")
     refuse_curve(contact, _WHO, "sliding asks for the slope of its surface")
-    soft = [one for one in (contact.body, contact.counterbody) if isinstance(one, Viscoelastic)]
-    if not soft:
+    if not contact.remembers:
         raise ProblemError(
             f"{_WHO}: no body is Viscoelastic: elastic bodies lose nothing below a profile that passes; give for example "
             "Viscoelastic(StandardSolid('1 MPa', '9 MPa', '1 ms'), poisson=0.5)"
         )
-    if len(soft) > 1:
+    if contact.body.remembers and contact.counterbody.remembers:
         raise ProblemError(
             f"{_WHO}: both bodies are Viscoelastic, but only that over which the profile slides is pressed in anew; give the "
             "other one as Elastic with its modulus after a long time, or as Rigid()"
@@ -263,11 +260,7 @@ class _Kernel:
 def _kernel(asked: _Asked, speed: FloatArray) -> _Kernel:
     """E*(t), of powers of time over what the passages below the contact feel."""
     bodies = (asked.contact.body, asked.contact.counterbody)
-    powers = [
-        one.shear
-        for one in bodies
-        if isinstance(one, Viscoelastic) and isinstance(one.shear, PowerLawRheology)
-    ]
+    powers = powers_of(asked.contact)
     if not powers:
         return _Kernel(relaxation_of(*bodies))
     (power,) = powers

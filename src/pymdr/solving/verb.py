@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import itertools
 import math
-import os
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -18,6 +17,7 @@ from pymdr.problem.values import within_range
 from pymdr.result import Result
 from pymdr.solving.bands import scatter_of, with_bands
 from pymdr.solving.laws import law_of
+from pymdr.solving.reach import memory_of_machine
 from pymdr.solving.walk import Task
 from pymdr.units import QuantityLike, shown, to_si
 
@@ -44,7 +44,7 @@ def solve(
         Stiffness in N/m of what presses the bodies together (a cantilever, a load frame), above 0; needed
         for paths that prescribe ``travel``.
     keep : int or array_like of int, optional
-        For contacts with friction: keep every k-th row, or the given rows; all rows unless given.
+        For elastic contacts with friction: keep every k-th row, or the given rows; all rows unless given.
     solver : Rings, optional
         ``Rings(n=400)`` solves by boundary elements on rings instead of the method, annular contacts
         and bodies with memory included.
@@ -103,24 +103,16 @@ def refuse_beyond_memory(path: LoadingPath, keep: int = 1) -> None:
     """
     rows = total_rows(path)
     needed = bytes_of(rows, keep)
-    if needed > _memory():
+    if needed > memory_of_machine():
         raise PathError(
             f"the path has {rows:.3g} rows, which take about {needed / 1e9:.3g} GB while they are solved, more than the "
-            f"{_memory() / 1e9:.3g} GB of this machine: take fewer steps, or with friction keep every k-th row (keep=k)"
+            f"{memory_of_machine() / 1e9:.3g} GB of this machine: take fewer steps, or with friction keep every k-th row (keep=k)"
         )
 
 
 def bytes_of(rows: int, keep: int = 1) -> int:
     """Bytes that the arrays of a path and its result take while it is solved."""
     return 2 * 8 * rows + 2 * 13 * 8 * (rows // keep)
-
-
-def _memory() -> float:
-    """Bytes of memory of this machine; inf where it does not tell."""
-    try:
-        return float(os.sysconf("SC_PAGE_SIZE")) * float(os.sysconf("SC_PHYS_PAGES"))
-    except (AttributeError, OSError, ValueError):
-        return math.inf
 
 
 def asked(
@@ -134,6 +126,8 @@ def asked(
     stiffness = _stiffness(machine_stiffness, path)
     if keep is not None and contact.friction is None:
         raise ProblemError("solve: keep= is for contacts with friction; others keep every row")
+    if keep is not None and contact.remembers:
+        raise ProblemError("solve: keep= is for elastic bodies; fields of bodies with memory need every row")
     if keep is None or isinstance(keep, int):
         refuse_beyond_memory(path, 1 if keep is None else max(keep, 1))
     return stiffness, kept_rows(keep, path)

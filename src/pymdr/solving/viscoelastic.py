@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import partial
 
@@ -11,13 +12,14 @@ import numpy as np
 from pymdr.errors import PathError, ProblemError, PymdrError
 from pymdr.interpretation.accuracy import with_errors
 from pymdr.interpretation.memory import NOT_CHECKED, MemorySurface, check_memory, memory_claims
-from pymdr.interpretation.validity import NORMAL_FIELDS, BoolArray
+from pymdr.interpretation.validity import NORMAL_FIELDS, Assumption, BoolArray, Claim
 from pymdr.line.curves import ElasticLine
 from pymdr.line.foundation import mean_pressure, normal_force, rises_to, states_at_depth
 from pymdr.line.memory import (
     MemoryHistory,
     MemoryState,
     Relaxation,
+    Watch,
     follow_loads,
     follow_springs,
     follow_travels,
@@ -43,7 +45,9 @@ SPRINGS = 1000
 
 
 @dataclass(frozen=True)
-class _Rows:
+class MemoryRows:
+    """Rows of springs with memory."""
+
     indentation: FloatArray
     normal_force: FloatArray
     contact_radius: FloatArray
@@ -85,17 +89,29 @@ def _step(
     asked: Stretch,
     kept: np.ndarray | None,
     told: Told | None,
-) -> tuple[_Rows, _State, Channels]:
+) -> tuple[MemoryRows, _State, Channels]:
     """Step 2: springs with memory, and half as many of them, which tell how far they err."""
+    refuse_untimed(asked)
+    first, second = begun(task, line, relaxation, asked) if state is None else (state.fine, state.coarse)
+    fine, coarse = (
+        followed_leg(task, line, relaxation, asked, one, 2 * parts)
+        for one, parts in ((first, 2), (second, 1))
+    )
+    rows, here = rows_met(task, line, asked, fine, coarse)
+    return taken(rows, kept), _State(fine.state, coarse.state), here
+
+
+def refuse_untimed(asked: Stretch) -> None:
+    """Refuse a leg without times, and forces that pull."""
     times_of(asked)
     if asked.by_force:
         refuse_tension(asked.leg, asked.normal)
-    if state is None:
-        state = _begun(task, line, relaxation, asked)
-    fine, coarse = (
-        _followed(task, line, relaxation, asked, one, 2 * parts)
-        for one, parts in ((state.fine, 2), (state.coarse, 1))
-    )
+
+
+def rows_met(
+    task: Task, line: ElasticLine, asked: Stretch, fine: MemoryHistory, coarse: MemoryHistory
+) -> tuple[MemoryRows, Channels]:
+    """Rows of a leg, with what half as many springs gave, and where it ends."""
     deepest = states_at_depth(line, np.array([float(np.max(fine.indentation))]))
     refuse_unreachable(line, task.contact.profile, deepest)
     if not rises_to(line, float(deepest.indentation[0])):
@@ -103,7 +119,7 @@ def _step(
             "the equivalent profile falls somewhere within the contact: with memory the contact of such a profile is not "
             "followed; take one that rises, or smooth it"
         )
-    rows = _Rows(
+    rows = MemoryRows(
         fine.indentation,
         fine.force,
         fine.contact_radius,
@@ -115,48 +131,87 @@ def _step(
         np.full(fine.force.size, asked.controls.normal == "indentation"),
         np.stack([getattr(coarse, name) for name in _COMPARED], axis=1),
     )
-    here = channels_at(float(fine.indentation[-1]), float(fine.force[-1]), task.machine_stiffness)
-    return taken(rows, kept), _State(fine.state, coarse.state), here
+    return rows, channels_at(float(fine.indentation[-1]), float(fine.force[-1]), task.machine_stiffness)
 
 
-def _begun(task: Task, line: ElasticLine, relaxation: Relaxation, asked: Stretch) -> _State:
-    """Bodies that have not touched, with springs for the deepest indentation that any leg names."""
-    begun = virgin(asked.begin, min(asked.start[0], 0.0))
+def begun(
+    task: Task, line: ElasticLine, relaxation: Relaxation, asked: Stretch
+) -> tuple[MemoryState, MemoryState]:
+    """Bodies that have not touched, with all springs and half of them for the deepest indentation that any leg names."""
+    apart = virgin(asked.begin, min(asked.start[0], 0.0))
     named = [getattr(leg, "indentation", None) for leg in known_legs(task.path)]
     deepest = max((float(np.max(each)) for each in named if each is not None), default=0.0)
     try:
-        return _State(*(prepared(line, relaxation, deepest, begun, n) for n in (SPRINGS, SPRINGS // 2)))
+        fine, coarse = (prepared(line, relaxation, deepest, apart, n) for n in (SPRINGS, SPRINGS // 2))
     except PymdrError:  # too deep, as the leg that goes there says when it is followed
-        return _State(begun, begun)
+        return apart, apart
+    return fine, coarse
 
 
-def _followed(
-    task: Task, line: ElasticLine, relaxation: Relaxation, asked: Stretch, state: MemoryState, parts: int
+def followed_leg(
+    task: Task,
+    line: ElasticLine,
+    relaxation: Relaxation,
+    asked: Stretch,
+    state: MemoryState,
+    parts: int,
+    watch: Watch | None = None,
 ) -> MemoryHistory:
-    """A leg on a number of springs; between rows whose indentation is not prescribed in that many parts."""
+    """A leg on a number of springs; in that many parts between rows that are watched or whose indentation is not prescribed."""
     time, target, n = asked.time, asked.normal, parts * SPRINGS // 4
     assert time is not None
     by_travel = asked.controls.normal == "travel" and task.machine_stiffness is not None
-    if not (asked.by_force or by_travel):
+    if watch is None and not (asked.by_force or by_travel):
         return follow_springs(line, relaxation, time, target, state, n=n)
-    time, target = _divided(time, asked.begin, parts), _divided(target, asked.start[0], parts)
+    time, target = divided(time, asked.begin, parts), divided(target, asked.start[0], parts)
     if asked.by_force:
-        found = follow_loads(line, relaxation, time, target, state, n=n)
-    else:
+        found = follow_loads(line, relaxation, time, target, state, n=n, watch=watch)
+    elif by_travel:
         assert task.machine_stiffness is not None
-        found = follow_travels(line, relaxation, time, target, task.machine_stiffness, state, n=n)
+        found = follow_travels(
+            line, relaxation, time, target, task.machine_stiffness, state, n=n, watch=watch
+        )
+    else:
+        found = follow_springs(line, relaxation, time, target, state, n=n, watch=watch)
     own = {name: getattr(found, name)[parts - 1 :: parts] for name in found._fields if name != "state"}
     return found._replace(**own)
 
 
-def _divided(values: FloatArray, start: float, parts: int) -> FloatArray:
+def divided(values: FloatArray, start: float, parts: int) -> FloatArray:
     """Values with others, straight between them and from a start."""
     moves = np.diff(values, prepend=start)
     share = np.arange(1.0 - parts, 1.0) / parts
     return np.asarray((values[:, None] + moves[:, None] * share).ravel())
 
 
-def _interpret(task: Task, line: ElasticLine, relaxation: Relaxation, walked: Walked[_Rows]) -> Result:
+@dataclass(frozen=True)
+class Interpreted:
+    """What normal contact with memory says of the rows of a walk."""
+
+    columns: dict[str, FloatArray]
+    claims: dict[str, Claim]
+    assumptions: tuple[Assumption, ...]
+    notes: tuple[str, ...]
+
+
+def _interpret(task: Task, line: ElasticLine, relaxation: Relaxation, walked: Walked[MemoryRows]) -> Result:
+    found = interpreted(task, line, relaxation, walked)
+    return solution(
+        task,
+        walked,
+        found.columns,
+        found.claims,
+        assumptions=found.assumptions,
+        status=status_of(found.claims),
+        notes=found.notes,
+        remembers=True,
+        references=("sneddon", "popov-hess", "ting"),
+    )
+
+
+def interpreted(
+    task: Task, line: ElasticLine, relaxation: Relaxation, walked: Walked[MemoryRows]
+) -> Interpreted:
     """Step 3: quantities, claims and assumptions of every row."""
     rows, time = walked.rows, walked.time
     assert time is not None
@@ -209,24 +264,16 @@ def _interpret(task: Task, line: ElasticLine, relaxation: Relaxation, walked: Wa
         "; energies are those of the springs and dashpots that the rheology names",
         f"as {SPRINGS} springs do",
     )
-    return solution(
-        task,
-        walked,
-        columns,
-        claims,
-        assumptions=assumptions_with_memory(task.contact, radius),
-        status=_status(claims["contact_radius"].where),
-        notes=tuple(notes),
-        remembers=True,
-        references=("sneddon", "popov-hess", "ting"),
-    )
+    return Interpreted(columns, claims, assumptions_with_memory(task.contact, radius), tuple(notes))
 
 
-def _status(valid: BoolArray) -> Status:
+def status_of(claims: Mapping[str, Claim]) -> Status:
+    """How it ended: where there is a disk."""
+    valid = claims["contact_radius"].where
     return Status.COMPLETED if valid.all() else Status.PARTLY_REFUSED if valid.any() else Status.REFUSED
 
 
-def _errors(rows: _Rows) -> dict[str, FloatArray]:
+def _errors(rows: MemoryRows) -> dict[str, FloatArray]:
     """What half as many springs and steps make otherwise, of the largest values: about three times what is left to err."""
     found = {}
     fine = (rows.normal_force, rows.contact_radius, rows.stored, rows.dissipated, rows.indentation)
@@ -241,7 +288,7 @@ def _errors(rows: _Rows) -> dict[str, FloatArray]:
 
 
 def _ting(
-    line: ElasticLine, relaxation: Relaxation, walked: Walked[_Rows]
+    line: ElasticLine, relaxation: Relaxation, walked: Walked[MemoryRows]
 ) -> tuple[FloatArray, FloatArray] | None:
     """Force and radius without springs, where the path is one approach and one retreat under prescribed indentations."""
     rows, time = walked.rows, walked.time

@@ -12,7 +12,7 @@ from typing import Any
 from pymdr.errors import CaseError, PymdrError
 from pymdr.independent.rings import Rings
 from pymdr.presentation.files import named_file
-from pymdr.problem.codec import decode_case
+from pymdr.problem.codec import RoughCase, decode_case, decode_rough
 from pymdr.problem.contact import Contact
 from pymdr.problem.paths import CHANNELS, LoadingPath
 from pymdr.workbench.inputs import read_text
@@ -56,20 +56,53 @@ def read_case(file: str | os.PathLike[str]) -> Case:
         If it is not a case; the message names file, table, key, value and remedy.
     """
     source = named_file(file, "read")
-    text = read_text(source, _LARGEST, "case file")
-    try:
-        plain = tomllib.loads(text)
-    except RecursionError as error:
-        raise CaseError(f"{source}: tables or lists are nested too deeply for a case") from error
-    except ValueError as error:
-        words = str(error) if isinstance(error, tomllib.TOMLDecodeError) else "a number has too many digits"
-        raise CaseError(f"{source}: not TOML: {words}") from error
+    plain = _tables(source)
     try:
         title, contact, path = decode_case(_with_tables(plain, source.parent))
         options = _options(plain.get("solve", {}))
     except PymdrError as error:
         raise CaseError(f"{source}: {error}") from error
     return Case(source, title, contact, path, options)
+
+
+def read_rough_case(file: str | os.PathLike[str]) -> RoughCase:
+    """
+    Read a case file of a rough surface.
+
+    Parameters
+    ----------
+    file : path
+        A TOML file with the tables ``[surface]``, ``[body]`` and optionally ``[counterbody]`` and ``[ball]``.
+
+    Returns
+    -------
+    RoughCase
+
+    Raises
+    ------
+    FileError
+        If the file cannot be read.
+    CaseError
+        If it is not such a case; the message names file, table, key, value and remedy.
+    """
+    source = named_file(file, "read")
+    plain = _tables(source)
+    try:
+        return decode_rough(plain)
+    except PymdrError as error:
+        raise CaseError(f"{source}: {error}") from error
+
+
+def _tables(source: Path) -> dict[str, Any]:
+    """The tables of a TOML file."""
+    text = read_text(source, _LARGEST, "case file")
+    try:
+        return tomllib.loads(text)
+    except RecursionError as error:
+        raise CaseError(f"{source}: tables or lists are nested too deeply for a case") from error
+    except ValueError as error:
+        words = str(error) if isinstance(error, tomllib.TOMLDecodeError) else "a number has too many digits"
+        raise CaseError(f"{source}: not TOML: {words}") from error
 
 
 def _options(plain: Mapping[str, Any]) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""The command line: ``pymdr run``, ``check``, ``verify``, ``loops``, ``impact``, ``rolling``, ``sliding``, ``plot``, ``new``, ``schema`` and ``info``.
+"""The command line: ``pymdr run``, ``check``, ``verify``, ``loops``, ``impact``, ``rolling``, ``sliding``, ``rough``, ``plot``, ``new``, ``schema`` and ``info``.
 
 Every command body imports what it needs, so that ``pymdr --help`` stays quick.
 """
@@ -239,7 +239,7 @@ def new(
     kind: Annotated[
         str,
         typer.Argument(
-            help="ball, cone, worn (blunt shapes), punch, tip (measured), gel (adhesion), joint (friction) or cycle."
+            help="ball, cone, worn (blunt shapes), punch, tip (measured), gel (adhesion), joint (friction), cycle or rough."
         ),
     ] = "ball",
     output: Annotated[
@@ -263,11 +263,13 @@ def new(
 
 
 @app.command()
-def schema() -> None:
+def schema(
+    of_rough: Annotated[bool, typer.Option("--rough", help="Of the cases that pymdr rough takes.")] = False,
+) -> None:
     """Print the JSON schema of case files, for editors."""
-    from pymdr.problem.codec import case_schema
+    from pymdr.problem.codec import case_schema, rough_adapter
 
-    plain = case_schema()
+    plain = rough_adapter().json_schema() if of_rough else case_schema()
     typer.echo(json.dumps({"$schema": "https://json-schema.org/draft/2020-12/schema", **plain}, indent=2))
 
 
@@ -561,6 +563,47 @@ def sliding(
     _study("sliding", case, ask, output, quiet, as_json)
 
 
+@app.command()
+def rough(
+    case: Annotated[
+        Path,
+        typer.Argument(
+            metavar="CASE.toml", help="The case file, with [surface] in the place of [profile] and [[path]]."
+        ),
+    ],
+    normal_force: Annotated[
+        list[str] | None, typer.Option(help="Force, such as '1 N'; one or several.")
+    ] = None,
+    indentation: Annotated[
+        list[str] | None, typer.Option(help="Depths below the highest summit in its place, such as '1 um'.")
+    ] = None,
+    points: Points = None,
+    realisations: Annotated[int, typer.Option(help="Lines of the ensemble.")] = 100,
+    workers: Annotated[int | None, typer.Option(help="Threads; the numbers do not depend on them.")] = None,
+    output: Output = None,
+    quiet: Quiet = False,
+    as_json: Json = False,
+) -> None:
+    """Stiffness of a randomly rough surface that is pressed on a plane; with -o its table and figure are written."""
+    from pymdr.solving.rough import press_rough
+    from pymdr.workbench.casefile import read_rough_case
+
+    def ask() -> tuple[str, Study]:
+        asked = read_rough_case(case)
+        return asked.title, press_rough(
+            asked.surface,
+            asked.body,
+            asked.counterbody,
+            normal_force=_spread(normal_force, points, "N", "normal-force") if normal_force else None,
+            indentation=_spread(indentation, points, "m", "indentation") if indentation else None,
+            realisations=realisations,
+            radius=asked.radius,
+            workers=workers,
+        )
+
+    _tell_study("rough", case, ask, output, quiet, as_json)
+
+
 def _spread(given: Sequence[str], points: int | None, unit: str, name: str) -> FloatArray | list[str]:
     """The values that are given, or so many between two of them."""
     import numpy as np
@@ -593,9 +636,24 @@ def _study(
     """Ask for a study of the contact of a case, write and tell it."""
     from pymdr.workbench.casefile import read_case
 
+    def asked() -> tuple[str, Study]:
+        read = read_case(case)
+        return read.title, ask(read.contact)
+
+    _tell_study(command, case, asked, output, quiet, as_json)
+
+
+def _tell_study(
+    command: str,
+    case: Path,
+    ask: Callable[[], tuple[str, Study]],
+    output: Path | None,
+    quiet: bool,
+    as_json: bool,
+) -> None:
+    """Ask for a study and the title of its case, write and tell it."""
     with _failures_as_json(command, case, as_json):
-        asked = read_case(case)
-        found = ask(asked.contact)
+        title, found = ask()
         written = _write_found(found, output, command)
     if as_json:
         columns = {
@@ -608,7 +666,7 @@ def _study(
         answer = _answer(
             command,
             case,
-            title=asked.title,
+            title=title,
             status="COMPLETED",
             rows=next(iter(found.data.sizes.values())),
             study=columns,
@@ -619,7 +677,7 @@ def _study(
         )
         _print_json(answer)
     elif not quiet:
-        _say(asked.title or str(case))
+        _say(title or str(case))
         _say(found.summary())
         if written:
             _say("Written: " + ", ".join(str(file) for file in written))

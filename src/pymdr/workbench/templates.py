@@ -157,7 +157,33 @@ normal_force = "0 N"
 steps = 50
 """,
 }
-KINDS = tuple(_PATHS)
+_ROUGH = """\
+# A pymdr case of a rough surface. Ask with: pymdr rough CASE.toml --normal-force "1 N"
+# Quantities are texts with units, or plain numbers in SI units.
+title = "My rough"
+
+[surface]
+hurst = 0.8                 # Hurst exponent, above 0 and at most 1
+rms = "1 um"                # root mean square of the heights of the patch
+size = "1 mm"               # side of a square, or [ "1 mm", "2 mm" ]
+shortest = "10 um"          # shortest wavelength
+# longest = "0.2 mm"        # roll-off; the power law is refused with it
+seed = 0                    # which surface of all
+
+[body]
+kind = "elastic"
+young = "210 GPa"
+poisson = 0.3
+
+[counterbody]               # rigid, if you leave this table out
+kind = "elastic"
+young = "70 GPa"
+poisson = 0.22
+
+# [ball]                    # what bears the roughness, if it is not flat
+# radius = "10 mm"
+"""
+KINDS = (*_PATHS, "rough")
 
 
 def template(kind: str) -> str:
@@ -167,7 +193,7 @@ def template(kind: str) -> str:
     Parameters
     ----------
     kind : str
-        One of ``ball``, ``cone``, ``worn`` (blunt shapes), ``punch``, ``tip``, ``gel`` (adhesion), ``joint`` (friction) and ``cycle``.
+        One of ``ball``, ``cone``, ``worn`` (blunt shapes), ``punch``, ``tip``, ``gel`` (adhesion), ``joint`` (friction), ``cycle`` and ``rough``.
 
     Returns
     -------
@@ -188,6 +214,8 @@ def template(kind: str) -> str:
         near = difflib.get_close_matches(kind, KINDS, n=1)
         hint = f"did you mean {near[0]!r}?" if near else f"known are {', '.join(KINDS)}"
         raise CaseError(f"no case of the kind {kind!r}; {hint}")
+    if kind == "rough":
+        return _ROUGH
     head = (
         "# A pymdr case. Check it with: pymdr check CASE.toml; solve it with: pymdr run CASE.toml\n"
         "# Quantities are texts with units, or plain numbers in SI units.\n"

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any, TypeVar
 
 import numpy as np
@@ -59,18 +58,12 @@ _MANTISSA, _ONE = (1 << 52) - 1, 1023 << 52
 Function = TypeVar("Function", bound=Callable[..., Any])
 
 
-# numba keeps compiled code until the file of the outermost function changes; here, until any file of the folder does
-_FILES = [file.stat() for file in Path(__file__).parent.glob("*.py")]
-_STAMP = (max(file.st_mtime for file in _FILES), sum(file.st_size for file in _FILES))
+_STAMP = compiling.stamp_of(__file__)
 
 
 def compiled(function: Function, **options: Any) -> Function:
     """Compile with numba when first called; kept on disk. Products and sums may be fused, nothing else."""
-    kernel = compiling.compiled(function, fastmath={"contract"}, **options)
-    index: Any = getattr(getattr(kernel, "_cache", None), "_cache_file", None)
-    if index is not None and hasattr(index, "_source_stamp"):
-        index._source_stamp = _STAMP
-    return kernel
+    return compiling.compiled(function, _STAMP, fastmath={"contract"}, **options)
 
 
 def inlined(function: Function) -> Function:

@@ -3,6 +3,8 @@
 from pymdr.line.memory.histories import (
     MemoryHistory,
     MemoryState,
+    Passage,
+    Watch,
     follow_loads,
     follow_springs,
     follow_travels,
@@ -11,22 +13,34 @@ from pymdr.line.memory.histories import (
     virgin,
 )
 from pymdr.line.memory.springs import Springs, springs_to
+from pymdr.line.memory.tangential import (
+    TangentialHistory,
+    TangentialState,
+    shear_springs,
+    unsheared,
+)
 from pymdr.line.memory.ting import Rows, creep, ting
 from pymdr.mapping.relaxation import Relaxation
 
 __all__ = [
     "MemoryHistory",
     "MemoryState",
+    "Passage",
     "Relaxation",
     "Rows",
     "Springs",
+    "TangentialHistory",
+    "TangentialState",
+    "Watch",
     "creep",
     "follow_loads",
     "follow_springs",
     "follow_travels",
     "line_state",
     "prepared",
+    "shear_springs",
     "springs_to",
     "ting",
+    "unsheared",
     "virgin",
 ]

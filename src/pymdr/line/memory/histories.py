@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -12,7 +13,7 @@ from numpy.typing import ArrayLike
 from pymdr.errors import PathError
 from pymdr.line.curves import Curve
 from pymdr.line.foundation import states_at_depth, states_at_force
-from pymdr.line.memory.modes import Modes, modes_of
+from pymdr.line.memory.modes import longer, modes_of, packed, unpacked
 from pymdr.line.memory.springs import Springs, extended, springs_to
 from pymdr.line.memory.ting import creep
 from pymdr.mapping.relaxation import Relaxation
@@ -61,6 +62,31 @@ class MemoryHistory(NamedTuple):
     state: MemoryState
 
 
+class Passage(NamedTuple):
+    """Rows of a history with what every spring bears; arrays over the springs have one row more, that before the first."""
+
+    springs: Springs
+    time: FloatArray
+    """(m + 1,) in s."""
+    indentation: FloatArray
+    """(m + 1,) d in m."""
+    force: FloatArray
+    """(m,) F in N."""
+    contact_radius: FloatArray
+    """(m,) a in m."""
+    load: FloatArray
+    """(m + 1, n) q per length in Pa m of the springs in contact, without a dashpot beside them."""
+    gap: FloatArray
+    """(m + 1, n) in m above the free springs; -1 in contact."""
+
+
+Watch = Callable[[Passage], None]
+"""Called with rows as they are followed."""
+
+_WATCHED = 128
+"""Most rows of a passage."""
+
+
 def virgin(time: float = 0.0, indentation: float = 0.0) -> MemoryState:
     """The state of bodies that have not touched."""
     none = np.zeros(0)
@@ -105,6 +131,7 @@ def follow_springs(
     state: MemoryState | None = None,
     *,
     n: int = 1000,
+    watch: Watch | None = None,
 ) -> MemoryHistory:
     """
     Follow indentations that are straight in time between the rows.
@@ -124,6 +151,8 @@ def follow_springs(
         Where to go on. Without it the bodies just touch, or are apart, at the first time.
     n : int
         Springs in the largest contact; of the path, or of its first leg.
+    watch : callable, optional
+        Called with the rows and the loads of their springs, some at a time; not where nothing has touched.
 
     Returns
     -------
@@ -152,7 +181,7 @@ def follow_springs(
     [0.0, 0.54874]
     """
     d = np.asarray(depth, dtype=float)
-    return _follow(curve, relaxation, time, d, math.inf, state, n, float(np.max(d, initial=0.0)))
+    return _follow(curve, relaxation, time, d, math.inf, state, n, float(np.max(d, initial=0.0)), watch)
 
 
 def follow_loads(
@@ -163,6 +192,7 @@ def follow_loads(
     state: MemoryState | None = None,
     *,
     n: int = 1000,
+    watch: Watch | None = None,
 ) -> MemoryHistory:
     """
     Follow forces; the indentation is straight in time between the rows, which errs as the square of their distance.
@@ -173,7 +203,7 @@ def follow_loads(
     load = np.asarray(force, dtype=float)
     for wrong in load[load < 0.0]:
         raise PathError(f"a force of {newtons(wrong)} pulls: bodies without adhesion part at 0 N")
-    return _follow(curve, relaxation, time, load, 0.0, state, n, _crept(curve, relaxation, time, load))
+    return _follow(curve, relaxation, time, load, 0.0, state, n, _crept(curve, relaxation, time, load), watch)
 
 
 def follow_travels(
@@ -185,14 +215,15 @@ def follow_travels(
     state: MemoryState | None = None,
     *,
     n: int = 1000,
+    watch: Watch | None = None,
 ) -> MemoryHistory:
     """Follow travels d + F/k of a machine of the stiffness k in N/m, above 0; otherwise as :func:`follow_loads`."""
     moved = np.asarray(travel, dtype=float)
     if machine_stiffness == math.inf:
-        return follow_springs(curve, relaxation, time, moved, state, n=n)
+        return follow_springs(curve, relaxation, time, moved, state, n=n, watch=watch)
     pulled = machine_stiffness * moved
     deepest = min(float(np.max(moved, initial=0.0)), _crept(curve, relaxation, time, pulled))
-    return _follow(curve, relaxation, time, pulled, machine_stiffness, state, n, deepest)
+    return _follow(curve, relaxation, time, pulled, machine_stiffness, state, n, deepest, watch)
 
 
 def _crept(curve: Curve, relaxation: Relaxation, time: ArrayLike, force: FloatArray) -> float:
@@ -212,6 +243,7 @@ def _follow(
     state: MemoryState | None,
     n: int,
     deepest: float,
+    watch: Watch | None,
 ) -> MemoryHistory:
     from pymdr.compiling import patient
     from pymdr.line.memory import kernels
@@ -246,10 +278,16 @@ def _follow(
     rows, depths = np.zeros((t.size, kernels.COLUMNS)), np.zeros(t.size)
     radius = np.zeros(t.size)
     begin = np.array([state.time, state.indentation])
-    w, z, free = _unpacked(state, springs, relaxation, modes)
+    w, z, free = unpacked(
+        state.deflection, state.branches, state.free, springs.position.size, relaxation, modes
+    )
     done, work, lost = 0, state.work, state.dissipated
     while True:
         table = np.stack([springs.height, springs.share, springs.centre, springs.outer])
+        stop = t.size if watch is None else min(done + _WATCHED, t.size)
+        size = (0 if watch is None else stop - done + 1, springs.position.size)
+        loads, gaps = np.zeros(size), np.zeros(size)
+        before = begin.copy()
         followed = done + patient(kernels.run)(
             table,
             np.array([relaxation.equilibrium, relaxation.viscosity]),
@@ -259,16 +297,18 @@ def _follow(
             modes.reach,
             modes.to_modes,
             modes.to_branches,
-            np.ascontiguousarray(t[done:]),
-            np.ascontiguousarray(target[done:]),
+            np.ascontiguousarray(t[done:stop]),
+            np.ascontiguousarray(target[done:stop]),
             machine,
             springs.limit,
             begin,
             w,
             z,
             free,
-            rows[done:],
-            depths[done:],
+            rows[done:stop],
+            depths[done:stop],
+            loads,
+            gaps,
         )
         part = slice(done, followed)
         radius[part] = _radii(curve, springs, rows[part], kernels.EDGE_DEPTH, kernels.LAST)
@@ -276,16 +316,30 @@ def _follow(
         rows[part, kernels.LOST] += lost
         if followed > done:
             work, lost = rows[followed - 1, kernels.WORK], rows[followed - 1, kernels.LOST]
+            if watch is not None:
+                watch(
+                    Passage(
+                        springs,
+                        np.append(before[0], t[part]),
+                        np.append(before[1], depths[part]),
+                        rows[part, kernels.FORCE],
+                        radius[part],
+                        loads[: followed - done + 1],
+                        gaps[: followed - done + 1],
+                    )
+                )
         done = followed
         if done == t.size:
             break
+        if done == stop:
+            continue
         springs = extended(curve, springs, 2.0 * springs.limit)
-        w, z, free = (_longer(values, springs.position.size) for values in (w, z, free))
+        w, z, free = (longer(values, springs.position.size) for values in (w, z, free))
     end = MemoryState(
         float(begin[0]),
         float(begin[1]),
         springs,
-        *_packed(w, z, free, relaxation, modes),
+        *packed(w, z, free, relaxation, modes),
         float(work),
         float(lost),
     )
@@ -336,46 +390,3 @@ def _radii(curve: Curve, springs: Springs, rows: FloatArray, edge_depth: int, la
             outer,
         )
     return radius
-
-
-def _unpacked(
-    state: MemoryState, springs: Springs, relaxation: Relaxation, modes: Modes
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Arrays of the kernel: w; branches of springs in contact, modes of free ones; whether free, and w less its modes."""
-    size, n = springs.position.size, relaxation.moduli.size
-    known = state.deflection.size
-    w, z, free = np.zeros(size), np.zeros((size, max(n, modes.rates.size))), np.zeros((2, size))
-    free[0] = 1.0
-    w[:known] = state.deflection
-    free[0, :known] = state.free
-    h = np.zeros((size, n))
-    if known:
-        h[:known] = state.branches
-    loose = free[0] != 0.0
-    z[~loose, :n] = h[~loose]
-    amplitudes = np.column_stack([h[loose], w[loose]]) @ modes.to_modes.T
-    z[loose, : modes.rates.size] = amplitudes
-    if relaxation.equilibrium == 0.0:
-        free[1, loose] = w[loose] - amplitudes @ modes.reach
-    return w, z, free
-
-
-def _packed(
-    w: FloatArray, z: FloatArray, free: FloatArray, relaxation: Relaxation, modes: Modes
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    n, loose = relaxation.moduli.size, free[0] != 0.0
-    h = z[:, :n].copy()
-    h[loose] = z[loose, : modes.rates.size] @ modes.to_branches.T
-    return w, h, free[0].copy()
-
-
-def _longer(values: FloatArray, size: int) -> FloatArray:
-    """Values of the kernel with those of springs that nothing has touched."""
-    if values.ndim == 2 and values.shape[0] == 2 and size != 2:
-        more = np.zeros((2, size))
-        more[0] = 1.0
-        more[:, : values.shape[1]] = values
-        return more
-    longer = np.zeros((size, *values.shape[1:]))
-    longer[: values.shape[0]] = values
-    return longer

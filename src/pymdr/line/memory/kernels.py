@@ -369,6 +369,29 @@ def _keep(
 
 
 @compiled
+def _note(
+    springs: FloatArray,
+    equilibrium: float,
+    n: int,
+    depth: float,
+    w: FloatArray,
+    z: FloatArray,
+    free: FloatArray,
+    load: FloatArray,
+    gap: FloatArray,
+) -> None:
+    """What springs in contact bear without the dashpot beside them, and how far the free ones are; their gap is -1 in contact."""
+    for i in range(load.size):
+        if free[0, i] != 0.0:
+            load[i], gap[i] = 0.0, max(w[i] + springs[HEIGHT, i] - depth, 0.0)
+            continue
+        q = equilibrium * w[i]
+        for j in range(n):
+            q += z[i, j]
+        load[i], gap[i] = q, -1.0
+
+
+@compiled
 def run(
     springs: FloatArray,
     body: FloatArray,
@@ -388,14 +411,20 @@ def run(
     free: FloatArray,
     rows: FloatArray,
     depths: FloatArray,
+    loads: FloatArray,
+    gaps: FloatArray,
 ) -> int:
     """
     Follow rows from begin = (time, indentation); returns how many were followed: fewer where the springs end at `limit`.
 
-    `machine` in N/m: infinite prescribes the indentation d, 0 the force F, between them F + machine d = target.
+    `machine` in N/m: infinite prescribes the indentation d, 0 the force F, between them F + machine d = target. `loads` and
+    `gaps`, of one row more, take what the springs bear before every row and after the last, unless they are empty.
     """
     now, here, before = begin[0], begin[1], begin[1]
     n = springs.shape[1]
+    watched = loads.shape[0] > 0
+    if watched:
+        _note(springs, body[0], moduli.size, here, w, z, free, loads[0], gaps[0])
     active = n
     while (
         active > 0
@@ -478,6 +507,8 @@ def run(
         before, here, now = here, guess, time[r]
         depths[r] = here
         followed = r + 1
+        if watched:
+            _note(springs, body[0], moduli.size, here, w1, z1, free1, loads[r + 1], gaps[r + 1])
     _keep(w, z, free, w1, z1, free1, none)
     begin[0], begin[1] = now, here
     return followed

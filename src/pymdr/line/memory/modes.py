@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -30,6 +31,7 @@ class Modes(NamedTuple):
     """(n, k) back to the forces of the branches."""
 
 
+@lru_cache(maxsize=32)
 def modes_of(body: Relaxation) -> Modes:
     """
     Modes of a body at zero force.
@@ -68,3 +70,55 @@ def modes_of(body: Relaxation) -> Modes:
         to_modes,
         (roots / half)[:, None] * q * scale,
     )
+
+
+def unpacked(
+    deflection: FloatArray,
+    branches: FloatArray,
+    loose: FloatArray,
+    size: int,
+    relaxation: Relaxation,
+    modes: Modes,
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """
+    Arrays of the kernels: w; branches of springs in contact, modes of free ones; whether free, and w less its modes.
+
+    From w, forces of the branches and 1 where a spring is loose, of the first of `size` springs; nothing has touched the rest.
+    """
+    n, known = relaxation.moduli.size, deflection.size
+    w, z, free = np.zeros(size), np.zeros((size, max(n, modes.rates.size))), np.zeros((2, size))
+    free[0] = 1.0
+    w[:known] = deflection
+    free[0, :known] = loose
+    h = np.zeros((size, n))
+    if known:
+        h[:known] = branches
+    apart = free[0] != 0.0
+    z[~apart, :n] = h[~apart]
+    amplitudes = np.column_stack([h[apart], w[apart]]) @ modes.to_modes.T
+    z[apart, : modes.rates.size] = amplitudes
+    if relaxation.equilibrium == 0.0:
+        free[1, apart] = w[apart] - amplitudes @ modes.reach
+    return w, z, free
+
+
+def packed(
+    w: FloatArray, z: FloatArray, free: FloatArray, relaxation: Relaxation, modes: Modes
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Back: w, forces of the branches, and 1 where a spring is loose."""
+    n, loose = relaxation.moduli.size, free[0] != 0.0
+    h = z[:, :n].copy()
+    h[loose] = z[loose, : modes.rates.size] @ modes.to_branches.T
+    return w, h, free[0].copy()
+
+
+def longer(values: FloatArray, size: int) -> FloatArray:
+    """Values of the kernel with those of springs that nothing has touched."""
+    if values.ndim == 2 and values.shape[0] == 2 and size != 2:
+        more = np.zeros((2, size))
+        more[0] = 1.0
+        more[:, : values.shape[1]] = values
+        return more
+    longer = np.zeros((size, *values.shape[1:]))
+    longer[: values.shape[0]] = values
+    return longer

@@ -9,6 +9,7 @@ from pymdr.presentation.plot.closure import CurveData, closure_figures, closure_
 from pymdr.presentation.plot.compared import compared_pressures, compared_tractions
 from pymdr.presentation.plot.friction import frictional_figures, frictional_overview
 from pymdr.presentation.plot.memory import memory_figures, memory_overview
+from pymdr.presentation.plot.rough import rough_study
 from pymdr.presentation.plot.shared import FigureData, Plots
 from pymdr.presentation.plot.studies import (
     compared_laws,
@@ -39,5 +40,6 @@ __all__ = [
     "normal_figures",
     "normal_overview",
     "rolling_study",
+    "rough_study",
     "sliding_study",
 ]

@@ -1,0 +1,254 @@
+"""What can be claimed of a contact with memory and friction, and its tangential fields."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import lru_cache
+
+import numpy as np
+from scipy.interpolate import PchipInterpolator
+
+from pymdr.interpretation.friction import TANGENTIAL_QUANTITIES
+from pymdr.interpretation.memory import LineState, MemorySurface, displacement, edge_load
+from pymdr.interpretation.traction import TANGENTIAL_FIELDS, TANGENTIAL_LINE_FIELDS
+from pymdr.interpretation.validity import SOURCES, BoolArray, Claim, Level
+from pymdr.line.curves import ElasticLine
+from pymdr.line.memory import Passage, Relaxation, follow_springs, shear_springs, unsheared, virgin
+from pymdr.problem.contact import Contact
+from pymdr.problem.materials import Elastic, Rigid, Viscoelastic
+from pymdr.units import FloatArray
+
+SHEARED_LINE_FIELDS = (*TANGENTIAL_LINE_FIELDS, "tangential_spring_force")
+SHEARED_QUANTITIES = (*TANGENTIAL_QUANTITIES, "slip_work", "external_work")
+_SOURCE = f"{SOURCES['cattaneo-mindlin']}; {SOURCES['lee-radok']}; Popov and Hess (2015), chapters 5 and 7"
+_PARTS = 4
+"""Parts of every row in which a history is followed again for its fields."""
+
+
+def sheared_claims(
+    contact: Contact, coupling: float, names: Sequence[str], where: BoolArray, disk: BoolArray
+) -> dict[str, Claim]:
+    """
+    Claims of what is tangential in a contact with memory.
+
+    Parameters
+    ----------
+    contact : Contact
+        With a law of friction.
+    coupling : float
+        The largest |Dundurs' beta|.
+    names : sequence of str
+        Quantities and fields.
+    where : ndarray of bool
+        Rows whose contact is a disk.
+    disk : ndarray of bool
+        Rows in which what sticks is a disk.
+
+    Returns
+    -------
+    dict of str to Claim
+    """
+    if not where.any():
+        return dict.fromkeys(
+            names, Claim(Level.NOT_VALID, "the springs in contact are not those of a disk", _SOURCE, where)
+        )
+    level, reason = _tangential(contact, coupling)
+    if not disk.all():
+        reason += (
+            f"; in {int((~disk).sum())} of {disk.size} rows the springs that stick are not those of a disk, where these springs "
+            "stand for the surface no more than roughly"
+        )
+        level = Level.APPROXIMATE
+    claims = dict.fromkeys(names, Claim(level, reason, _SOURCE, where))
+    if "stick_radius" in claims:
+        sticks = where & disk
+        claims["stick_radius"] = (
+            replace(claims["stick_radius"], where=sticks)
+            if sticks.any()
+            else Claim(Level.NOT_VALID, "the springs that stick are not those of a disk", _SOURCE, sticks)
+        )
+    return claims
+
+
+def _tangential(contact: Contact, coupling: float) -> tuple[Level, str]:
+    assert contact.friction is not None
+    mu = contact.friction.coefficient
+    if mu == 0.0:
+        return Level.EXACT, "without friction nothing is carried sideways"
+    coupled = ""
+    if coupling > 1e-12:
+        coupled = (
+            "; the coupling of pressure and shear of bodies that are not elastically similar is neglected (Dundurs' beta up to "
+            f"{coupling:.3g})"
+        )
+    if math.isinf(mu) and not coupled and _one_poisson(contact):
+        return (
+            Level.EXACT,
+            "exact where nothing slips and Poisson's ratio is the same in both bodies and at all times: every move shears a disk "
+            "whose points are displaced alike",
+        )
+    frame = (
+        "in the frame of Cattaneo and Mindlin with memory: on the line q_x = int G*(t - s) dw_x(s) and |q_x| <= mu q, which is the "
+        "surface as long as what sticks is a disk, and traction in one direction is taken to make displacements in one "
+        "direction. What this leaves out is measured for elastic bodies (0.5 % of the largest mu F_N at most) and not with "
+        "memory"
+    )
+    return Level.APPROXIMATE, f"{frame}{coupled}"
+
+
+def _one_poisson(contact: Contact) -> bool:
+    """Whether all bodies that give way have one Poisson's ratio at all times."""
+    found = set()
+    for body in (contact.body, contact.counterbody):
+        if isinstance(body, Rigid):
+            continue
+        found.add(body.poisson if isinstance(body, Elastic | Viscoelastic) else None)
+    return None not in found and len(found) == 1
+
+
+def uncoupled(claims: dict[str, Claim], contact: Contact, coupling: float) -> dict[str, Claim]:
+    """Claims of what is normal, which friction of bodies that are not elastically similar changes."""
+    assert contact.friction is not None
+    if coupling <= 1e-12 or contact.friction.coefficient == 0.0:
+        return claims
+    remark = f"; friction changes the pressure, Dundurs' beta is up to {coupling:.3g}, which is neglected"
+    return {
+        name: claim
+        if claim.level is Level.NOT_VALID
+        else replace(claim, level=Level.APPROXIMATE, reason=f"{claim.reason}{remark}")
+        for name, claim in claims.items()
+    }
+
+
+@dataclass(frozen=True, eq=False)
+class ShearedSurface:
+    """Surface and line of a contact with memory and friction."""
+
+    normal: MemorySurface
+    tangential: Relaxation
+    friction: float
+    shift: FloatArray
+
+    def gap_function(self, r: FloatArray) -> FloatArray:
+        """The profile f(r)."""
+        return self.normal.gap_function(r)
+
+    def default_radii(self, step: int) -> FloatArray:
+        """As that of the normal contact."""
+        return self.normal.default_radii(step)
+
+    def marks(self, step: int) -> Sequence[float]:
+        """As those of the normal contact."""
+        return self.normal.marks(step)
+
+    def edge_amplitude(self, step: int) -> float:
+        """As that of the normal contact."""
+        return self.normal.edge_amplitude(step)
+
+    def field(self, name: str, position: FloatArray, step: int) -> FloatArray:
+        """Values of a field at radii (or positions on the line) in one step."""
+        if name not in (*TANGENTIAL_FIELDS, *SHEARED_LINE_FIELDS):
+            return self.normal.field(name, position, step)
+        at = np.abs(position)
+        if math.isnan(self.normal.contact_radius[step]):
+            return np.full(at.shape, math.nan)
+        state = _sheared_at(self, step)
+        if name == "tangential_spring_force":
+            return np.interp(at, state.position, state.load, right=0.0) * (at <= state.radius)
+        if name == "spring_shift":
+            return np.interp(at, state.position, state.deflection, right=0.0)
+        if name == "shear_traction":
+            return traction(state, at)
+        u = displacement(state, at)
+        u[at == 0.0] = state.deflection[0] if state.deflection.size else 0.0
+        if name == "tangential_displacement":
+            return u
+        return np.where((at <= state.radius) & (state.radius > 0.0), self.shift[step] - u, math.nan)
+
+
+def _ends_loaded(state: LineState) -> bool:
+    """Whether the line load does not fall to nothing within some springs from the edge."""
+    q = np.abs(state.load[state.position < state.radius])
+    return q.size > 1 and bool(q[-1] > 0.25 * q.max())
+
+
+def traction(state: LineState, r: FloatArray) -> FloatArray:
+    """
+    Shear traction -(1/pi) [int_r^a q' / sqrt(x^2 - r^2) dx - q(a) / sqrt(a^2 - r^2)] in Pa of the springs of one row.
+
+    q runs through the springs by a shape-preserving curve, whose cubics are integrated exactly: it bends where stick ends.
+    """
+    edge = edge_load(state) if _ends_loaded(state) else 0.0
+    a = state.radius
+    p = np.zeros(r.shape)
+    inside = state.position < a
+    within = r < a
+    if inside.sum() < 4 or not within.any():
+        return p
+    x, q = state.position[inside], state.load[inside]
+    ends = np.concatenate([[0.0], x, [a]])
+    curve = PchipInterpolator(ends, np.concatenate([q[:1], q, [edge]]))
+    radius = np.maximum(r[within], 1e-9 * a)[:, None]
+    # q' is a parabola between two springs, c + b x + e x^2
+    third, second, first, _ = curve.c
+    low = ends[:-1]
+    e, b = 3.0 * third, 2.0 * (second - 3.0 * third * low)
+    c = first - 2.0 * second * low + 3.0 * third * low * low
+    at = np.maximum(ends, radius)
+    root = np.sqrt((at - radius) * (at + radius))
+    log = np.arccosh(at / radius)
+    parts = (
+        c * np.diff(log) + b * np.diff(root) + 0.5 * e * (np.diff(at * root) + radius * radius * np.diff(log))
+    )
+    p[within] = -parts.sum(axis=1) / math.pi
+    if edge != 0.0:
+        with np.errstate(divide="ignore"):
+            p[within] += edge / (math.pi * root[:, -1])
+    return p
+
+
+@lru_cache(maxsize=8)
+def _sheared_at(surface: ShearedSurface, step: int) -> LineState:
+    normal, shift = surface.normal, surface.shift[: step + 1]
+    line = ElasticLine(normal.equivalent, 1.0)
+    start = normal.start()
+    time, depth, moved = (
+        _finer(values[: step + 1], first)
+        for values, first in ((normal.time, start[0]), (normal.indentation, start[1]), (shift, 0.0))
+    )
+    now, done, last = unsheared(), 0, None
+
+    def watch(passage: Passage) -> None:
+        nonlocal now, done, last
+        rows = moved[done : done + passage.force.size]
+        found = shear_springs(
+            line, passage, normal.relaxation, surface.tangential, surface.friction, rows, False, now
+        )
+        now, done, last = found.state, done + rows.size, passage
+
+    follow_springs(line, normal.relaxation, time, depth, virgin(*start), n=normal.n, watch=watch)
+    if last is None:
+        none = np.zeros(0)
+        return LineState(none, none, none, 0.0)
+    waits, moves = (np.diff(values[-2:])[0] for values in (last.time, last.indentation))
+    pulled = float(moved[-1] - moved[-2]) if moved.size > 1 else 0.0
+    free = now.free != 0.0
+    q = surface.tangential.equilibrium * now.deflection + now.branches.sum(axis=1)
+    load = last.load[-1].copy()
+    if surface.tangential.viscosity > 0.0 and waits > 0.0:
+        q += surface.tangential.viscosity * pulled / waits
+        load += normal.relaxation.viscosity * moves / waits
+    if math.isfinite(surface.friction):
+        limit = surface.friction * np.maximum(load, 0.0)
+        q = np.clip(q, -limit, limit)
+    radius = float(normal.contact_radius[step])
+    return LineState(last.springs.position, now.deflection, np.where(free, 0.0, q), radius)
+
+
+def _finer(values: FloatArray, start: float) -> FloatArray:
+    """Rows with others between them, from a start."""
+    rows = np.arange(values.size + 1.0)
+    finer = np.arange(1.0, _PARTS * values.size + 1.0) / _PARTS
+    return np.asarray(np.interp(finer, rows, np.concatenate([[start], values])))

@@ -1,0 +1,148 @@
+"""What can be claimed of a rough contact on the line, and of its power law."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from pymdr.interpretation.validity import SOURCES, Assumption, BoolArray, Claim, Level
+from pymdr.problem.rough import RoughSurface
+
+LINE_QUANTITIES = ("normal_force", "indentation", "normal_stiffness", "elastic_energy")
+PUBLISHED, FITTED = 1.9412, 1.45
+"""Constants of the power law: as Pohrt and Popov have it, and the middle of what boundary elements give."""
+_MOST_OF_POWER_LAW = 0.55
+_FITTED_BETWEEN = (0.12, 0.7)
+"""Stiffnesses over E* L between which the power law was held against boundary elements."""
+_BANDWIDTH = 128.0
+"""Longer side over shortest wavelength up to which lines were held against boundary elements."""
+_STEEPEST = 0.3
+
+_MEASURED = (
+    "springs of Geike's line, which do not know each other: against boundary elements of square self-affine patches (H = 0.2 to "
+    "0.8) the stiffness at a given force is -11 to +22 % off where the size is 64 shortest wavelengths, and -2 to +44 % where "
+    "it is 128, between 0.03 and 0.85 of the stiffness of full contact; more with more decades"
+)
+_DEPTH = (
+    "; the indentation from the highest summit is -10 to +12 % off at a given force with 64, and -18 to 0 % with 128, the force at a "
+    "given indentation -32 to +57 %"
+)
+_UNREPRESENTED = (
+    "the length of contact on the line measures stiffness, the sum of the radii of all spots, and area is the sum of their "
+    "squares: N spots of one stiffness have areas that fall as 1/N, and the line does not know how many there are"
+)
+_NOT_ON_THE_LINE: Mapping[str, str] = {
+    "contact_area": _UNREPRESENTED,
+    "contact_length": f"it is no quantity of the body: {_UNREPRESENTED}",
+    "contact_radius": "a rough contact is no disk",
+    "pressure": f"{_UNREPRESENTED}; so it does not know pressures",
+    "mean_pressure": f"{_UNREPRESENTED}; so it does not know pressures",
+    "gap": "springs that are not in contact do not follow the surface: the line does not know gaps, nor what leaks through them",
+    "adhesive_force": f"adhesion acts on the edges of spots: {_UNREPRESENTED}; JKR, DMT and MaugisDugdale do not hold for it",
+}
+
+
+def rough_claims(
+    surface: RoughSurface, prescribed: str, everywhere: BoolArray, ball: bool
+) -> dict[str, Claim]:
+    """
+    Claims of the line of a rough surface.
+
+    Parameters
+    ----------
+    surface : RoughSurface
+    prescribed : str
+        "normal_force" or "indentation".
+    everywhere : ndarray of bool
+        True for every row.
+    ball : bool
+        Whether a ball bears the roughness.
+
+    Returns
+    -------
+    dict of str to Claim
+    """
+    remarks = []
+    if surface.has_roll_off:
+        remarks.append(
+            "with a roll-off inside the patch no such comparison was made: many asperities share the load, and F/(k h) is one number "
+            "(Persson 2007; Pastewka et al. 2013), while that of the line drifts from 0.3 to 0.5 between 0.02 and 0.2 of full contact"
+        )
+    if surface.size[0] != surface.size[1]:
+        remarks.append("rectangles were not compared")
+    if ball:
+        remarks.append(
+            "superposed with a ball (H = 0.7) they have 91 and 95 % of the stiffness of Hertz at 0.5 and 1 of the crossover load, and "
+            "64 to 69 % at 0.05 to 0.08, boundary elements 95 to 100 % and 68 to 88 %"
+        )
+    reason = "; ".join([_MEASURED, *remarks])
+    book = SOURCES["rough-line"]
+    claims = {name: Claim(Level.APPROXIMATE, reason, book, everywhere) for name in LINE_QUANTITIES}
+    if prescribed == "normal_force":
+        claims["indentation"] = Claim(Level.APPROXIMATE, reason + _DEPTH, book, everywhere)
+    else:
+        claims["normal_force"] = Claim(Level.APPROXIMATE, reason + _DEPTH, book, everywhere)
+    energy = f"{reason}; the energy is that of the force curve of the line, and was not compared"
+    claims["elastic_energy"] = Claim(Level.APPROXIMATE, energy, book, everywhere)
+    claims[prescribed] = Claim(Level.EXACT, "prescribed", book, everywhere)
+    nowhere = np.zeros(everywhere.shape, dtype=bool)
+    for name, why in _NOT_ON_THE_LINE.items():
+        claims[name] = Claim(Level.NOT_VALID, why, book, nowhere)
+    return claims
+
+
+def power_law_claims(surface: RoughSurface, share: np.ndarray, ball: bool) -> dict[str, Claim]:
+    """
+    Claims of k = C/(H + 1) E* L (F/(L h E*))^(1/(1 + H)) with both constants.
+
+    Parameters
+    ----------
+    surface : RoughSurface
+    share : ndarray
+        Stiffnesses of the line over E* L, per row.
+    ball : bool
+        Whether a ball bears the roughness.
+
+    Returns
+    -------
+    dict of str to Claim
+    """
+    source = SOURCES["pohrt-popov"]
+    why = None
+    if ball:
+        why = "the power law is that of a patch of a nominally flat surface, and a ball bears this one"
+    elif surface.has_roll_off:
+        why = (
+            "the power law needs a spectrum without roll-off, of which one macroscopic cluster of contacts comes; with a "
+            "roll-off inside the patch many asperities share the load and k grows in proportion to F (Persson 2007)"
+        )
+    elif surface.size[0] != surface.size[1]:
+        why = "the power law is that of a square"
+    if why is not None:
+        claim = Claim(Level.NOT_VALID, why, source, np.zeros(share.shape, dtype=bool))
+        return dict.fromkeys(("power_law_stiffness", "fitted_stiffness"), claim)
+    low, high = _FITTED_BETWEEN
+    published = (
+        f"C = {PUBLISHED}: -20 to +25 % off boundary elements with 64 shortest wavelengths in the size and 0 to +70 % with 128 below "
+        f"0.15 E* L, 0 to +65 % up to {_MOST_OF_POWER_LAW:g} E* L; beyond, next to full contact, it goes on where the stiffness no "
+        "longer grows, and is refused"
+    )
+    fitted = (
+        f"C = {FITTED}, what boundary elements give for H from 0.4 to 0.8 between {low:g} and {high:g} E* L (1.40 to 1.47), where it "
+        "is -15 to +21 % off; refused outside"
+    )
+    return {
+        "power_law_stiffness": Claim(Level.APPROXIMATE, published, source, share < _MOST_OF_POWER_LAW),
+        "fitted_stiffness": Claim(Level.APPROXIMATE, fitted, source, (share > low) & (share < high)),
+    }
+
+
+def rough_assumptions(surface: RoughSurface) -> tuple[Assumption, ...]:
+    """What the model and its comparisons assume, measured."""
+    slope = "root mean square of the slope of the surface"
+    band = "lines were held against boundary elements up to so many shortest wavelengths in the size; here there are"
+    return (
+        Assumption("small slope", slope, surface.rms_slope, _STEEPEST),
+        Assumption("measured bandwidth", band, surface.longer_side / surface.shortest, _BANDWIDTH),
+    )

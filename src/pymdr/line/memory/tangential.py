@@ -1,0 +1,167 @@
+"""Springs with memory that are sheared and slip."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from pymdr.line.curves import Curve
+from pymdr.line.memory.histories import Passage
+from pymdr.line.memory.modes import modes_of, packed, unpacked
+from pymdr.mapping.relaxation import Relaxation
+from pymdr.units import FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class TangentialState:
+    """What a contact remembers sideways after a row."""
+
+    shift: float
+    """u in m."""
+    deflection: FloatArray
+    """(n,) w_x in m."""
+    branches: FloatArray
+    """(n, k) forces of the Maxwell branches per length of the line and side in Pa m."""
+    free: FloatArray
+    """(n,) 1 where a spring is free, 0 in contact."""
+
+
+class TangentialHistory(NamedTuple):
+    """One entry per row that was followed, and the state after the last one; energies are those of the rows, not their sums."""
+
+    shift: FloatArray
+    """u in m."""
+    force: FloatArray
+    """F_x in N."""
+    stick_radius: FloatArray
+    """c in m, where the springs within it are all stuck and no others are."""
+    stored: FloatArray
+    """Energy of the springs of all branches in J."""
+    dissipated: FloatArray
+    """What the dashpots take in a row, in J."""
+    slip_work: FloatArray
+    """What friction takes in a row, in J."""
+    work: FloatArray
+    """Work of the shift in a row, in J."""
+    slid: FloatArray
+    """What all springs in contact slip in a row, in m."""
+    disk: np.ndarray
+    """Whether the springs that stick are those of a disk."""
+    state: TangentialState
+
+
+def unsheared(shift: float = 0.0) -> TangentialState:
+    """The state of bodies that have not touched."""
+    none = np.zeros(0)
+    return TangentialState(shift, none, np.zeros((0, 0)), none)
+
+
+def shear_springs(
+    curve: Curve,
+    passage: Passage,
+    normal: Relaxation,
+    tangential: Relaxation,
+    friction: float,
+    target: FloatArray,
+    forced: bool,
+    state: TangentialState,
+    *,
+    slack: float = 0.0,
+) -> TangentialHistory:
+    """
+    Follow shifts, or tangential forces, of a history whose normal loads are known.
+
+    Every spring bears q_x = int G*(t - s) dw_x(s), |q_x| <= mu q. A stuck one moves with the shift; one that leaves the contact
+    bears nothing and creeps back; one that is touched begins where the shift is then.
+
+    Parameters
+    ----------
+    curve : Curve
+        Per unit modulus.
+    passage : Passage
+        Rows with the loads of the springs, which go straight between them.
+    normal, tangential : Relaxation
+        E*(t) and G*(t).
+    friction : float
+        mu, from 0 to inf.
+    target : ndarray, shape (m,)
+        u in m at every row, straight between them; or F_x in N.
+    forced : bool
+        Whether forces are prescribed.
+    state : TangentialState
+        Where to go on.
+    slack : float
+        By what part of mu F_N a force may be more than friction carries; it is mu F_N then.
+
+    Returns
+    -------
+    TangentialHistory
+        Of fewer rows where a force is more than friction carries. Exact in time while a spring sticks under straight shifts;
+        what slips errs as the square of the distance of the rows.
+
+    Notes
+    -----
+    Popov and Hess (2015), chapters 5 and 7.
+    """
+    from pymdr.compiling import patient
+    from pymdr.line.memory import tangential_kernels as kernels
+
+    springs, modes = passage.springs, modes_of(tangential)
+    waits, moves = np.diff(passage.time), np.diff(passage.indentation)
+    given = np.zeros((target.size, kernels.GIVEN))
+    given[:, kernels.TIME], given[:, kernels.MOVE] = waits, moves
+    given[:, kernels.DEPTH] = passage.indentation[:-1]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        x = waits[:, None] / normal.times
+        given[:, kernels.STIFF] = (
+            normal.equilibrium + np.where(x > 0.0, -np.expm1(-x) / x, 1.0) @ normal.moduli
+        )
+        if normal.viscosity > 0.0:
+            given[:, kernels.DRAG] = normal.viscosity * np.where(moves == 0.0, 0.0, moves / waits)
+            given[:, kernels.EASE] = np.exp(-normal(0.0) * waits / normal.viscosity)
+    given[:, kernels.NORMAL] = passage.force
+    given[:, kernels.AREA] = curve.stiffness(passage.contact_radius)
+    size = springs.position.size
+    v, z, free = unpacked(state.deflection, state.branches, state.free, size, tangential, modes)
+    rows, shifts = np.zeros((target.size, kernels.COLUMNS)), np.zeros(target.size)
+    followed = patient(kernels.run)(
+        np.stack([springs.position, springs.height, springs.share, springs.outer]),
+        friction,
+        np.array([tangential.equilibrium, tangential.viscosity]),
+        tangential.moduli.copy(),
+        tangential.times.copy(),
+        modes.rates,
+        modes.reach,
+        modes.to_modes,
+        modes.to_branches,
+        given,
+        np.ascontiguousarray(target),
+        forced,
+        slack,
+        state.shift,
+        passage.load,
+        passage.gap,
+        v,
+        z,
+        free,
+        rows,
+        shifts,
+    )
+    rows, shifts = rows[:followed], shifts[:followed]
+    end = TangentialState(
+        float(shifts[-1]) if followed else state.shift, *packed(v, z, free, tangential, modes)
+    )
+    return TangentialHistory(
+        shifts,
+        rows[:, kernels.FORCE],
+        np.minimum(rows[:, kernels.STICK], passage.contact_radius[:followed]),
+        rows[:, kernels.STORED],
+        rows[:, kernels.LOST],
+        rows[:, kernels.SLIP],
+        rows[:, kernels.WORK],
+        rows[:, kernels.SLID],
+        rows[:, kernels.DISK] != 0.0,
+        end,
+    )

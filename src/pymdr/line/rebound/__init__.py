@@ -1,0 +1,15 @@
+"""A mass that meets springs with memory and leaves them again."""
+
+from pymdr.line.rebound.energies import Energies, energies
+from pymdr.line.rebound.motion import Motion, MotionRows, branches, largest_force, motion_rows, rebound
+
+__all__ = [
+    "Energies",
+    "Motion",
+    "MotionRows",
+    "branches",
+    "energies",
+    "largest_force",
+    "motion_rows",
+    "rebound",
+]

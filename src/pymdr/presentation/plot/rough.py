@@ -1,0 +1,117 @@
+"""The figure of a rough contact: stiffness against force, springs in contact, the spectrum."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from pymdr.presentation.plot.shared import (
+    BLUE,
+    GREEN,
+    GREY,
+    LIGHT,
+    MARKED_ROWS,
+    ORANGE,
+    axis_label,
+    legend_above,
+    lengths,
+    letter_panels,
+    new_figure,
+    scaled,
+    styled,
+)
+from pymdr.units import FloatArray, good_unit
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+_CLOSED = {
+    "power_law_stiffness": ("power law, as published", "--", ORANGE),
+    "fitted_stiffness": ("power law, fitted", "-", ORANGE),
+    "hertz_stiffness": ("Hertz", "-", GREEN),
+}
+
+
+def rough_study(
+    data: xr.Dataset, curves: xr.Dataset, springs: xr.Dataset, spectrum: tuple[FloatArray, FloatArray]
+) -> Figure:
+    """
+    Stiffness of a rough contact against force, the springs of one line below the plane, and the spectrum.
+
+    Parameters
+    ----------
+    data : xarray.Dataset
+        ``normal_force`` (N) and ``normal_stiffness`` (N/m); in its attributes ``full_contact_stiffness`` (N/m), where there is
+        one.
+    curves : xarray.Dataset
+        ``normal_stiffness`` with ``_low`` and ``_high`` (N/m) over ``normal_force`` (N), and closed forms.
+    springs : xarray.Dataset
+        ``height`` (m) over ``x`` (m), and in its attributes the ``plane`` (m), and the ``radius`` (m) of a ball.
+    spectrum : tuple of ndarray
+        Wave numbers in 1/m and C2D in m^4.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    with styled():
+        figure = new_figure(12.4, 3.8)
+        first, second, third = figure.subplots(1, 3, width_ratios=(1.2, 1.2, 1.0))
+        _draw_stiffness(first, data, curves)
+        _draw_springs(second, springs)
+        third.loglog(*spectrum, color=BLUE, lw=1.5)
+        third.set_xlabel("wave number $q$ (1/m)")
+        third.set_ylabel(r"spectrum $C_\mathrm{2D}$ (m$^4$)")
+        letter_panels(figure)
+    return figure
+
+
+def _draw_stiffness(axes: Axes, data: xr.Dataset, curves: xr.Dataset) -> None:
+    force, stiffness = curves["normal_force"].values, curves["normal_stiffness"].values
+    x_unit = good_unit(np.sqrt(force[:1] * force[-1:]), "N")
+    unit = good_unit(stiffness[np.isfinite(stiffness)][-1:], "N/m")
+    x = scaled(force, "normal_force", x_unit)
+
+    def shown(values: FloatArray) -> FloatArray:
+        return scaled(values, "normal_stiffness", unit)
+
+    low, high = (shown(curves[f"normal_stiffness_{end}"].values) for end in ("low", "high"))
+    axes.fill_between(x, low, high, color=BLUE, alpha=0.2, lw=0, label="16 to 84 % of the lines")
+    axes.loglog(x, shown(stiffness), color=BLUE, lw=1.5, label="lines, geometric mean")
+    few = "o" if data["normal_stiffness"].size <= MARKED_ROWS else "."
+    at = scaled(data["normal_force"].values, "normal_force", x_unit)
+    axes.plot(at, shown(data["normal_stiffness"].values), few, color=BLUE, ms=4)
+    for name, (label, style, colour) in _CLOSED.items():
+        if name in curves:
+            axes.plot(x, shown(curves[name].values), style, color=colour, lw=1.1, label=label)
+    if "full_contact_stiffness" in data.attrs:
+        full = float(shown(np.array(data.attrs["full_contact_stiffness"])))
+        axes.axhline(full, color=GREY, lw=1.0, ls=":", label="full contact $k_c$")
+    axes.set_xlabel(axis_label("normal_force", x_unit))
+    axes.set_ylabel(axis_label("normal_stiffness", unit))
+    legend_above(axes)
+
+
+def _draw_springs(axes: Axes, springs: xr.Dataset) -> None:
+    """The line upside up, and what of it a plane from above presses in; of a ball what is near the contact."""
+    x, z = springs["x"].values, springs["height"].values
+    if "radius" in springs.attrs:
+        depth = float(z.max()) - springs.attrs["plane"]
+        near = np.abs(x) <= max(3.0 * np.sqrt(springs.attrs["radius"] * depth), x[-1] / 50.0)
+        x, z = x[near], z[near]
+    x_unit, z_unit = good_unit(x, "m"), good_unit(z, "m")
+    place, height = lengths(x, x_unit), lengths(z, z_unit)
+    plane = float(lengths(np.array(springs.attrs["plane"]), z_unit))
+    axes.fill_between(place, height.min(), np.minimum(height, plane), color=LIGHT, lw=0)
+    axes.plot(place, np.minimum(height, plane), color=GREY, lw=0.6)
+    axes.fill_between(
+        place, plane, height, where=height > plane, color=ORANGE, lw=0, label="springs in contact"
+    )
+    axes.axhline(plane, color=BLUE, lw=1.0, label="plane")
+    axes.set_xlim(float(place[0]), float(place[-1]))
+    axes.set_xlabel(f"position on the line $x$ ({x_unit})")
+    axes.set_ylabel(f"height ({z_unit})")
+    legend_above(axes)

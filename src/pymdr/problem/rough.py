@@ -1,0 +1,178 @@
+"""Randomly rough surfaces as what is asked: their spectrum, their size, and the seed of their phases."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from pymdr.errors import ProblemError
+from pymdr.problem.values import ArrayField, OptionalSIField, SIField, Value, within_range
+from pymdr.units import ArrayQuantityLike, FloatArray, metres, shown, to_si_array
+
+GEIKE = math.pi
+"""lambda of C1D = lambda q C2D that keeps the rms height (Geike and Popov, 2007)."""
+
+
+class SidesField(ArrayField):
+    """A field of both sides of a rectangle, given as a pair, or as one length for a square."""
+
+    def read(self, values: ArrayQuantityLike) -> FloatArray:
+        """Convert to a pair of SI lengths."""
+        name = f"{self.owner}.{self.name}"
+        sides = np.atleast_1d(to_si_array(values, self.unit, name=name))
+        if sides.shape not in ((1,), (2,)) or not np.all(sides > 0.0):
+            raise ProblemError(
+                f"{name} = {shown(values)}: the side of a square above 0 {self.unit} is needed, or a pair of sides"
+            )
+        within_range(sides.min(), self.unit, name, size=True)
+        within_range(sides.max(), self.unit, name, size=True)
+        pair = np.array([sides[0], sides[-1]])
+        pair.flags.writeable = False
+        return pair
+
+
+@dataclass(frozen=True, eq=False)
+class RoughSurface(Value):
+    """
+    A patch of a randomly rough, self-affine, isotropic surface.
+
+    Parameters
+    ----------
+    hurst : float
+        Hurst exponent H, above 0 and at most 1: the spectrum falls as C2D ~ q^(-2 (H + 1)).
+    rms : quantity
+        Root mean square h of the heights in m, about their mean: that of this patch, not of an ensemble.
+    size : quantity or pair of quantities
+        Side of the square patch in m, or the sides of a rectangle.
+    shortest : quantity
+        The shortest wavelength in m that is in the surface.
+    longest : quantity, optional
+        Wavelength in m above which the spectrum is flat (roll-off). Unless given it is the longer side: no roll-off lies
+        inside the patch.
+    seed : int, optional
+        Which surface of all; its realisations are numbered from there.
+
+    Raises
+    ------
+    ProblemError
+        If H is outside (0, 1], a length is not above 0, the shortest wavelength is not below the longest and the size, or
+        the seed is no whole number from 0 on.
+
+    Examples
+    --------
+    >>> surface = RoughSurface(hurst=0.8, rms="1 um", size="1 mm", shortest="10 um")
+    >>> surface.size.tolist()
+    [0.001, 0.001]
+    >>> round(surface.rms_slope, 4)
+    0.029
+    """
+
+    hurst: SIField = SIField("", words="Hurst exponent", above=0.0, at_most=1.0)
+    rms: SIField = SIField("m", words="root mean square of the heights", above=0.0)
+    size: SidesField = SidesField("m", words="side of a square, or sides of a rectangle")
+    shortest: SIField = SIField("m", words="shortest wavelength", above=0.0)
+    longest: OptionalSIField = OptionalSIField("m", words="wavelength of the roll-off", above=0.0)
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        whole = isinstance(self.seed, int | np.integer) and not isinstance(self.seed, bool)
+        if not whole or self.seed < 0:
+            raise ProblemError(f"RoughSurface.seed = {shown(self.seed)}: a whole number from 0 on is needed")
+        object.__setattr__(self, "seed", int(self.seed))
+        for name, limit in (
+            ("the longest wavelength", self.roll_off),
+            ("the shorter side", float(self.size.min())),
+        ):
+            if not self.shortest < limit:
+                raise ProblemError(
+                    f"RoughSurface.shortest = {metres(self.shortest)}: it must be below {name}, {metres(limit)}; resolve "
+                    "shorter waves, or take a larger patch"
+                )
+
+    @property
+    def longer_side(self) -> float:
+        """The longer side in m, that of the longest wave."""
+        return float(self.size.max())
+
+    @property
+    def roll_off(self) -> float:
+        """The wavelength in m above which the spectrum is flat; the longer side where there is no roll-off inside."""
+        return self.longer_side if self.longest is None else min(self.longest, self.longer_side)
+
+    @property
+    def has_roll_off(self) -> bool:
+        """Whether a part of the spectrum is flat."""
+        return self.roll_off < self.longer_side
+
+    @property
+    def wave_numbers(self) -> tuple[float, float, float]:
+        """Wave numbers in 1/m of the longer side, of the roll-off and of the shortest wave."""
+        return tuple(2.0 * math.pi / x for x in (self.longer_side, self.roll_off, self.shortest))  # type: ignore[return-value]
+
+    @property
+    def _plateau(self) -> float:
+        """C2D below the roll-off in m^4, from h^2 = 2 pi int C2D q dq."""
+        return self.rms**2 / (2.0 * math.pi * self._moment(1) * self.wave_numbers[1] ** 2)
+
+    def _moment(self, power: int) -> float:
+        """The integral of q^power C2D over the one of a plateau of 1, in the roll-off's wave number."""
+        low, roll, high = self.wave_numbers
+        flat = (1.0 - (low / roll) ** (power + 1)) / (power + 1)
+        exponent, octaves = power - 1 - 2.0 * self.hurst, math.log(high / roll)
+        falling = math.expm1(exponent * octaves) / exponent if exponent != 0.0 else octaves
+        return flat + falling
+
+    @property
+    def rms_slope(self) -> float:
+        """
+        Root mean square of the gradient of the surface: the square root of 2 pi int C2D q^3 dq.
+
+        A straight cut has half of its square; the line of Geike's lambda has all of it.
+        """
+        return self.rms * self.wave_numbers[1] * math.sqrt(self._moment(3) / self._moment(1))
+
+    def spectrum_2d(self, q: ArrayLike) -> FloatArray:
+        """
+        Power spectral density of the surface, with h^2 = 2 pi int C2D q dq.
+
+        Parameters
+        ----------
+        q : array_like
+            Wave numbers in 1/m.
+
+        Returns
+        -------
+        ndarray
+            C2D in m^4; 0 where the surface has no waves.
+        """
+        given = np.asarray(q, dtype=float)
+        low, roll, high = self.wave_numbers
+        inside = (given >= low * (1.0 - 1e-11)) & (given <= high * (1.0 + 1e-11))
+        shape = np.where(inside, np.maximum(given / roll, 1.0), 1.0) ** (-2.0 * (self.hurst + 1.0))
+        return np.asarray(np.where(inside, self._plateau * shape, 0.0))
+
+    def spectrum_1d(self, q: ArrayLike, coefficient: float = GEIKE) -> FloatArray:
+        """
+        Power spectral density of the equivalent line, C1D = lambda q C2D, with h1^2 = 2 int C1D dq.
+
+        Parameters
+        ----------
+        q : array_like
+            Wave numbers in 1/m.
+        coefficient : float, optional
+            lambda; pi, of Geike, keeps the rms height.
+
+        Returns
+        -------
+        ndarray
+            C1D in m^3.
+
+        Notes
+        -----
+        Geike and Popov (2007), Phys. Rev. E 76, 036710; Popov and Hess (2015), chapter 10.
+        """
+        given = np.asarray(q, dtype=float)
+        return np.asarray(coefficient * given * self.spectrum_2d(given))

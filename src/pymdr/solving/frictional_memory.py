@@ -1,0 +1,304 @@
+"""The contact of bodies with memory and friction along a path."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from functools import partial
+
+import numpy as np
+
+from pymdr.errors import PathError
+from pymdr.interpretation.accuracy import with_errors
+from pymdr.interpretation.friction import similarity_assumption
+from pymdr.interpretation.memory_friction import (
+    SHEARED_QUANTITIES,
+    sheared_claims,
+    uncoupled,
+)
+from pymdr.interpretation.traction import TANGENTIAL_FIELDS
+from pymdr.interpretation.validity import Claim, Level
+from pymdr.line.curves import ElasticLine
+from pymdr.line.memory import (
+    MemoryHistory,
+    MemoryState,
+    Passage,
+    Relaxation,
+    TangentialHistory,
+    TangentialState,
+    shear_springs,
+    unsheared,
+)
+from pymdr.mapping.equivalent import equivalent_profile
+from pymdr.mapping.relaxation import largest_coupling
+from pymdr.problem.schedule import Stretch
+from pymdr.result import Result
+from pymdr.rows import joined, taken
+from pymdr.solving.memory import (
+    is_told_by_rows,
+    relaxation_along,
+    span_along,
+    tangential_relaxation_along,
+)
+from pymdr.solving.viscoelastic import (
+    SPRINGS,
+    MemoryRows,
+    begun,
+    divided,
+    followed_leg,
+    interpreted,
+    refuse_untimed,
+    rows_met,
+    status_of,
+)
+from pymdr.solving.walk import Channels, Task, Told, Walked, solution, walk
+from pymdr.units import FloatArray, newtons
+
+_FIELD_ERROR = 1e-3
+"""Of their largest value: what the distance of the springs does to displacements and slip."""
+_TRACTION_ERROR = 3e-2
+"""Of its largest value: what the distance of the springs does to the shear traction within a spring from the stick radius."""
+_SLACK = 1e-3
+"""By how much half as many springs may carry less than all of them."""
+
+
+@dataclass(frozen=True)
+class _Sheared:
+    """Rows sideways; energies are sums from the start on."""
+
+    shift: FloatArray
+    tangential_force: FloatArray
+    stick_radius: FloatArray
+    stored: FloatArray
+    dissipated: FloatArray
+    slip_work: FloatArray
+    work: FloatArray
+    slip_distance: FloatArray
+    disk: np.ndarray
+
+
+_SUMMED = {"dissipated": "dissipated", "slip_work": "slip_work", "work": "work", "slip_distance": "slid"}
+
+
+@dataclass(frozen=True)
+class _Rows:
+    normal: MemoryRows
+    fine: _Sheared
+    coarse: _Sheared
+    forced: np.ndarray
+    """Whether the tangential force is prescribed."""
+
+
+@dataclass(frozen=True)
+class _State:
+    normal: MemoryState
+    sideways: TangentialState
+    sums: tuple[float, ...]
+    """Those of `_SUMMED` so far."""
+
+
+@dataclass(frozen=True)
+class _Bodies:
+    line: ElasticLine
+    normal: Relaxation
+    tangential: Relaxation
+    friction: float
+
+
+def solve_frictional_memory(task: Task) -> Result:
+    """Map, walk and interpret."""
+    bodies = _bodies(task, None)
+    walked = walk(task, None, partial(_step, task, bodies))
+    if is_told_by_rows(task.contact, task.path):
+        bodies = _bodies(task, walked.time)
+        walked = walk(task, None, partial(_step, task, bodies))
+    return _interpret(task, bodies, walked)
+
+
+def _bodies(task: Task, time: FloatArray | None) -> _Bodies:
+    contact = task.contact
+    assert contact.friction is not None
+    return _Bodies(
+        ElasticLine(equivalent_profile(contact.profile), 1.0),
+        relaxation_along(contact, task.path, time),
+        tangential_relaxation_along(contact, task.path, time),
+        contact.friction.coefficient,
+    )
+
+
+def _step(
+    task: Task,
+    bodies: _Bodies,
+    state: tuple[_State, _State] | None,
+    asked: Stretch,
+    kept: np.ndarray | None,
+    told: Told | None,
+) -> tuple[_Rows, tuple[_State, _State], Channels]:
+    """Step 2: springs with memory and their tangential partners, and half as many of them in half as many steps."""
+    refuse_untimed(asked)
+    if state is None:
+        fine_begun, half_begun = begun(task, bodies.line, bodies.normal, asked)
+        none = (0.0,) * len(_SUMMED)
+        state = _State(fine_begun, unsheared(), none), _State(half_begun, unsheared(), none)
+    found = [_followed(task, bodies, asked, one, parts) for one, parts in zip(state, (4, 2), strict=True)]
+    (fine, sheared, end), (coarse, half, end_of_half) = found
+    rows, here = rows_met(task, bodies.line, asked, fine, coarse)
+    forced = np.full(rows.indentation.size, asked.controls.tangential == "tangential_force")
+    here = {
+        **here,
+        "shift": float(sheared.shift[-1]),
+        "tangential_force": float(sheared.tangential_force[-1]),
+    }
+    return taken(_Rows(rows, sheared, half, forced), kept), (end, end_of_half), here
+
+
+def _followed(
+    task: Task, bodies: _Bodies, asked: Stretch, state: _State, parts: int
+) -> tuple[MemoryHistory, _Sheared, _State]:
+    """A leg on a number of springs, in that many parts between its rows."""
+    forced = asked.controls.tangential == "tangential_force"
+    target = divided(asked.tangential, asked.start[1], parts)
+    found: list[TangentialHistory] = []
+    now, done = state.sideways, 0
+
+    def watch(passage: Passage) -> None:
+        nonlocal now, done
+        rows = target[done : done + passage.force.size]
+        part = shear_springs(
+            bodies.line,
+            passage,
+            bodies.normal,
+            bodies.tangential,
+            bodies.friction,
+            rows,
+            forced,
+            now,
+            slack=0.0 if parts == 4 else _SLACK,
+        )
+        if part.shift.size < rows.size:
+            stopped = part.shift.size
+            _refuse_beyond(asked, bodies.friction, done + stopped, parts, float(passage.force[stopped]))
+        found.append(part)
+        now, done = part.state, done + rows.size
+
+    normal = followed_leg(task, bodies.line, bodies.normal, asked, state.normal, parts, watch)
+    sheared = joined([_taken(part) for part in found]) if found else _apart(asked, target, now, forced, parts)
+    if not found:
+        now = replace(now, shift=float(sheared.shift[-1]))
+    before = dict(zip(_SUMMED, state.sums, strict=True))
+    summed = {name: before[name] + np.cumsum(getattr(sheared, name)) for name in _SUMMED}
+    sheared = replace(sheared, **summed)
+    end = _State(normal.state, now, tuple(float(values[-1]) for values in summed.values()))
+    return normal, taken(sheared, slice(parts - 1, None, parts)), end
+
+
+def _taken(part: TangentialHistory) -> _Sheared:
+    names = {"tangential_force": "force", **_SUMMED}
+    return _Sheared(**{name: getattr(part, names.get(name, name)) for name in _Sheared.__annotations__})
+
+
+def _apart(asked: Stretch, target: FloatArray, state: TangentialState, forced: bool, parts: int) -> _Sheared:
+    """Rows of bodies that have not touched."""
+    if forced and target.any():
+        _refuse_beyond(asked, 0.0, int(np.argmax(target != 0.0)), parts, 0.0)
+    none = np.zeros(target.size)
+    shift = np.full(target.size, state.shift) if forced else target
+    return _Sheared(shift, *(none,) * 7, np.ones(target.size, dtype=bool))
+
+
+def _refuse_beyond(asked: Stretch, friction: float, row: int, parts: int, pressed: float) -> None:
+    most = friction * pressed if pressed > 0.0 else 0.0
+    raise PathError(
+        f"tangential_force = {newtons(float(asked.tangential[row // parts]))} in {asked.leg.row(row // parts)}: friction carries "
+        f"at most mu F_N = {newtons(most)} on the way there, beyond which the bodies slide apart; reduce it, or move the body "
+        "with shift(...)"
+    )
+
+
+def _interpret(task: Task, bodies: _Bodies, walked: Walked[_Rows]) -> Result:
+    """Step 3: quantities, claims and assumptions of every row."""
+    rows, contact = walked.rows, task.contact
+    pressed = Walked(rows.normal, walked.starts, walked.time)
+    normal = interpreted(task, bodies.line, bodies.normal, pressed)
+    sheared = rows.fine
+    columns = normal.columns | {
+        "shift": sheared.shift,
+        "tangential_force": _beside(rows, bodies.friction, normal.columns["normal_force"]),
+        "stick_radius": np.minimum(sheared.stick_radius, normal.columns["contact_radius"]),
+        "slip_distance": sheared.slip_distance,
+        "stored_tangential_energy": sheared.stored,
+        "slip_work": sheared.slip_work,
+        "dissipated_energy": rows.normal.dissipated + sheared.dissipated + sheared.slip_work,
+        "external_work": rows.normal.work + sheared.work,
+    }
+    coupling = largest_coupling(
+        contact.body, contact.counterbody, span_along(contact, task.path, walked.time)
+    )
+    claims = uncoupled(normal.claims, contact, coupling)
+    own = [name for name in columns if name in SHEARED_QUANTITIES]
+    where = claims["contact_radius"].where
+    tangential = sheared_claims(contact, coupling, (*own, *TANGENTIAL_FIELDS), where, sheared.disk)
+    tangential = with_errors(
+        tangential,
+        _errors(rows)
+        | {
+            name: np.full(where.size, _TRACTION_ERROR if name == "shear_traction" else _FIELD_ERROR)
+            for name in TANGENTIAL_FIELDS
+        },
+        "; energies are those of the springs and dashpots that the rheology names",
+        f"as {SPRINGS} springs in four steps between the rows do",
+    )
+    if "shift" in tangential:
+        tangential["shift"] = _shift_claim(tangential["shift"], rows.forced)
+    claims = {**claims, **tangential}
+    similar = similarity_assumption(coupling, bodies.friction)
+    return solution(
+        task,
+        walked,
+        columns,
+        claims,
+        assumptions=(*normal.assumptions, similar),
+        status=status_of(claims),
+        notes=normal.notes,
+        remembers=True,
+        references=("sneddon", "popov-hess", "ting", "cattaneo-mindlin"),
+        starts=walked.starts,
+    )
+
+
+def _beside(rows: _Rows, friction: float, force: FloatArray) -> FloatArray:
+    """Tangential forces beside a normal force that may be without springs: all slips at mu F_N to rounding."""
+    springs, found = rows.normal.normal_force, rows.fine.tangential_force
+    if math.isinf(friction):
+        return found
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.where((springs > 0.0) & ~rows.forced, found * (force / springs), found)
+
+
+def _shift_claim(claim: Claim, forced: np.ndarray) -> Claim:
+    """Prescribed shifts are known whatever the contact is."""
+    if forced.all():
+        return claim
+    if not forced.any():
+        return replace(claim, level=Level.EXACT, reason="prescribed", where=~forced, error=None)
+    reason = f"prescribed in {int((~forced).sum())} of {forced.size} rows; else {claim.reason}"
+    return replace(claim, reason=reason, where=claim.where | ~forced)
+
+
+def _errors(rows: _Rows) -> dict[str, FloatArray]:
+    """Twice what half as many springs and steps make otherwise, of the largest values."""
+    fine, coarse = rows.fine, rows.coarse
+    found = {
+        "shift": (fine.shift, coarse.shift),
+        "tangential_force": (fine.tangential_force, coarse.tangential_force),
+        "stick_radius": (fine.stick_radius, coarse.stick_radius),
+        "slip_distance": (fine.slip_distance, coarse.slip_distance),
+        "stored_tangential_energy": (fine.stored, coarse.stored),
+        "slip_work": (fine.slip_work, coarse.slip_work),
+        "dissipated_energy": (fine.dissipated + fine.slip_work, coarse.dissipated + coarse.slip_work),
+        "external_work": (fine.work, coarse.work),
+    }
+    return {
+        name: 2.0 * np.abs(a - b) / (float(np.max(np.abs(a), initial=0.0)) or 1.0)
+        for name, (a, b) in found.items()
+    }

@@ -1,0 +1,36 @@
+"""Impacts of bodies that attract each other."""
+
+from __future__ import annotations
+
+from pymdr.errors import ProblemError
+from pymdr.interpretation.validity import SOURCES
+from pymdr.problem.paths import indent
+from pymdr.solving.colliding import collide
+from pymdr.solving.equilibria import AdhesiveLine
+from pymdr.solving.impacts.asking import Asked
+from pymdr.solving.impacts.telling import told
+from pymdr.solving.impacts.value import Event, Impact
+from pymdr.solving.verb import solve
+
+
+def adhesive(asked: Asked) -> Impact:
+    """Bodies that attract each other, on the curve of their stable contacts and the jumps between them."""
+    contact = asked.contact
+    line = AdhesiveLine(contact)
+    course = collide(line, asked.mass, asked.normal, asked.steps)
+    deepest = float(course.depth[course.deepest])
+    last = float(course.depth[-1])
+    # a little farther, where it has parted
+    back = last if course.sticks else last - 1e-3 * (deepest - last)
+    solved = solve(contact, indent(deepest) >> indent(back))
+    if not solved.claims["normal_force"].where.all():
+        raise ProblemError(
+            f"impact: the contact is not a disk on the way: {solved.claims['normal_force'].reason}"
+        )
+    balance = next(a for a in solved.assumptions if a.name == "energy balance")
+    events = [Event("touch", 0.0, float(course.depth[0]))]
+    if course.jumps_in:
+        events.append(Event("jump into contact", 0.0, float(course.depth[1])))
+    events.append(Event("turning point", float(course.time[course.deepest]), deepest))
+    events.append(Event("rest" if course.sticks else "separation", float(course.time[-1]), last))
+    return told(asked, course, solved, SOURCES["thornton-ning"], balance, tuple(events))

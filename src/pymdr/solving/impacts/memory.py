@@ -1,0 +1,226 @@
+"""Impacts of bodies with memory."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from pymdr.interpretation.accuracy import with_errors
+from pymdr.interpretation.closure import ASSUMED
+from pymdr.interpretation.memory import LineState, pressure
+from pymdr.interpretation.validity import SOURCES, Assumption, Claim, Level
+from pymdr.line.rebound import Motion, energies, largest_force, motion_rows, rebound
+from pymdr.problem.contact import Contact
+from pymdr.problem.materials import Elastic, Rigid
+from pymdr.problem.paths import indent
+from pymdr.result import Result, labelled
+from pymdr.solving.closure import is_curve
+from pymdr.solving.colliding import Course
+from pymdr.solving.impacts.asking import Asked
+from pymdr.solving.impacts.telling import QUASI_STATIC, told
+from pymdr.solving.impacts.value import Event, Impact
+from pymdr.solving.memory import powers_of
+from pymdr.solving.rebounding import Ground, followed
+from pymdr.solving.verb import solve
+from pymdr.units import FloatArray, written
+
+_PARTS, _LOOKS = 8, 120
+"""In which a step is divided for energies, and rows at which pressures are looked at."""
+_WORK = 5e6
+"""Products of rows, springs and branches beyond which steps are divided in fewer parts."""
+_AUDIT = 1e-3
+_FIELD_ERROR = 5e-3
+"""Of the largest pressure: what the distance of the springs and of the looks at them does."""
+
+
+def remembering(asked: Asked) -> Impact:
+    """Bodies with memory, one of which is hit and gives back a part of what it takes."""
+    contact, mass, speed = asked.contact, asked.mass, asked.normal
+    ground, motion = followed(contact, mass, (speed, speed))
+    halved = rebound(ground.curves, ground.relaxation, mass, speed, ground.first / speed, halved=motion)
+    course = _course(ground, motion, asked.steps)
+    # of the shape alone: slopes, tips and what the map says of it
+    solved = solve(Contact(contact.profile, Elastic(1.0, 0.5), Rigid()), indent(motion.deepest))
+    largest = _unbounded(solved, ground)
+    fine = _audited(motion, course, 1, _LOOKS if largest is None else 0)
+    coarse = _audited(motion, course, 2)
+    energy = 0.5 * mass * speed * speed
+    lost = 0.5 * mass * (speed - motion.rebound_speed) * (speed + motion.rebound_speed)
+    # the sums of springs err as the width of their parts
+    kept = float(2.0 * (fine.stored[-1] + fine.dissipated[-1]) - (coarse.stored[-1] + coarse.dissipated[-1]))
+    balance = Assumption(
+        "energy balance",
+        "kinetic energy that is lost less what the springs keep and their dashpots take, over the first,",
+        abs(lost - kept) / energy,
+        _AUDIT,
+    )
+    events = [Event("touch", 0.0, 0.0)]
+    if motion.rests:
+        events.append(Event("rest", float(course.time[-1]), motion.deepest))
+    else:
+        events.append(Event("turning point", motion.turning_time, motion.deepest))
+        events.append(Event("separation", motion.contact_time, motion.last_depth))
+    found = told(asked, course, solved, SOURCES["ting"], balance, tuple(events))
+    errors = _errors(motion, motion if halved is None else halved)
+    for name, own, other in (
+        ("elastic_energy", fine.stored, coarse.stored),
+        ("dissipated_energy", fine.dissipated, coarse.dissipated),
+    ):
+        errors[name] = float(np.max(np.abs(own - other))) / energy
+    return replace(
+        found,
+        data=found.data.merge(
+            labelled({"elastic_energy": fine.stored, "dissipated_energy": fine.dissipated})
+        ),
+        restitution=motion.rebound_speed / speed,
+        rebound_speed=motion.rebound_speed,
+        energy_lost=lost,
+        sticking_speed=0.0,
+        largest_force=largest_force(motion)[1],
+        largest_pressure=fine.pressure if largest is None else largest,
+        claims=_claims(found.claims, solved, errors, ground),
+        assumptions=tuple(a for a in found.assumptions if a.name != "elastic similarity"),
+        notes=(*solved.notes, *_notes(ground, motion)),
+    )
+
+
+def _course(ground: Ground, motion: Motion, steps: int) -> Course:
+    """Rows of the history, between those that follow the steps, which are short where much happens, and those of the clock."""
+    begin, turn = motion.steps[:, 0], motion.turn
+    stretches = [begin[: turn + 1]] + ([] if motion.rests else [begin[turn:]])
+    parts = [np.zeros(1)]
+    for marks in stretches:
+        share = np.linspace(0.0, 1.0, steps // len(stretches) + 1)[1:]
+        by_step = np.interp(share * (marks.size - 1), np.arange(marks.size), marks)
+        by_clock = marks[0] + (marks[-1] - marks[0]) * np.sin(0.5 * math.pi * share) ** 2
+        parts.append(0.5 * (by_step + by_clock))
+        parts[-1][-1] = marks[-1]
+    time = np.concatenate(parts)
+    rows = motion_rows(motion, time)
+    middle = time.size - 1 if motion.rests else int(np.argmax(time >= motion.turning_time))
+    return Course(
+        time, rows.depth, rows.velocity, rows.force, rows.radius, sticks=motion.rests, deepest=middle
+    )
+
+
+class _Audit(NamedTuple):
+    """Energies of the rows in J, and the largest pressure in Pa."""
+
+    stored: FloatArray
+    dissipated: FloatArray
+    pressure: float
+
+
+def _audited(motion: Motion, course: Course, coarser: int, looks: int = 0) -> _Audit:
+    begin, width = motion.steps[:-1, 0, None], np.diff(motion.steps[:, 0])[:, None]
+    parts = _PARTS
+    while parts > 2 and (parts * begin.size) ** 2 * motion.relaxation.times.size > _WORK:
+        parts //= 2
+    inner = begin + width * np.arange(0.0, 1.0, coarser / parts)
+    near = np.searchsorted(course.time, inner)
+    gaps = np.abs(inner - course.time[[np.maximum(near - 1, 0), np.minimum(near, course.time.size - 1)]])
+    time = np.union1d(inner[gaps.min(axis=0) > 0.01 * width], course.time)
+    found, radius = energies(motion, time), motion_rows(motion, time).radius
+    rows = np.searchsorted(time, course.time)
+    seen = np.linspace(0, time.size - 1, looks).astype(int)[1:-1]
+    # a mass that comes to rest touches its last springs all but at once
+    apart = np.diff(found.position, prepend=0.0) > 1e-9 * found.position[-1]
+    x, load = found.position[apart], found.load[:, apart]
+    loads = [LineState(x, load[i], load[i], float(radius[i])) for i in seen]
+    return _Audit(
+        found.stored[rows],
+        found.dissipated[rows],
+        max((_largest(line) for line in loads if line.radius > 0.0), default=0.0),
+    )
+
+
+def _largest(line: LineState) -> float:
+    """The largest pressure of a line within its edge, where that of a dashpot has no bound."""
+    return float(np.max(pressure(line, line.radius * np.linspace(0.0, 0.97, 64))))
+
+
+def _unbounded(solved: Result, ground: Ground) -> float | None:
+    """The largest pressure where it is known without a look: inf, or nan of a force curve."""
+    if is_curve(ground.contact):
+        return math.nan
+    tip = math.isinf(float(solved["peak_pressure"].values[0]))
+    return math.inf if tip or _presses_at_edges(ground) else None
+
+
+def _presses_at_edges(ground: Ground) -> bool:
+    """Whether the pressure has no bound at the edge of a contact that grows: under dashpots, and powers of time above 1/2."""
+    powers = powers_of(ground.contact)
+    return ground.relaxation.viscosity > 0.0 and (not powers or max(p.exponent for p in powers) >= 0.5)
+
+
+def _errors(motion: Motion, halved: Motion) -> dict[str, float]:
+    """What halving every step changes, relative."""
+
+    def change(value: float, other: float) -> float:
+        return 0.0 if value == other else abs(other / value - 1.0)
+
+    speed = change(motion.rebound_speed, halved.rebound_speed)
+    depth = change(motion.deepest, halved.deepest)
+    return {
+        "restitution": speed,
+        "rebound_speed": speed,
+        "energy_lost": speed,
+        "contact_time": change(motion.contact_time, halved.contact_time),
+        "largest_force": change(largest_force(motion)[1], largest_force(halved)[1]),
+        "largest_indentation": depth,
+        "largest_radius": depth,
+    }
+
+
+def _claims(
+    claims: Mapping[str, Claim], solved: Result, errors: dict[str, float], ground: Ground
+) -> dict[str, Claim]:
+    """Those of the shape, with what the steps add; that the contact is a disk with pressure only is proved, not measured."""
+    kernel = ground.relaxation.error
+    remark = f"; the kernel of the rheology errs by at most {kernel:.1g}" if kernel > 0.0 else ""
+    shape = solved.claims["normal_force"]
+    curve = is_curve(ground.contact)
+    shaped = f"{ASSUMED}; viscoelastic and" if curve else "exact for viscoelastic half-spaces on a disk,"
+    reason = (
+        f"{shaped} frictionless: the force only pushes, so that there is one approach and one retreat, on which no spring is "
+        f"touched again and the load of the line falls outward{remark}; {QUASI_STATIC}"
+    )
+    source = f"{SOURCES['lee-radok']}; {SOURCES['ting']}"
+    mapped = 0.0 if shape.error is None else float(np.max(shape.error))
+    base = replace(shape, reason=reason, source=source, where=shape.where[:1], error=np.array([mapped]))
+    names = (*claims, "elastic_energy", "dissipated_energy")
+    found = with_errors(
+        dict.fromkeys(names, base),
+        {name: np.array([mapped + kernel + errors.get(name, 0.0)]) for name in names},
+        "; errors are what halving every step changes, and those of energies what half as many parts of steps do",
+        "as the steps do",
+    )
+    if curve:
+        return found | {name: claims[name] for name in ("largest_radius", "largest_pressure")}
+    peak = found["largest_pressure"]
+    found["largest_pressure"] = replace(
+        peak,
+        level=Level.APPROXIMATE,
+        reason=f"{peak.reason}; read from the load of the line",
+        error=np.array([_FIELD_ERROR]),
+    )
+    return found
+
+
+def _notes(ground: Ground, motion: Motion) -> tuple[str, ...]:
+    notes = []
+    if ground.span is not None:
+        first, last = (written(t, "s") for t in ground.span)
+        notes.append(
+            f"the power of time is {ground.relaxation.moduli.size} exponentials from {first} to {last}, which err by at most "
+            f"{ground.relaxation.error:.1g}; what is faster is a dashpot of the same impulse"
+        )
+    if motion.rests:
+        notes.append(
+            "one of the bodies is a liquid that is too viscous to throw the other one back: it comes to rest in it"
+        )
+    return tuple(notes)

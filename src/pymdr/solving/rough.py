@@ -1,0 +1,522 @@
+"""Randomly rough surfaces pressed together: ensembles of lines, with bands."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, ClassVar
+
+import numpy as np
+
+from pymdr.errors import PathError, ProblemError
+from pymdr.interpretation.rough import (
+    FITTED,
+    PUBLISHED,
+    power_law_claims,
+    rough_assumptions,
+    rough_claims,
+)
+from pymdr.interpretation.validity import SOURCES, Claim, Level
+from pymdr.line.rough import SortedSprings, power_law_stiffness, sorted_springs
+from pymdr.mapping.moduli import effective_moduli
+from pymdr.mapping.patch import full_contact_stiffness
+from pymdr.mapping.rough import default_points, refuse_coarse, rough_heights
+from pymdr.problem.materials import Graded, Material, Rigid, Viscoelastic
+from pymdr.problem.profiles import ForceCurve
+from pymdr.problem.rough import GEIKE, RoughSurface
+from pymdr.solving.reach import memory_of_machine, one_load
+from pymdr.solving.study import Column, Study, one_row
+from pymdr.units import (
+    ArrayQuantityLike,
+    FloatArray,
+    QuantityLike,
+    metres,
+    newtons,
+    shown,
+    to_si,
+    written,
+)
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+_States = tuple[FloatArray, FloatArray]
+_WHO = "press_rough"
+_BAND = (16.0, 84.0)
+"""Percentiles of the realisations: one standard deviation to both sides, if logarithms are normal."""
+_COPIES = 7
+"""Arrays of the length of a line that one realisation holds at a time."""
+_CURVE, _DECADES_BELOW, _DECADES_ABOVE = 61, 3.0, 1.0
+_DRAWN = 2000
+_END = 0.98
+"""Of half the line of a ball, from where on springs must not be in contact."""
+_RESPONSES = ("indentation", "normal_force", "normal_stiffness", "elastic_energy")
+
+
+@dataclass(frozen=True)
+class RoughLine:
+    """The lines of a surface between two bodies: heights, springs and force curves by the number of the realisation."""
+
+    surface: RoughSurface
+    modulus: float
+    """E* in Pa."""
+    coefficient: float
+    """lambda."""
+    points: int
+    radius: float | None
+    """Of the ball in m that bears the roughness; None for a nominally flat patch."""
+
+    @property
+    def length(self) -> float:
+        """Of the line: that of the stiffness of full contact, or of the patch under a ball."""
+        if self.radius is not None:
+            return self.surface.longer_side
+        return full_contact_stiffness(*self.surface.size)
+
+    @property
+    def rms(self) -> float:
+        """Of the line."""
+        return self.surface.rms * math.sqrt(self.coefficient / math.pi)
+
+    @property
+    def scale(self) -> float:
+        """The force in N at which d = h in full contact, or for the smooth ball, where roughness ceases to matter."""
+        if self.radius is not None:
+            return 4.0 / 3.0 * self.modulus * math.sqrt(self.radius) * math.sqrt(self.surface.rms) ** 3
+        return self.modulus * self.length * self.rms
+
+    @property
+    def places(self) -> FloatArray:
+        """Positions x of the springs in m."""
+        return np.asarray(self.length * ((np.arange(self.points) + 0.5) / self.points - 0.5))
+
+    def heights(self, realisation: int = 0) -> FloatArray:
+        """Heights of the springs in m, those of a ball lower by x^2/R."""
+        heights = rough_heights(self.surface, realisation, self.points, self.coefficient)
+        if self.radius is not None:
+            x = self.places
+            heights -= x * x / self.radius
+        return heights
+
+    def springs(self, realisation: int = 0) -> SortedSprings:
+        """F(d), k(d), U(d) and d(F) of a realisation."""
+        return self._sorted(self.heights(realisation))
+
+    def force_curve(
+        self, realisation: int = 0, *, indentation: QuantityLike, points: int = 400
+    ) -> ForceCurve:
+        """
+        F(d) of a realisation as a profile: friction, memory and impacts follow from it.
+
+        Parameters
+        ----------
+        realisation : int, optional
+        indentation : quantity
+            The deepest d in m, from the highest summit.
+        points : int, optional
+            Of the curve, denser toward the first touch.
+
+        Returns
+        -------
+        ForceCurve
+            For bodies of E* = ``modulus``; forces of others follow as E*. It is as approximate as the line.
+
+        Raises
+        ------
+        ProblemError
+            If the indentation is not above 0, or points are fewer than a curve needs.
+        PathError
+            If the contact of a ball reaches the end of its line.
+        """
+        deepest = to_si(indentation, "m", name="indentation")
+        if not deepest > 0.0:
+            raise ProblemError(f"force_curve: indentation = {metres(deepest)}; it must be above 0 m")
+        depth = deepest * (np.arange(1, _whole("points", points) + 1) / points) ** 2
+        return ForceCurve(depth, self.force(depth, realisation), self.modulus, contact_point=0.0)
+
+    def force(self, depth: FloatArray, realisation: int) -> FloatArray:
+        """F in N at depths in m."""
+        heights = self.heights(realisation)
+        self._refuse_end(depth, self.reach(heights))
+        return self._sorted(heights).force(depth)
+
+    def _sorted(self, heights: FloatArray) -> SortedSprings:
+        return sorted_springs(heights, self.modulus * self.length / self.points)
+
+    def reach(self, heights: FloatArray) -> float:
+        """The depth in m at which contact comes to the end of the line of a ball."""
+        if self.radius is None:
+            return math.inf
+        ends = np.abs(self.places) >= 0.5 * _END * self.length
+        return float(heights.max() - heights[ends].max())
+
+    def _refuse_end(self, depth: FloatArray, reach: float) -> None:
+        if np.any(depth > reach):
+            raise PathError(
+                f"{_WHO}: at an indentation of {metres(float(depth.max()))} the contact of the ball reaches the end of the line, "
+                f"{metres(self.length)} long; press it less, or make RoughSurface.size larger"
+            )
+
+    def states(self, realisation: int, rows: FloatArray, by_force: bool, grid: FloatArray) -> _States:
+        """
+        Responses at forces or depths, and stiffnesses at the forces of a grid.
+
+        Parameters
+        ----------
+        realisation : int
+        rows : ndarray
+            In N, or in m.
+        by_force : bool
+            Which of the two.
+        grid : ndarray
+            In N.
+
+        Returns
+        -------
+        tuple of ndarray
+        """
+        heights = self.heights(realisation)
+        reach = self.reach(heights)
+        springs = self._sorted(heights)
+        depth = springs.indentation(rows) if by_force else rows
+        self._refuse_end(depth, reach)
+        drawn = springs.indentation(grid)
+        found = (depth, springs.force(depth), springs.normal_stiffness(depth), springs.energy(depth))
+        return np.array(found), np.where(drawn > reach, np.nan, springs.normal_stiffness(drawn))
+
+
+@dataclass(frozen=True, kw_only=True)
+class RoughContact(Study):
+    """Force, indentation and stiffness of a rough contact, as means of logarithms over realisations with bands."""
+
+    data: xr.Dataset
+    """
+    Over ``normal_force`` (N), or over ``indentation`` (m) below the highest summit: the other of the two, normal_stiffness
+    (N/m) and elastic_energy (J), each a geometric mean over the realisations, with ``_low`` and ``_high``, their 16th and
+    84th percentiles; power_law_stiffness and fitted_stiffness (N/m) of the closed form; of a ball hertz_stiffness (N/m).
+    """
+    curves: xr.Dataset
+    """normal_stiffness (N/m) with its band over ``normal_force`` (N), from few contacts to many, for the figure."""
+    springs: xr.Dataset
+    """
+    The first realisation, over ``x`` (m): height (m) of its springs, thinned, with the indentation (m) of the middle row. A step of the
+    calculation, not a cut of the surface.
+    """
+    line: RoughLine
+    """The lines themselves, by realisation; their ``force_curve`` is a profile."""
+
+    what: ClassVar = "a rough contact"
+    columns: ClassVar = {
+        "normal_force": Column("F_N", "N"),
+        "indentation": Column("depth", "m"),
+        "normal_stiffness": Column("stiffness", "N/m"),
+        "normal_stiffness_low": Column("low", "N/m"),
+        "normal_stiffness_high": Column("high", "N/m"),
+        "power_law_stiffness": Column("power law", "N/m"),
+        "fitted_stiffness": Column("fitted", "N/m"),
+        "hertz_stiffness": Column("Hertz", "N/m"),
+        "elastic_energy": Column("energy", "J"),
+    }
+    told: ClassVar = ("normal_stiffness", "power_law_stiffness", "fitted_stiffness")
+
+    def _remarks(self) -> list[str]:
+        told = self.data.attrs
+        lines = [
+            f"geometric means of {told['realisations']} lines of {told['points']} springs; low and high are the 16th and 84th percentiles"
+        ]
+        if "crossover_force" in told:
+            return [*lines, f"below {newtons(told['crossover_force'])} roughness softens the ball"]
+        return [*lines, f"full contact has {written(told['full_contact_stiffness'], 'N/m')}"]
+
+    def plot(self) -> Figure:
+        """Stiffness against force with its band, the closed form and full contact; springs in contact; the spectrum."""
+        from pymdr.presentation.plot import rough_study
+
+        low, _, high = self.line.surface.wave_numbers
+        q = np.geomspace(low, high, 200)
+        spectrum = (q, self.line.surface.spectrum_2d(q))
+        return rough_study(self.data, self.curves, self.springs, spectrum)
+
+
+def press_rough(
+    surface: RoughSurface,
+    body: Material,
+    counterbody: Material | None = None,
+    *,
+    normal_force: ArrayQuantityLike | None = None,
+    indentation: ArrayQuantityLike | None = None,
+    realisations: int = 100,
+    coefficient: float | None = None,
+    points: int | None = None,
+    radius: QuantityLike | None = None,
+    workers: int | None = None,
+) -> RoughContact:
+    """
+    Force, indentation and stiffness of a randomly rough patch that is pressed on a plane, or of a rough ball.
+
+    The surface is replaced by lines of springs whose heights have the spectrum C1D = lambda q C2D and random phases. The
+    stiffness of all springs is that of full contact, k_c = 1.15230 E* L for a square, so that k tends to it:
+    F = (k_c/n) sum (d - s_i), k = k_c times the share of springs in contact. Numbers are means of logarithms over the
+    realisations, at the force or the indentation that is given.
+
+    Parameters
+    ----------
+    surface : RoughSurface
+    body : Elastic or TransverselyIsotropic
+    counterbody : Elastic, TransverselyIsotropic or Rigid, optional
+        Rigid unless given.
+    normal_force, indentation : array_like or quantity
+        Forces in N, or depths in m below the highest summit of each line; exactly one, one row, above 0.
+    realisations : int, optional
+        Lines of the ensemble.
+    coefficient : float, optional
+        lambda; pi, of Geike, unless given. It only scales the heights of the line, by sqrt(lambda/pi).
+    points : int, optional
+        Springs of a line; 16 for the shortest wave unless given.
+    radius : quantity, optional
+        That of a ball in m, whose x^2/R is superposed with the line; the surface is then as long as its size, its springs have
+        E* per length, and the contact must end within it.
+    workers : int, optional
+        Threads; unless given as many as the machine has, and no more than half its memory holds. The numbers do not depend
+        on it.
+
+    Returns
+    -------
+    RoughContact
+
+    Raises
+    ------
+    ProblemError
+        If both or none of the loads are given, one is not above 0, a body is graded or viscoelastic, there are too few
+        points, or more than the memory of this machine holds.
+    PathError
+        If the contact of a ball reaches the end of its line.
+
+    Notes
+    -----
+    Geike and Popov (2007), Phys. Rev. E 76, 036710; Pohrt and Popov (2012), Phys. Rev. Lett. 108, 104301, whose closed form
+    k = C/(H + 1) E* L (F/(L h E*))^(1/(1 + H)) is given beside with C = 1.9412 as published and with 1.45, where each has been held
+    against boundary elements. Contact area, pressures, gaps and adhesion are not on the line.
+
+    Examples
+    --------
+    >>> from pymdr.problem.materials import Elastic
+    >>> surface = RoughSurface(hurst=0.7, rms="1 um", size="1 mm", shortest="20 um")
+    >>> pressed = press_rough(surface, Elastic("210 GPa", 0.3), normal_force=["1 N", "10 N", "1 kN"], realisations=50)
+    >>> (pressed["normal_stiffness"] / pressed.data.attrs["full_contact_stiffness"]).values.round(2).tolist()
+    [0.04, 0.13, 1.0]
+    """
+    asked = rough_line(surface, body, counterbody, coefficient=coefficient, points=points, radius=radius)
+    one_load(_WHO, normal_force, indentation)
+    by_force = normal_force is not None
+    given, unit = (normal_force, "N") if by_force else (indentation, "m")
+    name = "normal_force" if by_force else "indentation"
+    assert given is not None
+    rows = one_row(given, unit, _WHO, name)
+    if np.any(rows <= 0.0):
+        raise ProblemError(f"{_WHO}: {name} = {written(float(rows.min()), unit)}; it must be above 0 {unit}")
+    count = _whole("realisations", realisations)
+    threads = min(count, _most_workers(asked) if workers is None else _whole("workers", workers))
+    _refuse_too_large(asked, count, threads, rows.size)
+    grid = _grid(asked, rows if by_force else None)
+
+    def work(realisation: int) -> _States:
+        return asked.states(realisation, rows, by_force, grid)
+
+    states, drawn = (np.array(part) for part in zip(*_in_turn(work, count, threads), strict=True))
+    bands = _summed(states)
+    columns = {
+        f"{response}{end}": values[i]
+        for i, response in enumerate(_RESPONSES)
+        if response != name
+        for end, values in bands.items()
+    }
+    force = rows if by_force else columns["normal_force"]
+    claims = rough_claims(surface, name, np.ones(rows.shape, dtype=bool), asked.radius is not None)
+    laws, closed = _closed_forms(asked, force, columns["normal_stiffness"])
+    curves = {f"normal_stiffness{end}": values for end, values in _summed(drawn).items()}
+    curves |= _closed_forms(asked, grid, curves["normal_stiffness"])[1]
+    attributes: dict[str, float | int] = {
+        "modulus": asked.modulus,
+        "points": asked.points,
+        "realisations": count,
+        "coefficient": asked.coefficient,
+        "line_length": asked.length,
+    }
+    if asked.radius is None:
+        attributes["full_contact_stiffness"] = asked.modulus * asked.length
+    else:
+        attributes |= {"radius": asked.radius, "crossover_force": asked.scale}
+    return RoughContact(
+        data=_labelled(name, rows, columns | closed, attributes),
+        curves=_labelled("normal_force", grid, curves, attributes),
+        springs=_springs(asked, float(np.median(states[0, 0]))),
+        line=asked,
+        claims=claims | laws,
+        assumptions=rough_assumptions(surface),
+        notes=(),
+    )
+
+
+def rough_line(
+    surface: RoughSurface,
+    body: Material,
+    counterbody: Material | None = None,
+    *,
+    coefficient: float | None = None,
+    points: int | None = None,
+    radius: QuantityLike | None = None,
+) -> RoughLine:
+    """
+    The lines of springs of a rough surface between two bodies, as :func:`press_rough` takes them.
+
+    Parameters
+    ----------
+    surface, body, counterbody, coefficient, points, radius
+        As for :func:`press_rough`.
+
+    Returns
+    -------
+    RoughLine
+        Its ``heights``, ``springs`` and ``force_curve`` by the number of the realisation.
+
+    Raises
+    ------
+    ProblemError
+        If a body is graded or viscoelastic, or a number is not above 0.
+
+    Examples
+    --------
+    >>> from pymdr.problem.materials import Elastic
+    >>> surface = RoughSurface(hurst=0.7, rms="1 um", size="1 mm", shortest="20 um")
+    >>> line = rough_line(surface, Elastic("210 GPa", 0.3))
+    >>> round(line.length * 1e3, 5), line.points
+    (1.1523, 1024)
+    >>> springs = line.springs(realisation=3)
+    >>> bool(springs.force(springs.indentation(10.0)).round(9) == 10.0)
+    True
+    """
+    if not isinstance(surface, RoughSurface):
+        raise ProblemError(
+            f"{_WHO}: {shown(surface)} is not a RoughSurface; write RoughSurface(hurst=0.8, rms='1 um', size='1 mm', "
+            "shortest='10 um')"
+        )
+    other = Rigid() if counterbody is None else counterbody
+    for one in (body, other):
+        if isinstance(one, Graded | Viscoelastic):
+            raise ProblemError(
+                f"{_WHO}: a {type(one).__name__} body: rough lines are known for homogeneous elastic half-spaces; take Elastic or "
+                "TransverselyIsotropic"
+            )
+    modulus = effective_moduli(body, other).normal
+    factor = GEIKE if coefficient is None else to_si(coefficient, "", name="coefficient")
+    ball = None if radius is None else to_si(radius, "m", name="radius")
+    for name, value in (("coefficient", factor), ("radius", ball)):
+        if value is not None and not value > 0.0:
+            raise ProblemError(f"{_WHO}: {name} = {value:g}; it must be above 0")
+    number = default_points(surface) if points is None else _whole("points", points)
+    return RoughLine(surface, modulus, factor, number, ball)
+
+
+def _whole(name: str, value: int) -> int:
+    if not isinstance(value, int | np.integer) or isinstance(value, bool) or value < 1:
+        raise ProblemError(f"{_WHO}: {name} = {shown(value)}; a whole number from 1 on is needed")
+    return int(value)
+
+
+def _most_workers(asked: RoughLine) -> int:
+    """As many as the machine has, or as its memory holds lines."""
+    held = memory_of_machine() / (8.0 * _COPIES * asked.points)
+    return max(1, math.floor(min(os.cpu_count() or 1, 0.5 * held)))
+
+
+def _refuse_too_large(asked: RoughLine, count: int, threads: int, rows: int) -> None:
+    """Refuse what is too coarse, or more than the memory holds, before any work."""
+    refuse_coarse(asked.surface, asked.points)
+    needed = 8.0 * (_COPIES * asked.points * threads + 8.0 * count * (rows + _CURVE))
+    if needed > memory_of_machine():
+        raise ProblemError(
+            f"{_WHO}: {count} lines of {asked.points:.3g} springs, {threads} at a time, take about {needed / 1e9:.3g} GB, more "
+            f"than the {memory_of_machine() / 1e9:.3g} GB of this machine; take fewer workers or points, or a longer shortest wavelength"
+        )
+
+
+def _in_turn(work: Callable[[int], _States], count: int, threads: int) -> list[_States]:
+    """The answers of all realisations in their order."""
+    if threads == 1:
+        return [work(i) for i in range(count)]
+    with ThreadPoolExecutor(threads) as pool:
+        return list(pool.map(work, range(count)))
+
+
+def _summed(values: FloatArray) -> dict[str, FloatArray]:
+    """Geometric means and the band over the first axis, by the end of their names."""
+    low, high = np.percentile(values, _BAND, axis=0)
+    return {"": np.exp(np.log(values).mean(axis=0)), "_low": low, "_high": high}
+
+
+def _grid(asked: RoughLine, rows: FloatArray | None) -> FloatArray:
+    """Forces from few contacts to many, with those that are asked for."""
+    low, high = asked.scale * 10.0**-_DECADES_BELOW, asked.scale * 10.0**_DECADES_ABOVE
+    if rows is not None:
+        low, high = min(low, float(rows.min())), max(high, float(rows.max()))
+    return np.geomspace(low, high, _CURVE)
+
+
+def _closed_forms(
+    asked: RoughLine, force: FloatArray, stiffness: FloatArray
+) -> tuple[dict[str, Claim], dict[str, FloatArray]]:
+    """The power law with both constants where each is claimed; of a ball the one of Hertz."""
+    surface, modulus = asked.surface, asked.modulus
+    ball = asked.radius is not None
+    claims = power_law_claims(surface, stiffness / (modulus * surface.longer_side), ball)
+    columns = {}
+    for name, constant in (("power_law_stiffness", PUBLISHED), ("fitted_stiffness", FITTED)):
+        if claims[name].where.any():
+            law = power_law_stiffness(
+                force, surface.hurst, surface.rms, surface.longer_side, modulus, constant
+            )
+            columns[name] = np.where(claims[name].where, law, np.nan)
+    if asked.radius is not None:
+        columns["hertz_stiffness"] = np.cbrt(6.0 * modulus**2 * asked.radius * force)
+        exact = Claim(
+            Level.EXACT, "of the smooth ball, 2 E* a", SOURCES["hertz"], np.ones(force.shape, dtype=bool)
+        )
+        claims["hertz_stiffness"] = exact
+    return claims, columns
+
+
+def _labelled(
+    over: str, rows: FloatArray, columns: dict[str, FloatArray], attributes: dict[str, float | int]
+) -> xr.Dataset:
+    import xarray as xr
+
+    def unit(name: str) -> dict[str, str]:
+        base = name.removesuffix("_low").removesuffix("_high")
+        return {"units": RoughContact.columns[base].unit}
+
+    return xr.Dataset(
+        {name: (over, values, unit(name)) for name, values in columns.items()},
+        coords={over: (over, rows, unit(over))},
+        attrs=attributes,
+    )
+
+
+def _springs(asked: RoughLine, depth: float) -> xr.Dataset:
+    """The springs of the first line, thinned to the highest of every few, and how deep the plane is."""
+    import xarray as xr
+
+    heights = asked.heights(0)
+    every = -(-heights.size // _DRAWN)
+    size = heights.size // every * every
+    highest = heights[:size].reshape(-1, every).argmax(axis=1) + np.arange(0, size, every)
+    return xr.Dataset(
+        {"height": ("x", heights[highest], {"units": "m"})},
+        coords={"x": ("x", asked.places[highest], {"units": "m"})},
+        attrs={"plane": float(heights.max()) - depth}
+        | ({} if asked.radius is None else {"radius": asked.radius}),
+    )
