@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 import pymdr as mdr
@@ -193,6 +193,7 @@ def test_a_record_that_begins_apart_is_one_approach(apart):
         st.tuples(st.floats(-7.0, -1.0), st.floats(0.01, 1.0), st.integers(1, 4)), min_size=2, max_size=5
     ),
 )
+@example([(-6.0, 1.0, 1), (-1.0, 1.0, 1)])
 def test_legs_have_the_springs_of_the_deepest(legs):
     path = None
     for depth, duration, steps in legs:
@@ -312,16 +313,19 @@ def test_nothing_is_claimed_from_where_something_is_found():
     none, all_rows = np.full(4, -1.0), np.ones(size, dtype=bool)
     errors = dict.fromkeys(("pressure",), np.array([1e-6, 1e-3, 1e-6, 1e-6]))
     names = ("normal_force", "contact_radius", "indentation")
-    good = MemoryCheck(rows, none, none, errors)
+    sure = np.zeros((4, 2))
+    good = MemoryCheck(rows, none, none, errors, sure)
     assert memory_claims(names, all_rows, ~all_rows, all_rows, good, "")["contact_radius"].where.all()
     assert good.error("pressure", size)[[1, 3, 6, 9]].tolist() == [1e-6, 1e-3, 1e-3, 1e-6]
     pulls, overlaps = np.array([-1.0, -1.0, 0.1, 0.2]), np.array([0.01, -1.0, -1.0, -1.0])
     for tension, overlap, first, words in ((pulls, none, 6, "tension"), (none, overlaps, 2, "overlap")):
-        check = MemoryCheck(rows, tension, overlap, errors)
+        check = MemoryCheck(rows, tension, overlap, errors, sure)
         claims = memory_claims(names, all_rows, ~all_rows, all_rows, check, "")
         assert claims["contact_radius"].where.tolist() == [True] * first + [False] * (size - first)
         assert words in claims["contact_radius"].reason
         assert claims["indentation"].where.all()
+        told = MemoryCheck(rows, tension, overlap, errors, sure + 0.1)
+        assert told.violated is None, "springs too few to tell"
     ring = all_rows.copy()
     ring[4] = False
     assert memory_claims(names, ring, ~all_rows, ~all_rows, good, "")["normal_force"].where.sum() == 4

@@ -27,6 +27,8 @@ _TENSION = 1e-3
 """Of the mean pressure: what the distance of the springs can do to a pressure."""
 _OVERLAP = 1e-3
 """Of the largest displacement: what the distance of the springs can do to a gap, some times over."""
+_SURELY = 4.0
+"""By how many times what half as many springs make otherwise a tension or overlap must exceed what is allowed."""
 _CHECKED = 48
 """Most rows whose pressure and gap are looked at."""
 _INSIDE = (np.arange(64.0) + 0.5) / 66.0
@@ -246,11 +248,14 @@ class MemoryCheck(NamedTuple):
     """Deepest overlap outside over the largest displacement; below 0 without any."""
     errors: dict[str, FloatArray]
     """Of the fields over their largest value: what half as many springs make otherwise."""
+    doubt: FloatArray
+    """The same of the pressure over its mean and of the gap over the largest displacement, shape (rows, 2)."""
 
     @property
     def violated(self) -> int | None:
         """The first place in `rows` that is no contact."""
-        wrong = np.flatnonzero((self.tension > _TENSION) | (self.overlap > _OVERLAP))
+        tension, overlap = _SURELY * self.doubt.T
+        wrong = np.flatnonzero((self.tension > _TENSION + tension) | (self.overlap > _OVERLAP + overlap))
         return int(wrong[0]) if wrong.size else None
 
     def sound(self, size: int) -> BoolArray:
@@ -270,7 +275,7 @@ class MemoryCheck(NamedTuple):
         return np.maximum(known[np.minimum(after, known.size - 1)], known[np.maximum(after - 1, 0)])
 
 
-NOT_CHECKED = MemoryCheck(np.zeros(0, dtype=int), np.zeros(0), np.zeros(0), {})
+NOT_CHECKED = MemoryCheck(np.zeros(0, dtype=int), np.zeros(0), np.zeros(0), {}, np.zeros((0, 2)))
 """Where nothing was looked at."""
 
 
@@ -292,6 +297,7 @@ def check_memory(surface: MemorySurface, force: FloatArray | None) -> MemoryChec
     half = replace(surface, n=surface.n // 2)
     found: list[tuple[float, float]] = []
     errors: list[tuple[float, float, float]] = []
+    doubts: list[tuple[float, float]] = []
     for row, fine, coarse in zip(rows, surface.states(rows), half.states(rows), strict=True):
         beyond = surface.outside(fine)
         gap, u = surface.gap_and_displacement(fine, row, beyond)
@@ -315,10 +321,17 @@ def check_memory(surface: MemorySurface, force: FloatArray | None) -> MemoryChec
                 _apart(gap, other_gap, size) + replayed,
             )
         )
+        doubts.append((_apart(p[away], other_p[away], mean), _apart(gap, other_gap, size)))
     names = ("pressure", "normal_displacement", "gap")
     told = np.array(errors).reshape(-1, 3)
     tension, overlap = np.array(found).reshape(-1, 2).T
-    return MemoryCheck(np.array(rows, dtype=int), tension, overlap, dict(zip(names, told.T, strict=True)))
+    return MemoryCheck(
+        np.array(rows, dtype=int),
+        tension,
+        overlap,
+        dict(zip(names, told.T, strict=True)),
+        np.array(doubts).reshape(-1, 2),
+    )
 
 
 def _replayed(state: LineState, row: int, force: FloatArray) -> float:
