@@ -1,0 +1,49 @@
+"""Springs with memory against passes over an array of as many numbers, and Ting's form against these springs."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+import pymdr as mdr
+from benchmarks.timing import Ratio, median_times
+from pymdr.line.curves import ElasticLine
+from pymdr.line.memory import follow_springs, ting
+from pymdr.mapping.equivalent import equivalent_profile
+
+ROWS, SINGLE, PASSES, SPRINGS = 100_000, 10_000, 50, 1000
+DEEPEST = 1e-4
+SERIES = mdr.Prony("1 MPa", ["1 MPa", "2 MPa", "0.5 MPa", "3 MPa"], ["1 ms", "10 ms", "0.1 s", "1 s"])
+LINE = ElasticLine(equivalent_profile(mdr.Paraboloid("5 mm")), 1.0)
+
+
+def ratios() -> Iterator[Ratio]:
+    """A long history of many approaches and retreats; one approach and one retreat."""
+    kernel = mdr.relaxation_of(mdr.Viscoelastic(SERIES, poisson=0.5))
+    time = np.linspace(0.0, 10.0, ROWS + 1)[1:]
+    depth = DEEPEST * (0.6 - 0.4 * np.cos(40.0 * time) * np.exp(-0.05 * time))
+    numbers, other = np.random.default_rng(0).random((2, SPRINGS))
+
+    def passes() -> None:
+        for _ in range(ROWS // 100 * PASSES):
+            np.multiply(numbers, 0.999, out=other)
+
+    few = follow_springs(LINE, kernel, time[:1000], depth[:1000], n=SPRINGS).force
+    many = follow_springs(LINE, kernel, time[:1000], depth[:1000], n=8 * SPRINGS).force
+    reached = float(np.max(np.abs(few - many)) / np.max(many))
+    ours, hundredth = median_times(
+        (lambda: follow_springs(LINE, kernel, time, depth, n=SPRINGS), 3), (passes, 5)
+    )
+    yield Ratio(
+        f"{ROWS:.0e} rows of {SPRINGS} springs, which err by {reached:.1g} of the force",
+        f"{PASSES} passes of NumPy over {SPRINGS} numbers a row",
+        ours,
+        100.0 * hundredth,
+        "aim no slower",
+    )
+    once = np.linspace(0.0, 1.0, SINGLE)
+    pressed = DEEPEST * np.minimum(2.0 * once, 2.0 - 2.0 * once)
+    fast, slow = median_times(
+        (lambda: ting(LINE, kernel, once, pressed), 5),
+        (lambda: follow_springs(LINE, kernel, once, pressed, n=SPRINGS), 5),
+    )
+    yield Ratio(f"{SINGLE:.0e} rows by Ting's form", f"{SPRINGS} springs", fast, slow, "aim within 1 s")
