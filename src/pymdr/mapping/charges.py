@@ -29,6 +29,7 @@ from pymdr.mapping.quarters import (
     sums_from_below,
     sums_on_quarters,
 )
+from pymdr.mapping.resolving import Slopes
 from pymdr.mapping.series import (
     TERMS,
     BoolArray,
@@ -40,7 +41,7 @@ from pymdr.mapping.series import (
     nodes,
     to_coefficients,
 )
-from pymdr.mapping.slopes import Slopes, Tail
+from pymdr.mapping.slopes import Tail
 from pymdr.units import FloatArray
 
 _BUNCH = 20

@@ -9,8 +9,8 @@ import numpy as np
 
 from pymdr.errors import ConvergenceError, ProblemError
 from pymdr.mapping.callables import TipLaw, find_kinks, rounding, slope_panel, tip_law
+from pymdr.mapping.resolving import SlopeSource, anchored
 from pymdr.mapping.series import TERMS, Panels, clenshaw
-from pymdr.mapping.slopes import SlopeSource, anchored
 from pymdr.problem.profiles import Function, call
 from pymdr.units import FloatArray, metres
 

@@ -12,6 +12,7 @@ from pymdr.mapping.abel import gauss
 from pymdr.mapping.bunches import Bunches, bunched
 from pymdr.mapping.charges import Charges
 from pymdr.mapping.quarters import NEAR
+from pymdr.mapping.resolving import Slopes
 from pymdr.mapping.series import (
     TERMS,
     BoolArray,
@@ -24,7 +25,6 @@ from pymdr.mapping.series import (
     nodes,
     to_coefficients,
 )
-from pymdr.mapping.slopes import Slopes
 from pymdr.units import FloatArray
 
 _WORK = 1 << 17

@@ -16,8 +16,9 @@ import numpy as np
 from pymdr.mapping.abel import gauss
 from pymdr.mapping.charges import Charges, Sums
 from pymdr.mapping.quarters import NEAR
+from pymdr.mapping.resolving import Slopes
 from pymdr.mapping.series import IndexArray, Panels
-from pymdr.mapping.slopes import Slopes, Tail
+from pymdr.mapping.slopes import Tail
 from pymdr.units import FloatArray
 
 _HALFWAY = 0.7

@@ -7,8 +7,6 @@ that they do not depend on how far a path happens to reach. Those that do not re
 from __future__ import annotations
 
 import math
-from abc import ABC, abstractmethod
-from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 
@@ -16,55 +14,35 @@ import numpy as np
 
 from pymdr.errors import ConvergenceError, ProblemError
 from pymdr.mapping.callables import search_points
+from pymdr.mapping.resolving import (
+    FIRST,
+    Slopes,
+    SlopeSource,
+    Stopped,
+    anchored,
+    joined_slopes,
+    resolve,
+)
 from pymdr.mapping.series import (
     TERMS,
     BoolArray,
     Panels,
-    Series,
-    basis,
     basis_slope,
     clenshaw,
     evaluate,
     joined,
-    joined_series,
-    nodes,
-    to_coefficients,
 )
 from pymdr.units import FloatArray, metres
 
-_RESOLVED = 4e-15
-_SOFT = 1e-10
-"""Across knots of many samples: their rounding over their distance is no less."""
-_SEARCHED = 512
-"""Points in a quarter of an octave at which the series are held against the slope: 2048 in an octave."""
-_FEWEST = 48
 _FELT_FROM = 2.0**-12
 """How far below the floor something is looked for that is felt above it, in parts of it."""
-_GENERATIONS = 36
-_KINK_GENERATION = 5
-_ROUNDED, _ROUNDED_ALIKE = 2e-14, 1e-12
-"""Misfit, in parts of the slope, of what is taken for its rounding where dividing does not help; alike all over a panel."""
-_STEEP = 8.0
-"""Ratio of the slopes at the ends of a panel from which its local power is divided out."""
-_SPREAD = 64.0
-"""Largest ratio of slopes on a panel beside a breakpoint."""
-_GRADED = 18
-"""Quarterings of the first panel beside a breakpoint: radii that can still be told from it."""
-_SLIVER = 0.1
-_FIRST = 2.0**0.25 - 1.0
-"""Width of the first panel beyond a breakpoint, in parts of its radius."""
 MOST_KINKS = 32
 _TINY = 1e-290
-_MOST_PANELS = 20_000
 _AT_END = 1.0 - 1e-15
 ABOVE_TAIL = 4.0
 """Radii from which on the image of a slope does not feel how its tip was closed, in radii of the floor."""
 _SUDDEN = 1e-200
 _PURE = 1e-14
-_CORRECTIONS = 4
-"""Powers of the offset that follow the first one beside a breakpoint."""
-_SIMPLE = 1e-4
-"""Largest error of an exponent that is taken for the simple one beside it."""
 _UNNAMED = 32.0 * float(np.finfo(float).eps)
 """How far a kink that was found may lie from the true one, in its radius."""
 _BESIDE = 4.0
@@ -72,81 +50,6 @@ _BESIDE = 4.0
 _LEAST_LEAP = 1e-12
 PROBED = np.array([0.03, 0.1, 0.25, 0.5, 0.75, 1.0])
 """Where on a panel a curve is looked at, if it is too uncertain for more."""
-
-
-class SlopeSource(ABC):
-    """What a profile offers to be resolved."""
-
-    knots: tuple[float, ...]
-    """Radii in m at which f' is not smooth."""
-    soft_knots: FloatArray = np.zeros(0)
-    """Radii in m at which a piecewise polynomial continues, which matters if they are few."""
-    reach: float
-    """Largest radius in m."""
-    known_everywhere: bool = False
-    """Whether f' may be asked up to the reach at no cost, as that of samples."""
-    surveyed: bool = False
-    """Whether nothing narrow can hide between the points at which f' is asked."""
-
-    fitted: str = ""
-    """What stands for the profile where it was fitted to samples, in words."""
-
-    @abstractmethod
-    def sample(self, base: FloatArray, offset: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """F' beside base + offset, and the offsets of the radii at which it was evaluated."""
-
-    @property
-    def continued(self) -> float:
-        """Radius in m below which a law stands for the values of the profile; 0 if nowhere."""
-        return 0.0
-
-    def foresee(self, top: float) -> None:  # noqa: B027
-        """Prepare for radii up to `top` in m."""
-
-    def rough(self, r: FloatArray) -> FloatArray:
-        """About |f'| at radii in m."""
-        return np.abs(self.sample(np.zeros(r.size), r)[0])
-
-    def uncertainty(self, panels: Panels) -> FloatArray:
-        """Error of f' on panels that its samples do not show, shape (P,)."""
-        return np.zeros(panels.count)
-
-    def rounding(self, r: float) -> float:
-        """Scatter in m of the f that is differentiated around a radius in m; 0 where f' is given."""
-        return 0.0
-
-    def kinks(self, low: float, high: float) -> list[float]:
-        """Radii between two others at which f' is not smooth, although nobody said so."""
-        return []
-
-
-@dataclass(frozen=True)
-class Slopes:
-    """f' on panels."""
-
-    panels: Panels
-    series: Series
-    error: FloatArray
-    """Measured error of f' on every panel, shape (P,)."""
-    size: FloatArray
-    """Largest |f'| on every panel, shape (P,)."""
-    jump: FloatArray
-    """Jump of f' at the lower end of panels that begin at a breakpoint, else 0; shape (P,)."""
-    jump_error: FloatArray
-    """Error of that jump, shape (P,)."""
-    beside: FloatArray
-    """Errors of the exponent and of the place in m with which f' begins there, shape (P, 2)."""
-
-    @property
-    def last(self) -> Slopes:
-        """The last panel alone."""
-        end = slice(-1, None)
-        return Slopes(
-            self.panels.take(end), self.series.take(end), *(getattr(self, name)[end] for name in _MEASURED)
-        )
-
-
-_MEASURED = ("error", "size", "jump", "jump_error", "beside")
 
 
 @dataclass(frozen=True)
@@ -271,17 +174,17 @@ class ResolvedSlope:
                 at = base
             if at >= self.limit:
                 break
-        made = _resolve(self.source, joined(stretches), x, self._felt, self._look_for_kinks)
-        if isinstance(made, _Stopped):
+        made = resolve(self.source, joined(stretches), x, self._felt, self._look_for_kinks)
+        if isinstance(made, Stopped):
             self._stopped(made)
             return
         if not self.source.surveyed:
             leaps = _leaps(made, self.slopes)
             if kinks := self._kinks_between(made, leaps):
-                if kinks[0] < self.front * (1.0 + _FIRST):
+                if kinks[0] < self.front * (1.0 + FIRST):
                     # no sliver is left between it and the panels before
                     self.slopes, self.front = None, self.floor
-                self._stopped(_Stopped(kinks))
+                self._stopped(Stopped(kinks))
                 return
             made = replace(made, jump_error=np.maximum(made.jump_error, leaps))
         made = _beginning(made, self.slopes, self.found, self.source)
@@ -333,7 +236,7 @@ class ResolvedSlope:
         self.found += found
         return found
 
-    def _stopped(self, made: _Stopped) -> None:
+    def _stopped(self, made: Stopped) -> None:
         if made.kinks:
             self.knots = sorted({*self.knots, *made.kinks})
             return
@@ -363,329 +266,10 @@ def _leaps(made: Slopes, before: Slopes | None) -> FloatArray:
     return np.append(np.zeros(made.panels.count - apart.size), apart)
 
 
-def joined_slopes(first: Slopes, second: Slopes) -> Slopes:
-    """Two stretches side by side."""
-    return Slopes(
-        joined([first.panels, second.panels]),
-        joined_series([first.series, second.series]),
-        *(np.concatenate([getattr(first, name), getattr(second, name)]) for name in _MEASURED),
-    )
-
-
-def anchored(base: float, low: float, stop: float, end: float) -> Panels:
-    """
-    Panels from an offset to at least a radius on the grid of anchors of a base, cut at `end`.
-
-    Parameters
-    ----------
-    base : float
-        Breakpoint in m from which offsets count, or 0.
-    low : float
-        Offset in m of the lower end of the first panel.
-    stop : float
-        Radius in m, above the lower end and at most `end`.
-    end : float
-        Radius in m that no panel passes; a sliver before it is given to its neighbour.
-
-    Returns
-    -------
-    Panels
-    """
-    if low == 0.0 and end - base <= _FIRST * base:
-        return _row(base, np.array([0.0, end - base]))
-    unit = base if base > 0.0 else 1.0
-    first = math.floor(4.0 * math.log2((base + low) / unit) + 1e-6)
-    last = math.ceil(4.0 * math.log2(min(stop, 1e300) / unit) - 1e-9)
-    j = np.arange(first, max(last, first + 1) + 1)
-    grid = base * np.expm1(j * (math.log(2.0) / 4.0)) if base > 0.0 else 2.0 ** (j / 4.0)
-    inner = grid[(grid > low * (1.0 + 1e-9)) & (grid > 0.0)]
-    edges = np.concatenate([[low], inner])
-    if edges[-1] + base >= end * (1.0 - 1e-15) or edges.size < 2:
-        edges = np.append(edges[edges + base < end], end - base)
-    if math.isfinite(end):
-        # what is left before the end is no panel of its own
-        step = edges[-1] - edges[-2]
-        if end - base - edges[-1] < _SLIVER * step:
-            edges[-1] = end - base
-        if (
-            edges.size > 2
-            and edges[-1] == end - base
-            and edges[-1] - edges[-2] < _SLIVER * (edges[-2] - edges[-3])
-        ):
-            edges = np.delete(edges, -2)
-    return _row(base, edges)
-
-
-def _row(base: float, edges: FloatArray) -> Panels:
-    count = edges.size - 1
-    return Panels(np.full(count, base), edges[:-1], edges[1:], np.zeros(count, dtype=bool))
-
-
-@dataclass(frozen=True)
-class _Stopped:
-    """Why a stretch could not be resolved as it was cut."""
-
-    kinks: list[float]
-    end: float = math.inf
-    value: float = math.nan
-
-
 @lru_cache(maxsize=1)
 def _below_begin() -> FloatArray:
     """Where features below the floor are looked for, in parts of it."""
     return search_points(_FELT_FROM, ABOVE_TAIL)
-
-
-@lru_cache(maxsize=16)
-def _tested(count: int) -> tuple[FloatArray, FloatArray]:
-    """Nodes and then the points at which series are held against the slope, and the basis at these."""
-    u_test = _jitter(count)
-    return np.concatenate([nodes(), u_test]), basis(u_test).T
-
-
-def _jitter(count: int) -> FloatArray:
-    """Points in (0, 1), dense everywhere and on no grid: a Kronecker sequence."""
-    golden = 0.5 * (math.sqrt(5.0) - 1.0)
-    inner = np.sort((0.5 + golden * np.arange(1.0, count + 1.0)) % 1.0)
-    # a kink beside the end of a panel is seen at the end only
-    return np.concatenate([[1e-7, 1e-4], inner, [1.0 - 1e-4, 1.0 - 1e-7]])
-
-
-def _resolve(
-    source: SlopeSource,
-    panels: Panels,
-    needed: float,
-    inner: float,
-    kinks: Callable[[float, float], list[float]],
-) -> Slopes | _Stopped:
-    """Series of f' on panels, divided until they fit; what is divided beyond the radius that is needed is left."""
-    pending, family = panels, np.arange(panels.count)
-    sizes = felt = np.zeros(panels.count)
-    done: list[Slopes] = []
-    asked: set[int] = set()
-    alike = np.zeros(panels.count, dtype=bool)
-    for generation in range(_GENERATIONS + 1):
-        fit = _fitted(source, pending)
-        if isinstance(fit, _Stopped):
-            return fit
-        if generation == 0:
-            sizes = fit.size
-            # where f' all but vanishes its rounding is no less than farther in
-            felt = np.maximum.accumulate(np.maximum(sizes * panels.stop, inner)) / panels.stop
-        # a thin panel counts by the share that it can have in an integral with an inverse square root
-        share = np.sqrt(pending.width / panels.width[family])
-        allowed = np.maximum(
-            _RESOLVED * fit.size, 1e-17 * sizes[family] / np.maximum(share, 1e-300) * (generation > 3)
-        )
-        fits = (fit.error <= allowed) & fit.even
-        if source.soft_knots.size > 400:
-            fits |= fit.error <= _SOFT * fit.size
-        if generation >= 2 and not fits.all():
-            rest = np.flatnonzero(~fits)
-            noise = _noise(source, pending.take(rest))
-            fits[rest] |= (fit.error[rest] <= 8.0 * noise) & fit.even[rest]
-        if generation == _KINK_GENERATION:
-            # a radius that loses digits in sums makes stairs of f'; features are in few parts of a panel
-            missed = np.bincount(family, np.where(fits, 0.0, pending.width), panels.count)
-            alike = missed >= 0.125 * (np.minimum(panels.stop, needed) - panels.start)
-        if generation >= _KINK_GENERATION:
-            rounded = np.where(alike[family], _ROUNDED_ALIKE, _ROUNDED)
-            fits |= (fit.error <= rounded * np.maximum(fit.size, felt[family])) & fit.even
-        begins = pending.begins
-        thinnest = np.maximum(64.0 * np.finfo(float).eps * pending.base, 1e-300)
-        last = (pending.width <= thinnest) | (generation == _GENERATIONS)
-        # what no panel resolves is felt like a jump
-        leap = np.where(last & ~fits, fit.error, 0.0)
-        fits |= last | (begins & (generation >= _GRADED))
-        taken = pending.take(fits)
-        error = fit.error[fits] + source.uncertainty(taken)
-        beside = np.stack([fit.exponent_error[fits], np.zeros(taken.count)], axis=1)
-        none = np.zeros(taken.count)
-        done.append(Slopes(taken, fit.series.take(fits), error, fit.size[fits], none, leap[fits], beside))
-        rest = np.flatnonzero(~fits)
-        if rest.size == 0:
-            break
-        soft = source.soft_knots.size > 0
-        if generation == _KINK_GENERATION or soft:
-            for i in sorted(set(family[rest].tolist()) - asked):
-                asked.add(i)
-                low, high = float(panels.start[i]), float(panels.stop[i])
-                found = [b for b in kinks(low, high) if low < b < high]
-                if found:
-                    return _Stopped(found)
-        pending, family = _divided(pending.take(rest), family[rest])
-        wanted = pending.start < needed
-        pending, family = pending.take(wanted), family[wanted]
-        if pending.count > _MOST_PANELS:
-            rough = metres(float(pending.start.min()))
-            raise ConvergenceError(
-                f"the slope of the profile is not resolved beside r = {rough}: it is rough there on every scale; give a "
-                "smooth profile, or name the radii where it is not smooth as breakpoints"
-            )
-    panels = joined([part.panels for part in done])
-    order = np.lexsort((panels.low, panels.base))
-    return Slopes(
-        panels.take(order),
-        joined_series([part.series for part in done]).take(order),
-        *(np.concatenate([getattr(part, name) for part in done])[order] for name in _MEASURED),
-    )
-
-
-@dataclass(frozen=True)
-class _Fit:
-    series: Series
-    error: FloatArray
-    size: FloatArray
-    even: np.ndarray
-    """Whether values on a panel beside a breakpoint are of one order."""
-    exponent_error: FloatArray
-
-
-def _fitted(source: SlopeSource, panels: Panels) -> _Fit | _Stopped:
-    """Series of f' on panels, each held against it at as many points as are in it of 2048 an octave."""
-    with np.errstate(divide="ignore"):
-        halvings = np.floor(-np.log2(4.0 * np.log2(panels.stop / panels.start)))
-    tests = np.maximum(_SEARCHED * 2.0 ** -np.maximum(halvings, 0.0), _FEWEST).astype(int)
-    if np.all(tests == tests[0]):
-        return _fitted_at(source, panels, int(tests[0]))
-    groups = [np.flatnonzero(tests == count) for count in np.unique(tests)]
-    made = [_fitted_at(source, panels.take(group), int(tests[group[0]])) for group in groups]
-    stopped = [fit for fit in made if isinstance(fit, _Stopped)]
-    if stopped:
-        return min(stopped, key=lambda stop: stop.end)
-    fits = [fit for fit in made if isinstance(fit, _Fit)]
-    order = np.argsort(np.concatenate(groups))
-    return _Fit(
-        joined_series([fit.series for fit in fits]).take(order),
-        *(
-            np.concatenate([getattr(fit, name) for fit in fits])[order]
-            for name in ("error", "size", "even", "exponent_error")
-        ),
-    )
-
-
-def _fitted_at(source: SlopeSource, panels: Panels, tests: int) -> _Fit | _Stopped:
-    u, at_tests = _tested(tests)
-    wanted = panels.offsets(u)
-    base = np.repeat(panels.base, u.size)
-    values, actual = source.sample(base, wanted.ravel())
-    values, actual = values.reshape(wanted.shape), actual.reshape(wanted.shape)
-    size = np.max(np.abs(values), axis=1)
-    if not np.isfinite(size).all():
-        return _end_of_definition(source, panels, values, wanted)
-    power, exponent_error = _powers(panels, actual, values)
-    plain, largest = values, size
-    if power.any():
-        with np.errstate(divide="ignore", invalid="ignore", over="ignore", under="ignore"):
-            scale = np.where(power[:, None] != 0.0, (actual / panels.high[:, None]) ** power[:, None], 1.0)
-            plain = np.where(scale > 0.0, values / scale, 0.0)
-    coefficients = plain[:, :TERMS] @ to_coefficients().T
-    if panels.base.any():
-        # radii beside a breakpoint are rounded: the slope was asked where it was evaluated
-        moved = (actual - panels.low[:, None]) / panels.width[:, None] - u
-        plain = plain - moved * (coefficients @ basis_slope(u).T)
-        coefficients = plain[:, :TERMS] @ to_coefficients().T
-    misfit = coefficients @ at_tests
-    misfit -= plain[:, TERMS:]
-    if plain is not values:
-        largest = np.max(np.abs(plain), axis=1)
-    # where a power is divided out the series stands for ratios, and its error is that of the largest slope
-    ratio = np.where((size > 0.0) & (largest > 0.0), largest, 1.0)
-    error = np.max(np.abs(misfit, out=misfit), axis=1) / ratio * size
-    even = ~panels.begins
-    beside = plain[~even]
-    one_sign = (np.min(beside, axis=1) > 0.0) | (np.max(beside, axis=1) < 0.0)
-    even[~even] = ~one_sign | (largest[~even] <= _SPREAD * np.min(np.abs(beside), axis=1))
-    return _Fit(Series(power, coefficients), error, size, even, exponent_error)
-
-
-def _powers(panels: Panels, offset: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Local powers of steep slopes; that of a slope that begins at 0 beside its breakpoint, with its error."""
-    first, last = values[:, 0], values[:, TERMS - 1]
-    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        ratio = last / first
-        power = np.log(ratio) / np.log(offset[:, TERMS - 1] / offset[:, 0])
-    steep = np.isfinite(power) & (ratio > 0.0) & ((ratio > _STEEP) | (ratio < 1.0 / _STEEP))
-    answer = np.where(steep & (panels.low > 0.0), power, 0.0)
-    error = np.zeros(panels.count)
-    begins = np.flatnonzero(panels.begins & (first != 0.0))
-    guesses = _guessed(offset[begins, :TERMS], values[begins, :TERMS])
-    for i, guess in zip(begins[guesses != 0.0], guesses[guesses != 0.0], strict=True):
-        answer[i], error[i] = _first_power(offset[i, :TERMS], values[i, :TERMS], float(guess))
-    return answer, error
-
-
-def _guessed(offset: FloatArray, values: FloatArray) -> FloatArray:
-    """About the exponents of slopes that start like offset^p, rows; 0 where they do not vanish or are no powers."""
-    one_sign = (offset[:, 0] > 0.0) & (np.all(values > 0.0, axis=1) | np.all(values < 0.0, axis=1))
-    with np.errstate(divide="ignore", invalid="ignore"):
-        local = np.diff(np.log(np.abs(values[:, :4]))) / np.diff(np.log(offset[:, :4]))
-        bend = (local[:, 1] - local[:, 0]) * offset[:, 0] / (offset[:, 1] - offset[:, 0])
-        guess = local[:, 0] - bend
-        power = one_sign & (np.abs(guess) >= 0.02) & (np.ptp(local, axis=1) <= 0.5 * np.abs(guess))
-    return np.where(power, guess, 0.0)
-
-
-def _first_power(offset: FloatArray, values: FloatArray, guess: float) -> tuple[float, float]:
-    """Exponent of a slope that starts like offset^p, and its error."""
-    height, size = np.log(offset / offset[-1]), np.log(values / values[-1])
-    # log f' = const + p log(offset) + a series in the offset, no longer than it has to be
-    series = np.exp(height)[:, None] ** np.arange(_CORRECTIONS + 1)
-    rounding = np.finfo(float).eps * (1.0 + abs(guess))
-    for count in range(1, _CORRECTIONS + 2):
-        matrix = np.column_stack([height, series[:, :count]])
-        inverse = np.linalg.pinv(matrix)
-        rest = float(np.max(np.abs(size - matrix @ (inverse @ size))))
-        if rest <= 8.0 * rounding:
-            break
-    power = float(inverse[0] @ size)
-    error = 4.0 * max(rest, rounding) * float(np.linalg.norm(inverse[0]))
-    # whole and simple powers are meant as such
-    simple = round(power * 60.0) / 60.0
-    near = abs(power - simple) < max(1e-9, min(error, _SIMPLE))
-    return (simple, 0.0) if near else (power, error)
-
-
-def _divided(panels: Panels, family: np.ndarray) -> tuple[Panels, np.ndarray]:
-    """Two panels for each: quarters beside a breakpoint, halves elsewhere."""
-    share = np.where(panels.begins, 0.25, 0.5)
-    middle = panels.low + share * panels.width
-    twice = Panels(
-        np.concatenate([panels.base, panels.base]),
-        np.concatenate([panels.low, middle]),
-        np.concatenate([middle, panels.high]),
-        np.concatenate([panels.rooted, panels.rooted]),
-    )
-    return twice, np.concatenate([family, family])
-
-
-def _noise(source: SlopeSource, panels: Panels) -> FloatArray:
-    """Rounding of the slope on panels: its scatter about straight lines that are short to any profile."""
-    steps = np.linspace(-1.0, 1.0, 9)
-    away = np.array([0.21, 0.5, 0.83])[:, None] + 1e-5 * steps
-    offset = panels.offsets(np.broadcast_to(away.ravel(), (panels.count, away.size)))
-    values, _ = source.sample(np.repeat(panels.base, away.size), offset.ravel())
-    values = values.reshape(panels.count, 3, steps.size)
-    line = np.stack([np.ones_like(steps), steps], axis=1)
-    smooth = values @ (np.linalg.pinv(line).T @ line.T)
-    return np.asarray(np.median(np.max(np.abs(values - smooth), axis=2), axis=1))
-
-
-def _end_of_definition(
-    source: SlopeSource, panels: Panels, values: FloatArray, offset: FloatArray
-) -> _Stopped:
-    """The last radius at which f' is finite, by bisection."""
-    at = np.flatnonzero(~np.isfinite(values).all(axis=1))[0]
-    bad = offset[at][~np.isfinite(values[at])]
-    base, low, high = panels.base[at : at + 1], float(panels.low[at]), float(bad.min())
-    value = float(values[at][~np.isfinite(values[at])][0])
-    for _ in range(60):
-        middle = 0.5 * (low + high)
-        if not low < middle < high:
-            break
-        finite = np.isfinite(source.sample(base, np.array([middle]))[0][0])
-        low, high = (middle, high) if finite else (low, middle)
-    return _Stopped([], float(base[0] + low), value)
 
 
 def _beginning(made: Slopes, before: Slopes | None, found: list[float], source: SlopeSource) -> Slopes:

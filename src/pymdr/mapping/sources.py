@@ -10,8 +10,8 @@ import numpy as np
 from pymdr.errors import ProblemError
 from pymdr.mapping.callables import check_consistency, find_kinks
 from pymdr.mapping.derived import DerivedSource
+from pymdr.mapping.resolving import SlopeSource
 from pymdr.mapping.series import TERMS, Panels, Place, Series, evaluate
-from pymdr.mapping.slopes import SlopeSource
 from pymdr.problem.profiles import (
     Function,
     Interpolated,

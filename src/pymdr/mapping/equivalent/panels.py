@@ -16,6 +16,7 @@ from pymdr.mapping.equivalent.base import EquivalentProfile, rising_root
 from pymdr.mapping.equivalent.searching import Search, never_rises
 from pymdr.mapping.images import CURVES, Image, joined_images, map_panels, rooted_copy
 from pymdr.mapping.kernels import GradedCharges, power_shares, root_order
+from pymdr.mapping.resolving import SlopeSource, anchored
 from pymdr.mapping.series import (
     BoolArray,
     IndexArray,
@@ -29,7 +30,7 @@ from pymdr.mapping.series import (
     evaluate,
     joined,
 )
-from pymdr.mapping.slopes import ABOVE_TAIL, PROBED, ResolvedSlope, SlopeSource, anchored
+from pymdr.mapping.slopes import ABOVE_TAIL, PROBED, ResolvedSlope
 from pymdr.problem.profiles import Interpolated
 from pymdr.units import FloatArray, metres
 
