@@ -238,6 +238,51 @@ def test_claimed_errors_are_those_that_are_found(noise):
     assert np.max(found) < 3.0
 
 
+@settings(max_examples=40, deadline=None)
+@given(
+    st.integers(5, 150),
+    st.floats(1.0, 3.0),
+    st.sampled_from([0.0, 1e-6, 1e-3, 1e-2, 0.1]),
+    st.sampled_from([-0.3, 0.0]),
+    st.integers(0, 2**31),
+)
+def test_points_with_any_noise_have_a_rising_stiffness_or_are_refused(n, power, noise, begin, seed):
+    rng = np.random.default_rng(seed)
+    d = np.unique(rng.uniform(begin, 1.0, n))
+    load = np.maximum(d - 0.05, 0.0) ** power + noise * rng.standard_normal(d.size)
+    try:
+        curve = mdr.ForceCurve(d, load, modulus=1.0)
+        found = closure_of(curve)
+    except mdr.ProblemError as refusal:
+        assert "ForceCurve" in str(refusal)  # noqa: PT017
+        return
+    assert np.all(np.diff(found.stiffness.stiffness) >= 0.0)
+    assert found.misfit <= max(0.05 * load.max(), 2.0 * found.noise) * (1.0 + 1e-9)
+    body = mdr.Elastic(2.0, 0.0)
+    most = found.largest_force * (1.0 - 1e-9)
+    rows = mdr.solve(mdr.Contact(curve, body, body), mdr.load(most, steps=3))
+    assert np.allclose(
+        found.stiffness.at(rows["indentation"].values)[1], most * np.arange(1, 4) / 3, rtol=1e-8
+    )
+
+
+@pytest.mark.parametrize("noise", [1e-3, 1e-2])
+def test_claimed_errors_of_what_slip_loses_are_those_that_are_found(noise):
+    path = mdr.indent("1 um")
+    for shift in ("0.05 um", "0.2 um"):
+        path >>= mdr.cycle(shift=shift, cycles=2, steps=80)
+    true, *others = (
+        mdr.solve(mdr.Contact(profile, STEEL, STEEL, friction=mdr.Coulomb(0.3)), path)
+        for profile in (BALL, *(curve_of_ball(400, noise, seed) for seed in range(6)))
+    )
+    rows, found = [80, 160], []
+    for other in others:
+        lost, own = (result["dissipated_energy"].values[rows] for result in (other, true))
+        found.append(np.abs(lost / own - 1.0) / other.claims["dissipated_energy"].error[rows])
+    assert np.median(found) < 1.0
+    assert np.max(found) < 3.0
+
+
 def test_the_contact_point_is_found_where_the_data_begin_before_it():
     rng = np.random.default_rng(2)
     d = np.linspace(-0.5, 1.0, 601)
@@ -334,6 +379,9 @@ def test_impacts_and_loops_are_those_of_the_shape():
         for c in rubbed
     ]
     assert oblique[1].spin == pytest.approx(oblique[0].spin, rel=1e-6)
+    assert oblique[1].claims["spin"].error[0] >= np.max(
+        mdr.solve(rubbed[1], mdr.indent(one.largest_indentation)).claims["tangential_force"].error
+    )
     oblique[1].plot()
     loops = [mdr.friction_loop(c, ["0.1 um", "0.2 um"], normal_force="10 N") for c in rubbed]
     assert np.allclose(loops[1]["dissipated_per_cycle"], loops[0]["dissipated_per_cycle"], rtol=1e-6)

@@ -103,7 +103,9 @@ def _of_curve(name: str, claim: Claim, error: FloatArray, remembered: BoolArray 
         source=f"{claim.source}; {SOURCES['closure']}",
     )
     total = error if claim.error is None else error + claim.error
-    return with_errors({name: own}, {name: total}, "", "as curves through every other point do")
+    return with_errors(
+        {name: own}, {name: total}, "", "as curves through every other point, or of more pieces, do"
+    )
 
 
 def closure_errors(closure: Closure, depth: FloatArray, *, remembers: bool) -> dict[str, FloatArray]:
@@ -123,18 +125,16 @@ def closure_errors(closure: Closure, depth: FloatArray, *, remembers: bool) -> d
     dict of str to ndarray
     """
     known = np.nan_to_num(depth)
-    stiffness, force, energy = closure.error(known)
+    stiffness, force, energy, rise = closure.error(known)
     if remembers and depth.size:
         before = closure.error(np.maximum.accumulate(known))
-        stiffness, force, energy = (
-            np.maximum(*both) for both in zip((stiffness, force, energy), before, strict=True)
-        )
+        stiffness, force, energy, rise = np.maximum((stiffness, force, energy, rise), before)
     slid = stiffness + force
     given = {
         "normal_stiffness": stiffness,
         "elastic_energy": energy,
         "external_work": energy,
-        "dissipated_energy": slid + energy,
+        "dissipated_energy": slid + rise,
         "stored_tangential_energy": slid + energy,
         "slip_work": slid + energy,
         "tangential_force": slid,

@@ -24,6 +24,8 @@ from pymdr.units import FloatArray, metres, newtons
 _ROUNDING = 1e-13
 """Of the largest force: by how much rounding may bend a curve."""
 _PIECES = (2, 3, 4, 6, 8, 11, 16, 23, 32, 45, 64, 91, 128)
+_PARTS = 8
+"""Straight parts of k in a piece."""
 _PATIENCE = 3
 """Numbers of pieces that may be no better before the search ends."""
 _MOST = 3000
@@ -42,6 +44,8 @@ _NO_NOISE = 2.0
 """Noises by which points with noise may always lie off."""
 _OCTAVE = 4
 """Entries of the table of errors in a factor of 2 of the depth."""
+_LAST = 0.05
+"""Of a depth: what slip of a part of the contact feels."""
 
 
 class Polyline(NamedTuple):
@@ -83,7 +87,7 @@ class Closure:
     misfit: float
     """Root mean square in N by which the points lie off the curve."""
     errors: tuple[FloatArray, FloatArray]
-    """Depths in m, rising, and the relative errors of k, F and U at each, shape (3, n)."""
+    """Depths in m, rising, and the relative errors at each of k, F, U and of the rise of k, shape (4, n)."""
     notes: tuple[str, ...]
     """What was done to the data, in words."""
 
@@ -98,7 +102,7 @@ class Closure:
         return float(self.stiffness.at(np.array([self.deepest]))[1, 0])
 
     def error(self, depth: FloatArray) -> FloatArray:
-        """Relative errors of k, F and U at depths in m, shape (3, n): what half of the points give otherwise."""
+        """Relative errors of k, F, U and the rise of k at depths in m, shape (4, n): what half of the points, and more pieces, give otherwise."""
         table, found = self.errors
         j = np.clip(np.searchsorted(table, depth), 0, table.size - 1)
         return np.where(depth > 0.0, found[:, j], 0.0)
@@ -124,8 +128,8 @@ def closure_of(curve: ForceCurve) -> Closure:
 
     Notes
     -----
-    The errors are those by which the curves through every other point differ from the curve through all, the largest of a
-    factor of 2 of the depth on both sides.
+    The errors are those by which the curves through every other point, and that of twice as many pieces, differ from the curve,
+    the largest of a factor of 2 of the depth on both sides.
 
     Examples
     --------
@@ -165,6 +169,8 @@ class _Fit:
     """A stiffness through points in their own units."""
 
     line: Polyline
+    finer: Polyline
+    """That of twice as many pieces, where there are any."""
     touch: float
     first: float
     """Depth of the first point in contact."""
@@ -193,10 +199,13 @@ def _fit(d: FloatArray, force: FloatArray, touch: float | None) -> _Fit:
     met = quiet and _slopes_rise(depth, values)
     if met:
         line, pieces, off = _through(*_begun(depth, values)), 0, None
+        finer = line
         noise = misfit = 0.0
     else:
         few = few[:, few[0] > touch] - np.array([[touch], [0.0], [0.0]])
-        line, pieces = _least_squares(*few)
+        line, nodes = _least_squares(*few)
+        pieces = nodes.size - 1
+        finer = _ramps(few[0], few[1], few[2], np.sort(np.append(nodes, 0.5 * (nodes[1:] + nodes[:-1]))))[0]
         residual = force - line.at(x)[1]
         misfit = float(np.sqrt(np.mean(residual**2)))
         noise, off = float(np.median(sigma)), _systematic(x, residual / sigma)
@@ -204,7 +213,7 @@ def _fit(d: FloatArray, force: FloatArray, touch: float | None) -> _Fit:
             # is it the points, or too few pieces?
             freest = _ramps(few[0], few[1], few[2], _nodes(few[0], _PIECES[-1]))[0]
             off = _systematic(x, (force - freest.at(x)[1]) / sigma)
-    return _Fit(line, touch, float(depth[1]), float(depth[-1]), noise, misfit, found, pieces, off)
+    return _Fit(line, finer, touch, float(depth[1]), float(depth[-1]), noise, misfit, found, pieces, off)
 
 
 def _half(d: FloatArray, force: FloatArray, first: int) -> tuple[FloatArray, FloatArray]:
@@ -316,37 +325,59 @@ def _through(depth: FloatArray, force: FloatArray) -> Polyline:
     with np.errstate(divide="ignore", invalid="ignore"):
         share = np.where(rise > 0.0, (k[1:] - slope) / rise, 0.5)
     share = np.where(share < 1e-9, 0.0, np.where(share > 1.0 - 1e-9, 1.0, share))
-    t = np.append(np.stack([depth[:-1], depth[:-1] + share * h], axis=1).ravel(), depth[-1])
+    meet = np.minimum(depth[:-1] + share * h, depth[1:])
+    t = np.append(np.stack([depth[:-1], meet], axis=1).ravel(), depth[-1])
     return Polyline(t, np.append(np.stack([k[:-1], slope], axis=1).ravel(), k[-1]))
 
 
 def _nodes(x: FloatArray, n: int) -> FloatArray:
-    """Depths between which k is straight, closer toward the contact point, with a point at least between two of them."""
+    """Depths between which dk/dd is straight, closer toward the contact point, with a point at least between two of them."""
     rows = np.arange(n + 1) / n
     index = np.maximum(x.size * rows**2, np.arange(n + 1.0))
     return np.unique(np.interp(index, np.arange(x.size + 1), np.append(0.0, x)))
 
 
 def _ramps(x: FloatArray, y: FloatArray, sigma: FloatArray, nodes: FloatArray) -> tuple[Polyline, float]:
-    """The rising k, straight between nodes, whose force is nearest to points; and the squares that are left."""
+    """
+    The rising k whose force is nearest to points, and the squares that are left.
+
+    dk/dd is straight between nodes and nowhere below 0, so that k is smooth; k may begin with a step.
+    """
     from scipy.optimize import nnls
 
-    t = np.clip(x[:, None] - nodes[:-1], 0.0, None)
-    h = np.diff(nodes)
-    u = np.minimum(t, h)
-    columns = np.column_stack([x, u * (t - 0.5 * u) / h]) / sigma[:, None]
+    columns = np.column_stack([x, _forces(x, nodes)]) / sigma[:, None]
     size = np.linalg.norm(columns, axis=0)
     size[size == 0.0] = 1.0
     target = y / sigma
     reduced = np.asarray(np.linalg.qr(np.column_stack([columns / size, target]), mode="r"))
     found = nnls(reduced[:, :-1], reduced[:, -1])[0] / size
-    k = np.cumsum(found)
-    line = Polyline(np.append(0.0, nodes), np.append(0.0, k))
+    part = np.arange(_PARTS) / _PARTS
+    h = np.diff(nodes)[:, None]
+    begin, end = found[1:-1, None], found[2:, None]
+    rise = np.append(0.0, np.cumsum(0.5 * h * (begin + end)))
+    k = found[0] + rise[:-1, None] + h * part * (begin + 0.5 * (end - begin) * part)
+    depth = np.append((nodes[:-1, None] + h * part).ravel(), nodes[-1])
+    line = Polyline(
+        np.append(0.0, depth),
+        np.maximum.accumulate(np.concatenate([[0.0], k.ravel(), [found[0] + rise[-1]]])),
+    )
     return line, float(np.sum((target - columns @ found) ** 2))
 
 
-def _least_squares(x: FloatArray, y: FloatArray, sigma: FloatArray) -> tuple[Polyline, int]:
-    """The rising k with as many pieces as the points ask for (Schwarz' criterion), and where they ask for them."""
+def _forces(x: FloatArray, nodes: FloatArray) -> FloatArray:
+    """Forces at depths of stiffnesses whose rates are hats, 1 at one node and 0 at all others; one column per node."""
+    h = np.diff(nodes)
+    cubes = np.clip(x[:, None] - nodes, 0.0, None) ** 3 / 6.0
+    ramps = np.diff(cubes, axis=1) / h
+    hats = np.empty(cubes.shape)
+    hats[:, 1:-1] = ramps[:, 1:] - ramps[:, :-1]
+    hats[:, 0] = 0.5 * x**2 + ramps[:, 0]
+    hats[:, -1] = -ramps[:, -1]
+    return hats
+
+
+def _least_squares(x: FloatArray, y: FloatArray, sigma: FloatArray) -> tuple[Polyline, FloatArray]:
+    """The rising k with as many pieces as the points ask for (Schwarz' criterion), where they ask for them; and its nodes."""
 
     def tried(nodes: FloatArray) -> tuple[float, Polyline, FloatArray]:
         line, rest = _ramps(x, y, sigma, nodes)
@@ -370,7 +401,7 @@ def _least_squares(x: FloatArray, y: FloatArray, sigma: FloatArray) -> tuple[Pol
         current = tried(np.sort(np.append(nodes, 0.5 * (nodes[1:] + nodes[:-1])[beside])))
         worse = 0 if current[0] < best[0] else worse + 1
         best = min(best, current, key=lambda one: one[0])
-    return best[1], best[2].size - 1
+    return best[1], best[2]
 
 
 def _systematic(x: FloatArray, residual: FloatArray) -> tuple[float, float, float] | None:
@@ -384,15 +415,22 @@ def _systematic(x: FloatArray, residual: FloatArray) -> tuple[float, float, floa
     return (float(x[i]), float(x[i + width - 1]), float(mean[i])) if mean[i] > _SYSTEMATIC else None
 
 
+def _told(line: Polyline, depth: FloatArray) -> FloatArray:
+    """k, F and U at depths, and by how much k rises in the last part of them, shape (4, n)."""
+    at = line.at(depth)
+    return np.vstack([at, at[0] - line.at((1.0 - _LAST) * depth)[0]])
+
+
 def _errors(whole: _Fit, halves: list[_Fit]) -> tuple[FloatArray, FloatArray]:
-    """Depths, and the relative errors of k, F and U there."""
+    """Depths, and the relative errors of k, F, U and the rise of k there."""
     deepest = min(fit.deepest for fit in (whole, *halves))
     number = 1 + math.ceil(_OCTAVE * math.log2(deepest / whole.first)) if deepest > whole.first else 1
     depth = deepest * 2.0 ** -(np.arange(number)[::-1] / _OCTAVE)
-    own = whole.line.at(depth)
+    own = _told(whole.line, depth)
+    others = (whole.finer, *(fit.line for fit in halves))
+    apart = [np.abs(_told(other, depth) - own) for other in others]
     with np.errstate(divide="ignore", invalid="ignore"):
-        apart = [np.abs(fit.line.at(depth) / own - 1.0) for fit in halves]
-    found = np.minimum(np.nan_to_num(np.max(apart, axis=0), nan=1.0), 1.0)
+        found = np.minimum(np.where(np.max(apart, axis=0) > 0.0, np.max(apart, axis=0) / own, 0.0), 1.0)
     padded = np.pad(found, ((0, 0), (_OCTAVE, _OCTAVE)), mode="edge")
     spread = np.lib.stride_tricks.sliding_window_view(padded, 2 * _OCTAVE + 1, axis=1).max(axis=2)
     depth[-1] = whole.deepest

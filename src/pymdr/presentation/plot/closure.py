@@ -96,6 +96,7 @@ def draw_points(axes: Axes, data: FigureData, curve: CurveData) -> None:
         ms=3,
         color=GREY,
         alpha=0.6,
+        zorder=3,
         label="data",
     )
     axes.plot(
