@@ -283,6 +283,38 @@ def test_claimed_errors_of_what_slip_loses_are_those_that_are_found(noise):
     assert np.max(found) < 3.0
 
 
+@settings(max_examples=60, deadline=None)
+@given(
+    st.sampled_from([10, 20, 50, 200, 1000]),
+    st.floats(0.01, 0.3),
+    st.floats(0.1, 0.9),
+    st.sampled_from([0.0, 1e-3, 1e-2]),
+    st.integers(0, 99),
+)
+def test_errors_hold_where_a_stiffness_bends_within_a_few_points(n, width, middle, noise, seed):
+    def bend(x):
+        return width * np.logaddexp(0.0, (x - middle) / width)
+
+    def press(x):
+        return 0.3 * x + bend(x) - bend(0.0)
+
+    d = np.arange(1, n + 1) / n
+    scatter = noise * press(1.0) * np.random.default_rng(seed).standard_normal(n)
+    found = closure_of(mdr.ForceCurve(d, press(d) + scatter, modulus=1.0))
+    t = np.linspace(max(0.02, d[0]), 1.0, 300)
+    own = found.stiffness.at(t)
+    truth = (0.3 + 1.0 / (1.0 + np.exp((middle - t) / width)), press(t))
+    for value, exact, error in zip(own, truth, found.error(t), strict=False):
+        assert np.all((np.abs(value - exact) <= 10.0 * error * value + 1e-10 * value) | (error > 0.99))
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.sampled_from([10, 50, 200, 1000]), st.floats(1.0, 4.0), st.floats(0.0, 0.05), st.integers(0, 999))
+def test_noise_is_no_fall_of_the_force(n, power, noise, seed):
+    d = np.arange(1, n + 1) / n
+    mdr.ForceCurve(d, d**power + noise * np.random.default_rng(seed).standard_normal(n), modulus=1.0)
+
+
 def test_the_contact_point_is_found_where_the_data_begin_before_it():
     rng = np.random.default_rng(2)
     d = np.linspace(-0.5, 1.0, 601)
