@@ -380,6 +380,21 @@ def test_friction_is_that_of_the_shape_and_converges_to_it():
     assert all(fine < coarse / 8.0 for coarse, fine in itertools.pairwise(missed))
 
 
+@pytest.mark.parametrize("stiffness", [1e5, 1e7])
+def test_the_depth_to_which_a_machine_travels_errs_as_the_curve_does(stiffness):
+    curve = curve_of_ball(40, noise=0.01)
+    found, true = (
+        mdr.solve(
+            mdr.Contact(profile, STEEL, STEEL), mdr.travel("1.5 um", steps=5), machine_stiffness=stiffness
+        )
+        for profile in (curve, BALL)
+    )
+    claim = found.claims["indentation"]
+    assert claim.level is mdr.Level.APPROXIMATE
+    off = np.abs(found["indentation"].values / true["indentation"].values - 1.0)
+    assert np.all(off < 10.0 * claim.error)
+
+
 def test_forces_follow_the_modulus_of_the_bodies():
     soft = mdr.Elastic("1 GPa", 0.4)
     of = {
