@@ -444,6 +444,19 @@ THERE_AND_BACK = (
 )
 
 
+@settings(max_examples=15, deadline=None)
+@given(st.floats(1.0, 3.0), st.integers(10, 60), st.floats(0.1, 9.0), st.booleans())
+def test_impacts_beyond_the_end_of_a_curve_are_refused_with_their_speed(power, n, decades, remembers):
+    d = np.arange(1, n + 1) / n * DEEPEST
+    curve = mdr.ForceCurve(d, (d / DEEPEST) ** power, modulus=MODULUS)
+    rubber = mdr.Viscoelastic(mdr.StandardSolid("1 MPa", "4 MPa", "10 ms"), 0.5)
+    contact = mdr.Contact(curve, rubber) if remembers else mdr.Contact(curve, STEEL, STEEL)
+    # more than the bodies can store up to the end
+    mass = 2.0 * DEEPEST * 10.0**decades
+    with pytest.raises(mdr.PathError, match="would not come to rest before the profile ends"):
+        mdr.impact(contact, mass=mass, speed=1.0)
+
+
 def test_memory_is_that_of_the_shape():
     again = THERE_AND_BACK >> mdr.indent("1 um", rate="20 um/s", steps=10)
     creep = mdr.load("1 mN", steps=10, duration="10 ms") >> mdr.hold("0.1 s", steps=20)

@@ -129,7 +129,7 @@ def closure_of(curve: ForceCurve) -> Closure:
     Notes
     -----
     The errors are those by which the curves through every other point, and that of twice as many pieces, differ from the curve,
-    the largest of a factor of 2 of the depth on both sides.
+    and the scatter of the points, the largest of a factor of 2 of the depth on both sides; 1 where the data tell nothing.
 
     Examples
     --------
