@@ -530,6 +530,30 @@ def test_rolling_from_the_shell(tmp_path, shell):
         assert len(error.splitlines()) == 1
 
 
+@pytest.mark.parametrize(
+    ("question", "words"),
+    [
+        (("impact", "--mass", "10 g", "--speed", "1 m/s"), "coefficient of restitution"),
+        (("sliding", "--speed", "1 m/s", "--normal-force", "1 N"), "fast limit"),
+        (("run",), "table [path] is missing"),
+    ],
+)
+def test_questions_without_a_path_need_none(tmp_path, shell, question, words):
+    case = tmp_path / "rubber.toml"
+    case.write_text(
+        """
+        profile = { kind = "sphere", radius = "10 mm" }
+        [body]
+        kind = "viscoelastic"
+        poisson = 0.5
+        shear = { kind = "standard_solid", equilibrium = "1 MPa", modulus = "9 MPa", time = "1 ms" }
+        """
+    )
+    status, out, error = shell(question[0], case, *question[1:])
+    assert words in (error if question[0] == "run" else out)
+    assert (status == 0) == (question[0] != "run")
+
+
 def test_sliding_from_the_shell(tmp_path, shell):
     case = EXAMPLES / "rubber_indentation.toml"
     asked = ("sliding", case, "--speed", "1 um/s", "--speed", "1 m/s", "--points", "7")

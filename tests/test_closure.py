@@ -283,6 +283,38 @@ def test_claimed_errors_of_what_slip_loses_are_those_that_are_found(noise):
     assert np.max(found) < 3.0
 
 
+@settings(max_examples=60, deadline=None)
+@given(
+    st.sampled_from([10, 20, 50, 200, 1000]),
+    st.floats(0.01, 0.3),
+    st.floats(0.1, 0.9),
+    st.sampled_from([0.0, 1e-3, 1e-2]),
+    st.integers(0, 99),
+)
+def test_errors_hold_where_a_stiffness_bends_within_a_few_points(n, width, middle, noise, seed):
+    def bend(x):
+        return width * np.logaddexp(0.0, (x - middle) / width)
+
+    def press(x):
+        return 0.3 * x + bend(x) - bend(0.0)
+
+    d = np.arange(1, n + 1) / n
+    scatter = noise * press(1.0) * np.random.default_rng(seed).standard_normal(n)
+    found = closure_of(mdr.ForceCurve(d, press(d) + scatter, modulus=1.0))
+    t = np.linspace(max(0.02, d[0]), 1.0, 300)
+    own = found.stiffness.at(t)
+    truth = (0.3 + 1.0 / (1.0 + np.exp((middle - t) / width)), press(t))
+    for value, exact, error in zip(own, truth, found.error(t), strict=False):
+        assert np.all((np.abs(value - exact) <= 10.0 * error * value + 1e-10 * value) | (error > 0.99))
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.sampled_from([10, 50, 200, 1000]), st.floats(1.0, 4.0), st.floats(0.0, 0.05), st.integers(0, 999))
+def test_noise_is_no_fall_of_the_force(n, power, noise, seed):
+    d = np.arange(1, n + 1) / n
+    mdr.ForceCurve(d, d**power + noise * np.random.default_rng(seed).standard_normal(n), modulus=1.0)
+
+
 def test_the_contact_point_is_found_where_the_data_begin_before_it():
     rng = np.random.default_rng(2)
     d = np.linspace(-0.5, 1.0, 601)
@@ -348,6 +380,21 @@ def test_friction_is_that_of_the_shape_and_converges_to_it():
     assert all(fine < coarse / 8.0 for coarse, fine in itertools.pairwise(missed))
 
 
+@pytest.mark.parametrize("stiffness", [1e5, 1e7])
+def test_the_depth_to_which_a_machine_travels_errs_as_the_curve_does(stiffness):
+    curve = curve_of_ball(40, noise=0.01)
+    found, true = (
+        mdr.solve(
+            mdr.Contact(profile, STEEL, STEEL), mdr.travel("1.5 um", steps=5), machine_stiffness=stiffness
+        )
+        for profile in (curve, BALL)
+    )
+    claim = found.claims["indentation"]
+    assert claim.level is mdr.Level.APPROXIMATE
+    off = np.abs(found["indentation"].values / true["indentation"].values - 1.0)
+    assert np.all(off < 10.0 * claim.error)
+
+
 def test_forces_follow_the_modulus_of_the_bodies():
     soft = mdr.Elastic("1 GPa", 0.4)
     of = {
@@ -395,6 +442,19 @@ THERE_AND_BACK = (
     >> mdr.hold("0.1 s", steps=20)
     >> mdr.indent("0 mm", rate="20 um/s", steps=40)
 )
+
+
+@settings(max_examples=15, deadline=None)
+@given(st.floats(1.0, 3.0), st.integers(10, 60), st.floats(0.1, 9.0), st.booleans())
+def test_impacts_beyond_the_end_of_a_curve_are_refused_with_their_speed(power, n, decades, remembers):
+    d = np.arange(1, n + 1) / n * DEEPEST
+    curve = mdr.ForceCurve(d, (d / DEEPEST) ** power, modulus=MODULUS)
+    rubber = mdr.Viscoelastic(mdr.StandardSolid("1 MPa", "4 MPa", "10 ms"), 0.5)
+    contact = mdr.Contact(curve, rubber) if remembers else mdr.Contact(curve, STEEL, STEEL)
+    # more than the bodies can store up to the end
+    mass = 2.0 * DEEPEST * 10.0**decades
+    with pytest.raises(mdr.PathError, match="would not come to rest before the profile ends"):
+        mdr.impact(contact, mass=mass, speed=1.0)
 
 
 def test_memory_is_that_of_the_shape():

@@ -135,6 +135,25 @@ def test_flat_punches_are_linear(equilibrium, moduli, first, mass):
     assert hit.largest_pressure == math.inf
 
 
+@settings(deadline=None, max_examples=15)
+@given(slow=st.floats(1.0, 7.0), own=st.floats(0.1, 3.0))
+def test_errors_hold_a_small_loss_of_energy(slow, own):
+    tau = 10.0**slow
+    hit = hit_on(mdr.Prony(1.0, [own], [tau]), mdr.FlatPunch(0.5))
+    with mpmath.workdps(50):
+        matrix = mpmath.matrix([[0, 1, 0], [-4, 0, -1], [0, 4 * mpmath.mpf(own), -1 / mpmath.mpf(tau)]])
+
+        def at(t):
+            return mpmath.expm(matrix * t) * mpmath.matrix([0, 1, 0])
+
+        back = -at(mpmath.findroot(lambda t: (matrix * at(t))[1], hit.contact_time))[1]
+        lost = float((1 - back**2) / 2)
+    claim = hit.claims["energy_lost"]
+    assert 1.0 - float(back) > 0.0
+    assert abs(hit.energy_lost / lost - 1.0) <= 3.0 * claim.error.item()
+    assert claim.level is mdr.Level.APPROXIMATE or claim.error.item() <= 1e-9
+
+
 @pytest.mark.parametrize("b", [0.1, 0.3, 0.5, 0.8])
 def test_a_flat_punch_on_a_power_of_time_is_a_fractional_oscillator(b):
     # m d'' = -k int (t - s)^-b dd(s) has the velocity E_(2-b)(-kappa t^(2-b)) of Mittag-Leffler

@@ -72,9 +72,19 @@ def test_thin_strips(aspect):
     assert mdr.full_contact_stiffness(aspect, 1.0) == pytest.approx(limit, rel=0.15 / slender**2)
 
 
-@pytest.mark.parametrize("sides", [(0.0, 1.0), (1.0, -1.0), (math.nan, 1.0), (1.0, math.inf)])
-def test_no_rectangle(sides):
-    with pytest.raises(mdr.ProblemError, match="both must be above 0 m"):
+@pytest.mark.parametrize(
+    ("sides", "words"),
+    [
+        ((0.0, 1.0), "both must be above 0 m"),
+        ((1.0, -1.0), "both must be above 0 m"),
+        ((math.nan, 1.0), "not finite"),
+        ((1.0, math.inf), "not finite"),
+        (("1 N", 1.0), "does not fit"),
+        ((1e-300, 1e300), "at most"),
+    ],
+)
+def test_no_rectangle(sides, words):
+    with pytest.raises(mdr.PymdrError, match=words):
         mdr.full_contact_stiffness(*sides)
 
 
@@ -605,6 +615,31 @@ def test_bad_questions(changed, words):
     asked = {"surface": SURFACE, "body": STEEL, "normal_force": "1 N", **changed}
     with pytest.raises(mdr.PymdrError, match=words):
         mdr.press_rough(asked.pop("surface"), asked.pop("body"), **asked)
+
+
+@pytest.mark.filterwarnings("error")
+@settings(max_examples=30, deadline=None)
+@given(st.sampled_from(["normal_force", "indentation"]), st.floats(-320.0, 300.0))
+def test_any_load_gives_numbers_or_is_refused(name, exponent):
+    surface = mdr.RoughSurface(hurst=0.8, rms="1 um", size="1 mm", shortest="50 um")
+    load = 10.0**exponent
+    try:
+        pressed = mdr.press_rough(surface, mdr.Elastic("210 GPa", 0.3), **{name: load}, realisations=3)
+    except mdr.ProblemError as refusal:
+        assert f"{name} = " in str(refusal)  # noqa: PT017
+        assert not 1e-100 < load < 1e100
+        return
+    for response in ("normal_force", "indentation", "normal_stiffness", "elastic_energy"):
+        assert np.all(np.isfinite(pressed[response].values) & (pressed[response].values > 0.0))
+
+
+@pytest.mark.parametrize("realisation", [-1, 1.5, "a", True])
+def test_realisations_are_numbered_from_nothing(realisation):
+    line = mdr.rough_line(
+        mdr.RoughSurface(hurst=0.8, rms="1 um", size="1 mm", shortest="50 um"), mdr.Elastic("210 GPa", 0.3)
+    )
+    with pytest.raises(mdr.ProblemError, match="a whole number from 0 on"):
+        line.force_curve(realisation, indentation="1 um")
 
 
 def test_memory_bounds_the_workers(monkeypatch):

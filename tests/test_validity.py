@@ -347,3 +347,17 @@ def test_an_assessment_claims_and_refuses_what_solve_does(
         if "adhesion" in law:
             assert "rigorous" not in claim.reason
     assert (asked.rows, asked.columns) == (solved.data.sizes["step"], len(solved.data))
+
+
+@settings(max_examples=15, deadline=None)
+@given(st.floats(0.1, 10.0), st.floats(10.0, 40.0))
+def test_only_a_stiff_machine_prescribes_the_indentation_of_what_is_no_disk(stiffness, amplitude):
+    contact = mdr.Contact(wavy(amplitude), UNIT)
+    soft = mdr.solve(contact, mdr.travel(1.5, steps=8), machine_stiffness=stiffness)
+    disk = soft.claims["normal_force"].where
+    assert not disk.all()
+    assert np.array_equal(soft.claims["indentation"].where, disk)
+    assert np.all(np.isnan(soft["indentation"].values[~disk]))
+    assert np.all(np.isfinite(soft["force_lower_bound"].values))
+    stiff = mdr.solve(contact, mdr.travel(1.5, steps=8), machine_stiffness=math.inf)
+    assert stiff.claims["indentation"].where.all()

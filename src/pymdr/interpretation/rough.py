@@ -132,9 +132,13 @@ def power_law_claims(surface: RoughSurface, share: np.ndarray, ball: bool) -> di
         f"C = {FITTED}, what boundary elements give for H from 0.4 to 0.8 between {low:g} and {high:g} E* L (1.40 to 1.47), where it "
         "is -15 to +21 % off; refused outside"
     )
+    told = {
+        "power_law_stiffness": (published, share < _MOST_OF_POWER_LAW),
+        "fitted_stiffness": (fitted, (share > low) & (share < high)),
+    }
     return {
-        "power_law_stiffness": Claim(Level.APPROXIMATE, published, source, share < _MOST_OF_POWER_LAW),
-        "fitted_stiffness": Claim(Level.APPROXIMATE, fitted, source, (share > low) & (share < high)),
+        name: Claim(Level.APPROXIMATE if where.any() else Level.NOT_VALID, reason, source, where)
+        for name, (reason, where) in told.items()
     }
 
 

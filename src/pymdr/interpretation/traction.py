@@ -288,6 +288,10 @@ def curves_down_to(line: ElasticLine, depth: float) -> ElasticCurves:
     if depth <= 0.0:
         return power_law_curves(1.0, 1.0, line.modulus)
     deepest = depth * (1.0 + 1e-12)
+    if line.reach < line.edge:
+        # no farther than what is known
+        end = float(line.depth(np.array([(1.0 - 1e-12) * line.reach]))[0])
+        deepest = end if depth <= end < deepest else deepest
     rings = passed_rings(line, deepest)
     if not rings:
         return curves_of(line, deepest)

@@ -129,7 +129,7 @@ def closure_of(curve: ForceCurve) -> Closure:
     Notes
     -----
     The errors are those by which the curves through every other point, and that of twice as many pieces, differ from the curve,
-    the largest of a factor of 2 of the depth on both sides.
+    and the scatter of the points, the largest of a factor of 2 of the depth on both sides; 1 where the data tell nothing.
 
     Examples
     --------
@@ -169,12 +169,11 @@ class _Fit:
     """A stiffness through points in their own units."""
 
     line: Polyline
+    points: FloatArray
+    """Depths of the points in contact."""
     finer: Polyline
     """That of twice as many pieces, where there are any."""
     touch: float
-    first: float
-    """Depth of the first point in contact."""
-    deepest: float
     noise: float
     misfit: float
     found: bool
@@ -183,6 +182,16 @@ class _Fit:
     """Pieces of a fit; 0 where the points are met."""
     off: tuple[float, float, float] | None
     """Ends of the stretch whose points lie farthest off the curve beyond their noise, and by how many noises."""
+
+    @property
+    def first(self) -> float:
+        """Depth of the first point in contact."""
+        return float(self.points[0])
+
+    @property
+    def deepest(self) -> float:
+        """Depth of the last point."""
+        return float(self.points[-1])
 
 
 def _fit(d: FloatArray, force: FloatArray, touch: float | None) -> _Fit:
@@ -213,7 +222,7 @@ def _fit(d: FloatArray, force: FloatArray, touch: float | None) -> _Fit:
             # is it the points, or too few pieces?
             freest = _ramps(few[0], few[1], few[2], _nodes(few[0], _PIECES[-1]))[0]
             off = _systematic(x, (force - freest.at(x)[1]) / sigma)
-    return _Fit(line, finer, touch, float(depth[1]), float(depth[-1]), noise, misfit, found, pieces, off)
+    return _Fit(line, depth[1:], finer, touch, noise, misfit, found, pieces, off)
 
 
 def _half(d: FloatArray, force: FloatArray, first: int) -> tuple[FloatArray, FloatArray]:
@@ -426,15 +435,33 @@ def _errors(whole: _Fit, halves: list[_Fit]) -> tuple[FloatArray, FloatArray]:
     deepest = min(fit.deepest for fit in (whole, *halves))
     number = 1 + math.ceil(_OCTAVE * math.log2(deepest / whole.first)) if deepest > whole.first else 1
     depth = deepest * 2.0 ** -(np.arange(number)[::-1] / _OCTAVE)
-    own = _told(whole.line, depth)
     others = (whole.finer, *(fit.line for fit in halves))
-    apart = [np.abs(_told(other, depth) - own) for other in others]
+    # curves differ most between the points, and where their stiffness bends
+    inside = np.concatenate(
+        [whole.points, 0.5 * (whole.points[1:] + whole.points[:-1]), *(o.depth for o in others)]
+    )
+    inside = inside[(inside >= depth[0]) & (inside <= deepest)]
+    tried = np.concatenate([depth, inside])
+    own = _told(whole.line, tried)
+    apart = np.max([np.abs(_told(other, tried) - own) for other in others], axis=0)
+    apart = np.maximum(apart, _scatter(whole, tried))
     with np.errstate(divide="ignore", invalid="ignore"):
-        found = np.minimum(np.where(np.max(apart, axis=0) > 0.0, np.max(apart, axis=0) / own, 0.0), 1.0)
+        each = np.minimum(np.where(apart > 0.0, apart / own, 0.0), 1.0)
+    found = np.zeros((4, number))
+    np.maximum.at(found.T, np.clip(np.searchsorted(depth, tried), 0, number - 1), each.T)
     padded = np.pad(found, ((0, 0), (_OCTAVE, _OCTAVE)), mode="edge")
     spread = np.lib.stride_tricks.sliding_window_view(padded, 2 * _OCTAVE + 1, axis=1).max(axis=2)
     depth[-1] = whole.deepest
     return depth, np.maximum(spread, 1e-15)
+
+
+def _scatter(fit: _Fit, depth: FloatArray) -> FloatArray:
+    """By how much k, F, U and the rise of k scatter with the noise of the points of a factor of 2 of the depth, shape (4, n)."""
+    low, high = 0.5 * depth, np.minimum(2.0 * depth, fit.deepest)
+    held = np.maximum(np.searchsorted(fit.points, high, "right") - np.searchsorted(fit.points, low), 1)
+    force = fit.noise / np.sqrt(held)
+    stiffness = force * math.sqrt(12.0) / (high - low)
+    return np.stack([stiffness, force, force * depth, stiffness])
 
 
 def _notes(curve: ForceCurve, fit: _Fit, scales: tuple[float, float]) -> tuple[str, ...]:

@@ -8,19 +8,20 @@ from functools import lru_cache
 import numpy as np
 
 from pymdr.errors import ProblemError
-from pymdr.units import FloatArray
+from pymdr.units import FloatArray, QuantityLike, metres, to_si
 
 _CELLS = 8
 """Cells of the coarser grid along half a side."""
+_SLENDEREST = 1e15
 
 
-def full_contact_stiffness(width: float, length: float) -> float:
+def full_contact_stiffness(width: QuantityLike, length: QuantityLike) -> float:
     """
     Normal stiffness over E* of a rigid flat punch on a rectangle, k_c/E*, which is pi times the capacity of the plate.
 
     Parameters
     ----------
-    width, length : float
+    width, length : quantity
         Sides in m.
 
     Returns
@@ -31,7 +32,7 @@ def full_contact_stiffness(width: float, length: float) -> float:
     Raises
     ------
     ProblemError
-        If a side is not above 0.
+        If a side is not above 0, or one is more than 1e15 times the other.
 
     Notes
     -----
@@ -46,12 +47,16 @@ def full_contact_stiffness(width: float, length: float) -> float:
     >>> round(full_contact_stiffness(1.0, 1.0), 5)
     1.1523
     """
-    if not (0.0 < width < math.inf and 0.0 < length < math.inf):
+    w, h = to_si(width, "m", name="width"), to_si(length, "m", name="length")
+    if not min(w, h) > 0.0:
         raise ProblemError(
-            f"full_contact_stiffness: sides {width:g} m and {length:g} m; both must be above 0 m"
+            f"full_contact_stiffness: sides {metres(w)} and {metres(h)}; both must be above 0 m"
         )
-    aspect = max(width, length) / min(width, length)
-    return math.sqrt(width) * math.sqrt(length) * _of_unit_area(aspect)
+    if max(w, h) > _SLENDEREST * min(w, h):
+        raise ProblemError(
+            f"full_contact_stiffness: sides {metres(w)} and {metres(h)}; one may be at most {_SLENDEREST:g} times the other"
+        )
+    return math.sqrt(w) * math.sqrt(h) * _of_unit_area(max(w, h) / min(w, h))
 
 
 @lru_cache(maxsize=64)

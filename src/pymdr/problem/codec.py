@@ -524,19 +524,56 @@ def decode_case(plain: Mapping[str, Any]) -> tuple[str, Contact, LoadingPath]:
         ...
     pymdr.errors.CaseError: [body] kind = 'elastc': unknown kind; did you mean 'elastic'?; path: at least one entry is needed
     """
-    from pydantic import ValidationError
-
     if "surface" in plain:
         raise CaseError("[surface]: a rough surface is no profile with a path; ask for it with pymdr rough")
     if isinstance(plain.get("path"), Mapping):
         plain = {**plain, "path": [plain["path"]]}
+    contact = _contact(plain)
+    pieces = [_decode(leg, f"path {i + 1}") for i, leg in enumerate(plain["path"])]
+    path = pieces[0] if len(pieces) == 1 else History(tuple(pieces))
+    return str(plain.get("title", "")), contact, path
+
+
+def decode_contact(plain: Mapping[str, Any]) -> tuple[str, Contact]:
+    """
+    The title and the contact of a case from plain dictionaries, whose path may be missing.
+
+    Parameters
+    ----------
+    plain : mapping
+        As for :func:`decode_case`.
+
+    Returns
+    -------
+    title : str
+    contact : Contact
+
+    Raises
+    ------
+    CaseError
+        With the table, the key, the value and the remedy.
+
+    Examples
+    --------
+    >>> case = {"profile": {"kind": "sphere", "radius": "1 mm"}, "body": {"kind": "elastic", "young": "1 GPa", "poisson": 0.3}}
+    >>> decode_contact(case)[1].body.young
+    1000000000.0
+    """
+    if "path" in plain or "surface" in plain:
+        return decode_case(plain)[:2]
+    return str(plain.get("title", "")), _contact({**plain, "path": [{"kind": "hold"}]})
+
+
+def _contact(plain: Mapping[str, Any]) -> Contact:
+    from pydantic import ValidationError
+
     try:
         case_adapter().validate_python(_without_arrays(plain))
     except RecursionError as error:
         raise CaseError("tables or lists are nested too deeply for a case") from error
     except ValidationError as error:
         raise CaseError(_in_words(error, plain)) from error
-    contact = _build(
+    contact: Contact = _build(
         "contact",
         Contact,
         {
@@ -546,9 +583,7 @@ def decode_case(plain: Mapping[str, Any]) -> tuple[str, Contact, LoadingPath]:
             **{name: _decode(plain[name], name) for name in ("adhesion", "friction") if name in plain},
         },
     )
-    pieces = [_decode(leg, f"path {i + 1}") for i, leg in enumerate(plain["path"])]
-    path = pieces[0] if len(pieces) == 1 else History(tuple(pieces))
-    return str(plain.get("title", "")), contact, path
+    return contact
 
 
 def encode_case(title: str, contact: Contact, path: LoadingPath) -> dict[str, Any]:

@@ -130,7 +130,8 @@ class RoughSurface(Value):
         """
         Root mean square of the gradient of the surface: the square root of 2 pi int C2D q^3 dq.
 
-        A straight cut has half of its square; the line of Geike's lambda has all of it.
+        A straight cut has half of its square; the line of Geike's lambda has all of it, where the spectrum is that dense:
+        without roll-off the waves of a patch are few at its long end, and its slopes 5 (H near 0) to 35 % (H = 1) less.
         """
         return self.rms * self.wave_numbers[1] * math.sqrt(self._moment(3) / self._moment(1))
 

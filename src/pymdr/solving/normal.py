@@ -44,6 +44,8 @@ class _Rows:
     states: DiskStates
     prescribed: FloatArray
     """The force where it is prescribed, else nan."""
+    moved: BoolArray
+    """Whether the indentation is prescribed: not where a machine with a stiffness travels."""
 
 
 def solve_normal(task: Task) -> Result:
@@ -59,10 +61,12 @@ def _step(
 ) -> tuple[_Rows, None, Channels]:
     """Step 2: every row is a state of the line under what is prescribed, without memory."""
     targets, stiffness = asked.normal, task.machine_stiffness
+    moved = not asked.by_force
     if asked.by_force:
         refuse_tension(asked.leg, targets)
         states = states_at_force(line, targets)
     elif asked.controls.normal == "travel" and stiffness is not None and math.isfinite(stiffness):
+        moved = False
         states = states_at_travel(line, targets, stiffness)
     else:
         states = states_at_depth(line, targets)
@@ -71,7 +75,7 @@ def _step(
     last = states.take(slice(-1, None))
     here = channels_at(float(last.indentation[0]), float(normal_force(line, last)[0]), stiffness)
     prescribed = targets if asked.by_force else np.full(targets.size, math.nan)
-    return taken(_Rows(states, prescribed), kept), None, here
+    return taken(_Rows(states, prescribed, np.full(targets.size, moved)), kept), None, here
 
 
 def check_normal_path(path: LoadingPath) -> None:
@@ -149,7 +153,7 @@ def _claims(contact: Contact, line: ElasticLine, rows: _Rows) -> tuple[dict[str,
         certificate.disk,
         certificate.reason,
         _range_words(contact, line, states, certificate.disk),
-        {"indentation": ~by_force, "normal_force": by_force},
+        {"indentation": rows.moved, "normal_force": by_force},
         certificate.remark,
         line.exponent,
     )

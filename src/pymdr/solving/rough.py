@@ -96,7 +96,11 @@ class RoughLine:
 
     def heights(self, realisation: int = 0) -> FloatArray:
         """Heights of the springs in m, those of a ball lower by x^2/R."""
-        heights = rough_heights(self.surface, realisation, self.points, self.coefficient)
+        if not isinstance(realisation, int | np.integer) or isinstance(realisation, bool) or realisation < 0:
+            raise ProblemError(
+                f"{_WHO}: realisation = {shown(realisation)}; a whole number from 0 on is needed"
+            )
+        heights = rough_heights(self.surface, int(realisation), self.points, self.coefficient)
         if self.radius is not None:
             x = self.places
             heights -= x * x / self.radius
@@ -325,9 +329,17 @@ def press_rough(
     grid = _grid(asked, rows if by_force else None)
 
     def work(realisation: int) -> _States:
-        return asked.states(realisation, rows, by_force, grid)
+        # what is no number is refused below
+        with np.errstate(over="ignore", under="ignore"):
+            return asked.states(realisation, rows, by_force, grid)
 
     states, drawn = (np.array(part) for part in zip(*_in_turn(work, count, threads), strict=True))
+    lost = ~np.all(np.isfinite(states) & (states > 0.0), axis=(0, 1))
+    if lost.any():
+        raise ProblemError(
+            f"{_WHO}: {name} = {written(float(rows[np.argmax(lost)]), unit)} has an energy that is no floating-point number; "
+            f"forces of the order of {newtons(asked.scale)} are those of this surface"
+        )
     bands = _summed(states)
     columns = {
         f"{response}{end}": values[i]

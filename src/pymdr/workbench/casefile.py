@@ -12,7 +12,7 @@ from typing import Any
 from pymdr.errors import CaseError, PymdrError
 from pymdr.independent.rings import Rings
 from pymdr.presentation.files import named_file
-from pymdr.problem.codec import RoughCase, decode_case, decode_rough
+from pymdr.problem.codec import RoughCase, decode_case, decode_contact, decode_rough
 from pymdr.problem.contact import Contact
 from pymdr.problem.paths import CHANNELS, LoadingPath
 from pymdr.workbench.inputs import read_text
@@ -63,6 +63,35 @@ def read_case(file: str | os.PathLike[str]) -> Case:
     except PymdrError as error:
         raise CaseError(f"{source}: {error}") from error
     return Case(source, title, contact, path, options)
+
+
+def read_contact(file: str | os.PathLike[str]) -> tuple[str, Contact]:
+    """
+    Read the title and the contact of a case file, for questions without a path, which it may leave out.
+
+    Parameters
+    ----------
+    file : path
+        As for :func:`read_case`.
+
+    Returns
+    -------
+    title : str
+    contact : Contact
+
+    Raises
+    ------
+    FileError
+        If the file cannot be read.
+    CaseError
+        If it is not a case; the message names file, table, key, value and remedy.
+    """
+    source = named_file(file, "read")
+    plain = _tables(source)
+    try:
+        return decode_contact(_with_tables(plain, source.parent))
+    except PymdrError as error:
+        raise CaseError(f"{source}: {error}") from error
 
 
 def read_rough_case(file: str | os.PathLike[str]) -> RoughCase:

@@ -454,15 +454,15 @@ def impact(
     quiet: Quiet = False,
     as_json: Json = False,
 ) -> None:
-    """The impact of the contact of a case, whose path is left out; with -o its history and figure are written."""
+    """The impact of the contact of a case, whose path may be left out; with -o its history and figure are written."""
     from pymdr.quantities import quantity
     from pymdr.solving import impact as collide
-    from pymdr.workbench.casefile import read_case
+    from pymdr.workbench.casefile import read_contact
 
     with _failures_as_json("impact", case, as_json):
-        asked = read_case(case)
+        title, contact = read_contact(case)
         found = collide(
-            asked.contact,
+            contact,
             mass=mass,
             speed=speed,
             angle=angle,
@@ -480,7 +480,7 @@ def impact(
         answer = _answer(
             "impact",
             case,
-            title=asked.title,
+            title=title,
             status="COMPLETED",
             rows=found.data.sizes["step"],
             impact=told,
@@ -491,7 +491,7 @@ def impact(
         )
         _print_json(answer)
     elif not quiet:
-        _say(asked.title or str(case))
+        _say(title or str(case))
         _say(found.summary())
         if written:
             _say("Written: " + ", ".join(str(file) for file in written))
@@ -522,7 +522,7 @@ def rolling(
     quiet: Quiet = False,
     as_json: Json = False,
 ) -> None:
-    """Creep forces of the contact of a case that rolls, whose path is left out; with -o its table and figure are written."""
+    """Creep forces of the contact of a case that rolls, whose path may be left out; with -o its table and figure are written."""
     from pymdr.solving.rolling import rolling as roll
 
     def ask(contact: Contact) -> Study:
@@ -634,11 +634,11 @@ def _study(
     as_json: bool,
 ) -> None:
     """Ask for a study of the contact of a case, write and tell it."""
-    from pymdr.workbench.casefile import read_case
+    from pymdr.workbench.casefile import read_contact
 
     def asked() -> tuple[str, Study]:
-        read = read_case(case)
-        return read.title, ask(read.contact)
+        title, contact = read_contact(case)
+        return title, ask(contact)
 
     _tell_study(command, case, asked, output, quiet, as_json)
 

@@ -75,7 +75,7 @@ def compared_pressures(pressures: xr.Dataset, history: xr.Dataset | None = None)
         lower.set_ylabel(f"difference ({d_unit})")
         lower.set_xlabel(f"{RADIUS.label} ({r_unit})")
         lower.axhline(0.0, color=LIGHT, zorder=0)
-        upper.legend()
+        legend_above(upper)
         letter_panels(figure)
     return figure
 

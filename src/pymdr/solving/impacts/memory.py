@@ -33,6 +33,7 @@ _PARTS, _LOOKS = 8, 120
 _WORK = 5e6
 """Products of rows, springs and branches beyond which steps are divided in fewer parts."""
 _AUDIT = 1e-3
+_ROUNDING = 1e-15
 _FIELD_ERROR = 5e-3
 """Of the largest pressure: what the distance of the springs and of the looks at them does."""
 
@@ -66,6 +67,10 @@ def remembering(asked: Asked) -> Impact:
         events.append(Event("separation", motion.contact_time, motion.last_depth))
     found = told(asked, course, solved, SOURCES["ting"], balance, tuple(events))
     errors = _errors(motion, motion if halved is None else halved)
+    # a difference of squares, small where nearly all is given back
+    returned = motion.rebound_speed / speed
+    unsure = max(errors["rebound_speed"], _ROUNDING) + ground.relaxation.error
+    errors["energy_lost"] = min(unsure * 2.0 * returned**2 / max(1.0 - returned**2, _ROUNDING), 1.0)
     for name, own, other in (
         ("elastic_energy", fine.stored, coarse.stored),
         ("dissipated_energy", fine.dissipated, coarse.dissipated),
@@ -168,7 +173,6 @@ def _errors(motion: Motion, halved: Motion) -> dict[str, float]:
     return {
         "restitution": speed,
         "rebound_speed": speed,
-        "energy_lost": speed,
         "contact_time": change(motion.contact_time, halved.contact_time),
         "largest_force": change(largest_force(motion)[1], largest_force(halved)[1]),
         "largest_indentation": depth,
@@ -196,7 +200,7 @@ def _claims(
     found = with_errors(
         dict.fromkeys(names, base),
         {name: np.array([mapped + kernel + errors.get(name, 0.0)]) for name in names},
-        "; errors are what halving every step changes, and those of energies what half as many parts of steps do",
+        "; errors are what halving every step changes, and those of energies what half as many parts of steps do, over the kinetic energy",
         "as the steps do",
     )
     if curve:
