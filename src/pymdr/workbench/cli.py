@@ -45,6 +45,15 @@ Output = Annotated[
         "-o", "--output", metavar="DIR", help="Folder for result.nc and the figures; CASE unless given."
     ),
 ]
+Table = Annotated[
+    Path | None,
+    typer.Option(
+        "-o",
+        "--output",
+        metavar="DIR",
+        help="Folder for the table and the figure; nothing is written unless given.",
+    ),
+]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")]
 Json = Annotated[bool, typer.Option("--json", help="Print JSON instead of the summary, also of what fails.")]
 
@@ -450,7 +459,7 @@ def impact(
         str | None, typer.Option(help="From the centre to the contact point; of the ball unless given.")
     ] = None,
     spin: Annotated[str, typer.Option(help="Angular velocity, such as '10 rad/s'.")] = "0 rad/s",
-    output: Output = None,
+    output: Table = None,
     quiet: Quiet = False,
     as_json: Json = False,
 ) -> None:
@@ -518,7 +527,7 @@ def rolling(
     law: Annotated[
         str, typer.Option(help="plain, the springs of the method; calibrated, with Kalker's slope.")
     ] = "plain",
-    output: Output = None,
+    output: Table = None,
     quiet: Quiet = False,
     as_json: Json = False,
 ) -> None:
@@ -545,7 +554,7 @@ def sliding(
     normal_force: NormalForce = None,
     indentation: Indentation = None,
     points: Points = None,
-    output: Output = None,
+    output: Table = None,
     quiet: Quiet = False,
     as_json: Json = False,
 ) -> None:
@@ -580,7 +589,7 @@ def rough(
     points: Points = None,
     realisations: Annotated[int, typer.Option(help="Lines of the ensemble.")] = 100,
     workers: Annotated[int | None, typer.Option(help="Threads; the numbers do not depend on them.")] = None,
-    output: Output = None,
+    output: Table = None,
     quiet: Quiet = False,
     as_json: Json = False,
 ) -> None:
