@@ -12,6 +12,10 @@ from pymdr.problem.spectra import Fractions, zeros_between
 from pymdr.units import FloatArray
 
 
+_ALIKE = 1e-7
+"""Rates that differ by less, relatively, are one at their mean: zeros between closer ones lose digits."""
+
+
 class Modes(NamedTuple):
     """
     Amplitudes m with m' = -rates m, w = rest + reach . m, energy |m|^2 / 2.
@@ -38,8 +42,13 @@ def modes_of(body: Relaxation) -> Modes:
     symmetric; with one, and u_0 = sqrt(E_inf) w beside the others, u' = -(D + b b^T / eta) u. The rates are the x at which
     s E*(s) of s = -x is 0. Branches of the same time move as one; what they bear against each other decays alone.
     """
-    decay, group = np.unique(1.0 / body.times, return_inverse=True)
-    moduli = np.bincount(group, body.moduli, minlength=decay.size).astype(float)
+    own_decay = 1.0 / body.times
+    order = np.argsort(own_decay)
+    group = np.zeros(order.size, dtype=int)
+    sorted_decay = own_decay[order]
+    group[order] = np.cumsum(np.diff(sorted_decay, prepend=0.0) > _ALIKE * sorted_decay) - 1
+    moduli = np.bincount(group, body.moduli).astype(float)
+    decay = np.bincount(group, body.moduli * own_decay) / moduli
     roots = np.sqrt(moduli)
     rates, away = zeros_between(Fractions(body.equilibrium, moduli, decay, body.viscosity))
     if body.viscosity > 0.0:
