@@ -11,7 +11,6 @@ from pymdr.mapping.relaxation import Relaxation
 from pymdr.problem.spectra import Fractions, zeros_between
 from pymdr.units import FloatArray
 
-
 _ALIKE = 1e-7
 """Rates that differ by less, relatively, are one at their mean: zeros between closer ones lose digits."""
 
