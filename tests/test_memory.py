@@ -10,6 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.special import dawsn
 
+from pymdr import compiling
 from pymdr.errors import PathError
 from pymdr.line.curves import ElasticLine
 from pymdr.line.foundation import elastic_energy, normal_force, states_at_depth
@@ -19,6 +20,7 @@ from pymdr.line.memory import (
     follow_loads,
     follow_springs,
     follow_travels,
+    kernels,
     line_state,
     ting,
 )
@@ -342,3 +344,92 @@ def test_what_cannot_be_followed():
         follow_springs(PARABOLOID, Relaxation(1.0, [], [], 1.0), [0.0, 0.0], [0.0, 0.1])
     with pytest.raises(PathError, match="pulls"):
         follow_loads(PARABOLOID, STANDARD, [0.0, 1.0], [0.0, -0.1])
+
+
+@st.composite
+def wide_bodies(draw):
+    n = draw(st.integers(1, 8))
+    times = [10.0 ** draw(st.floats(-12.0, 4.0)) for _ in range(n)]
+    if draw(st.booleans()):
+        times.append(times[0])
+    moduli = [10.0 ** draw(st.floats(-3.0, 3.0)) for _ in times]
+    equilibrium = draw(st.sampled_from([0.0, 1e-6, 1.0]))
+    viscosity = draw(st.sampled_from([0.0, 1e-9, 1e-3, 10.0]))
+    return Relaxation(equilibrium, np.array(moduli), np.array(times), viscosity)
+
+
+@settings(deadline=None, max_examples=60)
+@given(wide_bodies(), st.integers(0, 2**32 - 1))
+def test_modes_keep_their_digits_over_many_decades(body, seed):
+    modes = modes_of(body)
+    q = modes.to_modes[:, :-1] * np.sqrt(body.moduli)  # of u = h/sqrt(E), and sqrt(E_inf) w beside a dashpot
+    if body.viscosity > 0.0:
+        if body.equilibrium > 0.0:
+            q = np.column_stack([q, modes.to_modes[:, -1] / math.sqrt(body.equilibrium)])
+        assert q @ q.T == pytest.approx(np.eye(q.shape[0]), abs=1e-12)
+    assert (modes.rates > 0.0).all()
+    # the creep of the modes is that of the springs and dashpots: 1/E* of a real s, whose terms have one sign
+    s = 10.0 ** np.linspace(-16.0, 16.0, 33)[:, None]
+    creep_of = (modes.reach**2 * (modes.rates / (s + modes.rates))).sum(axis=1)
+    if body.viscosity == 0.0:
+        creep_of += 1.0 / body.glassy
+    if body.equilibrium == 0.0:
+        creep_of += 1.0 / (s[:, 0] * ((body.moduli * body.times).sum() + body.viscosity))
+    modulus = body.equilibrium + (body.moduli * (s * body.times / (1.0 + s * body.times))).sum(axis=1)
+    assert creep_of * (modulus + body.viscosity * s[:, 0]) == pytest.approx(np.ones(33), abs=1e-7)
+    # what the forces of a free spring are comes back from its modes, and their energy is that of its branches
+    rng = np.random.default_rng(seed)
+    h, w = rng.normal(size=body.moduli.size) * body.moduli, float(rng.normal())
+    if body.viscosity == 0.0 and body.equilibrium > 0.0:
+        w = -float(h.sum()) / body.equilibrium
+    elif body.viscosity == 0.0:
+        h -= h.sum() * body.moduli / body.moduli.sum()
+    amplitudes = modes.to_modes @ np.append(h, w)
+    assert modes.to_branches @ amplitudes == pytest.approx(h, abs=1e-6 * np.abs(h).max())
+    stored = 0.5 * float((h**2 / body.moduli).sum() + body.equilibrium * w * w)
+    assert 0.5 * float((amplitudes**2).sum()) == pytest.approx(stored, rel=1e-6)
+
+
+def parts_of(body, t, d, n=20, line=PARABOLOID):
+    """The most parts in which a spring was moved in a row, on average over the springs."""
+    found = []
+    compiled = compiling.patient
+
+    def watched(run):
+        def counted(*arguments):
+            followed = compiled(run)(*arguments)
+            found.append(arguments[16][:, kernels.PARTS].max() / arguments[0].shape[1])
+            return followed
+
+        return counted
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(compiling, "patient", watched)
+        follow_springs(line, body, t, d, n=n)
+    return max(found, default=0.0)
+
+
+@settings(deadline=None, max_examples=60)
+@given(wide_bodies(), paths(), st.floats(-9.0, 3.0))
+def test_the_work_of_a_step_is_bounded(body, path, unit):
+    t, d = path
+    assert parts_of(body, 10.0**unit * t, d) < 1.1 * kernels.MOST
+
+
+def test_springs_that_part_as_slowly_as_they_creep_back_are_not_touched_again_by_rounding():
+    # beside a dashpot a spring parts with the speed of the indentation, and the gap opens as the square of time
+    body = Relaxation(
+        0.1,
+        np.array([5.0, 0.9782624123, 5.0, 0.0554431904]),
+        np.array([10.3643138, 0.01, 0.1, 10.0]),
+        0.5,
+    )
+    t = np.array([0.0, 0.54629793, 0.57792071, 16.54322035, 16.64322035, 16.67484312, 48.29761972])
+    d = np.array([0.0, -0.05782241, 1.0, 1.0, 1.0, 1.0, 0.0])
+    assert parts_of(body, t, d, 60) < 500
+    times = np.logspace(np.log10(1.3138e-9), np.log10(1.047e-4), 22)
+    moduli = times**-0.13
+    fast = Relaxation(0.01, moduli / moduli.sum(), times, 33.258)
+    for retreat in np.linspace(1.5e4, 3.5e4, 9):
+        t = np.linspace(0.0, retreat, 131)
+        assert parts_of(fast, t, 0.3 * np.sin(math.pi * t / retreat)) < 500

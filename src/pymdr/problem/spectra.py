@@ -83,9 +83,34 @@ def _zeros(
     constant: float, weights: FloatArray, poles: FloatArray, slope: float
 ) -> tuple[FloatArray, FloatArray]:
     """The x > 0 with h(-x) = 0, and h' there."""
+    found, away = zeros_between(Fractions(constant, weights, poles, slope))
+    with np.errstate(over="ignore", divide="ignore"):
+        return found, ((weights / away) * (poles / away)).sum(axis=1) + slope
+
+
+def zeros_between(h: Fractions) -> tuple[FloatArray, FloatArray]:
+    """
+    The x > 0 with h(-x) = 0, one between neighbouring poles, and all poles less each of them without loss of digits.
+
+    Parameters
+    ----------
+    h : Fractions
+        With rising poles, no two alike, and weights above 0.
+
+    Returns
+    -------
+    zeros : ndarray, shape (m,)
+    away : ndarray, shape (m, poles)
+
+    Examples
+    --------
+    >>> zeros_between(Fractions(1.0, np.array([1.0]), np.array([1.0]), 0.0))
+    (array([0.5]), array([[0.5]]))
+    """
+    constant, weights, poles, slope = h
     if not poles.size:
         both = constant > 0.0 and slope > 0.0
-        return np.full(int(both), constant / slope if both else 0.0), np.full(int(both), slope)
+        return np.full(int(both), constant / slope if both else 0.0), np.zeros((int(both), 0))
     left, right = poles[:-1], poles[1:]
     if constant > 0.0:
         left, right = np.append(0.0, left), np.append(poles[0], right)
@@ -120,9 +145,7 @@ def _zeros(
         farther = value(sign * half * np.exp(-middle)) * sign > 0.0
         near, far = np.where(farther, near, middle), np.where(farther, middle, far)
     step = sign * half * np.exp(-0.5 * (near + far))
-    away = (poles - base[:, None]) - step[:, None]
-    with np.errstate(over="ignore", divide="ignore"):
-        return base + step, ((weights / away) * (poles / away)).sum(axis=1) + slope
+    return base + step, (poles - base[:, None]) - step[:, None]
 
 
 def _over(time: FloatArray, times: FloatArray) -> FloatArray:

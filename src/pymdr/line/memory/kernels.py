@@ -1,10 +1,10 @@
 """Compiled steps of springs with memory. Imported only when a history is followed: it loads numba.
 
 A spring in contact keeps the forces h of its Maxwell branches, whose length w follows the indentation: exact for
-straight moves. A free one keeps the amplitudes of the modes in which it creeps back. Branches and modes are monotone
-within a step, so that the sum of their smaller ends bounds the force, or the gap, from below: where it is not above 0, and the
-force does not rise or fall throughout either, the step is halved, down to 2^-LEVELS of it, and the spring changes sides
-there. The first change is found whatever the step.
+straight moves. A free one keeps the amplitudes of the modes in which it creeps back. Branches and modes that fall within a
+step are convex and lie above their tangents at both ends, those that rise are concave and lie above their chord: their sum
+bounds the force, or the gap, from below. Where it is not above 0, and the force does not rise or fall throughout either, the
+step is halved, down to 2^-LEVELS of it, and the spring changes sides there. The first change is found whatever the step.
 """
 
 from __future__ import annotations
@@ -18,14 +18,18 @@ from pymdr.units import FloatArray
 
 LEVELS = 40
 FULL = 1 << LEVELS
+MOST = 10000
+"""Parts of a step in which a spring is tried before they are taken as they come."""
 _ROUNDING = 2e-15
+_SLACK = 1e-12
+"""Of the terms: what a gap, or a force, that grows throughout may lack at its beginning, where it is 0 but for many roundings."""
 _CLOSE = 1e-13
 DECAY, MEAN, RAMP, OWN, CROSS, MOVED = range(6)
 """Of a branch over a step x = s/tau, h -> DECAY h + E MEAN dw; work dw (MEAN h + E RAMP dw); its dissipation in units of
 1/E: OWN h^2 + 2 CROSS h E dw + MOVED (E dw)^2."""
-FORCE, RATE, STORED, LOST, WORK, EDGE_DEPTH, LAST, COUNT = range(8)
-"""Columns of a row; RATE is dF/dd, LAST the outermost spring in contact, COUNT how many are."""
-COLUMNS = 8
+FORCE, RATE, STORED, LOST, WORK, EDGE_DEPTH, LAST, COUNT, PARTS = range(9)
+"""Columns of a row; RATE is dF/dd, LAST the outermost spring in contact, COUNT how many are, PARTS what was tried of all."""
+COLUMNS = 9
 HEIGHT, SHARE, CENTRE, OUTER = range(4)
 """Rows of the springs: d0, dk, and k per unit modulus at the spring and at the outer end of its part."""
 
@@ -58,6 +62,21 @@ def fill(
     for k in range(rates.size):
         mode[level, k, 0] = math.exp(-rates[k] * s)
         mode[level, k, 1] = -0.5 * math.expm1(-2.0 * rates[k] * s)
+
+
+@compiled
+def _least(before: float, after: float, fall: float, fallen: float, steep: float, flat: float) -> float:
+    """
+    Bound from below of a sum that goes from `before` to `after`.
+
+    Its convex share goes from `fall` to `fallen`, with the slopes `steep` and `flat` over the whole way; the rest is concave.
+    """
+    least = min(before, after)
+    if steep < flat:
+        meet = min(max((fallen - flat - fall) / (steep - flat), 0.0), 1.0)
+        chord = (after - fallen) - (before - fall)
+        least = min(least, before + (steep + chord) * meet)
+    return least
 
 
 @compiled
@@ -100,7 +119,7 @@ def step(
     m = np.zeros(max(modes, 1))
     ahead = np.zeros(max(n, modes, 1))
     stored, lost, work, force, rate = 0.0, 0.0, 0.0, 0.0, 0.0
-    last, count = -1, 0
+    last, count, parts = -1, 0, 0
     q_last, q_before = 0.0, 0.0
     stiff = equilibrium + (viscosity / duration if viscosity > 0.0 and duration > 0.0 else 0.0)
     if filled == 0:
@@ -119,8 +138,15 @@ def step(
             for j in range(n):
                 h[j] = z_old[i, j]
         position, level, deepest, forced = 0, 0, LEVELS, False
+        tried = 0
         my_lost, my_work = 0.0, 0.0
         while position < FULL:
+            parts += 1
+            tried += 1
+            if tried > MOST:  # rounding decides: parts grow again whatever happens in them
+                deepest = 1
+                while level > 1 and position % (FULL >> (level - 1)) == 0:
+                    level -= 1
             size = FULL >> level
             if level >= filled:
                 fill(level, duration, times, rates, branch, mode)
@@ -130,37 +156,53 @@ def step(
             dw = move * part
             if not free:
                 there = depth - y
-                low = equilibrium * min(w, there) + drag
+                before, after = equilibrium * w + drag, equilibrium * there + drag
+                fall, fallen, steep, flat = 0.0, 0.0, 0.0, 0.0
                 scale = equilibrium * abs(w)
                 pushed, spent = 0.0, 0.0
                 for j in range(n):
                     elastic = moduli[j] * dw
                     next_h = branch[level, j, DECAY] * h[j] + branch[level, j, MEAN] * elastic
                     ahead[j] = next_h
-                    low += min(h[j], next_h)
+                    before += h[j]
+                    after += next_h
+                    if next_h < h[j]:
+                        ratio = duration * part / times[j]
+                        fall += h[j]
+                        fallen += next_h
+                        steep += min(elastic - ratio * h[j], 0.0)
+                        flat += min(elastic - ratio * next_h, 0.0)
                     scale += abs(h[j])
                     pushed += branch[level, j, MEAN] * h[j] + branch[level, j, RAMP] * elastic
                     spent += (
                         branch[level, j, OWN] * h[j] * h[j]
                         + elastic * (2.0 * branch[level, j, CROSS] * h[j] + branch[level, j, MOVED] * elastic)
                     ) * soft[j]
+                low = _least(before, after, fall, fallen, steep, flat)
                 if low < -_ROUNDING * scale and not forced:
                     holds = level >= deepest
-                    start_q, end_q = equilibrium * w + drag, equilibrium * there + drag
-                    slowest, fastest = equilibrium * dw, equilibrium * dw
+                    begins, ends = equilibrium * dw, equilibrium * dw
+                    rise, risen, bend, bent = 0.0, 0.0, 0.0, 0.0
+                    drop, dropped, curl, curled = 0.0, 0.0, 0.0, 0.0
                     for j in range(n):
-                        start_q += h[j]
-                        end_q += ahead[j]
                         ratio = duration * part / times[j]
                         slow, fast = moduli[j] * dw - ratio * h[j], moduli[j] * dw - ratio * ahead[j]
-                        slowest += min(slow, fast)
-                        fastest += max(slow, fast)
-                    if slowest >= 0.0 or fastest <= 0.0:
+                        begins += slow
+                        ends += fast
+                        if slow > 0.0:
+                            rise, risen = rise + slow, risen + fast
+                            bend, bent = bend - ratio * slow, bent - ratio * fast
+                        else:
+                            drop, dropped = drop - slow, dropped - fast
+                            curl, curled = curl + ratio * slow, curled + ratio * fast
+                    if _least(begins, ends, rise, risen, bend, bent) >= 0.0:
+                        holds, forced = True, before >= -_SLACK * scale
+                    elif _least(-begins, -ends, drop, dropped, curl, curled) >= 0.0:
                         holds = True
                     if (
                         holds
-                        and (level >= deepest or start_q >= -_ROUNDING * scale)
-                        and end_q >= -_ROUNDING * scale
+                        and (level >= deepest or before >= -_ROUNDING * scale)
+                        and after >= -_ROUNDING * scale
                     ):
                         forced = True
                 if low >= -_ROUNDING * scale or forced:
@@ -201,32 +243,46 @@ def step(
                             rest -= reach[k] * m[k]
                     free, forced, deepest = True, True, max(deepest - 1, 1)
             else:
-                low = rest
                 scale = abs(rest) + abs(y)
                 there = rest
+                fall, fallen, steep, flat = 0.0, 0.0, 0.0, 0.0
                 spent = 0.0
                 for k in range(modes):
                     ahead[k] = mode[level, k, 0] * m[k]
-                    low += min(reach[k] * m[k], reach[k] * ahead[k])
-                    there += reach[k] * ahead[k]
-                    scale += abs(reach[k] * m[k])
+                    near, far = reach[k] * m[k], reach[k] * ahead[k]
+                    there += far
+                    if near > 0.0:
+                        ratio = -duration * part * rates[k]
+                        fall, fallen = fall + near, fallen + far
+                        steep, flat = steep + ratio * near, flat + ratio * far
+                    scale += abs(near)
                     spent += mode[level, k, 1] * m[k] * m[k]
-                low += y - max(depth, depth - dw)
+                before, after = w + y - (depth - dw), there + y - depth
+                low = _least(before, after, fall, fallen, steep, flat)
                 if low < -_ROUNDING * scale and not forced:
                     holds = level >= deepest
-                    start_gap, end_gap = w + y - (depth - dw), there + y - depth
-                    slowest, fastest = -dw, -dw
+                    begins, ends = -dw, -dw
+                    rise, risen, bend, bent = 0.0, 0.0, 0.0, 0.0
+                    drop, dropped, curl, curled = 0.0, 0.0, 0.0, 0.0
                     for k in range(modes):
-                        ratio = -duration * part * rates[k] * reach[k]
-                        slow, fast = ratio * m[k], ratio * ahead[k]
-                        slowest += min(slow, fast)
-                        fastest += max(slow, fast)
-                    if slowest >= 0.0 or fastest <= 0.0:
+                        ratio = -duration * part * rates[k]
+                        slow, fast = ratio * reach[k] * m[k], ratio * reach[k] * ahead[k]
+                        begins += slow
+                        ends += fast
+                        if slow > 0.0:
+                            rise, risen = rise + slow, risen + fast
+                            bend, bent = bend + ratio * slow, bent + ratio * fast
+                        else:
+                            drop, dropped = drop - slow, dropped - fast
+                            curl, curled = curl - ratio * slow, curled - ratio * fast
+                    if _least(begins, ends, rise, risen, bend, bent) >= 0.0:
+                        holds, forced = True, before >= -_SLACK * scale
+                    elif _least(-begins, -ends, drop, dropped, curl, curled) >= 0.0:
                         holds = True
                     if (
                         holds
-                        and (level >= deepest or start_gap >= -_ROUNDING * scale)
-                        and end_gap >= -_ROUNDING * scale
+                        and (level >= deepest or before >= -_ROUNDING * scale)
+                        and after >= -_ROUNDING * scale
                     ):
                         forced = True
                 if low >= -_ROUNDING * scale or forced:
@@ -241,6 +297,8 @@ def step(
                         size *= 2
                 elif level < deepest:
                     level += 1
+                elif ends > 0.0 and after >= -_SLACK * scale:  # it only seems to touch, as its gap widens
+                    forced = True
                 else:
                     my_lost += spent
                     w, position = depth - y, position + size
@@ -279,6 +337,7 @@ def step(
     row[WORK] = work
     row[LAST] = last
     row[COUNT] = count
+    row[PARTS] = parts
     row[RATE] = rate
     row[EDGE_DEPTH] = end
     if 0 <= last < springs.shape[1] - 1:

@@ -8,10 +8,11 @@ from typing import NamedTuple
 import numpy as np
 
 from pymdr.mapping.relaxation import Relaxation
+from pymdr.problem.spectra import Fractions, zeros_between
 from pymdr.units import FloatArray
 
-_SLOWEST = 1e-18
-"""Of the fastest rate: no mode is slower."""
+_ALIKE = 1e-7
+"""Rates that differ by less, relatively, are one at their mean: zeros between closer ones lose digits."""
 
 
 class Modes(NamedTuple):
@@ -37,39 +38,71 @@ def modes_of(body: Relaxation) -> Modes:
     Modes of a body at zero force.
 
     With u = h / sqrt(E_j), b = sqrt(E_j), D = 1/tau: without a dashpot u' = -(1 - b b^T / E_g) D u, which D^(1/2) makes
-    symmetric; with one, and u_0 = sqrt(E_inf) w beside the others, u' = -(D + b b^T / eta) u.
+    symmetric; with one, and u_0 = sqrt(E_inf) w beside the others, u' = -(D + b b^T / eta) u. The rates are the x at which
+    s E*(s) of s = -x is 0. Branches of the same time move as one; what they bear against each other decays alone.
     """
-    n = body.moduli.size
-    roots, decay = np.sqrt(body.moduli), 1.0 / body.times
+    own_decay = 1.0 / body.times
+    order = np.argsort(own_decay)
+    group = np.zeros(order.size, dtype=int)
+    sorted_decay = own_decay[order]
+    group[order] = np.cumsum(np.diff(sorted_decay, prepend=0.0) > _ALIKE * sorted_decay) - 1
+    moduli = np.bincount(group, body.moduli).astype(float)
+    decay = np.bincount(group, body.moduli * own_decay) / moduli
+    roots = np.sqrt(moduli)
+    rates, away = zeros_between(Fractions(body.equilibrium, moduli, decay, body.viscosity))
     if body.viscosity > 0.0:
-        b, d = roots, decay
-        if body.equilibrium > 0.0:
-            b, d = np.append(roots, np.sqrt(body.equilibrium)), np.append(decay, 0.0)
-        rates, q = np.linalg.eigh(np.diag(d) + np.outer(b, b) / body.viscosity)
-        to_modes = np.zeros((rates.size, n + 1))
-        to_modes[:, :n] = q[:n].T / roots
-        if body.equilibrium > 0.0:
-            to_modes[:, n] = q[n] * b[n]
-            reach = q[n] / b[n]
-        else:
-            reach = (b @ q) / (body.viscosity * rates)
-        return Modes(rates, reach, to_modes, roots[:, None] * q[:n])
-    half = np.sqrt(decay)
-    matrix = np.diag(decay) - np.outer(half * roots, half * roots) / body.glassy
-    rates, q = np.linalg.eigh(matrix)
-    if body.equilibrium == 0.0:  # the first one is the flow, which no free spring has
-        rates, q = rates[1:], q[:, 1:]
-    # the flow of a body that is nearly a liquid is slower than rounding tells
-    rates = np.maximum(rates, _SLOWEST * rates[-1]) if rates.size else rates
-    scale = np.sqrt(rates)
-    to_modes = np.zeros((rates.size, n + 1))
-    to_modes[:, :n] = (q / scale).T * (half / roots)
+        solid = body.equilibrium > 0.0
+        q, norm = (
+            _vectors(np.append(0.0, decay), np.column_stack([-rates, away]))
+            if solid
+            else _vectors(decay, away)
+        )
+        rest = q[:, 0] * np.sqrt(body.equilibrium) if solid else np.zeros(rates.size)
+        q = q[:, int(solid) :]
+        to_modes, to_branches = q / roots, roots[:, None] * q.T
+        reach = -norm / (rates * np.sqrt(body.viscosity))
+    else:
+        rest = np.zeros(rates.size)
+        # the flow of a liquid is a mode of the rate 0, which no free spring has
+        q, norm = _vectors(decay, away if body.equilibrium > 0.0 else np.vstack([decay, away]))
+        q, norm = q[q.shape[0] - rates.size :], norm[norm.size - rates.size :]
+        scale = np.sqrt(rates)[:, None]
+        to_modes, to_branches = q / scale * (np.sqrt(decay) / roots), (q * scale * (roots / np.sqrt(decay))).T
+        reach = -norm / np.sqrt(rates * body.glassy)
+    into = [np.column_stack([to_modes[:, group], rest])]
+    back = [(body.moduli / moduli[group])[:, None] * to_branches[group]]
+    found, reached = [rates], [reach]
+    for g in np.flatnonzero(np.bincount(group, minlength=decay.size) > 1):
+        own = np.flatnonzero(group == g)
+        bare = np.sqrt(body.moduli[own])
+        apart = np.zeros((own.size - 1, body.moduli.size + 1))
+        apart[:, own] = np.linalg.qr(bare[:, None], mode="complete")[0][:, 1:].T
+        into.append(apart.copy())
+        into[-1][:, own] /= bare
+        back.append((apart[:, :-1] * np.sqrt(body.moduli)).T)
+        found.append(np.full(own.size - 1, decay[g]))
+        reached.append(np.zeros(own.size - 1))
     return Modes(
-        rates,
-        -((roots * half) @ q) / (scale * body.glassy),
-        to_modes,
-        (roots / half)[:, None] * q * scale,
+        np.concatenate(found),
+        np.concatenate(reached),
+        np.ascontiguousarray(np.vstack(into)),
+        np.ascontiguousarray(np.hstack(back)),
     )
+
+
+def _vectors(poles: FloatArray, away: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """
+    Eigenvectors norm_i z_j/away_ij, one a row, of diag(poles) + z z^T or - z z^T, and their norms.
+
+    z is that whose eigenvalues are exactly those given, so that the vectors are orthogonal: Gu and Eisenstat (1994), SIAM
+    J. Matrix Anal. Appl. 15, 1266. No difference loses digits, however many decades the poles span.
+    """
+    gaps = poles[:, None] - poles
+    np.fill_diagonal(gaps, 1.0)
+    z = np.sqrt(np.abs(np.prod(away.T / gaps, axis=1)))
+    vectors = z / away
+    norm = 1.0 / np.sqrt((vectors**2).sum(axis=1))
+    return vectors * norm[:, None], norm
 
 
 def unpacked(
