@@ -288,10 +288,9 @@ def curves_down_to(line: ElasticLine, depth: float) -> ElasticCurves:
     if depth <= 0.0:
         return power_law_curves(1.0, 1.0, line.modulus)
     deepest = depth * (1.0 + 1e-12)
-    if line.reach < line.edge:
+    if line.reach < line.edge and not math.isfinite(float(line.place(deepest).x)):
         # no farther than what is known
-        end = float(line.depth(np.array([(1.0 - 1e-12) * line.reach]))[0])
-        deepest = end if depth <= end < deepest else deepest
+        deepest = depth
     rings = passed_rings(line, deepest)
     if not rings:
         return curves_of(line, deepest)

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from pymdr.line.friction.kernels import MERGE, TINY, Point, at, base, moment, vertex
+from pymdr.line.friction.kernels import MERGE, TINY, Point, at, base, vertex
 from pymdr.line.friction.layout import MODULUS, REACH, IntArray
 from pymdr.line.friction.reading import compiled, curve, depth_of_force
 from pymdr.line.friction.runs import (
@@ -195,9 +195,10 @@ def released_by_force(line: FloatArray, stack: Any, m: int, depth: float, force:
             q_l = start_pull + per_force * (lower[2] - start_force) - s_l
             lag_u = q_u / (twice * upper[4])
             lag_l = q_l / (twice * lower[4]) if lower[0] > 0.0 else 0.0
-            rise = upper[2] - lower[2]
             step = q_u - q_l
-            mean = (q_l * (upper[0] - lower[0]) + step / rise * moment(line, lower, upper)) / rise
+            # by moments: over short ways differences of depths and forces have lost digits
+            zeroth, first = moments(line, lower, upper)
+            mean = (q_l + step * first / zeroth) / zeroth
             total += 0.5 * lag_u * lag_l * twice * (upper[4] - lower[4])
             total += step * (mean - 0.5 * (lag_u + lag_l))
         if last:
