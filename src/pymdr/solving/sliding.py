@@ -128,6 +128,7 @@ def sliding_friction(
 
     Examples
     --------
+    >>> from pymdr.problem.materials import Viscoelastic
     >>> from pymdr.problem.profiles import Paraboloid
     >>> from pymdr.problem.rheology import StandardSolid
     >>> rubber = Viscoelastic(StandardSolid("1 MPa", "9 MPa", "1 ms"), poisson=0.5)
@@ -236,6 +237,11 @@ def _read(contact: Contact, normal_force: QuantityLike | None, indentation: Quan
         raise ProblemError(
             f"{_WHO}: no body is Viscoelastic: elastic bodies lose nothing below a profile that passes; give for example "
             "Viscoelastic(StandardSolid('1 MPa', '9 MPa', '1 ms'), poisson=0.5)"
+        )
+    if contact.friction is not None and contact.friction.coefficient > 0.0:
+        raise ProblemError(
+            f"{_WHO}: friction of the surfaces (mu = {contact.friction.coefficient:g}) is not in it: what is asked is what the body "
+            "loses; leave friction out, and add mu to the answer where it does not change the contact"
         )
     if contact.body.remembers and contact.counterbody.remembers:
         raise ProblemError(

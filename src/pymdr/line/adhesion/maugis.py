@@ -377,9 +377,9 @@ def maugis_dugdale(line: EquivalentProfile, modulus: float, work: float, strengt
 
     Examples
     --------
-    >>> from types import SimpleNamespace
-    >>> ball = SimpleNamespace(g=lambda x: x**2, slope=lambda x: 2 * x, moment=lambda x: 2 * x**3 / 3,
-    ...                        squared=lambda x: 8 * x**5 / 15, edge=np.inf, reach=np.inf, breakpoints=())
+    >>> from pymdr.mapping.equivalent import equivalent_profile
+    >>> from pymdr.problem.profiles import Paraboloid
+    >>> ball = equivalent_profile(Paraboloid(1.0))
     >>> curve = maugis_dugdale(ball, modulus=1.0, work=1.0, strength=0.8871133596609792)
     >>> state = curve.states(curve.ends[1] + 1.330670039491469)
     >>> round(float(state.cohesive_radius), 10), round(float(state.normal_force), 10)

@@ -30,7 +30,7 @@ from pymdr.units import FloatArray, written
 
 _PARTS, _LOOKS = 8, 120
 """In which a step is divided for energies, and rows at which pressures are looked at."""
-_WORK = 5e6
+_WORK = 8e7
 """Products of rows, springs and branches beyond which steps are divided in fewer parts."""
 _AUDIT = 1e-3
 _ROUNDING = 1e-15
