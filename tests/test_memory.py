@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from scipy.special import dawsn
 
 from pymdr import compiling
-from pymdr.errors import PathError
+from pymdr.errors import ConvergenceError, PathError
 from pymdr.line.curves import ElasticLine
 from pymdr.line.foundation import elastic_energy, normal_force, states_at_depth
 from pymdr.line.memory import (
@@ -376,18 +376,19 @@ def test_modes_keep_their_digits_over_many_decades(body, seed):
     if body.equilibrium == 0.0:
         creep_of += 1.0 / (s[:, 0] * ((body.moduli * body.times).sum() + body.viscosity))
     modulus = body.equilibrium + (body.moduli * (s * body.times / (1.0 + s * body.times))).sum(axis=1)
-    assert creep_of * (modulus + body.viscosity * s[:, 0]) == pytest.approx(np.ones(33), abs=1e-7)
+    assert creep_of * (modulus + body.viscosity * s[:, 0]) == pytest.approx(np.ones(33), abs=1e-10)
     # what the forces of a free spring are comes back from its modes, and their energy is that of its branches
     rng = np.random.default_rng(seed)
     h, w = rng.normal(size=body.moduli.size) * body.moduli, float(rng.normal())
+    size, energy = np.abs(h).max(), float((h**2 / body.moduli).sum())
     if body.viscosity == 0.0 and body.equilibrium > 0.0:
         w = -float(h.sum()) / body.equilibrium
     elif body.viscosity == 0.0:
         h -= h.sum() * body.moduli / body.moduli.sum()
     amplitudes = modes.to_modes @ np.append(h, w)
-    assert modes.to_branches @ amplitudes == pytest.approx(h, abs=1e-6 * np.abs(h).max())
+    assert modes.to_branches @ amplitudes == pytest.approx(h, abs=1e-10 * size)
     stored = 0.5 * float((h**2 / body.moduli).sum() + body.equilibrium * w * w)
-    assert 0.5 * float((amplitudes**2).sum()) == pytest.approx(stored, rel=1e-6)
+    assert 0.5 * float((amplitudes**2).sum()) == pytest.approx(stored, rel=1e-10, abs=1e-20 * energy)
 
 
 def parts_of(body, t, d, n=20, line=PARABOLOID):
@@ -413,7 +414,7 @@ def parts_of(body, t, d, n=20, line=PARABOLOID):
 @given(wide_bodies(), paths(), st.floats(-9.0, 3.0))
 def test_the_work_of_a_step_is_bounded(body, path, unit):
     t, d = path
-    assert parts_of(body, 10.0**unit * t, d) < 1.1 * kernels.MOST
+    assert parts_of(body, 10.0**unit * t, d) < 2000
 
 
 def test_springs_that_part_as_slowly_as_they_creep_back_are_not_touched_again_by_rounding():
@@ -433,3 +434,9 @@ def test_springs_that_part_as_slowly_as_they_creep_back_are_not_touched_again_by
     for retreat in np.linspace(1.5e4, 3.5e4, 9):
         t = np.linspace(0.0, retreat, 131)
         assert parts_of(fast, t, 0.3 * np.sin(math.pi * t / retreat)) < 500
+
+
+def test_a_spring_that_is_given_up_is_no_row(monkeypatch):
+    monkeypatch.setattr(compiling, "patient", lambda run: lambda *arguments: -3)
+    with pytest.raises(ConvergenceError, match=r"to row 2, at 0\.2 s: its rounding decides"):
+        follow_springs(PARABOLOID, STANDARD, [0.0, 0.1, 0.2, 0.3], [0.0, 0.1, 0.2, 0.1])

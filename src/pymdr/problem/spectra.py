@@ -14,8 +14,8 @@ from pymdr.errors import ProblemError
 from pymdr.problem.values import Value
 from pymdr.units import FloatArray
 
-_ALIKE = 1e-5
-"""Poles of fractions that differ by less, relatively, are one at their mean: that errs by a tenth of the square."""
+_ALIKE = 1e-9
+"""Poles that differ by less, relatively, are one at their mean: that errs by a tenth of the square."""
 _SMALLEST = 460.0
 """Logarithm of how much closer to a pole a zero may lie than half the way to the next one."""
 
@@ -46,25 +46,46 @@ def reciprocal(h: Fractions) -> Fractions:
     -----
     Zeros and poles of h take turns on the negative axis (Gross, 1953, Mathematical Structure of the Theories of
     Viscoelasticity). Each zero is found from its distance to the nearer pole, so that it has all its digits however
-    close it lies, and however many decades the poles span; the weights 1/(x h'(-x)) are sums of one sign.
+    close it lies, and however many decades the poles span; the weights are products of such distances.
 
     Examples
     --------
     >>> reciprocal(Fractions(1.0, np.array([1.0]), np.array([1.0]), 0.0))
     Fractions(constant=0.5, weights=array([0.5]), poles=array([2.]), slope=0.0)
     """
-    constant, weights, poles, slope = _merged(h)
-    zeros, steepness = _zeros(constant, weights, poles, slope)
-    with np.errstate(over="ignore", divide="ignore"):
-        found = 1.0 / (zeros * steepness)
-    kept = (found > 0.0) & np.isfinite(found)
+    merged = _merged(h)
+    constant, weights, poles, slope = merged
+    zeros, away = zeros_between(merged)
     total = constant + float(weights.sum())
+    with np.errstate(over="ignore", divide="ignore"):
+        found = _residues(zeros, away, constant == 0.0) / (zeros * (slope if slope > 0.0 else total))
+    kept = (found > 0.0) & np.isfinite(found)
     return Fractions(
         1.0 / total if slope == 0.0 else 0.0,
         found[kept],
         1.0 / zeros[kept],
         1.0 / (float((weights / poles).sum()) + slope) if constant == 0.0 else 0.0,
     )
+
+
+def _residues(zeros: FloatArray, away: FloatArray, flows: bool) -> FloatArray:
+    """
+    Of the product of all s + poles over that of all s + zeros, and over s where it flows, at -zeros.
+
+    What a zero errs by is small beside its distances to the poles, and an inverse made of the zeros as they were found is
+    that of fractions all but equal to those given: Gu and Eisenstat (1994), SIAM J. Matrix Anal. Appl. 15, 1266.
+    """
+    if not away.size:
+        return np.ones(zeros.size)
+    i = np.arange(zeros.size)
+    pole_between = np.minimum(np.minimum(i[:, None], i) + int(flows), away.shape[1] - 1)
+    apart = away[i[:, None], pole_between] - away[i, pole_between]
+    np.fill_diagonal(apart, 1.0)
+    if flows:
+        apart = np.column_stack([-zeros, apart])
+    ratios = np.ones(apart.shape)
+    ratios[:, : away.shape[1]] = away
+    return np.asarray(np.abs(np.prod(ratios / apart, axis=1)))
 
 
 def _merged(h: Fractions) -> Fractions:
@@ -77,15 +98,6 @@ def _merged(h: Fractions) -> Fractions:
         moments, weights = np.add.reduceat(weights * poles, first), np.add.reduceat(weights, first)
         poles = moments / weights
     return Fractions(h.constant, weights, poles, h.slope)
-
-
-def _zeros(
-    constant: float, weights: FloatArray, poles: FloatArray, slope: float
-) -> tuple[FloatArray, FloatArray]:
-    """The x > 0 with h(-x) = 0, and h' there."""
-    found, away = zeros_between(Fractions(constant, weights, poles, slope))
-    with np.errstate(over="ignore", divide="ignore"):
-        return found, ((weights / away) * (poles / away)).sum(axis=1) + slope
 
 
 def zeros_between(h: Fractions) -> tuple[FloatArray, FloatArray]:
@@ -124,12 +136,21 @@ def zeros_between(h: Fractions) -> tuple[FloatArray, FloatArray]:
         to_base = poles - base[:, None]
         own = to_base == 0.0
         apart = np.where(own, np.inf, to_base)
-        rest = constant - slope * base - (weights * base[:, None] / apart - weights * own).sum(axis=1)
-        others, pole = weights * poles / apart, (weights * poles * own).sum(axis=1)
+        rest = constant - slope * base + (weights * own).sum(axis=1)
+        there, rise, pole = (
+            weights * base[:, None] / apart,
+            weights * poles / apart,
+            (weights * poles * own).sum(axis=1),
+        )
 
         def value(step: FloatArray) -> FloatArray:
-            steep = (others / (apart - step[:, None])).sum(axis=1) + slope
-            return np.asarray(rest - step * steep + pole / step)
+            away, x = apart - step[:, None], (base + step)[:, None]
+            # of a pole nearer to the base than the zero is, the part there is far larger than the whole
+            near = np.abs(apart) < np.abs(step)[:, None]
+            from_there = np.where(near, x * weights / away, step[:, None] * (rise / away)).sum(axis=1)
+            return np.asarray(
+                rest - np.where(near, 0.0, there).sum(axis=1) - slope * step - from_there + pole / step
+            )
 
         return value
 

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pymdr.errors import PathError
+from pymdr.errors import ConvergenceError, PathError
 from pymdr.line.curves import Curve
 from pymdr.line.foundation import states_at_depth, states_at_force
 from pymdr.line.memory.modes import longer, modes_of, packed, unpacked
@@ -164,7 +164,7 @@ def follow_springs(
     PathError
         If the times fall, a value is not finite, or a dashpot is moved suddenly.
     ConvergenceError
-        If the curve ends before the depth.
+        If the curve ends before the depth, or the rounding of a spring decides when it parts and touches.
 
     Notes
     -----
@@ -288,7 +288,7 @@ def _follow(
         size = (0 if watch is None else stop - done + 1, springs.position.size)
         loads, gaps = np.zeros(size), np.zeros(size)
         before = begin.copy()
-        followed = done + patient(kernels.run)(
+        ran = patient(kernels.run)(
             table,
             np.array([relaxation.equilibrium, relaxation.viscosity]),
             relaxation.moduli.copy(),
@@ -310,6 +310,12 @@ def _follow(
             loads,
             gaps,
         )
+        if ran < 0:
+            raise ConvergenceError(
+                f"a spring parts and touches more than {kernels.MOST} times on the way to row {done - 1 - ran}, at {t[done - 1 - ran]:g} s: "
+                "its rounding decides; give the way in more rows, or relaxation times farther apart"
+            )
+        followed = done + ran
         part = slice(done, followed)
         radius[part] = _radii(curve, springs, rows[part], kernels.EDGE_DEPTH, kernels.LAST)
         rows[part, kernels.WORK] += work

@@ -19,7 +19,7 @@ from pymdr.units import FloatArray
 LEVELS = 40
 FULL = 1 << LEVELS
 MOST = 10000
-"""Parts of a step in which a spring is tried before they are taken as they come."""
+"""Parts of a step in which a spring is tried before it is given up."""
 _ROUNDING = 2e-15
 _SLACK = 1e-12
 """Of the terms: what a gap, or a force, that grows throughout may lack at its beginning, where it is 0 but for many roundings."""
@@ -28,7 +28,8 @@ DECAY, MEAN, RAMP, OWN, CROSS, MOVED = range(6)
 """Of a branch over a step x = s/tau, h -> DECAY h + E MEAN dw; work dw (MEAN h + E RAMP dw); its dissipation in units of
 1/E: OWN h^2 + 2 CROSS h E dw + MOVED (E dw)^2."""
 FORCE, RATE, STORED, LOST, WORK, EDGE_DEPTH, LAST, COUNT, PARTS = range(9)
-"""Columns of a row; RATE is dF/dd, LAST the outermost spring in contact, COUNT how many are, PARTS what was tried of all."""
+"""Columns of a row; RATE is dF/dd, LAST the outermost spring in contact, COUNT how many are, PARTS what was tried
+of all, infinite where a spring was given up."""
 COLUMNS = 9
 HEIGHT, SHARE, CENTRE, OUTER = range(4)
 """Rows of the springs: d0, dk, and k per unit modulus at the spring and at the outer end of its part."""
@@ -143,10 +144,9 @@ def step(
         while position < FULL:
             parts += 1
             tried += 1
-            if tried > MOST:  # rounding decides: parts grow again whatever happens in them
-                deepest = 1
-                while level > 1 and position % (FULL >> (level - 1)) == 0:
-                    level -= 1
+            if tried > MOST:
+                row[PARTS] = math.inf
+                return filled
             size = FULL >> level
             if level >= filled:
                 fill(level, duration, times, rates, branch, mode)
@@ -476,6 +476,8 @@ def run(
     """
     Follow rows from begin = (time, indentation); returns how many were followed: fewer where the springs end at `limit`.
 
+    Where a spring was given up it returns -1 less the row.
+
     `machine` in N/m: infinite prescribes the indentation d, 0 the force F, between them F + machine d = target. `loads` and
     `gaps`, of one row more, take what the springs bear before every row and after the last, unless they are empty.
     """
@@ -525,6 +527,8 @@ def run(
                 springs, body, moduli, times, rates, reach, to_modes, to_branches, here, guess, duration,
                 touched, w1, z1, free1, w2, z2, free2, branch, mode, filled, row, math.isinf(machine),
             )  # fmt: skip
+            if math.isinf(row[PARTS]):
+                return -1 - r
             if math.isinf(machine) or lift:
                 break
             over = row[FORCE] + machine * guess - target[r]

@@ -11,9 +11,6 @@ from pymdr.mapping.relaxation import Relaxation
 from pymdr.problem.spectra import Fractions, zeros_between
 from pymdr.units import FloatArray
 
-_ALIKE = 1e-7
-"""Rates that differ by less, relatively, are one at their mean: zeros between closer ones lose digits."""
-
 
 class Modes(NamedTuple):
     """
@@ -41,13 +38,8 @@ def modes_of(body: Relaxation) -> Modes:
     symmetric; with one, and u_0 = sqrt(E_inf) w beside the others, u' = -(D + b b^T / eta) u. The rates are the x at which
     s E*(s) of s = -x is 0. Branches of the same time move as one; what they bear against each other decays alone.
     """
-    own_decay = 1.0 / body.times
-    order = np.argsort(own_decay)
-    group = np.zeros(order.size, dtype=int)
-    sorted_decay = own_decay[order]
-    group[order] = np.cumsum(np.diff(sorted_decay, prepend=0.0) > _ALIKE * sorted_decay) - 1
-    moduli = np.bincount(group, body.moduli).astype(float)
-    decay = np.bincount(group, body.moduli * own_decay) / moduli
+    decay, group = np.unique(1.0 / body.times, return_inverse=True)
+    moduli = np.bincount(group, body.moduli, decay.size).astype(float)
     roots = np.sqrt(moduli)
     rates, away = zeros_between(Fractions(body.equilibrium, moduli, decay, body.viscosity))
     if body.viscosity > 0.0:
