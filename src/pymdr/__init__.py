@@ -81,6 +81,7 @@ if TYPE_CHECKING:
     from pymdr.problem.rheology import StandardSolid as StandardSolid
     from pymdr.problem.rough import RoughSurface as RoughSurface
     from pymdr.problem.self_affine import SelfAffineLine as SelfAffineLine
+    from pymdr.problem.topography import Topography as Topography
     from pymdr.result import Result as Result
     from pymdr.result import Status as Status
     from pymdr.solving import AdhesionRegime as AdhesionRegime
@@ -183,6 +184,7 @@ _HOMES: dict[str, tuple[str, ...]] = {
     ),
     "pymdr.problem.rheology": ("KelvinVoigt", "Maxwell", "PowerLawRheology", "Prony", "StandardSolid"),
     "pymdr.problem.rough": ("RoughSurface",),
+    "pymdr.problem.topography": ("Topography",),
     "pymdr.problem.self_affine": ("SelfAffineLine",),
     "pymdr.result": ("Result", "Status"),
     "pymdr.solving.reopening": ("open_result",),
