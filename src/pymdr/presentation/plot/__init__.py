@@ -18,6 +18,7 @@ from pymdr.presentation.plot.studies import (
     rolling_study,
     sliding_study,
 )
+from pymdr.presentation.plot.sweeps import sweep_curves
 from pymdr.presentation.plot.whole import normal_figures, normal_overview
 
 __all__ = [
@@ -42,4 +43,5 @@ __all__ = [
     "rolling_study",
     "rough_study",
     "sliding_study",
+    "sweep_curves",
 ]
