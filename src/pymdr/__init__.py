@@ -39,6 +39,7 @@ if TYPE_CHECKING:
     from pymdr.problem.materials import Rigid as Rigid
     from pymdr.problem.materials import TransverselyIsotropic as TransverselyIsotropic
     from pymdr.problem.materials import Viscoelastic as Viscoelastic
+    from pymdr.problem.measured import MeasuredCurve as MeasuredCurve
     from pymdr.problem.parameters import parameters_of as parameters_of
     from pymdr.problem.parameters import with_parameters as with_parameters
     from pymdr.problem.paths import Cycle as Cycle
@@ -101,6 +102,9 @@ if TYPE_CHECKING:
     from pymdr.solving import restitution as restitution
     from pymdr.solving import solve as solve
     from pymdr.solving import solve_batch as solve_batch
+    from pymdr.solving.fits import FitResult as FitResult
+    from pymdr.solving.fits import Fitted as Fitted
+    from pymdr.solving.fits import fit as fit
     from pymdr.solving.reopening import open_result as open_result
     from pymdr.solving.rolling import Rolling as Rolling
     from pymdr.solving.rolling import rolling as rolling
@@ -195,6 +199,8 @@ _HOMES: dict[str, tuple[str, ...]] = {
     "pymdr.solving.rolling": ("Rolling", "rolling"),
     "pymdr.solving.rough": ("RoughContact", "RoughLine", "press_rough", "rough_line"),
     "pymdr.solving.rough_sliding": ("rough_sliding_friction",),
+    "pymdr.problem.measured": ("MeasuredCurve",),
+    "pymdr.solving.fits": ("FitResult", "Fitted", "fit"),
     "pymdr.solving.sweep": ("Sweep", "sweep"),
     "pymdr.problem.parameters": ("parameters_of", "with_parameters"),
     "pymdr.solving.sliding": ("SlidingFriction", "sliding_friction"),

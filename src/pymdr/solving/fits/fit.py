@@ -13,9 +13,8 @@ from pymdr.errors import ProblemError, QuantityError
 from pymdr.interpretation.validity import Assumption, Claim
 from pymdr.problem.contact import Contact
 from pymdr.problem.measured import MeasuredCurve
-from pymdr.problem.paths import indent
-from pymdr.result import labelled
-from pymdr.solving.assessing import assess
+from pymdr.problem.paths import Path, indent
+from pymdr.result import Result, labelled
 from pymdr.solving.fits.searching import (
     Modelled,
     Search,
@@ -28,6 +27,7 @@ from pymdr.solving.fits.searching import (
 )
 from pymdr.solving.fits.starting import starts
 from pymdr.solving.fits.unknowns import BASELINE, CONTACT_POINT, ORIGINS, Free, origins, put_into, unknowns_of
+from pymdr.solving.verb import solve
 from pymdr.units import FloatArray, QuantityLike, shown, written
 
 if TYPE_CHECKING:
@@ -287,7 +287,7 @@ def _interpreted(search: Search, best: FloatArray, minimum: Any) -> FitResult:
     contact = put_into(search.contact, search.unknowns, inner)
     models = search.models(best)
     deepest = max(float(one.depth.max()) for one in models)
-    judged = assess(contact, indent(deepest)) if deepest > 0.0 and not contact.remembers else None
+    judged = _judged(contact, search.curves[0], models[0], deepest)
     left_out = sum(int((~part).sum()) for part in search.used)
     notes = (f"{left_out} samples beside jumps are left out",) if left_out else ()
     return FitResult(
@@ -298,12 +298,24 @@ def _interpreted(search: Search, best: FloatArray, minimum: Any) -> FitResult:
         noise=noise,
         correlated=correlated,
         aicc=_aicc(float((residuals**2).mean()), independent, p),
-        claims={} if judged is None else judged.claims,
-        assumptions=() if judged is None else judged.assumptions,
+        claims=judged.claims,
+        assumptions=judged.assumptions,
         notes=notes,
         search=search,
         minimum=minimum,
     )
+
+
+def _judged(contact: Contact, curve: MeasuredCurve, first: Modelled, deepest: float) -> Result:
+    """The contact that was found, where it is pressed deepest; with memory along the whole record."""
+    if contact.remembers:
+        assert curve.time is not None
+        return solve(contact, Path(time=curve.time - curve.time[0], indentation=first.depth))
+    if deepest <= 0.0:
+        raise ProblemError(
+            "fit: the bodies touch at no sample; give contact_point, or a record that presses them"
+        )
+    return solve(contact, indent(deepest))
 
 
 def _aicc(mean_square: float, independent: float, p: int) -> float:

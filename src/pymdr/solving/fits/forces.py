@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
-from pymdr.errors import ProblemError
+from pymdr.errors import NotValidError, ProblemError
 from pymdr.line.curves import ElasticLine
 from pymdr.line.foundation import normal_force, states_at_depth
 from pymdr.problem.contact import Contact
@@ -130,12 +130,15 @@ class RememberedForces:
     fold: float = math.inf
 
     def at(self, depth: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Force in N and stiffness in N/m of one record, in the order of its times."""
+        """Force in N of one record, in the order of its times; its stiffness is that of the whole history, and not told."""
         channel = "indentation" if self.compliance == 0.0 else "travel"
         path = Path(time=self.time - self.time[0], **{channel: depth})
         machine = None if self.compliance == 0.0 else 1.0 / self.compliance
         found = solve(self.contact, path, machine_stiffness=machine)
-        return found["normal_force"].values, found["normal_stiffness"].values
+        force = found["normal_force"].values
+        if not np.all(np.isfinite(force)):
+            raise NotValidError(f"fit: {found.claims['normal_force'].reason}")
+        return force, np.full(force.shape, math.nan)
 
 
 def forces_of(contact: Contact, deepest: float, compliance: float, time: FloatArray | None) -> Forces:
