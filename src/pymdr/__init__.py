@@ -80,7 +80,6 @@ if TYPE_CHECKING:
     from pymdr.problem.rheology import Prony as Prony
     from pymdr.problem.rheology import StandardSolid as StandardSolid
     from pymdr.problem.rough import RoughSurface as RoughSurface
-    from pymdr.problem.self_affine import SelfAffineLine as SelfAffineLine
     from pymdr.result import Result as Result
     from pymdr.result import Status as Status
     from pymdr.solving import AdhesionRegime as AdhesionRegime
@@ -183,7 +182,6 @@ _HOMES: dict[str, tuple[str, ...]] = {
     ),
     "pymdr.problem.rheology": ("KelvinVoigt", "Maxwell", "PowerLawRheology", "Prony", "StandardSolid"),
     "pymdr.problem.rough": ("RoughSurface",),
-    "pymdr.problem.self_affine": ("SelfAffineLine",),
     "pymdr.result": ("Result", "Status"),
     "pymdr.solving.reopening": ("open_result",),
     "pymdr.solving.rolling": ("Rolling", "rolling"),

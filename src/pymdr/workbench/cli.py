@@ -588,6 +588,13 @@ def rough(
     ] = None,
     points: Points = None,
     realisations: Annotated[int, typer.Option(help="Lines of the ensemble.")] = 100,
+    coefficient: Annotated[
+        float | None,
+        typer.Option(
+            "--coefficient",
+            help="lambda of C1D = lambda q C2D, the spectrum of the line; pi, of Geike, unless given.",
+        ),
+    ] = None,
     workers: Annotated[int | None, typer.Option(help="Threads; the numbers do not depend on them.")] = None,
     output: Table = None,
     quiet: Quiet = False,
@@ -606,6 +613,7 @@ def rough(
             normal_force=_spread(normal_force, points, "N", "normal-force") if normal_force else None,
             indentation=_spread(indentation, points, "m", "indentation") if indentation else None,
             realisations=realisations,
+            coefficient=coefficient,
             radius=asked.radius,
             workers=workers,
         )
