@@ -80,6 +80,7 @@ if TYPE_CHECKING:
     from pymdr.problem.rheology import Prony as Prony
     from pymdr.problem.rheology import StandardSolid as StandardSolid
     from pymdr.problem.rough import RoughSurface as RoughSurface
+    from pymdr.problem.topography import Topography as Topography
     from pymdr.result import Result as Result
     from pymdr.result import Status as Status
     from pymdr.solving import AdhesionRegime as AdhesionRegime
@@ -182,6 +183,7 @@ _HOMES: dict[str, tuple[str, ...]] = {
     ),
     "pymdr.problem.rheology": ("KelvinVoigt", "Maxwell", "PowerLawRheology", "Prony", "StandardSolid"),
     "pymdr.problem.rough": ("RoughSurface",),
+    "pymdr.problem.topography": ("Topography",),
     "pymdr.result": ("Result", "Status"),
     "pymdr.solving.reopening": ("open_result",),
     "pymdr.solving.rolling": ("Rolling", "rolling"),
