@@ -124,4 +124,4 @@ def rough_waves(surface: RoughSurface, coefficient: float = GEIKE) -> tuple[Floa
     power = surface.spectrum_1d(q)
     # waves are orthogonal on even places, so that these give the rms height itself
     height = surface.rms * math.sqrt(2.0 * coefficient / math.pi)
-    return q, np.asarray(height * np.sqrt(power / power.sum()))
+    return np.asarray(q), np.asarray(height * np.sqrt(power / power.sum()))

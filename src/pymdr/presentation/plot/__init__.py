@@ -18,6 +18,7 @@ from pymdr.presentation.plot.studies import (
     rolling_study,
     sliding_study,
 )
+from pymdr.presentation.plot.topography import bump_study, spectrum_study
 from pymdr.presentation.plot.whole import normal_figures, normal_overview
 
 __all__ = [
@@ -26,6 +27,7 @@ __all__ = [
     "Plots",
     "adhesive_figures",
     "adhesive_overview",
+    "bump_study",
     "closure_figures",
     "closure_overview",
     "compared_laws",
@@ -42,4 +44,5 @@ __all__ = [
     "rolling_study",
     "rough_study",
     "sliding_study",
+    "spectrum_study",
 ]
