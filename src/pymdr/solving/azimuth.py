@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -57,6 +58,23 @@ class AzimuthalProfile:
         from pymdr.presentation.html import text_html
 
         return text_html(self.summary())
+
+    def to_csv(self, file: str | os.PathLike[str]) -> None:
+        """
+        Write the profile to a CSV file that :func:`pymdr.read_profile` and case files read.
+
+        Parameters
+        ----------
+        file : path
+            For example "tip.csv".
+        """
+        from pymdr.presentation.files import write_table
+
+        scatter = self.profile.scatter
+        assert scatter is not None
+        write_table(
+            {"r [m]": self.profile.radius, "f [m]": self.profile.height, "scatter [m]": scatter}, file
+        )
 
     def plot(self) -> Figure:
         """The surface with the apex, and the mean with its scatter and the curve through it."""

@@ -286,8 +286,8 @@ def _of_maker(source: Path, channel: int | str | None) -> _Read:
         import SurfaceTopography
     except ImportError as error:
         raise MissingExtraError(
-            f"{source.name} needs SurfaceTopography, which is not installed: pip install 'pymdr[topography]'; texts of heights (.csv, .txt) and "
-            "arrays (.npy) are read without it"
+            f"{source.name} needs SurfaceTopography, which cannot be imported ({error}): pip install 'pymdr[topography]'; texts of heights "
+            "(.csv, .txt) and arrays (.npy) are read without it"
         ) from error
     # a reader of other people's formats may fail in any way
     try:
@@ -359,3 +359,18 @@ def _chosen(source: Path, channels: list[Any], channel: int | str | None, reader
             f"{source}: {why} {shown(channel)}; the file has {_names(channels)}: name one by its number"
         )
     return found[0]
+
+
+def described(surface: Topography) -> str:
+    """
+    What a surface is, in one line.
+
+    Examples
+    --------
+    >>> described(Topography([[0.0, 1e-9], [2e-9, 3e-9]], "2 um"))
+    '2 x 2 heights on 2 µm x 2 µm, pixels of 1 µm x 1 µm, from 0 m to 3 nm'
+    """
+    (nx, ny), (width, length) = surface.heights.shape, (metres(one) for one in surface.size)
+    across, along = (metres(one) for one in surface.spacing)
+    low, high = (metres(float(end(surface.heights))) for end in (np.nanmin, np.nanmax))
+    return f"{nx} x {ny} heights on {width} x {length}, pixels of {across} x {along}, from {low} to {high}"

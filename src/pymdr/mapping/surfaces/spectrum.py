@@ -142,7 +142,11 @@ def rings_of(heights: FloatArray, size: FloatArray, periodic: bool) -> Rings:
     with np.errstate(invalid="ignore", divide="ignore"):
         sectors = np.bincount(sector, twice * power, minlength=last * _SECTORS) / number
     return Rings(
-        middle_q, mean(power), np.asarray(0.5 * share * count), np.asarray(smear), sectors.reshape(last, _SECTORS)
+        middle_q,
+        mean(power),
+        np.asarray(0.5 * share * count),
+        np.asarray(smear),
+        sectors.reshape(last, _SECTORS),
     )
 
 
@@ -180,7 +184,14 @@ def binned(rings: Rings, periodic: bool, highest: float, steepness: float) -> Bi
     whole = np.bincount(number, weight)
     means = [np.bincount(number, weight * part) / whole for part in (log_q, log_c)]
     ends = np.append(starts[1:], log_q.size) - 1
-    return Bins(means[0], means[1], 1.0 / whole, np.asarray(np.bincount(number, n), dtype=float), log_q[starts], log_q[ends])
+    return Bins(
+        means[0],
+        means[1],
+        1.0 / whole,
+        np.asarray(np.bincount(number, n), dtype=float),
+        log_q[starts],
+        log_q[ends],
+    )
 
 
 def self_affine(rings: Rings, periodic: bool, highest: float) -> tuple[Bins, Law | None]:

@@ -208,7 +208,7 @@ def _refuse_second(
         if highest[other] - level > least:
             at = np.unravel_index(int(np.argmax(np.where(parts == other, smooth, -np.inf))), smooth.shape)
             raise ProblemError(
-                f"not one bump: a second summit, {metres(top - float(highest[other]))} below the first, stands at "
-                f"{_place((float(axes[0][at[0]]), float(axes[1][at[1]])))} {metres(float(highest[other]) - float(level))} above what is "
+                f"not one bump: the highest place near {_place(profile.centre)} is not the only summit, another at "
+                f"{_place((float(axes[0][at[0]]), float(axes[1][at[1]])))} stands {metres(float(highest[other]) - float(level))} out of what is "
                 "around it; cut the patch down to one of them, or press the surface as it is"
             )
