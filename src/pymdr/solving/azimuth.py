@@ -118,7 +118,7 @@ def azimuthal_profile(
     ------
     ProblemError
         If the surface is not one bump: its apex is within 8 pixels of the edge or falls not to all sides, heights at one radius
-        scatter by more than half of what the mean falls, or a second summit stands out by more than a tenth of that, and
+        scatter by more than 15 % of what the mean falls, besides noise, or a second summit stands out by more than a tenth of that, and
         than the noise. The message says which.
 
     Notes

@@ -16,8 +16,8 @@ FEWEST_BINS = 5
 _DISBELIEF = 6.63
 """What a roll-off must gain: twice the logarithm of a likelihood ratio that chance passes once in a hundred."""
 _SCATTERS = 2.58
-_HANN = 18.0 / 35.0
-"""Of a Hann window the square of the mean square over the mean fourth power: the share of its waves that are independent."""
+_ALIKE = (1.0, 4.0 / 9.0, 1.0 / 36.0)
+"""Squares of the correlation of waves that are 0, 1 or 2 steps apart under a Hann window: of the transform of its square."""
 _LOBE = 1.0 / 3.0
 """Variance of a wave number of a Hann window, in squares of 2 pi over the side."""
 _FIRST_OF_WINDOW, _FIRST_OF_PERIOD = 2.5, 0.5
@@ -36,6 +36,8 @@ class Rings(NamedTuple):
     """C2D in m^4."""
     waves: FloatArray
     """How many independent ones are in a ring."""
+    alike: FloatArray
+    """Correlations of the means of rings, (rings, rings)."""
     smear: FloatArray
     """What bends the mean: C2D ~ q^-a comes out larger by the factor 1 + a^2 smear."""
     sectors: FloatArray
@@ -105,13 +107,11 @@ def rings_of(heights: FloatArray, size: FloatArray, periodic: bool) -> Rings:
     step = 2.0 * math.pi / size
     if periodic:
         weighted = heights - heights.mean()
-        share = 1.0
     else:
         along = [np.sin(math.pi * (np.arange(n) + 0.5) / n) ** 2 for n in shape]
         middle = float(along[0] @ heights @ along[1]) / float(along[0].sum() * along[1].sum())
         weighted = (heights - middle) * (along[0][:, None] * along[1])
         weighted /= math.sqrt(float(np.mean(along[0] ** 2) * np.mean(along[1] ** 2)))
-        share = _HANN**2
     waves = np.fft.rfft2(weighted)
     power = (waves.real**2 + waves.imag**2) * (float(np.prod(size)) / (2.0 * math.pi * heights.size) ** 2)
     qx = step[0] * np.fft.fftfreq(shape[0], 1.0 / shape[0])
@@ -141,13 +141,31 @@ def rings_of(heights: FloatArray, size: FloatArray, periodic: bool) -> Rings:
     number = np.bincount(sector, twice, minlength=last * _SECTORS)
     with np.errstate(invalid="ignore", divide="ignore"):
         sectors = np.bincount(sector, twice * power, minlength=last * _SECTORS) / number
+    scatter = _scatter(step, shape, wide, last, periodic)
+    deviation = np.sqrt(np.diag(scatter))
     return Rings(
-        middle_q,
-        mean(power),
-        np.asarray(0.5 * share * count),
-        np.asarray(smear),
-        sectors.reshape(last, _SECTORS),
+        log_q=middle_q,
+        spectrum=mean(power),
+        waves=1.0 / deviation**2,
+        alike=scatter / np.outer(deviation, deviation),
+        smear=np.asarray(smear),
+        sectors=sectors.reshape(last, _SECTORS),
     )
+
+
+def _scatter(step: FloatArray, shape: tuple[int, ...], wide: float, last: int, periodic: bool) -> FloatArray:
+    """Covariances of the means of rings over their squares, of Gaussian heights: sums over pairs of waves that a window makes alike."""
+    q = [step[k] * np.fft.fftfreq(n, 1.0 / n) for k, n in enumerate(shape)]
+    ring = np.rint(np.hypot(q[0][:, None], q[1]) / wide).astype(np.int32)
+    ring[ring > last] = 0
+    count = np.bincount(ring.ravel(), minlength=last + 1)[1:].astype(float)
+    pairs = np.zeros((last + 1) ** 2)
+    for i in range(-2, 3) if not periodic else (0,):
+        for j in range(-2, 3) if not periodic else (0,):
+            both = ring.astype(np.int64) * (last + 1) + np.roll(ring, (i, j), axis=(0, 1))
+            pairs += _ALIKE[abs(i)] * _ALIKE[abs(j)] * np.bincount(both.ravel(), minlength=pairs.size)
+    # waves of opposite q are the same
+    return np.asarray(2.0 * pairs.reshape(last + 1, last + 1)[1:, 1:] / np.outer(count, count))
 
 
 def binned(rings: Rings, periodic: bool, highest: float, steepness: float) -> Bins:
@@ -177,21 +195,18 @@ def binned(rings: Rings, periodic: bool, highest: float, steepness: float) -> Bi
     used = (q >= first) & (rings.spectrum > 0.0)
     log_q, n = rings.log_q[used], rings.waves[used]
     log_c = np.log(rings.spectrum[used]) - (psi(n) - np.log(n)) - np.log1p(steepness**2 * rings.smear[used])
-    weight = 1.0 / polygamma(1, n)
+    variance = polygamma(1, n)
     even = np.floor((log_q - log_q[:1]) * (BINS_PER_DECADE / math.log(10.0)) + 1e-9).astype(int)
     beyond = np.exp(log_q) > highest * _ROUNDING
     starts, number = np.unique(even + 2 * even[-1:] * beyond, return_index=True, return_inverse=True)[1:]
-    whole = np.bincount(number, weight)
-    means = [np.bincount(number, weight * part) / whole for part in (log_q, log_c)]
+    share = np.zeros((starts.size, log_q.size))
+    share[number, np.arange(log_q.size)] = 1.0 / variance
+    share /= share.sum(axis=1, keepdims=True)
+    spread = share * np.sqrt(variance)
+    chance = np.einsum("ij,jk,ik->i", spread, rings.alike[np.ix_(used, used)], spread, optimize=True)
     ends = np.append(starts[1:], log_q.size) - 1
-    return Bins(
-        means[0],
-        means[1],
-        1.0 / whole,
-        np.asarray(np.bincount(number, n), dtype=float),
-        log_q[starts],
-        log_q[ends],
-    )
+    # psi'(n) = 1/n + 1/(2 n^2) + ...
+    return Bins(share @ log_q, share @ log_c, chance, 1.0 / chance + 0.5, log_q[starts], log_q[ends])
 
 
 def self_affine(rings: Rings, periodic: bool, highest: float) -> tuple[Bins, Law | None]:

@@ -16,8 +16,8 @@ SECOND = 0.1
 """Of the height of the bump, from which on a second summit stands out."""
 _NOISES = 6.0
 """Standard deviations of the noise of smoothed heights that chance does not reach."""
-ROUNDNESS = 0.5
-"""Most of the height of the bump by which heights at one radius may scatter (root mean square)."""
+ROUNDNESS = 0.15
+"""Most of the height of the bump by which heights at one radius may scatter besides noise (root mean square): radii of 1 to 2.5."""
 _CAP = 0.5
 """Share of the reach within which the apex is looked for."""
 _FEWEST_OF_APEX = 16
@@ -90,8 +90,9 @@ def mean_profile(
     r = np.hypot(axes[0][:, None] - middle[0], axes[1] - middle[1])
     inside = r <= last
     profile = _rings(heights[inside], r[inside], wide, middle, bends)
-    _refuse_flat(profile)
-    _refuse_second(heights, smooth, r, axes, profile)
+    noise = float(np.median(np.abs(heights - smooth))) / 0.6745
+    _refuse_flat(profile, noise)
+    _refuse_second(smooth, noise, r, axes, profile)
     return profile
 
 
@@ -157,21 +158,23 @@ def _rings(
     count = np.bincount(ring)
     # the last ring may hold corners of pixels only
     ring_kept = np.flatnonzero(count >= 3)
-    radius = (np.bincount(ring, r) / np.maximum(count, 1))[ring_kept]
+    # a parabola has its mean at the root mean square of the radius
+    radius = np.sqrt((np.bincount(ring, r**2) / np.maximum(count, 1))[ring_kept])
     mean = (np.bincount(ring, heights) / np.maximum(count, 1))[ring_kept]
     few = r <= 3.0 * wide
     tip = float(np.polynomial.Polynomial.fit(r[few] ** 2, heights[few], 1)(0.0))
     radius, mean = np.append(0.0, radius), np.append(tip, mean)
     # the slope within a ring is no scatter
-    off = heights - np.interp(r, radius, mean)
+    beyond = mean[-1] + (mean[-1] - mean[-2]) / (radius[-1] - radius[-2]) * wide
+    off = heights - np.interp(r, np.append(radius, radius[-1] + wide), np.append(mean, beyond))
     square = (np.bincount(ring, off**2) / np.maximum(count - 1, 1))[ring_kept]
     scatter = np.sqrt(np.append(float(np.mean(off[few] ** 2)), square))
     return MeanProfile(middle, radius, tip - mean, scatter, bends)
 
 
-def _refuse_flat(profile: MeanProfile) -> None:
+def _refuse_flat(profile: MeanProfile, noise: float) -> None:
     tall = float(profile.height[-1])
-    wide = float(np.sqrt(np.mean(profile.scatter**2)))
+    wide = math.sqrt(max(float(np.mean(profile.scatter**2)) - noise**2, 0.0))
     if not tall > 0.0:
         raise ProblemError(
             f"not one bump: at {metres(float(profile.radius[-1]))} from its apex at {_place(profile.centre)} the surface is on the average "
@@ -179,20 +182,19 @@ def _refuse_flat(profile: MeanProfile) -> None:
         )
     if wide > ROUNDNESS * tall:
         raise ProblemError(
-            f"not one bump: heights at one radius differ by {metres(wide)} (root mean square), and the mean falls by {metres(tall)} from the "
-            f"apex at {_place(profile.centre)} to {metres(float(profile.radius[-1]))}: they must not by more than {100 * ROUNDNESS:g} % of that; "
-            "a rough plane is for power_spectrum"
+            f"not one bump: heights at one radius differ by {metres(wide)} (root mean square, besides noise), and the mean falls by {metres(tall)} from the "
+            f"apex at {_place(profile.centre)} to {metres(float(profile.radius[-1]))}: they may not by more than {100 * ROUNDNESS:g} % of that; "
+            "a rough plane is for power_spectrum, an oblong bump is pressed as it is"
         )
 
 
 def _refuse_second(
-    heights: FloatArray, smooth: FloatArray, r: FloatArray, axes: list[FloatArray], profile: MeanProfile
+    smooth: FloatArray, noise: float, r: FloatArray, axes: list[FloatArray], profile: MeanProfile
 ) -> None:
     """Refuse a second summit that stands out of what lies around it, and anything outside that is as high as the bump is in its reach."""
     from scipy.ndimage import label
 
     tall = float(profile.height[-1])
-    noise = float(np.median(np.abs(np.diff(heights - smooth, axis=0)))) / 0.6745
     least = max(SECOND * tall, _NOISES * noise)
     top = float(smooth[r <= 2.0 * profile.radius[1]].max())
     foot = top - tall

@@ -51,6 +51,7 @@ def spectrum_study(heights: FloatArray, size: FloatArray, data: xr.Dataset, ring
     with styled():
         figure = new_figure(9.6, 4.0)
         first, second = figure.subplots(1, 2, width_ratios=(1.0, 1.2))
+        letter_panels(figure)
         draw_heights(first, heights, size)
         q, law = data["wave_number"].values, data["law"].values
         second.loglog(
@@ -65,7 +66,6 @@ def spectrum_study(heights: FloatArray, size: FloatArray, data: xr.Dataset, ring
         second.set_xlabel("wave number $q$ (1/m)")
         second.set_ylabel(r"spectrum $C_\mathrm{2D}$ (m$^4$)")
         legend_above(second)
-        letter_panels(figure)
     return figure
 
 
@@ -119,6 +119,7 @@ def bump_study(
     with styled():
         figure = new_figure(9.6, 4.0)
         first, second = figure.subplots(1, 2, width_ratios=(1.0, 1.2))
+        letter_panels(figure)
         draw_heights(first, heights, size)
         unit = good_unit(size, "m")
         x, y, reach = (float(lengths(np.array(one), unit)) for one in (*centre, r[-1]))
@@ -133,5 +134,4 @@ def bump_study(
         second.set_xlabel(f"radius $r$ ({along})")
         second.set_ylabel(f"gap $f$ ({up})")
         legend_above(second)
-        letter_panels(figure)
     return figure
