@@ -172,7 +172,7 @@ def _of_array(source: Path, channel: int | str | None) -> _Read:
     content = read_bytes(source, _LARGEST, "file of heights")
     _refuse_channel(source, channel)
     try:
-        heights = np.load(io.BytesIO(content), allow_pickle=False)
+        heights = np.lib.format.read_array(io.BytesIO(content), allow_pickle=False)
     except (ValueError, EOFError, OSError, MemoryError) as error:
         raise CaseError(f"{source}: no array of NumPy ({error})") from error
     if not isinstance(heights, np.ndarray) or heights.dtype.kind not in "fiu":
@@ -282,6 +282,8 @@ def _even(source: Path, name: str, values: FloatArray) -> tuple[np.ndarray, int,
 
 def _of_maker(source: Path, channel: int | str | None) -> _Read:
     content = read_bytes(source, _LARGEST, "file of heights")
+    if not content:
+        raise CaseError(f"{source}: the file is empty")
     try:
         import SurfaceTopography
     except ImportError as error:
