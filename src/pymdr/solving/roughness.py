@@ -35,7 +35,8 @@ _PIXELS_PER_WAVE = 4
 """Shorter waves are mixed with those that pixels do not see."""
 _FEWEST_PIXELS = 32
 _BAND = (0.16, 0.84)
-_MOST_DIRECTED, _MOST_RATIO = 2.0, 1.25
+_MOST_DIRECTED, _MOST_RATIO = 2.0, 2.0
+"""A few long waves make most of the height of a patch without roll-off, and chance makes them up to half as large again."""
 _DEVIATIONS = 2.0
 """Standard deviations by which an exponent may be above 1 and still be taken for 1."""
 
