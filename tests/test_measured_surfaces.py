@@ -316,6 +316,11 @@ def test_what_is_no_self_affine_surface():
     spectrum = mdr.power_spectrum(grating)
     isotropy = spectrum.assumptions[0]
     assert not isotropy.met
+    small = mdr.power_spectrum(mdr.Topography(random_surface(np.random.default_rng(0), 32, 0.5), 1.0))
+    with pytest.raises(mdr.NotValidError, match="on no range of 5 bins"):
+        _ = small.fit
+    assert "not valid" in str(small)
+    assert len(small.plot().axes) == 3
     # a smooth bump falls faster than any power
     smooth = mdr.power_spectrum(
         mdr.Topography(np.exp(-((x - 64) ** 2 + (y - 64) ** 2) / 800.0), 128.0), periodic=True
