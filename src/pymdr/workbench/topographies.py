@@ -52,7 +52,7 @@ def read_topography(
     missing: str | None = None,
     detrend: str | None = None,
 ) -> Topography:
-    """
+    r"""
     Read a measured surface.
 
     Parameters
@@ -91,6 +91,16 @@ def read_topography(
     Notes
     -----
     Heights grow out of the body. Instruments filter, and a tip is blunt: see :func:`pymdr.tip_cutoff` for what it cannot have seen.
+
+    Examples
+    --------
+    >>> from tempfile import TemporaryDirectory
+    >>> with TemporaryDirectory() as folder:
+    ...     file = Path(folder) / "step.csv"
+    ...     _ = file.write_text("# Width: 3 um\n# Height: 2 um\n# Value units: nm\n1,1,4\n1,1,4\n")
+    ...     step = read_topography(file, detrend="mean")
+    >>> step.heights.shape, step.steps
+    ((3, 2), ('read from step.csv', 'the mean taken off, 2 nm'))
     """
     source = named_file(file, "read")
     if detrend is not None and detrend not in preparing.TRENDS:
