@@ -404,6 +404,17 @@ def test_a_tilt_moves_the_apex_and_an_oblong_bump_is_bounded():
     assert given.profile.reach == pytest.approx(0.5e-6, rel=0.03)
 
 
+def test_a_sharp_tip_stays_sharp():
+    x, y = coordinates(100, 100, 1e-8)
+    cone = mdr.Topography(-0.1 * np.hypot(x - 503e-9, y - 496e-9), 1e-6)
+    profile = mdr.azimuthal_profile(cone, centre=(503e-9, 496e-9)).profile
+    # within a tenth of what it falls over a pixel: rings are placed as those of a round tip are
+    assert profile.height[1:] == pytest.approx(0.1 * profile.radius[1:], abs=1e-10)
+    found = mdr.azimuthal_profile(cone)
+    assert found.centre == pytest.approx((503e-9, 496e-9), abs=1e-9)
+    assert np.all(np.diff(found.profile.height) > 0.0)
+
+
 @settings(max_examples=15, deadline=None)
 @given(st.floats(0.35, 0.65), st.floats(0.35, 0.65), st.floats(-6.0, 3.0), st.floats(-4.0, -0.5))
 def test_the_apex_of_any_size(x, y, log_size, log_slope):
