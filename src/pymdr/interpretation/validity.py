@@ -133,6 +133,15 @@ SOURCES: dict[str, str] = {
     "pohrt-popov": (
         "Pohrt and Popov (2012), Phys. Rev. Lett. 108, 104301, doi:10.1103/PhysRevLett.108.104301; Popov and Hess (2015), chapter 10"
     ),
+    "holm": "Holm (1967), Electric Contacts: Theory and Application, 4th ed., doi:10.1007/978-3-662-06688-1",
+    "barber-conductance": (
+        "Barber (2003), Proc. R. Soc. A 459, 53-66, doi:10.1098/rspa.2002.1038: bounds of the electrical resistance between "
+        "contacting elastic rough bodies"
+    ),
+    "kohlrausch": (
+        "Kohlrausch (1900), Ann. Phys. 306, 132-158: temperature and potential where metals obey "
+        "Wiedemann and Franz; Holm (1967), Electric Contacts"
+    ),
     "hess-graded": "Hess (2016), Int. J. Eng. Sci. 104, 20-33: graded half-spaces on the line, with adhesion",
 }
 """References by key; claims and :meth:`Result.cite` quote them."""

@@ -7,6 +7,7 @@ be restyled afterwards.
 from pymdr.presentation.plot.adhesion import adhesive_figures, adhesive_overview
 from pymdr.presentation.plot.closure import CurveData, closure_figures, closure_overview
 from pymdr.presentation.plot.compared import compared_pressures, compared_tractions
+from pymdr.presentation.plot.conductance import conduction_figure
 from pymdr.presentation.plot.friction import frictional_figures, frictional_overview
 from pymdr.presentation.plot.memory import memory_figures, memory_overview
 from pymdr.presentation.plot.rough import rough_study
@@ -31,6 +32,7 @@ __all__ = [
     "compared_laws",
     "compared_pressures",
     "compared_tractions",
+    "conduction_figure",
     "frictional_figures",
     "frictional_overview",
     "impact_figure",
