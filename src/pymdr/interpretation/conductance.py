@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from pymdr.interpretation.validity import SOURCES, Claim, Level
-from pymdr.mapping.conductivity import Carrier, effective_conductivity, is_carried
+from pymdr.mapping.conductivity import Carrier, conductivity_of, is_carried
 from pymdr.problem.contact import Contact
 from pymdr.problem.laws import DMT, MaugisDugdale
 from pymdr.problem.profiles import ForceCurve
@@ -178,15 +178,15 @@ def with_conduction(
     for each in CONDUCTIONS:
         if not is_carried(contact, each.carrier):
             continue
-        pair = effective_conductivity(contact, each.carrier)
+        pair = conductivity_of(contact, each.carrier)
         names = (each.quantity,) if length is not None else (each.quantity, each.field)
-        if pair.value is None:
+        if isinstance(pair, str):
             none = np.zeros(base.where.shape, dtype=bool)
-            claims |= dict.fromkeys(names, Claim(Level.NOT_VALID, pair.why, SOURCES["holm"], none))
+            claims |= dict.fromkeys(names, Claim(Level.NOT_VALID, pair, SOURCES["holm"], none))
             continue
         claim = _claim(contact, columns, base, length is not None or isinstance(contact.profile, ForceCurve))
         claims |= dict.fromkeys(names, claim)
-        through = conductance(size, pair.value)
+        through = conductance(size, pair.line)
         with np.errstate(divide="ignore"):
             columns[each.quantity] = 1.0 / through if each.resists else through
     return columns, claims

@@ -13,19 +13,25 @@ Carrier = Literal["thermal_conductivity", "resistivity"]
 
 @dataclass(frozen=True)
 class Conductivity:
-    """What a pair of bodies conducts."""
+    """What two bodies conduct, in W/(m K) or 1/(ohm m)."""
 
-    value: float | None
-    """Of the line, in W/(m K) or 1/(ohm m); None where it is not known."""
-    why: str = ""
-    """Why it is not, in words."""
+    one: float
+    other: float
+
+    @property
+    def line(self) -> float:
+        """Of the line, lambda_eff = 2 lambda_1 lambda_2/(lambda_1 + lambda_2) = 2/(rho_1 + rho_2): one body after the other."""
+        return 2.0 / (1.0 / self.one + 1.0 / self.other)
+
+    @property
+    def both(self) -> float:
+        """Of both bodies beside each other, lambda_1 + lambda_2."""
+        return self.one + self.other
 
 
-def effective_conductivity(contact: Contact, carrier: Carrier) -> Conductivity:
+def conductivity_of(contact: Contact, carrier: Carrier) -> Conductivity | str:
     """
-    Conductivity of the line, lambda_eff = 2 lambda_1 lambda_2/(lambda_1 + lambda_2) = 2/(rho_1 + rho_2).
-
-    A disk of the radius a conducts 2 a lambda_eff.
+    What the bodies of a contact conduct, or why it is not known, in words.
 
     Parameters
     ----------
@@ -35,38 +41,33 @@ def effective_conductivity(contact: Contact, carrier: Carrier) -> Conductivity:
 
     Returns
     -------
-    Conductivity
-        In W/(m K), or in 1/(ohm m).
+    Conductivity or str
 
     Notes
     -----
-    Holm (1967), Electric Contacts, section 3.
+    Holm (1967), Electric Contacts, section 3: a disk of the radius a conducts 2 a lambda_eff.
 
     Examples
     --------
     >>> from pymdr.problem.materials import Elastic
     >>> from pymdr.problem.profiles import Sphere
     >>> copper = Elastic("120 GPa", 0.34, thermal_conductivity="390 W/(m K)")
-    >>> effective_conductivity(Contact(Sphere("1 mm"), copper, copper), "thermal_conductivity").value
+    >>> conductivity_of(Contact(Sphere("1 mm"), copper, copper), "thermal_conductivity").line
     390.0
     """
     bodies = {"body": contact.body, "counterbody": contact.counterbody}
     for name, body in bodies.items():
         if not body.homogeneous:
-            return Conductivity(
-                None,
+            return (
                 f"the {name} is not the same at every depth: how its conductivity changes with it is not known, and what "
-                "conducts through a film has a kernel of its own",
+                "conducts through a film has a kernel of its own"
             )
     for name, body in bodies.items():
         if getattr(body, carrier) is None:
             kind = type(body).__name__
-            return Conductivity(
-                None, f"the {name}, {kind}, has no {carrier}; give {kind}(..., {carrier}=...)"
-            )
+            return f"the {name}, {kind}, has no {carrier}; give {kind}(..., {carrier}=...)"
     one, other = (getattr(body, carrier) for body in bodies.values())
-    resistances = (one, other) if carrier == "resistivity" else (1.0 / one, 1.0 / other)
-    return Conductivity(2.0 / sum(resistances))
+    return Conductivity(1.0 / one, 1.0 / other) if carrier == "resistivity" else Conductivity(one, other)
 
 
 def is_carried(contact: Contact, carrier: Carrier) -> bool:

@@ -20,7 +20,7 @@ from pymdr.interpretation.traction import (
     FrictionSurface,
     friction_surface,
 )
-from pymdr.mapping.conductivity import Carrier, effective_conductivity, is_carried
+from pymdr.mapping.conductivity import Carrier, conductivity_of, is_carried
 from pymdr.mapping.moduli import effective_moduli
 from pymdr.problem.contact import Contact
 from pymdr.result import Reading, Result
@@ -188,6 +188,6 @@ def _with_fluxes(reading: Reading, contact: Contact, solver: Rings | None) -> Re
 
 
 def _flux(carrier: Carrier, result: Result) -> DiskFlux:
-    pair = effective_conductivity(result.contact, carrier)
-    assert pair.value is not None
-    return DiskFlux(pair.value, result.data["contact_radius"].values)
+    pair = conductivity_of(result.contact, carrier)
+    assert not isinstance(pair, str)
+    return DiskFlux(pair.line, result.data["contact_radius"].values)

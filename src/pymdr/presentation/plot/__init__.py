@@ -9,6 +9,7 @@ from pymdr.presentation.plot.closure import CurveData, closure_figures, closure_
 from pymdr.presentation.plot.compared import compared_pressures, compared_tractions
 from pymdr.presentation.plot.conductance import conduction_figure
 from pymdr.presentation.plot.friction import frictional_figures, frictional_overview
+from pymdr.presentation.plot.heating import frictional_heat_study, joule_study
 from pymdr.presentation.plot.memory import memory_figures, memory_overview
 from pymdr.presentation.plot.rough import rough_study
 from pymdr.presentation.plot.shared import FigureData, Plots
@@ -34,8 +35,10 @@ __all__ = [
     "compared_tractions",
     "conduction_figure",
     "frictional_figures",
+    "frictional_heat_study",
     "frictional_overview",
     "impact_figure",
+    "joule_study",
     "loop_study",
     "memory_figures",
     "memory_overview",
