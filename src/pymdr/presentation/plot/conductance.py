@@ -28,7 +28,7 @@ from pymdr.presentation.plot.shared import (
     without_peaks,
 )
 from pymdr.quantities import QUANTITIES, RADIUS
-from pymdr.units import from_si, good_unit
+from pymdr.units import good_unit
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -84,24 +84,33 @@ def _draw_against_load(axes: Axes, data: FigureData, name: str, level: str) -> N
     else:
         axes.set_ylim(bottom=0.0)
     axes.set_xlabel(axis_label(along, load_unit))
-    axes.set_ylabel(axis_label(name, unit))
+    axes.set_ylabel(axis_label(name, _typeset(unit)))
     legend_above(axes)
 
 
 def _draw_fluxes(axes: Axes, fluxes: Mapping[str, xr.DataArray]) -> None:
-    """Fluxes over the radius, each with its own scale."""
-    for i, (name, flux) in enumerate(fluxes.items()):
-        one, colour = (axes, ORANGE) if i == 0 else (axes.twinx(), GREY)
-        r, unit = flux["r"].values, QUANTITIES[name].unit
-        r_unit = good_unit(r, "m")
-        shown = np.where(np.isfinite(flux.values), flux.values, math.nan)
-        one.plot(lengths(r, r_unit), shown, color=colour, lw=1.5, ls="-" if i == 0 else "--")
-        limit_peaks(one, without_peaks(flux.values))
-        edge = float(from_si(float(np.max(r[np.isinf(flux.values)], initial=0.0)), "m", r_unit))
-        one.set_ylabel(axis_label(name, unit), color=colour)
-        if i == 0:
-            axes.axvline(edge, color=GREY, lw=0.9, ls=":")
-            axes.set_xlabel(f"{RADIUS.label} ({r_unit})")
-            size = typeset(float(flux["edge_amplitude"]))
-            words = f"$j \\simeq K/\\sqrt{{a-r}}$ at $r = a$\n$K$ = {size} in SI units"
-            axes.text(0.97, 0.95, words, ha="right", va="top", transform=axes.transAxes, fontsize=8)
+    """The first flux over the radius; a second one is the same curve on another scale."""
+    (name, flux), *others = fluxes.items()
+    r, values = flux["r"].values, flux.values
+    unit = good_unit(r, "m")
+    axes.plot(lengths(r, unit), np.where(np.isfinite(values), values, math.nan), color=ORANGE, lw=1.5)
+    limit_peaks(axes, without_peaks(values))
+    edge = lengths(np.max(r[np.isinf(values)], initial=0.0), unit)
+    axes.axvline(float(edge), color=GREY, lw=0.9, ls=":")
+    axes.set_xlabel(f"{RADIUS.label} ({unit})")
+    axes.set_ylabel(axis_label(name, _typeset(QUANTITIES[name].unit)))
+    size = f"{typeset(float(flux['edge_amplitude']))} {_typeset(flux['edge_amplitude'].attrs['units'])}"
+    words = f"$j \\simeq K/\\sqrt{{a-r}}$ at $r = a$:\n$K$ = {size}"
+    axes.text(0.04, 0.96, words, va="top", transform=axes.transAxes, fontsize=8)
+    for other, same in others:
+        ratio = float(same["edge_amplitude"]) / float(flux["edge_amplitude"])
+        scale = axes.twinx()
+        scale.set_ylim(*(ratio * end for end in axes.get_ylim()))
+        scale.spines["right"].set_visible(True)
+        scale.set_ylabel(axis_label(other, _typeset(QUANTITIES[other].unit)))
+
+
+def _typeset(unit: str) -> str:
+    """A unit as on axes."""
+    powers = unit.replace("m^2", "m²").replace("*m^0.5", " m$^{1/2}$")
+    return powers.replace("*", " ").replace("ohm", "Ω")

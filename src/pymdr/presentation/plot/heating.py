@@ -30,7 +30,7 @@ _MOST = 5
 
 def joule_study(data: xr.Dataset, voltage: FloatArray, rise: FloatArray) -> Figure:
     """
-    Rise of the hottest place against the voltage, and the voltage against the current where it is known.
+    Rise of the hottest place against the voltage, and the voltage against the current, or the resistance, where they are known.
 
     Parameters
     ----------
@@ -57,12 +57,15 @@ def joule_study(data: xr.Dataset, voltage: FloatArray, rise: FloatArray) -> Figu
         axes[0].set_ylim(bottom=0.0)
         legend_above(axes[0])
         if panels == 2:
-            current = data["current"].values
-            amperes = good_unit(current, "A")
-            axes[1].plot(from_si(current, "A", amperes), given, few, color=BLUE, ms=4, label="hot")
-            cold = from_si(current * data["cold_resistance"].values, "V", unit)
-            axes[1].plot(from_si(current, "A", amperes), cold, few, color=GREY, ms=3, label="cold resistance")
-            axes[1].set_xlabel(f"current $I$ ({amperes})")
+            current, resistance = data["current"].values, data["cold_resistance"].values
+            along, words, si = current, "current $I$", "A"
+            if np.ptp(current) == 0.0 and np.ptp(resistance) > 0.0:
+                along, words, si = resistance, "cold resistance $R_0$", "ohm"
+            shown = good_unit(along, si)
+            x, cold = from_si(along, si, shown), from_si(current * resistance, "V", unit)
+            axes[1].plot(x, given, few, color=BLUE, ms=4, label="with its heat")
+            axes[1].plot(x, cold, few, color=GREY, ms=3, label="as if it stayed cold")
+            axes[1].set_xlabel(f"{words} ({shown.replace('ohm', 'Ω')})")
             axes[1].set_ylabel(f"voltage $V$ ({unit})")
             draw_zero(axes[1])
             legend_above(axes[1])
