@@ -35,6 +35,7 @@ def blocks(page):
         "sliding_friction.md",
         "rough.md",
         "impact.md",
+        "conductance.md",
         "claims.md",
         "exactness.md",
         "profiles.md",
