@@ -10,13 +10,14 @@ from numpy.typing import ArrayLike
 from pymdr.errors import ConvergenceError
 from pymdr.line.curves import ElasticLine
 from pymdr.mapping.abel import gauss
+from pymdr.mapping.series import Place
 from pymdr.units import FloatArray
 
 LORENZ = 2.443e-8
 """Of metals, L = (pi k/e)^2/3 in V^2/K^2 (Sommerfeld)."""
 
 _NODES = (16, 32, 64, 128, 256)
-_TOLERANCE = 1e-12
+_TOLERANCE, _TOLERABLE = 1e-12, 1e-6
 _GRADING = 0.25 ** np.arange(20, 0, -1.0)
 
 
@@ -156,18 +157,25 @@ def mean_displacement(line: ElasticLine, a: float, d: float) -> tuple[float, flo
     0.0075
     """
     inside = [x for x in line.equivalent.kinks(a) if 0.0 < x < a]
-    marks = np.unique(np.concatenate([[0.0, 1.0], _GRADING, np.array(inside) / a]))
-    angle = np.arcsin(marks)
-    width = np.diff(angle)[:, None]
-    before = math.nan
+    begin = np.unique([0.0, *(a * _GRADING), *inside])[:, None]
+    angle = np.arctan2(begin, np.sqrt((a - begin) * (a + begin)))
+    width = np.diff(angle, axis=0, append=0.5 * math.pi)
+    before, mean = math.nan, math.nan
     for n in _NODES:
         t, w = gauss(n)
-        theta = angle[:-1, None] + width * t
-        springs = d - line.equivalent.g((a * np.sin(theta)).ravel()).reshape(theta.shape)
-        mean = float(4.0 / math.pi * np.sum(width * w * springs * np.cos(theta) ** 2))
-        if abs(mean - before) <= _TOLERANCE * d:
-            return mean, abs(mean - before) / mean
+        # behind a kink g grows like a root
+        away = width * t**2
+        cosine = np.cos(angle + away)
+        offset = 2.0 * a * np.cos(angle + 0.5 * away) * np.sin(0.5 * away)
+        place = Place(np.broadcast_to(begin, offset.shape).ravel(), offset.ravel())
+        springs = d - line.equivalent.g(place).reshape(offset.shape)
+        mean = float(4.0 / math.pi * np.sum(2.0 * width * t * w * springs * cosine**2))
+        error = abs(mean - before) / mean
+        if error <= _TOLERANCE:
+            return mean, error
         before = mean
+    if error <= _TOLERABLE:
+        return mean, error
     raise ConvergenceError(
-        f"frictional_heat: the mean of the profile does not settle: {before:.6g} m and {mean:.6g} m with {_NODES[-1]} nodes"
+        f"frictional_heat: the mean of the profile does not settle: {mean:.6g} m with {_NODES[-1]} nodes, to {error:.1g} of it"
     )
