@@ -233,6 +233,29 @@ def test_a_force_curve_conducts_as_its_slope():
         result.field("heat_flux")
 
 
+def test_rough_surfaces_conduct_as_their_stiffness():
+    surface = mdr.RoughSurface(hurst=0.7, rms="1 um", size="1 mm", shortest="100 um")
+    body = mdr.Elastic("120 GPa", 0.34, **COPPER)
+    pressed = mdr.press_rough(surface, body, SINK, normal_force=["1 N", "10 N"], realisations=5)
+    modulus = mdr.effective_moduli(body).normal
+    line = 2.0 / (1.0 / 390.0 + 1.0 / 200.0)
+    for end in ("", "_low", "_high"):
+        exact = line / modulus * pressed[f"normal_stiffness{end}"].values
+        assert pressed[f"thermal_conductance{end}"].values == pytest.approx(exact, rel=1e-14)
+    low, mean, high = (pressed[f"electrical_resistance{end}"].values for end in ("_low", "", "_high"))
+    assert np.all(low < mean)
+    assert np.all(mean < high)
+    assert mean == pytest.approx(
+        (17e-9 + 26e-9) / 2 * modulus / pressed["normal_stiffness"].values, rel=1e-14
+    )
+    assert "Barber (2003)" in pressed.claims["thermal_conductance"].source
+    alone = mdr.press_rough(surface, body, normal_force="1 N", realisations=5)
+    with pytest.raises(mdr.NotValidError, match="Rigid, has no resistivity"):
+        alone["electrical_resistance"]
+    plain = mdr.press_rough(surface, mdr.Elastic("120 GPa", 0.34), normal_force="1 N", realisations=5)
+    assert "thermal_conductance" not in plain.claims
+
+
 def test_jkr_conducts_by_its_radius():
     gel, work, radius = GEL, 10e-3, 1e-3
     ball = mdr.Contact(mdr.Paraboloid(radius), gel, SINK, adhesion=mdr.JKR(work))

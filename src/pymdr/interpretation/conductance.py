@@ -13,6 +13,7 @@ from pymdr.interpretation.validity import SOURCES, Claim, Level
 from pymdr.mapping.conductivity import Carrier, conductivity_of, is_carried
 from pymdr.problem.contact import Contact
 from pymdr.problem.laws import DMT, MaugisDugdale
+from pymdr.problem.materials import Material
 from pymdr.problem.profiles import ForceCurve
 from pymdr.units import FloatArray
 
@@ -176,9 +177,9 @@ def with_conduction(
     base = claims["contact_radius" if length is None else "normal_stiffness"]
     size = columns["contact_radius"] if length is None else length
     for each in CONDUCTIONS:
-        if not is_carried(contact, each.carrier):
+        if not is_carried(contact.body, contact.counterbody, each.carrier):
             continue
-        pair = conductivity_of(contact, each.carrier)
+        pair = conductivity_of(contact.body, contact.counterbody, each.carrier)
         names = (each.quantity,) if length is not None else (each.quantity, each.field)
         if isinstance(pair, str):
             none = np.zeros(base.where.shape, dtype=bool)
@@ -189,6 +190,45 @@ def with_conduction(
         through = conductance(size, pair.line)
         with np.errstate(divide="ignore"):
             columns[each.quantity] = 1.0 / through if each.resists else through
+    return columns, claims
+
+
+def conduction_of_stiffness(
+    body: Material, counterbody: Material, lengths: Mapping[str, FloatArray], base: Claim
+) -> tuple[dict[str, FloatArray], dict[str, Claim]]:
+    """
+    What flows through a contact of which the stiffness is known, with the band of it.
+
+    Parameters
+    ----------
+    body, counterbody : Elastic, TransverselyIsotropic or Rigid
+    lengths : mapping of str to ndarray
+        Half the stiffness over E* in m: "" its mean, "_low" and "_high" the ends of its band.
+    base : Claim
+        That of the stiffness.
+
+    Returns
+    -------
+    columns : dict of str to ndarray
+    claims : dict of str to Claim
+    """
+    columns: dict[str, FloatArray] = {}
+    claims: dict[str, Claim] = {}
+    other_end = {"": "", "_low": "_high", "_high": "_low"}
+    for each in CONDUCTIONS:
+        if not is_carried(body, counterbody, each.carrier):
+            continue
+        pair = conductivity_of(body, counterbody, each.carrier)
+        if isinstance(pair, str):
+            none = np.zeros(base.where.shape, dtype=bool)
+            claims[each.quantity] = Claim(Level.NOT_VALID, pair, SOURCES["holm"], none)
+            continue
+        source = f"{SOURCES['barber-conductance']}; {base.source}"
+        claims[each.quantity] = replace(base, reason=_OF_STIFFNESS.format(base.reason), source=source)
+        for end, length in lengths.items():
+            through = conductance(length, pair.line)
+            name = f"{each.quantity}{other_end[end] if each.resists else end}"
+            columns[name] = 1.0 / through if each.resists else through
     return columns, claims
 
 

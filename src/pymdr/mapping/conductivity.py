@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-from pymdr.problem.contact import Contact
+from pymdr.problem.materials import Material
 
 Carrier = Literal["thermal_conductivity", "resistivity"]
 """The property of a body by which it conducts heat, or a current."""
@@ -29,13 +29,13 @@ class Conductivity:
         return self.one + self.other
 
 
-def conductivity_of(contact: Contact, carrier: Carrier) -> Conductivity | str:
+def conductivity_of(body: Material, counterbody: Material, carrier: Carrier) -> Conductivity | str:
     """
-    What the bodies of a contact conduct, or why it is not known, in words.
+    What two bodies conduct, or why it is not known, in words.
 
     Parameters
     ----------
-    contact : Contact
+    body, counterbody : Elastic, TransverselyIsotropic, Graded, Viscoelastic or Rigid
     carrier : str
         "thermal_conductivity" or "resistivity".
 
@@ -50,26 +50,25 @@ def conductivity_of(contact: Contact, carrier: Carrier) -> Conductivity | str:
     Examples
     --------
     >>> from pymdr.problem.materials import Elastic
-    >>> from pymdr.problem.profiles import Sphere
     >>> copper = Elastic("120 GPa", 0.34, thermal_conductivity="390 W/(m K)")
-    >>> conductivity_of(Contact(Sphere("1 mm"), copper, copper), "thermal_conductivity").line
+    >>> conductivity_of(copper, copper, "thermal_conductivity").line
     390.0
     """
-    bodies = {"body": contact.body, "counterbody": contact.counterbody}
-    for name, body in bodies.items():
-        if not body.homogeneous:
+    bodies = {"body": body, "counterbody": counterbody}
+    for name, one in bodies.items():
+        if not one.homogeneous:
             return (
                 f"the {name} is not the same at every depth: how its conductivity changes with it is not known, and what "
                 "conducts through a film has a kernel of its own"
             )
-    for name, body in bodies.items():
-        if getattr(body, carrier) is None:
-            kind = type(body).__name__
+    for name, one in bodies.items():
+        if getattr(one, carrier) is None:
+            kind = type(one).__name__
             return f"the {name}, {kind}, has no {carrier}; give {kind}(..., {carrier}=...)"
-    one, other = (getattr(body, carrier) for body in bodies.values())
-    return Conductivity(1.0 / one, 1.0 / other) if carrier == "resistivity" else Conductivity(one, other)
+    given = getattr(body, carrier), getattr(counterbody, carrier)
+    return Conductivity(*(1.0 / each for each in given) if carrier == "resistivity" else given)
 
 
-def is_carried(contact: Contact, carrier: Carrier) -> bool:
-    """Whether one of the bodies says what it conducts."""
-    return any(getattr(body, carrier) is not None for body in (contact.body, contact.counterbody))
+def is_carried(body: Material, counterbody: Material, carrier: Carrier) -> bool:
+    """Whether one of two bodies says what it conducts."""
+    return getattr(body, carrier) is not None or getattr(counterbody, carrier) is not None

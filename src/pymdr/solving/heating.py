@@ -309,7 +309,7 @@ def frictional_heat(
         raise ProblemError(f"{_RUBBING}: {contact!r} is not a Contact; write Contact(profile, body)")
     v = positive_speeds(_RUBBING, speed)
     mapped, d, mu, certificate = pressed_joint(_RUBBING, "heat", contact, normal_force, indentation)
-    pair = conductivity_of(contact, "thermal_conductivity")
+    pair = conductivity_of(contact.body, contact.counterbody, "thermal_conductivity")
     if isinstance(pair, str):
         raise ProblemError(f"{_RUBBING}: {pair}")
     line = mapped.line

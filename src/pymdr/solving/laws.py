@@ -173,14 +173,14 @@ def _with_fluxes(reading: Reading, contact: Contact, solver: Rings | None) -> Re
     """A reading with the fields of what flows through the contact, or with what to do to have them."""
     elsewhere, carried = dict(reading.elsewhere), dict(reading.carried)
     for each in CONDUCTIONS:
-        if not is_carried(contact, each.carrier):
+        if not is_carried(contact.body, contact.counterbody, each.carrier):
             words = f"no body says what it conducts; give both {each.carrier}, as in Elastic('210 GPa', 0.3, {each.carrier}=...)"
             elsewhere |= dict.fromkeys((each.quantity, each.field), words)
         elif solver is not None:
             elsewhere[each.field] = "boundary elements solve no flux; leave solver=Rings() out"
         else:
             carried[each.field] = partial(_flux, each.carrier)
-    if not any(is_carried(contact, each.carrier) for each in CONDUCTIONS):
+    if not any(is_carried(contact.body, contact.counterbody, each.carrier) for each in CONDUCTIONS):
         return replace(reading, elsewhere=elsewhere)
     return replace(
         reading, elsewhere=elsewhere, carried=carried, plots=partial(plots_with_conduction, reading.plots)
@@ -188,6 +188,6 @@ def _with_fluxes(reading: Reading, contact: Contact, solver: Rings | None) -> Re
 
 
 def _flux(carrier: Carrier, result: Result) -> DiskFlux:
-    pair = conductivity_of(result.contact, carrier)
+    pair = conductivity_of(result.contact.body, result.contact.counterbody, carrier)
     assert not isinstance(pair, str)
     return DiskFlux(pair.line, result.data["contact_radius"].values)
