@@ -288,6 +288,30 @@ def test_a_cohesive_ring_bounds_the_conductance():
     assert dmt.claims["thermal_conductance"].level is mdr.Level.APPROXIMATE
 
 
+@pytest.mark.parametrize("adhesion", [None, mdr.JKR("10 mJ/m^2")])
+def test_bodies_that_never_touch_are_drawn(adhesion):
+    contact = mdr.Contact(
+        mdr.Paraboloid("1 mm"), mdr.Elastic("30 kPa", 0.5, **COPPER), SINK, adhesion=adhesion
+    )
+    result = mdr.solve(contact, mdr.indent("-1 um", steps=3))
+    assert result["thermal_conductance"].values.tolist() == [0.0] * 3
+    assert result["electrical_resistance"].values.tolist() == [math.inf] * 3
+    assert "inf ohm" in result.summary()
+    assert result.figures()["conductance"].axes
+
+
+def test_rows_that_are_no_disk_have_no_flux():
+    hollow = mdr.FlatPunch("1 mm") + mdr.Function(lambda r: -(r**2), derivative=lambda r: -2 * r)
+    contact = mdr.Contact(hollow, mdr.Elastic("3 MPa", 0.5, thermal_conductivity=1.0), SINK)
+    result = mdr.solve(contact, mdr.indent("4 um", steps=2) >> mdr.indent("0.5 um"))
+    flux = result.field("heat_flux", step=None)
+    known = np.array([True, True, False])
+    assert (~np.isnan(flux.values)).all(axis=1).tolist() == known.tolist()
+    assert (~np.isnan(flux.edge_amplitude.values)).tolist() == known.tolist()
+    assert np.isfinite(flux.r.values).all()
+    assert (~np.isnan(result["thermal_conductance"].values)).tolist() == known.tolist()
+
+
 def test_friction_and_memory_conduct_by_their_radius():
     ball = mdr.Paraboloid("10 mm")
     rows = (

@@ -142,13 +142,16 @@ class DiskFlux:
 
     def default_radii(self, step: int) -> FloatArray:
         """A grid from 0 to beyond the edge, graded to it."""
-        a = float(self.contact_radius[step]) or float(np.nanmax(self.contact_radius)) or 1.0
+        a = float(self.contact_radius[step])
+        if not a > 0.0:
+            a = float(np.max(self.contact_radius, initial=0.0, where=self.contact_radius > 0.0)) or 1.0
         inner = a * np.sin(np.linspace(0.0, math.pi / 2.0, 101))
         return np.append(inner, a * np.linspace(1.0, 1.5, 11)[1:])
 
     def edge_amplitude(self, step: int) -> float:
         """Amplitude of the singularity at the edge, in the unit of the flux times m^0.5."""
-        return disk_flux_amplitude(float(self.contact_radius[step]), self.conductivity)
+        a = float(self.contact_radius[step])
+        return math.nan if math.isnan(a) else disk_flux_amplitude(a, self.conductivity)
 
 
 def with_conduction(

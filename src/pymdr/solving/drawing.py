@@ -94,7 +94,7 @@ def plots_with_conduction(plots: Callable[[Result, int], Plots], result: Result,
         fluxes = {
             name: result.field(name, step=row)
             for name in result.reading.carried
-            if row >= 0 and result.claims[name].where[row] and "contact_radius" in result.data
+            if row >= 0 and result.claims[name].where[row] and result.data["contact_radius"].values[row] > 0.0
         }
         figures = drawn.figures(data)
         return figures | {"conductance": conduction_figure(data, levels, fluxes)} if levels else figures
