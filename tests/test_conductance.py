@@ -639,6 +639,19 @@ def test_moving_takes_heat_away_as_it_says():
     assert not next(one for one in fast.assumptions if one.name == "slow sliding").met
 
 
+def test_frictional_heat_of_a_rough_callable_says_what_its_numbers_err_by():
+    """A callable whose offset hides its digits, against the closed form that it rounds."""
+    rounded = mdr.Function(lambda r: 10.0 + r**2 / 0.02)
+    contact = mdr.Contact(rounded, DISK, PIN, friction=mdr.Coulomb(0.3))
+    exact = replace(contact, profile=mdr.Paraboloid(0.01))
+    found, true = (mdr.frictional_heat(one, 1e-3, normal_force=1.0) for one in (contact, exact))
+    for name in ("largest_temperature_rise", "mean_temperature_rise", "heat"):
+        claim = found.claims[name]
+        told = 0.0 if claim.error is None else claim.error[0]
+        assert abs(found[name].item() / true[name].item() - 1.0) <= max(told, 1e-9)
+    assert found.claims["mean_temperature_rise"].error[0] > 0.0
+
+
 def test_frictional_heat_of_a_curve_and_its_words(tmp_path):
     depth = np.linspace(0.0, 1e-6, 41)
     curve = mdr.ForceCurve(depth, 4 / 3 * 1e9 * 0.1 * depth**1.5, modulus=1e9)

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, ClassVar
 import numpy as np
 
 from pymdr.errors import ProblemError
+from pymdr.interpretation.accuracy import normal_errors, with_errors
 from pymdr.interpretation.fields import normal_displacement
 from pymdr.interpretation.heating import (
     frictional_heat_claims,
@@ -27,6 +28,7 @@ from pymdr.problem.contact import Contact
 from pymdr.result import Result
 from pymdr.solving.closure import is_curve
 from pymdr.solving.frictional import frictional_assumptions, pressed_joint
+from pymdr.solving.reach import map_remark
 from pymdr.solving.sliding import positive_speeds
 from pymdr.solving.study import Column, Study, one_row
 from pymdr.units import ArrayQuantityLike, FloatArray, QuantityLike, written
@@ -339,9 +341,15 @@ def frictional_heat(
     claims: Mapping[str, Claim] = frictional_heat_claims(contact, mapped.moduli, everywhere, taken_away, why)
     if certificate.error is not None:
         claims = approximated(claims, certificate.remark, float(certificate.error[0]))
-    if error > 1e-9:
-        name = "mean_temperature_rise"
-        claims = {**claims, **approximated({name: claims[name]}, "; its quadrature errs", error)}
+    mapped_errors = normal_errors(line, states, np.array([normal_force is not None]))
+    known = {name: float(values[0]) for name, values in mapped_errors.items()}
+    errors = {
+        "largest_temperature_rise": known.get("indentation", 0.0),
+        "mean_temperature_rise": known.get("normal_displacement", 0.0) + error,
+        "heat": known.get("normal_force", 0.0),
+    }
+    rows = {name: np.full(v.shape, each) for name, each in errors.items()}
+    claims = with_errors(claims, rows, map_remark(line, states))
     rises = {}
     if not curve:
         r = a * np.concatenate([np.sin(np.linspace(0.0, 0.5 * math.pi, 81)), np.linspace(1.0, 2.0, 41)[1:]])
