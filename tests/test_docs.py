@@ -36,6 +36,7 @@ def blocks(page):
         "rough.md",
         "topography.md",
         "impact.md",
+        "conductance.md",
         "claims.md",
         "exactness.md",
         "profiles.md",

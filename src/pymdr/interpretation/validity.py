@@ -137,6 +137,15 @@ SOURCES: dict[str, str] = {
         "Jacobs, Junge and Pastewka (2017), Surf. Topogr.: Metrol. Prop. 5, 013001, doi:10.1088/2051-672X/aa51f8"
     ),
     "tip": "Sanner et al. (2022), Appl. Surf. Sci. Adv. 7, 100190, doi:10.1016/j.apsadv.2021.100190",
+    "holm": "Holm (1967), Electric Contacts: Theory and Application, 4th ed., doi:10.1007/978-3-662-06688-1",
+    "barber-conductance": (
+        "Barber (2003), Proc. R. Soc. A 459, 53-66, doi:10.1098/rspa.2002.1038: bounds of the electrical resistance between "
+        "contacting elastic rough bodies"
+    ),
+    "kohlrausch": (
+        "Kohlrausch (1900), Ann. Phys. 306, 132-158: temperature and potential where metals obey "
+        "Wiedemann and Franz; Holm (1967), Electric Contacts"
+    ),
     "hess-graded": "Hess (2016), Int. J. Eng. Sci. 104, 20-33: graded half-spaces on the line, with adhesion",
 }
 """References by key; claims and :meth:`Result.cite` quote them."""

@@ -32,8 +32,9 @@ class Value:
     def _repr_html_(self) -> str:
         """The fields as a table, for notebooks."""
         rows = "".join(
-            f"<tr><td>{escape(f.name)}</td><td>{_html(getattr(self, f.name), _unit(type(self), f.name))}</td></tr>"
+            f"<tr><td>{escape(f.name)}</td><td>{_html(value, _unit(type(self), f.name))}</td></tr>"
             for f in fields(self)  # type: ignore[arg-type]
+            if (value := getattr(self, f.name)) is not None
         )
         return f"<div><b>{type(self).__name__}</b><table>{rows}</table></div>"
 
