@@ -23,7 +23,7 @@ _NOISY = 1e3
 _MOST = 1024
 _SURE = 1e-10
 _UNDERFLOW = 1e-290
-_FIRST, _SPREAD = 0.02, 64.0
+_FIRST, _SPREAD = 0.02, 2.0
 """Where on a panel beside a breakpoint f' is no smaller than by that factor."""
 _DIGITS = 1e6
 _EPS = float(np.finfo(float).eps)
@@ -95,13 +95,18 @@ class DerivedSource(SlopeSource):
         return whole
 
     def _series_errors(self, panels: Panels) -> FloatArray:
-        """Errors of the series that begin on panels, or on which these begin."""
+        """Errors of the series on panels; a thin one counts by its share in an integral with an inverse square root."""
         if not self._error:
             return np.zeros(panels.count)
         errors = np.array(self._error)[self._order]
-        at = np.clip(np.searchsorted(self._starts, panels.start, side="right") - 1, 0, errors.size - 1)
-        after = np.minimum(at + 1, errors.size - 1)
-        return np.asarray(np.maximum(errors[at], errors[after] * (panels.stop > self._starts[after])))
+        root = np.sqrt(np.array(self._high)[self._order] - self._starts)
+        first = np.clip(np.searchsorted(self._starts, panels.start, side="right") - 1, 0, errors.size - 1)
+        last = np.maximum(np.searchsorted(self._starts, panels.stop), first + 1)
+        ends = np.column_stack([first, last]).ravel()
+        # what begins at the last one has no end
+        largest = np.maximum.reduceat(np.append(errors, 0.0), ends)[::2]
+        shared = np.maximum.reduceat(np.append(errors * root, 0.0), ends)[::2]
+        return np.asarray(np.minimum(largest, shared / np.sqrt(panels.width)))
 
     def rounding(self, r: float) -> float:
         """Scatter in m of f around a radius in m."""

@@ -81,7 +81,7 @@ class EquivalentProfile(ABC):
         return np.zeros((*np.shape(rounded(x)), 4))
 
     def slope_error(self, x: Position) -> FloatArray:
-        """Largest relative error of g' anywhere up to x, which integrals over a contact feel."""
+        """Largest relative error of integrals of g' over a contact up to x, relative to their absolute integrands."""
         return np.zeros(np.shape(rounded(x)))
 
     def place_error(self, place: Place, of_moment: BoolArray) -> FloatArray:
