@@ -122,7 +122,7 @@ class PanelLine(EquivalentProfile):
     # -- how far it is mapped ---------------------------------------------------------------------
 
     @property
-    def reach(self) -> float:  # type: ignore[override]
+    def reach(self) -> float:
         """Largest radius in m at which the profile is known to be defined."""
         return self._resolved.limit if self._resolved.limit < self.source.reach else self.source.reach
 
