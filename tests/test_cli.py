@@ -634,5 +634,7 @@ def test_rough_surfaces_from_the_shell(rough, tmp_path, shell):
         assert len(error.splitlines()) == 1
     rough.write_text(text)
     assert "exactly one" in shell("rough", rough)[2]
+    assert "write --normal-force '-3 N'" in shell("rough", rough, "--normal-force", "-3")[2]
+    assert "above 0 N" in shell("rough", rough, "--normal-force", "-3 N")[2]
     assert "--points 1" in shell("rough", rough, "--normal-force", "1 N", "--points", "1")[2]
     assert "with pymdr rough" in shell("check", rough)[2]

@@ -8,6 +8,7 @@ from __future__ import annotations
 import json
 import logging
 import os
+import re
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -878,6 +879,11 @@ def _spread(given: Sequence[str], points: int | None, unit: str, name: str) -> F
     from pymdr.errors import ProblemError
     from pymdr.units import to_si_array
 
+    bare = [value for value in given if unit and re.fullmatch(r"\s*[-+.\d][-+.\deE]*\s*", value)]
+    if bare:
+        raise ProblemError(
+            f"--{name} {bare[0]}: a unit is missing; write --{name} '{bare[0].strip()} {unit}'"
+        )
     if points is None:
         return list(given)
     ends = to_si_array(list(given), unit, name=name)
