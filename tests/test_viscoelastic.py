@@ -11,7 +11,14 @@ from hypothesis import strategies as st
 
 import pymdr as mdr
 from pymdr.errors import PathError, ProblemError
-from pymdr.interpretation.memory import MemoryCheck, MemorySurface, check_memory, memory_claims
+from pymdr.interpretation.memory import (
+    LineState,
+    MemoryCheck,
+    MemorySurface,
+    check_memory,
+    displacement,
+    memory_claims,
+)
 from pymdr.line.curves import ElasticLine
 from pymdr.line.memory import Relaxation, follow_springs, line_state
 from pymdr.mapping.equivalent import equivalent_profile, gap_function
@@ -280,6 +287,17 @@ def test_a_rising_profile_is_a_disk_without_tension_or_overlap_whatever_its_past
     x, w, q = line_state(found.state, kernel)
     assert (np.diff(w + equivalent.g(x)) >= -1e-8).all()
     assert (np.diff(q[q > 0.0]) <= 1e-8 * q.max()).all()
+
+
+@settings(max_examples=30, deadline=None)
+@given(size=st.floats(-320.0, 3.0), steep=st.floats(0.0, 1e3), unit=st.floats(-9.0, 3.0))
+def test_what_has_crept_back_all_but_wholly_has_displacements(size, steep, unit):
+    x = np.linspace(0.005, 0.995, 100)
+    r = np.array([0.0, 0.3, 0.9, 1.2, 5.0])
+    left = np.exp(-steep * x)
+    one = displacement(LineState(x, left, np.zeros(100), 0.0), r)
+    two = displacement(LineState(10.0**unit * x, 10.0**size * left, np.zeros(100), 0.0), 10.0**unit * r)
+    assert two == pytest.approx(10.0**size * one, rel=1e-9, abs=1e-310)
 
 
 @settings(max_examples=6, deadline=None)
