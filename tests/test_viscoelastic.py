@@ -289,6 +289,18 @@ def test_a_rising_profile_is_a_disk_without_tension_or_overlap_whatever_its_past
     assert (np.diff(q[q > 0.0]) <= 1e-8 * q.max()).all()
 
 
+@settings(max_examples=8, deadline=None)
+@given(depths=st.lists(st.integers(-100, 100), min_size=1, max_size=4), shape=st.sampled_from(SHAPES))
+def test_what_is_claimed_is_a_number(depths, shape):
+    body = mdr.Viscoelastic(mdr.Maxwell(1.0, time=1.0), poisson=0.5)
+    path = mdr.Path(time=np.arange(1.0, len(depths) + 1.0), indentation=[1e-3 * d for d in depths])
+    result = mdr.solve(mdr.Contact(shape, body), path)
+    for name in result.claims.keys() & result.data.keys():
+        assert np.isfinite(result.data[name].values[result.claims[name].where]).all()
+    pressed = result.claims["effective_modulus"]
+    assert pressed.where.tolist() == [depth > 0.0 for depth in depths]
+
+
 @settings(max_examples=30, deadline=None)
 @given(size=st.floats(-320.0, 3.0), steep=st.floats(0.0, 1e3), unit=st.floats(-9.0, 3.0))
 def test_what_has_crept_back_all_but_wholly_has_displacements(size, steep, unit):
