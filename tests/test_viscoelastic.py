@@ -301,6 +301,16 @@ def test_what_is_claimed_is_a_number(depths, shape):
     assert pressed.where.tolist() == [depth > 0.0 for depth in depths]
 
 
+@settings(max_examples=2, deadline=None)
+@given(decades=st.floats(-3.0, 0.0), time=st.floats(-1.0, 3.0))
+def test_where_a_path_ends_does_not_matter_to_how_it_begins(decades, time):
+    body = mdr.Viscoelastic(mdr.Maxwell(1.0, time=10.0**time), poisson=0.5)
+    contact, pressed = mdr.Contact(mdr.Paraboloid(1.0), body), mdr.load(1e-3, duration=1.0, steps=2)
+    alone = mdr.solve(contact, pressed)["indentation"].values
+    after = mdr.solve(contact, pressed >> mdr.indent(10.0**decades * alone[-1], duration=1.0))
+    assert after["indentation"].values[:2] == pytest.approx(alone, rel=1e-9)
+
+
 @settings(max_examples=30, deadline=None)
 @given(size=st.floats(-320.0, 3.0), steep=st.floats(0.0, 1e3), unit=st.floats(-9.0, 3.0))
 def test_what_has_crept_back_all_but_wholly_has_displacements(size, steep, unit):

@@ -20,6 +20,7 @@ from pymdr.line.memory import (
     MemoryState,
     Relaxation,
     Watch,
+    creep,
     follow_loads,
     follow_springs,
     follow_travels,
@@ -137,11 +138,17 @@ def rows_met(
 def begun(
     task: Task, line: ElasticLine, relaxation: Relaxation, asked: Stretch
 ) -> tuple[MemoryState, MemoryState]:
-    """Bodies that have not touched, with all springs and half of them for the deepest indentation that any leg names."""
+    """Bodies that have not touched, with all springs and half of them for the deepest indentation that any leg names.
+
+    A first leg under forces lays its own, where that goes deeper.
+    """
     apart = virgin(asked.begin, min(asked.start[0], 0.0))
     named = [getattr(leg, "indentation", None) for leg in known_legs(task.path)]
     deepest = max((float(np.max(each)) for each in named if each is not None), default=0.0)
     try:
+        if asked.by_force and deepest > 0.0 and (most := float(np.max(asked.normal))) > 0.0:
+            ends = [asked.begin, float(times_of(asked)[-1])]
+            deepest = max(deepest, float(creep(line, relaxation, ends, [most, most]).indentation[-1]))
         fine, coarse = (prepared(line, relaxation, deepest, apart, n) for n in (SPRINGS, SPRINGS // 2))
     except PymdrError:  # too deep, as the leg that goes there says when it is followed
         return apart, apart
