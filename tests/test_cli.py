@@ -93,6 +93,10 @@ def test_verify_follows_a_body_that_remembers(tmp_path, shell):
     assert told["largest_difference"] < 1e-3
     assert {"time", "row", "normal_force_rings"} <= set(told["table"])
     assert (tmp_path / "v" / "verify.png").stat().st_size > 10_000
+    status, _, err = shell("verify", case, "-o", tmp_path / "none", "--steps", "0")
+    assert status == 1
+    assert "steps = 0; a whole number of at least 1" in err
+    assert not (tmp_path / "none").exists()
 
 
 def test_help_and_version(shell):

@@ -371,9 +371,9 @@ def verify(
         asked = read_case(case)
         with _ready_folder(folder), _stages(quiet or as_json) as stage:
             if asked.contact.friction is None:
-                found, told = _by_rings(asked, rings, steps or 5, stage)
+                found, told = _by_rings(asked, rings, 5 if steps is None else steps, stage)
             else:
-                found, told = _by_cells(asked, cells, steps or 20, stage)
+                found, told = _by_cells(asked, cells, 20 if steps is None else steps, stage)
             written = _write_figures({"verify": found.plot()}, folder, stage("drawing"))
     # without any difference to tell the method gave nothing
     refused = told["largest_difference"] is None
