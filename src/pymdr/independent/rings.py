@@ -1,7 +1,7 @@
 """Axisymmetric contact by boundary elements on concentric rings: no Abel map, no g(x), no springs.
 
 The surface displacement of the elastic half-space is u = (1/(π E*)) ∬ p/R dS. With a pressure that is
-constant on each ring it is a sum of closed forms with elliptic integrals. The contact is the solution
+constant on each ring it is a sum of closed forms with elliptic integrals; other bodies give their own. The contact is the solution
 of Signorini's conditions p >= 0, u >= d - f, p (u - (d - f)) = 0: one disk, rings, or several of them.
 Rings are graded as Chebyshev points to the edges of each contact zone and the condition is imposed at
 the points between: the force then converges with the third power of the ring width, the pressure with
@@ -14,7 +14,7 @@ import itertools
 import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -30,6 +30,28 @@ Gap = Callable[[Array], ArrayLike]
 Zones = tuple[tuple[float, float], ...]
 
 _LEAST = 12  # rings of a panel: the fit at an edge needs nine
+
+
+class Surface(Protocol):
+    """What is pressed: all that the rings know of a body."""
+
+    @property
+    def bulges(self) -> bool:
+        """Whether it may rise beside a pressure, so that contact may lie where f > d."""
+
+    def displacement(self, r: ArrayLike, edges: ArrayLike) -> Array:
+        """In m at `r` (k,) by unit pressure on each ring of `edges` (n + 1,), for E* = 1: (k, n)."""
+
+
+@dataclass(frozen=True)
+class HalfSpace:
+    """The homogeneous elastic half-space."""
+
+    bulges = False
+
+    def displacement(self, r: ArrayLike, edges: ArrayLike) -> Array:
+        """`ring_displacement`."""
+        return ring_displacement(r, edges)
 
 
 @dataclass(frozen=True)
@@ -87,6 +109,8 @@ class RingSolution:
         E*, or with memory the one at once.
     strain : array (m,)
         The pressure that displaces a surface of E* = 1 as far: without memory `pressure` over `modulus`.
+    surface : Surface
+        What is pressed.
     """
 
     edges: Array
@@ -104,6 +128,7 @@ class RingSolution:
     is_disk: bool
     modulus: float
     strain: Array
+    surface: Surface = HalfSpace()
 
 
 def solve_indentation(
@@ -115,6 +140,7 @@ def solve_indentation(
     n: int = 400,
     edge: float = math.inf,
     breakpoints: Sequence[float] = (),
+    surface: Surface = HalfSpace(),
 ) -> RingSolution:
     """Contact at a given approach d: p >= 0, u >= d - f(r), p (u - d + f) = 0.
 
@@ -134,6 +160,8 @@ def solve_indentation(
         Sharp outer edge of the punch, at which the pressure may be singular.
     breakpoints : sequence of float, m
         Radii of kinks, jumps and inner edges of f.
+    surface : Surface
+        What is pressed, displaced in proportion to 1/E*.
 
     Raises
     ------
@@ -154,7 +182,7 @@ def solve_indentation(
     """
     if not math.isfinite(indentation):
         raise ProblemError(f"The indentation must be a finite number of metres, not {indentation!r}.")
-    return _solve(gap, float(indentation), None, float(modulus), reach, n, edge, breakpoints)
+    return _solve(gap, float(indentation), None, float(modulus), reach, n, edge, breakpoints, surface)
 
 
 def solve_force(
@@ -166,6 +194,7 @@ def solve_force(
     n: int = 400,
     edge: float = math.inf,
     breakpoints: Sequence[float] = (),
+    surface: Surface = HalfSpace(),
 ) -> RingSolution:
     """Contact under a given positive force in N; d is one more unknown of the same active set.
 
@@ -182,7 +211,7 @@ def solve_force(
     """
     if not (math.isfinite(force) and force > 0):
         raise ProblemError(f"The force must be a positive finite number of newtons, not {force!r}.")
-    return _solve(gap, None, float(force), float(modulus), reach, n, edge, breakpoints)
+    return _solve(gap, None, float(force), float(modulus), reach, n, edge, breakpoints, surface)
 
 
 def ring_displacement(r: ArrayLike, edges: ArrayLike) -> Array:
@@ -249,7 +278,7 @@ def displacement_at(solution: RingSolution, r: ArrayLike) -> Array:
     '3.33333e-07'
     """
     r = _radii(r)
-    u = ring_displacement(r.ravel(), solution.edges) @ solution.strain
+    u = solution.surface.displacement(r.ravel(), solution.edges) @ solution.strain
     return np.asarray(u.reshape(r.shape), dtype=np.float64)
 
 
@@ -317,6 +346,7 @@ class RingProblem(NamedTuple):
     corners: tuple[float, ...]
     n: int
     size: float
+    surface: Surface = HalfSpace()
 
 
 class RingMesh(NamedTuple):
@@ -352,6 +382,7 @@ def _solve(
     n: int,
     edge: float,
     breakpoints: Sequence[float],
+    surface: Surface,
 ) -> RingSolution:
     if not (math.isfinite(modulus) and modulus > 0):
         raise ProblemError(f"The modulus E* must be positive and finite, not {modulus!r} Pa.")
@@ -378,6 +409,7 @@ def _solve(
             tuple(sorted(corners)),
             int(Rings(n).n),
             size,
+            surface,
         )
     )
     mesh, zones = state.mesh, state.zones
@@ -414,6 +446,7 @@ def _solve(
         contact_area=area * size**2,
         is_disk=len(zones) == 1 and zones[0][0] == 0,
         modulus=modulus,
+        surface=surface,
     )
 
 
@@ -424,7 +457,7 @@ def _settle(problem: RingProblem) -> RingState:
     refined: RingState | None = None
     near = max(0.02, 4 / problem.n)
     for attempt in range(16):
-        spans = _below(problem, level)
+        spans = _spans(problem, level)
         if not spans and problem.depth is None:
             raise ProblemError("gap has no finite value up to the reach or edge: no force can be carried.")
         if not spans:
@@ -452,8 +485,26 @@ def _settle(problem: RingProblem) -> RingState:
     )
 
 
+def _spans(problem: RingProblem, level: float) -> list[tuple[float, float]]:
+    """Intervals outside of which contact is looked for by no ring."""
+    below = _below(problem, level)
+    if not (below and problem.surface.bulges):
+        return below
+    return [(0.0, min(1.0, max(below[-1][1], bulge_radius(problem.gap, level))))]
+
+
+def bulge_radius(gap: Callable[[Array], Array], level: float, reach: float = 1.0) -> float:
+    """Well beyond the radius at which the mean of f over the disk is d: what rises beside the contact has sunk in it."""
+    x = reach * np.geomspace(1e-12, 1.0, 2001)
+    f = gap(x)
+    with np.errstate(invalid="ignore"):
+        mean = np.cumsum((f[1:] + f[:-1]) / 2 * np.diff(x**2)) / x[1:] ** 2
+    sunk = np.flatnonzero(mean < level)
+    return float(1.2 * x[sunk[-1] + 1]) if sunk.size else 0.0
+
+
 def _below(problem: RingProblem, level: float) -> list[tuple[float, float]]:
-    """Intervals that hold all points with f < d: contact is nowhere else, for u > 0 everywhere."""
+    """Intervals that hold all points with f < d: contact is nowhere else if u > 0 everywhere."""
     spans: list[tuple[float, float]] = []
     todo = [(0.0, 1.0)]
     for zoom in range(40):
@@ -477,7 +528,7 @@ def _missed(problem: RingProblem, state: RingState, spans: Sequence[tuple[float,
     for low, high, _ in _panels(problem, spans, state.zones):
         if not any(a <= low < b for a, b in state.zones):
             x = np.linspace(low, high, 129)
-            u = ring_displacement(x, mesh.edges)[:, mesh.live] @ state.pressure
+            u = _displacement(problem, x, mesh.edges)[:, mesh.live] @ state.pressure
             over = state.depth - problem.gap(x) - u > (state.depth - mesh.gap.min()) / problem.n**3
             over[:2] = over[-2:] = False
             missed += [(float(x[i - 1]), float(x[j])) for i, j in _runs(over)]
@@ -543,7 +594,12 @@ def _mesh(problem: RingProblem, panels: Sequence[tuple[float, float, int]]) -> R
         panel += [k] * n
     a, r, own = np.array(edges), np.array(centres), np.array(live)
     area = np.pi * (np.diff(a) * (a[1:] + a[:-1]))[own]
-    return RingMesh(a, own, r, problem.gap(r), np.array(panel), area, ring_displacement(r, a)[:, own])
+    matrix = _displacement(problem, r, a)[:, own]
+    return RingMesh(a, own, r, problem.gap(r), np.array(panel), area, matrix)
+
+
+def _displacement(problem: RingProblem, r: Array, a: Array) -> Array:
+    return problem.surface.displacement(r * problem.size, a * problem.size) / problem.size
 
 
 def leading_inverses(matrix: Array) -> tuple[Array, Array]:
