@@ -39,6 +39,10 @@ class Surface(Protocol):
     def bulges(self) -> bool:
         """Whether it may rise beside a pressure, so that contact may lie where f > d."""
 
+    @property
+    def softness(self) -> float:
+        """Of a half-space that is as soft to every pressure or softer: 1/E* over that of the surface."""
+
     def displacement(self, r: ArrayLike, edges: ArrayLike) -> Array:
         """In m at `r` (k,) by unit pressure on each ring of `edges` (n + 1,), for E* = 1: (k, n)."""
 
@@ -48,10 +52,14 @@ class HalfSpace:
     """The homogeneous elastic half-space."""
 
     bulges = False
+    softness = 1.0
 
     def displacement(self, r: ArrayLike, edges: ArrayLike) -> Array:
         """`ring_displacement`."""
         return ring_displacement(r, edges)
+
+
+HALF_SPACE = HalfSpace()
 
 
 @dataclass(frozen=True)
@@ -128,7 +136,7 @@ class RingSolution:
     is_disk: bool
     modulus: float
     strain: Array
-    surface: Surface = HalfSpace()
+    surface: Surface = HALF_SPACE
 
 
 def solve_indentation(
@@ -140,7 +148,7 @@ def solve_indentation(
     n: int = 400,
     edge: float = math.inf,
     breakpoints: Sequence[float] = (),
-    surface: Surface = HalfSpace(),
+    surface: Surface = HALF_SPACE,
 ) -> RingSolution:
     """Contact at a given approach d: p >= 0, u >= d - f(r), p (u - d + f) = 0.
 
@@ -194,7 +202,7 @@ def solve_force(
     n: int = 400,
     edge: float = math.inf,
     breakpoints: Sequence[float] = (),
-    surface: Surface = HalfSpace(),
+    surface: Surface = HALF_SPACE,
 ) -> RingSolution:
     """Contact under a given positive force in N; d is one more unknown of the same active set.
 
@@ -346,7 +354,7 @@ class RingProblem(NamedTuple):
     corners: tuple[float, ...]
     n: int
     size: float
-    surface: Surface = HalfSpace()
+    surface: Surface = HALF_SPACE
 
 
 class RingMesh(NamedTuple):
@@ -490,17 +498,18 @@ def _spans(problem: RingProblem, level: float) -> list[tuple[float, float]]:
     below = _below(problem, level)
     if not (below and problem.surface.bulges):
         return below
-    return [(0.0, min(1.0, max(below[-1][1], bulge_radius(problem.gap, level))))]
+    x = np.concatenate(([0.0], np.geomspace(1e-12, 1.0, 2001)))
+    return [(0.0, min(1.0, max(below[-1][1], bulge_radius(x, problem.gap(x), level))))]
 
 
-def bulge_radius(gap: Callable[[Array], Array], level: float, reach: float = 1.0) -> float:
-    """Well beyond the radius at which the mean of f over the disk is d: what rises beside the contact has sunk in it."""
-    x = reach * np.geomspace(1e-12, 1.0, 2001)
-    f = gap(x)
-    with np.errstate(invalid="ignore"):
-        mean = np.cumsum((f[1:] + f[:-1]) / 2 * np.diff(x**2)) / x[1:] ** 2
+def bulge_radius(r: Array, f: Array, level: float) -> float:
+    """A bound of the contact with what may bulge, from f at some radii: what rises beside a disk has sunk within.
+
+    There the mean of f over the disk is d, and a fifth more.
+    """
+    mean = np.cumsum((f[1:] + f[:-1]) / 2 * np.diff(r**2)) / r[1:] ** 2
     sunk = np.flatnonzero(mean < level)
-    return float(1.2 * x[sunk[-1] + 1]) if sunk.size else 0.0
+    return 1.2 * float(r[min(sunk[-1] + 2, r.size - 1)]) if sunk.size else 0.0
 
 
 def _below(problem: RingProblem, level: float) -> list[tuple[float, float]]:

@@ -81,6 +81,12 @@ class Stack:
         """E* of the top layer in Pa."""
         return self.young[0] / (1 - self.poisson[0] ** 2)
 
+    @property
+    def softness(self) -> float:
+        """The largest L."""
+        q = np.geomspace(1e-9, 1e3, 400) / sum(self.thickness)
+        return float(1.05 * max(self.compliance(q).max(), 1.0))
+
     def compliance(self, q: ArrayLike) -> Array:
         """L at wavenumbers `q` (k,) in 1/m: the displacement by a waving pressure over that of a half-space of the top layer.
 
@@ -123,6 +129,7 @@ class Stack:
         >>> two = Stack((1.0, 1.0), (1.0, 1.0, math.inf), (0.3, 0.3, 0.3), (True, True))
         >>> one = Stack((2.0,), (1.0, math.inf), (0.3, 0.3), (True,))
         >>> [f"{stack.displacement([0.5], [0.0, 1.0])[0, 0]:.6f}" for stack in (one, two)]
+        ['1.232288', '1.232288']
         """
         u = ring_displacement(r, edges)
         r, a = np.atleast_1d(np.asarray(r, dtype=np.float64)), np.asarray(edges, dtype=np.float64)
