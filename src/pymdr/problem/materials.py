@@ -26,6 +26,11 @@ class Material(Value, ABC):
         """Whether its stress depends on how it was strained before."""
         return False
 
+    @property
+    def half_space(self) -> bool:
+        """Whether it is one, whose springs on the line know nothing of one another."""
+        return True
+
 
 @dataclass(frozen=True, eq=False)
 class Elastic(Material):
