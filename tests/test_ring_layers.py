@@ -18,6 +18,7 @@ from pymdr.independent.rings import (
     Rings,
     displacement_at,
     ring_displacement,
+    solve_adhesion,
     solve_force,
     solve_indentation,
 )
@@ -253,6 +254,22 @@ def test_a_stiff_coating_lifts_off_the_middle_of_a_blunt_tip():
     assert punch.zones[0][0] > 0.0
     r = np.linspace(0.0, 0.98 * cubic.zones[0][0], 50)
     assert np.all(displacement_at(cubic, r) > 5.0 - r**3 / 100)
+
+
+@given(stacks(moduli=2.0, thicknesses=1.0), st.floats(-1, 0.5), st.floats(0.01, 1.0))
+@settings(max_examples=6, deadline=None)
+def test_adhesion_on_a_stack_balances_the_energy_of_the_edge(stack, exponent, strength):
+    # Along the curve of equilibria dU = F dd + 2 π a w da, whatever the body; Griffith 1921.
+    a = 10.0**exponent
+    work = strength * a
+    low, middle, high = (
+        solve_adhesion(paraboloid, a * x, work, 1.0, n=100, surface=stack) for x in (0.99, 1.0, 1.01)
+    )
+    gained = (high.energy - low.energy) / (0.02 * a)
+    pushed = middle.force * (high.indentation - low.indentation) / (0.02 * a)
+    opened = 2 * math.pi * a * work
+    size = abs(gained) + abs(pushed) + opened
+    assert gained - pushed - opened == pytest.approx(0.0, abs=1e-3 * size)
 
 
 def test_coatings_at_both_ends_of_the_modulus_ratio():

@@ -18,6 +18,8 @@ from scipy.special import j0, j1
 
 from pymdr.errors import ProblemError
 from pymdr.independent.rings import Array, ring_displacement
+from pymdr.problem.layers import Layered
+from pymdr.problem.materials import Elastic
 
 _END = 22.0
 """In q h of the top layer: beyond it 1 - L is below rounding."""
@@ -142,6 +144,25 @@ class Stack:
             disks = a * j1(q[some, None] * a)
             u -= (j0(r[:, None] * q[some]) * weight[some]) @ np.diff(disks, axis=1)
         return u
+
+
+def stack_of(body: Layered) -> Stack:
+    """The stack that a body is.
+
+    Examples
+    --------
+    >>> from pymdr.problem.layers import Layer
+    >>> stack_of(Layered([Layer(Elastic(1.0, 0.5), "2 mm")])).thickness
+    (0.002,)
+    """
+    solids = [layer.material for layer in body.layers]
+    base = (body.base.young, body.base.poisson) if isinstance(body.base, Elastic) else (math.inf, 0.0)
+    return Stack(
+        tuple(layer.thickness for layer in body.layers),
+        (*(solid.young for solid in solids), base[0]),
+        (*(solid.poisson for solid in solids), base[1]),
+        (*(True for _ in solids[1:]), body.bond == "bonded"),
+    )
 
 
 def _added(c: Array, kappa: float, soft: float, below: Array, bonded: bool) -> Array:
