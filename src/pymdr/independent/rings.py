@@ -30,6 +30,7 @@ Gap = Callable[[Array], ArrayLike]
 Zones = tuple[tuple[float, float], ...]
 
 _LEAST = 12  # rings of a panel: the fit at an edge needs nine
+_WHOLE: Zones = ((0.0, 1.0),)
 
 
 class Surface(Protocol):
@@ -223,6 +224,45 @@ def solve_force(
     return _solve(gap, None, float(force), float(modulus), reach, n, edge, breakpoints, surface)
 
 
+def solve_disk(
+    gap: Gap,
+    radius: float,
+    indentation: float,
+    modulus: float,
+    *,
+    n: int = 400,
+    breakpoints: Sequence[float] = (),
+    surface: Surface = HALF_SPACE,
+) -> RingSolution:
+    """Contact on the disk of a given radius a at a given approach d, whether pressed or pulled: u = d - f(r).
+
+    Parameters
+    ----------
+    gap : callable
+        f(r) in m for an array of radii in m up to a.
+    radius : float, m
+        a.
+    indentation : float, m
+        Approach d, counted from f = 0.
+    modulus, n, breakpoints, surface
+        As in `solve_indentation`.
+
+    Raises
+    ------
+    ProblemError
+        If an argument is outside its limits, or f is not known up to a.
+
+    Examples
+    --------
+    >>> f"{solve_disk(lambda r: 0 * r, 0.3, -1.0, 1.0).force:.6f}"
+    '-0.600000'
+    """
+    if not math.isfinite(indentation):
+        raise ProblemError(f"The indentation must be a finite number of metres, not {indentation!r}.")
+    problem, mesh, unit, shape = _disk(gap, radius, modulus, n, breakpoints, surface)
+    return _on_disk(problem, mesh, unit, shape, indentation / radius, modulus)
+
+
 def solve_adhesion(
     gap: Gap,
     radius: float,
@@ -237,14 +277,10 @@ def solve_adhesion(
 
     Parameters
     ----------
-    gap : callable
-        f(r) in m for an array of radii in m up to a.
-    radius : float, m
-        a.
+    gap, radius, modulus, n, breakpoints, surface
+        As in `solve_disk`.
     work : float, J/m²
         Of adhesion.
-    modulus, n, breakpoints, surface
-        As in `solve_indentation`.
 
     Raises
     ------
@@ -258,28 +294,40 @@ def solve_adhesion(
     Examples
     --------
     >>> jkr = solve_adhesion(lambda r: r**2 / 2, 0.3, 0.05, 1.0)
-    >>> f"{jkr.force / (4 / 3 * 0.3**3 - (8 * math.pi * 0.05 * 0.3**3) ** 0.5):.4f}"
-    '1.0000'
+    >>> f"{jkr.force / (4 / 3 * 0.3**3 - (8 * math.pi * 0.05 * 0.3**3) ** 0.5):.6f}"
+    '1.000000'
     """
     if not (math.isfinite(work) and work >= 0):
         raise ProblemError(f"The work of adhesion must be finite and not negative, not {work!r} J/m².")
-    problem = _problem(gap, modulus, radius, n, radius, breakpoints, surface)
-    whole = ((0.0, 1.0),)
-    mesh = _mesh(problem, _panels(problem, (), whole))
-    if not np.all(np.isfinite(mesh.gap)):
-        raise ProblemError(f"gap ends within the contact radius of {metres(radius)}.")
-    one = np.ones_like(mesh.gap)
-    unit, shape = np.linalg.solve(mesh.matrix, np.stack((one, mesh.gap), axis=1)).T
-    known = np.linalg.solve(ring_displacement(mesh.centres, mesh.edges), one)
+    problem, mesh, unit, shape = _disk(gap, radius, modulus, n, breakpoints, surface)
+    known = np.linalg.solve(ring_displacement(mesh.centres, mesh.edges), np.ones_like(mesh.gap))
     of_unit, of_shape, of_known = (
-        edge_fit(RingState(mesh, np.asarray(p), 0.0, 0.0, whole), 0, 1, sharp=True)[0]
+        edge_fit(RingState(mesh, np.asarray(p), 0.0, 0.0, _WHOLE), 0, 1, sharp=True)[0]
         for p in (unit, shape, known)
     )
     # the rings err at the edge as they do on the half-space, of which it is known that p √(1 - r) → 1/(π √2)
     pull = math.sqrt(work / (math.pi * modulus * radius)) * of_known * math.pi * math.sqrt(2)
-    depth = (of_shape - pull) / of_unit
-    stiffness = float(mesh.area @ unit)
-    return _solution(problem, RingState(mesh, depth * unit - shape, depth, stiffness, whole), modulus)
+    return _on_disk(problem, mesh, unit, shape, (of_shape - pull) / of_unit, modulus)
+
+
+def _disk(
+    gap: Gap, radius: float, modulus: float, n: int, breakpoints: Sequence[float], surface: Surface
+) -> tuple[RingProblem, RingMesh, Array, Array]:
+    """Rings on a disk, and their pressures for d = 1 under a flat punch and for u = f."""
+    problem = _problem(gap, modulus, radius, n, radius, breakpoints, surface)
+    mesh = _mesh(problem, _panels(problem, (), _WHOLE))
+    if not np.all(np.isfinite(mesh.gap)):
+        raise ProblemError(f"gap ends within the contact radius of {metres(radius)}.")
+    wanted = np.stack((np.ones_like(mesh.gap), mesh.gap), axis=1)
+    unit, shape = np.linalg.solve(mesh.matrix, wanted).T
+    return problem, mesh, unit, shape
+
+
+def _on_disk(
+    problem: RingProblem, mesh: RingMesh, unit: Array, shape: Array, depth: float, modulus: float
+) -> RingSolution:
+    state = RingState(mesh, depth * unit - shape, depth, float(mesh.area @ unit), _WHOLE)
+    return _solution(problem, state, modulus)
 
 
 def ring_displacement(r: ArrayLike, edges: ArrayLike) -> Array:

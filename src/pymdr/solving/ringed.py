@@ -2,20 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
 
 from pymdr.errors import ProblemError
-from pymdr.independent.history import RingHistory, solve_steps
+from pymdr.independent.history import RingHistory, gap_of, solve_steps
 from pymdr.independent.memory import RingMemory, follow_rings
-from pymdr.independent.rings import Rings, RingSolution
+from pymdr.independent.rings import HALF_SPACE, Rings, RingSolution, Surface, solve_adhesion, solve_disk
 from pymdr.interpretation.validity import ring_claims, ring_memory_claims
 from pymdr.mapping.moduli import effective_moduli
 from pymdr.mapping.relaxation import Relaxation
 from pymdr.problem.contact import Contact
+from pymdr.problem.profiles import Sampled
 from pymdr.problem.schedule import Stretch, uses
 from pymdr.result import Result, Status
 from pymdr.rows import taken
@@ -83,12 +84,11 @@ def _step(
     """Row by row, without memory."""
     if asked.by_force:
         refuse_tension(asked.leg, asked.normal)
-    modulus = effective_moduli(contact.body, contact.counterbody).normal
     found: list[RingSolution | None] = []
     for target in asked.normal:
         if found and told is not None:
             told(len(found))
-        found += solve_steps(contact.profile, modulus, np.array([target]), asked.by_force, rings)
+        found += ring_solutions(contact, np.array([target]), asked.by_force, rings)
     rows = {
         name: np.array([0.0 if solution is None else value(solution) for solution in found])
         for name, value in _QUANTITIES.items()
@@ -98,6 +98,37 @@ def _step(
         rows["indentation"] = np.where(free, asked.normal, rows["indentation"])
     here = {name: float(rows[name][-1]) for name in ("indentation", "normal_force")}
     return taken(rows, kept), None, here
+
+
+def ring_solutions(
+    contact: Contact, targets: FloatArray, by_force: bool, rings: Rings
+) -> list[RingSolution | None]:
+    """Elastic contacts at some indentations in m, or forces in N; None where nothing is touched."""
+    surface, modulus = _pressed(contact)
+    return solve_steps(contact.profile, modulus, targets, by_force, rings, surface)
+
+
+def adhesive_disks(
+    contact: Contact, radii: FloatArray, depths: FloatArray, work: float, rings: Rings
+) -> Iterator[RingSolution]:
+    """
+    Contacts of some radii in m, pulled at their edges by a work of adhesion in J/m^2.
+
+    Where a corner of the profile holds the edge, which is pulled less, they have the indentations in m that are given.
+    """
+    surface, modulus = _pressed(contact)
+    profile, gap = contact.profile, gap_of(contact.profile)
+    marks = () if isinstance(profile, Sampled) else tuple(profile.breakpoints)
+    corners = np.array([*marks, profile.edge])
+    for a, d in zip(radii.tolist(), depths.tolist(), strict=True):
+        held = bool(np.any(np.abs(corners - a) <= 1e-9 * a))
+        solve, asked = (solve_disk, d) if held else (solve_adhesion, work)
+        yield solve(gap, a, asked, modulus, n=rings.n, breakpoints=marks, surface=surface)
+
+
+def _pressed(contact: Contact) -> tuple[Surface, float]:
+    """What is pressed, and its E* in Pa."""
+    return HALF_SPACE, effective_moduli(contact.body, contact.counterbody).normal
 
 
 @dataclass(frozen=True)
