@@ -11,8 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pymdr.errors import NotValidError
+from pymdr.line.curves import Line
+from pymdr.line.layered import LayeredLine
 from pymdr.mapping.abel import Curve
-from pymdr.problem.materials import Graded, TransverselyIsotropic, Viscoelastic
+from pymdr.problem.layers import Layered
+from pymdr.problem.materials import Graded, Rigid, TransverselyIsotropic, Viscoelastic
 from pymdr.problem.profiles import ForceCurve, Profile
 from pymdr.units import FloatArray
 
@@ -133,6 +136,11 @@ SOURCES: dict[str, str] = {
     "pohrt-popov": (
         "Pohrt and Popov (2012), Phys. Rev. Lett. 108, 104301, doi:10.1103/PhysRevLett.108.104301; Popov and Hess (2015), chapter 10"
     ),
+    "lebedev-ufliand": (
+        "Lebedev and Ufliand (1958), J. Appl. Math. Mech. 22, 442-450: the punch on a layer as one Fredholm equation"
+    ),
+    "hayes": "Hayes, Keer, Herrmann and Mockros (1972), J. Biomech. 5, 541-551: indentation of cartilage",
+    "dunkin": "Dunkin (1965), Bull. Seismol. Soc. Am. 55, 335-358: layers by minors, without growing exponentials",
     "hess-graded": "Hess (2016), Int. J. Eng. Sci. 104, 20-33: graded half-spaces on the line, with adhesion",
 }
 """References by key; claims and :meth:`Result.cite` quote them."""
@@ -141,6 +149,7 @@ BODY_SOURCES: dict[type, tuple[str, ...]] = {
     TransverselyIsotropic: ("elliott", "delafargue-ulm"),
     Graded: ("graded", "hess-graded"),
     Viscoelastic: ("lee-radok",),
+    Layered: ("lebedev-ufliand", "hayes", "dunkin"),
 }
 """What is cited for bodies, besides the sources of their law."""
 
@@ -212,13 +221,32 @@ def half_spaces(exponent: float) -> str:
     )
 
 
+def bodies_of(line: Line) -> tuple[str, str]:
+    """The bodies of a line in words, and the source of their solution."""
+    if not isinstance(line, LayeredLine):
+        return half_spaces(line.exponent), SOURCES["hess-graded" if line.exponent else "sneddon"]
+    body = line.kernel.compliance.body
+    what = (
+        "an elastic layer"
+        if len(body.layers) == 1
+        else f"{len(body.layers)} elastic layers bonded to one another"
+    )
+    base = "rigid base" if isinstance(body.base, Rigid) else "elastic half-space"
+    held = (
+        f"bonded to a {base}"
+        if body.bond == "bonded"
+        else f"that may slide on a {base} but not lift off it (bilateral)"
+    )
+    return f"{what} {held.replace('a elastic', 'an elastic')}", SOURCES["lebedev-ufliand"]
+
+
 def normal_claims(
     disk: BoolArray,
     why: str,
     extra_reason: str = "",
     prescribed: Mapping[str, BoolArray] | None = None,
     remark: str = "",
-    exponent: float = 0.0,
+    bodies: tuple[str, str] = (half_spaces(0.0), SOURCES["sneddon"]),
 ) -> dict[str, Claim]:
     """
     Claims of the frictionless normal contact.
@@ -235,17 +263,17 @@ def normal_claims(
         Steps at which a quantity is prescribed and so known whatever the contact is.
     remark : str
         What the disk passes over, which makes it an approximation.
-    exponent : float
-        That of graded bodies.
+    bodies : tuple of str
+        The bodies in words, and the source of their solution; homogeneous half-spaces unless given.
 
     Returns
     -------
     mapping of str to Claim
     """
-    source = SOURCES["hess-graded" if exponent else "sneddon"]
+    words, source = bodies
     if disk.any():
         level = Level.APPROXIMATE if remark else Level.EXACT
-        reason = f"exact for {half_spaces(exponent)} in frictionless contact on a disk{remark}"
+        reason = f"exact for {words} in frictionless contact on a disk{remark}"
         if not disk.all():
             reason += f"; {int((~disk).sum())} of {disk.size} steps are not a disk: {why}{extra_reason}"
     else:

@@ -101,6 +101,9 @@ class Line(Disk, Protocol):
     def exponent(self) -> float:
         """Exponent k of the grading; 0 for homogeneous bodies and layers."""
 
+    def under(self, equivalent: EquivalentProfile) -> Line:
+        """The same bodies under another profile."""
+
     def error(self, place: Position) -> FloatArray:
         """Measured relative errors of d0, d0', F0 and U0, shape (..., 4)."""
 
@@ -199,6 +202,10 @@ class ElasticLine:
     def stiffness_power(self, a: Position) -> FloatArray:
         """The power k of that derivative."""
         return np.full(np.shape(rounded(a)), self.exponent)
+
+    def under(self, equivalent: EquivalentProfile) -> ElasticLine:
+        """The same bodies under another profile."""
+        return ElasticLine(equivalent, self.modulus)
 
     def error(self, place: Position) -> FloatArray:
         """Measured relative errors of d0, d0', F0 and U0, those of the map of the profile, shape (..., 4)."""

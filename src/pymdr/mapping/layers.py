@@ -18,7 +18,7 @@ import numpy as np
 from numpy.polynomial import chebyshev
 from numpy.typing import ArrayLike, NDArray
 
-from pymdr.errors import ConvergenceError
+from pymdr.errors import ConvergenceError, ProblemError
 from pymdr.problem.layers import Layered
 from pymdr.problem.materials import Elastic
 from pymdr.units import FloatArray
@@ -32,7 +32,7 @@ _UV, _UP, _UT, _VP, _VT, _PT = range(6)
 
 def _generator(shear: float, poisson: float) -> FloatArray:
     """
-    How the six minors of a pair of states grow from the bottom of a layer to its top, per wavenumber times depth.
+    How a state grows from the bottom of a layer to its top, per wavenumber times depth.
 
     States are u_z, u_x, and the tractions -s_zz and s_xz in units of 2 G q, G that of the top layer.
     """
@@ -42,6 +42,11 @@ def _generator(shear: float, poisson: float) -> FloatArray:
     state[1, 0], state[1, 3] = -1.0, -2.0 / shear
     state[2, 3] = -1.0
     state[3, 1], state[3, 2] = -shear / (1.0 - poisson), c
+    return state
+
+
+def _minors_of(state: FloatArray) -> FloatArray:
+    """How the six minors of a pair of states grow."""
     minors = np.zeros((6, 6))
     for row, (i, j) in enumerate(_PAIRS):
         for column, (k, m) in enumerate(_PAIRS):
@@ -63,13 +68,13 @@ def _tail(z: ComplexArray, first: int) -> ComplexArray:
     small = np.abs(z) < 1.0
     near = np.where(small, z, 0.0)
     term = (2.0 * near) ** first / math.factorial(first)
-    series = np.zeros_like(term)
+    series: ComplexArray = np.zeros_like(term)
     for k in range(first, first + 26, 2):
         series = series + term
         term = term * (4.0 * near * near) / ((k + 1) * (k + 2))
-    decay = np.exp(-2.0 * z)
+    decay: ComplexArray = np.exp(-2.0 * z)
     sign = -1.0 if first % 2 else 1.0
-    closed = 0.5 * (1.0 + sign * decay * decay)
+    closed: ComplexArray = 0.5 * (1.0 + sign * decay * decay)
     for k in range(first % 2, first, 2):
         closed = closed - decay * (2.0 * z) ** k / math.factorial(k)
     return np.where(small, series * decay, closed)
@@ -105,7 +110,7 @@ class _Ply:
 
 
 def _ply(thickness: float, shear: float, poisson: float) -> _Ply:
-    b = _generator(shear, poisson)
+    b = _minors_of(_generator(shear, poisson))
     return _Ply(thickness, np.stack([np.linalg.matrix_power(b, k) for k in range(5)]))
 
 
@@ -119,7 +124,7 @@ def _minors_of_base(body: Layered, shear: float) -> FloatArray:
         minors[_VP], minors[_UV] = 1.0, -2.0 * (1.0 - base.poisson) * shear / base.shear
     else:
         # what decays downward is what grows upward: the eigenvector of 2
-        b = _generator(base.shear / shear, base.poisson)
+        b = _minors_of(_generator(base.shear / shear, base.poisson))
         minors = np.linalg.matrix_power(b, 3)[:, _PT] / 8.0 + np.linalg.matrix_power(b, 4)[:, _PT] / 16.0
         minors /= np.max(np.abs(minors))
     return minors
@@ -176,6 +181,36 @@ class Compliance:
             minors = ply.raised(s, minors)
             minors = minors / np.max(np.abs(minors), axis=0)
         return minors
+
+    def pressed_through(self, s: FloatArray) -> FloatArray:
+        """
+        The normal stress on a frictionless base, as a part of the pressure wave on the surface.
+
+        Raises
+        ------
+        ProblemError
+            If the layers are bonded to their base.
+        """
+        if self.body.bond != "frictionless":
+            raise ProblemError("pressed_through: the layers are bonded to their base")
+        base = _minors_of_base(self.body, self.body.top.shear)
+        sliding, pressed = np.zeros((4, s.size)), np.zeros((4, s.size))
+        sliding[1], pressed[0], pressed[2] = 1.0, -base[_UV], 1.0
+        decay = np.zeros(s.size)
+        for layer, ply in zip(reversed(self.body.layers), reversed(self._plies), strict=True):
+            state = _generator(layer.material.shear / self.body.top.shear, layer.material.poisson)
+            z = s * ply.thickness
+            back = np.exp(-2.0 * z)
+            cosh, sinh = 0.5 * (1.0 + back), 0.5 * (1.0 - back)
+            third = 0.5 * (z * cosh - sinh)
+            shares = np.stack([cosh - 0.5 * z * sinh, sinh - third, 0.5 * z * sinh, third])
+            powers = np.stack([np.linalg.matrix_power(state, k) for k in range(4)])
+            sliding, pressed = (
+                np.asarray(np.einsum("kn,kij,jn->in", shares, powers, y)) for y in (sliding, pressed)
+            )
+            decay += z
+        # of both together, without shear at the surface
+        return np.asarray(np.exp(-decay) * sliding[3] / (sliding[3] * pressed[2] - pressed[3] * sliding[2]))
 
     def ratio(self, s: ArrayLike) -> ComplexArray:
         """L(s), relative to its size; s with a real part above 0."""
@@ -257,7 +292,7 @@ class Kernel:
     @cached_property
     def bending(self) -> float:
         """The integral of |1 - L| s^2: how far M leaves M(0)."""
-        s, weights = self._ray
+        s, _ = self._ray
         return float(np.sum(np.abs(self._short * s * s)))
 
     def softening(self, radius: float) -> float:
@@ -297,7 +332,7 @@ class Kernel:
         for row in self._coefficients[-2::-1]:
             total *= u
             total += row.take(index)
-        return total
+        return np.asarray(total)
 
     def pair(self, x: FloatArray, y: FloatArray) -> FloatArray:
         """What acts at x of what acts at y, [M(x - y) + M(x + y)] / pi, on all pairs: shape (x, y)."""

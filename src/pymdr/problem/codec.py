@@ -19,6 +19,7 @@ import numpy as np
 from pymdr.errors import CaseError, ProblemError, PymdrError
 from pymdr.problem.contact import Contact
 from pymdr.problem.laws import DMT, JKR, Coulomb, MaugisDugdale
+from pymdr.problem.layers import BONDS, Layer, Layered
 from pymdr.problem.materials import Elastic, Graded, Material, Rigid, TransverselyIsotropic, Viscoelastic
 from pymdr.problem.paths import CHANNELS, Cycle, History, Hold, LoadingPath, Path, Ramp, legs
 from pymdr.problem.profiles import (
@@ -81,8 +82,12 @@ MATERIALS: dict[str, type] = {
     "transversely_isotropic": TransverselyIsotropic,
     "graded": Graded,
     "viscoelastic": Viscoelastic,
+    "layered": Layered,
     "rigid": Rigid,
 }
+BASES: dict[str, type] = {"elastic": Elastic, "rigid": Rigid}
+SOLIDS: dict[str, type] = {"elastic": Elastic}
+"""Materials of layers."""
 RHEOLOGIES: dict[str, type] = {
     "prony": Prony,
     "maxwell": Maxwell,

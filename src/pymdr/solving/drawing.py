@@ -12,7 +12,7 @@ from pymdr.interpretation.jumps import Branches, branches_of
 from pymdr.interpretation.surface import Surface
 from pymdr.interpretation.theories import theory_of
 from pymdr.interpretation.traction import FrictionSurface
-from pymdr.line.curves import ElasticLine
+from pymdr.line.curves import Line
 from pymdr.line.foundation import normal_force, normal_stiffness, rises_to, states_at_depth, states_at_force
 from pymdr.problem.paths import legs
 from pymdr.result import Result, Status
@@ -108,11 +108,11 @@ def _figure_data(
     )
 
 
-def _line_of(result: Result) -> ElasticLine | None:
+def _line_of(result: Result) -> Line | None:
     return result.surface.line if isinstance(result.surface, Surface | FrictionSurface) else None
 
 
-def _extent(result: Result, line: ElasticLine) -> float | None:
+def _extent(result: Result, line: Line) -> float | None:
     """Radius up to which a refused profile is drawn: twice that of the disk that the path asks for."""
     asked = {
         name: max(
@@ -130,7 +130,7 @@ def _extent(result: Result, line: ElasticLine) -> float | None:
     return min(2.0 * radius, result.contact.profile.reach) if radius > 0.0 else None
 
 
-def _loading(result: Result, line: ElasticLine) -> Callable[[FloatArray], Mapping[str, FloatArray]] | None:
+def _loading(result: Result, line: Line) -> Callable[[FloatArray], Mapping[str, FloatArray]] | None:
     """Quantities at any indentation up to the largest, where the profile rises and nothing depends on the path."""
     known = result.data["indentation"].values if "indentation" in result.data else np.zeros(1)
     if not rises_to(line, float(np.nanmax(known, initial=0.0))):
@@ -147,7 +147,7 @@ def _loading(result: Result, line: ElasticLine) -> Callable[[FloatArray], Mappin
     return at
 
 
-def _branches(result: Result, line: ElasticLine) -> Branches | None:
+def _branches(result: Result, line: Line) -> Branches | None:
     """All equilibria with the jumps of the path, for figures; None where nothing ever touches."""
     names = ("indentation", "normal_force", "contact_radius", "cohesive_radius", "travel")
     rows = {name: result.data[name].values for name in names if name in result.data}

@@ -22,7 +22,7 @@ from pymdr.result import Result, Status
 from pymdr.rows import taken
 from pymdr.solving.memory import assumptions_with_memory, relaxation_along, times_of
 from pymdr.solving.normal import check_normal_path, refuse_tension
-from pymdr.solving.reach import assumptions, map_to_line, notes_of
+from pymdr.solving.reach import assumptions, map_to_springs, notes_of
 from pymdr.solving.walk import Channels, Task, Told, Walked, solution, walk
 from pymdr.units import FloatArray
 
@@ -48,7 +48,7 @@ def solve_by_rings(task: Task) -> Result:
         )
     walked = walk(task, None, partial(_step, contact, rings))
     columns = walked.rows
-    mapped = map_to_line(contact)
+    mapped = map_to_springs(contact)
     return solution(
         task,
         walked,

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from pymdr.line.layered.equation import gauss
 from pymdr.mapping.equivalent import EquivalentProfile
 from pymdr.mapping.layers import Kernel
-from pymdr.mapping.series import Place, Position, basis, basis_slope, nodes, rounded, to_coefficients
+from pymdr.mapping.series import Position, basis, basis_slope, nodes, rounded, to_coefficients
 from pymdr.units import FloatArray
 
 _TERMS = 16
@@ -112,7 +112,7 @@ class Coupled(EquivalentProfile):
         """The profile g - c + c(0) in m."""
         at = rounded(x)
         added = self._upto(float(np.max(at, initial=0.0)))
-        return self.bare.g(x) - (added(at) - added(np.zeros(1))[0])
+        return np.asarray(self.bare.g(x) - (added(at) - added(np.zeros(1))[0]))
 
     def slope(self, x: Position) -> FloatArray:
         """The slope g' - c'."""
@@ -140,7 +140,9 @@ class Coupled(EquivalentProfile):
         """Not known: the profile is that of one contact."""
         raise NotImplementedError
 
-    inverse_moment = inverse
+    def inverse_moment(self, moment: ArrayLike) -> FloatArray:
+        """Not known either."""
+        raise NotImplementedError
 
     def pressure_integral(self, r: Position, a: Position) -> FloatArray:
         """The integral int_r^a (g' - c') / sqrt(x^2 - r^2) dx."""

@@ -7,6 +7,7 @@ tip or a corner its moments with the polynomials of a narrower panel are integra
 
 from __future__ import annotations
 
+import itertools
 import math
 from dataclasses import dataclass
 from functools import lru_cache
@@ -81,16 +82,13 @@ class Outline:
         # the last mark may be as near to the radius as only their distance tells
         base, offset = float(self.place.base[0]), float(self.place.offset[0])
         values = np.zeros(nodes.size)
-        for start, stop in zip(ends[:-1], ends[1:], strict=True):
-            if 0.0 < start == base and high == self.radius and stop == ends[-1]:
-                piece = _rooted(start, offset)
-            elif start == 0.0:
-                piece = _graded(stop)
-            elif start in marks:
-                piece = _rooted(start, stop - start)
+        for start, stop in itertools.pairwise(ends):
+            mark = float(marks[np.searchsorted(marks, start, side="right") - 1])
+            if mark == 0.0:
+                at, share = _graded(stop) if start == 0.0 else _plain(start, stop)
             else:
-                piece = _plain(start, stop)
-            at, share = piece
+                whole = offset if mark == base and high == self.radius and stop == ends[-1] else stop - mark
+                at, share = _rooted(mark, start - mark, whole)
             u = (at.x / h - middle) / half
             values += legendre.legvander(u, nodes.size - 1).T @ (share * self.rise(at)) / (half * h)
         return half * weights * (_projector(nodes.size) @ values)
@@ -117,11 +115,12 @@ def _plain(start: float, stop: float) -> tuple[Place, FloatArray]:
     return Place(np.zeros(x.shape), x), half * weights
 
 
-def _rooted(base: float, width: float) -> tuple[Place, FloatArray]:
-    """Behind a mark, where g runs in the root of the distance."""
+def _rooted(base: float, low: float, high: float) -> tuple[Place, FloatArray]:
+    """Between two distances behind a mark, where g runs in their root."""
     nodes, weights = gauss(_INNER)
-    u = 0.5 * (nodes + 1.0)
-    return Place(np.full(u.shape, base), width * u * u), width * u * weights
+    start, span = math.sqrt(low), math.sqrt(high) - math.sqrt(low)
+    root = start + 0.5 * span * (nodes + 1.0)
+    return Place(np.full(root.shape, base), root * root), span * root * weights
 
 
 @lru_cache(maxsize=2)
@@ -160,11 +159,12 @@ def _nodes(outline: Outline, order: int) -> _Nodes:
     width = radius / max(1, math.ceil(radius / _PANEL - 1e-9))
     low = width * np.arange(round(radius / width))
     marks = outline.marks / h
-    among = np.diff(np.searchsorted(marks, np.append(low, math.inf))) > 0
+    # behind a mark the gap needs a panel's length to become smooth
+    among = np.array([bool(np.any((marks > x - width) & (marks < x + width))) for x in low])
     cuts = [_narrow(k * width, (k + 1) * width, marks) for k in np.flatnonzero(among)]
     if among[-1]:
         cuts[-1][-1] = radius
-    narrow = [ends for found in cuts for ends in zip(found[:-1], found[1:], strict=True)]
+    narrow = [ends for found in cuts for ends in itertools.pairwise(found)]
     wide = np.flatnonzero(~among)
     start = np.concatenate([[ends[0] for ends in narrow], low[wide]])
     half = 0.5 * np.concatenate([[ends[1] - ends[0] for ends in narrow], np.full(wide.size, width)])
@@ -182,7 +182,7 @@ def _nodes(outline: Outline, order: int) -> _Nodes:
 def _narrow(low: float, high: float, marks: FloatArray) -> list[float]:
     """Ends of narrow panels between the ends of a wide one; behind the axis alone the gap soon is smooth."""
     parts = max(1, math.ceil((high - low) / _NARROW - 1e-9))
-    ends = np.linspace(low, high, parts + 1).tolist()
+    ends: list[float] = np.linspace(low, high, parts + 1).tolist()
     if low == 0.0 and parts > 2 and not np.any((marks > 0.0) & (marks < high)):
         return [ends[0], ends[1], ends[-1]]
     return ends

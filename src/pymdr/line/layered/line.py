@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -128,6 +129,10 @@ class LayeredLine:
         """The local power a k''/k' of k'."""
         return 2.0 * rounded(a) * self._read(a, EDGE, slopes=True) / self._read(a, EDGE)
 
+    def under(self, equivalent: EquivalentProfile) -> LayeredLine:
+        """The same bodies under another profile."""
+        return self if equivalent is self.equivalent else LayeredLine(equivalent, self.kernel)
+
     def error(self, place: Position) -> FloatArray:
         """Measured relative errors of d0, d0', F0 and U0: those of the map of the profile and of the table."""
         at = as_place(place)
@@ -196,11 +201,24 @@ class LayeredLine:
         excess : float
             d - d0(a) in m.
         """
+        place = as_place(a)
+        return _carried(self, float(np.ravel(place.base)[0]), float(np.ravel(place.offset)[0]), float(excess))
+
+    def line_load(self, a: Position, excess: float) -> tuple[FloatArray, FloatArray]:
+        """Places in m and what a contact of one radius bears there in N: loads per length times Gauss's weights."""
         solved = self.solved(a)
         pressed = excess - solved.lift
         weights = solved.rise + pressed * solved.weight
         loads = weights + solved.weight * (solved.coupled[0] + pressed * solved.coupled[1])
-        coupled = Coupled(
-            self.equivalent, Added(self.kernel, self.thickness, float(rounded(a)), solved.x, loads)
-        )
-        return Carried(ElasticLine(coupled, self.modulus), excess * solved.punch_edge, coupled.sunk)
+        return solved.x * self.thickness, self.modulus * self.thickness * loads
+
+
+@lru_cache(maxsize=16)
+def _carried(line: LayeredLine, base: float, offset: float, excess: float) -> Carried:
+    place = Place(np.array([base]), np.array([offset]))
+    x, loads = line.line_load(place, excess)
+    h = line.thickness
+    added = Added(line.kernel, h, base + offset, x / h, loads / (line.modulus * h))
+    coupled = Coupled(line.equivalent, added)
+    edge = float(np.sqrt(line.stiffness_rate(place)[0] / (2.0 * line.modulus)))
+    return Carried(ElasticLine(coupled, line.modulus), excess * edge, coupled.sunk)

@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
@@ -104,9 +105,7 @@ class Table:
         v, rate = _variable(at, base)
         u = np.clip((v - low) / width, 0.0, 1.0)
         values = (basis_slope if slopes else basis)(u, _TERMS)
-        found = np.stack(
-            [np.einsum("nj,nj->n", self._columns[c].take(i, axis=0), values) for c in which], axis=1
-        )
+        found = np.stack([_sums(self._columns[c].take(i, axis=0), values) for c in which], axis=1)
         return found * (rate / width)[:, None] if slopes else found
 
     def _slender(self, at: Place, which: tuple[int, ...], slopes: bool) -> FloatArray:
@@ -160,10 +159,17 @@ class Table:
             return marks
         return marks[np.isinf(self.equivalent.slope(marks))]
 
+    @cached_property
+    def _end(self) -> float:
+        """The end of the profile in m, short of where it is infinite, as that of a sphere is."""
+        end = min(self.equivalent.edge, self.equivalent.reach)
+        if math.isfinite(end) and not math.isfinite(float(self.equivalent.g(np.array([end]))[0])):
+            return (1.0 - 1e-4) * end
+        return end
+
     def bounds(self, top: float) -> FloatArray:
         """Rising radii in m between which panels are made, up to beyond `top` or the end of the profile."""
-        end = min(self.equivalent.edge, self.equivalent.reach)
-        h = self.thickness
+        end, h = self._end, self.thickness
         ends = [self.small]
         while ends[-1] <= top:
             ratio = _WIDE if ends[-1] * _WIDE < 0.2 * h else 2.0
@@ -297,8 +303,7 @@ class Table:
             return
         segment = np.searchsorted(values, y[rest]) - 1
         self._cover(bounds[np.unique(segment)])
-        starts = np.concatenate([[p for p in self._panels[float(bounds[i])]] for i in np.unique(segment)])
-        panels = list(starts)
+        panels = [panel for i in np.unique(segment) for panel in self._panels[float(bounds[i])]]
         base = np.array([p.base for p in panels])
         ends = np.array([[p.low, p.high] for p in panels])
 
@@ -324,7 +329,7 @@ class Table:
         low = np.array([p.low for p in panels])[i]
         width = np.array([p.high - p.low for p in panels])[i]
         v, _ = _variable(at, np.array([p.base for p in panels])[i])
-        return np.einsum("nj,nj->n", coefficients[i], basis(np.clip((v - low) / width, 0.0, 1.0), _TERMS))
+        return _sums(coefficients[i], basis(np.clip((v - low) / width, 0.0, 1.0), _TERMS))
 
 
 def _roots(
@@ -342,6 +347,10 @@ def _roots(
     if not np.all(found.success):
         raise ConvergenceError(f"no contact radius between {ends.min():g} and {ends.max():g} was found")
     return np.asarray(found.x)
+
+
+def _sums(coefficients: FloatArray, functions: FloatArray) -> FloatArray:
+    return np.asarray(np.einsum("nj,nj->n", coefficients, functions))
 
 
 def _variable(at: Place, base: FloatArray) -> tuple[FloatArray, FloatArray]:
