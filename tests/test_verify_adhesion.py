@@ -26,7 +26,8 @@ def test_both_agree_along_loops_of_any_profile(profile, deep):
     path = mdr.indent(f"{deep} um", steps=5) >> mdr.indent("-1 um", steps=10)
     found = mdr.verify(contact, path, rings=100, steps=3)
     assert found.largest_difference < 2e-5
-    assert np.nanmax(found.table["pressure_difference"]) < 1e-3
+    if not profile.breakpoints:  # at a kink it has a logarithm
+        assert np.nanmax(found.table["pressure_difference"]) < 1e-3
     assert np.nanmax(np.abs(found.table["elastic_energy_difference"])) < 1e-4
 
 
