@@ -12,17 +12,19 @@ from pymdr.errors import ProblemError
 from pymdr.independent.history import RingHistory, gap_of, solve_steps
 from pymdr.independent.memory import RingMemory, follow_rings
 from pymdr.independent.rings import HALF_SPACE, Rings, RingSolution, Surface, solve_adhesion, solve_disk
+from pymdr.independent.stacks import stack_of
 from pymdr.interpretation.validity import ring_claims, ring_memory_claims
 from pymdr.mapping.moduli import effective_moduli
 from pymdr.mapping.relaxation import Relaxation
 from pymdr.problem.contact import Contact
+from pymdr.problem.materials import common_exponent
 from pymdr.problem.profiles import Sampled
 from pymdr.problem.schedule import Stretch, uses
 from pymdr.result import Result, Status
 from pymdr.rows import taken
 from pymdr.solving.memory import assumptions_with_memory, relaxation_along, times_of
 from pymdr.solving.normal import check_normal_path, refuse_tension
-from pymdr.solving.reach import assumptions, map_to_springs, notes_of
+from pymdr.solving.reach import assumptions, map_to_line, notes_of
 from pymdr.solving.walk import Channels, Task, Told, Walked, solution, walk
 from pymdr.units import FloatArray
 
@@ -41,14 +43,14 @@ _QUANTITIES: dict[str, Callable[[RingSolution], float]] = {
 def solve_by_rings(task: Task) -> Result:
     """The same history by boundary elements on rings, without the method."""
     contact, rings = task.contact, _checked(task)
-    if (exponent := effective_moduli(contact.body, contact.counterbody).exponent) != 0.0:
+    if (exponent := common_exponent(contact.body, contact.counterbody)) != 0.0:
         raise ProblemError(
-            f"solve: the rings know homogeneous half-spaces only, and the bodies are graded (exponent {exponent:g}); "
+            f"solve: the rings know homogeneous half-spaces and layers only, and the bodies are graded (exponent {exponent:g}); "
             "leave solver=Rings() out"
         )
     walked = walk(task, None, partial(_step, contact, rings))
     columns = walked.rows
-    mapped = map_to_springs(contact)
+    mapped = map_to_line(contact)
     return solution(
         task,
         walked,
@@ -127,8 +129,12 @@ def adhesive_disks(
 
 
 def _pressed(contact: Contact) -> tuple[Surface, float]:
-    """What is pressed, and its E* in Pa."""
-    return HALF_SPACE, effective_moduli(contact.body, contact.counterbody).normal
+    """What is pressed, and its E* in Pa; of layers that of the top one."""
+    layered = contact.layered
+    if layered is None:
+        return HALF_SPACE, effective_moduli(contact.body, contact.counterbody).normal
+    stack = stack_of(layered)
+    return stack, stack.modulus
 
 
 @dataclass(frozen=True)

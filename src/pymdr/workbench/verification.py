@@ -155,7 +155,7 @@ def verify(
         )
     if (exponent := common_exponent(contact.body, contact.counterbody)) != 0.0:
         raise ProblemError(
-            f"verify: the rings know homogeneous half-spaces; bodies that are graded (exponent {exponent:g}) have no independent "
+            f"verify: the rings know homogeneous half-spaces and layers; bodies that are graded (exponent {exponent:g}) have no independent "
             "solver here"
         )
     if isinstance(steps, bool) or not isinstance(steps, int) or steps < 1:
@@ -295,7 +295,7 @@ def _history(mdr: Result, ring: Result) -> xr.Dataset:
 
 
 def _pressure_difference(mdr: Result, ring: _Found, step: int) -> float:
-    a = float(mdr.data["contact_radius"].values[step])
+    a = float(_column(mdr, "contact_radius")[step])
     if not mdr.claims["pressure"].where[step] or not a > 0.0:
         return math.nan
     r = np.linspace(0.05, 0.9, 60) * a
