@@ -34,6 +34,8 @@ if TYPE_CHECKING:
     from pymdr.problem.laws import JKR as JKR
     from pymdr.problem.laws import Coulomb as Coulomb
     from pymdr.problem.laws import MaugisDugdale as MaugisDugdale
+    from pymdr.problem.layers import Layer as Layer
+    from pymdr.problem.layers import Layered as Layered
     from pymdr.problem.materials import Elastic as Elastic
     from pymdr.problem.materials import Graded as Graded
     from pymdr.problem.materials import Rigid as Rigid
@@ -141,6 +143,7 @@ _HOMES: dict[str, tuple[str, ...]] = {
     "pymdr.mapping.relaxation": ("Relaxation", "relaxation_of", "tangential_relaxation_of"),
     "pymdr.problem.contact": ("Contact",),
     "pymdr.problem.laws": ("DMT", "JKR", "Coulomb", "MaugisDugdale"),
+    "pymdr.problem.layers": ("Layer", "Layered"),
     "pymdr.problem.materials": ("Elastic", "Graded", "Rigid", "TransverselyIsotropic", "Viscoelastic"),
     "pymdr.problem.paths": (
         "Cycle",

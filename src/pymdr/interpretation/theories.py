@@ -128,11 +128,15 @@ def equilibria_of(law: AdhesionLaw, profile: Profile, line: Line, top: float) ->
     return theory.curve(law, profile, line)
 
 
+_SOME = 1e-30
+"""A radius in m for contacts of none, whose edge is not open."""
+
+
 def _edge_columns(equilibria: ShortRange, line: Line, s: FloatArray) -> dict[str, FloatArray]:
     """The edge of a JKR contact: its energy release rate, and where it is a square root its amplitude and intensity."""
     a = equilibria.states(s).contact_radius
     opening = np.where(a > 0.0, equilibria.opening(s), 0.0)
-    radius = np.where(a > 0.0, a, 1.0)
+    radius = np.where(a > 0.0, a, _SOME)
     columns = {"energy_release_rate": energy_release_rate(line, radius, opening)}
     if line.exponent == 0.0:
         modulus = np.sqrt(0.5 * line.modulus * line.stiffness_rate(radius))

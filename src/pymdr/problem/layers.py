@@ -14,7 +14,7 @@ from pymdr.units import shown
 BONDS = ("bonded", "frictionless")
 _MOST = 32
 """Most layers of a stack."""
-_STIFFEST = 1e4
+_STIFFEST = 1e8
 """Largest ratio of two Young's moduli in a body."""
 _THICKEST = 1e4
 """Largest ratio of two thicknesses in a body."""
@@ -70,7 +70,7 @@ class Layered(Material):
     ------
     ProblemError
         If there are no layers or more than 32, the base is neither rigid nor elastic, the bond is another word, or moduli
-        or thicknesses differ by more than 10^4.
+        differ by more than 10^8, or thicknesses by more than 10^4.
 
     Examples
     --------

@@ -188,7 +188,8 @@ class AdhesiveLine:
     def _end(self) -> float:
         """The largest parameter in m that is followed: that of a sphere before it is pressed in by its radius."""
         profile, limit = self.contact.profile, self.equilibria.limit
-        if not isinstance(profile, Sphere):
+        # contacts of layers are solved one by one: none is that nobody asks for
+        if not isinstance(profile, Sphere) or self.contact.layered is not None:
             return limit
         deepest = (1.0 - 1e-12) * profile.radius
         return parameter_reaching(

@@ -28,6 +28,8 @@ _TESTS = np.array([0.005, 0.13, 0.47, 0.81, 0.995])
 _RESOLVED = 1e-11
 """Residual at which a panel is not divided further."""
 _HALVINGS = 6
+_WORST = 1e-3
+"""Error above which a panel is no result."""
 _NEGLIGIBLE = 1e-14
 """What may be left out of small contacts."""
 _WIDE = 8.0
@@ -163,17 +165,26 @@ class Table:
     def _end(self) -> float:
         """The end of the profile in m, short of where it is infinite, as that of a sphere is."""
         end = min(self.equivalent.edge, self.equivalent.reach)
-        if math.isfinite(end) and not math.isfinite(float(self.equivalent.g(np.array([end]))[0])):
-            return (1.0 - 1e-4) * end
-        return end
+        return (1.0 - 1e-4) * end if self._is_endless else end
+
+    @cached_property
+    def _is_endless(self) -> bool:
+        """Whether g has no bound toward the end of the profile."""
+        end = min(self.equivalent.edge, self.equivalent.reach)
+        return math.isfinite(end) and not math.isfinite(float(self.equivalent.g(np.array([end]))[0]))
 
     def bounds(self, top: float) -> FloatArray:
         """Rising radii in m between which panels are made, up to beyond `top` or the end of the profile."""
         end, h = self._end, self.thickness
         ends = [self.small]
+        top = max(top, end) if self._is_endless else top
         while ends[-1] <= top:
             ratio = _WIDE if ends[-1] * _WIDE < 0.2 * h else 2.0
             ends.append(ends[-1] * ratio)
+        if self._is_endless:
+            # panels shrink toward it as the distance does
+            near = end * (1.0 - 0.5 ** np.arange(1.0, 13.0))
+            ends = sorted({*(x for x in ends if x < near[0]), *near.tolist()})
         for b in self.corners:
             if b <= ends[-1]:
                 ends = [x for x in ends if not 0.9 * b < x < (1.0 + _BEHIND) * b]
@@ -193,6 +204,11 @@ class Table:
             low, high, halvings = todo.pop()
             panel, resolved = self._made(base, low, high)
             if resolved or halvings >= _HALVINGS:
+                if not float(np.max(panel.error)) <= _WORST:
+                    raise ConvergenceError(
+                        f"contacts of layers between radii of {metres(start)} and {metres(stop)} err by "
+                        f"{float(np.max(panel.error)):.1g}: the profile is not smooth enough there; name its breakpoints, or smooth it"
+                    )
                 done.append(panel)
             else:
                 middle = 0.5 * (low + high)
