@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from functools import lru_cache
+from functools import cache
 from pathlib import Path
 
 import mpmath as mp
@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy.special import j0
+from scipy.special import ellipk, j0
 
 import pymdr as mdr
 from pymdr.errors import ConvergenceError, ProblemError
@@ -163,7 +163,7 @@ def test_the_compliance_is_that_of_stress_functions(body, s):
     assert float(compliance.ratio(s).real) == pytest.approx(float(expected), rel=1e-12)
     left = float(1 - expected)
     assert float(compliance.shortfall(s).real) == pytest.approx(
-        left, rel=1e-11, abs=1e-15 * math.exp(-2.0 * s)
+        left, rel=1e-11, abs=1e-13 * math.exp(-2.0 * s)
     )
 
 
@@ -188,21 +188,31 @@ def test_waves_through_a_sliding_layer():
         Compliance(film(0.3)).pressed_through(s)
 
 
-@pytest.mark.parametrize("t", [0.0, 0.7, 1.99, 2.01, 10.0, 50.0])
-def test_the_kernel_keeps_its_digits_in_its_tail(t):
-    mp.mp.dps = 30
-    marks = [mp.mpf(x) for x in np.linspace(0.0, 40.0, max(20, int(40 * t / 3) + 1))]
+@pytest.mark.parametrize("t", [0.0, 0.7, 1.99, 2.01, 9.0])
+def test_the_kernel_keeps_its_digits(t):
+    mp.mp.dps = 25
 
     def shortfall(s):
-        over = 2 * mp.cosh(2 * s) + 2 + 4 * s * s
-        return 1 - (2 * mp.sinh(2 * s) - 4 * s) / over
+        e = mp.exp(-2 * s)
+        return 2 * e * (e + 1 + 2 * s * s + 2 * s) / (1 + e * e + (2 + 4 * s * s) * e)
 
+    marks = [mp.mpf(x) for x in np.linspace(0.0, 28.0, 15)]
     exact = mp.quad(lambda s: shortfall(s) * mp.cos(s * t), marks)
     kernel = Kernel(Compliance(film()))
     assert float(kernel(np.array([t]))[0]) == pytest.approx(float(exact), rel=1e-12)
     if t:
         slope = -mp.quad(lambda s: s * shortfall(s) * mp.sin(s * t), marks)
         assert float(kernel.slope(np.array([t]))[0]) == pytest.approx(float(slope), rel=1e-9)
+
+
+def test_the_tail_of_the_kernel_is_its_series():
+    # L = (2/3) s^3 + ... of an incompressible layer: M = -int L cos(st) ds -> -(2/3) 3! / t^4
+    t = np.array([2e3, 2e4])
+    assert Kernel(Compliance(film()))(t) * t**4 == pytest.approx(-4.0, rel=1e-5)
+    # and L = s (1 - 2 nu) (1 + nu) ... of a compressible one: M -> L'(0) / t^2
+    soft = Compliance(film(0.3))
+    first = float(soft.ratio(1e-9).real) / 1e-9
+    assert Kernel(soft)(t) * t**2 == pytest.approx(first, rel=1e-5)
 
 
 # -- limits -------------------------------------------------------------------------------------------
@@ -275,7 +285,7 @@ PROFILES = [
 ]
 
 
-@lru_cache(maxsize=None)
+@cache
 def slopes_of_curves(line, start, stop):
     """The largest misfit of dF0 = k dd0, dU0 = F0 dd0 and dk = k' da, by Gauss on short steps."""
     nodes, weights = np.polynomial.legendre.leggauss(20)
@@ -334,7 +344,7 @@ def test_radii_are_found_again(profile):
     assert line.place(0.0).x == 0.0
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=5, deadline=None)
 @given(st.floats(-9.0, 3.0).map(lambda x: 10.0**x), st.floats(-3.0, 6.0).map(lambda x: 10.0**x), poisson)
 def test_scales_do_not_matter(length, modulus, nu):
     def forces(size, young):
@@ -370,7 +380,7 @@ def test_controls_agree():
     assert travelled["normal_force"].values == pytest.approx(force, rel=1e-10)
     assert pressed.claims["indentation"].level is mdr.Level.EXACT
     assert "layer bonded to a rigid base" in pressed.claims["indentation"].reason
-    assert "lebedev" in pressed.cite().lower()
+    assert any("Lebedev" in source for source in pressed.cite())
 
 
 def test_a_sharp_punch_sticks_at_its_edge():
@@ -439,16 +449,18 @@ def test_fields_by_waves(body, a):
     r = a * np.sin(angle)
     ring = 2.0 * math.pi * r * a * np.cos(angle) * weight * result.field("pressure", r=r).values
     assert ring.sum() == pytest.approx(force, rel=1e-9)
-    # u(r) = (2/E*) int L(kh) P(k) J0(kr) dk, P(k) = int r p J0(kr) dr
-    nodes, weights = np.polynomial.legendre.leggauss(400)
-    k = np.concatenate([60.0 * (1.0 + nodes), 120.0 + 340.0 * (1.0 + nodes)])
-    share = np.concatenate([60.0 * weights, 340.0 * weights])
-    wave = (j0(np.outer(k, r)) @ ring) / (2.0 * math.pi) * Compliance(body).ratio(k).real
-    places = np.array([0.0, 0.4, 0.9, 1.1, 1.5, 3.0]) * a
-    modulus = line.modulus
-    u = 2.0 / modulus * (j0(np.outer(places, k)) @ (share * wave))
+    # of a half-space by rings, less (2/E*) int (1 - L) P(k) J0(kr) dk, P(k) = int r p J0(kr) dr
+    places = np.array([0.0, 1.1, 1.5, 3.0]) * a
+    m = 4.0 * places[:, None] * r / (places[:, None] + r) ** 2
+    springs = 2.0 / math.pi * ellipk(m) / (places[:, None] + r) @ ring / (math.pi * line.modulus)
+    nodes, weights = np.polynomial.legendre.leggauss(80)
+    ends = np.append(0.0, np.geomspace(1e-3, 20.0, 12))
+    half = 0.5 * np.diff(ends)
+    k, share = (ends[:-1, None] + half[:, None] * (1.0 + nodes)).ravel(), (half[:, None] * weights).ravel()
+    wave = (j0(np.outer(k, r)) @ ring) / (2.0 * math.pi) * Compliance(body).shortfall(k).real
+    u = springs - 2.0 / line.modulus * (j0(np.outer(places, k)) @ (share * wave))
     found = result.field("normal_displacement", r=places).values
-    assert found == pytest.approx(u, abs=3e-5 * depth)
+    assert found == pytest.approx(u, abs=1e-8 * depth)
     gap = result.field("gap", r=places).values
     assert gap == pytest.approx(
         np.where(places < a, 0.0, places**2 / 20.0 - depth + found), abs=1e-11 * depth
@@ -494,7 +506,7 @@ def test_what_layers_have_no_right_to():
     with pytest.raises(ProblemError, match="friction of a Layered"):
         mdr.Contact(ball, body, friction=mdr.Coulomb(0.3))
     with pytest.raises(ProblemError, match="MaugisDugdale"):
-        mdr.Contact(ball, body, adhesion=mdr.MaugisDugdale(0.05, cohesive_stress=1.0))
+        mdr.Contact(ball, body, adhesion=mdr.MaugisDugdale(0.05, range=0.1))
     contact = mdr.Contact(ball, body)
     assert mdr.Contact(ball, mdr.Rigid(), body).layered == body
     for ask in (

@@ -111,7 +111,7 @@ def _certify_layers(line: LayeredLine, visited: Visited, disk: BoolArray, law: A
     ends = (visited.begin, visited.end, visited.before, visited.after)
     widest = max(float(np.max(a, initial=0.0)) for a in ends)
     work = law.work if isinstance(law, JKR) else 0.0
-    fault = first_fault(line, widest, work)
+    fault = first_fault(line, widest, work=work)
     if fault is None:
         return Certificate(disk, "")
     wide = [

@@ -100,7 +100,7 @@ def certify_disk(line: Line, states: DiskStates) -> Certificate:
 def _certify_layers(line: LayeredLine, states: DiskStates) -> Certificate:
     """Up to the first contact that is no disk."""
     a = states.contact_radius
-    fault = first_fault(line, float(np.max(a, initial=0.0)))
+    fault = first_fault(line, float(np.max(a, initial=0.0)), float(np.max(states.edge_excess, initial=0.0)))
     if fault is None:
         return Certificate(np.ones(a.shape, dtype=bool), "")
     return Certificate(a < fault.before, f"{fault.words}, so the contact is not a disk")

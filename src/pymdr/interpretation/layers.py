@@ -33,7 +33,9 @@ class Fault:
     words: str
 
 
-def first_fault(line: LayeredLine, widest: float, work: float | None = None) -> Fault | None:
+def first_fault(
+    line: LayeredLine, widest: float, excess: float = 0.0, work: float | None = None
+) -> Fault | None:
     """
     The first of the radii between which contacts are tabulated at which the disk is not the solution.
 
@@ -42,6 +44,8 @@ def first_fault(line: LayeredLine, widest: float, work: float | None = None) -> 
     line : LayeredLine
     widest : float
         Largest contact radius in m.
+    excess : float
+        Largest depth in m beyond that of the smooth contact, at a sharp edge.
     work : float, optional
         Work of adhesion in J/m^2, with which the edge is stretched; without it pressure is asked to be 0 or more too.
 
@@ -51,7 +55,7 @@ def first_fault(line: LayeredLine, widest: float, work: float | None = None) -> 
 
     Notes
     -----
-    Pressure is that of the smooth contact and of the punch apart: where both press, so does any sharp edge.
+    At a sharp edge pressure is linear in the excess: where it is none at both of its ends, there is none between.
     """
     bounds = line.table.bounds(widest)
     end = min(line.edge, line.reach)
@@ -59,7 +63,7 @@ def first_fault(line: LayeredLine, widest: float, work: float | None = None) -> 
     before = float(bounds[0])
     for a in radii[: int(np.searchsorted(radii, widest)) + 1]:
         radius = float(min(a, end, widest))
-        words = _fault_at(line, radius, work)
+        words = _fault_at(line, radius, excess if radius == line.edge else 0.0, work)
         if words:
             return Fault(before, words)
         before = radius
@@ -67,16 +71,14 @@ def first_fault(line: LayeredLine, widest: float, work: float | None = None) -> 
 
 
 @lru_cache(maxsize=256)
-def _fault_at(line: LayeredLine, a: float, work: float | None) -> str:
+def _fault_at(line: LayeredLine, a: float, excess: float, work: float | None) -> str:
     depth = float(line.depth(np.array([a]))[0])
     if work is None:
         r = a * _INSIDE
-        smooth = pressure(line, a, 0.0, r)
-        scale = float(line.force(np.array([a]))[0]) / (math.pi * a * a)
-        punch = pressure(line, a, 1.0, r) - smooth
-        mean = float(line.stiffness(np.array([a]))[0]) / (math.pi * a * a)
-        for p, size in ((smooth, scale), (punch, mean)):
-            if float(np.min(p)) < -_TOLERANCE * size:
+        force, stiffness = (float(f(np.array([a]))[0]) for f in (line.force, line.stiffness))
+        for pressed in {0.0, excess}:
+            p, mean = pressure(line, a, pressed, r), (force + pressed * stiffness) / (math.pi * a * a)
+            if float(np.min(p)) < -_TOLERANCE * mean:
                 return (
                     f"a disk of radius {metres(a)} would need tension at r = {metres(r[int(np.argmin(p))])}"
                 )

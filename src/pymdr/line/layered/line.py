@@ -9,7 +9,6 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pymdr.errors import ProblemError
 from pymdr.line.curves import Carried, ElasticLine
 from pymdr.line.layered.coupled import Added, Coupled
 from pymdr.line.layered.equation import Outline, Solved, solve_contact
@@ -17,7 +16,7 @@ from pymdr.line.layered.tables import DEPTH, EDGE, ENERGY, FORCE, STIFFNESS, Tab
 from pymdr.mapping.equivalent import EquivalentProfile, rising_root
 from pymdr.mapping.layers import Kernel
 from pymdr.mapping.series import Place, Position, as_place, rounded
-from pymdr.units import FloatArray, metres
+from pymdr.units import FloatArray
 
 
 @dataclass(frozen=True)
@@ -166,12 +165,7 @@ class LayeredLine:
         ProblemError
             If g falls somewhere up to `top`.
         """
-        turning = self.equivalent.turning_points(top)
-        if turning:
-            raise ProblemError(
-                f"the equivalent profile falls at r = {metres(turning[0])}: on layers only profiles are followed that rise on the "
-                "line; smooth the profile, or take a half-space"
-            )
+        self.table.refuse_falling(top)
         return ()
 
     def overlap_radius(self, depth: float) -> float:

@@ -274,9 +274,26 @@ class Table:
         bounds = bounds[:count]
         return bounds, np.array([self._at_bound(float(b))[column - DEPTH] for b in bounds])
 
+    def refuse_falling(self, top: float) -> None:
+        """
+        Refuse a profile that falls on the line.
+
+        Raises
+        ------
+        ProblemError
+            If g falls somewhere up to `top` in m.
+        """
+        turning = () if self.equivalent.rises else self.equivalent.turning_points(top)
+        if turning:
+            raise ProblemError(
+                f"the equivalent profile falls at r = {metres(turning[0])}: on layers only profiles are followed that rise on the "
+                "line; smooth the profile, or take a half-space"
+            )
+
     def _at_bound(self, a: float) -> FloatArray:
         """d0 in m and F0 per 2 E* in m^2 at a bound."""
         if a not in self._ends:
+            self.refuse_falling(a)
             place = as_place(np.array([a]))
             g, m = float(self.equivalent.g(place)[0]), float(self.equivalent.moment(place)[0])
             if a <= self.small:
