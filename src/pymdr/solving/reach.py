@@ -158,17 +158,22 @@ def g_samples(line: Line) -> FloatArray:
     return line.equivalent.g(np.linspace(0.0, min(line.equivalent.edge, line.equivalent.reach), 65))
 
 
+def half_space_assumptions(contact: Contact, mapped: Mapped, radii: FloatArray) -> tuple[Assumption, ...]:
+    """What the model of half-spaces assumes, measured on the largest of some contact radii in m."""
+    a = float(np.nanmax(radii, initial=0.0))
+    if a == 0.0:
+        return ()
+    return small_slope_assumptions(
+        contact.profile, slope_function(contact.profile), a, mapped.moduli.dundurs_beta
+    )
+
+
 def assumptions(
     contact: Contact, mapped: Mapped, radii: FloatArray, excess: FloatArray | None = None
 ) -> tuple[Assumption, ...]:
     """What the model assumes, measured on the largest of some contact radii in m, with the excess of its edge in m."""
-    a = float(np.nanmax(radii, initial=0.0))
-    if a == 0.0:
-        return ()
-    listed = small_slope_assumptions(
-        contact.profile, slope_function(contact.profile), a, mapped.moduli.dundurs_beta
-    )
-    if isinstance(mapped.line, LayeredLine):
+    listed = half_space_assumptions(contact, mapped, radii)
+    if listed and isinstance(mapped.line, LayeredLine):
         at = int(np.nanargmax(radii))
-        listed += base_assumption(mapped.line, a, 0.0 if excess is None else float(excess[at]))
+        listed += base_assumption(mapped.line, float(radii[at]), 0.0 if excess is None else float(excess[at]))
     return listed

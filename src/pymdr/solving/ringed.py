@@ -13,7 +13,7 @@ from pymdr.independent.history import RingHistory, gap_of, solve_steps
 from pymdr.independent.memory import RingMemory, follow_rings
 from pymdr.independent.rings import HALF_SPACE, Rings, RingSolution, Surface, solve_adhesion, solve_disk
 from pymdr.independent.stacks import stack_of
-from pymdr.interpretation.validity import ring_claims, ring_memory_claims
+from pymdr.interpretation.validity import Assumption, ring_claims, ring_memory_claims
 from pymdr.mapping.moduli import effective_moduli
 from pymdr.mapping.relaxation import Relaxation
 from pymdr.problem.contact import Contact
@@ -24,7 +24,7 @@ from pymdr.result import Result, Status
 from pymdr.rows import taken
 from pymdr.solving.memory import assumptions_with_memory, relaxation_along, times_of
 from pymdr.solving.normal import check_normal_path, refuse_tension
-from pymdr.solving.reach import assumptions, map_to_line, notes_of
+from pymdr.solving.reach import Mapped, assumptions, half_space_assumptions, map_to_line, notes_of
 from pymdr.solving.walk import Channels, Task, Told, Walked, solution, walk
 from pymdr.units import FloatArray
 
@@ -55,12 +55,22 @@ def solve_by_rings(task: Task) -> Result:
         task,
         walked,
         columns,
-        ring_claims(rings.n, columns["indentation"].size),
-        assumptions=assumptions(contact, mapped, columns["contact_radius"]),
+        ring_claims(rings.n, columns["indentation"].size, contact.layered is not None),
+        assumptions=_assumptions(contact, mapped, columns),
         status=Status.BY_RINGS,
         notes=mapped.notes,
         references=("johnson",),
     )
+
+
+def _assumptions(contact: Contact, mapped: Mapped, columns: dict[str, FloatArray]) -> tuple[Assumption, ...]:
+    """Of layers that slide on their base too, if the contacts are disks, of which the line knows the stress there."""
+    a, line = columns["contact_radius"], mapped.line
+    disks = np.isclose(columns["contact_area"], np.pi * a * a, rtol=1e-9, atol=0.0)
+    if contact.layered is None or not disks.all():
+        return half_space_assumptions(contact, mapped, a)
+    excess = np.where(a >= contact.profile.edge, columns["indentation"] - line.depth(a), 0.0)
+    return assumptions(contact, mapped, a, excess)
 
 
 def _checked(task: Task) -> Rings:
