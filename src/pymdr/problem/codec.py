@@ -301,7 +301,7 @@ def _field_type(cls: type, f: Any) -> tuple[Any, Any]:
         return list[_layer_model()], Field(..., description="from the surface downward", min_length=1)  # type: ignore[misc]
     if f.name == "material":
         return _union("solid"), Field(..., description="isotropic and elastic")
-    if f.name == "base":
+    if cls is Layered and f.name == "base":
         return _union("solid"), Field(
             {"kind": "rigid"}, description="what the layers lie on; rigid unless given"
         )

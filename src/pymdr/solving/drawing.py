@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -14,14 +15,16 @@ from pymdr.interpretation.theories import theory_of
 from pymdr.interpretation.traction import FrictionSurface
 from pymdr.line.curves import Line
 from pymdr.line.foundation import normal_force, normal_stiffness, rises_to, states_at_depth, states_at_force
+from pymdr.line.lines import springs_of
+from pymdr.problem.materials import Rigid
 from pymdr.problem.paths import legs
 from pymdr.result import Result, Status
-from pymdr.units import FloatArray
+from pymdr.units import FloatArray, written
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from pymdr.presentation.plot import FigureData, Plots
+    from pymdr.presentation.plot import FigureData, LayersDrawn, Plots
 
 
 def normal_plots(result: Result, row: int) -> Plots:
@@ -96,7 +99,9 @@ def _figure_data(
         field=(lambda name, r: result.field(name, r, row)) if row >= 0 else None,
         gap=result.surface.gap_function,
         bands=result.bands,
-        on_line=bool(result.reading.line_fields),
+        # springs that act on one another are no picture of independent ones
+        on_line=bool(result.reading.line_fields) and result.contact.layered is None,
+        layers=_layers(result),
         field_at=result.field,
         friction=friction,
         equilibria=equilibria,
@@ -105,6 +110,32 @@ def _figure_data(
         pull=pull,
         refusal=result.claims["pressure"].reason if refused else "",
         extent=_extent(result, line) if refused and line is not None else None,
+    )
+
+
+def _layers(result: Result) -> LayersDrawn | None:
+    """The layers of a body, and what half-spaces of its top and of its base would bear."""
+    from pymdr.presentation.plot import LayersDrawn
+
+    body = result.contact.layered
+    if body is None:
+        return None
+    known = result.data["indentation"].values if "indentation" in result.data else np.zeros(1)
+    deepest = float(np.nanmax(known, initial=0.0))
+    depth = deepest * np.linspace(0.0, 1.0, 101) ** 2
+    half_spaces = {}
+    for words, solid in (("half-space of the top layer", body.top), ("half-space of the base", body.base)):
+        if deepest > 0.0 and not isinstance(solid, Rigid):
+            line = springs_of(replace(result.contact, body=solid, counterbody=Rigid(), adhesion=None))
+            half_spaces[words] = (depth, normal_force(line, states_at_depth(line, depth)))
+    return LayersDrawn(
+        thickness=tuple(layer.thickness for layer in body.layers),
+        words=tuple(
+            f"{written(layer.material.young, 'Pa')}, {written(layer.thickness, 'm')}" for layer in body.layers
+        ),
+        base="rigid base" if isinstance(body.base, Rigid) else f"base, {written(body.base.young, 'Pa')}",
+        rigid=isinstance(body.base, Rigid),
+        half_spaces=half_spaces,
     )
 
 
