@@ -16,7 +16,7 @@ from pymdr.interpretation.traction import FrictionSurface
 from pymdr.line.curves import Line
 from pymdr.line.foundation import normal_force, normal_stiffness, rises_to, states_at_depth, states_at_force
 from pymdr.line.lines import springs_of
-from pymdr.problem.materials import Rigid
+from pymdr.problem.materials import Elastic, Rigid
 from pymdr.problem.paths import legs
 from pymdr.result import Result, Status
 from pymdr.units import FloatArray, written
@@ -133,7 +133,7 @@ def _layers(result: Result) -> LayersDrawn | None:
         words=tuple(
             f"{written(layer.material.young, 'Pa')}, {written(layer.thickness, 'm')}" for layer in body.layers
         ),
-        base="rigid base" if isinstance(body.base, Rigid) else f"base, {written(body.base.young, 'Pa')}",
+        base=f"base, {written(body.base.young, 'Pa')}" if isinstance(body.base, Elastic) else "rigid base",
         rigid=isinstance(body.base, Rigid),
         half_spaces=half_spaces,
     )
