@@ -426,6 +426,33 @@ def test_pull_off_is_the_lowest_force():
     assert lost.normal_force == pytest.approx(force.min(), rel=1e-7)
 
 
+SAMPLES = np.linspace(0.0, 3.0, 40)
+
+
+@pytest.mark.parametrize(
+    "profile",
+    [
+        mdr.Sampled(SAMPLES, SAMPLES**2 / 20.0),
+        mdr.Function(lambda r: r**2 / 20.0),
+        mdr.Paraboloid(10.0) + mdr.PowerLaw(4, 1e-12, 1.0),
+    ],
+    ids=lambda profile: type(profile).__name__,
+)
+def test_one_shape_told_in_several_ways(profile):
+    body = film(0.45, base=mdr.Elastic(10.0, 0.3))
+    path = mdr.load(0.02, steps=3)
+    told, plain = (mdr.solve(mdr.Contact(one, body), path) for one in (profile, mdr.Paraboloid(10.0)))
+    for name in ("indentation", "contact_radius", "elastic_energy"):
+        assert told[name].values == pytest.approx(plain[name].values, rel=1e-9)
+
+
+def test_loads_beyond_the_samples_are_refused():
+    contact = mdr.Contact(mdr.Sampled(SAMPLES, SAMPLES**2 / 20.0), film(0.45))
+    for path in (mdr.load(1e3), mdr.indent(2.0)):
+        with pytest.raises(mdr.PathError, match="would pass r = 3 m"):
+            mdr.solve(contact, path)
+
+
 # -- fields -------------------------------------------------------------------------------------------
 
 
