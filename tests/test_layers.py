@@ -513,6 +513,37 @@ def test_fields_of_an_adhesive_edge():
     )
 
 
+# -- thickness ----------------------------------------------------------------------------------------
+
+
+def test_the_correction_of_a_thin_sample():
+    radius, thickness = 10e-6, 5e-6
+    depth = np.array([1e-10, 1e-8, 1e-6])
+    found = mdr.thickness_correction(mdr.Paraboloid(radius), 0.5, thickness=thickness, indentation=depth)
+    # the first term of the series in sqrt(R d) / h, 2/pi int (1 - L) ds
+    small = math.sqrt(radius * depth[0]) / thickness
+    assert float(found["force_factor"][0]) == pytest.approx(
+        1.0 + 2.0 / math.pi * 1.770217 * small, abs=3.0 * small**2
+    )
+    body = film(0.5, young="3 kPa", thickness=thickness)
+    for ball in (mdr.Paraboloid(radius), mdr.Cone(slope=0.3)):
+        factor = mdr.thickness_correction(ball, 0.5, thickness=thickness, indentation=depth)["force_factor"]
+        on, deep = (
+            mdr.solve(mdr.Contact(ball, one), mdr.Path(indentation=depth)) for one in (body, body.top)
+        )
+        share = on["normal_force"].values / deep["normal_force"].values
+        assert factor.values == pytest.approx(share, rel=1e-9)
+    assert found.claims["force_factor"].level is mdr.Level.EXACT
+    assert "force factor" in found.summary()
+    found.plot()
+    loose = mdr.thickness_correction(
+        mdr.Paraboloid(radius), 0.5, thickness=thickness, indentation=depth, bond="frictionless"
+    )
+    assert np.all(loose["force_factor"].values < found["force_factor"].values)
+    with pytest.raises(ProblemError, match="above 0 m"):
+        mdr.thickness_correction(mdr.Paraboloid(radius), 0.5, thickness=thickness, indentation=[0.0])
+
+
 # -- what is said, and refused ------------------------------------------------------------------------
 
 

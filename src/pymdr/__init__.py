@@ -110,6 +110,8 @@ if TYPE_CHECKING:
     from pymdr.solving.rough_sliding import rough_sliding_friction as rough_sliding_friction
     from pymdr.solving.sliding import SlidingFriction as SlidingFriction
     from pymdr.solving.sliding import sliding_friction as sliding_friction
+    from pymdr.solving.thickness import ThicknessCorrection as ThicknessCorrection
+    from pymdr.solving.thickness import thickness_correction as thickness_correction
     from pymdr.workbench.records import MeasuredLoops as MeasuredLoops
     from pymdr.workbench.records import measured_loops as measured_loops
     from pymdr.workbench.rheometry import PronyFit as PronyFit
@@ -190,6 +192,7 @@ _HOMES: dict[str, tuple[str, ...]] = {
     "pymdr.result": ("Result", "Status"),
     "pymdr.solving.reopening": ("open_result",),
     "pymdr.solving.rolling": ("Rolling", "rolling"),
+    "pymdr.solving.thickness": ("ThicknessCorrection", "thickness_correction"),
     "pymdr.solving.rough": ("RoughContact", "RoughLine", "press_rough", "rough_line"),
     "pymdr.solving.rough_sliding": ("rough_sliding_friction",),
     "pymdr.solving.sliding": ("SlidingFriction", "sliding_friction"),

@@ -8,6 +8,7 @@ from pymdr.presentation.plot.adhesion import adhesive_figures, adhesive_overview
 from pymdr.presentation.plot.closure import CurveData, closure_figures, closure_overview
 from pymdr.presentation.plot.compared import compared_pressures, compared_tractions
 from pymdr.presentation.plot.friction import frictional_figures, frictional_overview
+from pymdr.presentation.plot.layers import thickness_study
 from pymdr.presentation.plot.memory import memory_figures, memory_overview
 from pymdr.presentation.plot.rough import rough_study
 from pymdr.presentation.plot.shared import FigureData, LayersDrawn, Plots
@@ -43,4 +44,5 @@ __all__ = [
     "rolling_study",
     "rough_study",
     "sliding_study",
+    "thickness_study",
 ]
