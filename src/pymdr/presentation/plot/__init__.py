@@ -19,6 +19,7 @@ from pymdr.presentation.plot.studies import (
     rolling_study,
     sliding_study,
 )
+from pymdr.presentation.plot.sweeps import sweep_curves
 from pymdr.presentation.plot.whole import normal_figures, normal_overview
 
 __all__ = [
@@ -44,5 +45,6 @@ __all__ = [
     "rolling_study",
     "rough_study",
     "sliding_study",
+    "sweep_curves",
     "thickness_study",
 ]
