@@ -426,6 +426,33 @@ def test_pull_off_is_the_lowest_force():
     assert lost.normal_force == pytest.approx(force.min(), rel=1e-7)
 
 
+SAMPLES = np.linspace(0.0, 3.0, 40)
+
+
+@pytest.mark.parametrize(
+    "profile",
+    [
+        mdr.Sampled(SAMPLES, SAMPLES**2 / 20.0),
+        mdr.Function(lambda r: r**2 / 20.0),
+        mdr.Paraboloid(10.0) + mdr.PowerLaw(4, 1e-12, 1.0),
+    ],
+    ids=lambda profile: type(profile).__name__,
+)
+def test_one_shape_told_in_several_ways(profile):
+    body = film(0.45, base=mdr.Elastic(10.0, 0.3))
+    path = mdr.load(0.02, steps=3)
+    told, plain = (mdr.solve(mdr.Contact(one, body), path) for one in (profile, mdr.Paraboloid(10.0)))
+    for name in ("indentation", "contact_radius", "elastic_energy"):
+        assert told[name].values == pytest.approx(plain[name].values, rel=1e-9)
+
+
+def test_loads_beyond_the_samples_are_refused():
+    contact = mdr.Contact(mdr.Sampled(SAMPLES, SAMPLES**2 / 20.0), film(0.45))
+    for path in (mdr.load(1e3), mdr.indent(2.0)):
+        with pytest.raises(mdr.PathError, match="would pass r = 3 m"):
+            mdr.solve(contact, path)
+
+
 # -- fields -------------------------------------------------------------------------------------------
 
 
@@ -484,6 +511,37 @@ def test_fields_of_an_adhesive_edge():
     assert amplitude == pytest.approx(
         -math.sqrt(0.05 * line_of(mdr.Paraboloid(1.0), film(0.5)).modulus / math.pi), rel=1e-9
     )
+
+
+# -- thickness ----------------------------------------------------------------------------------------
+
+
+def test_the_correction_of_a_thin_sample():
+    radius, thickness = 10e-6, 5e-6
+    depth = np.array([1e-10, 1e-8, 1e-6])
+    found = mdr.thickness_correction(mdr.Paraboloid(radius), 0.5, thickness=thickness, indentation=depth)
+    # the first term of the series in sqrt(R d) / h, 2/pi int (1 - L) ds
+    small = math.sqrt(radius * depth[0]) / thickness
+    assert float(found["force_factor"][0]) == pytest.approx(
+        1.0 + 2.0 / math.pi * 1.770217 * small, abs=3.0 * small**2
+    )
+    body = film(0.5, young="3 kPa", thickness=thickness)
+    for ball in (mdr.Paraboloid(radius), mdr.Cone(slope=0.3)):
+        factor = mdr.thickness_correction(ball, 0.5, thickness=thickness, indentation=depth)["force_factor"]
+        on, deep = (
+            mdr.solve(mdr.Contact(ball, one), mdr.Path(indentation=depth)) for one in (body, body.top)
+        )
+        share = on["normal_force"].values / deep["normal_force"].values
+        assert factor.values == pytest.approx(share, rel=1e-9)
+    assert found.claims["force_factor"].level is mdr.Level.EXACT
+    assert "force factor" in found.summary()
+    found.plot()
+    loose = mdr.thickness_correction(
+        mdr.Paraboloid(radius), 0.5, thickness=thickness, indentation=depth, bond="frictionless"
+    )
+    assert np.all(loose["force_factor"].values < found["force_factor"].values)
+    with pytest.raises(ProblemError, match="above 0 m"):
+        mdr.thickness_correction(mdr.Paraboloid(radius), 0.5, thickness=thickness, indentation=[0.0])
 
 
 # -- what is said, and refused ------------------------------------------------------------------------

@@ -41,6 +41,8 @@ if TYPE_CHECKING:
     from pymdr.problem.materials import Rigid as Rigid
     from pymdr.problem.materials import TransverselyIsotropic as TransverselyIsotropic
     from pymdr.problem.materials import Viscoelastic as Viscoelastic
+    from pymdr.problem.parameters import parameters_of as parameters_of
+    from pymdr.problem.parameters import with_parameters as with_parameters
     from pymdr.problem.paths import Cycle as Cycle
     from pymdr.problem.paths import History as History
     from pymdr.problem.paths import Hold as Hold
@@ -83,6 +85,7 @@ if TYPE_CHECKING:
     from pymdr.problem.rheology import StandardSolid as StandardSolid
     from pymdr.problem.rough import RoughSurface as RoughSurface
     from pymdr.problem.self_affine import SelfAffineLine as SelfAffineLine
+    from pymdr.problem.topography import Topography as Topography
     from pymdr.result import Result as Result
     from pymdr.result import Status as Status
     from pymdr.solving import AdhesionRegime as AdhesionRegime
@@ -110,6 +113,10 @@ if TYPE_CHECKING:
     from pymdr.solving.rough_sliding import rough_sliding_friction as rough_sliding_friction
     from pymdr.solving.sliding import SlidingFriction as SlidingFriction
     from pymdr.solving.sliding import sliding_friction as sliding_friction
+    from pymdr.solving.sweep import Sweep as Sweep
+    from pymdr.solving.sweep import sweep as sweep
+    from pymdr.solving.thickness import ThicknessCorrection as ThicknessCorrection
+    from pymdr.solving.thickness import thickness_correction as thickness_correction
     from pymdr.workbench.records import MeasuredLoops as MeasuredLoops
     from pymdr.workbench.records import measured_loops as measured_loops
     from pymdr.workbench.rheometry import PronyFit as PronyFit
@@ -186,12 +193,16 @@ _HOMES: dict[str, tuple[str, ...]] = {
     ),
     "pymdr.problem.rheology": ("KelvinVoigt", "Maxwell", "PowerLawRheology", "Prony", "StandardSolid"),
     "pymdr.problem.rough": ("RoughSurface",),
+    "pymdr.problem.topography": ("Topography",),
     "pymdr.problem.self_affine": ("SelfAffineLine",),
     "pymdr.result": ("Result", "Status"),
     "pymdr.solving.reopening": ("open_result",),
     "pymdr.solving.rolling": ("Rolling", "rolling"),
+    "pymdr.solving.thickness": ("ThicknessCorrection", "thickness_correction"),
     "pymdr.solving.rough": ("RoughContact", "RoughLine", "press_rough", "rough_line"),
     "pymdr.solving.rough_sliding": ("rough_sliding_friction",),
+    "pymdr.solving.sweep": ("Sweep", "sweep"),
+    "pymdr.problem.parameters": ("parameters_of", "with_parameters"),
     "pymdr.solving.sliding": ("SlidingFriction", "sliding_friction"),
     "pymdr.solving": (
         "AdhesionRegime",

@@ -287,7 +287,9 @@ def _read_pint(value: Any, unit: str, name: str) -> Any:
             raise UnitError(f"{name}: {value} does not fit: give for example {_example(unit)!r}") from error
 
 
-def to_si_array(values: ArrayQuantityLike, unit: str, *, name: str = "values") -> FloatArray:
+def to_si_array(
+    values: ArrayQuantityLike, unit: str, *, name: str = "values", missing: bool = False
+) -> FloatArray:
     """
     Turn an array, a sequence of texts or numbers, or a pint array into SI floats.
 
@@ -299,6 +301,8 @@ def to_si_array(values: ArrayQuantityLike, unit: str, *, name: str = "values") -
         The SI unit of the answer.
     name : str
         What the values are, for error messages.
+    missing : bool
+        Whether entries of arrays may be missing: nan or masked, and nan in the answer.
 
     Returns
     -------
@@ -320,7 +324,9 @@ def to_si_array(values: ArrayQuantityLike, unit: str, *, name: str = "values") -
     foreign = _unit_of(plain, name)
     if _is_pint(plain):
         plain = _read_pint(plain, unit, name)
-    if isinstance(plain, np.ma.MaskedArray) and bool(np.any(np.ma.getmaskarray(plain))):
+    if isinstance(plain, np.ma.MaskedArray) and missing:
+        plain = np.ma.filled(plain.astype(float), np.nan)
+    elif isinstance(plain, np.ma.MaskedArray) and bool(np.any(np.ma.getmaskarray(plain))):
         raise UnitError(f"{name}: some entries are masked: leave them out, or fill them")
     if foreign is not None or (plain is not values and not isinstance(plain, str)):
         plain = np.asarray(plain)
@@ -334,8 +340,9 @@ def to_si_array(values: ArrayQuantityLike, unit: str, *, name: str = "values") -
         array = _from_sequence(plain, unit, name)
     if foreign:
         array = np.asarray(_converted(array, foreign, unit, name))
-    if not np.all(np.isfinite(array)):
-        where = ", ".join(map(str, np.argwhere(~np.isfinite(np.atleast_1d(array)))[0].tolist()))
+    allowed = np.isfinite(array) | (missing & np.isnan(array))
+    if not np.all(allowed):
+        where = ", ".join(map(str, np.argwhere(~np.atleast_1d(allowed))[0].tolist()))
         raise UnitError(f"{name}[{where}] is not finite: every entry must be a finite number")
     array = np.asarray(array + 0.0)  # no negative zeros
     array.flags.writeable = False

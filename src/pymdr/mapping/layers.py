@@ -149,7 +149,7 @@ class Compliance:
     >>> from pymdr.problem.layers import Layer
     >>> film = Compliance(Layered([Layer(Elastic(1.0, 0.5), 1.0)]))
     >>> float(film.ratio(0.01).real.round(12))
-    6.67e-07
+    6.66547e-07
     """
 
     body: Layered

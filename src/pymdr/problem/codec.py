@@ -49,8 +49,8 @@ from pymdr.problem.profiles import (
     Waviness,
 )
 from pymdr.problem.rheology import KelvinVoigt, Maxwell, PowerLawRheology, Prony, StandardSolid
-from pymdr.problem.rough import RoughSurface, SidesField
-from pymdr.problem.values import ArrayField, OptionalArrayField, OptionalSIField, SIField, Value
+from pymdr.problem.rough import RoughSurface
+from pymdr.problem.values import ArrayField, OptionalArrayField, OptionalSIField, SidesField, SIField, Value
 from pymdr.units import shown
 
 if TYPE_CHECKING:

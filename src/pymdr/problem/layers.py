@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -79,7 +79,7 @@ class Layered(Material):
     700000.0
     """
 
-    layers: tuple[Layer, ...]
+    layers: Sequence[Layer]
     base: Material = field(default_factory=Rigid)
     bond: str = "bonded"
 

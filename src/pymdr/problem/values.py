@@ -239,3 +239,21 @@ class ArrayField(OptionalArrayField):
 
     def __set__(self, instance: object, values: ArrayQuantityLike) -> None:  # type: ignore[override]
         instance.__dict__[self.name] = self.read(values)
+
+
+class SidesField(ArrayField):
+    """A field of both sides of a rectangle, given as a pair, or as one length for a square."""
+
+    def read(self, values: ArrayQuantityLike) -> FloatArray:
+        """Convert to a pair of SI lengths."""
+        name = f"{self.owner}.{self.name}"
+        sides = np.atleast_1d(to_si_array(values, self.unit, name=name))
+        if sides.shape not in ((1,), (2,)) or not np.all(sides > 0.0):
+            raise ProblemError(
+                f"{name} = {shown(values)}: the side of a square above 0 {self.unit} is needed, or a pair of sides"
+            )
+        within_range(sides.min(), self.unit, name, size=True)
+        within_range(sides.max(), self.unit, name, size=True)
+        pair = np.array([sides[0], sides[-1]])
+        pair.flags.writeable = False
+        return pair

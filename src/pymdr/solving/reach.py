@@ -137,7 +137,7 @@ def _largest_allowed(line: Line) -> str:
     if isinstance(equivalent.rises, bool) and equivalent.rises:
         return ""
     ends = np.array([*equivalent.turning_points(equivalent.reach), equivalent.reach])
-    deepest = float(np.max(equivalent.g(ends)))
+    deepest = float(np.max(line.depth(ends)))
     force = float(normal_force(line, states_at_depth(line, np.array([deepest])))[0])
     return f"the largest indentation that it allows is {metres(deepest)} (normal force {newtons(force)}): "
 

@@ -82,12 +82,12 @@ class Table:
         """Values of some columns at places, shape (n, columns), or their derivatives by the radius in 1/m."""
         a = at.x
         self._cover(a)
-        found = np.empty((a.size, len(which)))
-        below = a < self.small
+        # no contact is infinitely wide: what is read there only has to leave infinite depths as they are
+        found = np.ones((a.size, len(which)))
+        below, above = a < self.small, (a >= self.small) & np.isfinite(a)
         if below.any():
             found[below] = self._slender(at.take(below), which, slopes)
-        if not below.all():
-            above = ~below
+        if above.any():
             found[above] = self._series(at.take(above), which, slopes)
         return found
 
@@ -96,7 +96,7 @@ class Table:
         a = at.x
         self._cover(a)
         found = np.zeros((a.size, 5))
-        above = a >= self.small
+        above = (a >= self.small) & np.isfinite(a)
         if above.any():
             found[above] = self._errors[self._index(a[above])]
         return found

@@ -8,6 +8,7 @@ from pymdr.presentation.plot.adhesion import adhesive_figures, adhesive_overview
 from pymdr.presentation.plot.closure import CurveData, closure_figures, closure_overview
 from pymdr.presentation.plot.compared import compared_pressures, compared_tractions
 from pymdr.presentation.plot.friction import frictional_figures, frictional_overview
+from pymdr.presentation.plot.layers import thickness_study
 from pymdr.presentation.plot.memory import memory_figures, memory_overview
 from pymdr.presentation.plot.rough import rough_study
 from pymdr.presentation.plot.shared import FigureData, LayersDrawn, Plots
@@ -18,6 +19,7 @@ from pymdr.presentation.plot.studies import (
     rolling_study,
     sliding_study,
 )
+from pymdr.presentation.plot.sweeps import sweep_curves
 from pymdr.presentation.plot.whole import normal_figures, normal_overview
 
 __all__ = [
@@ -43,4 +45,6 @@ __all__ = [
     "rolling_study",
     "rough_study",
     "sliding_study",
+    "sweep_curves",
+    "thickness_study",
 ]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -52,6 +53,44 @@ def layers(data: FigureData) -> Figure:
         _draw_stack(left, data)
         _draw_forces(right, data)
         letter_panels(figure)
+    return figure
+
+
+def thickness_study(depth: FloatArray, factors: Mapping[str, FloatArray]) -> Figure:
+    """
+    What a finite thickness multiplies force and stiffness with, over the indentation.
+
+    Parameters
+    ----------
+    depth : ndarray
+        In m.
+    factors : mapping of str to ndarray
+        ``force_factor`` and ``punch_factor``.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    words = {"force_factor": "force at the same indentation", "punch_factor": "stiffness at the same radius"}
+    with styled():
+        figure = new_figure(5.8, 4.0)
+        axes = figure.subplots()
+        unit = good_unit(depth, "m")
+        order = np.argsort(depth)
+        for colour, (name, values) in zip((BLUE, ORANGE), factors.items(), strict=True):
+            axes.plot(
+                lengths(depth[order], unit),
+                values[order],
+                "o-",
+                ms=3,
+                color=colour,
+                lw=1.4,
+                label=words[name],
+            )
+        axes.axhline(1.0, color=GREY, lw=0.8)
+        axes.set_xlabel(axis_label("indentation", unit))
+        axes.set_ylabel("layer over half-space")
+        axes.legend(fontsize=8)
     return figure
 
 
