@@ -89,6 +89,21 @@ def test_annular_contact_on_a_stiff_coating_is_left_to_the_rings():
     assert by_rings["inner_contact_radius"].item() > 1e-3
 
 
+@pytest.mark.parametrize("bond", ["bonded", "frictionless"])
+def test_corrections_for_thickness_are_those_of_rings(bond):
+    found = mdr.thickness_correction(
+        mdr.Cone(slope=0.2), 0.45, thickness="1 um", indentation="0.4 um", bond=bond
+    )
+    sample = mdr.Elastic("1 kPa", 0.45)
+    film = mdr.Layered([mdr.Layer(sample, "1 um")], bond=bond)
+    forces = [
+        mdr.solve(mdr.Contact(mdr.Cone(slope=0.2), body), mdr.indent("0.4 um"), solver=mdr.Rings(80))
+        for body in (film, sample)
+    ]
+    ratio = forces[0]["normal_force"].item() / forces[1]["normal_force"].item()
+    assert found["force_factor"].item() == pytest.approx(ratio, rel=1e-4)
+
+
 def test_rings_refuse_layers_they_cannot_resolve():
     film = mdr.Layered([mdr.Layer(mdr.Elastic("1 MPa", 0.5), "1 nm")])
     with pytest.raises(ProblemError, match="thicker layer"):
