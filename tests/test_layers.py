@@ -453,6 +453,30 @@ def test_loads_beyond_the_samples_are_refused():
             mdr.solve(contact, path)
 
 
+def test_a_sticky_punch_peels_from_a_thin_layer():
+    # the edge of a wide contact opens step by step: a / k' is least where it lets go
+    contact = mdr.Contact(mdr.FlatPunch(2.0), mdr.Rigid(), film(), adhesion=mdr.JKR(0.05))
+    lost = mdr.pull_off(contact)
+    line = line_of(mdr.Paraboloid(1.0), film())
+    a = np.linspace(0.2, 2.0, 20001)
+    opening = np.sqrt(4.0 * math.pi * 0.05 * a / line.stiffness_rate(a))
+    assert lost.contact_radius == pytest.approx(a[np.argmax(opening)], abs=1e-3)
+    assert lost.indentation == pytest.approx(-opening.max(), rel=1e-7)
+    result = mdr.solve(contact, mdr.indent(0.1) >> mdr.indent(-1.1 * opening.max(), steps=40))
+    assert result.status is mdr.Status.PULLED_OFF
+    assert np.unique(result["contact_radius"].values).size > 5
+
+
+def test_a_punch_whose_middle_lifts_is_no_disk():
+    coated = mdr.Layered([mdr.Layer(mdr.Elastic(100.0, 0.3), 1.0)], base=mdr.Elastic(1.0, 0.4))
+    result = mdr.solve(mdr.Contact(mdr.FlatPunch(3.0), coated), mdr.indent(0.1))
+    assert result.status is mdr.Status.REFUSED
+    with pytest.raises(mdr.NotValidError, match="would need tension"):
+        result["normal_force"]
+    round_one = mdr.solve(mdr.Contact(mdr.Sphere(100.0), coated), mdr.load(0.1))
+    assert round_one.status is mdr.Status.COMPLETED
+
+
 # -- fields -------------------------------------------------------------------------------------------
 
 
