@@ -31,6 +31,7 @@ def blocks(page):
         "friction.md",
         "rolling.md",
         "bodies.md",
+        "layers.md",
         "viscoelasticity.md",
         "sliding_friction.md",
         "rough.md",

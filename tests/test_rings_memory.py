@@ -226,7 +226,7 @@ def test_what_is_refused():
     with pytest.raises(PathError):
         mdr.solve(ball, mdr.load(-1.0, duration=1.0), solver=Rings(50))
     elastic = mdr.Elastic(1.0, 0.3)
-    for law in ({"adhesion": mdr.JKR(0.01)}, {"friction": mdr.Coulomb(0.3)}):
+    for law in ({"adhesion": mdr.DMT(0.01)}, {"friction": mdr.Coulomb(0.3)}):
         with pytest.raises(ProblemError, match="frictionless"):
             mdr.verify(mdr.Contact(mdr.Sphere(1.0), elastic, **law), timed)
     with pytest.raises(ProblemError, match="machine"):

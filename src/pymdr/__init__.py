@@ -37,6 +37,8 @@ if TYPE_CHECKING:
     from pymdr.problem.laws import JKR as JKR
     from pymdr.problem.laws import Coulomb as Coulomb
     from pymdr.problem.laws import MaugisDugdale as MaugisDugdale
+    from pymdr.problem.layers import Layer as Layer
+    from pymdr.problem.layers import Layered as Layered
     from pymdr.problem.materials import Elastic as Elastic
     from pymdr.problem.materials import Graded as Graded
     from pymdr.problem.materials import Rigid as Rigid
@@ -124,6 +126,8 @@ if TYPE_CHECKING:
     from pymdr.solving.sliding import sliding_friction as sliding_friction
     from pymdr.solving.sweep import Sweep as Sweep
     from pymdr.solving.sweep import sweep as sweep
+    from pymdr.solving.thickness import ThicknessCorrection as ThicknessCorrection
+    from pymdr.solving.thickness import thickness_correction as thickness_correction
     from pymdr.workbench.records import MeasuredLoops as MeasuredLoops
     from pymdr.workbench.records import measured_loops as measured_loops
     from pymdr.workbench.rheometry import PronyFit as PronyFit
@@ -158,6 +162,7 @@ _HOMES: dict[str, tuple[str, ...]] = {
     "pymdr.mapping.relaxation": ("Relaxation", "relaxation_of", "tangential_relaxation_of"),
     "pymdr.problem.contact": ("Contact",),
     "pymdr.problem.laws": ("DMT", "JKR", "Coulomb", "MaugisDugdale"),
+    "pymdr.problem.layers": ("Layer", "Layered"),
     "pymdr.problem.materials": ("Elastic", "Graded", "Rigid", "TransverselyIsotropic", "Viscoelastic"),
     "pymdr.problem.paths": (
         "Cycle",
@@ -205,6 +210,7 @@ _HOMES: dict[str, tuple[str, ...]] = {
     "pymdr.solving.heating": ("FrictionalHeat", "JouleHeating", "frictional_heat", "joule_heating"),
     "pymdr.solving.reopening": ("open_result",),
     "pymdr.solving.rolling": ("Rolling", "rolling"),
+    "pymdr.solving.thickness": ("ThicknessCorrection", "thickness_correction"),
     "pymdr.solving.rough": ("RoughContact", "RoughLine", "press_rough", "rough_line"),
     "pymdr.solving.rough_sliding": ("rough_sliding_friction",),
     "pymdr.solving.sweep": ("Sweep", "sweep"),

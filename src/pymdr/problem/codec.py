@@ -19,6 +19,7 @@ import numpy as np
 from pymdr.errors import CaseError, ProblemError, PymdrError
 from pymdr.problem.contact import Contact
 from pymdr.problem.laws import DMT, JKR, Coulomb, MaugisDugdale
+from pymdr.problem.layers import BONDS, Layer, Layered
 from pymdr.problem.materials import Elastic, Graded, Material, Rigid, TransverselyIsotropic, Viscoelastic
 from pymdr.problem.paths import CHANNELS, Cycle, History, Hold, LoadingPath, Path, Ramp, legs
 from pymdr.problem.profiles import (
@@ -81,8 +82,11 @@ MATERIALS: dict[str, type] = {
     "transversely_isotropic": TransverselyIsotropic,
     "graded": Graded,
     "viscoelastic": Viscoelastic,
+    "layered": Layered,
     "rigid": Rigid,
 }
+SOLIDS: dict[str, type] = {"elastic": Elastic, "rigid": Rigid}
+"""What layers and their base are made of."""
 RHEOLOGIES: dict[str, type] = {
     "prony": Prony,
     "maxwell": Maxwell,
@@ -111,6 +115,7 @@ INTERPOLATIONS: dict[str, type] = {
 _TABLES: dict[str, dict[str, type]] = {
     "profile": PROFILES,
     "material": MATERIALS,
+    "solid": SOLIDS,
     "adhesion": ADHESION,
     "friction": FRICTION,
     "leg": LEGS,
@@ -175,7 +180,7 @@ def register_profile(kind: str, cls: type[Profile]) -> None:
 
 def forget_models() -> None:
     """Derive the models of cases anew, after a table has changed."""
-    for derived in (_model, _union, case_adapter, rough_adapter):
+    for derived in (_model, _layer_model, _union, case_adapter, rough_adapter):
         derived.cache_clear()
 
 
@@ -251,6 +256,8 @@ def encode(value: Any) -> Any:
             if entry is not None:
                 plain[f.name] = encode(entry)
         return plain
+    if isinstance(value, Layer):
+        return {"material": encode(value.material), "thickness": value.thickness}
     if isinstance(value, Value):
         name = type(value).__name__
         remedy = f"; call pymdr.problem.codec.register_profile({name.lower()!r}, {name})"
@@ -290,6 +297,17 @@ def _field_type(cls: type, f: Any) -> tuple[Any, Any]:
     if f.name == "interpolation":
         words = "how a curve is run through; unless given, a smoothing spline if there is a scatter, else a cubic one"
         return _union("interpolation") | None, Field(None, description=words)
+    if f.name == "layers":
+        return list[_layer_model()], Field(..., description="from the surface downward", min_length=1)  # type: ignore[misc]
+    if f.name == "material":
+        return _union("solid"), Field(..., description="isotropic and elastic")
+    if cls is Layered and f.name == "base":
+        return _union("solid"), Field(
+            {"kind": "rigid"}, description="what the layers lie on; rigid unless given"
+        )
+    if f.name == "bond":
+        words = "between the lowest layer and the base; frictionless means that it slides and never lifts off"
+        return Literal[BONDS], Field(f.default, description=words)
     if f.name == "shear":
         return _union("rheology"), Field(..., description="how it relaxes in shear")
     if f.name == "seed":
@@ -315,6 +333,15 @@ def _model(kind: str, cls: type, only: tuple[str, ...] | None = None) -> type[Ba
     if doc.startswith(f"{cls.__name__}("):  # what dataclass writes where there is none
         doc = ""
     return create_model(kind, __config__=ConfigDict(extra="forbid"), __doc__=doc, **columns)
+
+
+@lru_cache(maxsize=1)
+def _layer_model() -> Any:
+    from pydantic import ConfigDict, create_model
+
+    columns: dict[str, Any] = {f.name: _field_type(Layer, f) for f in fields(Layer)}
+    doc = "One layer of a body."
+    return create_model("layer", __config__=ConfigDict(extra="forbid"), __doc__=doc, **columns)
 
 
 @lru_cache(maxsize=8)
@@ -600,6 +627,17 @@ def _decode(plain: Mapping[str, Any], table: str) -> Any:
         arguments["parts"] = tuple(_decode(part, f"{table}.parts") for part in arguments["parts"])
     if "interpolation" in arguments:
         arguments["interpolation"] = _decode(arguments["interpolation"], f"{table}.interpolation")
+    if cls is Layered:
+        arguments["layers"] = tuple(
+            _build(
+                f"{table}.layers {i}",
+                Layer,
+                {**one, "material": _decode(one["material"], f"{table}.layers {i}.material")},
+            )
+            for i, one in enumerate(arguments["layers"], 1)
+        )
+        if "base" in arguments:
+            arguments["base"] = _decode(arguments["base"], f"{table}.base")
     if isinstance(arguments.get("shear"), Mapping):
         arguments["shear"] = _decode(arguments["shear"], f"{table}.shear")
     return _build(table, cls, arguments)
@@ -705,6 +743,8 @@ def _kinds_for(loc: list[Any]) -> list[str]:
         return list(INTERPOLATIONS)
     if "shear" in loc:
         return list(RHEOLOGIES)
+    if "material" in loc or "base" in loc:
+        return list(SOLIDS)
     if "parts" in loc:
         return [kind for kind in PROFILES if kind != "sum"]
     if loc and loc[0] in ("adhesion", "friction"):
@@ -720,6 +760,8 @@ def _known_keys(loc: list[Any], plain: Any) -> list[str]:
         return [f.name for f in fields(RoughSurface)]
     if loc == ["ball"]:
         return ["radius"]
+    if loc[-2:-1] == ["layers"]:
+        return [f.name for f in fields(Layer)]
     if loc == ["solve"]:
         return ["machine_stiffness", "keep", "solver"]
     if loc == ["solve", "solver"]:

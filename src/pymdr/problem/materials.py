@@ -63,7 +63,7 @@ class Material(Value, ABC):
     @property
     def homogeneous(self) -> bool:
         """Whether it is the same at every depth."""
-        return self.grading == 0.0
+        return self.grading == 0.0 and self.half_space
 
     @property
     def grading(self) -> float:
@@ -74,6 +74,11 @@ class Material(Value, ABC):
     def remembers(self) -> bool:
         """Whether its stress depends on how it was strained before."""
         return False
+
+    @property
+    def half_space(self) -> bool:
+        """Whether it is one, whose springs on the line know nothing of one another."""
+        return True
 
 
 @dataclass(frozen=True, eq=False, repr=False)

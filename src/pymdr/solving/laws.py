@@ -8,7 +8,7 @@ from functools import partial
 
 import numpy as np
 
-from pymdr.independent.history import RingHistory, solve_steps
+from pymdr.independent.history import RingHistory
 from pymdr.independent.rings import Rings
 from pymdr.interpretation.conductance import CONDUCTIONS, DiskFlux
 from pymdr.interpretation.memory import MemorySurface
@@ -21,7 +21,6 @@ from pymdr.interpretation.traction import (
     friction_surface,
 )
 from pymdr.mapping.conductivity import Carrier, conductivity_of, is_carried
-from pymdr.mapping.moduli import effective_moduli
 from pymdr.problem.contact import Contact
 from pymdr.result import Reading, Result
 from pymdr.solving.adhesive import solve_adhesive
@@ -38,7 +37,12 @@ from pymdr.solving.frictional import solve_frictional
 from pymdr.solving.frictional_memory import solve_frictional_memory
 from pymdr.solving.memory import relaxation_along, tangential_relaxation_along
 from pymdr.solving.normal import solve_normal
-from pymdr.solving.ringed import ring_history_with_memory, solve_by_rings, solve_memory_by_rings
+from pymdr.solving.ringed import (
+    ring_history_with_memory,
+    ring_solutions,
+    solve_by_rings,
+    solve_memory_by_rings,
+)
 from pymdr.solving.viscoelastic import solve_viscoelastic, surface_with_memory
 from pymdr.solving.walk import Task
 
@@ -79,8 +83,7 @@ def _friction_surface(result: Result) -> FrictionSurface:
 def _rings(result: Result) -> RingHistory:
     contact, depths = result.contact, result.data["indentation"].values
     assert result.rings is not None
-    moduli = effective_moduli(contact.body, contact.counterbody)
-    solutions = solve_steps(contact.profile, moduli.normal, depths, False, result.rings)
+    solutions = ring_solutions(contact, depths, False, result.rings)
     return RingHistory(contact.profile, tuple(solutions), depths)
 
 

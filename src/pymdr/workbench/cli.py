@@ -400,7 +400,12 @@ def _by_rings(asked: Case, rings: int, steps: int, stage: Stage) -> tuple[Any, d
     from pymdr.workbench.verification import verify as hold_against_rings
 
     found = hold_against_rings(
-        asked.contact, asked.path, rings=rings, steps=steps, progress=stage("solving by rings")
+        asked.contact,
+        asked.path,
+        rings=rings,
+        steps=steps,
+        machine_stiffness=asked.options.get("machine_stiffness"),
+        progress=stage("solving by rings"),
     )
     return found, {"solver": "rings", "n": rings, "largest_difference": _finite(found.largest_difference)}
 

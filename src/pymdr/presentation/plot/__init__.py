@@ -10,9 +10,10 @@ from pymdr.presentation.plot.compared import compared_pressures, compared_tracti
 from pymdr.presentation.plot.conductance import conduction_figure
 from pymdr.presentation.plot.friction import frictional_figures, frictional_overview
 from pymdr.presentation.plot.heating import frictional_heat_study, joule_study
+from pymdr.presentation.plot.layers import thickness_study
 from pymdr.presentation.plot.memory import memory_figures, memory_overview
 from pymdr.presentation.plot.rough import rough_study
-from pymdr.presentation.plot.shared import FigureData, Plots
+from pymdr.presentation.plot.shared import FigureData, LayersDrawn, Plots
 from pymdr.presentation.plot.studies import (
     compared_laws,
     impact_figure,
@@ -27,6 +28,7 @@ from pymdr.presentation.plot.whole import normal_figures, normal_overview
 __all__ = [
     "CurveData",
     "FigureData",
+    "LayersDrawn",
     "Plots",
     "adhesive_figures",
     "adhesive_overview",
@@ -52,4 +54,5 @@ __all__ = [
     "sliding_study",
     "spectrum_study",
     "sweep_curves",
+    "thickness_study",
 ]

@@ -97,8 +97,13 @@ def coefficient_of(contact: Contact, who: str) -> float:
     Raises
     ------
     ProblemError
-        If a body has a memory and the coefficient is above 0.
+        If a body has a memory and the coefficient is above 0, or a body is layered.
     """
+    if contact.layered is not None:
+        raise ProblemError(
+            f"{who}: impacts on a Layered body are not offered: waves that return from its base are not in the quasi-static force "
+            "law; solve(...) gives that law, or take Elastic for the body"
+        )
     mu = 0.0 if contact.friction is None else contact.friction.coefficient
     if mu > 0.0 and contact.remembers:
         raise ProblemError(

@@ -20,7 +20,7 @@ from pymdr.solving.colliding import collide, contact_times, stopping_depths
 from pymdr.solving.equilibria import AdhesiveLine
 from pymdr.solving.impacts.asking import above, coefficient_of
 from pymdr.solving.impacts.telling import of_shape
-from pymdr.solving.reach import map_to_line
+from pymdr.solving.reach import map_to_springs
 from pymdr.solving.rebounding import followed, motion_at
 from pymdr.units import ArrayQuantityLike, FloatArray, QuantityLike, shown, to_si_array
 
@@ -94,7 +94,7 @@ def restitution(contact: Contact, *, mass: QuantityLike, speeds: ArrayQuantityLi
 
 
 def _many_elastic(contact: Contact, mass: float, speed: FloatArray) -> list[FloatArray]:
-    line = map_to_line(contact).line
+    line = map_to_springs(contact).line
     potential, _, largest = stopping_depths(contact, line, mass, np.array([speed.max()]))
 
     def followed(logarithm: FloatArray) -> FloatArray:
