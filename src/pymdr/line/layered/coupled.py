@@ -94,8 +94,13 @@ class Coupled(EquivalentProfile):
     added: Added
 
     def __post_init__(self) -> None:
-        for name in ("edge", "reach", "rises"):
+        for name in ("edge", "rises"):
             object.__setattr__(self, name, getattr(self.bare, name))
+
+    @property
+    def reach(self) -> float:
+        """Largest x in m at which g is known."""
+        return self.bare.reach
 
     @cached_property
     def _inside(self) -> Series:
