@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from pymdr.mapping.relaxation import Relaxation as Relaxation
     from pymdr.mapping.relaxation import relaxation_of as relaxation_of
     from pymdr.mapping.relaxation import tangential_relaxation_of as tangential_relaxation_of
+    from pymdr.mapping.rough_patch import rough_topography as rough_topography
     from pymdr.problem.contact import Contact as Contact
     from pymdr.problem.laws import DMT as DMT
     from pymdr.problem.laws import JKR as JKR
@@ -99,6 +100,8 @@ if TYPE_CHECKING:
     from pymdr.solving import restitution as restitution
     from pymdr.solving import solve as solve
     from pymdr.solving import solve_batch as solve_batch
+    from pymdr.solving.press import PressedSurface as PressedSurface
+    from pymdr.solving.press import press as press
     from pymdr.solving.reopening import open_result as open_result
     from pymdr.solving.rolling import Rolling as Rolling
     from pymdr.solving.rolling import rolling as rolling
@@ -183,12 +186,14 @@ _HOMES: dict[str, tuple[str, ...]] = {
         "Waviness",
     ),
     "pymdr.problem.rheology": ("KelvinVoigt", "Maxwell", "PowerLawRheology", "Prony", "StandardSolid"),
+    "pymdr.mapping.rough_patch": ("rough_topography",),
     "pymdr.problem.rough": ("RoughSurface",),
     "pymdr.problem.topography": ("Topography",),
     "pymdr.problem.self_affine": ("SelfAffineLine",),
     "pymdr.result": ("Result", "Status"),
     "pymdr.solving.reopening": ("open_result",),
     "pymdr.solving.rolling": ("Rolling", "rolling"),
+    "pymdr.solving.press": ("PressedSurface", "press"),
     "pymdr.solving.rough": ("RoughContact", "RoughLine", "press_rough", "rough_line"),
     "pymdr.solving.rough_sliding": ("rough_sliding_friction",),
     "pymdr.solving.sliding": ("SlidingFriction", "sliding_friction"),

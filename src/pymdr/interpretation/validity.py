@@ -133,6 +133,8 @@ SOURCES: dict[str, str] = {
     "pohrt-popov": (
         "Pohrt and Popov (2012), Phys. Rev. Lett. 108, 104301, doi:10.1103/PhysRevLett.108.104301; Popov and Hess (2015), chapter 10"
     ),
+    "boundary-elements": "Love (1929), Phil. Trans. R. Soc. A 228, 377-420; Polonsky and Keer (1999), Wear 231, 206-219",
+    "contact-outline": "Yastrebov, Anciaux and Molinari (2017), J. Mech. Phys. Solids 107, 469-493: area of pixels on the outline",
     "hess-graded": "Hess (2016), Int. J. Eng. Sci. 104, 20-33: graded half-spaces on the line, with adhesion",
 }
 """References by key; claims and :meth:`Result.cite` quote them."""

@@ -55,7 +55,9 @@ def refuse_unsolved(package: str, found: Pressing, tolerance: float) -> None:
         )
 
 
-def by_force(press: Callable[[float], Pressing], indentation: float, first: float, tolerance: float) -> Pressing:
+def by_force(
+    press: Callable[[float], Pressing], indentation: float, first: float, tolerance: float
+) -> Pressing:
     """
     The solution at an indentation by an engine that knows forces.
 

@@ -88,7 +88,10 @@ class _NonPeriodic:
         except self._tamaas.FloatingPointError as error:
             raise ConvergenceError(f"tamaas: {' '.join(str(error).split())}") from error
         pressure = np.maximum(np.array(self._model.traction), 0.0)
-        gap = np.array(self._model.displacement) + below
+        # of the model it is shifted by the gap
+        displacement = np.zeros_like(below)
+        self._model.operators["free"](pressure, displacement)
+        gap = displacement + below
         depth = float(gap[pressure > 0.0].mean())
         found = Pressing(pressure, gap - depth, depth, 0)
         refuse_unsolved("tamaas", found, tolerance)

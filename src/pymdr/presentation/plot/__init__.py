@@ -9,6 +9,7 @@ from pymdr.presentation.plot.closure import CurveData, closure_figures, closure_
 from pymdr.presentation.plot.compared import compared_pressures, compared_tractions
 from pymdr.presentation.plot.friction import frictional_figures, frictional_overview
 from pymdr.presentation.plot.memory import memory_figures, memory_overview
+from pymdr.presentation.plot.press import pressed_surface
 from pymdr.presentation.plot.rough import rough_study
 from pymdr.presentation.plot.shared import FigureData, Plots
 from pymdr.presentation.plot.studies import (
@@ -39,6 +40,7 @@ __all__ = [
     "memory_overview",
     "normal_figures",
     "normal_overview",
+    "pressed_surface",
     "rolling_study",
     "rough_study",
     "sliding_study",
