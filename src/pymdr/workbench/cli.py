@@ -1,4 +1,4 @@
-"""The command line: ``pymdr run``, ``check``, ``verify``, ``loops``, ``impact``, ``rolling``, ``sliding``, ``rough``, ``plot``, ``new``, ``schema`` and ``info``.
+"""The command line: ``pymdr run``, ``check``, ``verify``, ``loops``, ``impact``, ``rolling``, ``sliding``, ``rough``, ``topography``, ``plot``, ``new``, ``schema`` and ``info``.
 
 Every command body imports what it needs, so that ``pymdr --help`` stays quick.
 """
@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 
     from pymdr.interpretation.validity import Assumption, Claim
     from pymdr.problem.contact import Contact
+    from pymdr.problem.topography import Topography
     from pymdr.solving import Impact
     from pymdr.solving.study import Study
     from pymdr.units import FloatArray
@@ -588,6 +589,13 @@ def rough(
     ] = None,
     points: Points = None,
     realisations: Annotated[int, typer.Option(help="Lines of the ensemble.")] = 100,
+    coefficient: Annotated[
+        float | None,
+        typer.Option(
+            "--coefficient",
+            help="lambda of C1D = lambda q C2D, the spectrum of the line; pi, of Geike, unless given.",
+        ),
+    ] = None,
     workers: Annotated[int | None, typer.Option(help="Threads; the numbers do not depend on them.")] = None,
     output: Table = None,
     quiet: Quiet = False,
@@ -606,11 +614,114 @@ def rough(
             normal_force=_spread(normal_force, points, "N", "normal-force") if normal_force else None,
             indentation=_spread(indentation, points, "m", "indentation") if indentation else None,
             realisations=realisations,
+            coefficient=coefficient,
             radius=asked.radius,
             workers=workers,
         )
 
     _tell_study("rough", case, ask, output, quiet, as_json)
+
+
+@app.command()
+def topography(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="A measured surface.")],
+    channel: Annotated[
+        str | None, typer.Option(help="Number or name of the channel, where the file has several.")
+    ] = None,
+    size: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="Side of the square patch, or twice for both, where the file has none, such as '10 um'."
+        ),
+    ] = None,
+    unit: Annotated[
+        str | None, typer.Option(help="Unit of the heights, where the file has none, such as nm.")
+    ] = None,
+    missing: Annotated[
+        str | None, typer.Option(help="What becomes of missing heights: interpolate or crop.")
+    ] = None,
+    detrend: Annotated[
+        str | None,
+        typer.Option(
+            help="What is taken off: none, mean, plane, sphere or curvature; a plane unless given, none with --profile."
+        ),
+    ] = None,
+    tip_radius: Annotated[
+        str | None,
+        typer.Option(help="Of the tip that measured it: waves it cannot have resolved are left out."),
+    ] = None,
+    periodic: Annotated[
+        bool, typer.Option("--periodic", help="The patch is one period of the surface.")
+    ] = False,
+    profile: Annotated[
+        bool,
+        typer.Option(
+            "--profile", help="The mean profile about the apex of one bump in place of the spectrum."
+        ),
+    ] = False,
+    output: Table = None,
+    quiet: Quiet = False,
+    as_json: Json = False,
+) -> None:
+    """The power spectrum of a measured surface and its self-affine law; with -o its table and figure are written."""
+    from pymdr.errors import ProblemError
+    from pymdr.solving.azimuth import azimuthal_profile
+    from pymdr.solving.roughness import power_spectrum
+    from pymdr.workbench.topographies import described, read_topography
+
+    def surface() -> Topography:
+        taken = detrend or ("none" if profile else "plane")
+        number = int(channel) if channel is not None and channel.isdecimal() else channel
+        return read_topography(
+            file,
+            number,
+            size=size or None,
+            unit=unit,
+            missing=missing,
+            detrend=None if taken == "none" else taken,
+        )
+
+    def ask() -> tuple[str, Study]:
+        found = surface()
+        return described(found), power_spectrum(found, periodic=periodic, tip_radius=tip_radius)
+
+    if not profile:
+        _tell_study("topography", file, ask, output, quiet, as_json)
+        return
+    with _failures_as_json("topography", file, as_json):
+        if tip_radius is not None or periodic:
+            raise ProblemError(
+                "--tip-radius and --periodic are for the spectrum; leave them out with --profile"
+            )
+        found = azimuthal_profile(surface())
+        written = []
+        if output is not None:
+            with _ready_folder(output) as folder:
+                found.to_csv(folder / "profile.csv")
+                written = [folder / "profile.csv", _write_figure(found.plot(), folder / "profile.png")]
+    if as_json:
+        data = found.profile
+        columns = {"radius": data.radius, "height": data.height, "scatter": data.scatter}
+        study = {
+            name: {"values": (values.tolist() if values is not None else []), "unit": "m"}
+            for name, values in columns.items()
+        }
+        answer = _answer(
+            "topography",
+            file,
+            title=described(found.topography),
+            status="COMPLETED",
+            rows=data.radius.size,
+            study=study,
+            notes=list(found.topography.steps),
+            written=[str(one) for one in written],
+        )
+        _print_json(answer)
+    elif not quiet:
+        _say(described(found.topography))
+        _say(found.summary())
+        if written:
+            _say("Written: " + ", ".join(str(one) for one in written))
 
 
 def _spread(given: Sequence[str], points: int | None, unit: str, name: str) -> FloatArray | list[str]:

@@ -19,6 +19,7 @@ from pymdr.presentation.plot.studies import (
     rolling_study,
     sliding_study,
 )
+from pymdr.presentation.plot.topography import bump_study, spectrum_study
 from pymdr.presentation.plot.whole import normal_figures, normal_overview
 
 __all__ = [
@@ -27,6 +28,7 @@ __all__ = [
     "Plots",
     "adhesive_figures",
     "adhesive_overview",
+    "bump_study",
     "closure_figures",
     "closure_overview",
     "compared_laws",
@@ -44,4 +46,5 @@ __all__ = [
     "rolling_study",
     "rough_study",
     "sliding_study",
+    "spectrum_study",
 ]

@@ -50,10 +50,13 @@ def pressed_surface(data: xr.Dataset, heights: FloatArray, pressure: xr.DataArra
                 axes.set_axis_off()
         else:
             _draw_contact(first, heights, pressure)
-            _draw_pressure(figure, second, pressure)
+            unit = good_unit(pressure.values, "Pa")
+            image = _map(second, np.asarray(from_si(pressure.values, "Pa", unit)), pressure, "viridis")
         _draw_curve(third, data, "indentation", "normal_force")
         _draw_curve(fourth, data, "normal_force", "normal_stiffness")
         letter_panels(figure)
+        if pressure is not None:
+            figure.colorbar(image, ax=second, label=f"pressure $p$ ({unit})")
     return figure
 
 
@@ -83,14 +86,6 @@ def _map(
 def _draw_contact(axes: Axes, heights: FloatArray, pressure: xr.DataArray) -> None:
     _map(axes, heights, pressure, "Greys_r")
     _map(axes, np.where(pressure.values > 0.0, 1.0, np.nan), pressure, "autumn", 2.0)
-    axes.set_title("contact on the heights")
-
-
-def _draw_pressure(figure: Figure, axes: Axes, pressure: xr.DataArray) -> None:
-    unit = good_unit(pressure.values, "Pa")
-    values = np.asarray(from_si(pressure.values, "Pa", unit))
-    image = _map(axes, values, pressure, "viridis")
-    figure.colorbar(image, ax=axes, label=f"pressure $p$ ({unit})")
 
 
 def _draw_curve(axes: Axes, data: xr.Dataset, along: str, up: str) -> None:

@@ -118,7 +118,7 @@ def summit_rise(heights: FloatArray) -> float:
     """By how much the summit of a parabola through the highest pixel and its neighbours is higher, along x and y."""
     place = np.unravel_index(int(np.argmax(heights)), heights.shape)
     rise = 0.0
-    for axis, at in enumerate(place):
+    for axis, at in enumerate(map(int, place)):
         if not 0 < at < heights.shape[axis] - 1:
             continue
         line = heights[:, place[1]] if axis == 0 else heights[place[0]]
