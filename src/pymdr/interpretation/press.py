@@ -13,7 +13,7 @@ from pymdr.units import FloatArray
 _RESPONSES = ("normal_force", "indentation", "normal_stiffness", "elastic_energy")
 _DETAILS = ("contact_area", "mean_pressure", "peak_pressure")
 _STEEPEST, _COARSEST = 0.3, 0.1
-_FORCE, _STIFFNESS, _AREA = 0.1, 0.15, 0.3
+_FORCE, _STIFFNESS, _AREA = 0.15, 0.2, 0.4
 """Least relative errors, over the square and the first power of the pixels in the radius of a disk of the area; from Hertz."""
 
 
@@ -85,7 +85,8 @@ def _errors(columns: Mapping[str, FloatArray], prescribed: str) -> dict[str, Flo
         errors[name] = np.maximum(change, floor)
     # the summit may stand between pixels, from the highest of which the indentation is counted
     rise = 2.0 * columns["rise"]
-    errors["indentation"] = errors["indentation"] + rise / columns["indentation"]
+    for name in ("indentation", "normal_stiffness", "contact_area"):
+        errors[name] = errors[name] + rise / columns["indentation"]
     errors["normal_force"] = (
         errors["normal_force"] + rise * columns["normal_stiffness"] / columns["normal_force"]
     )

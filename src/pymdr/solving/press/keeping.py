@@ -58,7 +58,7 @@ class Keeper:
         if not file.exists():
             return None
         try:
-            with np.load(file, allow_pickle=False) as arrays:
+            with file.open("rb") as opened, np.load(opened, allow_pickle=False) as arrays:
                 numbers = {name: float(arrays[name]) for name in State.numbers()}
                 return State(**numbers, pressure=arrays["pressure"], gap=arrays["gap"])
         except (OSError, ValueError, KeyError, BadZipFile) as error:

@@ -108,7 +108,7 @@ def press(
     >>> pressed = press(ball, Elastic("1 GPa", 0.3), indentation="90 um")  # doctest: +SKIP
     >>> float(pressed["normal_force"][0])  # doctest: +SKIP
     """
-    patch, punch = _patch(surface, punch)
+    patch, punch = patch_of(surface, punch)
     modulus = _modulus(body, counterbody)
     one_load(_WHO, normal_force, indentation)
     by_force = normal_force is not None
@@ -179,7 +179,15 @@ def bytes_of(
     return find_engine(engine).bytes_for(shape) * 1.25 + 8.0 * pixels * (_MAPS * loads + _WORKING + 2 * kept)
 
 
-def _patch(surface: object, punch: bool) -> tuple[Topography, bool]:
+def patch_of(surface: Topography | RoughSurface, punch: bool = False) -> tuple[Topography, bool]:
+    """
+    The heights that are pressed, and whether the body ends where they end.
+
+    Raises
+    ------
+    ProblemError
+        If it is no surface, heights are missing, or there are too few.
+    """
     if isinstance(surface, RoughSurface):
         return rough_topography(surface), True
     if not isinstance(surface, Topography):
