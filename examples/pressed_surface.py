@@ -51,14 +51,19 @@ rubber = mdr.Viscoelastic(mdr.StandardSolid(equilibrium="1 MPa", modulus="3 MPa"
 scale = mdr.effective_moduli(mdr.Elastic("3 MPa", 0.5)).normal / moduli.normal
 creep = mdr.solve(
     mdr.Contact(pressed.force_curve(), rubber),
-    mdr.load(scale * float(pressed["normal_force"][9]), steps=10, duration="10 ms") >> mdr.hold("0.3 s", steps=60),
+    mdr.load(scale * float(pressed["normal_force"][9]), steps=10, duration="10 ms")
+    >> mdr.hold("0.3 s", steps=60),
 )
-print(f"creep from {creep.to('indentation', 'um').values[9]:.2f} to {creep.to('indentation', 'um').values[-1]:.2f} um")
+print(
+    f"creep from {creep.to('indentation', 'um').values[9]:.2f} to {creep.to('indentation', 'um').values[-1]:.2f} um"
+)
 
 # %%
 # The constriction resistance between bodies of equal resistivity is rho E*/k (Barber 2003), and falls as the joint stiffens:
 resistivity = 1.4e-7
 resistance = resistivity * moduli.normal / pressed["normal_stiffness"].values
-print(f"resistance {1e3 * resistance[0]:.1f} mOhm at the first load, {1e3 * resistance[-1]:.2f} mOhm at the last")
+print(
+    f"resistance {1e3 * resistance[0]:.1f} mOhm at the first load, {1e3 * resistance[-1]:.2f} mOhm at the last"
+)
 assert np.all(np.diff(resistance) < 0)
 assert math.isfinite(resistance[0])
