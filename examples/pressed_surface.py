@@ -2,7 +2,7 @@
 A rough surface pressed once
 ============================
 
-Boundary elements press a surface of 128 x 128 heights, which takes seconds. Its force curve is then all that friction, creep and
+Boundary elements press a surface of 80 x 80 heights, which takes seconds. Its force curve is then all that friction, creep and
 contact resistance ask for, and they take milliseconds.
 """
 
@@ -13,7 +13,7 @@ import numpy as np
 
 import pymdr as mdr
 
-surface = mdr.RoughSurface(hurst=0.8, rms="0.5 um", size="200 um", shortest="12.5 um", seed=4)
+surface = mdr.RoughSurface(hurst=0.8, rms="0.5 um", size="200 um", shortest="20 um", seed=4)
 steel = mdr.Elastic("210 GPa", 0.3)
 depths = np.linspace(0.15, 1.0, 14) ** 2 * 1.2e-6
 pressed = mdr.press(surface, steel, steel, indentation=depths)

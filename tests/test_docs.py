@@ -35,6 +35,7 @@ def blocks(page):
         "sliding_friction.md",
         "rough.md",
         "topography.md",
+        "press.md",
         "impact.md",
         "claims.md",
         "exactness.md",

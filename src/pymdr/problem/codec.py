@@ -472,9 +472,8 @@ def press_adapter() -> TypeAdapter[Any]:
     from pydantic import ConfigDict, Field, StrictBool, TypeAdapter, create_model
 
     closed = ConfigDict(extra="forbid")
-    rough: Any = create_model(
-        "surface", __config__=closed, **{f.name: _field_type(RoughSurface, f) for f in fields(RoughSurface)}
-    )
+    columns: dict[str, Any] = {f.name: _field_type(RoughSurface, f) for f in fields(RoughSurface)}
+    rough: Any = create_model("surface", __config__=closed, **columns)
     length: Any = int | float | str
     measured: Any = create_model(
         "measured",

@@ -111,7 +111,8 @@ class Grid:
 def rms_slope(heights: FloatArray, spacing: FloatArray, touching: np.ndarray) -> float:
     """Root mean square of the gradient in the contact."""
     along_x, along_y = np.gradient(heights, *spacing)
-    return float(np.sqrt(np.mean((along_x**2 + along_y**2)[touching])))
+    square: FloatArray = along_x**2 + along_y**2
+    return float(np.sqrt(np.mean(square[touching])))
 
 
 def summit_rise(heights: FloatArray) -> float:
