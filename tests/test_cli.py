@@ -420,7 +420,7 @@ def test_json_has_one_shape(case, hollow, rough, tmp_path, shell):
         (("sliding", case, *_SLIDES), 1, "FAILED"),
         (("rough", rough, *_PRESSES), 0, "COMPLETED"),
         (("rough", case, *_PRESSES), 1, "FAILED"),
-        (("press", case, *_PRESSES), 1, "FAILED"),
+        (("press", case, "--normal-force", "1 N"), 1, "FAILED"),
     ):
         found, text, _ = shell(*arguments, "--json")
         told = json.loads(text)

@@ -111,8 +111,7 @@ class Grid:
 def rms_slope(heights: FloatArray, spacing: FloatArray, touching: np.ndarray) -> float:
     """Root mean square of the gradient in the contact."""
     along_x, along_y = np.gradient(heights, *spacing)
-    square: FloatArray = along_x**2 + along_y**2
-    return float(np.sqrt(np.mean(square[touching])))
+    return float(np.sqrt(np.mean(np.asarray(along_x**2 + along_y**2)[touching])))
 
 
 def summit_rise(heights: FloatArray) -> float:
