@@ -117,7 +117,7 @@ def test_what_is_missing_and_the_trend(tmp_path):
 ROWS = "0 1 2\n3 4 5\n"
 
 
-@pytest.mark.usefixtures("without_extra")
+@pytest.mark.parametrize("extra", [False, True])
 @pytest.mark.parametrize(
     ("text", "asked", "words"),
     [
@@ -139,8 +139,9 @@ ROWS = "0 1 2\n3 4 5\n"
         (HEAD + "0 1\n2 inf\n", {}, "not finite"),
         (HEAD + "nan nan\nnan nan\n", {}, "all heights are missing"),
         (HEAD, {}, "no heights"),
-        ("", {}, "the file is empty"),
+        ("", {}, "no heights"),
         ("Dear reader,\nthis is a letter.\n", {}, "is no number"),
+        (HEAD + ROWS + HEAD + ROWS, {}, "line 7: a second header"),
         (HEAD + ROWS, {"channel": "Topo"}, "one surface only"),
         (HEAD + ROWS, {"channel": 1}, "one surface only"),
         ("x [um], y [um], z [nm]\n0,0,1\n1,0,2\n3,0,1\n0,1,3\n1,1,1\n3,1,4\n", {}, "x is on no even grid"),
@@ -151,7 +152,13 @@ ROWS = "0 1 2\n3 4 5\n"
         ("x [um], z [nm]\n0,1\n1,2\n", {}, "no column of y"),
     ],
 )
-def test_texts_that_are_no_surface(tmp_path, text, asked, words):
+def test_texts_that_are_no_surface(tmp_path, monkeypatch, text, asked, words, extra):
+    if extra:
+        of_makers()
+    else:
+        monkeypatch.setitem(sys.modules, "SurfaceTopography", None)
+    if extra and "second header" in words:
+        pytest.skip("the extra reads the first of several surfaces")
     file = tmp_path / "surface.txt"
     file.write_text(text, encoding="utf-8")
     with pytest.raises((mdr.CaseError, mdr.UnitError)) as refusal:

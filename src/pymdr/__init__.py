@@ -43,6 +43,8 @@ if TYPE_CHECKING:
     from pymdr.problem.materials import Rigid as Rigid
     from pymdr.problem.materials import TransverselyIsotropic as TransverselyIsotropic
     from pymdr.problem.materials import Viscoelastic as Viscoelastic
+    from pymdr.problem.parameters import parameters_of as parameters_of
+    from pymdr.problem.parameters import with_parameters as with_parameters
     from pymdr.problem.paths import Cycle as Cycle
     from pymdr.problem.paths import History as History
     from pymdr.problem.paths import Hold as Hold
@@ -119,6 +121,8 @@ if TYPE_CHECKING:
     from pymdr.solving.roughness import power_spectrum as power_spectrum
     from pymdr.solving.sliding import SlidingFriction as SlidingFriction
     from pymdr.solving.sliding import sliding_friction as sliding_friction
+    from pymdr.solving.sweep import Sweep as Sweep
+    from pymdr.solving.sweep import sweep as sweep
     from pymdr.workbench.records import MeasuredLoops as MeasuredLoops
     from pymdr.workbench.records import measured_loops as measured_loops
     from pymdr.workbench.rheometry import PronyFit as PronyFit
@@ -203,6 +207,8 @@ _HOMES: dict[str, tuple[str, ...]] = {
     "pymdr.solving.press": ("PressedSurface", "press"),
     "pymdr.solving.rough": ("RoughContact", "RoughLine", "press_rough", "rough_line"),
     "pymdr.solving.rough_sliding": ("rough_sliding_friction",),
+    "pymdr.solving.sweep": ("Sweep", "sweep"),
+    "pymdr.problem.parameters": ("parameters_of", "with_parameters"),
     "pymdr.solving.sliding": ("SlidingFriction", "sliding_friction"),
     "pymdr.solving": (
         "AdhesionRegime",

@@ -66,6 +66,11 @@ class SelfAffineFit:
     size: tuple[float, float]
     """Sides of the patch in m."""
 
+    @property
+    def is_self_affine(self) -> bool:
+        """Whether H is above 0, and not above 1 by more than two standard deviations."""
+        return 0.0 < self.hurst <= 1.0 + _DEVIATIONS * self.hurst_error
+
     def rough_surface(self, *, shortest: QuantityLike | None = None, seed: int = 0) -> RoughSurface:
         """
         The randomly rough surface of this law on a patch of the same size and rms height.
@@ -85,8 +90,7 @@ class SelfAffineFit:
         NotValidError
             If the exponent is not that of a self-affine surface, 0 < H <= 1.
         """
-        most = 1.0 + _DEVIATIONS * self.hurst_error
-        if not 0.0 < self.hurst <= most:
+        if not self.is_self_affine:
             raise NotValidError(
                 f"a RoughSurface has an exponent H above 0 and at most 1, and this spectrum has {self.hurst:.3g} +- "
                 f"{self.hurst_error:.2g}: it falls as no self-affine surface does; look at its figure, and at what tip, noise and "
@@ -145,8 +149,11 @@ class PowerSpectrum(Study):
                 "no roll-off is told from the heights"
                 if fit.roll_off is None
                 else f"roll-off at {metres(fit.roll_off)} +- {100.0 * fit.roll_off_error:.2g} %",
-                f"the law has an rms height of {metres(fit.law_rms)} between the longer side and its shortest wave",
             ]
+            if math.isfinite(fit.law_rms):
+                lines.append(
+                    f"the law has an rms height of {metres(fit.law_rms)} between the longer side and its shortest wave"
+                )
         return lines
 
     def plot(self) -> Figure:
@@ -317,8 +324,11 @@ def _claims(
         why = f"on no range of {FEWEST_BINS} bins does the spectrum follow a power law, flat above a roll-off or not, to {share}"
         claims["law"] = Claim(Level.NOT_VALID, why, SOURCES["spectrum"], where)
         return claims
+    kind = (
+        "self-affine" if found.is_self_affine else "a power law, but of no self-affine surface (0 < H <= 1),"
+    )
     fitted = (
-        f"self-affine from {metres(found.shortest)} to {metres(found.longest)}, ends that are known to a bin (a third): no bin lies off by "
+        f"{kind} from {metres(found.shortest)} to {metres(found.longest)}, ends that are known to a bin (a third): no bin lies off by "
         f"more than {share} besides its scatter; beyond chance by {100.0 * found.scatter:.2g} % (standard deviation)"
     )
     claims["law"] = Claim(Level.APPROXIMATE, fitted, SOURCES["spectrum"], where)

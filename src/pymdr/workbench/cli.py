@@ -1,4 +1,4 @@
-"""The command line: ``pymdr run``, ``check``, ``verify``, ``loops``, ``impact``, ``rolling``, ``sliding``, ``rough``, ``press``, ``topography``, ``plot``, ``new``, ``schema`` and ``info``.
+"""The command line: ``pymdr run``, ``check``, ``verify``, ``loops``, ``impact``, ``rolling``, ``sliding``, ``rough``, ``press``, ``sweep``, ``topography``, ``plot``, ``new``, ``schema`` and ``info``.
 
 Every command body imports what it needs, so that ``pymdr --help`` stays quick.
 """
@@ -681,6 +681,99 @@ def press(
             )
 
     _tell_study("press", case, ask, output, quiet, as_json)
+
+
+@app.command()
+def sweep(
+    case: CaseFile,
+    over: Annotated[
+        list[str],
+        typer.Option(
+            help="A parameter with its values, such as 'body.young = 1 MPa, 2 MPa'; once for each parameter."
+        ),
+    ],
+    points: Annotated[
+        int | None,
+        typer.Option(help="How many in all where two values are given, evenly in their logarithm."),
+    ] = None,
+    quantity: Annotated[
+        list[str] | None, typer.Option(help="What is kept, such as normal_force; everything unless given.")
+    ] = None,
+    workers: Annotated[int, typer.Option(help="Processes; the numbers do not depend on them.")] = 1,
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "-o",
+            "--output",
+            metavar="DIR",
+            help="Folder for sweep.nc and the figure; called again, a killed sweep goes on there.",
+        ),
+    ] = None,
+    csv: Annotated[bool, typer.Option("--csv", help="Write sweep.csv too.")] = False,
+    quiet: Quiet = False,
+    as_json: Json = False,
+) -> None:
+    """Solve a case for all combinations of some of its parameters; with -o the arrays and a figure are written."""
+    import contextlib
+
+    from pymdr.solving.sweep import sweep as solve_all
+    from pymdr.workbench.casefile import read_case
+
+    with _failures_as_json("sweep", case, as_json):
+        asked = read_case(case)
+        grid = dict(_swept(asked.contact, given, points) for given in over)
+        folder = contextlib.nullcontext(None) if output is None else _ready_folder(output)
+        options = {key: asked.options[key] for key in ("machine_stiffness", "keep") if key in asked.options}
+        with folder as into, _stages(quiet or as_json) as stage:
+            found = solve_all(
+                asked.contact,
+                asked.path,
+                grid,
+                quantities=quantity,
+                workers=workers,
+                folder=None if into is None else into / "parts",
+                progress=stage("solving"),
+                **options,
+            )
+            written = []
+            if into is not None:
+                found.save(into / "sweep.nc")
+                written = [into / "sweep.nc", _write_figure(found.plot(), into / "sweep.png")]
+                if csv:
+                    found.to_csv(into / "sweep.csv")
+                    written.append(into / "sweep.csv")
+    if as_json:
+        _print_json(
+            _answer(
+                "sweep",
+                case,
+                title=asked.title,
+                status="COMPLETED" if not found.failed else "PARTLY_FAILED",
+                rows=found.data["status"].size,
+                claims=_plain_claims(found.claims),
+                written=[str(file) for file in written],
+            )
+        )
+    elif not quiet:
+        _say(asked.title or str(case))
+        _say(found.summary())
+        if written:
+            _say("Written: " + ", ".join(str(file) for file in written))
+
+
+def _swept(contact: Contact, given: str, points: int | None) -> tuple[str, FloatArray | list[str]]:
+    """The name of a parameter and its values from ``name = value, value``."""
+    from pymdr.errors import ProblemError
+    from pymdr.problem.parameters import parameter_of
+
+    name, sign, values = (part.strip() for part in given.partition("="))
+    listed = [value.strip() for value in values.split(",") if value.strip()]
+    if not sign or not name or not listed:
+        raise ProblemError(
+            f"--over {given!r}: a parameter with its values is needed, such as 'body.young = 1 MPa, 2 MPa'"
+        )
+    unit = "N/m" if name == "machine_stiffness" else parameter_of(contact, name).unit
+    return name, _spread(listed, points if len(listed) == 2 else None, unit, f"over {name}")
 
 
 @app.command()

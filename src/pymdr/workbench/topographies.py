@@ -30,6 +30,10 @@ _UNEVEN = 1e-3
 _HOW = "write '# Width: 10 um', '# Height: 10 um' and '# Value units: nm' above the rows, or give size= and unit="
 
 
+class _ForeignError(CaseError):
+    """A text that is no matrix of numbers below a header that is read here: perhaps one of a maker."""
+
+
 class _Read(NamedTuple):
     heights: FloatArray
     """(nx, ny), in the unit."""
@@ -48,7 +52,7 @@ def read_topography(
     missing: str | None = None,
     detrend: str | None = None,
 ) -> Topography:
-    """
+    r"""
     Read a measured surface.
 
     Parameters
@@ -87,6 +91,16 @@ def read_topography(
     Notes
     -----
     Heights grow out of the body. Instruments filter, and a tip is blunt: see :func:`pymdr.tip_cutoff` for what it cannot have seen.
+
+    Examples
+    --------
+    >>> from tempfile import TemporaryDirectory
+    >>> with TemporaryDirectory() as folder:
+    ...     file = Path(folder) / "step.csv"
+    ...     _ = file.write_text("# Width: 3 um\n# Height: 2 um\n# Value units: nm\n1,1,4\n1,1,4\n")
+    ...     step = read_topography(file, detrend="mean")
+    >>> step.heights.shape, step.steps
+    ((3, 2), ('read from step.csv', 'the mean taken off, 2 nm'))
     """
     source = named_file(file, "read")
     if detrend is not None and detrend not in preparing.TRENDS:
@@ -151,12 +165,11 @@ def _read(source: Path, channel: int | str | None) -> _Read:
     text = read_text(source, _LARGEST_TEXT, "text of heights")
     try:
         found = _of_text(source, text)
-    except CaseError as error:
-        # other texts of makers, if they can be read
+    except _ForeignError as error:
         try:
             return _of_maker(source, channel)
         except (FileError, MissingExtraError):
-            raise error from None
+            raise CaseError(str(error)) from None
     _refuse_channel(source, channel)
     return found
 
@@ -187,6 +200,11 @@ def _of_text(source: Path, text: str) -> _Read:
         raise CaseError(f"{source}: no heights; write rows of numbers")
     if _WITH_UNIT.search(lines[numbered[0]]):
         return _of_table(source)
+    late = [i for i, line in enumerate(lines) if i > numbered[0] and _HEADER.fullmatch(line.strip())]
+    if late:
+        raise _ForeignError(
+            f"{source}, line {late[0] + 1}: a second header; write every surface into a file of its own"
+        )
     told = {
         match["name"].lower(): match["value"]
         for line in lines[: numbered[0]]
@@ -202,10 +220,14 @@ def _of_text(source: Path, text: str) -> _Read:
             )
         except UnitError as error:
             raise CaseError(f"{source}: {error}") from error
+    try:
+        rows = _matrix(source, lines, numbered)
+    except CaseError as error:
+        if sides is not None or "value units" in told:
+            raise
+        raise _ForeignError(str(error)) from None
     # rows of a text are those of a picture, along x
-    return _Read(
-        _matrix(source, lines, numbered).T, told.get("value units"), sides, f"read from {source.name}"
-    )
+    return _Read(rows.T, told.get("value units"), sides, f"read from {source.name}")
 
 
 def _matrix(source: Path, lines: list[str], numbered: list[int]) -> FloatArray:

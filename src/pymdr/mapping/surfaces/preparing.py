@@ -59,10 +59,11 @@ def detrend(topography: Topography, trend: str) -> Topography:
     heights = np.where(known, topography.heights - middle, 0.0)
     # sums over the grid, so that no matrix of all pixels stands in memory
     masked = [column * known for column in columns]
-    matrix = np.array(
-        [[np.vdot(one, np.broadcast_to(other, one.shape)) for other in columns] for one in masked]
-    )
-    sides = np.array([np.vdot(one, heights) for one in masked])
+    matrix = np.empty((len(columns), len(columns)))
+    for i, one in enumerate(masked):
+        for j, other in enumerate(columns[: i + 1]):
+            matrix[i, j] = matrix[j, i] = float(np.sum(one * other))
+    sides = np.array([float(np.sum(one * heights)) for one in masked])
     if np.linalg.matrix_rank(matrix, hermitian=True) < len(columns):
         raise ProblemError(
             f"detrend: {int(known.sum())} known heights lie so that a {trend} is not told by them; take a trend of lower order"

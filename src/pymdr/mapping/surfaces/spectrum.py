@@ -18,6 +18,7 @@ _DISBELIEF = 6.63
 _SCATTERS = 2.58
 _ALIKE = (1.0, 4.0 / 9.0, 1.0 / 36.0)
 """Squares of the correlation of waves that are 0, 1 or 2 steps apart under a Hann window: of the transform of its square."""
+_APART = 4
 _LOBE = 1.0 / 3.0
 """Variance of a wave number of a Hann window, in squares of 2 pi over the side."""
 _FIRST_OF_WINDOW, _FIRST_OF_PERIOD = 2.5, 0.5
@@ -159,13 +160,21 @@ def _scatter(step: FloatArray, shape: tuple[int, ...], wide: float, last: int, p
     ring = np.rint(np.hypot(q[0][:, None], q[1]) / wide).astype(np.int32)
     ring[ring > last] = 0
     count = np.bincount(ring.ravel(), minlength=last + 1)[1:].astype(float)
-    pairs = np.zeros((last + 1) ** 2)
+    # rings of waves two steps apart are at most four apart
+    pairs = np.zeros((last + 1, 2 * _APART + 1))
     for i in range(-2, 3) if not periodic else (0,):
         for j in range(-2, 3) if not periodic else (0,):
-            both = ring.astype(np.int64) * (last + 1) + np.roll(ring, (i, j), axis=(0, 1))
-            pairs += _ALIKE[abs(i)] * _ALIKE[abs(j)] * np.bincount(both.ravel(), minlength=pairs.size)
+            other = np.roll(ring, (i, j), axis=(0, 1))
+            off = other - ring
+            near = (ring > 0) & (other > 0) & (np.abs(off) <= _APART)
+            found = np.bincount(ring[near] * (2 * _APART + 1) + off[near] + _APART, minlength=pairs.size)
+            pairs += _ALIKE[abs(i)] * _ALIKE[abs(j)] * found.reshape(pairs.shape)
+    whole = np.zeros((last, last))
+    for off in range(-_APART, _APART + 1):
+        rows = np.arange(max(0, -off), min(last, last - off))
+        whole[rows, rows + off] = pairs[rows + 1, off + _APART]
     # waves of opposite q are the same
-    return np.asarray(2.0 * pairs.reshape(last + 1, last + 1)[1:, 1:] / np.outer(count, count))
+    return np.asarray(2.0 * whole / np.outer(count, count))
 
 
 def binned(rings: Rings, periodic: bool, highest: float, steepness: float) -> Bins:
@@ -248,8 +257,9 @@ def _widest(bins: Bins, highest: float) -> Law | None:
             if np.all(miss <= off + _SCATTERS * np.sqrt(variance)):
                 found.append((float(np.sum(miss**2 / variance)), law))
         if found:
-            law = min(found, key=lambda one: one[0])[1]
-            return _weighed(bins, law)
+            law = _weighed(bins, min(found, key=lambda one: one[0])[1])
+            if law.excess <= 2.0 * WITHIN:
+                return law
     return None
 
 

@@ -21,6 +21,8 @@ ROUNDNESS = 0.15
 _CAP = 0.5
 """Share of the reach within which the apex is looked for."""
 _FEWEST_OF_APEX = 16
+_SHARP = 20.0
+"""Square of the standard deviations by which a tip must be sharp."""
 _TURNS = 20
 
 
@@ -153,7 +155,7 @@ def _vertex(
 def _rings(
     heights: FloatArray, r: FloatArray, wide: float, middle: tuple[float, float], bends: tuple[float, float]
 ) -> MeanProfile:
-    """Means over rings as wide as a pixel; at r = 0 the vertex of the parabola through the innermost ones."""
+    """Means over rings as wide as a pixel; at r = 0 the curve through the innermost heights."""
     ring = np.floor(r / wide).astype(int)
     count = np.bincount(ring)
     # the last ring may hold corners of pixels only
@@ -162,7 +164,7 @@ def _rings(
     radius = np.sqrt((np.bincount(ring, r**2) / np.maximum(count, 1))[ring_kept])
     mean = (np.bincount(ring, heights) / np.maximum(count, 1))[ring_kept]
     few = r <= 3.0 * wide
-    tip = float(np.polynomial.Polynomial.fit(r[few] ** 2, heights[few], 1)(0.0))
+    tip = _tip(r[few] / wide, heights[few])
     radius, mean = np.append(0.0, radius), np.append(tip, mean)
     # the slope within a ring is no scatter
     beyond = mean[-1] + (mean[-1] - mean[-2]) / (radius[-1] - radius[-2]) * wide
@@ -170,6 +172,17 @@ def _rings(
     square = (np.bincount(ring, off**2) / np.maximum(count - 1, 1))[ring_kept]
     scatter = np.sqrt(np.append(float(np.mean(off[few] ** 2)), square))
     return MeanProfile(middle, radius, tip - mean, scatter, bends)
+
+
+def _tip(r: FloatArray, heights: FloatArray) -> float:
+    """The height at r = 0: of a parabola, and of one with a sharp tip where chance does not make it."""
+    middle = float(heights.mean())
+    found = []
+    for columns in ([r**0, r**2], [r**0, r, r**2]):
+        fitted, off = np.linalg.lstsq(np.array(columns).T, heights - middle, rcond=None)[:2]
+        found.append((middle + float(fitted[0]), float(off.sum())))
+    (round_tip, round_off), (sharp_tip, sharp_off) = found
+    return sharp_tip if round_off > sharp_off * (1.0 + _SHARP / (r.size - 3)) else round_tip
 
 
 def _refuse_flat(profile: MeanProfile, noise: float) -> None:

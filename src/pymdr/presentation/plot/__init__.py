@@ -19,6 +19,7 @@ from pymdr.presentation.plot.studies import (
     rolling_study,
     sliding_study,
 )
+from pymdr.presentation.plot.sweeps import sweep_curves
 from pymdr.presentation.plot.topography import bump_study, spectrum_study
 from pymdr.presentation.plot.whole import normal_figures, normal_overview
 
@@ -47,4 +48,5 @@ __all__ = [
     "rough_study",
     "sliding_study",
     "spectrum_study",
+    "sweep_curves",
 ]
