@@ -671,7 +671,7 @@ def test_surfaces_are_pressed_from_the_shell(tmp_path, shell):
     assert "A lens" in out
     assert "24 x 24 pixels at 3 loads take about" in err
     assert sorted(file.name for file in (tmp_path / "out").iterdir()) == ["press.csv", "press.png"]
-    assert len(list((tmp_path / "kept").glob("load-*.npz"))) == 3
+    assert len(list((tmp_path / "kept").glob("parts-*.nc"))) == 3
     told = json.loads(shell("press", case, *loads, "--json")[1])
     found = mdr.press(
         mdr.Topography(heights * 1e-6, "1 mm"),

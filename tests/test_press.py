@@ -133,7 +133,7 @@ def test_pyramids(sides, constant):
 
 
 @needs_engine
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=8, deadline=None)
 @given(st.integers(0, 2**32), st.floats(0.02, 3.0), st.integers(9, 20))
 def test_any_surface_against_the_solver_of_the_house(seed, share, n):
     """Boundary elements that share no code: pressures of random surfaces, from one pixel to full contact."""
@@ -181,7 +181,7 @@ def test_a_contact_at_the_border_is_refused_where_it_is():
 
 @needs_engine
 def test_the_force_curve_stands_for_the_surface():
-    heights = ball(64)
+    heights = ball(48)
     depths = np.linspace(0.1, 1.0, 16) ** 2 * 0.12
     pressed = mdr.press(mdr.Topography(heights, 1.0), UNIT, indentation=from_apex(heights, depths))
     joint = mdr.Contact(pressed.force_curve(), UNIT, friction=mdr.Coulomb(0.3))
@@ -215,9 +215,8 @@ def test_a_run_that_was_ended_goes_on(tmp_path):
     with pytest.raises(EndedError):
         mdr.press(surface, UNIT, indentation=loads, keep=tmp_path / "run", progress=end)
     assert sorted(p.name for p in (tmp_path / "run").iterdir()) == [
-        "input.json",
-        "load-0002.npz",
-        "load-0003.npz",
+        "parts-000000001.nc",
+        "parts-000000002.nc",
     ]
     assert told == [(4, 15), (5, 15), (9, 15), (10, 15)]
     told.clear()
@@ -227,16 +226,14 @@ def test_a_run_that_was_ended_goes_on(tmp_path):
     assert told == [(5, 15), (10, 15), (14, 15), (15, 15)]
     assert after.data.identical(whole.data)
     assert np.array_equal(after.field("pressure", 0), whole.field("pressure", 0))
-    with pytest.raises(FileError, match="heights were others"):
+    with pytest.raises(FileError, match="another work"):
         mdr.press(mdr.Topography(ball(24, 2.0), 1.0), UNIT, indentation=loads, keep=tmp_path / "run")
-    with pytest.raises(FileError, match="indentation were others"):
+    with pytest.raises(FileError, match="another work"):
         mdr.press(surface, UNIT, indentation=0.08, keep=tmp_path / "run")
-    damaged = tmp_path / "run" / "load-0001.npz"
+    damaged = tmp_path / "run" / "parts-000000000.nc"
     damaged.write_bytes(damaged.read_bytes()[:200])
-    with pytest.raises(FileError, match="damaged"):
+    with pytest.raises(FileError, match="cannot read"):
         mdr.press(surface, UNIT, indentation=loads, keep=tmp_path / "run")
-    with pytest.raises(FileError, match="other files"):
-        mdr.press(surface, UNIT, indentation=loads, keep=tmp_path)
 
 
 def test_what_is_refused_before_it_starts(monkeypatch):

@@ -18,7 +18,8 @@ from pymdr.presentation.text import in_bytes
 from pymdr.problem.materials import Graded, Material, Rigid, Viscoelastic
 from pymdr.problem.rough import RoughSurface
 from pymdr.problem.topography import Topography
-from pymdr.solving.press.keeping import Keeper, fingerprint
+from pymdr.solving.kept import KeptParts
+from pymdr.solving.press.keeping import as_dataset, fingerprint, from_dataset
 from pymdr.solving.press.states import TOLERANCE, Grid, State, rms_slope, summit_rise
 from pymdr.solving.press.value import PressedSurface
 from pymdr.solving.reach import memory_of_machine, one_load
@@ -91,7 +92,7 @@ def press(
     MissingExtraError
         If the package of the engine is not installed.
     FileError
-        If the folder has something else in it.
+        If the folder has loads of other input in it.
     ConvergenceError
         If the engine did not solve a load.
 
@@ -121,17 +122,17 @@ def press(
     solver = find_engine(engine)
     _refuse_too_large(patch, rows.size, solver, keep is not None)
     package = solver.version
-    keeper = None
+    parts = None
     if keep is not None:
         asked = {
-            "heights": fingerprint(patch.heights, patch.size),
+            "heights": fingerprint(patch),
             "modulus": modulus,
             name: rows.tolist(),
             "engine": package,
             "tolerance": TOLERANCE,
         }
-        keeper = Keeper(keep, asked)
-    states = _followed(patch, modulus, rows, by_force, solver, keeper, progress)
+        parts = KeptParts(keep, asked)
+    states = _followed(patch, modulus, rows, by_force, solver, parts, progress)
     columns = {field: np.array([getattr(state, field) for state in states]) for field in State.numbers()}
     columns["rise"] = np.full(rows.size, summit_rise(patch.heights))
     columns["peak_pressure"] = np.array([float(state.pressure.max()) for state in states])
@@ -233,17 +234,18 @@ def _followed(
     rows: FloatArray,
     by_force: bool,
     engine: Engine,
-    keeper: Keeper | None,
+    parts: KeptParts | None,
     progress: Callable[[int, int], None] | None,
 ) -> list[State]:
     """The states at all loads, each from the one below it."""
     fine, coarse = (_grid(patch, step, engine) for step in (1, 2))
     longest = math.sqrt(float(patch.size.prod()))
     total = (_FINE + _COARSE) * rows.size
+    kept = {} if parts is None else {row: from_dataset(part) for row, part in parts.parts()}
     found: dict[int, State] = {}
     before: State | None = None
     for done, row in enumerate(np.argsort(rows, kind="stable").tolist()):
-        state = keeper.read(row) if keeper is not None else None
+        state = kept.get(row)
         if state is None:
             load = {"force" if by_force else "indentation": float(rows[row])}
             scale = float(rows[row]) / (modulus * longest) if by_force else float(rows[row])
@@ -262,8 +264,8 @@ def _followed(
                 pressure=solved.pressure * (modulus * scale / fine.width),
                 gap=np.where(touching, 0.0, np.maximum(solved.gap, 0.0)) * scale,
             )
-            if keeper is not None:
-                keeper.write(row, state)
+            if parts is not None:
+                parts.keep(row, as_dataset(state, patch))
         found[row] = before = state
         if progress is not None:
             progress((_FINE + _COARSE) * (done + 1), total)
