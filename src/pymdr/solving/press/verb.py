@@ -105,9 +105,10 @@ def press(
     --------
     >>> from pymdr.problem.materials import Elastic
     >>> x = np.linspace(-0.5, 0.5, 65)[:-1] + 0.5 / 64
-    >>> ball = Topography(-(x[:, None] ** 2 + x**2) / 2 * 1e-3, "1 mm")
-    >>> pressed = press(ball, Elastic("1 GPa", 0.3), indentation="90 um")  # doctest: +SKIP
-    >>> float(pressed["normal_force"][0])  # doctest: +SKIP
+    >>> ball = Topography(-(x[:, None] ** 2 + x**2) * 5e-7, "1 mm")  # of R = 1 m: by Hertz 39.56 mN
+    >>> pressed = press(ball, Elastic("1 GPa", 0.3), indentation="90 nm")
+    >>> round(float(pressed["normal_force"][0]) * 1e3, 2)
+    39.61
     """
     patch, punch = patch_of(surface, punch)
     modulus = _modulus(body, counterbody)
