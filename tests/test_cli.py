@@ -94,6 +94,10 @@ def test_verify_follows_a_body_that_remembers(tmp_path, shell):
     assert told["largest_difference"] < 1e-3
     assert {"time", "row", "normal_force_rings"} <= set(told["table"])
     assert (tmp_path / "v" / "verify.png").stat().st_size > 10_000
+    status, _, err = shell("verify", case, "-o", tmp_path / "none", "--steps", "0")
+    assert status == 1
+    assert "steps = 0; a whole number of at least 1" in err
+    assert not (tmp_path / "none").exists()
 
 
 def test_help_and_version(shell):
@@ -636,6 +640,8 @@ def test_rough_surfaces_from_the_shell(rough, tmp_path, shell):
         assert len(error.splitlines()) == 1
     rough.write_text(text)
     assert "exactly one" in shell("rough", rough)[2]
+    assert "write --normal-force '-3 N'" in shell("rough", rough, "--normal-force", "-3")[2]
+    assert "above 0 N" in shell("rough", rough, "--normal-force", "-3 N")[2]
     assert "--points 1" in shell("rough", rough, "--normal-force", "1 N", "--points", "1")[2]
     assert "with pymdr rough" in shell("check", rough)[2]
 

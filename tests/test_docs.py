@@ -37,6 +37,7 @@ def blocks(page):
         "topography.md",
         "press.md",
         "impact.md",
+        "conductance.md",
         "claims.md",
         "exactness.md",
         "profiles.md",

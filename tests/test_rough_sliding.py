@@ -69,7 +69,7 @@ def test_a_realisation_is_a_line_and_lambda_only_scales_it():
 
 
 @settings(max_examples=25, deadline=None)
-@given(st.sampled_from(sorted(KERNELS)), st.floats(-5, 5))
+@given(st.sampled_from(sorted(KERNELS)), st.floats(-9, 5))
 def test_a_line_that_is_touched_everywhere_loses_what_its_waves_do(name, log_speed):
     rough = mdr.RoughSurface(hurst=0.7, rms=0.01, size=1.0, shortest=0.1, seed=4)
     relaxation, speed = KERNELS[name], 10.0**log_speed
@@ -80,8 +80,7 @@ def test_a_line_that_is_touched_everywhere_loses_what_its_waves_do(name, log_spe
     assert found[1].pressure == pytest.approx(relaxation.equilibrium * depth, rel=1e-10)
     # second order in the distance of the places
     finer = (4.0 * found[1].drag - found[0].drag) / 3.0
-    noise = 1e-11 * found[1].pressure
-    assert finer == pytest.approx(expected, rel=1e-4, abs=noise)
+    assert finer == pytest.approx(expected, rel=1e-4)
 
 
 def in_time_steps(heights, depth, relaxation, dt, passages):
@@ -95,15 +94,34 @@ def in_time_steps(heights, depth, relaxation, dt, passages):
                 relaxation.equilibrium + fresh.sum() + relaxation.viscosity / dt
             )
             after = max(depth + z, free)
-            before = relaxation.equilibrium * w + h.sum()
+            # the mean of what the terms bear along a straight step
+            share = relaxation.times * (1.0 - kept) / dt
+            slow = relaxation.moduli * relaxation.times * (after - w) / dt
+            mean = (share * h + (1.0 - share) * slow).sum()
             h = kept * h + fresh * (after - w)
-            q = (
-                0.5 * (before + relaxation.equilibrium * after + h.sum())
-                + relaxation.viscosity * (after - w) / dt
-            )
+            q = 0.5 * relaxation.equilibrium * (w + after) + mean + relaxation.viscosity * (after - w) / dt
             total, work = total + q, work + q * (after - w)
             w = after
     return total / heights.size, work
+
+
+@settings(max_examples=25, deadline=None)
+@given(
+    moduli=st.lists(st.floats(-3, 3), min_size=1, max_size=4),
+    times=st.lists(st.integers(-30, 30), min_size=4, max_size=4, unique=True),
+    log_speed=st.floats(-18, 18),
+    share=st.floats(-0.9, 0.9),
+)
+def test_any_line_finds_its_stationary_state_at_any_speed(moduli, times, log_speed, share):
+    own = 10.0 ** np.array(moduli), 10.0 ** (np.array(times[: len(moduli)]) / 10.0)
+    relaxation = mdr.Relaxation(1.0, *own)
+    rough = mdr.SelfAffineLine(length=1.0, rms_slope=0.1, hurst=0.7, shortest=0.1, seed=4)
+    heights = line_heights(rough, 200)
+    found = stationary(heights, 1.0, share * heights.max(), relaxation, 10.0**log_speed)
+    # no spring is above the line, or deeper than its highest place
+    assert found.pressure >= np.mean(heights) + share * heights.max()
+    assert 0.0 < found.pressure <= (1.0 + share) * heights.max()
+    assert found.drag > 0.0
 
 
 @pytest.mark.parametrize("share", [-0.5, 0.0, 0.5])

@@ -106,6 +106,10 @@ if TYPE_CHECKING:
     from pymdr.solving import solve_batch as solve_batch
     from pymdr.solving.azimuth import AzimuthalProfile as AzimuthalProfile
     from pymdr.solving.azimuth import azimuthal_profile as azimuthal_profile
+    from pymdr.solving.heating import FrictionalHeat as FrictionalHeat
+    from pymdr.solving.heating import JouleHeating as JouleHeating
+    from pymdr.solving.heating import frictional_heat as frictional_heat
+    from pymdr.solving.heating import joule_heating as joule_heating
     from pymdr.solving.press import PressedSurface as PressedSurface
     from pymdr.solving.press import press as press
     from pymdr.solving.reopening import open_result as open_result
@@ -202,6 +206,7 @@ _HOMES: dict[str, tuple[str, ...]] = {
     "pymdr.problem.rough": ("RoughSurface",),
     "pymdr.problem.topography": ("Topography",),
     "pymdr.result": ("Result", "Status"),
+    "pymdr.solving.heating": ("FrictionalHeat", "JouleHeating", "frictional_heat", "joule_heating"),
     "pymdr.solving.reopening": ("open_result",),
     "pymdr.solving.rolling": ("Rolling", "rolling"),
     "pymdr.solving.press": ("PressedSurface", "press"),

@@ -70,12 +70,8 @@ class Claims(dict[str, Claim]):
         return claims_html(self)
 
 
-class FieldReader(Protocol):
-    """What fields are computed from, step by step."""
-
-    @property
-    def gap_function(self) -> Callable[[FloatArray], FloatArray]:
-        """The profile f(r)."""
+class EdgedField(Protocol):
+    """A field that may be singular at the edge of the contact, step by step."""
 
     def field(self, name: str, position: FloatArray, step: int) -> FloatArray:
         """Values of a field at radii (or positions on the line) in m in one step."""
@@ -83,11 +79,19 @@ class FieldReader(Protocol):
     def default_radii(self, step: int) -> FloatArray:
         """Radii in m at which fields are read unless others are asked for."""
 
+    def edge_amplitude(self, step: int) -> float:
+        """Amplitude of the singularity at the edge in its unit times m^0.5; nan where it is no square root."""
+
+
+class FieldReader(EdgedField, Protocol):
+    """What fields are computed from, step by step; its edge is that of the pressure."""
+
+    @property
+    def gap_function(self) -> Callable[[FloatArray], FloatArray]:
+        """The profile f(r)."""
+
     def marks(self, step: int) -> Sequence[float]:
         """Radii in m in the contact at which its pressure may have a kink or no bound."""
-
-    def edge_amplitude(self, step: int) -> float:
-        """Amplitude of the pressure singularity at the edge in Pa m^0.5; nan where it is no square root."""
 
 
 @dataclass(frozen=True)
@@ -102,7 +106,9 @@ class Reading:
     plots: Callable[[Result, int], Plots]
     """The figures of a row; -1 if none is valid."""
     elsewhere: Mapping[str, str] = field(default_factory=dict)
-    """Fields of other laws, with what to do to have them."""
+    """Fields and quantities of other contacts, with what to do to have them."""
+    carried: Mapping[str, Callable[[Result], EdgedField]] = field(default_factory=dict)
+    """Fields of what flows through the contact, with what they are computed from."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -153,6 +159,8 @@ class Result:
 
     def _refuse_missing(self, name: str) -> None:
         if name not in self.data:
+            if name in self.reading.elsewhere and quantity(name).dims == ("step",):
+                raise QuantityError(f"{name}: {self.reading.elsewhere[name]}")
             if name in self._fields or name in self.reading.elsewhere:
                 raise QuantityError(f"{name!r} is a field: read it with result.field({name!r}, r=...)")
             raise QuantityError(f"no quantity {shown(name)}; this result has {', '.join(self._names())}")
@@ -230,7 +238,7 @@ class Result:
 
     @property
     def _fields(self) -> tuple[str, ...]:
-        return (*self.reading.fields, *self.reading.line_fields)
+        return (*self.reading.fields, *self.reading.line_fields, *self.reading.carried)
 
     def field(
         self, name: str, r: ArrayQuantityLike | None = None, step: int | Sequence[int] | None = -1
@@ -244,7 +252,8 @@ class Result:
             ``"pressure"``, ``"normal_displacement"``, ``"gap"``; with friction ``"shear_traction"``,
             ``"tangential_displacement"`` and ``"slip"`` (the shift less the displacement of the surface: how far
             points have moved apart that faced each other at the beginning; nan outside the contact); on the line
-            ``"equivalent_profile"``, ``"spring_force"`` and with friction ``"spring_shift"``.
+            ``"equivalent_profile"``, ``"spring_force"`` and with friction ``"spring_shift"``; of bodies that say what they
+            conduct ``"heat_flux"`` and ``"current_density"``, for a unit of the drop between the bodies.
         r : array_like or quantity, optional
             Radii (positions) in m; a graded grid to twice the contact radius unless given.
         step : int or sequence of int, optional
@@ -253,8 +262,8 @@ class Result:
         Returns
         -------
         xarray.DataArray
-            Over ``r`` (``x``), or over ``step`` and ``r`` for several rows, nan in those that are not valid. Pressure is inf at a singular edge, with its
-            amplitude as the coordinate ``edge_amplitude``.
+            Over ``r`` (``x``), or over ``step`` and ``r`` for several rows, nan in those that are not valid. Pressure and fluxes are inf at a singular edge,
+            with its amplitude as the coordinate ``edge_amplitude``.
 
         Raises
         ------
@@ -275,7 +284,8 @@ class Result:
         claim = self.claims.get(name)
         if not several and claim is not None and not claim.where[chosen[0]]:
             replace(claim, where=np.zeros(1, dtype=bool)).require(f"{name} at step {step}")
-        surface = self.surface
+        carried = self.reading.carried.get(name)
+        surface: EdgedField = self.surface if carried is None else carried(self)
         radii = (
             surface.default_radii(chosen[-1]) if r is None else np.atleast_1d(to_si_array(r, "m", name="r"))
         )
@@ -286,16 +296,17 @@ class Result:
         row = quantity(name)
         coords: dict[str, Any] = {axis.name: (axis.name, radii, {"units": "m", "long_name": axis.words})}
         amplitude = np.array([surface.edge_amplitude(i) for i in chosen])
+        edged = {"units": f"{row.unit}*m^0.5"} if name == "pressure" or carried is not None else None
         dims: tuple[str, ...] = (axis.name,)
         if several:
             dims = ("step", axis.name)
             coords["step"] = ("step", np.array(chosen))
-            if name == "pressure":
-                coords["edge_amplitude"] = ("step", amplitude, {"units": "Pa*m^0.5"})
+            if edged is not None:
+                coords["edge_amplitude"] = ("step", amplitude, edged)
         else:
             values, coords["step"] = values[0], chosen[0]
-            if name == "pressure":
-                coords["edge_amplitude"] = ((), amplitude[0], {"units": "Pa*m^0.5"})
+            if edged is not None:
+                coords["edge_amplitude"] = ((), amplitude[0], edged)
         return xr.DataArray(
             values,
             dims=dims,

@@ -139,6 +139,15 @@ SOURCES: dict[str, str] = {
         "Jacobs, Junge and Pastewka (2017), Surf. Topogr.: Metrol. Prop. 5, 013001, doi:10.1088/2051-672X/aa51f8"
     ),
     "tip": "Sanner et al. (2022), Appl. Surf. Sci. Adv. 7, 100190, doi:10.1016/j.apsadv.2021.100190",
+    "holm": "Holm (1967), Electric Contacts: Theory and Application, 4th ed., doi:10.1007/978-3-662-06688-1",
+    "barber-conductance": (
+        "Barber (2003), Proc. R. Soc. A 459, 53-66, doi:10.1098/rspa.2002.1038: bounds of the electrical resistance between "
+        "contacting elastic rough bodies"
+    ),
+    "kohlrausch": (
+        "Kohlrausch (1900), Ann. Phys. 306, 132-158: temperature and potential where metals obey "
+        "Wiedemann and Franz; Holm (1967), Electric Contacts"
+    ),
     "hess-graded": "Hess (2016), Int. J. Eng. Sci. 104, 20-33: graded half-spaces on the line, with adhesion",
 }
 """References by key; claims and :meth:`Result.cite` quote them."""
@@ -309,13 +318,26 @@ def ring_claims(n: int, steps: int) -> dict[str, Claim]:
     return {name: claim for name in names if name != "edge_amplitude"}
 
 
+_EXTRAPOLATED = 1e-2
+"""Of the largest force: what an extrapolation to short steps may change."""
+
+
 def ring_memory_claims(n: int, change: FloatArray) -> dict[str, Claim]:
     """Claims of a result with memory by boundary elements on rings, of which an extrapolation to short steps changed a part."""
+    most = float(np.max(change, initial=0.0))
     reason = (
         f"boundary elements on {n} rings with a memory each, the method of dimensionality reduction was not used; forces were "
-        f"extrapolated to steps without length, by at most {float(np.max(change, initial=0.0)):.1g} of the largest; with 400 rings "
-        "they err by some 1e-5 of it, the contact radius by less than the width of a ring"
+        f"extrapolated to steps without length, by at most {most:.1g} of the largest; "
     )
+    if most <= _EXTRAPOLATED:
+        reason += (
+            "with 400 rings they err by some 1e-5 of it, the contact radius by less than the width of a ring"
+        )
+    else:
+        reason += (
+            "more than the extrapolation can mend: steps are long beside the times in which these bodies relax, and the numbers are "
+            "rough; take a shorter path"
+        )
     names = (*NORMAL_QUANTITIES, "inner_contact_radius", "contact_area", *NORMAL_FIELDS)
     claim = Claim(Level.APPROXIMATE, reason, SOURCES["lee-radok"], np.ones(change.size, dtype=bool))
     return {name: claim for name in names if name != "edge_amplitude"}

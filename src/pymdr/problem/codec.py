@@ -191,7 +191,7 @@ def _refuse_class(cls: Any) -> None:
             f"register_profile: {cls.__name__} is compared by content and never changed; declare it with "
             "@dataclass(frozen=True, eq=False)"
         )
-    for f in fields(cls):  # type: ignore[arg-type]
+    for f in fields(cls):
         if f.name in _NOT_FIELDS:
             raise ProblemError(
                 f"register_profile: {cls.__name__}.{f.name} is a key of files; name it otherwise"

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from pymdr.errors import PymdrError
+from pymdr.interpretation.conductance import CONDUCTIONS
 from pymdr.interpretation.jumps import Branches, branches_of
 from pymdr.interpretation.surface import Surface
 from pymdr.interpretation.theories import theory_of
@@ -75,6 +77,29 @@ def frictional_memory_plots(result: Result, row: int) -> Plots:
         return {**frictional_figures(data), "history": history}
 
     return Plots(data, frictional_overview, both)
+
+
+def plots_with_conduction(plots: Callable[[Result, int], Plots], result: Result, row: int) -> Plots:
+    """The figures of a law, and one of what flows through the contact."""
+    from pymdr.presentation.plot import conduction_figure
+
+    drawn = plots(result, row)
+
+    def drawn_too(data: FigureData) -> dict[str, Figure]:
+        levels = {
+            each.quantity: result.claims[each.quantity].level.value
+            for each in CONDUCTIONS
+            if each.quantity in result.data
+        }
+        fluxes = {
+            name: result.field(name, step=row)
+            for name in result.reading.carried
+            if row >= 0 and result.claims[name].where[row] and result.data["contact_radius"].values[row] > 0.0
+        }
+        figures = drawn.figures(data)
+        return figures | {"conductance": conduction_figure(data, levels, fluxes)} if levels else figures
+
+    return replace(drawn, figures=drawn_too)
 
 
 def _figure_data(

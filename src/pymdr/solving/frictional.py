@@ -45,6 +45,7 @@ from pymdr.line.friction import (
 from pymdr.problem.contact import Contact
 from pymdr.problem.paths import Cycle, LoadingPath
 from pymdr.problem.schedule import Stretch, planned, refined
+from pymdr.problem.values import within_range
 from pymdr.result import Result, Status
 from pymdr.rows import joined, taken
 from pymdr.solving.normal import refuse_tension
@@ -397,10 +398,12 @@ def pressed_joint(
     mapped = map_to_line(contact)
     line = mapped.line
     if indentation is not None:
-        d = to_si(indentation, "m", name="indentation")
+        d = float(within_range(to_si(indentation, "m", name="indentation"), "m", f"{asked}: indentation"))
     else:
         assert normal_force is not None
-        force = to_si(normal_force, "N", name="normal_force")
+        force = float(
+            within_range(to_si(normal_force, "N", name="normal_force"), "N", f"{asked}: normal_force")
+        )
         d = float(states_at_force(line, np.array([max(force, 0.0)])).indentation[0])
     by_force = None if indentation is not None else force
     refuse_unreachable(line, contact.profile, states_at_depth(line, np.array([d])), by_force)

@@ -10,6 +10,7 @@ import numpy as np
 
 from pymdr.independent.history import RingHistory, solve_steps
 from pymdr.independent.rings import Rings
+from pymdr.interpretation.conductance import CONDUCTIONS, DiskFlux
 from pymdr.interpretation.memory import MemorySurface
 from pymdr.interpretation.memory_friction import SHEARED_LINE_FIELDS, ShearedSurface
 from pymdr.interpretation.surface import LINE_FIELDS, SURFACE_FIELDS, Surface, surface_of
@@ -19,6 +20,7 @@ from pymdr.interpretation.traction import (
     FrictionSurface,
     friction_surface,
 )
+from pymdr.mapping.conductivity import Carrier, conductivity_of, is_carried
 from pymdr.mapping.moduli import effective_moduli
 from pymdr.problem.contact import Contact
 from pymdr.result import Reading, Result
@@ -30,6 +32,7 @@ from pymdr.solving.drawing import (
     frictional_plots,
     memory_plots,
     normal_plots,
+    plots_with_conduction,
 )
 from pymdr.solving.frictional import solve_frictional
 from pymdr.solving.frictional_memory import solve_frictional_memory
@@ -159,8 +162,32 @@ LAWS = (
 def law_of(contact: Contact, solver: Rings | None) -> Law:
     """The law of a contact; of a force curve it gives what the curve determines."""
     law = next(law for law in LAWS if law.covers(contact, solver))
-    if not is_curve(contact):
-        return law
-    if solver is not None:
-        refuse_curve(contact, "solve: solver=Rings()", "boundary elements need its shape")
-    return replace(law, history=partial(solve_on_curve, law.history), reading=reading_of(law.reading))
+    if is_curve(contact):
+        if solver is not None:
+            refuse_curve(contact, "solve: solver=Rings()", "boundary elements need its shape")
+        law = replace(law, history=partial(solve_on_curve, law.history), reading=reading_of(law.reading))
+    return replace(law, reading=_with_fluxes(law.reading, contact, solver))
+
+
+def _with_fluxes(reading: Reading, contact: Contact, solver: Rings | None) -> Reading:
+    """A reading with the fields of what flows through the contact, or with what to do to have them."""
+    elsewhere, carried = dict(reading.elsewhere), dict(reading.carried)
+    for each in CONDUCTIONS:
+        if not is_carried(contact.body, contact.counterbody, each.carrier):
+            words = f"no body says what it conducts; give both {each.carrier}, as in Elastic('210 GPa', 0.3, {each.carrier}=...)"
+            elsewhere |= dict.fromkeys((each.quantity, each.field), words)
+        elif solver is not None:
+            elsewhere[each.field] = "boundary elements solve no flux; leave solver=Rings() out"
+        else:
+            carried[each.field] = partial(_flux, each.carrier)
+    if not any(is_carried(contact.body, contact.counterbody, each.carrier) for each in CONDUCTIONS):
+        return replace(reading, elsewhere=elsewhere)
+    return replace(
+        reading, elsewhere=elsewhere, carried=carried, plots=partial(plots_with_conduction, reading.plots)
+    )
+
+
+def _flux(carrier: Carrier, result: Result) -> DiskFlux:
+    pair = conductivity_of(result.contact.body, result.contact.counterbody, carrier)
+    assert not isinstance(pair, str)
+    return DiskFlux(pair.line, result.data["contact_radius"].values)

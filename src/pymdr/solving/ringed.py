@@ -57,6 +57,7 @@ def solve_by_rings(task: Task) -> Result:
         status=Status.BY_RINGS,
         notes=mapped.notes,
         references=("johnson",),
+        conducting=columns["normal_stiffness"] / (2.0 * mapped.moduli.normal),
     )
 
 
@@ -130,6 +131,9 @@ def solve_memory_by_rings(task: Task) -> Result:
         notes=notes_of(task.contact.profile),
         references=("johnson",),
         remembers=True,
+        conducting=np.array(
+            [0.0 if one is None else one.stiffness / (2.0 * one.modulus) for one in rows.solutions]
+        ),
     )
 
 

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, ClassVar
 import numpy as np
 
 from pymdr.errors import PathError, ProblemError
+from pymdr.interpretation.conductance import conduction_of_stiffness
 from pymdr.interpretation.rough import (
     FITTED,
     PUBLISHED,
@@ -199,7 +200,8 @@ class RoughContact(Study):
     """
     Over ``normal_force`` (N), or over ``indentation`` (m) below the highest summit: the other of the two, normal_stiffness
     (N/m) and elastic_energy (J), each a geometric mean over the realisations, with ``_low`` and ``_high``, their 16th and
-    84th percentiles; power_law_stiffness and fitted_stiffness (N/m) of the closed form; of a ball hertz_stiffness (N/m).
+    84th percentiles; power_law_stiffness and fitted_stiffness (N/m) of the closed form; of a ball hertz_stiffness (N/m); of bodies that
+    say what they conduct thermal_conductance (W/K) and electrical_resistance (ohm), by the stiffness.
     """
     curves: xr.Dataset
     """normal_stiffness (N/m) with its band over ``normal_force`` (N), from few contacts to many, for the figure."""
@@ -222,6 +224,8 @@ class RoughContact(Study):
         "fitted_stiffness": Column("fitted", "N/m"),
         "hertz_stiffness": Column("Hertz", "N/m"),
         "elastic_energy": Column("energy", "J"),
+        "thermal_conductance": Column("conductance", "W/K"),
+        "electrical_resistance": Column("resistance", "ohm"),
     }
     told: ClassVar = ("normal_stiffness", "power_law_stiffness", "fitted_stiffness")
 
@@ -348,6 +352,9 @@ def press_rough(
     force = rows if by_force else columns["normal_force"]
     claims = rough_claims(surface, name, np.ones(rows.shape, dtype=bool), asked.radius is not None)
     laws, closed = _closed_forms(asked, force, columns["normal_stiffness"])
+    lengths = {end: columns[f"normal_stiffness{end}"] / (2.0 * asked.modulus) for end in bands}
+    conducted = conduction_of_stiffness(body, counterbody or Rigid(), lengths, claims["normal_stiffness"])
+    columns, claims = columns | conducted[0], claims | conducted[1]
     curves = {f"normal_stiffness{end}": values for end, values in _summed(drawn).items()}
     curves |= _closed_forms(asked, grid, curves["normal_stiffness"])[1]
     attributes: dict[str, float | int] = {

@@ -201,12 +201,17 @@ def _with_samples(profile: dict[str, Any], folder: Path) -> dict[str, Any]:
     kind = profile.get("kind")
     if kind not in ("sampled", "force_curve") or "file" not in profile:
         return profile
-    if kind == "sampled":
-        _refuse_both(profile, ("radius", "height", "scatter"), "[profile]", "the samples")
-        columns = read_columns(_named(profile["file"], folder, "[profile]"))
-    else:
-        _refuse_both(profile, ("indentation", "force"), "[profile]", "the points")
-        columns = read_curve_columns(_named(profile["file"], folder, "[profile]"))
+    known, what, read = (
+        (("radius", "height", "scatter"), "the samples", read_columns)
+        if kind == "sampled"
+        else (("indentation", "force"), "the points", read_curve_columns)
+    )
+    _refuse_both(profile, known, "[profile]", what)
+    file = _named(profile["file"], folder, "[profile]")
+    try:
+        columns = read(file)
+    except PymdrError as error:
+        raise CaseError(f"[profile] {error}") from error
     return {**{key: value for key, value in profile.items() if key != "file"}, **columns}
 
 
@@ -216,8 +221,9 @@ def _with_rheometry(body: dict[str, Any], folder: Path, table: str) -> dict[str,
         return body
     where = f"[{table}.shear]"
     _refuse_both(shear, ("equilibrium", "moduli", "times"), where, "the series")
+    file = _named(shear["file"], folder, where)
     try:
-        series = fit_prony(_named(shear["file"], folder, where)).series
+        series = fit_prony(file).series
     except PymdrError as error:
         raise CaseError(f"{where} {error}") from error
     rest = {key: value for key, value in shear.items() if key != "file"}

@@ -1,4 +1,4 @@
-"""The command line: ``pymdr run``, ``check``, ``verify``, ``loops``, ``impact``, ``rolling``, ``sliding``, ``rough``, ``press``, ``sweep``, ``topography``, ``plot``, ``new``, ``schema`` and ``info``.
+"""The command line: ``pymdr run``, ``check``, ``verify``, ``loops``, ``impact``, ``rolling``, ``sliding``, ``rough``, ``press``, ``sweep``, ``topography``, ``heat``, ``joule``, ``plot``, ``new``, ``schema`` and ``info``.
 
 Every command body imports what it needs, so that ``pymdr --help`` stays quick.
 """
@@ -8,6 +8,7 @@ from __future__ import annotations
 import json
 import logging
 import os
+import re
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -370,9 +371,9 @@ def verify(
         asked = read_case(case)
         with _ready_folder(folder), _stages(quiet or as_json) as stage:
             if asked.contact.friction is None:
-                found, told = _by_rings(asked, rings, steps or 5, stage)
+                found, told = _by_rings(asked, rings, 5 if steps is None else steps, stage)
             else:
-                found, told = _by_cells(asked, cells, steps or 20, stage)
+                found, told = _by_cells(asked, cells, 20 if steps is None else steps, stage)
             written = _write_figures({"verify": found.plot()}, folder, stage("drawing"))
     # without any difference to tell the method gave nothing
     refused = told["largest_difference"] is None
@@ -571,6 +572,60 @@ def sliding(
         )
 
     _study("sliding", case, ask, output, quiet, as_json)
+
+
+@app.command()
+def heat(
+    case: CaseFile,
+    speed: Annotated[list[str], typer.Option(help="Speed of sliding, such as '1 mm/s'; one or several.")],
+    normal_force: NormalForce = None,
+    indentation: Indentation = None,
+    points: Points = None,
+    output: Table = None,
+    quiet: Quiet = False,
+    as_json: Json = False,
+) -> None:
+    """Temperature rise by friction of the contact of a case that slides slowly; with -o its table and figure are written."""
+    from pymdr.solving.heating import frictional_heat
+
+    def ask(contact: Contact) -> Study:
+        return frictional_heat(
+            contact,
+            _spread(speed, points, "m/s", "speed"),
+            normal_force=normal_force,
+            indentation=indentation,
+        )
+
+    _study("heat", case, ask, output, quiet, as_json)
+
+
+@app.command()
+def joule(
+    case: CaseFile,
+    temperature: Annotated[str, typer.Option(help="Of both bodies, such as '20 degC'.")],
+    voltage: Annotated[
+        list[str] | None, typer.Option(help="Between the bodies, such as '50 mV'; one, or one for every row.")
+    ] = None,
+    current: Annotated[
+        list[str] | None, typer.Option(help="The current in its place, such as '10 A'.")
+    ] = None,
+    output: Table = None,
+    quiet: Quiet = False,
+    as_json: Json = False,
+) -> None:
+    """Largest temperature by a current through the contact of a case, row by row of its path; with -o its table and figure."""
+    from pymdr.solving import solve
+    from pymdr.solving.heating import joule_heating
+    from pymdr.workbench.casefile import read_case
+
+    def ask() -> tuple[str, Study]:
+        asked = read_case(case)
+        result = solve(asked.contact, asked.path, **asked.options)
+        return asked.title, joule_heating(
+            result, temperature=temperature, voltage=voltage or None, current=current or None
+        )
+
+    _tell_study("joule", case, ask, output, quiet, as_json)
 
 
 @app.command()
@@ -885,6 +940,11 @@ def _spread(given: Sequence[str], points: int | None, unit: str, name: str) -> F
     from pymdr.errors import ProblemError
     from pymdr.units import to_si_array
 
+    bare = [value for value in given if unit and re.fullmatch(r"\s*[-+.\d][-+.\deE]*\s*", value)]
+    if bare:
+        raise ProblemError(
+            f"--{name} {bare[0]}: a unit is missing; write --{name} '{bare[0].strip()} {unit}'"
+        )
     if points is None:
         return list(given)
     ends = to_si_array(list(given), unit, name=name)

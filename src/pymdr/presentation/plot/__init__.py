@@ -7,7 +7,9 @@ be restyled afterwards.
 from pymdr.presentation.plot.adhesion import adhesive_figures, adhesive_overview
 from pymdr.presentation.plot.closure import CurveData, closure_figures, closure_overview
 from pymdr.presentation.plot.compared import compared_pressures, compared_tractions
+from pymdr.presentation.plot.conductance import conduction_figure
 from pymdr.presentation.plot.friction import frictional_figures, frictional_overview
+from pymdr.presentation.plot.heating import frictional_heat_study, joule_study
 from pymdr.presentation.plot.memory import memory_figures, memory_overview
 from pymdr.presentation.plot.press import pressed_surface
 from pymdr.presentation.plot.rough import rough_study
@@ -35,9 +37,12 @@ __all__ = [
     "compared_laws",
     "compared_pressures",
     "compared_tractions",
+    "conduction_figure",
     "frictional_figures",
+    "frictional_heat_study",
     "frictional_overview",
     "impact_figure",
+    "joule_study",
     "loop_study",
     "memory_figures",
     "memory_overview",

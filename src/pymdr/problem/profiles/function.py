@@ -255,9 +255,9 @@ def _takes_scalars(function: ArrayFunction, r: FloatArray) -> bool:
     """Whether a callable that fails on arrays gives numbers for single radii."""
     try:
         with np.errstate(all="ignore"):
+            of_scalar: Any = function
             for radius in (r.min(), r.max(), r[-1]):
-                value: Any = function(float(radius))  # type: ignore[arg-type]
-                float(value)
+                float(of_scalar(float(radius)))
     except Exception:
         return False
     return True

@@ -14,6 +14,7 @@ from pymdr.line.foundation import normal_force, states_at_depth
 from pymdr.line.impact import at_many, depths_of_energy
 from pymdr.line.rebound import Motion, largest_force, rebound
 from pymdr.problem.contact import Contact
+from pymdr.problem.values import within_range
 from pymdr.quantities import quantity
 from pymdr.solving.colliding import collide, contact_times, stopping_depths
 from pymdr.solving.equilibria import AdhesiveLine
@@ -74,6 +75,8 @@ def restitution(contact: Contact, *, mass: QuantityLike, speeds: ArrayQuantityLi
         raise ProblemError(
             f"restitution: speeds = {shown(speeds)}; one row of finite speeds above 0 m/s is needed"
         )
+    for extreme in (v.min(), v.max()):
+        within_range(extreme, "m/s", "restitution: speeds", size=True)
     coefficient_of(contact, "restitution")
     attributes = {}
     if contact.remembers:
