@@ -115,8 +115,8 @@ def in_time_steps(heights, depth, relaxation, dt, passages):
 def test_any_line_finds_its_stationary_state_at_any_speed(moduli, times, log_speed, share):
     own = 10.0 ** np.array(moduli), 10.0 ** (np.array(times[: len(moduli)]) / 10.0)
     relaxation = mdr.Relaxation(1.0, *own)
-    rough = mdr.SelfAffineLine(length=1.0, rms_slope=0.1, hurst=0.7, shortest=0.1, seed=4)
-    heights = line_heights(rough, 200)
+    rough = mdr.RoughSurface(hurst=0.7, rms=0.01, size=1.0, shortest=0.1, seed=4)
+    heights = rough_heights(rough, 0, 200)
     found = stationary(heights, 1.0, share * heights.max(), relaxation, 10.0**log_speed)
     # no spring is above the line, or deeper than its highest place
     assert found.pressure >= np.mean(heights) + share * heights.max()
