@@ -36,6 +36,7 @@ def blocks(page):
         "sliding_friction.md",
         "rough.md",
         "topography.md",
+        "press.md",
         "impact.md",
         "conductance.md",
         "claims.md",

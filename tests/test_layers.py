@@ -592,7 +592,6 @@ def test_what_layers_have_no_right_to():
     contact = mdr.Contact(ball, body)
     assert mdr.Contact(ball, mdr.Rigid(), body).layered == body
     for ask in (
-        lambda: mdr.solve(contact, mdr.load(0.1), solver=mdr.Rings()),
         lambda: mdr.foundation(contact, n=10),
         lambda: mdr.effective_moduli(body),
         lambda: mdr.impact(contact, mass=1.0, speed=1.0),

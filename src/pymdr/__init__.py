@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from pymdr.mapping.relaxation import Relaxation as Relaxation
     from pymdr.mapping.relaxation import relaxation_of as relaxation_of
     from pymdr.mapping.relaxation import tangential_relaxation_of as tangential_relaxation_of
+    from pymdr.mapping.rough_patch import rough_topography as rough_topography
     from pymdr.mapping.surfaces.preparing import detrend as detrend
     from pymdr.mapping.surfaces.preparing import fill_missing as fill_missing
     from pymdr.mapping.surfaces.resolution import tip_cutoff as tip_cutoff
@@ -111,6 +112,8 @@ if TYPE_CHECKING:
     from pymdr.solving.heating import JouleHeating as JouleHeating
     from pymdr.solving.heating import frictional_heat as frictional_heat
     from pymdr.solving.heating import joule_heating as joule_heating
+    from pymdr.solving.press import PressedSurface as PressedSurface
+    from pymdr.solving.press import press as press
     from pymdr.solving.reopening import open_result as open_result
     from pymdr.solving.rolling import Rolling as Rolling
     from pymdr.solving.rolling import rolling as rolling
@@ -204,6 +207,7 @@ _HOMES: dict[str, tuple[str, ...]] = {
         "Waviness",
     ),
     "pymdr.problem.rheology": ("KelvinVoigt", "Maxwell", "PowerLawRheology", "Prony", "StandardSolid"),
+    "pymdr.mapping.rough_patch": ("rough_topography",),
     "pymdr.problem.rough": ("RoughSurface",),
     "pymdr.problem.topography": ("Topography",),
     "pymdr.result": ("Result", "Status"),
@@ -211,6 +215,7 @@ _HOMES: dict[str, tuple[str, ...]] = {
     "pymdr.solving.reopening": ("open_result",),
     "pymdr.solving.rolling": ("Rolling", "rolling"),
     "pymdr.solving.thickness": ("ThicknessCorrection", "thickness_correction"),
+    "pymdr.solving.press": ("PressedSurface", "press"),
     "pymdr.solving.rough": ("RoughContact", "RoughLine", "press_rough", "rough_line"),
     "pymdr.solving.rough_sliding": ("rough_sliding_friction",),
     "pymdr.solving.sweep": ("Sweep", "sweep"),

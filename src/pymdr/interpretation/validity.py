@@ -136,6 +136,8 @@ SOURCES: dict[str, str] = {
     "pohrt-popov": (
         "Pohrt and Popov (2012), Phys. Rev. Lett. 108, 104301, doi:10.1103/PhysRevLett.108.104301; Popov and Hess (2015), chapter 10"
     ),
+    "boundary-elements": "Love (1929), Phil. Trans. R. Soc. A 228, 377-420; Polonsky and Keer (1999), Wear 231, 206-219",
+    "contact-outline": "Yastrebov, Anciaux and Molinari (2017), Tribol. Int. 114, 161-171: the area of pixels on the outline",
     "spectrum": (
         "Jacobs, Junge and Pastewka (2017), Surf. Topogr.: Metrol. Prop. 5, 013001, doi:10.1088/2051-672X/aa51f8"
     ),

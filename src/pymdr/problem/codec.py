@@ -489,6 +489,116 @@ def decode_rough(plain: Mapping[str, Any]) -> RoughCase:
     )
 
 
+MEASURED = ("file", "channel", "size", "unit", "missing", "detrend")
+"""Keys of a measured surface: where it is, and what becomes of it."""
+
+
+@lru_cache(maxsize=1)
+def press_adapter() -> TypeAdapter[Any]:
+    """The pydantic adapter of a case whose surface is pressed by boundary elements."""
+    from pydantic import ConfigDict, Field, StrictBool, TypeAdapter, create_model
+
+    closed = ConfigDict(extra="forbid")
+    columns: dict[str, Any] = {f.name: _field_type(RoughSurface, f) for f in fields(RoughSurface)}
+    rough: Any = create_model("surface", __config__=closed, **columns)
+    length: Any = int | float | str
+    measured: Any = create_model(
+        "measured",
+        __config__=closed,
+        file=(str, Field(..., description="of measured heights; paths count from the case file")),
+        channel=(int | str | None, Field(None, description="number or name, where the file has several")),
+        size=(length | list[length] | None, Field(None, description="sides, where the file has none")),
+        unit=(str | None, Field(None, description="of the heights, where the file has none")),
+        missing=(str | None, Field(None, description="interpolate or crop: what becomes of missing heights")),
+        detrend=(str | None, Field(None, description="mean, plane, sphere or curvature: what is taken off")),
+    )
+    model = create_model(
+        "press_case",
+        __config__=ConfigDict(extra="forbid", title="pymdr press case"),
+        __doc__="A surface that is pressed on a half-space.",
+        title=(str, Field("", description="printed above the summary")),
+        surface=(measured | rough, ...),
+        punch=(StrictBool, Field(False, description="whether the body ends where the heights end")),
+        body=(_union("material"), ...),
+        counterbody=(_union("material"), Field(None, description="rigid unless given")),
+    )
+    return TypeAdapter(model)
+
+
+@dataclass(frozen=True)
+class PressCase:
+    """What a case of a pressed surface says."""
+
+    title: str
+    surface: RoughSurface | Mapping[str, Any]
+    """Random, or the keys of a file."""
+    body: Material
+    counterbody: Material
+    punch: bool
+
+
+def decode_press(plain: Mapping[str, Any]) -> PressCase:
+    """
+    A case of a pressed surface from plain dictionaries.
+
+    Parameters
+    ----------
+    plain : mapping
+        With the tables ``surface``, ``body`` and optionally ``counterbody``, ``punch`` and ``title``.
+
+    Returns
+    -------
+    PressCase
+
+    Raises
+    ------
+    CaseError
+        With the table, the key, the value and the remedy.
+
+    Examples
+    --------
+    >>> decode_press({"surface": {"file": "heights.txt", "fil": 1}, "body": {"kind": "rigid"}})
+    Traceback (most recent call last):
+        ...
+    pymdr.errors.CaseError: [surface] fil = 1: unknown key; measured heights have file, channel, size, unit, missing, detrend
+    """
+    from pydantic import ValidationError
+
+    surface = plain.get("surface")
+    if not isinstance(surface, Mapping):
+        raise CaseError(
+            "table [surface] is missing; it has file, of measured heights, or hurst, rms, size and shortest of random ones"
+        )
+    measured = "file" in surface
+    if measured:
+        strange = [key for key in surface if key not in MEASURED]
+        if strange:
+            raise CaseError(
+                f"[surface] {strange[0]} = {shown(surface[strange[0]])}: unknown key; measured heights have {', '.join(MEASURED)}"
+            )
+    elif "punch" in plain:
+        raise CaseError("punch: a random surface is a punch as it is; leave it out")
+    else:
+        decode_rough(plain)
+        if "ball" in plain:
+            raise CaseError(
+                "[ball]: boundary elements press the surface alone; add the heights of the ball to those of a file"
+            )
+    try:
+        press_adapter().validate_python(plain)
+    except RecursionError as error:
+        raise CaseError("tables or lists are nested too deeply for a case") from error
+    except ValidationError as error:
+        raise CaseError(_in_words(error, plain)) from error
+    return PressCase(
+        str(plain.get("title", "")),
+        dict(surface) if measured else _build("surface", RoughSurface, surface),
+        _decode(plain["body"], "body"),
+        _decode(plain.get("counterbody", {"kind": "rigid"}), "counterbody"),
+        bool(plain.get("punch", False)),
+    )
+
+
 _FILE_KEYS = {
     "sampled": ("file",),
     "force_curve": ("file",),

@@ -12,12 +12,15 @@ from typing import Any
 from pymdr.errors import CaseError, PymdrError
 from pymdr.independent.rings import Rings
 from pymdr.presentation.files import named_file
-from pymdr.problem.codec import RoughCase, decode_case, decode_contact, decode_rough
+from pymdr.problem.codec import PressCase, RoughCase, decode_case, decode_contact, decode_press, decode_rough
 from pymdr.problem.contact import Contact
 from pymdr.problem.paths import CHANNELS, LoadingPath
+from pymdr.problem.rough import RoughSurface
+from pymdr.problem.topography import Topography
 from pymdr.workbench.inputs import read_text
 from pymdr.workbench.rheometry import fit_prony
 from pymdr.workbench.tables import read_columns, read_curve_columns, read_path
+from pymdr.workbench.topographies import read_topography
 
 _LARGEST = 4 * 2**20
 
@@ -118,6 +121,40 @@ def read_rough_case(file: str | os.PathLike[str]) -> RoughCase:
     plain = _tables(source)
     try:
         return decode_rough(plain)
+    except PymdrError as error:
+        raise CaseError(f"{source}: {error}") from error
+
+
+def read_press_case(file: str | os.PathLike[str]) -> tuple[PressCase, Topography | RoughSurface]:
+    """
+    Read a case file of a surface that is pressed by boundary elements.
+
+    Parameters
+    ----------
+    file : path
+        A TOML file with the tables ``[surface]``, of a file of heights or of a random surface, ``[body]`` and optionally
+        ``[counterbody]``, and ``punch``.
+
+    Returns
+    -------
+    case : PressCase
+    surface : Topography or RoughSurface
+
+    Raises
+    ------
+    FileError
+        If a file cannot be read.
+    CaseError
+        If it is not such a case; the message names file, table, key, value and remedy.
+    """
+    source = named_file(file, "read")
+    plain = _tables(source)
+    try:
+        case = decode_press(plain)
+        if isinstance(case.surface, RoughSurface):
+            return case, case.surface
+        keys = dict(case.surface)
+        return case, read_topography(source.parent / keys.pop("file"), keys.pop("channel", None), **keys)
     except PymdrError as error:
         raise CaseError(f"{source}: {error}") from error
 

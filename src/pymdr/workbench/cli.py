@@ -1,4 +1,4 @@
-"""The command line: ``pymdr run``, ``check``, ``verify``, ``loops``, ``impact``, ``rolling``, ``sliding``, ``rough``, ``sweep``, ``topography``, ``heat``, ``joule``, ``plot``, ``new``, ``schema`` and ``info``.
+"""The command line: ``pymdr run``, ``check``, ``verify``, ``loops``, ``impact``, ``rolling``, ``sliding``, ``rough``, ``press``, ``sweep``, ``topography``, ``heat``, ``joule``, ``plot``, ``new``, ``schema`` and ``info``.
 
 Every command body imports what it needs, so that ``pymdr --help`` stays quick.
 """
@@ -680,6 +680,67 @@ def rough(
         )
 
     _tell_study("rough", case, ask, output, quiet, as_json)
+
+
+@app.command()
+def press(
+    case: Annotated[
+        Path,
+        typer.Argument(
+            metavar="CASE.toml", help="The case file, with [surface] in the place of [profile] and [[path]]."
+        ),
+    ],
+    normal_force: Annotated[
+        list[str] | None, typer.Option(help="Force, such as '1 N'; one or several.")
+    ] = None,
+    indentation: Annotated[
+        list[str] | None, typer.Option(help="Depths of the highest pixel in its place, such as '1 um'.")
+    ] = None,
+    points: Points = None,
+    engine: Annotated[
+        str | None,
+        typer.Option(help="contactmechanics unless given, tamaas, aspher, or one of another package."),
+    ] = None,
+    keep: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="DIR", help="Folder that keeps every load, from which a run goes on that was ended."
+        ),
+    ] = None,
+    output: Table = None,
+    quiet: Quiet = False,
+    as_json: Json = False,
+) -> None:
+    """Press a measured or random surface by boundary elements; with -o its table and figure are written."""
+    from pymdr.presentation.text import in_bytes
+    from pymdr.solving.press import bytes_of, patch_of
+    from pymdr.solving.press import press as press_surface
+    from pymdr.workbench.casefile import read_press_case
+
+    def ask() -> tuple[str, Study]:
+        asked, surface = read_press_case(case)
+        patch, punch = patch_of(surface, asked.punch)
+        forces = _spread(normal_force, points, "N", "normal-force") if normal_force else None
+        depths = _spread(indentation, points, "m", "indentation") if indentation else None
+        loads = forces if forces is not None else depths
+        if not quiet and not as_json and loads is not None:
+            nx, ny = patch.heights.shape
+            needed = in_bytes(round(bytes_of((nx, ny), len(loads), engine)))
+            _complain(f"{nx} x {ny} pixels at {len(loads)} loads take about {needed}")
+        with _stages(quiet or as_json) as stage:
+            return asked.title, press_surface(
+                patch,
+                asked.body,
+                asked.counterbody,
+                normal_force=forces,
+                indentation=depths,
+                punch=punch,
+                engine=engine,
+                keep=keep,
+                progress=stage("pressing"),
+            )
+
+    _tell_study("press", case, ask, output, quiet, as_json)
 
 
 @app.command()

@@ -12,6 +12,7 @@ from pymdr.presentation.plot.friction import frictional_figures, frictional_over
 from pymdr.presentation.plot.heating import frictional_heat_study, joule_study
 from pymdr.presentation.plot.layers import thickness_study
 from pymdr.presentation.plot.memory import memory_figures, memory_overview
+from pymdr.presentation.plot.press import pressed_surface
 from pymdr.presentation.plot.rough import rough_study
 from pymdr.presentation.plot.shared import FigureData, LayersDrawn, Plots
 from pymdr.presentation.plot.studies import (
@@ -49,6 +50,7 @@ __all__ = [
     "memory_overview",
     "normal_figures",
     "normal_overview",
+    "pressed_surface",
     "rolling_study",
     "rough_study",
     "sliding_study",
