@@ -36,6 +36,7 @@ from pymdr.solving.frictional_memory import solve_frictional_memory
 from pymdr.solving.memory import relaxation_along, tangential_relaxation_along
 from pymdr.solving.normal import solve_normal
 from pymdr.solving.ringed import ring_history_with_memory, solve_by_rings, solve_memory_by_rings
+from pymdr.solving.shapes import is_shape, shape_plots, shape_surface, solve_shape
 from pymdr.solving.viscoelastic import solve_viscoelastic, surface_with_memory
 from pymdr.solving.walk import Task
 
@@ -107,6 +108,11 @@ def _sheared_surface(result: Result) -> ShearedSurface:
 
 
 LAWS = (
+    Law(
+        lambda contact, solver: is_shape(contact),
+        solve_shape,
+        Reading(SURFACE_FIELDS, (), shape_surface, shape_plots, _WITHOUT_FRICTION),
+    ),
     Law(
         lambda contact, solver: solver is not None and contact.remembers,
         solve_memory_by_rings,

@@ -10,6 +10,7 @@ from pymdr.presentation.plot.compared import compared_pressures, compared_tracti
 from pymdr.presentation.plot.friction import frictional_figures, frictional_overview
 from pymdr.presentation.plot.memory import memory_figures, memory_overview
 from pymdr.presentation.plot.rough import rough_study
+from pymdr.presentation.plot.shapes import ShapeData, shape_figures, shape_overview
 from pymdr.presentation.plot.shared import FigureData, Plots
 from pymdr.presentation.plot.studies import (
     compared_laws,
@@ -24,6 +25,7 @@ __all__ = [
     "CurveData",
     "FigureData",
     "Plots",
+    "ShapeData",
     "adhesive_figures",
     "adhesive_overview",
     "closure_figures",
@@ -41,5 +43,7 @@ __all__ = [
     "normal_overview",
     "rolling_study",
     "rough_study",
+    "shape_figures",
+    "shape_overview",
     "sliding_study",
 ]
