@@ -19,8 +19,9 @@ from pymdr.interpretation.validity import (
     Claim,
     Level,
 )
-from pymdr.mapping.abel import Curve
 from pymdr.line.shapes import LONGEST_OUTLINE, LONGEST_RATIO, PYRAMID_ERROR, PYRAMID_FORCES, ShapeStates
+from pymdr.mapping.abel import Curve
+from pymdr.mapping.azimuth import mean_error
 from pymdr.problem.profiles import EllipticParaboloid, Pyramid, Sampled2D, Shape
 from pymdr.units import FloatArray
 
@@ -99,7 +100,9 @@ def _pyramid(shape: Pyramid, everywhere: BoolArray) -> dict[str, Claim]:
     else:
         near = max(known for known in (*PYRAMID_FORCES, 3) if known <= sides)
         size = {3: 0.039, 4: 0.018, 6: 0.006, 8: 0.0025}[near]
-        reason += f"C is {_ESTIMATE}; that of {sides} sides was not computed, and errs by less than that of {near}"
+        reason += (
+            f"C is {_ESTIMATE}; that of {sides} sides was not computed, and errs by less than that of {near}"
+        )
     if shape.gradient > _SMALL_SLOPE:
         reason += (
             f"; the faces have a slope of {shape.gradient:.3g}, above {_SMALL_SLOPE:g}, up to which the model of small slopes is "
@@ -107,7 +110,9 @@ def _pyramid(shape: Pyramid, everywhere: BoolArray) -> dict[str, Claim]:
         )
     source = f"{SOURCES['bilodeau']}; {SOURCES['popov-shapes']}"
     base = {name: Claim(Level.APPROXIMATE, reason, source, everywhere) for name in _FORCES}
-    errors = {name: np.full(everywhere.shape, 0.5 * size if name == "indentation" else size) for name in _FORCES}
+    errors = {
+        name: np.full(everywhere.shape, 0.5 * size if name == "indentation" else size) for name in _FORCES
+    }
     return with_errors(base, errors)
 
 
@@ -142,12 +147,17 @@ def _unknown() -> str:
 def _refused(given: Mapping[str, Claim], everywhere: BoolArray) -> dict[str, Claim]:
     none = np.zeros(everywhere.shape, dtype=bool)
     reasons = dict.fromkeys(
-        OF_SHAPES, "the outline of the contact and the pressures in it are not known; press the body by boundary elements"
+        OF_SHAPES,
+        "the outline of the contact and the pressures in it are not known; press the body by boundary elements",
     )
-    reasons["elastic_energy"] = "the estimate has a force and a stiffness; integrate normal_force over indentation"
+    reasons["elastic_energy"] = (
+        "the estimate has a force and a stiffness; integrate normal_force over indentation"
+    )
     reasons["semi_axis_x"] = reasons["semi_axis_y"] = "the contact is no ellipse"
     source = SOURCES["popov-shapes"]
-    return {name: Claim(Level.NOT_VALID, why, source, none) for name, why in reasons.items() if name not in given}
+    return {
+        name: Claim(Level.NOT_VALID, why, source, none) for name, why in reasons.items() if name not in given
+    }
 
 
 def _no_radius(shape: Shape) -> str:
@@ -183,7 +193,9 @@ def _bound_claim(shape: Shape, states: ShapeStates, bound: FloatArray) -> Claim:
     if isinstance(shape, Sampled2D):
         reason += "; of the heights as they are interpolated, and their mean between rings a pixel apart"
         return Claim(Level.APPROXIMATE, reason, SOURCES["shield"], everywhere)
-    return Claim(Level.EXACT, reason, SOURCES["shield"], everywhere)
+    claim = Claim(Level.EXACT, reason, SOURCES["shield"], everywhere)
+    error = {"bound": np.full(bound.shape, 2.0 * mean_error(shape))}
+    return with_errors({"bound": claim}, error, "", "as the mean over finitely many directions does")["bound"]
 
 
 def shape_assumptions(
@@ -344,8 +356,7 @@ def ellipse_displacement(
     with np.errstate(divide="ignore", invalid="ignore"):
         beyond = np.where(half > 0.0, half + root, product / (root - half))
     beyond = np.where(product > 0.0, beyond, 0.0)
-    a2, b2 = a2 + beyond, b2 + beyond
-    potential = elliprf(a2, b2, beyond) - (
-        x2 * elliprd(b2, beyond, a2) + y2 * elliprd(a2, beyond, b2)
-    ) / 3.0
+    far_a, far_b = a2 + beyond, b2 + beyond
+    bent = x2 * elliprd(far_b, beyond, far_a) + y2 * elliprd(far_a, beyond, far_b)
+    potential = elliprf(far_a, far_b, beyond) - bent / 3.0
     return np.asarray(1.5 * force / (math.pi * size) * potential)

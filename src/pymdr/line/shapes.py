@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import lru_cache, singledispatch
+from functools import lru_cache, partial, singledispatch
 from typing import Protocol
 
 import numpy as np
@@ -245,7 +245,8 @@ class RayLaw:
         found = np.full((6, depth.size), math.nan)
         found[:, ~(depth > 0.0)] = 0.0
         if rows.size:
-            found[:, rows] = self._solved(depth[rows], radius[rows])
+            _, first, of_depth = np.unique(depth[rows], return_index=True, return_inverse=True)
+            found[:, rows] = self._solved(depth[rows][first], radius[rows][first])[:, of_depth.ravel()]
         force, stiffness, longest, clipped, stretch, error = found
         known = ~(stretch > LONGEST_OUTLINE) & np.isfinite(force)
         force, stiffness = np.where(known, force, math.nan), np.where(known, stiffness, math.nan)
@@ -287,6 +288,9 @@ def _stationary(table: RayTable, depth: FloatArray) -> FloatArray:
         p, dp, _ = table.at(at)
         return np.asarray(np.exp(at) * (2.0 * (d - p) - dp))
 
+    def q_above(level: FloatArray, at: FloatArray) -> FloatArray:
+        return q_at(at) - level
+
     def rise_at(at: FloatArray) -> FloatArray:
         p, dp, ddp = table.at(at)
         return np.asarray(2.0 * (d - p) - 3.0 * dp - ddp)
@@ -294,7 +298,7 @@ def _stationary(table: RayTable, depth: FloatArray) -> FloatArray:
     turning = _bisected(rise_at, s[top - 1], s[top + 1])
     highest = q_at(turning)
     level = np.zeros(depth.size)
-    at = turning
+    at, first = turning, top
     beyond = np.arange(s.size)[:, None] > top[:, None, :]
     for _ in range(60):
         before = level
@@ -306,7 +310,7 @@ def _stationary(table: RayTable, depth: FloatArray) -> FloatArray:
         below = beyond & (q < level[:, None, None])
         ends = below.any(axis=1)
         first = np.argmax(below, axis=1)
-        root = _bisected(lambda x, at=level: q_at(x) - at[:, None], turning, s[np.maximum(first, 1)])
+        root = _bisected(partial(q_above, level[:, None]), turning, s[np.maximum(first, 1)])
         at = np.where(highest <= level[:, None], turning, root)
         inside &= ends.all(axis=1)
         level = np.where(inside, level, before)

@@ -94,19 +94,50 @@ def _(shape: Pyramid) -> Profile:
 @_mean_of.register
 @lru_cache(maxsize=64)
 def _(shape: Function2D) -> Profile:
-    radii = 10.0 ** np.arange(-12.0, 1.0)
+    chosen, _change = _converged(shape)
+    return Function(lambda r: _mean_at(shape, r, chosen), reach=shape.reach)
+
+
+def mean_error(shape: Shape) -> float:
+    """Largest relative change of the azimuthal mean of a callable by the last doubling of its directions; 0 for others."""
+    return _converged(shape)[1] if isinstance(shape, Function2D) else 0.0
+
+
+@lru_cache(maxsize=64)
+def _converged(shape: Function2D) -> tuple[int, float]:
+    """How many directions its mean takes, and what the last doubling changed."""
+    radii: FloatArray = np.logspace(-12.0, 0.0, 13)
     if math.isfinite(shape.reach):
         radii = shape.reach * np.array([1e-3, 1e-2, 0.1, 0.3, 0.6, 0.9])
-    directions = _FEWEST_DIRECTIONS
+    directions, change = _FEWEST_DIRECTIONS, math.inf
+    _refuse_saddle(shape, radii)
     now = _mean_at(shape, radii, directions)
-    while directions < _MOST_DIRECTIONS:
+    while directions < _MOST_DIRECTIONS and change > _SAME:
         directions, before = 2 * directions, now
         now = _mean_at(shape, radii, directions)
-        known = np.isfinite(now) & np.isfinite(before)
-        if np.all(np.abs(now - before)[known] <= _SAME * np.abs(now[known])):
-            break
-    chosen = directions
-    return Function(lambda r: _mean_at(shape, r, chosen), reach=shape.reach)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            change = float(np.nanmax(np.abs(now - before) / np.abs(now), initial=0.0))
+    return directions, change
+
+
+def _refuse_saddle(shape: Function2D, radii: FloatArray) -> None:
+    """Refuse a gap that lies below its apex at all distances; below it at some, it may still be of use nearer to it."""
+    phi = _directions(_FEWEST_DIRECTIONS)
+    gap = shape.gap_at(radii[:, None] * np.cos(phi), radii[:, None] * np.sin(phi))
+    gap = gap[np.isfinite(gap).all(axis=1)]
+    told = gap[np.abs(gap).max(axis=1) > 0.0] if gap.size else gap
+    if told.size and np.all(told.min(axis=1) < -1e-6 * np.abs(told).max(axis=1)):
+        where = math.degrees(phi[int(np.argmin(told[0]))])
+        raise ProblemError(
+            f"Function2D: along the direction of {where:.3g} degrees its gap lies below that of x = y = 0: the apex must be the "
+            "lowest point of the gap; give f about it, and growing away from the other body"
+        )
+    if not gap.size:
+        raise ProblemError(
+            "Function2D: its gap is not known on a circle about x = y = 0 of any radius from 1e-12 m to 1 m; let it give numbers there"
+            if math.isinf(shape.reach)
+            else f"Function2D: its gap is not known on circles about x = y = 0 within its reach of {metres(shape.reach)}"
+        )
 
 
 def _mean_at(shape: Shape, r: FloatArray, directions: int) -> FloatArray:
@@ -238,7 +269,7 @@ def ray_table(shape: Shape, first: int, last: int, directions: int) -> RayTable 
 
 def _integrals(shape: Shape, radii: FloatArray, phi: FloatArray, nodes: int) -> FloatArray:
     """P at (radii, directions)."""
-    sine, weights = _gauss_legendre(nodes)
+    sine, weights = _panels(nodes)
     r = np.multiply.outer(sine, radii)  # (nodes, radii)
     cos, sin = np.cos(phi), np.sin(phi)
     answer = np.empty((radii.size, phi.size))
@@ -250,13 +281,12 @@ def _integrals(shape: Shape, radii: FloatArray, phi: FloatArray, nodes: int) -> 
     return answer
 
 
-@lru_cache(maxsize=8)
-def _gauss_legendre(nodes: int) -> tuple[FloatArray, FloatArray]:
-    """Sin t and the weights of dt from 0 to pi/2."""
-    x, weights = np.polynomial.legendre.leggauss(nodes)
-    return np.sin(0.25 * math.pi * (x + 1.0)), 0.25 * math.pi * weights
-
-
+def _panels(nodes: int) -> tuple[FloatArray, FloatArray]:
+    """Sin t and the weights of dt from 0 to pi/2, on panels of 16 nodes."""
+    x, weights = np.polynomial.legendre.leggauss(16)
+    count = nodes // 16
+    t = (np.arange(count)[:, None] + 0.5 * (x + 1.0)) * (0.5 * math.pi / count)
+    return np.sin(t.ravel()), np.tile(0.25 * math.pi / count * weights, count)
 
 
 def ray_slopes(shape: Shape, radius: float) -> FloatArray:

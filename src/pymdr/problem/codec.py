@@ -42,6 +42,7 @@ from pymdr.problem.profiles import (
     RoundedFlat,
     Sampled,
     Sampled2D,
+    Shape,
     ShapePreserving,
     SmoothingSpline,
     Sphere,
@@ -337,7 +338,7 @@ def _union(table: str) -> Any:
 
     # a sum of sums is one sum, so that its parts are never sums themselves
     classes = (
-        {k: c for k, c in PROFILES.items() if not (c is Sum or c.whole)}
+        {k: c for k, c in PROFILES.items() if not issubclass(c, Sum | ForceCurve | Shape)}
         if table == "part"
         else _TABLES[table]
     )

@@ -115,9 +115,7 @@ class Contact(Value):
 
     def _refuse_beyond_shape(self, exponent: float) -> None:
         name = type(self.profile).__name__
-        by_curve = (
-            "solve the elastic contact without friction, and put the force_curve() of its result in place of the shape"
-        )
+        by_curve = "solve the elastic contact without friction, and put the force_curve() of its result in place of the shape"
         for lacking, has, remedy in (
             ("adhesion", self.adhesion is not None, "leave adhesion out, or give a profile of revolution"),
             ("friction", self.friction is not None, by_curve),

@@ -130,9 +130,7 @@ def _step(
     return taken(rows, kept), None, here
 
 
-def _depths(
-    found: Pressed, start: FloatArray, targets: FloatArray, compliance: float | None
-) -> FloatArray:
+def _depths(found: Pressed, start: FloatArray, targets: FloatArray, compliance: float | None) -> FloatArray:
     """
     Depths at which the force, or with the compliance of a machine the travel, is as asked.
 
@@ -249,11 +247,11 @@ def shape_surface(result: Result) -> FieldReader:
     """What fields are computed from; of elliptic paraboloids only."""
     shape, data = result.contact.profile, result.data
     assert isinstance(shape, EllipticParaboloid)
-    columns = (
+    d, a_x, a_y, force = (
         data[name].values for name in ("indentation", "semi_axis_x", "semi_axis_y", "normal_force")
     )
     modulus = effective_moduli(result.contact.body, result.contact.counterbody).normal
-    return EllipseSurface(shape, modulus, *columns)
+    return EllipseSurface(shape, modulus, d, a_x, a_y, force)
 
 
 def shape_plots(result: Result, row: int) -> Plots:

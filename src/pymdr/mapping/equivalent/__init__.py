@@ -169,7 +169,7 @@ def _(profile: Shape, exponent: float = 0.0) -> EquivalentProfile:
     raise ProblemError(
         f"{name} is not of revolution and has no line of its own: solve(...) gives its normal force without adhesion and friction; "
         "what follows from a force curve (friction, memory, impacts) is had with solve(...).force_curve() as the profile of "
-        f"another contact, and azimuthal_mean({name[:1].lower()}{name[1:]}) is the profile of its lower bound"
+        "another contact, and azimuthal_mean(shape) is the profile of its lower bound"
     )
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, TypeVar
@@ -136,7 +135,14 @@ def draw_plan(axes: Axes, shape: ShapeData) -> None:
         diameter = 2.0 * shape.disk * width
         axes.add_patch(
             Ellipse(
-                (0, 0), diameter, diameter, fill=False, ls="-.", color=GREEN, lw=1.5, label="disk of the bound"
+                (0, 0),
+                diameter,
+                diameter,
+                fill=False,
+                ls="-.",
+                color=GREEN,
+                lw=1.5,
+                label="disk of the bound",
             )
         )
     if shape.axes is not None and min(shape.axes) > 0.0:
@@ -156,13 +162,11 @@ def draw_pressures(axes: Axes, data: FigureData, shape: ShapeData) -> None:
     assert data.field is not None
     assert shape.across is not None
     along, across = data.field("pressure", None), shape.across(None)
-    longest = max(shape.axes) if shape.axes is not None else math.nan
+    longest = max(shape.axes or (0.0,)) or float(along["r"].values[-1])
     unit, p_unit = good_unit(np.array([longest]), "m"), good_unit(along.values, "Pa")
     for words, p, colour in (("along $x$", along, BLUE), ("along $y$", across, ORANGE)):
         r = p["r"].values
-        axes.plot(
-            lengths(r, unit), scaled(p.values, "pressure", p_unit), color=colour, lw=1.5, label=words
-        )
+        axes.plot(lengths(r, unit), scaled(p.values, "pressure", p_unit), color=colour, lw=1.5, label=words)
     axes.set_xlim(0.0, 1.2 * float(lengths(np.array([longest]), unit)[0]))
     axes.set_xlabel(axis_label("r", unit))
     axes.set_ylabel(axis_label("pressure", p_unit))

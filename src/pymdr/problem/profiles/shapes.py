@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import inspect
 import math
 from abc import abstractmethod
 from collections.abc import Callable
@@ -198,6 +197,9 @@ class Function2D(Shape):
     def gap_at(self, x: ArrayLike, y: ArrayLike) -> FloatArray:
         """Gap f(x, y) - f(0, 0) in m; nan beyond the reach."""
         x, y = np.broadcast_arrays(np.asarray(x, dtype=float), np.asarray(y, dtype=float))
+        if math.isinf(self.reach):
+            return np.asarray(self._values(x, y) - self.offset)
+        # an end that was computed may lie a few roundings beyond the reach
         inside = np.hypot(x, y) <= self.reach * (1.0 + 1e-12)
         values = self._values(np.where(inside, x, 0.0), np.where(inside, y, 0.0))
         return np.where(inside, values - self.offset, math.nan)
