@@ -156,9 +156,9 @@ def ellipse_factor(ratio: float) -> tuple[float, float]:
     >>> round(ellipse_factor(2.0)[0], 8), round(ellipse_factor(1.0)[0], 8)
     (1.60168035, 1.33333333)
     """
-    phi = 2.0 * math.pi * (np.arange(512) + 0.5) / 512
+    phi = 2.0 * math.pi * (np.arange(4096) + 0.5) / 4096
     found = homogeneous_estimate(
-        2, 0.5 * (np.cos(phi) ** 2 / ratio + np.sin(phi) ** 2), np.full(512, 1.0 / 512)
+        2, 0.5 * (np.cos(phi) ** 2 / ratio + np.sin(phi) ** 2), np.full(4096, 1.0 / 4096)
     )
     return found[0], found[2]
 
