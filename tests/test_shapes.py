@@ -144,7 +144,7 @@ def test_the_circle_is_the_paraboloid():
     np.testing.assert_allclose(round_["semi_axis_x"], ball["contact_radius"], rtol=1e-14)
     np.testing.assert_allclose(round_["force_estimate"], ball["normal_force"], rtol=1e-12)
     np.testing.assert_allclose(round_["force_lower_bound"], ball["normal_force"], rtol=1e-14)
-    r = np.linspace(0.0, 3e-4, 40)
+    r = np.linspace(0.0, 2.9e-4, 40)
     for name in ("pressure", "normal_displacement", "gap"):
         scale = float(np.max(np.abs(ball.field(name, r).values)))
         for angle in (None, 0.7):
@@ -206,20 +206,15 @@ def test_indenters():
 
 
 @pytest.mark.parametrize(
-    ("shape", "exact", "below", "estimated"),
-    [
-        (quadratic(1.2, 1.0), HertzEllipse(1.2, 1.0), 0.0028, 1.2e-6),
-        (quadratic(2.0, 1.0), HertzEllipse(2.0, 1.0), 0.039, 1.4e-4),
-        (quadratic(4.0, 1.0), HertzEllipse(4.0, 1.0), 0.14, 0.0032),
-        (quadratic(10.0, 1.0), HertzEllipse(10.0, 1.0), 0.32, 0.0154),
-    ],
+    ("ratio", "below", "estimated"),
+    [(1.2, 0.0028, 6e-7), (2.0, 0.039, 1.4e-4), (4.0, 0.14, 0.0032), (10.0, 0.32, 0.0154)],
 )
-def test_bound_and_estimate_of_ellipses(shape, exact, below, estimated):
+def test_bound_and_estimate_of_ellipses(ratio, below, estimated):
     """The table of errors that the claims quote."""
-    result = at(shape, 1.0)
-    force = float(exact.force(np.array([1.0]))[0])
+    result = at(quadratic(ratio, 1.0), 1.0)
+    force = float(HertzEllipse(ratio, 1.0).force(np.array([1.0]))[0])
     assert 1.0 - last(result, "force_lower_bound") / force == pytest.approx(below, rel=0.04)
-    assert last(result, "force_estimate") / force - 1.0 == pytest.approx(estimated, rel=0.2)
+    assert last(result, "force_estimate") / force - 1.0 == pytest.approx(estimated, rel=0.03, abs=3e-7)
     assert last(result, "normal_force") == last(result, "force_estimate")
     assert result.claims["force_lower_bound"].level is mdr.Level.EXACT
     assert result.status is mdr.Status.ESTIMATED
@@ -228,12 +223,9 @@ def test_bound_and_estimate_of_ellipses(shape, exact, below, estimated):
 @pytest.mark.parametrize(("sides", "error"), [(3, -0.039), (4, -0.018), (6, -0.006), (8, -0.0025)])
 def test_the_estimate_of_pyramids_from_their_gap(sides, error):
     pyramid = mdr.Pyramid(sides, slope=1.0)
-    result = at(mdr.Function2D(pyramid.gap_at), 1.0)
-    assert last(result, "force_estimate") == pytest.approx(pyramid_factor(sides)[0], rel=5e-4)
-    known = last(at(pyramid, 1.0), "normal_force")
-    assert last(result, "force_estimate") / known - 1.0 == pytest.approx(error, abs=5e-4)
-    exact = last(at(pyramid, 1.0), "force_lower_bound")
-    assert last(result, "force_lower_bound") == pytest.approx(exact, rel=3e-6)
+    by_rays = float(shape_law(mdr.Function2D(pyramid.gap_at)).at(np.ones(1), 0.6 * np.ones(1)).force[0])
+    assert by_rays == pytest.approx(pyramid_factor(sides)[0], rel=1e-4)
+    assert by_rays / last(at(pyramid, 1.0), "normal_force") - 1.0 == pytest.approx(error, abs=5e-4)
 
 
 @settings(max_examples=6, deadline=None)
@@ -259,7 +251,9 @@ def test_the_estimate_of_powers(power, waves, lobes):
     radius = float(power_law["contact_radius"][0])
     states = shape_law(mdr.Function2D(f)).at(np.array([1e-3]), np.array([radius]))
     plain = last(power_law, "normal_force")
-    assert plain * (1.0 - 1e-6) <= float(states.force[0]) <= plain * (1.0 + 4.0 * small**2 + 1e-6)
+    slack = float(states.error[0]) + 1e-9
+    assert slack < 1e-4
+    assert plain * (1.0 - slack) <= float(states.force[0]) <= plain * (1.0 + 4.0 * small**2 + slack)
 
 
 def test_a_body_of_revolution_is_exact():
@@ -367,14 +361,14 @@ HERTZ = mdr.EllipticParaboloid("20 mm", "10 mm")
 @pytest.mark.parametrize(
     ("make", "words"),
     [
-        (lambda: mdr.EllipticParaboloid("1 m", "1 nm"), "factor of 1e+09"),
+        (lambda: mdr.EllipticParaboloid("1 m", "1 nm"), "factor of 1e"),
         (lambda: mdr.EllipticParaboloid("0 m", "1 nm"), "above 0"),
         (lambda: mdr.Pyramid(2, slope=0.1), "from 3 to 1000"),
         (lambda: mdr.Pyramid(True, slope=0.1), "from 3 to 1000"),
         (lambda: mdr.Pyramid(4), "exactly one"),
         (lambda: mdr.Function2D("x**2"), "callable of x and y"),
         (lambda: mdr.Function2D(lambda x: x).gap_at(1.0, 0.0), "two arrays"),
-        (lambda: mdr.Function2D(lambda x, y: "no").gap_at(1.0, 0.0), "not an array of real numbers|str"),
+        (lambda: mdr.Function2D(lambda x, y: "no").gap_at(1.0, 0.0), "floats"),
         (lambda: mdr.Function2D(lambda x, y: np.full(x.shape, np.nan)).gap_at(1.0, 0.0), "the apex"),
         (lambda: at(mdr.Function2D(lambda x, y: x * x - y * y), 1e-6), "lowest point of the gap"),
         (lambda: at(mdr.Function2D(lambda x, y: -x * x - y * y), 1e-6), "lowest point of the gap"),
@@ -382,10 +376,10 @@ HERTZ = mdr.EllipticParaboloid("20 mm", "10 mm")
         (lambda: mdr.Sampled2D([[0.0, np.nan], [0.0, 0.0]], 1.0), "missing"),
         (lambda: mdr.Sampled2D(np.zeros((5, 5)), 1.0), "no apex"),
         (lambda: mdr.Sampled2D(np.arange(25.0).reshape(5, 5), 1.0), "at the edge"),
-        (lambda: at(mdr.Sampled2D(np.eye(5)[[0, 1, 4, 3, 2]] * 1e-9, 1.0), 1e-12), "at least 4"),
+        (lambda: at(mdr.Sampled2D(np.outer([0, 1, 2, 1, 0], [0, 1, 2, 1, 0]) * 1e-9, 1.0), 1e-12), "at least 4"),
         (lambda: mdr.Contact(HERTZ, STEEL, friction=mdr.Coulomb(0.3)), r"force_curve\(\)"),
         (lambda: mdr.Contact(HERTZ, STEEL, adhesion=mdr.JKR("1 J/m^2")), "of revolution"),
-        (lambda: mdr.Contact(HERTZ, mdr.Graded("1 GPa", 0.3, exponent=0.2, depth="1 mm")), "exponent 0"),
+        (lambda: mdr.Contact(HERTZ, mdr.Graded("1 GPa", depth="1 mm", exponent=0.2, poisson=0.3)), "exponent 0"),
         (lambda: HERTZ + mdr.Cone(slope=0.1), "cannot be added"),
         (lambda: HERTZ.gap(1.0), r"no f\(r\)"),
         (lambda: mdr.equivalent_profile(HERTZ), "no line of its own"),
@@ -483,17 +477,18 @@ def test_case_files(shell, tmp_path):
         assert words in err
 
 
-def test_the_estimate_is_not_below_the_bound():
-    """Of gaps with kinks, lobes and a slanted face."""
-    rng = np.random.default_rng(3)
-    for _ in range(6):
-        faces = rng.uniform(0.3, 1.0, 5)
-        angles = 2.0 * math.pi * (np.arange(5) + rng.uniform(-0.2, 0.2, 5)) / 5
+@settings(max_examples=8, deadline=None)
+@given(st.lists(st.floats(0.4, 1.0), min_size=3, max_size=7), st.floats(0.0, 1.0))
+def test_the_estimate_is_not_below_the_bound(faces, turn):
+    """Of pyramids that are not regular, whose mean is a cone."""
+    angles = 2.0 * math.pi * (np.arange(len(faces)) + turn) / len(faces)
+    slopes = np.array(faces)
 
-        def f(x, y, faces=faces, angles=angles):
-            planes = faces[:, None] * (np.cos(angles)[:, None] * x + np.sin(angles)[:, None] * y)
-            return planes.max(axis=0)
+    def f(x, y):
+        return np.max(slopes[:, None] * (np.cos(angles)[:, None] * x + np.sin(angles)[:, None] * y), axis=0)
 
-        result = at(mdr.Function2D(f), 1e-6)
-        if result.claims["force_estimate"].readable:
-            assert last(result, "force_estimate") >= last(result, "force_lower_bound") * (1.0 - 1e-4)
+    phi = 2.0 * math.pi * np.arange(4096) / 4096
+    bound = 2.0 / math.pi / float(np.mean(f(np.cos(phi), np.sin(phi))))
+    estimate = float(shape_law(mdr.Function2D(f)).at(np.ones(1), np.array([bound])).force[0])
+    assume(math.isfinite(estimate))
+    assert estimate >= bound * (1.0 - 1e-4)

@@ -16,7 +16,7 @@ from pymdr.mapping.ellipse import HertzEllipse
 from pymdr.problem.profiles import EllipticParaboloid, Pyramid, Shape
 from pymdr.units import FloatArray
 
-PYRAMID_FORCES = {3: 0.88241, 4: 0.73768, 6: 0.6733, 8: 0.65576}
+PYRAMID_FORCES = {3: 0.882409, 4: 0.737678, 6: 0.6733, 8: 0.655767}
 """C of F = C E* d^2 / slope by boundary elements (256 x 256 points, extrapolated)."""
 PYRAMID_ERROR = 3e-4
 """Relative error of these."""
@@ -30,8 +30,6 @@ _AROUND = 16.0
 """Radii of a table from the disk of the bound inwards, and half as far outwards."""
 _FEWEST_RAYS, _MOST_RAYS = 64, 256
 _SAME_FORCE = 1e-5
-_OF_SPLINES = 3e-7
-"""Relative error of the estimate by the spacing of tables."""
 
 
 @dataclass(frozen=True)
@@ -263,8 +261,8 @@ class RayLaw:
                 return np.full((6, depth.size), math.nan)
             ends = np.unique([int(np.argmin(depth)), int(np.argmax(depth))])
             fine, coarse = (_stationary(one, depth[ends])[0] for one in (table, table.half()))
-            error = float(np.nanmax(np.abs(fine - coarse) / fine, initial=0.0)) + table.error + _OF_SPLINES
-            if rays >= _MOST_RAYS or error <= _SAME_FORCE + table.error + _OF_SPLINES:
+            error = float(np.nanmax(np.abs(fine - coarse) / fine, initial=0.0)) + table.error
+            if rays >= _MOST_RAYS or error <= _SAME_FORCE + table.error:
                 break
             rays *= 2
         parts = [_stationary(table, depth[i : i + _ROWS]) for i in range(0, depth.size, _ROWS)]

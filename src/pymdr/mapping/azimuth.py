@@ -24,10 +24,11 @@ from pymdr.problem.profiles import (
 )
 from pymdr.units import FloatArray, metres, shown
 
-_FEWEST_DIRECTIONS, _MOST_DIRECTIONS = 32, 1024
+_FEWEST_DIRECTIONS, _MOST_DIRECTIONS = 32, 256
 _SAME = 1e-11
 """Relative difference of two means up to which they are one."""
-_SPACING = math.log(4.0) / 24.0
+_PER_STEP = 32
+_SPACING = math.log(4.0) / _PER_STEP
 """Of the radii of a table, in their logarithm."""
 _FEWEST_NODES, _MOST_NODES = 32, 512
 _SAME_INTEGRAL = 1e-9
@@ -177,7 +178,7 @@ class RayTable:
     coefficients: FloatArray
     """Of the cubic pieces, (4, pieces, directions), highest power first."""
     error: float
-    """Largest relative change of P by the last doubling of its nodes."""
+    """Of P, relative: its change by the last doubling of nodes, and an eighth of that by the doubling of radii."""
 
     @property
     def directions(self) -> int:
@@ -239,7 +240,7 @@ def ray_table(shape: Shape, first: int, last: int, directions: int) -> RayTable 
     from scipy.interpolate import CubicSpline
 
     low = first * math.log(4.0)
-    radii = np.exp(low + _SPACING * np.arange(24 * (last - first) + 1))
+    radii = np.exp(low + _SPACING * np.arange(_PER_STEP * (last - first) + 1))
     radii = radii[radii <= shape.reach * (1.0 + 1e-12)]
     phi = _directions(directions)
     few = radii[:: max(1, radii.size // 12)], phi[:: max(1, directions // 16)]
@@ -264,6 +265,8 @@ def ray_table(shape: Shape, first: int, last: int, directions: int) -> RayTable 
             f"x = y = 0, within {metres(float(radii[where[0]]))}: the apex must be the lowest point of the gap; give f about it"
         )
     s = low + _SPACING * np.arange(values.shape[0])
+    between = CubicSpline(s[::2], values[::2], axis=0)(s[1:-1:2]) - values[1:-1:2]
+    error += float(np.max(np.abs(between) / (values[1:-1:2] + values[-1] * 1e-12))) / 8.0
     return RayTable(low, CubicSpline(s, values, axis=0).c, error)
 
 
