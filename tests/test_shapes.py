@@ -6,7 +6,7 @@ import pickle
 import mpmath
 import numpy as np
 import pytest
-from hypothesis import example, given, settings
+from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 
 import pymdr as mdr
@@ -267,7 +267,7 @@ def test_a_body_of_revolution_is_exact():
     assert last(result, "force_lower_bound") == pytest.approx(exact, rel=1e-9)
 
 
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=3, deadline=None)
 @given(st.integers(31, 60), st.floats(1.0, 4.0), lengths, st.floats(0.05, 0.2))
 def test_a_grid_stands_for_its_body(half, ratio, size, share):
     x = size * np.linspace(-1.0, 1.0, 2 * half + 1)
@@ -341,16 +341,16 @@ def test_rows_without_an_estimate_keep_their_bound():
     def f(x, y):
         return np.minimum(x * x + y * y, (x - 1.0) ** 2 + y * y + 1e-3)
 
-    result = mdr.solve(mdr.Contact(mdr.Function2D(f), UNIT), mdr.indent(0.1, steps=4))
+    result = mdr.solve(mdr.Contact(mdr.Function2D(f), UNIT), mdr.indent(0.1, steps=2))
     assert result.status is mdr.Status.BOUNDED
     bound = result["force_lower_bound"].values
     assert (np.diff(bound) > 0.0).all()
     assert bound[0] > 0.0
-    long = mdr.solve(mdr.Contact(quadratic(100.0, 1.0), UNIT), mdr.indent(0.1))
+    long = mdr.Contact(quadratic(100.0, 1.0), UNIT)
     with pytest.raises(mdr.NotValidError, match="5 times as long as wide"):
-        long["normal_force"]
+        mdr.solve(long, mdr.indent(0.1))["normal_force"]
     with pytest.raises(mdr.PathError, match="prescribe the indentation"):
-        mdr.solve(mdr.Contact(quadratic(100.0, 1.0), UNIT), mdr.load(0.1))
+        mdr.solve(long, mdr.load(0.1))
 
 
 # --- what is refused -------------------------------------------------------------------------------------
@@ -376,10 +376,16 @@ HERTZ = mdr.EllipticParaboloid("20 mm", "10 mm")
         (lambda: mdr.Sampled2D([[0.0, np.nan], [0.0, 0.0]], 1.0), "missing"),
         (lambda: mdr.Sampled2D(np.zeros((5, 5)), 1.0), "no apex"),
         (lambda: mdr.Sampled2D(np.arange(25.0).reshape(5, 5), 1.0), "at the edge"),
-        (lambda: at(mdr.Sampled2D(np.outer([0, 1, 2, 1, 0], [0, 1, 2, 1, 0]) * 1e-9, 1.0), 1e-12), "at least 4"),
+        (
+            lambda: at(mdr.Sampled2D(np.outer([0, 1, 2, 1, 0], [0, 1, 2, 1, 0]) * 1e-9, 1.0), 1e-12),
+            "at least 4",
+        ),
         (lambda: mdr.Contact(HERTZ, STEEL, friction=mdr.Coulomb(0.3)), r"force_curve\(\)"),
         (lambda: mdr.Contact(HERTZ, STEEL, adhesion=mdr.JKR("1 J/m^2")), "of revolution"),
-        (lambda: mdr.Contact(HERTZ, mdr.Graded("1 GPa", depth="1 mm", exponent=0.2, poisson=0.3)), "exponent 0"),
+        (
+            lambda: mdr.Contact(HERTZ, mdr.Graded("1 GPa", depth="1 mm", exponent=0.2, poisson=0.3)),
+            "exponent 0",
+        ),
         (lambda: HERTZ + mdr.Cone(slope=0.1), "cannot be added"),
         (lambda: HERTZ.gap(1.0), r"no f\(r\)"),
         (lambda: mdr.equivalent_profile(HERTZ), "no line of its own"),
@@ -477,7 +483,7 @@ def test_case_files(shell, tmp_path):
         assert words in err
 
 
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=5, deadline=None)
 @given(st.lists(st.floats(0.4, 1.0), min_size=3, max_size=7), st.floats(0.0, 1.0))
 def test_the_estimate_is_not_below_the_bound(faces, turn):
     """Of pyramids that are not regular, whose mean is a cone."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache, singledispatch
 
 import numpy as np
@@ -156,7 +156,7 @@ def _(shape: Sampled2D) -> Profile:
         raise ProblemError(
             f"Sampled2D: its apex lies {count} pixels from the edge of the grid; at least 4 are needed for a mean over directions"
         )
-    radius = step * np.arange(count + 1)
+    radius: FloatArray = step * np.arange(count + 1, dtype=float)
     directions = 2 ** math.ceil(math.log2(max(64.0, 8.0 * math.pi * count)))
     rows = max(1, _AT_ONCE // directions)
     parts = [_mean_at(shape, radius[i : i + rows], directions) for i in range(0, radius.size, rows)]
@@ -171,12 +171,14 @@ def _directions(count: int) -> FloatArray:
 
 @dataclass(frozen=True)
 class RayTable:
-    """P(a, phi) = int_0^(pi/2) f(a sin t, phi) sin t dt, of which int_0^a g_phi dx = a P, as splines over ln a."""
+    """P(a, phi) = int_0^(pi/2) f(a sin t, phi) sin t dt, of which int_0^a g_phi dx = a P, as splines over ln a: of ln P if all P > 0."""
 
     low: float
     """ln a of the first radius."""
     coefficients: FloatArray
     """Of the cubic pieces, (4, pieces, directions), highest power first."""
+    logarithmic: bool
+    """Whether they are of ln P, which is straight for powers."""
     error: float
     """Of P, relative: its change by the last doubling of nodes, and an eighth of that by the doubling of radii."""
 
@@ -192,7 +194,7 @@ class RayTable:
 
     def half(self) -> RayTable:
         """That of every other ray."""
-        return RayTable(self.low, self.coefficients[:, :, ::2], self.error)
+        return replace(self, coefficients=self.coefficients[:, :, ::2])
 
     def at(self, s: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """
@@ -210,11 +212,12 @@ class RayTable:
         piece = np.clip(((s - self.low) / _SPACING).astype(int), 0, self.coefficients.shape[1] - 1)
         x = s - self.low - _SPACING * piece
         c3, c2, c1, c0 = self.coefficients[:, piece, np.arange(self.directions)]
-        return (
-            ((c3 * x + c2) * x + c1) * x + c0,
-            (3.0 * c3 * x + 2.0 * c2) * x + c1,
-            6.0 * c3 * x + 2.0 * c2,
-        )
+        value = ((c3 * x + c2) * x + c1) * x + c0
+        first, second = (3.0 * c3 * x + 2.0 * c2) * x + c1, 6.0 * c3 * x + 2.0 * c2
+        if self.logarithmic:
+            value = np.exp(value)
+            first, second = value * first, value * (second + first * first)
+        return value, first, second
 
 
 @lru_cache(maxsize=32)
@@ -265,9 +268,12 @@ def ray_table(shape: Shape, first: int, last: int, directions: int) -> RayTable 
             f"x = y = 0, within {metres(float(radii[where[0]]))}: the apex must be the lowest point of the gap; give f about it"
         )
     s = low + _SPACING * np.arange(values.shape[0])
+    logarithmic = lowest > 0.0
+    values = np.log(values) if logarithmic else values
     between = CubicSpline(s[::2], values[::2], axis=0)(s[1:-1:2]) - values[1:-1:2]
-    error += float(np.max(np.abs(between) / (values[1:-1:2] + values[-1] * 1e-12))) / 8.0
-    return RayTable(low, CubicSpline(s, values, axis=0).c, error)
+    size = 1.0 if logarithmic else values[1:-1:2] + 1e-12 * values[-1]
+    error += float(np.max(np.abs(between) / size)) / 8.0
+    return RayTable(low, CubicSpline(s, values, axis=0).c, logarithmic, error)
 
 
 def _integrals(shape: Shape, radii: FloatArray, phi: FloatArray, nodes: int) -> FloatArray:

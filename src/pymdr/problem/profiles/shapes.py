@@ -82,7 +82,7 @@ class EllipticParaboloid(Shape):
 
     def __post_init__(self) -> None:
         low, high = sorted((self.radius_x, self.radius_y))
-        if high > 1e6 * low:
+        if high > 1e6 * low * (1.0 + 1e-9):
             raise ProblemError(
                 f"EllipticParaboloid: the radii {metres(self.radius_x)} and {metres(self.radius_y)} differ by a factor of "
                 f"{high / low:.3g}; at most 1e6 is offered: such a contact is a line, and ends where its body does"
