@@ -202,6 +202,62 @@ def test_indenters():
         assert inside.sum() * (x[1] - x[0]) ** 2 == pytest.approx(area, rel=0.005)
 
 
+def pressed_by_elements(gap, depth, side, n=64):
+    """Boundary elements of a half-space with E* = 1: Love's influence numbers by FFT, conjugate gradients of Polonsky and Keer."""
+    h = side / n
+    near = h * np.arange(n) - h / 2.0
+
+    def corner(a, b):
+        return a * np.arcsinh(b / np.abs(a)) + b * np.arcsinh(a / np.abs(b))
+
+    low, high = near[:, None], near[:, None] + h
+    love = (corner(high, high.T) - corner(low, high.T) - corner(high, low.T) + corner(low, low.T)) / math.pi
+    table = np.zeros((2 * n, 2 * n))
+    table[:n, :n] = love
+    table[n + 1 :, :n] = love[:0:-1]
+    table[:, n + 1 :] = table[:, n - 1 : 0 : -1]
+    spectrum = np.fft.rfft2(table)
+
+    def displaced(p):
+        return np.fft.irfft2(np.fft.rfft2(p, (2 * n, 2 * n)) * spectrum, (2 * n, 2 * n))[:n, :n]
+
+    x = (np.arange(n) + 0.5) * h - side / 2.0
+    overlap = depth - gap(*np.meshgrid(x, x, indexing="ij"))
+    p, way, before, straight = np.maximum(overlap, 0.0) / side, np.zeros((n, n)), 1.0, False
+    for _ in range(500):
+        open_by, touching = displaced(p) - overlap, p > 0.0
+        square = float(np.sum(open_by[touching] ** 2))
+        way = np.where(touching, open_by + straight * square / before * way, 0.0)
+        step = np.sum(open_by * way) / np.sum(displaced(way) * way)
+        p = np.maximum(p - step * way, 0.0)
+        entering = (p == 0.0) & (open_by < 0.0)
+        p[entering] -= step * open_by[entering]
+        before, straight = square, not entering.any()
+        if straight and square < (1e-7 * depth) ** 2 * touching.sum():
+            return float(p.sum() * h * h)
+    raise AssertionError("boundary elements did not converge")
+
+
+@pytest.mark.parametrize(("sides", "side"), [(3, 3.4), (4, 2.2), (5, 1.9), (7, 1.9)])
+def test_pyramids_by_boundary_elements(sides, side):
+    pyramid = mdr.Pyramid(sides, slope=1.0)
+    assert last(at(pyramid, 1.0), "normal_force") == pytest.approx(
+        pressed_by_elements(pyramid.gap_at, 1.0, side), rel=1e-3
+    )
+
+
+def test_bound_and_estimate_of_a_lopsided_body_by_boundary_elements():
+    def f(x, y):
+        r, phi = np.hypot(x, y), np.arctan2(y, x)
+        return 0.5 * r**2 * (1.0 + 0.4 * np.cos(phi - 0.4) * r / (1.0 + r) + 0.3 * np.cos(2.0 * phi))
+
+    result = at(mdr.Function2D(f), 1.0)
+    true = pressed_by_elements(f, 1.0, 3.6)
+    assert last(result, "force_lower_bound") < true
+    assert last(result, "force_estimate") == pytest.approx(true, rel=5e-3)
+    assert last(result, "force_lower_bound") == pytest.approx(true, rel=0.06)
+
+
 # --- any gap ---------------------------------------------------------------------------------------------
 
 

@@ -16,8 +16,8 @@ from pymdr.mapping.ellipse import HertzEllipse
 from pymdr.problem.profiles import EllipticParaboloid, Pyramid, Shape
 from pymdr.units import FloatArray
 
-PYRAMID_FORCES = {3: 0.882409, 4: 0.737678, 6: 0.6733, 8: 0.655767}
-"""C of F = C E* d^2 / slope by boundary elements (256 x 256 points, extrapolated)."""
+PYRAMID_FORCES = {3: 0.882409, 4: 0.737678, 5: 0.69334, 6: 0.6733, 7: 0.66239, 8: 0.655767}
+"""C of F = C E* d^2 / slope by boundary elements on 256 x 256 points."""
 PYRAMID_ERROR = 3e-4
 """Relative error of these."""
 LONGEST_RATIO = 10.0
@@ -30,6 +30,8 @@ _AROUND = 16.0
 """Radii of a table from the disk of the bound inwards, and half as far outwards."""
 _FEWEST_RAYS, _MOST_RAYS = 64, 256
 _SAME_FORCE = 1e-5
+_HALVINGS = 30
+"""Of a bracket of less than a unit of ln a, of whose error the force has the square."""
 
 
 @dataclass(frozen=True)
@@ -334,7 +336,7 @@ def _stationary(table: RayTable, depth: FloatArray) -> FloatArray:
 def _bisected(falling: Callable[[FloatArray], FloatArray], low: FloatArray, high: FloatArray) -> FloatArray:
     """Where a function that falls from low to high changes its sign."""
     low, high = np.array(low, dtype=float), np.array(high, dtype=float)
-    for _ in range(48):
+    for _ in range(_HALVINGS):
         middle = 0.5 * (low + high)
         above = falling(middle) > 0.0
         low, high = np.where(above, middle, low), np.where(above, high, middle)
