@@ -152,7 +152,12 @@ def draw_plan(axes: Axes, shape: ShapeData) -> None:
     axes.set_xlabel(f"$x$ ({unit})")
     axes.set_ylabel(f"$y$ ({unit})")
     axes.annotate(
-        "contours of the gap, $d$/3 apart", (0.03, 0.03), xycoords="axes fraction", color=GREY, fontsize=7.5
+        "contours of the gap, $d$/3 apart",
+        (0.03, 0.03),
+        xycoords="axes fraction",
+        color=GREY,
+        fontsize=7.5,
+        bbox={"facecolor": "white", "edgecolor": "none", "pad": 1.5},
     )
     legend_above(axes)
 
