@@ -197,7 +197,7 @@ def test_indenters():
     assert mdr.Pyramid.vickers() == mdr.Pyramid(4, half_angle=math.radians(68.0))
     # the areas that a nanoindenter assumes for a depth of 1: 3 sqrt(3) tan^2 and 4 tan^2 of the angle
     for indenter, area in ((mdr.Pyramid.berkovich(), 24.5), (mdr.Pyramid.vickers(), 24.5)):
-        x = np.linspace(-8.0, 8.0, 2001)
+        x = np.linspace(-8.0, 8.0, 801)
         inside = indenter.gap_at(x[:, None], x) <= 1.0
         assert inside.sum() * (x[1] - x[0]) ** 2 == pytest.approx(area, rel=0.005)
 
@@ -304,7 +304,7 @@ def test_the_estimate_of_pyramids_from_their_gap(sides, error):
     assert by_rays / last(at(pyramid, 1.0), "normal_force") - 1.0 == pytest.approx(error, abs=5e-4)
 
 
-@settings(max_examples=6, deadline=None)
+@settings(max_examples=4, deadline=None)
 @given(st.floats(1.0, 8.0), st.floats(0.0, math.pi), st.floats(-9.0, 0.0))
 def test_the_estimate_turns_and_scales_with_the_body(ratio, angle, decades):
     size = 10.0**decades
@@ -314,7 +314,7 @@ def test_the_estimate_turns_and_scales_with_the_body(ratio, angle, decades):
     assert float(states.force[0]) == pytest.approx(expected, rel=2e-5)
 
 
-@settings(max_examples=6, deadline=None)
+@settings(max_examples=4, deadline=None)
 @given(st.floats(1.5, 6.0), st.floats(0.0, 1.0), st.integers(1, 4))
 def test_the_estimate_of_powers(power, waves, lobes):
     """Bodies r^n (1 + e cos m phi): for small e the change of the force is of second order, and the bound keeps below."""
@@ -343,8 +343,8 @@ def test_a_body_of_revolution_is_exact():
     assert last(result, "force_lower_bound") == pytest.approx(exact, rel=1e-9)
 
 
-@settings(max_examples=3, deadline=None)
-@given(st.integers(31, 60), st.floats(1.0, 4.0), lengths, st.floats(0.05, 0.2))
+@settings(max_examples=2, deadline=None)
+@given(st.integers(31, 45), st.floats(1.0, 4.0), lengths, st.floats(0.05, 0.2))
 def test_a_grid_stands_for_its_body(half, ratio, size, share):
     x = size * np.linspace(-1.0, 1.0, 2 * half + 1)
     curvature = 0.1 / size
@@ -412,21 +412,29 @@ def test_friction_follows_from_the_curve():
 
 
 def test_rows_without_an_estimate_keep_their_bound():
-    """A long crest touches at its second summit: there the bound stays, and the force is not told."""
+    """Where the outline would run out of what is known, and the disk of the bound does not."""
+    crest = mdr.Contact(mdr.Function2D(quadratic(8.0, 1.0).f, reach=1.0), UNIT)
+    result = mdr.solve(crest, mdr.Path(indentation=[0.05, 0.4]))
+    assert result.status is mdr.Status.BOUNDED
+    assert result.claims["normal_force"].where.tolist() == [True, False]
+    assert np.isfinite(result["normal_force"].values).tolist() == [True, False]
+    bound = result["force_lower_bound"].values
+    assert bound[1] / bound[0] == pytest.approx(8.0**1.5, rel=1e-9)
+    with pytest.raises(mdr.PathError, match="prescribe the indentation"):
+        mdr.solve(crest, mdr.load(float(bound[1])))
 
-    def f(x, y):
+
+def test_shapes_without_an_estimate():
+    def crowned(x, y):
         return np.minimum(x * x + y * y, (x - 1.0) ** 2 + y * y + 1e-3)
 
-    result = mdr.solve(mdr.Contact(mdr.Function2D(f), UNIT), mdr.indent(0.1, steps=2))
-    assert result.status is mdr.Status.BOUNDED
-    bound = result["force_lower_bound"].values
-    assert (np.diff(bound) > 0.0).all()
-    assert bound[0] > 0.0
-    long = mdr.Contact(quadratic(100.0, 1.0), UNIT)
-    with pytest.raises(mdr.NotValidError, match="5 times as long as wide"):
-        mdr.solve(long, mdr.indent(0.1))["normal_force"]
-    with pytest.raises(mdr.PathError, match="prescribe the indentation"):
-        mdr.solve(long, mdr.load(0.1))
+    d, a = np.array([0.1]), np.array([0.3])
+    for f in (crowned, quadratic(100.0, 1.0).f):
+        assert np.isnan(shape_law(mdr.Function2D(f)).at(d, a).force[0])
+    long = mdr.EllipticParaboloid(100.0, 1.0)
+    with pytest.raises(mdr.NotValidError, match="up to a ratio of 10"):
+        at(long, 1e-3)["force_estimate"]
+    assert last(at(long, 1e-3), "force_lower_bound") < last(at(long, 1e-3), "normal_force")
 
 
 # --- what is refused -------------------------------------------------------------------------------------
