@@ -258,7 +258,7 @@ def test_bound_and_estimate_of_a_lopsided_body_by_boundary_elements():
     assert last(result, "force_lower_bound") == pytest.approx(true, rel=0.06)
 
 
-@settings(max_examples=5, deadline=None)
+@settings(max_examples=3, deadline=None)
 @given(
     st.floats(1.2, 5.0),
     st.lists(st.tuples(st.floats(0.0, 0.2), st.floats(0.0, 2.0 * math.pi)), min_size=1, max_size=4),
@@ -424,6 +424,21 @@ def test_rows_without_an_estimate_keep_their_bound():
         mdr.solve(crest, mdr.load(float(bound[1])))
 
 
+def test_noise_does_not_take_the_estimate():
+    """The highest pixel stands out by some standard deviations, from which depths are counted."""
+    x = np.linspace(-1e-5, 1e-5, 129)
+    noise = 1e-9 * np.random.default_rng(0).standard_normal((129, 129))
+    grid = mdr.Sampled2D(noise - (x[:, None] ** 2 / 4e-5 + x**2 / 2e-5), 2e-5 * 129 / 128)
+    result = mdr.solve(mdr.Contact(grid, STEEL), mdr.indent("0.5 um", steps=3))
+    assert result.status is mdr.Status.ESTIMATED
+    smooth = mdr.solve(mdr.Contact(mdr.EllipticParaboloid(2e-5, 1e-5), STEEL), mdr.indent("0.5 um", steps=3))
+    lost = 1.5 * 4e-9 / result["indentation"].values
+    force, exact = result["normal_force"].values, smooth["normal_force"].values
+    assert ((1.0 - lost) * exact < force).all()
+    assert (force < 1.005 * exact).all()
+    assert (result["force_lower_bound"].values < force).all()
+
+
 def test_shapes_without_an_estimate():
     def crowned(x, y):
         return np.minimum(x * x + y * y, (x - 1.0) ** 2 + y * y + 1e-3)
@@ -505,16 +520,11 @@ def test_results_are_kept(shape, tmp_path):
         assert again.contact == result.contact
         assert pickle.loads(pickle.dumps(result)).contact == result.contact
         assert again.figures().keys() >= {"force", "plan"}
+    else:
+        grid, x = again.contact.profile, np.array([1e-4, -5e-5])
+        assert isinstance(grid, mdr.Sampled2D)
+        assert grid.gap_at(x, 5e-5) == pytest.approx(shape.gap_at(x, 5e-5), rel=0.01)
     assert "lower bound" in result.summary()
-
-
-def test_a_saved_callable_is_its_grid(tmp_path):
-    result = at(quadratic(0.02, 0.01), 1e-6, STEEL)
-    result.save(tmp_path / "shape.nc")
-    grid = mdr.open_result(tmp_path / "shape.nc").contact.profile
-    assert isinstance(grid, mdr.Sampled2D)
-    x = np.array([1e-4, -5e-5])
-    assert grid.gap_at(x, 5e-5) == pytest.approx(quadratic(0.02, 0.01).gap_at(x, 5e-5), rel=0.01)
 
 
 def test_figures():

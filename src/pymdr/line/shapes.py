@@ -9,6 +9,7 @@ from functools import lru_cache, partial, singledispatch
 from typing import Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pymdr.errors import ConvergenceError
 from pymdr.mapping.azimuth import RayTable, ray_table
@@ -16,6 +17,7 @@ from pymdr.mapping.ellipse import HertzEllipse
 from pymdr.problem.profiles import EllipticParaboloid, Pyramid, Shape
 from pymdr.units import FloatArray
 
+BoolArray = NDArray[np.bool_]
 PYRAMID_FORCES = {3: 0.882409, 4: 0.737678, 5: 0.69334, 6: 0.6733, 7: 0.66239, 8: 0.655767}
 """C of F = C E* d^2 / slope by boundary elements on 256 x 256 points."""
 PYRAMID_ERROR = 3e-4
@@ -30,6 +32,8 @@ _AROUND = 16.0
 """Radii of a table from the disk of the bound inwards, and half as far outwards."""
 _FEWEST_RAYS, _MOST_RAYS = 64, 256
 _SAME_FORCE = 1e-5
+_CLEAR = 1.3
+"""Of the outline, from where on the surface must be free."""
 _HALVINGS = 30
 """Of a bracket of less than a unit of ln a, of whose error the force has the square."""
 
@@ -315,11 +319,10 @@ def _stationary(table: RayTable, depth: FloatArray) -> FloatArray:
         inside &= ends.all(axis=1)
         level = np.where(inside, level, before)
     else:
-        inside &= np.abs(level - before) <= 1e-9 * np.abs(level)
-    # where Q comes back, another part of the body may touch
-    past = np.arange(s.size)[:, None] > np.maximum(first, 1)[:, None, :]
-    inside &= ~(past & (q > level[:, None, None])).any(axis=(1, 2))
+        # noise lets roots jump, by which the force changes less than by the noise itself
+        inside &= np.abs(level - before) <= max(1e-9, table.error) * np.abs(level)
     a = np.exp(at)
+    inside &= ~_touches_beyond(table, depth, a, 2.0 * level)
     found = np.array(
         [
             2.0 * level,
@@ -331,6 +334,19 @@ def _stationary(table: RayTable, depth: FloatArray) -> FloatArray:
     )
     found[:, ~inside] = math.nan
     return found
+
+
+def _touches_beyond(table: RayTable, depth: FloatArray, outline: FloatArray, force: FloatArray) -> BoolArray:
+    """
+    Whether another part of the body may touch: outside the outline its gap is less than d - F / (pi E* r).
+
+    Around a round contact the surface sinks by no less than around a force at its centre, so that no summit is missed; across a
+    long one it sinks by somewhat less.
+    """
+    r = np.exp(table.nodes)
+    far = r[:, None] > _CLEAR * outline[:, None, :]
+    left = depth[:, None] - force[:, None] / (math.pi * r)
+    return np.asarray((far & (table.gap < left[:, :, None])).any(axis=(1, 2)))
 
 
 def _bisected(falling: Callable[[FloatArray], FloatArray], low: FloatArray, high: FloatArray) -> FloatArray:

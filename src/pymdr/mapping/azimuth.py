@@ -179,6 +179,8 @@ class RayTable:
     """Of the cubic pieces, (4, pieces, directions), highest power first."""
     logarithmic: bool
     """Whether they are of ln P, which is straight for powers."""
+    gap: FloatArray
+    """F in m at the ends of the pieces, (pieces + 1, directions)."""
     error: float
     """Of P, relative: its change by the last doubling of nodes, and an eighth of that by the doubling of radii."""
 
@@ -194,7 +196,7 @@ class RayTable:
 
     def half(self) -> RayTable:
         """That of every other ray."""
-        return replace(self, coefficients=self.coefficients[:, :, ::2])
+        return replace(self, coefficients=self.coefficients[:, :, ::2], gap=self.gap[:, ::2])
 
     def at(self, s: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """
@@ -273,7 +275,9 @@ def ray_table(shape: Shape, first: int, last: int, directions: int) -> RayTable 
     between = CubicSpline(s[::2], values[::2], axis=0)(s[1:-1:2]) - values[1:-1:2]
     size = 1.0 if logarithmic else values[1:-1:2] + 1e-12 * values[-1]
     error += float(np.max(np.abs(between) / size)) / 8.0
-    return RayTable(low, CubicSpline(s, values, axis=0).c, logarithmic, error)
+    r = np.exp(s)[:, None]
+    gap = shape.gap_at(r * np.cos(phi), r * np.sin(phi))
+    return RayTable(low, CubicSpline(s, values, axis=0).c, logarithmic, gap, error)
 
 
 def _integrals(shape: Shape, radii: FloatArray, phi: FloatArray, nodes: int) -> FloatArray:
