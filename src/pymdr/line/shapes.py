@@ -267,13 +267,13 @@ class RayLaw:
                 return np.full((6, depth.size), math.nan)
             ends = np.unique([int(np.argmin(depth)), int(np.argmax(depth))])
             fine, coarse = (_stationary(one, depth[ends])[0] for one in (table, table.half()))
-            error = float(np.nanmax(np.abs(fine - coarse) / fine, initial=0.0)) + table.error
-            if rays >= _MOST_RAYS or error <= _SAME_FORCE + table.error:
+            change = float(np.nanmax(np.abs(fine - coarse) / fine, initial=0.0))
+            if rays >= _MOST_RAYS or change <= max(_SAME_FORCE, table.error):
                 break
             rays *= 2
         parts = [_stationary(table, depth[i : i + _ROWS]) for i in range(0, depth.size, _ROWS)]
         whole = np.concatenate(parts, axis=1)
-        return np.concatenate([whole, np.full((1, depth.size), error)])
+        return np.concatenate([whole, np.full((1, depth.size), change + table.error)])
 
 
 def _stationary(table: RayTable, depth: FloatArray) -> FloatArray:

@@ -31,7 +31,7 @@ _PER_STEP = 32
 _SPACING = math.log(4.0) / _PER_STEP
 """Of the radii of a table, in their logarithm."""
 _FEWEST_NODES, _MOST_NODES = 32, 512
-_SAME_INTEGRAL = 1e-9
+_SAME_INTEGRAL = 1e-7
 _AT_ONCE = 200_000
 """Points at which a gap is asked for in one call."""
 
