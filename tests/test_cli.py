@@ -599,6 +599,12 @@ def test_rough_surfaces_from_the_shell(rough, tmp_path, shell):
     assert told["study"]["normal_stiffness"]["values"] == found["normal_stiffness"].values.tolist()
     assert told["claims"]["contact_area"]["level"] == "NOT_VALID"
     assert {one["name"] for one in told["assumptions"]} == {"small slope", "measured bandwidth"}
+    status, out, _ = shell("rough", rough, *loads, "--coefficient", "4.6", "--json")
+    found = mdr.press_rough(
+        surface, steel, glass, normal_force=[0.1, 1.0, 10.0], realisations=4, coefficient=4.6
+    )
+    assert json.loads(out)["study"]["indentation"]["values"] == found["indentation"].values.tolist()
+    assert "above 0" in shell("rough", rough, *loads, "--coefficient", "0")[2]
     text = rough.read_text()
     rough.write_text(text + '\n[ball]\nradius = "10 mm"\n')
     status, out, _ = shell("rough", rough, "--indentation", "0.5 um", "--realisations", "2")

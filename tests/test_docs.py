@@ -34,6 +34,7 @@ def blocks(page):
         "viscoelasticity.md",
         "sliding_friction.md",
         "rough.md",
+        "topography.md",
         "impact.md",
         "claims.md",
         "exactness.md",

@@ -30,6 +30,9 @@ if TYPE_CHECKING:
     from pymdr.mapping.relaxation import Relaxation as Relaxation
     from pymdr.mapping.relaxation import relaxation_of as relaxation_of
     from pymdr.mapping.relaxation import tangential_relaxation_of as tangential_relaxation_of
+    from pymdr.mapping.surfaces.preparing import detrend as detrend
+    from pymdr.mapping.surfaces.preparing import fill_missing as fill_missing
+    from pymdr.mapping.surfaces.resolution import tip_cutoff as tip_cutoff
     from pymdr.problem.contact import Contact as Contact
     from pymdr.problem.laws import DMT as DMT
     from pymdr.problem.laws import JKR as JKR
@@ -40,6 +43,8 @@ if TYPE_CHECKING:
     from pymdr.problem.materials import Rigid as Rigid
     from pymdr.problem.materials import TransverselyIsotropic as TransverselyIsotropic
     from pymdr.problem.materials import Viscoelastic as Viscoelastic
+    from pymdr.problem.parameters import parameters_of as parameters_of
+    from pymdr.problem.parameters import with_parameters as with_parameters
     from pymdr.problem.paths import Cycle as Cycle
     from pymdr.problem.paths import History as History
     from pymdr.problem.paths import Hold as Hold
@@ -85,7 +90,6 @@ if TYPE_CHECKING:
     from pymdr.problem.rheology import Prony as Prony
     from pymdr.problem.rheology import StandardSolid as StandardSolid
     from pymdr.problem.rough import RoughSurface as RoughSurface
-    from pymdr.problem.self_affine import SelfAffineLine as SelfAffineLine
     from pymdr.problem.topography import Topography as Topography
     from pymdr.result import Result as Result
     from pymdr.result import Status as Status
@@ -104,6 +108,8 @@ if TYPE_CHECKING:
     from pymdr.solving import restitution as restitution
     from pymdr.solving import solve as solve
     from pymdr.solving import solve_batch as solve_batch
+    from pymdr.solving.azimuth import AzimuthalProfile as AzimuthalProfile
+    from pymdr.solving.azimuth import azimuthal_profile as azimuthal_profile
     from pymdr.solving.reopening import open_result as open_result
     from pymdr.solving.rolling import Rolling as Rolling
     from pymdr.solving.rolling import rolling as rolling
@@ -112,8 +118,13 @@ if TYPE_CHECKING:
     from pymdr.solving.rough import press_rough as press_rough
     from pymdr.solving.rough import rough_line as rough_line
     from pymdr.solving.rough_sliding import rough_sliding_friction as rough_sliding_friction
+    from pymdr.solving.roughness import PowerSpectrum as PowerSpectrum
+    from pymdr.solving.roughness import SelfAffineFit as SelfAffineFit
+    from pymdr.solving.roughness import power_spectrum as power_spectrum
     from pymdr.solving.sliding import SlidingFriction as SlidingFriction
     from pymdr.solving.sliding import sliding_friction as sliding_friction
+    from pymdr.solving.sweep import Sweep as Sweep
+    from pymdr.solving.sweep import sweep as sweep
     from pymdr.workbench.records import MeasuredLoops as MeasuredLoops
     from pymdr.workbench.records import measured_loops as measured_loops
     from pymdr.workbench.rheometry import PronyFit as PronyFit
@@ -124,6 +135,7 @@ if TYPE_CHECKING:
     from pymdr.workbench.tables import read_path as read_path
     from pymdr.workbench.tables import read_profile as read_profile
     from pymdr.workbench.tables import read_record as read_record
+    from pymdr.workbench.topographies import read_topography as read_topography
     from pymdr.workbench.verification import Verification as Verification
     from pymdr.workbench.verification import verify as verify
 
@@ -195,12 +207,13 @@ _HOMES: dict[str, tuple[str, ...]] = {
     "pymdr.problem.rheology": ("KelvinVoigt", "Maxwell", "PowerLawRheology", "Prony", "StandardSolid"),
     "pymdr.problem.rough": ("RoughSurface",),
     "pymdr.problem.topography": ("Topography",),
-    "pymdr.problem.self_affine": ("SelfAffineLine",),
     "pymdr.result": ("Result", "Status"),
     "pymdr.solving.reopening": ("open_result",),
     "pymdr.solving.rolling": ("Rolling", "rolling"),
     "pymdr.solving.rough": ("RoughContact", "RoughLine", "press_rough", "rough_line"),
     "pymdr.solving.rough_sliding": ("rough_sliding_friction",),
+    "pymdr.solving.sweep": ("Sweep", "sweep"),
+    "pymdr.problem.parameters": ("parameters_of", "with_parameters"),
     "pymdr.solving.sliding": ("SlidingFriction", "sliding_friction"),
     "pymdr.solving": (
         "AdhesionRegime",
@@ -224,6 +237,11 @@ _HOMES: dict[str, tuple[str, ...]] = {
     "pymdr.workbench.sliding": ("SlidingVerification", "verify_sliding"),
     "pymdr.workbench.tables": ("read_force_curve", "read_path", "read_profile", "read_record"),
     "pymdr.workbench.verification": ("Verification", "verify"),
+    "pymdr.mapping.surfaces.preparing": ("detrend", "fill_missing"),
+    "pymdr.mapping.surfaces.resolution": ("tip_cutoff",),
+    "pymdr.solving.azimuth": ("AzimuthalProfile", "azimuthal_profile"),
+    "pymdr.solving.roughness": ("PowerSpectrum", "SelfAffineFit", "power_spectrum"),
+    "pymdr.workbench.topographies": ("read_topography",),
 }
 _HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
 

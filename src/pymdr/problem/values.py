@@ -49,7 +49,7 @@ def _html(value: Any, unit: str) -> str:
         return "".join(part._repr_html_() for part in value)
     if isinstance(value, np.ndarray):
         return escape(
-            f"{value.size} values from {written(float(value.min()), unit, 6)} to {written(float(value.max()), unit, 6)}"
+            f"{value.size} values from {written(float(np.nanmin(value)), unit, 6)} to {written(float(np.nanmax(value)), unit, 6)}"
         )
     if isinstance(value, float):
         return escape(written(value, unit, 6))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import pickle
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import accumulate, pairwise
 from typing import Any, NamedTuple
@@ -31,9 +31,17 @@ class _Parcel(NamedTuple):
     ends: list[int]
 
 
+class Asked(NamedTuple):
+    """A contact, its path, and the machine in N/m."""
+
+    contact: Contact
+    path: LoadingPath
+    machine_stiffness: QuantityLike | None
+
+
 def solve_batch(
     contacts: Sequence[Contact],
-    path: LoadingPath,
+    path: LoadingPath | Sequence[LoadingPath],
     *,
     machine_stiffness: QuantityLike | None = None,
     keep: int | ArrayLike | None = None,
@@ -42,12 +50,13 @@ def solve_batch(
     progress: Progress | None = None,
 ) -> list[Result | PymdrError]:
     """
-    Solve many contacts along one path.
+    Solve many contacts, along one path or each along its own.
 
     Parameters
     ----------
     contacts : sequence of Contact
-    path : LoadingPath
+    path : LoadingPath or sequence of LoadingPath
+        One for all, or as many as contacts.
     machine_stiffness, keep
         As for :func:`solve`.
     workers : int
@@ -65,6 +74,8 @@ def solve_batch(
 
     Raises
     ------
+    ProblemError
+        If there are other numbers of paths than of contacts, or `workers` is no whole number above 0.
     PymdrError
         The first error, if `throw`.
 
@@ -78,15 +89,15 @@ def solve_batch(
     >>> round(forces[1] / forces[0], 12)
     2.0
     """
-    if isinstance(workers, bool) or not isinstance(workers, int) or workers < 1:
-        raise ProblemError(f"solve_batch: workers = {workers!r}; a whole number of at least 1 is needed")
-    options = {"machine_stiffness": machine_stiffness, "keep": keep}
     pieces = list(contacts)
+    paths = [path] * len(pieces) if isinstance(path, LoadingPath) else list(path)
+    if len(paths) != len(pieces):
+        raise ProblemError(
+            f"solve_batch: {len(paths)} paths for {len(pieces)} contacts; give one path for all, or one for each"
+        )
+    asked = [Asked(*both, machine_stiffness) for both in zip(pieces, paths, strict=True)]
     answers: list[Result | PymdrError] = []
-    found: Iterator[Result | PymdrError] = (_solve_quietly(contact, path, options) for contact in pieces)
-    if workers > 1:
-        found = _solve_apart(pieces, path, options, workers)
-    for answer in found:
+    for answer in solutions(asked, {"keep": keep}, workers):
         if throw and isinstance(answer, PymdrError):
             raise answer
         answers.append(answer)
@@ -95,29 +106,48 @@ def solve_batch(
     return answers
 
 
+def solutions(
+    asked: Sequence[Asked], options: Mapping[str, Any], workers: int
+) -> Iterator[Result | PymdrError]:
+    """
+    Results of contacts along their paths, or why there is none, in order and one by one.
+
+    Raises
+    ------
+    ProblemError
+        If `workers` is no whole number above 0.
+    """
+    if isinstance(workers, bool) or not isinstance(workers, int) or workers < 1:
+        raise ProblemError(f"workers = {workers!r}: a whole number of at least 1 is needed")
+    if workers == 1:
+        return (_solve_quietly(one, options) for one in asked)
+    return _solve_apart(asked, options, workers)
+
+
 def _solve_apart(
-    contacts: list[Contact], path: LoadingPath, options: dict[str, Any], workers: int
+    asked: Sequence[Asked], options: Mapping[str, Any], workers: int
 ) -> Iterator[Result | PymdrError]:
     """Solve in other processes, but for what cannot be sent to one, such as a lambda."""
     from concurrent.futures import ProcessPoolExecutor
     from multiprocessing import resource_tracker
 
-    away = [contact for contact in contacts if _can_travel(contact)] if _can_travel(path) else []
+    travels = {key: _can_travel(path) for key, path in {id(one.path): one.path for one in asked}.items()}
+    goes = [travels[id(one.path)] and _can_travel(one.contact) for one in asked]
+    away = [one for one, can in zip(asked, goes, strict=True) if can]
     size = max(1, math.ceil(len(away) / (_SHARES * workers)))
     # one tracker of shared memory for all processes, or each would clean up after itself too early
     resource_tracker.ensure_running()
     with ProcessPoolExecutor(workers) as pool:
         shares = [
-            pool.submit(_solve_share, away[first : first + size], path, options)
+            pool.submit(_solve_share, away[first : first + size], options)
             for first in range(0, len(away), size)
         ]
         ready = (answer for share in shares for answer in _received(share.result()))
-        for contact in contacts:
-            if not away or not _can_travel(contact):
-                yield _solve_quietly(contact, path, options)
-                continue
-            answer = next(ready)
-            yield replace(answer, contact=contact, path=path) if isinstance(answer, Result) else answer
+        for one, can in zip(asked, goes, strict=True):
+            answer = next(ready) if can else _solve_quietly(one, options)
+            if isinstance(answer, Result):
+                answer = replace(answer, contact=one.contact, path=one.path)
+            yield answer
 
 
 def _can_travel(value: Contact | LoadingPath) -> bool:
@@ -128,9 +158,9 @@ def _can_travel(value: Contact | LoadingPath) -> bool:
     return True
 
 
-def _solve_share(contacts: list[Contact], path: LoadingPath, options: dict[str, Any]) -> _Parcel:
-    """Solve some contacts; the path, which the caller has, does not go back."""
-    answers = [_solve_quietly(contact, path, options) for contact in contacts]
+def _solve_share(asked: Sequence[Asked], options: Mapping[str, Any]) -> _Parcel:
+    """Solve some contacts; the paths, which the caller has, do not go back."""
+    answers = [_solve_quietly(one, options) for one in asked]
     return _sent(
         [replace(answer, path=Hold()) if isinstance(answer, Result) else answer for answer in answers]
     )
@@ -167,8 +197,8 @@ def _received(parcel: _Parcel) -> list[Result | PymdrError]:
     return answers
 
 
-def _solve_quietly(contact: Contact, path: LoadingPath, options: dict[str, Any]) -> Result | PymdrError:
+def _solve_quietly(asked: Asked, options: Mapping[str, Any]) -> Result | PymdrError:
     try:
-        return solve(contact, path, **options)
+        return solve(asked.contact, asked.path, machine_stiffness=asked.machine_stiffness, **options)
     except PymdrError as error:
         return error

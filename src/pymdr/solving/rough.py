@@ -97,9 +97,7 @@ class RoughLine:
     def heights(self, realisation: int = 0) -> FloatArray:
         """Heights of the springs in m, those of a ball lower by x^2/R."""
         if not isinstance(realisation, int | np.integer) or isinstance(realisation, bool) or realisation < 0:
-            raise ProblemError(
-                f"{_WHO}: realisation = {shown(realisation)}; a whole number from 0 on is needed"
-            )
+            raise ProblemError(f"realisation = {shown(realisation)}; a whole number from 0 on is needed")
         heights = rough_heights(self.surface, int(realisation), self.points, self.coefficient)
         if self.radius is not None:
             x = self.places
@@ -425,13 +423,20 @@ def rough_line(
                 "TransverselyIsotropic"
             )
     modulus = effective_moduli(body, other).normal
-    factor = GEIKE if coefficient is None else to_si(coefficient, "", name="coefficient")
+    factor = line_coefficient(coefficient)
     ball = None if radius is None else to_si(radius, "m", name="radius")
-    for name, value in (("coefficient", factor), ("radius", ball)):
-        if value is not None and not value > 0.0:
-            raise ProblemError(f"{_WHO}: {name} = {value:g}; it must be above 0")
+    if ball is not None and not ball > 0.0:
+        raise ProblemError(f"{_WHO}: radius = {metres(ball)}; it must be above 0 m")
     number = default_points(surface) if points is None else _whole("points", points)
     return RoughLine(surface, modulus, factor, number, ball)
+
+
+def line_coefficient(given: float | None) -> float:
+    """The lambda of a line: that of Geike unless given."""
+    factor = GEIKE if given is None else to_si(given, "", name="coefficient")
+    if not factor > 0.0:
+        raise ProblemError(f"coefficient = {factor:g}; the lambda of C1D = lambda q C2D is above 0")
+    return factor
 
 
 def _whole(name: str, value: int) -> int:

@@ -1,4 +1,4 @@
-"""The command line: ``pymdr run``, ``check``, ``verify``, ``loops``, ``impact``, ``rolling``, ``sliding``, ``rough``, ``plot``, ``new``, ``schema`` and ``info``.
+"""The command line: ``pymdr run``, ``check``, ``verify``, ``loops``, ``impact``, ``rolling``, ``sliding``, ``rough``, ``sweep``, ``topography``, ``plot``, ``new``, ``schema`` and ``info``.
 
 Every command body imports what it needs, so that ``pymdr --help`` stays quick.
 """
@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 
     from pymdr.interpretation.validity import Assumption, Claim
     from pymdr.problem.contact import Contact
+    from pymdr.problem.topography import Topography
     from pymdr.solving import Impact
     from pymdr.solving.study import Study
     from pymdr.units import FloatArray
@@ -588,6 +589,13 @@ def rough(
     ] = None,
     points: Points = None,
     realisations: Annotated[int, typer.Option(help="Lines of the ensemble.")] = 100,
+    coefficient: Annotated[
+        float | None,
+        typer.Option(
+            "--coefficient",
+            help="lambda of C1D = lambda q C2D, the spectrum of the line; pi, of Geike, unless given.",
+        ),
+    ] = None,
     workers: Annotated[int | None, typer.Option(help="Threads; the numbers do not depend on them.")] = None,
     output: Table = None,
     quiet: Quiet = False,
@@ -606,11 +614,207 @@ def rough(
             normal_force=_spread(normal_force, points, "N", "normal-force") if normal_force else None,
             indentation=_spread(indentation, points, "m", "indentation") if indentation else None,
             realisations=realisations,
+            coefficient=coefficient,
             radius=asked.radius,
             workers=workers,
         )
 
     _tell_study("rough", case, ask, output, quiet, as_json)
+
+
+@app.command()
+def sweep(
+    case: CaseFile,
+    over: Annotated[
+        list[str],
+        typer.Option(
+            help="A parameter with its values, such as 'body.young = 1 MPa, 2 MPa'; once for each parameter."
+        ),
+    ],
+    points: Annotated[
+        int | None,
+        typer.Option(help="How many in all where two values are given, evenly in their logarithm."),
+    ] = None,
+    quantity: Annotated[
+        list[str] | None, typer.Option(help="What is kept, such as normal_force; everything unless given.")
+    ] = None,
+    workers: Annotated[int, typer.Option(help="Processes; the numbers do not depend on them.")] = 1,
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "-o",
+            "--output",
+            metavar="DIR",
+            help="Folder for sweep.nc and the figure; called again, a killed sweep goes on there.",
+        ),
+    ] = None,
+    csv: Annotated[bool, typer.Option("--csv", help="Write sweep.csv too.")] = False,
+    quiet: Quiet = False,
+    as_json: Json = False,
+) -> None:
+    """Solve a case for all combinations of some of its parameters; with -o the arrays and a figure are written."""
+    import contextlib
+
+    from pymdr.solving.sweep import sweep as solve_all
+    from pymdr.workbench.casefile import read_case
+
+    with _failures_as_json("sweep", case, as_json):
+        asked = read_case(case)
+        grid = dict(_swept(asked.contact, given, points) for given in over)
+        folder = contextlib.nullcontext(None) if output is None else _ready_folder(output)
+        options = {key: asked.options[key] for key in ("machine_stiffness", "keep") if key in asked.options}
+        with folder as into, _stages(quiet or as_json) as stage:
+            found = solve_all(
+                asked.contact,
+                asked.path,
+                grid,
+                quantities=quantity,
+                workers=workers,
+                folder=None if into is None else into / "parts",
+                progress=stage("solving"),
+                **options,
+            )
+            written = []
+            if into is not None:
+                found.save(into / "sweep.nc")
+                written = [into / "sweep.nc", _write_figure(found.plot(), into / "sweep.png")]
+                if csv:
+                    found.to_csv(into / "sweep.csv")
+                    written.append(into / "sweep.csv")
+    if as_json:
+        _print_json(
+            _answer(
+                "sweep",
+                case,
+                title=asked.title,
+                status="COMPLETED" if not found.failed else "PARTLY_FAILED",
+                rows=found.data["status"].size,
+                claims=_plain_claims(found.claims),
+                written=[str(file) for file in written],
+            )
+        )
+    elif not quiet:
+        _say(asked.title or str(case))
+        _say(found.summary())
+        if written:
+            _say("Written: " + ", ".join(str(file) for file in written))
+
+
+def _swept(contact: Contact, given: str, points: int | None) -> tuple[str, FloatArray | list[str]]:
+    """The name of a parameter and its values from ``name = value, value``."""
+    from pymdr.errors import ProblemError
+    from pymdr.problem.parameters import parameter_of
+
+    name, sign, values = (part.strip() for part in given.partition("="))
+    listed = [value.strip() for value in values.split(",") if value.strip()]
+    if not sign or not name or not listed:
+        raise ProblemError(
+            f"--over {given!r}: a parameter with its values is needed, such as 'body.young = 1 MPa, 2 MPa'"
+        )
+    unit = "N/m" if name == "machine_stiffness" else parameter_of(contact, name).unit
+    return name, _spread(listed, points if len(listed) == 2 else None, unit, f"over {name}")
+
+
+@app.command()
+def topography(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="A measured surface.")],
+    channel: Annotated[
+        str | None, typer.Option(help="Number or name of the channel, where the file has several.")
+    ] = None,
+    size: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="Side of the square patch, or twice for both, where the file has none, such as '10 um'."
+        ),
+    ] = None,
+    unit: Annotated[
+        str | None, typer.Option(help="Unit of the heights, where the file has none, such as nm.")
+    ] = None,
+    missing: Annotated[
+        str | None, typer.Option(help="What becomes of missing heights: interpolate or crop.")
+    ] = None,
+    detrend: Annotated[
+        str | None,
+        typer.Option(
+            help="What is taken off: none, mean, plane, sphere or curvature; a plane unless given, none with --profile."
+        ),
+    ] = None,
+    tip_radius: Annotated[
+        str | None,
+        typer.Option(help="Of the tip that measured it: waves it cannot have resolved are left out."),
+    ] = None,
+    periodic: Annotated[
+        bool, typer.Option("--periodic", help="The patch is one period of the surface.")
+    ] = False,
+    profile: Annotated[
+        bool,
+        typer.Option(
+            "--profile", help="The mean profile about the apex of one bump in place of the spectrum."
+        ),
+    ] = False,
+    output: Table = None,
+    quiet: Quiet = False,
+    as_json: Json = False,
+) -> None:
+    """The power spectrum of a measured surface and its self-affine law; with -o its table and figure are written."""
+    from pymdr.errors import ProblemError
+    from pymdr.solving.azimuth import azimuthal_profile
+    from pymdr.solving.roughness import power_spectrum
+    from pymdr.workbench.topographies import described, read_topography
+
+    def surface() -> Topography:
+        taken = detrend or ("none" if profile else "plane")
+        number = int(channel) if channel is not None and channel.isdecimal() else channel
+        return read_topography(
+            file,
+            number,
+            size=size or None,
+            unit=unit,
+            missing=missing,
+            detrend=None if taken == "none" else taken,
+        )
+
+    def ask() -> tuple[str, Study]:
+        found = surface()
+        return described(found), power_spectrum(found, periodic=periodic, tip_radius=tip_radius)
+
+    if not profile:
+        _tell_study("topography", file, ask, output, quiet, as_json)
+        return
+    with _failures_as_json("topography", file, as_json):
+        if tip_radius is not None or periodic:
+            raise ProblemError(
+                "--tip-radius and --periodic are for the spectrum; leave them out with --profile"
+            )
+        found = azimuthal_profile(surface())
+        written = []
+        if output is not None:
+            with _ready_folder(output) as folder:
+                found.to_csv(folder / "profile.csv")
+                written = [folder / "profile.csv", _write_figure(found.plot(), folder / "profile.png")]
+    if as_json:
+        data = found.profile
+        columns = {"radius": data.radius, "height": data.height, "scatter": data.scatter}
+        study = {
+            name: {"values": (values.tolist() if values is not None else []), "unit": "m"}
+            for name, values in columns.items()
+        }
+        answer = _answer(
+            "topography",
+            file,
+            title=described(found.topography),
+            status="COMPLETED",
+            rows=data.radius.size,
+            study=study,
+            notes=list(found.topography.steps),
+            written=[str(one) for one in written],
+        )
+        _print_json(answer)
+    elif not quiet:
+        _say(described(found.topography))
+        _say(found.summary())
+        if written:
+            _say("Written: " + ", ".join(str(one) for one in written))
 
 
 def _spread(given: Sequence[str], points: int | None, unit: str, name: str) -> FloatArray | list[str]:

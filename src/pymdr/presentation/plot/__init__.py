@@ -19,6 +19,8 @@ from pymdr.presentation.plot.studies import (
     rolling_study,
     sliding_study,
 )
+from pymdr.presentation.plot.sweeps import sweep_curves
+from pymdr.presentation.plot.topography import bump_study, spectrum_study
 from pymdr.presentation.plot.whole import normal_figures, normal_overview
 
 __all__ = [
@@ -28,6 +30,7 @@ __all__ = [
     "ShapeData",
     "adhesive_figures",
     "adhesive_overview",
+    "bump_study",
     "closure_figures",
     "closure_overview",
     "compared_laws",
@@ -46,4 +49,6 @@ __all__ = [
     "shape_figures",
     "shape_overview",
     "sliding_study",
+    "spectrum_study",
+    "sweep_curves",
 ]

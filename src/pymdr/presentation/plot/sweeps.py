@@ -1,0 +1,110 @@
+"""Figures of sweeps over parameters."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from pymdr.presentation.plot.shared import axis_label, letter_panels, new_figure, scaled, styled, thinned
+from pymdr.quantities import quantity
+from pymdr.units import FloatArray, from_si, good_unit, written
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+_CURVES, _NAMED = 200, 8
+"""Curves that are drawn, and combinations that a legend names."""
+
+
+def sweep_curves(data: xr.Dataset, name: str, parameters: Sequence[str]) -> Figure:
+    """
+    A quantity along the path at every point of a grid, and its largest value over the first parameter.
+
+    Parameters
+    ----------
+    data : xarray.Dataset
+        Over the parameters and ``step``.
+    name : str
+    parameters : sequence of str
+        The dimensions of the grid; colours follow the first.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    with styled():
+        figure = new_figure(9.6, 3.8)
+        along, over = figure.subplots(1, 2)
+        values = data[name].transpose(*parameters, "step").values
+        unit = good_unit(values, quantity(name).unit)
+        shown = scaled(values, name, unit)
+        across = "indentation" if "indentation" in data and name != "indentation" else None
+        _draw_along(along, data, shown, across, parameters)
+        known = np.where(np.isnan(shown).all(axis=-1, keepdims=True), -np.inf, shown)
+        largest = np.nanmax(known, axis=-1)
+        _draw_over(over, data, np.where(np.isfinite(largest), largest, np.nan), parameters)
+        along.set_ylabel(axis_label(name, unit))
+        over.set_ylabel(f"largest {axis_label(name, unit)}")
+        letter_panels(figure)
+    return figure
+
+
+def _draw_along(
+    axes: Axes, data: xr.Dataset, shown: FloatArray, across: str | None, parameters: Sequence[str]
+) -> None:
+    from matplotlib import colormaps
+
+    count = shown.shape[0]
+    lines = shown.reshape(-1, shown.shape[-1])
+    which = thinned(np.arange(float(lines.shape[0])), _CURVES)
+    if across is None:
+        x = np.broadcast_to(np.arange(1, shown.shape[-1] + 1), shown.shape).reshape(lines.shape)
+        axes.set_xlabel("row of the path")
+    else:
+        depth = data[across].transpose(*parameters, "step").values.reshape(lines.shape)
+        unit = good_unit(depth, quantity(across).unit)
+        x = scaled(depth, across, unit)
+        axes.set_xlabel(axis_label(across, unit))
+    colours = colormaps["viridis"](np.linspace(0.0, 0.9, count))
+    for line in which:
+        first = int(np.unravel_index(line, shown.shape[:-1])[0])
+        axes.plot(
+            x[line], lines[line], color=colours[first], lw=1.0, marker="o" if lines.shape[1] == 1 else ""
+        )
+
+
+def _draw_over(axes: Axes, data: xr.Dataset, largest: FloatArray, parameters: Sequence[str]) -> None:
+    first = data[parameters[0]]
+    numeric = "units" in first.attrs
+    x = np.asarray(first.values if numeric else np.arange(first.size), dtype=float)
+    if numeric:
+        unit = good_unit(x, first.attrs["units"])
+        x = np.asarray(from_si(x, first.attrs["units"], unit))
+        axes.set_xlabel(f"{parameters[0]} ({unit})" if unit else parameters[0])
+        if np.all(x > 0.0) and x.max() > 10.0 * x.min():
+            axes.set_xscale("log")
+    else:
+        axes.set_xticks(x, [str(value).partition("(")[0] for value in first.values])
+        axes.set_xlabel(parameters[0])
+    rest = largest.reshape(first.size, -1)
+    names = _names(data, parameters[1:])
+    for i in thinned(np.arange(float(rest.shape[1])), _CURVES):
+        axes.plot(x, rest[:, i], "o-", ms=3.5, lw=1.0, label=names[i] if rest.shape[1] <= _NAMED else None)
+    if 1 < rest.shape[1] <= _NAMED:
+        axes.legend(fontsize=8)
+
+
+def _names(data: xr.Dataset, parameters: Sequence[str]) -> list[str]:
+    names = [""]
+    for parameter in parameters:
+        values = data[parameter]
+        unit = values.attrs.get("units")
+        words = [
+            str(v).partition("(")[0] if unit is None else written(float(v), unit, 3) for v in values.values
+        ]
+        names = [f"{name}, {parameter} = {word}".removeprefix(", ") for name in names for word in words]
+    return names

@@ -1,0 +1,502 @@
+"""One contact over a grid of its parameters."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import product
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from pymdr.errors import ProblemError, PymdrError, QuantityError
+from pymdr.interpretation.validity import Claim, Level
+from pymdr.mapping.equivalent import has_callables
+from pymdr.problem.codec import encode, encode_case
+from pymdr.problem.contact import Contact
+from pymdr.problem.parameters import parameter_of, with_parameters
+from pymdr.problem.paths import LoadingPath
+from pymdr.problem.profiles import Profile
+from pymdr.problem.schedule import Progress
+from pymdr.problem.values import Value
+from pymdr.quantities import quantity
+from pymdr.result import Result
+from pymdr.solving.batch import Asked, solutions
+from pymdr.solving.kept import KeptParts
+from pymdr.solving.reach import memory_of_machine
+from pymdr.units import FloatArray, QuantityLike, from_si, shown, to_si, to_si_array, written
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+_MACHINE, _PATH = "machine_stiffness", "path"
+_BETWEEN_WRITES = 2.0
+"""Seconds: what a killed sweep loses."""
+_LEVELS = (Level.EXACT, Level.APPROXIMATE, Level.NOT_VALID)
+_TOLD = ("normal_force", "contact_radius", "indentation", "tangential_force", "dissipated_energy")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Sweep:
+    """What the points of a grid of parameters give."""
+
+    contact: Contact
+    """That of which parameters were changed."""
+    data: xr.Dataset
+    """
+    All quantities over the parameters and ``step``, NaN where they are not valid or the point failed; ``status`` and
+    ``refusal`` (why a point has no result) over the parameters.
+    """
+    claims: Mapping[str, Claim]
+    """Of every quantity the weakest one of all points; `where` says of every point, flattened, whether it can be read."""
+
+    @property
+    def parameters(self) -> tuple[str, ...]:
+        """The names of what was swept, the dimensions of the grid."""
+        return tuple(str(name) for name in self.data["status"].dims)
+
+    @property
+    def failed(self) -> int:
+        """How many points have no result."""
+        return int((self.data["refusal"].values != "").sum())
+
+    def __getitem__(self, name: str) -> xr.DataArray:
+        if name in self.claims:
+            self.claims[name].require(name)
+        if name not in self.data.variables:
+            raise QuantityError(
+                f"no quantity {shown(name)}; this sweep has {', '.join(map(str, self.data.variables))}"
+            )
+        return self.data[name].copy()
+
+    def to(self, name: str, unit: str) -> xr.DataArray:
+        """
+        A quantity converted to another unit.
+
+        Parameters
+        ----------
+        name, unit : str
+
+        Returns
+        -------
+        xarray.DataArray
+
+        Raises
+        ------
+        QuantityError
+            If there is no such quantity.
+        NotValidError
+            If it is valid at no point.
+        UnitError
+            If the unit is of another kind.
+        """
+        array = self[name]
+        return array.copy(data=from_si(array.values, quantity(name).unit, unit)).assign_attrs(units=unit)
+
+    def summary(self) -> str:
+        """What was swept, the range of the largest values of the quantities, and how far to trust them."""
+        sizes = [f"{name}: {_range(self.data[name])}" for name in self.parameters]
+        total = self.data["status"].size
+        lines = [f"{total} points over", *(f"  {line}" for line in sizes)]
+        if self.failed:
+            refusals = self.data["refusal"].values.ravel()
+            first = int(np.argmax(refusals != ""))
+            lines.append(
+                f"{self.failed} without a result; the first, {self._place(first)}: {refusals[first]}"
+            )
+        told: dict[str, list[str]] = {}
+        for name in _TOLD:
+            if name in self.claims and self.claims[name].readable and name in self.data:
+                row, largest = quantity(name), self._largest(name)
+                ends = [written(float(end), row.unit, 4) for end in (largest.min(), largest.max())]
+                said = ends[0] if ends[0] == ends[1] else " to ".join(ends)
+                told.setdefault(f"{self.claims[name].level.value}: {self.claims[name].reason}", []).append(
+                    f"largest {row.words}: {said}"
+                )
+        lines += [line for claim, quantities in told.items() for line in (*quantities, f"  {claim}")]
+        return "\n".join(lines)
+
+    def _largest(self, name: str) -> FloatArray:
+        """Over the path, of every point that has one."""
+        values = self.data[name].values.reshape(-1, self.data.sizes["step"])
+        return np.asarray(np.nanmax(values[~np.isnan(values).all(axis=1)], axis=1, initial=-math.inf))
+
+    def _place(self, point: int) -> str:
+        index = np.unravel_index(point, self.data["status"].shape)
+        return ", ".join(
+            f"{name} = {_shown_value(self.data[name], int(i))}"
+            for name, i in zip(self.parameters, index, strict=True)
+        )
+
+    def __str__(self) -> str:
+        return self.summary()
+
+    def plot(self, name: str = "normal_force") -> Figure:
+        """
+        A quantity along the path at every point, and its largest value over the first parameter.
+
+        Parameters
+        ----------
+        name : str
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+        """
+        from pymdr.presentation.plot import sweep_curves
+
+        return sweep_curves(self.data.assign({name: self[name]}), name, self.parameters)
+
+    def save(self, file: str | os.PathLike[str]) -> None:
+        """
+        Write everything to a NetCDF file, which xarray opens, whole or not at all.
+
+        Parameters
+        ----------
+        file : path
+            For example "sweep.nc".
+
+        Raises
+        ------
+        FileError
+            If the file cannot be written, or its name is that of another format.
+        """
+        from pymdr.presentation.files import write_dataset
+
+        claims = {name: [c.level.name, c.reason, c.source] for name, c in self.claims.items()}
+        write_dataset(self.data.assign_attrs(pymdr_sweep_claims=json.dumps(claims)), file)
+
+    def to_csv(self, file: str | os.PathLike[str]) -> None:
+        """
+        Write one row for every step of every point, with units in the names of the columns.
+
+        Parameters
+        ----------
+        file : path
+            For example "sweep.csv".
+
+        Raises
+        ------
+        FileError
+            If the file cannot be written.
+        """
+        from pymdr.presentation.files import write_table
+
+        order = (*self.parameters, "step")
+        table = self.data.drop_vars([name for name in ("row",) if name in self.data]).transpose(*order)
+        columns = table.to_dataframe().reset_index()
+        units = {str(name): str(array.attrs.get("units", "")) for name, array in self.data.variables.items()}
+        titled = {
+            str(name): f"{name} [{units[str(name)]}]" if units.get(str(name)) else str(name)
+            for name in columns
+        }
+        write_table({titled[str(name)]: columns[name].to_numpy() for name in columns}, file)
+
+
+class _Axis(NamedTuple):
+    """Values of one parameter."""
+
+    name: str
+    values: list[Any]
+    unit: str | None
+    """Of numbers."""
+
+
+def sweep(
+    contact: Contact,
+    path: LoadingPath,
+    over: Mapping[str, Sequence[Any] | ArrayLike],
+    *,
+    machine_stiffness: QuantityLike | None = None,
+    keep: int | ArrayLike | None = None,
+    quantities: Sequence[str] | None = None,
+    workers: int = 1,
+    folder: str | os.PathLike[str] | None = None,
+    progress: Progress | None = None,
+) -> Sweep:
+    """
+    Solve a contact for all combinations of some of its parameters.
+
+    Parameters
+    ----------
+    contact : Contact
+    path : LoadingPath
+    over : mapping of str to sequence
+        Values by dotted names, such as ``{"body.young": ["1 MPa", "2 MPa"], "profile.radius": radii}``; whole parts too,
+        such as ``{"profile": [Sphere("1 mm"), Cone(slope=0.1)]}``, and ``"machine_stiffness"`` or ``"path"``.
+    machine_stiffness, keep
+        As for :func:`solve`.
+    quantities : sequence of str, optional
+        What is kept, such as ``["indentation", "normal_force"]``; unless given, everything.
+    workers : int
+        Number of processes; the numbers do not depend on it.
+    folder : path, optional
+        Where finished points are kept: the same call goes on where a killed one was.
+    progress : callable, optional
+        Called as ``progress(done, total)``.
+
+    Returns
+    -------
+    Sweep
+        Labelled by the parameters. A point that cannot be solved has a reason in ``refusal`` and NaN elsewhere.
+
+    Raises
+    ------
+    ProblemError
+        If the contact has no parameter of a name, nothing is swept, a name has no values, or the result is more than half of
+        what the memory holds.
+    UnitError
+        If a value is no quantity of the right kind.
+    FileError
+        If the folder cannot be written or holds another sweep.
+    PymdrError
+        What the first point says, if no point can be solved.
+
+    Examples
+    --------
+    >>> from pymdr.problem.materials import Elastic
+    >>> from pymdr.problem.paths import indent
+    >>> from pymdr.problem.profiles import Paraboloid
+    >>> ball = Contact(Paraboloid("1 mm"), Elastic("1 MPa", 0.5))
+    >>> found = sweep(ball, indent("1 um"), {"profile.radius": ["1 mm", "4 mm"], "body.young": ["1 MPa", "3 MPa"]})
+    >>> (found["normal_force"].isel(step=-1) / found["normal_force"][0, 0, -1]).values.round(12).tolist()
+    [[1.0, 3.0], [2.0, 6.0]]
+    """
+    if not isinstance(contact, Contact):
+        raise ProblemError(f"sweep: {contact!r} is not a Contact; write Contact(profile, body)")
+    axes = _axes(contact, over)
+    machine = None if machine_stiffness is None else to_si(machine_stiffness, "N/m", name=_MACHINE)
+    points = list(product(*(axis.values for axis in axes)))
+    answers = _Answers(len(points), quantities)
+    kept = (
+        None
+        if folder is None
+        else KeptParts(folder, _identity(contact, path, axes, machine, keep, quantities))
+    )
+    if kept is not None:
+        for first, found in kept.parts():
+            answers.read(first, found)
+    missing = np.flatnonzero(~answers.known)
+    asked = [_point(contact, path, machine, axes, points[i]) for i in missing]
+    ready = [one for one in asked if not isinstance(one, PymdrError)]
+    found_ones = solutions(ready, {"keep": keep}, workers)
+    written_at, first = time.monotonic(), 0
+    for k, (i, one) in enumerate(zip(missing, asked, strict=True)):
+        answers.add(int(i), one if isinstance(one, PymdrError) else next(found_ones))
+        apart = k + 1 == missing.size or missing[k + 1] != i + 1
+        if kept is not None and (apart or time.monotonic() - written_at > _BETWEEN_WRITES):
+            kept.keep(int(missing[first]), answers.block(int(missing[first]), int(i) + 1))
+            written_at, first = time.monotonic(), k + 1
+        if progress is not None:
+            progress(len(points) - missing.size + k + 1, len(points))
+    return answers.swept(contact, axes)
+
+
+def _axes(contact: Contact, over: Mapping[str, Any]) -> list[_Axis]:
+    if not isinstance(over, Mapping) or not over:
+        raise ProblemError(
+            f"sweep: over = {shown(over)}; parameters with their values are needed, such as {{'body.young': ['1 MPa', '2 MPa']}}"
+        )
+    return [_axis(contact, str(name), values) for name, values in over.items()]
+
+
+def _axis(contact: Contact, name: str, values: Any) -> _Axis:
+    listed: Any = [values] if isinstance(values, str | Value) else values
+    parts = isinstance(listed, list | tuple) and any(
+        part is None or isinstance(part, Value) for part in listed
+    )
+    if parts:
+        if name == _PATH and not all(isinstance(part, LoadingPath) for part in listed):
+            raise ProblemError("sweep: over['path'] holds something that is no path, such as indent('1 um')")
+        return _Axis(name, list(listed), None)
+    unit = "N/m" if name == _MACHINE else parameter_of(contact, name).unit
+    numbers = np.atleast_1d(to_si_array(listed, unit, name=f"over[{name!r}]"))
+    if numbers.ndim != 1 or numbers.size == 0:
+        raise ProblemError(
+            f"sweep: over[{name!r}] has the shape {numbers.shape}; one row of values is needed"
+        )
+    return _Axis(name, [float(number) for number in numbers], unit)
+
+
+def _point(
+    contact: Contact, path: LoadingPath, machine: float | None, axes: Sequence[_Axis], values: Sequence[Any]
+) -> Asked | PymdrError:
+    """What is asked at a point, or why it cannot be."""
+    chosen = {axis.name: value for axis, value in zip(axes, values, strict=True)}
+    path, machine = chosen.pop(_PATH, path), chosen.pop(_MACHINE, machine)
+    try:
+        return Asked(with_parameters(contact, chosen), path, machine)
+    except PymdrError as error:
+        return error
+
+
+def _identity(
+    contact: Contact,
+    path: LoadingPath,
+    axes: Sequence[_Axis],
+    machine: float | None,
+    keep: Any,
+    quantities: Sequence[str] | None,
+) -> dict[str, Any]:
+    swept = [part for axis in axes for part in axis.values if isinstance(part, Profile)]
+    if any(has_callables(profile) for profile in (contact.profile, *swept)):
+        raise ProblemError(
+            "sweep: folder= cannot tell whether a Function is the same as that of the run before; leave the folder out, or "
+            "sample the function as a profile"
+        )
+    return {
+        "case": encode_case("", contact, path),
+        "over": {
+            axis.name: [encode(part) if isinstance(part, Value) else part for part in axis.values]
+            for axis in axes
+        },
+        "machine_stiffness": machine,
+        "keep": None if keep is None else np.asarray(keep).tolist(),
+        "quantities": None if quantities is None else list(quantities),
+    }
+
+
+class _Answers:
+    """What is known of the points of a sweep, as they come in."""
+
+    def __init__(self, points: int, quantities: Sequence[str] | None) -> None:
+        self.wanted = None if quantities is None else set(quantities)
+        self.known = np.zeros(points, dtype=bool)
+        self.columns: dict[str, FloatArray] = {}
+        self.rows: dict[str, Any] = {}
+        self.status = np.full(points, "", dtype=object)
+        self.refusal = np.full(points, "", dtype=object)
+        self.claims = np.full(points, "{}", dtype=object)
+
+    def add(self, i: int, answer: Result | PymdrError) -> None:
+        """Take the answer of a point."""
+        self.known[i] = True
+        if isinstance(answer, PymdrError):
+            self.refusal[i] = str(answer)
+            return
+        if self.wanted is not None and (strange := self.wanted - set(answer.claims) - {"time"}):
+            raise QuantityError(
+                f"sweep: quantities: no {', '.join(sorted(strange))}; there are {', '.join(answer.claims)}"
+            )
+        if "row" in answer.data.coords:
+            self.rows = {"row": answer.data.coords["row"]}
+        for name, array in answer.data.items():
+            if self.wanted is None or name in self.wanted:
+                self._column(str(name), array.sizes["step"])[i] = array.values
+        self.status[i] = answer.status.name
+        self.claims[i] = json.dumps(
+            {
+                name: [claim.level.name, claim.reason, claim.source, claim.readable]
+                for name, claim in answer.claims.items()
+                if self.wanted is None or name in self.wanted
+            }
+        )
+
+    def _column(self, name: str, rows: int) -> FloatArray:
+        if name not in self.columns:
+            size = 8.0 * self.known.size * rows * (len(self.columns) + 1)
+            if size > 0.5 * memory_of_machine():
+                raise ProblemError(
+                    f"sweep: {self.known.size} points of {rows} rows take more than half of the memory of this machine; give "
+                    "keep= for fewer rows, or quantities= for fewer columns"
+                )
+            self.columns[name] = np.full((self.known.size, rows), math.nan)
+        if self.columns[name].shape[1] != rows:
+            raise ProblemError(
+                f"sweep: a point has {rows} rows and another {self.columns[name].shape[1]}; sweep over paths of one length"
+            )
+        return self.columns[name]
+
+    def block(self, first: int, end: int) -> xr.Dataset:
+        """Some points over ``part``."""
+        import xarray as xr
+
+        part = slice(first, end)
+        texts = {"status": self.status, "refusal": self.refusal, "claims": self.claims}
+        return xr.Dataset(
+            {name: (("part", "step"), values[part]) for name, values in self.columns.items()}
+            | {name: ("part", values[part].astype(str)) for name, values in texts.items()},
+            coords=self.rows,
+        )
+
+    def read(self, first: int, found: xr.Dataset) -> None:
+        """The inverse of :meth:`block`."""
+        part = slice(first, first + found.sizes["part"])
+        self.known[part] = True
+        if "row" in found.coords:
+            self.rows = {"row": found.coords["row"]}
+        for name, array in found.items():
+            if name in ("status", "refusal", "claims"):
+                getattr(self, str(name))[part] = array.values
+            else:
+                self._column(str(name), array.sizes["step"])[part] = array.values
+
+    def swept(self, contact: Contact, axes: Sequence[_Axis]) -> Sweep:
+        """The whole grid; what the first point says if there is nothing in it."""
+        import xarray as xr
+
+        if np.all(self.refusal != ""):
+            raise ProblemError(
+                f"sweep: none of {self.known.size} points can be solved; the first: {self.refusal[0]}"
+            )
+        names, shape = [axis.name for axis in axes], [len(axis.values) for axis in axes]
+        coords = {axis.name: _coordinate(axis) for axis in axes}
+        data = {
+            name: ((*names, "step"), values.reshape(*shape, -1), _attributes(name))
+            for name, values in self.columns.items()
+        }
+        texts = {
+            name: (names, values.reshape(shape).astype(str))
+            for name, values in (("status", self.status), ("refusal", self.refusal))
+        }
+        return Sweep(
+            contact=contact, data=xr.Dataset(data | texts, coords=coords | self.rows), claims=self._weakest()
+        )
+
+    def _weakest(self) -> dict[str, Claim]:
+        """Of every quantity the weakest claim, with how many points have it."""
+        told = [json.loads(claims) for claims in self.claims]
+        weakest: dict[str, Claim] = {}
+        for name in dict.fromkeys(name for claims in told for name in claims):
+            there = [claims.get(name) for claims in told]
+            where = np.array([one is not None and bool(one[3]) for one in there])
+            read = [one for one in there if one is not None and one[3]] or [
+                one for one in there if one is not None
+            ]
+            level = max((Level[one[0]] for one in read), key=_LEVELS.index)
+            worst = [one for one in read if one[0] == level.name]
+            reason = worst[0][1]
+            if len(worst) < len(there):
+                reason = f"at {len(worst)} of {len(there)} points: {reason}"
+            weakest[name] = Claim(level, reason, worst[0][2], where)
+        return weakest
+
+
+def _coordinate(axis: _Axis) -> tuple[Any, ...]:
+    if axis.unit is None:
+        return (axis.name, [repr(part) for part in axis.values])
+    return (axis.name, np.array(axis.values), {"units": axis.unit})
+
+
+def _attributes(name: str) -> dict[str, str]:
+    base = name.removesuffix("_low").removesuffix("_high")
+    row = quantity(base)
+    return {"units": row.unit, "long_name": row.words, "symbol": row.symbol}
+
+
+def _shown_value(values: xr.DataArray, i: int) -> str:
+    unit = values.attrs.get("units")
+    return str(values.values[i]) if unit is None else written(float(values.values[i]), unit)
+
+
+def _range(values: xr.DataArray) -> str:
+    if values.size == 1:
+        return _shown_value(values, 0)
+    ends = f"{_shown_value(values, 0)} to {_shown_value(values, values.size - 1)}"
+    return f"{values.size} values, {ends}" if "units" in values.attrs else f"{values.size} values"
