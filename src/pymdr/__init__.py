@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from pymdr.independent.rings import Rings as Rings
     from pymdr.interpretation.validity import Claim as Claim
     from pymdr.interpretation.validity import Level as Level
+    from pymdr.mapping.azimuth import azimuthal_mean as azimuthal_mean
     from pymdr.mapping.equivalent import equivalent_profile as equivalent_profile
     from pymdr.mapping.moduli import effective_moduli as effective_moduli
     from pymdr.mapping.patch import full_contact_stiffness as full_contact_stiffness
@@ -65,16 +66,20 @@ if TYPE_CHECKING:
     from pymdr.problem.profiles import CubicSpline as CubicSpline
     from pymdr.problem.profiles import DomedPunch as DomedPunch
     from pymdr.problem.profiles import Ellipsoid as Ellipsoid
+    from pymdr.problem.profiles import EllipticParaboloid as EllipticParaboloid
     from pymdr.problem.profiles import FlatPunch as FlatPunch
     from pymdr.problem.profiles import ForceCurve as ForceCurve
     from pymdr.problem.profiles import Function as Function
+    from pymdr.problem.profiles import Function2D as Function2D
     from pymdr.problem.profiles import Hyperboloid as Hyperboloid
     from pymdr.problem.profiles import Interpolated as Interpolated
     from pymdr.problem.profiles import Paraboloid as Paraboloid
     from pymdr.problem.profiles import PowerLaw as PowerLaw
+    from pymdr.problem.profiles import Pyramid as Pyramid
     from pymdr.problem.profiles import RoundedCone as RoundedCone
     from pymdr.problem.profiles import RoundedFlat as RoundedFlat
     from pymdr.problem.profiles import Sampled as Sampled
+    from pymdr.problem.profiles import Sampled2D as Sampled2D
     from pymdr.problem.profiles import ShapePreserving as ShapePreserving
     from pymdr.problem.profiles import SmoothingSpline as SmoothingSpline
     from pymdr.problem.profiles import Sphere as Sphere
@@ -159,6 +164,7 @@ _HOMES: dict[str, tuple[str, ...]] = {
     ),
     "pymdr.independent.rings": ("Rings",),
     "pymdr.interpretation.validity": ("Claim", "Level"),
+    "pymdr.mapping.azimuth": ("azimuthal_mean",),
     "pymdr.mapping.equivalent": ("equivalent_profile",),
     "pymdr.mapping.moduli": ("effective_moduli",),
     "pymdr.mapping.patch": ("full_contact_stiffness",),
@@ -188,16 +194,20 @@ _HOMES: dict[str, tuple[str, ...]] = {
         "CubicSpline",
         "DomedPunch",
         "Ellipsoid",
+        "EllipticParaboloid",
         "FlatPunch",
         "ForceCurve",
         "Function",
+        "Function2D",
         "Hyperboloid",
         "Interpolated",
         "Paraboloid",
         "PowerLaw",
+        "Pyramid",
         "RoundedCone",
         "RoundedFlat",
         "Sampled",
+        "Sampled2D",
         "ShapePreserving",
         "SmoothingSpline",
         "Sphere",

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import enum
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -15,14 +16,15 @@ from pymdr.errors import ConvergenceError, ProblemError, QuantityError
 from pymdr.independent.rings import Rings
 from pymdr.interpretation.peaks import largest_value
 from pymdr.interpretation.validity import SOURCES, Assumption, Claim
-from pymdr.mapping.equivalent import has_callables, without_callables
+from pymdr.mapping.azimuth import azimuthal_mean
+from pymdr.mapping.equivalent import equivalent_profile, has_callables, without_callables
 from pymdr.mapping.moduli import effective_moduli
 from pymdr.problem.contact import Contact
 from pymdr.problem.materials import Graded, Viscoelastic
 from pymdr.problem.paths import LoadingPath
-from pymdr.problem.profiles import ForceCurve
+from pymdr.problem.profiles import ForceCurve, Function2D
 from pymdr.quantities import POSITION, RADIUS, quantity
-from pymdr.units import ArrayQuantityLike, FloatArray, from_si, shown, to_si_array
+from pymdr.units import ArrayQuantityLike, FloatArray, QuantityLike, from_si, shown, to_si, to_si_array
 
 if TYPE_CHECKING:
     import os
@@ -52,6 +54,9 @@ class Status(enum.Enum):
     ATTACHED = "every step was solved; the path ends in contact"
     PULLED_OFF = "every step was solved; the contact was pulled off"
     NOT_TOUCHED = "every step was solved; the surfaces never came into contact"
+    NOT_ROUND = "every step was solved; the body is not of revolution, and its contact no disk"
+    ESTIMATED = "the body is not of revolution: the force is an estimate, beside its lower bound"
+    BOUNDED = "the body is not of revolution, and at some steps only force_lower_bound is given"
     ADHESION_PARTLY_REFUSED = "at some steps the adhesive contact is not a disk: values there are NaN"
     ADHESION_REFUSED = "the adhesive contact is a disk at no step: nothing is given"
     REFUSED = "the contact is a disk at no step: only force_lower_bound is given"
@@ -92,6 +97,14 @@ class FieldReader(EdgedField, Protocol):
 
     def marks(self, step: int) -> Sequence[float]:
         """Radii in m in the contact at which its pressure may have a kink or no bound."""
+
+
+@runtime_checkable
+class DirectedReader(FieldReader, Protocol):
+    """A reader of fields that differ from direction to direction."""
+
+    def towards(self, angle: float) -> FieldReader:
+        """The same, for radii in the direction of an angle in rad from the x-axis."""
 
 
 @dataclass(frozen=True)
@@ -150,7 +163,7 @@ class Result:
 
     def __getitem__(self, name: str) -> xr.DataArray:
         """A quantity over ``step``, in SI units; a copy of its own."""
-        if name == "peak_pressure":
+        if name == "peak_pressure" and name not in self.data:
             self._require("pressure")
             return self._peak_pressure.copy()
         self._require(name)
@@ -167,7 +180,7 @@ class Result:
 
     def _names(self) -> list[str]:
         """Quantities that can be read."""
-        return [*map(str, self.data), "peak_pressure"]
+        return list(dict.fromkeys([*map(str, self.data), "peak_pressure"]))
 
     @property
     def bands(self) -> dict[str, tuple[np.ndarray, np.ndarray]]:
@@ -241,7 +254,12 @@ class Result:
         return (*self.reading.fields, *self.reading.line_fields, *self.reading.carried)
 
     def field(
-        self, name: str, r: ArrayQuantityLike | None = None, step: int | Sequence[int] | None = -1
+        self,
+        name: str,
+        r: ArrayQuantityLike | None = None,
+        step: int | Sequence[int] | None = -1,
+        *,
+        angle: QuantityLike | None = None,
     ) -> xr.DataArray:
         """
         A field on the surface (over radius r) or on the line (over position x).
@@ -258,6 +276,8 @@ class Result:
             Radii (positions) in m; a graded grid to twice the contact radius unless given.
         step : int or sequence of int, optional
             Row, or several, counted as in a sequence; None gives all rows.
+        angle : quantity, optional
+            Of bodies that are not of revolution: the direction in rad in which the radii lie, from the x-axis; 0 unless given.
 
         Returns
         -------
@@ -286,6 +306,8 @@ class Result:
             replace(claim, where=np.zeros(1, dtype=bool)).require(f"{name} at step {step}")
         carried = self.reading.carried.get(name)
         surface: EdgedField = self.surface if carried is None else carried(self)
+        if angle is not None:
+            surface = self._towards(to_si(angle, "rad", name="angle"))
         radii = (
             surface.default_radii(chosen[-1]) if r is None else np.atleast_1d(to_si_array(r, "m", name="r"))
         )
@@ -314,6 +336,12 @@ class Result:
             name=name,
             attrs={"units": row.unit, "long_name": row.words, "symbol": row.symbol},
         )
+
+    def _towards(self, angle: float) -> FieldReader:
+        surface = self.surface
+        if not isinstance(surface, DirectedReader):
+            raise QuantityError("field: angle= is for bodies that are not of revolution; leave it out")
+        return surface.towards(angle)
 
     def _rows(self, step: int | Sequence[int] | None) -> list[int]:
         if step is None:
@@ -402,7 +430,8 @@ class Result:
             row = int(known[-1]) if known.size else -1
         if step == -1 and row >= 0:
             # a contact as small as a point says nothing
-            radii = np.nan_to_num(self.data["contact_radius"].values)
+            size = "contact_radius" if "contact_radius" in self.data else "semi_axis_x"
+            radii = np.nan_to_num(self.data[size].values)
             touching = np.flatnonzero(radii > 1e-6 * radii.max())
             row = int(touching[-1]) if touching.size else row
         return row
@@ -548,6 +577,8 @@ class Result:
     def _saved_contact(self) -> Contact:
         if not has_callables(self.contact.profile):
             return self.contact
+        if isinstance(self.contact.profile, Function2D):
+            return replace(self.contact, profile=without_callables(self.contact.profile, self._shape_size()))
         radii = [self.data[n].values for n in ("contact_radius", "cohesive_radius") if n in self.data]
         top = 2.0 * max((float(np.nanmax(values, initial=0.0)) for values in radii), default=0.0)
         if top:
@@ -561,6 +592,15 @@ class Result:
                 continue
             return replace(self.contact, profile=profile)
         return replace(self.contact, profile=without_callables(self.contact.profile, reach))
+
+    def _shape_size(self) -> float:
+        """A radius in m that the contact of a shape keeps within, from the disk of its lower bound."""
+        shape = self.contact.profile
+        assert isinstance(shape, Function2D)
+        depth = float(np.nanmax(self.data["indentation"].values, initial=0.0))
+        line = equivalent_profile(azimuthal_mean(shape))
+        radius = float(line.inverse(np.array([depth]))[0]) if depth > 0.0 else 0.0
+        return 4.0 * radius if 0.0 < radius < math.inf else min(shape.reach, 1.0)
 
     def to_dataframe(self, *, quantities: Sequence[str] | None = None) -> pd.DataFrame:
         """One row per step, one column per quantity, in SI units; `quantities` as in :meth:`to_csv`."""

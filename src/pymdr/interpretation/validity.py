@@ -128,6 +128,10 @@ SOURCES: dict[str, str] = {
         "doi:10.1007/978-3-642-53876-6; Barber (1974): its stiffness does not fall"
     ),
     "hertz": "Hertz (1882), J. reine angew. Math. 92, 156-171; Johnson (1985), Contact Mechanics, chapter 11",
+    "popov-shapes": (
+        "Popov (2022), Symmetry 14, 390, from Shield (1967), Barber (1974) and Fabrikant's stiffness of flat punches"
+    ),
+    "bilodeau": "Bilodeau (1992), J. Appl. Mech. 59, 519-523: self-similar pyramids",
     "thornton-ning": "Thornton and Ning (1998), Powder Technol. 99, 154-162, doi:10.1016/S0032-5910(98)00099-0",
     "maw": "Maw, Barber and Fawcett (1976), Wear 38, 101-114, doi:10.1016/0043-1648(76)90201-5",
     "rough-line": (

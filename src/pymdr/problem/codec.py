@@ -28,17 +28,22 @@ from pymdr.problem.profiles import (
     CubicSpline,
     DomedPunch,
     Ellipsoid,
+    EllipticParaboloid,
     FlatPunch,
     ForceCurve,
     Function,
+    Function2D,
     Hyperboloid,
     Interpolated,
     Paraboloid,
     PowerLaw,
     Profile,
+    Pyramid,
     RoundedCone,
     RoundedFlat,
     Sampled,
+    Sampled2D,
+    Shape,
     ShapePreserving,
     SmoothingSpline,
     Sphere,
@@ -48,8 +53,10 @@ from pymdr.problem.profiles import (
     TruncatedSphere,
     Waviness,
 )
+from pymdr.problem.profiles.shapes import MOST_SIDES
 from pymdr.problem.rheology import KelvinVoigt, Maxwell, PowerLawRheology, Prony, StandardSolid
 from pymdr.problem.rough import RoughSurface
+from pymdr.problem.topography import HeightsField
 from pymdr.problem.values import ArrayField, OptionalArrayField, OptionalSIField, SidesField, SIField, Value
 from pymdr.units import shown
 
@@ -76,6 +83,9 @@ PROFILES: dict[str, type] = {
     "force_curve": ForceCurve,
     "sum": Sum,
     "interpolated": Interpolated,
+    "elliptic_paraboloid": EllipticParaboloid,
+    "pyramid": Pyramid,
+    "sampled_2d": Sampled2D,
 }
 MATERIALS: dict[str, type] = {
     "elastic": Elastic,
@@ -247,8 +257,8 @@ def encode(value: Any) -> Any:
         }
     if isinstance(value, History):
         return [encode(leg) for leg in value.legs]
-    if isinstance(value, Function):
-        raise ProblemError("a Function holds a callable, which cannot be written to a file")
+    if isinstance(value, Function | Function2D):
+        raise ProblemError(f"a {type(value).__name__} holds a callable, which cannot be written to a file")
     if type(value) in _KIND_OF:
         plain: dict[str, Any] = {"kind": _KIND_OF[type(value)]}
         for f in fields(value):
@@ -280,6 +290,9 @@ def _field_type(cls: type, f: Any) -> tuple[Any, Any]:
     if isinstance(descriptor, SidesField):
         note = f"{descriptor.words}; texts with units or numbers in {descriptor.unit}"
         return number | list[number], Field(..., description=note)
+    if isinstance(descriptor, HeightsField):
+        note = f"{descriptor.words}; rows of numbers in {descriptor.unit}, those of one x after the other"
+        return list[list[number]], Field(..., description=note)
     if isinstance(descriptor, ArrayField):
         note = f"{descriptor.words}; texts with units or numbers in {descriptor.unit}"
         return list[number], Field(..., description=note)
@@ -310,6 +323,8 @@ def _field_type(cls: type, f: Any) -> tuple[Any, Any]:
         return Literal[BONDS], Field(f.default, description=words)
     if f.name == "shear":
         return _union("rheology"), Field(..., description="how it relaxes in shear")
+    if f.name == "sides":
+        return int, Field(..., description="number of faces", ge=3, le=MOST_SIDES, strict=True)
     if f.name == "seed":
         return int, Field(f.default, description="which surface of all", ge=0, strict=True)
     if f.name in ("steps", "cycles"):
@@ -350,7 +365,7 @@ def _union(table: str) -> Any:
 
     # a sum of sums is one sum, so that its parts are never sums themselves
     classes = (
-        {k: c for k, c in PROFILES.items() if c not in (Sum, ForceCurve)}
+        {k: c for k, c in PROFILES.items() if not issubclass(c, Sum | ForceCurve | Shape)}
         if table == "part"
         else _TABLES[table]
     )
@@ -836,7 +851,7 @@ def _complaint(one: Mapping[str, Any], loc: list[Any], plain: Mapping[str, Any])
         case "less_than_equal":
             return f"{where}{key} = {shown(one['input'])}: it must be at most {one['ctx']['le']}"
         case other:
-            whole = key in ("steps", "cycles", "keep", "n", "seed")
+            whole = key in ("steps", "cycles", "keep", "n", "seed", "sides")
             number = "a whole number is needed" if whole else "a number or a text with its unit is needed"
             needed = number if one["loc"][-1] in _ALTERNATIVES or whole else _NEEDED.get(other, number)
             return f"{where}{key} = {shown(one['input'])}: {needed}"

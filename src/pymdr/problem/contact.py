@@ -8,19 +8,20 @@ from pymdr.errors import ProblemError
 from pymdr.problem.laws import AdhesionLaw, Coulomb, MaugisDugdale
 from pymdr.problem.layers import Layered
 from pymdr.problem.materials import Material, Rigid, common_exponent
-from pymdr.problem.profiles import ForceCurve, Profile
+from pymdr.problem.profiles import ForceCurve, Profile, Shape
 from pymdr.problem.values import Value
 
 
 @dataclass(frozen=True, eq=False)
 class Contact(Value):
     """
-    A contact of two bodies of revolution.
+    A contact of two bodies: of revolution, of any shape in frictionless contact, or known by a force curve.
 
     Parameters
     ----------
     profile : Profile
-        The combined initial gap f(r), or a :class:`~pymdr.ForceCurve` in its place.
+        The combined initial gap f(r); or a :class:`~pymdr.ForceCurve` in its place, or a gap f(x, y) that is not of
+        revolution, such as :class:`~pymdr.EllipticParaboloid`.
     body : Elastic, TransverselyIsotropic, Graded, Layered, Viscoelastic or Rigid
         The first body.
     counterbody : Elastic, TransverselyIsotropic, Graded, Layered, Viscoelastic or Rigid
@@ -35,7 +36,8 @@ class Contact(Value):
     ProblemError
         If an argument is of the wrong kind, both bodies are rigid or of different exponents, adhesion is combined with
         friction, a graded or layered body with friction or MaugisDugdale, a layered one with another that is not rigid, a
-        viscoelastic one with adhesion, or a ForceCurve with adhesion or a graded or layered body.
+        viscoelastic one with adhesion, a ForceCurve with adhesion or a graded or layered body, or a body
+        that is not of revolution with anything but elastic half-spaces.
 
     Examples
     --------
@@ -79,6 +81,8 @@ class Contact(Value):
             )
         if isinstance(self.profile, ForceCurve):
             self._refuse_beyond_curve(exponent)
+        if isinstance(self.profile, Shape):
+            self._refuse_beyond_shape(exponent)
         if self.remembers:
             self._refuse_memory()
         if self.layered is not None:
@@ -140,6 +144,25 @@ class Contact(Value):
                 f"Contact: a ForceCurve is that of homogeneous half-spaces, and a body is graded (exponent {exponent:g}); "
                 "give exponent 0, or the shape as a profile"
             )
+
+    def _refuse_beyond_shape(self, exponent: float) -> None:
+        name = type(self.profile).__name__
+        by_curve = "solve the elastic contact without friction, and put the force_curve() of its result in place of the shape"
+        for lacking, has, remedy in (
+            ("adhesion", self.adhesion is not None, "leave adhesion out, or give a profile of revolution"),
+            ("friction", self.friction is not None, by_curve),
+            ("a viscoelastic body", self.remembers, by_curve),
+            ("a Layered body", self.layered is not None, "give a half-space, or a profile of revolution"),
+            (
+                f"a body that is graded (exponent {exponent:g})",
+                exponent != 0.0,
+                "give exponent 0, or a profile of revolution",
+            ),
+        ):
+            if has:
+                raise ProblemError(
+                    f"Contact: {name} is not of revolution, and its contact no disk: {lacking} is not offered with it; {remedy}"
+                )
 
     def _refuse_memory(self) -> None:
         if self.adhesion is not None:

@@ -43,6 +43,7 @@ from pymdr.solving.ringed import (
     solve_by_rings,
     solve_memory_by_rings,
 )
+from pymdr.solving.shapes import is_shape, shape_plots, shape_surface, solve_shape
 from pymdr.solving.viscoelastic import solve_viscoelastic, surface_with_memory
 from pymdr.solving.walk import Task
 
@@ -114,6 +115,11 @@ def _sheared_surface(result: Result) -> ShearedSurface:
 
 LAWS = (
     Law(
+        lambda contact, solver: is_shape(contact),
+        solve_shape,
+        Reading(SURFACE_FIELDS, (), shape_surface, shape_plots, _WITHOUT_FRICTION),
+    ),
+    Law(
         lambda contact, solver: solver is not None and contact.remembers,
         solve_memory_by_rings,
         Reading(SURFACE_FIELDS, (), _rings_with_memory, memory_plots, _WITHOUT_FRICTION),
@@ -181,6 +187,10 @@ def _with_fluxes(reading: Reading, contact: Contact, solver: Rings | None) -> Re
             elsewhere |= dict.fromkeys((each.quantity, each.field), words)
         elif solver is not None:
             elsewhere[each.field] = "boundary elements solve no flux; leave solver=Rings() out"
+        elif is_shape(contact):
+            elsewhere[each.field] = (
+                "the contact is no disk, and how its flux is distributed is not offered; its whole is"
+            )
         else:
             carried[each.field] = partial(_flux, each.carrier)
     if not any(is_carried(contact.body, contact.counterbody, each.carrier) for each in CONDUCTIONS):

@@ -14,6 +14,7 @@ from pymdr.presentation.plot.layers import thickness_study
 from pymdr.presentation.plot.memory import memory_figures, memory_overview
 from pymdr.presentation.plot.press import pressed_surface
 from pymdr.presentation.plot.rough import rough_study
+from pymdr.presentation.plot.shapes import ShapeData, shape_figures, shape_overview
 from pymdr.presentation.plot.shared import FigureData, LayersDrawn, Plots
 from pymdr.presentation.plot.studies import (
     compared_laws,
@@ -31,6 +32,7 @@ __all__ = [
     "FigureData",
     "LayersDrawn",
     "Plots",
+    "ShapeData",
     "adhesive_figures",
     "adhesive_overview",
     "bump_study",
@@ -53,6 +55,8 @@ __all__ = [
     "pressed_surface",
     "rolling_study",
     "rough_study",
+    "shape_figures",
+    "shape_overview",
     "sliding_study",
     "spectrum_study",
     "sweep_curves",
