@@ -3,7 +3,17 @@
 import importlib
 import sys
 
-ALL = ("normal_contact", "measured", "adhesion", "friction", "memory", "impact", "rough")
+ALL = (
+    "normal_contact",
+    "measured",
+    "adhesion",
+    "friction",
+    "memory",
+    "impact",
+    "rough",
+    "layers",
+    "engines",
+)
 
 for name in sys.argv[1:] or ALL:
     for ratio in importlib.import_module(f"benchmarks.{name}").ratios():

@@ -123,7 +123,7 @@ def draw_figures(app):
     """The ``figure`` that the Python blocks of a page draw, next to the glossary."""
     folder = HERE / "generated"
     folder.mkdir(exist_ok=True)
-    for page in ("adhesion", "friction", "impact", "rolling", "sliding_friction", "rough"):
+    for page in ("adhesion", "friction", "impact", "rolling", "sliding_friction", "rough", "conductance"):
         text = (HERE / f"{page}.md").read_text(encoding="utf-8")
         space = {"__name__": page}
         with contextlib.redirect_stdout(io.StringIO()):

@@ -23,6 +23,7 @@ FIBRES = {
     "shear_axis": 5e9,
 }
 SOIL = mdr.Graded("10 MPa", depth="1 m", exponent=0.5, poisson=0.3)
+CARRIED = ("thermal_conductivity", "resistivity", "thermal_diffusivity")
 STIFFNESSES = {"c11": 3.0, "c33": 3.0, "c13": 1.0, "c44": 1.0, "c66": 1.0}
 
 
@@ -180,7 +181,7 @@ def test_bad_cases(body, words):
 
 def test_the_schema_knows_them():
     tables = case_schema()["$defs"]
-    assert set(tables["transversely_isotropic"]["properties"]) == {"kind", *STIFFNESSES, *FIBRES}
+    assert set(tables["transversely_isotropic"]["properties"]) == {"kind", *STIFFNESSES, *FIBRES, *CARRIED}
     assert tables["graded"]["required"] == ["kind", "young", "depth", "exponent", "poisson"]
 
 

@@ -1,5 +1,6 @@
 """Case files and the command line."""
 
+import importlib.util
 import json
 import os
 import stat
@@ -93,6 +94,10 @@ def test_verify_follows_a_body_that_remembers(tmp_path, shell):
     assert told["largest_difference"] < 1e-3
     assert {"time", "row", "normal_force_rings"} <= set(told["table"])
     assert (tmp_path / "v" / "verify.png").stat().st_size > 10_000
+    status, _, err = shell("verify", case, "-o", tmp_path / "none", "--steps", "0")
+    assert status == 1
+    assert "steps = 0; a whole number of at least 1" in err
+    assert not (tmp_path / "none").exists()
 
 
 def test_help_and_version(shell):
@@ -419,6 +424,7 @@ def test_json_has_one_shape(case, hollow, rough, tmp_path, shell):
         (("sliding", case, *_SLIDES), 1, "FAILED"),
         (("rough", rough, *_PRESSES), 0, "COMPLETED"),
         (("rough", case, *_PRESSES), 1, "FAILED"),
+        (("press", case, "--normal-force", "1 N"), 1, "FAILED"),
     ):
         found, text, _ = shell(*arguments, "--json")
         told = json.loads(text)
@@ -599,6 +605,12 @@ def test_rough_surfaces_from_the_shell(rough, tmp_path, shell):
     assert told["study"]["normal_stiffness"]["values"] == found["normal_stiffness"].values.tolist()
     assert told["claims"]["contact_area"]["level"] == "NOT_VALID"
     assert {one["name"] for one in told["assumptions"]} == {"small slope", "measured bandwidth"}
+    status, out, _ = shell("rough", rough, *loads, "--coefficient", "4.6", "--json")
+    found = mdr.press_rough(
+        surface, steel, glass, normal_force=[0.1, 1.0, 10.0], realisations=4, coefficient=4.6
+    )
+    assert json.loads(out)["study"]["indentation"]["values"] == found["indentation"].values.tolist()
+    assert "above 0" in shell("rough", rough, *loads, "--coefficient", "0")[2]
     text = rough.read_text()
     rough.write_text(text + '\n[ball]\nradius = "10 mm"\n')
     status, out, _ = shell("rough", rough, "--indentation", "0.5 um", "--realisations", "2")
@@ -628,5 +640,74 @@ def test_rough_surfaces_from_the_shell(rough, tmp_path, shell):
         assert len(error.splitlines()) == 1
     rough.write_text(text)
     assert "exactly one" in shell("rough", rough)[2]
+    assert "write --normal-force '-3 N'" in shell("rough", rough, "--normal-force", "-3")[2]
+    assert "above 0 N" in shell("rough", rough, "--normal-force", "-3 N")[2]
     assert "--points 1" in shell("rough", rough, "--normal-force", "1 N", "--points", "1")[2]
     assert "with pymdr rough" in shell("check", rough)[2]
+
+
+PRESS = """
+title = "A lens"
+
+[surface]
+file = "lens.npy"
+size = "1 mm"
+unit = "um"
+
+[body]
+kind = "elastic"
+young = "1 MPa"
+poisson = 0.5
+"""
+
+
+@pytest.mark.skipif(
+    importlib.util.find_spec("ContactMechanics") is None,
+    reason="ContactMechanics, of the extra rough, is missing",
+)
+def test_surfaces_are_pressed_from_the_shell(tmp_path, shell):
+    x = (np.arange(24) + 0.5) / 24 - 0.5
+    heights = -100.0 * (x[:, None] ** 2 + x**2)
+    np.save(tmp_path / "lens.npy", heights)
+    case = tmp_path / "press.toml"
+    case.write_text(PRESS)
+    loads = ("--indentation", "1 um", "--indentation", "10 um", "--points", "3")
+    status, out, err = shell("press", case, *loads, "-o", tmp_path / "out", "--keep", tmp_path / "kept")
+    assert status == 0, err
+    assert "A lens" in out
+    assert "24 x 24 pixels at 3 loads take about" in err
+    assert sorted(file.name for file in (tmp_path / "out").iterdir()) == ["press.csv", "press.png"]
+    assert len(list((tmp_path / "kept").glob("parts-*.nc"))) == 3
+    told = json.loads(shell("press", case, *loads, "--json")[1])
+    found = mdr.press(
+        mdr.Topography(heights * 1e-6, "1 mm"),
+        mdr.Elastic("1 MPa", 0.5),
+        indentation=np.geomspace(1e-6, 1e-5, 3),
+    )
+    assert told["study"]["normal_force"]["values"] == pytest.approx(found["normal_force"].values, rel=1e-9)
+    rough = """
+[surface]
+hurst = 0.8
+rms = "1 um"
+size = "1 mm"
+shortest = "500 um"
+
+[body]
+kind = "elastic"
+young = "1 MPa"
+poisson = 0.5
+"""
+    case.write_text(rough)
+    assert shell("press", case, "--normal-force", "1 mN")[0] == 0
+    for text, words in (
+        (PRESS.replace('unit = "um"', 'units = "um"'), "unknown key"),
+        (PRESS.replace("lens.npy", "none.npy"), "none.npy"),
+        (PRESS.replace("[surface]", "[surfaces]"), "table [surface] is missing"),
+        ('punch = "yes"' + PRESS, "punch"),
+        ("punch = true\n" + rough, "as it is"),
+        (rough + '\n[ball]\nradius = "1 mm"\n', "[ball]"),
+    ):
+        case.write_text(text)
+        status, _, error = shell("press", case, "--normal-force", "1 mN")
+        assert status == 1
+        assert words in error

@@ -41,6 +41,16 @@ CASE_NUMBERS = {
     "rubber_mount": ("tangential_force", 0.4 * 4 / 3 * 4e6 * math.sqrt(50e-3) * 0.5e-3**1.5, 1e-9),
     # boundary elements with friction on the surface whose curve it is; the noise costs 0.3 %
     "rough_joint": ("tangential_force", 0.450883, 0.01),
+    # (rho1 + rho2) / (4 a), a^3 = 3 F R / (4 E*)
+    "switch_contact": (
+        "electrical_resistance",
+        15.9e-9 / 2 / (3 * 5e-3 * (1 - 0.37**2) / (2 * 83e9)) ** (1 / 3),
+        1e-12,
+    ),
+    # the contact is lost before the machine is back
+    "coated_gel": ("normal_force", 0.0, 1e-12),
+    # Johnson (1985), eqs. (4.26) and (4.28), in 40 digits
+    "crossed_cylinders": ("semi_axis_x", 5.645993520622424513524607e-5, 1e-13),
     "rounded_punch": ("normal_stiffness", 2 * (3e6 / 0.75) * 1e-3, 1e-12),
 }
 

@@ -197,7 +197,8 @@ def test_glassy_and_rubbery_limits(profile, time, modulus):
     mass, speed = 0.01, 0.3
     hit = hit_on(mdr.StandardSolid(1.0, 3.0, time), profile, mass=mass, speed=speed, steps=40)
     bare = mdr.impact(mdr.Contact(profile, mdr.Elastic(3.0 * modulus, 0.5)), mass=mass, speed=speed, steps=40)
-    assert hit.restitution == pytest.approx(1.0, abs=2e-9)
+    assert 1.0 - 2e-9 <= hit.restitution <= 1.0
+    assert hit.energy_lost >= 0.0
     assert hit.contact_time == pytest.approx(bare.contact_time, rel=1e-9)
     assert hit.largest_indentation == pytest.approx(bare.largest_indentation, rel=1e-9)
     assert hit.largest_force == pytest.approx(bare.largest_force, rel=1e-9)

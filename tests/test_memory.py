@@ -23,6 +23,7 @@ from pymdr.line.memory import (
     kernels,
     line_state,
     ting,
+    virgin,
 )
 from pymdr.line.memory.modes import modes_of
 from pymdr.mapping.equivalent import equivalent_profile
@@ -434,6 +435,36 @@ def test_springs_that_part_as_slowly_as_they_creep_back_are_not_touched_again_by
     for retreat in np.linspace(1.5e4, 3.5e4, 9):
         t = np.linspace(0.0, retreat, 131)
         assert parts_of(fast, t, 0.3 * np.sin(math.pi * t / retreat)) < 500
+
+
+@settings(deadline=None, max_examples=40)
+@given(
+    body=bodies(),
+    loads=st.lists(st.sampled_from([0.0, 0.0, 0.3, 1.0]), min_size=2, max_size=6),
+    unit=st.floats(-9.0, 3.0),
+    data=st.data(),
+)
+def test_bodies_that_rest_on_each_other_are_loaded_again(body, loads, unit, data):
+    waits = [10.0 ** (unit + data.draw(st.floats(-3.0, 1.0))) for _ in loads]
+    time, force = np.cumsum([1e-3 * 10.0**unit, *waits]), 1e-3 * np.array([1.0, *loads])
+    found = follow_loads(PARABOLOID, body, time, force, virgin(), n=40)
+    assert found.force == pytest.approx(force, rel=1e-9, abs=1e-15)
+    assert found.work == pytest.approx(found.stored + found.dissipated, rel=1e-9)
+    without = force[1:] == 0.0
+    assert (np.diff(found.indentation)[without] <= 1e-15).all()
+    assert (found.indentation >= 0.0).all()
+
+
+@settings(deadline=None, max_examples=20)
+@given(body=bodies(), size=st.floats(-9.0, 1.0), above=st.floats(0.0, 1.0))
+def test_no_load_leaves_no_trace(body, size, above):
+    radius = 10.0**size
+    line, force = line_of(Paraboloid(radius)), 1e-3 * radius**2 * np.array([1.0, 0.5])
+    rest = follow_loads(line, body, [0.5, 1.0], [0.0, 0.0], virgin(0.0, -above * radius), n=40)
+    assert (rest.indentation == 0.0).all()
+    found = follow_loads(line, body, [2.0, 3.0], force, rest.state, n=40)
+    bare = follow_loads(line, body, [2.0, 3.0], force, virgin(1.0), n=40)
+    assert found.indentation == pytest.approx(bare.indentation, rel=1e-12)
 
 
 def test_a_spring_that_is_given_up_is_no_row(monkeypatch):

@@ -625,6 +625,56 @@ class Blind(CurveSource):
 
 
 @settings(max_examples=10, deadline=None)
+@given(
+    st.sampled_from([1.5, 2.0, 2.5, 3.0]),
+    SIZES,
+    st.floats(-6.0, 0.0),
+    st.lists(st.floats(-11.0, -5.0), min_size=1, max_size=4),
+    st.booleans(),
+)
+@example(2.0, 1.0, -3.0, [-10.0], False)
+@example(1.5, 1.0, -3.0, [-6.6], False)
+def test_rounded_flats_that_give_f_alone_are_exact_beside_their_edges(n, b, height, decades, by_force):
+    """f = h ((r - b)_+ / b)^n has its digits at every radius: so have results, and claims say so."""
+    h = b * 10.0**height
+    delta = 10.0 ** np.sort(decades)
+    contact = mdr.Contact(mdr.Function(lambda r: h * (np.maximum(r - b, 0.0) / b) ** n, [b]), UNIT)
+    lead = n * math.exp(math.lgamma(n) + math.lgamma(0.5) - math.lgamma(n + 0.5)) / math.sqrt(2.0)
+    depth = h * lead * delta ** (n - 0.5)
+    path = mdr.Path(normal_force=2.0 * depth * b) if by_force else mdr.Path(indentation=depth)
+    result = mdr.solve(contact, path)
+    # int (d - g)^2 dx over the flat, and a part delta of that
+    expected = {"normal_force": 2.0 * depth * b, "indentation": depth, "elastic_energy": depth**2 * b}
+    for name, exact in expected.items():
+        assert result.claims[name].level is mdr.Level.EXACT
+        assert np.all(np.abs(result.data[name].values / exact - 1.0) <= 4.0 * delta + 1e-9)
+    assert result.claims["pressure"].level is mdr.Level.EXACT
+
+
+@settings(max_examples=8, deadline=None)
+@given(SIZES, st.floats(-6.0, 0.0), st.sampled_from([1.5, 2.0, 3.0]), st.floats(-1.0, 1.0))
+def test_what_pressures_feel_of_errors_here_and_there(b, drowned, n, reach):
+    """f = c + b ((r - b)_+ / b)^n, lost in c near b: int_r^a |error of g'| K dx over int_r^a |g'| K dx, brute force."""
+    c = b * 10.0**drowned
+    line = equivalent_profile(mdr.Function(lambda r: c + b * (np.maximum(r - b, 0.0) / b) ** n, [b]))
+    a = b * (1.0 + 10.0**reach)
+    image = line.map_to(a)
+    start = image.panels.start
+    error = image.error[: int(np.searchsorted(start, a)), 1]
+    felt = line.slope_error(np.array([a]))[0]
+    node, weight = np.polynomial.legendre.leggauss(20)
+    s = 0.5 * (node + 1.0)
+    # where errors are felt most, and elsewhere
+    for r in (*start[np.argsort(error)[-4:]], *(b + (a - b) * np.array([1e-6, 1e-3, 0.3, 0.9, 0.99]))):
+        edges = np.unique(np.concatenate([[r], start[(start > r) & (start < a)], [a]]))
+        low, width = edges[:-1, None], np.diff(edges)[:, None]
+        x = low + width * s * s
+        part = width * s * weight / np.sqrt((low - r + width * s * s) * (x + r)) * np.abs(line.slope(x))
+        of = np.searchsorted(start, 0.5 * (edges[1:] + edges[:-1])) - 1
+        assert np.sum(error[of, None] * part) <= 1.5 * felt * np.sum(part)
+
+
+@settings(max_examples=10, deadline=None)
 @given(SIZES, st.lists(st.floats(-9.0, 1.0), min_size=1, max_size=4), st.floats(-2.0, 2.0))
 def test_a_jump_that_nobody_found_is_felt_far_beyond(b, decades, share):
     """f' = s r / b + t (r > b): g, g', m and s are no farther off than ten times their errors."""

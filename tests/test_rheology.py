@@ -614,7 +614,18 @@ def test_a_case_may_name_a_relaxation_test(tmp_path):
         case.write_text(CASE.format(keys))
         with pytest.raises(mdr.PymdrError, match=match) as caught:
             read_case(case)
-        assert "shear" in str(caught.value)
+        assert str(caught.value).count("[body.shear]") + str(caught.value).count("[body shear]") == 1
+
+
+@pytest.mark.parametrize("kind", ["sampled", "force_curve"])
+def test_a_profile_whose_file_cannot_be_read_is_named(tmp_path, kind):
+    case = tmp_path / "case.toml"
+    for file, match in (('"none.csv"', "cannot read"), ("3", "name of a CSV file")):
+        profile = f'[profile]\nkind = "{kind}"\nmodulus = "1 GPa"\nfile = {file}\n'
+        case.write_text(profile + '[body]\nkind = "elastic"\nyoung = 1\npoisson = 0.3\n')
+        with pytest.raises(mdr.CaseError, match=match) as caught:
+            read_case(case)
+        assert str(caught.value).count("[profile]") == 1
 
 
 @pytest.mark.parametrize(

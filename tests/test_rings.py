@@ -15,6 +15,7 @@ from pymdr.independent.rings import (
     displacement_at,
     pressure_at,
     ring_displacement,
+    solve_adhesion,
     solve_force,
     solve_indentation,
 )
@@ -317,6 +318,48 @@ def test_force_is_continuous_where_a_hole_closes():
     rough = force - np.polyval(np.polyfit(depth - depth[2], force, 1), depth - depth[2])
     assert np.abs(rough).max() < 1e-6 * force[0]
     assert all(s.pressure.min() >= 0 for s in solutions)
+
+
+@pytest.mark.parametrize(
+    ("gap", "depth", "force", "energy"),
+    [
+        (paraboloid, lambda a: a**2, lambda a: 4 / 3 * a**3, lambda a: 8 / 15 * a**5),
+        (
+            lambda r: r,
+            lambda a: np.pi / 2 * a,
+            lambda a: np.pi / 2 * a**2,
+            lambda a: np.pi**2 / 12 * a**3,
+        ),
+        (flat, lambda a: 0.0, lambda a: 0.0, lambda a: 0.0),
+    ],
+)
+@pytest.mark.parametrize("work", [0.0, 0.05])
+def test_adhesive_disk_is_that_of_johnson_kendall_and_roberts(gap, depth, force, energy, work):
+    # d = d0 + w, F = F0 + 2 a w, U = U0 + F0 w + a w² with w = -√(2 π a γ), E* = 1
+    a = 0.3
+    w = -math.sqrt(2 * np.pi * a * work)
+    found = solve_adhesion(gap, a, work, 1.0, n=200)
+    exact = depth(a) + w, force(a) + 2 * a * w, energy(a) + force(a) * w + a * w**2
+    sizes = np.array([0.3, 0.1, 0.02])
+    numbers = np.array([found.indentation, found.force, found.energy])
+    np.testing.assert_allclose(numbers / sizes, np.array(exact) / sizes, rtol=0, atol=1e-6)
+    assert found.stiffness == pytest.approx(2 * a, rel=1e-6)
+    if work:
+        assert found.edge_amplitudes[0][1] == pytest.approx(-math.sqrt(work / np.pi), rel=1e-5)
+        r = a * np.array([0.1, 0.5, 0.8])
+        pull = w / np.pi / np.sqrt(a**2 - r**2)
+        whole = solve_adhesion(gap, a, 0.0, 1.0, n=200)
+        np.testing.assert_allclose(pressure_at(found, r), pressure_at(whole, r) + pull, rtol=2e-4, atol=2e-5)
+        assert pressure_at(found, a) == -math.inf
+        outside = displacement_at(found, 2 * a) - displacement_at(whole, 2 * a)
+        assert outside == pytest.approx(2 / np.pi * w * math.asin(0.5), rel=1e-5)
+
+
+def test_adhesion_is_checked():
+    with pytest.raises(ProblemError, match="work of adhesion"):
+        solve_adhesion(paraboloid, 0.3, -1.0, 1.0)
+    with pytest.raises(ProblemError, match="within the contact radius"):
+        solve_adhesion(lambda r: np.where(r < 0.2, 0.0, np.nan), 0.3, 1.0, 1.0)
 
 
 def test_no_contact():

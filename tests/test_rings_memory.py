@@ -196,6 +196,16 @@ def test_side_by_side():
     rings.plot()
 
 
+@settings(deadline=None, max_examples=3)
+@given(decades=st.floats(-5.0, 0.0))
+def test_steps_that_are_too_long_are_told(decades):
+    gel = mdr.Viscoelastic(mdr.Maxwell(1.0, time=10.0**decades), poisson=0.5)
+    contact, path = mdr.Contact(mdr.Paraboloid(1.0), gel), mdr.indent(0.01, duration=1.0)
+    line, rings = mdr.solve(contact, path), mdr.solve(contact, path, solver=Rings(20))
+    apart = np.abs(line["normal_force"].values / rings["normal_force"].values - 1.0)
+    assert apart.max() < 1e-2 or "steps are long" in rings.claims["normal_force"].reason
+
+
 def test_what_is_refused():
     ball = mdr.Contact(mdr.Sphere(1.0), SOLID)
     timed = mdr.indent(0.1, duration=1.0)
@@ -216,7 +226,7 @@ def test_what_is_refused():
     with pytest.raises(PathError):
         mdr.solve(ball, mdr.load(-1.0, duration=1.0), solver=Rings(50))
     elastic = mdr.Elastic(1.0, 0.3)
-    for law in ({"adhesion": mdr.JKR(0.01)}, {"friction": mdr.Coulomb(0.3)}):
+    for law in ({"adhesion": mdr.DMT(0.01)}, {"friction": mdr.Coulomb(0.3)}):
         with pytest.raises(ProblemError, match="frictionless"):
             mdr.verify(mdr.Contact(mdr.Sphere(1.0), elastic, **law), timed)
     with pytest.raises(ProblemError, match="machine"):

@@ -413,6 +413,8 @@ def test_how_it_reads(tmp_path):
         ({"normal_force": None}, "exactly one"),
         ({"normal_force": "0 N"}, "above 0 N"),
         ({"normal_force": None, "indentation": "-1 um"}, "above 0 m"),
+        ({"speed": ["1 mm/s", "1e-300 m/s"]}, "at least 1e-60 m/s"),
+        ({"speed": "1e300 m/s"}, r"at most 1e\+60 m/s"),
     ],
 )
 def test_bad_questions(asked, message):
@@ -457,6 +459,30 @@ def test_a_search_that_passes_an_edge_comes_back():
     fast = mdr.sliding_friction(ball, "1 km/s", normal_force="20 N")
     with pytest.raises(mdr.NotValidError, match=r"at rest .* by its radius"):
         fast["slow_limit"]
+
+
+@settings(deadline=None, max_examples=25)
+@given(power=st.floats(60.5, 300.0), sign=st.sampled_from([-1.0, 1.0]), by_force=st.booleans())
+def test_loads_of_no_size_are_refused(power, sign, by_force):
+    load = 10.0 ** (sign * power)
+    limit = "at least 1e-60" if sign < 0.0 else r"at most 1e\+60"
+    with pytest.raises(mdr.ProblemError, match=limit):
+        mdr.sliding_friction(BALL, 1e-3, **{"normal_force" if by_force else "indentation": load})
+
+
+@settings(deadline=None, max_examples=8)
+@given(exponent=st.floats(0.01, 0.99), log_time=st.floats(-9.0, 9.0), log_speed=st.floats(-6.0, 3.0))
+def test_any_power_of_time_slides(exponent, log_time, log_speed):
+    body = mdr.Viscoelastic(mdr.PowerLawRheology(1e6, 10.0**log_time, exponent), poisson=0.5)
+    slid = mdr.sliding_friction(mdr.Contact(BALL.profile, body), 10.0**log_speed, indentation="0.1 mm")
+    # 2/3 of d/a are those of a dashpot alone
+    assert 0.0 < float(slid["friction_coefficient"][0]) < 4.0 / 3.0 * 0.1
+
+
+def test_a_power_of_time_is_not_asked_for_more_decades_than_its_series_has():
+    body = mdr.Viscoelastic(mdr.PowerLawRheology("1 MPa", "1 s", 0.7), poisson=0.5)
+    with pytest.raises(mdr.ProblemError, match=r"speeds from 1e-06 m/s to .* fewer decades of speed"):
+        mdr.sliding_friction(mdr.Contact(BALL.profile, body), [1e-6, 1e6], indentation="0.1 mm")
 
 
 def test_numbers_that_are_lost_in_rounding():

@@ -417,3 +417,36 @@ def test_no_rounding_is_read_in_words(tip, stiffness):
         for number in re.findall(r" (-?[0-9.]+(?:e[+-]\d+)?) [a-zµ]*[mNJ]\b", text):
             assert number != "-0"
             assert number == "0" or 1e-2 <= abs(float(number)) < 1e4, text
+
+
+@pytest.mark.parametrize(
+    ("text", "unit", "value"),
+    [
+        ("50 W/(m K)", "W/(m*K)", 50.0),
+        ("0.5 W/(cm*K)", "W/(m*K)", 50.0),
+        ("50 W / (m·K)", "W/(m*K)", 50.0),
+        ("1.7 uohm cm", "ohm*m", 1.7e-8),
+        ("20 degC", "K", 293.15),
+        ("-40 °C", "K", 233.15),
+        ("-40 degF", "K", 233.15),
+        ("293 K", "K", 293.0),
+        ("2 W/(m^2 K)", "W/(m^2*K)", 2.0),
+    ],
+)
+def test_products_in_brackets_and_temperatures(text, unit, value):
+    assert to_si(text, unit) == pytest.approx(value, rel=1e-13)
+    assert to_si_array([text, text], unit) == pytest.approx(np.full(2, value), rel=1e-13)
+
+
+@pytest.mark.parametrize(
+    "text", ["50 W/(m K", "50 W/m K)", "50 W/(m/K)", "50 W/((m K))", "50 (W)/(m K)", "5 ()"]
+)
+def test_other_brackets_are_refused(text):
+    with pytest.raises(UnitError):
+        to_si(text, "W/(m*K)")
+
+
+def test_temperatures_are_not_differences():
+    with pytest.raises(UnitError, match="count from 0 K"):
+        from_si(300.0, "K", "degC")
+    assert from_si(0.3, "K", "mK") == pytest.approx(300.0)

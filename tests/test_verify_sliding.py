@@ -67,6 +67,18 @@ def test_bad_input():
         (lambda: mdr.verify_sliding(joint, mdr.indent("1 um"), steps=1), PathError, "at least 2"),
         (
             lambda: mdr.verify_sliding(
+                mdr.Contact(
+                    mdr.Paraboloid(1.0),
+                    mdr.Viscoelastic(mdr.Maxwell(1.0, time=1.0), poisson=0.5),
+                    friction=mdr.Coulomb(0.3),
+                ),
+                mdr.indent("1 um", duration="1 s"),
+            ),
+            ProblemError,
+            "take Elastic",
+        ),
+        (
+            lambda: mdr.verify_sliding(
                 mdr.Contact(mdr.Paraboloid(1.0), STEEL, friction=mdr.Coulomb(math.inf)), mdr.indent("1 um")
             ),
             ProblemError,

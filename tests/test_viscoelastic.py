@@ -11,7 +11,14 @@ from hypothesis import strategies as st
 
 import pymdr as mdr
 from pymdr.errors import PathError, ProblemError
-from pymdr.interpretation.memory import MemoryCheck, MemorySurface, check_memory, memory_claims
+from pymdr.interpretation.memory import (
+    LineState,
+    MemoryCheck,
+    MemorySurface,
+    check_memory,
+    displacement,
+    memory_claims,
+)
 from pymdr.line.curves import ElasticLine
 from pymdr.line.memory import Relaxation, follow_springs, line_state
 from pymdr.mapping.equivalent import equivalent_profile, gap_function
@@ -280,6 +287,39 @@ def test_a_rising_profile_is_a_disk_without_tension_or_overlap_whatever_its_past
     x, w, q = line_state(found.state, kernel)
     assert (np.diff(w + equivalent.g(x)) >= -1e-8).all()
     assert (np.diff(q[q > 0.0]) <= 1e-8 * q.max()).all()
+
+
+@settings(max_examples=8, deadline=None)
+@given(depths=st.lists(st.integers(-100, 100), min_size=1, max_size=4), shape=st.sampled_from(SHAPES))
+def test_what_is_claimed_is_a_number(depths, shape):
+    body = mdr.Viscoelastic(mdr.Maxwell(1.0, time=1.0), poisson=0.5)
+    path = mdr.Path(time=np.arange(1.0, len(depths) + 1.0), indentation=[1e-3 * d for d in depths])
+    result = mdr.solve(mdr.Contact(shape, body), path)
+    for name in result.claims.keys() & result.data.keys():
+        assert np.isfinite(result.data[name].values[result.claims[name].where]).all()
+    pressed = result.claims["effective_modulus"]
+    assert pressed.where.tolist() == [depth > 0.0 for depth in depths]
+
+
+@settings(max_examples=2, deadline=None)
+@given(decades=st.floats(-3.0, 0.0), time=st.floats(-1.0, 3.0))
+def test_where_a_path_ends_does_not_matter_to_how_it_begins(decades, time):
+    body = mdr.Viscoelastic(mdr.Maxwell(1.0, time=10.0**time), poisson=0.5)
+    contact, pressed = mdr.Contact(mdr.Paraboloid(1.0), body), mdr.load(1e-3, duration=1.0, steps=2)
+    alone = mdr.solve(contact, pressed)["indentation"].values
+    after = mdr.solve(contact, pressed >> mdr.indent(10.0**decades * alone[-1], duration=1.0))
+    assert after["indentation"].values[:2] == pytest.approx(alone, rel=1e-5)  # springs lie a little elsewhere
+
+
+@settings(max_examples=30, deadline=None)
+@given(size=st.floats(-320.0, 3.0), steep=st.floats(0.0, 1e3), unit=st.floats(-9.0, 3.0))
+def test_what_has_crept_back_all_but_wholly_has_displacements(size, steep, unit):
+    x = np.linspace(0.005, 0.995, 100)
+    r = np.array([0.0, 0.3, 0.9, 1.2, 5.0])
+    left = np.exp(-steep * x)
+    one = displacement(LineState(x, left, np.zeros(100), 0.0), r)
+    two = displacement(LineState(10.0**unit * x, 10.0**size * left, np.zeros(100), 0.0), 10.0**unit * r)
+    assert two == pytest.approx(10.0**size * one, rel=1e-9, abs=1e-310)
 
 
 @settings(max_examples=6, deadline=None)

@@ -23,17 +23,24 @@ if TYPE_CHECKING:
     from pymdr.independent.rings import Rings as Rings
     from pymdr.interpretation.validity import Claim as Claim
     from pymdr.interpretation.validity import Level as Level
+    from pymdr.mapping.azimuth import azimuthal_mean as azimuthal_mean
     from pymdr.mapping.equivalent import equivalent_profile as equivalent_profile
     from pymdr.mapping.moduli import effective_moduli as effective_moduli
     from pymdr.mapping.patch import full_contact_stiffness as full_contact_stiffness
     from pymdr.mapping.relaxation import Relaxation as Relaxation
     from pymdr.mapping.relaxation import relaxation_of as relaxation_of
     from pymdr.mapping.relaxation import tangential_relaxation_of as tangential_relaxation_of
+    from pymdr.mapping.rough_patch import rough_topography as rough_topography
+    from pymdr.mapping.surfaces.preparing import detrend as detrend
+    from pymdr.mapping.surfaces.preparing import fill_missing as fill_missing
+    from pymdr.mapping.surfaces.resolution import tip_cutoff as tip_cutoff
     from pymdr.problem.contact import Contact as Contact
     from pymdr.problem.laws import DMT as DMT
     from pymdr.problem.laws import JKR as JKR
     from pymdr.problem.laws import Coulomb as Coulomb
     from pymdr.problem.laws import MaugisDugdale as MaugisDugdale
+    from pymdr.problem.layers import Layer as Layer
+    from pymdr.problem.layers import Layered as Layered
     from pymdr.problem.materials import Elastic as Elastic
     from pymdr.problem.materials import Graded as Graded
     from pymdr.problem.materials import Rigid as Rigid
@@ -60,16 +67,20 @@ if TYPE_CHECKING:
     from pymdr.problem.profiles import CubicSpline as CubicSpline
     from pymdr.problem.profiles import DomedPunch as DomedPunch
     from pymdr.problem.profiles import Ellipsoid as Ellipsoid
+    from pymdr.problem.profiles import EllipticParaboloid as EllipticParaboloid
     from pymdr.problem.profiles import FlatPunch as FlatPunch
     from pymdr.problem.profiles import ForceCurve as ForceCurve
     from pymdr.problem.profiles import Function as Function
+    from pymdr.problem.profiles import Function2D as Function2D
     from pymdr.problem.profiles import Hyperboloid as Hyperboloid
     from pymdr.problem.profiles import Interpolated as Interpolated
     from pymdr.problem.profiles import Paraboloid as Paraboloid
     from pymdr.problem.profiles import PowerLaw as PowerLaw
+    from pymdr.problem.profiles import Pyramid as Pyramid
     from pymdr.problem.profiles import RoundedCone as RoundedCone
     from pymdr.problem.profiles import RoundedFlat as RoundedFlat
     from pymdr.problem.profiles import Sampled as Sampled
+    from pymdr.problem.profiles import Sampled2D as Sampled2D
     from pymdr.problem.profiles import ShapePreserving as ShapePreserving
     from pymdr.problem.profiles import SmoothingSpline as SmoothingSpline
     from pymdr.problem.profiles import Sphere as Sphere
@@ -83,7 +94,6 @@ if TYPE_CHECKING:
     from pymdr.problem.rheology import Prony as Prony
     from pymdr.problem.rheology import StandardSolid as StandardSolid
     from pymdr.problem.rough import RoughSurface as RoughSurface
-    from pymdr.problem.self_affine import SelfAffineLine as SelfAffineLine
     from pymdr.problem.topography import Topography as Topography
     from pymdr.result import Result as Result
     from pymdr.result import Status as Status
@@ -102,9 +112,17 @@ if TYPE_CHECKING:
     from pymdr.solving import restitution as restitution
     from pymdr.solving import solve as solve
     from pymdr.solving import solve_batch as solve_batch
+    from pymdr.solving.azimuth import AzimuthalProfile as AzimuthalProfile
+    from pymdr.solving.azimuth import azimuthal_profile as azimuthal_profile
     from pymdr.solving.fits import FitResult as FitResult
     from pymdr.solving.fits import Fitted as Fitted
     from pymdr.solving.fits import fit as fit
+    from pymdr.solving.heating import FrictionalHeat as FrictionalHeat
+    from pymdr.solving.heating import JouleHeating as JouleHeating
+    from pymdr.solving.heating import frictional_heat as frictional_heat
+    from pymdr.solving.heating import joule_heating as joule_heating
+    from pymdr.solving.press import PressedSurface as PressedSurface
+    from pymdr.solving.press import press as press
     from pymdr.solving.reopening import open_result as open_result
     from pymdr.solving.rolling import Rolling as Rolling
     from pymdr.solving.rolling import rolling as rolling
@@ -113,10 +131,15 @@ if TYPE_CHECKING:
     from pymdr.solving.rough import press_rough as press_rough
     from pymdr.solving.rough import rough_line as rough_line
     from pymdr.solving.rough_sliding import rough_sliding_friction as rough_sliding_friction
+    from pymdr.solving.roughness import PowerSpectrum as PowerSpectrum
+    from pymdr.solving.roughness import SelfAffineFit as SelfAffineFit
+    from pymdr.solving.roughness import power_spectrum as power_spectrum
     from pymdr.solving.sliding import SlidingFriction as SlidingFriction
     from pymdr.solving.sliding import sliding_friction as sliding_friction
     from pymdr.solving.sweep import Sweep as Sweep
     from pymdr.solving.sweep import sweep as sweep
+    from pymdr.solving.thickness import ThicknessCorrection as ThicknessCorrection
+    from pymdr.solving.thickness import thickness_correction as thickness_correction
     from pymdr.workbench.records import MeasuredLoops as MeasuredLoops
     from pymdr.workbench.records import measured_loops as measured_loops
     from pymdr.workbench.rheometry import PronyFit as PronyFit
@@ -127,6 +150,7 @@ if TYPE_CHECKING:
     from pymdr.workbench.tables import read_path as read_path
     from pymdr.workbench.tables import read_profile as read_profile
     from pymdr.workbench.tables import read_record as read_record
+    from pymdr.workbench.topographies import read_topography as read_topography
     from pymdr.workbench.verification import Verification as Verification
     from pymdr.workbench.verification import verify as verify
 
@@ -144,12 +168,14 @@ _HOMES: dict[str, tuple[str, ...]] = {
     ),
     "pymdr.independent.rings": ("Rings",),
     "pymdr.interpretation.validity": ("Claim", "Level"),
+    "pymdr.mapping.azimuth": ("azimuthal_mean",),
     "pymdr.mapping.equivalent": ("equivalent_profile",),
     "pymdr.mapping.moduli": ("effective_moduli",),
     "pymdr.mapping.patch": ("full_contact_stiffness",),
     "pymdr.mapping.relaxation": ("Relaxation", "relaxation_of", "tangential_relaxation_of"),
     "pymdr.problem.contact": ("Contact",),
     "pymdr.problem.laws": ("DMT", "JKR", "Coulomb", "MaugisDugdale"),
+    "pymdr.problem.layers": ("Layer", "Layered"),
     "pymdr.problem.materials": ("Elastic", "Graded", "Rigid", "TransverselyIsotropic", "Viscoelastic"),
     "pymdr.problem.paths": (
         "Cycle",
@@ -172,16 +198,20 @@ _HOMES: dict[str, tuple[str, ...]] = {
         "CubicSpline",
         "DomedPunch",
         "Ellipsoid",
+        "EllipticParaboloid",
         "FlatPunch",
         "ForceCurve",
         "Function",
+        "Function2D",
         "Hyperboloid",
         "Interpolated",
         "Paraboloid",
         "PowerLaw",
+        "Pyramid",
         "RoundedCone",
         "RoundedFlat",
         "Sampled",
+        "Sampled2D",
         "ShapePreserving",
         "SmoothingSpline",
         "Sphere",
@@ -191,12 +221,15 @@ _HOMES: dict[str, tuple[str, ...]] = {
         "Waviness",
     ),
     "pymdr.problem.rheology": ("KelvinVoigt", "Maxwell", "PowerLawRheology", "Prony", "StandardSolid"),
+    "pymdr.mapping.rough_patch": ("rough_topography",),
     "pymdr.problem.rough": ("RoughSurface",),
     "pymdr.problem.topography": ("Topography",),
-    "pymdr.problem.self_affine": ("SelfAffineLine",),
     "pymdr.result": ("Result", "Status"),
+    "pymdr.solving.heating": ("FrictionalHeat", "JouleHeating", "frictional_heat", "joule_heating"),
     "pymdr.solving.reopening": ("open_result",),
     "pymdr.solving.rolling": ("Rolling", "rolling"),
+    "pymdr.solving.thickness": ("ThicknessCorrection", "thickness_correction"),
+    "pymdr.solving.press": ("PressedSurface", "press"),
     "pymdr.solving.rough": ("RoughContact", "RoughLine", "press_rough", "rough_line"),
     "pymdr.solving.rough_sliding": ("rough_sliding_friction",),
     "pymdr.problem.measured": ("MeasuredCurve",),
@@ -226,6 +259,11 @@ _HOMES: dict[str, tuple[str, ...]] = {
     "pymdr.workbench.sliding": ("SlidingVerification", "verify_sliding"),
     "pymdr.workbench.tables": ("read_force_curve", "read_path", "read_profile", "read_record"),
     "pymdr.workbench.verification": ("Verification", "verify"),
+    "pymdr.mapping.surfaces.preparing": ("detrend", "fill_missing"),
+    "pymdr.mapping.surfaces.resolution": ("tip_cutoff",),
+    "pymdr.solving.azimuth": ("AzimuthalProfile", "azimuthal_profile"),
+    "pymdr.solving.roughness": ("PowerSpectrum", "SelfAffineFit", "power_spectrum"),
+    "pymdr.workbench.topographies": ("read_topography",),
 }
 _HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
 

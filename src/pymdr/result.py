@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import enum
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -15,14 +16,15 @@ from pymdr.errors import ConvergenceError, ProblemError, QuantityError
 from pymdr.independent.rings import Rings
 from pymdr.interpretation.peaks import largest_value
 from pymdr.interpretation.validity import SOURCES, Assumption, Claim
-from pymdr.mapping.equivalent import has_callables, without_callables
+from pymdr.mapping.azimuth import azimuthal_mean
+from pymdr.mapping.equivalent import equivalent_profile, has_callables, without_callables
 from pymdr.mapping.moduli import effective_moduli
 from pymdr.problem.contact import Contact
 from pymdr.problem.materials import Graded, Viscoelastic
 from pymdr.problem.paths import LoadingPath
-from pymdr.problem.profiles import ForceCurve
+from pymdr.problem.profiles import ForceCurve, Function2D
 from pymdr.quantities import POSITION, RADIUS, quantity
-from pymdr.units import ArrayQuantityLike, FloatArray, from_si, shown, to_si_array
+from pymdr.units import ArrayQuantityLike, FloatArray, QuantityLike, from_si, shown, to_si, to_si_array
 
 if TYPE_CHECKING:
     import os
@@ -52,6 +54,9 @@ class Status(enum.Enum):
     ATTACHED = "every step was solved; the path ends in contact"
     PULLED_OFF = "every step was solved; the contact was pulled off"
     NOT_TOUCHED = "every step was solved; the surfaces never came into contact"
+    NOT_ROUND = "every step was solved; the body is not of revolution, and its contact no disk"
+    ESTIMATED = "the body is not of revolution: the force is an estimate, beside its lower bound"
+    BOUNDED = "the body is not of revolution, and at some steps only force_lower_bound is given"
     ADHESION_PARTLY_REFUSED = "at some steps the adhesive contact is not a disk: values there are NaN"
     ADHESION_REFUSED = "the adhesive contact is a disk at no step: nothing is given"
     REFUSED = "the contact is a disk at no step: only force_lower_bound is given"
@@ -70,12 +75,8 @@ class Claims(dict[str, Claim]):
         return claims_html(self)
 
 
-class FieldReader(Protocol):
-    """What fields are computed from, step by step."""
-
-    @property
-    def gap_function(self) -> Callable[[FloatArray], FloatArray]:
-        """The profile f(r)."""
+class EdgedField(Protocol):
+    """A field that may be singular at the edge of the contact, step by step."""
 
     def field(self, name: str, position: FloatArray, step: int) -> FloatArray:
         """Values of a field at radii (or positions on the line) in m in one step."""
@@ -83,11 +84,27 @@ class FieldReader(Protocol):
     def default_radii(self, step: int) -> FloatArray:
         """Radii in m at which fields are read unless others are asked for."""
 
+    def edge_amplitude(self, step: int) -> float:
+        """Amplitude of the singularity at the edge in its unit times m^0.5; nan where it is no square root."""
+
+
+class FieldReader(EdgedField, Protocol):
+    """What fields are computed from, step by step; its edge is that of the pressure."""
+
+    @property
+    def gap_function(self) -> Callable[[FloatArray], FloatArray]:
+        """The profile f(r)."""
+
     def marks(self, step: int) -> Sequence[float]:
         """Radii in m in the contact at which its pressure may have a kink or no bound."""
 
-    def edge_amplitude(self, step: int) -> float:
-        """Amplitude of the pressure singularity at the edge in Pa m^0.5; nan where it is no square root."""
+
+@runtime_checkable
+class DirectedReader(FieldReader, Protocol):
+    """A reader of fields that differ from direction to direction."""
+
+    def towards(self, angle: float) -> FieldReader:
+        """The same, for radii in the direction of an angle in rad from the x-axis."""
 
 
 @dataclass(frozen=True)
@@ -102,7 +119,9 @@ class Reading:
     plots: Callable[[Result, int], Plots]
     """The figures of a row; -1 if none is valid."""
     elsewhere: Mapping[str, str] = field(default_factory=dict)
-    """Fields of other laws, with what to do to have them."""
+    """Fields and quantities of other contacts, with what to do to have them."""
+    carried: Mapping[str, Callable[[Result], EdgedField]] = field(default_factory=dict)
+    """Fields of what flows through the contact, with what they are computed from."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -144,7 +163,7 @@ class Result:
 
     def __getitem__(self, name: str) -> xr.DataArray:
         """A quantity over ``step``, in SI units; a copy of its own."""
-        if name == "peak_pressure":
+        if name == "peak_pressure" and name not in self.data:
             self._require("pressure")
             return self._peak_pressure.copy()
         self._require(name)
@@ -153,13 +172,15 @@ class Result:
 
     def _refuse_missing(self, name: str) -> None:
         if name not in self.data:
+            if name in self.reading.elsewhere and quantity(name).dims == ("step",):
+                raise QuantityError(f"{name}: {self.reading.elsewhere[name]}")
             if name in self._fields or name in self.reading.elsewhere:
                 raise QuantityError(f"{name!r} is a field: read it with result.field({name!r}, r=...)")
             raise QuantityError(f"no quantity {shown(name)}; this result has {', '.join(self._names())}")
 
     def _names(self) -> list[str]:
         """Quantities that can be read."""
-        return [*map(str, self.data), "peak_pressure"]
+        return list(dict.fromkeys([*map(str, self.data), "peak_pressure"]))
 
     @property
     def bands(self) -> dict[str, tuple[np.ndarray, np.ndarray]]:
@@ -230,10 +251,15 @@ class Result:
 
     @property
     def _fields(self) -> tuple[str, ...]:
-        return (*self.reading.fields, *self.reading.line_fields)
+        return (*self.reading.fields, *self.reading.line_fields, *self.reading.carried)
 
     def field(
-        self, name: str, r: ArrayQuantityLike | None = None, step: int | Sequence[int] | None = -1
+        self,
+        name: str,
+        r: ArrayQuantityLike | None = None,
+        step: int | Sequence[int] | None = -1,
+        *,
+        angle: QuantityLike | None = None,
     ) -> xr.DataArray:
         """
         A field on the surface (over radius r) or on the line (over position x).
@@ -244,17 +270,20 @@ class Result:
             ``"pressure"``, ``"normal_displacement"``, ``"gap"``; with friction ``"shear_traction"``,
             ``"tangential_displacement"`` and ``"slip"`` (the shift less the displacement of the surface: how far
             points have moved apart that faced each other at the beginning; nan outside the contact); on the line
-            ``"equivalent_profile"``, ``"spring_force"`` and with friction ``"spring_shift"``.
+            ``"equivalent_profile"``, ``"spring_force"`` and with friction ``"spring_shift"``; of bodies that say what they
+            conduct ``"heat_flux"`` and ``"current_density"``, for a unit of the drop between the bodies.
         r : array_like or quantity, optional
             Radii (positions) in m; a graded grid to twice the contact radius unless given.
         step : int or sequence of int, optional
             Row, or several, counted as in a sequence; None gives all rows.
+        angle : quantity, optional
+            Of bodies that are not of revolution: the direction in rad in which the radii lie, from the x-axis; 0 unless given.
 
         Returns
         -------
         xarray.DataArray
-            Over ``r`` (``x``), or over ``step`` and ``r`` for several rows, nan in those that are not valid. Pressure is inf at a singular edge, with its
-            amplitude as the coordinate ``edge_amplitude``.
+            Over ``r`` (``x``), or over ``step`` and ``r`` for several rows, nan in those that are not valid. Pressure and fluxes are inf at a singular edge,
+            with its amplitude as the coordinate ``edge_amplitude``.
 
         Raises
         ------
@@ -275,7 +304,10 @@ class Result:
         claim = self.claims.get(name)
         if not several and claim is not None and not claim.where[chosen[0]]:
             replace(claim, where=np.zeros(1, dtype=bool)).require(f"{name} at step {step}")
-        surface = self.surface
+        carried = self.reading.carried.get(name)
+        surface: EdgedField = self.surface if carried is None else carried(self)
+        if angle is not None:
+            surface = self._towards(to_si(angle, "rad", name="angle"))
         radii = (
             surface.default_radii(chosen[-1]) if r is None else np.atleast_1d(to_si_array(r, "m", name="r"))
         )
@@ -286,16 +318,17 @@ class Result:
         row = quantity(name)
         coords: dict[str, Any] = {axis.name: (axis.name, radii, {"units": "m", "long_name": axis.words})}
         amplitude = np.array([surface.edge_amplitude(i) for i in chosen])
+        edged = {"units": f"{row.unit}*m^0.5"} if name == "pressure" or carried is not None else None
         dims: tuple[str, ...] = (axis.name,)
         if several:
             dims = ("step", axis.name)
             coords["step"] = ("step", np.array(chosen))
-            if name == "pressure":
-                coords["edge_amplitude"] = ("step", amplitude, {"units": "Pa*m^0.5"})
+            if edged is not None:
+                coords["edge_amplitude"] = ("step", amplitude, edged)
         else:
             values, coords["step"] = values[0], chosen[0]
-            if name == "pressure":
-                coords["edge_amplitude"] = ((), amplitude[0], {"units": "Pa*m^0.5"})
+            if edged is not None:
+                coords["edge_amplitude"] = ((), amplitude[0], edged)
         return xr.DataArray(
             values,
             dims=dims,
@@ -303,6 +336,12 @@ class Result:
             name=name,
             attrs={"units": row.unit, "long_name": row.words, "symbol": row.symbol},
         )
+
+    def _towards(self, angle: float) -> FieldReader:
+        surface = self.surface
+        if not isinstance(surface, DirectedReader):
+            raise QuantityError("field: angle= is for bodies that are not of revolution; leave it out")
+        return surface.towards(angle)
 
     def _rows(self, step: int | Sequence[int] | None) -> list[int]:
         if step is None:
@@ -391,7 +430,8 @@ class Result:
             row = int(known[-1]) if known.size else -1
         if step == -1 and row >= 0:
             # a contact as small as a point says nothing
-            radii = np.nan_to_num(self.data["contact_radius"].values)
+            size = "contact_radius" if "contact_radius" in self.data else "semi_axis_x"
+            radii = np.nan_to_num(self.data[size].values)
             touching = np.flatnonzero(radii > 1e-6 * radii.max())
             row = int(touching[-1]) if touching.size else row
         return row
@@ -537,6 +577,8 @@ class Result:
     def _saved_contact(self) -> Contact:
         if not has_callables(self.contact.profile):
             return self.contact
+        if isinstance(self.contact.profile, Function2D):
+            return replace(self.contact, profile=without_callables(self.contact.profile, self._shape_size()))
         radii = [self.data[n].values for n in ("contact_radius", "cohesive_radius") if n in self.data]
         top = 2.0 * max((float(np.nanmax(values, initial=0.0)) for values in radii), default=0.0)
         if top:
@@ -550,6 +592,15 @@ class Result:
                 continue
             return replace(self.contact, profile=profile)
         return replace(self.contact, profile=without_callables(self.contact.profile, reach))
+
+    def _shape_size(self) -> float:
+        """A radius in m that the contact of a shape keeps within, from the disk of its lower bound."""
+        shape = self.contact.profile
+        assert isinstance(shape, Function2D)
+        depth = float(np.nanmax(self.data["indentation"].values, initial=0.0))
+        line = equivalent_profile(azimuthal_mean(shape))
+        radius = float(line.inverse(np.array([depth]))[0]) if depth > 0.0 else 0.0
+        return 4.0 * radius if 0.0 < radius < math.inf else min(shape.reach, 1.0)
 
     def to_dataframe(self, *, quantities: Sequence[str] | None = None) -> pd.DataFrame:
         """One row per step, one column per quantity, in SI units; `quantities` as in :meth:`to_csv`."""

@@ -42,7 +42,8 @@ ArrayQuantityLike: TypeAlias = ArrayLike | HasUnits
 
 _NUMBER = r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
 _FACTOR = r"[A-Za-zµμΩΩ°Å%]+[0-9]?(?:(?:\^|\*\*)-?[0-9](?:\.5)?)?"
-_UNIT = rf"{_FACTOR}(?:\s*[*/·]\s*{_FACTOR}|\s+{_FACTOR})*"
+_PRODUCT = rf"{_FACTOR}(?:\s*[*·]\s*{_FACTOR}|\s+{_FACTOR})*"
+_UNIT = rf"{_FACTOR}(?:\s*[*/·]\s*{_FACTOR}|\s*/\s*\({_PRODUCT}\)|\s+{_FACTOR})*"
 _TEXT = re.compile(rf"\s*({_NUMBER})\s*({_UNIT})?\s*")
 _UNIT_TEXT = re.compile(rf"\s*{_UNIT}\s*")
 _LONGEST_TEXT = 80
@@ -56,6 +57,10 @@ _EXAMPLES = {
     "J/m^2": "50 mJ/m^2",
     "N/m": "0.1 N/m",
     "1/m": "2 m^-1",
+    "K": "293 K",
+    "W/(m*K)": "50 W/(m K)",
+    "ohm*m": "1.7e-8 ohm m",
+    "m^2/s": "12 mm^2/s",
 }
 
 
@@ -84,7 +89,10 @@ def _factor_of(unit: str, si_unit: str) -> float:
 
     registry = _registry()
     try:
-        factor = registry.Quantity(1.0, registry.parse_units(unit.replace("·", "*"))).to(si_unit).magnitude
+        parsed = registry.parse_units(unit.replace("·", "*"))
+        factor = registry.Quantity(1.0, parsed).to(si_unit).magnitude
+        if si_unit == "K":
+            factor -= registry.Quantity(0.0, parsed).to(si_unit).magnitude
     except pint.UndefinedUnitError as error:
         raise UnitError(f"unknown unit {unit!r}: write a unit such as in {_example(si_unit)!r}") from error
     except pint.DimensionalityError as error:
@@ -105,6 +113,17 @@ def _factor_of(unit: str, si_unit: str) -> float:
             + f", for example {_example(si_unit)!r}"
         )
     return float(f"{factor:.15g}")
+
+
+@lru_cache(maxsize=32)
+def _zero(unit: str, si_unit: str) -> float:
+    """Where a unit has its 0: that of degC is at 273.15 K."""
+    if si_unit != "K":
+        return 0.0
+    with _ONE_AT_A_TIME:
+        registry = _registry()
+        parsed = registry.parse_units(unit.replace("·", "*"))
+        return float(f"{registry.Quantity(0.0, parsed).to(si_unit).magnitude:.15g}")
 
 
 def _angles(registry: Any, unit: Any) -> float:
@@ -245,7 +264,7 @@ def _as_text(unit: object, name: str) -> str:
 def _converted(values: Any, given: str, unit: str, name: str) -> Any:
     """Numbers that came with a unit of their own, in SI."""
     try:
-        return _scaled(values, _factor(given, unit))
+        return _scaled(values, _factor(given, unit)) + _zero(given, unit)
     except UnitError as error:
         raise UnitError(f"{name}: {error} (the unit that the array carries)") from error
 
@@ -263,7 +282,7 @@ def _read_text(text: str, unit: str, name: str) -> float:
             f"{name}: {text!r} has no unit: write for example {_example(unit)!r}, or the plain number for {unit}"
         )
     try:
-        return float(_scaled(float(number), _factor(given or "", unit) if given else 1.0))
+        return float(_scaled(float(number), _factor(given, unit)) + _zero(given, unit) if given else number)
     except UnitError as error:
         raise UnitError(f"{name}: {error} (in {text!r})") from error
 
@@ -400,6 +419,10 @@ def from_si(values: Any, si_unit: str, unit: str) -> Any:
     if not unit and si_unit:
         raise UnitError(f"a unit of the kind of {si_unit!r} is needed, for example in {_example(si_unit)!r}")
     factor = _factor(unit, si_unit) if unit else 1.0
+    if unit and _zero(unit, si_unit):
+        raise UnitError(
+            f"{unit!r} does not count from 0 K, and differences of temperature are not told from temperatures; ask for 'K'"
+        )
     numbers = np.asarray(values) if isinstance(values, list | tuple) else values
     if factor < 1.0:
         return numbers * float(f"{1.0 / factor:.15g}")
@@ -418,6 +441,11 @@ _SCALED: dict[str, tuple[int, str, str]] = {
     "N/m": (1, "f", "G"),
     "J/m^2": (1, "n", "M"),
     "Pa*m^0.5": (1, "µ", "G"),
+    "W/K": (1, "f", "G"),
+    "ohm": (1, "f", "G"),
+    "V": (1, "n", "k"),
+    "A": (1, "f", "k"),
+    "W": (1, "f", "G"),
 }
 """Units that take prefixes, with the power in which they take them, and the smallest and largest that people write."""
 

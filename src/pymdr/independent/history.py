@@ -11,8 +11,11 @@ import numpy as np
 
 from pymdr.errors import ProblemError, QuantityError
 from pymdr.independent.rings import (
+    HALF_SPACE,
     Rings,
     RingSolution,
+    Surface,
+    bulge_radius,
     displacement_at,
     pressure_at,
     solve_force,
@@ -100,7 +103,12 @@ def gap_of(profile: Profile) -> Callable[[FloatArray], FloatArray]:
 
 
 def solve_steps(
-    profile: Profile, modulus: float, targets: FloatArray, by_force: bool, rings: Rings
+    profile: Profile,
+    modulus: float,
+    targets: FloatArray,
+    by_force: bool,
+    rings: Rings,
+    surface: Surface = HALF_SPACE,
 ) -> list[RingSolution | None]:
     """
     Solve every step of a leg by rings.
@@ -117,6 +125,8 @@ def solve_steps(
         Which of the two.
     rings : Rings
         How many rings.
+    surface : Surface
+        What is pressed, displaced in proportion to 1/E*.
 
     Returns
     -------
@@ -139,9 +149,19 @@ def solve_steps(
             found.append(None)
             continue
         solver = solve_force if by_force else solve_indentation
-        reach = _reach(profile, gap, target if not by_force else None)
+        depth = target if not by_force else _most_depth(profile, modulus, target, rings, surface)
+        reach = _reach(profile, gap, depth, surface)
         found.append(
-            solver(gap, target, modulus, reach=reach, n=rings.n, edge=profile.edge, breakpoints=marks)
+            solver(
+                gap,
+                target,
+                modulus,
+                reach=reach,
+                n=rings.n,
+                edge=profile.edge,
+                breakpoints=marks,
+                surface=surface,
+            )
         )
     return found
 
@@ -158,8 +178,22 @@ def _lowest_gap(profile: Profile, gap: Callable[[FloatArray], FloatArray]) -> fl
     return min(0.0, float(np.nanmin(f)))
 
 
-def _reach(profile: Profile, gap: Callable[[FloatArray], FloatArray], depth: float | None) -> float:
-    """An upper bound of the contact radius: contact lies where f < d."""
+def _most_depth(
+    profile: Profile, modulus: float, force: float, rings: Rings, surface: Surface
+) -> float | None:
+    """A bound of the depth under a force: that of a half-space as soft as the surface is anywhere; None needs no bound."""
+    if not surface.bulges:
+        return None
+    (softer,) = solve_steps(
+        profile, modulus / surface.softness, np.array([force]), True, Rings(min(rings.n, 60))
+    )
+    return None if softer is None else 1.5 * softer.indentation
+
+
+def _reach(
+    profile: Profile, gap: Callable[[FloatArray], FloatArray], depth: float | None, surface: Surface
+) -> float:
+    """An upper bound of the contact radius: contact lies where f < d, or little beyond."""
     limit = min(profile.edge, profile.reach)
     if math.isfinite(limit):
         return limit
@@ -173,4 +207,5 @@ def _reach(profile: Profile, gap: Callable[[FloatArray], FloatArray], depth: flo
             f"the profile never rises to {metres(depth)}: a contact without an edge has no end; add "
             "FlatPunch(radius) for a cylinder of that end shape"
         )
-    return float(_DECADES[below[-1] + 1]) if below.size else float(_DECADES[0])
+    bound = float(_DECADES[below[-1] + 1]) if below.size else float(_DECADES[0])
+    return max(bound, bulge_radius(_DECADES[known], f[known], depth)) if surface.bulges else bound

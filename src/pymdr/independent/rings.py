@@ -1,7 +1,7 @@
 """Axisymmetric contact by boundary elements on concentric rings: no Abel map, no g(x), no springs.
 
 The surface displacement of the elastic half-space is u = (1/(π E*)) ∬ p/R dS. With a pressure that is
-constant on each ring it is a sum of closed forms with elliptic integrals. The contact is the solution
+constant on each ring it is a sum of closed forms with elliptic integrals; other bodies give their own. The contact is the solution
 of Signorini's conditions p >= 0, u >= d - f, p (u - (d - f)) = 0: one disk, rings, or several of them.
 Rings are graded as Chebyshev points to the edges of each contact zone and the condition is imposed at
 the points between: the force then converges with the third power of the ring width, the pressure with
@@ -14,7 +14,7 @@ import itertools
 import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -30,6 +30,37 @@ Gap = Callable[[Array], ArrayLike]
 Zones = tuple[tuple[float, float], ...]
 
 _LEAST = 12  # rings of a panel: the fit at an edge needs nine
+_WHOLE: Zones = ((0.0, 1.0),)
+
+
+class Surface(Protocol):
+    """What is pressed: all that the rings know of a body."""
+
+    @property
+    def bulges(self) -> bool:
+        """Whether it may rise beside a pressure, so that contact may lie where f > d."""
+
+    @property
+    def softness(self) -> float:
+        """Of a half-space that is as soft to every pressure or softer: 1/E* over that of the surface."""
+
+    def displacement(self, r: ArrayLike, edges: ArrayLike) -> Array:
+        """In m at `r` (k,) by unit pressure on each ring of `edges` (n + 1,), for E* = 1: (k, n)."""
+
+
+@dataclass(frozen=True)
+class HalfSpace:
+    """The homogeneous elastic half-space."""
+
+    bulges = False
+    softness = 1.0
+
+    def displacement(self, r: ArrayLike, edges: ArrayLike) -> Array:
+        """`ring_displacement`."""
+        return ring_displacement(r, edges)
+
+
+HALF_SPACE = HalfSpace()
 
 
 @dataclass(frozen=True)
@@ -77,7 +108,8 @@ class RingSolution:
     zones : tuple of (inner, outer), m
         Contact intervals from the axis outwards; empty without contact.
     edge_amplitudes : tuple of (inner, outer), Pa m^(1/2)
-        Limit of p √|r - edge| at the edges of each zone: positive at a sharp edge, 0 at a free one.
+        Limit of p √|r - edge| at the edges of each zone: positive at a sharp edge, negative at one that adhesion pulls, 0 at a
+        free one.
     contact_radius : float, m
         Outermost zone edge; 0 without contact.
     contact_area : float, m²
@@ -87,6 +119,8 @@ class RingSolution:
         E*, or with memory the one at once.
     strain : array (m,)
         The pressure that displaces a surface of E* = 1 as far: without memory `pressure` over `modulus`.
+    surface : Surface
+        What is pressed.
     """
 
     edges: Array
@@ -104,6 +138,7 @@ class RingSolution:
     is_disk: bool
     modulus: float
     strain: Array
+    surface: Surface = HALF_SPACE
 
 
 def solve_indentation(
@@ -115,6 +150,7 @@ def solve_indentation(
     n: int = 400,
     edge: float = math.inf,
     breakpoints: Sequence[float] = (),
+    surface: Surface = HALF_SPACE,
 ) -> RingSolution:
     """Contact at a given approach d: p >= 0, u >= d - f(r), p (u - d + f) = 0.
 
@@ -134,6 +170,8 @@ def solve_indentation(
         Sharp outer edge of the punch, at which the pressure may be singular.
     breakpoints : sequence of float, m
         Radii of kinks, jumps and inner edges of f.
+    surface : Surface
+        What is pressed, displaced in proportion to 1/E*.
 
     Raises
     ------
@@ -154,7 +192,7 @@ def solve_indentation(
     """
     if not math.isfinite(indentation):
         raise ProblemError(f"The indentation must be a finite number of metres, not {indentation!r}.")
-    return _solve(gap, float(indentation), None, float(modulus), reach, n, edge, breakpoints)
+    return _solve(gap, float(indentation), None, float(modulus), reach, n, edge, breakpoints, surface)
 
 
 def solve_force(
@@ -166,6 +204,7 @@ def solve_force(
     n: int = 400,
     edge: float = math.inf,
     breakpoints: Sequence[float] = (),
+    surface: Surface = HALF_SPACE,
 ) -> RingSolution:
     """Contact under a given positive force in N; d is one more unknown of the same active set.
 
@@ -182,7 +221,113 @@ def solve_force(
     """
     if not (math.isfinite(force) and force > 0):
         raise ProblemError(f"The force must be a positive finite number of newtons, not {force!r}.")
-    return _solve(gap, None, float(force), float(modulus), reach, n, edge, breakpoints)
+    return _solve(gap, None, float(force), float(modulus), reach, n, edge, breakpoints, surface)
+
+
+def solve_disk(
+    gap: Gap,
+    radius: float,
+    indentation: float,
+    modulus: float,
+    *,
+    n: int = 400,
+    breakpoints: Sequence[float] = (),
+    surface: Surface = HALF_SPACE,
+) -> RingSolution:
+    """Contact on the disk of a given radius a at a given approach d, whether pressed or pulled: u = d - f(r).
+
+    Parameters
+    ----------
+    gap : callable
+        f(r) in m for an array of radii in m up to a.
+    radius : float, m
+        a.
+    indentation : float, m
+        Approach d, counted from f = 0.
+    modulus, n, breakpoints, surface
+        As in `solve_indentation`.
+
+    Raises
+    ------
+    ProblemError
+        If an argument is outside its limits, or f is not known up to a.
+
+    Examples
+    --------
+    >>> f"{solve_disk(lambda r: 0 * r, 0.3, -1.0, 1.0).force:.6f}"
+    '-0.600000'
+    """
+    if not math.isfinite(indentation):
+        raise ProblemError(f"The indentation must be a finite number of metres, not {indentation!r}.")
+    problem, mesh, unit, shape = _disk(gap, radius, modulus, n, breakpoints, surface)
+    return _on_disk(problem, mesh, unit, shape, indentation / radius, modulus)
+
+
+def solve_adhesion(
+    gap: Gap,
+    radius: float,
+    work: float,
+    modulus: float,
+    *,
+    n: int = 400,
+    breakpoints: Sequence[float] = (),
+    surface: Surface = HALF_SPACE,
+) -> RingSolution:
+    """Adhesive contact on the disk of a given radius a, pulled at its edge like a crack: p √(a - r) → -√(E* w/π).
+
+    Parameters
+    ----------
+    gap, radius, modulus, n, breakpoints, surface
+        As in `solve_disk`.
+    work : float, J/m²
+        Of adhesion.
+
+    Raises
+    ------
+    ProblemError
+        If an argument is outside its limits, or f is not known up to a.
+
+    References
+    ----------
+    Johnson, Kendall and Roberts 1971, Proc. R. Soc. A 324, 301; Irwin 1957, J. Appl. Mech. 24, 361, for the edge.
+
+    Examples
+    --------
+    >>> jkr = solve_adhesion(lambda r: r**2 / 2, 0.3, 0.05, 1.0)
+    >>> f"{jkr.force / (4 / 3 * 0.3**3 - (8 * math.pi * 0.05 * 0.3**3) ** 0.5):.6f}"
+    '1.000000'
+    """
+    if not (math.isfinite(work) and work >= 0):
+        raise ProblemError(f"The work of adhesion must be finite and not negative, not {work!r} J/m².")
+    problem, mesh, unit, shape = _disk(gap, radius, modulus, n, breakpoints, surface)
+    known = np.linalg.solve(ring_displacement(mesh.centres, mesh.edges), np.ones_like(mesh.gap))
+    of_unit, of_shape, of_known = (
+        edge_fit(RingState(mesh, np.asarray(p), 0.0, 0.0, _WHOLE), 0, 1, sharp=True)[0]
+        for p in (unit, shape, known)
+    )
+    # the rings err at the edge as they do on the half-space, of which it is known that p √(1 - r) → 1/(π √2)
+    pull = math.sqrt(work / (math.pi * modulus * radius)) * of_known * math.pi * math.sqrt(2)
+    return _on_disk(problem, mesh, unit, shape, (of_shape - pull) / of_unit, modulus)
+
+
+def _disk(
+    gap: Gap, radius: float, modulus: float, n: int, breakpoints: Sequence[float], surface: Surface
+) -> tuple[RingProblem, RingMesh, Array, Array]:
+    """Rings on a disk, and their pressures for d = 1 under a flat punch and for u = f."""
+    problem = _problem(gap, modulus, radius, n, radius, breakpoints, surface)
+    mesh = _mesh(problem, _panels(problem, (), _WHOLE))
+    if not np.all(np.isfinite(mesh.gap)):
+        raise ProblemError(f"gap ends within the contact radius of {metres(radius)}.")
+    wanted = np.stack((np.ones_like(mesh.gap), mesh.gap), axis=1)
+    unit, shape = np.linalg.solve(mesh.matrix, wanted).T
+    return problem, mesh, unit, shape
+
+
+def _on_disk(
+    problem: RingProblem, mesh: RingMesh, unit: Array, shape: Array, depth: float, modulus: float
+) -> RingSolution:
+    state = RingState(mesh, depth * unit - shape, depth, float(mesh.area @ unit), _WHOLE)
+    return _solution(problem, state, modulus)
 
 
 def ring_displacement(r: ArrayLike, edges: ArrayLike) -> Array:
@@ -249,12 +394,12 @@ def displacement_at(solution: RingSolution, r: ArrayLike) -> Array:
     '3.33333e-07'
     """
     r = _radii(r)
-    u = ring_displacement(r.ravel(), solution.edges) @ solution.strain
+    u = solution.surface.displacement(r.ravel(), solution.edges) @ solution.strain
     return np.asarray(u.reshape(r.shape), dtype=np.float64)
 
 
 def pressure_at(solution: RingSolution, r: ArrayLike) -> Array:
-    """Contact pressure p(r) in Pa at radii `r` in m, of any shape; 0 outside, inf at a sharp edge.
+    """Contact pressure p(r) in Pa at radii `r` in m, of any shape; 0 outside, inf at a sharp edge and -inf at a pulled one.
 
     Between the edges b < a of a zone it is interpolated in θ = 2 arctan √((r - b)/(a - r)), in which
     it is smooth up to a free edge; at a sharp edge p √|r - edge| is interpolated.
@@ -292,7 +437,7 @@ def pressure_at(solution: RingSolution, r: ArrayLike) -> Array:
         value = np.concatenate((ends[:1], value[kept], ends[1:]))[axis:]
         smooth = Akima1DInterpolator(theta, value, extrapolate=True)(angle(x))
         with np.errstate(divide="ignore"):
-            pressure[inside] = np.maximum(smooth, 0.0) / weight
+            pressure[inside] = (smooth if value.min() < 0 else np.maximum(smooth, 0.0)) / weight
     return pressure
 
 
@@ -317,6 +462,7 @@ class RingProblem(NamedTuple):
     corners: tuple[float, ...]
     n: int
     size: float
+    surface: Surface = HALF_SPACE
 
 
 class RingMesh(NamedTuple):
@@ -352,7 +498,27 @@ def _solve(
     n: int,
     edge: float,
     breakpoints: Sequence[float],
+    surface: Surface,
 ) -> RingSolution:
+    problem = _problem(gap, modulus, reach, n, edge, breakpoints, surface)
+    size = problem.size
+    asked = problem._replace(
+        depth=None if depth is None else depth / size,
+        force=None if force is None else force / modulus / size / size,
+    )
+    return _solution(asked, _settle(asked), modulus)
+
+
+def _problem(
+    gap: Gap,
+    modulus: float,
+    reach: float,
+    n: int,
+    edge: float,
+    breakpoints: Sequence[float],
+    surface: Surface,
+) -> RingProblem:
+    """Without depth and force."""
     if not (math.isfinite(modulus) and modulus > 0):
         raise ProblemError(f"The modulus E* must be positive and finite, not {modulus!r} Pa.")
     if not (math.isfinite(reach) and reach > 0 and edge > 0):
@@ -370,20 +536,16 @@ def _solve(
     corners = {float(b) for b in _radii(breakpoints) / size if 0 < b < 1} | (
         {1.0} if edge <= reach else set()
     )
-    state = _settle(
-        RingProblem(
-            scaled_gap,
-            None if depth is None else depth / size,
-            None if force is None else force / modulus / size / size,
-            tuple(sorted(corners)),
-            int(Rings(n).n),
-            size,
-        )
-    )
-    mesh, zones = state.mesh, state.zones
+    return RingProblem(scaled_gap, None, None, tuple(sorted(corners)), int(Rings(n).n), size, surface)
+
+
+def _solution(problem: RingProblem, state: RingState, modulus: float) -> RingSolution:
+    mesh, zones, size = state.mesh, state.zones, problem.size
+    pulled = bool(np.any(state.pressure < 0))
+    least = -math.inf if pulled else 0.0
     amplitudes = tuple(
         tuple(
-            max(edge_fit(state, k, side, sharp=True)[0], 0.0) if zones[k][side] in corners else 0.0
+            max(edge_fit(state, k, side, sharp=True)[0], least) if zones[k][side] in problem.corners else 0.0
             for side in (0, 1)
         )
         for k in range(len(zones))
@@ -391,9 +553,10 @@ def _solve(
     pressure, radii = np.zeros(mesh.live.size), (mesh.edges[1:] + mesh.edges[:-1]) / 2
     pressure[mesh.live], radii[mesh.live] = state.pressure, mesh.centres
     loads = state.pressure * mesh.area
-    low, high = (side[mesh.live][loads > 0] ** 2 for side in (mesh.edges[:-1], mesh.edges[1:]))
-    heights = [scaled_gap(np.sqrt((low + high + x * (high - low)) / 2)) for x in (-(3**-0.5), 3**-0.5)]
-    work = loads[loads > 0] @ (state.depth - sum(heights) / 2)
+    loaded = loads != 0
+    low, high = (side[mesh.live][loaded] ** 2 for side in (mesh.edges[:-1], mesh.edges[1:]))
+    heights = [problem.gap(np.sqrt((low + high + x * (high - low)) / 2)) for x in (-(3**-0.5), 3**-0.5)]
+    work = loads[loaded] @ (state.depth - sum(heights) / 2)
     area = sum(math.pi * (b - a) * (b + a) for a, b in zones)
     arrays = mesh.edges * size, radii * size, pressure * modulus, pressure
     for array in arrays:
@@ -414,6 +577,7 @@ def _solve(
         contact_area=area * size**2,
         is_disk=len(zones) == 1 and zones[0][0] == 0,
         modulus=modulus,
+        surface=problem.surface,
     )
 
 
@@ -424,7 +588,7 @@ def _settle(problem: RingProblem) -> RingState:
     refined: RingState | None = None
     near = max(0.02, 4 / problem.n)
     for attempt in range(16):
-        spans = _below(problem, level)
+        spans = _spans(problem, level)
         if not spans and problem.depth is None:
             raise ProblemError("gap has no finite value up to the reach or edge: no force can be carried.")
         if not spans:
@@ -452,8 +616,27 @@ def _settle(problem: RingProblem) -> RingState:
     )
 
 
+def _spans(problem: RingProblem, level: float) -> list[tuple[float, float]]:
+    """Intervals outside of which contact is looked for by no ring."""
+    below = _below(problem, level)
+    if not (below and problem.surface.bulges):
+        return below
+    x = np.concatenate(([0.0], np.geomspace(1e-12, 1.0, 2001)))
+    return [(0.0, min(1.0, max(below[-1][1], bulge_radius(x, problem.gap(x), level))))]
+
+
+def bulge_radius(r: Array, f: Array, level: float) -> float:
+    """A bound of the contact with what may bulge, from f at some radii: what rises beside a disk has sunk within.
+
+    There the mean of f over the disk is d, and a fifth more.
+    """
+    mean = np.cumsum((f[1:] + f[:-1]) / 2 * np.diff(r**2)) / r[1:] ** 2
+    sunk = np.flatnonzero(mean < level)
+    return 1.2 * float(r[min(sunk[-1] + 2, r.size - 1)]) if sunk.size else 0.0
+
+
 def _below(problem: RingProblem, level: float) -> list[tuple[float, float]]:
-    """Intervals that hold all points with f < d: contact is nowhere else, for u > 0 everywhere."""
+    """Intervals that hold all points with f < d: contact is nowhere else if u > 0 everywhere."""
     spans: list[tuple[float, float]] = []
     todo = [(0.0, 1.0)]
     for zoom in range(40):
@@ -477,7 +660,7 @@ def _missed(problem: RingProblem, state: RingState, spans: Sequence[tuple[float,
     for low, high, _ in _panels(problem, spans, state.zones):
         if not any(a <= low < b for a, b in state.zones):
             x = np.linspace(low, high, 129)
-            u = ring_displacement(x, mesh.edges)[:, mesh.live] @ state.pressure
+            u = _displacement(problem, x, mesh.edges)[:, mesh.live] @ state.pressure
             over = state.depth - problem.gap(x) - u > (state.depth - mesh.gap.min()) / problem.n**3
             over[:2] = over[-2:] = False
             missed += [(float(x[i - 1]), float(x[j])) for i, j in _runs(over)]
@@ -543,7 +726,12 @@ def _mesh(problem: RingProblem, panels: Sequence[tuple[float, float, int]]) -> R
         panel += [k] * n
     a, r, own = np.array(edges), np.array(centres), np.array(live)
     area = np.pi * (np.diff(a) * (a[1:] + a[:-1]))[own]
-    return RingMesh(a, own, r, problem.gap(r), np.array(panel), area, ring_displacement(r, a)[:, own])
+    matrix = _displacement(problem, r, a)[:, own]
+    return RingMesh(a, own, r, problem.gap(r), np.array(panel), area, matrix)
+
+
+def _displacement(problem: RingProblem, r: Array, a: Array) -> Array:
+    return problem.surface.displacement(r * problem.size, a * problem.size) / problem.size
 
 
 def leading_inverses(matrix: Array) -> tuple[Array, Array]:
@@ -681,7 +869,9 @@ def edge_fit(state: RingState, k: int, side: int, sharp: bool = False) -> tuple[
     near = int(np.searchsorted(s, _room(state.zones, k)[side] / 2))
     count = max(6, min(rings.size // 8, near)) + 3 * sharp
     s, y = s[:count], state.pressure[rings[:count]] * np.sqrt(s[:count])
-    if sharp:
-        s, y = s[3:], (y * _correction(y.size))[3:]
-    fit = np.polynomial.polynomial.polyfit(s / s[-1], y, 3)
+    first = 3 * sharp
+    # of what the rings get wrong at a sharp edge only K has a part
+    known = 1 / _correction(s.size) if sharp else np.ones_like(s)
+    powers = np.column_stack((known, *((s / s[-1]) ** k for k in (1, 2, 3))))
+    fit = np.linalg.lstsq(powers[first:], y[first:])[0]
     return float(fit[0]), float(fit[1] / s[-1])

@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from pymdr.interpretation.branches import Equilibria as Adhesive
 from pymdr.interpretation.validity import Claim, Level
-from pymdr.line.foundation import DiskStates, ElasticLine
+from pymdr.line.curves import Line
+from pymdr.line.foundation import DiskStates
 from pymdr.units import FloatArray
 
 EXACT_WITHIN = 1e-9
@@ -20,15 +21,13 @@ _STRAIGHT = 0.01
 _G, _SLOPE, _MOMENT, _SQUARED = range(4)
 
 
-def normal_errors(
-    line: ElasticLine, states: DiskStates, by_force: NDArray[np.bool_]
-) -> dict[str, FloatArray]:
+def normal_errors(line: Line, states: DiskStates, by_force: NDArray[np.bool_]) -> dict[str, FloatArray]:
     """
     Relative errors of the quantities of a contact without adhesion, from those of g, g', m and s at its edge.
 
     Parameters
     ----------
-    line : ElasticLine
+    line : Line
     states : DiskStates
     by_force : ndarray of bool
         Rows whose force is prescribed, and not their indentation.
@@ -45,13 +44,13 @@ def normal_errors(
     """
     place = states.place
     a = states.contact_radius
-    error = line.equivalent.error(place)
+    error = line.error(place)
     if not error.any():
         return {}
     held = (a >= line.equivalent.edge) | ~(a > 0.0)
     equivalent = line.equivalent
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        g, slope = np.abs(equivalent.g(place)), np.abs(equivalent.slope(place))
+        g, slope = np.abs(line.depth(place)), np.abs(line.depth_rate(place))
         smooth, stored, stiffness = (
             np.abs(line.force(place)),
             np.abs(line.energy(place)),
@@ -88,14 +87,14 @@ def normal_errors(
 
 
 def adhesive_errors(
-    line: ElasticLine, equilibria: Adhesive, s: FloatArray, machine_stiffness: FloatArray
+    line: Line, equilibria: Adhesive, s: FloatArray, machine_stiffness: FloatArray
 ) -> dict[str, FloatArray]:
     """
     Relative errors of the quantities of a contact with adhesion, from those of g, g', m and s at its edges.
 
     Parameters
     ----------
-    line : ElasticLine
+    line : Line
     equilibria : JKR, MaugisDugdale or DMT of :mod:`pymdr.line.adhesion`
     s : ndarray
         Parameters of the states in m.
@@ -114,14 +113,14 @@ def adhesive_errors(
     whose zone ends where g' says. With a prescribed D = d + F/k the parameter then errs by dD / (dD/ds).
     """
     states = equilibria.states(s)
-    a, equivalent = states.contact_radius, line.equivalent
-    error = equivalent.error(a)
-    outer = np.maximum(error[:, _SLOPE], equivalent.error(states.cohesive_radius)[:, _SLOPE])
+    a = states.contact_radius
+    error = line.error(a)
+    outer = np.maximum(error[:, _SLOPE], line.error(states.cohesive_radius)[:, _SLOPE])
     if not error.any() and not outer.any():
         return {}
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         g, smooth = np.abs(line.depth(a)), np.abs(line.force(a))
-        opened, pull = np.abs(equivalent.g(a) - states.indentation), np.abs(smooth - states.normal_force)
+        opened, pull = np.abs(line.depth(a) - states.indentation), np.abs(smooth - states.normal_force)
         ranged = outer if equilibria.ranged else 0.0
         depth = error[:, _G] * g + ranged * opened
         force = error[:, _MOMENT] * smooth + ranged * pull

@@ -10,6 +10,7 @@ import numpy as np
 
 from pymdr.interpretation.certificate import Certificate
 from pymdr.interpretation.disks import TOLERANCE, Landscape, gap_ratios, landscape_of, least_gap, seen_upto
+from pymdr.interpretation.layers import first_fault
 from pymdr.interpretation.theories import theory_of
 from pymdr.interpretation.validity import (
     NORMAL_FIELDS,
@@ -19,9 +20,9 @@ from pymdr.interpretation.validity import (
     Level,
 )
 from pymdr.line.adhesion.short_range import jkr_opening
-from pymdr.line.foundation import ElasticLine
-from pymdr.mapping.equivalent import EquivalentProfile
-from pymdr.problem.laws import AdhesionLaw
+from pymdr.line.curves import ElasticLine, Line
+from pymdr.line.layered import LayeredLine
+from pymdr.problem.laws import JKR, AdhesionLaw
 from pymdr.units import FloatArray, metres
 
 _NODES = 33
@@ -57,12 +58,12 @@ class Visited:
     """Energy in J that it dissipates."""
 
 
-def is_always_open(equivalent: EquivalentProfile, law: AdhesionLaw) -> bool:
+def is_always_open(line: Line, law: AdhesionLaw) -> bool:
     """Whether surfaces never touch outside an adhesive contact; laws other than JKR are made for rising profiles."""
-    return bool(equivalent.rises) or theory_of(law).rising
+    return isinstance(line, ElasticLine) and (bool(line.equivalent.rises) or theory_of(law).rising)
 
 
-def certify_stretched_disk(line: ElasticLine, visited: Visited, rows: int, law: AdhesionLaw) -> Certificate:
+def certify_stretched_disk(line: Line, visited: Visited, rows: int, law: AdhesionLaw) -> Certificate:
     """
     Check that the surfaces do not touch outside an adhesive contact: gap >= 0 with the stretched edge.
 
@@ -73,7 +74,7 @@ def certify_stretched_disk(line: ElasticLine, visited: Visited, rows: int, law: 
 
     Parameters
     ----------
-    line : ElasticLine
+    line : Line
         Profile and modulus.
     visited : Visited
         What the history visits.
@@ -86,7 +87,10 @@ def certify_stretched_disk(line: ElasticLine, visited: Visited, rows: int, law: 
     Certificate
     """
     disk = np.ones(rows, dtype=bool)
-    fault = None if is_always_open(line.equivalent, law) else _first_fault(line, visited, law.work)
+    if isinstance(line, LayeredLine):
+        return _certify_layers(line, visited, disk, law)
+    assert isinstance(line, ElasticLine)
+    fault = None if is_always_open(line, law) else _first_fault(line, visited, law.work)
     if fault is None:
         return Certificate(disk, "")
     row, radius, excess, landscape = fault
@@ -99,6 +103,28 @@ def certify_stretched_disk(line: ElasticLine, visited: Visited, rows: int, law: 
         np.arange(rows) < row,
         f"at d = {metres(d)} the surfaces touch again outside a disk of radius {metres(radius)}{where}, so the adhesive "
         "contact is not a disk, and what follows depends on it",
+    )
+
+
+def _certify_layers(line: LayeredLine, visited: Visited, disk: BoolArray, law: AdhesionLaw) -> Certificate:
+    """All rows up to the first whose contact was wider than the first that is no disk."""
+    ends = (visited.begin, visited.end, visited.before, visited.after)
+    widest = max(float(np.max(a, initial=0.0)) for a in ends)
+    work = law.work if isinstance(law, JKR) else 0.0
+    fault = first_fault(line, widest, work=work)
+    if fault is None:
+        return Certificate(disk, "")
+    wide = [
+        row[np.maximum(*pair) > fault.before]
+        for row, pair in (
+            (visited.row, (visited.begin, visited.end)),
+            (visited.jump_row, (visited.before, visited.after)),
+        )
+    ]
+    first = min(int(np.min(rows, initial=disk.size)) for rows in wide)
+    return Certificate(
+        np.arange(disk.size) < first,
+        f"{fault.words}, so the adhesive contact is not a disk, and what follows depends on it",
     )
 
 

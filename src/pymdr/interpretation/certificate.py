@@ -17,7 +17,10 @@ from pymdr.interpretation.disks import (
     least_gap,
     least_pressure,
 )
+from pymdr.interpretation.layers import first_fault
+from pymdr.line.curves import Line
 from pymdr.line.foundation import DiskStates, ElasticLine, normal_force, states_at_depth
+from pymdr.line.layered import LayeredLine
 from pymdr.mapping.equivalent import EquivalentProfile
 from pymdr.mapping.series import BoolArray, Place
 from pymdr.problem.profiles import Profile, Sampled
@@ -43,14 +46,13 @@ class Certificate:
     """Per step, what is passed over, as a share of the load."""
 
 
-def certify_disk(line: ElasticLine, states: DiskStates) -> Certificate:
+def certify_disk(line: Line, states: DiskStates) -> Certificate:
     """
     Check that the disk solution is the solution: pressure >= 0 inside and gap >= 0 outside.
 
     Parameters
     ----------
-    line : ElasticLine
-        Profile and modulus.
+    line : Line
     states : DiskStates
         The disks to be checked, best disks of their depths.
 
@@ -62,7 +64,8 @@ def certify_disk(line: ElasticLine, states: DiskStates) -> Certificate:
     -----
     From the intervals of depth of :func:`~pymdr.interpretation.disks.disk_depths`. A concave kink of f makes the
     pressure beside it logarithmically infinite, so that no disk over it is the solution to the letter; where the ring of
-    tension is narrower than 1e-3 of the contact radius, the disk is called an approximation.
+    tension is narrower than 1e-3 of the contact radius, the disk is called an approximation. Contacts on layers are read at the
+    radii between which they are tabulated, up to the first that is no disk.
 
     Examples
     --------
@@ -72,6 +75,8 @@ def certify_disk(line: ElasticLine, states: DiskStates) -> Certificate:
     >>> certify_disk(line, states_at_depth(line, [1.0, 2.0])).disk.tolist()
     [True, True]
     """
+    if isinstance(line, LayeredLine):
+        return _certify_layers(line, states)
     d = states.indentation
     found = disk_depths(line.equivalent, float(np.max(d, initial=-math.inf, where=np.isfinite(d))))
     # a contact presses its surfaces in, so where a disk seems to need no depth something else touches first
@@ -90,6 +95,15 @@ def certify_disk(line: ElasticLine, states: DiskStates) -> Certificate:
         return Certificate(disk, reason)
     remark, error = _rings(found.landscape, states, passed)
     return Certificate(disk, reason, remark, error)
+
+
+def _certify_layers(line: LayeredLine, states: DiskStates) -> Certificate:
+    """Up to the first contact that is no disk."""
+    a = states.contact_radius
+    fault = first_fault(line, float(np.max(a, initial=0.0)), float(np.max(states.edge_excess, initial=0.0)))
+    if fault is None:
+        return Certificate(np.ones(a.shape, dtype=bool), "")
+    return Certificate(a < fault.before, f"{fault.words}, so the contact is not a disk")
 
 
 def certify_history(line: ElasticLine, deepest: float) -> Certificate:

@@ -28,6 +28,8 @@ OF_THE_CURVE = frozenset(
         "stored_tangential_energy",
         "slip_distance",
         "slip_work",
+        "thermal_conductance",
+        "electrical_resistance",
     }
 )
 """Quantities that a force curve determines."""
@@ -141,6 +143,8 @@ def closure_errors(closure: Closure, depth: FloatArray, *, remembers: bool) -> d
         "tangential_stiffness": stiffness,
         "shift": slid,
         "slip_distance": slid,
+        "thermal_conductance": stiffness,
+        "electrical_resistance": stiffness,
     }
     return {name: given.get(name, force) for name in OF_THE_CURVE}
 

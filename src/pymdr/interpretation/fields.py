@@ -8,14 +8,15 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from pymdr.interpretation.punch import punch_displacement, punch_gap, punch_pressure
-from pymdr.line.curves import ElasticLine
+from pymdr.line.curves import ElasticLine as ElasticLine
+from pymdr.line.curves import Line
 from pymdr.mapping.abel import Curve
 from pymdr.mapping.equivalent import EquivalentProfile
 from pymdr.mapping.series import Position, rounded
 from pymdr.units import FloatArray
 
 
-def pressure(line: ElasticLine, a: Position, edge_excess: float, r: ArrayLike) -> FloatArray:
+def pressure(line: Line, a: Position, edge_excess: float, r: ArrayLike) -> FloatArray:
     """
     Pressure p = (c/pi) [ int_r^a g' (x^2 - r^2)^((k-1)/2) dx + (d - g(a)) (a^2 - r^2)^((k-1)/2) ].
 
@@ -54,26 +55,29 @@ def pressure(line: ElasticLine, a: Position, edge_excess: float, r: ArrayLike) -
     edge = float(rounded(a))
     if edge <= 0.0:
         return np.zeros(radius.shape)
-    regular = line.equivalent.pressure_integral(radius, a)
-    if edge_excess != 0.0:
+    springs, excess, _ = line.carried(a, edge_excess)
+    regular = springs.equivalent.pressure_integral(radius, a)
+    if excess != 0.0:
         with np.errstate(divide="ignore", invalid="ignore"):
-            singular = edge_excess * punch_pressure(line.exponent, edge, radius)
+            singular = excess * punch_pressure(line.exponent, edge, radius)
         regular = np.where(radius <= edge, regular + singular, 0.0)
     return line.modulus / math.pi * regular
 
 
-def edge_amplitude(line: ElasticLine, a: ArrayLike, edge_excess: ArrayLike) -> FloatArray:
+def edge_amplitude(line: Line, a: ArrayLike, edge_excess: ArrayLike) -> FloatArray:
     """
-    Amplitude K of the edge singularity, p -> K / sqrt(a - r), K = E* (d - g(a)) / (pi sqrt(2 a)).
+    Amplitude K of the edge singularity, p -> K / sqrt(a - r), K = w sqrt(E* k'(a) / 2) / (pi sqrt(2 a)).
+
+    For homogeneous half-spaces k' = 2 E*.
 
     Parameters
     ----------
-    line : ElasticLine
-        Of homogeneous half-spaces; under graded ones the pressure is singular in another way, and K is nan.
+    line : Line
+        Of surfaces that are homogeneous; under graded ones the pressure is singular in another way, and K is nan.
     a : array_like
         Contact radii in m.
     edge_excess : array_like
-        d - g(a) in m.
+        w = d - d0(a) in m.
 
     Returns
     -------
@@ -90,13 +94,15 @@ def edge_amplitude(line: ElasticLine, a: ArrayLike, edge_excess: ArrayLike) -> F
     excess = np.asarray(edge_excess, dtype=float)
     if line.exponent != 0.0:
         return np.where(excess == 0.0, 0.0, math.nan)
+    radius = np.asarray(a, dtype=float)
     with np.errstate(divide="ignore", invalid="ignore"):
-        amplitude = line.modulus * excess / (math.pi * np.sqrt(2.0 * np.asarray(a, dtype=float)))
+        stiffness = np.sqrt(0.5 * line.modulus * line.stiffness_rate(np.where(excess == 0.0, 0.0, radius)))
+        amplitude = stiffness * excess / (math.pi * np.sqrt(2.0 * radius))
     return np.where(excess == 0.0, 0.0, amplitude)
 
 
 def normal_displacement(
-    line: ElasticLine, gap_function: Curve, d: float, a: Position, edge_excess: float, r: ArrayLike
+    line: Line, gap_function: Curve, d: float, a: Position, edge_excess: float, r: ArrayLike
 ) -> FloatArray:
     """
     Surface displacement u(r): d - f(r) inside the contact, (2/pi) int_0^a (d - g) / sqrt(r^2 - x^2) dx outside.
@@ -136,13 +142,16 @@ def normal_displacement(
     u[inside] = d - gap_function(radius[inside])
     far = radius[~inside]
     if far.size:
-        springs = line.equivalent.displacement_integral(far, a)
-        u[~inside] = 2.0 / math.pi * (springs + edge_excess * punch_displacement(line.exponent, edge, far))
+        springs, excess, sunk = line.carried(a, edge_excess)
+        regular = springs.equivalent.displacement_integral(far, a)
+        u[~inside] = 2.0 / math.pi * (regular + excess * punch_displacement(line.exponent, edge, far))
+        if sunk is not None:
+            u[~inside] += sunk(far)
     return u
 
 
 def gap(
-    line: ElasticLine, gap_function: Curve, d: float, a: Position, edge_excess: float, r: ArrayLike
+    line: Line, gap_function: Curve, d: float, a: Position, edge_excess: float, r: ArrayLike
 ) -> FloatArray:
     """
     Gap between the deformed surfaces: 0 inside the contact, f(r) - d + u(r) outside.
@@ -178,7 +187,8 @@ def gap(
     equivalent = line.equivalent
     outside = (radius > end) & (radius < min(equivalent.reach, equivalent.edge))
     if outside.any() and end != equivalent.edge:
-        h[outside] = line_gap(equivalent, a, edge_excess, radius[outside])
+        springs, excess, _ = line.carried(a, edge_excess)
+        h[outside] = line_gap(springs.equivalent, a, excess, radius[outside])
     far = (radius > end) & ~outside
     if far.any():
         u = normal_displacement(line, gap_function, d, a, edge_excess, radius[far])

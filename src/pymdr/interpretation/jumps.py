@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from pymdr.interpretation.branches import Equilibria, equilibrium_curve, state_columns
 from pymdr.interpretation.theories import equilibria_of
+from pymdr.line.curves import Line
 from pymdr.line.following import History, Track, follow, parameter_reaching, trace, under_machine
-from pymdr.line.foundation import ElasticLine
 from pymdr.problem.contact import Contact
 from pymdr.problem.paths import LoadingPath
 from pymdr.problem.schedule import Stretch, planned
@@ -57,7 +57,7 @@ class Branches:
 
 def branches_of(
     contact: Contact,
-    line: ElasticLine,
+    line: Line,
     path: LoadingPath,
     rows: Mapping[str, FloatArray],
     machine_stiffness: float | None,
@@ -71,7 +71,7 @@ def branches_of(
     ----------
     contact : Contact
         With a law of adhesion.
-    line : ElasticLine
+    line : Line
         Profile and modulus.
     path : LoadingPath
     rows : mapping of str to ndarray

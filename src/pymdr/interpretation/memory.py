@@ -31,6 +31,8 @@ _SURELY = 4.0
 """By how many times what half as many springs make otherwise a tension or overlap must exceed what is allowed."""
 _CHECKED = 48
 """Most rows whose pressure and gap are looked at."""
+_GONE = 1e-100
+"""Of the largest deflection of a row: what is less is none."""
 _INSIDE = (np.arange(64.0) + 0.5) / 66.0
 _OUTSIDE = 1.0 + np.geomspace(1e-3, 2.0, 16)
 """Radii over that of the contact at which they are."""
@@ -161,6 +163,11 @@ def displacement(state: LineState, r: FloatArray) -> FloatArray:
     if state.position.size == 0 or r.size == 0:
         return u
     position, deflection = state.position, state.deflection
+    size = float(np.max(np.abs(deflection)))
+    if size == 0.0:
+        return u
+    # what has crept back all but wholly has slopes whose reciprocals overflow
+    deflection = np.where(np.abs(deflection) > _GONE * size, deflection / size, 0.0)
     if state.radius > position[-1]:  # at a sharp edge, to which the last spring stands for w
         position, deflection = np.append(position, state.radius), np.append(deflection, deflection[-1])
     w = PchipInterpolator(np.append(0.0, position), np.append(deflection[0], deflection))
@@ -171,7 +178,7 @@ def displacement(state: LineState, r: FloatArray) -> FloatArray:
     width = np.diff(ends, axis=1)
     x = radii[:, :, None] * np.sin(ends[:, :-1, None] + width[:, :, None] * t)
     values = np.where(x <= top, w(np.minimum(x, top)), 0.0)
-    return np.asarray(2.0 / math.pi * np.sum(width * (values @ weights), axis=1))
+    return np.asarray(2.0 / math.pi * size * np.sum(width * (values @ weights), axis=1))
 
 
 @lru_cache(maxsize=8)

@@ -11,10 +11,11 @@ from pymdr.errors import QuantityError
 from pymdr.interpretation import fields
 from pymdr.interpretation.cohesion import cohesive_displacement, cohesive_pressure, cohesive_spring_shift
 from pymdr.interpretation.theories import theory_of
-from pymdr.line.foundation import DiskStates, ElasticLine, disk_states, states_at_depth
+from pymdr.line.curves import ElasticLine, Line
+from pymdr.line.foundation import DiskStates, disk_states, states_at_depth
+from pymdr.line.lines import line_of
 from pymdr.mapping.abel import Curve
-from pymdr.mapping.equivalent import equivalent_profile, gap_function
-from pymdr.mapping.moduli import effective_moduli
+from pymdr.mapping.equivalent import gap_function
 from pymdr.mapping.series import Place
 from pymdr.problem.contact import Contact
 from pymdr.units import FloatArray
@@ -37,11 +38,17 @@ class Cohesion:
 class Surface:
     """The line of a contact with the states of every step."""
 
-    line: ElasticLine
+    line: Line
     gap_function: Curve
     states: DiskStates
     cohesion: Cohesion | None = None
     """The cohesive zone around the contact, if there is one."""
+
+    @property
+    def springs(self) -> ElasticLine:
+        """The line of half-spaces, which laws besides adhesion of short range are made for."""
+        assert isinstance(self.line, ElasticLine)
+        return self.line
 
     def default_radii(self, step: int) -> FloatArray:
         """A grid from 0 to twice the contact radius and beyond a cohesive zone, graded to their edges."""
@@ -80,6 +87,10 @@ class Surface:
             return fields.normal_displacement(self.line, self.gap_function, d, place, excess, position)
         if name == "gap":
             return fields.gap(self.line, self.gap_function, d, place, excess, position)
+        if name == "spring_force" and a > 0.0:
+            springs, pressed, _ = self.line.carried(place, excess)
+            if springs is not self.line:
+                return _line_load(springs, a, pressed, position)
         return self._on_the_line(name, position, d, a)
 
     def _on_the_line(self, name: str, position: FloatArray, d: float, a: float) -> FloatArray:
@@ -103,15 +114,15 @@ class Surface:
     ) -> FloatArray:
         c, strength = float(cohesion.radius[step]), cohesion.strength
         if name == "pressure":
-            return cohesive_pressure(self.line, strength, a, c, position)
+            return cohesive_pressure(self.springs, strength, a, c, position)
         if name in ("normal_displacement", "gap"):
-            u = cohesive_displacement(self.line, self.gap_function, strength, d, a, c, position)
+            u = cohesive_displacement(self.springs, self.gap_function, strength, d, a, c, position)
             if name == "normal_displacement":
                 return u
             return np.where(_inside(position, a), 0.0, self.gap_function(position) - d + u)
         force = self._on_the_line(name, position, d, a)
         if name == "spring_force":
-            pulled = self.line.modulus * cohesive_spring_shift(self.line, strength, c, position)
+            pulled = self.line.modulus * cohesive_spring_shift(self.springs, strength, c, position)
             force = np.where(_inside(position, a), force, pulled)
         return force
 
@@ -124,6 +135,13 @@ class Surface:
 def _inside(position: FloatArray, a: float) -> np.ndarray:
     """Where the bodies touch; not even at 0 where a is 0."""
     return (np.abs(position) <= a) & (a > 0.0)
+
+
+def _line_load(springs: ElasticLine, a: float, excess: float, position: FloatArray) -> FloatArray:
+    """The load per length in N/m of a contact, on the springs that are pressed alike."""
+    x = np.minimum(np.abs(position), a)
+    depth = springs.depth(np.array([a]))[0] + excess
+    return np.where(np.abs(position) <= a, springs.modulus * (depth - springs.depth(x)), 0.0)
 
 
 def surface_of(
@@ -147,8 +165,7 @@ def surface_of(
     -------
     Surface
     """
-    moduli = effective_moduli(contact.body, contact.counterbody)
-    line = ElasticLine(equivalent_profile(contact.profile, moduli.exponent), moduli.normal)
+    line = line_of(contact)
     states = disk_states(line, indentation, contact_radius)
     if contact.adhesion is None:
         # the digits of a radius beside a breakpoint are in the indentation
@@ -169,8 +186,8 @@ def surface_of(
     return Surface(line, gap_function(contact.profile, line.equivalent), states, cohesion)
 
 
-def _against_edge(line: ElasticLine, d: FloatArray, a: FloatArray, stretched: np.ndarray) -> FloatArray:
+def _against_edge(line: Line, d: FloatArray, a: FloatArray, stretched: np.ndarray) -> FloatArray:
     excess = np.zeros(d.shape)
     known = ~stretched & np.isfinite(a)
-    excess[known] = d[known] - line.equivalent.g(a[known])
+    excess[known] = d[known] - line.depth(a[known])
     return excess

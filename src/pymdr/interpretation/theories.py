@@ -11,7 +11,7 @@ import numpy as np
 from pymdr.errors import ProblemError
 from pymdr.interpretation.branches import Equilibria
 from pymdr.interpretation.fields import edge_amplitude
-from pymdr.interpretation.validity import SOURCES, Level, half_spaces
+from pymdr.interpretation.validity import SOURCES, Level, bodies_of
 from pymdr.line.adhesion import DMT as RigidPull
 from pymdr.line.adhesion import JKR as ShortRange
 from pymdr.line.adhesion import (
@@ -23,7 +23,8 @@ from pymdr.line.adhesion import (
     rigid_pull,
     stress_intensity,
 )
-from pymdr.line.curves import ElasticLine
+from pymdr.line.curves import Line
+from pymdr.line.layered import LayeredLine
 from pymdr.mapping.equivalent import equivalent_profile
 from pymdr.problem.laws import DMT, JKR, AdhesionLaw, MaugisDugdale
 from pymdr.problem.profiles import Profile, Sum
@@ -37,7 +38,7 @@ def _nothing(*_: Any) -> dict[str, FloatArray]:
     return {}
 
 
-def _no_opening(law: Any, line: ElasticLine, a: FloatArray) -> FloatArray:
+def _no_opening(law: Any, line: Line, a: FloatArray) -> FloatArray:
     return np.zeros(a.shape)
 
 
@@ -45,7 +46,7 @@ def _none(law: Any) -> float | None:
     return None
 
 
-def _no_pull(law: Any, profile: Profile, line: ElasticLine) -> float | None:
+def _no_pull(law: Any, profile: Profile, line: Line) -> float | None:
     return None
 
 
@@ -53,23 +54,23 @@ def _no_pull(law: Any, profile: Profile, line: ElasticLine) -> float | None:
 class Theory:
     """What a law of adhesion brings. Each function takes the law first."""
 
-    curve: Callable[[Any, Profile, ElasticLine], Equilibria]
+    curve: Callable[[Any, Profile, Line], Equilibria]
     """Its equilibria on a line."""
-    claim: Callable[[Any, Profile, ElasticLine], Said]
+    claim: Callable[[Any, Profile, Line], Said]
     """What is claimed of its contacts, as far as they are disks."""
     references: tuple[str, ...]
     """Keys of the sources, besides those of the method."""
     rising: bool = True
     """Whether it needs an equivalent profile that rises, and surfaces never touch outside its contact."""
-    opening: Callable[[Any, ElasticLine, FloatArray], FloatArray] = _no_opening
+    opening: Callable[[Any, Line, FloatArray], FloatArray] = _no_opening
     """Elongation of the edge in m at contact radii in m."""
-    columns: Callable[[Any, ElasticLine, FloatArray], dict[str, FloatArray]] = _nothing
+    columns: Callable[[Any, Line, FloatArray], dict[str, FloatArray]] = _nothing
     """Quantities of its equilibria, on a line at parameters, that others do not have."""
     stress: Callable[[Any], float | None] = _none
     """The stress in Pa around its contact."""
     range: Callable[[Any], float | None] = _none
     """The range of its attraction in m."""
-    pull: Callable[[Any, Profile, ElasticLine], float | None] = _no_pull
+    pull: Callable[[Any, Profile, Line], float | None] = _no_pull
     """A force in N that has no place in its pressure."""
 
 
@@ -96,7 +97,7 @@ def theory_of(law: AdhesionLaw) -> Theory:
     return theory
 
 
-def equilibria_of(law: AdhesionLaw, profile: Profile, line: ElasticLine, top: float) -> Equilibria:
+def equilibria_of(law: AdhesionLaw, profile: Profile, line: Line, top: float) -> Equilibria:
     """
     The curve of a law on a line.
 
@@ -105,7 +106,7 @@ def equilibria_of(law: AdhesionLaw, profile: Profile, line: ElasticLine, top: fl
     law : AdhesionLaw
     profile : Profile
         For the radius of curvature, which the pull of DMT needs.
-    line : ElasticLine
+    line : Line
     top : float
         Radius in m up to which the curve will be followed.
 
@@ -127,19 +128,24 @@ def equilibria_of(law: AdhesionLaw, profile: Profile, line: ElasticLine, top: fl
     return theory.curve(law, profile, line)
 
 
-def _edge_columns(equilibria: ShortRange, line: ElasticLine, s: FloatArray) -> dict[str, FloatArray]:
+_SOME = 1e-30
+"""A radius in m for contacts of none, whose edge is not open."""
+
+
+def _edge_columns(equilibria: ShortRange, line: Line, s: FloatArray) -> dict[str, FloatArray]:
     """The edge of a JKR contact: its energy release rate, and where it is a square root its amplitude and intensity."""
     a = equilibria.states(s).contact_radius
     opening = np.where(a > 0.0, equilibria.opening(s), 0.0)
-    radius = np.where(a > 0.0, a, 1.0)
+    radius = np.where(a > 0.0, a, _SOME)
     columns = {"energy_release_rate": energy_release_rate(line, radius, opening)}
     if line.exponent == 0.0:
-        columns["stress_intensity"] = stress_intensity(radius, opening, line.modulus)
+        modulus = np.sqrt(0.5 * line.modulus * line.stiffness_rate(radius))
+        columns["stress_intensity"] = stress_intensity(radius, opening, modulus)
         columns["edge_amplitude"] = edge_amplitude(line, radius, -opening)
     return columns
 
 
-def rigid_pull_of(law: DMT, profile: Profile, line: ElasticLine) -> float:
+def rigid_pull_of(law: DMT, profile: Profile, line: Line) -> float:
     """The pull in N of DMT's attraction, which acts outside the contact whatever the load."""
     if law.range is not None:
         # where undeformed surfaces are apart by the range does not depend on the body
@@ -154,16 +160,17 @@ def rigid_pull_of(law: DMT, profile: Profile, line: ElasticLine) -> float:
     return float(dmt_pull(profile.tip_radius, law.work))
 
 
-def _claim_of_jkr(law: JKR, profile: Profile, line: ElasticLine) -> Said:
+def _claim_of_jkr(law: JKR, profile: Profile, line: Line) -> Said:
+    bodies, source = bodies_of(line)
     return (
         Level.EXACT,
-        f"exact for {half_spaces(line.exponent)} that attract each other only where they touch (a Griffith edge), in "
-        "frictionless contact on a disk that has not opened inside",
-        SOURCES["hess-graded" if line.exponent else "hess"],
+        f"exact for {bodies}, surfaces that attract each other only where they touch (a Griffith edge), in frictionless contact "
+        "on a disk that has not opened inside",
+        SOURCES["hess"] if source == SOURCES["sneddon"] else source,
     )
 
 
-def _claim_of_maugis(law: MaugisDugdale, profile: Profile, line: ElasticLine) -> Said:
+def _claim_of_maugis(law: MaugisDugdale, profile: Profile, line: Line) -> Said:
     return (
         Level.EXACT,
         "exact for elastic half-spaces in frictionless contact that attract each other by a constant stress "
@@ -172,11 +179,13 @@ def _claim_of_maugis(law: MaugisDugdale, profile: Profile, line: ElasticLine) ->
     )
 
 
-def _claim_of_dmt(law: DMT, profile: Profile, line: ElasticLine) -> Said:
+def _claim_of_dmt(law: DMT, profile: Profile, line: Line) -> Said:
     measured = "unknown here, give DMT(work, range=...)"
     radius = profile.tip_radius
     if line.exponent != 0.0:
         measured = "not defined for graded bodies"
+    elif isinstance(line, LayeredLine):
+        measured = "not defined for layers"
     elif law.range is not None and radius is not None:
         measured = f"{float(maugis_parameter(radius, line.modulus, law.work, law.work / law.range)):.3g} here"
     return (

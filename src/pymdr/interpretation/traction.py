@@ -194,7 +194,7 @@ class FrictionSurface:
     @property
     def line(self) -> ElasticLine:
         """The line of the contact."""
-        return self.normal.line
+        return self.normal.springs
 
     def gap_function(self, r: FloatArray) -> FloatArray:
         """The profile f(r)."""
@@ -266,7 +266,7 @@ def friction_surface(
         asked.append(refined(leg.stretch(here), int(here.get(PARTS, 1))))
         own.append(asked[-1].own + done)
         done += asked[-1].rows.normal.size
-    line = normal.line
+    line = normal.springs
     legs = tuple(friction_leg(line, part.rows, machine_stiffness) for part in asked)
     curves = curves_down_to(line, deepest_of(line, legs))
     moduli = effective_moduli(contact.body, contact.counterbody)

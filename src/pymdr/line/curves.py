@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -84,6 +84,41 @@ class Disk(Curve, Protocol):
 
     def stiffness_power(self, a: Position) -> FloatArray:
         """The local power a k''/k' of k'."""
+
+
+class Line(Disk, Protocol):
+    """A disk made of an equivalent profile, pressed into bodies whose surface has a modulus."""
+
+    @property
+    def equivalent(self) -> EquivalentProfile:
+        """The profile g(x)."""
+
+    @property
+    def modulus(self) -> float:
+        """E* of the surface in Pa, or c in Pa/m^k for the exponent k."""
+
+    @property
+    def exponent(self) -> float:
+        """Exponent k of the grading; 0 for homogeneous bodies and layers."""
+
+    def under(self, equivalent: EquivalentProfile) -> Line:
+        """The same bodies under another profile."""
+
+    def error(self, place: Position) -> FloatArray:
+        """Measured relative errors of d0, d0', F0 and U0, shape (..., 4)."""
+
+    def carried(self, a: Position, excess: float) -> Carried:
+        """The half-spaces that carry the same pressure in a contact of one radius in m and an excess w in m."""
+
+
+class Carried(NamedTuple):
+    """Half-spaces pressed alike: their fields are those of another body, but for what that one adds outside."""
+
+    line: ElasticLine
+    excess: float
+    """Their excess depth at the edge in m."""
+    sunk: Callable[[FloatArray], FloatArray] | None = None
+    """How much deeper in m than theirs the surface of the body lies at radii in m outside; None for no deeper."""
 
 
 @dataclass(frozen=True)
@@ -167,6 +202,18 @@ class ElasticLine:
     def stiffness_power(self, a: Position) -> FloatArray:
         """The power k of that derivative."""
         return np.full(np.shape(rounded(a)), self.exponent)
+
+    def under(self, equivalent: EquivalentProfile) -> ElasticLine:
+        """The same bodies under another profile."""
+        return ElasticLine(equivalent, self.modulus)
+
+    def error(self, place: Position) -> FloatArray:
+        """Measured relative errors of d0, d0', F0 and U0, those of the map of the profile, shape (..., 4)."""
+        return self.equivalent.error(place)
+
+    def carried(self, a: Position, excess: float) -> Carried:
+        """The line itself."""
+        return Carried(self, excess)
 
     def place(self, depth: ArrayLike) -> Place:
         """The first radius at which g has a value in m; inf where it never has."""

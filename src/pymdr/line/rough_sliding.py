@@ -8,6 +8,7 @@ import numpy as np
 
 from pymdr.compiling import compiled
 from pymdr.errors import ConvergenceError
+from pymdr.line.memory.kernels import CROSS, DECAY, MEAN, MOVED, OWN, fill
 from pymdr.problem.spectra import Relaxation
 from pymdr.units import FloatArray
 
@@ -31,34 +32,39 @@ def _passage(
     depth: float,
     equilibrium: float,
     dashpot: float,
-    kept: FloatArray,
-    fresh: FloatArray,
+    moduli: FloatArray,
+    branch: FloatArray,
     state: FloatArray,
+    sums: FloatArray,
 ) -> tuple[float, float]:
-    """One passage from a state (terms, then the deflection and q of the springs), which it leaves behind; sums of q and q dw."""
-    terms = kept.size
+    """
+    One passage from a state (terms, then the deflection), which it leaves behind; sums of w and of what is dissipated.
+
+    `sums` takes those of the terms before every step.
+    """
+    terms = moduli.size
     stiff = equilibrium + dashpot
     for i in range(terms):
-        stiff += fresh[i]
-    w, rest = state[terms], state[terms + 1]
-    load = work = 0.0
+        stiff += moduli[i] * branch[i, MEAN]
+    w = state[terms]
+    total = lost = 0.0
     for j in range(heights.size):
         bears = equilibrium * w
         for i in range(terms):
-            state[i] *= kept[i]
-            bears += state[i]
+            sums[i] += state[i]
+            bears += branch[i, DECAY] * state[i]
         move = max(depth + heights[j] - w, -bears / stiff)
         w += move
-        springs = equilibrium * w
         for i in range(terms):
-            state[i] += fresh[i] * move
-            springs += state[i]
-        flow = dashpot * move
-        load += 0.5 * (rest + springs) + flow
-        work += (0.5 * (rest + springs) + flow) * move
-        rest = springs
-    state[terms], state[terms + 1] = w, rest
-    return load, work
+            h, elastic = state[i], moduli[i] * move
+            lost += (
+                branch[i, OWN] * h * h + elastic * (2.0 * branch[i, CROSS] * h + branch[i, MOVED] * elastic)
+            ) / moduli[i]
+            state[i] = branch[i, DECAY] * h + branch[i, MEAN] * elastic
+        lost += dashpot * move * move
+        total += w
+    state[terms] = w
+    return total, lost
 
 
 def stationary(
@@ -92,40 +98,47 @@ def stationary(
     Notes
     -----
     Every spring sees the same line, one after the other: the mean over springs is that over the time of one. Exact in time for a
-    straight line between places. What its terms bear at the highest place is found by Newton's method, however slow they are. The mean
-    of q is E*_inf times that of w, whatever relaxes.
+    straight line between places. What its terms bear at the highest place is found by Newton's method, however slow they are: over
+    a passage, after which w is what it was, a term changes by what it loses, which is as its sum. The mean of q is E*_inf times
+    that of w, whatever relaxes, and what a passage takes is dissipated.
     """
     step = length / heights.size
     dt = step / speed
-    kept = np.exp(-dt / relaxation.times)
+    terms, none = relaxation.times.size, np.zeros(0)
+    branch = np.zeros((1, max(terms, 1), 6))
+    fill(0, dt, relaxation.times, none, branch, np.zeros((1, 1, 2)))
+    branch = branch[0, :terms]
+    fades = -np.expm1(-dt / relaxation.times)
     passed = -np.expm1(-length / (speed * relaxation.times))
-    fresh = relaxation.moduli * -np.expm1(-dt / relaxation.times) * relaxation.times / dt
     dashpot = relaxation.viscosity / dt
     # from the highest place on, where springs are as deep as it is
     around = np.roll(heights, -1 - int(np.argmax(heights)))
     deepest = depth + float(around[-1])
     if deepest <= 0.0:
         return Stationary(0.0, 0.0)
-    terms = kept.size
 
     def passage(start: FloatArray) -> tuple[FloatArray, float, float]:
         """By how much terms would still change, and the sums of a passage."""
-        state = np.append(start, [deepest, relaxation.equilibrium * deepest + float(start.sum())])
-        load, work = _passage(around, depth, relaxation.equilibrium, dashpot, kept, fresh, state)
-        return (state[:terms] - start) / passed, load, work
+        state, sums = np.append(start, deepest), np.zeros(terms)
+        total, lost = _passage(
+            around, depth, relaxation.equilibrium, dashpot, relaxation.moduli, branch, state, sums
+        )
+        # the difference has no digits where little fades in a passage
+        changed = np.where(passed > 0.5, state[:terms] - start, -fades * sums)
+        return changed / passed, total, lost
 
-    size = relaxation.glassy if relaxation.viscosity == 0.0 else relaxation.equilibrium + float(fresh.sum())
+    size = relaxation.equilibrium + float((relaxation.moduli * branch[:, MEAN]).sum())
     size *= float(np.ptp(heights)) + deepest
     start = np.zeros(terms)
-    missed, load, work = passage(start)
+    missed, total, lost = passage(start)
     for _ in range(_STEPS):
         if float(np.max(np.abs(missed), initial=0.0)) <= _SETTLED * size:
-            return Stationary(load / heights.size, work / length)
+            return Stationary(relaxation.equilibrium * total / heights.size, lost / length)
         probe = _PROBE * size
         slopes = np.array([(passage(start + probe * unit)[0] - missed) / probe for unit in np.eye(terms)]).T
         move = np.linalg.solve(slopes, -missed)
         for share in 0.5 ** np.arange(12.0):
-            found, load, work = passage(start + share * move)
+            found, total, lost = passage(start + share * move)
             if np.max(np.abs(found)) < np.max(np.abs(missed)):
                 break
         start, missed = start + share * move, found

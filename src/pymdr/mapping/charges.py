@@ -457,8 +457,16 @@ class Charges:
             if base.any() or edge_base.any():
                 angle += bases - edge_base
             np.maximum(angle, 0.0, out=angle)
+            steep = np.flatnonzero(panels.begins[i] & (slopes.series.power[i] > 0.0))
+            # what begins as a power errs in parts of it
+            begun = (
+                np.minimum(angle[:, i[steep] - i[0]] / panels.high[i[steep]], 1.0)
+                ** slopes.series.power[i[steep]]
+            )
             angle /= x
-            total -= x[:, 0] * (np.diff(self._share_above(angle))[:, i - i[0]] @ slopes.error[i])
+            share = np.diff(self._share_above(angle))[:, i - i[0]]
+            share[:, steep] *= begun
+            total -= x[:, 0] * (share @ slopes.error[i])
         return total.reshape(offset.shape)
 
     def _kernel(self, shift: FloatArray, x: FloatArray, base: FloatArray, offset: FloatArray) -> FloatArray:

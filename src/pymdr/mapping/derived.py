@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
@@ -23,7 +24,7 @@ _NOISY = 1e3
 _MOST = 1024
 _SURE = 1e-10
 _UNDERFLOW = 1e-290
-_FIRST, _SPREAD = 0.02, 64.0
+_FIRST, _SPREAD = 0.02, 2.0
 """Where on a panel beside a breakpoint f' is no smaller than by that factor."""
 _DIGITS = 1e6
 _EPS = float(np.finfo(float).eps)
@@ -55,6 +56,7 @@ class DerivedSource(SlopeSource):
         self._done: set[tuple[float, float]] = set()
         self._order = np.zeros(0, dtype=np.intp)
         self._starts = np.zeros(0)
+        self._scatters: dict[float, float] = {}
 
     @property
     def continued(self) -> float:
@@ -66,6 +68,11 @@ class DerivedSource(SlopeSource):
         assert f is not None
         values: FloatArray = call(f, r)
         return values
+
+    @cached_property
+    def _apex(self) -> float:
+        """F(0) in m."""
+        return float(self._f(np.zeros(1))[0])
 
     def sample(self, base: FloatArray, offset: FloatArray) -> tuple[FloatArray, FloatArray]:
         """F' at the rounded radii, and their offsets."""
@@ -95,17 +102,28 @@ class DerivedSource(SlopeSource):
         return whole
 
     def _series_errors(self, panels: Panels) -> FloatArray:
-        """Errors of the series that begin on panels, or on which these begin."""
+        """Errors of the series on panels; a thin one counts by its share in an integral with an inverse square root."""
         if not self._error:
             return np.zeros(panels.count)
         errors = np.array(self._error)[self._order]
-        at = np.clip(np.searchsorted(self._starts, panels.start, side="right") - 1, 0, errors.size - 1)
-        after = np.minimum(at + 1, errors.size - 1)
-        return np.asarray(np.maximum(errors[at], errors[after] * (panels.stop > self._starts[after])))
+        root = np.sqrt(np.array(self._high)[self._order] - self._starts)
+        first = np.clip(np.searchsorted(self._starts, panels.start, side="right") - 1, 0, errors.size - 1)
+        last = np.maximum(np.searchsorted(self._starts, panels.stop), first + 1)
+        ends = np.column_stack([first, last]).ravel()
+        # what begins at the last one has no end
+        largest = np.maximum.reduceat(np.append(errors, 0.0), ends)[::2]
+        shared = np.maximum.reduceat(np.append(errors * root, 0.0), ends)[::2]
+        return np.asarray(np.minimum(largest, shared / np.sqrt(panels.width)))
 
     def rounding(self, r: float) -> float:
         """Scatter in m of f around a radius in m."""
-        return float(np.nan_to_num(rounding(self._f, np.array([r]))[0]))
+        return float(np.nan_to_num(self._scatter(r)))
+
+    def _scatter(self, r: float) -> float:
+        """Rounding of f around a radius in m, found once; nan where f is not defined."""
+        if r not in self._scatters:
+            self._scatters[r] = float(rounding(self._f, np.array([r]))[0])
+        return self._scatters[r]
 
     def kinks(self, low: float, high: float) -> list[float]:
         """Kinks of f between two radii that were not named; panels end at them from then on."""
@@ -138,7 +156,7 @@ class DerivedSource(SlopeSource):
             if b > top:
                 break
             left, right = self._f(b * np.array([1.0 - 1e-12, 1.0 + 1e-12]))
-            around = self._f(b * np.array([0.5, 1.0, 1.2])) - float(self._f(np.zeros(1))[0])
+            around = self._f(b * np.array([0.5, 1.0, 1.2])) - self._apex
             size = float(np.max(np.abs(around[np.isfinite(around)]), initial=0.0))
             if abs(right - left) > 1e-6 * size:
                 raise ProblemError(
@@ -152,7 +170,7 @@ class DerivedSource(SlopeSource):
         values = self._f(np.concatenate([r, 0.84 * r])).reshape(2, -1)
         rise = np.abs(values[0] - values[1])
         noise = rounding(self._f, r)
-        told = np.abs(values[0] - float(self._f(np.zeros(1))[0])) > _UNDERFLOW
+        told = np.abs(values[0] - self._apex) > _UNDERFLOW
         return bool(np.any((40.0 * noise > _SURE * rise) & (told | (noise > _UNDERFLOW))))
 
     def rough(self, r: FloatArray) -> FloatArray:
@@ -230,7 +248,7 @@ class DerivedSource(SlopeSource):
             settled = error <= _WANTED * size
             if not settled and error > _GAIN * before:
                 # finer panels only help where the misfit is more than rounding
-                noise = float(rounding(self._f, np.array([right]))[0])
+                noise = self._scatter(right)
                 settled = error <= _NOISY * noise / (right - left)
             begins = left == base and base > 0.0
             settled = settled and not (begins and self._starts_steeply(series, left, right))
@@ -247,7 +265,7 @@ class DerivedSource(SlopeSource):
     def _starts_steeply(self, series: FloatArray, low: float, high: float) -> bool:
         """Whether f' spans orders of magnitude beside a breakpoint, over which f has its digits."""
         first, last = np.abs(clenshaw(np.stack([series, series]), np.array([_FIRST, 1.0])))
-        rise, noise = last * (high - low), float(rounding(self._f, np.array([high]))[0])
+        rise, noise = last * (high - low), self._scatter(high)
         return bool(last > _SPREAD * first and rise > _DIGITS * noise)
 
     def _panel(self, low: float, high: float) -> tuple[FloatArray, float, float] | None:
@@ -257,7 +275,7 @@ class DerivedSource(SlopeSource):
             self._end = min(self._end, high)
             if not high > low * (1.0 + 1e-12):
                 return None
-        apex = float(self._f(np.zeros(1))[0])
+        apex = self._apex
         if np.all(np.abs(self._f(np.array([low, high])) - apex) < _UNDERFLOW):
             # an offset hides what rises less than its rounding
             return np.zeros(TERMS), _EPS * abs(apex) / max(high - low, self._hidden_beyond(high)), high

@@ -20,6 +20,7 @@ from pymdr.mapping.series import (
     Selection,
     Series,
     basis,
+    evaluate,
     joined,
     joined_series,
     nodes,
@@ -38,6 +39,12 @@ _TESTED = 12
 _MOST_PENDING = 400
 _SPREAD_AT = np.array([0.0, 0.2, 0.6, 1.0])
 _UNEVEN, _MATTERS = 4.0, 1e-12
+_TOGETHER = 4.0
+"""Errors of s in those of g, times g over its first moment."""
+_FELT = 1e-14
+"""Error of g' that is felt as it is."""
+_FELT_NODES = 8
+_MOST_FELT = 1 << 18
 
 CURVES = ("g", "slope", "moment", "squared")
 
@@ -76,6 +83,42 @@ class Image:
     def bunches(self) -> Bunches:
         """The slope as charges, for integrals over it."""
         return bunched(self.panels, self.slope)
+
+    @cached_property
+    def felt(self) -> FloatArray:
+        """
+        Errors of integrals of g' over the radii of a contact whose edge lies on a panel, relative to their absolute integrands.
+
+        The largest of int_r^a |error of g'| K dx / int_r^a |g'| K dx for any r, with the kernel K of the pressure; shape (P,).
+        """
+        own = self.error[:, 1]
+        # an error of some panels is felt most from where they begin
+        rough = np.flatnonzero(own > _FELT)
+        if rough.size == 0 or rough.size * own.size > _MOST_FELT:
+            return np.asarray(np.maximum.accumulate(own))
+        panels, power = self.panels, self.slope.power[:, None]
+        s, weights = gauss(_FELT_NODES)
+        t, n = s**panels.order, panels.order
+        low, width = panels.low[:, None], panels.width[:, None]
+        offset = low + width * t
+        index = np.broadcast_to(np.arange(panels.count)[:, None], offset.shape)
+        value = np.abs(evaluate(panels, self.slope, index, offset))
+        steep = np.where(power != 0.0, (offset / panels.high[:, None]) ** power, 1.0)
+        rest = own[:, None] * self.size[:, 1:2] * steep
+        weights = weights * n * s ** (n - 1.0) * width
+        worst = np.zeros(panels.count)
+        for j in rough.tolist():
+            beyond = slice(j, None)
+            base, at = panels.base[j], panels.low[j]
+            distance = (panels.base[beyond] - base)[:, None] + (offset[beyond] - at)
+            square = distance * (2.0 * (base + at) + distance)
+            kernel = weights[beyond] * square ** (1.0 / n - 1.0)
+            wrong = np.cumsum(np.sum(rest[beyond] * kernel, axis=1))
+            whole = np.cumsum(np.sum(value[beyond] * kernel, axis=1))
+            share = np.divide(wrong, whole, where=whole > 0.0, out=np.zeros_like(whole))
+            worst[beyond] = np.maximum(worst[beyond], share)
+        before = np.concatenate([[0.0], worst[:-1]])
+        return np.asarray(np.maximum(np.maximum(before, own), _FELT))
 
 
 def map_panels(charges: Charges, panels: Panels, squared_below: float) -> Image:
@@ -126,10 +169,15 @@ def map_panels(charges: Charges, panels: Panels, squared_below: float) -> Image:
     g, slope, moment = series(0), series(1), series(2)
     error = np.concatenate([fit.error for _, fit in done])[order]
     size = np.concatenate([fit.size for _, fit in done])[order]
-    squared, end, misfit, size[:, 3] = _squares(whole, slope, moment, squared_below, charges.exponent)
+    misfit = np.concatenate([fit.misfit for _, fit in done])[order]
+    spread = np.concatenate([fit.spread for _, fit in done])[order]
+    squared, end, missed, stored, size[:, 3] = _squares(whole, slope, moment, squared_below, charges.exponent)
     with np.errstate(divide="ignore", invalid="ignore"):
-        # s carries on what it has gathered below
-        gathered = np.maximum.accumulate((misfit + error[:, 1] + error[:, 2]) * size[:, 3])
+        # s carries on what it has gathered below; errors of f' move g and g' together
+        gathered = np.cumsum((misfit[:, 1] + misfit[:, 2]) * stored) + np.maximum.accumulate(
+            missed * size[:, 3]
+        )
+        gathered += _TOGETHER * np.maximum.accumulate(spread * size[:, 0]) * size[:, 2]
         error[:, 3] = np.where(size[:, 3] > 0.0, gathered / size[:, 3], 0.0)
     return Image(whole, g, slope, moment, squared, error, size, end, _beside(charges.slopes, whole))
 
@@ -168,9 +216,13 @@ class _Fitted:
     size: FloatArray
     allowed: FloatArray
     even: BoolArray
+    misfit: FloatArray
+    """What the series of g, g' and m miss, and the jumps of f' in g', shape (T, 3)."""
+    spread: FloatArray
+    """What the errors of f' make of g, shape (T,)."""
 
     def take(self, index: Selection) -> _Fitted:
-        names = ("power", "coefficients", "error", "size", "allowed", "even")
+        names = ("power", "coefficients", "error", "size", "allowed", "even", "misfit", "spread")
         return _Fitted(*(getattr(self, name)[index] for name in names))
 
 
@@ -209,9 +261,12 @@ def _fit_image(charges: Charges, panels: Panels, u: FloatArray) -> _Fitted:
     even = ~(panels.begins & uneven.any(axis=1))
     # an error that matters at the lower end only is not claimed of a whole panel
     even &= ~((rough[:, 0] > _UNEVEN * np.max(rough[:, 1:], axis=1)) & (rough[:, 0] > _MATTERS))
-    error = error + np.stack([spread, 16.0 * spread + jumps, spread], axis=1)
+    error[:, 1] += jumps
+    misfit, error = error, error + spread[:, None] * np.array([1.0, 16.0, 1.0])
     room = ((0, 0), (0, 1))
-    return _Fitted(power, coefficients, np.pad(error, room), np.pad(size, room), allowed, even)
+    return _Fitted(
+        power, coefficients, np.pad(error, room), np.pad(size, room), allowed, even, misfit, spread
+    )
 
 
 def _image_powers(charges: Charges, panels: Panels, offset: FloatArray, values: FloatArray) -> FloatArray:
@@ -261,8 +316,8 @@ def _halved(panels: Panels, worst: FloatArray) -> tuple[Panels, FloatArray]:
 
 def _squares(
     panels: Panels, slope: Series, moment: Series, below: float, k: float
-) -> tuple[Series, float, FloatArray, FloatArray]:
-    """S = 2 / (1 + k) int g' m dt as a series, its last value and its measured error."""
+) -> tuple[Series, float, FloatArray, FloatArray, FloatArray]:
+    """S = 2 / (1 + k) int g' m dt as a series, its last value, its misfit, by how much it moves on panels, and its size."""
     u = _squared_at()
     twice, n = 2.0 / (1.0 + k), panels.order
     increments = np.empty((panels.count, u.size))
@@ -312,7 +367,8 @@ def _squares(
     size = np.max(np.abs(plain), axis=1)
     with np.errstate(invalid="ignore"):
         error = np.where(size > 0.0, misfit / size, 0.0)
-    return Series(own, coefficients), float(ends[-1]), error, size
+    moved = np.sum(np.abs(np.diff(increments[:, np.argsort(u)], axis=1, prepend=0.0)), axis=1)
+    return Series(own, coefficients), float(ends[-1]), error, moved, size
 
 
 def _plain_increments(panels: Panels, slope: Series, moment: Series) -> FloatArray:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from functools import singledispatch
 
 from pymdr.errors import ProblemError
+from pymdr.problem.layers import Layered
 from pymdr.problem.materials import (
     Elastic,
     Graded,
@@ -149,6 +150,15 @@ def _(body: Viscoelastic) -> SurfaceCompliances:
         "the stiffness of a Viscoelastic body depends on the history: solve(...) follows it, and "
         "pymdr.relaxation_of(body, counterbody) gives E*(t); for studies without a history take Elastic for the stiffness at "
         "one time"
+    )
+
+
+@surface_compliances.register
+def _(body: Layered) -> SurfaceCompliances:
+    raise ProblemError(
+        "a Layered body has no modulus: its stiffness depends on the width of the contact. solve(...) and pull_off(...) follow "
+        "it; for other studies take Elastic with the material of the layer, where the contact is much smaller than it is thick, "
+        "or with that of the base, where it is much larger"
     )
 
 

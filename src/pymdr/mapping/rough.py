@@ -90,14 +90,38 @@ def rough_heights(
     >>> round(float(np.sqrt(np.mean(heights**2))) * 1e6, 12)
     1.0
     """
-    modes = modes_of(surface)
     n = default_points(surface) if points is None else points
     refuse_coarse(surface, n)
-    j = np.arange(1, modes + 1)
-    power = surface.spectrum_1d(surface.wave_numbers[0] * j)
-    amplitude = np.sqrt(power / power.sum())
-    phases = 2.0 * math.pi * np.random.default_rng([surface.seed, realisation]).random(modes)
+    q, amplitude = rough_waves(surface, coefficient)
+    phases = 2.0 * math.pi * np.random.default_rng([surface.seed, realisation]).random(q.size)
     spectrum = np.zeros(n // 2 + 1, dtype=complex)
-    # waves are orthogonal on the points, so that these give the rms height itself
-    spectrum[1 : modes + 1] = n / math.sqrt(2.0) * amplitude * np.exp(1j * phases)
-    return np.asarray(surface.rms * math.sqrt(coefficient / math.pi) * np.fft.irfft(spectrum, n), dtype=float)
+    spectrum[1 : q.size + 1] = 0.5 * n * amplitude * np.exp(1j * phases)
+    return np.asarray(np.fft.irfft(spectrum, n), dtype=float)
+
+
+def rough_waves(surface: RoughSurface, coefficient: float = GEIKE) -> tuple[FloatArray, FloatArray]:
+    """
+    Wave numbers and amplitudes of the line of a rough surface, z = sum A cos(q x + phi).
+
+    Parameters
+    ----------
+    surface : RoughSurface
+    coefficient : float, optional
+        lambda.
+
+    Returns
+    -------
+    q, A : ndarray
+        In 1/m and m; A^2 ~ q C2D(q), and sum A^2 / 2 is the square of the rms height h sqrt(lambda/pi).
+
+    Examples
+    --------
+    >>> q, A = rough_waves(RoughSurface(0.8, "1 um", "1 mm", "10 um"))
+    >>> round(float(np.sqrt(np.sum((A * q) ** 2) / 2)), 4)
+    0.0205
+    """
+    q = surface.wave_numbers[0] * np.arange(1, modes_of(surface) + 1)
+    power = surface.spectrum_1d(q)
+    # waves are orthogonal on even places, so that these give the rms height itself
+    height = surface.rms * math.sqrt(2.0 * coefficient / math.pi)
+    return np.asarray(q), np.asarray(height * np.sqrt(power / power.sum()))

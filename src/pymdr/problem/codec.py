@@ -19,6 +19,7 @@ import numpy as np
 from pymdr.errors import CaseError, ProblemError, PymdrError
 from pymdr.problem.contact import Contact
 from pymdr.problem.laws import DMT, JKR, Coulomb, MaugisDugdale
+from pymdr.problem.layers import BONDS, Layer, Layered
 from pymdr.problem.materials import Elastic, Graded, Material, Rigid, TransverselyIsotropic, Viscoelastic
 from pymdr.problem.paths import CHANNELS, Cycle, History, Hold, LoadingPath, Path, Ramp, legs
 from pymdr.problem.profiles import (
@@ -27,17 +28,22 @@ from pymdr.problem.profiles import (
     CubicSpline,
     DomedPunch,
     Ellipsoid,
+    EllipticParaboloid,
     FlatPunch,
     ForceCurve,
     Function,
+    Function2D,
     Hyperboloid,
     Interpolated,
     Paraboloid,
     PowerLaw,
     Profile,
+    Pyramid,
     RoundedCone,
     RoundedFlat,
     Sampled,
+    Sampled2D,
+    Shape,
     ShapePreserving,
     SmoothingSpline,
     Sphere,
@@ -47,8 +53,10 @@ from pymdr.problem.profiles import (
     TruncatedSphere,
     Waviness,
 )
+from pymdr.problem.profiles.shapes import MOST_SIDES
 from pymdr.problem.rheology import KelvinVoigt, Maxwell, PowerLawRheology, Prony, StandardSolid
 from pymdr.problem.rough import RoughSurface
+from pymdr.problem.topography import HeightsField
 from pymdr.problem.values import ArrayField, OptionalArrayField, OptionalSIField, SidesField, SIField, Value
 from pymdr.units import shown
 
@@ -75,14 +83,20 @@ PROFILES: dict[str, type] = {
     "force_curve": ForceCurve,
     "sum": Sum,
     "interpolated": Interpolated,
+    "elliptic_paraboloid": EllipticParaboloid,
+    "pyramid": Pyramid,
+    "sampled_2d": Sampled2D,
 }
 MATERIALS: dict[str, type] = {
     "elastic": Elastic,
     "transversely_isotropic": TransverselyIsotropic,
     "graded": Graded,
     "viscoelastic": Viscoelastic,
+    "layered": Layered,
     "rigid": Rigid,
 }
+SOLIDS: dict[str, type] = {"elastic": Elastic, "rigid": Rigid}
+"""What layers and their base are made of."""
 RHEOLOGIES: dict[str, type] = {
     "prony": Prony,
     "maxwell": Maxwell,
@@ -111,6 +125,7 @@ INTERPOLATIONS: dict[str, type] = {
 _TABLES: dict[str, dict[str, type]] = {
     "profile": PROFILES,
     "material": MATERIALS,
+    "solid": SOLIDS,
     "adhesion": ADHESION,
     "friction": FRICTION,
     "leg": LEGS,
@@ -175,7 +190,7 @@ def register_profile(kind: str, cls: type[Profile]) -> None:
 
 def forget_models() -> None:
     """Derive the models of cases anew, after a table has changed."""
-    for derived in (_model, _union, case_adapter, rough_adapter):
+    for derived in (_model, _layer_model, _union, case_adapter, rough_adapter):
         derived.cache_clear()
 
 
@@ -191,7 +206,7 @@ def _refuse_class(cls: Any) -> None:
             f"register_profile: {cls.__name__} is compared by content and never changed; declare it with "
             "@dataclass(frozen=True, eq=False)"
         )
-    for f in fields(cls):  # type: ignore[arg-type]
+    for f in fields(cls):
         if f.name in _NOT_FIELDS:
             raise ProblemError(
                 f"register_profile: {cls.__name__}.{f.name} is a key of files; name it otherwise"
@@ -242,8 +257,8 @@ def encode(value: Any) -> Any:
         }
     if isinstance(value, History):
         return [encode(leg) for leg in value.legs]
-    if isinstance(value, Function):
-        raise ProblemError("a Function holds a callable, which cannot be written to a file")
+    if isinstance(value, Function | Function2D):
+        raise ProblemError(f"a {type(value).__name__} holds a callable, which cannot be written to a file")
     if type(value) in _KIND_OF:
         plain: dict[str, Any] = {"kind": _KIND_OF[type(value)]}
         for f in fields(value):
@@ -251,6 +266,8 @@ def encode(value: Any) -> Any:
             if entry is not None:
                 plain[f.name] = encode(entry)
         return plain
+    if isinstance(value, Layer):
+        return {"material": encode(value.material), "thickness": value.thickness}
     if isinstance(value, Value):
         name = type(value).__name__
         remedy = f"; call pymdr.problem.codec.register_profile({name.lower()!r}, {name})"
@@ -273,6 +290,9 @@ def _field_type(cls: type, f: Any) -> tuple[Any, Any]:
     if isinstance(descriptor, SidesField):
         note = f"{descriptor.words}; texts with units or numbers in {descriptor.unit}"
         return number | list[number], Field(..., description=note)
+    if isinstance(descriptor, HeightsField):
+        note = f"{descriptor.words}; rows of numbers in {descriptor.unit}, those of one x after the other"
+        return list[list[number]], Field(..., description=note)
     if isinstance(descriptor, ArrayField):
         note = f"{descriptor.words}; texts with units or numbers in {descriptor.unit}"
         return list[number], Field(..., description=note)
@@ -290,8 +310,21 @@ def _field_type(cls: type, f: Any) -> tuple[Any, Any]:
     if f.name == "interpolation":
         words = "how a curve is run through; unless given, a smoothing spline if there is a scatter, else a cubic one"
         return _union("interpolation") | None, Field(None, description=words)
+    if f.name == "layers":
+        return list[_layer_model()], Field(..., description="from the surface downward", min_length=1)  # type: ignore[misc]
+    if f.name == "material":
+        return _union("solid"), Field(..., description="isotropic and elastic")
+    if cls is Layered and f.name == "base":
+        return _union("solid"), Field(
+            {"kind": "rigid"}, description="what the layers lie on; rigid unless given"
+        )
+    if f.name == "bond":
+        words = "between the lowest layer and the base; frictionless means that it slides and never lifts off"
+        return Literal[BONDS], Field(f.default, description=words)
     if f.name == "shear":
         return _union("rheology"), Field(..., description="how it relaxes in shear")
+    if f.name == "sides":
+        return int, Field(..., description="number of faces", ge=3, le=MOST_SIDES, strict=True)
     if f.name == "seed":
         return int, Field(f.default, description="which surface of all", ge=0, strict=True)
     if f.name in ("steps", "cycles"):
@@ -317,13 +350,22 @@ def _model(kind: str, cls: type, only: tuple[str, ...] | None = None) -> type[Ba
     return create_model(kind, __config__=ConfigDict(extra="forbid"), __doc__=doc, **columns)
 
 
+@lru_cache(maxsize=1)
+def _layer_model() -> Any:
+    from pydantic import ConfigDict, create_model
+
+    columns: dict[str, Any] = {f.name: _field_type(Layer, f) for f in fields(Layer)}
+    doc = "One layer of a body."
+    return create_model("layer", __config__=ConfigDict(extra="forbid"), __doc__=doc, **columns)
+
+
 @lru_cache(maxsize=8)
 def _union(table: str) -> Any:
     from pydantic import Field
 
     # a sum of sums is one sum, so that its parts are never sums themselves
     classes = (
-        {k: c for k, c in PROFILES.items() if c not in (Sum, ForceCurve)}
+        {k: c for k, c in PROFILES.items() if not issubclass(c, Sum | ForceCurve | Shape)}
         if table == "part"
         else _TABLES[table]
     )
@@ -459,6 +501,116 @@ def decode_rough(plain: Mapping[str, Any]) -> RoughCase:
         _decode(plain["body"], "body"),
         _decode(plain.get("counterbody", {"kind": "rigid"}), "counterbody"),
         plain["ball"]["radius"] if "ball" in plain else None,
+    )
+
+
+MEASURED = ("file", "channel", "size", "unit", "missing", "detrend")
+"""Keys of a measured surface: where it is, and what becomes of it."""
+
+
+@lru_cache(maxsize=1)
+def press_adapter() -> TypeAdapter[Any]:
+    """The pydantic adapter of a case whose surface is pressed by boundary elements."""
+    from pydantic import ConfigDict, Field, StrictBool, TypeAdapter, create_model
+
+    closed = ConfigDict(extra="forbid")
+    columns: dict[str, Any] = {f.name: _field_type(RoughSurface, f) for f in fields(RoughSurface)}
+    rough: Any = create_model("surface", __config__=closed, **columns)
+    length: Any = int | float | str
+    measured: Any = create_model(
+        "measured",
+        __config__=closed,
+        file=(str, Field(..., description="of measured heights; paths count from the case file")),
+        channel=(int | str | None, Field(None, description="number or name, where the file has several")),
+        size=(length | list[length] | None, Field(None, description="sides, where the file has none")),
+        unit=(str | None, Field(None, description="of the heights, where the file has none")),
+        missing=(str | None, Field(None, description="interpolate or crop: what becomes of missing heights")),
+        detrend=(str | None, Field(None, description="mean, plane, sphere or curvature: what is taken off")),
+    )
+    model = create_model(
+        "press_case",
+        __config__=ConfigDict(extra="forbid", title="pymdr press case"),
+        __doc__="A surface that is pressed on a half-space.",
+        title=(str, Field("", description="printed above the summary")),
+        surface=(measured | rough, ...),
+        punch=(StrictBool, Field(False, description="whether the body ends where the heights end")),
+        body=(_union("material"), ...),
+        counterbody=(_union("material"), Field(None, description="rigid unless given")),
+    )
+    return TypeAdapter(model)
+
+
+@dataclass(frozen=True)
+class PressCase:
+    """What a case of a pressed surface says."""
+
+    title: str
+    surface: RoughSurface | Mapping[str, Any]
+    """Random, or the keys of a file."""
+    body: Material
+    counterbody: Material
+    punch: bool
+
+
+def decode_press(plain: Mapping[str, Any]) -> PressCase:
+    """
+    A case of a pressed surface from plain dictionaries.
+
+    Parameters
+    ----------
+    plain : mapping
+        With the tables ``surface``, ``body`` and optionally ``counterbody``, ``punch`` and ``title``.
+
+    Returns
+    -------
+    PressCase
+
+    Raises
+    ------
+    CaseError
+        With the table, the key, the value and the remedy.
+
+    Examples
+    --------
+    >>> decode_press({"surface": {"file": "heights.txt", "fil": 1}, "body": {"kind": "rigid"}})
+    Traceback (most recent call last):
+        ...
+    pymdr.errors.CaseError: [surface] fil = 1: unknown key; measured heights have file, channel, size, unit, missing, detrend
+    """
+    from pydantic import ValidationError
+
+    surface = plain.get("surface")
+    if not isinstance(surface, Mapping):
+        raise CaseError(
+            "table [surface] is missing; it has file, of measured heights, or hurst, rms, size and shortest of random ones"
+        )
+    measured = "file" in surface
+    if measured:
+        strange = [key for key in surface if key not in MEASURED]
+        if strange:
+            raise CaseError(
+                f"[surface] {strange[0]} = {shown(surface[strange[0]])}: unknown key; measured heights have {', '.join(MEASURED)}"
+            )
+    elif "punch" in plain:
+        raise CaseError("punch: a random surface is a punch as it is; leave it out")
+    else:
+        decode_rough(plain)
+        if "ball" in plain:
+            raise CaseError(
+                "[ball]: boundary elements press the surface alone; add the heights of the ball to those of a file"
+            )
+    try:
+        press_adapter().validate_python(plain)
+    except RecursionError as error:
+        raise CaseError("tables or lists are nested too deeply for a case") from error
+    except ValidationError as error:
+        raise CaseError(_in_words(error, plain)) from error
+    return PressCase(
+        str(plain.get("title", "")),
+        dict(surface) if measured else _build("surface", RoughSurface, surface),
+        _decode(plain["body"], "body"),
+        _decode(plain.get("counterbody", {"kind": "rigid"}), "counterbody"),
+        bool(plain.get("punch", False)),
     )
 
 
@@ -600,6 +752,17 @@ def _decode(plain: Mapping[str, Any], table: str) -> Any:
         arguments["parts"] = tuple(_decode(part, f"{table}.parts") for part in arguments["parts"])
     if "interpolation" in arguments:
         arguments["interpolation"] = _decode(arguments["interpolation"], f"{table}.interpolation")
+    if cls is Layered:
+        arguments["layers"] = tuple(
+            _build(
+                f"{table}.layers {i}",
+                Layer,
+                {**one, "material": _decode(one["material"], f"{table}.layers {i}.material")},
+            )
+            for i, one in enumerate(arguments["layers"], 1)
+        )
+        if "base" in arguments:
+            arguments["base"] = _decode(arguments["base"], f"{table}.base")
     if isinstance(arguments.get("shear"), Mapping):
         arguments["shear"] = _decode(arguments["shear"], f"{table}.shear")
     return _build(table, cls, arguments)
@@ -688,7 +851,7 @@ def _complaint(one: Mapping[str, Any], loc: list[Any], plain: Mapping[str, Any])
         case "less_than_equal":
             return f"{where}{key} = {shown(one['input'])}: it must be at most {one['ctx']['le']}"
         case other:
-            whole = key in ("steps", "cycles", "keep", "n", "seed")
+            whole = key in ("steps", "cycles", "keep", "n", "seed", "sides")
             number = "a whole number is needed" if whole else "a number or a text with its unit is needed"
             needed = number if one["loc"][-1] in _ALTERNATIVES or whole else _NEEDED.get(other, number)
             return f"{where}{key} = {shown(one['input'])}: {needed}"
@@ -705,6 +868,8 @@ def _kinds_for(loc: list[Any]) -> list[str]:
         return list(INTERPOLATIONS)
     if "shear" in loc:
         return list(RHEOLOGIES)
+    if "material" in loc or "base" in loc:
+        return list(SOLIDS)
     if "parts" in loc:
         return [kind for kind in PROFILES if kind != "sum"]
     if loc and loc[0] in ("adhesion", "friction"):
@@ -720,6 +885,8 @@ def _known_keys(loc: list[Any], plain: Any) -> list[str]:
         return [f.name for f in fields(RoughSurface)]
     if loc == ["ball"]:
         return ["radius"]
+    if loc[-2:-1] == ["layers"]:
+        return [f.name for f in fields(Layer)]
     if loc == ["solve"]:
         return ["machine_stiffness", "keep", "solver"]
     if loc == ["solve", "solver"]:

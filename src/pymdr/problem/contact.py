@@ -6,24 +6,26 @@ from dataclasses import dataclass, field
 
 from pymdr.errors import ProblemError
 from pymdr.problem.laws import AdhesionLaw, Coulomb, MaugisDugdale
+from pymdr.problem.layers import Layered
 from pymdr.problem.materials import Material, Rigid, common_exponent
-from pymdr.problem.profiles import ForceCurve, Profile
+from pymdr.problem.profiles import ForceCurve, Profile, Shape
 from pymdr.problem.values import Value
 
 
 @dataclass(frozen=True, eq=False)
 class Contact(Value):
     """
-    A contact of two bodies of revolution.
+    A contact of two bodies: of revolution, of any shape in frictionless contact, or known by a force curve.
 
     Parameters
     ----------
     profile : Profile
-        The combined initial gap f(r), or a :class:`~pymdr.ForceCurve` in its place.
-    body : Elastic, TransverselyIsotropic, Graded, Viscoelastic or Rigid
+        The combined initial gap f(r); or a :class:`~pymdr.ForceCurve` in its place, or a gap f(x, y) that is not of
+        revolution, such as :class:`~pymdr.EllipticParaboloid`.
+    body : Elastic, TransverselyIsotropic, Graded, Layered, Viscoelastic or Rigid
         The first body.
-    counterbody : Elastic, TransverselyIsotropic, Graded, Viscoelastic or Rigid
-        The second body; rigid unless given. A graded body needs a rigid one, or one of the same exponent.
+    counterbody : Elastic, TransverselyIsotropic, Graded, Layered, Viscoelastic or Rigid
+        The second body; rigid unless given. A graded body needs a rigid one, or one of the same exponent, a layered body a rigid one.
     adhesion : JKR, MaugisDugdale or DMT, optional
         How the surfaces attract each other; not at all unless given.
     friction : Coulomb, optional
@@ -33,8 +35,9 @@ class Contact(Value):
     ------
     ProblemError
         If an argument is of the wrong kind, both bodies are rigid or of different exponents, adhesion is combined with
-        friction, a graded body with friction or MaugisDugdale, a viscoelastic one with adhesion, or a ForceCurve with adhesion or a
-        graded body.
+        friction, a graded or layered body with friction or MaugisDugdale, a layered one with another that is not rigid, a
+        viscoelastic one with adhesion, a ForceCurve with adhesion or a graded or layered body, or a body
+        that is not of revolution with anything but elastic half-spaces.
 
     Examples
     --------
@@ -78,8 +81,12 @@ class Contact(Value):
             )
         if isinstance(self.profile, ForceCurve):
             self._refuse_beyond_curve(exponent)
+        if isinstance(self.profile, Shape):
+            self._refuse_beyond_shape(exponent)
         if self.remembers:
             self._refuse_memory()
+        if self.layered is not None:
+            self._refuse_beyond_layers(self.layered)
         if exponent != 0.0 and self.friction is not None:
             raise ProblemError(
                 f"Contact: friction of a body that is graded (exponent {exponent:g}) is not offered: within the contact its "
@@ -98,6 +105,34 @@ class Contact(Value):
         """Whether one of the bodies does."""
         return self.body.remembers or self.counterbody.remembers
 
+    @property
+    def layered(self) -> Layered | None:
+        """The body that is made of layers, if one is."""
+        return next((body for body in (self.body, self.counterbody) if isinstance(body, Layered)), None)
+
+    def _refuse_beyond_layers(self, body: Layered) -> None:
+        other = self.counterbody if self.body is body else self.body
+        if not isinstance(other, Rigid):
+            raise ProblemError(
+                f"Contact: a Layered body against {type(other).__name__} is not covered: the compliances of two surfaces of which "
+                "one has layers do not make one line; take the other body as Rigid(), if it is much stiffer"
+            )
+        if isinstance(self.profile, ForceCurve):
+            raise ProblemError(
+                "Contact: a ForceCurve is that of homogeneous half-spaces, and a body is Layered; give the shape as a profile"
+            )
+        if self.friction is not None:
+            raise ProblemError(
+                "Contact: friction of a Layered body is not offered: its tangential displacements are not proportional to its "
+                "normal ones, and the error of the theory of Cattaneo and Mindlin is not measured there; leave friction out, or "
+                "take Elastic for the body"
+            )
+        if isinstance(self.adhesion, MaugisDugdale):
+            raise ProblemError(
+                "Contact: MaugisDugdale is not derived for a Layered body: its cohesive zone is known on springs that do not act "
+                "on one another; take JKR for soft and large bodies, DMT for stiff and small ones"
+            )
+
     def _refuse_beyond_curve(self, exponent: float) -> None:
         if self.adhesion is not None:
             raise ProblemError(
@@ -109,6 +144,25 @@ class Contact(Value):
                 f"Contact: a ForceCurve is that of homogeneous half-spaces, and a body is graded (exponent {exponent:g}); "
                 "give exponent 0, or the shape as a profile"
             )
+
+    def _refuse_beyond_shape(self, exponent: float) -> None:
+        name = type(self.profile).__name__
+        by_curve = "solve the elastic contact without friction, and put the force_curve() of its result in place of the shape"
+        for lacking, has, remedy in (
+            ("adhesion", self.adhesion is not None, "leave adhesion out, or give a profile of revolution"),
+            ("friction", self.friction is not None, by_curve),
+            ("a viscoelastic body", self.remembers, by_curve),
+            ("a Layered body", self.layered is not None, "give a half-space, or a profile of revolution"),
+            (
+                f"a body that is graded (exponent {exponent:g})",
+                exponent != 0.0,
+                "give exponent 0, or a profile of revolution",
+            ),
+        ):
+            if has:
+                raise ProblemError(
+                    f"Contact: {name} is not of revolution, and its contact no disk: {lacking} is not offered with it; {remedy}"
+                )
 
     def _refuse_memory(self) -> None:
         if self.adhesion is not None:

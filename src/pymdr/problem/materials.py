@@ -4,17 +4,66 @@ from __future__ import annotations
 
 import sys
 from abc import ABC
-from dataclasses import dataclass
+from copy import copy
+from dataclasses import dataclass, fields
 from typing import NamedTuple
 
 from pymdr.errors import ProblemError
 from pymdr.problem.rheology import Rheology
 from pymdr.problem.values import OptionalSIField, SIField, Value
-from pymdr.units import shown
+from pymdr.units import QuantityLike, shown
 
 
+class _BodyField(OptionalSIField):
+    """A field of all bodies, which refuses in the name of the one that it is given to."""
+
+    def __set__(self, instance: object, value: QuantityLike | None) -> None:
+        if value is not None:
+            own = copy(self)
+            own.owner = type(instance).__name__
+            value = own.read(value)
+        instance.__dict__[self.name] = value
+
+
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class Material(Value, ABC):
-    """One of the two bodies; what its surface does is in `mapping/moduli.py`."""
+    """
+    One of the two bodies; what its surface does is in `mapping/moduli.py`.
+
+    Parameters
+    ----------
+    thermal_conductivity : quantity, optional
+        How it conducts heat, lambda in W/(m K), above 0.
+    resistivity : quantity, optional
+        How it resists a current, rho in ohm m, above 0.
+    thermal_diffusivity : quantity, optional
+        How fast heat spreads in it, kappa in m^2/s, above 0.
+
+    Notes
+    -----
+    A body that conducts otherwise along its surface than along its axis conducts through a contact as one of the
+    geometric mean of both: sqrt(lambda_plane lambda_axis).
+
+    Examples
+    --------
+    >>> Rigid(resistivity="17 nohm m")
+    Rigid(resistivity=1.7e-08)
+    """
+
+    thermal_conductivity: OptionalSIField = _BodyField("W/(m*K)", above=0.0, words="thermal conductivity")
+    resistivity: OptionalSIField = _BodyField("ohm*m", above=0.0, words="electrical resistivity")
+    thermal_diffusivity: OptionalSIField = _BodyField("m^2/s", above=0.0, words="thermal diffusivity")
+
+    def __repr__(self) -> str:
+        names = sorted((f.name for f in fields(self)), key=lambda name: name in Material.__dataclass_fields__)
+        given = ((name, getattr(self, name)) for name in names)
+        told = ", ".join(f"{name}={value!r}" for name, value in given if value is not None)
+        return f"{type(self).__name__}({told})"
+
+    @property
+    def homogeneous(self) -> bool:
+        """Whether it is the same at every depth."""
+        return self.grading == 0.0 and self.half_space
 
     @property
     def grading(self) -> float:
@@ -26,8 +75,13 @@ class Material(Value, ABC):
         """Whether its stress depends on how it was strained before."""
         return False
 
+    @property
+    def half_space(self) -> bool:
+        """Whether it is one, whose springs on the line know nothing of one another."""
+        return True
 
-@dataclass(frozen=True, eq=False)
+
+@dataclass(frozen=True, eq=False, repr=False)
 class Elastic(Material):
     """
     An isotropic linear-elastic half-space.
@@ -38,6 +92,8 @@ class Elastic(Material):
         Young's modulus E in Pa, above 0.
     poisson : quantity
         Poisson's ratio, -1 < nu <= 0.5.
+    thermal_conductivity, resistivity, thermal_diffusivity : quantity, optional
+        By keyword, in W/(m K), ohm m and m^2/s: what it conducts.
 
     Raises
     ------
@@ -61,10 +117,15 @@ class Elastic(Material):
         return self.young / (2.0 * (1.0 + self.poisson))
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Rigid(Material):
     """
     A body that does not deform.
+
+    Parameters
+    ----------
+    thermal_conductivity, resistivity, thermal_diffusivity : quantity, optional
+        By keyword, in W/(m K), ohm m and m^2/s: what it conducts.
 
     Examples
     --------
@@ -88,7 +149,7 @@ _ROUNDING = 4.0 * sys.float_info.epsilon
 _ENGINEERING = ("young_plane", "young_axis", "poisson_plane", "poisson_axis", "shear_axis")
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class TransverselyIsotropic(Material):
     """
     A linear-elastic half-space that is isotropic in planes along its surface; its axis is the normal.
@@ -107,6 +168,8 @@ class TransverselyIsotropic(Material):
         poisson_axis^2 <= (1 - poisson_plane) young_axis / (2 young_plane).
     shear_axis : quantity, optional
         Shear modulus of planes that hold the axis in Pa, above 0.
+    thermal_conductivity, resistivity, thermal_diffusivity : quantity, optional
+        By keyword, in W/(m K), ohm m and m^2/s: what it conducts.
 
     Raises
     ------
@@ -214,7 +277,7 @@ class TransverselyIsotropic(Material):
         return ((c11 - c66) * c33 - c13**2) / (c11 - c66)
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Graded(Material):
     """
     An elastic half-space whose Young's modulus is a power of the depth, E(z) = young (z / depth)^exponent.
@@ -229,6 +292,8 @@ class Graded(Material):
         Above -1 and below 1; 0 is a homogeneous body.
     poisson : quantity
         Poisson's ratio at every depth, -1 < nu <= 0.5.
+    thermal_conductivity, resistivity, thermal_diffusivity : quantity, optional
+        By keyword, in W/(m K), ohm m and m^2/s: what it conducts.
 
     Raises
     ------
@@ -259,7 +324,7 @@ class Graded(Material):
         return self.exponent
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Viscoelastic(Material):
     """
     A linear viscoelastic half-space.
@@ -272,6 +337,8 @@ class Viscoelastic(Material):
         Poisson's ratio where it is the same at all times, -1 < nu <= 0.5.
     bulk : quantity, optional
         Bulk modulus in Pa where it is the same at all times, above 0. Exactly one of the two is given.
+    thermal_conductivity, resistivity, thermal_diffusivity : quantity, optional
+        By keyword, in W/(m K), ohm m and m^2/s: what it conducts.
 
     Raises
     ------

@@ -134,9 +134,9 @@ def _changed(part: Any, steps: list[str | int], value: Any, contact: Contact, na
         return value
     step, rest = steps[0], steps[1:]
     if isinstance(step, str):
-        if not isinstance(part, Value) or step not in {f.name for f in fields(part)}:  # type: ignore[arg-type]
+        if not isinstance(part, Value) or step not in {f.name for f in fields(part)}:
             raise _unknown(contact, name)
-        return replace(part, **{step: _changed(getattr(part, step), rest, value, contact, name)})  # type: ignore[type-var]
+        return replace(part, **{step: _changed(getattr(part, step), rest, value, contact, name)})
     if not isinstance(part, tuple | np.ndarray) or step >= len(part):
         raise _unknown(contact, name)
     if isinstance(part, tuple):
@@ -157,7 +157,7 @@ def _unknown(contact: Contact, name: str) -> ProblemError:
 
 
 def _numbers(value: Value, prefix: str) -> Iterator[Parameter]:
-    for f in fields(value):  # type: ignore[arg-type]
+    for f in fields(value):
         name, held = f"{prefix}{f.name}", getattr(value, f.name)
         unit = inspect.getattr_static(type(value), f.name, None)
         if isinstance(held, Value):

@@ -535,15 +535,15 @@ class PowerLawRheology(Rheology):
         return float(np.max(np.abs(series.relaxation(t) / self.relaxation(t) - 1.0)))
 
 
-_WIDEST = 1e30
+WIDEST = 1e30
 """The longest over the shortest time of a span."""
 
 
 def _span(shortest: QuantityLike, longest: QuantityLike) -> tuple[float, float]:
     first, last = to_si(shortest, "s", name="shortest"), to_si(longest, "s", name="longest")
-    if not 0.0 < first < last <= _WIDEST * first:
+    if not 0.0 < first < last <= WIDEST * first:
         raise ProblemError(
-            f"span from {first:g} s to {last:g} s: it must begin above 0 s and end later, at most {_WIDEST:g} times as late"
+            f"span from {first:g} s to {last:g} s: it must begin above 0 s and end later, at most {WIDEST:g} times as late"
         )
     return first, last
 

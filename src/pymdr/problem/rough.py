@@ -92,7 +92,8 @@ class RoughSurface(Value):
     @property
     def wave_numbers(self) -> tuple[float, float, float]:
         """Wave numbers in 1/m of the longer side, of the roll-off and of the shortest wave."""
-        return tuple(2.0 * math.pi / x for x in (self.longer_side, self.roll_off, self.shortest))  # type: ignore[return-value]
+        around = 2.0 * math.pi
+        return around / self.longer_side, around / self.roll_off, around / self.shortest
 
     @property
     def _plateau(self) -> float:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from pymdr.errors import ProblemError
 from pymdr.problem.values import ArrayField, SidesField, Value, within_range
-from pymdr.units import ArrayQuantityLike, FloatArray, to_si_array
+from pymdr.units import ArrayQuantityLike, FloatArray, shown, to_si_array
 
 
 class HeightsField(ArrayField):
@@ -45,6 +45,8 @@ class Topography(Value):
         Heights in m, (nx, ny), that grow out of the body: its summits touch first. nan where nothing was measured.
     size : quantity or pair of quantities
         Sides along x and y in m of the whole patch, nx and ny pixels; one length for a square.
+    steps : tuple of str, optional
+        Where the heights come from and what was done to them, in words, one after the other.
 
     Raises
     ------
@@ -62,6 +64,21 @@ class Topography(Value):
 
     heights: HeightsField = HeightsField("m", words="heights, growing out of the body")
     size: SidesField = SidesField("m", words="sides along x and y, or side of a square")
+    steps: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.steps, tuple) or not all(isinstance(step, str) for step in self.steps):
+            raise ProblemError(f"Topography.steps = {shown(self.steps)}: a tuple of texts is needed")
+
+    def whole(self, who: str) -> FloatArray:
+        """The heights, refused if some are missing."""
+        count = int(np.count_nonzero(self.missing))
+        if count:
+            raise ProblemError(
+                f"{who}: {count} of {self.heights.size} heights are missing; fill them by fill_missing(topography, 'interpolate'), or "
+                "cut down to what was measured by fill_missing(topography, 'crop')"
+            )
+        return self.heights
 
     @property
     def spacing(self) -> FloatArray:

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import inspect
 import math
-from dataclasses import fields
+from dataclasses import Field, fields
 from html import escape
-from typing import Any, overload
+from typing import Any, ClassVar, overload
 
 import numpy as np
 
@@ -20,8 +20,10 @@ class Value:
     Subclasses are declared with ``@dataclass(frozen=True, eq=False)``.
     """
 
+    __dataclass_fields__: ClassVar[dict[str, Field[Any]]]
+
     def _key(self) -> tuple[Any, ...]:
-        return tuple((f.name, _content(getattr(self, f.name))) for f in fields(self))  # type: ignore[arg-type]
+        return tuple((f.name, _content(getattr(self, f.name))) for f in fields(self))
 
     def __eq__(self, other: object) -> bool:
         return type(self) is type(other) and self._key() == other._key()
@@ -32,8 +34,9 @@ class Value:
     def _repr_html_(self) -> str:
         """The fields as a table, for notebooks."""
         rows = "".join(
-            f"<tr><td>{escape(f.name)}</td><td>{_html(getattr(self, f.name), _unit(type(self), f.name))}</td></tr>"
-            for f in fields(self)  # type: ignore[arg-type]
+            f"<tr><td>{escape(f.name)}</td><td>{_html(value, _unit(type(self), f.name))}</td></tr>"
+            for f in fields(self)
+            if (value := getattr(self, f.name)) is not None
         )
         return f"<div><b>{type(self).__name__}</b><table>{rows}</table></div>"
 
@@ -49,7 +52,7 @@ def _html(value: Any, unit: str) -> str:
         return "".join(part._repr_html_() for part in value)
     if isinstance(value, np.ndarray):
         return escape(
-            f"{value.size} values from {written(float(value.min()), unit, 6)} to {written(float(value.max()), unit, 6)}"
+            f"{value.size} values from {written(float(np.nanmin(value)), unit, 6)} to {written(float(np.nanmax(value)), unit, 6)}"
         )
     if isinstance(value, float):
         return escape(written(value, unit, 6))

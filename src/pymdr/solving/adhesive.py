@@ -149,7 +149,7 @@ def _with_falls(line: AdhesiveLine, history: History) -> History:
 def _visited(line: AdhesiveLine, rows: _Rows) -> Visited:
     """What a path visits between its rows: the equilibria that lie on its stretches, and its jumps."""
     jumps, size = rows.jumps, rows.attached.size
-    if is_always_open(line.line.equivalent, line.law):
+    if is_always_open(line.line, line.law):
         none = np.zeros(0)
         return Visited(none.astype(int), *(none,) * 2, none.astype(int), *(none,) * 5)
     # the nodes of a row are both ends of its jumps, then the row itself
@@ -231,6 +231,7 @@ def _interpret(task: Task, line: AdhesiveLine, walked: Walked[_Rows]) -> Result:
         "dissipated_energy": rows.dissipated,
     }
     theory = theory_of(line.law)
+    opening = theory.opening(line.law, line.line, states.contact_radius)
     columns |= {name: shown(values) for name, values in theory.columns(equilibria, line.line, s).items()}
     columns = with_travel(task, columns)
     depths = np.where(rows.attached, rows.indentation, math.nan)
@@ -259,7 +260,7 @@ def _interpret(task: Task, line: AdhesiveLine, walked: Walked[_Rows]) -> Result:
         walked,
         columns,
         claims,
-        assumptions=(*assumptions(task.contact, line.origin, a), balance),
+        assumptions=(*assumptions(task.contact, line.origin, a, -opening), balance),
         status=_status(rows, certificate.disk),
         notes=(*line.origin.notes, *_told(line, rows, certificate.disk)),
         references=("sneddon", "popov-hess", *theory.references),

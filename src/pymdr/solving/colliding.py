@@ -28,7 +28,7 @@ from pymdr.problem.profiles import Ellipsoid, Profile, Sphere
 from pymdr.rows import joined, taken
 from pymdr.solving.equilibria import AdhesiveLine
 from pymdr.solving.frictional import disks_down_to
-from pymdr.solving.reach import Mapped
+from pymdr.solving.reach import Springs
 from pymdr.units import FloatArray, metres, written
 
 _LEVELS = 400
@@ -62,14 +62,14 @@ class Course:
     """Whether the contact is made by a jump that loses energy."""
 
 
-def bounce(contact: Contact, mapped: Mapped, mass: float, speed: float, rows: int) -> Course:
+def bounce(contact: Contact, mapped: Springs, mass: float, speed: float, rows: int) -> Course:
     """
     The impact of elastic bodies without adhesion.
 
     Parameters
     ----------
     contact : Contact
-    mapped : Mapped
+    mapped : Springs
     mass, speed : float
         In kg and m/s.
     rows : int
@@ -320,6 +320,7 @@ def walked(line: AdhesiveLine, kinetic: float) -> tuple[Track, list[_Stretch], i
 def _bare_depth(line: AdhesiveLine, kinetic: float) -> float:
     """A depth in m about that of the body without adhesion."""
     bare = line.line
+    assert isinstance(bare, ElasticLine)
     potential = elastic_potential(bare, 0.0)
     high, stored = reaching(potential, bare, line.contact.profile, kinetic)
     return high if stored < kinetic else float(depths_of_energy(potential, np.array([kinetic]), high)[0])

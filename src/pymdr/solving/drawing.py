@@ -3,25 +3,29 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from pymdr.errors import PymdrError
+from pymdr.interpretation.conductance import CONDUCTIONS
 from pymdr.interpretation.jumps import Branches, branches_of
 from pymdr.interpretation.surface import Surface
 from pymdr.interpretation.theories import theory_of
 from pymdr.interpretation.traction import FrictionSurface
-from pymdr.line.curves import ElasticLine
+from pymdr.line.curves import Line
 from pymdr.line.foundation import normal_force, normal_stiffness, rises_to, states_at_depth, states_at_force
+from pymdr.line.lines import springs_of
+from pymdr.problem.materials import Elastic, Rigid
 from pymdr.problem.paths import legs
 from pymdr.result import Result, Status
-from pymdr.units import FloatArray
+from pymdr.units import FloatArray, written
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from pymdr.presentation.plot import FigureData, Plots
+    from pymdr.presentation.plot import FigureData, LayersDrawn, Plots
 
 
 def normal_plots(result: Result, row: int) -> Plots:
@@ -77,6 +81,29 @@ def frictional_memory_plots(result: Result, row: int) -> Plots:
     return Plots(data, frictional_overview, both)
 
 
+def plots_with_conduction(plots: Callable[[Result, int], Plots], result: Result, row: int) -> Plots:
+    """The figures of a law, and one of what flows through the contact."""
+    from pymdr.presentation.plot import conduction_figure
+
+    drawn = plots(result, row)
+
+    def drawn_too(data: FigureData) -> dict[str, Figure]:
+        levels = {
+            each.quantity: result.claims[each.quantity].level.value
+            for each in CONDUCTIONS
+            if each.quantity in result.data
+        }
+        fluxes = {
+            name: result.field(name, step=row)
+            for name in result.reading.carried
+            if row >= 0 and result.claims[name].where[row] and result.data["contact_radius"].values[row] > 0.0
+        }
+        figures = drawn.figures(data)
+        return figures | {"conductance": conduction_figure(data, levels, fluxes)} if levels else figures
+
+    return replace(drawn, figures=drawn_too)
+
+
 def _figure_data(
     result: Result,
     row: int,
@@ -96,7 +123,9 @@ def _figure_data(
         field=(lambda name, r: result.field(name, r, row)) if row >= 0 else None,
         gap=result.surface.gap_function,
         bands=result.bands,
-        on_line=bool(result.reading.line_fields),
+        # springs that act on one another are no picture of independent ones
+        on_line=bool(result.reading.line_fields) and result.contact.layered is None,
+        layers=_layers(result),
         field_at=result.field,
         friction=friction,
         equilibria=equilibria,
@@ -108,11 +137,37 @@ def _figure_data(
     )
 
 
-def _line_of(result: Result) -> ElasticLine | None:
+def _layers(result: Result) -> LayersDrawn | None:
+    """The layers of a body, and what half-spaces of its top and of its base would bear."""
+    from pymdr.presentation.plot import LayersDrawn
+
+    body = result.contact.layered
+    if body is None:
+        return None
+    known = result.data["indentation"].values if "indentation" in result.data else np.zeros(1)
+    deepest = float(np.nanmax(known, initial=0.0))
+    depth = deepest * np.linspace(0.0, 1.0, 101) ** 2
+    half_spaces = {}
+    for words, solid in (("half-space of the top layer", body.top), ("half-space of the base", body.base)):
+        if deepest > 0.0 and not isinstance(solid, Rigid):
+            line = springs_of(replace(result.contact, body=solid, counterbody=Rigid(), adhesion=None))
+            half_spaces[words] = (depth, normal_force(line, states_at_depth(line, depth)))
+    return LayersDrawn(
+        thickness=tuple(layer.thickness for layer in body.layers),
+        words=tuple(
+            f"{written(layer.material.young, 'Pa')}, {written(layer.thickness, 'm')}" for layer in body.layers
+        ),
+        base=f"base, {written(body.base.young, 'Pa')}" if isinstance(body.base, Elastic) else "rigid base",
+        rigid=isinstance(body.base, Rigid),
+        half_spaces=half_spaces,
+    )
+
+
+def _line_of(result: Result) -> Line | None:
     return result.surface.line if isinstance(result.surface, Surface | FrictionSurface) else None
 
 
-def _extent(result: Result, line: ElasticLine) -> float | None:
+def _extent(result: Result, line: Line) -> float | None:
     """Radius up to which a refused profile is drawn: twice that of the disk that the path asks for."""
     asked = {
         name: max(
@@ -130,7 +185,7 @@ def _extent(result: Result, line: ElasticLine) -> float | None:
     return min(2.0 * radius, result.contact.profile.reach) if radius > 0.0 else None
 
 
-def _loading(result: Result, line: ElasticLine) -> Callable[[FloatArray], Mapping[str, FloatArray]] | None:
+def _loading(result: Result, line: Line) -> Callable[[FloatArray], Mapping[str, FloatArray]] | None:
     """Quantities at any indentation up to the largest, where the profile rises and nothing depends on the path."""
     known = result.data["indentation"].values if "indentation" in result.data else np.zeros(1)
     if not rises_to(line, float(np.nanmax(known, initial=0.0))):
@@ -147,7 +202,7 @@ def _loading(result: Result, line: ElasticLine) -> Callable[[FloatArray], Mappin
     return at
 
 
-def _branches(result: Result, line: ElasticLine) -> Branches | None:
+def _branches(result: Result, line: Line) -> Branches | None:
     """All equilibria with the jumps of the path, for figures; None where nothing ever touches."""
     names = ("indentation", "normal_force", "contact_radius", "cohesive_radius", "travel")
     rows = {name: result.data[name].values for name in names if name in result.data}

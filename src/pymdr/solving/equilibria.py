@@ -13,8 +13,8 @@ from pymdr.interpretation.branches import Equilibria
 from pymdr.interpretation.theories import equilibria_of
 from pymdr.line.adhesion import JKR as ShortRange
 from pymdr.line.adhesion import jkr_opening
+from pymdr.line.curves import Line
 from pymdr.line.following import Curve, Track, parameter_reaching, trace, under_machine
-from pymdr.line.foundation import ElasticLine
 from pymdr.mapping.equivalent import EquivalentProfile, PowerLine, SumLine, gap_function
 from pymdr.problem.contact import Contact
 from pymdr.problem.laws import AdhesionLaw
@@ -38,7 +38,7 @@ class AdhesiveLine:
 
     contact: Contact
     origin: Mapped = field(init=False)
-    line: ElasticLine = field(init=False)
+    line: Line = field(init=False)
     equilibria: Equilibria = field(init=False)
     _tracks: dict[float, tuple[float, Track]] = field(default_factory=dict)
 
@@ -46,7 +46,7 @@ class AdhesiveLine:
         self.origin = map_to_line(self.contact)
         equivalent = self.origin.line.equivalent
         _refuse_endless(equivalent)
-        self.line = ElasticLine(_finite(equivalent), self.origin.line.modulus)
+        self.line = self.origin.line.under(_finite(equivalent))
         _refuse_hollow(self.contact.profile, self.line, self._first_radius)
         self.equilibria = equilibria_of(self.law, self.contact.profile, self.line, 2.0 * self._first_radius)
 
@@ -188,7 +188,8 @@ class AdhesiveLine:
     def _end(self) -> float:
         """The largest parameter in m that is followed: that of a sphere before it is pressed in by its radius."""
         profile, limit = self.contact.profile, self.equilibria.limit
-        if not isinstance(profile, Sphere):
+        # contacts of layers are solved one by one: none is that nobody asks for
+        if not isinstance(profile, Sphere) or self.contact.layered is not None:
             return limit
         deepest = (1.0 - 1e-12) * profile.radius
         return parameter_reaching(
@@ -214,7 +215,7 @@ def _refuse_endless(equivalent: EquivalentProfile) -> None:
         )
 
 
-def _refuse_hollow(profile: Profile, line: ElasticLine, radius: float) -> None:
+def _refuse_hollow(profile: Profile, line: Line, radius: float) -> None:
     """Adhesive contact begins at the axis; a profile that is lower elsewhere begins on a ring."""
     equivalent = line.equivalent
     top = min(equivalent.reach, equivalent.edge, 2.0 * radius)

@@ -45,10 +45,11 @@ from pymdr.line.friction import (
 from pymdr.problem.contact import Contact
 from pymdr.problem.paths import Cycle, LoadingPath
 from pymdr.problem.schedule import Stretch, planned, refined
+from pymdr.problem.values import within_range
 from pymdr.result import Result, Status
 from pymdr.rows import joined, taken
 from pymdr.solving.normal import refuse_tension
-from pymdr.solving.reach import Mapped, assumptions, map_remark, map_to_line, one_load, refuse_unreachable
+from pymdr.solving.reach import Springs, assumptions, map_remark, map_to_springs, one_load, refuse_unreachable
 from pymdr.solving.walk import Channels, Task, Told, Walked, channels_at, solution, walk, with_travel, within
 from pymdr.units import FloatArray, QuantityLike, metres, newtons, to_si
 
@@ -94,7 +95,7 @@ class _FrictionLaw:
     """The stack, on curves that are made anew when a leg goes deeper."""
 
     contact: Contact
-    mapped: Mapped
+    mapped: Springs
     machine_stiffness: float | None
     friction: float
     curves: ElasticCurves
@@ -242,7 +243,7 @@ class _FrictionLaw:
 
 def solve_frictional(task: Task) -> Result:
     """Map, walk and interpret."""
-    contact, mapped = task.contact, map_to_line(task.contact)
+    contact, mapped = task.contact, map_to_springs(task.contact)
     assert contact.friction is not None
     curves = curves_down_to(mapped.line, 0.0)
     law = _FrictionLaw(contact, mapped, task.machine_stiffness, contact.friction.coefficient, curves)
@@ -317,7 +318,7 @@ def _change(coarse: FrictionHistory, fine: FrictionHistory) -> FloatArray:
     )
 
 
-def _columns(task: Task, mapped: Mapped, rows: _Rows) -> dict[str, FloatArray]:
+def _columns(task: Task, mapped: Springs, rows: _Rows) -> dict[str, FloatArray]:
     line, followed = mapped.line, rows.followed
     states = states_at_depth(line, followed["indentation"])
     # a table of a(d) rounds otherwise than the line
@@ -372,7 +373,7 @@ def _interpret(task: Task, law: _FrictionLaw, walked: Walked[_Rows], starts: tup
     )
 
 
-def frictional_assumptions(contact: Contact, mapped: Mapped, radii: FloatArray) -> tuple[Assumption, ...]:
+def frictional_assumptions(contact: Contact, mapped: Springs, radii: FloatArray) -> tuple[Assumption, ...]:
     """What the model assumes, with the similarity that friction needs."""
     assert contact.friction is not None
     listed = assumptions(contact, mapped, radii)
@@ -386,7 +387,7 @@ def pressed_joint(
     contact: Contact,
     normal_force: QuantityLike | None,
     indentation: QuantityLike | None,
-) -> tuple[Mapped, float, float, Certificate]:
+) -> tuple[Springs, float, float, Certificate]:
     """The line, depth in m, coefficient and certificate of a joint under a constant load; `lacks` is what mu 0 has not."""
     if contact.friction is None:
         raise ProblemError(f"{asked}: the contact has no friction; give Contact(..., friction=Coulomb(0.3))")
@@ -394,13 +395,15 @@ def pressed_joint(
     if not 0.0 < mu < math.inf:
         raise ProblemError(f"{asked}: mu = {mu:g} has no {lacks}; it must be above 0 and finite")
     one_load(asked, normal_force, indentation)
-    mapped = map_to_line(contact)
+    mapped = map_to_springs(contact)
     line = mapped.line
     if indentation is not None:
-        d = to_si(indentation, "m", name="indentation")
+        d = float(within_range(to_si(indentation, "m", name="indentation"), "m", f"{asked}: indentation"))
     else:
         assert normal_force is not None
-        force = to_si(normal_force, "N", name="normal_force")
+        force = float(
+            within_range(to_si(normal_force, "N", name="normal_force"), "N", f"{asked}: normal_force")
+        )
         d = float(states_at_force(line, np.array([max(force, 0.0)])).indentation[0])
     by_force = None if indentation is not None else force
     refuse_unreachable(line, contact.profile, states_at_depth(line, np.array([d])), by_force)

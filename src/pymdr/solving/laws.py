@@ -8,8 +8,9 @@ from functools import partial
 
 import numpy as np
 
-from pymdr.independent.history import RingHistory, solve_steps
+from pymdr.independent.history import RingHistory
 from pymdr.independent.rings import Rings
+from pymdr.interpretation.conductance import CONDUCTIONS, DiskFlux
 from pymdr.interpretation.memory import MemorySurface
 from pymdr.interpretation.memory_friction import SHEARED_LINE_FIELDS, ShearedSurface
 from pymdr.interpretation.surface import LINE_FIELDS, SURFACE_FIELDS, Surface, surface_of
@@ -19,7 +20,7 @@ from pymdr.interpretation.traction import (
     FrictionSurface,
     friction_surface,
 )
-from pymdr.mapping.moduli import effective_moduli
+from pymdr.mapping.conductivity import Carrier, conductivity_of, is_carried
 from pymdr.problem.contact import Contact
 from pymdr.result import Reading, Result
 from pymdr.solving.adhesive import solve_adhesive
@@ -30,12 +31,19 @@ from pymdr.solving.drawing import (
     frictional_plots,
     memory_plots,
     normal_plots,
+    plots_with_conduction,
 )
 from pymdr.solving.frictional import solve_frictional
 from pymdr.solving.frictional_memory import solve_frictional_memory
 from pymdr.solving.memory import relaxation_along, tangential_relaxation_along
 from pymdr.solving.normal import solve_normal
-from pymdr.solving.ringed import ring_history_with_memory, solve_by_rings, solve_memory_by_rings
+from pymdr.solving.ringed import (
+    ring_history_with_memory,
+    ring_solutions,
+    solve_by_rings,
+    solve_memory_by_rings,
+)
+from pymdr.solving.shapes import is_shape, shape_plots, shape_surface, solve_shape
 from pymdr.solving.viscoelastic import solve_viscoelastic, surface_with_memory
 from pymdr.solving.walk import Task
 
@@ -76,8 +84,7 @@ def _friction_surface(result: Result) -> FrictionSurface:
 def _rings(result: Result) -> RingHistory:
     contact, depths = result.contact, result.data["indentation"].values
     assert result.rings is not None
-    moduli = effective_moduli(contact.body, contact.counterbody)
-    solutions = solve_steps(contact.profile, moduli.normal, depths, False, result.rings)
+    solutions = ring_solutions(contact, depths, False, result.rings)
     return RingHistory(contact.profile, tuple(solutions), depths)
 
 
@@ -107,6 +114,11 @@ def _sheared_surface(result: Result) -> ShearedSurface:
 
 
 LAWS = (
+    Law(
+        lambda contact, solver: is_shape(contact),
+        solve_shape,
+        Reading(SURFACE_FIELDS, (), shape_surface, shape_plots, _WITHOUT_FRICTION),
+    ),
     Law(
         lambda contact, solver: solver is not None and contact.remembers,
         solve_memory_by_rings,
@@ -159,8 +171,36 @@ LAWS = (
 def law_of(contact: Contact, solver: Rings | None) -> Law:
     """The law of a contact; of a force curve it gives what the curve determines."""
     law = next(law for law in LAWS if law.covers(contact, solver))
-    if not is_curve(contact):
-        return law
-    if solver is not None:
-        refuse_curve(contact, "solve: solver=Rings()", "boundary elements need its shape")
-    return replace(law, history=partial(solve_on_curve, law.history), reading=reading_of(law.reading))
+    if is_curve(contact):
+        if solver is not None:
+            refuse_curve(contact, "solve: solver=Rings()", "boundary elements need its shape")
+        law = replace(law, history=partial(solve_on_curve, law.history), reading=reading_of(law.reading))
+    return replace(law, reading=_with_fluxes(law.reading, contact, solver))
+
+
+def _with_fluxes(reading: Reading, contact: Contact, solver: Rings | None) -> Reading:
+    """A reading with the fields of what flows through the contact, or with what to do to have them."""
+    elsewhere, carried = dict(reading.elsewhere), dict(reading.carried)
+    for each in CONDUCTIONS:
+        if not is_carried(contact.body, contact.counterbody, each.carrier):
+            words = f"no body says what it conducts; give both {each.carrier}, as in Elastic('210 GPa', 0.3, {each.carrier}=...)"
+            elsewhere |= dict.fromkeys((each.quantity, each.field), words)
+        elif solver is not None:
+            elsewhere[each.field] = "boundary elements solve no flux; leave solver=Rings() out"
+        elif is_shape(contact):
+            elsewhere[each.field] = (
+                "the contact is no disk, and how its flux is distributed is not offered; its whole is"
+            )
+        else:
+            carried[each.field] = partial(_flux, each.carrier)
+    if not any(is_carried(contact.body, contact.counterbody, each.carrier) for each in CONDUCTIONS):
+        return replace(reading, elsewhere=elsewhere)
+    return replace(
+        reading, elsewhere=elsewhere, carried=carried, plots=partial(plots_with_conduction, reading.plots)
+    )
+
+
+def _flux(carrier: Carrier, result: Result) -> DiskFlux:
+    pair = conductivity_of(result.contact.body, result.contact.counterbody, carrier)
+    assert not isinstance(pair, str)
+    return DiskFlux(pair.line, result.data["contact_radius"].values)

@@ -17,10 +17,10 @@ from pymdr.interpretation.certificate import (
     valid_ranges,
 )
 from pymdr.interpretation.fields import edge_amplitude
-from pymdr.interpretation.validity import BoolArray, Claim, normal_claims
+from pymdr.interpretation.validity import BoolArray, Claim, bodies_of, normal_claims
+from pymdr.line.curves import ElasticLine, Line
 from pymdr.line.foundation import (
     DiskStates,
-    ElasticLine,
     elastic_energy,
     mean_pressure,
     normal_force,
@@ -57,7 +57,7 @@ def solve_normal(task: Task) -> Result:
 
 
 def _step(
-    task: Task, line: ElasticLine, _: None, asked: Stretch, kept: np.ndarray | None, told: Told | None
+    task: Task, line: Line, _: None, asked: Stretch, kept: np.ndarray | None, told: Told | None
 ) -> tuple[_Rows, None, Channels]:
     """Step 2: every row is a state of the line under what is prescribed, without memory."""
     targets, stiffness = asked.normal, task.machine_stiffness
@@ -138,14 +138,14 @@ def _interpret(task: Task, mapped: Mapped, walked: Walked[_Rows]) -> Result:
         walked,
         with_travel(task, columns),
         claims,
-        assumptions=assumptions(task.contact, mapped, states.contact_radius),
+        assumptions=assumptions(task.contact, mapped, states.contact_radius, states.edge_excess),
         status=Status.COMPLETED if disk.all() else Status.PARTLY_REFUSED if disk.any() else Status.REFUSED,
         notes=mapped.notes,
         references=("sneddon", "popov-hess", *(() if disk.all() else ("barber",))),
     )
 
 
-def _claims(contact: Contact, line: ElasticLine, rows: _Rows) -> tuple[dict[str, Claim], BoolArray]:
+def _claims(contact: Contact, line: Line, rows: _Rows) -> tuple[dict[str, Claim], BoolArray]:
     """The claims of every quantity, and whether every row is a disk."""
     states, by_force = rows.states, np.isfinite(rows.prescribed)
     certificate = certify_disk(line, states)
@@ -155,7 +155,7 @@ def _claims(contact: Contact, line: ElasticLine, rows: _Rows) -> tuple[dict[str,
         _range_words(contact, line, states, certificate.disk),
         {"indentation": rows.moved, "normal_force": by_force},
         certificate.remark,
-        line.exponent,
+        bodies_of(line),
     )
     errors = normal_errors(line, states, by_force)
     if certificate.error is not None:
@@ -167,9 +167,9 @@ def _claims(contact: Contact, line: ElasticLine, rows: _Rows) -> tuple[dict[str,
     return claims, certificate.disk
 
 
-def _range_words(contact: Contact, line: ElasticLine, states: DiskStates, disk: BoolArray) -> str:
+def _range_words(contact: Contact, line: Line, states: DiskStates, disk: BoolArray) -> str:
     """For which loads the contact is a disk, if it is not for all, and what may be done about it."""
-    if disk.all():
+    if disk.all() or not isinstance(line, ElasticLine):
         return ""
     deepest = float(np.max(states.indentation))
     remedy = noise_words(contact.profile, line.equivalent, deepest)

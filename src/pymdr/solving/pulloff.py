@@ -206,7 +206,7 @@ def _pressed(line: AdhesiveLine, stiffness: float, pressed_to: QuantityLike | No
 
 
 def _refuse_rings(line: AdhesiveLine, track: Track, stiffness: float, press: Way, pull: Way) -> None:
-    if is_always_open(line.line.equivalent, line.law):
+    if is_always_open(line.line, line.law):
         return
 
     def radii(s: FloatArray) -> FloatArray:

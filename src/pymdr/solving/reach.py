@@ -9,15 +9,18 @@ from dataclasses import dataclass
 import numpy as np
 
 from pymdr.errors import PathError, ProblemError
+from pymdr.interpretation.layers import base_assumption
 from pymdr.interpretation.validity import Assumption, small_slope_assumptions
+from pymdr.line.curves import ElasticLine, Line
 from pymdr.line.foundation import (
     DiskStates,
-    ElasticLine,
     normal_force,
     states_at_depth,
 )
+from pymdr.line.layered import LayeredLine
+from pymdr.line.lines import line_of, springs_of
 from pymdr.mapping.closure import closure_of
-from pymdr.mapping.equivalent import equivalent_profile, slope_function
+from pymdr.mapping.equivalent import slope_function
 from pymdr.mapping.moduli import EffectiveModuli, effective_moduli
 from pymdr.problem.contact import Contact
 from pymdr.problem.profiles import Ellipsoid, FlatPunch, ForceCurve, Function, Profile, Sampled, Sphere, Sum
@@ -26,21 +29,39 @@ from pymdr.units import FloatArray, metres, newtons
 
 @dataclass(frozen=True)
 class Mapped:
-    """Step 1: the line, its moduli and what was said on the way."""
+    """Step 1: the line, the moduli of the surfaces and what was said on the way."""
 
-    line: ElasticLine
+    line: Line
     moduli: EffectiveModuli
     notes: tuple[str, ...]
 
 
-def map_to_line(contact: Contact) -> Mapped:
-    """Step 1: effective moduli and equivalent profile."""
+@dataclass(frozen=True)
+class Springs(Mapped):
+    """The same, where the springs of the line do not act on one another."""
+
+    line: ElasticLine
+
+
+def map_to_springs(contact: Contact) -> Springs:
+    """
+    Step 1 for what needs independent springs.
+
+    Raises
+    ------
+    ProblemError
+        If a body is layered.
+    """
     moduli = effective_moduli(contact.body, contact.counterbody)
-    return Mapped(
-        ElasticLine(equivalent_profile(contact.profile, moduli.exponent), moduli.normal),
-        moduli,
-        notes_of(contact.profile),
-    )
+    return Springs(springs_of(contact), moduli, notes_of(contact.profile))
+
+
+def map_to_line(contact: Contact) -> Mapped:
+    """Step 1: the line of any bodies, with the moduli of the top layer where there is one."""
+    layered = contact.layered
+    if layered is None:
+        return map_to_springs(contact)
+    return Mapped(line_of(contact), effective_moduli(layered.top), notes_of(contact.profile))
 
 
 def notes_of(profile: Profile) -> tuple[str, ...]:
@@ -71,9 +92,7 @@ def one_load(asked: str, normal_force: object, indentation: object) -> None:
         raise ProblemError(f"{asked}: give exactly one of normal_force and indentation")
 
 
-def refuse_unreachable(
-    line: ElasticLine, profile: Profile, states: DiskStates, force: float | None = None
-) -> None:
+def refuse_unreachable(line: Line, profile: Profile, states: DiskStates, force: float | None = None) -> None:
     """
     Refuse a sphere pressed in by its radius, and a contact that would pass the end of the profile.
 
@@ -112,18 +131,18 @@ def refuse_unreachable(
     )
 
 
-def _largest_allowed(line: ElasticLine) -> str:
+def _largest_allowed(line: Line) -> str:
     """The largest indentation and force that the known profile allows, in words."""
     equivalent = line.equivalent
     if isinstance(equivalent.rises, bool) and equivalent.rises:
         return ""
     ends = np.array([*equivalent.turning_points(equivalent.reach), equivalent.reach])
-    deepest = float(np.max(equivalent.g(ends)))
+    deepest = float(np.max(line.depth(ends)))
     force = float(normal_force(line, states_at_depth(line, np.array([deepest])))[0])
     return f"the largest indentation that it allows is {metres(deepest)} (normal force {newtons(force)}): "
 
 
-def map_remark(line: ElasticLine, states: DiskStates) -> str:
+def map_remark(line: Line, states: DiskStates) -> str:
     """What a mapped profile rests on besides its values, in words; nothing for closed forms."""
     equivalent = line.equivalent
     deepest = float(np.max(states.indentation, initial=0.0))
@@ -134,16 +153,27 @@ def map_remark(line: ElasticLine, states: DiskStates) -> str:
     return "".join(f"; {each}" for each in words)
 
 
-def g_samples(line: ElasticLine) -> FloatArray:
+def g_samples(line: Line) -> FloatArray:
     """Values of g in m over its whole extent."""
     return line.equivalent.g(np.linspace(0.0, min(line.equivalent.edge, line.equivalent.reach), 65))
 
 
-def assumptions(contact: Contact, mapped: Mapped, radii: FloatArray) -> tuple[Assumption, ...]:
-    """What the model assumes, measured on the largest of some contact radii in m."""
+def half_space_assumptions(contact: Contact, mapped: Mapped, radii: FloatArray) -> tuple[Assumption, ...]:
+    """What the model of half-spaces assumes, measured on the largest of some contact radii in m."""
     a = float(np.nanmax(radii, initial=0.0))
     if a == 0.0:
         return ()
     return small_slope_assumptions(
         contact.profile, slope_function(contact.profile), a, mapped.moduli.dundurs_beta
     )
+
+
+def assumptions(
+    contact: Contact, mapped: Mapped, radii: FloatArray, excess: FloatArray | None = None
+) -> tuple[Assumption, ...]:
+    """What the model assumes, measured on the largest of some contact radii in m, with the excess of its edge in m."""
+    listed = half_space_assumptions(contact, mapped, radii)
+    if listed and isinstance(mapped.line, LayeredLine):
+        at = int(np.nanargmax(radii))
+        listed += base_assumption(mapped.line, float(radii[at]), 0.0 if excess is None else float(excess[at]))
+    return listed

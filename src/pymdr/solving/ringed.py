@@ -2,26 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
 
 from pymdr.errors import ProblemError
-from pymdr.independent.history import RingHistory, solve_steps
+from pymdr.independent.history import RingHistory, gap_of, solve_steps
 from pymdr.independent.memory import RingMemory, follow_rings
-from pymdr.independent.rings import Rings, RingSolution
-from pymdr.interpretation.validity import ring_claims, ring_memory_claims
+from pymdr.independent.rings import HALF_SPACE, Rings, RingSolution, Surface, solve_adhesion, solve_disk
+from pymdr.independent.stacks import stack_of
+from pymdr.interpretation.validity import Assumption, ring_claims, ring_memory_claims
 from pymdr.mapping.moduli import effective_moduli
 from pymdr.mapping.relaxation import Relaxation
 from pymdr.problem.contact import Contact
+from pymdr.problem.materials import common_exponent
+from pymdr.problem.profiles import Sampled
 from pymdr.problem.schedule import Stretch, uses
 from pymdr.result import Result, Status
 from pymdr.rows import taken
 from pymdr.solving.memory import assumptions_with_memory, relaxation_along, times_of
 from pymdr.solving.normal import check_normal_path, refuse_tension
-from pymdr.solving.reach import assumptions, map_to_line, notes_of
+from pymdr.solving.reach import Mapped, assumptions, half_space_assumptions, map_to_line, notes_of
 from pymdr.solving.walk import Channels, Task, Told, Walked, solution, walk
 from pymdr.units import FloatArray
 
@@ -40,9 +43,9 @@ _QUANTITIES: dict[str, Callable[[RingSolution], float]] = {
 def solve_by_rings(task: Task) -> Result:
     """The same history by boundary elements on rings, without the method."""
     contact, rings = task.contact, _checked(task)
-    if (exponent := effective_moduli(contact.body, contact.counterbody).exponent) != 0.0:
+    if (exponent := common_exponent(contact.body, contact.counterbody)) != 0.0:
         raise ProblemError(
-            f"solve: the rings know homogeneous half-spaces only, and the bodies are graded (exponent {exponent:g}); "
+            f"solve: the rings know homogeneous half-spaces and layers only, and the bodies are graded (exponent {exponent:g}); "
             "leave solver=Rings() out"
         )
     walked = walk(task, None, partial(_step, contact, rings))
@@ -52,12 +55,23 @@ def solve_by_rings(task: Task) -> Result:
         task,
         walked,
         columns,
-        ring_claims(rings.n, columns["indentation"].size),
-        assumptions=assumptions(contact, mapped, columns["contact_radius"]),
+        ring_claims(rings.n, columns["indentation"].size, contact.layered is not None),
+        assumptions=_assumptions(contact, mapped, columns),
         status=Status.BY_RINGS,
         notes=mapped.notes,
         references=("johnson",),
+        conducting=columns["normal_stiffness"] / (2.0 * mapped.moduli.normal),
     )
+
+
+def _assumptions(contact: Contact, mapped: Mapped, columns: dict[str, FloatArray]) -> tuple[Assumption, ...]:
+    """Of layers that slide on their base too, if the contacts are disks, of which the line knows the stress there."""
+    a, line = columns["contact_radius"], mapped.line
+    disks = np.isclose(columns["contact_area"], np.pi * a * a, rtol=1e-9, atol=0.0)
+    if contact.layered is None or not disks.all():
+        return half_space_assumptions(contact, mapped, a)
+    excess = np.where(a >= contact.profile.edge, columns["indentation"] - line.depth(a), 0.0)
+    return assumptions(contact, mapped, a, excess)
 
 
 def _checked(task: Task) -> Rings:
@@ -83,12 +97,11 @@ def _step(
     """Row by row, without memory."""
     if asked.by_force:
         refuse_tension(asked.leg, asked.normal)
-    modulus = effective_moduli(contact.body, contact.counterbody).normal
     found: list[RingSolution | None] = []
     for target in asked.normal:
         if found and told is not None:
             told(len(found))
-        found += solve_steps(contact.profile, modulus, np.array([target]), asked.by_force, rings)
+        found += ring_solutions(contact, np.array([target]), asked.by_force, rings)
     rows = {
         name: np.array([0.0 if solution is None else value(solution) for solution in found])
         for name, value in _QUANTITIES.items()
@@ -98,6 +111,41 @@ def _step(
         rows["indentation"] = np.where(free, asked.normal, rows["indentation"])
     here = {name: float(rows[name][-1]) for name in ("indentation", "normal_force")}
     return taken(rows, kept), None, here
+
+
+def ring_solutions(
+    contact: Contact, targets: FloatArray, by_force: bool, rings: Rings
+) -> list[RingSolution | None]:
+    """Elastic contacts at some indentations in m, or forces in N; None where nothing is touched."""
+    surface, modulus = _pressed(contact)
+    return solve_steps(contact.profile, modulus, targets, by_force, rings, surface)
+
+
+def adhesive_disks(
+    contact: Contact, radii: FloatArray, depths: FloatArray, work: float, rings: Rings
+) -> Iterator[RingSolution]:
+    """
+    Contacts of some radii in m, pulled at their edges by a work of adhesion in J/m^2.
+
+    Where a corner of the profile holds the edge, which is pulled less, they have the indentations in m that are given.
+    """
+    surface, modulus = _pressed(contact)
+    profile, gap = contact.profile, gap_of(contact.profile)
+    marks = () if isinstance(profile, Sampled) else tuple(profile.breakpoints)
+    corners = np.array([*marks, profile.edge])
+    for a, d in zip(radii.tolist(), depths.tolist(), strict=True):
+        held = bool(np.any(np.abs(corners - a) <= 1e-9 * a))
+        solve, asked = (solve_disk, d) if held else (solve_adhesion, work)
+        yield solve(gap, a, asked, modulus, n=rings.n, breakpoints=marks, surface=surface)
+
+
+def _pressed(contact: Contact) -> tuple[Surface, float]:
+    """What is pressed, and its E* in Pa; of layers that of the top one."""
+    layered = contact.layered
+    if layered is None:
+        return HALF_SPACE, effective_moduli(contact.body, contact.counterbody).normal
+    stack = stack_of(layered)
+    return stack, stack.modulus
 
 
 @dataclass(frozen=True)
@@ -130,6 +178,9 @@ def solve_memory_by_rings(task: Task) -> Result:
         notes=notes_of(task.contact.profile),
         references=("johnson",),
         remembers=True,
+        conducting=np.array(
+            [0.0 if one is None else one.stiffness / (2.0 * one.modulus) for one in rows.solutions]
+        ),
     )
 
 

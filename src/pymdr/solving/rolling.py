@@ -18,7 +18,7 @@ from pymdr.problem.contact import Contact
 from pymdr.solving.bands import scatter_of
 from pymdr.solving.closure import refuse_curve
 from pymdr.solving.frictional import frictional_assumptions, pressed_joint
-from pymdr.solving.reach import Mapped, map_remark
+from pymdr.solving.reach import Springs, map_remark
 from pymdr.solving.study import Column, Study, one_row
 from pymdr.units import (
     ArrayQuantityLike,
@@ -85,7 +85,7 @@ class Rolling(Study):
 class _Pressed:
     """A contact under its load, ready to roll."""
 
-    mapped: Mapped
+    mapped: Springs
     line: RollingLine
     friction: float
 
@@ -252,7 +252,7 @@ def _distances(given: ArrayQuantityLike, zeta: FloatArray) -> FloatArray:
     return distance
 
 
-def _modulus(contact: Contact, mapped: Mapped, direction: str, law: str) -> float:
+def _modulus(contact: Contact, mapped: Springs, direction: str, law: str) -> float:
     if law == "calibrated":
         return calibrated_modulus(contact, mapped.moduli, direction)
     return mapped.moduli.tangential

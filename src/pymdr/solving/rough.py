@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, ClassVar
 import numpy as np
 
 from pymdr.errors import PathError, ProblemError
+from pymdr.interpretation.conductance import conduction_of_stiffness
 from pymdr.interpretation.rough import (
     FITTED,
     PUBLISHED,
@@ -97,9 +98,7 @@ class RoughLine:
     def heights(self, realisation: int = 0) -> FloatArray:
         """Heights of the springs in m, those of a ball lower by x^2/R."""
         if not isinstance(realisation, int | np.integer) or isinstance(realisation, bool) or realisation < 0:
-            raise ProblemError(
-                f"{_WHO}: realisation = {shown(realisation)}; a whole number from 0 on is needed"
-            )
+            raise ProblemError(f"realisation = {shown(realisation)}; a whole number from 0 on is needed")
         heights = rough_heights(self.surface, int(realisation), self.points, self.coefficient)
         if self.radius is not None:
             x = self.places
@@ -201,7 +200,8 @@ class RoughContact(Study):
     """
     Over ``normal_force`` (N), or over ``indentation`` (m) below the highest summit: the other of the two, normal_stiffness
     (N/m) and elastic_energy (J), each a geometric mean over the realisations, with ``_low`` and ``_high``, their 16th and
-    84th percentiles; power_law_stiffness and fitted_stiffness (N/m) of the closed form; of a ball hertz_stiffness (N/m).
+    84th percentiles; power_law_stiffness and fitted_stiffness (N/m) of the closed form; of a ball hertz_stiffness (N/m); of bodies that
+    say what they conduct thermal_conductance (W/K) and electrical_resistance (ohm), by the stiffness.
     """
     curves: xr.Dataset
     """normal_stiffness (N/m) with its band over ``normal_force`` (N), from few contacts to many, for the figure."""
@@ -224,6 +224,8 @@ class RoughContact(Study):
         "fitted_stiffness": Column("fitted", "N/m"),
         "hertz_stiffness": Column("Hertz", "N/m"),
         "elastic_energy": Column("energy", "J"),
+        "thermal_conductance": Column("conductance", "W/K"),
+        "electrical_resistance": Column("resistance", "ohm"),
     }
     told: ClassVar = ("normal_stiffness", "power_law_stiffness", "fitted_stiffness")
 
@@ -350,6 +352,9 @@ def press_rough(
     force = rows if by_force else columns["normal_force"]
     claims = rough_claims(surface, name, np.ones(rows.shape, dtype=bool), asked.radius is not None)
     laws, closed = _closed_forms(asked, force, columns["normal_stiffness"])
+    lengths = {end: columns[f"normal_stiffness{end}"] / (2.0 * asked.modulus) for end in bands}
+    conducted = conduction_of_stiffness(body, counterbody or Rigid(), lengths, claims["normal_stiffness"])
+    columns, claims = columns | conducted[0], claims | conducted[1]
     curves = {f"normal_stiffness{end}": values for end, values in _summed(drawn).items()}
     curves |= _closed_forms(asked, grid, curves["normal_stiffness"])[1]
     attributes: dict[str, float | int] = {
@@ -425,13 +430,20 @@ def rough_line(
                 "TransverselyIsotropic"
             )
     modulus = effective_moduli(body, other).normal
-    factor = GEIKE if coefficient is None else to_si(coefficient, "", name="coefficient")
+    factor = line_coefficient(coefficient)
     ball = None if radius is None else to_si(radius, "m", name="radius")
-    for name, value in (("coefficient", factor), ("radius", ball)):
-        if value is not None and not value > 0.0:
-            raise ProblemError(f"{_WHO}: {name} = {value:g}; it must be above 0")
+    if ball is not None and not ball > 0.0:
+        raise ProblemError(f"{_WHO}: radius = {metres(ball)}; it must be above 0 m")
     number = default_points(surface) if points is None else _whole("points", points)
     return RoughLine(surface, modulus, factor, number, ball)
+
+
+def line_coefficient(given: float | None) -> float:
+    """The lambda of a line: that of Geike unless given."""
+    factor = GEIKE if given is None else to_si(given, "", name="coefficient")
+    if not factor > 0.0:
+        raise ProblemError(f"coefficient = {factor:g}; the lambda of C1D = lambda q C2D is above 0")
+    return factor
 
 
 def _whole(name: str, value: int) -> int:

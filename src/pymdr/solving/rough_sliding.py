@@ -2,49 +2,62 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from pymdr.errors import ProblemError
 from pymdr.interpretation.sliding import rough_sliding_claims
 from pymdr.interpretation.validity import Assumption
 from pymdr.mapping.relaxation import Relaxation, relaxation_of
-from pymdr.mapping.self_affine import line_heights
+from pymdr.mapping.rough import modes_of, rough_waves
 from pymdr.problem.materials import Material, Viscoelastic
 from pymdr.problem.rheology import PowerLawRheology
-from pymdr.problem.self_affine import SelfAffineLine
+from pymdr.problem.rough import RoughSurface
+from pymdr.solving.rough import RoughLine, line_coefficient
 from pymdr.solving.sliding import SlidingFriction, labelled_over_speed, positive_load, positive_speeds
-from pymdr.units import ArrayQuantityLike, QuantityLike, shown
+from pymdr.units import ArrayQuantityLike, FloatArray, QuantityLike, metres, shown
 
 _WHO = "rough_sliding_friction"
 _PER_WAVE = 64
 """Places per shortest wave."""
 _STEEP = 0.3
+_MOST_WAVES = 4096
+"""Of a line: every speed passes over 64 places of the shortest one some ten times."""
 
 
 def rough_sliding_friction(
-    rough: SelfAffineLine,
+    surface: RoughSurface,
     body: Material,
     speed: ArrayQuantityLike,
     *,
     normal_force: QuantityLike | None = None,
     indentation: QuantityLike | None = None,
+    coefficient: float | None = None,
+    realisation: int = 0,
 ) -> SlidingFriction:
     """
-    Coefficient of friction of a rigid rough line that slides steadily over an elastomer, by independent springs.
+    Coefficient of friction of a rigid rough surface that slides steadily over an elastomer, by its line of independent springs.
 
-    A spring that touches the line follows it, w = d + z(v t); a free one creeps back. F_N = L <q> and F_x = L <q z'> are means
-    over the length L, which repeats itself.
+    The line has the spectrum C1D = lambda q C2D, repeats itself after the longer side of the surface and is as stiff as the patch
+    in full contact: L1 = k_c/E*. A spring that touches it follows it, w = d + z(v t); a free one creeps back. F_N = L1 <q> and
+    F_x = L1 <q z'> are means over a passage.
 
     Parameters
     ----------
-    rough : SelfAffineLine
+    surface : RoughSurface
+        Of at most 4096 shortest wavelengths along its longer side.
     body : Viscoelastic
         With a modulus that is left in the end.
     speed : array_like or quantity
         Speeds v in m/s, above 0, one row.
     normal_force, indentation : quantity
-        The constant load on the length in N, or the depth of the mean of the line below the surface in m, which may be
+        The constant load on the patch in N, or the depth of the mean of the line below the surface in m, which may be
         below 0; exactly one.
+    coefficient : float, optional
+        lambda; pi, of Geike, unless given. It only scales the heights of the line, by sqrt(lambda/pi).
+    realisation : int, optional
+        Which line of the ensemble, from 0 on.
 
     Returns
     -------
@@ -54,29 +67,37 @@ def rough_sliding_friction(
     Raises
     ------
     ProblemError
-        If the body is not Viscoelastic or relaxes to nothing, a speed is not above 0, both or none of the loads are given, or
-        no spring is touched.
+        If the surface is no RoughSurface or has too many waves, the body is not Viscoelastic or relaxes to nothing, a speed is not
+        above 0, both or none of the loads are given, or no spring is touched.
 
     Notes
     -----
-    Popov and Hess (2015), chapters 10 and 11. A number for one line of random phases: take several seeds.
+    Popov and Hess (2015), chapters 10 and 11. A number for one line of random phases: take several realisations.
 
     Examples
     --------
     >>> from pymdr.problem.rheology import StandardSolid
     >>> rubber = Viscoelastic(StandardSolid("1 MPa", "9 MPa", "1 ms"), poisson=0.5)
-    >>> road = SelfAffineLine(length="1 mm", rms_slope=0.1, hurst=0.8, shortest="20 um")
+    >>> road = RoughSurface(hurst=0.8, rms="5 um", size="1 mm", shortest="20 um")
     >>> slid = rough_sliding_friction(road, rubber, ["1 mm/s", "0.1 m/s"], normal_force="10 mN")
     >>> slid["friction_coefficient"].values.round(3).tolist()
-    [0.014, 0.016]
+    [0.013, 0.014]
     """
-    relaxation = _relaxation(rough, body)
+    relaxation = _relaxation(surface, body)
+    factor = line_coefficient(coefficient)
     force, depth = positive_load(_WHO, normal_force, indentation, deep=-np.inf)
     v = positive_speeds(_WHO, speed)
-    n = _PER_WAVE * int(np.ceil(rough.length / rough.shortest))
+    n = _PER_WAVE * modes_of(surface)
     fine, coarse = (
-        np.array([_state(rough, relaxation, float(one), force, depth, places) for one in v])
-        for places in (n, n // 2)
+        _states(
+            RoughLine(surface, relaxation.equilibrium, factor, points, None),
+            realisation,
+            relaxation,
+            v,
+            force,
+            depth,
+        )
+        for points in (n, n // 2)
     )
     if not np.all(fine[:, 0] > 0.0):
         raise ProblemError(
@@ -93,19 +114,25 @@ def rough_sliding_friction(
     claims = rough_sliding_claims(
         "indentation" if force is None else "normal_force", np.ones(v.shape, dtype=bool), errors
     )
-    words = "root mean square of the slope of the line"
+    q, amplitude = rough_waves(surface, factor)
+    slope = math.sqrt(0.5 * float(np.sum((amplitude * q) ** 2)))
     return SlidingFriction(
         data=labelled_over_speed(v, columns),
         claims=claims,
-        assumptions=(Assumption("small slope", words, rough.rms_slope, _STEEP),),
+        assumptions=(Assumption("small slope", "root mean square of the slope of the line", slope, _STEEP),),
         notes=(),
     )
 
 
-def _relaxation(rough: SelfAffineLine, body: Material) -> Relaxation:
-    if not isinstance(rough, SelfAffineLine):
+def _relaxation(surface: RoughSurface, body: Material) -> Relaxation:
+    if not isinstance(surface, RoughSurface):
         raise ProblemError(
-            f"{_WHO}: {rough!r} is not a SelfAffineLine; profiles of revolution are for sliding_friction"
+            f"{_WHO}: {surface!r} is not a RoughSurface; profiles of revolution are for sliding_friction"
+        )
+    if modes_of(surface) > _MOST_WAVES:
+        raise ProblemError(
+            f"{_WHO}: the longer side, {metres(surface.longer_side)}, has {modes_of(surface)} of the shortest waves, more than "
+            f"{_MOST_WAVES}; take a smaller patch, or longer waves"
         )
     if not isinstance(body, Viscoelastic):
         raise ProblemError(
@@ -120,33 +147,40 @@ def _relaxation(rough: SelfAffineLine, body: Material) -> Relaxation:
     return relaxation
 
 
-def _state(
-    rough: SelfAffineLine,
+def _states(
+    line: RoughLine,
+    realisation: int,
     relaxation: Relaxation,
-    speed: float,
+    speeds: FloatArray,
     force: float | None,
     depth: float | None,
-    n: int,
-) -> tuple[float, float, float]:
-    """F_N and F_x in N and the depth in m."""
+) -> FloatArray:
+    """F_N and F_x in N and the depth in m, a row for every speed."""
     from scipy.optimize import brentq
 
     from pymdr.line.rough_sliding import stationary
 
-    heights = line_heights(rough, n)
-    if depth is None:
-        assert force is not None
-        pressure = force / rough.length
-        highest = float(heights.max())
-        # the mean of q is E*_inf times that of w, which is no less than the depth
-        most = highest + pressure / relaxation.rubbery
+    # slopes and times are those of the patch, forces those of the line's length
+    period, length = line.surface.longer_side, line.length
+    heights = line.heights(realisation)
+    highest = float(heights.max())
 
-        def missed(into: float) -> float:
-            return (
-                stationary(heights, rough.length, into - highest, relaxation, speed).pressure / pressure - 1.0
-            )
+    def one(speed: float) -> tuple[float, float, float]:
+        deep = depth
+        if deep is None:
+            assert force is not None
+            pressure = force / length
+            # the mean of q is E*_inf times that of w, which is no less than the depth
+            most = highest + pressure / relaxation.rubbery
 
-        into = float(brentq(missed, 0.0, most * (1.0 + 1e-9), xtol=1e-14 * most, rtol=1e-13))
-        depth = into - highest
-    found = stationary(heights, rough.length, depth, relaxation, speed)
-    return found.pressure * rough.length, found.drag * rough.length, depth
+            def missed(into: float) -> float:
+                return (
+                    stationary(heights, period, into - highest, relaxation, speed).pressure / pressure - 1.0
+                )
+
+            into = float(brentq(missed, 0.0, most * (1.0 + 1e-9), xtol=1e-14 * most, rtol=1e-13))
+            deep = into - highest
+        found = stationary(heights, period, deep, relaxation, speed)
+        return found.pressure * length, found.drag * length, deep
+
+    return np.array([one(float(speed)) for speed in speeds])

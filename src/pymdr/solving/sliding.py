@@ -28,6 +28,8 @@ from pymdr.line.sliding import (
 from pymdr.mapping.equivalent import equivalent_profile
 from pymdr.mapping.relaxation import Relaxation, relaxation_of
 from pymdr.problem.contact import Contact
+from pymdr.problem.rheology import WIDEST
+from pymdr.problem.values import within_range
 from pymdr.solving.bands import scatter_of
 from pymdr.solving.closure import refuse_curve
 from pymdr.solving.frictional import disks_down_to
@@ -189,6 +191,8 @@ def positive_speeds(who: str, speed: ArrayQuantityLike) -> FloatArray:
     v = one_row(speed, "m/s", who, "speed")
     if np.any(v <= 0.0):
         raise ProblemError(f"{who}: speed = {written(float(v.min()), 'm/s')}; it must be above 0 m/s")
+    for extreme in (v.min(), v.max()):
+        within_range(extreme, "m/s", f"{who}: speed", size=True)
     return v
 
 
@@ -204,6 +208,8 @@ def positive_load(
             raise ProblemError(
                 f"{who}: the load {shown(given)} must be above 0 {unit}; press the bodies together"
             )
+        if value is not None:
+            within_range(value, unit, f"{who}: the load", size=deep == 0.0)
     return force, depth
 
 
@@ -282,8 +288,13 @@ def _kernel(asked: _Asked, speed: FloatArray) -> _Kernel:
         return time
 
     fastest, slowest = passage(float(speed.max())), passage(float(speed.min()))
-    beyond = min(_MISSED ** (-1.0 / (1.0 - power.exponent)), _DEEPEST)
+    beyond = _DEEPEST ** min(math.log(_MISSED, 1.0 / _DEEPEST) / (1.0 - power.exponent), 1.0)
     span = fastest / _MARGIN / beyond, _MARGIN * slowest
+    if span[0] == 0.0 or span[1] > span[0] * WIDEST:
+        raise ProblemError(
+            f"{_WHO}: speeds from {written(float(speed.min()), 'm/s')} to {written(float(speed.max()), 'm/s')} are more than one "
+            "series of terms can stand for the power of time at: ask for fewer decades of speed at once"
+        )
     relaxation = relaxation_of(*bodies, span=span)
     note = (
         f"the power of time is a series of {relaxation.times.size} terms from {written(span[0], 's')} to {written(span[1], 's')}, "

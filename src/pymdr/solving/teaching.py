@@ -10,7 +10,7 @@ from pymdr.errors import ProblemError
 from pymdr.line.foundation import SpringFoundation, spring_foundation, states_at_depth
 from pymdr.line.friction import SpringHistory, springs
 from pymdr.problem.contact import Contact
-from pymdr.solving.reach import map_to_line, refuse_unreachable
+from pymdr.solving.reach import map_to_springs, refuse_unreachable
 from pymdr.units import ArrayQuantityLike, QuantityLike, metres, to_si, to_si_array
 
 
@@ -50,7 +50,7 @@ def foundation(
     """
     if isinstance(n, bool) or not isinstance(n, int) or n < 2:
         raise ProblemError(f"foundation: n = {n!r} springs; a whole number of at least 2 is needed")
-    line = map_to_line(contact).line
+    line = map_to_springs(contact).line
     if half_length is not None:
         length = to_si(half_length, "m", name="half_length")
     elif math.isfinite(line.equivalent.edge):
@@ -122,7 +122,7 @@ def friction_foundation(
         )
     if isinstance(n, bool) or not isinstance(n, int) or n < 2:
         raise ProblemError(f"friction_foundation: n = {n!r} springs; a whole number of at least 2 is needed")
-    mapped = map_to_line(contact)
+    mapped = map_to_springs(contact)
     deepest = states_at_depth(mapped.line, np.array([float(np.max(d))]))
     refuse_unreachable(mapped.line, contact.profile, deepest)
     a = float(deepest.contact_radius[0]) or 1.0

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -12,7 +12,7 @@ import numpy as np
 from pymdr.errors import PathError, ProblemError, PymdrError
 from pymdr.interpretation.accuracy import with_errors
 from pymdr.interpretation.memory import NOT_CHECKED, MemorySurface, check_memory, memory_claims
-from pymdr.interpretation.validity import NORMAL_FIELDS, Assumption, BoolArray, Claim
+from pymdr.interpretation.validity import NORMAL_FIELDS, Assumption, BoolArray, Claim, Level
 from pymdr.line.curves import ElasticLine
 from pymdr.line.foundation import mean_pressure, normal_force, rises_to, states_at_depth
 from pymdr.line.memory import (
@@ -20,6 +20,7 @@ from pymdr.line.memory import (
     MemoryState,
     Relaxation,
     Watch,
+    creep,
     follow_loads,
     follow_springs,
     follow_travels,
@@ -137,11 +138,17 @@ def rows_met(
 def begun(
     task: Task, line: ElasticLine, relaxation: Relaxation, asked: Stretch
 ) -> tuple[MemoryState, MemoryState]:
-    """Bodies that have not touched, with all springs and half of them for the deepest indentation that any leg names."""
+    """Bodies that have not touched, with all springs and half of them for the deepest indentation that any leg names.
+
+    A first leg under forces lays its own, where that goes deeper.
+    """
     apart = virgin(asked.begin, min(asked.start[0], 0.0))
     named = [getattr(leg, "indentation", None) for leg in known_legs(task.path)]
     deepest = max((float(np.max(each)) for each in named if each is not None), default=0.0)
     try:
+        if asked.by_force and deepest > 0.0 and (most := float(np.max(asked.normal))) > 0.0:
+            ends = [asked.begin, float(times_of(asked)[-1])]
+            deepest = max(deepest, float(creep(line, relaxation, ends, [most, most]).indentation[-1]))
         fine, coarse = (prepared(line, relaxation, deepest, apart, n) for n in (SPRINGS, SPRINGS // 2))
     except PymdrError:  # too deep, as the leg that goes there says when it is followed
         return apart, apart
@@ -257,6 +264,7 @@ def interpreted(
         remark += "; closer to a kink of the profile than a hundredth of its radius pressures err more"
     names = (*columns, *NORMAL_FIELDS)
     claims = memory_claims(names, rows.disk, rows.forced, rows.moved, check, remark)
+    claims["effective_modulus"] = _where(claims["effective_modulus"], elastic > 0.0)
     errors |= {name: check.error(name, force.size) for name in NORMAL_FIELDS}
     claims = with_errors(
         claims,
@@ -265,6 +273,14 @@ def interpreted(
         f"as {SPRINGS} springs do",
     )
     return Interpreted(columns, claims, assumptions_with_memory(task.contact, radius), tuple(notes))
+
+
+def _where(claim: Claim, known: BoolArray) -> Claim:
+    """The claim of a number that not all rows have."""
+    where = claim.where & known
+    if where.any():
+        return replace(claim, where=where)
+    return Claim(Level.NOT_VALID, "the bodies are pressed in nowhere", claim.source, where)
 
 
 def status_of(claims: Mapping[str, Claim]) -> Status:

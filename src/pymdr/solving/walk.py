@@ -11,6 +11,7 @@ import numpy as np
 
 from pymdr.errors import PathError
 from pymdr.independent.rings import Rings
+from pymdr.interpretation.conductance import CONDUCTION_SOURCES, CONDUCTIONS, with_conduction
 from pymdr.interpretation.validity import BODY_SOURCES, Assumption, Claim
 from pymdr.problem.contact import Contact
 from pymdr.problem.paths import LoadingPath, Path
@@ -152,12 +153,15 @@ def solution(
     references: tuple[str, ...],
     starts: tuple[Channels, ...] | None = None,
     remembers: bool = False,
+    conducting: FloatArray | None = None,
 ) -> Result:
     """
     The result of a walk: the time of every kept row, and every quantity where its claim holds, else NaN.
 
-    Where the bodies do not remember, a note says that time does nothing.
+    Where the bodies do not remember, a note says that time does nothing. `conducting` is half the stiffness over E* in m of
+    contacts that are no disks.
     """
+    columns, claims = with_conduction(task.contact, columns, claims, conducting)
     if walked.time is not None and not remembers:
         notes = (*notes, "the bodies are elastic: time is carried along and changes nothing")
     valid = {
@@ -175,7 +179,7 @@ def solution(
         assumptions=assumptions,
         status=status,
         notes=notes,
-        references=(*references, *_body_sources(task.contact)),
+        references=(*references, *_body_sources(task.contact), *_conduction_sources(valid)),
         machine_stiffness=task.machine_stiffness,
         starts=starts,
         rings=task.solver,
@@ -186,3 +190,7 @@ def solution(
 def _body_sources(contact: Contact) -> tuple[str, ...]:
     found = [key for body in (contact.body, contact.counterbody) for key in BODY_SOURCES.get(type(body), ())]
     return tuple(dict.fromkeys(found))
+
+
+def _conduction_sources(columns: Mapping[str, FloatArray]) -> tuple[str, ...]:
+    return CONDUCTION_SOURCES if any(each.quantity in columns for each in CONDUCTIONS) else ()

@@ -12,12 +12,15 @@ from typing import Any
 from pymdr.errors import CaseError, PymdrError
 from pymdr.independent.rings import Rings
 from pymdr.presentation.files import named_file
-from pymdr.problem.codec import RoughCase, decode_case, decode_contact, decode_rough
+from pymdr.problem.codec import PressCase, RoughCase, decode_case, decode_contact, decode_press, decode_rough
 from pymdr.problem.contact import Contact
 from pymdr.problem.paths import CHANNELS, LoadingPath
+from pymdr.problem.rough import RoughSurface
+from pymdr.problem.topography import Topography
 from pymdr.workbench.inputs import read_text
 from pymdr.workbench.rheometry import fit_prony
 from pymdr.workbench.tables import read_columns, read_curve_columns, read_path
+from pymdr.workbench.topographies import read_topography
 
 _LARGEST = 4 * 2**20
 
@@ -122,6 +125,40 @@ def read_rough_case(file: str | os.PathLike[str]) -> RoughCase:
         raise CaseError(f"{source}: {error}") from error
 
 
+def read_press_case(file: str | os.PathLike[str]) -> tuple[PressCase, Topography | RoughSurface]:
+    """
+    Read a case file of a surface that is pressed by boundary elements.
+
+    Parameters
+    ----------
+    file : path
+        A TOML file with the tables ``[surface]``, of a file of heights or of a random surface, ``[body]`` and optionally
+        ``[counterbody]``, and ``punch``.
+
+    Returns
+    -------
+    case : PressCase
+    surface : Topography or RoughSurface
+
+    Raises
+    ------
+    FileError
+        If a file cannot be read.
+    CaseError
+        If it is not such a case; the message names file, table, key, value and remedy.
+    """
+    source = named_file(file, "read")
+    plain = _tables(source)
+    try:
+        case = decode_press(plain)
+        if isinstance(case.surface, RoughSurface):
+            return case, case.surface
+        keys = dict(case.surface)
+        return case, read_topography(source.parent / keys.pop("file"), keys.pop("channel", None), **keys)
+    except PymdrError as error:
+        raise CaseError(f"{source}: {error}") from error
+
+
 def _tables(source: Path) -> dict[str, Any]:
     """The tables of a TOML file."""
     text = read_text(source, _LARGEST, "case file")
@@ -164,12 +201,17 @@ def _with_samples(profile: dict[str, Any], folder: Path) -> dict[str, Any]:
     kind = profile.get("kind")
     if kind not in ("sampled", "force_curve") or "file" not in profile:
         return profile
-    if kind == "sampled":
-        _refuse_both(profile, ("radius", "height", "scatter"), "[profile]", "the samples")
-        columns = read_columns(_named(profile["file"], folder, "[profile]"))
-    else:
-        _refuse_both(profile, ("indentation", "force"), "[profile]", "the points")
-        columns = read_curve_columns(_named(profile["file"], folder, "[profile]"))
+    known, what, read = (
+        (("radius", "height", "scatter"), "the samples", read_columns)
+        if kind == "sampled"
+        else (("indentation", "force"), "the points", read_curve_columns)
+    )
+    _refuse_both(profile, known, "[profile]", what)
+    file = _named(profile["file"], folder, "[profile]")
+    try:
+        columns = read(file)
+    except PymdrError as error:
+        raise CaseError(f"[profile] {error}") from error
     return {**{key: value for key, value in profile.items() if key != "file"}, **columns}
 
 
@@ -179,8 +221,9 @@ def _with_rheometry(body: dict[str, Any], folder: Path, table: str) -> dict[str,
         return body
     where = f"[{table}.shear]"
     _refuse_both(shear, ("equilibrium", "moduli", "times"), where, "the series")
+    file = _named(shear["file"], folder, where)
     try:
-        series = fit_prony(_named(shear["file"], folder, where)).series
+        series = fit_prony(file).series
     except PymdrError as error:
         raise CaseError(f"{where} {error}") from error
     rest = {key: value for key, value in shear.items() if key != "file"}

@@ -1,4 +1,4 @@
-"""The command line: ``pymdr run``, ``check``, ``verify``, ``loops``, ``impact``, ``rolling``, ``sliding``, ``rough``, ``sweep``, ``plot``, ``new``, ``schema`` and ``info``.
+"""The command line: ``pymdr run``, ``check``, ``verify``, ``loops``, ``impact``, ``rolling``, ``sliding``, ``rough``, ``press``, ``sweep``, ``topography``, ``heat``, ``joule``, ``plot``, ``new``, ``schema`` and ``info``.
 
 Every command body imports what it needs, so that ``pymdr --help`` stays quick.
 """
@@ -8,6 +8,7 @@ from __future__ import annotations
 import json
 import logging
 import os
+import re
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
 
     from pymdr.interpretation.validity import Assumption, Claim
     from pymdr.problem.contact import Contact
+    from pymdr.problem.topography import Topography
     from pymdr.solving import Impact
     from pymdr.solving.study import Study
     from pymdr.units import FloatArray
@@ -369,9 +371,9 @@ def verify(
         asked = read_case(case)
         with _ready_folder(folder), _stages(quiet or as_json) as stage:
             if asked.contact.friction is None:
-                found, told = _by_rings(asked, rings, steps or 5, stage)
+                found, told = _by_rings(asked, rings, 5 if steps is None else steps, stage)
             else:
-                found, told = _by_cells(asked, cells, steps or 20, stage)
+                found, told = _by_cells(asked, cells, 20 if steps is None else steps, stage)
             written = _write_figures({"verify": found.plot()}, folder, stage("drawing"))
     # without any difference to tell the method gave nothing
     refused = told["largest_difference"] is None
@@ -398,7 +400,12 @@ def _by_rings(asked: Case, rings: int, steps: int, stage: Stage) -> tuple[Any, d
     from pymdr.workbench.verification import verify as hold_against_rings
 
     found = hold_against_rings(
-        asked.contact, asked.path, rings=rings, steps=steps, progress=stage("solving by rings")
+        asked.contact,
+        asked.path,
+        rings=rings,
+        steps=steps,
+        machine_stiffness=asked.options.get("machine_stiffness"),
+        progress=stage("solving by rings"),
     )
     return found, {"solver": "rings", "n": rings, "largest_difference": _finite(found.largest_difference)}
 
@@ -573,6 +580,60 @@ def sliding(
 
 
 @app.command()
+def heat(
+    case: CaseFile,
+    speed: Annotated[list[str], typer.Option(help="Speed of sliding, such as '1 mm/s'; one or several.")],
+    normal_force: NormalForce = None,
+    indentation: Indentation = None,
+    points: Points = None,
+    output: Table = None,
+    quiet: Quiet = False,
+    as_json: Json = False,
+) -> None:
+    """Temperature rise by friction of the contact of a case that slides slowly; with -o its table and figure are written."""
+    from pymdr.solving.heating import frictional_heat
+
+    def ask(contact: Contact) -> Study:
+        return frictional_heat(
+            contact,
+            _spread(speed, points, "m/s", "speed"),
+            normal_force=normal_force,
+            indentation=indentation,
+        )
+
+    _study("heat", case, ask, output, quiet, as_json)
+
+
+@app.command()
+def joule(
+    case: CaseFile,
+    temperature: Annotated[str, typer.Option(help="Of both bodies, such as '20 degC'.")],
+    voltage: Annotated[
+        list[str] | None, typer.Option(help="Between the bodies, such as '50 mV'; one, or one for every row.")
+    ] = None,
+    current: Annotated[
+        list[str] | None, typer.Option(help="The current in its place, such as '10 A'.")
+    ] = None,
+    output: Table = None,
+    quiet: Quiet = False,
+    as_json: Json = False,
+) -> None:
+    """Largest temperature by a current through the contact of a case, row by row of its path; with -o its table and figure."""
+    from pymdr.solving import solve
+    from pymdr.solving.heating import joule_heating
+    from pymdr.workbench.casefile import read_case
+
+    def ask() -> tuple[str, Study]:
+        asked = read_case(case)
+        result = solve(asked.contact, asked.path, **asked.options)
+        return asked.title, joule_heating(
+            result, temperature=temperature, voltage=voltage or None, current=current or None
+        )
+
+    _tell_study("joule", case, ask, output, quiet, as_json)
+
+
+@app.command()
 def rough(
     case: Annotated[
         Path,
@@ -588,6 +649,13 @@ def rough(
     ] = None,
     points: Points = None,
     realisations: Annotated[int, typer.Option(help="Lines of the ensemble.")] = 100,
+    coefficient: Annotated[
+        float | None,
+        typer.Option(
+            "--coefficient",
+            help="lambda of C1D = lambda q C2D, the spectrum of the line; pi, of Geike, unless given.",
+        ),
+    ] = None,
     workers: Annotated[int | None, typer.Option(help="Threads; the numbers do not depend on them.")] = None,
     output: Table = None,
     quiet: Quiet = False,
@@ -606,11 +674,73 @@ def rough(
             normal_force=_spread(normal_force, points, "N", "normal-force") if normal_force else None,
             indentation=_spread(indentation, points, "m", "indentation") if indentation else None,
             realisations=realisations,
+            coefficient=coefficient,
             radius=asked.radius,
             workers=workers,
         )
 
     _tell_study("rough", case, ask, output, quiet, as_json)
+
+
+@app.command()
+def press(
+    case: Annotated[
+        Path,
+        typer.Argument(
+            metavar="CASE.toml", help="The case file, with [surface] in the place of [profile] and [[path]]."
+        ),
+    ],
+    normal_force: Annotated[
+        list[str] | None, typer.Option(help="Force, such as '1 N'; one or several.")
+    ] = None,
+    indentation: Annotated[
+        list[str] | None, typer.Option(help="Depths of the highest pixel in its place, such as '1 um'.")
+    ] = None,
+    points: Points = None,
+    engine: Annotated[
+        str | None,
+        typer.Option(help="contactmechanics unless given, tamaas, aspher, or one of another package."),
+    ] = None,
+    keep: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="DIR", help="Folder that keeps every load, from which a run goes on that was ended."
+        ),
+    ] = None,
+    output: Table = None,
+    quiet: Quiet = False,
+    as_json: Json = False,
+) -> None:
+    """Press a measured or random surface by boundary elements; with -o its table and figure are written."""
+    from pymdr.presentation.text import in_bytes
+    from pymdr.solving.press import bytes_of, patch_of
+    from pymdr.solving.press import press as press_surface
+    from pymdr.workbench.casefile import read_press_case
+
+    def ask() -> tuple[str, Study]:
+        asked, surface = read_press_case(case)
+        patch, punch = patch_of(surface, asked.punch)
+        forces = _spread(normal_force, points, "N", "normal-force") if normal_force else None
+        depths = _spread(indentation, points, "m", "indentation") if indentation else None
+        loads = forces if forces is not None else depths
+        if not quiet and not as_json and loads is not None:
+            nx, ny = patch.heights.shape
+            needed = in_bytes(round(bytes_of((nx, ny), len(loads), engine)))
+            _complain(f"{nx} x {ny} pixels at {len(loads)} loads take about {needed}")
+        with _stages(quiet or as_json) as stage:
+            return asked.title, press_surface(
+                patch,
+                asked.body,
+                asked.counterbody,
+                normal_force=forces,
+                indentation=depths,
+                punch=punch,
+                engine=engine,
+                keep=keep,
+                progress=stage("pressing"),
+            )
+
+    _tell_study("press", case, ask, output, quiet, as_json)
 
 
 @app.command()
@@ -706,6 +836,108 @@ def _swept(contact: Contact, given: str, points: int | None) -> tuple[str, Float
     return name, _spread(listed, points if len(listed) == 2 else None, unit, f"over {name}")
 
 
+@app.command()
+def topography(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="A measured surface.")],
+    channel: Annotated[
+        str | None, typer.Option(help="Number or name of the channel, where the file has several.")
+    ] = None,
+    size: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="Side of the square patch, or twice for both, where the file has none, such as '10 um'."
+        ),
+    ] = None,
+    unit: Annotated[
+        str | None, typer.Option(help="Unit of the heights, where the file has none, such as nm.")
+    ] = None,
+    missing: Annotated[
+        str | None, typer.Option(help="What becomes of missing heights: interpolate or crop.")
+    ] = None,
+    detrend: Annotated[
+        str | None,
+        typer.Option(
+            help="What is taken off: none, mean, plane, sphere or curvature; a plane unless given, none with --profile."
+        ),
+    ] = None,
+    tip_radius: Annotated[
+        str | None,
+        typer.Option(help="Of the tip that measured it: waves it cannot have resolved are left out."),
+    ] = None,
+    periodic: Annotated[
+        bool, typer.Option("--periodic", help="The patch is one period of the surface.")
+    ] = False,
+    profile: Annotated[
+        bool,
+        typer.Option(
+            "--profile", help="The mean profile about the apex of one bump in place of the spectrum."
+        ),
+    ] = False,
+    output: Table = None,
+    quiet: Quiet = False,
+    as_json: Json = False,
+) -> None:
+    """The power spectrum of a measured surface and its self-affine law; with -o its table and figure are written."""
+    from pymdr.errors import ProblemError
+    from pymdr.solving.azimuth import azimuthal_profile
+    from pymdr.solving.roughness import power_spectrum
+    from pymdr.workbench.topographies import described, read_topography
+
+    def surface() -> Topography:
+        taken = detrend or ("none" if profile else "plane")
+        number = int(channel) if channel is not None and channel.isdecimal() else channel
+        return read_topography(
+            file,
+            number,
+            size=size or None,
+            unit=unit,
+            missing=missing,
+            detrend=None if taken == "none" else taken,
+        )
+
+    def ask() -> tuple[str, Study]:
+        found = surface()
+        return described(found), power_spectrum(found, periodic=periodic, tip_radius=tip_radius)
+
+    if not profile:
+        _tell_study("topography", file, ask, output, quiet, as_json)
+        return
+    with _failures_as_json("topography", file, as_json):
+        if tip_radius is not None or periodic:
+            raise ProblemError(
+                "--tip-radius and --periodic are for the spectrum; leave them out with --profile"
+            )
+        found = azimuthal_profile(surface())
+        written = []
+        if output is not None:
+            with _ready_folder(output) as folder:
+                found.to_csv(folder / "profile.csv")
+                written = [folder / "profile.csv", _write_figure(found.plot(), folder / "profile.png")]
+    if as_json:
+        data = found.profile
+        columns = {"radius": data.radius, "height": data.height, "scatter": data.scatter}
+        study = {
+            name: {"values": (values.tolist() if values is not None else []), "unit": "m"}
+            for name, values in columns.items()
+        }
+        answer = _answer(
+            "topography",
+            file,
+            title=described(found.topography),
+            status="COMPLETED",
+            rows=data.radius.size,
+            study=study,
+            notes=list(found.topography.steps),
+            written=[str(one) for one in written],
+        )
+        _print_json(answer)
+    elif not quiet:
+        _say(described(found.topography))
+        _say(found.summary())
+        if written:
+            _say("Written: " + ", ".join(str(one) for one in written))
+
+
 def _spread(given: Sequence[str], points: int | None, unit: str, name: str) -> FloatArray | list[str]:
     """The values that are given, or so many between two of them."""
     import numpy as np
@@ -713,6 +945,11 @@ def _spread(given: Sequence[str], points: int | None, unit: str, name: str) -> F
     from pymdr.errors import ProblemError
     from pymdr.units import to_si_array
 
+    bare = [value for value in given if unit and re.fullmatch(r"\s*[-+.\d][-+.\deE]*\s*", value)]
+    if bare:
+        raise ProblemError(
+            f"--{name} {bare[0]}: a unit is missing; write --{name} '{bare[0].strip()} {unit}'"
+        )
     if points is None:
         return list(given)
     ends = to_si_array(list(given), unit, name=name)

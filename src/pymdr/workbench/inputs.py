@@ -9,9 +9,9 @@ from pymdr.errors import CaseError, FileError
 from pymdr.presentation.files import named_file
 
 
-def read_text(file: str | os.PathLike[str], largest: int, what: str) -> str:
+def read_bytes(file: str | os.PathLike[str], largest: int, what: str) -> bytes:
     """
-    The text of a regular file; a byte order mark is no part of it.
+    The content of a regular file.
 
     The size is looked at after opening, and no more than `largest` bytes are read, so that neither a device nor a
     file that grows can fill the memory; opening without waiting keeps a pipe from holding the program.
@@ -26,14 +26,14 @@ def read_text(file: str | os.PathLike[str], largest: int, what: str) -> str:
 
     Returns
     -------
-    str
+    bytes
 
     Raises
     ------
     FileError
         If the file cannot be read or is no regular file.
     CaseError
-        If it is too large or no text in UTF-8.
+        If it is too large.
     """
     source = named_file(file, "read")
     try:
@@ -52,6 +52,30 @@ def read_text(file: str | os.PathLike[str], largest: int, what: str) -> str:
         raise FileError(f"cannot read {source}: {error.strerror or error}") from error
     if len(content) > largest:
         raise CaseError(f"{source}: larger than {largest} bytes, which no {what} may be")
+    return content
+
+
+def read_text(file: str | os.PathLike[str], largest: int, what: str) -> str:
+    """
+    The text of a regular file; a byte order mark is no part of it.
+
+    Parameters
+    ----------
+    file, largest, what
+        As for :func:`read_bytes`.
+
+    Returns
+    -------
+    str
+
+    Raises
+    ------
+    FileError
+        If the file cannot be read or is no regular file.
+    CaseError
+        If it is too large or no text in UTF-8.
+    """
+    content, source = read_bytes(file, largest, what), named_file(file, "read")
     try:
         return content.decode("utf-8-sig")
     except UnicodeDecodeError as error:

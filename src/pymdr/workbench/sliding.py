@@ -12,7 +12,6 @@ import numpy as np
 
 from pymdr.errors import PathError, ProblemError
 from pymdr.independent.sliding import HalfSpaceGrid, SlidingSolution, solve_sliding
-from pymdr.mapping.moduli import effective_moduli
 from pymdr.problem.contact import Contact
 from pymdr.problem.paths import LoadingPath, Path
 from pymdr.quantities import QUANTITIES
@@ -158,7 +157,11 @@ def verify_sliding(
         raise PathError(f"verify: steps = {steps!r}; a whole number of at least 2 is needed")
     if contact.friction is None:
         raise ProblemError("verify: the contact has no friction; give Contact(..., friction=Coulomb(0.3))")
-    effective_moduli(contact.body, contact.counterbody)  # refuses bodies with memory
+    if contact.remembers:
+        raise ProblemError(
+            "verify: the grid solves friction of elastic bodies, and a body of this contact is Viscoelastic; take Elastic with its "
+            "stiffness at one time, or leave friction out, which rings follow with memory"
+        )
     if not 0.0 < contact.friction.coefficient < math.inf:
         raise ProblemError(
             f"verify: mu = {contact.friction.coefficient:g}; the grid solves friction with a coefficient above 0 and "

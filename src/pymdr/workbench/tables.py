@@ -48,7 +48,7 @@ _RECORD: Names = {
     "shift": ("shift", "ux", "u x", "tangential displacement", "lateral displacement"),
     "tangential_force": ("tangential force", "lateral force", "friction force", "fx", "ft", "f x", "f t"),
 }
-
+_GRID: Names = {"x": ("x",), "y": ("y",), "height": ("z", "height", "h")}
 
 _RHEOMETRY: Names = {
     "time": ("time", "t"),
@@ -120,6 +120,28 @@ def read_columns(file: str | os.PathLike[str]) -> dict[str, FloatArray]:
         If the header has no units or columns are missing, or a row is not numbers.
     """
     return _read(file, _PROFILE, ("radius", "height"), "r [nm], f [nm]")
+
+
+def read_grid_columns(file: str | os.PathLike[str]) -> dict[str, FloatArray]:
+    """
+    Places and heights in m from a CSV file with units in its header, such as ``x [um], y [um], z [nm]``.
+
+    Parameters
+    ----------
+    file : path
+        As for :func:`read_columns`.
+
+    Returns
+    -------
+    dict of str to ndarray
+        ``x``, ``y`` and ``height``.
+
+    Raises
+    ------
+    FileError, CaseError
+        As :func:`read_columns` does.
+    """
+    return _read(file, _GRID, ("x", "y", "height"), "x [um], y [um], z [nm]")
 
 
 def read_curve_columns(file: str | os.PathLike[str]) -> dict[str, FloatArray]:

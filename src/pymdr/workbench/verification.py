@@ -3,23 +3,26 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from pymdr.errors import PathError, ProblemError
+from pymdr.independent.history import RingHistory
 from pymdr.independent.rings import Rings
 from pymdr.problem.contact import Contact
+from pymdr.problem.laws import JKR
 from pymdr.problem.materials import common_exponent
 from pymdr.problem.paths import LoadingPath, Path
 from pymdr.problem.schedule import planned, uses
 from pymdr.quantities import QUANTITIES
-from pymdr.result import Result
+from pymdr.result import FieldReader, Result
 from pymdr.solving import solve
 from pymdr.solving.closure import refuse_curve
-from pymdr.units import FloatArray
+from pymdr.solving.ringed import adhesive_disks
+from pymdr.units import FloatArray, QuantityLike
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -31,18 +34,20 @@ COMPARED = ("indentation", "normal_force", "contact_radius", "normal_stiffness",
 
 @dataclass(frozen=True, eq=False)
 class Verification:
-    """Both solutions of some steps of a path."""
+    """Both solutions of some steps of a path; with adhesion, of contacts of the same radius."""
 
     table: xr.Dataset
     """Over ``step``: ``indentation``, with memory ``time`` and ``row``; each quantity by the method (``_mdr``) and by rings
     (``_rings``), its relative difference (``_difference``), and the largest ``pressure_difference`` over the largest pressure.
-    With memory differences are relative to the largest value of the history."""
+    With memory or adhesion differences are relative to the largest value of the history."""
     pressures: xr.Dataset
     """Over ``r``, at the last step: ``mdr`` and ``rings`` in Pa."""
     rings: int
     """Number of rings."""
     history: xr.Dataset | None = None
     """With memory, over all rows of the path: ``time``, ``normal_force`` and ``indentation`` as ``_mdr`` and ``_rings``."""
+    to_largest: bool = False
+    """Whether differences are relative to the largest value."""
 
     @property
     def largest_difference(self) -> float:
@@ -78,7 +83,7 @@ class Verification:
                 f"  {'':>12}  {'pressure, 0.05 a < r < 0.9 a, over its largest value':<46}"
                 f"{'-' if math.isnan(p) else f'{p:.1e}':>13}"
             )
-        if self.history is not None:
+        if self.to_largest:
             lines.append("Differences of quantities are relative to their largest value in the history.")
         return "\n".join(lines)
 
@@ -104,6 +109,7 @@ def verify(
     *,
     rings: int = 400,
     steps: int = 5,
+    machine_stiffness: QuantityLike | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> Verification:
     """
@@ -117,7 +123,10 @@ def verify(
         Number of rings, 20 to 5000.
     steps : int
         How many steps, spread evenly over those of the path, are compared. Bodies with memory are followed along all rows by
-        both, the rings under the same forces or indentations.
+        both, the rings under the same forces or indentations. With adhesion the rings have the contact radius of the method, and
+        find the indentation at which its edge is pulled as it should; where a corner holds the edge they have both.
+    machine_stiffness : quantity, optional
+        As of :func:`pymdr.solve`.
     progress : callable, optional
         Called as ``progress(done, total)``.
 
@@ -139,22 +148,25 @@ def verify(
     True
     """
     refuse_curve(contact, "verify", "boundary elements need its shape")
-    if contact.adhesion is not None or contact.friction is not None:
+    if contact.friction is not None or not isinstance(contact.adhesion, JKR | None):
         raise ProblemError(
-            "verify: rings solve the frictionless contact without adhesion; friction is held against vector friction by "
-            "verify_sliding(contact, path), adhesion has no independent solver here"
+            "verify: rings solve the frictionless contact, without adhesion or with JKR; friction is held against vector friction "
+            "by verify_sliding(contact, path), other laws of adhesion have no independent solver here"
         )
     if (exponent := common_exponent(contact.body, contact.counterbody)) != 0.0:
         raise ProblemError(
-            f"verify: the rings know homogeneous half-spaces; bodies that are graded (exponent {exponent:g}) have no independent "
+            f"verify: the rings know homogeneous half-spaces and layers; bodies that are graded (exponent {exponent:g}) have no independent "
             "solver here"
         )
     if isinstance(steps, bool) or not isinstance(steps, int) or steps < 1:
         raise PathError(f"verify: steps = {steps!r}; a whole number of at least 1 is needed")
     solver = Rings(rings)
+    if isinstance(contact.adhesion, JKR):
+        mdr = solve(contact, path, machine_stiffness=machine_stiffness)
+        return _verify_adhesion(contact.adhesion.work, mdr, solver, steps, progress)
     if contact.remembers:
         return _verify_history(contact, path, solver, steps, progress)
-    depths = _depths(solve(contact, path))
+    depths = _depths(solve(contact, path, machine_stiffness=machine_stiffness))
     if depths.size == 0:
         raise PathError("verify: the path makes no contact at any step")
     chosen = depths[_spread(depths.size, steps)]
@@ -162,8 +174,34 @@ def verify(
     mdr = solve(contact, route)
     ring = solve(contact, route, solver=solver, progress=progress)
     rows = np.arange(chosen.size)
-    table = _table(mdr, ring, rows, [name for name in COMPARED if name != "indentation"])
-    return Verification(table, _pressures(mdr, ring, rows), rings)
+    found = _found(ring)
+    table = _table(mdr, found, rows, [name for name in COMPARED if name != "indentation"])
+    return Verification(table, _pressures(mdr, found, rows), rings)
+
+
+def _verify_adhesion(
+    work: float, mdr: Result, solver: Rings, steps: int, progress: Callable[[int, int], None] | None
+) -> Verification:
+    """Contacts of the same radii."""
+    a = mdr.data["contact_radius"].values
+    held = np.flatnonzero(a > 0.0)
+    if held.size == 0:
+        raise PathError("verify: the path makes no contact at any step")
+    rows = held[_spread(held.size, steps)]
+    solutions: list[Any] = [None] * a.size
+    disks = adhesive_disks(mdr.contact, a[rows], mdr.data["indentation"].values[rows], work, solver)
+    for done, (row, one) in enumerate(zip(rows, disks, strict=True)):
+        solutions[row] = one
+        if progress is not None:
+            progress(done + 1, rows.size)
+    columns = {name: np.full(a.size, math.nan) for name in ("indentation", "normal_force", "elastic_energy")}
+    for row in rows:
+        one = solutions[row]
+        for name, value in zip(columns, (one.indentation, one.force, one.energy), strict=True):
+            columns[name][row] = value
+    ring = _Found(columns, RingHistory(mdr.contact.profile, tuple(solutions), columns["indentation"]))
+    table = _table(mdr, ring, rows, list(columns), to_largest=True)
+    return Verification(table, _pressures(mdr, ring, rows), solver.n, to_largest=True)
 
 
 def _verify_history(
@@ -184,8 +222,20 @@ def _verify_history(
     moved = any(leg.controls.normal == "indentation" for leg in planned(path))
     skipped = {name for name, free in (("indentation", loaded), ("normal_force", moved)) if not free}
     names = [name for name in COMPARED if name in mdr.claims and name not in skipped]
-    table = _table(mdr, ring, rows, names)
-    return Verification(table, _pressures(mdr, ring, rows), solver.n, _history(mdr, ring))
+    found = _found(ring)
+    table = _table(mdr, found, rows, names, to_largest=True)
+    return Verification(table, _pressures(mdr, found, rows), solver.n, _history(mdr, ring), to_largest=True)
+
+
+class _Found(NamedTuple):
+    """What the rings say, over the steps of the path."""
+
+    columns: Mapping[str, FloatArray]
+    surface: FieldReader
+
+
+def _found(ring: Result) -> _Found:
+    return _Found({str(name): array.values for name, array in ring.data.variables.items()}, ring.surface)
 
 
 def _spread(size: int, steps: int) -> np.ndarray:
@@ -204,23 +254,25 @@ def _depths(result: Result) -> FloatArray:
     return np.unique(d[np.isfinite(d) & (result.data["force_lower_bound"].values > 0.0)])
 
 
-def _table(mdr: Result, ring: Result, rows: np.ndarray, names: list[str]) -> xr.Dataset:
+def _table(
+    mdr: Result, ring: _Found, rows: np.ndarray, names: list[str], to_largest: bool = False
+) -> xr.Dataset:
     import xarray as xr
 
-    memory = "time" in mdr.data
+    memory = "time" in ring.columns
     labels = ("time", "indentation") if memory else ("indentation",)
     columns: dict[str, tuple[str, Any, dict[str, str]]] = {
-        name: ("step", ring.data[name].values[rows], {"units": QUANTITIES[name].unit}) for name in labels
+        name: ("step", ring.columns[name][rows], {"units": QUANTITIES[name].unit}) for name in labels
     }
     if memory:
         columns["row"] = ("step", rows, {"units": ""})
     for name in names:
         unit = {"units": QUANTITIES[name].unit}
-        a, b = _column(mdr, name), _column(ring, name)
-        size = np.max(np.abs(b)) if memory else b[rows]
-        columns[f"{name}_mdr"] = ("step", a[rows], unit)
-        columns[f"{name}_rings"] = ("step", b[rows], unit)
-        columns[f"{name}_difference"] = ("step", (a[rows] - b[rows]) / size, {"units": ""})
+        a, b = _column(mdr, name)[rows], ring.columns[name][rows]
+        size = np.max(np.abs(ring.columns[name][rows if not memory else slice(None)])) if to_largest else b
+        columns[f"{name}_mdr"] = ("step", a, unit)
+        columns[f"{name}_rings"] = ("step", b, unit)
+        columns[f"{name}_difference"] = ("step", (a - b) / size, {"units": ""})
     apart = np.array([_pressure_difference(mdr, ring, int(i)) for i in rows])
     columns["pressure_difference"] = ("step", apart, {"units": ""})
     return xr.Dataset(columns)
@@ -242,30 +294,27 @@ def _history(mdr: Result, ring: Result) -> xr.Dataset:
     return xr.Dataset(columns)
 
 
-def _radii(ring: Result, step: int) -> FloatArray:
-    a = float(ring.data["contact_radius"].values[step])
-    return np.linspace(0.05, 0.9, 60) * a
-
-
-def _pressure_difference(mdr: Result, ring: Result, step: int) -> float:
-    if not mdr.claims["pressure"].where[step] or ring.data["contact_radius"].values[step] == 0.0:
+def _pressure_difference(mdr: Result, ring: _Found, step: int) -> float:
+    a = float(_column(mdr, "contact_radius")[step])
+    if not mdr.claims["pressure"].where[step] or not a > 0.0:
         return math.nan
-    r = _radii(ring, step)
-    by_mdr, by_rings = (result.field("pressure", r=r, step=step).values for result in (mdr, ring))
+    r = np.linspace(0.05, 0.9, 60) * a
+    by_mdr, by_rings = (one.field("pressure", r, step) for one in (mdr.surface, ring.surface))
     return float(np.max(np.abs(by_mdr - by_rings)) / np.max(np.abs(by_rings)))
 
 
-def _pressures(mdr: Result, ring: Result, rows: np.ndarray) -> xr.Dataset:
+def _pressures(mdr: Result, ring: _Found, rows: np.ndarray) -> xr.Dataset:
     """At the last of some rows at which the method has one."""
     import xarray as xr
 
     valid = rows[mdr.claims["pressure"].where[rows]]
     step = int(valid[-1] if valid.size else rows[-1])
     r = ring.surface.default_radii(step)
-    by_rings = ring.field("pressure", r=r, step=step).values
+    by_rings = ring.surface.field("pressure", r, step)
     by_mdr = mdr.field("pressure", r=r, step=step).values if valid.size else np.full(r.shape, math.nan)
+    bounded = ~np.isinf(by_mdr) & ~np.isinf(by_rings)
     return xr.Dataset(
-        {"mdr": ("r", by_mdr, {"units": "Pa"}), "rings": ("r", by_rings, {"units": "Pa"})},
-        coords={"r": ("r", r, {"units": "m"})},
-        attrs={"indentation": float(ring.data["indentation"].values[step])},
+        {"mdr": ("r", by_mdr[bounded], {"units": "Pa"}), "rings": ("r", by_rings[bounded], {"units": "Pa"})},
+        coords={"r": ("r", r[bounded], {"units": "m"})},
+        attrs={"indentation": float(ring.columns["indentation"][step])},
     )

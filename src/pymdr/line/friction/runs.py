@@ -62,6 +62,26 @@ def record(stack: Any, m: int, out: FloatArray, row: int) -> None:
     out[2, row] = max(vertex(stack, m).energy, 0.0)
 
 
+@inlined
+def write_row(
+    stack: Any,
+    m: int,
+    out: FloatArray,
+    row: int,
+    scales: tuple[float, float, float],
+    lost: float,
+    slide: float,
+) -> None:
+    """Write what `record` does, the energy lost in slip and the distance slid, in SI."""
+    to_force, to_energy, to_shift = scales
+    record(stack, m, out, row)
+    out[0, row] *= to_force
+    out[2, row] *= to_energy
+    out[3, row] = to_energy * lost
+    if slide > 0.0:  # else the zero pages of the array stay untouched
+        out[4, row] = to_shift * slide
+
+
 @compiled
 def run_displacements(
     line: FloatArray,
@@ -83,8 +103,7 @@ def run_displacements(
     """
     line, stack, out = borrowed(line), borrowed(stack), borrowed(out)
     j, stop, column = span
-    to_force, to_energy, to_shift = scales
-    per_shift = 1.0 / to_shift
+    per_shift = 1.0 / scales[2]
     limit = line[0, REACH] * (1.0 + 1e-14)
     depth, v, low, high, total, carry, slide = register[:7]
     m = int(register[TOP])
@@ -110,12 +129,7 @@ def run_displacements(
         total = summed
         slide += slid
         if every or (column < rows.size and rows[column] == j):
-            record(stack, m, out, column)
-            out[0, column] *= to_force
-            out[2, column] *= to_energy
-            out[3, column] = to_energy * total
-            if slide > 0.0:  # else the zero pages of the array stay untouched
-                out[4, column] = to_shift * slide
+            write_row(stack, m, out, column, scales, total, slide)
             column += 1
         j += 1
     keep_register(register, depth, v, low, high, total, carry, slide, m)
@@ -209,7 +223,7 @@ def run_forces(
     """As :func:`run_displacements` with F_x given, and F_N (`by_force`) or the indentation in `normal`."""
     line, stack, out = borrowed(line), borrowed(stack), borrowed(out)
     j, stop, column = span
-    to_force, to_energy, to_shift = scales
+    to_force, _, to_shift = scales
     limit = line[0, REACH] * (1.0 + 1e-14)
     if by_force and math.isfinite(limit):
         limit = curve(line, line[0, REACH])[1] * (1.0 + 1e-14)
@@ -255,12 +269,7 @@ def run_forces(
         total = summed
         slide += slid
         if every or (column < rows.size and rows[column] == j):
-            record(stack, m, out, column)
-            out[0, column] *= to_force
-            out[2, column] *= to_energy
-            out[3, column] = to_energy * total
-            if slide > 0.0:  # else the zero pages of the array stay untouched
-                out[4, column] = to_shift * slide
+            write_row(stack, m, out, column, scales, total, slide)
             out[5, column] = depth
             out[6, column] = to_shift * v
             column += 1

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from pymdr.errors import ConvergenceError, PathError
 from pymdr.line.curves import Curve
-from pymdr.line.foundation import states_at_depth, states_at_force
+from pymdr.line.foundation import states_at_depth
 from pymdr.line.memory.modes import longer, modes_of, packed, unpacked
 from pymdr.line.memory.springs import Springs, extended, springs_to
 from pymdr.line.memory.ting import creep
@@ -267,11 +267,9 @@ def _follow(
         _refuse_jumps(state, waits, target, machine)
     springs = state.springs
     if springs is None:
-        if deepest <= 0.0 and machine != 0.0:
+        if deepest <= 0.0:
             return _apart(state, t, target, machine)
-        springs = springs_to(
-            curve, deepest if deepest > 0.0 else float(states_at_force(curve, [1.0]).indentation[0]), n
-        )
+        springs = springs_to(curve, deepest, n)
     elif math.isinf(machine):
         springs = extended(curve, springs, deepest)
     modes = modes_of(relaxation)
@@ -375,7 +373,8 @@ def _refuse_jumps(state: MemoryState, waits: FloatArray, target: FloatArray, mac
 
 def _apart(state: MemoryState, t: FloatArray, target: FloatArray, machine: float) -> MemoryHistory:
     none = np.zeros(t.size)
-    d = target.copy() if math.isinf(machine) else target / machine
+    # under a force of 0 they rest on each other
+    d = target.copy() if math.isinf(machine) else target / machine if machine > 0.0 else none
     end = replace(state, time=float(t[-1]), indentation=float(d[-1]))
     return MemoryHistory(d, none, none, none, none, none, np.ones(t.size, dtype=bool), end)
 

@@ -138,7 +138,7 @@ def step(
         else:
             for j in range(n):
                 h[j] = z_old[i, j]
-        position, level, deepest, forced = 0, 0, LEVELS, False
+        position, level, deepest, forced, at_once = 0, 0, LEVELS, False, False
         tried = 0
         my_lost, my_work = 0.0, 0.0
         while position < FULL:
@@ -148,9 +148,9 @@ def step(
                 row[PARTS] = math.inf
                 return filled
             size = FULL >> level
-            if level >= filled:
-                fill(level, duration, times, rates, branch, mode)
-                filled = level + 1
+            while filled <= level:
+                fill(filled, duration, times, rates, branch, mode)
+                filled += 1
             part = size / FULL
             depth = end if position + size == FULL else start + move * ((position + size) / FULL)
             dw = move * part
@@ -179,6 +179,7 @@ def step(
                         + elastic * (2.0 * branch[level, j, CROSS] * h[j] + branch[level, j, MOVED] * elastic)
                     ) * soft[j]
                 low = _least(before, after, fall, fallen, steep, flat)
+                at_once = False
                 if low < -_ROUNDING * scale and not forced:
                     holds = level >= deepest
                     begins, ends = equilibrium * dw, equilibrium * dw
@@ -198,7 +199,7 @@ def step(
                     if _least(begins, ends, rise, risen, bend, bent) >= 0.0:
                         holds, forced = True, before >= -_SLACK * scale
                     elif _least(-begins, -ends, drop, dropped, curl, curled) >= 0.0:
-                        holds = True
+                        holds, at_once = True, before <= _ROUNDING * scale
                     if (
                         holds
                         and (level >= deepest or before >= -_ROUNDING * scale)
@@ -216,21 +217,24 @@ def step(
                     while level > 0 and position % (2 * size) == 0:
                         level -= 1
                         size *= 2
-                elif level < deepest:
+                elif level < deepest and not at_once:
                     level += 1
-                else:  # it pulls at the end of this part: it is let go there, and jumps back
-                    my_work += dw * (0.5 * equilibrium * (w + there) + pushed + drag)
-                    my_lost += spent + dw * drag
-                    w, position = there, position + size
+                else:  # it pulls from here on, or at the end of this part: it is let go there, and jumps back
+                    if not at_once:
+                        my_work += dw * (0.5 * equilibrium * (w + there) + pushed + drag)
+                        my_lost += spent + dw * drag
+                        w, position = there, position + size
+                        for j in range(n):
+                            h[j] = ahead[j]
                     slip = 0.0
                     if viscosity == 0.0:
                         slip = equilibrium * w
                         for j in range(n):
-                            slip += ahead[j]
+                            slip += h[j]
                         slip /= -glassy
                     w += slip
                     for j in range(n):
-                        h[j] = ahead[j] + moduli[j] * slip
+                        h[j] += moduli[j] * slip
                     for k in range(modes):
                         total = to_modes[k, n] * w
                         for j in range(n):
@@ -242,6 +246,7 @@ def step(
                         for k in range(modes):
                             rest -= reach[k] * m[k]
                     free, forced, deepest = True, True, max(deepest - 1, 1)
+                    level = max(level, deepest)
             else:
                 scale = abs(rest) + abs(y)
                 there = rest
@@ -259,6 +264,7 @@ def step(
                     spent += mode[level, k, 1] * m[k] * m[k]
                 before, after = w + y - (depth - dw), there + y - depth
                 low = _least(before, after, fall, fallen, steep, flat)
+                at_once = False
                 if low < -_ROUNDING * scale and not forced:
                     holds = level >= deepest
                     begins, ends = -dw, -dw
@@ -278,7 +284,7 @@ def step(
                     if _least(begins, ends, rise, risen, bend, bent) >= 0.0:
                         holds, forced = True, before >= -_SLACK * scale
                     elif _least(-begins, -ends, drop, dropped, curl, curled) >= 0.0:
-                        holds = True
+                        holds, at_once = True, before <= _ROUNDING * scale
                     if (
                         holds
                         and (level >= deepest or before >= -_ROUNDING * scale)
@@ -295,19 +301,28 @@ def step(
                     while level > 0 and position % (2 * size) == 0:
                         level -= 1
                         size *= 2
-                elif level < deepest:
+                elif level < deepest and not at_once:
                     level += 1
-                elif ends > 0.0 and after >= -_SLACK * scale:  # it only seems to touch, as its gap widens
+                elif (
+                    not at_once and ends > 0.0 and after >= -_SLACK * scale
+                ):  # it only seems to touch, as its gap widens
                     forced = True
                 else:
-                    my_lost += spent
-                    w, position = depth - y, position + size
+                    if at_once:
+                        there, depth = w, depth - dw
+                    else:
+                        my_lost += spent
+                        position += size
+                        for k in range(modes):
+                            m[k] = ahead[k]
+                    w = depth - y
                     for j in range(n):
                         total = 0.0
                         for k in range(modes):
-                            total += to_branches[j, k] * ahead[k]
+                            total += to_branches[j, k] * m[k]
                         h[j] = total + moduli[j] * (w - there)
                     free, forced, deepest = False, True, max(deepest - 1, 1)
+                    level = max(level, deepest)
         w_new[i] = w
         free_new[0, i] = 1.0 if free else 0.0
         free_new[1, i] = rest

@@ -583,6 +583,27 @@ def _force(
     out[0], out[1], out[2], out[3], out[4] = d, v, force, a, last
 
 
+@compiled
+def _hit(
+    line: FloatArray,
+    body: FloatArray,
+    moduli: FloatArray,
+    times: FloatArray,
+    steps: FloatArray,
+    pulls: FloatArray,
+    forces: FloatArray,
+    turn: int,
+    at: int,
+    time: float,
+    near: FloatArray,
+    out: FloatArray,
+) -> float:
+    """Force at a time in a step or the one before."""
+    k = at - 1 if at > 0 and time < steps[at, BEGIN] else at
+    _force(line, body, moduli, times, steps, pulls, forces, turn, k, time - steps[k, BEGIN], near, out)
+    return float(out[2])
+
+
 _GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
 
 
@@ -617,19 +638,11 @@ def hardest(
     at_inner, at_outer = -1.0, -1.0
     for _ in range(60):
         if at_inner < 0.0:
-            k = at - 1 if at > 0 and inner < steps[at, BEGIN] else at
-            _force(
-                line, body, moduli, times, steps, pulls, forces, turn, k, inner - steps[k, BEGIN], near, out
-            )
-            at_inner = out[2]
+            at_inner = _hit(line, body, moduli, times, steps, pulls, forces, turn, at, inner, near, out)
             if at_inner > most:
                 most, when = at_inner, inner
         if at_outer < 0.0:
-            k = at - 1 if at > 0 and outer < steps[at, BEGIN] else at
-            _force(
-                line, body, moduli, times, steps, pulls, forces, turn, k, outer - steps[k, BEGIN], near, out
-            )
-            at_outer = out[2]
+            at_outer = _hit(line, body, moduli, times, steps, pulls, forces, turn, at, outer, near, out)
             if at_outer > most:
                 most, when = at_outer, outer
         if at_inner > at_outer:

@@ -57,8 +57,8 @@ class Motion(NamedTuple):
 
     @property
     def rebound_speed(self) -> float:
-        """In m/s; 0 of a mass that comes to rest."""
-        return 0.0 if self.rests else -float(self.steps[-1, 3])
+        """In m/s, no more than that of the touch, beyond which steps err; 0 of a mass that comes to rest."""
+        return 0.0 if self.rests else min(-float(self.steps[-1, 3]), float(self.steps[0, 3]))
 
 
 class MotionRows(NamedTuple):

@@ -28,6 +28,7 @@ from pymdr.problem.profiles import (
     FlatPunch,
     ForceCurve,
     Function,
+    Function2D,
     Hyperboloid,
     Interpolated,
     Paraboloid,
@@ -36,6 +37,8 @@ from pymdr.problem.profiles import (
     RoundedCone,
     RoundedFlat,
     Sampled,
+    Sampled2D,
+    Shape,
     Sphere,
     Sum,
     TruncatedCone,
@@ -160,6 +163,16 @@ def _(profile: ForceCurve, exponent: float = 0.0) -> EquivalentProfile:
     return _polygon(profile)
 
 
+@equivalent_profile.register
+def _(profile: Shape, exponent: float = 0.0) -> EquivalentProfile:
+    name = type(profile).__name__
+    raise ProblemError(
+        f"{name} is not of revolution and has no line of its own: solve(...) gives its normal force without adhesion and friction; "
+        "what follows from a force curve (friction, memory, impacts) is had with solve(...).force_curve() as the profile of "
+        "another contact, and azimuthal_mean(shape) is the profile of its lower bound"
+    )
+
+
 @lru_cache(maxsize=64)
 def _polygon(profile: ForceCurve) -> PolygonLine:
     return polygon_of(closure_of(profile).stiffness, profile.modulus)
@@ -250,12 +263,12 @@ def has_callables(profile: Profile) -> bool:
     False
     """
     parts = profile.parts if isinstance(profile, Sum) else (profile,)
-    return any(isinstance(part, Function) for part in parts)
+    return any(isinstance(part, Function | Function2D) for part in parts)
 
 
 def without_callables(profile: Profile, top: float) -> Profile:
     """
-    The profile with every :class:`Function` replaced by the panels on which it is mapped, for saving.
+    The profile with every :class:`Function` replaced by the panels on which it is mapped, for saving; of a Function2D, a grid.
 
     Parameters
     ----------
@@ -269,4 +282,24 @@ def without_callables(profile: Profile, top: float) -> Profile:
     """
     if isinstance(profile, Sum):
         return Sum(tuple(without_callables(part, top) for part in profile.parts))
+    if isinstance(profile, Function2D):
+        return _on_grid(profile, min(top, profile.reach))
     return _on_panels(profile, 0.0).as_panels(top) if isinstance(profile, Function) else profile
+
+
+_PIXELS = 129
+"""Along both sides of the grid that stands for a callable of x and y; odd, for its apex."""
+
+
+def _on_grid(profile: Function2D, top: float) -> Sampled2D:
+    """Its gap on a square of half a diagonal of at most `top` m about the apex, as large as all of it is known."""
+    half = top / math.sqrt(2.0)
+    for _ in range(60):
+        x = np.linspace(-half, half, _PIXELS)
+        x[_PIXELS // 2] = 0.0
+        gap = profile.gap_at(x[:, None], x)
+        if np.isfinite(gap).all():
+            spacing = 2.0 * half / (_PIXELS - 1)
+            return Sampled2D(-gap, _PIXELS * spacing)
+        half /= 2.0
+    raise ProblemError(f"Function2D: its gap is not known about the apex, up to {top:g} m")

@@ -26,10 +26,13 @@ class EquivalentProfile(ABC):
     """k of a power-law graded half-space, E(z) ~ z^k, -1 < k < 1; 0 for a homogeneous one."""
     edge: float = math.inf
     """Sharp edge in m that no contact passes."""
-    reach: float = math.inf
-    """Largest x in m at which g is known."""
     rises: bool = True
     """Whether g is known to rise everywhere, so that every contact is a disk."""
+
+    @property
+    def reach(self) -> float:
+        """Largest x in m at which g is known."""
+        return math.inf
 
     @abstractmethod
     def g(self, x: Position) -> FloatArray:
@@ -81,7 +84,7 @@ class EquivalentProfile(ABC):
         return np.zeros((*np.shape(rounded(x)), 4))
 
     def slope_error(self, x: Position) -> FloatArray:
-        """Largest relative error of g' anywhere up to x, which integrals over a contact feel."""
+        """Largest relative error of integrals of g' over a contact up to x, relative to their absolute integrands."""
         return np.zeros(np.shape(rounded(x)))
 
     def place_error(self, place: Place, of_moment: BoolArray) -> FloatArray:

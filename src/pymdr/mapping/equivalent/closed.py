@@ -135,7 +135,7 @@ class SphereLine(EquivalentProfile):
     aspect: float = 1.0
 
     @property
-    def reach(self) -> float:  # type: ignore[override]
+    def reach(self) -> float:
         """It ends at R."""
         return self.radius
 

@@ -122,7 +122,7 @@ class PanelLine(EquivalentProfile):
     # -- how far it is mapped ---------------------------------------------------------------------
 
     @property
-    def reach(self) -> float:  # type: ignore[override]
+    def reach(self) -> float:
         """Largest radius in m at which the profile is known to be defined."""
         return self._resolved.limit if self._resolved.limit < self.source.reach else self.source.reach
 
@@ -312,7 +312,7 @@ class PanelLine(EquivalentProfile):
         return answer.reshape(*np.shape(place.x), 4)
 
     def slope_error(self, x: Position) -> FloatArray:
-        """Largest relative error of g' anywhere up to x, which integrals over a contact feel."""
+        """Largest relative error of integrals of g' over a contact up to x."""
         place = as_place(x)
         at = place.x
         answer = np.zeros(at.shape)
@@ -321,7 +321,7 @@ class PanelLine(EquivalentProfile):
             inside = place.take(known)
             image = self._map_over(inside)
             index = image.panels.locate(inside)[0]
-            answer[known] = np.maximum.accumulate(image.error[:, 1])[index]
+            answer[known] = image.felt[index]
         return answer
 
     def _errors(self, image: Image, index: IndexArray, offset: FloatArray) -> FloatArray:

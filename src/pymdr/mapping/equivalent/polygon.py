@@ -41,7 +41,7 @@ class PolygonLine(EquivalentProfile):
     """G there in m, not falling from 0."""
 
     @property
-    def reach(self) -> float:  # type: ignore[override]
+    def reach(self) -> float:
         """The last corner."""
         return float(self.x[-1])
 

@@ -7,11 +7,16 @@ be restyled afterwards.
 from pymdr.presentation.plot.adhesion import adhesive_figures, adhesive_overview
 from pymdr.presentation.plot.closure import CurveData, closure_figures, closure_overview
 from pymdr.presentation.plot.compared import compared_pressures, compared_tractions
+from pymdr.presentation.plot.conductance import conduction_figure
 from pymdr.presentation.plot.fits import fitted_curves
 from pymdr.presentation.plot.friction import frictional_figures, frictional_overview
+from pymdr.presentation.plot.heating import frictional_heat_study, joule_study
+from pymdr.presentation.plot.layers import thickness_study
 from pymdr.presentation.plot.memory import memory_figures, memory_overview
+from pymdr.presentation.plot.press import pressed_surface
 from pymdr.presentation.plot.rough import rough_study
-from pymdr.presentation.plot.shared import FigureData, Plots
+from pymdr.presentation.plot.shapes import ShapeData, shape_figures, shape_overview
+from pymdr.presentation.plot.shared import FigureData, LayersDrawn, Plots
 from pymdr.presentation.plot.studies import (
     compared_laws,
     impact_figure,
@@ -20,30 +25,42 @@ from pymdr.presentation.plot.studies import (
     sliding_study,
 )
 from pymdr.presentation.plot.sweeps import sweep_curves
+from pymdr.presentation.plot.topography import bump_study, spectrum_study
 from pymdr.presentation.plot.whole import normal_figures, normal_overview
 
 __all__ = [
     "CurveData",
     "FigureData",
+    "LayersDrawn",
     "Plots",
+    "ShapeData",
     "adhesive_figures",
     "adhesive_overview",
+    "bump_study",
     "closure_figures",
     "closure_overview",
     "compared_laws",
     "compared_pressures",
     "compared_tractions",
+    "conduction_figure",
     "fitted_curves",
     "frictional_figures",
+    "frictional_heat_study",
     "frictional_overview",
     "impact_figure",
+    "joule_study",
     "loop_study",
     "memory_figures",
     "memory_overview",
     "normal_figures",
     "normal_overview",
+    "pressed_surface",
     "rolling_study",
     "rough_study",
+    "shape_figures",
+    "shape_overview",
     "sliding_study",
+    "spectrum_study",
     "sweep_curves",
+    "thickness_study",
 ]

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pymdr.interpretation.validity import BoolArray
+from pymdr.presentation.plot.layers import layers
 from pymdr.presentation.plot.loops import course_of, draw_loop, draw_radius
 from pymdr.presentation.plot.section import graded_inside, section, section_into
 from pymdr.presentation.plot.shared import (
@@ -66,7 +67,7 @@ def adhesive_figures(data: FigureData) -> dict[str, Figure]:
     Returns
     -------
     dict of str to matplotlib.figure.Figure
-        ``section``, ``loop``, ``radius`` and ``fields``.
+        ``section``, ``loop``, ``radius`` and ``fields``; ``layers`` of a body of layers.
     """
     course, ways = course_of(data), _ways(data)
     with styled():
@@ -81,7 +82,8 @@ def adhesive_figures(data: FigureData) -> dict[str, Figure]:
         _draw_surfaces(right, data)
         for figure in (loop, fields):
             letter_panels(figure)
-    return {"section": section(data), "loop": loop, "radius": radius, "fields": fields}
+    own = {} if data.layers is None else {"layers": layers(data)}
+    return {"section": section(data), "loop": loop, "radius": radius, "fields": fields, **own}
 
 
 def _ways(data: FigureData) -> list[str]:

@@ -33,6 +33,22 @@ _STYLE: Any = {"axes.spines.top": False, "axes.spines.right": False, "font.size"
 
 
 @dataclass(frozen=True)
+class LayersDrawn:
+    """What is drawn of a body of layers."""
+
+    thickness: tuple[float, ...]
+    """From the surface downward in m."""
+    words: tuple[str, ...]
+    """What each layer is made of."""
+    base: str
+    """What they lie on."""
+    rigid: bool
+    """Whether that does not give way."""
+    half_spaces: Mapping[str, tuple[FloatArray, FloatArray]]
+    """Indentations in m and forces in N on half-spaces of single materials, by words."""
+
+
+@dataclass(frozen=True)
 class FigureData:
     """What the figures are drawn from."""
 
@@ -62,6 +78,8 @@ class FigureData:
     """Force in N of an attraction that has no place in the pressure; None without it."""
     refusal: str = ""
     """Why no row is valid."""
+    layers: LayersDrawn | None = None
+    """The layers of the body; None without."""
     extent: float | None = None
     """Radius in m up to which the profile of a refused contact is drawn."""
 

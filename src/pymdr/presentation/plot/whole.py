@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pymdr.presentation.plot.curves import curves, draw_curve, draw_pressure, fields
+from pymdr.presentation.plot.layers import layers
 from pymdr.presentation.plot.section import section, section_into
 from pymdr.presentation.plot.shared import FigureData, letter_panels, new_figure, styled
 
@@ -53,6 +54,7 @@ def normal_figures(data: FigureData) -> dict[str, Figure]:
     Returns
     -------
     dict of str to matplotlib.figure.Figure
-        ``section``, ``curves`` and ``fields``.
+        ``section``, ``curves`` and ``fields``; ``layers`` of a body of layers.
     """
-    return {"section": section(data), "curves": curves(data), "fields": fields(data)}
+    own = {} if data.layers is None else {"layers": layers(data)}
+    return {"section": section(data), "curves": curves(data), "fields": fields(data), **own}

@@ -25,3 +25,8 @@ from pymdr.problem.profiles.sampled import CubicSpline as CubicSpline
 from pymdr.problem.profiles.sampled import Sampled as Sampled
 from pymdr.problem.profiles.sampled import ShapePreserving as ShapePreserving
 from pymdr.problem.profiles.sampled import SmoothingSpline as SmoothingSpline
+from pymdr.problem.profiles.shapes import EllipticParaboloid as EllipticParaboloid
+from pymdr.problem.profiles.shapes import Function2D as Function2D
+from pymdr.problem.profiles.shapes import Pyramid as Pyramid
+from pymdr.problem.profiles.shapes import Sampled2D as Sampled2D
+from pymdr.problem.profiles.shapes import Shape as Shape

@@ -94,7 +94,7 @@ class Sum(Profile):
         for part in parts:
             if part.whole:
                 raise ProblemError(
-                    f"a {type(part).__name__} cannot be added to other profiles: it is that of the whole contact"
+                    f"{type(part).__name__} cannot be added to other profiles: it is that of the whole contact"
                 )
         object.__setattr__(self, "parts", tuple(piece for part in parts for piece in _parts(part)))
 

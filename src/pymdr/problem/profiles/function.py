@@ -164,18 +164,18 @@ def _answer(function: ArrayFunction, r: FloatArray, name: str) -> FloatArray:
     except Exception as error:
         if _takes_scalars(function, r):
             raise ProblemError(
-                f"{where} does not take arrays ({_said(error)}): write it with NumPy functions, "
+                f"{where} does not take arrays ({said(error)}): write it with NumPy functions, "
                 "or wrap it in numpy.vectorize"
             ) from error
         raise ProblemError(
-            f"{where} fails for radii {_span(r)} ({_said(error)}): let it give nan where it is not defined, "
+            f"{where} fails for radii {_span(r)} ({said(error)}): let it give nan where it is not defined, "
             "or state how far it goes with Function(..., reach=...)"
         ) from error
-    return _real(raw, r, where, "m" if name == "f" else "")
+    return real_values(raw, r, where, "m" if name == "f" else "")
 
 
-def _real(raw: Any, r: FloatArray, where: str, unit: str) -> FloatArray:
-    """What a callable has given, as floats of the shape of its radii."""
+def real_values(raw: Any, r: FloatArray, where: str, unit: str, asked: str = "radii") -> FloatArray:
+    """What a callable has given, as floats of the shape of what it was asked for."""
     if raw is None:
         raise ProblemError(f"{where} gives None: it must return its values")
     try:
@@ -203,13 +203,13 @@ def _real(raw: Any, r: FloatArray, where: str, unit: str) -> FloatArray:
         raise
     except Exception as error:
         raise ProblemError(
-            f"{where} gives {type(raw).__name__}, which is not an array of real numbers ({_said(error)})"
+            f"{where} gives {type(raw).__name__}, which is not an array of real numbers ({said(error)})"
         ) from error
     if masked is not None:
         values[masked] = math.nan
     if values.shape not in ((), (1,), r.shape):
         raise ProblemError(
-            f"{where} gives an array of shape {values.shape} for {r.size} radii: one value for each radius is needed"
+            f"{where} gives an array of shape {values.shape} for {r.size} {asked}: one value for each is needed"
         )
     return values if values.shape == r.shape else np.full(r.shape, values.item())
 
@@ -255,9 +255,9 @@ def _takes_scalars(function: ArrayFunction, r: FloatArray) -> bool:
     """Whether a callable that fails on arrays gives numbers for single radii."""
     try:
         with np.errstate(all="ignore"):
+            of_scalar: Any = function
             for radius in (r.min(), r.max(), r[-1]):
-                value: Any = function(float(radius))  # type: ignore[arg-type]
-                float(value)
+                float(of_scalar(float(radius)))
     except Exception:
         return False
     return True
@@ -268,7 +268,8 @@ def _title(function: ArrayFunction) -> str:
     return f" ({title})" if title and title != "<lambda>" else ""
 
 
-def _said(error: Exception) -> str:
+def said(error: Exception) -> str:
+    """An exception in words, on one line."""
     return f"{type(error).__name__}: {' '.join(str(error).split())[:200]}".rstrip(": ")
 
 

@@ -11,17 +11,18 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
-from pymdr.errors import NotValidError, ProblemError
-from pymdr.line.curves import ElasticLine
+from pymdr.errors import ProblemError
+from pymdr.line.curves import ElasticLine, Line
 from pymdr.line.foundation import normal_force, states_at_depth
+from pymdr.line.memory import follow_springs, follow_travels
+from pymdr.mapping.equivalent import equivalent_profile
+from pymdr.mapping.relaxation import relaxation_of
 from pymdr.problem.contact import Contact
-from pymdr.problem.paths import Path
 from pymdr.solving.equilibria import AdhesiveLine
 from pymdr.solving.reach import map_to_line
-from pymdr.solving.verb import solve
 from pymdr.units import FloatArray
 
-_NODES = 256
+_NODES, _SPRINGS = 256, 300
 _NARROWED = 6
 """Times 8."""
 _SAME = 1e-9
@@ -43,7 +44,7 @@ class Forces(Protocol):
 class ElasticForces:
     """Of elastic bodies without adhesion."""
 
-    line: ElasticLine
+    line: Line
     fold: float = 0.0
 
     def at(self, depth: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -131,14 +132,17 @@ class RememberedForces:
 
     def at(self, depth: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Force in N of one record, in the order of its times; its stiffness is that of the whole history, and not told."""
-        channel = "indentation" if self.compliance == 0.0 else "travel"
-        path = Path(time=self.time - self.time[0], **{channel: depth})
-        machine = None if self.compliance == 0.0 else 1.0 / self.compliance
-        found = solve(self.contact, path, machine_stiffness=machine)
-        force = found["normal_force"].values
-        if not np.all(np.isfinite(force)):
-            raise NotValidError(f"fit: {found.claims['normal_force'].reason}")
-        return force, np.full(force.shape, math.nan)
+        time = self.time - self.time[0]
+        steps = np.diff(time)
+        relaxation = relaxation_of(
+            self.contact.body, self.contact.counterbody, span=(float(steps.min()), float(time[-1]))
+        )
+        line = ElasticLine(equivalent_profile(self.contact.profile), 1.0)
+        if self.compliance == 0.0:
+            found = follow_springs(line, relaxation, time, depth, n=_SPRINGS)
+        else:
+            found = follow_travels(line, relaxation, time, depth, 1.0 / self.compliance, n=_SPRINGS)
+        return found.force, np.full(found.force.shape, math.nan)
 
 
 def forces_of(contact: Contact, deepest: float, compliance: float, time: FloatArray | None) -> Forces:
@@ -183,7 +187,7 @@ def _rounded_up(deepest: float) -> float:
 
 
 @lru_cache(maxsize=16)
-def _line_of(contact: Contact) -> ElasticLine:
+def _line_of(contact: Contact) -> Line:
     return map_to_line(contact).line
 
 

@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pymdr.errors import ProblemError, PymdrError
 from pymdr.problem.contact import Contact
@@ -82,47 +83,44 @@ def starts(
         tried = float(position.max()) - size * np.linspace(1.0, 0.01, points)
     together = scales_together(contact, unknowns)
     span = 0.0 if curve.time is None else float(np.ptp(curve.time))
-    found, failure = [], None
+    found, failures = [], []
     for values in candidates(contact, unknowns, size, span, most):
-        try:
-            forces = forces_of(put_into(contact, unknowns, values), size, 0.0, time)
-            found.append(
-                _best(
-                    forces, curve, position[few], curve.force[few], tried, known, values, unknowns, together
-                )
-            )
-        except PymdrError as error:
-            failure = error
+        best = Start(math.inf, values, float(tried[0]), 0.0)
+        for point in tried:
+            try:
+                forces = forces_of(put_into(contact, unknowns, values), size, 0.0, time)
+                places = _tried(forces, curve, few, float(point), known, values, unknowns, together)
+                best = min((best, *places), key=lambda start: start.misfit)
+            except PymdrError as error:
+                failures.append(error)
+        found.append(best)
     found = [start for start in found if math.isfinite(start.misfit)]
     if not found:
         raise ProblemError(
-            f"fit: no start can be computed: {failure or 'no force in the record rises with the depth'}"
+            f"fit: no start can be computed: {failures[-1] if failures else 'no force in the record rises with the depth'}"
         )
     return sorted(found, key=lambda start: start.misfit)[:count]
 
 
-def _best(
+def _tried(
     forces: Forces,
     curve: MeasuredCurve,
-    position: FloatArray,
-    force: FloatArray,
-    tried: FloatArray,
+    few: NDArray[np.intp],
+    point: float,
     known: dict[str, float],
     values: FloatArray,
     unknowns: Sequence[Unknown],
     together: bool,
-) -> Start:
-    """The best contact point of those tried, with scale and baseline by least squares."""
-    best = Start(math.inf, values, float(tried[0]), 0.0)
-    for point in tried:
-        for scale, model in _scaled(forces, curve, position - point, force, together):
-            factor, baseline = _linear(model, force, together and scale is None, known.get(BASELINE))
+) -> Iterator[Start]:
+    """Places with one contact point, with scale and baseline by least squares."""
+    force = curve.force[few]
+    for scale, model in _scaled(forces, curve, curve.position[few] - point, force, together):
+        factor, baseline = _linear(model, force, together and scale is None, known.get(BASELINE))
+        if factor > 0.0:
+            grown = factor if scale is None else scale
+            own = [v * grown if u.is_of_force else v for u, v in zip(unknowns, values, strict=True)]
             misfit = float(((force - baseline - factor * model) ** 2).sum())
-            if misfit < best.misfit and factor > 0.0:
-                grown = factor if scale is None else scale
-                own = [v * grown if u.is_of_force else v for u, v in zip(unknowns, values, strict=True)]
-                best = Start(misfit, np.array(own), float(point), baseline)
-    return best
+            yield Start(misfit, np.array(own), point, baseline)
 
 
 def _scaled(

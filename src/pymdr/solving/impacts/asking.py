@@ -9,6 +9,7 @@ import numpy as np
 
 from pymdr.errors import ProblemError
 from pymdr.problem.contact import Contact
+from pymdr.problem.values import within_range
 from pymdr.units import QuantityLike, shown, to_si
 
 
@@ -38,7 +39,7 @@ def above(value: QuantityLike, unit: str, name: str, who: str = "impact") -> flo
     number = to_si(value, unit, name=name)
     if not 0.0 < number < math.inf:
         raise ProblemError(f"{who}: {name} = {shown(value)}; it must be above 0 {unit} and finite")
-    return number
+    return float(within_range(number, unit, f"{who}: {name}", size=True))
 
 
 def read(
@@ -63,7 +64,7 @@ def read(
         )
     if not isinstance(steps, int | np.integer) or isinstance(steps, bool) or steps < 8 or steps % 4:
         raise ProblemError(f"impact: steps = {steps!r}; a multiple of 4 is needed, at least 8")
-    turning = to_si(spin, "rad/s", name="spin")
+    turning = float(within_range(to_si(spin, "rad/s", name="spin"), "rad/s", "impact: spin"))
     ball = contact.profile.curvature_radius if _is_ball(contact) else None
     arm = ball if radius is None else above(radius, "m", "radius")
     gyration = None if inertia is None else above(inertia, "kg*m^2", "inertia")
@@ -96,8 +97,13 @@ def coefficient_of(contact: Contact, who: str) -> float:
     Raises
     ------
     ProblemError
-        If a body has a memory and the coefficient is above 0.
+        If a body has a memory and the coefficient is above 0, or a body is layered.
     """
+    if contact.layered is not None:
+        raise ProblemError(
+            f"{who}: impacts on a Layered body are not offered: waves that return from its base are not in the quasi-static force "
+            "law; solve(...) gives that law, or take Elastic for the body"
+        )
     mu = 0.0 if contact.friction is None else contact.friction.coefficient
     if mu > 0.0 and contact.remembers:
         raise ProblemError(

@@ -19,7 +19,7 @@ from pymdr.solving.colliding import bounce, motion
 from pymdr.solving.impacts.asking import Asked
 from pymdr.solving.impacts.telling import QUASI_STATIC, SIDEWAYS, told
 from pymdr.solving.impacts.value import Event, Impact
-from pymdr.solving.reach import Mapped, map_to_line
+from pymdr.solving.reach import Springs, map_to_springs
 from pymdr.solving.verb import solve
 from pymdr.units import FloatArray
 
@@ -27,7 +27,7 @@ from pymdr.units import FloatArray
 def elastic(asked: Asked) -> Impact:
     """Bodies that give back what they take; with friction the motion sideways besides."""
     contact = asked.contact
-    mapped = map_to_line(contact)
+    mapped = map_to_springs(contact)
     course = bounce(contact, mapped, asked.mass, asked.normal, asked.steps)
     deepest = float(course.depth[course.deepest])
     solved = solve(contact, indent(deepest))
@@ -52,7 +52,7 @@ _SETTLED = 1e-8
 _MOST = 200_000
 
 
-def _rubbed(asked: Asked, normal: Impact, mapped: Mapped, claim: Claim, mu: float) -> Impact:
+def _rubbed(asked: Asked, normal: Impact, mapped: Springs, claim: Claim, mu: float) -> Impact:
     """The impact with the motion of the contact point against friction, in steps that are halved until nothing changes."""
     assert asked.radius is not None
     assert asked.inertia is not None

@@ -168,7 +168,8 @@ def _errors(motion: Motion, halved: Motion) -> dict[str, float]:
     def change(value: float, other: float) -> float:
         return 0.0 if value == other else abs(other / value - 1.0)
 
-    speed = change(motion.rebound_speed, halved.rebound_speed)
+    # as they were stepped, also beyond the speed of the touch
+    speed = change(*(0.0 if one.rests else -float(one.steps[-1, 3]) for one in (motion, halved)))
     depth = change(motion.deepest, halved.deepest)
     return {
         "restitution": speed,

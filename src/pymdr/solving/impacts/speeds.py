@@ -14,12 +14,13 @@ from pymdr.line.foundation import normal_force, states_at_depth
 from pymdr.line.impact import at_many, depths_of_energy
 from pymdr.line.rebound import Motion, largest_force, rebound
 from pymdr.problem.contact import Contact
+from pymdr.problem.values import within_range
 from pymdr.quantities import quantity
 from pymdr.solving.colliding import collide, contact_times, stopping_depths
 from pymdr.solving.equilibria import AdhesiveLine
 from pymdr.solving.impacts.asking import above, coefficient_of
 from pymdr.solving.impacts.telling import of_shape
-from pymdr.solving.reach import map_to_line
+from pymdr.solving.reach import map_to_springs
 from pymdr.solving.rebounding import followed, motion_at
 from pymdr.units import ArrayQuantityLike, FloatArray, QuantityLike, shown, to_si_array
 
@@ -74,6 +75,8 @@ def restitution(contact: Contact, *, mass: QuantityLike, speeds: ArrayQuantityLi
         raise ProblemError(
             f"restitution: speeds = {shown(speeds)}; one row of finite speeds above 0 m/s is needed"
         )
+    for extreme in (v.min(), v.max()):
+        within_range(extreme, "m/s", "restitution: speeds", size=True)
     coefficient_of(contact, "restitution")
     attributes = {}
     if contact.remembers:
@@ -91,7 +94,7 @@ def restitution(contact: Contact, *, mass: QuantityLike, speeds: ArrayQuantityLi
 
 
 def _many_elastic(contact: Contact, mass: float, speed: FloatArray) -> list[FloatArray]:
-    line = map_to_line(contact).line
+    line = map_to_springs(contact).line
     potential, _, largest = stopping_depths(contact, line, mass, np.array([speed.max()]))
 
     def followed(logarithm: FloatArray) -> FloatArray:

@@ -1,0 +1,103 @@
+"""Contacts on layers: single ones against the textbook's quadrature and against rings, and long paths against half-spaces."""
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+from scipy.integrate import quad
+
+import pymdr as mdr
+from benchmarks.timing import Ratio, compare, median_times
+from pymdr.independent.rings import solve_indentation
+from pymdr.independent.stacks import stack_of
+from pymdr.line.layered.equation import Outline, numbers, solve_contact
+from pymdr.line.lines import _layered, line_of
+from pymdr.mapping.equivalent import equivalent_profile
+from pymdr.mapping.layers import kernel_of
+from pymdr.mapping.series import as_place
+
+FILM = mdr.Layered([mdr.Layer(mdr.Elastic("1 MPa", 0.5), 1.0)])
+
+
+def textbook_stiffness(a, n):
+    """k / (2 E* a) by n Gauss nodes on [0, a] and an adaptive quadrature for every value of the kernel."""
+    nodes, weights = np.polynomial.legendre.leggauss(n)
+    x, w = 0.5 * a * (nodes + 1.0), 0.5 * a * weights
+
+    def shortfall(s):
+        e = np.exp(-2.0 * s)
+        return 2.0 * e * (e + 1.0 + 2.0 * s * s + 2.0 * s) / (1.0 + e * e + (2.0 + 4.0 * s * s) * e)
+
+    def kernel(t):
+        return quad(shortfall, 0.0, 25.0, weight="cos", wvar=t)[0]
+
+    pairs = np.array([[kernel(abs(p - q)) + kernel(p + q) for q in x] for p in x]) / np.pi
+    return float(w @ np.linalg.solve(np.eye(n) - pairs * w, np.ones(n))) / a
+
+
+def single() -> Iterator[Ratio]:
+    g, kernel = equivalent_profile(mdr.Paraboloid(1.0)), kernel_of(FILM)
+
+    def ours(a):
+        outline = Outline(g, 1.0, as_place(np.array([a])))
+        return numbers(solve_contact(kernel, outline)[0], outline)
+
+    for a, n in ((1.0, 8), (4.0, 16)):
+        error = abs(ours(a)[0] / textbook_stiffness(a, n) - 1.0)
+        yield compare(
+            f"a contact of a/h = {a:g} (differ by {error:.0e})",
+            lambda a=a: ours(a),
+            f"{n} nodes, the kernel by quad",
+            lambda a=a, n=n: textbook_stiffness(a, n),
+            "aim 5 ms",
+        )
+    for a, aim in ((10.0, "aim 5 ms"), (100.0, "aim 50 ms")):
+        yield compare(
+            f"a contact of a/h = {a:g}", lambda a=a: ours(a), "one of a/h = 1", lambda: ours(1.0), aim
+        )
+
+
+def against_rings() -> Iterator[Ratio]:
+    """A contact by solve() with all its claims, and by so many rings that the force is as close as asked."""
+    accuracy, tip, stack = 1e-6, mdr.Paraboloid(1.0), stack_of(FILM)
+    contact = mdr.Contact(tip, FILM)
+    line = line_of(contact)
+    for a in (1.0, 4.0, 10.0):
+        depth, force = (float(f(np.array([a]))[0]) for f in (line.depth, line.force))
+
+        def rings(n, a=a, depth=depth):
+            return solve_indentation(tip.gap, depth, line.modulus, reach=2.0 * a, n=n, surface=stack).force
+
+        # the error falls with the third power of their number
+        n = max(20, math.ceil(100 * (abs(rings(100) / force - 1.0) / accuracy) ** (1 / 3)))
+        against = f"{n} rings (force {abs(rings(n) / force - 1.0):.0e} off)"
+
+        def known(depth=depth):
+            return mdr.solve(contact, mdr.indent(depth))
+
+        def anew(depth=depth):
+            _layered.cache_clear()
+            return mdr.solve(contact, mdr.indent(depth))
+
+        first, again, other = median_times((anew, 3), (known, 7), (lambda n=n, rings=rings: rings(n), 3))
+        yield Ratio(f"solve() of a/h = {a:g}, its line made anew", against, first, other, "no aim")
+        yield Ratio(f"solve() of a/h = {a:g}, its line known", against, again, other, "no aim")
+
+
+def paths() -> Iterator[Ratio]:
+    ball, path = mdr.Sphere("10 mm"), mdr.load("1 N", steps=10_000)
+    film = mdr.Layered([mdr.Layer(mdr.Elastic("1 MPa", 0.45), "1 mm")])
+    layered, plain = (mdr.Contact(ball, one) for one in (film, mdr.Elastic("1 MPa", 0.45)))
+    yield compare(
+        "10 000 rows on a layer, after the first solution",
+        lambda: mdr.solve(layered, path),
+        "on a half-space",
+        lambda: mdr.solve(plain, path),
+        "aim at most 20 times as long",
+    )
+
+
+def ratios() -> Iterator[Ratio]:
+    yield from single()
+    yield from against_rings()
+    yield from paths()

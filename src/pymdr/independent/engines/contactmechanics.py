@@ -1,0 +1,110 @@
+"""The package ContactMechanics: Love's influence of a pixel by fast transforms, and constrained conjugate gradients."""
+
+from __future__ import annotations
+
+import math
+import warnings
+from importlib.metadata import version
+from typing import Any
+
+import numpy as np
+
+from pymdr.errors import MissingExtraError
+from pymdr.independent.engines.protocol import HalfSpace, Pressing
+from pymdr.independent.engines.solutions import first_pressure, refuse_unsolved
+from pymdr.units import FloatArray
+
+_MOST_ITERATIONS = 3000
+_LARGEST_STIFFNESS = 1.16
+"""Over the root of the area of a square: that of the whole patch as a punch, which no contact exceeds."""
+_BYTES = 500.0
+"""Per pixel, measured at the peak of a solution."""
+
+
+class ContactMechanicsEngine:
+    """
+    The half-space of ContactMechanics that is free outside the grid (Pastewka, Sanner and others, MIT licence).
+
+    Notes
+    -----
+    Pastewka and Robbins (2016), Appl. Phys. Lett. 108, 221601; solved as Polonsky and Keer (1999), Wear 231, 206, have it,
+    from a pressure: begun from displacements, as the package does unless told, pyramids of three sides do not converge.
+    """
+
+    name = "contactmechanics"
+
+    @property
+    def version(self) -> str:
+        """Name and version of the package."""
+        _package()
+        return f"ContactMechanics {version('ContactMechanics')}"
+
+    def bytes_for(self, shape: tuple[int, int]) -> float:
+        """Memory of a solution in bytes."""
+        return _BYTES * shape[0] * shape[1]
+
+    def half_space(self, shape: tuple[int, int], spacing: tuple[float, float]) -> HalfSpace:
+        """A half-space under pixels."""
+        return _FreeHalfSpace(shape, spacing)
+
+
+class _FreeHalfSpace:
+    def __init__(self, shape: tuple[int, int], spacing: tuple[float, float]) -> None:
+        free, self._solve = _package()
+        size = tuple(n * width for n, width in zip(shape, spacing, strict=True))
+        # its young is E*
+        self._substrate = free(shape, 1.0, size)
+        self._shape = shape
+        self._area = spacing[0] * spacing[1]
+
+    def press(
+        self,
+        heights: FloatArray,
+        *,
+        indentation: float | None = None,
+        force: float | None = None,
+        start: FloatArray | None = None,
+        tolerance: float = 1e-6,
+    ) -> Pressing:
+        """Press a rigid surface on the half-space."""
+        below = np.max(heights) - heights
+        first = first_pressure(below, indentation) if start is None else start
+        if indentation is None:
+            assert force is not None
+            first = first * (force / (self._area * first.sum()))
+            least = force / (_LARGEST_STIFFNESS * math.sqrt(self._area * below.size))
+            load = {"external_force": force}
+        else:
+            least = indentation
+            load = {"offset": indentation}
+        forces = np.zeros(tuple(2 * n for n in self._shape))
+        forces[: self._shape[0], : self._shape[1]] = -self._area * first
+        found = self._solve(
+            self._substrate,
+            -below,
+            initial_forces=forces,
+            pentol=0.5 * tolerance * least,
+            forcetol=tolerance * least * math.sqrt(self._area),
+            thermotol=0.1 * tolerance,
+            maxiter=_MOST_ITERATIONS,
+            **load,
+        )
+        depth = float(found.offset if indentation is None else indentation)
+        pressure = np.array(found.jac) / self._area
+        gap = np.array(found.x)[: self._shape[0], : self._shape[1]] + below - depth
+        refuse_unsolved("ContactMechanics", Pressing(pressure, gap, depth, int(found.nit)), tolerance)
+        return Pressing(pressure, gap, depth, int(found.nit))
+
+
+def _package() -> tuple[Any, Any]:
+    """The half-space and the solver."""
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # it says that there is no MPI
+            from ContactMechanics import FreeFFTElasticHalfSpace
+            from ContactMechanics.Optimization import constrained_conjugate_gradients
+    except ImportError as error:
+        raise MissingExtraError(
+            "boundary elements by ContactMechanics need the extra rough: pip install 'pymdr[rough]'"
+        ) from error
+    return FreeFFTElasticHalfSpace, constrained_conjugate_gradients

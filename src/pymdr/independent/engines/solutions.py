@@ -1,0 +1,99 @@
+"""What all engines begin with and are held to."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+
+from pymdr.errors import ConvergenceError
+from pymdr.independent.engines.protocol import Pressing
+from pymdr.units import FloatArray
+
+_ALLOWED = 2.0
+"""Tolerances by which a solution may miss, since packages measure errors in their own ways."""
+_MOST_STEPS = 40
+
+
+def first_pressure(below: FloatArray, indentation: float | None) -> FloatArray:
+    """
+    A pressure to begin with, of any size: 1 where the undeformed bodies overlap, or on the higher tenth.
+
+    Parameters
+    ----------
+    below : ndarray
+        Distances of the pixels from the highest one.
+    indentation : float or None
+
+    Returns
+    -------
+    ndarray
+    """
+    near = below < (np.quantile(below, 0.1) if indentation is None else indentation)
+    return np.where(near | (below == 0.0), 1.0, 0.0)
+
+
+def refuse_unsolved(package: str, found: Pressing, tolerance: float) -> None:
+    """
+    Refuse what is no contact: gaps inside, penetration outside, or pulls.
+
+    Raises
+    ------
+    ConvergenceError
+    """
+    touching = found.pressure > 0.0
+    inside = float(np.max(np.abs(found.gap[touching]), initial=0.0))
+    worst = max(inside, -float(np.min(found.gap)))
+    # what is no number is no contact either
+    solved = worst <= _ALLOWED * tolerance * found.indentation and float(np.min(found.pressure)) >= 0.0
+    if not solved or not touching.any():
+        share = worst / found.indentation if found.indentation else math.nan
+        raise ConvergenceError(
+            f"{package} did not converge in {found.iterations} iterations: gaps and penetrations of {share:.2g} of the indentation, "
+            f"{tolerance:.2g} are asked; take a smoother surface, or another engine"
+        )
+
+
+def by_force(
+    press: Callable[[float], Pressing], indentation: float, first: float, tolerance: float
+) -> Pressing:
+    """
+    The solution at an indentation by an engine that knows forces.
+
+    Parameters
+    ----------
+    press : callable
+        The solution at a force.
+    indentation : float
+    first : float
+        A force to begin with.
+    tolerance : float
+        Of the indentation.
+
+    Returns
+    -------
+    Pressing
+
+    Raises
+    ------
+    ConvergenceError
+
+    Notes
+    -----
+    Secants of log F over log d, which for powers are exact.
+    """
+    force, slope = first, 1.5
+    before: tuple[float, float] | None = None
+    for _ in range(_MOST_STEPS):
+        found = press(force)
+        off = math.log(indentation / found.indentation)
+        if abs(off) <= tolerance:
+            return found
+        if before is not None and before[1] != off:
+            slope = min(max((math.log(force) - before[0]) / (before[1] - off), 0.2), 5.0)
+        before = math.log(force), off
+        force *= math.exp(slope * off)
+    raise ConvergenceError(
+        f"no force of an indentation of {indentation:g} was found: the last one is {force:g}, at {found.indentation:g}; give forces"
+    )

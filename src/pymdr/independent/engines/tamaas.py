@@ -1,0 +1,113 @@
+"""The package tamaas, under the AGPL: it is never loaded unless it is asked for."""
+
+from __future__ import annotations
+
+from importlib.metadata import version
+from typing import Any
+
+import numpy as np
+
+from pymdr.errors import ConvergenceError, MissingExtraError
+from pymdr.independent.engines.protocol import HalfSpace, Pressing
+from pymdr.independent.engines.solutions import by_force, first_pressure, refuse_unsolved
+from pymdr.units import FloatArray
+
+_MOST_ITERATIONS = 3000
+_BYTES = 300.0
+"""Per pixel, of the padded grid with its transforms."""
+
+
+class TamaasEngine:
+    """
+    The half-space of tamaas that is free outside the grid (Frérot and others, AGPL, with FFTW).
+
+    Notes
+    -----
+    Frérot, Anciaux, Rey, Pham-Ba and Molinari (2020), J. Open Source Softw. 5, 2121. It knows forces, so that an indentation
+    is found by some solutions, and contacts of more than one pixel.
+    """
+
+    name = "tamaas"
+
+    @property
+    def version(self) -> str:
+        """Name and version of the package."""
+        _package()
+        return f"tamaas {version('tamaas')}"
+
+    def bytes_for(self, shape: tuple[int, int]) -> float:
+        """Memory of a solution in bytes."""
+        return _BYTES * shape[0] * shape[1]
+
+    def half_space(self, shape: tuple[int, int], spacing: tuple[float, float]) -> HalfSpace:
+        """A half-space under pixels."""
+        return _NonPeriodic(shape, spacing)
+
+
+class _NonPeriodic:
+    def __init__(self, shape: tuple[int, int], spacing: tuple[float, float]) -> None:
+        self._tamaas = _package()
+        size = [n * width for n, width in zip(shape, spacing, strict=True)]
+        kind = self._tamaas.model_type.basic_2d
+        self._model = self._tamaas.ModelFactory.createModel(kind, size, list(shape))
+        self._model.E, self._model.nu = 1.0, 0.0
+        self._tamaas.ModelFactory.registerNonPeriodic(self._model, "free")
+        self._area = spacing[0] * spacing[1]
+
+    def press(
+        self,
+        heights: FloatArray,
+        *,
+        indentation: float | None = None,
+        force: float | None = None,
+        start: FloatArray | None = None,
+        tolerance: float = 1e-6,
+    ) -> Pressing:
+        """Press a rigid surface on the half-space."""
+        below = np.ascontiguousarray(np.max(heights) - heights)
+
+        def at(load: float) -> Pressing:
+            return self._at_force(below, load, tolerance)
+
+        if indentation is None:
+            assert force is not None
+            return at(force)
+        first = first_pressure(below, indentation) if start is None else start
+        # stiffness of a disk of the same area
+        guess = indentation * float(np.sqrt(self._area * np.count_nonzero(first)))
+        return by_force(at, indentation, guess, tolerance)
+
+    def _at_force(self, below: FloatArray, force: float, tolerance: float) -> Pressing:
+        # named, since the solver does not keep the array that it looks at
+        surface = -below
+        solver = self._tamaas.PolonskyKeerRey(self._model, surface, _FINEST)
+        solver.setIntegralOperator("free")
+        solver.max_iter = _MOST_ITERATIONS
+        try:
+            solver.solve(force / (self._area * below.size))
+        except self._tamaas.FloatingPointError as error:
+            raise ConvergenceError(f"tamaas: {' '.join(str(error).split())}") from error
+        pressure = np.maximum(np.array(self._model.traction), 0.0)
+        # of the model it is shifted by the gap
+        displacement = np.zeros_like(below)
+        self._model.operators["free"](pressure, displacement)
+        gap = displacement + below
+        depth = float(gap[pressure > 0.0].mean())
+        found = Pressing(pressure, gap - depth, depth, 0)
+        refuse_unsolved("tamaas", found, tolerance)
+        return found
+
+
+_FINEST = 1e-12
+"""It measures its error in its own way; what is reached is measured afterwards."""
+
+
+def _package() -> Any:
+    try:
+        import tamaas
+    except ImportError as error:
+        raise MissingExtraError(
+            "boundary elements by tamaas (AGPL) need the extra tamaas: pip install 'pymdr[tamaas]'"
+        ) from error
+    tamaas.set_log_level(tamaas.LogLevel.error)
+    return tamaas

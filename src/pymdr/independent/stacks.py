@@ -1,0 +1,230 @@
+"""Surface of a stack of elastic layers, for the rings: neither Fredholm's equation nor its kernel.
+
+A pressure that waves as cos(q x) displaces the surface by 2 L/(E* q), E* that of the top layer. L is made by adding layers
+from the base up. Of each layer the squeezing and the bending half are solved in closed form, in those of their displacements
+and tractions for which no coefficient is a difference of large numbers, however thin, thick or incompressible it is.
+The displacement by rings is that of the half-space less a Hankel integral with 1 - L, which decays like e^(-2 q h).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.special import j0, j1
+
+from pymdr.errors import ProblemError
+from pymdr.independent.rings import Array, ring_displacement
+from pymdr.problem.layers import Layered
+from pymdr.problem.materials import Elastic
+
+_END = 22.0
+"""In q h of the top layer: beyond it 1 - L is below rounding."""
+_NODES = 24
+_WAVE = 30.0
+"""Phase of the Bessel functions over a panel, which its nodes resolve to rounding."""
+_RATIO = 2.5
+"""Of the ends of a panel: the poles of L, plates on soft foundations included, stay as far away as the panel is long."""
+_MOST = 400_000
+_BLOCK = 2048
+
+
+@dataclass(frozen=True)
+class Stack:
+    """Isotropic layers on a base, from the surface down; the base is a half-space, or rigid if its modulus is infinite.
+
+    Parameters
+    ----------
+    thickness : tuple of float, m
+        Of every layer.
+    young, poisson : tuple of float
+        Young's modulus in Pa and Poisson's ratio of every layer and last of the base; that of a rigid base does not matter.
+    bonded : tuple of bool
+        Whether each layer sticks to what is below it, or slides on it without friction and without lifting.
+
+    Raises
+    ------
+    ProblemError
+        If there is no layer, the numbers of values differ, or one is outside its limits.
+
+    Examples
+    --------
+    >>> rubber_on_steel = Stack((1e-3,), (1e6, math.inf), (0.5, 0.3), (True,))
+    >>> [f"{x:.4f}" for x in rubber_on_steel.compliance([0.1e3, 1e3, 10e3])]
+    ['0.0007', '0.2406', '1.0000']
+    """
+
+    thickness: tuple[float, ...]
+    young: tuple[float, ...]
+    poisson: tuple[float, ...]
+    bonded: tuple[bool, ...]
+
+    bulges = True
+
+    def __post_init__(self) -> None:
+        n = len(self.thickness)
+        if n == 0 or (len(self.young), len(self.poisson), len(self.bonded)) != (n + 1, n + 1, n):
+            raise ProblemError(
+                f"Stack: {n} thicknesses, {len(self.young)} moduli, {len(self.poisson)} Poisson's ratios and {len(self.bonded)} "
+                "interfaces; n layers need n, n + 1, n + 1 and n, n of at least 1."
+            )
+        if not all(0 < h < math.inf for h in self.thickness):
+            raise ProblemError(f"Stack: thicknesses {self.thickness} m must be positive and finite.")
+        if not all(0 < e < math.inf for e in self.young[:n]) or not self.young[n] > 0:
+            raise ProblemError(f"Stack: moduli {self.young} Pa must be positive, those of layers finite.")
+        if not all(-1 < v <= 0.5 for v in self.poisson):
+            raise ProblemError(f"Stack: Poisson's ratios {self.poisson} must be above -1 and at most 0.5.")
+
+    @property
+    def modulus(self) -> float:
+        """E* of the top layer in Pa."""
+        return self.young[0] / (1 - self.poisson[0] ** 2)
+
+    @property
+    def softness(self) -> float:
+        """The largest L."""
+        q = np.geomspace(1e-9, 1e3, 400) / sum(self.thickness)
+        return float(1.05 * max(self.compliance(q).max(), 1.0))
+
+    def compliance(self, q: ArrayLike) -> Array:
+        """L at wavenumbers `q` (k,) in 1/m: the displacement by a waving pressure over that of a half-space of the top layer.
+
+        References
+        ----------
+        Muskhelishvili 1953, sections 93 and 94, for the waves; Kausel and Roesset 1981, Bull. Seismol. Soc. Am. 71, 1743, for adding.
+
+        Examples
+        --------
+        >>> Stack((1.0,), (1.0, 1.0), (0.3, 0.3), (True,)).compliance([1e-6, 1.0, 1e3])
+        array([1., 1., 1.])
+        """
+        q = np.atleast_1d(np.asarray(q, dtype=np.float64))
+        shear = [e / (2 * (1 + v)) for e, v in zip(self.young, self.poisson, strict=True)]
+        kappa = [3 - 4 * v for v in self.poisson]
+        below = np.empty((q.size, 2, 2))
+        below[:] = (
+            np.array([[kappa[-1] + 1, kappa[-1] - 1], [kappa[-1] - 1, kappa[-1] + 1]])
+            / 4
+            * (shear[0] / shear[-1])
+        )
+        for h, mu, k, bonded in reversed(
+            list(zip(self.thickness, shear[:-1], kappa[:-1], self.bonded, strict=True))
+        ):
+            below = _added(q * h / 2, k, shear[0] / mu, below, bonded)
+        return np.asarray(below[:, 1, 1] * 4 / (kappa[0] + 1), dtype=np.float64)
+
+    def displacement(self, r: ArrayLike, edges: ArrayLike) -> Array:
+        """Displacement in m at `r` (k,) by unit pressure on each ring of `edges` (n + 1,), for E* = 1: (k, n).
+
+        That of :func:`pymdr.independent.rings.ring_displacement` less 2 int (1 - L) J0(q r) [a J1(q a)] dq / q.
+
+        Raises
+        ------
+        ProblemError
+            As there, or if the layer is too thin for the radii to be resolved.
+
+        Examples
+        --------
+        >>> two = Stack((1.0, 1.0), (1.0, 1.0, math.inf), (0.3, 0.3, 0.3), (True, True))
+        >>> one = Stack((2.0,), (1.0, math.inf), (0.3, 0.3), (True,))
+        >>> [f"{stack.displacement([0.5], [0.0, 1.0])[0, 0]:.6f}" for stack in (one, two)]
+        ['1.232288', '1.232288']
+        """
+        u = ring_displacement(r, edges)
+        r, a = np.atleast_1d(np.asarray(r, dtype=np.float64)), np.asarray(edges, dtype=np.float64)
+        if r.size == 0:
+            return u
+        span = float(r.max() + a[-1])
+        q, weight = _quadrature(self, 2.0 ** math.ceil(math.log2(span)))
+        for i in range(0, q.size, _BLOCK):
+            some = slice(i, i + _BLOCK)
+            disks = a * j1(q[some, None] * a)
+            u -= (j0(r[:, None] * q[some]) * weight[some]) @ np.diff(disks, axis=1)
+        return u
+
+
+def stack_of(body: Layered) -> Stack:
+    """The stack that a body is.
+
+    Examples
+    --------
+    >>> from pymdr.problem.layers import Layer
+    >>> stack_of(Layered([Layer(Elastic(1.0, 0.5), "2 mm")])).thickness
+    (0.002,)
+    """
+    solids = [layer.material for layer in body.layers]
+    base = (body.base.young, body.base.poisson) if isinstance(body.base, Elastic) else (math.inf, 0.0)
+    return Stack(
+        tuple(layer.thickness for layer in body.layers),
+        (*(solid.young for solid in solids), base[0]),
+        (*(solid.poisson for solid in solids), base[1]),
+        (*(True for _ in solids[1:]), body.bond == "bonded"),
+    )
+
+
+def _added(c: Array, kappa: float, soft: float, below: Array, bonded: bool) -> Array:
+    """Compliance (k, 2, 2) of the top of a layer on one that is known; `soft`: shear modulus of reference over its own.
+
+    Displacements (U, W) along and out of the surface, tractions (T, S) over q times the modulus of reference. Of the halves of
+    a layer of q h = 2 c, squeezed: T = d U + e S, W = f S - e U; bent: U = g T - b W, S = D W + b T.
+    """
+    t, y, rest = _waves(c)
+    d, D = 4 * (t + y), 4 * rest
+    e, b = 2 * y - (kappa - 1) * t, -2 * y - (kappa - 1) * t
+    f, g = (kappa - 1) * t + rest, kappa * t + y
+    d, D, e, b, f, g = (x / (kappa + 1) for x in (d, D, e, b, f, g))
+    zero, one = np.zeros_like(c), np.ones_like(c)
+    # Columns: U and W above, U and W below, T and S below; then, on the right, T and S above.
+    rows = [
+        [d, zero, d, zero, one, e, one, -e],
+        [e, one, e, -one, zero, -f, zero, f],
+        [one, b, -one, b, -g, zero, g, zero],
+        [zero, D, zero, D, b, one, -b, one],
+    ]
+    C = below / soft
+    if bonded:
+        rows.append([zero, zero, one, zero, -C[:, 0, 0], -C[:, 0, 1], zero, zero])
+        rows.append([zero, zero, zero, one, -C[:, 1, 0], -C[:, 1, 1], zero, zero])
+    else:
+        rows.append([zero, zero, zero, zero, one, zero, zero, zero])
+        rows.append([zero, zero, zero, one, zero, -C[:, 1, 1], zero, zero])
+    system = np.moveaxis(np.array(rows), 2, 0)
+    return np.asarray(soft * np.linalg.solve(system[:, :, :6], system[:, :, 6:])[:, :2], dtype=np.float64)
+
+
+def _waves(c: Array) -> tuple[Array, Array, Array]:
+    """Of c: tanh c, c/cosh² c, and their difference without cancellation."""
+    fall = np.exp(-2 * c)
+    t = -np.expm1(-2 * c) / (1 + fall)
+    y = 4 * c * fall / (1 + fall) ** 2
+    x = np.minimum(2 * c, 1.0)
+    series = np.ones_like(x)
+    for k in range(9, 0, -1):
+        series = 1 + series * x**2 / ((2 * k + 2) * (2 * k + 3))
+    small = series * x**3 / 6 / (2 * np.cosh(x / 2) ** 2)  # sinh x - x over 2 cosh²(x/2)
+    return t, y, np.where(c < 0.5, small, t - y)
+
+
+@lru_cache(maxsize=64)
+def _quadrature(stack: Stack, span: float) -> tuple[Array, Array]:
+    """Nodes q and weights 2 (1 - L)/q dq for radii whose sum is at most `span`."""
+    end = _END / stack.thickness[0]
+    longest = min(_WAVE / span, 3.0 / stack.thickness[0])
+    number = end / longest * _NODES
+    if number > _MOST:
+        raise ProblemError(
+            f"Stack: rings of radii up to {span / 2:.3g} m on a layer of {stack.thickness[0]:.3g} m need {number:.2g} nodes, more than "
+            f"{_MOST}; a thicker layer or a smaller contact is needed."
+        )
+    first = 1e-8 / (sum(stack.thickness) + span)
+    marks = [0.0, first]
+    while marks[-1] < end:
+        marks.append(min(marks[-1] * _RATIO, marks[-1] + longest, end))
+    x, w = np.polynomial.legendre.leggauss(_NODES)
+    low, width = np.array(marks[:-1])[:, None], np.diff(marks)[:, None]
+    q = (low + width * (x + 1) / 2).ravel()
+    weight = (width * w / 2).ravel()
+    return q, 2 * weight * (1 - stack.compliance(q)) / q

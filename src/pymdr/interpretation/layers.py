@@ -1,0 +1,149 @@
+"""What can be claimed of contacts on layers: whether they are disks, and whether a layer stays on its base."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+
+from pymdr.interpretation.fields import line_gap, pressure
+from pymdr.interpretation.validity import Assumption
+from pymdr.line.adhesion.short_range import jkr_opening
+from pymdr.line.layered import LayeredLine
+from pymdr.units import FloatArray, metres
+
+_INSIDE = 1.0 - 0.5 ** np.arange(0.0, 16.0, 0.5)
+"""Radii inside a contact at which its pressure is read, in parts of its own."""
+_OUTSIDE = 0.5 ** np.arange(-2.0, 14.0, 0.5)
+"""Distances outside at which the gap is read, in parts of the radius and of the thickness."""
+_TOLERANCE = 1e-9
+"""Of the mean pressure, and of the depth."""
+_LIFTING = 0.01
+"""Tension under a frictionless layer, in parts of the largest pressure there, that leaves it on its base."""
+
+
+@dataclass(frozen=True)
+class Fault:
+    """The first contact that is no disk."""
+
+    before: float
+    """Radius in m of the largest contact before it that was read."""
+    words: str
+
+
+def first_fault(
+    line: LayeredLine, widest: float, excess: float = 0.0, work: float | None = None
+) -> Fault | None:
+    """
+    The first of the radii between which contacts are tabulated at which the disk is not the solution.
+
+    Parameters
+    ----------
+    line : LayeredLine
+    widest : float
+        Largest contact radius in m.
+    excess : float
+        Largest depth in m beyond that of the smooth contact, at a sharp edge.
+    work : float, optional
+        Work of adhesion in J/m^2, with which the edge is stretched; without it pressure is asked to be 0 or more too.
+
+    Returns
+    -------
+    Fault or None
+
+    Notes
+    -----
+    At a sharp edge pressure is linear in the excess: where it is none at both of its ends, there is none between.
+    """
+    bounds = line.table.bounds(widest)
+    end = min(line.edge, line.reach)
+    radii = bounds[(bounds > 0.05 * line.thickness) | (bounds >= widest)]
+    before = float(bounds[0])
+    for a in radii[: int(np.searchsorted(radii, widest)) + 1]:
+        radius = float(min(a, end, widest))
+        words = _fault_at(line, radius, excess if radius == line.edge else 0.0, work)
+        if words:
+            return Fault(before, words)
+        before = radius
+    return None
+
+
+@lru_cache(maxsize=256)
+def _fault_at(line: LayeredLine, a: float, excess: float, work: float | None) -> str:
+    depth = float(line.depth(np.array([a]))[0])
+    if work is None:
+        r = a * _INSIDE
+        force, stiffness = (float(f(np.array([a]))[0]) for f in (line.force, line.stiffness))
+        for pressed in {0.0, excess}:
+            p, mean = pressure(line, a, pressed, r), (force + pressed * stiffness) / (math.pi * a * a)
+            if float(np.min(p)) < -_TOLERANCE * mean:
+                return (
+                    f"a disk of radius {metres(a)} would need tension at r = {metres(r[int(np.argmin(p))])}"
+                )
+    if a >= line.edge:
+        return ""
+    excess = 0.0 if work is None else -float(jkr_opening(line, a, work))
+    beyond = a + np.unique(np.concatenate([a * _OUTSIDE, line.thickness * _OUTSIDE]))
+    beyond = beyond[beyond < min(line.reach, line.edge)]
+    springs, pressed, _ = line.carried(a, excess)
+    if beyond.size:
+        gap = line_gap(springs.equivalent, a, pressed, beyond)
+        if float(np.min(gap)) < -_TOLERANCE * (depth + abs(excess)):
+            where = beyond[int(np.argmin(gap))]
+            return f"the surfaces touch again outside a disk of radius {metres(a)}, at r = {metres(where)}"
+    return ""
+
+
+def base_assumption(line: LayeredLine, a: float, excess: float) -> tuple[Assumption, ...]:
+    """
+    Whether layers that slide on their base stay on it: the largest tension between them in one contact.
+
+    Parameters
+    ----------
+    line : LayeredLine
+    a, excess : float
+        Contact radius and d - d0 at its edge in m.
+
+    Returns
+    -------
+    tuple of Assumption
+        One, or none for layers that are bonded.
+
+    Notes
+    -----
+    s(r) = int_0^inf k J0(k r) P(k) S(kh) dk, P(k) = (1/pi) int_0^a q(x) cos(kx) dx, S what a wave leaves of its pressure.
+    """
+    if line.kernel.compliance.body.bond != "frictionless" or not a > 0.0:
+        return ()
+    return (
+        Assumption(
+            "contact of the base",
+            "the frictionless layer never lifts off its base: largest tension there, over the largest pressure",
+            _lifting(line, a, excess),
+            _LIFTING,
+        ),
+    )
+
+
+def _lifting(line: LayeredLine, a: float, excess: float) -> float:
+    from scipy.special import j0
+
+    h, depth = line.thickness, line.kernel.compliance.body.thickness
+    x, loads = line.line_load(a, excess)
+    r = np.concatenate(
+        [np.linspace(0.0, a + 8.0 * depth, 129), a + np.linspace(-1.0, 1.0, 33) * min(a, depth)]
+    )
+    # waves shorter than the layers hardly reach the base
+    top = 40.0 / depth
+    panels = 8 + math.ceil(top * (2.0 * a + 8.0 * depth) / 20.0)
+    nodes, weights = np.polynomial.legendre.leggauss(24)
+    half = 0.5 * top / panels
+    k = (half * (2.0 * np.arange(panels)[:, None] + 1.0 + nodes)).ravel()
+    share: FloatArray = k * line.kernel.compliance.pressed_through(k * h) * np.tile(half * weights, panels)
+    stress = np.zeros(r.shape)
+    for i in range(0, k.size, 4096):
+        part = slice(i, i + 4096)
+        stress += j0(np.outer(r, k[part])) @ (share[part] * (np.cos(np.outer(k[part], x)) @ loads))
+    return max(0.0, -float(np.min(stress))) / float(np.max(stress))

@@ -1,0 +1,218 @@
+"""The disk of a layered body, and the half-spaces that are pressed alike."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from pymdr.line.curves import Carried, ElasticLine
+from pymdr.line.layered.coupled import Added, Coupled
+from pymdr.line.layered.equation import Outline, Solved, solve_contact
+from pymdr.line.layered.tables import DEPTH, EDGE, ENERGY, FORCE, STIFFNESS, Table
+from pymdr.mapping.equivalent import EquivalentProfile, rising_root
+from pymdr.mapping.layers import Kernel
+from pymdr.mapping.series import Place, Position, as_place, rounded
+from pymdr.units import FloatArray
+
+
+@dataclass(frozen=True)
+class LayeredLine:
+    """
+    The line of layers under an equivalent profile.
+
+    Parameters
+    ----------
+    equivalent : EquivalentProfile
+        g(x) of the profile, as for half-spaces.
+    kernel : Kernel
+        What the surface of the body does.
+
+    Notes
+    -----
+    Curves are read from a table of solved contacts that is made as far as it is asked; its relative errors, measured between
+    its nodes and by doubled quadratures, are part of :meth:`error`.
+
+    Examples
+    --------
+    >>> from pymdr.mapping.equivalent import equivalent_profile
+    >>> from pymdr.mapping.layers import kernel_of
+    >>> from pymdr.problem.layers import Layer, Layered
+    >>> from pymdr.problem.materials import Elastic
+    >>> from pymdr.problem.profiles import Paraboloid
+    >>> film = kernel_of(Layered([Layer(Elastic(0.75, 0.5), 1.0)]))
+    >>> LayeredLine(equivalent_profile(Paraboloid(1.0)), film).stiffness([1.0]).round(9).tolist()
+    [7.237471698]
+    """
+
+    equivalent: EquivalentProfile
+    kernel: Kernel
+    table: Table = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "table", Table(self.equivalent, self.kernel))
+
+    @property
+    def modulus(self) -> float:
+        """E* of the top layer in Pa."""
+        return self.kernel.compliance.modulus
+
+    @property
+    def thickness(self) -> float:
+        """That of the top layer in m."""
+        return self.table.thickness
+
+    @property
+    def exponent(self) -> float:
+        """0: the surface is homogeneous."""
+        return 0.0
+
+    @property
+    def edge(self) -> float:
+        """Sharp edge in m that no contact passes."""
+        return self.equivalent.edge
+
+    @property
+    def reach(self) -> float:
+        """Largest radius in m at which the profile is known."""
+        return self.equivalent.reach
+
+    @property
+    def rises(self) -> bool:
+        """Whether g is known to rise everywhere; d0 then does where its contacts are disks."""
+        return self.equivalent.rises
+
+    @property
+    def breakpoints(self) -> tuple[float, ...]:
+        """Radii in m to whose right g is not smooth."""
+        return self.equivalent.breakpoints
+
+    def _read(self, a: Position, column: int, slopes: bool = False) -> FloatArray:
+        place = as_place(a)
+        flat = Place(np.ravel(place.base), np.ravel(place.offset))
+        return self.table.read(flat, (column,), slopes)[:, 0].reshape(np.shape(place.offset))
+
+    def depth(self, a: Position) -> FloatArray:
+        """The indentation d0 in m."""
+        return self.equivalent.g(a) * self._read(a, DEPTH)
+
+    def depth_rate(self, a: Position) -> FloatArray:
+        """The derivative d0'(a)."""
+        g, slope = self.equivalent.g(a), self.equivalent.slope(a)
+        with np.errstate(invalid="ignore"):
+            rate = slope * self._read(a, DEPTH) + np.where(
+                g == 0.0, 0.0, g * self._read(a, DEPTH, slopes=True)
+            )
+        return np.where(np.isinf(slope), slope, rate)
+
+    def force(self, a: Position) -> FloatArray:
+        """The normal force F0 in N."""
+        return 2.0 * self.modulus * self.equivalent.moment(a) * self._read(a, FORCE)
+
+    def energy(self, a: Position) -> FloatArray:
+        """The elastic energy U0 in J."""
+        return self.modulus * self.equivalent.squared(a) * self._read(a, ENERGY)
+
+    def stiffness(self, a: Position) -> FloatArray:
+        """The normal stiffness k in N/m."""
+        return 2.0 * self.modulus * rounded(a) * self._read(a, STIFFNESS)
+
+    def stiffness_rate(self, a: Position) -> FloatArray:
+        """The derivative k' in N/m^2."""
+        return 2.0 * self.modulus * self._read(a, EDGE) ** 2
+
+    def stiffness_power(self, a: Position) -> FloatArray:
+        """The local power a k''/k' of k'."""
+        return 2.0 * rounded(a) * self._read(a, EDGE, slopes=True) / self._read(a, EDGE)
+
+    def under(self, equivalent: EquivalentProfile) -> LayeredLine:
+        """The same bodies under another profile."""
+        return self if equivalent is self.equivalent else LayeredLine(equivalent, self.kernel)
+
+    def error(self, place: Position) -> FloatArray:
+        """Measured relative errors of d0, d0', F0 and U0: those of the map of the profile and of the table."""
+        at = as_place(place)
+        errors = self.table.error(Place(np.ravel(at.base), np.ravel(at.offset)))
+        punch = np.maximum(errors[:, STIFFNESS], errors[:, EDGE])
+        own = np.stack(
+            [errors[:, DEPTH], errors[:, DEPTH] + punch, errors[:, FORCE], errors[:, ENERGY]], axis=1
+        )
+        return self.equivalent.error(place) + own.reshape(*np.shape(at.offset), 4)
+
+    def place(self, depth: ArrayLike) -> Place:
+        """The first radius at which d0 has a value in m; inf where it never has."""
+        return self.table.first(DEPTH, np.asarray(depth, dtype=float))
+
+    def place_of_force(self, force: ArrayLike) -> Place:
+        """The first radius at which F0 has a value in N."""
+        return self.table.first(FORCE, np.asarray(force, dtype=float) / (2.0 * self.modulus))
+
+    def between(self, depth: FloatArray, low: float, high: float) -> Place:
+        """The radii at which d0 has values in m on a stretch on which it rises."""
+        ends = np.full(depth.shape, low), np.full(depth.shape, high)
+        x = rising_root(self.depth, depth, *ends)
+        return Place(np.zeros(x.shape), x)
+
+    def turning_points(self, top: float) -> tuple[float, ...]:
+        """
+        No radii: a profile that falls on the line is refused.
+
+        Raises
+        ------
+        ProblemError
+            If g falls somewhere up to `top`.
+        """
+        self.table.refuse_falling(top)
+        return ()
+
+    def overlap_radius(self, depth: float) -> float:
+        """The largest radius in m at which the bodies would overlap if they were shifted by a depth in m, or touch."""
+        touching = float(self.place(depth).x)
+        return max(self.equivalent.overlap_radius(depth), min(touching, self.edge, self.reach))
+
+    def rough_radius(self, reached: Callable[[float, float], bool]) -> float:
+        """A radius a in m near which ``reached(a, d0)`` becomes true, going outward."""
+        return self.table.rough_radius(reached)
+
+    def solved(self, a: Position) -> Solved:
+        """The contact of one radius in m."""
+        place = as_place(np.atleast_1d(a) if not isinstance(a, Place) else Place(*map(np.atleast_1d, a)))
+        return solve_contact(self.kernel, Outline(self.equivalent, self.thickness, place))[0]
+
+    def carried(self, a: Position, excess: float) -> Carried:
+        """
+        The half-spaces of the top layer that carry the same pressure in a contact of one radius.
+
+        Their profile is g - c, with the part c = (K q) - (K q)(0) of the line load that the layers add.
+
+        Parameters
+        ----------
+        a : float or Place
+            Contact radius in m.
+        excess : float
+            d - d0(a) in m.
+        """
+        place = as_place(a)
+        return _carried(self, float(np.ravel(place.base)[0]), float(np.ravel(place.offset)[0]), float(excess))
+
+    def line_load(self, a: Position, excess: float) -> tuple[FloatArray, FloatArray]:
+        """Places in m and what a contact of one radius bears there in N: loads per length times Gauss's weights."""
+        solved = self.solved(a)
+        pressed = excess - solved.lift
+        weights = solved.rise + pressed * solved.weight
+        loads = weights + solved.weight * (solved.coupled[0] + pressed * solved.coupled[1])
+        return solved.x * self.thickness, self.modulus * self.thickness * loads
+
+
+@lru_cache(maxsize=16)
+def _carried(line: LayeredLine, base: float, offset: float, excess: float) -> Carried:
+    place = Place(np.array([base]), np.array([offset]))
+    x, loads = line.line_load(place, excess)
+    h = line.thickness
+    added = Added(line.kernel, h, base + offset, x / h, loads / (line.modulus * h))
+    coupled = Coupled(line.equivalent, added)
+    edge = float(np.sqrt(line.stiffness_rate(place)[0] / (2.0 * line.modulus)))
+    return Carried(ElasticLine(coupled, line.modulus), excess * edge, coupled.sunk)

@@ -1,0 +1,73 @@
+"""The line of a contact, by the kind of its bodies."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+from pymdr.line.curves import ElasticLine, Line
+from pymdr.line.layered import LayeredLine
+from pymdr.mapping.equivalent import equivalent_profile
+from pymdr.mapping.layers import kernel_of
+from pymdr.mapping.moduli import effective_moduli
+from pymdr.problem.contact import Contact
+from pymdr.problem.layers import Layered
+from pymdr.problem.profiles import Profile
+
+
+def springs_of(contact: Contact) -> ElasticLine:
+    """
+    The independent springs that stand for two half-spaces.
+
+    Parameters
+    ----------
+    contact : Contact
+
+    Returns
+    -------
+    ElasticLine
+
+    Raises
+    ------
+    ProblemError
+        If a body is layered: its springs act on one another.
+
+    Examples
+    --------
+    >>> from pymdr.problem.materials import Elastic
+    >>> from pymdr.problem.profiles import Paraboloid
+    >>> springs_of(Contact(Paraboloid(1.0), Elastic(0.75, 0.5))).modulus
+    1.0
+    """
+    moduli = effective_moduli(contact.body, contact.counterbody)
+    return ElasticLine(equivalent_profile(contact.profile, moduli.exponent), moduli.normal)
+
+
+def line_of(contact: Contact) -> Line:
+    """
+    The line of two bodies of any kind.
+
+    Parameters
+    ----------
+    contact : Contact
+
+    Returns
+    -------
+    ElasticLine or LayeredLine
+
+    Examples
+    --------
+    >>> from pymdr.problem.layers import Layer, Layered
+    >>> from pymdr.problem.materials import Elastic
+    >>> from pymdr.problem.profiles import Paraboloid
+    >>> film = Layered([Layer(Elastic(0.75, 0.5), 1.0)])
+    >>> line_of(Contact(Paraboloid(1.0), film)).modulus
+    1.0
+    """
+    layered = contact.layered
+    return springs_of(contact) if layered is None else _layered(contact.profile, layered)
+
+
+@lru_cache(maxsize=8)
+def _layered(profile: Profile, body: Layered) -> LayeredLine:
+    """The line of layers with its table, which is made once."""
+    return LayeredLine(equivalent_profile(profile), kernel_of(body))

@@ -1,0 +1,359 @@
+"""Normal force over depth of bodies that are not of revolution: what is exact, what was computed, and an estimate."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import lru_cache, partial, singledispatch
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pymdr.errors import ConvergenceError
+from pymdr.mapping.azimuth import RayTable, ray_table
+from pymdr.mapping.ellipse import HertzEllipse
+from pymdr.problem.profiles import EllipticParaboloid, Pyramid, Shape
+from pymdr.units import FloatArray
+
+BoolArray = NDArray[np.bool_]
+PYRAMID_FORCES = {3: 0.882409, 4: 0.737678, 5: 0.69334, 6: 0.6733, 7: 0.66239, 8: 0.655767}
+"""C of F = C E* d^2 / slope by boundary elements on 256 x 256 points."""
+PYRAMID_ERROR = 3e-4
+"""Relative error of these."""
+LONGEST_RATIO = 10.0
+"""Ratio of the radii of curvature up to which the estimate was held against Hertz."""
+LONGEST_OUTLINE = 5.0
+"""Longest over shortest radius of the outline of the estimate at that ratio."""
+_ROWS = 16
+"""Solved at once."""
+_AROUND = 16.0
+"""Radii of a table from the disk of the bound inwards, and half as far outwards."""
+_FEWEST_RAYS, _MOST_RAYS = 64, 256
+_SAME_FORCE = 1e-5
+_CLEAR = 1.3
+"""Of the outline, from where on the surface must be free."""
+_HALVINGS = 30
+"""Of a bracket of less than a unit of ln a, of whose error the force has the square."""
+
+
+@dataclass(frozen=True)
+class ShapeStates:
+    """What a shape bears at some depths, for an effective modulus of 1 Pa; nan where it is not known."""
+
+    force: FloatArray
+    """F / E* in m^2."""
+    stiffness: FloatArray
+    """In m."""
+    energy: FloatArray
+    """In m^3."""
+    estimate: FloatArray
+    """Of the functional of Shield, Barber and Fabrikant, in m^2."""
+    error: FloatArray
+    """Relative error of the numbers of the estimate, not of the estimate itself."""
+    longest: FloatArray
+    """Largest distance of the edge from the apex in m, as far as it is known."""
+    clipped: FloatArray
+    """Share of the directions in which the estimate has no outline of its own."""
+
+
+class ShapeLaw(Protocol):
+    """A shape as a law between depth and force."""
+
+    def at(self, depth: FloatArray, radius: FloatArray) -> ShapeStates:
+        """States at depths in m, given the radii in m of the disks of the lower bound."""
+
+
+@singledispatch
+def shape_law(shape: Shape) -> ShapeLaw:
+    """
+    The law of a shape.
+
+    Parameters
+    ----------
+    shape : Shape
+
+    Returns
+    -------
+    ShapeLaw
+    """
+    return RayLaw(shape)
+
+
+@shape_law.register
+def _(shape: EllipticParaboloid) -> ShapeLaw:
+    return EllipseLaw(shape)
+
+
+@shape_law.register
+def _(shape: Pyramid) -> ShapeLaw:
+    return PyramidLaw(shape)
+
+
+@dataclass(frozen=True)
+class EllipseLaw:
+    """Hertz."""
+
+    shape: EllipticParaboloid
+
+    def at(self, depth: FloatArray, radius: FloatArray) -> ShapeStates:
+        """States at depths in m."""
+        rx, ry = self.shape.radius_x, self.shape.radius_y
+        d = np.maximum(depth, 0.0)
+        hertz = HertzEllipse(rx, ry)
+        force = hertz.force(d)
+        ratio = max(rx, ry) / min(rx, ry)
+        none = np.full(d.shape, math.nan)
+        estimate, clipped = none, np.zeros(d.shape)
+        if ratio <= LONGEST_RATIO:
+            factor, share = ellipse_factor(ratio)
+            estimate, clipped = factor * math.sqrt(min(rx, ry)) * d * np.sqrt(d), clipped + share
+        with np.errstate(divide="ignore", invalid="ignore"):
+            stiffness = np.where(d > 0.0, 1.5 * force / d, 0.0)
+        return ShapeStates(
+            force, stiffness, 0.4 * force * d, estimate, 0.0 * d, np.maximum(*hertz.semi_axes(d)), clipped
+        )
+
+
+@dataclass(frozen=True)
+class PyramidLaw:
+    """F = C E* d^2 / slope, which self-similarity makes exact but for the number C."""
+
+    shape: Pyramid
+
+    def at(self, depth: FloatArray, radius: FloatArray) -> ShapeStates:
+        """States at depths in m."""
+        slope, d = self.shape.gradient, np.maximum(depth, 0.0)
+        estimated, longest = pyramid_factor(self.shape.sides)
+        known = PYRAMID_FORCES.get(self.shape.sides, estimated)
+        square = d * (d / slope)
+        force = known * square
+        return ShapeStates(
+            force,
+            2.0 * known * (d / slope),
+            force * d / 3.0,
+            estimated * square,
+            0.0 * d,
+            longest * (d / slope),
+            0.0 * d,
+        )
+
+
+@lru_cache(maxsize=64)
+def ellipse_factor(ratio: float) -> tuple[float, float]:
+    """
+    The estimate F / (E* sqrt(R) d^(3/2)) of an elliptic paraboloid, R being its smaller radius.
+
+    Parameters
+    ----------
+    ratio : float
+        Of the radii of curvature, at least 1.
+
+    Returns
+    -------
+    tuple of float
+        The factor, and the share of directions without an outline of their own.
+
+    Examples
+    --------
+    >>> round(ellipse_factor(2.0)[0], 8), round(ellipse_factor(1.0)[0], 8)
+    (1.60168035, 1.33333333)
+    """
+    phi = 2.0 * math.pi * (np.arange(4096) + 0.5) / 4096
+    found = homogeneous_estimate(
+        2, 0.5 * (np.cos(phi) ** 2 / ratio + np.sin(phi) ** 2), np.full(4096, 1.0 / 4096)
+    )
+    return found[0], found[2]
+
+
+@lru_cache(maxsize=64)
+def pyramid_factor(sides: int) -> tuple[float, float]:
+    """
+    The estimate F slope / (E* d^2) of a regular pyramid.
+
+    Parameters
+    ----------
+    sides : int
+
+    Returns
+    -------
+    tuple of float
+        The factor, and the longest radius of its outline times slope / d.
+
+    Examples
+    --------
+    >>> round(pyramid_factor(4)[0], 4)
+    0.7243
+    """
+    x, weights = np.polynomial.legendre.leggauss(40)
+    found = homogeneous_estimate(1, np.cos(0.5 * math.pi / sides * (x + 1.0)), 0.5 * weights)
+    return found[0], found[1]
+
+
+def homogeneous_estimate(power: int, shape: FloatArray, weights: FloatArray) -> tuple[float, float, float]:
+    """
+    F / E* of f = r^power shape(phi) at d = 1 by the functional of :class:`RayLaw`, whose equation has a closed derivative here.
+
+    Parameters
+    ----------
+    power : int
+    shape, weights : ndarray
+        Over directions; the weights of a quadrature.
+
+    Returns
+    -------
+    tuple of float
+        Force, longest radius, and share of directions in which there is no root.
+    """
+    n = power
+    moment = shape * 0.5 * math.sqrt(math.pi) * math.gamma(0.5 * n + 1.0) / math.gamma(0.5 * n + 1.5)
+    top = (2.0 / ((n + 1) * (n + 2) * moment)) ** (1.0 / n)
+    end = (2.0 / ((n + 2) * moment)) ** (1.0 / n)
+    highest = 2.0 * top - (n + 2) * moment * top ** (n + 1)
+    a = (1.0 / ((n + 1) * moment)) ** (1.0 / n)
+    level = 0.0
+    for _ in range(100):
+        before = level
+        level = float((weights * (a * a - moment * a ** (n + 2))).sum() / (weights * a).sum())
+        if abs(level - before) <= 1e-15 * level:
+            return 2.0 * level, float(a.max()), float(weights[level >= highest].sum() / weights.sum())
+        # concave beyond its top, so that Newton's steps from the right stay there
+        a = end.copy()
+        for _ in range(60):
+            fall = np.minimum(2.0 - (n + 1) * (n + 2) * moment * a**n, -1e-300)
+            a = np.maximum(a - (2.0 * a - (n + 2) * moment * a ** (n + 1) - level) / fall, top)
+        a = np.where(level >= highest, top, a)
+    raise ConvergenceError(f"the estimate of a shape with f ~ r^{n} did not settle; its last is {level:g}")
+
+
+@dataclass(frozen=True)
+class RayLaw:
+    """
+    The estimate F = 2 E* oint (d a^2 - a int_0^a g_phi dx) dphi / oint a dphi, stationary in the outline a(phi).
+
+    g_phi is the image of the section in the direction phi, as if it were of revolution. Stationary means 2 d a - int g_phi - a
+    g_phi(a) = F / (2 E*) in every direction, of whose roots the larger one is taken; where there is none, the turning point.
+
+    Notes
+    -----
+    From reciprocity (Shield 1967), the maximum of the force over trial areas (Barber 1974) and Fabrikant's stiffness of a flat
+    punch 4 E* A / oint a dphi; Popov (2022), Symmetry 14, 390, names these ingredients.
+    """
+
+    shape: Shape
+
+    def at(self, depth: FloatArray, radius: FloatArray) -> ShapeStates:
+        """States at depths in m, given the radii in m of the disks of the lower bound."""
+        rows = np.flatnonzero((depth > 0.0) & (radius > 0.0) & np.isfinite(radius))
+        found = np.full((6, depth.size), math.nan)
+        found[:, ~(depth > 0.0)] = 0.0
+        if rows.size:
+            _, first, of_depth = np.unique(depth[rows], return_index=True, return_inverse=True)
+            found[:, rows] = self._solved(depth[rows][first], radius[rows][first])[:, of_depth.ravel()]
+        force, stiffness, longest, clipped, stretch, error = found
+        known = ~(stretch > LONGEST_OUTLINE) & np.isfinite(force)
+        force, stiffness = np.where(known, force, math.nan), np.where(known, stiffness, math.nan)
+        energy = np.full(force.shape, math.nan)
+        return ShapeStates(force, stiffness, energy, force, error, longest, clipped)
+
+    def _solved(self, depth: FloatArray, radius: FloatArray) -> FloatArray:
+        first = math.floor(math.log(float(radius.min()) / _AROUND, 4.0))
+        last = math.ceil(math.log(float(radius.max()) * 0.5 * _AROUND, 4.0))
+        rays = _FEWEST_RAYS
+        while True:
+            table = ray_table(self.shape, first, last, rays)
+            if table is None:
+                return np.full((6, depth.size), math.nan)
+            ends = np.unique([int(np.argmin(depth)), int(np.argmax(depth))])
+            fine, coarse = (_stationary(one, depth[ends])[0] for one in (table, table.half()))
+            change = float(np.nanmax(np.abs(fine - coarse) / fine, initial=0.0))
+            if rays >= _MOST_RAYS or change <= max(_SAME_FORCE, table.error):
+                break
+            rays *= 2
+        parts = [_stationary(table, depth[i : i + _ROWS]) for i in range(0, depth.size, _ROWS)]
+        whole = np.concatenate(parts, axis=1)
+        return np.concatenate([whole, np.full((1, depth.size), change + table.error)])
+
+
+def _stationary(table: RayTable, depth: FloatArray) -> FloatArray:
+    """Force, stiffness, longest radius, share of directions without a root, and stretch of the outline, for E* = 1."""
+    s, d = table.nodes, depth[:, None]
+    radii = np.exp(s)
+    on_nodes = np.broadcast_to(s[:, None], (s.size, table.directions))
+    p, dp, _ = table.at(on_nodes)
+    # Q = 2 d a - (a int g)' over (rows, radii, rays)
+    q = 2.0 * d[:, :, None] * radii[:, None] - radii[:, None] * (2.0 * p + dp)
+    top = np.argmax(q, axis=1)
+    inside = ((top > 0) & (top < s.size - 1)).all(axis=1)
+    top = np.clip(top, 1, s.size - 2)
+
+    def q_at(at: FloatArray) -> FloatArray:
+        p, dp, _ = table.at(at)
+        return np.asarray(np.exp(at) * (2.0 * (d - p) - dp))
+
+    def q_above(level: FloatArray, at: FloatArray) -> FloatArray:
+        return q_at(at) - level
+
+    def rise_at(at: FloatArray) -> FloatArray:
+        p, dp, ddp = table.at(at)
+        return np.asarray(2.0 * (d - p) - 3.0 * dp - ddp)
+
+    turning = _bisected(rise_at, s[top - 1], s[top + 1])
+    highest = q_at(turning)
+    level = np.zeros(depth.size)
+    at, first = turning, top
+    beyond = np.arange(s.size)[:, None] > top[:, None, :]
+    for _ in range(60):
+        before = level
+        a = np.exp(at)
+        mean = a.mean(axis=1)
+        level = (a * a * (d - table.at(at)[0])).mean(axis=1) / mean
+        if np.all(np.abs(level - before)[inside] <= 1e-13 * np.abs(level[inside])):
+            break
+        below = beyond & (q < level[:, None, None])
+        ends = below.any(axis=1)
+        first = np.argmax(below, axis=1)
+        root = _bisected(partial(q_above, level[:, None]), turning, s[np.maximum(first, 1)])
+        at = np.where(highest <= level[:, None], turning, root)
+        inside &= ends.all(axis=1)
+        level = np.where(inside, level, before)
+    else:
+        # noise lets roots jump, by which the force changes less than by the noise itself
+        inside &= np.abs(level - before) <= max(1e-9, table.error) * np.abs(level)
+    a = np.exp(at)
+    inside &= ~_touches_beyond(table, depth, a, 2.0 * level)
+    found = np.array(
+        [
+            2.0 * level,
+            2.0 * (a * a).mean(axis=1) / a.mean(axis=1),
+            a.max(axis=1),
+            (highest <= level[:, None]).mean(axis=1),
+            a.max(axis=1) / a.min(axis=1),
+        ]
+    )
+    found[:, ~inside] = math.nan
+    return found
+
+
+def _touches_beyond(table: RayTable, depth: FloatArray, outline: FloatArray, force: FloatArray) -> BoolArray:
+    """
+    Whether another part of the body may touch: outside the outline its gap is less than d - F / (pi E* r).
+
+    Around a round contact the surface sinks by no less than around a force at its centre, so that no summit is missed; across a
+    long one it sinks by somewhat less.
+    """
+    r = np.exp(table.nodes)
+    far = r[:, None] > _CLEAR * outline[:, None, :]
+    left = depth[:, None] - force[:, None] / (math.pi * r)
+    return np.asarray((far & (table.gap < left[:, :, None])).any(axis=(1, 2)))
+
+
+def _bisected(falling: Callable[[FloatArray], FloatArray], low: FloatArray, high: FloatArray) -> FloatArray:
+    """Where a function that falls from low to high changes its sign."""
+    low, high = np.array(low, dtype=float), np.array(high, dtype=float)
+    for _ in range(_HALVINGS):
+        middle = 0.5 * (low + high)
+        above = falling(middle) > 0.0
+        low, high = np.where(above, middle, low), np.where(above, high, middle)
+    return 0.5 * (low + high)

@@ -1,0 +1,74 @@
+"""What a pair of bodies conducts: one number for the line, as E* is one for its springs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+from pymdr.problem.materials import Material
+
+Carrier = Literal["thermal_conductivity", "resistivity"]
+"""The property of a body by which it conducts heat, or a current."""
+
+
+@dataclass(frozen=True)
+class Conductivity:
+    """What two bodies conduct, in W/(m K) or 1/(ohm m)."""
+
+    one: float
+    other: float
+
+    @property
+    def line(self) -> float:
+        """Of the line, lambda_eff = 2 lambda_1 lambda_2/(lambda_1 + lambda_2) = 2/(rho_1 + rho_2): one body after the other."""
+        return 2.0 / (1.0 / self.one + 1.0 / self.other)
+
+    @property
+    def both(self) -> float:
+        """Of both bodies beside each other, lambda_1 + lambda_2."""
+        return self.one + self.other
+
+
+def conductivity_of(body: Material, counterbody: Material, carrier: Carrier) -> Conductivity | str:
+    """
+    What two bodies conduct, or why it is not known, in words.
+
+    Parameters
+    ----------
+    body, counterbody : Elastic, TransverselyIsotropic, Graded, Viscoelastic or Rigid
+    carrier : str
+        "thermal_conductivity" or "resistivity".
+
+    Returns
+    -------
+    Conductivity or str
+
+    Notes
+    -----
+    Holm (1967), Electric Contacts, section 3: a disk of the radius a conducts 2 a lambda_eff.
+
+    Examples
+    --------
+    >>> from pymdr.problem.materials import Elastic
+    >>> copper = Elastic("120 GPa", 0.34, thermal_conductivity="390 W/(m K)")
+    >>> conductivity_of(copper, copper, "thermal_conductivity").line
+    390.0
+    """
+    bodies = {"body": body, "counterbody": counterbody}
+    for name, one in bodies.items():
+        if not one.homogeneous:
+            return (
+                f"the {name} is not the same at every depth: how its conductivity changes with it is not known, and what "
+                "conducts through a film has a kernel of its own"
+            )
+    for name, one in bodies.items():
+        if getattr(one, carrier) is None:
+            kind = type(one).__name__
+            return f"the {name}, {kind}, has no {carrier}; give {kind}(..., {carrier}=...)"
+    given = getattr(body, carrier), getattr(counterbody, carrier)
+    return Conductivity(*(1.0 / each for each in given) if carrier == "resistivity" else given)
+
+
+def is_carried(body: Material, counterbody: Material, carrier: Carrier) -> bool:
+    """Whether one of two bodies says what it conducts."""
+    return getattr(body, carrier) is not None or getattr(counterbody, carrier) is not None

@@ -1,0 +1,116 @@
+"""Figures of what flows through a contact."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from pymdr.presentation.plot.shared import (
+    BLUE,
+    GREY,
+    MARKED_ROWS,
+    ORANGE,
+    FigureData,
+    as_seen,
+    axis_label,
+    column,
+    legend_above,
+    lengths,
+    letter_panels,
+    limit_peaks,
+    new_figure,
+    scaled,
+    styled,
+    typeset,
+    without_peaks,
+)
+from pymdr.quantities import QUANTITIES, RADIUS
+from pymdr.units import good_unit
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+
+def conduction_figure(
+    data: FigureData, levels: Mapping[str, str], fluxes: Mapping[str, xr.DataArray]
+) -> Figure:
+    """
+    Conductance and resistance against load, and the flux over the radius.
+
+    Parameters
+    ----------
+    data : FigureData
+    levels : mapping of str to str
+        What is claimed of every quantity that is drawn, one or more.
+    fluxes : mapping of str to xarray.DataArray
+        Fields of the drawn row for a unit of the drop between the bodies.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    with styled():
+        across = len(levels) + bool(fluxes)
+        figure = new_figure(4.2 * across, 3.6)
+        panels = np.ravel(np.asarray(figure.subplots(1, across)))
+        for axes, (name, level) in zip(panels, levels.items(), strict=False):
+            _draw_against_load(axes, data, name, level)
+        if fluxes:
+            _draw_fluxes(panels[-1], fluxes)
+        letter_panels(figure)
+    return figure
+
+
+def _draw_against_load(axes: Axes, data: FigureData, name: str, level: str) -> None:
+    along = "normal_force" if "normal_force" in data.data else "indentation"
+    load, load_unit = column(data, along)
+    values, unit = column(data, name)
+    values = np.where(np.isfinite(values), values, math.nan)
+    few = "o" if values.size <= MARKED_ROWS else None
+    axes.plot(*as_seen(load, values), color=BLUE, lw=1.5, marker=few, ms=2.5, label=level)
+    if name in data.bands:
+        low, high = (scaled(end, name, unit) for end in data.bands[name])
+        axes.fill_between(load, low, high, color=BLUE, alpha=0.15, lw=0, label="band of the scatter")
+    if data.row >= 0:
+        axes.plot(load[data.row], values[data.row], "o", color=BLUE, ms=5)
+    known = values[np.isfinite(values)]
+    if known.size and known.min() > 0.0 and known.max() > 30.0 * known.min():
+        axes.set_yscale("log")
+    else:
+        axes.set_ylim(bottom=0.0)
+    axes.set_xlabel(axis_label(along, load_unit))
+    axes.set_ylabel(axis_label(name, _typeset(unit)))
+    legend_above(axes)
+
+
+def _draw_fluxes(axes: Axes, fluxes: Mapping[str, xr.DataArray]) -> None:
+    """The first flux over the radius; a second one is the same curve on another scale."""
+    (name, flux), *others = fluxes.items()
+    r, values = flux["r"].values, flux.values
+    unit = good_unit(r, "m")
+    axes.plot(lengths(r, unit), np.where(np.isfinite(values), values, math.nan), color=ORANGE, lw=1.5)
+    limit_peaks(axes, without_peaks(values))
+    edge = lengths(np.max(r[np.isinf(values)], initial=0.0), unit)
+    axes.axvline(float(edge), color=GREY, lw=0.9, ls=":")
+    axes.set_xlabel(f"{RADIUS.label} ({unit})")
+    axes.set_ylabel(axis_label(name, _typeset(QUANTITIES[name].unit)))
+    size = f"{typeset(float(flux['edge_amplitude']))} {_typeset(flux['edge_amplitude'].attrs['units'])}"
+    words = f"$j \\simeq K/\\sqrt{{a-r}}$ at $r = a$:\n$K$ = {size}"
+    axes.text(0.04, 0.96, words, va="top", transform=axes.transAxes, fontsize=8)
+    for other, same in others:
+        ratio = float(same["edge_amplitude"]) / float(flux["edge_amplitude"])
+        scale = axes.twinx()
+        scale.set_ylim(*(ratio * end for end in axes.get_ylim()))
+        scale.spines["right"].set_visible(True)
+        scale.set_ylabel(axis_label(other, _typeset(QUANTITIES[other].unit)))
+
+
+def _typeset(unit: str) -> str:
+    """A unit as on axes."""
+    powers = unit.replace("m^2", "m²").replace("*m^0.5", " m$^{1/2}$")
+    return powers.replace("*", " ").replace("ohm", "Ω")

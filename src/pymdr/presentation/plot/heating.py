@@ -1,0 +1,127 @@
+"""Figures of how hot contacts become."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from pymdr.presentation.plot.shared import (
+    BLUE,
+    GREY,
+    MARKED_ROWS,
+    ORANGE,
+    draw_zero,
+    legend_above,
+    lengths,
+    letter_panels,
+    new_figure,
+    say,
+    styled,
+)
+from pymdr.units import FloatArray, from_si, good_unit
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+_MOST = 5
+
+
+def joule_study(data: xr.Dataset, voltage: FloatArray, rise: FloatArray) -> Figure:
+    """
+    Rise of the hottest place against the voltage, and the voltage against the current, or the resistance, where they are known.
+
+    Parameters
+    ----------
+    data : xarray.Dataset
+        ``voltage`` (V) and ``temperature_rise`` (K), and where it is known ``current`` (A).
+    voltage, rise : ndarray
+        That of all metals, in V and K.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    with styled():
+        panels = 2 if "current" in data else 1
+        figure = new_figure(4.8 * panels, 3.6)
+        axes = np.ravel(np.asarray(figure.subplots(1, panels)))
+        unit = good_unit(voltage, "V")
+        few = "o" if data["voltage"].size <= MARKED_ROWS else "."
+        given = np.asarray(from_si(data["voltage"].values, "V", unit))
+        axes[0].plot(from_si(voltage, "V", unit), rise, color=GREY, lw=1.2, label="any shape, any metal")
+        axes[0].plot(given, data["temperature_rise"].values, few, color=BLUE, ms=4)
+        axes[0].set_xlabel(f"voltage $V$ ({unit})")
+        axes[0].set_ylabel("rise of the hottest place $T_\\mathrm{max} - T_0$ (K)")
+        axes[0].set_ylim(bottom=0.0)
+        legend_above(axes[0])
+        if panels == 2:
+            current, resistance = data["current"].values, data["cold_resistance"].values
+            along, words, si = current, "current $I$", "A"
+            if np.ptp(current) == 0.0 and np.ptp(resistance) > 0.0:
+                along, words, si = resistance, "cold resistance $R_0$", "ohm"
+            shown = good_unit(along, si)
+            x, cold = from_si(along, si, shown), from_si(current * resistance, "V", unit)
+            axes[1].plot(x, given, few, color=BLUE, ms=4, label="with its heat")
+            axes[1].plot(x, cold, few, color=GREY, ms=3, label="as if it stayed cold")
+            axes[1].set_xlabel(f"{words} ({shown.replace('ohm', 'Ω')})")
+            axes[1].set_ylabel(f"voltage $V$ ({unit})")
+            draw_zero(axes[1])
+            legend_above(axes[1])
+        letter_panels(figure)
+    return figure
+
+
+def frictional_heat_study(data: xr.Dataset, surface: xr.Dataset) -> Figure:
+    """
+    Largest and mean rise against speed, and the rise over the radius.
+
+    Parameters
+    ----------
+    data : xarray.Dataset
+        ``largest_temperature_rise`` (K) over ``speed`` (m/s), ``mean_temperature_rise`` where it is known, and ``contact_radius``
+        in its attributes.
+    surface : xarray.Dataset
+        ``temperature_rise`` (K) over ``speed`` and ``r`` (m), or nothing.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    with styled():
+        figure = new_figure(9.6, 3.8)
+        left, right = figure.subplots(1, 2)
+        ordered = data.sortby("speed")
+        v = ordered["speed"].values
+        unit = good_unit(v, "m/s")
+        few = "o" if v.size <= MARKED_ROWS else None
+        for name, words, colour in (
+            ("largest_temperature_rise", "largest", BLUE),
+            ("mean_temperature_rise", "mean over the contact", ORANGE),
+        ):
+            if name in ordered:
+                left.plot(
+                    from_si(v, "m/s", unit), ordered[name].values, color=colour, marker=few, ms=3, label=words
+                )
+        left.set_xlabel(f"speed $v$ ({unit})")
+        left.set_ylabel("temperature rise (K)")
+        left.set_ylim(bottom=0.0)
+        legend_above(left)
+        if "temperature_rise" in surface:
+            r = surface["r"].values
+            r_unit = good_unit(r, "m")
+            for row in np.unique(np.linspace(0, surface.sizes["speed"] - 1, _MOST).round().astype(int)):
+                speed = float(from_si(float(surface["speed"][row]), "m/s", unit))
+                rise = surface["temperature_rise"].values[row]
+                right.plot(lengths(r, r_unit), rise, lw=1.5, label=f"{speed:.3g} {unit}")
+            edge = lengths(np.array(data.attrs["contact_radius"]), r_unit)
+            right.axvline(float(edge), color=GREY, lw=0.9, ls=":")
+            right.set_xlabel(f"radius $r$ ({r_unit})")
+            right.set_ylabel("temperature rise (K)")
+            right.set_ylim(bottom=0.0)
+            legend_above(right)
+        else:
+            say(right, "Where the contact is warm\nis not in its force curve.")
+        letter_panels(figure)
+    return figure

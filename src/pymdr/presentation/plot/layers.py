@@ -1,0 +1,183 @@
+"""A body of layers in section, to scale, and its force beside those of half-spaces of its materials."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from pymdr.presentation.plot.shared import (
+    BLUE,
+    GREEN,
+    GREY,
+    LIGHT,
+    ORANGE,
+    FigureData,
+    axis_label,
+    lengths,
+    letter_panels,
+    new_figure,
+    row_name,
+    say,
+    scaled,
+    styled,
+)
+from pymdr.quantities import RADIUS
+from pymdr.units import FloatArray, good_unit
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+_SHADES = ("#F3DDB3", "#D8C3A5", "#C3CFE2", "#B7D3BF")
+_COLOURS = (ORANGE, GREEN)
+
+
+def layers(data: FigureData) -> Figure:
+    """
+    The layers in section, drawn to scale, and force against indentation beside half-spaces.
+
+    Parameters
+    ----------
+    data : FigureData
+        With `layers`.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    with styled():
+        figure = new_figure(9.6, 4.2)
+        left, right = figure.subplots(1, 2, width_ratios=(1.25, 1.0))
+        _draw_stack(left, data)
+        _draw_forces(right, data)
+        letter_panels(figure)
+    return figure
+
+
+def thickness_study(depth: FloatArray, factors: Mapping[str, FloatArray]) -> Figure:
+    """
+    What a finite thickness multiplies force and stiffness with, over the indentation.
+
+    Parameters
+    ----------
+    depth : ndarray
+        In m.
+    factors : mapping of str to ndarray
+        ``force_factor`` and ``punch_factor``.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    words = {"force_factor": "force at the same indentation", "punch_factor": "stiffness at the same radius"}
+    with styled():
+        figure = new_figure(5.8, 4.0)
+        axes = figure.subplots()
+        unit = good_unit(depth, "m")
+        order = np.argsort(depth)
+        for colour, (name, values) in zip((BLUE, ORANGE), factors.items(), strict=True):
+            axes.plot(
+                lengths(depth[order], unit),
+                values[order],
+                "o-",
+                ms=3,
+                color=colour,
+                lw=1.4,
+                label=words[name],
+            )
+        axes.axhline(1.0, color=GREY, lw=0.8)
+        axes.set_xlabel(axis_label("indentation", unit))
+        axes.set_ylabel("layer over half-space")
+        axes.legend(fontsize=8)
+    return figure
+
+
+def _draw_stack(axes: Axes, data: FigureData) -> None:
+    drawn = data.layers
+    assert drawn is not None
+    if data.field is None:
+        say(axes, "no contact that is a disk")
+        return
+    a, d = (float(data.data[name].values[data.row]) for name in ("contact_radius", "indentation"))
+    if not a > 0.0:
+        say(axes, f"no contact in {row_name(data, data.row)}")
+        return
+    deep = sum(drawn.thickness)
+    reach = max(2.2 * a, 1.2 * min(deep, 6.0 * a))
+    unit = good_unit(np.array([reach]), "m")
+    r = np.unique(np.concatenate([np.linspace(0.0, reach, 301), [a]]))
+    u = data.field("normal_displacement", r).values
+    with np.errstate(invalid="ignore"):
+        tip = data.gap(r) - d
+    x = _both(r, unit, -1.0)
+    ceiling = 0.6 * reach
+    floor = -min(1.3 * deep, 2.0 * reach)
+    top = _both(-u, unit)
+    depth = 0.0
+    for i, (thickness, words) in enumerate(zip(drawn.thickness, drawn.words, strict=True)):
+        depth += thickness
+        foot = float(lengths(np.array(max(-depth, floor)), unit))
+        shade = _SHADES[i % len(_SHADES)]
+        axes.fill_between(x, top, foot, color=shade, lw=0)
+        if -depth < floor:
+            break
+        axes.axhline(foot, color=GREY, lw=0.8)
+        if thickness > 0.06 * (ceiling - floor):
+            middle = float(lengths(np.array(-depth + 0.5 * thickness), unit))
+            axes.text(x[0], middle, f" {words}", fontsize=7, va="center", color=GREY)
+        top = np.full(x.shape, foot)
+    bottom = float(lengths(np.array(floor), unit))
+    if deep < -floor:
+        axes.fill_between(
+            x, top, bottom, color=LIGHT, lw=0, hatch="////" if drawn.rigid else None, edgecolor=GREY
+        )
+        axes.text(x[0], 0.5 * (float(top[0]) + bottom), f" {drawn.base}", fontsize=7, va="center", color=GREY)
+    axes.plot(x, _both(-u, unit), color=GREY, lw=1.2)
+    body = _both(np.where(np.isfinite(tip), np.minimum(tip, ceiling), ceiling), unit)
+    axes.fill_between(x, body, float(lengths(np.array(ceiling), unit)), color=BLUE, alpha=0.18, lw=0)
+    axes.plot(x, np.where(body < float(lengths(np.array(ceiling), unit)), body, np.nan), color=BLUE, lw=1.6)
+    axes.set_aspect("equal")
+    axes.set_xlim(float(x[0]), float(x[-1]))
+    axes.set_ylim(bottom, float(lengths(np.array(ceiling), unit)))
+    axes.set_xlabel(f"{RADIUS.label} ({unit})")
+    axes.set_ylabel(f"height $z$ ({unit})")
+    axes.set_title("to scale", fontsize=8)
+
+
+def _both(values: FloatArray, unit: str, sign: float = 1.0) -> FloatArray:
+    return lengths(np.concatenate([sign * values[::-1], values]), unit)
+
+
+def _draw_forces(axes: Axes, data: FigureData) -> None:
+    drawn = data.layers
+    assert drawn is not None
+    d, force = (
+        data.data[name].values if name in data.data else None for name in ("indentation", "normal_force")
+    )
+    if d is None or force is None or not np.isfinite(d * force).any():
+        say(axes, "no force is known")
+        return
+    x_unit, y_unit = good_unit(d[np.isfinite(d)], "m"), good_unit(force[np.isfinite(force)], "N")
+    for colour, (words, (depth, load)) in zip(_COLOURS, drawn.half_spaces.items(), strict=False):
+        axes.plot(
+            lengths(depth, x_unit),
+            scaled(load, "normal_force", y_unit),
+            color=colour,
+            lw=1.2,
+            ls="--",
+            label=words,
+        )
+    axes.plot(
+        lengths(np.append(0.0, d), x_unit),
+        scaled(np.append(0.0, force), "normal_force", y_unit),
+        color=BLUE,
+        lw=1.6,
+        label="layers",
+    )
+    low, high = (float(scaled(np.array(f(force)), "normal_force", y_unit)) for f in (np.nanmin, np.nanmax))
+    axes.set_ylim(min(1.1 * low, 0.0), 1.25 * max(high, 0.0) or None)
+    axes.set_xlabel(axis_label("indentation", x_unit))
+    axes.set_ylabel(axis_label("normal_force", y_unit))
+    axes.legend(fontsize=7)

@@ -1,0 +1,100 @@
+"""The figure of a pressed surface: contact, pressures, force against depth, stiffness against force."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from pymdr.presentation.plot.shared import (
+    BLUE,
+    axis_label,
+    lengths,
+    letter_panels,
+    new_figure,
+    scaled,
+    styled,
+)
+from pymdr.units import FloatArray, from_si, good_unit
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+    from matplotlib.image import AxesImage
+
+
+def pressed_surface(data: xr.Dataset, heights: FloatArray, pressure: xr.DataArray | None) -> Figure:
+    """
+    Contact and pressures of one load, and the curves of all.
+
+    Parameters
+    ----------
+    data : xarray.Dataset
+        ``indentation`` (m), ``normal_force`` (N) and ``normal_stiffness`` (N/m) of the loads.
+    heights : ndarray
+        In m, (nx, ny).
+    pressure : xarray.DataArray or None
+        In Pa over ``x`` and ``y`` in m; None where it is not valid.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    with styled():
+        figure = new_figure(9.6, 7.6)
+        (first, second), (third, fourth) = figure.subplots(2, 2)
+        if pressure is None:
+            for axes in (first, second):
+                axes.text(0.5, 0.5, "not valid at this load", ha="center", transform=axes.transAxes)
+                axes.set_axis_off()
+        else:
+            _draw_contact(first, heights, pressure)
+            unit = good_unit(pressure.values, "Pa")
+            image = _map(second, np.asarray(from_si(pressure.values, "Pa", unit)), pressure, "viridis")
+        _draw_curve(third, data, "indentation", "normal_force")
+        _draw_curve(fourth, data, "normal_force", "normal_stiffness")
+        letter_panels(figure)
+        if pressure is not None:
+            figure.colorbar(image, ax=second, label=f"pressure $p$ ({unit})")
+    return figure
+
+
+def _map(
+    axes: Axes, values: FloatArray, pressure: xr.DataArray, colours: str, highest: float | None = None
+) -> AxesImage:
+    unit = good_unit(pressure["x"].values, "m")
+    ends = []
+    for axis in ("x", "y"):
+        at = lengths(pressure[axis].values, unit)
+        half = 0.5 * (at[1] - at[0])
+        ends += [float(at[0] - half), float(at[-1] + half)]
+    image = axes.imshow(
+        values.T,
+        origin="lower",
+        extent=(ends[0], ends[1], ends[2], ends[3]),
+        cmap=colours,
+        interpolation="none",
+        vmin=None if highest is None else 0.0,
+        vmax=highest,
+    )
+    axes.set_xlabel(f"$x$ ({unit})")
+    axes.set_ylabel(f"$y$ ({unit})")
+    return image
+
+
+def _draw_contact(axes: Axes, heights: FloatArray, pressure: xr.DataArray) -> None:
+    _map(axes, heights, pressure, "Greys_r")
+    _map(axes, np.where(pressure.values > 0.0, 1.0, np.nan), pressure, "autumn", 2.0)
+
+
+def _draw_curve(axes: Axes, data: xr.Dataset, along: str, up: str) -> None:
+    units = {"indentation": "m", "normal_force": "N", "normal_stiffness": "N/m"}
+    order = np.argsort(data[along].values)
+    x, y = (data[name].values[order] for name in (along, up))
+    x_unit, y_unit = good_unit(x, units[along]), good_unit(y, units[up])
+    axes.plot(scaled(x, along, x_unit), scaled(y, up, y_unit), "o-", color=BLUE, ms=4, lw=1.3)
+    axes.set_xlabel(axis_label(along, x_unit))
+    axes.set_ylabel(axis_label(up, y_unit))
+    axes.set_xlim(left=0.0)
+    axes.set_ylim(bottom=0.0)

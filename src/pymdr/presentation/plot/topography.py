@@ -1,0 +1,137 @@
+"""Figures of measured surfaces: their heights, their spectrum, and the mean profile about an apex."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from pymdr.presentation.plot.shared import (
+    BLUE,
+    GREY,
+    LIGHT,
+    ORANGE,
+    legend_above,
+    lengths,
+    letter_panels,
+    new_figure,
+    styled,
+)
+from pymdr.units import FloatArray, good_unit
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+_PIXELS = 1024
+"""Drawn along a side."""
+
+
+def spectrum_study(heights: FloatArray, size: FloatArray, data: xr.Dataset, rings: xr.Dataset) -> Figure:
+    """
+    A surface, and its spectrum with the law on its range.
+
+    Parameters
+    ----------
+    heights : ndarray
+        In m, (nx, ny).
+    size : ndarray
+        Sides in m.
+    data : xarray.Dataset
+        ``power_spectrum`` with ``_low`` and ``_high`` and ``law`` (m^4) over ``wave_number`` (1/m), nan where they are not known.
+    rings : xarray.Dataset
+        ``power_spectrum`` of all rings.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    with styled():
+        figure = new_figure(9.6, 4.0)
+        first, second = figure.subplots(1, 2, width_ratios=(1.0, 1.2))
+        letter_panels(figure)
+        draw_heights(first, heights, size)
+        q, law = data["wave_number"].values, data["law"].values
+        second.loglog(
+            rings["wave_number"].values, rings["power_spectrum"].values, ".", color=LIGHT, ms=3, label="rings"
+        )
+        band = [data[f"power_spectrum_{end}"].values for end in ("low", "high")]
+        second.fill_between(q, *band, color=BLUE, alpha=0.2, lw=0)
+        second.plot(q, data["power_spectrum"].values, "o", color=BLUE, ms=4, label="resolved, 16 to 84 %")
+        if np.isfinite(law).any():
+            second.plot(q, law, color=ORANGE, lw=1.6, label="self-affine law on its range")
+        second.axvline(2.0 * math.pi / data.attrs["shortest_resolved"], color=GREY, lw=0.8, ls=":")
+        second.set_xlabel("wave number $q$ (1/m)")
+        second.set_ylabel(r"spectrum $C_\mathrm{2D}$ (m$^4$)")
+        legend_above(second)
+    return figure
+
+
+def draw_heights(axes: Axes, heights: FloatArray, size: FloatArray) -> None:
+    """Heights by colour, missing ones white."""
+    every = [-(-n // _PIXELS) for n in heights.shape]
+    drawn = heights[:: every[0], :: every[1]]
+    across, up = good_unit(size, "m"), good_unit(np.abs(drawn - np.nanmean(drawn)).ravel(), "m")
+    width, length = lengths(size, across).tolist()
+    image = axes.imshow(
+        lengths(drawn - np.nanmean(drawn), up).T,
+        origin="lower",
+        extent=(0.0, width, 0.0, length),
+        cmap="viridis",
+    )
+    axes.figure.colorbar(image, ax=axes, label=f"height over the mean ({up})", shrink=0.8)
+    axes.set_xlabel(f"$x$ ({across})")
+    axes.set_ylabel(f"$y$ ({across})")
+
+
+def bump_study(
+    heights: FloatArray,
+    size: FloatArray,
+    centre: tuple[float, float],
+    profile: tuple[FloatArray, FloatArray, FloatArray],
+    curve: tuple[FloatArray, FloatArray],
+) -> Figure:
+    """
+    A surface with its apex, and the mean profile about it.
+
+    Parameters
+    ----------
+    heights : ndarray
+        In m, (nx, ny).
+    size : ndarray
+        Sides in m.
+    centre : tuple of float
+        x and y in m.
+    profile : tuple of ndarray
+        Radii, means and standard deviations in m.
+    curve : tuple of ndarray
+        Radii and gap in m of the curve that is run through them.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    from matplotlib.patches import Circle
+
+    r, f, scatter = profile
+    with styled():
+        figure = new_figure(9.6, 4.0)
+        first, second = figure.subplots(1, 2, width_ratios=(1.0, 1.2))
+        letter_panels(figure)
+        draw_heights(first, heights, size)
+        unit = good_unit(size, "m")
+        x, y, reach = (float(lengths(np.array(one), unit)) for one in (*centre, r[-1]))
+        first.plot([x], [y], "+", color=ORANGE, ms=8)
+        first.add_patch(Circle((x, y), reach, fill=False, color=ORANGE, lw=1.0))
+        along, up = good_unit(r, "m"), good_unit(f, "m")
+        at, mean, wide = lengths(r, along), lengths(f, up), lengths(scatter, up)
+        second.fill_between(at, mean - wide, mean + wide, color=BLUE, alpha=0.2, lw=0, label="scatter around")
+        second.plot(at, mean, ".", color=BLUE, ms=4, label="azimuthal mean")
+        second.plot(lengths(curve[0], along), lengths(curve[1], up), color=ORANGE, lw=1.2, label="curve")
+        second.invert_yaxis()
+        second.set_xlabel(f"radius $r$ ({along})")
+        second.set_ylabel(f"gap $f$ ({up})")
+        legend_above(second)
+    return figure

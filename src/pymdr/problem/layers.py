@@ -1,0 +1,143 @@
+"""Bodies of layers: coatings, films, cartilage."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from pymdr.errors import ProblemError
+from pymdr.problem.materials import Elastic, Material, Rigid
+from pymdr.problem.values import SIField, Value
+from pymdr.units import shown
+
+BONDS = ("bonded", "frictionless")
+_MOST = 32
+"""Most layers of a stack."""
+_STIFFEST = 1e8
+"""Largest ratio of two Young's moduli in a body."""
+_THICKEST = 1e4
+"""Largest ratio of two thicknesses in a body."""
+
+
+@dataclass(frozen=True, eq=False)
+class Layer(Value):
+    """
+    One layer of a :class:`Layered` body.
+
+    Parameters
+    ----------
+    material : Elastic
+    thickness : quantity
+        In m, above 0.
+
+    Raises
+    ------
+    ProblemError
+        If the material is not Elastic, or the thickness not above 0.
+
+    Examples
+    --------
+    >>> Layer(Elastic("1 MPa", 0.5), "2 mm").thickness
+    0.002
+    """
+
+    material: Elastic
+    thickness: SIField = SIField("m", above=0.0, words="thickness")
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.material, Elastic):
+            raise ProblemError(
+                f"Layer.material = {shown(self.material)}: layers are isotropic and elastic; give Elastic('1 MPa', 0.5)"
+            )
+
+
+@dataclass(frozen=True, eq=False)
+class Layered(Material):
+    """
+    Elastic layers on a base.
+
+    Parameters
+    ----------
+    layers : list of Layer
+        From the surface downward, bonded to one another.
+    base : Rigid or Elastic, optional
+        What they lie on, a half-space; rigid unless given.
+    bond : str, optional
+        "bonded", or "frictionless": the lowest layer slides on the base, but never lifts off it.
+
+    Raises
+    ------
+    ProblemError
+        If there are no layers or more than 32, the base is neither rigid nor elastic, the bond is another word, or moduli
+        differ by more than 10^8, or thicknesses by more than 10^4.
+
+    Examples
+    --------
+    >>> cartilage = Layered([Layer(Elastic("0.7 MPa", 0.49), "2 mm")], base=Elastic("1 GPa", 0.3))
+    >>> cartilage.top.young
+    700000.0
+    """
+
+    layers: Sequence[Layer]
+    base: Material = field(default_factory=Rigid)
+    bond: str = "bonded"
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "layers", _as_layers(self.layers))
+        if not isinstance(self.base, Rigid | Elastic):
+            raise ProblemError(f"Layered.base = {shown(self.base)}: a Rigid() or Elastic(...) base is needed")
+        if not isinstance(self.bond, str) or self.bond not in BONDS:
+            raise ProblemError(
+                f"Layered.bond = {shown(self.bond)}: it must be 'bonded' or 'frictionless' (the lowest layer slides on the base)"
+            )
+        solids = [layer.material for layer in self.layers]
+        moduli = [solid.young for solid in (*solids, self.base) if isinstance(solid, Elastic)]
+        _refuse_apart("Young's moduli", moduli, "Pa", _STIFFEST, "take the stiffest part as Rigid()")
+        _refuse_apart(
+            "thicknesses",
+            [layer.thickness for layer in self.layers],
+            "m",
+            _THICKEST,
+            "leave the thinnest out",
+        )
+
+    @property
+    def half_space(self) -> bool:
+        """False: what its surface does depends on the width of a contact."""
+        return False
+
+    @property
+    def top(self) -> Elastic:
+        """The material of the surface."""
+        return self.layers[0].material
+
+    @property
+    def thickness(self) -> float:
+        """That of all layers in m."""
+        return sum(layer.thickness for layer in self.layers)
+
+
+def _as_layers(layers: Any) -> tuple[Layer, ...]:
+    if isinstance(layers, Layer) or not isinstance(layers, Iterable) or isinstance(layers, str):
+        raise ProblemError(
+            f"Layered.layers = {shown(layers)}: a list of layers is needed, such as [Layer(Elastic('1 MPa', 0.5), '2 mm')]"
+        )
+    found = tuple(layers)
+    for one in found:
+        if not isinstance(one, Layer):
+            raise ProblemError(
+                f"Layered.layers holds {shown(one)}: a Layer(Elastic('1 MPa', 0.5), '2 mm') is needed"
+            )
+    if not 0 < len(found) <= _MOST:
+        raise ProblemError(f"Layered.layers: 1 to {_MOST} layers are needed, not {len(found)}")
+    return found
+
+
+def _refuse_apart(what: str, values: list[float], unit: str, most: float, remedy: str) -> None:
+    low, high = min(values), max(values)
+    if high > most * (1.0 + 1e-9) * low:
+        raise ProblemError(
+            f"Layered: {what} of {low:.6g} {unit} and {high:.6g} {unit} differ by a factor of {high / low:.3g}, more than "
+            f"{most:g}; {remedy}"
+        )

@@ -1,0 +1,390 @@
+"""How hot a contact becomes, by a current through it or by its own friction."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, ClassVar
+
+import numpy as np
+
+from pymdr.errors import ProblemError
+from pymdr.interpretation.accuracy import normal_errors, with_errors
+from pymdr.interpretation.fields import normal_displacement
+from pymdr.interpretation.heating import (
+    frictional_heat_claims,
+    joule_claims,
+    slow_sliding,
+    wiedemann_franz,
+)
+from pymdr.interpretation.validity import Claim, approximated
+from pymdr.line.foundation import normal_force as elastic_force
+from pymdr.line.foundation import states_at_depth
+from pymdr.line.heating import LORENZ, current_load, frictional_rise, largest_rise, mean_displacement
+from pymdr.mapping.conductivity import conductivity_of
+from pymdr.mapping.equivalent import gap_function
+from pymdr.problem.contact import Contact
+from pymdr.result import Result
+from pymdr.solving.closure import is_curve
+from pymdr.solving.frictional import frictional_assumptions, pressed_joint
+from pymdr.solving.reach import map_remark
+from pymdr.solving.sliding import positive_speeds
+from pymdr.solving.study import Column, Study, one_row
+from pymdr.units import ArrayQuantityLike, FloatArray, QuantityLike, written
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+_JOULE, _RUBBING = "joule_heating", "frictional_heat"
+_FINE = 121
+_GIVEN = {"temperature": "K", "resistance": "ohm", "voltage": "V", "current": "A"}
+
+
+@dataclass(frozen=True, kw_only=True)
+class JouleHeating(Study):
+    """The hottest place of contacts that carry a current."""
+
+    data: xr.Dataset
+    """
+    Over ``step``: temperature (K) of the bodies, voltage (V), largest_temperature (K) and temperature_rise (K) above that of the
+    bodies; where the cold resistance is known also current (A), cold_resistance and hot_resistance (ohm).
+    """
+    what: ClassVar = "a contact that carries a current"
+    columns: ClassVar = {
+        "voltage": Column("voltage", "V"),
+        "current": Column("current", "A"),
+        "cold_resistance": Column("R cold", "ohm"),
+        "hot_resistance": Column("R hot", "ohm"),
+        "temperature": Column("bodies", "K"),
+        "largest_temperature": Column("hottest", "K"),
+        "temperature_rise": Column("rise", "K"),
+    }
+    told: ClassVar = ("largest_temperature",)
+
+    def plot(self) -> Figure:
+        """Rise of the hottest place against voltage, with that of metals at any voltage."""
+        from pymdr.presentation.plot import joule_study
+
+        temperature = float(self.data["temperature"][0])
+        voltage = np.linspace(0.0, 1.2 * float(np.abs(self.data["voltage"]).max()), _FINE)
+        return joule_study(self.data, voltage, largest_rise(voltage, temperature))
+
+
+def joule_heating(
+    resistance: Result | ArrayQuantityLike | None = None,
+    *,
+    temperature: ArrayQuantityLike,
+    voltage: ArrayQuantityLike | None = None,
+    current: ArrayQuantityLike | None = None,
+) -> JouleHeating:
+    """
+    Temperature of the hottest place of a contact that carries a current.
+
+    T_max^2 = T0^2 + V^2/(4 L) with a voltage V, whatever the shape of the contact, L = 2.443e-8 V^2/K^2; with a current
+    I R0 = 2 T0 sqrt(L) arccos(T0/T_max), which stays below pi T0 sqrt(L), R0 the cold resistance.
+
+    Parameters
+    ----------
+    resistance : Result or array_like or quantity, optional
+        The cold resistance R0 in ohm, above 0, or a result of :func:`~pymdr.solve` that has an ``electrical_resistance``, row by
+        row. Needed with a current.
+    temperature : array_like or quantity
+        T0 of both bodies in K, above 0; "20 degC" is read too.
+    voltage, current : array_like or quantity
+        The voltage V between the bodies, or the current I through the contact, at least 0; exactly one.
+
+    Returns
+    -------
+    JouleHeating
+        One row for each entry; what is given once holds for all.
+
+    Raises
+    ------
+    ProblemError
+        If both or none of voltage and current are given, a current without a resistance, rows of different numbers, a temperature
+        or a resistance that is not above 0, or a current at which no temperature is large enough.
+    NotValidError
+        If the resistance of the result is not valid.
+
+    Notes
+    -----
+    Kohlrausch (1900); Holm (1967), Electric Contacts. Both bodies obey rho lambda = L T; for those that say both it is measured
+    among the assumptions.
+
+    Examples
+    --------
+    >>> joule_heating(voltage="0.12 V", temperature="20 degC")["largest_temperature"].values.round(1).tolist()
+    [483.0]
+    >>> joule_heating("1 mohm", current="100 A", temperature="293.15 K")["largest_temperature"].values.round(1).tolist()
+    [635.4]
+    """
+    if (voltage is None) == (current is None):
+        raise ProblemError(f"{_JOULE}: give exactly one of voltage and current")
+    if current is not None and resistance is None:
+        raise ProblemError(
+            f"{_JOULE}: how hot a current makes a contact depends on its resistance; give it, or the voltage"
+        )
+    claim, rows = None, None
+    if isinstance(resistance, Result):
+        rows = resistance["electrical_resistance"].values
+        claim = resistance.claims["electrical_resistance"]
+    elif resistance is not None:
+        rows = one_row(resistance, "ohm", _JOULE, "resistance")
+    given = {"temperature": one_row(temperature, "K", _JOULE, "temperature")}
+    given |= {} if rows is None else {"resistance": rows}
+    name, unit, asked = ("voltage", "V", voltage) if current is None else ("current", "A", current)
+    assert asked is not None
+    given[name] = one_row(asked, unit, _JOULE, name)
+    columns = _joule_columns(_as_rows(given))
+    t0 = columns["temperature"]
+    law = wiedemann_franz(resistance.contact, t0) if isinstance(resistance, Result) else None
+    unmeasured = "that the bodies obey rho lambda = L T is not measured: they do not say both thermal_conductivity and resistivity"
+    where = np.ones(t0.size, dtype=bool)
+    return JouleHeating(
+        data=_labelled(columns, JouleHeating.columns, "step", np.arange(t0.size)),
+        claims=joule_claims(where, by_current=current is not None, resistance=claim, known=rows is not None),
+        assumptions=() if law is None else (law,),
+        notes=(unmeasured,) if law is None else (),
+    )
+
+
+def _as_rows(given: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
+    """Columns of one length, above 0 where they have to be."""
+    size = max(values.size for values in given.values())
+    for name, values in given.items():
+        if values.size not in (1, size):
+            raise ProblemError(
+                f"{_JOULE}: {name} has {values.size} numbers and another {size}; give one, or one for every row"
+            )
+        low, unit = float(np.nanmin(values, initial=math.inf)), _GIVEN[name]
+        if name in ("voltage", "current") and low < 0.0:
+            raise ProblemError(
+                f"{_JOULE}: {name} = {low:.6g} {unit}: it must be at least 0 {unit}, in whatever direction it flows"
+            )
+        if name in ("temperature", "resistance") and not low > 0.0:
+            raise ProblemError(f"{_JOULE}: {name} = {low:.6g} {unit}: it must be above 0 {unit}")
+        if not np.isfinite(values).all():
+            raise ProblemError(
+                f"{_JOULE}: the bodies do not touch at row {int(np.argmin(np.isfinite(values)))}, or nobody knows how; take rows at "
+                "which they do, such as result['electrical_resistance'][1:]"
+            )
+    return {name: np.broadcast_to(values, (size,)).copy() for name, values in given.items()}
+
+
+def _joule_columns(given: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
+    t0, cold = given["temperature"], given.get("resistance")
+    if "voltage" in given:
+        voltage = given["voltage"]
+    else:
+        assert cold is not None
+        voltage = _voltage(t0, cold, given["current"])
+    rise = largest_rise(voltage, t0)
+    columns = {
+        "temperature": t0,
+        "voltage": voltage,
+        "largest_temperature": t0 + rise,
+        "temperature_rise": rise,
+    }
+    if cold is not None:
+        load = current_load(voltage, t0)
+        ratio = np.divide(voltage, load, out=np.ones_like(load), where=load > 0.0)
+        current = given["current"] if "current" in given else load / cold
+        columns |= {"current": current, "cold_resistance": cold, "hot_resistance": cold * ratio}
+    return columns
+
+
+def _voltage(t0: FloatArray, cold: FloatArray, current: FloatArray) -> FloatArray:
+    """The voltage in V that drives a current, or why none does."""
+    scale = 2.0 * math.sqrt(LORENZ) * t0
+    load = current * cold
+    worst = int(np.argmax(load / scale))
+    most = 0.5 * math.pi * scale[worst]
+    if not load[worst] < most:
+        raise ProblemError(
+            f"{_JOULE}: the current {written(float(current[worst]), 'A')} over a cold resistance of "
+            f"{written(float(cold[worst]), 'ohm')} (row {worst}) is I R0 = {written(float(load[worst]), 'V')}, and must stay below "
+            f"pi T0 sqrt(L) = {written(float(most), 'V')}, toward which the temperature has no bound; the contact carries less than "
+            f"{written(float(most / cold[worst]), 'A')}"
+        )
+    return np.asarray(scale * np.tan(load / scale))
+
+
+def _labelled(
+    columns: Mapping[str, FloatArray], rows: Mapping[str, Column], over: str, along: np.ndarray
+) -> xr.Dataset:
+    import xarray as xr
+
+    units = {"units": rows[over].unit} if over in rows else {}
+    return xr.Dataset(
+        {name: (over, values, {"units": rows[name].unit}) for name, values in columns.items()},
+        coords={over: (over, along, units)} if units else {},
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class FrictionalHeat(Study):
+    """The temperature of a contact that slides slowly."""
+
+    data: xr.Dataset
+    """
+    Over ``speed`` (m/s): largest_temperature_rise and mean_temperature_rise (K) over the contact, heat (W) that both bodies carry
+    away, peclet_number of the body that moves fastest for its size.
+    """
+    surface: xr.Dataset
+    """
+    Over ``speed`` and ``r`` (m): temperature_rise (K) of the surface in the contact and around it. Empty for a force curve, whose
+    shape nobody knows.
+    """
+    what: ClassVar = "a contact that slides"
+    columns: ClassVar = {
+        "speed": Column("speed", "m/s"),
+        "largest_temperature_rise": Column("largest rise", "K"),
+        "mean_temperature_rise": Column("mean rise", "K"),
+        "heat": Column("heat", "W"),
+        "peclet_number": Column("Pe", ""),
+    }
+    told: ClassVar = ("largest_temperature_rise", "mean_temperature_rise")
+
+    def plot(self) -> Figure:
+        """Largest and mean rise against speed, and the rise over the radius."""
+        from pymdr.presentation.plot import frictional_heat_study
+
+        return frictional_heat_study(self.data, self.surface)
+
+
+def frictional_heat(
+    contact: Contact,
+    speed: ArrayQuantityLike,
+    *,
+    normal_force: QuantityLike | None = None,
+    indentation: QuantityLike | None = None,
+) -> FrictionalHeat:
+    """
+    Temperature rise of a contact that slides slowly and steadily against its own friction.
+
+    T = mu v E* (d - f)/(2 (lambda_1 + lambda_2)) in the contact, exact as the Peclet numbers Pe = v a/(2 kappa) of the bodies that
+    move below it go to 0; both bodies have one temperature far away.
+
+    Parameters
+    ----------
+    contact : Contact
+        With ``friction=Coulomb(mu)``, mu above 0 and finite. Both bodies have a ``thermal_conductivity``, and every body that moves
+        below the contact a ``thermal_diffusivity``: the body that always rubs with the same place is left without it.
+    speed : array_like or quantity
+        Speeds v of sliding in m/s, above 0, one row.
+    normal_force, indentation : quantity
+        The constant load in N, or depth in m; exactly one.
+
+    Returns
+    -------
+    FrictionalHeat
+
+    Raises
+    ------
+    ProblemError
+        If the contact has no friction, a body no conductivity, no body a diffusivity, a speed is not above 0, or both or none of the
+        loads are given.
+
+    Notes
+    -----
+    Popov and Hess (2015), chapter 8: heat and pressure act through the same 1/R, so that what the pressure displaces the heat
+    warms; of any shape, a :class:`~pymdr.ForceCurve` too. A body that carries nothing away is one of a very small conductivity.
+
+    Examples
+    --------
+    >>> from pymdr.problem.laws import Coulomb
+    >>> from pymdr.problem.materials import Elastic, Rigid
+    >>> from pymdr.problem.profiles import Paraboloid
+    >>> pin = Rigid(thermal_conductivity="20 W/(m K)")
+    >>> disk = Elastic("1 GPa", 0.3, thermal_conductivity="20 W/(m K)", thermal_diffusivity="5 mm^2/s")
+    >>> rubbed = frictional_heat(
+    ...     Contact(Paraboloid("10 mm"), pin, disk, friction=Coulomb(0.3)), ["1 mm/s", "5 mm/s"], normal_force="1 N"
+    ... )
+    >>> rubbed["largest_temperature_rise"].values.round(4).tolist()
+    [0.0148, 0.0741]
+    """
+    import xarray as xr
+
+    if not isinstance(contact, Contact):
+        raise ProblemError(f"{_RUBBING}: {contact!r} is not a Contact; write Contact(profile, body)")
+    v = positive_speeds(_RUBBING, speed)
+    mapped, d, mu, certificate = pressed_joint(_RUBBING, "heat", contact, normal_force, indentation)
+    pair = conductivity_of(contact.body, contact.counterbody, "thermal_conductivity")
+    if isinstance(pair, str):
+        raise ProblemError(f"{_RUBBING}: {pair}")
+    line = mapped.line
+    states = states_at_depth(line, np.array([d]))
+    a, load = float(states.contact_radius[0]), float(elastic_force(line, states)[0])
+    moving = _moving(contact)
+    unit = frictional_rise(1.0, line.modulus, mu, pair.both)
+    peclet = {which: 0.5 * v * a / kappa for which, kappa in moving.items()}
+    columns = {
+        "largest_temperature_rise": v * unit * d,
+        "heat": mu * load * v,
+        "peclet_number": np.max(list(peclet.values()), axis=0),
+    }
+    shares = {"body": pair.one / pair.both, "counterbody": pair.other / pair.both}
+    # the kernel exp(-v (R + x)/(2 kappa))/R of a body that moves lacks v/(2 kappa) in the mean; its share enters twice
+    drift = sum(shares[which] * float(np.max(pe)) for which, pe in peclet.items())
+    taken_away = drift * load / (math.pi * a * d * line.modulus)
+    curve = is_curve(contact)
+    error = 0.0
+    if not curve:
+        mean, error = mean_displacement(line, a, d)
+        columns["mean_temperature_rise"] = v * unit * mean
+    why = (
+        "the area of a contact is not in its force curve; give the shape itself as a profile" if curve else ""
+    )
+    everywhere = np.ones(v.shape, dtype=bool)
+    claims: Mapping[str, Claim] = frictional_heat_claims(contact, mapped.moduli, everywhere, taken_away, why)
+    if certificate.error is not None:
+        claims = approximated(claims, certificate.remark, float(certificate.error[0]))
+    mapped_errors = normal_errors(line, states, np.array([normal_force is not None]))
+    known = {name: float(values[0]) for name, values in mapped_errors.items()}
+    errors = {
+        "largest_temperature_rise": known.get("indentation", 0.0),
+        "mean_temperature_rise": known.get("normal_displacement", 0.0) + error,
+        "heat": known.get("normal_force", 0.0),
+    }
+    rows = {name: np.full(v.shape, each) for name, each in errors.items()}
+    claims = with_errors(claims, rows, map_remark(line, states))
+    rises = {}
+    if not curve:
+        r = a * np.concatenate([np.sin(np.linspace(0.0, 0.5 * math.pi, 81)), np.linspace(1.0, 2.0, 41)[1:]])
+        excess = float(states.edge_excess[0])
+        u = normal_displacement(
+            line, gap_function(contact.profile, line.equivalent), d, states.place.take(0), excess, r
+        )
+        rises = {"temperature_rise": (("speed", "r"), np.outer(v * unit, u), {"units": "K"})}
+    over = {"speed": ("speed", v, {"units": "m/s"})}
+    still = [name for name in ("body", "counterbody") if name not in moving]
+    return FrictionalHeat(
+        data=_labelled(columns, FrictionalHeat.columns, "speed", v).assign_attrs(
+            normal_force=load, indentation=d, contact_radius=a, friction_coefficient=mu
+        ),
+        surface=xr.Dataset(rises, coords={**over, **({"r": ("r", r, {"units": "m"})} if rises else {})}),
+        claims=claims,
+        assumptions=(
+            *frictional_assumptions(contact, mapped, states.contact_radius),
+            slow_sliding(float(columns["peclet_number"].max())),
+        ),
+        notes=mapped.notes
+        + tuple(f"the {name} has no thermal_diffusivity: it rests below the contact" for name in still),
+    )
+
+
+def _moving(contact: Contact) -> dict[str, float]:
+    """Diffusivities in m^2/s of the bodies that move below the contact."""
+    found = {
+        name: body.thermal_diffusivity
+        for name, body in (("body", contact.body), ("counterbody", contact.counterbody))
+        if body.thermal_diffusivity is not None
+    }
+    if not found:
+        raise ProblemError(
+            f"{_RUBBING}: no body has a thermal_diffusivity, and one at least moves below the contact: give it, as in "
+            "Elastic(..., thermal_diffusivity='12 mm^2/s'), to every body that does, so that it is known whether sliding is slow"
+        )
+    return found

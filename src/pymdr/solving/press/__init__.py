@@ -1,0 +1,6 @@
+"""A surface pressed by boundary elements."""
+
+from pymdr.solving.press.value import PressedSurface
+from pymdr.solving.press.verb import bytes_of, patch_of, press
+
+__all__ = ["PressedSurface", "bytes_of", "patch_of", "press"]

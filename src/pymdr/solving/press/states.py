@@ -1,0 +1,128 @@
+"""What is found at a load: forces, stiffnesses and areas of a solution, and of one on half as many pixels."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from pymdr.independent.engines import HalfSpace, Pressing
+from pymdr.units import FloatArray
+
+TOLERANCE = 1e-6
+"""Largest gap in the contact, and penetration, over the indentation."""
+_NEVER = -4.0
+"""Indentations below a punch where nothing comes."""
+_OUTLINE = (math.pi - 1.0 + math.log(2.0)) / 24.0
+"""Of the pixel sides on the outline of a contact, what its pixels have too much of area (Yastrebov et al. 2017)."""
+
+
+class State(NamedTuple):
+    """At a load, in SI units; ``coarse_`` of every second pixel along both sides."""
+
+    normal_force: float
+    indentation: float
+    normal_stiffness: float
+    contact_area: float
+    elastic_energy: float
+    pixels: float
+    """In contact."""
+    touches_border: float
+    """1 where a pixel on the border is in contact."""
+    rms_slope: float
+    """In the contact."""
+    coarse_normal_force: float
+    coarse_indentation: float
+    coarse_normal_stiffness: float
+    coarse_contact_area: float
+    pressure: FloatArray
+    gap: FloatArray
+
+    @classmethod
+    def numbers(cls) -> tuple[str, ...]:
+        """Fields that are no maps."""
+        return cls._fields[:-2]
+
+
+class Grid:
+    """Heights above a half-space, in units in which a pixel has the area 1, and E* is 1."""
+
+    def __init__(self, half_space: HalfSpace, heights: FloatArray, spacing: FloatArray) -> None:
+        self.heights = heights
+        self.width = math.sqrt(spacing[0] * spacing[1])
+        self._half_space = half_space
+
+    def press(
+        self, scale: float, modulus: float, *, start: FloatArray | None, **load: float | None
+    ) -> tuple[Pressing, dict[str, float]]:
+        """
+        The solution at an indentation in m or a force in N, and its numbers in SI units.
+
+        Parameters
+        ----------
+        scale : float
+            Length in m in which heights are told to the engine.
+        modulus : float
+            E* in Pa.
+        start : ndarray or None
+            Pressure over E* to begin with.
+        **load : float
+            ``indentation`` or ``force``.
+        """
+        unit = modulus * scale * self.width
+        depth, force = load.get("indentation"), load.get("force")
+        found = self._half_space.press(
+            self.heights / scale,
+            indentation=None if depth is None else depth / scale,
+            force=None if force is None else force / unit,
+            start=None if start is None else start * (self.width / scale),
+            tolerance=TOLERANCE,
+        )
+        touching = found.pressure > 0.0
+        total = float(found.pressure.sum()) * unit
+        below = (np.max(self.heights) - self.heights)[touching] / scale
+        work = 0.5 * float(np.sum(found.pressure[touching] * (found.indentation - below)))
+        numbers = {
+            "normal_force": total if force is None else force,
+            "indentation": found.indentation * scale if depth is None else depth,
+            "normal_stiffness": self._punch(touching) * modulus * self.width,
+            "contact_area": self._area(touching) * self.width**2,
+            "elastic_energy": work * unit * scale,
+        }
+        return found, numbers
+
+    def _punch(self, touching: np.ndarray) -> float:
+        """Force of the rigid punch on the contact at an indentation of 1: its pressure is nowhere below 0."""
+        flat = np.where(touching, 0.0, _NEVER)
+        found = self._half_space.press(
+            flat, indentation=1.0, start=np.where(touching, 1.0, 0.0), tolerance=TOLERANCE
+        )
+        return float(found.pressure.sum())
+
+    def _area(self, touching: np.ndarray) -> float:
+        """Pixels in contact, less what those on the outline have too much."""
+        framed = np.pad(touching, 1).astype(int)
+        outline = sum(float(np.abs(np.diff(framed, axis=axis)).sum()) for axis in (0, 1))
+        count = float(np.count_nonzero(touching))
+        return max(count - _OUTLINE * outline, 0.5 * count)
+
+
+def rms_slope(heights: FloatArray, spacing: FloatArray, touching: np.ndarray) -> float:
+    """Root mean square of the gradient in the contact."""
+    along_x, along_y = np.gradient(heights, *spacing)
+    return float(np.sqrt(np.mean(np.asarray(along_x**2 + along_y**2)[touching])))
+
+
+def summit_rise(heights: FloatArray) -> float:
+    """By how much the summit of a parabola through the highest pixel and its neighbours is higher, along x and y."""
+    place = np.unravel_index(int(np.argmax(heights)), heights.shape)
+    rise = 0.0
+    for axis, at in enumerate(map(int, place)):
+        if not 0 < at < heights.shape[axis] - 1:
+            continue
+        line = heights[:, place[1]] if axis == 0 else heights[place[0]]
+        low, middle, high = line[at - 1 : at + 2].tolist()
+        bend = (middle - low) + (middle - high)
+        rise += (high - low) ** 2 / (8.0 * bend) if bend > 0.0 else 0.0
+    return rise

@@ -1,0 +1,132 @@
+"""What pressing a surface answers with."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, ClassVar
+
+import numpy as np
+
+from pymdr.errors import NotValidError, PathError, QuantityError
+from pymdr.problem.profiles import ForceCurve
+from pymdr.problem.profiles.forcecurve import FEWEST_POINTS
+from pymdr.problem.topography import Topography
+from pymdr.solving.study import Column, Study
+from pymdr.units import FloatArray, shown
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+_FIELDS = {"pressure": "Pa", "contact": "", "gap": "m"}
+
+
+@dataclass(frozen=True, kw_only=True)
+class PressedSurface(Study):
+    """Force, indentation, stiffness and area of a pressed surface, with its pressures and gaps."""
+
+    data: xr.Dataset
+    """
+    Over ``normal_force`` (N) or ``indentation`` (m) of the highest pixel: the other of the two, normal_stiffness (N/m),
+    contact_area (m^2), mean_pressure and peak_pressure (Pa), elastic_energy (J).
+    """
+    surface: Topography
+    maps: tuple[tuple[FloatArray, FloatArray], ...]
+    """Pressures in Pa and gaps in m of the loads, (nx, ny)."""
+
+    what: ClassVar = "a pressed surface"
+    columns: ClassVar = {
+        "normal_force": Column("F_N", "N"),
+        "indentation": Column("depth", "m"),
+        "normal_stiffness": Column("stiffness", "N/m"),
+        "contact_area": Column("area", "m^2"),
+        "mean_pressure": Column("p_m", "Pa"),
+        "peak_pressure": Column("p_max", "Pa"),
+        "elastic_energy": Column("energy", "J"),
+    }
+    told: ClassVar = ("normal_stiffness", "contact_area")
+
+    def field(self, name: str, step: int = -1) -> xr.DataArray:
+        """
+        A map over the pixels.
+
+        Parameters
+        ----------
+        name : str
+            ``"pressure"`` in Pa, ``"gap"`` in m, or ``"contact"``, whether a pixel bears.
+        step : int, optional
+            Which load; the last one unless given.
+
+        Returns
+        -------
+        xarray.DataArray
+            Over ``x`` and ``y`` in m.
+
+        Raises
+        ------
+        QuantityError
+            If there is no such map, or load.
+        NotValidError
+            If the contact reaches the border of the heights at this load.
+        """
+        import xarray as xr
+
+        if name not in _FIELDS:
+            raise QuantityError(f"no field {shown(name)}; {self.what} has {', '.join(_FIELDS)}")
+        count = len(self.maps)
+        if isinstance(step, bool) or not isinstance(step, int | np.integer) or not -count <= step < count:
+            raise QuantityError(f"step = {shown(step)}; there are {count} loads, counted from 0")
+        claim = self.claims["normal_stiffness"]
+        if not claim.where[step]:
+            raise NotValidError(
+                f"{name} is not valid at load {int(step) % count + 1}: {claim.reason} [{claim.source}]"
+            )
+        pressure, gap = self.maps[step]
+        values = {"pressure": pressure, "gap": gap, "contact": pressure > 0.0}[name]
+        axes = {axis: (axis, getattr(self.surface, axis), {"units": "m"}) for axis in ("x", "y")}
+        return xr.DataArray(values, dims=("x", "y"), coords=axes, name=name, attrs={"units": _FIELDS[name]})
+
+    def force_curve(self) -> ForceCurve:
+        """
+        F(d) as a profile: friction, memory, impacts and conductance of the same surface follow from it.
+
+        Returns
+        -------
+        ForceCurve
+            For bodies of E* = ``data.attrs["modulus"]``; forces of others follow as E*.
+
+        Raises
+        ------
+        PathError
+            If there are fewer than 5 loads at which the contact ends within the heights.
+        """
+        depth, force = self.data["indentation"].values, self.data["normal_force"].values
+        known = self.claims["normal_stiffness"].where
+        depth, places = np.unique(depth[known], return_index=True)
+        if depth.size < FEWEST_POINTS:
+            raise PathError(
+                f"force_curve: {depth.size} loads at which the contact ends within the heights; at least {FEWEST_POINTS} different ones "
+                "are needed: press at more of them, denser toward the first touch"
+            )
+        return ForceCurve(depth, force[known][places], self.data.attrs["modulus"], contact_point=0.0)
+
+    def _remarks(self) -> list[str]:
+        told = self.data.attrs
+        nx, ny = told["points"]
+        errors = [
+            f"{self.columns[name].words} {100.0 * float(np.nanmin(e)):.2g} to {100.0 * float(np.nanmax(e)):.2g} %"
+            for name in ("normal_force", "indentation", "normal_stiffness", "contact_area")
+            if (e := self.claims[name].error) is not None
+        ]
+        return [
+            f"{told['engine']}, {nx} x {ny} pixels",
+            *([f"errors of the grid: {', '.join(errors)}"] if errors else []),
+        ]
+
+    def plot(self, step: int = -1) -> Figure:
+        """Contact and pressures at a load, force against depth and stiffness against force."""
+        from pymdr.presentation.plot import pressed_surface
+
+        valid = self.claims["normal_stiffness"].where
+        maps = self.field("pressure", step) if valid[step] else None
+        return pressed_surface(self.data, self.surface.heights, maps)

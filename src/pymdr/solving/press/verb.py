@@ -1,0 +1,318 @@
+"""The verb: check, press load by load, interpret."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from pymdr.errors import ProblemError
+from pymdr.independent.engines import Engine, find_engine
+from pymdr.interpretation.press import press_assumptions, press_claims
+from pymdr.interpretation.validity import Claim, Level
+from pymdr.mapping.moduli import effective_moduli
+from pymdr.mapping.rough_patch import rough_topography
+from pymdr.presentation.text import in_bytes
+from pymdr.problem.materials import Graded, Material, Rigid, Viscoelastic
+from pymdr.problem.rough import RoughSurface
+from pymdr.problem.topography import Topography
+from pymdr.solving.kept import KeptParts
+from pymdr.solving.press.keeping import as_dataset, fingerprint, from_dataset
+from pymdr.solving.press.states import TOLERANCE, Grid, State, rms_slope, summit_rise
+from pymdr.solving.press.value import PressedSurface
+from pymdr.solving.reach import memory_of_machine, one_load
+from pymdr.solving.study import one_row
+from pymdr.units import ArrayQuantityLike, FloatArray, shown, written
+
+if TYPE_CHECKING:
+    import os
+
+    import xarray as xr
+
+_WHO = "press"
+_FEWEST = 8
+"""Pixels along the shorter side: half of them still make a contact."""
+_MAPS, _WORKING = 2, 12
+"""Arrays of the size of the grid: of a load that is kept in memory, and at work."""
+_FINE, _COARSE = 4, 1
+"""Shares of the work of a load."""
+
+
+def press(
+    surface: Topography | RoughSurface,
+    body: Material,
+    counterbody: Material | None = None,
+    *,
+    normal_force: ArrayQuantityLike | None = None,
+    indentation: ArrayQuantityLike | None = None,
+    punch: bool = False,
+    engine: str | Engine | None = None,
+    keep: str | os.PathLike[str] | None = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> PressedSurface:
+    """
+    Press a surface of any shape on a half-space by boundary elements, without friction and adhesion.
+
+    Every pixel bears a constant pressure. The package that solves for them is asked for pressures that are nowhere below 0,
+    with gaps that are nowhere below 0 and 0 in the contact. The stiffness is that of the rigid punch on the contact,
+    k = dF/dd, one more solution. Each load is solved once more on every second pixel along both sides: by how much
+    the numbers change is the error that their claims tell.
+
+    Parameters
+    ----------
+    surface : Topography or RoughSurface
+        Heights without gaps; of a RoughSurface its first realisation, :func:`pymdr.rough_topography`, as a punch.
+    body : Elastic or TransverselyIsotropic
+    counterbody : Elastic, TransverselyIsotropic or Rigid, optional
+        Rigid unless given.
+    normal_force, indentation : array_like or quantity
+        Forces in N, or depths in m of the highest pixel; exactly one, one row, above 0. They are pressed in their order of size.
+    punch : bool, optional
+        Whether the body ends where the heights end, as a punch does. Unless it does, a contact at the border is refused.
+    engine : str or Engine, optional
+        ``"contactmechanics"`` (extra ``rough``) unless given, ``"tamaas"`` (AGPL, extra ``tamaas``), ``"aspher"`` (from source), or that
+        of an entry point in the group ``pymdr.engines``.
+    keep : path, optional
+        Folder in which every load is kept as it is found: a run that was ended goes on from there. One that has results of
+        other input is refused.
+    progress : callable, optional
+        Called as ``progress(done, total)``.
+
+    Returns
+    -------
+    PressedSurface
+
+    Raises
+    ------
+    ProblemError
+        If heights are missing, both or none of the loads are given, one is not above 0, a body is graded or viscoelastic, or the
+        memory of this machine is not enough.
+    MissingExtraError
+        If the package of the engine is not installed.
+    FileError
+        If the folder has loads of other input in it.
+    ConvergenceError
+        If the engine did not solve a load.
+
+    Notes
+    -----
+    Love (1929), Phil. Trans. R. Soc. A 228, 377; Polonsky and Keer (1999), Wear 231, 206. Against Hertz with 26 and 77 pixels in the
+    contact radius: force 7e-5 and 1e-5, stiffness 8e-4 and 2e-4.
+
+    Examples
+    --------
+    >>> from pymdr.problem.materials import Elastic
+    >>> x = np.linspace(-0.5, 0.5, 65)[:-1] + 0.5 / 64
+    >>> ball = Topography(-(x[:, None] ** 2 + x**2) * 5e-7, "1 mm")  # of R = 1 m: by Hertz 39.56 mN
+    >>> pressed = press(ball, Elastic("1 GPa", 0.3), indentation="90 nm")
+    >>> round(float(pressed["normal_force"][0]) * 1e3, 2)
+    39.61
+    """
+    patch, punch = patch_of(surface, punch)
+    modulus = _modulus(body, counterbody)
+    one_load(_WHO, normal_force, indentation)
+    by_force = normal_force is not None
+    name, unit = ("normal_force", "N") if by_force else ("indentation", "m")
+    given = normal_force if by_force else indentation
+    assert given is not None
+    rows = one_row(given, unit, _WHO, name)
+    if np.any(rows <= 0.0):
+        raise ProblemError(f"{_WHO}: {name} = {written(float(rows.min()), unit)}; it must be above 0 {unit}")
+    solver = find_engine(engine)
+    _refuse_too_large(patch, rows.size, solver, keep is not None)
+    package = solver.version
+    parts = None
+    if keep is not None:
+        asked = {
+            "heights": fingerprint(patch),
+            "modulus": modulus,
+            name: rows.tolist(),
+            "engine": package,
+            "tolerance": TOLERANCE,
+        }
+        parts = KeptParts(keep, asked)
+    states = _followed(patch, modulus, rows, by_force, solver, parts, progress)
+    columns = {field: np.array([getattr(state, field) for state in states]) for field in State.numbers()}
+    columns["rise"] = np.full(rows.size, summit_rise(patch.heights))
+    columns["peak_pressure"] = np.array([float(state.pressure.max()) for state in states])
+    columns["mean_pressure"] = columns["normal_force"] / columns["contact_area"]
+    claims = press_claims(columns, name, punch, package)
+    deepest = int(np.argmax(columns["indentation"]))
+    attributes = {
+        "modulus": modulus,
+        "engine": package,
+        "points": patch.heights.shape,
+        "size": tuple(patch.size.tolist()),
+        "tolerance": TOLERANCE,
+    }
+    return PressedSurface(
+        data=_labelled(name, columns, claims, attributes),
+        surface=patch,
+        maps=tuple((state.pressure, state.gap) for state in states),
+        claims=claims,
+        assumptions=press_assumptions(columns, deepest),
+        notes=(),
+    )
+
+
+def bytes_of(
+    shape: tuple[int, int], loads: int, engine: str | Engine | None = None, *, kept: bool = False
+) -> float:
+    """
+    Memory that a run takes.
+
+    Parameters
+    ----------
+    shape : tuple of int
+        Pixels along x and y.
+    loads : int
+    engine : str or Engine, optional
+    kept : bool, optional
+        Whether results are kept in a folder; in memory they are held all the same.
+
+    Returns
+    -------
+    float
+        Bytes.
+    """
+    pixels = float(shape[0]) * shape[1]
+    return find_engine(engine).bytes_for(shape) * 1.25 + 8.0 * pixels * (_MAPS * loads + _WORKING + 2 * kept)
+
+
+def patch_of(surface: Topography | RoughSurface, punch: bool = False) -> tuple[Topography, bool]:
+    """
+    The heights that are pressed, and whether the body ends where they end.
+
+    Raises
+    ------
+    ProblemError
+        If it is no surface, heights are missing, or there are too few.
+    """
+    if isinstance(surface, RoughSurface):
+        return rough_topography(surface), True
+    if not isinstance(surface, Topography):
+        raise ProblemError(
+            f"{_WHO}: {shown(surface)} is no surface; write Topography(heights, size), or RoughSurface(...)"
+        )
+    missing = int(np.count_nonzero(surface.missing))
+    if missing:
+        raise ProblemError(
+            f"{_WHO}: {missing} of {surface.heights.size} heights are missing; fill them, or cut out a part that has all"
+        )
+    if min(surface.heights.shape) < _FEWEST:
+        raise ProblemError(
+            f"{_WHO}: {surface.heights.shape[0]} x {surface.heights.shape[1]} heights; at least {_FEWEST} x {_FEWEST} are needed"
+        )
+    return surface, punch
+
+
+def _modulus(body: Material, counterbody: Material | None) -> float:
+    other = Rigid() if counterbody is None else counterbody
+    for one in (body, other):
+        if isinstance(one, Graded | Viscoelastic):
+            raise ProblemError(
+                f"{_WHO}: a {type(one).__name__} body: engines know homogeneous elastic half-spaces; take Elastic or "
+                "TransverselyIsotropic. A viscoelastic one follows from the force curve of an elastic one"
+            )
+    return float(effective_moduli(body, other).normal)
+
+
+def _refuse_too_large(patch: Topography, loads: int, engine: Engine, kept: bool) -> None:
+    shape = patch.heights.shape
+    needed = bytes_of((shape[0], shape[1]), loads, engine, kept=kept)
+    if needed > memory_of_machine():
+        raise ProblemError(
+            f"{_WHO}: {shape[0]} x {shape[1]} pixels at {loads} loads take about {in_bytes(round(needed))}, more than the "
+            f"{in_bytes(round(memory_of_machine()))} of this machine; take fewer loads, or a smaller part of the surface"
+        )
+
+
+def _followed(
+    patch: Topography,
+    modulus: float,
+    rows: FloatArray,
+    by_force: bool,
+    engine: Engine,
+    parts: KeptParts | None,
+    progress: Callable[[int, int], None] | None,
+) -> list[State]:
+    """The states at all loads, each from the one below it."""
+    fine, coarse = (_grid(patch, step, engine) for step in (1, 2))
+    longest = math.sqrt(float(patch.size.prod()))
+    total = (_FINE + _COARSE) * rows.size
+    kept = {} if parts is None else {row: from_dataset(part) for row, part in parts.parts()}
+    found: dict[int, State] = {}
+    before: State | None = None
+    for done, row in enumerate(np.argsort(rows, kind="stable").tolist()):
+        state = kept.get(row)
+        if state is None:
+            load = {"force" if by_force else "indentation": float(rows[row])}
+            scale = float(rows[row]) / (modulus * longest) if by_force else float(rows[row])
+            start = None if before is None else before.pressure / modulus
+            solved, numbers = fine.press(scale, modulus, start=start, **load)
+            if progress is not None:
+                progress((_FINE + _COARSE) * done + _FINE, total)
+            coarse_numbers = _on_coarse(fine, coarse, scale, modulus, load)
+            touching = solved.pressure > 0.0
+            state = State(
+                **numbers,
+                pixels=float(np.count_nonzero(touching)),
+                touches_border=float(_at_border(touching)),
+                rms_slope=rms_slope(patch.heights, patch.spacing, touching),
+                **coarse_numbers,
+                pressure=solved.pressure * (modulus * scale / fine.width),
+                gap=np.where(touching, 0.0, np.maximum(solved.gap, 0.0)) * scale,
+            )
+            if parts is not None:
+                parts.keep(row, as_dataset(state, patch))
+        found[row] = before = state
+        if progress is not None:
+            progress((_FINE + _COARSE) * (done + 1), total)
+    return [found[row] for row in range(rows.size)]
+
+
+def _grid(patch: Topography, step: int, engine: Engine) -> Grid:
+    """Every pixel of a surface, or every second along both sides."""
+    heights = np.ascontiguousarray(patch.heights[::step, ::step])
+    spacing = patch.spacing * step
+    width = math.sqrt(spacing[0] * spacing[1])
+    shape = (heights.shape[0], heights.shape[1])
+    half_space = engine.half_space(shape, (float(spacing[0] / width), float(spacing[1] / width)))
+    return Grid(half_space, heights, spacing)
+
+
+def _on_coarse(
+    fine: Grid, coarse: Grid, scale: float, modulus: float, load: dict[str, float]
+) -> dict[str, float]:
+    """The numbers on every second pixel, with the plane at the same place."""
+    lower = float(fine.heights.max() - coarse.heights.max())
+    names = ("normal_force", "indentation", "normal_stiffness", "contact_area")
+    depth = load.get("indentation")
+    if depth is not None:
+        if depth <= lower:
+            return {f"coarse_{name}": 0.0 for name in names}
+        load = {"indentation": depth - lower}
+    _, numbers = coarse.press(scale, modulus, start=None, **load)
+    numbers["indentation"] += lower
+    return {f"coarse_{name}": numbers[name] for name in names}
+
+
+def _at_border(touching: np.ndarray) -> bool:
+    return bool(any(edge.any() for edge in (touching[0], touching[-1], touching[:, 0], touching[:, -1])))
+
+
+def _labelled(
+    name: str, columns: dict[str, FloatArray], claims: Mapping[str, Claim], attributes: Mapping[str, Any]
+) -> xr.Dataset:
+    """Columns with units over the given load, nan where their claims do not hold."""
+    import xarray as xr
+
+    arrays = {
+        other: (name, np.where(claims[other].where, columns[other], np.nan), {"units": column.unit})
+        for other, column in PressedSurface.columns.items()
+        if other != name and claims[other].level is not Level.NOT_VALID
+    }
+    coordinate = (name, columns[name], {"units": PressedSurface.columns[name].unit})
+    return xr.Dataset(arrays, coords={name: coordinate}, attrs=attributes)

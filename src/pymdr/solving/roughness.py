@@ -1,0 +1,348 @@
+"""The power spectrum of a measured surface, and the randomly rough surface that stands for it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, ClassVar
+
+import numpy as np
+
+from pymdr.errors import NotValidError, ProblemError
+from pymdr.interpretation.validity import SOURCES, Assumption, Claim, Level
+from pymdr.mapping.surfaces.resolution import tip_cutoff
+from pymdr.mapping.surfaces.spectrum import (
+    FEWEST_BINS,
+    WITHIN,
+    Bins,
+    Law,
+    Rings,
+    anisotropy,
+    rings_of,
+    self_affine,
+)
+from pymdr.problem.rough import RoughSurface
+from pymdr.problem.topography import Topography
+from pymdr.solving.study import Column, Study
+from pymdr.units import FloatArray, QuantityLike, metres, shown, to_si
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+_WHO = "power_spectrum"
+_PIXELS_PER_WAVE = 4
+"""Shorter waves are mixed with those that pixels do not see."""
+_FEWEST_PIXELS = 32
+_BAND = (0.16, 0.84)
+_MOST_DIRECTED, _MOST_RATIO = 2.0, 2.0
+"""A few long waves make most of the height of a patch without roll-off, and chance makes them up to half as large again."""
+_DEVIATIONS = 2.0
+"""Standard deviations by which an exponent may be above 1 and still be taken for 1."""
+
+
+@dataclass(frozen=True)
+class SelfAffineFit:
+    """C2D ~ q^(-2 (1 + H)) on a range, flat above the roll-off."""
+
+    hurst: float
+    """H."""
+    hurst_error: float
+    """Its standard deviation, of chance and of what bins lie off the law."""
+    roll_off: float | None
+    """Wavelength in m above which the spectrum is flat; None if none is told from the heights."""
+    roll_off_error: float
+    """Relative standard deviation of the roll-off; 0 without one."""
+    shortest: float
+    """Shortest wavelength in m at which the law holds."""
+    longest: float
+    """Longest wavelength in m at which it does."""
+    scatter: float
+    """Standard deviation of ln C2D about the law beyond what chance makes."""
+    rms: float
+    """Root mean square of the heights in m, of the patch as it is."""
+    law_rms: float
+    """That of the law in m, taken from the longer side down to the shortest wavelength."""
+    size: tuple[float, float]
+    """Sides of the patch in m."""
+
+    @property
+    def is_self_affine(self) -> bool:
+        """Whether H is above 0, and not above 1 by more than two standard deviations."""
+        return 0.0 < self.hurst <= 1.0 + _DEVIATIONS * self.hurst_error
+
+    def rough_surface(self, *, shortest: QuantityLike | None = None, seed: int = 0) -> RoughSurface:
+        """
+        The randomly rough surface of this law on a patch of the same size and rms height.
+
+        Parameters
+        ----------
+        shortest : quantity, optional
+            Its shortest wavelength in m, that of the fit unless given; below that one the law is extrapolated.
+        seed : int, optional
+
+        Returns
+        -------
+        RoughSurface
+
+        Raises
+        ------
+        NotValidError
+            If the exponent is not that of a self-affine surface, 0 < H <= 1.
+        """
+        if not self.is_self_affine:
+            raise NotValidError(
+                f"a RoughSurface has an exponent H above 0 and at most 1, and this spectrum has {self.hurst:.3g} +- "
+                f"{self.hurst_error:.2g}: it falls as no self-affine surface does; look at its figure, and at what tip, noise and "
+                "trends have done to it"
+            )
+        return RoughSurface(
+            hurst=min(self.hurst, 1.0),
+            rms=self.rms,
+            size=np.array(self.size),
+            shortest=self.shortest if shortest is None else to_si(shortest, "m", name="shortest"),
+            longest=self.roll_off,
+            seed=seed,
+        )
+
+
+@dataclass(frozen=True, kw_only=True)
+class PowerSpectrum(Study):
+    """The radially averaged power spectrum of a surface, and the self-affine law that it follows on a range."""
+
+    data: xr.Dataset
+    """
+    Over ``wave_number`` (1/m), eight in a decade: wavelength (m), power_spectrum (m^4) with ``_low`` and ``_high``, 16th and 84th
+    percentiles of what chance makes, waves, how many independent ones were averaged, and law (m^4), nan beyond its range. In the
+    attributes: rms (m), shortest_resolved (m).
+    """
+    rings: xr.Dataset
+    """All that was measured: power_spectrum (m^4) over ``wave_number`` (1/m), unresolved waves among them."""
+    topography: Topography
+    found: SelfAffineFit | None
+    """The fit; None if no range holds one."""
+
+    what: ClassVar = "a power spectrum"
+    columns: ClassVar = {
+        "wave_number": Column("q", "m^-1"),
+        "wavelength": Column("wavelength", "m"),
+        "power_spectrum": Column("C2D", "m^4"),
+        "power_spectrum_low": Column("low", "m^4"),
+        "power_spectrum_high": Column("high", "m^4"),
+        "law": Column("law", "m^4"),
+    }
+    told: ClassVar = ("power_spectrum", "law")
+
+    @property
+    def fit(self) -> SelfAffineFit:
+        """The self-affine fit; refused where no range holds one."""
+        self.claims["law"].require("law")
+        assert self.found is not None
+        return self.found
+
+    def _remarks(self) -> list[str]:
+        lines = [f"rms height {metres(self.data.attrs['rms'])}"]
+        if self.found is not None:
+            fit = self.found
+            lines += [
+                f"H = {fit.hurst:.3f} +- {fit.hurst_error:.3f} from {metres(fit.shortest)} to {metres(fit.longest)}",
+                "no roll-off is told from the heights"
+                if fit.roll_off is None
+                else f"roll-off at {metres(fit.roll_off)} +- {100.0 * fit.roll_off_error:.2g} %",
+            ]
+            if math.isfinite(fit.law_rms):
+                lines.append(
+                    f"the law has an rms height of {metres(fit.law_rms)} between the longer side and its shortest wave"
+                )
+        return lines
+
+    def plot(self) -> Figure:
+        """The surface, and its spectrum with the law and the range on which it holds."""
+        from pymdr.presentation.plot import spectrum_study
+
+        return spectrum_study(self.topography.heights, self.topography.size, self.data, self.rings)
+
+
+def power_spectrum(
+    topography: Topography, *, periodic: bool = False, tip_radius: QuantityLike | None = None
+) -> PowerSpectrum:
+    """
+    The radially averaged power spectrum of a surface, and its self-affine law.
+
+    C2D = |z(q)|^2/(4 pi^2 A), with h^2 = 2 pi int C2D q dq, as means over rings and over eight bins a decade of the wave number. The law
+    ln C2D = c - 2 (1 + H) ln max(1, q/q_r) is fitted to the logarithms on the widest range on which no bin lies off it by more than
+    a quarter besides its scatter by chance.
+
+    Parameters
+    ----------
+    topography : Topography
+        At least 32 x 32 heights, none of them missing. Trends are in the spectrum: take them off by :func:`pymdr.detrend`.
+    periodic : bool, optional
+        Whether the patch is one period of the surface. If not, a Hann window in both directions weights the heights, since the jump
+        from one edge to the other would be in the spectrum.
+    tip_radius : quantity, optional
+        That of the tip in m with which it was measured: shorter waves than it can have resolved (:func:`pymdr.tip_cutoff`) are left out.
+
+    Returns
+    -------
+    PowerSpectrum
+        Its ``fit`` has H, the roll-off, the range and their errors, and ``fit.rough_surface()`` the surface for :func:`pymdr.press_rough`.
+
+    Raises
+    ------
+    ProblemError
+        If there are too few heights, some are missing, all are alike, or nothing is left that a tip can have resolved.
+
+    Notes
+    -----
+    Jacobs, Junge and Pastewka (2017), Surf. Topogr.: Metrol. Prop. 5, 013001; the tip: Sanner et al. (2022), Appl. Surf. Sci. Adv. 7,
+    100190. Waves shorter than four pixels are left out, since waves that pixels do not see are folded into them.
+
+    Examples
+    --------
+    >>> rng = np.random.default_rng(1)
+    >>> q = np.hypot(*np.meshgrid(np.fft.fftfreq(256), np.fft.fftfreq(256)))
+    >>> q[0, 0] = np.inf
+    >>> z = np.fft.ifft2(np.fft.fft2(rng.standard_normal(q.shape)) * q**-1.8).real
+    >>> fit = power_spectrum(Topography(1e-9 * z, "1 um"), periodic=True).fit
+    >>> abs(fit.hurst - 0.8) < 2.0 * fit.hurst_error < 0.08
+    True
+    """
+    if not isinstance(topography, Topography):
+        raise ProblemError(
+            f"{_WHO}: {shown(topography)} is not a Topography; read one with read_topography, or write Topography(heights, size)"
+        )
+    heights = topography.whole(_WHO)
+    if min(heights.shape) < _FEWEST_PIXELS:
+        raise ProblemError(
+            f"{_WHO}: {heights.shape[0]} x {heights.shape[1]} heights; at least {_FEWEST_PIXELS} x {_FEWEST_PIXELS} are needed for waves "
+            "of several lengths"
+        )
+    rms = float(np.std(heights))
+    if rms <= np.finfo(float).eps * float(np.max(np.abs(heights))):
+        raise ProblemError(
+            f"{_WHO}: all heights are {metres(float(heights.flat[0]))}: a smooth plane has no spectrum"
+        )
+    pixel = _PIXELS_PER_WAVE * float(topography.spacing.max())
+    tip = 0.0 if tip_radius is None else tip_cutoff(topography, tip_radius)
+    resolved = max(pixel, tip)
+    rings = rings_of(heights, topography.size, periodic)
+    bins, law = self_affine(rings, periodic, 2.0 * math.pi / resolved)
+    found = None if law is None else _fit(bins, law, topography, rms)
+    data = _columns(bins, law, resolved)
+    data.attrs |= {"rms": rms, "shortest_resolved": resolved}
+    whole = (2.0 * math.pi / resolved, 2.0 * math.pi / float(topography.size.max()))
+    return PowerSpectrum(
+        data=data,
+        rings=_labelled({"power_spectrum": (rings.spectrum, "m^4")}, np.exp(rings.log_q)),
+        topography=topography,
+        found=found,
+        claims=_claims(topography, data, periodic, tip > pixel, resolved, found),
+        assumptions=_assumptions(rings, found, whole),
+        notes=topography.steps,
+    )
+
+
+def _fit(bins: Bins, law: Law, topography: Topography, rms: float) -> SelfAffineFit:
+    deviation = np.sqrt(np.diag(law.covariance))
+    hurst = 0.5 * law.steepness - 1.0
+    width, length = topography.size.tolist()
+    shortest = 2.0 * math.pi / math.exp(bins.high[law.last])
+    roll_off = 2.0 * math.pi / math.exp(law.corner) if law.rolled else None
+    law_rms = math.nan
+    if hurst > 0.0:
+        # of the same spectrum with an rms height of 1 m; beyond H = 1 its waves are those of H = 1 to a few percent
+        like = RoughSurface(min(hurst, 1.0), 1.0, topography.size, shortest, roll_off)
+        place = bins.log_q[law.first]
+        law_rms = math.sqrt(math.exp(float(law.log_c(place))) / float(like.spectrum_2d(math.exp(place))))
+    return SelfAffineFit(
+        hurst=hurst,
+        hurst_error=0.5 * float(deviation[1]),
+        roll_off=roll_off,
+        roll_off_error=float(deviation[2]),
+        shortest=shortest,
+        longest=2.0 * math.pi / math.exp(bins.low[law.first]),
+        scatter=law.excess,
+        rms=rms,
+        law_rms=law_rms,
+        size=(width, length),
+    )
+
+
+def _columns(bins: Bins, law: Law | None, resolved: float) -> xr.Dataset:
+    from scipy.special import gammaincinv
+
+    spectrum = np.exp(bins.log_c)
+    seen = np.exp(bins.high) <= 2.0 * math.pi / resolved * (1.0 + 1e-9)
+    ends = [bins.waves / gammaincinv(bins.waves, share) for share in reversed(_BAND)]
+    along = np.full(spectrum.size, np.nan)
+    if law is not None:
+        held = slice(law.first, law.last + 1)
+        along[held] = np.exp(law.log_c(bins.log_q[held]))
+    q = np.exp(bins.log_q)
+    values = {
+        "wavelength": (2.0 * math.pi / q, "m"),
+        "power_spectrum": (np.where(seen, spectrum, np.nan), "m^4"),
+        "power_spectrum_low": (np.where(seen, spectrum * ends[0], np.nan), "m^4"),
+        "power_spectrum_high": (np.where(seen, spectrum * ends[1], np.nan), "m^4"),
+        "waves": (bins.waves, ""),
+        "law": (along, "m^4"),
+    }
+    return _labelled(values, q)
+
+
+def _labelled(values: dict[str, tuple[FloatArray, str]], q: FloatArray) -> xr.Dataset:
+    import xarray as xr
+
+    return xr.Dataset(
+        {name: ("wave_number", column, {"units": unit}) for name, (column, unit) in values.items()},
+        coords={"wave_number": ("wave_number", q, {"units": "m^-1"})},
+    )
+
+
+def _claims(
+    topography: Topography,
+    data: xr.Dataset,
+    periodic: bool,
+    by_tip: bool,
+    resolved: float,
+    found: SelfAffineFit | None,
+) -> dict[str, Claim]:
+    nx, ny = topography.heights.shape
+    how = "taken for one period of the surface" if periodic else "weighted by a Hann window"
+    limit = "what its tip can have resolved" if by_tip else f"{_PIXELS_PER_WAVE} pixels"
+    reason = (
+        f"of one patch of {nx} x {ny} pixels, {how}; waves are resolved down to {metres(resolved)}, {limit}; the band is what chance "
+        "makes of a Gaussian surface"
+    )
+    source = SOURCES["tip" if by_tip else "spectrum"]
+    spectrum = Claim(Level.APPROXIMATE, reason, source, np.isfinite(data["power_spectrum"].values))
+    claims = dict.fromkeys(("power_spectrum", "power_spectrum_low", "power_spectrum_high"), spectrum)
+    where = np.isfinite(data["law"].values)
+    share = f"{100.0 * WITHIN:g} %"
+    if found is None:
+        why = f"on no range of {FEWEST_BINS} bins does the spectrum follow a power law, flat above a roll-off or not, to {share}"
+        claims["law"] = Claim(Level.NOT_VALID, why, SOURCES["spectrum"], where)
+        return claims
+    kind = (
+        "self-affine" if found.is_self_affine else "a power law, but of no self-affine surface (0 < H <= 1),"
+    )
+    fitted = (
+        f"{kind} from {metres(found.shortest)} to {metres(found.longest)}, ends that are known to a bin (a third): no bin lies off by "
+        f"more than {share} besides its scatter; beyond chance by {100.0 * found.scatter:.2g} % (standard deviation)"
+    )
+    claims["law"] = Claim(Level.APPROXIMATE, fitted, SOURCES["spectrum"], where)
+    return claims
+
+
+def _assumptions(
+    rings: Rings, found: SelfAffineFit | None, whole: tuple[float, float]
+) -> tuple[Assumption, ...]:
+    ends = whole if found is None else (2.0 * math.pi / found.shortest, 2.0 * math.pi / found.longest)
+    words = "largest over smallest mean of the spectrum by direction"
+    told = [Assumption("isotropy", words, anisotropy(rings, ends[1], ends[0]), _MOST_DIRECTED)]
+    if found is not None and math.isfinite(found.law_rms):
+        ratio = max(found.law_rms / found.rms, found.rms / found.law_rms)
+        words = "rms height of the law over that of the heights, or the reverse"
+        told.append(Assumption("one law", words, ratio, _MOST_RATIO))
+    return tuple(told)

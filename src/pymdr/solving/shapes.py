@@ -1,0 +1,297 @@
+"""Bodies that are not of revolution, along a path: exact ellipses, pyramids, and bound and estimate of any other."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import partial
+from typing import TYPE_CHECKING, NoReturn
+
+import numpy as np
+
+from pymdr.errors import ConvergenceError, PathError, ProblemError
+from pymdr.interpretation.shapes import EllipseSurface, shape_assumptions, shape_claims
+from pymdr.interpretation.validity import Assumption, BoolArray, Claim
+from pymdr.line.foundation import (
+    ElasticLine,
+    normal_force,
+    states_at_depth,
+    states_at_force,
+    states_at_travel,
+)
+from pymdr.line.shapes import PYRAMID_FORCES, ShapeLaw, ShapeStates, shape_law
+from pymdr.mapping.azimuth import azimuthal_mean, ray_slopes
+from pymdr.mapping.ellipse import HertzEllipse
+from pymdr.mapping.equivalent import equivalent_profile
+from pymdr.mapping.moduli import effective_moduli
+from pymdr.problem.contact import Contact
+from pymdr.problem.profiles import EllipticParaboloid, Profile, Pyramid, Shape
+from pymdr.problem.schedule import Stretch
+from pymdr.result import FieldReader, Result, Status
+from pymdr.rows import taken
+from pymdr.solving.normal import check_normal_path, refuse_tension
+from pymdr.solving.reach import refuse_unreachable
+from pymdr.solving.walk import Channels, Task, Told, Walked, channels_at, solution, walk, with_travel
+from pymdr.units import FloatArray, metres
+
+if TYPE_CHECKING:
+    from pymdr.presentation.plot import Plots
+
+_STEPS = 200
+_SETTLED = 1e-13
+_FINE = 160
+
+
+@dataclass(frozen=True)
+class Pressed:
+    """Step 1: the shape as a law, and the line of its lower bound, both for the modulus of the bodies."""
+
+    shape: Shape
+    law: ShapeLaw
+    mean: Profile
+    bound: ElasticLine
+    modulus: float
+    """E* in Pa."""
+
+    def at(self, depth: FloatArray) -> tuple[ShapeStates, FloatArray]:
+        """States over E*, and the lower bound of the force in N."""
+        disks = states_at_depth(self.bound, depth)
+        return self.law.at(depth, disks.contact_radius), normal_force(self.bound, disks)
+
+
+@dataclass(frozen=True)
+class _Rows:
+    indentation: FloatArray
+    states: ShapeStates
+    bound: FloatArray
+    radius: FloatArray
+    """Of the disk of the bound."""
+    prescribed: FloatArray
+    """The force where it is prescribed, else nan."""
+    moved: BoolArray
+    """Whether the indentation is prescribed."""
+
+
+def is_shape(contact: Contact) -> bool:
+    """Whether the body is not of revolution."""
+    return isinstance(contact.profile, Shape)
+
+
+def pressed(contact: Contact) -> Pressed:
+    """Step 1 of a contact whose body is not of revolution."""
+    shape = contact.profile
+    assert isinstance(shape, Shape)
+    modulus = effective_moduli(contact.body, contact.counterbody).normal
+    mean = azimuthal_mean(shape)
+    return Pressed(shape, shape_law(shape), mean, ElasticLine(equivalent_profile(mean), modulus), modulus)
+
+
+def solve_shape(task: Task) -> Result:
+    """Map, walk and interpret."""
+    if task.solver is not None:
+        raise ProblemError(
+            f"solve: the rings of solver=Rings() are of revolution, and {type(task.contact.profile).__name__} is not; leave it out"
+        )
+    check_normal_path(task.path)
+    found = pressed(task.contact)
+    return _interpret(task, found, walk(task, None, partial(_step, task, found)))
+
+
+def _step(
+    task: Task, found: Pressed, _: None, asked: Stretch, kept: np.ndarray | None, told: Told | None
+) -> tuple[_Rows, None, Channels]:
+    targets, stiffness = asked.normal, task.machine_stiffness
+    moved = False
+    if asked.by_force:
+        refuse_tension(asked.leg, targets)
+        start = states_at_force(found.bound, targets)
+        depth = _depths(found, start.indentation, targets, None)
+    elif asked.controls.normal == "travel" and stiffness is not None and math.isfinite(stiffness):
+        start = states_at_travel(found.bound, targets, stiffness)
+        depth = _depths(found, start.indentation, targets, 1.0 / stiffness)
+    else:
+        moved, depth = True, targets
+    disks = states_at_depth(found.bound, depth)
+    most = float(np.max(targets)) if asked.by_force else None
+    refuse_unreachable(found.bound, found.mean, disks, most)
+    states, bound = found.at(depth)
+    force = float(targets[-1]) if asked.by_force else found.modulus * float(states.force[-1])
+    here = channels_at(float(depth[-1]), force, stiffness)
+    if math.isnan(force):  # nothing is known of it, and a leg that holds it cannot be followed
+        here = {"indentation": float(depth[-1]), "normal_force": math.nan, "travel": math.nan}
+    rows = _Rows(
+        np.asarray(depth, dtype=float),
+        states,
+        bound,
+        disks.contact_radius,
+        targets if asked.by_force else np.full(targets.size, math.nan),
+        np.full(targets.size, moved),
+    )
+    return taken(rows, kept), None, here
+
+
+def _depths(found: Pressed, start: FloatArray, targets: FloatArray, compliance: float | None) -> FloatArray:
+    """
+    Depths at which the force, or with the compliance of a machine the travel, is as asked.
+
+    The bound bears less than the body, so that its depths are no smaller; the force being convex, Newton's steps from there do not
+    pass the root.
+    """
+    d = np.array(start, dtype=float)
+    asked = (d > 0.0) & (targets > 0.0)
+    d[~asked] = np.minimum(d[~asked], 0.0) if compliance is None else targets[~asked]
+    if not asked.any():
+        return d
+    x, target = d[asked], targets[asked]
+    for _ in range(_STEPS):
+        states, _bound = found.at(x)
+        force, stiffness = found.modulus * states.force, found.modulus * states.stiffness
+        if np.isnan(force).any():
+            _refuse_unknown(float(x[np.isnan(force)][0]))
+        if compliance is None:
+            step = (force - target) / stiffness
+        else:
+            step = (x + compliance * force - target) / (1.0 + compliance * stiffness)
+        new = np.clip(x - step, 0.1 * x, 2.0 * x)
+        if np.all(np.abs(new - x) <= _SETTLED * x):
+            d[asked] = new
+            return d
+        x = new
+    raise ConvergenceError(f"no indentation found for what is asked; the last is {metres(float(x[-1]))}")
+
+
+def _refuse_unknown(depth: float) -> NoReturn:
+    raise PathError(
+        f"at an indentation of {metres(depth)} there is no estimate of the force, and its lower bound alone gives no indentation for "
+        "a prescribed force or travel: prescribe the indentation, or a smaller load"
+    )
+
+
+def _interpret(task: Task, found: Pressed, walked: Walked[_Rows]) -> Result:
+    rows, shape, modulus = walked.rows, found.shape, found.modulus
+    states, d = rows.states, rows.indentation
+    by_force = np.isfinite(rows.prescribed)
+    force = np.where(by_force, rows.prescribed, modulus * states.force)
+    prescribed = {"indentation": rows.moved, "normal_force": by_force}
+    claims = shape_claims(shape, states, rows.bound / modulus, prescribed)
+    columns: dict[str, FloatArray] = {
+        "indentation": d,
+        "normal_force": force,
+        "normal_stiffness": modulus * states.stiffness,
+        "elastic_energy": modulus * states.energy,
+        "force_lower_bound": rows.bound,
+        "force_estimate": modulus * states.estimate,
+    }
+    if isinstance(shape, EllipticParaboloid):
+        columns |= _of_ellipse(shape, d, force)
+    if task.machine_stiffness is not None:
+        claims["travel"] = claims["normal_force"]
+    return solution(
+        task,
+        walked,
+        with_travel(task, columns),
+        claims,
+        assumptions=_assumed(task.contact, found, rows),
+        status=_status(shape, claims),
+        notes=(),
+        references=_references(shape),
+        conducting=0.5 * states.stiffness,
+    )
+
+
+def _of_ellipse(shape: EllipticParaboloid, d: FloatArray, force: FloatArray) -> dict[str, FloatArray]:
+    a_x, a_y = HertzEllipse(shape.radius_x, shape.radius_y).semi_axes(d)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        mean = np.where(a_x > 0.0, force / (math.pi * a_x) / a_y, 0.0)
+    return {
+        "semi_axis_x": a_x,
+        "semi_axis_y": a_y,
+        "contact_area": math.pi * a_x * a_y,
+        "mean_pressure": mean,
+        "peak_pressure": 1.5 * mean,
+    }
+
+
+def _assumed(contact: Contact, found: Pressed, rows: _Rows) -> tuple[Assumption, ...]:
+    """What the model assumes, measured where the contact is largest."""
+    beta = effective_moduli(contact.body, contact.counterbody).dundurs_beta
+    shape, longest = found.shape, rows.states.longest
+    size = float(np.nanmax(np.where(np.isnan(longest), rows.radius, longest), initial=0.0))
+    if size == 0.0:
+        return ()
+    if isinstance(shape, EllipticParaboloid):
+        axes = HertzEllipse(shape.radius_x, shape.radius_y).semi_axes(rows.indentation)
+        steepest = max(
+            float(np.max(a)) / r for a, r in zip(axes, (shape.radius_x, shape.radius_y), strict=True)
+        )
+        return shape_assumptions(shape, steepest, steepest, beta)
+    if isinstance(shape, Pyramid):
+        return shape_assumptions(shape, shape.gradient, math.nan, beta)
+    steepest = float(np.nanmax(ray_slopes(shape, min(size, shape.reach)), initial=0.0))
+    return shape_assumptions(shape, steepest, math.nan, beta)
+
+
+def _status(shape: Shape, claims: dict[str, Claim]) -> Status:
+    if isinstance(shape, EllipticParaboloid | Pyramid):
+        return Status.NOT_ROUND
+    known = claims["force_estimate"]
+    return Status.ESTIMATED if known.readable and known.where.all() else Status.BOUNDED
+
+
+def _references(shape: Shape) -> tuple[str, ...]:
+    if isinstance(shape, EllipticParaboloid):
+        return ("hertz", "shield", "barber", "popov-shapes")
+    return ("shield", "barber", "popov-shapes", *(("bilodeau",) if isinstance(shape, Pyramid) else ()))
+
+
+def shape_surface(result: Result) -> FieldReader:
+    """What fields are computed from; of elliptic paraboloids only."""
+    shape, data = result.contact.profile, result.data
+    assert isinstance(shape, EllipticParaboloid)
+    d, a_x, a_y, force = (
+        data[name].values for name in ("indentation", "semi_axis_x", "semi_axis_y", "normal_force")
+    )
+    modulus = effective_moduli(result.contact.body, result.contact.counterbody).normal
+    return EllipseSurface(shape, modulus, d, a_x, a_y, force)
+
+
+def shape_plots(result: Result, row: int) -> Plots:
+    """Figures: force with its bound and its estimate, and the contact in plan."""
+    from pymdr.presentation.plot import FigureData, Plots, ShapeData, shape_figures, shape_overview
+
+    found = pressed(result.contact)
+    shape, data = found.shape, result.data
+    deepest = float(np.nanmax(data["indentation"].values, initial=0.0))
+    depth = deepest * np.linspace(0.0, 1.0, _FINE) ** 2
+    states, bound = found.at(depth)
+    d = np.array([float(data["indentation"].values[row]) if row >= 0 else deepest])
+    disk = float(states_at_depth(found.bound, d).contact_radius[0])
+    axes = None
+    if isinstance(shape, EllipticParaboloid):
+        a_x, a_y = HertzEllipse(shape.radius_x, shape.radius_y).semi_axes(d)
+        axes = (float(a_x[0]), float(a_y[0]))
+    longest = float(np.nanmax(found.at(d)[0].longest, initial=disk))
+    drawn = ShapeData(
+        depth=depth,
+        force=found.modulus * states.force,
+        bound=bound,
+        estimate=found.modulus * states.estimate,
+        exact=isinstance(shape, EllipticParaboloid),
+        computed=isinstance(shape, Pyramid) and shape.sides in PYRAMID_FORCES,
+        gap=shape.gap_at,
+        level=float(d[0]),
+        disk=disk,
+        axes=axes,
+        extent=1.5 * max(longest, disk),
+        across=(lambda r: result.field("pressure", r, row, angle="90 deg")) if row >= 0 else None,
+    )
+    shown = FigureData(
+        data=data,
+        row=row,
+        field=(lambda name, r: result.field(name, r, row)) if row >= 0 else None,
+        gap=lambda r: shape.gap_at(r, 0.0 * r),
+        bands={},
+        on_line=False,
+        modulus=found.modulus,
+    )
+    return Plots(shown, drawn.drawn_by(shape_overview), drawn.drawn_by(shape_figures))

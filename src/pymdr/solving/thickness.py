@@ -1,0 +1,150 @@
+"""What the finite thickness of a sample does to its indentation."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, ClassVar
+
+import numpy as np
+
+from pymdr.errors import ProblemError
+from pymdr.interpretation.accuracy import EXACT_WITHIN
+from pymdr.interpretation.layers import base_assumption, first_fault
+from pymdr.interpretation.validity import Claim, Level, bodies_of
+from pymdr.line.foundation import normal_force, states_at_depth
+from pymdr.line.layered import LayeredLine
+from pymdr.line.lines import line_of
+from pymdr.problem.contact import Contact
+from pymdr.problem.layers import Layer, Layered
+from pymdr.problem.materials import Elastic
+from pymdr.problem.profiles import Profile
+from pymdr.solving.reach import refuse_unreachable
+from pymdr.solving.study import Column, Study, one_row
+from pymdr.units import ArrayQuantityLike, QuantityLike, shown
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+@dataclass(frozen=True, kw_only=True)
+class ThicknessCorrection(Study):
+    """How much stiffer a layer is than a half-space, by :func:`thickness_correction`, over ``indentation``."""
+
+    what: ClassVar[str] = "a thickness correction"
+    columns: ClassVar[Mapping[str, Column]] = {
+        "indentation": Column("indentation", "m"),
+        "contact_radius": Column("radius", "m"),
+        "width": Column("a / h", ""),
+        "punch_factor": Column("punch factor", ""),
+        "force_factor": Column("force factor", ""),
+    }
+    told: ClassVar[tuple[str, ...]] = ("force_factor",)
+
+    def plot(self) -> Figure:
+        """Both factors over the indentation."""
+        from pymdr.presentation.plot import thickness_study
+
+        return thickness_study(
+            self.data["indentation"].values,
+            {name: self.data[name].values for name in ("force_factor", "punch_factor")},
+        )
+
+
+def thickness_correction(
+    profile: Profile,
+    poisson: QuantityLike,
+    *,
+    thickness: QuantityLike,
+    indentation: ArrayQuantityLike,
+    bond: str = "bonded",
+) -> ThicknessCorrection:
+    """
+    Force of a layer on a rigid base over that of a half-space at the same indentation.
+
+    Parameters
+    ----------
+    profile : Profile
+        Of the tip.
+    poisson : quantity
+        Of the sample, -1 < nu <= 0.5.
+    thickness : quantity
+        Of the sample in m.
+    indentation : array_like or quantity
+        In m, above 0.
+    bond : str
+        "bonded" to its base, or "frictionless".
+
+    Returns
+    -------
+    ThicknessCorrection
+        Over the indentations: `contact_radius` a in m, `width` a/h, `punch_factor` k / (2 E* a), the stiffness over that of a
+        half-space at the same radius, and `force_factor`. A force that is divided by it is that of a half-space of the material.
+
+    Raises
+    ------
+    ProblemError, PathError
+        If the arguments cannot be used.
+    ConvergenceError
+        If the contact is wider than 300 thicknesses.
+
+    Notes
+    -----
+    From the Fredholm equation of Lebedev and Ufliand (1958), without the errors of the table of Hayes and others (1972).
+
+    Examples
+    --------
+    >>> from pymdr.problem.profiles import Sphere
+    >>> cell = thickness_correction(Sphere("10 um"), 0.5, thickness="5 um", indentation=["0.1 um", "1 um"])
+    >>> cell["force_factor"].values.round(6).tolist()
+    [1.297254, 2.677441]
+    """
+    depth = one_row(indentation, "m", "thickness_correction", "indentation")
+    if not np.all((depth > 0.0) & np.isfinite(depth)):
+        raise ProblemError(
+            f"thickness_correction: indentation = {shown(indentation)}; depths above 0 m are needed"
+        )
+    sample = Elastic(1.0, poisson)
+    layered = Contact(profile, Layered([Layer(sample, thickness)], bond=bond))
+    line, plain = line_of(layered), line_of(Contact(profile, sample))
+    assert isinstance(line, LayeredLine)
+    states = states_at_depth(line, depth)
+    refuse_unreachable(line, profile, states)
+    deep = states_at_depth(plain, depth)
+    a = states.contact_radius
+    widest = float(np.max(a))
+    columns = {
+        "contact_radius": a,
+        "width": a / line.thickness,
+        "punch_factor": line.stiffness(states.place) / (2.0 * line.modulus * a),
+        "force_factor": normal_force(line, states) / normal_force(plain, deep),
+    }
+    fault = first_fault(line, widest, float(np.max(states.edge_excess)))
+    where = np.ones(a.shape, dtype=bool) if fault is None else a < fault.before
+    words, source = bodies_of(line)
+    error = np.max(line.error(states.place), axis=1)
+    level = Level.EXACT if np.max(error) <= EXACT_WITHIN else Level.APPROXIMATE
+    reason = (
+        f"exact for {words} in frictionless contact on a disk, against a half-space at the same indentation"
+    )
+    if fault is not None:
+        level, reason = (level if where.any() else Level.NOT_VALID), f"{reason}; {fault.words}"
+    claim = Claim(level, reason, source, where, error)
+    import xarray as xr
+
+    variables = {
+        name: (
+            "indentation",
+            np.where(where, values, np.nan),
+            {"units": ThicknessCorrection.columns[name].unit},
+        )
+        for name, values in columns.items()
+    }
+    coordinate = ("indentation", depth, {"units": "m"})
+    at = int(np.argmax(a))
+    return ThicknessCorrection(
+        data=xr.Dataset(variables, coords={"indentation": coordinate}),
+        claims=dict.fromkeys(columns, claim),
+        assumptions=base_assumption(line, float(a[at]), float(states.edge_excess[at])),
+        notes=(),
+    )

@@ -1,0 +1,400 @@
+"""Measured surfaces from files: matrices with units by themselves, the formats of makers by SurfaceTopography."""
+
+from __future__ import annotations
+
+import io
+import os
+import re
+import warnings
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from pymdr.errors import CaseError, FileError, MissingExtraError, ProblemError, UnitError
+from pymdr.mapping.surfaces import preparing
+from pymdr.mapping.surfaces.preparing import fill_missing
+from pymdr.presentation.files import named_file
+from pymdr.problem.topography import Topography
+from pymdr.units import ArrayQuantityLike, FloatArray, metres, shown, to_si, to_si_array
+from pymdr.workbench.inputs import read_bytes, read_text
+from pymdr.workbench.tables import read_grid_columns
+
+_LARGEST = 2**31
+_LARGEST_TEXT = 200 * 2**20
+_TEXTS = (".csv", ".tsv", ".txt", ".asc", ".dat", ".xyz")
+_HEADER = re.compile(r"#\s*(?P<name>[A-Za-z][A-Za-z ]*?)\s*[:=]\s*(?P<value>.*\S)\s*")
+_WITH_UNIT = re.compile(r"[\[(]\s*[^\s\[\]()]+\s*[\])]")
+_UNEVEN = 1e-3
+"""Of a step, by which the steps of a grid may differ."""
+_HOW = "write '# Width: 10 um', '# Height: 10 um' and '# Value units: nm' above the rows, or give size= and unit="
+
+
+class _ForeignError(CaseError):
+    """A text that is no matrix of numbers below a header that is read here: perhaps one of a maker."""
+
+
+class _Read(NamedTuple):
+    heights: FloatArray
+    """(nx, ny), in the unit."""
+    unit: str | None
+    size: FloatArray | None
+    """In m."""
+    step: str
+
+
+def read_topography(
+    file: str | os.PathLike[str],
+    channel: int | str | None = None,
+    *,
+    size: ArrayQuantityLike | None = None,
+    unit: str | None = None,
+    missing: str | None = None,
+    detrend: str | None = None,
+) -> Topography:
+    r"""
+    Read a measured surface.
+
+    Parameters
+    ----------
+    file : path
+        A text of heights, a row of numbers for every y and a column for every x, with commas, semicolons, tabs or blanks between them
+        and above them, as Gwyddion writes it, ``# Width: 10 um``, ``# Height: 10 um``, ``# Value units: nm``; a table with the columns
+        ``x [um], y [um], z [nm]`` of places on an even grid; an array (nx, ny) in a ``.npy`` file; or, with the extra
+        ``topography``, any of the formats of SurfaceTopography. ``nan``, and places that a table leaves out, were not measured.
+    channel : int or str, optional
+        Number, from 0 on, or name of the channel, where a file has several; unless given, the one that the file names first.
+    size : quantity or pair of quantities, optional
+        Sides along x and y in m, where the file has none.
+    unit : str, optional
+        Unit of the heights, where the file has none, such as "nm".
+    missing : {"interpolate", "crop", "keep"}, optional
+        What becomes of heights that were not measured, as in :func:`pymdr.fill_missing`, or that they stay. Refused unless given.
+    detrend : {"mean", "plane", "sphere", "curvature"}, optional
+        What is taken off, as in :func:`pymdr.detrend`; nothing unless given.
+
+    Returns
+    -------
+    Topography
+        Its ``steps`` say what was read and done.
+
+    Raises
+    ------
+    FileError
+        If the file cannot be read, or not by SurfaceTopography.
+    CaseError
+        If it is no surface on an even grid, has no such channel or other quantities than heights in it, units or sides are missing or
+        are given twice, or heights are missing and nothing was said of them.
+    MissingExtraError
+        If it needs SurfaceTopography, which is not installed.
+
+    Notes
+    -----
+    Heights grow out of the body. Instruments filter, and a tip is blunt: see :func:`pymdr.tip_cutoff` for what it cannot have seen.
+
+    Examples
+    --------
+    >>> from tempfile import TemporaryDirectory
+    >>> with TemporaryDirectory() as folder:
+    ...     file = Path(folder) / "step.csv"
+    ...     _ = file.write_text("# Width: 3 um\n# Height: 2 um\n# Value units: nm\n1,1,4\n1,1,4\n")
+    ...     step = read_topography(file, detrend="mean")
+    >>> step.heights.shape, step.steps
+    ((3, 2), ('read from step.csv', 'the mean taken off, 2 nm'))
+    """
+    source = named_file(file, "read")
+    if detrend is not None and detrend not in preparing.TRENDS:
+        raise CaseError(
+            f"detrend = {shown(detrend)}: one of {', '.join(preparing.TRENDS)}, or nothing, is needed"
+        )
+    if missing is not None and missing not in (*preparing.REMEDIES, "keep"):
+        raise CaseError(
+            f"missing = {shown(missing)}: one of {', '.join(preparing.REMEDIES)} and keep is needed"
+        )
+    found = _read(source, channel)
+    try:
+        surface = Topography(
+            np.asarray(found.heights, dtype=float) * _factor(source, found.unit, unit),
+            _sides(source, found.size, size),
+            (found.step,),
+        )
+    except (ProblemError, UnitError) as error:
+        raise CaseError(f"{source}: {error}") from error
+    if surface.missing.any() and missing != "keep":
+        count = int(surface.missing.sum())
+        if missing is None:
+            raise CaseError(
+                f"{source}: {count} of {surface.heights.size} heights are missing; say what becomes of them by missing='interpolate', "
+                "'crop' or 'keep'"
+            )
+        surface = fill_missing(surface, missing)
+    return surface if detrend is None else preparing.detrend(surface, detrend)
+
+
+def _factor(source: Path, own: str | None, given: str | None) -> float:
+    if own is not None and given is not None:
+        raise CaseError(f"{source}: unit = {shown(given)}, but the file says {own!r}; leave it out")
+    unit = own if given is None else given
+    if unit is None:
+        raise CaseError(f"{source}: no unit of the heights; {_HOW}")
+    if not isinstance(unit, str):
+        raise CaseError(f"{source}: unit = {shown(unit)}; a text such as 'nm' is needed")
+    try:
+        return to_si(f"1 {unit}", "m", name="unit of the heights")
+    except UnitError as error:
+        raise CaseError(f"{source}: {error}") from error
+
+
+def _sides(source: Path, own: FloatArray | None, given: ArrayQuantityLike | None) -> ArrayQuantityLike:
+    if own is not None and given is not None:
+        raise CaseError(
+            f"{source}: size = {shown(given)}, but the file says {metres(own[0])} x {metres(own[1])}; leave it out"
+        )
+    sides = own if given is None else given
+    if sides is None:
+        raise CaseError(f"{source}: no sides of the patch; {_HOW}")
+    return sides
+
+
+def _read(source: Path, channel: int | str | None) -> _Read:
+    kind = source.suffix.lower()
+    if kind == ".npy":
+        return _of_array(source, channel)
+    if kind not in _TEXTS:
+        return _of_maker(source, channel)
+    text = read_text(source, _LARGEST_TEXT, "text of heights")
+    try:
+        found = _of_text(source, text)
+    except _ForeignError as error:
+        try:
+            return _of_maker(source, channel)
+        except (FileError, MissingExtraError):
+            raise CaseError(str(error)) from None
+    _refuse_channel(source, channel)
+    return found
+
+
+def _refuse_channel(source: Path, channel: int | str | None) -> None:
+    if channel not in (None, 0):
+        raise CaseError(
+            f"{source}: channel {shown(channel)}, but the file has one surface only; leave it out"
+        )
+
+
+def _of_array(source: Path, channel: int | str | None) -> _Read:
+    content = read_bytes(source, _LARGEST, "file of heights")
+    _refuse_channel(source, channel)
+    try:
+        heights = np.lib.format.read_array(io.BytesIO(content), allow_pickle=False)
+    except (ValueError, EOFError, OSError, MemoryError) as error:
+        raise CaseError(f"{source}: no array of NumPy ({error})") from error
+    if not isinstance(heights, np.ndarray) or heights.dtype.kind not in "fiu":
+        raise CaseError(f"{source}: an array of real numbers is needed")
+    return _Read(heights, None, None, f"read from {source.name}")
+
+
+def _of_text(source: Path, text: str) -> _Read:
+    lines = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
+    numbered = [i for i, line in enumerate(lines) if line.strip() and not line.lstrip().startswith("#")]
+    if not numbered:
+        raise CaseError(f"{source}: no heights; write rows of numbers")
+    if _WITH_UNIT.search(lines[numbered[0]]):
+        return _of_table(source)
+    late = [i for i, line in enumerate(lines) if i > numbered[0] and _HEADER.fullmatch(line.strip())]
+    if late:
+        raise _ForeignError(
+            f"{source}, line {late[0] + 1}: a second header; write every surface into a file of its own"
+        )
+    told = {
+        match["name"].lower(): match["value"]
+        for line in lines[: numbered[0]]
+        if (match := _HEADER.fullmatch(line.strip()))
+    }
+    sides = None
+    if "width" in told or "height" in told:
+        try:
+            sides = to_si_array(
+                [told.get("width", told.get("height", "")), told.get("height", told.get("width", ""))],
+                "m",
+                name="Width, Height",
+            )
+        except UnitError as error:
+            raise CaseError(f"{source}: {error}") from error
+    try:
+        rows = _matrix(source, lines, numbered)
+    except CaseError as error:
+        if sides is not None or "value units" in told:
+            raise
+        raise _ForeignError(str(error)) from None
+    # rows of a text are those of a picture, along x
+    return _Read(rows.T, told.get("value units"), sides, f"read from {source.name}")
+
+
+def _matrix(source: Path, lines: list[str], numbered: list[int]) -> FloatArray:
+    rows = [lines[i] for i in numbered]
+    separator = next((mark for mark in ";\t," if mark in rows[0]), None)
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            return np.loadtxt(rows, delimiter=separator, comments=None, ndmin=2, dtype=float)
+    except (ValueError, UserWarning):
+        pass
+    width = len(rows[0].split(separator))
+    for i, row in zip(numbered, rows, strict=True):
+        cells = row.split(separator)
+        if len(cells) != width:
+            raise CaseError(
+                f"{source}, line {i + 1}: {len(cells)} heights for {width} in the first row; no matrix"
+            )
+        for cell in cells:
+            try:
+                float(cell)
+            except ValueError:
+                raise CaseError(
+                    f"{source}, line {i + 1}: {cell.strip()[:40]!r} is no number; a text of heights has rows of numbers, with decimals "
+                    "written with a point, nan for what is missing, and lines that begin with # above them"
+                ) from None
+    raise CaseError(f"{source}: no matrix of numbers")
+
+
+def _of_table(source: Path) -> _Read:
+    columns = read_grid_columns(source)
+    (x, nx, wide), (y, ny, tall) = (_even(source, name, columns[name]) for name in ("x", "y"))
+    if nx * ny > 4 * x.size:
+        raise CaseError(
+            f"{source}: {x.size} places for a grid of {nx} x {ny}: they are scattered; interpolate the heights onto an even grid"
+        )
+    place = x * ny + y
+    if np.unique(place).size < place.size:
+        twice = int(np.flatnonzero(np.bincount(place) > 1)[0])
+        raise CaseError(
+            f"{source}: the place x = {metres(float(columns['x'][place == twice][0]))}, y = {metres(float(columns['y'][place == twice][0]))} has "
+            "several heights; keep one"
+        )
+    heights = np.full(nx * ny, np.nan)
+    heights[place] = columns["height"]
+    return _Read(heights.reshape(nx, ny), "m", np.array([nx * wide, ny * tall]), f"read from {source.name}")
+
+
+def _even(source: Path, name: str, values: FloatArray) -> tuple[np.ndarray, int, float]:
+    """Numbers of places on an even grid, how many there are, and their step."""
+    known = np.unique(values)
+    apart = np.diff(known)
+    span = float(known[-1] - known[0])
+    # places that differ by rounding only are one
+    steps = apart[apart > 1e-6 * span]
+    if not steps.size:
+        raise CaseError(f"{source}: {name} is {metres(float(known[0]))} everywhere: one row is no surface")
+    step = float(np.median(steps))
+    number = (values - known[0]) / step
+    whole = np.rint(number)
+    count = int(whole.max()) + 1
+    step = span / (count - 1)
+    whole = np.rint((values - known[0]) / step)
+    if (
+        np.any(np.abs((values - known[0]) / step - whole) > _UNEVEN * max(1.0, 0.0))
+        or steps.min() < 0.5 * step
+    ):
+        raise CaseError(
+            f"{source}: {name} is on no even grid, its steps are {metres(float(steps.min()))} to {metres(float(steps.max()))}; interpolate "
+            "the heights onto one"
+        )
+    return whole.astype(int), count, step
+
+
+def _of_maker(source: Path, channel: int | str | None) -> _Read:
+    content = read_bytes(source, _LARGEST, "file of heights")
+    if not content:
+        raise CaseError(f"{source}: the file is empty")
+    try:
+        import SurfaceTopography
+    except ImportError as error:
+        raise MissingExtraError(
+            f"{source.name} needs SurfaceTopography, which cannot be imported ({error}): pip install 'pymdr[topography]'; texts of heights "
+            "(.csv, .txt) and arrays (.npy) are read without it"
+        ) from error
+    # a reader of other people's formats may fail in any way
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            reader = SurfaceTopography.open_topography(io.BytesIO(content))
+            channels = list(reader.channels)
+    except Exception as error:
+        raise FileError(
+            f"cannot read {source}: SurfaceTopography knows no such format, or the file is damaged ({type(error).__name__})"
+        ) from error
+    chosen = _chosen(source, channels, channel, reader)
+    own = chosen.unit
+    unit = own[1] if isinstance(own, tuple) else own
+    kind = getattr(chosen.data_kind, "name", "HEIGHT")
+    if kind != "HEIGHT" or (isinstance(own, tuple) and unit is None):
+        others = _names(
+            [
+                c
+                for c in channels
+                if getattr(c.data_kind, "name", "HEIGHT") == "HEIGHT" and not isinstance(c.unit, tuple)
+            ]
+        )
+        raise CaseError(
+            f"{source}: channel {chosen.index} {chosen.name!r} holds no heights; channels with heights are {others or 'none'}"
+        )
+    if chosen.dim != 2:
+        raise CaseError(
+            f"{source}: channel {chosen.index} {chosen.name!r} is a line or scattered points, no surface on an even grid"
+        )
+    lateral = own[0] if isinstance(own, tuple) else own
+    known = (
+        chosen.physical_sizes is not None
+        and all(one is not None for one in chosen.physical_sizes)
+        and lateral is not None
+    )
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            surface = chosen.topography(
+                physical_sizes=None if chosen.physical_sizes is not None else (1.0, 1.0)
+            )
+            heights: FloatArray = np.ma.filled(np.ma.asarray(surface.heights(), dtype=float), np.nan)
+    except Exception as error:
+        raise FileError(
+            f"cannot read channel {chosen.index} {chosen.name!r} of {source}: SurfaceTopography finds it damaged ({type(error).__name__})"
+        ) from error
+    sides = None
+    if known:
+        factor = _factor(source, str(lateral), None)
+        sides = np.array([float(one) for one in chosen.physical_sizes]) * factor
+    step = f"read from {source.name}, channel {chosen.index} {chosen.name!r}"
+    return _Read(np.asarray(heights), None if unit is None else str(unit), sides, step)
+
+
+def _names(channels: list[Any]) -> str:
+    return ", ".join(f"{c.index} {c.name!r}" for c in channels)
+
+
+def _chosen(source: Path, channels: list[Any], channel: int | str | None, reader: Any) -> Any:
+    if not channels:
+        raise CaseError(f"{source}: the file has no channels")
+    if channel is None:
+        return reader.default_channel
+    found = [c for c in channels if channel in (c.index, c.name)]
+    if len(found) != 1:
+        why = "no channel" if not found else f"{len(found)} channels"
+        raise CaseError(
+            f"{source}: {why} {shown(channel)}; the file has {_names(channels)}: name one by its number"
+        )
+    return found[0]
+
+
+def described(surface: Topography) -> str:
+    """
+    What a surface is, in one line.
+
+    Examples
+    --------
+    >>> described(Topography([[0.0, 1e-9], [2e-9, 3e-9]], "2 um"))
+    '2 x 2 heights on 2 µm x 2 µm, pixels of 1 µm x 1 µm, from 0 m to 3 nm'
+    """
+    (nx, ny), (width, length) = surface.heights.shape, (metres(one) for one in surface.size)
+    across, along = (metres(one) for one in surface.spacing)
+    low, high = (metres(float(end(surface.heights))) for end in (np.nanmin, np.nanmax))
+    return f"{nx} x {ny} heights on {width} x {length}, pixels of {across} x {along}, from {low} to {high}"

@@ -1,0 +1,382 @@
+"""Surfaces pressed by boundary elements: against closed forms, references and a solver of the house; kept, resumed and refused."""
+
+import importlib.util
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.optimize import brentq
+from scipy.special import ellipe, ellipk
+
+import pymdr as mdr
+from pymdr.errors import (
+    ConvergenceError,
+    FileError,
+    MissingExtraError,
+    NotValidError,
+    PathError,
+    ProblemError,
+)
+from pymdr.independent.engines import Pressing, engine_names, find_engine
+from pymdr.independent.engines import finding as engines_of
+from pymdr.independent.engines.solutions import by_force, refuse_unsolved
+from pymdr.independent.sliding.solvers import solve_pressure
+from pymdr.independent.sliding.surface import make_surface
+from pymdr.mapping.rough_patch import rough_topography
+from pymdr.solving.press import bytes_of
+from pymdr.solving.press import verb as solving
+
+needs_engine = pytest.mark.skipif(
+    importlib.util.find_spec("ContactMechanics") is None,
+    reason="ContactMechanics, of the extra rough, is missing",
+)
+UNIT = mdr.Elastic(1.0, 0.0)
+
+
+def grid(n, size=1.0):
+    x = (np.arange(n) + 0.5) / n * size - 0.5 * size
+    return np.meshgrid(x, x, indexing="ij")
+
+
+def ball(n, radius=1.0, size=1.0, height=0.0):
+    x, y = grid(n, size)
+    return height - (x**2 + y**2) / (2 * radius)
+
+
+def from_apex(heights, depth):
+    """The depth of the highest pixel, where the apex at height 0 is between pixels."""
+    return depth + heights.max()
+
+
+@needs_engine
+@pytest.mark.parametrize(
+    ("n", "force", "stiffness", "area"), [(64, 2e-4, 2e-3, 0.01), (128, 5e-5, 5e-4, 3e-3)]
+)
+def test_hertz(n, force, stiffness, area):
+    a = 0.3
+    heights = ball(n)
+    pressed = mdr.press(mdr.Topography(heights, 1.0), UNIT, indentation=from_apex(heights, a**2))
+    assert float(pressed["normal_force"][0]) == pytest.approx(4 / 3 * a**3, rel=force)
+    assert float(pressed["normal_stiffness"][0]) == pytest.approx(2 * a, rel=stiffness)
+    assert float(pressed["contact_area"][0]) == pytest.approx(math.pi * a**2, rel=area)
+    assert float(pressed["elastic_energy"][0]) == pytest.approx(8 / 15 * a**5, rel=5 * force)
+    x, y = grid(n)
+    inside = np.hypot(x, y) < 0.9 * a
+    exact = 2 / math.pi * np.sqrt(np.maximum(a**2 - x**2 - y**2, 0.0))
+    assert np.max(np.abs(pressed.field("pressure").values - exact)[inside]) < 3e-3 * 2 * a / math.pi
+    gap = pressed.field("gap").values
+    assert gap.min() == 0.0
+    assert np.all(gap[pressed.field("contact").values] == 0.0)
+    # by the claims: the force counts from the highest pixel
+    for name, true in (("normal_stiffness", 2 * a), ("contact_area", math.pi * a**2)):
+        assert abs(float(pressed[name][0]) / true - 1) <= pressed.claims[name].error[0]
+
+
+@needs_engine
+@settings(max_examples=8, deadline=None)
+@given(st.floats(-9, 3), st.floats(-6, 6), st.floats(3, 12), st.floats(0.1, 0.4), st.integers(30, 48))
+def test_claims_hold_for_hertz_at_all_scales(size, slope, modulus, share, n):
+    """The numbers differ from Hertz, counted from the highest pixel as from the apex, by no more than is claimed."""
+    size, modulus = 10.0**size, 10.0**modulus
+    radius = size * 10.0**slope
+    body = mdr.Elastic(modulus, 0.0)
+    heights = ball(n, radius, size)
+    depth = (share * size) ** 2 / radius
+    by_depth = mdr.press(mdr.Topography(heights, size), body, indentation=depth)
+    true = {"normal_force": 4 / 3 * modulus * math.sqrt(radius) * depth**1.5}
+    true |= {"normal_stiffness": 2 * modulus * share * size, "contact_area": math.pi * (share * size) ** 2}
+    for name, value in true.items():
+        error = abs(float(by_depth[name][0]) / value - 1)
+        assert error <= by_depth.claims[name].error[0] < 0.6
+    force = float(by_depth["normal_force"][0])
+    by_force_found = mdr.press(mdr.Topography(heights, size), body, normal_force=force)
+    assert float(by_force_found["indentation"][0]) == pytest.approx(depth, rel=1e-5)
+    assert float(by_force_found["normal_stiffness"][0]) == pytest.approx(
+        float(by_depth["normal_stiffness"][0]), rel=2e-2
+    )
+
+
+@needs_engine
+def test_elliptic_hertz():
+    radii = 2.0, 1.0
+    m = brentq(
+        lambda m: (ellipe(m) / (1 - m) - ellipk(m)) / (ellipk(m) - ellipe(m)) - radii[0] / radii[1],
+        1e-9,
+        1 - 1e-9,
+    )
+    big, small = ellipk(m), ellipe(m)
+    a = 0.35
+    depth, b = a * a * m * big / (2 * radii[0] * (big - small)), a * math.sqrt(1 - m)
+    x, y = grid(96)
+    heights = -(x**2 / radii[0] + y**2 / radii[1]) / 2
+    pressed = mdr.press(mdr.Topography(heights, 1.0), UNIT, indentation=from_apex(heights, depth))
+    assert float(pressed["normal_force"][0]) == pytest.approx(2 * math.pi * a * depth / (3 * big), rel=3e-4)
+    assert float(pressed["contact_area"][0]) == pytest.approx(math.pi * a * b, rel=0.01)
+    # a flat ellipse has k = 2 pi E* a / (2 K) ... = pi a E* / K(m)
+    assert float(pressed["normal_stiffness"][0]) == pytest.approx(math.pi * a / big, rel=2e-3)
+
+
+@needs_engine
+@pytest.mark.parametrize(("sides", "constant"), [(3, 0.8824), (4, 0.7377), (6, 0.6733), (8, 0.6558)])
+def test_pyramids(sides, constant):
+    """F/(E* d^2) of mdr_math 11.5, from 256 x 256 cells, of a slope of 1 at the middles of the faces."""
+    x, y = grid(97)
+    turned = 0.1
+    faces = [2 * math.pi * k / sides + turned for k in range(sides)]
+    heights = -np.max([x * math.cos(f) + y * math.sin(f) for f in faces], axis=0)
+    depth = 0.2 if sides == 3 else 0.3
+    pressed = mdr.press(mdr.Topography(heights, 1.0), UNIT, indentation=depth, punch=True)
+    assert float(pressed["normal_force"][0]) / depth**2 == pytest.approx(constant, rel=4e-3)
+    assert not pressed.assumptions[0].met
+
+
+@needs_engine
+@settings(max_examples=8, deadline=None)
+@given(st.integers(0, 2**32), st.floats(0.02, 3.0), st.integers(9, 20))
+def test_any_surface_against_the_solver_of_the_house(seed, share, n):
+    """Boundary elements that share no code: pressures of random surfaces, from one pixel to full contact."""
+    rng = np.random.default_rng(seed)
+    heights = rng.standard_normal((n, n)) * rng.uniform(0, 1) + ball(n, rng.uniform(0.02, 1.0))
+    depth = share * float(np.ptp(heights))
+    house = make_surface(0.5, n, UNIT, mdr.Rigid())
+    cell = float(house.side)
+    pressure = solve_pressure(house, heights.max() - heights, depth, np.zeros((n, n)))
+    pressed = mdr.press(mdr.Topography(heights, n * cell), UNIT, indentation=depth, punch=True)
+    assert float(pressed["normal_force"][0]) == pytest.approx(cell**2 * pressure.sum(), rel=1e-4)
+    difference = np.abs(pressed.field("pressure").values - pressure).max()
+    assert difference < 1e-3 * pressure.max()
+
+
+@needs_engine
+def test_stiffness_is_the_slope_of_the_force():
+    surface = mdr.RoughSurface(hurst=0.8, rms="1 um", size="1 mm", shortest="125 um", seed=3)
+    depth = np.array([1.49e-6, 1.5e-6, 1.51e-6])
+    pressed = mdr.press(surface, mdr.Elastic("1 GPa", 0.3), indentation=depth)
+    force = pressed["normal_force"].values
+    slope = (force[2] - force[0]) / (depth[2] - depth[0])
+    assert float(pressed["normal_stiffness"][1]) == pytest.approx(slope, rel=5e-3)
+
+
+@needs_engine
+def test_deep_contact_is_a_punch():
+    surface = rough_topography(mdr.RoughSurface(0.8, "1 um", "1 mm", "250 um"), points=32)
+    pressed = mdr.press(surface, UNIT, indentation="1 mm", punch=True)
+    assert float(pressed["normal_stiffness"][0]) == pytest.approx(1.15230e-3, rel=0.02)
+    # without that word the body goes on where its heights end
+    with pytest.raises(NotValidError, match="punch=True"):
+        mdr.press(surface, UNIT, indentation="1 mm")["normal_force"]
+
+
+@needs_engine
+def test_a_contact_at_the_border_is_refused_where_it_is():
+    heights = ball(32)
+    pressed = mdr.press(mdr.Topography(heights, 1.0), UNIT, indentation=[0.05, 0.4])
+    assert np.isfinite(pressed["normal_force"].values).tolist() == [True, False]
+    assert pressed.field("pressure", 0).values.max() > 0
+    with pytest.raises(NotValidError, match="border"):
+        pressed.field("pressure", 1)
+
+
+@needs_engine
+def test_the_force_curve_stands_for_the_surface():
+    heights = ball(48)
+    depths = np.linspace(0.1, 1.0, 16) ** 2 * 0.12
+    pressed = mdr.press(mdr.Topography(heights, 1.0), UNIT, indentation=from_apex(heights, depths))
+    joint = mdr.Contact(pressed.force_curve(), UNIT, friction=mdr.Coulomb(0.3))
+    paraboloid = mdr.Contact(mdr.Paraboloid(1.0), UNIT, friction=mdr.Coulomb(0.3))
+    path = mdr.load(0.03, steps=4) >> mdr.shift(2e-3, steps=8)
+    found, true = (mdr.solve(one, path) for one in (joint, paraboloid))
+    assert found["tangential_force"].values == pytest.approx(
+        true["tangential_force"].values, rel=5e-3, abs=1e-9
+    )
+    few = mdr.press(mdr.Topography(heights, 1.0), UNIT, indentation=[0.05, 0.1])
+    with pytest.raises(PathError, match="at least 5"):
+        few.force_curve()
+
+
+class EndedError(Exception):
+    pass
+
+
+@needs_engine
+def test_a_run_that_was_ended_goes_on(tmp_path):
+    surface = mdr.Topography(ball(24), 1.0)
+    loads = [0.08, 0.02, 0.05]
+    whole = mdr.press(surface, UNIT, indentation=loads)
+    told = []
+
+    def end(done, total):
+        told.append((done, total))
+        if done >= 10:
+            raise EndedError
+
+    with pytest.raises(EndedError):
+        mdr.press(surface, UNIT, indentation=loads, keep=tmp_path / "run", progress=end)
+    assert sorted(p.name for p in (tmp_path / "run").iterdir()) == [
+        "parts-000000001.nc",
+        "parts-000000002.nc",
+    ]
+    assert told == [(4, 15), (5, 15), (9, 15), (10, 15)]
+    told.clear()
+    after = mdr.press(
+        surface, UNIT, indentation=loads, keep=tmp_path / "run", progress=lambda *now: told.append(now)
+    )
+    assert told == [(5, 15), (10, 15), (14, 15), (15, 15)]
+    assert after.data.identical(whole.data)
+    assert np.array_equal(after.field("pressure", 0), whole.field("pressure", 0))
+    with pytest.raises(FileError, match="another work"):
+        mdr.press(mdr.Topography(ball(24, 2.0), 1.0), UNIT, indentation=loads, keep=tmp_path / "run")
+    with pytest.raises(FileError, match="another work"):
+        mdr.press(surface, UNIT, indentation=0.08, keep=tmp_path / "run")
+    damaged = tmp_path / "run" / "parts-000000000.nc"
+    damaged.write_bytes(damaged.read_bytes()[:200])
+    with pytest.raises(FileError, match="cannot read"):
+        mdr.press(surface, UNIT, indentation=loads, keep=tmp_path / "run")
+
+
+def test_what_is_refused_before_it_starts(monkeypatch):
+    heights = ball(16)
+    holes = heights.copy()
+    holes[3, 4] = np.nan
+    surface = mdr.Topography(heights, 1.0)
+    for wrong, words in (
+        (
+            lambda: mdr.press(mdr.Topography(holes, 1.0), UNIT, indentation=0.1),
+            "1 of 256 heights are missing",
+        ),
+        (lambda: mdr.press(mdr.Topography(heights[:4], 1.0), UNIT, indentation=0.1), "4 x 16 heights"),
+        (lambda: mdr.press(mdr.Sphere(1.0), UNIT, indentation=0.1), "is no surface"),
+        (lambda: mdr.press(surface, UNIT), "exactly one"),
+        (lambda: mdr.press(surface, UNIT, indentation=-0.1), "must be above 0"),
+        (lambda: mdr.press(surface, UNIT, indentation=0.1, engine="none"), "there is none of that name"),
+        (lambda: mdr.press(surface, UNIT, indentation=0.1, engine=3), "no engine"),
+        (
+            lambda: mdr.press(surface, mdr.Viscoelastic(mdr.Maxwell("1 MPa", "1 s"), 0.5), indentation=0.1),
+            "Viscoelastic",
+        ),
+    ):
+        with pytest.raises(ProblemError, match=words):
+            wrong()
+    monkeypatch.setattr(solving, "memory_of_machine", lambda: 1e5)
+    with pytest.raises(ProblemError, match=r"16 x 16 pixels at 1 loads take about .* more than"):
+        mdr.press(surface, UNIT, indentation=0.1)
+    assert bytes_of((1000, 1000), 10) > 5e8
+
+
+@settings(max_examples=20, deadline=None)
+@given(
+    st.floats(0.05, 1.0), st.integers(4, 12), st.integers(0, 99), st.sampled_from([(1.0, 1.0), (2.0, 1.0)])
+)
+def test_realised_surfaces_have_their_spectrum(hurst, waves, number, size):
+    surface = mdr.RoughSurface(hurst, 1e-3, size, 2.0 / waves if size[0] > 1 else 1.0 / waves)
+    coarse, fine = (rough_topography(surface, number, points=k * waves * 4) for k in (1, 2))
+    assert fine.heights.std() == pytest.approx(1e-3, rel=1e-12)
+    # the same waves on both grids
+    assert np.fft.rfft2(fine.heights, norm="forward")[1, 1] == pytest.approx(
+        np.fft.rfft2(coarse.heights, norm="forward")[1, 1], rel=1e-9
+    )
+    power = np.abs(np.fft.fft2(fine.heights, norm="forward")) ** 2
+    kx, ky = (
+        2 * math.pi * np.fft.fftfreq(n, d) for n, d in zip(fine.heights.shape, fine.spacing, strict=True)
+    )
+    q = np.hypot(kx[:, None], ky)
+    density = surface.spectrum_2d(q)
+    density[0, 0] = 0.0
+    share = power / power.sum()
+    assert share == pytest.approx(density / density.sum(), rel=1e-9, abs=1e-12)
+
+
+def test_realised_surfaces_are_refused():
+    surface = mdr.RoughSurface(0.8, "1 um", "1 mm", "100 um")
+    for wrong in ({"points": 39}, {"points": -1}, {"realisation": 1.5}):
+        with pytest.raises(ProblemError, match="rough_topography"):
+            rough_topography(surface, **wrong)
+    assert rough_topography(surface).heights.shape == (80, 80)
+
+
+class Punch:
+    """An engine of its own: half-spaces of independent springs."""
+
+    name = "springs"
+    version = "springs 1"
+
+    def bytes_for(self, shape):
+        return 8.0
+
+    def half_space(self, shape, spacing):
+        return self
+
+    def press(self, heights, *, indentation=None, force=None, start=None, tolerance=1e-6):
+        overlap = indentation - (heights.max() - heights)
+        return Pressing(np.maximum(overlap, 0.0), np.maximum(-overlap, 0.0), indentation, 1)
+
+
+def test_engines_are_found_by_entry_point(monkeypatch):
+    class Point:
+        name = "springs"
+
+        def load(self):
+            return Punch
+
+    monkeypatch.setattr(
+        engines_of, "entry_points", lambda group: [Point()] if group == "pymdr.engines" else []
+    )
+    assert engine_names() == ("contactmechanics", "tamaas", "aspher", "springs")
+    found = mdr.press(mdr.Topography(ball(16), 16.0), UNIT, indentation=0.1, engine="springs", punch=True)
+    assert found.data.attrs["engine"] == "springs 1"
+    assert float(found["normal_force"][0]) > 0
+    text = found.summary()
+    assert "springs 1, 16 x 16 pixels" in text
+    assert "stiffness" in text
+    figure = found.plot()
+    assert len(figure.axes) == 5
+
+
+def test_a_missing_package_names_its_extra(monkeypatch):
+    import sys
+
+    for package, extra in (("ContactMechanics", "rough"), ("tamaas", "tamaas"), ("aspher", "aspher")):
+        monkeypatch.setitem(sys.modules, package, None)
+        with pytest.raises(MissingExtraError, match=extra):
+            mdr.press(mdr.Topography(ball(16), 1.0), UNIT, indentation=0.1, engine=package.lower())
+
+
+@pytest.mark.parametrize("name", ["tamaas", "aspher"])
+def test_peers_agree(name):
+    if importlib.util.find_spec(name) is None:
+        pytest.skip(f"{name} is not installed")
+    heights = ball(32)
+    half_space = find_engine(name).half_space((32, 32), (1.0, 1.0))
+    found = half_space.press(heights, indentation=0.09)
+    house = make_surface(0.5, 32, UNIT, mdr.Rigid())
+    pressure = solve_pressure(house, heights.max() - heights, 0.09, np.zeros((32, 32)))
+    assert found.pressure.sum() == pytest.approx(pressure.sum() / 32.0, rel=1e-4)
+    assert half_space.press(heights, force=float(found.pressure.sum())).indentation == pytest.approx(
+        0.09, rel=1e-5
+    )
+
+
+def test_what_an_engine_did_not_solve_is_refused():
+    pressure, gap = np.array([[1.0, 0.0]]), np.array([[0.0, 1.0]])
+    refuse_unsolved("engine", Pressing(pressure, gap, 1.0, 3), 1e-6)
+    for wrong in (
+        Pressing(pressure, gap - 1e-5, 1.0, 3),
+        Pressing(-pressure, gap, 1.0, 3),
+        Pressing(0.0 * pressure, gap, 1.0, 3),
+        Pressing(pressure * np.nan, gap, 1.0, 3),
+    ):
+        with pytest.raises(ConvergenceError, match="engine did not converge in 3 iterations"):
+            refuse_unsolved("engine", wrong, 1e-6)
+
+
+@settings(max_examples=50, deadline=None)
+@given(st.floats(0.3, 3.0), st.floats(-8, 8), st.floats(-8, 8))
+def test_indentations_by_force(exponent, depth, first):
+    def press(force):
+        d = force ** (1 / exponent) * (1 + 0.2 * math.tanh(math.log(force)))
+        return Pressing(np.ones((1, 1)), np.zeros((1, 1)), d, 1)
+
+    found = by_force(press, 10.0**depth, 10.0**first, 1e-9)
+    assert found.indentation == pytest.approx(10.0**depth, rel=1e-8)
