@@ -146,6 +146,7 @@ if TYPE_CHECKING:
     from pymdr.workbench.rheometry import fit_prony as fit_prony
     from pymdr.workbench.sliding import SlidingVerification as SlidingVerification
     from pymdr.workbench.sliding import verify_sliding as verify_sliding
+    from pymdr.workbench.tables import read_curve as read_curve
     from pymdr.workbench.tables import read_force_curve as read_force_curve
     from pymdr.workbench.tables import read_path as read_path
     from pymdr.workbench.tables import read_profile as read_profile
@@ -257,7 +258,7 @@ _HOMES: dict[str, tuple[str, ...]] = {
     "pymdr.workbench.records": ("MeasuredLoops", "measured_loops"),
     "pymdr.workbench.rheometry": ("PronyFit", "fit_prony"),
     "pymdr.workbench.sliding": ("SlidingVerification", "verify_sliding"),
-    "pymdr.workbench.tables": ("read_force_curve", "read_path", "read_profile", "read_record"),
+    "pymdr.workbench.tables": ("read_curve", "read_force_curve", "read_path", "read_profile", "read_record"),
     "pymdr.workbench.verification": ("Verification", "verify"),
     "pymdr.mapping.surfaces.preparing": ("detrend", "fill_missing"),
     "pymdr.mapping.surfaces.resolution": ("tip_cutoff",),

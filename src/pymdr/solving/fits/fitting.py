@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -150,6 +151,31 @@ class FitResult:
 
     def __str__(self) -> str:
         return self.summary()
+
+    def to_csv(self, file: str | os.PathLike[str]) -> None:
+        """
+        Write the samples with their model, one row each, with units in the names of the columns.
+
+        Parameters
+        ----------
+        file : path
+            For example "fit.csv".
+
+        Raises
+        ------
+        FileError
+            If the file cannot be written.
+        """
+        from pymdr.presentation.files import write_table
+
+        units = {name: str(self.data[name].attrs.get("units", "")) for name in self.data}
+        write_table(
+            {
+                f"{name} [{unit}]" if unit else str(name): self.data[name].values
+                for name, unit in units.items()
+            },
+            file,
+        )
 
     def plot(self) -> Figure:
         """The curves with their model, and what is left."""
