@@ -76,7 +76,7 @@ def thickness_assumption(contact: Contact, contact_radius: float) -> tuple[Assum
     if not samples_of(contact):
         return ()
     a = contact_radius
-    words = "force of a layer of this thickness, bonded to a rigid base, over that of the half-space at equal indentation, less 1,"
+    words = "force of a layer of this thickness, bonded to a rigid base, over that of the half-space at equal indentation, less 1"
     try:
         found = _measured(contact)
         if not isinstance(found, str):
@@ -152,13 +152,11 @@ class _Sample:
         if a > _WIDEST * self.thickness:
             return math.inf
         states = self._smooth(np.array([a]))
-        if not states.indentation[0] > 0.0 or a >= self.plain.edge:
-            return float(self._punch(np.array([a]))[0])
-        force, other = (
-            normal_force(line, states_at_depth(line, states.indentation))
-            for line in (self.plain, self.layered)
-        )
-        return float(np.abs(other / force - 1.0)[0])
+        error = math.nan
+        if states.indentation[0] > 0.0 and a < self.plain.edge:
+            error = float(self._at_depth(states)[_ROW][0])
+        # of a flat end, and where the layer is touched beyond the end of what is known
+        return error if math.isfinite(error) else float(self._punch(states.contact_radius)[0])
 
     def adhesive(self, radii: FloatArray) -> dict[str, FloatArray]:
         """Errors of contacts of some radii in m, of which the smooth ones and the punches are known."""
