@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import Phase, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import pymdr as mdr
@@ -53,7 +53,7 @@ def thickness_of(result):
     return found
 
 
-@settings(max_examples=40, deadline=None, phases=[Phase.generate])
+@settings(max_examples=40, deadline=None)
 @given(
     st.sampled_from(["sphere", "cone", "punch"]),
     st.sampled_from(["indentation", "normal_force", "travel"]),
@@ -186,7 +186,10 @@ def test_adhesive_contacts_are_estimated(poisson, width, young, stick):
             ),
             "both bodies deform",
         ),
-        (mdr.Contact(mdr.EllipticParaboloid("10 um", "20 um"), sample("1 MPa", 0.5, "2 um")), "no disk"),
+        (
+            mdr.Contact(mdr.EllipticParaboloid("10 um", "20 um"), sample("1 MPa", 0.5, "2 um")),
+            "the contact is no disk",
+        ),
     ],
 )
 def test_what_is_not_measured_is_told(contact, why):
@@ -264,7 +267,7 @@ def test_case_files_carry_it():
     contact = mdr.Contact(mdr.Paraboloid("10 um"), mdr.Elastic("1 MPa", 0.5, thickness="2 um"))
     case = encode_case("thin", contact, mdr.indent("1 nm"))
     assert case["body"] == {"kind": "elastic", "young": 1e6, "poisson": 0.5, "thickness": 2e-6}
-    assert decode_case({**case, "body": {**case["body"], "thickness": "2 um"}}).contact == contact
+    assert decode_case({**case, "body": {**case["body"], "thickness": "2 um"}})[1] == contact
     assert "thickness" in case_schema()["$defs"]["elastic"]["properties"]
 
 
@@ -286,7 +289,9 @@ def test_thickness_is_given_by_name_and_once():
     with pytest.raises(TypeError):
         mdr.Elastic(1.0, 0.3, 1.0)  # type: ignore[misc]
     thin = mdr.Elastic(1.0, 0.3, thickness=1.0)
-    with pytest.raises(ProblemError, match=r"Layer\.material has a thickness of 1 m, and the layer one of 2 m"):
+    with pytest.raises(
+        ProblemError, match=r"Layer\.material has a thickness of 1 m, and the layer one of 2 m"
+    ):
         mdr.Layer(thin, 2.0)
     with pytest.raises(ProblemError, match=r"Layered\.base has a thickness of 1 m"):
         mdr.Layered([mdr.Layer(mdr.Elastic(1.0, 0.3), 1.0)], base=thin)

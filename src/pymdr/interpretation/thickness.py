@@ -37,7 +37,8 @@ THICKNESS_SOURCE = "lebedev-ufliand"
 _WIDEST = 32.0
 """Radius in thicknesses beyond which nothing is measured: a half-space is far off there."""
 _EDGED = 3.0
-"""Errors of the radius in that of a Hertzian pressure within 0.8 of it: 0.64/(1 - 0.64), and some."""
+"""Errors of the edge in the pressure within 0.8 of it, and some: 0.64/(1 - 0.64) of the radius of a Hertzian one, 2 of the
+amplitude of a punch whose line load bends by a square."""
 _ROW = "row"
 """The error of the force at equal indentation, by which a row is judged."""
 _ANY = "any"
@@ -228,7 +229,8 @@ class _Sample:
             found[name] = np.where(there[name] == values, 0.0, change)
         deeper = np.maximum(found["indentation"], found["normal_force"])
         found |= dict.fromkeys(("travel", "normal_displacement", "gap"), deeper)
-        found["pressure"] = found["mean_pressure"] + _EDGED * found["contact_radius"]
+        edge = found["contact_radius"] + found["edge_amplitude"]
+        found["pressure"] = found["mean_pressure"] + _EDGED * edge
         found[_ROW] = found["normal_force"]
         found[_ANY] = np.max(list(found.values()), axis=0)
         return found
