@@ -164,10 +164,11 @@ class _Sample:
 
         def errors(a: FloatArray) -> dict[str, FloatArray]:
             states, punch = self._smooth(a), self._punch(a)
-            both = self._at_depth(states), self._at_force(states)
+            flat = states.indentation == 0.0  # a punch without a smooth contact
+            depth, force = self._at_depth(states), self._at_force(states)
             return {
-                name: np.maximum(punch, np.nan_to_num(np.fmax(*(each[name] for each in both))))
-                for name in both[0]
+                name: np.where(flat, punch, np.maximum(punch, np.maximum(depth[name], force[name])))
+                for name in depth
             }
 
         return self._spread(radii, errors)
@@ -181,7 +182,10 @@ class _Sample:
 
         def errors(_: FloatArray) -> dict[str, FloatArray]:
             states = states_at_depth(self.plain, depth[near])
-            at_depth, at_force = self._at_depth(states), self._at_force(states)
+            at_depth = self._at_depth(states)
+            if by_depth.all():
+                return at_depth
+            at_force = self._at_force(states)
             # a machine of any stiffness ends between the two
             found = {
                 name: np.maximum(
