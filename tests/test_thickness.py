@@ -53,7 +53,7 @@ def thickness_of(result):
     return found
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=12, deadline=None)
 @given(
     st.sampled_from(["sphere", "cone", "punch"]),
     st.sampled_from(["indentation", "normal_force", "travel"]),
