@@ -11,6 +11,7 @@ import numpy as np
 
 from pymdr.errors import ConvergenceError, PathError, ProblemError
 from pymdr.interpretation.shapes import EllipseSurface, shape_assumptions, shape_claims
+from pymdr.interpretation.thickness import thickness_assumption
 from pymdr.interpretation.validity import Assumption, BoolArray, Claim
 from pymdr.line.foundation import (
     ElasticLine,
@@ -191,7 +192,7 @@ def _interpret(task: Task, found: Pressed, walked: Walked[_Rows]) -> Result:
         walked,
         with_travel(task, columns),
         claims,
-        assumptions=_assumed(task.contact, found, rows),
+        assumptions=(*_assumed(task.contact, found, rows), *thickness_assumption(task.contact, 0.0)),
         status=_status(shape, claims),
         notes=(),
         references=_references(shape),
