@@ -107,7 +107,7 @@ def with_parameters(contact: Contact, values: Mapping[str, Any]) -> Contact:
     Raises
     ------
     ProblemError
-        If it is no contact, or has no part of a name, or a value is beyond its limits.
+        If it is no contact, or has no part of a name, a whole part is given after something in it, or a value is beyond its limits.
     UnitError
         If a text is not a quantity of the right kind.
 
@@ -124,6 +124,7 @@ def with_parameters(contact: Contact, values: Mapping[str, Any]) -> Contact:
         raise ProblemError(
             f"parameters: {shown(values)}; names with values are needed, such as {{'body.young': '2 MPa'}}"
         )
+    _refuse_replaced([str(name) for name in values])
     for name, value in values.items():
         steps: list[str | int] = []
         for part in str(name).split("."):
@@ -142,6 +143,16 @@ def _as_contact(contact: Any) -> Contact:
     if not isinstance(contact, Contact):
         raise ProblemError(f"parameters: {shown(contact)} is not a Contact; write Contact(profile, body)")
     return contact
+
+
+def _refuse_replaced(names: list[str]) -> None:
+    """Refuse a whole part that is given after something in it, which would be lost."""
+    for i, whole in enumerate(names):
+        for part in names[:i]:
+            if part.startswith((f"{whole}.", f"{whole}[")):
+                raise ProblemError(
+                    f"parameters: {whole!r} takes the place of what {part!r} has changed; give {whole!r} before it"
+                )
 
 
 def _changed(part: Any, steps: list[str | int], value: Any, contact: Contact, name: str) -> Any:
