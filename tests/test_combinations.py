@@ -149,6 +149,19 @@ BAD = {
     "no trend": lambda: mdr.detrend(SURFACE, ["plane"]),
     "no remedy": lambda: mdr.fill_missing(SURFACE, HEIGHTS),
     "a word for a punch": lambda: mdr.press(SURFACE, mdr.Elastic("1 MPa", 0.5), indentation=1e-6, punch="no"),
+    "no contact to verify": lambda: mdr.verify("ball", mdr.indent(DEEP)),
+    "no contact of friction": lambda: mdr.verify_sliding(None, mdr.indent(DEEP)),
+    "no contact of springs": lambda: mdr.foundation("ball"),
+    "no contact of springs with friction": lambda: mdr.friction_foundation(None, [1e-6], [0.0]),
+    "no list of contacts": lambda: mdr.solve_batch(BALL, mdr.indent(DEEP)),
+    "no path": lambda: mdr.solve_batch([BALL], None),
+    "rings for a pyramid": lambda: mdr.verify(
+        mdr.Contact(mdr.Pyramid(4, slope=0.1), BALL.body), mdr.indent(DEEP)
+    ),
+    "a body that replaces": lambda: mdr.with_parameters(BALL, {"body.young": 2.0, "body": BALL.body}),
+    "a sweep that replaces": lambda: mdr.sweep(
+        BALL, mdr.indent(DEEP), {"body.young": [1e6, 2e6], "body": [BALL.body, stack(0.3, 2.0)]}
+    ),
     "data for a number": lambda: mdr.Sphere(DATA),
     "data for numbers": lambda: mdr.joule_heating(DATA, current="1 A", temperature="300 K"),
 }
@@ -167,3 +180,31 @@ def test_machines_are_swept_as_they_are_solved():
     for i, stiffness in enumerate(["10 N/m", math.inf]):
         alone = mdr.solve(BALL, path, machine_stiffness=stiffness)
         assert found["normal_force"][i].values.tolist() == alone["normal_force"].values.tolist()
+
+
+def test_a_part_is_replaced_before_it_is_changed():
+    steel = mdr.Elastic("210 GPa", 0.3)
+    changed = mdr.with_parameters(BALL, {"body": steel, "body.young": "70 GPa"})
+    assert changed.body == mdr.Elastic("70 GPa", 0.3)
+
+
+def test_one_parameter_is_swept_once(tmp_path, shell):
+    case = tmp_path / "case.toml"
+    case.write_text(
+        '[profile]\nkind = "paraboloid"\nradius = "10 mm"\n[body]\nkind = "elastic"\nyoung = "1 MPa"\npoisson = 0.5\n'
+        '[[path]]\nkind = "indent"\nindentation = "1 um"\n'
+    )
+    status, _, err = shell("sweep", case, "--over", "body.young = 1 MPa", "--over", "body.young = 2 MPa")
+    assert status == 1
+    assert "body.young is given already" in err
+
+
+def test_bodies_apart_have_a_band_of_no_current():
+    radius = np.linspace(0.0, 1e-3, 20)
+    tip = mdr.Sampled(radius, radius**2 / 2e-2, scatter=1e-8 * np.arange(20.0))
+    metal = mdr.Elastic("1 GPa", 0.3, resistivity=1e-7)
+    found = mdr.solve(mdr.Contact(tip, metal, metal), mdr.indent("1 um", steps=2) >> mdr.indent("-1 um"))
+    for name in ("electrical_resistance_low", "electrical_resistance", "electrical_resistance_high"):
+        values = found.data[name].values
+        assert np.isfinite(values[:2]).all()
+        assert math.isinf(values[2])
