@@ -208,3 +208,11 @@ def test_bodies_apart_have_a_band_of_no_current():
         values = found.data[name].values
         assert np.isfinite(values[:2]).all()
         assert math.isinf(values[2])
+
+
+def test_measured_surfaces_are_pressed():
+    from pymdr.problem.codec import decode_case
+
+    body = {"kind": "elastic", "young": 1e6, "poisson": 0.5}
+    with pytest.raises(mdr.CaseError, match="with pymdr press$"):
+        decode_case({"surface": {"file": "ground.csv"}, "body": body})
