@@ -57,7 +57,7 @@ class Layer(Value):
             )
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Layered(Material):
     """
     Elastic layers on a base.

@@ -178,6 +178,8 @@ def assumptions(
     """What the model assumes, measured on the largest of some contact radii in m, with the excess of its edge in m."""
     listed = half_space_assumptions(contact, mapped, radii)
     if listed and isinstance(mapped.line, LayeredLine):
-        at = int(np.nanargmax(radii))
-        listed += base_assumption(mapped.line, float(radii[at]), 0.0 if excess is None else float(excess[at]))
+        # at a sharp edge the radius stays, and the excess grows
+        widest = np.where(radii == np.nanmax(radii), 0.0 if excess is None else excess, -math.inf)
+        at = int(np.nanargmax(widest))
+        listed += base_assumption(mapped.line, float(radii[at]), float(widest[at]))
     return listed

@@ -776,12 +776,20 @@ def sweep(
     """Solve a case for all combinations of some of its parameters; with -o the arrays and a figure are written."""
     import contextlib
 
+    from pymdr.errors import ProblemError
     from pymdr.solving.sweep import sweep as solve_all
     from pymdr.workbench.casefile import read_case
 
     with _failures_as_json("sweep", case, as_json):
         asked = read_case(case)
-        grid = dict(_swept(asked.contact, given, points) for given in over)
+        grid: dict[str, FloatArray | list[str]] = {}
+        for given in over:
+            name, values = _swept(asked.contact, given, points)
+            if name in grid:
+                raise ProblemError(
+                    f"--over {given!r}: {name} is given already; write all its values in one --over"
+                )
+            grid[name] = values
         folder = contextlib.nullcontext(None) if output is None else _ready_folder(output)
         options = {key: asked.options[key] for key in ("machine_stiffness", "keep") if key in asked.options}
         with folder as into, _stages(quiet or as_json) as stage:

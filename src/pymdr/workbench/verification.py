@@ -16,6 +16,7 @@ from pymdr.problem.contact import Contact
 from pymdr.problem.laws import JKR
 from pymdr.problem.materials import common_exponent
 from pymdr.problem.paths import LoadingPath, Path
+from pymdr.problem.profiles import Shape
 from pymdr.problem.schedule import planned, uses
 from pymdr.quantities import QUANTITIES
 from pymdr.result import FieldReader, Result
@@ -148,6 +149,11 @@ def verify(
     True
     """
     refuse_curve(contact, "verify", "boundary elements need its shape")
+    if isinstance(contact.profile, Shape):
+        raise ProblemError(
+            f"verify: its boundary elements are rings of revolution, and {type(contact.profile).__name__} is not; press(Topography(...)) "
+            "presses heights on a grid"
+        )
     if contact.friction is not None or not isinstance(contact.adhesion, JKR | None):
         raise ProblemError(
             "verify: rings solve the frictionless contact, without adhesion or with JKR; friction is held against vector friction "
