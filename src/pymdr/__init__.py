@@ -140,6 +140,7 @@ if TYPE_CHECKING:
     from pymdr.workbench.records import measured_loops as measured_loops
     from pymdr.workbench.rheometry import PronyFit as PronyFit
     from pymdr.workbench.rheometry import fit_prony as fit_prony
+    from pymdr.workbench.shapes import ShapeVerification as ShapeVerification
     from pymdr.workbench.sliding import SlidingVerification as SlidingVerification
     from pymdr.workbench.sliding import verify_sliding as verify_sliding
     from pymdr.workbench.tables import read_force_curve as read_force_curve
@@ -250,6 +251,7 @@ _HOMES: dict[str, tuple[str, ...]] = {
     ),
     "pymdr.workbench.records": ("MeasuredLoops", "measured_loops"),
     "pymdr.workbench.rheometry": ("PronyFit", "fit_prony"),
+    "pymdr.workbench.shapes": ("ShapeVerification",),
     "pymdr.workbench.sliding": ("SlidingVerification", "verify_sliding"),
     "pymdr.workbench.tables": ("read_force_curve", "read_path", "read_profile", "read_record"),
     "pymdr.workbench.verification": ("Verification", "verify"),

@@ -6,7 +6,7 @@ be restyled afterwards.
 
 from pymdr.presentation.plot.adhesion import adhesive_figures, adhesive_overview
 from pymdr.presentation.plot.closure import CurveData, closure_figures, closure_overview
-from pymdr.presentation.plot.compared import compared_pressures, compared_tractions
+from pymdr.presentation.plot.compared import compared_pressures, compared_shape, compared_tractions
 from pymdr.presentation.plot.conductance import conduction_figure
 from pymdr.presentation.plot.friction import frictional_figures, frictional_overview
 from pymdr.presentation.plot.heating import frictional_heat_study, joule_study
@@ -40,6 +40,7 @@ __all__ = [
     "closure_overview",
     "compared_laws",
     "compared_pressures",
+    "compared_shape",
     "compared_tractions",
     "conduction_figure",
     "frictional_figures",
