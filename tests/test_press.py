@@ -99,6 +99,21 @@ def test_claims_hold_for_hertz_at_all_scales(size, slope, modulus, share, n):
 
 
 @needs_engine
+@settings(max_examples=6, deadline=None)
+@given(st.integers(0, 2**32), st.floats(-4, -1), st.floats(1.5, 4.0))
+def test_small_forces_one_after_the_other_are_as_each_alone(seed, least, ratio):
+    """The contact of the force before, a few pixels, is even on itself: no reason to stop there."""
+    surface = mdr.RoughSurface(0.5, 1e-3, 1.0, 1 / 8, seed=seed % 1000)
+    patch = rough_topography(surface, points=32)
+    forces = 10.0**least * ratio ** np.arange(4) * 1e-3
+    together = mdr.press(patch, UNIT, normal_force=forces, punch=True)
+    for i, force in enumerate(forces.tolist()):
+        alone = mdr.press(patch, UNIT, normal_force=force, punch=True)
+        for name in ("indentation", "normal_stiffness"):
+            assert float(together[name][i]) == pytest.approx(float(alone[name][0]), rel=1e-4)
+
+
+@needs_engine
 def test_elliptic_hertz():
     radii = 2.0, 1.0
     m = brentq(

@@ -113,6 +113,8 @@ if TYPE_CHECKING:
     from pymdr.solving import solve_batch as solve_batch
     from pymdr.solving.azimuth import AzimuthalProfile as AzimuthalProfile
     from pymdr.solving.azimuth import azimuthal_profile as azimuthal_profile
+    from pymdr.solving.calibrating import LineCalibration as LineCalibration
+    from pymdr.solving.calibrating import calibrate_coefficient as calibrate_coefficient
     from pymdr.solving.heating import FrictionalHeat as FrictionalHeat
     from pymdr.solving.heating import JouleHeating as JouleHeating
     from pymdr.solving.heating import frictional_heat as frictional_heat
@@ -227,6 +229,7 @@ _HOMES: dict[str, tuple[str, ...]] = {
     "pymdr.solving.rolling": ("Rolling", "rolling"),
     "pymdr.solving.thickness": ("ThicknessCorrection", "thickness_correction"),
     "pymdr.solving.press": ("PressedSurface", "press"),
+    "pymdr.solving.calibrating": ("LineCalibration", "calibrate_coefficient"),
     "pymdr.solving.rough": ("RoughContact", "RoughLine", "press_rough", "rough_line"),
     "pymdr.solving.rough_sliding": ("rough_sliding_friction",),
     "pymdr.solving.sweep": ("Sweep", "sweep"),

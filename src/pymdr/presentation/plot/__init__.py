@@ -13,7 +13,7 @@ from pymdr.presentation.plot.heating import frictional_heat_study, joule_study
 from pymdr.presentation.plot.layers import thickness_study
 from pymdr.presentation.plot.memory import memory_figures, memory_overview
 from pymdr.presentation.plot.press import pressed_surface
-from pymdr.presentation.plot.rough import rough_study
+from pymdr.presentation.plot.rough import calibration_study, rough_study
 from pymdr.presentation.plot.shapes import ShapeData, shape_figures, shape_overview
 from pymdr.presentation.plot.shared import FigureData, LayersDrawn, Plots
 from pymdr.presentation.plot.studies import (
@@ -36,6 +36,7 @@ __all__ = [
     "adhesive_figures",
     "adhesive_overview",
     "bump_study",
+    "calibration_study",
     "closure_figures",
     "closure_overview",
     "compared_laws",
