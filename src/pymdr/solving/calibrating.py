@@ -147,7 +147,7 @@ def calibrate_coefficient(
     Notes
     -----
     Geike and Popov (2007), Phys. Rev. E 76, 036710; Pohrt and Popov (2012), Phys. Rev. Lett. 108, 104301; Popov and Hess (2015), section 10.7.
-    lambda is no function of H alone: it grows with the bandwidth.
+    lambda is no function of H alone: it differs with the bandwidth, and from one surface to the next by a factor of two.
 
     Examples
     --------
