@@ -59,6 +59,10 @@ class Pressed:
         disks = states_at_depth(self.bound, depth)
         return self.law.at(depth, disks.contact_radius), normal_force(self.bound, disks)
 
+    def disks(self, depth: FloatArray) -> FloatArray:
+        """Radii in m of the disks of the lower bound."""
+        return states_at_depth(self.bound, depth).contact_radius
+
 
 @dataclass(frozen=True)
 class _Rows:
@@ -266,7 +270,7 @@ def shape_plots(result: Result, row: int) -> Plots:
     depth = deepest * np.linspace(0.0, 1.0, _FINE) ** 2
     states, bound = found.at(depth)
     d = np.array([float(data["indentation"].values[row]) if row >= 0 else deepest])
-    disk = float(states_at_depth(found.bound, d).contact_radius[0])
+    disk = float(found.disks(d)[0])
     axes = None
     if isinstance(shape, EllipticParaboloid):
         a_x, a_y = HertzEllipse(shape.radius_x, shape.radius_y).semi_axes(d)
