@@ -37,6 +37,7 @@ def blocks(page):
         "rough.md",
         "topography.md",
         "press.md",
+        "shapes.md",
         "impact.md",
         "conductance.md",
         "claims.md",

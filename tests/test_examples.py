@@ -55,7 +55,10 @@ CASE_NUMBERS = {
 }
 
 
-@pytest.mark.parametrize("script", sorted(EXAMPLES.glob("*.py")), ids=lambda p: p.stem)
+SCRIPTS = [*EXAMPLES.glob("*.py"), *(EXAMPLES.parent / "docs" / "demonstrations").glob("*.py")]
+
+
+@pytest.mark.parametrize("script", sorted(SCRIPTS), ids=lambda p: p.stem)
 def test_script(script):
     assert "assert " in script.read_text()
     runpy.run_path(str(script))

@@ -5,7 +5,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from scipy.optimize import brentq
 from scipy.special import ellipe, ellipk
@@ -96,6 +96,22 @@ def test_claims_hold_for_hertz_at_all_scales(size, slope, modulus, share, n):
     assert float(by_force_found["normal_stiffness"][0]) == pytest.approx(
         float(by_depth["normal_stiffness"][0]), rel=2e-2
     )
+
+
+@needs_engine
+@settings(max_examples=4, deadline=None)
+@given(st.integers(0, 2**32), st.floats(-4, -2), st.floats(1.5, 4.0))
+@example(1, -3.5, 2.3)
+def test_small_forces_one_after_the_other_are_as_each_alone(seed, least, ratio):
+    """The contact of the force before, a few pixels, is even on itself: no reason to stop there."""
+    surface = mdr.RoughSurface(0.5, 1e-3, 1.0, 1 / 8, seed=seed % 1000)
+    patch = rough_topography(surface, points=32)
+    forces = 10.0**least * ratio ** np.arange(3) * 1e-3
+    together = mdr.press(patch, UNIT, normal_force=forces, punch=True)
+    for i, force in enumerate(forces.tolist()):
+        alone = mdr.press(patch, UNIT, normal_force=force, punch=True)
+        for name in ("indentation", "normal_stiffness"):
+            assert float(together[name][i]) == pytest.approx(float(alone[name][0]), rel=1e-4)
 
 
 @needs_engine

@@ -114,6 +114,8 @@ if TYPE_CHECKING:
     from pymdr.solving import solve_batch as solve_batch
     from pymdr.solving.azimuth import AzimuthalProfile as AzimuthalProfile
     from pymdr.solving.azimuth import azimuthal_profile as azimuthal_profile
+    from pymdr.solving.calibrating import LineCalibration as LineCalibration
+    from pymdr.solving.calibrating import calibrate_coefficient as calibrate_coefficient
     from pymdr.solving.fits import FitResult as FitResult
     from pymdr.solving.fits import Fitted as Fitted
     from pymdr.solving.fits import fit as fit
@@ -144,6 +146,7 @@ if TYPE_CHECKING:
     from pymdr.workbench.records import measured_loops as measured_loops
     from pymdr.workbench.rheometry import PronyFit as PronyFit
     from pymdr.workbench.rheometry import fit_prony as fit_prony
+    from pymdr.workbench.shapes import ShapeVerification as ShapeVerification
     from pymdr.workbench.sliding import SlidingVerification as SlidingVerification
     from pymdr.workbench.sliding import verify_sliding as verify_sliding
     from pymdr.workbench.tables import read_curve as read_curve
@@ -231,6 +234,7 @@ _HOMES: dict[str, tuple[str, ...]] = {
     "pymdr.solving.rolling": ("Rolling", "rolling"),
     "pymdr.solving.thickness": ("ThicknessCorrection", "thickness_correction"),
     "pymdr.solving.press": ("PressedSurface", "press"),
+    "pymdr.solving.calibrating": ("LineCalibration", "calibrate_coefficient"),
     "pymdr.solving.rough": ("RoughContact", "RoughLine", "press_rough", "rough_line"),
     "pymdr.solving.rough_sliding": ("rough_sliding_friction",),
     "pymdr.problem.measured": ("MeasuredCurve",),
@@ -257,6 +261,7 @@ _HOMES: dict[str, tuple[str, ...]] = {
     ),
     "pymdr.workbench.records": ("MeasuredLoops", "measured_loops"),
     "pymdr.workbench.rheometry": ("PronyFit", "fit_prony"),
+    "pymdr.workbench.shapes": ("ShapeVerification",),
     "pymdr.workbench.sliding": ("SlidingVerification", "verify_sliding"),
     "pymdr.workbench.tables": ("read_curve", "read_force_curve", "read_path", "read_profile", "read_record"),
     "pymdr.workbench.verification": ("Verification", "verify"),

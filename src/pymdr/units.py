@@ -194,7 +194,7 @@ def to_si(value: QuantityLike, unit: str, *, name: str = "value") -> float:
     elif _is_pint(plain):
         number = _read_pint(plain, unit, name)
     else:
-        number = np.asarray(plain) if foreign is not None else plain
+        number = _as_array(plain, name) if foreign is not None else plain
         if isinstance(number, bool) or not isinstance(number, int | float | np.number | np.ndarray):
             raise UnitError(
                 f"{name}: {shown(value)} is not a quantity: give a number in {unit or 'no unit'} or a text "
@@ -348,7 +348,7 @@ def to_si_array(
     elif isinstance(plain, np.ma.MaskedArray) and bool(np.any(np.ma.getmaskarray(plain))):
         raise UnitError(f"{name}: some entries are masked: leave them out, or fill them")
     if foreign is not None or (plain is not values and not isinstance(plain, str)):
-        plain = np.asarray(plain)
+        plain = _as_array(plain, name)
     if isinstance(plain, str):
         array = np.array(to_si(plain, unit, name=name))
     elif isinstance(plain, np.ndarray) and plain.dtype.kind in "fiu":
@@ -366,6 +366,15 @@ def to_si_array(
     array = np.asarray(array + 0.0)  # no negative zeros
     array.flags.writeable = False
     return array
+
+
+def _as_array(values: Any, name: str) -> np.ndarray:
+    try:
+        return np.asarray(values)
+    except (TypeError, ValueError) as error:  # xarray refuses to take a dataset for an array
+        raise UnitError(
+            f"{name}: a {type(values).__name__} is not an array of numbers; take one of its columns"
+        ) from error
 
 
 def _of_numbers(values: Sequence[float], name: str) -> FloatArray:

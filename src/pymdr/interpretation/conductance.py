@@ -173,8 +173,8 @@ def with_conduction(
 
     Returns
     -------
-    columns : dict of str to ndarray
-    claims : dict of str to Claim
+    columns : dict
+    claims : dict
     """
     columns, claims = dict(columns), dict(claims)
     base = claims["contact_radius" if length is None else "normal_stiffness"]
@@ -207,13 +207,13 @@ def conduction_of_stiffness(
     body, counterbody : Elastic, TransverselyIsotropic or Rigid
     lengths : mapping of str to ndarray
         Half the stiffness over E* in m: "" its mean, "_low" and "_high" the ends of its band.
-    base : Claim
+    base : claim
         That of the stiffness.
 
     Returns
     -------
-    columns : dict of str to ndarray
-    claims : dict of str to Claim
+    columns : dict
+    claims : dict
     """
     columns: dict[str, FloatArray] = {}
     claims: dict[str, Claim] = {}

@@ -57,6 +57,8 @@ def first_fault(
     -----
     At a sharp edge pressure is linear in the excess: where it is none at both of its ends, there is none between.
     """
+    if not widest > 0.0:
+        return None
     bounds = line.table.bounds(widest)
     end = min(line.edge, line.reach)
     radii = bounds[(bounds > 0.05 * line.thickness) | (bounds >= widest)]
@@ -146,4 +148,7 @@ def _lifting(line: LayeredLine, a: float, excess: float) -> float:
     for i in range(0, k.size, 4096):
         part = slice(i, i + 4096)
         stress += j0(np.outer(r, k[part])) @ (share[part] * (np.cos(np.outer(k[part], x)) @ loads))
-    return max(0.0, -float(np.min(stress))) / float(np.max(stress))
+    tension, largest = -float(np.min(stress)), float(np.max(stress))
+    if not tension > 0.0:
+        return 0.0
+    return tension / largest if largest > 0.0 else math.inf

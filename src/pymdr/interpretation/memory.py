@@ -53,6 +53,13 @@ class LineState:
     """Contact radius in m."""
 
 
+def along_line(state: LineState, values: FloatArray, position: FloatArray) -> FloatArray:
+    """What springs have at positions in m on the line; 0 where none was ever reached."""
+    if state.position.size == 0:
+        return np.zeros(position.shape)
+    return np.asarray(np.interp(position, state.position, values, right=0.0))
+
+
 @dataclass(frozen=True, eq=False)
 class MemorySurface:
     """Surface and line of a contact with memory, whose springs are followed again to the row that is asked for."""
@@ -68,7 +75,12 @@ class MemorySurface:
 
     def default_radii(self, step: int) -> FloatArray:
         """A grid from 0 to twice the contact radius, graded to its edge."""
-        a = float(self.contact_radius[step]) or float(np.max(self.contact_radius, initial=0.0)) or 1.0
+        known = min(self.equivalent.edge, self.equivalent.reach)
+        a = (
+            float(self.contact_radius[step])
+            or float(np.max(self.contact_radius, initial=0.0))
+            or min(1.0, 0.4 * known)
+        )
         inner = a * np.sin(np.linspace(0.0, math.pi / 2.0, 101))
         top = min(2.0 * a, self.equivalent.reach)
         return np.unique(np.concatenate([inner, a + (top - a) * np.linspace(0.0, 1.0, 61)[1:] ** 2]))
@@ -126,7 +138,7 @@ class MemorySurface:
         if name == "equivalent_profile":
             return self.equivalent.g(at)
         if name == "spring_force":
-            return np.interp(at, state.position, state.load, right=0.0) * (at <= state.radius)
+            return along_line(state, state.load, at) * (at <= state.radius)
         if name == "pressure":
             return surface_load(state, at)
         u = self._displacement(state, d, at)

@@ -10,7 +10,7 @@ from functools import lru_cache
 import numpy as np
 
 from pymdr.interpretation.friction import TANGENTIAL_QUANTITIES
-from pymdr.interpretation.memory import LineState, MemorySurface, displacement, surface_load
+from pymdr.interpretation.memory import LineState, MemorySurface, along_line, displacement, surface_load
 from pymdr.interpretation.traction import TANGENTIAL_FIELDS, TANGENTIAL_LINE_FIELDS
 from pymdr.interpretation.validity import SOURCES, BoolArray, Claim, Level
 from pymdr.line.curves import ElasticLine
@@ -155,9 +155,9 @@ class ShearedSurface:
             return np.full(at.shape, math.nan)
         state = _sheared_at(self, step)
         if name == "tangential_spring_force":
-            return np.interp(at, state.position, state.load, right=0.0) * (at <= state.radius)
+            return along_line(state, state.load, at) * (at <= state.radius)
         if name == "spring_shift":
-            return np.interp(at, state.position, state.deflection, right=0.0)
+            return along_line(state, state.deflection, at)
         if name == "shear_traction":
             return surface_load(state, at)
         u = displacement(state, at)

@@ -19,6 +19,9 @@ _BANDWIDTH = 128.0
 """Longer side over shortest wavelength up to which lines were held against boundary elements."""
 _STEEPEST = 0.3
 
+FITTED_SHARES = (0.03, 0.85)
+"""Of the stiffness of full contact, between which lines are held against boundary elements."""
+
 _MEASURED = (
     "springs of Geike's line, which do not know each other: against boundary elements of square self-affine patches (H = 0.2 to "
     "0.8) the stiffness at a given force is -11 to +22 % off where the size is 64 shortest wavelengths, and -2 to +44 % where "
@@ -140,6 +143,72 @@ def power_law_claims(surface: RoughSurface, share: np.ndarray, ball: bool) -> di
         name: Claim(Level.APPROXIMATE if where.any() else Level.NOT_VALID, reason, source, where)
         for name, (reason, where) in told.items()
     }
+
+
+def calibration_claims(
+    columns: Mapping[str, np.ndarray], inside: BoolArray, surfaces: int, coefficient: float, package: str
+) -> dict[str, Claim]:
+    """
+    Claims of lines that were held against surfaces in three dimensions.
+
+    Parameters
+    ----------
+    columns : mapping of str to ndarray
+        Stiffnesses, areas and shares over the loads.
+    inside : ndarray of bool
+        Loads in the range of the fit.
+    surfaces : int
+        How many were pressed.
+    coefficient : float
+        The fitted lambda.
+    package : str
+        Of the engine.
+
+    Returns
+    -------
+    dict of str to Claim
+    """
+    everywhere = np.ones(inside.shape, dtype=bool)
+    elements, book = SOURCES["boundary-elements"], SOURCES["rough-line"]
+
+    def between(name: str, other: str = "stiffness") -> str:
+        ratio = (columns[name] / columns[other])[inside]
+        return f"{ratio.min():.2f} to {ratio.max():.2f} times"
+
+    few, many = FITTED_SHARES
+    span = f"from {few:g} to {many:g} of full contact"
+    kinds = {
+        "stiffness": (
+            f"geometric mean of {surfaces} surfaces by boundary elements ({package}) at a given force; fewer than about 20 leave a scatter "
+            "of a third where few asperities bear",
+            elements,
+        ),
+        "line_stiffness": (
+            f"Geike's line, lambda = pi: here {between('line_stiffness')} boundary elements {span}; measured before: 0.89 to 1.22 with 64 "
+            "shortest waves in the side, 0.98 to 1.44 with 128",
+            book,
+        ),
+        "fitted_stiffness": (
+            f"the line with lambda = {coefficient:.3g}: here {between('fitted_stiffness')} {span}; lambda grows with H, differs with the bandwidth, and "
+            "holds for no other than these; measured before: 3.1 to 4.6 with 64 for H from 0.2 to 0.8, 4.1 to 6.3 with 128",
+            book,
+        ),
+        "power_law": (
+            f"C = {PUBLISHED}: here {between('power_law')} {span}, and beyond it does not saturate; measured before: 0.8 to 1.7 below 0.15 "
+            "E* L, 1.0 to 1.65 up to 0.55, 1.4 to 3.4 above",
+            SOURCES["pohrt-popov"],
+        ),
+        "area": (
+            "by boundary elements, at the resolution of the pixels; finer roughness makes it smaller",
+            elements,
+        ),
+    }
+    claims = {name: Claim(Level.APPROXIMATE, *told, everywhere) for name, told in kinds.items()}
+    for name in ("stiffness", "line_stiffness", "fitted_stiffness", "area"):
+        claims |= {f"{name}_{end}": claims[name] for end in ("low", "high")}
+    no_area = f"no area: it is {between('line_share', 'area')} the true one here; {_UNREPRESENTED}"
+    claims["line_share"] = Claim(Level.NOT_VALID, no_area, book, ~everywhere)
+    return claims
 
 
 def rough_assumptions(surface: RoughSurface) -> tuple[Assumption, ...]:

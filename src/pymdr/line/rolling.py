@@ -283,7 +283,7 @@ def line_load(pressed: RollingLine, rise: FloatArray, x: FloatArray) -> FloatArr
 
     Returns
     -------
-    ndarray, shape (rise, x)
+    ndarray, one row per rise
     """
     t, cap = pressed.radius - x, pressed.cap(x)
     loads = np.zeros((rise.size, x.size))

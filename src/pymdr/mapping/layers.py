@@ -232,12 +232,22 @@ class Compliance:
 
 _TERMS = 12
 """Powers on every panel of the kernel."""
+_POWERS = np.stack(
+    [
+        np.pad(chebyshev.cheb2poly(unit[: n + 1]), (0, _TERMS - 1 - n))
+        for n, unit in enumerate(np.eye(_TERMS))
+    ],
+    axis=1,
+)
+"""Chebyshev polynomials in powers, column by column."""
 _STEP = 0.125
 """Width of its panels in log(1 + t)."""
 _ANGLE = math.pi / 8.0
 """That of the ray on which the kernel is integrated, where waves die out."""
 _LEAST, _MOST = 1e-9, 1e3
 """Ends of the ray, in wavelengths per thickness."""
+_ROUNDING = 1e-12
+"""What rounding of 1 - L adds to the kernel at most."""
 _BLOCK = 1 << 13
 """Points evaluated at once, so that they stay in the cache."""
 
@@ -277,8 +287,8 @@ class Kernel:
         along = (np.cos(np.outer(at, axis.real)) @ (self.compliance.shortfall(axis) * straight)).real
         self.size = max(float(np.max(np.abs(self._integrated(np.linspace(0.0, 2.0, 9))))), 1e-300)
         self.error = float(np.max(np.abs(along - self._integrated(at)))) / self.size
-        # rounding of 1 - L is all that a body has whose layers are alike
-        if self.error > 1e-9 and self.size > 1e-12:
+        # of layers that are almost alike, 1 - L has little more than its rounding
+        if self.error > 1e-9 and self.error * self.size > _ROUNDING:
             raise ConvergenceError(
                 f"the kernel of the layers differs by {self.error:.1g} of its size between two ways of integration; "
                 "use layers whose moduli and thicknesses differ less"
@@ -314,7 +324,7 @@ class Kernel:
         u = np.cos(math.pi * (np.arange(_TERMS) + 0.5) / _TERMS)
         values = self._integrated((middle + half * u[:, None]).ravel()).reshape(_TERMS, -1)
         series = chebyshev.chebfit(u, values, _TERMS - 1)
-        powers = np.stack([chebyshev.cheb2poly(column) for column in series.T], axis=1)
+        powers = _POWERS @ series
         self._coefficients = np.concatenate([self._coefficients, powers], axis=1)
         low = np.expm1(_STEP * np.arange(wanted + 1))
         self._starts, self._scales = low[:-1], 2.0 / np.diff(low)

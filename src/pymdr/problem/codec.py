@@ -677,7 +677,9 @@ def decode_case(plain: Mapping[str, Any]) -> tuple[str, Contact, LoadingPath]:
     pymdr.errors.CaseError: [body] kind = 'elastc': unknown kind; did you mean 'elastic'?; path: at least one entry is needed
     """
     if "surface" in plain:
-        raise CaseError("[surface]: a rough surface is no profile with a path; ask for it with pymdr rough")
+        measured = isinstance(plain["surface"], Mapping) and "file" in plain["surface"]
+        ask = "pymdr press" if measured else "pymdr rough or pymdr press"
+        raise CaseError(f"[surface]: a rough surface is no profile with a path; ask for it with {ask}")
     if isinstance(plain.get("path"), Mapping):
         plain = {**plain, "path": [plain["path"]]}
     contact = _contact(plain)

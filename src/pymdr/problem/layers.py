@@ -9,7 +9,7 @@ from typing import Any
 from pymdr.errors import ProblemError
 from pymdr.problem.materials import Elastic, Material, Rigid
 from pymdr.problem.values import SIField, Value
-from pymdr.units import shown
+from pymdr.units import metres, shown
 
 BONDS = ("bonded", "frictionless")
 _MOST = 32
@@ -50,9 +50,14 @@ class Layer(Value):
             raise ProblemError(
                 f"Layer.material = {shown(self.material)}: layers are isotropic and elastic; give Elastic('1 MPa', 0.5)"
             )
+        if self.material.thickness is not None:
+            raise ProblemError(
+                f"Layer.material has a thickness of {metres(self.material.thickness)}, and the layer one of "
+                f"{metres(self.thickness)}; leave that of the material out"
+            )
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Layered(Material):
     """
     Elastic layers on a base.
@@ -87,6 +92,11 @@ class Layered(Material):
         object.__setattr__(self, "layers", _as_layers(self.layers))
         if not isinstance(self.base, Rigid | Elastic):
             raise ProblemError(f"Layered.base = {shown(self.base)}: a Rigid() or Elastic(...) base is needed")
+        if isinstance(self.base, Elastic) and self.base.thickness is not None:
+            raise ProblemError(
+                f"Layered.base has a thickness of {metres(self.base.thickness)}, but a base is a half-space; give it as the last "
+                "layer on Rigid(), or leave the thickness out"
+            )
         if not isinstance(self.bond, str) or self.bond not in BONDS:
             raise ProblemError(
                 f"Layered.bond = {shown(self.bond)}: it must be 'bonded' or 'frictionless' (the lowest layer slides on the base)"

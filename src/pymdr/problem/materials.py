@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from abc import ABC
 from copy import copy
-from dataclasses import dataclass, fields
+from dataclasses import KW_ONLY, dataclass, fields
 from typing import NamedTuple
 
 from pymdr.errors import ProblemError
@@ -92,6 +92,9 @@ class Elastic(Material):
         Young's modulus E in Pa, above 0.
     poisson : quantity
         Poisson's ratio, -1 < nu <= 0.5.
+    thickness : quantity, optional
+        By keyword, in m, above 0: how thick it really is, bonded to a rigid base. It is solved as a half-space all the same, and
+        claims tell the error of that, up to 10 %; :class:`~pymdr.Layered` is solved as what it is.
     thermal_conductivity, resistivity, thermal_diffusivity : quantity, optional
         By keyword, in W/(m K), ohm m and m^2/s: what it conducts.
 
@@ -110,6 +113,8 @@ class Elastic(Material):
 
     young: SIField = SIField("Pa", above=0.0, words="Young's modulus")
     poisson: SIField = SIField("", above=-1.0, at_most=0.5, words="Poisson's ratio")
+    _: KW_ONLY
+    thickness: OptionalSIField = OptionalSIField("m", above=0.0, words="thickness on a rigid base")
 
     @property
     def shear(self) -> float:

@@ -41,7 +41,12 @@ def parameters_of(contact: Contact) -> tuple[Parameter, ...]:
     Returns
     -------
     tuple of Parameter
-        In the order of its fields; entries of arrays are numbered from 0.
+        In the order of its fields; entries of arrays are numbered from 0, row after row.
+
+    Raises
+    ------
+    ProblemError
+        If it is no contact.
 
     Examples
     --------
@@ -50,7 +55,7 @@ def parameters_of(contact: Contact) -> tuple[Parameter, ...]:
     >>> [p.name for p in parameters_of(Contact(Sphere("1 mm"), Elastic("1 GPa", 0.3)))]
     ['profile.radius', 'body.young', 'body.poisson']
     """
-    return tuple(_numbers(contact, ""))
+    return tuple(_numbers(_as_contact(contact), ""))
 
 
 def parameter_of(contact: Contact, name: str) -> Parameter:
@@ -102,7 +107,7 @@ def with_parameters(contact: Contact, values: Mapping[str, Any]) -> Contact:
     Raises
     ------
     ProblemError
-        If the contact has no part of a name, or a value is beyond its limits.
+        If it is no contact, or has no part of a name, a whole part is given after something in it, or a value is beyond its limits.
     UnitError
         If a text is not a quantity of the right kind.
 
@@ -114,7 +119,12 @@ def with_parameters(contact: Contact, values: Mapping[str, Any]) -> Contact:
     >>> with_parameters(ball, {"profile.radius": "2 mm", "body.young": 2e9})
     Contact(profile=Sphere(radius=0.002), body=Elastic(young=2000000000.0, poisson=0.3), counterbody=Rigid(), adhesion=None, friction=None)
     """
-    changed: Any = contact
+    changed: Any = _as_contact(contact)
+    if not isinstance(values, Mapping):
+        raise ProblemError(
+            f"parameters: {shown(values)}; names with values are needed, such as {{'body.young': '2 MPa'}}"
+        )
+    _refuse_replaced([str(name) for name in values])
     for name, value in values.items():
         steps: list[str | int] = []
         for part in str(name).split("."):
@@ -129,6 +139,22 @@ def with_parameters(contact: Contact, values: Mapping[str, Any]) -> Contact:
     return changed
 
 
+def _as_contact(contact: Any) -> Contact:
+    if not isinstance(contact, Contact):
+        raise ProblemError(f"parameters: {shown(contact)} is not a Contact; write Contact(profile, body)")
+    return contact
+
+
+def _refuse_replaced(names: list[str]) -> None:
+    """Refuse a whole part that is given after something in it, which would be lost."""
+    for i, whole in enumerate(names):
+        for part in names[:i]:
+            if part.startswith((f"{whole}.", f"{whole}[")):
+                raise ProblemError(
+                    f"parameters: {whole!r} takes the place of what {part!r} has changed; give {whole!r} before it"
+                )
+
+
 def _changed(part: Any, steps: list[str | int], value: Any, contact: Contact, name: str) -> Any:
     if not steps:
         return value
@@ -137,12 +163,13 @@ def _changed(part: Any, steps: list[str | int], value: Any, contact: Contact, na
         if not isinstance(part, Value) or step not in {f.name for f in fields(part)}:
             raise _unknown(contact, name)
         return replace(part, **{step: _changed(getattr(part, step), rest, value, contact, name)})
-    if not isinstance(part, tuple | np.ndarray) or step >= len(part):
+    size = part.size if isinstance(part, np.ndarray) else len(part) if isinstance(part, tuple) else 0
+    if step >= size:
         raise _unknown(contact, name)
     if isinstance(part, tuple):
         return (*part[:step], _changed(part[step], rest, value, contact, name), *part[step + 1 :])
     entries = part.copy()
-    entries[step] = to_si(value, parameter_of(contact, name).unit, name=name)
+    entries.flat[step] = to_si(value, parameter_of(contact, name).unit, name=name)
     return entries
 
 

@@ -99,3 +99,17 @@ class Topography(Value):
     def missing(self) -> NDArray[np.bool_]:
         """Whether a pixel was not measured, (nx, ny)."""
         return np.isnan(self.heights)
+
+
+def as_topography(topography: object, who: str) -> Topography:
+    """
+    A topography as it is.
+
+    Raises
+    ------
+    ProblemError
+        If it is none.
+    """
+    if not isinstance(topography, Topography):
+        raise ProblemError(f"{who}: {shown(topography)} is no surface; write Topography(heights, size)")
+    return topography

@@ -51,6 +51,8 @@ def _html(value: Any, unit: str) -> str:
     if isinstance(value, tuple) and value and all(isinstance(part, Value) for part in value):
         return "".join(part._repr_html_() for part in value)
     if isinstance(value, np.ndarray):
+        if np.all(np.isnan(value)):
+            return "no values"
         return escape(
             f"{value.size} values from {written(float(np.nanmin(value)), unit, 6)} to {written(float(np.nanmax(value)), unit, 6)}"
         )

@@ -51,7 +51,7 @@ def with_bands(result: Result, solve: Callable[[Contact], Result]) -> Result:
         )
         if np.array_equal(values[0], values[1]) and np.array_equal(values[0], values[2]):
             continue
-        known = np.isfinite(values).all(axis=0)
+        known = ~np.isnan(values).any(axis=0)  # the resistance of bodies apart is infinite
         columns[f"{name}_low"] = np.where(known, values.min(axis=0), math.nan)
         columns[f"{name}_high"] = np.where(known, values.max(axis=0), math.nan)
     return replace(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import pickle
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import accumulate, pairwise
 from typing import Any, NamedTuple
@@ -17,7 +17,7 @@ from pymdr.problem.paths import Hold, LoadingPath
 from pymdr.problem.schedule import Progress
 from pymdr.result import Result
 from pymdr.solving.verb import solve
-from pymdr.units import QuantityLike
+from pymdr.units import QuantityLike, shown
 
 _SHARES = 8
 """Shares of the work for every process."""
@@ -89,6 +89,11 @@ def solve_batch(
     >>> round(forces[1] / forces[0], 12)
     2.0
     """
+    for name, given in (("contacts", contacts), ("path", path)):
+        if not isinstance(given, Iterable | LoadingPath):
+            raise ProblemError(
+                f"solve_batch: {name} = {shown(given)}; a list is needed, such as [Contact(profile, body)]"
+            )
     pieces = list(contacts)
     paths = [path] * len(pieces) if isinstance(path, LoadingPath) else list(path)
     if len(paths) != len(pieces):

@@ -17,7 +17,7 @@ from pymdr.problem.contact import Contact
 from pymdr.problem.profiles import ForceCurve
 from pymdr.result import Reading, Result, Status
 from pymdr.solving.walk import Task
-from pymdr.units import metres
+from pymdr.units import metres, shown
 
 if TYPE_CHECKING:
     from pymdr.presentation.plot import Plots
@@ -33,12 +33,14 @@ def is_curve(contact: Contact) -> bool:
 
 def refuse_curve(contact: Contact, who: str, why: str) -> None:
     """
-    Refuse what a force curve does not determine.
+    Refuse what a force curve does not determine, and what is no contact.
 
     Raises
     ------
     ProblemError
     """
+    if not isinstance(contact, Contact):
+        raise ProblemError(f"{who}: {shown(contact)} is not a Contact; write Contact(profile, body)")
     if is_curve(contact):
         raise ProblemError(
             f"{who}: the contact is known by its ForceCurve only, and {why}; give the shape itself as a profile"

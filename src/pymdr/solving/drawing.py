@@ -19,7 +19,7 @@ from pymdr.line.foundation import normal_force, normal_stiffness, rises_to, stat
 from pymdr.line.lines import springs_of
 from pymdr.problem.materials import Elastic, Rigid
 from pymdr.problem.paths import legs
-from pymdr.result import Result, Status
+from pymdr.result import Result
 from pymdr.units import FloatArray, written
 
 if TYPE_CHECKING:
@@ -210,5 +210,5 @@ def _branches(result: Result, line: Line) -> Branches | None:
     touched = any(np.nanmax(a, initial=0.0) > 0.0 for a in radii)
     if not (touched and {"indentation", "normal_force"} <= rows.keys()):
         return None
-    complete = result.status is not Status.ADHESION_PARTLY_REFUSED
+    complete = bool(result.claims["contact_radius"].where.all())
     return branches_of(result.contact, line, result.path, rows, result.machine_stiffness, complete=complete)

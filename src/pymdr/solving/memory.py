@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from pymdr.errors import PathError
+from pymdr.interpretation.thickness import thickness_assumption
 from pymdr.interpretation.validity import Assumption, small_slope_assumptions
 from pymdr.mapping.equivalent import slope_function
 from pymdr.mapping.relaxation import Relaxation, relaxation_of, tangential_relaxation_of
@@ -103,4 +104,5 @@ def assumptions_with_memory(contact: Contact, radius: FloatArray) -> tuple[Assum
     if a == 0.0:
         return ()
     listed = small_slope_assumptions(contact.profile, slope_function(contact.profile), a, 0.0)
-    return tuple(one for one in listed if one.name != "elastic similarity")
+    others = (one for one in listed if one.name != "elastic similarity")
+    return (*others, *thickness_assumption(contact, a))

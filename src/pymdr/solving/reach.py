@@ -10,6 +10,7 @@ import numpy as np
 
 from pymdr.errors import PathError, ProblemError
 from pymdr.interpretation.layers import base_assumption
+from pymdr.interpretation.thickness import thickness_assumption
 from pymdr.interpretation.validity import Assumption, small_slope_assumptions
 from pymdr.line.curves import ElasticLine, Line
 from pymdr.line.foundation import (
@@ -163,8 +164,11 @@ def half_space_assumptions(contact: Contact, mapped: Mapped, radii: FloatArray) 
     a = float(np.nanmax(radii, initial=0.0))
     if a == 0.0:
         return ()
-    return small_slope_assumptions(
-        contact.profile, slope_function(contact.profile), a, mapped.moduli.dundurs_beta
+    return (
+        *small_slope_assumptions(
+            contact.profile, slope_function(contact.profile), a, mapped.moduli.dundurs_beta
+        ),
+        *thickness_assumption(contact, a),
     )
 
 
@@ -174,6 +178,8 @@ def assumptions(
     """What the model assumes, measured on the largest of some contact radii in m, with the excess of its edge in m."""
     listed = half_space_assumptions(contact, mapped, radii)
     if listed and isinstance(mapped.line, LayeredLine):
-        at = int(np.nanargmax(radii))
-        listed += base_assumption(mapped.line, float(radii[at]), 0.0 if excess is None else float(excess[at]))
+        # at a sharp edge the radius stays, and the excess grows
+        widest = np.where(radii == np.nanmax(radii), 0.0 if excess is None else excess, -math.inf)
+        at = int(np.nanargmax(widest))
+        listed += base_assumption(mapped.line, float(radii[at]), float(widest[at]))
     return listed

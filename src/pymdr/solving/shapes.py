@@ -11,6 +11,7 @@ import numpy as np
 
 from pymdr.errors import ConvergenceError, PathError, ProblemError
 from pymdr.interpretation.shapes import EllipseSurface, shape_assumptions, shape_claims
+from pymdr.interpretation.thickness import thickness_assumption
 from pymdr.interpretation.validity import Assumption, BoolArray, Claim
 from pymdr.line.foundation import (
     ElasticLine,
@@ -57,6 +58,10 @@ class Pressed:
         """States over E*, and the lower bound of the force in N."""
         disks = states_at_depth(self.bound, depth)
         return self.law.at(depth, disks.contact_radius), normal_force(self.bound, disks)
+
+    def disks(self, depth: FloatArray) -> FloatArray:
+        """Radii in m of the disks of the lower bound."""
+        return states_at_depth(self.bound, depth).contact_radius
 
 
 @dataclass(frozen=True)
@@ -191,7 +196,7 @@ def _interpret(task: Task, found: Pressed, walked: Walked[_Rows]) -> Result:
         walked,
         with_travel(task, columns),
         claims,
-        assumptions=_assumed(task.contact, found, rows),
+        assumptions=(*_assumed(task.contact, found, rows), *thickness_assumption(task.contact, 0.0)),
         status=_status(shape, claims),
         notes=(),
         references=_references(shape),
@@ -265,7 +270,7 @@ def shape_plots(result: Result, row: int) -> Plots:
     depth = deepest * np.linspace(0.0, 1.0, _FINE) ** 2
     states, bound = found.at(depth)
     d = np.array([float(data["indentation"].values[row]) if row >= 0 else deepest])
-    disk = float(states_at_depth(found.bound, d).contact_radius[0])
+    disk = float(found.disks(d)[0])
     axes = None
     if isinstance(shape, EllipticParaboloid):
         a_x, a_y = HertzEllipse(shape.radius_x, shape.radius_y).semi_axes(d)

@@ -6,7 +6,7 @@ import json
 import math
 import os
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -29,7 +29,8 @@ from pymdr.result import Result
 from pymdr.solving.batch import Asked, solutions
 from pymdr.solving.kept import KeptParts
 from pymdr.solving.reach import memory_of_machine
-from pymdr.units import FloatArray, QuantityLike, from_si, shown, to_si, to_si_array, written
+from pymdr.solving.verb import read_stiffness
+from pymdr.units import FloatArray, QuantityLike, from_si, shown, to_si_array, written
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -270,14 +271,13 @@ def sweep(
     """
     if not isinstance(contact, Contact):
         raise ProblemError(f"sweep: {contact!r} is not a Contact; write Contact(profile, body)")
+    wanted = None if quantities is None else _names(quantities)
     axes = _axes(contact, over)
-    machine = None if machine_stiffness is None else to_si(machine_stiffness, "N/m", name=_MACHINE)
+    machine = None if machine_stiffness is None else read_stiffness(machine_stiffness)
     points = list(product(*(axis.values for axis in axes)))
-    answers = _Answers(len(points), quantities)
+    answers = _Answers(len(points), wanted)
     kept = (
-        None
-        if folder is None
-        else KeptParts(folder, _identity(contact, path, axes, machine, keep, quantities))
+        None if folder is None else KeptParts(folder, _identity(contact, path, axes, machine, keep, wanted))
     )
     if kept is not None:
         for first, found in kept.parts():
@@ -298,6 +298,15 @@ def sweep(
     return answers.swept(contact, axes)
 
 
+def _names(quantities: Any) -> list[str]:
+    names = list(quantities) if isinstance(quantities, Iterable) and not isinstance(quantities, str) else None
+    if names is None or not all(isinstance(name, str) for name in names):
+        raise ProblemError(
+            f"sweep: quantities = {shown(quantities)}; a list of names is needed, such as ['normal_force']"
+        )
+    return names
+
+
 def _axes(contact: Contact, over: Mapping[str, Any]) -> list[_Axis]:
     if not isinstance(over, Mapping) or not over:
         raise ProblemError(
@@ -315,6 +324,8 @@ def _axis(contact: Contact, name: str, values: Any) -> _Axis:
         if name == _PATH and not all(isinstance(part, LoadingPath) for part in listed):
             raise ProblemError("sweep: over['path'] holds something that is no path, such as indent('1 um')")
         return _Axis(name, list(listed), None)
+    if name == _MACHINE and isinstance(listed, list | tuple) and listed:
+        return _Axis(name, [read_stiffness(stiffness) for stiffness in listed], "N/m")
     unit = "N/m" if name == _MACHINE else parameter_of(contact, name).unit
     numbers = np.atleast_1d(to_si_array(listed, unit, name=f"over[{name!r}]"))
     if numbers.ndim != 1 or numbers.size == 0:

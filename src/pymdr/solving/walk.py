@@ -12,9 +12,10 @@ import numpy as np
 from pymdr.errors import PathError
 from pymdr.independent.rings import Rings
 from pymdr.interpretation.conductance import CONDUCTION_SOURCES, CONDUCTIONS, with_conduction
+from pymdr.interpretation.thickness import THICKNESS_SOURCE, samples_of, with_thickness
 from pymdr.interpretation.validity import BODY_SOURCES, Assumption, Claim
 from pymdr.problem.contact import Contact
-from pymdr.problem.paths import LoadingPath, Path
+from pymdr.problem.paths import NORMAL_CHANNELS, LoadingPath, Path
 from pymdr.problem.schedule import Progress, Stretch, planned, total_rows
 from pymdr.result import Reading, Result, Status, labelled
 from pymdr.rows import joined, taken
@@ -162,6 +163,7 @@ def solution(
     contacts that are no disks.
     """
     columns, claims = with_conduction(task.contact, columns, claims, conducting)
+    claims = with_thickness(task.contact, columns, claims, _held(task))
     if walked.time is not None and not remembers:
         notes = (*notes, "the bodies are elastic: time is carried along and changes nothing")
     valid = {
@@ -187,8 +189,19 @@ def solution(
     )
 
 
+def _held(task: Task) -> dict[str, np.ndarray]:
+    """The kept rows in which every normal channel is prescribed."""
+    legs = planned(task.path)
+    channels = np.repeat([leg.controls.normal for leg in legs], [leg.size for leg in legs])
+    rigid = task.machine_stiffness is None or math.isinf(task.machine_stiffness)
+    channels = taken(np.where((channels == "travel") & rigid, "indentation", channels), task.keep)
+    return {name: channels == name for name in NORMAL_CHANNELS}
+
+
 def _body_sources(contact: Contact) -> tuple[str, ...]:
     found = [key for body in (contact.body, contact.counterbody) for key in BODY_SOURCES.get(type(body), ())]
+    if samples_of(contact):
+        found.append(THICKNESS_SOURCE)
     return tuple(dict.fromkeys(found))
 
 

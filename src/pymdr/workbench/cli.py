@@ -357,13 +357,16 @@ def verify(
     output: Output = None,
     rings: Annotated[int, typer.Option(help="Number of rings, 20 to 5000.")] = 400,
     cells: Annotated[int, typer.Option(help="With friction: cells along a side of the grid, 8 to 80.")] = 32,
+    pixels: Annotated[
+        int, typer.Option(help="Of a body that is not of revolution: pixels along a side, 33 to 1025.")
+    ] = 129,
     steps: Annotated[
         int | None, typer.Option(help="How many steps of the path are solved by both; 5, with friction 20.")
     ] = None,
     quiet: Quiet = False,
     as_json: Json = False,
 ) -> None:
-    """Hold the method against boundary elements: on rings, and with friction on a grid; draw both."""
+    """Hold the method against boundary elements: on rings, with friction or bodies not of revolution on a grid; draw both."""
     from pymdr.workbench.casefile import read_case
 
     with _failures_as_json("verify", case, as_json):
@@ -371,7 +374,7 @@ def verify(
         asked = read_case(case)
         with _ready_folder(folder), _stages(quiet or as_json) as stage:
             if asked.contact.friction is None:
-                found, told = _by_rings(asked, rings, 5 if steps is None else steps, stage)
+                found, told = _by_elements(asked, rings, pixels, 5 if steps is None else steps, stage)
             else:
                 found, told = _by_cells(asked, cells, 20 if steps is None else steps, stage)
             written = _write_figures({"verify": found.plot()}, folder, stage("drawing"))
@@ -396,18 +399,24 @@ def verify(
         raise typer.Exit(REFUSED)
 
 
-def _by_rings(asked: Case, rings: int, steps: int, stage: Stage) -> tuple[Any, dict[str, Any]]:
-    from pymdr.workbench.verification import verify as hold_against_rings
+def _by_elements(
+    asked: Case, rings: int, pixels: int, steps: int, stage: Stage
+) -> tuple[Any, dict[str, Any]]:
+    from pymdr.problem.profiles import Shape
+    from pymdr.workbench.verification import verify as hold_against_elements
 
-    found = hold_against_rings(
+    whole = isinstance(asked.contact.profile, Shape)
+    found = hold_against_elements(
         asked.contact,
         asked.path,
         rings=rings,
+        pixels=pixels,
         steps=steps,
         machine_stiffness=asked.options.get("machine_stiffness"),
-        progress=stage("solving by rings"),
+        progress=stage("pressing by boundary elements" if whole else "solving by rings"),
     )
-    return found, {"solver": "rings", "n": rings, "largest_difference": _finite(found.largest_difference)}
+    solver, n = ("pixels", pixels) if whole else ("rings", rings)
+    return found, {"solver": solver, "n": n, "largest_difference": _finite(found.largest_difference)}
 
 
 def _by_cells(asked: Case, cells: int, steps: int, stage: Stage) -> tuple[Any, dict[str, Any]]:
@@ -776,12 +785,20 @@ def sweep(
     """Solve a case for all combinations of some of its parameters; with -o the arrays and a figure are written."""
     import contextlib
 
+    from pymdr.errors import ProblemError
     from pymdr.solving.sweep import sweep as solve_all
     from pymdr.workbench.casefile import read_case
 
     with _failures_as_json("sweep", case, as_json):
         asked = read_case(case)
-        grid = dict(_swept(asked.contact, given, points) for given in over)
+        grid: dict[str, FloatArray | list[str]] = {}
+        for given in over:
+            name, values = _swept(asked.contact, given, points)
+            if name in grid:
+                raise ProblemError(
+                    f"--over {given!r}: {name} is given already; write all its values in one --over"
+                )
+            grid[name] = values
         folder = contextlib.nullcontext(None) if output is None else _ready_folder(output)
         options = {key: asked.options[key] for key in ("machine_stiffness", "keep") if key in asked.options}
         with folder as into, _stages(quiet or as_json) as stage:

@@ -1,4 +1,4 @@
-"""The method held against boundary elements on rings, side by side."""
+"""The method held against boundary elements, on rings or in three dimensions, side by side."""
 
 from __future__ import annotations
 
@@ -16,6 +16,7 @@ from pymdr.problem.contact import Contact
 from pymdr.problem.laws import JKR
 from pymdr.problem.materials import common_exponent
 from pymdr.problem.paths import LoadingPath, Path
+from pymdr.problem.profiles import Shape
 from pymdr.problem.schedule import planned, uses
 from pymdr.quantities import QUANTITIES
 from pymdr.result import FieldReader, Result
@@ -23,6 +24,7 @@ from pymdr.solving import solve
 from pymdr.solving.closure import refuse_curve
 from pymdr.solving.ringed import adhesive_disks
 from pymdr.units import FloatArray, QuantityLike
+from pymdr.workbench.shapes import ShapeVerification, hold_shape
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -108,12 +110,14 @@ def verify(
     path: LoadingPath,
     *,
     rings: int = 400,
+    pixels: int = 129,
     steps: int = 5,
     machine_stiffness: QuantityLike | None = None,
+    engine: str | None = None,
     progress: Callable[[int, int], None] | None = None,
-) -> Verification:
+) -> Verification | ShapeVerification:
     """
-    Solve some steps of a path both by the method and by boundary elements on rings.
+    Solve some steps of a path both by the method and by boundary elements: on rings, or, if a body is not of revolution, on a grid.
 
     Parameters
     ----------
@@ -121,24 +125,30 @@ def verify(
     path : LoadingPath
     rings : int
         Number of rings, 20 to 5000.
+    pixels : int
+        Of a body that is not of revolution: pixels along either side of the grid, 33 to 1025, of which the contact takes about 0.7.
     steps : int
         How many steps, spread evenly over those of the path, are compared. Bodies with memory are followed along all rows by
         both, the rings under the same forces or indentations. With adhesion the rings have the contact radius of the method, and
         find the indentation at which its edge is pulled as it should; where a corner holds the edge they have both.
     machine_stiffness : quantity, optional
         As of :func:`pymdr.solve`.
+    engine : str, optional
+        Which package presses a body that is not of revolution, as of :func:`pymdr.press`.
     progress : callable, optional
         Called as ``progress(done, total)``.
 
     Returns
     -------
-    Verification
-        Where the method is refused its values are NaN.
+    Verification or ShapeVerification
+        The latter of a body that is not of revolution. Where the method is refused its values are NaN.
 
     Raises
     ------
     ProblemError, PathError, ConvergenceError
         As :func:`pymdr.solve`.
+    MissingExtraError
+        If a body is not of revolution, and the package of the engine is not installed.
 
     Examples
     --------
@@ -148,6 +158,11 @@ def verify(
     True
     """
     refuse_curve(contact, "verify", "boundary elements need its shape")
+    if isinstance(contact.profile, Shape):
+        raise ProblemError(
+            f"verify: its boundary elements are rings of revolution, and {type(contact.profile).__name__} is not; press(Topography(...)) "
+            "presses heights on a grid"
+        )
     if contact.friction is not None or not isinstance(contact.adhesion, JKR | None):
         raise ProblemError(
             "verify: rings solve the frictionless contact, without adhesion or with JKR; friction is held against vector friction "
@@ -160,15 +175,16 @@ def verify(
         )
     if isinstance(steps, bool) or not isinstance(steps, int) or steps < 1:
         raise PathError(f"verify: steps = {steps!r}; a whole number of at least 1 is needed")
+    if isinstance(contact.profile, Shape):
+        touched = _touched(solve(contact, path, machine_stiffness=machine_stiffness))
+        return hold_shape(contact, touched[_spread(touched.size, steps)], pixels, engine, progress)
     solver = Rings(rings)
     if isinstance(contact.adhesion, JKR):
         mdr = solve(contact, path, machine_stiffness=machine_stiffness)
         return _verify_adhesion(contact.adhesion.work, mdr, solver, steps, progress)
     if contact.remembers:
         return _verify_history(contact, path, solver, steps, progress)
-    depths = _depths(solve(contact, path, machine_stiffness=machine_stiffness))
-    if depths.size == 0:
-        raise PathError("verify: the path makes no contact at any step")
+    depths = _touched(solve(contact, path, machine_stiffness=machine_stiffness))
     chosen = depths[_spread(depths.size, steps)]
     route = Path(indentation=chosen)
     mdr = solve(contact, route)
@@ -244,14 +260,17 @@ def _spread(size: int, steps: int) -> np.ndarray:
     return np.unique(at.round().astype(int))
 
 
-def _depths(result: Result) -> FloatArray:
-    """Indentations of the steps in contact, rising."""
+def _touched(result: Result) -> FloatArray:
+    """Indentations of the steps in contact, rising, at least one."""
     if "indentation" not in result.data:
         raise PathError(
             "verify: the method gives no indentation for this load; prescribe indentations instead"
         )
     d = result.data["indentation"].values
-    return np.unique(d[np.isfinite(d) & (result.data["force_lower_bound"].values > 0.0)])
+    touched = np.unique(d[np.isfinite(d) & (result.data["force_lower_bound"].values > 0.0)])
+    if touched.size == 0:
+        raise PathError("verify: the path makes no contact at any step")
+    return touched
 
 
 def _table(

@@ -11,7 +11,7 @@ import numpy as np
 
 from pymdr.errors import MissingExtraError
 from pymdr.independent.engines.protocol import HalfSpace, Pressing
-from pymdr.independent.engines.solutions import first_pressure, refuse_unsolved
+from pymdr.independent.engines.solutions import first_pressure, is_solved, refuse_unsolved
 from pymdr.units import FloatArray
 
 _MOST_ITERATIONS = 3000
@@ -68,7 +68,23 @@ class _FreeHalfSpace:
     ) -> Pressing:
         """Press a rigid surface on the half-space."""
         below = np.max(heights) - heights
-        first = first_pressure(below, indentation) if start is None else start
+        fresh = first_pressure(below, indentation)
+        found = self._solved(below, indentation, force, fresh if start is None else start, tolerance)
+        if start is not None and not is_solved(found, tolerance):
+            # under a force the package stops at once at a start that is even on its own pixels, whatever penetrates beside them
+            found = self._solved(below, indentation, force, fresh, tolerance)
+        refuse_unsolved("ContactMechanics", found, tolerance)
+        return found
+
+    def _solved(
+        self,
+        below: FloatArray,
+        indentation: float | None,
+        force: float | None,
+        first: FloatArray,
+        tolerance: float,
+    ) -> Pressing:
+        """What the package ends with."""
         if indentation is None:
             assert force is not None
             first = first * (force / (self._area * first.sum()))
@@ -90,10 +106,8 @@ class _FreeHalfSpace:
             **load,
         )
         depth = float(found.offset if indentation is None else indentation)
-        pressure = np.array(found.jac) / self._area
         gap = np.array(found.x)[: self._shape[0], : self._shape[1]] + below - depth
-        refuse_unsolved("ContactMechanics", Pressing(pressure, gap, depth, int(found.nit)), tolerance)
-        return Pressing(pressure, gap, depth, int(found.nit))
+        return Pressing(np.array(found.jac) / self._area, gap, depth, int(found.nit))
 
 
 def _package() -> tuple[Any, Any]:

@@ -34,6 +34,21 @@ def first_pressure(below: FloatArray, indentation: float | None) -> FloatArray:
     return np.where(near | (below == 0.0), 1.0, 0.0)
 
 
+def worst_miss(found: Pressing) -> float:
+    """Largest gap inside or penetration outside over the indentation; inf where something pulls, or nothing touches."""
+    touching = found.pressure > 0.0
+    if not touching.any() or not float(np.min(found.pressure)) >= 0.0 or not found.indentation > 0.0:
+        return math.inf
+    inside = float(np.max(np.abs(found.gap[touching])))
+    return max(inside, -float(np.min(found.gap))) / found.indentation
+
+
+def is_solved(found: Pressing, tolerance: float) -> bool:
+    """Whether it is a contact: no gaps inside, no penetration outside, no pulls."""
+    # what is no number is no contact either
+    return worst_miss(found) <= _ALLOWED * tolerance
+
+
 def refuse_unsolved(package: str, found: Pressing, tolerance: float) -> None:
     """
     Refuse what is no contact: gaps inside, penetration outside, or pulls.
@@ -42,15 +57,9 @@ def refuse_unsolved(package: str, found: Pressing, tolerance: float) -> None:
     ------
     ConvergenceError
     """
-    touching = found.pressure > 0.0
-    inside = float(np.max(np.abs(found.gap[touching]), initial=0.0))
-    worst = max(inside, -float(np.min(found.gap)))
-    # what is no number is no contact either
-    solved = worst <= _ALLOWED * tolerance * found.indentation and float(np.min(found.pressure)) >= 0.0
-    if not solved or not touching.any():
-        share = worst / found.indentation if found.indentation else math.nan
+    if not is_solved(found, tolerance):
         raise ConvergenceError(
-            f"{package} did not converge in {found.iterations} iterations: gaps and penetrations of {share:.2g} of the indentation, "
+            f"{package} did not converge in {found.iterations} iterations: gaps and penetrations of {worst_miss(found):.2g} of the indentation, "
             f"{tolerance:.2g} are asked; take a smoother surface, or another engine"
         )
 

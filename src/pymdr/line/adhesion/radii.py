@@ -19,6 +19,7 @@ import numpy as np
 
 from pymdr.line.adhesion.equivalent_line import Outline, inner_knots
 from pymdr.line.curves import ElasticLine
+from pymdr.line.layered import LayeredLine
 from pymdr.mapping.equivalent import EquivalentProfile
 from pymdr.mapping.series import Place, Position
 from pymdr.units import FloatArray
@@ -160,7 +161,7 @@ def _found(line: Outline, rate: Callable[[FloatArray], FloatArray], origin: floa
         return Radii(origin, knots, knots)
     gaps = np.minimum(np.diff(np.append(knots, min(line.edge, line.reach))), knots)
     corner = np.isinf(rate(knots))
-    mapped = line.equivalent if isinstance(line, ElasticLine) else line
+    mapped = line.equivalent if isinstance(line, ElasticLine | LayeredLine) else line
     exact = isinstance(mapped, EquivalentProfile) and bool(corner.any())
     power = 2.0 / (1.0 + line.exponent) if isinstance(line, ElasticLine) else 2.0
     return Radii(origin, knots[corner], _SHARE * gaps[corner], exact, power)

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from pymdr.errors import ProblemError
-from pymdr.problem.topography import Topography
+from pymdr.problem.topography import Topography, as_topography
 from pymdr.units import FloatArray, metres, shown
 
 TRENDS = ("mean", "plane", "sphere", "curvature")
@@ -43,7 +43,8 @@ def detrend(topography: Topography, trend: str) -> Topography:
     >>> flat.steps
     ('a plane taken off, of slope 0.003 along x and -0.001 along y',)
     """
-    if trend not in TRENDS:
+    as_topography(topography, "detrend")
+    if not isinstance(trend, str) or trend not in TRENDS:
         raise ProblemError(f"detrend: {shown(trend)}; a trend is one of {', '.join(TRENDS)}")
     scale = float(topography.size.max())
     x = (topography.x - 0.5 * topography.size[0])[:, None] / scale
@@ -133,7 +134,8 @@ def fill_missing(topography: Topography, remedy: str) -> Topography:
     >>> fill_missing(Topography(heights, 1.0), "crop").heights.shape
     (5, 2)
     """
-    if remedy not in REMEDIES:
+    as_topography(topography, "fill_missing")
+    if not isinstance(remedy, str) or remedy not in REMEDIES:
         raise ProblemError(
             f"fill_missing: {shown(remedy)}; missing heights are for one of {', '.join(REMEDIES)}"
         )

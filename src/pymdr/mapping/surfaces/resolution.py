@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pymdr.errors import ProblemError
-from pymdr.problem.topography import Topography
+from pymdr.problem.topography import Topography, as_topography
 from pymdr.units import FloatArray, QuantityLike, metres, shown, to_si
 
 _SAFETY = 0.5
@@ -48,7 +48,7 @@ def tip_cutoff(topography: Topography, tip_radius: QuantityLike) -> float:
     >>> tip_cutoff(wave, 1.0), tip_cutoff(wave, 10.0)
     (2.0, 18.0)
     """
-    heights = topography.whole("tip_cutoff")
+    heights = as_topography(topography, "tip_cutoff").whole("tip_cutoff")
     radius = to_si(tip_radius, "m", name="tip_radius")
     if not radius > 0.0:
         raise ProblemError(f"tip_cutoff: tip_radius = {shown(tip_radius)}; it must be above 0 m")

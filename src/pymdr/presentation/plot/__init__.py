@@ -6,7 +6,7 @@ be restyled afterwards.
 
 from pymdr.presentation.plot.adhesion import adhesive_figures, adhesive_overview
 from pymdr.presentation.plot.closure import CurveData, closure_figures, closure_overview
-from pymdr.presentation.plot.compared import compared_pressures, compared_tractions
+from pymdr.presentation.plot.compared import compared_pressures, compared_shape, compared_tractions
 from pymdr.presentation.plot.conductance import conduction_figure
 from pymdr.presentation.plot.fits import fitted_curves
 from pymdr.presentation.plot.friction import frictional_figures, frictional_overview
@@ -14,7 +14,7 @@ from pymdr.presentation.plot.heating import frictional_heat_study, joule_study
 from pymdr.presentation.plot.layers import thickness_study
 from pymdr.presentation.plot.memory import memory_figures, memory_overview
 from pymdr.presentation.plot.press import pressed_surface
-from pymdr.presentation.plot.rough import rough_study
+from pymdr.presentation.plot.rough import calibration_study, rough_study
 from pymdr.presentation.plot.shapes import ShapeData, shape_figures, shape_overview
 from pymdr.presentation.plot.shared import FigureData, LayersDrawn, Plots
 from pymdr.presentation.plot.studies import (
@@ -37,10 +37,12 @@ __all__ = [
     "adhesive_figures",
     "adhesive_overview",
     "bump_study",
+    "calibration_study",
     "closure_figures",
     "closure_overview",
     "compared_laws",
     "compared_pressures",
+    "compared_shape",
     "compared_tractions",
     "conduction_figure",
     "fitted_curves",

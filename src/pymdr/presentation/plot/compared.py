@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from pymdr.presentation.plot.shared import (
     BLUE,
+    GREEN,
     GREY,
     LIGHT,
     ORANGE,
@@ -88,6 +90,137 @@ def _draw_histories(axes: Axes, history: xr.Dataset, name: str) -> None:
     axes.plot(x, from_si(rings, QUANTITIES[name].unit, unit), color=ORANGE, lw=3, alpha=0.6)
     axes.plot(x, from_si(mdr, QUANTITIES[name].unit, unit), color=BLUE, lw=1.2)
     axes.set_ylabel(axis_label(name, unit))
+
+
+def compared_shape(
+    table: xr.Dataset,
+    pressures: xr.DataArray | None,
+    hertz: Mapping[str, xr.DataArray],
+    axes: tuple[float, float] | None,
+) -> Figure:
+    """
+    Pressures by boundary elements on a plan, those along both axes, and the force over the indentation.
+
+    Parameters
+    ----------
+    table : xarray.Dataset
+        ``indentation``, ``normal_force_engine`` with its ``_error``, and the forces of the method over ``step``, in SI units.
+    pressures : xarray.DataArray or None
+        Of the last step in Pa over ``x`` and ``y`` in m; None where they are not known.
+    hertz : mapping of str to xarray.DataArray
+        Exact pressures over ``r`` along "x" and "y", where there are some.
+    axes : tuple of float or None
+        Semi-axes of the exact contact in m.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    with styled():
+        figure = new_figure(13.0, 3.9)
+        plan, cut, curve = figure.subplots(1, 3)
+        if pressures is None:
+            for panel in (plan, cut):
+                panel.text(0.5, 0.5, "the body is not known there", ha="center", transform=panel.transAxes)
+                panel.set_axis_off()
+        else:
+            highest = pressures.where(pressures > 0.0)
+            p_unit = good_unit(pressures.values, "Pa")
+            unit = good_unit(np.concatenate([pressures[way].values for way in ("x", "y")]), "m")
+            x, y = (lengths(pressures[way].values - _apex(pressures, way), unit) for way in ("x", "y"))
+            image = plan.pcolormesh(
+                x, y, scaled(highest.values.T, "pressure", p_unit), cmap="viridis", shading="nearest"
+            )
+            if axes is not None:
+                around = np.linspace(0.0, 2.0 * np.pi, 200)
+                a_x, a_y = (lengths(np.array(a), unit) for a in axes)
+                plan.plot(
+                    a_x * np.cos(around), a_y * np.sin(around), color=ORANGE, lw=1.2, label="exact outline"
+                )
+                legend_above(plan)
+            plan.set_aspect("equal")
+            plan.set_xlabel(f"$x$ ({unit})")
+            plan.set_ylabel(f"$y$ ({unit})")
+            _draw_cuts(cut, pressures, hertz, unit, p_unit)
+        _draw_forces(curve, table)
+        letter_panels(figure)
+        if pressures is not None:
+            figure.colorbar(image, ax=plan, label=axis_label("pressure", p_unit), shrink=0.6)
+    return figure
+
+
+def _apex(pressures: xr.DataArray, way: str) -> float:
+    """Where the apex is: the grids of both axes have a pixel there."""
+    return float(pressures.attrs[f"apex_{way}"])
+
+
+def _draw_cuts(
+    panel: Axes, pressures: xr.DataArray, hertz: Mapping[str, xr.DataArray], unit: str, p_unit: str
+) -> None:
+    """Pressures along both axes through the apex."""
+    for way, other, colour in (("x", "y", BLUE), ("y", "x", ORANGE)):
+        line = pressures.sel({other: _apex(pressures, other)}, method="nearest")
+        at = lengths(line[way].values - _apex(pressures, way), unit)
+        panel.plot(
+            at,
+            scaled(line.values, "pressure", p_unit),
+            ".",
+            ms=4,
+            color=colour,
+            label=f"boundary elements, along ${way}$",
+        )
+        if way in hertz:
+            r, p = lengths(hertz[way]["r"].values, unit), scaled(hertz[way].values, "pressure", p_unit)
+            both = np.concatenate([-r[::-1], r]), np.concatenate([p[::-1], p])
+            panel.plot(*both, color=colour, lw=1.2, label="Hertz")
+    bearing = pressures.where(pressures > 0.0, drop=True)
+    ends = np.concatenate([bearing[way].values - _apex(pressures, way) for way in ("x", "y")])
+    half = 1.15 * float(lengths(np.abs(ends).max(keepdims=True), unit)[0])
+    panel.set_xlim(-half, half)
+    panel.set_xlabel(f"distance from the apex ({unit})")
+    panel.set_ylabel(axis_label("pressure", p_unit))
+    draw_zero(panel)
+    legend_above(panel)
+
+
+def _draw_forces(panel: Axes, table: xr.Dataset) -> None:
+    """What the method has of the force, and boundary elements with their own error."""
+    depth, force = table["indentation"].values, table["normal_force_engine"].values
+    forces = {"force_lower_bound": ("lower bound", "-.", GREEN), "force_estimate": ("estimate", "--", GREY)}
+    forces["normal_force"] = ("MDR", "-", BLUE)
+    known = {name: table[f"{name}_mdr"].values for name in forces if f"{name}_mdr" in table}
+    d_unit = good_unit(depth, "m")
+    f_unit = good_unit(
+        np.concatenate([force[np.isfinite(force)], *(v[np.isfinite(v)] for v in known.values())]), "N"
+    )
+    x = lengths(depth, d_unit)
+    for name, values in known.items():
+        words, style, colour = forces[name]
+        if np.isfinite(values).any():
+            panel.plot(
+                x,
+                scaled(values, "normal_force", f_unit),
+                style,
+                color=colour,
+                lw=1.5,
+                label=words,
+                marker=".",
+            )
+    own = scaled(force * table["normal_force_error"].values, "normal_force", f_unit)
+    panel.errorbar(
+        x,
+        scaled(force, "normal_force", f_unit),
+        yerr=own,
+        fmt="o",
+        ms=5,
+        mfc="none",
+        color=ORANGE,
+        label="boundary elements",
+    )
+    panel.set_xlabel(axis_label("indentation", d_unit))
+    panel.set_ylabel(axis_label("normal_force", f_unit))
+    draw_zero(panel)
+    legend_above(panel)
 
 
 def compared_tractions(table: xr.Dataset, tractions: xr.Dataset, curves: xr.Dataset) -> Figure:

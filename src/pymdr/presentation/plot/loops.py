@@ -200,6 +200,8 @@ def _enlarge_pull(plane: _Plane, course: Course) -> None:
     known = np.concatenate(ends)
     known = known[np.isfinite(known)]
     room = 0.25 * np.ptp(known)
+    if room == 0.0:  # one row is no curve
+        return
     inset = plane.axes.inset_axes((0.08, 0.5, 0.38, 0.44))
     inset.set_xlim(*scaled(np.array([known.min() - room, known.max() + room]), plane.across, plane.x_unit))
     inset.set_ylim(*scaled(np.array([1.3 * least, -least]), plane.up, plane.y_unit))

@@ -115,3 +115,80 @@ def _draw_springs(axes: Axes, springs: xr.Dataset) -> None:
     axes.set_xlabel(f"position on the line $x$ ({x_unit})")
     axes.set_ylabel(f"height ({z_unit})")
     legend_above(axes)
+
+
+_BEFORE = (0.89, 1.44)
+"""Geike's line over boundary elements, 26 surfaces of 64 and 128 shortest waves in their side, H from 0.2 to 0.8."""
+_LINES = {
+    "line_stiffness": (r"Geike, $\lambda = \pi$", GREEN, "--"),
+    "fitted_stiffness": (r"fitted, $\lambda$ = {:.3g}", BLUE, "-"),
+}
+
+
+def calibration_study(data: xr.Dataset) -> Figure:
+    """
+    Stiffness of lines, of the power law and in three dimensions against load, all over the latter, and areas.
+
+    Parameters
+    ----------
+    data : xarray.Dataset
+        Over ``load``, without units: ``stiffness``, ``line_stiffness``, ``fitted_stiffness`` and ``area`` with their bands, ``power_law``
+        and ``line_share``; ``coefficient``, ``full_contact_stiffness``, ``hurst`` and ``bandwidth`` in its attributes.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    with styled():
+        figure = new_figure(13.0, 4.2)
+        first, second, third = figure.subplots(1, 3)
+        told, load = data.attrs, data["load"].values
+        full, mean = told["full_contact_stiffness"], data["stiffness"].values
+        for axes, over in ((first, 1.0), (second, mean)):
+            low, high = (data[f"stiffness_{end}"].values / over for end in ("low", "high"))
+            axes.fill_between(load, low, high, color=ORANGE, alpha=0.25, lw=0)
+            axes.plot(load, mean / over, "o-", color=ORANGE, ms=4, lw=1.2, label="three dimensions")
+            for name, (words, colour, style) in _LINES.items():
+                low, high = (data[f"{name}_{end}"].values / over for end in ("low", "high"))
+                axes.fill_between(load, low, high, color=colour, alpha=0.15, lw=0)
+                label = words.format(told["coefficient"])
+                axes.plot(load, data[name].values / over, style, color=colour, lw=1.4, label=label)
+            axes.plot(
+                load,
+                data["power_law"].values / over,
+                "-.",
+                color=GREY,
+                lw=1.2,
+                label="power law, $C$ = 1.9412",
+            )
+            inside = load[(mean > 0.03 * full) & (mean < 0.85 * full)]
+            axes.axvspan(inside[0], inside[-1], color=LIGHT, alpha=0.35, lw=0, zorder=0)
+            axes.set_xscale("log")
+        first.axhline(full, color=GREY, lw=1.0, ls=":")
+        first.set_yscale("log")
+        first.set_ylabel("stiffness $k/E^*L$")
+        second.set_ylim(0.5, 2.5)
+        for at in _BEFORE:
+            second.axhline(at, color=GREEN, lw=0.8, ls=":")
+        second.set_ylabel("over that in three dimensions")
+        words = "dotted: Geike's line as measured\nwith 64 and 128 waves, 0.89 to 1.44"
+        second.annotate(words, (0.04, 0.9), xycoords="axes fraction", fontsize=7.5, color=GREY)
+        third.fill_between(
+            load, data["area_low"].values, data["area_high"].values, color=ORANGE, alpha=0.25, lw=0
+        )
+        third.loglog(
+            load, data["area"].values, "o-", color=ORANGE, ms=4, lw=1.2, label="true area of contact"
+        )
+        third.plot(
+            load, data["line_share"].values, "--", color=GREEN, lw=1.4, label="share of springs: no area"
+        )
+        third.set_ylabel("over the area of the square")
+        for axes in (first, second, third):
+            axes.set_xlabel("load $F/E^*Lh$")
+        for axes in (first, third):
+            legend_above(axes)
+        second.set_title(
+            f"$H$ = {told['hurst']:g}, {told['bandwidth']:.4g} shortest waves in the side", fontsize=9
+        )
+        letter_panels(figure)
+    return figure

@@ -16,7 +16,7 @@ from pymdr.errors import ProblemError
 from pymdr.problem.profiles.base import Profile
 from pymdr.problem.profiles.closed import Flanked, half_angle_field, slope_field
 from pymdr.problem.profiles.function import real_values, said
-from pymdr.problem.topography import HeightsField, Topography
+from pymdr.problem.topography import HeightsField, Topography, as_topography
 from pymdr.problem.values import OptionalSIField, SidesField, SIField
 from pymdr.units import FloatArray, metres, shown
 
@@ -293,6 +293,7 @@ class Sampled2D(Shape):
         -------
         Sampled2D
         """
+        as_topography(topography, "Sampled2D.of")
         return cls(topography.heights, topography.size)
 
     @cached_property

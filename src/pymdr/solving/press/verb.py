@@ -188,8 +188,12 @@ def patch_of(surface: Topography | RoughSurface, punch: bool = False) -> tuple[T
     Raises
     ------
     ProblemError
-        If it is no surface, heights are missing, or there are too few.
+        If it is no surface, heights are missing, there are too few, or `punch` is no truth value.
     """
+    if not isinstance(punch, bool | np.bool_):
+        raise ProblemError(
+            f"{_WHO}: punch = {shown(punch)}; True or False is needed: whether the body ends where the heights end"
+        )
     if isinstance(surface, RoughSurface):
         return rough_topography(surface), True
     if not isinstance(surface, Topography):

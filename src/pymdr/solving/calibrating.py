@@ -1,0 +1,277 @@
+"""Which line of springs is as stiff as a rough surface in three dimensions: lambda, measured."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, ClassVar
+
+import numpy as np
+from scipy.optimize import minimize_scalar
+
+from pymdr.errors import ProblemError
+from pymdr.independent.engines import Engine
+from pymdr.interpretation.rough import (
+    FITTED_SHARES,
+    PUBLISHED,
+    calibration_claims,
+    rough_assumptions,
+)
+from pymdr.line.rough import power_law_stiffness
+from pymdr.mapping.patch import full_contact_stiffness
+from pymdr.mapping.rough_patch import rough_topography
+from pymdr.problem.materials import Elastic
+from pymdr.problem.rough import GEIKE, RoughSurface
+from pymdr.solving.press import press
+from pymdr.solving.rough import press_rough
+from pymdr.solving.study import Column, Study
+from pymdr.units import FloatArray, shown
+
+if TYPE_CHECKING:
+    import os
+
+    from matplotlib.figure import Figure
+
+_WHO = "calibrate_coefficient"
+_UNIT = Elastic(1.0, 0.0)
+_LINES = 100
+_SHARES = (0.015, 0.985)
+"""Of the stiffness of full contact, between which loads are chosen by Geike's line."""
+_BEYOND = 1.6
+"""Of the largest load: surfaces fill their contact later than lines."""
+_LOADS, _FEWEST = 12, 3
+_BAND = (16.0, 84.0)
+_DENSE, _AROUND = 400, 4.0
+_WIDEST = 3.0
+"""Largest factor of the heights that is looked for."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class LineCalibration(Study):
+    """
+    Stiffness of a rough square in three dimensions, that of its lines and of the power law, over the load F/(E* L h).
+
+    ``stiffness`` is k/(E* L), with ``_low`` and ``_high``, the 16th and 84th percentiles; ``line_stiffness`` is that of Geike's line,
+    ``fitted_stiffness`` that of the line with the fitted lambda, ``power_law`` eq. (16). ``area`` is the true area of contact over
+    that of the square, ``line_share`` the share of the springs that are in contact, which is no area.
+    """
+
+    what: ClassVar[str] = "a calibration"
+    columns: ClassVar[Mapping[str, Column]] = {
+        "load": Column("F/E*Lh", ""),
+        "stiffness": Column("k/E*L", ""),
+        "stiffness_low": Column("low", ""),
+        "stiffness_high": Column("high", ""),
+        "line_stiffness": Column("Geike", ""),
+        "fitted_stiffness": Column("fitted", ""),
+        "power_law": Column("power law", ""),
+        "area": Column("area", ""),
+        "line_share": Column("line share", ""),
+    }
+    told: ClassVar[tuple[str, ...]] = (
+        "stiffness",
+        "line_stiffness",
+        "fitted_stiffness",
+        "power_law",
+        "line_share",
+    )
+
+    @property
+    def coefficient(self) -> float:
+        """The fitted lambda, for ``press_rough(..., coefficient=...)``."""
+        return float(self.data.attrs["coefficient"])
+
+    def _remarks(self) -> list[str]:
+        told = self.data.attrs
+        low, high = told["coefficients"]
+        return [
+            f"H = {told['hurst']:g}, {told['bandwidth']:.4g} shortest waves in the side, {told['realisations']} surfaces of {told['pixels']} x "
+            f"{told['pixels']} pixels ({told['engine']}), {_LINES} lines",
+            f"lambda = {self.coefficient:.3g}; of single surfaces from {low:.3g} to {high:.3g}; rms misfit {100.0 * told['misfit']:.2g} %, largest "
+            f"{100.0 * told['largest_misfit']:.2g} %",
+        ]
+
+    def plot(self) -> Figure:
+        """Stiffness against load, all over that in three dimensions, and the area beside the share of the springs."""
+        from pymdr.presentation.plot import calibration_study
+
+        return calibration_study(self.data)
+
+
+def calibrate_coefficient(
+    surface: RoughSurface,
+    *,
+    realisations: int = 6,
+    points: int | None = None,
+    engine: str | Engine | None = None,
+    keep: str | os.PathLike[str] | None = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> LineCalibration:
+    """
+    Find the lambda with which lines of springs are as stiff as a rough square in three dimensions.
+
+    Realisations of the surface are pressed by boundary elements on a half-space that is free around them, without friction and adhesion.
+    Another lambda scales the heights of a line by sqrt(lambda/pi), so that k(F; lambda) = k(F sqrt(pi/lambda); pi). Fitted are the geometric
+    means of the stiffness at a given force, from 0.03 to 0.85 of that of full contact, by least squares of their logarithms.
+
+    Parameters
+    ----------
+    surface : RoughSurface
+        A square. Neither its height nor its size matter.
+    realisations : int, optional
+        Surfaces that are pressed.
+    points : int, optional
+        Pixels along a side, at least 4 for the shortest wave, and so many unless given.
+    engine : str or Engine, optional
+        As of :func:`pymdr.press`.
+    keep : path, optional
+        Folder in which every load of every surface is kept as it is found: a run that was ended goes on from there.
+    progress : callable, optional
+        Called as ``progress(done, total)``.
+
+    Returns
+    -------
+    LineCalibration
+
+    Raises
+    ------
+    ProblemError
+        If the surface is no square, a number is not above 0, or too few loads are in the range.
+    MissingExtraError
+        If the package of the engine is not installed.
+    FileError
+        If the folder has results of other input.
+
+    Notes
+    -----
+    Geike and Popov (2007), Phys. Rev. E 76, 036710; Pohrt and Popov (2012), Phys. Rev. Lett. 108, 104301; Popov and Hess (2015), section 10.7.
+    lambda is no function of H alone: it differs with the bandwidth, and from one surface to the next by a factor of two.
+
+    Examples
+    --------
+    >>> surface = RoughSurface(hurst=0.8, rms="1 um", size="1 mm", shortest="125 um")
+    >>> found = calibrate_coefficient(surface, realisations=1)
+    >>> 2.0 < found.coefficient < 6.0
+    True
+    """
+    if not isinstance(surface, RoughSurface):
+        raise ProblemError(f"{_WHO}: {shown(surface)} is not a RoughSurface")
+    if surface.size[0] != surface.size[1]:
+        raise ProblemError(f"{_WHO}: the patch is a rectangle; lines are calibrated on a square")
+    if isinstance(realisations, bool) or not isinstance(realisations, int) or realisations < 1:
+        raise ProblemError(
+            f"{_WHO}: realisations = {shown(realisations)}; a whole number from 1 on is needed"
+        )
+    side, unit = surface.longer_side, surface.longer_side * surface.rms
+    full = full_contact_stiffness(side, side) / side
+    forces = unit * _loads(surface, full)
+    pixels = math.ceil(4.0 * side / surface.shortest * (1.0 - 1e-12)) if points is None else points
+    stiffness, area, package = [], [], ""
+    for i in range(realisations):
+        pressed = press(
+            rough_topography(surface, i, points=pixels),
+            _UNIT,
+            normal_force=forces,
+            punch=True,
+            engine=engine,
+            keep=None if keep is None else Path(keep) / f"surface-{i:04d}",
+            progress=None if progress is None else _part(progress, i, realisations),
+        )
+        stiffness.append(pressed["normal_stiffness"].values / side)
+        area.append(pressed["contact_area"].values / side**2)
+        package = pressed.data.attrs["engine"]
+    mean, low, high = _summed(np.array(stiffness))
+    inside = (mean > FITTED_SHARES[0] * full) & (mean < FITTED_SHARES[1] * full)
+    if int(inside.sum()) < _FEWEST:
+        raise ProblemError(
+            f"{_WHO}: {int(inside.sum())} of {forces.size} loads are between {FITTED_SHARES[0]:g} and {FITTED_SHARES[1]:g} of full contact; at least "
+            f"{_FEWEST} are needed: take a shorter shortest wave"
+        )
+    dense = np.geomspace(forces[0] / _AROUND, forces[-1] * _AROUND, _DENSE)
+    geike = _line(surface, dense, GEIKE)["stiffness"]
+    single = [_fitted(forces[inside], one[inside], dense, geike) for one in np.array(stiffness)]
+    coefficient = _fitted(forces[inside], mean[inside], dense, geike)
+    lines = {
+        f"{kind}_{name}": values
+        for kind, factor in (("line", GEIKE), ("fitted", coefficient))
+        for name, values in _line(surface, forces, factor).items()
+    }
+    off = np.log(lines["fitted_stiffness"] / mean)[inside]
+    columns = {
+        "stiffness": mean,
+        "stiffness_low": low,
+        "stiffness_high": high,
+        **lines,
+        "power_law": power_law_stiffness(forces, surface.hurst, surface.rms, side, 1.0, PUBLISHED) / side,
+        **dict(zip(("area", "area_low", "area_high"), _summed(np.array(area)), strict=True)),
+        "line_share": lines["line_stiffness"] / full,
+    }
+    attributes = {
+        "coefficient": coefficient,
+        "coefficients": tuple(np.percentile(single, _BAND).tolist()),
+        "misfit": float(np.sqrt(np.mean(off**2))),
+        "largest_misfit": float(np.abs(off).max()),
+        "full_contact_stiffness": full,
+        "hurst": surface.hurst,
+        "bandwidth": side / surface.shortest,
+        "realisations": realisations,
+        "pixels": pixels,
+        "engine": package,
+    }
+    import xarray as xr
+
+    none = {"units": ""}
+    return LineCalibration(
+        data=xr.Dataset(
+            {name: ("load", values, none) for name, values in columns.items()},
+            coords={"load": ("load", forces / unit, none)},
+            attrs=attributes,
+        ),
+        claims=calibration_claims(columns, inside, realisations, coefficient, package),
+        assumptions=rough_assumptions(surface),
+        notes=(),
+    )
+
+
+def _loads(surface: RoughSurface, full: float) -> FloatArray:
+    """F/(E* L h) from few contacts to almost full contact of Geike's line."""
+    dense = np.geomspace(1e-6, 1e3, 2 * _DENSE)
+    stiffness = _line(surface, dense * surface.longer_side * surface.rms, GEIKE)["stiffness"]
+    ends = np.interp([share * full for share in _SHARES], stiffness, np.log(dense))
+    return np.asarray(np.exp(np.linspace(ends[0], ends[1] + math.log(_BEYOND), _LOADS)))
+
+
+def _line(surface: RoughSurface, forces: FloatArray, coefficient: float) -> dict[str, FloatArray]:
+    """k/(E* L) of lines with its band."""
+    found = press_rough(
+        surface, _UNIT, normal_force=forces, realisations=_LINES, coefficient=coefficient, workers=1
+    )
+    return {
+        f"stiffness{end}": found[f"normal_stiffness{end}"].values / surface.longer_side
+        for end in ("", "_low", "_high")
+    }
+
+
+def _summed(values: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Geometric mean over the first axis, and the band."""
+    low, high = np.percentile(values, _BAND, axis=0)
+    return np.exp(np.log(values).mean(axis=0)), low, high
+
+
+def _fitted(forces: FloatArray, stiffness: FloatArray, dense: FloatArray, geike: FloatArray) -> float:
+    """Lambda of the least squares of logarithms, given Geike's line on a dense grid of forces."""
+    at, line = np.log(dense), np.log(geike)
+
+    def misfit(stretch: float) -> float:
+        return float(np.mean((np.interp(np.log(forces) - stretch, at, line) - np.log(stiffness)) ** 2))
+
+    most = math.log(_WIDEST)
+    found = minimize_scalar(misfit, bounds=(-most, most), method="bounded", options={"xatol": 1e-6})
+    return GEIKE * math.exp(2.0 * float(found.x))
+
+
+def _part(progress: Callable[[int, int], None], done: int, total: int) -> Callable[[int, int], None]:
+    """Of one surface among all."""
+    return lambda i, n: progress(done * n + i, total * n)

@@ -1,0 +1,258 @@
+"""Bodies that are not of revolution held against boundary elements, side by side."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from pymdr.errors import PathError, ProblemError
+from pymdr.problem.contact import Contact
+from pymdr.problem.paths import Path
+from pymdr.problem.profiles import EllipticParaboloid, Shape
+from pymdr.problem.topography import Topography
+from pymdr.quantities import QUANTITIES
+from pymdr.solving import solve
+from pymdr.solving.press import PressedSurface, press
+from pymdr.solving.shapes import pressed
+from pymdr.units import FloatArray, shown, written
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+COMPARED = (
+    "normal_force",
+    "force_lower_bound",
+    "force_estimate",
+    "normal_stiffness",
+    "elastic_energy",
+    "contact_area",
+    "semi_axis_x",
+    "semi_axis_y",
+)
+_OF_ENGINE = {"force_lower_bound": "normal_force", "force_estimate": "normal_force"}
+"""What of boundary elements a quantity is held against, unless it has the same name."""
+_FEWEST, _MOST = 33, 1025
+_SPARE = 3
+"""Pixels at every side between the border and where the contact may be."""
+_RAYS, _RADII = 256, 400
+_NEAREST, _FARTHEST = 1.0 / 64.0, 4096.0
+"""Of the disk of the lower bound, where the level of the plane is looked for."""
+_LARGER, _TRIES = 1.5, 5
+_DEEP = 8.0
+"""Indentations below the apex where a body stands that is not known there."""
+
+
+@dataclass(frozen=True, eq=False)
+class ShapeVerification:
+    """What the method says of a body that is not of revolution, beside boundary elements, at some indentations."""
+
+    table: xr.Dataset
+    """Over ``step``: ``indentation``; each quantity that the method has (``_mdr``) and by boundary elements (``_engine``), the
+    difference relative to the latter (``_difference``), and the relative error that the engine tells of itself (``_error``). The lower
+    bound and the estimate of the force are held against its force. nan where either of the two has nothing."""
+    deepest: PressedSurface
+    """What was pressed at the last step, with pressures and gaps on the grid."""
+    apex: tuple[float, float]
+    """Where on that grid the apex is, in m."""
+    contact: Contact
+
+    @property
+    def largest_difference(self) -> float:
+        """The largest relative difference of the force; nan where the method has a lower bound only."""
+        difference = np.abs(self.table["normal_force_difference"].values)
+        return float(np.nanmax(difference)) if np.isfinite(difference).any() else math.nan
+
+    def summary(self) -> str:
+        """Both side by side, as a text."""
+        nx, ny = self.table.attrs["points"]
+        lines = [
+            f"MDR and boundary elements ({self.table.attrs['engine']}, {nx} x {ny} pixels), side by side:",
+            f"  {'indentation':>12}  {'quantity':<34}{'MDR':>14}{'engine':>14}{'difference':>13}{'its error':>12}",
+        ]
+        for i in range(self.table.sizes["step"]):
+            here = written(float(self.table["indentation"].values[i]), "m")
+            for name in COMPARED:
+                if f"{name}_mdr" not in self.table:
+                    continue
+                row = QUANTITIES[name]
+                mdr, engine, difference, error = (
+                    float(self.table[f"{name}_{end}"].values[i])
+                    for end in ("mdr", "engine", "difference", "error")
+                )
+                off, own = ("-" if math.isnan(x) else f"{x:.1e}" for x in (difference, error))
+                lines.append(
+                    f"  {here:>12}  {row.words:<34}{written(mdr, row.unit):>14}{written(engine, row.unit):>14}{off:>13}{own:>12}"
+                )
+                here = ""
+        unknown = int(np.isnan(self.table["normal_force_engine"].values).sum())
+        if unknown:
+            lines.append(
+                f"At {unknown} of {self.table.sizes['step']} steps the contact comes to where the body is not known."
+            )
+        return "\n".join(lines)
+
+    def __str__(self) -> str:
+        return self.summary()
+
+    def _repr_html_(self) -> str:
+        """The summary, for notebooks."""
+        from pymdr.presentation.html import text_html
+
+        return text_html(self.summary())
+
+    def plot(self) -> Figure:
+        """Pressures by boundary elements at the last step, those along both axes, and the force over the indentation."""
+        from pymdr.presentation.plot import compared_shape
+
+        known = bool(np.isfinite(self.table["normal_force_engine"].values[-1]))
+        where = {"apex_x": self.apex[0], "apex_y": self.apex[1]}
+        pressures = self.deepest.field("pressure").assign_attrs(where) if known else None
+        shape, hertz, axes = self.contact.profile, {}, None
+        if isinstance(shape, EllipticParaboloid):
+            path = Path(indentation=self.table["indentation"].values[-1:])
+            result = solve(self.contact, path)
+            hertz = {
+                way: result.field("pressure", angle=angle) for way, angle in (("x", 0.0), ("y", math.pi / 2))
+            }
+            axes = float(result["semi_axis_x"][-1]), float(result["semi_axis_y"][-1])
+        return compared_shape(self.table, pressures, hertz, axes)
+
+
+def hold_shape(
+    contact: Contact,
+    depths: FloatArray,
+    pixels: int,
+    engine: str | None,
+    progress: Callable[[int, int], None] | None,
+) -> ShapeVerification:
+    """
+    Press a shape at some indentations by the method and by boundary elements.
+
+    A point of the body that is in contact lies no higher than the plane, for the surface is nowhere lifted above its level: f < d. The
+    grid covers where that is, about the apex, and is made larger if the contact comes to its border all the same.
+
+    Parameters
+    ----------
+    contact : Contact
+        With a Shape.
+    depths : ndarray
+        In m, rising.
+    pixels : int
+        Along either side of the grid, 33 to 1025; made odd.
+    engine : str or None
+        As of :func:`pymdr.press`.
+    progress : callable or None
+
+    Returns
+    -------
+    ShapeVerification
+    """
+    if isinstance(pixels, bool) or not isinstance(pixels, int) or not _FEWEST <= pixels <= _MOST:
+        raise ProblemError(
+            f"verify: pixels = {shown(pixels)}; a whole number from {_FEWEST} to {_MOST} is needed"
+        )
+    count = pixels + (pixels + 1) % 2
+    shape = contact.profile
+    assert isinstance(shape, Shape)
+    mdr = solve(contact, Path(indentation=depths))
+    disks = pressed(contact).disks(depths)
+    found: list[tuple[PressedSurface, bool]] = []
+    for done, (depth, radius) in enumerate(zip(depths.tolist(), disks.tolist(), strict=True)):
+        found.append(_pressed_at(contact, shape, depth, _box(shape, depth, radius), count, engine))
+        if progress is not None:
+            progress(done + 1, depths.size)
+    names = [name for name in COMPARED if name in mdr.data or name in ("normal_force", "normal_stiffness")]
+    columns: dict[str, Any] = {"indentation": ("step", depths, {"units": "m"})}
+    for name in names:
+        mine = mdr.data[name].values if name in mdr.data else np.full(depths.size, math.nan)
+        other, error = np.array([_by_engine(one, known, name) for one, known in found]).T
+        unit = {"units": QUANTITIES[name].unit}
+        columns |= {f"{name}_mdr": ("step", mine, unit), f"{name}_engine": ("step", other, unit)}
+        columns |= {f"{name}_difference": ("step", mine / other - 1.0), f"{name}_error": ("step", error)}
+    import xarray as xr
+
+    last = found[-1][0]
+    told = {"engine": last.data.attrs["engine"], "points": last.data.attrs["points"]}
+    i, j = np.unravel_index(int(np.argmax(last.surface.heights)), last.surface.heights.shape)
+    apex = float(last.surface.x[i]), float(last.surface.y[j])
+    return ShapeVerification(xr.Dataset(columns, attrs=told), last, apex, contact)
+
+
+def _box(shape: Shape, depth: float, radius: float) -> FloatArray:
+    """How far from the apex toward -x, +x, -y and +y the body is below the plane, or known."""
+    phi = 2.0 * math.pi * np.arange(_RAYS) / _RAYS
+    r = radius * np.geomspace(_NEAREST, _FARTHEST, _RADII)
+    cos, sin = np.cos(phi)[:, None], np.sin(phi)[:, None]
+    gap = shape.gap_at(r * cos, r * sin)
+    beyond = ~(gap < depth)
+    first = np.where(beyond.any(axis=1), np.argmax(beyond, axis=1), _RADII - 1)
+    ends = r[first]
+    x, y = ends * cos[:, 0], ends * sin[:, 0]
+    box = np.array([-x.min(), x.max(), -y.min(), y.max()])
+    return np.asarray(np.maximum(box, 1e-3 * box.max()))
+
+
+def _pressed_at(
+    contact: Contact, shape: Shape, depth: float, box: FloatArray, count: int, engine: str | None
+) -> tuple[PressedSurface, bool]:
+    """The body pressed at one depth, and whether the contact ends within what is known of it."""
+    for _ in range(_TRIES):
+        surface, unknown = _heights(shape, depth, box, count)
+        found = press(
+            surface, contact.body, contact.counterbody, indentation=depth, punch=True, engine=engine
+        )
+        touching = found.maps[0][0] > 0.0
+        if np.any(touching & _widened(unknown)):
+            return found, False
+        if not (touching[:2].any() or touching[-2:].any() or touching[:, :2].any() or touching[:, -2:].any()):
+            return found, True
+        box = _LARGER * box
+    raise PathError(
+        f"verify: at an indentation of {written(depth, 'm')} the contact goes on beyond every grid that was tried, the last "
+        f"{written(float(surface.size.max()), 'm')} wide; prescribe a smaller indentation"
+    )
+
+
+def _heights(shape: Shape, depth: float, box: FloatArray, count: int) -> tuple[Topography, np.ndarray]:
+    """Heights with a pixel on the apex, which every second pixel has too; and where the body is not known."""
+    places, spacings = [], []
+    for low, high in (box[:2], box[2:]):
+        spacing = (low + high) / (count - 1 - 2 * _SPARE)
+        before = 2 * math.floor(0.5 * (low / spacing + _SPARE) + 0.5)
+        places.append(spacing * (np.arange(count) - before))
+        spacings.append(spacing)
+    gap = shape.gap_at(places[0][:, None], places[1][None, :])
+    unknown = np.isnan(gap)
+    heights = np.where(unknown, -_DEEP * depth, -gap)
+    return Topography(heights, np.array(spacings) * count), unknown
+
+
+def _widened(where: np.ndarray) -> np.ndarray:
+    """With the pixels next to them."""
+    framed = np.pad(where, 1)
+    beside = framed[:-2, 1:-1] | framed[2:, 1:-1] | framed[1:-1, :-2] | framed[1:-1, 2:]
+    return np.asarray(where | beside)
+
+
+def _by_engine(found: PressedSurface, known: bool, name: str) -> tuple[float, float]:
+    """A quantity by boundary elements, and the relative error that is claimed of it."""
+    if not known:
+        return math.nan, math.nan
+    of = _OF_ENGINE.get(name, name)
+    if of not in ("semi_axis_x", "semi_axis_y"):
+        claim = found.claims[of]
+        return float(found[of][0]), math.nan if claim.error is None else float(claim.error[0])
+    # of an ellipse the mean of x^2 is a_x^2 / 4; its pixels have too much of area, along both axes alike
+    touching = found.maps[0][0] > 0.0
+    surface, at = found.surface, int(of == "semi_axis_y")
+    places = np.arange(touching.shape[at]) * float(surface.spacing[at])
+    count = touching.sum(axis=1 - at) / touching.sum()
+    spread = float(count @ (places - count @ places) ** 2)
+    area, error = _by_engine(found, known, "contact_area")
+    pixels = float(touching.sum()) * float(np.prod(surface.spacing))
+    return 2.0 * math.sqrt(spread * area / pixels), error
