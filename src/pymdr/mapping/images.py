@@ -112,7 +112,8 @@ class Image:
             base, at = panels.base[j], panels.low[j]
             distance = (panels.base[beyond] - base)[:, None] + (offset[beyond] - at)
             square = distance * (2.0 * (base + at) + distance)
-            kernel = weights[beyond] * square ** (1.0 / n - 1.0)
+            # rounding may leave nothing of a distance within the first panel
+            kernel = weights[beyond] * np.maximum(square, 1e-300) ** (1.0 / n - 1.0)
             wrong = np.cumsum(np.sum(rest[beyond] * kernel, axis=1))
             whole = np.cumsum(np.sum(value[beyond] * kernel, axis=1))
             share = np.divide(wrong, whole, where=whole > 0.0, out=np.zeros_like(whole))
