@@ -4,13 +4,17 @@ VENV ?= .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 
-.PHONY: run test check docs benchmarks clean
+.PHONY: run test explore check docs benchmarks clean
 
 run: $(READY)
 	$(BIN)/pymdr run examples/ball_on_glass.toml -o out
 
 test: $(READY) check
 	$(BIN)/python -m pytest -n auto
+
+# the random tests with examples drawn anew, as often as one likes
+explore: $(READY)
+	$(BIN)/python -m pytest -n auto --hypothesis-profile=explore
 
 check: $(READY)
 	$(BIN)/ruff check .

@@ -155,8 +155,8 @@ BAD = {
     "no contact of springs with friction": lambda: mdr.friction_foundation(None, [1e-6], [0.0]),
     "no list of contacts": lambda: mdr.solve_batch(BALL, mdr.indent(DEEP)),
     "no path": lambda: mdr.solve_batch([BALL], None),
-    "rings for a pyramid": lambda: mdr.verify(
-        mdr.Contact(mdr.Pyramid(4, slope=0.1), BALL.body), mdr.indent(DEEP)
+    "rings for a pyramid": lambda: mdr.solve(
+        mdr.Contact(mdr.Pyramid(4, slope=0.1), BALL.body), mdr.indent(DEEP), solver=mdr.Rings()
     ),
     "a body that replaces": lambda: mdr.with_parameters(BALL, {"body.young": 2.0, "body": BALL.body}),
     "a sweep that replaces": lambda: mdr.sweep(

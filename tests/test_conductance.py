@@ -577,7 +577,9 @@ def test_frictional_heat_is_the_potential_of_what_rubs(shape, one, other, share)
     r, u = surface["r"].values, surface.values
 
     def heat(s):
-        return 0.3 * 2e-9 * pressed.field("pressure", s).values
+        # the logarithm of a kink is infinite at the kink itself, where a node may fall by rounding
+        beside = np.where(np.isin(s, profile.breakpoints), s * (1.0 - 1e-15), s)
+        return 0.3 * 2e-9 * pressed.field("pressure", beside).values
 
     assert u[row] == pytest.approx(potential(heat, a, r[row], profile.breakpoints) / (one + other), rel=1e-7)
     mean = 0.0

@@ -912,6 +912,9 @@ def test_a_million_rows():
     count = 1_000_000
     t = np.arange(1, count + 1) / count
     path = mdr.Path(indentation=0.1 + 0.02 * np.sin(300 * t), shift=0.03 * np.sin(1111 * t))
+    mdr.solve(
+        contact(), mdr.Path(indentation=[0.1, 0.2], shift=[0.0, 0.1])
+    )  # modules and kernels are loaded once
     tracemalloc.start()
     result = mdr.solve(contact(), path, keep=1000)
     _, peak = tracemalloc.get_traced_memory()

@@ -100,6 +100,8 @@ def test_point_loads_make_the_displacement_of_the_axis(kind, k, R, share):
     c = mdr.effective_moduli(body).normal
     edge = float(result["contact_radius"][0])
     marks = {edge: 0.5 * (k - 1.0)} if kind == "flat" else dict.fromkeys(tip_of(kind, R), k)
+    # the radii asked for are rounded, and tell nothing of a ring too narrow beside a rim with infinite pressure
+    assume(all(edge - rim > 1e-2 * rim for rim in tip_of(kind, R)))
     load = over_disk(result, 0, lambda r: 2.0 * math.pi * r, marks)
     assert load == pytest.approx(float(result["normal_force"][0]), rel=1e-8)
     u = over_disk(result, 0, lambda r: 2.0 * np.cos(0.5 * math.pi * k) / c * r**-k, marks)

@@ -119,7 +119,8 @@ def test_the_way_of_bodies_apart_does_not_matter(before, after, last, kept):
     assert found.indentation.tolist() == d.tolist()
     assert found.force == pytest.approx(springs.force, rel=0.0, abs=3e-5 * springs.force.max())
     direct = ting(PARABOLOID, body, t[len(before) :], d[len(before) :])
-    assert found.force[len(before) :] == pytest.approx(direct.force, rel=1e-13, abs=0.0)
+    # the instants of the two are rounded apart, and a force that has nearly relaxed away is the rest of a large one
+    assert found.force[len(before) :] == pytest.approx(direct.force, rel=1e-13, abs=1e-15 * found.force.max())
 
 
 def test_rows_are_exact_in_time():

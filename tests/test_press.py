@@ -137,7 +137,7 @@ def test_elliptic_hertz():
 @needs_engine
 @pytest.mark.parametrize(("sides", "constant"), [(3, 0.8824), (4, 0.7377), (6, 0.6733), (8, 0.6558)])
 def test_pyramids(sides, constant):
-    """F/(E* d^2) of mdr_math 11.5, from 256 x 256 cells, of a slope of 1 at the middles of the faces."""
+    """F/(E* d^2) from boundary elements of 256 x 256 cells, of a slope of 1 at the middles of the faces."""
     x, y = grid(97)
     turned = 0.1
     faces = [2 * math.pi * k / sides + turned for k in range(sides)]

@@ -2,6 +2,7 @@
 
 import math
 import pickle
+import sys
 
 import numpy as np
 import pint
@@ -426,9 +427,8 @@ def test_progress_counts_steps():
     ],
 )
 @pytest.mark.parametrize("steps", [1, 6])
-def test_figures_have_units_and_finite_axes(profile, depth, steps):
-    import sys
-
+def test_figures_have_units_and_finite_axes(profile, depth, steps, monkeypatch):
+    monkeypatch.delitem(sys.modules, "matplotlib.pyplot", raising=False)
     result = mdr.solve(mdr.Contact(profile, UNIT), mdr.indent(depth, steps=steps))
     figures = {**result.figures(), "overview": result.plot()}
     assert set(figures) == {"section", "curves", "fields", "overview"}

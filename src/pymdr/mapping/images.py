@@ -100,7 +100,8 @@ class Image:
         s, weights = gauss(_FELT_NODES)
         t, n = s**panels.order, panels.order
         low, width = panels.low[:, None], panels.width[:, None]
-        offset = low + width * t
+        inside = width * t
+        offset = low + inside
         index = np.broadcast_to(np.arange(panels.count)[:, None], offset.shape)
         value = np.abs(evaluate(panels, self.slope, index, offset))
         steep = np.where(power != 0.0, (offset / panels.high[:, None]) ** power, 1.0)
@@ -111,6 +112,7 @@ class Image:
             beyond = slice(j, None)
             base, at = panels.base[j], panels.low[j]
             distance = (panels.base[beyond] - base)[:, None] + (offset[beyond] - at)
+            distance[0] = inside[j]
             square = distance * (2.0 * (base + at) + distance)
             kernel = weights[beyond] * square ** (1.0 / n - 1.0)
             wrong = np.cumsum(np.sum(rest[beyond] * kernel, axis=1))

@@ -163,7 +163,8 @@ def solution(
     contacts that are no disks.
     """
     columns, claims = with_conduction(task.contact, columns, claims, conducting)
-    claims = with_thickness(task.contact, columns, claims, _held(task))
+    if samples_of(task.contact):
+        claims = with_thickness(task.contact, columns, claims, _held(task))
     if walked.time is not None and not remembers:
         notes = (*notes, "the bodies are elastic: time is carried along and changes nothing")
     valid = {

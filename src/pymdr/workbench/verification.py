@@ -158,11 +158,6 @@ def verify(
     True
     """
     refuse_curve(contact, "verify", "boundary elements need its shape")
-    if isinstance(contact.profile, Shape):
-        raise ProblemError(
-            f"verify: its boundary elements are rings of revolution, and {type(contact.profile).__name__} is not; press(Topography(...)) "
-            "presses heights on a grid"
-        )
     if contact.friction is not None or not isinstance(contact.adhesion, JKR | None):
         raise ProblemError(
             "verify: rings solve the frictionless contact, without adhesion or with JKR; friction is held against vector friction "
