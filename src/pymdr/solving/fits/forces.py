@@ -27,6 +27,8 @@ _NARROWED = 6
 """Times 8."""
 _SAME = 1e-9
 _POLISHED, _STEEP = 3, 1e-3
+_BEYOND = 0.25
+"""Of the depth of the fold: so much later a record may be found to leave contact."""
 
 
 class Forces(Protocol):
@@ -237,12 +239,13 @@ def modelled(forces: Forces, depth: FloatArray, measured: FloatArray) -> tuple[F
         return force, force != 0.0
     touches = depth > 0.0
     if forces.fold < 0.0:
-        either = (depth <= 0.0) & (depth >= forces.fold)
+        deepest, index = int(np.argmax(depth)), np.arange(depth.size)
+        # a little beyond the folds too: a model whose folds are not yet those of the record then fits no worse by a leap
+        either = (depth <= -forces.fold) & (depth >= (1.0 + _BEYOND) * forces.fold)
         gain = np.where(either, measured**2 - (measured - force) ** 2, 0.0)
-        deepest = int(np.argmax(depth))
-        before, after = np.arange(depth.size) < deepest, np.arange(depth.size) > deepest
-        touches |= before & either & (np.arange(depth.size) >= _turn(gain[:deepest][::-1], deepest, -1))
-        touches |= after & either & (np.arange(depth.size) <= _turn(gain[deepest + 1 :], deepest, 1))
+        first = _turn(gain[:deepest][::-1], deepest, -1)
+        last = _turn(gain[deepest + 1 :], deepest, 1)
+        touches = np.where(either, (index >= first) & (index <= last), touches)
     return np.where(touches, force, 0.0), touches
 
 
