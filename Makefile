@@ -24,7 +24,7 @@ check: $(READY)
 
 docs: $(READY)
 	$(BIN)/python -m pip install --quiet --group docs
-	$(BIN)/python -m sphinx -W --keep-going -q $(SPHINXOPTS) -b html docs docs/_build/html
+	$(BIN)/python -m sphinx -j auto -W --keep-going -q $(SPHINXOPTS) -b html docs docs/_build/html
 
 benchmarks: $(READY)
 	$(BIN)/python -m benchmarks

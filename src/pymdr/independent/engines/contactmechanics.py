@@ -103,11 +103,21 @@ class _FreeHalfSpace:
             forcetol=tolerance * least * math.sqrt(self._area),
             thermotol=0.1 * tolerance,
             maxiter=_MOST_ITERATIONS,
+            logger=_Silent(),
             **load,
         )
         depth = float(found.offset if indentation is None else indentation)
         gap = np.array(found.x)[: self._shape[0], : self._shape[1]] + below - depth
         return Pressing(np.array(found.jac) / self._area, gap, depth, int(found.nit))
+
+
+class _Silent:
+    """A log that keeps nothing: the package's own walks the stack for each of its messages, and keeps all of them."""
+
+    def pr(self, *message: object, **how: object) -> None:
+        """Of a message."""
+
+    st = warn = pr
 
 
 def _package() -> tuple[Any, Any]:
