@@ -46,6 +46,7 @@ if TYPE_CHECKING:
     from pymdr.problem.materials import Rigid as Rigid
     from pymdr.problem.materials import TransverselyIsotropic as TransverselyIsotropic
     from pymdr.problem.materials import Viscoelastic as Viscoelastic
+    from pymdr.problem.measured import MeasuredCurve as MeasuredCurve
     from pymdr.problem.parameters import parameters_of as parameters_of
     from pymdr.problem.parameters import with_parameters as with_parameters
     from pymdr.problem.paths import Cycle as Cycle
@@ -115,6 +116,9 @@ if TYPE_CHECKING:
     from pymdr.solving.azimuth import azimuthal_profile as azimuthal_profile
     from pymdr.solving.calibrating import LineCalibration as LineCalibration
     from pymdr.solving.calibrating import calibrate_coefficient as calibrate_coefficient
+    from pymdr.solving.fits import FitResult as FitResult
+    from pymdr.solving.fits import Fitted as Fitted
+    from pymdr.solving.fits import fit as fit
     from pymdr.solving.heating import FrictionalHeat as FrictionalHeat
     from pymdr.solving.heating import JouleHeating as JouleHeating
     from pymdr.solving.heating import frictional_heat as frictional_heat
@@ -145,6 +149,7 @@ if TYPE_CHECKING:
     from pymdr.workbench.shapes import ShapeVerification as ShapeVerification
     from pymdr.workbench.sliding import SlidingVerification as SlidingVerification
     from pymdr.workbench.sliding import verify_sliding as verify_sliding
+    from pymdr.workbench.tables import read_curve as read_curve
     from pymdr.workbench.tables import read_force_curve as read_force_curve
     from pymdr.workbench.tables import read_path as read_path
     from pymdr.workbench.tables import read_profile as read_profile
@@ -232,6 +237,8 @@ _HOMES: dict[str, tuple[str, ...]] = {
     "pymdr.solving.calibrating": ("LineCalibration", "calibrate_coefficient"),
     "pymdr.solving.rough": ("RoughContact", "RoughLine", "press_rough", "rough_line"),
     "pymdr.solving.rough_sliding": ("rough_sliding_friction",),
+    "pymdr.problem.measured": ("MeasuredCurve",),
+    "pymdr.solving.fits": ("FitResult", "Fitted", "fit"),
     "pymdr.solving.sweep": ("Sweep", "sweep"),
     "pymdr.problem.parameters": ("parameters_of", "with_parameters"),
     "pymdr.solving.sliding": ("SlidingFriction", "sliding_friction"),
@@ -256,7 +263,7 @@ _HOMES: dict[str, tuple[str, ...]] = {
     "pymdr.workbench.rheometry": ("PronyFit", "fit_prony"),
     "pymdr.workbench.shapes": ("ShapeVerification",),
     "pymdr.workbench.sliding": ("SlidingVerification", "verify_sliding"),
-    "pymdr.workbench.tables": ("read_force_curve", "read_path", "read_profile", "read_record"),
+    "pymdr.workbench.tables": ("read_curve", "read_force_curve", "read_path", "read_profile", "read_record"),
     "pymdr.workbench.verification": ("Verification", "verify"),
     "pymdr.mapping.surfaces.preparing": ("detrend", "fill_missing"),
     "pymdr.mapping.surfaces.resolution": ("tip_cutoff",),

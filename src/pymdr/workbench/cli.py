@@ -1,4 +1,4 @@
-"""The command line: ``pymdr run``, ``check``, ``verify``, ``loops``, ``impact``, ``rolling``, ``sliding``, ``rough``, ``press``, ``sweep``, ``topography``, ``heat``, ``joule``, ``plot``, ``new``, ``schema`` and ``info``.
+"""The command line: ``pymdr run``, ``check``, ``verify``, ``loops``, ``impact``, ``rolling``, ``sliding``, ``rough``, ``press``, ``sweep``, ``fit``, ``topography``, ``heat``, ``joule``, ``plot``, ``new``, ``schema`` and ``info``.
 
 Every command body imports what it needs, so that ``pymdr --help`` stays quick.
 """
@@ -854,6 +854,67 @@ def _swept(contact: Contact, given: str, points: int | None) -> tuple[str, Float
 
 
 @app.command()
+def fit(
+    case: CaseFile,
+    curve: Annotated[
+        list[Path],
+        typer.Argument(metavar="CURVE.csv...", help="Force and travel or indentation, with units."),
+    ],
+    free: Annotated[list[str], typer.Option(help="What is looked for, such as body.young; one or several.")],
+    spring_constant: Annotated[
+        str | None, typer.Option(help="Of the machine, where travel was measured, such as '0.1 N/m'.")
+    ] = None,
+    contact_point: Annotated[
+        str | None,
+        typer.Option(help="Depth of the record at which the bodies touch; looked for unless given."),
+    ] = None,
+    baseline: Annotated[
+        str | None, typer.Option(help="Force of the record when they do not; looked for unless given.")
+    ] = None,
+    output: Table = None,
+    quiet: Quiet = False,
+    as_json: Json = False,
+) -> None:
+    """Find parameters of the contact of a case in measured force curves; with -o a table and a figure are written."""
+    from pymdr.solving.fits import fit as find
+    from pymdr.workbench.casefile import read_contact
+    from pymdr.workbench.tables import read_curve
+
+    with _failures_as_json("fit", case, as_json):
+        title, contact = read_contact(case)
+        curves = [read_curve(file, spring_constant=spring_constant) for file in curve]
+        found = find(contact, curves, free, contact_point=contact_point, baseline=baseline)
+        written = []
+        if output is not None:
+            with _ready_folder(output) as folder:
+                found.to_csv(folder / "fit.csv")
+                written = [folder / "fit.csv", _write_figure(found.plot(), folder / "fit.png")]
+    if as_json:
+        values = {
+            name: {"value": one.value, "error": one.error, "low": one.low, "high": one.high, "unit": one.unit}
+            for name, one in found.values.items()
+        }
+        answer = _answer(
+            "fit",
+            case,
+            title=title,
+            status="COMPLETED",
+            rows=found.data.sizes["step"],
+            fit={"values": values, "noise": found.noise, "correlated": found.correlated, "aicc": found.aicc},
+            claims=_plain_claims(found.claims),
+            assumptions=_plain_assumptions(found.assumptions),
+            notes=list(found.notes),
+            written=[str(file) for file in written],
+        )
+        _print_json(answer)
+    elif not quiet:
+        _say(title or str(case))
+        _say(found.summary())
+        if written:
+            _say("Written: " + ", ".join(str(file) for file in written))
+
+
+@app.command()
 def topography(
     file: Annotated[Path, typer.Argument(metavar="FILE", help="A measured surface.")],
     channel: Annotated[
@@ -1166,6 +1227,7 @@ def _answer(command: str, case: Path, **told: Any) -> dict[str, Any]:
         "loops": None,
         "impact": None,
         "study": None,
+        "fit": None,
         "written": [],
         "error": None,
     }

@@ -14,6 +14,7 @@ import numpy as np
 
 from pymdr.errors import CaseError, PathError, UnitError
 from pymdr.presentation.files import named_file
+from pymdr.problem.measured import MeasuredCurve
 from pymdr.problem.paths import CHANNELS, NORMAL_CHANNELS, TANGENTIAL_CHANNELS
 from pymdr.problem.paths import Path as MeasuredPath
 from pymdr.problem.profiles import ForceCurve, Sampled
@@ -237,6 +238,42 @@ def read_path(file: str | os.PathLike[str], *, channels: Sequence[str] | None = 
     if not named:
         raise PathError(f"{file} has no column of {', '.join(CHANNELS[:-1])} or {CHANNELS[-1]}")
     return MeasuredPath(time=found.get("time"), **{name: found[name] for name in named})
+
+
+def read_curve(file: str | os.PathLike[str], *, spring_constant: QuantityLike | None = None) -> MeasuredCurve:
+    """
+    Read a measured force curve from a CSV file with units in its header.
+
+    Parameters
+    ----------
+    file : path
+        As for :func:`read_record`: load with displacement (or indentation), or with travel; time if there is one.
+    spring_constant : quantity, optional
+        Of the machine in N/m; needed with travel.
+
+    Returns
+    -------
+    MeasuredCurve
+
+    Raises
+    ------
+    FileError, CaseError
+        As :func:`read_record`.
+    ProblemError
+        If the file has both or none of displacement and travel, or travel comes without a spring constant.
+
+    See Also
+    --------
+    read_force_curve : a curve that stands in a contact in place of a profile.
+    """
+    found = _read(file, _RECORD, ("normal_force",), "time [s], load [mN], travel [um]")
+    return MeasuredCurve(
+        force=found["normal_force"],
+        indentation=found.get("indentation"),
+        travel=found.get("travel"),
+        time=found.get("time"),
+        spring_constant=spring_constant,
+    )
 
 
 def _chosen(file: object, channels: Sequence[str], found: Mapping[str, FloatArray]) -> list[str]:

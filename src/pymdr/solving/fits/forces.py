@@ -1,0 +1,255 @@
+"""The force of a contact at measured depths."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
+
+from pymdr.errors import ProblemError
+from pymdr.line.curves import ElasticLine, Line
+from pymdr.line.foundation import normal_force, states_at_depth
+from pymdr.line.memory import follow_springs, follow_travels
+from pymdr.mapping.equivalent import equivalent_profile
+from pymdr.mapping.relaxation import relaxation_of
+from pymdr.problem.contact import Contact
+from pymdr.solving.equilibria import AdhesiveLine
+from pymdr.solving.reach import map_to_line
+from pymdr.units import FloatArray
+
+_NODES, _SPRINGS = 256, 300
+_NARROWED = 6
+"""Times 8."""
+_SAME = 1e-9
+_POLISHED, _STEEP = 3, 1e-3
+_BEYOND = 0.25
+"""Of the depth of the fold: so much later a record may be found to leave contact."""
+
+
+class Forces(Protocol):
+    """What a contact bears at depths that were measured."""
+
+    @property
+    def fold(self) -> float:
+        """The smallest depth in m at which a contact lasts when it is drawn back; inf where the history decides."""
+
+    def at(self, depth: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Force in N and stiffness in N/m in contact, at depths in m."""
+
+
+@dataclass(frozen=True)
+class ElasticForces:
+    """Of elastic bodies without adhesion."""
+
+    line: Line
+    fold: float = 0.0
+
+    def at(self, depth: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Force in N and stiffness in N/m."""
+        states = states_at_depth(self.line, np.maximum(depth, 0.0))
+        return normal_force(self.line, states), self.line.stiffness(states.place)
+
+
+@dataclass(frozen=True)
+class AdhesiveForces:
+    """Of elastic bodies that attract each other: the branch that is stable at prescribed depths."""
+
+    depth: FloatArray
+    """Rising, from the fold on."""
+    force: FloatArray
+
+    @property
+    def fold(self) -> float:
+        """The smallest depth in m at which the contact lasts."""
+        return float(self.depth[0])
+
+    @cached_property
+    def _over_root(self) -> CubicSpline:
+        """F over the root of the distance from the fold, where it is smooth."""
+        return CubicSpline(np.sqrt(self.depth - self.fold), self.force)
+
+    def at(self, depth: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Force in N and stiffness in N/m; those of the fold before it."""
+        root = np.sqrt(np.clip(depth - self.fold, 0.0, self.depth[-1] - self.fold))
+        least = 1e-3 * math.sqrt(self.depth[-1] - self.fold)
+        rate = self._over_root(np.maximum(root, least), 1) / (2.0 * np.maximum(root, least))
+        return self._over_root(root), rate
+
+
+@dataclass(frozen=True)
+class OnMachine:
+    """The forces of a contact on a machine, whose depths are travels."""
+
+    forces: Forces
+    compliance: float
+    """In m/N."""
+    deepest: float
+    """In m."""
+
+    @cached_property
+    def _table(self) -> tuple[FloatArray, FloatArray]:
+        """Depths and travels, rising, from the one at which the machine lets go."""
+        first = self.forces.fold
+        depth = first + (self.deepest - first) * np.linspace(0.0, 1.0, _NODES) ** 2
+        force, _ = self.forces.at(depth)
+        travel = depth + self.compliance * force
+        low = int(np.argmin(travel))
+        rises = np.append(True, np.diff(np.maximum.accumulate(travel[low:])) > 0.0)
+        return depth[low:][rises], travel[low:][rises]
+
+    @property
+    def fold(self) -> float:
+        """The smallest travel in m at which the contact lasts."""
+        return float(self._table[1][0])
+
+    def at(self, travel: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Force in N and its rate over the travel in N/m."""
+        depths, travels = self._table
+        depth = np.interp(travel, travels, depths)
+        for _ in range(_POLISHED):
+            force, stiffness = self.forces.at(depth)
+            slope = np.maximum(1.0 + self.compliance * stiffness, _STEEP)
+            depth = np.clip(
+                depth - (depth + self.compliance * force - np.maximum(travel, travels[0])) / slope,
+                depths[0],
+                None,
+            )
+        force, stiffness = self.forces.at(depth)
+        return force, stiffness / np.maximum(1.0 + self.compliance * stiffness, _STEEP)
+
+
+@dataclass(frozen=True)
+class RememberedForces:
+    """Of bodies with memory, which follow the whole record."""
+
+    contact: Contact
+    time: FloatArray
+    compliance: float
+    fold: float = math.inf
+
+    def at(self, depth: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Force in N of one record, in the order of its times; its stiffness is that of the whole history, and not told."""
+        time = self.time - self.time[0]
+        steps = np.diff(time)
+        relaxation = relaxation_of(
+            self.contact.body, self.contact.counterbody, span=(float(steps.min()), float(time[-1]))
+        )
+        line = ElasticLine(equivalent_profile(self.contact.profile), 1.0)
+        if self.compliance == 0.0:
+            found = follow_springs(line, relaxation, time, depth, n=_SPRINGS)
+        else:
+            found = follow_travels(line, relaxation, time, depth, 1.0 / self.compliance, n=_SPRINGS)
+        return found.force, np.full(found.force.shape, math.nan)
+
+
+def forces_of(contact: Contact, deepest: float, compliance: float, time: FloatArray | None) -> Forces:
+    """
+    What a contact bears at depths, or at travels of a machine.
+
+    Parameters
+    ----------
+    contact : Contact
+    deepest : float
+        Largest depth in m that is asked for.
+    compliance : float
+        Of the machine in m/N; 0 for depths.
+    time : ndarray or None
+        Times in s of the samples, which bodies with memory need.
+
+    Raises
+    ------
+    ProblemError
+        If the contact has friction, a memory without times, or adhesion with several stable branches.
+    """
+    if contact.friction is not None:
+        raise ProblemError(
+            "fit: the contact has friction, which normal forces do not feel; leave friction out"
+        )
+    if contact.remembers:
+        if time is None:
+            raise ProblemError(
+                "fit: a body with memory needs the times of the samples; give time= to MeasuredCurve"
+            )
+        return RememberedForces(contact, time, compliance)
+    deepest = _rounded_up(deepest)
+    bare: Forces = (
+        ElasticForces(_line_of(contact)) if contact.adhesion is None else _adhesive(contact, deepest)
+    )
+    return bare if compliance == 0.0 else OnMachine(bare, compliance, deepest)
+
+
+def _rounded_up(deepest: float) -> float:
+    """To a few values in a decade, so that a branch serves many depths."""
+    return float(10.0 ** (math.ceil(8.0 * math.log10(deepest)) / 8.0)) if deepest > 0.0 else deepest
+
+
+@lru_cache(maxsize=16)
+def _line_of(contact: Contact) -> Line:
+    return map_to_line(contact).line
+
+
+@lru_cache(maxsize=16)
+def _adhesive(contact: Contact, deepest: float) -> AdhesiveForces:
+    line = AdhesiveLine(contact)
+    states, last = line.equilibria.states, _reaching(line, deepest)
+    s = line.equilibria.start + last * np.linspace(0.0, 1.0, _NODES) ** 2
+    lowest = int(np.argmin(states(s).indentation))
+    low, high = s[max(lowest - 1, 0)], s[min(lowest + 1, s.size - 1)]
+    for _ in range(_NARROWED):
+        inner = np.linspace(low, high, 17)
+        at = int(np.argmin(states(inner).indentation))
+        low, high = inner[max(at - 1, 0)], inner[min(at + 1, 16)]
+    first = float(inner[at])
+    s = first + (last - first) * np.linspace(0.0, 1.0, _NODES) ** 1.5
+    found = states(s)
+    rises = np.append(True, np.diff(np.maximum.accumulate(found.indentation)) > 0.0)
+    if np.any(~rises & (found.indentation - found.indentation[0] > _SAME * np.ptp(found.indentation))):
+        raise ProblemError(
+            "fit: the adhesive contact has several stable branches; fits follow contacts that have one"
+        )
+    return AdhesiveForces(found.indentation[rises], found.normal_force[rises])
+
+
+def _reaching(line: AdhesiveLine, deepest: float) -> float:
+    """A parameter in m at which the depth is reached, or the end of the profile."""
+    limit = line.equilibria.limit
+    last = min(float(line.line.place(np.array([deepest])).x[0]), limit)
+    while last < limit and float(line.equilibria.states(np.array([last])).indentation[0]) < deepest:
+        last = min(1.25 * last, limit)
+    return last
+
+
+BoolArray = NDArray[np.bool_]
+
+
+def modelled(forces: Forces, depth: FloatArray, measured: FloatArray) -> tuple[FloatArray, BoolArray]:
+    """
+    Force of the model in N at every sample, and whether the bodies touch there.
+
+    Between the depth at which bodies jump into contact and that at which they leave it the record tells when they did: at
+    the samples where it fits best, one while they approach and one while they recede.
+    """
+    force, _ = forces.at(depth)
+    if math.isinf(forces.fold):
+        return force, force != 0.0
+    touches = depth > 0.0
+    if forces.fold < 0.0:
+        deepest, index = int(np.argmax(depth)), np.arange(depth.size)
+        # a little beyond the folds too: a model whose folds are not yet those of the record then fits no worse by a leap
+        either = (depth <= -forces.fold) & (depth >= (1.0 + _BEYOND) * forces.fold)
+        gain = np.where(either, measured**2 - (measured - force) ** 2, 0.0)
+        first = _turn(gain[:deepest][::-1], deepest, -1)
+        last = _turn(gain[deepest + 1 :], deepest, 1)
+        touches = np.where(either, (index >= first) & (index <= last), touches)
+    return np.where(touches, force, 0.0), touches
+
+
+def _turn(gain: FloatArray, deepest: int, way: int) -> int:
+    """The sample, going away from the deepest one, up to which being in contact fits best."""
+    total = np.append(0.0, np.cumsum(gain))
+    return deepest + way * int(np.argmax(total))

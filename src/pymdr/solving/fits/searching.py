@@ -1,0 +1,274 @@
+"""The search of a fit: least squares from the best starts, and what the record determines."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pymdr.errors import ConvergenceError, ProblemError, PymdrError
+from pymdr.problem.contact import Contact
+from pymdr.problem.measured import MeasuredCurve
+from pymdr.solving.fits.forces import forces_of, modelled
+from pymdr.solving.fits.unknowns import BASELINE, CONTACT_POINT, Unknown, put_into
+from pymdr.units import FloatArray
+
+BoolArray = NDArray[np.bool_]
+_STEP = 1e-4
+_BLIND = 1e-6
+"""Of the largest: singular values of unknowns that a record cannot tell apart."""
+_POOR = 10.0
+"""A residual in parts of the noise, where the model cannot be computed."""
+
+
+class Modelled(NamedTuple):
+    """The model at the samples of one curve."""
+
+    depth: FloatArray
+    """Indentation from the contact point."""
+    force: FloatArray
+    """As it was measured, without offset."""
+    model: FloatArray
+    touches: BoolArray
+
+
+@dataclass(frozen=True)
+class Search:
+    """What is looked for, in which records."""
+
+    contact: Contact
+    unknowns: tuple[Unknown, ...]
+    curves: tuple[MeasuredCurve, ...]
+    known: dict[str, float]
+    """The origins that are not looked for."""
+    used: tuple[BoolArray, ...] = field(default=())
+
+    @cached_property
+    def names(self) -> tuple[str, ...]:
+        """Of all free numbers: unknowns, then the origins of every curve."""
+        free = [name for name in (CONTACT_POINT, BASELINE) if name not in self.known]
+        several = len(self.curves) > 1
+        return (
+            *(u.name for u in self.unknowns),
+            *(f"{name}[{i}]" if several else name for i in range(len(self.curves)) for name in free),
+        )
+
+    @cached_property
+    def origin_scales(self) -> FloatArray:
+        """Sizes of the free origins, in the order of their names."""
+        free = [name for name in (CONTACT_POINT, BASELINE) if name not in self.known]
+        sizes = [
+            {CONTACT_POINT: float(np.ptp(curve.depth)), BASELINE: float(np.ptp(curve.force))}
+            for curve in self.curves
+        ]
+        return np.array([size[name] for size in sizes for name in free])
+
+    def to_free(self, values: Sequence[float], origins: Sequence[dict[str, float]]) -> FloatArray:
+        """The numbers that the search changes."""
+        own = [u.to_free(v) for u, v in zip(self.unknowns, values, strict=True)]
+        shifts = [
+            one[name] for one in origins for name in (CONTACT_POINT, BASELINE) if name not in self.known
+        ]
+        return np.array([*own, *(np.array(shifts) / self.origin_scales)])
+
+    def from_free(self, free: FloatArray) -> tuple[FloatArray, list[dict[str, float]]]:
+        """Values of the unknowns, and the origins of every curve."""
+        n = len(self.unknowns)
+        values = np.array([u.from_free(x) for u, x in zip(self.unknowns, free[:n], strict=True)])
+        shifts = iter(free[n:] * self.origin_scales)
+        found = [
+            {
+                name: self.known[name] if name in self.known else float(next(shifts))
+                for name in (CONTACT_POINT, BASELINE)
+            }
+            for _ in self.curves
+        ]
+        return values, found
+
+    def models(self, free: FloatArray) -> list[Modelled]:
+        """The model at all samples of all curves."""
+        values, origins = self.from_free(free)
+        contact = put_into(self.contact, self.unknowns, values)
+        found = []
+        for curve, origin in zip(self.curves, origins, strict=True):
+            force = curve.force - origin[BASELINE]
+            position = curve.position - origin[CONTACT_POINT]
+            deepest = max(float(np.ptp(curve.depth)), float(position.max() - curve.compliance * force.max()))
+            forces = forces_of(contact, deepest, curve.compliance, curve.time)
+            model, touches = modelled(forces, position, force)
+            found.append(Modelled(position - curve.compliance * model, force, model, touches))
+        return found
+
+    def residuals(self, free: FloatArray) -> FloatArray:
+        """Differences in N of all samples that are used; far too large ones where nothing can be computed."""
+        try:
+            models = self.models(free)
+        except PymdrError:
+            sizes = (
+                sum(int(used.sum()) for used in self.used)
+                if self.used
+                else sum(c.force.size for c in self.curves)
+            )
+            return np.full(sizes, _POOR * max(float(np.ptp(c.force)) for c in self.curves))
+        residuals = [m.force - m.model for m in models]
+        if self.used:
+            residuals = [r[used] for r, used in zip(residuals, self.used, strict=True)]
+        return np.concatenate(residuals)
+
+    def slopes(self, free: FloatArray) -> FloatArray:
+        """Rates of the residuals, one column per free number."""
+        columns = []
+        for i in range(free.size):
+            step = np.zeros(free.size)
+            step[i] = _STEP * (1.0 if i < len(self.unknowns) else 1e-2)
+            columns.append((self.residuals(free + step) - self.residuals(free - step)) / (2.0 * step[i]))
+        return np.column_stack(columns)
+
+    def bounds(self) -> list[tuple[float, float]]:
+        """Of the free numbers."""
+        inner = []
+        for u in self.unknowns:
+            low = (
+                -math.inf
+                if u.is_size and u.low == 0.0
+                else u.to_free(u.low)
+                if math.isfinite(u.low)
+                else -math.inf
+            )
+            high = u.to_free(u.high) if math.isfinite(u.high) else math.inf
+            inner.append((low, high))
+        return [*inner, *[(-math.inf, math.inf)] * self.origin_scales.size]
+
+
+def found_from(search: Search, free: FloatArray) -> Any:
+    """
+    Least squares by Levenberg and Marquardt from one start, lmfit's.
+
+    Raises
+    ------
+    ProblemError
+        If lmfit is not installed.
+    """
+    try:
+        import lmfit
+    except ImportError as error:
+        raise ProblemError("fit: needs lmfit; install it with: pip install 'pymdr[fit]'") from error
+    parameters = lmfit.Parameters()
+    for i, (x, (low, high)) in enumerate(zip(free, search.bounds(), strict=True)):
+        room = 1e-9 * (high - low) if math.isfinite(high - low) else 1e-9
+        parameters.add(f"p{i}", value=float(np.clip(x, low + room, high - room)), min=low, max=high)
+    minimizer = lmfit.Minimizer(
+        lambda p: search.residuals(np.array([p[f"p{i}"].value for i in range(free.size)])),
+        parameters,
+        scale_covar=True,
+    )
+    return minimizer, minimizer.minimize(method="leastsq", epsfcn=1e-12, max_nfev=400 * (free.size + 1))
+
+
+def free_numbers(found: Any, size: int) -> FloatArray:
+    """Of a result of lmfit."""
+    return np.array([found.params[f"p{i}"].value for i in range(size)])
+
+
+def refuse_blind(search: Search, free: FloatArray) -> None:
+    """
+    Refuse unknowns that the records cannot tell apart.
+
+    Raises
+    ------
+    ProblemError
+        With what they do determine.
+    """
+    slopes, n = search.slopes(free), len(search.unknowns)
+    own, origin = slopes[:, :n], slopes[:, n:]
+    sizes = np.linalg.norm(own, axis=0)
+    if origin.shape[1]:
+        own = own - origin @ np.linalg.lstsq(origin, own, rcond=None)[0]
+    for u, size, whole in zip(search.unknowns, np.linalg.norm(own, axis=0), sizes, strict=True):
+        if size <= _BLIND * max(whole, sizes.max()):
+            raise ProblemError(f"fit: the record does not feel {u.name}; leave it out of free")
+    _, singular, rows = np.linalg.svd(own / np.linalg.norm(own, axis=0), full_matrices=False)
+    if singular[-1] > _BLIND * singular[0]:
+        return
+    direction = rows[-1] / np.linalg.norm(own, axis=0)
+    raise ProblemError(_combination(search, free, direction / np.abs(direction).max()))
+
+
+def _combination(search: Search, free: FloatArray, direction: FloatArray) -> str:
+    """What is determined where unknowns may change along a direction without a trace."""
+    values, _ = search.from_free(free)
+    moving = [i for i in range(direction.size) if abs(direction[i]) > 1e-3]
+    names = [search.unknowns[i].name for i in moving]
+    told = f"fit: the record cannot tell {' and '.join(names)} apart"
+    if all(search.unknowns[i].is_size for i in moving):
+        last = max(moving, key=lambda i: abs(direction[i]))
+        products = []
+        for i in moving:
+            if i != last:
+                power = round(-direction[i] / direction[last], 3)
+                value = float(values[i] * values[last] ** power)
+                u, v = search.unknowns[i], search.unknowns[last]
+                products.append(f"{u.name} x {v.name}^{power:g} = {value:.4g} (in {u.unit} and {v.unit})")
+        told += f": it determines {', and '.join(products)}"
+    return f"{told}; fix one of them"
+
+
+def autocorrelation_time(residuals: FloatArray) -> float:
+    """
+    How many samples tell as much as one independent one.
+
+    Parameters
+    ----------
+    residuals : ndarray
+        In the order in which they were measured.
+
+    Returns
+    -------
+    float
+        1 + 2 sum_k rho_k, up to the first lag whose correlation is within the noise; at least 1.
+
+    Examples
+    --------
+    >>> autocorrelation_time(np.random.default_rng(1).normal(size=1000))
+    1.0
+    """
+    n = residuals.size
+    centred = residuals - residuals.mean()
+    power = float((centred**2).sum())
+    if power == 0.0:
+        return 1.0
+    spectrum = np.abs(np.fft.rfft(centred, 2 * n)) ** 2
+    rho = np.fft.irfft(spectrum)[: n // 2] / power
+    noise = np.flatnonzero(rho < 2.5 / math.sqrt(n))
+    end = int(noise[0]) if noise.size else rho.size
+    return float(max(1.0, 1.0 + 2.0 * rho[1:end].sum()))
+
+
+def beside_jumps(models: Sequence[Modelled], search: Search) -> tuple[BoolArray, ...]:
+    """Which samples are used: not those on either side of a jump into contact or out of it."""
+    used = []
+    for one in models:
+        keep = np.ones(one.touches.size, dtype=bool)
+        if search.contact.adhesion is not None:
+            at = np.flatnonzero(np.diff(one.touches.astype(int)))
+            for shift in (0, 1):
+                keep[np.clip(at + shift, 0, keep.size - 1)] = False
+        used.append(keep)
+    return tuple(used)
+
+
+def refuse_unsettled(found: Any) -> None:
+    """
+    Refuse a search that did not end.
+
+    Raises
+    ------
+    ConvergenceError
+    """
+    if not found.success:
+        raise ConvergenceError(f"fit: the search did not settle after {found.nfev} trials: {found.message}")

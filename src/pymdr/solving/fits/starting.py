@@ -1,0 +1,170 @@
+"""Where the search of a fit begins: a grid over what is not linear, and the rest by least squares."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pymdr.errors import ProblemError, PymdrError
+from pymdr.problem.contact import Contact
+from pymdr.problem.measured import MeasuredCurve
+from pymdr.solving.fits.forces import Forces, forces_of
+from pymdr.solving.fits.unknowns import (
+    BASELINE,
+    CONTACT_POINT,
+    Unknown,
+    candidates,
+    put_into,
+    scales_together,
+)
+from pymdr.units import FloatArray
+
+_SAMPLES, _POINTS, _COMBINATIONS = 256, 33, 100
+_FOLLOWED_POINTS, _FOLLOWED_COMBINATIONS = 9, 24
+"""Of bodies with memory, whose every trial follows the whole record."""
+_FULLY_OUT = 0.3
+"""Of the largest pull: a smaller one is none."""
+
+
+_SCALES = np.geomspace(0.3, 1e4, 17)
+"""Of what would bear the force at the depth that the whole travel is."""
+_LADDER = np.linspace(0.0, 1.0, 257) ** 2
+
+
+class Start(NamedTuple):
+    """A place from which to search."""
+
+    misfit: float
+    """Sum of squares in N^2."""
+    values: FloatArray
+    """Of the unknowns."""
+    contact_point: float
+    baseline: float
+
+
+def starts(
+    contact: Contact,
+    unknowns: Sequence[Unknown],
+    curve: MeasuredCurve,
+    known: dict[str, float],
+    count: int,
+) -> list[Start]:
+    """
+    The best places of a grid.
+
+    Parameters
+    ----------
+    contact : Contact
+    unknowns : sequence of Unknown
+    curve : MeasuredCurve
+    known : dict
+        The origins that are not looked for.
+    count : int
+        Number of places, of as many combinations of the unknowns.
+
+    Raises
+    ------
+    ProblemError
+        If no combination can be computed; with what the last one says.
+    """
+    position, size = curve.position, float(np.ptp(curve.position))
+    few = np.unique(np.linspace(0, position.size - 1, min(_SAMPLES, position.size)).astype(int))
+    time = None if curve.time is None else curve.time[few]
+    points, most = (
+        (_FOLLOWED_POINTS, _FOLLOWED_COMBINATIONS) if contact.remembers else (_POINTS, _COMBINATIONS)
+    )
+    if CONTACT_POINT in known:
+        tried = np.array([known[CONTACT_POINT]])
+    else:
+        tried = float(position.max()) - size * np.linspace(1.0, 0.01, points)
+    together = scales_together(contact, unknowns)
+    span = 0.0 if curve.time is None else float(np.ptp(curve.time))
+    found, failures = [], []
+    for values in candidates(contact, unknowns, size, span, most):
+        best = Start(math.inf, values, float(tried[0]), 0.0)
+        for point in tried:
+            try:
+                forces = forces_of(put_into(contact, unknowns, values), size, 0.0, time)
+                places = _tried(forces, curve, few, float(point), known, values, unknowns, together)
+                best = min((best, *places), key=lambda start: start.misfit)
+            except PymdrError as error:
+                failures.append(error)
+        found.append(best)
+    found = [start for start in found if math.isfinite(start.misfit)]
+    if not found:
+        raise ProblemError(
+            f"fit: no start can be computed: {failures[-1] if failures else 'no force in the record rises with the depth'}"
+        )
+    return sorted(found, key=lambda start: start.misfit)[:count]
+
+
+def _tried(
+    forces: Forces,
+    curve: MeasuredCurve,
+    few: NDArray[np.intp],
+    point: float,
+    known: dict[str, float],
+    values: FloatArray,
+    unknowns: Sequence[Unknown],
+    together: bool,
+) -> Iterator[Start]:
+    """Places with one contact point, with scale and baseline by least squares."""
+    force = curve.force[few]
+    for scale, model in _scaled(forces, curve, curve.position[few] - point, force, together):
+        factor, baseline = _linear(model, force, together and scale is None, known.get(BASELINE))
+        if factor > 0.0:
+            grown = factor if scale is None else scale
+            own = [v * grown if u.is_of_force else v for u, v in zip(unknowns, values, strict=True)]
+            misfit = float(((force - baseline - factor * model) ** 2).sum())
+            yield Start(misfit, np.array(own), point, baseline)
+
+
+def _scaled(
+    forces: Forces, curve: MeasuredCurve, position: FloatArray, force: FloatArray, together: bool
+) -> Iterator[tuple[float | None, FloatArray]]:
+    """
+    Forces in N of the model: of one scale that is to be found, or on a machine of several that are tried.
+
+    On a machine of the compliance c a contact s times as stiff bears s F(d) at d + c s F(d).
+    """
+    if curve.compliance == 0.0 or math.isinf(forces.fold):
+        yield None, _carried(forces.fold, forces.at(position)[0], position, force)
+        return
+    top = max(float(position.max()), 0.0)
+    depth = forces.fold + (max(top, 1e-3 * float(np.ptp(position))) - forces.fold) * _LADDER
+    bare, _ = forces.at(depth)
+    unit = float(np.ptp(force)) / float(np.abs(bare).max())
+    for scale in unit * _SCALES if together else [1.0]:
+        travel = np.maximum.accumulate(depth + curve.compliance * scale * bare)
+        low = int(np.argmin(depth + curve.compliance * scale * bare))
+        borne = np.interp(position, travel[low:], scale * bare[low:])
+        yield scale, _carried(float(travel[low]), borne, position, force)
+
+
+def _carried(fold: float, model: FloatArray, position: FloatArray, force: FloatArray) -> FloatArray:
+    """Force in N of the model: approaching bodies touch at 0, receding ones are held while something pulls."""
+    if math.isinf(fold):
+        return model
+    deepest, base = int(np.argmax(position)), float(np.median(force[: max(3, force.size // 20)]))
+    pull = min(float(force.min()) - base, 0.0)
+    held = (np.arange(position.size) > deepest) & (position >= fold) & (force - base < _FULLY_OUT * pull)
+    return np.where((position > 0.0) | held, model, 0.0)
+
+
+def _linear(
+    model: FloatArray, force: FloatArray, together: bool, baseline: float | None
+) -> tuple[float, float]:
+    """Scale and baseline that come nearest; a scale of 1 where not all that forces are proportional to is looked for."""
+    if not together:
+        return 1.0, float((force - model).mean()) if baseline is None else baseline
+    if baseline is not None:
+        power = float((model * model).sum())
+        return (float((model * (force - baseline)).sum()) / power if power > 0.0 else 0.0), baseline
+    centred = model - model.mean()
+    power = float((centred * centred).sum())
+    scale = float((centred * force).sum()) / power if power > 0.0 else 0.0
+    return scale, float(force.mean() - scale * model.mean())

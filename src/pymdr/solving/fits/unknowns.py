@@ -1,0 +1,191 @@
+"""What a fit looks for: parameters of the contact, and where the record has its origin."""
+
+from __future__ import annotations
+
+import inspect
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from pymdr.errors import ProblemError
+from pymdr.problem.contact import Contact
+from pymdr.problem.parameters import Parameter, parameter_of, parameters_of, with_parameters
+from pymdr.problem.values import SIField
+from pymdr.units import ArrayQuantityLike, FloatArray, QuantityLike, shown, to_si, to_si_array
+
+CONTACT_POINT, BASELINE = "contact_point", "baseline"
+ORIGINS = {CONTACT_POINT: "m", BASELINE: "N"}
+"""Where the record has its origins of depth and force."""
+_OF_FORCE = ("Pa", "J/m^2", "N/m", "N")
+"""Units of what all forces are proportional to, taken together."""
+
+_FAR = 100.0
+"""Logarithm of how far from its start a size is looked for."""
+
+Free = Sequence[str] | Mapping[str, ArrayQuantityLike | None]
+
+
+@dataclass(frozen=True)
+class Unknown:
+    """A number that is looked for."""
+
+    name: str
+    unit: str
+    """The SI unit."""
+    low: float
+    high: float
+    """Bounds in the unit."""
+    start: float
+    """What the contact says, in the unit."""
+
+    @property
+    def is_size(self) -> bool:
+        """Whether it is above 0, and looked for by its logarithm."""
+        return self.low >= 0.0 and self.start > 0.0
+
+    @property
+    def is_of_force(self) -> bool:
+        """Whether forces grow with it."""
+        return self.unit in _OF_FORCE
+
+    def to_free(self, value: float) -> float:
+        """The number that the search changes."""
+        return math.log(value / self.start) if self.is_size else value - self.start
+
+    def from_free(self, value: float) -> float:
+        """The inverse of :meth:`to_free`."""
+        return self.start * math.exp(min(max(value, -_FAR), _FAR)) if self.is_size else self.start + value
+
+    def rate(self, value: float) -> float:
+        """What the unknown changes by when its free number does."""
+        return value if self.is_size else 1.0
+
+
+def unknowns_of(contact: Contact, free: Free) -> tuple[Unknown, ...]:
+    """
+    The unknowns of a contact.
+
+    Parameters
+    ----------
+    contact : Contact
+    free : sequence of str, or mapping of str to pair of quantities or None
+        Dotted names, with bounds if there are any.
+
+    Raises
+    ------
+    ProblemError
+        If none is named, the contact has no number of a name, or bounds do not rise or do not hold what the contact says.
+    """
+    if isinstance(free, str):
+        free = [free]
+    names = list(free)
+    if not names or len(set(names)) < len(names):
+        raise ProblemError(
+            f"fit: free = {shown(free)}; name what is looked for, each once, such as ['body.young']"
+        )
+    bounds = free if isinstance(free, Mapping) else dict.fromkeys(names)
+    return tuple(_unknown(contact, str(name), bounds[name]) for name in names)
+
+
+def _unknown(contact: Contact, name: str, bounds: ArrayQuantityLike | None) -> Unknown:
+    found = parameter_of(contact, name)
+    low, high = _limits(contact, name)
+    if bounds is not None:
+        ends = to_si_array(bounds, found.unit, name=f"fit: bounds of {name}")
+        if ends.shape != (2,) or not ends[0] < ends[1]:
+            raise ProblemError(f"fit: bounds of {name} = {shown(bounds)}; a pair that rises is needed")
+        low, high = max(low, float(ends[0])), min(high, float(ends[1]))
+    start = float(np.clip(found.value, low, high))
+    return Unknown(name, found.unit, low, high, start)
+
+
+def _limits(contact: Contact, name: str) -> tuple[float, float]:
+    """Of the field that holds a parameter; entries of arrays are sizes."""
+    *path, last = name.split(".")
+    if last.endswith("]"):
+        return 0.0, math.inf
+    owner: object = contact
+    for step in path:
+        attribute, *indices = step.replace("]", "").split("[")
+        owner = getattr(owner, attribute)
+        for index in indices:
+            owner = owner[int(index)]  # type: ignore[index]
+    described = inspect.getattr_static(type(owner), last)
+    assert isinstance(described, SIField)
+    return max(described.above, described.at_least), min(described.below, described.at_most)
+
+
+def origins(given: Mapping[str, QuantityLike | None]) -> dict[str, float]:
+    """The origins that are known, in SI units; those that are None are looked for."""
+    return {
+        name: to_si(value, ORIGINS[name], name=f"fit: {name}")
+        for name, value in given.items()
+        if value is not None
+    }
+
+
+def scales_together(contact: Contact, unknowns: Sequence[Unknown]) -> bool:
+    """Whether all numbers to which forces are proportional, taken together, are looked for."""
+    free = {unknown.name for unknown in unknowns}
+    of_force = [p.name for p in parameters_of(contact) if p.unit in _OF_FORCE]
+    return bool(of_force) and set(of_force) <= free
+
+
+def candidates(
+    contact: Contact, unknowns: Sequence[Unknown], depth: float, span: float, most: int
+) -> list[FloatArray]:
+    """
+    Values from which a search may start, one array per combination.
+
+    Parameters
+    ----------
+    contact : Contact
+    unknowns : sequence of Unknown
+    depth : float
+        Depth in m to which the bodies are pressed.
+    span : float
+        Time in s that the record lasts; 0 without times.
+    most : int
+        Number of combinations.
+
+    Returns
+    -------
+    list of ndarray, shape (unknowns,)
+    """
+    together = scales_together(contact, unknowns)
+    moduli = [p for p in parameters_of(contact) if p.unit == "Pa"]
+    scale = next((u.name for u in unknowns if u.is_of_force), None)
+    grids = []
+    for unknown in unknowns:
+        fixed = together and unknown.name == scale
+        grids.append(np.array([unknown.start]) if fixed else _grid(unknown, moduli, depth, span))
+    while math.prod(grid.size for grid in grids) > most:
+        largest = max(range(len(grids)), key=lambda i: grids[i].size)
+        grids[largest] = grids[largest][::2]
+    mesh = np.meshgrid(*grids, indexing="ij")
+    return list(np.column_stack([part.ravel() for part in mesh]))
+
+
+def _grid(unknown: Unknown, moduli: Sequence[Parameter], depth: float, span: float) -> FloatArray:
+    """Values of one unknown from its bounds and from the sizes of the record."""
+    if unknown.unit == "J/m^2" and moduli:
+        grid = max(p.value for p in moduli) * depth * np.geomspace(1e-6, 3.0, 14)
+    elif unknown.unit == "s" and span > 0.0:
+        grid = span * np.geomspace(1e-3, 3.0, 8)
+    elif unknown.is_size:
+        grid = unknown.start * np.geomspace(
+            1e-3 if unknown.is_of_force else 0.1, 1e3 if unknown.is_of_force else 10.0, 13
+        )
+    elif math.isfinite(unknown.high - unknown.low):
+        grid = np.linspace(unknown.low, unknown.high, 7)[1:-1]
+    else:
+        grid = np.array([unknown.start])
+    inside = grid[(grid > unknown.low) & (grid < unknown.high)]
+    return np.unique(np.append(inside, unknown.start))
+
+
+def put_into(contact: Contact, unknowns: Sequence[Unknown], values: FloatArray) -> Contact:
+    """The contact with values of its unknowns."""
+    return with_parameters(contact, {u.name: float(v) for u, v in zip(unknowns, values, strict=True)})

@@ -1,0 +1,250 @@
+"""Fits: what made a curve is found in it again, with its error; what is not in it is refused."""
+
+from __future__ import annotations
+
+import json
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from typer.testing import CliRunner
+
+import pymdr as mdr
+from pymdr.errors import CaseError, ProblemError, QuantityError, UnitError
+from pymdr.solving.fits.forces import forces_of, modelled
+from pymdr.solving.fits.searching import autocorrelation_time
+from pymdr.workbench.cli import app
+
+pytest.importorskip("lmfit", reason="lmfit, of the extra fit, is not installed")
+SHAPES = {
+    "paraboloid": lambda size: mdr.Paraboloid(size),
+    "cone": lambda size: mdr.Cone(slope=0.3),
+    "power": lambda size: mdr.PowerLaw(3.3, size, 2.0 * size),
+    "sum": lambda size: mdr.Paraboloid(size) + mdr.Cone(slope=0.05),
+}
+JKR = mdr.Contact(mdr.Paraboloid("5 um"), mdr.Elastic("3 kPa", 0.5), adhesion=mdr.JKR("0.2 mJ/m^2"))
+
+
+def recorded(contact, way, machine=None, noise=0.0, seed=0, force=0.0, place=0.0):
+    """A curve as it would be measured."""
+    channel = {"indentation": way} if machine is None else {"travel": way}
+    solved = mdr.solve(contact, mdr.Path(**channel), machine_stiffness=machine)["normal_force"].values
+    spread = noise * np.ptp(solved) * np.random.default_rng(seed).normal(size=solved.size)
+    moved = {name: values + place for name, values in channel.items()}
+    return mdr.MeasuredCurve(force=solved + spread + force, spring_constant=machine, **moved)
+
+
+@settings(max_examples=15, deadline=None)
+@given(
+    st.sampled_from(list(SHAPES)),
+    st.floats(-8.0, -1.0),
+    st.floats(2.0, 11.0),
+    st.floats(-3.0, 3.0),
+    st.none() | st.floats(-1.0, 1.5),
+    st.floats(-1.0, 1.0),
+)
+def test_moduli_of_any_size_are_found_again(shape, log_size, log_young, log_start, log_machine, offset):
+    size, young = 10.0**log_size, 10.0**log_young
+    contact = mdr.Contact(SHAPES[shape](size), mdr.Elastic(young, 0.4))
+    depth = 0.1 * size
+    largest = float(mdr.solve(contact, mdr.indent(depth))["normal_force"][0])
+    machine = None if log_machine is None else largest / depth * 10.0**log_machine
+    top = depth if machine is None else depth + largest / machine
+    curve = recorded(
+        contact, np.linspace(-0.7 * top, top, 150), machine, 0.0, 0, offset * largest, offset * depth
+    )
+    found = mdr.fit(
+        mdr.Contact(contact.profile, mdr.Elastic(young * 10.0**log_start, 0.4)), curve, ["body.young"]
+    )
+    assert found["body.young"].value == pytest.approx(young, rel=1e-6)
+    assert found["contact_point"].value == pytest.approx(offset * depth, abs=1e-6 * top)
+    assert found["baseline"].value == pytest.approx(offset * largest, abs=1e-6 * largest)
+
+
+@pytest.mark.parametrize("machine", [None, "0.05 N/m"])
+@pytest.mark.parametrize("law", [mdr.JKR("0.2 mJ/m^2"), mdr.DMT("0.2 mJ/m^2")], ids=["JKR", "DMT"])
+@pytest.mark.parametrize("start", [(1e6, 1e-2), (30.0, 1e-6)])
+def test_work_and_modulus_from_any_start(law, machine, start):
+    contact = mdr.Contact(mdr.Paraboloid("5 um"), mdr.Elastic("3 kPa", 0.5), adhesion=law)
+    way = np.concatenate([np.linspace(-1e-6, 1.5e-6, 250), np.linspace(1.5e-6, -3e-6, 450)])
+    curve = recorded(contact, way, machine, 0.01, 3, -1e-10, 4e-7)
+    first = mdr.Contact(contact.profile, mdr.Elastic(start[0], 0.5), adhesion=type(law)(start[1]))
+    found = mdr.fit(first, curve, ["body.young", "adhesion.work"])
+    for name, value in (("body.young", 3e3), ("adhesion.work", 0.2e-3), ("contact_point", 4e-7)):
+        assert abs(found[name].value - value) < 4.5 * found[name].error
+        assert found[name].error < 0.05 * value
+    assert found.noise == pytest.approx(0.01 * np.ptp(curve.force), rel=0.15)
+
+
+@settings(max_examples=15, deadline=None)
+@given(st.sampled_from(list(SHAPES)), st.floats(-2.5, -0.5), st.none() | st.floats(-1.0, 1.0))
+def test_the_branch_is_that_of_the_history(shape, log_work, log_machine):
+    contact = mdr.Contact(SHAPES[shape](1.0), mdr.Elastic(0.75, 0.5), adhesion=mdr.JKR(0.1 * 10.0**log_work))
+    machine = None if log_machine is None else 0.1 * 10.0**log_machine
+    way = np.linspace(0.5, -0.6, 300)
+    channel = {"indentation": way} if machine is None else {"travel": way}
+    solved = mdr.solve(contact, mdr.indent(0.8) >> mdr.Path(**channel), machine_stiffness=machine)
+    force = solved["normal_force"].values[1:]
+    compliance = 0.0 if machine is None else 1.0 / machine
+    model, touches = modelled(forces_of(contact, 0.9, compliance, None), way, force)
+    assert model == pytest.approx(force, abs=2e-8 * np.abs(force).max())
+    assert np.array_equal(touches, force != 0.0)
+
+
+def test_intervals_hold_what_they_say():
+    depth = np.linspace(-1.0, 1.0, 120)
+    contact = mdr.Contact(mdr.Paraboloid(1.0), mdr.Elastic(0.75, 0.5))
+    force = mdr.solve(contact, mdr.Path(indentation=depth))["normal_force"].values
+    rng = np.random.default_rng(5)
+    hits = 0
+    for _ in range(200):
+        noisy = mdr.MeasuredCurve(force=force + 0.02 * rng.normal(size=force.size), indentation=depth)
+        one = mdr.fit(contact, noisy, ["body.young"])["body.young"]
+        hits += one.low <= 0.75 <= one.high
+    # 95 % of 200 is 190, and three deviations of the count are 9
+    assert 181 <= hits <= 199
+
+
+def test_what_hangs_together_tells_less():
+    depth = np.linspace(-1.0, 1.0, 400)
+    contact = mdr.Contact(mdr.Paraboloid(1.0), mdr.Elastic(0.75, 0.5))
+    force = mdr.solve(contact, mdr.Path(indentation=depth))["normal_force"].values
+    rng = np.random.default_rng(2)
+    white = 0.02 * rng.normal(size=force.size)
+    slow = np.convolve(0.02 * rng.normal(size=force.size + 30), np.ones(31) / math.sqrt(31), mode="valid")
+    plain, wide = (
+        mdr.fit(contact, mdr.MeasuredCurve(force=force + noise, indentation=depth), ["body.young"])
+        for noise in (white, slow)
+    )
+    assert plain.correlated < 1.5
+    assert wide.correlated > 8.0
+    assert wide["body.young"].error > 2.0 * plain["body.young"].error
+    assert autocorrelation_time(np.ones(50)) == 1.0
+
+
+def test_profiles_of_the_likelihood_agree_where_it_is_normal():
+    curve = recorded(JKR, np.linspace(1.5e-6, -2e-6, 300), None, 0.01, 1)
+    found = mdr.fit(JKR, curve, ["body.young", "adhesion.work"])
+    for name, (low, high) in found.profile_intervals().items():
+        width = found[name].high - found[name].low
+        assert low == pytest.approx(found[name].low, abs=0.1 * width)
+        assert high == pytest.approx(found[name].high, abs=0.1 * width)
+    with pytest.raises(QuantityError, match=r"profile\.radius"):
+        found.profile_intervals(["profile.radius"])
+
+
+def test_several_curves_share_the_contact():
+    curves = [
+        recorded(JKR, np.linspace(1e-6, -2e-6, 200), None, 0.02, seed, seed * 1e-10, seed * 1e-7)
+        for seed in (1, 2)
+    ]
+    both = mdr.fit(JKR, curves, ["body.young", "adhesion.work"])
+    alone = mdr.fit(JKR, curves[0], ["body.young", "adhesion.work"])
+    assert both["body.young"].error < alone["body.young"].error
+    assert both["contact_point[1]"].value == pytest.approx(2e-7, abs=5 * both["contact_point[1]"].error)
+    assert both.data.sizes["step"] == 400
+    fixed = mdr.fit(JKR, curves[0], ["body.young"], contact_point="100 nm", baseline="0.1 nN")
+    assert set(fixed.values) == {"body.young"}
+    assert fixed.plot() is not None
+
+
+def test_bodies_with_memory():
+    body = mdr.Viscoelastic(mdr.StandardSolid("1 kPa", "3 kPa", "1 s"), poisson=0.5)
+    time = np.linspace(0.0, 8.0, 200)
+    depth = np.where(time < 2.0, 0.5e-6 * time - 0.2e-6, 0.8e-6)
+    contact = mdr.Contact(mdr.Paraboloid("5 um"), body)
+    force = mdr.solve(contact, mdr.Path(time=time, indentation=depth))["normal_force"].values
+    curve = mdr.MeasuredCurve(force=force, indentation=depth + 1e-7, time=time)
+    start = mdr.Contact(
+        contact.profile, mdr.Viscoelastic(mdr.StandardSolid("10 kPa", "10 kPa", "0.1 s"), poisson=0.5)
+    )
+    found = mdr.fit(start, curve, ["body.shear.equilibrium", "body.shear.modulus", "body.shear.time"])
+    for name, value in (("equilibrium", 1e3), ("modulus", 3e3), ("time", 1.0)):
+        assert found[f"body.shear.{name}"].value == pytest.approx(value, rel=1e-3)
+    with pytest.raises(ProblemError, match="needs the times"):
+        mdr.fit(start, mdr.MeasuredCurve(force=force, indentation=depth), ["body.shear.modulus"])
+
+
+def test_what_a_curve_cannot_tell():
+    curve = recorded(JKR, np.linspace(1.5e-6, -2e-6, 300), None, 0.005, 1)
+    with pytest.raises(
+        ProblemError, match=r"determines .*young x profile.radius\^0.5 = 6\.\d+ \(in Pa and m\)"
+    ):
+        mdr.fit(JKR, curve, ["body.young", "adhesion.work", "profile.radius"])
+    plain = mdr.Contact(mdr.Paraboloid("5 um"), mdr.Elastic("3 kPa", 0.5))
+    pressed = recorded(plain, np.linspace(-1e-6, 1e-6, 200), None, 0.01, 1)
+    with pytest.raises(ProblemError, match=r"body\.young and body\.poisson apart"):
+        mdr.fit(mdr.Contact(plain.profile, mdr.Elastic(3e3, 0.3)), pressed, ["body.young", "body.poisson"])
+    with pytest.raises(ProblemError, match="shows no adhesion"):
+        mdr.fit(JKR, pressed, ["body.young", "adhesion.work"])
+
+
+@pytest.mark.parametrize(
+    ("free", "options", "kind", "words"),
+    [
+        ([], {}, ProblemError, "name what is looked for"),
+        (["body.yung"], {}, ProblemError, "this contact has"),
+        (["body.young", "body.young"], {}, ProblemError, "each once"),
+        ({"body.young": ["2 MPa", "1 MPa"]}, {}, ProblemError, "a pair that rises"),
+        ({"body.young": ["2 N", "3 N"]}, {}, UnitError, "does not fit"),
+        (["body.young"], {"contact_point": "1 N"}, UnitError, "does not fit"),
+    ],
+)
+def test_what_is_no_question(free, options, kind, words):
+    curve = recorded(JKR, np.linspace(1e-6, -1e-6, 50))
+    with pytest.raises(kind, match=words):
+        mdr.fit(JKR, curve, free, **options)
+
+
+def test_contacts_that_no_normal_force_tells():
+    curve = recorded(JKR, np.linspace(1e-6, -1e-6, 50))
+    rubbed = mdr.Contact(JKR.profile, JKR.body, friction=mdr.Coulomb(0.3))
+    with pytest.raises(ProblemError, match="friction"):
+        mdr.fit(rubbed, curve, ["body.young"])
+    with pytest.raises(ProblemError, match="a MeasuredCurve is needed"):
+        mdr.fit(JKR, [], ["body.young"])
+
+
+@pytest.mark.parametrize(
+    ("arguments", "kind", "words"),
+    [
+        ({}, ProblemError, "exactly one; none"),
+        ({"indentation": np.zeros(9), "travel": np.zeros(9)}, ProblemError, "both of them"),
+        ({"travel": np.zeros(9)}, ProblemError, "give the spring_constant"),
+        ({"indentation": np.zeros(8)}, ProblemError, "9 forces, but 8 entries"),
+        ({"indentation": np.zeros(9), "time": np.zeros(9)}, ProblemError, "times rise"),
+        ({"indentation": np.full(9, np.nan)}, UnitError, "not finite"),
+        ({"indentation": np.zeros(9), "spring_constant": -1.0}, ProblemError, "above 0"),
+    ],
+)
+def test_what_is_no_curve(arguments, kind, words):
+    with pytest.raises(kind, match=words):
+        mdr.MeasuredCurve(force=np.zeros(9), **arguments)
+
+
+def test_a_curve_from_a_file_by_the_shell(tmp_path):
+    curve = recorded(
+        JKR, np.concatenate([np.linspace(-1e-6, 1e-6, 150), np.linspace(1e-6, -2e-6, 200)]), "0.05 N/m"
+    )
+    lines = [f"{1e6 * x:.9f},{1e9 * f:.9f}" for x, f in zip(curve.travel, curve.force, strict=True)]
+    (tmp_path / "curve.csv").write_text("\n".join(["travel [um],load [nN]", *lines]) + "\n")
+    (tmp_path / "case.toml").write_text(
+        "[profile]\nkind = 'paraboloid'\nradius = '5 um'\n[body]\nkind = 'elastic'\nyoung = '1 MPa'\npoisson = 0.5\n"
+        "[adhesion]\nkind = 'jkr'\nwork = '10 mJ/m^2'\n"
+    )
+    asked = ["fit", str(tmp_path / "case.toml"), str(tmp_path / "curve.csv"), "--free", "body.young"]
+    asked += ["--free", "adhesion.work", "-o", str(tmp_path / "out"), "--json"]
+    done = CliRunner().invoke(app, [*asked, "--spring-constant", "0.05 N/m"])
+    assert done.exit_code == 0, done.output
+    told = json.loads(done.stdout)
+    assert told["fit"]["values"]["body.young"]["value"] == pytest.approx(3e3, rel=1e-4)
+    assert {file.name for file in (tmp_path / "out").iterdir()} == {"fit.csv", "fit.png"}
+    assert (tmp_path / "out/fit.csv").read_text().startswith("indentation [m],normal_force [N],model [N]")
+    without = CliRunner().invoke(app, asked)
+    assert without.exit_code != 0
+    assert json.loads(without.stdout)["error"]["message"].count("spring_constant") >= 1
+    (tmp_path / "bad.csv").write_text("travel [um]\n1\n")
+    with pytest.raises(CaseError, match="load"):
+        mdr.read_curve(tmp_path / "bad.csv", spring_constant=1.0)
