@@ -4,6 +4,8 @@ import importlib.util
 import json
 import os
 import stat
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -103,6 +105,21 @@ def test_verify_follows_a_body_that_remembers(tmp_path, shell):
 def test_help_and_version(shell):
     assert "run" in CliRunner().invoke(app, ["--help"]).output
     assert mdr.__version__ in shell("--version")[1]
+
+
+def test_help_loads_nothing_that_computes():
+    code = (
+        "import sys; sys.argv = ['pymdr', '--help']\n"
+        "from pymdr.workbench.cli import main\n"
+        "try: main()\n"
+        "except SystemExit: pass\n"
+        "print(*sys.modules, file=sys.stderr)"
+    )
+    ended = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    loaded = {name for name in ended.stderr.split() if name.split(".")[0] not in sys.stdlib_module_names}
+    assert not {"numpy", "scipy", "xarray", "pydantic", "pint", "matplotlib", "numba", "rich"} & loaded
+    ours = {name for name in loaded if name.startswith("pymdr.") and "workbench" not in name}
+    assert ours == {"pymdr.errors"}
 
 
 @pytest.mark.parametrize(
