@@ -4,6 +4,8 @@ import importlib.util
 import json
 import os
 import stat
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -103,6 +105,21 @@ def test_verify_follows_a_body_that_remembers(tmp_path, shell):
 def test_help_and_version(shell):
     assert "run" in CliRunner().invoke(app, ["--help"]).output
     assert mdr.__version__ in shell("--version")[1]
+
+
+def test_help_loads_nothing_that_computes():
+    code = (
+        "import sys; sys.argv = ['pymdr', '--help']\n"
+        "from pymdr.workbench.cli import main\n"
+        "try: main()\n"
+        "except SystemExit: pass\n"
+        "print(*sys.modules, file=sys.stderr)"
+    )
+    ended = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    loaded = {name for name in ended.stderr.split() if name.split(".")[0] not in sys.stdlib_module_names}
+    assert not {"numpy", "scipy", "xarray", "pydantic", "pint", "matplotlib", "numba", "rich"} & loaded
+    ours = {name for name in loaded if name.startswith("pymdr.") and "workbench" not in name}
+    assert ours == {"pymdr.errors"}
 
 
 @pytest.mark.parametrize(
@@ -318,6 +335,7 @@ KEYS = {
     "loops",
     "impact",
     "study",
+    "fit",
     "written",
     "error",
 }
@@ -405,6 +423,10 @@ def test_json_has_one_shape(case, hollow, rough, tmp_path, shell):
     deep.write_text(
         HOLLOW.replace('kind = "load"\nnormal_force = "0.5 N"', 'kind = "indent"\nindentation = "1 um"')
     )
+    curve = tmp_path / "curve.csv"
+    curve.write_text(
+        "indentation [um],force [N]\n" + "\n".join(f"{i},{0.02 * max(i, 0) ** 1.5}" for i in range(-9, 9))
+    )
     out = tmp_path / "out"
     for arguments, status, ended in (
         (("run", case, "-o", out), 0, "COMPLETED"),
@@ -425,6 +447,8 @@ def test_json_has_one_shape(case, hollow, rough, tmp_path, shell):
         (("rough", rough, *_PRESSES), 0, "COMPLETED"),
         (("rough", case, *_PRESSES), 1, "FAILED"),
         (("press", case, "--normal-force", "1 N"), 1, "FAILED"),
+        (("fit", case, curve, "--free", "body.young"), 0, "COMPLETED"),
+        (("fit", case, broken, "--free", "body.young"), 1, "FAILED"),
     ):
         found, text, _ = shell(*arguments, "--json")
         told = json.loads(text)

@@ -150,12 +150,12 @@ def test_printable_texts_keep_what_can_be_read(text):
     )
 )
 def test_no_two_cases_are_written_into_one_folder(tmp_path, parts):
-    from pymdr.workbench.cli import _folders
+    from pymdr.workbench.cli.folders import folders_of
 
     cases = [tmp_path.joinpath(*p) for p in parts]
     for output in (tmp_path / "out", None):
         try:
-            folders = _folders(cases, output)
+            folders = folders_of(cases, output)
         except mdr.CaseError:
             assert len(set(cases)) < len(cases)
         else:

@@ -1,0 +1,203 @@
+"""``pymdr run``, ``check`` and ``plot``: what becomes of a case."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from pymdr.workbench.cli.folders import folders_of, ready_folder, write_figure, write_figures
+from pymdr.workbench.cli.options import CaseFile, Json, Output, Quiet
+from pymdr.workbench.cli.telling import (
+    FAILED,
+    REFUSED,
+    answer,
+    complain,
+    failure,
+    failures_as_json,
+    print_json,
+    say,
+    say_found,
+    say_written,
+    stages,
+    validity_of,
+    with_unit,
+)
+
+if TYPE_CHECKING:
+    from pymdr.workbench.casefile import Case
+
+_LARGE = 50_000_000
+_PICTURES = (".png", ".pdf", ".svg")
+_REFUSALS = ("REFUSED", "ADHESION_REFUSED")
+
+
+def run(
+    cases: Annotated[list[Path], typer.Argument(metavar="CASE.toml...", help="One case file or several.")],
+    output: Output = None,
+    csv: Annotated[bool, typer.Option("--csv", help="Write result.csv too.")] = False,
+    quiet: Quiet = False,
+    as_json: Json = False,
+) -> None:
+    """Solve cases; write result.nc and figures; print the summary.
+
+    Several cases write into one folder each; one that fails does not stop the others. The exit status is 1 if one
+    failed, else 3 if the method refuses one.
+    """
+    from pymdr.errors import PymdrError
+
+    with failures_as_json("run", cases, as_json):
+        folders = folders_of(cases, output)
+    answers: list[dict[str, Any]] = []
+    failures: dict[Path, str] = {}
+    for case, folder in folders.items():
+        try:
+            answers.append(_run_one(case, folder, csv, quiet, as_json))
+        except (PymdrError, MemoryError) as error:
+            failures[case] = str(error) or "the memory of this machine is not enough"
+            answers.append(failure("run", case, error))
+            if len(folders) == 1 and not as_json:
+                raise
+    if as_json:
+        print_json(answers[0] if len(folders) == 1 else answers)
+    if len(folders) == 1:
+        for words in failures.values():
+            complain(words)
+    elif failures:
+        _print_failures(list(folders), failures)
+    refused = any(told["status"] in _REFUSALS for told in answers)
+    if failures or refused:
+        raise typer.Exit(FAILED if failures else REFUSED)
+
+
+def _run_one(case: Path, folder: Path, csv: bool, quiet: bool, as_json: bool) -> dict[str, Any]:
+    import logging
+
+    from pymdr.solving import solve
+    from pymdr.workbench.casefile import read_case
+
+    asked = read_case(case)
+    if quiet:
+        logging.getLogger("pymdr").setLevel(logging.ERROR)
+    with ready_folder(folder), stages(quiet or as_json) as stage:
+        if not quiet and not as_json:
+            _tell_memory(asked)
+        result = solve(asked.contact, asked.path, progress=stage("solving"), **asked.options)
+        result.save(folder / "result.nc")
+        written = [folder / "result.nc"]
+        if csv:
+            result.to_csv(folder / "result.csv")
+            written.append(folder / "result.csv")
+        written += write_figures(result.figures(), folder, stage("drawing"))
+    if not as_json and result.status.name in _REFUSALS:
+        complain(f"{case}: {result.status.name}: {result.status.value}")
+    if not quiet and not as_json:
+        say_found(asked.title or str(case), result.summary(), written)
+    return answer(
+        "run",
+        case,
+        written,
+        title=asked.title,
+        status=result.status.name,
+        rows=result.data.sizes["step"],
+        last={
+            str(name): with_unit(float(array.values[-1]), array.attrs["units"])
+            for name, array in result.data.items()
+        },
+        largest={
+            name: with_unit(float(result.data[name].max()), result.data[name].attrs["units"])
+            for name in ("indentation", "normal_force", "contact_radius")
+            if name in result.data
+        },
+        references=list(result.cite()),
+        **validity_of(result),
+    )
+
+
+def _tell_memory(case: Case) -> None:
+    """Say what a long history will take before it is followed."""
+    from pymdr.presentation.text import in_bytes
+    from pymdr.problem.schedule import total_rows
+    from pymdr.solving.verb import bytes_of
+
+    rows = total_rows(case.path)
+    keep = int(case.options.get("keep") or 1)
+    if bytes_of(rows, keep) > _LARGE:
+        complain(
+            f"{rows} rows, of which {rows // keep} are kept, take about {in_bytes(bytes_of(rows, keep))} while they are "
+            "solved; with friction [solve] keep = k keeps every k-th"
+        )
+
+
+def _print_failures(cases: Sequence[Path], failures: Mapping[Path, str]) -> None:
+    complain(f"{len(failures)} of {len(cases)} cases failed")
+    for case in cases:
+        if case in failures:
+            complain(f"{case}: {failures[case]}".replace(f"{case}: {case}", str(case), 1))
+
+
+def check(case: CaseFile, quiet: Quiet = False, as_json: Json = False) -> None:
+    """Validate a case and print what can be claimed of it; nothing is written."""
+    from pymdr.quantities import quantity
+    from pymdr.solving import assess
+    from pymdr.workbench.casefile import read_case
+
+    with failures_as_json("check", case, as_json):
+        asked = read_case(case)
+        assessment = assess(asked.contact, asked.path, **asked.options)
+    status = assessment.status.name
+    if as_json:
+        told = answer(
+            "check",
+            case,
+            title=asked.title,
+            status=status,
+            rows=assessment.rows,
+            memory=assessment.memory,
+            largest={
+                name: with_unit(value, quantity(name).unit) for name, value in assessment.largest.items()
+            },
+            **validity_of(assessment),
+        )
+        print_json(told)
+    elif not quiet:
+        say(asked.title or f"{case} is a valid case.")
+        say(assessment.summary())
+    if status in _REFUSALS:
+        if not as_json:
+            complain(f"{case}: {status}: {assessment.status.value}")
+        raise typer.Exit(REFUSED)
+
+
+def plot(
+    result_file: Annotated[
+        Path, typer.Argument(metavar="RESULT", help="A file written by pymdr run, or its folder.")
+    ],
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "-o",
+            "--output",
+            metavar="DIR|FILE",
+            help="Folder for the figures; or one file (.png, .pdf, .svg) for the overview.",
+        ),
+    ] = None,
+    step: Annotated[int, typer.Option(help="Row to draw, counted from 0; -1 is the last.")] = -1,
+    quiet: Quiet = False,
+) -> None:
+    """Draw the figures of a saved result, or its overview as a file for print."""
+    from pymdr.solving.reopening import open_result
+
+    file = result_file / "result.nc" if result_file.is_dir() else result_file
+    result = open_result(file)
+    picture = output is not None and output.suffix.lower() in _PICTURES and not output.is_dir()
+    place = output.parent if output is not None and picture else output or file.parent
+    with ready_folder(place) as folder, stages(quiet) as stage:
+        if output is not None and picture:
+            written = [write_figure(result.plot(step), output)]
+        else:
+            written = write_figures(result.figures(step), folder, stage("drawing"))
+    if not quiet:
+        say_written(written)

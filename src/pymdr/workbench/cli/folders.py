@@ -1,0 +1,102 @@
+"""Where a command writes, and how its figures and tables get there."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from pymdr.solving import Impact
+    from pymdr.solving.azimuth import AzimuthalProfile
+    from pymdr.solving.fits import FitResult
+    from pymdr.solving.study import Study
+
+
+def folders_of(cases: Sequence[Path], output: Path | None) -> dict[Path, Path]:
+    """Where every case is written: no two into one folder."""
+    from pymdr.errors import CaseError
+
+    whole = {case: case.resolve() for case in cases}
+    if output is None:
+        folders = {case: named_after(case) for case in cases}
+    elif len(cases) == 1:
+        folders = {cases[0]: output}
+    else:
+        folders = {case: output / case.stem for case in cases}
+        if len(set(folders.values())) < len(folders):
+            shared = os.path.commonpath([file.parent for file in whole.values()])
+            folders = {c: output / whole[c].parent.relative_to(shared) / c.stem for c in cases}
+    taken: dict[Path, Path] = {}
+    for case, folder in folders.items():
+        other = taken.setdefault(folder.resolve(), case)
+        if other != case or list(cases).count(case) > 1:
+            raise CaseError(f"{other} and {case} would both be written into {folder}; name each of them once")
+    return folders
+
+
+def named_after(case: Path) -> Path:
+    """The folder of a case beside its file."""
+    from pymdr.errors import FileError
+
+    if not case.name:
+        raise FileError(f"cannot read {case}: a case file is a regular file, not a folder")
+    return case.with_suffix("")
+
+
+@contextmanager
+def ready_folder(folder: Path) -> Iterator[Path]:
+    """Make the folder and see that it takes files before any work is done; without result it goes again."""
+    from pymdr.errors import FileError
+
+    is_new = not folder.exists()
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        probe = folder / ".pymdr-probe"
+        probe.touch()
+        probe.unlink()
+    except OSError as error:
+        raise FileError(
+            f"cannot write into {folder}: {error.strerror or error}; choose another with -o DIR"
+        ) from error
+    try:
+        yield folder
+    except BaseException:
+        if is_new and not any(folder.iterdir()):
+            folder.rmdir()
+        raise
+
+
+def write_figure(figure: Figure, file: Path) -> Path:
+    """Write a figure, whole or not at all."""
+    from pymdr.presentation.files import write_whole
+
+    write_whole(file, lambda beside: figure.savefig(beside, dpi=150))
+    return file
+
+
+def write_figures(
+    figures: Mapping[str, Figure], folder: Path, progress: Callable[[int, int], None] | None
+) -> list[Path]:
+    """Write figures under their names."""
+    files = []
+    for name, figure in figures.items():
+        files.append(write_figure(figure, folder / f"{name}.png"))
+        if progress is not None:
+            progress(len(files), len(figures))
+    return files
+
+
+def write_found(
+    found: Impact | Study | AzimuthalProfile | FitResult, output: Path | None, name: str
+) -> list[Path]:
+    """The table and the figure of what was found, where a folder is named for them."""
+    if output is None:
+        return []
+    with ready_folder(output) as folder:
+        found.to_csv(folder / f"{name}.csv")
+        return [folder / f"{name}.csv", write_figure(found.plot(), folder / f"{name}.png")]

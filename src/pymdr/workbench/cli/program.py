@@ -1,0 +1,73 @@
+"""The program: its commands in the order of the help, and how it ends."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from pymdr.workbench.cli.cases import check, plot, run
+from pymdr.workbench.cli.fits import fit
+from pymdr.workbench.cli.measured import loops, topography
+from pymdr.workbench.cli.starting import info, new, schema
+from pymdr.workbench.cli.studies import heat, impact, joule, rolling, sliding
+from pymdr.workbench.cli.surfaces import press, rough
+from pymdr.workbench.cli.sweep import sweep
+from pymdr.workbench.cli.telling import FAILED, OK, complain
+from pymdr.workbench.cli.verify import verify
+
+app = typer.Typer(
+    help="Contacts by the Method of Dimensionality Reduction: exact where the theory is, honest where it is not.",
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+    rich_markup_mode=None,
+    add_completion=True,
+)
+
+for command in (
+    run,
+    new,
+    schema,
+    info,
+    check,
+    verify,
+    loops,
+    impact,
+    rolling,
+    sliding,
+    heat,
+    joule,
+    rough,
+    press,
+    sweep,
+    fit,
+    topography,
+    plot,
+):
+    app.command()(command)
+
+
+@app.callback(invoke_without_command=True)
+def version_option(
+    show: Annotated[bool, typer.Option("--version", help="Print the version and exit.")] = False,
+) -> None:
+    """Options that need no command."""
+    if show:
+        import pymdr
+
+        typer.echo(f"pymdr {pymdr.__version__}")
+        raise typer.Exit(OK)
+
+
+def main() -> None:
+    """Run the command line; errors of pymdr become one line and exit status 1."""
+    from pymdr.errors import PymdrError
+
+    try:
+        app()
+    except PymdrError as error:
+        complain(str(error))
+        raise SystemExit(FAILED) from None
+    except MemoryError:
+        complain("the memory of this machine is not enough; take fewer steps")
+        raise SystemExit(FAILED) from None

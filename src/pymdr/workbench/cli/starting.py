@@ -1,0 +1,74 @@
+"""``pymdr new``, ``schema`` and ``info``: what one needs before there is a case."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+
+def new(
+    kind: Annotated[
+        str,
+        typer.Argument(
+            help="ball, cone, worn (blunt shapes), punch, tip (measured), gel (adhesion), joint (friction), cycle or rough."
+        ),
+    ] = "ball",
+    output: Annotated[
+        Path | None,
+        typer.Option("-o", "--output", metavar="CASE.toml", help="File to write; printed unless given."),
+    ] = None,
+) -> None:
+    """Write a commented case to start from."""
+    from pymdr.presentation.files import write_whole
+    from pymdr.workbench.templates import template
+
+    text = template(kind)
+    if output is None:
+        typer.echo(text, nl=False)
+        return
+    from pymdr.errors import FileError
+
+    if output.exists():
+        raise FileError(f"{output} exists already; name another file with -o")
+    write_whole(output, lambda beside: beside.write_text(text, encoding="utf-8"))
+
+
+def schema(
+    of_rough: Annotated[bool, typer.Option("--rough", help="Of the cases that pymdr rough takes.")] = False,
+) -> None:
+    """Print the JSON schema of case files, for editors."""
+    from pymdr.problem.codec import case_schema, rough_adapter
+
+    plain = rough_adapter().json_schema() if of_rough else case_schema()
+    typer.echo(json.dumps({"$schema": "https://json-schema.org/draft/2020-12/schema", **plain}, indent=2))
+
+
+def info() -> None:
+    """Print versions of pymdr and what it stands on, for bug reports."""
+    import platform
+    from importlib.metadata import PackageNotFoundError, version
+
+    typer.echo(
+        f"pymdr {version('pymdr')}\nPython {platform.python_version()} on {platform.system()} {platform.machine()}"
+    )
+    for name in (
+        "numpy",
+        "scipy",
+        "xarray",
+        "h5netcdf",
+        "h5py",
+        "pandas",
+        "pint",
+        "pydantic",
+        "matplotlib",
+        "numba",
+        "typer",
+        "rich",
+    ):
+        try:
+            typer.echo(f"{name} {version(name)}")
+        except PackageNotFoundError:
+            typer.echo(f"{name} is missing")

@@ -1,0 +1,112 @@
+"""``pymdr verify``: the method held against boundary elements."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from pymdr.workbench.cli.folders import named_after, ready_folder, write_figures
+from pymdr.workbench.cli.options import CaseFile, Json, Output, Quiet
+from pymdr.workbench.cli.telling import (
+    REFUSED,
+    Stage,
+    answer,
+    failures_as_json,
+    finite,
+    print_json,
+    say,
+    say_written,
+    stages,
+    table_of,
+)
+
+if TYPE_CHECKING:
+    from pymdr.workbench.casefile import Case
+
+
+def verify(
+    case: CaseFile,
+    output: Output = None,
+    rings: Annotated[int, typer.Option(help="Number of rings, 20 to 5000.")] = 400,
+    cells: Annotated[int, typer.Option(help="With friction: cells along a side of the grid, 8 to 80.")] = 32,
+    pixels: Annotated[
+        int, typer.Option(help="Of a body that is not of revolution: pixels along a side, 33 to 1025.")
+    ] = 129,
+    steps: Annotated[
+        int | None, typer.Option(help="How many steps of the path are solved by both; 5, with friction 20.")
+    ] = None,
+    quiet: Quiet = False,
+    as_json: Json = False,
+) -> None:
+    """Hold the method against boundary elements: on rings, with friction or bodies not of revolution on a grid; draw both."""
+    from pymdr.workbench.casefile import read_case
+
+    with failures_as_json("verify", case, as_json):
+        folder = output or named_after(case)
+        asked = read_case(case)
+        with ready_folder(folder), stages(quiet or as_json) as stage:
+            if asked.contact.friction is None:
+                found, told = _by_elements(asked, rings, pixels, 5 if steps is None else steps, stage)
+            else:
+                found, told = _by_cells(asked, cells, 20 if steps is None else steps, stage)
+            written = write_figures({"verify": found.plot()}, folder, stage("drawing"))
+    # without any difference to tell the method gave nothing
+    refused = told["largest_difference"] is None
+    if as_json:
+        report = answer(
+            "verify",
+            case,
+            written,
+            title=asked.title,
+            status="REFUSED" if refused else "COMPLETED",
+            rows=found.table.sizes["step"],
+            verification={**told, "table": table_of(found.table)},
+        )
+        print_json(report)
+    elif not quiet:
+        say(found.summary())
+        say_written(written)
+    if refused:
+        raise typer.Exit(REFUSED)
+
+
+def _by_elements(
+    asked: Case, rings: int, pixels: int, steps: int, stage: Stage
+) -> tuple[Any, dict[str, Any]]:
+    from pymdr.problem.profiles import Shape
+    from pymdr.workbench.verification import verify as hold_against_elements
+
+    whole = isinstance(asked.contact.profile, Shape)
+    found = hold_against_elements(
+        asked.contact,
+        asked.path,
+        rings=rings,
+        pixels=pixels,
+        steps=steps,
+        machine_stiffness=asked.options.get("machine_stiffness"),
+        progress=stage("pressing by boundary elements" if whole else "solving by rings"),
+    )
+    solver, n = ("pixels", pixels) if whole else ("rings", rings)
+    return found, {"solver": solver, "n": n, "largest_difference": finite(found.largest_difference)}
+
+
+def _by_cells(asked: Case, cells: int, steps: int, stage: Stage) -> tuple[Any, dict[str, Any]]:
+    from pymdr.workbench.sliding import verify_sliding
+
+    found = verify_sliding(
+        asked.contact,
+        asked.path,
+        machine_stiffness=asked.options.get("machine_stiffness"),
+        cells=cells,
+        steps=steps,
+        progress=stage("solving on a grid"),
+    )
+    told = {
+        "solver": "cells",
+        "n": cells,
+        "path_rows": found.path_rows,
+        "rows": found.rows.tolist(),
+        "largest_difference": finite(found.largest_difference),
+    }
+    return found, told
