@@ -76,3 +76,69 @@ def fitted_curves(data: xr.Dataset, words: Sequence[str]) -> Figure:
         letter_panels(figure)
         figure.text(0.5, -0.02, "\n".join(words), ha="center", va="top", fontsize=8)
     return figure
+
+
+def fitted_map(data: xr.Dataset, names: Sequence[str]) -> Figure:
+    """
+    What was found in many curves: pictures over a grid of two dimensions, points over any other.
+
+    Parameters
+    ----------
+    data : xarray.Dataset
+        Over the grid of the curves; NaN where nothing was found.
+    names : sequence of str
+        The panels.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    dims = data["ending"].dims
+    with styled():
+        columns = min(len(names), 3)
+        rows = -(-len(names) // columns)
+        figure = new_figure(3.4 * columns, 2.9 * rows)
+        panels = np.atleast_1d(figure.subplots(rows, columns)).ravel()
+        for name, axes in zip(names, panels, strict=False):
+            unit = good_unit(data[name].values, str(data[name].attrs["units"]))
+            values = np.asarray(from_si(data[name].values, str(data[name].attrs["units"]), unit))
+            words = f"{name.replace('_', ' ')} ({unit})"
+            if len(dims) == 2:
+                low, high = _middle(values)
+                picture = axes.pcolormesh(
+                    *_edges(data, dims), values, vmin=low, vmax=high, cmap="viridis", rasterized=True
+                )
+                axes.set_facecolor(GREY)
+                axes.set_aspect("equal" if all(d in data.coords for d in dims) else "auto")
+                figure.colorbar(picture, ax=axes, label=words)
+                for label, dim in ((axes.set_ylabel, dims[0]), (axes.set_xlabel, dims[1])):
+                    own = str(data[dim].attrs.get("units", "")) if dim in data.coords else ""
+                    label(f"{dim} ({own})" if own else str(dim))
+            else:
+                axes.plot(np.arange(1, values.size + 1), values.ravel(), ".", color=BLUE, ms=4)
+                axes.set_xlabel("curve")
+                axes.set_ylabel(words)
+        for axes in panels[len(names) :]:
+            axes.axis("off")
+        letter_panels(figure)
+    return figure
+
+
+def _middle(values: np.ndarray) -> tuple[float, float]:
+    """Where all but the outermost hundredths lie."""
+    if not np.isfinite(values).any():
+        return 0.0, 1.0
+    low, high = (float(q) for q in np.nanquantile(values, [0.01, 0.99]))
+    return (low, high) if high > low else (low - 0.5 * abs(low) - 1e-300, high + 0.5 * abs(high) + 1e-300)
+
+
+def _edges(data: xr.Dataset, dims: Sequence[object]) -> tuple[np.ndarray, np.ndarray]:
+    """Of the pixels, along x and y."""
+    edges = []
+    for dim in (dims[1], dims[0]):
+        at = data[dim].values if dim in data.coords else np.arange(data.sizes[dim], dtype=float)
+        step = np.diff(at) if at.size > 1 else np.ones(1)
+        edges.append(
+            np.concatenate([[at[0] - 0.5 * step[0]], 0.5 * (at[1:] + at[:-1]), [at[-1] + 0.5 * step[-1]]])
+        )
+    return edges[0], edges[1]

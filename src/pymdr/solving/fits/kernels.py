@@ -16,8 +16,8 @@ baseline in N."""
 SETTLED, UNSETTLED, NO_CONTACT, UNREAD, AT_END = range(5)
 """How the fit of a curve ended."""
 _FEW, _TRIALS, _KEPT = 128, 25, 2
-_ITERATIONS, _POLISH = 60, 30
-_ROUGHLY, _ENOUGH, _STUCK = 1e-4, 1e-9, 1e12
+_ITERATIONS, _POLISH = 60, 100
+_ROUGHLY, _ENOUGH, _STUCK = 1e-4, 1e-9, 1e8
 _NEWTON = 30
 _BEYOND = 0.25
 _FULLY_OUT = 0.3
@@ -29,7 +29,13 @@ _OUTSIDE = 1.02
 
 @compiled
 def _row(
-    forces: FloatArray, slopes: FloatArray, folds: FloatArray, first: float, step: float, at: float, out: FloatArray
+    forces: FloatArray,
+    slopes: FloatArray,
+    folds: FloatArray,
+    first: float,
+    step: float,
+    at: float,
+    out: FloatArray,
 ) -> tuple[float, float]:
     """
     The member of the family at one logarithm: its fold and the rate of the fold.
@@ -96,16 +102,14 @@ def _first_root(row: FloatArray, reach: float, soft: float) -> float:
         travel = reach * r * r + soft * row[0, j]
         if travel < best:
             best, where = travel, j
-    if where == 0:
-        return 0.0
-    low, high = (where - 1) / cells, min((where + 1) / cells, 1.0)
+    low, high = max(where - 1, 0) / cells, min((where + 1) / cells, 1.0)
     for _ in range(50):
         middle = 0.5 * (low + high)
         if 2.0 * reach * middle + soft * _read(row[0], row[1], middle)[1] < 0.0:
             low = middle
         else:
             high = middle
-    return 0.5 * (low + high)
+    return float(0.5 * (low + high))
 
 
 @compiled
@@ -381,7 +385,13 @@ def _start(
                 scale = (smf - base * sm) / smm if smm > 0.0 else -1.0
             if scale <= 0.0:
                 continue
-            misfit = sff - 2.0 * (base * sf + scale * smf) + 2.0 * base * scale * sm + base * base * s + scale * scale * smm
+            misfit = (
+                sff
+                - 2.0 * (base * sf + scale * smf)
+                + 2.0 * base * scale * sm
+                + base * base * s
+                + scale * scale * smm
+            )
             if misfit < found[k, 0]:
                 found[k, 0] = misfit
                 found[k, 1] = math.log(scale)
@@ -438,7 +448,19 @@ def fit_curve(
         found[lowest, 0] = math.inf
         trial = found[lowest, 1:].copy()
         value, _ = _descend(
-            few_place, few_force, all_few, trial, ways, family, softness, _ITERATIONS, _ROUGHLY, root, square, touches, out
+            few_place,
+            few_force,
+            all_few,
+            trial,
+            ways,
+            family,
+            softness,
+            _ITERATIONS,
+            _ROUGHLY,
+            root,
+            square,
+            touches,
+            out,
         )
         if value < misfit:
             misfit, best = value, trial
