@@ -9,7 +9,7 @@ from functools import cached_property
 
 import numpy as np
 
-from pymdr.errors import PymdrError
+from pymdr.errors import ProblemError, PymdrError
 from pymdr.mapping.moduli import effective_moduli
 from pymdr.problem.contact import Contact
 from pymdr.problem.laws import DMT, JKR
@@ -17,14 +17,14 @@ from pymdr.problem.materials import Elastic, Rigid
 from pymdr.problem.parameters import parameters_of, with_parameters
 from pymdr.solving.fits.forces import AdhesiveForces, Forces, forces_of
 from pymdr.solving.fits.unknowns import Unknown
-from pymdr.units import FloatArray
+from pymdr.units import FloatArray, written
 
-_CELLS, _RUNGS = 256, 48
+_CELLS, _RUNGS = 256, 96
 _WORKS = (1e-6, 1.0)
 """Of the modulus times the depth."""
 _SIZES = (0.1, 10.0)
 """Of what the contact says."""
-_WORK = "adhesion.work"
+WORK = "adhesion.work"
 _PROBES = 7
 
 
@@ -109,12 +109,12 @@ def ways_of(contact: Contact, unknowns: Sequence[Unknown]) -> Ways | None:
         elif len(moduli) > 1:
             return None
     adhesive = contact.adhesion is not None and scale is not None
-    if len(others) > 1 or (others and adhesive and unknowns[others[0]].name != _WORK):
+    if len(others) > 1 or (others and adhesive and unknowns[others[0]].name != WORK):
         return None
     work = None
     if adhesive:
         value = contact.adhesion.work  # type: ignore[union-attr]
-        work = Unknown(_WORK, "J/m^2", 0.0, math.inf, value)
+        work = Unknown(WORK, "J/m^2", 0.0, math.inf, value)
     return Ways(tuple(unknowns), scale, others[0] if others else None, work, share)
 
 
@@ -200,9 +200,7 @@ def _members(
     failure: PymdrError | None = None
     for rung in rungs:
         try:
-            forces = forces_of(
-                with_parameters(contact, {number.name: number.from_free(float(rung))}), deepest, 0.0, None
-            )
+            forces = _reaching(contact, number, float(rung), deepest)
         except PymdrError as error:
             failure = error
             if len(found) >= 4:
@@ -214,6 +212,16 @@ def _members(
         assert failure is not None
         raise failure
     return [forces for _, forces in found], np.array([rung for rung, _ in found])
+
+
+def _reaching(contact: Contact, number: Unknown, rung: float, deepest: float) -> Forces:
+    value = number.from_free(rung)
+    forces = forces_of(with_parameters(contact, {number.name: value}), deepest, 0.0, None)
+    if isinstance(forces, AdhesiveForces) and forces.depth[-1] < deepest:
+        raise ProblemError(
+            f"fit_map: with {number.name} = {written(value, number.unit)} the profile ends before {written(deepest, 'm')} deep"
+        )
+    return forces
 
 
 def _ladder(

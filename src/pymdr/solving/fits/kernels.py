@@ -15,7 +15,7 @@ SCALE, SHAPE, POINT, BASE = range(4)
 baseline in N."""
 SETTLED, UNSETTLED, NO_CONTACT, UNREAD, AT_END = range(5)
 """How the fit of a curve ended."""
-_FEW, _TRIALS, _KEPT = 128, 25, 2
+_FEW, _TRIALS, _KEPT = 128, 25, 3
 _ITERATIONS, _POLISH = 60, 100
 _ROUGHLY, _ENOUGH, _STUCK = 1e-4, 1e-9, 1e8
 _NEWTON = 30
@@ -341,7 +341,7 @@ def _start(
     rungs: NDArray[np.int64],
     found: FloatArray,
 ) -> None:
-    """The best place of every rung: misfit and four numbers in the rows of `found`."""
+    """The best place of every rung: misfit, four numbers, and how far its largest pull is off, in the rows of `found`."""
     forces, slopes, folds, first, step, deepest = family
     n = place.size
     depth = place - softness * force
@@ -353,7 +353,7 @@ def _start(
     for k in range(rungs.size):
         rung = rungs[k]
         fold, reach = folds[rung], deepest - folds[rung]
-        found[k, 0] = math.inf
+        found[k, 0], found[k, 5] = math.inf, math.inf
         for i in range(trials):
             point = known[POINT] - softness * level
             if free[POINT]:
@@ -399,6 +399,7 @@ def _start(
                 # the deflection was taken off with the baseline in it
                 found[k, 3] = point + softness * (base + level) if free[POINT] else known[POINT]
                 found[k, 4] = base + level
+                found[k, 5] = abs(scale * forces[rung].min() - pull)
 
 
 @compiled
@@ -432,21 +433,22 @@ def fit_curve(
     few_place, few_force = place[::stride].copy(), force[::stride].copy()
     apart = max(folds.size // 7, 1)
     rungs = np.arange(0, folds.size, apart)
-    found = np.empty((rungs.size, 5))
+    found = np.empty((rungs.size, 6))
     _start(few_place[::2].copy(), few_force[::2].copy(), known, free, tied, family, softness, rungs, found)
     all_few, all_samples = np.ones(few_place.size, dtype=np.bool_), np.ones(n, dtype=np.bool_)
     square, best, misfit = np.empty((m, m)), known.copy(), math.inf
     root = np.full(few_place.size, 0.5)
     touches, out = np.empty(few_place.size, dtype=np.bool_), np.empty((few_place.size, 4))
-    for _ in range(_KEPT):
-        lowest = 0
+    for turn in range(_KEPT):
+        # the first is the one that pulls as the record does: a pull may stand in a few samples
+        by, lowest = 5 if turn == 0 and adhesive else 0, 0
         for k in range(rungs.size):
-            if found[k, 0] < found[lowest, 0]:
+            if math.isfinite(found[k, 0]) and found[k, by] < found[lowest, by]:
                 lowest = k
         if not math.isfinite(found[lowest, 0]):
             break
         found[lowest, 0] = math.inf
-        trial = found[lowest, 1:].copy()
+        trial = found[lowest, 1:5].copy()
         value, _ = _descend(
             few_place,
             few_force,

@@ -22,7 +22,7 @@ from pymdr.problem.measured import MeasuredCurve
 from pymdr.problem.paths import indent
 from pymdr.problem.schedule import Progress
 from pymdr.result import Result
-from pymdr.solving.fits.families import Family, Ways, family_of, ways_of
+from pymdr.solving.fits.families import WORK, Family, Ways, family_of, ways_of
 from pymdr.solving.fits.fitting import fit
 from pymdr.solving.fits.forces import rounded_up
 from pymdr.solving.fits.records import Records, Stretch, records_of, zarr
@@ -50,12 +50,14 @@ ENDINGS = (
     "the search did not settle",
     "no contact in the curve",
     "too few samples that are numbers",
-    "at an end of what was looked through: the curve does not show it",
+    "the curve does not show what is looked for, or only beyond its bounds",
     "refused",
 )
 """How the fit of a curve ended, by its number in ``ending``."""
 _NOT_YET = -1
 _CHUNK, _TOLD = 1024, 5
+_SEEN = 5.0
+"""Standard errors of a work of adhesion that a curve shows."""
 _MARK = "pymdr_work"
 _PLAIN = ("noise", "correlated", "indentation")
 _UNITS = {"noise": "N", "correlated": "", "indentation": "m"}
@@ -497,6 +499,9 @@ def _columns(
     for name, (low, high) in asked.bounded.items():
         outside = (out[name] < low) | (out[name] > high)
         out["ending"][outside & (ended == FOUND)] = AT_END
+    if WORK in out:
+        unseen = out[WORK] < _SEEN * out[f"{WORK}_error"]
+        out["ending"][unseen & (ended == FOUND)] = AT_END
     out["noise"][:], out["correlated"][:], out["indentation"][:] = noise, correlated, depth
     bad = out["ending"] != FOUND
     for name in asked.units:
