@@ -427,6 +427,7 @@ def test_energy_and_momentum(shear, profile, mass, speed):
     clock=st.floats(-9.0, 6.0),
     stress=st.floats(-3.0, 12.0),
 )
+@example(shear=(0.25, 9.5, -2.09375), n=0.5, length=-0.25, clock=0.0, stress=0.0)
 def test_units_change_nothing(shear, n, length, clock, stress):
     length, clock, stress = (10.0**x for x in (length, clock, stress))
     one = hit_on(mdr.StandardSolid(shear[0], shear[1], 10.0 ** shear[2]), mdr.PowerLaw(n, 0.2, 1.0))
