@@ -119,6 +119,8 @@ if TYPE_CHECKING:
     from pymdr.solving.fits import FitResult as FitResult
     from pymdr.solving.fits import Fitted as Fitted
     from pymdr.solving.fits import FittedMap as FittedMap
+    from pymdr.solving.fits import LawComparison as LawComparison
+    from pymdr.solving.fits import compare_laws as compare_laws
     from pymdr.solving.fits import fit as fit
     from pymdr.solving.fits import fit_map as fit_map
     from pymdr.solving.heating import FrictionalHeat as FrictionalHeat
@@ -240,7 +242,15 @@ _HOMES: dict[str, tuple[str, ...]] = {
     "pymdr.solving.rough": ("RoughContact", "RoughLine", "press_rough", "rough_line"),
     "pymdr.solving.rough_sliding": ("rough_sliding_friction",),
     "pymdr.problem.measured": ("MeasuredCurve",),
-    "pymdr.solving.fits": ("FitResult", "Fitted", "FittedMap", "fit", "fit_map"),
+    "pymdr.solving.fits": (
+        "FitResult",
+        "Fitted",
+        "FittedMap",
+        "LawComparison",
+        "compare_laws",
+        "fit",
+        "fit_map",
+    ),
     "pymdr.solving.sweep": ("Sweep", "sweep"),
     "pymdr.problem.parameters": ("parameters_of", "with_parameters"),
     "pymdr.solving.sliding": ("SlidingFriction", "sliding_friction"),

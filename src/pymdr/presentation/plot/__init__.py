@@ -8,7 +8,7 @@ from pymdr.presentation.plot.adhesion import adhesive_figures, adhesive_overview
 from pymdr.presentation.plot.closure import CurveData, closure_figures, closure_overview
 from pymdr.presentation.plot.compared import compared_pressures, compared_shape, compared_tractions
 from pymdr.presentation.plot.conductance import conduction_figure
-from pymdr.presentation.plot.fits import fitted_curves, fitted_map
+from pymdr.presentation.plot.fits import fitted_curves, fitted_map, weighed_laws
 from pymdr.presentation.plot.friction import frictional_figures, frictional_overview
 from pymdr.presentation.plot.heating import frictional_heat_study, joule_study
 from pymdr.presentation.plot.layers import thickness_study
@@ -66,4 +66,5 @@ __all__ = [
     "spectrum_study",
     "sweep_curves",
     "thickness_study",
+    "weighed_laws",
 ]

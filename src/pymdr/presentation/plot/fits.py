@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import itertools
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -142,3 +143,67 @@ def _edges(data: xr.Dataset, dims: Sequence[object]) -> tuple[np.ndarray, np.nda
             np.concatenate([[at[0] - 0.5 * step[0]], 0.5 * (at[1:] + at[:-1]), [at[-1] + 0.5 * step[-1]]])
         )
     return edges[0], edges[1]
+
+
+def weighed_laws(data: Mapping[str, xr.Dataset], weights: Mapping[str, float]) -> Figure:
+    """
+    A record with the models of several laws, and what each of them leaves.
+
+    Parameters
+    ----------
+    data : mapping of str to xarray.Dataset
+        As for :func:`fitted_curves`, by the names of the laws.
+    weights : mapping of str to float
+        Akaike's.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    colours = (BLUE, ORANGE, "#4c9a2a", "#8c4bb5", "#a0522d", "#17a2b8")
+    order = sorted(weights, key=lambda name: -weights[name])
+    with styled():
+        figure = new_figure(9.6, max(4.2, 1.3 * len(order)))
+        grid = figure.add_gridspec(len(order), 2, width_ratios=[3, 2])
+        curve = figure.add_subplot(grid[:, 0])
+        first = data[order[0]]
+        length = good_unit(first["indentation"].values, "m")
+        newton = good_unit(first["normal_force"].values, "N")
+        x = scaled(first["indentation"].values, "indentation", length)
+        curve.plot(
+            x,
+            scaled(first["normal_force"].values, "normal_force", newton),
+            ".",
+            color=GREY,
+            ms=2.5,
+            alpha=0.6,
+        )
+        rows = [figure.add_subplot(grid[i, 1]) for i in range(len(order))]
+        for name, colour, axes in zip(order, itertools.cycle(colours), rows, strict=False):
+            own = data[name]
+            curve.plot(
+                scaled(own["indentation"].values, "indentation", length),
+                np.asarray(from_si(own["model"].values, "N", newton)),
+                color=colour,
+                lw=1.3,
+                label=f"{name} ({weights[name]:.2g})",
+            )
+            residual = np.where(own["used"].values, own["residual"].values, np.nan)
+            unit = good_unit(first["residual"].values, "N")
+            axes.plot(
+                np.arange(1, residual.size + 1),
+                from_si(residual, "N", unit),
+                ".",
+                color=colour,
+                ms=2,
+                rasterized=True,
+            )
+            axes.axhline(0.0, color=GREY, lw=0.8)
+            axes.set_ylabel(f"{name} ({unit})", fontsize=8)
+        rows[0].set_title("measured less model", fontsize=9)
+        rows[-1].set_xlabel("sample")
+        draw_zero(curve)
+        curve.set_xlabel(axis_label("indentation", length))
+        curve.set_ylabel(axis_label("normal_force", newton))
+        legend_above(curve)
+    return figure

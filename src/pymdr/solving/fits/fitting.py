@@ -323,7 +323,7 @@ def _interpreted(search: Search, best: FloatArray, minimum: Any) -> FitResult:
         data=_table(search, models),
         noise=noise,
         correlated=correlated,
-        aicc=_aicc(float((residuals**2).mean()), independent, p),
+        aicc=aicc(float((residuals**2).mean()), independent, p),
         claims=judged.claims,
         assumptions=judged.assumptions,
         notes=notes,
@@ -344,7 +344,7 @@ def _judged(contact: Contact, curve: MeasuredCurve, first: Modelled, deepest: fl
     return solve(contact, indent(deepest))
 
 
-def _aicc(mean_square: float, independent: float, p: int) -> float:
+def aicc(mean_square: float, independent: float, p: int) -> float:
     """AICc of least squares with an unknown noise (Burnham and Anderson 2002), of the independent samples."""
     k = p + 1
     room = max(independent - k - 1.0, 1.0)
