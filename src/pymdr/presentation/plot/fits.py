@@ -120,7 +120,7 @@ def fitted_map(data: xr.Dataset, names: Sequence[str]) -> Figure:
                 axes.set_xlabel("curve")
                 axes.set_ylabel(words)
         for axes in panels[len(names) :]:
-            axes.axis("off")
+            figure.delaxes(axes)
         letter_panels(figure)
     return figure
 

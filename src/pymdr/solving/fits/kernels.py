@@ -15,7 +15,9 @@ SCALE, SHAPE, POINT, BASE = range(4)
 baseline in N."""
 SETTLED, UNSETTLED, NO_CONTACT, UNREAD, AT_END = range(5)
 """How the fit of a curve ended."""
-_FEW, _TRIALS, _KEPT = 128, 25, 3
+_FEW, _TRIALS, _RUNGS, _KEPT = 128, 25, 14, 3
+_ASIDE = 1.0
+"""Of the logarithm of the number of the family."""
 _ITERATIONS, _POLISH = 60, 100
 _ROUGHLY, _ENOUGH, _STUCK = 1e-4, 1e-9, 1e8
 _NEWTON = 30
@@ -431,7 +433,7 @@ def fit_curve(
     folds = family[2]
     stride = max(n // _FEW, 1)
     few_place, few_force = place[::stride].copy(), force[::stride].copy()
-    apart = max(folds.size // 7, 1)
+    apart = max(folds.size // _RUNGS, 1)
     rungs = np.arange(0, folds.size, apart)
     found = np.empty((rungs.size, 6))
     _start(few_place[::2].copy(), few_force[::2].copy(), known, free, tied, family, softness, rungs, found)
@@ -439,16 +441,21 @@ def fit_curve(
     square, best, misfit = np.empty((m, m)), known.copy(), math.inf
     root = np.full(few_place.size, 0.5)
     touches, out = np.empty(few_place.size, dtype=np.bool_), np.empty((few_place.size, 4))
-    for turn in range(_KEPT):
-        # the first is the one that pulls as the record does: a pull may stand in a few samples
-        by, lowest = 5 if turn == 0 and adhesive else 0, 0
-        for k in range(rungs.size):
-            if math.isfinite(found[k, 0]) and found[k, by] < found[lowest, by]:
-                lowest = k
-        if not math.isfinite(found[lowest, 0]):
-            break
-        found[lowest, 0] = math.inf
-        trial = found[lowest, 1:5].copy()
+    for turn in range(_KEPT + 2 * (folds.size > 1)):
+        if turn < _KEPT:
+            # the first is the one that pulls as the record does: a pull may stand in a few samples
+            by, lowest = 5 if turn == 0 and adhesive else 0, 0
+            for k in range(rungs.size):
+                if math.isfinite(found[k, 0]) and found[k, by] < found[lowest, by]:
+                    lowest = k
+            if not math.isfinite(found[lowest, 0]):
+                continue
+            found[lowest, 0] = math.inf
+            trial = found[lowest, 1:5].copy()
+        else:
+            # and once more from either side of the best
+            trial = best.copy()
+            trial[SHAPE] += _ASIDE if turn == _KEPT else -_ASIDE
         value, _ = _descend(
             few_place,
             few_force,
