@@ -1,4 +1,4 @@
-"""The command line: ``pymdr run``, ``check``, ``verify``, ``loops``, ``impact``, ``rolling``, ``sliding``, ``rough``, ``press``, ``sweep``, ``fit``, ``topography``, ``heat``, ``joule``, ``plot``, ``new``, ``schema`` and ``info``.
+"""The command line: ``pymdr run``, ``check``, ``verify``, ``loops``, ``impact``, ``rolling``, ``sliding``, ``rough``, ``press``, ``sweep``, ``fit``, ``curves``, ``topography``, ``heat``, ``joule``, ``plot``, ``new``, ``schema`` and ``info``.
 
 Every command body imports what it needs, so that ``pymdr --help`` stays quick.
 """
@@ -16,6 +16,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
+
+from pymdr.workbench.curve_command import curves
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -914,6 +916,9 @@ def fit(
             _say("Written: " + ", ".join(str(file) for file in written))
 
 
+app.command()(curves)
+
+
 @app.command()
 def topography(
     file: Annotated[Path, typer.Argument(metavar="FILE", help="A measured surface.")],
@@ -1228,6 +1233,7 @@ def _answer(command: str, case: Path, **told: Any) -> dict[str, Any]:
         "impact": None,
         "study": None,
         "fit": None,
+        "curves": None,
         "written": [],
         "error": None,
     }
