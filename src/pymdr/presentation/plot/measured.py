@@ -72,7 +72,7 @@ def measured_curves(
         newton = good_unit(np.concatenate([one.force for one in curves]), "N")
         _draw_record(panels[0], curves, baseline, name, length, newton)
         if point is not None:
-            panels[0].axvspan(*_ends(point, length), color=LIGHT, lw=0, zorder=0)
+            panels[0].axvspan(*_ends(point, length), color=LIGHT, alpha=0.6, lw=0, zorder=0)
         if baseline is not None and point is not None and pressed is not None:
             _draw_beginning(panels[1], pressed, baseline, methods or {}, point, name)
         letter_panels(figure)
@@ -137,13 +137,13 @@ def _draw_beginning(
         (curve.force - baseline(curve.position))[: deepest + 1],
     )
     around = 0.5 * max(high - low, 0.05 * float(np.ptp(x)))
-    shown = (x >= low - value - around) & (x <= high - value + around)
+    shown = (x >= low - value - 1.3 * around) & (x <= high - value + around)
     x, force = x[shown], force[shown]
     length, newton = good_unit(x, "m"), good_unit(force, "N")
     rows = thinned(force)
     y = scaled(force, "normal_force", newton)
     draw_zero(axes)
-    axes.axvspan(*_ends((0.0, low - value, high - value), length), color=LIGHT, lw=0, zorder=0)
+    axes.axvspan(*_ends((0.0, low - value, high - value), length), color=LIGHT, alpha=0.6, lw=0, zorder=0)
     axes.plot(
         lengths(x[rows], length), y[rows], ".", color=GREY, ms=2.5, alpha=0.6, rasterized=True, zorder=1
     )
@@ -156,10 +156,8 @@ def _draw_beginning(
         axes.plot(places[1], height, "o", color=BLUE, ms=4)
         axes.annotate(
             word,
-            (places[0], height),
-            (-4, 0),
-            textcoords="offset points",
-            ha="right",
+            (0.01, height),
+            xycoords=axes.get_yaxis_transform(),
             va="center",
             fontsize=7.5,
         )

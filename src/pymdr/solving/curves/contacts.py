@@ -73,17 +73,20 @@ class ContactPoint:
     def summary(self) -> str:
         """The methods and their disagreement, a line each."""
         width = max(map(len, self.methods))
-        lines = [f"baseline: {self.baseline}"]
-        lines += [
-            f"{name:<{width}}  {written(one.value, 'm')}  ({written(one.low, 'm')} to {written(one.high, 'm')})"
+
+        def away(place: float) -> str:
+            return written(place - self.value, "m", 3)
+
+        lines = [
+            f"  {name:<{width}}  {away(one.value)}  ({away(one.low)} to {away(one.high)})"
             for name, one in self.methods.items()
         ]
-        return "\n".join([*lines, str(self)])
+        return "\n".join([f"baseline {self.baseline}", f"{self}; from there", *lines])
 
     def __str__(self) -> str:
         return (
-            f"contact point {written(self.value, 'm')}, between {written(self.low, 'm')} and {written(self.high, 'm')}; "
-            f"the methods disagree by {written(self.disagreement, 'm')}"
+            f"contact point {written(self.value, 'm', 6)}, between {written(self.low, 'm', 6)} and {written(self.high, 'm', 6)}; "
+            f"the methods disagree by {written(self.disagreement, 'm', 3)}"
         )
 
     def plot(self, *curves: MeasuredCurve) -> Figure:
@@ -161,12 +164,16 @@ def contact_point_of(curve: MeasuredCurve, baseline: Baseline | None = None) -> 
     branch = branch_of(curve)
     rise = Branch(branch.samples, branch.position, branch.force - line.force_at(branch.position))
     noise = max(line.noise, 1e-9 * float(np.ptp(rise.force)))
-    thresholds = _thresholds(rise, line)
-    deviation, window = _deviation(rise, thresholds, noise)
+    smooth, threshold = _thresholds(rise, line)
+    power = _line_and_power(rise, noise)
+    # how long the rise takes to be clear of all noise
+    start = int(np.searchsorted(np.maximum.accumulate(rise.position), power.value))
+    clear = np.flatnonzero(smooth[start:] >= max(4.0 * threshold, 6.0 * noise))
+    window = int(clear[0]) if clear.size else smooth.size - 1 - start
     methods = {
-        "deviation": deviation,
+        "deviation": _deviation(rise, smooth, threshold),
         "gradient": _gradient(rise, noise, window),
-        "line and power": _line_and_power(rise, noise),
+        "line and power": power,
         "ratio of variances": _ratio_of_variances(rise, noise, window),
     }
     return ContactPoint(
@@ -229,9 +236,7 @@ def _thresholds(rise: Branch, line: Baseline) -> tuple[FloatArray, float]:
     return smooth, max(float(np.clip(largest, 3.0 * size, 6.0 * size)), floor)
 
 
-def _deviation(rise: Branch, thresholds: tuple[FloatArray, float], noise: float) -> tuple[Estimate, int]:
-    """The estimate, and the samples over which the force grows from the threshold until it is clear of all noise."""
-    smooth, least = thresholds
+def _deviation(rise: Branch, smooth: FloatArray, least: float) -> Estimate:
     below = np.flatnonzero(smooth <= least)
     if not below.size or below[-1] >= smooth.size - 3:
         where = "nowhere below" if not below.size else "not above"
@@ -242,15 +247,13 @@ def _deviation(rise: Branch, thresholds: tuple[FloatArray, float], noise: float)
     last = int(below[-1])
     above = np.flatnonzero(smooth[last:] >= 4.0 * least)
     window = int(above[0]) if above.size else smooth.size - 1 - last
-    clear = np.flatnonzero(smooth[last:] >= max(4.0 * least, 6.0 * noise))
     x = rise.position
     hidden = abs(float(x[min(last + window, x.size - 1)] - x[last]))
     reach = _reach(rise, last, max(2, x.size // 200))
     # of a force that grows with a power of at most 2, the part below a threshold is no longer than that up to its fourfold;
     # noise of a third of the threshold at both ends may halve what is seen of it
     value = float(x[last])
-    found = Estimate(value, value - 2.0 * hidden - reach, value + reach, "Müller et al. 2019")
-    return found, int(clear[0]) if clear.size else smooth.size - 1 - last
+    return Estimate(value, value - 2.0 * hidden - reach, value + reach, "Müller et al. 2019")
 
 
 def _reach(rise: Branch, at: int, samples: int) -> float:

@@ -14,7 +14,7 @@ from pymdr.problem.measured import BoolArray, MeasuredCurve, Step
 from pymdr.solving.curves.branches import spread
 from pymdr.units import FloatArray, written
 
-_WINDOW = 15
+_WINDOW, _AROUND = 15, 101
 _FAR = 8.0
 """Times the noise: one normal sample in 10^15 is as far."""
 _SHORT = 3
@@ -26,8 +26,8 @@ def mark_outliers(curve: MeasuredCurve) -> MeasuredCurve:
     A curve whose outliers are marked; none is taken away.
 
     An outlier, or up to three in a row, lies more than 8 times the noise from the median of its 15 neighbours (Hampel's filter; Davies and
-    Gather, J. Am. Stat. Assoc. 88 (1993) 782) and as far from the lines through four samples before it and four after it, so that jumps
-    and cusps of the force are none.
+    Gather, J. Am. Stat. Assoc. 88 (1993) 782) and as far from the lines through four samples before it and four after it, and three times as
+    far as those samples themselves, so that jumps, cusps and rough stretches of the force are none.
 
     Parameters
     ----------
@@ -44,8 +44,11 @@ def mark_outliers(curve: MeasuredCurve) -> MeasuredCurve:
     steps = np.abs(np.diff(force))
     # of forces in coarse digits most differ by nothing
     noise = max(spread(away), float(np.median(steps[steps > 0.0])) if np.any(steps) else 0.0)
-    for first, end in _runs(np.abs(away) > _FAR * noise):
-        if end - first <= _SHORT and _stands_out(force, first, end, _FAR * noise):
+    around = np.maximum(
+        noise, 1.4826 * median_filter(np.abs(away), size=min(_AROUND, force.size), mode="nearest")
+    )
+    for first, end in _runs(np.abs(away) > _FAR * around):
+        if end - first <= _SHORT and _stands_out(force, first, end, _FAR * float(around[first])):
             marks[first:end] = True
     count = int(np.count_nonzero(marks))
     words = f"{_counted(count, 'outlier')} marked, farther than {written(_FAR * noise, 'N')} from the samples around"
@@ -155,10 +158,8 @@ def _stands_out(force: FloatArray, first: int, end: int, least: float) -> bool:
     for near in (np.arange(max(first - 4, 0), first), np.arange(end, min(end + 4, force.size))):
         if near.size >= 3:
             slope, at = np.polyfit(near - first, force[near], 1)
+            rough = float(np.max(np.abs(force[near] - at - slope * (near - first))))
+            least = max(least, 3.0 * rough)
             sides.append(force[places] - (at + slope * (places - first)))
-    if not sides:
-        return False
-    return bool(
-        all(np.all(np.abs(side) > least) for side in sides)
-        and len({bool(side[0] > 0.0) for side in sides}) == 1
-    )
+    alike = len({bool(side[0] > 0.0) for side in sides}) == 1
+    return alike and all(bool(np.all(np.abs(side) > least)) for side in sides)
