@@ -75,18 +75,23 @@ def read_curves(
     """
     source = named_file(file, "read")
     suffix = source.suffix.lower()
-    if suffix not in _BINARY and (suffix not in _TEXT or not _is_of_maker(source)):
-        if suffix not in _TEXT:
-            known = ", ".join((*_TEXT, *_BINARY))
-            raise FileError(
-                f"cannot read {source}: no format of force curves ends in {suffix!r}; those that do: {known}"
-            )
-        whole = read_curve(source, spring_constant=spring_constant)
-        facts = Facts({"file": source.name, "record": 0.0})
-        return tuple(
-            _part(whole, segment, facts) for segment in segments_in(whole.position, whole.time, None)
+    if suffix in _BINARY:
+        return tuple(_of_maker(source, spring_constant, leave_out_missing))
+    if suffix not in _TEXT:
+        known = ", ".join((*_TEXT, *_BINARY))
+        raise FileError(
+            f"cannot read {source}: no format of force curves ends in {suffix!r}; those that do: {known}"
         )
-    return tuple(_of_maker(source, spring_constant, leave_out_missing))
+    try:
+        whole = read_curve(source, spring_constant=spring_constant)
+    except CaseError:  # no table with units: it may be one of a maker
+        try:
+            return tuple(_of_maker(source, spring_constant, leave_out_missing))
+        except (FileError, CaseError, MissingExtraError):
+            pass
+        raise
+    facts = Facts({"file": source.name, "record": 0.0})
+    return tuple(_part(whole, segment, facts) for segment in segments_in(whole.position, whole.time, None))
 
 
 def force_map(curves: Sequence[MeasuredCurve], values: Sequence[float], name: str = "value") -> xr.DataArray:
@@ -154,25 +159,7 @@ def _afmformats(source: Path) -> Any:
             f"{source.name} needs afmformats, which cannot be imported ({error}): pip install 'pymdr[afm]'; tables with units in their header "
             "(.csv, .tsv) are read without it"
         ) from error
-    # it writes what it does into a file of its own, and what fails to the terminal
-    for handler in list(afmformats.formats.logger.parent.handlers):
-        afmformats.formats.logger.parent.removeHandler(handler)
     return afmformats
-
-
-def _is_of_maker(source: Path) -> bool:
-    """Whether a text is one of a maker; False where afmformats is not there to tell."""
-    try:
-        afmformats = _afmformats(source)
-    except MissingExtraError:
-        return False
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
-            afmformats.formats.get_recipe(source)
-    except (Exception, afmformats.errors.AFMFileFormatError):
-        return False
-    return True
 
 
 def _of_maker(

@@ -118,6 +118,7 @@ def _draw_record(
         axes.plot(scaled(ends, name, length), line, "--", color="black", lw=0.9, label="baseline")
     axes.set_xlabel(axis_label(name, length))
     axes.set_ylabel(axis_label("normal_force", newton))
+    axes.locator_params(axis="x", nbins=7)
     legend_above(axes)
 
 
@@ -162,6 +163,10 @@ def _draw_beginning(
             fontsize=7.5,
         )
     axes.axvline(0.0, color=BLUE, lw=1.0, ls=":")
+    right = lengths(np.array(high - value + around), length)
+    first = lengths(np.array(low - value), length)
+    axes.set_xlim(float(first - 0.4 * (right - first)), float(right))  # the names have their place
+    axes.locator_params(axis="x", nbins=7)
     axes.set_ylim(bottom - 0.05 * room, top + room * (0.2 + 0.13 * (len(methods) + 1)))
     axes.set_xlabel(f"{name} from the contact point ({length})")
     axes.set_ylabel(f"force less baseline ({newton})")

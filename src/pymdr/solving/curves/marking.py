@@ -64,8 +64,8 @@ def mark_saturated(curve: MeasuredCurve) -> MeasuredCurve:
     """
     A curve whose plateau at the largest force is marked: there the detector had run out of range.
 
-    At least five samples in a row with the largest force, to a thousandth of its range and a quarter of the noise, while the position
-    changed by more than 1 % of its range. Do it before the baseline is taken away, which tilts the plateau.
+    At least five samples in a row have the largest force, to a thousandth of its range and a quarter of the noise, while the position
+    changed by more than 1 % of its range; then all samples of that force are marked. Do it before the baseline is taken away, which tilts the plateau.
 
     Parameters
     ----------
@@ -80,11 +80,12 @@ def mark_saturated(curve: MeasuredCurve) -> MeasuredCurve:
     largest, size = float(force.max()), float(np.ptp(force))
     differences = np.diff(force)
     allowed = min(1e-3 * size, 0.25 * spread(differences)) + 1e-9 * size
-    marks = np.zeros(force.size, dtype=bool)
-    for first, end in _runs(force >= largest - allowed):
-        moved = float(np.ptp(position[first:end]))
-        if end - first >= _PLATEAU and moved > 0.01 * float(np.ptp(position)):
-            marks[first:end] = True
+    largest_of_all = force >= largest - allowed
+    plateau = any(
+        end - first >= _PLATEAU and float(np.ptp(position[first:end])) > 0.01 * float(np.ptp(position))
+        for first, end in _runs(largest_of_all)
+    )
+    marks = largest_of_all & plateau
     count = int(np.count_nonzero(marks))
     words = (
         f"{_counted(count, 'sample')} marked at the largest force, {written(largest, 'N')}, where the detector had run out of range"
