@@ -73,6 +73,23 @@ def test_contact_points_lie_where_the_contact_begins(
     )
 
 
+@settings(max_examples=10, deadline=None)
+@given(st.floats(-6.0, -4.0), st.floats(3.0, 5.0), st.floats(-2.0, 0.0), st.integers(0, 10**6))
+def test_bodies_that_jump_into_contact_make_the_methods_disagree(log_work, log_young, log_machine, seed):
+    gel = mdr.Contact(
+        mdr.Paraboloid("5 um"), mdr.Elastic(10.0**log_young, 0.5), adhesion=mdr.JKR(10.0**log_work)
+    )
+    way = np.linspace(-3e-6, 2e-6, 1200)
+    machine = 10.0**log_machine
+    force = mdr.solve(gel, mdr.Path(travel=way), machine_stiffness=machine)["normal_force"].values
+    force = force + 1e-11 * np.random.default_rng(seed).normal(size=way.size) + 3e-10
+    found = mdr.contact_point_of(mdr.MeasuredCurve(force=force, travel=way + 1e-6, spring_constant=machine))
+    assert found.low < 1e-6 < found.high
+    jump = 3e-10 - float(force.min())
+    if jump > 0.1 * float(force.max()):  # the force comes back to 0 only deep in the contact
+        assert found.methods["deviation"].value > 1.05e-6
+
+
 @settings(max_examples=15, deadline=None)
 @given(SIZES, FORCES, st.floats(-1.0, 1.0), st.integers(0, 10**6))
 def test_scales_change_nothing_but_the_scale(size, largest, tilt, seed):
@@ -152,6 +169,7 @@ def test_spikes_are_marked_and_nothing_else(places, height, jumps, seed):
 @settings(max_examples=40, deadline=None)
 @given(st.floats(0.3, 1.5), st.floats(1.0, 5.0), st.booleans(), st.integers(0, 10**6))
 def test_the_plateau_of_a_detector_is_marked(share, log_ratio, returns, seed):
+    assume(abs(1.0 - share) > 5.0 / 10.0**log_ratio)
     x, force = made(ratio=10.0**log_ratio, seed=seed)
     if returns:
         x, force = np.concatenate([x, x[::-1]]), np.concatenate([force, force[::-1]])
@@ -160,10 +178,10 @@ def test_the_plateau_of_a_detector_is_marked(share, log_ratio, returns, seed):
     found = mdr.mark_saturated(mdr.MeasuredCurve(force=clipped, indentation=x))
     assert np.array_equal(found.force, clipped)
     lost = force >= limit
-    if share < 0.9:
+    if share < 1.0:
         assert np.count_nonzero(found.saturated & ~lost) <= 2
         assert np.count_nonzero(found.saturated) > 0.8 * np.count_nonzero(lost)
-    elif share > 1.1:
+    else:
         assert not found.saturated.any()
 
 

@@ -148,7 +148,14 @@ def _draw_beginning(
     axes.plot(
         lengths(x[rows], length), y[rows], ".", color=GREY, ms=2.5, alpha=0.6, rasterized=True, zorder=1
     )
-    bottom, top = float(y.min()), float(y.max())
+    # the beginning is seen where the force has just left its noise
+    noise = float(np.median(np.abs(np.diff(y))))
+    before = y[x <= 0.0]
+    bottom = float(y.min())
+    top = min(
+        float(y.max()), max(20.0 * noise, 5.0 * float(np.quantile(before, 0.99)) if before.size else 0.0)
+    )
+    top = top if top > bottom else float(y.max())
     room = (top - bottom) or 1.0
     for k, (word, (at, first, last)) in enumerate(methods.items()):
         height = top + room * (0.12 + 0.13 * (len(methods) - k))
@@ -163,9 +170,9 @@ def _draw_beginning(
             fontsize=7.5,
         )
     axes.axvline(0.0, color=BLUE, lw=1.0, ls=":")
-    right = lengths(np.array(high - value + around), length)
-    first = lengths(np.array(low - value), length)
-    axes.set_xlim(float(first - 0.4 * (right - first)), float(right))  # the names have their place
+    right = float(lengths(np.array(high - value + around), length))
+    left = float(lengths(np.array(low - value), length))
+    axes.set_xlim(left - 0.4 * (right - left), right)  # the names have their place
     axes.locator_params(axis="x", nbins=7)
     axes.set_ylim(bottom - 0.05 * room, top + room * (0.2 + 0.13 * (len(methods) + 1)))
     axes.set_xlabel(f"{name} from the contact point ({length})")

@@ -278,7 +278,9 @@ def join_segments(curves: Sequence[MeasuredCurve]) -> MeasuredCurve:
         none = [np.zeros(one.force.size, bool) for one in parts]
         return np.concatenate([n if g is None else g for n, g in zip(none, given, strict=True)])
 
-    words = " and ".join(one.segment or "a record" for one in parts)
+    words = ", ".join(one.segment or "a record" for one in parts)
+    earlier = dict.fromkeys(str(step) for one in parts for step in one.steps)
+    words += f"; done before: {'; '.join(earlier)}" if earlier else ""
     return MeasuredCurve(
         force=np.concatenate([one.force for one in parts]),
         indentation=whole("indentation"),
@@ -286,7 +288,7 @@ def join_segments(curves: Sequence[MeasuredCurve]) -> MeasuredCurve:
         time=whole("time"),
         spring_constant=first.spring_constant,
         metadata=first.metadata,
-        step=Step("joined", f"{words}, {len(parts)} segments"),
+        step=Step("joined", words),
         outliers=marks("outliers"),
         saturated=marks("saturated"),
     )
