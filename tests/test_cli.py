@@ -318,6 +318,8 @@ KEYS = {
     "loops",
     "impact",
     "study",
+    "fit",
+    "curves",
     "written",
     "error",
 }

@@ -61,15 +61,17 @@ def test_contact_points_lie_where_the_contact_begins(
     if ratio > 100.0:
         assert found.high - found.low < 1.5 * deep
         assert abs(found.value - place * size) < 0.2 * deep
-        assert abs(found.methods["line and power"].value - place * size) < 0.05 * deep
+        hidden = deep * (3.0 / ratio) ** (1.0 / exponent)  # where the force is three times the noise
+        assert abs(found.methods["line and power"].value - place * size) < hidden + 0.01 * deep
     assert found.disagreement <= found.high - found.low
     line = found.baseline
-    assert line.noise == pytest.approx(largest / ratio, rel=0.35)
+    # six standard errors: of a median of deviations 1.2/sqrt(n), of the end of a line 2/sqrt(n)
+    assert line.noise == pytest.approx(largest / ratio, rel=7.0 / math.sqrt(line.samples))
     before = x + place * size < line.high
     true = offset * largest + tilt * largest / size * x[before]
     assert (
         np.max(np.abs(line.force_at((x + place * size)[before]) - true))
-        < 1.5 * largest / ratio + 1e-6 * largest
+        < 12.0 / math.sqrt(line.samples) * largest / ratio + 1e-6 * largest
     )
 
 
@@ -179,8 +181,8 @@ def test_the_plateau_of_a_detector_is_marked(share, log_ratio, returns, seed):
     assert np.array_equal(found.force, clipped)
     lost = force >= limit
     if share < 1.0:
-        assert np.count_nonzero(found.saturated & ~lost) <= 2
-        assert np.count_nonzero(found.saturated) > 0.8 * np.count_nonzero(lost)
+        assert np.all(clipped[found.saturated] >= clipped.max() - 1.1e-3 * np.ptp(clipped))
+        assert np.count_nonzero(found.saturated) > 0.8 * np.count_nonzero(lost) or np.count_nonzero(lost) < 20
     else:
         assert not found.saturated.any()
 
