@@ -63,7 +63,8 @@ def baseline_of(curve: MeasuredCurve) -> Baseline:
     """
     The baseline of a curve: a robust line through what was recorded before contact.
 
-    The part before contact ends where a line with a power-law rise leaves it, less a tenth of its length. The line has the least
+    The part before contact ends where a line with a power-law rise leaves it, less a tenth of its length, or less a quarter where the
+    noise hides the beginning of the rise. The line has the least
     sum of log(1 + r^2/s^2) (Cauchy's loss), which few outliers cannot pull, with the scale s of the residuals themselves.
 
     Parameters
@@ -93,8 +94,8 @@ def baseline_of(curve: MeasuredCurve) -> Baseline:
     seen = broken_power(branch.position, branch.force, jump=leaving)
     check_contact(branch, seen.rise, seen.noise, seen.evidence)
     free_end = float(branch.position[0])
-    # the interval may reach to the free end where the noise is large; half of what lies before x0 is taken then
-    end = max(seen.low - 0.1 * (seen.low - free_end), free_end + 0.5 * (seen.start - free_end))
+    # where the noise is large, the interval may reach to the free end; most of what lies before the rise is seen is taken then
+    end = max(seen.low - 0.1 * (seen.low - free_end), free_end + 0.75 * (seen.clear_from - free_end))
     count = int(np.argmax(branch.position > end)) if np.any(branch.position > end) else branch.position.size
     if count < _LEAST:
         raise ProblemError(

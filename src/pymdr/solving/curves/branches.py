@@ -96,7 +96,9 @@ class BrokenPower:
     rise: float
     """Largest departure from the line in N."""
     noise: float
-    """Of a sample of the branch about the line in N."""
+    """Of a block of the branch about the line in N."""
+    clear_from: float
+    """Where the power is half the noise, in m."""
 
 
 _EXPONENTS = (1.0, 1.25, 1.5, 1.75, 2.0, 2.5, 3.0)
@@ -136,14 +138,17 @@ def broken_power(x: FloatArray, f: FloatArray, *, jump: bool = False) -> BrokenP
     power = np.clip(u - start, 0.0, None) ** exponent
     columns = _columns(u, start, power, jump)
     solved = np.linalg.lstsq(columns, y, rcond=None)[0]
+    rise, noise = float(np.max(solved[2] * power)), spread(y - columns @ solved)
+    hidden = (1.0 - start) * min(0.5 * noise / rise, 1.0) ** (1.0 / exponent) if rise > 0.0 else 0.0
     return BrokenPower(
         start=low + width * start,
         low=low + width * (float(inside[0]) - step),
         high=low + width * (float(inside[-1]) + step),
         exponent=exponent,
         evidence=count * (total - float(squares.min())) / (float(squares.min()) + floor),
-        rise=height * float(np.max(solved[2] * power)),
-        noise=height * spread(y - columns @ solved),
+        rise=height * rise,
+        noise=height * noise,
+        clear_from=low + width * (start + hidden),
     )
 
 
