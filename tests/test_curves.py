@@ -135,6 +135,9 @@ def test_signs_are_told_by_the_record(turned_force, turned_position, offset, seg
     }
     assert mdr.orient(found).step.words.startswith("kept")
     assert mdr.undo(found) == curve
+    assert mdr.orient(curve, found.step.numbers) == found
+    with pytest.raises(ProblemError, match="sign of travel is None"):
+        mdr.orient(curve, {"force": 1.0})
 
 
 @settings(max_examples=40, deadline=None)
@@ -205,7 +208,7 @@ def test_every_step_is_told_and_undone():
     x, force = made(offset=0.5, tilt=-0.2)
     record = mdr.MeasuredCurve(force=-force, travel=-x, spring_constant="0.1 N/m", time=np.arange(800.0))
     curve = mdr.to_indentation(mdr.prepare(record))
-    names = ["saturation", "outliers", "signs", "baseline", "contact point", "lag"]
+    names = ["outliers", "signs", "saturation", "baseline", "contact point", "lag"]
     assert [step.name for step in curve.steps] == names
     assert curve.original is record
     assert record.steps == ()
@@ -216,6 +219,17 @@ def test_every_step_is_told_and_undone():
     assert curve is record
     with pytest.raises(ProblemError, match="nothing was done"):
         mdr.undo(curve)
+
+
+def test_a_plateau_is_seen_whatever_the_signs():
+    x, force = made(offset=0.5)
+    clipped = np.minimum(force, 1.1e-8)
+    one, other = (
+        mdr.prepare(mdr.MeasuredCurve(force=sign * clipped, indentation=sign * x)) for sign in (1.0, -1.0)
+    )
+    assert np.array_equal(one.saturated, other.saturated)
+    assert np.count_nonzero(one.saturated) > 50
+    assert one.force == pytest.approx(other.force)
 
 
 def test_curves_are_values():
@@ -565,6 +579,12 @@ def test_the_shell_lists_draws_and_refuses(tmp_path, shell):
         "ratio of variances",
     }
     assert record["contact_point"]["low"] < 0.0 < record["contact_point"]["high"]
+    heights = table(tmp_path / "heights.csv", "load [N],travel [m]", zip(-load, -travel, strict=True))
+    status, out, _ = shell("curves", heights, "--spring-constant", "0.1 N/m", "--json")
+    (turned,) = json.loads(out)["curves"]
+    assert [one["segment"] for one in turned["segments"]] == ["approach", "retreat"]
+    for name in ("value", "low", "high"):
+        assert turned["contact_point"][name] == pytest.approx(record["contact_point"][name], abs=1e-9)
     flat = table(tmp_path / "flat.csv", "load [N],travel [m]", zip(NOISE, X, strict=True))
     status, out, _ = shell("curves", flat, "--spring-constant", "0.1 N/m", "-o", tmp_path / "flat")
     assert status == 0

@@ -90,12 +90,26 @@ class _Record:
 
     def __init__(self, segments: tuple[MeasuredCurve, ...]) -> None:
         from pymdr.errors import ProblemError
-        from pymdr.solving.curves import contact_point_of, mark_outliers, mark_saturated
+        from pymdr.solving.curves import (
+            contact_point_of,
+            join_segments,
+            mark_outliers,
+            mark_saturated,
+            orient,
+        )
 
         self.number = int(segments[0].metadata["record"])
         self.point: ContactPoint | None = None
-        self.refusal = ""
-        self.segments = [mark_outliers(mark_saturated(one)) for one in segments]
+        self.refusal = self.signs = ""
+        turned = [mark_outliers(one) for one in segments]
+        try:
+            signs = orient(join_segments(turned)).step
+            assert signs is not None
+            turned = [orient(one, signs.numbers) for one in turned]
+            self.signs = str(signs)
+        except ProblemError as error:
+            self.signs = f"signs: as they were read; {error}"
+        self.segments = [mark_saturated(one) for one in turned]
         approach = next((one for one in self.segments if one.segment == "approach"), None)
         if approach is None:
             self.refusal = "no segment is an approach: the contact point is looked for there"
@@ -108,9 +122,12 @@ class _Record:
     def summary(self) -> str:
         """The segments, a line each, and what was found."""
         lines = [f"record {self.number}{self._place()}"]
-        lines += ["  " + _told(one) for one in self.segments]
+        lines += [*("  " + _told(one) for one in self.segments), f"  {self.signs}"]
         lines += [
-            f"    {step}" for one in self.segments for step in one.steps if step.numbers.get("count") != 0.0
+            f"    {step}"
+            for one in self.segments
+            for step in one.steps
+            if step.name != "signs" and step.numbers.get("count") != 0.0
         ]
         found = self.refusal if self.point is None else self.point.summary()
         return "\n".join([*lines, *("  " + line for line in found.split("\n"))])
@@ -149,6 +166,7 @@ class _Record:
                     for name, one in point.methods.items()
                 },
             },
+            "signs": self.signs,
             "refusal": self.refusal or None,
         }
 

@@ -65,7 +65,8 @@ def mark_saturated(curve: MeasuredCurve) -> MeasuredCurve:
     A curve whose plateau at the largest force is marked: there the detector had run out of range.
 
     At least five samples in a row have the largest force, to a thousandth of its range and a quarter of the noise, while the position
-    changed by more than 1 % of its range; then all samples of that force are marked. Do it before the baseline is taken away, which tilts the plateau.
+    changed by more than 1 % of its range; then all samples of that force are marked. Do it when the signs are right, and before the
+    baseline is taken away, which tilts the plateau.
 
     Parameters
     ----------

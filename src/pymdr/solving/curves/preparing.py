@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from pymdr.errors import ProblemError
-from pymdr.problem.facts import Facts
+from pymdr.problem.facts import Fact, Facts
 from pymdr.problem.measured import BoolArray, MeasuredCurve, Step
 from pymdr.solving.curves.baselines import Baseline, subtract_baseline
 from pymdr.solving.curves.branches import blocks
@@ -19,16 +19,19 @@ from pymdr.units import FloatArray, QuantityLike, to_si, written
 _OTHER = {"approach": "retreat", "retreat": "approach"}
 
 
-def orient(curve: MeasuredCurve) -> MeasuredCurve:
+def orient(curve: MeasuredCurve, signs: Mapping[str, Fact] | None = None) -> MeasuredCurve:
     """
     A curve in which compression is positive and the position grows toward the body, as the record itself tells them.
 
-    Contact lies at that end of the positions where the force varies more, and presses there.
+    Contact lies at that end of the positions where the force varies more, and presses there; samples that are marked are not looked at.
 
     Parameters
     ----------
     curve : MeasuredCurve
         With any signs; an approach, a retreat or a whole record.
+    signs : mapping of str to float, optional
+        1 or -1 for ``force`` and for ``travel`` or ``indentation``, as the `numbers` of the step of another segment have them; looked for unless
+        given.
 
     Returns
     -------
@@ -38,7 +41,7 @@ def orient(curve: MeasuredCurve) -> MeasuredCurve:
     Raises
     ------
     ProblemError
-        If the force varies alike at both ends: there is no contact, or nothing but contact.
+        If the force varies alike at both ends: there is no contact, or nothing but contact; or a sign is none.
 
     Examples
     --------
@@ -47,34 +50,45 @@ def orient(curve: MeasuredCurve) -> MeasuredCurve:
     >>> print(orient(curve).step)
     signs: turned, so that compression is positive and the position grows toward the body: force and indentation
     """
-    near, far = _ends(curve.position, curve.force)
+    name = "travel" if curve.indentation is None else "indentation"
+    found = _signs(curve, name) if signs is None else signs
+    for word in ("force", name):
+        if found.get(word) not in (1.0, -1.0):
+            raise ProblemError(
+                f"orient: the sign of {word} is {found.get(word)!r}; give 1 or -1, for example orient(hold, orient(approach).step.numbers)"
+            )
+    turned = [word for word in ("force", name) if found[word] == -1.0]
+    told = "compression is positive and the position grows toward the body"
+    position = -curve.position if name in turned else curve.position
+    return replace(
+        curve,
+        force=-curve.force if "force" in turned else curve.force,
+        indentation=None if curve.indentation is None else position,
+        travel=None if curve.travel is None else position,
+        segment=_OTHER.get(curve.segment, curve.segment) if name in turned else curve.segment,
+        step=Step(
+            "signs",
+            f"turned, so that {told}: {' and '.join(turned)}" if turned else f"kept: {told}",
+            Facts({"force": float(found["force"]), name: float(found[name])}),
+        ),
+        before=curve,
+    )
+
+
+def _signs(curve: MeasuredCurve, name: str) -> dict[str, float]:
+    kept = ~curve.marked
+    near, far = _ends(curve.position[kept], curve.force[kept])
     low, high = (float(np.ptp(blocks(part, 20))) if part.size >= 20 else 0.0 for part in (near, far))
     if not max(low, high) > 1.5 * min(low, high):
         raise ProblemError(
             f"the signs cannot be told: the force varies by {written(low, 'N')} and {written(high, 'N')} at the two ends of the positions, and one "
-            "has to exceed the other 1.5 times; give a record with a part before contact and one in it, or turn the signs yourself"
+            "has to exceed the other 1.5 times; give a record with a part before contact and one in it, or the signs"
         )
     deep, free = (far, near) if high > low else (near, far)
-    turned_position = low > high
-    deepest = deep[-max(1, deep.size // 20) :] if high > low else deep[: max(1, deep.size // 20)]
-    turned_force = float(np.median(deepest)) < float(np.median(free))
-    name = "travel" if curve.indentation is None else "indentation"
-    position = -curve.position if turned_position else curve.position
-    words = [word for word, turned in (("force", turned_force), (name, turned_position)) if turned]
-    told = "compression is positive and the position grows toward the body"
-    return replace(
-        curve,
-        force=-curve.force if turned_force else curve.force,
-        segment=_OTHER.get(curve.segment, curve.segment) if turned_position else curve.segment,
-        step=Step(
-            "signs",
-            f"turned, so that {told}: {' and '.join(words)}" if words else f"kept: {told}",
-            Facts({"force": -1.0 if turned_force else 1.0, name: -1.0 if turned_position else 1.0}),
-        ),
-        before=curve,
-        indentation=None if curve.indentation is None else position,
-        travel=None if curve.travel is None else position,
-    )
+    count = max(1, deep.size // 20)
+    deepest = deep[-count:] if high > low else deep[:count]
+    presses = float(np.median(deepest)) >= float(np.median(free))
+    return {"force": 1.0 if presses else -1.0, name: 1.0 if high > low else -1.0}
 
 
 def _ends(position: FloatArray, force: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -201,7 +215,7 @@ def prepare(
     contact_point: ContactPoint | QuantityLike | None = None,
 ) -> MeasuredCurve:
     """
-    All steps in their order: saturation, outliers, signs, baseline, contact point.
+    All steps in their order: outliers, signs, saturation, baseline, contact point.
 
     Parameters
     ----------
@@ -227,11 +241,11 @@ def prepare(
     >>> height = np.linspace(2e-6, 0.0, 400)
     >>> curve = prepare(MeasuredCurve(force=1e-9 + np.clip(1e-6 - height, 0.0, None) ** 1.5, indentation=height))
     >>> [step.name for step in curve.steps]
-    ['saturation', 'outliers', 'signs', 'baseline', 'contact point']
+    ['outliers', 'signs', 'saturation', 'baseline', 'contact point']
     >>> bool(curve.original.indentation[0] == 2e-6)
     True
     """
-    straight = subtract_baseline(orient(mark_outliers(mark_saturated(curve))), baseline)
+    straight = subtract_baseline(mark_saturated(orient(mark_outliers(curve))), baseline)
     return set_contact_point(straight, contact_point_of(straight) if contact_point is None else contact_point)
 
 
