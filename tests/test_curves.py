@@ -494,7 +494,7 @@ def test_tables_of_afmformats_and_tip_positions_are_read(afmformats, tmp_path):
     assert approach.indentation == pytest.approx(-columns["tip position"][:800], rel=1e-6)
 
 
-def test_files_that_are_damaged_are_refused(afmformats, tmp_path):
+def test_files_that_are_damaged_are_refused(afmformats, tmp_path, capfd):
     columns = recorded()
     columns["force"][[7, 90]] = math.nan
     file = exported(afmformats, tmp_path / "missing.h5", [(columns, {})])
@@ -520,6 +520,14 @@ def test_files_that_are_damaged_are_refused(afmformats, tmp_path):
         mdr.read_curves(tmp_path / "no.jpk-force")
     with pytest.raises(FileError, match="No such file"):
         mdr.read_curves(tmp_path / "gone.h5")
+    (tmp_path / "folder.h5").mkdir()
+    with pytest.raises(FileError, match="not a folder"):
+        mdr.read_curves(tmp_path / "folder.h5")
+    words = tmp_path / "words.csv"
+    words.write_text("no, table\n1, 2\n")
+    with pytest.raises(CaseError, match="not a header of a table"):
+        mdr.read_curves(words)
+    assert capfd.readouterr() == ("", "")
     lost = recorded()
     lost.pop("height (measured)")
     with pytest.raises(ProblemError, match="no height of the cantilever"):

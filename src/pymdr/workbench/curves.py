@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import logging
 import os
+import stat
 import warnings
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
@@ -17,14 +19,12 @@ from pymdr.problem.facts import Facts
 from pymdr.problem.measured import MeasuredCurve, Step
 from pymdr.solving.curves import recalibrate
 from pymdr.units import FloatArray, QuantityLike, to_si
-from pymdr.workbench.inputs import read_bytes
 from pymdr.workbench.segments import Segment, segments_in
 from pymdr.workbench.tables import read_curve
 
 if TYPE_CHECKING:
     import xarray as xr
 
-_LARGEST = 2 * 2**30
 _BINARY = (".h5", ".ibw", ".jpk-force", ".jpk-force-map", ".jpk-qi-data", ".jpk-qi-series", ".zip")
 """What only afmformats reads."""
 _TEXT = (".csv", ".tab", ".txt", ".tsv", ".dat")
@@ -159,14 +159,26 @@ def _afmformats(source: Path) -> Any:
             f"{source.name} needs afmformats, which cannot be imported ({error}): pip install 'pymdr[afm]'; tables with units in their header "
             "(.csv, .tsv) are read without it"
         ) from error
+    logger = logging.getLogger("afmformats")
+    if not logger.handlers:  # what it cannot read is told by our errors
+        logger.addHandler(logging.NullHandler())
     return afmformats
 
 
 def _of_maker(
     source: Path, spring_constant: QuantityLike | None, leave_out_missing: bool
 ) -> Iterator[MeasuredCurve]:
-    if not read_bytes(source, _LARGEST, "file of force curves"):
-        raise CaseError(f"{source}: the file is empty")
+    try:
+        state = source.stat()
+    except (OSError, ValueError) as error:
+        words = getattr(error, "strerror", None) or error
+        raise FileError(f"cannot read {source}: {words}") from error
+    if not stat.S_ISREG(state.st_mode):
+        raise FileError(
+            f"cannot read {source}: force curves are in a regular file, not a folder, pipe or device"
+        )
+    if state.st_size == 0:
+        raise CaseError(f"{source}: the file is empty; copy it again from the instrument")
     afmformats = _afmformats(source)
     given = None if spring_constant is None else to_si(spring_constant, "N/m", name="spring_constant")
     from afmformats.meta import MetaDataMissingError
