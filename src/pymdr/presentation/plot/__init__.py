@@ -12,6 +12,7 @@ from pymdr.presentation.plot.fits import fitted_curves, fitted_map, weighed_laws
 from pymdr.presentation.plot.friction import frictional_figures, frictional_overview
 from pymdr.presentation.plot.heating import frictional_heat_study, joule_study
 from pymdr.presentation.plot.layers import thickness_study
+from pymdr.presentation.plot.measured import measured_curves
 from pymdr.presentation.plot.memory import memory_figures, memory_overview
 from pymdr.presentation.plot.press import pressed_surface
 from pymdr.presentation.plot.rough import calibration_study, rough_study
@@ -53,6 +54,7 @@ __all__ = [
     "impact_figure",
     "joule_study",
     "loop_study",
+    "measured_curves",
     "memory_figures",
     "memory_overview",
     "normal_figures",

@@ -97,6 +97,7 @@ def answer(command: str, case: Path, written: Sequence[Path] = (), **told: Any) 
         "impact": None,
         "study": None,
         "fit": None,
+        "curves": None,
         "written": [str(file) for file in written],
         "error": None,
     }
