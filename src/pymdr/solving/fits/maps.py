@@ -325,7 +325,9 @@ def _asked(contact: Contact, free: Free, known: dict[str, float]) -> _Asked:
     unknowns = unknowns_of(contact, free)
     given = free if isinstance(free, Mapping) else {}
     bounded = {u.name: (u.low, u.high) for u in unknowns if given.get(u.name) is not None}
-    return _Asked(contact, unknowns, known, bounded, free)
+    # the numbers of the tables are those from which the unknowns are counted, which lie within the bounds
+    begun = put_into(contact, unknowns, np.array([u.start for u in unknowns]))
+    return _Asked(begun, unknowns, known, bounded, free)
 
 
 def _rows_of_chunk(shape: tuple[int, ...]) -> int:

@@ -10,7 +10,7 @@ import typer
 
 from pymdr.workbench.cli.folders import ready_folder, write_figure
 from pymdr.workbench.cli.options import Json, Quiet
-from pymdr.workbench.cli.telling import answer, failures_as_json, print_json, say
+from pymdr.workbench.cli.telling import answer, failures_as_json, print_json, say, say_written
 
 if TYPE_CHECKING:
     from pymdr.problem.measured import MeasuredCurve
