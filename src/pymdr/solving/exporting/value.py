@@ -5,12 +5,12 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from importlib.metadata import version
 from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 import xarray as xr
 
-import pymdr
 from pymdr.interpretation.validity import SOURCES
 from pymdr.presentation.header import HeaderData, c_header
 from pymdr.problem.contact import Contact
@@ -163,7 +163,7 @@ class ContactLaw(Study):
         """What the law is, its range, errors, claims and sources, in lines."""
         first, last = self.range
         lines = [
-            f"normal contact law, {self.table.knots.u.size} knots from d = {first!r} m to {last!r} m, by pymdr {pymdr.__version__}",
+            f"normal contact law, {self.table.knots.u.size} knots from d = {first!r} m to {last!r} m, by pymdr {version('pymdr')}",
             *(
                 f"{part}: {' '.join(repr(value).split())[:_LONGEST]}"
                 for part in ("profile", "body", "counterbody", "adhesion")
