@@ -109,14 +109,14 @@ def test_jkr_in_closed_form():
     """JKR's paraboloid: d = a^2/R - sqrt(2 pi a w / E*), F = 4 E* a^3 / 3R - sqrt(8 pi a^3 w E*)."""
     radius, work, modulus = 1e-3, 50e-3, 30e3 / 0.75
     contact = mdr.Contact(mdr.Paraboloid(radius), GEL, adhesion=mdr.JKR(work))
-    law = mdr.export_law(contact, "50 um", tolerance=1e-8)
+    law = mdr.export_law(contact, "50 um", tolerance=1e-7)
     lost = (math.pi * work * radius**2 / (8 * modulus)) ** (1 / 3)
     a = np.linspace(1.001 * lost, 3 * lost, 400)
     d = a**2 / radius - np.sqrt(2 * math.pi * a * work / modulus)
     a, d = a[d < 50e-6], d[d < 50e-6]
     force = 4 * modulus * a**3 / (3 * radius) - np.sqrt(8 * math.pi * a**3 * work * modulus)
-    assert law.radius(d) == pytest.approx(a, rel=1e-8)
-    assert np.max(np.abs(law.force(d) - force)) < 1e-8 * 1.5 * math.pi * work * radius
+    assert law.radius(d) == pytest.approx(a, rel=1e-7)
+    assert np.max(np.abs(law.force(d) - force)) < 1e-7 * 1.5 * math.pi * work * radius
     assert law.pull_off.largest_pull == pytest.approx(-1.5 * math.pi * work * radius, rel=1e-9)
 
 
@@ -127,21 +127,28 @@ def test_the_stiffness_is_the_derivative_of_the_force(laws):
         d = law.data["indentation"].values
         d = d[d > law.range[0] + 1e-3 * (law.range[1] - law.range[0])]
         low, high = d[:-1, None], d[1:, None]
-        work = np.sum(0.5 * weights * (high - low) * law.stiffness(0.5 * (low + high) + 0.5 * (high - low) * nodes), 1)
+        work = np.sum(
+            0.5 * weights * (high - low) * law.stiffness(0.5 * (low + high) + 0.5 * (high - low) * nodes), 1
+        )
         rise = np.diff(law.force(d))
         assert np.max(np.abs(work - rise)) < 1e-12 * np.max(np.abs(law.force(d)))
 
 
 def test_outside_of_the_table(laws):
     law = laws("sphere")
-    assert law.force([-1.0, 0.0, np.nan, 1.001e-3])[:2].tolist() == [0.0, 0.0]
-    assert np.isnan(law.radius([np.nan, 1.001e-3])).all()
+    assert law.force([-1.0, 0.0]).tolist() == [0.0, 0.0]
+    assert np.isnan(law.radius([1.001e-3, 1.0])).all()
+    with pytest.raises(mdr.UnitError, match="finite"):
+        law.force([math.nan])
     assert np.isfinite(law.force("1 mm"))
     assert law.force("1 um").shape == ()
     law = laws("jkr")
     first = law.range[0]
     assert first == law.pull_off.indentation
-    assert law.force([1.0001 * first, first]).tolist() == [0.0, pytest.approx(law.pull_off.normal_force, rel=1e-12)]
+    assert law.force([1.0001 * first, first]).tolist() == [
+        0.0,
+        pytest.approx(law.pull_off.normal_force, rel=1e-12),
+    ]
 
 
 def drawn_profile(kind, size, slope):
@@ -160,7 +167,17 @@ def drawn_profile(kind, size, slope):
     }[kind]()
 
 
-KINDS = ("sphere", "power", "rounded cone", "hyperboloid", "truncated sphere", "rounded flat", "ellipsoid", "domed", "sampled")
+KINDS = (
+    "sphere",
+    "power",
+    "rounded cone",
+    "hyperboloid",
+    "truncated sphere",
+    "rounded flat",
+    "ellipsoid",
+    "domed",
+    "sampled",
+)
 
 
 @settings(max_examples=40, deadline=None)
@@ -197,7 +214,9 @@ def test_any_profile_at_any_size(kind, size, slope, depth, young, tolerance):
 def test_any_size_with_jkr(kind, size, slope, strength, young):
     modulus = young / (1 - 0.25)
     contact = mdr.Contact(
-        drawn_profile(kind, size, slope), mdr.Elastic(young, 0.5), adhesion=mdr.JKR(strength**1.5 * modulus * size)
+        drawn_profile(kind, size, slope),
+        mdr.Elastic(young, 0.5),
+        adhesion=mdr.JKR(strength**1.5 * modulus * size),
     )
     try:
         law = mdr.export_law(contact, strength * size, tolerance=1e-5)
@@ -218,8 +237,10 @@ def test_rescaled_contacts_have_one_table():
         mdr.export_law(mdr.Contact(mdr.Hyperboloid(size, slope=0.3), mdr.Elastic(1e9, 0.3)), 5 * size)
         for size in (1e-9, 1.0)
     )
-    assert small.knots_count == large.knots_count if hasattr(small, "knots_count") else True
-    assert small.data["normal_force"].values * 1e18 == pytest.approx(large.data["normal_force"].values, rel=1e-9)
+    assert small.data.sizes == large.data.sizes
+    assert small.data["normal_force"].values * 1e18 == pytest.approx(
+        large.data["normal_force"].values, rel=1e-9
+    )
 
 
 def test_claims_and_remarks(laws):
@@ -230,7 +251,12 @@ def test_claims_and_remarks(laws):
         assert "as a table" in claim.reason
         assert float(claim.error.max()) >= law.errors[name]
     text = "\n".join(law.remarks())
-    for words in ("Sphere(radius=0.001)", "held down to d = -1.8", "JKR(work=0.05", "doi:10.1098/rspa.1971.0141"):
+    for words in (
+        "Sphere(radius=0.001)",
+        "held down to d = -1.8",
+        "JKR(work=0.05",
+        "doi:10.1098/rspa.1971.0141",
+    ):
         assert words in text
     assert any("friction is not in the law" in note for note in laws("friction").notes)
     assert "2 knots" in laws("cone").summary()
@@ -241,8 +267,14 @@ def test_claims_and_remarks(laws):
 
 
 REFUSED = {
-    "viscoelastic": (mdr.Contact(mdr.Sphere("1 mm"), mdr.Viscoelastic(mdr.Maxwell("1 MPa", "1 s"), poisson=0.5)), "time"),
-    "maugis": (mdr.Contact(mdr.Sphere("1 mm"), GEL, adhesion=mdr.MaugisDugdale("50 mJ/m^2", range="1 um")), "zone"),
+    "viscoelastic": (
+        mdr.Contact(mdr.Sphere("1 mm"), mdr.Viscoelastic(mdr.Maxwell("1 MPa", "1 s"), poisson=0.5)),
+        "time",
+    ),
+    "maugis": (
+        mdr.Contact(mdr.Sphere("1 mm"), GEL, adhesion=mdr.MaugisDugdale("50 mJ/m^2", range="1 um")),
+        "zone",
+    ),
     "shape": (mdr.Contact(mdr.EllipticParaboloid("1 mm", "2 mm"), STEEL), "no radius"),
     "ring": (mdr.Contact(mdr.ConcavePunch("1 mm", "10 mm"), STEEL), "not a disk"),
     "no contact": (mdr.Sphere("1 mm"), "not a Contact"),
@@ -263,8 +295,8 @@ def test_what_has_no_law_is_refused(name):
         ("-1 um", {}, mdr.ProblemError, "above 0 m"),
         ("1 N", {}, mdr.UnitError, "N"),
         ("1 m", {}, mdr.PathError, "sphere cannot be pressed in"),
-        ("1 um", {"tolerance": 1e-12}, mdr.ProblemError, "1e-08 to 0.01"),
-        ("1 um", {"tolerance": "small"}, mdr.ProblemError, "1e-08 to 0.01"),
+        ("1 um", {"tolerance": 1e-12}, mdr.ProblemError, "1e-07 to 0.01"),
+        ("1 um", {"tolerance": "small"}, mdr.ProblemError, "1e-07 to 0.01"),
     ],
 )
 def test_wrong_arguments(to, options, error, words):
@@ -339,14 +371,18 @@ def test_the_header_compiles_without_warnings_and_is_the_law(laws, name, tmp_pat
     ours = in_c(d)
     assert np.all(errors_of(law, ours, exact_of(law.contact, d)) <= 1e-6)
     python = np.array([law.force(d), law.stiffness(d), law.radius(d)])
-    assert np.max(np.abs(ours - python) / (np.abs(python) + np.abs(python).max(1, keepdims=True) * 1e-6)) < 1e-9
+    assert (
+        np.max(np.abs(ours - python) / (np.abs(python) + np.abs(python).max(1, keepdims=True) * 1e-6)) < 1e-9
+    )
     first, last = law.range
     outside = in_c([first - abs(first) if first < 0 else -1.0, last * 1.0000001, math.nan, math.inf, last])
     assert outside[:, 0].tolist() == [0.0, 0.0, 0.0]
     assert np.isnan(outside[:, 1:4]).all()
     assert np.isfinite(outside[:, 4]).all()
     knots = law.data["indentation"].values
-    assert in_c(knots)[0] == pytest.approx(law.data["normal_force"].values, rel=1e-9, abs=1e-9 * np.abs(ours[0]).max())
+    assert in_c(knots)[0] == pytest.approx(
+        law.data["normal_force"].values, rel=1e-9, abs=1e-9 * np.abs(ours[0]).max()
+    )
 
 
 @pytest.mark.skipif(shutil.which("c++") is None, reason="no C++ compiler (c++) on this machine")

@@ -10,8 +10,10 @@ import numpy as np
 from pymdr.errors import ConvergenceError
 from pymdr.units import FloatArray
 
-_WITHIN = np.array([0.1, 0.21, 0.35, 0.5, 0.65, 0.79, 0.9])
-"""Of an interval: where it is judged; the slope of a cubic errs most near 0.21 and 0.79, its value in the middle."""
+_WITHIN = np.array([0.01, 0.1, 0.21, 0.35, 0.5, 0.65, 0.79, 0.9])
+"""Of an interval: where it is judged; the slope of a cubic errs most near 0.21 and 0.79, in parts of one
+that begins at 0 at its beginning."""
+_MIDDLE = int(np.searchsorted(_WITHIN, 0.5))
 _SHARE = 0.7
 """Of the tolerance: what is allowed where it is judged, since errors may be larger between."""
 _MOST = 20_000
@@ -102,7 +104,7 @@ def adapted(sample: Sample, marks: FloatArray, error: Error, tolerance: float) -
                 "the law is rough at this scale; ask for a larger tolerance, or smooth the profile"
             )
         settled[wide[~bad]] = True
-        middle = np.flatnonzero(bad) * _WITHIN.size + _WITHIN.size // 2
+        middle = np.flatnonzero(bad) * _WITHIN.size + _MIDDLE
         at = np.concatenate([x, between[middle]])
         order = np.argsort(at, kind="stable")
         knots = knots.with_others(exact.take(middle), order)

@@ -22,6 +22,8 @@ from pymdr.units import FloatArray, metres
 
 _BESIDE = 1e-9
 """Of a depth: how far from a kink the knots on both of its sides are."""
+_CORNER = 1e-3
+"""Slopes of d at a fold, in parts of those beside it, above which it is a corner."""
 _DECADES = 30
 """Below the largest depth, in which the power of the tip is looked for: a layer is felt like the root of the depth."""
 _LEAST = 1e-26
@@ -88,9 +90,10 @@ class Fold:
     def error(self, ours: Knots, exact: Knots) -> FloatArray:
         """The largest of the errors of F, k and a, relative to |F| + force, |k| + stiffness and a."""
         force = np.abs(ours.y - exact.y) / (np.abs(exact.y) + self.force)
-        slope = np.abs(ours.y_slope - exact.y_slope) / (
-            np.abs(exact.y_slope) + 2.0 * exact.u * self.stiffness
-        )
+        with np.errstate(divide="ignore", invalid="ignore"):
+            slope = np.abs(ours.y_slope - exact.y_slope) / (
+                np.abs(exact.y_slope) + 2.0 * exact.u * self.stiffness
+            )
         radius = np.abs(ours.z - exact.z) / exact.z
         return np.maximum(np.maximum(force, slope), radius)
 
@@ -210,9 +213,7 @@ def _from_fold(line: AdhesiveLine, to: float, tolerance: float) -> Source:
     radius = float(curve.states(np.array([begin])).contact_radius[0])
     lowest = float(np.min(curve.states(np.linspace(begin, end, 401)).normal_force))
     form = Fold(off, abs(lowest), float(line.line.stiffness(np.array([radius]))[0]))
-    # at a sharp edge, which sticks, d rises with the parameter and F with d
-    stuck = radius == line.line.edge
-    at_fold = (0.0, 0.0) if stuck else _slopes_at_fold(curve, begin, float(np.min(knots, initial=end)), off)
+    at_fold = _slopes_at_fold(curve, begin, float(np.min(knots, initial=end)), off)
 
     def sample(s: FloatArray) -> Knots:
         states = curve.states(s)
@@ -239,9 +240,19 @@ def _slopes(curve: ShortRange, s: FloatArray, u: FloatArray) -> tuple[FloatArray
 
 
 def _slopes_at_fold(curve: ShortRange, begin: float, end: float, off: float) -> tuple[float, float]:
-    """The same where d turns, of which both are 0 over 0: the limits of polynomials through states beside it."""
-    s = begin + 0.05 * min(begin, end - begin) * np.linspace(0.2, 1.0, 8)
+    """
+    The same where the contact is lost.
+
+    Where d turns smoothly both are 0 over 0: the limits of polynomials through states beside it. At a corner of the curve, such
+    as that of a sharp edge, F and a are smooth over d, and so flat over its root.
+    """
+    near = 0.05 * min(begin, end - begin)
+    at_once, farther = curve.slopes(begin + near * np.array([_BESIDE, 1.0]))[0]
+    if at_once > _CORNER * farther:
+        return 0.0, 0.0
+    s = begin + near * np.linspace(0.2, 1.0, 8)
     u = np.sqrt(curve.states(s).indentation - off)
-    scale = float(u[-1])
-    force, radius = _slopes(curve, s, u)
-    return tuple(float(np.polynomial.Polynomial.fit(u / scale, v, 7)(0.0)) for v in (force, radius))  # type: ignore[return-value]
+    force, radius = (
+        float(np.polynomial.Polynomial.fit(u / u[-1], v, u.size - 1)(0.0)) for v in _slopes(curve, s, u)
+    )
+    return force, radius
