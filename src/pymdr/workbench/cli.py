@@ -1,4 +1,4 @@
-"""The command line: ``pymdr run``, ``check``, ``verify``, ``loops``, ``impact``, ``rolling``, ``sliding``, ``rough``, ``press``, ``sweep``, ``topography``, ``heat``, ``joule``, ``plot``, ``new``, ``schema`` and ``info``.
+"""The command line: ``pymdr run``, ``check``, ``verify``, ``loops``, ``impact``, ``rolling``, ``sliding``, ``rough``, ``press``, ``sweep``, ``topography``, ``heat``, ``joule``, ``law``, ``table``, ``plot``, ``new``, ``schema`` and ``info``.
 
 Every command body imports what it needs, so that ``pymdr --help`` stays quick.
 """
@@ -13,7 +13,7 @@ import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import typer
 
@@ -23,8 +23,10 @@ if TYPE_CHECKING:
     from pymdr.interpretation.validity import Assumption, Claim
     from pymdr.problem.contact import Contact
     from pymdr.problem.topography import Topography
+    from pymdr.result import Result
     from pymdr.solving import Impact
     from pymdr.solving.study import Study
+    from pymdr.solving.sweep import Sweep
     from pymdr.units import FloatArray
     from pymdr.workbench.casefile import Case
 
@@ -105,6 +107,7 @@ def run(
     cases: CaseFiles,
     output: Output = None,
     csv: Annotated[bool, typer.Option("--csv", help="Write result.csv too.")] = False,
+    xlsx: Annotated[bool, typer.Option("--xlsx", help="Write result.xlsx too.")] = False,
     quiet: Quiet = False,
     as_json: Json = False,
 ) -> None:
@@ -115,13 +118,15 @@ def run(
     """
     from pymdr.errors import PymdrError
 
+    tables = _Tables(csv, xlsx)
     with _failures_as_json("run", cases, as_json):
+        tables.check()
         folders = _folders(cases, output)
     answers: list[dict[str, Any]] = []
     failures: dict[Path, str] = {}
     for case, folder in folders.items():
         try:
-            answers.append(_run_one(case, folder, csv, quiet, as_json))
+            answers.append(_run_one(case, folder, tables, quiet, as_json))
         except (PymdrError, MemoryError) as error:
             failures[case] = str(error) or "the memory of this machine is not enough"
             answers.append(_answer("run", case, status="FAILED", error=_plain_error(error)))
@@ -173,7 +178,32 @@ def _named_after(case: Path) -> Path:
     return case.with_suffix("")
 
 
-def _run_one(case: Path, folder: Path, csv: bool, quiet: bool, as_json: bool) -> dict[str, Any]:
+class _Tables(NamedTuple):
+    """Which tables are written."""
+
+    csv: bool
+    xlsx: bool
+
+    def check(self) -> None:
+        """Refuse before any work what cannot be written after it."""
+        if self.xlsx:
+            from pymdr.presentation.tables import new_book
+
+            new_book()
+
+    def write(self, found: Result | Sweep, folder: Path, name: str) -> list[Path]:
+        """Write them into a folder."""
+        written = []
+        if self.csv:
+            found.to_csv(folder / f"{name}.csv")
+            written.append(folder / f"{name}.csv")
+        if self.xlsx:
+            found.to_xlsx(folder / f"{name}.xlsx")
+            written.append(folder / f"{name}.xlsx")
+        return written
+
+
+def _run_one(case: Path, folder: Path, tables: _Tables, quiet: bool, as_json: bool) -> dict[str, Any]:
     from pymdr.solving import solve
     from pymdr.workbench.casefile import read_case
 
@@ -185,10 +215,7 @@ def _run_one(case: Path, folder: Path, csv: bool, quiet: bool, as_json: bool) ->
             _tell_memory(asked)
         result = solve(asked.contact, asked.path, progress=stage("solving"), **asked.options)
         result.save(folder / "result.nc")
-        written = [folder / "result.nc"]
-        if csv:
-            result.to_csv(folder / "result.csv")
-            written.append(folder / "result.csv")
+        written = [folder / "result.nc", *tables.write(result, folder, "result")]
         written += _write_figures(result.figures(), folder, stage("drawing"))
     if not as_json and result.status.name in _REFUSALS:
         _complain(f"{case}: {result.status.name}: {result.status.value}")
@@ -779,6 +806,7 @@ def sweep(
         ),
     ] = None,
     csv: Annotated[bool, typer.Option("--csv", help="Write sweep.csv too.")] = False,
+    xlsx: Annotated[bool, typer.Option("--xlsx", help="Write sweep.xlsx too.")] = False,
     quiet: Quiet = False,
     as_json: Json = False,
 ) -> None:
@@ -789,7 +817,9 @@ def sweep(
     from pymdr.solving.sweep import sweep as solve_all
     from pymdr.workbench.casefile import read_case
 
+    tables = _Tables(csv, xlsx)
     with _failures_as_json("sweep", case, as_json):
+        tables.check()
         asked = read_case(case)
         grid: dict[str, FloatArray | list[str]] = {}
         for given in over:
@@ -816,9 +846,7 @@ def sweep(
             if into is not None:
                 found.save(into / "sweep.nc")
                 written = [into / "sweep.nc", _write_figure(found.plot(), into / "sweep.png")]
-                if csv:
-                    found.to_csv(into / "sweep.csv")
-                    written.append(into / "sweep.csv")
+                written += tables.write(found, into, "sweep")
     if as_json:
         _print_json(
             _answer(
@@ -1012,20 +1040,13 @@ def _tell_study(
         title, found = ask()
         written = _write_found(found, output, command)
     if as_json:
-        columns = {
-            str(name): {
-                "values": [_finite(float(value)) for value in found.data[name].values.ravel()],
-                "unit": found.data[name].attrs["units"],
-            }
-            for name in (*found.data.coords, *found.data.data_vars)
-        }
         answer = _answer(
             command,
             case,
             title=title,
             status="COMPLETED",
             rows=next(iter(found.data.sizes.values())),
-            study=columns,
+            study=_columns_of(found),
             claims=_plain_claims(found.claims),
             assumptions=_plain_assumptions(found.assumptions),
             notes=list(found.notes),
@@ -1039,6 +1060,17 @@ def _tell_study(
             _say("Written: " + ", ".join(str(file) for file in written))
 
 
+def _columns_of(found: Study) -> dict[str, Any]:
+    """Its columns as plain values."""
+    return {
+        str(name): {
+            "values": [_finite(float(value)) for value in found.data[name].values.ravel()],
+            "unit": found.data[name].attrs["units"],
+        }
+        for name in (*found.data.coords, *found.data.data_vars)
+    }
+
+
 def _write_found(found: Impact | Study, output: Path | None, name: str) -> list[Path]:
     """The table and the figure of what was found, where a folder is named for them."""
     if output is None:
@@ -1046,6 +1078,88 @@ def _write_found(found: Impact | Study, output: Path | None, name: str) -> list[
     with _ready_folder(output) as folder:
         found.to_csv(folder / f"{name}.csv")
         return [folder / f"{name}.csv", _write_figure(found.plot(), folder / f"{name}.png")]
+
+
+@app.command()
+def law(
+    case: CaseFile,
+    to: Annotated[
+        str | None,
+        typer.Option(help="Largest indentation, such as '1 um'; the deepest of the path unless given."),
+    ] = None,
+    tolerance: Annotated[float, typer.Option(help="Largest relative error, 1e-7 to 1e-2.")] = 1e-6,
+    name: Annotated[
+        str | None,
+        typer.Option(
+            help="What the files and the names in the header begin with; that of the case unless given."
+        ),
+    ] = None,
+    output: Annotated[
+        Path | None,
+        typer.Option("-o", "--output", metavar="DIR", help="Folder for what is written; CASE unless given."),
+    ] = None,
+    xlsx: Annotated[bool, typer.Option("--xlsx", help="Write the table as a spreadsheet too.")] = False,
+    quiet: Quiet = False,
+    as_json: Json = False,
+) -> None:
+    """The law of force, stiffness and radius over the indentation: a table, a C header and a figure."""
+    from pymdr.workbench.laws import law_of_case, name_for, write_law
+
+    with _failures_as_json("law", case, as_json):
+        _Tables(csv=True, xlsx=xlsx).check()
+        called = name_for(case, name)
+        with _ready_folder(output or _named_after(case)) as folder:
+            title, found = law_of_case(case, to, tolerance)
+            written = write_law(found, folder, called, xlsx)
+            written.append(_write_figure(found.plot(), folder / f"{called}.png"))
+    if as_json:
+        answer = _answer(
+            "law",
+            case,
+            title=title,
+            status="COMPLETED",
+            rows=found.table.knots.u.size,
+            study=_columns_of(found),
+            claims=_plain_claims(found.claims),
+            assumptions=_plain_assumptions(found.assumptions),
+            notes=list(found.notes),
+            references=list(found.cite()),
+            written=[str(file) for file in written],
+        )
+        _print_json(answer)
+    elif not quiet:
+        _say(title or str(case))
+        _say(found.summary())
+        _say("Written: " + ", ".join(str(file) for file in written))
+
+
+@app.command()
+def table(
+    result_file: Annotated[
+        Path, typer.Argument(metavar="RESULT", help="A file written by pymdr run, or its folder.")
+    ],
+    output: Annotated[
+        Path, typer.Option("-o", "--output", metavar="FILE", help="The table, a .csv or an .xlsx.")
+    ],
+    quantity: Annotated[
+        list[str] | None,
+        typer.Option(help="What is written, such as normal_force; everything stored unless given."),
+    ] = None,
+    unit: Annotated[
+        list[str] | None,
+        typer.Option(help="Units other than SI, such as indentation=um, once for each quantity."),
+    ] = None,
+    quiet: Quiet = False,
+) -> None:
+    """Write a saved result as a table, with what its numbers rest on."""
+    from pymdr.solving.reopening import open_result
+    from pymdr.workbench.laws import named_units, write_result
+
+    units = named_units(unit or [])
+    file = result_file / "result.nc" if result_file.is_dir() else result_file
+    write_result(open_result(file), output, quantity, units)
+    if not quiet:
+        _say(f"Written: {output}")
 
 
 @app.command()

@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from importlib.metadata import version
 from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
@@ -28,8 +27,6 @@ LAW_QUANTITIES = ("normal_force", "normal_stiffness", "contact_radius")
 _BESIDE_FOLD = 1e-9
 """Of the second knot: the least coordinate at which a stiffness is given."""
 _DRAWN, _DECADES_DRAWN = 1001, 1e-6
-_LONGEST = 300
-"""Characters of a body or a profile in a comment."""
 _SHOWN = 9
 """Rows of the summary."""
 
@@ -161,46 +158,38 @@ class ContactLaw(Study):
 
     def remarks(self) -> tuple[str, ...]:
         """What the law is, its range, errors, claims and sources, in lines."""
-        first, last = self.range
-        lines = [
-            f"normal contact law, {self.table.knots.u.size} knots from d = {first!r} m to {last!r} m, by pymdr {version('pymdr')}",
-            *(
-                f"{part}: {' '.join(repr(value).split())[:_LONGEST]}"
-                for part in ("profile", "body", "counterbody", "adhesion")
-                if (value := getattr(self.contact, part)) is not None
-            ),
-            *self._course(),
-            *(
-                f"{quantity(name).words}: largest error {self.errors[name]:.2g} relative to {self.relative_to[name]}, measured at "
-                f"{self.checks.sizes['check']} depths against pymdr.solve"
-                for name in LAW_QUANTITIES
-            ),
-        ]
-        claims = {
-            (c.level.name, c.reason, c.source): None for c in map(self.claims.__getitem__, LAW_QUANTITIES)
-        }
-        lines += [f"{level}: {reason} [{source}]" for level, reason, source in claims]
-        lines += [
-            f"not met: {a.words} {a.measure:.3g}, limit {a.limit:.3g}" for a in self.assumptions if not a.met
-        ]
-        lines += [f"note: {note}" for note in self.notes]
-        return (*lines, *(f"cite: {source}" for source in self.cite()))
+        from pymdr.presentation.tables import about_lines
 
-    def _course(self) -> list[str]:
+        return tuple(about_lines(self._about()))
+
+    def _about(self) -> list[tuple[str, str, str]]:
+        from pymdr.presentation.tables import about_rows
+
+        first, last = self.range
+        told = {
+            "law": f"force, stiffness and radius over d, {self.table.knots.u.size} knots from d = {first!r} m to {last!r} m",
+            "course": self._course(),
+        }
+        for name in LAW_QUANTITIES:
+            told[f"measured error of {name}"] = (
+                f"{self.errors[name]:.2g} relative to {self.relative_to[name]}, the largest at {self.checks.sizes['check']} depths "
+                "against pymdr.solve"
+            )
+        return about_rows(self.contact, self.claims, self.assumptions, self.notes, self.cite(), told)
+
+    def _course(self) -> str:
         """What holds outside the table, in words."""
         form, first = self.table.form, self.range[0]
         if isinstance(form, Tip):
             pull = f", F = -{form.pull!r} N at first touch" if form.pull else ""
-            return [
-                f"below d = {first!r} m: F ~ d^{form.power:.12g}, a ~ d^{form.radius_power:.12g}; d <= 0: no contact{pull}"
-            ]
-        assert self.pull_off is not None
+            return f"below d = {first!r} m F ~ d^{form.power:.12g}, a ~ d^{form.radius_power:.12g}; d <= 0: no contact{pull}"
         off = self.pull_off
-        return [
+        assert off is not None
+        return (
             "of a contact that is made: it begins at d = 0, where the surfaces touch and it jumps to "
             f"F = {off.jump_in_force!r} N, a = {off.jump_in_radius!r} m, and is held down to d = {off.indentation!r} m, where it is lost "
             f"from F = {off.normal_force!r} N; the largest pull on the way is {-off.largest_pull!r} N"
-        ]
+        )
 
     def _remarks(self) -> list[str]:
         first, last = self.range
@@ -274,6 +263,23 @@ class ContactLaw(Study):
                 least=self.table.least,
             )
         )
+
+    def to_csv(
+        self, file: str | os.PathLike[str], *, units: Mapping[str, str] | None = None, about: bool = True
+    ) -> None:
+        """
+        Write the knots to a CSV file; errors, what holds outside, claims and sources stand above its header.
+
+        Parameters
+        ----------
+        file : path
+            For example "ball.csv"; :func:`pymdr.read_record` reads it back.
+        units : mapping of str to str, optional
+            Name of a quantity -> unit; SI units unless given.
+        about : bool
+            Whether anything stands above the header, in lines that begin with ``#``.
+        """
+        super().to_csv(file, units=units, about=about)
 
     def to_c(self, file: str | os.PathLike[str], *, name: str | None = None) -> None:
         """
