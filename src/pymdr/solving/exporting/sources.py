@@ -26,6 +26,8 @@ _CORNER = 1e-3
 """Slopes of d at a fold, in parts of those beside it, above which it is a corner."""
 _DECADES = 30
 """Below the largest depth, in which the power of the tip is looked for: a layer is felt like the root of the depth."""
+_NO_POWER = 1e-12
+"""The power of a radius below which it is that of a flat end."""
 _LEAST = 1e-26
 """Of the largest depth: the smallest at which a table may begin."""
 
@@ -161,6 +163,8 @@ def _closing(sample: Sample, last: float, tolerance: float) -> tuple[float, floa
     u = last - math.log(10.0) * np.arange(0.0, _DECADES + 0.125, 0.125)
     tip = sample(u)
     power, radius_power = float(tip.y_slope[-1]), float(tip.z_slope[-1])
+    if radius_power < _NO_POWER:
+        radius_power = 0.0
     # the errors of straight lines from each depth to all smaller ones
     force, radius = tip.y - power * u, tip.z - radius_power * u
     apart = [
