@@ -50,4 +50,4 @@ def ratios() -> Iterator[Ratio]:
         found = np.empty(DEPTHS)
         in_c, again = median_times((lambda: forces(d, found, DEPTHS), 7), (lambda: mdr.solve(TIP, path), 3))
         assert np.allclose(found, law.force(d), rtol=1e-12)
-    yield Ratio(f"{DEPTHS:.0e} forces from the header in C", "solve", in_c, again, "aim 100 times faster")
+    yield Ratio(f"{DEPTHS:.0e} forces from the header in C", "solve", in_c, again, "aim 50 times faster")

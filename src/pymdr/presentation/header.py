@@ -154,7 +154,7 @@ def _usage(name: str, from_tip: bool) -> list[str]:
     return [
         "",
         f"{name}_force(d) in N, {name}_stiffness(d) = dF/dd in N/m and {name}_radius(d) in m of the indentation d in m; "
-        f"{name}_law gives all three at once.",
+        f"{name}_law gives all three at once, or those whose pointers are not NULL.",
         f"{begin}: 0, no contact; d above {name.upper()}_LARGEST_INDENTATION, or NAN: NAN (not with -ffast-math).",
     ]
 
@@ -187,45 +187,53 @@ def _array(name: str, values: FloatArray) -> str:
 
 def _body(data: HeaderData) -> str:
     if data.tip is None:
-        outside = "d < @@_PULL_OFF_INDENTATION"
-        below, coordinate = "", "sqrt(d - @@_PULL_OFF_INDENTATION)"
-        answers = "    *force = y;\n    *stiffness = slope / (2.0 * u);\n    *radius = z;\n"
+        outside, coordinate = "d < @@_PULL_OFF_INDENTATION", "sqrt(d - @@_PULL_OFF_INDENTATION)"
+        below, force, stiffness, radius = "", "y", "slope / (2.0 * u)", "z"
+        value = ""
     else:
         power, radius_power, pull = data.tip
         off = f" - {pull!r}" if pull else ""
-        outside, coordinate = "d <= 0.0", "log(d)"
-        below = (
-            "    if (d < @@_SMALLEST_INDENTATION) {\n"
-            "        const double along = log(d) - @_u_[0];\n"
-            f"        const double pressing = exp(@_y_[0] + {power!r} * along);\n"
-            f"        *force = pressing{off};\n"
-            f"        *stiffness = {power!r} * pressing / d;\n"
-            f"        *radius = exp(@_z_[0] + {radius_power!r} * along);\n"
-            "        return;\n"
-            "    }\n"
-        )
-        answers = (
-            f"    y = exp(y);\n    *force = y{off};\n    *stiffness = y * slope / d;\n    *radius = exp(z);\n"
-        )
+        outside, coordinate, value = "d <= 0.0", "log(d)", "        y = exp(y);\n"
+        below = _BELOW % {"power": repr(power), "radius_power": repr(radius_power), "off": off}
+        force, stiffness, radius = f"y{off}", "y * slope / d", "exp(z)"
     return _TEMPLATE % {
         "outside": outside,
         "below": below,
         "coordinate": coordinate,
-        "answers": answers,
+        "value": value,
+        "force": force,
+        "stiffness": stiffness,
+        "radius": radius,
         "least": repr(data.least),
     }
 
 
+_BELOW = """\
+    if (d < @@_SMALLEST_INDENTATION) {
+        u = log(d) - @_u_[0];
+        y = exp(@_y_[0] + %(power)s * u);
+        if (force)
+            *force = y%(off)s;
+        if (stiffness)
+            *stiffness = %(power)s * y / d;
+        if (radius)
+            *radius = exp(@_z_[0] + %(radius_power)s * u);
+        return;
+    }
+"""
 _TEMPLATE = """\
 static inline void @_law(double d, double *force, double *stiffness, double *radius)
 {
     size_t low = 0, high = @@_KNOTS - 1;
     double u, h, t, m0, m1, rise, slope, y, z;
-    *force = *stiffness = *radius = 0.0;
-    if (%(outside)s)
-        return;
-    if (!(d <= @@_LARGEST_INDENTATION)) {
-        *force = *stiffness = *radius = NAN;
+    if (!(d <= @@_LARGEST_INDENTATION) || %(outside)s) {
+        const double nothing = d <= @@_LARGEST_INDENTATION ? 0.0 : NAN;
+        if (force)
+            *force = nothing;
+        if (stiffness)
+            *stiffness = nothing;
+        if (radius)
+            *radius = nothing;
         return;
     }
 %(below)s    u = %(coordinate)s;
@@ -242,35 +250,44 @@ static inline void @_law(double d, double *force, double *stiffness, double *rad
     }
     h = @_u_[high] - @_u_[low];
     t = (u - @_u_[low]) / h;
-    m0 = @_y_slope_[low];
-    m1 = @_y_slope_[high];
-    rise = (@_y_[high] - @_y_[low]) / h;
-    y = @_y_[low] + h * t * (m0 + t * (3.0 * rise - 2.0 * m0 - m1 + t * (m0 + m1 - 2.0 * rise)));
-    slope = m0 + t * (2.0 * (3.0 * rise - 2.0 * m0 - m1) + 3.0 * t * (m0 + m1 - 2.0 * rise));
-    m0 = @_z_slope_[low];
-    m1 = @_z_slope_[high];
-    rise = (@_z_[high] - @_z_[low]) / h;
-    z = @_z_[low] + h * t * (m0 + t * (3.0 * rise - 2.0 * m0 - m1 + t * (m0 + m1 - 2.0 * rise)));
-%(answers)s}
+    if (force || stiffness) {
+        m0 = @_y_slope_[low];
+        m1 = @_y_slope_[high];
+        rise = (@_y_[high] - @_y_[low]) / h;
+        y = @_y_[low] + h * t * (m0 + t * (3.0 * rise - 2.0 * m0 - m1 + t * (m0 + m1 - 2.0 * rise)));
+        slope = m0 + t * (2.0 * (3.0 * rise - 2.0 * m0 - m1) + 3.0 * t * (m0 + m1 - 2.0 * rise));
+%(value)s        if (force)
+            *force = %(force)s;
+        if (stiffness)
+            *stiffness = %(stiffness)s;
+    }
+    if (radius) {
+        m0 = @_z_slope_[low];
+        m1 = @_z_slope_[high];
+        rise = (@_z_[high] - @_z_[low]) / h;
+        z = @_z_[low] + h * t * (m0 + t * (3.0 * rise - 2.0 * m0 - m1 + t * (m0 + m1 - 2.0 * rise)));
+        *radius = %(radius)s;
+    }
+}
 
 static inline double @_force(double d)
 {
-    double force, stiffness, radius;
-    @_law(d, &force, &stiffness, &radius);
+    double force;
+    @_law(d, &force, NULL, NULL);
     return force;
 }
 
 static inline double @_stiffness(double d)
 {
-    double force, stiffness, radius;
-    @_law(d, &force, &stiffness, &radius);
+    double stiffness;
+    @_law(d, NULL, &stiffness, NULL);
     return stiffness;
 }
 
 static inline double @_radius(double d)
 {
-    double force, stiffness, radius;
-    @_law(d, &force, &stiffness, &radius);
+    double radius;
+    @_law(d, NULL, NULL, &radius);
     return radius;
 }
 """
