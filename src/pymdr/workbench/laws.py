@@ -9,7 +9,7 @@ from pathlib import Path
 from pymdr.errors import CaseError, FileError, QuantityError
 from pymdr.result import Result
 from pymdr.solving.assessing import assess
-from pymdr.solving.exporting import ContactLaw, export_law
+from pymdr.solving.exporting import ContactLaw, check_lawful, export_law
 from pymdr.units import shown
 from pymdr.workbench.casefile import read_case, read_contact
 
@@ -37,6 +37,7 @@ def law_of_case(case: Path, to: str | None, tolerance: float) -> tuple[str, Cont
         title, contact = read_contact(case)
         return title, export_law(contact, to, tolerance=tolerance)
     asked = read_case(case)
+    check_lawful(asked.contact, tolerance)
     deepest = assess(asked.contact, asked.path, **asked.options).largest.get("indentation", 0.0)
     if not deepest > 0.0:
         raise CaseError(

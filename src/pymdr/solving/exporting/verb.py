@@ -33,6 +33,8 @@ _BELOW = 73
 _TIGHTEST, _LOOSEST = 1e-7, 1e-2
 """Tolerances; below, the rounding of d - d_off is seen where a contact is lost."""
 _FEW, _FINER = 33, 0.3
+_OF_A_PATH = ("jumped into contact", "bands are")
+"""Beginnings of notes on what is not in a law."""
 
 
 def export_law(contact: Contact, to: QuantityLike, *, tolerance: float = 1e-6) -> ContactLaw:
@@ -81,7 +83,7 @@ def export_law(contact: Contact, to: QuantityLike, *, tolerance: float = 1e-6) -
     (True, True)
     """
     deepest = _depth(to)
-    _checked(contact, tolerance)
+    check_lawful(contact, tolerance)
     alone = replace(contact, friction=None)
     plain = _solved(alone, np.geomspace(1e-9, 1.0, _FEW) * deepest)
     source = source_of(alone, deepest, tolerance)
@@ -122,8 +124,15 @@ def _depth(to: QuantityLike) -> float:
     return float(within_range(deepest, "m", "to", size=True))
 
 
-def _checked(contact: Contact, tolerance: float) -> None:
-    """Refuse what has no law, or none with a radius."""
+def check_lawful(contact: Contact, tolerance: float) -> None:
+    """
+    Refuse what has no law of the depth alone, or none with a radius.
+
+    Raises
+    ------
+    ProblemError
+        With the reason, or the limits of the tolerance.
+    """
     if not isinstance(contact, Contact):
         raise ProblemError(f"export_law: {shown(contact)} is not a Contact; write Contact(profile, body)")
     if (
@@ -213,7 +222,7 @@ def _claims(exact: Result, errors: Mapping[str, float], knots: int) -> dict[str,
 
 
 def _notes(contact: Contact, result: Result) -> tuple[str, ...]:
-    notes = tuple(note for note in result.notes if not note.startswith("jumped into contact"))
+    notes = tuple(note for note in result.notes if not note.startswith(_OF_A_PATH))
     if contact.friction is not None:
         notes += ("friction is not in the law: the normal force does not depend on it",)
     if scatter_of(contact.profile):
