@@ -24,12 +24,12 @@ _BESIDE = 1e-9
 """Of a depth: how far from a kink the knots on both of its sides are."""
 _CORNER = 1e-3
 """Slopes of d at a fold, in parts of those beside it, above which it is a corner."""
-_DECADES = 30
+_DECADES = (16.0, 30.0)
 """Below the largest depth, in which the power of the tip is looked for: a layer is felt like the root of the depth."""
+_KNOWN = 4.0
+"""Decades in which it has to be seen."""
 _NO_POWER = 1e-12
 """The power of a radius below which it is that of a flat end."""
-_LEAST = 1e-26
-"""Of the largest depth: the smallest at which a table may begin."""
 
 
 @dataclass(frozen=True)
@@ -145,9 +145,9 @@ def _from_tip(line: Line, pull: float, to: float, tolerance: float) -> Source:
         return Knots(u, np.log(pressing), power, np.log(a), rate * d / a)
 
     first, power, radius_power = _closing(sample, math.log(to), tolerance)
-    radii = np.array(
-        [b for b in (*line.breakpoints, line.edge) if 0.0 < b <= min(line.reach, line.edge) < math.inf]
-    )
+    # bodies in layers are solved contact by contact: none is that nobody asks for
+    least, most = states_at_depth(line, [math.exp(first), to]).contact_radius
+    radii = np.array([b for b in (*line.breakpoints, line.edge) if least <= b <= most])
     depths = line.depth(radii)
     inner = depths[(depths > math.exp(first)) & (depths < to)]
     kinks = np.log(inner)
@@ -160,29 +160,35 @@ def _from_tip(line: Line, pull: float, to: float, tolerance: float) -> Source:
 
 def _closing(sample: Sample, last: float, tolerance: float) -> tuple[float, float, float]:
     """The coordinate below which the law is a power within a quarter of the tolerance, and the powers of F and a."""
-    u = last - math.log(10.0) * np.arange(0.0, _DECADES + 0.125, 0.125)
-    tip = sample(u)
-    power, radius_power = float(tip.y_slope[-1]), float(tip.z_slope[-1])
-    if radius_power < _NO_POWER:
-        radius_power = 0.0
-    # the errors of straight lines from each depth to all smaller ones
-    force, radius = tip.y - power * u, tip.z - radius_power * u
-    apart = [
-        max(
-            float(np.ptp(force[i:])),
-            float(np.ptp(radius[i:])),
-            float(np.max(np.abs(tip.y_slope[i:] / power - 1.0))),
+    for decades in _DECADES:
+        u = last - math.log(10.0) * np.arange(0.0, decades + 0.125, 0.125)
+        tip = sample(u)
+        power, radius_power = float(tip.y_slope[-1]), float(tip.z_slope[-1])
+        if radius_power < _NO_POWER:
+            radius_power = 0.0
+        # the errors of straight lines from each depth to all smaller ones
+        apart = np.max(
+            [
+                _range_below(tip.y - power * u),
+                _range_below(tip.z - radius_power * u),
+                np.maximum.accumulate(np.abs(tip.y_slope / power - 1.0)[::-1])[::-1],
+            ],
+            axis=0,
         )
-        for i in range(u.size)
-    ]
-    small = np.flatnonzero(np.array(apart) <= 0.25 * tolerance)
-    if small.size == 0 or u[small[0]] < last + math.log(_LEAST):
-        at = int(np.searchsorted(-u, -(last + math.log(_LEAST))))
-        raise ConvergenceError(
-            f"export_law: the force is not a power of the depth at the tip: below d = {metres(math.exp(u[at]))} it still differs from "
-            f"one by {apart[at]:.2g}, and a quarter of the tolerance of {tolerance:g} is allowed; ask for a larger tolerance"
-        )
-    return float(u[max(small[0], 1)]), power, radius_power
+        small = np.flatnonzero(apart <= 0.25 * tolerance)
+        if small.size and u[small[0]] >= u[-1] + _KNOWN * math.log(10.0):
+            return float(u[max(small[0], 1)]), power, radius_power
+    at = int(np.searchsorted(-u, -(u[-1] + _KNOWN * math.log(10.0))))
+    raise ConvergenceError(
+        f"export_law: the force is not a power of the depth at the tip: below d = {metres(math.exp(u[at]))} it still differs from "
+        f"one by {apart[at]:.2g}, and a quarter of the tolerance of {tolerance:g} is allowed; ask for a larger tolerance"
+    )
+
+
+def _range_below(values: FloatArray) -> FloatArray:
+    """The range of values from each on."""
+    back = values[::-1]
+    return np.asarray((np.maximum.accumulate(back) - np.minimum.accumulate(back))[::-1])
 
 
 def _marked(
