@@ -24,8 +24,11 @@ _BESIDE = 1e-9
 """Of a depth: how far from a kink the knots on both of its sides are."""
 _CORNER = 1e-3
 """Slopes of d at a fold, in parts of those beside it, above which it is a corner."""
+_WIDTHS = np.array([1.0, 0.3, 0.1, 0.03, 0.01, 0.003])
+"""Of a stretch beside a fold: a corner near by asks for narrow ones, rounding for wide ones."""
 _DECADES = (16.0, 30.0)
 """Below the largest depth, in which the power of the tip is looked for: a layer is felt like the root of the depth."""
+_ROUNDING = 20.0 * float(np.finfo(float).eps)
 _KNOWN = 4.0
 """Decades in which it has to be seen."""
 _NO_POWER = 1e-12
@@ -74,6 +77,8 @@ class Fold:
     """Force in N that is added to |F| where errors of F are relative to it: the largest pull."""
     stiffness: float
     """Stiffness in N/m that is added to |k|: that of the contact held at its radius of the pull-off."""
+    nearest: float
+    """Depth in m above d_off below which the rounding of d is seen in the stiffness."""
 
     def coordinate(self, d: FloatArray) -> FloatArray:
         """The coordinate u of depths in m."""
@@ -97,7 +102,7 @@ class Fold:
                 np.abs(exact.y_slope) + 2.0 * exact.u * self.stiffness
             )
         radius = np.abs(ours.z - exact.z) / exact.z
-        return np.maximum(np.maximum(force, slope), radius)
+        return np.where(exact.u**2 < self.nearest, 0.0, np.maximum(np.maximum(force, slope), radius))
 
 
 Form = Tip | Fold
@@ -222,7 +227,8 @@ def _from_fold(line: AdhesiveLine, to: float, tolerance: float) -> Source:
     off = float(curve.states(np.array([begin])).indentation[0])
     radius = float(curve.states(np.array([begin])).contact_radius[0])
     lowest = float(np.min(curve.states(np.linspace(begin, end, 401)).normal_force))
-    form = Fold(off, abs(lowest), float(line.line.stiffness(np.array([radius]))[0]))
+    stiffness = float(line.line.stiffness(np.array([radius]))[0])
+    form = Fold(off, abs(lowest), stiffness, _ROUNDING * abs(off) / tolerance)
     at_fold = _slopes_at_fold(curve, begin, float(np.min(knots, initial=end)), off)
 
     def sample(s: FloatArray) -> Knots:
@@ -260,9 +266,16 @@ def _slopes_at_fold(curve: ShortRange, begin: float, end: float, off: float) -> 
     at_once, farther = curve.slopes(begin + near * np.array([_BESIDE, 1.0]))[0]
     if at_once > _CORNER * farther:
         return 0.0, 0.0
-    s = begin + near * np.linspace(0.2, 1.0, 8)
-    u = np.sqrt(curve.states(s).indentation - off)
-    force, radius = (
-        float(np.polynomial.Polynomial.fit(u / u[-1], v, u.size - 1)(0.0)) for v in _slopes(curve, s, u)
-    )
-    return force, radius
+    best, limits = math.inf, (0.0, 0.0)
+    for width in near * _WIDTHS:
+        s = begin + width * np.linspace(0.2, 1.0, 8)
+        u = np.sqrt(curve.states(s).indentation - off)
+        force, radius = _slopes(curve, s, u)
+        fine, coarse = (_at_zero(u, force, degree) for degree in (7, 4))
+        if abs(fine - coarse) < best:
+            best, limits = abs(fine - coarse), (fine, _at_zero(u, radius, 7))
+    return limits
+
+
+def _at_zero(u: FloatArray, values: FloatArray, degree: int) -> float:
+    return float(np.polynomial.Polynomial.fit(u / u[-1], values, degree)(0.0))

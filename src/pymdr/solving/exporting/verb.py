@@ -191,6 +191,8 @@ def _checked_against_solve(table: Table, contact: Contact) -> tuple[xr.Dataset, 
     d = form.depth((u[wide, None] + np.diff(u)[wide, None] * _BETWEEN).ravel())
     if isinstance(form, Tip):
         d = np.concatenate([float(form.depth(u[0])) * np.geomspace(1e-12, 1.0, _BELOW), d])
+    else:
+        d = d[d - form.off >= form.nearest]
     d = np.unique(np.append(np.minimum(d, table.last), table.last))
     exact = _solved(contact, d)
     rows = slice(None) if contact.adhesion is None else slice(None, 0, -1)
