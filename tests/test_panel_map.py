@@ -834,7 +834,7 @@ def test_what_was_mapped_before_a_law_showed_is_mapped_again(R, small, large):
     assert line.error(x)[0] < 1e-8
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=25, deadline=None)
 @given(
     exponent=st.floats(0.0, 0.9),
     flat=st.floats(0.01, 0.5),
@@ -850,4 +850,4 @@ def test_the_inverse_next_to_a_breakpoint_is_met(exponent, flat, kind, seed):
     }[kind]()
     line = equivalent_profile(profile, exponent)
     depth = np.exp(np.random.default_rng(seed).uniform(math.log(1e-28), math.log(0.01), 2000))
-    assert np.max(np.abs(line.g(line.place(depth)) / depth - 1.0)) < 1e-11
+    assert np.max(np.abs(line.g(line.place(depth)) / depth - 1.0)) < 1e-10

@@ -45,7 +45,7 @@ _ROUGH = 0.97
 """Part of a value that a rough image of it reaches where the map is to end: it is good to one part in a hundred."""
 _NEWTON = 60
 _ROUNDED = 1e-11
-_BESIDE = 1e-14
+_BESIDE = 1e-13
 """Part of a value below which steps of Newton's method may be nothing but rounding."""
 _SAVED = 2.0**-60
 """How far inward, in radii that are asked for, the panels of a saved profile go."""
@@ -788,7 +788,7 @@ def _newton(panels: Panels, series: Series, index: IndexArray, target: FloatArra
         u[open_] = new
         settled = (moved <= 2e-16 * np.maximum(new, 1e-3)) | (c == wanted)
         # steps that no longer shrink are rounding
-        settled |= (moved <= _ROUNDED * new) & (moved >= 0.5 * last_move[open_])
+        settled |= ~bad & (moved <= _ROUNDED * new) & (moved >= 0.5 * last_move[open_])
         last_move[open_] = moved
         settled |= right[open_] - left[open_] <= 4e-16 * np.maximum(new, 1e-300)
         done = open_[settled]
