@@ -116,6 +116,8 @@ if TYPE_CHECKING:
     from pymdr.solving.azimuth import azimuthal_profile as azimuthal_profile
     from pymdr.solving.calibrating import LineCalibration as LineCalibration
     from pymdr.solving.calibrating import calibrate_coefficient as calibrate_coefficient
+    from pymdr.solving.exporting import ContactLaw as ContactLaw
+    from pymdr.solving.exporting import export_law as export_law
     from pymdr.solving.fits import FitResult as FitResult
     from pymdr.solving.fits import Fitted as Fitted
     from pymdr.solving.fits import fit as fit
@@ -229,6 +231,7 @@ _HOMES: dict[str, tuple[str, ...]] = {
     "pymdr.problem.rough": ("RoughSurface",),
     "pymdr.problem.topography": ("Topography",),
     "pymdr.result": ("Result", "Status"),
+    "pymdr.solving.exporting": ("ContactLaw", "export_law"),
     "pymdr.solving.heating": ("FrictionalHeat", "JouleHeating", "frictional_heat", "joule_heating"),
     "pymdr.solving.reopening": ("open_result",),
     "pymdr.solving.rolling": ("Rolling", "rolling"),

@@ -8,6 +8,7 @@ from pymdr.presentation.plot.adhesion import adhesive_figures, adhesive_overview
 from pymdr.presentation.plot.closure import CurveData, closure_figures, closure_overview
 from pymdr.presentation.plot.compared import compared_pressures, compared_shape, compared_tractions
 from pymdr.presentation.plot.conductance import conduction_figure
+from pymdr.presentation.plot.exported import law_study
 from pymdr.presentation.plot.fits import fitted_curves
 from pymdr.presentation.plot.friction import frictional_figures, frictional_overview
 from pymdr.presentation.plot.heating import frictional_heat_study, joule_study
@@ -51,6 +52,7 @@ __all__ = [
     "frictional_overview",
     "impact_figure",
     "joule_study",
+    "law_study",
     "loop_study",
     "memory_figures",
     "memory_overview",
