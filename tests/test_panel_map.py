@@ -849,3 +849,22 @@ def test_what_was_mapped_before_a_law_showed_is_mapped_again(R, small, large):
     line.source.foresee(R * 10.0**large)
     assert line.g(x) / (x * np.arctanh(x / R)) == pytest.approx(1.0, abs=10.0 * line.error(x)[0] + 1e-14)
     assert line.error(x)[0] < 1e-8
+
+
+@settings(max_examples=25, deadline=None)
+@given(
+    exponent=st.floats(0.0, 0.9),
+    flat=st.floats(0.01, 0.5),
+    kind=st.sampled_from(["truncated sphere", "rounded flat", "hollow"]),
+    seed=st.integers(0, 2**32 - 1),
+)
+def test_the_inverse_next_to_a_breakpoint_is_met(exponent, flat, kind, seed):
+    """The place of a depth has that depth, however close to the breakpoint it is."""
+    profile = {
+        "truncated sphere": lambda: mdr.TruncatedSphere(radius=1.0, flat_radius=0.5 * flat),
+        "rounded flat": lambda: mdr.RoundedFlat(flat, 2.0),
+        "hollow": lambda: mdr.Function(lambda r: np.maximum(r - flat, 0.0) ** 2, breakpoints=(flat,)),
+    }[kind]()
+    line = equivalent_profile(profile, exponent)
+    depth = np.exp(np.random.default_rng(seed).uniform(math.log(1e-28), math.log(0.01), 2000))
+    assert np.max(np.abs(line.g(line.place(depth)) / depth - 1.0)) < 1e-10

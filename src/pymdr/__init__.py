@@ -131,6 +131,8 @@ if TYPE_CHECKING:
     from pymdr.solving.curves import subtract_baseline as subtract_baseline
     from pymdr.solving.curves import to_indentation as to_indentation
     from pymdr.solving.curves import undo as undo
+    from pymdr.solving.exporting import ContactLaw as ContactLaw
+    from pymdr.solving.exporting import export_law as export_law
     from pymdr.solving.fits import FitResult as FitResult
     from pymdr.solving.fits import Fitted as Fitted
     from pymdr.solving.fits import FittedMap as FittedMap
@@ -250,6 +252,7 @@ _HOMES: dict[str, tuple[str, ...]] = {
     "pymdr.problem.rough": ("RoughSurface",),
     "pymdr.problem.topography": ("Topography",),
     "pymdr.result": ("Result", "Status"),
+    "pymdr.solving.exporting": ("ContactLaw", "export_law"),
     "pymdr.solving.heating": ("FrictionalHeat", "JouleHeating", "frictional_heat", "joule_heating"),
     "pymdr.solving.reopening": ("open_result",),
     "pymdr.solving.rolling": ("Rolling", "rolling"),

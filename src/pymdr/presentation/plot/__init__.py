@@ -8,6 +8,7 @@ from pymdr.presentation.plot.adhesion import adhesive_figures, adhesive_overview
 from pymdr.presentation.plot.closure import CurveData, closure_figures, closure_overview
 from pymdr.presentation.plot.compared import compared_pressures, compared_shape, compared_tractions
 from pymdr.presentation.plot.conductance import conduction_figure
+from pymdr.presentation.plot.exported import law_study
 from pymdr.presentation.plot.fits import fitted_curves, fitted_map, weighed_laws
 from pymdr.presentation.plot.friction import frictional_figures, frictional_overview
 from pymdr.presentation.plot.heating import frictional_heat_study, joule_study
@@ -53,6 +54,7 @@ __all__ = [
     "frictional_overview",
     "impact_figure",
     "joule_study",
+    "law_study",
     "loop_study",
     "measured_curves",
     "memory_figures",

@@ -166,10 +166,10 @@ class FitResult:
         FileError
             If the file cannot be written.
         """
-        from pymdr.presentation.files import write_table
+        from pymdr.presentation.tables import write_csv
 
         units = {name: str(self.data[name].attrs.get("units", "")) for name in self.data}
-        write_table(
+        write_csv(
             {
                 f"{name} [{unit}]" if unit else str(name): self.data[name].values
                 for name, unit in units.items()

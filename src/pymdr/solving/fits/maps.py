@@ -160,7 +160,7 @@ class FittedMap:
         FileError
             If the file cannot be written.
         """
-        from pymdr.presentation.files import write_table
+        from pymdr.presentation.tables import write_csv
 
         columns = self.data.to_dataframe().reset_index()
         units = {str(name): str(array.attrs.get("units", "")) for name, array in self.data.variables.items()}
@@ -168,7 +168,7 @@ class FittedMap:
             str(name): f"{name} [{units[str(name)]}]" if units.get(str(name)) else str(name)
             for name in columns
         }
-        write_table({titled[str(name)]: columns[name].to_numpy() for name in columns}, file)
+        write_csv({titled[str(name)]: columns[name].to_numpy() for name in columns}, file)
 
     def plot(self) -> Figure:
         """A panel for each number that was found and for the noise: pictures of grids, else points."""

@@ -182,6 +182,17 @@ def _assumptions_of(assumptions: Sequence[Assumption]) -> list[dict[str, Any]]:
     ]
 
 
+def columns_of(found: Study) -> dict[str, Any]:
+    """Its columns as plain values."""
+    return {
+        str(name): {
+            "values": [finite(float(value)) for value in found.data[name].values.ravel()],
+            "unit": found.data[name].attrs["units"],
+        }
+        for name in (*found.data.coords, *found.data.data_vars)
+    }
+
+
 def tell_study(
     command: str,
     case: Path,
@@ -195,13 +206,6 @@ def tell_study(
         title, found = ask()
         written = write_found(found, output, command)
     if as_json:
-        columns = {
-            str(name): {
-                "values": [finite(float(value)) for value in found.data[name].values.ravel()],
-                "unit": found.data[name].attrs["units"],
-            }
-            for name in (*found.data.coords, *found.data.data_vars)
-        }
         told = answer(
             command,
             case,
@@ -209,7 +213,7 @@ def tell_study(
             title=title,
             status="COMPLETED",
             rows=next(iter(found.data.sizes.values())),
-            study=columns,
+            study=columns_of(found),
             **validity_of(found),
         )
         print_json(told)
