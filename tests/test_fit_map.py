@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+import json
 import math
 
 import numpy as np
@@ -238,7 +240,7 @@ def test_what_fails_says_why(gel):
     data["force"][0, 1, 30:60] = np.nan
     start = contact_of("paraboloid", 1e4, 1e-4)
     found = mdr.fit_map(start, data, FREE)
-    assert found.counts == {"found": 29, "too few samples that are numbers": 1}
+    assert found.counts == {"found": 29, "no curve, or too few samples that are numbers": 1}
     assert math.isnan(found["body.young"].values[0, 0])
     alone = mdr.fit_map(contact_of("paraboloid", 1e4), [flat], ["body.young"])
     assert alone.counts == {"no contact in the curve": 1}
@@ -293,3 +295,114 @@ def test_bad_maps_are_refused(curves, words):
 def test_a_store_that_is_none_is_refused(tmp_path):
     with pytest.raises(FileError, match=r"none\.zarr"):
         mdr.fit_map(contact_of("paraboloid", 1e3), tmp_path / "none.zarr", ["body.young"])
+
+
+def test_marked_samples_are_left_out():
+    curve = curve_of(contact_of("paraboloid", 3e3), 1e-6)
+    force = curve.force.copy()
+    force[[20, 170]] += 5.0 * np.ptp(force)
+    bad = mdr.mark_outliers(mdr.MeasuredCurve(force=force, indentation=curve.indentation))
+    assert bad.marked.sum() == 2
+    one = mdr.fit(contact_of("paraboloid", 1e4), bad, ["body.young"])
+    many = mdr.fit_map(contact_of("paraboloid", 1e4), [bad], ["body.young"])
+    assert one["body.young"].value == pytest.approx(3e3, rel=1e-6)
+    assert "2 samples marked" in one.notes[0]
+    assert many["body.young"].values == pytest.approx(3e3, rel=1e-6)
+
+
+def test_a_table_of_a_whole_record_is_read_ready_for_a_fit(tmp_path):
+    curve = curve_of(contact_of("paraboloid", 3e3, 2e-4), 1e-6, 0.05, 0.005, 1, 0.2, 0.3)
+    lines = [f"{-1e6 * x:.9f},{-1e9 * f:.9f}" for x, f in zip(curve.travel, curve.force, strict=True)]
+    (tmp_path / "curve.csv").write_text("\n".join(["travel [um],load [nN]", *lines]) + "\n")
+    (record,) = mdr.read_records(tmp_path / "curve.csv", spring_constant="0.05 N/m")
+    assert [step.name for step in record.steps] == ["joined", "outliers", "signs", "saturation", "baseline"]
+    found = mdr.fit_map(contact_of("paraboloid", 1e4, 1e-4), [record], FREE)
+    assert found["body.young"].values == pytest.approx(3e3, abs=5.0 * found["body.young_error"].values[0])
+    (approach,) = mdr.read_records(tmp_path / "curve.csv", segment="approach", spring_constant="0.05 N/m")
+    assert approach.force.size < record.force.size
+    with pytest.raises(ProblemError, match="one of record, approach, retreat"):
+        mdr.read_records(tmp_path / "curve.csv", segment="hold", spring_constant="0.05 N/m")
+
+
+def test_curves_with_pixels_are_stacked_into_a_map():
+    young = {(0, 0): 1e3, (1, 0): 2e3, (0, 2): 4e3}
+    curves = [
+        dataclasses.replace(
+            curve_of(contact_of("paraboloid", E), 1e-6, n=100 + 20 * x),
+            metadata={"grid index x": x, "grid index y": y, "grid shape x": 2, "grid shape y": 3},
+        )
+        for (x, y), E in young.items()
+    ]
+    data = mdr.stack_curves(curves)
+    assert data["force"].dims == ("y", "x", "sample")
+    found = mdr.fit_map(contact_of("paraboloid", 1e4), data, ["body.young"])
+    for (x, y), E in young.items():
+        assert found["body.young"].values[y, x] == pytest.approx(E, rel=1e-6)
+    assert np.isnan(found["body.young"].values).sum() == 3
+    assert mdr.stack_curves(curves[:1])["force"].dims == ("curve", "sample")
+    with pytest.raises(ProblemError, match="all with travel"):
+        mdr.stack_curves([])
+
+
+def test_a_map_from_the_shell(gel, tmp_path, shell):
+    curves, young = gel
+    stored(curves, (6, 5), tmp_path / "map.zarr")
+    (tmp_path / "case.toml").write_text(
+        "[profile]\nkind = 'paraboloid'\nradius = '5 um'\n[body]\nkind = 'elastic'\nyoung = '1 MPa'\npoisson = 0.5\n"
+        "[adhesion]\nkind = 'jkr'\nwork = '10 mJ/m^2'\n"
+    )
+    asked = [
+        "fit",
+        tmp_path / "case.toml",
+        tmp_path / "map.zarr",
+        "--free",
+        "body.young",
+        "--free",
+        "adhesion.work",
+    ]
+    status, out, _ = shell(*asked, "--workers", "2", "-o", tmp_path / "out", "--json")
+    assert status == 0
+    told = json.loads(out)
+    assert told["fit"]["endings"] == {"found": 30}
+    assert told["fit"]["values"]["body.young"]["median"] == pytest.approx(np.median(young), rel=0.1)
+    assert {file.name for file in (tmp_path / "out").iterdir()} == {"fit.csv", "fit.png", "fit.zarr"}
+    status, out, _ = shell(*asked)
+    assert "30 of 30 curves fitted" in out
+    status, _, err = shell(*asked, "--spring-constant", "0.1 N/m")
+    assert status == 1
+    assert "a stored map has its own" in err
+
+
+def contact_laws():
+    tip, gel = mdr.Paraboloid("5 um"), mdr.Elastic("10 kPa", 0.5)
+    return {
+        "Hertz": mdr.Contact(tip, gel),
+        "JKR": mdr.Contact(tip, gel, adhesion=mdr.JKR("1 mJ/m^2")),
+        "DMT": mdr.Contact(tip, gel, adhesion=mdr.DMT("1 mJ/m^2")),
+    }
+
+
+@pytest.mark.parametrize("true", ["Hertz", "JKR", "DMT"])
+def test_the_law_that_made_a_curve_is_the_best(true):
+    adhesion = {"Hertz": None, "JKR": mdr.JKR("0.2 mJ/m^2"), "DMT": mdr.DMT("0.2 mJ/m^2")}[true]
+    contact = mdr.Contact(mdr.Paraboloid("5 um"), mdr.Elastic("3 kPa", 0.5), adhesion=adhesion)
+    # on a soft machine JKR and DMT are told apart by nothing but how far the contact reaches back
+    found = mdr.compare_laws(contact_laws(), curve_of(contact, 1e-6, None, 0.01, 2), FREE)
+    assert found.best == true
+    assert found.weights[true] > 0.99
+    assert sum(found.weights.values()) == pytest.approx(1.0)
+    assert found[true]["body.young"].value == pytest.approx(3e3, rel=0.1)
+    if true == "Hertz":
+        assert set(found.refusals) == {"JKR", "DMT"}
+        with pytest.raises(QuantityError, match="shows no adhesion"):
+            found["JKR"]
+    assert true in str(found).splitlines()[1]
+    found.plot().canvas.draw()
+
+
+def test_laws_that_cannot_be_compared_are_refused():
+    curve = curve_of(contact_of("paraboloid", 1e3), 1e-6)
+    with pytest.raises(ProblemError, match="two laws"):
+        mdr.compare_laws({"Hertz": contact_of("paraboloid", 1e3)}, curve, ["body.young"])
+    with pytest.raises(ProblemError, match="Hertz has nothing of"):
+        mdr.compare_laws(contact_laws(), curve, ["adhesion.work"])

@@ -165,6 +165,8 @@ if TYPE_CHECKING:
     from pymdr.solving.thickness import thickness_correction as thickness_correction
     from pymdr.workbench.curves import force_map as force_map
     from pymdr.workbench.curves import read_curves as read_curves
+    from pymdr.workbench.curves import read_records as read_records
+    from pymdr.workbench.curves import stack_curves as stack_curves
     from pymdr.workbench.records import MeasuredLoops as MeasuredLoops
     from pymdr.workbench.records import measured_loops as measured_loops
     from pymdr.workbench.rheometry import PronyFit as PronyFit
@@ -308,7 +310,7 @@ _HOMES: dict[str, tuple[str, ...]] = {
         "solve",
         "solve_batch",
     ),
-    "pymdr.workbench.curves": ("force_map", "read_curves"),
+    "pymdr.workbench.curves": ("force_map", "read_curves", "read_records", "stack_curves"),
     "pymdr.workbench.records": ("MeasuredLoops", "measured_loops"),
     "pymdr.workbench.rheometry": ("PronyFit", "fit_prony"),
     "pymdr.workbench.shapes": ("ShapeVerification",),

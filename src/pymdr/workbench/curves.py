@@ -17,8 +17,16 @@ from pymdr.errors import CaseError, FileError, MissingExtraError, ProblemError
 from pymdr.presentation.files import named_file
 from pymdr.problem.facts import Facts
 from pymdr.problem.measured import MeasuredCurve, Step
-from pymdr.solving.curves import recalibrate
-from pymdr.units import FloatArray, QuantityLike, to_si
+from pymdr.solving.curves import (
+    baseline_of,
+    join_segments,
+    mark_outliers,
+    mark_saturated,
+    orient,
+    recalibrate,
+    subtract_baseline,
+)
+from pymdr.units import FloatArray, QuantityLike, shown, to_si
 from pymdr.workbench.segments import Segment, segments_in
 from pymdr.workbench.tables import read_curve
 
@@ -29,6 +37,7 @@ _BINARY = (".h5", ".ibw", ".jpk-force", ".jpk-force-map", ".jpk-qi-data", ".jpk-
 """What only afmformats reads."""
 _TEXT = (".csv", ".tab", ".txt", ".tsv", ".dat")
 """A table with units, or one of a maker."""
+_PARTS = ("record", "approach", "retreat")
 _HEIGHTS = ("height (measured)", "height (piezo)")
 
 
@@ -92,6 +101,122 @@ def read_curves(
         raise
     facts = Facts({"file": source.name, "record": 0.0})
     return tuple(_part(whole, segment, facts) for segment in segments_in(whole.position, whole.time, None))
+
+
+def read_records(
+    file: str | os.PathLike[str], *, segment: str = "record", spring_constant: QuantityLike | None = None
+) -> tuple[MeasuredCurve, ...]:
+    """
+    Read the force curves of a file ready for a fit: with the signs of pymdr, bad samples marked, and a straight baseline taken off.
+
+    Parameters
+    ----------
+    file : path
+        As for :func:`read_curves`.
+    segment : {"record", "approach", "retreat"}
+        Which part of each record.
+    spring_constant : quantity, optional
+        As for :func:`read_curves`.
+
+    Returns
+    -------
+    tuple of MeasuredCurve
+        One for each record that has an approach with a baseline; their `steps` say what was done.
+
+    Raises
+    ------
+    ProblemError
+        If `segment` is none of these, or no record has one with a baseline; with what the last one says.
+    FileError, CaseError, MissingExtraError
+        As :func:`read_curves`.
+    """
+    if segment not in _PARTS:
+        raise ProblemError(f"segment = {shown(segment)}; it is one of {', '.join(_PARTS)}")
+    records: dict[float, list[MeasuredCurve]] = {}
+    for curve in read_curves(file, spring_constant=spring_constant):
+        records.setdefault(float(curve.metadata["record"]), []).append(curve)
+    ready: list[MeasuredCurve] = []
+    failure: ProblemError | None = None
+    for parts in records.values():
+        try:
+            ready.append(_ready(parts, segment))
+        except ProblemError as error:
+            failure = error
+    if not ready:
+        raise ProblemError(f"{os.fspath(file)}: no record can be fitted: {failure}")
+    return tuple(ready)
+
+
+def _ready(parts: Sequence[MeasuredCurve], segment: str) -> MeasuredCurve:
+    """One record with its signs, marks and baseline, which is that of its approach."""
+    whole = mark_outliers(join_segments(parts))
+    oriented = orient(whole)
+    signs = oriented.step
+    assert signs is not None
+    approach = next((one for one in parts if one.segment == "approach"), None)
+    if approach is None:
+        raise ProblemError("the record has no approach, whose free part is its baseline")
+    baseline = baseline_of(orient(mark_outliers(approach), signs.numbers))
+    if segment == "record":
+        return subtract_baseline(mark_saturated(oriented), baseline)
+    chosen = next((one for one in parts if one.segment == segment), None)
+    if chosen is None:
+        raise ProblemError(f"the record has no {segment}")
+    return subtract_baseline(mark_saturated(orient(mark_outliers(chosen), signs.numbers)), baseline)
+
+
+def stack_curves(curves: Sequence[MeasuredCurve]) -> xr.Dataset:
+    """
+    Curves of a map as one dataset, as :func:`fit_map` takes it and a Zarr store keeps it.
+
+    Parameters
+    ----------
+    curves : sequence of MeasuredCurve
+        One for each pixel, all with travel or all with indentation.
+
+    Returns
+    -------
+    xarray.Dataset
+        ``force`` (N) and ``travel`` or ``indentation`` (m), ``time`` (s) where all have it, over the pixels ``y`` and ``x``, or
+        ``curve`` where there are none, and ``sample``; shorter ones and samples that are marked are nan; ``spring_constant`` (N/m).
+
+    Raises
+    ------
+    ProblemError
+        If there is no curve, some have travel and others indentation, or two lie in the same pixel.
+    """
+    import xarray as xr
+
+    some = list(curves)
+    channel = "travel" if some and some[0].travel is not None else "indentation"
+    if not some or any((one.travel is None) != (channel == "indentation") for one in some):
+        raise ProblemError("stack_curves: curves are needed, all with travel or all with indentation")
+    width = max(one.force.size for one in some)
+    columns = {
+        "force": ("N", [np.where(one.marked, np.nan, one.force) for one in some]),
+        channel: ("m", [one.position for one in some]),
+    }
+    if all(one.time is not None for one in some):
+        columns["time"] = ("s", [one.time for one in some if one.time is not None])
+    filled = {}
+    for name, (unit, values) in columns.items():
+        rows = np.full((len(some), width), np.nan)
+        for row, value in zip(rows, values, strict=True):
+            row[: value.size] = value
+        filled[name] = (("curve", "sample"), rows, {"units": unit})
+    data = xr.Dataset(filled)
+    if channel == "travel":
+        data["spring_constant"] = ("curve", np.array([one.spring_constant for one in some]), {"units": "N/m"})
+    if len(some) < 2 or any("grid index x" not in one.metadata for one in some):
+        return data
+    numbers = force_map(some, np.arange(len(some), dtype=float).tolist())
+    there = np.where(np.isfinite(numbers.values), numbers.values, 0.0).astype(int)
+    on_grid = data.isel(curve=xr.DataArray(there, dims=("y", "x"))).where(
+        xr.DataArray(np.isfinite(numbers.values), dims=("y", "x"))
+    )
+    for variable, array in data.items():
+        on_grid[variable].attrs.update(array.attrs)
+    return on_grid.assign_coords({axis: numbers[axis] for axis in ("y", "x")}).transpose("y", "x", "sample")
 
 
 def force_map(curves: Sequence[MeasuredCurve], values: Sequence[float], name: str = "value") -> xr.DataArray:

@@ -49,7 +49,7 @@ ENDINGS = (
     "found",
     "the search did not settle",
     "no contact in the curve",
-    "too few samples that are numbers",
+    "no curve, or too few samples that are numbers",
     "the curve does not show what is looked for, or only beyond its bounds",
     "refused",
 )

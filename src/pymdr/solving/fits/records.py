@@ -67,7 +67,7 @@ class Records(Protocol):
 
 @dataclass(frozen=True)
 class ListedCurves:
-    """Curves one by one."""
+    """Curves one by one; samples that are marked are left out."""
 
     curves: tuple[MeasuredCurve, ...]
 
@@ -99,7 +99,7 @@ class ListedCurves:
 
         timed = all(one.time is not None for one in some)
         return Stretch(
-            filled([one.position for one in some]),
+            filled([np.where(one.marked, math.nan, one.position) for one in some]),
             filled([one.force for one in some]),
             np.array([one.compliance for one in some]),
             filled([one.time for one in some if one.time is not None]) if timed else None,

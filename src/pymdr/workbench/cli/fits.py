@@ -13,6 +13,10 @@ from pymdr.workbench.cli.options import CaseFile, Json, Quiet, Table
 from pymdr.workbench.cli.telling import answer, failures_as_json, print_json, say_found, stages, validity_of
 
 if TYPE_CHECKING:
+    import xarray as xr
+
+    from pymdr.problem.contact import Contact
+    from pymdr.problem.measured import MeasuredCurve
     from pymdr.solving.fits import FitResult, FittedMap
 
 
@@ -21,8 +25,9 @@ def fit(
     curve: Annotated[
         list[Path],
         typer.Argument(
-            metavar="CURVE.csv...",
-            help="Force and travel or indentation, with units; or the folder of a Zarr store of a map of curves.",
+            metavar="CURVE...",
+            help="A table of force and travel or indentation with units; a file of an atomic force microscope, of one curve or of a map; or "
+            "the folder of a Zarr store of a map.",
         ),
     ],
     free: Annotated[list[str], typer.Option(help="What is looked for, such as body.young; one or several.")],
@@ -35,6 +40,12 @@ def fit(
     ] = None,
     baseline: Annotated[
         str | None, typer.Option(help="Force of the record when they do not; looked for unless given.")
+    ] = None,
+    segment: Annotated[
+        str | None,
+        typer.Option(
+            help="What is taken of a file of a microscope: approach, retreat or record; the approach unless the case has adhesion or memory."
+        ),
     ] = None,
     workers: Annotated[int, typer.Option(help="Cores for a map; the numbers do not depend on them.")] = 1,
     output: Table = None,
@@ -51,19 +62,19 @@ def fit(
     found: FitResult | FittedMap
     with failures_as_json("fit", case, as_json):
         title, contact = read_contact(case)
-        if any(file.is_dir() for file in curve):
-            with stages(quiet or as_json) as stage:
-                options = {**origins, "workers": workers, "progress": stage("fitting")}
-                found, written = _map(contact, curve, free, spring_constant, options, output)
-            told = _told_of_map(found)
-        else:
+        taken = segment or ("record" if contact.adhesion is not None or contact.remembers else "approach")
+        curves = _read(curve, spring_constant, taken)
+        if isinstance(curves, list):
             from pymdr.solving.fits import fit as find
-            from pymdr.workbench.tables import read_curve
 
-            curves = [read_curve(file, spring_constant=spring_constant) for file in curve]
             found = find(contact, curves, free, **origins)
             written = write_found(found, output, "fit")
             told = _told_of_fit(found)
+        else:
+            with stages(quiet or as_json) as stage:
+                options = {**origins, "workers": workers, "progress": stage("fitting")}
+                found, written = _map(contact, curves, free, options, output)
+            told = _told_of_map(found)
     if as_json:
         valid = validity_of(found)
         print_json(answer("fit", case, written, title=title, status="COMPLETED", **told, **valid))
@@ -71,28 +82,52 @@ def fit(
         say_found(title or str(case), found.summary(), written)
 
 
+def _read(
+    files: Sequence[Path], spring_constant: str | None, segment: str
+) -> list[MeasuredCurve] | xr.Dataset | Path:
+    """Curves of one contact, or a map of them: a dataset, or the folder of its store."""
+    from pymdr.errors import ProblemError
+    from pymdr.workbench.curves import read_records, stack_curves
+    from pymdr.workbench.tables import read_curve
+
+    curves: list[MeasuredCurve] = []
+    for file in files:
+        if file.is_dir():
+            if len(files) > 1:
+                raise ProblemError(f"{file} is a map of curves: it is fitted alone; name no other file")
+            if spring_constant is not None:
+                raise ProblemError(
+                    "--spring-constant: a stored map has its own, as its variable spring_constant"
+                )
+            return file
+        if file.suffix.lower() in (".csv", ".tsv", ".txt", ".dat"):
+            curves.append(read_curve(file, spring_constant=spring_constant))
+            continue
+        records = read_records(file, segment=segment, spring_constant=spring_constant)
+        if len(records) > 1:
+            if len(files) > 1:
+                raise ProblemError(
+                    f"{file} is a map of {len(records)} curves: it is fitted alone; name no other file"
+                )
+            return stack_curves(records)
+        curves += records
+    return curves
+
+
 def _map(
-    contact: Any,
-    files: Sequence[Path],
+    contact: Contact,
+    curves: xr.Dataset | Path,
     free: Sequence[str],
-    spring_constant: str | None,
     options: dict[str, Any],
     output: Path | None,
 ) -> tuple[FittedMap, list[Path]]:
-    """Fit the one map that is named, and write what was found where a folder is."""
-    from pymdr.errors import ProblemError
+    """Fit a map, and write what was found where a folder is named."""
     from pymdr.solving.fits import fit_map
 
-    if len(files) > 1:
-        raise ProblemError(
-            f"{len(files)} files with a folder among them: a map of curves is fitted alone; name one"
-        )
-    if spring_constant is not None:
-        raise ProblemError("--spring-constant: a map has its own, as a variable spring_constant of its store")
     if output is None:
-        return fit_map(contact, files[0], free, **options), []
+        return fit_map(contact, curves, free, **options), []
     with ready_folder(output) as folder:
-        found = fit_map(contact, files[0], free, folder=folder / "fit.zarr", **options)
+        found = fit_map(contact, curves, free, folder=folder / "fit.zarr", **options)
         found.to_csv(folder / "fit.csv")
         return found, [
             folder / "fit.zarr",
