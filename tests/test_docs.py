@@ -44,6 +44,7 @@ def blocks(page):
         "exactness.md",
         "profiles.md",
         "closure.md",
+        "curves.md",
         "law.md",
         "contributing.md",
     ],

@@ -7,6 +7,7 @@ from typing import Annotated
 import typer
 
 from pymdr.workbench.cli.cases import check, plot, run
+from pymdr.workbench.cli.curves import curves
 from pymdr.workbench.cli.fits import fit
 from pymdr.workbench.cli.laws import law, table
 from pymdr.workbench.cli.measured import loops, topography
@@ -41,6 +42,7 @@ for command in (
     rough,
     press,
     sweep,
+    curves,
     fit,
     topography,
     law,

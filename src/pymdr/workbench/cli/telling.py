@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from pymdr.interpretation.validity import Assumption, Claim
     from pymdr.result import Result
     from pymdr.solving import Assessment, Impact
-    from pymdr.solving.fits import FitResult
+    from pymdr.solving.fits import FitResult, FittedMap
     from pymdr.solving.study import Study
 
 OK, FAILED, WRONG_USE, REFUSED = 0, 1, 2, 3
@@ -97,6 +97,7 @@ def answer(command: str, case: Path, written: Sequence[Path] = (), **told: Any) 
         "impact": None,
         "study": None,
         "fit": None,
+        "curves": None,
         "written": [str(file) for file in written],
         "error": None,
     }
@@ -143,7 +144,7 @@ def table_of(data: xr.Dataset) -> dict[str, list[float | None]]:
     return {str(name): [finite(float(value)) for value in array.values] for name, array in data.items()}
 
 
-def validity_of(found: Result | Assessment | Impact | Study | FitResult) -> dict[str, Any]:
+def validity_of(found: Result | Assessment | Impact | Study | FitResult | FittedMap) -> dict[str, Any]:
     """How far what was found can be trusted."""
     return {
         "claims": claims_of(found.claims),
