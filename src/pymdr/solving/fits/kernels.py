@@ -21,11 +21,11 @@ SCALE, SHAPE, POINT, BASE = range(4)
 baseline in N."""
 SETTLED, UNSETTLED, NO_CONTACT, UNREAD, AT_END = range(5)
 """How the fit of a curve ended."""
-_FEW, _TRIALS, _RUNGS, _KEPT = 96, 21, 12, 2
+_FEW, _TRIALS, _RUNGS, _KEPT = 192, 21, 12, 2
 _ASIDE = 1.0
 """Of the logarithm of the number of the family."""
 _ITERATIONS, _POLISH = 60, 100
-_ROUGHLY, _TOLD, _STUCK = 1e-3, 1e-2, 1e8
+_ROUGHLY, _TOLD, _STUCK = 1e-3, 1e-3, 1e8
 """Gains in parts of the sum of squares; the second times the samples, where 1 is a standard error."""
 _MANY, _FREE = 8, 1e-3
 _NEWTON, _CLOSE = 30, 1e-8
@@ -310,7 +310,14 @@ def _descend(
     for _ in range(most):
         if fresh:
             _normal(force, theta[BASE], out, used, ways, square, side)
-        _solve(square, damping, side, step_x)
+        held, pull = square, side
+        if folds.size > 1 and (theta[SHAPE] <= first or theta[SHAPE] >= last):
+            held, pull = square.copy(), side.copy()
+            for p in range(m):
+                if ways[SHAPE, p] * side[p] * (1.0 if theta[SHAPE] >= last else -1.0) > 0.0:
+                    # it stays at its end
+                    held[p, :], held[:, p], pull[p] = 0.0, 0.0, 0.0
+        _solve(held, damping, pull, step_x)
         for i in range(4):
             moved[i] = theta[i]
             for p in range(m):
@@ -453,8 +460,15 @@ def fit_curve(
     square, best, misfit = np.empty((m, m)), known.copy(), math.inf
     root = np.full(few_place.size, _UNKNOWN)
     touches, out = np.empty(few_place.size, dtype=np.bool_), np.empty((few_place.size, 4))
-    for turn in range(_KEPT + 2 * (folds.size > 1)):
-        if turn < _KEPT:
+    last = family[3] + family[4] * (folds.size - 1)
+    turn = -1
+    while turn < _KEPT + 1 + rungs.size:
+        turn += 1
+        if turn == _KEPT and folds.size == 1:
+            break
+        if turn == _KEPT + 2 and family[3] < best[SHAPE] < last:
+            break
+        if turn < _KEPT or turn > _KEPT + 1:
             # the first is the one that pulls as the record does: a pull may stand in a few samples
             by, lowest = 5 if turn == 0 and adhesive else 0, 0
             for k in range(rungs.size):
@@ -533,7 +547,6 @@ def fit_curve(
         return UNSETTLED, misfit, deepest
     if (flat / max(misfit, 1e-300) - 1.0) * count < _SEEN or deepest <= 0.0:
         return NO_CONTACT, misfit, deepest
-    last = family[3] + family[4] * (folds.size - 1)
     if folds.size > 1 and (theta[SHAPE] <= family[3] or theta[SHAPE] >= last):
         return AT_END, misfit, deepest
     return SETTLED, misfit, deepest

@@ -422,7 +422,10 @@ def _fit_by_family(asked: _Asked, ways: Ways, stretch: Stretch) -> Columns:
     covariances = np.full((count, len(asked.names), len(asked.names)), math.nan)
     ended = np.full(count, kernels.UNREAD, dtype=np.int8)
     columns = np.zeros((4, len(asked.names)))
-    columns[:2, : len(ways.unknowns)] = ways.columns()
+    own_ways = ways.columns()
+    # both numbers of the family are searched by themselves, so that one of them may rest at its end
+    both = own_ways.shape[1] == 2
+    columns[:2, : len(ways.unknowns)] = np.eye(2) if both else own_ways
     for i, name in enumerate(asked.origins, len(ways.unknowns)):
         columns[kernels.POINT if name == CONTACT_POINT else kernels.BASE, i] = 1.0
     number = ways.number
@@ -455,6 +458,10 @@ def _fit_by_family(asked: _Asked, ways: Ways, stretch: Stretch) -> Columns:
         )
         if chosen.size < count:
             numbers[part], covariances[part], residuals[part], ended[part] = own
+    if both:
+        back = np.eye(len(asked.names))
+        back[:2, :2] = np.linalg.inv(own_ways)
+        covariances = back @ covariances @ back.T
     return _columns(asked, ways, numbers, covariances, residuals, ended)
 
 
