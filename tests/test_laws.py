@@ -219,17 +219,18 @@ def test_kept_rows_are_those_of_the_whole_history():
 
 
 @pytest.mark.parametrize(
-    "result",
+    "make",
     [
-        mdr.solve(STICKY, mdr.indent("1 um", steps=3) >> mdr.indent("-3 um", steps=9)),
-        mdr.solve(JOINT, mdr.load("50 N") >> mdr.cycle(shift="0.6 um", steps=200)),
-        mdr.solve(
+        lambda: mdr.solve(STICKY, mdr.indent("1 um", steps=3) >> mdr.indent("-3 um", steps=9)),
+        lambda: mdr.solve(JOINT, mdr.load("50 N") >> mdr.cycle(shift="0.6 um", steps=200)),
+        lambda: mdr.solve(
             JOINT, mdr.Path(indentation=np.full(500, 2e-6), shift=1e-7 * np.arange(500) / 500), keep=50
         ),
     ],
     ids=["adhesion", "friction", "kept"],
 )
-def test_files_and_pickles_keep_everything(result, tmp_path):
+def test_files_and_pickles_keep_everything(make, tmp_path):
+    result = make()
     result.save(tmp_path / "r.nc")
     for again in (mdr.open_result(tmp_path / "r.nc"), pickle.loads(pickle.dumps(result))):
         assert (again.contact, again.path, again.status) == (result.contact, result.path, result.status)
