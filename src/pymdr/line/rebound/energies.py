@@ -65,9 +65,15 @@ def energies(motion: Motion, time: FloatArray) -> Energies:
     rate = body.viscosity * rows.velocity**2 * 2.0 * edge
     wait = np.where(held, time[:, None] - touched, 0.0)
     for modulus, tau, now, before in zip(body.moduli, body.times, own.T, then.T, strict=True):
-        extension = np.where(held, now[:, None] - np.exp(-wait / tau) * before, 0.0)
-        load += modulus * extension
-        squares = modulus * (extension * extension @ share)
+        # in place: these are the largest arrays there are
+        extension = wait * (-1.0 / tau)
+        np.exp(extension, out=extension)
+        extension *= before
+        np.subtract(now[:, None], extension, out=extension)
+        extension *= held
+        squares = modulus * np.einsum("ij,ij,j->i", extension, extension, share)
+        extension *= modulus
+        load += extension
         stored += 0.5 * squares
         rate += squares / tau
     lost = np.append(0.0, np.cumsum(0.5 * (rate[1:] + rate[:-1]) * np.diff(time)))
@@ -79,10 +85,14 @@ def energies(motion: Motion, time: FloatArray) -> Energies:
         lengths = motion_rows(motion, parted[::-1]).depth[::-1] - at_touch.depth
         amplitudes = np.column_stack([extension * body.moduli, lengths]) @ modes.to_modes.T
         wait = np.maximum(time[:, None] - parted, 0.0)
+        free = (time[:, None] >= parted) & ~held
         for speed, amplitude in zip(modes.rates, amplitudes.T, strict=True):
             weight = 0.5 * amplitude**2 * share
-            left = np.where(held, 0.0, np.exp(-2.0 * speed * wait))
-            free = (time[:, None] >= parted) & ~held
-            stored += np.where(free, left, 0.0) @ weight
-            lost += np.where(free, -np.expm1(-2.0 * speed * wait), 0.0) @ weight
+            gone = wait * (-2.0 * speed)
+            left = np.exp(gone)
+            left *= free
+            np.expm1(gone, out=gone)
+            gone *= free
+            stored += left @ weight
+            lost -= gone @ weight
     return Energies(stored, lost, at_touch.radius, load)
