@@ -13,6 +13,7 @@ ALL = (
     "rough",
     "layers",
     "engines",
+    "law",
 )
 
 for name in sys.argv[1:] or ALL:

@@ -336,6 +336,7 @@ KEYS = {
     "impact",
     "study",
     "fit",
+    "curves",
     "written",
     "error",
 }

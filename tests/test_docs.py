@@ -44,6 +44,8 @@ def blocks(page):
         "exactness.md",
         "profiles.md",
         "closure.md",
+        "curves.md",
+        "law.md",
         "contributing.md",
     ],
 )

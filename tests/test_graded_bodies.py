@@ -5,9 +5,10 @@ import json
 import math
 from pathlib import Path
 
+import mpmath
 import numpy as np
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 
 import pymdr as mdr
@@ -264,6 +265,38 @@ def test_what_graded_bodies_refuse():
         mdr.pull_off(mdr.Contact(mdr.PowerLaw(0.3, "1 um", "1 mm"), body, adhesion=mdr.JKR("50 mJ/m^2")))
 
 
+def beside_the_rim(k, R, c, work, machine, travel, radius):
+    """Depth, force and opening of a sticky truncated cone (slope 0.2, b = R/10) at a travel, in extended precision.
+
+    g = 0.2 a int_0^T sin^k, T = arccos(b/a), and int_b^a x^k g dx by parts; found by the q = ((a^2 - b^2)/b^2)^((1+k)/2)
+    in which g is straight beside the rim.
+    """
+    with mpmath.workdps(40):
+        k, b, c, work, machine, travel, radius = map(
+            mpmath.mpf, (k, 0.1 * R, c, work, machine, travel, radius)
+        )
+        slope, half = mpmath.mpf(0.2), (1 + k) / 2
+
+        def state(q):
+            z = q ** (1 / half)
+            a, square = b * mpmath.sqrt(1 + z), z / (1 + z)
+            angle = square**half / (1 + k) * mpmath.hyp2f1(0.5, half, half + 1, square)
+            opening = mpmath.sqrt(2 * mpmath.pi * work * a ** (1 - k) / c)
+            d = slope * a * angle - opening
+            moment = slope * (a ** (k + 2) * angle - b ** (k + 2) * z**half / (1 + k)) / (k + 2)
+            return d, 2 * c * (d * a ** (1 + k) / (1 + k) - moment), opening
+
+        z, opening = (radius / b) ** 2 - 1, state(mpmath.mpf(0))[2]
+        q = z**half if z > 1e-3 else (1 + k) * opening / (slope * b)
+
+        def missing(q):
+            d, force, _ = state(q)
+            return (d + force / machine - travel) / opening
+
+        found = mpmath.findroot(missing, (q, 1.001 * q), tol=1e-50, maxsteps=60)
+        return tuple(float(value) for value in state(found))
+
+
 @settings(max_examples=25, deadline=None)
 @given(
     k=st.floats(-0.95, 0.9),
@@ -272,6 +305,7 @@ def test_what_graded_bodies_refuse():
     sticky=st.floats(-9.0, -5.0),
     depth=st.floats(-3.5, -2.0),
 )
+@example(k=-0.9375, R=1.0, soft=-4.0, sticky=-5.0, depth=-3.0)
 def test_a_machine_moves_a_sticky_punch_with_a_rim_as_far_as_it_is_told(k, R, soft, sticky, depth):
     """Beside a rim g rises like (a - b)^((1 + k)/2), for k near -1 almost at once; nothing may be lost there."""
     body = body_of(k, R)
@@ -287,6 +321,17 @@ def test_a_machine_moves_a_sticky_punch_with_a_rim_as_far_as_it_is_told(k, R, so
     assert np.all(np.abs(travel - told)[closed] <= 1e-8 * scale[closed])
     energies = np.abs(result["elastic_energy"].values) + np.abs(result["surface_energy"].values)
     assert np.all(result["jump_dissipation"].values >= -1e-10 * np.max(energies))
+    rows = np.flatnonzero(closed)
+    for row in rows[[0, -1]] if rows.size else rows:
+        c, work = size / R ** (1.0 + k), contact.adhesion.work
+        at = told[row], float(result["contact_radius"][row])
+        d, F, opening = beside_the_rim(k, R, c, work, machine, *at)
+        # a difference of g and the opening, and its force: to rounding of those
+        rounding, stiffness = 64 * np.finfo(float).eps, float(result["normal_stiffness"][row])
+        assert result["indentation"].values[row] == pytest.approx(
+            d, rel=0.0, abs=rounding * (opening + abs(d))
+        )
+        assert force[row] == pytest.approx(F, rel=0.0, abs=rounding * (stiffness * opening + abs(F)))
 
 
 @pytest.mark.parametrize("k", [-0.9, -0.3])

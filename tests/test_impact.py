@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 from scipy.special import gamma
@@ -153,6 +153,9 @@ def test_graded_bodies():
 
 # --- adhesion -----------------------------------------------------------------------------------------------
 
+ROUNDING = 64 * float(np.finfo(float).eps)
+"""Of the kinetic energy: what the loss of two jumps and a speed made of powers of the inputs round by."""
+
 
 def test_sticking_speed(references):
     factor = references["jkr_impact"]["expected"]["vs"]
@@ -201,6 +204,7 @@ def test_the_history_with_adhesion_solves_the_equation_of_motion():
 
 @settings(deadline=None, max_examples=15)
 @given(ratio=st.floats(0.2, 20.0), size=st.floats(-8.0, -1.0), work=st.floats(1e-3, 1.0))
+@example(ratio=1.0, size=-3.0, work=0.05)
 def test_loss_is_what_the_jumps_take(ratio, size, work):
     radius = 10.0**size
     contact = gel(work, radius)
@@ -212,7 +216,8 @@ def test_loss_is_what_the_jumps_take(ratio, size, work):
     except mdr.PathError:
         return
     lost = hit.energy_lost / (0.5 * mass * speed**2)
-    assert hit.restitution == pytest.approx(math.sqrt(max(1 - 1 / ratio**2, 0.0)), rel=1e-9)
+    # a difference of energies that are known to rounding, of which it is the root
+    assert hit.restitution**2 == pytest.approx(max(1 - 1 / ratio**2, 0.0), rel=1e-9, abs=ROUNDING)
     assert lost == pytest.approx(min(1.0, 1 / ratio**2), rel=1e-9)
 
 

@@ -651,8 +651,22 @@ def test_rounded_flats_that_give_f_alone_are_exact_beside_their_edges(n, b, heig
     assert result.claims["pressure"].level is mdr.Level.EXACT
 
 
+@settings(max_examples=20, deadline=None)
+@given(SIZES, st.floats(-6.0, 0.0), st.sampled_from([1.0, 1.5, 2.0, 3.0]))
+@example(1.0, 0.0, 2.0)
+def test_a_slope_is_a_number_at_the_edge_of_a_flat_end_that_is_drowned(b, drowned, n):
+    """f = c + b ((r - b)_+ / b)^n, lost in c near b: what is left of the rounding there has an infinite power or none."""
+    c = b * 10.0**drowned
+    line = equivalent_profile(mdr.Function(lambda r: c + b * (np.maximum(r - b, 0.0) / b) ** n, [b]))
+    line.map_to(2.0 * b)
+    slope = float(line.slope(np.array([b]))[0])
+    assert not math.isnan(slope)
+    assert slope == math.inf or n > 1.0
+
+
 @settings(max_examples=8, deadline=None)
 @given(SIZES, st.floats(-6.0, 0.0), st.sampled_from([1.5, 2.0, 3.0]), st.floats(-1.0, 1.0))
+@example(1.0, 0.0, 2.0, 0.0)
 def test_what_pressures_feel_of_errors_here_and_there(b, drowned, n, reach):
     """f = c + b ((r - b)_+ / b)^n, lost in c near b: int_r^a |error of g'| K dx over int_r^a |g'| K dx, brute force."""
     c = b * 10.0**drowned
@@ -668,8 +682,9 @@ def test_what_pressures_feel_of_errors_here_and_there(b, drowned, n, reach):
     for r in (*start[np.argsort(error)[-4:]], *(b + (a - b) * np.array([1e-6, 1e-3, 0.3, 0.9, 0.99]))):
         edges = np.unique(np.concatenate([[r], start[(start > r) & (start < a)], [a]]))
         low, width = edges[:-1, None], np.diff(edges)[:, None]
-        x = low + width * s * s
-        part = width * s * weight / np.sqrt((low - r + width * s * s) * (x + r)) * np.abs(line.slope(x))
+        x, place = low + width * s * s, Place(np.broadcast_to(low, (low.size, s.size)), width * s * s)
+        # the nodes of narrow panels round to their ends
+        part = width * s * weight / np.sqrt((low - r + width * s * s) * (x + r)) * np.abs(line.slope(place))
         of = np.searchsorted(start, 0.5 * (edges[1:] + edges[:-1])) - 1
         assert np.sum(error[of, None] * part) <= 1.5 * felt * np.sum(part)
 
@@ -754,14 +769,16 @@ def test_pressure_through_a_dead_zone(n, b, reach, shares):
     SIZES,
     st.sampled_from(["f", "f + 1", "derivative"]),
 )
+@example([(-3.0, -6.0)], [(False, 0, 1.0)], 1.0, "f + 1")
 @pytest.mark.filterwarnings("error::RuntimeWarning")
 def test_what_is_asked_first_changes_nothing(shoulders, asked, size, given_as):
     """f' = sum of s r / b up to b, s b / r beyond; g = s (x^2 - x sqrt(x^2 - b^2)) / b + s b arcosh(x / b) from there on."""
     terms = [(size * 10.0**b, 10.0**s) for b, s in shoulders]
+    # an offset rounds f, so that it is differentiated on panels of its own; one that drowns all of it is refused
+    offset = min(size, 1e7 * max(s * b for b, s in terms)) if given_as == "f + 1" else 0.0
 
     def f(r):
-        # an offset rounds f, so that it is differentiated on panels of its own
-        return (size if given_as == "f + 1" else 0.0) + sum(
+        return offset + sum(
             np.where(r > b, s * b * (0.5 + np.log(np.maximum(r, b) / b)), s * r * r / (2.0 * b))
             for b, s in terms
         )
@@ -832,3 +849,22 @@ def test_what_was_mapped_before_a_law_showed_is_mapped_again(R, small, large):
     line.source.foresee(R * 10.0**large)
     assert line.g(x) / (x * np.arctanh(x / R)) == pytest.approx(1.0, abs=10.0 * line.error(x)[0] + 1e-14)
     assert line.error(x)[0] < 1e-8
+
+
+@settings(max_examples=25, deadline=None)
+@given(
+    exponent=st.floats(0.0, 0.9),
+    flat=st.floats(0.01, 0.5),
+    kind=st.sampled_from(["truncated sphere", "rounded flat", "hollow"]),
+    seed=st.integers(0, 2**32 - 1),
+)
+def test_the_inverse_next_to_a_breakpoint_is_met(exponent, flat, kind, seed):
+    """The place of a depth has that depth, however close to the breakpoint it is."""
+    profile = {
+        "truncated sphere": lambda: mdr.TruncatedSphere(radius=1.0, flat_radius=0.5 * flat),
+        "rounded flat": lambda: mdr.RoundedFlat(flat, 2.0),
+        "hollow": lambda: mdr.Function(lambda r: np.maximum(r - flat, 0.0) ** 2, breakpoints=(flat,)),
+    }[kind]()
+    line = equivalent_profile(profile, exponent)
+    depth = np.exp(np.random.default_rng(seed).uniform(math.log(1e-28), math.log(0.01), 2000))
+    assert np.max(np.abs(line.g(line.place(depth)) / depth - 1.0)) < 1e-10

@@ -116,9 +116,30 @@ if TYPE_CHECKING:
     from pymdr.solving.azimuth import azimuthal_profile as azimuthal_profile
     from pymdr.solving.calibrating import LineCalibration as LineCalibration
     from pymdr.solving.calibrating import calibrate_coefficient as calibrate_coefficient
+    from pymdr.solving.curves import Baseline as Baseline
+    from pymdr.solving.curves import ContactPoint as ContactPoint
+    from pymdr.solving.curves import baseline_of as baseline_of
+    from pymdr.solving.curves import contact_point_of as contact_point_of
+    from pymdr.solving.curves import join_segments as join_segments
+    from pymdr.solving.curves import leave_out_marked as leave_out_marked
+    from pymdr.solving.curves import mark_outliers as mark_outliers
+    from pymdr.solving.curves import mark_saturated as mark_saturated
+    from pymdr.solving.curves import orient as orient
+    from pymdr.solving.curves import prepare as prepare
+    from pymdr.solving.curves import recalibrate as recalibrate
+    from pymdr.solving.curves import set_contact_point as set_contact_point
+    from pymdr.solving.curves import subtract_baseline as subtract_baseline
+    from pymdr.solving.curves import to_indentation as to_indentation
+    from pymdr.solving.curves import undo as undo
+    from pymdr.solving.exporting import ContactLaw as ContactLaw
+    from pymdr.solving.exporting import export_law as export_law
     from pymdr.solving.fits import FitResult as FitResult
     from pymdr.solving.fits import Fitted as Fitted
+    from pymdr.solving.fits import FittedMap as FittedMap
+    from pymdr.solving.fits import LawComparison as LawComparison
+    from pymdr.solving.fits import compare_laws as compare_laws
     from pymdr.solving.fits import fit as fit
+    from pymdr.solving.fits import fit_map as fit_map
     from pymdr.solving.heating import FrictionalHeat as FrictionalHeat
     from pymdr.solving.heating import JouleHeating as JouleHeating
     from pymdr.solving.heating import frictional_heat as frictional_heat
@@ -142,6 +163,10 @@ if TYPE_CHECKING:
     from pymdr.solving.sweep import sweep as sweep
     from pymdr.solving.thickness import ThicknessCorrection as ThicknessCorrection
     from pymdr.solving.thickness import thickness_correction as thickness_correction
+    from pymdr.workbench.curves import force_map as force_map
+    from pymdr.workbench.curves import read_curves as read_curves
+    from pymdr.workbench.curves import read_records as read_records
+    from pymdr.workbench.curves import stack_curves as stack_curves
     from pymdr.workbench.records import MeasuredLoops as MeasuredLoops
     from pymdr.workbench.records import measured_loops as measured_loops
     from pymdr.workbench.rheometry import PronyFit as PronyFit
@@ -229,6 +254,7 @@ _HOMES: dict[str, tuple[str, ...]] = {
     "pymdr.problem.rough": ("RoughSurface",),
     "pymdr.problem.topography": ("Topography",),
     "pymdr.result": ("Result", "Status"),
+    "pymdr.solving.exporting": ("ContactLaw", "export_law"),
     "pymdr.solving.heating": ("FrictionalHeat", "JouleHeating", "frictional_heat", "joule_heating"),
     "pymdr.solving.reopening": ("open_result",),
     "pymdr.solving.rolling": ("Rolling", "rolling"),
@@ -238,7 +264,32 @@ _HOMES: dict[str, tuple[str, ...]] = {
     "pymdr.solving.rough": ("RoughContact", "RoughLine", "press_rough", "rough_line"),
     "pymdr.solving.rough_sliding": ("rough_sliding_friction",),
     "pymdr.problem.measured": ("MeasuredCurve",),
-    "pymdr.solving.fits": ("FitResult", "Fitted", "fit"),
+    "pymdr.solving.fits": (
+        "FitResult",
+        "Fitted",
+        "FittedMap",
+        "LawComparison",
+        "compare_laws",
+        "fit",
+        "fit_map",
+    ),
+    "pymdr.solving.curves": (
+        "Baseline",
+        "ContactPoint",
+        "baseline_of",
+        "contact_point_of",
+        "join_segments",
+        "leave_out_marked",
+        "mark_outliers",
+        "mark_saturated",
+        "orient",
+        "prepare",
+        "recalibrate",
+        "set_contact_point",
+        "subtract_baseline",
+        "to_indentation",
+        "undo",
+    ),
     "pymdr.solving.sweep": ("Sweep", "sweep"),
     "pymdr.problem.parameters": ("parameters_of", "with_parameters"),
     "pymdr.solving.sliding": ("SlidingFriction", "sliding_friction"),
@@ -259,6 +310,7 @@ _HOMES: dict[str, tuple[str, ...]] = {
         "solve",
         "solve_batch",
     ),
+    "pymdr.workbench.curves": ("force_map", "read_curves", "read_records", "stack_curves"),
     "pymdr.workbench.records": ("MeasuredLoops", "measured_loops"),
     "pymdr.workbench.rheometry": ("PronyFit", "fit_prony"),
     "pymdr.workbench.shapes": ("ShapeVerification",),

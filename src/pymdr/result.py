@@ -461,6 +461,7 @@ class Result:
         *,
         quantities: Sequence[str] | None = None,
         units: Mapping[str, str] | None = None,
+        about: bool = False,
     ) -> None:
         """
         Write the quantities to a CSV file, one row per step, with units in the names of the columns.
@@ -474,6 +475,9 @@ class Result:
             peak pressure, which takes a while and is found when it is first asked for, has to be named.
         units : mapping of str to str, optional
             Name of a quantity -> unit, such as ``{"indentation": "um"}``; SI units unless given.
+        about : bool
+            Whether the version, the contact, claims, assumptions, notes and sources stand above the header, in lines that
+            begin with ``#``.
 
         Raises
         ------
@@ -488,11 +492,46 @@ class Result:
 
         Notes
         -----
-        Claims, fields and the problem are not in the table: :meth:`save` keeps them. Values that are not valid are
-        empty. :func:`pymdr.read_record` reads loads and displacements back.
+        Fields and the path are not in the table: :meth:`save` keeps them. Values that are not valid are
+        empty. :func:`pymdr.read_record` reads loads and displacements back, :func:`pymdr.read_path` and
+        :func:`pymdr.read_force_curve` as far as they are paths and curves.
         """
-        from pymdr.presentation.files import write_table
+        from pymdr.presentation.tables import write_csv
 
+        write_csv(self._columns(quantities, units), file, self._about() if about else ())
+
+    def to_xlsx(
+        self,
+        file: str | os.PathLike[str],
+        *,
+        quantities: Sequence[str] | None = None,
+        units: Mapping[str, str] | None = None,
+    ) -> None:
+        """
+        Write the quantities to a spreadsheet; what they rest on is its second sheet.
+
+        Parameters
+        ----------
+        file : path
+            For example "ball.xlsx".
+        quantities, units
+            As for :meth:`to_csv`.
+
+        Raises
+        ------
+        MissingExtraError
+            Without openpyxl, which the extra ``xlsx`` brings.
+        FileError, UnitError, QuantityError, NotValidError
+            As :meth:`to_csv` does.
+        """
+        from pymdr.presentation.tables import write_xlsx
+
+        write_xlsx(self._columns(quantities, units), self._about(), file)
+
+    def _columns(
+        self, quantities: Sequence[str] | None, units: Mapping[str, str] | None
+    ) -> dict[str, np.ndarray]:
+        """What is written, by the titles of its columns."""
         units = dict(units or {})
         table = self._table(quantities)
         for name in units:
@@ -510,7 +549,17 @@ class Result:
             columns[f"{name} [{unit}]" if unit else name] = (
                 given.astype(int) if given.dtype == bool else given
             )
-        write_table(columns, file)
+        return columns
+
+    def _about(self) -> list[tuple[str, str, str]]:
+        from pymdr.presentation.tables import about_rows, part_in_words
+
+        others = {"status": f"{self.status.name}: {self.status.value}", "path": part_in_words(self.path)}
+        if self.machine_stiffness is not None:
+            others["machine_stiffness"] = f"{self.machine_stiffness!r} N/m"
+        if self.rings is not None:
+            others["solver"] = repr(self.rings)
+        return about_rows(self.contact, self.claims, self.assumptions, self.notes, self.cite(), others)
 
     def to_dataset(self) -> xr.Dataset:
         """Everything the result holds as one dataset, whose attributes are texts."""

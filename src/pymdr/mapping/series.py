@@ -28,6 +28,7 @@ Selection: TypeAlias = Any
 TERMS = 16
 """Chebyshev coefficients of every curve on a panel."""
 _BLOCK = 1 << 15
+_NOTHING = TERMS * float(np.finfo(float).eps)
 """Points evaluated at once, so that gathered coefficients stay in the cache."""
 
 
@@ -268,7 +269,12 @@ def evaluate(panels: Panels, series: Series, index: IndexArray, offset: FloatArr
         if power.any():
             special = np.flatnonzero(power)
             with np.errstate(divide="ignore", under="ignore"):
-                answer[part][special] *= (delta[special] / panels.high[i[special]]) ** power[special]
+                scale = (delta[special] / panels.high[i[special]]) ** power[special]
+            # a sum that is nothing but the rounding of its terms has no infinite power behind it
+            ends = np.flatnonzero(np.isinf(scale))
+            terms = np.sum(np.abs(series.coefficients[i[special[ends]]]), axis=1)
+            scale[ends[np.abs(answer[part][special[ends]]) <= _NOTHING * terms]] = 0.0
+            answer[part][special] *= scale
     return answer.reshape(np.shape(index))
 
 

@@ -345,14 +345,6 @@ def _base(name: str) -> str:
 _SUFFIXES = (".nc", ".nc4", ".cdf", ".h5", ".hdf5")
 
 
-def write_table(columns: Mapping[str, np.ndarray], file: str | os.PathLike[str]) -> None:
-    """Write columns as CSV; numbers that are nan are empty."""
-    import pandas as pd
-
-    table = pd.DataFrame(dict(columns))
-    write_whole(file, lambda beside: table.to_csv(beside, index=False))
-
-
 def write_dataset(dataset: xr.Dataset, file: str | os.PathLike[str]) -> None:
     """Write a packed dataset as NetCDF, with its checksum behind the end."""
     if named_file(file, "write").suffix.lower() not in _SUFFIXES:

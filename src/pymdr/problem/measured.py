@@ -2,15 +2,43 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from html import escape
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pymdr.errors import ProblemError
+from pymdr.problem.facts import Facts
 from pymdr.problem.values import ArrayField, OptionalArrayField, OptionalSIField, Value
 from pymdr.units import FloatArray
 
 _LEAST = 8
+SEGMENTS = ("approach", "hold", "retreat", "")
+BoolArray = NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class Step:
+    """
+    What was done to a curve.
+
+    Parameters
+    ----------
+    name : str
+        Such as ``"baseline"``.
+    words : str
+        A sentence that says it, with its numbers and units.
+    numbers : Facts
+        The numbers in SI units.
+    """
+
+    name: str
+    words: str
+    numbers: Facts = field(default_factory=Facts)
+
+    def __str__(self) -> str:
+        return f"{self.name}: {self.words}"
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -31,12 +59,22 @@ class MeasuredCurve(Value):
         In s, rising; bodies with memory need it.
     spring_constant : quantity, optional
         Of the machine (a cantilever, a load frame) in N/m; needed with travel.
+    segment : str
+        ``"approach"``, ``"hold"`` or ``"retreat"``; empty for a whole record.
+    metadata : Facts
+        What the file says of the measurement, in SI units.
+    outliers, saturated : array_like of bool, optional
+        Samples that are marked; none unless given.
+    step : Step, optional
+        What made this curve of the one `before`.
+    before : MeasuredCurve, optional
+        The curve before the last step.
 
     Raises
     ------
     ProblemError
         If both or none of indentation and travel are given, travel without a spring constant, columns of different lengths or
-        of fewer than 8 samples, or times that do not rise.
+        of fewer than 8 samples, or times that do not rise; a segment of another name.
     UnitError
         If a text is not a quantity of the right kind, or a number is not finite.
 
@@ -54,6 +92,12 @@ class MeasuredCurve(Value):
     spring_constant: OptionalSIField = OptionalSIField(
         "N/m", words="spring constant of the machine", above=0.0
     )
+    segment: str = ""
+    metadata: Facts = field(default_factory=Facts, repr=False)
+    outliers: BoolArray | None = field(default=None, repr=False)
+    saturated: BoolArray | None = field(default=None, repr=False)
+    step: Step | None = field(default=None, repr=False)
+    before: MeasuredCurve | None = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
         if (self.indentation is None) == (self.travel is None):
@@ -66,7 +110,12 @@ class MeasuredCurve(Value):
                 "MeasuredCurve: travel is indentation + force / spring_constant; give the spring_constant, such as '0.1 N/m'"
             )
         n = self.force.size
-        for name in ("indentation", "travel", "time"):
+        for name in ("outliers", "saturated"):
+            if (given := getattr(self, name)) is not None:
+                marks = np.array(given, dtype=bool)
+                marks.flags.writeable = False
+                object.__setattr__(self, name, marks)
+        for name in ("indentation", "travel", "time", "outliers", "saturated"):
             column = getattr(self, name)
             if column is not None and column.size != n:
                 raise ProblemError(f"MeasuredCurve: {n} forces, but {column.size} entries of {name}")
@@ -76,6 +125,10 @@ class MeasuredCurve(Value):
             i = int(np.argmin(np.diff(self.time)))
             raise ProblemError(
                 f"MeasuredCurve.time[{i + 1}] = {self.time[i + 1]:g} s does not come after {self.time[i]:g} s: times rise"
+            )
+        if self.segment not in SEGMENTS:
+            raise ProblemError(
+                f"MeasuredCurve.segment = {self.segment!r}: it is one of {', '.join(SEGMENTS[:3])}, or empty for a whole record"
             )
 
     @property
@@ -96,3 +149,35 @@ class MeasuredCurve(Value):
         if self.travel is None or self.spring_constant is None:
             return 0.0
         return 1.0 / self.spring_constant
+
+    @property
+    def marked(self) -> BoolArray:
+        """Samples that are marked as outliers or saturated."""
+        marked = np.zeros(self.force.size, dtype=bool)
+        for marks in (self.outliers, self.saturated):
+            if marks is not None:
+                marked |= marks
+        return marked
+
+    @property
+    def steps(self) -> tuple[Step, ...]:
+        """All that was done to the record, the first step first."""
+        earlier = () if self.before is None else self.before.steps
+        return earlier if self.step is None else (*earlier, self.step)
+
+    @property
+    def original(self) -> MeasuredCurve:
+        """The curve as it was read."""
+        return self if self.before is None else self.before.original
+
+    def _repr_html_(self) -> str:
+        """The record and what was done to it, for notebooks."""
+        plain = MeasuredCurve(
+            force=self.force,
+            indentation=self.indentation,
+            travel=self.travel,
+            time=self.time,
+            spring_constant=self.spring_constant,
+        )
+        steps = "".join(f"<li>{escape(str(step))}</li>" for step in self.steps)
+        return super(MeasuredCurve, plain)._repr_html_() + (f"<ol>{steps}</ol>" if steps else "")

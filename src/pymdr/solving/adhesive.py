@@ -19,7 +19,7 @@ from pymdr.interpretation.adhesion import (
 )
 from pymdr.interpretation.theories import theory_of
 from pymdr.interpretation.validity import BoolArray, Claim, Level, approximated
-from pymdr.line.following import History, Jumps, energy_residual, follow
+from pymdr.line.following import History, Jumps, energy_residual, follow, under_control
 from pymdr.line.foundation import DiskStates, mean_pressure
 from pymdr.mapping.series import Place
 from pymdr.problem.schedule import Stretch
@@ -34,6 +34,8 @@ from pymdr.units import FloatArray, metres, newtons
 _CONTROL = {"indentation": math.inf, "normal_force": 0.0}
 """Machine stiffness in N/m that stands for a prescribed channel."""
 _ROUNDING = 1e-12
+_PARAMETER = 4e-12
+"""Of itself: what a parameter from a table of states errs by."""
 
 
 @dataclass(frozen=True)
@@ -56,6 +58,10 @@ class _Rows:
 
     parameter: FloatArray
     attached: BoolArray
+    depth_rate: FloatArray
+    """dd/ds."""
+    force_rate: FloatArray
+    """dF/ds in N/m."""
     control: FloatArray
     """Stiffness in N/m of the machine that stands for the control."""
     indentation: FloatArray
@@ -101,15 +107,19 @@ def _step(
     s = np.where(attached, history.parameter, line.equilibria.start)
     states = line.equilibria.states(s)
     elastic, surface = line.equilibria.energies(s)
-    force = np.where(attached, values if by_force else states.normal_force, math.nan if by_force else 0.0)
+    slopes = line.equilibria.slopes(s)
+    found = _between_parameters(k, values, s, (states.indentation, states.normal_force), slopes)
+    force = np.where(attached, values if by_force else found[1], math.nan if by_force else 0.0)
     free_depth = np.full(values.shape, math.nan) if by_force else values
-    depth = np.where(attached, values if channel == "indentation" else states.indentation, free_depth)
+    depth = np.where(attached, values if channel == "indentation" else found[0], free_depth)
     machine = 0.0 if stiffness is None else np.where(attached, 0.5 * force * force / stiffness, 0.0)
     energy = np.where(attached, elastic + surface, 0.0) + machine
     spent = np.cumsum(history.dissipated)
     rows = _Rows(
         parameter=np.where(attached, history.parameter, math.nan),
         attached=attached,
+        depth_rate=slopes[0],
+        force_rate=slopes[1],
         control=np.full(values.shape, k),
         indentation=depth,
         normal_force=force,
@@ -129,6 +139,27 @@ def _step(
         energy=float(energy[-1]),
     )
     return rows, end, channels_at(float(depth[-1]), float(force[-1]), stiffness)
+
+
+def _between_parameters(
+    k: float,
+    control: FloatArray,
+    s: FloatArray,
+    at: tuple[FloatArray, FloatArray],
+    rates: tuple[FloatArray, FloatArray],
+) -> tuple[FloatArray, FloatArray]:
+    """Depth in m and force in N of a control that lies between those of two neighbouring parameters.
+
+    Beside a rim both change a lot over the rounding of s; from the state at s they are straight over such a distance.
+    """
+    known = np.isfinite(rates[0]) & np.isfinite(rates[1])
+    per_depth, per_force = (np.where(known, rate, 0.0) for rate in rates)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        step = np.nan_to_num((control - under_control(k, *at)) / under_control(k, per_depth, per_force))
+    # at a fold the parameter is not better known than this
+    width = _PARAMETER * np.abs(s)
+    step = np.clip(step, -width, width)
+    return at[0] + per_depth * step, at[1] + per_force * step
 
 
 def _with_falls(line: AdhesiveLine, history: History) -> History:
@@ -213,9 +244,10 @@ def _interpret(task: Task, line: AdhesiveLine, walked: Walked[_Rows]) -> Result:
         return np.where(rows.attached, values, blank)
 
     a = shown(states.contact_radius)
-    depth_rate, force_rate = equilibria.slopes(s)
     with np.errstate(divide="ignore", invalid="ignore"):
-        stiffness_now = np.where(rows.attached & (s > equilibria.start), force_rate / depth_rate, 0.0)
+        stiffness_now = np.where(
+            rows.attached & (s > equilibria.start), rows.force_rate / rows.depth_rate, 0.0
+        )
     elastic, surface = equilibria.energies(s)
     columns: dict[str, FloatArray] = {
         "indentation": rows.indentation,

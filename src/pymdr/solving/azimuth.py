@@ -68,13 +68,11 @@ class AzimuthalProfile:
         file : path
             For example "tip.csv".
         """
-        from pymdr.presentation.files import write_table
+        from pymdr.presentation.tables import write_csv
 
         scatter = self.profile.scatter
         assert scatter is not None
-        write_table(
-            {"r [m]": self.profile.radius, "f [m]": self.profile.height, "scatter [m]": scatter}, file
-        )
+        write_csv({"r [m]": self.profile.radius, "f [m]": self.profile.height, "scatter [m]": scatter}, file)
 
     def plot(self) -> Figure:
         """The surface with the apex, and the mean with its scatter and the curve through it."""

@@ -116,17 +116,20 @@ def _followed(
     energy = 0.5 * mass * speed * speed
     potential = elastic_potential(line, math.inf)
 
-    def depth_of(modulus: float) -> tuple[float, bool]:
-        depth, stored = reaching(potential, line, contact.profile, energy / modulus)
-        return depth, stored < energy / modulus
+    def depths_of(modulus: float) -> tuple[float, float, bool]:
+        """How far curves are read, the depth itself, on which steps in all units depend alike, and whether the profile ends."""
+        high, stored = reaching(potential, line, contact.profile, energy / modulus)
+        if stored < energy / modulus:
+            return high, high, True
+        return high, float(depths_of_energy(potential, np.array([energy / modulus]), high)[0]), False
 
     modulus = relaxation.equilibrium + float(relaxation.moduli.sum())
-    depth, ended = depth_of(modulus)
+    high, depth, ended = depths_of(modulus)
     for _ in range(4):
         modulus = _mean(relaxation, depth / speed)
-        depth, ended = depth_of(modulus)
+        high, depth, ended = depths_of(modulus)
     for _ in range(_TRIES):
-        curves = curves_down_to(line, depth)
+        curves = curves_down_to(line, high)
         ground = Ground(contact, line, curves, relaxation, span, 0.05 * depth)
         motion = rebound(curves, relaxation, mass, speed, ground.first / speed)
         if motion is not None:
@@ -139,7 +142,7 @@ def _followed(
         if ended:
             break
         modulus /= _SOFTER
-        depth, ended = depth_of(modulus)
+        high, depth, ended = depths_of(modulus)
     raise PathError(
         f"speed = {written(speed, 'm/s', 6)}: the bodies would not come to rest before the profile ends at "
         f"d = {metres(depth)}; reduce the speed or the mass, or give the profile farther out"

@@ -99,7 +99,9 @@ class Study(ABC):
     def __str__(self) -> str:
         return self.summary()
 
-    def to_csv(self, file: str | os.PathLike[str], *, units: Mapping[str, str] | None = None) -> None:
+    def to_csv(
+        self, file: str | os.PathLike[str], *, units: Mapping[str, str] | None = None, about: bool = False
+    ) -> None:
         """
         Write the columns to a CSV file, one row per row, with units in their names.
 
@@ -109,9 +111,35 @@ class Study(ABC):
             For example "study.csv".
         units : mapping of str to str, optional
             Name of a quantity -> unit; SI units unless given.
+        about : bool
+            Whether the version, claims, assumptions and notes stand above the header, in lines that begin with ``#``.
         """
-        from pymdr.presentation.files import write_table
+        from pymdr.presentation.tables import write_csv
 
+        write_csv(self._written(units), file, self._about() if about else ())
+
+    def to_xlsx(self, file: str | os.PathLike[str], *, units: Mapping[str, str] | None = None) -> None:
+        """
+        Write the same to a spreadsheet; what the numbers rest on is its second sheet.
+
+        Parameters
+        ----------
+        file : path
+            For example "study.xlsx".
+        units
+            As for :meth:`to_csv`.
+
+        Raises
+        ------
+        MissingExtraError
+            Without openpyxl, which the extra ``xlsx`` brings.
+        """
+        from pymdr.presentation.tables import write_xlsx
+
+        write_xlsx(self._written(units), self._about(), file)
+
+    def _written(self, units: Mapping[str, str] | None) -> dict[str, np.ndarray]:
+        """What is written, by the titles of its columns."""
         written: dict[str, np.ndarray] = {}
         for name in (*self.data.coords, *self.data.data_vars):
             array = self.data[name]
@@ -120,7 +148,12 @@ class Study(ABC):
                 unit = (units or {}).get(str(name), own)
                 title = f"{name} [{unit}]" if unit else str(name)
                 written[title] = np.asarray(from_si(array.values, own, unit))
-        write_table(written, file)
+        return written
+
+    def _about(self) -> list[tuple[str, str, str]]:
+        from pymdr.presentation.tables import about_rows
+
+        return about_rows(None, self.claims, self.assumptions, self.notes)
 
 
 def one_row(given: ArrayQuantityLike, unit: str, who: str, name: str) -> FloatArray:

@@ -173,7 +173,7 @@ class Sweep:
         claims = {name: [c.level.name, c.reason, c.source] for name, c in self.claims.items()}
         write_dataset(self.data.assign_attrs(pymdr_sweep_claims=json.dumps(claims)), file)
 
-    def to_csv(self, file: str | os.PathLike[str]) -> None:
+    def to_csv(self, file: str | os.PathLike[str], *, about: bool = False) -> None:
         """
         Write one row for every step of every point, with units in the names of the columns.
 
@@ -181,14 +181,39 @@ class Sweep:
         ----------
         file : path
             For example "sweep.csv".
+        about : bool
+            Whether the version, the contact and claims stand above the header, in lines that begin with ``#``.
 
         Raises
         ------
         FileError
             If the file cannot be written.
         """
-        from pymdr.presentation.files import write_table
+        from pymdr.presentation.tables import write_csv
 
+        write_csv(self._columns(), file, self._about() if about else ())
+
+    def to_xlsx(self, file: str | os.PathLike[str]) -> None:
+        """
+        Write the same to a spreadsheet; what the numbers rest on is its second sheet.
+
+        Parameters
+        ----------
+        file : path
+            For example "sweep.xlsx".
+
+        Raises
+        ------
+        MissingExtraError
+            Without openpyxl, which the extra ``xlsx`` brings.
+        FileError
+            If the file cannot be written, or a sheet has no room for the rows.
+        """
+        from pymdr.presentation.tables import write_xlsx
+
+        write_xlsx(self._columns(), self._about(), file)
+
+    def _columns(self) -> dict[str, np.ndarray]:
         order = (*self.parameters, "step")
         table = self.data.drop_vars([name for name in ("row",) if name in self.data]).transpose(*order)
         columns = table.to_dataframe().reset_index()
@@ -197,7 +222,13 @@ class Sweep:
             str(name): f"{name} [{units[str(name)]}]" if units.get(str(name)) else str(name)
             for name in columns
         }
-        write_table({titled[str(name)]: columns[name].to_numpy() for name in columns}, file)
+        return {titled[str(name)]: columns[name].to_numpy() for name in columns}
+
+    def _about(self) -> list[tuple[str, str, str]]:
+        from pymdr.presentation.tables import about_rows
+
+        swept = {f"sweep over {name}": _range(self.data[name]) for name in self.parameters}
+        return about_rows(self.contact, self.claims, others=swept)
 
 
 class _Axis(NamedTuple):

@@ -235,6 +235,11 @@ class JKR:
         stuck, per = s >= edge, radii.rate(at)
         return np.where(stuck, 1.0, rate * per), np.where(stuck, stiffness, force_rate * per)
 
+    def radius_rate(self, s: ArrayLike) -> FloatArray:
+        """Return da/ds, 0 on the vertical piece above a sharp edge; beside a corner as `slopes`."""
+        s, edge = as_floats(s), own_edge(self.line)
+        return np.where(s >= edge, 0.0, self._radii.rate(self._radii.beside(np.minimum(s, edge))))
+
     def energies(self, s: ArrayLike) -> tuple[FloatArray, FloatArray]:
         """Return the elastic energy U0 - F0 Δl + k Δl²/2 and the surface energy -π a² γ [J]."""
         position, opening = self._position_and_opening(as_floats(s))

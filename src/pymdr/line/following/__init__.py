@@ -13,6 +13,7 @@ from pymdr.line.following.curves import (
     Equilibria,
     parameter_reaching,
     sampled_curve,
+    under_control,
     under_machine,
 )
 from pymdr.line.following.paths import (
@@ -47,5 +48,6 @@ __all__ = [
     "sampled_curve",
     "trace",
     "turning_points",
+    "under_control",
     "under_machine",
 ]

@@ -101,6 +101,26 @@ class Curve:
     conjugate: _Function | None = None
 
 
+def under_control(machine_stiffness: float, depth: FloatArray, force: FloatArray) -> FloatArray:
+    """Return D = d + F/k of states, or D' of their rates; d under k = ``inf``, F under k = 0.
+
+    Parameters
+    ----------
+    machine_stiffness : float
+        k [N/m].
+    depth, force : ndarray
+        d [m] and F [N], or their rates.
+
+    Examples
+    --------
+    >>> [float(under_control(k, np.array(2.0), np.array(3.0))) for k in (0.0, 1.5, np.inf)]
+    [3.0, 4.0, 2.0]
+    """
+    if np.isinf(machine_stiffness):
+        return depth
+    return force if machine_stiffness == 0.0 else depth + force / machine_stiffness
+
+
 def under_machine(equilibria: Equilibria, stop: float, machine_stiffness: float = np.inf) -> Curve:
     """Return the curve of a law under a machine: D = d + F/k, T = U + F²/2k.
 
@@ -145,15 +165,10 @@ def under_machine(equilibria: Equilibria, stop: float, machine_stiffness: float 
 
     def control(s: FloatArray) -> FloatArray:
         states = equilibria.states(s)
-        if np.isinf(k):
-            return states.indentation
-        return states.normal_force if held else states.indentation + states.normal_force / k
+        return under_control(k, states.indentation, states.normal_force)
 
     def slope(s: FloatArray) -> FloatArray:
-        depth, force = equilibria.slopes(s)
-        if np.isinf(k):
-            return depth
-        return force if held else depth + force / k
+        return under_control(k, *equilibria.slopes(s))
 
     def energy(s: FloatArray) -> FloatArray:
         elastic, surface = equilibria.energies(s)

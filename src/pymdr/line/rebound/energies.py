@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+from scipy.interpolate import PchipInterpolator
 
 from pymdr.line.memory.modes import modes_of
 from pymdr.line.rebound.motion import Motion, branches, motion_rows
@@ -12,6 +13,7 @@ from pymdr.units import FloatArray
 
 _AT_ONCE, _FLAT = 1e-9, 0.9
 """Of the first row, when the contact is there at once, and of its radius there."""
+_ROUNDING = 1e-16
 
 
 class Energies(NamedTuple):
@@ -48,10 +50,10 @@ def energies(motion: Motion, time: FloatArray) -> Energies:
     body, rows = motion.relaxation, motion_rows(motion, time)
     down = time >= motion.turning_time
     ends = time[: int(np.argmax(down)) + 1] if down.any() else time
-    touched, edge = 0.5 * (ends[1:] + ends[:-1]), rows.radius
+    touched, span, edge = 0.5 * (ends[1:] + ends[:-1]), np.diff(ends), rows.radius
     flat = float(motion_rows(motion, _AT_ONCE * time[1:2]).radius[0])
     if flat > _FLAT * edge[1]:  # springs that are all touched at once
-        touched, edge[0] = np.append(0.0, touched), flat
+        touched, span, edge[0] = np.append(0.0, touched), np.append(0.0, span), flat
     share = 2.0 * np.diff(edge[: ends.size], prepend=0.0)[-touched.size :]
     share[0] = 2.0 * edge[ends.size - touched.size]
     at_touch = motion_rows(motion, touched)
@@ -63,20 +65,19 @@ def energies(motion: Motion, time: FloatArray) -> Energies:
     load = body.equilibrium * w
     stored = 0.5 * body.equilibrium * (w * w @ share)
     rate = body.viscosity * rows.velocity**2 * 2.0 * edge
-    wait = np.where(held, time[:, None] - touched, 0.0)
+    since = np.where(held, np.maximum(time[:, None] - (touched + 0.5 * span), 0.0), 0.0)
     for modulus, tau, now, before in zip(body.moduli, body.times, own.T, then.T, strict=True):
-        # in place: these are the largest arrays there are
-        extension = wait * (-1.0 / tau)
-        np.exp(extension, out=extension)
-        extension *= before
-        np.subtract(now[:, None], extension, out=extension)
-        extension *= held
-        squares = modulus * np.einsum("ij,ij,j->i", extension, extension, share)
-        extension *= modulus
-        load += extension
+        recent = np.exp(-since / tau)
+        mean, spread = _over_a_part(span / tau)
+        load += modulus * np.where(held, now[:, None] - recent * (np.exp(-0.5 * span / tau) * before), 0.0)
+        extension = np.where(held, now[:, None] - recent * (mean * before), 0.0)
+        squares = modulus * (
+            extension * extension @ share
+            + np.where(held, recent * recent, 0.0) @ (spread * before**2 * share)
+        )
         stored += 0.5 * squares
         rate += squares / tau
-    lost = np.append(0.0, np.cumsum(0.5 * (rate[1:] + rate[:-1]) * np.diff(time)))
+    lost = PchipInterpolator(time, rate).antiderivative()(time)
     if not motion.rests:
         modes = modes_of(body)
         parted = np.interp(touched, rows.touched[down][::-1], time[down][::-1])
@@ -85,14 +86,21 @@ def energies(motion: Motion, time: FloatArray) -> Energies:
         lengths = motion_rows(motion, parted[::-1]).depth[::-1] - at_touch.depth
         amplitudes = np.column_stack([extension * body.moduli, lengths]) @ modes.to_modes.T
         wait = np.maximum(time[:, None] - parted, 0.0)
-        free = (time[:, None] >= parted) & ~held
         for speed, amplitude in zip(modes.rates, amplitudes.T, strict=True):
             weight = 0.5 * amplitude**2 * share
-            gone = wait * (-2.0 * speed)
-            left = np.exp(gone)
-            left *= free
-            np.expm1(gone, out=gone)
-            gone *= free
-            stored += left @ weight
-            lost -= gone @ weight
+            left = np.where(held, 0.0, np.exp(-2.0 * speed * wait))
+            free = (time[:, None] >= parted) & ~held
+            stored += np.where(free, left, 0.0) @ weight
+            lost += np.where(free, -np.expm1(-2.0 * speed * wait), 0.0) @ weight
     return Energies(stored, lost, at_touch.radius, load)
+
+
+def _over_a_part(x: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """
+    Mean and variance of exp(-u) over 0 < u < x, in which one part of the springs is touched one after the other.
+
+    A part may be wider than a branch is slow: then those that were touched last have hardly been pulled.
+    """
+    x = np.maximum(x, _ROUNDING)
+    mean = -np.expm1(-x) / x
+    return mean, np.maximum(-np.expm1(-2.0 * x) / (2.0 * x) - mean * mean, 0.0)

@@ -45,6 +45,7 @@ _ROUGH = 0.97
 """Part of a value that a rough image of it reaches where the map is to end: it is good to one part in a hundred."""
 _NEWTON = 60
 _ROUNDED = 1e-11
+_BESIDE = 1e-13
 """Part of a value below which steps of Newton's method may be nothing but rounding."""
 _SAVED = 2.0**-60
 """How far inward, in radii that are asked for, the panels of a saved profile go."""
@@ -779,13 +780,15 @@ def _newton(panels: Panels, series: Series, index: IndexArray, target: FloatArra
         left[open_] = np.where(above, left[open_], u[open_])
         with np.errstate(divide="ignore", invalid="ignore", under="ignore"):
             new = np.where(p != 0.0, along, u[open_] + (wanted - c) / rate)
-        bad = ~((new >= left[open_]) & (new <= right[open_]))
-        new = np.where(bad, 0.5 * (left[open_] + right[open_]), new)
+        # a value that is met steps out of its bracket by rounding, which is no reason to halve it
+        near = _BESIDE * new
+        bad = ~((new >= left[open_] - near) & (new <= right[open_] + near))
+        new = np.where(bad, 0.5 * (left[open_] + right[open_]), np.clip(new, left[open_], right[open_]))
         moved = np.abs(new - u[open_])
         u[open_] = new
         settled = (moved <= 2e-16 * np.maximum(new, 1e-3)) | (c == wanted)
         # steps that no longer shrink are rounding
-        settled |= (moved <= _ROUNDED * new) & (moved >= 0.5 * last_move[open_])
+        settled |= ~bad & (moved <= _ROUNDED * new) & (moved >= 0.5 * last_move[open_])
         last_move[open_] = moved
         settled |= right[open_] - left[open_] <= 4e-16 * np.maximum(new, 1e-300)
         done = open_[settled]

@@ -8,10 +8,12 @@ from pymdr.presentation.plot.adhesion import adhesive_figures, adhesive_overview
 from pymdr.presentation.plot.closure import CurveData, closure_figures, closure_overview
 from pymdr.presentation.plot.compared import compared_pressures, compared_shape, compared_tractions
 from pymdr.presentation.plot.conductance import conduction_figure
-from pymdr.presentation.plot.fits import fitted_curves
+from pymdr.presentation.plot.exported import law_study
+from pymdr.presentation.plot.fits import fitted_curves, fitted_map, weighed_laws
 from pymdr.presentation.plot.friction import frictional_figures, frictional_overview
 from pymdr.presentation.plot.heating import frictional_heat_study, joule_study
 from pymdr.presentation.plot.layers import thickness_study
+from pymdr.presentation.plot.measured import measured_curves
 from pymdr.presentation.plot.memory import memory_figures, memory_overview
 from pymdr.presentation.plot.press import pressed_surface
 from pymdr.presentation.plot.rough import calibration_study, rough_study
@@ -46,12 +48,15 @@ __all__ = [
     "compared_tractions",
     "conduction_figure",
     "fitted_curves",
+    "fitted_map",
     "frictional_figures",
     "frictional_heat_study",
     "frictional_overview",
     "impact_figure",
     "joule_study",
+    "law_study",
     "loop_study",
+    "measured_curves",
     "memory_figures",
     "memory_overview",
     "normal_figures",
@@ -65,4 +70,5 @@ __all__ = [
     "spectrum_study",
     "sweep_curves",
     "thickness_study",
+    "weighed_laws",
 ]

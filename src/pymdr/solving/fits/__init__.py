@@ -1,5 +1,7 @@
 """Fits of contacts to measured force curves."""
 
+from pymdr.solving.fits.comparing import LawComparison, compare_laws
 from pymdr.solving.fits.fitting import FitResult, Fitted, fit
+from pymdr.solving.fits.maps import FittedMap, fit_map
 
-__all__ = ["FitResult", "Fitted", "fit"]
+__all__ = ["FitResult", "Fitted", "FittedMap", "LawComparison", "compare_laws", "fit", "fit_map"]

@@ -16,6 +16,7 @@ from pymdr.problem.contact import Contact
 from pymdr.problem.measured import MeasuredCurve
 from pymdr.problem.paths import Path, indent
 from pymdr.result import Result, labelled
+from pymdr.solving.curves import leave_out_marked
 from pymdr.solving.fits.searching import (
     Modelled,
     Search,
@@ -166,10 +167,10 @@ class FitResult:
         FileError
             If the file cannot be written.
         """
-        from pymdr.presentation.files import write_table
+        from pymdr.presentation.tables import write_csv
 
         units = {name: str(self.data[name].attrs.get("units", "")) for name in self.data}
-        write_table(
+        write_csv(
             {
                 f"{name} [{unit}]" if unit else str(name): self.data[name].values
                 for name, unit in units.items()
@@ -250,6 +251,8 @@ def fit(
     if not curves or not all(isinstance(one, MeasuredCurve) for one in curves):
         raise ProblemError("fit: a MeasuredCurve is needed, or several")
     known = origins({CONTACT_POINT: contact_point, BASELINE: baseline})
+    marked = sum(int(one.marked.sum()) for one in curves)
+    curves = tuple(leave_out_marked(one) if one.marked.any() else one for one in curves)
     search = Search(contact, unknowns_of(contact, free), curves, known)
     misfit, best = _best(search)
     _refuse_unseen(search, misfit)
@@ -261,7 +264,9 @@ def fit(
     refuse_unsettled(minimum[1])
     best = free_numbers(minimum[1], best.size)
     refuse_blind(search, best)
-    return _interpreted(search, best, minimum)
+    found = _interpreted(search, best, minimum)
+    notes = (f"{marked} samples marked as outliers or saturated are left out",) if marked else ()
+    return replace(found, notes=(*notes, *found.notes))
 
 
 def _best(search: Search) -> tuple[float, FloatArray]:
@@ -323,7 +328,7 @@ def _interpreted(search: Search, best: FloatArray, minimum: Any) -> FitResult:
         data=_table(search, models),
         noise=noise,
         correlated=correlated,
-        aicc=_aicc(float((residuals**2).mean()), independent, p),
+        aicc=aicc(float((residuals**2).mean()), independent, p),
         claims=judged.claims,
         assumptions=judged.assumptions,
         notes=notes,
@@ -344,7 +349,7 @@ def _judged(contact: Contact, curve: MeasuredCurve, first: Modelled, deepest: fl
     return solve(contact, indent(deepest))
 
 
-def _aicc(mean_square: float, independent: float, p: int) -> float:
+def aicc(mean_square: float, independent: float, p: int) -> float:
     """AICc of least squares with an unknown noise (Burnham and Anderson 2002), of the independent samples."""
     k = p + 1
     room = max(independent - k - 1.0, 1.0)

@@ -73,6 +73,10 @@ class AdhesiveForces:
         """F over the root of the distance from the fold, where it is smooth."""
         return CubicSpline(np.sqrt(self.depth - self.fold), self.force)
 
+    def over_root(self, root: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Force in N and its slope over the root of the distance from the fold in m."""
+        return self._over_root(root), self._over_root(root, 1)
+
     def at(self, depth: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Force in N and stiffness in N/m; those of the fold before it."""
         root = np.sqrt(np.clip(depth - self.fold, 0.0, self.depth[-1] - self.fold))
@@ -176,14 +180,14 @@ def forces_of(contact: Contact, deepest: float, compliance: float, time: FloatAr
                 "fit: a body with memory needs the times of the samples; give time= to MeasuredCurve"
             )
         return RememberedForces(contact, time, compliance)
-    deepest = _rounded_up(deepest)
+    deepest = rounded_up(deepest)
     bare: Forces = (
         ElasticForces(_line_of(contact)) if contact.adhesion is None else _adhesive(contact, deepest)
     )
     return bare if compliance == 0.0 else OnMachine(bare, compliance, deepest)
 
 
-def _rounded_up(deepest: float) -> float:
+def rounded_up(deepest: float) -> float:
     """To a few values in a decade, so that a branch serves many depths."""
     return float(10.0 ** (math.ceil(8.0 * math.log10(deepest)) / 8.0)) if deepest > 0.0 else deepest
 

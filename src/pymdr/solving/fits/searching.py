@@ -237,16 +237,23 @@ def autocorrelation_time(residuals: FloatArray) -> float:
     >>> autocorrelation_time(np.random.default_rng(1).normal(size=1000))
     1.0
     """
-    n = residuals.size
-    centred = residuals - residuals.mean()
-    power = float((centred**2).sum())
-    if power == 0.0:
-        return 1.0
-    spectrum = np.abs(np.fft.rfft(centred, 2 * n)) ** 2
-    rho = np.fft.irfft(spectrum)[: n // 2] / power
-    noise = np.flatnonzero(rho < 2.5 / math.sqrt(n))
-    end = int(noise[0]) if noise.size else rho.size
-    return float(max(1.0, 1.0 + 2.0 * rho[1:end].sum()))
+    return float(autocorrelation_times(residuals[None, :])[0])
+
+
+def autocorrelation_times(residuals: FloatArray) -> FloatArray:
+    """Of many records, one in each row, shorter ones filled up with nan at their ends."""
+    there = np.isfinite(residuals)
+    n, width = np.maximum(there.sum(axis=1), 1), residuals.shape[1]
+    mean = np.where(there, residuals, 0.0).sum(axis=1) / n
+    centred = np.where(there, residuals - mean[:, None], 0.0)
+    power = (centred**2).sum(axis=1)
+    spectrum = np.abs(np.fft.rfft(centred, 2 * width)) ** 2
+    rho = np.fft.irfft(spectrum)[:, : width // 2 + 1] / np.where(power > 0.0, power, 1.0)[:, None]
+    noise = (rho < (2.5 / np.sqrt(n))[:, None]) | (np.arange(rho.shape[1]) >= (n // 2)[:, None])
+    noise[:, 0], noise[:, -1] = False, True
+    end = np.argmax(noise, axis=1)
+    sums = np.cumsum(rho, axis=1)[np.arange(n.size), end - 1] - rho[:, 0]
+    return np.asarray(np.where(power > 0.0, np.maximum(1.0, 1.0 + 2.0 * sums), 1.0))
 
 
 def beside_jumps(models: Sequence[Modelled], search: Search) -> tuple[BoolArray, ...]:

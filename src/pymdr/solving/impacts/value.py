@@ -139,7 +139,9 @@ class Impact:
         mu = None if self.contact.friction is None else self.contact.friction.coefficient
         return impact_figure(self.data, mu)
 
-    def to_csv(self, file: str | os.PathLike[str], *, units: Mapping[str, str] | None = None) -> None:
+    def to_csv(
+        self, file: str | os.PathLike[str], *, units: Mapping[str, str] | None = None, about: bool = False
+    ) -> None:
         """
         Write the history to a CSV file, one row per step, with units in the names of the columns.
 
@@ -149,12 +151,43 @@ class Impact:
             For example "impact.csv".
         units : mapping of str to str, optional
             Name of a quantity -> unit; SI units unless given.
+        about : bool
+            Whether the version, the contact, claims, assumptions and notes stand above the header, in lines that begin with
+            ``#``.
         """
-        from pymdr.presentation.files import write_table
+        from pymdr.presentation.tables import write_csv
 
+        write_csv(self._columns(units), file, self._about() if about else ())
+
+    def to_xlsx(self, file: str | os.PathLike[str], *, units: Mapping[str, str] | None = None) -> None:
+        """
+        Write the same to a spreadsheet; what the numbers rest on is its second sheet.
+
+        Parameters
+        ----------
+        file : path
+            For example "impact.xlsx".
+        units
+            As for :meth:`to_csv`.
+
+        Raises
+        ------
+        MissingExtraError
+            Without openpyxl, which the extra ``xlsx`` brings.
+        """
+        from pymdr.presentation.tables import write_xlsx
+
+        write_xlsx(self._columns(units), self._about(), file)
+
+    def _columns(self, units: Mapping[str, str] | None) -> dict[str, np.ndarray]:
         columns: dict[str, np.ndarray] = {"step": np.arange(self.data.sizes["step"])}
         for name in map(str, self.data):
             own = quantity(name).unit
             unit = (units or {}).get(name, own)
             columns[f"{name} [{unit}]"] = np.asarray(from_si(self.data[name].values, own, unit))
-        write_table(columns, file)
+        return columns
+
+    def _about(self) -> list[tuple[str, str, str]]:
+        from pymdr.presentation.tables import about_rows
+
+        return about_rows(self.contact, self.claims, self.assumptions, self.notes)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from pymdr.workbench.cli.folders import folders_of, ready_folder, write_figure, write_figures
+from pymdr.workbench.cli.folders import Tables, folders_of, ready_folder, write_figure, write_figures
 from pymdr.workbench.cli.options import CaseFile, Json, Output, Quiet
 from pymdr.workbench.cli.telling import (
     FAILED,
@@ -38,6 +38,7 @@ def run(
     cases: Annotated[list[Path], typer.Argument(metavar="CASE.toml...", help="One case file or several.")],
     output: Output = None,
     csv: Annotated[bool, typer.Option("--csv", help="Write result.csv too.")] = False,
+    xlsx: Annotated[bool, typer.Option("--xlsx", help="Write result.xlsx too.")] = False,
     quiet: Quiet = False,
     as_json: Json = False,
 ) -> None:
@@ -48,13 +49,15 @@ def run(
     """
     from pymdr.errors import PymdrError
 
+    tables = Tables(csv, xlsx)
     with failures_as_json("run", cases, as_json):
+        tables.check()
         folders = folders_of(cases, output)
     answers: list[dict[str, Any]] = []
     failures: dict[Path, str] = {}
     for case, folder in folders.items():
         try:
-            answers.append(_run_one(case, folder, csv, quiet, as_json))
+            answers.append(_run_one(case, folder, tables, quiet, as_json))
         except (PymdrError, MemoryError) as error:
             failures[case] = str(error) or "the memory of this machine is not enough"
             answers.append(failure("run", case, error))
@@ -72,7 +75,7 @@ def run(
         raise typer.Exit(FAILED if failures else REFUSED)
 
 
-def _run_one(case: Path, folder: Path, csv: bool, quiet: bool, as_json: bool) -> dict[str, Any]:
+def _run_one(case: Path, folder: Path, tables: Tables, quiet: bool, as_json: bool) -> dict[str, Any]:
     import logging
 
     from pymdr.solving import solve
@@ -86,10 +89,7 @@ def _run_one(case: Path, folder: Path, csv: bool, quiet: bool, as_json: bool) ->
             _tell_memory(asked)
         result = solve(asked.contact, asked.path, progress=stage("solving"), **asked.options)
         result.save(folder / "result.nc")
-        written = [folder / "result.nc"]
-        if csv:
-            result.to_csv(folder / "result.csv")
-            written.append(folder / "result.csv")
+        written = [folder / "result.nc", *tables.write(result, folder, "result")]
         written += write_figures(result.figures(), folder, stage("drawing"))
     if not as_json and result.status.name in _REFUSALS:
         complain(f"{case}: {result.status.name}: {result.status.value}")

@@ -6,15 +6,17 @@ import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from pymdr.result import Result
     from pymdr.solving import Impact
     from pymdr.solving.azimuth import AzimuthalProfile
     from pymdr.solving.fits import FitResult
     from pymdr.solving.study import Study
+    from pymdr.solving.sweep import Sweep
 
 
 def folders_of(cases: Sequence[Path], output: Path | None) -> dict[Path, Path]:
@@ -100,3 +102,28 @@ def write_found(
     with ready_folder(output) as folder:
         found.to_csv(folder / f"{name}.csv")
         return [folder / f"{name}.csv", write_figure(found.plot(), folder / f"{name}.png")]
+
+
+class Tables(NamedTuple):
+    """Which tables are written."""
+
+    csv: bool
+    xlsx: bool
+
+    def check(self) -> None:
+        """Refuse before any work what cannot be written after it."""
+        if self.xlsx:
+            from pymdr.presentation.tables import new_book
+
+            new_book()
+
+    def write(self, found: Result | Sweep, folder: Path, name: str) -> list[Path]:
+        """Write them into a folder."""
+        written = []
+        if self.csv:
+            found.to_csv(folder / f"{name}.csv")
+            written.append(folder / f"{name}.csv")
+        if self.xlsx:
+            found.to_xlsx(folder / f"{name}.xlsx")
+            written.append(folder / f"{name}.xlsx")
+        return written

@@ -7,7 +7,9 @@ from typing import Annotated
 import typer
 
 from pymdr.workbench.cli.cases import check, plot, run
+from pymdr.workbench.cli.curves import curves
 from pymdr.workbench.cli.fits import fit
+from pymdr.workbench.cli.laws import law, table
 from pymdr.workbench.cli.measured import loops, topography
 from pymdr.workbench.cli.starting import info, new, schema
 from pymdr.workbench.cli.studies import heat, impact, joule, rolling, sliding
@@ -40,8 +42,11 @@ for command in (
     rough,
     press,
     sweep,
+    curves,
     fit,
     topography,
+    law,
+    table,
     plot,
 ):
     app.command()(command)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from pymdr.workbench.cli.folders import ready_folder, write_figure
+from pymdr.workbench.cli.folders import Tables, ready_folder, write_figure
 from pymdr.workbench.cli.options import CaseFile, Json, Quiet, spread
 from pymdr.workbench.cli.telling import (
     answer,
@@ -49,6 +49,7 @@ def sweep(
         ),
     ] = None,
     csv: Annotated[bool, typer.Option("--csv", help="Write sweep.csv too.")] = False,
+    xlsx: Annotated[bool, typer.Option("--xlsx", help="Write sweep.xlsx too.")] = False,
     quiet: Quiet = False,
     as_json: Json = False,
 ) -> None:
@@ -59,7 +60,9 @@ def sweep(
     from pymdr.solving.sweep import sweep as solve_all
     from pymdr.workbench.casefile import read_case
 
+    tables = Tables(csv, xlsx)
     with failures_as_json("sweep", case, as_json):
+        tables.check()
         asked = read_case(case)
         grid: dict[str, FloatArray | list[str]] = {}
         for given in over:
@@ -86,9 +89,7 @@ def sweep(
             if into is not None:
                 found.save(into / "sweep.nc")
                 written = [into / "sweep.nc", write_figure(found.plot(), into / "sweep.png")]
-                if csv:
-                    found.to_csv(into / "sweep.csv")
-                    written.append(into / "sweep.csv")
+                written += tables.write(found, into, "sweep")
     if as_json:
         print_json(
             answer(

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from pymdr.interpretation.validity import Assumption, Claim
     from pymdr.result import Result
     from pymdr.solving import Assessment, Impact
-    from pymdr.solving.fits import FitResult
+    from pymdr.solving.fits import FitResult, FittedMap
     from pymdr.solving.study import Study
 
 OK, FAILED, WRONG_USE, REFUSED = 0, 1, 2, 3
@@ -97,6 +97,7 @@ def answer(command: str, case: Path, written: Sequence[Path] = (), **told: Any) 
         "impact": None,
         "study": None,
         "fit": None,
+        "curves": None,
         "written": [str(file) for file in written],
         "error": None,
     }
@@ -143,7 +144,7 @@ def table_of(data: xr.Dataset) -> dict[str, list[float | None]]:
     return {str(name): [finite(float(value)) for value in array.values] for name, array in data.items()}
 
 
-def validity_of(found: Result | Assessment | Impact | Study | FitResult) -> dict[str, Any]:
+def validity_of(found: Result | Assessment | Impact | Study | FitResult | FittedMap) -> dict[str, Any]:
     """How far what was found can be trusted."""
     return {
         "claims": claims_of(found.claims),
@@ -181,6 +182,17 @@ def _assumptions_of(assumptions: Sequence[Assumption]) -> list[dict[str, Any]]:
     ]
 
 
+def columns_of(found: Study) -> dict[str, Any]:
+    """Its columns as plain values."""
+    return {
+        str(name): {
+            "values": [finite(float(value)) for value in found.data[name].values.ravel()],
+            "unit": found.data[name].attrs["units"],
+        }
+        for name in (*found.data.coords, *found.data.data_vars)
+    }
+
+
 def tell_study(
     command: str,
     case: Path,
@@ -194,13 +206,6 @@ def tell_study(
         title, found = ask()
         written = write_found(found, output, command)
     if as_json:
-        columns = {
-            str(name): {
-                "values": [finite(float(value)) for value in found.data[name].values.ravel()],
-                "unit": found.data[name].attrs["units"],
-            }
-            for name in (*found.data.coords, *found.data.data_vars)
-        }
         told = answer(
             command,
             case,
@@ -208,7 +213,7 @@ def tell_study(
             title=title,
             status="COMPLETED",
             rows=next(iter(found.data.sizes.values())),
-            study=columns,
+            study=columns_of(found),
             **validity_of(found),
         )
         print_json(told)

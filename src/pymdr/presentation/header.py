@@ -1,0 +1,293 @@
+"""A law of contact as a C header."""
+
+from __future__ import annotations
+
+import re
+import textwrap
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from pymdr.errors import ProblemError
+from pymdr.units import FloatArray, shown
+
+_IDENTIFIER = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,39}")
+_KEYWORDS = frozenset(
+    [
+        "alignas",
+        "alignof",
+        "and",
+        "asm",
+        "auto",
+        "bool",
+        "break",
+        "case",
+        "catch",
+        "char",
+        "class",
+        "compl",
+        "concept",
+        "const",
+        "constexpr",
+        "continue",
+        "decltype",
+        "default",
+        "delete",
+        "do",
+        "double",
+        "else",
+        "enum",
+        "explicit",
+        "export",
+        "extern",
+        "false",
+        "float",
+        "for",
+        "friend",
+        "goto",
+        "if",
+        "inline",
+        "int",
+        "long",
+        "mutable",
+        "namespace",
+        "new",
+        "noexcept",
+        "not",
+        "nullptr",
+        "operator",
+        "or",
+        "private",
+        "protected",
+        "public",
+        "register",
+        "requires",
+        "restrict",
+        "return",
+        "short",
+        "signed",
+        "sizeof",
+        "static",
+        "struct",
+        "switch",
+        "template",
+        "this",
+        "throw",
+        "true",
+        "try",
+        "typedef",
+        "typeid",
+        "typename",
+        "typeof",
+        "union",
+        "unsigned",
+        "using",
+        "virtual",
+        "void",
+        "volatile",
+        "while",
+        "xor",
+    ]
+)
+
+
+@dataclass(frozen=True)
+class HeaderData:
+    """What a header is written from."""
+
+    name: str
+    """What all names begin with."""
+    remarks: Sequence[str]
+    """Lines of its comment."""
+    constants: Mapping[str, tuple[float, str]]
+    """Value and unit by name."""
+    columns: Mapping[str, FloatArray]
+    """u, y, y_slope, z and z_slope of the knots."""
+    tip: tuple[float, float, float] | None
+    """Powers of F and a below the first knot and the pull in N, of a law over ln d; None of one over sqrt(d - d_off)."""
+    least: float
+    """The least u that is interpolated."""
+
+
+def c_header(data: HeaderData) -> str:
+    """
+    The text of a header.
+
+    Parameters
+    ----------
+    data : HeaderData
+
+    Returns
+    -------
+    str
+
+    Raises
+    ------
+    ProblemError
+        If the name is no C identifier.
+    """
+    name = data.name
+    if not isinstance(name, str) or not _IDENTIFIER.fullmatch(name) or name in _KEYWORDS:
+        raise ProblemError(
+            f"name = {shown(name)}: a C identifier is needed that begins with a letter, has at most 40 letters, digits and "
+            "underscores, and is no keyword, such as 'ball_on_glass'"
+        )
+    big = name.upper()
+    parts = [
+        _comment([*data.remarks, *_usage(name, data.tip is not None)]),
+        f"#ifndef {big}_H\n#define {big}_H\n\n#include <math.h>\n#include <stddef.h>\n",
+        "\n".join(
+            f"#define {big}_{key} ({value!r})" + (f" /* {unit} */" if unit else "")
+            for key, (value, unit) in data.constants.items()
+        ),
+        f"#define {big}_KNOTS {data.columns['u'].size}\n",
+        *(_array(f"{name}_{key}_", values) for key, values in data.columns.items()),
+        _body(data).replace("@@", big).replace("@", name),
+        "#endif\n",
+    ]
+    return "\n".join(parts)
+
+
+def _usage(name: str, from_tip: bool) -> list[str]:
+    begin = "d <= 0" if from_tip else "d below the pull-off"
+    return [
+        "",
+        f"{name}_force(d) in N, {name}_stiffness(d) = dF/dd in N/m and {name}_radius(d) in m of the indentation d in m; "
+        f"{name}_law gives all three at once, or those whose pointers are not NULL.",
+        f"{begin}: 0, no contact; d above {name.upper()}_LARGEST_INDENTATION, or NAN: NAN (not with -ffast-math).",
+    ]
+
+
+def _comment(lines: Sequence[str]) -> str:
+    """A comment of plain characters that nothing in it ends."""
+    wrapped = [
+        part
+        for line in lines
+        for part in textwrap.wrap(
+            line.encode("ascii", "replace")
+            .decode()
+            .replace("*/", "* /")
+            .replace("/*", "/ *")
+            .replace("\\", "/"),
+            110,
+            break_long_words=True,
+        )
+        or [""]
+    ]
+    return "/*\n" + "\n".join(f" * {line}".rstrip() for line in wrapped) + "\n */"
+
+
+def _array(name: str, values: FloatArray) -> str:
+    numbers = textwrap.fill(
+        ", ".join(repr(float(v)) for v in np.asarray(values)), 110, break_on_hyphens=False
+    )
+    return f"static const double {name}[] = {{\n{numbers}\n}};\n"
+
+
+def _body(data: HeaderData) -> str:
+    if data.tip is None:
+        outside, coordinate = "d < @@_PULL_OFF_INDENTATION", "sqrt(d - @@_PULL_OFF_INDENTATION)"
+        below, force, stiffness, radius = "", "y", "slope / (2.0 * u)", "z"
+        value = ""
+    else:
+        power, radius_power, pull = data.tip
+        off = f" - {pull!r}" if pull else ""
+        outside, coordinate, value = "d <= 0.0", "log(d)", "        y = exp(y);\n"
+        below = _BELOW % {"power": repr(power), "radius_power": repr(radius_power), "off": off}
+        force, stiffness, radius = f"y{off}", "y * slope / d", "exp(z)"
+    return _TEMPLATE % {
+        "outside": outside,
+        "below": below,
+        "coordinate": coordinate,
+        "value": value,
+        "force": force,
+        "stiffness": stiffness,
+        "radius": radius,
+        "least": repr(data.least),
+    }
+
+
+_BELOW = """\
+    if (d < @@_SMALLEST_INDENTATION) {
+        u = log(d) - @_u_[0];
+        y = exp(@_y_[0] + %(power)s * u);
+        if (force)
+            *force = y%(off)s;
+        if (stiffness)
+            *stiffness = %(power)s * y / d;
+        if (radius)
+            *radius = exp(@_z_[0] + %(radius_power)s * u);
+        return;
+    }
+"""
+_TEMPLATE = """\
+static inline void @_law(double d, double *force, double *stiffness, double *radius)
+{
+    size_t low = 0, high = @@_KNOTS - 1;
+    double u, h, t, m0, m1, rise, slope, y, z;
+    if (!(d <= @@_LARGEST_INDENTATION) || %(outside)s) {
+        const double nothing = d <= @@_LARGEST_INDENTATION ? 0.0 : NAN;
+        if (force)
+            *force = nothing;
+        if (stiffness)
+            *stiffness = nothing;
+        if (radius)
+            *radius = nothing;
+        return;
+    }
+%(below)s    u = %(coordinate)s;
+    if (u < %(least)s)
+        u = %(least)s;
+    if (u > @_u_[high])
+        u = @_u_[high];
+    while (high - low > 1) {
+        const size_t middle = low + (high - low) / 2;
+        if (@_u_[middle] <= u)
+            low = middle;
+        else
+            high = middle;
+    }
+    h = @_u_[high] - @_u_[low];
+    t = (u - @_u_[low]) / h;
+    if (force || stiffness) {
+        m0 = @_y_slope_[low];
+        m1 = @_y_slope_[high];
+        rise = (@_y_[high] - @_y_[low]) / h;
+        y = @_y_[low] + h * t * (m0 + t * (3.0 * rise - 2.0 * m0 - m1 + t * (m0 + m1 - 2.0 * rise)));
+        slope = m0 + t * (2.0 * (3.0 * rise - 2.0 * m0 - m1) + 3.0 * t * (m0 + m1 - 2.0 * rise));
+%(value)s        if (force)
+            *force = %(force)s;
+        if (stiffness)
+            *stiffness = %(stiffness)s;
+    }
+    if (radius) {
+        m0 = @_z_slope_[low];
+        m1 = @_z_slope_[high];
+        rise = (@_z_[high] - @_z_[low]) / h;
+        z = @_z_[low] + h * t * (m0 + t * (3.0 * rise - 2.0 * m0 - m1 + t * (m0 + m1 - 2.0 * rise)));
+        *radius = %(radius)s;
+    }
+}
+
+static inline double @_force(double d)
+{
+    double force;
+    @_law(d, &force, NULL, NULL);
+    return force;
+}
+
+static inline double @_stiffness(double d)
+{
+    double stiffness;
+    @_law(d, NULL, &stiffness, NULL);
+    return stiffness;
+}
+
+static inline double @_radius(double d)
+{
+    double radius;
+    @_law(d, NULL, NULL, &radius);
+    return radius;
+}
+"""

@@ -1,0 +1,184 @@
+"""Figures of measured force curves as they were recorded, with their baseline and contact points."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from pymdr.presentation.plot.shared import (
+    BLUE,
+    GREEN,
+    GREY,
+    LIGHT,
+    ORANGE,
+    axis_label,
+    draw_zero,
+    legend_above,
+    lengths,
+    letter_panels,
+    new_figure,
+    scaled,
+    styled,
+    thinned,
+)
+from pymdr.problem.measured import MeasuredCurve
+from pymdr.units import FloatArray, good_unit
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+Interval = tuple[float, float, float]
+"""A value between two ends."""
+
+_COLOURS = {"approach": BLUE, "hold": GREEN, "retreat": ORANGE, "": BLUE}
+_MARKS = (("outliers", "x", "outliers"), ("saturated", "s", "saturated"))
+
+
+def measured_curves(
+    curves: Sequence[MeasuredCurve],
+    baseline: Callable[[FloatArray], FloatArray] | None = None,
+    methods: Mapping[str, Interval] | None = None,
+    point: Interval | None = None,
+) -> Figure:
+    """
+    The segments of a record, and the beginning of its contact.
+
+    Parameters
+    ----------
+    curves : sequence of MeasuredCurve
+        Of one record; the contact point is that of the first approach or whole record.
+    baseline : callable, optional
+        Force in N without contact at positions in m.
+    methods : mapping of str to tuple of float, optional
+        Contact points in m with the ends of their intervals.
+    point : tuple of float, optional
+        What the methods say together.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        With one panel where there is no contact point.
+    """
+    with styled():
+        pressed = next((one for one in curves if one.segment in ("approach", "")), None)
+        zoomed = baseline is not None and point is not None and pressed is not None
+        figure = new_figure(9.6 if zoomed else 5.6, 4.2)
+        panels = figure.subplots(1, 2 if zoomed else 1, squeeze=False)[0]
+        name = "travel" if curves[0].indentation is None else "indentation"
+        length = good_unit(np.concatenate([one.position for one in curves]), "m")
+        newton = good_unit(np.concatenate([one.force for one in curves]), "N")
+        _draw_record(panels[0], curves, baseline, name, length, newton)
+        if point is not None:
+            panels[0].axvspan(*_ends(point, length), color=LIGHT, alpha=0.6, lw=0, zorder=0)
+        if baseline is not None and point is not None and pressed is not None:
+            _draw_beginning(panels[1], pressed, baseline, methods or {}, point, name)
+        letter_panels(figure)
+    return figure
+
+
+def _draw_record(
+    axes: Axes,
+    curves: Sequence[MeasuredCurve],
+    baseline: Callable[[FloatArray], FloatArray] | None,
+    name: str,
+    length: str,
+    newton: str,
+) -> None:
+    told: set[str] = set()
+    for one in curves:
+        x, y = scaled(one.position, name, length), scaled(one.force, "normal_force", newton)
+        rows = thinned(one.force)
+        label = None if one.segment in told else one.segment or "measured"
+        axes.plot(x[rows], y[rows], color=_COLOURS[one.segment], lw=1.0, label=label)
+        told.add(one.segment)
+        for marks, marker, word in _MARKS:
+            where = getattr(one, marks)
+            if where is not None and where.any():
+                axes.plot(
+                    x[where],
+                    y[where],
+                    marker,
+                    color="black",
+                    ms=4,
+                    mfc="none",
+                    label=None if word in told else word,
+                )
+                told.add(word)
+    if baseline is not None:
+        ends = np.array(
+            [
+                min(float(one.position.min()) for one in curves),
+                max(float(one.position.max()) for one in curves),
+            ]
+        )
+        line = scaled(baseline(ends), "normal_force", newton)
+        axes.plot(scaled(ends, name, length), line, "--", color="black", lw=0.9, label="baseline")
+    axes.set_xlabel(axis_label(name, length))
+    axes.set_ylabel(axis_label("normal_force", newton))
+    axes.locator_params(axis="x", nbins=7)
+    legend_above(axes)
+
+
+def _draw_beginning(
+    axes: Axes,
+    curve: MeasuredCurve,
+    baseline: Callable[[FloatArray], FloatArray],
+    methods: Mapping[str, Interval],
+    point: Interval,
+    name: str,
+) -> None:
+    """The force without baseline around the contact point, with a bar for every method above it."""
+    value, low, high = point
+    deepest = int(np.argmax(curve.position))
+    x, force = (
+        curve.position[: deepest + 1] - value,
+        (curve.force - baseline(curve.position))[: deepest + 1],
+    )
+    around = 0.5 * max(high - low, 0.05 * float(np.ptp(x)))
+    shown = (x >= low - value - 1.3 * around) & (x <= high - value + around)
+    x, force = x[shown], force[shown]
+    length, newton = good_unit(x, "m"), good_unit(force, "N")
+    rows = thinned(force)
+    y = scaled(force, "normal_force", newton)
+    draw_zero(axes)
+    axes.axvspan(*_ends((0.0, low - value, high - value), length), color=LIGHT, alpha=0.6, lw=0, zorder=0)
+    axes.plot(
+        lengths(x[rows], length), y[rows], ".", color=GREY, ms=2.5, alpha=0.6, rasterized=True, zorder=1
+    )
+    # the beginning is seen where the force has just left its noise
+    noise = float(np.median(np.abs(np.diff(y))))
+    before = y[x <= 0.0]
+    bottom = float(y.min())
+    top = min(
+        float(y.max()), max(20.0 * noise, 5.0 * float(np.quantile(before, 0.99)) if before.size else 0.0)
+    )
+    top = top if top > bottom else float(y.max())
+    room = (top - bottom) or 1.0
+    for k, (word, (at, first, last)) in enumerate(methods.items()):
+        height = top + room * (0.12 + 0.13 * (len(methods) - k))
+        places = lengths(np.array([first, at, last]) - value, length)
+        axes.plot(places[[0, 2]], [height, height], color=BLUE, lw=1.2, solid_capstyle="butt")
+        axes.plot(places[1], height, "o", color=BLUE, ms=4)
+        axes.annotate(
+            word,
+            (0.01, height),
+            xycoords=axes.get_yaxis_transform(),
+            va="center",
+            fontsize=7.5,
+        )
+    axes.axvline(0.0, color=BLUE, lw=1.0, ls=":")
+    right = float(lengths(np.array(high - value + around), length))
+    left = float(lengths(np.array(low - value), length))
+    axes.set_xlim(left - 0.4 * (right - left), right)  # the names have their place
+    axes.locator_params(axis="x", nbins=7)
+    axes.set_ylim(bottom - 0.05 * room, top + room * (0.2 + 0.13 * (len(methods) + 1)))
+    axes.set_xlabel(f"{name} from the contact point ({length})")
+    axes.set_ylabel(f"force less baseline ({newton})")
+
+
+def _ends(interval: Interval, length: str) -> tuple[float, float]:
+    low, high = lengths(np.array(interval[1:]), length)
+    return float(low), float(high)

@@ -1,0 +1,180 @@
+"""The force that is recorded where nothing touches: an offset and a tilt."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.optimize import least_squares
+
+from pymdr.errors import ProblemError
+from pymdr.problem.facts import Facts
+from pymdr.problem.measured import MeasuredCurve, Step
+from pymdr.solving.curves.branches import Branch, branch_of, broken_power, spread
+from pymdr.units import FloatArray, written
+
+_LEAST = 10
+_SEEN = 5.0
+"""Times the noise by which a contact has to stand out."""
+_EVIDENCE = 30.0
+
+
+@dataclass(frozen=True)
+class Baseline:
+    r"""
+    The line F = offset + tilt (position - middle), and what was seen about it.
+
+    Parameters
+    ----------
+    offset : float
+        In N, at the `middle`.
+    tilt : float
+        In N/m: virtual deflection, or a drift at constant speed, which a line cannot tell apart.
+    middle : float
+        Of the positions without contact in m.
+    low, high : float
+        Ends of those positions in m.
+    noise : float
+        Standard deviation about the line in N, from the median of absolute deviations.
+    samples : int
+        Number of samples of which the line is made.
+    """
+
+    offset: float
+    tilt: float = 0.0
+    middle: float = 0.0
+    low: float = 0.0
+    high: float = 0.0
+    noise: float = 0.0
+    samples: int = 0
+
+    def force_at(self, position: FloatArray) -> FloatArray:
+        """Force in N without contact at positions in m."""
+        return np.asarray(self.offset + self.tilt * (position - self.middle))
+
+    def __str__(self) -> str:
+        return (
+            f"{written(self.offset, 'N')} with a tilt of {written(self.tilt, 'N/m')}, noise {written(self.noise, 'N')}, "
+            f"from {self.samples} samples"
+        )
+
+
+def baseline_of(curve: MeasuredCurve) -> Baseline:
+    """
+    The baseline of a curve: a robust line through what was recorded before contact.
+
+    The part before contact ends where a line with a power-law rise leaves it, less a tenth of its length, or less a quarter where the
+    noise hides the beginning of the rise. The line has the least
+    sum of log(1 + r^2/s^2) (Cauchy's loss), which few outliers cannot pull, with the scale s of the residuals themselves.
+
+    Parameters
+    ----------
+    curve : MeasuredCurve
+        An approach, a retreat, or a whole record, of which the approach is looked at; positive forces press.
+
+    Returns
+    -------
+    Baseline
+
+    Raises
+    ------
+    ProblemError
+        If the curve has no contact, or fewer than 10 samples before it.
+
+    Examples
+    --------
+    >>> x = np.linspace(-1e-6, 1e-6, 400)
+    >>> force = 2e-3 * x + 1e-9 + 2.0 * np.clip(x, 0.0, None) ** 1.5
+    >>> found = baseline_of(MeasuredCurve(force=force, indentation=x))
+    >>> round(found.tilt, 6)
+    0.002
+    """
+    branch = branch_of(curve)
+    leaving = branch.samples[0] > branch.samples[-1]
+    seen = broken_power(branch.position, branch.force, jump=leaving)
+    check_contact(branch, seen.rise, seen.noise, seen.evidence)
+    free_end = float(branch.position[0])
+    # where the noise is large, the interval may reach to the free end; most of what lies before the rise is seen is taken then
+    end = max(seen.low - 0.1 * (seen.low - free_end), free_end + 0.75 * (seen.clear_from - free_end))
+    count = int(np.argmax(branch.position > end)) if np.any(branch.position > end) else branch.position.size
+    if count < _LEAST:
+        raise ProblemError(
+            f"{count} samples lie before the contact, where the baseline is read; at least {_LEAST} are needed: retract farther before "
+            "pressing, or give a Baseline(offset=...)"
+        )
+    return _line(branch.position[:count], branch.force[:count])
+
+
+def check_contact(branch: Branch, rise: float, noise: float, evidence: float) -> None:
+    """
+    See that a rise stands out of the noise.
+
+    Raises
+    ------
+    ProblemError
+        If it does not: the curve has no contact.
+    """
+    size = float(np.ptp(branch.force))
+    if rise <= max(_SEEN * noise, 1e-9 * size) or evidence < _EVIDENCE:
+        raise ProblemError(
+            f"no contact is seen in the curve: over {written(float(np.ptp(branch.position)), 'm')} its force rises from a straight line by "
+            f"{written(rise, 'N')}, which does not stand out of its noise of {written(noise, 'N')} (limit: {_SEEN:g} times, and "
+            f"all along); press deeper, begin farther away, or see with orient(curve) whether a sign is turned"
+        )
+
+
+def subtract_baseline(curve: MeasuredCurve, baseline: Baseline | None = None) -> MeasuredCurve:
+    """
+    A curve without its baseline.
+
+    Parameters
+    ----------
+    curve : MeasuredCurve
+        In any of its segments.
+    baseline : Baseline, optional
+        That of the approach for a hold or a retreat; :func:`baseline_of` the curve unless given.
+
+    Returns
+    -------
+    MeasuredCurve
+        With the force F - baseline, and the step.
+
+    Raises
+    ------
+    ProblemError
+        As :func:`baseline_of`.
+    """
+    line = baseline_of(curve) if baseline is None else baseline
+    numbers = {name: float(getattr(line, name)) for name in ("offset", "tilt", "middle", "noise", "samples")}
+    return replace(
+        curve,
+        force=curve.force - line.force_at(curve.position),
+        step=Step("baseline", f"{line} taken from the force", Facts(numbers)),
+        before=curve,
+    )
+
+
+def _line(x: FloatArray, f: FloatArray) -> Baseline:
+    middle, half = 0.5 * float(x.min() + x.max()), 0.5 * float(np.ptp(x)) or 1.0
+    u = (x - middle) / half
+    columns = np.stack([np.ones_like(u), u], axis=1)
+    start = np.linalg.lstsq(columns, f, rcond=None)[0]
+    scale = spread(f - columns @ start)
+    if scale > 0.0:
+        found = least_squares(
+            lambda p: (f - columns @ (start + scale * p)) / scale,
+            np.zeros(2),
+            jac=lambda p: -columns,
+            loss="cauchy",
+            f_scale=2.0,
+        )
+        start = start + scale * found.x
+    return Baseline(
+        offset=float(start[0]),
+        tilt=float(start[1]) / half,
+        middle=middle,
+        low=float(x.min()),
+        high=float(x.max()),
+        noise=spread(f - columns @ start),
+        samples=x.size,
+    )

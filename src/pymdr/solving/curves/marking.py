@@ -1,0 +1,167 @@
+"""Samples that are marked: single outliers, and the plateau of a detector that ran out of range."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+from scipy.ndimage import median_filter
+
+from pymdr.errors import ProblemError
+from pymdr.problem.facts import Facts
+from pymdr.problem.measured import BoolArray, MeasuredCurve, Step
+from pymdr.solving.curves.branches import spread
+from pymdr.units import FloatArray, written
+
+_WINDOW, _AROUND = 15, 101
+_FAR = 8.0
+"""Times the noise: one normal sample in 10^15 is as far."""
+_SHORT = 3
+_PLATEAU = 5
+
+
+def mark_outliers(curve: MeasuredCurve) -> MeasuredCurve:
+    """
+    A curve whose outliers are marked; none is taken away.
+
+    An outlier, or up to three in a row, lies more than 8 times the noise from the median of its 15 neighbours (Hampel's filter; Davies and
+    Gather, J. Am. Stat. Assoc. 88 (1993) 782) and as far from the lines through four samples before it and four after it, and three times as
+    far as those samples themselves, so that jumps, cusps and rough stretches of the force are none.
+
+    Parameters
+    ----------
+    curve : MeasuredCurve
+
+    Returns
+    -------
+    MeasuredCurve
+        With `outliers` and the step.
+    """
+    force = curve.force
+    marks = np.zeros(force.size, dtype=bool)
+    away = force - median_filter(force, size=min(_WINDOW, force.size), mode="nearest")
+    steps = np.abs(np.diff(force))
+    # of forces in coarse digits most differ by nothing
+    noise = max(spread(away), float(np.median(steps[steps > 0.0])) if np.any(steps) else 0.0)
+    around = np.maximum(
+        noise, 1.4826 * median_filter(np.abs(away), size=min(_AROUND, force.size), mode="nearest")
+    )
+    for first, end in _runs(np.abs(away) > _FAR * around):
+        if end - first <= _SHORT and _stands_out(force, first, end, _FAR * float(around[first])):
+            marks[first:end] = True
+    count = int(np.count_nonzero(marks))
+    words = f"{_counted(count, 'outlier')} marked, farther than {written(_FAR * noise, 'N')} from the samples around"
+    return replace(
+        curve,
+        outliers=marks,
+        step=Step("outliers", words, Facts({"count": float(count), "limit": _FAR * noise})),
+        before=curve,
+    )
+
+
+def mark_saturated(curve: MeasuredCurve) -> MeasuredCurve:
+    """
+    A curve whose plateau at the largest force is marked: there the detector had run out of range.
+
+    At least five samples in a row have the largest force, to a thousandth of its range and a quarter of the noise, while the position
+    changed by more than 1 % of its range; then all samples of that force are marked. Do it when the signs are right, and before the
+    baseline is taken away, which tilts the plateau.
+
+    Parameters
+    ----------
+    curve : MeasuredCurve
+
+    Returns
+    -------
+    MeasuredCurve
+        With `saturated` and the step.
+    """
+    force, position = curve.force, curve.position
+    largest, size = float(force.max()), float(np.ptp(force))
+    differences = np.diff(force)
+    allowed = min(1e-3 * size, 0.25 * spread(differences)) + 1e-9 * size
+    largest_of_all = force >= largest - allowed
+    plateau = any(
+        end - first >= _PLATEAU and float(np.ptp(position[first:end])) > 0.01 * float(np.ptp(position))
+        for first, end in _runs(largest_of_all)
+    )
+    marks = largest_of_all & plateau
+    count = int(np.count_nonzero(marks))
+    words = (
+        f"{_counted(count, 'sample')} marked at the largest force, {written(largest, 'N')}, where the detector had run out of range"
+        if count
+        else f"no plateau at the largest force, {written(largest, 'N')}"
+    )
+    return replace(
+        curve,
+        saturated=marks,
+        step=Step("saturation", words, Facts({"count": float(count), "largest": largest})),
+        before=curve,
+    )
+
+
+def leave_out_marked(curve: MeasuredCurve) -> MeasuredCurve:
+    """
+    A curve without the samples that are marked, for what is made of it afterwards.
+
+    Parameters
+    ----------
+    curve : MeasuredCurve
+
+    Returns
+    -------
+    MeasuredCurve
+        With the step; its `before` has them still.
+
+    Raises
+    ------
+    ProblemError
+        If fewer than 8 samples are left.
+    """
+    kept = ~curve.marked
+    count = int(np.count_nonzero(~kept))
+    if np.count_nonzero(kept) < 8:
+        raise ProblemError(
+            f"{count} of {kept.size} samples are marked, which leaves {kept.size - count}; at least 8 are needed: measure again with a larger "
+            "range of the detector, or undo(curve) the marks"
+        )
+
+    def part(values: FloatArray | None) -> FloatArray | None:
+        return None if values is None else values[kept]
+
+    return replace(
+        curve,
+        force=curve.force[kept],
+        indentation=part(curve.indentation),
+        travel=part(curve.travel),
+        time=part(curve.time),
+        outliers=None,
+        saturated=None,
+        step=Step("left out", f"{_counted(count, 'marked sample')} left out", Facts({"count": float(count)})),
+        before=curve,
+    )
+
+
+def _counted(count: int, word: str) -> str:
+    return f"{count or 'no'} {word}{'' if count == 1 else 's'}"
+
+
+def _runs(where: BoolArray) -> Iterator[tuple[int, int]]:
+    """First samples and ends of what holds without a gap."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], where, [False]]).astype(int)))
+    return zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True)
+
+
+def _stands_out(force: FloatArray, first: int, end: int, least: float) -> bool:
+    """Whether samples lie off the lines through those before and those after them, on the same side of both."""
+    places = np.arange(first, end)
+    sides = []
+    for near in (np.arange(max(first - 4, 0), first), np.arange(end, min(end + 4, force.size))):
+        if near.size >= 3:
+            slope, at = np.polyfit(near - first, force[near], 1)
+            rough = float(np.max(np.abs(force[near] - at - slope * (near - first))))
+            least = max(least, 3.0 * rough)
+            sides.append(force[places] - (at + slope * (places - first)))
+    alike = len({bool(side[0] > 0.0) for side in sides}) == 1
+    return alike and all(bool(np.all(np.abs(side) > least)) for side in sides)

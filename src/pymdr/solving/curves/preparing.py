@@ -1,0 +1,308 @@
+"""Steps from the record to the curve that is fitted; each gives a new curve and can be undone."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from pymdr.errors import ProblemError
+from pymdr.problem.facts import Fact, Facts
+from pymdr.problem.measured import BoolArray, MeasuredCurve, Step
+from pymdr.solving.curves.baselines import Baseline, subtract_baseline
+from pymdr.solving.curves.branches import blocks
+from pymdr.solving.curves.contacts import ContactPoint, contact_point_of, set_contact_point
+from pymdr.solving.curves.marking import mark_outliers, mark_saturated
+from pymdr.units import FloatArray, QuantityLike, to_si, written
+
+_OTHER = {"approach": "retreat", "retreat": "approach"}
+
+
+def orient(curve: MeasuredCurve, signs: Mapping[str, Fact] | None = None) -> MeasuredCurve:
+    """
+    A curve in which compression is positive and the position grows toward the body, as the record itself tells them.
+
+    Contact lies at that end of the positions where the force varies more, and presses there; samples that are marked are not looked at.
+
+    Parameters
+    ----------
+    curve : MeasuredCurve
+        With any signs; an approach, a retreat or a whole record.
+    signs : mapping of str to float, optional
+        1 or -1 for ``force`` and for ``travel`` or ``indentation``, as the `numbers` of the step of another segment have them; looked for unless
+        given.
+
+    Returns
+    -------
+    MeasuredCurve
+        With the step, which says which signs were turned, also where none was.
+
+    Raises
+    ------
+    ProblemError
+        If the force varies alike at both ends: there is no contact, or nothing but contact; or a sign is none.
+
+    Examples
+    --------
+    >>> height = np.linspace(2e-6, 0.0, 90)
+    >>> curve = MeasuredCurve(force=-np.clip(1e-6 - height, 0.0, None) ** 2, indentation=height)
+    >>> print(orient(curve).step)
+    signs: turned, so that compression is positive and the position grows toward the body: force and indentation
+    """
+    name = "travel" if curve.indentation is None else "indentation"
+    found = _signs(curve, name) if signs is None else signs
+    for word in ("force", name):
+        if found.get(word) not in (1.0, -1.0):
+            raise ProblemError(
+                f"orient: the sign of {word} is {found.get(word)!r}; give 1 or -1, for example orient(hold, orient(approach).step.numbers)"
+            )
+    turned = [word for word in ("force", name) if found[word] == -1.0]
+    told = "compression is positive and the position grows toward the body"
+    position = -curve.position if name in turned else curve.position
+    return replace(
+        curve,
+        force=-curve.force if "force" in turned else curve.force,
+        indentation=None if curve.indentation is None else position,
+        travel=None if curve.travel is None else position,
+        segment=_OTHER.get(curve.segment, curve.segment) if name in turned else curve.segment,
+        step=Step(
+            "signs",
+            f"turned, so that {told}: {' and '.join(turned)}" if turned else f"kept: {told}",
+            Facts({"force": float(found["force"]), name: float(found[name])}),
+        ),
+        before=curve,
+    )
+
+
+def _signs(curve: MeasuredCurve, name: str) -> dict[str, float]:
+    kept = ~curve.marked
+    near, far = _ends(curve.position[kept], curve.force[kept])
+    low, high = (float(np.ptp(blocks(part, 20))) if part.size >= 20 else 0.0 for part in (near, far))
+    if not max(low, high) > 1.5 * min(low, high):
+        raise ProblemError(
+            f"the signs cannot be told: the force varies by {written(low, 'N')} and {written(high, 'N')} at the two ends of the positions, and one "
+            "has to exceed the other 1.5 times; give a record with a part before contact and one in it, or the signs"
+        )
+    deep, free = (far, near) if high > low else (near, far)
+    count = max(1, deep.size // 20)
+    deepest = deep[-count:] if high > low else deep[:count]
+    presses = float(np.median(deepest)) >= float(np.median(free))
+    return {"force": 1.0 if presses else -1.0, name: 1.0 if high > low else -1.0}
+
+
+def _ends(position: FloatArray, force: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Forces of the lower and the upper third of the positions, in the order of the positions."""
+    order = np.argsort(position, kind="stable")
+    low, width = float(position.min()), float(np.ptp(position))
+    sorted_position, sorted_force = position[order], force[order]
+    return sorted_force[sorted_position < low + width / 3.0], sorted_force[
+        sorted_position > low + 2.0 * width / 3.0
+    ]
+
+
+def to_indentation(curve: MeasuredCurve) -> MeasuredCurve:
+    """
+    A curve over its indentation, from which the lag of the machine is taken: indentation = travel - force/spring constant.
+
+    The noise of the force goes into the indentation. :func:`pymdr.fit` takes the travel as it is, and computes the model at it.
+
+    Parameters
+    ----------
+    curve : MeasuredCurve
+        Over travel, without its baseline, which would be taken for a deflection.
+
+    Returns
+    -------
+    MeasuredCurve
+        With the step.
+
+    Raises
+    ------
+    ProblemError
+        If the curve has its indentation already.
+
+    Examples
+    --------
+    >>> curve = MeasuredCurve(force=np.linspace(0, 1e-6, 9), travel=np.linspace(0, 2e-6, 9), spring_constant="1 N/m")
+    >>> float(to_indentation(curve).indentation[-1])
+    1e-06
+    """
+    if curve.travel is None or curve.spring_constant is None:
+        raise ProblemError(
+            "to_indentation: the curve has its indentation; only a curve over travel has a lag"
+        )
+    lag = float(np.ptp(curve.force)) / curve.spring_constant
+    return replace(
+        curve,
+        travel=None,
+        indentation=curve.depth,
+        step=Step(
+            "lag",
+            f"the machine of {written(curve.spring_constant, 'N/m')} gives way by up to {written(lag, 'm')}: indentation = travel - force/spring constant",
+            Facts({"spring_constant": curve.spring_constant, "largest": lag}),
+        ),
+        before=curve,
+    )
+
+
+def recalibrate(curve: MeasuredCurve, spring_constant: QuantityLike) -> MeasuredCurve:
+    """
+    A curve with another spring constant: the deflection, which was measured, stays; the force grows with the constant.
+
+    Parameters
+    ----------
+    curve : MeasuredCurve
+        Over travel.
+    spring_constant : quantity
+        In N/m.
+
+    Returns
+    -------
+    MeasuredCurve
+        With the step.
+
+    Raises
+    ------
+    ProblemError
+        If the curve has no spring constant, or the new one is not above 0.
+    """
+    if curve.spring_constant is None:
+        raise ProblemError("recalibrate: the curve has no spring constant by which its forces were made")
+    new = to_si(spring_constant, "N/m", name="spring_constant")
+    if not new > 0.0:
+        raise ProblemError(f"spring_constant = {written(new, 'N/m')}: it must be above 0 N/m")
+    factor = new / curve.spring_constant
+    return replace(
+        curve,
+        force=curve.force * factor,
+        spring_constant=new,
+        step=Step(
+            "spring constant",
+            f"{written(new, 'N/m')} in place of {written(curve.spring_constant, 'N/m')}, and all forces times {factor:.4g}",
+            Facts({"spring_constant": new, "factor": factor}),
+        ),
+        before=curve,
+    )
+
+
+def undo(curve: MeasuredCurve) -> MeasuredCurve:
+    """
+    The curve before its last step.
+
+    Parameters
+    ----------
+    curve : MeasuredCurve
+
+    Returns
+    -------
+    MeasuredCurve
+
+    Raises
+    ------
+    ProblemError
+        If nothing was done to it since it was read.
+    """
+    if curve.before is None:
+        raise ProblemError("undo: nothing was done to this curve since it was read")
+    return curve.before
+
+
+def prepare(
+    curve: MeasuredCurve,
+    *,
+    baseline: Baseline | None = None,
+    contact_point: ContactPoint | QuantityLike | None = None,
+) -> MeasuredCurve:
+    """
+    All steps in their order: outliers, signs, saturation, baseline, contact point.
+
+    Parameters
+    ----------
+    curve : MeasuredCurve
+        An approach, a retreat or a whole record.
+    baseline : Baseline, optional
+        :func:`baseline_of` the oriented curve unless given.
+    contact_point : ContactPoint or quantity, optional
+        :func:`contact_point_of` the curve unless given.
+
+    Returns
+    -------
+    MeasuredCurve
+        Whose `steps` say what was done, and whose `original` is the record.
+
+    Raises
+    ------
+    ProblemError
+        As the steps.
+
+    Examples
+    --------
+    >>> height = np.linspace(2e-6, 0.0, 400)
+    >>> curve = prepare(MeasuredCurve(force=1e-9 + np.clip(1e-6 - height, 0.0, None) ** 1.5, indentation=height))
+    >>> [step.name for step in curve.steps]
+    ['outliers', 'signs', 'saturation', 'baseline', 'contact point']
+    >>> bool(curve.original.indentation[0] == 2e-6)
+    True
+    """
+    straight = subtract_baseline(mark_saturated(orient(mark_outliers(curve))), baseline)
+    return set_contact_point(straight, contact_point_of(straight) if contact_point is None else contact_point)
+
+
+def join_segments(curves: Sequence[MeasuredCurve]) -> MeasuredCurve:
+    """
+    One record of its segments, in their order.
+
+    Parameters
+    ----------
+    curves : sequence of MeasuredCurve
+        Segments of one record, as they were read or all with the same steps.
+
+    Returns
+    -------
+    MeasuredCurve
+        With the metadata of the first.
+
+    Raises
+    ------
+    ProblemError
+        If there is none, they were recorded by different machines, only some have times, or they are of different records.
+    """
+    parts = tuple(curves)
+    if not parts:
+        raise ProblemError("join_segments: no curve is given; give the segments of one record")
+    first = parts[0]
+    for name in ("spring_constant", "metadata"):
+        if any(getattr(one, name) != getattr(first, name) for one in parts):
+            raise ProblemError(
+                f"join_segments: the curves differ in {name.replace('_', ' ')}: they are not of one record; join the segments of each apart"
+            )
+    for name in ("time", "travel", "indentation"):
+        if len({getattr(one, name) is None for one in parts}) > 1:
+            raise ProblemError(f"join_segments: only some of the curves have {name}; give all or none")
+
+    def whole(name: str) -> FloatArray | None:
+        columns = [getattr(one, name) for one in parts]
+        return None if columns[0] is None else np.concatenate(columns)
+
+    def marks(name: str) -> BoolArray | None:
+        given = [getattr(one, name) for one in parts]
+        if all(one is None for one in given):
+            return None
+        none = [np.zeros(one.force.size, bool) for one in parts]
+        return np.concatenate([n if g is None else g for n, g in zip(none, given, strict=True)])
+
+    words = ", ".join(one.segment or "a record" for one in parts)
+    earlier = dict.fromkeys(str(step) for one in parts for step in one.steps)
+    words += f"; done before: {'; '.join(earlier)}" if earlier else ""
+    return MeasuredCurve(
+        force=np.concatenate([one.force for one in parts]),
+        indentation=whole("indentation"),
+        travel=whole("travel"),
+        time=whole("time"),
+        spring_constant=first.spring_constant,
+        metadata=first.metadata,
+        step=Step("joined", words),
+        outliers=marks("outliers"),
+        saturated=marks("saturated"),
+    )

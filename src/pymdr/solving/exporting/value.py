@@ -1,0 +1,312 @@
+"""A law of contact as a table, with its stated errors, for programs that are not pymdr."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, ClassVar
+
+import numpy as np
+import xarray as xr
+
+from pymdr.interpretation.validity import SOURCES
+from pymdr.presentation.header import HeaderData, c_header
+from pymdr.problem.contact import Contact
+from pymdr.quantities import quantity
+from pymdr.solving.exporting.knots import Knots
+from pymdr.solving.exporting.sources import Fold, Form, Tip
+from pymdr.solving.pulloff import PullOff
+from pymdr.solving.study import Column, Study
+from pymdr.units import ArrayQuantityLike, FloatArray, metres, newtons, to_si_array
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+LAW_QUANTITIES = ("normal_force", "normal_stiffness", "contact_radius")
+_BESIDE_FOLD = 1e-9
+"""Of the second knot: the least coordinate at which a stiffness is given."""
+_DRAWN, _DECADES_DRAWN = 1001, 1e-6
+_SHOWN = 9
+"""Rows of the summary."""
+
+
+@dataclass(frozen=True)
+class Table:
+    """Knots of a law in a form, and what holds outside."""
+
+    form: Form
+    knots: Knots
+    last: float
+    """The largest depth in m, which its coordinate holds to rounding."""
+
+    @property
+    def first(self) -> float:
+        """The first depth of the table in m."""
+        return self.form.off if isinstance(self.form, Fold) else float(self.form.depth(self.knots.u[0]))
+
+    @property
+    def least(self) -> float:
+        """The least coordinate that is interpolated: at a fold the stiffness has no bound."""
+        return float(self.knots.u[0] if isinstance(self.form, Tip) else _BESIDE_FOLD * self.knots.u[1])
+
+    def at(self, indentation: FloatArray) -> FloatArray:
+        """Force (N), stiffness (N/m) and radius (m) at depths in m."""
+        d = np.atleast_1d(indentation)
+        answers = np.zeros((3, *d.shape))
+        inside = (d >= self.first) & (d <= self.last)
+        if inside.any():
+            u = np.clip(self.form.coordinate(d[inside]), self.least, self.knots.u[-1])
+            answers[:, inside] = self.form.physical(self.knots.at(u))[1:4]
+        if isinstance(self.form, Tip):
+            below = (d > 0.0) & (d < self.first)
+            along = np.log(d[below]) - self.knots.u[0]
+            pressing = np.exp(self.knots.y[0] + self.form.power * along)
+            radius = np.exp(self.knots.z[0] + self.form.radius_power * along)
+            answers[:, below] = pressing - self.form.pull, self.form.power * pressing / d[below], radius
+        answers[:, ~(d <= self.last)] = np.nan
+        return answers.reshape(3, *np.shape(indentation))
+
+    def data(self) -> xr.Dataset:
+        """The knots over ``knot``, in SI units."""
+        d, force, stiffness, radius, rate = self.form.physical(self.knots)
+        if isinstance(self.form, Fold) and self.knots.y_slope[0] == 0.0:
+            stiffness[0], rate[0] = self.at(np.array([self.form.off]))[1, 0], 0.0
+        # the ends are those that were asked for, and not those of their logarithms
+        d[0], d[-1] = self.first, self.last
+        values = {
+            "indentation": d,
+            "normal_force": force,
+            "normal_stiffness": stiffness,
+            "contact_radius": radius,
+        }
+        columns = {name: ("knot", column, {"units": quantity(name).unit}) for name, column in values.items()}
+        return xr.Dataset(columns | {"contact_radius_rate": ("knot", rate, {"units": ""})})
+
+
+@dataclass(frozen=True, kw_only=True)
+class ContactLaw(Study):
+    """
+    Normal force, stiffness and contact radius of a contact as functions of the indentation d, by cubic Hermite interpolation.
+
+    Without adhesion ln F and ln a are interpolated over ln d, so that errors are relative at every depth; below the first
+    knot both are powers of d. Under JKR F and a are interpolated over sqrt(d - d_off), where d_off is the last indentation
+    at which the contact is held, and hold for a contact that is made. The stiffness is the derivative of the interpolated
+    force. Outside: no contact (0) below d = 0 or d_off, nan above the last knot.
+    """
+
+    contact: Contact
+    tolerance: float
+    """What was asked of the errors."""
+    errors: Mapping[str, float]
+    """The largest errors that were measured against :func:`pymdr.solve`, by quantity; see `relative_to`."""
+    relative_to: Mapping[str, str]
+    """What each error is relative to, in words."""
+    table: Table
+    """The interpolants."""
+    checks: xr.Dataset
+    """The errors that were measured between the knots and below them, over ``check``."""
+    pull_off: PullOff | None
+    """With adhesion: where the contact is lost under displacement control, and what it jumps into at the first touch."""
+    references: tuple[str, ...]
+
+    what: ClassVar[str] = "the law"
+    columns: ClassVar[Mapping[str, Column]] = {
+        "indentation": Column("indentation", "m"),
+        "normal_force": Column("force", "N"),
+        "normal_stiffness": Column("stiffness", "N/m"),
+        "contact_radius": Column("radius", "m"),
+    }
+    told: ClassVar[tuple[str, ...]] = ("normal_force",)
+    """Force, stiffness and radius are claimed alike."""
+
+    @property
+    def range(self) -> tuple[float, float]:
+        """The first and the last indentation of the table in m."""
+        return self.table.first, self.table.last
+
+    def force(self, indentation: ArrayQuantityLike) -> FloatArray:
+        """
+        The normal force in N.
+
+        Parameters
+        ----------
+        indentation : array_like or quantity
+            In m; 0 without contact, nan beyond the table.
+
+        Returns
+        -------
+        ndarray
+            Of the shape of `indentation`.
+        """
+        return np.asarray(self._at(indentation)[0])
+
+    def stiffness(self, indentation: ArrayQuantityLike) -> FloatArray:
+        """The normal stiffness dF/dd in N/m, the derivative of :meth:`force`."""
+        return np.asarray(self._at(indentation)[1])
+
+    def radius(self, indentation: ArrayQuantityLike) -> FloatArray:
+        """The contact radius in m."""
+        return np.asarray(self._at(indentation)[2])
+
+    def _at(self, indentation: ArrayQuantityLike) -> FloatArray:
+        return self.table.at(to_si_array(indentation, "m", name="indentation"))
+
+    def cite(self) -> tuple[str, ...]:
+        """References of the theory behind the law."""
+        return tuple(SOURCES[key] for key in self.references)
+
+    def remarks(self) -> tuple[str, ...]:
+        """What the law is, its range, errors, claims and sources, in lines."""
+        from pymdr.presentation.tables import about_lines
+
+        return tuple(about_lines(self._about()))
+
+    def _about(self) -> list[tuple[str, str, str]]:
+        from pymdr.presentation.tables import about_rows
+
+        first, last = self.range
+        told = {
+            "law": f"force, stiffness and radius over d, {self.table.knots.u.size} knots from d = {first!r} m to {last!r} m",
+            "course": self._course(),
+        }
+        for name in LAW_QUANTITIES:
+            told[f"measured error of {name}"] = (
+                f"{self.errors[name]:.2g} relative to {self.relative_to[name]}, the largest at {self.checks.sizes['check']} depths "
+                "against pymdr.solve"
+            )
+        return about_rows(self.contact, self.claims, self.assumptions, self.notes, self.cite(), told)
+
+    def _course(self) -> str:
+        """What holds outside the table, in words."""
+        form, first = self.table.form, self.range[0]
+        if isinstance(form, Tip):
+            pull = f", F = -{form.pull!r} N at first touch" if form.pull else ""
+            return f"below d = {first!r} m F ~ d^{form.power:.12g}, a ~ d^{form.radius_power:.12g}; d <= 0: no contact{pull}"
+        off = self.pull_off
+        assert off is not None
+        return (
+            "of a contact that is made: it begins at d = 0, where the surfaces touch and it jumps to "
+            f"F = {off.jump_in_force!r} N, a = {off.jump_in_radius!r} m, and is held down to d = {off.indentation!r} m, where it is lost "
+            f"from F = {off.normal_force!r} N; the largest pull on the way is {-off.largest_pull!r} N"
+        )
+
+    def _remarks(self) -> list[str]:
+        first, last = self.range
+        errors = ", ".join(f"{self.columns[name].words} {self.errors[name]:.1e}" for name in LAW_QUANTITIES)
+        lines = [
+            f"{self.table.knots.u.size} knots from d = {metres(first)} to {metres(last)}; largest errors: {errors}"
+        ]
+        if isinstance(self.table.form, Fold):
+            off = self.pull_off
+            assert off is not None
+            lines.append(f"lost at d = {metres(off.indentation)}, F = {newtons(off.normal_force)}")
+        else:
+            lines.append(
+                f"below the table F ~ d^{self.table.form.power:.6g}, a ~ d^{self.table.form.radius_power:.6g}"
+            )
+        return lines
+
+    def _table(self) -> tuple[tuple[list[str], list[str]], list[list[str]]]:
+        """Some of the knots, evenly among them."""
+        rows = np.unique(np.linspace(0, self.table.knots.u.size - 1, _SHOWN).round().astype(int))
+        return Study._table(replace(self, data=self.data.isel(knot=rows)))
+
+    def c_header(self, name: str = "contact") -> str:
+        """
+        The law as a C header: ``<name>_force(d)``, ``<name>_stiffness(d)``, ``<name>_radius(d)`` and ``<name>_law(d, &F, &k, &a)``.
+
+        Parameters
+        ----------
+        name : str
+            What names in the header begin with, a C identifier.
+
+        Returns
+        -------
+        str
+            C99 that compiles as C++ too, in SI units, with nothing to link but the mathematical functions.
+
+        Raises
+        ------
+        ProblemError
+            If the name is no identifier.
+        """
+        knots, form, off = self.table.knots, self.table.form, self.pull_off
+        constants = {
+            "LARGEST_INDENTATION": (self.range[1], "m"),
+            "SMALLEST_INDENTATION": (self.range[0], "m"),
+        }
+        if off is not None:
+            constants |= {
+                "JUMP_IN_INDENTATION": (0.0, "m"),
+                "JUMP_IN_FORCE": (off.jump_in_force, "N"),
+                "JUMP_IN_RADIUS": (off.jump_in_radius, "m"),
+                "PULL_OFF_INDENTATION": (off.indentation, "m"),
+                "PULL_OFF_FORCE": (off.normal_force, "N"),
+                "PULL_OFF_RADIUS": (off.contact_radius, "m"),
+                "LARGEST_PULL": (-off.largest_pull, "N"),
+            }
+        constants |= {f"ERROR_OF_{q.split('_')[-1].upper()}": (self.errors[q], "") for q in LAW_QUANTITIES}
+        return c_header(
+            HeaderData(
+                name=name,
+                remarks=self.remarks(),
+                constants=constants,
+                columns={
+                    "u": knots.u,
+                    "y": knots.y,
+                    "y_slope": knots.y_slope,
+                    "z": knots.z,
+                    "z_slope": knots.z_slope,
+                },
+                tip=(form.power, form.radius_power, form.pull) if isinstance(form, Tip) else None,
+                least=self.table.least,
+            )
+        )
+
+    def to_csv(
+        self, file: str | os.PathLike[str], *, units: Mapping[str, str] | None = None, about: bool = True
+    ) -> None:
+        """
+        Write the knots to a CSV file; errors, what holds outside, claims and sources stand above its header.
+
+        Parameters
+        ----------
+        file : path
+            For example "ball.csv"; :func:`pymdr.read_record` reads it back.
+        units : mapping of str to str, optional
+            Name of a quantity -> unit; SI units unless given.
+        about : bool
+            Whether anything stands above the header, in lines that begin with ``#``.
+        """
+        super().to_csv(file, units=units, about=about)
+
+    def to_c(self, file: str | os.PathLike[str], *, name: str | None = None) -> None:
+        """
+        Write the C header, whole or not at all.
+
+        Parameters
+        ----------
+        file : path
+            For example "ball.h".
+        name : str, optional
+            As for :meth:`c_header`; that of the file unless given.
+        """
+        from pymdr.presentation.files import named_file, write_whole
+
+        text = self.c_header(named_file(file, "write").stem if name is None else name)
+        write_whole(file, lambda beside: beside.write_text(text, encoding="ascii"))
+
+    def plot(self) -> Figure:
+        """The law, and its errors against :func:`pymdr.solve` at depths between the knots."""
+        from pymdr.presentation.plot import law_study
+
+        form, last = self.table.form, self.table.last
+        if isinstance(form, Fold):
+            d, held_to = form.depth(np.linspace(0.0, float(self.table.knots.u[-1]), _DRAWN)), form.off
+        else:
+            least = min(self.table.first, _DECADES_DRAWN * last)
+            d, held_to = np.geomspace(least, last, _DRAWN), None
+        d = np.minimum(d, last)
+        knots = self.data.isel(knot=self.data["indentation"].values >= d[0])
+        return law_study(knots, (d, self.table.at(d)[0]), self.checks, self.tolerance, held_to)

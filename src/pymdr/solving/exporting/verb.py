@@ -1,0 +1,245 @@
+"""The law of a contact as a table with a stated error."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+import xarray as xr
+
+from pymdr.errors import ConvergenceError, ProblemError
+from pymdr.interpretation.validity import Claim, approximated
+from pymdr.presentation.text import largest_error
+from pymdr.problem.contact import Contact
+from pymdr.problem.laws import MaugisDugdale
+from pymdr.problem.paths import LoadingPath, Path, indent
+from pymdr.problem.profiles import ForceCurve, Shape
+from pymdr.problem.values import within_range
+from pymdr.quantities import quantity
+from pymdr.result import Result
+from pymdr.solving.bands import scatter_of
+from pymdr.solving.exporting.knots import adapted
+from pymdr.solving.exporting.sources import Fold, Form, Tip, source_of
+from pymdr.solving.exporting.value import LAW_QUANTITIES, ContactLaw, Table
+from pymdr.solving.pulloff import pull_off
+from pymdr.solving.verb import solve
+from pymdr.units import FloatArray, QuantityLike, metres, shown, to_si
+
+_BETWEEN = np.array([0.02, 0.07, 0.18, 0.31, 0.46, 0.57, 0.72, 0.83, 0.96])
+"""Of every interval: where the law is held against `solve`, none of them where the knots were chosen."""
+_BELOW = 73
+"""Depths below the first knot, over twelve decades."""
+_TIGHTEST, _LOOSEST = 1e-7, 1e-2
+"""Tolerances; below, the rounding of d - d_off is seen where a contact is lost."""
+_FEW, _FINER = 33, 0.3
+_OF_A_PATH = ("jumped into contact", "bands are")
+"""Beginnings of notes on what is not in a law."""
+
+
+def export_law(contact: Contact, to: QuantityLike, *, tolerance: float = 1e-6) -> ContactLaw:
+    """
+    The normal force, stiffness and contact radius over the indentation, as a table with a stated error.
+
+    Without adhesion, or with DMT, the cubic Hermite interpolant is that of ln F over ln d, with its exact slope d k / F, and
+    below the first knot the power law to which the tip tends; with JKR that of F over sqrt(d - d_off), from the pull-off
+    under displacement control on. Knots are halved where the force, its derivative or the radius err by more than the
+    tolerance; the finished law is held against :func:`pymdr.solve` between all knots and far below the first.
+
+    Parameters
+    ----------
+    contact : Contact
+        Of elastic bodies of revolution: half-spaces, graded or layered, without adhesion or with JKR or DMT. Friction is not
+        in the law.
+    to : quantity
+        The largest indentation in m.
+    tolerance : float
+        Largest relative error of force, stiffness and radius, 1e-7 to 1e-2. With adhesion that of the force is relative to
+        its size plus the largest pull, and under JKR that of the stiffness to its size plus that of the contact held at its radius
+        of the pull-off: both pass through 0.
+
+    Returns
+    -------
+    ContactLaw
+
+    Raises
+    ------
+    ProblemError
+        If the contact has no law with one value at each depth and a radius, its disk is not certified at some depth, or the
+        tolerance is beyond its limits.
+    PathError
+        If the depth cannot be reached.
+    ConvergenceError
+        If the tolerance cannot be met.
+
+    Examples
+    --------
+    >>> from pymdr.problem.materials import Elastic
+    >>> from pymdr.problem.profiles import Sphere
+    >>> ball = Contact(Sphere("10 mm"), Elastic("210 GPa", 0.3))
+    >>> law = export_law(ball, "10 um")
+    >>> exact = solve(ball, indent("3 um"))["normal_force"][0]
+    >>> bool(abs(law.force("3 um") / exact - 1) < 1e-6), max(law.errors.values()) < 1e-6
+    (True, True)
+    """
+    deepest = _depth(to)
+    check_lawful(contact, tolerance)
+    alone = replace(contact, friction=None)
+    plain = _solved(alone, np.geomspace(1e-9, 1.0, _FEW) * deepest)
+    source = source_of(alone, deepest, tolerance)
+    # an error may be larger between the places at which the knots were chosen
+    for share in (1.0, _FINER):
+        knots = adapted(source.sample, source.marks, source.form.error, share * tolerance)
+        table = Table(source.form, knots, deepest)
+        checks, exact = _checked_against_solve(table, alone)
+        errors = {name: float(np.max(checks[name].values)) for name in LAW_QUANTITIES}
+        worst = max(errors, key=lambda name: errors[name])
+        if errors[worst] <= tolerance:
+            break
+    else:
+        raise ConvergenceError(
+            f"export_law: the {quantity(worst).words} between the knots errs by {errors[worst]:.2g}, above the tolerance of "
+            f"{tolerance:g}; ask for a larger tolerance, or smooth the profile"
+        )
+    return ContactLaw(
+        contact=contact,
+        tolerance=tolerance,
+        data=table.data(),
+        claims=_claims(exact, errors, knots.u.size),
+        assumptions=plain.assumptions,
+        notes=_notes(contact, plain),
+        errors=errors,
+        relative_to=_relative_to(source.form),
+        table=table,
+        checks=checks,
+        pull_off=None if contact.adhesion is None else pull_off(alone, pressed_to=deepest),
+        references=plain.references,
+    )
+
+
+def _depth(to: QuantityLike) -> float:
+    deepest = to_si(to, "m", name="to")
+    if not deepest > 0.0:
+        raise ProblemError(f"export_law: to = {shown(to)}; the largest indentation must be above 0 m")
+    return float(within_range(deepest, "m", "to", size=True))
+
+
+def check_lawful(contact: Contact, tolerance: float) -> None:
+    """
+    Refuse what has no law of the depth alone, or none with a radius.
+
+    Raises
+    ------
+    ProblemError
+        With the reason, or the limits of the tolerance.
+    """
+    if not isinstance(contact, Contact):
+        raise ProblemError(f"export_law: {shown(contact)} is not a Contact; write Contact(profile, body)")
+    if (
+        isinstance(tolerance, bool)
+        or not isinstance(tolerance, int | float)
+        or not _TIGHTEST <= tolerance <= _LOOSEST
+    ):
+        raise ProblemError(
+            f"export_law: tolerance = {shown(tolerance)}; a number from {_TIGHTEST:g} to {_LOOSEST:g} is needed, such as 1e-6"
+        )
+    kind = type(contact.profile).__name__
+    for refused, why in (
+        (
+            contact.remembers,
+            "a viscoelastic body has no law of the depth alone: its force depends on the time; give Elastic for the stiffness at one "
+            "time, or take the relaxation function to the other program",
+        ),
+        (
+            isinstance(contact.adhesion, MaugisDugdale),
+            "MaugisDugdale pulls before the surfaces touch and through a zone around the contact that a table of force, stiffness and "
+            "radius does not hold; give JKR or DMT, as adhesion_regime(contact) recommends",
+        ),
+        (
+            isinstance(contact.profile, Shape),
+            f"{kind} is not of revolution, and its contact has no radius; write the curve of solve(...) with Result.to_csv",
+        ),
+        (
+            isinstance(contact.profile, ForceCurve),
+            "a ForceCurve knows no contact radius; write the curve of solve(...) with Result.to_csv",
+        ),
+    ):
+        if refused:
+            raise ProblemError(f"export_law: {why}")
+
+
+def _solved(contact: Contact, depths: FloatArray) -> Result:
+    """Exact states at rising depths in m, all of which are disks."""
+    path: LoadingPath = Path(indentation=depths)
+    if contact.adhesion is not None:
+        # the branch of a contact that is made
+        path = indent(float(depths[-1])) >> Path(indentation=depths[::-1])
+    result = solve(contact, path)
+    claim = result.claims["contact_radius"]
+    if not claim.where.all() or not claim.readable:
+        at = result.data["indentation"].values[~claim.where]
+        below = depths[depths < np.nanmin(at)] if np.isfinite(at).any() else depths[:0]
+        remedy = f"; up to d = {metres(below[-1])} it is: export to there" if below.size else ""
+        raise ProblemError(f"export_law: the contact is not a disk at every depth: {claim.reason}{remedy}")
+    return result
+
+
+def _checked_against_solve(table: Table, contact: Contact) -> tuple[xr.Dataset, Result]:
+    """Errors of the law between the knots and below them, and the exact states."""
+    u, form = table.knots.u, table.form
+    wide = np.flatnonzero(np.diff(u) > 1e-8 * (np.abs(u[1:]) + u[-1] - u[0]))
+    d = form.depth((u[wide, None] + np.diff(u)[wide, None] * _BETWEEN).ravel())
+    if isinstance(form, Tip):
+        d = np.concatenate([float(form.depth(u[0])) * np.geomspace(1e-12, 1.0, _BELOW), d])
+    else:
+        d = d[d - form.off >= form.nearest]
+    d = np.unique(np.append(np.minimum(d, table.last), table.last))
+    exact = _solved(contact, d)
+    rows = slice(None) if contact.adhesion is None else slice(None, 0, -1)
+    force, stiffness, radius = (exact[name].values[rows] for name in LAW_QUANTITIES)
+    ours = table.at(d)
+    added = (form.pull, 0.0) if isinstance(form, Tip) else (form.force, form.stiffness)
+    columns = {
+        "normal_force": np.abs(ours[0] - force) / (np.abs(force) + added[0]),
+        "normal_stiffness": np.abs(ours[1] - stiffness) / (np.abs(stiffness) + added[1]),
+        "contact_radius": np.abs(ours[2] - radius) / radius,
+    }
+    checks = xr.Dataset(
+        {name: ("check", values, {"units": ""}) for name, values in columns.items()}
+        | {"indentation": ("check", d, {"units": "m"})}
+    )
+    return checks, exact
+
+
+def _claims(exact: Result, errors: Mapping[str, float], knots: int) -> dict[str, Claim]:
+    """The claims of the exact states, with the errors of the table."""
+    everywhere = np.ones(knots, dtype=bool)
+    claims: dict[str, Claim] = {}
+    for name in LAW_QUANTITIES:
+        claim = exact.claims[name]
+        own = np.full(knots, largest_error(claim) or 0.0)
+        whole = {name: replace(claim, where=everywhere, error=own)}
+        claims |= approximated(whole, "; as a table, whose errors are added", errors[name])
+    return claims
+
+
+def _notes(contact: Contact, result: Result) -> tuple[str, ...]:
+    notes = tuple(note for note in result.notes if not note.startswith(_OF_A_PATH))
+    if contact.friction is not None:
+        notes += ("friction is not in the law: the normal force does not depend on it",)
+    if scatter_of(contact.profile):
+        notes += ("the scatter of the profile is not in the law",)
+    return notes
+
+
+def _relative_to(form: Form) -> dict[str, str]:
+    """What errors are relative to, in words."""
+    words = {"normal_force": "the force", "normal_stiffness": "the stiffness", "contact_radius": "the radius"}
+    if isinstance(form, Fold):
+        words["normal_force"] = f"|F| + {form.force:.6g} N, the largest pull"
+        words["normal_stiffness"] = (
+            f"|k| + {form.stiffness:.6g} N/m, that of the contact held at its radius of the pull-off"
+        )
+    elif form.pull:
+        words["normal_force"] = f"|F| + {form.pull:.6g} N, the pull"
+    return words

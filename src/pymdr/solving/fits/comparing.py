@@ -1,0 +1,159 @@
+"""Which law a measured curve speaks for."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from pymdr.errors import ProblemError, PymdrError, QuantityError
+from pymdr.problem.contact import Contact
+from pymdr.problem.measured import MeasuredCurve
+from pymdr.problem.parameters import parameters_of
+from pymdr.solving.fits.fitting import FitResult, aicc, fit
+from pymdr.units import ArrayQuantityLike, QuantityLike, shown
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+@dataclass(frozen=True, kw_only=True)
+class LawComparison:
+    """Fits of several laws to one record, and what it says of them."""
+
+    fits: Mapping[str, FitResult]
+    """By the names of the laws."""
+    refusals: Mapping[str, str]
+    """Why the others could not be fitted."""
+    differences: Mapping[str, float]
+    """Of AICc from the smallest one."""
+    weights: Mapping[str, float]
+    """Akaike's: how likely each law is the best of those compared."""
+    samples: int
+    """That all of the fits use."""
+
+    @property
+    def best(self) -> str:
+        """The law with the largest weight."""
+        return max(self.weights, key=lambda name: self.weights[name])
+
+    def __getitem__(self, name: str) -> FitResult:
+        if name in self.refusals:
+            raise QuantityError(f"{name} could not be fitted: {self.refusals[name]}")
+        if name not in self.fits:
+            raise QuantityError(f"no law {shown(name)}; compared are {', '.join(self.fits)}")
+        return self.fits[name]
+
+    def summary(self) -> str:
+        """The laws by their weights."""
+        lines = [f"{len(self.fits)} laws over {self.samples} samples"]
+        for name in sorted(self.weights, key=lambda name: -self.weights[name]):
+            claim = self.fits[name].claims["normal_force"]
+            unmet = [a.words for a in self.fits[name].assumptions if not a.met]
+            lines.append(
+                f"{name}: weight {self.weights[name]:.3g}, AICc {self.differences[name]:.4g} above the best; "
+                + claim.level.value
+                + (f"; not met: {', '.join(unmet)}" if unmet else "")
+            )
+        lines += [f"{name}: {words}" for name, words in self.refusals.items()]
+        return "\n".join(lines)
+
+    def __str__(self) -> str:
+        return self.summary()
+
+    def plot(self) -> Figure:
+        """The record with the models of all laws, and what each leaves."""
+        from pymdr.presentation.plot import weighed_laws
+
+        return weighed_laws({name: one.data for name, one in self.fits.items()}, self.weights)
+
+
+def compare_laws(
+    contacts: Mapping[str, Contact],
+    curve: MeasuredCurve | Sequence[MeasuredCurve],
+    free: Sequence[str] | Mapping[str, ArrayQuantityLike | None],
+    *,
+    contact_point: QuantityLike | None = None,
+    baseline: QuantityLike | None = None,
+) -> LawComparison:
+    """
+    Fit several laws to one record and weigh them.
+
+    Parameters
+    ----------
+    contacts : mapping of str to Contact
+        The laws by the names that they are to have.
+    curve, contact_point, baseline
+        As for :func:`fit`.
+    free : sequence of str, or mapping of str to pair of quantities or None
+        What is looked for; every law takes what it has of it.
+
+    Returns
+    -------
+    LawComparison
+
+    Raises
+    ------
+    ProblemError
+        If fewer than two laws are given, none can be fitted, or one has nothing of what is looked for.
+
+    Notes
+    -----
+    AICc = n log(S/n) + 2 k + 2 k (k + 1)/(n - k - 1), with the sum of squares S over the samples that all fits use, k numbers and
+    the noise, and n independent samples: those of the law that leaves the least correlated differences. Akaike's weights are
+    exp(-difference/2) over their sum (Burnham and Anderson 2002, sections 2.4 and 2.9). They compare the laws that are given; that
+    one of them is right is not said. An adhesion that the record does not show is refused by :func:`fit`, and told here.
+
+    Examples
+    --------
+    >>> from pymdr.problem.materials import Elastic
+    >>> from pymdr.problem.profiles import Cone, Paraboloid
+    >>> depth = np.linspace(-1e-6, 1e-6, 101)
+    >>> noise = 1e-11 * np.random.default_rng(1).normal(size=depth.size)
+    >>> curve = MeasuredCurve(force=4e3 * np.maximum(depth, 0.0) ** 2 + noise, indentation=depth)
+    >>> gel = Elastic("10 kPa", 0.5)
+    >>> compare_laws({"ball": Contact(Paraboloid("5 um"), gel), "cone": Contact(Cone(slope=0.5), gel)}, curve, ["body.young"]).best
+    'cone'
+    """
+    if not isinstance(contacts, Mapping) or len(contacts) < 2:
+        raise ProblemError(
+            "compare_laws: two laws at least are needed, such as {'Hertz': Contact(...), 'JKR': Contact(...)}"
+        )
+    fits: dict[str, FitResult] = {}
+    refusals: dict[str, str] = {}
+    for name, contact in contacts.items():
+        own = {p.name for p in parameters_of(contact)}
+        taken = (
+            {key: free[key] for key in free if key in own}
+            if isinstance(free, Mapping)
+            else [key for key in free if key in own]
+        )
+        if not taken:
+            raise ProblemError(f"compare_laws: {name} has nothing of {', '.join(free)}")
+        try:
+            fits[name] = fit(contact, curve, taken, contact_point=contact_point, baseline=baseline)
+        except PymdrError as error:
+            refusals[name] = str(error)
+    if not fits:
+        raise ProblemError(f"compare_laws: no law can be fitted: {'; '.join(refusals.values())}")
+    used = np.logical_and.reduce([one.data["used"].values for one in fits.values()])
+    n = used.sum() / min(one.correlated for one in fits.values())
+    criteria = {name: _aicc(one, used, n) for name, one in fits.items()}
+    least = min(criteria.values())
+    differences = {name: value - least for name, value in criteria.items()}
+    likely = {name: math.exp(-0.5 * value) for name, value in differences.items()}
+    return LawComparison(
+        fits=fits,
+        refusals=refusals,
+        differences=differences,
+        weights={name: value / sum(likely.values()) for name, value in likely.items()},
+        samples=int(used.sum()),
+    )
+
+
+def _aicc(found: FitResult, used: np.ndarray, n: float) -> float:
+    mean_square = float((found.data["residual"].values[used] ** 2).mean())
+    return aicc(mean_square, n, len(found.values))

@@ -1,0 +1,256 @@
+"""The forces of contacts that differ in one number and in their scale, as tables that fits of many curves read."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from pymdr.errors import ProblemError, PymdrError
+from pymdr.mapping.moduli import effective_moduli
+from pymdr.problem.contact import Contact
+from pymdr.problem.laws import DMT, JKR
+from pymdr.problem.materials import Elastic, Rigid
+from pymdr.problem.parameters import parameters_of, with_parameters
+from pymdr.solving.fits.forces import AdhesiveForces, Forces, forces_of
+from pymdr.solving.fits.unknowns import Unknown
+from pymdr.units import FloatArray, written
+
+_CELLS, _RUNGS = 256, 96
+_WORKS = (1e-6, 1.0)
+"""Of the modulus times the depth."""
+_SIZES = (0.1, 10.0)
+"""Of what the contact says."""
+WORK = "adhesion.work"
+_PROBES = 7
+
+
+@dataclass(frozen=True)
+class Ways:
+    """
+    How unknowns move the two numbers of a family: the logarithm of its scale, and the number in which it differs.
+
+    The forces of elastic bodies of moduli and work s E and s w are s times those of E and w.
+    """
+
+    unknowns: tuple[Unknown, ...]
+    scale: int | None
+    """Which unknown is the modulus."""
+    shape: int | None
+    """Which unknown is the number of the family."""
+    work: Unknown | None
+    """The work of adhesion, where the modulus is looked for too: the family differs in the work over the scale."""
+    share: float
+    """Of the compliance of both bodies that is the one whose modulus is looked for."""
+
+    @property
+    def is_tied(self) -> bool:
+        """Whether the scale alone moves both numbers."""
+        return self.work is not None and self.shape is None
+
+    @property
+    def number(self) -> Unknown | None:
+        """In which the family differs."""
+        return self.work if self.shape is None else self.unknowns[self.shape]
+
+    def columns(self) -> FloatArray:
+        """Rates of the two numbers over the free numbers of the unknowns, shape (2, unknowns)."""
+        rates = np.zeros((2, len(self.unknowns)))
+        if self.scale is not None:
+            rates[0, self.scale] = 1.0
+            rates[1, self.scale] = -1.0 if self.work is not None else 0.0
+        if self.shape is not None:
+            rates[1, self.shape] = 1.0
+        return rates
+
+    def values(self, log_scale: FloatArray, number: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Values of the unknowns and their rates over their free numbers, shape (curves, unknowns) each."""
+        values = np.empty((log_scale.size, len(self.unknowns)))
+        rates = np.empty_like(values)
+        for i, unknown in enumerate(self.unknowns):
+            if i == self.scale:
+                own = np.exp(-log_scale) - (1.0 - self.share)
+                values[:, i] = np.where(
+                    own > 0.0, unknown.start * self.share / np.where(own > 0.0, own, 1.0), np.inf
+                )
+                rates[:, i] = values[:, i] ** 2 / (unknown.start * self.share) * np.exp(-log_scale)
+            else:
+                free = number + log_scale if self.work is not None else number
+                values[:, i] = [unknown.from_free(float(x)) for x in free]
+                rates[:, i] = [unknown.rate(float(v)) for v in values[:, i]]
+        return values, rates
+
+
+def ways_of(contact: Contact, unknowns: Sequence[Unknown]) -> Ways | None:
+    """The ways of a contact's unknowns; None where they are not those of one scale and one number."""
+    if contact.remembers or contact.friction is not None:
+        return None
+    if contact.adhesion is not None and not isinstance(contact.adhesion, JKR | DMT):
+        return None
+    moduli = [p.name for p in parameters_of(contact) if p.unit == "Pa"]
+    share = 1.0
+    scale = next((i for i, u in enumerate(unknowns) if u.name in moduli), None)
+    others = [i for i in range(len(unknowns)) if i != scale]
+    if scale is not None:
+        bodies = {
+            "body.young": (contact.body, contact.counterbody),
+            "counterbody.young": (contact.counterbody, contact.body),
+        }
+        own, other = bodies.get(unknowns[scale].name, (None, None))
+        if isinstance(own, Elastic) and (other is None or isinstance(other, Elastic | Rigid)):
+            share = (
+                (1.0 - own.poisson**2)
+                / own.young
+                * effective_moduli(contact.body, contact.counterbody).normal
+            )
+        elif len(moduli) > 1:
+            return None
+    adhesive = contact.adhesion is not None and scale is not None
+    if len(others) > 1 or (others and adhesive and unknowns[others[0]].name != WORK):
+        return None
+    work = None
+    if adhesive:
+        value = contact.adhesion.work  # type: ignore[union-attr]
+        work = Unknown(WORK, "J/m^2", 0.0, math.inf, value)
+    return Ways(tuple(unknowns), scale, others[0] if others else None, work, share)
+
+
+@dataclass(frozen=True, eq=False)
+class Family:
+    """
+    Forces over the root of the depth beyond the fold, one row for each rung of a ladder of numbers.
+
+    Of a member whose fold is at d_f the columns stand at d = d_f + (deepest - d_f) r^2, r from 0 to 1.
+    """
+
+    forces: FloatArray
+    """In N."""
+    slopes: FloatArray
+    """dF/dr in N."""
+    folds: FloatArray
+    """In m."""
+    first: float
+    step: float
+    """Of the free numbers of the rungs."""
+    deepest: float
+    """In m."""
+    members: tuple[Forces, ...]
+
+    @property
+    def table(self) -> tuple[FloatArray, FloatArray, FloatArray, float, float, float]:
+        """What the kernels read."""
+        return self.forces, self.slopes, self.folds, self.first, self.step, self.deepest
+
+    @cached_property
+    def error(self) -> float:
+        """The largest difference between cells from the forces themselves, in parts of a member's range."""
+        worst, roots = 0.0, (np.arange(0, _CELLS, 3) + 0.5) / _CELLS
+        for forces, row, slope, fold in zip(self.members, self.forces, self.slopes, self.folds, strict=True):
+            exact, _ = forces.at(fold + (self.deepest - fold) * roots**2)
+            cell = np.arange(0, _CELLS, 3)
+            between = 0.5 * (row[cell] + row[cell + 1]) + (slope[cell] - slope[cell + 1]) / (8.0 * _CELLS)
+            worst = max(worst, float(np.abs(between - exact).max() / np.ptp(row)))
+        return worst
+
+
+def family_of(contact: Contact, ways: Ways, deepest: float, bounds: tuple[float, float] | None) -> Family:
+    """
+    The tables of a contact.
+
+    Parameters
+    ----------
+    contact : Contact
+    ways : Ways
+    deepest : float
+        Largest depth in m that is read.
+    bounds : pair of float or None
+        Of the number in which the family differs, in its unit.
+
+    Raises
+    ------
+    PymdrError
+        If the contact can be computed at none of the numbers.
+    """
+    number = ways.number
+    if number is None:
+        members, rungs = [forces_of(contact, deepest, 0.0, None)], np.zeros(1)
+    else:
+        members, rungs = _members(contact, number, _ladder(contact, number, deepest, bounds), deepest)
+    rows = [_row(forces, deepest) for forces in members]
+    step = float(rungs[1] - rungs[0]) if rungs.size > 1 else 1.0
+    return Family(
+        np.array([row[0] for row in rows]),
+        np.array([row[1] for row in rows]),
+        np.array([forces.fold for forces in members]),
+        float(rungs[0]),
+        step,
+        deepest,
+        tuple(members),
+    )
+
+
+def _members(
+    contact: Contact, number: Unknown, rungs: FloatArray, deepest: float
+) -> tuple[list[Forces], FloatArray]:
+    """The longest stretch of rungs at which the contact can be computed."""
+    found: list[tuple[float, Forces]] = []
+    failure: PymdrError | None = None
+    for rung in rungs:
+        try:
+            forces = _reaching(contact, number, float(rung), deepest)
+        except PymdrError as error:
+            failure = error
+            if len(found) >= 4:
+                break
+            found = []
+        else:
+            found.append((float(rung), forces))
+    if len(found) < 4:
+        assert failure is not None
+        raise failure
+    return [forces for _, forces in found], np.array([rung for rung, _ in found])
+
+
+def _reaching(contact: Contact, number: Unknown, rung: float, deepest: float) -> Forces:
+    value = number.from_free(rung)
+    forces = forces_of(with_parameters(contact, {number.name: value}), deepest, 0.0, None)
+    if isinstance(forces, AdhesiveForces) and forces.depth[-1] < deepest:
+        raise ProblemError(
+            f"fit_map: with {number.name} = {written(value, number.unit)} the profile ends before {written(deepest, 'm')} deep"
+        )
+    return forces
+
+
+def _ladder(
+    contact: Contact, number: Unknown, deepest: float, bounds: tuple[float, float] | None
+) -> FloatArray:
+    """Free numbers at even steps."""
+    if (
+        bounds is not None
+        and all(math.isfinite(end) for end in bounds)
+        and (bounds[0] > 0.0 or not number.is_size)
+    ):
+        low, high = bounds
+    elif number.unit == "J/m^2":
+        modulus = max(p.value for p in parameters_of(contact) if p.unit == "Pa")
+        low, high = (part * modulus * deepest for part in _WORKS)
+    elif number.is_size:
+        low, high = (part * number.start for part in _SIZES)
+    else:
+        width = min(0.5 * abs(number.start) or 1.0, number.high - number.start, number.start - number.low)
+        low, high = number.start - 0.9 * width, number.start + 0.9 * width
+    low, high = max(low, number.low), min(high, number.high)
+    return np.linspace(number.to_free(low), number.to_free(high), _RUNGS)
+
+
+def _row(forces: Forces, deepest: float) -> tuple[FloatArray, FloatArray]:
+    """Forces and their slopes over the root."""
+    r, reach = np.linspace(0.0, 1.0, _CELLS + 1), deepest - forces.fold
+    if isinstance(forces, AdhesiveForces):
+        value, slope = forces.over_root(r * math.sqrt(reach))
+        return value, slope * math.sqrt(reach)
+    value, stiffness = forces.at(forces.fold + reach * r * r)
+    return value, stiffness * 2.0 * r * reach

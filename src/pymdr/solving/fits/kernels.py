@@ -1,0 +1,551 @@
+"""Compiled least squares of one family of forces: thousands of curves, one after another. Loads numba."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pymdr.compiling import compiled
+from pymdr.units import FloatArray
+
+SCALE, SHAPE, POINT, BASE = range(4)
+"""Columns: logarithms of the scale of the forces and of the number in which the family differs, contact point in m, and
+baseline in N."""
+SETTLED, UNSETTLED, NO_CONTACT, UNREAD, AT_END = range(5)
+"""How the fit of a curve ended."""
+_FEW, _TRIALS, _RUNGS, _KEPT = 128, 25, 14, 3
+_ASIDE = 1.0
+"""Of the logarithm of the number of the family."""
+_ITERATIONS, _POLISH = 60, 100
+_ROUGHLY, _ENOUGH, _STUCK = 1e-4, 1e-9, 1e8
+_NEWTON = 30
+_BEYOND = 0.25
+_FULLY_OUT = 0.3
+_BLIND = 1e-13
+_SEEN = 25.0
+_OUTSIDE = 1.02
+"""Of the reach of the family in the root of the depth."""
+
+
+@compiled
+def _row(
+    forces: FloatArray,
+    slopes: FloatArray,
+    folds: FloatArray,
+    first: float,
+    step: float,
+    at: float,
+    out: FloatArray,
+) -> tuple[float, float]:
+    """
+    The member of the family at one logarithm: its fold and the rate of the fold.
+
+    Forces, their slopes over the root, and the rates of both stand in the rows of `out`; cubic in the logarithm.
+    """
+    rungs = folds.size
+    if rungs == 1:
+        out[0], out[1], out[2], out[3] = forces[0], slopes[0], 0.0, 0.0
+        return folds[0], 0.0
+    k = min(max(int((at - first) / step) - 1, 0), rungs - 4)
+    t = (at - first) / step - k
+    weight, rate = np.empty(4), np.empty(4)
+    for i in range(4):
+        w, r = 1.0, 0.0
+        for j in range(4):
+            if j != i:
+                r = r * (t - j) / (i - j) + w / (i - j)
+                w *= (t - j) / (i - j)
+        weight[i], rate[i] = w, r / step
+    fold, fold_rate = 0.0, 0.0
+    for i in range(4):
+        # powers of the number, near enough
+        part = math.log(-folds[k + i]) if folds[0] < 0.0 else folds[k + i]
+        fold += weight[i] * part
+        fold_rate += rate[i] * part
+    if folds[0] < 0.0:
+        fold = -math.exp(fold)
+        fold_rate *= fold
+    for j in range(forces.shape[1]):
+        a, b, c, d = 0.0, 0.0, 0.0, 0.0
+        for i in range(4):
+            a += weight[i] * forces[k + i, j]
+            b += weight[i] * slopes[k + i, j]
+            c += rate[i] * forces[k + i, j]
+            d += rate[i] * slopes[k + i, j]
+        out[0, j], out[1, j], out[2, j], out[3, j] = a, b, c, d
+    return fold, fold_rate
+
+
+@compiled
+def _read(values: FloatArray, slopes: FloatArray, r: float) -> tuple[float, float]:
+    """Value and slope at a root between 0 and 1, by the cubic of Hermite."""
+    cells = values.size - 1
+    x = r * cells
+    j = min(int(x), cells - 1)
+    t, h = x - j, 1.0 / cells
+    a, b = values[j], values[j + 1]
+    u, v = slopes[j] * h, slopes[j + 1] * h
+    c3 = 2.0 * (a - b) + u + v
+    c2 = 3.0 * (b - a) - 2.0 * u - v
+    return a + t * (u + t * (c2 + t * c3)), (u + t * (2.0 * c2 + 3.0 * t * c3)) / h
+
+
+@compiled
+def _first_root(row: FloatArray, reach: float, soft: float) -> float:
+    """The root at which the machine lets go: where the travel reach r^2 + soft F(r) is smallest."""
+    if soft == 0.0:
+        return 0.0
+    cells = row.shape[1] - 1
+    best, where = math.inf, 0
+    for j in range(cells + 1):
+        r = j / cells
+        travel = reach * r * r + soft * row[0, j]
+        if travel < best:
+            best, where = travel, j
+    low, high = max(where - 1, 0) / cells, min((where + 1) / cells, 1.0)
+    for _ in range(50):
+        middle = 0.5 * (low + high)
+        if 2.0 * reach * middle + soft * _read(row[0], row[1], middle)[1] < 0.0:
+            low = middle
+        else:
+            high = middle
+    return float(0.5 * (low + high))
+
+
+@compiled
+def _turn(gain: FloatArray, first: int, last: int, way: int) -> int:
+    """The sample, going from `first` to before `last`, up to which being in contact fits best."""
+    total, best, where = 0.0, 0.0, first - way
+    i = first
+    while i != last:
+        total += gain[i]
+        if total > best:
+            best, where = total, i
+        i += way
+    return where
+
+
+@compiled
+def _model(
+    place: FloatArray,
+    force: FloatArray,
+    theta: FloatArray,
+    member: tuple[FloatArray, float, float, float],
+    softness: float,
+    root: FloatArray,
+    gain: FloatArray,
+    out: FloatArray,
+    touches: NDArray[np.bool_],
+) -> None:
+    """Forces of the model and their rates over scale, shape and contact point, in the columns of `out`, and what touches."""
+    row, fold, fold_rate, deepest = member
+    scale, reach = math.exp(theta[SCALE]), deepest - fold
+    soft = softness * scale
+    start = _first_root(row, reach, soft)
+    first_travel = fold + reach * start * start + soft * _read(row[0], row[1], start)[0]
+    deepest_at = 0
+    for i in range(place.size):
+        if place[i] > place[deepest_at]:
+            deepest_at = i
+        travel = place[i] - theta[POINT]
+        r = start
+        if travel > first_travel:
+            if soft == 0.0:
+                r = min(math.sqrt((travel - fold) / reach), _OUTSIDE)
+            else:
+                r = min(max(root[i], start + 1e-9), _OUTSIDE)
+                for _ in range(_NEWTON):
+                    value, slope = _read(row[0], row[1], r)
+                    off = fold + reach * r * r + soft * value - travel
+                    moved = r - off / max(2.0 * reach * r + soft * slope, 1e-6 * reach)
+                    moved = min(max(moved, 0.5 * (r + start)), _OUTSIDE)
+                    done = abs(moved - r) < 1e-12
+                    r = moved
+                    if done:
+                        break
+        root[i] = r
+        value, slope = _read(row[0], row[1], r)
+        over_shape, _ = _read(row[2], row[3], r)
+        out[i, 0] = scale * value
+        if travel > first_travel:
+            stretch = 2.0 * reach * max(r, 1e-4) + soft * slope
+            share = scale * slope / max(stretch, 1e-4 * reach)
+            out[i, 1] = scale * value - share * soft * value
+            out[i, 2] = scale * over_shape - share * (fold_rate * (1.0 - r * r) + soft * over_shape)
+            out[i, 3] = -share
+        else:
+            out[i, 1], out[i, 2], out[i, 3] = scale * value, scale * over_shape, 0.0
+        touches[i] = travel > 0.0
+        gain[i] = 0.0
+        if -first_travel >= travel >= (1.0 + _BEYOND) * first_travel and first_travel < 0.0:
+            measured = force[i] - theta[BASE]
+            gain[i] = measured * measured - (measured - out[i, 0]) ** 2
+    if first_travel < 0.0:
+        before = _turn(gain, deepest_at - 1, -1, -1)
+        after = _turn(gain, deepest_at + 1, place.size, 1)
+        for i in range(place.size):
+            travel = place[i] - theta[POINT]
+            if -first_travel >= travel >= (1.0 + _BEYOND) * first_travel:
+                touches[i] = before <= i <= after
+    for i in range(place.size):
+        if not touches[i]:
+            out[i, 0], out[i, 1], out[i, 2], out[i, 3] = 0.0, 0.0, 0.0, 0.0
+
+
+@compiled
+def _misfit(force: FloatArray, base: float, out: FloatArray, used: NDArray[np.bool_]) -> float:
+    total = 0.0
+    for i in range(force.size):
+        if used[i]:
+            difference = force[i] - base - out[i, 0]
+            total += difference * difference
+    return total
+
+
+@compiled
+def _normal(
+    force: FloatArray,
+    base: float,
+    out: FloatArray,
+    used: NDArray[np.bool_],
+    ways: FloatArray,
+    square: FloatArray,
+    side: FloatArray,
+) -> None:
+    """The normal equations of the free numbers."""
+    full, right = np.zeros((4, 4)), np.zeros(4)
+    rates = np.empty(4)
+    for i in range(force.size):
+        if used[i]:
+            difference = force[i] - base - out[i, 0]
+            rates[0], rates[1], rates[2], rates[3] = out[i, 1], out[i, 2], out[i, 3], 1.0
+            for p in range(4):
+                right[p] += rates[p] * difference
+                for q in range(p + 1):
+                    full[p, q] += rates[p] * rates[q]
+    for p in range(4):
+        for q in range(p):
+            full[q, p] = full[p, q]
+    for p in range(side.size):
+        side[p] = 0.0
+        for i in range(4):
+            side[p] += ways[i, p] * right[i]
+        for q in range(side.size):
+            square[p, q] = 0.0
+            for i in range(4):
+                for j in range(4):
+                    square[p, q] += ways[i, p] * full[i, j] * ways[j, q]
+
+
+@compiled
+def _solve(square: FloatArray, damping: float, side: FloatArray, out: FloatArray) -> None:
+    """Solve normal equations, whose diagonal is made 1 and then 1 + damping, by Cholesky; what is not told stays 0."""
+    m = side.size
+    lower, size = np.zeros((m, m)), np.empty(m)
+    for p in range(m):
+        size[p] = math.sqrt(square[p, p]) if square[p, p] > 0.0 else 1.0
+    for p in range(m):
+        for q in range(p + 1):
+            value = square[p, q] / (size[p] * size[q])
+            if p == q:
+                value += damping
+            for i in range(q):
+                value -= lower[p, i] * lower[q, i]
+            if p == q:
+                lower[p, p] = math.sqrt(value) if value > _BLIND else math.inf
+            else:
+                lower[p, q] = value / lower[q, q]
+    for p in range(m):
+        value = side[p] / size[p]
+        for i in range(p):
+            value -= lower[p, i] * out[i]
+        out[p] = value / lower[p, p]
+    for p in range(m - 1, -1, -1):
+        value = out[p]
+        for i in range(p + 1, m):
+            value -= lower[i, p] * out[i]
+        out[p] = value / lower[p, p]
+    for p in range(m):
+        out[p] /= size[p]
+
+
+@compiled
+def _descend(
+    place: FloatArray,
+    force: FloatArray,
+    used: NDArray[np.bool_],
+    theta: FloatArray,
+    ways: FloatArray,
+    family: tuple[FloatArray, FloatArray, FloatArray, float, float, float],
+    softness: float,
+    most: int,
+    enough: float,
+    root: FloatArray,
+    square: FloatArray,
+    touches: NDArray[np.bool_],
+    out: FloatArray,
+) -> tuple[float, bool]:
+    """Least squares by Levenberg and Marquardt; `theta`, `out`, `square` and `touches` are left at the best place."""
+    forces, slopes, folds, first, step, deepest = family
+    n, m = place.size, ways.shape[1]
+    row = np.empty((4, forces.shape[1]))
+    gain, side, trial, step_x, moved = np.empty(n), np.empty(m), np.empty((n, 4)), np.empty(m), np.empty(4)
+    touching = np.empty(n, dtype=np.bool_)
+    last = first + step * (folds.size - 1)
+    fold, fold_rate = _row(forces, slopes, folds, first, step, theta[SHAPE], row)
+    _model(place, force, theta, (row, fold, fold_rate, deepest), softness, root, gain, out, touches)
+    misfit = _misfit(force, theta[BASE], out, used)
+    damping, settled, fresh = 1e-3, False, True
+    for _ in range(most):
+        if fresh:
+            _normal(force, theta[BASE], out, used, ways, square, side)
+        _solve(square, damping, side, step_x)
+        for i in range(4):
+            moved[i] = theta[i]
+            for p in range(m):
+                moved[i] += ways[i, p] * step_x[p]
+        moved[SCALE] = min(max(moved[SCALE], theta[SCALE] - 3.0), theta[SCALE] + 3.0)
+        if folds.size > 1:
+            moved[SHAPE] = min(max(moved[SHAPE], first), last)
+            if moved[SHAPE] != theta[SHAPE]:
+                fold, fold_rate = _row(forces, slopes, folds, first, step, moved[SHAPE], row)
+        _model(place, force, moved, (row, fold, fold_rate, deepest), softness, root, gain, trial, touching)
+        found = _misfit(force, moved[BASE], trial, used)
+        if found <= misfit:
+            gained = misfit - found
+            misfit, fresh = found, True
+            theta[:], out[:, :], touches[:] = moved, trial, touching
+            damping = max(0.1 * damping, 1e-12)
+            if gained <= enough * misfit:
+                settled = True
+                break
+        else:
+            fresh = False
+            damping *= 8.0
+            if damping > _STUCK:
+                settled = True
+                break
+    _normal(force, theta[BASE], out, used, ways, square, side)
+    return misfit, settled
+
+
+@compiled
+def _start(
+    place: FloatArray,
+    force: FloatArray,
+    known: FloatArray,
+    free: NDArray[np.bool_],
+    tied: bool,
+    family: tuple[FloatArray, FloatArray, FloatArray, float, float, float],
+    softness: float,
+    rungs: NDArray[np.int64],
+    found: FloatArray,
+) -> None:
+    """The best place of every rung: misfit, four numbers, and how far its largest pull is off, in the rows of `found`."""
+    forces, slopes, folds, first, step, deepest = family
+    n = place.size
+    depth = place - softness * force
+    low, high, deepest_at = depth.min(), depth.max(), int(np.argmax(depth))
+    few = max(3, n // 20)
+    level = np.median(force[:few])
+    pull = min(force.min() - level, 0.0)
+    trials = _TRIALS if free[POINT] else 1
+    for k in range(rungs.size):
+        rung = rungs[k]
+        fold, reach = folds[rung], deepest - folds[rung]
+        found[k, 0], found[k, 5] = math.inf, math.inf
+        for i in range(trials):
+            point = known[POINT] - softness * level
+            if free[POINT]:
+                point = high - (high - low) * (1.0 - 0.99 * i / (trials - 1))
+            s, sf, sm, smm, smf, sff = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+            for j in range(n):
+                value, d = 0.0, depth[j] - point
+                held = j > deepest_at and d >= fold and force[j] - level < _FULLY_OUT * pull
+                if d > 0.0 or held:
+                    value = _read(forces[rung], slopes[rung], min(math.sqrt((d - fold) / reach), _OUTSIDE))[0]
+                s += 1.0
+                sf += force[j] - level
+                sm += value
+                smm += value * value
+                smf += value * (force[j] - level)
+                sff += (force[j] - level) ** 2
+            base, scale = known[BASE] - level, math.exp(known[SCALE])
+            if tied:
+                # known is the product of the scale with the number of the rung
+                scale = math.exp(known[SCALE] + known[SHAPE] - first - step * rung)
+            if tied or not free[SCALE]:
+                if free[BASE]:
+                    base = (sf - scale * sm) / s
+            elif free[BASE]:
+                power = smm - sm * sm / s
+                scale = (smf - sm * sf / s) / power if power > 0.0 else -1.0
+                base = (sf - scale * sm) / s
+            else:
+                scale = (smf - base * sm) / smm if smm > 0.0 else -1.0
+            if scale <= 0.0:
+                continue
+            misfit = (
+                sff
+                - 2.0 * (base * sf + scale * smf)
+                + 2.0 * base * scale * sm
+                + base * base * s
+                + scale * scale * smm
+            )
+            if misfit < found[k, 0]:
+                found[k, 0] = misfit
+                found[k, 1] = math.log(scale)
+                found[k, 2] = first + step * rung
+                # the deflection was taken off with the baseline in it
+                found[k, 3] = point + softness * (base + level) if free[POINT] else known[POINT]
+                found[k, 4] = base + level
+                found[k, 5] = abs(scale * forces[rung].min() - pull)
+
+
+@compiled
+def fit_curve(
+    place: FloatArray,
+    force: FloatArray,
+    known: FloatArray,
+    free: NDArray[np.bool_],
+    tied: bool,
+    ways: FloatArray,
+    family: tuple[FloatArray, FloatArray, FloatArray, float, float, float],
+    softness: float,
+    adhesive: bool,
+    theta: FloatArray,
+    covariance: FloatArray,
+    residual: FloatArray,
+    used: NDArray[np.bool_],
+) -> tuple[int, float, float]:
+    """
+    Fit one curve: how it ended, the sum of squares in N^2, and the largest depth in m.
+
+    `theta`, the inverse of the normal equations, residuals and what was used are left in the last four.
+    """
+    n, m = place.size, ways.shape[1]
+    covariance[:, :], residual[:], used[:] = math.nan, math.nan, False
+    theta[:] = math.nan
+    if n < 2 * m + 2 or not np.all(np.isfinite(force)) or not np.all(np.isfinite(place)):
+        return UNREAD, math.nan, math.nan
+    folds = family[2]
+    stride = max(n // _FEW, 1)
+    few_place, few_force = place[::stride].copy(), force[::stride].copy()
+    apart = max(folds.size // _RUNGS, 1)
+    rungs = np.arange(0, folds.size, apart)
+    found = np.empty((rungs.size, 6))
+    _start(few_place[::2].copy(), few_force[::2].copy(), known, free, tied, family, softness, rungs, found)
+    all_few, all_samples = np.ones(few_place.size, dtype=np.bool_), np.ones(n, dtype=np.bool_)
+    square, best, misfit = np.empty((m, m)), known.copy(), math.inf
+    root = np.full(few_place.size, 0.5)
+    touches, out = np.empty(few_place.size, dtype=np.bool_), np.empty((few_place.size, 4))
+    for turn in range(_KEPT + 2 * (folds.size > 1)):
+        if turn < _KEPT:
+            # the first is the one that pulls as the record does: a pull may stand in a few samples
+            by, lowest = 5 if turn == 0 and adhesive else 0, 0
+            for k in range(rungs.size):
+                if math.isfinite(found[k, 0]) and found[k, by] < found[lowest, by]:
+                    lowest = k
+            if not math.isfinite(found[lowest, 0]):
+                continue
+            found[lowest, 0] = math.inf
+            trial = found[lowest, 1:5].copy()
+        else:
+            # and once more from either side of the best
+            trial = best.copy()
+            trial[SHAPE] += _ASIDE if turn == _KEPT else -_ASIDE
+        value, _ = _descend(
+            few_place,
+            few_force,
+            all_few,
+            trial,
+            ways,
+            family,
+            softness,
+            _ITERATIONS,
+            _ROUGHLY,
+            root,
+            square,
+            touches,
+            out,
+        )
+        if value < misfit:
+            misfit, best = value, trial
+    if not math.isfinite(misfit):
+        return NO_CONTACT, math.nan, math.nan
+    root = np.full(n, 0.5)
+    touches, out = np.empty(n, dtype=np.bool_), np.empty((n, 4))
+    theta[:] = best
+    used[:] = True
+    misfit, settled = _descend(
+        place, force, all_samples, theta, ways, family, softness, _POLISH, _ENOUGH, root, square, touches, out
+    )
+    if adhesive:
+        for i in range(n - 1):
+            if touches[i] != touches[i + 1]:
+                used[i], used[i + 1] = False, False
+        misfit, settled = _descend(
+            place, force, used, theta, ways, family, softness, _POLISH, _ENOUGH, root, square, touches, out
+        )
+    count, total, squares = 0, 0.0, 0.0
+    for i in range(n):
+        residual[i] = force[i] - theta[BASE] - out[i, 0]
+        if used[i]:
+            count += 1
+            total += force[i]
+            squares += force[i] * force[i]
+    level = total / count if free[BASE] else known[BASE]
+    flat = squares - 2.0 * level * total + count * level * level
+    unit, column = np.zeros(m), np.empty(m)
+    for p in range(m):
+        unit[:] = 0.0
+        unit[p] = 1.0
+        _solve(square, 0.0, unit, column)
+        covariance[:, p] = column
+    deepest = place.max() - theta[POINT]
+    deepest -= softness * out[int(np.argmax(place)), 0]
+    if not settled:
+        return UNSETTLED, misfit, deepest
+    if (flat / max(misfit, 1e-300) - 1.0) * count < _SEEN or deepest <= 0.0:
+        return NO_CONTACT, misfit, deepest
+    last = family[3] + family[4] * (folds.size - 1)
+    if folds.size > 1 and (theta[SHAPE] <= family[3] or theta[SHAPE] >= last):
+        return AT_END, misfit, deepest
+    return SETTLED, misfit, deepest
+
+
+@compiled
+def fit_curves(
+    places: FloatArray,
+    forces: FloatArray,
+    softness: FloatArray,
+    known: FloatArray,
+    free: NDArray[np.bool_],
+    tied: bool,
+    adhesive: bool,
+    ways: FloatArray,
+    family: tuple[FloatArray, FloatArray, FloatArray, float, float, float],
+    numbers: FloatArray,
+    covariances: FloatArray,
+    residuals: FloatArray,
+    ended: NDArray[np.int8],
+) -> None:
+    """
+    Fit many curves, one in each row; samples that are not finite are left out.
+
+    Numbers: the four of the model, sum of squares in N^2, samples used, largest depth in m.
+    """
+    for i in range(places.shape[0]):
+        good = np.isfinite(places[i]) & np.isfinite(forces[i])
+        place, force = places[i][good], forces[i][good]
+        residual, used = np.empty(place.size), np.empty(place.size, dtype=np.bool_)
+        ended[i], numbers[i, 4], numbers[i, 6] = fit_curve(
+            place, force, known, free, tied, ways, family, softness[i], adhesive, numbers[i, :4], covariances[i],
+            residual, used,
+        )  # fmt: skip
+        kept = residual[used]
+        numbers[i, 5] = kept.size
+        residuals[i, :] = math.nan
+        residuals[i, : kept.size] = kept

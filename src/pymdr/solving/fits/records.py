@@ -1,0 +1,256 @@
+"""Where the curves of a map come from, a stretch at a time."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
+
+import numpy as np
+
+from pymdr.errors import FileError, MissingExtraError, ProblemError, UnitError
+from pymdr.problem.measured import MeasuredCurve
+from pymdr.units import FloatArray, shown, to_si
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+SAMPLE = "sample"
+"""The dimension along a curve."""
+
+
+class Stretch(NamedTuple):
+    """Some curves, one in each row, filled up with nan at their ends."""
+
+    place: FloatArray
+    """Travel, or indentation, in m."""
+    force: FloatArray
+    """In N."""
+    softness: FloatArray
+    """Of the machine in m/N; 0 where the indentation itself was measured."""
+    time: FloatArray | None
+    """In s."""
+
+    def curve(self, i: int) -> MeasuredCurve:
+        """One of them; samples that are not finite are left out."""
+        good = np.isfinite(self.place[i]) & np.isfinite(self.force[i])
+        soft = float(self.softness[i])
+        channel = "indentation" if soft == 0.0 else "travel"
+        return MeasuredCurve(
+            force=self.force[i][good],
+            time=None if self.time is None else self.time[i][good],
+            spring_constant=None if soft == 0.0 else 1.0 / soft,
+            **{channel: self.place[i][good]},
+        )
+
+
+class Records(Protocol):
+    """Curves over a grid."""
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Of the grid."""
+
+    @property
+    def dims(self) -> tuple[str, ...]:
+        """Of the grid."""
+
+    @property
+    def coords(self) -> dict[str, Any]:
+        """Of the grid, as xarray takes them."""
+
+    def read(self, first: int, last: int) -> Stretch:
+        """The curves from `first` to before `last`, the last dimension of the grid running fastest."""
+
+
+@dataclass(frozen=True)
+class ListedCurves:
+    """Curves one by one; samples that are marked are left out."""
+
+    curves: tuple[MeasuredCurve, ...]
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """How many."""
+        return (len(self.curves),)
+
+    @property
+    def dims(self) -> tuple[str, ...]:
+        """Their numbers."""
+        return ("curve",)
+
+    @property
+    def coords(self) -> dict[str, Any]:
+        """None."""
+        return {}
+
+    def read(self, first: int, last: int) -> Stretch:
+        """Fill them up to the longest."""
+        some = self.curves[first:last]
+        width = max(one.force.size for one in some)
+
+        def filled(columns: Sequence[FloatArray]) -> FloatArray:
+            out = np.full((len(some), width), math.nan)
+            for row, column in zip(out, columns, strict=True):
+                row[: column.size] = column
+            return out
+
+        timed = all(one.time is not None for one in some)
+        return Stretch(
+            filled([np.where(one.marked, math.nan, one.position) for one in some]),
+            filled([one.force for one in some]),
+            np.array([one.compliance for one in some]),
+            filled([one.time for one in some if one.time is not None]) if timed else None,
+        )
+
+
+@dataclass(frozen=True)
+class StoredCurves:
+    """Curves in a dataset over a grid and ``sample``, of which only what is asked for is read."""
+
+    data: xr.Dataset
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Of all dimensions but that along a curve."""
+        return tuple(self.data.sizes[name] for name in self.dims)
+
+    @property
+    def dims(self) -> tuple[str, ...]:
+        """All but that along a curve."""
+        return tuple(str(name) for name in self.data["force"].dims if name != SAMPLE)
+
+    @property
+    def coords(self) -> dict[str, Any]:
+        """Those of the grid."""
+        return {str(n): c.variable for n, c in self.data.coords.items() if set(c.dims) <= set(self.dims)}
+
+    @property
+    def _place(self) -> str:
+        return "travel" if "travel" in self.data else "indentation"
+
+    def read(self, first: int, last: int) -> Stretch:
+        """Read whole slices of the first dimension, and of them what is asked for."""
+        inner = math.prod(self.shape[1:])
+        low, high = first // inner, -(-last // inner)
+        some = self.data.isel({self.dims[0]: slice(low, high)})
+        part = slice(first - low * inner, last - low * inner)
+
+        def column(name: str, unit: str) -> FloatArray:
+            array = some[name].broadcast_like(some["force"]) if SAMPLE in some[name].dims else some[name]
+            order = [d for d in (*self.dims, SAMPLE) if d in array.dims]
+            values = np.asarray(array.transpose(*order).values, dtype=float)
+            return np.ascontiguousarray(
+                values.reshape(-1, values.shape[-1])[part] * _factor(some[name], name, unit)
+            )
+
+        count = last - first
+        soft = np.zeros(count)
+        if self._place == "travel":
+            stiff = some["spring_constant"]
+            values = np.asarray(stiff.values, dtype=float) * _factor(stiff, "spring_constant", "N/m")
+            grid = [some.sizes[name] for name in self.dims]
+            soft = 1.0 / np.broadcast_to(values, grid if values.ndim == 0 else values.shape).reshape(-1)[part]
+        time = column("time", "s") if "time" in some else None
+        return Stretch(column(self._place, "m"), column("force", "N"), soft, time)
+
+
+def records_of(curves: Any) -> Records:
+    """
+    Curves as they may be given to a fit of many.
+
+    Parameters
+    ----------
+    curves : sequence of MeasuredCurve, xarray.Dataset, or path of a Zarr store of one
+        A dataset has ``force`` and ``travel`` or ``indentation`` over the grid and ``sample``, with ``units``; with travel
+        ``spring_constant`` too.
+
+    Raises
+    ------
+    ProblemError
+        If they are none of these, empty, or the dataset lacks a variable.
+    FileError
+        If the store cannot be read.
+    """
+    import xarray as xr
+
+    if isinstance(curves, str | os.PathLike):
+        return records_of(_opened(curves))
+    if isinstance(curves, xr.Dataset):
+        return _stored(curves)
+    listed = tuple(curves) if isinstance(curves, Sequence) else ()
+    if not listed or not all(isinstance(one, MeasuredCurve) for one in listed):
+        raise ProblemError(
+            f"fit_map: curves = {shown(curves)}; MeasuredCurves are needed, a dataset of force and travel over a grid and "
+            f"{SAMPLE}, or the folder of a Zarr store of one"
+        )
+    return ListedCurves(listed)
+
+
+def zarr() -> Any:
+    """
+    The package zarr.
+
+    Raises
+    ------
+    MissingExtraError
+        If it is not installed.
+    """
+    try:
+        import zarr as package
+    except ImportError as error:
+        raise MissingExtraError("stores of Zarr need the extra maps: pip install 'pymdr[maps]'") from error
+    return package
+
+
+def _opened(file: str | os.PathLike[str]) -> xr.Dataset:
+    import xarray as xr
+
+    zarr()
+    try:
+        found: xr.Dataset = xr.open_zarr(file, chunks=None, consolidated=False)
+    except (OSError, ValueError, KeyError) as error:
+        raise FileError(f"cannot read {os.fspath(file)} as a Zarr store: {error}") from error
+    return found
+
+
+def _stored(data: xr.Dataset) -> StoredCurves:
+    missing = [name for name in ("force",) if name not in data]
+    if "travel" not in data and "indentation" not in data:
+        missing.append("travel or indentation")
+    if "travel" in data and "spring_constant" not in data:
+        missing.append("spring_constant")
+    if missing:
+        raise ProblemError(
+            f"fit_map: the dataset has no {', no '.join(missing)}; it has {', '.join(map(str, data.variables))}"
+        )
+    if SAMPLE not in data["force"].dims or len(data["force"].dims) < 2:
+        raise ProblemError(
+            f"fit_map: force stands over {', '.join(map(str, data['force'].dims))}; a grid and {SAMPLE} are needed"
+        )
+    found = StoredCurves(data)
+    if math.prod(found.shape) == 0 or data.sizes[SAMPLE] == 0:
+        raise ProblemError("fit_map: the dataset holds no curve")
+    for name, unit in (
+        ("force", "N"),
+        ("travel", "m"),
+        ("indentation", "m"),
+        ("spring_constant", "N/m"),
+        ("time", "s"),
+    ):
+        if name in data:
+            _factor(data[name], name, unit)
+    return found
+
+
+def _factor(array: xr.DataArray, name: str, unit: str) -> float:
+    """What its numbers are in the SI unit."""
+    own = array.attrs.get("units", unit)
+    try:
+        return to_si(f"1 {own}", unit, name=name)
+    except UnitError as error:
+        raise ProblemError(
+            f"fit_map: {name} has the units {shown(own)}; those of {unit} are needed"
+        ) from error

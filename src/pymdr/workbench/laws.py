@@ -1,0 +1,112 @@
+"""Exported laws of cases, and tables of saved results."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from pymdr.errors import CaseError, FileError, QuantityError
+from pymdr.result import Result
+from pymdr.solving.assessing import assess
+from pymdr.solving.exporting import ContactLaw, check_lawful, export_law
+from pymdr.units import shown
+from pymdr.workbench.casefile import read_case, read_contact
+
+
+def law_of_case(case: Path, to: str | None, tolerance: float) -> tuple[str, ContactLaw]:
+    """
+    The title of a case and the law of its contact.
+
+    Parameters
+    ----------
+    case : path
+        The path in it may be left out where `to` is given.
+    to : str or None
+        The largest indentation; the deepest of the path unless given.
+    tolerance : float
+
+    Raises
+    ------
+    CaseError
+        If the path reaches no indentation.
+    PymdrError
+        As :func:`pymdr.export_law` does.
+    """
+    if to is not None:
+        title, contact = read_contact(case)
+        return title, export_law(contact, to, tolerance=tolerance)
+    asked = read_case(case)
+    check_lawful(asked.contact, tolerance)
+    deepest = assess(asked.contact, asked.path, **asked.options).largest.get("indentation", 0.0)
+    if not deepest > 0.0:
+        raise CaseError(
+            f"{case}: its path presses the bodies together nowhere; name the largest indentation with --to '1 um'"
+        )
+    return asked.title, export_law(asked.contact, deepest, tolerance=tolerance)
+
+
+def name_for(case: Path, name: str | None) -> str:
+    """
+    What a header is called: what is given, or the name of the case in letters that C knows.
+
+    Examples
+    --------
+    >>> name_for(Path("cases/2-ball on glass.toml"), None)
+    'law_2_ball_on_glass'
+    """
+    if name is not None:
+        return name
+    plain = re.sub(r"[^A-Za-z0-9_]", "_", case.stem)[:36]
+    return plain if re.match("[A-Za-z]", plain) else f"law_{plain}"
+
+
+def write_law(law: ContactLaw, folder: Path, name: str, xlsx: bool) -> list[Path]:
+    """Write the header and the table of a law; a name that C does not know is refused first."""
+    file = folder / f"{name}.h"
+    law.to_c(file, name=name)
+    law.to_csv(folder / f"{name}.csv")
+    written = [file, folder / f"{name}.csv"]
+    if xlsx:
+        law.to_xlsx(folder / f"{name}.xlsx")
+        written.append(folder / f"{name}.xlsx")
+    return written
+
+
+def named_units(given: Sequence[str]) -> dict[str, str]:
+    """
+    Units by quantity.
+
+    Examples
+    --------
+    >>> named_units(["indentation = um"])
+    {'indentation': 'um'}
+    """
+    units = {}
+    for one in given:
+        name, sign, unit = (part.strip() for part in one.partition("="))
+        if not (name and sign and unit):
+            raise QuantityError(
+                f"--unit {shown(one)}: a quantity with its unit is needed, such as indentation=um"
+            )
+        units[name] = unit
+    return units
+
+
+def write_result(
+    result: Result, file: Path, quantities: Sequence[str] | None, units: Mapping[str, str]
+) -> None:
+    """
+    Write a result as a table of the kind that the name of the file says, with what its numbers rest on.
+
+    Raises
+    ------
+    FileError
+        If the name is that of no table.
+    """
+    if file.suffix.lower() == ".xlsx":
+        result.to_xlsx(file, quantities=quantities or None, units=units)
+    elif file.suffix.lower() == ".csv":
+        result.to_csv(file, quantities=quantities or None, units=units, about=True)
+    else:
+        raise FileError(f"cannot write {file}: a table is a .csv or an .xlsx; name it with -o table.csv")
