@@ -61,7 +61,7 @@ def kinds():
     """Profiles that a test registers are forgotten after it."""
     from pymdr.problem import codec
 
-    tables = codec.PROFILES, codec._KIND_OF
+    tables = codec.PROFILES, codec.KIND_OF
     before = [dict(table) for table in tables]
     yield
     for table, entries in zip(tables, before, strict=True):

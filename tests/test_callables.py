@@ -45,7 +45,7 @@ def buffered():
     return f
 
 
-UREG = pint.UnitRegistry()
+UREG = pint.LazyRegistry()
 
 
 @pytest.mark.parametrize(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from importlib.util import find_spec
 
 import numpy as np
 import pytest
@@ -17,7 +18,9 @@ from pymdr.solving.fits.forces import forces_of, modelled
 from pymdr.solving.fits.searching import autocorrelation_time
 from pymdr.workbench.cli import app
 
-pytest.importorskip("lmfit", reason="lmfit, of the extra fit, is not installed")
+pytestmark = pytest.mark.skipif(
+    find_spec("lmfit") is None, reason="lmfit, of the extra fit, is not installed"
+)
 SHAPES = {
     "paraboloid": lambda size: mdr.Paraboloid(size),
     "cone": lambda size: mdr.Cone(slope=0.3),

@@ -3,13 +3,15 @@
 import math
 import pickle
 
+import mpmath
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from scipy.integrate import quad
 
 import pymdr as mdr
+from pymdr.interpretation.accuracy import EXACT_WITHIN
 from pymdr.line.adhesion import power_law_pull_off
 from pymdr.line.friction import cattaneo_mindlin, loop_energy
 
@@ -217,17 +219,18 @@ def test_kept_rows_are_those_of_the_whole_history():
 
 
 @pytest.mark.parametrize(
-    "result",
+    "make",
     [
-        mdr.solve(STICKY, mdr.indent("1 um", steps=3) >> mdr.indent("-3 um", steps=9)),
-        mdr.solve(JOINT, mdr.load("50 N") >> mdr.cycle(shift="0.6 um", steps=200)),
-        mdr.solve(
+        lambda: mdr.solve(STICKY, mdr.indent("1 um", steps=3) >> mdr.indent("-3 um", steps=9)),
+        lambda: mdr.solve(JOINT, mdr.load("50 N") >> mdr.cycle(shift="0.6 um", steps=200)),
+        lambda: mdr.solve(
             JOINT, mdr.Path(indentation=np.full(500, 2e-6), shift=1e-7 * np.arange(500) / 500), keep=50
         ),
     ],
     ids=["adhesion", "friction", "kept"],
 )
-def test_files_and_pickles_keep_everything(result, tmp_path):
+def test_files_and_pickles_keep_everything(make, tmp_path):
+    result = make()
     result.save(tmp_path / "r.nc")
     for again in (mdr.open_result(tmp_path / "r.nc"), pickle.loads(pickle.dumps(result))):
         assert (again.contact, again.path, again.status) == (result.contact, result.path, result.status)
@@ -478,7 +481,32 @@ def test_loops_by_force_are_loops_by_shift(profile, shares, mu):
     assert by_force._repr_html_().count("<b>mu = ") == 2
 
 
-@settings(max_examples=1, deadline=None)
+@settings(max_examples=30, deadline=None)
+@given(st.floats(-2.0, 5.99), st.floats(-9.5, -7.0), st.floats(-6.5, -5.0))
+def test_a_loop_errs_by_no_more_than_it_claims_at_any_friction(mu, amplitude, depth):
+    """A paraboloid, int_c^a t (u - t) dx as powers of c and a in 50 digits; d - g(x) cancels where little slips."""
+    mu, u, d, R = 10.0**mu, 10.0**amplitude, 10.0**depth, 0.01
+    steel = mdr.Elastic("210 GPa", 0.0)
+    joint = mdr.Contact(mdr.Paraboloid(R), steel, steel, friction=mdr.Coulomb(mu))
+    assume(u < mu * d)
+    found = mdr.friction_loop(joint, [u], indentation=d)
+    with mpmath.workdps(50):
+        f, D, U, radius = (mpmath.mpf(x) for x in (mu, d, u, R))
+
+        def whole(x):
+            once = D * x - x**3 / (3 * radius)
+            twice = D**2 * x - 2 * D * x**3 / (3 * radius) + x**5 / (5 * radius**2)
+            return f * U * once - f**2 * twice
+
+        a, c = mpmath.sqrt(D * radius), mpmath.sqrt((D - U / f) * radius)
+        # E* = E/2 of equal bodies is G* at Poisson's ratio 0
+        exact = 8 * mpmath.mpf(steel.young) / 2 * (whole(a) - whole(c))
+        off = abs(float(mpmath.mpf(float(found["dissipated_per_cycle"].values.item())) / exact - 1))
+    error = found.claim.error
+    assert off <= (EXACT_WITHIN if error is None else float(np.max(error)))
+
+
+@settings(max_examples=10, deadline=None)
 @given(st.lists(st.floats(-3.0, 1.0), min_size=1, max_size=1), st.randoms())
 def test_several_coefficients_claim_no_more_than_each(powers, random):
     steel = mdr.Elastic("210 GPa", 0.0)

@@ -13,7 +13,7 @@ from pymdr.problem.codec import decode_case, encode, encode_case
 from pymdr.problem.paths import legs
 from pymdr.problem.profiles import Interpolated, Sum
 
-UREG = pint.UnitRegistry()
+UREG = pint.LazyRegistry()
 UNIT = mdr.Elastic(1.0, 0.0)
 STEEL = mdr.Elastic("210 GPa", 0.3)
 ALL_PROFILES = [

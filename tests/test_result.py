@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 import pymdr as mdr
 
-UREG = pint.UnitRegistry()
+UREG = pint.LazyRegistry()
 UNIT = mdr.Elastic(1.0, 0.0)
 BALL = mdr.Contact(mdr.Sphere("10 mm"), mdr.Elastic("210 GPa", 0.3), mdr.Elastic("70 GPa", 0.22))
 KINKED = mdr.Function(lambda r: 0.3 * np.maximum(r - 0.4, 0), [0.4], lambda r: np.where(r > 0.4, 0.3, 0.0))
@@ -163,9 +163,18 @@ def test_quantities_that_do_not_exist(ball, name):
 
 
 @pytest.mark.parametrize(
-    "r", ["100 um", 1e-4, 100 * UREG.um, ["0.1 mm"], np.array([1e-4]), np.array([100.0]) * UREG.um]
+    "r",
+    [
+        lambda: "100 um",
+        lambda: 1e-4,
+        lambda: 100 * UREG.um,
+        lambda: ["0.1 mm"],
+        lambda: np.array([1e-4]),
+        lambda: np.array([100.0]) * UREG.um,
+    ],
 )
 def test_radii_in_any_form(ball, r):
+    r = r()
     p = ball.field("pressure", r=r)
     assert p.dims == ("r",)
     assert p["r"].values == pytest.approx([1e-4], rel=1e-14)

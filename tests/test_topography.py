@@ -15,15 +15,15 @@ HEIGHTS = np.array([[0.0, 1.0, 2.0], [np.nan, 4.0, 5.0]])
 @pytest.mark.parametrize(
     "heights",
     [
-        HEIGHTS * 1e-9,
-        (HEIGHTS * 1e-9).tolist(),
-        np.ma.masked_invalid(HEIGHTS * 1e-9),
-        pint.UnitRegistry().Quantity(HEIGHTS, "nm"),
+        lambda: HEIGHTS * 1e-9,
+        lambda: (HEIGHTS * 1e-9).tolist(),
+        lambda: np.ma.masked_invalid(HEIGHTS * 1e-9),
+        lambda: pint.UnitRegistry().Quantity(HEIGHTS, "nm"),
     ],
     ids=["array", "list", "masked", "pint"],
 )
 def test_heights_in_any_form(heights):
-    surface = mdr.Topography(heights, ["2 um", "3 um"])
+    surface = mdr.Topography(heights(), ["2 um", "3 um"])
     assert surface == mdr.Topography(1e-9 * HEIGHTS, [2e-6, 3e-6])
     assert surface.missing.tolist() == [[False] * 3, [True, False, False]]
     assert surface.spacing == pytest.approx([1e-6, 1e-6], rel=1e-15)

@@ -72,7 +72,7 @@ _ONE_AT_A_TIME = threading.RLock()
 def _registry() -> pint.UnitRegistry[Any]:
     import pint
 
-    return pint.get_application_registry()  # type: ignore[no-any-return, no-untyped-call]
+    return pint.get_application_registry()  # type: ignore[no-any-return]
 
 
 @lru_cache(maxsize=512)

@@ -286,14 +286,14 @@ def _ring(landscape: Landscape, state: DiskStates) -> tuple[float, float, float]
     jumps = dict(equivalent.corners(landscape.top))
     moment = float(equivalent.moment(state.place)[0]) + a * excess
     worst, total = (0.0, 0.0, -1.0), 0.0
+    inside = np.array([b for b in landscape.dents if b < a])
+    turns = np.abs([jumps[b] for b in inside.tolist()])
+    widths = iter(_widths(landscape, state.place.take(0), excess, inside, turns).tolist())
     for b in landscape.dents:
         if b >= a:
             share, width = _overlap_beside(landscape, a, b)
         else:
-            widths = [
-                _half_width(landscape, state.place.take(0), excess, b, jumps[b], side) for side in (-1.0, 1.0)
-            ]
-            width = sum(widths)
+            width = next(widths)
             share = 0.5 * b * abs(jumps[b]) * width / moment if moment > 0.0 else 1.0
         total += share
         if share > worst[2]:
@@ -301,28 +301,34 @@ def _ring(landscape: Landscape, state: DiskStates) -> tuple[float, float, float]
     return worst[0], worst[1], total
 
 
-def _half_width(landscape: Landscape, a: Place, excess: float, b: float, jump: float, side: float) -> float:
+def _widths(landscape: Landscape, a: Place, excess: float, b: FloatArray, jump: FloatArray) -> FloatArray:
     """
-    Distance in m from a concave kink at which the pressure is 0; 0 where that is less than any number.
+    Widths in m of the rings about concave kinks between which the pressure is no pressure; 0 if less than any number.
 
     There p = (E*/pi) [q + (jump/2) log(1/distance)], so Newton steps in the logarithm converge at once.
     """
     edge = float(a.x)
-    room = edge - b if side > 0.0 else b
-    log = math.log(min(0.5 * RING * edge, 0.5 * room))
+    kink, size, side = np.tile(b, 2), np.tile(jump, 2), np.repeat([-1.0, 1.0], b.size)
+    most = np.log(0.5 * np.where(side > 0.0, edge - kink, kink))
+    log = np.minimum(most, math.log(0.5 * RING * edge))
+    left = np.arange(kink.size)
     for _ in range(30):
-        offset = np.array([side * math.exp(log)])
-        q = float(landscape.equivalent.pressure_integral(Place(np.array([b]), offset), a)[0])
+        if left.size == 0:
+            break
+        at = Place(kink[left], side[left] * np.exp(log[left]))
+        q = landscape.equivalent.pressure_integral(at, a)
         if excess > 0.0:
-            q += excess / math.sqrt((edge - b) * (edge + b))
-        step = 2.0 * q / abs(jump)
-        new = min(log - step, math.log(0.5 * room))
-        if new < -650.0:
-            return 0.0
-        if abs(new - log) < 1e-9:
-            return math.exp(new)
-        log = new
-    return math.exp(log)
+            q = q + excess / np.sqrt((edge - kink[left]) * (edge + kink[left]))
+        new = np.minimum(log[left] - 2.0 * q / size[left], most[left])
+        going = (new >= _NO_LENGTH) & (np.abs(new - log[left]) >= 1e-9)
+        log[left] = new
+        left = left[going]
+    distance = np.where(log < _NO_LENGTH, 0.0, np.exp(log))
+    return np.asarray(distance.reshape(2, -1).sum(axis=0))
+
+
+_NO_LENGTH = -650.0
+"""Logarithm of a distance that no number holds."""
 
 
 def _overlap_beside(landscape: Landscape, a: float, b: float) -> tuple[float, float]:

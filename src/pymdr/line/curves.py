@@ -121,8 +121,39 @@ class Carried(NamedTuple):
     """How much deeper in m than theirs the surface of the body lies at radii in m outside; None for no deeper."""
 
 
+class Profiled:
+    """What a line has from its equivalent profile."""
+
+    equivalent: EquivalentProfile
+
+    @property
+    def exponent(self) -> float:
+        """Exponent k of the grading; 0 for homogeneous bodies and layers."""
+        return self.equivalent.exponent
+
+    @property
+    def edge(self) -> float:
+        """Sharp edge in m that no contact passes."""
+        return self.equivalent.edge
+
+    @property
+    def reach(self) -> float:
+        """Largest radius in m at which the profile is known."""
+        return self.equivalent.reach
+
+    @property
+    def rises(self) -> bool:
+        """Whether g is known to rise everywhere; d0 then does where its contacts are disks."""
+        return self.equivalent.rises
+
+    @property
+    def breakpoints(self) -> tuple[float, ...]:
+        """Radii in m to whose right g is not smooth."""
+        return self.equivalent.breakpoints
+
+
 @dataclass(frozen=True)
-class ElasticLine:
+class ElasticLine(Profiled):
     """
     Independent springs of stiffness c |x|^k per length under an equivalent profile: half-spaces, homogeneous and graded.
 
@@ -142,31 +173,6 @@ class ElasticLine:
 
     equivalent: EquivalentProfile
     modulus: float
-
-    @property
-    def exponent(self) -> float:
-        """Exponent k of the grading; 0 for homogeneous half-spaces."""
-        return self.equivalent.exponent
-
-    @property
-    def edge(self) -> float:
-        """Sharp edge in m that no contact passes."""
-        return self.equivalent.edge
-
-    @property
-    def reach(self) -> float:
-        """Largest radius in m at which the profile is known."""
-        return self.equivalent.reach
-
-    @property
-    def rises(self) -> bool:
-        """Whether g is known to rise everywhere."""
-        return self.equivalent.rises
-
-    @property
-    def breakpoints(self) -> tuple[float, ...]:
-        """Radii in m to whose right g is not smooth."""
-        return self.equivalent.breakpoints
 
     @property
     def _per_length(self) -> float:

@@ -245,7 +245,7 @@ class DerivedSource(SlopeSource):
             series, error, right = found
             size = float(np.sum(np.abs(series)))
             middle = left + (0.25 if left == base and base > 0.0 else 0.5) * (right - left)
-            settled = error <= _WANTED * size
+            settled = error <= _WANTED * size or (size == 0.0 and self._hides_on(right - left, error))
             if not settled and error > _GAIN * before:
                 # finer panels only help where the misfit is more than rounding
                 noise = self._scatter(right)
@@ -269,18 +269,24 @@ class DerivedSource(SlopeSource):
         return bool(last > _SPREAD * first and rise > _DIGITS * noise)
 
     def _panel(self, low: float, high: float) -> tuple[FloatArray, float, float] | None:
-        probe = low + (high - low) * np.linspace(0.0, 1.0, 33)
-        if not np.isfinite(self._f(probe)).all():
+        places = np.linspace(0.0, 1.0, 33)
+        values = self._f(low + (high - low) * places)
+        if not np.isfinite(values).all():
             high = self._defined(low, high)
             self._end = min(self._end, high)
             if not high > low * (1.0 + 1e-12):
                 return None
+            values = self._f(low + (high - low) * places)
         apex = self._apex
-        if np.all(np.abs(self._f(np.array([low, high])) - apex) < _UNDERFLOW):
+        if np.all(np.abs(values - apex) < _UNDERFLOW):
             # an offset hides what rises less than its rounding
             return np.zeros(TERMS), _EPS * abs(apex) / max(high - low, self._hidden_beyond(high)), high
         series, error = slope_panel(self._f, low, high, TERMS)
         return series, error, high
+
+    def _hides_on(self, width: float, error: float) -> bool:
+        """Whether f does not rise beyond a panel either, for longer than the panel is: its halves would tell no more."""
+        return error * width < 0.99 * _EPS * abs(self._apex)
 
     def _hidden_beyond(self, r: float) -> float:
         """How far in m beyond a radius f does not rise by what its offset hides."""

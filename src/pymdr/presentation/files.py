@@ -263,7 +263,7 @@ def _saved_texts() -> TypeAdapter[Any]:
     from pydantic import NonNegativeInt, TypeAdapter, create_model
 
     level: Any = Literal["EXACT", "APPROXIMATE", "NOT_VALID"]
-    claim = create_model(
+    claim: Any = create_model(
         "claim",
         level=(level, ...),
         reason=(str, ...),
@@ -271,14 +271,14 @@ def _saved_texts() -> TypeAdapter[Any]:
         where=(list[NonNegativeInt], ...),
         error=(float | str | None, None),
     )
-    assumption = create_model(
+    assumption: Any = create_model(
         "assumption", name=(str, ...), words=(str, ...), measure=(float, ...), limit=(float, ...)
     )
     return TypeAdapter(
         create_model(
             "texts",
-            claims=(dict[str, claim], ...),  # type: ignore[valid-type]
-            assumptions=(list[assumption], ...),  # type: ignore[valid-type]
+            claims=(dict[str, claim], ...),
+            assumptions=(list[assumption], ...),
             notes=(list[str], ...),
             references=(list[str], ...),
             rings=(int | None, ...),

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -90,21 +91,25 @@ def _not_negative(values: ArrayQuantityLike, unit: str, name: str) -> FloatArray
 class SpringsAndDashpots(Rheology, ABC):
     """A rheology whose kernel is a finite sum: everything is read from that."""
 
+    @cached_property
+    def _springs(self) -> Relaxation:
+        return self.kernel()
+
     def relaxation(self, time: ArrayQuantityLike) -> FloatArray:
         """Relaxation modulus G(t) in Pa, as :meth:`Rheology.relaxation`."""
-        return self.kernel()(self._times(time))
+        return self._springs(self._times(time))
 
     def creep(self, time: ArrayQuantityLike) -> FloatArray:
         """Creep compliance J(t) in 1/Pa, as :meth:`Rheology.creep`."""
-        return self.kernel().retardation(self._times(time))
+        return self._springs.retardation(self._times(time))
 
     def storage(self, omega: ArrayQuantityLike) -> FloatArray:
         """Storage modulus G' in Pa, as :meth:`Rheology.storage`."""
-        return self.kernel().storage(self._frequencies(omega))
+        return self._springs.storage(self._frequencies(omega))
 
     def loss(self, omega: ArrayQuantityLike) -> FloatArray:
         """Loss modulus G'' in Pa, as :meth:`Rheology.loss`."""
-        return self.kernel().loss(self._frequencies(omega))
+        return self._springs.loss(self._frequencies(omega))
 
 
 @dataclass(frozen=True, eq=False)

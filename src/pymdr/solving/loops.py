@@ -37,6 +37,8 @@ from pymdr.units import (
 )
 
 _NODES, _LEVELS, _SETTLED = 16, 60, 1e-14
+_ROUNDED = 4.0 * float(np.finfo(float).eps)
+"""Of d: to what d - g(x) is known."""
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -402,7 +404,7 @@ def _loop_integrals(
     Force amplitude 2 G* [u c + int_c^a t dx], loss 8 G* int_c^a t (u - t) dx, and the relative error of both.
 
     No term cancels. Between two kinks x runs like the square of the variable of integration, since g begins like a root
-    behind a kink, and panels are halved until their halves agree with them.
+    behind a kink, and panels are halved until their halves agree with them, or differ by the rounding of d - g alone.
     """
     slipping, loss, missed = np.zeros(u.shape), np.zeros(u.shape), np.zeros(u.shape)
     marks = np.array([0.0, *line.equivalent.kinks(a), a])
@@ -431,8 +433,12 @@ def _loop_integrals(
         size = np.stack([slipping + u * c, loss])
         for total, values in zip(size, np.abs(found), strict=True):
             np.add.at(total, whose, values)
-        error = np.max(np.abs(found - whole) / np.maximum(size[:, whose], math.ulp(0.0)), axis=0)
-        good = (error <= _SETTLED) | (level == _LEVELS - 1)
+        least = np.maximum(size[:, whose], math.ulp(0.0))
+        error = np.max(np.abs(found - whole) / least, axis=0)
+        spread = _ROUNDED * factor * d * np.diff(marks)[part] * (high - low) * (high + low)
+        rounded = np.max(np.stack([spread, spread * u[whose]]) / least, axis=0)
+        good = (error <= np.maximum(_SETTLED, rounded)) | (level == _LEVELS - 1)
+        error += rounded
         np.add.at(slipping, whose[good], found[0, good])
         np.add.at(loss, whose[good], found[1, good])
         np.add.at(missed, whose[good], error[good])

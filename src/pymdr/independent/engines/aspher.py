@@ -9,7 +9,7 @@ import numpy as np
 
 from pymdr.errors import MissingExtraError, ProblemError
 from pymdr.independent.engines.protocol import HalfSpace, Pressing
-from pymdr.independent.engines.solutions import by_force, first_pressure, refuse_unsolved
+from pymdr.independent.engines.solutions import ByForces, refuse_unsolved
 from pymdr.units import FloatArray
 
 _BYTES = 300.0
@@ -50,36 +50,15 @@ class AspherEngine:
         return _Free(shape[0], spacing[0])
 
 
-class _Free:
+class _Free(ByForces):
     def __init__(self, n: int, width: float) -> None:
         self._solver = _package().ContactSolver(grid_size=n, domain_size=n * width, backend="fft")
         self._n = n
-        self._area = width * width
+        self.area = width * width
 
-    def press(
-        self,
-        heights: FloatArray,
-        *,
-        indentation: float | None = None,
-        force: float | None = None,
-        start: FloatArray | None = None,
-        tolerance: float = 1e-6,
-    ) -> Pressing:
-        """Press a rigid surface on the half-space."""
-        below = np.max(heights) - heights
-
-        def at(load: float) -> Pressing:
-            return self._at_force(below, load, tolerance)
-
-        if indentation is None:
-            assert force is not None
-            return at(force)
-        first = first_pressure(below, indentation) if start is None else start
-        guess = indentation * float(np.sqrt(self._area * np.count_nonzero(first)))
-        return by_force(at, indentation, guess, tolerance)
-
-    def _at_force(self, below: FloatArray, force: float, tolerance: float) -> Pressing:
-        mean = force / (self._area * below.size)
+    def at_force(self, below: FloatArray, force: float, tolerance: float) -> Pressing:
+        """The solution at a force."""
+        mean = force / (self.area * below.size)
         found = self._solver.solve(
             below.ravel(),
             p_nominal=mean,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from abc import ABC, abstractmethod
 from collections.abc import Callable
 
 import numpy as np
@@ -106,3 +107,33 @@ def by_force(
     raise ConvergenceError(
         f"no force of an indentation of {indentation:g} was found: the last one is {force:g}, at {found.indentation:g}; give forces"
     )
+
+
+class ByForces(ABC):
+    """A half-space of a package that knows forces only: an indentation is found by some solutions."""
+
+    area: float
+    """Of a pixel."""
+
+    @abstractmethod
+    def at_force(self, below: FloatArray, force: float, tolerance: float) -> Pressing:
+        """The solution at a force, of pixels at distances from the highest one."""
+
+    def press(
+        self,
+        heights: FloatArray,
+        *,
+        indentation: float | None = None,
+        force: float | None = None,
+        start: FloatArray | None = None,
+        tolerance: float = 1e-6,
+    ) -> Pressing:
+        """Press a rigid surface on the half-space, as :class:`~pymdr.independent.engines.protocol.HalfSpace` has it."""
+        below = np.max(heights) - heights
+        if indentation is None:
+            assert force is not None
+            return self.at_force(below, force, tolerance)
+        first = first_pressure(below, indentation) if start is None else start
+        # stiffness of a disk of the same area
+        guess = indentation * math.sqrt(self.area * np.count_nonzero(first))
+        return by_force(lambda load: self.at_force(below, load, tolerance), indentation, guess, tolerance)

@@ -9,7 +9,7 @@ import numpy as np
 
 from pymdr.errors import ConvergenceError, MissingExtraError
 from pymdr.independent.engines.protocol import HalfSpace, Pressing
-from pymdr.independent.engines.solutions import by_force, first_pressure, refuse_unsolved
+from pymdr.independent.engines.solutions import ByForces, refuse_unsolved
 from pymdr.units import FloatArray
 
 _MOST_ITERATIONS = 3000
@@ -44,7 +44,7 @@ class TamaasEngine:
         return _NonPeriodic(shape, spacing)
 
 
-class _NonPeriodic:
+class _NonPeriodic(ByForces):
     def __init__(self, shape: tuple[int, int], spacing: tuple[float, float]) -> None:
         self._tamaas = _package()
         size = [n * width for n, width in zip(shape, spacing, strict=True)]
@@ -52,44 +52,22 @@ class _NonPeriodic:
         self._model = self._tamaas.ModelFactory.createModel(kind, size, list(shape))
         self._model.E, self._model.nu = 1.0, 0.0
         self._tamaas.ModelFactory.registerNonPeriodic(self._model, "free")
-        self._area = spacing[0] * spacing[1]
+        self.area = spacing[0] * spacing[1]
 
-    def press(
-        self,
-        heights: FloatArray,
-        *,
-        indentation: float | None = None,
-        force: float | None = None,
-        start: FloatArray | None = None,
-        tolerance: float = 1e-6,
-    ) -> Pressing:
-        """Press a rigid surface on the half-space."""
-        below = np.ascontiguousarray(np.max(heights) - heights)
-
-        def at(load: float) -> Pressing:
-            return self._at_force(below, load, tolerance)
-
-        if indentation is None:
-            assert force is not None
-            return at(force)
-        first = first_pressure(below, indentation) if start is None else start
-        # stiffness of a disk of the same area
-        guess = indentation * float(np.sqrt(self._area * np.count_nonzero(first)))
-        return by_force(at, indentation, guess, tolerance)
-
-    def _at_force(self, below: FloatArray, force: float, tolerance: float) -> Pressing:
+    def at_force(self, below: FloatArray, force: float, tolerance: float) -> Pressing:
+        """The solution at a force."""
         # named, since the solver does not keep the array that it looks at
-        surface = -below
+        surface = np.ascontiguousarray(-below)
         solver = self._tamaas.PolonskyKeerRey(self._model, surface, _FINEST)
         solver.setIntegralOperator("free")
         solver.max_iter = _MOST_ITERATIONS
         try:
-            solver.solve(force / (self._area * below.size))
+            solver.solve(force / (self.area * below.size))
         except self._tamaas.FloatingPointError as error:
             raise ConvergenceError(f"tamaas: {' '.join(str(error).split())}") from error
         pressure = np.maximum(np.array(self._model.traction), 0.0)
         # of the model it is shifted by the gap
-        displacement = np.zeros_like(below)
+        displacement = np.zeros_like(surface)
         self._model.operators["free"](pressure, displacement)
         gap = displacement + below
         depth = float(gap[pressure > 0.0].mean())

@@ -106,8 +106,8 @@ def _intrinsics() -> tuple[Any, Any, Any]:
 
     def owned_by_caller(typing_context: Any, array: Any) -> Any:
         def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-            view = make_array(signature.args[0])(context, builder, arguments[0])  # type: ignore[no-untyped-call]
-            view.meminfo = get_null_value(view.meminfo.type)  # type: ignore[no-untyped-call]
+            view = make_array(signature.args[0])(context, builder, arguments[0])
+            view.meminfo = get_null_value(view.meminfo.type)
             return view._getvalue()
 
         return array(array), generate

@@ -9,7 +9,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pymdr.line.curves import Carried, ElasticLine
+from pymdr.line.curves import Carried, ElasticLine, Profiled
 from pymdr.line.layered.coupled import Added, Coupled
 from pymdr.line.layered.equation import Outline, Solved, solve_contact
 from pymdr.line.layered.tables import DEPTH, EDGE, ENERGY, FORCE, STIFFNESS, Table
@@ -20,7 +20,7 @@ from pymdr.units import FloatArray
 
 
 @dataclass(frozen=True)
-class LayeredLine:
+class LayeredLine(Profiled):
     """
     The line of layers under an equivalent profile.
 
@@ -64,31 +64,6 @@ class LayeredLine:
     def thickness(self) -> float:
         """That of the top layer in m."""
         return self.table.thickness
-
-    @property
-    def exponent(self) -> float:
-        """0: the surface is homogeneous."""
-        return 0.0
-
-    @property
-    def edge(self) -> float:
-        """Sharp edge in m that no contact passes."""
-        return self.equivalent.edge
-
-    @property
-    def reach(self) -> float:
-        """Largest radius in m at which the profile is known."""
-        return self.equivalent.reach
-
-    @property
-    def rises(self) -> bool:
-        """Whether g is known to rise everywhere; d0 then does where its contacts are disks."""
-        return self.equivalent.rises
-
-    @property
-    def breakpoints(self) -> tuple[float, ...]:
-        """Radii in m to whose right g is not smooth."""
-        return self.equivalent.breakpoints
 
     def _read(self, a: Position, column: int, slopes: bool = False) -> FloatArray:
         place = as_place(a)

@@ -75,6 +75,7 @@ class Model:
         half = 0.5 * (self.r[-1] - self.r[0])
         level = float(np.mean(self.values))
         width = self.ends[1] - self.ends[0]
+        smooth = self._smooth(self.r)
         for step in range(24):
             beyond = self._beyond(self.r, b)
             inside = beyond > 0.0
@@ -82,7 +83,7 @@ class Model:
                 power = np.where(inside, beyond**order, 0.0)
                 steep = np.where(inside, order * beyond ** (order - 1.0), 0.0)
                 growth = np.where(inside, power * np.log(np.where(inside, beyond, 1.0)), 0.0)
-            smooth, series = self._series(self.r, b)
+            series = self._past(self.r, b)
             matrix = np.column_stack([smooth, power[:, None] * series])
             scale = np.linalg.norm(matrix, axis=0)
             if not np.all(scale > 0.0) or not np.all(np.isfinite(scale)):
@@ -119,7 +120,7 @@ class Model:
         b, (low, high) = fitted.b, self.ends
         near = b + (high - low) * np.concatenate([-(_NEAR[::-1]), _NEAR])
         near = np.unique(near[(near > low) & (near < high)])
-        smooth, series = self._series(near, b)
+        smooth, series = self._smooth(near), self._past(near, b)
         beyond = self._beyond(near, b)
         power = np.where(beyond > 0.0, beyond**fitted.order, 0.0)
         met = fitted.level + smooth @ fitted.solution[: SIDE_DEGREE + 1]
@@ -133,13 +134,15 @@ class Model:
         past = b - r if self.mirrored else r - b
         return np.asarray(np.maximum(past / (0.5 * (self.r[-1] - self.r[0])), 0.0))
 
-    def _series(self, r: FloatArray, b: float) -> tuple[FloatArray, FloatArray]:
-        """Chebyshev polynomials of P over the whole, and of Q past the kink."""
+    def _smooth(self, r: FloatArray) -> FloatArray:
+        """Chebyshev polynomials of P over the whole."""
         centre, half = 0.5 * (self.r[0] + self.r[-1]), 0.5 * (self.r[-1] - self.r[0])
+        return np.asarray(chebyshev.chebvander((r - centre) / half, SIDE_DEGREE))
+
+    def _past(self, r: FloatArray, b: float) -> FloatArray:
+        """Chebyshev polynomials of Q past the kink."""
         largest = max(float(self._beyond(self.r[[0, -1]], b).max()), EPS)
-        smooth = chebyshev.chebvander((r - centre) / half, SIDE_DEGREE)
-        parted = chebyshev.chebvander(2.0 * self._beyond(r, b) / largest - 1.0, _PARTED_DEGREE)
-        return np.asarray(smooth), np.asarray(parted)
+        return np.asarray(chebyshev.chebvander(2.0 * self._beyond(r, b) / largest - 1.0, _PARTED_DEGREE))
 
 
 @lru_cache(maxsize=1)

@@ -23,6 +23,8 @@ _STRETCHES = (2e-2, 1e-3, 5e-5, 2e-6)
 _SCATTERED, _DEGREE = 28, 6
 _LEAST_OF_FOUR = 1.18
 """A standard deviation over the mean of the least of four estimates of it."""
+_ALONE = 8192
+"""Entries of a matrix up to which OpenBLAS, which numpy brings, takes one thread for it and a vector."""
 _SPARE = 4
 """Coefficients beyond those asked for, that tell whether these are enough."""
 
@@ -66,7 +68,14 @@ def search_points(low: float, high: float, seed: float = 0.0, density: int = 204
 
 
 def orthonormal(matrix: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Q and R of a tall matrix with few columns, by Gram and Schmidt done twice: no threads that wait for each other."""
+    """
+    Q and R of a tall matrix with few columns, in one thread: for so little work others take longer to wake.
+
+    By reflections, or where linear algebra would use threads by Gram and Schmidt done twice.
+    """
+    if matrix.size <= _ALONE:
+        answer = np.linalg.qr(matrix)
+        return answer.Q, answer.R
     q = np.empty_like(matrix)
     triangle = np.zeros((matrix.shape[1], matrix.shape[1]))
     for j in range(matrix.shape[1]):
@@ -148,7 +157,7 @@ def scatter(f: Curve, r: FloatArray, stairs: bool = True) -> tuple[FloatArray, F
     given = values[np.isfinite(values) & (values != 0.0)]
     with np.errstate(over="ignore"):
         single = given.astype(np.float32).astype(float) == given
-    if np.unique(given[:4096]).size > 16 and single.all():
+    if single.all() and np.unique(given[:4096]).size > 16:
         unit = float(np.finfo(np.float32).eps)
     known = np.isfinite(last)
     return np.where(known, noise, math.nan), np.where(known, unit * np.abs(last), math.nan)
@@ -156,8 +165,11 @@ def scatter(f: Curve, r: FloatArray, stairs: bool = True) -> tuple[FloatArray, F
 
 def _stairs(values: FloatArray) -> float:
     """Half the step of values that are all whole numbers of steps apart; 0 where they are not."""
+    # most are constant
+    if np.all(values == values[0]):
+        return 0.0
     levels, counts = np.unique(values, return_counts=True)
-    if levels.size < 2 or not np.all(np.isfinite(levels)):
+    if not np.all(np.isfinite(levels)):
         return 0.0
     steps = np.diff(levels) / np.min(np.diff(levels))
     told = levels.size >= 5 or np.count_nonzero(counts > 1) >= 2

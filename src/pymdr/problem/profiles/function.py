@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, TypeAlias
+from functools import cached_property, lru_cache
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -339,43 +340,78 @@ class Interpolated(Profile):
         """Slope f'(r); nan beyond the reach."""
         r = np.asarray(r, dtype=float)
         answer = np.full(r.shape, math.nan)
-        panel = np.searchsorted(np.add(self.base, self.low), r, side="right") - 1
+        panel = self._panel_of(r)
         known = r <= self.reach
         below = known & (panel < 0)
         answer[below] = self._tip_slope(r[below])
-        for i in np.unique(panel[known & (panel >= 0)]):
-            inside = known & (panel == i)
-            answer[inside] = self._panel_slope(r[inside] - self.base[i], int(i))
+        above = known & (panel >= 0)
+        on = panel[above]
+        answer[above] = self._panel_slope(r[above] - self._edges.base[on], on)
         return answer
 
     def gap(self, r: ArrayLike) -> FloatArray:
         """Gap f(r) in m by Gauss-Legendre on each panel; nan beyond the reach."""
         r = np.asarray(r, dtype=float)
-        nodes, weights = np.polynomial.legendre.leggauss(24)
-        s, weights = (nodes + 1.0) / 2.0, weights / 2.0
         radius, slope, exponent = self.tip
         inner = np.minimum(r, radius)
         with np.errstate(divide="ignore", invalid="ignore", under="ignore"):
-            answer = slope * radius / (exponent + 1.0) * (inner / radius) ** (exponent + 1.0)
-        for i in range(len(self.base)):
-            t = np.clip(r - self.base[i], self.low[i], self.high[i])
-            width = t - self.low[i]
-            if not np.any(width > 0.0):
-                break
-            for node, weight in zip(s, weights, strict=True):
-                values = self._panel_slope(self.low[i] + width * node, i)
-                answer = answer + weight * width * np.where(width > 0.0, values, 0.0)
+            answer = np.asarray(slope * radius / (exponent + 1.0) * (inner / radius) ** (exponent + 1.0))
+        panel = self._panel_of(r)
+        above = panel >= 0
+        on = panel[above]
+        width = np.minimum(r[above] - self._edges.base[on], self._edges.high[on]) - self._edges.low[on]
+        answer[above] += self._risen[on] + self._rise(on, width)
         return np.asarray(np.where(r <= self.reach, answer, math.nan))
+
+    @cached_property
+    def _edges(self) -> _Edges:
+        return _Edges(np.array(self.base), np.array(self.low), np.array(self.high), np.array(self.power))
+
+    @cached_property
+    def _columns(self) -> FloatArray:
+        """The coefficients of every panel in a column, shape (terms, panels)."""
+        columns = np.zeros((max(map(len, self.coefficients)), len(self.coefficients)))
+        for i, series in enumerate(self.coefficients):
+            columns[: len(series), i] = series
+        return columns
+
+    @cached_property
+    def _risen(self) -> FloatArray:
+        """By how much f rises from the first panel to the beginning of every one."""
+        rises = self._rise(np.arange(len(self.base)), self._edges.high - self._edges.low)
+        return np.concatenate([[0.0], np.cumsum(rises)[:-1]])
+
+    def _panel_of(self, r: FloatArray) -> NDArray[np.intp]:
+        return np.asarray(np.searchsorted(self._edges.base + self._edges.low, r, side="right") - 1)
+
+    def _rise(self, panel: NDArray[np.intp], width: FloatArray) -> FloatArray:
+        """The integral of f' over widths from the beginning of panels."""
+        nodes, weights = _rule()
+        slopes = self._panel_slope(self._edges.low[panel, None] + width[:, None] * nodes, panel[:, None])
+        return np.asarray(width * (slopes @ weights))
 
     def _tip_slope(self, r: FloatArray) -> FloatArray:
         radius, slope, exponent = self.tip
         with np.errstate(divide="ignore", invalid="ignore", under="ignore"):
             return np.asarray(slope * (r / radius) ** exponent)
 
-    def _panel_slope(self, t: FloatArray, i: int) -> FloatArray:
-        u = ((t - self.low[i]) / (self.high[i] - self.low[i])).clip(0.0, 1.0)
-        values = np.polynomial.chebyshev.chebval(2.0 * u - 1.0, self.coefficients[i])
-        if self.power[i]:
-            with np.errstate(divide="ignore", invalid="ignore", under="ignore"):
-                values = values * (t / self.high[i]) ** self.power[i]
-        return np.asarray(values)
+    def _panel_slope(self, t: FloatArray, panel: NDArray[np.intp]) -> FloatArray:
+        low, high, power = self._edges.low[panel], self._edges.high[panel], self._edges.power[panel]
+        u = ((t - low) / (high - low)).clip(0.0, 1.0)
+        values = np.polynomial.chebyshev.chebval(2.0 * u - 1.0, self._columns[:, panel], tensor=False)
+        with np.errstate(divide="ignore", invalid="ignore", under="ignore"):
+            return np.asarray(np.where(power == 0.0, values, values * (t / high) ** power))
+
+
+class _Edges(NamedTuple):
+    base: FloatArray
+    low: FloatArray
+    high: FloatArray
+    power: FloatArray
+
+
+@lru_cache(maxsize=1)
+def _rule() -> tuple[FloatArray, FloatArray]:
+    """Nodes and weights of Gauss and Legendre on [0, 1]."""
+    nodes, weights = np.polynomial.legendre.leggauss(24)
+    return (nodes + 1.0) / 2.0, weights / 2.0

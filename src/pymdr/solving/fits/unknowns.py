@@ -6,6 +6,7 @@ import inspect
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -106,12 +107,12 @@ def _limits(contact: Contact, name: str) -> tuple[float, float]:
     *path, last = name.split(".")
     if last.endswith("]"):
         return 0.0, math.inf
-    owner: object = contact
+    owner: Any = contact
     for step in path:
         attribute, *indices = step.replace("]", "").split("[")
         owner = getattr(owner, attribute)
         for index in indices:
-            owner = owner[int(index)]  # type: ignore[index]
+            owner = owner[int(index)]
     described = inspect.getattr_static(type(owner), last)
     assert isinstance(described, SIField)
     return max(described.above, described.at_least), min(described.below, described.at_most)

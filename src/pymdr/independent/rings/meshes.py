@@ -1,0 +1,107 @@
+"""Rings graded to the edges of contact zones, and contacts on them."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Callable, Iterable, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pymdr.independent.rings.surfaces import HALF_SPACE, Array, Mask, Surface, Zones
+
+_LEAST = 12  # rings of a panel: the fit at an edge needs nine
+
+
+class RingProblem(NamedTuple):
+    """Lengths over `size`, the end of the rings, pressures over E*; the pressure may be singular at `corners`."""
+
+    gap: Callable[[Array], Array]
+    depth: float | None
+    force: float | None
+    corners: tuple[float, ...]
+    n: int
+    size: float
+    surface: Surface = HALF_SPACE
+
+
+class RingMesh(NamedTuple):
+    """Rings with contiguous edges; the `live` ones may carry pressure, others bridge what lies between."""
+
+    edges: Array
+    live: Mask
+    centres: Array
+    gap: Array
+    panel: NDArray[np.intp]
+    area: Array
+    matrix: Array
+    inverses: tuple[Array, Array] | None = None
+    """Of the matrix, if many contacts are solved that begin at the axis; see `leading_inverses`."""
+
+
+class RingState(NamedTuple):
+    """A contact on a mesh, in the units of its problem, whose E* is 1."""
+
+    mesh: RingMesh
+    pressure: Array
+    depth: float
+    stiffness: float
+    zones: Zones
+
+
+def panels_of(
+    problem: RingProblem, spans: Sequence[tuple[float, float]], zones: Zones
+) -> list[tuple[float, float, int]]:
+    """Cut the spans and zones at zone edges and corners, and share the rings out among the panels."""
+    marks = sorted({*problem.corners, *(x for zone in zones for x in zone)})
+    pieces = []
+    for low, high in union_of([*spans, *zones]):
+        cuts = [low, *(x for x in marks if low < x < high), high]
+        pieces += [(a, b, any(z[0] <= a and b <= z[1] for z in zones)) for a, b in itertools.pairwise(cuts)]
+    panels = []
+    for low, high, inside in pieces:
+        rings = problem.n if inside else problem.n // 4 if zones else max(problem.n, 100)
+        share = math.sqrt(high - low) / sum(math.sqrt(b - a) for a, b, other in pieces if other == inside)
+        panels.append((low, high, max(_LEAST, round(rings * share))))
+    return panels
+
+
+def mesh_of(problem: RingProblem, panels: Sequence[tuple[float, float, int]]) -> RingMesh:
+    """The rings of some panels, graded to both ends of each, and their influence."""
+    edges, live, centres, panel = [panels[0][0]], [], [], []
+    for k, (low, high, n) in enumerate(panels):
+        if low > edges[-1]:
+            edges.append(low)
+            live.append(False)
+        x = low + (high - low) * np.sin(np.pi / 4 * np.arange(2 * n) / n) ** 2
+        edges += [*x[2::2], high]
+        centres += [*x[1::2]]
+        live += [True] * n
+        panel += [k] * n
+    a, r, own = np.array(edges), np.array(centres), np.array(live)
+    area = np.pi * (np.diff(a) * (a[1:] + a[:-1]))[own]
+    matrix = displacement_on(problem, r, a)[:, own]
+    return RingMesh(a, own, r, problem.gap(r), np.array(panel), area, matrix)
+
+
+def displacement_on(problem: RingProblem, r: Array, a: Array) -> Array:
+    """The displacement by unit pressure on each ring, in the lengths of the problem."""
+    return problem.surface.displacement(r * problem.size, a * problem.size) / problem.size
+
+
+def runs_of(mask: Mask) -> list[tuple[int, int]]:
+    """Where a mask begins and ceases to hold."""
+    steps = np.flatnonzero(np.diff(np.concatenate(([False], mask, [False])).astype(np.int8)))
+    return [(int(i), int(j)) for i, j in steps.reshape(-1, 2)]
+
+
+def union_of(intervals: Iterable[tuple[float, float]]) -> list[tuple[float, float]]:
+    """Intervals joined where they overlap."""
+    union: list[tuple[float, float]] = []
+    for low, high in sorted(intervals):
+        if union and low <= union[-1][1]:
+            low, high = union[-1][0], max(high, union.pop()[1])
+        union.append((low, high))
+    return union

@@ -1,0 +1,160 @@
+"""Contact zones: where they can lie, and their edges."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from pymdr.errors import ConvergenceError, ProblemError
+from pymdr.independent.rings.active import _balance, active_set, zones_in_words
+from pymdr.independent.rings.edges import edge_fit, room_beside
+from pymdr.independent.rings.meshes import (
+    RingProblem,
+    RingState,
+    displacement_on,
+    mesh_of,
+    panels_of,
+    runs_of,
+    union_of,
+)
+from pymdr.independent.rings.surfaces import Array, Zones
+from pymdr.units import metres
+
+
+def settle(problem: RingProblem) -> RingState:
+    """Alternate the active set, on rings graded to the last zones, with the refinement of the zone edges."""
+    level = math.inf if problem.depth is None else problem.depth
+    zones: Zones = ()
+    refined: RingState | None = None
+    near = max(0.02, 4 / problem.n)
+    for attempt in range(16):
+        spans = _spans(problem, level)
+        if not spans and problem.depth is None:
+            raise ProblemError("gap has no finite value up to the reach or edge: no force can be carried.")
+        if not spans:
+            return RingState(mesh_of(problem, [(0.0, 1.0, 1)]), np.zeros(1), level, 0.0, ())
+        found = active_set(problem, mesh_of(problem, panels_of(problem, spans, zones)), zones)
+        if not found.zones:
+            return found
+        if refined and refined.pressure.min() >= 0 and _agree(problem, found.zones, refined.zones, near, 0.0):
+            missed = _missed(problem, refined, spans) if attempt < 5 else ()
+            if not missed:
+                return refined
+            zones, refined = tuple(sorted((*refined.zones, *missed))), None
+            continue
+        # At a depth where a hole or a zone is about to vanish, the rings may tell either way.
+        simple = _simplify(problem, found.zones, min(20 / problem.n, 0.3)) if attempt > 4 else found.zones
+        if refined and attempt > 4 and _agree(problem, simple, refined.zones, near, 0.0):
+            return found
+        refined = _refine(problem, simple) if _agree(problem, simple, zones, 0.2, 0.2) else None
+        zones = refined.zones if refined else simple
+        if problem.depth is None:
+            level = found.depth + 0.1 * (found.depth - float(found.mesh.gap.min()))
+    raise ConvergenceError(
+        f"The edges of the contact zones did not settle; the last were {zones_in_words(problem, zones)} at d = "
+        f"{metres(found.depth * problem.size)}. Give breakpoints at kinks and jumps of the gap, or more rings."
+    )
+
+
+def _spans(problem: RingProblem, level: float) -> list[tuple[float, float]]:
+    """Intervals outside of which contact is looked for by no ring."""
+    below = _below(problem, level)
+    if not (below and problem.surface.bulges):
+        return below
+    x = np.concatenate(([0.0], np.geomspace(1e-12, 1.0, 2001)))
+    return [(0.0, min(1.0, max(below[-1][1], bulge_radius(x, problem.gap(x), level))))]
+
+
+def bulge_radius(r: Array, f: Array, level: float) -> float:
+    """A bound of the contact with what may bulge, from f at some radii: what rises beside a disk has sunk within.
+
+    There the mean of f over the disk is d, and a fifth more.
+    """
+    mean = np.cumsum((f[1:] + f[:-1]) / 2 * np.diff(r**2)) / r[1:] ** 2
+    sunk = np.flatnonzero(mean < level)
+    return 1.2 * float(r[min(sunk[-1] + 2, r.size - 1)]) if sunk.size else 0.0
+
+
+def _below(problem: RingProblem, level: float) -> list[tuple[float, float]]:
+    """Intervals that hold all points with f < d: contact is nowhere else if u > 0 everywhere."""
+    spans: list[tuple[float, float]] = []
+    todo = [(0.0, 1.0)]
+    for zoom in range(40):
+        again: list[tuple[float, float]] = []
+        for low, high in todo:
+            x = np.linspace(low, high, 65 if zoom else 2001)
+            f = problem.gap(x)
+            with np.errstate(invalid="ignore"):
+                steps = np.nan_to_num(np.abs(np.diff(f)), posinf=0.0)
+            variation = np.maximum(np.append(0.0, steps), np.append(steps, 0.0))
+            for i, j in runs_of(f - variation < level):
+                wide = 4 * (j - i) >= x.size and bool(np.any(f[i:j] < level))
+                (spans if wide else again).append((float(x[max(i - 1, 0)]), float(x[min(j, x.size - 1)])))
+        todo = again
+    return union_of(spans)
+
+
+def _missed(problem: RingProblem, state: RingState, spans: Sequence[tuple[float, float]]) -> Zones:
+    """Where, between the rings outside the zones, the surface would enter the punch."""
+    mesh, missed = state.mesh, []
+    for low, high, _ in panels_of(problem, spans, state.zones):
+        if not any(a <= low < b for a, b in state.zones):
+            x = np.linspace(low, high, 129)
+            u = displacement_on(problem, x, mesh.edges)[:, mesh.live] @ state.pressure
+            over = state.depth - problem.gap(x) - u > (state.depth - mesh.gap.min()) / problem.n**3
+            over[:2] = over[-2:] = False
+            missed += [(float(x[i - 1]), float(x[j])) for i, j in runs_of(over)]
+    return tuple(missed)
+
+
+def _simplify(problem: RingProblem, zones: Zones, narrow: float) -> Zones:
+    """Close holes narrower than this part of the zones beside them; on the axis and for zones, powers of it."""
+    least = narrow**3 * max(outer - inner for inner, outer in zones)
+    simple: list[tuple[float, float]] = []
+    for inner, outer in zones:
+        low, high = simple[-1] if simple else (0.0, 0.0)
+        most = narrow * min(outer - inner, high - low) if simple else narrow**2 * (outer - inner)
+        if outer - inner < least and not {inner, outer} & set(problem.corners):
+            continue
+        if inner - high < most and not {inner, high} & set(problem.corners):
+            inner, simple = low, simple[:-1]
+        simple.append((inner, outer))
+    return tuple(simple)
+
+
+def _agree(problem: RingProblem, new: Zones, old: Zones, tolerance: float, at_corners: float) -> bool:
+    return len(new) == len(old) and all(
+        abs(new[k][side] - x) <= room * (at_corners if x in problem.corners else tolerance)
+        for k in range(len(old))
+        for side, (x, room) in enumerate(zip(old[k], room_beside(old, k), strict=True))
+    )
+
+
+def _refine(problem: RingProblem, zones: Zones) -> RingState | None:
+    """Move the free edges of the zones until p √s = K + C s + ... has K = 0 there, s the distance from the edge.
+
+    A step of 2 K/C is Newton's method, for √(s + δ) = √s + δ/(2√s) + ...: the zero of p², seen from afar.
+    """
+    for _ in range(15):
+        mesh = mesh_of(problem, panels_of(problem, (), zones))
+        if not np.all(np.isfinite(mesh.gap)):
+            return None
+        state = RingState(mesh, *_balance(problem, mesh, np.ones(mesh.centres.size, dtype=np.bool_)), zones)
+        noise = 1e-13 * float(np.max(np.abs(mesh.gap)) / (state.depth - mesh.gap.min()))
+        moved, still, tolerance = [list(zone) for zone in zones], True, max(1e-9, noise)
+        for k, side in itertools.product(range(len(zones)), (0, 1)):
+            x, room = zones[k][side], room_beside(zones, k)[side]
+            K, C = edge_fit(state, k, side) if x > 0 else (0.0, 1.0)
+            if x == 0 or (x in problem.corners and K >= 0):
+                continue
+            step = math.copysign(min(2 * abs(K) / C, 0.2 * room) if C > 0 else 0.2 * room, K if side else -K)
+            still &= abs(step) <= tolerance * room
+            passed = [c for c in problem.corners if (c - x) * step > 0 and abs(c - x) <= abs(step)]
+            moved[k][side] = min(passed, key=lambda c: abs(c - x), default=x + step)
+        if still:
+            return state
+        zones = _simplify(problem, tuple((a, b) for a, b in moved), (2 / problem.n) ** 2)
+    return None

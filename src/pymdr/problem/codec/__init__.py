@@ -1,0 +1,22 @@
+"""Problems as plain dictionaries and back: case files and saved results share this.
+
+The models of cases are derived from the problem dataclasses, so that a new profile or leg needs one entry in the tables of
+`tables` and nothing else; a profile of one's own is entered by :func:`register_profile`.
+"""
+
+from pymdr.problem.codec.cases import PressCase as PressCase
+from pymdr.problem.codec.cases import RoughCase as RoughCase
+from pymdr.problem.codec.cases import decode_case as decode_case
+from pymdr.problem.codec.cases import decode_contact as decode_contact
+from pymdr.problem.codec.cases import decode_press as decode_press
+from pymdr.problem.codec.cases import decode_rough as decode_rough
+from pymdr.problem.codec.encoding import encode as encode
+from pymdr.problem.codec.encoding import encode_case as encode_case
+from pymdr.problem.codec.models import case_adapter as case_adapter
+from pymdr.problem.codec.models import case_schema as case_schema
+from pymdr.problem.codec.models import forget_models as forget_models
+from pymdr.problem.codec.models import rough_adapter as rough_adapter
+from pymdr.problem.codec.registering import register_profile as register_profile
+from pymdr.problem.codec.tables import KIND_OF as KIND_OF
+from pymdr.problem.codec.tables import PROFILES as PROFILES
+from pymdr.problem.codec.tables import unknown_kinds as unknown_kinds

@@ -1,0 +1,260 @@
+"""Cases from plain dictionaries."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from pymdr.errors import CaseError, PymdrError
+from pymdr.problem.codec.complaints import refuse_invalid
+from pymdr.problem.codec.models import case_adapter, press_adapter, rough_adapter
+from pymdr.problem.codec.tables import ONE_CHANNEL_LEGS, TABLES
+from pymdr.problem.contact import Contact
+from pymdr.problem.layers import Layer, Layered
+from pymdr.problem.materials import Material
+from pymdr.problem.paths import History, LoadingPath, Ramp
+from pymdr.problem.rough import RoughSurface
+from pymdr.units import shown
+
+MEASURED = ("file", "channel", "size", "unit", "missing", "detrend")
+"""Keys of a measured surface: where it is, and what becomes of it."""
+
+
+@dataclass(frozen=True)
+class RoughCase:
+    """What a rough case says."""
+
+    title: str
+    surface: RoughSurface
+    body: Material
+    counterbody: Material
+    radius: float | str | None
+    """Of the ball that bears the roughness; None for a nominally flat patch."""
+
+
+@dataclass(frozen=True)
+class PressCase:
+    """What a case of a pressed surface says."""
+
+    title: str
+    surface: RoughSurface | Mapping[str, Any]
+    """Random, or the keys of a file."""
+    body: Material
+    counterbody: Material
+    punch: bool
+
+
+def decode_case(plain: Mapping[str, Any]) -> tuple[str, Contact, LoadingPath]:
+    """
+    A case from plain dictionaries.
+
+    Parameters
+    ----------
+    plain : mapping
+        With the tables ``profile``, ``body``, ``path`` and optionally ``counterbody`` and ``title``.
+
+    Returns
+    -------
+    title : str
+    contact : Contact
+    path : LoadingPath
+
+    Raises
+    ------
+    CaseError
+        With the table, the key, the value and the remedy.
+
+    Examples
+    --------
+    >>> case = {"profile": {"kind": "sphere", "radius": "1 mm"}, "body": {"kind": "elastc"}, "path": []}
+    >>> decode_case(case)
+    Traceback (most recent call last):
+        ...
+    pymdr.errors.CaseError: [body] kind = 'elastc': unknown kind; did you mean 'elastic'?; path: at least one entry is needed
+    """
+    if "surface" in plain:
+        measured = isinstance(plain["surface"], Mapping) and "file" in plain["surface"]
+        ask = "pymdr press" if measured else "pymdr rough or pymdr press"
+        raise CaseError(f"[surface]: a rough surface is no profile with a path; ask for it with {ask}")
+    if isinstance(plain.get("path"), Mapping):
+        plain = {**plain, "path": [plain["path"]]}
+    contact = _contact(plain)
+    pieces = [_decode(leg, f"path {i + 1}") for i, leg in enumerate(plain["path"])]
+    path = pieces[0] if len(pieces) == 1 else History(tuple(pieces))
+    return str(plain.get("title", "")), contact, path
+
+
+def decode_contact(plain: Mapping[str, Any]) -> tuple[str, Contact]:
+    """
+    The title and the contact of a case from plain dictionaries, whose path may be missing.
+
+    Parameters
+    ----------
+    plain : mapping
+        As for :func:`decode_case`.
+
+    Returns
+    -------
+    title : str
+    contact : Contact
+
+    Raises
+    ------
+    CaseError
+        With the table, the key, the value and the remedy.
+
+    Examples
+    --------
+    >>> case = {"profile": {"kind": "sphere", "radius": "1 mm"}, "body": {"kind": "elastic", "young": "1 GPa", "poisson": 0.3}}
+    >>> decode_contact(case)[1].body.young
+    1000000000.0
+    """
+    if "path" in plain or "surface" in plain:
+        return decode_case(plain)[:2]
+    return str(plain.get("title", "")), _contact({**plain, "path": [{"kind": "hold"}]})
+
+
+def decode_rough(plain: Mapping[str, Any]) -> RoughCase:
+    """
+    A rough case from plain dictionaries.
+
+    Parameters
+    ----------
+    plain : mapping
+        With the tables ``surface``, ``body`` and optionally ``counterbody``, ``ball`` and ``title``.
+
+    Returns
+    -------
+    RoughCase
+
+    Raises
+    ------
+    CaseError
+        With the table, the key, the value and the remedy.
+
+    Examples
+    --------
+    >>> surface = {"hurst": 0.8, "rms": "1 um", "size": "1 mm", "shortest": "10 um", "sed": 1}
+    >>> decode_rough({"surface": surface, "body": {"kind": "rigid"}})
+    Traceback (most recent call last):
+        ...
+    pymdr.errors.CaseError: [surface] sed = 1: unknown key; did you mean 'seed'?
+    """
+    if "surface" not in plain:
+        raise CaseError(
+            "table [surface] is missing; a rough case has hurst, rms, size and shortest there, and neither profile nor path"
+        )
+    refuse_invalid(plain, rough_adapter())
+    return RoughCase(
+        str(plain.get("title", "")),
+        _build("surface", RoughSurface, plain["surface"]),
+        *_bodies(plain),
+        plain["ball"]["radius"] if "ball" in plain else None,
+    )
+
+
+def decode_press(plain: Mapping[str, Any]) -> PressCase:
+    """
+    A case of a pressed surface from plain dictionaries.
+
+    Parameters
+    ----------
+    plain : mapping
+        With the tables ``surface``, ``body`` and optionally ``counterbody``, ``punch`` and ``title``.
+
+    Returns
+    -------
+    PressCase
+
+    Raises
+    ------
+    CaseError
+        With the table, the key, the value and the remedy.
+
+    Examples
+    --------
+    >>> decode_press({"surface": {"file": "heights.txt", "fil": 1}, "body": {"kind": "rigid"}})
+    Traceback (most recent call last):
+        ...
+    pymdr.errors.CaseError: [surface] fil = 1: unknown key; measured heights have file, channel, size, unit, missing, detrend
+    """
+    surface = plain.get("surface")
+    if not isinstance(surface, Mapping):
+        raise CaseError(
+            "table [surface] is missing; it has file, of measured heights, or hurst, rms, size and shortest of random ones"
+        )
+    measured = "file" in surface
+    if measured:
+        strange = [key for key in surface if key not in MEASURED]
+        if strange:
+            raise CaseError(
+                f"[surface] {strange[0]} = {shown(surface[strange[0]])}: unknown key; measured heights have {', '.join(MEASURED)}"
+            )
+    elif "punch" in plain:
+        raise CaseError("punch: a random surface is a punch as it is; leave it out")
+    else:
+        decode_rough(plain)
+        if "ball" in plain:
+            raise CaseError(
+                "[ball]: boundary elements press the surface alone; add the heights of the ball to those of a file"
+            )
+    refuse_invalid(plain, press_adapter())
+    return PressCase(
+        str(plain.get("title", "")),
+        dict(surface) if measured else _build("surface", RoughSurface, surface),
+        *_bodies(plain),
+        bool(plain.get("punch", False)),
+    )
+
+
+def _contact(plain: Mapping[str, Any]) -> Contact:
+    refuse_invalid(plain, case_adapter())
+    body, counterbody = _bodies(plain)
+    contact: Contact = _build(
+        "contact",
+        Contact,
+        {
+            "profile": _decode(plain["profile"], "profile"),
+            "body": body,
+            "counterbody": counterbody,
+            **{name: _decode(plain[name], name) for name in ("adhesion", "friction") if name in plain},
+        },
+    )
+    return contact
+
+
+def _bodies(plain: Mapping[str, Any]) -> tuple[Material, Material]:
+    counterbody = plain.get("counterbody", {"kind": "rigid"})
+    return _decode(plain["body"], "body"), _decode(counterbody, "counterbody")
+
+
+def _decode(plain: Mapping[str, Any], table: str) -> Any:
+    arguments = dict(plain)
+    kind = arguments.pop("kind")
+    cls = Ramp if kind in ONE_CHANNEL_LEGS else next(t[kind] for t in TABLES.values() if kind in t)
+    if "parts" in arguments:
+        arguments["parts"] = tuple(_decode(part, f"{table}.parts") for part in arguments["parts"])
+    if "interpolation" in arguments:
+        arguments["interpolation"] = _decode(arguments["interpolation"], f"{table}.interpolation")
+    if cls is Layered:
+        arguments["layers"] = tuple(
+            _build(
+                f"{table}.layers {i}",
+                Layer,
+                {**one, "material": _decode(one["material"], f"{table}.layers {i}.material")},
+            )
+            for i, one in enumerate(arguments["layers"], 1)
+        )
+        if "base" in arguments:
+            arguments["base"] = _decode(arguments["base"], f"{table}.base")
+    if isinstance(arguments.get("shear"), Mapping):
+        arguments["shear"] = _decode(arguments["shear"], f"{table}.shear")
+    return _build(table, cls, arguments)
+
+
+def _build(table: str, cls: type, arguments: Mapping[str, Any]) -> Any:
+    try:
+        return cls(**arguments)
+    except PymdrError as error:
+        raise CaseError(f"[{table}] {error}") from error

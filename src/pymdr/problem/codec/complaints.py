@@ -1,0 +1,181 @@
+"""What is wrong with a case, in words that name table, key, value and remedy."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Mapping
+from dataclasses import fields
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from pymdr.errors import CaseError
+from pymdr.problem.codec.models import FILE_KEYS, case_adapter, rough_adapter
+from pymdr.problem.codec.tables import (
+    INTERPOLATIONS,
+    LEGS,
+    MATERIALS,
+    ONE_CHANNEL_LEGS,
+    PROFILES,
+    RHEOLOGIES,
+    SOLIDS,
+    TABLES,
+    kinds,
+)
+from pymdr.problem.layers import Layer
+from pymdr.problem.rough import RoughSurface
+from pymdr.units import shown
+
+if TYPE_CHECKING:
+    from pydantic import TypeAdapter
+
+
+def refuse_invalid(plain: Mapping[str, Any], adapter: TypeAdapter[Any]) -> None:
+    """
+    Refuse plain dictionaries that are no such case.
+
+    Raises
+    ------
+    CaseError
+        With table, key, value and remedy.
+    """
+    from pydantic import ValidationError
+
+    try:
+        adapter.validate_python(_without_arrays(plain))
+    except RecursionError as error:
+        raise CaseError("tables or lists are nested too deeply for a case") from error
+    except ValidationError as error:
+        raise CaseError(_in_words(error, plain)) from error
+
+
+_SHOWN = 4
+"""Complaints that one message tells."""
+
+_ALTERNATIVES = ("int", "float", "str")
+"""What pydantic appends for every form that a number may have."""
+
+_NEEDED = {
+    "string_type": "a text is needed",
+    "list_type": "a list is needed",
+    "model_type": "a table is needed",
+    "model_attributes_type": "a table is needed",
+    "dict_type": "a table is needed",
+    "literal_error": "another kind is needed",
+}
+
+
+def _in_words(error: Any, plain: Mapping[str, Any]) -> str:
+    """The complaints of a validation, with table, key, value and remedy."""
+    found: dict[str, None] = {}
+    suggested: set[tuple[Any, ...]] = set()
+    complaints = error.errors(include_url=False)
+    for one in sorted(complaints, key=lambda e: e["type"] != "extra_forbidden"):
+        full = [part for part in one["loc"] if not str(part).startswith("list[")]
+        while len(full) > 1 and full[-1] in _ALTERNATIVES:
+            full.pop()
+        # pydantic names the kind of every tagged table; users know the table
+        loc = [part for i, part in enumerate(full) if i in (0, len(full) - 1) or part not in kinds()]
+        if one["type"] == "missing" and tuple(loc) in suggested:
+            continue
+        if one["type"] == "extra_forbidden":
+            suggested |= {(*loc[:-1], key) for key in _near(str(loc[-1]), _known_keys(loc[:-1], plain))}
+        found[_complaint(one, loc, plain)] = None
+    told = list(found)
+    more = f"; and {len(told) - _SHOWN} more of this kind" if len(told) > _SHOWN else ""
+    return "; ".join(told[:_SHOWN]) + more
+
+
+def _complaint(one: Mapping[str, Any], loc: list[Any], plain: Mapping[str, Any]) -> str:
+    path = [str(part + 1) if isinstance(part, int) else str(part) for part in loc]
+    table, key = path[:-1], path[-1] if path else "the case"
+    where = f"[{' '.join(table)}] " if table else ""
+    match one["type"]:
+        case "extra_forbidden":
+            hint = _nearest(key, _known_keys(loc[:-1], plain))
+            return f"{where}{key} = {shown(one['input'])}: unknown {'key' if table else 'table'}; {hint}"
+        case "missing":
+            return f"{where}{f'key {key!r} is missing' if table else f'table [{key}] is missing'}"
+        case "union_tag_not_found":
+            return f"[{' '.join(path)}] key 'kind' is missing; one of {_kinds_for(loc)} is needed"
+        case "union_tag_invalid":
+            tag = str(one["ctx"]["tag"])
+            if tag == "sum" and "parts" in loc:
+                return f"[{' '.join(path)}] kind = 'sum': a part is no sum itself; list its parts beside the others"
+            if tag.lower() == "function" and loc and loc[0] == "profile":
+                return (
+                    f"[{' '.join(path)}] kind = {shown(tag)}: no text of a case is evaluated as a formula; give samples "
+                    "of it (kind = 'sampled' with file = 'profile.csv'), or write a Python script with pymdr.Function"
+                )
+            return f"[{' '.join(path)}] kind = {shown(tag)}: unknown kind; {_nearest(tag, _kinds_for(loc))}"
+        case "too_short":
+            return f"{where}{key}: at least one entry is needed"
+        case "greater_than_equal":
+            return f"{where}{key} = {shown(one['input'])}: it must be at least {one['ctx']['ge']}"
+        case "less_than_equal":
+            return f"{where}{key} = {shown(one['input'])}: it must be at most {one['ctx']['le']}"
+        case other:
+            whole = key in ("steps", "cycles", "keep", "n", "seed", "sides")
+            number = "a whole number is needed" if whole else "a number or a text with its unit is needed"
+            needed = number if one["loc"][-1] in _ALTERNATIVES or whole else _NEEDED.get(other, number)
+            return f"{where}{key} = {shown(one['input'])}: {needed}"
+
+
+def _kinds_for(loc: list[Any]) -> list[str]:
+    if "path" in loc:
+        return [*LEGS, *ONE_CHANNEL_LEGS]
+    if "interpolation" in loc:
+        return list(INTERPOLATIONS)
+    if "shear" in loc:
+        return list(RHEOLOGIES)
+    if "material" in loc or "base" in loc:
+        return list(SOLIDS)
+    if "parts" in loc:
+        return [kind for kind in PROFILES if kind != "sum"]
+    if loc and loc[0] in ("adhesion", "friction"):
+        return list(TABLES[loc[0]])
+    return list(MATERIALS if loc and loc[0] in ("body", "counterbody") else PROFILES)
+
+
+def _known_keys(loc: list[Any], plain: Any) -> list[str]:
+    if not loc:
+        adapter = rough_adapter() if "surface" in plain else case_adapter()
+        return list(adapter.json_schema()["properties"])
+    if loc == ["surface"]:
+        return [f.name for f in fields(RoughSurface)]
+    if loc == ["ball"]:
+        return ["radius"]
+    if loc[-2:-1] == ["layers"]:
+        return [f.name for f in fields(Layer)]
+    if loc == ["solve"]:
+        return ["machine_stiffness", "keep", "solver"]
+    if loc == ["solve", "solver"]:
+        return ["kind", "n"]
+    for part in loc:
+        plain = plain[part]
+    kind = plain.get("kind")
+    if kind in ONE_CHANNEL_LEGS:
+        return ["kind", ONE_CHANNEL_LEGS[kind], "steps", "duration"]
+    cls = next((table[kind] for table in TABLES.values() if kind in table), None)
+    return ["kind", *(f.name for f in fields(cls)), *FILE_KEYS.get(kind, ())] if cls else ["kind"]
+
+
+def _near(word: str, known: list[str]) -> list[str]:
+    """The nearest of the known words; those that differ in capitals or are written one within the other come first."""
+    plain = word.lower()
+    same = [name for name in known if name.lower() == plain]
+    return same or difflib.get_close_matches(plain[:80], known, n=1, cutoff=0.5)
+
+
+def _nearest(word: str, known: list[str]) -> str:
+    near = _near(word, known)
+    return f"did you mean {near[0]!r}?" if near else f"known are {', '.join(known)}"
+
+
+def _without_arrays(plain: Any) -> Any:
+    """The same with one number for every array: columns of files were read as numbers already."""
+    if isinstance(plain, Mapping):
+        return {key: _without_arrays(entry) for key, entry in plain.items()}
+    if isinstance(plain, list) and any(isinstance(entry, Mapping | list) for entry in plain):
+        return [_without_arrays(entry) for entry in plain]
+    return [0.0] if isinstance(plain, np.ndarray) else plain

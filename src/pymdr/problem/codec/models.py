@@ -1,0 +1,260 @@
+"""The models of pydantic by which cases are checked, derived from the dataclasses of problems, and their schema."""
+
+from __future__ import annotations
+
+import inspect
+from dataclasses import MISSING, fields
+from functools import lru_cache
+from types import GenericAlias
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Union
+
+from pymdr.problem.codec.tables import ONE_CHANNEL_LEGS, PROFILES, TABLES
+from pymdr.problem.layers import BONDS, Layer, Layered
+from pymdr.problem.paths import CHANNELS, Ramp
+from pymdr.problem.profiles import ForceCurve, Shape, Sum
+from pymdr.problem.profiles.shapes import MOST_SIDES
+from pymdr.problem.rough import RoughSurface
+from pymdr.problem.topography import HeightsField
+from pymdr.problem.values import ArrayField, OptionalArrayField, OptionalSIField, SidesField, SIField
+
+if TYPE_CHECKING:
+    from pydantic import BaseModel, TypeAdapter
+
+
+FILE_KEYS = {
+    "sampled": ("file",),
+    "force_curve": ("file",),
+    "prony": ("file",),
+    "path": ("file", "channels"),
+}
+"""Keys of case files whose columns replace the arrays of a kind."""
+
+_BESIDE_FILES = {"force_curve": ("modulus",)}
+"""Keys that no such file holds."""
+
+
+def case_schema() -> dict[str, Any]:
+    """The JSON schema of case files, in which tables of samples may name a file instead."""
+    plain: dict[str, Any] = case_adapter().json_schema()
+    words = {
+        "file": {"type": "string", "description": "CSV file beside the case, with units in its header"},
+        "channels": {
+            "type": "array",
+            "items": {"enum": list(CHANNELS)},
+            "description": "the columns of the file that are prescribed",
+        },
+    }
+    for kind, keys in FILE_KEYS.items():
+        table = plain["$defs"][kind]
+        table["properties"] |= {key: words[key] for key in keys}
+        arrays = [key for key in table["required"] if key not in ("kind", *_BESIDE_FILES.get(kind, ()))]
+        table["required"] = ["kind", *_BESIDE_FILES.get(kind, ())]
+        if arrays:
+            table["anyOf"] = [{"required": arrays}, {"required": ["file"]}]
+    return plain
+
+
+@lru_cache(maxsize=1)
+def case_adapter() -> TypeAdapter[Any]:
+    """The pydantic adapter of a whole case; its ``json_schema()`` serves editors."""
+    from pydantic import ConfigDict, Field, TypeAdapter, create_model
+
+    model = create_model(
+        "case",
+        __config__=ConfigDict(extra="forbid", title="pymdr case"),
+        __doc__="One contact and its loading path.",
+        title=(str, Field("", description="printed above the summary")),
+        profile=(_union("profile"), ...),
+        body=(_union("material"), ...),
+        counterbody=(_union("material"), Field(None, description="rigid unless given")),
+        adhesion=(_union("adhesion"), Field(None, description="none unless given")),
+        friction=(_union("friction"), Field(None, description="frictionless unless given")),
+        path=(_list_of(_union("leg")), Field(..., description="legs, one after the other", min_length=1)),
+        solve=(_options_model(), Field(None, description="how it is solved")),
+    )
+    return TypeAdapter(model)
+
+
+@lru_cache(maxsize=1)
+def rough_adapter() -> TypeAdapter[Any]:
+    """The pydantic adapter of a rough case."""
+    from pydantic import ConfigDict, Field, TypeAdapter, create_model
+
+    closed = ConfigDict(extra="forbid")
+    columns: dict[str, Any] = {f.name: _field_type(RoughSurface, f) for f in fields(RoughSurface)}
+    radius: Any = (int | float | str, Field(..., description="radius; text with unit, or number in m"))
+    surface: Any = create_model("surface", __config__=closed, **columns)
+    ball: Any = create_model("ball", __config__=closed, radius=radius)
+    model = create_model(
+        "rough_case",
+        __config__=ConfigDict(extra="forbid", title="pymdr rough case"),
+        __doc__="A randomly rough surface between two bodies.",
+        title=(str, Field("", description="printed above the summary")),
+        surface=(surface, ...),
+        body=(_union("material"), ...),
+        counterbody=(_union("material"), Field(None, description="rigid unless given")),
+        ball=(ball | None, Field(None, description="what bears the roughness; nominally flat unless given")),
+    )
+    return TypeAdapter(model)
+
+
+@lru_cache(maxsize=1)
+def press_adapter() -> TypeAdapter[Any]:
+    """The pydantic adapter of a case whose surface is pressed by boundary elements."""
+    from pydantic import ConfigDict, Field, StrictBool, TypeAdapter, create_model
+
+    closed = ConfigDict(extra="forbid")
+    columns: dict[str, Any] = {f.name: _field_type(RoughSurface, f) for f in fields(RoughSurface)}
+    rough: Any = create_model("surface", __config__=closed, **columns)
+    length: Any = int | float | str
+    measured: Any = create_model(
+        "measured",
+        __config__=closed,
+        file=(str, Field(..., description="of measured heights; paths count from the case file")),
+        channel=(int | str | None, Field(None, description="number or name, where the file has several")),
+        size=(length | list[length] | None, Field(None, description="sides, where the file has none")),
+        unit=(str | None, Field(None, description="of the heights, where the file has none")),
+        missing=(str | None, Field(None, description="interpolate or crop: what becomes of missing heights")),
+        detrend=(str | None, Field(None, description="mean, plane, sphere or curvature: what is taken off")),
+    )
+    model = create_model(
+        "press_case",
+        __config__=ConfigDict(extra="forbid", title="pymdr press case"),
+        __doc__="A surface that is pressed on a half-space.",
+        title=(str, Field("", description="printed above the summary")),
+        surface=(measured | rough, ...),
+        punch=(StrictBool, Field(False, description="whether the body ends where the heights end")),
+        body=(_union("material"), ...),
+        counterbody=(_union("material"), Field(None, description="rigid unless given")),
+    )
+    return TypeAdapter(model)
+
+
+def forget_models() -> None:
+    """Derive the models of cases anew, after a table has changed."""
+    for derived in (_model, _layer_model, _union, case_adapter, rough_adapter):
+        derived.cache_clear()
+
+
+def _options_model() -> type[BaseModel]:
+    from pydantic import ConfigDict, Field, create_model
+
+    stiffness = Field(None, description="stiffness of what presses the bodies together, above 0 N/m")
+    kept = Field(None, description="with friction: keep every k-th row", ge=1, strict=True)
+    rings_only: Any = Literal["rings"]
+    rings: Any = create_model(
+        "rings",
+        __config__=ConfigDict(extra="forbid"),
+        __doc__="Boundary elements on rings instead of the method, annular contacts included.",
+        kind=(rings_only, ...),
+        n=(int, Field(400, description="number of rings in contact", ge=20, le=5000, strict=True)),
+    )
+    return create_model(
+        "solve",
+        __config__=ConfigDict(extra="forbid"),
+        __doc__="How a case is solved.",
+        machine_stiffness=(Union[int, float, str, None], stiffness),  # noqa: UP007
+        keep=(int | None, kept),
+        solver=(rings | None, Field(None, description="the method unless given")),
+    )
+
+
+def _list_of(kind: Any) -> Any:
+    """The list of a kind that is known when the program runs."""
+    return GenericAlias(list, (kind,))
+
+
+@lru_cache(maxsize=8)
+def _union(table: str) -> Any:
+    from pydantic import Field
+
+    # a sum of sums is one sum, so that its parts are never sums themselves
+    classes = (
+        {k: c for k, c in PROFILES.items() if not issubclass(c, Sum | ForceCurve | Shape)}
+        if table == "part"
+        else TABLES[table]
+    )
+    models = [_model(kind, cls) for kind, cls in classes.items()]
+    if table == "leg":
+        models += [
+            _model(kind, Ramp, (c, "steps", "duration", "rate")) for kind, c in ONE_CHANNEL_LEGS.items()
+        ]
+    return Annotated[Union[tuple(models)], Field(discriminator="kind")]  # noqa: UP007
+
+
+@lru_cache(maxsize=64)
+def _model(kind: str, cls: type, only: tuple[str, ...] | None = None) -> type[BaseModel]:
+    from pydantic import ConfigDict, create_model
+
+    columns: dict[str, Any] = {"kind": (Literal[kind], ...)}
+    for f in fields(cls):
+        if only is None or f.name in only:
+            columns[f.name] = _field_type(cls, f)
+    if only is not None:
+        columns[only[0]] = (Union[int, float, str], ...)  # noqa: UP007
+    doc = inspect.cleandoc(cls.__doc__ or "").split("\n\n")[0]
+    if doc.startswith(f"{cls.__name__}("):  # what dataclass writes where there is none
+        doc = ""
+    return create_model(kind, __config__=ConfigDict(extra="forbid"), __doc__=doc, **columns)
+
+
+@lru_cache(maxsize=1)
+def _layer_model() -> Any:
+    from pydantic import ConfigDict, create_model
+
+    columns: dict[str, Any] = {f.name: _field_type(Layer, f) for f in fields(Layer)}
+    doc = "One layer of a body."
+    return create_model("layer", __config__=ConfigDict(extra="forbid"), __doc__=doc, **columns)
+
+
+def _field_type(cls: type, f: Any) -> tuple[Any, Any]:
+    """The pydantic type and default of one dataclass field."""
+    from pydantic import Field
+
+    descriptor = inspect.getattr_static(cls, f.name, None)
+    number = Union[int, float, str]  # noqa: UP007  (a runtime value)
+    if isinstance(descriptor, SidesField):
+        note = f"{descriptor.words}; texts with units or numbers in {descriptor.unit}"
+        return number | list[number], Field(..., description=note)
+    if isinstance(descriptor, HeightsField):
+        note = f"{descriptor.words}; rows of numbers in {descriptor.unit}, those of one x after the other"
+        return list[list[number]], Field(..., description=note)
+    if isinstance(descriptor, ArrayField):
+        note = f"{descriptor.words}; texts with units or numbers in {descriptor.unit}"
+        return list[number], Field(..., description=note)
+    if isinstance(descriptor, OptionalArrayField):
+        note = f"{descriptor.words}; texts with units or numbers in {descriptor.unit}"
+        return list[number] | None, Field(None, description=note)
+    if isinstance(descriptor, SIField):
+        unit = f"text with unit, or number in {descriptor.unit}" if descriptor.unit else "number"
+        note = "; ".join(part for part in (descriptor.words, unit, descriptor.limits) if part)
+        if isinstance(descriptor, OptionalSIField):
+            return number | None, Field(None, description=note)
+        return number, Field(... if descriptor.default is None else descriptor.default, description=note)
+    if f.name == "parts":
+        return _list_of(_union("part")), Field(..., description="profiles to be added", min_length=1)
+    if f.name == "interpolation":
+        words = "how a curve is run through; unless given, a smoothing spline if there is a scatter, else a cubic one"
+        return _union("interpolation") | None, Field(None, description=words)
+    if f.name == "layers":
+        return _list_of(_layer_model()), Field(..., description="from the surface downward", min_length=1)
+    if f.name == "material":
+        return _union("solid"), Field(..., description="isotropic and elastic")
+    if cls is Layered and f.name == "base":
+        return _union("solid"), Field(
+            {"kind": "rigid"}, description="what the layers lie on; rigid unless given"
+        )
+    if f.name == "bond":
+        words = "between the lowest layer and the base; frictionless means that it slides and never lifts off"
+        return Literal[BONDS], Field(f.default, description=words)
+    if f.name == "shear":
+        return _union("rheology"), Field(..., description="how it relaxes in shear")
+    if f.name == "sides":
+        return int, Field(..., description="number of faces", ge=3, le=MOST_SIDES, strict=True)
+    if f.name == "seed":
+        return int, Field(f.default, description="which surface of all", ge=0, strict=True)
+    if f.name in ("steps", "cycles"):
+        words = "number of rows" if f.name == "steps" else "number of cycles"
+        kind = int if isinstance(f.default, int) else int | None
+        return kind, Field(f.default, description=words, ge=1, strict=True)
+    return Any, Field(... if f.default is MISSING else f.default)

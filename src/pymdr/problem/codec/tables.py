@@ -1,0 +1,129 @@
+"""The words of case files and saved results, and the classes for which they stand."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from pymdr.problem.laws import DMT, JKR, Coulomb, MaugisDugdale
+from pymdr.problem.layers import Layered
+from pymdr.problem.materials import Elastic, Graded, Rigid, TransverselyIsotropic, Viscoelastic
+from pymdr.problem.paths import Cycle, Hold, Path, Ramp
+from pymdr.problem.profiles import (
+    ConcavePunch,
+    Cone,
+    CubicSpline,
+    DomedPunch,
+    Ellipsoid,
+    EllipticParaboloid,
+    FlatPunch,
+    ForceCurve,
+    Hyperboloid,
+    Interpolated,
+    Paraboloid,
+    PowerLaw,
+    Pyramid,
+    RoundedCone,
+    RoundedFlat,
+    Sampled,
+    Sampled2D,
+    ShapePreserving,
+    SmoothingSpline,
+    Sphere,
+    Sum,
+    TruncatedCone,
+    TruncatedParaboloid,
+    TruncatedSphere,
+    Waviness,
+)
+from pymdr.problem.rheology import KelvinVoigt, Maxwell, PowerLawRheology, Prony, StandardSolid
+
+PROFILES: dict[str, type] = {
+    "sphere": Sphere,
+    "paraboloid": Paraboloid,
+    "cone": Cone,
+    "power_law": PowerLaw,
+    "flat_punch": FlatPunch,
+    "ellipsoid": Ellipsoid,
+    "hyperboloid": Hyperboloid,
+    "rounded_cone": RoundedCone,
+    "truncated_cone": TruncatedCone,
+    "truncated_paraboloid": TruncatedParaboloid,
+    "truncated_sphere": TruncatedSphere,
+    "rounded_flat": RoundedFlat,
+    "domed_punch": DomedPunch,
+    "concave_punch": ConcavePunch,
+    "waviness": Waviness,
+    "sampled": Sampled,
+    "force_curve": ForceCurve,
+    "sum": Sum,
+    "interpolated": Interpolated,
+    "elliptic_paraboloid": EllipticParaboloid,
+    "pyramid": Pyramid,
+    "sampled_2d": Sampled2D,
+}
+
+MATERIALS: dict[str, type] = {
+    "elastic": Elastic,
+    "transversely_isotropic": TransverselyIsotropic,
+    "graded": Graded,
+    "viscoelastic": Viscoelastic,
+    "layered": Layered,
+    "rigid": Rigid,
+}
+
+SOLIDS: dict[str, type] = {"elastic": Elastic, "rigid": Rigid}
+"""What layers and their base are made of."""
+
+RHEOLOGIES: dict[str, type] = {
+    "prony": Prony,
+    "maxwell": Maxwell,
+    "standard_solid": StandardSolid,
+    "kelvin_voigt": KelvinVoigt,
+    "power_law_rheology": PowerLawRheology,
+}
+
+ADHESION: dict[str, type] = {"jkr": JKR, "maugis_dugdale": MaugisDugdale, "dmt": DMT}
+
+FRICTION: dict[str, type] = {"coulomb": Coulomb}
+
+LEGS: dict[str, type] = {"ramp": Ramp, "cycle": Cycle, "hold": Hold, "path": Path}
+
+ONE_CHANNEL_LEGS: dict[str, str] = {
+    "indent": "indentation",
+    "load": "normal_force",
+    "travel": "travel",
+    "shift": "shift",
+    "drag": "tangential_force",
+}
+"""Kinds that are a ramp of one channel."""
+
+INTERPOLATIONS: dict[str, type] = {
+    "cubic_spline": CubicSpline,
+    "shape_preserving": ShapePreserving,
+    "smoothing_spline": SmoothingSpline,
+}
+
+TABLES: dict[str, dict[str, type]] = {
+    "profile": PROFILES,
+    "material": MATERIALS,
+    "solid": SOLIDS,
+    "adhesion": ADHESION,
+    "friction": FRICTION,
+    "leg": LEGS,
+    "interpolation": INTERPOLATIONS,
+    "rheology": RHEOLOGIES,
+}
+
+KIND_OF: dict[type, str] = {cls: kind for table in TABLES.values() for kind, cls in table.items()}
+
+
+def kinds() -> set[str]:
+    """All words that may stand behind kind = in a case."""
+    return {kind for table in TABLES.values() for kind in table} | set(ONE_CHANNEL_LEGS)
+
+
+def unknown_kinds(plain: Mapping[str, Any]) -> list[str]:
+    """Kinds of a profile and of its parts, as plain dictionaries, that nobody has registered."""
+    parts = plain.get("parts", []) if plain.get("kind") == "sum" else [plain]
+    return [part["kind"] for part in parts if part["kind"] not in PROFILES]
