@@ -7,21 +7,30 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from pymdr.compiling import compiled
+from pymdr import compiling
 from pymdr.units import FloatArray
+
+
+def compiled(function: compiling.Function) -> compiling.Function:
+    """Compile with numba when first called; kept on disk. Products and sums may be fused, nothing else."""
+    return compiling.compiled(function, fastmath={"contract"})
+
 
 SCALE, SHAPE, POINT, BASE = range(4)
 """Columns: logarithms of the scale of the forces and of the number in which the family differs, contact point in m, and
 baseline in N."""
 SETTLED, UNSETTLED, NO_CONTACT, UNREAD, AT_END = range(5)
 """How the fit of a curve ended."""
-_FEW, _TRIALS, _RUNGS, _KEPT = 128, 25, 14, 3
+_FEW, _TRIALS, _RUNGS, _KEPT = 192, 21, 12, 2
 _ASIDE = 1.0
 """Of the logarithm of the number of the family."""
 _ITERATIONS, _POLISH = 60, 100
-_ROUGHLY, _ENOUGH, _STUCK = 1e-4, 1e-9, 1e8
-_NEWTON = 30
-_BEYOND = 0.25
+_ROUGHLY, _TOLD, _STUCK = 1e-3, 1e-3, 1e8
+"""Gains in parts of the sum of squares; the second times the samples, where 1 is a standard error."""
+_MANY, _FREE = 8, 1e-3
+_NEWTON, _CLOSE = 30, 1e-8
+"""The error left is the square of the last step."""
+_BEYOND, _UNKNOWN = 0.25, -1.0
 _FULLY_OUT = 0.3
 _BLIND = 1e-13
 _SEEN = 25.0
@@ -155,13 +164,13 @@ def _model(
             if soft == 0.0:
                 r = min(math.sqrt((travel - fold) / reach), _OUTSIDE)
             else:
-                r = min(max(root[i], start + 1e-9), _OUTSIDE)
+                r = min(max(root[i] if root[i] >= 0.0 else root[i - 1], start + 1e-9), _OUTSIDE)
                 for _ in range(_NEWTON):
                     value, slope = _read(row[0], row[1], r)
                     off = fold + reach * r * r + soft * value - travel
                     moved = r - off / max(2.0 * reach * r + soft * slope, 1e-6 * reach)
                     moved = min(max(moved, 0.5 * (r + start)), _OUTSIDE)
-                    done = abs(moved - r) < 1e-12
+                    done = abs(moved - r) < _CLOSE
                     r = moved
                     if done:
                         break
@@ -301,7 +310,14 @@ def _descend(
     for _ in range(most):
         if fresh:
             _normal(force, theta[BASE], out, used, ways, square, side)
-        _solve(square, damping, side, step_x)
+        held, pull = square, side
+        if folds.size > 1 and (theta[SHAPE] <= first or theta[SHAPE] >= last):
+            held, pull = square.copy(), side.copy()
+            for p in range(m):
+                if ways[SHAPE, p] * side[p] * (1.0 if theta[SHAPE] >= last else -1.0) > 0.0:
+                    # it stays at its end
+                    held[p, :], held[:, p], pull[p] = 0.0, 0.0, 0.0
+        _solve(held, damping, pull, step_x)
         for i in range(4):
             moved[i] = theta[i]
             for p in range(m):
@@ -314,11 +330,14 @@ def _descend(
         _model(place, force, moved, (row, fold, fold_rate, deepest), softness, root, gain, trial, touching)
         found = _misfit(force, moved[BASE], trial, used)
         if found <= misfit:
-            gained = misfit - found
+            gained, expected = misfit - found, 0.0
+            for p in range(m):
+                expected += step_x[p] * side[p]
             misfit, fresh = found, True
             theta[:], out[:, :], touches[:] = moved, trial, touching
             damping = max(0.1 * damping, 1e-12)
-            if gained <= enough * misfit:
+            # what is gained as it was expected leaves nothing that counts
+            if gained <= enough * misfit or (damping < _FREE and abs(gained - expected) <= enough * misfit):
                 settled = True
                 break
         else:
@@ -439,10 +458,17 @@ def fit_curve(
     _start(few_place[::2].copy(), few_force[::2].copy(), known, free, tied, family, softness, rungs, found)
     all_few, all_samples = np.ones(few_place.size, dtype=np.bool_), np.ones(n, dtype=np.bool_)
     square, best, misfit = np.empty((m, m)), known.copy(), math.inf
-    root = np.full(few_place.size, 0.5)
+    root = np.full(few_place.size, _UNKNOWN)
     touches, out = np.empty(few_place.size, dtype=np.bool_), np.empty((few_place.size, 4))
-    for turn in range(_KEPT + 2 * (folds.size > 1)):
-        if turn < _KEPT:
+    last = family[3] + family[4] * (folds.size - 1)
+    turn = -1
+    while turn < _KEPT + 1 + rungs.size:
+        turn += 1
+        if turn == _KEPT and folds.size == 1:
+            break
+        if turn == _KEPT + 2 and family[3] < best[SHAPE] < last:
+            break
+        if turn < _KEPT or turn > _KEPT + 1:
             # the first is the one that pulls as the record does: a pull may stand in a few samples
             by, lowest = 5 if turn == 0 and adhesive else 0, 0
             for k in range(rungs.size):
@@ -475,19 +501,30 @@ def fit_curve(
             misfit, best = value, trial
     if not math.isfinite(misfit):
         return NO_CONTACT, math.nan, math.nan
-    root = np.full(n, 0.5)
-    touches, out = np.empty(n, dtype=np.bool_), np.empty((n, 4))
     theta[:] = best
+    if n > _MANY * few_place.size:
+        # the last steps over all samples are then few
+        between = max(n // (_MANY * _FEW), 1)
+        some_place, some_force = place[::between].copy(), force[::between].copy()
+        some = np.ones(some_place.size, dtype=np.bool_)
+        root, touches = np.full(some_place.size, _UNKNOWN), np.empty(some_place.size, dtype=np.bool_)
+        out = np.empty((some_place.size, 4))
+        _descend(
+            some_place, some_force, some, theta, ways, family, softness, _ITERATIONS, _ROUGHLY, root, square, touches, out
+        )  # fmt: skip
+    enough = _TOLD / n
+    root = np.full(n, _UNKNOWN)
+    touches, out = np.empty(n, dtype=np.bool_), np.empty((n, 4))
     used[:] = True
     misfit, settled = _descend(
-        place, force, all_samples, theta, ways, family, softness, _POLISH, _ENOUGH, root, square, touches, out
+        place, force, all_samples, theta, ways, family, softness, _POLISH, enough, root, square, touches, out
     )
     if adhesive:
         for i in range(n - 1):
             if touches[i] != touches[i + 1]:
                 used[i], used[i + 1] = False, False
         misfit, settled = _descend(
-            place, force, used, theta, ways, family, softness, _POLISH, _ENOUGH, root, square, touches, out
+            place, force, used, theta, ways, family, softness, _POLISH, enough, root, square, touches, out
         )
     count, total, squares = 0, 0.0, 0.0
     for i in range(n):
@@ -510,7 +547,6 @@ def fit_curve(
         return UNSETTLED, misfit, deepest
     if (flat / max(misfit, 1e-300) - 1.0) * count < _SEEN or deepest <= 0.0:
         return NO_CONTACT, misfit, deepest
-    last = family[3] + family[4] * (folds.size - 1)
     if folds.size > 1 and (theta[SHAPE] <= family[3] or theta[SHAPE] >= last):
         return AT_END, misfit, deepest
     return SETTLED, misfit, deepest
@@ -549,3 +585,37 @@ def fit_curves(
         numbers[i, 5] = kept.size
         residuals[i, :] = math.nan
         residuals[i, : kept.size] = kept
+
+
+@compiled
+def spans(places: FloatArray, forces: FloatArray, softness: FloatArray) -> FloatArray:
+    """How far the depths of each curve reach in m; 0 where there are none."""
+    found = np.zeros(places.shape[0])
+    for i in range(places.shape[0]):
+        low, high = math.inf, -math.inf
+        for j in range(places.shape[1]):
+            depth = places[i, j] - softness[i] * forces[i, j]
+            if math.isfinite(depth):
+                low, high = min(low, depth), max(high, depth)
+        found[i] = max(high - low, 0.0)
+    return found
+
+
+@compiled
+def correlation_times(residuals: FloatArray, most: int) -> FloatArray:
+    """1 + 2 sum rho_k of each row, up to the first lag within the noise; nan where that is none of the first `most`."""
+    found = np.empty(residuals.shape[0])
+    for i in range(residuals.shape[0]):
+        row = residuals[i][np.isfinite(residuals[i])]
+        row = row - row.mean() if row.size else row
+        power, total, ended = np.sum(row * row), 1.0, row.size < 2
+        lag = 1
+        while not ended and lag <= most:
+            rho = np.sum(row[:-lag] * row[lag:]) / power if power > 0.0 else 0.0
+            if rho < 2.5 / math.sqrt(row.size) or lag >= row.size // 2:
+                ended = True
+            else:
+                total += 2.0 * rho
+            lag += 1
+        found[i] = total if ended else math.nan
+    return found

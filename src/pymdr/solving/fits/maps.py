@@ -422,7 +422,10 @@ def _fit_by_family(asked: _Asked, ways: Ways, stretch: Stretch) -> Columns:
     covariances = np.full((count, len(asked.names), len(asked.names)), math.nan)
     ended = np.full(count, kernels.UNREAD, dtype=np.int8)
     columns = np.zeros((4, len(asked.names)))
-    columns[:2, : len(ways.unknowns)] = ways.columns()
+    own_ways = ways.columns()
+    # both numbers of the family are searched by themselves, so that one of them may rest at its end
+    both = own_ways.shape[1] == 2
+    columns[:2, : len(ways.unknowns)] = np.eye(2) if both else own_ways
     for i, name in enumerate(asked.origins, len(ways.unknowns)):
         columns[kernels.POINT if name == CONTACT_POINT else kernels.BASE, i] = 1.0
     number = ways.number
@@ -439,11 +442,12 @@ def _fit_by_family(asked: _Asked, ways: Ways, stretch: Stretch) -> Columns:
             ended[chosen] = REFUSED
             asked.refusals.add(str(error))
             continue
-        own = numbers[chosen], covariances[chosen], residuals[chosen], ended[chosen]
+        part = slice(None) if chosen.size == count else chosen
+        own = numbers[part], covariances[part], residuals[part], ended[part]
         kernels.fit_curves(
-            np.ascontiguousarray(stretch.place[chosen]),
-            np.ascontiguousarray(stretch.force[chosen]),
-            np.ascontiguousarray(stretch.softness[chosen]),
+            stretch.place[part],
+            stretch.force[part],
+            stretch.softness[part],
             known,
             free,
             ways.is_tied,
@@ -452,21 +456,20 @@ def _fit_by_family(asked: _Asked, ways: Ways, stretch: Stretch) -> Columns:
             family.table,
             *own,
         )
-        numbers[chosen], covariances[chosen], residuals[chosen], ended[chosen] = own
+        if chosen.size < count:
+            numbers[part], covariances[part], residuals[part], ended[part] = own
+    if both:
+        back = np.eye(len(asked.names))
+        back[:2, :2] = np.linalg.inv(own_ways)
+        covariances = back @ covariances @ back.T
     return _columns(asked, ways, numbers, covariances, residuals, ended)
 
 
 def _by_depth(stretch: Stretch) -> Iterator[tuple[float, np.ndarray]]:
     """Curves by the depth, rounded up, that tables have to reach."""
-    good = np.isfinite(stretch.place) & np.isfinite(stretch.force)
-    place = np.where(good, stretch.place, math.nan)
-    depth = np.where(good, stretch.place - stretch.softness[:, None] * stretch.force, math.nan)
-    some = good.sum(axis=1) > 1
-    spans = np.zeros(len(place))
-    spans[some] = np.maximum(
-        np.nanmax(depth[some], axis=1) - np.nanmin(depth[some], axis=1),
-        0.0,
-    )
+    from pymdr.solving.fits import kernels
+
+    spans = kernels.spans(stretch.place, stretch.force, stretch.softness)
     reach = np.array([rounded_up(float(span)) for span in spans])
     for deepest in np.unique(reach[reach > 0.0]):
         yield float(deepest), np.flatnonzero(reach == deepest)

@@ -20,6 +20,8 @@ from pymdr.units import FloatArray
 
 BoolArray = NDArray[np.bool_]
 _STEP = 1e-4
+_LAGS = 32
+"""Whose correlations are summed one by one; longer ones come from the spectrum."""
 _BLIND = 1e-6
 """Of the largest: singular values of unknowns that a record cannot tell apart."""
 _POOR = 10.0
@@ -242,18 +244,27 @@ def autocorrelation_time(residuals: FloatArray) -> float:
 
 def autocorrelation_times(residuals: FloatArray) -> FloatArray:
     """Of many records, one in each row, shorter ones filled up with nan at their ends."""
+    from pymdr.solving.fits import kernels
+
+    times = kernels.correlation_times(residuals, _LAGS)
+    long = np.flatnonzero(np.isnan(times))
+    if long.size:
+        times[long] = _long_correlations(residuals[long])
+    return times
+
+
+def _long_correlations(residuals: FloatArray) -> FloatArray:
+    """The same by the spectrum."""
     there = np.isfinite(residuals)
-    n, width = np.maximum(there.sum(axis=1), 1), residuals.shape[1]
+    n, width = there.sum(axis=1), residuals.shape[1]
     mean = np.where(there, residuals, 0.0).sum(axis=1) / n
     centred = np.where(there, residuals - mean[:, None], 0.0)
-    power = (centred**2).sum(axis=1)
     spectrum = np.abs(np.fft.rfft(centred, 2 * width)) ** 2
-    rho = np.fft.irfft(spectrum)[:, : width // 2 + 1] / np.where(power > 0.0, power, 1.0)[:, None]
+    rho = np.fft.irfft(spectrum)[:, : width // 2 + 1] / (centred**2).sum(axis=1)[:, None]
     noise = (rho < (2.5 / np.sqrt(n))[:, None]) | (np.arange(rho.shape[1]) >= (n // 2)[:, None])
     noise[:, 0], noise[:, -1] = False, True
-    end = np.argmax(noise, axis=1)
-    sums = np.cumsum(rho, axis=1)[np.arange(n.size), end - 1] - rho[:, 0]
-    return np.asarray(np.where(power > 0.0, np.maximum(1.0, 1.0 + 2.0 * sums), 1.0))
+    sums = np.cumsum(rho, axis=1)[np.arange(n.size), np.argmax(noise, axis=1) - 1] - rho[:, 0]
+    return np.asarray(np.maximum(1.0, 1.0 + 2.0 * sums))
 
 
 def beside_jumps(models: Sequence[Modelled], search: Search) -> tuple[BoolArray, ...]:

@@ -1,0 +1,123 @@
+"""Fits of force curves: maps on all cores against an own loop over solve, lmfit, and nanite where it is installed."""
+
+import os
+import pathlib
+from collections.abc import Iterator
+
+import numpy as np
+import xarray as xr
+from scipy.optimize import least_squares
+
+import pymdr as mdr
+from benchmarks.timing import Ratio, median_times
+
+TIP, SPRING = mdr.Paraboloid("5 um"), 0.05
+CORES = os.cpu_count() or 1
+_RADII = np.linspace(0.0, 5e-6, 60)
+WORN = mdr.Sampled(_RADII, _RADII**2 / 1e-5 + 2e-8 * np.sin(_RADII / 4e-7) ** 2)
+
+
+def contact(tip, young, work=None):
+    return mdr.Contact(tip, mdr.Elastic(young, 0.5), adhesion=None if work is None else mdr.JKR(work))
+
+
+def recorded(made, curves, samples, machine):
+    """Curves of one contact with noise of 1 %."""
+    half = samples // 2
+    way = np.concatenate([np.linspace(-1e-6, 1e-6, half), np.linspace(1e-6, -2e-6, samples - half)])
+    channel = "indentation" if machine is None else "travel"
+    force = mdr.solve(made, mdr.Path(**{channel: way}), machine_stiffness=machine)["normal_force"].values
+    noisy = force + 0.01 * np.ptp(force) * np.random.default_rng(0).normal(size=(curves, samples))
+    data = xr.Dataset({"force": (("curve", "sample"), noisy), channel: ("sample", way)})
+    return data if machine is None else data.assign(spring_constant=machine)
+
+
+def per_curve(made, data, free, repeats=5):
+    """Median time of a map on all cores over the number of its curves."""
+    return (
+        median_times((lambda: mdr.fit_map(made, data, free, workers=CORES), repeats))[0] / data.sizes["curve"]
+    )
+
+
+def own_loop(data):
+    """What a user writes: least squares over solve."""
+    way, force = data["indentation"].values, data["force"].values[0]
+
+    def residuals(x):
+        path = mdr.Path(indentation=way - 1e-6 * x[1])
+        return 1e9 * (mdr.solve(contact(TIP, 1e3 * x[0]), path)["normal_force"].values + 1e-9 * x[2] - force)
+
+    return least_squares(residuals, [10.0, 0.1, 0.0])
+
+
+def by_nanite(data):
+    """A Hertz fit by nanite, or None where it is not installed (GPL: only held against)."""
+    try:
+        from nanite import Indentation, model
+    except ImportError:
+        return None
+    way, force = data["indentation"].values, data["force"].values[0]
+    columns = {
+        "force": force,
+        "tip position": -way,
+        "height (measured)": -way,
+        "time": 1e-4 * np.arange(way.size),
+    }
+    facts = {
+        "path": pathlib.Path("curve"),
+        "spring constant": SPRING,
+        "imaging mode": "force-distance",
+        "enum": 0,
+    }
+    start = model.models_available["hertz_para"].get_parameter_defaults()
+    for name, value in (("R", 5e-6), ("nu", 0.5), ("E", 1e4), ("contact_point", 0.0), ("baseline", 0.0)):
+        start[name].value = value
+    start["baseline"].vary = True
+
+    def fit():
+        curve = Indentation(data={**columns, "segment": np.zeros(way.size, dtype=np.uint8)}, metadata=facts)
+        curve.fit_model(model_key="hertz_para", params_initial=start, preprocessing=[], weight_cp=False)
+        return curve.fit_properties["params_fitted"]["E"].value
+
+    return fit
+
+
+def ratios() -> Iterator[Ratio]:
+    approach = recorded(contact(TIP, 3e3), 400, 28000, None).isel(sample=slice(0, 14000))
+    hertz = per_curve(contact(TIP, 1e4), approach, ["body.young"])
+    what = f"Hertz, 14000 samples, a curve of a map on {CORES} cores"
+    curve = mdr.MeasuredCurve(force=approach["force"].values[0], indentation=approach["indentation"].values)
+    single = median_times((lambda: mdr.fit(contact(TIP, 1e4), curve, ["body.young"]), 5))[0]
+    yield Ratio(what, "a single fit by lmfit, with claims", hertz, single, "aim 0.7 ms")
+    other = by_nanite(approach)
+    if other is not None:
+        ours = float(
+            mdr.fit_map(contact(TIP, 1e4), approach.isel(curve=[0]), ["body.young"])["body.young"][0]
+        )
+        apart = abs(other() / ours - 1.0)
+        yield Ratio(
+            what,
+            f"nanite (differ by {apart:.0e})",
+            hertz,
+            median_times((other, 15))[0],
+            "aim 10 times faster",
+        )
+    short = recorded(contact(TIP, 3e3), 2000, 500, None)
+    yield Ratio(
+        f"Hertz, 500 samples, a curve of a map on {CORES} cores",
+        "an own least_squares over solve",
+        per_curve(contact(TIP, 1e4), short, ["body.young"]),
+        median_times((lambda: own_loop(short), 3))[0],
+        "",
+    )
+    times = {}
+    for name, tip in (("paraboloid", TIP), ("measured tip", WORN)):
+        data = recorded(contact(tip, 3e3, 2e-4), 4000, 500, SPRING)
+        times[name] = per_curve(contact(tip, 1e4, 1e-3), data, ["body.young", "adhesion.work"])
+    yield Ratio(
+        f"JKR with a measured tip on a machine, 500 samples, a curve of a map on {CORES} cores",
+        "with a paraboloid",
+        times["measured tip"],
+        times["paraboloid"],
+        "aim 0.7 ms; 65536 curves in 60 s are 0.92 ms",
+    )
