@@ -17,6 +17,9 @@ from pymdr.problem.measured import MeasuredCurve
 from pymdr.problem.paths import Path, indent
 from pymdr.result import Result, labelled
 from pymdr.solving.curves import leave_out_marked
+from pymdr.solving.fits.asking import FOUND, Asked
+from pymdr.solving.fits.quick import fit_by_family
+from pymdr.solving.fits.records import ListedCurves
 from pymdr.solving.fits.searching import (
     Modelled,
     Search,
@@ -27,7 +30,7 @@ from pymdr.solving.fits.searching import (
     refuse_blind,
     refuse_unsettled,
 )
-from pymdr.solving.fits.starting import starts
+from pymdr.solving.fits.starting import Start, starts
 from pymdr.solving.fits.unknowns import BASELINE, CONTACT_POINT, ORIGINS, Free, origins, put_into, unknowns_of
 from pymdr.solving.verb import solve
 from pymdr.units import FloatArray, QuantityLike, shown, written
@@ -271,7 +274,12 @@ def fit(
 
 def _best(search: Search) -> tuple[float, FloatArray]:
     """The smallest misfit in N^2 that searches from several starts end at, and the free numbers there."""
-    apart = [starts(search.contact, search.unknowns, curve, search.known, _STARTS) for curve in search.curves]
+    quick = _quick_start(search)
+    apart = (
+        [starts(search.contact, search.unknowns, curve, search.known, _STARTS) for curve in search.curves]
+        if quick is None
+        else [[quick]]
+    )
     ends = []
     for rank in range(max(len(found) for found in apart)):
         chosen = [found[min(rank, len(found) - 1)] for found in apart]
@@ -279,6 +287,21 @@ def _best(search: Search) -> tuple[float, FloatArray]:
         _, found = found_from(search, search.to_free(chosen[0].values.tolist(), places))
         ends.append((float(found.chisqr), free_numbers(found, len(search.names))))
     return min(ends, key=lambda end: end[0])
+
+
+def _quick_start(search: Search) -> Start | None:
+    """Where the search over a family of forces ends, if there is one and it finds something."""
+    unknowns, curves = search.unknowns, ListedCurves(search.curves)
+    begun = put_into(search.contact, unknowns, np.array([u.start for u in unknowns]))
+    asked = Asked(begun, unknowns, search.known, {}, [u.name for u in unknowns])
+    if asked.ways is None or len(search.curves) > 1:
+        return None
+    found = fit_by_family(asked, asked.ways, curves.read(0, 1))
+    if found["ending"][0] != FOUND:
+        return None
+    origin = {name: float(found[name][0]) for name in asked.origins}
+    values = np.array([found[u.name][0] for u in unknowns])
+    return Start(0.0, values, origin.get(CONTACT_POINT, 0.0), origin.get(BASELINE, 0.0))
 
 
 def _refuse_unseen(search: Search, misfit: float) -> None:

@@ -2,71 +2,53 @@
 
 from __future__ import annotations
 
-import hashlib
-import json
 import math
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
 from dataclasses import dataclass, field
-from functools import cached_property, partial
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from pymdr.errors import ConvergenceError, FileError, ProblemError, PymdrError, QuantityError
+from pymdr.errors import ConvergenceError, ProblemError, PymdrError, QuantityError
 from pymdr.interpretation.validity import Assumption, Claim
-from pymdr.problem.codec import encode
 from pymdr.problem.contact import Contact
 from pymdr.problem.measured import MeasuredCurve
 from pymdr.problem.paths import indent
 from pymdr.problem.schedule import Progress
 from pymdr.result import Result
-from pymdr.solving.fits.families import WORK, Family, Ways, family_of, ways_of
+from pymdr.solving.fits.asking import (
+    ENDINGS,
+    FOUND,
+    REFUSED,
+    UNREAD,
+    UNSETTLED,
+    Asked,
+    Columns,
+    asked_of,
+    empty_columns,
+)
 from pymdr.solving.fits.fitting import fit
-from pymdr.solving.fits.forces import rounded_up
-from pymdr.solving.fits.records import Records, Stretch, records_of, zarr
-from pymdr.solving.fits.searching import autocorrelation_times
+from pymdr.solving.fits.quick import fit_by_family
+from pymdr.solving.fits.records import Records, Stretch, records_of
+from pymdr.solving.fits.storing import Held, Kept, attributes_of
 from pymdr.solving.fits.unknowns import (
     BASELINE,
     CONTACT_POINT,
-    ORIGINS,
     Free,
-    Unknown,
     origins,
     put_into,
-    unknowns_of,
 )
 from pymdr.solving.verb import solve
-from pymdr.units import FloatArray, QuantityLike, from_si, shown, written
+from pymdr.units import QuantityLike, from_si, shown, written
 
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
-FOUND, UNSETTLED, NO_CONTACT, UNREAD, AT_END, REFUSED = range(6)
-ENDINGS = (
-    "found",
-    "the search did not settle",
-    "no contact in the curve",
-    "no curve, or too few samples that are numbers",
-    "the curve does not show what is looked for, or only beyond its bounds",
-    "refused",
-)
-"""How the fit of a curve ended, by its number in ``ending``."""
-_NOT_YET = -1
 _CHUNK, _TOLD = 1024, 5
-_SEEN = 5.0
-"""Standard errors of a work of adhesion that a curve shows."""
-_MARK = "pymdr_work"
-_PLAIN = ("noise", "correlated", "indentation")
-_UNITS = {"noise": "N", "correlated": "", "indentation": "m"}
-_WORDS = {
-    "noise": "standard deviation of the residuals",
-    "correlated": "samples that tell as much as an independent one",
-    "indentation": "largest indentation",
-    "ending": "how the fit ended",
-}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -177,62 +159,6 @@ class FittedMap:
         return fitted_map(self.data, (*self.names, "noise"))
 
 
-@dataclass(frozen=True)
-class _Asked:
-    """What is looked for in all curves."""
-
-    contact: Contact
-    unknowns: tuple[Unknown, ...]
-    known: Mapping[str, float]
-    bounded: Mapping[str, tuple[float, float]]
-    """Ends that were given."""
-    free: Free
-
-    @property
-    def origins(self) -> tuple[str, ...]:
-        """Those that are looked for."""
-        return tuple(name for name in (CONTACT_POINT, BASELINE) if name not in self.known)
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """All that is looked for."""
-        return (*(u.name for u in self.unknowns), *self.origins)
-
-    @property
-    def units(self) -> dict[str, str]:
-        """SI units of all columns."""
-        own = {u.name: u.unit for u in self.unknowns} | ORIGINS
-        named = {name: own[name] for name in self.names}
-        return {**named, **{f"{name}_error": unit for name, unit in named.items()}, **_UNITS}
-
-    @cached_property
-    def ways(self) -> Ways | None:
-        """Where the fast search applies."""
-        return ways_of(self.contact, self.unknowns)
-
-    @cached_property
-    def families(self) -> dict[float, Family]:
-        """Tables by the largest depth that they reach."""
-        return {}
-
-    @cached_property
-    def refusals(self) -> set[str]:
-        """What refused curves were told."""
-        return set()
-
-    def family(self, deepest: float) -> Family:
-        """The tables for curves of a depth."""
-        assert self.ways is not None
-        number = self.ways.number
-        bounds = None if number is None or self.ways.work is not None else self.bounded.get(number.name)
-        if deepest not in self.families:
-            self.families[deepest] = family_of(self.contact, self.ways, deepest, bounds)
-        return self.families[deepest]
-
-
-Columns = dict[str, FloatArray]
-
-
 def fit_map(
     contact: Contact,
     curves: Sequence[MeasuredCurve] | xr.Dataset | str | os.PathLike[str],
@@ -304,10 +230,10 @@ def fit_map(
     if isinstance(workers, bool) or not isinstance(workers, int) or workers < 1:
         raise ProblemError(f"workers = {workers!r}: a whole number of at least 1 is needed")
     records = records_of(curves)
-    asked = _asked(contact, free, origins({CONTACT_POINT: contact_point, BASELINE: baseline}))
+    asked = asked_of(contact, free, origins({CONTACT_POINT: contact_point, BASELINE: baseline}))
     total = math.prod(records.shape)
     chunk = _rows_of_chunk(records.shape)
-    store = _Kept(folder, asked, records, chunk) if folder is not None else _Held(asked, total)
+    store = Kept(folder, asked, records, chunk) if folder is not None else Held(asked, total)
     parts = [(first, min(first + chunk, total)) for first in range(0, total, chunk)]
     todo = [part for part in parts if not store.has(*part)]
     done = total - sum(last - first for first, last in todo)
@@ -321,15 +247,6 @@ def fit_map(
     return _interpreted(asked, records, store.columns())
 
 
-def _asked(contact: Contact, free: Free, known: dict[str, float]) -> _Asked:
-    unknowns = unknowns_of(contact, free)
-    given = free if isinstance(free, Mapping) else {}
-    bounded = {u.name: (u.low, u.high) for u in unknowns if given.get(u.name) is not None}
-    # the numbers of the tables are those from which the unknowns are counted, which lie within the bounds
-    begun = put_into(contact, unknowns, np.array([u.start for u in unknowns]))
-    return _Asked(begun, unknowns, known, bounded, free)
-
-
 def _rows_of_chunk(shape: tuple[int, ...]) -> int:
     """Whole slices of the first dimension."""
     inner = math.prod(shape[1:])
@@ -337,7 +254,7 @@ def _rows_of_chunk(shape: tuple[int, ...]) -> int:
 
 
 def _fitted(
-    asked: _Asked, records: Records, parts: Sequence[tuple[int, int]], workers: int, client: Any
+    asked: Asked, records: Records, parts: Sequence[tuple[int, int]], workers: int, client: Any
 ) -> Iterator[tuple[tuple[int, int], Columns]]:
     """What the fits of stretches of curves give, as they are finished."""
     if client is not None:
@@ -354,7 +271,7 @@ def _fitted(
             yield from _shared(asked, records, parts, pool, 2 * workers)
 
 
-def _prepare(asked: _Asked, records: Records, parts: Sequence[tuple[int, int]]) -> None:
+def _prepare(asked: Asked, records: Records, parts: Sequence[tuple[int, int]]) -> None:
     """Tabulate and compile once, before threads begin."""
     if parts:
         first, _ = parts[0]
@@ -362,7 +279,7 @@ def _prepare(asked: _Asked, records: Records, parts: Sequence[tuple[int, int]]) 
 
 
 def _shared(
-    asked: _Asked, records: Records, parts: Sequence[tuple[int, int]], pool: Executor, waiting: int
+    asked: Asked, records: Records, parts: Sequence[tuple[int, int]], pool: Executor, waiting: int
 ) -> Iterator[tuple[tuple[int, int], Columns]]:
     """Stretches in their order, a few of them under way at a time."""
     work: Callable[[Stretch], Columns] = partial(_fit_stretch, asked)
@@ -376,21 +293,15 @@ def _shared(
         yield oldest, future.result()
 
 
-def _fit_stretch(asked: _Asked, stretch: Stretch) -> Columns:
+def _fit_stretch(asked: Asked, stretch: Stretch) -> Columns:
     """Columns of what was found in some curves."""
     if asked.ways is not None:
-        return _fit_by_family(asked, asked.ways, stretch)
+        return fit_by_family(asked, asked.ways, stretch)
     return _fit_one_by_one(asked, stretch)
 
 
-def _empty(asked: _Asked, count: int) -> Columns:
-    columns = {name: np.full(count, math.nan) for name in asked.units}
-    columns["ending"] = np.full(count, _NOT_YET, dtype=np.int8)
-    return columns
-
-
-def _fit_one_by_one(asked: _Asked, stretch: Stretch) -> Columns:
-    out = _empty(asked, len(stretch.place))
+def _fit_one_by_one(asked: Asked, stretch: Stretch) -> Columns:
+    out = empty_columns(asked, len(stretch.place))
     for i in range(len(stretch.place)):
         try:
             curve = stretch.curve(i)
@@ -414,223 +325,13 @@ def _fit_one_by_one(asked: _Asked, stretch: Stretch) -> Columns:
     return out
 
 
-def _fit_by_family(asked: _Asked, ways: Ways, stretch: Stretch) -> Columns:
-    from pymdr.solving.fits import kernels
-
-    count, width = stretch.place.shape
-    numbers, residuals = np.full((count, 7), math.nan), np.full((count, width), math.nan)
-    covariances = np.full((count, len(asked.names), len(asked.names)), math.nan)
-    ended = np.full(count, kernels.UNREAD, dtype=np.int8)
-    columns = np.zeros((4, len(asked.names)))
-    own_ways = ways.columns()
-    # both numbers of the family are searched by themselves, so that one of them may rest at its end
-    both = own_ways.shape[1] == 2
-    columns[:2, : len(ways.unknowns)] = np.eye(2) if both else own_ways
-    for i, name in enumerate(asked.origins, len(ways.unknowns)):
-        columns[kernels.POINT if name == CONTACT_POINT else kernels.BASE, i] = 1.0
-    number = ways.number
-    known = np.array([0.0, 0.0, asked.known.get(CONTACT_POINT, 0.0), asked.known.get(BASELINE, 0.0)])
-    if number is not None and ways.shape is None:
-        known[kernels.SHAPE] = number.to_free(number.start)
-    free = np.array(
-        [ways.scale is not None, ways.shape is not None, *(n not in asked.known for n in ORIGINS)]
-    )
-    for deepest, chosen in _by_depth(stretch):
-        try:
-            family = asked.family(deepest)
-        except PymdrError as error:
-            ended[chosen] = REFUSED
-            asked.refusals.add(str(error))
-            continue
-        part = slice(None) if chosen.size == count else chosen
-        own = numbers[part], covariances[part], residuals[part], ended[part]
-        kernels.fit_curves(
-            stretch.place[part],
-            stretch.force[part],
-            stretch.softness[part],
-            known,
-            free,
-            ways.is_tied,
-            asked.contact.adhesion is not None,
-            columns,
-            family.table,
-            *own,
-        )
-        if chosen.size < count:
-            numbers[part], covariances[part], residuals[part], ended[part] = own
-    if both:
-        back = np.eye(len(asked.names))
-        back[:2, :2] = np.linalg.inv(own_ways)
-        covariances = back @ covariances @ back.T
-    return _columns(asked, ways, numbers, covariances, residuals, ended)
-
-
-def _by_depth(stretch: Stretch) -> Iterator[tuple[float, np.ndarray]]:
-    """Curves by the depth, rounded up, that tables have to reach."""
-    from pymdr.solving.fits import kernels
-
-    spans = kernels.spans(stretch.place, stretch.force, stretch.softness)
-    reach = np.array([rounded_up(float(span)) for span in spans])
-    for deepest in np.unique(reach[reach > 0.0]):
-        yield float(deepest), np.flatnonzero(reach == deepest)
-
-
-def _columns(
-    asked: _Asked,
-    ways: Ways,
-    numbers: FloatArray,
-    covariances: FloatArray,
-    residuals: FloatArray,
-    ended: np.ndarray,
-) -> Columns:
-    """What is told of every curve."""
-    out = _empty(asked, len(numbers))
-    out["ending"][:] = ended
-    theta, misfit, used, depth = numbers[:, :4], numbers[:, 4], numbers[:, 5], numbers[:, 6]
-    free = len(asked.names)
-    with np.errstate(invalid="ignore", divide="ignore"):
-        noise = np.sqrt(misfit / np.maximum(used - free, 1.0))
-    correlated = np.ones(len(numbers))
-    fitted = np.flatnonzero(np.isfinite(noise))
-    if fitted.size:
-        correlated[fitted] = autocorrelation_times(residuals[fitted])
-    error = noise[:, None] * np.sqrt(correlated[:, None] * np.abs(np.einsum("ijj->ij", covariances)))
-    values, rates = ways.values(theta[:, 0], theta[:, 1])
-    plain = {CONTACT_POINT: theta[:, 2], BASELINE: theta[:, 3]}
-    for i, name in enumerate(asked.names):
-        value = plain[name] if name in plain else values[:, i]
-        out[name][:] = value
-        out[f"{name}_error"][:] = error[:, i] * (1.0 if name in plain else np.abs(rates[:, i]))
-    for name, (low, high) in asked.bounded.items():
-        outside = (out[name] < low) | (out[name] > high)
-        out["ending"][outside & (ended == FOUND)] = AT_END
-    if WORK in out:
-        unseen = out[WORK] < _SEEN * out[f"{WORK}_error"]
-        out["ending"][unseen & (ended == FOUND)] = AT_END
-    out["noise"][:], out["correlated"][:], out["indentation"][:] = noise, correlated, depth
-    bad = out["ending"] != FOUND
-    for name in asked.units:
-        out[name][bad] = math.nan
-    return out
-
-
-class _Held:
-    """Columns in memory."""
-
-    def __init__(self, asked: _Asked, total: int) -> None:
-        self._columns = _empty(asked, total)
-
-    def has(self, first: int, last: int) -> bool:
-        """Whether a stretch is finished."""
-        return False
-
-    def keep(self, first: int, last: int, columns: Columns) -> None:
-        """Put a finished stretch in its place."""
-        for name, values in columns.items():
-            self._columns[name][first:last] = values
-
-    def columns(self) -> Columns:
-        """All of them."""
-        return self._columns
-
-
-class _Kept:
-    """Columns in a Zarr store, in which a stretch is finished when its endings are written."""
-
-    def __init__(self, folder: str | os.PathLike[str], asked: _Asked, records: Records, chunk: int) -> None:
-        from pymdr.presentation.files import named_file
-
-        package = zarr()
-        self._shape = records.shape
-        place, total = named_file(folder, "write"), math.prod(records.shape)
-        mark = _mark(asked, records, total)
-        try:
-            fresh = not place.exists() or not any(place.iterdir())
-            self._group = package.open_group(str(place), mode="a")
-        except (OSError, ValueError) as error:
-            raise FileError(f"cannot write into {place}: {error}; choose another folder") from error
-        if fresh:
-            self._make(asked, records, chunk)
-            self._group.attrs[_MARK] = mark
-        elif self._group.attrs.get(_MARK) != mark:
-            raise FileError(
-                f"{place} holds another work: something that was asked has changed since; take another folder, or empty this one"
-            )
-        self._names = (*asked.units, "ending")
-
-    def _make(self, asked: _Asked, records: Records, chunk: int) -> None:
-        inner = records.shape[1:]
-        chunks = (chunk // math.prod(inner), *inner)
-        for name, unit in asked.units.items():
-            array = self._group.create_array(
-                name,
-                shape=records.shape,
-                chunks=chunks,
-                dtype="f8",
-                fill_value=math.nan,
-                dimension_names=records.dims,
-            )
-            array.attrs.update(_attributes(name, unit))
-        ending = self._group.create_array(
-            "ending",
-            shape=records.shape,
-            chunks=chunks,
-            dtype="i1",
-            fill_value=_NOT_YET,
-            dimension_names=records.dims,
-        )
-        ending.attrs.update(_attributes("ending", ""))
-
-    def _rows(self, first: int, last: int) -> slice:
-        inner = math.prod(self._shape[1:])
-        return slice(first // inner, last // inner)
-
-    def has(self, first: int, last: int) -> bool:
-        """Whether a stretch is finished."""
-        return bool(np.all(self._group["ending"][self._rows(first, last)] != _NOT_YET))
-
-    def keep(self, first: int, last: int, columns: Columns) -> None:
-        """Write a finished stretch, its endings last."""
-        rows = self._rows(first, last)
-        for name in self._names:
-            self._group[name][rows] = columns[name].reshape(-1, *self._shape[1:])
-
-    def columns(self) -> Columns:
-        """All of them."""
-        return {name: np.asarray(self._group[name][...]).ravel() for name in self._names}
-
-
-def _mark(asked: _Asked, records: Records, total: int) -> str:
-    """What changes with what is asked, and with the first and the last curve."""
-    work = {
-        "contact": encode(asked.contact),
-        "free": [[u.name, u.low, u.high] for u in asked.unknowns],
-        "known": dict(asked.known),
-        "shape": list(records.shape),
-    }
-    mark = hashlib.sha256(json.dumps(work, sort_keys=True).encode())
-    for first in (0, total - 1):
-        for array in records.read(first, first + 1)[:3]:
-            mark.update(np.ascontiguousarray(array).tobytes())
-    return mark.hexdigest()
-
-
-def _attributes(name: str, unit: str) -> dict[str, Any]:
-    told: dict[str, Any] = {"units": unit} if unit else {"units": ""}
-    if name in _WORDS:
-        told["long_name"] = _WORDS[name]
-    if name == "ending":
-        told = {**told, "flag_values": list(range(len(ENDINGS))), "flag_meanings": "; ".join(ENDINGS)}
-    return told
-
-
-def _interpreted(asked: _Asked, records: Records, columns: Columns) -> FittedMap:
+def _interpreted(asked: Asked, records: Records, columns: Columns) -> FittedMap:
     import xarray as xr
 
     units = {**asked.units, "ending": ""}
     data = xr.Dataset(
         {
-            name: (records.dims, columns[name].reshape(records.shape), _attributes(name, unit))
+            name: (records.dims, columns[name].reshape(records.shape), attributes_of(name, unit))
             for name, unit in units.items()
         },
         coords=records.coords,
@@ -656,7 +357,7 @@ def _interpreted(asked: _Asked, records: Records, columns: Columns) -> FittedMap
     )
 
 
-def _judged(asked: _Asked, columns: Columns, i: int) -> Result | None:
+def _judged(asked: Asked, columns: Columns, i: int) -> Result | None:
     """The contact that was found in one curve, where it was pressed deepest; None with memory, whose history is long."""
     if asked.contact.remembers:
         return None

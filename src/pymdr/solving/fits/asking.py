@@ -1,0 +1,101 @@
+"""What is looked for in many curves, and how the fit of each may end."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from pymdr.problem.contact import Contact
+from pymdr.solving.fits.families import Family, Ways, family_of, ways_of
+from pymdr.solving.fits.unknowns import BASELINE, CONTACT_POINT, ORIGINS, Free, Unknown, put_into, unknowns_of
+from pymdr.units import FloatArray
+
+FOUND, UNSETTLED, NO_CONTACT, UNREAD, AT_END, REFUSED = range(6)
+ENDINGS = (
+    "found",
+    "the search did not settle",
+    "no contact in the curve",
+    "no curve, or too few samples that are numbers",
+    "the curve does not show what is looked for, or only beyond its bounds",
+    "refused",
+)
+"""How the fit of a curve ended, by its number in ``ending``."""
+NOT_YET = -1
+_UNITS = {"noise": "N", "correlated": "", "indentation": "m"}
+
+
+@dataclass(frozen=True)
+class Asked:
+    """What is looked for in all curves."""
+
+    contact: Contact
+    unknowns: tuple[Unknown, ...]
+    known: Mapping[str, float]
+    bounded: Mapping[str, tuple[float, float]]
+    """Ends that were given."""
+    free: Free
+
+    @property
+    def origins(self) -> tuple[str, ...]:
+        """Those that are looked for."""
+        return tuple(name for name in (CONTACT_POINT, BASELINE) if name not in self.known)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """All that is looked for."""
+        return (*(u.name for u in self.unknowns), *self.origins)
+
+    @property
+    def units(self) -> dict[str, str]:
+        """SI units of all columns."""
+        own = {u.name: u.unit for u in self.unknowns} | ORIGINS
+        named = {name: own[name] for name in self.names}
+        return {**named, **{f"{name}_error": unit for name, unit in named.items()}, **_UNITS}
+
+    @cached_property
+    def ways(self) -> Ways | None:
+        """Where the fast search applies."""
+        return ways_of(self.contact, self.unknowns)
+
+    @cached_property
+    def families(self) -> dict[float, Family]:
+        """Tables by the largest depth that they reach."""
+        return {}
+
+    @cached_property
+    def refusals(self) -> set[str]:
+        """What refused curves were told."""
+        return set()
+
+    def family(self, deepest: float) -> Family:
+        """The tables for curves of a depth."""
+        assert self.ways is not None
+        number = self.ways.number
+        bounds = None if number is None or self.ways.work is not None else self.bounded.get(number.name)
+        if deepest not in self.families:
+            self.families[deepest] = family_of(self.contact, self.ways, deepest, bounds)
+        return self.families[deepest]
+
+
+Columns = dict[str, FloatArray]
+
+
+def asked_of(contact: Contact, free: Free, known: dict[str, float]) -> Asked:
+    """What a fit of many curves looks for, begun within its bounds."""
+    unknowns = unknowns_of(contact, free)
+    given = free if isinstance(free, Mapping) else {}
+    bounded = {u.name: (u.low, u.high) for u in unknowns if given.get(u.name) is not None}
+    # the numbers of the tables are those from which the unknowns are counted, which lie within the bounds
+    begun = put_into(contact, unknowns, np.array([u.start for u in unknowns]))
+    return Asked(begun, unknowns, known, bounded, free)
+
+
+def empty_columns(asked: Asked, count: int) -> Columns:
+    """Columns of curves that are not fitted yet."""
+    columns = {name: np.full(count, math.nan) for name in asked.units}
+    columns["ending"] = np.full(count, NOT_YET, dtype=np.int8)
+    return columns

@@ -1,0 +1,121 @@
+"""Fits of many curves by one family of forces."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+
+from pymdr.errors import PymdrError
+from pymdr.solving.fits.asking import AT_END, FOUND, REFUSED, Asked, Columns, empty_columns
+from pymdr.solving.fits.families import WORK, Ways
+from pymdr.solving.fits.forces import rounded_up
+from pymdr.solving.fits.records import Stretch
+from pymdr.solving.fits.searching import autocorrelation_times
+from pymdr.solving.fits.unknowns import BASELINE, CONTACT_POINT, ORIGINS
+from pymdr.units import FloatArray
+
+_SEEN = 5.0
+"""Standard errors of a work of adhesion that a curve shows."""
+
+
+def fit_by_family(asked: Asked, ways: Ways, stretch: Stretch) -> Columns:
+    """What the search over one family of forces finds in some curves."""
+    from pymdr.solving.fits import kernels
+
+    count, width = stretch.place.shape
+    numbers, residuals = np.full((count, 7), math.nan), np.full((count, width), math.nan)
+    covariances = np.full((count, len(asked.names), len(asked.names)), math.nan)
+    ended = np.full(count, kernels.UNREAD, dtype=np.int8)
+    columns = np.zeros((4, len(asked.names)))
+    own_ways = ways.columns()
+    # both numbers of the family are searched by themselves, so that one of them may rest at its end
+    both = own_ways.shape[1] == 2
+    columns[:2, : len(ways.unknowns)] = np.eye(2) if both else own_ways
+    for i, name in enumerate(asked.origins, len(ways.unknowns)):
+        columns[kernels.POINT if name == CONTACT_POINT else kernels.BASE, i] = 1.0
+    number = ways.number
+    known = np.array([0.0, 0.0, asked.known.get(CONTACT_POINT, 0.0), asked.known.get(BASELINE, 0.0)])
+    if number is not None and ways.shape is None:
+        known[kernels.SHAPE] = number.to_free(number.start)
+    free = np.array(
+        [ways.scale is not None, ways.shape is not None, *(n not in asked.known for n in ORIGINS)]
+    )
+    for deepest, chosen in _by_depth(stretch):
+        try:
+            family = asked.family(deepest)
+        except PymdrError as error:
+            ended[chosen] = REFUSED
+            asked.refusals.add(str(error))
+            continue
+        part = slice(None) if chosen.size == count else chosen
+        own = numbers[part], covariances[part], residuals[part], ended[part]
+        kernels.fit_curves(
+            stretch.place[part],
+            stretch.force[part],
+            stretch.softness[part],
+            known,
+            free,
+            ways.is_tied,
+            asked.contact.adhesion is not None,
+            columns,
+            family.table,
+            *own,
+        )
+        if chosen.size < count:
+            numbers[part], covariances[part], residuals[part], ended[part] = own
+    if both:
+        back = np.eye(len(asked.names))
+        back[:2, :2] = np.linalg.inv(own_ways)
+        covariances = back @ covariances @ back.T
+    return _columns(asked, ways, numbers, covariances, residuals, ended)
+
+
+def _by_depth(stretch: Stretch) -> Iterator[tuple[float, np.ndarray]]:
+    """Curves by the depth, rounded up, that tables have to reach."""
+    from pymdr.solving.fits import kernels
+
+    spans = kernels.spans(stretch.place, stretch.force, stretch.softness)
+    reach = np.array([rounded_up(float(span)) for span in spans])
+    for deepest in np.unique(reach[reach > 0.0]):
+        yield float(deepest), np.flatnonzero(reach == deepest)
+
+
+def _columns(
+    asked: Asked,
+    ways: Ways,
+    numbers: FloatArray,
+    covariances: FloatArray,
+    residuals: FloatArray,
+    ended: np.ndarray,
+) -> Columns:
+    """What is told of every curve."""
+    out = empty_columns(asked, len(numbers))
+    out["ending"][:] = ended
+    theta, misfit, used, depth = numbers[:, :4], numbers[:, 4], numbers[:, 5], numbers[:, 6]
+    free = len(asked.names)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        noise = np.sqrt(misfit / np.maximum(used - free, 1.0))
+    correlated = np.ones(len(numbers))
+    fitted = np.flatnonzero(np.isfinite(noise))
+    if fitted.size:
+        correlated[fitted] = autocorrelation_times(residuals[fitted])
+    error = noise[:, None] * np.sqrt(correlated[:, None] * np.abs(np.einsum("ijj->ij", covariances)))
+    values, rates = ways.values(theta[:, 0], theta[:, 1])
+    plain = {CONTACT_POINT: theta[:, 2], BASELINE: theta[:, 3]}
+    for i, name in enumerate(asked.names):
+        value = plain[name] if name in plain else values[:, i]
+        out[name][:] = value
+        out[f"{name}_error"][:] = error[:, i] * (1.0 if name in plain else np.abs(rates[:, i]))
+    for name, (low, high) in asked.bounded.items():
+        outside = (out[name] < low) | (out[name] > high)
+        out["ending"][outside & (ended == FOUND)] = AT_END
+    if WORK in out:
+        unseen = out[WORK] < _SEEN * out[f"{WORK}_error"]
+        out["ending"][unseen & (ended == FOUND)] = AT_END
+    out["noise"][:], out["correlated"][:], out["indentation"][:] = noise, correlated, depth
+    bad = out["ending"] != FOUND
+    for name in asked.units:
+        out[name][bad] = math.nan
+    return out

@@ -1,0 +1,135 @@
+"""Where what was found in a map stands: in memory, or in a store of Zarr from which a killed fit goes on."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+import os
+from typing import Any
+
+import numpy as np
+
+from pymdr.errors import FileError
+from pymdr.problem.codec import encode
+from pymdr.solving.fits.asking import ENDINGS, NOT_YET, Asked, Columns, empty_columns
+from pymdr.solving.fits.records import Records, zarr
+
+_MARK = "pymdr_work"
+_WORDS = {
+    "noise": "standard deviation of the residuals",
+    "correlated": "samples that tell as much as an independent one",
+    "indentation": "largest indentation",
+    "ending": "how the fit ended",
+}
+
+
+class Held:
+    """Columns in memory."""
+
+    def __init__(self, asked: Asked, total: int) -> None:
+        self._columns = empty_columns(asked, total)
+
+    def has(self, first: int, last: int) -> bool:
+        """Whether a stretch is finished."""
+        return False
+
+    def keep(self, first: int, last: int, columns: Columns) -> None:
+        """Put a finished stretch in its place."""
+        for name, values in columns.items():
+            self._columns[name][first:last] = values
+
+    def columns(self) -> Columns:
+        """All of them."""
+        return self._columns
+
+
+class Kept:
+    """Columns in a Zarr store, in which a stretch is finished when its endings are written."""
+
+    def __init__(self, folder: str | os.PathLike[str], asked: Asked, records: Records, chunk: int) -> None:
+        from pymdr.presentation.files import named_file
+
+        package = zarr()
+        self._shape = records.shape
+        place, total = named_file(folder, "write"), math.prod(records.shape)
+        mark = _mark(asked, records, total)
+        try:
+            fresh = not place.exists() or not any(place.iterdir())
+            self._group = package.open_group(str(place), mode="a")
+        except (OSError, ValueError) as error:
+            raise FileError(f"cannot write into {place}: {error}; choose another folder") from error
+        if fresh:
+            self._make(asked, records, chunk)
+            self._group.attrs[_MARK] = mark
+        elif self._group.attrs.get(_MARK) != mark:
+            raise FileError(
+                f"{place} holds another work: something that was asked has changed since; take another folder, or empty this one"
+            )
+        self._names = (*asked.units, "ending")
+
+    def _make(self, asked: Asked, records: Records, chunk: int) -> None:
+        inner = records.shape[1:]
+        chunks = (chunk // math.prod(inner), *inner)
+        for name, unit in asked.units.items():
+            array = self._group.create_array(
+                name,
+                shape=records.shape,
+                chunks=chunks,
+                dtype="f8",
+                fill_value=math.nan,
+                dimension_names=records.dims,
+            )
+            array.attrs.update(attributes_of(name, unit))
+        ending = self._group.create_array(
+            "ending",
+            shape=records.shape,
+            chunks=chunks,
+            dtype="i1",
+            fill_value=NOT_YET,
+            dimension_names=records.dims,
+        )
+        ending.attrs.update(attributes_of("ending", ""))
+
+    def _rows(self, first: int, last: int) -> slice:
+        inner = math.prod(self._shape[1:])
+        return slice(first // inner, last // inner)
+
+    def has(self, first: int, last: int) -> bool:
+        """Whether a stretch is finished."""
+        return bool(np.all(self._group["ending"][self._rows(first, last)] != NOT_YET))
+
+    def keep(self, first: int, last: int, columns: Columns) -> None:
+        """Write a finished stretch, its endings last."""
+        rows = self._rows(first, last)
+        for name in self._names:
+            self._group[name][rows] = columns[name].reshape(-1, *self._shape[1:])
+
+    def columns(self) -> Columns:
+        """All of them."""
+        return {name: np.asarray(self._group[name][...]).ravel() for name in self._names}
+
+
+def _mark(asked: Asked, records: Records, total: int) -> str:
+    """What changes with what is asked, and with the first and the last curve."""
+    work = {
+        "contact": encode(asked.contact),
+        "free": [[u.name, u.low, u.high] for u in asked.unknowns],
+        "known": dict(asked.known),
+        "shape": list(records.shape),
+    }
+    mark = hashlib.sha256(json.dumps(work, sort_keys=True).encode())
+    for first in (0, total - 1):
+        for array in records.read(first, first + 1)[:3]:
+            mark.update(np.ascontiguousarray(array).tobytes())
+    return mark.hexdigest()
+
+
+def attributes_of(name: str, unit: str) -> dict[str, Any]:
+    """Unit and words of a column, and what the numbers of endings mean."""
+    told: dict[str, Any] = {"units": unit} if unit else {"units": ""}
+    if name in _WORDS:
+        told["long_name"] = _WORDS[name]
+    if name == "ending":
+        told = {**told, "flag_values": list(range(len(ENDINGS))), "flag_meanings": "; ".join(ENDINGS)}
+    return told
