@@ -193,7 +193,14 @@ def test_a_map_is_the_same_from_lists_stores_and_cores(gel, tmp_path):
     )
     again = xr.open_zarr(tmp_path / "fits", consolidated=False)
     assert again["body.young"].attrs["units"] == "Pa"
-    assert np.array_equal(again["body.young"].values, found["body.young"].values)
+    xr.testing.assert_equal(again.load(), found.data)
+    assert "<table>" in found._repr_html_()
+    assert "30 of 30 curves fitted" in repr(found)
+    assert len(repr(found)) < 200
+    sources = " ".join(found.cite())
+    assert "Johnson, Kendall and Roberts" in sources
+    assert "Marquardt" in sources
+    assert "LMFIT" not in sources
     assert found.to("body.young", "kPa").values == pytest.approx(1e-3 * found["body.young"].values)
     with pytest.raises(QuantityError, match="no 'modulus'"):
         found["modulus"]
@@ -266,6 +273,8 @@ def test_bodies_with_memory_are_fitted_one_by_one():
     curve = mdr.MeasuredCurve(force=force, indentation=depth, time=time)
     found = mdr.fit_map(contact(1e3), [curve], {name: ["0.5 kPa", "2 kPa"]}, contact_point=0.0, baseline=0.0)
     assert found[name].values == pytest.approx(1e3, rel=1e-3)
+    assert any("Lee and Radok" in source for source in found.cite())
+    assert any("LMFIT" in source for source in found.cite())
 
 
 @pytest.mark.parametrize(
@@ -397,6 +406,14 @@ def test_the_law_that_made_a_curve_is_the_best(true):
         with pytest.raises(QuantityError, match="shows no adhesion"):
             found["JKR"]
     assert true in str(found).splitlines()[1]
+    assert repr(found).startswith(f"<pymdr.LawComparison {true}")
+    html = found._repr_html_()
+    assert html.index(f"<td style='text-align:left'>{true}</td>") == html.index(
+        "<td style='text-align:left'>"
+    )
+    assert all(why.split(":")[0] in html for why in found.refusals.values())
+    assert any("Burnham and Anderson" in source for source in found.cite())
+    assert len(set(found.cite())) == len(found.cite())
     found.plot().canvas.draw()
 
 
