@@ -74,7 +74,7 @@ class FitResult:
     """Unknowns and origins by name."""
     data: xr.Dataset
     """Over ``step``, the samples of all curves: ``indentation`` (m) and ``normal_force`` (N) from the origins that were found,
-    ``model`` and ``residual`` (N), ``in_contact``, ``used``, and ``curve``."""
+    ``model`` and ``residual`` (N), ``in_contact``, ``used``, and ``curve``; of bodies with memory ``time`` (s)."""
     noise: float
     """Standard deviation of the residuals in N."""
     correlated: float
@@ -442,12 +442,13 @@ def _fitted(search: Search, best: FloatArray, errors: FloatArray, width: float) 
 def _table(search: Search, models: Sequence[Modelled]) -> xr.Dataset:
     """The samples of all curves, one after another."""
     used = search.used or tuple(np.ones(one.force.size, dtype=bool) for one in models)
-    table = labelled(
-        {
-            "indentation": np.concatenate([one.depth for one in models]),
-            "normal_force": np.concatenate([one.force for one in models]),
-        }
-    )
+    columns = {
+        "indentation": np.concatenate([one.depth for one in models]),
+        "normal_force": np.concatenate([one.force for one in models]),
+    }
+    if search.contact.remembers:
+        columns["time"] = np.concatenate([curve.time for curve in search.curves if curve.time is not None])
+    table = labelled(columns)
     more = {
         "model": np.concatenate([one.model for one in models]),
         "residual": np.concatenate([one.force - one.model for one in models]),
