@@ -78,7 +78,7 @@ def fitted_curves(data: xr.Dataset, words: Sequence[str]) -> Figure:
         left.set_xlabel(axis_label("time", own) if along == "time" else "sample")
         left.set_ylabel(f"measured less model ({unit})")
         letter_panels(figure)
-        figure.supxlabel("\n".join(words), fontsize=8)
+        figure.supxlabel("\n".join(words).replace("^2", "²"), fontsize=8)
     return figure
 
 
@@ -129,13 +129,27 @@ def fitted_map(data: xr.Dataset, names: Sequence[str]) -> Figure:
             if len(dims) == 2:
                 _draw_picture(axes, data, dims, values, words)
             else:
-                axes.plot(np.arange(1, values.size + 1), values.ravel(), ".", color=BLUE, ms=4)
-                axes.set_xlabel("curve")
+                _draw_points(axes, data, name, unit)
                 axes.set_ylabel(words)
         for axes in panels[len(names) :]:
             figure.delaxes(axes)
         letter_panels(figure)
     return figure
+
+
+def _draw_points(axes: Axes, data: xr.Dataset, name: str, unit: str) -> None:
+    """Values curve by curve, with their standard errors where there are any."""
+    from matplotlib.ticker import MaxNLocator
+
+    own = str(data[name].attrs["units"])
+    values = from_si(data[name].values.ravel(), own, unit)
+    error = f"{name}_error"
+    bars = from_si(data[error].values.ravel(), own, unit) if error in data else None
+    number = np.arange(1, data[name].size + 1)
+    axes.errorbar(number, values, bars, fmt=".", color=BLUE, ms=4, elinewidth=0.8)
+    axes.set_xlim(0.5, number.size + 0.5)
+    axes.xaxis.set_major_locator(MaxNLocator(integer=True))
+    axes.set_xlabel("curve")
 
 
 def _draw_picture(axes: Axes, data: xr.Dataset, dims: Sequence[str], values: FloatArray, words: str) -> None:
