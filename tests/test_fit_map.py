@@ -210,6 +210,9 @@ def test_a_map_is_the_same_from_lists_stores_and_cores(gel, tmp_path):
     figure = found.plot()
     figure.canvas.draw()
     assert len([axes for axes in figure.axes if axes.axison]) == 10
+    letters = [text.get_text() for axes in figure.axes for text in axes.texts]
+    assert letters == ["(a)", "(b)", "(c)", "(d)", "(e)"]
+    assert figure.axes[0].get_xlabel() == "x (µm)"
 
 
 def test_a_killed_map_goes_on_where_it_was(gel, tmp_path, monkeypatch):

@@ -185,6 +185,8 @@ def test_bodies_with_memory():
     found = mdr.fit(start, curve, ["body.shear.equilibrium", "body.shear.modulus", "body.shear.time"])
     for name, value in (("equilibrium", 1e3), ("modulus", 3e3), ("time", 1.0)):
         assert found[f"body.shear.{name}"].value == pytest.approx(value, rel=1e-3)
+    assert np.array_equal(found.data["time"].values, time)
+    assert found.plot().axes[0].get_xlabel() == "time $t$ (s)"
     with pytest.raises(ProblemError, match="needs the times"):
         mdr.fit(start, mdr.MeasuredCurve(force=force, indentation=depth), ["body.shear.modulus"])
 
