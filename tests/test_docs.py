@@ -45,6 +45,7 @@ def blocks(page):
         "profiles.md",
         "closure.md",
         "curves.md",
+        "fits.md",
         "law.md",
         "contributing.md",
     ],

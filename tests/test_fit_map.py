@@ -199,7 +199,14 @@ def test_a_map_is_the_same_from_lists_stores_and_cores(gel, tmp_path):
     )
     again = xr.open_zarr(tmp_path / "fits", consolidated=False)
     assert again["body.young"].attrs["units"] == "Pa"
-    assert np.array_equal(again["body.young"].values, found["body.young"].values)
+    xr.testing.assert_equal(again.load(), found.data)
+    assert "<table>" in found._repr_html_()
+    assert "30 of 30 curves fitted" in repr(found)
+    assert len(repr(found)) < 200
+    sources = " ".join(found.cite())
+    assert "Johnson, Kendall and Roberts" in sources
+    assert "Marquardt" in sources
+    assert "LMFIT" not in sources
     assert found.to("body.young", "kPa").values == pytest.approx(1e-3 * found["body.young"].values)
     with pytest.raises(QuantityError, match="no 'modulus'"):
         found["modulus"]
@@ -209,6 +216,9 @@ def test_a_map_is_the_same_from_lists_stores_and_cores(gel, tmp_path):
     figure = found.plot()
     figure.canvas.draw()
     assert len([axes for axes in figure.axes if axes.axison]) == 10
+    letters = [text.get_text() for axes in figure.axes for text in axes.texts]
+    assert letters == ["(a)", "(b)", "(c)", "(d)", "(e)"]
+    assert figure.axes[0].get_xlabel() == "x (µm)"
 
 
 def test_a_killed_map_goes_on_where_it_was(gel, tmp_path, monkeypatch):
@@ -272,6 +282,8 @@ def test_bodies_with_memory_are_fitted_one_by_one():
     curve = mdr.MeasuredCurve(force=force, indentation=depth, time=time)
     found = mdr.fit_map(contact(1e3), [curve], {name: ["0.5 kPa", "2 kPa"]}, contact_point=0.0, baseline=0.0)
     assert found[name].values == pytest.approx(1e3, rel=1e-3)
+    assert any("Lee and Radok" in source for source in found.cite())
+    assert any("LMFIT" in source for source in found.cite())
 
 
 @pytest.mark.parametrize(
@@ -403,6 +415,14 @@ def test_the_law_that_made_a_curve_is_the_best(true):
         with pytest.raises(QuantityError, match="shows no adhesion"):
             found["JKR"]
     assert true in str(found).splitlines()[1]
+    assert repr(found).startswith(f"<pymdr.LawComparison {true}")
+    html = found._repr_html_()
+    assert html.index(f"<td style='text-align:left'>{true}</td>") == html.index(
+        "<td style='text-align:left'>"
+    )
+    assert all(why.split(":")[0] in html for why in found.refusals.values())
+    assert any("Burnham and Anderson" in source for source in found.cite())
+    assert len(set(found.cite())) == len(found.cite())
     found.plot().canvas.draw()
 
 

@@ -4,16 +4,19 @@ from __future__ import annotations
 
 import json
 import math
+from html import escape
 from importlib.util import find_spec
 
 import numpy as np
 import pytest
+import xarray as xr
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from typer.testing import CliRunner
 
 import pymdr as mdr
-from pymdr.errors import CaseError, ProblemError, QuantityError, UnitError
+from pymdr.errors import CaseError, FileError, ProblemError, QuantityError, UnitError
+from pymdr.problem.codec import decode_contact
 from pymdr.solving.fits.forces import forces_of, modelled
 from pymdr.solving.fits.searching import autocorrelation_time
 from pymdr.workbench.cli import app
@@ -138,6 +141,25 @@ def test_profiles_of_the_likelihood_agree_where_it_is_normal():
         found.profile_intervals(["profile.radius"])
 
 
+def test_a_fit_is_shown_cited_and_saved(tmp_path):
+    found = mdr.fit(JKR, recorded(JKR, np.linspace(1.5e-6, -2e-6, 100), None, 0.01, 1), ["body.young"])
+    assert repr(found).startswith("<pymdr.FitResult body.young = ")
+    html = found._repr_html_()
+    assert all(name in html for name in found.values)
+    assert escape(found.claims["normal_force"].source) in html
+    sources = " ".join(found.cite())
+    assert all(name in sources for name in ("Johnson, Kendall and Roberts", "Marquardt", "LMFIT"))
+    found.save(tmp_path / "fit.nc")
+    with xr.open_dataset(tmp_path / "fit.nc") as again:
+        assert again.drop_attrs().equals(found.data.drop_attrs())
+        assert again["model"].attrs["units"] == "N"
+        told = json.loads(again.attrs["pymdr_fit"])
+    assert told["values"]["body.young"]["value"] == found["body.young"].value
+    assert decode_contact(told["contact"])[1] == found.contact
+    with pytest.raises(FileError, match="NetCDF"):
+        found.save(tmp_path / "fit.txt")
+
+
 def test_several_curves_share_the_contact():
     curves = [
         recorded(JKR, np.linspace(1e-6, -2e-6, 200), None, 0.02, seed, seed * 1e-10, seed * 1e-7)
@@ -166,6 +188,8 @@ def test_bodies_with_memory():
     found = mdr.fit(start, curve, ["body.shear.equilibrium", "body.shear.modulus", "body.shear.time"])
     for name, value in (("equilibrium", 1e3), ("modulus", 3e3), ("time", 1.0)):
         assert found[f"body.shear.{name}"].value == pytest.approx(value, rel=1e-3)
+    assert np.array_equal(found.data["time"].values, time)
+    assert found.plot().axes[0].get_xlabel() == "time $t$ (s)"
     with pytest.raises(ProblemError, match="needs the times"):
         mdr.fit(start, mdr.MeasuredCurve(force=force, indentation=depth), ["body.shear.modulus"])
 
@@ -243,6 +267,7 @@ def test_a_curve_from_a_file_by_the_shell(tmp_path):
     assert done.exit_code == 0, done.output
     told = json.loads(done.stdout)
     assert told["fit"]["values"]["body.young"]["value"] == pytest.approx(3e3, rel=1e-4)
+    assert any("LMFIT" in source for source in told["references"])
     assert {file.name for file in (tmp_path / "out").iterdir()} == {"fit.csv", "fit.png"}
     assert (tmp_path / "out/fit.csv").read_text().startswith("indentation [m],normal_force [N],model [N]")
     without = CliRunner().invoke(app, asked)

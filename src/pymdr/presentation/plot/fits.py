@@ -8,23 +8,33 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from pymdr.errors import UnitError
 from pymdr.presentation.plot.shared import (
     BLUE,
+    GREEN,
     GREY,
     ORANGE,
     axis_label,
     draw_zero,
     legend_above,
+    lengths,
     letter_panels,
     new_figure,
     scaled,
     styled,
 )
-from pymdr.units import from_si, good_unit
+from pymdr.quantities import quantity
+from pymdr.units import FloatArray, from_si, good_unit
 
 if TYPE_CHECKING:
     import xarray as xr
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+
+_LAWS = ((BLUE, "-"), (ORANGE, "--"), (GREEN, "-."), ("#CC79A7", ":"), ("#E69F00", "-"), ("#56B4E9", "--"))
+"""Colours of Okabe and Ito and dashes of laws, which may lie on each other."""
+_SMALL = 0.005
+"""A weight that is not written out."""
 
 
 def fitted_curves(data: xr.Dataset, words: Sequence[str]) -> Figure:
@@ -34,7 +44,8 @@ def fitted_curves(data: xr.Dataset, words: Sequence[str]) -> Figure:
     Parameters
     ----------
     data : xarray.Dataset
-        Over ``step``: ``indentation`` (m), ``normal_force``, ``model`` and ``residual`` (N), ``used`` and ``curve``.
+        Over ``step``: ``indentation`` (m), ``normal_force``, ``model`` and ``residual`` (N), ``used`` and ``curve``; drawn over
+        ``time`` (s) where there is one.
     words : sequence of str
         What was found, a line each.
 
@@ -43,40 +54,50 @@ def fitted_curves(data: xr.Dataset, words: Sequence[str]) -> Figure:
     matplotlib.figure.Figure
     """
     with styled():
-        figure = new_figure(9.6, 4.2)
+        figure = new_figure(9.6, 4.0 + 0.16 * len(words))
         curve, left = figure.subplots(1, 2, width_ratios=[3, 2])
-        depth, force, model = (data[name].values for name in ("indentation", "normal_force", "model"))
-        length, newton = good_unit(depth, "m"), good_unit(force, "N")
-        x = scaled(depth, "indentation", length)
-        y, fitted = scaled(force, "normal_force", newton), np.asarray(from_si(model, "N", newton))
+        along = "time" if "time" in data else "indentation"
+        own, newton = (good_unit(data[name].values, quantity(name).unit) for name in (along, "normal_force"))
+        x, y = (
+            scaled(data[along].values, along, own),
+            scaled(data["normal_force"].values, "normal_force", newton),
+        )
         used, which = data["used"].values, data["curve"].values
-        curve.plot(x, y, ".", color=GREY, ms=2.5, alpha=0.6, label="measured", rasterized=True)
+        _draw_measured(curve, x, y)
+        model = np.asarray(from_si(data["model"].values, "N", newton))
         for one in np.unique(which):
             curve.plot(
-                x[which == one], fitted[which == one], color=BLUE, lw=1.4, label="model" if one == 0 else None
+                x[which == one], model[which == one], color=BLUE, lw=1.4, label="model" if one == 0 else None
             )
         if not used.all():
             curve.plot(x[~used], y[~used], "x", color=ORANGE, ms=5, label="left out")
-        draw_zero(curve)
-        curve.set_xlabel(axis_label("indentation", length))
-        curve.set_ylabel(axis_label("normal_force", newton))
-        legend_above(curve)
-        residual = np.where(used, data["residual"].values, np.nan)
-        unit = good_unit(residual, "N")
-        left.plot(
-            np.arange(1, residual.size + 1),
-            from_si(residual, "N", unit),
-            ".",
-            color=GREY,
-            ms=2.5,
-            rasterized=True,
-        )
-        left.axhline(0.0, color=BLUE, lw=1.0)
-        left.set_xlabel("sample")
+        _name_axes(curve, along, own, newton)
+        unit = good_unit(data["residual"].values[used], "N")
+        sample = x if along == "time" else np.arange(1.0, x.size + 1)
+        _draw_left(left, sample, data, unit, GREY)
+        left.set_xlabel(axis_label("time", own) if along == "time" else "sample")
         left.set_ylabel(f"measured less model ({unit})")
         letter_panels(figure)
-        figure.text(0.5, -0.02, "\n".join(words), ha="center", va="top", fontsize=8)
+        figure.supxlabel("\n".join(words).replace("^2", "²"), fontsize=8)
     return figure
+
+
+def _draw_measured(axes: Axes, x: FloatArray, y: FloatArray) -> None:
+    axes.plot(x, y, ".", color=GREY, ms=3.5, alpha=0.6, label="measured", rasterized=True)
+
+
+def _name_axes(axes: Axes, along: str, own: str, newton: str) -> None:
+    draw_zero(axes)
+    axes.set_xlabel(axis_label(along, own))
+    axes.set_ylabel(axis_label("normal_force", newton))
+    legend_above(axes)
+
+
+def _draw_left(axes: Axes, x: FloatArray, data: xr.Dataset, unit: str, colour: str) -> None:
+    """What the model leaves of the samples that were used."""
+    residual = np.where(data["used"].values, data["residual"].values, np.nan)
+    axes.plot(x, from_si(residual, "N", unit), ".", color=colour, ms=2.5, rasterized=True)
+    axes.axhline(0.0, color=BLUE if colour == GREY else GREY, lw=1.0)
 
 
 def fitted_map(data: xr.Dataset, names: Sequence[str]) -> Figure:
@@ -94,35 +115,68 @@ def fitted_map(data: xr.Dataset, names: Sequence[str]) -> Figure:
     -------
     matplotlib.figure.Figure
     """
-    dims = data["ending"].dims
+    dims = [str(dim) for dim in data["ending"].dims]
     with styled():
         columns = min(len(names), 3)
         rows = -(-len(names) // columns)
         figure = new_figure(3.4 * columns, 2.9 * rows)
         panels = np.atleast_1d(figure.subplots(rows, columns)).ravel()
         for name, axes in zip(names, panels, strict=False):
-            unit = good_unit(data[name].values, str(data[name].attrs["units"]))
-            values = np.asarray(from_si(data[name].values, str(data[name].attrs["units"]), unit))
-            words = f"{name.replace('_', ' ')} ({unit})"
+            own = str(data[name].attrs["units"])
+            unit = good_unit(data[name].values, own)
+            values = np.asarray(from_si(data[name].values, own, unit))
+            words = f"{name.replace('_', ' ')} ({unit.replace('^2', '²')})"
             if len(dims) == 2:
-                low, high = _middle(values)
-                picture = axes.pcolormesh(
-                    *_edges(data, dims), values, vmin=low, vmax=high, cmap="viridis", rasterized=True
-                )
-                axes.set_facecolor(GREY)
-                axes.set_aspect("equal" if all(d in data.coords for d in dims) else "auto")
-                figure.colorbar(picture, ax=axes, label=words)
-                for label, dim in ((axes.set_ylabel, dims[0]), (axes.set_xlabel, dims[1])):
-                    own = str(data[dim].attrs.get("units", "")) if dim in data.coords else ""
-                    label(f"{dim} ({own})" if own else str(dim))
+                _draw_picture(axes, data, dims, values, words)
             else:
-                axes.plot(np.arange(1, values.size + 1), values.ravel(), ".", color=BLUE, ms=4)
-                axes.set_xlabel("curve")
+                _draw_points(axes, data, name, unit)
                 axes.set_ylabel(words)
         for axes in panels[len(names) :]:
             figure.delaxes(axes)
         letter_panels(figure)
     return figure
+
+
+def _draw_points(axes: Axes, data: xr.Dataset, name: str, unit: str) -> None:
+    """Values curve by curve, with their standard errors where there are any."""
+    from matplotlib.ticker import MaxNLocator
+
+    own = str(data[name].attrs["units"])
+    values = from_si(data[name].values.ravel(), own, unit)
+    error = f"{name}_error"
+    bars = from_si(data[error].values.ravel(), own, unit) if error in data else None
+    number = np.arange(1, data[name].size + 1)
+    axes.errorbar(number, values, bars, fmt=".", color=BLUE, ms=4, elinewidth=0.8)
+    axes.set_xlim(0.5, number.size + 0.5)
+    axes.xaxis.set_major_locator(MaxNLocator(integer=True))
+    axes.set_xlabel("curve")
+
+
+def _draw_picture(axes: Axes, data: xr.Dataset, dims: Sequence[str], values: FloatArray, words: str) -> None:
+    """Values over the grid, the curves without any in grey."""
+    (y, up), (x, along) = (_places(data, dim) for dim in dims)
+    low, high = _middle(values)
+    picture = axes.pcolormesh(
+        _edges(x), _edges(y), values, vmin=low, vmax=high, cmap="viridis", rasterized=True
+    )
+    axes.set_facecolor(GREY)
+    axes.set_aspect("equal" if up and up == along else "auto")
+    axes.figure.colorbar(picture, ax=axes, label=words)
+    axes.set_ylabel(f"{dims[0]} ({up})" if up else dims[0])
+    axes.set_xlabel(f"{dims[1]} ({along})" if along else dims[1])
+
+
+def _places(data: xr.Dataset, dim: str) -> tuple[FloatArray, str]:
+    """Of the pixels, lengths in a unit that suits them; numbers where the grid has none."""
+    if dim not in data.coords:
+        return np.arange(float(data.sizes[dim])), ""
+    at, own = np.asarray(data[dim].values, dtype=float), str(data[dim].attrs.get("units", ""))
+    try:
+        metres = np.asarray(from_si(at, own, "m"))
+    except UnitError:
+        return at, own
+    unit = good_unit(metres, "m")
+    return lengths(metres, unit), unit
 
 
 def _middle(values: np.ndarray) -> tuple[float, float]:
@@ -133,16 +187,10 @@ def _middle(values: np.ndarray) -> tuple[float, float]:
     return (low, high) if high > low else (low - 0.5 * abs(low) - 1e-300, high + 0.5 * abs(high) + 1e-300)
 
 
-def _edges(data: xr.Dataset, dims: Sequence[object]) -> tuple[np.ndarray, np.ndarray]:
-    """Of the pixels, along x and y."""
-    edges = []
-    for dim in (dims[1], dims[0]):
-        at = data[dim].values if dim in data.coords else np.arange(data.sizes[dim], dtype=float)
-        step = np.diff(at) if at.size > 1 else np.ones(1)
-        edges.append(
-            np.concatenate([[at[0] - 0.5 * step[0]], 0.5 * (at[1:] + at[:-1]), [at[-1] + 0.5 * step[-1]]])
-        )
-    return edges[0], edges[1]
+def _edges(at: FloatArray) -> FloatArray:
+    """Of the pixels around places."""
+    step = np.diff(at) if at.size > 1 else np.ones(1)
+    return np.concatenate([[at[0] - 0.5 * step[0]], 0.5 * (at[1:] + at[:-1]), [at[-1] + 0.5 * step[-1]]])
 
 
 def weighed_laws(data: Mapping[str, xr.Dataset], weights: Mapping[str, float]) -> Figure:
@@ -152,7 +200,7 @@ def weighed_laws(data: Mapping[str, xr.Dataset], weights: Mapping[str, float]) -
     Parameters
     ----------
     data : mapping of str to xarray.Dataset
-        As for :func:`fitted_curves`, by the names of the laws.
+        As for :func:`fitted_curves`, by the names of the laws; drawn from the origins of the one with the largest weight.
     weights : mapping of str to float
         Akaike's.
 
@@ -160,50 +208,31 @@ def weighed_laws(data: Mapping[str, xr.Dataset], weights: Mapping[str, float]) -
     -------
     matplotlib.figure.Figure
     """
-    colours = (BLUE, ORANGE, "#4c9a2a", "#8c4bb5", "#a0522d", "#17a2b8")
     order = sorted(weights, key=lambda name: -weights[name])
+    first = data[order[0]]
     with styled():
         figure = new_figure(9.6, max(4.2, 1.3 * len(order)))
         grid = figure.add_gridspec(len(order), 2, width_ratios=[3, 2])
         curve = figure.add_subplot(grid[:, 0])
-        first = data[order[0]]
-        length = good_unit(first["indentation"].values, "m")
-        newton = good_unit(first["normal_force"].values, "N")
-        x = scaled(first["indentation"].values, "indentation", length)
-        curve.plot(
-            x,
-            scaled(first["normal_force"].values, "normal_force", newton),
-            ".",
-            color=GREY,
-            ms=2.5,
-            alpha=0.6,
-        )
-        rows = [figure.add_subplot(grid[i, 1]) for i in range(len(order))]
-        for name, colour, axes in zip(order, itertools.cycle(colours), rows, strict=False):
-            own = data[name]
-            curve.plot(
-                scaled(own["indentation"].values, "indentation", length),
-                np.asarray(from_si(own["model"].values, "N", newton)),
-                color=colour,
-                lw=1.3,
-                label=f"{name} ({weights[name]:.2g})",
-            )
-            residual = np.where(own["used"].values, own["residual"].values, np.nan)
-            unit = good_unit(first["residual"].values, "N")
-            axes.plot(
-                np.arange(1, residual.size + 1),
-                from_si(residual, "N", unit),
-                ".",
-                color=colour,
-                ms=2,
-                rasterized=True,
-            )
-            axes.axhline(0.0, color=GREY, lw=0.8)
+        along = "time" if "time" in first else "indentation"
+        own, newton = (good_unit(first[name].values, quantity(name).unit) for name in (along, "normal_force"))
+        x, force = scaled(first[along].values, along, own), first["normal_force"].values
+        _draw_measured(curve, x, scaled(force, "normal_force", newton))
+        sample = x if along == "time" else np.arange(1.0, x.size + 1)
+        rows: list[Axes] = []
+        for i, (name, (colour, dashes)) in enumerate(zip(order, itertools.cycle(_LAWS), strict=False)):
+            model = np.asarray(from_si(force - data[name]["residual"].values, "N", newton))
+            weight = f"{weights[name]:.2f}" if weights[name] >= _SMALL else f"< {_SMALL:g}"
+            curve.plot(x, model, color=colour, ls=dashes, lw=1.4, label=f"{name} ({weight})")
+            axes = figure.add_subplot(grid[i, 1], sharex=rows[0] if rows else None)
+            unit = good_unit(data[name]["residual"].values[data[name]["used"].values], "N")
+            _draw_left(axes, sample, data[name], unit, colour)
             axes.set_ylabel(f"{name} ({unit})", fontsize=8)
+            axes.tick_params(labelbottom=i == len(order) - 1)
+            rows.append(axes)
         rows[0].set_title("measured less model", fontsize=9)
-        rows[-1].set_xlabel("sample")
-        draw_zero(curve)
-        curve.set_xlabel(axis_label("indentation", length))
-        curve.set_ylabel(axis_label("normal_force", newton))
-        legend_above(curve)
+        rows[-1].set_xlabel(axis_label("time", own) if along == "time" else "sample")
+        figure.align_ylabels(rows)
+        _name_axes(curve, along, own, newton)
+        letter_panels(figure)
     return figure

@@ -213,10 +213,11 @@ def singularities(amplitude: float, sign: float, at_axis: float) -> str:
 
 
 def letter_panels(figure: Figure) -> None:
-    """(a), (b), ... above the panels of a figure that has several; a second scale is no panel."""
+    """(a), (b), ... above the panels of a figure that has several; a second scale and a bar of colours are none."""
     panels: list[Axes] = []
     for axes in figure.axes:
-        if axes.get_subplotspec() not in [other.get_subplotspec() for other in panels]:
+        place = axes.get_subplotspec()
+        if place is not None and place not in [other.get_subplotspec() for other in panels]:
             panels.append(axes)
     if len(panels) < 2:
         return

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pymdr.errors import ProblemError, PymdrError, QuantityError
+from pymdr.interpretation.validity import SOURCES
 from pymdr.problem.contact import Contact
 from pymdr.problem.measured import MeasuredCurve
 from pymdr.problem.parameters import parameters_of
@@ -47,12 +48,19 @@ class LawComparison:
             raise QuantityError(f"no law {shown(name)}; compared are {', '.join(self.fits)}")
         return self.fits[name]
 
+    @property
+    def _order(self) -> list[str]:
+        return sorted(self.weights, key=lambda name: -self.weights[name])
+
+    def _unmet(self, name: str) -> list[str]:
+        return [a.words for a in self.fits[name].assumptions if not a.met]
+
     def summary(self) -> str:
         """The laws by their weights."""
         lines = [f"{len(self.fits)} laws over {self.samples} samples"]
-        for name in sorted(self.weights, key=lambda name: -self.weights[name]):
+        for name in self._order:
             claim = self.fits[name].claims["normal_force"]
-            unmet = [a.words for a in self.fits[name].assumptions if not a.met]
+            unmet = self._unmet(name)
             lines.append(
                 f"{name}: weight {self.weights[name]:.3g}, AICc {self.differences[name]:.4g} above the best; "
                 + claim.level.value
@@ -63,6 +71,32 @@ class LawComparison:
 
     def __str__(self) -> str:
         return self.summary()
+
+    def __repr__(self) -> str:
+        weights = ", ".join(f"{name} {self.weights[name]:.3g}" for name in self._order)
+        return f"<pymdr.LawComparison {weights}>"
+
+    def _repr_html_(self) -> str:
+        """The summary as a table, for notebooks."""
+        from pymdr.presentation.html import laws_html
+
+        rows = (
+            (
+                name,
+                self.weights[name],
+                self.differences[name],
+                self.fits[name].claims["normal_force"].level,
+                self._unmet(name),
+            )
+            for name in self._order
+        )
+        return laws_html(rows, self.samples, self.refusals)
+
+    def cite(self) -> tuple[str, ...]:
+        """References of the laws, of the search and of the weights."""
+        return tuple(
+            dict.fromkeys([s for one in self.fits.values() for s in one.cite()] + [SOURCES["akaike"]])
+        )
 
     def plot(self) -> Figure:
         """The record with the models of all laws, and what each leaves."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 import os
 from collections.abc import Mapping, Sequence
@@ -11,7 +12,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from pymdr.errors import ProblemError, QuantityError
-from pymdr.interpretation.validity import Assumption, Claim
+from pymdr.interpretation.validity import SOURCES, Assumption, Claim
+from pymdr.problem.codec import encode
 from pymdr.problem.contact import Contact
 from pymdr.problem.measured import MeasuredCurve
 from pymdr.problem.paths import Path, indent
@@ -39,6 +41,7 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
+LEVENBERG_MARQUARDT, LMFIT = "levenberg-marquardt", "lmfit"
 _STARTS = 4
 _SEEN = 25.0
 """Of the variance of the noise: 5 standard deviations of one number."""
@@ -74,7 +77,7 @@ class FitResult:
     """Unknowns and origins by name."""
     data: xr.Dataset
     """Over ``step``, the samples of all curves: ``indentation`` (m) and ``normal_force`` (N) from the origins that were found,
-    ``model`` and ``residual`` (N), ``in_contact``, ``used``, and ``curve``."""
+    ``model`` and ``residual`` (N), ``in_contact``, ``used``, and ``curve``; of bodies with memory ``time`` (s)."""
     noise: float
     """Standard deviation of the residuals in N."""
     correlated: float
@@ -85,6 +88,8 @@ class FitResult:
     """How far the model can be trusted at the deepest sample."""
     assumptions: tuple[Assumption, ...]
     notes: tuple[str, ...]
+    references: tuple[str, ...]
+    """Keys of the sources that :meth:`cite` names."""
     search: Search
     minimum: Any
     """Minimizer and result of lmfit, in the logarithms of sizes."""
@@ -141,20 +146,73 @@ class FitResult:
     def summary(self) -> str:
         """Values with their intervals, how well they fit, and how far to trust the model."""
         claim = self.claims["normal_force"]
-        used = int(self.data["used"].values.sum())
         lines = [str(value) for value in self.values.values()]
-        lines.append(
-            f"noise {written(self.noise, 'N', 3)} in {used} of {self.data.sizes['step']} samples, of which {self.correlated:.3g} "
-            "tell as much as an independent one"
-        )
+        lines.append(self._told_of_noise())
         lines.append(f"model: {claim.level.value}: {claim.reason}")
         lines += [
             f"not met: {a.words} {a.measure:.3g}, limit {a.limit:.3g}" for a in self.assumptions if not a.met
         ]
         return "\n".join([*lines, *(f"note: {note}" for note in self.notes)])
 
+    def _told_of_noise(self) -> str:
+        used = int(self.data["used"].values.sum())
+        return (
+            f"noise {written(self.noise, 'N', 3)} in {used} of {self.data.sizes['step']} samples, of which {self.correlated:.3g} "
+            "tell as much as an independent one"
+        )
+
     def __str__(self) -> str:
         return self.summary()
+
+    def __repr__(self) -> str:
+        found = ", ".join(f"{one.name} = {written(one.value, one.unit, 4)}" for one in self.values.values())
+        return f"<pymdr.FitResult {found}>"
+
+    def _repr_html_(self) -> str:
+        """The summary as tables, for notebooks."""
+        from pymdr.presentation.html import found_html
+
+        rows = (
+            [one.name, *(written(value, one.unit, 4) for value in (one.value, one.error, one.low, one.high))]
+            for one in self.values.values()
+        )
+        head = ("found", "value", "standard error", "95 % from", "to")
+        return found_html(head, rows, [self._told_of_noise()], self.claims, self.assumptions, self.notes)
+
+    def cite(self) -> tuple[str, ...]:
+        """References of the theory and of the search."""
+        return tuple(SOURCES[key] for key in self.references)
+
+    def save(self, file: str | os.PathLike[str]) -> None:
+        """
+        Write the samples with their model, and what was found, to a NetCDF file, which xarray opens, whole or not at all.
+
+        Parameters
+        ----------
+        file : path
+            For example "fit.nc". Its attribute ``pymdr_fit`` is the JSON of the values, the noise, the contact, claims, notes and
+            references.
+
+        Raises
+        ------
+        FileError
+            If the file cannot be written, or its name is that of another format.
+        ProblemError
+            If the profile is a Python function, which no file holds.
+        """
+        from pymdr.presentation.files import write_dataset
+
+        told = {
+            "values": {name: one._asdict() for name, one in self.values.items()},
+            "noise": self.noise,
+            "correlated": self.correlated,
+            "aicc": self.aicc,
+            "contact": encode(self.contact),
+            "claims": {name: [c.level.name, c.reason, c.source] for name, c in self.claims.items()},
+            "notes": self.notes,
+            "references": self.cite(),
+        }
+        write_dataset(self.data.assign_attrs(pymdr_fit=json.dumps(told)), file)
 
     def to_csv(self, file: str | os.PathLike[str]) -> None:
         """
@@ -355,6 +413,7 @@ def _interpreted(search: Search, best: FloatArray, minimum: Any) -> FitResult:
         claims=judged.claims,
         assumptions=judged.assumptions,
         notes=notes,
+        references=(*judged.references, LEVENBERG_MARQUARDT, LMFIT),
         search=search,
         minimum=minimum,
     )
@@ -406,12 +465,13 @@ def _fitted(search: Search, best: FloatArray, errors: FloatArray, width: float) 
 def _table(search: Search, models: Sequence[Modelled]) -> xr.Dataset:
     """The samples of all curves, one after another."""
     used = search.used or tuple(np.ones(one.force.size, dtype=bool) for one in models)
-    table = labelled(
-        {
-            "indentation": np.concatenate([one.depth for one in models]),
-            "normal_force": np.concatenate([one.force for one in models]),
-        }
-    )
+    columns = {
+        "indentation": np.concatenate([one.depth for one in models]),
+        "normal_force": np.concatenate([one.force for one in models]),
+    }
+    if search.contact.remembers:
+        columns["time"] = np.concatenate([curve.time for curve in search.curves if curve.time is not None])
+    table = labelled(columns)
     more = {
         "model": np.concatenate([one.model for one in models]),
         "residual": np.concatenate([one.force - one.model for one in models]),

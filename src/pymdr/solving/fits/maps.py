@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pymdr.errors import ConvergenceError, ProblemError, PymdrError, QuantityError
-from pymdr.interpretation.validity import Assumption, Claim
+from pymdr.interpretation.validity import SOURCES, Assumption, Claim
 from pymdr.problem.contact import Contact
 from pymdr.problem.measured import MeasuredCurve
 from pymdr.problem.paths import indent
@@ -30,7 +30,7 @@ from pymdr.solving.fits.asking import (
     asked_of,
     empty_columns,
 )
-from pymdr.solving.fits.fitting import fit
+from pymdr.solving.fits.fitting import LEVENBERG_MARQUARDT, LMFIT, fit
 from pymdr.solving.fits.quick import fit_by_family
 from pymdr.solving.fits.records import Records, Stretch, records_of
 from pymdr.solving.fits.storing import Held, Kept, attributes_of
@@ -68,6 +68,8 @@ class FittedMap:
     claims: Mapping[str, Claim]
     """Those of the curve that was pressed deepest."""
     assumptions: tuple[Assumption, ...]
+    references: tuple[str, ...]
+    """Keys of the sources that :meth:`cite` names."""
     notes: tuple[str, ...] = field(default=())
 
     def __getitem__(self, name: str) -> xr.DataArray:
@@ -107,16 +109,11 @@ class FittedMap:
 
     def summary(self) -> str:
         """Medians and quartiles of what was found, how the fits ended, and how far to trust the model."""
-        total, found = self.data["ending"].size, int((self.data["ending"].values == FOUND).sum())
-        lines = [f"{found} of {total} curves fitted"]
-        lines += [f"{n}: {words}" for words, n in self.counts.items() if words != ENDINGS[FOUND]]
-        for name in (*self.names, "noise") if found else ():
-            values = self.data[name].values
-            low, middle, high = (
-                written(float(q), str(self.data[name].attrs["units"]), 4)
-                for q in np.nanquantile(values, [0.25, 0.5, 0.75])
-            )
-            lines.append(f"{name}: median {middle}, half of the curves between {low} and {high}")
+        lines = self._told_of_endings()
+        lines += [
+            f"{name}: median {middle}, half of the curves between {low} and {high}"
+            for name, middle, low, high in self._quartiles()
+        ]
         if self.claims:
             claim = self.claims["normal_force"]
             lines.append(f"model, where pressed deepest: {claim.level.value}: {claim.reason}")
@@ -125,8 +122,41 @@ class FittedMap:
         ]
         return "\n".join([*lines, *(f"note: {note}" for note in self.notes)])
 
+    def _told_of_endings(self) -> list[str]:
+        counts = self.counts
+        first = f"{counts.get(ENDINGS[FOUND], 0)} of {self.data['ending'].size} curves fitted"
+        return [first, *(f"{n}: {words}" for words, n in counts.items() if words != ENDINGS[FOUND])]
+
+    def _quartiles(self) -> list[tuple[str, str, str, str]]:
+        """Name, median and quartiles of what was found and of the noise."""
+        if ENDINGS[FOUND] not in self.counts:
+            return []
+        told = []
+        for name in (*self.names, "noise"):
+            unit = str(self.data[name].attrs["units"])
+            ends = np.nanquantile(self.data[name].values, [0.25, 0.5, 0.75])
+            low, middle, high = (written(float(q), unit, 4) for q in ends)
+            told.append((name, middle, low, high))
+        return told
+
     def __str__(self) -> str:
         return self.summary()
+
+    def __repr__(self) -> str:
+        return f"<pymdr.FittedMap {', '.join(self.names)}; {self._told_of_endings()[0]}>"
+
+    def _repr_html_(self) -> str:
+        """The summary as tables, for notebooks."""
+        from pymdr.presentation.html import found_html
+
+        head = ("found", "median", "half of the curves from", "to")
+        return found_html(
+            head, self._quartiles(), self._told_of_endings(), self.claims, self.assumptions, self.notes
+        )
+
+    def cite(self) -> tuple[str, ...]:
+        """References of the theory and of the search."""
+        return tuple(SOURCES[key] for key in self.references)
 
     def to_csv(self, file: str | os.PathLike[str]) -> None:
         """
@@ -340,9 +370,12 @@ def _interpreted(asked: Asked, records: Records, columns: Columns) -> FittedMap:
     assumptions: tuple[Assumption, ...] = ()
     notes = [f"refused: {words}" for words in sorted(asked.refusals)[:_TOLD]]
     found = np.flatnonzero(columns["ending"] == FOUND)
+    references: tuple[str, ...] = ()
     if found.size:
         judged = _judged(asked, columns, int(found[np.argmax(columns["indentation"][found])]))
-        if judged is not None:
+        references = judged.references
+        # with memory they are those of a history, which differs from curve to curve
+        if not asked.contact.remembers:
             claims, assumptions = judged.claims, judged.assumptions
     if asked.ways is not None and asked.families:
         worst = max(family.error for family in asked.families.values())
@@ -353,13 +386,14 @@ def _interpreted(asked: Asked, records: Records, columns: Columns) -> FittedMap:
         names=asked.names,
         claims=claims,
         assumptions=assumptions,
+        references=(*references, LEVENBERG_MARQUARDT, *(() if asked.ways is not None else (LMFIT,))),
         notes=tuple(notes),
     )
 
 
-def _judged(asked: Asked, columns: Columns, i: int) -> Result | None:
-    """The contact that was found in one curve, where it was pressed deepest; None with memory, whose history is long."""
-    if asked.contact.remembers:
-        return None
+def _judged(asked: Asked, columns: Columns, i: int) -> Result:
+    """The contact that was found in one curve, where it was pressed deepest."""
     values = np.array([columns[u.name][i] for u in asked.unknowns])
-    return solve(put_into(asked.contact, asked.unknowns, values), indent(float(columns["indentation"][i])))
+    deepest = float(columns["indentation"][i])
+    path = indent(deepest, duration=1.0) if asked.contact.remembers else indent(deepest)
+    return solve(put_into(asked.contact, asked.unknowns, values), path)

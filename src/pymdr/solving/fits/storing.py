@@ -69,6 +69,8 @@ class Kept:
         self._names = (*asked.units, "ending")
 
     def _make(self, asked: Asked, records: Records, chunk: int) -> None:
+        import xarray as xr
+
         inner = records.shape[1:]
         chunks = (chunk // math.prod(inner), *inner)
         for name, unit in asked.units.items():
@@ -90,6 +92,7 @@ class Kept:
             dimension_names=records.dims,
         )
         ending.attrs.update(attributes_of("ending", ""))
+        xr.Dataset(coords=records.coords).to_zarr(self._group.store, mode="a", consolidated=False)
 
     def _rows(self, first: int, last: int) -> slice:
         inner = math.prod(self._shape[1:])

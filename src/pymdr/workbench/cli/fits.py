@@ -77,7 +77,10 @@ def fit(
             told = _told_of_map(found)
     if as_json:
         valid = validity_of(found)
-        print_json(answer("fit", case, written, title=title, status="COMPLETED", **told, **valid))
+        cited = list(found.cite())
+        print_json(
+            answer("fit", case, written, title=title, status="COMPLETED", references=cited, **told, **valid)
+        )
     elif not quiet:
         say_found(title or str(case), found.summary(), written)
 

@@ -1,0 +1,48 @@
+"""
+Modulus and adhesion of a gel over a map
+========================================
+
+A colloidal tip presses a gel that is stiffer in one place, at every pixel of a map. Modulus, work of adhesion, contact point and baseline are
+found in each curve by itself; the picture shows where the gel is stiff, and that its adhesion is the same everywhere.
+"""
+
+import numpy as np
+import xarray as xr
+
+import pymdr as mdr
+
+rng = np.random.default_rng(3)
+x = y = np.linspace(0, 30e-6, 20)
+stiffer = np.exp(-((x - 18e-6) ** 2 + (y[:, None] - 12e-6) ** 2) / (7e-6) ** 2)
+young = 2e3 + 500 * np.round(8 * stiffer)
+way = np.concatenate([np.linspace(-1e-6, 1.5e-6, 150), np.linspace(1.5e-6, -3e-6, 150)])
+
+# %%
+# What would be recorded by a cantilever of 0.05 N/m: the sample is tilted, and every force is noisy.
+moduli, which = np.unique(young, return_inverse=True)
+gels = [
+    mdr.Contact(mdr.Paraboloid("5 um"), mdr.Elastic(E, 0.5), adhesion=mdr.JKR("0.2 mJ/m^2")) for E in moduli
+]
+solved = mdr.solve_batch(gels, mdr.Path(travel=way), machine_stiffness="0.05 N/m")
+true = np.array([one["normal_force"].values for one in solved])[which.reshape(young.shape)]
+force = true + 1e-10 * rng.normal(size=true.shape)
+travel = way + 1e-2 * (x + y[:, None])[..., None]
+
+curves = xr.Dataset(
+    {
+        "force": (("y", "x", "sample"), 1e9 * force, {"units": "nN"}),
+        "travel": (("y", "x", "sample"), 1e6 * travel, {"units": "um"}),
+        "spring_constant": ((), 0.05, {"units": "N/m"}),
+    },
+    coords={"x": ("x", 1e6 * x, {"units": "um"}), "y": ("y", 1e6 * y, {"units": "um"})},
+)
+
+# %%
+# One call fits all of them. A folder would keep what is finished, so that a killed fit of a large map goes on there.
+start = mdr.Contact(mdr.Paraboloid("5 um"), mdr.Elastic("10 kPa", 0.5), adhesion=mdr.JKR("1 mJ/m^2"))
+found = mdr.fit_map(start, curves, ["body.young", "adhesion.work"])
+print(found)
+figure = found.plot()
+
+off = (found["body.young"] - young) / found["body.young_error"]
+assert abs(float((off**2).mean()) - 1) < 4 * np.sqrt(2 / young.size)  # the errors are what they say

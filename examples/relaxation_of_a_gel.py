@@ -1,0 +1,41 @@
+"""
+The moduli and the time of a gel that relaxes
+=============================================
+
+A tip approaches a gel, is held, and is drawn back. A body that remembers forgets a part of its force during the hold: the record of the whole
+history tells its modulus at rest, the one that it has besides when it is pressed fast, and how long it remembers.
+"""
+
+import numpy as np
+
+import pymdr as mdr
+
+gel = mdr.Contact(
+    mdr.Paraboloid("5 um"), mdr.Viscoelastic(mdr.StandardSolid("1 kPa", "2 kPa", "0.5 s"), poisson=0.5)
+)
+time = np.linspace(0.0, 5.0, 101)
+depth = np.interp(time, [0.0, 0.5, 1.5, 4.0, 5.0], [-0.5e-6, 0.0, 1e-6, 1e-6, -0.5e-6])
+true = mdr.solve(gel, mdr.Path(time=time, indentation=depth))["normal_force"].values
+
+# %%
+# What would be recorded, with noise of 1 % of the largest force and a baseline that nobody knows.
+noise = 0.01 * true.max() * np.random.default_rng(4).normal(size=time.size)
+curve = mdr.MeasuredCurve(force=true + noise + 2e-10, indentation=depth, time=time)
+
+# %%
+# The names of what is looked for are those that ``mdr.parameters_of(gel)`` lists. The depth was measured, and so was where the contact begins.
+start = mdr.Contact(
+    gel.profile, mdr.Viscoelastic(mdr.StandardSolid("10 kPa", "10 kPa", "0.1 s"), poisson=0.5)
+)
+free = ["body.shear.equilibrium", "body.shear.modulus", "body.shear.time"]
+found = mdr.fit(start, curve, free, contact_point=0.0)
+print(found)
+figure = found.plot()
+
+assert found["body.shear.time"].low < 0.5 < found["body.shear.time"].high
+assert abs(found["body.shear.equilibrium"].value / 1e3 - 1) < 0.02
+
+# %%
+# The law that was found tells what no record of this length does, such as the modulus of storage at 10 Hz.
+storage = found.contact.body.shear.storage(2 * np.pi * 10)
+print(storage)
