@@ -5,6 +5,7 @@ import pickle
 from functools import cache
 from itertools import pairwise
 
+import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 from hypothesis import example, given, settings
@@ -14,8 +15,10 @@ from scipy.optimize import brentq
 from scipy.special import gamma
 
 import pymdr as mdr
+from pymdr.errors import ConvergenceError, PymdrError
 from pymdr.line.adhesion import power_law_pull_off
 from pymdr.mapping.equivalent import equivalent_profile
+from pymdr.solving import drawing
 
 UNIT = mdr.Elastic(1.0, 0.0)
 BALL = mdr.Paraboloid(1.0)
@@ -1256,3 +1259,91 @@ def test_adhesive_claims_carry_the_errors_of_the_map():
     assert error[3] == 0.0
     assert result.claims["indentation"].error[:3].tolist() == [0.0, 0.0, 0.0]
     assert "no other contact was found" in result.claims["normal_force"].reason
+
+
+# --- figures ----------------------------------------------------------------------------------------------
+
+UNKNOWN = "equilibria between the rows are not known"
+
+
+def words_in(figure):
+    return " ".join(text.get_text() for axes in figure.axes for text in axes.texts).replace("\n", " ")
+
+
+@st.composite
+def adhesive_contacts(draw):
+    """Profiles and laws of any size, with a path of their size."""
+    size = 10.0 ** draw(st.floats(-8, 0))
+    modulus = 10.0 ** draw(st.floats(3, 12))
+    profile = draw(
+        st.sampled_from(
+            [
+                mdr.Sphere(size),
+                mdr.Paraboloid(size),
+                mdr.Cone(slope=0.2),
+                mdr.PowerLaw(3.0, 0.1 * size, size),
+                mdr.FlatPunch(size),
+                mdr.DomedPunch(size, 20.0 * size),
+                mdr.Ellipsoid(size, 0.5 * size),
+            ]
+        )
+    )
+    work = modulus * size * 10.0 ** draw(st.floats(-10, -2))
+    strength = modulus * 10.0 ** draw(st.floats(-7, 0))
+    law = draw(
+        st.sampled_from([mdr.JKR(work), mdr.MaugisDugdale(work, strength), mdr.DMT(work, range=1e-4 * size)])
+    )
+    depth, load = size * 10.0 ** draw(st.floats(-8, -1)), modulus * size**2 * 10.0 ** draw(st.floats(-12, -2))
+    path = draw(
+        st.sampled_from(
+            [
+                mdr.indent(depth, steps=4),
+                mdr.load(load, steps=4),
+                mdr.indent(depth, steps=4) >> mdr.indent(-depth, steps=4),
+                mdr.load(load, steps=4) >> mdr.indent(-depth, steps=4),
+            ]
+        )
+    )
+    return contact(profile, law, modulus), path
+
+
+@settings(max_examples=25, deadline=None)
+@given(adhesive_contacts())
+@example((contact(mdr.FlatPunch(1.0), mdr.JKR(0.1), 1e3), there_and_back(0.1, -0.1, 4)))
+@example((contact(mdr.Sphere(1e-5), mdr.MaugisDugdale(1e-6, 1e2), 1e9), mdr.indent(1e-9, steps=4)))
+@example((contact(mdr.Sphere(1e-2), mdr.MaugisDugdale(1e-2, range=1e-6), 1e10), mdr.load(1e-3, steps=4)))
+@example(
+    (
+        contact(mdr.DomedPunch(0.0245, 2.29), mdr.MaugisDugdale(0.0362, 4810.0), 6716.0),
+        mdr.load(3.07e-9, steps=4) >> mdr.indent(-6.78e-9, steps=4),
+    )
+)
+def test_what_was_solved_is_drawn_with_all_its_equilibria(asked):
+    try:
+        result = mdr.solve(*asked)
+    except PymdrError:
+        return
+    figure = result.plot()
+    assert UNKNOWN not in words_in(figure)
+    plt.close(figure)
+
+
+def test_a_figure_without_equilibria_shows_the_rows_and_says_why(monkeypatch):
+    result = mdr.solve(contact(), mdr.indent(1.0, steps=5))
+    everything = result.plot()
+
+    def lost(*_, **__):
+        raise ConvergenceError("the curve did not settle at 3 m")
+
+    monkeypatch.setattr(drawing, "branches_of", lost)
+    figure = result.plot()
+    assert f"{UNKNOWN}: the curve did not settle at 3 m" in words_in(figure)
+    assert UNKNOWN not in words_in(everything)
+    (rows,) = [
+        line
+        for axes in figure.axes
+        for line in axes.lines
+        if line.get_label() == "path" and line.get_marker() == "o"
+    ]
+    assert rows.get_xdata().size == 5
+    plt.close("all")

@@ -3,9 +3,11 @@
 import importlib.util
 import json
 import os
+import re
 import stat
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 import numpy as np
@@ -13,8 +15,10 @@ import pytest
 from typer.testing import CliRunner
 
 import pymdr as mdr
+from pymdr.problem.codec import MEASURED, decode_press
 from pymdr.workbench.casefile import read_case
 from pymdr.workbench.cli import app
+from pymdr.workbench.templates import template
 
 BALL = """
 title = "A ball"
@@ -279,6 +283,36 @@ def test_a_new_rough_case_is_answered(tmp_path, shell):
     schema = json.loads(shell("schema", "--rough")[1])
     assert set(schema["required"]) == {"surface", "body"}
     assert "above 0 and at most 1" in schema["$defs"]["surface"]["properties"]["hurst"]["description"]
+
+
+@pytest.mark.skipif(
+    importlib.util.find_spec("ContactMechanics") is None,
+    reason="ContactMechanics, of the extra rough, is missing",
+)
+def test_a_new_case_of_a_pressed_surface_is_answered(tmp_path, shell):
+    file = tmp_path / "new.toml"
+    assert shell("new", "press", "-o", file)[0] == 0
+    status, _, err = shell("press", file, "--normal-force", "1 N", "--quiet")
+    assert (status, err) == (0, "")
+    file.write_text(re.sub("^# (punch)", r"\1", file.read_text(), flags=re.MULTILINE))
+    assert "as it is" in shell("press", file, "--normal-force", "1 N")[2]
+
+
+def test_a_new_case_of_a_pressed_surface_shows_every_key_of_measured_heights():
+    text = template("press")
+    random = re.search(r"^hurst.*?(?=^# file)", text, re.MULTILINE | re.DOTALL).group()
+    measured = tomllib.loads(re.sub(r"^# (?=\w+ = )", "", text.replace(random, ""), flags=re.MULTILINE))
+    case = decode_press(measured)
+    assert set(case.surface) == set(MEASURED)
+    assert case.punch
+
+
+def test_the_schemas_of_surfaces(shell):
+    schema = json.loads(shell("schema", "--press")[1])
+    assert set(schema["required"]) == {"surface", "body"}
+    assert {"punch", "surface", "counterbody"} <= set(schema["properties"])
+    assert set(schema["$defs"]["measured"]["properties"]) == set(MEASURED)
+    assert shell("schema", "--press", "--rough")[0] == 2
 
 
 def test_schema_and_info(shell):
@@ -701,7 +735,12 @@ def test_surfaces_are_pressed_from_the_shell(tmp_path, shell):
     assert status == 0, err
     assert "A lens" in out
     assert "24 x 24 pixels at 3 loads take about" in err
-    assert sorted(file.name for file in (tmp_path / "out").iterdir()) == ["press.csv", "press.png"]
+    assert sorted(file.name for file in (tmp_path / "out").iterdir()) == [
+        "press.csv",
+        "press.nc",
+        "press.png",
+    ]
+    kept = mdr.open_pressed_surface(tmp_path / "out" / "press.nc")
     assert len(list((tmp_path / "kept").glob("parts-*.nc"))) == 3
     told = json.loads(shell("press", case, *loads, "--json")[1])
     found = mdr.press(
@@ -710,6 +749,7 @@ def test_surfaces_are_pressed_from_the_shell(tmp_path, shell):
         indentation=np.geomspace(1e-6, 1e-5, 3),
     )
     assert told["study"]["normal_force"]["values"] == pytest.approx(found["normal_force"].values, rel=1e-9)
+    assert kept.data["normal_force"].values.tolist() == told["study"]["normal_force"]["values"]
     rough = """
 [surface]
 hurst = 0.8

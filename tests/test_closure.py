@@ -97,7 +97,7 @@ def test_a_curve_without_noise_comes_back_to_its_interpolation():
     missed = []
     for n in (25, 50, 100, 200):
         curve = curve_of_ball(n)
-        assert np.allclose(force(curve, curve.indentation), curve.force, rtol=1e-12)
+        assert np.allclose(force(curve, curve.indentation), curve.force, rtol=1e-14, atol=0.0)
         missed.append(np.max(np.abs(force(curve, t) - hertz(t))) / hertz(DEEPEST))
     assert missed[-1] < 1e-6
     assert all(fine < coarse / 2.5 for coarse, fine in itertools.pairwise(missed))
@@ -109,8 +109,8 @@ def test_powers_come_back(power):
     curve = mdr.ForceCurve(d, d**power, modulus=1.0)
     t = np.linspace(0.02, 1.0, 400)
     assert np.allclose(force(curve, t), t**power, rtol=1e-3)
-    assert np.allclose(stiffness(curve, t), power * t ** (power - 1.0), rtol=2e-2)
-    assert np.max(np.abs(force(curve, t) - t**power)) < 2e-5
+    assert np.max(np.abs(stiffness(curve, t) - power * t ** (power - 1.0))) < 1e-3 * power
+    assert np.max(np.abs(force(curve, t) - t**power)) < 1e-6
 
 
 def slip_of_springs(hinges, steps, modulus_ratio, friction, path):
@@ -145,16 +145,18 @@ def test_piecewise_linear_data_are_springs_and_rub_as_springs_do():
     curve = mdr.ForceCurve(d, load, modulus=moduli.normal)
     at = np.linspace(0.0, 1.2, 601)
     assert np.allclose(
-        force(curve, at), np.maximum(at[:, None] - hinges, 0.0) @ steps, rtol=1e-12, atol=1e-14
+        force(curve, at), np.maximum(at[:, None] - hinges, 0.0) @ steps, rtol=1e-13, atol=1e-15
     )
-    assert np.allclose(stiffness(curve, [0.1, 0.3, 0.7, 1.0]), [1.0, 1.5, 3.5, 4.2], rtol=1e-9)
+    assert np.allclose(stiffness(curve, [0.1, 0.3, 0.7, 1.0]), [1.0, 1.5, 3.5, 4.2], rtol=1e-13)
     path = [(1.0, 0.0), (1.0, 0.3), (1.0, -0.2), (1.1, 0.1), (0.7, 0.1), (0.9, 0.5)]
     rows = np.array(path)
     joint = mdr.Contact(curve, body, body, friction=mdr.Coulomb(0.4))
     solved = mdr.solve(joint, mdr.Path(indentation=rows[:, 0], shift=rows[:, 1]))
     own = slip_of_springs(hinges, steps, moduli.tangential / moduli.normal, 0.4, path)
-    assert np.allclose(solved["tangential_force"], own, rtol=2e-3, atol=2e-4)
-    assert np.allclose(solved["normal_force"], np.maximum(rows[:, :1] - hinges, 0.0) @ steps, rtol=1e-9)
+    assert np.allclose(solved["tangential_force"], own, rtol=1e-11, atol=0.0)
+    assert np.allclose(
+        solved["normal_force"], np.maximum(rows[:, :1] - hinges, 0.0) @ steps, rtol=1e-11, atol=0.0
+    )
 
 
 @st.composite
@@ -178,7 +180,7 @@ def test_any_convex_points_are_met_by_a_rising_stiffness_and_dissipate(points, s
     line = closure_of(curve).stiffness
     assert np.all(np.diff(line.stiffness) >= 0.0)
     assert np.all(np.diff(line.depth) >= 0.0)
-    assert np.allclose(force(curve, d), load, rtol=1e-9, atol=1e-12 * load[-1])
+    assert np.allclose(force(curve, d), load, rtol=1e-12, atol=1e-14 * load[-1])
     rng = np.random.default_rng(seed)
     depth = d[-1] * rng.uniform(0.05, 1.0, 12)
     joint = mdr.Contact(curve, body, body, friction=mdr.Coulomb(0.3))
@@ -262,7 +264,7 @@ def test_points_with_any_noise_have_a_rising_stiffness_or_are_refused(n, power, 
     most = found.largest_force * (1.0 - 1e-9)
     rows = mdr.solve(mdr.Contact(curve, body, body), mdr.load(most, steps=3))
     assert np.allclose(
-        found.stiffness.at(rows["indentation"].values)[1], most * np.arange(1, 4) / 3, rtol=1e-8
+        found.stiffness.at(rows["indentation"].values)[1], most * np.arange(1, 4) / 3, rtol=1e-10
     )
 
 
@@ -333,14 +335,14 @@ def test_the_contact_point_is_found_where_the_data_begin_before_it():
 def test_points_without_noise_tell_their_contact_point():
     d = np.linspace(-0.5, 1.0, 302)
     found = closure_of(mdr.ForceCurve(d, np.maximum(d - 0.1, 0.0) ** 2, modulus=1.0))
-    assert found.contact_point == pytest.approx(0.1, abs=3e-3)
+    assert found.contact_point == pytest.approx(0.1, abs=1e-6)
 
 
 def test_depths_that_begin_at_nothing_are_counted_from_there():
     d = np.linspace(0.0, 1.0, 101)
     found = closure_of(mdr.ForceCurve(d, np.maximum(d - 0.3, 0.0) ** 2, modulus=1.0))
     assert found.contact_point == 0.0
-    assert np.allclose(found.stiffness.at(np.array([0.2, 0.8]))[1], [0.0, 0.25], atol=1e-3)
+    assert np.allclose(found.stiffness.at(np.array([0.2, 0.8]))[1], [0.0, 0.25], rtol=1e-13, atol=1e-15)
 
 
 def test_a_stiffness_that_falls_is_told_with_its_place():
@@ -401,16 +403,16 @@ def test_forces_follow_the_modulus_of_the_bodies():
         name: mdr.solve(mdr.Contact(profile, soft), mdr.indent("1 um"))["normal_force"].values[0]
         for name, profile in (("ball", BALL), ("curve", curve_of_ball()))
     }
-    assert of["curve"] == pytest.approx(of["ball"], rel=1e-6)
+    assert of["curve"] == pytest.approx(of["ball"], rel=1e-13)
 
 
 def test_impacts_and_loops_are_those_of_the_shape():
     curve = curve_of_ball()
     ball, other = (mdr.Contact(profile, STEEL, STEEL) for profile in (BALL, curve))
     one, two = (mdr.impact(contact, mass="30 g", speed="30 mm/s") for contact in (ball, other))
-    assert two.contact_time == pytest.approx(2.943275184324705 * two.largest_indentation / 0.03, rel=1e-6)
-    assert two.contact_time == pytest.approx(one.contact_time, rel=1e-7)
-    assert two.largest_force == pytest.approx(one.largest_force, rel=1e-7)
+    assert two.contact_time == pytest.approx(2.943275184324705 * two.largest_indentation / 0.03, rel=1e-8)
+    assert two.contact_time == pytest.approx(one.contact_time, rel=1e-8)
+    assert two.largest_force == pytest.approx(one.largest_force, rel=1e-8)
     assert math.isnan(two.largest_radius)
     assert math.isnan(two.largest_pressure)
     assert not two.claims["largest_radius"].readable
@@ -419,13 +421,13 @@ def test_impacts_and_loops_are_those_of_the_shape():
     assert "contact radius" not in two.summary()
     two.plot()
     times = mdr.restitution(other, mass="30 g", speeds=[0.01, 0.03])
-    assert times["contact_time"].values[1] == pytest.approx(two.contact_time, rel=1e-9)
+    assert times["contact_time"].values[1] == pytest.approx(two.contact_time, rel=1e-13)
     rubbed = [dataclasses.replace(contact, friction=mdr.Coulomb(0.3)) for contact in (ball, other)]
     oblique = [
         mdr.impact(c, mass="30 g", speed="30 mm/s", angle="30 deg", inertia="4e-7 kg*m^2", radius="10 mm")
         for c in rubbed
     ]
-    assert oblique[1].spin == pytest.approx(oblique[0].spin, rel=1e-6)
+    assert oblique[1].spin == pytest.approx(oblique[0].spin, rel=1e-7)
     assert oblique[1].claims["spin"].error[0] >= np.max(
         mdr.solve(rubbed[1], mdr.indent(one.largest_indentation)).claims["tangential_force"].error
     )
@@ -596,7 +598,7 @@ def test_the_curve_of_a_result():
     curve = mdr.solve(contact, mdr.indent("1 um", steps=50) >> mdr.indent("0 um", steps=20)).force_curve()
     assert curve.modulus == MODULUS
     assert np.all(np.diff(curve.indentation) > 0.0)
-    assert np.allclose(curve.force, hertz(curve.indentation), rtol=1e-12)
+    assert np.allclose(curve.force, hertz(curve.indentation), rtol=1e-14)
     gel = mdr.Contact(BALL, STEEL, adhesion=mdr.JKR("50 mJ/m^2"))
     for other, path in ((gel, mdr.indent("1 um")), (mdr.Contact(BALL, RUBBER), THERE_AND_BACK)):
         with pytest.raises(mdr.ProblemError, match="homogeneous elastic half-spaces without adhesion"):

@@ -353,3 +353,25 @@ def test_tractions_of_many_disks_are_the_sum_of_their_pressures(profile, frictio
         size += np.abs(parts.scale * own)
     found = result.field("shear_traction", r).values
     assert np.all(np.abs(found - expected) <= 1e-11 * size)
+
+
+@settings(max_examples=20, deadline=None)
+@given(
+    st.floats(-8, 0),
+    st.floats(1e-3, 0.5),
+    st.sampled_from([{}, {"adhesion": mdr.JKR(1e-6)}, {"adhesion": mdr.MaugisDugdale(1e-6, range=1e-9)}]),
+)
+def test_springs_that_nothing_presses_bear_nothing_whatever_the_profile_is_farther_out(size, share, law):
+    """A profile whose waves are many where nobody has touched would take long to be mapped there."""
+    radius = 10.0**size
+    asked = []
+
+    def wavy(r):
+        asked.append(float(np.max(r)))
+        return r**2 / (2 * radius) + 1e-4 * radius * (1 - np.cos(r / (share * radius)))
+
+    contact = mdr.Contact(mdr.Function(wavy), mdr.Elastic(1e9, 0.3), **law)
+    apart = mdr.solve(contact, mdr.indent(-1e-2 * radius, steps=3))
+    asked.clear()
+    assert not apart.field("spring_force").values.any()
+    assert not asked

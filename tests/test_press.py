@@ -25,6 +25,7 @@ from pymdr.independent.engines.solutions import by_force, refuse_unsolved
 from pymdr.independent.sliding.solvers import solve_pressure
 from pymdr.independent.sliding.surface import make_surface
 from pymdr.mapping.rough_patch import rough_topography
+from pymdr.presentation.files import read_dataset, write_dataset
 from pymdr.solving.press import bytes_of
 from pymdr.solving.press import verb as solving
 
@@ -210,6 +211,57 @@ def test_the_force_curve_stands_for_the_surface():
     few = mdr.press(mdr.Topography(heights, 1.0), UNIT, indentation=[0.05, 0.1])
     with pytest.raises(PathError, match="at least 5"):
         few.force_curve()
+
+
+@needs_engine
+@settings(max_examples=8, deadline=None)
+@given(st.integers(0, 2**32), st.lists(st.floats(1e-3, 0.5), min_size=1, max_size=4), st.booleans())
+def test_a_saved_surface_comes_back(tmp_path_factory, seed, loads, by_force):
+    """Loads at which the contact reaches the border among them."""
+    file = tmp_path_factory.mktemp("pressed") / "press.nc"
+    heights = ball(16) + 1e-3 * np.random.default_rng(seed).standard_normal((16, 16))
+    surface = mdr.Topography(heights, ("1 mm", "2 mm"), steps=("made",))
+    name = "normal_force" if by_force else "indentation"
+    pressed = mdr.press(surface, mdr.Elastic(1e6, 0.3), **{name: np.array(loads)})
+    pressed.save(file)
+    again = mdr.open_pressed_surface(file)
+    assert again.data.identical(pressed.data)
+    assert again.summary() == pressed.summary()
+    assert again.surface == pressed.surface
+    assert again.assumptions == pressed.assumptions
+    assert again.claims.keys() == pressed.claims.keys()
+    for quantity, claim in pressed.claims.items():
+        assert (again.claims[quantity].level, again.claims[quantity].reason) == (claim.level, claim.reason)
+        assert np.array_equal(again.claims[quantity].where, claim.where)
+        assert (again.claims[quantity].error is None) == (claim.error is None)
+        assert claim.error is None or np.array_equal(again.claims[quantity].error, claim.error)
+    for mine, saved in zip(pressed.maps, again.maps, strict=True):
+        assert all(np.array_equal(*pair) for pair in zip(mine, saved, strict=True))
+
+
+@needs_engine
+def test_what_is_no_pressed_surface_is_not_opened(tmp_path):
+    pressed = mdr.press(mdr.Topography(ball(16), 1.0), UNIT, indentation=0.05)
+    with pytest.raises(FileError, match=r"\.nc"):
+        pressed.save(tmp_path / "press.txt")
+    ball_file = tmp_path / "ball.nc"
+    mdr.solve(mdr.Contact(mdr.Sphere(1.0), UNIT), mdr.indent(0.01, steps=3)).save(ball_file)
+    with pytest.raises(FileError, match="no pressed surface"):
+        mdr.open_pressed_surface(ball_file)
+    pressed.save(tmp_path / "press.nc")
+    with pytest.raises(FileError, match="not a pymdr result"):
+        mdr.open_result(tmp_path / "press.nc")
+    whole = read_dataset(tmp_path / "press.nc")
+    for damaged in (
+        whole.drop_vars("heights"),
+        whole.drop_vars("pressure"),
+        whole.drop_vars("normal_stiffness"),
+        whole.assign_attrs(pymdr_told="{}"),
+        whole.assign_attrs(pymdr_told=whole.attrs["pymdr_told"].replace("true", "true, true")),
+    ):
+        write_dataset(damaged, tmp_path / "damaged.nc")
+        with pytest.raises(FileError, match="damaged pressed surface"):
+            mdr.open_pressed_surface(tmp_path / "damaged.nc")
 
 
 class EndedError(Exception):

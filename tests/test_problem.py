@@ -415,3 +415,84 @@ def test_cases_go_there_and_back(profile, path):
 def test_a_callable_is_not_written():
     with pytest.raises(mdr.ProblemError, match="callable"):
         encode(mdr.Function(np.square))
+
+
+# --- callables in other processes ---------------------------------------------------------------------------
+
+
+def round_tip(r):
+    return r**2 / 2e-2
+
+
+def round_body(x, y):
+    return (x**2 + y**2) / 2e-2
+
+
+def test_callables_with_a_name_are_pickled():
+    for profile in (
+        mdr.Function(round_tip),
+        mdr.Function2D(round_body),
+        mdr.Function(round_tip) + mdr.Cone(0.1),
+    ):
+        assert pickle.loads(pickle.dumps(profile)) == profile
+    line = mdr.equivalent_profile(mdr.Function(round_tip))
+    again = pickle.loads(pickle.dumps(line))
+    assert float(again.g(np.array([1e-3]))[0]) == float(line.g(np.array([1e-3]))[0])
+
+
+@pytest.mark.parametrize(
+    ("make", "field"),
+    [
+        (lambda: mdr.Function(lambda r: r**2), "Function.f"),
+        (lambda: mdr.Function(derivative=lambda r: r), "Function.derivative"),
+        (lambda: mdr.Function2D(lambda x, y: x**2 + y**2), "Function2D.f"),
+        (lambda: mdr.Sphere(1.0) + mdr.Function(lambda r: r**2), "Function.f"),
+        (lambda: mdr.Contact(mdr.Function(lambda r: r**2), mdr.Elastic(1.0, 0.0)), "Function.f"),
+        (lambda: mdr.equivalent_profile(mdr.Function(lambda r: r**2)), "Function.f"),
+        (lambda: mdr.equivalent_profile(mdr.Function(derivative=lambda r: r), 0.3), "Function.derivative"),
+        (lambda: mdr.equivalent_profile(mdr.Cone(0.1) + mdr.Function(lambda r: r**2)), "Function.f"),
+    ],
+)
+def test_callables_without_a_name_are_refused_in_words_and_copied(make, field):
+    made = make()
+    with pytest.raises(
+        mdr.ProblemError, match=rf"{field} = .* cannot be pickled.*def at the top of a module"
+    ):
+        pickle.dumps(made)
+    if isinstance(made, mdr.Contact | mdr.Function | mdr.Function2D):
+        assert copy.deepcopy(made) == made
+        assert copy.copy(made) == made
+    else:
+        copy.copy(made)
+
+
+def unnamed():
+    return mdr.Function(lambda r: r**2 / 2e-2)
+
+
+@pytest.mark.parametrize(
+    "ask",
+    [
+        lambda profile: mdr.impact(
+            mdr.Contact(profile, mdr.Elastic("1 GPa", 0.3)), mass="10 g", speed="0.1 m/s"
+        ),
+        lambda profile: mdr.impact(
+            mdr.Contact(profile, mdr.Elastic("1 GPa", 0.3), adhesion=mdr.JKR("1 mJ/m^2")),
+            mass="10 g",
+            speed="0.1 m/s",
+        ),
+        lambda profile: mdr.export_law(mdr.Contact(profile, mdr.Elastic("1 GPa", 0.3)), "1 um"),
+        lambda profile: mdr.sweep(
+            mdr.Contact(profile, mdr.Elastic("1 GPa", 0.3)),
+            mdr.indent("1 um"),
+            {"body.young": ["1 GPa", "2 GPa"]},
+        ),
+    ],
+)
+def test_what_was_found_of_callables_is_pickled_with_polynomials(ask):
+    found = ask(unnamed())
+    again = pickle.loads(pickle.dumps(found))
+    assert again.data.identical(found.data)
+    assert again.summary() == found.summary()
+    r = np.linspace(0.0, 1e-4, 9)
+    assert again.contact.profile.gap(r) == pytest.approx(r**2 / 2e-2, rel=1e-9)

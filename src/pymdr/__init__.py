@@ -145,6 +145,7 @@ if TYPE_CHECKING:
     from pymdr.solving.heating import frictional_heat as frictional_heat
     from pymdr.solving.heating import joule_heating as joule_heating
     from pymdr.solving.press import PressedSurface as PressedSurface
+    from pymdr.solving.press import open_pressed_surface as open_pressed_surface
     from pymdr.solving.press import press as press
     from pymdr.solving.reopening import open_result as open_result
     from pymdr.solving.rolling import Rolling as Rolling
@@ -259,7 +260,7 @@ _HOMES: dict[str, tuple[str, ...]] = {
     "pymdr.solving.reopening": ("open_result",),
     "pymdr.solving.rolling": ("Rolling", "rolling"),
     "pymdr.solving.thickness": ("ThicknessCorrection", "thickness_correction"),
-    "pymdr.solving.press": ("PressedSurface", "press"),
+    "pymdr.solving.press": ("PressedSurface", "open_pressed_surface", "press"),
     "pymdr.solving.calibrating": ("LineCalibration", "calibrate_coefficient"),
     "pymdr.solving.rough": ("RoughContact", "RoughLine", "press_rough", "rough_line"),
     "pymdr.solving.rough_sliding": ("rough_sliding_friction",),

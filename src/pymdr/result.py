@@ -629,18 +629,9 @@ class Result:
         if isinstance(self.contact.profile, Function2D):
             return replace(self.contact, profile=without_callables(self.contact.profile, self._shape_size()))
         radii = [self.data[n].values for n in ("contact_radius", "cohesive_radius") if n in self.data]
-        top = 2.0 * max((float(np.nanmax(values, initial=0.0)) for values in radii), default=0.0)
-        if top:
-            return replace(self.contact, profile=without_callables(self.contact.profile, top))
-        # nothing touched, and nothing tells how far the profile matters: as far as it can be mapped
-        reach = min(1.0, self.contact.profile.reach)
-        for decades in range(12):
-            try:
-                profile = without_callables(self.contact.profile, reach * 10.0**-decades)
-            except (ProblemError, ConvergenceError):
-                continue
-            return replace(self.contact, profile=profile)
-        return replace(self.contact, profile=without_callables(self.contact.profile, reach))
+        return portable(
+            self.contact, max((float(np.nanmax(values, initial=0.0)) for values in radii), default=0.0)
+        )
 
     def _shape_size(self) -> float:
         """A radius in m that the contact of a shape keeps within, from the disk of its lower bound."""
@@ -679,6 +670,36 @@ class Result:
     def __setstate__(self, state: dict[str, Any]) -> None:
         self.__dict__.update(state)
         self.__post_init__()
+
+
+def portable(contact: Contact, radius: float) -> Contact:
+    """
+    A contact whose callable profile is replaced by its interpolant, as files and other processes take it.
+
+    Parameters
+    ----------
+    contact : Contact
+    radius : float
+        The largest radius in m that is touched; 0 where nothing tells.
+
+    Returns
+    -------
+    Contact
+        The same, if nothing in it is callable.
+    """
+    if not has_callables(contact.profile):
+        return contact
+    if radius > 0.0:
+        return replace(contact, profile=without_callables(contact.profile, 2.0 * radius))
+    # nothing touched, and nothing tells how far the profile matters: as far as it can be mapped
+    reach = min(1.0, contact.profile.reach)
+    for decades in range(12):
+        try:
+            profile = without_callables(contact.profile, reach * 10.0**-decades)
+        except (ProblemError, ConvergenceError):
+            continue
+        return replace(contact, profile=profile)
+    return replace(contact, profile=without_callables(contact.profile, reach))
 
 
 def _locked(values: np.ndarray) -> np.ndarray:

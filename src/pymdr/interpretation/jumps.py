@@ -155,6 +155,8 @@ def _followed(equilibria: Equilibria, asked: _Asked, largest: float) -> _Course:
     nodes, events = [], []
     state, first = None, 0
     for part, k in asked:
+        if state is not None and state > tracks[k].curve.stop:
+            tracks[k] = _traced(equilibria, k, highest[k], state)
         history = follow(tracks[k], part.normal, state)
         events.append(_events(equilibria, history, k, attached=state is not None))
         nodes.append(_nodes(history, events[-1], k))

@@ -94,19 +94,19 @@ class Surface:
         return self._on_the_line(name, position, d, a)
 
     def _on_the_line(self, name: str, position: FloatArray, d: float, a: float) -> FloatArray:
-        x = np.abs(position)
-        g = np.where(
-            x > self.line.equivalent.edge,
-            math.inf,
-            self.line.equivalent.g(np.minimum(x, self.line.equivalent.edge)),
-        )
+        x, equivalent = np.abs(position), self.line.equivalent
         if name == "equivalent_profile":
-            return g
+            return np.where(x > equivalent.edge, math.inf, equivalent.g(np.minimum(x, equivalent.edge)))
         if name == "spring_force":
+            force = np.zeros(x.shape)
+            # farther out the profile may have to be mapped first
+            inside = _inside(x, a)
+            pressed = d - equivalent.g(np.minimum(x[inside], equivalent.edge))
             with np.errstate(divide="ignore", invalid="ignore"):
-                force = self.line.modulus * x**self.line.exponent * (d - g)
+                loads = self.line.modulus * x[inside] ** self.line.exponent * pressed
             # springs at x = 0 are infinitely stiff where k < 0, and bear nothing where they are not pressed
-            return np.where(_inside(x, a) & (d != g), force, 0.0)
+            force[inside] = np.where(pressed != 0.0, loads, 0.0)
+            return force
         raise QuantityError(f"no field {name!r}; fields are {', '.join((*SURFACE_FIELDS, *LINE_FIELDS))}")
 
     def _with_cohesion(

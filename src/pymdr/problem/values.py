@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import inspect
 import math
+import pickle
+from collections.abc import Callable, Mapping
 from dataclasses import Field, fields
 from html import escape
 from typing import Any, ClassVar, overload
@@ -12,6 +14,50 @@ import numpy as np
 
 from pymdr.errors import ProblemError, UnitError
 from pymdr.units import ArrayQuantityLike, FloatArray, QuantityLike, shown, to_si, to_si_array, written
+
+
+class Named:
+    """
+    A callable among the fields of a value: it is pickled by its name, as all functions are, or refused in words that help.
+
+    Parameters
+    ----------
+    function : callable
+    name : str
+        Of the field, for the message.
+    """
+
+    def __init__(self, function: Callable[..., Any], name: str) -> None:
+        self.function = function
+        self.name = name
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> Named:
+        return self
+
+    def __reduce__(self) -> tuple[type[Named], tuple[Callable[..., Any], str]]:
+        try:
+            pickle.dumps(self.function)
+        except (AttributeError, TypeError, pickle.PicklingError) as error:
+            raise ProblemError(
+                f"{self.name} = {shown(self.function)} cannot be pickled: other processes and files find a function by the name that it "
+                "has in a module. Write it with def at the top of a module, or give samples in its place; results, "
+                "impacts, laws and sweeps of it are pickled and saved with polynomials instead"
+            ) from error
+        return Named, (self.function, self.name)
+
+
+def with_named_callables(value: Value, *names: str) -> dict[str, Any]:
+    """What is pickled of a value some of whose fields are callables."""
+    state = dict(value.__dict__)
+    for name in names:
+        if state[name] is not None:
+            state[name] = Named(state[name], f"{type(value).__name__}.{name}")
+    return state
+
+
+def without_named(state: Mapping[str, Any]) -> dict[str, Any]:
+    """The inverse of :func:`with_named_callables`."""
+    return {key: kept.function if isinstance(kept, Named) else kept for key, kept in state.items()}
 
 
 class Value:

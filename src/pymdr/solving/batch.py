@@ -158,7 +158,7 @@ def _solve_apart(
 def _can_travel(value: Contact | LoadingPath) -> bool:
     try:
         pickle.dumps(value)
-    except (AttributeError, TypeError, pickle.PicklingError):
+    except (AttributeError, TypeError, pickle.PicklingError, ProblemError):
         return False
     return True
 

@@ -20,6 +20,7 @@ from pymdr.line.lines import springs_of
 from pymdr.problem.materials import Elastic, Rigid
 from pymdr.problem.paths import legs
 from pymdr.result import Result
+from pymdr.solving.equilibria import finite
 from pymdr.units import FloatArray, written
 
 if TYPE_CHECKING:
@@ -211,4 +212,6 @@ def _branches(result: Result, line: Line) -> Branches | None:
     if not (touched and {"indentation", "normal_force"} <= rows.keys()):
         return None
     complete = bool(result.claims["contact_radius"].where.all())
+    # on the line on which it was solved
+    line = line.under(finite(line.equivalent))
     return branches_of(result.contact, line, result.path, rows, result.machine_stiffness, complete=complete)

@@ -46,7 +46,7 @@ class AdhesiveLine:
         self.origin = map_to_line(self.contact)
         equivalent = self.origin.line.equivalent
         _refuse_endless(equivalent)
-        self.line = self.origin.line.under(_finite(equivalent))
+        self.line = self.origin.line.under(finite(equivalent))
         _refuse_hollow(self.contact.profile, self.line, self._first_radius)
         self.equilibria = equilibria_of(self.law, self.contact.profile, self.line, 2.0 * self._first_radius)
 
@@ -197,7 +197,7 @@ class AdhesiveLine:
         )
 
 
-def _finite(equivalent: EquivalentProfile) -> EquivalentProfile:
+def finite(equivalent: EquivalentProfile) -> EquivalentProfile:
     """A closed form short of the radius at which it is infinite, as that of a sphere is at R."""
     reach = equivalent.reach
     if reach == math.inf or equivalent.edge <= reach or math.isfinite(equivalent.g(np.array([reach]))[0]):

@@ -25,7 +25,7 @@ from pymdr.problem.profiles import Profile
 from pymdr.problem.schedule import Progress
 from pymdr.problem.values import Value
 from pymdr.quantities import quantity
-from pymdr.result import Result
+from pymdr.result import Result, portable
 from pymdr.solving.batch import Asked, solutions
 from pymdr.solving.kept import KeptParts
 from pymdr.solving.reach import memory_of_machine
@@ -56,6 +56,10 @@ class Sweep:
     """
     claims: Mapping[str, Claim]
     """Of every quantity the weakest one of all points; `where` says of every point, flattened, whether it can be read."""
+
+    def __getstate__(self) -> dict[str, Any]:
+        radii = self.data["contact_radius"].values if "contact_radius" in self.data else np.zeros(1)
+        return {**self.__dict__, "contact": portable(self.contact, float(np.nanmax(radii, initial=0.0)))}
 
     @property
     def parameters(self) -> tuple[str, ...]:

@@ -183,7 +183,37 @@ poisson = 0.22
 # [ball]                    # what bears the roughness, if it is not flat
 # radius = "10 mm"
 """
-KINDS = (*_PATHS, "rough")
+_PRESS = """\
+# A pymdr case of a surface that boundary elements press. Ask with: pymdr press CASE.toml --normal-force "1 N"
+# Quantities are texts with units, or plain numbers in SI units.
+title = "My press"
+# punch = true              # of measured heights: the body ends where they end
+
+[surface]                   # measured heights: file and what becomes of them, in the place of what stands here
+hurst = 0.8                 # Hurst exponent, above 0 and at most 1
+rms = "1 um"                # root mean square of the heights of the patch
+size = "1 mm"               # side of a square, or [ "1 mm", "2 mm" ]
+shortest = "0.1 mm"         # shortest wavelength, of 8 pixels
+seed = 0                    # which surface of all
+# file = "ground.sdf"       # paths count from this file; any format of read_topography
+# channel = 0               # number or name, where the file has several
+# size = "1 mm"             # where the file has none
+# unit = "nm"               # of the heights, where the file has none
+# missing = "interpolate"   # or "crop": what becomes of missing heights
+# detrend = "plane"         # mean, plane, sphere or curvature: what is taken off
+
+[body]
+kind = "elastic"            # or "transversely_isotropic"
+young = "210 GPa"
+poisson = 0.3
+
+[counterbody]               # rigid, if you leave this table out
+kind = "elastic"
+young = "70 GPa"
+poisson = 0.22
+"""
+_SURFACES = {"rough": _ROUGH, "press": _PRESS}
+KINDS = (*_PATHS, *_SURFACES)
 
 
 def template(kind: str) -> str:
@@ -193,7 +223,8 @@ def template(kind: str) -> str:
     Parameters
     ----------
     kind : str
-        One of ``ball``, ``cone``, ``worn`` (blunt shapes), ``punch``, ``tip``, ``gel`` (adhesion), ``joint`` (friction), ``cycle`` and ``rough``.
+        One of ``ball``, ``cone``, ``worn`` (blunt shapes), ``punch``, ``tip``, ``gel`` (adhesion), ``joint`` (friction), ``cycle``,
+        ``rough`` and ``press``.
 
     Returns
     -------
@@ -214,8 +245,8 @@ def template(kind: str) -> str:
         near = difflib.get_close_matches(kind, KINDS, n=1)
         hint = f"did you mean {near[0]!r}?" if near else f"known are {', '.join(KINDS)}"
         raise CaseError(f"no case of the kind {kind!r}; {hint}")
-    if kind == "rough":
-        return _ROUGH
+    if kind in _SURFACES:
+        return _SURFACES[kind]
     head = (
         "# A pymdr case. Check it with: pymdr check CASE.toml; solve it with: pymdr run CASE.toml\n"
         "# Quantities are texts with units, or plain numbers in SI units.\n"

@@ -6,10 +6,12 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from itertools import pairwise
+from textwrap import fill
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from pymdr.errors import PymdrError
 from pymdr.interpretation.jumps import Branches, Jump
 from pymdr.presentation.plot.shared import (
     BLUE,
@@ -35,6 +37,9 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 _DRAWN_JUMPS = 100
+_LINE = 60
+"""Characters of a line of small words in a loop."""
+_SMALL = 7.0
 _DEEP = 6.0
 """Largest force over largest pull from which on the pull is drawn once more."""
 
@@ -45,9 +50,11 @@ class Course:
 
     data: FigureData
     branches: Branches | None
-    """None where the bodies never touch."""
+    """None where the bodies never touch, or their equilibria are not known."""
     trail: Mapping[str, FloatArray]
     """Quantities by name along the path, in SI units, with nan inside jumps."""
+    unknown: str = ""
+    """Why the equilibria are not known."""
 
     @property
     def jumps(self) -> tuple[Jump, ...]:
@@ -64,11 +71,17 @@ class Course:
 
 def course_of(data: FigureData) -> Course:
     """The course of a path with adhesion: between its rows too, where they are few."""
-    branches = None if data.equilibria is None else data.equilibria()
+    unknown = ""
+    try:
+        branches = None if data.equilibria is None else data.equilibria()
+    except PymdrError as error:
+        # what is drawn between the rows reaches beyond what was solved
+        branches, unknown = None, str(error)
     if branches is not None:
         return Course(data, branches, branches.trail)
     names = ("indentation", "travel", "normal_force", "contact_radius", "cohesive_radius")
-    return Course(data, None, {name: data.data[name].values for name in names if name in data.data})
+    rows = {name: data.data[name].values for name in names if name in data.data}
+    return Course(data, None, rows, unknown)
 
 
 def draw_loop(axes: Axes, course: Course, across: str, size: float = 8.0) -> None:
@@ -85,7 +98,13 @@ def draw_loop(axes: Axes, course: Course, across: str, size: float = 8.0) -> Non
     _mark_row(plane, course.data)
     _mark_pull_off(plane, course)
     if course.branches is None:
-        axes.text(0.5, 0.9, "the surfaces never touch", ha="center", color=GREY, transform=axes.transAxes)
+        words, small = "the surfaces never touch", None
+        if course.unknown:
+            words = fill(f"equilibria between the rows are not known: {course.unknown}", _LINE)
+            small = _SMALL
+        axes.text(
+            0.5, 0.9, words, ha="center", va="top", color=GREY, fontsize=small, transform=axes.transAxes
+        )
     _enlarge_pull(plane, course)
     legend_above(axes, size)
 
@@ -220,7 +239,7 @@ def _enlarge_pull(plane: _Plane, course: Course) -> None:
 
 def _draw_path(plane: _Plane, course: Course, colour: str, label: str) -> None:
     """The path as a line, with its rows as points where they are few or where others were refused."""
-    joined = course.branches is None or course.branches.complete
+    joined = not course.unknown if course.branches is None else course.branches.complete
     if joined:
         plane.axes.plot(*as_seen(*plane.points(course.trail)), color=colour, lw=1.6, label=label)
     if not joined or course.data.data.sizes["step"] <= MARKED_ROWS:

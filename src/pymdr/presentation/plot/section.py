@@ -159,7 +159,8 @@ def _draw_bodies(axes: Axes, data: FigureData, a: float, d: float, reach: float,
         deepest = float(np.nanmin(surface))
         floor, ceiling = 1.6 * deepest, 1.5 * max(1.1 * abs(deepest), 1e-300)
     else:
-        extent = float(lengths(np.array(size), z_unit))
+        # a flat punch at d = 0 leaves everything flat
+        extent = float(lengths(np.array(size), z_unit)) or 1.0
         floor = min(float(np.nanmin(surface)), 0.0) - 0.8 * extent
         ceiling = max(float(np.nanmax(surface)), 0.0) + 1.1 * extent
     axes.fill_between(x, surface, floor, color=LIGHT, lw=0)
@@ -230,7 +231,7 @@ def _draw_springs(
         tip = data.field("equivalent_profile", fine).values - d
     head = _heads(data, x, a, d)
     edge = tip[fine <= a]
-    size = max(abs(d), float(np.max(np.abs(head))), float(np.nanmax(np.abs(edge), initial=0.0)))
+    size = max(abs(d), float(np.max(np.abs(head))), float(np.nanmax(np.abs(edge), initial=0.0))) or 1.0
     base, top = -2.2 * size, 1.2 * size
     half = 0.28 * (x[1] - x[0])
     for xi, up in zip(x, head, strict=True):

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from pymdr.errors import ProblemError
 from pymdr.problem.profiles.base import Profile
-from pymdr.problem.values import SIField
+from pymdr.problem.values import SIField, with_named_callables, without_named
 from pymdr.units import FloatArray, HasUnits, metres, to_si_array
 
 ArrayFunction: TypeAlias = Callable[[FloatArray], ArrayLike]
@@ -63,6 +63,12 @@ class Function(Profile):
         if np.any(radii <= 0.0):
             raise ProblemError(f"Function.breakpoints = {radii.tolist()}: every radius must be above 0 m")
         object.__setattr__(self, "breakpoints", tuple(np.unique(radii).tolist()))
+
+    def __getstate__(self) -> dict[str, Any]:
+        return with_named_callables(self, "f", "derivative")
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__dict__.update(without_named(state))
 
     @property
     def offset(self) -> float:

@@ -7,7 +7,7 @@ from abc import abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import ClassVar, NoReturn, TypeAlias
+from typing import Any, ClassVar, NoReturn, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -17,7 +17,7 @@ from pymdr.problem.profiles.base import Profile
 from pymdr.problem.profiles.closed import Flanked, half_angle_field, slope_field
 from pymdr.problem.profiles.function import real_values, said
 from pymdr.problem.topography import HeightsField, Topography, as_topography
-from pymdr.problem.values import OptionalSIField, SidesField, SIField
+from pymdr.problem.values import OptionalSIField, SidesField, SIField, with_named_callables, without_named
 from pymdr.units import FloatArray, metres, shown
 
 PlaneFunction: TypeAlias = Callable[[FloatArray, FloatArray], ArrayLike]
@@ -183,6 +183,12 @@ class Function2D(Shape):
     def __post_init__(self) -> None:
         if not callable(self.f):
             raise ProblemError(f"Function2D.f = {shown(self.f)}: a callable of x and y is needed")
+
+    def __getstate__(self) -> dict[str, Any]:
+        return with_named_callables(self, "f")
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__dict__.update(without_named(state))
 
     @cached_property
     def offset(self) -> float:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 import xarray as xr
@@ -14,6 +14,7 @@ from pymdr.interpretation.validity import SOURCES
 from pymdr.presentation.header import HeaderData, c_header
 from pymdr.problem.contact import Contact
 from pymdr.quantities import quantity
+from pymdr.result import portable
 from pymdr.solving.exporting.knots import Knots
 from pymdr.solving.exporting.sources import Fold, Form, Tip
 from pymdr.solving.pulloff import PullOff
@@ -119,6 +120,9 @@ class ContactLaw(Study):
     }
     told: ClassVar[tuple[str, ...]] = ("normal_force",)
     """Force, stiffness and radius are claimed alike."""
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {**self.__dict__, "contact": portable(self.contact, float(self.data["contact_radius"].max()))}
 
     @property
     def range(self) -> tuple[float, float]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -13,6 +13,7 @@ from pymdr.errors import QuantityError
 from pymdr.interpretation.validity import Assumption, Claim
 from pymdr.problem.contact import Contact
 from pymdr.quantities import quantity
+from pymdr.result import portable
 from pymdr.solving.closure import is_curve
 from pymdr.units import from_si, shown
 
@@ -76,6 +77,9 @@ class Impact:
     """Conditions of the model, measured."""
     notes: tuple[str, ...] = ()
     """What was said on the way."""
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {**self.__dict__, "contact": portable(self.contact, self.largest_radius)}
 
     def __getitem__(self, name: str) -> xr.DataArray:
         if name not in self.data.variables:

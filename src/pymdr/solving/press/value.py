@@ -15,6 +15,8 @@ from pymdr.solving.study import Column, Study
 from pymdr.units import FloatArray, shown
 
 if TYPE_CHECKING:
+    import os
+
     import xarray as xr
     from matplotlib.figure import Figure
 
@@ -109,6 +111,25 @@ class PressedSurface(Study):
                 "are needed: press at more of them, denser toward the first touch"
             )
         return ForceCurve(depth, force[known][places], self.data.attrs["modulus"], contact_point=0.0)
+
+    def save(self, file: str | os.PathLike[str]) -> None:
+        """
+        Write everything to a NetCDF file, whole or not at all.
+
+        Parameters
+        ----------
+        file : path
+            For example "press.nc"; :func:`pymdr.open_pressed_surface` reads it back.
+
+        Raises
+        ------
+        FileError
+            If the file cannot be written, or its name is that of another format.
+        """
+        from pymdr.presentation.files import write_dataset
+        from pymdr.solving.press.saving import as_file
+
+        write_dataset(as_file(self), file)
 
     def _remarks(self) -> list[str]:
         told = self.data.attrs

@@ -97,11 +97,17 @@ def write_found(
     found: Impact | Study | AzimuthalProfile | FitResult, output: Path | None, name: str
 ) -> list[Path]:
     """The table and the figure of what was found, where a folder is named for them."""
+    from pymdr.solving.press import PressedSurface
+
     if output is None:
         return []
     with ready_folder(output) as folder:
         found.to_csv(folder / f"{name}.csv")
-        return [folder / f"{name}.csv", write_figure(found.plot(), folder / f"{name}.png")]
+        written = [folder / f"{name}.csv", write_figure(found.plot(), folder / f"{name}.png")]
+        if isinstance(found, PressedSurface):
+            found.save(folder / f"{name}.nc")
+            written.append(folder / f"{name}.nc")
+        return written
 
 
 class Tables(NamedTuple):

@@ -13,7 +13,7 @@ def new(
     kind: Annotated[
         str,
         typer.Argument(
-            help="ball, cone, worn (blunt shapes), punch, tip (measured), gel (adhesion), joint (friction), cycle or rough."
+            help="ball, cone, worn (blunt shapes), punch, tip (measured), gel (adhesion), joint (friction), cycle, rough or press."
         ),
     ] = "ball",
     output: Annotated[
@@ -38,11 +38,15 @@ def new(
 
 def schema(
     of_rough: Annotated[bool, typer.Option("--rough", help="Of the cases that pymdr rough takes.")] = False,
+    of_press: Annotated[bool, typer.Option("--press", help="Of the cases that pymdr press takes.")] = False,
 ) -> None:
     """Print the JSON schema of case files, for editors."""
-    from pymdr.problem.codec import case_schema, rough_adapter
+    from pymdr.problem.codec import case_schema, press_adapter, rough_adapter
 
-    plain = rough_adapter().json_schema() if of_rough else case_schema()
+    if of_rough and of_press:
+        raise typer.BadParameter("--rough and --press have a schema each; ask for one of them")
+    adapter = rough_adapter if of_rough else press_adapter
+    plain = adapter().json_schema() if of_rough or of_press else case_schema()
     typer.echo(json.dumps({"$schema": "https://json-schema.org/draft/2020-12/schema", **plain}, indent=2))
 
 

@@ -86,7 +86,7 @@ def press(
     quiet: Quiet = False,
     as_json: Json = False,
 ) -> None:
-    """Press a measured or random surface by boundary elements; with -o its table and figure are written."""
+    """Press a measured or random surface by boundary elements; with -o its table and figure are written, and a file for open_pressed_surface."""
     from pymdr.presentation.text import in_bytes
     from pymdr.solving.press import bytes_of, patch_of
     from pymdr.solving.press import press as press_surface

@@ -1,0 +1,157 @@
+"""Pressed surfaces as files."""
+
+from __future__ import annotations
+
+import json
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+
+from pymdr.errors import FileError, PymdrError
+from pymdr.interpretation.validity import Assumption, Claim, Level
+from pymdr.problem.topography import Topography
+from pymdr.solving.press.value import PressedSurface
+
+if TYPE_CHECKING:
+    import os
+
+    import xarray as xr
+    from pydantic import TypeAdapter
+
+_FORMAT = "pymdr pressed surface 1"
+_MAPS = {"pressure": "Pa", "gap": "m"}
+
+
+def as_file(pressed: PressedSurface) -> xr.Dataset:
+    """Everything as one dataset, whose attributes are numbers and texts."""
+    (load,) = pressed.data.sizes
+    surface = pressed.surface
+    maps = {
+        name: ((load, "x", "y"), np.stack(arrays), {"units": _MAPS[name]})
+        for name, arrays in zip(_MAPS, zip(*pressed.maps, strict=True), strict=True)
+    }
+    heights = {"heights": (("x", "y"), surface.heights, {"units": "m"})}
+    found = pressed.data.assign(maps | heights).assign_coords(x=surface.x, y=surface.y)
+    for name in _MAPS:
+        # pixels that bear nothing are most of them
+        found[name].encoding = {"zlib": True}
+    told = {
+        "claims": {
+            name: {
+                "level": claim.level.name,
+                "reason": claim.reason,
+                "source": claim.source,
+                "where": claim.where.tolist(),
+                "error": None if claim.error is None else claim.error.tolist(),
+            }
+            for name, claim in pressed.claims.items()
+        },
+        "assumptions": [
+            {"name": a.name, "words": a.words, "measure": a.measure, "limit": a.limit}
+            for a in pressed.assumptions
+        ],
+        "notes": pressed.notes,
+        "steps": surface.steps,
+    }
+    return found.assign_attrs(pymdr_format=_FORMAT, pymdr_told=json.dumps(told))
+
+
+@lru_cache(maxsize=1)
+def _told() -> TypeAdapter[Any]:
+    """What the text in the attributes has to be."""
+    from pydantic import TypeAdapter, create_model
+
+    level: Any = Literal[tuple(level.name for level in Level)]
+    claim: Any = create_model(
+        "claim",
+        level=(level, ...),
+        reason=(str, ...),
+        source=(str, ...),
+        where=(list[bool], ...),
+        error=(list[float] | None, ...),
+    )
+    assumption: Any = create_model(
+        "assumption", name=(str, ...), words=(str, ...), measure=(float, ...), limit=(float, ...)
+    )
+    return TypeAdapter(
+        create_model(
+            "told",
+            claims=(dict[str, claim], ...),
+            assumptions=(list[assumption], ...),
+            notes=(list[str], ...),
+            steps=(list[str], ...),
+        )
+    )
+
+
+def open_pressed_surface(file: str | os.PathLike[str]) -> PressedSurface:
+    """
+    Read a pressed surface that :meth:`~pymdr.PressedSurface.save` wrote.
+
+    Parameters
+    ----------
+    file : path
+
+    Returns
+    -------
+    PressedSurface
+        With the numbers, maps, heights, claims and assumptions that were saved.
+
+    Raises
+    ------
+    FileError
+        If the file is missing, damaged or of something else.
+    """
+    from pymdr.presentation.files import read_dataset
+
+    found = read_dataset(file)
+    if found.attrs.get("pymdr_format") != _FORMAT:
+        raise FileError(
+            f"{file} is no pressed surface: its format is {found.attrs.get('pymdr_format')!r}, {_FORMAT!r} is needed; "
+            "write it with PressedSurface.save"
+        )
+    try:
+        return _pressed(found)
+    except (LookupError, ValueError, TypeError, RecursionError, PymdrError) as error:
+        raise FileError(f"{file} is a damaged pressed surface: {error}") from error
+
+
+def _pressed(found: xr.Dataset) -> PressedSurface:
+    """The inverse of :func:`as_file`."""
+    attrs = found.attrs
+    told = _told().validate_json(attrs["pymdr_told"]).model_dump()
+    (load,) = (name for name in map(str, found.dims) if name not in ("x", "y"))
+    count = found.sizes[load]
+    surface = Topography(found["heights"].values, attrs["size"], tuple(told["steps"]))
+    pressures, gaps = (found[name].transpose(load, "x", "y").values for name in _MAPS)
+    data = found.drop_vars([*_MAPS, "heights", "x", "y"]).assign_attrs(
+        modulus=float(attrs["modulus"]),
+        engine=str(attrs["engine"]),
+        points=surface.heights.shape,
+        size=tuple(surface.size.tolist()),
+        tolerance=float(attrs["tolerance"]),
+    )
+    for name in ("pymdr_format", "pymdr_told", "pymdr_checksum"):
+        data.attrs.pop(name, None)
+    claims = {name: _claim(name, plain, count) for name, plain in told["claims"].items()}
+    missing = [name for name in PressedSurface.columns if name not in claims]
+    missing += [name for name, claim in claims.items() if claim.readable and name not in data.variables]
+    if missing:
+        raise FileError(f"it says nothing of {', '.join(missing)}")
+    return PressedSurface(
+        data=data,
+        surface=surface,
+        maps=tuple(zip(pressures, gaps, strict=True)),
+        claims=claims,
+        assumptions=tuple(Assumption(**plain) for plain in told["assumptions"]),
+        notes=tuple(told["notes"]),
+    )
+
+
+def _claim(name: str, plain: dict[str, Any], count: int) -> Claim:
+    where = np.array(plain["where"], dtype=bool)
+    error = None if plain["error"] is None else np.array(plain["error"], dtype=float)
+    if where.shape != (count,) or (error is not None and error.shape != (count,)):
+        raise FileError(f"another number of loads in the claim of {name}")
+    return Claim(Level[plain["level"]], plain["reason"], plain["source"], where, error)
