@@ -15,6 +15,7 @@ from pymdr.problem.codec.encoding import encode_case as encode_case
 from pymdr.problem.codec.models import case_adapter as case_adapter
 from pymdr.problem.codec.models import case_schema as case_schema
 from pymdr.problem.codec.models import forget_models as forget_models
+from pymdr.problem.codec.models import press_adapter as press_adapter
 from pymdr.problem.codec.models import rough_adapter as rough_adapter
 from pymdr.problem.codec.registering import register_profile as register_profile
 from pymdr.problem.codec.tables import KIND_OF as KIND_OF

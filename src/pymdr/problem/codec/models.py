@@ -132,7 +132,7 @@ def press_adapter() -> TypeAdapter[Any]:
 
 def forget_models() -> None:
     """Derive the models of cases anew, after a table has changed."""
-    for derived in (_model, _layer_model, _union, case_adapter, rough_adapter):
+    for derived in (_model, _layer_model, _union, case_adapter, rough_adapter, press_adapter):
         derived.cache_clear()
 
 
