@@ -15,7 +15,8 @@ import pytest
 from typer.testing import CliRunner
 
 import pymdr as mdr
-from pymdr.problem.codec import MEASURED, decode_press
+from pymdr.problem.codec import decode_press
+from pymdr.problem.codec.cases import MEASURED
 from pymdr.workbench.casefile import read_case
 from pymdr.workbench.cli import app
 from pymdr.workbench.templates import template
