@@ -3,6 +3,7 @@ PYTHON ?= python3
 VENV ?= .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
+WRITES := $(VENV)/.writes
 
 .PHONY: run test explore check docs benchmarks clean
 
@@ -10,7 +11,7 @@ run: $(READY)
 	$(BIN)/pymdr run examples/ball_on_glass.toml -o out
 
 test: $(READY) check
-	$(BIN)/python -m pytest -n auto
+	$(BIN)/python -m pytest -n auto --dist worksteal
 
 # the random tests with examples drawn anew, as often as one likes
 explore: $(READY)
@@ -22,8 +23,7 @@ check: $(READY)
 	$(BIN)/lint-imports
 	$(BIN)/mypy
 
-docs: $(READY)
-	$(BIN)/python -m pip install --quiet --group docs
+docs: $(WRITES)
 	$(BIN)/python -m sphinx -j auto -W --keep-going -q $(SPHINXOPTS) -b html docs docs/_build/html
 
 benchmarks: $(READY)
@@ -33,6 +33,10 @@ $(READY): pyproject.toml
 	$(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip install --quiet --upgrade "pip>=25.1"
 	$(BIN)/python -m pip install --quiet --group test --editable .
+	touch $@
+
+$(WRITES): $(READY)
+	$(BIN)/python -m pip install --quiet --group docs
 	touch $@
 
 clean:
