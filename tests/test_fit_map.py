@@ -226,7 +226,7 @@ def test_a_map_is_the_same_from_lists_stores_and_cores(gel, tmp_path):
 def test_a_killed_map_goes_on_where_it_was(gel, tmp_path, monkeypatch):
     from pymdr.solving.fits import maps
 
-    monkeypatch.setattr(maps, "_CHUNK", 10)
+    monkeypatch.setattr(maps, "_CHUNK", 10 * 240)
     curves, _ = gel
     start, data = contact_of("paraboloid", 1e4, 1e-4), stored(curves, (6, 5))
     whole = mdr.fit_map(start, data, FREE)

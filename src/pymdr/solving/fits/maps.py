@@ -48,7 +48,8 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
-_CHUNK, _TOLD = 1024, 5
+_CHUNK, _TOLD = 2**19, 5
+"""Samples that are fitted, and kept, at a time; refusals that are told."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -262,7 +263,7 @@ def fit_map(
     records = records_of(curves)
     asked = asked_of(contact, free, origins({CONTACT_POINT: contact_point, BASELINE: baseline}))
     total = math.prod(records.shape)
-    chunk = _rows_of_chunk(records.shape)
+    chunk = _curves_of_chunk(records)
     store = Kept(folder, asked, records, chunk) if folder is not None else Held(asked, total)
     parts = [(first, min(first + chunk, total)) for first in range(0, total, chunk)]
     todo = [part for part in parts if not store.has(*part)]
@@ -277,10 +278,10 @@ def fit_map(
     return _interpreted(asked, records, store.columns())
 
 
-def _rows_of_chunk(shape: tuple[int, ...]) -> int:
+def _curves_of_chunk(records: Records) -> int:
     """Whole slices of the first dimension."""
-    inner = math.prod(shape[1:])
-    return inner * max(1, min(shape[0], _CHUNK // inner))
+    inner, samples = math.prod(records.shape[1:]), records.read(0, 1).place.size
+    return inner * max(1, min(records.shape[0], _CHUNK // (inner * samples)))
 
 
 def _fitted(
