@@ -481,3 +481,24 @@ def test_halves_of_a_measured_record_agree(name, law):
     for one in free if seen else ():
         low, high = found[one].values
         assert abs(low - high) < 1.96 * float(np.hypot(*found[f"{one}_error"].values))
+
+
+@pytest.mark.parametrize("workers", [1, 2])
+def test_refusals_are_told_from_other_processes_and_from_a_store(workers, tmp_path):
+    body = mdr.Viscoelastic(mdr.StandardSolid(1e3, 2e3, 0.5), poisson=0.5)
+    contact = mdr.Contact(mdr.Paraboloid("5 um"), body)
+    name = next(p.name for p in mdr.parameters_of(contact) if p.unit == "Pa")
+    untimed = [curve_of(contact_of("paraboloid", 1e3), 1e-6)] * 2
+    for _ in range(2):
+        found = mdr.fit_map(contact, untimed, [name], workers=workers, folder=tmp_path / "fits")
+        assert found.counts == {"refused": 2}
+        assert "needs the times of the samples" in found.notes[0]
+
+
+def test_a_pull_without_adhesion_is_told():
+    sticky = curve_of(contact_of("paraboloid", 3e3, 2e-4), 1e-6, None, 0.01)
+    plain = curve_of(contact_of("paraboloid", 3e3), 1e-6, None, 0.01)
+    assert "the record pulls" in " ".join(
+        mdr.fit(contact_of("paraboloid", 1e4), sticky, ["body.young"]).notes
+    )
+    assert mdr.fit(contact_of("paraboloid", 1e4), plain, ["body.young"]).notes == ()

@@ -18,6 +18,7 @@ from pymdr.presentation.text import largest_error
 from pymdr.problem.contact import Contact
 
 if TYPE_CHECKING:
+    import xarray as xr
     from openpyxl import Workbook
     from openpyxl.worksheet.worksheet import Worksheet
 
@@ -89,6 +90,16 @@ def part_in_words(value: object) -> str:
     """A part of a contact on one line, cut where it holds long arrays."""
     text = " ".join(repr(value).split())
     return text if len(text) <= _LONGEST else f"{text[:_LONGEST]}..."
+
+
+def titled_columns(data: xr.Dataset) -> dict[str, np.ndarray]:
+    """All variables of a dataset, one row for each of its points, with units in the titles."""
+    columns = data.to_dataframe().reset_index()
+    units = {str(name): str(array.attrs.get("units", "")) for name, array in data.variables.items()}
+    return {
+        f"{name} [{units[str(name)]}]" if units.get(str(name)) else str(name): columns[name].to_numpy()
+        for name in columns
+    }
 
 
 def write_csv(columns: Mapping[str, np.ndarray], file: str | os.PathLike[str], about: About = ()) -> None:

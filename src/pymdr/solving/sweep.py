@@ -218,15 +218,11 @@ class Sweep:
         write_xlsx(self._columns(), self._about(), file)
 
     def _columns(self) -> dict[str, np.ndarray]:
+        from pymdr.presentation.tables import titled_columns
+
         order = (*self.parameters, "step")
         table = self.data.drop_vars([name for name in ("row",) if name in self.data]).transpose(*order)
-        columns = table.to_dataframe().reset_index()
-        units = {str(name): str(array.attrs.get("units", "")) for name, array in self.data.variables.items()}
-        titled = {
-            str(name): f"{name} [{units[str(name)]}]" if units.get(str(name)) else str(name)
-            for name in columns
-        }
-        return {titled[str(name)]: columns[name].to_numpy() for name in columns}
+        return titled_columns(table)
 
     def _about(self) -> list[tuple[str, str, str]]:
         from pymdr.presentation.tables import about_rows

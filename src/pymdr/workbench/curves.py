@@ -37,6 +37,7 @@ _BINARY = (".h5", ".ibw", ".jpk-force", ".jpk-force-map", ".jpk-qi-data", ".jpk-
 """What only afmformats reads."""
 _TEXT = (".csv", ".tab", ".txt", ".tsv", ".dat")
 """A table with units, or one of a maker."""
+_log = logging.getLogger("pymdr")
 _PARTS = ("record", "approach", "retreat")
 _HEIGHTS = ("height (measured)", "height (piezo)")
 
@@ -144,6 +145,14 @@ def read_records(
             failure = error
     if not ready:
         raise ProblemError(f"{os.fspath(file)}: no record can be fitted: {failure}")
+    if failure is not None:
+        _log.warning(
+            "%s: %d of %d records are left out; the last: %s",
+            file,
+            len(records) - len(ready),
+            len(records),
+            failure,
+        )
     return tuple(ready)
 
 

@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
@@ -25,6 +26,8 @@ ENDINGS = (
 )
 """How the fit of a curve ended, by its number in ``ending``."""
 NOT_YET = -1
+SEEN = 25.0
+"""By how many variances of the noise the squares of the differences grow without what a curve is said to show."""
 _UNITS = {"noise": "N", "correlated": "", "indentation": "m"}
 
 
@@ -66,11 +69,6 @@ class Asked:
         """Tables by the largest depth that they reach."""
         return {}
 
-    @cached_property
-    def refusals(self) -> set[str]:
-        """What refused curves were told."""
-        return set()
-
     def family(self, deepest: float) -> Family:
         """The tables for curves of a depth."""
         assert self.ways is not None
@@ -82,6 +80,14 @@ class Asked:
 
 
 Columns = dict[str, FloatArray]
+
+
+class FittedStretch(NamedTuple):
+    """What the fits of some curves give."""
+
+    columns: Columns
+    refusals: frozenset[str] = frozenset()
+    """What those that were refused were told."""
 
 
 def asked_of(contact: Contact, free: Free, known: dict[str, float]) -> Asked:

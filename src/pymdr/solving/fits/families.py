@@ -108,13 +108,11 @@ def ways_of(contact: Contact, unknowns: Sequence[Unknown]) -> Ways | None:
             )
         elif len(moduli) > 1:
             return None
-    adhesive = contact.adhesion is not None and scale is not None
-    if len(others) > 1 or (others and adhesive and unknowns[others[0]].name != WORK):
-        return None
     work = None
-    if adhesive:
-        value = contact.adhesion.work  # type: ignore[union-attr]
-        work = Unknown(WORK, "J/m^2", 0.0, math.inf, value)
+    if contact.adhesion is not None and scale is not None:
+        work = Unknown(WORK, "J/m^2", 0.0, math.inf, contact.adhesion.work)
+    if len(others) > 1 or (others and work is not None and unknowns[others[0]].name != WORK):
+        return None
     return Ways(tuple(unknowns), scale, others[0] if others else None, work, share)
 
 

@@ -19,7 +19,7 @@ from pymdr.problem.measured import MeasuredCurve
 from pymdr.problem.paths import Path, indent
 from pymdr.result import Result, labelled
 from pymdr.solving.curves import leave_out_marked
-from pymdr.solving.fits.asking import FOUND, Asked
+from pymdr.solving.fits.asking import FOUND, SEEN, Asked
 from pymdr.solving.fits.quick import fit_by_family
 from pymdr.solving.fits.records import ListedCurves
 from pymdr.solving.fits.searching import (
@@ -43,8 +43,8 @@ if TYPE_CHECKING:
 
 LEVENBERG_MARQUARDT, LMFIT = "levenberg-marquardt", "lmfit"
 _STARTS = 4
-_SEEN = 25.0
-"""Of the variance of the noise: 5 standard deviations of one number."""
+_PULLS, _SMALL = 8.0, 0.02
+"""A pull that is told: in parts of the noise, and of the range of the force."""
 
 
 class Fitted(NamedTuple):
@@ -327,7 +327,7 @@ def fit(
     refuse_blind(search, best)
     found = _interpreted(search, best, minimum)
     notes = (f"{marked} samples marked as outliers or saturated are left out",) if marked else ()
-    return replace(found, notes=(*notes, *found.notes))
+    return replace(found, notes=(*notes, *_unexplained_pull(found), *found.notes))
 
 
 def _best(search: Search) -> tuple[float, FloatArray]:
@@ -347,6 +347,22 @@ def _best(search: Search) -> tuple[float, FloatArray]:
     return min(ends, key=lambda end: end[0])
 
 
+def _unexplained_pull(found: FitResult) -> tuple[str, ...]:
+    """A note where a record pulls, and the contact has no adhesion; the noise is that between neighbours."""
+    if found.contact.adhesion is not None:
+        return ()
+    force = found.data["normal_force"].values
+    noise = 1.4826 * float(np.median(np.abs(np.diff(force)))) / math.sqrt(2.0)
+    smooth = np.median(np.lib.stride_tricks.sliding_window_view(force, 3), axis=1)
+    pull = -float(smooth.min())
+    if pull <= max(_PULLS * noise, _SMALL * float(np.ptp(force))):
+        return ()
+    return (
+        f"the record pulls with up to {written(pull, 'N', 3)}, below the baseline that was found, and the contact has no adhesion: "
+        "fit it with one, such as JKR(work), or the approach alone",
+    )
+
+
 def _quick_start(search: Search) -> Start | None:
     """Where the search over a family of forces ends, if there is one and it finds something."""
     unknowns, curves = search.unknowns, ListedCurves(search.curves)
@@ -354,7 +370,7 @@ def _quick_start(search: Search) -> Start | None:
     asked = Asked(begun, unknowns, search.known, {}, [u.name for u in unknowns])
     if asked.ways is None or len(search.curves) > 1:
         return None
-    found = fit_by_family(asked, asked.ways, curves.read(0, 1))
+    found = fit_by_family(asked, asked.ways, curves.read(0, 1)).columns
     if found["ending"][0] != FOUND:
         return None
     origin = {name: float(found[name][0]) for name in asked.origins}
@@ -374,10 +390,10 @@ def _refuse_unseen(search: Search, misfit: float) -> None:
     else:
         larger = float((bare.residuals(np.zeros(len(bare.names))) ** 2).sum())
     grows = (larger / misfit - 1.0) * samples
-    if grows < _SEEN:
+    if grows < SEEN:
         raise ProblemError(
             f"fit: the record shows no adhesion: without it the squares of the differences grow by {max(grows, 0.0):.2g} times "
-            f"the variance of the noise, {_SEEN:g} are needed; fit the contact without adhesion"
+            f"the variance of the noise, {SEEN:g} are needed; fit the contact without adhesion"
         )
 
 

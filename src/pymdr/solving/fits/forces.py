@@ -27,8 +27,10 @@ _NARROWED = 6
 """Times 8."""
 _SAME = 1e-9
 _POLISHED, _STEEP = 3, 1e-3
-_BEYOND = 0.25
+BEYOND = 0.25
 """Of the depth of the fold: so much later a record may be found to leave contact."""
+FULLY_OUT = 0.3
+"""Of the largest pull: a smaller one is none."""
 
 
 class Forces(Protocol):
@@ -245,7 +247,7 @@ def modelled(forces: Forces, depth: FloatArray, measured: FloatArray) -> tuple[F
     if forces.fold < 0.0:
         deepest, index = int(np.argmax(depth)), np.arange(depth.size)
         # a little beyond the folds too: a model whose folds are not yet those of the record then fits no worse by a leap
-        either = (depth <= -forces.fold) & (depth >= (1.0 + _BEYOND) * forces.fold)
+        either = (depth <= -forces.fold) & (depth >= (1.0 + BEYOND) * forces.fold)
         gain = np.where(either, measured**2 - (measured - force) ** 2, 0.0)
         first = _turn(gain[:deepest][::-1], deepest, -1)
         last = _turn(gain[deepest + 1 :], deepest, 1)

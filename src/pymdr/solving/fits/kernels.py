@@ -8,6 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pymdr import compiling
+from pymdr.solving.fits.asking import AT_END, FOUND, NO_CONTACT, SEEN, UNREAD, UNSETTLED
+from pymdr.solving.fits.forces import BEYOND, FULLY_OUT
 from pymdr.units import FloatArray
 
 
@@ -19,8 +21,6 @@ def compiled(function: compiling.Function) -> compiling.Function:
 SCALE, SHAPE, POINT, BASE = range(4)
 """Columns: logarithms of the scale of the forces and of the number in which the family differs, contact point in m, and
 baseline in N."""
-SETTLED, UNSETTLED, NO_CONTACT, UNREAD, AT_END = range(5)
-"""How the fit of a curve ended."""
 _FEW, _TRIALS, _RUNGS, _KEPT = 192, 21, 12, 2
 _ASIDE = 1.0
 """Of the logarithm of the number of the family."""
@@ -30,10 +30,7 @@ _ROUGHLY, _TOLD, _STUCK = 1e-3, 1e-3, 1e8
 _MANY, _FREE = 8, 1e-3
 _NEWTON, _CLOSE = 30, 1e-8
 """The error left is the square of the last step."""
-_BEYOND, _UNKNOWN = 0.25, -1.0
-_FULLY_OUT = 0.3
-_BLIND = 1e-13
-_SEEN = 25.0
+_UNKNOWN, _BLIND = -1.0, 1e-13
 _OUTSIDE = 1.02
 """Of the reach of the family in the root of the depth."""
 
@@ -188,7 +185,7 @@ def _model(
             out[i, 1], out[i, 2], out[i, 3] = scale * value, scale * over_shape, 0.0
         touches[i] = travel > 0.0
         gain[i] = 0.0
-        if -first_travel >= travel >= (1.0 + _BEYOND) * first_travel and first_travel < 0.0:
+        if -first_travel >= travel >= (1.0 + BEYOND) * first_travel and first_travel < 0.0:
             measured = force[i] - theta[BASE]
             gain[i] = measured * measured - (measured - out[i, 0]) ** 2
     if first_travel < 0.0:
@@ -196,7 +193,7 @@ def _model(
         after = _turn(gain, deepest_at + 1, place.size, 1)
         for i in range(place.size):
             travel = place[i] - theta[POINT]
-            if -first_travel >= travel >= (1.0 + _BEYOND) * first_travel:
+            if -first_travel >= travel >= (1.0 + BEYOND) * first_travel:
                 touches[i] = before <= i <= after
     for i in range(place.size):
         if not touches[i]:
@@ -382,7 +379,7 @@ def _start(
             s, sf, sm, smm, smf, sff = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
             for j in range(n):
                 value, d = 0.0, depth[j] - point
-                held = j > deepest_at and d >= fold and force[j] - level < _FULLY_OUT * pull
+                held = j > deepest_at and d >= fold and force[j] - level < FULLY_OUT * pull
                 if d > 0.0 or held:
                     value = _read(forces[rung], slopes[rung], min(math.sqrt((d - fold) / reach), _OUTSIDE))[0]
                 s += 1.0
@@ -545,11 +542,11 @@ def fit_curve(
     deepest -= softness * out[int(np.argmax(place)), 0]
     if not settled:
         return UNSETTLED, misfit, deepest
-    if (flat / max(misfit, 1e-300) - 1.0) * count < _SEEN or deepest <= 0.0:
+    if (flat / max(misfit, 1e-300) - 1.0) * count < SEEN or deepest <= 0.0:
         return NO_CONTACT, misfit, deepest
     if folds.size > 1 and (theta[SHAPE] <= family[3] or theta[SHAPE] >= last):
         return AT_END, misfit, deepest
-    return SETTLED, misfit, deepest
+    return FOUND, misfit, deepest
 
 
 @compiled

@@ -27,6 +27,7 @@ from pymdr.solving.fits.asking import (
     UNSETTLED,
     Asked,
     Columns,
+    FittedStretch,
     asked_of,
     empty_columns,
 )
@@ -173,15 +174,9 @@ class FittedMap:
         FileError
             If the file cannot be written.
         """
-        from pymdr.presentation.tables import write_csv
+        from pymdr.presentation.tables import titled_columns, write_csv
 
-        columns = self.data.to_dataframe().reset_index()
-        units = {str(name): str(array.attrs.get("units", "")) for name, array in self.data.variables.items()}
-        titled = {
-            str(name): f"{name} [{units[str(name)]}]" if units.get(str(name)) else str(name)
-            for name in columns
-        }
-        write_csv({titled[str(name)]: columns[name].to_numpy() for name in columns}, file)
+        write_csv(titled_columns(self.data), file)
 
     def plot(self) -> Figure:
         """A panel for each number that was found and for the noise: pictures of grids, else points."""
@@ -270,12 +265,12 @@ def fit_map(
     done = total - sum(last - first for first, last in todo)
     if progress is not None and done:
         progress(done, total)
-    for (first, last), columns in _fitted(asked, records, todo, workers, client):
-        store.keep(first, last, columns)
+    for (first, last), fitted in _fitted(asked, records, todo, workers, client):
+        store.keep(first, last, fitted)
         done += last - first
         if progress is not None:
             progress(done, total)
-    return _interpreted(asked, records, store.columns())
+    return _interpreted(asked, records, FittedStretch(store.columns(), store.refusals()))
 
 
 def _curves_of_chunk(records: Records) -> int:
@@ -286,7 +281,7 @@ def _curves_of_chunk(records: Records) -> int:
 
 def _fitted(
     asked: Asked, records: Records, parts: Sequence[tuple[int, int]], workers: int, client: Any
-) -> Iterator[tuple[tuple[int, int], Columns]]:
+) -> Iterator[tuple[tuple[int, int], FittedStretch]]:
     """What the fits of stretches of curves give, as they are finished."""
     if client is not None:
         yield from _shared(asked, records, parts, client.get_executor(), 4 * max(len(client.ncores()), 1))
@@ -311,10 +306,10 @@ def _prepare(asked: Asked, records: Records, parts: Sequence[tuple[int, int]]) -
 
 def _shared(
     asked: Asked, records: Records, parts: Sequence[tuple[int, int]], pool: Executor, waiting: int
-) -> Iterator[tuple[tuple[int, int], Columns]]:
+) -> Iterator[tuple[tuple[int, int], FittedStretch]]:
     """Stretches in their order, a few of them under way at a time."""
-    work: Callable[[Stretch], Columns] = partial(_fit_stretch, asked)
-    under_way: list[tuple[tuple[int, int], Future[Columns]]] = []
+    work: Callable[[Stretch], FittedStretch] = partial(_fit_stretch, asked)
+    under_way: list[tuple[tuple[int, int], Future[FittedStretch]]] = []
     for part in parts:
         under_way.append((part, pool.submit(work, records.read(*part))))
         if len(under_way) >= waiting:
@@ -324,15 +319,15 @@ def _shared(
         yield oldest, future.result()
 
 
-def _fit_stretch(asked: Asked, stretch: Stretch) -> Columns:
-    """Columns of what was found in some curves."""
+def _fit_stretch(asked: Asked, stretch: Stretch) -> FittedStretch:
+    """What was found in some curves."""
     if asked.ways is not None:
         return fit_by_family(asked, asked.ways, stretch)
     return _fit_one_by_one(asked, stretch)
 
 
-def _fit_one_by_one(asked: Asked, stretch: Stretch) -> Columns:
-    out = empty_columns(asked, len(stretch.place))
+def _fit_one_by_one(asked: Asked, stretch: Stretch) -> FittedStretch:
+    out, refusals = empty_columns(asked, len(stretch.place)), set()
     for i in range(len(stretch.place)):
         try:
             curve = stretch.curve(i)
@@ -346,18 +341,20 @@ def _fit_one_by_one(asked: Asked, stretch: Stretch) -> Columns:
             out["ending"][i] = UNSETTLED
         except PymdrError as error:
             out["ending"][i] = REFUSED
-            asked.refusals.add(str(error))
+            refusals.add(str(error))
         else:
             for name in asked.names:
                 out[name][i], out[f"{name}_error"][i] = found[name].value, found[name].error
             out["noise"][i], out["correlated"][i] = found.noise, found.correlated
             out["indentation"][i] = float(found.data["indentation"].values.max())
             out["ending"][i] = FOUND
-    return out
+    return FittedStretch(out, frozenset(refusals))
 
 
-def _interpreted(asked: Asked, records: Records, columns: Columns) -> FittedMap:
+def _interpreted(asked: Asked, records: Records, fitted: FittedStretch) -> FittedMap:
     import xarray as xr
+
+    columns = fitted.columns
 
     units = {**asked.units, "ending": ""}
     data = xr.Dataset(
@@ -369,7 +366,7 @@ def _interpreted(asked: Asked, records: Records, columns: Columns) -> FittedMap:
     )
     claims: Mapping[str, Claim] = {}
     assumptions: tuple[Assumption, ...] = ()
-    notes = [f"refused: {words}" for words in sorted(asked.refusals)[:_TOLD]]
+    notes = [f"refused: {words}" for words in sorted(fitted.refusals)[:_TOLD]]
     found = np.flatnonzero(columns["ending"] == FOUND)
     references: tuple[str, ...] = ()
     if found.size:

@@ -8,7 +8,17 @@ from collections.abc import Iterator
 import numpy as np
 
 from pymdr.errors import PymdrError
-from pymdr.solving.fits.asking import AT_END, FOUND, REFUSED, Asked, Columns, empty_columns
+from pymdr.solving.fits.asking import (
+    AT_END,
+    FOUND,
+    REFUSED,
+    SEEN,
+    UNREAD,
+    Asked,
+    Columns,
+    FittedStretch,
+    empty_columns,
+)
 from pymdr.solving.fits.families import WORK, Ways
 from pymdr.solving.fits.forces import rounded_up
 from pymdr.solving.fits.records import Stretch
@@ -16,18 +26,15 @@ from pymdr.solving.fits.searching import autocorrelation_times
 from pymdr.solving.fits.unknowns import BASELINE, CONTACT_POINT, ORIGINS
 from pymdr.units import FloatArray
 
-_SEEN = 5.0
-"""Standard errors of a work of adhesion that a curve shows."""
 
-
-def fit_by_family(asked: Asked, ways: Ways, stretch: Stretch) -> Columns:
+def fit_by_family(asked: Asked, ways: Ways, stretch: Stretch) -> FittedStretch:
     """What the search over one family of forces finds in some curves."""
     from pymdr.solving.fits import kernels
 
     count, width = stretch.place.shape
     numbers, residuals = np.full((count, 7), math.nan), np.full((count, width), math.nan)
     covariances = np.full((count, len(asked.names), len(asked.names)), math.nan)
-    ended = np.full(count, kernels.UNREAD, dtype=np.int8)
+    ended, refusals = np.full(count, UNREAD, dtype=np.int8), set()
     columns = np.zeros((4, len(asked.names)))
     own_ways = ways.columns()
     # both numbers of the family are searched by themselves, so that one of them may rest at its end
@@ -47,7 +54,7 @@ def fit_by_family(asked: Asked, ways: Ways, stretch: Stretch) -> Columns:
             family = asked.family(deepest)
         except PymdrError as error:
             ended[chosen] = REFUSED
-            asked.refusals.add(str(error))
+            refusals.add(str(error))
             continue
         part = slice(None) if chosen.size == count else chosen
         own = numbers[part], covariances[part], residuals[part], ended[part]
@@ -69,7 +76,7 @@ def fit_by_family(asked: Asked, ways: Ways, stretch: Stretch) -> Columns:
         back = np.eye(len(asked.names))
         back[:2, :2] = np.linalg.inv(own_ways)
         covariances = back @ covariances @ back.T
-    return _columns(asked, ways, numbers, covariances, residuals, ended)
+    return FittedStretch(_columns(asked, ways, numbers, covariances, residuals, ended), frozenset(refusals))
 
 
 def _by_depth(stretch: Stretch) -> Iterator[tuple[float, np.ndarray]]:
@@ -112,7 +119,7 @@ def _columns(
         outside = (out[name] < low) | (out[name] > high)
         out["ending"][outside & (ended == FOUND)] = AT_END
     if WORK in out:
-        unseen = out[WORK] < _SEEN * out[f"{WORK}_error"]
+        unseen = out[WORK] < math.sqrt(SEEN) * out[f"{WORK}_error"]
         out["ending"][unseen & (ended == FOUND)] = AT_END
     out["noise"][:], out["correlated"][:], out["indentation"][:] = noise, correlated, depth
     bad = out["ending"] != FOUND

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from pymdr.errors import ProblemError, PymdrError
 from pymdr.problem.contact import Contact
 from pymdr.problem.measured import MeasuredCurve
-from pymdr.solving.fits.forces import Forces, forces_of
+from pymdr.solving.fits.forces import FULLY_OUT, Forces, forces_of
 from pymdr.solving.fits.unknowns import (
     BASELINE,
     CONTACT_POINT,
@@ -26,8 +26,6 @@ from pymdr.units import FloatArray
 _SAMPLES, _POINTS, _COMBINATIONS = 256, 33, 100
 _FOLLOWED_POINTS, _FOLLOWED_COMBINATIONS = 9, 24
 """Of bodies with memory, whose every trial follows the whole record."""
-_FULLY_OUT = 0.3
-"""Of the largest pull: a smaller one is none."""
 
 
 _SCALES = np.geomspace(0.3, 1e4, 17)
@@ -151,7 +149,7 @@ def _carried(fold: float, model: FloatArray, position: FloatArray, force: FloatA
         return model
     deepest, base = int(np.argmax(position)), float(np.median(force[: max(3, force.size // 20)]))
     pull = min(float(force.min()) - base, 0.0)
-    held = (np.arange(position.size) > deepest) & (position >= fold) & (force - base < _FULLY_OUT * pull)
+    held = (np.arange(position.size) > deepest) & (position >= fold) & (force - base < FULLY_OUT * pull)
     return np.where((position > 0.0) | held, model, 0.0)
 
 

@@ -12,10 +12,10 @@ import numpy as np
 
 from pymdr.errors import FileError
 from pymdr.problem.codec import encode
-from pymdr.solving.fits.asking import ENDINGS, NOT_YET, Asked, Columns, empty_columns
+from pymdr.solving.fits.asking import ENDINGS, NOT_YET, Asked, Columns, FittedStretch, empty_columns
 from pymdr.solving.fits.records import Records, zarr
 
-_MARK = "pymdr_work"
+_MARK, _REFUSALS = "pymdr_work", "pymdr_refusals"
 _WORDS = {
     "noise": "standard deviation of the residuals",
     "correlated": "samples that tell as much as an independent one",
@@ -29,19 +29,25 @@ class Held:
 
     def __init__(self, asked: Asked, total: int) -> None:
         self._columns = empty_columns(asked, total)
+        self._refusals: frozenset[str] = frozenset()
 
     def has(self, first: int, last: int) -> bool:
         """Whether a stretch is finished."""
         return False
 
-    def keep(self, first: int, last: int, columns: Columns) -> None:
+    def keep(self, first: int, last: int, fitted: FittedStretch) -> None:
         """Put a finished stretch in its place."""
-        for name, values in columns.items():
+        for name, values in fitted.columns.items():
             self._columns[name][first:last] = values
+        self._refusals |= fitted.refusals
 
     def columns(self) -> Columns:
         """All of them."""
         return self._columns
+
+    def refusals(self) -> frozenset[str]:
+        """What curves that were refused were told."""
+        return self._refusals
 
 
 class Kept:
@@ -102,15 +108,21 @@ class Kept:
         """Whether a stretch is finished."""
         return bool(np.all(self._group["ending"][self._rows(first, last)] != NOT_YET))
 
-    def keep(self, first: int, last: int, columns: Columns) -> None:
+    def keep(self, first: int, last: int, fitted: FittedStretch) -> None:
         """Write a finished stretch, its endings last."""
+        if fitted.refusals - self.refusals():
+            self._group.attrs[_REFUSALS] = sorted(fitted.refusals | self.refusals())
         rows = self._rows(first, last)
         for name in self._names:
-            self._group[name][rows] = columns[name].reshape(-1, *self._shape[1:])
+            self._group[name][rows] = fitted.columns[name].reshape(-1, *self._shape[1:])
 
     def columns(self) -> Columns:
         """All of them."""
         return {name: np.asarray(self._group[name][...]).ravel() for name in self._names}
+
+    def refusals(self) -> frozenset[str]:
+        """What curves that were refused were told."""
+        return frozenset(self._group.attrs.get(_REFUSALS, ()))
 
 
 def _mark(asked: Asked, records: Records, total: int) -> str:
