@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import enum
-import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
@@ -12,17 +11,15 @@ from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pymdr.errors import ConvergenceError, ProblemError, QuantityError
+from pymdr.errors import QuantityError
 from pymdr.independent.rings import Rings
+from pymdr.interpretation.closure import pressed_curve
 from pymdr.interpretation.peaks import largest_value
 from pymdr.interpretation.validity import SOURCES, Assumption, Claim
-from pymdr.mapping.azimuth import azimuthal_mean
-from pymdr.mapping.equivalent import equivalent_profile, has_callables, without_callables
-from pymdr.mapping.moduli import effective_moduli
+from pymdr.mapping.portable import portable
 from pymdr.problem.contact import Contact
-from pymdr.problem.materials import Graded, Viscoelastic
 from pymdr.problem.paths import LoadingPath
-from pymdr.problem.profiles import ForceCurve, Function2D
+from pymdr.problem.profiles import ForceCurve
 from pymdr.quantities import POSITION, RADIUS, quantity
 from pymdr.units import ArrayQuantityLike, FloatArray, QuantityLike, from_si, shown, to_si, to_si_array
 
@@ -34,10 +31,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from pymdr.presentation.plot import Plots
-
-
-_APART = 1e-9
-"""Of the largest depth: rows of a force curve that are closer are one."""
 
 
 class Status(enum.Enum):
@@ -603,44 +596,15 @@ class Result:
         >>> solve(ball, indent("1 um", steps=50)).force_curve().force.size
         50
         """
-        bodies = (self.contact.body, self.contact.counterbody)
-        lacking = {
-            "adhesion": self.contact.adhesion is not None,
-            "a memory": any(isinstance(body, Viscoelastic) for body in bodies),
-            "a graded body": any(isinstance(body, Graded) and body.exponent != 0.0 for body in bodies),
-        }
-        for why in (words for words, has in lacking.items() if has):
-            raise ProblemError(
-                f"force_curve: this contact has {why}; a ForceCurve is that of homogeneous elastic half-spaces without adhesion"
-            )
-        depth, force = self["indentation"].values, self["normal_force"].values
-        order = np.argsort(depth, kind="stable")
-        depth, force = depth[order], force[order]
-        apart = np.append(True, np.diff(depth) > _APART * float(np.max(np.abs(depth))))
-        depth, force = depth[apart], force[apart]
-        free = float(np.max(depth[force <= 0.0], initial=-np.inf))
-        touches = free <= 0.0 < float(np.min(depth[force > 0.0], initial=np.inf))
-        point = 0.0 if touches else None
-        return ForceCurve(depth, force, modulus=effective_moduli(*bodies).normal, contact_point=point)
+        return pressed_curve(self.contact, self["indentation"].values, self["normal_force"].values)
 
     def _saved_contact(self) -> Contact:
-        if not has_callables(self.contact.profile):
-            return self.contact
-        if isinstance(self.contact.profile, Function2D):
-            return replace(self.contact, profile=without_callables(self.contact.profile, self._shape_size()))
-        radii = [self.data[n].values for n in ("contact_radius", "cohesive_radius") if n in self.data]
-        return portable(
-            self.contact, max((float(np.nanmax(values, initial=0.0)) for values in radii), default=0.0)
-        )
+        radius = max(self._largest("contact_radius"), self._largest("cohesive_radius"))
+        return portable(self.contact, radius, self._largest("indentation"))
 
-    def _shape_size(self) -> float:
-        """A radius in m that the contact of a shape keeps within, from the disk of its lower bound."""
-        shape = self.contact.profile
-        assert isinstance(shape, Function2D)
-        depth = float(np.nanmax(self.data["indentation"].values, initial=0.0))
-        line = equivalent_profile(azimuthal_mean(shape))
-        radius = float(line.inverse(np.array([depth]))[0]) if depth > 0.0 else 0.0
-        return 4.0 * radius if 0.0 < radius < math.inf else min(shape.reach, 1.0)
+    def _largest(self, name: str) -> float:
+        """The largest value of a quantity over all rows, and at least 0."""
+        return float(np.nanmax(self.data[name].values, initial=0.0)) if name in self.data else 0.0
 
     def to_dataframe(self, *, quantities: Sequence[str] | None = None) -> pd.DataFrame:
         """One row per step, one column per quantity, in SI units; `quantities` as in :meth:`to_csv`."""
@@ -663,43 +627,11 @@ class Result:
 
     def __getstate__(self) -> dict[str, Any]:
         state = {f.name: getattr(self, f.name) for f in fields(self)}
-        if has_callables(self.contact.profile):
-            state["contact"] = self._saved_contact()
-        return state
+        return {**state, "contact": self._saved_contact()}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         self.__dict__.update(state)
         self.__post_init__()
-
-
-def portable(contact: Contact, radius: float) -> Contact:
-    """
-    A contact whose callable profile is replaced by its interpolant, as files and other processes take it.
-
-    Parameters
-    ----------
-    contact : Contact
-    radius : float
-        The largest radius in m that is touched; 0 where nothing tells.
-
-    Returns
-    -------
-    Contact
-        The same, if nothing in it is callable.
-    """
-    if not has_callables(contact.profile):
-        return contact
-    if radius > 0.0:
-        return replace(contact, profile=without_callables(contact.profile, 2.0 * radius))
-    # nothing touched, and nothing tells how far the profile matters: as far as it can be mapped
-    reach = min(1.0, contact.profile.reach)
-    for decades in range(12):
-        try:
-            profile = without_callables(contact.profile, reach * 10.0**-decades)
-        except (ProblemError, ConvergenceError):
-            continue
-        return replace(contact, profile=profile)
-    return replace(contact, profile=without_callables(contact.profile, reach))
 
 
 def _locked(values: np.ndarray) -> np.ndarray:

@@ -7,9 +7,14 @@ from dataclasses import replace
 
 import numpy as np
 
+from pymdr.errors import ProblemError
 from pymdr.interpretation.accuracy import with_errors
 from pymdr.interpretation.validity import SOURCES, BoolArray, Claim, Level
 from pymdr.mapping.closure import Closure
+from pymdr.mapping.moduli import effective_moduli
+from pymdr.problem.contact import Contact
+from pymdr.problem.materials import common_exponent
+from pymdr.problem.profiles import ForceCurve
 from pymdr.units import FloatArray
 
 OF_THE_CURVE = frozenset(
@@ -37,6 +42,8 @@ _ON_A_DISK = " on a disk"
 """What laws say of contacts whose shape is known."""
 _GROWTH = 1e-6
 """Of the largest stiffness: by how much a contact must grow to be said to."""
+_APART = 1e-9
+"""Of the largest depth: rows that are closer are one."""
 ASSUMED = "as exact as the force curve, for contacts of any shape: half-spaces of small slopes without adhesion that are not tilted"
 _MEMORY = (
     "for viscoelastic half-spaces whose contact grows (Lee and Radok 1960), or grows and then shrinks (Ting 1966); that a "
@@ -158,3 +165,43 @@ def regrown(radius: FloatArray) -> BoolArray:
     slack = _GROWTH * float(np.max(size))
     shrank = np.maximum.accumulate(moves < -slack)
     return np.asarray(np.maximum.accumulate(shrank & (moves > slack)))
+
+
+def pressed_curve(contact: Contact, depth: FloatArray, force: FloatArray) -> ForceCurve:
+    """
+    The force curve of rows of a contact, in the order of their depths, whatever the path was.
+
+    Parameters
+    ----------
+    contact : Contact
+    depth, force : ndarray of shape (n,)
+        Indentation in m and normal force in N.
+
+    Returns
+    -------
+    ForceCurve
+
+    Raises
+    ------
+    ProblemError
+        If the contact has adhesion, a memory or a body that is no homogeneous half-space, or fewer than 5 rows press the
+        bodies together.
+    """
+    lacking = {
+        "adhesion": contact.adhesion is not None,
+        "a memory": contact.remembers,
+        "a graded body": common_exponent(contact.body, contact.counterbody) != 0.0,
+        "a layered body": contact.layered is not None,
+    }
+    for why in (words for words, has in lacking.items() if has):
+        raise ProblemError(
+            f"force_curve: this contact has {why}; a ForceCurve is that of homogeneous elastic half-spaces without adhesion"
+        )
+    order = np.argsort(depth, kind="stable")
+    depth, force = depth[order], force[order]
+    apart = np.append(True, np.diff(depth) > _APART * float(np.max(np.abs(depth))))
+    depth, force = depth[apart], force[apart]
+    free = float(np.max(depth[force <= 0.0], initial=-np.inf))
+    touches = free <= 0.0 < float(np.min(depth[force > 0.0], initial=np.inf))
+    modulus = effective_moduli(contact.body, contact.counterbody).normal
+    return ForceCurve(depth, force, modulus=modulus, contact_point=0.0 if touches else None)

@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike
 from pymdr.errors import ProblemError, PymdrError, QuantityError
 from pymdr.interpretation.validity import Claim, Level
 from pymdr.mapping.equivalent import has_callables
+from pymdr.mapping.portable import portable
 from pymdr.problem.codec import encode, encode_case
 from pymdr.problem.contact import Contact
 from pymdr.problem.parameters import parameter_of, with_parameters
@@ -25,7 +26,7 @@ from pymdr.problem.profiles import Profile
 from pymdr.problem.schedule import Progress
 from pymdr.problem.values import Value
 from pymdr.quantities import quantity
-from pymdr.result import Result, portable
+from pymdr.result import Result
 from pymdr.solving.batch import Asked, solutions
 from pymdr.solving.kept import KeptParts
 from pymdr.solving.reach import memory_of_machine

@@ -11,10 +11,10 @@ import numpy as np
 import xarray as xr
 
 from pymdr.interpretation.validity import SOURCES
+from pymdr.mapping.portable import portable
 from pymdr.presentation.header import HeaderData, c_header
 from pymdr.problem.contact import Contact
 from pymdr.quantities import quantity
-from pymdr.result import portable
 from pymdr.solving.exporting.knots import Knots
 from pymdr.solving.exporting.sources import Fold, Form, Tip
 from pymdr.solving.pulloff import PullOff

@@ -11,9 +11,9 @@ import numpy as np
 
 from pymdr.errors import QuantityError
 from pymdr.interpretation.validity import Assumption, Claim
+from pymdr.mapping.portable import portable
 from pymdr.problem.contact import Contact
 from pymdr.quantities import quantity
-from pymdr.result import portable
 from pymdr.solving.closure import is_curve
 from pymdr.units import from_si, shown
 

@@ -1,0 +1,55 @@
+"""Contacts as files and other processes take them: without callables."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+
+from pymdr.errors import ConvergenceError, ProblemError
+from pymdr.mapping.azimuth import azimuthal_mean
+from pymdr.mapping.equivalent import equivalent_profile, has_callables, without_callables
+from pymdr.problem.contact import Contact
+from pymdr.problem.profiles import Function2D
+
+
+def portable(contact: Contact, radius: float, depth: float = 0.0) -> Contact:
+    """
+    A contact whose callable profile is replaced by its interpolant, as files and other processes take it.
+
+    Parameters
+    ----------
+    contact : Contact
+    radius : float
+        The largest radius in m that is touched; 0 where nothing tells.
+    depth : float, optional
+        The largest indentation in m, which tells how far a Function2D is touched.
+
+    Returns
+    -------
+    Contact
+        The same, if nothing in it is callable.
+    """
+    if not has_callables(contact.profile):
+        return contact
+    if isinstance(contact.profile, Function2D):
+        return replace(contact, profile=without_callables(contact.profile, _touched(contact.profile, depth)))
+    if radius > 0.0:
+        return replace(contact, profile=without_callables(contact.profile, 2.0 * radius))
+    # nothing touched, and nothing tells how far the profile matters: as far as it can be mapped
+    reach = min(1.0, contact.profile.reach)
+    for decades in range(12):
+        try:
+            profile = without_callables(contact.profile, reach * 10.0**-decades)
+        except (ProblemError, ConvergenceError):
+            continue
+        return replace(contact, profile=profile)
+    return replace(contact, profile=without_callables(contact.profile, reach))
+
+
+def _touched(shape: Function2D, depth: float) -> float:
+    """A radius in m that the contact of a shape keeps within, from the disk of its lower bound."""
+    line = equivalent_profile(azimuthal_mean(shape))
+    radius = float(line.inverse(np.array([depth]))[0]) if depth > 0.0 else 0.0
+    return 4.0 * radius if 0.0 < radius < math.inf else min(shape.reach, 1.0)
