@@ -20,7 +20,7 @@ from pymdr.line.memory import (
     MemoryState,
     Relaxation,
     Watch,
-    creep,
+    deepest_under,
     follow_loads,
     follow_springs,
     follow_travels,
@@ -146,9 +146,9 @@ def begun(
     named = [getattr(leg, "indentation", None) for leg in known_legs(task.path)]
     deepest = max((float(np.max(each)) for each in named if each is not None), default=0.0)
     try:
-        if asked.by_force and deepest > 0.0 and (most := float(np.max(asked.normal))) > 0.0:
-            ends = [asked.begin, float(times_of(asked)[-1])]
-            deepest = max(deepest, float(creep(line, relaxation, ends, [most, most]).indentation[-1]))
+        if asked.by_force and deepest > 0.0:
+            time, force = np.append(asked.begin, times_of(asked)), np.append(asked.start[0], asked.normal)
+            deepest = max(deepest, deepest_under(line, relaxation, time, force))
         fine, coarse = (prepared(line, relaxation, deepest, apart, n) for n in (SPRINGS, SPRINGS // 2))
     except PymdrError:  # too deep, as the leg that goes there says when it is followed
         return apart, apart
