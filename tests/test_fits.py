@@ -228,7 +228,7 @@ def test_what_is_no_question(free, options, kind, words):
 def test_contacts_that_no_normal_force_tells():
     curve = recorded(JKR, np.linspace(1e-6, -1e-6, 50))
     rubbed = mdr.Contact(JKR.profile, JKR.body, friction=mdr.Coulomb(0.3))
-    with pytest.raises(ProblemError, match="friction"):
+    with pytest.raises(ProblemError, match="the contact has friction"):
         mdr.fit(rubbed, curve, ["body.young"])
     with pytest.raises(ProblemError, match="a MeasuredCurve is needed"):
         mdr.fit(JKR, [], ["body.young"])

@@ -23,7 +23,7 @@ from pymdr.solving.fits.families import WORK, Ways
 from pymdr.solving.fits.forces import rounded_up
 from pymdr.solving.fits.records import Stretch
 from pymdr.solving.fits.searching import autocorrelation_times
-from pymdr.solving.fits.unknowns import BASELINE, CONTACT_POINT, ORIGINS
+from pymdr.solving.fits.unknowns import BASELINE, CONTACT_POINT
 from pymdr.units import FloatArray
 
 
@@ -47,7 +47,11 @@ def fit_by_family(asked: Asked, ways: Ways, stretch: Stretch) -> FittedStretch:
     if number is not None and ways.shape is None:
         known[kernels.SHAPE] = number.to_free(number.start)
     free = np.array(
-        [ways.scale is not None, ways.shape is not None, *(n not in asked.known for n in ORIGINS)]
+        [
+            ways.scale is not None,
+            ways.shape is not None,
+            *(n not in asked.known for n in (CONTACT_POINT, BASELINE)),
+        ]
     )
     for deepest, chosen in _by_depth(stretch):
         try:
