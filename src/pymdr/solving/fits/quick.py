@@ -14,6 +14,7 @@ from pymdr.solving.fits.asking import (
     REFUSED,
     SEEN,
     UNREAD,
+    WAVES,
     Asked,
     Columns,
     FittedStretch,
@@ -22,7 +23,7 @@ from pymdr.solving.fits.asking import (
 from pymdr.solving.fits.families import WORK, Ways
 from pymdr.solving.fits.forces import rounded_up
 from pymdr.solving.fits.records import Stretch
-from pymdr.solving.fits.searching import autocorrelation_times
+from pymdr.solving.fits.searching import autocorrelation_times, waves_of
 from pymdr.solving.fits.unknowns import BASELINE, CONTACT_POINT
 from pymdr.units import FloatArray
 
@@ -80,7 +81,10 @@ def fit_by_family(asked: Asked, ways: Ways, stretch: Stretch) -> FittedStretch:
         back = np.eye(len(asked.names))
         back[:2, :2] = np.linalg.inv(own_ways)
         covariances = back @ covariances @ back.T
-    return FittedStretch(_columns(asked, ways, numbers, covariances, residuals, ended), frozenset(refusals))
+    told = _columns(asked, ways, numbers, covariances, residuals, ended)
+    span = np.fmax.reduce(stretch.force, axis=1) - np.fmin.reduce(stretch.force, axis=1)
+    told[WAVES][:] = np.where(told["ending"] == FOUND, waves_of(residuals, span), math.nan)
+    return FittedStretch(told, frozenset(refusals))
 
 
 def _by_depth(stretch: Stretch) -> Iterator[tuple[float, np.ndarray]]:
