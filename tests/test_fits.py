@@ -18,7 +18,7 @@ import pymdr as mdr
 from pymdr.errors import CaseError, FileError, ProblemError, QuantityError, UnitError
 from pymdr.problem.codec import decode_contact
 from pymdr.solving.fits.forces import forces_of, modelled
-from pymdr.solving.fits.searching import autocorrelation_time
+from pymdr.solving.fits.searching import hanging
 from pymdr.workbench.cli import app
 
 pytestmark = pytest.mark.skipif(
@@ -127,7 +127,7 @@ def test_what_hangs_together_tells_less():
     assert plain.correlated < 1.5
     assert wide.correlated > 8.0
     assert wide["body.young"].error > 2.0 * plain["body.young"].error
-    assert autocorrelation_time(np.ones(50)) == 1.0
+    assert hanging(np.ones((1, 50)), np.ones(1)).correlated[0] == 1.0
 
 
 def test_profiles_of_the_likelihood_agree_where_it_is_normal():

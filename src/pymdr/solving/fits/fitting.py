@@ -24,13 +24,12 @@ from pymdr.solving.fits.records import ListedCurves
 from pymdr.solving.fits.searching import (
     Modelled,
     Search,
-    autocorrelation_time,
     beside_jumps,
     found_from,
     free_numbers,
+    hanging,
     refuse_blind,
     refuse_unsettled,
-    waves_of,
 )
 from pymdr.solving.fits.starting import Start, starts
 from pymdr.solving.fits.unknowns import (
@@ -293,7 +292,10 @@ def _interpreted(search: Search, best: FloatArray, minimum: Any) -> FitResult:
     slopes = search.slopes(best)
     n, p = residuals.size, best.size
     noise = math.sqrt(float((residuals**2).sum()) / max(n - p, 1))
-    correlated = autocorrelation_time(residuals)
+    models = search.models(best)
+    span = max(float(np.ptp(one.force)) for one in models)
+    hang = hanging(residuals[None, :], np.array([span]))
+    correlated = float(hang.correlated[0])
     independent = n / correlated
     scale = np.linalg.norm(slopes, axis=0)
     felt = scale > _UNFELT * scale.max()
@@ -304,7 +306,6 @@ def _interpreted(search: Search, best: FloatArray, minimum: Any) -> FitResult:
     values = _fitted(search, best, errors, width)
     inner, _ = search.from_free(best)
     contact = put_into(search.contact, search.unknowns, inner)
-    models = search.models(best)
     deepest = max(float(one.depth.max()) for one in models)
     judged = _judged(contact, search, models[0], deepest, best)
     left_out = sum(int((~part).sum()) for part in search.used)
@@ -320,14 +321,13 @@ def _interpreted(search: Search, best: FloatArray, minimum: Any) -> FitResult:
         for name, is_felt in zip(search.names, felt, strict=True)
         if not is_felt
     )
-    span = np.array([max(float(np.ptp(one.force)) for one in models)])
     return FitResult(
         contact=contact,
         curves=search.curves,
         values=values,
         data=_table(search, models),
         noise=noise,
-        waves=float(waves_of(residuals[None, :], span)[0]),
+        waves=float(hang.waves[0]),
         correlated=correlated,
         aicc=aicc(float((residuals**2).mean()), independent, p),
         claims=judged.claims,

@@ -6,7 +6,7 @@ import math
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -34,8 +34,9 @@ from pymdr.solving.fits.asking import (
     asked_of,
     empty_columns,
 )
-from pymdr.solving.fits.families import Ways
+from pymdr.solving.fits.families import WORK, Ways
 from pymdr.solving.fits.fitting import LEVENBERG_MARQUARDT, LMFIT, WAVY, fit
+from pymdr.solving.fits.forces import AdhesiveForces, ElasticForces, rounded_up
 from pymdr.solving.fits.quick import fit_by_family
 from pymdr.solving.fits.records import Records, Stretch, records_of
 from pymdr.solving.fits.storing import Held, Kept, attributes_of
@@ -46,6 +47,7 @@ from pymdr.solving.fits.unknowns import (
     origins,
     put_into,
 )
+from pymdr.solving.reach import assumptions, map_to_line
 from pymdr.solving.verb import solve
 from pymdr.units import FloatArray, QuantityLike, from_si, shown, written
 
@@ -55,7 +57,7 @@ if TYPE_CHECKING:
 
 _CHUNK, _TOLD = 2**19, 5
 """Samples that are fitted, and kept, at a time; refusals that are told."""
-_JUDGED, _SIMILAR = 9, "elastic similarity"
+_JUDGED, _WIDER, _SIMILAR = 17, 1.0 + 1e-9, "elastic similarity"
 """Depths, and numbers of a family, at which what is assumed is measured."""
 
 
@@ -379,39 +381,48 @@ def _fit_one_by_one(asked: Asked, stretch: Stretch, told: Callable[[int], None] 
     return FittedStretch(out, frozenset(refusals))
 
 
-def _of_limit(assumptions: Sequence[Assumption]) -> float:
+def _of_limit(assumed: Sequence[Assumption]) -> float:
     """The largest measure in parts of its limit; Dundurs' beta, which does not change with the curve, is none."""
-    parts = [a.measure / a.limit for a in assumptions if a.name != _SIMILAR and a.limit > 0.0]
+    parts = [a.measure / a.limit for a in assumed if a.name != _SIMILAR and a.limit > 0.0]
     return max((part for part in parts if math.isfinite(part)), default=math.nan)
 
 
 def _of_limits(asked: Asked, ways: Ways, columns: Columns) -> FloatArray:
-    """That of every curve; of many curves read from a table over their largest depth and the number of their family."""
+    """That of every curve, from a table over the largest depth and the number in which the contacts differ."""
     from scipy.interpolate import RegularGridInterpolator
 
     out = np.full(columns["ending"].size, math.nan)
     found = np.flatnonzero((columns["ending"] == FOUND) & (columns["indentation"] > 0.0))
-    if found.size <= _JUDGED**2:
-        for i in found:
-            out[i] = _of_limit(_judged(asked, columns, int(i)).assumptions)
+    if not found.size:
         return out
-    depth = np.log(columns["indentation"][found])
-    number = ways.numbers(np.column_stack([columns[u.name][found] for u in asked.unknowns]))
-    axes = [np.linspace(x.min(), x.max(), _JUDGED) if np.ptp(x) > 0.0 else x[:1] for x in (depth, number)]
-    table = np.array([[_of_member(asked, ways, x, float(np.exp(d))) for x in axes[1]] for d in axes[0]])
-    wide = [axis if axis.size > 1 else np.array([axis[0] - 1.0, axis[0] + 1.0]) for axis in axes]
-    table = np.broadcast_to(table, [axis.size for axis in wide])
-    out[found] = np.exp(RegularGridInterpolator(wide, np.log(table))(np.column_stack([depth, number])))
+    depth = columns["indentation"][found]
+    numbers = ways.numbers(np.column_stack([columns[u.name][found] for u in asked.unknowns]))
+    family = asked.family(rounded_up(float(depth.max())))
+    last = len(family.members) - 1
+    rungs = np.clip((numbers - family.first) / family.step, 0.0, float(last))
+    chosen = np.unique(
+        np.linspace(np.floor(rungs.min()), min(np.floor(rungs.max()) + 1.0, last), _JUDGED).astype(int)
+    )
+    depths = np.geomspace(depth.min(), depth.max() * _WIDER, _JUDGED)
+    table = np.empty((chosen.size, depths.size))
+    for row, rung in zip(table, chosen, strict=True):
+        value = (
+            {}
+            if ways.number is None
+            else {ways.number.name: ways.number.from_free(family.first + family.step * rung)}
+        )
+        contact = with_parameters(
+            replace(asked.contact, adhesion=None), {k: v for k, v in value.items() if k != WORK}
+        )
+        mapped, member = map_to_line(contact), family.members[rung]
+        assert isinstance(member, ElasticForces | AdhesiveForces)
+        row[:] = [_of_limit(assumptions(contact, mapped, radius[None])) for radius in member.radius(depths)]
+    at = np.column_stack([np.log(depth), rungs])
+    if chosen.size == 1:
+        out[found] = np.exp(np.interp(at[:, 0], np.log(depths), np.log(table[0])))
+    else:
+        out[found] = np.exp(RegularGridInterpolator((np.log(depths), chosen), np.log(table.T))(at))
     return out
-
-
-def _of_member(asked: Asked, ways: Ways, number: float, depth: float) -> float:
-    """That of one member of the family at a depth in m."""
-    differs = {} if ways.number is None else {ways.number.name: ways.number.from_free(number)}
-    try:
-        return _of_limit(solve(with_parameters(asked.contact, differs), indent(depth)).assumptions)
-    except PymdrError:
-        return math.nan
 
 
 def _interpreted(asked: Asked, records: Records, fitted: FittedStretch) -> FittedMap:
@@ -428,7 +439,7 @@ def _interpreted(asked: Asked, records: Records, fitted: FittedStretch) -> Fitte
         coords=records.coords,
     )
     claims: Mapping[str, Claim] = {}
-    assumptions: tuple[Assumption, ...] = ()
+    assumed: tuple[Assumption, ...] = ()
     notes = [f"refused: {words}" for words in sorted(fitted.refusals)[:_TOLD]]
     found = np.flatnonzero(columns["ending"] == FOUND)
     references: tuple[str, ...] = ()
@@ -437,7 +448,7 @@ def _interpreted(asked: Asked, records: Records, fitted: FittedStretch) -> Fitte
         references = judged.references
         # with memory they are those of a history, which differs from curve to curve
         if not asked.contact.remembers:
-            claims, assumptions = judged.claims, judged.assumptions
+            claims, assumed = judged.claims, judged.assumptions
     for name, limit, words in (
         (
             WAVES,
@@ -457,7 +468,7 @@ def _interpreted(asked: Asked, records: Records, fitted: FittedStretch) -> Fitte
         data=data,
         names=asked.names,
         claims=claims,
-        assumptions=assumptions,
+        assumptions=assumed,
         references=(*references, LEVENBERG_MARQUARDT, *(() if asked.ways is not None else (LMFIT,))),
         notes=tuple(notes),
     )

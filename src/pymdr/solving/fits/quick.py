@@ -23,7 +23,7 @@ from pymdr.solving.fits.asking import (
 from pymdr.solving.fits.families import WORK, Ways
 from pymdr.solving.fits.forces import rounded_up
 from pymdr.solving.fits.records import Stretch
-from pymdr.solving.fits.searching import autocorrelation_times, waves_of
+from pymdr.solving.fits.searching import hanging
 from pymdr.solving.fits.unknowns import BASELINE, CONTACT_POINT
 from pymdr.units import FloatArray
 
@@ -81,9 +81,8 @@ def fit_by_family(asked: Asked, ways: Ways, stretch: Stretch) -> FittedStretch:
         back = np.eye(len(asked.names))
         back[:2, :2] = np.linalg.inv(own_ways)
         covariances = back @ covariances @ back.T
-    told = _columns(asked, ways, numbers, covariances, residuals, ended)
     span = np.fmax.reduce(stretch.force, axis=1) - np.fmin.reduce(stretch.force, axis=1)
-    told[WAVES][:] = np.where(told["ending"] == FOUND, waves_of(residuals, span), math.nan)
+    told = _columns(asked, ways, numbers, covariances, residuals, span, ended)
     return FittedStretch(told, frozenset(refusals))
 
 
@@ -103,6 +102,7 @@ def _columns(
     numbers: FloatArray,
     covariances: FloatArray,
     residuals: FloatArray,
+    span: FloatArray,
     ended: np.ndarray,
 ) -> Columns:
     """What is told of every curve."""
@@ -115,7 +115,8 @@ def _columns(
     correlated = np.ones(len(numbers))
     fitted = np.flatnonzero(np.isfinite(noise))
     if fitted.size:
-        correlated[fitted] = autocorrelation_times(residuals[fitted])
+        some = slice(None) if fitted.size == len(numbers) else fitted
+        correlated[some], out[WAVES][some] = hanging(residuals[some], span[some])
     error = noise[:, None] * np.sqrt(correlated[:, None] * np.abs(np.einsum("ijj->ij", covariances)))
     values, rates = ways.values(theta[:, 0], theta[:, 1])
     plain = {CONTACT_POINT: theta[:, 2], BASELINE: theta[:, 3]}

@@ -259,37 +259,52 @@ def _combination(search: Search, free: FloatArray, direction: FloatArray) -> str
     return f"{told}; fix one of them"
 
 
-def autocorrelation_time(residuals: FloatArray) -> float:
+class Hanging(NamedTuple):
+    """How the residuals of records hang together."""
+
+    correlated: FloatArray
+    """1 + 2 sum_k rho_k, up to the first lag whose correlation is within the noise; at least 1: how many samples tell as much as
+    one independent one."""
+    waves: FloatArray
+    """What of them hangs together, in parts of what differs between neighbours."""
+
+
+def hanging(residuals: FloatArray, span: FloatArray) -> Hanging:
     """
-    How many samples tell as much as one independent one.
+    How residuals hang together.
 
     Parameters
     ----------
-    residuals : ndarray
-        In the order in which they were measured.
+    residuals : ndarray, shape (records, samples)
+        In the order in which they were measured; shorter records are filled up with nan at their ends.
+    span : ndarray, shape (records,)
+        Of the forces of each record: waves of less than 1e-4 of it are none.
 
     Returns
     -------
-    float
-        1 + 2 sum_k rho_k, up to the first lag whose correlation is within the noise; at least 1.
+    Hanging
+        The waves are sqrt(2/eta - 1) with von Neumann's ratio eta of the mean squares of differences between neighbours and of the
+        residuals themselves, which is 2 for white noise; 0 where it lies within five standard deviations, 2/sqrt(n), of that.
 
     Examples
     --------
-    >>> autocorrelation_time(np.random.default_rng(1).normal(size=1000))
-    1.0
+    >>> noise, wave = np.random.default_rng(1).normal(size=1000), 3.0 * np.sin(np.linspace(0.0, 20.0, 1000))
+    >>> found = hanging(np.array([noise, noise + wave]), np.full(2, 100.0))
+    >>> found.waves.round(1).tolist(), found.correlated.round().tolist()
+    ([0.0, 2.1], [1.0, 105.0])
     """
-    return float(autocorrelation_times(residuals[None, :])[0])
-
-
-def autocorrelation_times(residuals: FloatArray) -> FloatArray:
-    """Of many records, one in each row, shorter ones filled up with nan at their ends."""
     from pymdr.solving.fits import kernels
 
-    times = kernels.correlation_times(residuals, _LAGS)
+    times, moments = kernels.correlation_times(residuals, _LAGS)
     long = np.flatnonzero(np.isnan(times))
     if long.size:
         times[long] = _long_correlations(residuals[long])
-    return times
+    n, square, between = moments.T
+    with np.errstate(invalid="ignore", divide="ignore"):
+        ratio = between / square
+        waves = np.sqrt(np.maximum(2.0 / ratio - 1.0, 0.0))
+        plain = (ratio > 2.0 - _SIGNIFICANT * 2.0 / np.sqrt(n)) | (np.sqrt(square) < _FLAT * span)
+    return Hanging(times, np.where(plain | ~np.isfinite(waves), 0.0, waves))
 
 
 def _long_correlations(residuals: FloatArray) -> FloatArray:
@@ -304,39 +319,6 @@ def _long_correlations(residuals: FloatArray) -> FloatArray:
     noise[:, 0], noise[:, -1] = False, True
     sums = np.cumsum(rho, axis=1)[np.arange(n.size), np.argmax(noise, axis=1) - 1] - rho[:, 0]
     return np.asarray(np.maximum(1.0, 1.0 + 2.0 * sums))
-
-
-def waves_of(residuals: FloatArray, span: FloatArray) -> FloatArray:
-    """
-    What of residuals hangs together, in parts of what differs between neighbours.
-
-    Parameters
-    ----------
-    residuals : ndarray, shape (records, samples)
-        In the order in which they were measured; shorter records are filled up with nan at their ends.
-    span : ndarray, shape (records,)
-        Of the forces of each record: waves of less than 1e-4 of it are none.
-
-    Returns
-    -------
-    ndarray, shape (records,)
-        sqrt(2/eta - 1) with von Neumann's ratio eta of the mean squares of differences between neighbours and of the residuals
-        themselves, which is 2 for white noise; 0 where it lies within five standard deviations, 2/sqrt(n), of that.
-
-    Examples
-    --------
-    >>> noise, wave = np.random.default_rng(1).normal(size=1000), 3.0 * np.sin(np.linspace(0.0, 20.0, 1000))
-    >>> waves_of(np.array([noise, noise + wave]), np.full(2, 100.0)).round(1).tolist()
-    [0.0, 2.1]
-    """
-    n = np.isfinite(residuals).sum(axis=1)
-    with np.errstate(invalid="ignore", divide="ignore"):
-        own = np.nansum(residuals**2, axis=1) / n
-        between = np.nansum(np.diff(residuals, axis=1) ** 2, axis=1) / (n - 1)
-        eta = between / own
-        waves = np.sqrt(np.maximum(2.0 / eta - 1.0, 0.0))
-        plain = (eta > 2.0 - _SIGNIFICANT * 2.0 / np.sqrt(n)) | (np.sqrt(own) < _FLAT * span)
-    return np.where(plain | (n < 2) | ~np.isfinite(waves), 0.0, waves)
 
 
 def beside_jumps(models: Sequence[Modelled], search: Search) -> tuple[BoolArray, ...]:
