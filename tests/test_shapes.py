@@ -487,6 +487,32 @@ def test_rows_without_an_estimate_keep_their_bound():
         mdr.solve(crest, mdr.load(float(bound[1])))
 
 
+@settings(max_examples=5, deadline=None)
+@given(st.floats(3.0, 30.0), st.floats(0.0, 2.0 * math.pi), st.floats(-0.3, 0.3), st.floats(-9.0, 0.0))
+@example(4.18, 0.29, -0.02, 0.0)
+def test_another_summit_takes_the_estimate_where_it_touches(far, angle, over, decades):
+    """As the surface of Hertz sinks there: the estimate is his where the summit stands free, and none where it does not."""
+    size = 10.0**decades
+    depth = 0.5 * size
+    hertz = 2.0 * 0.5**1.5 * (2.0 / 3.0) * size**2
+    sunk = hertz / (math.pi * far * size)
+    low = depth - sunk + (over if abs(over) > 0.02 else math.copysign(0.02, over)) * depth
+    x0, y0 = far * size * math.cos(angle), far * size * math.sin(angle)
+
+    def f(x, y):
+        return np.minimum((x * x + y * y) / size, ((x - x0) ** 2 + (y - y0) ** 2) / size + low)
+
+    result = at(mdr.Function2D(f), depth)
+    exact = float(
+        mdr.solve(mdr.Contact(mdr.Paraboloid(0.5 * size), UNIT), mdr.indent(depth))["normal_force"][0]
+    )
+    assert last(result, "force_lower_bound") >= exact * (1.0 - 1e-9)
+    if over > 0.0:
+        assert last(result, "normal_force") == pytest.approx(exact, rel=1e-3)
+    elif over < -0.2:
+        assert not result.claims["normal_force"].readable
+
+
 def test_noise_does_not_take_the_estimate():
     """The highest pixel stands out by some standard deviations, from which depths are counted."""
     x = np.linspace(-1e-5, 1e-5, 129)

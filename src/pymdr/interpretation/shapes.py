@@ -151,8 +151,8 @@ def _estimated(states: ShapeStates) -> dict[str, Claim]:
 def _unknown() -> str:
     return (
         "no estimate: in some direction the outline runs beyond what is known of the body, or it is more than "
-        f"{LONGEST_OUTLINE:g} times as long as wide, where the error was not measured, or another part of the body may touch; press "
-        "it by boundary elements"
+        f"{LONGEST_OUTLINE:g} times as long as wide, where the error was not measured, or another part of the body may touch, or it is "
+        "below the lower bound; press it by boundary elements"
     )
 
 

@@ -195,6 +195,7 @@ def _interpret(task: Task, found: Pressed, walked: Walked[_Rows]) -> Result:
     force = np.where(by_force, rows.prescribed, modulus * states.force)
     prescribed = {"indentation": rows.moved, "normal_force": by_force}
     bounds = found.bounds(d)
+    states = states.above(bounds.force)
     claims = shape_claims(shape, states, bounds, prescribed)
     columns: dict[str, FloatArray] = {
         "indentation": d,
