@@ -170,12 +170,8 @@ def forces_of(contact: Contact, deepest: float, compliance: float, time: FloatAr
     Raises
     ------
     ProblemError
-        If the contact has friction, a memory without times, or adhesion with several stable branches.
+        If the contact has a memory without times, or adhesion with several stable branches.
     """
-    if contact.friction is not None:
-        raise ProblemError(
-            "fit: the contact has friction, which normal forces do not feel; leave friction out"
-        )
     if contact.remembers:
         if time is None:
             raise ProblemError(
