@@ -792,7 +792,9 @@ poisson = 0.5
 def test_what_the_method_refuses_is_no_failure(case, hollow, tmp_path, shell):
     """Whatever is asked of a contact that is no disk; a number that is not above 0 fails."""
     rubbed = tmp_path / "rubbed.toml"
-    rubbed.write_text(HOLLOW + '[counterbody]\nkind = "rigid"\n[friction]\nkind = "coulomb"\ncoefficient = 0.3\n')
+    rubbed.write_text(
+        HOLLOW + '[counterbody]\nkind = "rigid"\n[friction]\nkind = "coulomb"\ncoefficient = 0.3\n'
+    )
     for arguments in (
         ("law", hollow, "--to", "1 um"),
         ("impact", hollow, "--mass", "1 g", "--speed", "0.1 m/s"),
