@@ -485,6 +485,16 @@ def test_json_has_one_shape(case, hollow, rough, tmp_path, shell):
         (("press", case, "--normal-force", "1 N"), 1, "FAILED"),
         (("fit", case, curve, "--free", "body.young"), 0, "COMPLETED"),
         (("fit", case, broken, "--free", "body.young"), 1, "FAILED"),
+        (("law", case, "-o", out), 0, "COMPLETED"),
+        (("law", broken), 1, "FAILED"),
+        (("curves", curve), 0, "COMPLETED"),
+        (("curves", broken), 1, "FAILED"),
+        (("impact", case, "--mass", "1 g", "--speed", "1 m/s"), 0, "COMPLETED"),
+        (("impact", broken, "--mass", "1 g", "--speed", "1 m/s"), 1, "FAILED"),
+        (("table", out, "-o", tmp_path / "t.csv"), 0, "REFUSED"),
+        (("table", broken, "-o", tmp_path / "t.csv"), 1, "FAILED"),
+        (("plot", out), 0, "REFUSED"),
+        (("plot", broken), 1, "FAILED"),
     ):
         found, text, _ = shell(*arguments, "--json")
         told = json.loads(text)
@@ -777,3 +787,91 @@ poisson = 0.5
         status, _, error = shell("press", case, "--normal-force", "1 mN")
         assert status == 1
         assert words in error
+
+
+def test_what_the_method_refuses_is_no_failure(case, hollow, tmp_path, shell):
+    """Whatever is asked of a contact that is no disk; a number that is not above 0 fails."""
+    rubbed = tmp_path / "rubbed.toml"
+    rubbed.write_text(
+        HOLLOW + '[counterbody]\nkind = "rigid"\n[friction]\nkind = "coulomb"\ncoefficient = 0.3\n'
+    )
+    for arguments in (
+        ("law", hollow, "--to", "1 um"),
+        ("impact", hollow, "--mass", "1 g", "--speed", "0.1 m/s"),
+        ("run", rubbed, "-o", tmp_path / "out"),
+        ("check", rubbed),
+    ):
+        status, out, err = shell(*arguments, "--json")
+        told = json.loads(out)
+        assert (status, told["status"], told["error"]["kind"]) == (3, "REFUSED", "RefusedError"), arguments
+        assert "disk" in told["error"]["message"]
+        assert err == f"pymdr: {told['error']['message']}\n"
+    assert shell("run", rubbed, case, "-o", tmp_path / "both", "--quiet")[0] == 3
+    assert shell("impact", hollow, "--mass", "0 g", "--speed", "0.1 m/s")[0] == 1
+
+
+@pytest.mark.parametrize(
+    ("values", "status", "ended", "words"),
+    [
+        ("1 GPa, 2 GPa", 0, "COMPLETED", ""),
+        ("1 GPa, -2 GPa", 1, "PARTLY_FAILED", "1 of 2 points have no result"),
+        ("-1 GPa, -2 GPa", 1, "FAILED", "none of 2 points can be solved"),
+    ],
+)
+def test_how_a_sweep_ends(case, values, status, ended, words, shell):
+    found, out, err = shell("sweep", case, "--over", f"body.young = {values}", "--json")
+    assert (found, json.loads(out)["status"]) == (status, ended)
+    assert words in err
+
+
+def test_a_sweep_tells_which_points_the_method_refuses(hollow, shell):
+    asked = ("sweep", hollow, "--over", "body.young = 100 GPa, 200 GPa")
+    status, out, err = shell(*asked)
+    assert (status, "2 of 2 points REFUSED: the contact is a disk at no step" in out) == (3, True)
+    assert "refuses the contact at every point" in err
+    assert json.loads(shell(*asked, "--json")[1])["status"] == "REFUSED"
+
+
+def test_a_remedy_of_a_sweep_is_a_sweep(case, shell):
+    _, _, err = shell("sweep", case, "--over", "body.young = 1e9, 2 GPa")
+    remedy = re.search(r"write (--over) '(.*)'", err)
+    assert remedy is not None
+    assert shell("sweep", case, *remedy.groups())[0] == 0
+    _, _, err = shell("sliding", case, "--speed", "1", "--normal-force", "1 N")
+    assert "write --speed '1 m/s'" in err
+
+
+def test_more_workers_than_points(case, shell):
+    assert shell("sweep", case, "--over", "body.young = 1 GPa, 2 GPa", "--workers", "1" * 40)[0] == 0
+
+
+def test_a_unit_is_given_once(case, tmp_path, shell):
+    assert shell("run", case, "-o", tmp_path / "out", "--quiet")[0] == 0
+    asked = ("table", tmp_path / "out", "-o", tmp_path / "ball.csv")
+    status, _, err = shell(*asked, "--unit", "indentation=um", "--unit", "indentation=mm")
+    assert (status, "indentation has a unit already" in err) == (1, True)
+    assert not (tmp_path / "ball.csv").exists()
+    told = json.loads(shell(*asked, "--unit", "indentation=um", "--json")[1])
+    assert (told["status"], told["written"]) == ("COMPLETED", [str(tmp_path / "ball.csv")])
+
+
+def test_folders_that_were_made_go_again_with_their_parents(case, tmp_path, shell):
+    (tmp_path / "kept").mkdir()
+    status, _, _ = shell("law", case, "--to", "-1 um", "-o", tmp_path / "kept" / "a" / "b")
+    assert status == 1
+    assert list((tmp_path / "kept").iterdir()) == []
+
+
+def test_a_fit_names_the_file_that_cannot_be_fitted(case, tmp_path, shell):
+    few, whole = tmp_path / "few.csv", tmp_path / "whole.csv"
+    head = "indentation [um],force [N]\n"
+    few.write_text(head + "1,1\n2,2\n")
+    whole.write_text(head + "\n".join(f"{i},{0.02 * max(i, 0) ** 1.5}" for i in range(-9, 9)))
+    for command in (("fit", case, few, "--free", "body.young"), ("curves", few)):
+        assert f"{few}: MeasuredCurve: 2 samples" in shell(*command)[2]
+    status, _, err = shell("fit", case, whole, "--free", "body.young", "--segment", "aproach")
+    assert (status, f"{whole} is taken whole" in err) == (1, True)
+    rubbed = tmp_path / "rubbed.toml"
+    rubbed.write_text(BALL + '[friction]\nkind = "coulomb"\ncoefficient = 0.3\n')
+    _, _, err = shell("fit", rubbed, whole, "--free", "body.young")
+    assert err.startswith("pymdr: fit: the contact has friction")

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from pymdr.errors import ProblemError as ProblemError
     from pymdr.errors import PymdrError as PymdrError
     from pymdr.errors import QuantityError as QuantityError
+    from pymdr.errors import RefusedError as RefusedError
     from pymdr.errors import UnitError as UnitError
     from pymdr.independent.rings import Rings as Rings
     from pymdr.interpretation.validity import Claim as Claim
@@ -194,6 +195,7 @@ _HOMES: dict[str, tuple[str, ...]] = {
         "ProblemError",
         "PymdrError",
         "QuantityError",
+        "RefusedError",
         "UnitError",
     ),
     "pymdr.independent.rings": ("Rings",),

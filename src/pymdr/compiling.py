@@ -49,25 +49,27 @@ def compiled(function: Function, stamp: Stamp | None = None, **options: Any) -> 
     return cast(Function, kernel)
 
 
-def patient(kernel: Function) -> Function:
-    """The kernel, which says so if it has to be compiled when it is called."""
-    if getattr(kernel, "signatures", True):
-        return kernel
+class _Waiting:
+    """Told by numba when it compiles, says so once if a kernel of ours takes long."""
 
-    def first_call(*arguments: Any) -> Any:
-        timer = threading.Timer(_PATIENCE, _tell, (kernel,))
-        timer.daemon = True
-        timer.start()
-        try:
-            return kernel(*arguments)
-        finally:
-            timer.cancel()
+    def __init__(self) -> None:
+        self.timers: list[threading.Timer] = []
 
-    return cast(Function, first_call)
+    def notify(self, event: Any) -> None:
+        """Begin to wait, or stop."""
+        if not event.data["dispatcher"].py_func.__module__.startswith("pymdr."):
+            return
+        if event.is_start:
+            timer = threading.Timer(_PATIENCE, _tell)
+            timer.daemon = True
+            timer.start()
+            self.timers.append(timer)
+        elif self.timers:
+            self.timers.pop().cancel()
 
 
-def _tell(kernel: Any) -> None:
-    if kernel.signatures or _told.is_set():
+def _tell() -> None:
+    if _told.is_set():
         return
     _told.set()
     kept = (
@@ -75,4 +77,16 @@ def _tell(kernel: Any) -> None:
         if _unkept.is_set()
         else "once after an installation"
     )
-    _log.warning("compiling the kernels of this history, some ten seconds, %s", kept)
+    _log.warning("compiling what this needs, up to a minute, %s", kept)
+
+
+def _listen() -> None:
+    try:
+        from numba.core import event
+    except ImportError:  # a numba that does not tell
+        return
+    event.Listener.register(_Waiting)
+    event.register("numba:compile", _Waiting())
+
+
+_listen()

@@ -18,6 +18,10 @@ class ProblemError(PymdrError, ValueError):
     """A problem value (profile, material, law, contact) outside its limits."""
 
 
+class RefusedError(ProblemError):
+    """A contact for which the method gives nothing: it was asked well, and is no disk."""
+
+
 class PathError(PymdrError, ValueError):
     """A loading path that cannot be followed."""
 

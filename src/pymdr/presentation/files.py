@@ -405,11 +405,12 @@ def read_dataset(file: str | os.PathLike[str]) -> xr.Dataset:
 
     source = named_file(file, "read")
     try:
-        regular = source.is_file()
+        there, regular = source.exists(), source.is_file()
     except ValueError:
-        regular = False
+        there = regular = False
     if not regular:
-        raise FileError(f"cannot read {str(source)!r}: no such file")
+        why = "it is a folder, pipe or device" if there else "no such file"
+        raise FileError(f"cannot read {str(source)!r}: {why}")
     try:
         sealed = _is_sealed(source)
         dataset = xr.load_dataset(source, engine="h5netcdf")

@@ -139,6 +139,7 @@ def _solve_apart(
     travels = {key: _can_travel(path) for key, path in {id(one.path): one.path for one in asked}.items()}
     goes = [travels[id(one.path)] and _can_travel(one.contact) for one in asked]
     away = [one for one, can in zip(asked, goes, strict=True) if can]
+    workers = min(workers, max(1, len(away)))
     size = max(1, math.ceil(len(away) / (_SHARES * workers)))
     # one tracker of shared memory for all processes, or each would clean up after itself too early
     resource_tracker.ensure_running()

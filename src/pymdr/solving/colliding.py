@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pymdr.errors import PathError, ProblemError
+from pymdr.errors import ConvergenceError, PathError, ProblemError
 from pymdr.line.following import Track
 from pymdr.line.foundation import ElasticLine, states_at_depth
 from pymdr.line.impact import (
@@ -34,6 +34,8 @@ from pymdr.units import FloatArray, metres, written
 _LEVELS = 400
 """Samples of a stretch between which a mass might come to rest."""
 _GROWTH, _TRIES = 1.5, 200
+_SHALLOW = 1e-6
+"""Of the depth of an impact: a first touch."""
 
 
 @dataclass(frozen=True)
@@ -130,14 +132,19 @@ def stopping_depths(
     """The potential, and the depths in m at which half of the energy is stored and all of it."""
     energy = 0.5 * mass * speed * speed
     potential = elastic_potential(line, math.inf)
-    high, stored = reaching(potential, line, contact.profile, float(np.max(energy)))
-    if stored < np.max(energy):
-        known = math.sqrt(2.0 * stored / mass)
-        raise PathError(
-            f"speed = {written(float(np.max(speed)), 'm/s', 6)}: the bodies would not come to rest before the profile ends "
-            f"at d = {metres(high)}; the largest normal speed that it allows is {written(known, 'm/s', 6)}"
-        )
-    deepest = depths_of_energy(potential, energy, high)
+    try:
+        high, stored = reaching(potential, line, contact.profile, float(np.max(energy)))
+        if stored < np.max(energy):
+            known = math.sqrt(2.0 * stored / mass)
+            raise PathError(
+                f"speed = {written(float(np.max(speed)), 'm/s', 6)}: the bodies would not come to rest before the profile ends "
+                f"at d = {metres(high)}; the largest normal speed that it allows is {written(known, 'm/s', 6)}"
+            )
+        deepest = depths_of_energy(potential, energy, high)
+    except (ProblemError, ConvergenceError):
+        # where no disk bears from the first touch on there is no potential
+        disks_down_to(contact, line, _SHALLOW * _first_depth(line, float(np.max(energy))), "an impact")
+        raise
     largest = float(np.max(deepest))
     disks_down_to(contact, line, largest, "an impact")
     potential = elastic_potential(line, largest)

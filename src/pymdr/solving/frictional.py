@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pymdr.errors import PathError, ProblemError
+from pymdr.errors import PathError, ProblemError, RefusedError
 from pymdr.interpretation.accuracy import EXACT_WITHIN, with_errors
 from pymdr.interpretation.certificate import Certificate, certify_disk, certify_history, noise_words
 from pymdr.interpretation.friction import (
@@ -284,7 +284,7 @@ def _is_straight(asked: Stretch, leg: FrictionLeg) -> bool:
 def _refuse_lifted(line: ElasticLine, force: FloatArray) -> None:
     certificate = certify_disk(line, states_at_force(line, np.array([float(np.max(force))])))
     if not certificate.disk.all():
-        raise ProblemError(
+        raise RefusedError(
             f"friction needs a contact that is a disk at every depth up to that of the load: {certificate.reason}"
         )
 
@@ -295,12 +295,12 @@ def disks_down_to(contact: Contact, line: ElasticLine, deepest: float, who: str 
 
     Raises
     ------
-    ProblemError
+    RefusedError
         If the contact is not a disk at one of them.
     """
     certificate = certify_history(line, deepest)
     if not certificate.disk.all():
-        raise ProblemError(
+        raise RefusedError(
             f"{who} needs a contact that is a disk at every depth up to {metres(deepest)}: "
             f"{certificate.reason}{noise_words(contact.profile, line.equivalent, deepest)}"
         )

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pymdr.errors import PathError, ProblemError
+from pymdr.errors import PathError, ProblemError, RefusedError
 from pymdr.interpretation.adhesion import Visited, certify_stretched_disk, is_always_open
 from pymdr.interpretation.branches import equilibrium_curve
 from pymdr.interpretation.theories import theory_of
@@ -230,7 +230,7 @@ def _refuse_rings(line: AdhesiveLine, track: Track, stiffness: float, press: Way
     )
     certificate = certify_stretched_disk(line.line, visited, 1, line.law)
     if not certificate.disk.all():
-        raise ProblemError(f"pull_off: {certificate.reason}")
+        raise RefusedError(f"pull_off: {certificate.reason}")
 
 
 def _first_touch(line: AdhesiveLine, track: Track, stiffness: float) -> float:

@@ -26,7 +26,7 @@ from pymdr.problem.profiles import Profile
 from pymdr.problem.schedule import Progress
 from pymdr.problem.values import Value
 from pymdr.quantities import quantity
-from pymdr.result import Result
+from pymdr.result import Result, Status
 from pymdr.solving.batch import Asked, solutions
 from pymdr.solving.kept import KeptParts
 from pymdr.solving.reach import memory_of_machine
@@ -116,6 +116,12 @@ class Sweep:
             lines.append(
                 f"{self.failed} without a result; the first, {self._place(first)}: {refusals[first]}"
             )
+        statuses = self.data["status"].values.ravel()
+        lines += [
+            f"{np.sum(statuses == status.name)} of {total} points {status.name}: {status.value}"
+            for status in Status
+            if status.name.endswith("REFUSED") and np.any(statuses == status.name)
+        ]
         told: dict[str, list[str]] = {}
         for name in _TOLD:
             if name in self.claims and self.claims[name].readable and name in self.data:

@@ -89,6 +89,8 @@ def named_units(given: Sequence[str]) -> dict[str, str]:
             raise QuantityError(
                 f"--unit {shown(one)}: a quantity with its unit is needed, such as indentation=um"
             )
+        if name in units:
+            raise QuantityError(f"--unit {shown(one)}: {name} has a unit already; give each quantity one")
         units[name] = unit
     return units
 

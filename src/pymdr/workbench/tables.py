@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pymdr.errors import CaseError, PathError, UnitError
+from pymdr.errors import CaseError, PathError, ProblemError, UnitError
 from pymdr.presentation.files import named_file
 from pymdr.problem.measured import MeasuredCurve
 from pymdr.problem.paths import CHANNELS, NORMAL_CHANNELS, TANGENTIAL_CHANNELS
@@ -267,13 +267,16 @@ def read_curve(file: str | os.PathLike[str], *, spring_constant: QuantityLike | 
     read_force_curve : a curve that stands in a contact in place of a profile.
     """
     found = _read(file, _RECORD, ("normal_force",), "time [s], load [mN], travel [um]")
-    return MeasuredCurve(
-        force=found["normal_force"],
-        indentation=found.get("indentation"),
-        travel=found.get("travel"),
-        time=found.get("time"),
-        spring_constant=spring_constant,
-    )
+    try:
+        return MeasuredCurve(
+            force=found["normal_force"],
+            indentation=found.get("indentation"),
+            travel=found.get("travel"),
+            time=found.get("time"),
+            spring_constant=spring_constant,
+        )
+    except ProblemError as error:
+        raise ProblemError(f"{file}: {error}") from error
 
 
 def _chosen(file: object, channels: Sequence[str], found: Mapping[str, FloatArray]) -> list[str]:

@@ -74,7 +74,6 @@ def follow_collision(
     >>> bool(abs(slid.tangential_force[-1] / (0.3 * 4 / 3 * 0.1**1.5) - 1) < 1e-12)
     True
     """
-    from pymdr.compiling import patient
     from pymdr.line.friction import kernels, runs
 
     state = virgin_state(friction, curves.modulus / tangential_modulus)
@@ -84,7 +83,7 @@ def follow_collision(
     out = np.zeros((len(Sideways._fields), d.size))
     # a step puts one vertex on the stack at most
     stack = np.zeros(d.size + 64, dtype=kernels.VERTEX)
-    code = patient(runs.run_collision)(curves.rows, stack, d, t, scales, (mass, velocity), out)
+    code = runs.run_collision(curves.rows, stack, d, t, scales, (mass, velocity), out)
     if code != runs.COMPLETE:
         raise PathError(f"the impact cannot be followed: {ENDINGS[code].value}")
     return Sideways(*out)

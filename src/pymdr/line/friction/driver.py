@@ -56,12 +56,11 @@ def evaluate(curves: ElasticCurves, depth: ArrayLike) -> tuple[FloatArray, Float
     >>> [float(x[0]) for x in evaluate(power_law_curves(2.0, 1.0, 0.75), [1.0])]
     [1.0, 1.0, 0.4]
     """
-    from pymdr.compiling import patient
     from pymdr.line.friction.runs import evaluate_all
 
     d = frozen(depth)
     out = np.empty((3, d.size))
-    patient(evaluate_all)(curves.rows, d.ravel(), out)
+    evaluate_all(curves.rows, d.ravel(), out)
     shape = np.shape(depth)
     return out[0].reshape(shape), out[1].reshape(shape), out[2].reshape(shape)
 
@@ -87,12 +86,11 @@ def depths_at_force(curves: ElasticCurves, normal_force: ArrayLike) -> FloatArra
     >>> depths_at_force(power_law_curves(2.0, 1.0, 0.75), [0.0, 1.0]).tolist()
     [0.0, 1.0]
     """
-    from pymdr.compiling import patient
     from pymdr.line.friction.runs import invert_all
 
     force = frozen(normal_force)
     out = np.empty(force.size)
-    patient(invert_all)(curves.rows, force.ravel(), out)
+    invert_all(curves.rows, force.ravel(), out)
     return out.reshape(np.shape(normal_force))
 
 
@@ -208,7 +206,6 @@ class _Stack(_Run):
 
     def __init__(self, *arguments: Any) -> None:
         super().__init__(*arguments)
-        from pymdr.compiling import patient
         from pymdr.line.friction import kernels, noslip, runs
 
         start = self.start
@@ -235,21 +232,20 @@ class _Stack(_Run):
         span: tuple[Any, ...] = ()
         self.kernel: Callable[..., tuple[int, int, int]]
         if self.sticks:
-            patient(noslip.restore_stuck)(self.line, *vertices, self.stack)
+            noslip.restore_stuck(self.line, *vertices, self.stack)
             self.kernel, span = noslip.run_stuck, (self.control.value,)
         else:
-            patient(runs.restore)(self.line, *vertices, frozen(start.slope), self.stack)
+            runs.restore(self.line, *vertices, frozen(start.slope), self.stack)
             self.kernel = runs.run_displacements
             if self.control is not Control.SHIFT:
                 self.kernel, span = runs.run_forces, (self.control is Control.FORCE,)
         self.rest = span
 
     def advance(self, stop: int) -> None:
-        from pymdr.compiling import patient
 
         while self.ending is Ending.COMPLETE and self.row < stop:
             span = (self.row, stop, self.column)
-            code, self.row, self.column = patient(self.kernel)(
+            code, self.row, self.column = self.kernel(
                 self.line,
                 self.stack,
                 self.register,

@@ -68,7 +68,6 @@ def springs(
     >>> round(float(springs(x**2, 1 / 2000, [0.5, 0.5], [0.0, 0.25], 1.0, 1.0, 1.0).tangential_force[1]), 5)
     0.30474
     """
-    from pymdr.compiling import patient
     from pymdr.line.friction.noslip import run_springs
 
     depth, moved = frozen(indentation), frozen(shift)
@@ -76,7 +75,7 @@ def springs(
     if friction > 0.0:
         mu = friction if math.isfinite(friction) else 1.0
         ratio = mu * modulus / tangential_modulus
-        patient(run_springs)(frozen(profile), depth, moved, 1.0 / ratio, not math.isfinite(friction), out)
+        run_springs(frozen(profile), depth, moved, 1.0 / ratio, not math.isfinite(friction), out)
         out[0] *= 2.0 * spacing * mu * modulus
         out[1] *= spacing
         out[2:] *= 2.0 * spacing * mu * modulus * ratio

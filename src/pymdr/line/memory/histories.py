@@ -264,7 +264,6 @@ def _follow(
     deepest: float,
     watch: Watch | None,
 ) -> MemoryHistory:
-    from pymdr.compiling import patient
     from pymdr.line.memory import kernels
 
     t = np.asarray(time, dtype=float)
@@ -305,7 +304,7 @@ def _follow(
         size = (0 if watch is None else stop - done + 1, springs.position.size)
         loads, gaps = np.zeros(size), np.zeros(size)
         before = begin.copy()
-        ran = patient(kernels.run)(
+        ran = kernels.run(
             table,
             np.array([relaxation.equilibrium, relaxation.viscosity]),
             relaxation.moduli.copy(),

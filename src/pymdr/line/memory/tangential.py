@@ -105,7 +105,6 @@ def shear_springs(
     -----
     Popov and Hess (2015), chapters 5 and 7.
     """
-    from pymdr.compiling import patient
     from pymdr.line.memory import tangential_kernels as kernels
 
     springs, modes = passage.springs, modes_of(tangential)
@@ -126,7 +125,7 @@ def shear_springs(
     size = springs.position.size
     v, z, free = unpacked(state.deflection, state.branches, state.free, size, tangential, modes)
     rows, shifts = np.zeros((target.size, kernels.COLUMNS)), np.zeros(target.size)
-    followed = patient(kernels.run)(
+    followed = kernels.run(
         np.stack([springs.position, springs.height, springs.share, springs.outer]),
         friction,
         np.array([tangential.equilibrium, tangential.viscosity]),

@@ -128,7 +128,6 @@ def rebound(
     >>> round(hit.rebound_speed, 9)
     0.967113381
     """
-    from pymdr.compiling import patient
     from pymdr.line.rebound import kernels
 
     n = relaxation.moduli.size
@@ -138,7 +137,7 @@ def rebound(
         given = np.concatenate([[2.0 * halved.turn], lengths])
     most = _MOST if halved is None else 2 * halved.steps.shape[0] + 64
     steps, pulls, forces = (np.zeros((most, k)) for k in (kernels.COLUMNS, n, n))
-    code, turn, count = patient(kernels.run)(
+    code, turn, count = kernels.run(
         curves.rows,
         np.array([relaxation.equilibrium, relaxation.viscosity]),
         relaxation.moduli.copy(),
@@ -182,22 +181,20 @@ def motion_rows(motion: Motion, time: FloatArray) -> MotionRows:
     -------
     MotionRows
     """
-    from pymdr.compiling import patient
     from pymdr.line.rebound import kernels
 
     out = np.zeros((time.size, kernels.READ))
-    read: Callable[..., None] = patient(kernels.read)
+    read: Callable[..., None] = kernels.read
     read(*_remembered(motion), np.ascontiguousarray(time, dtype=float), out)
     return MotionRows(*out.T.copy())
 
 
 def branches(motion: Motion, time: FloatArray) -> FloatArray:
     """The integrals int exp(-(t - s)/tau) dd(s) in m at rising times in s, shape (m, branches)."""
-    from pymdr.compiling import patient
     from pymdr.line.rebound import kernels
 
     out = np.zeros((time.size, motion.relaxation.times.size))
-    fill: Callable[..., None] = patient(kernels.extended)
+    fill: Callable[..., None] = kernels.extended
     at = np.ascontiguousarray(time, dtype=float)
     fill(motion.relaxation.times.copy(), motion.steps, motion.pulls, motion.steps.shape[0] - 1, at, out)
     return out
@@ -205,10 +202,9 @@ def branches(motion: Motion, time: FloatArray) -> FloatArray:
 
 def largest_force(motion: Motion) -> tuple[float, float]:
     """Time in s and size in N of the largest force of a motion."""
-    from pymdr.compiling import patient
     from pymdr.line.rebound import kernels
 
-    when, most = patient(kernels.hardest)(*_remembered(motion))
+    when, most = kernels.hardest(*_remembered(motion))
     return float(when), float(most)
 
 

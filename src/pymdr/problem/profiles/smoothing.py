@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pymdr.compiling import compiled, patient
+from pymdr.compiling import compiled
 from pymdr.units import FloatArray
 
 _ROUNDING = 1e-40
@@ -81,7 +81,7 @@ def smooth(r: FloatArray, y: FloatArray, deviation: FloatArray, known: bool) -> 
 
     def parts(decades: float) -> tuple[float, float]:
         if decades not in seen:
-            determinant, misfit, _, _ = patient(likelihood)(r, y, weight, 10.0 ** (0.5 * decades))
+            determinant, misfit, _, _ = likelihood(r, y, weight, 10.0 ** (0.5 * decades))
             seen[decades] = determinant, misfit / (n - 2)
         return seen[decades]
 
@@ -110,8 +110,8 @@ def smooth(r: FloatArray, y: FloatArray, deviation: FloatArray, known: bool) -> 
         believed = told(other) - free(decades) <= _DISBELIEF
         decades = other if believed else decades
     drive = 10.0 ** (0.5 * decades)
-    _, misfit, level, bend = patient(likelihood)(r, y, weight, drive)
-    values, higher = patient(smoothed)(r, y - level, weight, drive, bend)
+    _, misfit, level, bend = likelihood(r, y, weight, drive)
+    values, higher = smoothed(r, y - level, weight, drive, bend)
     return Smooth(values, higher, level, math.sqrt(misfit / (n - 2)) / typical, believed)
 
 

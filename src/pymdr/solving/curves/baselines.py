@@ -99,7 +99,7 @@ def baseline_of(curve: MeasuredCurve) -> Baseline:
     count = int(np.argmax(branch.position > end)) if np.any(branch.position > end) else branch.position.size
     if count < _LEAST:
         raise ProblemError(
-            f"{count} samples lie before the contact, where the baseline is read; at least {_LEAST} are needed: retract farther before "
+            f"samples before the contact, where the baseline is read: {count}; at least {_LEAST} are needed: retract farther before "
             "pressing, or give a Baseline(offset=...)"
         )
     return _line(branch.position[:count], branch.force[:count])

@@ -79,6 +79,10 @@ def _signs(curve: MeasuredCurve, name: str) -> dict[str, float]:
     kept = ~curve.marked
     near, far = _ends(curve.position[kept], curve.force[kept])
     low, high = (float(np.ptp(blocks(part, 20))) if part.size >= 20 else 0.0 for part in (near, far))
+    if max(near.size, far.size) < 20:
+        raise ProblemError(
+            f"the signs cannot be told of {curve.position.size} samples, whose ends are too few; give a longer record, or the signs"
+        )
     if not max(low, high) > 1.5 * min(low, high):
         raise ProblemError(
             f"the signs cannot be told: the force varies by {written(low, 'N')} and {written(high, 'N')} at the two ends of the positions, and one "

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import xarray as xr
 
-from pymdr.errors import ConvergenceError, ProblemError
+from pymdr.errors import ConvergenceError, ProblemError, RefusedError
 from pymdr.interpretation.validity import Claim, approximated
 from pymdr.presentation.text import largest_error
 from pymdr.problem.contact import Contact
@@ -180,7 +180,7 @@ def _solved(contact: Contact, depths: FloatArray) -> Result:
         at = result.data["indentation"].values[~claim.where]
         below = depths[depths < np.nanmin(at)] if np.isfinite(at).any() else depths[:0]
         remedy = f"; up to d = {metres(below[-1])} it is: export to there" if below.size else ""
-        raise ProblemError(f"export_law: the contact is not a disk at every depth: {claim.reason}{remedy}")
+        raise RefusedError(f"export_law: the contact is not a disk at every depth: {claim.reason}{remedy}")
     return result
 
 

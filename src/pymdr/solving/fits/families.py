@@ -101,7 +101,7 @@ class Ways:
 
 def ways_of(contact: Contact, unknowns: Sequence[Unknown]) -> Ways | None:
     """The ways of a contact's unknowns; None where they are not those of one scale and one number."""
-    if contact.remembers or contact.friction is not None:
+    if contact.remembers:
         return None
     if contact.adhesion is not None and not isinstance(contact.adhesion, JKR | DMT):
         return None

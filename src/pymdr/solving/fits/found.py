@@ -144,10 +144,10 @@ class FitResult:
 
     def _told_of_noise(self) -> str:
         used = int(self.data["used"].values.sum())
-        return (
-            f"noise {written(self.noise, 'N', 3)} in {used} of {self.data.sizes['step']} samples, of which {self.correlated:.3g} "
-            "tell as much as an independent one"
-        )
+        told = f"noise {written(self.noise, 'N', 3)} in {used} of {self.data.sizes['step']} samples"
+        if self.correlated > 1.0:
+            told += f", of which {self.correlated:.3g} tell as much as an independent one"
+        return told
 
     def __str__(self) -> str:
         return self.summary()

@@ -310,6 +310,7 @@ def _fitted(
     told: Callable[[int], None],
 ) -> Iterator[tuple[tuple[int, int], FittedStretch]]:
     """What the fits of stretches of curves give, as they are finished."""
+    workers = min(workers, max(1, len(parts)))
     if client is not None:
         yield from _shared(asked, records, parts, client.get_executor(), 4 * max(len(client.ncores()), 1))
     elif workers == 1:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from pymdr.errors import ProblemError
+from pymdr.errors import RefusedError
 from pymdr.interpretation.validity import SOURCES
 from pymdr.problem.paths import indent
 from pymdr.solving.colliding import collide
@@ -24,7 +24,7 @@ def adhesive(asked: Asked) -> Impact:
     back = last if course.sticks else last - 1e-3 * (deepest - last)
     solved = solve(contact, indent(deepest) >> indent(back))
     if not solved.claims["normal_force"].where.all():
-        raise ProblemError(
+        raise RefusedError(
             f"impact: the contact is not a disk on the way: {solved.claims['normal_force'].reason}"
         )
     balance = next(a for a in solved.assumptions if a.name == "energy balance")

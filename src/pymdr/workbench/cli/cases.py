@@ -12,6 +12,7 @@ from pymdr.workbench.cli.folders import Tables, folders_of, ready_folder, write_
 from pymdr.workbench.cli.options import CaseFile, Json, Output, Quiet
 from pymdr.workbench.cli.telling import (
     FAILED,
+    REFUSALS,
     REFUSED,
     answer,
     complain,
@@ -20,10 +21,11 @@ from pymdr.workbench.cli.telling import (
     print_json,
     say,
     say_found,
-    say_written,
     stages,
+    tell_written,
     validity_of,
     with_unit,
+    words_of,
 )
 
 if TYPE_CHECKING:
@@ -31,7 +33,6 @@ if TYPE_CHECKING:
 
 _LARGE = 50_000_000
 _PICTURES = (".png", ".pdf", ".svg")
-_REFUSALS = ("REFUSED", "ADHESION_REFUSED")
 
 
 def run(
@@ -59,7 +60,7 @@ def run(
         try:
             answers.append(_run_one(case, folder, tables, quiet, as_json))
         except (PymdrError, MemoryError) as error:
-            failures[case] = str(error) or "the memory of this machine is not enough"
+            failures[case] = words_of(error)
             answers.append(failure("run", case, error))
             if len(folders) == 1 and not as_json:
                 raise
@@ -70,9 +71,9 @@ def run(
             complain(words)
     elif failures:
         _print_failures(list(folders), failures)
-    refused = any(told["status"] in _REFUSALS for told in answers)
-    if failures or refused:
-        raise typer.Exit(FAILED if failures else REFUSED)
+    found = {told["status"] for told in answers}
+    if "FAILED" in found or not found.isdisjoint(REFUSALS):
+        raise typer.Exit(FAILED if "FAILED" in found else REFUSED)
 
 
 def _run_one(case: Path, folder: Path, tables: Tables, quiet: bool, as_json: bool) -> dict[str, Any]:
@@ -91,7 +92,7 @@ def _run_one(case: Path, folder: Path, tables: Tables, quiet: bool, as_json: boo
         result.save(folder / "result.nc")
         written = [folder / "result.nc", *tables.write(result, folder, "result")]
         written += write_figures(result.figures(), folder, stage("drawing"))
-    if not as_json and result.status.name in _REFUSALS:
+    if not as_json and result.status.name in REFUSALS:
         complain(f"{case}: {result.status.name}: {result.status.value}")
     if not quiet and not as_json:
         say_found(asked.title or str(case), result.summary(), written)
@@ -165,7 +166,7 @@ def check(case: CaseFile, quiet: Quiet = False, as_json: Json = False) -> None:
     elif not quiet:
         say(asked.title or f"{case} is a valid case.")
         say(assessment.summary())
-    if status in _REFUSALS:
+    if status in REFUSALS:
         if not as_json:
             complain(f"{case}: {status}: {assessment.status.value}")
         raise typer.Exit(REFUSED)
@@ -186,18 +187,19 @@ def plot(
     ] = None,
     step: Annotated[int, typer.Option(help="Row to draw, counted from 0; -1 is the last.")] = -1,
     quiet: Quiet = False,
+    as_json: Json = False,
 ) -> None:
     """Draw the figures of a saved result, or its overview as a file for print."""
     from pymdr.solving.reopening import open_result
 
-    file = result_file / "result.nc" if result_file.is_dir() else result_file
-    result = open_result(file)
-    picture = output is not None and output.suffix.lower() in _PICTURES and not output.is_dir()
-    place = output.parent if output is not None and picture else output or file.parent
-    with ready_folder(place) as folder, stages(quiet) as stage:
-        if output is not None and picture:
-            written = [write_figure(result.plot(step), output)]
-        else:
-            written = write_figures(result.figures(step), folder, stage("drawing"))
-    if not quiet:
-        say_written(written)
+    with failures_as_json("plot", result_file, as_json):
+        file = result_file / "result.nc" if result_file.is_dir() else result_file
+        result = open_result(file)
+        picture = output is not None and output.suffix.lower() in _PICTURES and not output.is_dir()
+        place = output.parent if output is not None and picture else output or file.parent
+        with ready_folder(place) as folder, stages(quiet or as_json) as stage:
+            if output is not None and picture:
+                written = [write_figure(result.plot(step), output)]
+            else:
+                written = write_figures(result.figures(step), folder, stage("drawing"))
+    tell_written("plot", result_file, result, written, quiet, as_json)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sized
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -60,7 +60,7 @@ def curves(
         plain = [record.plain() for record in records]
         print_json(answer("curves", file, written, status="COMPLETED", rows=rows, curves=plain))
     elif not quiet:
-        say(f"{file}: {len(found)} segments of {len(records)} records")
+        say(f"{file}: {_counted(found, 'segment')} of {_counted(records, 'record')}")
         for record in records:
             say("\n" + record.summary())
         say_written(written)
@@ -174,6 +174,10 @@ class _Record:
             x, y = (written(float(facts[f"position {axis}"]), "m") for axis in "xy")
             return f", at ({x}, {y})"
         return ""
+
+
+def _counted(what: Sized, word: str) -> str:
+    return f"{len(what)} {word}{'' if len(what) == 1 else 's'}"
 
 
 def _told(curve: MeasuredCurve) -> str:

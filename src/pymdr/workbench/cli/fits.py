@@ -77,9 +77,8 @@ def fit(
     found: FitResult | FittedMap
     with failures_as_json("fit", case, as_json):
         title, contact = read_contact(case)
-        taken = segment or ("record" if contact.adhesion is not None or contact.remembers else "approach")
         curves = (
-            _read(curve, spring_constant, taken)
+            _read(curve, spring_constant, segment, contact.adhesion is not None or contact.remembers)
             if contact.friction is None
             else _read_sheared(curve, spring_constant, segment)
         )
@@ -109,7 +108,7 @@ def fit(
 
 
 def _read(
-    files: Sequence[Path], spring_constant: str | None, segment: str
+    files: Sequence[Path], spring_constant: str | None, segment: str | None, whole: bool
 ) -> list[MeasuredCurve] | xr.Dataset | Path:
     """Curves of one contact, or a map of them: a dataset, or the folder of its store."""
     from pymdr.errors import ProblemError
@@ -125,11 +124,14 @@ def _read(
                 raise ProblemError(
                     "--spring-constant: a stored map has its own, as its variable spring_constant"
                 )
+            _refuse_segment(file, segment)
             return file
         if file.suffix.lower() in (".csv", ".tsv", ".txt", ".dat"):
+            _refuse_segment(file, segment)
             curves.append(read_curve(file, spring_constant=spring_constant))
             continue
-        records = read_records(file, segment=segment, spring_constant=spring_constant)
+        taken = segment or ("record" if whole else "approach")
+        records = read_records(file, segment=taken, spring_constant=spring_constant)
         if len(records) > 1:
             if len(files) > 1:
                 raise ProblemError(
@@ -153,6 +155,15 @@ def _read_sheared(
             "tangential force and load"
         )
     return [read_record(file) for file in files]
+
+
+def _refuse_segment(file: Path, segment: str | None) -> None:
+    from pymdr.errors import ProblemError
+
+    if segment is not None:
+        raise ProblemError(
+            f"--segment {segment}: {file} is taken whole; leave the option out, or cut the curve before"
+        )
 
 
 def _map(

@@ -55,7 +55,7 @@ def ready_folder(folder: Path) -> Iterator[Path]:
     """Make the folder and see that it takes files before any work is done; without result it goes again."""
     from pymdr.errors import FileError
 
-    is_new = not folder.exists()
+    made = [place for place in (folder, *folder.parents) if not place.exists()]
     try:
         folder.mkdir(parents=True, exist_ok=True)
         probe = folder / ".pymdr-probe"
@@ -68,8 +68,10 @@ def ready_folder(folder: Path) -> Iterator[Path]:
     try:
         yield folder
     except BaseException:
-        if is_new and not any(folder.iterdir()):
-            folder.rmdir()
+        for place in made:
+            if any(place.iterdir()):
+                break
+            place.rmdir()
         raise
 
 

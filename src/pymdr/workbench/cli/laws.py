@@ -15,7 +15,7 @@ from pymdr.workbench.cli.telling import (
     failures_as_json,
     print_json,
     say_found,
-    say_written,
+    tell_written,
     validity_of,
 )
 
@@ -84,13 +84,15 @@ def table(
         typer.Option(help="Units other than SI, such as indentation=um, once for each quantity."),
     ] = None,
     quiet: Quiet = False,
+    as_json: Json = False,
 ) -> None:
     """Write a saved result as a table, with what its numbers rest on."""
     from pymdr.solving.reopening import open_result
     from pymdr.workbench.laws import named_units, write_result
 
-    units = named_units(unit or [])
-    file = result_file / "result.nc" if result_file.is_dir() else result_file
-    write_result(open_result(file), output, quantity, units)
-    if not quiet:
-        say_written([output])
+    with failures_as_json("table", result_file, as_json):
+        units = named_units(unit or [])
+        file = result_file / "result.nc" if result_file.is_dir() else result_file
+        result = open_result(file)
+        write_result(result, output, quantity, units)
+    tell_written("table", result_file, result, [output], quiet, as_json)

@@ -30,6 +30,7 @@ def loops(
         str | None,
         typer.Option(help="The smallest swing that is a turn, such as '0.1 um'; a tenth of the range."),
     ] = None,
+    quiet: Quiet = False,
     as_json: Json = False,
 ) -> None:
     """Energy per cycle and equivalent damping of a measured record; nothing is written."""
@@ -41,7 +42,7 @@ def loops(
     if as_json:
         rows, table = found.data.sizes["cycle"], table_of(found.data)
         print_json(answer("loops", record, status="COMPLETED", rows=rows, loops=table))
-    else:
+    elif not quiet:
         say(found.summary())
 
 

@@ -38,8 +38,10 @@ Json = Annotated[bool, typer.Option("--json", help="Print JSON instead of the su
 _MOST_POINTS = 1000
 
 
-def spread(given: Sequence[str], points: int | None, unit: str, name: str) -> FloatArray | list[str]:
-    """The values that are given, or so many between two of them."""
+def spread(
+    given: Sequence[str], points: int | None, unit: str, name: str, form: str = "--{name} '{value}'"
+) -> FloatArray | list[str]:
+    """The values that are given, or so many between two of them; `form` is how one is written."""
     import numpy as np
 
     from pymdr.errors import ProblemError
@@ -48,7 +50,8 @@ def spread(given: Sequence[str], points: int | None, unit: str, name: str) -> Fl
     bare = [value for value in given if unit and re.fullmatch(r"\s*[-+.\d][-+.\deE]*\s*", value)]
     if bare:
         raise ProblemError(
-            f"--{name} {bare[0]}: a unit is missing; write --{name} '{bare[0].strip()} {unit}'"
+            f"--{name} {bare[0]}: a unit is missing; write "
+            + form.format(name=name, value=f"{bare[0].strip()} {unit}")
         )
     if points is None:
         return list(given)

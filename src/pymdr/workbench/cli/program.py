@@ -15,7 +15,7 @@ from pymdr.workbench.cli.starting import info, new, schema
 from pymdr.workbench.cli.studies import heat, impact, joule, rolling, sliding
 from pymdr.workbench.cli.surfaces import press, rough
 from pymdr.workbench.cli.sweep import sweep
-from pymdr.workbench.cli.telling import FAILED, OK, complain
+from pymdr.workbench.cli.telling import OK, complain, exit_status, words_of
 from pymdr.workbench.cli.verify import verify
 
 app = typer.Typer(
@@ -65,14 +65,11 @@ def version_option(
 
 
 def main() -> None:
-    """Run the command line; errors of pymdr become one line and exit status 1."""
+    """Run the command line; errors of pymdr become one line and an exit status."""
     from pymdr.errors import PymdrError
 
     try:
         app()
-    except PymdrError as error:
-        complain(str(error))
-        raise SystemExit(FAILED) from None
-    except MemoryError:
-        complain("the memory of this machine is not enough; take fewer steps")
-        raise SystemExit(FAILED) from None
+    except (PymdrError, MemoryError) as error:
+        complain(words_of(error))
+        raise SystemExit(exit_status(error)) from None

@@ -10,8 +10,12 @@ import typer
 from pymdr.workbench.cli.folders import Tables, ready_folder, write_figure
 from pymdr.workbench.cli.options import CaseFile, Json, Quiet, spread
 from pymdr.workbench.cli.telling import (
+    FAILED,
+    REFUSALS,
+    REFUSED,
     answer,
     claims_of,
+    complain,
     failures_as_json,
     print_json,
     say_found,
@@ -20,6 +24,7 @@ from pymdr.workbench.cli.telling import (
 
 if TYPE_CHECKING:
     from pymdr.problem.contact import Contact
+    from pymdr.solving.sweep import Sweep
     from pymdr.units import FloatArray
 
 
@@ -90,6 +95,7 @@ def sweep(
                 found.save(into / "sweep.nc")
                 written = [into / "sweep.nc", write_figure(found.plot(), into / "sweep.png")]
                 written += tables.write(found, into, "sweep")
+    status = _ending(found)
     if as_json:
         print_json(
             answer(
@@ -97,13 +103,29 @@ def sweep(
                 case,
                 written,
                 title=asked.title,
-                status="COMPLETED" if not found.failed else "PARTLY_FAILED",
+                status=status,
                 rows=found.data["status"].size,
                 claims=claims_of(found.claims),
             )
         )
     elif not quiet:
         say_found(asked.title or str(case), found.summary(), written)
+    if found.failed:
+        complain(f"{case}: {found.failed} of {found.data['status'].size} points have no result")
+        raise typer.Exit(FAILED)
+    if status == "REFUSED":
+        complain(f"{case}: the method refuses the contact at every point")
+        raise typer.Exit(REFUSED)
+
+
+def _ending(found: Sweep) -> str:
+    """How a sweep ended, in a word."""
+    if found.failed:
+        return "PARTLY_FAILED"
+    statuses = {str(name) for name in found.data["status"].values.ravel()}
+    if statuses <= set(REFUSALS):
+        return "REFUSED"
+    return "PARTLY_REFUSED" if any(name.endswith("REFUSED") for name in statuses) else "COMPLETED"
 
 
 def _swept(contact: Contact, given: str, points: int | None) -> tuple[str, FloatArray | list[str]]:
@@ -118,4 +140,5 @@ def _swept(contact: Contact, given: str, points: int | None) -> tuple[str, Float
             f"--over {given!r}: a parameter with its values is needed, such as 'body.young = 1 MPa, 2 MPa'"
         )
     unit = "N/m" if name == "machine_stiffness" else parameter_of(contact, name).unit
-    return name, spread(listed, points if len(listed) == 2 else None, unit, f"over {name}")
+    points = points if len(listed) == 2 else None
+    return name, spread(listed, points, unit, f"over {name}", f"--over '{name} = {{value}}'")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -26,6 +27,10 @@ OK, FAILED, WRONG_USE, REFUSED = 0, 1, 2, 3
 """Exit statuses; REFUSED: all was done, and the method gives nothing for this contact."""
 
 
+REFUSALS = ("REFUSED", "ADHESION_REFUSED")
+"""Statuses of results in which nothing but a bound is given."""
+
+
 def say(text: str) -> None:
     """Print a text in which no character steers the terminal."""
     from pymdr.workbench.inputs import printable, writable
@@ -44,6 +49,17 @@ def say_found(title: str, summary: str, written: Sequence[Path]) -> None:
     say(title)
     say(summary)
     say_written(written)
+
+
+def tell_written(
+    command: str, file: Path, result: Result, written: Sequence[Path], quiet: bool, as_json: bool
+) -> None:
+    """Tell what was written of a saved result."""
+    if as_json:
+        rows = result.data.sizes["step"]
+        print_json(answer(command, file, written, status=result.status.name, rows=rows))
+    elif not quiet:
+        say_written(written)
 
 
 def complain(text: str) -> None:
@@ -104,14 +120,37 @@ def answer(command: str, case: Path, written: Sequence[Path] = (), **told: Any) 
     return {**empty, **told}
 
 
+def words_of(error: BaseException) -> str:
+    """What an error says."""
+    return str(error) or "the memory of this machine is not enough; take fewer steps"
+
+
+def exit_status(error: BaseException) -> int:
+    """How a command ends by an error."""
+    from pymdr.errors import RefusedError
+
+    return REFUSED if isinstance(error, RefusedError) else FAILED
+
+
 def failure(command: str, case: Path, error: BaseException) -> dict[str, Any]:
-    """The answer of a command that failed."""
-    return answer(command, case, status="FAILED", error={"kind": type(error).__name__, "message": str(error)})
+    """The answer of a command that failed, or whose contact the method refuses."""
+    status = "REFUSED" if exit_status(error) == REFUSED else "FAILED"
+    return answer(
+        command, case, status=status, error={"kind": type(error).__name__, "message": words_of(error)}
+    )
 
 
 def print_json(told: Any) -> None:
-    """Print one answer or a list of them."""
-    typer.echo(json.dumps(told, indent=2, allow_nan=False))
+    """Print one answer or a list of them; numbers that JSON lacks are null."""
+    typer.echo(json.dumps(_plain(told), indent=2, allow_nan=False))
+
+
+def _plain(told: Any) -> Any:
+    if isinstance(told, dict):
+        return {name: _plain(one) for name, one in told.items()}
+    if isinstance(told, list | tuple):
+        return [_plain(one) for one in told]
+    return None if isinstance(told, float) and not math.isfinite(told) else told
 
 
 @contextmanager
@@ -129,19 +168,14 @@ def failures_as_json(command: str, case: Path | Sequence[Path], as_json: bool) -
         raise
 
 
-def finite(value: float | None) -> float | None:
-    """The value where JSON has it, else null."""
-    return value if value is not None and abs(value) < float("inf") else None
-
-
 def with_unit(value: float | None, unit: str) -> dict[str, Any]:
     """A value with its unit."""
-    return {"value": finite(value), "unit": unit}
+    return {"value": value, "unit": unit}
 
 
-def table_of(data: xr.Dataset) -> dict[str, list[float | None]]:
+def table_of(data: xr.Dataset) -> dict[str, list[float]]:
     """The columns of a table."""
-    return {str(name): [finite(float(value)) for value in array.values] for name, array in data.items()}
+    return {str(name): [float(value) for value in array.values] for name, array in data.items()}
 
 
 def validity_of(found: Result | Assessment | Impact | Study | FitResult | FittedMap) -> dict[str, Any]:
@@ -163,7 +197,7 @@ def claims_of(claims: Mapping[str, Claim]) -> dict[str, Any]:
             "reason": claim.reason,
             "source": claim.source,
             "steps_valid": int(claim.where.sum()),
-            "error": finite(largest_error(claim)),
+            "error": largest_error(claim),
         }
         for name, claim in claims.items()
     }
@@ -174,8 +208,8 @@ def _assumptions_of(assumptions: Sequence[Assumption]) -> list[dict[str, Any]]:
         {
             "name": a.name,
             "words": a.words,
-            "measure": finite(a.measure),
-            "limit": finite(a.limit),
+            "measure": a.measure,
+            "limit": a.limit,
             "met": a.met,
         }
         for a in assumptions
@@ -186,7 +220,7 @@ def columns_of(found: Study) -> dict[str, Any]:
     """Its columns as plain values."""
     return {
         str(name): {
-            "values": [finite(float(value)) for value in found.data[name].values.ravel()],
+            "values": [float(value) for value in found.data[name].values.ravel()],
             "unit": found.data[name].attrs["units"],
         }
         for name in (*found.data.coords, *found.data.data_vars)

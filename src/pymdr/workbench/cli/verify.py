@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -13,7 +14,6 @@ from pymdr.workbench.cli.telling import (
     Stage,
     answer,
     failures_as_json,
-    finite,
     print_json,
     say,
     say_written,
@@ -52,7 +52,7 @@ def verify(
                 found, told = _by_cells(asked, cells, 20 if steps is None else steps, stage)
             written = write_figures({"verify": found.plot()}, folder, stage("drawing"))
     # without any difference to tell the method gave nothing
-    refused = told["largest_difference"] is None
+    refused = not math.isfinite(told["largest_difference"])
     if as_json:
         report = answer(
             "verify",
@@ -88,7 +88,7 @@ def _by_elements(
         progress=stage("pressing by boundary elements" if whole else "solving by rings"),
     )
     solver, n = ("pixels", pixels) if whole else ("rings", rings)
-    return found, {"solver": solver, "n": n, "largest_difference": finite(found.largest_difference)}
+    return found, {"solver": solver, "n": n, "largest_difference": found.largest_difference}
 
 
 def _by_cells(asked: Case, cells: int, steps: int, stage: Stage) -> tuple[Any, dict[str, Any]]:
@@ -107,6 +107,6 @@ def _by_cells(asked: Case, cells: int, steps: int, stage: Stage) -> tuple[Any, d
         "n": cells,
         "path_rows": found.path_rows,
         "rows": found.rows.tolist(),
-        "largest_difference": finite(found.largest_difference),
+        "largest_difference": found.largest_difference,
     }
     return found, told
