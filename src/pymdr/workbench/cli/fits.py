@@ -13,7 +13,6 @@ from pymdr.workbench.cli.options import CaseFile, Json, Quiet, Table
 from pymdr.workbench.cli.telling import (
     answer,
     failures_as_json,
-    finite,
     print_json,
     say_found,
     stages,
@@ -192,9 +191,9 @@ def _told_of_fit(found: FitResult) -> dict[str, Any]:
     values = {
         name: {
             "value": one.value,
-            "error": finite(one.error),
-            "low": finite(one.low),
-            "high": finite(one.high),
+            "error": one.error,
+            "low": one.low,
+            "high": one.high,
             "unit": one.unit,
         }
         for name, one in found.values.items()
