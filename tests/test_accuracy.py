@@ -213,7 +213,7 @@ def test_profiles_that_go_on_from_a_slope_as_a_broken_power(accuracy, monkeypatc
     found = accuracy.study(seed=11, count=15, effort=accuracy.Effort(rows=6, energies=2, pressures=1))
     assert not found.crashes, found.table()
     assert not found.violations, found.table()
-    # what is lost within a part 1e-10 of b is not felt beyond
     given = [v for o in found.outcomes for v in o.values if o.smooth and o.gives != "f"]
     assert max(v.claimed for v in given if v.quantity in ("contact_radius", "normal_stiffness")) < 1e-9
-    assert np.quantile([v.miss for v in given if v.quantity == "elastic_energy"], 0.9) < 1e-10
+    # what is lost beside b is not felt beyond
+    assert np.median([v.miss for v in given if v.quantity == "elastic_energy"]) < 1e-13
