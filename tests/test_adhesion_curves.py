@@ -793,4 +793,5 @@ def test_many_cohesive_states_are_those_of_few(exponent, flat, edge, reach, seed
             off = ~np.isin(s[chosen], knots)
             size = np.max(np.abs(some[off]))
             assert all_of_them[chosen][off] == pytest.approx(some[off], rel=1e-8, abs=1e-12 * size)
-    assert curve._tables and not fresh._tables
+    assert curve._tables
+    assert not fresh._tables

@@ -344,7 +344,7 @@ def test_forces_and_machines_end_where_indentations_do():
     decades=st.lists(st.floats(-6.0, 6.0), min_size=2, max_size=4),
 )
 def test_loads_over_many_decades(body, shape, decades):
-    line, t = line_of(shape), np.arange(0.0, 21.0)
+    line = line_of(shape)
     loads = np.concatenate([10.0**decade * np.arange(1.0, 21.0) / 20.0 for decade in sorted(decades)])
     loads = np.maximum.accumulate(loads)
     time = np.arange(1.0, loads.size + 1.0)
