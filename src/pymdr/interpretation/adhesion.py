@@ -22,7 +22,7 @@ from pymdr.interpretation.validity import (
 from pymdr.line.adhesion.short_range import jkr_opening
 from pymdr.line.curves import ElasticLine, Line
 from pymdr.line.layered import LayeredLine
-from pymdr.problem.laws import JKR, AdhesionLaw
+from pymdr.problem.laws import AdhesionLaw
 from pymdr.units import FloatArray, metres
 
 _NODES = 33
@@ -110,7 +110,7 @@ def _certify_layers(line: LayeredLine, visited: Visited, disk: BoolArray, law: A
     """All rows up to the first whose contact was wider than the first that is no disk."""
     ends = (visited.begin, visited.end, visited.before, visited.after)
     widest = max(float(np.max(a, initial=0.0)) for a in ends)
-    work = law.work if isinstance(law, JKR) else 0.0
+    work = law.work if theory_of(law).opens else 0.0
     fault = first_fault(line, widest, work=work)
     if fault is None:
         return Certificate(disk, "")

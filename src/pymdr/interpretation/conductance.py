@@ -9,10 +9,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
+from pymdr.interpretation.theories import theory_of
 from pymdr.interpretation.validity import SOURCES, Claim, Level
 from pymdr.mapping.conductivity import Carrier, conductivity_of, is_carried
 from pymdr.problem.contact import Contact
-from pymdr.problem.laws import DMT, MaugisDugdale
 from pymdr.problem.materials import Material
 from pymdr.problem.profiles import ForceCurve
 from pymdr.units import FloatArray
@@ -244,12 +244,12 @@ def _claim(contact: Contact, columns: Mapping[str, FloatArray], base: Claim, any
     if not plain and not any_shape:
         reason = f"{reason}; of its radius: {base.reason}"
     claim = replace(base, reason=reason, source=source)
-    if isinstance(contact.adhesion, MaugisDugdale):
+    if "cohesive_radius" in columns:
         a, c = columns["contact_radius"], columns["cohesive_radius"]
         with np.errstate(divide="ignore", invalid="ignore"):
             ring = np.where(c > a, np.minimum((c - a) / a, 1.0), 0.0)
         error = ring if base.error is None else ring + base.error
         return replace(claim, level=Level.APPROXIMATE, reason=f"{_RING_OF_COHESION}; {reason}", error=error)
-    if isinstance(contact.adhesion, DMT):
+    if contact.adhesion is not None and theory_of(contact.adhesion).pulls_beyond:
         return replace(claim, reason=f"{_BEYOND_CONTACT}; {reason}")
     return claim

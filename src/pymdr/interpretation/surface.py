@@ -181,7 +181,7 @@ def surface_of(
     opening = theory.opening(contact.adhesion, line, np.where(stretched, contact_radius, 0.0))
     at_edge = _against_edge(line, indentation, contact_radius, stretched)
     states = replace(states, edge_excess=np.where(stretched, -opening, at_edge))
-    stress = theory.stress(contact.adhesion)
+    stress = contact.adhesion.cohesive_stress
     cohesion = None if cohesive_radius is None or stress is None else Cohesion(cohesive_radius, stress)
     return Surface(line, gap_function(contact.profile, line.equivalent), states, cohesion)
 

@@ -66,12 +66,20 @@ class Theory:
     """Elongation of the edge in m at contact radii in m."""
     columns: Callable[[Any, Line, FloatArray], dict[str, FloatArray]] = _nothing
     """Quantities of its equilibria, on a line at parameters, that others do not have."""
-    stress: Callable[[Any], float | None] = _none
-    """The stress in Pa around its contact."""
     range: Callable[[Any], float | None] = _none
     """The range of its attraction in m."""
     pull: Callable[[Any, Profile, Line], float | None] = _no_pull
     """A force in N that has no place in its pressure."""
+
+    @property
+    def opens(self) -> bool:
+        """Whether its edge is open, pulled by a singular stress."""
+        return self.opening is not _no_opening
+
+    @property
+    def pulls_beyond(self) -> bool:
+        """Whether it pulls beyond its contact by a force that is in no pressure."""
+        return self.pull is not _no_pull
 
 
 def theory_of(law: AdhesionLaw) -> Theory:
@@ -212,7 +220,6 @@ THEORIES: dict[type[AdhesionLaw], Theory] = {
         claim=_claim_of_maugis,
         references=("maugis",),
         columns=lambda equilibria, line, s: {"cohesive_radius": equilibria.states(s).cohesive_radius},
-        stress=lambda law: law.cohesive_stress,
         range=lambda law: law.work / law.cohesive_stress,
     ),
     DMT: Theory(

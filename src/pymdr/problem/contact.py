@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from pymdr.errors import ProblemError
-from pymdr.problem.laws import AdhesionLaw, Coulomb, MaugisDugdale
+from pymdr.problem.laws import AdhesionLaw, Coulomb
 from pymdr.problem.layers import Layered
 from pymdr.problem.materials import Material, Rigid, common_exponent
 from pymdr.problem.profiles import ForceCurve, Profile, Shape
@@ -93,9 +93,9 @@ class Contact(Value):
                 "tangential displacements are not proportional to its normal ones, and the error of the theory of Cattaneo "
                 "and Mindlin is not measured there; leave friction out, or give exponent 0"
             )
-        if exponent != 0.0 and isinstance(self.adhesion, MaugisDugdale):
+        if exponent != 0.0 and self._is_cohesive:
             raise ProblemError(
-                f"Contact: MaugisDugdale is not derived for a body that is graded (exponent {exponent:g}): its cohesive zone "
+                f"Contact: {type(self.adhesion).__name__} is not derived for a body that is graded (exponent {exponent:g}): its cohesive zone "
                 "is known on the springs of homogeneous bodies only; take JKR for soft and large bodies, DMT for stiff and "
                 "small ones"
             )
@@ -104,6 +104,10 @@ class Contact(Value):
     def remembers(self) -> bool:
         """Whether one of the bodies does."""
         return self.body.remembers or self.counterbody.remembers
+
+    @property
+    def _is_cohesive(self) -> bool:
+        return self.adhesion is not None and self.adhesion.cohesive_stress is not None
 
     @property
     def layered(self) -> Layered | None:
@@ -127,9 +131,9 @@ class Contact(Value):
                 "normal ones, and the error of the theory of Cattaneo and Mindlin is not measured there; leave friction out, or "
                 "take Elastic for the body"
             )
-        if isinstance(self.adhesion, MaugisDugdale):
+        if self._is_cohesive:
             raise ProblemError(
-                "Contact: MaugisDugdale is not derived for a Layered body: its cohesive zone is known on springs that do not act "
+                f"Contact: {type(self.adhesion).__name__} is not derived for a Layered body: its cohesive zone is known on springs that do not act "
                 "on one another; take JKR for soft and large bodies, DMT for stiff and small ones"
             )
 

@@ -16,6 +16,11 @@ class AdhesionLaw(Value, ABC):
 
     work: SIField
 
+    @property
+    def cohesive_stress(self) -> float | None:
+        """The stress in Pa that pulls in a ring around the contact; None if the law has none there."""
+        return None
+
 
 @dataclass(frozen=True, eq=False)
 class JKR(AdhesionLaw):

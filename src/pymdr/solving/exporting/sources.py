@@ -8,13 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from pymdr.errors import ConvergenceError, ProblemError
-from pymdr.interpretation.theories import rigid_pull_of
+from pymdr.interpretation.theories import theory_of
 from pymdr.line.adhesion import JKR as ShortRange
 from pymdr.line.curves import Line
 from pymdr.line.following import pressed, pulled
 from pymdr.line.foundation import normal_force, normal_stiffness, states_at_depth
 from pymdr.problem.contact import Contact
-from pymdr.problem.laws import DMT
 from pymdr.solving.equilibria import AdhesiveLine
 from pymdr.solving.exporting.knots import Knots, Sample
 from pymdr.solving.reach import map_to_line
@@ -132,10 +131,11 @@ def source_of(contact: Contact, to: float, tolerance: float) -> Source:
     law = contact.adhesion
     if law is None:
         return _from_tip(map_to_line(contact).line, 0.0, to, tolerance)
-    if isinstance(law, DMT):
-        line = AdhesiveLine(contact).line
-        return _from_tip(line, rigid_pull_of(law, contact.profile, line), to, tolerance)
-    return _from_fold(AdhesiveLine(contact), to, tolerance)
+    followed = AdhesiveLine(contact)
+    pull = theory_of(law).pull(law, contact.profile, followed.line)
+    if pull is not None:
+        return _from_tip(followed.line, pull, to, tolerance)
+    return _from_fold(followed, to, tolerance)
 
 
 def _from_tip(line: Line, pull: float, to: float, tolerance: float) -> Source:

@@ -12,7 +12,6 @@ from pymdr.errors import ConvergenceError, ProblemError, RefusedError
 from pymdr.interpretation.validity import Claim, approximated
 from pymdr.presentation.text import largest_error
 from pymdr.problem.contact import Contact
-from pymdr.problem.laws import MaugisDugdale
 from pymdr.problem.paths import LoadingPath, Path, indent
 from pymdr.problem.profiles import ForceCurve, Shape
 from pymdr.problem.values import within_range
@@ -151,8 +150,8 @@ def check_lawful(contact: Contact, tolerance: float) -> None:
             "time, or take the relaxation function to the other program",
         ),
         (
-            isinstance(contact.adhesion, MaugisDugdale),
-            "MaugisDugdale pulls before the surfaces touch and through a zone around the contact that a table of force, stiffness and "
+            contact.adhesion is not None and contact.adhesion.cohesive_stress is not None,
+            f"{type(contact.adhesion).__name__} pulls before the surfaces touch and through a zone around the contact that a table of force, stiffness and "
             "radius does not hold; give JKR or DMT, as adhesion_regime(contact) recommends",
         ),
         (
