@@ -10,7 +10,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.special import dawsn
 
-from pymdr import compiling
 from pymdr.errors import ConvergenceError, PathError
 from pymdr.line.curves import ElasticLine
 from pymdr.line.foundation import elastic_energy, normal_force, states_at_depth
@@ -436,18 +435,15 @@ def test_modes_keep_their_digits_over_many_decades(body, seed):
 def parts_of(body, t, d, n=20, line=PARABOLOID):
     """The most parts in which a spring was moved in a row, on average over the springs."""
     found = []
-    compiled = compiling.patient
+    run = kernels.run
 
-    def watched(run):
-        def counted(*arguments):
-            followed = compiled(run)(*arguments)
-            found.append(arguments[16][:, kernels.PARTS].max() / arguments[0].shape[1])
-            return followed
-
-        return counted
+    def counted(*arguments):
+        followed = run(*arguments)
+        found.append(arguments[16][:, kernels.PARTS].max() / arguments[0].shape[1])
+        return followed
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(compiling, "patient", watched)
+        patch.setattr(kernels, "run", counted)
         follow_springs(line, body, t, d, n=n)
     return max(found, default=0.0)
 
@@ -509,6 +505,6 @@ def test_no_load_leaves_no_trace(body, size, above):
 
 
 def test_a_spring_that_is_given_up_is_no_row(monkeypatch):
-    monkeypatch.setattr(compiling, "patient", lambda run: lambda *arguments: -3)
+    monkeypatch.setattr(kernels, "run", lambda *arguments: -3)
     with pytest.raises(ConvergenceError, match=r"to row 2, at 0\.2 s: its rounding decides"):
         follow_springs(PARABOLOID, STANDARD, [0.0, 0.1, 0.2, 0.3], [0.0, 0.1, 0.2, 0.1])
