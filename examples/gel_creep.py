@@ -63,12 +63,12 @@ print(file or "no file is given: this record is made")
 # %%
 # The force counts from its median far away. Where the tip is, is its height less what the cantilever is bent by; where the surface is,
 # nobody knows, so that depths are compared about their mean. Rows begin where the force has clearly left the noise, at 2 % of the largest:
-# a force below 0 is refused. Means over 5 ms, which grow longer in the hold, are enough.
+# a force below 0 is refused. Means over 10 ms, which grow longer in the hold, are enough.
 record["force"] -= record.force[: len(record) // 8].median()
 record["tip"] = record.force / stiffness + record.height
 near = record[record.time > record.time[record.force > 0.5 * record.force.max()].iloc[0] - 0.3]
 since = near.time - near.time.iloc[0]
-parts = np.concatenate([np.arange(0.0, 0.6, 0.005), np.geomspace(0.6, since.iloc[-1], 20)])
+parts = np.concatenate([np.arange(0.0, 0.6, 0.01), np.geomspace(0.6, since.iloc[-1], 20)])
 rows = near.groupby(np.digitize(since, parts)).mean()
 touched = rows.time[rows.force < 0.02 * rows.force.max()].iloc[-1]
 rows = rows[rows.time > touched]

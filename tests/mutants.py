@@ -9,6 +9,7 @@ import argparse
 import ast
 import os
 import random
+import resource
 import secrets
 import shutil
 import subprocess
@@ -31,12 +32,34 @@ TESTS = {
         "adhesive_solving", "graded_bodies", "viscoelastic",
     ),
 }  # fmt: skip
+OWN_TESTS = {
+    "layer": ("layers", "thickness", "combinations", "verify_layers"),
+    "rebound": ("impact_memory",),
+    "impact": ("impact", "impact_memory"),
+    "collision": ("impact",),
+    "memory": ("memory", "viscoelastic", "memory_friction"),
+    "relaxation": ("memory", "rheology", "viscoelastic"),
+    "rough": ("rough", "rough_sliding"),
+    "surfaces": ("read_topography", "topography", "measured_surfaces"),
+    "shapes": ("shapes", "verify_shapes"),
+    "azimuth": ("shapes", "verify_shapes"),
+    "ellipse": ("shapes", "verify_shapes"),
+    "patch": ("shapes", "rough"),
+    "closure": ("closure",),
+    "rolling": ("rolling",),
+    "sliding": ("sliding", "sliding_friction"),
+    "conduct": ("conductance",),
+    "heating": ("conductance",),
+    "press": ("press",),
+    "theories": ("problem", "result"),
+}
+"""Tests of what a word in the path of a file is about, which run before those of its folder."""
 OPERATORS = {
     ast.Add: ast.Sub, ast.Sub: ast.Add, ast.Mult: ast.Div, ast.Div: ast.Mult, ast.Lt: ast.LtE, ast.LtE: ast.Lt,
     ast.Gt: ast.GtE, ast.GtE: ast.Gt, ast.Eq: ast.NotEq, ast.NotEq: ast.Eq, ast.And: ast.Or, ast.Or: ast.And,
     ast.BitAnd: ast.BitOr, ast.BitOr: ast.BitAnd,
 }  # fmt: skip
-PATIENCE = 900.0
+PATIENCE = 900
 
 
 @dataclass(frozen=True)
@@ -94,24 +117,38 @@ def mutant(rng):
     return Mutant(file, node.lineno, f"{first[:90]}  ->  {after[:90]}", ast.unparse(tree))
 
 
-def survives(found):
-    """Whether all tests of its folder pass with it; a run without end counts as noticed."""
-    folder = found.file.relative_to(ROOT / "src/pymdr").parts[0]
-    with tempfile.TemporaryDirectory() as place:
-        shutil.copytree(ROOT / "src", Path(place) / "src", ignore=shutil.ignore_patterns("__pycache__"))
-        (Path(place) / found.file.relative_to(ROOT)).write_text(found.source)
-        asked = [str(ROOT / f"tests/test_{name}.py") for name in TESTS[folder]]
-        command = [sys.executable, "-m", "pytest", "-q", "-x", "-n", "0", "-p", "no:cacheprovider", *asked]
-        environment = {**os.environ, "PYTHONPATH": f"{place}/src", "CI": "1", "NUMBA_CACHE_DIR": place}
-        try:
-            ended = subprocess.run(
-                command, cwd=ROOT, env=environment, capture_output=True, timeout=PATIENCE, check=False
-            )
-        except subprocess.TimeoutExpired:
-            return False
+def asked(relative):
+    """The tests of a file of the source, those that name it most often first."""
+    own = [test for word, tests in OWN_TESTS.items() if word in str(relative) for test in tests]
+    tests = [ROOT / f"tests/test_{name}.py" for name in dict.fromkeys([*own, *TESTS[relative.parts[2]]])]
+    return sorted(tests, key=lambda test: -test.read_text().count(relative.stem))
+
+
+def survives(found, place):
+    """Whether all tests of its folder pass with it, on the copy of the source in `place`; a run without end counts as noticed."""
+    relative = found.file.relative_to(ROOT)
+    mutated, whole = place / relative, found.file.read_text()
+    # kernels whose sources did not change need not be compiled again
+    kept = place / ("changed" if "compiled" in whole else "cache")
+    mutated.write_text(found.source)
+    command = [sys.executable, "-m", "pytest", "-q", "-x", "-n", "0", "-p", "no:cacheprovider"]
+    command += map(str, asked(relative))
+    environment = {**os.environ, "PYTHONPATH": str(place / "src"), "CI": "1", "NUMBA_CACHE_DIR": str(kept)}
+    try:
+        ended = subprocess.run(
+            command, cwd=ROOT, env=environment, capture_output=True, check=False, preexec_fn=limited
+        )
+    finally:
+        shutil.copy2(found.file, mutated)
+        shutil.rmtree(place / "changed", ignore_errors=True)
     if ended.returncode in (pytest.ExitCode.USAGE_ERROR, pytest.ExitCode.NO_TESTS_COLLECTED):
         raise RuntimeError(f"no tests were run: {ended.stdout.strip()} {ended.stderr.strip()}")
     return ended.returncode == 0
+
+
+def limited():
+    """Seconds of the processor that a run may take."""
+    resource.setrlimit(resource.RLIMIT_CPU, (PATIENCE, PATIENCE))
 
 
 def main():
@@ -124,19 +161,19 @@ def main():
     given = parser.parse_args()
     seed = secrets.randbits(31) if given.seed is None else given.seed
     print(f"seed {seed}", flush=True)
+    chosen = [(i, mutant(random.Random(f"{seed} {i}"))) for i in given.only or range(given.count)]
+    words = {i: f"{i}: {found.file.relative_to(ROOT)}:{found.line}  {found.words}" for i, found in chosen}
+    if given.list:
+        print("\n".join(words.values()))
+        return
     alive = 0
-    chosen = given.only or range(given.count)
-    for done, i in enumerate(chosen, start=1):
-        found = mutant(random.Random(f"{seed} {i}"))
-        words = f"{i}: {found.file.relative_to(ROOT)}:{found.line}  {found.words}"
-        if given.list:
-            print(words)
-        elif survives(found):
-            alive += 1
-            print(f"survived {words}", flush=True)
-        else:
-            print(f"noticed  {words}", flush=True)
-        if not given.list:
+    with tempfile.TemporaryDirectory() as folder:
+        place = Path(folder)
+        shutil.copytree(ROOT / "src", place / "src", ignore=shutil.ignore_patterns("__pycache__"))
+        for done, (i, found) in enumerate(chosen, start=1):
+            survived = survives(found, place)
+            alive += survived
+            print(f"{'survived' if survived else 'noticed '} {words[i]}", flush=True)
             print(f"{done - alive} of {done} noticed", file=sys.stderr, flush=True)
 
 

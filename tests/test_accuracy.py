@@ -204,3 +204,16 @@ def test_no_result_lies_further_off_than_it_claims(accuracy):
     found = accuracy.study(seed=7, count=60, effort=accuracy.Effort(rows=4, energies=1, pressures=1))
     assert not found.crashes, found.table()
     assert not found.violations, found.table()
+
+
+def test_profiles_that_go_on_from_a_slope_as_a_broken_power(accuracy, monkeypatch):
+    """f' = c + (r - b)^p beside a breakpoint b, 0.2 < p < 3."""
+    draw = accuracy.random_profiles.random_profile
+    monkeypatch.setattr(accuracy.random_profiles, "random_profile", lambda rng: draw(rng, "corners"))
+    found = accuracy.study(seed=11, count=15, effort=accuracy.Effort(rows=6, energies=2, pressures=1))
+    assert not found.crashes, found.table()
+    assert not found.violations, found.table()
+    given = [v for o in found.outcomes for v in o.values if o.smooth and o.gives != "f"]
+    assert max(v.claimed for v in given if v.quantity in ("contact_radius", "normal_stiffness")) < 1e-9
+    # what is lost beside b is not felt beyond
+    assert np.median([v.miss for v in given if v.quantity == "elastic_energy"]) < 1e-13

@@ -772,7 +772,7 @@ def test_many_cohesive_states_are_those_of_few(exponent, flat, edge, reach, seed
         )
     elif edge == 1.0:
         tip = tip + FlatPunch(1.0)
-    curve = maugis_dugdale(equivalent_profile(tip), 1.0, 0.05, 0.05 / reach)
+    curve, fresh = (maugis_dugdale(equivalent_profile(tip), 1.0, 0.05, 0.05 / reach) for _ in range(2))
     rng = np.random.default_rng(seed)
     most = min(1.2 * max(curve.ends[3], 3.0) if np.isfinite(curve.ends[3]) else 3.0, curve.limit)
     knots = np.array([k for k in curve.knots if k < most])
@@ -785,7 +785,7 @@ def test_many_cohesive_states_are_those_of_few(exponent, flat, edge, reach, seed
     s = s[s < most]
     chosen = np.unique(np.concatenate([np.arange(0, s.size, 97), np.searchsorted(s, beside[beside < most])]))
     for name in ("states", "slopes", "energies"):
-        many, few = getattr(curve, name)(s), getattr(curve, name)(s[chosen])
+        many, few = getattr(curve, name)(s), getattr(fresh, name)(s[chosen])
         if name == "states":
             many, few = (tuple(vars(x).values()) for x in (many, few))
         for all_of_them, some in zip(many, few, strict=True):
@@ -793,3 +793,5 @@ def test_many_cohesive_states_are_those_of_few(exponent, flat, edge, reach, seed
             off = ~np.isin(s[chosen], knots)
             size = np.max(np.abs(some[off]))
             assert all_of_them[chosen][off] == pytest.approx(some[off], rel=1e-8, abs=1e-12 * size)
+    assert curve._tables
+    assert not fresh._tables

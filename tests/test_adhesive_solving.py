@@ -1347,3 +1347,65 @@ def test_a_figure_without_equilibria_shows_the_rows_and_says_why(monkeypatch):
     ]
     assert rows.get_xdata().size == 5
     plt.close("all")
+
+
+# --- energies that are small differences ------------------------------------------------------------------
+
+
+def rim(kind, slope, x_minus_b):
+    """g beside the rim of a flat end of radius 1, without a difference, and g' times the root of the distance."""
+    root = np.sqrt(x_minus_b * (2.0 + x_minus_b))
+    x = 1.0 + x_minus_b
+    if kind == "cone":
+        return slope * x * np.arctan2(root, 1.0)
+    return slope * x * root
+
+
+@settings(max_examples=20, deadline=None)
+@given(
+    st.sampled_from(["cone", "paraboloid"]),
+    st.booleans(),
+    st.floats(-3.0, 0.0),
+    st.floats(-9.0, -1.0),
+    st.lists(st.floats(-1.0, 3.0), min_size=1, max_size=4),
+)
+def test_a_small_energy_that_is_a_difference_of_large_ones_says_how_good_it_is(
+    kind, written, decades, work_decades, depths
+):
+    slope, work = 10.0**decades, 10.0**work_decades
+    profile = {
+        "cone": mdr.TruncatedCone(1.0, slope=slope),
+        "paraboloid": mdr.TruncatedParaboloid(1.0 / slope, 1.0),
+    }[kind]
+    if written:
+        derivative = {
+            "cone": lambda r: np.where(r > 1.0, slope, 0.0),
+            "paraboloid": lambda r: np.where(r > 1.0, slope * r, 0.0),
+        }
+        profile = mdr.Function(derivative=derivative[kind], breakpoints=[1.0])
+
+    def opening(e):
+        return math.sqrt(2.0 * math.pi * (1.0 + e) * work)
+
+    # the rim comes off where d = -opening(0)
+    asked = sorted(
+        {0.0, *(work**0.5 * s * 10.0**k for k in depths for s in (0.1, -0.1) if s * 10.0**k > -0.5)}
+    )[::-1]
+    result = mdr.solve(contact(profile, mdr.JKR(work)), mdr.Path(indentation=asked))
+    node, weight = np.polynomial.legendre.leggauss(40)
+    claim = result.claims["elastic_energy"]
+    claimed = np.zeros(len(asked)) if claim.error is None else claim.error
+    for i, d in enumerate(asked):
+        if not column(result, "contact_radius")[i] > 1.0:
+            continue
+        edge = brentq(
+            lambda e, d=d: rim(kind, slope, math.exp(e)) - opening(math.exp(e)) - d, -200.0, 20.0, xtol=1e-15
+        )
+        root = math.sqrt(math.exp(edge))
+        y = 0.5 * root * (node + 1.0)
+        beyond = float((d - rim(kind, slope, y * y)) ** 2 * y @ weight) * root
+        exact = d * d + beyond
+        off = abs(column(result, "elastic_energy")[i] / exact - 1.0)
+        assert off <= 10.0 * claimed[i] + 1e-12
+    if claim.level is mdr.Level.EXACT:
+        assert np.max(claimed) <= 1e-9

@@ -717,3 +717,35 @@ def test_a_stiffness_that_falls_throughout_is_refused():
 def test_what_a_curve_does_not_know_is_refused(asked, words):
     with pytest.raises(mdr.PymdrError, match=words):
         asked(curve_of_ball(40))
+
+
+@settings(max_examples=10, deadline=None)
+@given(st.floats(-3.0, 0.0), st.integers(0, 2**32 - 1), st.booleans())
+def test_rows_that_the_points_do_not_tell_are_left_out(decades, seed, by_force):
+    d = np.linspace(0.0, 1.0, 40)
+    force = d**1.5 + 10.0**decades * np.random.default_rng(seed).standard_normal(d.size)
+    try:
+        curve = mdr.ForceCurve(indentation=d, force=force, modulus=1.0)
+        path = (
+            mdr.Path(normal_force=[0.0, 1e-6, 0.1, 0.3])
+            if by_force
+            else mdr.Path(indentation=[0.0, 1e-6, 0.1, 0.4])
+        )
+        result = mdr.solve(mdr.Contact(curve, mdr.Elastic(1.0, 0.0)), path)
+    except mdr.PymdrError:
+        return
+    prescribed = "normal_force" if by_force else "indentation"
+    for name in ("indentation", "normal_force", "normal_stiffness", "elastic_energy"):
+        claim = result.claims[name]
+        if name == prescribed:
+            assert claim.where.all()
+            assert np.isfinite(result[name].values).all()
+        elif claim.readable:
+            told = np.isfinite(result[name].values)
+            assert np.array_equal(told, claim.where)
+            assert np.all(claim.error[told] < 1.0)
+            assert np.all(claim.error[~told] >= 1.0)
+        else:
+            assert claim.level is mdr.Level.NOT_VALID
+            with pytest.raises(mdr.NotValidError, match="press deeper, or measure more points"):
+                result[name]

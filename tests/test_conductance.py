@@ -178,6 +178,48 @@ def ring_conductance(zones, n):
     return float(np.sum(flux * math.pi * (high**2 - low**2))) / 4.0 * 2.0
 
 
+@settings(max_examples=20, deadline=None)
+@given(st.floats(-9.0, 0.0), st.floats(-3.0, 3.0), st.floats(-9.0, 3.0), st.integers(-4, -1))
+def test_the_flux_of_a_drop_is_that_of_what_it_lets_through(radius, conductivity, amount, step):
+    body = mdr.Elastic("1 GPa", 0.3, thermal_conductivity=10.0**conductivity, resistivity=10.0**-conductivity)
+    ball = mdr.Contact(mdr.Paraboloid(10.0**radius), body, body)
+    result = mdr.solve(ball, mdr.indent(1e-3 * 10.0**radius, steps=4))
+    across = 10.0**amount
+    r = result["contact_radius"].values[step] * np.array([0.0, 0.4, 0.99])
+    for name, through in (
+        ("heat_flux", across * result["thermal_conductance"].values[step]),
+        ("current_density", across / result["electrical_resistance"].values[step]),
+    ):
+        unit = result.field(name, r, step)
+        by_drop, by_flow = (
+            result.field(name, r, step, **given) for given in ({"drop": across}, {"flow": through})
+        )
+        np.testing.assert_allclose(by_drop, across * unit.values, rtol=1e-14)
+        np.testing.assert_allclose(by_flow, by_drop, rtol=1e-13)
+        assert float(by_flow.edge_amplitude) == pytest.approx(across * float(unit.edge_amplitude), rel=1e-13)
+        # what flows is its integral, I arcsin-like over the disk: j = I / (2 pi a sqrt(a^2 - r^2))
+        a = result["contact_radius"].values[step]
+        np.testing.assert_allclose(by_drop, through / (2.0 * math.pi * a * np.sqrt(a * a - r * r)), rtol=1e-9)
+        assert by_drop.attrs["units"] in ("W/m^2", "A/m^2")
+        several = result.field(name, r, [0, step], drop=across)
+        np.testing.assert_allclose(several.values[1], by_drop, rtol=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("name", "given_", "words"),
+    [
+        ("heat_flux", {"drop": "20 degC"}, "difference in K"),
+        ("heat_flux", {"drop": "1 K", "flow": "1 W"}, "give one of them"),
+        ("pressure", {"flow": "1 A"}, "leave them out for pressure"),
+    ],
+)
+def test_drops_that_are_none(name, given_, words):
+    body = mdr.Elastic("1 GPa", 0.3, thermal_conductivity=1.0)
+    result = mdr.solve(mdr.Contact(mdr.Paraboloid(1.0), body, body), mdr.indent(1e-3))
+    with pytest.raises(mdr.QuantityError, match=words):
+        result.field(name, [0.0], **given_)
+
+
 def test_a_disk_by_brute_force():
     """The rings converge to Holm's conductance at first order of their width at the edge, and Richardson leaves 1e-5."""
     coarse, fine = ring_conductance([(0.0, 1.0)], 60), ring_conductance([(0.0, 1.0)], 120)

@@ -502,3 +502,115 @@ def test_a_pull_without_adhesion_is_told():
         mdr.fit(contact_of("paraboloid", 1e4), sticky, ["body.young"]).notes
     )
     assert mdr.fit(contact_of("paraboloid", 1e4), plain, ["body.young"]).notes == ()
+
+
+def test_waves_are_told_for_every_curve():
+    paraboloid, cone = contact_of("paraboloid", 3e3), contact_of("cone", 3e3)
+    curves = [
+        curve_of(one, 1e-6, noise=0.003, seed=i) for i, one in enumerate((paraboloid, cone, paraboloid))
+    ]
+    found = mdr.fit_map(contact_of("paraboloid", 1e4), curves, ["body.young"])
+    single = [mdr.fit(contact_of("paraboloid", 1e4), one, ["body.young"]) for one in curves]
+    assert found["waves"].values == pytest.approx([one.waves for one in single], rel=1e-3)
+    assert found["waves"].values[[0, 2]].tolist() == [0.0, 0.0]
+    assert found["waves"].values[1] > 1.0
+    assert any(note.startswith("1 of 3 curves leave waves") for note in found.notes)
+    assert any("waves" in note for note in single[1].notes)
+    assert not single[0].notes
+
+
+@settings(max_examples=20, deadline=None)
+@given(st.integers(0, 10**6), st.integers(30, 3000))
+def test_white_noise_is_no_wave(seed, samples):
+    from pymdr.solving.fits.searching import hanging
+
+    noise = np.random.default_rng(seed).normal(size=(3, samples))
+    assert np.all(hanging(noise, np.ones(3)).waves < 1.0)
+    # a wave of amplitude A has the variance A^2 / 2
+    wave = 4.0 * np.sqrt(2.0) * np.sin(np.linspace(0.0, 12.0, samples))
+    if samples > 300:  # the wave itself hardly differs between neighbours
+        assert hanging(noise + wave, np.full(3, 9.0)).waves == pytest.approx(4.0, rel=0.3)
+    assert np.all(hanging(1e-9 * wave[None, :], np.ones(1)).waves == 0.0)
+
+
+def test_every_curve_says_how_far_it_is_from_the_limits():
+    rng = np.random.default_rng(4)
+    depths = 5e-6 * rng.uniform(0.01, 0.3, 100)
+    youngs, works = rng.uniform(1e3, 5e3, 100), rng.uniform(1e-4, 4e-4, 100)
+    curves = [
+        curve_of(contact_of("paraboloid", E, w), depth, None, 0.01, i)
+        for i, (depth, E, w) in enumerate(zip(depths, youngs, works, strict=True))
+    ]
+    found = mdr.fit_map(contact_of("paraboloid", 1e4, 1e-3), curves, FREE)
+    told, good = found["of_limit"].values, np.isfinite(found["body.young"].values)
+    assert good.sum() > 90
+    for i in np.flatnonzero(good)[::9]:
+        made = contact_of("paraboloid", float(found["body.young"][i]), float(found["adhesion.work"][i]))
+        radius = mdr.solve(made, mdr.indent(float(found["indentation"][i])))["contact_radius"].values[0]
+        assert told[i] == pytest.approx(radius / 5e-6 / 0.3, rel=0.03)
+    beyond = int((told[good] > 1.0).sum())
+    assert f"{beyond} of {good.sum()} curves lie beyond a limit" in found.summary()
+    few = mdr.fit_map(contact_of("paraboloid", 1e4, 1e-3), curves[:20], FREE)
+    assert few["of_limit"].values == pytest.approx(told[:20], rel=0.03, nan_ok=True)
+
+
+def test_a_store_that_was_begun_only_is_made_anew(gel, tmp_path, monkeypatch):
+    from pymdr.solving.fits.storing import Kept
+
+    curves, _ = gel
+    start, make = contact_of("paraboloid", 1e4, 1e-4), Kept._make
+
+    def killed(self, asked, *rest):
+        make(self, asked, *rest)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(Kept, "_make", killed)
+    with pytest.raises(KeyboardInterrupt):
+        mdr.fit_map(start, curves[:3], FREE, folder=tmp_path / "fits")
+    monkeypatch.undo()
+    with pytest.raises(FileError, match="another work"):
+        mdr.fit_map(start, curves[:3], ["body.young"], folder=tmp_path / "fits")
+    found = mdr.fit_map(start, curves[:3], FREE, folder=tmp_path / "fits")
+    assert found.counts == {"found": 3}
+
+
+def test_what_no_file_holds_is_not_kept_in_a_folder(tmp_path):
+    tip = mdr.Function(lambda r: r**2 / 1e-5)
+    contact = mdr.Contact(tip, mdr.Elastic(1e4, 0.5))
+    curves = [curve_of(contact_of("paraboloid", 3e3), 1e-6, None, 0.01)]
+    with pytest.raises(ProblemError, match="leave folder out"):
+        mdr.fit_map(contact, curves, ["body.young"], folder=tmp_path / "fits")
+    assert not (tmp_path / "fits").exists()
+    assert mdr.fit_map(contact, curves, ["body.young"]).counts == {"found": 1}
+
+
+def test_maps_of_bodies_with_memory_tell_of_every_curve():
+    body = mdr.Viscoelastic(mdr.StandardSolid(1e3, 2e3, 0.5), poisson=0.5)
+    time = np.linspace(0.0, 2.0, 40)
+    depth = 1e-6 * (1.0 - np.abs(time - 1.0))
+    contact = mdr.Contact(mdr.Paraboloid("5 um"), body)
+    force = mdr.solve(contact, mdr.Path(time=time, indentation=depth))["normal_force"].values
+    data = xr.Dataset(
+        {
+            "force": (("y", "x", "sample"), np.broadcast_to(force, (1, 3, 40))),
+            "indentation": ("sample", depth),
+            "time": ("sample", time),
+        }
+    )
+    told = []
+    found = mdr.fit_map(
+        contact,
+        data,
+        ["body.shear.time"],
+        contact_point=0.0,
+        baseline=0.0,
+        progress=lambda *done: told.append(done),
+    )
+    assert told == [(1, 3), (2, 3), (3, 3)]
+    assert found.counts == {"found": 3}
+
+
+def test_a_map_feels_no_friction():
+    contact = mdr.Contact(mdr.Paraboloid("5 um"), mdr.Elastic(1e3, 0.5), friction=mdr.Coulomb(0.3))
+    with pytest.raises(ProblemError, match="to fit"):
+        mdr.fit_map(contact, [curve_of(contact_of("paraboloid", 1e3), 1e-6)], ["body.young"])

@@ -63,6 +63,10 @@ def columns(history):
     return np.array(history, dtype=float).T.copy()
 
 
+def worst(found, exact):
+    return float(np.max(np.abs(np.asarray(found) / exact - 1.0)))
+
+
 def substeps(values, m):
     """Every straight step from the row before (at first from 0) in m equal parts."""
     before = np.concatenate([[0.0], values[:-1]])
@@ -134,6 +138,41 @@ def test_mindlin_deresiewicz_loop():
         assert run.slip_distance[-1] == 0.0
 
 
+def slid_on_a_power_law(exponent, share):
+    """Slip work of the first partial slip, over mu F_N times the shift, by quadrature without a difference."""
+    v, weights = np.polynomial.legendre.leggauss(40)
+    v = 0.5 * (v + 1.0)
+    # W = 2 mu E s^3 / kappa^2 int_0^1 v (1 - v) a'(d - s v / kappa) dv for a = d^(1/n)
+    bend = (1.0 - share * v) ** (1.0 / exponent - 1.0)
+    return share**2 * (1.0 + exponent) / exponent**2 * float(v * (1.0 - v) * bend @ (0.5 * weights))
+
+
+@pytest.mark.parametrize("tabulated", [False, True])
+@settings(max_examples=60, deadline=None)
+@given(st.floats(0.6, 5.0), st.floats(-10.0, -0.5), st.floats(0.05, 1.0), st.integers(0, 4), st.booleans())
+def test_slip_far_smaller_than_the_depth(tabulated, n, decades, d, turns, by_force):
+    mu, tangential, share = 0.4, 0.8, 10.0**decades
+    curves = (
+        tabulated_curves(lambda d: d ** (1.0 / n), 1.0, 1.0) if tabulated else power_law_curves(n, 1.0, 1.0)
+    )
+    _, force, _ = (float(x) for x in evaluate(curves, d))
+    slides = mu * d / tangential
+    # first pressed, then to and fro
+    ways = np.append(0.0, np.cumprod(np.append(1.0, -np.ones(turns))))
+    if by_force:
+        # 1 - (1 - share)^m without the difference
+        pull = -np.expm1((1.0 + 1.0 / n) * np.log1p(-share))
+        run = follow_forces(curves, np.full(ways.size, force), mu * force * pull * ways, mu, tangential)
+    else:
+        run = follow_displacements(curves, np.full(ways.size, d), slides * share * ways, mu, tangential)
+    once = slid_on_a_power_law(n, share) * mu * force * slides * share
+    # every turn slips the same springs back, twice as far
+    exact = once * (2.0 * np.arange(ways.size) - 1.0)
+    assert np.all(np.diff(run.slip_work) >= 0.0)
+    assert worst(run.slip_work[1:], exact[1:]) < (1e-5 if tabulated and by_force else 2e-10) + 1e-14 / share
+    assert worst(run.stored_energy[1], 0.5 * run.tangential_force[1] * slides * share) < share + 1e-14 / share
+
+
 @given(st.floats(0.01, 1.0), st.floats(0.5, 6.0))
 def test_closed_forms(ratio, exponent):
     force, stick = (float(x) for x in cattaneo_mindlin(ratio, exponent))
@@ -144,6 +183,8 @@ def test_closed_forms(ratio, exponent):
     assert float(loop_energy(ratio, exponent)) == pytest.approx(terms[0] - terms[1], abs=1e-14)
     small = 1e-5  # 8 int F du - 4 F u tends to (2/3) m (m - 1) l^3
     assert float(loop_energy(small, exponent)) == pytest.approx(2 / 3 * m * (m - 1) * small**3, rel=1e-4)
+    tiny = 4.0 * slid_on_a_power_law(exponent, small) * small
+    assert float(loop_energy(small, exponent)) == pytest.approx(tiny, rel=1e-13, abs=0.0)
 
 
 @pytest.mark.parametrize("curves", CURVES.values(), ids=str)

@@ -27,7 +27,7 @@ from pymdr.line.memory import (
 )
 from pymdr.line.memory.modes import modes_of
 from pymdr.mapping.equivalent import equivalent_profile
-from pymdr.problem.profiles import Cone, FlatPunch, Paraboloid
+from pymdr.problem.profiles import Cone, FlatPunch, Paraboloid, Sampled
 
 
 def line_of(profile):
@@ -335,6 +335,46 @@ def test_forces_and_machines_end_where_indentations_do():
     pressed = follow_loads(PARABOLOID, STANDARD, t, loaded, n=500)
     assert pressed.force == pytest.approx(loaded, rel=1e-11)
     assert pressed.work - pressed.stored - pressed.dissipated == pytest.approx(np.zeros(61), abs=1e-13)
+
+
+@settings(deadline=None, max_examples=30)
+@given(
+    body=bodies(),
+    shape=st.sampled_from([Paraboloid(1.0), Cone(slope=0.3)]),
+    decades=st.lists(st.floats(-6.0, 6.0), min_size=2, max_size=4),
+)
+def test_loads_over_many_decades(body, shape, decades):
+    line = line_of(shape)
+    loads = np.concatenate([10.0**decade * np.arange(1.0, 21.0) / 20.0 for decade in sorted(decades)])
+    loads = np.maximum.accumulate(loads)
+    time = np.arange(1.0, loads.size + 1.0)
+    state = None
+    depths = []
+    for at, part in zip(np.split(time, len(decades)), np.split(loads, len(decades)), strict=True):
+        found = follow_loads(line, body, at, part, state or virgin(), n=200)
+        state = found.state
+        depths.append(found.indentation)
+    exact = creep(line, body, np.append(0.0, time), np.append(0.0, loads)).indentation[1:]
+    assert np.concatenate(depths) == pytest.approx(exact, rel=0.2)  # the rows are coarse
+    doublings = math.log2(exact[-1] / exact[0])
+    assert state.springs.position.size < 300 + 200 * doublings
+    back = follow_loads(line, body, [time[-1] + 1.0, time[-1] + 2.0], [loads[0], loads[0]], state, n=200)
+    work = back.work - back.stored - back.dissipated
+    assert work == pytest.approx(np.zeros(2), abs=1e-12 * state.work)
+
+
+def test_a_spike_of_force_leaves_the_known_profile_alone():
+    r = np.linspace(0.0, 1.0, 200)
+    line = line_of(Sampled(r, 0.5 * r**2))
+    liquid = Relaxation(0.0, np.array([4.0]), np.array([1.0]))
+    spike = follow_loads(line, liquid, [0.0, 1e-3, 2e-3, 1e4], [0.0, 0.5, 1e-9, 1e-9])
+    assert np.isfinite(spike.indentation).all()
+    free = follow_loads(PARABOLOID, liquid, [0.0, 1e-3, 2e-3, 1e4], [0.0, 0.5, 1e-9, 1e-9])
+    assert spike.indentation == pytest.approx(free.indentation, rel=1e-5)
+    deeper = follow_loads(line, liquid, [0.0, 1e-3, 2e-3], [0.0, 0.5, 2.5])
+    assert 0.5 < deeper.indentation[-1] < 1.0
+    with pytest.raises(ConvergenceError, match="no disk contact under 1 kN within the 1 m that are known"):
+        follow_loads(line, liquid, [0.0, 1.0], [0.0, 1e3])
 
 
 def test_what_cannot_be_followed():

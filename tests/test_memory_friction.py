@@ -1,6 +1,7 @@
 """Friction of bodies with memory against closed forms, the elastic stack, small steps of its own, limits and balances."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -9,12 +10,15 @@ from hypothesis import strategies as st
 
 import pymdr as mdr
 from pymdr.errors import PathError, ProblemError
-from pymdr.interpretation.memory_friction import sheared_claims
+from pymdr.interpretation.memory import displacement, surface_load
+from pymdr.interpretation.memory_friction import _states, sheared_claims
+from pymdr.interpretation.traction import TANGENTIAL_FIELDS
 from pymdr.line.curves import ElasticLine
 from pymdr.line.friction import FrictionLeg, curves_of, follow_leg, virgin_state
 from pymdr.line.memory import Relaxation, follow_springs, shear_springs, unsheared
 from pymdr.mapping.equivalent import equivalent_profile
 from pymdr.mapping.relaxation import largest_coupling
+from pymdr.solving.laws import _sheared_surface
 
 SOLID = mdr.StandardSolid(equilibrium=0.3, modulus=1.0, time=0.4)
 SHAPES = (mdr.Paraboloid(1.0), mdr.Cone(slope=0.3), mdr.PowerLaw(4.0, 0.2, 1.0), mdr.FlatPunch(0.3))
@@ -456,6 +460,35 @@ def test_fields_of_what_does_not_relax_are_those_of_the_stack():
     assert first == pytest.approx(second, abs=1e-3 * abs(second).max())
     q = one.field("tangential_spring_force", r=x, step=-1).values
     assert q == pytest.approx(mdr.effective_moduli(elastic).tangential * second, abs=2e-3 * abs(q).max())
+
+
+@settings(max_examples=8, deadline=None)
+@given(
+    body=bodies(),
+    history=histories(),
+    mu=st.sampled_from([0.05, 0.4, math.inf]),
+    shape=st.sampled_from(SHAPES),
+)
+def test_fields_err_as_is_told(body, history, mu, shape):
+    t, d, u = history
+    result = mdr.solve(joint(body, mu, shape), rows(t, d, u))
+    surface = _sheared_surface(result)
+    finer = replace(surface, normal=replace(surface.normal, n=4000))
+    apart, size, told = (dict.fromkeys(TANGENTIAL_FIELDS, 0.0) for _ in range(3))
+    steps = list(range(t.size))
+    for step, state in zip(steps, _states(finer, steps, 16), strict=True):
+        if state.radius == 0.0:
+            continue
+        r = state.radius * np.linspace(0.01, 0.98, 97)
+        moved = displacement(state, r)
+        values = (surface_load(state, r), moved, u[step] - moved)
+        for name, expected in zip(TANGENTIAL_FIELDS, values, strict=True):
+            found = result.field(name, r=r, step=step).values
+            apart[name] = max(apart[name], float(np.max(np.abs(found - expected))))
+            size[name] = max(size[name], float(np.max(np.abs(expected))))
+            told[name] = max(told[name], float(result.claims[name].error[step]))
+    for name in TANGENTIAL_FIELDS:
+        assert apart[name] <= (3.0 * told[name] + 1e-6) * size[name]
 
 
 def test_a_saved_result_and_its_figures(tmp_path):

@@ -100,6 +100,30 @@ def test_what_is_not_known_of_a_body_is_not_judged():
 
 
 @needs_engine
+@settings(max_examples=2, deadline=None)
+@given(st.floats(2.2, 5.0), st.floats(0.0, 6.3), st.floats(0.1, 0.6))
+def test_another_summit_is_seen(far, angle, low):
+    """As on one grid over both, of about the same spacing."""
+    x0, y0 = far * math.cos(angle), far * math.sin(angle)
+
+    def f(x, y):
+        return 1e-6 * np.minimum(x * x + y * y, (x - x0) ** 2 + (y - y0) ** 2 + low)
+
+    body = mdr.Elastic(1.0, 0.0)
+    found = mdr.verify(mdr.Contact(mdr.Function2D(f), body), mdr.indent(1e-6), pixels=33, steps=1)
+    assert max(found.table.attrs["points"]) > 33
+    n = 161
+    x, y = (np.linspace(min(0.0, end) - 1.2, max(0.0, end) + 1.2, n) for end in (x0, y0))
+    heights = -f(x[:, None], y)
+    size = [float(np.ptp(one)) * n / (n - 1) for one in (x, y)]
+    both = mdr.press(mdr.Topography(heights, size), body, indentation=1e-6 + float(heights.max()))
+    assert found.table["normal_force_engine"].item() == pytest.approx(
+        float(both["normal_force"][0]), rel=5e-3
+    )
+    assert found.table["normal_force_engine"].item() > found.table["force_lower_bound_mdr"].item() * 1.05
+
+
+@needs_engine
 def test_a_measured_tip_turned_by_hand():
     """Heights on a grid and the same function bear alike."""
     x = 1e-8 * np.arange(-60, 61)

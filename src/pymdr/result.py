@@ -100,6 +100,13 @@ class DirectedReader(FieldReader, Protocol):
         """The same, for radii in the direction of an angle in rad from the x-axis."""
 
 
+_FLUXES = {
+    "heat_flux": ("K", "W", "W/m^2", "thermal_conductance", False),
+    "current_density": ("V", "A", "A/m^2", "electrical_resistance", True),
+}
+"""Units of what drives a flux, of what flows, and of the flux; and the quantity between the first two, a resistance or not."""
+
+
 @dataclass(frozen=True)
 class Reading:
     """How a result is read: its fields, what they are computed from, and what its figures are drawn from."""
@@ -253,6 +260,8 @@ class Result:
         step: int | Sequence[int] | None = -1,
         *,
         angle: QuantityLike | None = None,
+        drop: QuantityLike | None = None,
+        flow: QuantityLike | None = None,
     ) -> xr.DataArray:
         """
         A field on the surface (over radius r) or on the line (over position x).
@@ -271,6 +280,10 @@ class Result:
             Row, or several, counted as in a sequence; None gives all rows.
         angle : quantity, optional
             Of bodies that are not of revolution: the direction in rad in which the radii lie, from the x-axis; 0 unless given.
+        drop : quantity, optional
+            Of a flux: the voltage in V, or the difference of the temperatures in K, between the bodies.
+        flow : quantity, optional
+            Of a flux, in the place of `drop`: the current in A, or the heat in W, that flows through the contact.
 
         Returns
         -------
@@ -309,9 +322,13 @@ class Result:
         values = np.array([surface.field(name, np.abs(radii), i) for i in chosen])
         axis = POSITION if name in self.reading.line_fields else RADIUS
         row = quantity(name)
+        unit, words, factor = row.unit, row.words, np.ones(len(chosen))
+        if drop is not None or flow is not None:
+            unit, factor = self._driven(name, chosen, drop, flow)
+            values, words = values * factor[:, None], words.split(" per ")[0]
         coords: dict[str, Any] = {axis.name: (axis.name, radii, {"units": "m", "long_name": axis.words})}
-        amplitude = np.array([surface.edge_amplitude(i) for i in chosen])
-        edged = {"units": f"{row.unit}*m^0.5"} if name == "pressure" or carried is not None else None
+        amplitude = np.array([surface.edge_amplitude(i) for i in chosen]) * factor
+        edged = {"units": f"{unit}*m^0.5"} if name == "pressure" or carried is not None else None
         dims: tuple[str, ...] = (axis.name,)
         if several:
             dims = ("step", axis.name)
@@ -327,8 +344,32 @@ class Result:
             dims=dims,
             coords=coords,
             name=name,
-            attrs={"units": row.unit, "long_name": row.words, "symbol": row.symbol},
+            attrs={"units": unit, "long_name": words, "symbol": row.symbol},
         )
+
+    def _driven(
+        self, name: str, chosen: Sequence[int], drop: QuantityLike | None, flow: QuantityLike | None
+    ) -> tuple[str, FloatArray]:
+        """The unit of a flux, and the drop over some rows."""
+        if name not in _FLUXES:
+            raise QuantityError(
+                f"field: drop= and flow= are for {' and '.join(_FLUXES)}; leave them out for {name}"
+            )
+        across, through, unit, column, is_resistance = _FLUXES[name]
+        if drop is not None and flow is not None:
+            raise QuantityError(f"field: drop = {shown(drop)} and flow = {shown(flow)}; give one of them")
+        if drop is not None:
+            if isinstance(drop, str) and "deg" in drop:
+                raise QuantityError(
+                    f"field: drop = {shown(drop)} is a temperature; write the difference in K"
+                )
+            return unit, np.full(len(chosen), to_si(drop, across, name="drop"))
+        assert flow is not None
+        self._require(column)
+        conducting = self.data[column].values[list(chosen)]
+        whole = to_si(flow, through, name="flow")
+        with np.errstate(divide="ignore"):
+            return unit, whole * conducting if is_resistance else whole / conducting
 
     def _towards(self, angle: float) -> FieldReader:
         surface = self.surface

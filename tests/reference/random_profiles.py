@@ -662,6 +662,31 @@ def pieces(rng, L):
     }
 
 
+def corners(rng, L):
+    """A slope that goes on beside a radius as another one plus a power of the distance from it, whole or broken."""
+    b = L * log_uniform(rng, 1e-6, 0.9)
+    n = float(rng.choice([1.0, 1.5, 2.0, 3.0, rng.uniform(1.0, 6.0)]))
+    p = float(rng.choice([0.25, 1.0 / 3.0, 0.5, 0.75, rng.uniform(0.2, 1.0), rng.uniform(1.0, 3.0)]))
+    size = log_uniform(rng, 1e-6, 1.0)
+    parts = [(size * L / n, n, 0.0), (size * log_uniform(rng, 1e-6, 1e3) * L / (1.0 + p), 1.0 + p, b)]
+    if rng.random() < 0.5:
+        parts.append((size * log_uniform(rng, 1e-3, 10.0) * L, 1.0, b))
+
+    def derivative(r):
+        return sum(
+            np.where(r > b, c * n / L * (np.maximum(r - b, 0.0) / L) ** (n - 1.0), 0.0) for c, n, b in parts
+        )
+
+    return {
+        "f": lambda r: sum(c * (np.maximum(r - b, 0.0) / L) ** n for c, n, b in parts),
+        "derivative": derivative,
+        "terms": tuple(Power(c, n, L, b) for c, n, b in parts),
+        "kinks": [b],
+        "drowns": True,
+        "words": " + ".join(f"{c!r}*(maximum(r-{b!r},0)/{L!r})**{n!r}" for c, n, b in parts),
+    }
+
+
 def samples(rng, L):
     """Samples at regular, graded, nearly merged radii, some with noise; the truth is the curve run through them."""
     count = int(rng.integers(6, 41))
@@ -730,6 +755,7 @@ KINDS = {
     "plateau": shoulder,
     "pieces": pieces,
     "samples": samples,
+    "corners": corners,
 }
 WEIGHTS = {"powers": 3.0, "samples": 2.0}
 
@@ -771,7 +797,7 @@ def random_profile(rng, kind=None):
             first, *others = drawn["pairs"]
             drawn = powers_of([first, *(p for p in others if p[0] > VISIBLE * offset)], L)
             f, terms = drawn["f"], drawn["terms"]
-        told = gives != "f" or kinks or "pairs" in drawn
+        told = gives != "f" or "pairs" in drawn or (kinks and "drowns" not in drawn)
         if told or not hides_its_tip(terms, L, offset):
             plain, cancels = f, True
             f = lambda r: offset + plain(r)  # noqa: E731

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pymdr.interpretation.branches import Equilibria as Adhesive
 from pymdr.interpretation.validity import Claim, Level
+from pymdr.line.adhesion.equivalent_line import States
 from pymdr.line.curves import Line
+from pymdr.line.following import Jumps
 from pymdr.line.foundation import DiskStates
 from pymdr.units import FloatArray
 
@@ -18,6 +21,11 @@ EXACT_WITHIN = 1e-9
 """Largest relative error of a number that is called exact."""
 _STRAIGHT = 0.01
 """Error of a curve up to which it is taken as straight where it is inverted."""
+_ROUNDED = 4.0 * float(np.finfo(float).eps)
+_DIFFERENCE = 30.0
+"""Sum of the terms of an energy, in parts of it, from which its rounding counts."""
+_FEW_ROUNDINGS = 1e-14
+"""Share up to which an energy errs as any number does."""
 _G, _SLOPE, _MOMENT, _SQUARED = range(4)
 
 
@@ -87,7 +95,13 @@ def normal_errors(line: Line, states: DiskStates, by_force: NDArray[np.bool_]) -
 
 
 def adhesive_errors(
-    line: Line, equilibria: Adhesive, s: FloatArray, machine_stiffness: FloatArray
+    line: Line,
+    equilibria: Adhesive,
+    s: FloatArray,
+    machine_stiffness: FloatArray,
+    columns: Mapping[str, FloatArray] | None = None,
+    jumps: Jumps | None = None,
+    machine: FloatArray | float = 0.0,
 ) -> dict[str, FloatArray]:
     """
     Relative errors of the quantities of a contact with adhesion, from those of g, g', m and s at its edges.
@@ -100,54 +114,51 @@ def adhesive_errors(
         Parameters of the states in m.
     machine_stiffness : ndarray
         Stiffness k in N/m of the machine that stands for the control: inf for an indentation, 0 for a force.
+    columns : mapping of str to ndarray, optional
+        Energies in J of the rows, for the errors of those that are differences.
+    jumps : Jumps, optional
+        What the rows met.
+    machine : ndarray or float
+        Energy in J of the machine.
 
     Returns
     -------
     dict of str to ndarray
         For every quantity and field, over the rows; relative to the size of its parts: |F0| + |k w| for the force,
-        |d0| + |w| for the depth.
+        |d0| + |w| for the depth, the sum of all energies for the work. What is never negative, as the elastic
+        energy and losses, errs relative to itself, by the rounding of its terms too.
 
     Notes
     -----
     At a given radius d errs by e_g g and F by e_m F0, both by e_g' of the part that cohesion of finite range adds,
-    whose zone ends where g' says. With a prescribed D = d + F/k the parameter then errs by dD / (dD/ds).
+    whose zone ends where g' says. With a prescribed D = d + F/k the parameter then errs by dD / (dD/ds). The elastic
+    energy U0 + F0 w + k w^2/2 then changes by F dd + k' w^2/2 da, the potential of a jump by its conjugate Y dD.
     """
-    states = equilibria.states(s)
-    a = states.contact_radius
-    error = line.error(a)
-    outer = np.maximum(error[:, _SLOPE], line.error(states.cohesive_radius)[:, _SLOPE])
-    if not error.any() and not outer.any():
-        return {}
+    met = _Met.at(line, equilibria, s)
+    states, a = met.states, met.states.contact_radius
+    error, outer = met.error, met.outer
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        g, smooth = np.abs(line.depth(a)), np.abs(line.force(a))
-        opened, pull = np.abs(line.depth(a) - states.indentation), np.abs(smooth - states.normal_force)
-        ranged = outer if equilibria.ranged else 0.0
-        depth = error[:, _G] * g + ranged * opened
-        force = error[:, _MOMENT] * smooth + ranged * pull
         by_force = machine_stiffness == 0.0
-        depth_rate, force_rate = (np.abs(x) for x in equilibria.slopes(s))
         soft = np.where(by_force, 1.0, machine_stiffness)
         rates = equilibria.slopes(s)
-        control = np.where(by_force, force, depth + force / soft)
+        control = np.where(by_force, met.force, met.depth + met.force / soft)
         steep = np.abs(np.where(by_force, rates[1], rates[0] + rates[1] / soft))
-        moved = control / steep
-        depth = np.where(np.isinf(machine_stiffness), 0.0, depth + depth_rate * moved)
-        force = np.where(by_force, 0.0, force + force_rate * moved)
+        moved = np.where(control > 0.0, control / steep, 0.0)
+        depth = np.where(np.isinf(machine_stiffness), 0.0, met.depth + np.abs(rates[0]) * moved)
+        force = np.where(by_force, 0.0, met.force + np.abs(rates[1]) * moved)
         radius = moved / a
-        depth, force = depth / (g + opened), force / (smooth + pull)
+        depth, force = depth / (met.smooth_depth + met.opened), force / (met.smooth_force + met.pull)
         slope = error[:, _SLOPE] + radius
-        energy = error[:, _SQUARED] + error[:, _MOMENT] + 3.0 * radius
+        release = 0.5 * line.stiffness_rate(a) * met.opened**2
+        along = np.abs(states.normal_force * rates[0]) + release
+        missed = met.energy + np.nan_to_num((moved + 0.25 * _ROUNDED * a) * along, posinf=math.inf)
     found = {
         "contact_radius": radius,
         "cohesive_radius": radius + outer,
         "normal_force": force,
         "indentation": depth,
         "travel": depth + force,
-        "elastic_energy": energy,
         "surface_energy": 2.0 * radius,
-        "external_work": energy,
-        "jump_dissipation": energy,
-        "dissipated_energy": energy,
         "normal_stiffness": slope,
         "mean_pressure": force + 2.0 * radius,
         "edge_amplitude": radius,
@@ -157,7 +168,109 @@ def adhesive_errors(
         "equivalent_profile": error[:, _G],
         "spring_force": error[:, _G] + depth,
     }
-    return _bounded(found, (a > 0.0) | (states.cohesive_radius > 0.0))
+    touching = (a > 0.0) | (states.cohesive_radius > 0.0)
+    if columns is not None and jumps is not None:
+        lost = _lost(line, equilibria, jumps, machine_stiffness)
+        energies = _energies(columns, np.where(touching, missed, 0.0), lost, machine)
+        found["elastic_energy"] = energies.pop("elastic_energy")
+        later = _bounded(energies, np.ones(a.shape, dtype=bool))
+    else:
+        found["elastic_energy"] = missed / np.abs(equilibria.energies(s)[0])
+        later = {}
+    found = _bounded(found, touching) | later
+    return found if any(values.any() for values in found.values()) else {}
+
+
+@dataclass(frozen=True)
+class _Met:
+    """States of an adhesive contact, and by how much their parts err at given radii."""
+
+    states: States
+    error: FloatArray
+    """Of g, g', m and s at the edge of the contact."""
+    outer: FloatArray
+    """Of g' at the end of the cohesion."""
+    smooth_depth: FloatArray
+    smooth_force: FloatArray
+    opened: FloatArray
+    """|w| in m."""
+    pull: FloatArray
+    """|k w| in N."""
+    depth: FloatArray
+    """Error of d in m."""
+    force: FloatArray
+    """Error of F in N."""
+    energy: FloatArray
+    """Error of U in J, its rounding where that counts among it."""
+
+    @classmethod
+    def at(cls, line: Line, equilibria: Adhesive, s: FloatArray) -> _Met:
+        states = equilibria.states(s)
+        a = states.contact_radius
+        error = line.error(a)
+        outer = np.maximum(error[:, _SLOPE], line.error(states.cohesive_radius)[:, _SLOPE])
+        g, smooth = np.abs(line.depth(a)), np.abs(line.force(a))
+        opened, pull = np.abs(line.depth(a) - states.indentation), np.abs(smooth - states.normal_force)
+        ranged = outer if equilibria.ranged else 0.0
+        stored, crossed = np.abs(line.energy(a)), opened * smooth
+        elastic, surface = equilibria.energies(s)
+        parts = stored + crossed + 0.5 * opened**2 * line.stiffness(a)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            # of nothing even an unknown share is nothing
+            missed, depth, force = (
+                np.nan_to_num(each, nan=0.0, posinf=math.inf)
+                for each in (
+                    error[:, _SQUARED] * stored + error[:, _MOMENT] * crossed + ranged * parts,
+                    error[:, _G] * g + ranged * opened,
+                    error[:, _MOMENT] * smooth + ranged * pull,
+                )
+            )
+            # what is no difference is promised to a few roundings anyway
+            differs = parts > _DIFFERENCE * np.abs(elastic)
+        missed = missed + np.where(differs, _ROUNDED * (parts + np.abs(surface)), 0.0)
+        return cls(states, error, outer, g, smooth, opened, pull, depth, force, missed)
+
+
+def _lost(line: Line, equilibria: Adhesive, jumps: Jumps, machine_stiffness: FloatArray) -> FloatArray:
+    """By how much the losses of rows err in J: each is the difference of two potentials."""
+    rows = machine_stiffness.size
+    if jumps.step.size == 0:
+        return np.zeros(rows)
+    k = machine_stiffness[jumps.step]
+    total = np.zeros(k.shape)
+    for s in (jumps.before, jumps.after):
+        bound = np.flatnonzero(np.isfinite(s))
+        if bound.size == 0:
+            continue
+        met = _Met.at(line, equilibria, s[bound])
+        d, force = np.abs(met.states.indentation), np.abs(met.states.normal_force)
+        elastic, surface = (np.abs(x) for x in equilibria.energies(s[bound]))
+        by_force = k[bound] == 0.0
+        with np.errstate(divide="ignore", invalid="ignore"):
+            soft = np.where(by_force, 1.0, k[bound])
+            held = np.where(by_force, force * d, 0.5 * force**2 / soft)
+            turned = np.where(by_force, d * met.force, force * (met.depth + met.force / soft))
+        total[bound] += met.energy + turned + _ROUNDED * (elastic + surface + held)
+    return np.bincount(jumps.step, weights=total, minlength=rows).astype(float)
+
+
+def _energies(
+    columns: Mapping[str, FloatArray], missed: FloatArray, lost: FloatArray, machine: FloatArray | float
+) -> dict[str, FloatArray]:
+    """Relative errors of energies from those of the elastic energy and of the losses of rows in J."""
+    elastic, surface, dissipated = (
+        np.abs(columns[name]) for name in ("elastic_energy", "surface_energy", "dissipated_energy")
+    )
+    gathered = np.cumsum(lost)
+    pairs = {
+        "elastic_energy": (missed, elastic),
+        "jump_dissipation": (lost, np.abs(columns["jump_dissipation"])),
+        "dissipated_energy": (gathered, dissipated),
+        "external_work": (missed + gathered, elastic + surface + dissipated + machine),
+    }
+    with np.errstate(divide="ignore", invalid="ignore"):
+        shares = {name: np.where(part > 0.0, part / whole, 0.0) for name, (part, whole) in pairs.items()}
+    return {name: np.where(share > _FEW_ROUNDINGS, share, 0.0) for name, share in shares.items()}
 
 
 def _bounded(errors: Mapping[str, FloatArray], touching: NDArray[np.bool_]) -> dict[str, FloatArray]:

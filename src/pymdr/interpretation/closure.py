@@ -57,6 +57,10 @@ _NOT_IN_IT = (
     "not in a force curve: contacts of different area and pressure have the same one, and the length of the line in contact "
     "is no radius; give the shape itself as a profile, or solve it by boundary elements"
 )
+_UNKNOWN = (
+    "curves through every other point differ from that of all points by as much as it is: the points do not tell it at these "
+    "depths; press deeper, or measure more points there"
+)
 
 
 def closure_claims(
@@ -66,6 +70,7 @@ def closure_claims(
     remembered: BoolArray | None = None,
     *,
     sideways: bool = False,
+    held: Mapping[str, BoolArray] | None = None,
 ) -> dict[str, Claim]:
     """
     Claims of a law for a contact that is known by its force curve.
@@ -81,6 +86,8 @@ def closure_claims(
         With memory: rows up to which the contact has grown again after it shrank.
     sideways : bool
         Whether the bodies are shifted.
+    held : mapping of str to ndarray of bool, optional
+        Rows in which a quantity is prescribed, and so a number however little the points tell.
 
     Returns
     -------
@@ -95,11 +102,14 @@ def closure_claims(
         elif claim.level is Level.NOT_VALID or claim.reason.startswith("prescribed"):
             found[name] = replace(claim, reason=claim.reason.replace(_ON_A_DISK, ""))
         else:
-            found |= _of_curve(name, claim, errors[name], remembered)
+            known = False if held is None else held.get(name, False)
+            found |= _of_curve(name, claim, errors[name], remembered, known)
     return found
 
 
-def _of_curve(name: str, claim: Claim, error: FloatArray, remembered: BoolArray | None) -> dict[str, Claim]:
+def _of_curve(
+    name: str, claim: Claim, error: FloatArray, remembered: BoolArray | None, known: BoolArray | bool
+) -> dict[str, Claim]:
     theirs, level = claim.reason.replace(_ON_A_DISK, ""), claim.level
     if remembered is not None:
         theirs = f"{_MEMORY}; {theirs}" if level is Level.APPROXIMATE else _MEMORY
@@ -112,6 +122,11 @@ def _of_curve(name: str, claim: Claim, error: FloatArray, remembered: BoolArray 
         source=f"{claim.source}; {SOURCES['closure']}",
     )
     total = error if claim.error is None else error + claim.error
+    where = claim.where & ((total < 1.0) | known)
+    if claim.where.any() and not where.any():
+        return {name: Claim(Level.NOT_VALID, _UNKNOWN, SOURCES["closure"], where)}
+    if where.sum() < claim.where.sum():
+        own = replace(own, where=where, reason=f"{own.reason}; left out where {_UNKNOWN}")
     return with_errors(
         {name: own}, {name: total}, "", "as curves through every other point, or of more pieces, do"
     )
@@ -134,9 +149,11 @@ def closure_errors(closure: Closure, depth: FloatArray, *, remembers: bool) -> d
     dict of str to ndarray
     """
     known = np.nan_to_num(depth)
-    stiffness, force, energy, rise = closure.error(known)
+    # a body that does not touch is known not to
+    stiffness, force, energy, rise = np.where(known > 0.0, closure.error(known), 0.0)
     if remembers and depth.size:
-        before = closure.error(np.maximum.accumulate(known))
+        deepest = np.maximum.accumulate(known)
+        before = np.where(deepest > 0.0, closure.error(deepest), 0.0)
         stiffness, force, energy, rise = np.maximum((stiffness, force, energy, rise), before)
     slid = stiffness + force
     given = {

@@ -33,9 +33,9 @@ _CHECKED = 48
 """Most rows whose pressure and gap are looked at."""
 _GONE = 1e-100
 """Of the largest deflection of a row: what is less is none."""
-_INSIDE = (np.arange(64.0) + 0.5) / 66.0
+INSIDE = (np.arange(64.0) + 0.5) / 66.0
 _OUTSIDE = 1.0 + np.geomspace(1e-3, 2.0, 16)
-"""Radii over that of the contact at which they are."""
+"""Radii over that of the contact at which fields are looked at."""
 _SOURCE = f"{SOURCES['lee-radok']}; {SOURCES['ting']}"
 
 
@@ -166,7 +166,7 @@ class MemorySurface:
     def outside(self, state: LineState) -> FloatArray:
         """Radii to three times that of the contact; without one, over all that was touched."""
         touched = float(state.position[-1])
-        return state.radius * _OUTSIDE if state.radius > 0.0 else touched * np.append(_INSIDE[::4], _OUTSIDE)
+        return state.radius * _OUTSIDE if state.radius > 0.0 else touched * np.append(INSIDE[::4], _OUTSIDE)
 
 
 def displacement(state: LineState, r: FloatArray) -> FloatArray:
@@ -287,11 +287,13 @@ class MemoryCheck(NamedTuple):
 
     def error(self, name: str, size: int) -> FloatArray:
         """Of all rows, from those on both sides that were looked at."""
-        if self.rows.size == 0:
-            return np.zeros(size)
-        after = np.searchsorted(self.rows, np.arange(size))
-        known = self.errors[name]
-        return np.maximum(known[np.minimum(after, known.size - 1)], known[np.maximum(after - 1, 0)])
+        return between(self.rows, self.errors[name], size) if self.rows.size else np.zeros(size)
+
+
+def between(rows: np.ndarray, known: FloatArray, size: int) -> FloatArray:
+    """The larger of the values of the rows on both sides that were looked at, one entry per row."""
+    after = np.searchsorted(rows, np.arange(size))
+    return np.maximum(known[np.minimum(after, known.size - 1)], known[np.maximum(after - 1, 0)])
 
 
 NOT_CHECKED = MemoryCheck(np.zeros(0, dtype=int), np.zeros(0), np.zeros(0), {}, np.zeros((0, 2)))
@@ -322,9 +324,9 @@ def check_memory(surface: MemorySurface, force: FloatArray | None) -> MemoryChec
         gap, u = surface.gap_and_displacement(fine, row, beyond)
         other_gap, other_u = surface.gap_and_displacement(coarse, row, beyond)
         replayed = 0.0 if force is None else _replayed(fine, row, force)
-        r = fine.radius * _INSIDE
+        r = fine.radius * INSIDE
         p, other_p = surface_load(fine, r), surface_load(coarse, r)
-        away = _away(r, surface.marks(row))
+        away = away_from(r, surface.marks(row))
         size = max(float(np.max(fine.deflection, initial=0.0)), abs(float(surface.indentation[row])))
         mean = float(np.sum(p * r) / np.sum(r)) if fine.radius > 0.0 else 0.0
         found.append(
@@ -363,7 +365,8 @@ def _replayed(state: LineState, row: int, force: FloatArray) -> float:
     return abs(borne - float(force[row])) / (float(np.max(force)) or 1.0)
 
 
-def _away(r: FloatArray, kinks: Sequence[float]) -> BoolArray:
+def away_from(r: FloatArray, kinks: Sequence[float]) -> BoolArray:
+    """Whether radii are a hundredth of them away from kinks of the profile, where the pressure may be infinite."""
     away = np.ones(r.shape, dtype=bool)
     for kink in kinks:
         away &= np.abs(r - kink) > _BESIDE * kink

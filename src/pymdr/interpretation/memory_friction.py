@@ -3,18 +3,37 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
 
 from pymdr.interpretation.friction import TANGENTIAL_QUANTITIES
-from pymdr.interpretation.memory import LineState, MemorySurface, along_line, displacement, surface_load
+from pymdr.interpretation.memory import (
+    INSIDE,
+    LineState,
+    MemorySurface,
+    along_line,
+    away_from,
+    between,
+    checked_rows,
+    displacement,
+    surface_load,
+)
 from pymdr.interpretation.traction import TANGENTIAL_FIELDS, TANGENTIAL_LINE_FIELDS
 from pymdr.interpretation.validity import SOURCES, BoolArray, Claim, Level
 from pymdr.line.curves import ElasticLine
-from pymdr.line.memory import Passage, Relaxation, follow_springs, shear_springs, unsheared, virgin
+from pymdr.line.memory import (
+    Passage,
+    Relaxation,
+    TangentialState,
+    follow_springs,
+    prepared,
+    shear_springs,
+    unsheared,
+    virgin,
+)
 from pymdr.problem.contact import Contact
 from pymdr.problem.materials import Elastic, Rigid, Viscoelastic
 from pymdr.units import FloatArray
@@ -24,6 +43,10 @@ SHEARED_QUANTITIES = (*TANGENTIAL_QUANTITIES, "slip_work", "external_work")
 _SOURCE = f"{SOURCES['cattaneo-mindlin']}; {SOURCES['lee-radok']}; Popov and Hess (2015), chapters 5 and 7"
 _PARTS = 4
 """Parts of every row in which a history is followed again for its fields."""
+_BENDS = 24
+"""Springs at which the load of the line bends most, in a row that is looked at."""
+_AMONG = 0.01, 0.985
+"""Of the contact radius: between which they are looked for."""
 
 
 def sheared_claims(
@@ -168,44 +191,108 @@ class ShearedSurface:
 
 @lru_cache(maxsize=8)
 def _sheared_at(surface: ShearedSurface, step: int) -> LineState:
-    normal, shift = surface.normal, surface.shift[: step + 1]
-    line = ElasticLine(normal.equivalent, 1.0)
+    *_, state = _states(surface, [step], _PARTS)
+    return state
+
+
+def _states(surface: ShearedSurface, steps: Sequence[int], parts: int) -> Iterator[LineState]:
+    """The springs of rising rows sideways, followed once, in a number of parts of every row."""
+    normal, friction = surface.normal, surface.friction
+    line, rows = ElasticLine(normal.equivalent, 1.0), slice(0, steps[-1] + 1)
     start = normal.start()
     time, depth, moved = (
-        _finer(values[: step + 1], first)
-        for values, first in ((normal.time, start[0]), (normal.indentation, start[1]), (shift, 0.0))
+        _finer(values[rows], first, parts)
+        for values, first in ((normal.time, start[0]), (normal.indentation, start[1]), (surface.shift, 0.0))
     )
-    now, done, last = unsheared(), 0, None
+    pressed = prepared(line, normal.relaxation, float(np.max(depth)), virgin(*start), normal.n)
+    now, last, done = unsheared(), None, 0
 
     def watch(passage: Passage) -> None:
-        nonlocal now, done, last
-        rows = moved[done : done + passage.force.size]
+        nonlocal now, last, done
+        shifts = moved[done : done + passage.force.size]
         found = shear_springs(
-            line, passage, normal.relaxation, surface.tangential, surface.friction, rows, False, now
+            line, passage, normal.relaxation, surface.tangential, friction, shifts, False, now
         )
-        now, done, last = found.state, done + rows.size, passage
+        now, last, done = found.state, passage, done + shifts.size
 
-    follow_springs(line, normal.relaxation, time, depth, virgin(*start), n=normal.n, watch=watch)
+    for step in steps:
+        own = slice(done, (step + 1) * parts)
+        if own.stop > done:
+            pressed = follow_springs(
+                line, normal.relaxation, time[own], depth[own], pressed, n=normal.n, watch=watch
+            ).state
+            if last is None:  # not touched yet
+                now, done = replace(now, shift=float(moved[own.stop - 1])), own.stop
+        yield _read(surface, now, last, moved[:done], float(normal.contact_radius[step]))
+
+
+def _read(
+    surface: ShearedSurface, now: TangentialState, last: Passage | None, moved: FloatArray, radius: float
+) -> LineState:
+    """The springs after the last row of a passage."""
     if last is None:
         none = np.zeros(0)
         return LineState(none, none, none, 0.0)
+    normal, tangential = surface.normal.relaxation, surface.tangential
     waits, moves = (np.diff(values[-2:])[0] for values in (last.time, last.indentation))
     pulled = float(moved[-1] - moved[-2]) if moved.size > 1 else 0.0
     free = now.free != 0.0
-    q = surface.tangential.equilibrium * now.deflection + now.branches.sum(axis=1)
+    q = tangential.equilibrium * now.deflection + now.branches.sum(axis=1)
     load = last.load[-1].copy()
-    if surface.tangential.viscosity > 0.0 and waits > 0.0:
-        q += surface.tangential.viscosity * pulled / waits
-        load += normal.relaxation.viscosity * moves / waits
+    if tangential.viscosity > 0.0 and waits > 0.0:
+        q += tangential.viscosity * pulled / waits
+        load += normal.viscosity * moves / waits
     if math.isfinite(surface.friction):
         limit = surface.friction * np.maximum(load, 0.0)
         q = np.clip(q, -limit, limit)
-    radius = float(normal.contact_radius[step])
     return LineState(last.springs.position, now.deflection, np.where(free, 0.0, q), radius)
 
 
-def _finer(values: FloatArray, start: float) -> FloatArray:
+def sheared_errors(surface: ShearedSurface, size: int) -> dict[str, FloatArray]:
+    """
+    Errors of the tangential fields of all rows over their largest value in any.
+
+    What half as many springs in half as many parts make otherwise in some rows; of a row, those on both sides.
+    """
+    rows = checked_rows(surface.normal.contact_radius)
+    found = {name: np.zeros(len(rows)) for name in TANGENTIAL_FIELDS}
+    if not rows:
+        return {name: np.zeros(size) for name in found}
+    half = replace(surface, normal=replace(surface.normal, n=surface.normal.n // 2))
+    largest = dict.fromkeys(found, 0.0)
+    pairs = zip(rows, _states(surface, rows, _PARTS), _states(half, rows, max(_PARTS // 2, 1)), strict=True)
+    for i, (row, *both) in enumerate(pairs):
+        a = both[0].radius
+        r = np.concatenate([a * INSIDE, _bends(both[0])]) if a > 0.0 else INSIDE
+        r = r[away_from(r, surface.marks(row))]
+        shift = float(surface.shift[row])
+        values = [
+            (surface_load(state, r), displacement(state, r), shift - displacement(state, r)) for state in both
+        ]
+        for name, fine, coarse in zip(found, *values, strict=True):
+            if a > 0.0:
+                found[name][i] = float(np.max(np.abs(fine - coarse)))
+                largest[name] = max(largest[name], float(np.max(np.abs(fine))))
+    return {
+        name: between(np.array(rows), 2.0 * values / (largest[name] or 1.0), size)
+        for name, values in found.items()
+    }
+
+
+def _bends(state: LineState) -> FloatArray:
+    """Radii in m beside those at which the load of the line bends most: where what sticks ended once, tractions err most."""
+    low, high = _AMONG
+    inside = (state.position > low * state.radius) & (state.position < high * state.radius)
+    x, q = state.position[inside], state.load[inside]
+    if x.size < _BENDS:
+        return np.zeros(0)
+    slopes = np.diff(q) / np.diff(x)
+    most = np.argsort(np.abs(np.diff(slopes)))[-_BENDS:]
+    return np.concatenate([0.5 * (x[most] + x[most + 1]), x[most + 1], 0.5 * (x[most + 1] + x[most + 2])])
+
+
+def _finer(values: FloatArray, start: float, parts: int) -> FloatArray:
     """Rows with others between them, from a start."""
     rows = np.arange(values.size + 1.0)
-    finer = np.arange(1.0, _PARTS * values.size + 1.0) / _PARTS
+    finer = np.arange(1.0, parts * values.size + 1.0) / parts
     return np.asarray(np.interp(finer, rows, np.concatenate([[start], values])))

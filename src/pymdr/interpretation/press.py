@@ -84,7 +84,7 @@ def _errors(columns: Mapping[str, FloatArray], prescribed: str) -> dict[str, Flo
             change = np.abs(columns[f"coarse_{name}"] / columns[name] - 1.0)
         errors[name] = np.maximum(change, floor)
     # the summit may stand between pixels, from the highest of which the indentation is counted
-    rise = 2.0 * columns["rise"]
+    rise = columns["rise"]
     for name in ("indentation", "normal_stiffness", "contact_area"):
         errors[name] = errors[name] + rise / columns["indentation"]
     errors["normal_force"] = (

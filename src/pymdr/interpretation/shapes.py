@@ -19,11 +19,11 @@ from pymdr.interpretation.validity import (
     Claim,
     Level,
 )
+from pymdr.line.ellipses import EllipseBounds
 from pymdr.line.shapes import LONGEST_OUTLINE, LONGEST_RATIO, PYRAMID_ERROR, PYRAMID_FORCES, ShapeStates
 from pymdr.mapping.abel import Curve
-from pymdr.mapping.azimuth import mean_error
 from pymdr.problem.profiles import EllipticParaboloid, Pyramid, Sampled2D, Shape
-from pymdr.units import FloatArray
+from pymdr.units import FloatArray, metres
 
 OF_SHAPES = (
     "indentation",
@@ -49,8 +49,22 @@ _OF_MANY_SIDES = 0.0025
 """Relative error of the estimate with 8 sides, which falls with their number."""
 
 
+@dataclass(frozen=True)
+class LowerBound:
+    """The lower bound of the force over the rows."""
+
+    force: FloatArray
+    """F / E* in m^2."""
+    error: FloatArray
+    """Relative, of the means of the gap."""
+    disk: FloatArray
+    """That of disks about the apex."""
+    ellipses: EllipseBounds | None
+    """Those that are better."""
+
+
 def shape_claims(
-    shape: Shape, states: ShapeStates, bound: FloatArray, prescribed: Mapping[str, BoolArray]
+    shape: Shape, states: ShapeStates, bound: LowerBound, prescribed: Mapping[str, BoolArray]
 ) -> dict[str, Claim]:
     """
     Claims of every quantity of a shape over the rows.
@@ -59,8 +73,7 @@ def shape_claims(
     ----------
     shape : Shape
     states : ShapeStates
-    bound : ndarray
-        The lower bound of the force, over E*, in m^2.
+    bound : LowerBound
     prescribed : mapping of str to ndarray of bool
         Rows at which a quantity is prescribed.
 
@@ -68,7 +81,7 @@ def shape_claims(
     -------
     dict of str to Claim
     """
-    everywhere = np.ones(bound.shape, dtype=bool)
+    everywhere = np.ones(bound.force.shape, dtype=bool)
     if isinstance(shape, EllipticParaboloid):
         claims = _exact(everywhere)
     else:
@@ -138,8 +151,8 @@ def _estimated(states: ShapeStates) -> dict[str, Claim]:
 def _unknown() -> str:
     return (
         "no estimate: in some direction the outline runs beyond what is known of the body, or it is more than "
-        f"{LONGEST_OUTLINE:g} times as long as wide, where the error was not measured, or another part of the body may touch; press "
-        "it by boundary elements"
+        f"{LONGEST_OUTLINE:g} times as long as wide, where the error was not measured, or another part of the body may touch, or it is "
+        "below the lower bound; press it by boundary elements"
     )
 
 
@@ -179,22 +192,41 @@ def _estimate_claim(shape: Shape, states: ShapeStates) -> Claim:
     return Claim(Level.APPROXIMATE, f"{_ESTIMATE}{outline}", source, known, error)
 
 
-def _bound_claim(shape: Shape, states: ShapeStates, bound: FloatArray) -> Claim:
-    everywhere = np.ones(bound.shape, dtype=bool)
-    reason = (
-        "a rigorous lower bound of the force at this indentation, that of the azimuthal mean about the apex, for a body that does not "
-        "tilt"
-    )
+def _bound_claim(shape: Shape, states: ShapeStates, bound: LowerBound) -> Claim:
+    everywhere = np.ones(bound.force.shape, dtype=bool)
+    reason = "a rigorous lower bound of the force at this indentation, for a body that does not tilt: "
+    if bound.ellipses is None:
+        reason += "that of the azimuthal mean about the apex"
+    else:
+        reason += f"that of an ellipse as trial area, the best that was found, {_where(bound)}"
     pressed = np.isfinite(states.force) & (states.force > 0.0)
     if pressed.any():
-        share = float(np.max(1.0 - bound[pressed] / states.force[pressed]))
+        share = float(np.max(1.0 - bound.force[pressed] / states.force[pressed]))
         reason += f"; here up to {100.0 * max(share, 0.0):.2g} % below normal_force"
+    level = Level.EXACT
     if isinstance(shape, Sampled2D):
-        reason += "; of the heights as they are interpolated, and their mean between rings a pixel apart"
-        return Claim(Level.APPROXIMATE, reason, SOURCES["shield"], everywhere)
-    claim = Claim(Level.EXACT, reason, SOURCES["shield"], everywhere)
-    error = {"bound": np.full(bound.shape, 2.0 * mean_error(shape))}
-    return with_errors({"bound": claim}, error, "", "as the mean over finitely many directions does")["bound"]
+        level, reason = Level.APPROXIMATE, f"{reason}; of the heights as they are interpolated"
+        if bound.ellipses is None:
+            reason += ", and their mean between rings a pixel apart"
+    claim = Claim(level, reason, SOURCES["shield"], everywhere)
+    return with_errors(
+        {"bound": claim}, {"bound": bound.error}, "", "as the mean over finitely many points does"
+    )["bound"]
+
+
+def _where(bound: LowerBound) -> str:
+    """Where the best ellipse lies at the row that bears most."""
+    found = bound.ellipses
+    assert found is not None
+    row = int(np.nanargmax(found.force))
+    x, y, longer, shorter = (
+        metres(float(one[row])) for one in (found.x, found.y, found.longer, found.shorter)
+    )
+    gain = 100.0 * (bound.force[row] / bound.disk[row] - 1.0) if bound.disk[row] > 0.0 else math.inf
+    return (
+        f"at the largest indentation about x = {x}, y = {y}, with semi-axes of {longer} and {shorter}, the longer one at "
+        f"{math.degrees(float(found.angle[row])) % 180.0:.3g} degrees, {gain:.2g} % above that of the azimuthal mean about the apex"
+    )
 
 
 def shape_assumptions(

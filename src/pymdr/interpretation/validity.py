@@ -363,8 +363,12 @@ _EXTRAPOLATED = 1e-2
 """Of the largest force: what an extrapolation to short steps may change."""
 
 
-def ring_memory_claims(n: int, change: FloatArray) -> dict[str, Claim]:
-    """Claims of a result with memory by boundary elements on rings, of which an extrapolation to short steps changed a part."""
+def ring_memory_claims(n: int, change: FloatArray, fewer: FloatArray) -> dict[str, Claim]:
+    """
+    Claims of a result with memory by boundary elements on rings.
+
+    Of the largest force, or indentation, an extrapolation to short steps changed a part, and fewer rings tell one.
+    """
     most = float(np.max(change, initial=0.0))
     reason = (
         f"boundary elements on {n} rings with a memory each, the method of dimensionality reduction was not used; forces were "
@@ -372,7 +376,8 @@ def ring_memory_claims(n: int, change: FloatArray) -> dict[str, Claim]:
     )
     if most <= _EXTRAPOLATED:
         reason += (
-            "with 400 rings they err by some 1e-5 of it, the contact radius by less than the width of a ring"
+            f"fewer rings tell that they err by {float(np.max(fewer, initial=0.0)):.1g} of it, and the contact radius errs by less than "
+            "the width of a ring"
         )
     else:
         reason += (
@@ -380,5 +385,12 @@ def ring_memory_claims(n: int, change: FloatArray) -> dict[str, Claim]:
             "rough; take a shorter path"
         )
     names = (*NORMAL_QUANTITIES, "inner_contact_radius", "contact_area", *NORMAL_FIELDS)
-    claim = Claim(Level.APPROXIMATE, reason, SOURCES["lee-radok"], np.ones(change.size, dtype=bool))
-    return {name: claim for name in names if name != "edge_amplitude"}
+    where = np.ones(change.size, dtype=bool)
+    claims = {
+        name: Claim(Level.APPROXIMATE, reason, SOURCES["lee-radok"], where)
+        for name in names
+        if name != "edge_amplitude"
+    }
+    for name in ("normal_force", "indentation"):
+        claims[name] = replace(claims[name], error=change + fewer)
+    return claims

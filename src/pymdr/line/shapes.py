@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache, partial, singledispatch
 from typing import Protocol
 
@@ -34,6 +34,10 @@ _FEWEST_RAYS, _MOST_RAYS = 64, 256
 _SAME_FORCE = 1e-5
 _CLEAR = 1.3
 """Of the outline, from where on the surface must be free."""
+_FAR, _FAR_RAYS, _FAR_RADII = 64.0, 512, 400
+"""Where other summits are looked for: how many times as far as the outline, and at how many places."""
+_BELOW = 1e-3
+"""Of the force of a disk, that an estimate may lie below it."""
 _HALVINGS = 30
 """Of a bracket of less than a unit of ln a, of whose error the force has the square."""
 
@@ -56,6 +60,14 @@ class ShapeStates:
     """Largest distance of the edge from the apex in m, as far as it is known."""
     clipped: FloatArray
     """Share of the directions in which the estimate has no outline of its own."""
+
+    def above(self, bound: FloatArray) -> ShapeStates:
+        """Those whose force is not below a bound, F / E* in m^2: an estimate that is below it is none."""
+        wrong = self.force < bound * (1.0 - _BELOW)
+        force, stiffness, estimate = (
+            np.where(wrong, math.nan, one) for one in (self.force, self.stiffness, self.estimate)
+        )
+        return replace(self, force=force, stiffness=stiffness, estimate=estimate)
 
 
 class ShapeLaw(Protocol):
@@ -273,6 +285,11 @@ class RayLaw:
             rays *= 2
         parts = [_stationary(table, depth[i : i + _ROWS]) for i in range(0, depth.size, _ROWS)]
         whole = np.concatenate(parts, axis=1)
+        on_rays = np.repeat(np.log(radius)[:, None], table.directions, axis=1)
+        disk = 2.0 * radius * (depth - table.at(on_rays)[0].mean(axis=1))
+        # stationary outlines that run over a second summit bear less than a disk, which no body does
+        wrong = whole[0] < disk * (1.0 - _BELOW - change - table.error)
+        whole[:, wrong | _others_touch(self.shape, depth, whole[2], whole[0])] = math.nan
         return np.concatenate([whole, np.full((1, depth.size), change + table.error)])
 
 
@@ -284,7 +301,9 @@ def _stationary(table: RayTable, depth: FloatArray) -> FloatArray:
     p, dp, _ = table.at(on_nodes)
     # Q = 2 d a - (a int g)' over (rows, radii, rays)
     q = 2.0 * d[:, :, None] * radii[:, None] - radii[:, None] * (2.0 * p + dp)
-    top = np.argmax(q, axis=1)
+    # no contact goes beyond where the gap first is the depth, behind which another part of the body may begin
+    within = np.logical_and.accumulate(table.gap < d[:, :, None], axis=1)
+    top = np.argmax(np.where(within, q, -math.inf), axis=1)
     inside = ((top > 0) & (top < s.size - 1)).all(axis=1)
     top = np.clip(top, 1, s.size - 2)
 
@@ -347,6 +366,23 @@ def _touches_beyond(table: RayTable, depth: FloatArray, outline: FloatArray, for
     far = r[:, None] > _CLEAR * outline[:, None, :]
     left = depth[:, None] - force[:, None] / (math.pi * r)
     return np.asarray((far & (table.gap < left[:, :, None])).any(axis=(1, 2)))
+
+
+def _others_touch(shape: Shape, depth: FloatArray, outline: FloatArray, force: FloatArray) -> BoolArray:
+    """The same farther away and on more rays than those of the table: other summits are narrow from afar."""
+    touches = np.zeros(depth.shape, dtype=bool)
+    known = np.flatnonzero(np.isfinite(outline) & (outline > 0.0))
+    if known.size == 0:
+        return touches
+    phi = 2.0 * math.pi * np.arange(_FAR_RAYS)[:, None] / _FAR_RAYS
+    r = np.geomspace(float(outline[known].min()), _FAR * float(outline[known].max()), _FAR_RADII)
+    gap = shape.gap_at(r * np.cos(phi), r * np.sin(phi))
+    below = gap < depth[known].max()
+    r, gap = np.broadcast_to(r, gap.shape)[below], gap[below]
+    for row in known:
+        far = r > _CLEAR * outline[row]
+        touches[row] = bool(np.any(gap[far] < depth[row] - force[row] / (math.pi * r[far])))
+    return touches
 
 
 def _bisected(falling: Callable[[FloatArray], FloatArray], low: FloatArray, high: FloatArray) -> FloatArray:

@@ -425,15 +425,17 @@ class Charges:
     def jump_error(self, base: FloatArray, offset: FloatArray) -> FloatArray:
         """Error of g' on panels, shape of `offset` (T, k), from the errors of the jumps of f'."""
         slopes = self.slopes
-        rough = np.flatnonzero(slopes.jump_error > 8.0 * np.finfo(float).eps * slopes.size)
+        rough = np.flatnonzero(slopes.jump_error + slopes.blur > 8.0 * np.finfo(float).eps * slopes.size)
         total = np.zeros(offset.shape)
-        places = slopes.panels.base[rough], slopes.panels.low[rough], slopes.jump_error[rough]
-        for start, low, error in zip(*(values.tolist() for values in places), strict=True):
+        panels = slopes.panels.take(rough)
+        places = panels.base, panels.low, panels.width, slopes.jump_error[rough], slopes.blur[rough]
+        for start, low, width, error, blur in zip(*(values.tolist() for values in places), strict=True):
             beyond = np.flatnonzero((base - start) + (offset[:, -1] - low) > 0.0)
             distance = (base[beyond] - start)[:, None] + (offset[beyond] - low)
             b = start + low
             with np.errstate(divide="ignore", invalid="ignore"):
-                term = error * b / self._root(distance * (2.0 * b + distance))
+                felt = error + blur * np.minimum(width / distance, 1.0)
+                term = felt * b / self._root(distance * (2.0 * b + distance))
             total[beyond] += np.where(distance > 0.0, term, 0.0)
         return total
 

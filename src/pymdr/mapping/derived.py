@@ -10,7 +10,7 @@ import numpy as np
 
 from pymdr.errors import ConvergenceError, ProblemError
 from pymdr.mapping.callables import TipLaw, find_kinks, rounding, slope_panel, tip_law
-from pymdr.mapping.resolving import SlopeSource, anchored
+from pymdr.mapping.resolving import SlopeSource, anchored, radii_beside
 from pymdr.mapping.series import TERMS, Panels, clenshaw
 from pymdr.problem.profiles import Function, call
 from pymdr.units import FloatArray, metres
@@ -76,7 +76,7 @@ class DerivedSource(SlopeSource):
 
     def sample(self, base: FloatArray, offset: FloatArray) -> tuple[FloatArray, FloatArray]:
         """F' at the rounded radii, and their offsets."""
-        r = base + offset
+        r = radii_beside(self.knots, base, offset)
         self.foresee(float(r.max()))
         answer = np.full(r.shape, math.nan)
         below = r < self.continued

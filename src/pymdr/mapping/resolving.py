@@ -96,6 +96,23 @@ class SlopeSource(ABC):
         return []
 
 
+def radii_beside(knots: tuple[float, ...], base: FloatArray, offset: FloatArray) -> FloatArray:
+    """
+    Radii in m as they are rounded, on the side of every knot on which they lie.
+
+    Examples
+    --------
+    >>> (radii_beside((1.0,), np.array([1.0, 0.0]), np.array([1e-20, 1.0])) - 1.0).tolist()
+    [2.220446049250313e-16, -1.1102230246251565e-16]
+    """
+    r = base + offset
+    on = np.isin(r, knots) if knots else np.zeros(r.shape, dtype=bool)
+    if on.any():
+        r = np.where(on & (base < r), np.nextafter(r, 0.0), r)
+        r = np.where(on & (base == r) & (offset > 0.0), np.nextafter(r, np.inf), r)
+    return np.asarray(r)
+
+
 @dataclass(frozen=True)
 class Slopes:
     """f' on panels."""
@@ -110,6 +127,8 @@ class Slopes:
     """Jump of f' at the lower end of panels that begin at a breakpoint, else 0; shape (P,)."""
     jump_error: FloatArray
     """Error of that jump, shape (P,)."""
+    blur: FloatArray
+    """Part of the error of a panel that begins at a breakpoint which beyond it nothing is left of, else 0; shape (P,)."""
     beside: FloatArray
     """Errors of the exponent and of the place in m with which f' begins there, shape (P, 2)."""
 
@@ -122,7 +141,7 @@ class Slopes:
         )
 
 
-_MEASURED = ("error", "size", "jump", "jump_error", "beside")
+_MEASURED = ("error", "size", "jump", "jump_error", "blur", "beside")
 
 
 def joined_slopes(first: Slopes, second: Slopes) -> Slopes:
@@ -257,7 +276,9 @@ def resolve(
         error = fit.error[fits] + source.uncertainty(taken)
         beside = np.stack([fit.exponent_error[fits], np.zeros(taken.count)], axis=1)
         none = np.zeros(taken.count)
-        done.append(Slopes(taken, fit.series.take(fits), error, fit.size[fits], none, leap[fits], beside))
+        done.append(
+            Slopes(taken, fit.series.take(fits), error, fit.size[fits], none, leap[fits], none, beside)
+        )
         rest = np.flatnonzero(~fits)
         if rest.size == 0:
             break

@@ -26,6 +26,7 @@ from pymdr.mapping.resolving import (
 from pymdr.mapping.series import (
     TERMS,
     BoolArray,
+    IndexArray,
     Panels,
     basis_slope,
     clenshaw,
@@ -48,6 +49,8 @@ _UNNAMED = 32.0 * float(np.finfo(float).eps)
 _BESIDE = 4.0
 """Widths of the uncertainty of a place by which the place may be off, when a jump there is told from a bend."""
 _LEAST_LEAP = 1e-12
+_MISSED = 1e-12
+"""Misfit of f', in parts of it, from which a panel beside a breakpoint is taken not to resolve it."""
 PROBED = np.array([0.03, 0.1, 0.25, 0.5, 0.75, 1.0])
 """Where on a panel a curve is looked at, if it is too uncertain for more."""
 
@@ -274,10 +277,12 @@ def _below_begin() -> FloatArray:
 
 def _beginning(made: Slopes, before: Slopes | None, found: list[float], source: SlopeSource) -> Slopes:
     """What happens at breakpoints: the jumps of f' with their errors, and how well the places are known."""
-    panels, series = made.panels, made.series
+    panels = made.panels
     begins = np.flatnonzero(panels.begins)
     if begins.size == 0:
         return made
+    made = _closed(made, begins, source.uncertainty(panels.take(begins)))
+    series = made.series
     jump, jump_error, beside = np.array(made.jump), np.array(made.jump_error), np.array(made.beside)
     right = np.where(
         series.power[begins] == 0.0, clenshaw(series.coefficients[begins], np.zeros(begins.size)), 0.0
@@ -306,9 +311,36 @@ def _beginning(made: Slopes, before: Slopes | None, found: list[float], source: 
             beside[i, 1] = _UNNAMED * panels.base[i] + width
             # beside its true place a curve that begins with a bend seems to begin with a jump
             error[k] += _BESIDE * width * _bend(made, i)
-    jump[begins] = np.where(np.abs(difference) > 64.0 * rounding + error, difference, 0.0)
-    jump_error[begins] = rounding + error
-    return replace(made, jump=jump, jump_error=jump_error, beside=beside)
+    jumping = np.abs(difference) > 64.0 * rounding + error
+    jump[begins] = np.where(jumping, difference, 0.0)
+    jump_error[begins] = rounding + np.maximum(error - made.blur[begins], 0.0)
+    # what does not jump begins where it came from
+    lost = np.where(jumping | (made.blur[begins] == 0.0), 0.0, -difference)
+    coefficients = np.array(series.coefficients)
+    coefficients[begins, 0] += 0.5 * lost
+    coefficients[begins, 1] -= 0.5 * lost
+    series = replace(series, coefficients=coefficients)
+    return replace(made, series=series, jump=jump, jump_error=jump_error, beside=beside)
+
+
+def _closed(made: Slopes, begins: IndexArray, uncertainty: FloatArray) -> Slopes:
+    """
+    Panels beside breakpoints that do not resolve f', as powers of the offset that follow a jump, end where the next ones begin.
+
+    What they miss of f' is then felt on them and next to them only: beyond, it is how much f' rises over them that counts.
+    """
+    panels, series = made.panels, made.series
+    rough = begins[(begins + 1 < panels.count) & (series.power[begins] == 0.0)]
+    rough = rough[(panels.base[rough + 1] == panels.base[rough]) & (series.power[rough + 1] == 0.0)]
+    missed = (made.error[begins] - uncertainty)[np.isin(begins, rough)]
+    unresolved = missed > _MISSED * made.size[rough]
+    rough, missed = rough[unresolved], missed[unresolved]
+    ends = clenshaw(series.coefficients[rough], np.ones(rough.size))
+    starts = clenshaw(series.coefficients[rough + 1], np.zeros(rough.size))
+    coefficients, blur = np.array(series.coefficients), np.array(made.blur)
+    coefficients[rough, :2] += 0.5 * (starts - ends)[:, None]
+    blur[rough] = missed
+    return replace(made, series=replace(series, coefficients=coefficients), blur=blur)
 
 
 def _bend(slopes: Slopes, i: int) -> float:

@@ -10,7 +10,7 @@ import numpy as np
 from pymdr.errors import ProblemError
 from pymdr.mapping.callables import check_consistency, find_kinks
 from pymdr.mapping.derived import DerivedSource
-from pymdr.mapping.resolving import SlopeSource
+from pymdr.mapping.resolving import SlopeSource, radii_beside
 from pymdr.mapping.series import TERMS, Panels, Place, Series, evaluate
 from pymdr.problem.profiles import (
     Function,
@@ -56,7 +56,7 @@ class CurveSource(SlopeSource):
 
     def sample(self, base: FloatArray, offset: FloatArray) -> tuple[FloatArray, FloatArray]:
         """F' at the rounded radii, and their offsets."""
-        r = base + offset
+        r = radii_beside(self.knots, base, offset)
         return self.profile.gap_slope(r), r - base
 
     def foresee(self, top: float) -> None:
@@ -167,8 +167,7 @@ class SumSource(SlopeSource):
 
     def sample(self, base: FloatArray, offset: FloatArray) -> tuple[FloatArray, FloatArray]:
         """F' at the rounded radii, and their offsets."""
-        r = base + offset
-        rounded = r - base
+        rounded = radii_beside(self.knots, base, offset) - base
         return np.asarray(sum(part.sample(base, rounded)[0] for part in self.parts)), rounded
 
     @property

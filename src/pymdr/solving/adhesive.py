@@ -271,7 +271,9 @@ def _interpret(task: Task, line: AdhesiveLine, walked: Walked[_Rows]) -> Result:
     said = theory.claim(line.law, task.contact.profile, line.line)
     claims = adhesive_claims(said, tuple(columns), certificate.disk, certificate.reason)
     held = DiskStates(np.nan_to_num(depths), Place(np.zeros(a.shape), np.nan_to_num(a)), np.zeros(a.shape))
-    errors = adhesive_errors(line.line, equilibria, s, rows.control)
+    k = task.machine_stiffness
+    machine = 0.0 if k is None else 0.5 * np.nan_to_num(rows.normal_force) ** 2 / k
+    errors = adhesive_errors(line.line, equilibria, s, rows.control, columns, rows.jumps, machine)
     claims = with_errors(claims, errors, map_remark(line.line, held))
     balance = energy_assumption(float(np.max(rows.residual)))
     if not balance.met:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -10,16 +10,19 @@ import numpy as np
 
 from pymdr.errors import ConvergenceError, PathError, ProblemError
 from pymdr.interpretation.closure import OF_THE_CURVE, closure_claims, regrown
+from pymdr.interpretation.validity import Claim
 from pymdr.mapping.closure import closure_of
 from pymdr.mapping.equivalent import equivalent_profile
 from pymdr.mapping.moduli import effective_moduli
 from pymdr.problem.contact import Contact
 from pymdr.problem.profiles import ForceCurve
 from pymdr.result import Reading, Result, Status
-from pymdr.solving.walk import Task
+from pymdr.solving.walk import Task, held_rows
 from pymdr.units import metres, shown
 
 if TYPE_CHECKING:
+    from xarray import DataArray
+
     from pymdr.presentation.plot import Plots
 
 _TIMES = ("time", "jumped")
@@ -71,14 +74,28 @@ def solve_on_curve(history: Callable[[Task], Result], task: Task) -> Result:
         data["indentation"].values,
         again,
         sideways=result.contact.friction is not None,
+        held=held_rows(task),
     )
+    kept = data.drop_vars([name for name in data if not _is_told(str(name), claims)])
     return replace(
         result,
-        data=data.drop_vars([name for name in data if name not in OF_THE_CURVE and name not in _TIMES]),
+        data=kept.map(lambda column: _where_told(column, claims.get(str(column.name)))),
         claims=claims,
         status=Status.OF_A_CURVE if result.status is Status.COMPLETED else result.status,
         references=(*result.references, "closure"),
     )
+
+
+def _is_told(name: str, claims: Mapping[str, Claim]) -> bool:
+    """Whether a column is a time, or something that the points tell."""
+    return name in _TIMES or (name in OF_THE_CURVE and (name not in claims or claims[name].readable))
+
+
+def _where_told(column: DataArray, claim: Claim | None) -> DataArray:
+    """A column, NaN in the rows that the points do not tell."""
+    if claim is None or claim.where.all():
+        return column
+    return column.where(column["step"].copy(data=claim.where))
 
 
 def reading_of(reading: Reading) -> Reading:

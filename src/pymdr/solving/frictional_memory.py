@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -13,7 +14,9 @@ from pymdr.interpretation.accuracy import with_errors
 from pymdr.interpretation.friction import similarity_assumption
 from pymdr.interpretation.memory_friction import (
     SHEARED_QUANTITIES,
+    ShearedSurface,
     sheared_claims,
+    sheared_errors,
     uncoupled,
 )
 from pymdr.interpretation.traction import TANGENTIAL_FIELDS
@@ -45,19 +48,17 @@ from pymdr.solving.viscoelastic import (
     MemoryRows,
     begun,
     divided,
+    error_of,
     followed_leg,
     interpreted,
     refuse_untimed,
     rows_met,
     status_of,
+    surface_with_memory,
 )
 from pymdr.solving.walk import Channels, Task, Told, Walked, solution, walk
 from pymdr.units import FloatArray, newtons
 
-_FIELD_ERROR = 1e-3
-"""Of their largest value: what the distance of the springs does to displacements and slip."""
-_TRACTION_ERROR = 3e-2
-"""Of its largest value: what the distance of the springs does to the shear traction within a spring from the stick radius."""
 _SLACK = 1e-3
 """By how much half as many springs may carry less than all of them."""
 
@@ -240,11 +241,7 @@ def _interpret(task: Task, bodies: _Bodies, walked: Walked[_Rows]) -> Result:
     tangential = sheared_claims(contact, coupling, (*own, *TANGENTIAL_FIELDS), where, sheared.disk)
     tangential = with_errors(
         tangential,
-        _errors(rows)
-        | {
-            name: np.full(where.size, _TRACTION_ERROR if name == "shear_traction" else _FIELD_ERROR)
-            for name in TANGENTIAL_FIELDS
-        },
+        _errors(rows) | sheared_errors(_surface(task, bodies, walked, normal.columns), where.size),
         "; energies are those of the springs and dashpots that the rheology names",
         f"as {SPRINGS} springs in four steps between the rows do",
     )
@@ -264,6 +261,15 @@ def _interpret(task: Task, bodies: _Bodies, walked: Walked[_Rows]) -> Result:
         references=("sneddon", "popov-hess", "ting", "cattaneo-mindlin"),
         starts=walked.starts,
     )
+
+
+def _surface(
+    task: Task, bodies: _Bodies, walked: Walked[_Rows], columns: Mapping[str, FloatArray]
+) -> ShearedSurface:
+    assert walked.time is not None
+    depth, radius = columns["indentation"], columns["contact_radius"]
+    normal = surface_with_memory(task.contact, bodies.normal, walked.time, depth, radius)
+    return ShearedSurface(normal, bodies.tangential, bodies.friction, walked.rows.fine.shift)
 
 
 def _beside(rows: _Rows, friction: float, force: FloatArray) -> FloatArray:
@@ -286,7 +292,7 @@ def _shift_claim(claim: Claim, forced: np.ndarray) -> Claim:
 
 
 def _errors(rows: _Rows) -> dict[str, FloatArray]:
-    """Twice what half as many springs and steps make otherwise, of the largest values."""
+    """What half as many springs and steps tell, of the largest values."""
     fine, coarse = rows.fine, rows.coarse
     found = {
         "shift": (fine.shift, coarse.shift),
@@ -298,7 +304,8 @@ def _errors(rows: _Rows) -> dict[str, FloatArray]:
         "dissipated_energy": (fine.dissipated + fine.slip_work, coarse.dissipated + coarse.slip_work),
         "external_work": (fine.work, coarse.work),
     }
+    found = {name: (np.nan_to_num(a), np.nan_to_num(b)) for name, (a, b) in found.items()}
     return {
-        name: 2.0 * np.abs(a - b) / (float(np.max(np.abs(a), initial=0.0)) or 1.0)
+        name: error_of(np.abs(a - b) / (float(np.max(np.abs(a), initial=0.0)) or 1.0))
         for name, (a, b) in found.items()
     }

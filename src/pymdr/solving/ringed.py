@@ -25,9 +25,13 @@ from pymdr.rows import taken
 from pymdr.solving.memory import assumptions_with_memory, relaxation_along, times_of
 from pymdr.solving.normal import check_normal_path, refuse_tension
 from pymdr.solving.reach import Mapped, assumptions, half_space_assumptions, map_to_line, notes_of
+from pymdr.solving.viscoelastic import error_of
 from pymdr.solving.walk import Channels, Task, Told, Walked, solution, walk
 from pymdr.units import FloatArray
 
+_FEWEST = 20
+_FEWER = 0.618
+"""Part of the rings that tells how far all of them err: one whose edges lie elsewhere."""
 _QUANTITIES: dict[str, Callable[[RingSolution], float]] = {
     "indentation": lambda s: s.indentation,
     "normal_force": lambda s: s.force,
@@ -154,6 +158,10 @@ class _Remembered:
     """(rows,) of RingSolution, None before anything was touched."""
     change: FloatArray
     """What the extrapolation to steps without length changed."""
+    answer: FloatArray
+    """The force in N, or the indentation in m under prescribed forces."""
+    coarse: FloatArray
+    """What fewer rings make of it."""
     prescribed: FloatArray
     """The indentation where it is prescribed, else nan."""
 
@@ -172,7 +180,7 @@ def solve_memory_by_rings(task: Task) -> Result:
         task,
         walked,
         columns,
-        ring_memory_claims(rings.n, rows.change),
+        ring_memory_claims(rings.n, rows.change, _made_otherwise(rows)),
         assumptions=assumptions_with_memory(task.contact, columns["contact_radius"]),
         status=Status.BY_RINGS,
         notes=notes_of(task.contact.profile),
@@ -182,6 +190,14 @@ def solve_memory_by_rings(task: Task) -> Result:
             [0.0 if one is None else one.stiffness / (2.0 * one.modulus) for one in rows.solutions]
         ),
     )
+
+
+def _made_otherwise(rows: _Remembered) -> FloatArray:
+    """What fewer rings tell, of the largest force, or indentation where forces are prescribed."""
+    apart, forced = np.abs(rows.answer - rows.coarse), np.isnan(rows.prescribed)
+    for own in (forced, ~forced):
+        apart[own] /= float(np.max(np.abs(rows.answer[own]), initial=0.0)) or 1.0
+    return error_of(apart)
 
 
 def _depths(rows: _Remembered) -> FloatArray:
@@ -198,24 +214,38 @@ def _step_with_memory(
     contact: Contact,
     relaxation: Relaxation,
     rings: Rings,
-    state: RingMemory | None,
+    state: tuple[RingMemory | None, RingMemory | None] | None,
     asked: Stretch,
     kept: np.ndarray | None,
     told: Told | None,
-) -> tuple[_Remembered, RingMemory | None, Channels]:
+) -> tuple[_Remembered, tuple[RingMemory | None, RingMemory | None], Channels]:
     if asked.by_force:
         refuse_tension(asked.leg, asked.normal)
-    start = asked.start[0] if state is not None else min(asked.start[0], 0.0)
+    touched = state is not None and state[0] is not None
+    start = asked.start[0] if touched else min(asked.start[0], 0.0)
     time, target = np.append(asked.begin, times_of(asked)), np.append(start, asked.normal)
-    leg = follow_rings(contact.profile, relaxation, time, target, asked.by_force, state, rings)
+    before = (None, None) if state is None else state
+    other = Rings(max(round(_FEWER * rings.n), _FEWEST) if rings.n > _FEWEST else 2 * rings.n)
+    leg, compared = (
+        follow_rings(contact.profile, relaxation, time, target, asked.by_force, one, each)
+        for one, each in zip(before, (rings, other), strict=True)
+    )
     solutions = np.empty(asked.normal.size, dtype=object)
     solutions[:] = leg.solutions
+    answer, coarse = (
+        np.array([0.0 if one is None else (one.indentation if asked.by_force else one.force) for one in rows])
+        for rows in (leg.solutions, compared.solutions)
+    )
     rows = _Remembered(
-        solutions, leg.change, np.full(solutions.size, np.nan) if asked.by_force else asked.normal
+        solutions,
+        leg.change,
+        answer,
+        coarse,
+        np.full(solutions.size, np.nan) if asked.by_force else asked.normal,
     )
     last = leg.solutions[-1]
     here = {"indentation": float(_depths(rows)[-1]), "normal_force": 0.0 if last is None else last.force}
-    return taken(rows, kept), leg.state, here
+    return taken(rows, kept), (leg.state, compared.state), here
 
 
 def ring_history_with_memory(task: Task) -> RingHistory:

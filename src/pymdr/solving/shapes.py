@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING, NoReturn
 import numpy as np
 
 from pymdr.errors import ConvergenceError, PathError, ProblemError
-from pymdr.interpretation.shapes import EllipseSurface, shape_assumptions, shape_claims
+from pymdr.interpretation.shapes import EllipseSurface, LowerBound, shape_assumptions, shape_claims
 from pymdr.interpretation.thickness import thickness_assumption
 from pymdr.interpretation.validity import Assumption, BoolArray, Claim
+from pymdr.line.ellipses import ellipse_bounds
 from pymdr.line.foundation import (
     ElasticLine,
     normal_force,
@@ -20,8 +21,8 @@ from pymdr.line.foundation import (
     states_at_force,
     states_at_travel,
 )
-from pymdr.line.shapes import PYRAMID_FORCES, ShapeLaw, ShapeStates, shape_law
-from pymdr.mapping.azimuth import azimuthal_mean, ray_slopes
+from pymdr.line.shapes import PYRAMID_FORCES, RayLaw, ShapeLaw, ShapeStates, shape_law
+from pymdr.mapping.azimuth import azimuthal_mean, mean_error, ray_slopes
 from pymdr.mapping.ellipse import HertzEllipse
 from pymdr.mapping.equivalent import equivalent_profile
 from pymdr.mapping.moduli import effective_moduli
@@ -41,6 +42,8 @@ if TYPE_CHECKING:
 _STEPS = 200
 _SETTLED = 1e-13
 _FINE = 160
+_ALIKE = 1e-6
+"""By how much more than a disk an ellipse must bear."""
 
 
 @dataclass(frozen=True)
@@ -54,21 +57,35 @@ class Pressed:
     modulus: float
     """E* in Pa."""
 
-    def at(self, depth: FloatArray) -> tuple[ShapeStates, FloatArray]:
-        """States over E*, and the lower bound of the force in N."""
-        disks = states_at_depth(self.bound, depth)
-        return self.law.at(depth, disks.contact_radius), normal_force(self.bound, disks)
+    def at(self, depth: FloatArray) -> ShapeStates:
+        """States over E*."""
+        return self.law.at(depth, self.disks(depth))
 
     def disks(self, depth: FloatArray) -> FloatArray:
-        """Radii in m of the disks of the lower bound."""
+        """Radii in m of the disks of the lower bound about the apex."""
         return states_at_depth(self.bound, depth).contact_radius
+
+    def bounds(self, depth: FloatArray) -> LowerBound:
+        """The lower bound of the force over E*: where the law is not known, the best of ellipses."""
+        disks = states_at_depth(self.bound, depth)
+        force = normal_force(self.bound, disks) / self.modulus
+        error = np.full(force.shape, 2.0 * mean_error(self.shape))
+        if not isinstance(self.law, RayLaw):
+            return LowerBound(force, error, force, None)
+        ellipses = ellipse_bounds(self.shape, depth, disks.contact_radius)
+        better = ellipses.force * (1.0 - ellipses.error) > force * (1.0 + _ALIKE)
+        return LowerBound(
+            np.where(better, ellipses.force, force),
+            np.where(better, ellipses.error, error),
+            force,
+            ellipses if better.any() else None,
+        )
 
 
 @dataclass(frozen=True)
 class _Rows:
     indentation: FloatArray
     states: ShapeStates
-    bound: FloatArray
     radius: FloatArray
     """Of the disk of the bound."""
     prescribed: FloatArray
@@ -119,7 +136,7 @@ def _step(
     disks = states_at_depth(found.bound, depth)
     most = float(np.max(targets)) if asked.by_force else None
     refuse_unreachable(found.bound, found.mean, disks, most)
-    states, bound = found.at(depth)
+    states = found.at(depth)
     force = float(targets[-1]) if asked.by_force else found.modulus * float(states.force[-1])
     here = channels_at(float(depth[-1]), force, stiffness)
     if math.isnan(force):  # nothing is known of it, and a leg that holds it cannot be followed
@@ -127,7 +144,6 @@ def _step(
     rows = _Rows(
         np.asarray(depth, dtype=float),
         states,
-        bound,
         disks.contact_radius,
         targets if asked.by_force else np.full(targets.size, math.nan),
         np.full(targets.size, moved),
@@ -149,7 +165,7 @@ def _depths(found: Pressed, start: FloatArray, targets: FloatArray, compliance: 
         return d
     x, target = d[asked], targets[asked]
     for _ in range(_STEPS):
-        states, _bound = found.at(x)
+        states = found.at(x)
         force, stiffness = found.modulus * states.force, found.modulus * states.stiffness
         if np.isnan(force).any():
             _refuse_unknown(float(x[np.isnan(force)][0]))
@@ -178,13 +194,15 @@ def _interpret(task: Task, found: Pressed, walked: Walked[_Rows]) -> Result:
     by_force = np.isfinite(rows.prescribed)
     force = np.where(by_force, rows.prescribed, modulus * states.force)
     prescribed = {"indentation": rows.moved, "normal_force": by_force}
-    claims = shape_claims(shape, states, rows.bound / modulus, prescribed)
+    bounds = found.bounds(d)
+    states = states.above(bounds.force)
+    claims = shape_claims(shape, states, bounds, prescribed)
     columns: dict[str, FloatArray] = {
         "indentation": d,
         "normal_force": force,
         "normal_stiffness": modulus * states.stiffness,
         "elastic_energy": modulus * states.energy,
-        "force_lower_bound": rows.bound,
+        "force_lower_bound": modulus * bounds.force,
         "force_estimate": modulus * states.estimate,
     }
     if isinstance(shape, EllipticParaboloid):
@@ -268,18 +286,18 @@ def shape_plots(result: Result, row: int) -> Plots:
     shape, data = found.shape, result.data
     deepest = float(np.nanmax(data["indentation"].values, initial=0.0))
     depth = deepest * np.linspace(0.0, 1.0, _FINE) ** 2
-    states, bound = found.at(depth)
+    states = found.at(depth)
     d = np.array([float(data["indentation"].values[row]) if row >= 0 else deepest])
     disk = float(found.disks(d)[0])
     axes = None
     if isinstance(shape, EllipticParaboloid):
         a_x, a_y = HertzEllipse(shape.radius_x, shape.radius_y).semi_axes(d)
         axes = (float(a_x[0]), float(a_y[0]))
-    longest = float(np.nanmax(found.at(d)[0].longest, initial=disk))
+    longest = float(np.nanmax(found.at(d).longest, initial=disk))
     drawn = ShapeData(
         depth=depth,
         force=found.modulus * states.force,
-        bound=bound,
+        bound=found.modulus * found.bounds(depth).force,
         estimate=found.modulus * states.estimate,
         exact=isinstance(shape, EllipticParaboloid),
         computed=isinstance(shape, Pyramid) and shape.sides in PYRAMID_FORCES,

@@ -20,7 +20,7 @@ from pymdr.line.memory import (
     MemoryState,
     Relaxation,
     Watch,
-    creep,
+    deepest_under,
     follow_loads,
     follow_springs,
     follow_travels,
@@ -40,6 +40,8 @@ from pymdr.solving.reach import notes_of, refuse_unreachable
 from pymdr.solving.walk import Channels, Task, Told, Walked, channels_at, solution, walk, with_travel
 from pymdr.units import FloatArray
 
+_LATER = 4
+"""Rows."""
 _COMPARED = ("force", "contact_radius", "stored", "dissipated", "indentation")
 SPRINGS = 1000
 """Springs in the largest contact."""
@@ -146,9 +148,9 @@ def begun(
     named = [getattr(leg, "indentation", None) for leg in known_legs(task.path)]
     deepest = max((float(np.max(each)) for each in named if each is not None), default=0.0)
     try:
-        if asked.by_force and deepest > 0.0 and (most := float(np.max(asked.normal))) > 0.0:
-            ends = [asked.begin, float(times_of(asked)[-1])]
-            deepest = max(deepest, float(creep(line, relaxation, ends, [most, most]).indentation[-1]))
+        if asked.by_force and deepest > 0.0:
+            time, force = np.append(asked.begin, times_of(asked)), np.append(asked.start[0], asked.normal)
+            deepest = max(deepest, deepest_under(line, relaxation, time, force))
         fine, coarse = (prepared(line, relaxation, deepest, apart, n) for n in (SPRINGS, SPRINGS // 2))
     except PymdrError:  # too deep, as the leg that goes there says when it is followed
         return apart, apart
@@ -290,17 +292,28 @@ def status_of(claims: Mapping[str, Claim]) -> Status:
 
 
 def _errors(rows: MemoryRows) -> dict[str, FloatArray]:
-    """What half as many springs and steps make otherwise, of the largest values: about three times what is left to err."""
+    """What half as many springs and steps tell, of the largest values."""
     found = {}
     fine = (rows.normal_force, rows.contact_radius, rows.stored, rows.dissipated, rows.indentation)
     names = ("normal_force", "contact_radius", "elastic_energy", "dissipated_energy", "indentation")
     for name, values, coarse in zip(names, fine, rows.coarse.T, strict=True):
         largest = float(np.max(np.abs(values), initial=0.0)) or 1.0
-        found[name] = np.abs(values - coarse) / largest
+        found[name] = error_of(np.abs(values - coarse) / largest)
     found["mean_pressure"] = found["normal_force"] + 2.0 * found["contact_radius"]
     found["effective_modulus"] = found["normal_force"]
     found["external_work"] = found["elastic_energy"] + found["dissipated_energy"]
     return found
+
+
+def error_of(apart: FloatArray) -> FloatArray:
+    """
+    Twice the most by which half as many springs and steps were apart up to some rows later, one entry per row.
+
+    What is left to err is a third of the difference where it falls as the square of steps and springs, and all of it where a
+    liquid follows forces faster than the steps are; in single rows the difference passes 0.
+    """
+    later = np.max([np.append(apart[k:], np.zeros(min(k, apart.size))) for k in range(_LATER + 1)], axis=0)
+    return np.asarray(2.0 * np.maximum.accumulate(later))
 
 
 def _ting(

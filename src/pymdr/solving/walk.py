@@ -164,7 +164,7 @@ def solution(
     """
     columns, claims = with_conduction(task.contact, columns, claims, conducting)
     if samples_of(task.contact):
-        claims = with_thickness(task.contact, columns, claims, _held(task))
+        claims = with_thickness(task.contact, columns, claims, held_rows(task))
     if walked.time is not None and not remembers:
         notes = (*notes, "the bodies are elastic: time is carried along and changes nothing")
     valid = {
@@ -190,7 +190,7 @@ def solution(
     )
 
 
-def _held(task: Task) -> dict[str, np.ndarray]:
+def held_rows(task: Task) -> dict[str, np.ndarray]:
     """The kept rows in which every normal channel is prescribed."""
     legs = planned(task.path)
     channels = np.repeat([leg.controls.normal for leg in legs], [leg.size for leg in legs])

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pymdr.errors import PathError, ProblemError
+from pymdr.mapping.moduli import effective_moduli
 from pymdr.problem.contact import Contact
 from pymdr.problem.paths import Path
 from pymdr.problem.profiles import EllipticParaboloid, Shape
@@ -43,6 +44,12 @@ _RAYS, _RADII = 256, 400
 _NEAREST, _FARTHEST = 1.0 / 64.0, 4096.0
 """Of the disk of the lower bound, where the level of the plane is looked for."""
 _LARGER, _TRIES = 1.5, 5
+_BLOCKS = 32
+"""Blocks of pixels along a side, whose forces sink the surface beside the grid."""
+_SLACK = 1e-4
+"""Of the depth, that a place beside the grid may enter the surface."""
+_BESIDE, _FINER = 1.1, 4
+"""By how much a grid goes beyond a place that enters the surface, and how many times the pixels it then may have."""
 _DEEP = 8.0
 """Indentations below the apex where a body stands that is not known there."""
 
@@ -134,7 +141,8 @@ def hold_shape(
     Press a shape at some indentations by the method and by boundary elements.
 
     A point of the body that is in contact lies no higher than the plane, for the surface is nowhere lifted above its level: f < d. The
-    grid covers where that is, about the apex, and is made larger if the contact comes to its border all the same.
+    grid covers where that is, about the apex, and is made larger if the contact comes to its border all the same, or if another part of
+    the body would enter the surface as it sinks beside the grid.
 
     Parameters
     ----------
@@ -156,14 +164,13 @@ def hold_shape(
         raise ProblemError(
             f"verify: pixels = {shown(pixels)}; a whole number from {_FEWEST} to {_MOST} is needed"
         )
-    count = pixels + (pixels + 1) % 2
     shape = contact.profile
     assert isinstance(shape, Shape)
     mdr = solve(contact, Path(indentation=depths))
     disks = pressed(contact).disks(depths)
     found: list[tuple[PressedSurface, bool]] = []
     for done, (depth, radius) in enumerate(zip(depths.tolist(), disks.tolist(), strict=True)):
-        found.append(_pressed_at(contact, shape, depth, _box(shape, depth, radius), count, engine))
+        found.append(_pressed_at(contact, shape, depth, radius, _odd(pixels), engine))
         if progress is not None:
             progress(done + 1, depths.size)
     names = [name for name in COMPARED if name in mdr.data or name in ("normal_force", "normal_stiffness")]
@@ -183,24 +190,77 @@ def hold_shape(
     return ShapeVerification(xr.Dataset(columns, attrs=told), last, apex, contact)
 
 
+def _odd(count: int) -> int:
+    return count + (count + 1) % 2
+
+
+def _rays(radius: float) -> tuple[FloatArray, FloatArray]:
+    """Places around the apex, shape (rays, radii)."""
+    phi = 2.0 * math.pi * np.arange(_RAYS)[:, None] / _RAYS
+    r = radius * np.geomspace(_NEAREST, _FARTHEST, _RADII)
+    return r * np.cos(phi), r * np.sin(phi)
+
+
 def _box(shape: Shape, depth: float, radius: float) -> FloatArray:
     """How far from the apex toward -x, +x, -y and +y the body is below the plane, or known."""
-    phi = 2.0 * math.pi * np.arange(_RAYS) / _RAYS
-    r = radius * np.geomspace(_NEAREST, _FARTHEST, _RADII)
-    cos, sin = np.cos(phi)[:, None], np.sin(phi)[:, None]
-    gap = shape.gap_at(r * cos, r * sin)
-    beyond = ~(gap < depth)
+    x, y = _rays(radius)
+    beyond = ~(shape.gap_at(x, y) < depth)
     first = np.where(beyond.any(axis=1), np.argmax(beyond, axis=1), _RADII - 1)
-    ends = r[first]
-    x, y = ends * cos[:, 0], ends * sin[:, 0]
-    box = np.array([-x.min(), x.max(), -y.min(), y.max()])
+    rays = np.arange(_RAYS)
+    box = _around(x[rays, first], y[rays, first])
     return np.asarray(np.maximum(box, 1e-3 * box.max()))
 
 
+def _around(x: FloatArray, y: FloatArray) -> FloatArray:
+    return np.array([-x.min(), x.max(), -y.min(), y.max()])
+
+
+def _beside(
+    found: PressedSurface, shape: Shape, modulus: float, depth: float, box: FloatArray, radius: float
+) -> FloatArray | None:
+    """The box that other parts of the body need, which would enter the surface beside the grid; None without any."""
+    x, y = _rays(radius)
+    low_x, high_x, low_y, high_y = box
+    outside = (x < -low_x) | (x > high_x) | (y < -low_y) | (y > high_y)
+    gap = shape.gap_at(x, y)
+    below = outside & (gap < depth)
+    if not below.any():
+        return None
+    x, y, gap = x[below], y[below], gap[below]
+    # so far away that blocks of pixels are forces
+    pressure = found.maps[0][0]
+    heights = found.surface.heights
+    at = np.unravel_index(int(np.argmax(heights)), heights.shape)
+    step = max(1, max(pressure.shape) // _BLOCKS)
+    forces, places_x, places_y = [], [], []
+    for i in range(0, pressure.shape[0], step):
+        for j in range(0, pressure.shape[1], step):
+            part = pressure[i : i + step, j : j + step]
+            if (total := float(part.sum())) > 0.0:
+                rows, columns = part.sum(axis=1), part.sum(axis=0)
+                places_x.append(
+                    (i - at[0] + float(rows @ np.arange(rows.size)) / total) * found.surface.spacing[0]
+                )
+                places_y.append(
+                    (j - at[1] + float(columns @ np.arange(columns.size)) / total) * found.surface.spacing[1]
+                )
+                forces.append(total)
+    sunk = np.zeros(x.shape)
+    for force, place_x, place_y in zip(forces, places_x, places_y, strict=True):
+        sunk += force / np.hypot(x - place_x, y - place_y)
+    sunk *= float(np.prod(found.surface.spacing)) / (math.pi * modulus)
+    entering = gap < depth - sunk - _SLACK * depth
+    if not entering.any():
+        return None
+    return np.asarray(np.maximum(box, _BESIDE * _around(x[entering], y[entering])))
+
+
 def _pressed_at(
-    contact: Contact, shape: Shape, depth: float, box: FloatArray, count: int, engine: str | None
+    contact: Contact, shape: Shape, depth: float, radius: float, pixels: int, engine: str | None
 ) -> tuple[PressedSurface, bool]:
     """The body pressed at one depth, and whether the contact ends within what is known of it."""
+    box, count = _box(shape, depth, radius), pixels
+    modulus = effective_moduli(contact.body, contact.counterbody).normal
     for _ in range(_TRIES):
         surface, unknown = _heights(shape, depth, box, count)
         found = press(
@@ -209,9 +269,16 @@ def _pressed_at(
         touching = found.maps[0][0] > 0.0
         if np.any(touching & _widened(unknown)):
             return found, False
-        if not (touching[:2].any() or touching[-2:].any() or touching[:, :2].any() or touching[:, -2:].any()):
+        if touching[:2].any() or touching[-2:].any() or touching[:, :2].any() or touching[:, -2:].any():
+            box = _LARGER * box
+            continue
+        wider = _beside(found, shape, modulus, depth, box, radius)
+        if wider is None:
             return found, True
-        box = _LARGER * box
+        # more pixels, as far as they go, so that they do not become coarser
+        larger = float(np.max((wider[::2] + wider[1::2]) / (box[::2] + box[1::2])))
+        count = min(_odd(math.ceil(larger * count)), _odd(_FINER * pixels), _MOST)
+        box = wider
     raise PathError(
         f"verify: at an indentation of {written(depth, 'm')} the contact goes on beyond every grid that was tried, the last "
         f"{written(float(surface.size.max()), 'm')} wide; prescribe a smaller indentation"

@@ -31,7 +31,7 @@ from pymdr.units import FloatArray
 
 _PIECES = 5
 _FEW = 3000
-"""Up to so many states are computed one by one: a table costs as much."""
+"""So many states are computed one by one: a table costs as much."""
 _BEYOND = 1.1
 _APPROACH, _HELD, _GROWING, _CLIPPED, _STUCK = range(_PIECES)
 
@@ -91,6 +91,8 @@ class MaugisDugdale:
     ranged: ClassVar[bool] = True
     """Whether the attraction reaches beyond the contact."""
     _tables: dict[int, Table] = field(default_factory=dict, compare=False, repr=False)
+    _computed: dict[int, int] = field(default_factory=dict, compare=False, repr=False)
+    """How many states of a piece were computed since its table was made."""
 
     @property
     def knots(self) -> tuple[float, ...]:
@@ -161,9 +163,8 @@ class MaugisDugdale:
         at = np.flatnonzero(piece == _GROWING)
         if at.size:
             base[at], radius[at] = self._radii.place(s[at])
-            few = at.size <= _FEW
-            place = self._position(base[at], radius[at])
-            width[at] = self._width(place) if few else self._around_contact(s[at])[0]
+            known = self._around_contact(s[at])
+            width[at] = self._width(self._position(base[at], radius[at])) if known is None else known[0]
 
         at = np.flatnonzero(piece == _CLIPPED)
         # the difference of two ends may round beyond the edge
@@ -187,17 +188,17 @@ class MaugisDugdale:
     def _position(self, base: FloatArray, offset: FloatArray) -> Position:
         return Place(base, offset) if isinstance(self.line, PanelLine) else base + offset
 
-    def _without_contact(self, c: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    def _without_contact(self, c: FloatArray) -> FloatArray:
         """J0, J1 and J2 of zones without contact."""
 
         def direct(c: FloatArray) -> FloatArray:
             return np.stack(zone_integrals(self.line, np.zeros_like(c), c, third=True))
 
-        values = direct(c) if c.size <= _FEW else self._read(_APPROACH, c, direct)
-        return values[0], values[1], values[2]
+        known = self._read(_APPROACH, c, direct)
+        return direct(c) if known is None else known
 
-    def _around_contact(self, s: FloatArray) -> FloatArray:
-        """Width, J0 and J2 of many zones around a contact."""
+    def _around_contact(self, s: FloatArray) -> FloatArray | None:
+        """Width, J0 and J2 of zones around a contact, once many were asked for."""
 
         def direct(s: FloatArray) -> FloatArray:
             place = self._position(*self._radii.place(s))
@@ -207,14 +208,21 @@ class MaugisDugdale:
 
         return self._read(_GROWING, s, direct)
 
-    def _read(self, piece: int, s: FloatArray, direct: Callable[[FloatArray], FloatArray]) -> FloatArray:
-        """Functions of the parameter on a piece, by its table."""
-        high = float(s.max())
+    def _read(
+        self, piece: int, s: FloatArray, direct: Callable[[FloatArray], FloatArray]
+    ) -> FloatArray | None:
+        """Functions of the parameter on a piece by its table; None as long as one would cost more than the states."""
+        high = float(np.max(s, initial=0.0))
         table = self._tables.get(piece)
         if table is None or high > table.marks[-1]:
+            computed = self._computed.get(piece, 0) + s.size
+            self._computed[piece] = computed
+            if computed <= _FEW:
+                return None
             start = 0.0 if piece == _APPROACH else self.ends[_HELD]
             most = min(start + _BEYOND * (high - start), self.ends[piece])
             table = self._tables[piece] = tabulated(direct, start, max(most, high), self.knots)
+            self._computed[piece] = 0
         values = table(s)
         left = np.flatnonzero(~np.isfinite(values).all(axis=0))
         if left.size:
@@ -271,8 +279,8 @@ class MaugisDugdale:
 
         at = np.flatnonzero(zones.piece == _GROWING)
         place = zones.place.take(at) if isinstance(zones.place, Place) else a[at]
-        few = at.size <= _FEW
-        j0 = zone_integrals(self.line, place, width[at])[0] if few else self._around_contact(flat[at])[1]
+        known = self._around_contact(flat[at])
+        j0 = zone_integrals(self.line, place, width[at])[0] if known is None else known[1]
         steep = self.line.slope(place) + 2.0 * k * a[at] / root[at]
         closing = j0 + 2.0 * k * (angle[at] * c[at] / root[at] - width[at] / c[at])
         # at a corner g' is infinite, and all rates with it
@@ -315,12 +323,10 @@ class MaugisDugdale:
             if at.size == 0:
                 continue
             place = zones.place.take(at) if isinstance(zones.place, Place) else a[at]
-            if piece == _GROWING and at.size > _FEW:
-                j2[at] = self._around_contact(flat[at])[2]
-            elif piece == _APPROACH and at.size > _FEW:
-                j2[at] = self._without_contact(width[at])[2]
-            else:
-                j2[at] = zone_integrals(self.line, place, width[at], third=True)[2]
+            known = self._around_contact(flat[at]) if piece == _GROWING else None
+            if piece == _APPROACH:
+                known = self._without_contact(width[at])
+            j2[at] = zone_integrals(self.line, place, width[at], third=True)[2] if known is None else known[2]
         gaps = 4.0 * (j2 + 0.5 * opening * c**2 * segment(angle) - 2.0 * self._k * solid)
         cohesion = self.strength * gaps - np.pi * c**2 * self.work
         return elastic.reshape(s.shape), cohesion.reshape(s.shape)

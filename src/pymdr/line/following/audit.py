@@ -80,7 +80,10 @@ def _integrals(curve: Curve, low: FloatArray, high: FloatArray) -> FloatArray:
         np.maximum.at(size, owner, np.abs(fine))
         settled = np.abs(fine - coarse) <= _TOLERANCE * np.maximum(size[owner], np.max(size) * 1e-3)
         # between neighbouring floats there is nothing to resolve
-        settled |= np.abs(right**2 - left**2) <= _NEIGHBOURS * (origin + right**2)
+        rounding = _NEIGHBOURS * (origin + right**2)
+        settled |= np.abs(right**2 - left**2) <= rounding
+        # beside a knot the floats are so coarse that the integrand scatters
+        settled |= np.abs(fine - coarse) * right**2 <= rounding * np.abs(fine)
         np.add.at(total, owner[settled], fine[settled])
         owner, origin, left, right = (x[~settled] for x in (owner, origin, left, right))
         if owner.size == 0:

@@ -15,6 +15,7 @@ from pymdr.units import FloatArray
 _OUTER, _INNER = (
     tuple((0.5 * (float(x) + 1.0), 0.5 * float(w)) for x, w in zip(*leggauss(n), strict=True)) for n in (6, 4)
 )
+_ROUNDED = 1e-14  # of force times depth: what the closed form of the slip work loses on a table
 
 
 @compiled
@@ -67,9 +68,9 @@ def swept(
     middle = lower[2] + moment(line, lower, upper) / length
     n_mean = (lower[2] + e_l) + (rise + e_u - e_l) * (middle - lower[2]) / rise
     body = length * (n_mean + upper[2] - 2.0 * middle) - rise * (mean_depth(line, d_u, d_l) - lower[0])
-    if max(e_u, e_l) < 0.03 * upper[2] and lower[0] > 1e-3 * upper[0]:
+    if max(e_u, e_l) < 0.05 * upper[2] and lower[0] > 1e-3 * upper[0]:
         closer = slid(line, upper, e_u, lower, e_l)
-        if abs(closer - body) <= 1e-15 * upper[2] * upper[0]:
+        if abs(closer - body) <= _ROUNDED * upper[2] * upper[0]:
             body = closer
     return float((1.0 - g * slope) * body)
 
@@ -184,10 +185,10 @@ def load(
             low = high = vertex(stack, i).slope
         if depth == 0.0:
             base(stack, b)
-            return 0, -math.inf, math.inf, total
+            return 0, -math.inf, math.inf, max(total, 0.0)
         if pull == s_u:
             put(line, stack, i, upper, vertex(stack, i).slope)
-            return i, low, high, total
+            return i, low, high, max(total, 0.0)
         g = 1.0 if pull > s_u else -1.0
     edge = g * pull - force
     while i > 1 and edge > g * vertex(stack, i - 1).pull - vertex(stack, i - 1).force:
@@ -213,7 +214,7 @@ def load(
     elif i > 1 and vertex(stack, i - 1).slope == g:
         i -= 1
     put(line, stack, i, (depth, lower[1] + g * (depth - lower[0]), force, end[3], end[4]), g)
-    return i, -math.inf, math.inf, total
+    return i, -math.inf, math.inf, max(total, 0.0)
 
 
 @compiled

@@ -11,6 +11,7 @@ import math
 from typing import Any, TypeAlias
 
 import numpy as np
+from numpy.polynomial.legendre import leggauss
 
 from pymdr.compiling import INTERPRETED
 from pymdr.line.friction.layout import MODULUS
@@ -26,6 +27,9 @@ MEET = 2.0**-49  # of the coordinates: a border of slip this close to a vertex s
 if INTERPRETED:
     VERTEX = np.dtype((np.record, VERTEX))  # whose parts have names without numba too
 _LOST = 1e-14  # of W: what rounding of a table takes
+_SHORT = 0.1  # of the depth: over such a part of it a changes little
+_CREPT = 2e-14  # of the force times the way, and of W: what the closed form of a short slip loses
+_NODES = tuple((0.5 * (float(x) + 1.0), 0.5 * float(w)) for x, w in zip(*leggauss(5), strict=True))
 _THIRD, _SIXTH = 1.0 / 3.0, 1.0 / 6.0
 TINY = 1e-150  # lengths below it count as none: their products underflow
 Point: TypeAlias = tuple[float, float, float, float, float]
@@ -211,6 +215,25 @@ def replaced(
 
 
 @inlined
+def crept(
+    line: FloatArray, depth: float, radius: float, upper: float, lower: float, s_u: float, bend: float
+) -> float:
+    """
+    -int phi' dF_N for phi = (D - y) s at constant depth D, with the part of a(y) that is not a(D).
+
+    A constant a adds nothing over all pieces of a step, as phi is 0 at both ends, and the slip work of a slip far
+    smaller than the depth would be lost in its rounding.
+    """
+    length = upper - lower
+    total = 0.0
+    for node, weight in _NODES:
+        y = lower + length * node
+        a, _, _ = curve(line, y)
+        total += weight * (s_u - bend * (upper - y) - bend * (depth - y)) * (a - radius)
+    return float(2.0 * line[0, MODULUS] * length * total)
+
+
+@inlined
 def move(
     line: FloatArray, stack: Any, m: int, low: float, high: float, depth: float, shift: float
 ) -> tuple[int, float, float, float, float]:
@@ -267,14 +290,15 @@ def move(
             lag = abs(shift - b)
             if depth == 0.0:
                 base(stack, shift)
-                return 0, -math.inf, math.inf, total, lag
+                return 0, -math.inf, math.inf, max(total, 0.0), lag
             if lag == 0.0:
                 put(line, stack, i, end, vertex(stack, i).slope)
-                return i, low, high, total, 0.0
+                return i, low, high, max(total, 0.0), 0.0
             g = 1.0 if shift > b else -1.0
             rate = g * d_shift - d_depth
     edge = g * shift - depth
     per_rate = 1.0 / rate if rate > TINY else 0.0
+    closer = 0.0
     while i > 0:
         bend = 1.0 - g * vertex(stack, i).slope
         next_lag = edge - (g * vertex(stack, i - 1).b - vertex(stack, i - 1).y)
@@ -282,6 +306,8 @@ def move(
             break
         lower = at(stack, i - 1)
         total += replaced(line, bend, depth, d_depth, per_rate, upper, lag, lower, piece_moment)
+        if d_depth == 0.0 and depth - lower[0] < _SHORT * depth:
+            closer += crept(line, depth, end[4], upper[0], lower[0], lag, bend)
         upper = lower
         lag = next_lag
         i -= 1
@@ -301,6 +327,11 @@ def move(
         else:
             lower = at(stack, i - 1)
         total += replaced(line, bend, depth, d_depth, per_rate, upper, lag, lower, moment(line, lower, upper))
+        if d_depth == 0.0 and depth - lower[0] < _SHORT * depth:
+            closer += crept(line, depth, end[4], upper[0], lower[0], lag, bend)
+            # unless a bends or steps in between
+            if abs(closer - total) <= _CREPT * (end[2] * rate + end[3]):
+                total = closer
         if y > bottom:
             put(line, stack, i, lower, vertex(stack, i).slope)
         else:
@@ -308,4 +339,4 @@ def move(
             if i > 0 and vertex(stack, i).slope == g:
                 i -= 1
     put(line, stack, i + 1, end, g)
-    return i + 1, -math.inf, math.inf, total, slid
+    return i + 1, -math.inf, math.inf, max(total, 0.0), slid

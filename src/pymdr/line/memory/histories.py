@@ -12,12 +12,12 @@ from numpy.typing import ArrayLike
 
 from pymdr.errors import ConvergenceError, PathError
 from pymdr.line.curves import Curve
-from pymdr.line.foundation import states_at_depth
+from pymdr.line.foundation import states_at_depth, states_at_force
 from pymdr.line.memory.modes import longer, modes_of, packed, unpacked
-from pymdr.line.memory.springs import Springs, extended, springs_to
-from pymdr.line.memory.ting import creep
+from pymdr.line.memory.springs import Springs, extended, farther, springs_to
+from pymdr.line.memory.ting import compliant
 from pymdr.mapping.relaxation import Relaxation
-from pymdr.units import FloatArray, newtons
+from pymdr.units import FloatArray, metres, newtons
 
 
 @dataclass(frozen=True, eq=False)
@@ -203,7 +203,13 @@ def follow_loads(
     load = np.asarray(force, dtype=float)
     for wrong in load[load < 0.0]:
         raise PathError(f"a force of {newtons(wrong)} pulls: bodies without adhesion part at 0 N")
-    return _follow(curve, relaxation, time, load, 0.0, state, n, _crept(curve, relaxation, time, load), watch)
+    deepest = deepest_under(curve, relaxation, time, load)
+    if deepest == math.inf:
+        raise ConvergenceError(
+            f"no disk contact under {newtons(float(load.max()))} within the {metres(curve.reach)} that are known: "
+            "give the profile farther out, or press less hard"
+        )
+    return _follow(curve, relaxation, time, load, 0.0, state, n, deepest, watch)
 
 
 def follow_travels(
@@ -222,16 +228,29 @@ def follow_travels(
     if machine_stiffness == math.inf:
         return follow_springs(curve, relaxation, time, moved, state, n=n, watch=watch)
     pulled = machine_stiffness * moved
-    deepest = min(float(np.max(moved, initial=0.0)), _crept(curve, relaxation, time, pulled))
+    deepest = min(float(np.max(moved, initial=0.0)), deepest_under(curve, relaxation, time, pulled))
     return _follow(curve, relaxation, time, pulled, machine_stiffness, state, n, deepest, watch)
 
 
-def _crept(curve: Curve, relaxation: Relaxation, time: ArrayLike, force: FloatArray) -> float:
-    """How deep in m the largest of some forces goes in all the time there is."""
-    t, most = np.asarray(time, dtype=float), float(np.max(force, initial=0.0))
-    if t.size == 0 or not (math.isfinite(most) and np.isfinite(t).all() and t[-1] >= t[0]):
+def deepest_under(curve: Curve, relaxation: Relaxation, time: ArrayLike, force: ArrayLike) -> float:
+    """
+    About how deep in m forces in N go that are straight in time between the rows: 0 where none presses.
+
+    As if the contact grew; where that is more than is known of the curve, as deep as bodies go that have no time to relax,
+    or inf.
+    """
+    t, load = np.asarray(time, dtype=float), np.maximum(np.asarray(force, dtype=float), 0.0)
+    if t.size == 0 or not (np.isfinite(load).all() and np.isfinite(t).all() and (np.diff(t) >= 0.0).all()):
         return 0.0
-    return float(creep(curve, relaxation, [t[0], t[-1]], [most, most]).indentation[-1])
+    if not load.any():
+        return 0.0
+    at_once = float(load.max()) / (relaxation.glassy + relaxation.viscosity / max(t[-1] - t[0], 1e-300))
+    for most in (float(compliant(relaxation, t, load).max()), at_once):
+        states = states_at_force(curve, [most])
+        depth, radius = float(states.indentation[0]), float(states.contact_radius[0])
+        if math.isfinite(depth) and 0.0 < radius <= curve.reach:
+            return depth
+    return math.inf
 
 
 def _follow(
@@ -336,7 +355,7 @@ def _follow(
             break
         if done == stop:
             continue
-        springs = extended(curve, springs, 2.0 * springs.limit)
+        springs = extended(curve, springs, farther(curve, springs))
         w, z, free = (longer(values, springs.position.size) for values in (w, z, free))
     end = MemoryState(
         float(begin[0]),

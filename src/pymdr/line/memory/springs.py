@@ -14,6 +14,8 @@ from pymdr.units import FloatArray
 
 _GRADING = 1.5
 """The n-th part of the radius is (i/n)^1.5 - ((i-1)/n)^1.5: small contacts on the way have springs too."""
+_WIDER = 1.2
+"""By how much a part may be wider than the one before it where springs are added."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,6 +36,8 @@ class Springs:
     """Outer end of the last part in m."""
     limit: float
     """Depth in m up to which they suffice; inf where they end at a sharp edge."""
+    n: int
+    """How many a contact of that depth would have, were they graded toward the tip for it."""
 
 
 def springs_to(curve: Curve, depth: float, n: int = 1000) -> Springs:
@@ -68,10 +72,10 @@ def springs_to(curve: Curve, depth: float, n: int = 1000) -> Springs:
     ends = radius * (np.arange(n + (0 if whole else 2) + 1) / n) ** _GRADING
     ends = np.minimum(ends, min(curve.edge, curve.reach))
     ends = np.concatenate([ends[:1], ends[1:][np.diff(ends) > 0.0]])
-    return _of_ends(curve, ends, math.inf if ends[-1] >= curve.edge else depth)
+    return _of_ends(curve, ends, math.inf if ends[-1] >= curve.edge else depth, n)
 
 
-def _of_ends(curve: Curve, ends: FloatArray, limit: float) -> Springs:
+def _of_ends(curve: Curve, ends: FloatArray, limit: float, n: int) -> Springs:
     x = 0.5 * (ends[1:] + ends[:-1])
     stiffness = curve.stiffness(ends)
     return Springs(
@@ -82,11 +86,12 @@ def _of_ends(curve: Curve, ends: FloatArray, limit: float) -> Springs:
         stiffness[1:],
         float(ends[-1]),
         limit,
+        n,
     )
 
 
 def extended(curve: Curve, springs: Springs, depth: float) -> Springs:
-    """The same springs and more to reach a depth in m."""
+    """The same springs and more to reach a depth in m, as wide as if they had been laid for it."""
     if depth <= springs.limit:
         return springs
     radius = float(states_at_depth(curve, [depth]).contact_radius[0])
@@ -95,14 +100,15 @@ def extended(curve: Curve, springs: Springs, depth: float) -> Springs:
             f"no disk contact at the depth {depth:g} m within the {curve.reach:g} m that are known: "
             "give the profile farther out, or press less deep"
         )
-    n = springs.position.size
+    n = springs.n
     width = 2.0 * (springs.border - springs.position[-1])
     top = min(curve.edge, curve.reach)
     more = [springs.border]
     while more[-1] < top and (more[-1] < radius or len(more) < 3 or more[-3] < radius):
+        fitting = (_GRADING / n) * radius * (more[-1] / radius) ** (1.0 - 1.0 / _GRADING)
+        width = max(width, min(fitting, _WIDER * width))
         more.append(min(more[-1] + width, top))
-        width *= 1.0 + 0.5 / (n + len(more))
-    added = _of_ends(curve, np.array(more), math.inf)
+    added = _of_ends(curve, np.array(more), math.inf, n)
     return Springs(
         np.concatenate([springs.position, added.position]),
         np.concatenate([springs.height, added.height]),
@@ -111,4 +117,14 @@ def extended(curve: Curve, springs: Springs, depth: float) -> Springs:
         np.concatenate([springs.outer, added.outer]),
         added.border,
         math.inf if added.border >= curve.edge else depth,
+        n,
     )
+
+
+def farther(curve: Curve, springs: Springs) -> float:
+    """A depth in m to extend springs to that do not suffice: twice what they reach, or as far as the curve is known."""
+    top, twice = min(curve.edge, curve.reach), 2.0 * springs.limit
+    if not math.isfinite(top):
+        return twice
+    end = float(curve.depth(np.array([top]))[0])
+    return min(twice, end) if end > springs.limit else twice

@@ -162,7 +162,16 @@ def creep(curve: Curve, relaxation: Relaxation, time: ArrayLike, force: ArrayLik
         )
     if not (np.isfinite(t).all() and np.isfinite(load).all() and load.min() >= 0.0):
         raise PathError("a force is not finite or below 0: bodies without adhesion part at 0 N")
-    t, load = np.concatenate([t[:1], t]), np.concatenate([[0.0], load])
+    answer = compliant(relaxation, t, load)
+    if (np.diff(answer, prepend=0.0) < -1e-12 * answer.max()).any():
+        raise PathError("the contact does not grow under these forces: springs follow it")
+    states: DiskStates = states_at_force(curve, answer)
+    return Rows(states.indentation, load.copy(), states.contact_radius)
+
+
+def compliant(relaxation: Relaxation, time: FloatArray, force: FloatArray) -> FloatArray:
+    """The integral of J(t - s) dF(s) per unit modulus, one entry per row, of forces in N as :func:`creep` takes them."""
+    t, load = np.concatenate([time[:1], time]), np.concatenate([[0.0], force])
     waits, steps = np.diff(t), np.diff(load)
     if waits.min() < 0.0:
         raise PathError(
@@ -178,11 +187,7 @@ def creep(curve: Curve, relaxation: Relaxation, time: ArrayLike, force: ArrayLik
     if relaxation.equilibrium == 0.0:
         flow = relaxation.viscosity + float(relaxation.moduli @ relaxation.times)
         answer[1:] += np.cumsum(0.5 * (load[1:] + load[:-1]) * waits) / flow
-    answer = answer[1:]
-    if (np.diff(answer, prepend=0.0) < -1e-12 * answer.max()).any():
-        raise PathError("the contact does not grow under these forces: springs follow it")
-    states: DiskStates = states_at_force(curve, answer)
-    return Rows(states.indentation, load[1:], states.contact_radius)
+    return np.asarray(answer[1:])
 
 
 def _recursed(decay: FloatArray, added: FloatArray) -> FloatArray:

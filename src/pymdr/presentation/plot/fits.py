@@ -44,8 +44,8 @@ def fitted_curves(data: xr.Dataset, words: Sequence[str]) -> Figure:
     Parameters
     ----------
     data : xarray.Dataset
-        Over ``step``: ``indentation`` (m), ``normal_force``, ``model`` and ``residual`` (N), ``used`` and ``curve``; drawn over
-        ``time`` (s) where there is one.
+        Over ``step``: ``indentation`` (m) and ``normal_force`` (N), or ``shift`` (m) and ``tangential_force`` (N), ``model`` and
+        ``residual`` (N), ``used`` and ``curve``; normal forces are drawn over ``time`` (s) where there is one.
     words : sequence of str
         What was found, a line each.
 
@@ -56,12 +56,9 @@ def fitted_curves(data: xr.Dataset, words: Sequence[str]) -> Figure:
     with styled():
         figure = new_figure(9.6, 4.0 + 0.16 * len(words))
         curve, left = figure.subplots(1, 2, width_ratios=[3, 2])
-        along = "time" if "time" in data else "indentation"
-        own, newton = (good_unit(data[name].values, quantity(name).unit) for name in (along, "normal_force"))
-        x, y = (
-            scaled(data[along].values, along, own),
-            scaled(data["normal_force"].values, "normal_force", newton),
-        )
+        along, force = _drawn(data)
+        own, newton = (good_unit(data[name].values, quantity(name).unit) for name in (along, force))
+        x, y = scaled(data[along].values, along, own), scaled(data[force].values, force, newton)
         used, which = data["used"].values, data["curve"].values
         _draw_measured(curve, x, y)
         model = np.asarray(from_si(data["model"].values, "N", newton))
@@ -71,7 +68,7 @@ def fitted_curves(data: xr.Dataset, words: Sequence[str]) -> Figure:
             )
         if not used.all():
             curve.plot(x[~used], y[~used], "x", color=ORANGE, ms=5, label="left out")
-        _name_axes(curve, along, own, newton)
+        _name_axes(curve, along, own, force, newton)
         unit = good_unit(data["residual"].values[used], "N")
         sample = x if along == "time" else np.arange(1.0, x.size + 1)
         _draw_left(left, sample, data, unit, GREY)
@@ -82,14 +79,21 @@ def fitted_curves(data: xr.Dataset, words: Sequence[str]) -> Figure:
     return figure
 
 
+def _drawn(data: xr.Dataset) -> tuple[str, str]:
+    """What is drawn along, and which force."""
+    if "tangential_force" in data:
+        return "shift", "tangential_force"
+    return "time" if "time" in data else "indentation", "normal_force"
+
+
 def _draw_measured(axes: Axes, x: FloatArray, y: FloatArray) -> None:
     axes.plot(x, y, ".", color=GREY, ms=3.5, alpha=0.6, label="measured", rasterized=True)
 
 
-def _name_axes(axes: Axes, along: str, own: str, newton: str) -> None:
+def _name_axes(axes: Axes, along: str, own: str, force: str, newton: str) -> None:
     draw_zero(axes)
     axes.set_xlabel(axis_label(along, own))
-    axes.set_ylabel(axis_label("normal_force", newton))
+    axes.set_ylabel(axis_label(force, newton))
     legend_above(axes)
 
 
@@ -214,10 +218,10 @@ def weighed_laws(data: Mapping[str, xr.Dataset], weights: Mapping[str, float]) -
         figure = new_figure(9.6, max(4.2, 1.3 * len(order)))
         grid = figure.add_gridspec(len(order), 2, width_ratios=[3, 2])
         curve = figure.add_subplot(grid[:, 0])
-        along = "time" if "time" in first else "indentation"
-        own, newton = (good_unit(first[name].values, quantity(name).unit) for name in (along, "normal_force"))
-        x, force = scaled(first[along].values, along, own), first["normal_force"].values
-        _draw_measured(curve, x, scaled(force, "normal_force", newton))
+        along, drawn = _drawn(first)
+        own, newton = (good_unit(first[name].values, quantity(name).unit) for name in (along, drawn))
+        x, force = scaled(first[along].values, along, own), first[drawn].values
+        _draw_measured(curve, x, scaled(force, drawn, newton))
         sample = x if along == "time" else np.arange(1.0, x.size + 1)
         rows: list[Axes] = []
         for i, (name, (colour, dashes)) in enumerate(zip(order, itertools.cycle(_LAWS), strict=False)):
@@ -233,6 +237,6 @@ def weighed_laws(data: Mapping[str, xr.Dataset], weights: Mapping[str, float]) -
         rows[0].set_title("measured less model", fontsize=9)
         rows[-1].set_xlabel(axis_label("time", own) if along == "time" else "sample")
         figure.align_ylabels(rows)
-        _name_axes(curve, along, own, newton)
+        _name_axes(curve, along, own, drawn, newton)
         letter_panels(figure)
     return figure

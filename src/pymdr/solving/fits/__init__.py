@@ -1,7 +1,8 @@
 """Fits of contacts to measured force curves."""
 
 from pymdr.solving.fits.comparing import LawComparison, compare_laws
-from pymdr.solving.fits.fitting import FitResult, Fitted, fit
+from pymdr.solving.fits.fitting import fit
+from pymdr.solving.fits.found import FitResult, Fitted
 from pymdr.solving.fits.maps import FittedMap, fit_map
 
 __all__ = ["FitResult", "Fitted", "FittedMap", "LawComparison", "compare_laws", "fit", "fit_map"]

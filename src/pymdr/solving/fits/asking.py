@@ -28,7 +28,8 @@ ENDINGS = (
 NOT_YET = -1
 SEEN = 25.0
 """By how many variances of the noise the squares of the differences grow without what a curve is said to show."""
-_UNITS = {"noise": "N", "correlated": "", "indentation": "m"}
+WAVES, OF_LIMIT = "waves", "of_limit"
+_UNITS = {"noise": "N", WAVES: "", "correlated": "", "indentation": "m", OF_LIMIT: ""}
 
 
 @dataclass(frozen=True)

@@ -14,10 +14,12 @@ from pymdr.interpretation.validity import SOURCES
 from pymdr.problem.contact import Contact
 from pymdr.problem.measured import MeasuredCurve
 from pymdr.problem.parameters import parameters_of
-from pymdr.solving.fits.fitting import FitResult, aicc, fit
+from pymdr.solving.fits.fitting import aicc, fit
+from pymdr.solving.fits.found import FitResult
 from pymdr.units import ArrayQuantityLike, QuantityLike, shown
 
 if TYPE_CHECKING:
+    import xarray as xr
     from matplotlib.figure import Figure
 
 
@@ -59,7 +61,7 @@ class LawComparison:
         """The laws by their weights."""
         lines = [f"{len(self.fits)} laws over {self.samples} samples"]
         for name in self._order:
-            claim = self.fits[name].claims["normal_force"]
+            claim = self.fits[name].claims[self.fits[name].force]
             unmet = self._unmet(name)
             lines.append(
                 f"{name}: weight {self.weights[name]:.3g}, AICc {self.differences[name]:.4g} above the best; "
@@ -85,7 +87,7 @@ class LawComparison:
                 name,
                 self.weights[name],
                 self.differences[name],
-                self.fits[name].claims["normal_force"].level,
+                self.fits[name].claims[self.fits[name].force].level,
                 self._unmet(name),
             )
             for name in self._order
@@ -107,10 +109,11 @@ class LawComparison:
 
 def compare_laws(
     contacts: Mapping[str, Contact],
-    curve: MeasuredCurve | Sequence[MeasuredCurve],
+    curve: MeasuredCurve | xr.Dataset | Sequence[MeasuredCurve] | Sequence[xr.Dataset],
     free: Sequence[str] | Mapping[str, ArrayQuantityLike | None],
     *,
     contact_point: QuantityLike | None = None,
+    shift_origin: QuantityLike | None = None,
     baseline: QuantityLike | None = None,
 ) -> LawComparison:
     """
@@ -120,7 +123,7 @@ def compare_laws(
     ----------
     contacts : mapping of str to Contact
         The laws by the names that they are to have.
-    curve, contact_point, baseline
+    curve, contact_point, shift_origin, baseline
         As for :func:`fit`.
     free : sequence of str, or mapping of str to pair of quantities or None
         What is looked for; every law takes what it has of it.
@@ -168,7 +171,14 @@ def compare_laws(
         if not taken:
             raise ProblemError(f"compare_laws: {name} has nothing of {', '.join(free)}")
         try:
-            fits[name] = fit(contact, curve, taken, contact_point=contact_point, baseline=baseline)
+            fits[name] = fit(
+                contact,
+                curve,
+                taken,
+                contact_point=contact_point,
+                shift_origin=shift_origin,
+                baseline=baseline,
+            )
         except PymdrError as error:
             refusals[name] = str(error)
     if not fits:

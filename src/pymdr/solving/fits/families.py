@@ -66,6 +66,21 @@ class Ways:
             rates[1, self.shape] = 1.0
         return rates
 
+    def numbers(self, values: FloatArray) -> FloatArray:
+        """The number in which the family differs, free, of values of the unknowns, shape (curves, unknowns)."""
+        number = self.number
+        if number is None:
+            return np.zeros(len(values))
+        free = (
+            np.full(len(values), number.to_free(number.start))
+            if self.shape is None
+            else np.array([number.to_free(float(v)) for v in values[:, self.shape]])
+        )
+        if self.work is not None and self.scale is not None:
+            own = self.share * self.unknowns[self.scale].start / values[:, self.scale]
+            free += np.log(own + 1.0 - self.share)
+        return free
+
     def values(self, log_scale: FloatArray, number: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Values of the unknowns and their rates over their free numbers, shape (curves, unknowns) each."""
         values = np.empty((log_scale.size, len(self.unknowns)))

@@ -56,6 +56,10 @@ class ElasticForces:
         states = states_at_depth(self.line, np.maximum(depth, 0.0))
         return normal_force(self.line, states), self.line.stiffness(states.place)
 
+    def radius(self, depth: FloatArray) -> FloatArray:
+        """Contact radius in m at depths in m."""
+        return np.asarray(states_at_depth(self.line, np.maximum(depth, 0.0)).contact_radius)
+
 
 @dataclass(frozen=True)
 class AdhesiveForces:
@@ -64,6 +68,7 @@ class AdhesiveForces:
     depth: FloatArray
     """Rising, from the fold on."""
     force: FloatArray
+    contact_radius: FloatArray
 
     @property
     def fold(self) -> float:
@@ -74,6 +79,10 @@ class AdhesiveForces:
     def _over_root(self) -> CubicSpline:
         """F over the root of the distance from the fold, where it is smooth."""
         return CubicSpline(np.sqrt(self.depth - self.fold), self.force)
+
+    def radius(self, depth: FloatArray) -> FloatArray:
+        """Contact radius in m at depths in m."""
+        return np.interp(depth, self.depth, self.contact_radius)
 
     def over_root(self, root: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Force in N and its slope over the root of the distance from the fold in m."""
@@ -214,7 +223,7 @@ def _adhesive(contact: Contact, deepest: float) -> AdhesiveForces:
         raise ProblemError(
             "fit: the adhesive contact has several stable branches; fits follow contacts that have one"
         )
-    return AdhesiveForces(found.indentation[rises], found.normal_force[rises])
+    return AdhesiveForces(found.indentation[rises], found.normal_force[rises], found.contact_radius[rises])
 
 
 def _reaching(line: AdhesiveLine, deepest: float) -> float:

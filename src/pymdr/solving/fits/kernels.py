@@ -24,9 +24,10 @@ baseline in N."""
 _FEW, _TRIALS, _RUNGS, _KEPT = 192, 21, 12, 2
 _ASIDE = 1.0
 """Of the logarithm of the number of the family."""
-_ITERATIONS, _POLISH = 60, 100
-_ROUGHLY, _TOLD, _STUCK = 1e-3, 1e-3, 1e8
-"""Gains in parts of the sum of squares; the second times the samples, where 1 is a standard error."""
+_ITERATIONS, _POLISH, _FEW_STEPS = 60, 100, 6
+_ROUGHLY, _TOLD, _STUCK, _LAST = 1e-3, 1e-3, 1e8, 100.0
+"""Gains in parts of the sum of squares; the second times the samples, where 1 is a standard error. Steps of Gauss and Newton, which
+are taken to their end, square what is left: the last of them may gain more by so much."""
 _MANY, _FREE = 8, 1e-3
 _NEWTON, _CLOSE = 30, 1e-8
 """The error left is the square of the last step."""
@@ -211,6 +212,25 @@ def _misfit(force: FloatArray, base: float, out: FloatArray, used: NDArray[np.bo
 
 
 @compiled
+def _reduced(
+    full: FloatArray, right: FloatArray, ways: FloatArray, square: FloatArray, side: FloatArray
+) -> None:
+    """The normal equations of the free numbers, of those of all four, of which the lower half stands."""
+    for p in range(4):
+        for q in range(p):
+            full[q, p] = full[p, q]
+    for p in range(side.size):
+        side[p] = 0.0
+        for i in range(4):
+            side[p] += ways[i, p] * right[i]
+        for q in range(side.size):
+            square[p, q] = 0.0
+            for i in range(4):
+                for j in range(4):
+                    square[p, q] += ways[i, p] * full[i, j] * ways[j, q]
+
+
+@compiled
 def _normal(
     force: FloatArray,
     base: float,
@@ -231,18 +251,7 @@ def _normal(
                 right[p] += rates[p] * difference
                 for q in range(p + 1):
                     full[p, q] += rates[p] * rates[q]
-    for p in range(4):
-        for q in range(p):
-            full[q, p] = full[p, q]
-    for p in range(side.size):
-        side[p] = 0.0
-        for i in range(4):
-            side[p] += ways[i, p] * right[i]
-        for q in range(side.size):
-            square[p, q] = 0.0
-            for i in range(4):
-                for j in range(4):
-                    square[p, q] += ways[i, p] * full[i, j] * ways[j, q]
+    _reduced(full, right, ways, square, side)
 
 
 @compiled
@@ -345,6 +354,108 @@ def _descend(
                 break
     _normal(force, theta[BASE], out, used, ways, square, side)
     return misfit, settled
+
+
+@compiled
+def _sum_up(
+    place: FloatArray,
+    force: FloatArray,
+    theta: FloatArray,
+    row: FloatArray,
+    deepest: float,
+    softness: float,
+    root: FloatArray,
+    residual: FloatArray,
+    full: FloatArray,
+    right: FloatArray,
+) -> float:
+    """Sum of squares, residuals and normal equations of a contact without adhesion, in one pass."""
+    full[:, :], right[:] = 0.0, 0.0
+    scale, point, base = math.exp(theta[SCALE]), theta[POINT], theta[BASE]
+    soft = softness * scale
+    misfit, many, ss, sp, pp, sb, pb = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    side_s, side_p, side_b = 0.0, 0.0, 0.0
+    before = 0.5
+    for i in range(place.size):
+        travel, difference = place[i] - point, force[i] - base
+        many += 1.0
+        if travel > 0.0:
+            if soft == 0.0:
+                r = min(math.sqrt(travel / deepest), _OUTSIDE)
+                value, slope = _read(row[0], row[1], r)
+            else:
+                r = root[i] if root[i] > 0.0 else before
+                for _ in range(_NEWTON):
+                    value, slope = _read(row[0], row[1], r)
+                    off = deepest * r * r + soft * value - travel
+                    moved = r - off / max(2.0 * deepest * r + soft * slope, 1e-6 * deepest)
+                    moved = min(max(moved, 0.5 * r), _OUTSIDE)
+                    done = abs(moved - r) < _CLOSE
+                    r = moved
+                    if done:
+                        break
+                value, slope = _read(row[0], row[1], r)
+                root[i], before = r, r
+            share = scale * slope / (2.0 * deepest * max(r, 1e-4) + soft * slope)
+            model = scale * value
+            difference -= model
+            over_scale = model - share * soft * value
+            ss += over_scale * over_scale
+            sp -= over_scale * share
+            pp += share * share
+            sb += over_scale
+            pb -= share
+            side_s += over_scale * difference
+            side_p -= share * difference
+        side_b += difference
+        misfit += difference * difference
+        residual[i] = difference
+    full[SCALE, SCALE], full[POINT, SCALE], full[POINT, POINT] = ss, sp, pp
+    full[BASE, SCALE], full[BASE, POINT], full[BASE, BASE] = sb, pb, many
+    right[SCALE], right[POINT], right[BASE] = side_s, side_p, side_b
+    return misfit
+
+
+@compiled
+def _settle(
+    place: FloatArray,
+    force: FloatArray,
+    theta: FloatArray,
+    ways: FloatArray,
+    family: tuple[FloatArray, FloatArray, FloatArray, float, float, float],
+    softness: float,
+    enough: float,
+    square: FloatArray,
+    residual: FloatArray,
+) -> tuple[float, bool]:
+    """
+    Least squares by Gauss and Newton of a contact without adhesion, from near the end; False where that leads uphill.
+
+    What is left at `theta` stands in the last two.
+    """
+    m, deepest = ways.shape[1], family[5]
+    row = np.empty((2, family[0].shape[1]))
+    row[0], row[1] = family[0][0], family[1][0]
+    full, right, side, step_x = np.empty((4, 4)), np.empty(4), np.empty(m), np.empty(m)
+    root, moved, before = np.full(place.size, _UNKNOWN), theta.copy(), math.inf
+    for _ in range(_FEW_STEPS):
+        misfit = _sum_up(place, force, moved, row, deepest, softness, root, residual, full, right)
+        if misfit > before * (1.0 + enough):
+            return before, False
+        before = misfit
+        theta[:] = moved
+        _reduced(full, right, ways, square, side)
+        _solve(square, 0.0, side, step_x)
+        expected = 0.0
+        for p in range(m):
+            expected += step_x[p] * side[p]
+            for i in range(4):
+                moved[i] += ways[i, p] * step_x[p]
+        if expected <= _LAST * enough * misfit:
+            # the last step changes nothing that counts, and brings the rest of the digits
+            theta[:] = moved
+            return misfit, True
+    return before, False
 
 
 @compiled
@@ -499,33 +610,59 @@ def fit_curve(
     if not math.isfinite(misfit):
         return NO_CONTACT, math.nan, math.nan
     theta[:] = best
+    plain = not adhesive and folds.size == 1
     if n > _MANY * few_place.size:
         # the last steps over all samples are then few
         between = max(n // (_MANY * _FEW), 1)
         some_place, some_force = place[::between].copy(), force[::between].copy()
-        some = np.ones(some_place.size, dtype=np.bool_)
-        root, touches = np.full(some_place.size, _UNKNOWN), np.empty(some_place.size, dtype=np.bool_)
-        out = np.empty((some_place.size, 4))
-        _descend(
-            some_place, some_force, some, theta, ways, family, softness, _ITERATIONS, _ROUGHLY, root, square, touches, out
-        )  # fmt: skip
+        near, left, settled = theta.copy(), np.empty(some_place.size), False
+        if plain:
+            _, settled = _settle(some_place, some_force, near, ways, family, softness, _ROUGHLY, square, left)
+        if settled:
+            theta[:] = near
+        else:
+            some = np.ones(some_place.size, dtype=np.bool_)
+            root, touches = np.full(some_place.size, _UNKNOWN), np.empty(some_place.size, dtype=np.bool_)
+            out = np.empty((some_place.size, 4))
+            _descend(
+                some_place, some_force, some, theta, ways, family, softness, _ITERATIONS, _ROUGHLY, root, square, touches, out
+            )  # fmt: skip
     enough = _TOLD / n
-    root = np.full(n, _UNKNOWN)
-    touches, out = np.empty(n, dtype=np.bool_), np.empty((n, 4))
     used[:] = True
-    misfit, settled = _descend(
-        place, force, all_samples, theta, ways, family, softness, _POLISH, enough, root, square, touches, out
-    )
-    if adhesive:
-        for i in range(n - 1):
-            if touches[i] != touches[i + 1]:
-                used[i], used[i + 1] = False, False
+    settled, near = False, theta.copy()
+    if plain:
+        misfit, settled = _settle(place, force, near, ways, family, softness, enough, square, residual)
+        if settled:
+            theta[:] = near
+    if not settled:
+        root = np.full(n, _UNKNOWN)
+        touches, out = np.empty(n, dtype=np.bool_), np.empty((n, 4))
         misfit, settled = _descend(
-            place, force, used, theta, ways, family, softness, _POLISH, enough, root, square, touches, out
+            place,
+            force,
+            all_samples,
+            theta,
+            ways,
+            family,
+            softness,
+            _POLISH,
+            enough,
+            root,
+            square,
+            touches,
+            out,
         )
+        if adhesive:
+            for i in range(n - 1):
+                if touches[i] != touches[i + 1]:
+                    used[i], used[i + 1] = False, False
+            misfit, settled = _descend(
+                place, force, used, theta, ways, family, softness, _POLISH, enough, root, square, touches, out
+            )
+        for i in range(n):
+            residual[i] = force[i] - theta[BASE] - out[i, 0]
     count, total, squares = 0, 0.0, 0.0
     for i in range(n):
-        residual[i] = force[i] - theta[BASE] - out[i, 0]
         if used[i]:
             count += 1
             total += force[i]
@@ -538,8 +675,8 @@ def fit_curve(
         unit[p] = 1.0
         _solve(square, 0.0, unit, column)
         covariance[:, p] = column
-    deepest = place.max() - theta[POINT]
-    deepest -= softness * out[int(np.argmax(place)), 0]
+    at = int(np.argmax(place))
+    deepest = place[at] - theta[POINT] - softness * (force[at] - theta[BASE] - residual[at])
     if not settled:
         return UNSETTLED, misfit, deepest
     if (flat / max(misfit, 1e-300) - 1.0) * count < SEEN or deepest <= 0.0:
@@ -571,8 +708,10 @@ def fit_curves(
     Numbers: the four of the model, sum of squares in N^2, samples used, largest depth in m.
     """
     for i in range(places.shape[0]):
-        good = np.isfinite(places[i]) & np.isfinite(forces[i])
-        place, force = places[i][good], forces[i][good]
+        place, force = places[i], forces[i]
+        if not (np.all(np.isfinite(place)) and np.all(np.isfinite(force))):
+            good = np.isfinite(place) & np.isfinite(force)
+            place, force = place[good], force[good]
         residual, used = np.empty(place.size), np.empty(place.size, dtype=np.bool_)
         ended[i], numbers[i, 4], numbers[i, 6] = fit_curve(
             place, force, known, free, tied, ways, family, softness[i], adhesive, numbers[i, :4], covariances[i],
@@ -599,20 +738,40 @@ def spans(places: FloatArray, forces: FloatArray, softness: FloatArray) -> Float
 
 
 @compiled
-def correlation_times(residuals: FloatArray, most: int) -> FloatArray:
-    """1 + 2 sum rho_k of each row, up to the first lag within the noise; nan where that is none of the first `most`."""
-    found = np.empty(residuals.shape[0])
+def correlation_times(residuals: FloatArray, most: int) -> tuple[FloatArray, FloatArray]:
+    """
+    1 + 2 sum rho_k of each row, up to the first lag within the noise; nan where that is none of the first `most`.
+
+    And of each row its size, its mean square, and that of the differences between neighbours.
+    """
+    found, moments = np.empty(residuals.shape[0]), np.empty((residuals.shape[0], 3))
     for i in range(residuals.shape[0]):
-        row = residuals[i][np.isfinite(residuals[i])]
-        row = row - row.mean() if row.size else row
-        power, total, ended = np.sum(row * row), 1.0, row.size < 2
-        lag = 1
+        row = residuals[i]
+        if not math.isfinite(row.sum()):
+            row = row[np.isfinite(row)]
+        n = row.size
+        plain, square, beside = 0.0, 0.0, 0.0
+        for j in range(n):
+            plain += row[j]
+            square += row[j] * row[j]
+            if j:
+                beside += row[j] * row[j - 1]
+        mean = plain / max(n, 1)
+        ends = row[0] + row[n - 1] if n else 0.0
+        between = 2.0 * (square - beside) - (row[0] ** 2 + row[n - 1] ** 2 if n else 0.0)
+        moments[i, 0], moments[i, 1], moments[i, 2] = n, square / max(n, 1), between / max(n - 1, 1)
+        power, total, ended, lag = square - n * mean * mean, 1.0, n < 2, 1
         while not ended and lag <= most:
-            rho = np.sum(row[:-lag] * row[lag:]) / power if power > 0.0 else 0.0
-            if rho < 2.5 / math.sqrt(row.size) or lag >= row.size // 2:
+            products = beside - mean * (2.0 * plain - ends) + (n - 1) * mean * mean
+            if lag > 1:
+                products = 0.0
+                for j in range(n - lag):
+                    products += (row[j] - mean) * (row[j + lag] - mean)
+            rho = products / power if power > 0.0 else 0.0
+            if rho < 2.5 / math.sqrt(n) or lag >= n // 2:
                 ended = True
             else:
                 total += 2.0 * rho
             lag += 1
         found[i] = total if ended else math.nan
-    return found
+    return found, moments

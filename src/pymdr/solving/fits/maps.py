@@ -6,7 +6,7 @@ import math
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -16,22 +16,27 @@ from pymdr.errors import ConvergenceError, ProblemError, PymdrError, QuantityErr
 from pymdr.interpretation.validity import SOURCES, Assumption, Claim
 from pymdr.problem.contact import Contact
 from pymdr.problem.measured import MeasuredCurve
+from pymdr.problem.parameters import with_parameters
 from pymdr.problem.paths import indent
 from pymdr.problem.schedule import Progress
 from pymdr.result import Result
 from pymdr.solving.fits.asking import (
     ENDINGS,
     FOUND,
+    OF_LIMIT,
     REFUSED,
     UNREAD,
     UNSETTLED,
+    WAVES,
     Asked,
     Columns,
     FittedStretch,
     asked_of,
     empty_columns,
 )
-from pymdr.solving.fits.fitting import LEVENBERG_MARQUARDT, LMFIT, fit
+from pymdr.solving.fits.families import WORK, Ways
+from pymdr.solving.fits.fitting import LEVENBERG_MARQUARDT, LMFIT, WAVY, fit
+from pymdr.solving.fits.forces import AdhesiveForces, ElasticForces, rounded_up
 from pymdr.solving.fits.quick import fit_by_family
 from pymdr.solving.fits.records import Records, Stretch, records_of
 from pymdr.solving.fits.storing import Held, Kept, attributes_of
@@ -42,8 +47,9 @@ from pymdr.solving.fits.unknowns import (
     origins,
     put_into,
 )
+from pymdr.solving.reach import assumptions, map_to_line
 from pymdr.solving.verb import solve
-from pymdr.units import QuantityLike, from_si, shown, written
+from pymdr.units import FloatArray, QuantityLike, from_si, shown, written
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -51,6 +57,8 @@ if TYPE_CHECKING:
 
 _CHUNK, _TOLD = 2**19, 5
 """Samples that are fitted, and kept, at a time; refusals that are told."""
+_JUDGED, _WIDER, _SIMILAR = 17, 1.0 + 1e-9, "elastic similarity"
+"""Depths, and numbers of a family, at which what is assumed is measured."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -62,8 +70,9 @@ class FittedMap:
     data: xr.Dataset
     """
     Over the grid of the curves: what was found by its name and its standard error as ``..._error``, NaN where nothing was;
-    ``noise`` (N), ``correlated``, ``indentation`` (m, the largest), and ``ending``, a number whose meaning stands in its
-    attributes.
+    ``noise`` (N), ``waves`` (see :attr:`pymdr.FitResult.waves`), ``correlated``, ``indentation`` (m, the largest), ``of_limit``, the
+    largest measure of what the model assumes of each curve in parts of its limit (above 1 the curve lies beyond), and ``ending``,
+    a number whose meaning stands in its attributes.
     """
     names: tuple[str, ...]
     """What was looked for."""
@@ -253,34 +262,52 @@ def fit_map(
     """
     if not isinstance(contact, Contact):
         raise ProblemError(f"fit_map: {contact!r} is not a Contact; write Contact(profile, body)")
+    if contact.friction is not None:
+        raise ProblemError(
+            "fit_map: the contact has friction, which force curves do not feel; leave friction out, or give each record of "
+            "tangential force and shift to fit"
+        )
     if isinstance(workers, bool) or not isinstance(workers, int) or workers < 1:
         raise ProblemError(f"workers = {workers!r}: a whole number of at least 1 is needed")
     records = records_of(curves)
     asked = asked_of(contact, free, origins({CONTACT_POINT: contact_point, BASELINE: baseline}))
     total = math.prod(records.shape)
-    chunk = _curves_of_chunk(records)
+    chunk = _curves_of_chunk(asked, records)
     store = Kept(folder, asked, records, chunk) if folder is not None else Held(asked, total)
     parts = [(first, min(first + chunk, total)) for first in range(0, total, chunk)]
     todo = [part for part in parts if not store.has(*part)]
     done = total - sum(last - first for first, last in todo)
     if progress is not None and done:
         progress(done, total)
-    for (first, last), fitted in _fitted(asked, records, todo, workers, client):
+
+    def told(more: int) -> None:
+        if progress is not None:
+            progress(done + more, total)
+
+    for (first, last), fitted in _fitted(asked, records, todo, workers, client, told):
         store.keep(first, last, fitted)
         done += last - first
-        if progress is not None:
-            progress(done, total)
+        told(0)
+    if asked.ways is not None:
+        store.complete(OF_LIMIT, _of_limits(asked, asked.ways, store.columns()))
     return _interpreted(asked, records, FittedStretch(store.columns(), store.refusals()))
 
 
-def _curves_of_chunk(records: Records) -> int:
-    """Whole slices of the first dimension."""
+def _curves_of_chunk(asked: Asked, records: Records) -> int:
+    """Whole slices of the first dimension; one where each curve takes its time."""
     inner, samples = math.prod(records.shape[1:]), records.read(0, 1).place.size
+    if asked.ways is None:
+        return inner
     return inner * max(1, min(records.shape[0], _CHUNK // (inner * samples)))
 
 
 def _fitted(
-    asked: Asked, records: Records, parts: Sequence[tuple[int, int]], workers: int, client: Any
+    asked: Asked,
+    records: Records,
+    parts: Sequence[tuple[int, int]],
+    workers: int,
+    client: Any,
+    told: Callable[[int], None],
 ) -> Iterator[tuple[tuple[int, int], FittedStretch]]:
     """What the fits of stretches of curves give, as they are finished."""
     workers = min(workers, max(1, len(parts)))
@@ -288,7 +315,7 @@ def _fitted(
         yield from _shared(asked, records, parts, client.get_executor(), 4 * max(len(client.ncores()), 1))
     elif workers == 1:
         for part in parts:
-            yield part, _fit_stretch(asked, records.read(*part))
+            yield part, _fit_stretch(asked, records.read(*part), told)
     elif asked.ways is not None:
         _prepare(asked, records, parts)
         with ThreadPoolExecutor(workers) as pool:
@@ -320,16 +347,18 @@ def _shared(
         yield oldest, future.result()
 
 
-def _fit_stretch(asked: Asked, stretch: Stretch) -> FittedStretch:
+def _fit_stretch(asked: Asked, stretch: Stretch, told: Callable[[int], None] | None = None) -> FittedStretch:
     """What was found in some curves."""
     if asked.ways is not None:
         return fit_by_family(asked, asked.ways, stretch)
-    return _fit_one_by_one(asked, stretch)
+    return _fit_one_by_one(asked, stretch, told)
 
 
-def _fit_one_by_one(asked: Asked, stretch: Stretch) -> FittedStretch:
+def _fit_one_by_one(asked: Asked, stretch: Stretch, told: Callable[[int], None] | None) -> FittedStretch:
     out, refusals = empty_columns(asked, len(stretch.place)), set()
     for i in range(len(stretch.place)):
+        if told is not None and i:
+            told(i)
         try:
             curve = stretch.curve(i)
         except PymdrError:
@@ -347,9 +376,54 @@ def _fit_one_by_one(asked: Asked, stretch: Stretch) -> FittedStretch:
             for name in asked.names:
                 out[name][i], out[f"{name}_error"][i] = found[name].value, found[name].error
             out["noise"][i], out["correlated"][i] = found.noise, found.correlated
+            out[WAVES][i], out[OF_LIMIT][i] = found.waves, _of_limit(found.assumptions)
             out["indentation"][i] = float(found.data["indentation"].values.max())
             out["ending"][i] = FOUND
     return FittedStretch(out, frozenset(refusals))
+
+
+def _of_limit(assumed: Sequence[Assumption]) -> float:
+    """The largest measure in parts of its limit; Dundurs' beta, which does not change with the curve, is none."""
+    parts = [a.measure / a.limit for a in assumed if a.name != _SIMILAR and a.limit > 0.0]
+    return max((part for part in parts if math.isfinite(part)), default=math.nan)
+
+
+def _of_limits(asked: Asked, ways: Ways, columns: Columns) -> FloatArray:
+    """That of every curve, from a table over the largest depth and the number in which the contacts differ."""
+    from scipy.interpolate import RegularGridInterpolator
+
+    out = np.full(columns["ending"].size, math.nan)
+    found = np.flatnonzero((columns["ending"] == FOUND) & (columns["indentation"] > 0.0))
+    if not found.size:
+        return out
+    depth = columns["indentation"][found]
+    numbers = ways.numbers(np.column_stack([columns[u.name][found] for u in asked.unknowns]))
+    family = asked.family(rounded_up(float(depth.max())))
+    last = len(family.members) - 1
+    rungs = np.clip((numbers - family.first) / family.step, 0.0, float(last))
+    chosen = np.unique(
+        np.linspace(np.floor(rungs.min()), min(np.floor(rungs.max()) + 1.0, last), _JUDGED).astype(int)
+    )
+    depths = np.geomspace(depth.min(), depth.max() * _WIDER, _JUDGED)
+    table = np.empty((chosen.size, depths.size))
+    for row, rung in zip(table, chosen, strict=True):
+        value = (
+            {}
+            if ways.number is None
+            else {ways.number.name: ways.number.from_free(family.first + family.step * rung)}
+        )
+        contact = with_parameters(
+            replace(asked.contact, adhesion=None), {k: v for k, v in value.items() if k != WORK}
+        )
+        mapped, member = map_to_line(contact), family.members[rung]
+        assert isinstance(member, ElasticForces | AdhesiveForces)
+        row[:] = [_of_limit(assumptions(contact, mapped, radius[None])) for radius in member.radius(depths)]
+    at = np.column_stack([np.log(depth), rungs])
+    if chosen.size == 1:
+        out[found] = np.exp(np.interp(at[:, 0], np.log(depths), np.log(table[0])))
+    else:
+        out[found] = np.exp(RegularGridInterpolator((np.log(depths), chosen), np.log(table.T))(at))
+    return out
 
 
 def _interpreted(asked: Asked, records: Records, fitted: FittedStretch) -> FittedMap:
@@ -366,7 +440,7 @@ def _interpreted(asked: Asked, records: Records, fitted: FittedStretch) -> Fitte
         coords=records.coords,
     )
     claims: Mapping[str, Claim] = {}
-    assumptions: tuple[Assumption, ...] = ()
+    assumed: tuple[Assumption, ...] = ()
     notes = [f"refused: {words}" for words in sorted(fitted.refusals)[:_TOLD]]
     found = np.flatnonzero(columns["ending"] == FOUND)
     references: tuple[str, ...] = ()
@@ -375,7 +449,18 @@ def _interpreted(asked: Asked, records: Records, fitted: FittedStretch) -> Fitte
         references = judged.references
         # with memory they are those of a history, which differs from curve to curve
         if not asked.contact.remembers:
-            claims, assumptions = judged.claims, judged.assumptions
+            claims, assumed = judged.claims, judged.assumptions
+    for name, limit, words in (
+        (
+            WAVES,
+            WAVY,
+            "leave waves larger than their noise (waves): another law, a work of adhesion, a layer or a drift may be missing",
+        ),
+        (OF_LIMIT, 1.0, "lie beyond a limit of what the model assumes (of_limit)"),
+    ):
+        many = int((columns[name][found] > limit).sum())
+        if many:
+            notes.append(f"{many} of {found.size} curves {words}")
     if asked.ways is not None and asked.families:
         worst = max(family.error for family in asked.families.values())
         notes.append(f"tables of the forces are right to {worst:.1g} of their largest")
@@ -384,7 +469,7 @@ def _interpreted(asked: Asked, records: Records, fitted: FittedStretch) -> Fitte
         data=data,
         names=asked.names,
         claims=claims,
-        assumptions=assumptions,
+        assumptions=assumed,
         references=(*references, LEVENBERG_MARQUARDT, *(() if asked.ways is not None else (LMFIT,))),
         notes=tuple(notes),
     )

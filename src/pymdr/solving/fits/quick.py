@@ -14,6 +14,7 @@ from pymdr.solving.fits.asking import (
     REFUSED,
     SEEN,
     UNREAD,
+    WAVES,
     Asked,
     Columns,
     FittedStretch,
@@ -22,8 +23,8 @@ from pymdr.solving.fits.asking import (
 from pymdr.solving.fits.families import WORK, Ways
 from pymdr.solving.fits.forces import rounded_up
 from pymdr.solving.fits.records import Stretch
-from pymdr.solving.fits.searching import autocorrelation_times
-from pymdr.solving.fits.unknowns import BASELINE, CONTACT_POINT, ORIGINS
+from pymdr.solving.fits.searching import hanging
+from pymdr.solving.fits.unknowns import BASELINE, CONTACT_POINT
 from pymdr.units import FloatArray
 
 
@@ -47,7 +48,11 @@ def fit_by_family(asked: Asked, ways: Ways, stretch: Stretch) -> FittedStretch:
     if number is not None and ways.shape is None:
         known[kernels.SHAPE] = number.to_free(number.start)
     free = np.array(
-        [ways.scale is not None, ways.shape is not None, *(n not in asked.known for n in ORIGINS)]
+        [
+            ways.scale is not None,
+            ways.shape is not None,
+            *(n not in asked.known for n in (CONTACT_POINT, BASELINE)),
+        ]
     )
     for deepest, chosen in _by_depth(stretch):
         try:
@@ -76,7 +81,9 @@ def fit_by_family(asked: Asked, ways: Ways, stretch: Stretch) -> FittedStretch:
         back = np.eye(len(asked.names))
         back[:2, :2] = np.linalg.inv(own_ways)
         covariances = back @ covariances @ back.T
-    return FittedStretch(_columns(asked, ways, numbers, covariances, residuals, ended), frozenset(refusals))
+    span = np.fmax.reduce(stretch.force, axis=1) - np.fmin.reduce(stretch.force, axis=1)
+    told = _columns(asked, ways, numbers, covariances, residuals, span, ended)
+    return FittedStretch(told, frozenset(refusals))
 
 
 def _by_depth(stretch: Stretch) -> Iterator[tuple[float, np.ndarray]]:
@@ -95,6 +102,7 @@ def _columns(
     numbers: FloatArray,
     covariances: FloatArray,
     residuals: FloatArray,
+    span: FloatArray,
     ended: np.ndarray,
 ) -> Columns:
     """What is told of every curve."""
@@ -107,7 +115,8 @@ def _columns(
     correlated = np.ones(len(numbers))
     fitted = np.flatnonzero(np.isfinite(noise))
     if fitted.size:
-        correlated[fitted] = autocorrelation_times(residuals[fitted])
+        some = slice(None) if fitted.size == len(numbers) else fitted
+        correlated[some], out[WAVES][some] = hanging(residuals[some], span[some])
     error = noise[:, None] * np.sqrt(correlated[:, None] * np.abs(np.einsum("ijj->ij", covariances)))
     values, rates = ways.values(theta[:, 0], theta[:, 1])
     plain = {CONTACT_POINT: theta[:, 2], BASELINE: theta[:, 3]}

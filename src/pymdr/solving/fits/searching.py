@@ -15,13 +15,15 @@ from pymdr.errors import ConvergenceError, ProblemError, PymdrError
 from pymdr.problem.contact import Contact
 from pymdr.problem.measured import MeasuredCurve
 from pymdr.solving.fits.forces import forces_of, modelled
-from pymdr.solving.fits.unknowns import BASELINE, CONTACT_POINT, Unknown, put_into
-from pymdr.units import FloatArray
+from pymdr.solving.fits.loops import ShearRecord
+from pymdr.solving.fits.unknowns import BASELINE, CONTACT_POINT, SHIFT_ORIGIN, Unknown, put_into
+from pymdr.units import FloatArray, written
 
 BoolArray = NDArray[np.bool_]
 _STEP = 1e-4
 _LAGS = 32
 """Whose correlations are summed one by one; longer ones come from the spectrum."""
+_SIGNIFICANT, _FLAT = 5.0, 1e-4
 _BLIND = 1e-6
 """Of the largest: singular values of unknowns that a record cannot tell apart."""
 _POOR = 10.0
@@ -32,7 +34,7 @@ class Modelled(NamedTuple):
     """The model at the samples of one curve."""
 
     depth: FloatArray
-    """Indentation from the contact point."""
+    """Indentation from the contact point, or the shift from its origin."""
     force: FloatArray
     """As it was measured, without offset."""
     model: FloatArray
@@ -45,37 +47,51 @@ class Search:
 
     contact: Contact
     unknowns: tuple[Unknown, ...]
-    curves: tuple[MeasuredCurve, ...]
+    curves: tuple[MeasuredCurve, ...] | tuple[ShearRecord, ...]
     known: dict[str, float]
     """The origins that are not looked for."""
     used: tuple[BoolArray, ...] = field(default=())
 
+    @property
+    def shears(self) -> bool:
+        """Whether the records are of tangential forces."""
+        return isinstance(self.curves[0], ShearRecord)
+
+    @property
+    def place(self) -> str:
+        """What the origin of the positions is called."""
+        return SHIFT_ORIGIN if self.shears else CONTACT_POINT
+
+    @property
+    def _free_origins(self) -> list[str]:
+        return [name for name in (self.place, BASELINE) if name not in self.known]
+
     @cached_property
     def names(self) -> tuple[str, ...]:
         """Of all free numbers: unknowns, then the origins of every curve."""
-        free = [name for name in (CONTACT_POINT, BASELINE) if name not in self.known]
         several = len(self.curves) > 1
         return (
             *(u.name for u in self.unknowns),
-            *(f"{name}[{i}]" if several else name for i in range(len(self.curves)) for name in free),
+            *(
+                f"{name}[{i}]" if several else name
+                for i in range(len(self.curves))
+                for name in self._free_origins
+            ),
         )
 
     @cached_property
     def origin_scales(self) -> FloatArray:
         """Sizes of the free origins, in the order of their names."""
-        free = [name for name in (CONTACT_POINT, BASELINE) if name not in self.known]
         sizes = [
-            {CONTACT_POINT: float(np.ptp(curve.depth)), BASELINE: float(np.ptp(curve.force))}
+            {self.place: float(np.ptp(curve.depth)), BASELINE: float(np.ptp(curve.force))}
             for curve in self.curves
         ]
-        return np.array([size[name] for size in sizes for name in free])
+        return np.array([size[name] for size in sizes for name in self._free_origins])
 
     def to_free(self, values: Sequence[float], origins: Sequence[dict[str, float]]) -> FloatArray:
         """The numbers that the search changes."""
         own = [u.to_free(v) for u, v in zip(self.unknowns, values, strict=True)]
-        shifts = [
-            one[name] for one in origins for name in (CONTACT_POINT, BASELINE) if name not in self.known
-        ]
+        shifts = [one[name] for one in origins for name in self._free_origins]
         return np.array([*own, *(np.array(shifts) / self.origin_scales)])
 
     def from_free(self, free: FloatArray) -> tuple[FloatArray, list[dict[str, float]]]:
@@ -86,7 +102,7 @@ class Search:
         found = [
             {
                 name: self.known[name] if name in self.known else float(next(shifts))
-                for name in (CONTACT_POINT, BASELINE)
+                for name in (self.place, BASELINE)
             }
             for _ in self.curves
         ]
@@ -97,13 +113,8 @@ class Search:
         values, origins = self.from_free(free)
         contact = put_into(self.contact, self.unknowns, values)
         found = []
-        for curve, origin in zip(self.curves, origins, strict=True):
-            force = curve.force - origin[BASELINE]
-            position = curve.position - origin[CONTACT_POINT]
-            deepest = max(float(np.ptp(curve.depth)), float(position.max() - curve.compliance * force.max()))
-            forces = forces_of(contact, deepest, curve.compliance, curve.time)
-            model, touches = modelled(forces, position, force)
-            found.append(Modelled(position - curve.compliance * model, force, model, touches))
+        for i, origin in enumerate(origins):
+            found.append(_modelled(contact, self.curves[i], origin[self.place], origin[BASELINE]))
         return found
 
     def residuals(self, free: FloatArray) -> FloatArray:
@@ -131,6 +142,15 @@ class Search:
             columns.append((self.residuals(free + step) - self.residuals(free - step)) / (2.0 * step[i]))
         return np.column_stack(columns)
 
+    def named(self, free: FloatArray) -> dict[str, float]:
+        """Unknowns and origins by name, in SI units."""
+        values, places = self.from_free(free)
+        named = {u.name: float(v) for u, v in zip(self.unknowns, values, strict=True)}
+        for i, place in enumerate(places):
+            for name, value in place.items():
+                named[f"{name}[{i}]" if len(places) > 1 else name] = value
+        return named
+
     def bounds(self) -> list[tuple[float, float]]:
         """Of the free numbers."""
         inner = []
@@ -145,6 +165,18 @@ class Search:
             high = u.to_free(u.high) if math.isfinite(u.high) else math.inf
             inner.append((low, high))
         return [*inner, *[(-math.inf, math.inf)] * self.origin_scales.size]
+
+
+def _modelled(
+    contact: Contact, curve: MeasuredCurve | ShearRecord, origin: float, baseline: float
+) -> Modelled:
+    force, position = curve.force - baseline, curve.position - origin
+    if isinstance(curve, ShearRecord):
+        return Modelled(position, force, curve.forces(contact, origin), np.ones(force.size, dtype=bool))
+    deepest = max(float(np.ptp(curve.depth)), float(position.max() - curve.compliance * force.max()))
+    forces = forces_of(contact, deepest, curve.compliance, curve.time)
+    model, touches = modelled(forces, position, force)
+    return Modelled(position - curve.compliance * model, force, model, touches)
 
 
 def found_from(search: Search, free: FloatArray) -> Any:
@@ -207,7 +239,14 @@ def _combination(search: Search, free: FloatArray, direction: FloatArray) -> str
     moving = [i for i in range(direction.size) if abs(direction[i]) > 1e-3]
     names = [search.unknowns[i].name for i in moving]
     told = f"fit: the record cannot tell {' and '.join(names)} apart"
-    if all(search.unknowns[i].is_size for i in moving):
+    record = search.curves[0]
+    if isinstance(record, ShearRecord):
+        stiffness, load = record.stuck(put_into(search.contact, search.unknowns, values))
+        told += (
+            f": of the bodies it determines the tangential stiffness where they stick, {stiffness:.4g} N/m under "
+            f"{written(load, 'N', 4)}"
+        )
+    elif all(search.unknowns[i].is_size for i in moving):
         last = max(moving, key=lambda i: abs(direction[i]))
         products = []
         for i in moving:
@@ -220,37 +259,52 @@ def _combination(search: Search, free: FloatArray, direction: FloatArray) -> str
     return f"{told}; fix one of them"
 
 
-def autocorrelation_time(residuals: FloatArray) -> float:
+class Hanging(NamedTuple):
+    """How the residuals of records hang together."""
+
+    correlated: FloatArray
+    """1 + 2 sum_k rho_k, up to the first lag whose correlation is within the noise; at least 1: how many samples tell as much as
+    one independent one."""
+    waves: FloatArray
+    """What of them hangs together, in parts of what differs between neighbours."""
+
+
+def hanging(residuals: FloatArray, span: FloatArray) -> Hanging:
     """
-    How many samples tell as much as one independent one.
+    How residuals hang together.
 
     Parameters
     ----------
-    residuals : ndarray
-        In the order in which they were measured.
+    residuals : ndarray, shape (records, samples)
+        In the order in which they were measured; shorter records are filled up with nan at their ends.
+    span : ndarray, shape (records,)
+        Of the forces of each record: waves of less than 1e-4 of it are none.
 
     Returns
     -------
-    float
-        1 + 2 sum_k rho_k, up to the first lag whose correlation is within the noise; at least 1.
+    Hanging
+        The waves are sqrt(2/eta - 1) with von Neumann's ratio eta of the mean squares of differences between neighbours and of the
+        residuals themselves, which is 2 for white noise; 0 where it lies within five standard deviations, 2/sqrt(n), of that.
 
     Examples
     --------
-    >>> autocorrelation_time(np.random.default_rng(1).normal(size=1000))
-    1.0
+    >>> noise, wave = np.random.default_rng(1).normal(size=1000), 3.0 * np.sin(np.linspace(0.0, 20.0, 1000))
+    >>> found = hanging(np.array([noise, noise + wave]), np.full(2, 100.0))
+    >>> found.waves.round(1).tolist(), found.correlated.round().tolist()
+    ([0.0, 2.1], [1.0, 105.0])
     """
-    return float(autocorrelation_times(residuals[None, :])[0])
-
-
-def autocorrelation_times(residuals: FloatArray) -> FloatArray:
-    """Of many records, one in each row, shorter ones filled up with nan at their ends."""
     from pymdr.solving.fits import kernels
 
-    times = kernels.correlation_times(residuals, _LAGS)
+    times, moments = kernels.correlation_times(residuals, _LAGS)
     long = np.flatnonzero(np.isnan(times))
     if long.size:
         times[long] = _long_correlations(residuals[long])
-    return times
+    n, square, between = moments.T
+    with np.errstate(invalid="ignore", divide="ignore"):
+        ratio = between / square
+        waves = np.sqrt(np.maximum(2.0 / ratio - 1.0, 0.0))
+        plain = (ratio > 2.0 - _SIGNIFICANT * 2.0 / np.sqrt(n)) | (np.sqrt(square) < _FLAT * span)
+    return Hanging(times, np.where(plain | ~np.isfinite(waves), 0.0, waves))
 
 
 def _long_correlations(residuals: FloatArray) -> FloatArray:
@@ -272,7 +326,7 @@ def beside_jumps(models: Sequence[Modelled], search: Search) -> tuple[BoolArray,
     used = []
     for one in models:
         keep = np.ones(one.touches.size, dtype=bool)
-        if search.contact.adhesion is not None:
+        if search.contact.adhesion is not None and not search.shears:
             at = np.flatnonzero(np.diff(one.touches.astype(int)))
             for shift in (0, 1):
                 keep[np.clip(at + shift, 0, keep.size - 1)] = False

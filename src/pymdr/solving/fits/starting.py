@@ -12,10 +12,13 @@ from numpy.typing import NDArray
 from pymdr.errors import ProblemError, PymdrError
 from pymdr.problem.contact import Contact
 from pymdr.problem.measured import MeasuredCurve
+from pymdr.problem.parameters import with_parameters
 from pymdr.solving.fits.forces import FULLY_OUT, Forces, forces_of
+from pymdr.solving.fits.loops import ShearRecord
 from pymdr.solving.fits.unknowns import (
     BASELINE,
     CONTACT_POINT,
+    SHIFT_ORIGIN,
     Unknown,
     candidates,
     put_into,
@@ -31,6 +34,11 @@ _FOLLOWED_POINTS, _FOLLOWED_COMBINATIONS = 9, 24
 _SCALES = np.geomspace(0.3, 1e4, 17)
 """Of what would bear the force at the depth that the whole travel is."""
 _LADDER = np.linspace(0.0, 1.0, 257) ** 2
+FRICTION = "friction."
+_STIFFER, _HELD = np.geomspace(0.7, 30.0, 5), (1.001, 1.4, 2.2, 6.0)
+"""Stiffness and friction of a loop in parts of what its largest force tells; that of a half loop is twice as large."""
+_BEFORE, _PLAIN = (-0.1, 0.0, 0.1), 8
+"""Of the shift: where it may have begun."""
 
 
 class Start(NamedTuple):
@@ -40,14 +48,15 @@ class Start(NamedTuple):
     """Sum of squares in N^2."""
     values: FloatArray
     """Of the unknowns."""
-    contact_point: float
+    origin: float
+    """Of the position, in m."""
     baseline: float
 
 
 def starts(
     contact: Contact,
     unknowns: Sequence[Unknown],
-    curve: MeasuredCurve,
+    curve: MeasuredCurve | ShearRecord,
     known: dict[str, float],
     count: int,
 ) -> list[Start]:
@@ -58,7 +67,7 @@ def starts(
     ----------
     contact : Contact
     unknowns : sequence of Unknown
-    curve : MeasuredCurve
+    curve : MeasuredCurve or ShearRecord
     known : dict
         The origins that are not looked for.
     count : int
@@ -69,6 +78,8 @@ def starts(
     ProblemError
         If no combination can be computed; with what the last one says.
     """
+    if isinstance(curve, ShearRecord):
+        return _sheared_starts(contact, unknowns, curve, known, count)
     position, size = curve.position, float(np.ptp(curve.position))
     few = np.unique(np.linspace(0, position.size - 1, min(_SAMPLES, position.size)).astype(int))
     time = None if curve.time is None else curve.time[few]
@@ -98,6 +109,54 @@ def starts(
             f"fit: no start can be computed: {failures[-1] if failures else 'no force in the record rises with the depth'}"
         )
     return sorted(found, key=lambda start: start.misfit)[:count]
+
+
+def _sheared_starts(
+    contact: Contact, unknowns: Sequence[Unknown], record: ShearRecord, known: dict[str, float], count: int
+) -> list[Start]:
+    """Of a record of friction, whose bodies may have been pressed together where it begins."""
+    size, first = float(np.ptp(record.shift)), float(record.shift[0])
+    tried = [known[SHIFT_ORIGIN]] if SHIFT_ORIGIN in known else [first + part * size for part in _BEFORE]
+    found, failures = [], []
+    for values in _sheared_candidates(contact, unknowns, record):
+        begun = put_into(contact, unknowns, values)
+        for origin in tried:
+            try:
+                left = (record.force - record.forces(begun, origin))[record.used]
+            except PymdrError as error:
+                failures.append(error)
+                continue
+            baseline = known.get(BASELINE, float(left.mean()))
+            found.append(Start(float(((left - baseline) ** 2).sum()), values, origin, baseline))
+    if not found:
+        raise ProblemError(f"fit: no start can be computed: {failures[-1]}")
+    return sorted(found, key=lambda start: start.misfit)[:count]
+
+
+def _sheared_candidates(
+    contact: Contact, unknowns: Sequence[Unknown], record: ShearRecord
+) -> list[FloatArray]:
+    """Moduli with which bodies that stick bear the force at the shift, or somewhat more, and frictions that hold it."""
+    pull, way = 0.5 * float(np.ptp(record.force)), 0.5 * float(np.ptp(record.shift))
+    plain = [u for u in unknowns if not u.is_of_force and not u.name.startswith(FRICTION)]
+    found = []
+    for own in candidates(contact, plain, way, 0.0, _PLAIN):
+        shaped = put_into(contact, plain, own)
+        grown = np.ones(1)
+        if any(u.is_of_force for u in unknowns):
+            stuck, _ = record.stuck(shaped)
+            grown = (_STIFFER * pull / (way * stuck)) ** 1.5
+        for scale in grown:
+            values = {
+                u.name: float(np.clip(u.start * scale, u.low, u.high)) for u in unknowns if u.is_of_force
+            }
+            values |= {u.name: float(v) for u, v in zip(plain, own, strict=True)}
+            _, load = record.stuck(with_parameters(contact, values))
+            held = [u for u in unknowns if u.name.startswith(FRICTION)]
+            for share in _HELD if held else (1.0,):
+                values |= {u.name: float(np.clip(share * pull / load, u.low, u.high)) for u in held}
+                found.append(np.array([values[u.name] for u in unknowns]))
+    return found
 
 
 def _tried(

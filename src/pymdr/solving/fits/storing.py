@@ -10,14 +10,17 @@ from typing import Any
 
 import numpy as np
 
-from pymdr.errors import FileError
+from pymdr.errors import FileError, ProblemError, PymdrError
 from pymdr.problem.codec import encode
 from pymdr.solving.fits.asking import ENDINGS, NOT_YET, Asked, Columns, FittedStretch, empty_columns
 from pymdr.solving.fits.records import Records, zarr
+from pymdr.units import FloatArray
 
-_MARK, _REFUSALS = "pymdr_work", "pymdr_refusals"
+_BEGUN, _MARK, _REFUSALS = "pymdr_begun", "pymdr_work", "pymdr_refusals"
 _WORDS = {
     "noise": "standard deviation of the residuals",
+    "waves": "what of the residuals hangs together, in parts of the noise between neighbours",
+    "of_limit": "largest measure of what the model assumes, in parts of its limit",
     "correlated": "samples that tell as much as an independent one",
     "indentation": "largest indentation",
     "ending": "how the fit ended",
@@ -41,6 +44,10 @@ class Held:
             self._columns[name][first:last] = values
         self._refusals |= fitted.refusals
 
+    def complete(self, name: str, values: FloatArray) -> None:
+        """Put a whole column in its place."""
+        self._columns[name][:] = values
+
     def columns(self) -> Columns:
         """All of them."""
         return self._columns
@@ -61,17 +68,24 @@ class Kept:
         place, total = named_file(folder, "write"), math.prod(records.shape)
         mark = _mark(asked, records, total)
         try:
-            fresh = not place.exists() or not any(place.iterdir())
-            self._group = package.open_group(str(place), mode="a")
+            there = place.exists() and any(place.iterdir())
+            held = dict(package.open_group(str(place), mode="r").attrs) if there else {_BEGUN: mark}
+            # a store that was begun and not finished, when the work was killed, is made anew
+            begun = _MARK not in held and held.get(_BEGUN) == mark
+            if not begun and held.get(_MARK) != mark:
+                raise FileError(
+                    f"{place} holds another work: something that was asked has changed since; take another folder, or empty this one"
+                )
+            if begun:
+                self._group = package.create_group(str(place), overwrite=True, attributes={_BEGUN: mark})
+                self._make(asked, records, chunk)
+                self._group.attrs[_MARK] = mark
+            else:
+                self._group = package.open_group(str(place), mode="a")
         except (OSError, ValueError) as error:
+            if isinstance(error, FileError):
+                raise
             raise FileError(f"cannot write into {place}: {error}; choose another folder") from error
-        if fresh:
-            self._make(asked, records, chunk)
-            self._group.attrs[_MARK] = mark
-        elif self._group.attrs.get(_MARK) != mark:
-            raise FileError(
-                f"{place} holds another work: something that was asked has changed since; take another folder, or empty this one"
-            )
         self._names = (*asked.units, "ending")
 
     def _make(self, asked: Asked, records: Records, chunk: int) -> None:
@@ -98,7 +112,10 @@ class Kept:
             dimension_names=records.dims,
         )
         ending.attrs.update(attributes_of("ending", ""))
-        xr.Dataset(coords=records.coords).to_zarr(self._group.store, mode="a", consolidated=False)
+        # which writes the attributes of the group anew
+        xr.Dataset(coords=records.coords, attrs=dict(self._group.attrs)).to_zarr(
+            self._group.store, mode="a", consolidated=False
+        )
 
     def _rows(self, first: int, last: int) -> slice:
         inner = math.prod(self._shape[1:])
@@ -116,6 +133,10 @@ class Kept:
         for name in self._names:
             self._group[name][rows] = fitted.columns[name].reshape(-1, *self._shape[1:])
 
+    def complete(self, name: str, values: FloatArray) -> None:
+        """Write a whole column."""
+        self._group[name][...] = values.reshape(self._shape)
+
     def columns(self) -> Columns:
         """All of them."""
         return {name: np.asarray(self._group[name][...]).ravel() for name in self._names}
@@ -127,8 +148,15 @@ class Kept:
 
 def _mark(asked: Asked, records: Records, total: int) -> str:
     """What changes with what is asked, and with the first and the last curve."""
+    try:
+        contact = encode(asked.contact)
+    except PymdrError as error:
+        raise ProblemError(
+            f"fit_map: folder= keeps the contact that is fitted, and no file holds this one: {error}; leave folder out, or give the "
+            "profile as Sampled"
+        ) from error
     work = {
-        "contact": encode(asked.contact),
+        "contact": contact,
         "free": [[u.name, u.low, u.high] for u in asked.unknowns],
         "known": dict(asked.known),
         "shape": list(records.shape),

@@ -16,9 +16,9 @@ from pymdr.problem.parameters import Parameter, parameter_of, parameters_of, wit
 from pymdr.problem.values import SIField
 from pymdr.units import ArrayQuantityLike, FloatArray, QuantityLike, shown, to_si, to_si_array
 
-CONTACT_POINT, BASELINE = "contact_point", "baseline"
-ORIGINS = {CONTACT_POINT: "m", BASELINE: "N"}
-"""Where the record has its origins of depth and force."""
+CONTACT_POINT, SHIFT_ORIGIN, BASELINE = "contact_point", "shift_origin", "baseline"
+ORIGINS = {CONTACT_POINT: "m", SHIFT_ORIGIN: "m", BASELINE: "N"}
+"""Where records have their origins of depth, shift and force."""
 _OF_FORCE = ("Pa", "J/m^2", "N/m", "N")
 """Units of what all forces are proportional to, taken together."""
 
@@ -159,6 +159,8 @@ def candidates(
     -------
     list of ndarray, shape (unknowns,)
     """
+    if not unknowns:
+        return [np.zeros(0)]
     together = scales_together(contact, unknowns)
     moduli = [p for p in parameters_of(contact) if p.unit == "Pa"]
     scale = next((u.name for u in unknowns if u.is_of_force), None)

@@ -115,14 +115,29 @@ def rms_slope(heights: FloatArray, spacing: FloatArray, touching: np.ndarray) ->
 
 
 def summit_rise(heights: FloatArray) -> float:
-    """By how much the summit of a parabola through the highest pixel and its neighbours is higher, along x and y."""
+    """
+    By how much the summit may be higher than the highest pixel, which is where depths are counted from.
+
+    Along x and y, by twice what a parabola through the pixel and its neighbours rises; as far as the heights bend at the pixel more than
+    beside it, as those of cones and pyramids do, by where the straight lines of both flanks meet.
+    """
     place = np.unravel_index(int(np.argmax(heights)), heights.shape)
     rise = 0.0
     for axis, at in enumerate(map(int, place)):
-        if not 0 < at < heights.shape[axis] - 1:
-            continue
         line = heights[:, place[1]] if axis == 0 else heights[place[0]]
+        if not 0 < at < line.size - 1:
+            continue
         low, middle, high = line[at - 1 : at + 2].tolist()
         bend = (middle - low) + (middle - high)
-        rise += (high - low) ** 2 / (8.0 * bend) if bend > 0.0 else 0.0
+        if not bend > 0.0:
+            continue
+        rounded = (high - low) ** 2 / (4.0 * bend)
+        if 1 < at < line.size - 2:
+            lower, higher = float(line[at - 2]), float(line[at + 2])
+            beside = min(2.0 * low - lower - middle, 2.0 * high - middle - higher)
+            smooth = min(max(beside / bend, 0.0), 1.0)
+            up, down = low - lower, high - higher
+            meet = (low * down + high * up + 2.0 * up * down) / (up + down) if up + down > 0.0 else middle
+            rounded = smooth * rounded + (1.0 - smooth) * max(meet - middle, 0.0)
+        rise += rounded
     return rise

@@ -10,7 +10,14 @@ import typer
 
 from pymdr.workbench.cli.folders import ready_folder, write_figure, write_found
 from pymdr.workbench.cli.options import CaseFile, Json, Quiet, Table
-from pymdr.workbench.cli.telling import answer, failures_as_json, print_json, say_found, stages, validity_of
+from pymdr.workbench.cli.telling import (
+    answer,
+    failures_as_json,
+    print_json,
+    say_found,
+    stages,
+    validity_of,
+)
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -26,7 +33,7 @@ def fit(
         list[Path],
         typer.Argument(
             metavar="CURVE...",
-            help="A table of force and travel or indentation with units; a file of an atomic force microscope, of one curve or of a map; or "
+            help="A table of force and travel or indentation with units, for a case with friction of tangential force, shift and load; a file of an atomic force microscope, of one curve or of a map; or "
             "the folder of a Zarr store of a map.",
         ),
     ],
@@ -38,8 +45,14 @@ def fit(
         str | None,
         typer.Option(help="Depth of the record at which the bodies touch; looked for unless given."),
     ] = None,
+    shift_origin: Annotated[
+        str | None,
+        typer.Option(
+            help="With friction, shift of the record at which the bodies were pressed together; looked for unless given."
+        ),
+    ] = None,
     baseline: Annotated[
-        str | None, typer.Option(help="Force of the record when they do not; looked for unless given.")
+        str | None, typer.Option(help="Force of the record when they do not touch; looked for unless given.")
     ] = None,
     segment: Annotated[
         str | None,
@@ -56,13 +69,18 @@ def fit(
 
     What is found in a map stands in DIR/fit.zarr too, where a killed fit goes on when it is called again.
     """
+    from pymdr.errors import ProblemError
     from pymdr.workbench.casefile import read_contact
 
-    origins = {"contact_point": contact_point, "baseline": baseline}
+    origins = {"contact_point": contact_point, "shift_origin": shift_origin, "baseline": baseline}
     found: FitResult | FittedMap
     with failures_as_json("fit", case, as_json):
         title, contact = read_contact(case)
-        curves = _read(curve, spring_constant, segment, contact.adhesion is not None or contact.remembers)
+        curves = (
+            _read(curve, spring_constant, segment, contact.adhesion is not None or contact.remembers)
+            if contact.friction is None
+            else _read_sheared(curve, spring_constant, segment)
+        )
         if isinstance(curves, list):
             from pymdr.solving.fits import fit as find
 
@@ -71,6 +89,10 @@ def fit(
             told = _told_of_fit(found)
         else:
             with stages(quiet or as_json) as stage:
+                if origins.pop("shift_origin") is not None:
+                    raise ProblemError(
+                        "--shift-origin: is for cases with friction; force curves have --contact-point"
+                    )
                 options = {**origins, "workers": workers, "progress": stage("fitting")}
                 found, written = _map(contact, curves, free, options, output)
             told = _told_of_map(found)
@@ -119,6 +141,21 @@ def _read(
     return curves
 
 
+def _read_sheared(
+    files: Sequence[Path], spring_constant: str | None, segment: str | None
+) -> list[xr.Dataset]:
+    """Records of tangential force against shift."""
+    from pymdr.errors import ProblemError
+    from pymdr.workbench.tables import read_record
+
+    if spring_constant is not None or segment is not None:
+        raise ProblemError(
+            "--spring-constant and --segment are for force curves; the case has friction, and its records tables of shift, "
+            "tangential force and load"
+        )
+    return [read_record(file) for file in files]
+
+
 def _refuse_segment(file: Path, segment: str | None) -> None:
     from pymdr.errors import ProblemError
 
@@ -152,10 +189,22 @@ def _map(
 
 def _told_of_fit(found: FitResult) -> dict[str, Any]:
     values = {
-        name: {"value": one.value, "error": one.error, "low": one.low, "high": one.high, "unit": one.unit}
+        name: {
+            "value": one.value,
+            "error": one.error,
+            "low": one.low,
+            "high": one.high,
+            "unit": one.unit,
+        }
         for name, one in found.values.items()
     }
-    fitted = {"values": values, "noise": found.noise, "correlated": found.correlated, "aicc": found.aicc}
+    fitted = {
+        "values": values,
+        "noise": found.noise,
+        "waves": found.waves,
+        "correlated": found.correlated,
+        "aicc": found.aicc,
+    }
     return {"rows": found.data.sizes["step"], "fit": fitted}
 
 

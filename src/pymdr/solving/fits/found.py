@@ -1,0 +1,235 @@
+"""What a fit found."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from pymdr.errors import QuantityError
+from pymdr.interpretation.validity import SOURCES, Assumption, Claim
+from pymdr.problem.codec import encode
+from pymdr.problem.contact import Contact
+from pymdr.problem.measured import MeasuredCurve
+from pymdr.solving.fits.loops import ShearRecord
+from pymdr.solving.fits.searching import Search, free_numbers
+from pymdr.units import shown, written
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+
+class Fitted(NamedTuple):
+    """A number that was found."""
+
+    name: str
+    value: float
+    """In the unit."""
+    error: float
+    """Standard error in the unit."""
+    low: float
+    high: float
+    """Ends of the interval of 95 %, in the unit."""
+    unit: str
+    """The SI unit."""
+
+    def __str__(self) -> str:
+        low, high = (written(end, self.unit, 4) for end in (self.low, self.high))
+        return f"{self.name} = {written(self.value, self.unit, 4)}, 95 % between {low} and {high}"
+
+
+def force_of(contact: Contact) -> str:
+    """Which force a record of the contact is of."""
+    return "normal_force" if contact.friction is None else "tangential_force"
+
+
+@dataclass(frozen=True, kw_only=True)
+class FitResult:
+    """What a fit found, and how well it fits."""
+
+    contact: Contact
+    """With the values that were found."""
+    curves: tuple[MeasuredCurve, ...] | tuple[ShearRecord, ...]
+    values: Mapping[str, Fitted]
+    """Unknowns and origins by name."""
+    data: xr.Dataset
+    """Over ``step``, the samples of all curves: ``indentation`` (m) and ``normal_force`` (N), with friction ``shift`` (m) and
+    ``tangential_force`` (N), from the origins that were found, ``model`` and ``residual`` (N), ``in_contact``, ``used``, and
+    ``curve``; of bodies with memory ``time`` (s)."""
+    noise: float
+    """Standard deviation of the residuals in N."""
+    waves: float
+    """What of the residuals hangs together, in parts of what differs between neighbours; 0 where they are noise alone."""
+    correlated: float
+    """How many samples tell as much as one independent one; it widens the errors by its root."""
+    aicc: float
+    """Akaike's information criterion for small samples, of the independent ones."""
+    claims: Mapping[str, Claim]
+    """How far the model can be trusted at the deepest sample."""
+    assumptions: tuple[Assumption, ...]
+    notes: tuple[str, ...]
+    references: tuple[str, ...]
+    """Keys of the sources that :meth:`cite` names."""
+    search: Search
+    minimum: Any
+    """Minimizer and result of lmfit, in the logarithms of sizes."""
+
+    @property
+    def force(self) -> str:
+        """Which force was fitted: ``normal_force``, or with friction ``tangential_force``."""
+        return force_of(self.contact)
+
+    def __getitem__(self, name: str) -> Fitted:
+        if name not in self.values:
+            raise QuantityError(f"no {shown(name)} was looked for; there are {', '.join(self.values)}")
+        return self.values[name]
+
+    def profile_intervals(
+        self, names: Sequence[str] | None = None, sigma: float = 1.96
+    ) -> dict[str, tuple[float, float]]:
+        """
+        Intervals by profile likelihood, which need not be symmetric.
+
+        Parameters
+        ----------
+        names : sequence of str, optional
+            Of the values; all unknowns of the contact unless given.
+        sigma : float
+            Half width in standard deviations of a normal distribution: 1.96 for 95 %.
+
+        Returns
+        -------
+        dict of str to (float, float)
+            Ends in SI units; errors that hang together widen them as they do the others.
+
+        Raises
+        ------
+        QuantityError
+            If a name was not looked for.
+        """
+        from lmfit import conf_interval
+
+        asked = [u.name for u in self.search.unknowns] if names is None else list(names)
+        for name in asked:
+            self[name]
+        numbers = [self.search.names.index(name) for name in asked]
+        minimizer, found = self.minimum
+        wide = sigma * math.sqrt(self.correlated)
+        table = conf_interval(minimizer, found, p_names=[f"p{i}" for i in numbers], sigmas=[wide])
+        best, ends = free_numbers(found, len(self.search.names)), {}
+        for name, i in zip(asked, numbers, strict=True):
+            rows = table[f"p{i}"]
+            values = []
+            for free in (rows[0][1], rows[-1][1]):
+                moved = best.copy()
+                moved[i] = free
+                values.append(self.search.named(moved)[name])
+            ends[name] = (min(values), max(values))
+        return ends
+
+    def summary(self) -> str:
+        """Values with their intervals, how well they fit, and how far to trust the model."""
+        claim = self.claims[self.force]
+        lines = [str(value) for value in self.values.values()]
+        lines.append(self._told_of_noise())
+        lines.append(f"model: {claim.level.value}: {claim.reason}")
+        lines += [
+            f"not met: {a.words} {a.measure:.3g}, limit {a.limit:.3g}" for a in self.assumptions if not a.met
+        ]
+        return "\n".join([*lines, *(f"note: {note}" for note in self.notes)])
+
+    def _told_of_noise(self) -> str:
+        used = int(self.data["used"].values.sum())
+        told = f"noise {written(self.noise, 'N', 3)} in {used} of {self.data.sizes['step']} samples"
+        if self.correlated > 1.0:
+            told += f", of which {self.correlated:.3g} tell as much as an independent one"
+        return told
+
+    def __str__(self) -> str:
+        return self.summary()
+
+    def __repr__(self) -> str:
+        found = ", ".join(f"{one.name} = {written(one.value, one.unit, 4)}" for one in self.values.values())
+        return f"<pymdr.FitResult {found}>"
+
+    def _repr_html_(self) -> str:
+        """The summary as tables, for notebooks."""
+        from pymdr.presentation.html import found_html
+
+        rows = (
+            [one.name, *(written(value, one.unit, 4) for value in (one.value, one.error, one.low, one.high))]
+            for one in self.values.values()
+        )
+        head = ("found", "value", "standard error", "95 % from", "to")
+        return found_html(head, rows, [self._told_of_noise()], self.claims, self.assumptions, self.notes)
+
+    def cite(self) -> tuple[str, ...]:
+        """References of the theory and of the search."""
+        return tuple(SOURCES[key] for key in self.references)
+
+    def save(self, file: str | os.PathLike[str]) -> None:
+        """
+        Write the samples with their model, and what was found, to a NetCDF file, which xarray opens, whole or not at all.
+
+        Parameters
+        ----------
+        file : path
+            For example "fit.nc". Its attribute ``pymdr_fit`` is the JSON of the values, the noise, the contact, claims, notes and
+            references.
+
+        Raises
+        ------
+        FileError
+            If the file cannot be written, or its name is that of another format.
+        ProblemError
+            If the profile is a Python function, which no file holds.
+        """
+        from pymdr.presentation.files import write_dataset
+
+        told = {
+            "values": {name: one._asdict() for name, one in self.values.items()},
+            "noise": self.noise,
+            "waves": self.waves,
+            "correlated": self.correlated,
+            "aicc": self.aicc,
+            "contact": encode(self.contact),
+            "claims": {name: [c.level.name, c.reason, c.source] for name, c in self.claims.items()},
+            "notes": self.notes,
+            "references": self.cite(),
+        }
+        write_dataset(self.data.assign_attrs(pymdr_fit=json.dumps(told)), file)
+
+    def to_csv(self, file: str | os.PathLike[str]) -> None:
+        """
+        Write the samples with their model, one row each, with units in the names of the columns.
+
+        Parameters
+        ----------
+        file : path
+            For example "fit.csv".
+
+        Raises
+        ------
+        FileError
+            If the file cannot be written.
+        """
+        from pymdr.presentation.tables import write_csv
+
+        units = {name: str(self.data[name].attrs.get("units", "")) for name in self.data}
+        write_csv(
+            {
+                f"{name} [{unit}]" if unit else str(name): self.data[name].values
+                for name, unit in units.items()
+            },
+            file,
+        )
+
+    def plot(self) -> Figure:
+        """The curves with their model, and what is left."""
+        from pymdr.presentation.plot import fitted_curves
+
+        return fitted_curves(self.data, [str(value) for value in self.values.values()])

@@ -1,0 +1,153 @@
+"""Records of tangential force against shift, and the force of a contact with friction along them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Hashable
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pymdr.errors import ProblemError, UnitError
+from pymdr.problem.contact import Contact
+from pymdr.problem.laws import Coulomb
+from pymdr.problem.paths import LoadingPath, Path, indent, load
+from pymdr.result import Result
+from pymdr.solving.verb import solve
+from pymdr.units import FloatArray, shown, to_si
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+_LEAST = 8
+NORMAL = ("normal_force", "indentation")
+"""What a record may say of how the bodies are pressed; the first that it has is prescribed."""
+_UNITS = {"shift": "m", "tangential_force": "N", "normal_force": "N", "indentation": "m", "time": "s"}
+BoolArray = NDArray[np.bool_]
+
+
+@dataclass(frozen=True, eq=False)
+class ShearRecord:
+    """Tangential force against shift of bodies that are pressed together, from their first touch on."""
+
+    shift: FloatArray
+    """In m, from any origin."""
+    force: FloatArray
+    """Tangential force in N, with or without an offset."""
+    channel: str
+    """Of the normal direction, one of :data:`NORMAL`."""
+    normal: FloatArray
+    """Normal force in N or indentation in m."""
+    time: FloatArray | None = None
+    """In s."""
+    used: BoolArray = field(default_factory=lambda: np.ones(0, dtype=bool))
+    """Samples that are compared with the model; all of them are followed."""
+
+    @property
+    def depth(self) -> FloatArray:
+        """The shift in m, which the force is over."""
+        return self.shift
+
+    @property
+    def position(self) -> FloatArray:
+        """What was measured in m."""
+        return self.shift
+
+    def path(self, contact: Contact, origin: float) -> LoadingPath:
+        """Pressed at the origin of the shift in m, and then moved as it was recorded."""
+        shift = self.shift - origin
+        if contact.remembers:
+            if self.time is None:
+                raise ProblemError(
+                    "fit: a body with memory needs the times of the samples; the record has no time"
+                )
+            return Path(time=self.time - self.time[0], shift=shift, **{self.channel: self.normal})
+        moved = Path(shift=shift, **{self.channel: self.normal})
+        first = float(self.normal[0])
+        if first <= 0.0:
+            return moved
+        return (load(first) if self.channel == "normal_force" else indent(first)) >> moved
+
+    def solved(self, contact: Contact, origin: float) -> Result:
+        """The contact along the record."""
+        return solve(contact, self.path(contact, origin))
+
+    def stuck(self, contact: Contact) -> tuple[float, float]:
+        """Tangential stiffness in N/m over the shift of the record of bodies that stick, and the largest load in N."""
+        result = self.solved(replace(contact, friction=Coulomb(math.inf)), float(self.shift[0]))
+        force = result["tangential_force"].values
+        return float(np.ptp(force) / np.ptp(self.shift)), float(result["normal_force"].max())
+
+    def forces(self, contact: Contact, origin: float) -> FloatArray:
+        """Tangential force of a contact at every sample, in N."""
+        force = self.solved(contact, origin)["tangential_force"].values
+        return np.asarray(force[force.size - self.shift.size :])
+
+
+def shear_record(data: xr.Dataset) -> ShearRecord:
+    """
+    A record as :func:`pymdr.read_record` reads it.
+
+    Parameters
+    ----------
+    data : xarray.Dataset
+        With ``shift``, ``tangential_force`` and ``normal_force`` or ``indentation`` over one dimension, in the units that their
+        attributes name, or in SI units; ``used`` where samples are to be followed and not compared.
+
+    Raises
+    ------
+    ProblemError
+        If a column is missing, has another size or unit, or holds what is no number.
+    """
+    channel = next((name for name in NORMAL if name in data), None)
+    missing = [name for name in ("shift", "tangential_force") if name not in data]
+    if channel is None:
+        missing.append(" or ".join(NORMAL))
+    if missing or channel is None:
+        raise ProblemError(
+            f"fit: the contact has friction, and the record no {', no '.join(missing)}; it has "
+            f"{', '.join(map(str, data.variables)) or 'none'}"
+        )
+    columns = {name: _column(data, name) for name in ("shift", "tangential_force", channel)}
+    n = columns["shift"].size
+    if n < _LEAST:
+        raise ProblemError(f"fit: the record has {n} samples; at least {_LEAST} are needed")
+    if float(np.ptp(columns["shift"])) == 0.0:
+        raise ProblemError("fit: the shift of the record does not change")
+    if not float(np.max(columns[channel])) > 0.0:
+        raise ProblemError(
+            f"fit: {channel} of the record is never above 0: nothing presses the bodies together"
+        )
+    used = np.asarray(data["used"].values, dtype=bool) if "used" in data else np.ones(n, dtype=bool)
+    if used.shape != (n,) or not used.any():
+        raise ProblemError("fit: used of the record must be true or false at each sample, and true at some")
+    return ShearRecord(
+        columns["shift"],
+        columns["tangential_force"],
+        channel,
+        columns[channel],
+        _column(data, "time") if "time" in data else None,
+        used,
+    )
+
+
+def _column(data: xr.Dataset, name: Hashable) -> FloatArray:
+    array, unit = data[name], _UNITS[str(name)]
+    if array.ndim != 1 or array.dims != data["shift"].dims:
+        raise ProblemError(
+            f"fit: {name} of the record is over {', '.join(map(str, array.dims)) or 'nothing'}, and shift over "
+            f"{', '.join(map(str, data['shift'].dims)) or 'nothing'}; one dimension is needed, such as step"
+        )
+    own = array.attrs.get("units", unit)
+    try:
+        values = np.asarray(array.values, dtype=float) * to_si(f"1 {own}", unit, name=str(name))
+    except (UnitError, TypeError, ValueError) as error:
+        raise ProblemError(
+            f"fit: {name} of the record has the units {shown(own)}; numbers in those of {unit} are needed"
+        ) from error
+    if not np.isfinite(values).all():
+        row = int(np.argmin(np.isfinite(values))) + 1
+        raise ProblemError(f"fit: {name} of the record is not known in row {row}: leave such rows out")
+    return values
