@@ -3,6 +3,7 @@
 import os
 import subprocess
 import sys
+import threading
 from pathlib import Path
 
 import pytest
@@ -56,6 +57,43 @@ def test_without_a_folder_for_the_cache(numbers, tmp_path):
 
 def test_without_compiling(numbers):
     same(run(HISTORY, NUMBA_DISABLE_JIT="1"), numbers)
+
+
+OTHERS = """
+import numpy as np, pymdr as mdr
+rubber = mdr.Viscoelastic(mdr.StandardSolid("1 MPa", "10 MPa", "0.1 s"), poisson=0.5)
+path = mdr.indent("10 um", duration="1 s", steps=3) >> mdr.indent("2 um", duration="1 s", steps=3)
+path = path >> mdr.indent("12 um", duration="1 s", steps=3)
+print(float(mdr.solve(mdr.Contact(mdr.Paraboloid("10 mm"), rubber), path)["normal_force"][-1]))
+gel = mdr.Contact(mdr.Paraboloid("50 um"), mdr.Elastic("10 kPa", 0.5))
+depth = np.linspace(-1e-6, 2e-6, 60)
+force = 0.3e-6 * np.maximum(depth / 1e-6, 0.0) ** 1.5 + 1e-9 * np.cos(50 * depth / 1e-6)
+curve = mdr.MeasuredCurve(indentation=depth, force=force)
+print(round(mdr.fit(gel, curve, ["body.young"]).values["body.young"].value, 3))
+"""
+
+
+def test_memory_and_fits_without_compiling():
+    plain = run(OTHERS, NUMBA_DISABLE_JIT="1")
+    same(plain, [float(x) for x in run(OTHERS).stdout.split()])
+    assert "compiling" not in plain.stderr
+
+
+@pytest.mark.parametrize(("module", "told"), [("pymdr.of.any", True), ("elsewhere", False)])
+def test_any_kernel_that_is_compiled_says_so(module, told, monkeypatch):
+    from numba import njit
+
+    from pymdr import compiling
+
+    monkeypatch.setattr(compiling, "_PATIENCE", 0.0)
+    monkeypatch.setattr(compiling, "_told", threading.Event())
+
+    def kernel(x):
+        return 2.0 * x + 1.0
+
+    kernel.__module__ = module
+    assert njit(kernel)(1.0) == 3.0
+    assert compiling._told.is_set() is told
 
 
 def test_without_private_parts_of_numba(numbers, tmp_path):

@@ -382,3 +382,79 @@ def test_what_a_terminal_cannot_write_is_written_out(tmp_path):
         assert done.returncode == status
         assert words in done.stdout + done.stderr
         assert b"Traceback" not in done.stderr
+
+
+# --- options ---------------------------------------------------------------------------------------------
+
+ASKED = {
+    "check": ("joint",),
+    "law": ("joint", "--to", "1 um", "-o", "out"),
+    "impact": ("joint", "--mass", "1 g", "--speed", "1 m/s"),
+    "rolling": ("joint", "--creepage", "0.001", "--normal-force", "1 N"),
+    "rough": ("rough", "--normal-force", "1 N", "--realisations", "1"),
+    "sweep": ("ball", "--over", "body.young = 1 GPa, 2 GPa"),
+    "sliding": ("ball", "--speed", "1 m/s", "--normal-force", "1 N"),
+    "heat": ("joint", "--speed", "1 m/s", "--normal-force", "1 N"),
+}
+TEXTS = st.one_of(
+    st.sampled_from(
+        [
+            "",
+            "0",
+            "-1",
+            "nan",
+            "inf",
+            "1e400",
+            "9" * 400,
+            "1 N",
+            "-1 m",
+            "0 m/s",
+            "[/bold] mm",
+            "\x1b[2J",
+            "a=b",
+            "= =",
+            "body.young = ",
+            "body.young = 1 GPa, 1e400 GPa",
+            "5e-324 m",
+            "1e308 N",
+            "{0}",
+            "%s",
+            "../x",
+            "--",
+        ]
+    ),
+    st.text(string.printable, max_size=12),
+)
+
+
+@SLOW
+@given(data=st.data())
+def test_any_text_in_any_option_is_taken_or_refused(tmp_path, shell, data):
+    """A command ends with its status; what is refused is one line that steers no terminal, and JSON says the same."""
+    import typer
+
+    from pymdr.workbench.cli import app
+
+    for kind in ("joint", "rough", "ball"):
+        (tmp_path / f"{kind}.toml").write_text(template(kind), encoding="utf-8")
+    command = data.draw(st.sampled_from(list(ASKED)))
+    kind, *rest = ASKED[command]
+    options = [
+        option.opts[0]
+        for option in typer.main.get_command(app).commands[command].params
+        if option.param_type_name == "option"
+        and not option.is_flag
+        and not {"--output", "--workers"} & set(option.opts)
+    ]
+    more = [data.draw(st.sampled_from(options)), data.draw(TEXTS)] if options else []
+    rest = [str(tmp_path / "out") if one == "out" else one for one in rest]
+    status, out, err = shell(command, tmp_path / f"{kind}.toml", *rest, *more, "--json")
+    assert status in (0, 1, 2, 3)
+    if status == 2 or "--" in more:
+        return
+    told = json.loads(out, parse_constant=lambda name: pytest.fail(f"JSON has no {name}"))
+    assert (told["error"] is None) == (status == 0)
+    if status:
+        assert err.startswith("pymdr: ")
+        assert err.count("\n") == 1
+        assert plain(err)

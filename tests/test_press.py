@@ -482,3 +482,13 @@ def test_indentations_by_force(exponent, depth, first):
 
     found = by_force(press, 10.0**depth, 10.0**first, 1e-9)
     assert found.indentation == pytest.approx(10.0**depth, rel=1e-8)
+
+
+@needs_engine
+@pytest.mark.parametrize("step", [7, -2, True, "last"])
+def test_loads_that_are_not_there(step):
+    heights = mdr.RoughSurface(hurst=0.8, rms="1 um", size="1 mm", shortest="0.25 mm")
+    found = mdr.press(heights, mdr.Elastic("1 GPa", 0.3), normal_force="1 N")
+    for ask in (found.plot, lambda step: found.field("pressure", step)):
+        with pytest.raises(mdr.QuantityError, match="there are 1 loads, counted from 0"):
+            ask(step)

@@ -253,3 +253,9 @@ def test_what_is_no_sweep_of_a_case(tmp_path, over):
     assert done.exit_code != 0
     assert isinstance(done.exception, PymdrError | SystemExit)
     assert not (tmp_path / "out").exists()
+
+
+def test_a_sweep_shows_in_notebooks():
+    contact = mdr.Contact(mdr.Paraboloid("1 mm"), mdr.Elastic("1 GPa", 0.3))
+    found = mdr.sweep(contact, mdr.indent("1 um"), {"body.young": ["1 GPa", "2 GPa"]})
+    assert "2 points over" in found._repr_html_()

@@ -172,6 +172,12 @@ def test_texts_are_no_formulas_and_what_is_infinite_is_told(tmp_path):
     [
         (lambda r, t: r.to_xlsx(t / "ball.csv"), mdr.FileError, r"ends with '\.xlsx'"),
         (lambda r, t: r.to_csv(t / "ball.xlsx"), mdr.FileError, "to_xlsx"),
+        (lambda r, t: r.to_csv(t / "ball.nc"), mdr.FileError, "hold arrays"),
+        (
+            lambda r, t: mdr.export_law(r.contact, to="1 um").to_c(t / "ball.csv"),
+            mdr.FileError,
+            "ends with '.h'",
+        ),
         (lambda r, t: r.to_xlsx(t / "none" / "ball.xlsx"), mdr.FileError, "No such file"),
         (lambda r, t: r.to_xlsx(t / "ball.xlsx", units={"slp": "m"}), mdr.QuantityError, "slp"),
         (lambda r, t: r.to_xlsx(t / "ball.xlsx", units={"shift": "N"}), mdr.UnitError, "N"),

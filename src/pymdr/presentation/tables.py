@@ -30,6 +30,7 @@ _LONGEST = 300
 _MOST_ROWS, _MOST_COLUMNS = 2**20 - 1, 2**14
 """That a sheet has below its header, and beside one another."""
 _WIDEST = 100
+_NO_TEXT = (".nc", ".h5", ".hdf5", ".zarr", ".npy", ".npz")
 _UNPRINTABLE = dict.fromkeys((*range(32), *range(127, 160), 0x2028, 0x2029), " ")
 """What would end a line, or is no character of a sheet."""
 
@@ -117,13 +118,18 @@ def write_csv(columns: Mapping[str, np.ndarray], file: str | os.PathLike[str], a
     Raises
     ------
     FileError
-        If the file cannot be written, or is named as a spreadsheet.
+        If the file cannot be written, or is named as a spreadsheet or a file of arrays.
     """
     import pandas as pd
 
-    if named_file(file, "write").suffix.lower() == ".xlsx":
+    suffix = named_file(file, "write").suffix.lower()
+    if suffix == ".xlsx":
         raise FileError(
             f"cannot write {str(file)!r}: to_csv writes text; a spreadsheet is written by to_xlsx"
+        )
+    if suffix in _NO_TEXT:
+        raise FileError(
+            f"cannot write {str(file)!r}: to_csv writes text, and files that end with {suffix!r} hold arrays; name it 'table.csv'"
         )
     table = pd.DataFrame(dict(columns))
 

@@ -84,7 +84,10 @@ class Study(ABC):
             from_si(self.data[name].values, self.columns[name].unit, unit)
             for name, unit in zip(names, units, strict=True)
         ]
-        rows = [[f"{value:.4g}" for value in row] for row in zip(*columns, strict=True)]
+        rows = [
+            ["-" if np.isnan(value) else f"{value:.4g}" for value in row]
+            for row in zip(*columns, strict=True)
+        ]
         return ([self.columns[name].words for name in names], units), rows
 
     def _repr_html_(self) -> str:

@@ -149,6 +149,12 @@ class Sweep:
     def __str__(self) -> str:
         return self.summary()
 
+    def _repr_html_(self) -> str:
+        """The summary, for notebooks."""
+        from pymdr.presentation.html import text_html
+
+        return text_html(self.summary())
+
     def plot(self, name: str = "normal_force") -> Figure:
         """
         A quantity along the path at every point, and its largest value over the first parameter.

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 import xarray as xr
 
+from pymdr.errors import FileError
 from pymdr.interpretation.validity import SOURCES
 from pymdr.mapping.portable import portable
 from pymdr.presentation.header import HeaderData, c_header
@@ -28,6 +29,7 @@ LAW_QUANTITIES = ("normal_force", "normal_stiffness", "contact_radius")
 _BESIDE_FOLD = 1e-9
 """Of the second knot: the least coordinate at which a stiffness is given."""
 _DRAWN, _DECADES_DRAWN = 1001, 1e-6
+_HEADERS = (".h", ".hh", ".hpp", ".hxx")
 _SHOWN = 9
 """Rows of the summary."""
 
@@ -295,10 +297,20 @@ class ContactLaw(Study):
             For example "ball.h".
         name : str, optional
             As for :meth:`c_header`; that of the file unless given.
+
+        Raises
+        ------
+        FileError
+            If the file cannot be written, or is not named as a header.
         """
         from pymdr.presentation.files import named_file, write_whole
 
-        text = self.c_header(named_file(file, "write").stem if name is None else name)
+        target = named_file(file, "write")
+        if target.suffix.lower() not in _HEADERS:
+            raise FileError(
+                f"cannot write {str(file)!r}: a C header has a name that ends with '.h', such as 'ball.h'; tables are written by to_csv"
+            )
+        text = self.c_header(target.stem if name is None else name)
         write_whole(file, lambda beside: beside.write_text(text, encoding="ascii"))
 
     def plot(self) -> Figure:

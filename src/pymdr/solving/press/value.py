@@ -75,18 +75,21 @@ class PressedSurface(Study):
 
         if name not in _FIELDS:
             raise QuantityError(f"no field {shown(name)}; {self.what} has {', '.join(_FIELDS)}")
-        count = len(self.maps)
-        if isinstance(step, bool) or not isinstance(step, int | np.integer) or not -count <= step < count:
-            raise QuantityError(f"step = {shown(step)}; there are {count} loads, counted from 0")
+        self._refuse_step(step)
         claim = self.claims["normal_stiffness"]
         if not claim.where[step]:
             raise NotValidError(
-                f"{name} is not valid at load {int(step) % count + 1}: {claim.reason} [{claim.source}]"
+                f"{name} is not valid at load {int(step) % len(self.maps) + 1}: {claim.reason} [{claim.source}]"
             )
         pressure, gap = self.maps[step]
         values = {"pressure": pressure, "gap": gap, "contact": pressure > 0.0}[name]
         axes = {axis: (axis, getattr(self.surface, axis), {"units": "m"}) for axis in ("x", "y")}
         return xr.DataArray(values, dims=("x", "y"), coords=axes, name=name, attrs={"units": _FIELDS[name]})
+
+    def _refuse_step(self, step: int) -> None:
+        count = len(self.maps)
+        if isinstance(step, bool) or not isinstance(step, int | np.integer) or not -count <= step < count:
+            raise QuantityError(f"step = {shown(step)}; there are {count} loads, counted from 0")
 
     def force_curve(self) -> ForceCurve:
         """
@@ -145,9 +148,17 @@ class PressedSurface(Study):
         ]
 
     def plot(self, step: int = -1) -> Figure:
-        """Contact and pressures at a load, force against depth and stiffness against force."""
+        """
+        Contact and pressures at a load, force against depth and stiffness against force.
+
+        Raises
+        ------
+        QuantityError
+            If there is no such load.
+        """
         from pymdr.presentation.plot import pressed_surface
 
+        self._refuse_step(step)
         valid = self.claims["normal_stiffness"].where
         maps = self.field("pressure", step) if valid[step] else None
         return pressed_surface(self.data, self.surface.heights, maps)
