@@ -625,6 +625,9 @@ def test_figures():
     pyramid = mdr.solve(mdr.Contact(mdr.Pyramid.vickers(), STEEL), mdr.indent("1 um"))
     words = [text.get_text() for axes in pyramid.plot().axes for text in axes.get_legend().get_texts()]
     assert {"lower bound", "estimate", "boundary elements", "disk of the bound"} <= set(words)
+    turned = mdr.solve(mdr.Contact(quadratic(3e-3, 1e-3, 0.4), STEEL), mdr.indent("1 um"))
+    words = [text.get_text() for axes in turned.plot().axes for text in axes.get_legend().get_texts()]
+    assert "ellipse of the bound" in words
 
 
 CASE = """

@@ -189,7 +189,7 @@ def calibration_claims(
             book,
         ),
         "fitted_stiffness": (
-            f"the line with lambda = {coefficient:.3g}: here {between('fitted_stiffness')} {span}; lambda grows with H, differs with the bandwidth, and "
+            f"the line with lambda = {coefficient:.3g}: here {between('fitted_stiffness')} {span}; lambda grows with H, differs with the surfaces, and "
             "holds for no other than these; measured before: 3.1 to 4.6 with 64 for H from 0.2 to 0.8, 4.1 to 6.3 with 128",
             book,
         ),

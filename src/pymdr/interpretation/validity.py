@@ -86,7 +86,7 @@ SOURCES: dict[str, str] = {
     "handbook": "Popov, Hess and Willert (2019), Handbook of Contact Mechanics, doi:10.1007/978-3-662-58709-6",
     "barber": "Barber (1974), Int. J. Eng. Sci. 12, 813-819: of all trial contact areas the true one carries most",
     "shield": (
-        "Shield (1967), J. Appl. Math. Phys. 18, 682-693, with Barber (1974): reciprocity with a disk as trial area"
+        "Shield (1967), J. Appl. Math. Phys. 18, 682-693, with Barber (1974): reciprocity with a disk or an ellipse as trial area"
     ),
     "jkr": "Johnson, Kendall and Roberts (1971), Proc. R. Soc. A 324, 301-313, doi:10.1098/rspa.1971.0141",
     "hess": (

@@ -147,7 +147,8 @@ def calibrate_coefficient(
     Notes
     -----
     Geike and Popov (2007), Phys. Rev. E 76, 036710; Pohrt and Popov (2012), Phys. Rev. Lett. 108, 104301; Popov and Hess (2015), section 10.7.
-    lambda is no function of H alone: it differs with the bandwidth, and from one surface to the next by a factor of two.
+    lambda grows with H and differs from one surface to the next by a factor of two; from 32 to 128 waves in the side no growth with the
+    bandwidth was told from that.
 
     Examples
     --------
@@ -240,7 +241,9 @@ def _loads(surface: RoughSurface, full: float) -> FloatArray:
     dense = np.geomspace(1e-6, 1e3, 2 * _DENSE)
     stiffness = _line(surface, dense * surface.longer_side * surface.rms, GEIKE)["stiffness"]
     ends = np.interp([share * full for share in _SHARES], stiffness, np.log(dense))
-    return np.asarray(np.exp(np.linspace(ends[0], ends[1] + math.log(_BEYOND), _LOADS)))
+    loads = np.exp(np.linspace(ends[0], ends[1] + math.log(_BEYOND), _LOADS))
+    # the last bits differ with the threads of linear algebra, and a folder knows its work by its loads
+    return np.array([float(f"{load:.6g}") for load in loads])
 
 
 def _line(surface: RoughSurface, forces: FloatArray, coefficient: float) -> dict[str, FloatArray]:

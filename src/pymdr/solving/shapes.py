@@ -278,6 +278,20 @@ def shape_surface(result: Result) -> FieldReader:
     return EllipseSurface(shape, modulus, d, a_x, a_y, force)
 
 
+def _trial(bound: LowerBound, disk: float) -> tuple[float, float, float, float, float]:
+    """Where the lower bound is taken: centre, semi-axes and direction of the first."""
+    best = bound.ellipses
+    if best is None:
+        return 0.0, 0.0, disk, disk, 0.0
+    return (
+        float(best.x[0]),
+        float(best.y[0]),
+        float(best.longer[0]),
+        float(best.shorter[0]),
+        float(best.angle[0]),
+    )
+
+
 def shape_plots(result: Result, row: int) -> Plots:
     """Figures: force with its bound and its estimate, and the contact in plan."""
     from pymdr.presentation.plot import FigureData, Plots, ShapeData, shape_figures, shape_overview
@@ -286,7 +300,8 @@ def shape_plots(result: Result, row: int) -> Plots:
     shape, data = found.shape, result.data
     deepest = float(np.nanmax(data["indentation"].values, initial=0.0))
     depth = deepest * np.linspace(0.0, 1.0, _FINE) ** 2
-    states = found.at(depth)
+    bound = found.bounds(depth).force
+    states = found.at(depth).above(bound)
     d = np.array([float(data["indentation"].values[row]) if row >= 0 else deepest])
     disk = float(found.disks(d)[0])
     axes = None
@@ -297,13 +312,13 @@ def shape_plots(result: Result, row: int) -> Plots:
     drawn = ShapeData(
         depth=depth,
         force=found.modulus * states.force,
-        bound=found.modulus * found.bounds(depth).force,
+        bound=found.modulus * bound,
         estimate=found.modulus * states.estimate,
         exact=isinstance(shape, EllipticParaboloid),
         computed=isinstance(shape, Pyramid) and shape.sides in PYRAMID_FORCES,
         gap=shape.gap_at,
         level=float(d[0]),
-        disk=disk,
+        trial=_trial(found.bounds(d), disk),
         axes=axes,
         extent=1.5 * max(longest, disk),
         across=(lambda r: result.field("pressure", r, row, angle="90 deg")) if row >= 0 else None,

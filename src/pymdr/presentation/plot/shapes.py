@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, TypeVar
@@ -55,8 +56,8 @@ class ShapeData:
     """f(x, y)."""
     level: float
     """The indentation that is drawn in plan."""
-    disk: float
-    """Radius of the disk of the lower bound there."""
+    trial: tuple[float, float, float, float, float]
+    """The area of the lower bound there: centre x, y, semi-axes, and the direction of the first in rad."""
     axes: tuple[float, float] | None
     """Semi-axes of an elliptic contact there."""
     extent: float
@@ -120,7 +121,7 @@ def draw_force(axes: Axes, data: FigureData, shape: ShapeData) -> None:
 
 
 def draw_plan(axes: Axes, shape: ShapeData) -> None:
-    """Contours of the gap, the outline of the contact where it is known, and the disk of the bound."""
+    """Contours of the gap, the outline of the contact where it is known, and the disk or ellipse of the bound."""
     from matplotlib.patches import Ellipse
 
     side = shape.extent or 1.0
@@ -131,18 +132,19 @@ def draw_plan(axes: Axes, shape: ShapeData) -> None:
     if shape.level > 0.0:
         levels = shape.level * np.arange(1, _LEVELS) / 3.0
         axes.contour(at, at, np.ma.masked_invalid(gap), levels=levels, colors=GREY, linewidths=0.6)
-    if shape.disk > 0.0:
-        diameter = 2.0 * shape.disk * width
+    centre_x, centre_y, longer, shorter = (width * one for one in shape.trial[:4])
+    if longer > 0.0:
         axes.add_patch(
             Ellipse(
-                (0, 0),
-                diameter,
-                diameter,
+                (centre_x, centre_y),
+                2.0 * longer,
+                2.0 * shorter,
+                angle=math.degrees(shape.trial[4]),
                 fill=False,
                 ls="-.",
                 color=GREEN,
                 lw=1.5,
-                label="disk of the bound",
+                label=f"{'disk' if longer == shorter else 'ellipse'} of the bound",
             )
         )
     if shape.axes is not None and min(shape.axes) > 0.0:
