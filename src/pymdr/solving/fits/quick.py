@@ -128,7 +128,8 @@ def _columns(
         outside = (out[name] < low) | (out[name] > high)
         out["ending"][outside & (ended == FOUND)] = AT_END
     if WORK in out:
-        unseen = numbers[:, 7] < SEEN * correlated
+        # the misfit tells where a pull of a few samples widens the error, and the error where the law leaves waves
+        unseen = (numbers[:, 7] < SEEN * correlated) & (out[WORK] < math.sqrt(SEEN) * out[f"{WORK}_error"])
         out["ending"][unseen & (ended == FOUND)] = AT_END
     out["noise"][:], out["correlated"][:], out["indentation"][:] = noise, correlated, depth
     bad = out["ending"] != FOUND
