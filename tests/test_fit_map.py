@@ -614,3 +614,24 @@ def test_a_map_feels_no_friction():
     contact = mdr.Contact(mdr.Paraboloid("5 um"), mdr.Elastic(1e3, 0.5), friction=mdr.Coulomb(0.3))
     with pytest.raises(ProblemError, match="to fit"):
         mdr.fit_map(contact, [curve_of(contact_of("paraboloid", 1e3), 1e-6)], ["body.young"])
+
+
+def test_a_pull_of_a_few_samples_is_found_with_honest_errors():
+    sticky = mdr.Contact(
+        mdr.PowerLaw(3.3, "1 um", "5 um"), mdr.Elastic("3 kPa", 0.5), adhesion=mdr.JKR("30 uJ/m^2")
+    )
+    way = np.concatenate([np.linspace(-1e-6, 1.2e-6, 200), np.linspace(1.2e-6, -2.5e-6, 60)])
+    true = mdr.solve(sticky, mdr.Path(travel=way), machine_stiffness=0.02)["normal_force"].values
+    assert 4 < (true < 0.3 * true.min()).sum() < 10
+    noise = 0.018 * np.ptp(true) * np.random.default_rng(1).normal(size=(150, way.size))
+    data = xr.Dataset({"force": (("curve", "sample"), true + noise), "travel": ("sample", way)})
+    start = mdr.Contact(sticky.profile, mdr.Elastic(1e4, 0.5), adhesion=mdr.JKR(1e-3))
+    found = mdr.fit_map(start, data.assign(spring_constant=0.02), FREE)
+    assert found.counts == {"found": 150}
+    for name, value in zip(FREE, (3e3, 3e-5), strict=True):
+        off = np.abs(found[name].values - value) / found[f"{name}_error"].values
+        # three deviations of the count below 95 %
+        assert np.mean(off < 1.96) > 0.89
+        assert off.max() < 5.0
+    single = mdr.fit(start, mdr.MeasuredCurve(force=true + noise[0], travel=way, spring_constant=0.02), FREE)
+    assert single["adhesion.work"].error == pytest.approx(float(found["adhesion.work_error"][0]), rel=0.2)

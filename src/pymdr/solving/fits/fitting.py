@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -54,6 +54,8 @@ _UNFELT = 1e-6
 """Of the largest: rates of the residuals over an origin that a record does not feel."""
 _PULLS, _SMALL = 8.0, 0.02
 """A pull that is told: in parts of the noise, and of the range of the force."""
+_WIDER = 1.1
+"""Errors of the family of forces that count, which also tell where a pull stands in a few samples."""
 _AT_BOUND = 1e-4
 """Of what lies between the bounds in the numbers that the search changes."""
 WAVY = 1.0
@@ -131,7 +133,7 @@ def fit(
     search, marked = _search(
         contact, curve, free, {CONTACT_POINT: contact_point, SHIFT_ORIGIN: shift_origin, BASELINE: baseline}
     )
-    misfit, best = _best(search)
+    misfit, best, wide = _best(search)
     _refuse_unseen(search, misfit, best)
     refuse_blind(search, best)
     used = search.used or beside_jumps(search.models(best), search)
@@ -141,7 +143,7 @@ def fit(
     refuse_unsettled(minimum[1])
     best = free_numbers(minimum[1], best.size)
     refuse_blind(search, best)
-    found = _interpreted(search, best, minimum)
+    found = _interpreted(search, best, minimum, wide)
     notes = (f"{marked} samples marked as outliers or saturated are left out",) if marked else ()
     return replace(found, notes=(*notes, *_unexplained_pull(found), *_unexplained_waves(found), *found.notes))
 
@@ -182,8 +184,18 @@ def _search(
     return Search(contact, unknowns_of(contact, free), records, origins(given), used), 0
 
 
-def _best(search: Search) -> tuple[float, FloatArray]:
-    """The smallest misfit in N^2 that searches from several starts end at, and the free numbers there."""
+class _End(NamedTuple):
+    """Where a search ends."""
+
+    misfit: float
+    """In N^2."""
+    free: FloatArray
+    wide: FloatArray
+    """Standard errors of the free numbers where ends that fit as well lie farther apart than the curvature tells; else 0."""
+
+
+def _best(search: Search) -> _End:
+    """The smallest misfit that searches from several starts end at."""
     quick = _quick_start(search)
     apart = (
         [
@@ -197,7 +209,7 @@ def _best(search: Search) -> tuple[float, FloatArray]:
             for curve in search.curves
         ]
         if quick is None
-        else [[quick]]
+        else [[quick[0]]]
     )
     ends = []
     for rank in range(max(len(found) for found in apart)):
@@ -205,7 +217,8 @@ def _best(search: Search) -> tuple[float, FloatArray]:
         places = [{search.place: one.origin, BASELINE: one.baseline} for one in chosen]
         _, found = found_from(search, search.to_free(chosen[0].values.tolist(), places))
         ends.append((float(found.chisqr), free_numbers(found, len(search.names))))
-    return min(ends, key=lambda end: end[0])
+    wide = np.zeros(len(search.names)) if quick is None else quick[1]
+    return _End(*min(ends, key=lambda end: end[0]), wide)
 
 
 def _unexplained_pull(found: FitResult) -> tuple[str, ...]:
@@ -239,8 +252,8 @@ def _unexplained_waves(found: FitResult) -> tuple[str, ...]:
     )
 
 
-def _quick_start(search: Search) -> Start | None:
-    """Where the search over a family of forces ends, if there is one and it finds something."""
+def _quick_start(search: Search) -> tuple[Start, FloatArray] | None:
+    """Where the search over a family of forces ends, if there is one and it finds something, and its errors of the free numbers."""
     unknowns = search.unknowns
     curves = ListedCurves(tuple(one for one in search.curves if isinstance(one, MeasuredCurve)))
     begun = put_into(search.contact, unknowns, np.array([u.start for u in unknowns]))
@@ -252,7 +265,9 @@ def _quick_start(search: Search) -> Start | None:
         return None
     origin = {name: float(found[name][0]) for name in asked.origins}
     values = np.array([found[u.name][0] for u in unknowns])
-    return Start(0.0, values, origin.get(CONTACT_POINT, 0.0), origin.get(BASELINE, 0.0))
+    scales = [*(u.rate(float(v)) for u, v in zip(unknowns, values, strict=True)), *search.origin_scales]
+    errors = np.array([found[f"{name}_error"][0] for name in asked.names]) / scales
+    return Start(0.0, values, origin.get(CONTACT_POINT, 0.0), origin.get(BASELINE, 0.0)), errors
 
 
 def _refuse_unseen(search: Search, misfit: float, best: FloatArray) -> None:
@@ -267,10 +282,7 @@ def _refuse_unseen(search: Search, misfit: float, best: FloatArray) -> None:
         else replace(search.contact, adhesion=None)
     )
     bare = replace(search, contact=contact, unknowns=without)
-    if bare.names:
-        larger, _ = _best(bare)
-    else:
-        larger = float((bare.residuals(np.zeros(0)) ** 2).sum())
+    larger = _best(bare).misfit if bare.names else float((bare.residuals(np.zeros(0)) ** 2).sum())
     samples = search.residuals(best).size
     grows = (larger / misfit - 1.0) * samples
     if grows < SEEN:
@@ -285,7 +297,7 @@ def _refuse_unseen(search: Search, misfit: float, best: FloatArray) -> None:
         )
 
 
-def _interpreted(search: Search, best: FloatArray, minimum: Any) -> FitResult:
+def _interpreted(search: Search, best: FloatArray, minimum: Any, wide: FloatArray) -> FitResult:
     from scipy.stats import t as student
 
     residuals = search.residuals(best)
@@ -302,6 +314,7 @@ def _interpreted(search: Search, best: FloatArray, minimum: Any) -> FitResult:
     along = slopes[:, felt] / scale[felt]
     errors = np.full(p, math.nan)
     errors[felt] = noise * np.sqrt(correlated * np.diag(np.linalg.pinv(along.T @ along))) / scale[felt]
+    errors = np.where(wide > _WIDER * errors, wide, errors)
     width = float(student.ppf(0.975, max(independent - p, 1.0)))
     values = _fitted(search, best, errors, width)
     inner, _ = search.from_free(best)

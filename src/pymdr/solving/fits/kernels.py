@@ -32,6 +32,8 @@ _MANY, _FREE = 8, 1e-3
 _NEWTON, _CLOSE = 30, 1e-8
 """The error left is the square of the last step."""
 _UNKNOWN, _BLIND = -1.0, 1e-13
+POORLY, ASIDES, NORMAL_95 = 20, np.array([-0.8, -0.5, -0.3, -0.15, 0.15, 0.3, 0.5, 0.8]), 1.96
+"""Samples of a pull that are few; other starts there, in the logarithm of the number of the family."""
 _OUTSIDE = 1.02
 """Of the reach of the family in the root of the depth."""
 
@@ -532,6 +534,84 @@ def _start(
 
 
 @compiled
+def pulling(touches: NDArray[np.bool_], model: FloatArray) -> int:
+    """How many samples stand in the pull: touch with a third of its largest at least."""
+    lowest, count = 0.0, 0
+    for i in range(model.size):
+        if touches[i]:
+            lowest = min(lowest, model[i])
+    for i in range(model.size):
+        if touches[i] and model[i] < FULLY_OUT * lowest:
+            count += 1
+    return count
+
+
+@compiled
+def _held(ways: FloatArray) -> FloatArray:
+    """Ways of the numbers that leave that of the family as it is."""
+    held, kept = np.zeros((4, ways.shape[1])), 0
+    for p in range(ways.shape[1]):
+        if ways[SHAPE, p] == 0.0:
+            held[:, kept] = ways[:, p]
+            kept += 1
+    return held[:, :kept].copy()
+
+
+@compiled
+def _other_ends(
+    place: FloatArray,
+    force: FloatArray,
+    theta: FloatArray,
+    ways: FloatArray,
+    family: tuple[FloatArray, FloatArray, FloatArray, float, float, float],
+    softness: float,
+    enough: float,
+    misfit: float,
+    root: FloatArray,
+    square: FloatArray,
+    touches: NDArray[np.bool_],
+    out: FloatArray,
+    apart: FloatArray,
+) -> float:
+    """
+    The smallest sum of squares with numbers of the family on both sides, which is left in the arrays.
+
+    Where a pull stands in a few samples, each that is taken for held or lost is a step in the misfit, which its curvature does not
+    tell. How far the farthest number lies that fits as well, within the 95 % of one number, is left in `apart`.
+    """
+    n, held = place.size, _held(ways)
+    everything = np.ones(n, dtype=np.bool_)
+    ends, values = np.empty((ASIDES.size, 4)), np.empty(ASIDES.size)
+    other_square, held_square = square.copy(), np.empty((held.shape[1], held.shape[1]))
+    other_touches, other_out, trial = touches.copy(), out.copy(), theta.copy()
+    begun = theta.copy()
+    for k in range(ASIDES.size):
+        ends[k], values[k] = begun, math.inf
+        ends[k, SHAPE] += ASIDES[k]
+        if not family[3] <= ends[k, SHAPE] <= family[3] + family[4] * (family[2].size - 1):
+            continue
+        values[k], _ = _descend(
+            place, force, everything, ends[k], held, family, softness, _ITERATIONS, enough, root, held_square,
+            other_touches, other_out,
+        )  # fmt: skip
+        if values[k] < misfit:
+            trial[:] = ends[k]
+            found, _ = _descend(
+                place, force, everything, trial, ways, family, softness, _ITERATIONS, enough, root, other_square,
+                other_touches, other_out,
+            )  # fmt: skip
+            if found < misfit:
+                misfit = found
+                theta[:], square[:, :] = trial, other_square
+                touches[:], out[:, :] = other_touches, other_out
+    for k in range(values.size):
+        as_well = values[k] <= misfit * (1.0 + NORMAL_95**2 / n)
+        if as_well and abs(ends[k, SHAPE] - theta[SHAPE]) > abs(apart[SHAPE]):
+            apart[:] = ends[k] - theta
+    return misfit
+
+
+@compiled
 def fit_curve(
     place: FloatArray,
     force: FloatArray,
@@ -546,22 +626,22 @@ def fit_curve(
     covariance: FloatArray,
     residual: FloatArray,
     used: NDArray[np.bool_],
-) -> tuple[int, float, float]:
+) -> tuple[int, float, float, float]:
     """
-    Fit one curve: how it ended, the sum of squares in N^2, and the largest depth in m.
+    Fit one curve: how it ended, the sum of squares in N^2, the largest depth in m, and what is gained by the family.
 
-    `theta`, the inverse of the normal equations, residuals and what was used are left in the last four.
+    The last is by how many variances of the noise the sum grows with the smallest number of the family. `theta`, the inverse of the normal equations, residuals
+    and what was used are left in the last four.
     """
     n, m = place.size, ways.shape[1]
     covariance[:, :], residual[:], used[:] = math.nan, math.nan, False
     theta[:] = math.nan
     if n < 2 * m + 2 or not np.all(np.isfinite(force)) or not np.all(np.isfinite(place)):
-        return UNREAD, math.nan, math.nan
+        return UNREAD, math.nan, math.nan, math.nan
     folds = family[2]
     stride = max(n // _FEW, 1)
     few_place, few_force = place[::stride].copy(), force[::stride].copy()
-    apart = max(folds.size // _RUNGS, 1)
-    rungs = np.arange(0, folds.size, apart)
+    rungs = np.arange(0, folds.size, max(folds.size // _RUNGS, 1))
     found = np.empty((rungs.size, 6))
     _start(few_place[::2].copy(), few_force[::2].copy(), known, free, tied, family, softness, rungs, found)
     all_few, all_samples = np.ones(few_place.size, dtype=np.bool_), np.ones(n, dtype=np.bool_)
@@ -608,7 +688,7 @@ def fit_curve(
         if value < misfit:
             misfit, best = value, trial
     if not math.isfinite(misfit):
-        return NO_CONTACT, math.nan, math.nan
+        return NO_CONTACT, math.nan, math.nan, math.nan
     theta[:] = best
     plain = not adhesive and folds.size == 1
     if n > _MANY * few_place.size:
@@ -629,7 +709,7 @@ def fit_curve(
             )  # fmt: skip
     enough = _TOLD / n
     used[:] = True
-    settled, near = False, theta.copy()
+    settled, near, apart, grows = False, theta.copy(), np.zeros(4), math.inf
     if plain:
         misfit, settled = _settle(place, force, near, ways, family, softness, enough, square, residual)
         if settled:
@@ -652,6 +732,19 @@ def fit_curve(
             touches,
             out,
         )
+        if adhesive and free[SHAPE] and not tied and pulling(touches, out[:, 0]) < POORLY:
+            misfit = _other_ends(
+                place, force, theta, ways, family, softness, enough, misfit, root, square, touches, out, apart
+            )
+        if adhesive and free[SHAPE] and not tied:
+            held = _held(ways)
+            bare, bare_square = theta.copy(), np.empty((held.shape[1], held.shape[1]))
+            bare[SHAPE] = family[3]
+            larger, _ = _descend(
+                place, force, all_samples, bare, held, family, softness, _ITERATIONS, _ROUGHLY, root.copy(), bare_square,
+                touches.copy(), out.copy(),
+            )  # fmt: skip
+            grows = (larger / misfit - 1.0) * n if misfit > 0.0 else math.inf
         if adhesive:
             for i in range(n - 1):
                 if touches[i] != touches[i + 1]:
@@ -675,15 +768,26 @@ def fit_curve(
         unit[p] = 1.0
         _solve(square, 0.0, unit, column)
         covariance[:, p] = column
+    if apart[SHAPE] != 0.0 and misfit > 0.0:
+        # other ends that fit as well widen what the curvature tells
+        for p in range(m):
+            column[p] = 0.0
+            for i in range(4):
+                if ways[i, p] != 0.0:
+                    column[p] = apart[i] / ways[i, p]
+                    break
+        for p in range(m):
+            for q in range(m):
+                covariance[p, q] += column[p] * column[q] / NORMAL_95**2 * (count - m) / misfit
     at = int(np.argmax(place))
     deepest = place[at] - theta[POINT] - softness * (force[at] - theta[BASE] - residual[at])
     if not settled:
-        return UNSETTLED, misfit, deepest
+        return UNSETTLED, misfit, deepest, grows
     if (flat / max(misfit, 1e-300) - 1.0) * count < SEEN or deepest <= 0.0:
-        return NO_CONTACT, misfit, deepest
+        return NO_CONTACT, misfit, deepest, grows
     if folds.size > 1 and (theta[SHAPE] <= family[3] or theta[SHAPE] >= last):
-        return AT_END, misfit, deepest
-    return FOUND, misfit, deepest
+        return AT_END, misfit, deepest, grows
+    return FOUND, misfit, deepest, grows
 
 
 @compiled
@@ -705,7 +809,8 @@ def fit_curves(
     """
     Fit many curves, one in each row; samples that are not finite are left out.
 
-    Numbers: the four of the model, sum of squares in N^2, samples used, largest depth in m.
+    Numbers: the four of the model, sum of squares in N^2, samples used, largest depth in m, and what :func:`fit_curve` says that the
+    sum grows by.
     """
     for i in range(places.shape[0]):
         place, force = places[i], forces[i]
@@ -713,7 +818,7 @@ def fit_curves(
             good = np.isfinite(place) & np.isfinite(force)
             place, force = place[good], force[good]
         residual, used = np.empty(place.size), np.empty(place.size, dtype=np.bool_)
-        ended[i], numbers[i, 4], numbers[i, 6] = fit_curve(
+        ended[i], numbers[i, 4], numbers[i, 6], numbers[i, 7] = fit_curve(
             place, force, known, free, tied, ways, family, softness[i], adhesive, numbers[i, :4], covariances[i],
             residual, used,
         )  # fmt: skip

@@ -33,7 +33,7 @@ def fit_by_family(asked: Asked, ways: Ways, stretch: Stretch) -> FittedStretch:
     from pymdr.solving.fits import kernels
 
     count, width = stretch.place.shape
-    numbers, residuals = np.full((count, 7), math.nan), np.full((count, width), math.nan)
+    numbers, residuals = np.full((count, 8), math.nan), np.full((count, width), math.nan)
     covariances = np.full((count, len(asked.names), len(asked.names)), math.nan)
     ended, refusals = np.full(count, UNREAD, dtype=np.int8), set()
     columns = np.zeros((4, len(asked.names)))
@@ -128,7 +128,8 @@ def _columns(
         outside = (out[name] < low) | (out[name] > high)
         out["ending"][outside & (ended == FOUND)] = AT_END
     if WORK in out:
-        unseen = out[WORK] < math.sqrt(SEEN) * out[f"{WORK}_error"]
+        # the misfit tells where a pull of a few samples widens the error, and the error where the law leaves waves
+        unseen = (numbers[:, 7] < SEEN * correlated) & (out[WORK] < math.sqrt(SEEN) * out[f"{WORK}_error"])
         out["ending"][unseen & (ended == FOUND)] = AT_END
     out["noise"][:], out["correlated"][:], out["indentation"][:] = noise, correlated, depth
     bad = out["ending"] != FOUND
