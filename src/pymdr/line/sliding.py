@@ -23,7 +23,7 @@ from pymdr.line.foundation import DiskStates, ElasticLine
 from pymdr.mapping.abel import gauss
 from pymdr.mapping.series import Place
 from pymdr.problem.spectra import Relaxation
-from pymdr.units import FloatArray
+from pymdr.units import FloatArray, metres
 
 BoolArray = NDArray[np.bool_]
 
@@ -181,6 +181,12 @@ def sliding_line(line: ElasticLine, states: DiskStates, n: int = NODES) -> Slidi
     nodes = _radau(n).nodes
     behind = _slopes(line, base, low, width, nodes, meets)
     before = _slopes(line, base, low, width, 1.0 - nodes, meets)
+    if not (np.isfinite(behind).all() and np.isfinite(before).all()):
+        last = max(kinks, default=0.0)
+        raise ConvergenceError(
+            f"the contact ends {metres(a - last)} beyond the kink of the profile at {metres(last)}, where rounding hides its slope: "
+            "press harder"
+        )
     return SlidingLine(
         depth,
         a,
