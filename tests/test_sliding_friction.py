@@ -491,16 +491,12 @@ def test_numbers_that_are_lost_in_rounding():
             mdr.sliding_friction(BALL, speed, normal_force="1 N")
 
 
-@pytest.mark.parametrize("load", ["1 pN", "1 nN", "1 uN", "1 N"])
-def test_a_worn_cone_that_is_hardly_touched(load):
+def test_a_worn_cone_that_is_hardly_touched():
     contact = mdr.Contact(mdr.TruncatedCone("1 mm", slope=0.3), RUBBER)
-    try:
-        found = mdr.sliding_friction(contact, ["1 mm/s", "10 m/s"], normal_force=load)
-    except mdr.ConvergenceError as refused:
-        assert "beyond the kink of the profile at 1 mm, where rounding hides its slope" in str(refused)
-        assert load in {"1 pN", "1 nN"}
-    else:
-        assert (found.data["friction_coefficient"].values > 0.0).all()
+    with pytest.raises(mdr.ConvergenceError, match="ends at 1 mm, so close to a kink"):
+        mdr.sliding_friction(contact, ["1 mm/s", "10 m/s"], normal_force="1 pN")
+    found = mdr.sliding_friction(contact, ["1 mm/s", "10 m/s"], normal_force="1 uN")
+    assert (found.data["friction_coefficient"].values > 0.0).all()
 
 
 def test_profiles_that_end():

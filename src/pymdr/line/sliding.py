@@ -19,6 +19,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from pymdr.errors import ConvergenceError
 from pymdr.line.foundation import DiskStates, ElasticLine
 from pymdr.mapping.abel import gauss
 from pymdr.mapping.series import Place
@@ -182,10 +183,8 @@ def sliding_line(line: ElasticLine, states: DiskStates, n: int = NODES) -> Slidi
     behind = _slopes(line, base, low, width, nodes, meets)
     before = _slopes(line, base, low, width, 1.0 - nodes, meets)
     if not (np.isfinite(behind).all() and np.isfinite(before).all()):
-        last = max(kinks, default=0.0)
         raise ConvergenceError(
-            f"the contact ends {metres(a - last)} beyond the kink of the profile at {metres(last)}, where rounding hides its slope: "
-            "press harder"
+            f"the contact ends at {metres(a)}, so close to a kink of the profile that rounding hides its slope: press harder"
         )
     return SlidingLine(
         depth,
