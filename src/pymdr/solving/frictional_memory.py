@@ -38,6 +38,7 @@ from pymdr.problem.schedule import Stretch
 from pymdr.result import Result
 from pymdr.rows import joined, taken
 from pymdr.solving.memory import (
+    error_of,
     is_told_by_rows,
     relaxation_along,
     span_along,
@@ -48,7 +49,6 @@ from pymdr.solving.viscoelastic import (
     MemoryRows,
     begun,
     divided,
-    error_of,
     followed_leg,
     interpreted,
     refuse_untimed,

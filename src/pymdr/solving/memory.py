@@ -16,6 +16,9 @@ from pymdr.problem.rheology import PowerLawRheology
 from pymdr.problem.schedule import Planned, Stretch, planned
 from pymdr.units import FloatArray
 
+_LATER = 4
+"""Rows."""
+
 
 def relaxation_along(contact: Contact, path: LoadingPath, time: FloatArray | None = None) -> Relaxation:
     """E*(t) of a contact, over the times of a path where a power of time asks for them; those that only its rows tell are given."""
@@ -106,3 +109,14 @@ def assumptions_with_memory(contact: Contact, radius: FloatArray) -> tuple[Assum
     listed = small_slope_assumptions(contact.profile, slope_function(contact.profile), a, 0.0)
     others = (one for one in listed if one.name != "elastic similarity")
     return (*others, *thickness_assumption(contact, a))
+
+
+def error_of(apart: FloatArray) -> FloatArray:
+    """
+    Twice the most by which half as many springs and steps were apart up to some rows later, one entry per row.
+
+    What is left to err is a third of the difference where it falls as the square of steps and springs, and all of it where a
+    liquid follows forces faster than the steps are; in single rows the difference passes 0.
+    """
+    later = np.max([np.append(apart[k:], np.zeros(min(k, apart.size))) for k in range(_LATER + 1)], axis=0)
+    return np.asarray(2.0 * np.maximum.accumulate(later))

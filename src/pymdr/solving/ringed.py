@@ -22,10 +22,9 @@ from pymdr.problem.profiles import Sampled
 from pymdr.problem.schedule import Stretch, uses
 from pymdr.result import Result, Status
 from pymdr.rows import taken
-from pymdr.solving.memory import assumptions_with_memory, relaxation_along, times_of
+from pymdr.solving.memory import assumptions_with_memory, error_of, relaxation_along, times_of
 from pymdr.solving.normal import check_normal_path, refuse_tension
 from pymdr.solving.reach import Mapped, assumptions, half_space_assumptions, map_to_line, notes_of
-from pymdr.solving.viscoelastic import error_of
 from pymdr.solving.walk import Channels, Task, Told, Walked, solution, walk
 from pymdr.units import FloatArray
 

@@ -34,14 +34,18 @@ from pymdr.problem.profiles import ForceCurve
 from pymdr.problem.schedule import Stretch, known_legs
 from pymdr.result import Result, Status
 from pymdr.rows import taken
-from pymdr.solving.memory import assumptions_with_memory, is_told_by_rows, relaxation_along, times_of
+from pymdr.solving.memory import (
+    assumptions_with_memory,
+    error_of,
+    is_told_by_rows,
+    relaxation_along,
+    times_of,
+)
 from pymdr.solving.normal import check_normal_path, refuse_tension
 from pymdr.solving.reach import notes_of, refuse_unreachable
 from pymdr.solving.walk import Channels, Task, Told, Walked, channels_at, solution, walk, with_travel
 from pymdr.units import FloatArray
 
-_LATER = 4
-"""Rows."""
 _COMPARED = ("force", "contact_radius", "stored", "dissipated", "indentation")
 SPRINGS = 1000
 """Springs in the largest contact."""
@@ -303,17 +307,6 @@ def _errors(rows: MemoryRows) -> dict[str, FloatArray]:
     found["effective_modulus"] = found["normal_force"]
     found["external_work"] = found["elastic_energy"] + found["dissipated_energy"]
     return found
-
-
-def error_of(apart: FloatArray) -> FloatArray:
-    """
-    Twice the most by which half as many springs and steps were apart up to some rows later, one entry per row.
-
-    What is left to err is a third of the difference where it falls as the square of steps and springs, and all of it where a
-    liquid follows forces faster than the steps are; in single rows the difference passes 0.
-    """
-    later = np.max([np.append(apart[k:], np.zeros(min(k, apart.size))) for k in range(_LATER + 1)], axis=0)
-    return np.asarray(2.0 * np.maximum.accumulate(later))
 
 
 def _ting(
