@@ -362,6 +362,22 @@ def test_loads_over_many_decades(body, shape, decades):
     assert work == pytest.approx(np.zeros(2), abs=1e-12 * state.work)
 
 
+@settings(deadline=None, max_examples=30)
+@given(
+    body=bodies(),
+    shape=st.sampled_from([Paraboloid(1.0), Cone(slope=0.3), FlatPunch(1.0)]),
+    before=st.floats(-12.0, 1.0),
+    load=st.floats(-6.0, 0.0),
+)
+def test_bodies_that_are_apart_rest_on_each_other_before_a_force_presses(body, shape, before, load):
+    line, force, t = line_of(shape), 10.0**load * np.arange(1.0, 6.0), np.arange(1.0, 6.0)
+    at_once = follow_loads(line, body, t, force, virgin(), n=200)
+    away = follow_springs(line, body, [0.0, 1e-3], [0.0, -(10.0**before)]).state
+    later = follow_loads(line, body, t + 1e-3, force, away, n=200)
+    assert later.indentation == pytest.approx(at_once.indentation, rel=1e-9)
+    assert later.dissipated == pytest.approx(at_once.dissipated, rel=1e-8, abs=1e-12 * at_once.work[-1])
+
+
 def test_a_spike_of_force_leaves_the_known_profile_alone():
     r = np.linspace(0.0, 1.0, 200)
     line = line_of(Sampled(r, 0.5 * r**2))

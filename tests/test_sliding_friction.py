@@ -491,6 +491,14 @@ def test_numbers_that_are_lost_in_rounding():
             mdr.sliding_friction(BALL, speed, normal_force="1 N")
 
 
+def test_a_worn_cone_that_is_hardly_touched():
+    contact = mdr.Contact(mdr.TruncatedCone("1 mm", slope=0.3), RUBBER)
+    with pytest.raises(mdr.ConvergenceError, match="ends at 1 mm, so close to a kink"):
+        mdr.sliding_friction(contact, ["1 mm/s", "10 m/s"], normal_force="1 pN")
+    found = mdr.sliding_friction(contact, ["1 mm/s", "10 m/s"], normal_force="1 uN")
+    assert (found.data["friction_coefficient"].values > 0.0).all()
+
+
 def test_profiles_that_end():
     r = np.linspace(0, 1e-3, 40)
     contact = mdr.Contact(mdr.Sampled(r, r**2 / 0.02), RUBBER)

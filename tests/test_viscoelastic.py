@@ -348,6 +348,23 @@ def test_fields_err_as_their_claims_say(memory, shape):
             assert error <= 3.0 * check.error(name, time.size)[row] + 1e-4
 
 
+@settings(max_examples=6, deadline=None)
+@given(
+    shape=st.sampled_from(SHAPES[:3]),
+    legs=st.lists(st.tuples(st.floats(-9.0, -1.0), st.floats(-6.0, 3.0)), min_size=2, max_size=4),
+)
+@example(SHAPES[0], [(-8.0, -4.0), (-6.0, -1.0), (-1.0, 0.0)])
+def test_contacts_of_all_sizes_in_one_history_are_disks(shape, legs):
+    path = None
+    for depth, duration in legs:
+        leg = mdr.indent(10.0**depth, duration=10.0**duration, steps=2)
+        path = leg if path is None else path >> leg
+    claim = pressed(SOLID, path, shape).claims["pressure"]
+    assert claim.where.all()
+    growing = np.maximum.accumulate(np.repeat([d for d, _ in legs], 2)) == np.repeat([d for d, _ in legs], 2)
+    assert (claim.error[growing] < 0.02).all()
+
+
 def test_nothing_is_claimed_from_where_something_is_found():
     rows, size = np.array([2, 5, 8, 11]), 12
     none, all_rows = np.full(4, -1.0), np.ones(size, dtype=bool)

@@ -19,11 +19,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from pymdr.errors import ConvergenceError
 from pymdr.line.foundation import DiskStates, ElasticLine
 from pymdr.mapping.abel import gauss
 from pymdr.mapping.series import Place
 from pymdr.problem.spectra import Relaxation
-from pymdr.units import FloatArray
+from pymdr.units import FloatArray, metres
 
 BoolArray = NDArray[np.bool_]
 
@@ -181,6 +182,10 @@ def sliding_line(line: ElasticLine, states: DiskStates, n: int = NODES) -> Slidi
     nodes = _radau(n).nodes
     behind = _slopes(line, base, low, width, nodes, meets)
     before = _slopes(line, base, low, width, 1.0 - nodes, meets)
+    if not (np.isfinite(behind).all() and np.isfinite(before).all()):
+        raise ConvergenceError(
+            f"the contact ends at {metres(a)}, so close to a kink of the profile that rounding hides its slope: press harder"
+        )
     return SlidingLine(
         depth,
         a,

@@ -466,6 +466,15 @@ def _note(
 
 
 @compiled
+def _rest(springs: FloatArray, w: FloatArray, active: int) -> float:
+    """The largest indentation at which no spring is touched, of those that are all free."""
+    depth = springs[HEIGHT, active] if active < springs.shape[1] else math.inf
+    for i in range(active):
+        depth = min(depth, springs[HEIGHT, i] + w[i])
+    return float(depth)
+
+
+@compiled
 def run(
     springs: FloatArray,
     body: FloatArray,
@@ -529,6 +538,8 @@ def run(
         hardest = stiffest
         if body[1] > 0.0 and duration > 0.0:
             hardest += body[1] / duration * springs[OUTER, n - 1]
+        if machine == 0.0 and not lift:  # bodies that are apart rest on each other before a force presses
+            here = max(here, _rest(springs, w1, active))
         guess = target[r] if math.isinf(machine) else min(here + (here - before), limit)
         if lift:  # the bodies part at once and then rest on each other
             guess = here - 1e2 * (springs[HEIGHT, n - 1] + abs(here))
@@ -554,7 +565,7 @@ def run(
             else:
                 low = max(low, guess)
             enclosed = low > -math.inf and high < math.inf
-            if enclosed and high - low <= 4e-16 * max(abs(high), abs(low)):
+            if enclosed and high - low <= 4e-16 * max(abs(high), abs(low), abs(here)):
                 break
             if low >= limit:
                 break
@@ -575,9 +586,7 @@ def run(
         free1, free2 = free2, free1
         _keep(w1, z1, free1, w2, z2, free2, active)
         if lift:
-            guess = springs[HEIGHT, touched] if touched < n else math.inf
-            for i in range(touched):
-                guess = min(guess, springs[HEIGHT, i] + w1[i])
+            guess = _rest(springs, w1, touched)
         work += row[WORK]
         lost += row[LOST]
         row[WORK] = work
