@@ -276,3 +276,30 @@ def test_a_curve_from_a_file_by_the_shell(tmp_path):
     (tmp_path / "bad.csv").write_text("travel [um]\n1\n")
     with pytest.raises(CaseError, match="load"):
         mdr.read_curve(tmp_path / "bad.csv", spring_constant=1.0)
+
+
+def test_records_without_contact_are_refused():
+    contact = mdr.Contact(mdr.Paraboloid("5 um"), mdr.Elastic("3 kPa", 0.5))
+    depth = np.linspace(-1e-6, 1e-6, 200)
+    force = mdr.solve(contact, mdr.Path(indentation=depth))["normal_force"].values
+    noise = 0.01 * force.max() * np.random.default_rng(0).normal(size=200)
+    sticky = mdr.Contact(contact.profile, contact.body, adhesion=mdr.JKR("1 mJ/m^2"))
+    for turned in (noise, noise - force, np.where(np.arange(200) == 50, 1.0, force + noise)):
+        with pytest.raises(ProblemError, match=r"no contact is seen.*orient"):
+            mdr.fit(contact, mdr.MeasuredCurve(force=turned, indentation=depth), ["body.young"])
+    for flat, place in ((np.ones(200), depth), (force, np.zeros(200))):
+        with pytest.raises(ProblemError, match="does not change"):
+            mdr.fit(sticky, mdr.MeasuredCurve(force=flat, indentation=place), ["body.young"])
+
+
+def test_an_unknown_at_its_bound_is_told():
+    contact = mdr.Contact(mdr.Paraboloid("5 um"), mdr.Elastic("3 kPa", 0.5))
+    curve = recorded(contact, np.linspace(-1e-6, 1e-6, 200), None, 0.01)
+    found = mdr.fit(contact, curve, {"body.young": ["10 kPa", "20 kPa"]})
+    assert (found["body.young"].low, found["body.young"].high) == (10e3, 20e3)
+    assert math.isnan(found["body.young"].error)
+    assert "rests at its bound 10 kPa" in found.summary()
+    assert found.waves > 1.0
+    inside = mdr.fit(contact, curve, {"body.young": ["1 kPa", "20 kPa"]})
+    assert inside["body.young"].value == pytest.approx(3e3, rel=0.05)
+    assert not inside.notes

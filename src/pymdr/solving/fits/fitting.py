@@ -16,7 +16,7 @@ from pymdr.problem.measured import MeasuredCurve
 from pymdr.problem.paths import Path, indent
 from pymdr.result import Result, labelled
 from pymdr.solving.curves import leave_out_marked
-from pymdr.solving.fits.asking import FOUND, SEEN, Asked
+from pymdr.solving.fits.asking import FOUND, NO_CONTACT, SEEN, Asked
 from pymdr.solving.fits.found import FitResult, Fitted, force_of
 from pymdr.solving.fits.loops import NORMAL, ShearRecord, shear_record
 from pymdr.solving.fits.quick import fit_by_family
@@ -173,6 +173,12 @@ def _search(
             )
         curves = tuple(one for one in listed if isinstance(one, MeasuredCurve))
         marked = sum(int(one.marked.sum()) for one in curves)
+        for one in curves:
+            for name, column in (("force", one.force), ("depth", one.position)):
+                if float(np.ptp(column)) == 0.0:
+                    raise ProblemError(
+                        f"fit: the {name} of the record does not change: no contact is seen in it"
+                    )
         curves = tuple(leave_out_marked(one) if one.marked.any() else one for one in curves)
         return Search(contact, unknowns_of(contact, free), curves, origins(given)), marked
     if given.pop(CONTACT_POINT) is not None:
@@ -261,6 +267,11 @@ def _quick_start(search: Search) -> tuple[Start, FloatArray] | None:
     if asked.ways is None or not unknowns or len(curves.curves) != 1:
         return None
     found = fit_by_family(asked, asked.ways, curves.read(0, 1)).columns
+    if found["ending"][0] == NO_CONTACT:
+        raise ProblemError(
+            f"fit: no contact is seen in the record: one without any leaves squares that are larger by less than {SEEN:g} variances of "
+            "the noise; press deeper, mark outliers (mark_outliers), or see with orient(curve) whether a sign is turned"
+        )
     if found["ending"][0] != FOUND:
         return None
     origin = {name: float(found[name][0]) for name in asked.origins}
@@ -282,7 +293,10 @@ def _refuse_unseen(search: Search, misfit: float, best: FloatArray) -> None:
         else replace(search.contact, adhesion=None)
     )
     bare = replace(search, contact=contact, unknowns=without)
-    larger = _best(bare).misfit if bare.names else float((bare.residuals(np.zeros(0)) ** 2).sum())
+    try:
+        larger = _best(bare).misfit if bare.names else float((bare.residuals(np.zeros(0)) ** 2).sum())
+    except ProblemError:  # all that is seen is the pull
+        return
     samples = search.residuals(best).size
     grows = (larger / misfit - 1.0) * samples
     if grows < SEEN:

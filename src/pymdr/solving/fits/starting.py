@@ -106,7 +106,7 @@ def starts(
     found = [start for start in found if math.isfinite(start.misfit)]
     if not found:
         raise ProblemError(
-            f"fit: no start can be computed: {failures[-1] if failures else 'no force in the record rises with the depth'}"
+            f"fit: no start can be computed: {failures[-1] if failures else 'no force in the record rises with the depth; see with orient(curve) whether a sign is turned'}"
         )
     return sorted(found, key=lambda start: start.misfit)[:count]
 
