@@ -44,7 +44,8 @@ _SMALLEST = 1e-18
 _ROUGH = 0.97
 """Part of a value that a rough image of it reaches where the map is to end: it is good to one part in a hundred."""
 _NEWTON = 60
-_ROUNDED = 1e-11
+_LAST = 1e-10
+"""Part of a value by which a step of Newton's method moves it, if it is the last that is needed."""
 _BESIDE = 1e-13
 """Part of a value below which steps of Newton's method may be nothing but rounding."""
 _ENDED = 8.0 * float(np.finfo(float).eps)
@@ -760,7 +761,6 @@ def _newton(panels: Panels, series: Series, index: IndexArray, target: FloatArra
     answer_u = np.empty(target.shape)
     left, right = np.zeros(target.shape), np.ones(target.shape)
     u = np.full(target.shape, 0.5)
-    last_move = np.full(target.shape, math.inf)
     open_ = np.arange(target.size)
     for _ in range(_NEWTON):
         c, rate = with_slope(coefficients[open_], u[open_])
@@ -791,9 +791,8 @@ def _newton(panels: Panels, series: Series, index: IndexArray, target: FloatArra
         moved = np.abs(new - u[open_])
         u[open_] = new
         settled = moved <= 2e-16 * np.maximum(new, 1e-3)
-        # steps that no longer shrink are rounding
-        settled |= ~bad & (moved <= _ROUNDED * new) & (moved >= 0.5 * last_move[open_])
-        last_move[open_] = moved
+        # the next step would be of the order of the square
+        settled |= ~bad & (moved <= _LAST * new)
         settled |= right[open_] - left[open_] <= 4e-16 * np.maximum(new, 1e-300)
         done = open_[settled]
         answer_u[done] = u[done]
