@@ -216,3 +216,30 @@ def test_the_map_is_linear_and_scales(terms, log_size, log_height):
     assert worst(abel.forward(slope, x), exact) < 2e-13
     scaled = abel.forward(lambda r: height / size * slope(r / size), size * x)
     assert worst(scaled / height, abel.forward(slope, x)) < 2e-13
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    st.lists(st.tuples(st.floats(-2.0, 2.0), st.floats(0.0, 6.0)), min_size=1, max_size=3),
+    st.one_of(st.just(0.0), st.floats(-0.9, 0.9).filter(lambda k: abs(k) > 1e-3)),
+    st.floats(-9.0, 3.0),
+    st.floats(0.0, 0.9),
+)
+def test_the_centre_of_an_edge_average_is_that_of_powers(terms, k, decades, dead):
+    """int_b^a sum c (x - b)^p x^(k-1) dx for b = 0, and for p = 1 beyond a dead zone b."""
+    a = 10.0**decades
+    terms = [(c, p) for c, p in terms if p + k > 0.05 and abs(c) > 1e-3]
+    if terms:
+        parts = [c * a**k / (p + k) for c, p in terms]
+        found = float(abel.edge_average(lambda x: sum(c * (x / a) ** p for c, p in terms), 0.0, a, k=k))
+        assert abs(found - sum(parts)) <= 1e-9 * sum(map(abs, parts))
+    sharp = float(abel.edge_average(np.ones_like, 0.0, a, k=-abs(k)))
+    assert sharp == math.inf
+    b = 2.0 ** -math.ceil(1.0 + 8.0 * dead) * a
+    exact = (
+        a - b - b * math.log(a / b)
+        if k == 0.0
+        else (a ** (1 + k) - b ** (1 + k)) / (1 + k) - b * (a**k - b**k) / k
+    )
+    found = float(abel.edge_average(lambda x: np.maximum(x - b, 0.0), 0.0, a, k=k))
+    assert found == pytest.approx(exact, rel=1e-6)

@@ -186,12 +186,17 @@ def test_any_convex_points_are_met_by_a_rising_stiffness_and_dissipate(points, s
     joint = mdr.Contact(curve, body, body, friction=mdr.Coulomb(0.3))
     solved = mdr.solve(joint, mdr.Path(indentation=depth, shift=length * rng.uniform(-1.0, 1.0, 12)))
     own = np.interp(depth, np.append(0.0, d), np.append(0.0, load))
-    assert np.all(solved["normal_force"].values <= own + 1e-9 * load[-1])  # chords lie above
-    lost = solved["dissipated_energy"].values
-    assert np.all(np.diff(lost, prepend=0.0) >= -1e-9 * max(lost[-1], 1e-300))
-    assert np.all(
-        np.abs(solved["tangential_force"]) <= (0.3 + 1e-9) * solved["normal_force"] + 1e-12 * load[-1]
-    )
+
+    def told(name):
+        """NaN where the points do not tell it."""
+        return solved.data[name].values if name in solved.data else np.full(12, np.nan)
+
+    assert not np.any(told("normal_force") > own + 1e-9 * load[-1])  # chords lie above
+    lost = told("dissipated_energy")
+    lost = lost[np.isfinite(lost)]
+    assert np.all(np.diff(lost, prepend=0.0) >= -1e-9 * np.max(lost, initial=1e-300))
+    carried = (0.3 + 1e-9) * told("normal_force") + 1e-12 * load[-1]
+    assert not np.any(np.abs(told("tangential_force")) > carried)
 
 
 @settings(max_examples=20, deadline=None)
@@ -263,9 +268,15 @@ def test_points_with_any_noise_have_a_rising_stiffness_or_are_refused(n, power, 
     body = mdr.Elastic(2.0, 0.0)
     most = found.largest_force * (1.0 - 1e-9)
     rows = mdr.solve(mdr.Contact(curve, body, body), mdr.load(most, steps=3))
-    assert np.allclose(
-        found.stiffness.at(rows["indentation"].values)[1], most * np.arange(1, 4) / 3, rtol=1e-10
-    )
+    claim = rows.claims["indentation"]
+    if claim.readable:
+        told = claim.where
+        loads = most * np.arange(1, 4) / 3
+        depths = rows["indentation"].values
+        assert np.allclose(found.stiffness.at(depths[told])[1], loads[told], rtol=1e-10)
+        assert np.isnan(depths[~told]).all()
+    else:
+        assert claim.level is mdr.Level.NOT_VALID
 
 
 @pytest.mark.parametrize("noise", [1e-3, 1e-2])

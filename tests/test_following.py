@@ -296,6 +296,43 @@ def test_an_unstable_start_jumps_where_the_first_step_leads():
     assert not stay.jumped[0]
 
 
+@settings(max_examples=60, deadline=None)
+@given(st.floats(1.2, 6.0), st.floats(3.0, 8.0), st.floats(0.05, 0.95), st.floats(-0.5, 0.5))
+def test_unstable_starts_among_many_waves_go_to_the_next_stable_state(height, pitch, place, move):
+    """T = (D - s)^2/2 + V(s): it grows, or shrinks, to the first state at which D is that of the start."""
+    stop = 60.0 / pitch
+    curve = Curve(
+        lambda s: s + height / pitch * np.sin(pitch * s),
+        lambda s: 1.0 + height * np.cos(pitch * s),
+        lambda s: (
+            0.5 * (height / pitch * np.sin(pitch * s)) ** 2 + height / pitch**2 * (1.0 - np.cos(pitch * s))
+        ),
+        0.0,
+        stop,
+    )
+    track = trace(curve)
+    s = np.linspace(0.0, stop, 400_001)
+    D = curve.control(s)
+    unstable = np.flatnonzero((curve.slope(s) < -0.05 * height) & (D > 0.3) & (0.7 * stop > D))
+    if unstable.size == 0:
+        return
+    i = int(unstable[int(place * unstable.size)])
+    to = float(D[i]) + move * 0.01 / pitch
+    run = follow(track, [to], initial=float(s[i]))
+    if to >= D[i]:
+        beyond = np.flatnonzero((D[i] <= D) & (np.arange(s.size) > i + 1) & (curve.slope(s) > 0.0))
+        expected = s[beyond[0]]
+    else:
+        before = np.flatnonzero((D[i] >= D) & (np.arange(s.size) < i - 1) & (curve.slope(s) > 0.0))
+        if before.size == 0:
+            return
+        expected = s[before[-1]]
+    assert run.jumps.before[0] == s[i]
+    assert run.jumps.after[0] == pytest.approx(expected, abs=3.0 * s[1])
+    lost = float(curve.energy(s[i]) - curve.energy(run.jumps.after[0]))
+    assert run.jumps.loss[0] == pytest.approx(lost, rel=1e-9, abs=1e-12)
+
+
 def test_bad_paths_and_curves():
     track = trace(wave(9.0))
     with pytest.raises(PathError, match="beyond the end of the known curve"):

@@ -345,3 +345,21 @@ def test_springs_in_the_middle_bear_nothing_where_they_are_not_pressed(k):
 def test_a_rate_that_is_none_says_which_units_are(leg):
     with pytest.raises(mdr.UnitError, match=r"'1 um': a speed such as '1 um/s' .* '1 N/s'"):
         leg(1e-6, rate="1 um")
+
+
+@settings(max_examples=25, deadline=None)
+@given(k=st.floats(-0.99, -0.8), slope=st.floats(-2.0, 0.0), work=st.floats(-9.0, 2.0))
+@example(k=-0.97, slope=-0.3, work=-2.0)
+def test_cones_on_bodies_that_are_the_stiffer_the_smaller_a_contact_is(k, slope, work):
+    """a^((1 + k)/2) = (1 - k)/2 sqrt(2 pi work / c) / (kappa t): a pull as faint as any, or no number at all."""
+    slope, work, body = 10.0**slope, 10.0**work, body_of(k, 1.0, 1e6)
+    c = mdr.effective_moduli(body).normal
+    kappa = 0.5 * math.exp(math.lgamma(0.5) + math.lgamma(0.5 * (1.0 + k)) - math.lgamma(1.0 + 0.5 * k))
+    share = 0.5 * (1.0 - k) * math.sqrt(2.0 * math.pi * work / c) / (kappa * slope)
+    decades = math.log10(share) * 2.0 / (1.0 + k)
+    contact = mdr.Contact(mdr.Cone(slope=slope), body, adhesion=mdr.JKR(work))
+    if decades < -210.0:
+        with pytest.raises(mdr.PymdrError, match="holds contacts below a radius of 1e-200 m only"):
+            mdr.pull_off(contact)
+    elif -100.0 < decades < 100.0:
+        assert math.log10(mdr.pull_off(contact).contact_radius) == pytest.approx(decades, abs=1e-8)

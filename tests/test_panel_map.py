@@ -681,6 +681,35 @@ def test_the_value_at_a_breakpoint_itself_belongs_to_neither_side(b, decades, p,
     assert worst(curves[2], curves[0]) < 1e-12
 
 
+@settings(max_examples=40, deadline=None)
+@given(
+    st.sampled_from(["rounded flat", "truncated sphere", "root", "cone"]),
+    st.one_of(st.just(0.0), st.floats(-0.9, 0.9)),
+    st.floats(0.1, 1.0),
+    st.floats(0.5, 3.0),
+    st.floats(-6.0, -0.1),
+    st.integers(0, 2**32 - 1),
+)
+def test_the_inverse_next_to_where_a_panel_begins_is_met(kind, k, b, R, decades, seed):
+    profile = {
+        "rounded flat": lambda: mdr.RoundedFlat(b, R),
+        "truncated sphere": lambda: mdr.TruncatedSphere(radius=R + 1.0, flat_radius=b),
+        "root": lambda: mdr.Function(
+            derivative=lambda r: np.sqrt(np.maximum(r - b, 0.0)) + r / R, breakpoints=[b]
+        ),
+        "cone": lambda: mdr.Function(derivative=lambda r: r / R + np.where(r > b, 0.3, 0.0), breakpoints=[b]),
+    }[kind]()
+    line = equivalent_profile(profile, k)
+    panels = line.map_to(b * (1.0 + 10.0**decades)).panels
+    rng = np.random.default_rng(seed)
+    i = rng.integers(0, panels.count, 400)
+    offset = panels.low[i] + panels.width[i] * 10.0 ** rng.uniform(-12.0, -2.0, i.size)
+    for curve, inverse in ((line.g, line.place), (line.moment, line.place_of_moment)):
+        values = curve(Place(panels.base[i], offset))
+        values = values[values > 0.0]
+        assert worst(curve(inverse(values)), values) < 1e-13
+
+
 @settings(max_examples=20, deadline=None)
 @given(SIZES, st.floats(-6.0, 0.0), st.sampled_from([1.0, 1.5, 2.0, 3.0]))
 @example(1.0, 0.0, 2.0)

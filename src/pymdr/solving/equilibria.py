@@ -23,6 +23,8 @@ from pymdr.solving.reach import Mapped, map_to_line
 from pymdr.units import FloatArray, metres, written
 
 _GROWTH, _BEYOND, _TRIES = 1.5, 1.2, 60
+_FAINTEST = 1e-200
+"""Radius in m below which a contact is none: its area has no number."""
 
 
 @dataclass
@@ -60,15 +62,31 @@ class AdhesiveLine:
     def _first_radius(self) -> float:
         """A radius in m about that of the contact under no load, where d0 is the opening of the edge."""
         line, work = self.line, self.law.work
-        return line.rough_radius(lambda a, d0: d0 >= float(jkr_opening(line, a, work)))
+        radius = line.rough_radius(lambda a, d0: d0 >= float(jkr_opening(line, a, work)))
+        if radius < _FAINTEST:
+            raise self._faint()
+        return radius
+
+    def _faint(self) -> ProblemError:
+        """What is wrong with an adhesion that only holds contacts too small for any number."""
+        return ProblemError(
+            f"adhesion: a work of {written(self.law.work, 'J/m^2', 3)} holds contacts below a radius of {_FAINTEST:g} m only, as the "
+            f"body is the stiffer the smaller a contact is (exponent {self.line.exponent:g}): its pull is nothing; leave the adhesion "
+            "out, or give an exponent nearer to 0"
+        )
 
     @property
     def natural_radius(self) -> float:
         """A parameter in m at which the indentation under adhesion is 0: the size of the contact."""
         bare = ShortRange(self.line, self.law.work)
-        at_zero = parameter_reaching(
-            lambda s: bare.states(s).indentation, 0.0, begin=self._first_radius, limit=bare.limit
-        )
+        try:
+            at_zero = parameter_reaching(
+                lambda s: bare.states(s).indentation, 0.0, begin=self._first_radius, limit=bare.limit
+            )
+        except PathError as error:
+            if bare.states(np.array([_FAINTEST])).indentation[0] >= 0.0:
+                raise self._faint() from error
+            raise
         return min(at_zero + self.equilibria.contact, self.equilibria.limit)
 
     def track(self, machine_stiffness: float, top: float, at_least: float = 0.0) -> Track:

@@ -44,9 +44,12 @@ _SMALLEST = 1e-18
 _ROUGH = 0.97
 """Part of a value that a rough image of it reaches where the map is to end: it is good to one part in a hundred."""
 _NEWTON = 60
-_ROUNDED = 1e-11
+_LAST = 1e-10
+"""Part of a value by which a step of Newton's method moves it, if it is the last that is needed."""
 _BESIDE = 1e-13
 """Part of a value below which steps of Newton's method may be nothing but rounding."""
+_ENDED = 8.0 * float(np.finfo(float).eps)
+"""Rounding of the lower end of a panel, in parts of its distance from the base."""
 _SAVED = 2.0**-60
 """How far inward, in radii that are asked for, the panels of a saved profile go."""
 _TRUSTED = 10.0
@@ -749,6 +752,7 @@ def _newton(panels: Panels, series: Series, index: IndexArray, target: FloatArra
     high, low = panels.high[index], panels.low[index]
     rooted, n = panels.rooted[index], panels.order
     first, last = panels.root(low), panels.root(high)
+    ended = np.where(rooted, first / (last - first), low / (high - low))
 
     def offset_of(u: FloatArray, i: Selection) -> FloatArray:
         root = first[i] + (last[i] - first[i]) * u
@@ -757,7 +761,6 @@ def _newton(panels: Panels, series: Series, index: IndexArray, target: FloatArra
     answer_u = np.empty(target.shape)
     left, right = np.zeros(target.shape), np.ones(target.shape)
     u = np.full(target.shape, 0.5)
-    last_move = np.full(target.shape, math.inf)
     open_ = np.arange(target.size)
     for _ in range(_NEWTON):
         c, rate = with_slope(coefficients[open_], u[open_])
@@ -780,16 +783,16 @@ def _newton(panels: Panels, series: Series, index: IndexArray, target: FloatArra
         left[open_] = np.where(above, left[open_], u[open_])
         with np.errstate(divide="ignore", invalid="ignore", under="ignore"):
             new = np.where(p != 0.0, along, u[open_] + (wanted - c) / rate)
-        # a value that is met steps out of its bracket by rounding, which is no reason to halve it
-        near = _BESIDE * new
+        # a value that is met steps out of its bracket by rounding, also of where the panel begins, which is no reason to halve it
+        near = _BESIDE * new + _ENDED * ended[open_]
         bad = ~((new >= left[open_] - near) & (new <= right[open_] + near))
         new = np.where(bad, 0.5 * (left[open_] + right[open_]), np.clip(new, left[open_], right[open_]))
+        new = np.where(c == wanted, u[open_], new)
         moved = np.abs(new - u[open_])
         u[open_] = new
-        settled = (moved <= 2e-16 * np.maximum(new, 1e-3)) | (c == wanted)
-        # steps that no longer shrink are rounding
-        settled |= ~bad & (moved <= _ROUNDED * new) & (moved >= 0.5 * last_move[open_])
-        last_move[open_] = moved
+        settled = moved <= 2e-16 * np.maximum(new, 1e-3)
+        # the next step would be of the order of the square
+        settled |= ~bad & (moved <= _LAST * new)
         settled |= right[open_] - left[open_] <= 4e-16 * np.maximum(new, 1e-300)
         done = open_[settled]
         answer_u[done] = u[done]
