@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from scipy.special import beta, j0, struve
 
 import pymdr as mdr
+from drawing import examples
 from pymdr.mapping import abel
 
 TWELVE_ORDERS = np.geomspace(1e-9, 1e3, 49)
@@ -197,7 +198,7 @@ def test_values_that_are_not_numbers_do_not_pass():
         abel.forward(lambda r: r * math.nan, 0.5)
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=examples(30), deadline=None)
 @given(
     st.lists(st.tuples(st.floats(0.5, 8), st.floats(0.1, 3)), min_size=1, max_size=4),
     st.floats(-9, 3),
@@ -218,7 +219,7 @@ def test_the_map_is_linear_and_scales(terms, log_size, log_height):
     assert worst(scaled / height, abel.forward(slope, x)) < 2e-13
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=examples(60), deadline=None)
 @given(
     st.lists(st.tuples(st.floats(-2.0, 2.0), st.floats(0.0, 6.0)), min_size=1, max_size=3),
     st.one_of(st.just(0.0), st.floats(-0.9, 0.9).filter(lambda k: abs(k) > 1e-3)),

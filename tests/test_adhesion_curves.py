@@ -17,6 +17,7 @@ from scipy.integrate import quad
 from scipy.optimize import brentq
 from scipy.special import struve
 
+from drawing import examples
 from pymdr.errors import ConvergenceError, ProblemError
 from pymdr.line.adhesion import DMT as RigidPull
 from pymdr.line.adhesion import JKR as ShortRange
@@ -685,7 +686,7 @@ profiles = st.lists(st.tuples(st.floats(0.7, 5.0), st.floats(0.05, 2.0)), min_si
 )
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=examples(20), deadline=None)
 @given(profiles, st.floats(0.05, 2.0), st.floats(0.1, 20.0))
 def test_any_profile(line, gamma, strength):
     law = maugis_dugdale(line, 1.0, gamma, strength)
@@ -702,7 +703,7 @@ def test_any_profile(line, gamma, strength):
     assert np.allclose(gain, work, rtol=1e-10, atol=1e-10)
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=examples(15), deadline=None)
 @given(profiles, st.floats(0.05, 2.0), st.sampled_from([1e-9, 3.7e-4, 1.2e3]), st.floats(1e3, 1e12))
 def test_any_scale(line, gamma, metre, pascal):
     """Lengths times `metre` and moduli times `pascal` change nothing but the units."""

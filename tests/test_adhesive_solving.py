@@ -15,6 +15,7 @@ from scipy.optimize import brentq
 from scipy.special import gamma
 
 import pymdr as mdr
+from drawing import examples
 from pymdr.errors import ConvergenceError, PymdrError
 from pymdr.line.adhesion import power_law_pull_off
 from pymdr.mapping.equivalent import equivalent_profile
@@ -598,7 +599,7 @@ def test_fields_of_a_punch_that_is_pressed_at_its_edge(law):
         assert last(result, "energy_release_rate") == 0.0
 
 
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=examples(12), deadline=None)
 @given(
     radius=st.floats(-8.0, -5.0),
     modulus=st.floats(6.0, 11.0),
@@ -619,7 +620,7 @@ def test_sharp_punches_of_any_size_under_a_load(radius, modulus, work, reach, st
             assert last(result, "stress_intensity") < 0.0
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=examples(25), deadline=None)
 @given(b=st.floats(0.01, 10.0), work=st.floats(1e-4, 1.0), share=st.floats(-0.999, 3.0))
 @example(b=1.71875, work=1.0, share=2.220446049250313e-16)
 def test_a_sharp_edge_releases_energy_only_where_it_is_open(b, work, share):
@@ -966,7 +967,7 @@ def test_the_largest_pull_on_the_way_is_that_of_a_table(height, wave, work, stif
     assert found.normal_force == pytest.approx(table.force[passed[-1]], abs=2e-2 * work)
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=examples(30), deadline=None)
 @given(
     exponent=st.floats(0.8, 5.0),
     height=st.floats(0.01, 10.0),
@@ -982,7 +983,7 @@ def test_a_tip_pulls_most_where_a_dead_load_would_lose_it(exponent, height, work
     assert found.normal_force == pytest.approx(held, rel=1e-9)
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=examples(20), deadline=None)
 @given(share=st.floats(0.05, 2.0), exponent=st.floats(1.0, 3.0), stiffness=st.sampled_from([0.0, 1e6]))
 def test_a_profile_that_ends_too_early_is_refused_as_by_solve(share, exponent, stiffness):
     law = mdr.JKR(0.01)
@@ -1307,7 +1308,7 @@ def adhesive_contacts(draw):
     return contact(profile, law, modulus), path
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=examples(25), deadline=None)
 @given(adhesive_contacts())
 @example((contact(mdr.FlatPunch(1.0), mdr.JKR(0.1), 1e3), there_and_back(0.1, -0.1, 4)))
 @example((contact(mdr.Sphere(1e-5), mdr.MaugisDugdale(1e-6, 1e2), 1e9), mdr.indent(1e-9, steps=4)))
@@ -1361,7 +1362,7 @@ def rim(kind, slope, x_minus_b):
     return slope * x * root
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=examples(20), deadline=None)
 @given(
     st.sampled_from(["cone", "paraboloid"]),
     st.booleans(),

@@ -8,6 +8,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 import pymdr as mdr
+from drawing import examples
 from pymdr.independent.sliding.surface import make_surface
 from pymdr.mapping.moduli import surface_compliances
 from pymdr.problem.codec import case_schema, decode_case, encode, encode_case
@@ -80,7 +81,7 @@ def definiteness(matrix):
 SIZE = st.floats(0.01, 10.0)
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=examples(300), deadline=None)
 @given(SIZE, SIZE, st.floats(-10.0, 10.0), SIZE, SIZE, st.floats(1e-6, 1e12))
 def test_unstable_stiffnesses_are_named(c11, c33, c13, c44, c66, unit):
     c12 = c11 - 2 * c66
@@ -96,7 +97,7 @@ def test_unstable_stiffnesses_are_named(c11, c33, c13, c44, c66, unit):
             mdr.TransverselyIsotropic(**scaled)
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=examples(300), deadline=None)
 @given(SIZE, SIZE, st.floats(-0.99, 0.99), st.floats(-3.0, 3.0), SIZE)
 def test_unstable_engineering_constants_are_named(
     young_plane, young_axis, poisson_plane, poisson_axis, shear

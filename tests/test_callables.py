@@ -12,6 +12,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 import pymdr as mdr
+from drawing import examples
 from pymdr.mapping.callables import (
     check_consistency,
     find_kinks,
@@ -187,7 +188,7 @@ def test_state_is_refused():
 
 
 @given(st.floats(-12, 6), st.integers(1, 3000), st.integers(0, 2**32 - 1))
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=examples(60), deadline=None)
 def test_rounding_is_not_taken_for_state(scale, count, seed):
     R = 10.0**scale
     r = R * 10.0 ** np.random.default_rng(seed).uniform(-12, 1, count)
@@ -301,7 +302,7 @@ CANCELLING = {
 
 
 @given(st.sampled_from(sorted(CANCELLING)), SCALES, SLOPES, st.floats(0.0, 4.0))
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=examples(40), deadline=None)
 def test_the_law_of_the_tip_continues_what_cancels(name, R, c, octaves):
     f, slope, top = CANCELLING[name]
 
@@ -326,7 +327,7 @@ def test_the_law_of_the_tip_continues_what_cancels(name, R, c, octaves):
 
 
 @given(SCALES, SLOPES, st.floats(0.3, 12.0), st.floats(0.3, 3.0))
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=examples(25), deadline=None)
 def test_no_law_is_needed_where_f_has_its_digits(R, c, n, m):
     for f in (
         lambda r: c * R * (r / R) ** n,
@@ -386,7 +387,7 @@ def apart(rng, low, high, count):
     st.floats(-6, 0),
     st.integers(0, 2**32 - 1),
 )
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=examples(30), deadline=None)
 def test_jumps_of_the_slope_are_followed_to_the_last_float(name, R, c, count, jump, seed):
     rng = np.random.default_rng(seed)
     low = rng.uniform(0.5, 1.0) * R
@@ -409,7 +410,7 @@ def test_jumps_of_the_slope_are_followed_to_the_last_float(name, R, c, count, ju
     st.floats(-5, 0),
     st.integers(0, 2**32 - 1),
 )
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=examples(30), deadline=None)
 @example("wave", 1.0, 1.0, 1, -1.0, 117)
 @example("wave", 5.499206528076695, 0.00981407523189864, 3, -4.8120675031762055, 2125686768)
 def test_kinks_of_f_alone_are_located(name, R, c, count, jump, seed):
@@ -535,7 +536,7 @@ PAIRS = {
     st.floats(1, 12),
     st.booleans(),
 )
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=examples(60), deadline=None)
 def test_f_and_its_derivative_are_taken(name, R, c, kinks, decades, named):
     f, slope, top = PAIRS[name]
     marks = R * 10.0 ** np.array(kinks)
@@ -553,7 +554,7 @@ def test_f_and_its_derivative_are_taken(name, R, c, kinks, decades, named):
 
 
 @given(st.sampled_from(sorted(PAIRS)), SCALES, SLOPES, st.floats(-5.5, 1), st.booleans())
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=examples(60), deadline=None)
 def test_a_derivative_of_something_else_is_refused(name, R, c, wrong, everywhere):
     f, slope, top = PAIRS[name]
     if name == "far above" and wrong < -3:

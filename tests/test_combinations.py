@@ -10,6 +10,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 import pymdr as mdr
+from drawing import examples
 from pymdr.errors import ProblemError, PymdrError
 from pymdr.problem.parameters import parameter_of
 
@@ -71,7 +72,7 @@ def test_layers_of_one_material_are_its_half_space(tip, path, law, nu, layers):
         )
 
 
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=examples(12), deadline=None)
 @given(
     tip=st.sampled_from(["paraboloid", "cone", "flat"]),
     unlike=st.floats(-13.0, -2.0).map(lambda power: 10.0**power),

@@ -17,6 +17,7 @@ from scipy.linalg import solve_banded
 from scipy.special import ellipe, ellipk, ellipkm1, i0e
 
 import pymdr as mdr
+from drawing import examples
 from pymdr.line.heating import LORENZ
 from pymdr.problem.codec import decode_case, encode
 
@@ -104,7 +105,7 @@ def test_references():
     assert rise.item() == pytest.approx(rub["expected"]["T0"], rel=1e-14)
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=examples(15), deadline=None)
 @given(shapes(), moduli, conductivities, conductivities)
 def test_conductance_is_that_of_the_disk_at_any_size(shape, young, one, other):
     profile, depth = shape
@@ -178,7 +179,7 @@ def ring_conductance(zones, n):
     return float(np.sum(flux * math.pi * (high**2 - low**2))) / 4.0 * 2.0
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=examples(20), deadline=None)
 @given(st.floats(-9.0, 0.0), st.floats(-3.0, 3.0), st.floats(-9.0, 3.0), st.integers(-4, -1))
 def test_the_flux_of_a_drop_is_that_of_what_it_lets_through(radius, conductivity, amount, step):
     body = mdr.Elastic("1 GPa", 0.3, thermal_conductivity=10.0**conductivity, resistivity=10.0**-conductivity)
@@ -488,7 +489,7 @@ def bar(areas, conductivity, t0, voltage=None, current=None):
     return (*temperature(current), cold)
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=examples(15), deadline=None)
 @given(
     st.lists(st.floats(-2.0, 2.0), min_size=2, max_size=8),
     st.floats(1.0, 3.0),
@@ -512,7 +513,7 @@ def test_joule_heat_of_bars_of_any_shape(logs, t0, share, other):
     assert by_volts["current"].item() == pytest.approx(amperes, rel=3e-4)
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=examples(50), deadline=None)
 @given(st.floats(-6.0, 4.0), st.floats(-3.0, 4.0), st.floats(-12.0, 6.0))
 def test_voltage_and_current_are_inverse(volts, t0, ohms):
     volts, t0, ohms = 10.0**volts, 10.0**t0, 10.0**ohms

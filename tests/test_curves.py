@@ -14,6 +14,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 import pymdr as mdr
+from drawing import examples
 from pymdr.errors import CaseError, FileError, MissingExtraError, ProblemError
 from pymdr.problem.facts import Facts
 from pymdr.workbench.segments import segments_in
@@ -35,7 +36,7 @@ SIZES = st.floats(-9.0, -3.0).map(lambda x: 10.0**x)
 FORCES = st.floats(-12.0, 1.0).map(lambda x: 10.0**x)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=examples(60), deadline=None)
 @given(
     SIZES,
     FORCES,
@@ -75,7 +76,7 @@ def test_contact_points_lie_where_the_contact_begins(
     )
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=examples(10), deadline=None)
 @given(st.floats(-6.0, -4.0), st.floats(3.0, 5.0), st.floats(-2.0, 0.0), st.integers(0, 10**6))
 def test_bodies_that_jump_into_contact_make_the_methods_disagree(log_work, log_young, log_machine, seed):
     gel = mdr.Contact(
@@ -92,7 +93,7 @@ def test_bodies_that_jump_into_contact_make_the_methods_disagree(log_work, log_y
         assert found.methods["deviation"].value > 1.05e-6
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=examples(15), deadline=None)
 @given(SIZES, FORCES, st.floats(-1.0, 1.0), st.integers(0, 10**6))
 def test_scales_change_nothing_but_the_scale(size, largest, tilt, seed):
     found = []
@@ -104,7 +105,7 @@ def test_scales_change_nothing_but_the_scale(size, largest, tilt, seed):
         assert getattr(other, name) / size == pytest.approx(getattr(one, name), rel=1e-6, abs=1e-6)
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=examples(25), deadline=None)
 @given(
     st.booleans(),
     st.booleans(),
@@ -140,7 +141,7 @@ def test_signs_are_told_by_the_record(turned_force, turned_position, offset, seg
         mdr.orient(curve, {"force": 1.0})
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=examples(40), deadline=None)
 @given(
     st.lists(st.integers(5, 780), min_size=1, max_size=6, unique=True),
     st.floats(13.0, 1e4),
@@ -171,7 +172,7 @@ def test_spikes_are_marked_and_nothing_else(places, height, jumps, seed):
     assert mdr.undo(left) == found
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=examples(40), deadline=None)
 @given(st.floats(0.3, 1.5), st.floats(1.0, 5.0), st.booleans(), st.integers(0, 10**6))
 def test_the_plateau_of_a_detector_is_marked(share, log_ratio, returns, seed):
     assume(abs(1.0 - share) > 5.0 / 10.0**log_ratio)
@@ -244,7 +245,7 @@ def test_curves_are_values():
         curve.outliers[0] = True
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=examples(15), deadline=None)
 @given(st.floats(-1.0, 1.5), st.integers(0, 10**6))
 def test_the_lag_of_a_cantilever_is_taken_off(log_stiffness, seed):
     constant = 1e-8 / 0.5e-6 * 10.0**log_stiffness
@@ -306,7 +307,7 @@ def test_what_has_no_contact_is_refused(curve, words):
         mdr.contact_point_of(curve())
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=examples(40), deadline=None)
 @given(st.integers(30, 3000), st.floats(0.0, 0.98), st.integers(0, 10**6))
 def test_noise_alone_is_no_contact(samples, memory, seed):
     white = np.random.default_rng(seed).normal(size=samples)
@@ -342,7 +343,7 @@ def test_bad_curves_and_steps_are_refused():
         mdr.join_segments([travel, again])
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=examples(50), deadline=None)
 @given(
     st.integers(60, 3000),
     st.integers(0, 1500).filter(lambda n: n == 0 or n > 60),

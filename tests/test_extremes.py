@@ -6,6 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import pymdr as mdr
+from drawing import examples
 
 PROFILES = {
     "paraboloid": lambda size: mdr.Paraboloid(size),
@@ -20,7 +21,7 @@ SIZES = st.one_of(
 )
 
 
-@settings(max_examples=250, deadline=None)
+@settings(max_examples=examples(250), deadline=None)
 @given(
     st.sampled_from(sorted(PROFILES)),
     SIZES,

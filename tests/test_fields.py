@@ -9,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import pymdr as mdr
+from drawing import examples
 from pymdr.interpretation.fields import edge_amplitude, gap, normal_displacement, pressure
 from pymdr.line.foundation import ElasticLine, states_at_depth
 from pymdr.line.friction import superposition
@@ -310,7 +311,7 @@ def test_fields_of_rescaled_contacts(scale):
         assert np.max(np.abs(one - other)) < 1e-13 * np.max(np.abs(one))
 
 
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=examples(12), deadline=None)
 @given(
     profile=st.sampled_from(
         [
@@ -355,7 +356,7 @@ def test_tractions_of_many_disks_are_the_sum_of_their_pressures(profile, frictio
     assert np.all(np.abs(found - expected) <= 1e-11 * size)
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=examples(20), deadline=None)
 @given(
     st.floats(-8, 0),
     st.floats(1e-3, 0.5),

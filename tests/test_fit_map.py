@@ -14,6 +14,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import pymdr as mdr
+from drawing import examples
 from pymdr.errors import FileError, ProblemError, QuantityError
 
 TIPS = {
@@ -38,7 +39,7 @@ def curve_of(contact, depth, machine=None, noise=0.0, seed=0, base=0.0, place=0.
     return mdr.MeasuredCurve(force=force, spring_constant=machine, **moved)
 
 
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=examples(12), deadline=None)
 @given(
     st.sampled_from(list(TIPS)),
     st.floats(-8.0, -1.0),
@@ -60,7 +61,7 @@ def test_moduli_of_any_size_are_found_again(tip, log_size, log_young, log_start,
     assert found["baseline"].values == pytest.approx(offset * np.ptp(curve.force), abs=1e-6 * largest)
 
 
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=examples(12), deadline=None)
 @given(
     st.sampled_from(list(TIPS)),
     st.floats(2.0, 11.0),
@@ -519,7 +520,7 @@ def test_waves_are_told_for_every_curve():
     assert not single[0].notes
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=examples(20), deadline=None)
 @given(st.integers(0, 10**6), st.integers(30, 3000))
 def test_white_noise_is_no_wave(seed, samples):
     from pymdr.solving.fits.searching import hanging

@@ -15,6 +15,7 @@ from hypothesis import strategies as st
 from typer.testing import CliRunner
 
 import pymdr as mdr
+from drawing import examples
 from pymdr.errors import CaseError, FileError, ProblemError, QuantityError, UnitError
 from pymdr.problem.codec import decode_contact
 from pymdr.solving.fits.forces import forces_of, modelled
@@ -42,7 +43,7 @@ def recorded(contact, way, machine=None, noise=0.0, seed=0, force=0.0, place=0.0
     return mdr.MeasuredCurve(force=solved + spread + force, spring_constant=machine, **moved)
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=examples(15), deadline=None)
 @given(
     st.sampled_from(list(SHAPES)),
     st.floats(-8.0, -1.0),
@@ -84,7 +85,7 @@ def test_work_and_modulus_from_any_start(law, machine, start):
     assert found.noise == pytest.approx(0.01 * np.ptp(curve.force), rel=0.15)
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=examples(15), deadline=None)
 @given(st.sampled_from(list(SHAPES)), st.floats(-2.5, -0.5), st.none() | st.floats(-1.0, 1.0))
 def test_the_branch_is_that_of_the_history(shape, log_work, log_machine):
     contact = mdr.Contact(SHAPES[shape](1.0), mdr.Elastic(0.75, 0.5), adhesion=mdr.JKR(0.1 * 10.0**log_work))

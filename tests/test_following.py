@@ -15,6 +15,7 @@ from hypothesis import strategies as st
 from scipy.optimize import brentq
 from scipy.special import struve
 
+from drawing import examples
 from pymdr.errors import ConvergenceError, PathError
 from pymdr.line.adhesion import DMT as RigidPull
 from pymdr.line.adhesion import JKR as ShortRange
@@ -296,7 +297,7 @@ def test_an_unstable_start_jumps_where_the_first_step_leads():
     assert not stay.jumped[0]
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=examples(60), deadline=None)
 @given(st.floats(1.2, 6.0), st.floats(3.0, 8.0), st.floats(0.05, 0.95), st.floats(-0.5, 0.5))
 def test_unstable_starts_among_many_waves_go_to_the_next_stable_state(height, pitch, place, move):
     """T = (D - s)^2/2 + V(s): it grows, or shrinks, to the first state at which D is that of the start."""
@@ -614,7 +615,7 @@ profiles = st.lists(st.tuples(st.floats(0.7, 5.0), st.floats(0.05, 2.0)), min_si
 paths = st.lists(st.floats(-3.0, 1.0), min_size=1, max_size=12)
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=examples(25), deadline=None)
 @given(profiles, st.floats(1e-3, 2.0), st.sampled_from([np.inf, 0.7, 30.0]), paths)
 def test_any_path_on_any_profile(line, gamma, k, path):
     law = JKR(line, 1.0, gamma)

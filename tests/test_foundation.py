@@ -8,6 +8,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 import pymdr as mdr
+from drawing import examples
 from pymdr.line.foundation import (
     ElasticLine,
     elastic_energy,
@@ -154,7 +155,7 @@ def test_shapes_are_kept_where_g_falls(shape):
 
 
 @given(st.integers(0, 2**32 - 1))
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=examples(15), deadline=None)
 @example(0)
 @example(10)
 @example(41)
@@ -194,7 +195,7 @@ def best_of_all(equivalent, d, top):
     return best
 
 
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=examples(12), deadline=None)
 @given(st.integers(0, 2**32 - 1), st.floats(-9.0, 2.0), st.booleans())
 def test_the_best_disk_is_the_best_of_all_stretches(seed, decades, edged):
     rng = np.random.default_rng(seed)
@@ -217,7 +218,7 @@ def test_the_best_disk_is_the_best_of_all_stretches(seed, decades, edged):
         assert a == best or mine == pytest.approx(load, rel=1e-11)
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=examples(25), deadline=None)
 @given(
     st.lists(st.tuples(st.floats(0.6, 8), st.floats(0.05, 3)), min_size=1, max_size=3),
     st.floats(-9, 0),

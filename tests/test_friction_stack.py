@@ -12,6 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import quad
 
+from drawing import examples
 from pymdr.errors import ConvergenceError, PathError, ProblemError
 from pymdr.line.friction import (
     Ending,
@@ -56,7 +57,7 @@ rows = st.lists(st.tuples(depth, shift), min_size=1, max_size=12)
 rows_with_loss = st.lists(st.tuples(st.one_of(depth, depth, apart), shift), min_size=1, max_size=12)
 curve_names = st.sampled_from(list(CURVES))
 frictions = st.sampled_from([0.3, 1.0, np.inf])
-few = settings(max_examples=40, deadline=None)
+few = settings(max_examples=examples(40), deadline=None)
 
 
 def columns(history):
@@ -148,7 +149,7 @@ def slid_on_a_power_law(exponent, share):
 
 
 @pytest.mark.parametrize("tabulated", [False, True])
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=examples(60), deadline=None)
 @given(st.floats(0.6, 5.0), st.floats(-10.0, -0.5), st.floats(0.05, 1.0), st.integers(0, 4), st.booleans())
 def test_slip_far_smaller_than_the_depth(tabulated, n, decades, d, turns, by_force):
     mu, tangential, share = 0.4, 0.8, 10.0**decades
@@ -251,7 +252,7 @@ def work_done(curves, run, kinks, tangential):
     return np.cumsum(total)
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=examples(25), deadline=None)
 @given(curve_names, rows, frictions)
 def test_energy_balance_with_independent_slip_work(name, history, mu):
     curves, (d, u) = CURVES[name], columns(history)

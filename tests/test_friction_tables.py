@@ -9,6 +9,7 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
+from drawing import examples
 from pymdr.errors import ConvergenceError, ProblemError
 from pymdr.line.friction import (
     Ending,
@@ -22,7 +23,7 @@ from pymdr.line.friction import (
     tabulated_curves,
 )
 
-few = settings(max_examples=60, deadline=None)
+few = settings(max_examples=examples(60), deadline=None)
 
 
 @dataclass(frozen=True)

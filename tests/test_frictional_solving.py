@@ -12,6 +12,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 import pymdr as mdr
+from drawing import examples
 from pymdr.solving import frictional
 
 MU = 0.3
@@ -400,7 +401,7 @@ def displacements(case, size, history):
     return d, v * case.friction.coefficient * moduli.normal / moduli.tangential
 
 
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=examples(12), deadline=None)
 @given(contacts(), rows_with_loss)
 def test_energy_and_forces_by_an_independent_memory(problem, history):
     """Stored energy + slip work = int F_x du_x to 1e-11, and F_x = mu sum sigma_i [F_N(y_i) - F_N(y_(i-1))]."""
@@ -1254,7 +1255,7 @@ STEEL = mdr.Elastic("210 GPa", 0.0)
 STEEL_BALL = mdr.Contact(mdr.Paraboloid("10 mm"), STEEL, STEEL, friction=mdr.Coulomb(0.3))
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=examples(15), deadline=None)
 @given(
     loads=st.lists(st.floats(0.5, 50.0), min_size=2, max_size=4),
     shifts=st.lists(st.floats(-0.6, 0.6), min_size=4, max_size=4),
@@ -1302,7 +1303,7 @@ def test_a_shift_under_a_load_follows_both_between_rows(loads, shifts, machine):
     )
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=examples(15), deadline=None)
 @given(
     force=st.floats(1.0, 50.0),
     moved=st.floats(0.05, 0.5),

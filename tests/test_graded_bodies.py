@@ -12,6 +12,7 @@ from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 
 import pymdr as mdr
+from drawing import examples
 from pymdr.errors import ProblemError
 
 REFERENCES = json.loads((Path(__file__).parent / "reference" / "refs.json").read_text())["refs"]
@@ -92,7 +93,7 @@ def over_disk(result, row, weight, powers=None):
     return total
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=examples(30), deadline=None)
 @given(kind=st.sampled_from(KINDS), k=EXPONENTS, R=SIZES, share=st.floats(0.01, 0.15))
 def test_point_loads_make_the_displacement_of_the_axis(kind, k, R, share):
     """u(0) = cos(k pi/2) / (pi c) int p / s^(1 + k) dS, without the line; and the pressure carries the load."""
@@ -135,7 +136,7 @@ def test_point_loads_make_the_displacement_anywhere(kind, k):
         assert u == pytest.approx(float(result.field("normal_displacement", r)[0]), rel=1e-4)
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=examples(40), deadline=None)
 @given(kind=st.sampled_from(KINDS), k=EXPONENTS, R=SIZES, share=st.floats(0.01, 0.15))
 def test_energy_force_and_stiffness_are_derivatives(kind, k, R, share):
     d = share * R * np.array([1.0 - 2e-4, 1.0 - 1e-4, 1.0, 1.0 + 1e-4, 1.0 + 2e-4])
@@ -186,7 +187,7 @@ def test_references_of_graded_contact():
             assert lost.indentation == pytest.approx(expected["d"], rel=1e-12)
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=examples(30), deadline=None)
 @given(k=EXPONENTS, R=SIZES, n=st.floats(1.0, 4.0), soft=st.floats(-3.0, 3.0), work=st.floats(-3.0, 1.0))
 def test_pull_off_of_powers(k, R, n, soft, work):
     """Where a g' is (3+k)/2 (load) or (1-k)/2 (depth) openings; for a paraboloid -(3+k)/2 pi R work in any body."""
@@ -208,7 +209,7 @@ def test_pull_off_of_powers(k, R, n, soft, work):
     assert mdr.pull_off(ball, machine_stiffness=0.0).normal_force == pytest.approx(exact, rel=1e-11)
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=examples(15), deadline=None)
 @given(
     kind=st.sampled_from([k for k in KINDS if k != "flat"]),
     k=EXPONENTS,
@@ -297,7 +298,7 @@ def beside_the_rim(k, R, c, work, machine, travel, radius):
         return tuple(float(value) for value in state(found))
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=examples(25), deadline=None)
 @given(
     k=st.floats(-0.95, 0.9),
     R=SIZES,
@@ -347,7 +348,7 @@ def test_a_rate_that_is_none_says_which_units_are(leg):
         leg(1e-6, rate="1 um")
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=examples(25), deadline=None)
 @given(k=st.floats(-0.99, -0.8), slope=st.floats(-2.0, 0.0), work=st.floats(-9.0, 2.0))
 @example(k=-0.97, slope=-0.3, work=-2.0)
 def test_cones_on_bodies_that_are_the_stiffer_the_smaller_a_contact_is(k, slope, work):

@@ -12,13 +12,14 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 import pymdr as mdr
+from drawing import examples
 from pymdr.errors import PymdrError
 from pymdr.solving.reopening import result_from_dataset
 from pymdr.workbench.casefile import read_case, read_rough_case
 from pymdr.workbench.inputs import printable
 from pymdr.workbench.templates import KINDS, template
 
-SLOW = settings(max_examples=60, deadline=None, suppress_health_check=list(HealthCheck))
+SLOW = settings(max_examples=examples(60), deadline=None, suppress_health_check=list(HealthCheck))
 ESCAPE = "\x1b]0;title\x07\x1b[2J"
 SECRET = "root:$6$salt$abcdef:19000:0:99999:7:::"
 
@@ -254,7 +255,7 @@ def saved(tmp_path_factory):
     return file, result
 
 
-@settings(max_examples=150, deadline=None, suppress_health_check=list(HealthCheck))
+@settings(max_examples=examples(150), deadline=None, suppress_health_check=list(HealthCheck))
 @given(data=st.data())
 def test_a_flipped_bit_is_noticed(saved, tmp_path, data):
     file, _ = saved
@@ -267,7 +268,7 @@ def test_a_flipped_bit_is_noticed(saved, tmp_path, data):
         mdr.open_result(tmp_path / "flipped.nc")
 
 
-@settings(max_examples=60, deadline=None, suppress_health_check=list(HealthCheck))
+@settings(max_examples=examples(60), deadline=None, suppress_health_check=list(HealthCheck))
 @given(data=st.data())
 def test_a_file_that_was_cut_off_is_noticed(saved, tmp_path, data):
     content = saved[0].read_bytes()
@@ -305,7 +306,7 @@ TEXTS = (
 )
 
 
-@settings(max_examples=200, deadline=None, suppress_health_check=list(HealthCheck))
+@settings(max_examples=examples(200), deadline=None, suppress_health_check=list(HealthCheck))
 @given(data=st.data(), name=st.sampled_from(TEXTS))
 def test_results_made_by_hand_are_whole_or_refused(saved, data, name):
     packed = saved[1].to_dataset()

@@ -12,6 +12,7 @@ from scipy.integrate import solve_ivp
 from scipy.special import gamma
 
 import pymdr as mdr
+from drawing import examples
 from pymdr.workbench.casefile import read_case
 
 RIGID_ON = mdr.Elastic("0.91 GPa", 0.3)  # E* = 1 GPa
@@ -102,7 +103,7 @@ exponents = st.floats(0.5, 6.0)
 scales = st.floats(-9.0, 0.0).map(lambda p: 10.0**p)
 
 
-@settings(deadline=None, max_examples=40)
+@settings(deadline=None, max_examples=examples(40))
 @given(n=exponents, size=scales, slope=st.floats(0.01, 0.2), share=st.floats(1e-6, 0.1))
 def test_power_laws_at_every_scale(n, size, slope, share):
     contact = mdr.Contact(mdr.PowerLaw(n, slope * size, size), RIGID_ON)
@@ -120,7 +121,7 @@ def test_power_laws_at_every_scale(n, size, slope, share):
     assert slower.contact_time / hit.contact_time == pytest.approx(2**power, rel=1e-12)
 
 
-@settings(deadline=None, max_examples=15)
+@settings(deadline=None, max_examples=examples(15))
 @given(
     radius=st.floats(1e-3, 1e-1),
     flat=st.floats(0.0, 1e-4),
@@ -202,7 +203,7 @@ def test_the_history_with_adhesion_solves_the_equation_of_motion():
     assert found.y[1] == pytest.approx(hit["velocity"].values[rows][:-1], abs=1e-7 * speed)
 
 
-@settings(deadline=None, max_examples=15)
+@settings(deadline=None, max_examples=examples(15))
 @given(ratio=st.floats(0.2, 20.0), size=st.floats(-8.0, -1.0), work=st.floats(1e-3, 1.0))
 @example(ratio=1.0, size=-3.0, work=0.05)
 def test_loss_is_what_the_jumps_take(ratio, size, work):
@@ -356,7 +357,7 @@ def test_oblique_impacts(references, psi):
     assert hit.restitution == 1.0
 
 
-@settings(deadline=None, max_examples=20)
+@settings(deadline=None, max_examples=examples(20))
 @given(psi=st.floats(7.0, 100.0), poisson=st.floats(0.0, 0.49))
 def test_full_slip(psi, poisson):
     # beyond 7 E*/(2 G*)... the contact slides all the way: the impulse is mu times the normal one
@@ -375,7 +376,7 @@ def _speed(psi, moduli):
     return 0.1 / math.cos(math.atan(psi * MU * moduli.normal / moduli.tangential))
 
 
-@settings(deadline=None, max_examples=20)
+@settings(deadline=None, max_examples=examples(20))
 @given(psi=st.floats(0.05, 5.0), spin=st.floats(-50.0, 50.0), heavy=st.floats(0.3, 3.0))
 def test_energy_and_momentum_sideways(psi, spin, heavy):
     mass, radius = 0.033, 0.01

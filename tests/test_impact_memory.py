@@ -14,6 +14,7 @@ from scipy.linalg import expm
 from scipy.optimize import brentq
 
 import pymdr as mdr
+from drawing import examples
 from pymdr.line.curves import ElasticLine
 from pymdr.line.memory import follow_springs
 from pymdr.mapping.equivalent import equivalent_profile
@@ -119,7 +120,7 @@ def flat_bounce(equilibrium, moduli, times, stiffness, mass):
     return -at(time)[1], time
 
 
-@settings(deadline=None, max_examples=25)
+@settings(deadline=None, max_examples=examples(25))
 @given(
     equilibrium=st.floats(0.1, 2.0),
     moduli=st.lists(st.floats(0.1, 3.0), min_size=1, max_size=3),
@@ -135,7 +136,7 @@ def test_flat_punches_are_linear(equilibrium, moduli, first, mass):
     assert hit.largest_pressure == math.inf
 
 
-@settings(deadline=None, max_examples=15)
+@settings(deadline=None, max_examples=examples(15))
 @given(slow=st.floats(1.0, 7.0), own=st.floats(0.1, 3.0))
 def test_errors_hold_a_small_loss_of_energy(slow, own):
     tau = 10.0**slow
@@ -252,7 +253,7 @@ def test_a_viscous_liquid_stops_what_it_does_not_throw_back():
     assert "comes to rest" in hit.notes[-1]
 
 
-@settings(deadline=None, max_examples=15)
+@settings(deadline=None, max_examples=examples(15))
 @given(fast=st.floats(-6.0, -2.0), n=st.floats(0.3, 10.0))
 @example(fast=-3.0, n=0.3)
 def test_a_liquid_takes_all_that_the_mass_had(fast, n):
@@ -395,7 +396,7 @@ def profiles(draw):
     return mdr.PowerLaw(draw(exponents), draw(st.floats(0.1, 1.0)), 1.0)
 
 
-@settings(deadline=None, max_examples=40)
+@settings(deadline=None, max_examples=examples(40))
 @given(shear=rheologies(), profile=profiles(), mass=st.floats(0.01, 1.0), speed=st.floats(0.05, 1.0))
 def test_energy_and_momentum(shear, profile, mass, speed):
     hit = hit_on(shear, profile, mass, speed, steps=200)
@@ -419,7 +420,7 @@ def test_energy_and_momentum(shear, profile, mass, speed):
         assert impulse == pytest.approx(mass * (speed + hit.rebound_speed), rel=0.05 if flat else 5e-3)
 
 
-@settings(deadline=None, max_examples=30)
+@settings(deadline=None, max_examples=examples(30))
 @given(
     shear=st.tuples(st.floats(0.1, 3.0), st.floats(0.1, 30.0), st.floats(-3.0, 2.0)),
     n=exponents,
@@ -444,7 +445,7 @@ def test_units_change_nothing(shear, n, length, clock, stress):
     assert other.largest_force == pytest.approx(one.largest_force * stress * length**2, rel=1e-9)
 
 
-@settings(deadline=None, max_examples=15)
+@settings(deadline=None, max_examples=examples(15))
 @given(
     kind=st.sampled_from(["kelvin-voigt", "maxwell", "solid", "power"]),
     modulus=st.floats(2.0, 11.0),
@@ -470,7 +471,7 @@ def test_any_size_at_any_speed(kind, modulus, time, share, n, size, speed):
     assert next(a for a in hit.assumptions if a.name == "energy balance").met
 
 
-@settings(deadline=None, max_examples=15)
+@settings(deadline=None, max_examples=examples(15))
 @given(eta=st.floats(-5.0, 5.0), speed=st.floats(-9.0, 3.0), size=st.floats(-8.0, 0.0))
 def test_dissipation_grows_with_the_viscosity(eta, speed, size):
     radius = 10.0**size

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from scipy.special import beta, betainc
 
 import pymdr as mdr
+from drawing import examples
 from pymdr.errors import ProblemError
 from pymdr.interpretation.punch import punch_gap
 from pymdr.mapping import abel
@@ -266,7 +267,7 @@ POWERS = st.lists(st.tuples(st.floats(0.3, 8.0), st.floats(0.01, 1.0)), min_size
 
 
 @given(K, POWERS, st.floats(0.05, 0.9), st.floats(0.05, 2.0), SIZES)
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=examples(20), deadline=None)
 @example(0.999e-3, [(1.0, 1.0)], 0.4, 1.0, 1.0)
 @example(-0.9, [(2.0, 1.0)], 0.4, 1.0, 1e-9)
 @example(0.9, [(0.3, 1.0)], 0.4, 1.0, 1e3)
@@ -290,7 +291,7 @@ def test_kinked_powers_are_their_closed_forms(k, powers, b, jump, size):
 
 
 @given(K, POWERS, SIZES)
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=examples(20), deadline=None)
 def test_sums_of_powers_are_closed_forms_and_panels_find_them(k, powers, size):
     profile = sum(
         (mdr.PowerLaw(n, c * size, size) for n, c in powers[1:]),
@@ -313,7 +314,7 @@ def test_sums_of_powers_are_closed_forms_and_panels_find_them(k, powers, size):
 
 
 @given(K, POWERS)
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=examples(20), deadline=None)
 def test_square_integrals_of_sums_are_their_definition(k, powers):
     line = equivalent_profile(
         sum((mdr.PowerLaw(n, c, 1.0) for n, c in powers[1:]), mdr.PowerLaw(*powers[0], 1.0)), k
@@ -336,7 +337,7 @@ def test_power_factors_of_the_references(references, key):
 
 
 @given(K, st.floats(0.5, 5.0))
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=examples(20), deadline=None)
 def test_named_profiles_are_powers(k, x):
     kappa = 2 / (1 + k)
     assert float(equivalent_profile(mdr.Paraboloid(3.0), k).g(x)) == pytest.approx(
@@ -360,7 +361,7 @@ def test_named_profiles_are_powers(k, x):
 
 
 @given(K, POWERS, st.floats(0.05, 0.9), st.floats(0.05, 2.0), SIZES)
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=examples(12), deadline=None)
 def test_profiles_come_back(k, powers, b, jump, size):
     exact = Kinked(k, powers, b, jump, size)
     line = equivalent_profile(exact.profile(), k)
@@ -378,7 +379,7 @@ def test_profiles_come_back(k, powers, b, jump, size):
 
 
 @given(K, POWERS)
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=examples(10), deadline=None)
 def test_the_pressure_carries_the_force(k, powers):
     exact = Kinked(k, powers, b=0.0)
     for line in (
@@ -393,7 +394,7 @@ def test_the_pressure_carries_the_force(k, powers):
 
 @given(K, POWERS)
 @example(-0.9, [(0.375, 1.0)])
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=examples(20), deadline=None)
 def test_closed_forms_and_panels_go_the_same_way_back(k, powers):
     closed = equivalent_profile(
         sum((mdr.PowerLaw(n, c, 1.0) for n, c in powers[1:]), mdr.PowerLaw(*powers[0], 1.0)), k

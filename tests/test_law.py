@@ -11,6 +11,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 import pymdr as mdr
+from drawing import examples
 
 STEEL = mdr.Elastic("210 GPa", 0.3)
 GEL = mdr.Elastic("30 kPa", 0.5)
@@ -180,7 +181,7 @@ KINDS = (
 )
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=examples(40), deadline=None)
 @given(
     kind=st.sampled_from(KINDS),
     size=st.floats(-9, 0).map(lambda x: 10.0**x),
@@ -203,7 +204,7 @@ def test_any_profile_at_any_size(kind, size, slope, depth, young, tolerance):
     assert np.all(np.diff(law.data["indentation"].values) > 0)
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=examples(15), deadline=None)
 @given(
     kind=st.sampled_from(["sphere", "rounded cone", "hyperboloid", "truncated sphere", "domed"]),
     size=st.floats(-8, 0).map(lambda x: 10.0**x),

@@ -12,6 +12,7 @@ from matplotlib.patches import Polygon
 from scipy.spatial import cKDTree
 
 import pymdr as mdr
+from drawing import examples
 from pymdr.presentation.plot.shared import ORANGE, as_seen
 from pymdr.units import to_si
 
@@ -327,7 +328,7 @@ def test_panels_have_letters():
     assert letters(slide.figures()["tractions"]) == ["(a)", "(b)"]
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=examples(10), deadline=None)
 @given(st.floats(0.05, 2.0), st.lists(st.floats(0.2, 1.0), min_size=2, max_size=5), st.booleans())
 def test_loops_stay_between_the_limits_of_friction(mu, swings, steady):
     contact = mdr.Contact(mdr.Paraboloid("10 mm"), STEEL, STEEL, friction=mdr.Coulomb(mu))
@@ -347,7 +348,7 @@ def test_loops_stay_between_the_limits_of_friction(mu, swings, steady):
         assert limit[sheared] / moved == pytest.approx(limit[sheared][0] / moved[0], rel=1e-6)
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=examples(10), deadline=None)
 @given(st.floats(0.03, 0.97))
 def test_curves_of_tractions_have_no_corners_where_stick_begins(share):
     path = mdr.load("50 N") >> mdr.shift(share * 0.3 * 1.2 * 2.194e-6, steps=3)

@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from scipy.integrate import quad
 
 import pymdr as mdr
+from drawing import examples
 from pymdr.interpretation.accuracy import EXACT_WITHIN
 from pymdr.interpretation.theories import THEORIES
 from pymdr.line.adhesion import power_law_pull_off
@@ -32,7 +33,7 @@ def balance(result):
     return next(a for a in result.assumptions if a.name == "energy balance")
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=examples(20), deadline=None)
 @given(st.floats(-9, 0), st.floats(3, 11), st.floats(-4, 1))
 def test_landmarks_of_the_paraboloid_at_any_size(log_radius, log_modulus, log_work):
     radius, modulus, work = 10.0**log_radius, 10.0**log_modulus, 10.0**log_work
@@ -415,7 +416,7 @@ def test_a_study_of_loops_prints_as_a_table():
     assert "Dundurs" in lines[-1]
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=examples(40), deadline=None)
 @given(
     exponent=st.floats(0.1, 20.0),
     friction=st.floats(0.01, 1.0),
@@ -459,7 +460,7 @@ def test_a_study_of_loops_has_bands_and_is_drawn_in_order():
         assert np.all(np.diff(line.get_xdata()) > 0.0)
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=examples(25), deadline=None)
 @given(
     st.sampled_from(
         [mdr.Paraboloid("10 mm"), mdr.Cone(slope=0.01), mdr.PowerLaw(exponent=4.0, height=1e-6, radius=1e-3)]
@@ -485,7 +486,7 @@ def test_loops_by_force_are_loops_by_shift(profile, shares, mu):
     assert by_force._repr_html_().count("<b>mu = ") == 2
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=examples(30), deadline=None)
 @given(st.floats(-2.0, 5.99), st.floats(-9.5, -7.0), st.floats(-6.5, -5.0))
 def test_a_loop_errs_by_no_more_than_it_claims_at_any_friction(mu, amplitude, depth):
     """A paraboloid, int_c^a t (u - t) dx as powers of c and a in 50 digits; d - g(x) cancels where little slips."""
@@ -510,7 +511,7 @@ def test_a_loop_errs_by_no_more_than_it_claims_at_any_friction(mu, amplitude, de
     assert off <= (EXACT_WITHIN if error is None else float(np.max(error)))
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=examples(10), deadline=None)
 @given(st.lists(st.floats(-3.0, 1.0), min_size=1, max_size=1), st.randoms())
 def test_several_coefficients_claim_no_more_than_each(powers, random):
     steel = mdr.Elastic("210 GPa", 0.0)
@@ -599,7 +600,7 @@ def told_of(question, contact_of, law):
     return repr(columns), told, numbers
 
 
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=examples(12), deadline=None)
 @given(st.data())
 def test_a_law_is_what_its_row_says(data):
     """A law that is not known by its class, with the row of one that is, is told and refused as that one."""

@@ -15,6 +15,7 @@ from hypothesis import strategies as st
 from scipy.special import ellipk, j0
 
 import pymdr as mdr
+from drawing import examples
 from pymdr.errors import ConvergenceError, ProblemError
 from pymdr.line.layered import LayeredLine, equation
 from pymdr.line.layered.equation import Outline, numbers, solve_contact
@@ -155,7 +156,7 @@ def bodies(draw):
     return mdr.Layered(layers, base=base, bond=draw(st.sampled_from(["bonded", "frictionless"])))
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=examples(25), deadline=None)
 @given(bodies(), st.floats(-4.0, 1.2).map(lambda x: 10.0**x))
 def test_the_compliance_is_that_of_stress_functions(body, s):
     expected = by_stress_functions(body, s)
@@ -252,7 +253,7 @@ def test_thin_layers():
 
 
 @given(bodies())
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=examples(15), deadline=None)
 def test_small_contacts(body):
     kernel = kernel_of(body)
     a = 1e-3 / max(1.0, abs(kernel.at_zero))
@@ -307,7 +308,7 @@ def slopes_of_curves(line, start, stop):
     }
 
 
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=examples(12), deadline=None)
 @given(bodies(), st.sampled_from(PROFILES), st.floats(-1.0, 0.5))
 def test_force_energy_and_stiffness_belong_together(body, profile, log_radius):
     line = line_of(profile, body)
@@ -318,7 +319,7 @@ def test_force_energy_and_stiffness_belong_together(body, profile, log_radius):
         assert share == pytest.approx(1.0, abs=1e-8), name
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=examples(10), deadline=None)
 @given(bodies(), st.sampled_from(PROFILES), st.lists(st.floats(-3.0, 0.6), min_size=3, max_size=6))
 def test_tables_err_as_they_say(body, profile, log_radii):
     line = line_of(profile, body)

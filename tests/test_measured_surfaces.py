@@ -9,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import pymdr as mdr
+from drawing import examples
 from pymdr.mapping.surfaces.spectrum import rings_of
 
 GLASS = mdr.Elastic("70 GPa", 0.22)
@@ -33,7 +34,7 @@ def random_surface(rng, n, hurst, roll_off=None, shortest=4.0):
 COEFFICIENTS = st.lists(st.floats(-1.0, 1.0), min_size=6, max_size=6)
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=examples(40), deadline=None)
 @given(COEFFICIENTS, st.integers(3, 12), st.integers(3, 12), st.floats(-9.0, 0.0), st.floats(-3.0, 6.0))
 def test_a_trend_is_gone_and_nothing_else(coefficients, nx, ny, log_size, log_offset):
     size = 10.0**log_size
@@ -93,7 +94,7 @@ def test_trends_that_cannot_be_taken_off(heights, trend, words):
 MASKS = st.tuples(st.integers(2, 9), st.integers(2, 9), st.floats(0.0, 0.45), st.integers(0, 999))
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=examples(40), deadline=None)
 @given(MASKS)
 def test_gaps_are_continued(mask):
     nx, ny, share, seed = mask
@@ -119,7 +120,7 @@ def test_gaps_are_continued(mask):
     assert mdr.fill_missing(filled, "interpolate") is filled
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=examples(40), deadline=None)
 @given(MASKS)
 def test_the_largest_rectangle(mask):
     nx, ny, share, seed = mask
@@ -221,7 +222,7 @@ def test_the_tip_as_another_package_has_it():
 # --- the spectrum ----------------------------------------------------------------------------------------
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=examples(30), deadline=None)
 @given(st.integers(2, 14), st.integers(-14, 14), st.floats(-9.0, 3.0), st.floats(-12.0, 0.0))
 def test_one_wave_is_in_its_ring(i, j, log_size, log_height):
     size, height = 10.0**log_size, 10.0**log_height
@@ -269,7 +270,7 @@ def test_exponents_without_bias(hurst, periodic):
     assert told.mean() < 0.1
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=examples(20), deadline=None)
 @given(st.floats(0.05, 1.0), st.integers(0, 2**32 - 1), st.booleans(), st.sampled_from([None, 20.0]))
 def test_exponents_are_within_their_errors(hurst, seed, periodic, roll_off):
     rng = np.random.default_rng(seed)
@@ -307,7 +308,7 @@ def test_a_roll_off_and_the_rough_surface_of_a_fit():
     assert whole.roll_off is None
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=examples(10), deadline=None)
 @given(st.floats(-9.0, 3.0), st.floats(-9.0, 0.0))
 def test_a_fit_knows_no_scale(log_size, log_slope):
     heights = random_surface(np.random.default_rng(1), 64, 0.5)
@@ -415,7 +416,7 @@ def test_a_sharp_tip_stays_sharp():
     assert np.all(np.diff(found.profile.height) > 0.0)
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=examples(15), deadline=None)
 @given(st.floats(0.35, 0.65), st.floats(0.35, 0.65), st.floats(-6.0, 3.0), st.floats(-4.0, -0.5))
 def test_the_apex_of_any_size(x, y, log_size, log_slope):
     size = 10.0**log_size

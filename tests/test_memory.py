@@ -10,6 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.special import dawsn
 
+from drawing import examples
 from pymdr.errors import ConvergenceError, PathError
 from pymdr.line.curves import ElasticLine
 from pymdr.line.foundation import elastic_energy, normal_force, states_at_depth
@@ -102,7 +103,7 @@ def test_springs_converge_to_ting_at_second_order(profile):
     assert radius[-1] < 1e-4
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=examples(30), deadline=None)
 @given(
     st.lists(st.floats(-0.5, 0.0), max_size=6),
     st.lists(st.floats(-0.5, 0.0), max_size=6),
@@ -258,7 +259,7 @@ def paths(draw):
     return t, d
 
 
-@settings(deadline=None, max_examples=60)
+@settings(deadline=None, max_examples=examples(60))
 @given(bodies(), paths(), st.floats(1e-6, 1e6))
 def test_energy_and_scales_of_random_histories(body, path, scale):
     t, d = path
@@ -273,7 +274,7 @@ def test_energy_and_scales_of_random_histories(body, path, scale):
     assert again.force == pytest.approx(rows.force, rel=1e-6, abs=1e-8)
 
 
-@settings(deadline=None, max_examples=60)
+@settings(deadline=None, max_examples=examples(60))
 @given(bodies(), paths(), st.data())
 def test_legs_and_rows_between_change_nothing(body, path, data):
     t, d = path
@@ -310,7 +311,7 @@ def stepped(body, heights, t, d, parts):
     return w
 
 
-@settings(deadline=None, max_examples=25)
+@settings(deadline=None, max_examples=examples(25))
 @given(bodies(), paths())
 def test_against_small_steps(body, path):
     t, d = path
@@ -336,7 +337,7 @@ def test_forces_and_machines_end_where_indentations_do():
     assert pressed.work - pressed.stored - pressed.dissipated == pytest.approx(np.zeros(61), abs=1e-13)
 
 
-@settings(deadline=None, max_examples=30)
+@settings(deadline=None, max_examples=examples(30))
 @given(
     body=bodies(),
     shape=st.sampled_from([Paraboloid(1.0), Cone(slope=0.3)]),
@@ -362,7 +363,7 @@ def test_loads_over_many_decades(body, shape, decades):
     assert work == pytest.approx(np.zeros(2), abs=1e-12 * state.work)
 
 
-@settings(deadline=None, max_examples=30)
+@settings(deadline=None, max_examples=examples(30))
 @given(
     body=bodies(),
     shape=st.sampled_from([Paraboloid(1.0), Cone(slope=0.3), FlatPunch(1.0)]),
@@ -415,7 +416,7 @@ def wide_bodies(draw):
     return Relaxation(equilibrium, np.array(moduli), np.array(times), viscosity)
 
 
-@settings(deadline=None, max_examples=60)
+@settings(deadline=None, max_examples=examples(60))
 @given(wide_bodies(), st.integers(0, 2**32 - 1))
 def test_modes_keep_their_digits_over_many_decades(body, seed):
     modes = modes_of(body)
@@ -464,7 +465,7 @@ def parts_of(body, t, d, n=20, line=PARABOLOID):
     return max(found, default=0.0)
 
 
-@settings(deadline=None, max_examples=60)
+@settings(deadline=None, max_examples=examples(60))
 @given(wide_bodies(), paths(), st.floats(-9.0, 3.0))
 def test_the_work_of_a_step_is_bounded(body, path, unit):
     t, d = path
@@ -490,7 +491,7 @@ def test_springs_that_part_as_slowly_as_they_creep_back_are_not_touched_again_by
         assert parts_of(fast, t, 0.3 * np.sin(math.pi * t / retreat)) < 500
 
 
-@settings(deadline=None, max_examples=40)
+@settings(deadline=None, max_examples=examples(40))
 @given(
     body=bodies(),
     loads=st.lists(st.sampled_from([0.0, 0.0, 0.3, 1.0]), min_size=2, max_size=6),
@@ -508,7 +509,7 @@ def test_bodies_that_rest_on_each_other_are_loaded_again(body, loads, unit, data
     assert (found.indentation >= 0.0).all()
 
 
-@settings(deadline=None, max_examples=20)
+@settings(deadline=None, max_examples=examples(20))
 @given(body=bodies(), size=st.floats(-9.0, 1.0), above=st.floats(0.0, 1.0))
 def test_no_load_leaves_no_trace(body, size, above):
     radius = 10.0**size

@@ -9,6 +9,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 import pymdr as mdr
+from drawing import examples
 from pymdr.errors import PathError, ProblemError
 from pymdr.interpretation.memory import displacement, surface_load
 from pymdr.interpretation.memory_friction import _states, sheared_claims
@@ -193,7 +194,7 @@ def carson(kernel, s):
     )
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=examples(40), deadline=None)
 @given(
     shear=st.sampled_from(RHEOLOGIES),
     nu=st.floats(-0.9, 0.5),
@@ -312,7 +313,7 @@ def histories(draw):
 COEFFICIENTS = st.sampled_from([0.0, 0.05, 0.3, 1.0, 5.0, 1e6, math.inf])
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=examples(15), deadline=None)
 @given(body=bodies(), history=histories(), mu=COEFFICIENTS, shape=st.sampled_from(SHAPES[:3]))
 def test_work_is_stored_or_dissipated_on_any_way(body, history, mu, shape):
     t, d, u = history
@@ -398,7 +399,7 @@ def test_errors_are_what_finer_rows_tell(body, history, mu):
         assert abs(first - second).max() <= (4.0 * bound + 1e-6) * max(abs(second).max(), 1e-30)
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=examples(20), deadline=None)
 @given(body=bodies(), history=histories(), mu=st.sampled_from([0.3, 1.0, math.inf]))
 def test_forces_lead_to_the_shifts_that_gave_them(body, history, mu):
     t, d, u = history

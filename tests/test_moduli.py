@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from scipy.integrate import quad, solve_ivp
 
 import pymdr as mdr
+from drawing import examples
 from pymdr.mapping.moduli import grading_factor, surface_compliances
 
 MODULUS = st.floats(1e3, 1e13)
@@ -64,7 +65,7 @@ def test_different_bodies_of_equal_bulk_mismatch_are_similar():
     assert moduli.similar
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=examples(40), deadline=None)
 @given(materials, materials, st.floats(1e-9, 1e9))
 def test_symmetries(one, other, factor):
     moduli, swapped = mdr.effective_moduli(one, other), mdr.effective_moduli(other, one)
@@ -150,7 +151,7 @@ def compliance_of_waves(matrix):
 STIFFNESS = st.floats(0.05, 20.0)
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=examples(150), deadline=None)
 @given(STIFFNESS, STIFFNESS, STIFFNESS, STIFFNESS, st.floats(-0.95, 0.95), st.floats(1e-6, 1e12))
 def test_transversely_isotropic_surfaces_against_waves(bulk, c33, c44, c66, share, unit):
     c13 = share * math.sqrt(bulk * c33)
@@ -189,7 +190,7 @@ def assert_same(found, expected, rel=1e-12):
     assert found.dundurs_beta == pytest.approx(expected.dundurs_beta, abs=rel)
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=examples(150), deadline=None)
 @given(MODULUS, st.one_of(POISSON, st.sampled_from([0.5, 0.4999999, 0.49, 0.0])), materials)
 def test_the_isotropic_limit(young, poisson, other):
     isotropic = mdr.Elastic(young, poisson)
@@ -291,7 +292,7 @@ def test_the_springs_carry_a_flat_punch_on_a_graded_body(k):
     assert quad(displacement, 0, math.pi / 2, limit=200)[0] == pytest.approx(1.0, rel=1e-6)
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=examples(100), deadline=None)
 @given(MODULUS, POISSON, st.floats(1e-6, 1e3), st.floats(-0.99, 0.99), st.floats(0.01, 100.0))
 def test_a_modulus_may_be_given_at_any_depth(young, poisson, depth, exponent, factor):
     one = mdr.Graded(young, depth, exponent, poisson)
@@ -304,7 +305,7 @@ def test_a_modulus_may_be_given_at_any_depth(young, poisson, depth, exponent, fa
     assert pair.similar
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=examples(100), deadline=None)
 @given(MODULUS, POISSON, st.floats(1e-6, 1e3), materials)
 def test_the_homogeneous_limit(young, poisson, depth, other):
     elastic, graded = mdr.Elastic(young, poisson), mdr.Graded(young, depth, 0.0, poisson)
@@ -321,7 +322,7 @@ def test_the_homogeneous_limit(young, poisson, depth, other):
         )  # first order in the exponent; the factor grows toward nu = -1
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=examples(200), deadline=None)
 @given(st.floats(-1, 1, exclude_min=True, exclude_max=True), POISSON)
 def test_every_grading_has_springs(exponent, poisson):
     moduli = mdr.effective_moduli(mdr.Graded(1.0, 1.0, exponent, poisson))
@@ -351,7 +352,7 @@ def test_what_is_no_material_is_refused():
         mdr.effective_moduli("steel")
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=examples(100), deadline=None)
 @given(st.floats(-14.0, -1.0), st.sampled_from([-1, 1]))
 def test_the_coupling_of_an_incompressible_graded_body_keeps_its_digits(exponent, sign):
     # B^2 = 1 - k^2 there, with the digits of 1 - |k|

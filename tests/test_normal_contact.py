@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from scipy.special import beta, struve
 
 import pymdr as mdr
+from drawing import examples
 from pymdr.interpretation.fields import gap, normal_displacement, pressure
 from pymdr.line.foundation import (
     ElasticLine,
@@ -365,7 +366,7 @@ def rising_profiles(draw):
     return profile, size
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=examples(40), deadline=None)
 @given(rising_profiles(), st.floats(0.01, 0.4))
 def test_random_profiles(case, depth):
     profile, size = case

@@ -9,6 +9,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 import pymdr as mdr
+from drawing import examples
 from pymdr.mapping.equivalent import equivalent_profile
 from pymdr.problem.codec import (
     PROFILES,
@@ -47,7 +48,9 @@ FIELDS = st.dictionaries(
 )  # fmt: skip
 
 
-@settings(max_examples=10, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(
+    max_examples=examples(10), deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
+)
 @given(FIELDS, st.data(), st.booleans())
 def test_registered_profiles_are_written_and_read(kinds, given_fields, data, inherited):
     # those that must be given come first in a dataclass

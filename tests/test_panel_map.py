@@ -11,6 +11,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 import pymdr as mdr
+from drawing import examples
 from pymdr.line.foundation import ElasticLine, normal_force, states_at_depth, states_at_force
 from pymdr.mapping.equivalent import equivalent_profile
 from pymdr.mapping.equivalent.panels import PanelLine
@@ -128,7 +129,7 @@ def test_deep_then_shallow_and_shallow_then_deep(name, channel):
         assert worst(up[quantity].values, down[quantity].values[::-1]) < 1e-12
 
 
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=examples(12), deadline=None)
 @given(
     st.sampled_from(["hyperboloid", "quartic", "wavy", "root"]), SIZES, st.floats(-9.0, -0.1), st.randoms()
 )
@@ -144,7 +145,7 @@ def test_a_breakpoint_at_which_nothing_happens_changes_nothing(name, size, decad
         assert worst(getattr(named, curve)(x), getattr(plain, curve)(x)) < least
 
 
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=examples(12), deadline=None)
 @given(st.floats(1.02, 3.0), st.floats(-10.0, 0.0), st.floats(0.5, 5.0), st.floats(-3.0, 2.0))
 def test_what_lies_all_within_the_law_of_the_tip_is_no_surer_than_that(power, decades, offset, place):
     height, x = 10.0**decades, 10.0**place
@@ -239,7 +240,7 @@ def test_one_tip_is_mapped_once(name, size):
 # --- inverses --------------------------------------------------------------------------------------------
 
 
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=examples(12), deadline=None)
 @given(PROFILES, st.integers(0, 2**32 - 1))
 def test_the_inverse_of_a_thousand_values_is_exact_to_rounding(case, seed):
     line = equivalent_profile(drawn(case))
@@ -460,7 +461,7 @@ def test_bunched_panels_lead_back_to_the_surface(count, noise, seed, share, by_p
 # --- beside breakpoints ----------------------------------------------------------------------------------
 
 
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=examples(12), deadline=None)
 @given(
     st.lists(st.floats(-9.0, -0.3), min_size=1, max_size=3),
     st.lists(st.floats(-3.0, 0.0), min_size=4, max_size=4),
@@ -507,7 +508,7 @@ def test_cones_that_begin_close_to_one_another(closeness, heights, offsets, give
     assert np.all(np.abs(again / line.g(place.take(order)) - 1.0) <= 10.0 * claimed[order])
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=examples(20), deadline=None)
 @given(
     st.floats(1.1, 12.0),
     SIZES,
@@ -548,7 +549,7 @@ def test_contact_that_begins_at_a_radius_is_a_power_there(n, size, decades, give
     assert np.all(np.abs(found.offset / (b * delta) - 1.0) <= 1e-13)
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=examples(15), deadline=None)
 @given(
     st.sampled_from([1.0, 1.5, 2.0, 2.5, 3.0]),
     SIZES,
@@ -590,7 +591,7 @@ def test_contact_that_begins_in_the_rounding_of_an_offset(n, size, height, offse
     assert np.all(off[valid] <= (10.0 * claim.error + 4.0 * delta**2 + 4e-16)[valid])
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=examples(15), deadline=None)
 @given(SIZES, st.floats(0.0, 1.0), st.floats(0.3, 5.0), st.floats(-6.0, 0.0))
 @example(3.3997874937862134e-08, 0.0, 3.5, -4.0)
 @example(1.0, 0.0, 1.0, -2.0)
@@ -624,7 +625,7 @@ class Blind(CurveSource):
         return []
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=examples(10), deadline=None)
 @given(
     st.sampled_from([1.5, 2.0, 2.5, 3.0]),
     SIZES,
@@ -651,7 +652,7 @@ def test_rounded_flats_that_give_f_alone_are_exact_beside_their_edges(n, b, heig
     assert result.claims["pressure"].level is mdr.Level.EXACT
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=examples(20), deadline=None)
 @given(
     SIZES,
     st.floats(-3.0, 1.0),
@@ -681,7 +682,7 @@ def test_the_value_at_a_breakpoint_itself_belongs_to_neither_side(b, decades, p,
     assert worst(curves[2], curves[0]) < 1e-12
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=examples(40), deadline=None)
 @given(
     st.sampled_from(["rounded flat", "truncated sphere", "root", "cone"]),
     st.one_of(st.just(0.0), st.floats(-0.9, 0.9)),
@@ -710,7 +711,7 @@ def test_the_inverse_next_to_where_a_panel_begins_is_met(kind, k, b, R, decades,
         assert worst(curve(inverse(values)), values) < 1e-13
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=examples(20), deadline=None)
 @given(SIZES, st.floats(-6.0, 0.0), st.sampled_from([1.0, 1.5, 2.0, 3.0]))
 @example(1.0, 0.0, 2.0)
 def test_a_slope_is_a_number_at_the_edge_of_a_flat_end_that_is_drowned(b, drowned, n):
@@ -748,7 +749,7 @@ def test_what_pressures_feel_of_errors_here_and_there(b, drowned, n, reach):
         assert np.sum(error[of, None] * part) <= 1.5 * felt * np.sum(part)
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=examples(10), deadline=None)
 @given(SIZES, st.lists(st.floats(-9.0, 1.0), min_size=1, max_size=4), st.floats(-2.0, 2.0))
 def test_a_jump_that_nobody_found_is_felt_far_beyond(b, decades, share):
     """f' = s r / b + t (r > b): g, g', m and s are no farther off than ten times their errors."""
@@ -782,7 +783,7 @@ def _square_of_a_kinked_paraboloid(b, t, x):
     return total + width * np.sum(weight * inner * (g(x) - g(b + width * inner**2)) ** 2)
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=examples(10), deadline=None)
 @given(SIZES, st.lists(st.floats(-20.0, -1.0), min_size=1, max_size=5))
 def test_a_law_that_shows_farther_out_holds_farther_in(R, decades):
     """R - sqrt(R^2 - r^2) is 0 to rounding near the tip: depths in any order, each alone or after others."""
@@ -797,7 +798,7 @@ def test_a_law_that_shows_farther_out_holds_farther_in(R, decades):
         assert claimed < 1e-7
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=examples(10), deadline=None)
 @given(
     st.floats(1.05, 4.0), SIZES, st.floats(-3.0, 0.0), st.lists(st.floats(0.0, 0.9), min_size=1, max_size=5)
 )
@@ -821,7 +822,7 @@ def test_pressure_through_a_dead_zone(n, b, reach, shares):
     assert worst(found, exact) < 1e-12
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=examples(15), deadline=None)
 @given(
     st.lists(st.tuples(st.floats(-4.0, 0.0), st.floats(-6.0, 0.0)), min_size=1, max_size=4),
     st.lists(st.tuples(st.booleans(), st.integers(0, 3), st.floats(0.8, 1.0)), min_size=1, max_size=8),
@@ -873,7 +874,7 @@ def test_what_is_asked_first_changes_nothing(shoulders, asked, size, given_as):
         assert abs(line.g(at)[0] / exact(at)[0] - 1.0) <= 10.0 * line.error(at)[0, 0] + 1e-13
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=examples(15), deadline=None)
 @given(st.floats(3.0, 9.0), st.floats(0.01, 0.4), st.sampled_from([-1.0, 1.0]), SIZES)
 @example(4.644, 0.2, 1.0, 2.6e-15)
 @example(6.75, 0.125, -1.0, 1.0)
@@ -910,7 +911,7 @@ def test_what_was_mapped_before_a_law_showed_is_mapped_again(R, small, large):
     assert line.error(x)[0] < 1e-8
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=examples(25), deadline=None)
 @given(
     exponent=st.floats(0.0, 0.9),
     flat=st.floats(0.01, 0.5),

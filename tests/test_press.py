@@ -11,6 +11,7 @@ from scipy.optimize import brentq
 from scipy.special import ellipe, ellipk
 
 import pymdr as mdr
+from drawing import examples
 from pymdr.errors import (
     ConvergenceError,
     FileError,
@@ -150,7 +151,7 @@ def test_pyramids(sides, constant):
 
 
 @needs_engine
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=examples(10), deadline=None)
 @given(
     st.sampled_from([0, 4, 6]),
     st.floats(0.0, 6.3),
@@ -367,7 +368,7 @@ def test_what_is_refused_before_it_starts(monkeypatch):
     assert bytes_of((1000, 1000), 10) > 5e8
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=examples(20), deadline=None)
 @given(
     st.floats(0.05, 1.0), st.integers(4, 12), st.integers(0, 99), st.sampled_from([(1.0, 1.0), (2.0, 1.0)])
 )
@@ -473,7 +474,7 @@ def test_what_an_engine_did_not_solve_is_refused():
             refuse_unsolved("engine", wrong, 1e-6)
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=examples(50), deadline=None)
 @given(st.floats(0.3, 3.0), st.floats(-8, 8), st.floats(-8, 8))
 def test_indentations_by_force(exponent, depth, first):
     def press(force):

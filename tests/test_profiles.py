@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from scipy.special import struve
 
 import pymdr as mdr
+from drawing import examples
 from pymdr.line.adhesion.closed_forms import rigid_pull
 from pymdr.mapping.equivalent import equivalent_profile
 from pymdr.mapping.series import Place
@@ -189,7 +190,7 @@ def test_the_hollow_pressed_flat(references):
         ring["contact_radius"]
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=examples(20), deadline=None)
 @given(SIZES, st.floats(-6.0, -0.5), st.floats(0.01, 2.9))
 def test_waves_against_struve(size, decades, steepness):
     wavelength, radius = size * 10.0**decades, size
@@ -200,7 +201,7 @@ def test_waves_against_struve(size, decades, steepness):
     assert worst(line.g(x), x * x / radius + 0.5 * math.pi * height * k * x * struve(0, k * x)) < 1e-12
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=examples(20), deadline=None)
 @given(SIZES, st.floats(0.05, 0.6), st.floats(1.1, 3.0))
 def test_the_closed_forces_of_worn_profiles(size, b, ratio):
     flat, a = b * size, min(b * ratio, 0.9) * size
@@ -219,7 +220,7 @@ def test_the_closed_forces_of_worn_profiles(size, b, ratio):
 # --- limits ----------------------------------------------------------------------------------------------
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=examples(15), deadline=None)
 @given(SIZES, SHAPES, st.floats(-12.0, -5.0))
 def test_what_is_hardly_worn_or_rounded_is_what_it_was(size, a, decades):
     small = 10.0**decades
@@ -258,7 +259,7 @@ def test_an_ellipsoid_with_equal_axes_is_a_sphere_and_a_domed_punch_a_sum():
 
 
 @pytest.mark.parametrize("kind", KINDS)
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=examples(10), deadline=None)
 @given(SIZES, SHAPES, RATIOS, st.floats(-9.0, 0.0))
 def test_gaps_are_the_integrals_of_their_slopes(kind, size, a, b, decades):
     profile, _, _, rim, top = of_size(kind, size, a, b if kind != "waviness" else max(b, 1e-2))
@@ -344,7 +345,7 @@ NOT_ROUND = (
 )  # fmt: skip
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=examples(40), deadline=None)
 @given(st.lists(st.floats(-9.0, 3.0).flatmap(lambda e: of_tip(10.0**e)), min_size=1, max_size=3))
 def test_a_round_tip_has_the_curvature_of_its_gap(parts):
     profile = sum(parts)
@@ -359,7 +360,7 @@ def test_a_round_tip_has_the_curvature_of_its_gap(parts):
 
 
 @pytest.mark.parametrize("kind", [k for k in KINDS if k != "concave_punch"])
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=examples(12), deadline=None)
 @given(SIZES, st.floats(-4.0, 0.0), st.floats(-4.0, -0.1), st.floats(-6.0, -0.1))
 @example(1e-2, -1.0, math.log10(0.3), -2.0)
 def test_the_rigid_pull_of_a_range_ends_where_the_gap_is_the_range(kind, size, a, b, decades):

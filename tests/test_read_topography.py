@@ -14,6 +14,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import pymdr as mdr
+from drawing import examples
 from pymdr.errors import MissingExtraError
 
 MEASURED = Path(__file__).parent.parent.parent / "shared" / "data" / "topography"
@@ -47,7 +48,7 @@ def test_texts(tmp_path, between, ending):
     assert same(mdr.read_topography(file, 0, size=[3e-6, 2e-6], unit="nm"))
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=examples(25), deadline=None)
 @given(
     st.integers(2, 6),
     st.integers(2, 6),

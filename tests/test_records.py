@@ -12,6 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import pymdr as mdr
+from drawing import examples
 from pymdr.problem.paths import named_channels
 from pymdr.workbench.records import turning_points
 
@@ -42,7 +43,7 @@ NAMES = {
 PREFIX = {"n": 1e-9, "u": 1e-6, "m": 1e-3, "k": 1e3}
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=examples(60), deadline=None)
 @given(data=st.data())
 def test_columns_come_in_any_order_with_any_unit(tmp_path_factory, data):
     chosen = data.draw(st.lists(st.sampled_from(sorted(NAMES)), min_size=1, max_size=5, unique=True))
@@ -113,7 +114,7 @@ def test_records_that_lie(tmp_path, text, channels, words):
 QUOTING = st.sampled_from([csv.QUOTE_MINIMAL, csv.QUOTE_ALL, csv.QUOTE_NONNUMERIC])
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=examples(60), deadline=None)
 @given(
     st.sampled_from(",;\t"), QUOTING, st.integers(1, 5), st.sampled_from(["note", "a, b", "a; b", 'so "called"', "\t"]),
     st.randoms(),
@@ -195,7 +196,7 @@ def test_what_is_no_name_of_a_file_is_refused(file):
                 function(file)
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=examples(20), deadline=None)
 @given(
     st.lists(st.sampled_from(["normal_force", "peak_pressure", "contact_radius"]), min_size=1, unique=True),
     st.booleans(),
@@ -228,7 +229,7 @@ def test_tables_hold_what_is_asked_for(tmp_path_factory, names, in_mega):
 # --- loops -----------------------------------------------------------------------------------------------
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=examples(40), deadline=None)
 @given(
     st.floats(1e-9, 1e3),
     st.floats(1e-9, 1e6),
@@ -262,7 +263,7 @@ def test_loops_of_a_result_are_those_of_the_theory(amplitude):
         assert found[name].values == pytest.approx(float(expected[name][0]), rel=1e-4), name
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=examples(200), deadline=None)
 @given(
     st.lists(st.floats(-1.0, 1.0, allow_subnormal=False), min_size=2, max_size=40, unique=True),
     st.floats(0.05, 1.5),
@@ -315,7 +316,7 @@ def test_bad_records_are_refused():
     assert "..." in str(many)
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=examples(30), deadline=None)
 @given(
     units=st.sampled_from([("um", "mN", 1e-6, 1e-3), ("nm", "N", 1e-9, 1.0), ("m", "kN", 1.0, 1e3)]),
     lag=st.floats(0.01, 1.0),

@@ -12,6 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import pymdr as mdr
+from drawing import examples
 
 UREG = pint.LazyRegistry()
 UNIT = mdr.Elastic(1.0, 0.0)
@@ -501,7 +502,7 @@ def test_peak_pressure_of_closed_forms():
     assert float(pressed["peak_pressure"][-1]) == pytest.approx(p.max(), rel=1e-7)
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=examples(15), deadline=None)
 @given(st.floats(0.0, 0.3), st.floats(1.0, 9.0), st.floats(0.05, 0.4))
 def test_peak_pressure_is_above_all_pressures(height, waves, depth):
     wavy = mdr.Function(
@@ -515,7 +516,7 @@ def test_peak_pressure_is_above_all_pressures(height, waves, depth):
     assert float(result["peak_pressure"][-1]) >= everywhere.max() * (1.0 - 1e-12)
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=examples(10), deadline=None)
 @given(st.floats(-14.0, -4.0))
 def test_a_small_contact_after_a_large_one_is_told(decades):
     """A summary ends with the row of the path that it is about, however small, and not with 0."""

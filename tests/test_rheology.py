@@ -12,11 +12,12 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 import pymdr as mdr
+from drawing import examples
 from pymdr.problem.codec import case_schema, decode_case, encode
 from pymdr.problem.spectra import Fractions, Relaxation, in_series, reciprocal
 from pymdr.workbench.casefile import read_case
 
-EXAMPLES = settings(max_examples=40, deadline=None)
+EXAMPLES = settings(max_examples=examples(40), deadline=None)
 LOGS = st.floats(-3.0, 3.0)
 
 
@@ -302,7 +303,7 @@ def test_pairs_against_laplace_inversion(one, other):
         assert float(kernel(t)) == pytest.approx(float(exact), rel=2e-9 if "power" in (one, other) else 1e-11)
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=examples(15), deadline=None)
 @given(power(4.0, 16.0), st.one_of(st.none(), st.floats(1.0, 3.0), power(-14.0, 0.0).map(lambda x: 1.0 + x)))
 def test_bodies_that_share_their_times(bulk, stiffer):
     law = RHEOLOGIES[0]
@@ -422,7 +423,7 @@ def clear_series(draw):
     return mdr.Prony(draw(power(5.0, 6.0)), moduli, times)
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=examples(15), deadline=None)
 @given(clear_series(), st.booleans())
 def test_fits_find_series_without_noise(rheology, sweep):
     x = np.geomspace(1e-4, 1e4, 161)
@@ -435,7 +436,7 @@ def test_fits_find_series_without_noise(rheology, sweep):
     assert found.equilibrium == pytest.approx(rheology.equilibrium, rel=1e-6)
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=examples(15), deadline=None)
 @given(clear_series(), st.sampled_from([1e-4, 1e-3, 1e-2]), st.integers(0, 2**31), st.booleans())
 def test_fits_find_series_to_their_noise(rheology, noise, seed, sweep):
     x = np.geomspace(1e-4, 1e4, 161)
@@ -516,7 +517,7 @@ def test_measurements_that_are_none(call, match):
         call()
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=examples(20), deadline=None)
 @given(
     st.lists(st.tuples(st.floats(0.01, 1.9), power(-60.0, 60.0)), min_size=5, max_size=20),
     power(-9.0, 9.0),

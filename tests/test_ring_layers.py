@@ -12,6 +12,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from scipy.special import j0, j1
 
+from drawing import examples
 from pymdr.errors import ProblemError
 from pymdr.independent.history import solve_steps
 from pymdr.independent.rings import (
@@ -107,7 +108,7 @@ def compliance_by_all_waves_at_once(stack, q):
 
 
 @given(st.floats(-6, 3), POISSON)
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=examples(60), deadline=None)
 def test_compliance_of_one_layer_is_the_closed_form(exponent, poisson):
     q = 10.0**exponent
     with mp.workdps(60):
@@ -119,7 +120,7 @@ def test_compliance_of_one_layer_is_the_closed_form(exponent, poisson):
 
 
 @given(stacks(), st.floats(-6, 1.5))
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=examples(25), deadline=None)
 def test_compliance_of_a_stack_is_that_of_all_its_waves(stack, exponent):
     q = 10.0**exponent / max(stack.thickness)
     with mp.workdps(150):
@@ -128,7 +129,7 @@ def test_compliance_of_a_stack_is_that_of_all_its_waves(stack, exponent):
 
 
 @given(st.floats(-6, 3), POISSON, st.floats(0.01, 0.99), st.booleans())
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=examples(40), deadline=None)
 def test_what_is_cut_and_bonded_is_whole(exponent, poisson, share, bonded):
     q, half = 10.0**exponent, (share, 1.0 - share)
     whole = Stack((1.0,), (1.0, 7.0), (poisson, 0.2), (bonded,)).compliance(q)

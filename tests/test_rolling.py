@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from scipy.special import gamma, struve
 
 import pymdr as mdr
+from drawing import examples
 from pymdr.interpretation.rolling import kalker_coefficient
 from pymdr.line.foundation import ElasticLine, states_at_depth
 from pymdr.line.rolling import line_load, march, rolled_path, rolling_line, steady_rolling
@@ -99,7 +100,7 @@ def test_springs_carry_the_load_along_the_line():
     assert load / line.whole == pytest.approx(1.0 - 0.4**3, rel=1e-13)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=examples(60), deadline=None)
 @given(
     st.floats(-9, 3),
     st.floats(3, 12),
@@ -135,7 +136,7 @@ _PROFILES = st.one_of(
 )
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=examples(30), deadline=None)
 @given(_PROFILES, st.floats(0.001, 0.1), st.lists(st.floats(1e-6, 0.3), min_size=2, max_size=5))
 def test_any_profile_rolls_between_its_limits(profile, depth, creepages):
     body = mdr.Elastic(1e9, 0.3)
@@ -169,7 +170,7 @@ def test_any_profile_rolls_between_its_limits(profile, depth, creepages):
         assert float(most[0]) == pytest.approx(limit, rel=1e-12)
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=examples(20), deadline=None)
 @given(st.floats(-8, 3), st.sampled_from(sorted(SHAPES)), st.floats(1e-3, 0.99))
 def test_the_size_of_a_contact_does_not_matter(log_size, shape, share):
     size = 10.0**log_size
@@ -234,7 +235,7 @@ def test_the_march_converges_with_the_square_of_the_spacing():
     assert np.all(orders > 1.0)
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=examples(15), deadline=None)
 @given(
     st.lists(st.tuples(st.floats(0.01, 1.5), st.floats(-2.0, 2.0)), min_size=1, max_size=4),
     st.floats(0.05, 1.5),
@@ -302,7 +303,7 @@ def test_the_law_of_the_book():
     )
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=examples(40), deadline=None)
 @given(st.floats(0.0, 0.5), st.floats(0.05, 1.0), st.floats(-4, 0.2), st.sampled_from([0, 1]))
 def test_the_calibrated_law_is_that_of_shen_hedrick_and_elkins(nu, mu, log_xi, which):
     direction = ("longitudinal", "lateral")[which]

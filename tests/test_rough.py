@@ -14,6 +14,7 @@ from scipy.optimize import minimize_scalar
 from scipy.special import ellipk
 
 import pymdr as mdr
+from drawing import examples
 from pymdr.line.rough import power_law_stiffness, sorted_springs
 from pymdr.mapping.rough import default_points, rough_heights
 from pymdr.solving import rough as solving
@@ -48,7 +49,7 @@ def test_published_correlations_of_rectangles(aspect):
     assert found == pytest.approx(pais_kausel, rel=0.025)
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=examples(20), deadline=None)
 @given(st.floats(0.0, 6.0))
 def test_rectangles_lie_between_ellipses(octaves):
     """A plate holds more charge than the ellipse in it, and less than the one around it; more than the disk of its area."""
@@ -102,7 +103,7 @@ SURFACES = st.builds(
 )
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=examples(60), deadline=None)
 @given(SURFACES)
 def test_moments_of_the_spectrum(surface):
     low, roll, high = (math.log(q) for q in surface.wave_numbers)
@@ -170,7 +171,7 @@ def test_no_surface(changed, words):
 # --- the line --------------------------------------------------------------------------------------------
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=examples(30), deadline=None)
 @given(SURFACES.filter(lambda s: s.size[0] / s.shortest < 500), st.integers(0, 99), st.floats(0.1, 30.0))
 def test_heights_have_the_spectrum(surface, realisation, factor):
     n = default_points(surface)
@@ -201,7 +202,7 @@ def test_lines_differ_by_seed_and_realisation():
 HEIGHTS = st.lists(st.integers(-1000, 1000), min_size=1, max_size=60).map(lambda z: np.array(z) / 16.0)
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=examples(200), deadline=None)
 @given(HEIGHTS, st.lists(st.integers(0, 4000), min_size=1, max_size=20))
 def test_springs_by_brute_force(heights, depths):
     """Heights and depths of few binary digits: sums are exact, and must be equal."""
@@ -216,7 +217,7 @@ def test_springs_by_brute_force(heights, depths):
     assert springs.force(-1.0) == springs.energy(-1.0) == springs.normal_stiffness(-1.0) == 0.0
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=examples(50), deadline=None)
 @given(
     st.integers(0, 2**32 - 1),
     st.integers(2, 70_000),
@@ -374,7 +375,7 @@ def test_bands():
     assert found["normal_stiffness_high"].values == pytest.approx(np.percentile(stiffness, 84, axis=0))
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=examples(15), deadline=None)
 @given(st.floats(-9.0, 0.0), st.floats(-3.0, 3.0), st.floats(0.05, 1.0))
 def test_nanometres_and_metres_behave_alike(scale, stiffer, hurst):
     def asked(length, modulus):
@@ -618,7 +619,7 @@ def test_bad_questions(changed, words):
 
 
 @pytest.mark.filterwarnings("error")
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=examples(30), deadline=None)
 @given(st.sampled_from(["normal_force", "indentation"]), st.floats(-320.0, 300.0))
 def test_any_load_gives_numbers_or_is_refused(name, exponent):
     surface = mdr.RoughSurface(hurst=0.8, rms="1 um", size="1 mm", shortest="50 um")

@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import pymdr as mdr
+from drawing import examples
 from pymdr.line.rough_sliding import stationary
 from pymdr.mapping.rough import rough_heights, rough_waves
 
@@ -20,7 +21,7 @@ KERNELS = {
 }
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=examples(40), deadline=None)
 @given(
     st.floats(-9, 3),
     st.floats(-6, -1),
@@ -68,7 +69,7 @@ def test_a_realisation_is_a_line_and_lambda_only_scales_it():
     )
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=examples(25), deadline=None)
 @given(st.sampled_from(sorted(KERNELS)), st.floats(-9, 5))
 def test_a_line_that_is_touched_everywhere_loses_what_its_waves_do(name, log_speed):
     rough = mdr.RoughSurface(hurst=0.7, rms=0.01, size=1.0, shortest=0.1, seed=4)
@@ -105,7 +106,7 @@ def in_time_steps(heights, depth, relaxation, dt, passages):
     return total / heights.size, work
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=examples(25), deadline=None)
 @given(
     moduli=st.lists(st.floats(-3, 3), min_size=1, max_size=4),
     times=st.lists(st.integers(-30, 30), min_size=4, max_size=4, unique=True),
@@ -137,7 +138,7 @@ def test_passages_one_after_the_other(name, share):
         assert found.drag == pytest.approx(work, rel=1e-6)
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=examples(20), deadline=None)
 @given(
     st.floats(-9, 1),
     st.floats(-9, 9),

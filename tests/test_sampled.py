@@ -11,6 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import pymdr as mdr
+from drawing import examples
 from pymdr.mapping import abel
 from pymdr.mapping.equivalent import equivalent_profile
 from pymdr.problem.codec import decode_case, encode_case
@@ -144,7 +145,7 @@ def spacings(draw, fewest=5, most=200, closest=6.0):
     return r / r[-1]
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=examples(150), deadline=None)
 @given(spacings(), scales, scales)
 def test_a_paraboloid_is_smoothed_to_itself_at_any_radii(r, width, size):
     """From graded radii came 0.41 of the depth, from geometric ones an error of the solver."""
@@ -155,7 +156,7 @@ def test_a_paraboloid_is_smoothed_to_itself_at_any_radii(r, width, size):
     assert tip.gap_slope(0.0) == 0.0
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=examples(60), deadline=None)
 @given(spacings(fewest=30), st.floats(0.5, 3.0), st.floats(-0.5, 0.5))
 def test_smooth_samples_without_noise_are_met(r, k, b):
     f = r**2 + b * (1.0 - np.cos(k * r))
@@ -163,7 +164,7 @@ def test_smooth_samples_without_noise_are_met(r, k, b):
     assert np.max(np.abs(tip.gap(r) - f)) < 1e-8 * np.max(np.abs(f))
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=examples(60), deadline=None)
 @given(spacings(fewest=40), scales, scales, st.floats(-5.0, -1.0), st.integers(0, 2**32 - 1), st.booleans())
 def test_noise_is_taken_away_alike_at_all_scales(r, width, size, decades, seed, told):
     noise = 10.0**decades
@@ -179,7 +180,7 @@ def test_noise_is_taken_away_alike_at_all_scales(r, width, size, decades, seed, 
     assert np.max(np.abs(kept[1] - kept[0])) < 1e-4 * noise
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=examples(40), deadline=None)
 @given(spacings(most=14, closest=1.5), st.floats(-2.0, 7.0), st.integers(0, 2**32 - 1))
 def test_the_filter_solves_the_dense_equations(r, decades, seed):
     """Kernel of the noise of the third derivative; f0 + kappa r^2 / 2 by generalised least squares."""
@@ -239,7 +240,7 @@ def test_an_outlier_is_felt_beside_it_only(where):
         assert np.max(error) < 5e-3
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=examples(20), deadline=None)
 @given(st.integers(0, 2**32 - 1), st.floats(-9.0, 2.0), st.floats(-6.0, -2.0))
 def test_claims_of_a_fitted_curve_say_so(seed, decades, noise):
     size = 10.0**decades
@@ -297,7 +298,7 @@ def test_a_scatter_that_the_samples_contradict_only_weighs_them(times, n):
         assert ("by the scatter;" in tip.curve_in_words) == (times == 1.0)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=examples(60), deadline=None)
 @given(st.lists(st.sampled_from([0.0, 1e-300, 1e-12, 1e-3, 1.0]), min_size=30, max_size=30), scales)
 def test_no_scatter_breaks_the_curve(scatter, size):
     r = np.linspace(0.0, 1.0, 30)
@@ -337,7 +338,7 @@ def test_a_csv_file_with_a_scatter_is_smoothed(tmp_path):
 # --- curves through every sample -------------------------------------------------------------------------
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=examples(150), deadline=None)
 @given(spacings(), scales, st.sampled_from([0.0, 1e-9, 1e-3, 1.0]), st.integers(0, 2**32 - 1))
 def test_curves_meet_their_samples(r, scale, noise, seed):
     height = scale * (0.3 + r**2 + noise * np.random.default_rng(seed).standard_normal(r.size))
@@ -365,7 +366,7 @@ def test_curves_meet_their_samples(r, scale, noise, seed):
         assert np.max(np.abs(slopes[:-1] - spline.c[2, 1:])) <= 1e-12 * steepest
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=examples(60), deadline=None)
 @given(spacings(fewest=30, closest=1.0), scales)
 def test_a_cubic_spline_meets_cubics(r, scale):
     """Round tips and ends without a knot leave a cubic alone, next to the tip to all its digits."""
@@ -395,7 +396,7 @@ def test_what_a_profile_keeps_is_its_own():
 # --- noise -----------------------------------------------------------------------------------------------
 
 
-@settings(max_examples=80, deadline=None)
+@settings(max_examples=examples(80), deadline=None)
 @given(spacings(fewest=300, most=500), scales, scales, st.floats(-6.0, -3.0), st.integers(0, 2**32 - 1))
 def test_the_noise_is_told(r, width, size, decades, seed):
     noise = 10.0**decades * size
@@ -618,7 +619,7 @@ def test_verify_holds_both_side_by_side():
     refused.plot().canvas.draw()
 
 
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=examples(12), deadline=None)
 @given(
     st.lists(st.tuples(st.floats(2, 12), st.floats(-0.03, 0.03), st.floats(0, 6)), min_size=1, max_size=3),
     st.floats(0.02, 0.3),

@@ -12,6 +12,7 @@ from scipy.integrate import dblquad
 from scipy.special import ellipk
 
 import pymdr as mdr
+from drawing import examples
 from pymdr.interpretation.shapes import ellipse_displacement, ellipse_pressure
 from pymdr.line.ellipses import ellipse_bounds
 from pymdr.line.shapes import ellipse_factor, pyramid_factor, shape_law
@@ -58,7 +59,7 @@ def test_references_of_ellipses(references, name):
     assert last(result, "force_estimate") == pytest.approx(expected["F_SBF_variational"], rel=2e-8)
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=examples(40), deadline=None)
 @given(ratios)
 @example(1.0)
 @example(1.0 + 1e-15)
@@ -80,7 +81,7 @@ def test_the_axes_against_legendre_integrals(ratio):
         assert abs(curvatures(k) / target - 1) < 5e-15 if k < 1 else abs(target - 1) < 1e-14
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=examples(40), deadline=None)
 @given(lengths, ratios, st.floats(-6.0, -1.0), st.floats(0.0, 0.999), st.floats(0.0, 2.0 * math.pi))
 def test_the_surface_lies_on_the_body(radius, ratio, shallow, rho, phi):
     """Under the pressure of Hertz, whose potential has no part in how axes and force are found, the surface is d - f."""
@@ -95,7 +96,7 @@ def test_the_surface_lies_on_the_body(radius, ratio, shallow, rho, phi):
     assert float(u[0]) == pytest.approx(depth - float(shape.gap_at(x, y)[0]), abs=1e-13 * depth)
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=examples(15), deadline=None)
 @given(st.floats(-1.5, 1.5), st.floats(1.05, 4.0), st.floats(0.0, math.pi / 2.0))
 def test_the_surface_around_against_quadrature(log_ratio, out, phi):
     a, b = math.exp(log_ratio / 2.0), math.exp(-log_ratio / 2.0)
@@ -111,7 +112,7 @@ def test_the_surface_around_against_quadrature(log_ratio, out, phi):
     assert found == pytest.approx(brute, rel=1e-6)
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=examples(25), deadline=None)
 @given(lengths, ratios, st.floats(-5.0, -2.0), st.floats(3.0, 12.0))
 def test_what_belongs_together_on_an_ellipse(radius, ratio, shallow, stiff):
     shape = mdr.EllipticParaboloid(radius, radius / ratio)
@@ -171,7 +172,7 @@ def test_references_of_pyramids(references, sides):
     assert 1e-4 < result.claims["normal_force"].error.max() < 1e-3
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=examples(25), deadline=None)
 @given(st.integers(3, 60), st.floats(0.01, 2.0), lengths)
 def test_forces_of_pyramids_scale_and_keep_their_order(sides, slope, depth):
     result = at(mdr.Pyramid(sides, slope=slope), depth)
@@ -187,7 +188,7 @@ def test_forces_of_pyramids_scale_and_keep_their_order(sides, slope, depth):
     assert ("slope of" in result.claims["normal_force"].reason) == (slope > 0.3)
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=examples(30), deadline=None)
 @given(st.integers(3, 12), st.floats(0.1, 1.0), st.floats(-1.0, 1.0), st.floats(-1.0, 1.0))
 def test_the_gap_of_a_pyramid_is_that_of_its_highest_plane(sides, slope, x, y):
     faces = 2.0 * math.pi * np.arange(sides) / sides
@@ -669,7 +670,7 @@ def test_case_files(shell, tmp_path):
         assert words in err
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=examples(20), deadline=None)
 @given(st.floats(-9.0, 0.0), st.floats(0.0, 3.0), st.floats(-3.0, 3.0))
 def test_ellipses_conduct_as_their_stiffness(log_radius, log_ratio, log_conductivity):
     radius, conductivity = 10.0**log_radius, 10.0**log_conductivity

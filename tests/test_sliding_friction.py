@@ -15,6 +15,7 @@ from scipy.optimize import brentq
 from scipy.special import struve
 
 import pymdr as mdr
+from drawing import examples
 from pymdr.line.foundation import ElasticLine, states_at_depth
 from pymdr.line.sliding import fast_drag, slide, sliding_line, slow_drag, touches_again
 
@@ -101,7 +102,7 @@ def test_the_references(entry):
     assert float(found["fast_limit"][0]) == pytest.approx(4.0 / 3.0, rel=1e-12)
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=examples(40), deadline=None)
 @given(st.floats(-4, 4), st.floats(-9, 9), st.floats(-3, 3), st.floats(-9, 9))
 def test_a_standard_solid_in_closed_form(log_ratio, log_speed, log_depth, log_radius):
     # a paraboloid of the radius R: w' = 2 (a - s)/R, and a term bears 2 E l/R ((a + l)(1 - exp(-s/l)) - s)
@@ -233,7 +234,7 @@ _CORNERED = st.builds(lambda b: mdr.TruncatedSphere(1.0, b), st.floats(0.01, 0.3
 _TERMS = st.lists(st.tuples(st.floats(-3, 3), st.floats(-4, 4)), min_size=1, max_size=4)
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=examples(25), deadline=None)
 @given(_PROFILES, _TERMS, st.floats(1e-3, 0.1), st.floats(-3, 3))
 def test_any_kernel_slides_between_its_limits(profile, terms, depth, log_speed):
     line, states, ready = pressed(profile, depth)
@@ -256,7 +257,7 @@ def test_any_kernel_slides_between_its_limits(profile, terms, depth, log_speed):
     assert fast.load == pytest.approx(relaxation.glassy * elastic, rel=1e-4)
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=examples(20), deadline=None)
 @given(st.floats(-9, 1), st.floats(-9, 9), st.floats(3, 11), st.floats(-3, 3), st.booleans())
 def test_sizes_and_times_do_not_matter(log_size, log_time, log_modulus, log_speed, by_force):
     size, time, modulus = 10.0**log_size, 10.0**log_time, 10.0**log_modulus
@@ -275,7 +276,7 @@ def test_sizes_and_times_do_not_matter(log_size, log_time, log_modulus, log_spee
         assert float(other[name][0]) == pytest.approx(expected, rel=1e-9)
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=examples(15), deadline=None)
 @given(
     st.one_of(_PROFILES, _CORNERED), st.floats(1e-3, 0.1), st.floats(-3, 3), st.sampled_from(sorted(KERNELS))
 )
@@ -461,7 +462,7 @@ def test_a_search_that_passes_an_edge_comes_back():
         fast["slow_limit"]
 
 
-@settings(deadline=None, max_examples=25)
+@settings(deadline=None, max_examples=examples(25))
 @given(power=st.floats(60.5, 300.0), sign=st.sampled_from([-1.0, 1.0]), by_force=st.booleans())
 def test_loads_of_no_size_are_refused(power, sign, by_force):
     load = 10.0 ** (sign * power)

@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from typer.testing import CliRunner
 
 import pymdr as mdr
+from drawing import examples
 from pymdr.errors import FileError, ProblemError, PymdrError, QuantityError, UnitError
 from pymdr.problem.parameters import parameter_of
 from pymdr.solving import batch
@@ -68,7 +69,7 @@ def test_entries_beyond_an_array():
         mdr.with_parameters(CONTACTS[1], {"body.shear.moduli[2]": 1.0})
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=examples(15), deadline=None)
 @given(
     st.lists(st.floats(3.0, 11.0), min_size=1, max_size=3, unique=True),
     st.lists(st.floats(-9.0, 0.0), min_size=1, max_size=3, unique=True),

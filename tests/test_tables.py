@@ -9,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import pymdr as mdr
+from drawing import examples
 from pymdr.errors import MissingExtraError
 from pymdr.presentation.tables import write_csv, write_xlsx
 
@@ -76,7 +77,7 @@ def test_what_is_not_known_is_an_empty_cell(pulled, tmp_path):
         mdr.read_record(tmp_path / "pulled.csv")
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=examples(40), deadline=None)
 @given(
     units=st.fixed_dictionaries(
         {},

@@ -10,6 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import pymdr as mdr
+from drawing import examples
 from pymdr.errors import NotValidError, ProblemError, UnitError
 from pymdr.interpretation.thickness import THICKNESS_LIMIT
 from pymdr.interpretation.validity import Level
@@ -53,7 +54,7 @@ def thickness_of(result):
     return found
 
 
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=examples(12), deadline=None)
 @given(
     st.sampled_from(["sphere", "cone", "punch"]),
     st.sampled_from(["indentation", "normal_force", "travel"]),

@@ -13,6 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import pymdr as mdr
+from drawing import examples
 from pymdr.errors import UnitError
 from pymdr.quantities import QUANTITIES, quantity
 from pymdr.units import from_si, in_good_units, to_si, to_si_array, without_rounding, written
@@ -217,7 +218,7 @@ def test_an_array_is_a_copy():
     assert array[0] == 1.0
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=examples(40), deadline=None)
 @given(st.floats(min_value=1e-200, max_value=1e200), st.sampled_from(["nm", "um", "mm", "m", "km", "inch"]))
 def test_there_and_back(value, unit):
     assert float(from_si(to_si(f"{value!r} {unit}", "m"), "m", unit)) == pytest.approx(value, rel=5e-16)
@@ -302,7 +303,7 @@ class _Carrying(np.ndarray):
         return array
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=examples(100), deadline=None)
 @given(
     st.sampled_from(sorted(CARRIERS)),
     st.sampled_from(sorted(UNITS)),

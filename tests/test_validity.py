@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from scipy.special import struve
 
 import pymdr as mdr
+from drawing import examples
 from pymdr.interpretation.certificate import certify_disk
 from pymdr.interpretation.fields import line_gap, pressure
 from pymdr.interpretation.validity import Claim
@@ -316,7 +317,7 @@ PROFILES = (
 LAWS = ({}, {"adhesion": mdr.JKR("50 mJ/m^2")}, {"friction": mdr.Coulomb(0.2)})
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=examples(40), deadline=None)
 @given(
     profile=st.sampled_from(PROFILES),
     law=st.sampled_from(LAWS),
@@ -349,7 +350,7 @@ def test_an_assessment_claims_and_refuses_what_solve_does(
     assert (asked.rows, asked.columns) == (solved.data.sizes["step"], len(solved.data))
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=examples(15), deadline=None)
 @given(st.floats(0.1, 10.0), st.floats(10.0, 40.0))
 def test_only_a_stiff_machine_prescribes_the_indentation_of_what_is_no_disk(stiffness, amplitude):
     contact = mdr.Contact(wavy(amplitude), UNIT)

@@ -10,6 +10,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 import pymdr as mdr
+from drawing import examples
 from pymdr.errors import PathError, ProblemError
 from pymdr.interpretation.memory import (
     LineState,
@@ -71,7 +72,7 @@ def test_the_creep_under_a_load_that_is_there_at_once():
         assert bound < 1e-4
 
 
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=examples(12), deadline=None)
 @given(
     terms=st.lists(
         st.tuples(st.floats(-2.0, 2.0), st.integers(-20, 10)),
@@ -99,7 +100,7 @@ def test_energy_is_stored_or_dissipated_on_any_way(terms, equilibrium, shape, de
     assert (result["normal_force"].values >= -1e-9 * result["normal_force"].values.max()).all()
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=examples(10), deadline=None)
 @given(c=st.floats(-6.0, 6.0), size=st.floats(-9.0, 1.0), modulus=st.floats(-2.0, 12.0))
 def test_units_of_time_length_and_modulus_change_nothing_else(c, size, modulus):
     c, size, modulus = 10.0**c, 10.0**size, 10.0**modulus
@@ -180,7 +181,7 @@ def test_bodies_that_stay_apart():
     assert result["contact_radius"].values.tolist() == [0.0, 0.0]
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=examples(10), deadline=None)
 @given(st.lists(st.floats(-0.2, 0.0), min_size=1, max_size=8))
 def test_a_record_that_begins_apart_is_one_approach(apart):
     d = np.array([*apart, 0.05, 0.1, 0.03, *apart])
@@ -194,7 +195,7 @@ def test_a_record_that_begins_apart_is_one_approach(apart):
     )
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=examples(10), deadline=None)
 @given(
     st.lists(
         st.tuples(st.floats(-7.0, -1.0), st.floats(0.01, 1.0), st.integers(1, 4)), min_size=2, max_size=5
@@ -277,7 +278,7 @@ def memories(draw):
     return kernel, np.append(0.0, np.cumsum(waits)), np.array([0.0, 0.1, *depths])
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=examples(60), deadline=None)
 @given(memory=memories(), shape=st.sampled_from((*SHAPES, mdr.PowerLaw(0.5, 0.2, 1.0))))
 def test_a_rising_profile_is_a_disk_without_tension_or_overlap_whatever_its_past(memory, shape):
     kernel, time, depth = memory
@@ -311,7 +312,7 @@ def test_where_a_path_ends_does_not_matter_to_how_it_begins(decades, time):
     assert after["indentation"].values[:2] == pytest.approx(alone, rel=1e-5)  # springs lie a little elsewhere
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=examples(30), deadline=None)
 @given(size=st.floats(-320.0, 3.0), steep=st.floats(0.0, 1e3), unit=st.floats(-9.0, 3.0))
 def test_what_has_crept_back_all_but_wholly_has_displacements(size, steep, unit):
     x = np.linspace(0.005, 0.995, 100)
