@@ -49,7 +49,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 LEVENBERG_MARQUARDT, LMFIT = "levenberg-marquardt", "lmfit"
-_STARTS, _SHEARED_STARTS = 4, 2
+_STARTS = 4
 _UNFELT = 1e-6
 """Of the largest: rates of the residuals over an origin that a record does not feel."""
 _PULLS, _SMALL = 8.0, 0.02
@@ -210,7 +210,7 @@ def _best(search: Search) -> _End:
                 search.unknowns,
                 curve,
                 search.known,
-                _SHEARED_STARTS if search.shears else _STARTS,
+                _STARTS,
             )
             for curve in search.curves
         ]

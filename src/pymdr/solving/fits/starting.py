@@ -35,7 +35,7 @@ _SCALES = np.geomspace(0.3, 1e4, 17)
 """Of what would bear the force at the depth that the whole travel is."""
 _LADDER = np.linspace(0.0, 1.0, 257) ** 2
 FRICTION = "friction."
-_STIFFER, _HELD = np.geomspace(0.7, 30.0, 5), (1.001, 1.4, 2.2, 6.0)
+_STIFFER, _HELD = np.geomspace(0.7, 30.0, 7), (1.001, 1.4, 2.2, 6.0)
 """Stiffness and friction of a loop in parts of what its largest force tells; that of a half loop is twice as large."""
 _BEFORE, _PLAIN = (-0.1, 0.0, 0.1), 8
 """Of the shift: where it may have begun."""
