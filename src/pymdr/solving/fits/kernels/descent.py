@@ -1,0 +1,287 @@
+"""Least squares from near their end: Levenberg and Marquardt, Gauss and Newton. Loads numba."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pymdr.solving.fits.kernels.model import (
+    BASE,
+    CLOSE,
+    NEWTON,
+    OUTSIDE,
+    POINT,
+    SCALE,
+    SHAPE,
+    UNKNOWN,
+    Family,
+    compiled,
+    member_at,
+    model_of,
+    read,
+)
+from pymdr.units import FloatArray
+
+ITERATIONS, ROUGHLY = 60, 1e-3
+"""The second, a gain in parts of the sum of squares."""
+_FEW_STEPS, _STUCK, _LAST, _FREE, _BLIND = 6, 1e8, 100.0, 1e-3, 1e-13
+"""Steps of Gauss and Newton, which are taken to their end, square what is left: the third, by how much more the last of them may gain."""
+
+
+@compiled
+def _misfit(force: FloatArray, base: float, out: FloatArray, used: NDArray[np.bool_]) -> float:
+    total = 0.0
+    for i in range(force.size):
+        if used[i]:
+            difference = force[i] - base - out[i, 0]
+            total += difference * difference
+    return total
+
+
+@compiled
+def _reduced(
+    full: FloatArray, right: FloatArray, ways: FloatArray, square: FloatArray, side: FloatArray
+) -> None:
+    """The normal equations of the free numbers, of those of all four, of which the lower half stands."""
+    for p in range(4):
+        for q in range(p):
+            full[q, p] = full[p, q]
+    for p in range(side.size):
+        side[p] = 0.0
+        for i in range(4):
+            side[p] += ways[i, p] * right[i]
+        for q in range(side.size):
+            square[p, q] = 0.0
+            for i in range(4):
+                for j in range(4):
+                    square[p, q] += ways[i, p] * full[i, j] * ways[j, q]
+
+
+@compiled
+def _normal(
+    force: FloatArray,
+    base: float,
+    out: FloatArray,
+    used: NDArray[np.bool_],
+    ways: FloatArray,
+    square: FloatArray,
+    side: FloatArray,
+) -> None:
+    """The normal equations of the free numbers."""
+    full, right = np.zeros((4, 4)), np.zeros(4)
+    rates = np.empty(4)
+    for i in range(force.size):
+        if used[i]:
+            difference = force[i] - base - out[i, 0]
+            rates[0], rates[1], rates[2], rates[3] = out[i, 1], out[i, 2], out[i, 3], 1.0
+            for p in range(4):
+                right[p] += rates[p] * difference
+                for q in range(p + 1):
+                    full[p, q] += rates[p] * rates[q]
+    _reduced(full, right, ways, square, side)
+
+
+@compiled
+def solved(square: FloatArray, damping: float, side: FloatArray, out: FloatArray) -> None:
+    """Solve normal equations, whose diagonal is made 1 and then 1 + damping, by Cholesky; what is not told stays 0."""
+    m = side.size
+    lower, size = np.zeros((m, m)), np.empty(m)
+    for p in range(m):
+        size[p] = math.sqrt(square[p, p]) if square[p, p] > 0.0 else 1.0
+    for p in range(m):
+        for q in range(p + 1):
+            value = square[p, q] / (size[p] * size[q])
+            if p == q:
+                value += damping
+            for i in range(q):
+                value -= lower[p, i] * lower[q, i]
+            if p == q:
+                lower[p, p] = math.sqrt(value) if value > _BLIND else math.inf
+            else:
+                lower[p, q] = value / lower[q, q]
+    for p in range(m):
+        value = side[p] / size[p]
+        for i in range(p):
+            value -= lower[p, i] * out[i]
+        out[p] = value / lower[p, p]
+    for p in range(m - 1, -1, -1):
+        value = out[p]
+        for i in range(p + 1, m):
+            value -= lower[i, p] * out[i]
+        out[p] = value / lower[p, p]
+    for p in range(m):
+        out[p] /= size[p]
+
+
+@compiled
+def descend(
+    place: FloatArray,
+    force: FloatArray,
+    used: NDArray[np.bool_],
+    theta: FloatArray,
+    ways: FloatArray,
+    family: Family,
+    softness: float,
+    most: int,
+    enough: float,
+    root: FloatArray,
+    square: FloatArray,
+    touches: NDArray[np.bool_],
+    out: FloatArray,
+) -> tuple[float, bool]:
+    """Least squares by Levenberg and Marquardt; `theta`, `out`, `square` and `touches` are left at the best place."""
+    forces, slopes, folds, first, step, deepest = family
+    n, m = place.size, ways.shape[1]
+    row = np.empty((4, forces.shape[1]))
+    gain, side, trial, step_x, moved = np.empty(n), np.empty(m), np.empty((n, 4)), np.empty(m), np.empty(4)
+    touching = np.empty(n, dtype=np.bool_)
+    last = first + step * (folds.size - 1)
+    fold, fold_rate = member_at(forces, slopes, folds, first, step, theta[SHAPE], row)
+    model_of(place, force, theta, (row, fold, fold_rate, deepest), softness, root, gain, out, touches)
+    misfit = _misfit(force, theta[BASE], out, used)
+    damping, settled, fresh = 1e-3, False, True
+    for _ in range(most):
+        if fresh:
+            _normal(force, theta[BASE], out, used, ways, square, side)
+        held, pull = square, side
+        if folds.size > 1 and (theta[SHAPE] <= first or theta[SHAPE] >= last):
+            held, pull = square.copy(), side.copy()
+            for p in range(m):
+                if ways[SHAPE, p] * side[p] * (1.0 if theta[SHAPE] >= last else -1.0) > 0.0:
+                    # it stays at its end
+                    held[p, :], held[:, p], pull[p] = 0.0, 0.0, 0.0
+        solved(held, damping, pull, step_x)
+        for i in range(4):
+            moved[i] = theta[i]
+            for p in range(m):
+                moved[i] += ways[i, p] * step_x[p]
+        moved[SCALE] = min(max(moved[SCALE], theta[SCALE] - 3.0), theta[SCALE] + 3.0)
+        if folds.size > 1:
+            moved[SHAPE] = min(max(moved[SHAPE], first), last)
+            if moved[SHAPE] != theta[SHAPE]:
+                fold, fold_rate = member_at(forces, slopes, folds, first, step, moved[SHAPE], row)
+        model_of(place, force, moved, (row, fold, fold_rate, deepest), softness, root, gain, trial, touching)
+        found = _misfit(force, moved[BASE], trial, used)
+        if found <= misfit:
+            gained, expected = misfit - found, 0.0
+            for p in range(m):
+                expected += step_x[p] * side[p]
+            misfit, fresh = found, True
+            theta[:], out[:, :], touches[:] = moved, trial, touching
+            damping = max(0.1 * damping, 1e-12)
+            # what is gained as it was expected leaves nothing that counts
+            if gained <= enough * misfit or (damping < _FREE and abs(gained - expected) <= enough * misfit):
+                settled = True
+                break
+        else:
+            fresh = False
+            damping *= 8.0
+            if damping > _STUCK:
+                settled = True
+                break
+    _normal(force, theta[BASE], out, used, ways, square, side)
+    return misfit, settled
+
+
+@compiled
+def _sum_up(
+    place: FloatArray,
+    force: FloatArray,
+    theta: FloatArray,
+    row: FloatArray,
+    deepest: float,
+    softness: float,
+    root: FloatArray,
+    residual: FloatArray,
+    full: FloatArray,
+    right: FloatArray,
+) -> float:
+    """Sum of squares, residuals and normal equations of a contact without adhesion, in one pass."""
+    full[:, :], right[:] = 0.0, 0.0
+    scale, point, base = math.exp(theta[SCALE]), theta[POINT], theta[BASE]
+    soft = softness * scale
+    misfit, many, ss, sp, pp, sb, pb = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    side_s, side_p, side_b = 0.0, 0.0, 0.0
+    before = 0.5
+    for i in range(place.size):
+        travel, difference = place[i] - point, force[i] - base
+        many += 1.0
+        if travel > 0.0:
+            if soft == 0.0:
+                r = min(math.sqrt(travel / deepest), OUTSIDE)
+                value, slope = read(row[0], row[1], r)
+            else:
+                r = root[i] if root[i] > 0.0 else before
+                for _ in range(NEWTON):
+                    value, slope = read(row[0], row[1], r)
+                    off = deepest * r * r + soft * value - travel
+                    moved = r - off / max(2.0 * deepest * r + soft * slope, 1e-6 * deepest)
+                    moved = min(max(moved, 0.5 * r), OUTSIDE)
+                    done = abs(moved - r) < CLOSE
+                    r = moved
+                    if done:
+                        break
+                value, slope = read(row[0], row[1], r)
+                root[i], before = r, r
+            share = scale * slope / (2.0 * deepest * max(r, 1e-4) + soft * slope)
+            model = scale * value
+            difference -= model
+            over_scale = model - share * soft * value
+            ss += over_scale * over_scale
+            sp -= over_scale * share
+            pp += share * share
+            sb += over_scale
+            pb -= share
+            side_s += over_scale * difference
+            side_p -= share * difference
+        side_b += difference
+        misfit += difference * difference
+        residual[i] = difference
+    full[SCALE, SCALE], full[POINT, SCALE], full[POINT, POINT] = ss, sp, pp
+    full[BASE, SCALE], full[BASE, POINT], full[BASE, BASE] = sb, pb, many
+    right[SCALE], right[POINT], right[BASE] = side_s, side_p, side_b
+    return misfit
+
+
+@compiled
+def settle(
+    place: FloatArray,
+    force: FloatArray,
+    theta: FloatArray,
+    ways: FloatArray,
+    family: Family,
+    softness: float,
+    enough: float,
+    square: FloatArray,
+    residual: FloatArray,
+) -> tuple[float, bool]:
+    """
+    Least squares by Gauss and Newton of a contact without adhesion, from near the end; False where that leads uphill.
+
+    What is left at `theta` stands in the last two.
+    """
+    m, deepest = ways.shape[1], family[5]
+    row = np.empty((2, family[0].shape[1]))
+    row[0], row[1] = family[0][0], family[1][0]
+    full, right, side, step_x = np.empty((4, 4)), np.empty(4), np.empty(m), np.empty(m)
+    root, moved, before = np.full(place.size, UNKNOWN), theta.copy(), math.inf
+    for _ in range(_FEW_STEPS):
+        misfit = _sum_up(place, force, moved, row, deepest, softness, root, residual, full, right)
+        if misfit > before * (1.0 + enough):
+            return before, False
+        before = misfit
+        theta[:] = moved
+        _reduced(full, right, ways, square, side)
+        solved(square, 0.0, side, step_x)
+        expected = 0.0
+        for p in range(m):
+            expected += step_x[p] * side[p]
+            for i in range(4):
+                moved[i] += ways[i, p] * step_x[p]
+        if expected <= _LAST * enough * misfit:
+            # the last step changes nothing that counts, and brings the rest of the digits
+            theta[:] = moved
+            return misfit, True
+    return before, False

@@ -1,0 +1,166 @@
+"""Where a descent begins: all rungs of the family at many contact points. Loads numba."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pymdr.solving.fits.forces import FULLY_OUT
+from pymdr.solving.fits.kernels.descent import ITERATIONS, ROUGHLY, descend
+from pymdr.solving.fits.kernels.model import (
+    BASE,
+    OUTSIDE,
+    POINT,
+    SCALE,
+    SHAPE,
+    UNKNOWN,
+    Family,
+    compiled,
+    read,
+)
+from pymdr.units import FloatArray
+
+FEW, _TRIALS, _RUNGS, _KEPT = 192, 21, 12, 2
+_ASIDE = 1.0
+"""Of the logarithm of the number of the family."""
+
+
+@compiled
+def start_on_rungs(
+    place: FloatArray,
+    force: FloatArray,
+    known: FloatArray,
+    free: NDArray[np.bool_],
+    tied: bool,
+    family: Family,
+    softness: float,
+    rungs: NDArray[np.int64],
+    found: FloatArray,
+) -> None:
+    """The best place of every rung: misfit, four numbers, and how far its largest pull is off, in the rows of `found`."""
+    forces, slopes, folds, first, step, deepest = family
+    n = place.size
+    depth = place - softness * force
+    low, high, deepest_at = depth.min(), depth.max(), int(np.argmax(depth))
+    few = max(3, n // 20)
+    level = np.median(force[:few])
+    pull = min(force.min() - level, 0.0)
+    trials = _TRIALS if free[POINT] else 1
+    for k in range(rungs.size):
+        rung = rungs[k]
+        fold, reach = folds[rung], deepest - folds[rung]
+        found[k, 0], found[k, 5] = math.inf, math.inf
+        for i in range(trials):
+            point = known[POINT] - softness * level
+            if free[POINT]:
+                point = high - (high - low) * (1.0 - 0.99 * i / (trials - 1))
+            s, sf, sm, smm, smf, sff = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+            for j in range(n):
+                value, d = 0.0, depth[j] - point
+                held = j > deepest_at and d >= fold and force[j] - level < FULLY_OUT * pull
+                if d > 0.0 or held:
+                    value = read(forces[rung], slopes[rung], min(math.sqrt((d - fold) / reach), OUTSIDE))[0]
+                s += 1.0
+                sf += force[j] - level
+                sm += value
+                smm += value * value
+                smf += value * (force[j] - level)
+                sff += (force[j] - level) ** 2
+            base, scale = known[BASE] - level, math.exp(known[SCALE])
+            if tied:
+                # known is the product of the scale with the number of the rung
+                scale = math.exp(known[SCALE] + known[SHAPE] - first - step * rung)
+            if tied or not free[SCALE]:
+                if free[BASE]:
+                    base = (sf - scale * sm) / s
+            elif free[BASE]:
+                power = smm - sm * sm / s
+                scale = (smf - sm * sf / s) / power if power > 0.0 else -1.0
+                base = (sf - scale * sm) / s
+            else:
+                scale = (smf - base * sm) / smm if smm > 0.0 else -1.0
+            if scale <= 0.0:
+                continue
+            misfit = (
+                sff
+                - 2.0 * (base * sf + scale * smf)
+                + 2.0 * base * scale * sm
+                + base * base * s
+                + scale * scale * smm
+            )
+            if misfit < found[k, 0]:
+                found[k, 0] = misfit
+                found[k, 1] = math.log(scale)
+                found[k, 2] = first + step * rung
+                # the deflection was taken off with the baseline in it
+                found[k, 3] = point + softness * (base + level) if free[POINT] else known[POINT]
+                found[k, 4] = base + level
+                found[k, 5] = abs(scale * forces[rung].min() - pull)
+
+
+@compiled
+def begun(
+    place: FloatArray,
+    force: FloatArray,
+    known: FloatArray,
+    free: NDArray[np.bool_],
+    tied: bool,
+    ways: FloatArray,
+    family: Family,
+    softness: float,
+    adhesive: bool,
+    theta: FloatArray,
+) -> float:
+    """The smallest sum of squares of a few samples, infinite where nothing touches; its place is left in `theta`."""
+    folds, m = family[2], ways.shape[1]
+    rungs = np.arange(0, folds.size, max(folds.size // _RUNGS, 1))
+    found = np.empty((rungs.size, 6))
+    start_on_rungs(place[::2].copy(), force[::2].copy(), known, free, tied, family, softness, rungs, found)
+    everything = np.ones(place.size, dtype=np.bool_)
+    square, best, misfit = np.empty((m, m)), known.copy(), math.inf
+    root = np.full(place.size, UNKNOWN)
+    touches, out = np.empty(place.size, dtype=np.bool_), np.empty((place.size, 4))
+    last = family[3] + family[4] * (folds.size - 1)
+    turn = -1
+    while turn < _KEPT + 1 + rungs.size:
+        turn += 1
+        if turn == _KEPT and folds.size == 1:
+            break
+        if turn == _KEPT + 2 and family[3] < best[SHAPE] < last:
+            break
+        if turn < _KEPT or turn > _KEPT + 1:
+            # the first is the one that pulls as the record does: a pull may stand in a few samples
+            by, lowest = 5 if turn == 0 and adhesive else 0, 0
+            for k in range(rungs.size):
+                if math.isfinite(found[k, 0]) and found[k, by] < found[lowest, by]:
+                    lowest = k
+            if not math.isfinite(found[lowest, 0]):
+                continue
+            found[lowest, 0] = math.inf
+            trial = found[lowest, 1:5].copy()
+        else:
+            # and once more from either side of the best
+            trial = best.copy()
+            trial[SHAPE] += _ASIDE if turn == _KEPT else -_ASIDE
+        value, _ = descend(
+            place,
+            force,
+            everything,
+            trial,
+            ways,
+            family,
+            softness,
+            ITERATIONS,
+            ROUGHLY,
+            root,
+            square,
+            touches,
+            out,
+        )
+        if value < misfit:
+            misfit, best = value, trial
+    if math.isfinite(misfit):
+        theta[:] = best
+    return misfit
