@@ -304,3 +304,27 @@ def test_an_unknown_at_its_bound_is_told():
     inside = mdr.fit(contact, curve, {"body.young": ["1 kPa", "20 kPa"]})
     assert inside["body.young"].value == pytest.approx(3e3, rel=0.05)
     assert not inside.notes
+
+
+@settings(max_examples=examples(16), deadline=None)
+@given(
+    share=st.floats(0.3, 1.5),
+    noise=st.floats(1e-5, 0.02),
+    size=st.floats(-9.0, -2.0),
+    seed=st.integers(0, 2**32 - 1),
+)
+def test_a_detector_that_ran_out_of_range_is_told(share, noise, size, seed):
+    radius = 10.0**size
+    depth = 0.1 * radius * np.linspace(-0.5, 1.0, 400)
+    force = 16e3 / 9 * math.sqrt(radius) * np.maximum(depth, 0.0) ** 1.5
+    most = force.max()
+    force = np.minimum(
+        force + noise * most * np.random.default_rng(seed).standard_normal(depth.size), share * most
+    )
+    soft = mdr.Contact(mdr.Paraboloid(radius), mdr.Elastic("2 kPa", 0.5))
+    record = mdr.MeasuredCurve(force=force, indentation=depth)
+    told = any("out of range" in note for note in mdr.fit(soft, record, ["body.young"]).notes)
+    assert told == (share < 1.0 - 3.0 * noise) or 1.0 - 0.05 - 4.0 * noise < share < 1.0 + 5.0 * noise
+    cut = mdr.fit(soft, mdr.mark_saturated(record), ["body.young"])
+    assert not any("run out of range" in note for note in cut.notes)
+    assert cut["body.young"].value == pytest.approx(1e3, abs=6.0 * cut["body.young"].error + 1e-3)

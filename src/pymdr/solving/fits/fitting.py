@@ -15,7 +15,7 @@ from pymdr.problem.laws import Coulomb
 from pymdr.problem.measured import MeasuredCurve
 from pymdr.problem.paths import Path, indent
 from pymdr.result import Result, labelled
-from pymdr.solving.curves import leave_out_marked
+from pymdr.solving.curves import leave_out_marked, mark_saturated
 from pymdr.solving.fits.asking import FOUND, NO_CONTACT, SEEN, Asked
 from pymdr.solving.fits.found import FitResult, Fitted, force_of
 from pymdr.solving.fits.loops import NORMAL, ShearRecord, shear_record
@@ -145,7 +145,8 @@ def fit(
     refuse_blind(search, best)
     found = _interpreted(search, best, minimum, wide)
     notes = (f"{marked} samples marked as outliers or saturated are left out",) if marked else ()
-    return replace(found, notes=(*notes, *_unexplained_pull(found), *_unexplained_waves(found), *found.notes))
+    told = (*_unmarked_plateau(found), *_unexplained_pull(found), *_unexplained_waves(found))
+    return replace(found, notes=(*notes, *told, *found.notes))
 
 
 def _search(
@@ -225,6 +226,18 @@ def _best(search: Search) -> _End:
         ends.append((float(found.chisqr), free_numbers(found, len(search.names))))
     wide = np.zeros(len(search.names)) if quick is None else quick[1]
     return _End(*min(ends, key=lambda end: end[0]), wide)
+
+
+def _unmarked_plateau(found: FitResult) -> tuple[str, ...]:
+    """Whether a record stays at its largest force while it is pressed on."""
+    curves = [one for one in found.curves if isinstance(one, MeasuredCurve)]
+    count = sum(int(mark_saturated(one).marked.sum()) for one in curves if one.saturated is None)
+    if not count:
+        return ()
+    return (
+        f"{count} samples have the largest force, while the depth changes: where the detector had run out of range, leave them out by "
+        "prepare or mark_saturated",
+    )
 
 
 def _unexplained_pull(found: FitResult) -> tuple[str, ...]:
