@@ -119,7 +119,8 @@ def summit_rise(heights: FloatArray) -> float:
     By how much the summit may be higher than the highest pixel, which is where depths are counted from.
 
     Along x and y, by twice what a parabola through the pixel and its neighbours rises; as far as the heights bend at the pixel more than
-    beside it, as those of cones and pyramids do, by where the straight lines of both flanks meet.
+    beside it, as those of cones and pyramids do, by where the straight lines of both flanks meet, and by no more than half of what the
+    neighbours differ by, which is what a cone rises.
     """
     place = np.unravel_index(int(np.argmax(heights)), heights.shape)
     rise = 0.0
@@ -138,6 +139,7 @@ def summit_rise(heights: FloatArray) -> float:
             smooth = min(max(beside / bend, 0.0), 1.0)
             up, down = low - lower, high - higher
             meet = (low * down + high * up + 2.0 * up * down) / (up + down) if up + down > 0.0 else middle
-            rounded = smooth * rounded + (1.0 - smooth) * max(meet - middle, 0.0)
+            sharp = min(max(meet - middle, 0.0), 0.5 * abs(high - low))
+            rounded = smooth * rounded + (1.0 - smooth) * sharp
         rise += rounded
     return rise
