@@ -205,16 +205,7 @@ def _best(search: Search) -> _End:
     """The smallest misfit that searches from several starts end at."""
     quick = _quick_start(search)
     apart = (
-        [
-            starts(
-                search.contact,
-                search.unknowns,
-                curve,
-                search.known,
-                _STARTS,
-            )
-            for curve in search.curves
-        ]
+        [starts(search.contact, search.unknowns, curve, search.known, _STARTS) for curve in search.curves]
         if quick is None
         else [[quick[0]]]
     )

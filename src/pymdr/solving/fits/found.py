@@ -30,10 +30,10 @@ class Fitted(NamedTuple):
     value: float
     """In the unit."""
     error: float
-    """Standard error in the unit."""
+    """Standard error in the unit; nan where the value rests at a bound."""
     low: float
     high: float
-    """Ends of the interval of 95 %, in the unit."""
+    """Ends of the interval of 95 %, in the unit; the bounds where the value rests at one."""
     unit: str
     """The SI unit."""
 
@@ -58,8 +58,8 @@ class FitResult:
     """Unknowns and origins by name."""
     data: xr.Dataset
     """Over ``step``, the samples of all curves: ``indentation`` (m) and ``normal_force`` (N), with friction ``shift`` (m) and
-    ``tangential_force`` (N), from the origins that were found, ``model`` and ``residual`` (N), ``in_contact``, ``used``, and
-    ``curve``; of bodies with memory ``time`` (s)."""
+    ``tangential_force`` (N), from the origins that were found, and the load or indentation of the record; ``model`` and
+    ``residual`` (N), ``in_contact``, ``used``, and ``curve``; of bodies with memory ``time`` (s)."""
     noise: float
     """Standard deviation of the residuals in N."""
     waves: float
