@@ -198,7 +198,7 @@ def test_the_flux_of_a_drop_is_that_of_what_it_lets_through(radius, conductivity
         np.testing.assert_allclose(by_drop, across * unit.values, rtol=1e-14)
         np.testing.assert_allclose(by_flow, by_drop, rtol=1e-13)
         assert float(by_flow.edge_amplitude) == pytest.approx(across * float(unit.edge_amplitude), rel=1e-13)
-        # what flows is its integral, I arcsin-like over the disk: j = I / (2 pi a sqrt(a^2 - r^2))
+        # an isothermal disk: j = I / (2 pi a sqrt(a^2 - r^2))
         a = result["contact_radius"].values[step]
         np.testing.assert_allclose(by_drop, through / (2.0 * math.pi * a * np.sqrt(a * a - r * r)), rtol=1e-9)
         assert by_drop.attrs["units"] in ("W/m^2", "A/m^2")

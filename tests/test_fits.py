@@ -293,14 +293,19 @@ def test_records_without_contact_are_refused():
             mdr.fit(sticky, mdr.MeasuredCurve(force=flat, indentation=place), ["body.young"])
 
 
-def test_an_unknown_at_its_bound_is_told():
+def test_an_unknown_at_its_bound_is_told(tmp_path):
     contact = mdr.Contact(mdr.Paraboloid("5 um"), mdr.Elastic("3 kPa", 0.5))
     curve = recorded(contact, np.linspace(-1e-6, 1e-6, 200), None, 0.01)
     found = mdr.fit(contact, curve, {"body.young": ["10 kPa", "20 kPa"]})
     assert (found["body.young"].low, found["body.young"].high) == (10e3, 20e3)
     assert math.isnan(found["body.young"].error)
     assert "rests at its bound 10 kPa" in found.summary()
+    assert str(found["body.young"]) == "body.young = 10 kPa, at one of its bounds 10 kPa and 20 kPa"
+    assert found.profile_intervals() == {"body.young": (10e3, 20e3)}
     assert found.waves > 1.0
+    found.save(tmp_path / "fit.nc")
+    with xr.open_dataset(tmp_path / "fit.nc") as kept:
+        assert "NaN" not in kept.attrs["pymdr_fit"]
     inside = mdr.fit(contact, curve, {"body.young": ["1 kPa", "20 kPa"]})
     assert inside["body.young"].value == pytest.approx(3e3, rel=0.05)
     assert not inside.notes

@@ -296,7 +296,7 @@ class Result:
         NotValidError
             If the field is not valid for this contact or this step.
         QuantityError
-            If there is no such field.
+            If there is no such field, `drop` or `flow` is given for one that is no flux, both are, or `drop` is a temperature.
         """
         import xarray as xr
 

@@ -141,6 +141,11 @@ def sliding_line(line: ElasticLine, states: DiskStates, n: int = NODES) -> Slidi
         Panels halve toward the tip, kinks and the edge on both sides, where terms of the kernel may be as fast as they
         like.
 
+    Raises
+    ------
+    ConvergenceError
+        If the contact ends so close to a kink that rounding hides the slope between them.
+
     Examples
     --------
     >>> from pymdr.line.foundation import states_at_depth

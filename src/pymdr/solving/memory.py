@@ -17,7 +17,7 @@ from pymdr.problem.schedule import Planned, Stretch, planned
 from pymdr.units import FloatArray
 
 _LATER = 4
-"""Rows."""
+"""How many later rows tell of the error of one."""
 
 
 def relaxation_along(contact: Contact, path: LoadingPath, time: FloatArray | None = None) -> Relaxation:

@@ -29,6 +29,7 @@ from pymdr.solving.walk import Channels, Task, Told, Walked, solution, walk
 from pymdr.units import FloatArray
 
 _FEWEST = 20
+"""Rings below which more of them, and not fewer, tell how far they err."""
 _FEWER = 0.618
 """Part of the rings that tells how far all of them err: one whose edges lie elsewhere."""
 _QUANTITIES: dict[str, Callable[[RingSolution], float]] = {

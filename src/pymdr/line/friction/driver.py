@@ -242,7 +242,6 @@ class _Stack(_Run):
         self.rest = span
 
     def advance(self, stop: int) -> None:
-
         while self.ending is Ending.COMPLETE and self.row < stop:
             span = (self.row, stop, self.column)
             code, self.row, self.column = self.kernel(

@@ -199,6 +199,13 @@ def follow_loads(
 
     Parameters are those of :func:`follow_springs`, with forces in N, not below 0. A force of 0 ends at the largest
     indentation that needs none.
+
+    Raises
+    ------
+    PathError
+        As :func:`follow_springs`, or if a force is below 0.
+    ConvergenceError
+        As :func:`follow_springs`, or if no disk within the known curve bears the largest force.
     """
     load = np.asarray(force, dtype=float)
     for wrong in load[load < 0.0]:

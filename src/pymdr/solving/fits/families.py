@@ -25,7 +25,6 @@ _WORKS = (1e-6, 1.0)
 _SIZES = (0.1, 10.0)
 """Of what the contact says."""
 WORK = "adhesion.work"
-_PROBES = 7
 
 
 @dataclass(frozen=True)

@@ -205,16 +205,7 @@ def _best(search: Search) -> _End:
     """The smallest misfit that searches from several starts end at."""
     quick = _quick_start(search)
     apart = (
-        [
-            starts(
-                search.contact,
-                search.unknowns,
-                curve,
-                search.known,
-                _STARTS,
-            )
-            for curve in search.curves
-        ]
+        [starts(search.contact, search.unknowns, curve, search.known, _STARTS) for curve in search.curves]
         if quick is None
         else [[quick[0]]]
     )
@@ -263,7 +254,7 @@ def _unexplained_waves(found: FitResult) -> tuple[str, ...]:
     missing = (
         "another law, a work of adhesion, a layer, the shape of the tip, or a drift"
         if found.contact.friction is None
-        else "another law, slip before the record begins (mark its samples in used), or a drift"
+        else "another law, slip before the record begins (make used false where it acts), or a drift"
     )
     return (
         f"what the model leaves are waves {found.waves:.2g} times as large as the noise between neighbours: {missing} may be "

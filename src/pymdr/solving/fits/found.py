@@ -30,15 +30,29 @@ class Fitted(NamedTuple):
     value: float
     """In the unit."""
     error: float
-    """Standard error in the unit."""
+    """Standard error in the unit; nan where the value rests at a bound."""
     low: float
     high: float
-    """Ends of the interval of 95 %, in the unit."""
+    """Ends of the interval of 95 %, in the unit; the bounds where the value rests at one."""
     unit: str
     """The SI unit."""
 
+    @property
+    def is_at_bound(self) -> bool:
+        """Whether the value rests at a bound, so that no error is known."""
+        return math.isnan(self.error)
+
+    def plain(self) -> dict[str, Any]:
+        """Its parts by name, None for numbers that JSON lacks."""
+        return {
+            name: None if isinstance(part, float) and not math.isfinite(part) else part
+            for name, part in self._asdict().items()
+        }
+
     def __str__(self) -> str:
         low, high = (written(end, self.unit, 4) for end in (self.low, self.high))
+        if self.is_at_bound:
+            return f"{self.name} = {written(self.value, self.unit, 4)}, at one of its bounds {low} and {high}"
         return f"{self.name} = {written(self.value, self.unit, 4)}, 95 % between {low} and {high}"
 
 
@@ -58,8 +72,8 @@ class FitResult:
     """Unknowns and origins by name."""
     data: xr.Dataset
     """Over ``step``, the samples of all curves: ``indentation`` (m) and ``normal_force`` (N), with friction ``shift`` (m) and
-    ``tangential_force`` (N), from the origins that were found, ``model`` and ``residual`` (N), ``in_contact``, ``used``, and
-    ``curve``; of bodies with memory ``time`` (s)."""
+    ``tangential_force`` (N), from the origins that were found, and the load or indentation of the record; ``model`` and
+    ``residual`` (N), ``in_contact``, ``used``, and ``curve``; of bodies with memory ``time`` (s)."""
     noise: float
     """Standard deviation of the residuals in N."""
     waves: float
@@ -104,7 +118,7 @@ class FitResult:
         Returns
         -------
         dict of str to (float, float)
-            Ends in SI units; errors that hang together widen them as they do the others.
+            Ends in SI units; errors that hang together widen them as they do the others. The bounds of what rests at one.
 
         Raises
         ------
@@ -116,11 +130,15 @@ class FitResult:
         asked = [u.name for u in self.search.unknowns] if names is None else list(names)
         for name in asked:
             self[name]
+        ends = {name: (self[name].low, self[name].high) for name in asked if self[name].is_at_bound}
+        asked = [name for name in asked if name not in ends]
+        if not asked:
+            return ends
         numbers = [self.search.names.index(name) for name in asked]
         minimizer, found = self.minimum
         wide = sigma * math.sqrt(self.correlated)
         table = conf_interval(minimizer, found, p_names=[f"p{i}" for i in numbers], sigmas=[wide])
-        best, ends = free_numbers(found, len(self.search.names)), {}
+        best = free_numbers(found, len(self.search.names))
         for name, i in zip(asked, numbers, strict=True):
             rows = table[f"p{i}"]
             values = []
@@ -191,7 +209,7 @@ class FitResult:
         from pymdr.presentation.files import write_dataset
 
         told = {
-            "values": {name: one._asdict() for name, one in self.values.items()},
+            "values": {name: one.plain() for name, one in self.values.items()},
             "noise": self.noise,
             "waves": self.waves,
             "correlated": self.correlated,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Hashable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -40,9 +40,9 @@ class ShearRecord:
     """Of the normal direction, one of :data:`NORMAL`."""
     normal: FloatArray
     """Normal force in N or indentation in m."""
-    time: FloatArray | None = None
+    time: FloatArray | None
     """In s."""
-    used: BoolArray = field(default_factory=lambda: np.ones(0, dtype=bool))
+    used: BoolArray
     """Samples that are compared with the model; all of them are followed."""
 
     @property

@@ -34,7 +34,7 @@ _FOLLOWED_POINTS, _FOLLOWED_COMBINATIONS = 9, 24
 _SCALES = np.geomspace(0.3, 1e4, 17)
 """Of what would bear the force at the depth that the whole travel is."""
 _LADDER = np.linspace(0.0, 1.0, 257) ** 2
-FRICTION = "friction."
+_FRICTION = "friction."
 _STIFFER, _HELD = np.geomspace(0.7, 30.0, 7), (1.001, 1.4, 2.2, 6.0)
 """Stiffness and friction of a loop in parts of what its largest force tells; that of a half loop is twice as large."""
 _BEFORE, _PLAIN = (-0.1, 0.0, 0.1), 8
@@ -138,7 +138,7 @@ def _sheared_candidates(
 ) -> list[FloatArray]:
     """Moduli with which bodies that stick bear the force at the shift, or somewhat more, and frictions that hold it."""
     pull, way = 0.5 * float(np.ptp(record.force)), 0.5 * float(np.ptp(record.shift))
-    plain = [u for u in unknowns if not u.is_of_force and not u.name.startswith(FRICTION)]
+    plain = [u for u in unknowns if not u.is_of_force and not u.name.startswith(_FRICTION)]
     found = []
     for own in candidates(contact, plain, way, 0.0, _PLAIN):
         shaped = put_into(contact, plain, own)
@@ -152,7 +152,7 @@ def _sheared_candidates(
             }
             values |= {u.name: float(v) for u, v in zip(plain, own, strict=True)}
             _, load = record.stuck(with_parameters(contact, values))
-            held = [u for u in unknowns if u.name.startswith(FRICTION)]
+            held = [u for u in unknowns if u.name.startswith(_FRICTION)]
             for share in _HELD if held else (1.0,):
                 values |= {u.name: float(np.clip(share * pull / load, u.low, u.high)) for u in held}
                 found.append(np.array([values[u.name] for u in unknowns]))

@@ -10,14 +10,7 @@ import typer
 
 from pymdr.workbench.cli.folders import ready_folder, write_figure, write_found
 from pymdr.workbench.cli.options import CaseFile, Json, Quiet, Table
-from pymdr.workbench.cli.telling import (
-    answer,
-    failures_as_json,
-    print_json,
-    say_found,
-    stages,
-    validity_of,
-)
+from pymdr.workbench.cli.telling import answer, failures_as_json, print_json, say_found, stages, validity_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -189,13 +182,7 @@ def _map(
 
 def _told_of_fit(found: FitResult) -> dict[str, Any]:
     values = {
-        name: {
-            "value": one.value,
-            "error": one.error,
-            "low": one.low,
-            "high": one.high,
-            "unit": one.unit,
-        }
+        name: {"value": one.value, "error": one.error, "low": one.low, "high": one.high, "unit": one.unit}
         for name, one in found.values.items()
     }
     fitted = {

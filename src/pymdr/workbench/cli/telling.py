@@ -24,9 +24,7 @@ if TYPE_CHECKING:
     from pymdr.solving.study import Study
 
 OK, FAILED, WRONG_USE, REFUSED = 0, 1, 2, 3
-"""Exit statuses; REFUSED: all was done, and the method gives nothing for this contact."""
-
-
+"""Exit statuses; REFUSED: the method gives nothing for this contact."""
 REFUSALS = ("REFUSED", "ADHESION_REFUSED")
 """Statuses of results in which nothing but a bound is given."""
 
