@@ -5,7 +5,7 @@ from __future__ import annotations
 import enum
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 
 import numpy as np
@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 from pymdr.errors import QuantityError
 from pymdr.independent.rings import Rings
 from pymdr.interpretation.closure import pressed_curve
+from pymdr.interpretation.conductance import driven
 from pymdr.interpretation.peaks import largest_value
 from pymdr.interpretation.validity import SOURCES, Assumption, Claim
 from pymdr.mapping.portable import portable
@@ -98,13 +99,6 @@ class DirectedReader(FieldReader, Protocol):
 
     def towards(self, angle: float) -> FieldReader:
         """The same, for radii in the direction of an angle in rad from the x-axis."""
-
-
-_FLUXES = {
-    "heat_flux": ("K", "W", "W/m^2", "thermal_conductance", False),
-    "current_density": ("V", "A", "A/m^2", "electrical_resistance", True),
-}
-"""Units of what drives a flux, of what flows, and of the flux; and the quantity between the first two, a resistance or not."""
 
 
 @dataclass(frozen=True)
@@ -324,7 +318,7 @@ class Result:
         row = quantity(name)
         unit, words, factor = row.unit, row.words, np.ones(len(chosen))
         if drop is not None or flow is not None:
-            unit, factor = self._driven(name, chosen, drop, flow)
+            unit, factor = driven(name, drop, flow, partial(self._told, chosen), len(chosen))
             values, words = values * factor[:, None], words.split(" per ")[0]
         coords: dict[str, Any] = {axis.name: (axis.name, radii, {"units": "m", "long_name": axis.words})}
         amplitude = np.array([surface.edge_amplitude(i) for i in chosen]) * factor
@@ -347,29 +341,9 @@ class Result:
             attrs={"units": unit, "long_name": words, "symbol": row.symbol},
         )
 
-    def _driven(
-        self, name: str, chosen: Sequence[int], drop: QuantityLike | None, flow: QuantityLike | None
-    ) -> tuple[str, FloatArray]:
-        """The unit of a flux, and the drop over some rows."""
-        if name not in _FLUXES:
-            raise QuantityError(
-                f"field: drop= and flow= are for {' and '.join(_FLUXES)}; leave them out for {name}"
-            )
-        across, through, unit, column, is_resistance = _FLUXES[name]
-        if drop is not None and flow is not None:
-            raise QuantityError(f"field: drop = {shown(drop)} and flow = {shown(flow)}; give one of them")
-        if drop is not None:
-            if isinstance(drop, str) and "deg" in drop:
-                raise QuantityError(
-                    f"field: drop = {shown(drop)} is a temperature; write the difference in K"
-                )
-            return unit, np.full(len(chosen), to_si(drop, across, name="drop"))
-        assert flow is not None
-        self._require(column)
-        conducting = self.data[column].values[list(chosen)]
-        whole = to_si(flow, through, name="flow")
-        with np.errstate(divide="ignore"):
-            return unit, whole * conducting if is_resistance else whole / conducting
+    def _told(self, rows: Sequence[int], name: str) -> FloatArray:
+        self._require(name)
+        return np.asarray(self.data[name].values[list(rows)])
 
     def _towards(self, angle: float) -> FieldReader:
         surface = self.surface

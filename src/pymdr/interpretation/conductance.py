@@ -3,19 +3,20 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from pymdr.errors import QuantityError
 from pymdr.interpretation.theories import theory_of
 from pymdr.interpretation.validity import SOURCES, Claim, Level
 from pymdr.mapping.conductivity import Carrier, conductivity_of, is_carried
 from pymdr.problem.contact import Contact
 from pymdr.problem.materials import Material
 from pymdr.problem.profiles import ForceCurve
-from pymdr.units import FloatArray
+from pymdr.units import FloatArray, QuantityLike, shown, to_si
 
 
 @dataclass(frozen=True)
@@ -253,3 +254,58 @@ def _claim(contact: Contact, columns: Mapping[str, FloatArray], base: Claim, any
     if contact.adhesion is not None and theory_of(contact.adhesion).pulls_beyond:
         return replace(claim, reason=f"{_BEYOND_CONTACT}; {reason}")
     return claim
+
+
+_UNITS = {"heat_flux": ("K", "W"), "current_density": ("V", "A")}
+"""Of what drives a flux, and of what flows."""
+
+
+def driven(
+    name: str,
+    drop: QuantityLike | None,
+    flow: QuantityLike | None,
+    told: Callable[[str], FloatArray],
+    rows: int,
+) -> tuple[str, FloatArray]:
+    """
+    The unit of a flux field, and the drop that drives it.
+
+    Parameters
+    ----------
+    name : str
+        The field, a flux.
+    drop, flow : quantity or None
+        One of them: the difference of temperatures in K or the voltage in V, or the heat in W or the current in A.
+    told : callable
+        Values of a quantity over the rows.
+    rows : int
+        How many there are.
+
+    Returns
+    -------
+    unit : str
+    drop : ndarray of shape (rows,)
+        In K or V.
+
+    Raises
+    ------
+    QuantityError
+        If the field is no flux, both are given, or a temperature stands for a difference.
+    """
+    conduction = next((one for one in CONDUCTIONS if one.field == name), None)
+    if conduction is None:
+        raise QuantityError(
+            f"field: drop= and flow= are for {' and '.join(_UNITS)}; leave them out for {name}"
+        )
+    across, through = _UNITS[name]
+    unit = f"{through}/m^2"
+    if drop is not None and flow is not None:
+        raise QuantityError(f"field: drop = {shown(drop)} and flow = {shown(flow)}; give one of them")
+    if drop is not None:
+        if isinstance(drop, str) and "deg" in drop and "delta" not in drop:
+            raise QuantityError(f"field: drop = {shown(drop)} is a temperature; write the difference in K")
+        return unit, np.full(rows, to_si(drop, across, name="drop"))
+    assert flow is not None
+    conducting, whole = told(conduction.quantity), to_si(flow, through, name="flow")
+    with np.errstate(divide="ignore"):
+        return unit, whole * conducting if conduction.resists else whole / conducting
