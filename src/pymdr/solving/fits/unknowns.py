@@ -77,12 +77,8 @@ def unknowns_of(contact: Contact, free: Free) -> tuple[Unknown, ...]:
     Raises
     ------
     ProblemError
-        If the contact has friction, none is named, the contact has no number of a name, or bounds do not rise or do not hold what the contact says.
+        If none is named, the contact has no number of a name, or bounds do not rise or do not hold what the contact says.
     """
-    if contact.friction is not None:
-        raise ProblemError(
-            "fit: the contact has friction, which normal forces do not feel; leave friction out"
-        )
     if isinstance(free, str):
         free = [free]
     names = list(free)
