@@ -126,6 +126,19 @@ def test_the_loop_of_a_paraboloid(references, steps):
     assert last(result, "indentation") == -2.0
 
 
+@settings(max_examples=20, deadline=None)
+@given(back=st.floats(-8.0, -1.0), steps=st.integers(1, 20))
+def test_work_keeps_no_rounding_of_a_far_larger_load_before(back, steps):
+    deep = 1e3
+    path = mdr.indent(deep, steps=3) >> mdr.indent(deep * 10.0**back, steps=steps)
+    result = mdr.solve(contact(), path)
+    stored, surface, lost, work = (
+        last(result, name)
+        for name in ("elastic_energy", "surface_energy", "dissipated_energy", "external_work")
+    )
+    assert work == pytest.approx(stored + surface + lost, abs=1e-15 * (stored - surface + lost))
+
+
 def test_references_of_a_maugis_state(references):
     expected = references["md_sphere_lam0.1"]["expected"]
     body = contact(law=mdr.MaugisDugdale(1.0, strength=expected["sigma0"]))

@@ -145,6 +145,33 @@ def test_partial_slip_under_every_control(partial_slip, normal, tangential):
     assert np.max(np.abs(column(result, "dissipated_energy")[-19:] - lost)) < 1e-13 * exact.work(0.95)
 
 
+@settings(max_examples=examples(40), deadline=None)
+@given(
+    log_depth=st.floats(-9.0, -1.0),
+    log_slip=st.floats(-13.0, -0.1),
+    turns=st.integers(0, 2),
+    steps=st.integers(1, 10),
+)
+def test_slip_work_of_any_size_errs_no_more_than_its_claim(log_depth, log_slip, turns, steps):
+    """Springs at the depth y below d slip by s - y and bear mu E* y: W = 2 mu E* int y (s - y) a'(d - y) dy, and twice that per turn."""
+    depth = 10.0**log_depth
+    shift = MU * depth * 10.0**log_slip
+    path = mdr.indent(depth)
+    for turn in range(turns + 1):
+        path = path >> mdr.shift(shift * (-1.0) ** turn, steps=steps)
+    result = mdr.solve(contact(), path)
+    down = shift / MU  # E* = G*
+    nodes, weights = np.polynomial.legendre.leggauss(200)
+    # y = s (1 - t^2), smooth at full slip too
+    t = 0.5 * (nodes + 1.0)
+    rate = 0.5 / np.sqrt(depth - down + down * t**2)
+    first = MU**2 * down**3 * float(weights @ ((1.0 - t**2) * t**2 * rate * 2.0 * t))
+    claim = result.claims["dissipated_energy"]
+    error = 0.0 if claim.error is None else float(claim.error[-1])
+    assert last(result, "dissipated_energy") == pytest.approx((1 + 2 * turns) * first, rel=1e-10 + error)
+    assert error <= 1e-14 / 10.0**log_slip
+
+
 def test_full_sliding(partial_slip):
     """Past u_s the force stays at mu F_N, the contact slides, and all work is lost to friction."""
     exact = partial_slip

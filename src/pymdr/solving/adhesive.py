@@ -46,10 +46,7 @@ class _State:
     """None for a body that does not touch."""
     known: bool = True
     """Whether anybody knows where the body is: not after it was lost under a prescribed force."""
-    external_work: float = 0.0
     dissipated: float = 0.0
-    energy: float = 0.0
-    """Of contact and machine in J."""
 
 
 @dataclass(frozen=True)
@@ -114,7 +111,7 @@ def _step(
     depth = np.where(attached, values if channel == "indentation" else found[0], free_depth)
     machine = 0.0 if stiffness is None else np.where(attached, 0.5 * force * force / stiffness, 0.0)
     energy = np.where(attached, elastic + surface, 0.0) + machine
-    spent = np.cumsum(history.dissipated)
+    dissipated = state.dissipated + np.cumsum(history.dissipated)
     rows = _Rows(
         parameter=np.where(attached, history.parameter, math.nan),
         attached=attached,
@@ -125,18 +122,16 @@ def _step(
         normal_force=force,
         jumped=history.jumped,
         jump_dissipation=history.dissipated,
-        dissipated=state.dissipated + spent,
+        dissipated=dissipated,
         # what goes in is stored or lost; the energy balance holds this against quadrature
-        external_work=state.external_work + (energy - state.energy) + spent,
+        external_work=energy + dissipated,
         residual=np.array([energy_residual(track, history)]),
         jumps=replace(history.jumps, step=asked.leg.first + history.jumps.step),
     )
     end = _State(
         parameter=float(history.parameter[-1]) if attached[-1] else None,
         known=not math.isnan(depth[-1]),
-        external_work=float(rows.external_work[-1]),
-        dissipated=float(rows.dissipated[-1]),
-        energy=float(energy[-1]),
+        dissipated=float(dissipated[-1]),
     )
     return rows, end, channels_at(float(depth[-1]), float(force[-1]), stiffness)
 

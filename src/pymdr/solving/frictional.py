@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -61,6 +61,8 @@ _SLOWEST = 0.5
 """By how much the changes of a leg are said to fall from one refinement to the next, where it is not known to be more."""
 _SETTLED = 1e-9
 """Of the largest value of a leg: what a refinement may leave."""
+_ROUNDED = 8.0 * float(np.finfo(float).eps)
+"""Of the depth: what rounding leaves of where slip ends."""
 _CHUNK = 2_000_000
 """Rows between two calls of `progress`."""
 
@@ -359,6 +361,11 @@ def _interpret(task: Task, law: _FrictionLaw, walked: Walked[_Rows], starts: tup
             remark = f"; what lies between rows that move a load and a shift is followed to {left:.1g} of the largest value"
             claims |= approximated({name: claims[name]}, remark, left)
     at_deepest = states_at_depth(mapped.line, np.array([max(law.deepest, 0.0)]))
+    rounded = {"dissipated_energy": _slip_work_error(mapped.line, columns)}
+    if float(rounded["dissipated_energy"].max(initial=0.0)) > EXACT_WITHIN:
+        remark = "; what slips is so thin a rim of the contact that rounding of the depth counts"
+        largest = float(rounded["dissipated_energy"].max())
+        claims |= approximated({"dissipated_energy": claims["dissipated_energy"]}, remark, largest)
     claims = with_errors(claims, {}, map_remark(mapped.line, at_deepest))
     return solution(
         task,
@@ -371,6 +378,19 @@ def _interpret(task: Task, law: _FrictionLaw, walked: Walked[_Rows], starts: tup
         references=("sneddon", "popov-hess", "cattaneo-mindlin", "memory"),
         starts=starts,
     )
+
+
+def _slip_work_error(line: ElasticLine, columns: Mapping[str, FloatArray]) -> FloatArray:
+    """Of the largest slip work: it goes as the third power of the depth down to which springs slip, which rounding of the whole ends."""
+    depth, work = columns["indentation"], columns["dissipated_energy"]
+    if not work.size or not work.max() > 0.0:
+        return np.zeros(work.shape)
+    slips = columns["stick_radius"] < columns["contact_radius"]
+    down = np.where(slips, depth - np.where(slips, line.depth(columns["stick_radius"]), depth), 0.0)
+    deepest = np.maximum.accumulate(np.maximum(depth, 0.0))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        share = np.nan_to_num(_ROUNDED * deepest / np.maximum.accumulate(down), nan=1.0, posinf=1.0)
+    return np.asarray(np.minimum(share, 1.0) * work / work.max())
 
 
 def frictional_assumptions(contact: Contact, mapped: Springs, radii: FloatArray) -> tuple[Assumption, ...]:
