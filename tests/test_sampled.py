@@ -141,7 +141,8 @@ def spacings(draw, fewest=5, most=200, closest=6.0):
         r = np.concatenate([[0.0], np.cumsum(10.0 ** rng.uniform(-closest, 0.0, n - 1))])
     if kind == "merged":
         i = rng.integers(1, n - 1)
-        r[i] = r[i + 1] * (1.0 - 10.0 ** -rng.uniform(2.0, min(2.0 + closest, 8.5)))
+        beside = r[i + 1] * (1.0 - 10.0 ** -rng.uniform(2.0, min(2.0 + closest, 8.5)))
+        r[i] = max(beside, 0.5 * (r[i - 1] + r[i + 1]))
     return r / r[-1]
 
 
