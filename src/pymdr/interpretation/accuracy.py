@@ -99,9 +99,9 @@ def adhesive_errors(
     equilibria: Adhesive,
     s: FloatArray,
     machine_stiffness: FloatArray,
-    columns: Mapping[str, FloatArray] | None = None,
-    jumps: Jumps | None = None,
-    machine: FloatArray | float = 0.0,
+    columns: Mapping[str, FloatArray],
+    jumps: Jumps,
+    machine: FloatArray | float,
 ) -> dict[str, FloatArray]:
     """
     Relative errors of the quantities of a contact with adhesion, from those of g, g', m and s at its edges.
@@ -114,9 +114,9 @@ def adhesive_errors(
         Parameters of the states in m.
     machine_stiffness : ndarray
         Stiffness k in N/m of the machine that stands for the control: inf for an indentation, 0 for a force.
-    columns : mapping of str to ndarray, optional
-        Energies in J of the rows, for the errors of those that are differences.
-    jumps : Jumps, optional
+    columns : mapping of str to ndarray
+        Energies in J of the rows.
+    jumps : Jumps
         What the rows met.
     machine : ndarray or float
         Energy in J of the machine.
@@ -169,14 +169,11 @@ def adhesive_errors(
         "spring_force": error[:, _G] + depth,
     }
     touching = (a > 0.0) | (states.cohesive_radius > 0.0)
-    if columns is not None and jumps is not None:
-        lost = _lost(line, equilibria, jumps, machine_stiffness)
-        energies = _energies(columns, np.where(touching, missed, 0.0), lost, machine)
-        found["elastic_energy"] = energies.pop("elastic_energy")
-        later = _bounded(energies, np.ones(a.shape, dtype=bool))
-    else:
-        found["elastic_energy"] = missed / np.abs(equilibria.energies(s)[0])
-        later = {}
+    lost = _lost(line, equilibria, jumps, machine_stiffness)
+    energies = _energies(columns, np.where(touching, missed, 0.0), lost, machine)
+    found["elastic_energy"] = energies.pop("elastic_energy")
+    # what was lost is known after the bodies have parted too
+    later = _bounded(energies, np.ones(a.shape, dtype=bool))
     found = _bounded(found, touching) | later
     return found if any(values.any() for values in found.values()) else {}
 

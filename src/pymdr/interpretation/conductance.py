@@ -28,11 +28,15 @@ class Conduction:
     field: str
     resists: bool
     """Whether the quantity is the reciprocal of the conductance."""
+    driven_by: str
+    """Unit of the drop that drives it."""
+    flows_in: str
+    """Unit of what flows."""
 
 
 CONDUCTIONS = (
-    Conduction("thermal_conductivity", "thermal_conductance", "heat_flux", False),
-    Conduction("resistivity", "electrical_resistance", "current_density", True),
+    Conduction("thermal_conductivity", "thermal_conductance", "heat_flux", False, "K", "W"),
+    Conduction("resistivity", "electrical_resistance", "current_density", True, "V", "A"),
 )
 CONDUCTION_SOURCES = ("holm", "barber-conductance")
 
@@ -256,10 +260,6 @@ def _claim(contact: Contact, columns: Mapping[str, FloatArray], base: Claim, any
     return claim
 
 
-_UNITS = {"heat_flux": ("K", "W"), "current_density": ("V", "A")}
-"""Of what drives a flux, and of what flows."""
-
-
 def driven(
     name: str,
     drop: QuantityLike | None,
@@ -295,17 +295,16 @@ def driven(
     conduction = next((one for one in CONDUCTIONS if one.field == name), None)
     if conduction is None:
         raise QuantityError(
-            f"field: drop= and flow= are for {' and '.join(_UNITS)}; leave them out for {name}"
+            f"field: drop= and flow= are for {' and '.join(one.field for one in CONDUCTIONS)}; leave them out for {name}"
         )
-    across, through = _UNITS[name]
-    unit = f"{through}/m^2"
+    unit = f"{conduction.flows_in}/m^2"
     if drop is not None and flow is not None:
         raise QuantityError(f"field: drop = {shown(drop)} and flow = {shown(flow)}; give one of them")
     if drop is not None:
         if isinstance(drop, str) and "deg" in drop and "delta" not in drop:
             raise QuantityError(f"field: drop = {shown(drop)} is a temperature; write the difference in K")
-        return unit, np.full(rows, to_si(drop, across, name="drop"))
+        return unit, np.full(rows, to_si(drop, conduction.driven_by, name="drop"))
     assert flow is not None
-    conducting, whole = told(conduction.quantity), to_si(flow, through, name="flow")
+    conducting, whole = told(conduction.quantity), to_si(flow, conduction.flows_in, name="flow")
     with np.errstate(divide="ignore"):
         return unit, whole * conducting if conduction.resists else whole / conducting
