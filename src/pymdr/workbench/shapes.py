@@ -215,6 +215,23 @@ def _around(x: FloatArray, y: FloatArray) -> FloatArray:
     return np.array([-x.min(), x.max(), -y.min(), y.max()])
 
 
+def _block_forces(found: PressedSurface) -> FloatArray:
+    """Forces in N of blocks of pixels, which are forces from afar, and their places from the apex in m; shape (blocks, 3)."""
+    pressure, heights, spacing = found.maps[0][0], found.surface.heights, found.surface.spacing
+    apex = np.unravel_index(int(np.argmax(heights)), heights.shape)
+    x, y = ((np.arange(n) - at) * h for n, at, h in zip(pressure.shape, apex, spacing, strict=True))
+    step = max(1, max(pressure.shape) // _BLOCKS)
+
+    def summed(values: FloatArray) -> FloatArray:
+        rows = np.add.reduceat(values, np.arange(0, values.shape[0], step), axis=0)
+        return np.asarray(np.add.reduceat(rows, np.arange(0, values.shape[1], step), axis=1))
+
+    total = summed(pressure)
+    loaded = total > 0.0
+    places = (summed(pressure * along)[loaded] / total[loaded] for along in (x[:, None], y[None, :]))
+    return np.stack([total[loaded] * float(np.prod(spacing)), *places], axis=1)
+
+
 def _beside(
     found: PressedSurface, shape: Shape, modulus: float, depth: float, box: FloatArray, radius: float
 ) -> FloatArray | None:
@@ -227,28 +244,9 @@ def _beside(
     if not below.any():
         return None
     x, y, gap = x[below], y[below], gap[below]
-    # so far away that blocks of pixels are forces
-    pressure = found.maps[0][0]
-    heights = found.surface.heights
-    at = np.unravel_index(int(np.argmax(heights)), heights.shape)
-    step = max(1, max(pressure.shape) // _BLOCKS)
-    forces, places_x, places_y = [], [], []
-    for i in range(0, pressure.shape[0], step):
-        for j in range(0, pressure.shape[1], step):
-            part = pressure[i : i + step, j : j + step]
-            if (total := float(part.sum())) > 0.0:
-                rows, columns = part.sum(axis=1), part.sum(axis=0)
-                places_x.append(
-                    (i - at[0] + float(rows @ np.arange(rows.size)) / total) * found.surface.spacing[0]
-                )
-                places_y.append(
-                    (j - at[1] + float(columns @ np.arange(columns.size)) / total) * found.surface.spacing[1]
-                )
-                forces.append(total)
     sunk = np.zeros(x.shape)
-    for force, place_x, place_y in zip(forces, places_x, places_y, strict=True):
-        sunk += force / np.hypot(x - place_x, y - place_y)
-    sunk *= float(np.prod(found.surface.spacing)) / (math.pi * modulus)
+    for force, place_x, place_y in _block_forces(found):
+        sunk += force / (math.pi * modulus * np.hypot(x - place_x, y - place_y))
     entering = gap < depth - sunk - _SLACK * depth
     if not entering.any():
         return None
