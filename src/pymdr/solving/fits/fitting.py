@@ -15,7 +15,7 @@ from pymdr.problem.laws import Coulomb
 from pymdr.problem.measured import MeasuredCurve
 from pymdr.problem.paths import Path, indent
 from pymdr.result import Result, labelled
-from pymdr.solving.curves import leave_out_marked, mark_saturated
+from pymdr.solving.curves import leave_out_marked
 from pymdr.solving.fits.asking import FOUND, NO_CONTACT, SEEN, Asked
 from pymdr.solving.fits.found import FitResult, Fitted, force_of
 from pymdr.solving.fits.loops import NORMAL, ShearRecord, shear_record
@@ -32,6 +32,7 @@ from pymdr.solving.fits.searching import (
     refuse_unsettled,
 )
 from pymdr.solving.fits.starting import Start, starts
+from pymdr.solving.fits.unexplained import unexplained
 from pymdr.solving.fits.unknowns import (
     BASELINE,
     CONTACT_POINT,
@@ -52,14 +53,10 @@ LEVENBERG_MARQUARDT, LMFIT = "levenberg-marquardt", "lmfit"
 _STARTS = 4
 _UNFELT = 1e-6
 """Of the largest: rates of the residuals over an origin that a record does not feel."""
-_PULLS, _SMALL = 8.0, 0.02
-"""A pull that is told: in parts of the noise, and of the range of the force."""
 _WIDER = 1.1
 """Errors of the family of forces that count, which also tell where a pull stands in a few samples."""
 _AT_BOUND = 1e-4
 """Of what lies between the bounds in the numbers that the search changes."""
-WAVY = 1.0
-"""Waves in the residuals that are told, in parts of the noise."""
 
 
 def fit(
@@ -145,8 +142,7 @@ def fit(
     refuse_blind(search, best)
     found = _interpreted(search, best, minimum, wide)
     notes = (f"{marked} samples marked as outliers or saturated are left out",) if marked else ()
-    told = (*_unmarked_plateau(found), *_unexplained_pull(found), *_unexplained_waves(found))
-    return replace(found, notes=(*notes, *told, *found.notes))
+    return replace(found, notes=(*notes, *unexplained(found), *found.notes))
 
 
 def _search(
@@ -217,49 +213,6 @@ def _best(search: Search) -> _End:
         ends.append((float(found.chisqr), free_numbers(found, len(search.names))))
     wide = np.zeros(len(search.names)) if quick is None else quick[1]
     return _End(*min(ends, key=lambda end: end[0]), wide)
-
-
-def _unmarked_plateau(found: FitResult) -> tuple[str, ...]:
-    """Whether a record stays at its largest force while it is pressed on."""
-    curves = [one for one in found.curves if isinstance(one, MeasuredCurve)]
-    count = sum(int(mark_saturated(one).marked.sum()) for one in curves if one.saturated is None)
-    if not count:
-        return ()
-    return (
-        f"{count} samples have the largest force, while the depth changes: where the detector had run out of range, leave them out by "
-        "prepare or mark_saturated",
-    )
-
-
-def _unexplained_pull(found: FitResult) -> tuple[str, ...]:
-    """A note where a record pulls, and the contact has no adhesion; the noise is that between neighbours."""
-    if found.contact.adhesion is not None or found.contact.friction is not None:
-        return ()
-    force = found.data["normal_force"].values
-    noise = 1.4826 * float(np.median(np.abs(np.diff(force)))) / math.sqrt(2.0)
-    smooth = np.median(np.lib.stride_tricks.sliding_window_view(force, 3), axis=1)
-    pull = -float(smooth.min())
-    if pull <= max(_PULLS * noise, _SMALL * float(np.ptp(force))):
-        return ()
-    return (
-        f"the record pulls with up to {written(pull, 'N', 3)}, below the baseline that was found, and the contact has no adhesion: "
-        "fit it with one, such as JKR(work), or the approach alone",
-    )
-
-
-def _unexplained_waves(found: FitResult) -> tuple[str, ...]:
-    """A note where what the model leaves hangs together more than it is noise."""
-    if found.waves <= WAVY:
-        return ()
-    missing = (
-        "another law, a work of adhesion, a layer, the shape of the tip, or a drift"
-        if found.contact.friction is None
-        else "another law, slip before the record begins (make used false where it acts), or a drift"
-    )
-    return (
-        f"what the model leaves are waves {found.waves:.2g} times as large as the noise between neighbours: {missing} may be "
-        "missing; the intervals hold the noise, not that",
-    )
 
 
 def _quick_start(search: Search) -> tuple[Start, FloatArray] | None:

@@ -35,11 +35,12 @@ from pymdr.solving.fits.asking import (
     empty_columns,
 )
 from pymdr.solving.fits.families import WORK, Ways
-from pymdr.solving.fits.fitting import LEVENBERG_MARQUARDT, LMFIT, WAVY, fit
+from pymdr.solving.fits.fitting import LEVENBERG_MARQUARDT, LMFIT, fit
 from pymdr.solving.fits.forces import AdhesiveForces, ElasticForces, rounded_up
 from pymdr.solving.fits.quick import fit_by_family
 from pymdr.solving.fits.records import Records, Stretch, records_of
 from pymdr.solving.fits.storing import Held, Kept, attributes_of
+from pymdr.solving.fits.unexplained import WAVY
 from pymdr.solving.fits.unknowns import (
     BASELINE,
     CONTACT_POINT,
