@@ -8,7 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
-from numba import config, njit
+from numba import config, njit, types
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -46,7 +46,17 @@ def compiled(function: Function, stamp: Stamp | None = None, **options: Any) -> 
     index: Any = getattr(getattr(kernel, "_cache", None), "_cache_file", None)
     if stamp is not None and index is not None and hasattr(index, "_source_stamp"):
         index._source_stamp = stamp
+    _compile_constants_as_numbers(kernel)
     return cast(Function, kernel)
+
+
+def _compile_constants_as_numbers(kernel: Any) -> None:
+    """Numba compiles a kernel anew for every constant that another kernel gives it; once for its type is enough."""
+    template = getattr(kernel, "get_call_template", None)
+    if template is not None:
+        kernel.get_call_template = lambda args, kws: template(
+            [types.unliteral(a) for a in args], {name: types.unliteral(a) for name, a in kws.items()}
+        )
 
 
 class _Waiting:
