@@ -5,7 +5,7 @@ BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 WRITES := $(VENV)/.writes
 
-.PHONY: run test explore check docs benchmarks clean
+.PHONY: run test explore check docs benchmarks mutants clean
 
 run: $(READY)
 	$(BIN)/pymdr run examples/ball_on_glass.toml -o out
@@ -28,6 +28,12 @@ docs: $(WRITES)
 
 benchmarks: $(READY)
 	$(BIN)/python -m benchmarks
+
+# small mistakes in the source, and whether a test notices them: hours
+mutants: $(READY)
+	$(BIN)/python -m pip install --quiet --group mutants
+	$(BIN)/python -m pytest -q -n auto --cov=pymdr --cov-context=test --cov-report=
+	$(BIN)/python -m tests.mutants
 
 $(READY): pyproject.toml
 	$(PYTHON) -m venv $(VENV)

@@ -1,8 +1,10 @@
 """Do the tests notice mistakes? Random small changes of the source, and which of them survive.
 
-``python -m tests.mutants --count 200`` draws statements of mapping, line and interpretation, changes an operator, a
-comparison, a constant or a condition in one of them, runs the tests of its folder on a copy of the source, and lists
-what they let pass. ``--seed`` and ``--only`` replay a mutant.
+``make mutants`` records which test runs which line (`pytest --cov=pymdr --cov-context=test`), then calls
+``python -m tests.mutants --count 200``: it draws statements of mapping, line and interpretation, changes an operator, a
+comparison, a constant or a condition in one of them, runs the tests that pass there on a copy of the source, and lists
+what they let pass. Lines of compiled kernels are not recorded: of them the tests of their folder are asked. ``--seed``
+and ``--only`` replay a mutant.
 """
 
 import argparse
@@ -15,10 +17,13 @@ import shutil
 import subprocess
 import sys
 import tempfile
+from collections import Counter
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 
 import pytest
+from coverage import CoverageData
 
 ROOT = Path(__file__).parent.parent
 TESTS = {
@@ -59,7 +64,9 @@ OPERATORS = {
     ast.Gt: ast.GtE, ast.GtE: ast.Gt, ast.Eq: ast.NotEq, ast.NotEq: ast.Eq, ast.And: ast.Or, ast.Or: ast.And,
     ast.BitAnd: ast.BitOr, ast.BitOr: ast.BitAnd,
 }  # fmt: skip
-PATIENCE = 900
+PATIENCE = 600
+MOST = 250
+"""Tests that are asked of a line that more of them pass."""
 
 
 @dataclass(frozen=True)
@@ -67,7 +74,7 @@ class Mutant:
     """One small change of one file."""
 
     file: Path
-    line: int
+    lines: range
     words: str
     source: str
 
@@ -113,26 +120,43 @@ def mutant(rng):
     else:
         node.test = ast.UnaryOp(ast.Not(), node.test)
     first = before.splitlines()[0]
+    lines = range(node.lineno, node.end_lineno + 1)
     after = ast.unparse(ast.fix_missing_locations(node)).splitlines()[0]
-    return Mutant(file, node.lineno, f"{first[:90]}  ->  {after[:90]}", ast.unparse(tree))
+    return Mutant(file, lines, f"{first[:90]}  ->  {after[:90]}", ast.unparse(tree))
 
 
-def asked(relative):
-    """The tests of a file of the source, those that name it most often first."""
+@cache
+def recorded():
+    """What the last recording tells: for each file and line the tests that pass it, and how many lines a test passes."""
+    data = CoverageData(ROOT / ".coverage")
+    data.read()
+    passing = {file: data.contexts_by_lineno(file) for file in data.measured_files()}
+    breadth = Counter(test for lines in passing.values() for tests in lines.values() for test in tests)
+    return passing, breadth
+
+
+def asked(found):
+    """The tests that pass its lines, those with the fewest lines first; of compiled code those of its folder."""
+    passing, breadth = recorded()
+    lines = passing.get(str(found.file), {})
+    tests = {test for line in found.lines for test in lines.get(line, ()) if test}
+    if tests:
+        return [test.partition("|")[0] for test in sorted(tests, key=breadth.__getitem__)][:MOST]
+    relative = found.file.relative_to(ROOT)
     own = [test for word, tests in OWN_TESTS.items() if word in str(relative) for test in tests]
-    tests = [ROOT / f"tests/test_{name}.py" for name in dict.fromkeys([*own, *TESTS[relative.parts[2]]])]
-    return sorted(tests, key=lambda test: -test.read_text().count(relative.stem))
+    files = [f"tests/test_{name}.py" for name in dict.fromkeys([*own, *TESTS[relative.parts[2]]])]
+    return sorted(files, key=lambda test: -(ROOT / test).read_text().count(relative.stem))
 
 
 def survives(found, place):
-    """Whether all tests of its folder pass with it, on the copy of the source in `place`; a run without end counts as noticed."""
+    """Whether all tests that are asked pass with it, on the copy of the source in `place`; a run without end counts as noticed."""
     relative = found.file.relative_to(ROOT)
     mutated, whole = place / relative, found.file.read_text()
     # kernels whose sources did not change need not be compiled again
     kept = place / ("changed" if "compiled" in whole else "cache")
     mutated.write_text(found.source)
     command = [sys.executable, "-m", "pytest", "-q", "-x", "-n", "0", "-p", "no:cacheprovider"]
-    command += map(str, asked(relative))
+    command += asked(found)
     environment = {**os.environ, "PYTHONPATH": str(place / "src"), "CI": "1", "NUMBA_CACHE_DIR": str(kept)}
     try:
         ended = subprocess.run(
@@ -162,7 +186,7 @@ def main():
     seed = secrets.randbits(31) if given.seed is None else given.seed
     print(f"seed {seed}", flush=True)
     chosen = [(i, mutant(random.Random(f"{seed} {i}"))) for i in given.only or range(given.count)]
-    words = {i: f"{i}: {found.file.relative_to(ROOT)}:{found.line}  {found.words}" for i, found in chosen}
+    words = {i: f"{i}: {found.file.relative_to(ROOT)}:{found.lines[0]}  {found.words}" for i, found in chosen}
     if given.list:
         print("\n".join(words.values()))
         return
