@@ -133,7 +133,7 @@ def turning_points(
         if count > _MOST_CELLS:
             break
         theta = 0.5 * np.pi * (_SLOPE_POINTS + 1.0)
-        s = low[:, None] + (high - low)[:, None] * np.sin(0.5 * theta) ** 2
+        s = _inside(low, high, theta)
         values = slope(s) * np.sin(theta)
         if not np.all(np.isfinite(values)):
             raise ConvergenceError(
@@ -145,8 +145,7 @@ def turning_points(
         # rounding of s shakes a slope that varies within few roundings of s
         shaken = 8.0 * _EPS * np.maximum(np.abs(low), np.abs(high)) / (high - low) * np.ptp(values, axis=1)
         done = (tail <= np.maximum(1e-9 * np.max(np.abs(series), axis=1), shaken)) | narrow
-        at = low[done, None] + (high - low)[done, None] * np.sin(0.5 * fine) ** 2
-        samples.append((at, (series[done] @ to_fine.T) / np.sin(fine)))
+        samples.append((_inside(low[done], high[done], fine), (series[done] @ to_fine.T) / np.sin(fine)))
         middle = 0.5 * (low + high)[~done]
         low, high = np.concatenate([low[~done], middle]), np.concatenate([middle, high[~done]])
         if low.size == 0:
@@ -154,6 +153,12 @@ def turning_points(
     raise ConvergenceError(
         f"the slope of the curve is not smooth near s = {float(low[0])!r}; give its kinks as knots (breakpoints)"
     )
+
+
+def _inside(low: FloatArray, high: FloatArray, angle: FloatArray) -> FloatArray:
+    """Places between the ends of cells, where a slope may have no bound: never these, however few roundings they are apart."""
+    s = low[:, None] + (high - low)[:, None] * np.sin(0.5 * angle) ** 2
+    return np.clip(s, np.nextafter(low, high)[:, None], np.nextafter(high, low)[:, None])
 
 
 def _alternating(
