@@ -727,6 +727,27 @@ def test_any_scale(line, gamma, metre, pascal):
         assert np.max(np.abs(x - y)) < 1e-12 * max(1.0, float(np.max(np.abs(x))))
 
 
+@settings(max_examples=examples(30), deadline=None)
+@given(st.floats(1.0, 5.0), st.floats(-9.0, 1.0), st.lists(st.floats(0.01, 0.9), min_size=2, max_size=6))
+def test_zones_that_are_read_again_ask_the_profile_nothing(power, decade, shares):
+    size, asked = 10.0**decade, 0
+
+    def gap(r):
+        nonlocal asked
+        asked += 1
+        return 0.1 * size * (r / size) ** power
+
+    line = equivalent_profile(Function(gap))
+    a = size * np.array([0.0, *shares])
+    width = np.full(a.size, 0.1 * size)
+    first = zone_integrals(line, a, width, third=True)
+    before = asked
+    np.testing.assert_array_equal(zone_integrals(line, a, width, third=True), first)
+    for i in range(1, a.size):
+        zone_integrals(line, a[i:], width[i:])
+    assert asked == before
+
+
 def test_zone_integrals_on_panels():
     """Against the adaptive quadrature of closed forms: a hyperboloid, and powers to the very tip."""
     rng = np.random.default_rng(1)

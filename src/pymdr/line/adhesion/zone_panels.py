@@ -256,23 +256,24 @@ def _table_of(line: PanelLine, top: float, least: float, inner: float) -> _Table
 def _made(line: PanelLine, image: Image, least: float) -> _Table:
     panels, slope = image.panels, image.slope
     tip = float(panels.start[0])
-    x = np.array([0.5 * tip])
-    height, steep = float(line.g(x)[0]), float(line.slope(x)[0])
-    n = steep * float(x[0]) / height if height > 0.0 else 0.0
+    # values of the line at the tip would have it mapped farther inward, and this table made anew, time and again
+    power, height, radius = line.tip_power()
+    height *= (tip / radius) ** power
+    n = power if height > 0.0 else 0.0
     lowest = 0.0
     if n > 0.0 and tip > least / _FAR:
         # g is a power to the very tip: as many octaves of it as the smallest zone asks for
         octaves = math.ceil(math.log2(_FAR * tip / least)) + 10
-        panels, slope = _with_tail(panels, slope, steep * 2.0 ** (n - 1.0), n, octaves)
+        panels, slope = _with_tail(panels, slope, n * height / tip, n, octaves)
+        height *= 2.0 ** (-n * octaves)
         tip *= 2.0**-octaves
         lowest = _FAR * tip
     elif n > 0.0:
         lowest = _FAR * tip
     nodes, weights = _rule_of(panels, slope)
     start, stop = panels.start, panels.stop
-    at_tip = height * (tip / float(x[0])) ** n if n > 0.0 else 0.0
     moments = np.empty((panels.count + 1, _POWERS.size))
-    moments[0] = at_tip * (n / (n + _POWERS) if n > 0.0 else 0.0)
+    moments[0] = height * (n / (n + _POWERS) if n > 0.0 else 0.0)
     share = (panels.base[:, None] + nodes) / stop[:, None]
     own = np.einsum("pj,pjk->pk", weights, share[:, :, None] ** _POWERS)
     shrink = (start / stop)[:, None] ** _POWERS

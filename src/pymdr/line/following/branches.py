@@ -158,7 +158,8 @@ def turning_points(
 def _inside(low: FloatArray, high: FloatArray, angle: FloatArray) -> FloatArray:
     """Places between the ends of cells, where a slope may have no bound: never these, however few roundings they are apart."""
     s = low[:, None] + (high - low)[:, None] * np.sin(0.5 * angle) ** 2
-    return np.clip(s, np.nextafter(low, high)[:, None], np.nextafter(high, low)[:, None])
+    inside: FloatArray = np.clip(s, np.nextafter(low, high)[:, None], np.nextafter(high, low)[:, None])
+    return inside
 
 
 def _alternating(

@@ -217,8 +217,8 @@ class PanelLine(EquivalentProfile):
 
     # -- the tip ----------------------------------------------------------------------------------
 
-    def _tail_constants(self) -> tuple[float, float, float]:
-        """n, g and its radius of the power g = g_0 (x / x_0)^n below the first panel."""
+    def tip_power(self) -> tuple[float, float, float]:
+        """n, g_0 in m and x_0 in m of the power g = g_0 (x / x_0)^n below what is mapped; needs a radius that was."""
         tail = self._resolved.tail
         n = tail.power + 1.0
         p = 0.5 * (1.0 + self.exponent)
@@ -227,7 +227,7 @@ class PanelLine(EquivalentProfile):
 
     def _tail(self, x: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
         """g, g', m and s below the first panel."""
-        n, top, radius = self._tail_constants()
+        n, top, radius = self.tip_power()
         with np.errstate(divide="ignore", invalid="ignore", under="ignore", over="ignore"):
             g = top * (x / radius) ** n
             slope = n * top / radius * (x / radius) ** (n - 1.0)
@@ -495,7 +495,7 @@ class PanelLine(EquivalentProfile):
         if inside.any():
             offset[inside] = _newton(panels, series, index[inside], target[inside])
         if low.any():
-            n, top, radius = self._tail_constants()
+            n, top, radius = self.tip_power()
             if which == "moment":
                 rise = 1.0 + self.exponent
                 n, top = n + rise, n / (n + rise) * radius**rise * top
@@ -653,7 +653,7 @@ class PanelLine(EquivalentProfile):
         low = inside & (x < start)
         if low.any():
             top = min(start, float(edge.x))
-            n = self._tail_constants()[0]
+            n = self.tip_power()[0]
             slope = float(self._tail(np.array([top]))[1][0])
             answer[low] += returning.tail_over_root(n - 1.0, slope, top, x[low], self.exponent)
         return answer.reshape(shape)
@@ -697,7 +697,7 @@ class PanelLine(EquivalentProfile):
 
     def _tail_gap(self, r: FloatArray, a: float, first: float) -> FloatArray:
         """The part of the gap integral below the first panel."""
-        n, top, radius = self._tail_constants()
+        n, top, radius = self.tip_power()
         scale, k = top * (r / radius) ** n, self.exponent
         whole = scale * returning.power_with_arccos(n, np.minimum(first, r), r, k)
         if a > 0.0:
@@ -715,7 +715,7 @@ class PanelLine(EquivalentProfile):
         part = returning.Stretch(image.bunches, (0.0, 0.0), stop)
         answer = returning.with_arcsin(part, np.zeros(x.shape), x)
         first = min(float(image.panels.start[0]), float(edge.x))
-        n, top, radius = self._tail_constants()
+        n, top, radius = self.tip_power()
         answer += top * (x / radius) ** n * returning.power_with_arcsin(n, np.full(x.shape, first), x)
         return answer.reshape(np.shape(r))
 
@@ -724,7 +724,7 @@ class PanelLine(EquivalentProfile):
         k, stop = self.exponent, (float(edge.base), float(edge.offset))
         part = returning.Stretch(image.bunches, (0.0, 0.0), stop)
         first = min(float(image.panels.start[0]), float(edge.x))
-        n, top, radius = self._tail_constants()
+        n, top, radius = self.tip_power()
         close = r < 2.0 * float(edge.x)
         answer = np.empty(r.shape)
         for chosen, integral, power in (
