@@ -18,6 +18,7 @@ from pymdr.line.foundation import (
     spring_foundation,
     states_at_depth,
     states_at_force,
+    states_at_travel,
     touching_radius,
 )
 from pymdr.mapping.equivalent import equivalent_profile
@@ -40,6 +41,30 @@ def line_of(profile, modulus=1.0):
 
 def worst(found, exact):
     return float(np.max(np.abs(np.asarray(found) / np.asarray(exact, dtype=float) - 1)))
+
+
+HOLLOW = {
+    "concave": mdr.ConcavePunch(1.0, hollow_radius=50.0),
+    "concave in a bowl": mdr.ConcavePunch(1.0, hollow_radius=20.0) + mdr.PowerLaw(4.0, 0.01, 1.0),
+    "wavy": mdr.Paraboloid(1.0) + mdr.Waviness(1e-4, 0.1),
+}
+
+
+@settings(max_examples=examples(90), deadline=None)
+@given(
+    st.sampled_from([*CLOSED, *HOLLOW]),
+    st.lists(st.floats(-0.05, 0.4).filter(lambda D: abs(D) > 1e-100), min_size=1, max_size=6),
+    st.floats(-3.0, 3.0),
+)
+def test_depth_and_force_add_to_the_travel(name, travel, decade):
+    line, k = line_of((CLOSED | HOLLOW)[name]), 10.0**decade
+    travel = np.sort(travel)
+    states = states_at_travel(line, travel, k)
+    force = normal_force(line, states)
+    d = states.indentation
+    rounding = 4e-16 * normal_stiffness(line, states) * np.abs(d) / k
+    assert np.all(np.abs(d + force / k - travel) <= 1e-14 * (np.abs(d) + force / k) + rounding)
+    assert np.all(np.diff(d) >= -rounding[1:]) and np.all(force >= 0.0)
 
 
 @pytest.mark.parametrize("name", CLOSED)

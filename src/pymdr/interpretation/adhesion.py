@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -306,6 +306,34 @@ def adhesive_claims(
         level, reason = Level.NOT_VALID, why
     claim = Claim(level, reason, source, disk)
     return dict.fromkeys((*names, *NORMAL_FIELDS), claim)
+
+
+_TOLD_OF_A_FALL = ("external_work", "jumped", "jump_dissipation", "dissipated_energy")
+
+
+def without_falls(claims: Mapping[str, Claim], torn: BoolArray) -> dict[str, Claim]:
+    """
+    Claims without the steps at which a dead load has torn the bodies apart: nothing rests there, energies are known.
+
+    Parameters
+    ----------
+    claims : mapping of str to Claim
+    torn : ndarray of bool
+        Whether there is no state at a step.
+
+    Returns
+    -------
+    dict of str to Claim
+    """
+    if not torn.any():
+        return dict(claims)
+    remark = f"; at {int(torn.sum())} of {torn.size} steps a dead load has torn the bodies apart, and there is no state"
+    return {
+        name: claim
+        if name in _TOLD_OF_A_FALL
+        else replace(claim, where=claim.where & ~torn, reason=f"{claim.reason}{remark}")
+        for name, claim in claims.items()
+    }
 
 
 def energy_assumption(residual: float) -> Assumption:

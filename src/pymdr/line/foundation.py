@@ -298,13 +298,16 @@ def states_at_travel(line: Curve, travel: ArrayLike, machine_stiffness: float) -
     """
     D = np.asarray(travel, dtype=float)
     d = D.copy()
-    loaded = (states_at_depth(line, D).contact_radius > 0.0) & (D > 0.0)
+    bent = np.asarray(normal_force(line, states_at_depth(line, D)) / machine_stiffness)
+    loaded = bent > 0.0
     if loaded.any():
+        # the rim of a hollow profile may be pressed before its axis would touch
+        hollow = float(normal_force(line, states_at_depth(line, np.zeros(1)))[0]) / machine_stiffness
         deepest = D[loaded]
         d[loaded] = rising_root(
             lambda x: x + normal_force(line, states_at_depth(line, x)) / machine_stiffness,
             deepest,
-            np.zeros(deepest.shape),
+            np.where(deepest >= hollow, 0.0, deepest - bent[loaded]),
             deepest,
         )
     return states_at_depth(line, d)

@@ -16,6 +16,7 @@ from pymdr.interpretation.adhesion import (
     certify_stretched_disk,
     energy_assumption,
     is_always_open,
+    without_falls,
 )
 from pymdr.interpretation.theories import theory_of
 from pymdr.interpretation.validity import BoolArray, Claim, Level, approximated
@@ -288,7 +289,7 @@ def _interpret(task: Task, line: AdhesiveLine, walked: Walked[_Rows]) -> Result:
         task,
         walked,
         columns,
-        claims,
+        without_falls(claims, lost),
         assumptions=(*assumptions(task.contact, line.origin, a, -opening), balance),
         status=_status(rows, certificate.disk),
         notes=(*line.origin.notes, *_told(line, rows, certificate.disk)),
