@@ -64,7 +64,8 @@ def test_depth_and_force_add_to_the_travel(name, travel, decade):
     d = states.indentation
     rounding = 4e-16 * normal_stiffness(line, states) * np.abs(d) / k
     assert np.all(np.abs(d + force / k - travel) <= 1e-14 * (np.abs(d) + force / k) + rounding)
-    assert np.all(np.diff(d) >= -rounding[1:]) and np.all(force >= 0.0)
+    assert np.all(np.diff(d) >= -rounding[1:])
+    assert np.all(force >= 0.0)
 
 
 @pytest.mark.parametrize("name", CLOSED)
