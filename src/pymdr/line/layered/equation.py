@@ -19,7 +19,7 @@ from scipy.linalg import cho_factor, cho_solve
 from pymdr.errors import ConvergenceError
 from pymdr.mapping.equivalent import EquivalentProfile
 from pymdr.mapping.layers import Kernel
-from pymdr.mapping.series import IndexArray, Place
+from pymdr.mapping.series import BoolArray, IndexArray, Place
 from pymdr.units import FloatArray
 
 WIDEST = 300.0
@@ -64,34 +64,48 @@ class Outline:
         """The rise g(a) - g in m."""
         return self.equivalent.g(self.place) - self.equivalent.g(at)
 
-    def moments(self, low: float, high: float, nodes: FloatArray, weights: FloatArray) -> FloatArray:
+    def moments(self, panels: FloatArray, nodes: FloatArray, weights: FloatArray) -> FloatArray:
         """
-        Weights w_j in m with which int (g(a) - g) f dx = sum w_j f(x_j) for polynomials on a panel.
+        Weights w_j in m with which int (g(a) - g) f dx = sum w_j f(x_j) for polynomials on each panel, shape (P, n).
 
         Parameters
         ----------
-        low, high : float
-            The panel, in thicknesses.
+        panels : ndarray
+            Their ends, in thicknesses, shape (P, 2).
         nodes, weights : ndarray
-            Those of Gauss on [-1, 1].
+            Those of Gauss on [-1, 1], shape (n,).
         """
-        h, marks = self.thickness, self.marks
-        half, middle = 0.5 * (high - low), 0.5 * (high + low)
-        inner = marks[(marks > low * h) & (marks < high * h)]
-        ends = np.concatenate([[low * h], inner, [high * h]])
+        h = self.thickness
+        half, middle = 0.5 * (panels[:, 1] - panels[:, 0]), 0.5 * (panels[:, 1] + panels[:, 0])
+        at, share, panel = self._between_marks(panels)
+        u = (at.x / h - middle[panel]) / half[panel]
+        terms = legendre.legvander(u, nodes.size - 1) * (share * self.rise(at) / (half[panel] * h))[:, None]
+        values = np.add.reduceat(terms, np.searchsorted(panel, np.arange(half.size)), axis=0)
+        return np.asarray(half[:, None] * weights * (values @ _projector(nodes.size).T))
+
+    def _between_marks(self, panels: FloatArray) -> tuple[Place, FloatArray, IndexArray]:
+        """Nodes and weights in m of the stretches between the marks on panels, and the panel of each node, in order."""
+        marks, (low, high) = self.marks, panels.T * self.thickness
+        first, last = np.searchsorted(marks, low, side="right"), np.searchsorted(marks, high, side="left")
+        count = last - first + 1
+        panel = np.repeat(np.arange(low.size), count)
+        nth = np.arange(panel.size) - np.repeat(np.cumsum(count) - count, count)
+        ends = nth == count[panel] - 1
+        start = np.where(nth == 0, low[panel], marks[first[panel] + nth - 1])
+        stop = np.where(ends, high[panel], marks[np.minimum(first[panel] + nth, marks.size - 1)])
+        mark = marks[np.searchsorted(marks, start, side="right") - 1]
         # the last mark may be as near to the radius as only their distance tells
-        base, offset = float(self.place.base[0]), float(self.place.offset[0])
-        values = np.zeros(nodes.size)
-        for start, stop in itertools.pairwise(ends):
-            mark = float(marks[np.searchsorted(marks, start, side="right") - 1])
-            if mark == 0.0:
-                at, share = _graded(stop) if start == 0.0 else _plain(start, stop)
-            else:
-                whole = offset if mark == base and high == self.radius and stop == ends[-1] else stop - mark
-                at, share = _rooted(mark, start - mark, whole)
-            u = (at.x / h - middle) / half
-            values += legendre.legvander(u, nodes.size - 1).T @ (share * self.rise(at)) / (half * h)
-        return half * weights * (_projector(nodes.size) @ values)
+        beside = ends & (mark == float(self.place.base[0])) & (panels[panel, 1] == self.radius)
+        distance = np.where(beside & (mark > 0.0), float(self.place.offset[0]), stop - mark)
+        tip = start == 0.0
+        x, weight = _unit_tip()
+        offsets, shares = _stretches(start - mark, distance, mark > 0.0)
+        parts = [
+            (stop[i] * x, stop[i] * weight) if tip[i] else (offsets[i], shares[i]) for i in range(tip.size)
+        ]
+        sizes = np.where(tip, x.size, offsets.shape[1])
+        place = Place(np.repeat(mark, sizes), np.concatenate([part[0] for part in parts]))
+        return place, np.concatenate([part[1] for part in parts]), np.repeat(panel, sizes)
 
 
 @lru_cache(maxsize=32)
@@ -108,33 +122,23 @@ def _projector(n: int) -> FloatArray:
     return np.asarray(legendre.legvander(nodes, n - 1) * (np.arange(n) + 0.5))
 
 
-def _plain(start: float, stop: float) -> tuple[Place, FloatArray]:
+def _stretches(low: FloatArray, high: FloatArray, rooted: BoolArray) -> tuple[FloatArray, FloatArray]:
+    """Nodes and weights between two distances behind marks; where they are `rooted`, g runs in the root of the distance."""
     nodes, weights = gauss(_INNER)
-    half = 0.5 * (stop - start)
-    x = start + half * (nodes + 1.0)
-    return Place(np.zeros(x.shape), x), half * weights
-
-
-def _rooted(base: float, low: float, high: float) -> tuple[Place, FloatArray]:
-    """Between two distances behind a mark, where g runs in their root."""
-    nodes, weights = gauss(_INNER)
-    start, span = math.sqrt(low), math.sqrt(high) - math.sqrt(low)
-    root = start + 0.5 * span * (nodes + 1.0)
-    return Place(np.full(root.shape, base), root * root), span * root * weights
+    first, last = (np.where(rooted, np.sqrt(end), end)[:, None] for end in (low, high))
+    half = 0.5 * (last - first)
+    at = first + half * (nodes + 1.0)
+    behind = rooted[:, None]
+    return np.where(behind, at * at, at), half * weights * np.where(behind, 2.0 * at, 1.0)
 
 
 @lru_cache(maxsize=2)
 def _unit_tip() -> tuple[FloatArray, FloatArray]:
+    """From the axis to 1, for a g that is any power there."""
     nodes, weights = gauss(_INNER)
     ends = np.append(0.0, 4.0 ** np.arange(1.0 - _TIP, 1.0))
     half = 0.5 * np.diff(ends)
     return (ends[:-1, None] + half[:, None] * (nodes + 1.0)).ravel(), (half[:, None] * weights).ravel()
-
-
-def _graded(stop: float) -> tuple[Place, FloatArray]:
-    """From the axis on, where g is any power."""
-    x, weights = _unit_tip()
-    return Place(np.zeros(x.shape), stop * x), stop * weights
 
 
 @dataclass(frozen=True)
@@ -174,8 +178,7 @@ def _nodes(outline: Outline, order: int) -> _Nodes:
         * weight
         * outline.rise(Place(np.zeros((wide.size, order)), x[len(narrow) :] * h))
     )
-    moments = [outline.moments(*ends, unit, weight) for ends in narrow]
-    rise = np.concatenate([*moments, smooth.ravel()])
+    rise = np.concatenate([outline.moments(np.array(narrow), unit, weight).ravel(), smooth.ravel()])
     return _Nodes(x.ravel(), (half[:, None] * weight).ravel(), rise, wide, width, order)
 
 
