@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from dataclasses import dataclass
 from functools import cache
 from itertools import pairwise
@@ -537,6 +538,32 @@ def test_characteristic_numbers():
 
 
 # --- integrals with error control -------------------------------------------------------------------------
+
+
+@settings(max_examples=examples(40), deadline=None)
+@given(
+    st.floats(0.55, 1.0),
+    st.floats(-6.0, 3.0),
+    st.lists(st.floats(-14.0, 0.0), min_size=1, max_size=3),
+)
+def test_widths_of_zones_around_small_contacts_of_sharp_tips(exponent, decade, shares):
+    # a power of the radius is similar to itself at every size
+    size = 10.0**decade
+    line = equivalent_profile(PowerLaw(exponent, 0.01 * size, size))
+    curve = maugis_dugdale(line, modulus=1.0, work=1e-3 * size, strength=0.37)
+    radius = np.sort(size * 10.0 ** np.array(shares))
+    for a, width in zip(radius, curve._width(radius), strict=True):
+        c = a + width
+        angle, root = math.acos(a / c), math.sqrt((c - a) * (c + a))
+
+        def rise(t, a=a, c=c):
+            # x = a exp(t), so that the power is smooth from a on, and near c the root is mild
+            x = a * math.exp(t)
+            return float(line.slope(np.array([x]))[0]) * math.acos(min(x / c, 1.0)) * x
+
+        gap = quad(rise, 0.0, math.log(c / a), epsabs=0.0, epsrel=1e-9, limit=400)[0]
+        gap += 2.0 * 0.37 * (root * angle - width)
+        assert gap == pytest.approx(0.5 * math.pi * 1e-3 * size / 0.37, rel=1e-7)
 
 
 def test_zone_integrals_of_singular_profiles():
