@@ -582,6 +582,30 @@ def test_a_frictionless_layer_says_that_it_may_lift():
     assert all(one.name != "contact of the base" for one in bonded.assumptions)
 
 
+@settings(max_examples=examples(15), deadline=None)
+@given(st.floats(-8.0, 4.0), st.floats(-4.0, 6.0))
+def test_whether_a_layer_lifts_does_not_depend_on_units(metre, pascal):
+    metre, pascal = 10.0**metre, 10.0**pascal
+    body = film(0.3, young=pascal, thickness=metre, bond="frictionless")
+    result = mdr.solve(mdr.Contact(mdr.Sphere(10.0 * metre), body), mdr.load(pascal * metre**2))
+    one = mdr.solve(mdr.Contact(mdr.Sphere(10.0), film(0.3, bond="frictionless")), mdr.load(1.0))
+    here, there = (
+        next(each.measure for each in found.assumptions if each.name == "contact of the base")
+        for found in (result, one)
+    )
+    assert here == pytest.approx(there, rel=1e-6)
+
+
+def test_a_row_that_does_not_touch_has_radii_beside_one_that_is_refused():
+    tip = mdr.TruncatedParaboloid(70.0, flat_radius=1.4)
+    on_a_soft_base = film(0.3, young=6.28, base=mdr.Elastic(1.0, 0.3))
+    result = mdr.solve(mdr.Contact(tip, on_a_soft_base), mdr.Path(indentation=[0.0, 2.6e-4]))
+    assert result.status is mdr.Status.PARTLY_REFUSED
+    field = result.field("pressure", step=0)
+    assert np.all(np.isfinite(field["r"].values))
+    assert np.all(field.values == 0.0)
+
+
 def test_what_layers_have_no_right_to():
     ball, body = mdr.Sphere(1.0), film(0.4)
     with pytest.raises(ProblemError, match="Layered body against Elastic"):

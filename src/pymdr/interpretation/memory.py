@@ -83,7 +83,7 @@ class MemorySurface:
         known = min(self.equivalent.edge, self.equivalent.reach)
         a = (
             float(self.contact_radius[step])
-            or float(np.max(self.contact_radius, initial=0.0))
+            or float(np.nanmax(self.contact_radius, initial=0.0))
             or min(1.0, 0.4 * known)
         )
         inner = a * np.sin(np.linspace(0.0, math.pi / 2.0, 101))

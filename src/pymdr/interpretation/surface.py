@@ -54,7 +54,7 @@ class Surface:
         """A grid from 0 to twice the contact radius and beyond a cohesive zone, graded to their edges."""
         a = float(self.states.contact_radius[step])
         if a <= 0.0:
-            a = float(np.max(self.states.contact_radius, initial=0.0)) or 1.0
+            a = float(np.nanmax(self.states.contact_radius, initial=0.0)) or 1.0
         inner = a * np.sin(np.linspace(0.0, math.pi / 2.0, 101))
         c = a if self.cohesion is None else max(float(self.cohesion.radius[step]), a)
         top = min(max(2.0 * a, 1.2 * c), self._known())
