@@ -59,8 +59,10 @@ class CurveSource(SlopeSource):
         """F' at the rounded radii, and their offsets."""
         r = radii_beside(self.knots, base, offset)
         values = self.profile.gap_slope(r)
-        if self._law is not None:
-            values = np.where(r < self._law.radius, self._law.slope(r), values)
+        below = r < self.continued
+        if below.any() and self._law is not None:
+            values = np.array(values)
+            values[below] = self._law.slope(r[below])
         return values, r - base
 
     @property

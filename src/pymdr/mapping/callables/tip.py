@@ -25,7 +25,7 @@ _LOWEST, _HIGHEST = -980, 120
 _POINTS, _TERMS, _OCTAVES = 900, 16, 9
 _BLOCKS = 20
 _SIZE = 16
-_DEEPEST, _LAST, _DEPTH, _FARTHER = 240.0, 1000.0, 24.0, 6.0
+_DEEPEST, _LAST, _DEPTH, _FARTHER = 56.0, 1000.0, 24.0, 6.0
 """Octaves in which an underflow is looked for, the last below 1 m, those above the first 0, and above what is asked for."""
 _FAINT = 1e-24
 """Of the values at the radii that are asked for: those that end in 0 below that are no differences of larger ones."""
