@@ -1126,6 +1126,22 @@ def test_cycles_of_tips_with_a_corner(profile, law):
     assert result.status.name == "PULLED_OFF"
 
 
+@settings(max_examples=examples(20), deadline=None)
+@given(st.floats(-3.0, 0.5), st.floats(-1.5, -0.3), st.floats(-1.0, 1.0), st.sampled_from(["jkr", "maugis"]))
+def test_the_way_down_to_a_corner_is_audited_as_the_way_up(log_flat, log_slope, log_strength, law):
+    """Energies are right to rounding on both ways, however small the flat beside the zone."""
+    slope, work, young = 10.0**log_slope, 0.05, 1e9
+    size = work / (young * slope**2)
+    strength = 10.0**log_strength * young * slope
+    adhesion = mdr.JKR(work) if law == "jkr" else mdr.MaugisDugdale(work, strength=strength)
+    tip = mdr.TruncatedCone(10.0**log_flat * size, slope=slope)
+    depth = 5.0 * slope * size
+    result = mdr.solve(
+        mdr.Contact(tip, STIFF, adhesion=adhesion), mdr.indent(depth) >> mdr.indent(-10.0 * depth)
+    )
+    assert [a.measure < 1e-11 for a in result.assumptions if a.name == "energy balance"] == [True]
+
+
 @pytest.mark.parametrize("depth", [0.5e-9, 3e-9, 6e-9])
 def test_a_measured_worn_tip_is_that_of_the_flat_and_its_flank(depth):
     r = np.linspace(0.0, 40e-9, 41)

@@ -341,6 +341,35 @@ def test_no_law_is_needed_where_f_has_its_digits(R, c, n, m):
             assert tip_law(f) is None
 
 
+@settings(max_examples=examples(20), deadline=None)
+@given(
+    st.floats(2.0, 40.0) | st.integers(2, 40),
+    st.floats(-12.0, 0.0),
+    st.floats(-3.0, 0.0),
+    st.lists(st.floats(0.0, 8.0), min_size=1, max_size=4),
+    st.booleans(),
+)
+def test_powers_go_on_where_they_underflow(power, log_size, log_height, decades, alone):
+    """f = h (r / R)^p written as c r^p, whose powers of a radius in nm are no numbers, or have no digits."""
+    size, height = 10.0**log_size, 10.0**log_height
+    factor = math.sqrt(math.pi) * math.exp(math.lgamma(power / 2 + 1) - math.lgamma((power + 1) / 2))
+    radius = size * 10.0 ** -np.sort(decades)
+    with np.errstate(under="ignore"):
+        depth = factor * height * size * (radius / size) ** power
+    radius, depth = radius[depth > 1e-250], depth[depth > 1e-250]
+    if power * log_size < -285.0 or not radius.size:
+        return
+    c = height * size / size**power
+    slope = None if alone else lambda r: c * power * r ** (power - 1)
+    contact = mdr.Contact(mdr.Function(lambda r: c * r**power, derivative=slope), mdr.Elastic(1.0, 0.0))
+    found = mdr.solve(contact, mdr.Path(indentation=depth))
+    assert found["contact_radius"].values == pytest.approx(radius, rel=1e-11)
+    force = 2 * radius * depth * power / (power + 1)
+    off = np.abs(found["normal_force"].values / force - 1.0)
+    assert np.all(off <= 10.0 * found.claims["normal_force"].error + 1e-13)
+    assert found.claims["normal_force"].level is mdr.Level.EXACT
+
+
 def test_a_tip_of_noise_is_refused():
     with np.errstate(all="ignore"):
         for f, top in (

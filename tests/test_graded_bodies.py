@@ -350,6 +350,7 @@ def test_a_rate_that_is_none_says_which_units_are(leg):
 
 @settings(max_examples=examples(25), deadline=None)
 @given(k=st.floats(-0.99, -0.8), slope=st.floats(-2.0, 0.0), work=st.floats(-9.0, 2.0))
+@example(k=-0.96, slope=-0.3, work=-2.0)
 @example(k=-0.97, slope=-0.3, work=-2.0)
 def test_cones_on_bodies_that_are_the_stiffer_the_smaller_a_contact_is(k, slope, work):
     """a^((1 + k)/2) = (1 - k)/2 sqrt(2 pi work / c) / (kappa t): a pull as faint as any, or no number at all."""
@@ -359,8 +360,8 @@ def test_cones_on_bodies_that_are_the_stiffer_the_smaller_a_contact_is(k, slope,
     share = 0.5 * (1.0 - k) * math.sqrt(2.0 * math.pi * work / c) / (kappa * slope)
     decades = math.log10(share) * 2.0 / (1.0 + k)
     contact = mdr.Contact(mdr.Cone(slope=slope), body, adhesion=mdr.JKR(work))
-    if decades < -210.0:
-        with pytest.raises(mdr.PymdrError, match="holds contacts below a radius of 1e-200 m only"):
+    if decades < -142.0:
+        with pytest.raises(mdr.PymdrError, match="holds contacts below a radius of 1e-140 m only"):
             mdr.pull_off(contact)
-    elif -100.0 < decades < 100.0:
+    elif -138.0 < decades < 100.0:
         assert math.log10(mdr.pull_off(contact).contact_radius) == pytest.approx(decades, abs=1e-8)

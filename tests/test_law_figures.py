@@ -450,3 +450,19 @@ def test_a_refused_contact_shows_its_profile_and_why(contact_and_path):
     np.testing.assert_allclose(axes.lines[-1].get_ydata() * height, expected, rtol=1e-9, atol=1e-18)
     for figure in result.figures().values():
         figure.canvas.draw()
+
+
+@settings(max_examples=examples(9), deadline=None)
+@given(st.integers(1, 6), st.floats(0.1, 3.0))
+def test_every_lower_bound_is_seen(steps, depth):
+    """One row is a point, which no dashes show."""
+    result = mdr.solve(
+        mdr.Contact(HOLLOW, GEL), mdr.Path(indentation=1e-6 * depth * np.linspace(1.0, 2.0, steps))
+    )
+    lines = [line for axes in result.plot().axes for line in axes.lines]
+    bounds = [line for line in lines if str(line.get_label()).startswith("rigorous lower bound")]
+    refused = (
+        not np.isfinite(result.data["normal_force"].values).all() if "normal_force" in result.data else True
+    )
+    assert len(bounds) == refused
+    assert all(line.get_marker() == "o" for line in bounds)

@@ -223,11 +223,17 @@ def test_the_tip_as_another_package_has_it():
 
 
 @settings(max_examples=examples(30), deadline=None)
-@given(st.integers(2, 14), st.integers(-14, 14), st.floats(-9.0, 3.0), st.floats(-12.0, 0.0))
-def test_one_wave_is_in_its_ring(i, j, log_size, log_height):
+@given(
+    st.integers(2, 14),
+    st.integers(-14, 14),
+    st.floats(-9.0, 3.0),
+    st.floats(-12.0, 0.0),
+    st.floats(-1e3, 1e3),
+)
+def test_one_wave_is_in_its_ring(i, j, log_size, log_height, offset):
     size, height = 10.0**log_size, 10.0**log_height
     x, y = coordinates(32, 32, 1.0 / 32)
-    wave = height * math.sqrt(2.0) * np.cos(2.0 * math.pi * (i * x + j * y) + 1.0)
+    wave = height * (math.sqrt(2.0) * np.cos(2.0 * math.pi * (i * x + j * y) + 1.0) + offset)
     rings = rings_of(wave, np.array([size, size]), periodic=True)
     ring = round(math.hypot(i, j)) - 1
     if ring >= rings.log_q.size:
@@ -236,7 +242,20 @@ def test_one_wave_is_in_its_ring(i, j, log_size, log_height):
     # h^2 = int C2D d^2q, two waves of the plane for each that is independent
     variance = rings.spectrum * 2.0 * rings.waves * step**2
     assert variance[ring] == pytest.approx(height**2, rel=1e-9)
-    assert np.delete(variance, ring) == pytest.approx(0.0, abs=1e-20 * height**2)
+    assert not np.delete(variance, ring).any()
+    spectrum = mdr.power_spectrum(mdr.Topography(wave, size), periodic=True).data["power_spectrum"].values
+    assert np.sum(spectrum > 0.0) <= 1
+
+
+def test_heights_without_a_wave_in_the_range():
+    x, y = coordinates(32, 32)
+    assert mdr.power_spectrum(mdr.Topography(np.cos(math.pi * x / 16), 1.0), periodic=True).data.sizes
+    for heights, words in (
+        (np.cos(math.pi * x / 16), "or say periodic=True"),
+        (np.cos(math.pi * (x - 0.5)) * np.cos(math.pi * (y - 0.5)), "no waves from"),
+    ):
+        with pytest.raises(mdr.ProblemError, match=words):
+            mdr.power_spectrum(mdr.Topography(heights, 1.0))
 
 
 def test_heights_of_rectangles_and_windows():

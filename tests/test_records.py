@@ -10,10 +10,12 @@ import pytest
 import xarray as xr
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from typer.testing import CliRunner
 
 import pymdr as mdr
 from drawing import examples
 from pymdr.problem.paths import named_channels
+from pymdr.workbench.cli import app
 from pymdr.workbench.records import turning_points
 
 STEEL = mdr.Elastic("210 GPa", 0.3)
@@ -361,3 +363,17 @@ def test_units_of_a_record_are_read(units, lag):
 def test_what_is_no_record_is_refused(given, told):
     with pytest.raises(mdr.PymdrError, match=told):
         mdr.measured_loops(given)
+
+
+@settings(max_examples=examples(9), deadline=None)
+@given(st.floats(0.05, 0.9), st.integers(2, 4))
+def test_loops_of_a_saved_result(tmp_path_factory, share, cycles):
+    """The shell tells of a result what the script does."""
+    joint = mdr.Contact(mdr.Paraboloid("10 mm"), mdr.Elastic("200 GPa", 0.3), friction=mdr.Coulomb(0.3))
+    swing = mdr.cycle(shift=share * 1e-7, cycles=cycles, steps=40 * cycles)
+    result = mdr.solve(joint, mdr.indent("1 um") >> swing)
+    file = tmp_path_factory.mktemp("loops") / "result.nc"
+    result.save(file)
+    shown = CliRunner().invoke(app, ["loops", str(file)])
+    assert shown.exit_code == 0
+    assert shown.output.strip() == mdr.measured_loops(result).summary().strip()

@@ -163,6 +163,34 @@ def test_quantities_that_do_not_exist(ball, name):
     assert not str(caught.value).startswith('"')
 
 
+NO_NAMES = st.recursive(
+    st.none()
+    | st.integers()
+    | st.floats()
+    | st.binary(max_size=3)
+    | st.just(np.arange(2))
+    | st.just(slice(1)),
+    lambda inner: st.lists(inner | st.just("indentation"), max_size=3) | st.dictionaries(st.text(), inner),
+    max_leaves=4,
+)
+
+
+@settings(max_examples=examples(60), deadline=None)
+@given(name=NO_NAMES)
+def test_what_is_no_name(ball, name):
+    joint = mdr.Contact(BALL.profile, BALL.body, BALL.counterbody, friction=mdr.Coulomb(0.3))
+    named = [
+        ball,
+        ball.claims,
+        mdr.friction_loop(joint, "1 nm", normal_force="1 N"),
+        mdr.impact(BALL, mass="1 g", speed="1 mm/s"),
+        mdr.thickness_correction(BALL.profile, 0.3, thickness="1 mm", indentation="1 um"),
+    ]
+    for one in (*(one.__getitem__ for one in named), ball.field):
+        with pytest.raises(mdr.QuantityError, match="ask for one at a time"):
+            one(name)
+
+
 @pytest.mark.parametrize(
     "r",
     [

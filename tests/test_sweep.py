@@ -260,3 +260,16 @@ def test_a_sweep_shows_in_notebooks():
     contact = mdr.Contact(mdr.Paraboloid("1 mm"), mdr.Elastic("1 GPa", 0.3))
     found = mdr.sweep(contact, mdr.indent("1 um"), {"body.young": ["1 GPa", "2 GPa"]})
     assert "2 points over" in found._repr_html_()
+
+
+@settings(max_examples=examples(15), deadline=None)
+@given(st.lists(st.floats(1.0, 9.0), min_size=1, max_size=12, unique=True), st.booleans())
+def test_curves_of_a_sweep_are_named(moduli, more):
+    contact = mdr.Contact(mdr.Paraboloid("1 mm"), mdr.Elastic("1 GPa", 0.3))
+    over = {"body.young": 1e9 * np.array(moduli)} | ({"body.poisson": [0.2, 0.3]} if more else {})
+    along = mdr.sweep(contact, mdr.indent("1 um", steps=3), over).plot().axes[0]
+    assert along.get_legend().get_title().get_text() == "body.young"
+    named = {line.get_label(): line.get_color() for line in along.lines if line.get_label()[0] != "_"}
+    assert len(named) <= 8
+    assert {text.get_text() for text in along.get_legend().get_texts()} == set(named)
+    assert len({tuple(colour) for colour in named.values()}) == min(len(moduli), 8)

@@ -7,6 +7,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
+from pymdr.errors import QuantityError
+from pymdr.units import shown
+
 
 @dataclass(frozen=True)
 class Quantity:
@@ -103,6 +106,20 @@ RADIUS = Quantity("r", "r", "m", "radius", ("r",))
 POSITION = Quantity("x", "x", "m", "position on the line", ("x",))
 
 BAND_ENDS = {"low": "lower end of the band of", "high": "upper end of the band of"}
+
+
+def one_name(name: object) -> str:
+    """
+    The name of one quantity.
+
+    Raises
+    ------
+    QuantityError
+        If it is no text, such as a list of names.
+    """
+    if not isinstance(name, str):
+        raise QuantityError(f"{shown(name)} is no name of a quantity; ask for one at a time, by its name")
+    return name
 
 
 def quantity(name: str) -> Quantity:

@@ -21,7 +21,7 @@ from pymdr.mapping.portable import portable
 from pymdr.problem.contact import Contact
 from pymdr.problem.paths import LoadingPath
 from pymdr.problem.profiles import ForceCurve
-from pymdr.quantities import POSITION, RADIUS, quantity
+from pymdr.quantities import POSITION, RADIUS, one_name, quantity
 from pymdr.units import ArrayQuantityLike, FloatArray, QuantityLike, from_si, shown, to_si, to_si_array
 
 if TYPE_CHECKING:
@@ -58,6 +58,9 @@ class Status(enum.Enum):
 
 class Claims(dict[str, Claim]):
     """Claims by quantity, a table in notebooks."""
+
+    def __getitem__(self, name: str) -> Claim:
+        return super().__getitem__(one_name(name))
 
     def __missing__(self, name: str) -> Claim:
         raise QuantityError(f"no claim of {shown(name)}; there are claims of {', '.join(self)}")
@@ -157,7 +160,7 @@ class Result:
 
     def __getitem__(self, name: str) -> xr.DataArray:
         """A quantity over ``step``, in SI units; a copy of its own."""
-        if name == "peak_pressure" and name not in self.data:
+        if one_name(name) == "peak_pressure" and name not in self.data:
             self._require("pressure")
             return self._peak_pressure.copy()
         self._require(name)
@@ -294,7 +297,7 @@ class Result:
         """
         import xarray as xr
 
-        self._require(name)
+        self._require(one_name(name))
         if name not in self._fields:
             if name in self.reading.elsewhere:
                 raise QuantityError(f"{name}: {self.reading.elsewhere[name]}")

@@ -730,7 +730,8 @@ def samples(rng, L):
 
 def hides_its_tip(terms, top, offset):
     """Whether the power of a profile changes at radii where it does not rise from an offset: no value of f tells of it."""
-    r = np.geomspace(1e-12 * top, top, 1500).astype(LONG)
+    # the narrowest bumps are as wide as a thousandth of their radius
+    r = np.geomspace(1e-12 * top, top, 60_000).astype(LONG)
     curve = TermCurve(terms, top)
     panel = np.searchsorted(curve.edges, r, side="right") - 1
     slope = abs(curve.slope(curve.edges[panel], r - curve.edges[panel]))

@@ -9,7 +9,7 @@ from itertools import pairwise
 import numpy as np
 
 from pymdr.errors import ConvergenceError, ProblemError
-from pymdr.mapping.callables import TipLaw, find_kinks, rounding, slope_panel, tip_law
+from pymdr.mapping.callables import TipLaw, find_kinks, rounding, slope_panel, tip_law, underflow_law
 from pymdr.mapping.resolving import SlopeSource, anchored, radii_beside
 from pymdr.mapping.series import TERMS, Panels, clenshaw
 from pymdr.problem.profiles import Function, call
@@ -137,10 +137,13 @@ class DerivedSource(SlopeSource):
     def foresee(self, top: float) -> None:
         """Find the law of the tip where f cancels on radii far below `top`; it may need larger radii for that."""
         self._refuse_jumps(top)
-        if self._asked or not self._cancels(top):
+        if self._asked or self._law is not None:
+            return
+        end = min([math.inf, *self.knots[:1], self.reach])
+        self._law = underflow_law(self._f, top, end)
+        if self._law is not None or not self._cancels(top):
             return
         self._asked = top
-        end = min([math.inf, *self.knots[:1], self.reach])
         for most in (end, 1024.0 * top, 16.0 * top, top):
             try:
                 self._law = tip_law(self._f, min(most, end))

@@ -43,6 +43,10 @@ _AT_END = 1.0 - 1e-15
 ABOVE_TAIL = 4.0
 """Radii from which on the image of a slope does not feel how its tip was closed, in radii of the floor."""
 _SUDDEN = 1e-200
+_WEIGHTLESS = 1e-30
+"""Share of a result, below which what a slope is farther in does not matter."""
+_FLOORS = 20, 48, 160
+"""Octaves in which a floor is looked for, as far as it takes."""
 _PURE = 1e-14
 _UNNAMED = 32.0 * float(np.finfo(float).eps)
 """How far a kink that was found may lie from the true one, in its radius."""
@@ -375,8 +379,17 @@ def _hidden_rise(slopes: Slopes, first: int, height: float) -> float:
 
 def _floor(source: SlopeSource, inner: float) -> float:
     """A radius below which only the local power of the tip matters to results at `inner`."""
-    octaves = np.arange(0.0, 160.0)
-    radii = inner * 2.0**-octaves
+    # far below, powers of a radius have no digits left: no farther than it matters
+    for count in _FLOORS:
+        floor = _floor_among(source, inner * 2.0 ** -np.arange(float(count)), count == _FLOORS[-1])
+        if floor is not None:
+            break
+    assert floor is not None
+    return floor
+
+
+def _floor_among(source: SlopeSource, radii: FloatArray, last: bool) -> float | None:
+    """The first of some octaves, or None if farther ones may tell; the `last` ones have to."""
     radii = radii[radii > 1e-300]
     slope = source.sample(np.zeros(radii.size), radii)[0]
     with np.errstate(divide="ignore", invalid="ignore", under="ignore"):
@@ -388,13 +401,15 @@ def _floor(source: SlopeSource, inner: float) -> float:
     if known.size == 0:
         return _octave(radii[min(8, radii.size - 1)])
     deepest = int(known[-1])
-    if deepest < size.size - 1 and size[deepest] > _SUDDEN:
+    if deepest < size.size - 1 and size[deepest] > _SUDDEN and weight[deepest] > _WEIGHTLESS:
         # not an underflow but a tip on which the slope is nothing
         return _octave(radii[min(deepest + 8, radii.size - 1)])
     for k in range(4, deepest - 3):
         steady = np.all(change[k : k + 3] < 0.5)
         if steady and weight[k] * np.max(change[k : k + 3]) < 1e-17:
             return _octave(radii[k])
+    if not last and deepest == size.size - 1:
+        return None
     return _octave(radii[max(min(deepest - 1, 140), 4)])
 
 

@@ -8,7 +8,7 @@ from functools import singledispatch
 import numpy as np
 
 from pymdr.errors import ProblemError
-from pymdr.mapping.callables import check_consistency, find_kinks
+from pymdr.mapping.callables import TipLaw, check_consistency, find_kinks, underflow_law
 from pymdr.mapping.derived import DerivedSource
 from pymdr.mapping.resolving import SlopeSource, radii_beside
 from pymdr.mapping.series import TERMS, Panels, Place, Series, evaluate
@@ -53,18 +53,33 @@ class CurveSource(SlopeSource):
         self.reach = _resolvable(profile)
         self.surveyed = not isinstance(profile, Function | Waviness)
         self._checked = 0.0
+        self._law: TipLaw | None = None
 
     def sample(self, base: FloatArray, offset: FloatArray) -> tuple[FloatArray, FloatArray]:
         """F' at the rounded radii, and their offsets."""
         r = radii_beside(self.knots, base, offset)
-        return self.profile.gap_slope(r), r - base
+        values = self.profile.gap_slope(r)
+        below = r < self.continued
+        if below.any() and self._law is not None:
+            values = np.array(values)
+            values[below] = self._law.slope(r[below])
+        return values, r - base
+
+    @property
+    def continued(self) -> float:
+        """Radius in m below which f' underflows, and is a power; 0 where it has its digits all the way."""
+        return 0.0 if self._law is None else self._law.radius
 
     def foresee(self, top: float) -> None:
         """Refuse a derivative that is not that of f on the radii up to `top`."""
         profile = self.profile
-        if not isinstance(profile, Function) or profile.f is None or top <= _CHECKED_BEYOND * self._checked:
+        if not isinstance(profile, Function) or top <= _CHECKED_BEYOND * self._checked:
             return
         self._checked = top
+        if self._law is None:
+            self._law = underflow_law(profile.gap_slope, top, min([self.reach, *self.knots[:1]]), "slope")
+        if profile.f is None:
+            return
         f, derivative = profile.f, profile.derivative
         assert derivative is not None
 

@@ -23,8 +23,8 @@ from pymdr.solving.reach import Mapped, map_to_line
 from pymdr.units import FloatArray, metres, written
 
 _GROWTH, _BEYOND, _TRIES = 1.5, 1.2, 60
-_FAINTEST = 1e-200
-"""Radius in m below which a contact is none: its area has no number."""
+_FAINTEST = 1e-140
+"""Radius in m below which a contact is none: its energies have no number."""
 
 
 @dataclass
@@ -87,6 +87,8 @@ class AdhesiveLine:
             if bare.states(np.array([_FAINTEST])).indentation[0] >= 0.0:
                 raise self._faint() from error
             raise
+        if at_zero < _FAINTEST:
+            raise self._faint()
         return min(at_zero + self.equilibria.contact, self.equilibria.limit)
 
     def track(self, machine_stiffness: float, top: float, at_least: float = 0.0) -> Track:

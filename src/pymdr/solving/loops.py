@@ -21,6 +21,7 @@ from pymdr.mapping.closure import closure_of
 from pymdr.problem.contact import Contact
 from pymdr.problem.laws import Coulomb
 from pymdr.problem.profiles import ForceCurve
+from pymdr.quantities import one_name
 from pymdr.solving.bands import BAND_NOTE, scatter_of, shifted
 from pymdr.solving.closure import is_curve
 from pymdr.solving.frictional import frictional_assumptions, pressed_joint
@@ -71,7 +72,7 @@ class FrictionLoop:
     """Conditions of the model, measured."""
 
     def __getitem__(self, name: str) -> xr.DataArray:
-        if name not in self.data.variables:
+        if one_name(name) not in self.data.variables:
             known = ", ".join(map(str, self.data.variables))
             raise QuantityError(f"no quantity {shown(name)}; a friction loop has {known}")
         return self.data[name]

@@ -12,6 +12,7 @@ import numpy as np
 
 from pymdr.errors import ProblemError, QuantityError
 from pymdr.interpretation.validity import Assumption, Claim
+from pymdr.quantities import one_name
 from pymdr.units import ArrayQuantityLike, FloatArray, from_si, good_unit, shown, to_si_array
 
 if TYPE_CHECKING:
@@ -47,7 +48,7 @@ class Study(ABC):
     """The quantities whose claims the summary tells."""
 
     def __getitem__(self, name: str) -> xr.DataArray:
-        if name in self.claims:
+        if one_name(name) in self.claims:
             self.claims[name].require(name)
         if name not in self.data.variables:
             known = ", ".join(map(str, self.data.variables))

@@ -25,7 +25,7 @@ from pymdr.problem.paths import LoadingPath
 from pymdr.problem.profiles import Profile
 from pymdr.problem.schedule import Progress
 from pymdr.problem.values import Value
-from pymdr.quantities import quantity
+from pymdr.quantities import one_name, quantity
 from pymdr.result import Result, Status
 from pymdr.solving.batch import Asked, solutions
 from pymdr.solving.kept import KeptParts
@@ -73,7 +73,7 @@ class Sweep:
         return int((self.data["refusal"].values != "").sum())
 
     def __getitem__(self, name: str) -> xr.DataArray:
-        if name in self.claims:
+        if one_name(name) in self.claims:
             self.claims[name].require(name)
         if name not in self.data.variables:
             raise QuantityError(

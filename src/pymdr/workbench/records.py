@@ -10,6 +10,7 @@ import numpy as np
 
 from pymdr.errors import ProblemError, QuantityError
 from pymdr.problem.values import within_range
+from pymdr.quantities import one_name
 from pymdr.result import Result
 from pymdr.units import FloatArray, QuantityLike, from_si, good_unit, metres, shown, to_si
 
@@ -43,7 +44,7 @@ class MeasuredLoops:
     """The name of the force that works on it."""
 
     def __getitem__(self, name: str) -> xr.DataArray:
-        if name not in self.data.variables:
+        if one_name(name) not in self.data.variables:
             known = ", ".join(map(str, self.data.variables))
             raise QuantityError(f"no quantity {shown(name)}; measured loops have {known}")
         return self.data[name]

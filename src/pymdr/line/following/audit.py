@@ -80,10 +80,11 @@ def _integrals(curve: Curve, low: FloatArray, high: FloatArray) -> FloatArray:
         np.maximum.at(size, owner, np.abs(fine))
         settled = np.abs(fine - coarse) <= _TOLERANCE * np.maximum(size[owner], np.max(size) * 1e-3)
         # between neighbouring floats there is nothing to resolve
-        rounding = _NEIGHBOURS * (origin + right**2)
+        outer = np.maximum(left, right) ** 2
+        rounding = _NEIGHBOURS * (origin + outer)
         settled |= np.abs(right**2 - left**2) <= rounding
         # beside a knot the floats are so coarse that the integrand scatters
-        settled |= np.abs(fine - coarse) * right**2 <= rounding * np.abs(fine)
+        settled |= np.abs(fine - coarse) * outer <= rounding * np.abs(fine)
         np.add.at(total, owner[settled], fine[settled])
         owner, origin, left, right = (x[~settled] for x in (owner, origin, left, right))
         if owner.size == 0:

@@ -73,7 +73,7 @@ def shear_springs(
     """
     Follow shifts, or tangential forces, of a history whose normal loads are known.
 
-    Every spring bears q_x = int G*(t - s) dw_x(s), |q_x| <= mu q. A stuck one moves with the shift; one that leaves the contact
+    Every spring bears q_x = int G*(t - s) dw_x(s), ``|q_x|`` <= mu q. A stuck one moves with the shift; one that leaves the contact
     bears nothing and creeps back; one that is touched begins where the shift is then.
 
     Parameters

@@ -9,3 +9,4 @@ from pymdr.mapping.callables.noise import search_points as search_points
 from pymdr.mapping.callables.noise import slope_panel as slope_panel
 from pymdr.mapping.callables.tip import TipLaw as TipLaw
 from pymdr.mapping.callables.tip import tip_law as tip_law
+from pymdr.mapping.callables.tip import underflow_law as underflow_law

@@ -25,6 +25,13 @@ _LOWEST, _HIGHEST = -980, 120
 _POINTS, _TERMS, _OCTAVES = 900, 16, 9
 _BLOCKS = 20
 _SIZE = 16
+_DEEPEST, _LAST, _DEPTH, _FARTHER = 56.0, 1000.0, 24.0, 6.0
+"""Octaves in which an underflow is looked for, the last below 1 m, those above the first 0, and above what is asked for."""
+_FAINT = 1e-24
+"""Of the values at the radii that are asked for: those that end in 0 below that are no differences of larger ones."""
+_DIGITS_LOST = 1e-13
+_STEADY = 1e-6
+"""Change of a power from octave to octave, above which it is none."""
 _TOLD_APART = 0.1
 """Difference of two exponents below which no fit can tell them."""
 
@@ -109,6 +116,70 @@ def tip_law(f: Curve, top: float = math.inf) -> TipLaw | None:
     """
     with np.errstate(all="ignore"):
         return _continued(f, top)
+
+
+def underflow_law(curve: Curve, top: float, end: float = math.inf, of: str = "value") -> TipLaw | None:
+    """
+    The power by which a callable goes on below the radii at which its terms are too small for numbers, as r^20 does.
+
+    Parameters
+    ----------
+    curve : callable
+        f, or its slope.
+    top : float
+        Radius in m that is asked for; where digits are lost close to it, larger ones are looked at.
+    end : float
+        Radius in m up to which the callable is smooth.
+    of : {"value", "slope"}
+        What it gives.
+
+    Returns
+    -------
+    TipLaw or None
+        None where its values do not end in 0 through numbers that have lost their digits, far below those farther out.
+
+    Examples
+    --------
+    >>> law = underflow_law(lambda r: 1e150 * r**20, 1e-9)
+    >>> law.exponent, bool(abs(law.slope(1e-16) / 20e-154 - 1.0) < 1e-12)
+    (20.0, True)
+    """
+    last = 0.25 * math.floor(4.0 * math.log2(end)) if math.isfinite(end) else math.inf
+    highest = min(0.25 * math.floor(4.0 * math.log2(top)), last)
+    with np.errstate(all="ignore"):
+        far = curve(2.0 ** (highest - np.arange(0.0, min(_DEEPEST, highest + _LAST), 8.0)))
+        if far.all():
+            return None
+        zero = highest - 8.0 * int(np.argmin(far != 0.0))
+        for farther in (0.0, _FARTHER):
+            begin = min(zero + _DEPTH + farther, highest + farther, last)
+            r = 2.0 ** np.arange(begin, zero - 0.125, -0.25)
+            values = np.abs(curve(r))
+            deepest = int(np.max(np.flatnonzero(values), initial=0))
+            noise = np.maximum(*scatter(curve, r[: deepest + 1]))
+            lost = np.flatnonzero(~(noise <= _DIGITS_LOST * values[: deepest + 1]))
+            # an octave farther out there are more digits than matter
+            first = int(lost[0]) - 4 if lost.size else values.size
+            # two octaves show its power, and whether it stays
+            if first >= 9:
+                break
+        if not 9 <= first < values.size or not 0.0 < values[deepest] < _FAINT * values[0]:
+            return None
+        power, before = np.log2(values[[first - 5, first - 9]] / values[[first - 1, first - 5]])
+    if not abs(power - before) < _STEADY:
+        return None
+    simple = round(power * 60.0) / 60.0
+    if abs(power - simple) < 1e-9:
+        power, before = simple, simple
+    rises = of == "value"
+    slope = values[first - 1] * (power / r[first - 1] if rises else 1.0)
+    return TipLaw(
+        float(r[first - 1]),
+        float(power) + (0.0 if rises else 1.0),
+        np.array([slope]),
+        float(_DIGITS_LOST + abs(power - before)),
+        exponent_error=float(abs(power - before)),
+    )
 
 
 def _continued(f: Curve, top: float) -> TipLaw | None:
@@ -287,7 +358,7 @@ class _Series:
         self.ratio = fits.radius / end
         u, values, noise = fits.data(end)
         basis = u[:, None] ** n * chebyshev.chebvander(2.0 * u**s - 1.0, _TERMS + 1)
-        matrix = np.column_stack([np.ones(u.size), basis]) / noise[:, None]
+        matrix = np.column_stack([np.full(u.size, noise.min()), basis]) / noise[:, None]
         self.scale = np.linalg.norm(matrix, axis=0)
         self.matrix, self.target = matrix / self.scale, values / noise
         self.q, self.triangle = orthonormal(np.asfortranarray(self.matrix))
@@ -457,7 +528,7 @@ def _better_exponent(
     """One step of Gauss and Newton for the exponent, its standard deviation and the step."""
     u, values, noise = fits.data(end)
     basis = u[:, None] ** n * chebyshev.chebvander(2.0 * u**s - 1.0, terms - 1)
-    matrix = np.column_stack([np.ones(u.size), basis]) / noise[:, None]
+    matrix = np.column_stack([np.full(u.size, noise.min()), basis]) / noise[:, None]
     scale = np.linalg.norm(matrix, axis=0)
     q, triangle = orthonormal(np.asfortranarray(matrix / scale))
     solution = np.linalg.solve(triangle, q.T @ (values / noise)) / scale

@@ -760,7 +760,7 @@ def _newton(panels: Panels, series: Series, index: IndexArray, target: FloatArra
 
     answer_u = np.empty(target.shape)
     left, right = np.zeros(target.shape), np.ones(target.shape)
-    u = np.full(target.shape, 0.5)
+    u = panels.variable(index, low + (high - low) * _straight(series, index, low / high, target))
     open_ = np.arange(target.size)
     for _ in range(_NEWTON):
         c, rate = with_slope(coefficients[open_], u[open_])
@@ -801,6 +801,17 @@ def _newton(panels: Panels, series: Series, index: IndexArray, target: FloatArra
             break
     answer_u[open_] = u[open_]
     return offset_of(answer_u, slice(None))
+
+
+def _straight(series: Series, index: IndexArray, begin: FloatArray, target: FloatArray) -> FloatArray:
+    """Where straight lines between the ends of panels have some values, in (0, 1); `begin` is the lower offset over the upper one."""
+    ends = np.array([[1.0], [-1.0]]) ** np.arange(series.coefficients.shape[1])
+    last, first = ends @ series.coefficients.T
+    with np.errstate(divide="ignore", invalid="ignore", under="ignore"):
+        power = series.power[index]
+        first = first[index] * np.where(power != 0.0, begin**power, 1.0)
+        share = (target - first) / (last[index] - first)
+    return np.where((share > 0.0) & (share < 1.0), share, 0.5)
 
 
 def _turning_points(image: Image, top: float) -> tuple[float, ...]:

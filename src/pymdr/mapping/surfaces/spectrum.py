@@ -7,7 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pymdr.units import FloatArray
+from pymdr.errors import ProblemError
+from pymdr.units import FloatArray, metres
 
 BINS_PER_DECADE = 8
 WITHIN = 0.25
@@ -25,6 +26,8 @@ _FIRST_OF_WINDOW, _FIRST_OF_PERIOD = 2.5, 0.5
 """Wave numbers in 2 pi over the shorter side from which on rings are kept."""
 _SECTORS = 6
 _ROUNDING = 1.0 + 1e-9
+_NOTHING = 4.0
+"""Roundings of the largest height that each of the heights may add to a wave that is not there."""
 _TRIES = 160
 
 
@@ -114,6 +117,8 @@ def rings_of(heights: FloatArray, size: FloatArray, periodic: bool) -> Rings:
         weighted = (heights - middle) * (along[0][:, None] * along[1])
         weighted /= math.sqrt(float(np.mean(along[0] ** 2) * np.mean(along[1] ** 2)))
     waves = np.fft.rfft2(weighted)
+    rounding = _NOTHING * np.finfo(float).eps * float(np.max(np.abs(heights)))
+    waves[np.abs(waves) <= rounding * heights.size] = 0.0
     power = (waves.real**2 + waves.imag**2) * (float(np.prod(size)) / (2.0 * math.pi * heights.size) ** 2)
     qx = step[0] * np.fft.fftfreq(shape[0], 1.0 / shape[0])
     qy = step[1] * np.arange(shape[1] // 2 + 1)
@@ -196,12 +201,23 @@ def binned(rings: Rings, periodic: bool, highest: float, steepness: float) -> Bi
     Bins
         Means of ln C2D and ln q with like weights, so that a power law keeps its exponent. The logarithm of a mean of n waves, whose
         squares are exponentially distributed, is psi(n) - ln n on the average, with the variance psi'(n).
+
+    Raises
+    ------
+    ProblemError
+        If there is no wave in any of the rings.
     """
     from scipy.special import polygamma, psi
 
     q = np.exp(rings.log_q)
     first = (_FIRST_OF_PERIOD if periodic else _FIRST_OF_WINDOW) * q[0]
     used = (q >= first) & (rings.spectrum > 0.0)
+    if not used.any():
+        shortest, longest = (metres(2.0 * math.pi / float(end)) for end in (q[-1], max(first, q[0])))
+        raise ProblemError(
+            f"power_spectrum: the heights hold no waves from {shortest} to {longest}; measure a larger patch, or finer"
+            + ("" if periodic else ", or say periodic=True of one that is a period")
+        )
     log_q, n = rings.log_q[used], rings.waves[used]
     log_c = np.log(rings.spectrum[used]) - (psi(n) - np.log(n)) - np.log1p(steepness**2 * rings.smear[used])
     variance = polygamma(1, n)
@@ -335,7 +351,7 @@ def anisotropy(rings: Rings, low: float, high: float) -> float:
     float
     """
     inside = (rings.log_q >= math.log(low)) & (rings.log_q <= math.log(high))
-    inside &= np.all(np.isfinite(rings.sectors), axis=1)
+    inside &= np.all(np.isfinite(rings.sectors), axis=1) & (rings.spectrum > 0.0)
     if not inside.any():
         return 1.0
     share = rings.sectors[inside] / rings.spectrum[inside, None]

@@ -89,7 +89,7 @@ def draw_curve(axes: Axes, data: FigureData, name: str) -> None:
         )
     if is_force and bound is not None and not np.isfinite(drawn).all():
         words = "rigorous lower bound" + ("" if np.isfinite(drawn).any() else ":\nnot a disk contact")
-        axes.plot(x, scaled(bound), color=ORANGE, ls="--", lw=1.2, label=words)
+        axes.plot(x, scaled(bound), color=ORANGE, ls="--", lw=1.2, marker=few, ms=2.5, label=words)
     if whole and data.loading is not None:
         depth = max(float(d.max()), 0.0) * np.linspace(0.0, 1.0, 301) ** 2
         between = from_si(data.loading(depth)[name], unit, y_unit)

@@ -70,11 +70,20 @@ def _draw_along(
         x = scaled(depth, across, unit)
         axes.set_xlabel(axis_label(across, unit))
     colours = colormaps["viridis"](np.linspace(0.0, 0.9, count))
+    names = _names(data, parameters[:1], bare=True)
+    named = set(np.linspace(0, count - 1, min(count, _NAMED)).round().astype(int).tolist())
     for line in which:
         first = int(np.unravel_index(line, shown.shape[:-1])[0])
         axes.plot(
-            x[line], lines[line], color=colours[first], lw=1.0, marker="o" if lines.shape[1] == 1 else ""
+            x[line],
+            lines[line],
+            color=colours[first],
+            lw=1.0,
+            marker="o" if lines.shape[1] == 1 else "",
+            label=names[first] if first in named else None,
         )
+        named.discard(first)
+    axes.legend(title=parameters[0], fontsize=8, title_fontsize=8)
 
 
 def _draw_over(axes: Axes, data: xr.Dataset, largest: FloatArray, parameters: Sequence[str]) -> None:
@@ -98,7 +107,8 @@ def _draw_over(axes: Axes, data: xr.Dataset, largest: FloatArray, parameters: Se
         axes.legend(fontsize=8)
 
 
-def _names(data: xr.Dataset, parameters: Sequence[str]) -> list[str]:
+def _names(data: xr.Dataset, parameters: Sequence[str], bare: bool = False) -> list[str]:
+    """Of all combinations; `bare` without the names of the parameters."""
     names = [""]
     for parameter in parameters:
         values = data[parameter]
@@ -106,5 +116,6 @@ def _names(data: xr.Dataset, parameters: Sequence[str]) -> list[str]:
         words = [
             str(v).partition("(")[0] if unit is None else written(float(v), unit, 3) for v in values.values
         ]
-        names = [f"{name}, {parameter} = {word}".removeprefix(", ") for name in names for word in words]
+        told = words if bare else [f"{parameter} = {word}" for word in words]
+        names = [f"{name}, {word}".removeprefix(", ") for name in names for word in told]
     return names

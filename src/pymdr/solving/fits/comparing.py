@@ -14,6 +14,7 @@ from pymdr.interpretation.validity import SOURCES
 from pymdr.problem.contact import Contact
 from pymdr.problem.measured import MeasuredCurve
 from pymdr.problem.parameters import parameters_of
+from pymdr.quantities import one_name
 from pymdr.solving.fits.fitting import aicc, fit
 from pymdr.solving.fits.found import FitResult
 from pymdr.units import ArrayQuantityLike, QuantityLike, shown
@@ -44,7 +45,7 @@ class LawComparison:
         return max(self.weights, key=lambda name: self.weights[name])
 
     def __getitem__(self, name: str) -> FitResult:
-        if name in self.refusals:
+        if one_name(name) in self.refusals:
             raise QuantityError(f"{name} could not be fitted: {self.refusals[name]}")
         if name not in self.fits:
             raise QuantityError(f"no law {shown(name)}; compared are {', '.join(self.fits)}")

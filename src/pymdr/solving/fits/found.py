@@ -14,6 +14,7 @@ from pymdr.interpretation.validity import SOURCES, Assumption, Claim
 from pymdr.problem.codec import encode
 from pymdr.problem.contact import Contact
 from pymdr.problem.measured import MeasuredCurve
+from pymdr.quantities import one_name
 from pymdr.solving.fits.loops import ShearRecord
 from pymdr.solving.fits.searching import Search, free_numbers
 from pymdr.units import shown, written
@@ -98,7 +99,7 @@ class FitResult:
         return force_of(self.contact)
 
     def __getitem__(self, name: str) -> Fitted:
-        if name not in self.values:
+        if one_name(name) not in self.values:
             raise QuantityError(f"no {shown(name)} was looked for; there are {', '.join(self.values)}")
         return self.values[name]
 

@@ -19,6 +19,7 @@ from pymdr.problem.measured import MeasuredCurve
 from pymdr.problem.parameters import with_parameters
 from pymdr.problem.paths import indent
 from pymdr.problem.schedule import Progress
+from pymdr.quantities import one_name
 from pymdr.result import Result
 from pymdr.solving.fits.asking import (
     ENDINGS,
@@ -85,7 +86,7 @@ class FittedMap:
     notes: tuple[str, ...] = field(default=())
 
     def __getitem__(self, name: str) -> xr.DataArray:
-        if name not in self.data.variables:
+        if one_name(name) not in self.data.variables:
             raise QuantityError(
                 f"no {shown(name)} in this map; it has {', '.join(map(str, self.data.variables))}"
             )

@@ -13,7 +13,7 @@ from pymdr.errors import QuantityError
 from pymdr.interpretation.validity import Assumption, Claim
 from pymdr.mapping.portable import portable
 from pymdr.problem.contact import Contact
-from pymdr.quantities import quantity
+from pymdr.quantities import one_name, quantity
 from pymdr.solving.closure import is_curve
 from pymdr.units import from_si, shown
 
@@ -82,7 +82,7 @@ class Impact:
         return {**self.__dict__, "contact": portable(self.contact, self.largest_radius)}
 
     def __getitem__(self, name: str) -> xr.DataArray:
-        if name not in self.data.variables:
+        if one_name(name) not in self.data.variables:
             known = ", ".join(map(str, self.data.variables))
             raise QuantityError(f"no history {shown(name)}; an impact has {known}")
         return self.data[name]

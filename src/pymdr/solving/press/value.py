@@ -11,6 +11,7 @@ from pymdr.errors import NotValidError, PathError, QuantityError
 from pymdr.problem.profiles import ForceCurve
 from pymdr.problem.profiles.forcecurve import FEWEST_POINTS
 from pymdr.problem.topography import Topography
+from pymdr.quantities import one_name
 from pymdr.solving.study import Column, Study
 from pymdr.units import FloatArray, shown
 
@@ -73,7 +74,7 @@ class PressedSurface(Study):
         """
         import xarray as xr
 
-        if name not in _FIELDS:
+        if one_name(name) not in _FIELDS:
             raise QuantityError(f"no field {shown(name)}; {self.what} has {', '.join(_FIELDS)}")
         self._refuse_step(step)
         claim = self.claims["normal_stiffness"]

@@ -25,7 +25,10 @@ if TYPE_CHECKING:
 
 
 def loops(
-    record: Annotated[Path, typer.Argument(metavar="RECORD.csv", help="Force and displacement, with units.")],
+    record: Annotated[
+        Path,
+        typer.Argument(metavar="RECORD", help="Force and displacement with units in a CSV, or a result.nc."),
+    ],
     least: Annotated[
         str | None,
         typer.Option(help="The smallest swing that is a turn, such as '0.1 um'; a tenth of the range."),
@@ -33,12 +36,14 @@ def loops(
     quiet: Quiet = False,
     as_json: Json = False,
 ) -> None:
-    """Energy per cycle and equivalent damping of a measured record; nothing is written."""
+    """Energy per cycle and equivalent damping of a measured record or a result; nothing is written."""
+    from pymdr.solving.reopening import open_result
     from pymdr.workbench.records import measured_loops
     from pymdr.workbench.tables import read_record
 
     with failures_as_json("loops", record, as_json):
-        found = measured_loops(read_record(record), least=least)
+        read = open_result if record.suffix == ".nc" else read_record
+        found = measured_loops(read(record), least=least)
     if as_json:
         rows, table = found.data.sizes["cycle"], table_of(found.data)
         print_json(answer("loops", record, status="COMPLETED", rows=rows, loops=table))

@@ -23,8 +23,8 @@ if TYPE_CHECKING:
     from pymdr.solving.fits import FitResult, FittedMap
     from pymdr.solving.study import Study
 
-OK, FAILED, WRONG_USE, REFUSED = 0, 1, 2, 3
-"""Exit statuses; REFUSED: the method gives nothing for this contact."""
+OK, FAILED, REFUSED = 0, 1, 3
+"""Exit statuses beside the 2 of wrong use; REFUSED: the method gives nothing for this contact."""
 REFUSALS = ("REFUSED", "ADHESION_REFUSED")
 """Statuses of results in which nothing but a bound is given."""
 
