@@ -37,7 +37,7 @@ from pymdr.solving.fits.asking import (
 from pymdr.solving.fits.families import WORK, Ways
 from pymdr.solving.fits.fitting import LEVENBERG_MARQUARDT, LMFIT, fit
 from pymdr.solving.fits.forces import AdhesiveForces, ElasticForces, rounded_up
-from pymdr.solving.fits.quick import fit_by_family
+from pymdr.solving.fits.quick import fit_by_family, reaches
 from pymdr.solving.fits.records import Records, Stretch, records_of
 from pymdr.solving.fits.storing import Held, Kept, attributes_of
 from pymdr.solving.fits.unexplained import WAVY
@@ -290,7 +290,8 @@ def fit_map(
         done += last - first
         told(0)
     if asked.ways is not None:
-        store.complete(OF_LIMIT, _of_limits(asked, asked.ways, store.columns()))
+        first = reaches(records.read(0, 1))[0]
+        store.complete(OF_LIMIT, _of_limits(asked, asked.ways, store.columns(), float(first)))
     return _interpreted(asked, records, FittedStretch(store.columns(), store.refusals()))
 
 
@@ -389,8 +390,12 @@ def _of_limit(assumed: Sequence[Assumption]) -> float:
     return max((part for part in parts if math.isfinite(part)), default=math.nan)
 
 
-def _of_limits(asked: Asked, ways: Ways, columns: Columns) -> FloatArray:
-    """That of every curve, from a table over the largest depth and the number in which the contacts differ."""
+def _of_limits(asked: Asked, ways: Ways, columns: Columns, first: float) -> FloatArray:
+    """
+    That of every curve, from a table over the largest depth and the number in which the contacts differ.
+
+    The family is that of the first curve where it reaches, which is known already, and does not depend on what was kept before.
+    """
     from scipy.interpolate import RegularGridInterpolator
 
     out = np.full(columns["ending"].size, math.nan)
@@ -399,7 +404,7 @@ def _of_limits(asked: Asked, ways: Ways, columns: Columns) -> FloatArray:
         return out
     depth = columns["indentation"][found]
     numbers = ways.numbers(np.column_stack([columns[u.name][found] for u in asked.unknowns]))
-    family = asked.family(rounded_up(float(depth.max())))
+    family = asked.family(max(first, rounded_up(float(depth.max()))))
     last = len(family.members) - 1
     rungs = np.clip((numbers - family.first) / family.step, 0.0, float(last))
     chosen = np.unique(

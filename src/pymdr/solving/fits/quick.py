@@ -86,12 +86,17 @@ def fit_by_family(asked: Asked, ways: Ways, stretch: Stretch) -> FittedStretch:
     return FittedStretch(told, frozenset(refusals))
 
 
-def _by_depth(stretch: Stretch) -> Iterator[tuple[float, np.ndarray]]:
-    """Curves by the depth, rounded up, that tables have to reach."""
+def reaches(stretch: Stretch) -> FloatArray:
+    """Depths in m, rounded up, that the tables for each curve have to reach; 0 where it has none."""
     from pymdr.solving.fits import kernels
 
     spans = kernels.spans(stretch.place, stretch.force, stretch.softness)
-    reach = np.array([rounded_up(float(span)) for span in spans])
+    return np.array([rounded_up(float(span)) for span in spans])
+
+
+def _by_depth(stretch: Stretch) -> Iterator[tuple[float, np.ndarray]]:
+    """Curves by the depth that tables have to reach."""
+    reach = reaches(stretch)
     for deepest in np.unique(reach[reach > 0.0]):
         yield float(deepest), np.flatnonzero(reach == deepest)
 

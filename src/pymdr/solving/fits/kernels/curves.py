@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from pymdr.solving.fits.asking import AT_END, FOUND, NO_CONTACT, SEEN, UNREAD, UNSETTLED
 from pymdr.solving.fits.kernels.descent import ITERATIONS, ROUGHLY, descend, settle, solved
 from pymdr.solving.fits.kernels.ends import NORMAL_95, POORLY, other_ends, pulling, ways_without_shape
-from pymdr.solving.fits.kernels.model import BASE, POINT, SHAPE, UNKNOWN, Family, compiled
+from pymdr.solving.fits.kernels.model import BASE, POINT, SHAPE, Family, compiled
 from pymdr.solving.fits.kernels.starts import FEW, begun
 from pymdr.units import FloatArray
 
@@ -37,9 +37,9 @@ def _nearer(
             theta[:] = near
             return
     everything, touches = np.ones(place.size, dtype=np.bool_), np.empty(place.size, dtype=np.bool_)
-    root, out = np.full(place.size, UNKNOWN), np.empty((place.size, 4))
+    out = np.empty((place.size, 4))
     descend(
-        place, force, everything, theta, ways, family, softness, ITERATIONS, ROUGHLY, root, square, touches, out
+        place, force, everything, theta, ways, family, softness, ITERATIONS, ROUGHLY, square, touches, out
     )  # fmt: skip
 
 
@@ -52,7 +52,6 @@ def _ended_adhesive(
     family: Family,
     softness: float,
     misfit: float,
-    root: FloatArray,
     square: FloatArray,
     touches: NDArray[np.bool_],
     out: FloatArray,
@@ -62,12 +61,12 @@ def _ended_adhesive(
     n = place.size
     if pulling(touches, out[:, 0]) < POORLY:
         misfit = other_ends(
-            place, force, theta, ways, family, softness, _TOLD / n, misfit, root, square, touches, out, apart
+            place, force, theta, ways, family, softness, _TOLD / n, misfit, square, touches, out, apart
         )
     held, bare = ways_without_shape(ways), theta.copy()
     bare[SHAPE] = family[3]
     larger, _ = descend(
-        place, force, np.ones(n, dtype=np.bool_), bare, held, family, softness, ITERATIONS, ROUGHLY, root.copy(),
+        place, force, np.ones(n, dtype=np.bool_), bare, held, family, softness, ITERATIONS, ROUGHLY,
         np.empty((held.shape[1], held.shape[1])), touches.copy(), out.copy(),
     )  # fmt: skip
     return misfit, (larger / misfit - 1.0) * n if misfit > 0.0 else math.inf
@@ -143,20 +142,20 @@ def fit_curve(
         if settled:
             theta[:] = near
     if not settled:
-        root, out, touches = np.full(n, UNKNOWN), np.empty((n, 4)), np.empty(n, dtype=np.bool_)
+        out, touches = np.empty((n, 4)), np.empty(n, dtype=np.bool_)
         misfit, settled = descend(
-            place, force, used, theta, ways, family, softness, _POLISH, enough, root, square, touches, out
+            place, force, used, theta, ways, family, softness, _POLISH, enough, square, touches, out
         )
         if adhesive and free[SHAPE] and not tied:
             misfit, grows = _ended_adhesive(
-                place, force, theta, ways, family, softness, misfit, root, square, touches, out, apart
+                place, force, theta, ways, family, softness, misfit, square, touches, out, apart
             )
         if adhesive:
             for i in range(n - 1):
                 if touches[i] != touches[i + 1]:
                     used[i], used[i + 1] = False, False
             misfit, settled = descend(
-                place, force, used, theta, ways, family, softness, _POLISH, enough, root, square, touches, out
+                place, force, used, theta, ways, family, softness, _POLISH, enough, square, touches, out
             )
         for i in range(n):
             residual[i] = force[i] - theta[BASE] - out[i, 0]

@@ -9,18 +9,15 @@ from numpy.typing import NDArray
 
 from pymdr.solving.fits.kernels.model import (
     BASE,
-    CLOSE,
-    NEWTON,
-    OUTSIDE,
     POINT,
     SCALE,
     SHAPE,
-    UNKNOWN,
     Family,
+    at_travel,
     compiled,
     member_at,
     model_of,
-    read,
+    on_machine,
 )
 from pymdr.units import FloatArray
 
@@ -126,7 +123,6 @@ def descend(
     softness: float,
     most: int,
     enough: float,
-    root: FloatArray,
     square: FloatArray,
     touches: NDArray[np.bool_],
     out: FloatArray,
@@ -134,12 +130,12 @@ def descend(
     """Least squares by Levenberg and Marquardt; `theta`, `out`, `square` and `touches` are left at the best place."""
     forces, slopes, folds, first, step, deepest = family
     n, m = place.size, ways.shape[1]
-    row = np.empty((4, forces.shape[1]))
+    values, rises = np.empty((2, forces.shape[1])), np.empty((2, forces.shape[1]))
     gain, side, trial, step_x, moved = np.empty(n), np.empty(m), np.empty((n, 4)), np.empty(m), np.empty(4)
     touching = np.empty(n, dtype=np.bool_)
     last = first + step * (folds.size - 1)
-    fold, fold_rate = member_at(forces, slopes, folds, first, step, theta[SHAPE], row)
-    model_of(place, force, theta, (row, fold, fold_rate, deepest), softness, root, gain, out, touches)
+    fold, fold_rate = member_at(forces, slopes, folds, first, step, theta[SHAPE], values, rises)
+    model_of(place, force, theta, (values, rises, fold, fold_rate, deepest), softness, gain, out, touches)
     misfit = _misfit(force, theta[BASE], out, used)
     damping, settled, fresh = 1e-3, False, True
     for _ in range(most):
@@ -161,8 +157,10 @@ def descend(
         if folds.size > 1:
             moved[SHAPE] = min(max(moved[SHAPE], first), last)
             if moved[SHAPE] != theta[SHAPE]:
-                fold, fold_rate = member_at(forces, slopes, folds, first, step, moved[SHAPE], row)
-        model_of(place, force, moved, (row, fold, fold_rate, deepest), softness, root, gain, trial, touching)
+                fold, fold_rate = member_at(forces, slopes, folds, first, step, moved[SHAPE], values, rises)
+        model_of(
+            place, force, moved, (values, rises, fold, fold_rate, deepest), softness, gain, trial, touching
+        )
         found = _misfit(force, moved[BASE], trial, used)
         if found <= misfit:
             gained, expected = misfit - found, 0.0
@@ -190,10 +188,8 @@ def _sum_up(
     place: FloatArray,
     force: FloatArray,
     theta: FloatArray,
-    row: FloatArray,
-    deepest: float,
+    family: Family,
     softness: float,
-    root: FloatArray,
     residual: FloatArray,
     full: FloatArray,
     right: FloatArray,
@@ -204,27 +200,14 @@ def _sum_up(
     soft = softness * scale
     misfit, many, ss, sp, pp, sb, pb = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     side_s, side_p, side_b = 0.0, 0.0, 0.0
-    before = 0.5
+    values, slopes, deepest = family[0], family[1], family[5]
+    machine = on_machine(values, slopes, 0.0, deepest, soft)
+    cell = machine[4]
     for i in range(place.size):
         travel, difference = place[i] - point, force[i] - base
         many += 1.0
         if travel > 0.0:
-            if soft == 0.0:
-                r = min(math.sqrt(travel / deepest), OUTSIDE)
-                value, slope = read(row[0], row[1], r)
-            else:
-                r = root[i] if root[i] > 0.0 else before
-                for _ in range(NEWTON):
-                    value, slope = read(row[0], row[1], r)
-                    off = deepest * r * r + soft * value - travel
-                    moved = r - off / max(2.0 * deepest * r + soft * slope, 1e-6 * deepest)
-                    moved = min(max(moved, 0.5 * r), OUTSIDE)
-                    done = abs(moved - r) < CLOSE
-                    r = moved
-                    if done:
-                        break
-                value, slope = read(row[0], row[1], r)
-                root[i], before = r, r
+            r, value, slope, cell = at_travel(values, slopes, 0.0, deepest, soft, machine, travel, cell)
             share = scale * slope / (2.0 * deepest * max(r, 1e-4) + soft * slope)
             model = scale * value
             difference -= model
@@ -262,13 +245,11 @@ def settle(
 
     What is left at `theta` stands in the last two.
     """
-    m, deepest = ways.shape[1], family[5]
-    row = np.empty((2, family[0].shape[1]))
-    row[0], row[1] = family[0][0], family[1][0]
+    m = ways.shape[1]
     full, right, side, step_x = np.empty((4, 4)), np.empty(4), np.empty(m), np.empty(m)
-    root, moved, before = np.full(place.size, UNKNOWN), theta.copy(), math.inf
+    moved, before = theta.copy(), math.inf
     for _ in range(_FEW_STEPS):
-        misfit = _sum_up(place, force, moved, row, deepest, softness, root, residual, full, right)
+        misfit = _sum_up(place, force, moved, family, softness, residual, full, right)
         if misfit > before * (1.0 + enough):
             return before, False
         before = misfit

@@ -50,7 +50,6 @@ def other_ends(
     softness: float,
     enough: float,
     misfit: float,
-    root: FloatArray,
     square: FloatArray,
     touches: NDArray[np.bool_],
     out: FloatArray,
@@ -74,13 +73,13 @@ def other_ends(
         if not family[3] <= ends[k, SHAPE] <= family[3] + family[4] * (family[2].size - 1):
             continue
         values[k], _ = descend(
-            place, force, everything, ends[k], held, family, softness, ITERATIONS, enough, root, held_square,
+            place, force, everything, ends[k], held, family, softness, ITERATIONS, enough, held_square,
             other_touches, other_out,
         )  # fmt: skip
         if values[k] < misfit:
             trial[:] = ends[k]
             found, _ = descend(
-                place, force, everything, trial, ways, family, softness, ITERATIONS, enough, root, other_square,
+                place, force, everything, trial, ways, family, softness, ITERATIONS, enough, other_square,
                 other_touches, other_out,
             )  # fmt: skip
             if found < misfit:

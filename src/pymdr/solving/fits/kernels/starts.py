@@ -15,14 +15,13 @@ from pymdr.solving.fits.kernels.model import (
     POINT,
     SCALE,
     SHAPE,
-    UNKNOWN,
     Family,
     compiled,
     read,
 )
 from pymdr.units import FloatArray
 
-FEW, _TRIALS, _RUNGS, _KEPT = 192, 21, 12, 2
+FEW, _TRIALS, _RUNGS, _KEPT = 128, 21, 12, 2
 _ASIDE = 1.0
 """Of the logarithm of the number of the family."""
 
@@ -61,7 +60,7 @@ def start_on_rungs(
                 value, d = 0.0, depth[j] - point
                 held = j > deepest_at and d >= fold and force[j] - level < FULLY_OUT * pull
                 if d > 0.0 or held:
-                    value = read(forces[rung], slopes[rung], min(math.sqrt((d - fold) / reach), OUTSIDE))[0]
+                    value = read(forces, slopes, rung, min(math.sqrt((d - fold) / reach), OUTSIDE))[0]
                 s += 1.0
                 sf += force[j] - level
                 sm += value
@@ -120,7 +119,6 @@ def begun(
     start_on_rungs(place[::2].copy(), force[::2].copy(), known, free, tied, family, softness, rungs, found)
     everything = np.ones(place.size, dtype=np.bool_)
     square, best, misfit = np.empty((m, m)), known.copy(), math.inf
-    root = np.full(place.size, UNKNOWN)
     touches, out = np.empty(place.size, dtype=np.bool_), np.empty((place.size, 4))
     last = family[3] + family[4] * (folds.size - 1)
     turn = -1
@@ -154,7 +152,6 @@ def begun(
             softness,
             ITERATIONS,
             ROUGHLY,
-            root,
             square,
             touches,
             out,
