@@ -636,3 +636,23 @@ def test_a_pull_of_a_few_samples_is_found_with_honest_errors():
         assert off.max() < 5.0
     single = mdr.fit(start, mdr.MeasuredCurve(force=true + noise[0], travel=way, spring_constant=0.02), FREE)
     assert single["adhesion.work"].error == pytest.approx(float(found["adhesion.work_error"][0]), rel=0.2)
+
+
+@settings(max_examples=examples(20), deadline=None)
+@given(st.floats(-3.0, -0.5), st.integers(300, 9000), st.booleans(), st.booleans())
+def test_a_contact_that_is_a_small_part_of_its_record_is_found(log_share, samples, knows_point, sticks):
+    share = max(10.0**log_share, 24.0 / samples)
+    contact = contact_of("paraboloid", 3e3, 1e-6 if sticks else None)
+    way = 1e-6 * np.linspace(1.0 - 1.0 / share, 1.0, samples)
+    if sticks:
+        way = np.concatenate([way, way[::-1]])
+    force = mdr.solve(contact, mdr.Path(indentation=way))["normal_force"].values
+    noisy = force + 1e-3 * np.ptp(force) * np.random.default_rng(samples).normal(size=way.size)
+    start = contact_of("paraboloid", 1e5, 1e-6 if sticks else None)
+    point = 0.0 if knows_point else None
+    found = mdr.fit_map(
+        start, [mdr.MeasuredCurve(force=noisy, indentation=way)], ["body.young"], contact_point=point
+    )
+    assert found.counts == {"found": 1}
+    assert abs(found["body.young"].values[0] - 3e3) < 5.0 * found["body.young_error"].values[0]
+    assert found["noise"].values[0] == pytest.approx(1e-3 * np.ptp(force), rel=0.2)

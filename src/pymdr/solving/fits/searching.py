@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.fft import irfft, next_fast_len, rfft
 
 from pymdr.errors import ConvergenceError, ProblemError, PymdrError
 from pymdr.problem.contact import Contact
@@ -313,8 +314,10 @@ def _long_correlations(residuals: FloatArray) -> FloatArray:
     n, width = there.sum(axis=1), residuals.shape[1]
     mean = np.where(there, residuals, 0.0).sum(axis=1) / n
     centred = np.where(there, residuals - mean[:, None], 0.0)
-    spectrum = np.abs(np.fft.rfft(centred, 2 * width)) ** 2
-    rho = np.fft.irfft(spectrum)[:, : width // 2 + 1] / (centred**2).sum(axis=1)[:, None]
+    lags = width // 2 + 1
+    size = next_fast_len(width + lags, real=True)
+    spectrum = np.abs(rfft(centred, size)) ** 2
+    rho = irfft(spectrum, size)[:, :lags] / (centred**2).sum(axis=1)[:, None]
     noise = (rho < (2.5 / np.sqrt(n))[:, None]) | (np.arange(rho.shape[1]) >= (n // 2)[:, None])
     noise[:, 0], noise[:, -1] = False, True
     sums = np.cumsum(rho, axis=1)[np.arange(n.size), np.argmax(noise, axis=1) - 1] - rho[:, 0]

@@ -11,7 +11,7 @@ from pymdr.solving.fits.asking import AT_END, FOUND, NO_CONTACT, SEEN, UNREAD, U
 from pymdr.solving.fits.kernels.descent import ITERATIONS, ROUGHLY, descend, settle, solved
 from pymdr.solving.fits.kernels.ends import NORMAL_95, POORLY, other_ends, pulling, ways_without_shape
 from pymdr.solving.fits.kernels.model import BASE, POINT, SHAPE, Family, compiled
-from pymdr.solving.fits.kernels.starts import FEW, begun
+from pymdr.solving.fits.kernels.starts import FEW, begun, few_of
 from pymdr.units import FloatArray
 
 _POLISH, _TOLD, _MANY = 100, 1e-3, 8
@@ -124,9 +124,9 @@ def fit_curve(
     covariance[:, :], residual[:], used[:], theta[:] = math.nan, math.nan, False, math.nan
     if n < 2 * m + 2 or not np.all(np.isfinite(force)) or not np.all(np.isfinite(place)):
         return UNREAD, math.nan, math.nan, math.nan
-    stride = max(n // FEW, 1)
-    few = place[::stride].copy()
-    misfit = begun(few, force[::stride].copy(), known, free, tied, ways, family, softness, adhesive, theta)
+    chosen = few_of(force)
+    few = place[chosen]
+    misfit = begun(few, force[chosen], known, free, tied, ways, family, softness, adhesive, theta)
     if not math.isfinite(misfit):
         return NO_CONTACT, math.nan, math.nan, math.nan
     plain = not adhesive and folds.size == 1

@@ -22,8 +22,29 @@ from pymdr.solving.fits.kernels.model import (
 from pymdr.units import FloatArray
 
 FEW, _TRIALS, _RUNGS, _KEPT = 128, 21, 12, 2
+_PRESSED, _SHARE = 32, 0.05
+"""Of them so many at least that are pressed: by more than that share of the largest force."""
 _ASIDE = 1.0
 """Of the logarithm of the number of the family."""
+
+
+@compiled
+def few_of(force: FloatArray) -> NDArray[np.bool_]:
+    """Which samples a search begins with: a few along the record, and more where the contact is a small part of it."""
+    n = force.size
+    chosen = np.zeros(n, dtype=np.bool_)
+    chosen[:: max(n // FEW, 1)] = True
+    level = _level_of(force)
+    pressed = force - level > _SHARE * (force.max() - level)
+    if np.count_nonzero(chosen & pressed) < _PRESSED:
+        chosen[np.flatnonzero(pressed)[:: max(np.count_nonzero(pressed) // _PRESSED, 1)]] = True
+    return chosen
+
+
+@compiled
+def _level_of(force: FloatArray) -> float:
+    """About the force in N where the record begins."""
+    return float(np.median(force[: max(3, force.size // 20)]))
 
 
 @compiled
@@ -43,8 +64,7 @@ def start_on_rungs(
     n = place.size
     depth = place - softness * force
     low, high, deepest_at = depth.min(), depth.max(), int(np.argmax(depth))
-    few = max(3, n // 20)
-    level = np.median(force[:few])
+    level = _level_of(force)
     pull = min(force.min() - level, 0.0)
     trials = _TRIALS if free[POINT] else 1
     for k in range(rungs.size):
