@@ -20,12 +20,12 @@ from pymdr.mapping.relaxation import relaxation_of
 from pymdr.problem.contact import Contact
 from pymdr.solving.equilibria import AdhesiveLine
 from pymdr.solving.reach import map_to_line
-from pymdr.units import FloatArray
+from pymdr.units import FloatArray, written
 
-_NODES, _SPRINGS = 256, 300
-_NARROWED = 6
+_NODES, _LEAST, _SPRINGS = 256, 8, 300
+_NARROWED = 4
 """Times 8."""
-_SAME = 1e-9
+_SAME, _WITHIN = 1e-9, 1.0 - 1e-9
 _POLISHED, _STEEP = 3, 1e-3
 BEYOND = 0.25
 """Of the depth of the fold: so much later a record may be found to leave contact."""
@@ -51,10 +51,20 @@ class ElasticForces:
     line: Line
     fold: float = 0.0
 
+    @cached_property
+    def end(self) -> float:
+        """The depth in m at which the profile ends, and from which on the force goes on along its tangent; inf where it does not."""
+        return (
+            float(self.line.depth(np.array(_WITHIN * self.line.reach)))
+            if math.isfinite(self.line.reach)
+            else math.inf
+        )
+
     def at(self, depth: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Force in N and stiffness in N/m."""
-        states = states_at_depth(self.line, np.maximum(depth, 0.0))
-        return normal_force(self.line, states), self.line.stiffness(states.place)
+        states = states_at_depth(self.line, np.clip(depth, 0.0, self.end))
+        stiffness = self.line.stiffness(states.place)
+        return normal_force(self.line, states) + stiffness * np.maximum(depth - self.end, 0.0), stiffness
 
     def radius(self, depth: FloatArray) -> FloatArray:
         """Contact radius in m at depths in m."""
@@ -75,6 +85,11 @@ class AdhesiveForces:
         """The smallest depth in m at which the contact lasts."""
         return float(self.depth[0])
 
+    @property
+    def end(self) -> float:
+        """The last depth in m that is known; beyond it the force goes on along its tangent."""
+        return float(self.depth[-1])
+
     @cached_property
     def _over_root(self) -> CubicSpline:
         """F over the root of the distance from the fold, where it is smooth."""
@@ -90,10 +105,10 @@ class AdhesiveForces:
 
     def at(self, depth: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Force in N and stiffness in N/m; those of the fold before it."""
-        root = np.sqrt(np.clip(depth - self.fold, 0.0, self.depth[-1] - self.fold))
-        least = 1e-3 * math.sqrt(self.depth[-1] - self.fold)
+        root = np.sqrt(np.clip(depth - self.fold, 0.0, self.end - self.fold))
+        least = 1e-3 * math.sqrt(self.end - self.fold)
         rate = self._over_root(np.maximum(root, least), 1) / (2.0 * np.maximum(root, least))
-        return self._over_root(root), rate
+        return self._over_root(root) + rate * np.maximum(depth - self.end, 0.0), rate
 
 
 @dataclass(frozen=True)
@@ -187,11 +202,15 @@ def forces_of(contact: Contact, deepest: float, compliance: float, time: FloatAr
                 "fit: a body with memory needs the times of the samples; give time= to MeasuredCurve"
             )
         return RememberedForces(contact, time, compliance)
-    deepest = rounded_up(deepest)
-    bare: Forces = (
-        ElasticForces(_line_of(contact)) if contact.adhesion is None else _adhesive(contact, deepest)
-    )
-    return bare if compliance == 0.0 else OnMachine(bare, compliance, deepest)
+    bare = bare_forces(contact, deepest)
+    return bare if compliance == 0.0 else OnMachine(bare, compliance, rounded_up(deepest))
+
+
+def bare_forces(contact: Contact, deepest: float) -> ElasticForces | AdhesiveForces:
+    """What a contact without memory bears at depths up to one in m, as :func:`forces_of` says."""
+    if contact.adhesion is None:
+        return ElasticForces(_line_of(contact))
+    return _adhesive(contact, rounded_up(deepest))
 
 
 def rounded_up(deepest: float) -> float:
@@ -222,6 +241,10 @@ def _adhesive(contact: Contact, deepest: float) -> AdhesiveForces:
     if np.any(~rises & (found.indentation - found.indentation[0] > _SAME * np.ptp(found.indentation))):
         raise ProblemError(
             "fit: the adhesive contact has several stable branches; fits follow contacts that have one"
+        )
+    if np.count_nonzero(rises) < _LEAST:
+        raise ProblemError(
+            f"fit: the profile ends before adhesion with {written(line.law.work, 'J/m^2', 4)} holds a contact; give it farther out"
         )
     return AdhesiveForces(found.indentation[rises], found.normal_force[rises], found.contact_radius[rises])
 

@@ -36,7 +36,7 @@ from pymdr.solving.fits.asking import (
 )
 from pymdr.solving.fits.families import WORK, Ways
 from pymdr.solving.fits.fitting import LEVENBERG_MARQUARDT, LMFIT, fit
-from pymdr.solving.fits.forces import AdhesiveForces, ElasticForces, rounded_up
+from pymdr.solving.fits.forces import rounded_up
 from pymdr.solving.fits.quick import fit_by_family, reaches
 from pymdr.solving.fits.records import Records, Stretch, records_of
 from pymdr.solving.fits.storing import Held, Kept, attributes_of
@@ -422,7 +422,6 @@ def _of_limits(asked: Asked, ways: Ways, columns: Columns, first: float) -> Floa
             replace(asked.contact, adhesion=None), {k: v for k, v in value.items() if k != WORK}
         )
         mapped, member = map_to_line(contact), family.members[rung]
-        assert isinstance(member, ElasticForces | AdhesiveForces)
         row[:] = [_of_limit(assumptions(contact, mapped, radius[None])) for radius in member.radius(depths)]
     at = np.column_stack([np.log(depth), rungs])
     if chosen.size == 1:

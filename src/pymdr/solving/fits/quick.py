@@ -25,7 +25,7 @@ from pymdr.solving.fits.forces import rounded_up
 from pymdr.solving.fits.records import Stretch
 from pymdr.solving.fits.searching import hanging
 from pymdr.solving.fits.unknowns import BASELINE, CONTACT_POINT
-from pymdr.units import FloatArray
+from pymdr.units import FloatArray, written
 
 
 def fit_by_family(asked: Asked, ways: Ways, stretch: Stretch) -> FittedStretch:
@@ -77,6 +77,14 @@ def fit_by_family(asked: Asked, ways: Ways, stretch: Stretch) -> FittedStretch:
         )
         if chosen.size < count:
             numbers[part], covariances[part], residuals[part], ended[part] = own
+        end = family.end(numbers[chosen, kernels.SHAPE])
+        beyond = chosen[(ended[chosen] == FOUND) & (numbers[chosen, 6] > end)]
+        if beyond.size:
+            ended[beyond] = REFUSED
+            refusals.add(
+                f"fit_map: pressed to {written(float(numbers[beyond, 6].max()), 'm', 4)}, and the profile ends at {written(float(end.min()), 'm', 4)} "
+                "of depth; give it farther out"
+            )
     if both:
         back = np.eye(len(asked.names))
         back[:2, :2] = np.linalg.inv(own_ways)
