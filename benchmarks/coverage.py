@@ -8,6 +8,7 @@ intervals of 95 % that hold the truth, with the mean and the spread of what is o
 import argparse
 import math
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 import xarray as xr
@@ -58,6 +59,7 @@ STUDIES = {
     "JKR, measured tip": _sticky(mdr.JKR, WORN, 0.05),
     "DMT": _sticky(mdr.DMT),
     "DMT on a machine": _sticky(mdr.DMT, machine=0.05),
+    "Maugis-Dugdale": _sticky(partial(mdr.MaugisDugdale, range="200 nm")),
     "layer": Study(
         mdr.Contact(TIP, _on("3 um", "3 kPa")),
         mdr.Contact(TIP, _on("3 um", "10 kPa")),

@@ -15,7 +15,9 @@ from hypothesis import strategies as st
 
 import pymdr as mdr
 from drawing import examples
-from pymdr.errors import FileError, ProblemError, QuantityError
+from pymdr.errors import FileError, PathError, ProblemError, QuantityError
+from pymdr.solving.fits.families import ways_of
+from pymdr.solving.fits.unknowns import unknowns_of
 
 TIPS = {
     "paraboloid": lambda size: mdr.Paraboloid(size),
@@ -656,3 +658,45 @@ def test_a_contact_that_is_a_small_part_of_its_record_is_found(log_share, sample
     assert found.counts == {"found": 1}
     assert abs(found["body.young"].values[0] - 3e3) < 5.0 * found["body.young_error"].values[0]
     assert found["noise"].values[0] == pytest.approx(1e-3 * np.ptp(force), rel=0.2)
+
+
+def test_maugis_dugdale_of_a_known_range_is_a_family():
+    def contact(young, work):
+        law = mdr.MaugisDugdale(work, range="100 nm")
+        return mdr.Contact(mdr.Paraboloid("5 um"), mdr.Elastic(young, 0.5), adhesion=law)
+
+    curve = curve_of(contact(3e3, 2e-4), 1e-6, 0.05)
+    found = mdr.fit_map(contact(1e4, 1e-3), [curve], FREE)
+    assert any("tables of the forces" in note for note in found.notes)
+    for name, value in zip(FREE, (3e3, 2e-4), strict=True):
+        assert found[name].values == pytest.approx(value, rel=1e-3)
+    strong = mdr.MaugisDugdale("1 mJ/m^2", strength="2 kPa")
+    fixed = dataclasses.replace(contact(1e4, 1e-3), adhesion=strong)
+    # a stress that is given does not grow with the modulus
+    assert ways_of(fixed, unknowns_of(fixed, FREE)) is None
+
+
+@pytest.mark.parametrize("work", [None, 2e-5])
+@pytest.mark.parametrize("top", [0.6e-6, 2.2e-6])
+def test_a_record_farther_than_the_profile_is_fitted_up_to_its_end(work, top):
+    radii = np.linspace(0.0, 3e-6, 60)
+    short = mdr.Sampled(radii, radii**2 / 1e-5)
+    adhesion = None if work is None else mdr.JKR(work)
+    whole = mdr.Contact(mdr.Paraboloid("5 um"), mdr.Elastic(3e3, 0.5), adhesion=adhesion)
+    way = np.concatenate([np.linspace(-5e-6, top, 200), np.linspace(top, -5e-6, 200)])
+    force = mdr.solve(whole, mdr.Path(indentation=way))["normal_force"].values
+    noise = 1e-3 * np.ptp(force) * np.random.default_rng(0).normal(size=way.size)
+    curve = mdr.MeasuredCurve(force=force + noise, indentation=way)
+    start = mdr.Contact(short, mdr.Elastic(1e4, 0.5), adhesion=None if work is None else mdr.JKR(1e-3))
+    free = ["body.young"] if work is None else FREE
+    found = mdr.fit_map(start, [curve], free)
+    if top < 1e-6:
+        assert found.counts == {"found": 1}
+        assert found["body.young"].values == pytest.approx(3e3, rel=3e-3)
+        assert mdr.fit(start, curve, free)["body.young"].value == pytest.approx(3e3, rel=3e-3)
+    else:
+        assert "found" not in found.counts
+        if work is None:
+            assert "the profile ends at 1.8 µm" in found.notes[0]
+        with pytest.raises((ProblemError, PathError), match="largest indentation|shows no adhesion"):
+            mdr.fit(start, curve, free)

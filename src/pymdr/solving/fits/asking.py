@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pymdr.problem.contact import Contact
-from pymdr.solving.fits.families import Family, Ways, family_of, ways_of
+from pymdr.solving.fits.families import Family, Ladder, Ways, family_of, ways_of
 from pymdr.solving.fits.unknowns import BASELINE, CONTACT_POINT, ORIGINS, Free, Unknown, put_into, unknowns_of
 from pymdr.units import FloatArray
 
@@ -42,6 +42,8 @@ class Asked:
     bounded: Mapping[str, tuple[float, float]]
     """Ends that were given."""
     free: Free
+    ladder: Ladder | None = None
+    """Rungs of the family; all unless given."""
 
     @property
     def origins(self) -> tuple[str, ...]:
@@ -76,7 +78,7 @@ class Asked:
         number = self.ways.number
         bounds = None if number is None or self.ways.work is not None else self.bounded.get(number.name)
         if deepest not in self.families:
-            self.families[deepest] = family_of(self.contact, self.ways, deepest, bounds)
+            self.families[deepest] = family_of(self.contact, self.ways, deepest, bounds, self.ladder)
         return self.families[deepest]
 
 

@@ -6,20 +6,21 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
 from pymdr.errors import ProblemError, PymdrError
 from pymdr.mapping.moduli import effective_moduli
 from pymdr.problem.contact import Contact
-from pymdr.problem.laws import DMT, JKR
+from pymdr.problem.laws import DMT, JKR, MaugisDugdale
 from pymdr.problem.materials import Elastic, Rigid
 from pymdr.problem.parameters import parameters_of, with_parameters
 from pymdr.solving.fits.forces import AdhesiveForces, ElasticForces, bare_forces
 from pymdr.solving.fits.unknowns import Unknown
 from pymdr.units import FloatArray, written
 
-_CELLS, _RUNGS, _LEAST = 256, 96, 16
+_CELLS, RUNGS, _LEAST = 256, 96, 16
 _WORKS = (1e-6, 1.0)
 """Of the modulus times the depth."""
 _SIZES = (0.1, 10.0)
@@ -102,7 +103,10 @@ def ways_of(contact: Contact, unknowns: Sequence[Unknown]) -> Ways | None:
     """The ways of a contact's unknowns; None where they are not those of one scale and one number."""
     if contact.remembers:
         return None
-    if contact.adhesion is not None and not isinstance(contact.adhesion, JKR | DMT):
+    law = contact.adhesion
+    if isinstance(law, MaugisDugdale) and law.range is None:  # its stress does not grow with the moduli
+        return None
+    if law is not None and not isinstance(law, JKR | DMT | MaugisDugdale):
         return None
     moduli = [p.name for p in parameters_of(contact) if p.unit == "Pa"]
     share = 1.0
@@ -184,7 +188,21 @@ _Member = tuple[ElasticForces | AdhesiveForces, FloatArray, FloatArray, float]
 """Forces, what they and their slopes are over the root, and where the profile ends."""
 
 
-def family_of(contact: Contact, ways: Ways, deepest: float, bounds: tuple[float, float] | None) -> Family:
+class Ladder(NamedTuple):
+    """Rungs at even steps of a free number."""
+
+    first: float
+    last: float
+    count: int
+
+
+def family_of(
+    contact: Contact,
+    ways: Ways,
+    deepest: float,
+    bounds: tuple[float, float] | None = None,
+    ladder: Ladder | None = None,
+) -> Family:
     """
     The tables of a contact.
 
@@ -196,6 +214,8 @@ def family_of(contact: Contact, ways: Ways, deepest: float, bounds: tuple[float,
         Largest depth in m that is read.
     bounds : pair of float or None
         Of the number in which the family differs, in its unit.
+    ladder : Ladder, optional
+        Its rungs; all that it may be unless given.
 
     Raises
     ------
@@ -207,7 +227,8 @@ def family_of(contact: Contact, ways: Ways, deepest: float, bounds: tuple[float,
         only = bare_forces(contact, deepest)
         members, rungs = [(only, *_row(only, deepest))], np.zeros(1)
     else:
-        members, rungs = _members(contact, number, _ladder(contact, number, deepest, bounds), deepest)
+        rungs = np.linspace(*(ladder or whole_ladder(contact, number, deepest, bounds)))
+        members, rungs = _members(contact, number, rungs, deepest)
     step = float(rungs[1] - rungs[0]) if rungs.size > 1 else 1.0
     return Family(
         np.array([row for _, row, _, _ in members]),
@@ -245,10 +266,10 @@ def _members(
     return [member for _, member in found], np.array([rung for rung, _ in found])
 
 
-def _ladder(
-    contact: Contact, number: Unknown, deepest: float, bounds: tuple[float, float] | None
-) -> FloatArray:
-    """Free numbers at even steps."""
+def whole_ladder(
+    contact: Contact, number: Unknown, deepest: float, bounds: tuple[float, float] | None = None
+) -> Ladder:
+    """All that the number of a family may be."""
     if (
         bounds is not None
         and all(math.isfinite(end) for end in bounds)
@@ -264,7 +285,7 @@ def _ladder(
         width = min(0.5 * abs(number.start) or 1.0, number.high - number.start, number.start - number.low)
         low, high = number.start - 0.9 * width, number.start + 0.9 * width
     low, high = max(low, number.low), min(high, number.high)
-    return np.linspace(number.to_free(low), number.to_free(high), _RUNGS)
+    return Ladder(number.to_free(low), number.to_free(high), RUNGS)
 
 
 def _row(forces: ElasticForces | AdhesiveForces, deepest: float) -> tuple[FloatArray, FloatArray, float]:

@@ -11,16 +11,17 @@ import numpy as np
 
 from pymdr.errors import ProblemError
 from pymdr.problem.contact import Contact
-from pymdr.problem.laws import Coulomb
+from pymdr.problem.laws import Coulomb, MaugisDugdale
 from pymdr.problem.measured import MeasuredCurve
 from pymdr.problem.paths import Path, indent
 from pymdr.result import Result, labelled
 from pymdr.solving.curves import leave_out_marked
 from pymdr.solving.fits.asking import FOUND, NO_CONTACT, SEEN, Asked
+from pymdr.solving.fits.families import Ladder, Ways, whole_ladder
 from pymdr.solving.fits.found import FitResult, Fitted, force_of
 from pymdr.solving.fits.loops import NORMAL, ShearRecord, shear_record
-from pymdr.solving.fits.quick import fit_by_family
-from pymdr.solving.fits.records import ListedCurves
+from pymdr.solving.fits.quick import fit_by_family, reaches
+from pymdr.solving.fits.records import ListedCurves, Stretch
 from pymdr.solving.fits.searching import (
     Modelled,
     Search,
@@ -50,7 +51,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 LEVENBERG_MARQUARDT, LMFIT = "levenberg-marquardt", "lmfit"
-_STARTS = 4
+_STARTS, _COARSE, _FINE = 4, 14, 12
 _UNFELT = 1e-6
 """Of the largest: rates of the residuals over an origin that a record does not feel."""
 _WIDER = 1.1
@@ -223,7 +224,10 @@ def _quick_start(search: Search) -> tuple[Start, FloatArray] | None:
     asked = Asked(begun, unknowns, search.known, {}, [u.name for u in unknowns])
     if asked.ways is None or not unknowns or len(curves.curves) != 1:
         return None
-    found = fit_by_family(asked, asked.ways, curves.read(0, 1)).columns
+    stretch = curves.read(0, 1)
+    if isinstance(search.contact.adhesion, MaugisDugdale):
+        asked = _nearby(asked, asked.ways, stretch)
+    found = fit_by_family(asked, asked.ways, stretch).columns
     if found["ending"][0] == NO_CONTACT:
         raise ProblemError(
             f"fit: no contact is seen in the record: one without any leaves squares that are larger by less than {SEEN:g} variances of "
@@ -236,6 +240,21 @@ def _quick_start(search: Search) -> tuple[Start, FloatArray] | None:
     scales = [*(u.rate(float(v)) for u, v in zip(unknowns, values, strict=True)), *search.origin_scales]
     errors = np.array([found[f"{name}_error"][0] for name in asked.names]) / scales
     return Start(0.0, values, origin.get(CONTACT_POINT, 0.0), origin.get(BASELINE, 0.0)), errors
+
+
+def _nearby(asked: Asked, ways: Ways, stretch: Stretch) -> Asked:
+    """The same on a short ladder of fine steps, about what one of coarse steps tells: members of the family take long."""
+    number = ways.number
+    if number is None or ways.work is None:
+        return asked
+    whole = whole_ladder(asked.contact, number, float(reaches(stretch)[0]))
+    coarse = replace(asked, ladder=whole._replace(count=_COARSE))
+    found = fit_by_family(coarse, ways, stretch).columns
+    if found["ending"][0] != FOUND:
+        return asked
+    (middle,) = ways.numbers(np.array([[found[u.name][0] for u in asked.unknowns]]))
+    half = 0.5 * (_FINE - 1) * (whole.last - whole.first) / (whole.count - 1)
+    return replace(asked, ladder=Ladder(float(middle) - half, float(middle) + half, _FINE))
 
 
 def _refuse_unseen(search: Search, misfit: float, best: FloatArray) -> None:

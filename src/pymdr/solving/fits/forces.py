@@ -23,8 +23,9 @@ from pymdr.solving.reach import map_to_line
 from pymdr.units import FloatArray, written
 
 _NODES, _LEAST, _SPRINGS = 256, 8, 300
-_NARROWED = 4
-"""Times 8."""
+_NARROWED, _BETWEEN = 2, 65
+"""How often a fold is looked for more closely, and among how many parameters: few calls, each of which takes long."""
+_OUTWARD = 1.25 ** np.arange(12)
 _SAME, _WITHIN = 1e-9, 1.0 - 1e-9
 _POLISHED, _STEEP = 3, 1e-3
 BEYOND = 0.25
@@ -231,9 +232,9 @@ def _adhesive(contact: Contact, deepest: float) -> AdhesiveForces:
     lowest = int(np.argmin(states(s).indentation))
     low, high = s[max(lowest - 1, 0)], s[min(lowest + 1, s.size - 1)]
     for _ in range(_NARROWED):
-        inner = np.linspace(low, high, 17)
+        inner = np.linspace(low, high, _BETWEEN)
         at = int(np.argmin(states(inner).indentation))
-        low, high = inner[max(at - 1, 0)], inner[min(at + 1, 16)]
+        low, high = inner[max(at - 1, 0)], inner[min(at + 1, _BETWEEN - 1)]
     first = float(inner[at])
     s = first + (last - first) * np.linspace(0.0, 1.0, _NODES) ** 1.5
     found = states(s)
@@ -253,8 +254,12 @@ def _reaching(line: AdhesiveLine, deepest: float) -> float:
     """A parameter in m at which the depth is reached, or the end of the profile."""
     limit = line.equilibria.limit
     last = min(float(line.line.place(np.array([deepest])).x[0]), limit)
-    while last < limit and float(line.equilibria.states(np.array([last])).indentation[0]) < deepest:
-        last = min(1.25 * last, limit)
+    while last < limit:
+        tried = np.minimum(last * _OUTWARD, limit)
+        reached = line.equilibria.states(tried).indentation >= deepest
+        if reached.any():
+            return float(tried[np.argmax(reached)])
+        last = float(tried[-1])
     return last
 
 
