@@ -698,5 +698,5 @@ def test_a_record_farther_than_the_profile_is_fitted_up_to_its_end(work, top):
         assert "found" not in found.counts
         if work is None:
             assert "the profile ends at 1.8 µm" in found.notes[0]
-        with pytest.raises((ProblemError, PathError), match="largest indentation|shows no adhesion"):
+        with pytest.raises((ProblemError, PathError), match=r"largest indentation|shows no adhesion"):
             mdr.fit(start, curve, free)

@@ -193,7 +193,7 @@ class Ladder(NamedTuple):
 
     first: float
     last: float
-    count: int
+    rungs: int
 
 
 def family_of(

@@ -222,12 +222,13 @@ def _quick_start(search: Search) -> tuple[Start, FloatArray] | None:
     curves = ListedCurves(tuple(one for one in search.curves if isinstance(one, MeasuredCurve)))
     begun = put_into(search.contact, unknowns, np.array([u.start for u in unknowns]))
     asked = Asked(begun, unknowns, search.known, {}, [u.name for u in unknowns])
-    if asked.ways is None or not unknowns or len(curves.curves) != 1:
+    ways = asked.ways
+    if ways is None or not unknowns or len(curves.curves) != 1:
         return None
     stretch = curves.read(0, 1)
     if isinstance(search.contact.adhesion, MaugisDugdale):
-        asked = _nearby(asked, asked.ways, stretch)
-    found = fit_by_family(asked, asked.ways, stretch).columns
+        asked = _nearby(asked, ways, stretch)
+    found = fit_by_family(asked, ways, stretch).columns
     if found["ending"][0] == NO_CONTACT:
         raise ProblemError(
             f"fit: no contact is seen in the record: one without any leaves squares that are larger by less than {SEEN:g} variances of "
@@ -248,12 +249,12 @@ def _nearby(asked: Asked, ways: Ways, stretch: Stretch) -> Asked:
     if number is None or ways.work is None:
         return asked
     whole = whole_ladder(asked.contact, number, float(reaches(stretch)[0]))
-    coarse = replace(asked, ladder=whole._replace(count=_COARSE))
+    coarse = replace(asked, ladder=whole._replace(rungs=_COARSE))
     found = fit_by_family(coarse, ways, stretch).columns
     if found["ending"][0] != FOUND:
         return asked
     (middle,) = ways.numbers(np.array([[found[u.name][0] for u in asked.unknowns]]))
-    half = 0.5 * (_FINE - 1) * (whole.last - whole.first) / (whole.count - 1)
+    half = 0.5 * (_FINE - 1) * (whole.last - whole.first) / (whole.rungs - 1)
     return replace(asked, ladder=Ladder(float(middle) - half, float(middle) + half, _FINE))
 
 

@@ -15,6 +15,7 @@ import numpy as np
 from pymdr.errors import ConvergenceError, ProblemError, PymdrError, QuantityError
 from pymdr.interpretation.validity import SOURCES, Assumption, Claim
 from pymdr.problem.contact import Contact
+from pymdr.problem.laws import DMT
 from pymdr.problem.measured import MeasuredCurve
 from pymdr.problem.parameters import with_parameters
 from pymdr.problem.paths import indent
@@ -40,7 +41,7 @@ from pymdr.solving.fits.forces import rounded_up
 from pymdr.solving.fits.quick import fit_by_family, reaches
 from pymdr.solving.fits.records import Records, Stretch, records_of
 from pymdr.solving.fits.storing import Held, Kept, attributes_of
-from pymdr.solving.fits.unexplained import WAVY
+from pymdr.solving.fits.unexplained import WAVY, range_of_law
 from pymdr.solving.fits.unknowns import (
     BASELINE,
     CONTACT_POINT,
@@ -466,6 +467,13 @@ def _interpreted(asked: Asked, records: Records, fitted: FittedStretch) -> Fitte
         many = int((columns[name][found] > limit).sum())
         if many:
             notes.append(f"{many} of {found.size} curves {words}")
+    if asked.ways is not None and asked.ways.work is not None and found.size:
+        number = asked.ways.number
+        assert number is not None
+        numbers = asked.ways.numbers(np.column_stack([columns[u.name][found] for u in asked.unknowns]))
+        # a law of short range is strained most where the work is smallest against the modulus, one of long range where it is largest
+        strained = numbers.max() if isinstance(asked.contact.adhesion, DMT) else numbers.min()
+        notes += range_of_law(with_parameters(asked.contact, {WORK: number.from_free(float(strained))}))
     if asked.ways is not None and asked.families:
         worst = max(family.error for family in asked.families.values())
         notes.append(f"tables of the forces are right to {worst:.1g} of their largest")

@@ -99,6 +99,10 @@ def _unknown(contact: Contact, name: str, bounds: ArrayQuantityLike | None) -> U
             raise ProblemError(f"fit: bounds of {name} = {shown(bounds)}; a pair that rises is needed")
         low, high = max(low, float(ends[0])), min(high, float(ends[1]))
     start = float(np.clip(found.value, low, high))
+    if not math.isfinite(start):
+        raise ProblemError(
+            f"fit: {name} = {found.value} of the contact, from where the search begins; give a finite number, or leave it out of free"
+        )
     return Unknown(name, found.unit, low, high, start)
 
 
