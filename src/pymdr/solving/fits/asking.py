@@ -12,7 +12,16 @@ import numpy as np
 
 from pymdr.problem.contact import Contact
 from pymdr.solving.fits.families import Family, Ladder, Ways, family_of, ways_of
-from pymdr.solving.fits.unknowns import BASELINE, CONTACT_POINT, ORIGINS, Free, Unknown, put_into, unknowns_of
+from pymdr.solving.fits.unknowns import (
+    BASELINE,
+    CONTACT_POINT,
+    ORIGINS,
+    TILT,
+    Free,
+    Unknown,
+    put_into,
+    unknowns_of,
+)
 from pymdr.units import FloatArray
 
 FOUND, UNSETTLED, NO_CONTACT, UNREAD, AT_END, REFUSED = range(6)
@@ -48,7 +57,7 @@ class Asked:
     @property
     def origins(self) -> tuple[str, ...]:
         """Those that are looked for."""
-        return tuple(name for name in (CONTACT_POINT, BASELINE) if name not in self.known)
+        return tuple(name for name in (CONTACT_POINT, BASELINE, TILT) if name not in self.known)
 
     @property
     def names(self) -> tuple[str, ...]:

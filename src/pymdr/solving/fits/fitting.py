@@ -39,6 +39,7 @@ from pymdr.solving.fits.unknowns import (
     CONTACT_POINT,
     ORIGINS,
     SHIFT_ORIGIN,
+    TILT,
     Free,
     origins,
     put_into,
@@ -68,6 +69,7 @@ def fit(
     contact_point: QuantityLike | None = None,
     shift_origin: QuantityLike | None = None,
     baseline: QuantityLike | None = None,
+    tilt: bool = False,
 ) -> FitResult:
     """
     Find parameters of a contact in measured force curves, or in records of friction.
@@ -91,6 +93,9 @@ def fit(
         unless given.
     baseline : quantity, optional
         The force of the record in N when they do not; looked for unless given.
+    tilt : bool
+        Whether that force rises along the record, as by drift or virtual deflection, by a `tilt` in N/m of the travel or indentation that
+        is looked for; the baseline is then that in the middle of the record.
 
     Returns
     -------
@@ -129,7 +134,11 @@ def fit(
     if not isinstance(contact, Contact):
         raise ProblemError(f"fit: {contact!r} is not a Contact; write Contact(profile, body)")
     search, marked = _search(
-        contact, curve, free, {CONTACT_POINT: contact_point, SHIFT_ORIGIN: shift_origin, BASELINE: baseline}
+        contact,
+        curve,
+        free,
+        {CONTACT_POINT: contact_point, SHIFT_ORIGIN: shift_origin, BASELINE: baseline},
+        tilt,
     )
     misfit, best, wide = _best(search)
     _refuse_unseen(search, misfit, best)
@@ -151,6 +160,7 @@ def _search(
     curve: MeasuredCurve | xr.Dataset | Sequence[MeasuredCurve] | Sequence[xr.Dataset],
     free: Free,
     given: dict[str, QuantityLike | None],
+    tilt: bool,
 ) -> tuple[Search, int]:
     """What is looked for in which records, and how many marked samples were left out of them."""
     from xarray import Dataset
@@ -178,14 +188,14 @@ def _search(
                         f"fit: the {name} of the record does not change: no contact is seen in it"
                     )
         curves = tuple(leave_out_marked(one) if one.marked.any() else one for one in curves)
-        return Search(contact, unknowns_of(contact, free), curves, origins(given)), marked
-    if given.pop(CONTACT_POINT) is not None:
+        return Search(contact, unknowns_of(contact, free), curves, origins(given, tilt)), marked
+    if given.pop(CONTACT_POINT) is not None or tilt:
         raise ProblemError(
-            "fit: contact_point= is for normal forces; records of friction have a shift_origin"
+            "fit: contact_point= and tilt= are for normal forces; records of friction have a shift_origin and a baseline"
         )
     records = tuple(shear_record(one) for one in listed if isinstance(one, Dataset))
     used = () if all(one.used.all() for one in records) else tuple(one.used for one in records)
-    return Search(contact, unknowns_of(contact, free), records, origins(given), used), 0
+    return Search(contact, unknowns_of(contact, free), records, origins(given, False), used), 0
 
 
 class _End(NamedTuple):
@@ -209,7 +219,7 @@ def _best(search: Search) -> _End:
     ends = []
     for rank in range(max(len(found) for found in apart)):
         chosen = [found[min(rank, len(found) - 1)] for found in apart]
-        places = [{search.place: one.origin, BASELINE: one.baseline} for one in chosen]
+        places = [{search.place: one.origin, BASELINE: one.baseline, TILT: one.tilt} for one in chosen]
         _, found = found_from(search, search.to_free(chosen[0].values.tolist(), places))
         ends.append((float(found.chisqr), free_numbers(found, len(search.names))))
     wide = np.zeros(len(search.names)) if quick is None else quick[1]
@@ -240,7 +250,7 @@ def _quick_start(search: Search) -> tuple[Start, FloatArray] | None:
     values = np.array([found[u.name][0] for u in unknowns])
     scales = [*(u.rate(float(v)) for u, v in zip(unknowns, values, strict=True)), *search.origin_scales]
     errors = np.array([found[f"{name}_error"][0] for name in asked.names]) / scales
-    return Start(0.0, values, origin.get(CONTACT_POINT, 0.0), origin.get(BASELINE, 0.0)), errors
+    return Start(0.0, values, *(origin.get(name, 0.0) for name in (CONTACT_POINT, BASELINE, TILT))), errors
 
 
 def _nearby(asked: Asked, ways: Ways, stretch: Stretch) -> Asked:

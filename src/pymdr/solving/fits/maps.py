@@ -45,6 +45,7 @@ from pymdr.solving.fits.unexplained import WAVY, range_of_law
 from pymdr.solving.fits.unknowns import (
     BASELINE,
     CONTACT_POINT,
+    TILT,
     Free,
     origins,
     put_into,
@@ -203,6 +204,7 @@ def fit_map(
     *,
     contact_point: QuantityLike | None = None,
     baseline: QuantityLike | None = None,
+    tilt: bool = False,
     folder: str | os.PathLike[str] | None = None,
     workers: int = 1,
     client: Any = None,
@@ -219,7 +221,7 @@ def fit_map(
         A dataset, or the folder of a Zarr store of one, has ``force`` and ``travel`` or ``indentation`` over a grid and
         ``sample``, with ``units`` in their attributes; with travel ``spring_constant``, one or over the grid; ``time`` for bodies
         with memory. It is read a stretch at a time.
-    free, contact_point, baseline
+    free, contact_point, baseline, tilt
         As for :func:`fit`.
     folder : path, optional
         Of a Zarr store into which curves are written as they are finished: the same call goes on where a killed one was.
@@ -272,7 +274,7 @@ def fit_map(
     if isinstance(workers, bool) or not isinstance(workers, int) or workers < 1:
         raise ProblemError(f"workers = {workers!r}: a whole number of at least 1 is needed")
     records = records_of(curves)
-    asked = asked_of(contact, free, origins({CONTACT_POINT: contact_point, BASELINE: baseline}))
+    asked = asked_of(contact, free, origins({CONTACT_POINT: contact_point, BASELINE: baseline}, tilt))
     total = math.prod(records.shape)
     chunk = _curves_of_chunk(asked, records)
     store = Kept(folder, asked, records, chunk) if folder is not None else Held(asked, total)
@@ -369,7 +371,7 @@ def _fit_one_by_one(asked: Asked, stretch: Stretch, told: Callable[[int], None] 
             continue
         try:
             known = {name: asked.known.get(name) for name in (CONTACT_POINT, BASELINE)}
-            found = fit(asked.contact, curve, asked.free, **known)
+            found = fit(asked.contact, curve, asked.free, **known, tilt=TILT not in asked.known)
         except ConvergenceError:
             out["ending"][i] = UNSETTLED
         except PymdrError as error:

@@ -17,7 +17,7 @@ from pymdr.problem.contact import Contact
 from pymdr.problem.measured import MeasuredCurve
 from pymdr.solving.fits.forces import forces_of, modelled
 from pymdr.solving.fits.loops import ShearRecord
-from pymdr.solving.fits.unknowns import BASELINE, CONTACT_POINT, SHIFT_ORIGIN, Unknown, put_into
+from pymdr.solving.fits.unknowns import BASELINE, CONTACT_POINT, SHIFT_ORIGIN, TILT, Unknown, put_into
 from pymdr.units import FloatArray, written
 
 BoolArray = NDArray[np.bool_]
@@ -64,8 +64,12 @@ class Search:
         return SHIFT_ORIGIN if self.shears else CONTACT_POINT
 
     @property
+    def _origins(self) -> tuple[str, ...]:
+        return (self.place, BASELINE) if self.shears else (self.place, BASELINE, TILT)
+
+    @property
     def _free_origins(self) -> list[str]:
-        return [name for name in (self.place, BASELINE) if name not in self.known]
+        return [name for name in self._origins if name not in self.known]
 
     @cached_property
     def names(self) -> tuple[str, ...]:
@@ -84,7 +88,11 @@ class Search:
     def origin_scales(self) -> FloatArray:
         """Sizes of the free origins, in the order of their names."""
         sizes = [
-            {self.place: float(np.ptp(curve.depth)), BASELINE: float(np.ptp(curve.force))}
+            {
+                self.place: float(np.ptp(curve.depth)),
+                BASELINE: float(np.ptp(curve.force)),
+                TILT: float(np.ptp(curve.force) / np.ptp(curve.position)),
+            }
             for curve in self.curves
         ]
         return np.array([size[name] for size in sizes for name in self._free_origins])
@@ -101,10 +109,7 @@ class Search:
         values = np.array([u.from_free(x) for u, x in zip(self.unknowns, free[:n], strict=True)])
         shifts = iter(free[n:] * self.origin_scales)
         found = [
-            {
-                name: self.known[name] if name in self.known else float(next(shifts))
-                for name in (self.place, BASELINE)
-            }
+            {name: self.known[name] if name in self.known else float(next(shifts)) for name in self._origins}
             for _ in self.curves
         ]
         return values, found
@@ -115,7 +120,11 @@ class Search:
         contact = put_into(self.contact, self.unknowns, values)
         found = []
         for i, origin in enumerate(origins):
-            found.append(_modelled(contact, self.curves[i], origin[self.place], origin[BASELINE]))
+            found.append(
+                _modelled(
+                    contact, self.curves[i], origin[self.place], origin[BASELINE], origin.get(TILT, 0.0)
+                )
+            )
         return found
 
     def residuals(self, free: FloatArray) -> FloatArray:
@@ -169,9 +178,10 @@ class Search:
 
 
 def _modelled(
-    contact: Contact, curve: MeasuredCurve | ShearRecord, origin: float, baseline: float
+    contact: Contact, curve: MeasuredCurve | ShearRecord, origin: float, baseline: float, tilt: float
 ) -> Modelled:
-    force, position = curve.force - baseline, curve.position - origin
+    middle = 0.5 * float(curve.position.min() + curve.position.max())
+    force, position = curve.force - baseline - tilt * (curve.position - middle), curve.position - origin
     if isinstance(curve, ShearRecord):
         return Modelled(position, force, curve.forces(contact, origin), np.ones(force.size, dtype=bool))
     deepest = max(float(np.ptp(curve.depth)), float(position.max() - curve.compliance * force.max()))

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from pymdr.solving.fits.asking import AT_END, FOUND, NO_CONTACT, SEEN, UNREAD, UNSETTLED
 from pymdr.solving.fits.kernels.descent import ITERATIONS, ROUGHLY, descend, settle, solved
 from pymdr.solving.fits.kernels.ends import NORMAL_95, POORLY, other_ends, pulling, ways_without_shape
-from pymdr.solving.fits.kernels.model import BASE, POINT, SHAPE, Family, compiled
+from pymdr.solving.fits.kernels.model import ALL, BASE, POINT, SHAPE, TILT, Family, compiled
 from pymdr.solving.fits.kernels.starts import FEW, begun, few_of
 from pymdr.units import FloatArray
 
@@ -89,7 +89,7 @@ def _widen(covariance: FloatArray, apart: FloatArray, ways: FloatArray, variance
     m = ways.shape[1]
     column = np.zeros(m)
     for p in range(m):
-        for i in range(4):
+        for i in range(ALL):
             if ways[i, p] != 0.0:
                 column[p] = apart[i] / ways[i, p]
                 break
@@ -135,7 +135,7 @@ def fit_curve(
         _nearer(place[::between].copy(), force[::between].copy(), theta, ways, family, softness, plain)
     used[:] = True
     square, enough, settled = np.empty((m, m)), _TOLD / n, False
-    apart, grows = np.zeros(4), math.inf
+    apart, grows = np.zeros(ALL), math.inf
     if plain:
         near = theta.copy()
         misfit, settled = settle(place, force, near, ways, family, softness, enough, square, residual)
@@ -158,20 +158,22 @@ def fit_curve(
                 place, force, used, theta, ways, family, softness, _POLISH, enough, square, touches, out
             )
         for i in range(n):
-            residual[i] = force[i] - theta[BASE] - out[i, 0]
+            residual[i] = force[i] - theta[BASE] - theta[TILT] * place[i] - out[i, 0]
     count, total, squares = 0, 0.0, 0.0
     for i in range(n):
         if used[i]:
             count += 1
-            total += force[i]
-            squares += force[i] * force[i]
+            above = force[i] - theta[TILT] * place[i]
+            total += above
+            squares += above * above
     level = total / count if free[BASE] else known[BASE]
     flat = squares - 2.0 * level * total + count * level * level
     _invert(square, covariance)
     if apart[SHAPE] != 0.0 and misfit > 0.0:
         _widen(covariance, apart, ways, misfit / (count - m))
     at = int(np.argmax(place))
-    deepest = place[at] - theta[POINT] - softness * (force[at] - theta[BASE] - residual[at])
+    pressed = force[at] - theta[BASE] - theta[TILT] * place[at] - residual[at]
+    deepest = place[at] - theta[POINT] - softness * pressed
     if not settled:
         return UNSETTLED, misfit, deepest, grows
     if (flat / max(misfit, 1e-300) - 1.0) * count < SEEN or deepest <= 0.0:
@@ -201,7 +203,7 @@ def fit_curves(
     """
     Fit many curves, one in each row; samples that are not finite are left out.
 
-    Numbers: the four of the model, sum of squares in N^2, samples used, largest depth in m, and what :func:`fit_curve` says that the
+    Numbers: the five of the model, of which the baseline stands in the middle of the places, sum of squares in N^2, samples used, largest depth in m, and what :func:`fit_curve` says that the
     sum grows by.
     """
     for i in range(places.shape[0]):
@@ -210,11 +212,17 @@ def fit_curves(
             good = np.isfinite(place) & np.isfinite(force)
             place, force = place[good], force[good]
         residual, used = np.empty(place.size), np.empty(place.size, dtype=np.bool_)
-        ended[i], numbers[i, 4], numbers[i, 6], numbers[i, 7] = fit_curve(
-            place, force, known, free, tied, ways, family, softness[i], adhesive, numbers[i, :4], covariances[i],
+        own, middle = known.copy(), 0.0
+        if place.size and free[TILT]:
+            middle = 0.5 * (place.min() + place.max())
+            place = place - middle
+            own[POINT] -= middle
+        ended[i], numbers[i, 5], numbers[i, 7], numbers[i, 8] = fit_curve(
+            place, force, own, free, tied, ways, family, softness[i], adhesive, numbers[i, :5], covariances[i],
             residual, used,
         )  # fmt: skip
+        numbers[i, POINT] += middle
         kept = residual[used]
-        numbers[i, 5] = kept.size
+        numbers[i, 6] = kept.size
         residuals[i, :] = math.nan
         residuals[i, : kept.size] = kept

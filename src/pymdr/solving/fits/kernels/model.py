@@ -22,9 +22,10 @@ def compiled(function: compiling.Function) -> compiling.Function:
 Family = tuple[FloatArray, FloatArray, FloatArray, float, float, float]
 """Forces and their slopes over the root of the depth, one rung in each row; folds in m; the first logarithm and the step of the
 rungs; the deepest depth in m."""
-SCALE, SHAPE, POINT, BASE = range(4)
-"""Columns: logarithms of the scale of the forces and of the number in which the family differs, contact point in m, and
-baseline in N."""
+SCALE, SHAPE, POINT, BASE, TILT = range(5)
+"""Columns: logarithms of the scale of the forces and of the number in which the family differs, contact point in m, baseline in N, and
+its tilt in N/m about the origin of the places."""
+ALL = 5
 OUTSIDE = 1.02
 """Of the reach of the family in the root of the depth."""
 _NEWTON, _CLOSE = 30, 1e-6
@@ -235,7 +236,7 @@ def model_of(
         touches[i] = travel > 0.0
         gain[i] = 0.0
         if -first_travel >= travel >= (1.0 + BEYOND) * first_travel and first_travel < 0.0:
-            measured = force[i] - theta[BASE]
+            measured = force[i] - theta[BASE] - theta[TILT] * place[i]
             gain[i] = measured * measured - (measured - out[i, 0]) ** 2
     if first_travel < 0.0:
         before = _turn(gain, deepest_at - 1, -1, -1)

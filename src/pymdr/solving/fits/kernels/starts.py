@@ -10,11 +10,13 @@ from numpy.typing import NDArray
 from pymdr.solving.fits.forces import FULLY_OUT
 from pymdr.solving.fits.kernels.descent import ITERATIONS, ROUGHLY, descend
 from pymdr.solving.fits.kernels.model import (
+    ALL,
     BASE,
     OUTSIDE,
     POINT,
     SCALE,
     SHAPE,
+    TILT,
     Family,
     compiled,
     read,
@@ -22,8 +24,8 @@ from pymdr.solving.fits.kernels.model import (
 from pymdr.units import FloatArray
 
 FEW, _TRIALS, _RUNGS, _KEPT = 128, 21, 12, 2
-_PRESSED, _SHARE = 32, 0.05
-"""Of them so many at least that are pressed: by more than that share of the largest force."""
+_PRESSED, _SHARE, _FAR = 32, 0.05, 0.2
+"""Of them so many at least that are pressed: by more than that share of the largest force; the share of the places without contact."""
 _ASIDE = 1.0
 """Of the logarithm of the number of the family."""
 
@@ -45,6 +47,17 @@ def few_of(force: FloatArray) -> NDArray[np.bool_]:
 def _level_of(force: FloatArray) -> float:
     """About the force in N where the record begins."""
     return float(np.median(force[: max(3, force.size // 20)]))
+
+
+@compiled
+def _tilt_of(place: FloatArray, force: FloatArray) -> float:
+    """About the rise of the force in N/m far from the body."""
+    low = place.min()
+    far = place < low + _FAR * (place.max() - low)
+    x, f = place[far], force[far]
+    x = x - x.mean()
+    power = (x * x).sum()
+    return float((x * f).sum() / power) if power > 0.0 else 0.0
 
 
 @compiled
@@ -136,7 +149,11 @@ def begun(
     folds, m = family[2], ways.shape[1]
     rungs = np.arange(0, folds.size, max(folds.size // _RUNGS, 1))
     found = np.empty((rungs.size, 6))
-    start_on_rungs(place[::2].copy(), force[::2].copy(), known, free, tied, family, softness, rungs, found)
+    level = force.copy()
+    tilt = _tilt_of(place, force) if free[TILT] else known[TILT]
+    for i in range(place.size):
+        level[i] -= tilt * place[i]
+    start_on_rungs(place[::2].copy(), level[::2].copy(), known, free, tied, family, softness, rungs, found)
     everything = np.ones(place.size, dtype=np.bool_)
     square, best, misfit = np.empty((m, m)), known.copy(), math.inf
     touches, out = np.empty(place.size, dtype=np.bool_), np.empty((place.size, 4))
@@ -157,7 +174,8 @@ def begun(
             if not math.isfinite(found[lowest, 0]):
                 continue
             found[lowest, 0] = math.inf
-            trial = found[lowest, 1:5].copy()
+            trial = np.empty(ALL)
+            trial[:TILT], trial[TILT] = found[lowest, 1:5], tilt
         else:
             # and once more from either side of the best
             trial = best.copy()
