@@ -700,3 +700,35 @@ def test_a_record_farther_than_the_profile_is_fitted_up_to_its_end(work, top):
             assert "the profile ends at 1.8 µm" in found.notes[0]
         with pytest.raises((ProblemError, PathError), match=r"largest indentation|shows no adhesion"):
             mdr.fit(start, curve, free)
+
+
+@pytest.mark.parametrize("work", [None, 2e-4])
+def test_a_tilt_of_the_baseline_is_found_with_the_moduli(work):
+    clean = curve_of(contact_of("paraboloid", 3e3, work), 1.5e-6, 0.05)
+    tilt = 0.3 * np.ptp(clean.force) / np.ptp(clean.position)
+    middle = 0.5 * (clean.position.min() + clean.position.max())
+    noise = 0.01 * np.ptp(clean.force) * np.random.default_rng(0).normal(size=(300, clean.force.size))
+    drift = tilt * (clean.position - middle)
+    curves = [dataclasses.replace(clean, force=clean.force + drift + one) for one in noise]
+    start, free = contact_of("paraboloid", 1e4, work and 1e-4), FREE[: 1 if work is None else 2]
+    found = mdr.fit_map(start, curves, free, tilt=True)
+    assert found.counts == {"found": 300}
+    true = {"body.young": 3e3, "adhesion.work": work, "contact_point": 0.0, "baseline": 0.0, "tilt": tilt}
+    for name in found.names:
+        off = (found[name].values - true[name]) / found[f"{name}_error"].values
+        # four deviations of a mean and of a share of 300
+        assert abs(off.mean()) < 4.0 / math.sqrt(300)
+        assert np.mean(np.abs(off) < 1.96) > 0.95 - 4.0 * math.sqrt(0.05 * 0.95 / 300)
+    single = mdr.fit(start, curves[0], free, tilt=True)
+    for name in found.names:
+        error = float(found[f"{name}_error"][0])
+        assert single[name].value == pytest.approx(float(found[name][0]), abs=0.3 * error)
+        assert single[name].error == pytest.approx(error, rel=0.1)
+    assert mdr.fit(start, curves[0], free).waves > 1.0
+
+
+def test_a_tilt_is_true_or_false_and_of_force_curves():
+    curve, start = curve_of(contact_of("paraboloid", 3e3), 1e-6), contact_of("paraboloid", 1e4)
+    for found in (mdr.fit, mdr.fit_map):
+        with pytest.raises(ProblemError, match="tilt = '1 N/m'; True"):
+            found(start, curve if found is mdr.fit else [curve], ["body.young"], tilt="1 N/m")

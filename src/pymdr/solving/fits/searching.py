@@ -356,4 +356,7 @@ def refuse_unsettled(found: Any) -> None:
     ConvergenceError
     """
     if not found.success:
-        raise ConvergenceError(f"fit: the search did not settle after {found.nfev} trials: {found.message}")
+        raise ConvergenceError(
+            f"fit: the search did not settle after {found.nfev} trials: {found.message} See with orient(curve) whether a sign is turned, or give "
+            "bounds in free"
+        )
