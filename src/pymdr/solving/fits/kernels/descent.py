@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from pymdr.solving.fits.kernels.model import (
     ALL,
     BASE,
+    OUTSIDE,
     POINT,
     SCALE,
     SHAPE,
@@ -20,6 +21,7 @@ from pymdr.solving.fits.kernels.model import (
     member_at,
     model_of,
     on_machine,
+    read,
 )
 from pymdr.units import FloatArray
 
@@ -201,6 +203,7 @@ def _sum_up(
     theta: FloatArray,
     family: Family,
     softness: float,
+    tilted: bool,
     residual: FloatArray,
     full: FloatArray,
     right: FloatArray,
@@ -219,7 +222,11 @@ def _sum_up(
         travel, difference = place[i] - point, force[i] - base - tilt * place[i]
         many += 1.0
         if travel > 0.0:
-            r, value, slope, cell = at_travel(values, slopes, 0.0, deepest, soft, machine, travel, cell)
+            if soft == 0.0:
+                r = min(math.sqrt(travel / deepest), OUTSIDE)
+                value, slope, _ = read(values, slopes, 0, r)
+            else:
+                r, value, slope, cell = at_travel(values, slopes, 0.0, deepest, soft, machine, travel, cell)
             share = scale * slope / (2.0 * deepest * max(r, 1e-4) + soft * slope)
             model = scale * value
             difference -= model
@@ -229,14 +236,16 @@ def _sum_up(
             pp += share * share
             sb += over_scale
             pb -= share
-            st += over_scale * place[i]
-            pt -= share * place[i]
+            if tilted:
+                st += over_scale * place[i]
+                pt -= share * place[i]
             side_s += over_scale * difference
             side_p -= share * difference
         side_b += difference
-        side_t += place[i] * difference
-        bt += place[i]
-        tt += place[i] * place[i]
+        if tilted:
+            side_t += place[i] * difference
+            bt += place[i]
+            tt += place[i] * place[i]
         misfit += difference * difference
         residual[i] = difference
     full[SCALE, SCALE], full[POINT, SCALE], full[POINT, POINT] = ss, sp, pp
@@ -263,11 +272,11 @@ def settle(
 
     What is left at `theta` stands in the last two.
     """
-    m = ways.shape[1]
+    m, tilted = ways.shape[1], bool(np.any(ways[TILT] != 0.0))
     full, right, side, step_x = np.empty((ALL, ALL)), np.empty(ALL), np.empty(m), np.empty(m)
     moved, before = theta.copy(), math.inf
     for _ in range(_FEW_STEPS):
-        misfit = _sum_up(place, force, moved, family, softness, residual, full, right)
+        misfit = _sum_up(place, force, moved, family, softness, tilted, residual, full, right)
         if misfit > before * (1.0 + enough):
             return before, False
         before = misfit

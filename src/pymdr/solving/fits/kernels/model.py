@@ -147,13 +147,9 @@ def at_travel(
     travel: float,
     cell: int,
 ) -> tuple[float, float, float, int]:
-    """Root, force and its slope at a travel beyond the first, and the cell, which is looked for from the given one on."""
+    """Root, force and its slope at a travel beyond the first of a soft machine, and the cell, which is looked for from the given one on."""
     travels, start, first_travel, first_rate, first_cell = machine
     cells = travels.size - 1
-    if soft == 0.0:
-        r = min(math.sqrt((travel - fold) / reach), OUTSIDE)
-        value, slope, _ = read(values, slopes, 0, r)
-        return r, value, slope, cell
     while cell < cells - 1 and travel > travels[cell + 1]:
         cell += 1
     while cell > first_cell and travel < travels[cell]:
@@ -221,7 +217,10 @@ def model_of(
             deepest_at = i
         travel = place[i] - theta[POINT]
         r, value, slope = start, start_value, start_slope
-        if travel > first_travel:
+        if travel > first_travel and soft == 0.0:
+            r = min(math.sqrt((travel - fold) / reach), OUTSIDE)
+            value, slope, _ = read(values, slopes, 0, r)
+        elif travel > first_travel:
             r, value, slope, cell = at_travel(values, slopes, fold, reach, soft, machine, travel, cell)
         over_shape = read(values, slopes, 1, r)[0]
         out[i, 0] = scale * value

@@ -31,16 +31,19 @@ _ASIDE = 1.0
 
 
 @compiled
-def few_of(force: FloatArray) -> NDArray[np.bool_]:
+def few_of(force: FloatArray) -> NDArray[np.int64]:
     """Which samples a search begins with: a few along the record, and more where the contact is a small part of it."""
     n = force.size
-    chosen = np.zeros(n, dtype=np.bool_)
-    chosen[:: max(n // FEW, 1)] = True
-    level = _level_of(force)
-    pressed = force - level > _SHARE * (force.max() - level)
-    if np.count_nonzero(chosen & pressed) < _PRESSED:
-        chosen[np.flatnonzero(pressed)[:: max(np.count_nonzero(pressed) // _PRESSED, 1)]] = True
-    return chosen
+    stride = max(n // FEW, 1)
+    level, highest = _level_of(force[::stride]), force.max()
+    least, few = level + _SHARE * (highest - level), 0
+    for i in range(0, n, stride):
+        few += force[i] > least
+    along = np.arange(0, n, stride)
+    if few >= _PRESSED:
+        return along
+    pressed = np.flatnonzero(force > least)
+    return np.unique(np.append(along, pressed[:: max(pressed.size // _PRESSED, 1)]))
 
 
 @compiled
