@@ -23,8 +23,8 @@ from pymdr.solving.fits.kernels.model import (
 )
 from pymdr.units import FloatArray
 
-FEW, _TRIALS, _RUNGS, _KEPT = 128, 21, 12, 2
-_PRESSED, _SHARE, _FAR = 32, 0.05, 0.2
+FEW, _TRIALS, _RUNGS, _KEPT = 192, 21, 12, 2
+_PRESSED, _SHARE, _FAR = 8, 0.05, 0.2
 """Of them so many at least that are pressed: by more than that share of the largest force; the share of the places without contact."""
 _ASIDE = 1.0
 """Of the logarithm of the number of the family."""
@@ -35,15 +35,15 @@ def few_of(force: FloatArray) -> NDArray[np.int64]:
     """Which samples a search begins with: a few along the record, and more where the contact is a small part of it."""
     n = force.size
     stride = max(n // FEW, 1)
-    level, highest = _level_of(force[::stride]), force.max()
-    least, few = level + _SHARE * (highest - level), 0
-    for i in range(0, n, stride):
-        few += force[i] > least
-    along = np.arange(0, n, stride)
-    if few >= _PRESSED:
-        return along
+    along = force[::stride].copy()
+    # a retreat begins in contact, and ends far from it
+    level, highest = min(_level_of(along), _level_of(along[::-1])), force.max()
+    least = level + _SHARE * (highest - level)
+    chosen = np.arange(0, n, stride)
+    if np.count_nonzero(along > least) >= _PRESSED:
+        return chosen
     pressed = np.flatnonzero(force > least)
-    return np.unique(np.append(along, pressed[:: max(pressed.size // _PRESSED, 1)]))
+    return np.unique(np.append(chosen, pressed[:: max(pressed.size // _PRESSED, 1)]))
 
 
 @compiled
