@@ -1,7 +1,12 @@
-"""Fits of force curves: maps on all cores against an own loop over solve, lmfit, and nanite where it is installed."""
+"""Fits of force curves: maps on all cores against an own loop over solve, lmfit, and nanite where it can be imported.
+
+nanite (GPL: only held against) may stand in an environment of its own of the same Python, whose packages come after those here:
+``NANITE=/path/to/site-packages python -m benchmarks fits``.
+"""
 
 import os
 import pathlib
+import sys
 from collections.abc import Iterator
 
 import numpy as np
@@ -9,10 +14,12 @@ import xarray as xr
 from scipy.optimize import least_squares
 
 import pymdr as mdr
+from benchmarks.records import records
 from benchmarks.timing import Ratio, median_times
 
 TIP, SPRING = mdr.Paraboloid("5 um"), 0.05
 CORES = os.cpu_count() or 1
+_COPIES = 20
 _RADII = np.linspace(0.0, 5e-6, 60)
 WORN = mdr.Sampled(_RADII, _RADII**2 / 1e-5 + 2e-8 * np.sin(_RADII / 4e-7) ** 2)
 
@@ -50,13 +57,14 @@ def own_loop(data):
     return least_squares(residuals, [10.0, 0.1, 0.0])
 
 
-def by_nanite(data):
-    """A Hertz fit by nanite, or None where it is not installed (GPL: only held against)."""
+def by_nanite(way, force, contact_point=None):
+    """A Hertz fit by nanite, of its contact point too unless it is given; None where nanite cannot be imported."""
+    if "NANITE" in os.environ and os.environ["NANITE"] not in sys.path:
+        sys.path.append(os.environ["NANITE"])
     try:
         from nanite import Indentation, model
     except ImportError:
         return None
-    way, force = data["indentation"].values, data["force"].values[0]
     columns = {
         "force": force,
         "tip position": -way,
@@ -73,6 +81,8 @@ def by_nanite(data):
     for name, value in (("R", 5e-6), ("nu", 0.5), ("E", 1e4), ("contact_point", 0.0), ("baseline", 0.0)):
         start[name].value = value
     start["baseline"].vary = True
+    if contact_point is not None:
+        start["contact_point"].value, start["contact_point"].vary = -contact_point, False
 
     def fit():
         curve = Indentation(data={**columns, "segment": np.zeros(way.size, dtype=np.uint8)}, metadata=facts)
@@ -82,6 +92,32 @@ def by_nanite(data):
     return fit
 
 
+def measured() -> Iterator[Ratio]:
+    """Measured approaches with the contact point that pymdr finds, by both: the force curves that are beside the repository."""
+    start = contact(TIP, 1e4)
+    for name, record in records("approach"):
+        curve = mdr.MeasuredCurve(force=record.force, indentation=record.depth)
+        point = mdr.fit(start, curve, ["body.young"])["contact_point"].value
+        other = by_nanite(record.depth, record.force, point)
+        if other is None:
+            return
+        curves = [curve] * _COPIES
+
+        def ours(curves=curves, point=point):
+            return mdr.fit_map(start, curves, ["body.young"], contact_point=point)["body.young"].values[0]
+
+        times = median_times((ours, 5), (other, 5))
+        apart = abs(other() / ours() - 1.0)
+        told = f"differ by {apart:.0e}" if np.isfinite(apart) else "which finds nothing"
+        yield Ratio(
+            f"Hertz, the measured {name}, {record.force.size} samples, a curve of a map on one core",
+            f"nanite with the same contact point ({told})",
+            times[0] / _COPIES,
+            times[1],
+            "aim 0.1 %",
+        )
+
+
 def ratios() -> Iterator[Ratio]:
     approach = recorded(contact(TIP, 3e3), 400, 28000, None).isel(sample=slice(0, 14000))
     hertz = per_curve(contact(TIP, 1e4), approach, ["body.young"])
@@ -89,7 +125,7 @@ def ratios() -> Iterator[Ratio]:
     curve = mdr.MeasuredCurve(force=approach["force"].values[0], indentation=approach["indentation"].values)
     single = median_times((lambda: mdr.fit(contact(TIP, 1e4), curve, ["body.young"]), 5))[0]
     yield Ratio(what, "a single fit by lmfit, with claims", hertz, single, "aim 0.7 ms")
-    other = by_nanite(approach)
+    other = by_nanite(approach["indentation"].values, approach["force"].values[0])
     if other is not None:
         ours = float(
             mdr.fit_map(contact(TIP, 1e4), approach.isel(curve=[0]), ["body.young"])["body.young"][0]
@@ -121,3 +157,4 @@ def ratios() -> Iterator[Ratio]:
         times["paraboloid"],
         "aim 0.7 ms; 65536 curves in 60 s are 0.92 ms",
     )
+    yield from measured()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 import math
 from importlib.util import find_spec
@@ -226,3 +227,20 @@ def test_origins_are_of_their_own_kind():
         mdr.fit(plain, curve, ["body.young"], shift_origin=0.0)
     with pytest.raises(ProblemError, match="has no friction"):
         mdr.fit(plain, small_loop(), ["body.young"])
+
+
+def test_laws_of_a_loop_are_compared_or_refused_in_words():
+    record = mdr.read_record(DATA / "joint_record.csv")
+    guess = joint(young="50 GPa")
+    laws = {
+        "ball": guess,
+        "cone": dataclasses.replace(guess, profile=mdr.Cone(slope=0.001)),
+        "stuck": dataclasses.replace(guess, friction=mdr.Coulomb(math.inf)),
+        "frictionless": dataclasses.replace(guess, friction=None),
+    }
+    found = mdr.compare_laws(laws, record, ["friction.coefficient", "body.young"])
+    assert found.best == "ball"
+    assert found.weights["ball"] > 0.99
+    assert "friction.coefficient = inf" in found.refusals["stuck"]
+    assert "the contact has no friction" in found.refusals["frictionless"]
+    found.plot().canvas.draw()

@@ -15,7 +15,9 @@ from hypothesis import strategies as st
 
 import pymdr as mdr
 from drawing import examples
-from pymdr.errors import FileError, ProblemError, QuantityError
+from pymdr.errors import FileError, PathError, ProblemError, QuantityError
+from pymdr.solving.fits.families import ways_of
+from pymdr.solving.fits.unknowns import unknowns_of
 
 TIPS = {
     "paraboloid": lambda size: mdr.Paraboloid(size),
@@ -636,3 +638,97 @@ def test_a_pull_of_a_few_samples_is_found_with_honest_errors():
         assert off.max() < 5.0
     single = mdr.fit(start, mdr.MeasuredCurve(force=true + noise[0], travel=way, spring_constant=0.02), FREE)
     assert single["adhesion.work"].error == pytest.approx(float(found["adhesion.work_error"][0]), rel=0.2)
+
+
+@settings(max_examples=examples(20), deadline=None)
+@given(st.floats(-3.0, -0.5), st.integers(300, 9000), st.booleans(), st.booleans())
+def test_a_contact_that_is_a_small_part_of_its_record_is_found(log_share, samples, knows_point, sticks):
+    share = max(10.0**log_share, 24.0 / samples)
+    contact = contact_of("paraboloid", 3e3, 1e-6 if sticks else None)
+    way = 1e-6 * np.linspace(1.0 - 1.0 / share, 1.0, samples)
+    if sticks:
+        way = np.concatenate([way, way[::-1]])
+    force = mdr.solve(contact, mdr.Path(indentation=way))["normal_force"].values
+    noisy = force + 1e-3 * np.ptp(force) * np.random.default_rng(samples).normal(size=way.size)
+    start = contact_of("paraboloid", 1e5, 1e-6 if sticks else None)
+    point = 0.0 if knows_point else None
+    found = mdr.fit_map(
+        start, [mdr.MeasuredCurve(force=noisy, indentation=way)], ["body.young"], contact_point=point
+    )
+    assert found.counts == {"found": 1}
+    assert abs(found["body.young"].values[0] - 3e3) < 5.0 * found["body.young_error"].values[0]
+    assert found["noise"].values[0] == pytest.approx(1e-3 * np.ptp(force), rel=0.2)
+
+
+def test_maugis_dugdale_of_a_known_range_is_a_family():
+    def contact(young, work):
+        law = mdr.MaugisDugdale(work, range="100 nm")
+        return mdr.Contact(mdr.Paraboloid("5 um"), mdr.Elastic(young, 0.5), adhesion=law)
+
+    curve = curve_of(contact(3e3, 2e-4), 1e-6, 0.05)
+    found = mdr.fit_map(contact(1e4, 1e-3), [curve], FREE)
+    assert any("tables of the forces" in note for note in found.notes)
+    for name, value in zip(FREE, (3e3, 2e-4), strict=True):
+        assert found[name].values == pytest.approx(value, rel=1e-3)
+    strong = mdr.MaugisDugdale("1 mJ/m^2", strength="2 kPa")
+    fixed = dataclasses.replace(contact(1e4, 1e-3), adhesion=strong)
+    # a stress that is given does not grow with the modulus
+    assert ways_of(fixed, unknowns_of(fixed, FREE)) is None
+
+
+@pytest.mark.parametrize("work", [None, 2e-5])
+@pytest.mark.parametrize("top", [0.6e-6, 2.2e-6])
+def test_a_record_farther_than_the_profile_is_fitted_up_to_its_end(work, top):
+    radii = np.linspace(0.0, 3e-6, 60)
+    short = mdr.Sampled(radii, radii**2 / 1e-5)
+    adhesion = None if work is None else mdr.JKR(work)
+    whole = mdr.Contact(mdr.Paraboloid("5 um"), mdr.Elastic(3e3, 0.5), adhesion=adhesion)
+    way = np.concatenate([np.linspace(-5e-6, top, 200), np.linspace(top, -5e-6, 200)])
+    force = mdr.solve(whole, mdr.Path(indentation=way))["normal_force"].values
+    noise = 1e-3 * np.ptp(force) * np.random.default_rng(0).normal(size=way.size)
+    curve = mdr.MeasuredCurve(force=force + noise, indentation=way)
+    start = mdr.Contact(short, mdr.Elastic(1e4, 0.5), adhesion=None if work is None else mdr.JKR(1e-3))
+    free = ["body.young"] if work is None else FREE
+    found = mdr.fit_map(start, [curve], free)
+    if top < 1e-6:
+        assert found.counts == {"found": 1}
+        assert found["body.young"].values == pytest.approx(3e3, rel=3e-3)
+        assert mdr.fit(start, curve, free)["body.young"].value == pytest.approx(3e3, rel=3e-3)
+    else:
+        assert "found" not in found.counts
+        if work is None:
+            assert "the profile ends at 1.8 µm" in found.notes[0]
+        with pytest.raises((ProblemError, PathError), match=r"largest indentation|shows no adhesion"):
+            mdr.fit(start, curve, free)
+
+
+@pytest.mark.parametrize("work", [None, 2e-4])
+def test_a_tilt_of_the_baseline_is_found_with_the_moduli(work):
+    clean = curve_of(contact_of("paraboloid", 3e3, work), 1.5e-6, 0.05)
+    tilt = 0.3 * np.ptp(clean.force) / np.ptp(clean.position)
+    middle = 0.5 * (clean.position.min() + clean.position.max())
+    noise = 0.01 * np.ptp(clean.force) * np.random.default_rng(0).normal(size=(300, clean.force.size))
+    drift = tilt * (clean.position - middle)
+    curves = [dataclasses.replace(clean, force=clean.force + drift + one) for one in noise]
+    start, free = contact_of("paraboloid", 1e4, work and 1e-4), FREE[: 1 if work is None else 2]
+    found = mdr.fit_map(start, curves, free, tilt=True)
+    assert found.counts == {"found": 300}
+    true = {"body.young": 3e3, "adhesion.work": work, "contact_point": 0.0, "baseline": 0.0, "tilt": tilt}
+    for name in found.names:
+        off = (found[name].values - true[name]) / found[f"{name}_error"].values
+        # four deviations of a mean and of a share of 300
+        assert abs(off.mean()) < 4.0 / math.sqrt(300)
+        assert np.mean(np.abs(off) < 1.96) > 0.95 - 4.0 * math.sqrt(0.05 * 0.95 / 300)
+    single = mdr.fit(start, curves[0], free, tilt=True)
+    for name in found.names:
+        error = float(found[f"{name}_error"][0])
+        assert single[name].value == pytest.approx(float(found[name][0]), abs=0.3 * error)
+        assert single[name].error == pytest.approx(error, rel=0.1)
+    assert mdr.fit(start, curves[0], free).waves > 1.0
+
+
+def test_a_tilt_is_true_or_false_and_of_force_curves():
+    curve, start = curve_of(contact_of("paraboloid", 3e3), 1e-6), contact_of("paraboloid", 1e4)
+    for found in (mdr.fit, mdr.fit_map):
+        with pytest.raises(ProblemError, match="tilt = '1 N/m'; True"):
+            found(start, curve if found is mdr.fit else [curve], ["body.young"], tilt="1 N/m")

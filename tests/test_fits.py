@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import re
 from html import escape
 from importlib.util import find_spec
 
@@ -333,3 +334,25 @@ def test_a_detector_that_ran_out_of_range_is_told(share, noise, size, seed):
     cut = mdr.fit(soft, mdr.mark_saturated(record), ["body.young"])
     assert not any("run out of range" in note for note in cut.notes)
     assert cut["body.young"].value == pytest.approx(1e3, abs=6.0 * cut["body.young"].error + 1e-3)
+
+
+@pytest.mark.parametrize(
+    ("law", "words"),
+    [
+        (mdr.JKR("1 mJ/m^2"), "JKR holds where the attraction reaches less than 46"),
+        (mdr.DMT("1 mJ/m^2"), "DMT holds where the attraction reaches more than 2.3"),
+        (mdr.DMT("1 mJ/m^2", range="1 nm"), r"Tabor's parameter of what was found is 23\d, .*range='1 nm'"),
+        (mdr.DMT("1 mJ/m^2", range="3 um"), ""),
+        (mdr.MaugisDugdale("1 mJ/m^2", range="100 nm"), ""),
+    ],
+)
+def test_the_range_of_a_law_of_adhesion_is_told(law, words):
+    start = mdr.Contact(mdr.Paraboloid("5 um"), mdr.Elastic("10 kPa", 0.5), adhesion=law)
+    true = mdr.with_parameters(start, {"body.young": "3 kPa", "adhesion.work": "0.2 mJ/m^2"})
+    curve = recorded(true, np.linspace(1.0e-6, -2e-6, 300), None, 0.005, 1)
+    free = ["body.young", "adhesion.work"]
+    for found in (mdr.fit(start, curve, free), mdr.fit_map(start, [curve], free)):
+        told = [note for note in found.notes if "reaches" in note or "Tabor" in note]
+        # mu = (R (w/E*)^2)^(1/3) / z0 is 231 nm / z0
+        assert len(told) == bool(words)
+        assert not words or re.match(words, told[0])

@@ -531,8 +531,9 @@ class PanelLine(EquivalentProfile):
         """A radius x in m near which ``reached(x, g(x))`` becomes true, going outward."""
         if self.source.known_everywhere:
             r = self._end * 2.0 ** -np.arange(0.0, 40.0, 0.25)[::-1]
-            found = [x for x, g in zip(r.tolist(), self.g(r).tolist(), strict=True) if reached(x, g)]
-            return found[0] if found else self._end
+            return next(
+                (x for x, g in zip(r.tolist(), self.g(r).tolist(), strict=True) if reached(x, g)), self._end
+            )
         return self._search.climb(_SMALLEST, lambda x, g, m: reached(x, g))
 
     @property

@@ -11,8 +11,17 @@ from typing import NamedTuple
 import numpy as np
 
 from pymdr.problem.contact import Contact
-from pymdr.solving.fits.families import Family, Ways, family_of, ways_of
-from pymdr.solving.fits.unknowns import BASELINE, CONTACT_POINT, ORIGINS, Free, Unknown, put_into, unknowns_of
+from pymdr.solving.fits.families import Family, Ladder, Ways, family_of, ways_of
+from pymdr.solving.fits.unknowns import (
+    BASELINE,
+    CONTACT_POINT,
+    ORIGINS,
+    TILT,
+    Free,
+    Unknown,
+    put_into,
+    unknowns_of,
+)
 from pymdr.units import FloatArray
 
 FOUND, UNSETTLED, NO_CONTACT, UNREAD, AT_END, REFUSED = range(6)
@@ -42,11 +51,13 @@ class Asked:
     bounded: Mapping[str, tuple[float, float]]
     """Ends that were given."""
     free: Free
+    ladder: Ladder | None = None
+    """Rungs of the family; all unless given."""
 
     @property
     def origins(self) -> tuple[str, ...]:
         """Those that are looked for."""
-        return tuple(name for name in (CONTACT_POINT, BASELINE) if name not in self.known)
+        return tuple(name for name in (CONTACT_POINT, BASELINE, TILT) if name not in self.known)
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -76,7 +87,7 @@ class Asked:
         number = self.ways.number
         bounds = None if number is None or self.ways.work is not None else self.bounded.get(number.name)
         if deepest not in self.families:
-            self.families[deepest] = family_of(self.contact, self.ways, deepest, bounds)
+            self.families[deepest] = family_of(self.contact, self.ways, deepest, bounds, self.ladder)
         return self.families[deepest]
 
 

@@ -116,6 +116,7 @@ def compare_laws(
     contact_point: QuantityLike | None = None,
     shift_origin: QuantityLike | None = None,
     baseline: QuantityLike | None = None,
+    tilt: bool = False,
 ) -> LawComparison:
     """
     Fit several laws to one record and weigh them.
@@ -124,7 +125,7 @@ def compare_laws(
     ----------
     contacts : mapping of str to Contact
         The laws by the names that they are to have.
-    curve, contact_point, shift_origin, baseline
+    curve, contact_point, shift_origin, baseline, tilt
         As for :func:`fit`.
     free : sequence of str, or mapping of str to pair of quantities or None
         What is looked for; every law takes what it has of it.
@@ -179,6 +180,7 @@ def compare_laws(
                 contact_point=contact_point,
                 shift_origin=shift_origin,
                 baseline=baseline,
+                tilt=tilt,
             )
         except PymdrError as error:
             refusals[name] = str(error)

@@ -6,20 +6,21 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
 from pymdr.errors import ProblemError, PymdrError
 from pymdr.mapping.moduli import effective_moduli
 from pymdr.problem.contact import Contact
-from pymdr.problem.laws import DMT, JKR
+from pymdr.problem.laws import DMT, JKR, MaugisDugdale
 from pymdr.problem.materials import Elastic, Rigid
 from pymdr.problem.parameters import parameters_of, with_parameters
-from pymdr.solving.fits.forces import AdhesiveForces, Forces, forces_of
+from pymdr.solving.fits.forces import AdhesiveForces, ElasticForces, bare_forces
 from pymdr.solving.fits.unknowns import Unknown
 from pymdr.units import FloatArray, written
 
-_CELLS, _RUNGS = 256, 96
+_CELLS, RUNGS, _LEAST = 256, 96, 16
 _WORKS = (1e-6, 1.0)
 """Of the modulus times the depth."""
 _SIZES = (0.1, 10.0)
@@ -102,7 +103,10 @@ def ways_of(contact: Contact, unknowns: Sequence[Unknown]) -> Ways | None:
     """The ways of a contact's unknowns; None where they are not those of one scale and one number."""
     if contact.remembers:
         return None
-    if contact.adhesion is not None and not isinstance(contact.adhesion, JKR | DMT):
+    law = contact.adhesion
+    if isinstance(law, MaugisDugdale) and law.range is None:  # its stress does not grow with the moduli
+        return None
+    if law is not None and not isinstance(law, JKR | DMT | MaugisDugdale):
         return None
     moduli = [p.name for p in parameters_of(contact) if p.unit == "Pa"]
     share = 1.0
@@ -149,7 +153,9 @@ class Family:
     """Of the free numbers of the rungs."""
     deepest: float
     """In m."""
-    members: tuple[Forces, ...]
+    members: tuple[ElasticForces | AdhesiveForces, ...]
+    ends: FloatArray
+    """Depths in m at which the profile ends, and from which on the forces go on along their tangent; inf where it does not."""
 
     @property
     def table(self) -> tuple[FloatArray, FloatArray, FloatArray, float, float, float]:
@@ -160,15 +166,43 @@ class Family:
     def error(self) -> float:
         """The largest difference between cells from the forces themselves, in parts of a member's range."""
         worst, roots = 0.0, (np.arange(0, _CELLS, 3) + 0.5) / _CELLS
-        for forces, row, slope, fold in zip(self.members, self.forces, self.slopes, self.folds, strict=True):
-            exact, _ = forces.at(fold + (self.deepest - fold) * roots**2)
+        for forces, row, slope, fold, end in zip(
+            self.members, self.forces, self.slopes, self.folds, self.ends, strict=True
+        ):
             cell = np.arange(0, _CELLS, 3)
+            known = fold + (self.deepest - fold) * ((cell + 1) / _CELLS) ** 2 <= end
+            cell, exact = cell[known], forces.at(fold + (self.deepest - fold) * roots[known] ** 2)[0]
             between = 0.5 * (row[cell] + row[cell + 1]) + (slope[cell] - slope[cell + 1]) / (8.0 * _CELLS)
-            worst = max(worst, float(np.abs(between - exact).max() / np.ptp(row)))
+            worst = max(worst, float(np.abs(between - exact).max(initial=0.0) / np.ptp(row)))
         return worst
 
+    def end(self, number: FloatArray) -> FloatArray:
+        """Depths in m at which the profile ends under free numbers of the family."""
+        rungs = self.first + self.step * np.arange(self.ends.size)
+        beyond = np.isinf(self.ends)
+        known = np.interp(number, rungs, np.where(beyond, self.deepest, self.ends))
+        return np.where(np.interp(number, rungs, beyond.astype(float)) > 0.0, np.inf, known)
 
-def family_of(contact: Contact, ways: Ways, deepest: float, bounds: tuple[float, float] | None) -> Family:
+
+_Member = tuple[ElasticForces | AdhesiveForces, FloatArray, FloatArray, float]
+"""Forces, what they and their slopes are over the root, and where the profile ends."""
+
+
+class Ladder(NamedTuple):
+    """Rungs at even steps of a free number."""
+
+    first: float
+    last: float
+    rungs: int
+
+
+def family_of(
+    contact: Contact,
+    ways: Ways,
+    deepest: float,
+    bounds: tuple[float, float] | None = None,
+    ladder: Ladder | None = None,
+) -> Family:
     """
     The tables of a contact.
 
@@ -180,6 +214,8 @@ def family_of(contact: Contact, ways: Ways, deepest: float, bounds: tuple[float,
         Largest depth in m that is read.
     bounds : pair of float or None
         Of the number in which the family differs, in its unit.
+    ladder : Ladder, optional
+        Its rungs; all that it may be unless given.
 
     Raises
     ------
@@ -188,58 +224,52 @@ def family_of(contact: Contact, ways: Ways, deepest: float, bounds: tuple[float,
     """
     number = ways.number
     if number is None:
-        members, rungs = [forces_of(contact, deepest, 0.0, None)], np.zeros(1)
+        only = bare_forces(contact, deepest)
+        members, rungs = [(only, *_row(only, deepest))], np.zeros(1)
     else:
-        members, rungs = _members(contact, number, _ladder(contact, number, deepest, bounds), deepest)
-    rows = [_row(forces, deepest) for forces in members]
+        rungs = np.linspace(*(ladder or whole_ladder(contact, number, deepest, bounds)))
+        members, rungs = _members(contact, number, rungs, deepest)
     step = float(rungs[1] - rungs[0]) if rungs.size > 1 else 1.0
     return Family(
-        np.array([row[0] for row in rows]),
-        np.array([row[1] for row in rows]),
-        np.array([forces.fold for forces in members]),
+        np.array([row for _, row, _, _ in members]),
+        np.array([slope for _, _, slope, _ in members]),
+        np.array([forces.fold for forces, *_ in members]),
         float(rungs[0]),
         step,
         deepest,
-        tuple(members),
+        tuple(forces for forces, *_ in members),
+        np.array([end for *_, end in members]),
     )
 
 
 def _members(
     contact: Contact, number: Unknown, rungs: FloatArray, deepest: float
-) -> tuple[list[Forces], FloatArray]:
+) -> tuple[list[_Member], FloatArray]:
     """The longest stretch of rungs at which the contact can be computed."""
-    found: list[tuple[float, Forces]] = []
+    found: list[tuple[float, _Member]] = []
     failure: PymdrError | None = None
     for rung in rungs:
         try:
-            forces = _reaching(contact, number, float(rung), deepest)
+            value = number.from_free(float(rung))
+            forces = bare_forces(with_parameters(contact, {number.name: value}), deepest)
+            member = (forces, *_row(forces, deepest))
         except PymdrError as error:
             failure = error
             if len(found) >= 4:
                 break
             found = []
         else:
-            found.append((float(rung), forces))
+            found.append((float(rung), member))
     if len(found) < 4:
         assert failure is not None
         raise failure
-    return [forces for _, forces in found], np.array([rung for rung, _ in found])
+    return [member for _, member in found], np.array([rung for rung, _ in found])
 
 
-def _reaching(contact: Contact, number: Unknown, rung: float, deepest: float) -> Forces:
-    value = number.from_free(rung)
-    forces = forces_of(with_parameters(contact, {number.name: value}), deepest, 0.0, None)
-    if isinstance(forces, AdhesiveForces) and forces.depth[-1] < deepest:
-        raise ProblemError(
-            f"fit_map: with {number.name} = {written(value, number.unit)} the profile ends before {written(deepest, 'm')} deep"
-        )
-    return forces
-
-
-def _ladder(
-    contact: Contact, number: Unknown, deepest: float, bounds: tuple[float, float] | None
-) -> FloatArray:
-    """Free numbers at even steps."""
+def whole_ladder(
+    contact: Contact, number: Unknown, deepest: float, bounds: tuple[float, float] | None = None
+) -> Ladder:
+    """All that the number of a family may be."""
     if (
         bounds is not None
         and all(math.isfinite(end) for end in bounds)
@@ -255,14 +285,26 @@ def _ladder(
         width = min(0.5 * abs(number.start) or 1.0, number.high - number.start, number.start - number.low)
         low, high = number.start - 0.9 * width, number.start + 0.9 * width
     low, high = max(low, number.low), min(high, number.high)
-    return np.linspace(number.to_free(low), number.to_free(high), _RUNGS)
+    return Ladder(number.to_free(low), number.to_free(high), RUNGS)
 
 
-def _row(forces: Forces, deepest: float) -> tuple[FloatArray, FloatArray]:
-    """Forces and their slopes over the root."""
+def _row(forces: ElasticForces | AdhesiveForces, deepest: float) -> tuple[FloatArray, FloatArray, float]:
+    """Forces, their slopes over the root, and the depth at which the profile ends."""
     r, reach = np.linspace(0.0, 1.0, _CELLS + 1), deepest - forces.fold
+    depth = forces.fold + reach * r * r
     if isinstance(forces, AdhesiveForces):
         value, slope = forces.over_root(r * math.sqrt(reach))
-        return value, slope * math.sqrt(reach)
-    value, stiffness = forces.at(forces.fold + reach * r * r)
-    return value, stiffness * 2.0 * r * reach
+        slope = slope * math.sqrt(reach)
+    else:
+        value, stiffness = forces.at(depth)
+        slope = stiffness * 2.0 * r * reach
+    known = depth <= forces.end
+    if known.all():
+        return value, slope, math.inf
+    if np.count_nonzero(known) < _LEAST:
+        raise ProblemError(
+            f"fit_map: the profile ends {written(forces.end, 'm', 4)} deep, and the record is of {written(deepest, 'm', 4)}; give it farther "
+            "out, or leave out samples far from the contact"
+        )
+    beyond, stiffness = forces.at(depth)
+    return np.where(known, value, beyond), np.where(known, slope, stiffness * 2.0 * r * reach), forces.end

@@ -11,16 +11,17 @@ import numpy as np
 
 from pymdr.errors import ProblemError
 from pymdr.problem.contact import Contact
-from pymdr.problem.laws import Coulomb
+from pymdr.problem.laws import Coulomb, MaugisDugdale
 from pymdr.problem.measured import MeasuredCurve
 from pymdr.problem.paths import Path, indent
 from pymdr.result import Result, labelled
 from pymdr.solving.curves import leave_out_marked
 from pymdr.solving.fits.asking import FOUND, NO_CONTACT, SEEN, Asked
+from pymdr.solving.fits.families import Ladder, Ways, whole_ladder
 from pymdr.solving.fits.found import FitResult, Fitted, force_of
 from pymdr.solving.fits.loops import NORMAL, ShearRecord, shear_record
-from pymdr.solving.fits.quick import fit_by_family
-from pymdr.solving.fits.records import ListedCurves
+from pymdr.solving.fits.quick import fit_by_family, reaches
+from pymdr.solving.fits.records import ListedCurves, Stretch
 from pymdr.solving.fits.searching import (
     Modelled,
     Search,
@@ -38,6 +39,7 @@ from pymdr.solving.fits.unknowns import (
     CONTACT_POINT,
     ORIGINS,
     SHIFT_ORIGIN,
+    TILT,
     Free,
     origins,
     put_into,
@@ -50,7 +52,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 LEVENBERG_MARQUARDT, LMFIT = "levenberg-marquardt", "lmfit"
-_STARTS = 4
+_STARTS, _COARSE, _FINE = 4, 14, 12
 _UNFELT = 1e-6
 """Of the largest: rates of the residuals over an origin that a record does not feel."""
 _WIDER = 1.1
@@ -67,6 +69,7 @@ def fit(
     contact_point: QuantityLike | None = None,
     shift_origin: QuantityLike | None = None,
     baseline: QuantityLike | None = None,
+    tilt: bool = False,
 ) -> FitResult:
     """
     Find parameters of a contact in measured force curves, or in records of friction.
@@ -90,6 +93,9 @@ def fit(
         unless given.
     baseline : quantity, optional
         The force of the record in N when they do not; looked for unless given.
+    tilt : bool
+        Whether that force rises along the record, as by drift or virtual deflection, by a `tilt` in N/m of the travel or indentation that
+        is looked for; the baseline is then that in the middle of the record.
 
     Returns
     -------
@@ -128,7 +134,11 @@ def fit(
     if not isinstance(contact, Contact):
         raise ProblemError(f"fit: {contact!r} is not a Contact; write Contact(profile, body)")
     search, marked = _search(
-        contact, curve, free, {CONTACT_POINT: contact_point, SHIFT_ORIGIN: shift_origin, BASELINE: baseline}
+        contact,
+        curve,
+        free,
+        {CONTACT_POINT: contact_point, SHIFT_ORIGIN: shift_origin, BASELINE: baseline},
+        tilt,
     )
     misfit, best, wide = _best(search)
     _refuse_unseen(search, misfit, best)
@@ -150,6 +160,7 @@ def _search(
     curve: MeasuredCurve | xr.Dataset | Sequence[MeasuredCurve] | Sequence[xr.Dataset],
     free: Free,
     given: dict[str, QuantityLike | None],
+    tilt: bool,
 ) -> tuple[Search, int]:
     """What is looked for in which records, and how many marked samples were left out of them."""
     from xarray import Dataset
@@ -177,14 +188,14 @@ def _search(
                         f"fit: the {name} of the record does not change: no contact is seen in it"
                     )
         curves = tuple(leave_out_marked(one) if one.marked.any() else one for one in curves)
-        return Search(contact, unknowns_of(contact, free), curves, origins(given)), marked
-    if given.pop(CONTACT_POINT) is not None:
+        return Search(contact, unknowns_of(contact, free), curves, origins(given, tilt)), marked
+    if given.pop(CONTACT_POINT) is not None or tilt:
         raise ProblemError(
-            "fit: contact_point= is for normal forces; records of friction have a shift_origin"
+            "fit: contact_point= and tilt= are for normal forces; records of friction have a shift_origin and a baseline"
         )
     records = tuple(shear_record(one) for one in listed if isinstance(one, Dataset))
     used = () if all(one.used.all() for one in records) else tuple(one.used for one in records)
-    return Search(contact, unknowns_of(contact, free), records, origins(given), used), 0
+    return Search(contact, unknowns_of(contact, free), records, origins(given, False), used), 0
 
 
 class _End(NamedTuple):
@@ -208,7 +219,7 @@ def _best(search: Search) -> _End:
     ends = []
     for rank in range(max(len(found) for found in apart)):
         chosen = [found[min(rank, len(found) - 1)] for found in apart]
-        places = [{search.place: one.origin, BASELINE: one.baseline} for one in chosen]
+        places = [{search.place: one.origin, BASELINE: one.baseline, TILT: one.tilt} for one in chosen]
         _, found = found_from(search, search.to_free(chosen[0].values.tolist(), places))
         ends.append((float(found.chisqr), free_numbers(found, len(search.names))))
     wide = np.zeros(len(search.names)) if quick is None else quick[1]
@@ -221,9 +232,13 @@ def _quick_start(search: Search) -> tuple[Start, FloatArray] | None:
     curves = ListedCurves(tuple(one for one in search.curves if isinstance(one, MeasuredCurve)))
     begun = put_into(search.contact, unknowns, np.array([u.start for u in unknowns]))
     asked = Asked(begun, unknowns, search.known, {}, [u.name for u in unknowns])
-    if asked.ways is None or not unknowns or len(curves.curves) != 1:
+    ways = asked.ways
+    if ways is None or not unknowns or len(curves.curves) != 1:
         return None
-    found = fit_by_family(asked, asked.ways, curves.read(0, 1)).columns
+    stretch = curves.read(0, 1)
+    if isinstance(search.contact.adhesion, MaugisDugdale):
+        asked = _nearby(asked, ways, stretch)
+    found = fit_by_family(asked, ways, stretch).columns
     if found["ending"][0] == NO_CONTACT:
         raise ProblemError(
             f"fit: no contact is seen in the record: one without any leaves squares that are larger by less than {SEEN:g} variances of "
@@ -235,7 +250,22 @@ def _quick_start(search: Search) -> tuple[Start, FloatArray] | None:
     values = np.array([found[u.name][0] for u in unknowns])
     scales = [*(u.rate(float(v)) for u, v in zip(unknowns, values, strict=True)), *search.origin_scales]
     errors = np.array([found[f"{name}_error"][0] for name in asked.names]) / scales
-    return Start(0.0, values, origin.get(CONTACT_POINT, 0.0), origin.get(BASELINE, 0.0)), errors
+    return Start(0.0, values, *(origin.get(name, 0.0) for name in (CONTACT_POINT, BASELINE, TILT))), errors
+
+
+def _nearby(asked: Asked, ways: Ways, stretch: Stretch) -> Asked:
+    """The same on a short ladder of fine steps, about what one of coarse steps tells: members of the family take long."""
+    number = ways.number
+    if number is None or ways.work is None:
+        return asked
+    whole = whole_ladder(asked.contact, number, float(reaches(stretch)[0]))
+    coarse = replace(asked, ladder=whole._replace(rungs=_COARSE))
+    found = fit_by_family(coarse, ways, stretch).columns
+    if found["ending"][0] != FOUND:
+        return asked
+    (middle,) = ways.numbers(np.array([[found[u.name][0] for u in asked.unknowns]]))
+    half = 0.5 * (_FINE - 1) * (whole.last - whole.first) / (whole.rungs - 1)
+    return replace(asked, ladder=Ladder(float(middle) - half, float(middle) + half, _FINE))
 
 
 def _refuse_unseen(search: Search, misfit: float, best: FloatArray) -> None:

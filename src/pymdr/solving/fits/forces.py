@@ -20,12 +20,13 @@ from pymdr.mapping.relaxation import relaxation_of
 from pymdr.problem.contact import Contact
 from pymdr.solving.equilibria import AdhesiveLine
 from pymdr.solving.reach import map_to_line
-from pymdr.units import FloatArray
+from pymdr.units import FloatArray, written
 
-_NODES, _SPRINGS = 256, 300
-_NARROWED = 6
-"""Times 8."""
-_SAME = 1e-9
+_NODES, _LEAST, _SPRINGS = 256, 8, 300
+_NARROWED, _BETWEEN = 2, 65
+"""How often a fold is looked for more closely, and among how many parameters: few calls, each of which takes long."""
+_OUTWARD = 1.25 ** np.arange(12)
+_SAME, _WITHIN = 1e-9, 1.0 - 1e-9
 _POLISHED, _STEEP = 3, 1e-3
 BEYOND = 0.25
 """Of the depth of the fold: so much later a record may be found to leave contact."""
@@ -51,10 +52,20 @@ class ElasticForces:
     line: Line
     fold: float = 0.0
 
+    @cached_property
+    def end(self) -> float:
+        """The depth in m at which the profile ends, and from which on the force goes on along its tangent; inf where it does not."""
+        return (
+            float(self.line.depth(np.array(_WITHIN * self.line.reach)))
+            if math.isfinite(self.line.reach)
+            else math.inf
+        )
+
     def at(self, depth: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Force in N and stiffness in N/m."""
-        states = states_at_depth(self.line, np.maximum(depth, 0.0))
-        return normal_force(self.line, states), self.line.stiffness(states.place)
+        states = states_at_depth(self.line, np.clip(depth, 0.0, self.end))
+        stiffness = self.line.stiffness(states.place)
+        return normal_force(self.line, states) + stiffness * np.maximum(depth - self.end, 0.0), stiffness
 
     def radius(self, depth: FloatArray) -> FloatArray:
         """Contact radius in m at depths in m."""
@@ -75,6 +86,11 @@ class AdhesiveForces:
         """The smallest depth in m at which the contact lasts."""
         return float(self.depth[0])
 
+    @property
+    def end(self) -> float:
+        """The last depth in m that is known; beyond it the force goes on along its tangent."""
+        return float(self.depth[-1])
+
     @cached_property
     def _over_root(self) -> CubicSpline:
         """F over the root of the distance from the fold, where it is smooth."""
@@ -90,10 +106,10 @@ class AdhesiveForces:
 
     def at(self, depth: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Force in N and stiffness in N/m; those of the fold before it."""
-        root = np.sqrt(np.clip(depth - self.fold, 0.0, self.depth[-1] - self.fold))
-        least = 1e-3 * math.sqrt(self.depth[-1] - self.fold)
+        root = np.sqrt(np.clip(depth - self.fold, 0.0, self.end - self.fold))
+        least = 1e-3 * math.sqrt(self.end - self.fold)
         rate = self._over_root(np.maximum(root, least), 1) / (2.0 * np.maximum(root, least))
-        return self._over_root(root), rate
+        return self._over_root(root) + rate * np.maximum(depth - self.end, 0.0), rate
 
 
 @dataclass(frozen=True)
@@ -187,11 +203,15 @@ def forces_of(contact: Contact, deepest: float, compliance: float, time: FloatAr
                 "fit: a body with memory needs the times of the samples; give time= to MeasuredCurve"
             )
         return RememberedForces(contact, time, compliance)
-    deepest = rounded_up(deepest)
-    bare: Forces = (
-        ElasticForces(_line_of(contact)) if contact.adhesion is None else _adhesive(contact, deepest)
-    )
-    return bare if compliance == 0.0 else OnMachine(bare, compliance, deepest)
+    bare = bare_forces(contact, deepest)
+    return bare if compliance == 0.0 else OnMachine(bare, compliance, rounded_up(deepest))
+
+
+def bare_forces(contact: Contact, deepest: float) -> ElasticForces | AdhesiveForces:
+    """What a contact without memory bears at depths up to one in m, as :func:`forces_of` says."""
+    if contact.adhesion is None:
+        return ElasticForces(_line_of(contact))
+    return _adhesive(contact, rounded_up(deepest))
 
 
 def rounded_up(deepest: float) -> float:
@@ -212,9 +232,9 @@ def _adhesive(contact: Contact, deepest: float) -> AdhesiveForces:
     lowest = int(np.argmin(states(s).indentation))
     low, high = s[max(lowest - 1, 0)], s[min(lowest + 1, s.size - 1)]
     for _ in range(_NARROWED):
-        inner = np.linspace(low, high, 17)
+        inner = np.linspace(low, high, _BETWEEN)
         at = int(np.argmin(states(inner).indentation))
-        low, high = inner[max(at - 1, 0)], inner[min(at + 1, 16)]
+        low, high = inner[max(at - 1, 0)], inner[min(at + 1, _BETWEEN - 1)]
     first = float(inner[at])
     s = first + (last - first) * np.linspace(0.0, 1.0, _NODES) ** 1.5
     found = states(s)
@@ -223,6 +243,10 @@ def _adhesive(contact: Contact, deepest: float) -> AdhesiveForces:
         raise ProblemError(
             "fit: the adhesive contact has several stable branches; fits follow contacts that have one"
         )
+    if np.count_nonzero(rises) < _LEAST:
+        raise ProblemError(
+            f"fit: the profile ends before adhesion with {written(line.law.work, 'J/m^2', 4)} holds a contact; give it farther out"
+        )
     return AdhesiveForces(found.indentation[rises], found.normal_force[rises], found.contact_radius[rises])
 
 
@@ -230,8 +254,12 @@ def _reaching(line: AdhesiveLine, deepest: float) -> float:
     """A parameter in m at which the depth is reached, or the end of the profile."""
     limit = line.equilibria.limit
     last = min(float(line.line.place(np.array([deepest])).x[0]), limit)
-    while last < limit and float(line.equilibria.states(np.array([last])).indentation[0]) < deepest:
-        last = min(1.25 * last, limit)
+    while last < limit:
+        tried = np.minimum(last * _OUTWARD, limit)
+        reached = line.equilibria.states(tried).indentation >= deepest
+        if reached.any():
+            return float(tried[np.argmax(reached)])
+        last = float(tried[-1])
     return last
 
 

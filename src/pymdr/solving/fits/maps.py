@@ -15,6 +15,7 @@ import numpy as np
 from pymdr.errors import ConvergenceError, ProblemError, PymdrError, QuantityError
 from pymdr.interpretation.validity import SOURCES, Assumption, Claim
 from pymdr.problem.contact import Contact
+from pymdr.problem.laws import DMT
 from pymdr.problem.measured import MeasuredCurve
 from pymdr.problem.parameters import with_parameters
 from pymdr.problem.paths import indent
@@ -37,14 +38,15 @@ from pymdr.solving.fits.asking import (
 )
 from pymdr.solving.fits.families import WORK, Ways
 from pymdr.solving.fits.fitting import LEVENBERG_MARQUARDT, LMFIT, fit
-from pymdr.solving.fits.forces import AdhesiveForces, ElasticForces, rounded_up
-from pymdr.solving.fits.quick import fit_by_family
+from pymdr.solving.fits.forces import rounded_up
+from pymdr.solving.fits.quick import fit_by_family, reaches
 from pymdr.solving.fits.records import Records, Stretch, records_of
 from pymdr.solving.fits.storing import Held, Kept, attributes_of
-from pymdr.solving.fits.unexplained import WAVY
+from pymdr.solving.fits.unexplained import WAVY, range_of_law
 from pymdr.solving.fits.unknowns import (
     BASELINE,
     CONTACT_POINT,
+    TILT,
     Free,
     origins,
     put_into,
@@ -203,6 +205,7 @@ def fit_map(
     *,
     contact_point: QuantityLike | None = None,
     baseline: QuantityLike | None = None,
+    tilt: bool = False,
     folder: str | os.PathLike[str] | None = None,
     workers: int = 1,
     client: Any = None,
@@ -219,7 +222,7 @@ def fit_map(
         A dataset, or the folder of a Zarr store of one, has ``force`` and ``travel`` or ``indentation`` over a grid and
         ``sample``, with ``units`` in their attributes; with travel ``spring_constant``, one or over the grid; ``time`` for bodies
         with memory. It is read a stretch at a time.
-    free, contact_point, baseline
+    free, contact_point, baseline, tilt
         As for :func:`fit`.
     folder : path, optional
         Of a Zarr store into which curves are written as they are finished: the same call goes on where a killed one was.
@@ -272,7 +275,7 @@ def fit_map(
     if isinstance(workers, bool) or not isinstance(workers, int) or workers < 1:
         raise ProblemError(f"workers = {workers!r}: a whole number of at least 1 is needed")
     records = records_of(curves)
-    asked = asked_of(contact, free, origins({CONTACT_POINT: contact_point, BASELINE: baseline}))
+    asked = asked_of(contact, free, origins({CONTACT_POINT: contact_point, BASELINE: baseline}, tilt))
     total = math.prod(records.shape)
     chunk = _curves_of_chunk(asked, records)
     store = Kept(folder, asked, records, chunk) if folder is not None else Held(asked, total)
@@ -291,7 +294,8 @@ def fit_map(
         done += last - first
         told(0)
     if asked.ways is not None:
-        store.complete(OF_LIMIT, _of_limits(asked, asked.ways, store.columns()))
+        first = reaches(records.read(0, 1))[0]
+        store.complete(OF_LIMIT, _of_limits(asked, asked.ways, store.columns(), float(first)))
     return _interpreted(asked, records, FittedStretch(store.columns(), store.refusals()))
 
 
@@ -368,7 +372,7 @@ def _fit_one_by_one(asked: Asked, stretch: Stretch, told: Callable[[int], None] 
             continue
         try:
             known = {name: asked.known.get(name) for name in (CONTACT_POINT, BASELINE)}
-            found = fit(asked.contact, curve, asked.free, **known)
+            found = fit(asked.contact, curve, asked.free, **known, tilt=TILT not in asked.known)
         except ConvergenceError:
             out["ending"][i] = UNSETTLED
         except PymdrError as error:
@@ -390,8 +394,12 @@ def _of_limit(assumed: Sequence[Assumption]) -> float:
     return max((part for part in parts if math.isfinite(part)), default=math.nan)
 
 
-def _of_limits(asked: Asked, ways: Ways, columns: Columns) -> FloatArray:
-    """That of every curve, from a table over the largest depth and the number in which the contacts differ."""
+def _of_limits(asked: Asked, ways: Ways, columns: Columns, first: float) -> FloatArray:
+    """
+    That of every curve, from a table over the largest depth and the number in which the contacts differ.
+
+    The family is that of the first curve where it reaches, which is known already, and does not depend on what was kept before.
+    """
     from scipy.interpolate import RegularGridInterpolator
 
     out = np.full(columns["ending"].size, math.nan)
@@ -400,7 +408,7 @@ def _of_limits(asked: Asked, ways: Ways, columns: Columns) -> FloatArray:
         return out
     depth = columns["indentation"][found]
     numbers = ways.numbers(np.column_stack([columns[u.name][found] for u in asked.unknowns]))
-    family = asked.family(rounded_up(float(depth.max())))
+    family = asked.family(max(first, rounded_up(float(depth.max()))))
     last = len(family.members) - 1
     rungs = np.clip((numbers - family.first) / family.step, 0.0, float(last))
     chosen = np.unique(
@@ -418,7 +426,6 @@ def _of_limits(asked: Asked, ways: Ways, columns: Columns) -> FloatArray:
             replace(asked.contact, adhesion=None), {k: v for k, v in value.items() if k != WORK}
         )
         mapped, member = map_to_line(contact), family.members[rung]
-        assert isinstance(member, ElasticForces | AdhesiveForces)
         row[:] = [_of_limit(assumptions(contact, mapped, radius[None])) for radius in member.radius(depths)]
     at = np.column_stack([np.log(depth), rungs])
     if chosen.size == 1:
@@ -463,6 +470,13 @@ def _interpreted(asked: Asked, records: Records, fitted: FittedStretch) -> Fitte
         many = int((columns[name][found] > limit).sum())
         if many:
             notes.append(f"{many} of {found.size} curves {words}")
+    if asked.ways is not None and asked.ways.work is not None and found.size:
+        number = asked.ways.number
+        assert number is not None
+        numbers = asked.ways.numbers(np.column_stack([columns[u.name][found] for u in asked.unknowns]))
+        # a law of short range is strained most where the work is smallest against the modulus, one of long range where it is largest
+        strained = numbers.max() if isinstance(asked.contact.adhesion, DMT) else numbers.min()
+        notes += range_of_law(with_parameters(asked.contact, {WORK: number.from_free(float(strained))}))
     if asked.ways is not None and asked.families:
         worst = max(family.error for family in asked.families.values())
         notes.append(f"tables of the forces are right to {worst:.1g} of their largest")

@@ -24,8 +24,11 @@ from pymdr.solving.fits.families import WORK, Ways
 from pymdr.solving.fits.forces import rounded_up
 from pymdr.solving.fits.records import Stretch
 from pymdr.solving.fits.searching import hanging
-from pymdr.solving.fits.unknowns import BASELINE, CONTACT_POINT
-from pymdr.units import FloatArray
+from pymdr.solving.fits.unknowns import BASELINE, CONTACT_POINT, TILT
+from pymdr.units import FloatArray, written
+
+_PLACES = {CONTACT_POINT: 2, BASELINE: 3, TILT: 4}
+"""Of the origins among the numbers of the kernels."""
 
 
 def fit_by_family(asked: Asked, ways: Ways, stretch: Stretch) -> FittedStretch:
@@ -33,25 +36,25 @@ def fit_by_family(asked: Asked, ways: Ways, stretch: Stretch) -> FittedStretch:
     from pymdr.solving.fits import kernels
 
     count, width = stretch.place.shape
-    numbers, residuals = np.full((count, 8), math.nan), np.full((count, width), math.nan)
+    numbers, residuals = np.full((count, 9), math.nan), np.full((count, width), math.nan)
     covariances = np.full((count, len(asked.names), len(asked.names)), math.nan)
     ended, refusals = np.full(count, UNREAD, dtype=np.int8), set()
-    columns = np.zeros((4, len(asked.names)))
+    columns = np.zeros((kernels.ALL, len(asked.names)))
     own_ways = ways.columns()
     # both numbers of the family are searched by themselves, so that one of them may rest at its end
     both = own_ways.shape[1] == 2
     columns[:2, : len(ways.unknowns)] = np.eye(2) if both else own_ways
     for i, name in enumerate(asked.origins, len(ways.unknowns)):
-        columns[kernels.POINT if name == CONTACT_POINT else kernels.BASE, i] = 1.0
+        columns[_PLACES[name], i] = 1.0
     number = ways.number
-    known = np.array([0.0, 0.0, asked.known.get(CONTACT_POINT, 0.0), asked.known.get(BASELINE, 0.0)])
+    known = np.array([0.0, 0.0, *(asked.known.get(name, 0.0) for name in _PLACES)])
     if number is not None and ways.shape is None:
         known[kernels.SHAPE] = number.to_free(number.start)
     free = np.array(
         [
             ways.scale is not None,
             ways.shape is not None,
-            *(n not in asked.known for n in (CONTACT_POINT, BASELINE)),
+            *(name not in asked.known for name in _PLACES),
         ]
     )
     for deepest, chosen in _by_depth(stretch):
@@ -77,6 +80,14 @@ def fit_by_family(asked: Asked, ways: Ways, stretch: Stretch) -> FittedStretch:
         )
         if chosen.size < count:
             numbers[part], covariances[part], residuals[part], ended[part] = own
+        end = family.end(numbers[chosen, kernels.SHAPE])
+        beyond = chosen[(ended[chosen] == FOUND) & (numbers[chosen, 7] > end)]
+        if beyond.size:
+            ended[beyond] = REFUSED
+            refusals.add(
+                f"fit_map: pressed to {written(float(numbers[beyond, 7].max()), 'm', 4)}, and the profile ends at {written(float(end.min()), 'm', 4)} "
+                "of depth; give it farther out"
+            )
     if both:
         back = np.eye(len(asked.names))
         back[:2, :2] = np.linalg.inv(own_ways)
@@ -86,12 +97,17 @@ def fit_by_family(asked: Asked, ways: Ways, stretch: Stretch) -> FittedStretch:
     return FittedStretch(told, frozenset(refusals))
 
 
-def _by_depth(stretch: Stretch) -> Iterator[tuple[float, np.ndarray]]:
-    """Curves by the depth, rounded up, that tables have to reach."""
+def reaches(stretch: Stretch) -> FloatArray:
+    """Depths in m, rounded up, that the tables for each curve have to reach; 0 where it has none."""
     from pymdr.solving.fits import kernels
 
     spans = kernels.spans(stretch.place, stretch.force, stretch.softness)
-    reach = np.array([rounded_up(float(span)) for span in spans])
+    return np.array([rounded_up(float(span)) for span in spans])
+
+
+def _by_depth(stretch: Stretch) -> Iterator[tuple[float, np.ndarray]]:
+    """Curves by the depth that tables have to reach."""
+    reach = reaches(stretch)
     for deepest in np.unique(reach[reach > 0.0]):
         yield float(deepest), np.flatnonzero(reach == deepest)
 
@@ -108,7 +124,7 @@ def _columns(
     """What is told of every curve."""
     out = empty_columns(asked, len(numbers))
     out["ending"][:] = ended
-    theta, misfit, used, depth = numbers[:, :4], numbers[:, 4], numbers[:, 5], numbers[:, 6]
+    theta, (misfit, used, depth, grows) = numbers[:, :5], numbers[:, 5:].T
     free = len(asked.names)
     with np.errstate(invalid="ignore", divide="ignore"):
         noise = np.sqrt(misfit / np.maximum(used - free, 1.0))
@@ -119,7 +135,7 @@ def _columns(
         correlated[some], out[WAVES][some] = hanging(residuals[some], span[some])
     error = noise[:, None] * np.sqrt(correlated[:, None] * np.abs(np.einsum("ijj->ij", covariances)))
     values, rates = ways.values(theta[:, 0], theta[:, 1])
-    plain = {CONTACT_POINT: theta[:, 2], BASELINE: theta[:, 3]}
+    plain = {name: theta[:, place] for name, place in _PLACES.items()}
     for i, name in enumerate(asked.names):
         value = plain[name] if name in plain else values[:, i]
         out[name][:] = value
@@ -129,7 +145,7 @@ def _columns(
         out["ending"][outside & (ended == FOUND)] = AT_END
     if WORK in out:
         # the misfit tells where a pull of a few samples widens the error, and the error where the law leaves waves
-        unseen = (numbers[:, 7] < SEEN * correlated) & (out[WORK] < math.sqrt(SEEN) * out[f"{WORK}_error"])
+        unseen = (grows < SEEN * correlated) & (out[WORK] < math.sqrt(SEEN) * out[f"{WORK}_error"])
         out["ending"][unseen & (ended == FOUND)] = AT_END
     out["noise"][:], out["correlated"][:], out["indentation"][:] = noise, correlated, depth
     bad = out["ending"] != FOUND

@@ -10,13 +10,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.fft import irfft, next_fast_len, rfft
 
 from pymdr.errors import ConvergenceError, ProblemError, PymdrError
 from pymdr.problem.contact import Contact
 from pymdr.problem.measured import MeasuredCurve
 from pymdr.solving.fits.forces import forces_of, modelled
 from pymdr.solving.fits.loops import ShearRecord
-from pymdr.solving.fits.unknowns import BASELINE, CONTACT_POINT, SHIFT_ORIGIN, Unknown, put_into
+from pymdr.solving.fits.unknowns import BASELINE, CONTACT_POINT, SHIFT_ORIGIN, TILT, Unknown, put_into
 from pymdr.units import FloatArray, written
 
 BoolArray = NDArray[np.bool_]
@@ -63,8 +64,12 @@ class Search:
         return SHIFT_ORIGIN if self.shears else CONTACT_POINT
 
     @property
+    def _origins(self) -> tuple[str, ...]:
+        return (self.place, BASELINE) if self.shears else (self.place, BASELINE, TILT)
+
+    @property
     def _free_origins(self) -> list[str]:
-        return [name for name in (self.place, BASELINE) if name not in self.known]
+        return [name for name in self._origins if name not in self.known]
 
     @cached_property
     def names(self) -> tuple[str, ...]:
@@ -83,7 +88,11 @@ class Search:
     def origin_scales(self) -> FloatArray:
         """Sizes of the free origins, in the order of their names."""
         sizes = [
-            {self.place: float(np.ptp(curve.depth)), BASELINE: float(np.ptp(curve.force))}
+            {
+                self.place: float(np.ptp(curve.depth)),
+                BASELINE: float(np.ptp(curve.force)),
+                TILT: float(np.ptp(curve.force) / np.ptp(curve.position)),
+            }
             for curve in self.curves
         ]
         return np.array([size[name] for size in sizes for name in self._free_origins])
@@ -100,10 +109,7 @@ class Search:
         values = np.array([u.from_free(x) for u, x in zip(self.unknowns, free[:n], strict=True)])
         shifts = iter(free[n:] * self.origin_scales)
         found = [
-            {
-                name: self.known[name] if name in self.known else float(next(shifts))
-                for name in (self.place, BASELINE)
-            }
+            {name: self.known[name] if name in self.known else float(next(shifts)) for name in self._origins}
             for _ in self.curves
         ]
         return values, found
@@ -114,7 +120,11 @@ class Search:
         contact = put_into(self.contact, self.unknowns, values)
         found = []
         for i, origin in enumerate(origins):
-            found.append(_modelled(contact, self.curves[i], origin[self.place], origin[BASELINE]))
+            found.append(
+                _modelled(
+                    contact, self.curves[i], origin[self.place], origin[BASELINE], origin.get(TILT, 0.0)
+                )
+            )
         return found
 
     def residuals(self, free: FloatArray) -> FloatArray:
@@ -168,9 +178,10 @@ class Search:
 
 
 def _modelled(
-    contact: Contact, curve: MeasuredCurve | ShearRecord, origin: float, baseline: float
+    contact: Contact, curve: MeasuredCurve | ShearRecord, origin: float, baseline: float, tilt: float
 ) -> Modelled:
-    force, position = curve.force - baseline, curve.position - origin
+    middle = 0.5 * float(curve.position.min() + curve.position.max())
+    force, position = curve.force - baseline - tilt * (curve.position - middle), curve.position - origin
     if isinstance(curve, ShearRecord):
         return Modelled(position, force, curve.forces(contact, origin), np.ones(force.size, dtype=bool))
     deepest = max(float(np.ptp(curve.depth)), float(position.max() - curve.compliance * force.max()))
@@ -313,8 +324,10 @@ def _long_correlations(residuals: FloatArray) -> FloatArray:
     n, width = there.sum(axis=1), residuals.shape[1]
     mean = np.where(there, residuals, 0.0).sum(axis=1) / n
     centred = np.where(there, residuals - mean[:, None], 0.0)
-    spectrum = np.abs(np.fft.rfft(centred, 2 * width)) ** 2
-    rho = np.fft.irfft(spectrum)[:, : width // 2 + 1] / (centred**2).sum(axis=1)[:, None]
+    lags = width // 2 + 1
+    size = next_fast_len(width + lags, real=True)
+    spectrum = np.abs(rfft(centred, size)) ** 2
+    rho = irfft(spectrum, size)[:, :lags] / (centred**2).sum(axis=1)[:, None]
     noise = (rho < (2.5 / np.sqrt(n))[:, None]) | (np.arange(rho.shape[1]) >= (n // 2)[:, None])
     noise[:, 0], noise[:, -1] = False, True
     sums = np.cumsum(rho, axis=1)[np.arange(n.size), np.argmax(noise, axis=1) - 1] - rho[:, 0]
@@ -343,4 +356,7 @@ def refuse_unsettled(found: Any) -> None:
     ConvergenceError
     """
     if not found.success:
-        raise ConvergenceError(f"fit: the search did not settle after {found.nfev} trials: {found.message}")
+        raise ConvergenceError(
+            f"fit: the search did not settle after {found.nfev} trials: {found.message} See with orient(curve) whether a sign is turned, or give "
+            "bounds in free"
+        )

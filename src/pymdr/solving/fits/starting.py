@@ -51,6 +51,7 @@ class Start(NamedTuple):
     origin: float
     """Of the position, in m."""
     baseline: float
+    tilt: float = 0.0
 
 
 def starts(

@@ -6,6 +6,10 @@ import math
 
 import numpy as np
 
+from pymdr.line.adhesion import tabor_parameter
+from pymdr.mapping.moduli import effective_moduli
+from pymdr.problem.contact import Contact
+from pymdr.problem.laws import DMT, JKR
 from pymdr.problem.measured import MeasuredCurve
 from pymdr.solving.curves import mark_saturated
 from pymdr.solving.fits.found import FitResult
@@ -15,11 +19,44 @@ _PULLS, _SMALL = 8.0, 0.02
 """A pull that is told: in parts of the noise, and of the range of the force."""
 WAVY = 1.0
 """Waves in the residuals that are told, in parts of the noise."""
+_JKR, _DMT = 5.0, 0.1
+"""Tabor's parameter above which the one law holds, and below which the other."""
 
 
 def unexplained(found: FitResult) -> tuple[str, ...]:
-    """Notes on a plateau of the detector, a pull without adhesion, and waves that the model leaves."""
-    return (*_unmarked_plateau(found), *_unexplained_pull(found), *_unexplained_waves(found))
+    """Notes on a plateau of the detector, a pull without adhesion, the range of a law of adhesion, and waves that the model leaves."""
+    return (
+        *_unmarked_plateau(found),
+        *_unexplained_pull(found),
+        *range_of_law(found.contact),
+        *_unexplained_waves(found),
+    )
+
+
+def range_of_law(contact: Contact) -> tuple[str, ...]:
+    """How far the attraction may reach for the law of adhesion of a contact to hold; nothing where Tabor's parameter is not defined."""
+    law, radius = contact.adhesion, contact.profile.tip_radius
+    bodies = [one for one in (contact.body, contact.counterbody) if one is not None]
+    if law is None or radius is None or not all(one.homogeneous for one in bodies):
+        return ()
+    modulus = effective_moduli(contact.body, contact.counterbody).normal
+    size = float(tabor_parameter(radius, modulus, law.work, 1.0))
+    if isinstance(law, JKR):
+        return (
+            f"JKR holds where the attraction reaches less than {written(size / _JKR, 'm', 3)} (Tabor's parameter above {_JKR:g}); how far it does no "
+            "force curve of JKR tells",
+        )
+    if isinstance(law, DMT) and law.range is None:
+        return (
+            f"DMT holds where the attraction reaches more than {written(size / _DMT, 'm', 3)} (Tabor's parameter below {_DMT:g}); how far it does is "
+            "not known",
+        )
+    if isinstance(law, DMT) and law.range is not None and size / law.range > _DMT:
+        return (
+            f"Tabor's parameter of what was found is {size / law.range:.3g}, and DMT holds below {_DMT:g}: fit MaugisDugdale(work, "
+            f"range='{written(law.range, 'm', 4)}')",
+        )
+    return ()
 
 
 def _unmarked_plateau(found: FitResult) -> tuple[str, ...]:

@@ -16,9 +16,9 @@ from pymdr.problem.parameters import Parameter, parameter_of, parameters_of, wit
 from pymdr.problem.values import SIField
 from pymdr.units import ArrayQuantityLike, FloatArray, QuantityLike, shown, to_si, to_si_array
 
-CONTACT_POINT, SHIFT_ORIGIN, BASELINE = "contact_point", "shift_origin", "baseline"
-ORIGINS = {CONTACT_POINT: "m", SHIFT_ORIGIN: "m", BASELINE: "N"}
-"""Where records have their origins of depth, shift and force."""
+CONTACT_POINT, SHIFT_ORIGIN, BASELINE, TILT = "contact_point", "shift_origin", "baseline", "tilt"
+ORIGINS = {CONTACT_POINT: "m", SHIFT_ORIGIN: "m", BASELINE: "N", TILT: "N/m"}
+"""Where records have their origins of depth, shift and force, and how that of the force rises along the record."""
 _OF_FORCE = ("Pa", "J/m^2", "N/m", "N")
 """Units of what all forces are proportional to, taken together."""
 
@@ -99,6 +99,10 @@ def _unknown(contact: Contact, name: str, bounds: ArrayQuantityLike | None) -> U
             raise ProblemError(f"fit: bounds of {name} = {shown(bounds)}; a pair that rises is needed")
         low, high = max(low, float(ends[0])), min(high, float(ends[1]))
     start = float(np.clip(found.value, low, high))
+    if not math.isfinite(start):
+        raise ProblemError(
+            f"fit: {name} = {found.value} of the contact, from where the search begins; give a finite number, or leave it out of free"
+        )
     return Unknown(name, found.unit, low, high, start)
 
 
@@ -118,9 +122,14 @@ def _limits(contact: Contact, name: str) -> tuple[float, float]:
     return max(described.above, described.at_least), min(described.below, described.at_most)
 
 
-def origins(given: Mapping[str, QuantityLike | None]) -> dict[str, float]:
-    """The origins that are known, in SI units; those that are None are looked for."""
-    return {
+def origins(given: Mapping[str, QuantityLike | None], tilt: bool) -> dict[str, float]:
+    """The origins that are known, in SI units; those that are None are looked for, and a tilt where it is asked for."""
+    if not isinstance(tilt, bool):
+        raise ProblemError(
+            f"fit: tilt = {shown(tilt)}; True, where a tilt of the baseline is to be looked for, or False"
+        )
+    level = {} if tilt else {TILT: 0.0}
+    return level | {
         name: to_si(value, ORIGINS[name], name=f"fit: {name}")
         for name, value in given.items()
         if value is not None

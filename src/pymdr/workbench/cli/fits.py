@@ -47,6 +47,10 @@ def fit(
     baseline: Annotated[
         str | None, typer.Option(help="Force of the record when they do not touch; looked for unless given.")
     ] = None,
+    tilt: Annotated[
+        bool,
+        typer.Option("--tilt", help="Look for a tilt of the baseline too: a drift, or a virtual deflection."),
+    ] = False,
     segment: Annotated[
         str | None,
         typer.Option(
@@ -77,7 +81,7 @@ def fit(
         if isinstance(curves, list):
             from pymdr.solving.fits import fit as find
 
-            found = find(contact, curves, free, **origins)
+            found = find(contact, curves, free, **origins, tilt=tilt)
             written = write_found(found, output, "fit")
             told = _told_of_fit(found)
         else:
@@ -86,7 +90,7 @@ def fit(
                     raise ProblemError(
                         "--shift-origin: is for cases with friction; force curves have --contact-point"
                     )
-                options = {**origins, "workers": workers, "progress": stage("fitting")}
+                options = {**origins, "tilt": tilt, "workers": workers, "progress": stage("fitting")}
                 found, written = _map(contact, curves, free, options, output)
             told = _told_of_map(found)
     if as_json:

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from pymdr.solving.fits.asking import AT_END, FOUND, NO_CONTACT, SEEN, UNREAD, UNSETTLED
 from pymdr.solving.fits.kernels.descent import ITERATIONS, ROUGHLY, descend, settle, solved
 from pymdr.solving.fits.kernels.ends import NORMAL_95, POORLY, other_ends, pulling, ways_without_shape
-from pymdr.solving.fits.kernels.model import BASE, POINT, SHAPE, UNKNOWN, Family, compiled
-from pymdr.solving.fits.kernels.starts import FEW, begun
+from pymdr.solving.fits.kernels.model import ALL, BASE, POINT, SHAPE, TILT, Family, compiled
+from pymdr.solving.fits.kernels.starts import FEW, begun, few_of
 from pymdr.units import FloatArray
 
 _POLISH, _TOLD, _MANY = 100, 1e-3, 8
@@ -37,9 +37,9 @@ def _nearer(
             theta[:] = near
             return
     everything, touches = np.ones(place.size, dtype=np.bool_), np.empty(place.size, dtype=np.bool_)
-    root, out = np.full(place.size, UNKNOWN), np.empty((place.size, 4))
+    out = np.empty((place.size, 4))
     descend(
-        place, force, everything, theta, ways, family, softness, ITERATIONS, ROUGHLY, root, square, touches, out
+        place, force, everything, theta, ways, family, softness, ITERATIONS, ROUGHLY, square, touches, out
     )  # fmt: skip
 
 
@@ -52,7 +52,6 @@ def _ended_adhesive(
     family: Family,
     softness: float,
     misfit: float,
-    root: FloatArray,
     square: FloatArray,
     touches: NDArray[np.bool_],
     out: FloatArray,
@@ -62,12 +61,12 @@ def _ended_adhesive(
     n = place.size
     if pulling(touches, out[:, 0]) < POORLY:
         misfit = other_ends(
-            place, force, theta, ways, family, softness, _TOLD / n, misfit, root, square, touches, out, apart
+            place, force, theta, ways, family, softness, _TOLD / n, misfit, square, touches, out, apart
         )
     held, bare = ways_without_shape(ways), theta.copy()
     bare[SHAPE] = family[3]
     larger, _ = descend(
-        place, force, np.ones(n, dtype=np.bool_), bare, held, family, softness, ITERATIONS, ROUGHLY, root.copy(),
+        place, force, np.ones(n, dtype=np.bool_), bare, held, family, softness, ITERATIONS, ROUGHLY,
         np.empty((held.shape[1], held.shape[1])), touches.copy(), out.copy(),
     )  # fmt: skip
     return misfit, (larger / misfit - 1.0) * n if misfit > 0.0 else math.inf
@@ -90,7 +89,7 @@ def _widen(covariance: FloatArray, apart: FloatArray, ways: FloatArray, variance
     m = ways.shape[1]
     column = np.zeros(m)
     for p in range(m):
-        for i in range(4):
+        for i in range(ALL):
             if ways[i, p] != 0.0:
                 column[p] = apart[i] / ways[i, p]
                 break
@@ -125,9 +124,9 @@ def fit_curve(
     covariance[:, :], residual[:], used[:], theta[:] = math.nan, math.nan, False, math.nan
     if n < 2 * m + 2 or not np.all(np.isfinite(force)) or not np.all(np.isfinite(place)):
         return UNREAD, math.nan, math.nan, math.nan
-    stride = max(n // FEW, 1)
-    few = place[::stride].copy()
-    misfit = begun(few, force[::stride].copy(), known, free, tied, ways, family, softness, adhesive, theta)
+    chosen = few_of(force)
+    few = place[chosen]
+    misfit = begun(few, force[chosen], known, free, tied, ways, family, softness, adhesive, theta)
     if not math.isfinite(misfit):
         return NO_CONTACT, math.nan, math.nan, math.nan
     plain = not adhesive and folds.size == 1
@@ -136,43 +135,45 @@ def fit_curve(
         _nearer(place[::between].copy(), force[::between].copy(), theta, ways, family, softness, plain)
     used[:] = True
     square, enough, settled = np.empty((m, m)), _TOLD / n, False
-    apart, grows = np.zeros(4), math.inf
+    apart, grows = np.zeros(ALL), math.inf
     if plain:
         near = theta.copy()
         misfit, settled = settle(place, force, near, ways, family, softness, enough, square, residual)
         if settled:
             theta[:] = near
     if not settled:
-        root, out, touches = np.full(n, UNKNOWN), np.empty((n, 4)), np.empty(n, dtype=np.bool_)
+        out, touches = np.empty((n, 4)), np.empty(n, dtype=np.bool_)
         misfit, settled = descend(
-            place, force, used, theta, ways, family, softness, _POLISH, enough, root, square, touches, out
+            place, force, used, theta, ways, family, softness, _POLISH, enough, square, touches, out
         )
         if adhesive and free[SHAPE] and not tied:
             misfit, grows = _ended_adhesive(
-                place, force, theta, ways, family, softness, misfit, root, square, touches, out, apart
+                place, force, theta, ways, family, softness, misfit, square, touches, out, apart
             )
         if adhesive:
             for i in range(n - 1):
                 if touches[i] != touches[i + 1]:
                     used[i], used[i + 1] = False, False
             misfit, settled = descend(
-                place, force, used, theta, ways, family, softness, _POLISH, enough, root, square, touches, out
+                place, force, used, theta, ways, family, softness, _POLISH, enough, square, touches, out
             )
         for i in range(n):
-            residual[i] = force[i] - theta[BASE] - out[i, 0]
+            residual[i] = force[i] - theta[BASE] - theta[TILT] * place[i] - out[i, 0]
     count, total, squares = 0, 0.0, 0.0
     for i in range(n):
         if used[i]:
             count += 1
-            total += force[i]
-            squares += force[i] * force[i]
+            above = force[i] - theta[TILT] * place[i]
+            total += above
+            squares += above * above
     level = total / count if free[BASE] else known[BASE]
     flat = squares - 2.0 * level * total + count * level * level
     _invert(square, covariance)
     if apart[SHAPE] != 0.0 and misfit > 0.0:
         _widen(covariance, apart, ways, misfit / (count - m))
     at = int(np.argmax(place))
-    deepest = place[at] - theta[POINT] - softness * (force[at] - theta[BASE] - residual[at])
+    pressed = force[at] - theta[BASE] - theta[TILT] * place[at] - residual[at]
+    deepest = place[at] - theta[POINT] - softness * pressed
     if not settled:
         return UNSETTLED, misfit, deepest, grows
     if (flat / max(misfit, 1e-300) - 1.0) * count < SEEN or deepest <= 0.0:
@@ -202,7 +203,7 @@ def fit_curves(
     """
     Fit many curves, one in each row; samples that are not finite are left out.
 
-    Numbers: the four of the model, sum of squares in N^2, samples used, largest depth in m, and what :func:`fit_curve` says that the
+    Numbers: the five of the model, of which the baseline stands in the middle of the places, sum of squares in N^2, samples used, largest depth in m, and what :func:`fit_curve` says that the
     sum grows by.
     """
     for i in range(places.shape[0]):
@@ -211,11 +212,17 @@ def fit_curves(
             good = np.isfinite(place) & np.isfinite(force)
             place, force = place[good], force[good]
         residual, used = np.empty(place.size), np.empty(place.size, dtype=np.bool_)
-        ended[i], numbers[i, 4], numbers[i, 6], numbers[i, 7] = fit_curve(
-            place, force, known, free, tied, ways, family, softness[i], adhesive, numbers[i, :4], covariances[i],
+        own, middle = known.copy(), 0.0
+        if place.size and free[TILT]:
+            middle = 0.5 * (place.min() + place.max())
+            place = place - middle
+            own[POINT] -= middle
+        ended[i], numbers[i, 5], numbers[i, 7], numbers[i, 8] = fit_curve(
+            place, force, own, free, tied, ways, family, softness[i], adhesive, numbers[i, :5], covariances[i],
             residual, used,
         )  # fmt: skip
+        numbers[i, POINT] += middle
         kept = residual[used]
-        numbers[i, 5] = kept.size
+        numbers[i, 6] = kept.size
         residuals[i, :] = math.nan
         residuals[i, : kept.size] = kept

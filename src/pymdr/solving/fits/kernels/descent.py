@@ -8,18 +8,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pymdr.solving.fits.kernels.model import (
+    ALL,
     BASE,
-    CLOSE,
-    NEWTON,
     OUTSIDE,
     POINT,
     SCALE,
     SHAPE,
-    UNKNOWN,
+    TILT,
     Family,
+    at_travel,
     compiled,
     member_at,
     model_of,
+    on_machine,
     read,
 )
 from pymdr.units import FloatArray
@@ -31,11 +32,13 @@ _FEW_STEPS, _STUCK, _LAST, _FREE, _BLIND = 6, 1e8, 100.0, 1e-3, 1e-13
 
 
 @compiled
-def _misfit(force: FloatArray, base: float, out: FloatArray, used: NDArray[np.bool_]) -> float:
+def _misfit(
+    place: FloatArray, force: FloatArray, theta: FloatArray, out: FloatArray, used: NDArray[np.bool_]
+) -> float:
     total = 0.0
     for i in range(force.size):
         if used[i]:
-            difference = force[i] - base - out[i, 0]
+            difference = force[i] - theta[BASE] - theta[TILT] * place[i] - out[i, 0]
             total += difference * difference
     return total
 
@@ -44,25 +47,26 @@ def _misfit(force: FloatArray, base: float, out: FloatArray, used: NDArray[np.bo
 def _reduced(
     full: FloatArray, right: FloatArray, ways: FloatArray, square: FloatArray, side: FloatArray
 ) -> None:
-    """The normal equations of the free numbers, of those of all four, of which the lower half stands."""
-    for p in range(4):
+    """The normal equations of the free numbers, of those of all, of which the lower half stands."""
+    for p in range(ALL):
         for q in range(p):
             full[q, p] = full[p, q]
     for p in range(side.size):
         side[p] = 0.0
-        for i in range(4):
+        for i in range(ALL):
             side[p] += ways[i, p] * right[i]
         for q in range(side.size):
             square[p, q] = 0.0
-            for i in range(4):
-                for j in range(4):
+            for i in range(ALL):
+                for j in range(ALL):
                     square[p, q] += ways[i, p] * full[i, j] * ways[j, q]
 
 
 @compiled
 def _normal(
+    place: FloatArray,
     force: FloatArray,
-    base: float,
+    theta: FloatArray,
     out: FloatArray,
     used: NDArray[np.bool_],
     ways: FloatArray,
@@ -70,13 +74,19 @@ def _normal(
     side: FloatArray,
 ) -> None:
     """The normal equations of the free numbers."""
-    full, right = np.zeros((4, 4)), np.zeros(4)
-    rates = np.empty(4)
+    full, right = np.zeros((ALL, ALL)), np.zeros(ALL)
+    rates = np.empty(ALL)
     for i in range(force.size):
         if used[i]:
-            difference = force[i] - base - out[i, 0]
-            rates[0], rates[1], rates[2], rates[3] = out[i, 1], out[i, 2], out[i, 3], 1.0
-            for p in range(4):
+            difference = force[i] - theta[BASE] - theta[TILT] * place[i] - out[i, 0]
+            rates[0], rates[1], rates[2], rates[3], rates[TILT] = (
+                out[i, 1],
+                out[i, 2],
+                out[i, 3],
+                1.0,
+                place[i],
+            )
+            for p in range(ALL):
                 right[p] += rates[p] * difference
                 for q in range(p + 1):
                     full[p, q] += rates[p] * rates[q]
@@ -126,7 +136,6 @@ def descend(
     softness: float,
     most: int,
     enough: float,
-    root: FloatArray,
     square: FloatArray,
     touches: NDArray[np.bool_],
     out: FloatArray,
@@ -134,17 +143,17 @@ def descend(
     """Least squares by Levenberg and Marquardt; `theta`, `out`, `square` and `touches` are left at the best place."""
     forces, slopes, folds, first, step, deepest = family
     n, m = place.size, ways.shape[1]
-    row = np.empty((4, forces.shape[1]))
-    gain, side, trial, step_x, moved = np.empty(n), np.empty(m), np.empty((n, 4)), np.empty(m), np.empty(4)
+    values, rises = np.empty((2, forces.shape[1])), np.empty((2, forces.shape[1]))
+    gain, side, trial, step_x, moved = np.empty(n), np.empty(m), np.empty((n, 4)), np.empty(m), np.empty(ALL)
     touching = np.empty(n, dtype=np.bool_)
     last = first + step * (folds.size - 1)
-    fold, fold_rate = member_at(forces, slopes, folds, first, step, theta[SHAPE], row)
-    model_of(place, force, theta, (row, fold, fold_rate, deepest), softness, root, gain, out, touches)
-    misfit = _misfit(force, theta[BASE], out, used)
+    fold, fold_rate = member_at(forces, slopes, folds, first, step, theta[SHAPE], values, rises)
+    model_of(place, force, theta, (values, rises, fold, fold_rate, deepest), softness, gain, out, touches)
+    misfit = _misfit(place, force, theta, out, used)
     damping, settled, fresh = 1e-3, False, True
     for _ in range(most):
         if fresh:
-            _normal(force, theta[BASE], out, used, ways, square, side)
+            _normal(place, force, theta, out, used, ways, square, side)
         held, pull = square, side
         if folds.size > 1 and (theta[SHAPE] <= first or theta[SHAPE] >= last):
             held, pull = square.copy(), side.copy()
@@ -153,7 +162,7 @@ def descend(
                     # it stays at its end
                     held[p, :], held[:, p], pull[p] = 0.0, 0.0, 0.0
         solved(held, damping, pull, step_x)
-        for i in range(4):
+        for i in range(ALL):
             moved[i] = theta[i]
             for p in range(m):
                 moved[i] += ways[i, p] * step_x[p]
@@ -161,9 +170,11 @@ def descend(
         if folds.size > 1:
             moved[SHAPE] = min(max(moved[SHAPE], first), last)
             if moved[SHAPE] != theta[SHAPE]:
-                fold, fold_rate = member_at(forces, slopes, folds, first, step, moved[SHAPE], row)
-        model_of(place, force, moved, (row, fold, fold_rate, deepest), softness, root, gain, trial, touching)
-        found = _misfit(force, moved[BASE], trial, used)
+                fold, fold_rate = member_at(forces, slopes, folds, first, step, moved[SHAPE], values, rises)
+        model_of(
+            place, force, moved, (values, rises, fold, fold_rate, deepest), softness, gain, trial, touching
+        )
+        found = _misfit(place, force, moved, trial, used)
         if found <= misfit:
             gained, expected = misfit - found, 0.0
             for p in range(m):
@@ -181,7 +192,7 @@ def descend(
             if damping > _STUCK:
                 settled = True
                 break
-    _normal(force, theta[BASE], out, used, ways, square, side)
+    _normal(place, force, theta, out, used, ways, square, side)
     return misfit, settled
 
 
@@ -190,41 +201,32 @@ def _sum_up(
     place: FloatArray,
     force: FloatArray,
     theta: FloatArray,
-    row: FloatArray,
-    deepest: float,
+    family: Family,
     softness: float,
-    root: FloatArray,
+    tilted: bool,
     residual: FloatArray,
     full: FloatArray,
     right: FloatArray,
 ) -> float:
     """Sum of squares, residuals and normal equations of a contact without adhesion, in one pass."""
     full[:, :], right[:] = 0.0, 0.0
-    scale, point, base = math.exp(theta[SCALE]), theta[POINT], theta[BASE]
+    scale, point, base, tilt = math.exp(theta[SCALE]), theta[POINT], theta[BASE], theta[TILT]
     soft = softness * scale
     misfit, many, ss, sp, pp, sb, pb = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    side_s, side_p, side_b = 0.0, 0.0, 0.0
-    before = 0.5
+    side_s, side_p, side_b, side_t = 0.0, 0.0, 0.0, 0.0
+    st, pt, bt, tt = 0.0, 0.0, 0.0, 0.0
+    values, slopes, deepest = family[0], family[1], family[5]
+    machine = on_machine(values, slopes, 0.0, deepest, soft)
+    cell = machine[4]
     for i in range(place.size):
-        travel, difference = place[i] - point, force[i] - base
+        travel, difference = place[i] - point, force[i] - base - tilt * place[i]
         many += 1.0
         if travel > 0.0:
             if soft == 0.0:
                 r = min(math.sqrt(travel / deepest), OUTSIDE)
-                value, slope = read(row[0], row[1], r)
+                value, slope, _ = read(values, slopes, 0, r)
             else:
-                r = root[i] if root[i] > 0.0 else before
-                for _ in range(NEWTON):
-                    value, slope = read(row[0], row[1], r)
-                    off = deepest * r * r + soft * value - travel
-                    moved = r - off / max(2.0 * deepest * r + soft * slope, 1e-6 * deepest)
-                    moved = min(max(moved, 0.5 * r), OUTSIDE)
-                    done = abs(moved - r) < CLOSE
-                    r = moved
-                    if done:
-                        break
-                value, slope = read(row[0], row[1], r)
-                root[i], before = r, r
+                r, value, slope, cell = at_travel(values, slopes, 0.0, deepest, soft, machine, travel, cell)
             share = scale * slope / (2.0 * deepest * max(r, 1e-4) + soft * slope)
             model = scale * value
             difference -= model
@@ -234,14 +236,22 @@ def _sum_up(
             pp += share * share
             sb += over_scale
             pb -= share
+            if tilted:
+                st += over_scale * place[i]
+                pt -= share * place[i]
             side_s += over_scale * difference
             side_p -= share * difference
         side_b += difference
+        if tilted:
+            side_t += place[i] * difference
+            bt += place[i]
+            tt += place[i] * place[i]
         misfit += difference * difference
         residual[i] = difference
     full[SCALE, SCALE], full[POINT, SCALE], full[POINT, POINT] = ss, sp, pp
     full[BASE, SCALE], full[BASE, POINT], full[BASE, BASE] = sb, pb, many
-    right[SCALE], right[POINT], right[BASE] = side_s, side_p, side_b
+    full[TILT, SCALE], full[TILT, POINT], full[TILT, BASE], full[TILT, TILT] = st, pt, bt, tt
+    right[SCALE], right[POINT], right[BASE], right[TILT] = side_s, side_p, side_b, side_t
     return misfit
 
 
@@ -262,13 +272,11 @@ def settle(
 
     What is left at `theta` stands in the last two.
     """
-    m, deepest = ways.shape[1], family[5]
-    row = np.empty((2, family[0].shape[1]))
-    row[0], row[1] = family[0][0], family[1][0]
-    full, right, side, step_x = np.empty((4, 4)), np.empty(4), np.empty(m), np.empty(m)
-    root, moved, before = np.full(place.size, UNKNOWN), theta.copy(), math.inf
+    m, tilted = ways.shape[1], bool(np.any(ways[TILT] != 0.0))
+    full, right, side, step_x = np.empty((ALL, ALL)), np.empty(ALL), np.empty(m), np.empty(m)
+    moved, before = theta.copy(), math.inf
     for _ in range(_FEW_STEPS):
-        misfit = _sum_up(place, force, moved, row, deepest, softness, root, residual, full, right)
+        misfit = _sum_up(place, force, moved, family, softness, tilted, residual, full, right)
         if misfit > before * (1.0 + enough):
             return before, False
         before = misfit
@@ -278,7 +286,7 @@ def settle(
         expected = 0.0
         for p in range(m):
             expected += step_x[p] * side[p]
-            for i in range(4):
+            for i in range(ALL):
                 moved[i] += ways[i, p] * step_x[p]
         if expected <= _LAST * enough * misfit:
             # the last step changes nothing that counts, and brings the rest of the digits

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from pymdr.solving.fits.forces import FULLY_OUT
 from pymdr.solving.fits.kernels.descent import ITERATIONS, descend
-from pymdr.solving.fits.kernels.model import SHAPE, Family, compiled
+from pymdr.solving.fits.kernels.model import ALL, SHAPE, Family, compiled
 from pymdr.units import FloatArray
 
 POORLY, ASIDES, NORMAL_95 = 20, np.array([-0.8, -0.5, -0.3, -0.15, 0.15, 0.3, 0.5, 0.8]), 1.96
@@ -32,7 +32,7 @@ def pulling(touches: NDArray[np.bool_], model: FloatArray) -> int:
 @compiled
 def ways_without_shape(ways: FloatArray) -> FloatArray:
     """Ways of the numbers that leave that of the family as it is."""
-    held, kept = np.zeros((4, ways.shape[1])), 0
+    held, kept = np.zeros((ALL, ways.shape[1])), 0
     for p in range(ways.shape[1]):
         if ways[SHAPE, p] == 0.0:
             held[:, kept] = ways[:, p]
@@ -50,7 +50,6 @@ def other_ends(
     softness: float,
     enough: float,
     misfit: float,
-    root: FloatArray,
     square: FloatArray,
     touches: NDArray[np.bool_],
     out: FloatArray,
@@ -64,7 +63,7 @@ def other_ends(
     """
     n, held = place.size, ways_without_shape(ways)
     everything = np.ones(n, dtype=np.bool_)
-    ends, values = np.empty((ASIDES.size, 4)), np.empty(ASIDES.size)
+    ends, values = np.empty((ASIDES.size, ALL)), np.empty(ASIDES.size)
     other_square, held_square = square.copy(), np.empty((held.shape[1], held.shape[1]))
     other_touches, other_out, trial = touches.copy(), out.copy(), theta.copy()
     begun = theta.copy()
@@ -74,13 +73,13 @@ def other_ends(
         if not family[3] <= ends[k, SHAPE] <= family[3] + family[4] * (family[2].size - 1):
             continue
         values[k], _ = descend(
-            place, force, everything, ends[k], held, family, softness, ITERATIONS, enough, root, held_square,
+            place, force, everything, ends[k], held, family, softness, ITERATIONS, enough, held_square,
             other_touches, other_out,
         )  # fmt: skip
         if values[k] < misfit:
             trial[:] = ends[k]
             found, _ = descend(
-                place, force, everything, trial, ways, family, softness, ITERATIONS, enough, root, other_square,
+                place, force, everything, trial, ways, family, softness, ITERATIONS, enough, other_square,
                 other_touches, other_out,
             )  # fmt: skip
             if found < misfit:

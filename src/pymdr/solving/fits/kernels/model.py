@@ -22,15 +22,17 @@ def compiled(function: compiling.Function) -> compiling.Function:
 Family = tuple[FloatArray, FloatArray, FloatArray, float, float, float]
 """Forces and their slopes over the root of the depth, one rung in each row; folds in m; the first logarithm and the step of the
 rungs; the deepest depth in m."""
-SCALE, SHAPE, POINT, BASE = range(4)
-"""Columns: logarithms of the scale of the forces and of the number in which the family differs, contact point in m, and
-baseline in N."""
+SCALE, SHAPE, POINT, BASE, TILT = range(5)
+"""Columns: logarithms of the scale of the forces and of the number in which the family differs, contact point in m, baseline in N, and
+its tilt in N/m about the origin of the places."""
+ALL = 5
 OUTSIDE = 1.02
 """Of the reach of the family in the root of the depth."""
-NEWTON, CLOSE = 30, 1e-8
+_NEWTON, _CLOSE = 30, 1e-6
 """The error left is the square of the last step."""
-UNKNOWN = -1.0
-"""A root that was not found yet."""
+
+Machine = tuple[FloatArray, float, float, float, int]
+"""Travels in m at the ends of the cells of a member; the root at which the machine lets go, the travel there, its rate, and the cell."""
 
 
 @compiled
@@ -41,16 +43,18 @@ def member_at(
     first: float,
     step: float,
     at: float,
-    out: FloatArray,
+    values: FloatArray,
+    rises: FloatArray,
 ) -> tuple[float, float]:
     """
     The member of the family at one logarithm: its fold and the rate of the fold.
 
-    Forces, their slopes over the root, and the rates of both stand in the rows of `out`; cubic in the logarithm.
+    Forces and their rates over the logarithm stand in the rows of `values`, those of their slopes over the root in `rises`; cubic in
+    the logarithm.
     """
     rungs = folds.size
     if rungs == 1:
-        out[0], out[1], out[2], out[3] = forces[0], slopes[0], 0.0, 0.0
+        values[0], values[1], rises[0], rises[1] = forces[0], 0.0, slopes[0], 0.0
         return folds[0], 0.0
     k = min(max(int((at - first) / step) - 1, 0), rungs - 4)
     t = (at - first) / step - k
@@ -78,44 +82,102 @@ def member_at(
             b += weight[i] * slopes[k + i, j]
             c += rate[i] * forces[k + i, j]
             d += rate[i] * slopes[k + i, j]
-        out[0, j], out[1, j], out[2, j], out[3, j] = a, b, c, d
+        values[0, j], values[1, j], rises[0, j], rises[1, j] = a, c, b, d
     return fold, fold_rate
 
 
 @compiled
-def read(values: FloatArray, slopes: FloatArray, r: float) -> tuple[float, float]:
-    """Value and slope at a root between 0 and 1, by the cubic of Hermite."""
-    cells = values.size - 1
+def read(values: FloatArray, slopes: FloatArray, k: int, r: float) -> tuple[float, float, float]:
+    """Value, slope and bend of a row at a root between 0 and 1, by the cubic of Hermite."""
+    cells = values.shape[1] - 1
     x = r * cells
     j = min(int(x), cells - 1)
     t, h = x - j, 1.0 / cells
-    a, b = values[j], values[j + 1]
-    u, v = slopes[j] * h, slopes[j + 1] * h
+    a, b = values[k, j], values[k, j + 1]
+    u, v = slopes[k, j] * h, slopes[k, j + 1] * h
     c3 = 2.0 * (a - b) + u + v
     c2 = 3.0 * (b - a) - 2.0 * u - v
-    return a + t * (u + t * (c2 + t * c3)), (u + t * (2.0 * c2 + 3.0 * t * c3)) / h
+    return (
+        a + t * (u + t * (c2 + t * c3)),
+        (u + t * (2.0 * c2 + 3.0 * t * c3)) * cells,
+        (2.0 * c2 + 6.0 * t * c3) * (cells * cells),
+    )
 
 
 @compiled
-def _first_root(row: FloatArray, reach: float, soft: float) -> float:
-    """The root at which the machine lets go: where the travel reach r^2 + soft F(r) is smallest."""
-    if soft == 0.0:
-        return 0.0
-    cells = row.shape[1] - 1
-    best, where = math.inf, 0
+def on_machine(values: FloatArray, slopes: FloatArray, fold: float, reach: float, soft: float) -> Machine:
+    """A member on a machine: its travel fold + reach r^2 + soft F(r) is smallest where the machine lets go."""
+    cells = values.shape[1] - 1
+    travels = np.empty(cells + 1)
+    where = 0
     for j in range(cells + 1):
         r = j / cells
-        travel = reach * r * r + soft * row[0, j]
-        if travel < best:
-            best, where = travel, j
+        travels[j] = fold + reach * r * r + soft * values[0, j]
+        if travels[j] < travels[where]:
+            where = j
+    if soft == 0.0:
+        return travels, 0.0, fold, 0.0, 0
     low, high = max(where - 1, 0) / cells, min((where + 1) / cells, 1.0)
     for _ in range(50):
         middle = 0.5 * (low + high)
-        if 2.0 * reach * middle + soft * read(row[0], row[1], middle)[1] < 0.0:
+        if 2.0 * reach * middle + soft * read(values, slopes, 0, middle)[1] < 0.0:
             low = middle
         else:
             high = middle
-    return float(0.5 * (low + high))
+    start = 0.5 * (low + high)
+    value, slope, _ = read(values, slopes, 0, start)
+    rate = max(2.0 * reach * start + soft * slope, 0.0)
+    return (
+        travels,
+        start,
+        fold + reach * start * start + soft * value,
+        rate,
+        min(int(start * cells), cells - 1),
+    )
+
+
+@compiled
+def at_travel(
+    values: FloatArray,
+    slopes: FloatArray,
+    fold: float,
+    reach: float,
+    soft: float,
+    machine: Machine,
+    travel: float,
+    cell: int,
+) -> tuple[float, float, float, int]:
+    """Root, force and its slope at a travel beyond the first of a soft machine, and the cell, which is looked for from the given one on."""
+    travels, start, first_travel, first_rate, first_cell = machine
+    cells = travels.size - 1
+    while cell < cells - 1 and travel > travels[cell + 1]:
+        cell += 1
+    while cell > first_cell and travel < travels[cell]:
+        cell -= 1
+    h = 1.0 / cells
+    low, before, wide = cell * h, travels[cell], h
+    rate = 2.0 * reach * low + soft * slopes[0, cell]
+    if cell <= first_cell:
+        cell, low, before, rate = first_cell, start, first_travel, first_rate
+        wide = (cell + 1) * h - low
+    # the parabola through both ends of the cell, which is the travel itself beside the fold
+    across, off = travels[cell + 1] - before, travel - before
+    r = low + 2.0 * off * wide / (
+        rate * wide + math.sqrt(max(rate * rate * wide * wide + 4.0 * (across - rate * wide) * off, 1e-300))
+    )
+    r = min(r, OUTSIDE)
+    value, slope = 0.0, 0.0
+    for _ in range(_NEWTON):
+        value, slope, bend = read(values, slopes, 0, r)
+        off = travel - fold - reach * r * r - soft * value
+        moved = r + off / max(2.0 * reach * r + soft * slope, 1e-6 * reach)
+        step = min(max(moved, 0.5 * (r + start)), OUTSIDE) - r
+        r += step
+        if abs(step) < _CLOSE:
+            value += step * (slope + 0.5 * step * bend)
+            slope += step * bend
+            break
+    return r, value, slope, cell
 
 
 @compiled
@@ -136,42 +198,31 @@ def model_of(
     place: FloatArray,
     force: FloatArray,
     theta: FloatArray,
-    member: tuple[FloatArray, float, float, float],
+    member: tuple[FloatArray, FloatArray, float, float, float],
     softness: float,
-    root: FloatArray,
     gain: FloatArray,
     out: FloatArray,
     touches: NDArray[np.bool_],
 ) -> None:
     """Forces of the model and their rates over scale, shape and contact point, in the columns of `out`, and what touches."""
-    row, fold, fold_rate, deepest = member
+    values, slopes, fold, fold_rate, deepest = member
     scale, reach = math.exp(theta[SCALE]), deepest - fold
     soft = softness * scale
-    start = _first_root(row, reach, soft)
-    first_travel = fold + reach * start * start + soft * read(row[0], row[1], start)[0]
+    machine = on_machine(values, slopes, fold, reach, soft)
+    start, first_travel, cell = machine[1], machine[2], machine[4]
+    start_value, start_slope, _ = read(values, slopes, 0, start)
     deepest_at = 0
     for i in range(place.size):
         if place[i] > place[deepest_at]:
             deepest_at = i
         travel = place[i] - theta[POINT]
-        r = start
-        if travel > first_travel:
-            if soft == 0.0:
-                r = min(math.sqrt((travel - fold) / reach), OUTSIDE)
-            else:
-                r = min(max(root[i] if root[i] >= 0.0 else root[i - 1], start + 1e-9), OUTSIDE)
-                for _ in range(NEWTON):
-                    value, slope = read(row[0], row[1], r)
-                    off = fold + reach * r * r + soft * value - travel
-                    moved = r - off / max(2.0 * reach * r + soft * slope, 1e-6 * reach)
-                    moved = min(max(moved, 0.5 * (r + start)), OUTSIDE)
-                    done = abs(moved - r) < CLOSE
-                    r = moved
-                    if done:
-                        break
-        root[i] = r
-        value, slope = read(row[0], row[1], r)
-        over_shape, _ = read(row[2], row[3], r)
+        r, value, slope = start, start_value, start_slope
+        if travel > first_travel and soft == 0.0:
+            r = min(math.sqrt((travel - fold) / reach), OUTSIDE)
+            value, slope, _ = read(values, slopes, 0, r)
+        elif travel > first_travel:
+            r, value, slope, cell = at_travel(values, slopes, fold, reach, soft, machine, travel, cell)
+        over_shape = read(values, slopes, 1, r)[0]
         out[i, 0] = scale * value
         if travel > first_travel:
             stretch = 2.0 * reach * max(r, 1e-4) + soft * slope
@@ -184,7 +235,7 @@ def model_of(
         touches[i] = travel > 0.0
         gain[i] = 0.0
         if -first_travel >= travel >= (1.0 + BEYOND) * first_travel and first_travel < 0.0:
-            measured = force[i] - theta[BASE]
+            measured = force[i] - theta[BASE] - theta[TILT] * place[i]
             gain[i] = measured * measured - (measured - out[i, 0]) ** 2
     if first_travel < 0.0:
         before = _turn(gain, deepest_at - 1, -1, -1)

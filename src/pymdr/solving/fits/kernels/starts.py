@@ -10,12 +10,13 @@ from numpy.typing import NDArray
 from pymdr.solving.fits.forces import FULLY_OUT
 from pymdr.solving.fits.kernels.descent import ITERATIONS, ROUGHLY, descend
 from pymdr.solving.fits.kernels.model import (
+    ALL,
     BASE,
     OUTSIDE,
     POINT,
     SCALE,
     SHAPE,
-    UNKNOWN,
+    TILT,
     Family,
     compiled,
     read,
@@ -23,8 +24,43 @@ from pymdr.solving.fits.kernels.model import (
 from pymdr.units import FloatArray
 
 FEW, _TRIALS, _RUNGS, _KEPT = 192, 21, 12, 2
+_PRESSED, _SHARE, _FAR = 8, 0.05, 0.2
+"""Of them so many at least that are pressed: by more than that share of the largest force; the share of the places without contact."""
 _ASIDE = 1.0
 """Of the logarithm of the number of the family."""
+
+
+@compiled
+def few_of(force: FloatArray) -> NDArray[np.int64]:
+    """Which samples a search begins with: a few along the record, and more where the contact is a small part of it."""
+    n = force.size
+    stride = max(n // FEW, 1)
+    along = force[::stride].copy()
+    # a retreat begins in contact, and ends far from it
+    level, highest = min(_level_of(along), _level_of(along[::-1])), force.max()
+    least = level + _SHARE * (highest - level)
+    chosen = np.arange(0, n, stride)
+    if np.count_nonzero(along > least) >= _PRESSED:
+        return chosen
+    pressed = np.flatnonzero(force > least)
+    return np.unique(np.append(chosen, pressed[:: max(pressed.size // _PRESSED, 1)]))
+
+
+@compiled
+def _level_of(force: FloatArray) -> float:
+    """About the force in N where the record begins."""
+    return float(np.median(force[: max(3, force.size // 20)]))
+
+
+@compiled
+def _tilt_of(place: FloatArray, force: FloatArray) -> float:
+    """About the rise of the force in N/m far from the body."""
+    low = place.min()
+    far = place < low + _FAR * (place.max() - low)
+    x, f = place[far], force[far]
+    x = x - x.mean()
+    power = (x * x).sum()
+    return float((x * f).sum() / power) if power > 0.0 else 0.0
 
 
 @compiled
@@ -44,8 +80,7 @@ def start_on_rungs(
     n = place.size
     depth = place - softness * force
     low, high, deepest_at = depth.min(), depth.max(), int(np.argmax(depth))
-    few = max(3, n // 20)
-    level = np.median(force[:few])
+    level = _level_of(force)
     pull = min(force.min() - level, 0.0)
     trials = _TRIALS if free[POINT] else 1
     for k in range(rungs.size):
@@ -61,7 +96,7 @@ def start_on_rungs(
                 value, d = 0.0, depth[j] - point
                 held = j > deepest_at and d >= fold and force[j] - level < FULLY_OUT * pull
                 if d > 0.0 or held:
-                    value = read(forces[rung], slopes[rung], min(math.sqrt((d - fold) / reach), OUTSIDE))[0]
+                    value = read(forces, slopes, rung, min(math.sqrt((d - fold) / reach), OUTSIDE))[0]
                 s += 1.0
                 sf += force[j] - level
                 sm += value
@@ -117,10 +152,13 @@ def begun(
     folds, m = family[2], ways.shape[1]
     rungs = np.arange(0, folds.size, max(folds.size // _RUNGS, 1))
     found = np.empty((rungs.size, 6))
-    start_on_rungs(place[::2].copy(), force[::2].copy(), known, free, tied, family, softness, rungs, found)
+    level = force.copy()
+    tilt = _tilt_of(place, force) if free[TILT] else known[TILT]
+    for i in range(place.size):
+        level[i] -= tilt * place[i]
+    start_on_rungs(place[::2].copy(), level[::2].copy(), known, free, tied, family, softness, rungs, found)
     everything = np.ones(place.size, dtype=np.bool_)
     square, best, misfit = np.empty((m, m)), known.copy(), math.inf
-    root = np.full(place.size, UNKNOWN)
     touches, out = np.empty(place.size, dtype=np.bool_), np.empty((place.size, 4))
     last = family[3] + family[4] * (folds.size - 1)
     turn = -1
@@ -139,7 +177,8 @@ def begun(
             if not math.isfinite(found[lowest, 0]):
                 continue
             found[lowest, 0] = math.inf
-            trial = found[lowest, 1:5].copy()
+            trial = np.empty(ALL)
+            trial[:TILT], trial[TILT] = found[lowest, 1:5], tilt
         else:
             # and once more from either side of the best
             trial = best.copy()
@@ -154,7 +193,6 @@ def begun(
             softness,
             ITERATIONS,
             ROUGHLY,
-            root,
             square,
             touches,
             out,
