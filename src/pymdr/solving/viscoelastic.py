@@ -18,12 +18,14 @@ from pymdr.line.foundation import mean_pressure, normal_force, rises_to, states_
 from pymdr.line.memory import (
     MemoryHistory,
     MemoryState,
+    Parts,
     Relaxation,
     Watch,
     deepest_under,
     follow_loads,
     follow_springs,
     follow_travels,
+    parts_of,
     prepared,
     ting,
     virgin,
@@ -49,6 +51,9 @@ from pymdr.units import FloatArray
 _COMPARED = ("force", "contact_radius", "stored", "dissipated", "indentation")
 SPRINGS = 1000
 """Springs in the largest contact."""
+_STRAIGHT = 1e-3
+"""How far an indentation that is not prescribed may be off a straight line on a part of a row, of the largest one, before the
+parts are divided once more in two and four."""
 
 
 @dataclass(frozen=True)
@@ -100,9 +105,10 @@ def _step(
     """Step 2: springs with memory, and half as many of them, which tell how far they err."""
     refuse_untimed(asked)
     first, second = begun(task, line, relaxation, asked) if state is None else (state.fine, state.coarse)
+    parts = parts_between(task, line, relaxation, asked, second)
     fine, coarse = (
-        followed_leg(task, line, relaxation, asked, one, 2 * parts)
-        for one, parts in ((first, 2), (second, 1))
+        followed_leg(task, line, relaxation, asked, one, parts.halved(2 * many), many * SPRINGS // 2)
+        for one, many in ((first, 2), (second, 1))
     )
     rows, here = rows_met(task, line, asked, fine, coarse)
     return taken(rows, kept), _State(fine.state, coarse.state), here
@@ -161,22 +167,43 @@ def begun(
     return fine, coarse
 
 
+def parts_between(
+    task: Task, line: ElasticLine, relaxation: Relaxation, asked: Stretch, state: MemoryState
+) -> Parts:
+    """Parts of the rows of a leg, as short as its indentation bends where it is not prescribed."""
+    assert asked.time is not None
+    machine = 0.0 if asked.by_force else math.inf
+    if asked.controls.normal == "travel" and task.machine_stiffness is not None:
+        machine = task.machine_stiffness
+    return parts_of(
+        line,
+        relaxation,
+        asked.time,
+        asked.normal,
+        machine,
+        state,
+        asked.start[0],
+        tolerance=_STRAIGHT,
+        n=SPRINGS // 2,
+    )
+
+
 def followed_leg(
     task: Task,
     line: ElasticLine,
     relaxation: Relaxation,
     asked: Stretch,
     state: MemoryState,
-    parts: int,
+    parts: Parts,
+    n: int,
     watch: Watch | None = None,
 ) -> MemoryHistory:
-    """A leg on a number of springs; in that many parts between rows that are watched or whose indentation is not prescribed."""
-    time, target, n = asked.time, asked.normal, parts * SPRINGS // 4
-    assert time is not None
+    """A leg on n springs; in parts between rows that are watched or whose indentation is not prescribed."""
+    assert asked.time is not None
     by_travel = asked.controls.normal == "travel" and task.machine_stiffness is not None
     if watch is None and not (asked.by_force or by_travel):
-        return follow_springs(line, relaxation, time, target, state, n=n)
-    time, target = divided(time, asked.begin, parts), divided(target, asked.start[0], parts)
+        return follow_springs(line, relaxation, asked.time, asked.normal, state, n=n)
+    time, target = parts.along(asked.time, asked.begin), parts.along(asked.normal, asked.start[0])
     if asked.by_force:
         found = follow_loads(line, relaxation, time, target, state, n=n, watch=watch)
     elif by_travel:
@@ -186,15 +213,8 @@ def followed_leg(
         )
     else:
         found = follow_springs(line, relaxation, time, target, state, n=n, watch=watch)
-    own = {name: getattr(found, name)[parts - 1 :: parts] for name in found._fields if name != "state"}
+    own = {name: getattr(found, name)[parts.own] for name in found._fields if name != "state"}
     return found._replace(**own)
-
-
-def divided(values: FloatArray, start: float, parts: int) -> FloatArray:
-    """Values with others, straight between them and from a start."""
-    moves = np.diff(values, prepend=start)
-    share = np.arange(1.0 - parts, 1.0) / parts
-    return np.asarray((values[:, None] + moves[:, None] * share).ravel())
 
 
 @dataclass(frozen=True)
