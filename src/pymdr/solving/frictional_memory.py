@@ -142,7 +142,7 @@ def _step(
         fine_begun, half_begun = begun(task, bodies.line, bodies.normal, asked)
         none = (0.0,) * len(_SUMMED)
         state = _State(fine_begun, unsheared(), none), _State(half_begun, unsheared(), none)
-    parts = parts_between(task, bodies.line, bodies.normal, asked, state[1].normal)
+    parts = parts_between(task, bodies.line, bodies.normal, asked, state[1].normal, loads=True)
     found = [
         _followed(task, bodies, asked, one, parts.halved(2 * many), many * SPRINGS // 2, slack)
         for one, many, slack in zip(state, (2, 1), (0.0, _SLACK), strict=True)
@@ -301,7 +301,7 @@ def _shift_claim(claim: Claim, forced: np.ndarray) -> Claim:
 
 def _errors(rows: _Rows) -> dict[str, FloatArray]:
     """What half as many springs and steps tell, of the largest values."""
-    fine, coarse = rows.fine, rows.coarse
+    normal, fine, coarse = rows.normal, rows.fine, rows.coarse
     found = {
         "shift": (fine.shift, coarse.shift),
         "tangential_force": (fine.tangential_force, coarse.tangential_force),
@@ -309,8 +309,11 @@ def _errors(rows: _Rows) -> dict[str, FloatArray]:
         "slip_distance": (fine.slip_distance, coarse.slip_distance),
         "stored_tangential_energy": (fine.stored, coarse.stored),
         "slip_work": (fine.slip_work, coarse.slip_work),
-        "dissipated_energy": (fine.dissipated + fine.slip_work, coarse.dissipated + coarse.slip_work),
-        "external_work": (fine.work, coarse.work),
+        "dissipated_energy": (
+            normal.dissipated + fine.dissipated + fine.slip_work,
+            normal.of_half("dissipated") + coarse.dissipated + coarse.slip_work,
+        ),
+        "external_work": (normal.work + fine.work, normal.of_half("work") + coarse.work),
     }
     found = {name: (np.nan_to_num(a), np.nan_to_num(b)) for name, (a, b) in found.items()}
     return {

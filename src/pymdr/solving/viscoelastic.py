@@ -48,7 +48,7 @@ from pymdr.solving.reach import notes_of, refuse_unreachable
 from pymdr.solving.walk import Channels, Task, Told, Walked, channels_at, solution, walk, with_travel
 from pymdr.units import FloatArray
 
-_COMPARED = ("force", "contact_radius", "stored", "dissipated", "indentation")
+_COMPARED = ("force", "contact_radius", "stored", "dissipated", "indentation", "work")
 SPRINGS = 1000
 """Springs in the largest contact."""
 _STRAIGHT = 1e-3
@@ -72,7 +72,12 @@ class MemoryRows:
     moved: BoolArray
     """Whether the indentation is."""
     coarse: FloatArray
-    """What half as many springs give, in half as many steps between the rows where they are needed, shape (rows, 5)."""
+    """What half as many springs give, in half as many steps between the rows where they are needed: a column for each of
+    `_COMPARED`."""
+
+    def of_half(self, name: str) -> FloatArray:
+        """What half as many springs gave of one quantity."""
+        return np.asarray(self.coarse[:, _COMPARED.index(name)])
 
 
 @dataclass(frozen=True)
@@ -105,7 +110,7 @@ def _step(
     """Step 2: springs with memory, and half as many of them, which tell how far they err."""
     refuse_untimed(asked)
     first, second = begun(task, line, relaxation, asked) if state is None else (state.fine, state.coarse)
-    parts = parts_between(task, line, relaxation, asked, second)
+    parts = parts_between(task, line, relaxation, asked, second, loads=False)
     fine, coarse = (
         followed_leg(task, line, relaxation, asked, one, parts.halved(2 * many), many * SPRINGS // 2)
         for one, many in ((first, 2), (second, 1))
@@ -168,9 +173,9 @@ def begun(
 
 
 def parts_between(
-    task: Task, line: ElasticLine, relaxation: Relaxation, asked: Stretch, state: MemoryState
+    task: Task, line: ElasticLine, relaxation: Relaxation, asked: Stretch, state: MemoryState, loads: bool
 ) -> Parts:
-    """Parts of the rows of a leg, as short as its indentation bends where it is not prescribed."""
+    """Parts of the rows of a leg, as short as its indentation bends where it is not prescribed, or its loads."""
     assert asked.time is not None
     machine = 0.0 if asked.by_force else math.inf
     if asked.controls.normal == "travel" and task.machine_stiffness is not None:
@@ -184,6 +189,7 @@ def parts_between(
         state,
         asked.start[0],
         tolerance=_STRAIGHT,
+        loads=loads,
         n=SPRINGS // 2,
     )
 
@@ -318,14 +324,19 @@ def status_of(claims: Mapping[str, Claim]) -> Status:
 def _errors(rows: MemoryRows) -> dict[str, FloatArray]:
     """What half as many springs and steps tell, of the largest values."""
     found = {}
-    fine = (rows.normal_force, rows.contact_radius, rows.stored, rows.dissipated, rows.indentation)
-    names = ("normal_force", "contact_radius", "elastic_energy", "dissipated_energy", "indentation")
-    for name, values, coarse in zip(names, fine, rows.coarse.T, strict=True):
+    fine = {
+        "normal_force": rows.normal_force,
+        "contact_radius": rows.contact_radius,
+        "elastic_energy": rows.stored,
+        "dissipated_energy": rows.dissipated,
+        "indentation": rows.indentation,
+        "external_work": rows.work,
+    }
+    for (name, values), coarse in zip(fine.items(), rows.coarse.T, strict=True):
         largest = float(np.max(np.abs(values), initial=0.0)) or 1.0
         found[name] = error_of(np.abs(values - coarse) / largest)
     found["mean_pressure"] = found["normal_force"] + 2.0 * found["contact_radius"]
     found["effective_modulus"] = found["normal_force"]
-    found["external_work"] = found["elastic_energy"] + found["dissipated_energy"]
     return found
 
 

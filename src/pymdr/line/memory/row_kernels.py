@@ -7,7 +7,19 @@ import math
 import numpy as np
 
 from pymdr import compiling
-from pymdr.line.memory.kernels import COLUMNS, FORCE, HEIGHT, LEVELS, LOST, OUTER, PARTS, RATE, WORK, step
+from pymdr.line.memory.kernels import (
+    COLUMNS,
+    FORCE,
+    HEIGHT,
+    LEVELS,
+    LOST,
+    OUTER,
+    PARTS,
+    RATE,
+    SHARE,
+    WORK,
+    step,
+)
 from pymdr.units import FloatArray
 
 # the steps are compiled into the histories
@@ -22,8 +34,12 @@ def compiled(function: compiling.Function) -> compiling.Function:
 ENDED, FULL, GIVEN_UP = -1, -2, -3
 """Why rows were not divided: the springs end, the parts are more than there is room for, a spring was given up."""
 _CLOSE = 1e-13
-_SHORTEST = 2.0**-48
-"""Part of a row below which it is not divided."""
+_SHORTEST, _SUDDEN = 2.0**-48, 2.0**-16
+"""Parts of a row below which it is not divided, and not for loads, which a dashpot lets jump."""
+_WORTH = 0.1
+"""Of the largest force times the largest indentation: about the least work of a history that goes there."""
+_TIMED = 1e-13
+"""Of the time: parts of rows below which rounding tells how long they are."""
 
 
 @compiled
@@ -75,6 +91,7 @@ def _rest(springs: FloatArray, w: FloatArray, active: int) -> float:
     for i in range(active):
         depth = min(depth, springs[HEIGHT, i] + w[i])
     return float(depth)
+
 
 @compiled
 def _touched(springs: FloatArray, active: int, depth: float) -> int:
@@ -128,10 +145,10 @@ def _press(
     row: FloatArray,
 ) -> tuple[float, float, int, int]:
     """
-    Move springs straight to where the target of a row is met: its indentation, where it starts, the springs that it touches,
-    and how many levels of the tables are filled.
+    Move springs straight to where the target of a row is met.
 
-    The indentation is inf where the springs end at `limit`, and nan where a spring was given up. Without a force it is where
+    Returns the indentation there, where it starts, the springs touched, and how many levels of the tables are filled. The
+    indentation is inf where the springs end at `limit`, and nan where a spring was given up. Without a force it is where
     the bodies part.
     """
     n = springs.shape[1]
@@ -277,7 +294,9 @@ def divide(
     z: FloatArray,
     free: FloatArray,
     tolerance: float,
-    worth: float,
+    straight: float,
+    strength: FloatArray,
+    loads: FloatArray,
     owner: np.ndarray,
     shares: FloatArray,
 ) -> int:
@@ -285,7 +304,9 @@ def divide(
     Divide rows from begin = (time, indentation, target) into parts on which the indentation is all but straight.
 
     A part is halved where the indentation that meets its target half-way is not half-way to within `tolerance` in m, or what the
-    force is off there is worth more than `worth` in J. Returns how many parts there are, with the row and the end of each, as a share of it, in `owner` and `shares`, or why not.
+    force is off there is worth more than a part of `tolerance` times the `strength` of the row in N; and, unless `loads` of the
+    shape (4, n), a place to work in, is empty, where the loads of the springs half-way are off a straight line by more than
+    `straight` of the strength. Returns how many parts there are, with the row and the end of each, as a share of it, in `owner` and `shares`, or why not.
     """
     now, here, before, from_target = begin[0], begin[1], begin[1], begin[2]
     active = _active(w, z, free)
@@ -312,7 +333,7 @@ def divide(
             if math.isinf(there):
                 return ENDED
             given_up = math.isnan(there)
-            if whole > 0.0 and size > _SHORTEST:
+            if size > _SHORTEST and duration > _TIMED * abs(time[r]):
                 slope = row[RATE]
                 middle = from_target + rise * (done + 0.5 * size)
                 lift = machine == 0.0 and goal <= 0.0
@@ -321,13 +342,26 @@ def divide(
                 if not given_up:
                     step(
                         springs, body, moduli, times, rates, reach, to_modes, to_branches, start, half,
-                        0.5 * duration, _touched(springs, active, max(start, half)), w1, z1, free1, w3, z3,
-                        free3, branch, mode, none, row, math.isinf(machine),
+                        0.5 * duration, touched, w1, z1, free1, w3, z3, free3, branch, mode, none, row, math.isinf(machine),
                     )  # fmt: skip
-                    # what is parted in one part bears nothing half-way
-                    over = middle if lift else abs(row[FORCE] + machine * half - middle)
-                    slope = max(row[RATE], 0.0 if lift else slope) + machine
-                if over > tolerance * slope or over * abs(there - start) > worth:
+                    over = 0.0
+                    if lift:  # what is parted in one part bears nothing half-way
+                        over, slope = middle, row[RATE]
+                    elif not math.isinf(machine):
+                        over = abs(row[FORCE] + machine * half - middle)
+                        slope = max(row[RATE], slope) + machine
+                halve = (
+                    over > tolerance * slope or over * abs(there - start) > _WORTH * tolerance * strength[r]
+                )
+                if not halve and loads.shape[0] > 0 and size > _SUDDEN:
+                    _note(springs, body[0], moduli.size, start, w1, z1, free1, loads[0], loads[3])
+                    _note(springs, body[0], moduli.size, half, w3, z3, free3, loads[1], loads[3])
+                    _note(springs, body[0], moduli.size, there, w2, z2, free2, loads[2], loads[3])
+                    bent = 0.0
+                    for i in range(touched):
+                        bent += springs[SHARE, i] * abs(loads[1, i] - 0.5 * (loads[0, i] + loads[2, i]))
+                    halve = bent > straight * strength[r]
+                if halve:
                     size *= 0.5
                     continue
             if given_up:
