@@ -7,7 +7,7 @@ from operator import rshift
 
 import numpy as np
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 
 import pymdr as mdr
@@ -506,6 +506,16 @@ def test_fields_of_what_does_not_relax_are_those_of_the_stack():
     history=histories(),
     mu=st.sampled_from([0.05, 0.4, math.inf]),
     shape=st.sampled_from(SHAPES),
+)
+@example(  # a spring lies all but at the edge, where its load jumps
+    body=rubber(mdr.KelvinVoigt(1.0, 0.125), poisson=0.5),
+    history=(
+        np.arange(10.0, 16.0) / 3.0,
+        np.array([0.007, 0.014, 0.021, 0.213, 0.405, 0.597]) / 3.0,
+        np.array([0.0, 0.0, 0.0, 0.001, 0.002, 0.003]) / 3.0,
+    ),
+    mu=0.05,
+    shape=SHAPES[2],
 )
 def test_fields_err_as_is_told(body, history, mu, shape):
     t, d, u = history

@@ -16,7 +16,7 @@ from pymdr.line.memory.springs import extended, farther, springs_to
 from pymdr.mapping.relaxation import Relaxation
 from pymdr.units import FloatArray
 
-_ROOM = 256
+_ROOM = 1024
 """Parts for which there is room at first."""
 
 

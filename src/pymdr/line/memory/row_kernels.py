@@ -34,8 +34,10 @@ def compiled(function: compiling.Function) -> compiling.Function:
 ENDED, FULL, GIVEN_UP = -1, -2, -3
 """Why rows were not divided: the springs end, the parts are more than there is room for, a spring was given up."""
 _CLOSE = 1e-13
-_SHORTEST, _SUDDEN = 2.0**-48, 2.0**-16
-"""Parts of a row below which it is not divided, and not for loads, which a dashpot lets jump."""
+_DEEPEST = 48
+"""How often a row is halved at most."""
+_SUDDEN = 2.0**-16
+"""Part of a row below which it is not divided for loads, which a dashpot lets jump."""
 _WORTH = 0.1
 """Of the largest force times the largest indentation: about the least work of a history that goes there."""
 _TIMED = 1e-13
@@ -321,6 +323,8 @@ def divide(
     for r in range(time.size):
         whole, rise = time[r] - now, target[r] - from_target
         done, size = 0.0, 1.0
+        # levels of the first part, too long and short enough: what begins suddenly is short by many
+        long, short = 0, _DEEPEST
         while done < 1.0:
             if parts == owner.size:
                 return FULL
@@ -333,7 +337,8 @@ def divide(
             if math.isinf(there):
                 return ENDED
             given_up = math.isnan(there)
-            if size > _SHORTEST and duration > _TIMED * abs(time[r]):
+            halve = False
+            if size > 2.0**-_DEEPEST and duration > _TIMED * abs(time[r]):
                 slope = row[RATE]
                 middle = from_target + rise * (done + 0.5 * size)
                 lift = machine == 0.0 and goal <= 0.0
@@ -361,9 +366,18 @@ def divide(
                     for i in range(touched):
                         bent += springs[SHARE, i] * abs(loads[1, i] - 0.5 * (loads[0, i] + loads[2, i]))
                     halve = bent > straight * strength[r]
-                if halve:
-                    size *= 0.5
+            if done == 0.0 and short - long > 1 and (halve or size < 1.0):
+                level = round(-math.log2(size))
+                long, short = (level, short) if halve else (long, level)
+                if short - long > 1:
+                    size = 2.0 ** -((long + short) // 2)
                     continue
+                if halve:
+                    size = 2.0**-short
+                    continue
+            elif halve:
+                size *= 0.5
+                continue
             if given_up:
                 return GIVEN_UP
             active = touched
