@@ -21,6 +21,7 @@ from pymdr.line.memory import (
     Parts,
     Relaxation,
     Watch,
+    creep,
     deepest_under,
     follow_loads,
     follow_springs,
@@ -254,8 +255,8 @@ def interpreted(
     """Step 3: quantities, claims and assumptions of every row."""
     rows, time = walked.rows, walked.time
     assert time is not None
-    force, radius = rows.normal_force, rows.contact_radius
-    exact = _ting(line, relaxation, walked)
+    depth, force, radius = rows.indentation, rows.normal_force, rows.contact_radius
+    exact, grown = _ting(line, relaxation, walked), _grown(line, relaxation, walked)
     errors = _errors(rows)
     notes = [*notes_of(task.contact.profile)]
     if exact is not None:
@@ -264,15 +265,22 @@ def interpreted(
         notes.append(
             "one approach and one retreat: force and contact radius are Ting's (1966), without springs"
         )
+    if grown is not None:
+        depth, radius = grown
+        exactly = ("indentation", "contact_radius", "mean_pressure", "effective_modulus")
+        errors |= dict.fromkeys(exactly, np.zeros(force.size))
+        notes.append(
+            "a contact that grows under its forces: indentation and contact radius are Lee and Radok's (1960), without springs"
+        )
     if relaxation.error > 0.0:
         notes.append(f"the rheology is a Prony series whose kernel errs by at most {relaxation.error:.1g}")
-    elastic = normal_force(line, states_at_depth(line, rows.indentation))
+    elastic = normal_force(line, states_at_depth(line, depth))
     with np.errstate(divide="ignore", invalid="ignore"):
         secant = np.where(elastic > 0.0, force / elastic, math.nan)
     columns = with_travel(
         task,
         {
-            "indentation": rows.indentation,
+            "indentation": depth,
             "normal_force": force,
             "contact_radius": radius,
             "mean_pressure": mean_pressure(force, radius),
@@ -282,7 +290,7 @@ def interpreted(
             "dissipated_energy": rows.dissipated,
         },
     )
-    surface = surface_with_memory(task.contact, relaxation, time, rows.indentation, radius)
+    surface = surface_with_memory(task.contact, relaxation, time, depth, radius)
     if isinstance(task.contact.profile, ForceCurve):  # whose line has neither pressure nor gap
         check = NOT_CHECKED
     else:
@@ -354,6 +362,20 @@ def _ting(
     except PathError:
         return None
     return found.force[1:], found.contact_radius[1:]
+
+
+def _grown(
+    line: ElasticLine, relaxation: Relaxation, walked: Walked[MemoryRows]
+) -> tuple[FloatArray, FloatArray] | None:
+    """Indentation and radius without springs, where all rows are forces under which the contact grows."""
+    rows, time = walked.rows, walked.time
+    if time is None or not rows.forced.all() or not rows.normal_force.any():
+        return None
+    try:
+        found = creep(line, relaxation, np.append(0.0, time), np.append(0.0, rows.normal_force))
+    except PathError:
+        return None
+    return found.indentation[1:], found.contact_radius[1:]
 
 
 def surface_with_memory(

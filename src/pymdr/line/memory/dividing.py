@@ -118,8 +118,7 @@ def parts_of(
     size = max(deepest, state.indentation, float(springs.height[-1]))
     if size <= 0.0:
         return whole_rows(t.size)
-    if by_depth:
-        springs = extended(curve, springs, deepest)
+    springs = extended(curve, springs, deepest)
     strength = _means(relaxation, np.diff(t, prepend=state.time)) * _elastic(curve, size)
     modes, room = modes_of(relaxation), _ROOM + 2 * t.size
     while True:
