@@ -309,11 +309,10 @@ def test_what_is_claimed_is_a_number(depths, shape):
 @given(decades=st.floats(-3.0, 0.0), time=st.floats(-1.0, 3.0))
 def test_where_a_path_ends_does_not_matter_to_how_it_begins(decades, time):
     body = mdr.Viscoelastic(mdr.Maxwell(1.0, time=10.0**time), poisson=0.5)
-    contact, pressed = mdr.Contact(mdr.Paraboloid(1.0), body), mdr.load(1e-3, duration=1.0, steps=2)
-    pressed = pressed >> mdr.load(0.9e-3, duration=0.1)
+    contact, pressed = mdr.Contact(mdr.Paraboloid(1.0), body), mdr.load(1e-3, duration=1.0, steps=60)
     alone = mdr.solve(contact, pressed)["indentation"].values
     after = mdr.solve(contact, pressed >> mdr.indent(10.0**decades * alone[-1], duration=1.0))
-    assert after["indentation"].values[:3] == pytest.approx(alone, rel=1e-5)  # springs lie a little elsewhere
+    assert after["indentation"].values[:60] == pytest.approx(alone, rel=1e-5)  # springs lie a little elsewhere
 
 
 @settings(max_examples=examples(30), deadline=None)
