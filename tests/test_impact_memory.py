@@ -549,6 +549,22 @@ def test_what_is_refused():
         mdr.impact(mdr.Contact(wavy, rubber), mass="1 mg", speed="0.1 m/s")
 
 
+@settings(deadline=None, max_examples=examples(15))
+@given(
+    deep=st.floats(0.02, 0.06),
+    at=st.floats(0.3, 0.7),
+    time=st.floats(-9.0, 0.0),
+    mass=st.floats(-9.0, 0.0),
+    speed=st.floats(-3.0, 1.0),
+)
+def test_hollow_profiles_are_told_what_they_are(deep, at, time, mass, speed):
+    x = np.linspace(0.0, 1.0, 40)
+    hollow = mdr.Sampled(1e-3 * x, 1e-3 * (0.03 * x**2 - deep * np.exp(-(((x - at) / 0.1) ** 2))))
+    liquid = mdr.Viscoelastic(mdr.Maxwell("1 MPa", time=10.0**time), poisson=0.5)
+    with pytest.raises(mdr.ProblemError, match="below its middle: something else touches first"):
+        mdr.impact(mdr.Contact(hollow, liquid), mass=10.0**mass, speed=10.0**speed)
+
+
 def test_sideways_nothing_happens():
     hit = mdr.impact(
         on(RUBBER, mdr.Sphere("5 mm")), mass="1 g", speed="1 m/s", angle="60 deg", spin="10 rad/s"
