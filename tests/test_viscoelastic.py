@@ -312,7 +312,9 @@ def test_where_a_path_ends_does_not_matter_to_how_it_begins(decades, time):
     contact, pressed = mdr.Contact(mdr.Paraboloid(1.0), body), mdr.load(1e-3, duration=1.0, steps=60)
     alone = mdr.solve(contact, pressed)["indentation"].values
     after = mdr.solve(contact, pressed >> mdr.indent(10.0**decades * alone[-1], duration=1.0))
-    assert after["indentation"].values[:60] == pytest.approx(alone, rel=1e-5)  # springs lie a little elsewhere
+    assert after["indentation"].values[:60] == pytest.approx(
+        alone, rel=1e-5
+    )  # springs lie a little elsewhere
 
 
 @settings(max_examples=examples(30), deadline=None)
