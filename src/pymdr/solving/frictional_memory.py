@@ -251,7 +251,7 @@ def _interpret(task: Task, bodies: _Bodies, walked: Walked[_Rows]) -> Result:
         tangential,
         _errors(rows) | sheared_errors(_surface(task, bodies, walked, normal.columns), where.size),
         "; energies are those of the springs and dashpots that the rheology names",
-        f"as {SPRINGS} springs in four steps between the rows do",
+        f"as {SPRINGS} springs in four steps or more between the rows do",
     )
     if "shift" in tangential:
         tangential["shift"] = _shift_claim(tangential["shift"], rows.forced)
