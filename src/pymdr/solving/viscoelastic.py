@@ -111,7 +111,9 @@ def _step(
     """Step 2: springs with memory, and half as many of them, which tell how far they err."""
     refuse_untimed(asked)
     first, second = begun(task, line, relaxation, asked) if state is None else (state.fine, state.coarse)
-    parts = parts_between(task, line, relaxation, asked, second, loads=False)
+    # as with friction, which changes nothing here
+    loads = asked.controls.normal != "indentation"
+    parts = parts_between(task, line, relaxation, asked, second, loads=loads)
     fine, coarse = (
         followed_leg(task, line, relaxation, asked, one, parts.halved(2 * many), many * SPRINGS // 2)
         for one, many in ((first, 2), (second, 1))
