@@ -7,7 +7,7 @@ from pathlib import Path
 import mpmath
 import numpy as np
 import pytest
-from hypothesis import example, given, settings
+from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
@@ -547,6 +547,45 @@ def test_what_is_refused():
     wavy = mdr.Paraboloid("1 mm") + mdr.Waviness("10 um", "0.1 mm")
     with pytest.raises(mdr.ProblemError, match="the equivalent profile falls"):
         mdr.impact(mdr.Contact(wavy, rubber), mass="1 mg", speed="0.1 m/s")
+
+
+@settings(deadline=None, max_examples=examples(15))
+@given(viscosity=st.floats(-3.0, 12.0), mass=st.floats(-12.0, 0.0), size=st.floats(-5.0, -1.0))
+@example(viscosity=11.38, mass=-2.88, size=-1.24)
+def test_overdamped_impacts_on_edges_end_or_say_why_not(viscosity, mass, size):
+    """The rates x of m x^2 - c x + k = 0, c = 8 a eta, k = 8 a G: of a flat punch, and of an edge that is hardly left."""
+    a, modulus = 10.0**size, 1e6
+    rubber = mdr.Viscoelastic(mdr.KelvinVoigt(modulus, 10.0**viscosity), poisson=0.5)
+    slow = modulus / 10.0**viscosity
+    fast = 8.0 * a * 10.0**viscosity / 10.0**mass
+    assume(fast > 1e3 * slow)
+    for profile in (mdr.FlatPunch(a), mdr.TruncatedCone(a, slope=0.3)):
+        stuck = ""
+        try:
+            hit = mdr.impact(mdr.Contact(profile, rubber), mass=10.0**mass, speed=1e-3, steps=8)
+        except mdr.errors.ConvergenceError as error:
+            stuck = str(error)
+        if stuck:
+            assert slow < 1e-9 * fast
+            assert "they stick for all that can be measured" in stuck
+            continue
+        assert 0.0 <= hit.restitution <= 2.0 * slow / fast + 1e-12
+
+
+@settings(deadline=None, max_examples=examples(15))
+@given(
+    deep=st.floats(0.02, 0.06),
+    at=st.floats(0.3, 0.7),
+    time=st.floats(-9.0, 0.0),
+    mass=st.floats(-9.0, 0.0),
+    speed=st.floats(-3.0, 1.0),
+)
+def test_hollow_profiles_are_told_what_they_are(deep, at, time, mass, speed):
+    x = np.linspace(0.0, 1.0, 40)
+    hollow = mdr.Sampled(1e-3 * x, 1e-3 * (0.03 * x**2 - deep * np.exp(-(((x - at) / 0.1) ** 2))))
+    liquid = mdr.Viscoelastic(mdr.Maxwell("1 MPa", time=10.0**time), poisson=0.5)
+    with pytest.raises(mdr.ProblemError, match="below its middle: something else touches first"):
+        mdr.impact(mdr.Contact(hollow, liquid), mass=10.0**mass, speed=10.0**speed)
 
 
 def test_sideways_nothing_happens():

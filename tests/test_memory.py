@@ -22,6 +22,7 @@ from pymdr.line.memory import (
     follow_travels,
     kernels,
     line_state,
+    row_kernels,
     ting,
     virgin,
 )
@@ -452,7 +453,7 @@ def test_modes_keep_their_digits_over_many_decades(body, seed):
 def parts_of(body, t, d, n=20, line=PARABOLOID):
     """The most parts in which a spring was moved in a row, on average over the springs."""
     found = []
-    run = kernels.run
+    run = row_kernels.run
 
     def counted(*arguments):
         followed = run(*arguments)
@@ -460,7 +461,7 @@ def parts_of(body, t, d, n=20, line=PARABOLOID):
         return followed
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(kernels, "run", counted)
+        patch.setattr(row_kernels, "run", counted)
         follow_springs(line, body, t, d, n=n)
     return max(found, default=0.0)
 
@@ -522,6 +523,6 @@ def test_no_load_leaves_no_trace(body, size, above):
 
 
 def test_a_spring_that_is_given_up_is_no_row(monkeypatch):
-    monkeypatch.setattr(kernels, "run", lambda *arguments: -3)
+    monkeypatch.setattr(row_kernels, "run", lambda *arguments: -3)
     with pytest.raises(ConvergenceError, match=r"to row 2, at 0\.2 s: its rounding decides"):
         follow_springs(PARABOLOID, STANDARD, [0.0, 0.1, 0.2, 0.3], [0.0, 0.1, 0.2, 0.1])

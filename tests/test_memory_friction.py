@@ -2,10 +2,12 @@
 
 import math
 from dataclasses import replace
+from functools import reduce
+from operator import rshift
 
 import numpy as np
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 
 import pymdr as mdr
@@ -399,6 +401,41 @@ def test_errors_are_what_finer_rows_tell(body, history, mu):
         assert abs(first - second).max() <= (4.0 * bound + 1e-6) * max(abs(second).max(), 1e-30)
 
 
+@settings(max_examples=examples(9), deadline=None)
+@given(
+    body=bodies(),
+    legs=st.lists(
+        st.tuples(st.integers(0, 20), st.integers(-20, 20), st.floats(-1.0, 1.5)), min_size=1, max_size=3
+    ),
+    mu=st.sampled_from([0.1, 0.3, 1.0]),
+    forced=st.booleans(),
+)
+def test_few_rows_err_as_is_told(body, legs, mu, forced):
+    channel = "normal_force" if forced else "indentation"
+
+    def solved(steps):
+        path = [
+            mdr.ramp(
+                steps=steps, duration=10.0**wait, shift=1e-3 * mu * shift, **{channel: 1e-3 * (2.0 + pressed)}
+            )
+            for pressed, shift, wait in legs
+        ]
+        return mdr.solve(joint(body, mu), reduce(rshift, path))
+
+    few, many = solved(1), solved(32)
+    for name in (
+        "tangential_force",
+        "stored_tangential_energy",
+        "slip_work",
+        "slip_distance",
+        "dissipated_energy",
+    ):
+        apart = np.abs(few.data[name].values - many.data[name].values[31::32])
+        errors = [0.0 if one.claims[name].error is None else one.claims[name].error for one in (few, many)]
+        told = sum(float(np.max(error)) for error in errors)
+        assert apart.max() <= (1.5 * told + 1e-5) * float(np.max(np.abs(few.data[name].values))) + 1e-15
+
+
 @settings(max_examples=examples(20), deadline=None)
 @given(body=bodies(), history=histories(), mu=st.sampled_from([0.3, 1.0, math.inf]))
 def test_forces_lead_to_the_shifts_that_gave_them(body, history, mu):
@@ -469,6 +506,16 @@ def test_fields_of_what_does_not_relax_are_those_of_the_stack():
     history=histories(),
     mu=st.sampled_from([0.05, 0.4, math.inf]),
     shape=st.sampled_from(SHAPES),
+)
+@example(  # a spring lies all but at the edge, where its load jumps
+    body=rubber(mdr.KelvinVoigt(1.0, 0.125), poisson=0.5),
+    history=(
+        np.arange(10.0, 16.0) / 3.0,
+        np.array([0.007, 0.014, 0.021, 0.213, 0.405, 0.597]) / 3.0,
+        np.array([0.0, 0.0, 0.0, 0.001, 0.002, 0.003]) / 3.0,
+    ),
+    mu=0.05,
+    shape=SHAPES[2],
 )
 def test_fields_err_as_is_told(body, history, mu, shape):
     t, d, u = history

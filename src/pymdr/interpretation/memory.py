@@ -36,6 +36,8 @@ _OF_ONE_SIZE = 30.0
 """Ratio of contact radii up to which the springs of the larger tell of the smaller."""
 _CHECKED = 48
 """Most rows whose pressure and gap are looked at."""
+_AT_EDGE = 0.1
+"""Of the distance of two springs: the cubic of a load that falls to nothing within less has no digits left at other radii."""
 _GONE = 1e-100
 """Of the largest deflection of a row: what is less is none."""
 INSIDE = (np.arange(64.0) + 0.5) / 66.0
@@ -204,12 +206,19 @@ def _state_at(surface: MemorySurface, step: int) -> LineState:
     return state
 
 
+def _inside(state: LineState) -> tuple[FloatArray, FloatArray]:
+    """Positions and loads of the springs in contact, but for one that is all but at its edge."""
+    x, q = (values[state.position < state.radius] for values in (state.position, state.load))
+    if x.size > 1 and state.radius - x[-1] < _AT_EDGE * (x[-1] - x[-2]):
+        return x[:-1], q[:-1]
+    return x, q
+
+
 def _edge_load(state: LineState) -> float:
     """The line load in N/m continued to the edge of the contact."""
-    inside = state.position < state.radius
-    if inside.sum() < 2:
+    x, q = (values[-2:] for values in _inside(state))
+    if x.size < 2:
         return 0.0
-    x, q = state.position[inside][-2:], state.load[inside][-2:]
     return float(q[-1] + (q[-1] - q[-2]) / (x[-1] - x[-2]) * (state.radius - x[-1]))
 
 
@@ -223,11 +232,10 @@ def surface_load(state: LineState, r: FloatArray) -> FloatArray:
     """
     a = state.radius
     p = np.zeros(r.shape)
-    inside = state.position < a
     within = r < a
-    if inside.sum() < 4 or not within.any():
+    x, q = _inside(state)
+    if x.size < 4 or not within.any():
         return p
-    x, q = state.position[inside], state.load[inside]
     # where q does not fall to nothing within some springs from the edge
     edge = _edge_load(state) if abs(q[-1]) > 0.25 * np.abs(q).max() else 0.0
     curve = PchipInterpolator(np.concatenate([[0.0], x, [a]]), np.concatenate([q[:1], q, [edge]]))

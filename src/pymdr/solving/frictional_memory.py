@@ -25,6 +25,7 @@ from pymdr.line.curves import ElasticLine
 from pymdr.line.memory import (
     MemoryHistory,
     MemoryState,
+    Parts,
     Passage,
     Relaxation,
     TangentialHistory,
@@ -48,9 +49,9 @@ from pymdr.solving.viscoelastic import (
     SPRINGS,
     MemoryRows,
     begun,
-    divided,
     followed_leg,
     interpreted,
+    parts_between,
     refuse_untimed,
     rows_met,
     status_of,
@@ -141,7 +142,11 @@ def _step(
         fine_begun, half_begun = begun(task, bodies.line, bodies.normal, asked)
         none = (0.0,) * len(_SUMMED)
         state = _State(fine_begun, unsheared(), none), _State(half_begun, unsheared(), none)
-    found = [_followed(task, bodies, asked, one, parts) for one, parts in zip(state, (4, 2), strict=True)]
+    parts = parts_between(task, bodies.line, bodies.normal, asked, state[1].normal, loads=True)
+    found = [
+        _followed(task, bodies, asked, one, parts.halved(2 * many), many * SPRINGS // 2, slack)
+        for one, many, slack in zip(state, (2, 1), (0.0, _SLACK), strict=True)
+    ]
     (fine, sheared, end), (coarse, half, end_of_half) = found
     rows, here = rows_met(task, bodies.line, asked, fine, coarse)
     forced = np.full(rows.indentation.size, asked.controls.tangential == "tangential_force")
@@ -154,11 +159,11 @@ def _step(
 
 
 def _followed(
-    task: Task, bodies: _Bodies, asked: Stretch, state: _State, parts: int
+    task: Task, bodies: _Bodies, asked: Stretch, state: _State, parts: Parts, n: int, slack: float
 ) -> tuple[MemoryHistory, _Sheared, _State]:
-    """A leg on a number of springs, in that many parts between its rows."""
+    """A leg on n springs, in parts of its rows."""
     forced = asked.controls.tangential == "tangential_force"
-    target = divided(asked.tangential, asked.start[1], parts)
+    target = parts.along(asked.tangential, asked.start[1])
     found: list[TangentialHistory] = []
     now, done = state.sideways, 0
 
@@ -174,15 +179,16 @@ def _followed(
             rows,
             forced,
             now,
-            slack=0.0 if parts == 4 else _SLACK,
+            slack=slack,
         )
         if part.shift.size < rows.size:
             stopped = part.shift.size
-            _refuse_beyond(asked, bodies.friction, done + stopped, parts, float(passage.force[stopped]))
+            row = int(parts.row[done + stopped])
+            _refuse_beyond(asked, bodies.friction, row, float(passage.force[stopped]))
         found.append(part)
         now, done = part.state, done + rows.size
 
-    normal = followed_leg(task, bodies.line, bodies.normal, asked, state.normal, parts, watch)
+    normal = followed_leg(task, bodies.line, bodies.normal, asked, state.normal, parts, n, watch)
     sheared = joined([_taken(part) for part in found]) if found else _apart(asked, target, now, forced, parts)
     if not found:
         now = replace(now, shift=float(sheared.shift[-1]))
@@ -190,7 +196,7 @@ def _followed(
     summed = {name: before[name] + np.cumsum(getattr(sheared, name)) for name in _SUMMED}
     sheared = replace(sheared, **summed)
     end = _State(normal.state, now, tuple(float(values[-1]) for values in summed.values()))
-    return normal, taken(sheared, slice(parts - 1, None, parts)), end
+    return normal, taken(sheared, parts.own), end
 
 
 def _taken(part: TangentialHistory) -> _Sheared:
@@ -198,19 +204,21 @@ def _taken(part: TangentialHistory) -> _Sheared:
     return _Sheared(**{name: getattr(part, names.get(name, name)) for name in _Sheared.__annotations__})
 
 
-def _apart(asked: Stretch, target: FloatArray, state: TangentialState, forced: bool, parts: int) -> _Sheared:
+def _apart(
+    asked: Stretch, target: FloatArray, state: TangentialState, forced: bool, parts: Parts
+) -> _Sheared:
     """Rows of bodies that have not touched."""
     if forced and target.any():
-        _refuse_beyond(asked, 0.0, int(np.argmax(target != 0.0)), parts, 0.0)
+        _refuse_beyond(asked, 0.0, int(parts.row[np.argmax(target != 0.0)]), 0.0)
     none = np.zeros(target.size)
     shift = np.full(target.size, state.shift) if forced else target
     return _Sheared(shift, *(none,) * 7, np.ones(target.size, dtype=bool))
 
 
-def _refuse_beyond(asked: Stretch, friction: float, row: int, parts: int, pressed: float) -> None:
+def _refuse_beyond(asked: Stretch, friction: float, row: int, pressed: float) -> None:
     most = friction * pressed if pressed > 0.0 else 0.0
     raise PathError(
-        f"tangential_force = {newtons(float(asked.tangential[row // parts]))} in {asked.leg.row(row // parts)}: friction carries "
+        f"tangential_force = {newtons(float(asked.tangential[row]))} in {asked.leg.row(row)}: friction carries "
         f"at most mu F_N = {newtons(most)} on the way there, beyond which the bodies slide apart; reduce it, or move the body "
         "with shift(...)"
     )
@@ -243,7 +251,7 @@ def _interpret(task: Task, bodies: _Bodies, walked: Walked[_Rows]) -> Result:
         tangential,
         _errors(rows) | sheared_errors(_surface(task, bodies, walked, normal.columns), where.size),
         "; energies are those of the springs and dashpots that the rheology names",
-        f"as {SPRINGS} springs in four steps between the rows do",
+        f"as {SPRINGS} springs in four steps or more between the rows do",
     )
     if "shift" in tangential:
         tangential["shift"] = _shift_claim(tangential["shift"], rows.forced)
@@ -293,7 +301,7 @@ def _shift_claim(claim: Claim, forced: np.ndarray) -> Claim:
 
 def _errors(rows: _Rows) -> dict[str, FloatArray]:
     """What half as many springs and steps tell, of the largest values."""
-    fine, coarse = rows.fine, rows.coarse
+    normal, fine, coarse = rows.normal, rows.fine, rows.coarse
     found = {
         "shift": (fine.shift, coarse.shift),
         "tangential_force": (fine.tangential_force, coarse.tangential_force),
@@ -301,8 +309,11 @@ def _errors(rows: _Rows) -> dict[str, FloatArray]:
         "slip_distance": (fine.slip_distance, coarse.slip_distance),
         "stored_tangential_energy": (fine.stored, coarse.stored),
         "slip_work": (fine.slip_work, coarse.slip_work),
-        "dissipated_energy": (fine.dissipated + fine.slip_work, coarse.dissipated + coarse.slip_work),
-        "external_work": (fine.work, coarse.work),
+        "dissipated_energy": (
+            normal.dissipated + fine.dissipated + fine.slip_work,
+            normal.of_half("dissipated") + coarse.dissipated + coarse.slip_work,
+        ),
+        "external_work": (normal.work + fine.work, normal.of_half("work") + coarse.work),
     }
     found = {name: (np.nan_to_num(a), np.nan_to_num(b)) for name, (a, b) in found.items()}
     return {

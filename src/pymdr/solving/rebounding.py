@@ -74,9 +74,10 @@ def followed(contact: Contact, mass: float, speeds: tuple[float, float]) -> tupl
     PathError
         If the profile ends before the fastest comes to rest.
     ProblemError
-        If the equivalent profile falls within the contact.
+        If the equivalent profile falls within the contact, or below its middle.
     """
     line = ElasticLine(equivalent_profile(contact.profile), 1.0)
+    _refuse_hollow(line)
     if not powers_of(contact):
         return _followed(
             contact, line, mass, speeds[1], relaxation_of(contact.body, contact.counterbody), None
@@ -93,6 +94,22 @@ def followed(contact: Contact, mass: float, speeds: tuple[float, float]) -> tupl
             return ground, motion
         times = [t if math.isfinite(t) else old for t, old in zip(found, times, strict=True)]
     raise ConvergenceError(f"impact: no span of times was found for the rheology; the last is {span} s")
+
+
+def _refuse_hollow(line: ElasticLine) -> None:
+    """Refuse a line that falls below its middle, where something else touches first."""
+    reach = (1.0 - 1e-12) * min(line.edge, line.reach)
+    if line.rises or not math.isfinite(reach):
+        return
+    turns = np.array(line.turning_points(reach))
+    depths = line.depth(turns) if turns.size else turns
+    if np.min(depths, initial=0.0) < 0.0:
+        lowest = int(np.argmin(depths))
+        raise ProblemError(
+            f"impact: at x = {metres(float(turns[lowest]))} the equivalent profile is {metres(-float(depths[lowest]))} below its "
+            "middle: something else touches first, and the contact is no disk, which impacts of bodies with memory need; take "
+            "a profile that rises, or follow indentations with solve(..., solver=Rings(n=400))"
+        )
 
 
 def motion_at(ground: Ground, mass: float, speed: float) -> Motion:

@@ -18,12 +18,15 @@ from pymdr.line.foundation import mean_pressure, normal_force, rises_to, states_
 from pymdr.line.memory import (
     MemoryHistory,
     MemoryState,
+    Parts,
     Relaxation,
     Watch,
+    creep,
     deepest_under,
     follow_loads,
     follow_springs,
     follow_travels,
+    parts_of,
     prepared,
     ting,
     virgin,
@@ -46,9 +49,12 @@ from pymdr.solving.reach import notes_of, refuse_unreachable
 from pymdr.solving.walk import Channels, Task, Told, Walked, channels_at, solution, walk, with_travel
 from pymdr.units import FloatArray
 
-_COMPARED = ("force", "contact_radius", "stored", "dissipated", "indentation")
+_COMPARED = ("force", "contact_radius", "stored", "dissipated", "indentation", "work")
 SPRINGS = 1000
 """Springs in the largest contact."""
+_STRAIGHT = 1e-3
+"""How far an indentation that is not prescribed may be off a straight line on a part of a row, of the largest one, before the
+parts are divided once more in two and four."""
 
 
 @dataclass(frozen=True)
@@ -67,7 +73,12 @@ class MemoryRows:
     moved: BoolArray
     """Whether the indentation is."""
     coarse: FloatArray
-    """What half as many springs give, in half as many steps between the rows where they are needed, shape (rows, 5)."""
+    """What half as many springs give, in half as many steps between the rows where they are needed: a column for each of
+    `_COMPARED`."""
+
+    def of_half(self, name: str) -> FloatArray:
+        """What half as many springs gave of one quantity."""
+        return np.asarray(self.coarse[:, _COMPARED.index(name)])
 
 
 @dataclass(frozen=True)
@@ -100,9 +111,12 @@ def _step(
     """Step 2: springs with memory, and half as many of them, which tell how far they err."""
     refuse_untimed(asked)
     first, second = begun(task, line, relaxation, asked) if state is None else (state.fine, state.coarse)
+    # as with friction, which changes nothing here
+    loads = asked.controls.normal != "indentation"
+    parts = parts_between(task, line, relaxation, asked, second, loads=loads)
     fine, coarse = (
-        followed_leg(task, line, relaxation, asked, one, 2 * parts)
-        for one, parts in ((first, 2), (second, 1))
+        followed_leg(task, line, relaxation, asked, one, parts.halved(2 * many), many * SPRINGS // 2)
+        for one, many in ((first, 2), (second, 1))
     )
     rows, here = rows_met(task, line, asked, fine, coarse)
     return taken(rows, kept), _State(fine.state, coarse.state), here
@@ -161,22 +175,44 @@ def begun(
     return fine, coarse
 
 
+def parts_between(
+    task: Task, line: ElasticLine, relaxation: Relaxation, asked: Stretch, state: MemoryState, loads: bool
+) -> Parts:
+    """Parts of the rows of a leg, as short as its indentation bends where it is not prescribed, or its loads."""
+    assert asked.time is not None
+    machine = 0.0 if asked.by_force else math.inf
+    if asked.controls.normal == "travel" and task.machine_stiffness is not None:
+        machine = task.machine_stiffness
+    return parts_of(
+        line,
+        relaxation,
+        asked.time,
+        asked.normal,
+        machine,
+        state,
+        asked.start[0],
+        tolerance=_STRAIGHT,
+        loads=loads,
+        n=SPRINGS // 2,
+    )
+
+
 def followed_leg(
     task: Task,
     line: ElasticLine,
     relaxation: Relaxation,
     asked: Stretch,
     state: MemoryState,
-    parts: int,
+    parts: Parts,
+    n: int,
     watch: Watch | None = None,
 ) -> MemoryHistory:
-    """A leg on a number of springs; in that many parts between rows that are watched or whose indentation is not prescribed."""
-    time, target, n = asked.time, asked.normal, parts * SPRINGS // 4
-    assert time is not None
+    """A leg on n springs; in parts between rows that are watched or whose indentation is not prescribed."""
+    assert asked.time is not None
     by_travel = asked.controls.normal == "travel" and task.machine_stiffness is not None
     if watch is None and not (asked.by_force or by_travel):
-        return follow_springs(line, relaxation, time, target, state, n=n)
-    time, target = divided(time, asked.begin, parts), divided(target, asked.start[0], parts)
+        return follow_springs(line, relaxation, asked.time, asked.normal, state, n=n)
+    time, target = parts.along(asked.time, asked.begin), parts.along(asked.normal, asked.start[0])
     if asked.by_force:
         found = follow_loads(line, relaxation, time, target, state, n=n, watch=watch)
     elif by_travel:
@@ -186,15 +222,8 @@ def followed_leg(
         )
     else:
         found = follow_springs(line, relaxation, time, target, state, n=n, watch=watch)
-    own = {name: getattr(found, name)[parts - 1 :: parts] for name in found._fields if name != "state"}
+    own = {name: getattr(found, name)[parts.own] for name in found._fields if name != "state"}
     return found._replace(**own)
-
-
-def divided(values: FloatArray, start: float, parts: int) -> FloatArray:
-    """Values with others, straight between them and from a start."""
-    moves = np.diff(values, prepend=start)
-    share = np.arange(1.0 - parts, 1.0) / parts
-    return np.asarray((values[:, None] + moves[:, None] * share).ravel())
 
 
 @dataclass(frozen=True)
@@ -228,8 +257,8 @@ def interpreted(
     """Step 3: quantities, claims and assumptions of every row."""
     rows, time = walked.rows, walked.time
     assert time is not None
-    force, radius = rows.normal_force, rows.contact_radius
-    exact = _ting(line, relaxation, walked)
+    depth, force, radius = rows.indentation, rows.normal_force, rows.contact_radius
+    exact, grown = _ting(line, relaxation, walked), _grown(line, relaxation, walked)
     errors = _errors(rows)
     notes = [*notes_of(task.contact.profile)]
     if exact is not None:
@@ -238,15 +267,22 @@ def interpreted(
         notes.append(
             "one approach and one retreat: force and contact radius are Ting's (1966), without springs"
         )
+    if grown is not None:
+        depth, radius = grown
+        exactly = ("indentation", "contact_radius", "mean_pressure", "effective_modulus")
+        errors |= dict.fromkeys(exactly, np.zeros(force.size))
+        notes.append(
+            "a contact that grows under its forces: indentation and contact radius are Lee and Radok's (1960), without springs"
+        )
     if relaxation.error > 0.0:
         notes.append(f"the rheology is a Prony series whose kernel errs by at most {relaxation.error:.1g}")
-    elastic = normal_force(line, states_at_depth(line, rows.indentation))
+    elastic = normal_force(line, states_at_depth(line, depth))
     with np.errstate(divide="ignore", invalid="ignore"):
         secant = np.where(elastic > 0.0, force / elastic, math.nan)
     columns = with_travel(
         task,
         {
-            "indentation": rows.indentation,
+            "indentation": depth,
             "normal_force": force,
             "contact_radius": radius,
             "mean_pressure": mean_pressure(force, radius),
@@ -256,7 +292,7 @@ def interpreted(
             "dissipated_energy": rows.dissipated,
         },
     )
-    surface = surface_with_memory(task.contact, relaxation, time, rows.indentation, radius)
+    surface = surface_with_memory(task.contact, relaxation, time, depth, radius)
     if isinstance(task.contact.profile, ForceCurve):  # whose line has neither pressure nor gap
         check = NOT_CHECKED
     else:
@@ -298,14 +334,19 @@ def status_of(claims: Mapping[str, Claim]) -> Status:
 def _errors(rows: MemoryRows) -> dict[str, FloatArray]:
     """What half as many springs and steps tell, of the largest values."""
     found = {}
-    fine = (rows.normal_force, rows.contact_radius, rows.stored, rows.dissipated, rows.indentation)
-    names = ("normal_force", "contact_radius", "elastic_energy", "dissipated_energy", "indentation")
-    for name, values, coarse in zip(names, fine, rows.coarse.T, strict=True):
+    fine = {
+        "normal_force": rows.normal_force,
+        "contact_radius": rows.contact_radius,
+        "elastic_energy": rows.stored,
+        "dissipated_energy": rows.dissipated,
+        "indentation": rows.indentation,
+        "external_work": rows.work,
+    }
+    for (name, values), coarse in zip(fine.items(), rows.coarse.T, strict=True):
         largest = float(np.max(np.abs(values), initial=0.0)) or 1.0
         found[name] = error_of(np.abs(values - coarse) / largest)
     found["mean_pressure"] = found["normal_force"] + 2.0 * found["contact_radius"]
     found["effective_modulus"] = found["normal_force"]
-    found["external_work"] = found["elastic_energy"] + found["dissipated_energy"]
     return found
 
 
@@ -323,6 +364,20 @@ def _ting(
     except PathError:
         return None
     return found.force[1:], found.contact_radius[1:]
+
+
+def _grown(
+    line: ElasticLine, relaxation: Relaxation, walked: Walked[MemoryRows]
+) -> tuple[FloatArray, FloatArray] | None:
+    """Indentation and radius without springs, where all rows are forces under which the contact grows."""
+    rows, time = walked.rows, walked.time
+    if time is None or not rows.forced.all() or not rows.normal_force.any():
+        return None
+    try:
+        found = creep(line, relaxation, np.append(0.0, time), np.append(0.0, rows.normal_force))
+    except PathError:
+        return None
+    return found.indentation[1:], found.contact_radius[1:]
 
 
 def surface_with_memory(

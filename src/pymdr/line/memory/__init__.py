@@ -1,5 +1,6 @@
 """Contacts that remember: linear viscoelastic bodies whose moduli all relax by one function."""
 
+from pymdr.line.memory.dividing import Parts, parts_of, whole_rows
 from pymdr.line.memory.histories import (
     MemoryHistory,
     MemoryState,
@@ -26,6 +27,7 @@ from pymdr.mapping.relaxation import Relaxation
 __all__ = [
     "MemoryHistory",
     "MemoryState",
+    "Parts",
     "Passage",
     "Relaxation",
     "Rows",
@@ -39,10 +41,12 @@ __all__ = [
     "follow_springs",
     "follow_travels",
     "line_state",
+    "parts_of",
     "prepared",
     "shear_springs",
     "springs_to",
     "ting",
     "unsheared",
     "virgin",
+    "whole_rows",
 ]

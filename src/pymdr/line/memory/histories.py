@@ -271,7 +271,7 @@ def _follow(
     deepest: float,
     watch: Watch | None,
 ) -> MemoryHistory:
-    from pymdr.line.memory import kernels
+    from pymdr.line.memory import kernels, row_kernels
 
     t = np.asarray(time, dtype=float)
     if t.shape != target.shape or t.ndim != 1 or t.size == 0:
@@ -311,7 +311,7 @@ def _follow(
         size = (0 if watch is None else stop - done + 1, springs.position.size)
         loads, gaps = np.zeros(size), np.zeros(size)
         before = begin.copy()
-        ran = kernels.run(
+        ran = row_kernels.run(
             table,
             np.array([relaxation.equilibrium, relaxation.viscosity]),
             relaxation.moduli.copy(),

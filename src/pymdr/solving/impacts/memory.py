@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from pymdr.errors import ConvergenceError
 from pymdr.interpretation.accuracy import with_errors
 from pymdr.interpretation.closure import ASSUMED
 from pymdr.interpretation.memory import LineState, surface_load
@@ -30,17 +31,21 @@ from pymdr.units import FloatArray, written
 
 _PARTS, _LOOKS, _RADII = 8, 120, 64
 """In which a step is divided for energies, and rows and radii at which pressures are looked at."""
+_WITHIN = 0.97
+"""Of the contact radius: where pressures are looked at; farther out too few springs tell them."""
 _WORK = 8e7
 """Products of rows, springs and branches beyond which steps are divided in fewer parts."""
 _AUDIT = 1e-3
 _ROUNDING = 1e-15
+_FAINT = 1e-9
+"""Of the speed: a rebound that is slower may be one of rounding."""
 
 
 def remembering(asked: Asked) -> Impact:
     """Bodies with memory, one of which is hit and gives back a part of what it takes."""
     contact, mass, speed = asked.contact, asked.mass, asked.normal
     ground, motion = followed(contact, mass, (speed, speed))
-    halved = rebound(ground.curves, ground.relaxation, mass, speed, ground.first / speed, halved=motion)
+    halved = _halved(ground, motion, mass, speed)
     course = _course(ground, motion, asked.steps)
     # of the shape alone: slopes, tips and what the map says of it
     solved = solve(Contact(contact.profile, Elastic(1.0, 0.5), Rigid()), indent(motion.deepest))
@@ -91,6 +96,20 @@ def remembering(asked: Asked) -> Impact:
         assumptions=tuple(a for a in found.assumptions if a.name != "elastic similarity"),
         notes=(*solved.notes, *_notes(ground, motion)),
     )
+
+
+def _halved(ground: Ground, motion: Motion, mass: float, speed: float) -> Motion | None:
+    """The motion in steps of half the length."""
+    try:
+        return rebound(ground.curves, ground.relaxation, mass, speed, ground.first / speed, halved=motion)
+    except ConvergenceError as error:
+        if motion.rebound_speed > _FAINT * speed:
+            raise
+        raise ConvergenceError(
+            f"impact: the bodies creep back so slowly that rounding decides how fast they leave, at about "
+            f"{motion.rebound_speed / speed:.1g} of {written(speed, 'm/s', 6)}: they stick for all that can be measured; for a "
+            "restitution give a lower viscosity, shorter relaxation times or a larger mass"
+        ) from error
 
 
 def _course(ground: Ground, motion: Motion, steps: int) -> Course:
@@ -144,8 +163,8 @@ def _audited(motion: Motion, course: Course, coarser: int, looks: int = 0) -> _A
 
 
 def _largest(line: LineState, radii: int) -> float:
-    """The largest pressure of a line within its edge, where that of a dashpot has no bound."""
-    return float(np.max(surface_load(line, line.radius * np.linspace(0.0, 0.97, radii))))
+    """The largest pressure of a line within its edge."""
+    return float(np.max(surface_load(line, line.radius * np.linspace(0.0, _WITHIN, radii))))
 
 
 def _unbounded(solved: Result, ground: Ground) -> float | None:
@@ -210,7 +229,10 @@ def _claims(
     found["largest_pressure"] = replace(
         peak,
         level=Level.APPROXIMATE,
-        reason=f"{peak.reason}; read from the load of the line, whose error is what half as many springs, rows and radii change",
+        reason=(
+            f"{peak.reason}; read from the load of the line within {_WITHIN:g} of the contact radius, whose error is what half as "
+            "many springs, rows and radii change"
+        ),
     )
     return found
 

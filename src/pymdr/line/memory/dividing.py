@@ -1,0 +1,174 @@
+"""Parts of rows whose indentation is not prescribed, as short as it bends."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from pymdr.line.curves import Curve
+from pymdr.line.foundation import normal_force, states_at_depth
+from pymdr.line.memory.histories import MemoryState, deepest_under
+from pymdr.line.memory.modes import modes_of, unpacked
+from pymdr.line.memory.springs import extended, farther, springs_to
+from pymdr.mapping.relaxation import Relaxation
+from pymdr.units import FloatArray
+
+_ROOM = 1024
+"""Parts for which there is room at first."""
+
+
+class Parts(NamedTuple):
+    """Parts of rows, in order."""
+
+    row: np.ndarray
+    """(k,) the row of each."""
+    share: FloatArray
+    """(k,) its end as a share of the row, which is 1 for the last part of a row."""
+
+    @property
+    def own(self) -> np.ndarray:
+        """Where the rows themselves are among the ends of their parts."""
+        return np.flatnonzero(self.share == 1.0)
+
+    def halved(self, parts: int) -> Parts:
+        """Each of them in that many parts alike."""
+        begin = np.append(0.0, np.where(self.share == 1.0, 0.0, self.share)[:-1])
+        left = np.arange(parts - 1.0, -1.0, -1.0) / parts
+        share = self.share[:, None] - (self.share - begin)[:, None] * left
+        return Parts(np.repeat(self.row, parts), share.ravel())
+
+    def along(self, values: FloatArray, start: float) -> FloatArray:
+        """Values at the ends of the parts, straight between those of the rows and from a start."""
+        moves = np.diff(values, prepend=start)
+        return np.asarray(values[self.row] - moves[self.row] * (1.0 - self.share))
+
+
+def whole_rows(count: int) -> Parts:
+    """Rows that are not divided."""
+    return Parts(np.arange(count), np.ones(count))
+
+
+def parts_of(
+    curve: Curve,
+    relaxation: Relaxation,
+    time: ArrayLike,
+    target: ArrayLike,
+    machine_stiffness: float,
+    state: MemoryState,
+    start: float,
+    *,
+    tolerance: float,
+    loads: bool = False,
+    n: int = 1000,
+) -> Parts:
+    """
+    Parts of rows on which the indentation is all but straight in time, and the loads of the springs if that is asked for.
+
+    A part is halved where the indentation that meets its force half-way is not half-way: where a load comes or goes, and where
+    relaxation is fast.
+
+    Parameters
+    ----------
+    curve : Curve
+        Per unit modulus.
+    relaxation : Relaxation
+        E*(t).
+    time, target : array_like, shape (m,)
+        t in s, and F in N, or for a machine d + F/k in m.
+    machine_stiffness : float
+        In N/m; 0 under forces, inf where the target is the indentation, which is straight.
+    state : MemoryState
+        Where to go on.
+    start : float
+        The target before the first row.
+    tolerance : float
+        By how much an indentation or a load may be off half-way, of the largest, and its work, of that of the history.
+    loads : bool
+        Whether the loads of all springs are to be all but straight too.
+    n : int
+        Springs in the largest contact, if none are laid yet.
+
+    Returns
+    -------
+    Parts
+        Whole rows where nothing is asked for or touches, or the history itself cannot be followed.
+    """
+    from pymdr.line.memory import row_kernels
+
+    t, values = np.asarray(time, dtype=float), np.asarray(target, dtype=float)
+    if (np.diff(t, prepend=state.time) < 0.0).any():  # as the history itself says
+        return whole_rows(t.size)
+    by_depth, by_force = math.isinf(machine_stiffness), machine_stiffness == 0.0
+    pulled, began = (values, start)
+    if not by_depth and not by_force:
+        pulled, began = machine_stiffness * values, machine_stiffness * start
+    deepest = math.inf if by_force else float(np.max(values, initial=0.0))
+    if not by_depth:
+        under = deepest_under(curve, relaxation, np.append(state.time, t), np.append(began, pulled))
+        deepest = min(deepest, under)
+    springs = state.springs
+    if (by_depth and not loads) or not math.isfinite(deepest) or (springs is None and deepest <= 0.0):
+        return whole_rows(t.size)
+    if springs is None:
+        springs = springs_to(curve, deepest, n)
+    # that of the path, for which the springs were laid
+    size = max(deepest, state.indentation, float(springs.height[-1]))
+    if size <= 0.0:
+        return whole_rows(t.size)
+    springs = extended(curve, springs, deepest)
+    strength = _means(relaxation, np.diff(t, prepend=state.time)) * _elastic(curve, size)
+    modes, room = modes_of(relaxation), _ROOM + 2 * t.size
+    while True:
+        owner, shares = np.zeros(room, dtype=np.int64), np.zeros(room)
+        count = row_kernels.divide(
+            np.stack([springs.height, springs.share, springs.centre, springs.outer]),
+            np.array([relaxation.equilibrium, relaxation.viscosity]),
+            relaxation.moduli.copy(),
+            relaxation.times.copy(),
+            modes.rates,
+            modes.reach,
+            modes.to_modes,
+            modes.to_branches,
+            np.ascontiguousarray(t),
+            np.ascontiguousarray(pulled),
+            machine_stiffness,
+            springs.limit,
+            np.array([state.time, state.indentation, began]),
+            *unpacked(
+                state.deflection,
+                state.branches,
+                state.free,
+                springs.position.size,
+                relaxation,
+                modes,
+            ),
+            tolerance * size,
+            tolerance,
+            strength,
+            np.zeros((4 if loads else 0, springs.position.size)),
+            owner,
+            shares,
+        )
+        if count >= 0:
+            return Parts(owner[:count], shares[:count])
+        if count == row_kernels.GIVEN_UP:
+            return whole_rows(t.size)
+        if count == row_kernels.ENDED:
+            springs = extended(curve, springs, farther(curve, springs))
+        else:
+            room *= 4
+
+
+def _means(relaxation: Relaxation, time: FloatArray) -> FloatArray:
+    """The mean of E*(t) in Pa up to some times in s; 0 up to 0, where nothing is divided."""
+    flow = -np.expm1(-time[:, None] / relaxation.times) * relaxation.times @ relaxation.moduli
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.where(time > 0.0, relaxation.equilibrium + (flow + relaxation.viscosity) / time, 0.0)
+
+
+def _elastic(curve: Curve, depth: float) -> float:
+    """The elastic force in N per unit modulus at a depth in m."""
+    return float(normal_force(curve, states_at_depth(curve, [depth]))[0])
