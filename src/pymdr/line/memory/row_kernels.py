@@ -241,14 +241,13 @@ def run(
     w2, z2, free2 = w.copy(), z.copy(), free.copy()
     branch = np.zeros((LEVELS + 1, max(moduli.size, 1), 6))
     mode = np.zeros((LEVELS + 1, max(rates.size, 1), 2))
-    none = int(np.int64(0))  # the literal is another type, for which numba would compile the step once more
-    filled, known = none, math.nan
+    filled, known = 0, math.nan
     work, lost = 0.0, 0.0
     followed = 0
     for r in range(time.size):
         duration = time[r] - now
         if duration != known:
-            filled, known = none, duration
+            filled, known = 0, duration
         row = rows[r]
         there, here, active_then, filled = _press(
             springs, body, moduli, times, rates, reach, to_modes, to_branches, target[r], machine, limit,
@@ -272,7 +271,7 @@ def run(
         followed = r + 1
         if watched:
             _note(springs, body[0], moduli.size, here, w1, z1, free1, loads[r + 1], gaps[r + 1])
-    _keep(w, z, free, w1, z1, free1, none)
+    _keep(w, z, free, w1, z1, free1, 0)
     begin[0], begin[1] = now, here
     return followed
 
@@ -318,8 +317,7 @@ def divide(
     branch = np.zeros((LEVELS + 1, max(moduli.size, 1), 6))
     mode = np.zeros((LEVELS + 1, max(rates.size, 1), 2))
     row = np.zeros(COLUMNS)
-    none = int(np.int64(0))
-    parts = none
+    parts = 0
     for r in range(time.size):
         whole, rise = time[r] - now, target[r] - from_target
         done, size = 0.0, 1.0
@@ -332,7 +330,7 @@ def divide(
             goal = target[r] if done + size == 1.0 else from_target + rise * (done + size)
             there, start, touched, _ = _press(
                 springs, body, moduli, times, rates, reach, to_modes, to_branches, goal, machine, limit,
-                here, before, duration, active, w1, z1, free1, w2, z2, free2, branch, mode, none, row,
+                here, before, duration, active, w1, z1, free1, w2, z2, free2, branch, mode, 0, row,
             )  # fmt: skip
             if math.isinf(there):
                 return ENDED
@@ -347,7 +345,7 @@ def divide(
                 if not given_up:
                     step(
                         springs, body, moduli, times, rates, reach, to_modes, to_branches, start, half,
-                        0.5 * duration, touched, w1, z1, free1, w3, z3, free3, branch, mode, none, row, math.isinf(machine),
+                        0.5 * duration, touched, w1, z1, free1, w3, z3, free3, branch, mode, 0, row, math.isinf(machine),
                     )  # fmt: skip
                     over = 0.0
                     if lift:  # what is parted in one part bears nothing half-way
