@@ -23,7 +23,6 @@ from functools import cache
 from pathlib import Path
 
 import pytest
-from coverage import CoverageData
 
 ROOT = Path(__file__).parent.parent
 TESTS = {
@@ -128,6 +127,8 @@ def mutant(rng):
 @cache
 def recorded():
     """What the last recording tells: for each file and line the tests that pass it, and how many lines a test passes."""
+    from coverage import CoverageData
+
     data = CoverageData(ROOT / ".coverage")
     data.read()
     passing = {file: data.contexts_by_lineno(file) for file in data.measured_files()}
