@@ -18,9 +18,9 @@ from pymdr.interpretation.memory_friction import _states, sheared_claims
 from pymdr.interpretation.traction import TANGENTIAL_FIELDS
 from pymdr.line.curves import ElasticLine
 from pymdr.line.friction import FrictionLeg, curves_of, follow_leg, virgin_state
-from pymdr.line.memory import Relaxation, follow_springs, shear_springs, unsheared
+from pymdr.line.memory import follow_springs, shear_springs, unsheared
 from pymdr.mapping.equivalent import equivalent_profile
-from pymdr.mapping.relaxation import largest_coupling
+from pymdr.mapping.relaxation import Relaxation, largest_coupling
 from pymdr.solving.laws import _sheared_surface
 
 SOLID = mdr.StandardSolid(equilibrium=0.3, modulus=1.0, time=0.4)

@@ -24,8 +24,9 @@ from pymdr.interpretation.memory import (
     memory_claims,
 )
 from pymdr.line.curves import ElasticLine
-from pymdr.line.memory import Relaxation, follow_springs, line_state
+from pymdr.line.memory import follow_springs, line_state
 from pymdr.mapping.equivalent import equivalent_profile, gap_function
+from pymdr.mapping.relaxation import Relaxation
 from pymdr.solving.viscoelastic import SPRINGS, surface_with_memory
 
 REFERENCES = {

@@ -26,7 +26,6 @@ from pymdr.interpretation.validity import SOURCES, BoolArray, Claim, Level
 from pymdr.line.curves import ElasticLine
 from pymdr.line.memory import (
     Passage,
-    Relaxation,
     TangentialState,
     follow_springs,
     prepared,
@@ -34,6 +33,7 @@ from pymdr.line.memory import (
     unsheared,
     virgin,
 )
+from pymdr.mapping.relaxation import Relaxation
 from pymdr.problem.contact import Contact
 from pymdr.problem.materials import Elastic, Rigid, Viscoelastic
 from pymdr.units import FloatArray

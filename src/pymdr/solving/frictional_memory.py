@@ -27,14 +27,13 @@ from pymdr.line.memory import (
     MemoryState,
     Parts,
     Passage,
-    Relaxation,
     TangentialHistory,
     TangentialState,
     shear_springs,
     unsheared,
 )
 from pymdr.mapping.equivalent import equivalent_profile
-from pymdr.mapping.relaxation import largest_coupling
+from pymdr.mapping.relaxation import Relaxation, largest_coupling
 from pymdr.problem.schedule import Stretch
 from pymdr.result import Result
 from pymdr.rows import joined, taken

@@ -19,7 +19,6 @@ from pymdr.line.memory import (
     MemoryHistory,
     MemoryState,
     Parts,
-    Relaxation,
     Watch,
     creep,
     deepest_under,
@@ -32,6 +31,7 @@ from pymdr.line.memory import (
     virgin,
 )
 from pymdr.mapping.equivalent import equivalent_profile, gap_function
+from pymdr.mapping.relaxation import Relaxation
 from pymdr.problem.contact import Contact
 from pymdr.problem.profiles import ForceCurve
 from pymdr.problem.schedule import Stretch, known_legs

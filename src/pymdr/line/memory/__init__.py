@@ -22,14 +22,12 @@ from pymdr.line.memory.tangential import (
     unsheared,
 )
 from pymdr.line.memory.ting import Rows, creep, ting
-from pymdr.mapping.relaxation import Relaxation
 
 __all__ = [
     "MemoryHistory",
     "MemoryState",
     "Parts",
     "Passage",
-    "Relaxation",
     "Rows",
     "Springs",
     "TangentialHistory",
