@@ -142,7 +142,7 @@ def asked(found):
     lines = passing.get(str(found.file), {})
     tests = {test for line in found.lines for test in lines.get(line, ()) if test}
     if tests:
-        return [test.partition("|")[0] for test in sorted(tests, key=breadth.__getitem__)][:MOST]
+        return [test.rpartition("|")[0] for test in sorted(tests, key=breadth.__getitem__)][:MOST]
     relative = found.file.relative_to(ROOT)
     own = [test for word, tests in OWN_TESTS.items() if word in str(relative) for test in tests]
     files = [f"tests/test_{name}.py" for name in dict.fromkeys([*own, *TESTS[relative.parts[2]]])]
