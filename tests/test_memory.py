@@ -15,7 +15,6 @@ from pymdr.errors import ConvergenceError, PathError
 from pymdr.line.curves import ElasticLine
 from pymdr.line.foundation import elastic_energy, normal_force, states_at_depth
 from pymdr.line.memory import (
-    Relaxation,
     creep,
     follow_loads,
     follow_springs,
@@ -28,6 +27,7 @@ from pymdr.line.memory import (
 )
 from pymdr.line.memory.modes import modes_of
 from pymdr.mapping.equivalent import equivalent_profile
+from pymdr.mapping.relaxation import Relaxation
 from pymdr.problem.profiles import Cone, FlatPunch, Paraboloid, Sampled
 
 

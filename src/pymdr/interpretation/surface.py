@@ -188,6 +188,5 @@ def surface_of(
 
 def _against_edge(line: Line, d: FloatArray, a: FloatArray, stretched: np.ndarray) -> FloatArray:
     excess = np.zeros(d.shape)
-    known = ~stretched & np.isfinite(a)
-    excess[known] = d[known] - line.depth(a[known])
+    excess[~stretched] = d[~stretched] - line.depth(a[~stretched])
     return excess
