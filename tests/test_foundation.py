@@ -11,6 +11,7 @@ import pymdr as mdr
 from drawing import examples
 from pymdr.line.foundation import (
     ElasticLine,
+    _sure_load,
     elastic_energy,
     mean_pressure,
     normal_force,
@@ -349,3 +350,18 @@ def test_bad_numbers_of_springs(n):
 def test_bad_lengths_of_the_line(length):
     with pytest.raises(mdr.PymdrError):
         mdr.foundation(mdr.Contact(mdr.Sphere(1.0), mdr.Elastic(1.0, 0.0)), half_length=length)
+
+
+@settings(max_examples=examples(60), deadline=None)
+@given(
+    st.lists(st.tuples(st.floats(0.01, 1.0), st.floats(-1.0, 1.0)), min_size=1, max_size=8),
+    st.floats(-2.0, 2.0),
+)
+def test_the_sure_load_is_the_largest_at_the_ends(stretches, depth):
+    # k g - F of any line rises by the mean of g times that of k on each stretch
+    k = np.append(0.0, np.cumsum([width for width, _ in stretches]))
+    g = np.append(0.0, [height for _, height in stretches])
+    unpressed = np.append(0.0, np.cumsum(0.5 * (g[1:] + g[:-1]) * np.diff(k)))
+    load, _ = _sure_load(np.array([depth]), k, g, unpressed)
+    expected = np.max(depth * k - unpressed) if depth <= g[-1] else 0.0
+    assert abs(load[0] - expected) <= 1e-14 * (k[-1] + abs(expected))

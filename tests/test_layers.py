@@ -606,6 +606,12 @@ def test_a_row_that_does_not_touch_has_radii_beside_one_that_is_refused():
     assert np.all(field.values == 0.0)
 
 
+def test_the_line_of_layers_keeps_its_profile():
+    result = mdr.solve(mdr.Contact(mdr.Paraboloid(10.0), film(0.3)), mdr.load(1.0))
+    x = np.array([0.0, 0.3, 2.0])
+    assert result.field("equivalent_profile", x).values == pytest.approx(x**2 / 10.0, rel=1e-14)
+
+
 def test_what_layers_have_no_right_to():
     ball, body = mdr.Sphere(1.0), film(0.4)
     with pytest.raises(ProblemError, match="Layered body against Elastic"):
