@@ -13,8 +13,8 @@ from pymdr.interpretation.branches import Equilibria
 from pymdr.interpretation.fields import edge_amplitude
 from pymdr.interpretation.validity import SOURCES, Level, bodies_of
 from pymdr.line.adhesion import DMT as RigidPull
-from pymdr.line.adhesion import JKR as ShortRange
 from pymdr.line.adhesion import (
+    DMT_BELOW,
     dmt_pull,
     energy_release_rate,
     jkr_opening,
@@ -23,6 +23,7 @@ from pymdr.line.adhesion import (
     rigid_pull,
     stress_intensity,
 )
+from pymdr.line.adhesion import JKR as ShortRange
 from pymdr.line.curves import Line
 from pymdr.line.layered import LayeredLine
 from pymdr.mapping.equivalent import equivalent_profile
@@ -199,7 +200,7 @@ def _claim_of_dmt(law: DMT, profile: Profile, line: Line) -> Said:
     return (
         Level.APPROXIMATE,
         "the limit of Maugis and Dugdale for stiff, small bodies: the attraction does not deform them; its errors "
-        f"are of the order of Maugis' parameter, which should be below 0.1 and is {measured}",
+        f"are of the order of Maugis' parameter, which should be below {DMT_BELOW:g} and is {measured}",
         SOURCES["dmt"],
     )
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from pymdr.interpretation.accuracy import EXACT_WITHIN
 from pymdr.interpretation.validity import Assumption, Claim, Level
-from pymdr.presentation.text import in_bytes, largest_error, last_error, last_value
+from pymdr.presentation.text import in_bytes, largest_error, last_error, last_level, last_value
 from pymdr.quantities import BAND_ENDS, QUANTITIES
 from pymdr.units import metres, written
 
@@ -77,7 +77,7 @@ def result_html(
         quantity = QUANTITIES[name]
         value = escape(written(last_value(data, name), quantity.unit))
         claim = claims.get(name)
-        level = badge(claim.level) if claim is not None else ""
+        level = badge(last_level(claim)) if claim is not None else ""
         error = last_error(claim) if claim is not None else 0.0
         remark = f" <small>error {error:.1e}</small>" if error > EXACT_WITHIN else ""
         ends = [data[f"{name}_{end}"].values[-1] for end in BAND_ENDS if f"{name}_{end}" in data]

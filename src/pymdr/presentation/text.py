@@ -34,7 +34,7 @@ def summary(
         value = last_value(data, name)
         if quantity.name == "edge_amplitude" and value == 0.0:
             continue
-        level = f"  {claims[name].level.value}" if name in claims else ""
+        level = f"  {last_level(claims[name]).value}" if name in claims else ""
         band = ""
         if f"{name}_low" in data:
             ends = (written(float(data[f"{name}_{end}"].values[-1]), quantity.unit) for end in BAND_ENDS)
@@ -120,6 +120,11 @@ def largest_error(claim: Claim) -> float | None:
         return None
     held = np.asarray(claim.error)[claim.where]
     return float(np.max(held, initial=0.0, where=~np.isnan(held)))
+
+
+def last_level(claim: Claim) -> Level:
+    """What can be said of a quantity at the last step."""
+    return claim.level if claim.where[-1:].all() else Level.NOT_VALID
 
 
 def last_error(claim: Claim) -> float:

@@ -13,7 +13,7 @@ from pymdr.errors import PathError, ProblemError, RefusedError
 from pymdr.interpretation.adhesion import Visited, certify_stretched_disk, is_always_open
 from pymdr.interpretation.branches import equilibrium_curve
 from pymdr.interpretation.theories import theory_of
-from pymdr.line.adhesion import jkr_opening, maugis_parameter, tabor_parameter
+from pymdr.line.adhesion import DMT_BELOW, JKR_ABOVE, jkr_opening, maugis_parameter, tabor_parameter
 from pymdr.line.following import Track, Way, pressed, pulled, turning_points, under_machine
 from pymdr.mapping.moduli import effective_moduli
 from pymdr.problem.contact import Contact
@@ -28,7 +28,6 @@ from pymdr.units import FloatArray, QuantityLike, to_si
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-_SMALL, _LARGE = 0.1, 5.0
 _COST = 0.01
 
 
@@ -267,7 +266,7 @@ class AdhesionRegime:
         """The regime and the cost of every law, as a text."""
         lines = [
             f"regime: {self.regime} (Tabor's parameter {self.tabor:.3g}, Maugis' {self.maugis:.3g}; JKR above "
-            f"{_LARGE:g}, DMT below {_SMALL:g})",
+            f"{JKR_ABOVE:g}, DMT below {DMT_BELOW:g})",
             f"recommended: {type(self.recommended).__name__}",
             "pull-off force under a dead load:",
         ]
@@ -423,4 +422,4 @@ def _regime(maugis: float, error: Mapping[str, float]) -> str:
     if math.isnan(maugis):
         best = min(error, key=lambda name: abs(error[name]))
         return best if abs(error[best]) <= _COST else "transition"
-    return "JKR" if maugis > _LARGE else "DMT" if maugis < _SMALL else "transition"
+    return "JKR" if maugis > JKR_ABOVE else "DMT" if maugis < DMT_BELOW else "transition"

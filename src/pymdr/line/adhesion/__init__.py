@@ -5,6 +5,8 @@ visits is the business of `pymdr.line.following`. Closed forms and fast kernels 
 """
 
 from pymdr.line.adhesion.closed_forms import (
+    DMT_BELOW,
+    JKR_ABOVE,
     PullOff,
     dmt_pull,
     maugis_parameter,
@@ -26,7 +28,9 @@ from pymdr.line.adhesion.short_range import (
 
 __all__ = [
     "DMT",
+    "DMT_BELOW",
     "JKR",
+    "JKR_ABOVE",
     "MaugisDugdale",
     "PullOff",
     "States",

@@ -47,6 +47,10 @@ def power_law_factor(exponent: ArrayLike) -> FloatArray:
     return np.asarray(np.sqrt(np.pi) * np.exp(gammaln(0.5 * n + 1.0) - gammaln(0.5 * (n + 1.0))))
 
 
+DMT_BELOW, JKR_ABOVE = 0.1, 5.0
+"""Maugis' numbers below which DMT, and above which JKR are close (Johnson and Greenwood 1997)."""
+
+
 def tabor_parameter(radius: ArrayLike, modulus: ArrayLike, work: ArrayLike, reach: ArrayLike) -> FloatArray:
     """Return Tabor's number μ = (R γ² / (E*² z0³))^(1/3).
 

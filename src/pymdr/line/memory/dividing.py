@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from pymdr.line.curves import Curve
 from pymdr.line.foundation import normal_force, states_at_depth
 from pymdr.line.memory.histories import MemoryState, deepest_under
-from pymdr.line.memory.modes import modes_of, unpacked
+from pymdr.line.memory.modes import laid_out, modes_of, unpacked
 from pymdr.line.memory.springs import extended, farther, springs_to
 from pymdr.mapping.relaxation import Relaxation
 from pymdr.units import FloatArray
@@ -125,13 +125,7 @@ def parts_of(
         owner, shares = np.zeros(room, dtype=np.int64), np.zeros(room)
         count = row_kernels.divide(
             np.stack([springs.height, springs.share, springs.centre, springs.outer]),
-            np.array([relaxation.equilibrium, relaxation.viscosity]),
-            relaxation.moduli.copy(),
-            relaxation.times.copy(),
-            modes.rates,
-            modes.reach,
-            modes.to_modes,
-            modes.to_branches,
+            *laid_out(relaxation, modes),
             np.ascontiguousarray(t),
             np.ascontiguousarray(pulled),
             machine_stiffness,

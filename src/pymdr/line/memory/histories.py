@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from pymdr.errors import ConvergenceError, PathError
 from pymdr.line.curves import Curve
 from pymdr.line.foundation import states_at_depth, states_at_force
-from pymdr.line.memory.modes import longer, modes_of, packed, unpacked
+from pymdr.line.memory.modes import laid_out, longer, modes_of, packed, unpacked
 from pymdr.line.memory.springs import Springs, extended, farther, springs_to
 from pymdr.line.memory.ting import compliant
 from pymdr.mapping.relaxation import Relaxation
@@ -313,13 +313,7 @@ def _follow(
         before = begin.copy()
         ran = row_kernels.run(
             table,
-            np.array([relaxation.equilibrium, relaxation.viscosity]),
-            relaxation.moduli.copy(),
-            relaxation.times.copy(),
-            modes.rates,
-            modes.reach,
-            modes.to_modes,
-            modes.to_branches,
+            *laid_out(relaxation, modes),
             np.ascontiguousarray(t[done:stop]),
             np.ascontiguousarray(target[done:stop]),
             machine,

@@ -29,6 +29,9 @@ class Modes(NamedTuple):
     """(n, k) back to the forces of the branches."""
 
 
+_Body = tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]
+
+
 @lru_cache(maxsize=32)
 def modes_of(body: Relaxation) -> Modes:
     """
@@ -95,6 +98,11 @@ def _vectors(poles: FloatArray, away: FloatArray) -> tuple[FloatArray, FloatArra
     vectors = z / away
     norm = 1.0 / np.sqrt((vectors**2).sum(axis=1))
     return vectors * norm[:, None], norm
+
+
+def laid_out(body: Relaxation, modes: Modes) -> _Body:
+    """What compiled steps ask of a body: its spring and dashpot, the moduli and times of its branches, and its modes."""
+    return np.array([body.equilibrium, body.viscosity]), body.moduli.copy(), body.times.copy(), *modes
 
 
 def unpacked(

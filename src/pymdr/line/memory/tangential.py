@@ -9,7 +9,7 @@ import numpy as np
 
 from pymdr.line.curves import Curve
 from pymdr.line.memory.histories import Passage
-from pymdr.line.memory.modes import modes_of, packed, unpacked
+from pymdr.line.memory.modes import laid_out, modes_of, packed, unpacked
 from pymdr.mapping.relaxation import Relaxation
 from pymdr.units import FloatArray
 
@@ -128,13 +128,7 @@ def shear_springs(
     followed = kernels.run(
         np.stack([springs.position, springs.height, springs.share, springs.outer]),
         friction,
-        np.array([tangential.equilibrium, tangential.viscosity]),
-        tangential.moduli.copy(),
-        tangential.times.copy(),
-        modes.rates,
-        modes.reach,
-        modes.to_modes,
-        modes.to_branches,
+        *laid_out(tangential, modes),
         given,
         np.ascontiguousarray(target),
         forced,

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from pymdr.line.adhesion import tabor_parameter
+from pymdr.line.adhesion import DMT_BELOW, JKR_ABOVE, maugis_parameter
 from pymdr.mapping.moduli import effective_moduli
 from pymdr.problem.contact import Contact
 from pymdr.problem.laws import DMT, JKR
@@ -19,8 +19,6 @@ _PULLS, _SMALL = 8.0, 0.02
 """A pull that is told: in parts of the noise, and of the range of the force."""
 WAVY = 1.0
 """Waves in the residuals that are told, in parts of the noise."""
-_JKR, _DMT = 5.0, 0.1
-"""Tabor's parameter above which the one law holds, and below which the other."""
 
 
 def unexplained(found: FitResult) -> tuple[str, ...]:
@@ -34,26 +32,27 @@ def unexplained(found: FitResult) -> tuple[str, ...]:
 
 
 def range_of_law(contact: Contact) -> tuple[str, ...]:
-    """How far the attraction may reach for the law of adhesion of a contact to hold; nothing where Tabor's parameter is not defined."""
+    """How far the attraction may reach for the law of adhesion of a contact to hold; nothing where Maugis' parameter is not defined."""
     law, radius = contact.adhesion, contact.profile.tip_radius
     bodies = [one for one in (contact.body, contact.counterbody) if one is not None]
     if law is None or radius is None or not all(one.homogeneous for one in bodies):
         return ()
     modulus = effective_moduli(contact.body, contact.counterbody).normal
-    size = float(tabor_parameter(radius, modulus, law.work, 1.0))
+    # of a range of 1 m, to which it is inversely proportional
+    size = float(maugis_parameter(radius, modulus, law.work, law.work))
     if isinstance(law, JKR):
         return (
-            f"JKR holds where the attraction reaches less than {written(size / _JKR, 'm', 3)} (Tabor's parameter above {_JKR:g}); how far it does no "
+            f"JKR holds where the attraction reaches less than {written(size / JKR_ABOVE, 'm', 3)} (Maugis' parameter above {JKR_ABOVE:g}); how far it does no "
             "force curve of JKR tells",
         )
     if isinstance(law, DMT) and law.range is None:
         return (
-            f"DMT holds where the attraction reaches more than {written(size / _DMT, 'm', 3)} (Tabor's parameter below {_DMT:g}); how far it does is "
+            f"DMT holds where the attraction reaches more than {written(size / DMT_BELOW, 'm', 3)} (Maugis' parameter below {DMT_BELOW:g}); how far it does is "
             "not known",
         )
-    if isinstance(law, DMT) and law.range is not None and size / law.range > _DMT:
+    if isinstance(law, DMT) and law.range is not None and size / law.range > DMT_BELOW:
         return (
-            f"Tabor's parameter of what was found is {size / law.range:.3g}, and DMT holds below {_DMT:g}: fit MaugisDugdale(work, "
+            f"Maugis' parameter of what was found is {size / law.range:.3g}, and DMT holds below {DMT_BELOW:g}: fit MaugisDugdale(work, "
             f"range='{written(law.range, 'm', 4)}')",
         )
     return ()
