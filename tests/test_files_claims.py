@@ -189,6 +189,13 @@ def test_results_say_which_curve_was_run_through_the_samples():
     assert mdr.solve(mdr.Contact(mdr.Sphere(1.0), UNIT), mdr.indent(0.1)).notes == ()
 
 
+def test_a_scatter_that_is_an_offset_is_told_to_make_no_band():
+    r = np.linspace(0.0, 1e-7, 61)
+    for scatter, words in ((np.full(61, 1e-10), "have no width"), (1e-3 * r, "a sensitivity")):
+        tip = mdr.Sampled(r, r**2 / 2e-7, scatter)
+        assert words in mdr.solve(mdr.Contact(tip, UNIT), mdr.indent("1 nm")).notes[-1]
+
+
 def test_bands_smooth_by_the_scatter_and_map_once():
     tip = noisy()
     low, high = shifted(tip, -1.0), shifted(tip, 1.0)

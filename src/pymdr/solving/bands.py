@@ -24,12 +24,25 @@ BAND_NOTE = (
     "bands are the results for the profile lowered and raised by its scatter: a sensitivity, not a confidence "
     "interval; NaN where such a profile is not a disk contact or not known far enough"
 )
+OFFSET_NOTE = (
+    "the scatter is the same at every sample, so that lowered and raised by it the profile moves as a whole and the bands have "
+    "no width; the scatter of the heights above the axis, which is 0 there, gives them one"
+)
 
 
 def scatter_of(profile: Profile) -> bool:
     """Whether a profile has samples with a scatter."""
+    return bool(_scatters(profile))
+
+
+def band_note(profile: Profile) -> str:
+    """What the bands of a profile with a scatter mean."""
+    return BAND_NOTE if any(np.ptp(scatter) > 0.0 for scatter in _scatters(profile)) else OFFSET_NOTE
+
+
+def _scatters(profile: Profile) -> list[FloatArray]:
     parts = profile.parts if isinstance(profile, Sum) else (profile,)
-    return any(isinstance(part, Sampled) and part.scatter is not None for part in parts)
+    return [part.scatter for part in parts if isinstance(part, Sampled) and part.scatter is not None]
 
 
 def with_bands(result: Result, solve: Callable[[Contact], Result]) -> Result:
@@ -58,7 +71,7 @@ def with_bands(result: Result, solve: Callable[[Contact], Result]) -> Result:
         result,
         data=data.merge(labelled(columns)),
         claims=_mean_claims(result.claims, adhesive=result.contact.adhesion is not None),
-        notes=(*result.notes, BAND_NOTE),
+        notes=(*result.notes, band_note(result.contact.profile)),
     )
 
 

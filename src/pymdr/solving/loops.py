@@ -22,7 +22,7 @@ from pymdr.problem.contact import Contact
 from pymdr.problem.laws import Coulomb
 from pymdr.problem.profiles import ForceCurve
 from pymdr.quantities import one_name
-from pymdr.solving.bands import BAND_NOTE, scatter_of, shifted
+from pymdr.solving.bands import band_note, scatter_of, shifted
 from pymdr.solving.closure import is_curve
 from pymdr.solving.frictional import frictional_assumptions, pressed_joint
 from pymdr.solving.reach import map_remark
@@ -252,7 +252,9 @@ def _one_loop(
             columns[f"{name}_low"] = np.where(known, values.min(axis=0), math.nan)
             columns[f"{name}_high"] = np.where(known, values.max(axis=0), math.nan)
         claim = replace(
-            claim, level=Level.APPROXIMATE, reason=f"of the mean profile; {BAND_NOTE}; {claim.reason}"
+            claim,
+            level=Level.APPROXIMATE,
+            reason=f"of the mean profile; {band_note(contact.profile)}; {claim.reason}",
         )
     arrays = {
         name: (dimension, values, {"units": _UNITS[name.removesuffix("_low").removesuffix("_high")]})
