@@ -13,9 +13,9 @@ run: $(READY)
 test: $(READY) check
 	$(BIN)/python -m pytest -n auto --dist worksteal
 
-# the random tests with examples drawn anew, as often as one likes
+# all tests, the long ones too, with random examples drawn anew, as often as one likes
 explore: $(READY)
-	$(BIN)/python -m pytest -n auto --hypothesis-profile=explore
+	$(BIN)/python -m pytest -n auto -m "" --hypothesis-profile=explore
 
 check: $(READY)
 	$(BIN)/ruff check .
@@ -32,7 +32,7 @@ benchmarks: $(READY)
 # small mistakes in the source, and whether a test notices them: hours
 mutants: $(READY)
 	$(BIN)/python -m pip install --quiet --group mutants
-	$(BIN)/python -m pytest -q -n auto --cov=pymdr --cov-context=test --cov-report=
+	$(BIN)/python -m pytest -q -n auto -m "" --cov=pymdr --cov-context=test --cov-report=
 	$(BIN)/python -m tests.mutants
 
 $(READY): pyproject.toml

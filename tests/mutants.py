@@ -156,7 +156,7 @@ def survives(found, place):
     # kernels whose sources did not change need not be compiled again
     kept = place / ("changed" if "compiled" in whole else "cache")
     mutated.write_text(found.source)
-    command = [sys.executable, "-m", "pytest", "-q", "-x", "-n", "0", "-p", "no:cacheprovider"]
+    command = [sys.executable, "-m", "pytest", "-q", "-x", "-n", "0", "-m", "", "-p", "no:cacheprovider"]
     command += asked(found)
     environment = {**os.environ, "PYTHONPATH": str(place / "src"), "CI": "1", "NUMBA_CACHE_DIR": str(kept)}
     try:

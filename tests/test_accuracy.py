@@ -206,6 +206,7 @@ def test_no_result_lies_further_off_than_it_claims(accuracy):
     assert not found.violations, found.table()
 
 
+@pytest.mark.long
 def test_profiles_that_go_on_from_a_slope_as_a_broken_power(accuracy, monkeypatch):
     """f' = c + (r - b)^p beside a breakpoint b, 0.2 < p < 3."""
     draw = accuracy.random_profiles.random_profile

@@ -8,6 +8,8 @@ from pathlib import Path
 
 import pytest
 
+from drawing import first_of
+
 SOURCE = Path(__file__).parent.parent / "src"
 FRICTION = """
 import numpy as np, pymdr as mdr
@@ -47,6 +49,7 @@ def same(done, numbers):
     assert [float(x) for x in done.stdout.split()] == pytest.approx(numbers, rel=1e-12)
 
 
+@pytest.mark.long
 def test_without_a_folder_for_the_cache(numbers, tmp_path):
     """As in an installation that cannot be written, started by a service without HOME; the first call says so."""
     head = "from numba.core import caching\ncaching.CacheImpl._locator_classes = []\n"
@@ -75,6 +78,7 @@ print(round(mdr.fit(gel, curve, ["body.young"]).values["body.young"].value, 3))
 """
 
 
+@pytest.mark.long
 def test_memory_and_fits_without_compiling():
     plain = run(OTHERS, NUMBA_DISABLE_JIT="1")
     same(plain, [float(x) for x in run(OTHERS).stdout.split()])
@@ -98,6 +102,7 @@ def test_any_kernel_that_is_compiled_says_so(module, told, monkeypatch):
     assert compiling._told.is_set() is told
 
 
+@pytest.mark.long
 def test_without_private_parts_of_numba(numbers, tmp_path):
     head = (
         "import builtins\nplain = builtins.__import__\n"
@@ -133,11 +138,13 @@ assert not failures, failures
 
 @pytest.mark.parametrize(
     "code",
-    [
-        "mdr.Sphere('10 mm'); mdr.Elastic('210 GPa', 0.3); mdr.Cone(half_angle='70 deg')",
-        "mdr.solve(mdr.Contact(mdr.Sphere('10 mm'), mdr.Elastic('1 GPa', 0.3)), mdr.load('1 N'))._repr_html_()",
-        "mdr.pull_off(mdr.Contact(mdr.Sphere('1 mm'), mdr.Elastic('1 MPa', 0.3), adhesion=mdr.JKR('50 mJ/m^2')))",
-    ],
+    first_of(
+        [
+            "mdr.Sphere('10 mm'); mdr.Elastic('210 GPa', 0.3); mdr.Cone(half_angle='70 deg')",
+            "mdr.solve(mdr.Contact(mdr.Sphere('10 mm'), mdr.Elastic('1 GPa', 0.3)), mdr.load('1 N'))._repr_html_()",
+            "mdr.pull_off(mdr.Contact(mdr.Sphere('1 mm'), mdr.Elastic('1 MPa', 0.3), adhesion=mdr.JKR('50 mJ/m^2')))",
+        ]
+    ),
 )
 def test_threads_that_begin_together(code):
     for _ in range(2):

@@ -138,6 +138,7 @@ def test_a_loop_of_a_file_by_python_and_by_the_shell(tmp_path):
     assert "force curves" in str(wrong.exception)
 
 
+@pytest.mark.long
 def test_several_loops_share_friction_and_samples_may_be_followed_only():
     record = mdr.read_record(DATA / "joint_record.csv")
     late = record.assign(used=("step", np.arange(record.sizes["step"]) >= 100))
@@ -188,6 +189,7 @@ def small_loop():
     )
 
 
+@pytest.mark.long
 def test_what_a_loop_cannot_tell():
     record = mdr.read_record(DATA / "joint_record.csv")
     with pytest.raises(ProblemError, match=r"tangential stiffness where they stick, .* N/m under 50 N"):

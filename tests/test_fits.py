@@ -101,6 +101,7 @@ def test_the_branch_is_that_of_the_history(shape, log_work, log_machine):
     assert np.array_equal(touches, force != 0.0)
 
 
+@pytest.mark.long
 def test_intervals_hold_what_they_say():
     depth = np.linspace(-1.0, 1.0, 120)
     contact = mdr.Contact(mdr.Paraboloid(1.0), mdr.Elastic(0.75, 0.5))

@@ -549,6 +549,7 @@ def test_what_is_refused():
         mdr.impact(mdr.Contact(wavy, rubber), mass="1 mg", speed="0.1 m/s")
 
 
+@pytest.mark.long
 @settings(deadline=None, max_examples=examples(15))
 @given(viscosity=st.floats(-3.0, 12.0), mass=st.floats(-12.0, 0.0), size=st.floats(-5.0, -1.0))
 @example(viscosity=11.38, mass=-2.88, size=-1.24)

@@ -167,6 +167,7 @@ def test_a_cohesive_zone_ends_at_its_strength():
     assert {colour == ORANGE for colour, x in zip(colours, middles, strict=True) if abs(x) > c} == {False}
 
 
+@pytest.mark.long
 def test_a_million_rows_with_jumps():
     path = mdr.Path(indentation=2e-6 * np.sin(np.arange(1_000_000) * 0.01))
     result = mdr.solve(mdr.Contact(TIP, GEL, adhesion=LAWS[0]), path)

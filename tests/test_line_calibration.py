@@ -29,6 +29,7 @@ def test_loads_do_not_depend_on_last_bits():
     assert loads[0] == loads[1] == loads[2]
 
 
+@pytest.mark.long
 @needs_engine
 def test_two_surfaces_and_one_exponent(tmp_path):
     """The quick form: 65 x 65 pixels; ended and gone on, and the same numbers as by steps of one's own."""

@@ -152,6 +152,7 @@ def test_forces_are_followed_by_the_rings_themselves():
     assert let_go["indentation"][1] > let_go["indentation"][2] > 0.0
 
 
+@pytest.mark.long
 def test_a_deeper_leg_gets_more_rings():
     ball = mdr.Contact(mdr.Paraboloid(1.0), SOLID)
     path = mdr.indent(0.01, duration=0.3, steps=4) >> mdr.indent(0.1, duration=0.5, steps=4)

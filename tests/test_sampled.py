@@ -216,6 +216,7 @@ def test_few_noisy_samples(n):
             assert np.max(np.abs(tip.gap_slope(x) - x)) < 0.05
 
 
+@pytest.mark.long
 def test_a_hundred_thousand_noisy_samples():
     r = np.linspace(0.0, 1.0, 100_001)
     rng = np.random.default_rng(5)

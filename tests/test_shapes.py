@@ -488,6 +488,7 @@ def test_rows_without_an_estimate_keep_their_bound():
         mdr.solve(crest, mdr.load(float(bound[1])))
 
 
+@pytest.mark.long
 @settings(max_examples=5, deadline=None)
 @given(st.floats(3.0, 30.0), st.floats(0.0, 2.0 * math.pi), st.floats(-0.3, 0.3), st.floats(-9.0, 0.0))
 @example(4.18, 0.29, -0.02, 0.0)

@@ -161,6 +161,7 @@ def test_springs_in_time_steps(shape, name):
             assert found.trailing == pytest.approx(a - step * touching[-1], abs=4 * step)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("exponent", [0.1, 0.5, 0.8])
 def test_a_power_of_time_is_the_same_at_every_speed(exponent):
     # E = E1 (t/t1)^-b, a paraboloid: q = 2 E1 (v t1)^b/R [a s^(1-b)/(1-b) - s^(2-b)/((1-b)(2-b))], 0 at s = (2 - b) a

@@ -46,6 +46,7 @@ def test_any_ellipse_is_that_of_hertz_within_the_error_of_the_grid(ratio, size, 
     assert found.largest_difference < 8e-4
 
 
+@pytest.mark.long
 @needs_engine
 @settings(max_examples=3, deadline=None)
 @given(
@@ -99,6 +100,7 @@ def test_what_is_not_known_of_a_body_is_not_judged():
     assert deep.plot().axes
 
 
+@pytest.mark.long
 @needs_engine
 @settings(max_examples=2, deadline=None)
 @given(st.floats(2.2, 5.0), st.floats(0.0, 6.3), st.floats(0.1, 0.6))

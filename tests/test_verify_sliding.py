@@ -27,6 +27,7 @@ def test_verify_sliding_thins_a_long_history():
     ]
 
 
+@pytest.mark.long
 def test_oblique_loading_is_refined():
     joint = mdr.Contact(mdr.Paraboloid("10 mm"), STEEL, STEEL, friction=mdr.Coulomb(0.3))
     found = mdr.verify_sliding(joint, mdr.ramp(indentation="2 um", shift="0.4 um", steps=8), cells=24)
