@@ -16,6 +16,7 @@ from pymdr.line.curves import ElasticLine
 from pymdr.line.foundation import elastic_energy, normal_force, states_at_depth
 from pymdr.line.memory import (
     creep,
+    dividing,
     follow_loads,
     follow_springs,
     follow_travels,
@@ -78,6 +79,21 @@ def test_creep_of_the_references(references):
     rows = creep(PARABOLOID, STANDARD, [0.0, i["t"]], [i["F0"], i["F0"]])
     assert rows.contact_radius[1] == pytest.approx(entry["expected"]["a"], rel=entry["rtol"])
     assert rows.indentation[1] == pytest.approx(entry["expected"]["d"], rel=entry["rtol"])
+
+
+def test_kernels_are_compiled_once_for_arrays_that_can_be_written_and_for_others():
+    t, d = np.array([0.0, 1.0, 2.0]), np.array([0.0, 0.3, 0.1])
+    kept = t.copy(), d.copy()
+    for values in kept:
+        values.flags.writeable = False
+    for times in (t, kept[0]):
+        for depths in (d, kept[1]):
+            follow_springs(PARABOLOID, STANDARD, times, depths, n=20)
+            follow_loads(PARABOLOID, STANDARD, times, depths, n=20)
+            dividing.parts_of(PARABOLOID, STANDARD, times, depths, 0.0, virgin(0.0, 0.0), 0.0, tolerance=0.1)
+    for kernel in (row_kernels.run, row_kernels.divide):
+        given = [tuple(str(kind).replace("readonly ", "") for kind in types) for types in kernel.signatures]
+        assert len(set(given)) == len(given) > 0
 
 
 def orders(errors):

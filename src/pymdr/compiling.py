@@ -35,7 +35,8 @@ def compiled(function: Function, stamp: Stamp | None = None, **options: Any) -> 
     """
     Compile with numba when first called; kept on disk, unless no folder for it can be written.
 
-    Numba keeps compiled code until the file of the outermost function changes; with a stamp, until that does.
+    Numba keeps compiled code until the file of the outermost function changes; with a stamp, until that does. It compiles
+    once more for arrays that cannot be written: callers give copies.
     """
     settings = {"nogil": True, "error_model": "numpy", **options}
     try:

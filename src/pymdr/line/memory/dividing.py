@@ -126,8 +126,8 @@ def parts_of(
         count = row_kernels.divide(
             np.stack([springs.height, springs.share, springs.centre, springs.outer]),
             *laid_out(relaxation, modes),
-            np.ascontiguousarray(t),
-            np.ascontiguousarray(pulled),
+            np.array(t),
+            np.array(pulled),
             machine_stiffness,
             springs.limit,
             np.array([state.time, state.indentation, began]),

@@ -314,8 +314,8 @@ def _follow(
         ran = row_kernels.run(
             table,
             *laid_out(relaxation, modes),
-            np.ascontiguousarray(t[done:stop]),
-            np.ascontiguousarray(target[done:stop]),
+            np.array(t[done:stop]),
+            np.array(target[done:stop]),
             machine,
             springs.limit,
             begin,

@@ -130,7 +130,7 @@ def shear_springs(
         friction,
         *laid_out(tangential, modes),
         given,
-        np.ascontiguousarray(target),
+        np.array(target),
         forced,
         slack,
         state.shift,

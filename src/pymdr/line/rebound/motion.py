@@ -185,7 +185,7 @@ def motion_rows(motion: Motion, time: FloatArray) -> MotionRows:
 
     out = np.zeros((time.size, kernels.READ))
     read: Callable[..., None] = kernels.read
-    read(*_remembered(motion), np.ascontiguousarray(time, dtype=float), out)
+    read(*_remembered(motion), np.array(time, dtype=float), out)
     return MotionRows(*out.T.copy())
 
 
@@ -195,7 +195,7 @@ def branches(motion: Motion, time: FloatArray) -> FloatArray:
 
     out = np.zeros((time.size, motion.relaxation.times.size))
     fill: Callable[..., None] = kernels.extended
-    at = np.ascontiguousarray(time, dtype=float)
+    at = np.array(time, dtype=float)
     fill(motion.relaxation.times.copy(), motion.steps, motion.pulls, motion.steps.shape[0] - 1, at, out)
     return out
 
