@@ -83,7 +83,7 @@ def changes(tree):
     for function in ast.walk(tree):
         if not isinstance(function, ast.FunctionDef):
             continue
-        for node in ast.walk(function):
+        for node in (node for part in function.body for node in ast.walk(part)):
             if isinstance(node, ast.BinOp | ast.BoolOp) and type(node.op) in OPERATORS:
                 yield node, "op"
             elif isinstance(node, ast.Compare) and type(node.ops[0]) in OPERATORS:
@@ -157,7 +157,9 @@ def survives(found, place):
     kept = place / ("changed" if "compiled" in whole else "cache")
     mutated.write_text(found.source)
     command = [sys.executable, "-m", "pytest", "-q", "-x", "-n", "0", "-m", "", "-p", "no:cacheprovider"]
-    command += asked(found)
+    command += ["--rootdir", str(ROOT), "-c", str(ROOT / "pyproject.toml")]
+    # doctests of the source itself would import that, and not the copy
+    command += [str(place / test) if test.startswith("src/") else test for test in asked(found)]
     environment = {**os.environ, "PYTHONPATH": str(place / "src"), "CI": "1", "NUMBA_CACHE_DIR": str(kept)}
     try:
         ended = subprocess.run(

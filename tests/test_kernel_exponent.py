@@ -2,6 +2,7 @@
 
 import math
 
+import mpmath
 import numpy as np
 import pytest
 from hypothesis import example, given, settings
@@ -20,6 +21,7 @@ from pymdr.mapping.equivalent import (
     power_factor,
     without_callables,
 )
+from pymdr.mapping.kernels import arc_above, arc_below, share_above, share_below
 from pymdr.mapping.series import Place
 
 K = st.floats(-0.9, 0.9).filter(lambda k: k != 0.0)
@@ -30,6 +32,27 @@ B = 0.4
 
 def worst(found, exact):
     return float(np.max(np.abs(np.asarray(found) / np.asarray(exact, dtype=float) - 1)))
+
+
+@settings(max_examples=examples(20), deadline=None)
+@given(st.floats(-0.9, 0.9), st.floats(1e-3, 1.0))
+def test_arcs_and_shares_are_their_integrals(k, s):
+    """In variables v = t^(1+k), in which what is integrated is smooth."""
+    p = 1.0 + k
+
+    def integral(smooth, top):
+        return float(mpmath.quad(lambda v: smooth(v ** (1 / p)) / p, [0, top**p]))
+
+    at, rest = np.array([s]), np.array([1.0 - s * s])
+    assert share_above(at, k) == pytest.approx(
+        [integral(lambda u: mpmath.sinc(u) ** k, math.acos(1.0 - s))], rel=1e-13
+    )
+    if s < 0.9:  # beyond that 1 - t^2 is not smooth in v
+        arc = math.cos(k * math.pi / 2) * integral(lambda t: (1 - t * t) ** (-p / 2), s)
+        assert arc_below(at, rest, k) == pytest.approx([arc], rel=1e-12)
+        assert arc_above(at, rest, k) == pytest.approx([math.pi / 2 - arc], rel=1e-12)
+        share = float(mpmath.quad(lambda angle: mpmath.cos(angle) ** k, [0, math.asin(s)]))
+        assert share_below(at, k) == pytest.approx([share], rel=1e-13)
 
 
 # --- quadrature that shares no code ----------------------------------------------------------------------

@@ -85,6 +85,28 @@ def samples(size=1.0, scatter=False):
     )
 
 
+@given(SIZES, st.floats(-6.0, 1.0), st.floats(0.5, 3.0))
+@settings(max_examples=examples(20), deadline=None)
+def test_a_cusp_has_its_slope_on_the_axis(size, log_slope, exponent):
+    """g' = (pi/2) f'(0) of what begins as a cone."""
+    slope = 10.0**log_slope
+    bent = mdr.Function(derivative=lambda r: slope * (1.0 + 0.3 * (r / size) ** exponent))
+    found = equivalent_profile(bent).slope(np.array([0.0, 1e-3 * size, 0.0]))
+    assert found[[0, 2]] == pytest.approx(0.5 * math.pi * slope, rel=1e-9)
+
+
+@given(SIZES, st.lists(st.floats(-300.0, -1.0), min_size=1, max_size=5), st.sampled_from([0.0, 0.3, 0.6]))
+@settings(max_examples=examples(20), deadline=None)
+def test_pressures_beside_a_cusp_are_those_of_its_closed_form(size, decades, k):
+    body = mdr.Graded("1 MPa", depth=size, exponent=k, poisson=1.0 / (2.0 + k)) if k else UNIT
+    r = 10.0 ** np.array(decades) * size
+    found, closed = (
+        mdr.solve(mdr.Contact(tip, body), mdr.indent(size)).field("pressure", r=r).values
+        for tip in (mdr.Function(derivative=lambda r: 0.1 + 0.0 * r), mdr.Cone(slope=0.1))
+    )
+    assert found == pytest.approx(closed, rel=1e-10)
+
+
 PROFILES = st.tuples(st.sampled_from([*SLOPES, "samples"]), SIZES)
 
 

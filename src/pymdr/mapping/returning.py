@@ -402,14 +402,14 @@ def tail_over_root(power: float, slope: float, top: float, r: FloatArray, k: flo
     answer = np.zeros(r.shape)
     if slope == 0.0:
         return answer
-    centre = r < 1e-300
+    centre = r == 0.0
     answer[centre] = slope / (power + k) * top**k if power + k > 0.0 else math.copysign(math.inf, slope)
     s, w = gauss(24)
     loss = 0.5 * (1.0 - k)
     s_first, w_first = gauss(24, -loss)
     for i in np.flatnonzero(~centre & (r < top)):
         radius = float(r[i])
-        octaves = math.ceil(math.log2(top / radius))
+        octaves = math.ceil(math.log2(top) - math.log2(radius))
         edges = np.minimum(radius * 2.0 ** np.arange(octaves + 1.0), top)
         if k == 0.0:
             v = math.sqrt(edges[1] - radius) * s
@@ -419,10 +419,15 @@ def tail_over_root(power: float, slope: float, top: float, r: FloatArray, k: flo
             width = edges[1] - radius
             x = radius + width * s_first
             total = float(((x / top) ** power / (x + radius) ** loss) @ w_first) * width ** (1.0 - loss)
-        x = edges[1:-1, None] + np.diff(edges[1:])[:, None] * s
-        square = (x - radius) * (x + radius)
-        root = np.sqrt(square) if k == 0.0 else square**loss
-        total += float(((x / top) ** power / root @ w) @ np.diff(edges[1:]))
+        octave = np.diff(edges[1:])[:, None]
+        x = edges[1:-1, None] + octave * s
+        # the squares may underflow, and what is divided by their root overflow
+        root = (
+            np.sqrt(x - radius) * np.sqrt(x + radius)
+            if k == 0.0
+            else (x - radius) ** loss * (x + radius) ** loss
+        )
+        total += float(np.sum((x / top) ** power * (octave / root) @ w))
         answer[i] = slope * total
     return answer
 
