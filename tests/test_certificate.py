@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import pymdr as mdr
-from drawing import first_of
+from drawing import examples, first_of
 from pymdr.independent.rings import solve_indentation
 from pymdr.interpretation.certificate import certify_disk, certify_history, noise_words, valid_ranges
 from pymdr.interpretation.disks import disk_depths, holes
@@ -306,6 +306,17 @@ def test_noise_of_samples_is_named_with_its_remedy():
     contact = mdr.Contact(samples, UNIT, friction=mdr.Coulomb(0.3))
     with pytest.raises(mdr.ProblemError, match=r"SmoothingSpline\(\)"):
         mdr.solve(contact, mdr.indent(5e-8) >> mdr.shift(1e-9))
+
+
+@given(st.integers(0, 2**32 - 1), st.sampled_from([60, 200, 500]), st.floats(-9.0, 0.0))
+@settings(max_examples=examples(20), deadline=None)
+def test_falls_that_noise_makes_are_said_to_be_of_noise(seed, count, decades):
+    size = 10.0**decades
+    r = np.linspace(0.0, size, count)
+    noise = 3e-5 * size * np.random.default_rng(seed).standard_normal(count)
+    samples = mdr.Sampled(r, r * r / (2.0 * size) + noise, interpolation=mdr.CubicSpline())
+    words = noise_words(samples, equivalent_profile(samples), 0.1 * size)
+    assert "falls by" not in words or "explains: smooth them" in words
 
 
 def test_adhesive_disks_between_the_steps():

@@ -596,6 +596,28 @@ def test_whether_a_layer_lifts_does_not_depend_on_units(metre, pascal):
     assert here == pytest.approx(there, rel=1e-6)
 
 
+@pytest.mark.parametrize("load", [1.0, 3e4])
+def test_how_much_a_layer_lifts_is_found_also_beside_wide_contacts(load):
+    """By the inverse Hankel transform at many radii around the edge, of springs of the line."""
+    contact = mdr.Contact(mdr.Sphere(1e4), film(0.3, bond="frictionless"))
+    result = mdr.solve(contact, mdr.load(load))
+    lifted = next(one.measure for one in result.assumptions if one.name == "contact of the base")
+    a = float(result["contact_radius"].values[-1])
+    line = line_of(contact.profile, contact.body)
+    x, loads = line.line_load(a, 0.0)
+    h = contact.body.layers[0].thickness
+    nodes, weights = np.polynomial.legendre.leggauss(20)
+    edges = np.linspace(0.0, 40.0 / h, 10 + int(8.0 * a / h))
+    k = (0.5 * (edges[1:] + edges[:-1])[:, None] + 0.5 * np.diff(edges)[:, None] * nodes).ravel()
+    pressed = (
+        k * line.kernel.compliance.pressed_through(k * h) * np.outer(0.5 * np.diff(edges), weights).ravel()
+    )
+    share = pressed * (np.cos(np.outer(k, x)) @ loads)
+    at_edge = j0(np.outer(a + h * np.linspace(-3.0, 3.0, 241), k)) @ share
+    middle = float(share.sum())
+    assert lifted == pytest.approx(-at_edge.min() / max(middle, at_edge.max()), rel=2e-2)
+
+
 def test_a_row_that_does_not_touch_has_radii_beside_one_that_is_refused():
     tip = mdr.TruncatedParaboloid(70.0, flat_radius=1.4)
     on_a_soft_base = film(0.3, young=6.28, base=mdr.Elastic(1.0, 0.3))
