@@ -93,6 +93,8 @@ def test_a_cusp_has_its_slope_on_the_axis(size, log_slope, exponent):
     bent = mdr.Function(derivative=lambda r: slope * (1.0 + 0.3 * (r / size) ** exponent))
     found = equivalent_profile(bent).slope(np.array([0.0, 1e-3 * size, 0.0]))
     assert found[[0, 2]] == pytest.approx(0.5 * math.pi * slope, rel=1e-9)
+    round_one = equivalent_profile(mdr.Function(lambda r: slope * r**2 / (2.0 * size)))
+    assert round_one.slope(np.array([0.0])) == 0.0
 
 
 @given(SIZES, st.lists(st.floats(-300.0, -1.0), min_size=1, max_size=5), st.sampled_from([0.0, 0.3, 0.6]))

@@ -75,14 +75,16 @@ class DerivedSource(SlopeSource):
         return float(self._f(np.zeros(1))[0])
 
     def sample(self, base: FloatArray, offset: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """F' at the rounded radii, and their offsets."""
+        """F' at the rounded radii, and their offsets; NaN on the axis, unless a law stands for f there."""
         r = radii_beside(self.knots, base, offset)
-        self.foresee(float(r.max()))
+        outermost = float(r.max())
+        if outermost > 0.0:
+            self.foresee(outermost)
         answer = np.full(r.shape, math.nan)
         below = r < self.continued
         if below.any() and self._law is not None:
             answer[below] = self._law.slope(r[below])
-        known = ~below & (r <= self._end)
+        known = ~below & (r > 0.0) & (r <= self._end)
         if known.any():
             self._cover(r[known])
             answer[known] = self._value(r[known])
