@@ -308,8 +308,8 @@ def test_noise_of_samples_is_named_with_its_remedy():
         mdr.solve(contact, mdr.indent(5e-8) >> mdr.shift(1e-9))
 
 
-@given(st.integers(0, 2**32 - 1), st.sampled_from([60, 200, 500]), st.floats(-9.0, 0.0))
-@settings(max_examples=examples(20), deadline=None)
+@given(st.integers(0, 2**32 - 1), st.sampled_from([60, 200]), st.floats(-9.0, 0.0))
+@settings(max_examples=examples(9), deadline=None)
 def test_falls_that_noise_makes_are_said_to_be_of_noise(seed, count, decades):
     size = 10.0**decades
     r = np.linspace(0.0, size, count)
