@@ -389,8 +389,8 @@ def _slip_work_error(line: ElasticLine, columns: Mapping[str, FloatArray]) -> Fl
     down = np.where(slips, depth - np.where(slips, line.depth(columns["stick_radius"]), depth), 0.0)
     deepest = np.maximum.accumulate(np.maximum(depth, 0.0))
     with np.errstate(divide="ignore", invalid="ignore"):
-        share = np.nan_to_num(_ROUNDED * deepest / np.maximum.accumulate(down), nan=1.0, posinf=1.0)
-    return np.asarray(np.minimum(share, 1.0) * work / work.max())
+        share = np.fmin(_ROUNDED * deepest / np.maximum.accumulate(down), 1.0)
+    return np.asarray(share * work / work.max())
 
 
 def frictional_assumptions(contact: Contact, mapped: Springs, radii: FloatArray) -> tuple[Assumption, ...]:
