@@ -19,6 +19,7 @@ import pymdr as mdr
 from drawing import examples
 from pymdr.errors import CaseError, FileError, ProblemError, QuantityError, UnitError
 from pymdr.problem.codec import decode_contact
+from pymdr.solving.fits.fitting import estimate
 from pymdr.solving.fits.forces import forces_of, modelled
 from pymdr.solving.fits.searching import hanging
 from pymdr.workbench.cli import app
@@ -194,6 +195,26 @@ def test_bodies_with_memory():
     assert found.plot().axes[0].get_xlabel() == "time $t$ (s)"
     with pytest.raises(ProblemError, match="needs the times"):
         mdr.fit(start, mdr.MeasuredCurve(force=force, indentation=depth), ["body.shear.modulus"])
+
+
+@pytest.mark.parametrize("machine", [None, 0.05])
+def test_memory_is_found_by_tables_as_by_springs(machine, monkeypatch):
+    contact = mdr.Contact(
+        mdr.Paraboloid("5 um"), mdr.Viscoelastic(mdr.StandardSolid("1 kPa", "3 kPa", "0.5 s"), poisson=0.5)
+    )
+    time = np.linspace(0.0, 4.0, 60)
+    way = np.interp(time, [0.0, 1.0, 2.5, 4.0], [-0.5e-6, 1e-6, 1e-6, -0.5e-6])
+    channel = "indentation" if machine is None else "travel"
+    path = mdr.Path(time=time, **{channel: way})
+    force = mdr.solve(contact, path, machine_stiffness=machine)["normal_force"].values
+    force = force + 0.01 * np.ptp(force) * np.random.default_rng(2).normal(size=force.size)
+    curve = mdr.MeasuredCurve(force=force, time=time, spring_constant=machine, **{channel: way + 1e-7})
+    free = ["body.shear.equilibrium", "body.shear.modulus", "body.shear.time"]
+    quick = estimate(contact, curve, free, {"tilt": 0.0})
+    monkeypatch.setattr("pymdr.solving.fits.forces.approach_and_retreat", lambda *given: None)
+    for name, one in estimate(contact, curve, free, {"tilt": 0.0}).values.items():
+        assert quick.values[name].value == pytest.approx(one.value, rel=0.0, abs=0.01 * one.error)
+        assert quick.values[name].error == pytest.approx(one.error, rel=0.01)
 
 
 def test_what_a_curve_cannot_tell():

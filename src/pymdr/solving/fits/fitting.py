@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pymdr.errors import ProblemError
 from pymdr.problem.contact import Contact
@@ -32,7 +33,7 @@ from pymdr.solving.fits.searching import (
     refuse_blind,
     refuse_unsettled,
 )
-from pymdr.solving.fits.starting import Start, starts
+from pymdr.solving.fits.starting import Start, pressed_once, starts
 from pymdr.solving.fits.unexplained import unexplained
 from pymdr.solving.fits.unknowns import (
     BASELINE,
@@ -140,6 +141,17 @@ def fit(
         {CONTACT_POINT: contact_point, SHIFT_ORIGIN: shift_origin, BASELINE: baseline},
         tilt,
     )
+    found = _interpreted(_estimated(search))
+    notes = (f"{marked} samples marked as outliers or saturated are left out",) if marked else ()
+    return replace(found, notes=(*notes, *unexplained(found), *found.notes))
+
+
+def estimate(contact: Contact, curve: MeasuredCurve, free: Free, known: Mapping[str, float]) -> Estimate:
+    """What :func:`fit` finds in one force curve with some origins known, not how far to trust the model: that takes bodies with memory longer than the search."""
+    return _estimated(Search(contact, unknowns_of(contact, free), (_told(curve),), dict(known)))
+
+
+def _estimated(search: Search) -> Estimate:
     misfit, best, wide = _best(search)
     _refuse_unseen(search, misfit, best)
     refuse_blind(search, best)
@@ -150,9 +162,7 @@ def fit(
     refuse_unsettled(minimum[1])
     best = free_numbers(minimum[1], best.size)
     refuse_blind(search, best)
-    found = _interpreted(search, best, minimum, wide)
-    notes = (f"{marked} samples marked as outliers or saturated are left out",) if marked else ()
-    return replace(found, notes=(*notes, *unexplained(found), *found.notes))
+    return _with_errors(search, best, minimum, wide)
 
 
 def _search(
@@ -181,13 +191,7 @@ def _search(
             )
         curves = tuple(one for one in listed if isinstance(one, MeasuredCurve))
         marked = sum(int(one.marked.sum()) for one in curves)
-        for one in curves:
-            for name, column in (("force", one.force), ("depth", one.position)):
-                if float(np.ptp(column)) == 0.0:
-                    raise ProblemError(
-                        f"fit: the {name} of the record does not change: no contact is seen in it"
-                    )
-        curves = tuple(leave_out_marked(one) if one.marked.any() else one for one in curves)
+        curves = tuple(_told(one) for one in curves)
         return Search(contact, unknowns_of(contact, free), curves, origins(given, tilt)), marked
     if given.pop(CONTACT_POINT) is not None or tilt:
         raise ProblemError(
@@ -196,6 +200,40 @@ def _search(
     records = tuple(shear_record(one) for one in listed if isinstance(one, Dataset))
     used = () if all(one.used.all() for one in records) else tuple(one.used for one in records)
     return Search(contact, unknowns_of(contact, free), records, origins(given, False), used), 0
+
+
+def _told(curve: MeasuredCurve) -> MeasuredCurve:
+    """The samples of a record that are not marked; refused where they do not change."""
+    for name, column in (("force", curve.force), ("depth", curve.position)):
+        if float(np.ptp(column)) == 0.0:
+            raise ProblemError(f"fit: the {name} of the record does not change: no contact is seen in it")
+    return leave_out_marked(curve) if curve.marked.any() else curve
+
+
+class Estimate(NamedTuple):
+    """Where a search ended, and what it tells."""
+
+    search: Search
+    best: FloatArray
+    """The free numbers."""
+    minimum: Any
+    """Minimizer and result of lmfit."""
+    values: dict[str, Fitted]
+    contact: Contact
+    """With the values that were found."""
+    models: list[Modelled]
+    felt: NDArray[np.bool_]
+    """Which of the free numbers the record feels."""
+    noise: float
+    """In N."""
+    correlated: float
+    waves: float
+    aicc: float
+
+    @property
+    def deepest(self) -> float:
+        """Largest indentation in m."""
+        return max(float(one.depth.max()) for one in self.models)
 
 
 class _End(NamedTuple):
@@ -209,10 +247,11 @@ class _End(NamedTuple):
 
 
 def _best(search: Search) -> _End:
-    """The smallest misfit that searches from several starts end at."""
+    """The smallest misfit that searches from several starts end at; of bodies with memory about where it lies."""
     quick = _quick_start(search)
+    eased = _eased(search)
     apart = (
-        [starts(search.contact, search.unknowns, curve, search.known, _STARTS) for curve in search.curves]
+        [starts(eased.contact, eased.unknowns, curve, eased.known, _STARTS) for curve in eased.curves]
         if quick is None
         else [[quick[0]]]
     )
@@ -220,10 +259,25 @@ def _best(search: Search) -> _End:
     for rank in range(max(len(found) for found in apart)):
         chosen = [found[min(rank, len(found) - 1)] for found in apart]
         places = [{search.place: one.origin, BASELINE: one.baseline, TILT: one.tilt} for one in chosen]
-        _, found = found_from(search, search.to_free(chosen[0].values.tolist(), places))
+        _, found = found_from(eased, eased.to_free(chosen[0].values.tolist(), places))
         ends.append((float(found.chisqr), free_numbers(found, len(search.names))))
+    misfit, best = min(ends, key=lambda end: end[0])
+    values, origin = eased.from_free(best)
     wide = np.zeros(len(search.names)) if quick is None else quick[1]
-    return _End(*min(ends, key=lambda end: end[0]), wide)
+    return _End(misfit, search.to_free(values.tolist(), origin), wide)
+
+
+def _eased(search: Search) -> Search:
+    """The search with the records of bodies with memory as one approach and one retreat, which are followed far faster, where they are."""
+    if not search.contact.remembers or search.shears:
+        return search
+    curves = [
+        pressed_once(one, search.known.get(BASELINE))
+        for one in search.curves
+        if isinstance(one, MeasuredCurve)
+    ]
+    eased = tuple(one for one in curves if one is not None)
+    return replace(search, curves=eased) if len(eased) == len(search.curves) else search
 
 
 def _quick_start(search: Search) -> tuple[Start, FloatArray] | None:
@@ -298,7 +352,8 @@ def _refuse_unseen(search: Search, misfit: float, best: FloatArray) -> None:
         )
 
 
-def _interpreted(search: Search, best: FloatArray, minimum: Any, wide: FloatArray) -> FitResult:
+def _with_errors(search: Search, best: FloatArray, minimum: Any, wide: FloatArray) -> Estimate:
+    """What a search found, with its errors."""
     from scipy.stats import t as student
 
     residuals = search.residuals(best)
@@ -317,55 +372,70 @@ def _interpreted(search: Search, best: FloatArray, minimum: Any, wide: FloatArra
     errors[felt] = noise * np.sqrt(correlated * np.diag(np.linalg.pinv(along.T @ along))) / scale[felt]
     errors = np.where(wide > _WIDER * errors, wide, errors)
     width = float(student.ppf(0.975, max(independent - p, 1.0)))
-    values = _fitted(search, best, errors, width)
     inner, _ = search.from_free(best)
-    contact = put_into(search.contact, search.unknowns, inner)
-    deepest = max(float(one.depth.max()) for one in models)
-    judged = _judged(contact, search, models[0], deepest, best)
+    return Estimate(
+        search,
+        best,
+        minimum,
+        _fitted(search, best, errors, width),
+        put_into(search.contact, search.unknowns, inner),
+        models,
+        felt,
+        noise,
+        correlated,
+        float(hang.waves[0]),
+        aicc(float((residuals**2).mean()), independent, p),
+    )
+
+
+def _interpreted(found: Estimate) -> FitResult:
+    """How far to trust the model, and what is to be said of the search."""
+    search, values = found.search, found.values
+    result = judged(found)
     left_out = sum(int((~part).sum()) for part in search.used)
     why = "that the record marks" if search.shears else "beside jumps"
     notes: tuple[str, ...] = (f"{left_out} samples {why} are left out",) if left_out else ()
     notes += tuple(
         f"{name} rests at its bound {written(values[name].value, values[name].unit, 4)}: the record asks for what lies beyond, and its "
         "interval is that of the bounds"
-        for name in _at_bounds(search, best)
+        for name in _at_bounds(search, found.best)
     )
     notes += tuple(
         f"the record does not feel its {name}"
-        for name, is_felt in zip(search.names, felt, strict=True)
+        for name, is_felt in zip(search.names, found.felt, strict=True)
         if not is_felt
     )
     return FitResult(
-        contact=contact,
+        contact=found.contact,
         curves=search.curves,
         values=values,
-        data=_table(search, models),
-        noise=noise,
-        waves=float(hang.waves[0]),
-        correlated=correlated,
-        aicc=aicc(float((residuals**2).mean()), independent, p),
-        claims=judged.claims,
-        assumptions=judged.assumptions,
+        data=_table(search, found.models),
+        noise=found.noise,
+        waves=found.waves,
+        correlated=found.correlated,
+        aicc=found.aicc,
+        claims=result.claims,
+        assumptions=result.assumptions,
         notes=notes,
-        references=(*judged.references, LEVENBERG_MARQUARDT, LMFIT),
+        references=(*result.references, LEVENBERG_MARQUARDT, LMFIT),
         search=search,
-        minimum=minimum,
+        minimum=found.minimum,
     )
 
 
-def _judged(contact: Contact, search: Search, first: Modelled, deepest: float, best: FloatArray) -> Result:
+def judged(found: Estimate) -> Result:
     """The contact that was found, where it is pressed deepest; with memory or friction along the whole record."""
-    curve = search.curves[0]
+    contact, curve = found.contact, found.search.curves[0]
     if isinstance(curve, ShearRecord):
-        return curve.solved(contact, search.from_free(best)[1][0][SHIFT_ORIGIN])
+        return curve.solved(contact, found.search.from_free(found.best)[1][0][SHIFT_ORIGIN])
     if contact.remembers:
         assert curve.time is not None
-        return solve(contact, Path(time=curve.time - curve.time[0], indentation=first.depth))
-    if deepest <= 0.0:
+        return solve(contact, Path(time=curve.time - curve.time[0], indentation=found.models[0].depth))
+    if found.deepest <= 0.0:
         raise ProblemError(
             "fit: the bodies touch at no sample; give contact_point, or a record that presses them"
         )
-    return solve(contact, indent(deepest))
+    return solve(contact, indent(found.deepest))
 
 
 def aicc(mean_square: float, independent: float, p: int) -> float:

@@ -14,6 +14,9 @@ import numpy as np
 
 from pymdr.errors import ConvergenceError, ProblemError, PymdrError, QuantityError
 from pymdr.interpretation.validity import SOURCES, Assumption, Claim
+from pymdr.line.curves import ElasticLine
+from pymdr.line.foundation import states_at_depth
+from pymdr.mapping.equivalent import equivalent_profile
 from pymdr.problem.contact import Contact
 from pymdr.problem.laws import DMT
 from pymdr.problem.measured import MeasuredCurve
@@ -37,7 +40,7 @@ from pymdr.solving.fits.asking import (
     empty_columns,
 )
 from pymdr.solving.fits.families import WORK, Ways
-from pymdr.solving.fits.fitting import LEVENBERG_MARQUARDT, LMFIT, fit
+from pymdr.solving.fits.fitting import LEVENBERG_MARQUARDT, LMFIT, Estimate, estimate, judged
 from pymdr.solving.fits.forces import rounded_up
 from pymdr.solving.fits.quick import fit_by_family, reaches
 from pymdr.solving.fits.records import Records, Stretch, records_of
@@ -46,11 +49,11 @@ from pymdr.solving.fits.unexplained import WAVY, range_of_law
 from pymdr.solving.fits.unknowns import (
     BASELINE,
     CONTACT_POINT,
-    TILT,
     Free,
     origins,
     put_into,
 )
+from pymdr.solving.memory import assumptions_with_memory
 from pymdr.solving.reach import assumptions, map_to_line
 from pymdr.solving.verb import solve
 from pymdr.units import FloatArray, QuantityLike, from_si, shown, written
@@ -371,8 +374,8 @@ def _fit_one_by_one(asked: Asked, stretch: Stretch, told: Callable[[int], None] 
             out["ending"][i] = UNREAD
             continue
         try:
-            known = {name: asked.known.get(name) for name in (CONTACT_POINT, BASELINE)}
-            found = fit(asked.contact, curve, asked.free, **known, tilt=TILT not in asked.known)
+            found = estimate(asked.contact, curve, asked.free, asked.known)
+            assumed = _assumed(found)
         except ConvergenceError:
             out["ending"][i] = UNSETTLED
         except PymdrError as error:
@@ -380,12 +383,22 @@ def _fit_one_by_one(asked: Asked, stretch: Stretch, told: Callable[[int], None] 
             refusals.add(str(error))
         else:
             for name in asked.names:
-                out[name][i], out[f"{name}_error"][i] = found[name].value, found[name].error
+                out[name][i], out[f"{name}_error"][i] = found.values[name].value, found.values[name].error
             out["noise"][i], out["correlated"][i] = found.noise, found.correlated
-            out[WAVES][i], out[OF_LIMIT][i] = found.waves, _of_limit(found.assumptions)
-            out["indentation"][i] = float(found.data["indentation"].values.max())
+            out[WAVES][i], out[OF_LIMIT][i] = found.waves, _of_limit(assumed)
+            out["indentation"][i] = found.deepest
             out["ending"][i] = FOUND
     return FittedStretch(out, frozenset(refusals))
+
+
+def _assumed(found: Estimate) -> tuple[Assumption, ...]:
+    """What the model assumes of a curve; for bodies with memory without the history, which takes longer than the search."""
+    if not found.contact.remembers:
+        return judged(found).assumptions
+    line = ElasticLine(equivalent_profile(found.contact.profile), 1.0)
+    return assumptions_with_memory(
+        found.contact, states_at_depth(line, [max(found.deepest, 0.0)]).contact_radius
+    )
 
 
 def _of_limit(assumed: Sequence[Assumption]) -> float:
