@@ -217,6 +217,30 @@ def test_memory_is_found_by_tables_as_by_springs(machine, monkeypatch):
         assert quick.values[name].error == pytest.approx(one.error, rel=0.01)
 
 
+def test_a_record_without_memory_tells_what_it_determines():
+    body = mdr.Viscoelastic(mdr.StandardSolid("1 kPa", "3 kPa", "0.5 s"), poisson=0.5)
+    time = np.linspace(0.0, 2.0, 80)
+    depth = np.interp(time, [0.0, 1.0, 2.0], [-0.5e-6, 1e-6, -0.5e-6])
+    plain = mdr.Contact(mdr.Paraboloid("5 um"), mdr.Elastic("3 kPa", 0.5))
+    force = mdr.solve(plain, mdr.Path(indentation=depth))["normal_force"].values
+    curve = mdr.MeasuredCurve(force=force, indentation=depth, time=time)
+    free = ["body.shear.equilibrium", "body.shear.modulus", "body.shear.time"]
+    with pytest.raises(ProblemError, match=r"does not feel .*body\.shear\.time|cannot tell"):
+        mdr.fit(mdr.Contact(plain.profile, body), curve, free)
+
+
+def test_a_layer_of_another_size_is_refused_in_words():
+    def on(thickness, young):
+        return mdr.Contact(
+            mdr.Paraboloid("5 um"), mdr.Layered([mdr.Layer(mdr.Elastic(young, 0.5), thickness)])
+        )
+
+    curve = recorded(on("1 um", "3 kPa"), np.linspace(-0.4e-6, 0.6e-6, 60), None, 0.01, 1)
+    free = ["body.layers[0].material.young", "body.layers[0].thickness"]
+    with pytest.raises(ProblemError, match=r"thickness that is not between 2 µm and 200 µm"):
+        mdr.fit(on("20 um", "10 kPa"), curve, free)
+
+
 def test_what_a_curve_cannot_tell():
     curve = recorded(JKR, np.linspace(1.5e-6, -2e-6, 300), None, 0.005, 1)
     with pytest.raises(

@@ -17,7 +17,7 @@ from pymdr.problem.measured import MeasuredCurve
 from pymdr.problem.paths import Path, indent
 from pymdr.result import Result, labelled
 from pymdr.solving.curves import leave_out_marked
-from pymdr.solving.fits.asking import FOUND, NO_CONTACT, SEEN, Asked
+from pymdr.solving.fits.asking import AT_END, FOUND, NO_CONTACT, SEEN, Asked
 from pymdr.solving.fits.families import Ladder, Ways, whole_ladder
 from pymdr.solving.fits.found import FitResult, Fitted, force_of
 from pymdr.solving.fits.loops import NORMAL, ShearRecord, shear_record
@@ -154,7 +154,8 @@ def estimate(contact: Contact, curve: MeasuredCurve, free: Free, known: Mapping[
 def _estimated(search: Search) -> Estimate:
     misfit, best, wide = _best(search)
     _refuse_unseen(search, misfit, best)
-    refuse_blind(search, best)
+    if not search.contact.remembers:  # whose end is only about the best
+        refuse_blind(search, best)
     used = search.used or beside_jumps(search.models(best), search)
     if not all(part.all() for part in used):
         search = replace(search, used=used)
@@ -298,6 +299,8 @@ def _quick_start(search: Search) -> tuple[Start, FloatArray] | None:
             f"fit: no contact is seen in the record: one without any leaves squares that are larger by less than {SEEN:g} variances of "
             "the noise; press deeper, mark outliers (mark_outliers), or see with orient(curve) whether a sign is turned"
         )
+    if found["ending"][0] == AT_END:
+        _refuse_beyond_layers(asked, ways, stretch)
     if found["ending"][0] != FOUND:
         return None
     origin = {name: float(found[name][0]) for name in asked.origins}
@@ -305,6 +308,19 @@ def _quick_start(search: Search) -> tuple[Start, FloatArray] | None:
     scales = [*(u.rate(float(v)) for u, v in zip(unknowns, values, strict=True)), *search.origin_scales]
     errors = np.array([found[f"{name}_error"][0] for name in asked.names]) / scales
     return Start(0.0, values, *(origin.get(name, 0.0) for name in (CONTACT_POINT, BASELINE, TILT))), errors
+
+
+def _refuse_beyond_layers(asked: Asked, ways: Ways, stretch: Stretch) -> None:
+    """Refuse a length of layers that is beyond all that are tried: each of the hundreds of steps towards it would map the layers anew."""
+    number = ways.number
+    if asked.contact.layered is None or number is None or not number.is_size or math.isfinite(number.high):
+        return
+    tried = whole_ladder(asked.contact, number, float(reaches(stretch)[0]))
+    low, high = (written(number.from_free(free), number.unit, 4) for free in (tried.first, tried.last))
+    raise ProblemError(
+        f"fit: the record asks for a {number.name} that is not between {low} and {high}, a tenth and ten times what the contact says: begin nearer to it, give "
+        "bounds in free, or leave it out of free; where it has no end, the record tells only a combination with the modulus, or of another law"
+    )
 
 
 def _nearby(asked: Asked, ways: Ways, stretch: Stretch) -> Asked:

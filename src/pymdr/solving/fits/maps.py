@@ -6,6 +6,7 @@ import math
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
@@ -25,10 +26,12 @@ from pymdr.problem.paths import indent
 from pymdr.problem.schedule import Progress
 from pymdr.quantities import one_name
 from pymdr.result import Result
+from pymdr.solving.curves.marking import FLAT, SHORTEST, mark_saturated
 from pymdr.solving.fits.asking import (
     ENDINGS,
     FOUND,
     OF_LIMIT,
+    PLATEAU,
     REFUSED,
     UNREAD,
     UNSETTLED,
@@ -38,6 +41,7 @@ from pymdr.solving.fits.asking import (
     FittedStretch,
     asked_of,
     empty_columns,
+    leave_untold_out,
 )
 from pymdr.solving.fits.families import WORK, Ways
 from pymdr.solving.fits.fitting import LEVENBERG_MARQUARDT, LMFIT, Estimate, estimate, judged
@@ -359,8 +363,28 @@ def _shared(
 def _fit_stretch(asked: Asked, stretch: Stretch, told: Callable[[int], None] | None = None) -> FittedStretch:
     """What was found in some curves."""
     if asked.ways is not None:
-        return fit_by_family(asked, asked.ways, stretch)
-    return _fit_one_by_one(asked, stretch, told)
+        fitted = fit_by_family(asked, asked.ways, stretch)
+    else:
+        fitted = _fit_one_by_one(asked, stretch, told)
+    fitted.columns[PLATEAU][:] = _plateaus(stretch)
+    leave_untold_out(asked, fitted.columns)
+    return fitted
+
+
+def _plateaus(stretch: Stretch) -> FloatArray:
+    """How many samples of each curve have its largest force while it is pressed on."""
+    force = stretch.force
+    with np.errstate(invalid="ignore"):
+        largest, least = np.fmax.reduce(force, axis=1), np.fmin.reduce(force, axis=1)
+        near = force >= (largest - 1.01 * FLAT * (largest - least))[:, None]
+    if force.shape[1] < SHORTEST:
+        return np.zeros(len(force))
+    long = np.logical_and.reduce([near[:, i : near.shape[1] - SHORTEST + 1 + i] for i in range(SHORTEST)])
+    counts = np.zeros(len(force))
+    for i in np.flatnonzero(long.any(axis=1)):
+        with suppress(PymdrError):
+            counts[i] = mark_saturated(stretch.curve(int(i))).marked.sum()
+    return counts
 
 
 def _fit_one_by_one(asked: Asked, stretch: Stretch, told: Callable[[int], None] | None) -> FittedStretch:
@@ -477,6 +501,12 @@ def _interpreted(asked: Asked, records: Records, fitted: FittedStretch) -> Fitte
             WAVES,
             WAVY,
             "leave waves larger than their noise (waves): another law, a work of adhesion, a layer or a drift may be missing",
+        ),
+        (
+            PLATEAU,
+            0.0,
+            "have samples at their largest force while the depth changes (plateau): where the detector had run out of range, set them to nan, or read the "
+            "files by read_records, which leaves them out",
         ),
         (OF_LIMIT, 1.0, "lie beyond a limit of what the model assumes (of_limit)"),
     ):
