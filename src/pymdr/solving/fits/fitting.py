@@ -264,7 +264,8 @@ def _best(search: Search) -> _End:
         ends.append((float(found.chisqr), free_numbers(found, len(search.names))))
     misfit, best = min(ends, key=lambda end: end[0])
     values, origin = eased.from_free(best)
-    wide = np.zeros(len(search.names)) if quick is None else quick[1]
+    pulled = quick if search.contact.adhesion is not None else None
+    wide = np.zeros(len(search.names)) if pulled is None else pulled[1]
     return _End(misfit, search.to_free(values.tolist(), origin), wide)
 
 
@@ -291,7 +292,7 @@ def _quick_start(search: Search) -> tuple[Start, FloatArray] | None:
     if ways is None or not unknowns or len(curves.curves) != 1:
         return None
     stretch = curves.read(0, 1)
-    if isinstance(search.contact.adhesion, MaugisDugdale):
+    if isinstance(search.contact.adhesion, MaugisDugdale) or _is_of_layers(asked, ways):
         asked = _nearby(asked, ways, stretch)
     found = fit_by_family(asked, ways, stretch).columns
     if found["ending"][0] == NO_CONTACT:
@@ -310,10 +311,15 @@ def _quick_start(search: Search) -> tuple[Start, FloatArray] | None:
     return Start(0.0, values, *(origin.get(name, 0.0) for name in (CONTACT_POINT, BASELINE, TILT))), errors
 
 
+def _is_of_layers(asked: Asked, ways: Ways) -> bool:
+    """Whether a length is looked for on layers, which are mapped anew for each."""
+    return asked.contact.layered is not None and ways.number is not None and ways.number.unit == "m"
+
+
 def _refuse_beyond_layers(asked: Asked, ways: Ways, stretch: Stretch) -> None:
-    """Refuse a length of layers that is beyond all that are tried: each of the hundreds of steps towards it would map the layers anew."""
+    """Refuse a length on layers that is beyond all that are tried, towards which there would be hundreds of steps."""
     number = ways.number
-    if asked.contact.layered is None or number is None or not number.is_size or math.isfinite(number.high):
+    if number is None or not _is_of_layers(asked, ways) or math.isfinite(number.high):
         return
     tried = whole_ladder(asked.contact, number, float(reaches(stretch)[0]))
     low, high = (written(number.from_free(free), number.unit, 4) for free in (tried.first, tried.last))
@@ -326,11 +332,13 @@ def _refuse_beyond_layers(asked: Asked, ways: Ways, stretch: Stretch) -> None:
 def _nearby(asked: Asked, ways: Ways, stretch: Stretch) -> Asked:
     """The same on a short ladder of fine steps, about what one of coarse steps tells: members of the family take long."""
     number = ways.number
-    if number is None or ways.work is None:
+    if number is None or (ways.work is None and not _is_of_layers(asked, ways)):
         return asked
     whole = whole_ladder(asked.contact, number, float(reaches(stretch)[0]))
     coarse = replace(asked, ladder=whole._replace(rungs=_COARSE))
     found = fit_by_family(coarse, ways, stretch).columns
+    if found["ending"][0] == AT_END:
+        _refuse_beyond_layers(asked, ways, stretch)
     if found["ending"][0] != FOUND:
         return asked
     (middle,) = ways.numbers(np.array([[found[u.name][0] for u in asked.unknowns]]))

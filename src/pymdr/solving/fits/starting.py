@@ -135,10 +135,11 @@ def pressed_once(curve: MeasuredCurve, baseline: float | None) -> MeasuredCurve 
 
 
 def _risen(values: FloatArray) -> FloatArray:
-    """Values that do not fall: the means of the largest before and the smallest after each."""
-    before = np.maximum.accumulate(values)
-    after = np.minimum.accumulate(values[::-1])[::-1]
-    return np.asarray(0.5 * (before + after))
+    """Values that rise, straight between the middles of the stretches in which the largest before and the smallest after are the same."""
+    even = 0.5 * (np.maximum.accumulate(values) + np.minimum.accumulate(values[::-1])[::-1])
+    first = np.flatnonzero(np.diff(even, prepend=-np.inf) > 0.0)
+    last = np.append(first[1:], even.size) - 1
+    return np.interp(np.arange(even.size), 0.5 * (first + last), even[first])
 
 
 def _sheared_starts(
