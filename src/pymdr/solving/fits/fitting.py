@@ -34,6 +34,7 @@ from pymdr.solving.fits.searching import (
     refuse_unsettled,
 )
 from pymdr.solving.fits.starting import Start, pressed_once, starts
+from pymdr.solving.fits.timing import refuse_untimed
 from pymdr.solving.fits.unexplained import unexplained
 from pymdr.solving.fits.unknowns import (
     BASELINE,
@@ -162,6 +163,11 @@ def _estimated(search: Search) -> Estimate:
     minimum = found_from(search, best)
     refuse_unsettled(minimum[1])
     best = free_numbers(minimum[1], best.size)
+    values, _ = search.from_free(best)
+    found = put_into(search.contact, search.unknowns, values)
+    if found.remembers:
+        times = [one.time for one in search.curves if one.time is not None]
+        refuse_untimed(found, search.unknowns, values, times)
     refuse_blind(search, best)
     return _with_errors(search, best, minimum, wide)
 
