@@ -31,9 +31,10 @@ from pymdr.solving.fits.searching import (
     free_numbers,
     hanging,
     refuse_blind,
+    refuse_lost,
     refuse_unsettled,
 )
-from pymdr.solving.fits.starting import Start, pressed_once, starts
+from pymdr.solving.fits.starting import Start, is_pressed_once, pressed_once, starts
 from pymdr.solving.fits.timing import refuse_untimed
 from pymdr.solving.fits.unexplained import unexplained
 from pymdr.solving.fits.unknowns import (
@@ -257,6 +258,8 @@ def _best(search: Search) -> _End:
     """The smallest misfit that searches from several starts end at; of bodies with memory about where it lies."""
     quick = _quick_start(search)
     eased = _eased(search)
+    once = all(isinstance(one, MeasuredCurve) and is_pressed_once(one) for one in search.curves)
+    followed = search if once else eased
     apart = (
         [starts(eased.contact, eased.unknowns, curve, eased.known, _STARTS) for curve in eased.curves]
         if quick is None
@@ -266,10 +269,10 @@ def _best(search: Search) -> _End:
     for rank in range(max(len(found) for found in apart)):
         chosen = [found[min(rank, len(found) - 1)] for found in apart]
         places = [{search.place: one.origin, BASELINE: one.baseline, TILT: one.tilt} for one in chosen]
-        _, found = found_from(eased, eased.to_free(chosen[0].values.tolist(), places))
+        _, found = found_from(followed, followed.to_free(chosen[0].values.tolist(), places))
         ends.append((float(found.chisqr), free_numbers(found, len(search.names))))
     misfit, best = min(ends, key=lambda end: end[0])
-    values, origin = eased.from_free(best)
+    values, origin = followed.from_free(best)
     pulled = quick if search.contact.adhesion is not None else None
     wide = np.zeros(len(search.names)) if pulled is None else pulled[1]
     return _End(misfit, search.to_free(values.tolist(), origin), wide)
@@ -301,6 +304,9 @@ def _quick_start(search: Search) -> tuple[Start, FloatArray] | None:
     if isinstance(search.contact.adhesion, MaugisDugdale) or _is_of_layers(asked, ways):
         asked = _nearby(asked, ways, stretch)
     found = fit_by_family(asked, ways, stretch).columns
+    if found["ending"][0] == AT_END and asked.ladder is not None and _is_of_layers(asked, ways):
+        # coarse steps may have told of another place
+        found = fit_by_family(replace(asked, ladder=None), ways, stretch).columns
     if found["ending"][0] == NO_CONTACT:
         raise ProblemError(
             f"fit: no contact is seen in the record: one without any leaves squares that are larger by less than {SEEN:g} variances of "
@@ -343,8 +349,6 @@ def _nearby(asked: Asked, ways: Ways, stretch: Stretch) -> Asked:
     whole = whole_ladder(asked.contact, number, float(reaches(stretch)[0]))
     coarse = replace(asked, ladder=whole._replace(rungs=_COARSE))
     found = fit_by_family(coarse, ways, stretch).columns
-    if found["ending"][0] == AT_END:
-        _refuse_beyond_layers(asked, ways, stretch)
     if found["ending"][0] != FOUND:
         return asked
     (middle,) = ways.numbers(np.array([[found[u.name][0] for u in asked.unknowns]]))
@@ -395,6 +399,7 @@ def _with_errors(search: Search, best: FloatArray, minimum: Any, wide: FloatArra
     hang = hanging(residuals[None, :], np.array([span]))
     correlated = float(hang.correlated[0])
     independent = n / correlated
+    refuse_lost(search, best, slopes, noise * math.sqrt(correlated))
     scale = np.linalg.norm(slopes, axis=0)
     felt = scale > _UNFELT * scale.max()
     along = slopes[:, felt] / scale[felt]

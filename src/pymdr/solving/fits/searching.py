@@ -27,6 +27,9 @@ _LAGS = 32
 _SIGNIFICANT, _FLAT = 5.0, 1e-4
 _BLIND = 1e-6
 """Of the largest: singular values of unknowns that a record cannot tell apart."""
+_LOST = math.log(1e3)
+_ALONE = 0.05
+"""Of the unknown that moves most: what the others take part in."""
 _BEYOND = 1e6
 """Times the start: a size that nothing holds back."""
 _POOR = 10.0
@@ -231,11 +234,7 @@ def refuse_blind(search: Search, free: FloatArray) -> None:
     ProblemError
         With what they do determine.
     """
-    slopes, n = search.slopes(free), len(search.unknowns)
-    own, origin = slopes[:, :n], slopes[:, n:]
-    sizes = np.linalg.norm(own, axis=0)
-    if origin.shape[1]:
-        own = own - origin @ np.linalg.lstsq(origin, own, rcond=None)[0]
+    own, sizes = _own_slopes(search, search.slopes(free))
     left = np.linalg.norm(own, axis=0)
     unfelt = left <= _BLIND * np.maximum(sizes, sizes.max())
     if unfelt.any():
@@ -245,6 +244,38 @@ def refuse_blind(search: Search, free: FloatArray) -> None:
         return
     direction = rows[-1] / np.linalg.norm(own, axis=0)
     raise ProblemError(_combination(search, free, direction / np.abs(direction).max()))
+
+
+def refuse_lost(search: Search, free: FloatArray, slopes: FloatArray, noise: float) -> None:
+    """
+    Refuse sizes that the noise of records, in N, moves by more than a factor of a thousand.
+
+    Raises
+    ------
+    ProblemError
+        With what the records do determine.
+    """
+    if not all(u.is_size for u in search.unknowns) or not search.unknowns:
+        return
+    own, _ = _own_slopes(search, slopes)
+    _, singular, rows = np.linalg.svd(own, full_matrices=False)
+    if noise <= _LOST * singular[-1]:
+        return
+    weakest = rows[-1] / np.abs(rows[-1]).max()
+    if np.count_nonzero(np.abs(weakest) > _ALONE) > 1:
+        raise ProblemError(_combination(search, free, np.where(np.abs(weakest) > _ALONE, weakest, 0.0)))
+    lost = np.abs(weakest) == 1.0
+    raise ProblemError(_unfelt(search, free, lost))
+
+
+def _own_slopes(search: Search, slopes: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Rates of the residuals over the unknowns, without what the origins of the records take up, and how large they were with that."""
+    n = len(search.unknowns)
+    own, origin = slopes[:, :n], slopes[:, n:]
+    sizes = np.linalg.norm(own, axis=0)
+    if origin.shape[1]:
+        own = own - origin @ np.linalg.lstsq(origin, own, rcond=None)[0]
+    return own, sizes
 
 
 def _unfelt(search: Search, free: FloatArray, unfelt: BoolArray) -> str:

@@ -116,30 +116,40 @@ def starts(
     return sorted(found, key=lambda start: start.misfit)[:count]
 
 
+def is_pressed_once(curve: MeasuredCurve) -> bool:
+    """Whether what was measured rises and then falls, without noise."""
+    steps, deepest = np.diff(curve.position), int(np.argmax(curve.position))
+    return bool((steps[:deepest] >= 0.0).all() and (steps[deepest:] <= 0.0).all())
+
+
 def pressed_once(curve: MeasuredCurve, baseline: float | None) -> MeasuredCurve | None:
     """
     The indentations of a record as one approach and one retreat, without their noise; None where it is something else, or has no times.
 
-    Its contact point is about that of the travels.
+    Its contact point is about that of the travels. A record that is one already, of indentations, is itself.
     """
+    if curve.compliance == 0.0 and is_pressed_once(curve):
+        return curve
     if curve.time is None:
         return None
     apart = np.argsort(curve.position)[: max(1, curve.force.size // 10)]
     base = float(np.median(curve.force[apart])) if baseline is None else baseline
     depth = curve.position - curve.compliance * (curve.force - base)
     deepest = int(np.argmax(depth))
-    eased = np.concatenate([_risen(depth[: deepest + 1]), -_risen(-depth[deepest:])[1:]])
+    eased = np.concatenate([_risen(depth[: deepest + 1]), _risen(depth[deepest:][::-1])[::-1][1:]])
     if float(np.sqrt(np.mean((eased - depth) ** 2))) > _WANDERS * float(np.ptp(depth)):
         return None
     return MeasuredCurve(force=curve.force, indentation=eased, time=curve.time)
 
 
 def _risen(values: FloatArray) -> FloatArray:
-    """Values that rise, straight between the middles of the stretches in which the largest before and the smallest after are the same."""
+    """Values that rise up to a last stretch, straight between the middles of those in which the largest before and the smallest after are the same."""
     even = 0.5 * (np.maximum.accumulate(values) + np.minimum.accumulate(values[::-1])[::-1])
     first = np.flatnonzero(np.diff(even, prepend=-np.inf) > 0.0)
     last = np.append(first[1:], even.size) - 1
-    return np.interp(np.arange(even.size), 0.5 * (first + last), even[first])
+    middle = 0.5 * (first + last)
+    middle[-1] = first[-1]
+    return np.interp(np.arange(even.size), middle, even[first])
 
 
 def _sheared_starts(

@@ -13,6 +13,7 @@ from pymdr.problem.rheology import SpringsAndDashpots
 from pymdr.solving.fits.unknowns import Unknown
 from pymdr.units import FloatArray, written
 
+_NOTHING = 1e-6
 _BEYOND = 100.0
 """How many times shorter than the steps of a record, or longer than it, a time is that leaves no trace of its own."""
 
@@ -49,14 +50,20 @@ def refuse_untimed(
             continue
         kernel = shear.kernel()
         modulus = float(kernel.moduli[np.argmin(np.abs(np.log(kernel.times / value)))])
-        told = (
-            f"so short that the records tell only its modulus times it, {written(modulus * value, 'Pa*s', 4)}, as of a dashpot (KelvinVoigt)"
-            if value < step
-            else "so long that the records tell only the sum with the equilibrium modulus, "
-            f"{written(kernel.equilibrium + modulus, 'Pa', 4)}"
-        )
+        end = "below" if value < step else "above"
+        limit = step / _BEYOND if value < step else span * _BEYOND
         raise ProblemError(
-            f"fit: the record asks for {unknown.name} {'below' if value < step else 'above'} "
-            f"{written(step / _BEYOND if value < step else span * _BEYOND, 's', 3)}, and has steps of {written(step, 's', 3)} over {written(span, 's', 3)}: "
-            f"{told}; take a law without it, or give bounds in free"
+            f"fit: the record asks for {unknown.name} {end} {written(limit, 's', 3)}, and has steps of {written(step, 's', 3)} over {written(span, 's', 3)}: it tells only "
+            f"{_told(kernel.equilibrium, modulus, value, step)}; take a law without it, or give bounds in free"
         )
+
+
+def _told(equilibrium: float, modulus: float, time: float, step: float) -> str:
+    """What a record tells of a relaxation far outside of it."""
+    if time > step:
+        return (
+            f"the sum of its modulus and the equilibrium modulus, {written(equilibrium + modulus, 'Pa', 4)}"
+        )
+    if modulus * time < _NOTHING * equilibrium * step:
+        return f"the equilibrium modulus, {written(equilibrium, 'Pa', 4)}"
+    return f"its modulus times it, {written(modulus * time, 'Pa*s', 4)}, as of a dashpot (KelvinVoigt)"
