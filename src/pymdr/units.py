@@ -290,7 +290,7 @@ def _read_text(text: str, unit: str, name: str) -> float:
 
 
 def _is_pint(value: object) -> bool:
-    return "pint" in sys.modules and hasattr(value, "dimensionality") and isinstance(value, HasUnits)
+    return hasattr(value, "dimensionality") and "pint" in sys.modules and isinstance(value, HasUnits)
 
 
 def _read_pint(value: Any, unit: str, name: str) -> Any:

@@ -82,8 +82,8 @@ class FittedMap:
     """
     Over the grid of the curves: what was found by its name and its standard error as ``..._error``, NaN where nothing was;
     ``noise`` (N), ``waves`` (see :attr:`pymdr.FitResult.waves`), ``correlated``, ``indentation`` (m, the largest), ``of_limit``, the
-    largest measure of what the model assumes of each curve in parts of its limit (above 1 the curve lies beyond), and ``ending``,
-    a number whose meaning stands in its attributes.
+    largest measure of what the model assumes of each curve in parts of its limit (above 1 the curve lies beyond), ``plateau``, the
+    samples at the largest force while the depth changes, and ``ending``, a number whose meaning stands in its attributes.
     """
     names: tuple[str, ...]
     """What was looked for."""
