@@ -161,6 +161,7 @@ def _mark(asked: Asked, records: Records, total: int) -> str:
         "free": [[u.name, u.low, u.high] for u in asked.unknowns],
         "known": dict(asked.known),
         "shape": list(records.shape),
+        "told": list(asked.units),
     }
     mark = hashlib.sha256(json.dumps(work, sort_keys=True).encode())
     for first in (0, total - 1):
