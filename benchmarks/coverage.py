@@ -49,6 +49,15 @@ def _sticky(law, tip=TIP, machine=None):
     return Study(true, start, ("body.young", "adhesion.work"), machine)
 
 
+def _relaxing(machine=None):
+    return Study(
+        mdr.Contact(TIP, _slow("1 kPa", "2 kPa", "0.5 s")),
+        mdr.Contact(TIP, _slow("3 kPa", "3 kPa", "0.2 s")),
+        ("body.shear.equilibrium", "body.shear.modulus", "body.shear.time"),
+        machine,
+    )
+
+
 STUDIES = {
     "Hertz": Study(
         mdr.Contact(TIP, mdr.Elastic("3 kPa", 0.5)),
@@ -71,11 +80,8 @@ STUDIES = {
         mdr.Contact(TIP, _on("5 um", "10 kPa")),
         ("body.layers[0].material.young", "body.layers[0].thickness"),
     ),
-    "memory": Study(
-        mdr.Contact(TIP, _slow("1 kPa", "2 kPa", "0.5 s")),
-        mdr.Contact(TIP, _slow("3 kPa", "3 kPa", "0.2 s")),
-        ("body.shear.equilibrium", "body.shear.modulus", "body.shear.time"),
-    ),
+    "memory": _relaxing(),
+    "memory on a machine": _relaxing(0.05),
 }
 
 
@@ -89,13 +95,7 @@ def records(study, count, seed):
     rng = np.random.default_rng(seed)
     slow = study.true.remembers
     way = HELD if slow else WAY
-    path = (
-        mdr.Path(time=TIME, indentation=way)
-        if slow
-        else mdr.Path(travel=way)
-        if study.machine
-        else mdr.Path(indentation=way)
-    )
+    path = mdr.Path(**{"travel" if study.machine else "indentation": way}, **({"time": TIME} if slow else {}))
     force = mdr.solve(study.true, path, machine_stiffness=study.machine)["normal_force"].values
     noisy = (
         force

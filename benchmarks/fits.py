@@ -1,12 +1,20 @@
 """Fits of force curves: maps on all cores against an own loop over solve, lmfit, and nanite where it can be imported.
 
+``python -m benchmarks.fits --curves 65536`` times whole maps in a process of their own, from arrays in Zarr into a folder, with the most memory that it
+takes; kills one in the middle, goes on, and says whether the numbers are the same. ``--law Hertz`` or ``"JKR, measured tip"`` takes one of them.
+
 nanite (GPL: only held against) may stand in an environment of its own of the same Python, whose packages come after those here:
 ``NANITE=/path/to/site-packages python -m benchmarks fits``.
 """
 
+import argparse
 import os
 import pathlib
+import resource
+import subprocess
 import sys
+import tempfile
+import time
 from collections.abc import Iterator
 
 import numpy as np
@@ -22,6 +30,13 @@ CORES = os.cpu_count() or 1
 _COPIES = 20
 _RADII = np.linspace(0.0, 5e-6, 60)
 WORN = mdr.Sampled(_RADII, _RADII**2 / 1e-5 + 2e-8 * np.sin(_RADII / 4e-7) ** 2)
+
+
+MAPS = {
+    "Hertz": (TIP, None, ("body.young",)),
+    "JKR, measured tip": (WORN, 1e-3, ("body.young", "adhesion.work")),
+}
+_SIDE, _KINDS, _KIBIBYTE = 256, 16, 1024
 
 
 def contact(tip, young, work=None):
@@ -158,3 +173,101 @@ def ratios() -> Iterator[Ratio]:
         "aim 0.7 ms; 65536 curves in 60 s are 0.92 ms",
     )
     yield from measured()
+
+
+def store_of(law, curves, samples, folder):
+    """A Zarr store of a map of 16 contacts in turns, each curve with noise of 1 % of its own, written a row of 256 at a time."""
+    tip, work, _ = MAPS[law]
+    rng = np.random.default_rng(0)
+    half = samples // 2
+    way = np.concatenate([np.linspace(-1e-6, 1e-6, half), np.linspace(1e-6, -2e-6, samples - half)])
+    path = mdr.Path(travel=way)
+    kinds = np.array(
+        [
+            mdr.solve(
+                contact(tip, young, None if work is None else 7e-8 * young), path, machine_stiffness=SPRING
+            )["normal_force"].values
+            for young in np.geomspace(1e3, 1e4, _KINDS)
+        ]
+    )
+    for first in range(0, curves, _SIDE):
+        force = kinds[np.arange(first, first + _SIDE) % _KINDS]
+        force = force + 0.01 * np.ptp(force, axis=1)[:, None] * rng.normal(size=force.shape)
+        row = xr.Dataset({"force": (("y", "x", "sample"), force[None], {"units": "N"})})
+        if first == 0:
+            row = row.assign(
+                travel=("sample", way, {"units": "m"}), spring_constant=((), SPRING, {"units": "N/m"})
+            )
+            row.to_zarr(
+                folder, mode="w", consolidated=False, encoding={"force": {"chunks": (1, _SIDE, samples)}}
+            )
+        else:
+            row.to_zarr(folder, append_dim="y", consolidated=False)
+
+
+def fit_store(law, curves, folder):
+    """Fit a store into a folder and print how many are done as they are, then the seconds, those of all processors, and the most memory in MB."""
+    tip, adhesion, free = MAPS[law]
+    start = time.perf_counter()
+    found = mdr.fit_map(
+        contact(tip, 1e4, adhesion),
+        curves,
+        list(free),
+        folder=folder,
+        workers=CORES,
+        progress=lambda done, total: print(f"done {done} of {total}", flush=True),
+    )
+    seconds, work = time.perf_counter() - start, time.process_time()
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / _KIBIBYTE
+    print(
+        f"{found.counts}, {seconds:.1f} s, {work:.1f} s of all processors, at most {peak:.0f} MB", flush=True
+    )
+
+
+def _process(law, store, folder):
+    return subprocess.Popen(
+        [sys.executable, "-m", "benchmarks.fits", "--law", law, "--fit", store, folder],
+        stdout=subprocess.PIPE,
+        text=True,
+    )
+
+
+def whole_map(law, curves, samples, place):
+    """Lines that tell how a whole map was fitted, and how one that was killed went on."""
+    store, whole, broken = (str(pathlib.Path(place) / name) for name in ("curves", "whole", "broken"))
+    store_of(law, curves, samples, store)
+    told = _process(law, store, whole).communicate()[0].splitlines()[-1]
+    yield f"{law}, {curves} curves of {samples} samples on {CORES} cores: {told}"
+    process = _process(law, store, broken)
+    for line in process.stdout:
+        if line.startswith("done") and int(line.split()[1]) >= curves // 2:
+            process.kill()
+            break
+    process.communicate()
+    done = int((xr.open_zarr(broken, consolidated=False)["ending"] >= 0).sum())
+    told = _process(law, store, broken).communicate()[0].splitlines()
+    same = xr.open_zarr(broken, consolidated=False).identical(xr.open_zarr(whole, consolidated=False))
+    yield f"{law}, killed after {done} curves, went on from {told[0]}: {told[-1]}; {'the same numbers' if same else 'OTHER NUMBERS'}"
+
+
+def main(words=None):
+    """The command line."""
+    parser = argparse.ArgumentParser(description="whole maps of force curves")
+    parser.add_argument("--curves", type=int, default=65536)
+    parser.add_argument("--samples", type=int, default=500)
+    parser.add_argument("--law", nargs="+", choices=MAPS, default=list(MAPS))
+    parser.add_argument(
+        "--fit", nargs=2, metavar=("STORE", "FOLDER"), help="fit one store, as its own process does"
+    )
+    given = parser.parse_args(words)
+    if given.fit:
+        fit_store(given.law[0], *given.fit)
+        return
+    for law in given.law:
+        with tempfile.TemporaryDirectory() as place:
+            for line in whole_map(law, given.curves, given.samples, place):
+                print(line, flush=True)
+
+
+if __name__ == "__main__":
+    main()

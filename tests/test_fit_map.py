@@ -613,6 +613,44 @@ def test_maps_of_bodies_with_memory_tell_of_every_curve():
     assert found.counts == {"found": 3}
 
 
+def test_a_map_tells_what_a_soft_machine_does_not():
+    sticky = mdr.Contact(mdr.Paraboloid("5 um"), mdr.Elastic("30 kPa", 0.5), adhesion=mdr.JKR("0.2 mJ/m^2"))
+    way = np.concatenate([np.linspace(-2e-6, 2e-6, 150), np.linspace(2e-6, -3e-6, 190)])
+    start = mdr.Contact(sticky.profile, mdr.Elastic(1e5, 0.5), adhesion=mdr.JKR(1e-3))
+    endings = {}
+    for machine in (0.05, 0.001):
+        true = mdr.solve(sticky, mdr.Path(travel=way), machine_stiffness=machine)["normal_force"].values
+        noise = 0.01 * np.ptp(true) * np.random.default_rng(1).normal(size=(20, way.size))
+        data = xr.Dataset({"force": (("curve", "sample"), true + noise), "travel": ("sample", way)})
+        found = mdr.fit_map(start, data.assign(spring_constant=machine), FREE)
+        endings[machine] = found.counts
+        for name in FREE:
+            assert not (found[f"{name}_error"] > found[name]).any()
+    assert endings[0.05] == {"found": 20}
+    untold = "the curve does not determine what is looked for: an error is larger than its number"
+    assert endings[0.001].get(untold, 0) > 5
+
+
+def test_a_map_tells_of_detectors_that_ran_out_of_range():
+    curves = [curve_of(contact_of("paraboloid", young), 1e-6, None, 0.003) for young in (2e3, 3e3, 4e3)]
+    limit = 0.7 * float(curves[1].force.max())
+    data = mdr.stack_curves(curves).assign_coords(curve=np.arange(3))
+    force = data["force"].values
+    data["force"].values[:] = np.where(force > limit, limit, force)
+    alone = mdr.mark_saturated(
+        mdr.MeasuredCurve(force=data["force"].values[1], indentation=data["indentation"].values[1])
+    )
+    found = mdr.fit_map(contact_of("paraboloid", 1e4), data, ["body.young"])
+    told = found["plateau"].values
+    assert told[0] == 0.0 or float(curves[0].force.max()) > limit
+    assert told[1] == alone.marked.sum() > 5
+    assert any("plateau" in note for note in found.notes)
+    left_out = data.assign(force=data["force"].where(data["force"] < limit))
+    again = mdr.fit_map(contact_of("paraboloid", 1e4), left_out, ["body.young"])
+    assert not again["plateau"].any()
+    assert again["body.young"].values == pytest.approx([2e3, 3e3, 4e3], rel=0.05)
+
+
 def test_a_map_feels_no_friction():
     contact = mdr.Contact(mdr.Paraboloid("5 um"), mdr.Elastic(1e3, 0.5), friction=mdr.Coulomb(0.3))
     with pytest.raises(ProblemError, match="to fit"):

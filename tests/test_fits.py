@@ -19,6 +19,7 @@ import pymdr as mdr
 from drawing import examples
 from pymdr.errors import CaseError, FileError, ProblemError, QuantityError, UnitError
 from pymdr.problem.codec import decode_contact
+from pymdr.solving.fits.fitting import estimate
 from pymdr.solving.fits.forces import forces_of, modelled
 from pymdr.solving.fits.searching import hanging
 from pymdr.workbench.cli import app
@@ -195,6 +196,84 @@ def test_bodies_with_memory():
     assert found.plot().axes[0].get_xlabel() == "time $t$ (s)"
     with pytest.raises(ProblemError, match="needs the times"):
         mdr.fit(start, mdr.MeasuredCurve(force=force, indentation=depth), ["body.shear.modulus"])
+
+
+@pytest.mark.parametrize("machine", [None, 0.05])
+def test_memory_is_found_by_tables_as_by_springs(machine, monkeypatch):
+    contact = mdr.Contact(
+        mdr.Paraboloid("5 um"), mdr.Viscoelastic(mdr.StandardSolid("1 kPa", "3 kPa", "0.5 s"), poisson=0.5)
+    )
+    time = np.linspace(0.0, 4.0, 60)
+    way = np.interp(time, [0.0, 1.0, 2.5, 4.0], [-0.5e-6, 1e-6, 1e-6, -0.5e-6])
+    channel = "indentation" if machine is None else "travel"
+    path = mdr.Path(time=time, **{channel: way})
+    force = mdr.solve(contact, path, machine_stiffness=machine)["normal_force"].values
+    force = force + 0.01 * np.ptp(force) * np.random.default_rng(2).normal(size=force.size)
+    curve = mdr.MeasuredCurve(force=force, time=time, spring_constant=machine, **{channel: way + 1e-7})
+    free = ["body.shear.equilibrium", "body.shear.modulus", "body.shear.time"]
+    quick = estimate(contact, curve, free, {"tilt": 0.0})
+    monkeypatch.setattr("pymdr.solving.fits.forces.approach_and_retreat", lambda *given: None)
+    for name, one in estimate(contact, curve, free, {"tilt": 0.0}).values.items():
+        assert quick.values[name].value == pytest.approx(one.value, rel=0.0, abs=0.01 * one.error)
+        assert quick.values[name].error == pytest.approx(one.error, rel=0.01)
+
+
+def test_a_record_without_memory_tells_what_it_determines():
+    body = mdr.Viscoelastic(mdr.StandardSolid("1 kPa", "3 kPa", "0.5 s"), poisson=0.5)
+    time = np.linspace(0.0, 2.0, 80)
+    depth = np.interp(time, [0.0, 1.0, 2.0], [-0.5e-6, 1e-6, -0.5e-6])
+    plain = mdr.Contact(mdr.Paraboloid("5 um"), mdr.Elastic("3 kPa", 0.5))
+    force = mdr.solve(plain, mdr.Path(indentation=depth))["normal_force"].values
+    curve = mdr.MeasuredCurve(force=force, indentation=depth, time=time)
+    free = ["body.shear.equilibrium", "body.shear.modulus", "body.shear.time"]
+    with pytest.raises(
+        ProblemError, match=r"it tells only the (sum of .* and the )?equilibrium modulus, 1 kPa"
+    ):
+        mdr.fit(mdr.Contact(plain.profile, body), curve, free)
+
+
+@pytest.mark.parametrize(
+    ("time", "seed", "words"),
+    [
+        ("20 s", 2, None),
+        ("1000 s", 1, r"tell body.shear.modulus and body.shear.time apart: it determines .* x .*\^0\.99"),
+        ("10 us", 1, r"tell body.shear.modulus and body.shear.time apart"),
+        ("10 us", 2, r"time above 400 s, and has steps of 25 ms over 4 s: .* the equilibrium modulus, 1\.0"),
+        ("100 s", 1, r"time below 250 µs, .* its modulus times it"),
+    ],
+)
+def test_relaxations_far_from_the_times_of_a_record(time, seed, words):
+    def slow(equilibrium, modulus, time):
+        shear = mdr.StandardSolid(equilibrium, modulus, time)
+        return mdr.Contact(mdr.Paraboloid("5 um"), mdr.Viscoelastic(shear, poisson=0.5))
+
+    instants = np.linspace(0.0, 4.0, 161)
+    depth = np.interp(instants, [0.0, 0.5, 1.0, 3.0, 4.0], [-0.5e-6, 0.0, 1e-6, 1e-6, -0.5e-6])
+    path = mdr.Path(time=instants, indentation=depth)
+    force = mdr.solve(slow("1 kPa", "2 kPa", time), path)["normal_force"].values
+    force = force + 0.01 * np.ptp(force) * np.random.default_rng(seed).normal(size=force.size)
+    curve = mdr.MeasuredCurve(force=force, indentation=depth, time=instants)
+    free = ["body.shear.equilibrium", "body.shear.modulus", "body.shear.time"]
+    start = slow("3 kPa", "3 kPa", "0.2 s")
+    if words is None:
+        assert any("is not determined" in note for note in mdr.fit(start, curve, free).notes)
+    else:
+        with pytest.raises(ProblemError, match=words):
+            mdr.fit(start, curve, free)
+
+
+def test_a_layer_of_another_size_is_refused_in_words(monkeypatch):
+    monkeypatch.setattr("pymdr.solving.fits.families.RUNGS", 20)  # each takes long
+
+    def on(thickness, young):
+        return mdr.Contact(
+            mdr.Paraboloid("5 um"), mdr.Layered([mdr.Layer(mdr.Elastic(young, 0.5), thickness)])
+        )
+
+    curve = recorded(on("1 um", "3 kPa"), np.linspace(-0.4e-6, 0.6e-6, 60), None, 0.01, 1)
+    free = ["body.layers[0].material.young", "body.layers[0].thickness"]
+    with pytest.raises(ProblemError, match=r"thickness that is not between 2 µm and 200 µm"):
+        mdr.fit(on("20 um", "10 kPa"), curve, free)
 
 
 def test_what_a_curve_cannot_tell():

@@ -15,6 +15,7 @@ from pymdr.errors import ConvergenceError, PathError
 from pymdr.line.curves import ElasticLine
 from pymdr.line.foundation import elastic_energy, normal_force, states_at_depth
 from pymdr.line.memory import (
+    approach_and_retreat,
     creep,
     dividing,
     follow_loads,
@@ -23,13 +24,14 @@ from pymdr.line.memory import (
     kernels,
     line_state,
     row_kernels,
+    tabulated,
     ting,
     virgin,
 )
 from pymdr.line.memory.modes import modes_of
 from pymdr.mapping.equivalent import equivalent_profile
 from pymdr.mapping.relaxation import Relaxation
-from pymdr.problem.profiles import Cone, FlatPunch, Paraboloid, Sampled
+from pymdr.problem.profiles import Cone, FlatPunch, Paraboloid, PowerLaw, Sampled
 
 
 def line_of(profile):
@@ -138,6 +140,68 @@ def test_the_way_of_bodies_apart_does_not_matter(before, after, last, kept):
     direct = ting(PARABOLOID, body, t[len(before) :], d[len(before) :])
     # the instants of the two are rounded apart, and a force that has nearly relaxed away is the rest of a large one
     assert found.force[len(before) :] == pytest.approx(direct.force, rel=1e-13, abs=1e-15 * found.force.max())
+
+
+@st.composite
+def pressed_once(draw):
+    """Times and depths of one approach and one retreat, apart at first and at last or not."""
+    part = st.floats(0.01, 1.0)
+    up = np.cumsum(draw(st.lists(part, min_size=1, max_size=8)))
+    down = 0.1 - 0.04 * np.cumsum(draw(st.lists(part, max_size=8)))
+    before = draw(st.lists(st.floats(-0.05, 0.0), max_size=2))
+    d = np.array([*before, *(0.1 * up / up[-1]), *([0.1] * draw(st.integers(0, 2))), *down])
+    return np.cumsum([10.0 ** draw(st.floats(-2.0, 0.0)) for _ in d]), d
+
+
+@st.composite
+def relaxing(draw):
+    times = sorted(10.0**x for x in draw(st.lists(st.floats(-3.0, 2.0), min_size=1, max_size=3, unique=True)))
+    moduli = [10.0 ** draw(st.floats(-1.0, 1.0)) for _ in times]
+    equilibrium, viscosity = draw(st.sampled_from([0.0, 1.0])), draw(st.sampled_from([0.0, 0.1]))
+    return Relaxation(equilibrium, np.array(moduli), np.array(times), viscosity)
+
+
+TABLES = {
+    shape: (line_of(shape), tabulated(line_of(shape), 0.12))
+    for shape in (Paraboloid(1.0), Cone(slope=0.3), PowerLaw(3.3, 1.0, 1.0))
+}
+
+
+@settings(max_examples=examples(150), deadline=None)
+@given(st.sampled_from(list(TABLES.values())), pressed_once(), relaxing())
+def test_tables_follow_one_approach_and_one_retreat_as_the_curve_does(shape, path, body):
+    line, table = shape
+    found = approach_and_retreat(table, body, *path)
+    try:
+        exact = ting(line, body, *path).force
+    except PathError:
+        assert found is None
+        return
+    assert found == pytest.approx(exact, rel=0.0, abs=1e-6 * exact.max())
+
+
+@settings(max_examples=examples(20), deadline=None)
+@given(st.sampled_from(list(TABLES.values())), pressed_once(), relaxing(), st.floats(-1.5, 1.5))
+def test_tables_follow_travels_as_springs_do(shape, path, body, log_stiffness):
+    line, table = shape
+    size = body.equilibrium + body.moduli.sum()
+    softness = 1.0 / (10.0**log_stiffness * size * float(line.stiffness(line.place(0.1)).max()))
+    found = approach_and_retreat(table, body, *path, softness)
+    if found is not None:
+        springs = follow_travels(line, body, *path, 1.0 / softness, n=1000).force
+        assert found == pytest.approx(springs, rel=0.0, abs=5e-5 * springs.max())
+
+
+def test_tables_say_what_they_do_not_follow():
+    _, table = TABLES[next(iter(TABLES))]
+    body = Relaxation(1.0, np.array([2.0]), np.array([0.3]))
+    t = np.arange(1.0, 6.0)
+    twice = np.array([0.0, 0.1, 0.02, 0.09, 0.0])
+    assert approach_and_retreat(table, body, t, twice) is None
+    assert approach_and_retreat(table, body, t, 2.0 * triangle(t, 3.0, 0.1)) is None
+    assert approach_and_retreat(table, Relaxation(1.0, viscosity=1.0), t, twice + 0.01) is None
+    short = Sampled(np.linspace(0.0, 0.2, 30), 0.5 * np.linspace(0.0, 0.2, 30) ** 2)
+    assert tabulated(line_of(short), 0.12).deepest == pytest.approx(0.04, rel=1e-6)
 
 
 def test_rows_are_exact_in_time():

@@ -48,6 +48,24 @@ def test_every_parameter_is_read_and_changed_by_its_name(contact):
         assert others == [p for p in mdr.parameters_of(contact) if p.name != name]
 
 
+@settings(max_examples=examples(30), deadline=None)
+@given(st.data())
+def test_parameters_that_are_changed_at_once_are_those_changed_one_by_one(data):
+    contact = data.draw(st.sampled_from(CONTACTS[:2]))
+    some = data.draw(st.lists(st.sampled_from(mdr.parameters_of(contact)), unique=True))
+    values = {p.name: p.value * data.draw(st.floats(0.99, 1.01)) for p in some}
+    one_by_one = contact
+    for name, value in values.items():
+        one_by_one = mdr.with_parameters(one_by_one, {name: value})
+    assert mdr.with_parameters(contact, values) == one_by_one
+
+
+def test_parts_are_changed_before_what_is_in_them():
+    values = {"body": mdr.Elastic("2 GPa", 0.1), "body.poisson": 0.2, "profile.radius": "3 mm"}
+    changed = mdr.with_parameters(CONTACTS[0], values)
+    assert (changed.body, changed.profile) == (mdr.Elastic("2 GPa", 0.2), mdr.Sphere("3 mm"))
+
+
 @pytest.mark.parametrize(
     ("name", "value", "kind", "words"),
     [

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import inspect
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import fields, replace
 from typing import Any, NamedTuple
 
@@ -119,12 +119,13 @@ def with_parameters(contact: Contact, values: Mapping[str, Any]) -> Contact:
     >>> with_parameters(ball, {"profile.radius": "2 mm", "body.young": 2e9})
     Contact(profile=Sphere(radius=0.002), body=Elastic(young=2000000000.0, poisson=0.3), counterbody=Rigid(), adhesion=None, friction=None)
     """
-    changed: Any = _as_contact(contact)
+    _as_contact(contact)
     if not isinstance(values, Mapping):
         raise ProblemError(
             f"parameters: {shown(values)}; names with values are needed, such as {{'body.young': '2 MPa'}}"
         )
     _refuse_replaced([str(name) for name in values])
+    changes = []
     for name, value in values.items():
         steps: list[str | int] = []
         for part in str(name).split("."):
@@ -134,7 +135,8 @@ def with_parameters(contact: Contact, values: Mapping[str, Any]) -> Contact:
                     f"parameter {shown(name)}: a dotted name such as 'body.young' or 'profile.parts[0].radius' is needed"
                 )
             steps += [match[1], *(int(index) for index in re.findall(r"\d+", match[2]))]
-        changed = _changed(changed, steps, value, contact, name)
+        changes.append(_Change(steps, value, name))
+    changed = _changed(contact, changes, contact)
     assert isinstance(changed, Contact)
     return changed
 
@@ -155,22 +157,47 @@ def _refuse_replaced(names: list[str]) -> None:
                 )
 
 
-def _changed(part: Any, steps: list[str | int], value: Any, contact: Contact, name: str) -> Any:
-    if not steps:
-        return value
-    step, rest = steps[0], steps[1:]
-    if isinstance(step, str):
-        if not isinstance(part, Value) or step not in {f.name for f in fields(part)}:
-            raise _unknown(contact, name)
-        return replace(part, **{step: _changed(getattr(part, step), rest, value, contact, name)})
-    size = part.size if isinstance(part, np.ndarray) else len(part) if isinstance(part, tuple) else 0
-    if step >= size:
-        raise _unknown(contact, name)
+class _Change(NamedTuple):
+    """A part that is to have another value, by the steps that lead to it."""
+
+    steps: list[str | int]
+    value: Any
+    name: str
+
+
+def _changed(part: Any, changes: Sequence[_Change], contact: Contact) -> Any:
+    """A part with all its changes at once: each part that holds some is made, and looked at, once."""
+    inner: dict[str | int, list[_Change]] = {}
+    for steps, value, name in changes:
+        if not steps:
+            part = value
+        else:
+            inner.setdefault(steps[0], []).append(_Change(steps[1:], value, name))
+    if not inner:
+        return part
+    for step, own in inner.items():
+        _refuse_absent(part, step, contact, own[0].name)
+    if isinstance(part, np.ndarray):
+        entries = part.copy()
+        for step, own in inner.items():
+            for _, value, name in own:
+                entries.flat[int(step)] = to_si(value, parameter_of(contact, name).unit, name=name)
+        return entries
     if isinstance(part, tuple):
-        return (*part[:step], _changed(part[step], rest, value, contact, name), *part[step + 1 :])
-    entries = part.copy()
-    entries.flat[step] = to_si(value, parameter_of(contact, name).unit, name=name)
-    return entries
+        return tuple(_changed(one, inner.get(i, ()), contact) for i, one in enumerate(part))
+    return replace(
+        part, **{str(step): _changed(getattr(part, str(step)), own, contact) for step, own in inner.items()}
+    )
+
+
+def _refuse_absent(part: Any, step: str | int, contact: Contact, name: str) -> None:
+    if isinstance(step, str):
+        there = isinstance(part, Value) and step in {f.name for f in fields(part)}
+    else:
+        size = part.size if isinstance(part, np.ndarray) else len(part) if isinstance(part, tuple) else 0
+        there = step < size
+    if not there:
+        raise _unknown(contact, name)
 
 
 def _unknown(contact: Contact, name: str) -> ProblemError:

@@ -373,7 +373,7 @@ class StandardSolid(SpringsAndDashpots):
 
     def kernel(self, span: tuple[float, float] | None = None) -> Relaxation:
         """Its spring and its one term."""
-        return self.prony().kernel()
+        return Relaxation(self.equilibrium, np.array([self.modulus]), np.array([self.time]))
 
     def prony(self) -> Prony:
         """The same as a series of one term."""

@@ -139,6 +139,8 @@ def within_range(values: Any, unit: str, name: str, *, size: bool = False, limit
     ProblemError
         If a number is above 1e60, or that of a size below 1e-60.
     """
+    if type(values) is float and _SMALLEST <= abs(values) <= _LARGEST:
+        return values
     magnitude = np.abs(values)
     largest = float(np.max(magnitude, initial=0.0))
     if largest > _LARGEST or (size and largest < _SMALLEST):

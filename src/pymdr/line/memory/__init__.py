@@ -15,6 +15,7 @@ from pymdr.line.memory.histories import (
     virgin,
 )
 from pymdr.line.memory.springs import Springs, springs_to
+from pymdr.line.memory.tabulated import Tabulated, approach_and_retreat, tabulated
 from pymdr.line.memory.tangential import (
     TangentialHistory,
     TangentialState,
@@ -30,9 +31,11 @@ __all__ = [
     "Passage",
     "Rows",
     "Springs",
+    "Tabulated",
     "TangentialHistory",
     "TangentialState",
     "Watch",
+    "approach_and_retreat",
     "creep",
     "deepest_under",
     "follow_loads",
@@ -43,6 +46,7 @@ __all__ = [
     "prepared",
     "shear_springs",
     "springs_to",
+    "tabulated",
     "ting",
     "unsheared",
     "virgin",

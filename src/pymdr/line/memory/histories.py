@@ -281,7 +281,10 @@ def _follow(
     if not (np.isfinite(t).all() and np.isfinite(target).all()):
         raise PathError("a row is not finite")
     if state is None:
-        state = virgin(float(t[0]), min(float(target[0]), 0.0) if math.isinf(machine) else 0.0)
+        first = (
+            float(target[0]) if math.isinf(machine) else float(target[0]) / machine if machine > 0.0 else 0.0
+        )
+        state = virgin(float(t[0]), min(first, 0.0))
     waits = np.diff(t, prepend=state.time)
     if waits.min() < 0.0:
         at = int(np.argmin(waits))
@@ -383,7 +386,8 @@ def _refuse_jumps(state: MemoryState, waits: FloatArray, target: FloatArray, mac
         before = np.concatenate([[state.indentation], target[:-1]])
         sudden = (waits == 0.0) & (target != before) & (np.maximum(target, before) > 0.0)
     else:
-        sudden = (waits == 0.0) & (target != np.concatenate([[0.0], target[:-1]]))
+        before = np.concatenate([[0.0], target[:-1]])
+        sudden = (waits == 0.0) & (target != before) & (np.maximum(target, before) > 0.0)
     if sudden.any():
         raise PathError(
             f"row {int(np.argmax(sudden))} is a sudden move, which a dashpot answers with an infinite force: give it a duration"

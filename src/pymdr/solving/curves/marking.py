@@ -18,7 +18,8 @@ _WINDOW, _AROUND = 15, 101
 _FAR = 8.0
 """Times the noise: one normal sample in 10^15 is as far."""
 _SHORT = 3
-_PLATEAU = 5
+SHORTEST, FLAT = 5, 1e-3
+"""Samples of a plateau, and how far its forces are apart at most, in parts of their range."""
 
 
 def mark_outliers(curve: MeasuredCurve) -> MeasuredCurve:
@@ -80,10 +81,10 @@ def mark_saturated(curve: MeasuredCurve) -> MeasuredCurve:
     force, position = curve.force, curve.position
     largest, size = float(force.max()), float(np.ptp(force))
     differences = np.diff(force)
-    allowed = min(1e-3 * size, 0.25 * spread(differences)) + 1e-9 * size
+    allowed = min(FLAT * size, 0.25 * spread(differences)) + 1e-9 * size
     largest_of_all = force >= largest - allowed
     plateau = any(
-        end - first >= _PLATEAU and float(np.ptp(position[first:end])) > 0.01 * float(np.ptp(position))
+        end - first >= SHORTEST and float(np.ptp(position[first:end])) > 0.01 * float(np.ptp(position))
         for first, end in _runs(largest_of_all)
     )
     marks = largest_of_all & plateau

@@ -24,7 +24,7 @@ from pymdr.solving.fits.unknowns import (
 )
 from pymdr.units import FloatArray
 
-FOUND, UNSETTLED, NO_CONTACT, UNREAD, AT_END, REFUSED = range(6)
+FOUND, UNSETTLED, NO_CONTACT, UNREAD, AT_END, REFUSED, UNTOLD = range(7)
 ENDINGS = (
     "found",
     "the search did not settle",
@@ -32,13 +32,14 @@ ENDINGS = (
     "no curve, or too few samples that are numbers",
     "the curve does not show what is looked for, or only beyond its bounds",
     "refused",
+    "the curve does not determine what is looked for: an error is larger than its number",
 )
 """How the fit of a curve ended, by its number in ``ending``."""
 NOT_YET = -1
 SEEN = 25.0
 """By how many variances of the noise the squares of the differences grow without what a curve is said to show."""
-WAVES, OF_LIMIT = "waves", "of_limit"
-_UNITS = {"noise": "N", WAVES: "", "correlated": "", "indentation": "m", OF_LIMIT: ""}
+WAVES, OF_LIMIT, PLATEAU = "waves", "of_limit", "plateau"
+_UNITS = {"noise": "N", WAVES: "", "correlated": "", "indentation": "m", OF_LIMIT: "", PLATEAU: ""}
 
 
 @dataclass(frozen=True)
@@ -110,6 +111,16 @@ def asked_of(contact: Contact, free: Free, known: dict[str, float]) -> Asked:
     # the numbers of the tables are those from which the unknowns are counted, which lie within the bounds
     begun = put_into(contact, unknowns, np.array([u.start for u in unknowns]))
     return Asked(begun, unknowns, known, bounded, free)
+
+
+def leave_untold_out(asked: Asked, columns: Columns) -> None:
+    """End the fits of curves in which the error of a size is larger than itself as such, and take out what was found in all that are not found."""
+    for unknown in asked.unknowns:
+        if unknown.is_size:
+            untold = columns[f"{unknown.name}_error"] > columns[unknown.name]
+            columns["ending"][untold & (columns["ending"] == FOUND)] = UNTOLD
+    for name in asked.units:
+        columns[name][columns["ending"] != FOUND] = math.nan
 
 
 def empty_columns(asked: Asked, count: int) -> Columns:

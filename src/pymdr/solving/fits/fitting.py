@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pymdr.errors import ProblemError
 from pymdr.problem.contact import Contact
@@ -16,7 +17,7 @@ from pymdr.problem.measured import MeasuredCurve
 from pymdr.problem.paths import Path, indent
 from pymdr.result import Result, labelled
 from pymdr.solving.curves import leave_out_marked
-from pymdr.solving.fits.asking import FOUND, NO_CONTACT, SEEN, Asked
+from pymdr.solving.fits.asking import AT_END, FOUND, NO_CONTACT, SEEN, Asked
 from pymdr.solving.fits.families import Ladder, Ways, whole_ladder
 from pymdr.solving.fits.found import FitResult, Fitted, force_of
 from pymdr.solving.fits.loops import NORMAL, ShearRecord, shear_record
@@ -30,9 +31,11 @@ from pymdr.solving.fits.searching import (
     free_numbers,
     hanging,
     refuse_blind,
+    refuse_lost,
     refuse_unsettled,
 )
-from pymdr.solving.fits.starting import Start, starts
+from pymdr.solving.fits.starting import Start, is_pressed_once, pressed_once, starts
+from pymdr.solving.fits.timing import refuse_untimed
 from pymdr.solving.fits.unexplained import unexplained
 from pymdr.solving.fits.unknowns import (
     BASELINE,
@@ -140,19 +143,34 @@ def fit(
         {CONTACT_POINT: contact_point, SHIFT_ORIGIN: shift_origin, BASELINE: baseline},
         tilt,
     )
+    found = _interpreted(_estimated(search))
+    notes = (f"{marked} samples marked as outliers or saturated are left out",) if marked else ()
+    return replace(found, notes=(*notes, *unexplained(found), *found.notes))
+
+
+def estimate(contact: Contact, curve: MeasuredCurve, free: Free, known: Mapping[str, float]) -> Estimate:
+    """What :func:`fit` finds in one force curve with some origins known, not how far to trust the model: that takes bodies with memory longer than the search."""
+    return _estimated(Search(contact, unknowns_of(contact, free), (_told(curve),), dict(known)))
+
+
+def _estimated(search: Search) -> Estimate:
     misfit, best, wide = _best(search)
     _refuse_unseen(search, misfit, best)
-    refuse_blind(search, best)
+    if not search.contact.remembers:  # whose end is only about the best
+        refuse_blind(search, best)
     used = search.used or beside_jumps(search.models(best), search)
     if not all(part.all() for part in used):
         search = replace(search, used=used)
     minimum = found_from(search, best)
     refuse_unsettled(minimum[1])
     best = free_numbers(minimum[1], best.size)
+    values, _ = search.from_free(best)
+    found = put_into(search.contact, search.unknowns, values)
+    if found.remembers:
+        times = [one.time for one in search.curves if one.time is not None]
+        refuse_untimed(found, search.unknowns, values, times)
     refuse_blind(search, best)
-    found = _interpreted(search, best, minimum, wide)
-    notes = (f"{marked} samples marked as outliers or saturated are left out",) if marked else ()
-    return replace(found, notes=(*notes, *unexplained(found), *found.notes))
+    return _with_errors(search, best, minimum, wide)
 
 
 def _search(
@@ -181,13 +199,7 @@ def _search(
             )
         curves = tuple(one for one in listed if isinstance(one, MeasuredCurve))
         marked = sum(int(one.marked.sum()) for one in curves)
-        for one in curves:
-            for name, column in (("force", one.force), ("depth", one.position)):
-                if float(np.ptp(column)) == 0.0:
-                    raise ProblemError(
-                        f"fit: the {name} of the record does not change: no contact is seen in it"
-                    )
-        curves = tuple(leave_out_marked(one) if one.marked.any() else one for one in curves)
+        curves = tuple(_told(one) for one in curves)
         return Search(contact, unknowns_of(contact, free), curves, origins(given, tilt)), marked
     if given.pop(CONTACT_POINT) is not None or tilt:
         raise ProblemError(
@@ -196,6 +208,40 @@ def _search(
     records = tuple(shear_record(one) for one in listed if isinstance(one, Dataset))
     used = () if all(one.used.all() for one in records) else tuple(one.used for one in records)
     return Search(contact, unknowns_of(contact, free), records, origins(given, False), used), 0
+
+
+def _told(curve: MeasuredCurve) -> MeasuredCurve:
+    """The samples of a record that are not marked; refused where they do not change."""
+    for name, column in (("force", curve.force), ("depth", curve.position)):
+        if float(np.ptp(column)) == 0.0:
+            raise ProblemError(f"fit: the {name} of the record does not change: no contact is seen in it")
+    return leave_out_marked(curve) if curve.marked.any() else curve
+
+
+class Estimate(NamedTuple):
+    """Where a search ended, and what it tells."""
+
+    search: Search
+    best: FloatArray
+    """The free numbers."""
+    minimum: Any
+    """Minimizer and result of lmfit."""
+    values: dict[str, Fitted]
+    contact: Contact
+    """With the values that were found."""
+    models: list[Modelled]
+    felt: NDArray[np.bool_]
+    """Which of the free numbers the record feels."""
+    noise: float
+    """In N."""
+    correlated: float
+    waves: float
+    aicc: float
+
+    @property
+    def deepest(self) -> float:
+        """Largest indentation in m."""
+        return max(float(one.depth.max()) for one in self.models)
 
 
 class _End(NamedTuple):
@@ -209,10 +255,13 @@ class _End(NamedTuple):
 
 
 def _best(search: Search) -> _End:
-    """The smallest misfit that searches from several starts end at."""
+    """The smallest misfit that searches from several starts end at; of bodies with memory about where it lies."""
     quick = _quick_start(search)
+    eased = _eased(search)
+    once = all(isinstance(one, MeasuredCurve) and is_pressed_once(one) for one in search.curves)
+    followed = search if once else eased
     apart = (
-        [starts(search.contact, search.unknowns, curve, search.known, _STARTS) for curve in search.curves]
+        [starts(eased.contact, eased.unknowns, curve, eased.known, _STARTS) for curve in eased.curves]
         if quick is None
         else [[quick[0]]]
     )
@@ -220,10 +269,26 @@ def _best(search: Search) -> _End:
     for rank in range(max(len(found) for found in apart)):
         chosen = [found[min(rank, len(found) - 1)] for found in apart]
         places = [{search.place: one.origin, BASELINE: one.baseline, TILT: one.tilt} for one in chosen]
-        _, found = found_from(search, search.to_free(chosen[0].values.tolist(), places))
+        _, found = found_from(followed, followed.to_free(chosen[0].values.tolist(), places))
         ends.append((float(found.chisqr), free_numbers(found, len(search.names))))
-    wide = np.zeros(len(search.names)) if quick is None else quick[1]
-    return _End(*min(ends, key=lambda end: end[0]), wide)
+    misfit, best = min(ends, key=lambda end: end[0])
+    values, origin = followed.from_free(best)
+    pulled = quick if search.contact.adhesion is not None else None
+    wide = np.zeros(len(search.names)) if pulled is None else pulled[1]
+    return _End(misfit, search.to_free(values.tolist(), origin), wide)
+
+
+def _eased(search: Search) -> Search:
+    """The search with the records of bodies with memory as one approach and one retreat, which are followed far faster, where they are."""
+    if not search.contact.remembers or search.shears:
+        return search
+    curves = [
+        pressed_once(one, search.known.get(BASELINE))
+        for one in search.curves
+        if isinstance(one, MeasuredCurve)
+    ]
+    eased = tuple(one for one in curves if one is not None)
+    return replace(search, curves=eased) if len(eased) == len(search.curves) else search
 
 
 def _quick_start(search: Search) -> tuple[Start, FloatArray] | None:
@@ -236,14 +301,19 @@ def _quick_start(search: Search) -> tuple[Start, FloatArray] | None:
     if ways is None or not unknowns or len(curves.curves) != 1:
         return None
     stretch = curves.read(0, 1)
-    if isinstance(search.contact.adhesion, MaugisDugdale):
+    if isinstance(search.contact.adhesion, MaugisDugdale) or _is_of_layers(asked, ways):
         asked = _nearby(asked, ways, stretch)
     found = fit_by_family(asked, ways, stretch).columns
+    if found["ending"][0] == AT_END and asked.ladder is not None and _is_of_layers(asked, ways):
+        # coarse steps may have told of another place
+        found = fit_by_family(replace(asked, ladder=None), ways, stretch).columns
     if found["ending"][0] == NO_CONTACT:
         raise ProblemError(
             f"fit: no contact is seen in the record: one without any leaves squares that are larger by less than {SEEN:g} variances of "
             "the noise; press deeper, mark outliers (mark_outliers), or see with orient(curve) whether a sign is turned"
         )
+    if found["ending"][0] == AT_END:
+        _refuse_beyond_layers(asked, ways, stretch)
     if found["ending"][0] != FOUND:
         return None
     origin = {name: float(found[name][0]) for name in asked.origins}
@@ -253,10 +323,28 @@ def _quick_start(search: Search) -> tuple[Start, FloatArray] | None:
     return Start(0.0, values, *(origin.get(name, 0.0) for name in (CONTACT_POINT, BASELINE, TILT))), errors
 
 
+def _is_of_layers(asked: Asked, ways: Ways) -> bool:
+    """Whether a length is looked for on layers, which are mapped anew for each."""
+    return asked.contact.layered is not None and ways.number is not None and ways.number.unit == "m"
+
+
+def _refuse_beyond_layers(asked: Asked, ways: Ways, stretch: Stretch) -> None:
+    """Refuse a length on layers that is beyond all that are tried, towards which there would be hundreds of steps."""
+    number = ways.number
+    if number is None or not _is_of_layers(asked, ways) or math.isfinite(number.high):
+        return
+    tried = whole_ladder(asked.contact, number, float(reaches(stretch)[0]))
+    low, high = (written(number.from_free(free), number.unit, 4) for free in (tried.first, tried.last))
+    raise ProblemError(
+        f"fit: the record asks for a {number.name} that is not between {low} and {high}, a tenth and ten times what the contact says: begin nearer to it, give "
+        "bounds in free, or leave it out of free; where it has no end, the record tells only a combination with the modulus, or of another law"
+    )
+
+
 def _nearby(asked: Asked, ways: Ways, stretch: Stretch) -> Asked:
     """The same on a short ladder of fine steps, about what one of coarse steps tells: members of the family take long."""
     number = ways.number
-    if number is None or ways.work is None:
+    if number is None or (ways.work is None and not _is_of_layers(asked, ways)):
         return asked
     whole = whole_ladder(asked.contact, number, float(reaches(stretch)[0]))
     coarse = replace(asked, ladder=whole._replace(rungs=_COARSE))
@@ -298,7 +386,8 @@ def _refuse_unseen(search: Search, misfit: float, best: FloatArray) -> None:
         )
 
 
-def _interpreted(search: Search, best: FloatArray, minimum: Any, wide: FloatArray) -> FitResult:
+def _with_errors(search: Search, best: FloatArray, minimum: Any, wide: FloatArray) -> Estimate:
+    """What a search found, with its errors."""
     from scipy.stats import t as student
 
     residuals = search.residuals(best)
@@ -310,6 +399,7 @@ def _interpreted(search: Search, best: FloatArray, minimum: Any, wide: FloatArra
     hang = hanging(residuals[None, :], np.array([span]))
     correlated = float(hang.correlated[0])
     independent = n / correlated
+    refuse_lost(search, best, slopes, noise * math.sqrt(correlated))
     scale = np.linalg.norm(slopes, axis=0)
     felt = scale > _UNFELT * scale.max()
     along = slopes[:, felt] / scale[felt]
@@ -317,55 +407,70 @@ def _interpreted(search: Search, best: FloatArray, minimum: Any, wide: FloatArra
     errors[felt] = noise * np.sqrt(correlated * np.diag(np.linalg.pinv(along.T @ along))) / scale[felt]
     errors = np.where(wide > _WIDER * errors, wide, errors)
     width = float(student.ppf(0.975, max(independent - p, 1.0)))
-    values = _fitted(search, best, errors, width)
     inner, _ = search.from_free(best)
-    contact = put_into(search.contact, search.unknowns, inner)
-    deepest = max(float(one.depth.max()) for one in models)
-    judged = _judged(contact, search, models[0], deepest, best)
+    return Estimate(
+        search,
+        best,
+        minimum,
+        _fitted(search, best, errors, width),
+        put_into(search.contact, search.unknowns, inner),
+        models,
+        felt,
+        noise,
+        correlated,
+        float(hang.waves[0]),
+        aicc(float((residuals**2).mean()), independent, p),
+    )
+
+
+def _interpreted(found: Estimate) -> FitResult:
+    """How far to trust the model, and what is to be said of the search."""
+    search, values = found.search, found.values
+    result = judged(found)
     left_out = sum(int((~part).sum()) for part in search.used)
     why = "that the record marks" if search.shears else "beside jumps"
     notes: tuple[str, ...] = (f"{left_out} samples {why} are left out",) if left_out else ()
     notes += tuple(
         f"{name} rests at its bound {written(values[name].value, values[name].unit, 4)}: the record asks for what lies beyond, and its "
         "interval is that of the bounds"
-        for name in _at_bounds(search, best)
+        for name in _at_bounds(search, found.best)
     )
     notes += tuple(
         f"the record does not feel its {name}"
-        for name, is_felt in zip(search.names, felt, strict=True)
+        for name, is_felt in zip(search.names, found.felt, strict=True)
         if not is_felt
     )
     return FitResult(
-        contact=contact,
+        contact=found.contact,
         curves=search.curves,
         values=values,
-        data=_table(search, models),
-        noise=noise,
-        waves=float(hang.waves[0]),
-        correlated=correlated,
-        aicc=aicc(float((residuals**2).mean()), independent, p),
-        claims=judged.claims,
-        assumptions=judged.assumptions,
+        data=_table(search, found.models),
+        noise=found.noise,
+        waves=found.waves,
+        correlated=found.correlated,
+        aicc=found.aicc,
+        claims=result.claims,
+        assumptions=result.assumptions,
         notes=notes,
-        references=(*judged.references, LEVENBERG_MARQUARDT, LMFIT),
+        references=(*result.references, LEVENBERG_MARQUARDT, LMFIT),
         search=search,
-        minimum=minimum,
+        minimum=found.minimum,
     )
 
 
-def _judged(contact: Contact, search: Search, first: Modelled, deepest: float, best: FloatArray) -> Result:
+def judged(found: Estimate) -> Result:
     """The contact that was found, where it is pressed deepest; with memory or friction along the whole record."""
-    curve = search.curves[0]
+    contact, curve = found.contact, found.search.curves[0]
     if isinstance(curve, ShearRecord):
-        return curve.solved(contact, search.from_free(best)[1][0][SHIFT_ORIGIN])
+        return curve.solved(contact, found.search.from_free(found.best)[1][0][SHIFT_ORIGIN])
     if contact.remembers:
         assert curve.time is not None
-        return solve(contact, Path(time=curve.time - curve.time[0], indentation=first.depth))
-    if deepest <= 0.0:
+        return solve(contact, Path(time=curve.time - curve.time[0], indentation=found.models[0].depth))
+    if found.deepest <= 0.0:
         raise ProblemError(
             "fit: the bodies touch at no sample; give contact_point, or a record that presses them"
         )
-    return solve(contact, indent(deepest))
+    return solve(contact, indent(found.deepest))
 
 
 def aicc(mean_square: float, independent: float, p: int) -> float:

@@ -14,10 +14,17 @@ from scipy.interpolate import CubicSpline
 from pymdr.errors import ProblemError
 from pymdr.line.curves import ElasticLine, Line
 from pymdr.line.foundation import normal_force, states_at_depth
-from pymdr.line.memory import follow_springs, follow_travels
+from pymdr.line.memory import (
+    Tabulated,
+    approach_and_retreat,
+    follow_springs,
+    follow_travels,
+    tabulated,
+)
 from pymdr.mapping.equivalent import equivalent_profile
-from pymdr.mapping.relaxation import relaxation_of
+from pymdr.mapping.relaxation import Relaxation, relaxation_of
 from pymdr.problem.contact import Contact
+from pymdr.problem.profiles import Profile
 from pymdr.solving.equilibria import AdhesiveLine
 from pymdr.solving.reach import map_to_line
 from pymdr.units import FloatArray, written
@@ -163,19 +170,36 @@ class RememberedForces:
     compliance: float
     fold: float = math.inf
 
+    @cached_property
+    def relaxation(self) -> Relaxation:
+        """How the springs relax."""
+        span = float(np.diff(self.time).min()), float(self.time[-1] - self.time[0])
+        return relaxation_of(self.contact.body, self.contact.counterbody, span=span)
+
     def at(self, depth: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Force in N of one record, in the order of its times; its stiffness is that of the whole history, and not told."""
-        time = self.time - self.time[0]
-        steps = np.diff(time)
-        relaxation = relaxation_of(
-            self.contact.body, self.contact.counterbody, span=(float(steps.min()), float(time[-1]))
-        )
-        line = ElasticLine(equivalent_profile(self.contact.profile), 1.0)
+        time, unknown = self.time - self.time[0], np.full(depth.shape, math.nan)
+        table = _table_of(self.contact.profile, rounded_up(float(depth.max())))
+        if table is not None:
+            force = approach_and_retreat(table, self.relaxation, time, depth, self.compliance)
+            if force is not None:
+                return force, unknown
+        line = _unit_line(self.contact.profile)
         if self.compliance == 0.0:
-            found = follow_springs(line, relaxation, time, depth, n=_SPRINGS)
+            found = follow_springs(line, self.relaxation, time, depth, n=_SPRINGS)
         else:
-            found = follow_travels(line, relaxation, time, depth, 1.0 / self.compliance, n=_SPRINGS)
-        return found.force, np.full(found.force.shape, math.nan)
+            found = follow_travels(line, self.relaxation, time, depth, 1.0 / self.compliance, n=_SPRINGS)
+        return found.force, unknown
+
+
+@lru_cache(maxsize=16)
+def _unit_line(profile: Profile) -> ElasticLine:
+    return ElasticLine(equivalent_profile(profile), 1.0)
+
+
+@lru_cache(maxsize=16)
+def _table_of(profile: Profile, deepest: float) -> Tabulated | None:
+    return tabulated(_unit_line(profile), deepest) if deepest > 0.0 else None
 
 
 def forces_of(contact: Contact, deepest: float, compliance: float, time: FloatArray | None) -> Forces:

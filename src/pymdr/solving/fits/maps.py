@@ -6,6 +6,7 @@ import math
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
@@ -14,6 +15,9 @@ import numpy as np
 
 from pymdr.errors import ConvergenceError, ProblemError, PymdrError, QuantityError
 from pymdr.interpretation.validity import SOURCES, Assumption, Claim
+from pymdr.line.curves import ElasticLine
+from pymdr.line.foundation import states_at_depth
+from pymdr.mapping.equivalent import equivalent_profile
 from pymdr.problem.contact import Contact
 from pymdr.problem.laws import DMT
 from pymdr.problem.measured import MeasuredCurve
@@ -22,10 +26,12 @@ from pymdr.problem.paths import indent
 from pymdr.problem.schedule import Progress
 from pymdr.quantities import one_name
 from pymdr.result import Result
+from pymdr.solving.curves.marking import FLAT, SHORTEST, mark_saturated
 from pymdr.solving.fits.asking import (
     ENDINGS,
     FOUND,
     OF_LIMIT,
+    PLATEAU,
     REFUSED,
     UNREAD,
     UNSETTLED,
@@ -35,9 +41,10 @@ from pymdr.solving.fits.asking import (
     FittedStretch,
     asked_of,
     empty_columns,
+    leave_untold_out,
 )
 from pymdr.solving.fits.families import WORK, Ways
-from pymdr.solving.fits.fitting import LEVENBERG_MARQUARDT, LMFIT, fit
+from pymdr.solving.fits.fitting import LEVENBERG_MARQUARDT, LMFIT, Estimate, estimate, judged
 from pymdr.solving.fits.forces import rounded_up
 from pymdr.solving.fits.quick import fit_by_family, reaches
 from pymdr.solving.fits.records import Records, Stretch, records_of
@@ -46,11 +53,11 @@ from pymdr.solving.fits.unexplained import WAVY, range_of_law
 from pymdr.solving.fits.unknowns import (
     BASELINE,
     CONTACT_POINT,
-    TILT,
     Free,
     origins,
     put_into,
 )
+from pymdr.solving.memory import assumptions_with_memory
 from pymdr.solving.reach import assumptions, map_to_line
 from pymdr.solving.verb import solve
 from pymdr.units import FloatArray, QuantityLike, from_si, shown, written
@@ -75,8 +82,8 @@ class FittedMap:
     """
     Over the grid of the curves: what was found by its name and its standard error as ``..._error``, NaN where nothing was;
     ``noise`` (N), ``waves`` (see :attr:`pymdr.FitResult.waves`), ``correlated``, ``indentation`` (m, the largest), ``of_limit``, the
-    largest measure of what the model assumes of each curve in parts of its limit (above 1 the curve lies beyond), and ``ending``,
-    a number whose meaning stands in its attributes.
+    largest measure of what the model assumes of each curve in parts of its limit (above 1 the curve lies beyond), ``plateau``, the
+    samples at the largest force while the depth changes, and ``ending``, a number whose meaning stands in its attributes.
     """
     names: tuple[str, ...]
     """What was looked for."""
@@ -356,8 +363,28 @@ def _shared(
 def _fit_stretch(asked: Asked, stretch: Stretch, told: Callable[[int], None] | None = None) -> FittedStretch:
     """What was found in some curves."""
     if asked.ways is not None:
-        return fit_by_family(asked, asked.ways, stretch)
-    return _fit_one_by_one(asked, stretch, told)
+        fitted = fit_by_family(asked, asked.ways, stretch)
+    else:
+        fitted = _fit_one_by_one(asked, stretch, told)
+    fitted.columns[PLATEAU][:] = _plateaus(stretch)
+    leave_untold_out(asked, fitted.columns)
+    return fitted
+
+
+def _plateaus(stretch: Stretch) -> FloatArray:
+    """How many samples of each curve have its largest force while it is pressed on."""
+    force = stretch.force
+    with np.errstate(invalid="ignore"):
+        largest, least = np.fmax.reduce(force, axis=1), np.fmin.reduce(force, axis=1)
+        near = force >= (largest - 1.01 * FLAT * (largest - least))[:, None]
+    if force.shape[1] < SHORTEST:
+        return np.zeros(len(force))
+    long = np.logical_and.reduce([near[:, i : near.shape[1] - SHORTEST + 1 + i] for i in range(SHORTEST)])
+    counts = np.zeros(len(force))
+    for i in np.flatnonzero(long.any(axis=1)):
+        with suppress(PymdrError):
+            counts[i] = mark_saturated(stretch.curve(int(i))).marked.sum()
+    return counts
 
 
 def _fit_one_by_one(asked: Asked, stretch: Stretch, told: Callable[[int], None] | None) -> FittedStretch:
@@ -371,8 +398,8 @@ def _fit_one_by_one(asked: Asked, stretch: Stretch, told: Callable[[int], None] 
             out["ending"][i] = UNREAD
             continue
         try:
-            known = {name: asked.known.get(name) for name in (CONTACT_POINT, BASELINE)}
-            found = fit(asked.contact, curve, asked.free, **known, tilt=TILT not in asked.known)
+            found = estimate(asked.contact, curve, asked.free, asked.known)
+            assumed = _assumed(found)
         except ConvergenceError:
             out["ending"][i] = UNSETTLED
         except PymdrError as error:
@@ -380,12 +407,22 @@ def _fit_one_by_one(asked: Asked, stretch: Stretch, told: Callable[[int], None] 
             refusals.add(str(error))
         else:
             for name in asked.names:
-                out[name][i], out[f"{name}_error"][i] = found[name].value, found[name].error
+                out[name][i], out[f"{name}_error"][i] = found.values[name].value, found.values[name].error
             out["noise"][i], out["correlated"][i] = found.noise, found.correlated
-            out[WAVES][i], out[OF_LIMIT][i] = found.waves, _of_limit(found.assumptions)
-            out["indentation"][i] = float(found.data["indentation"].values.max())
+            out[WAVES][i], out[OF_LIMIT][i] = found.waves, _of_limit(assumed)
+            out["indentation"][i] = found.deepest
             out["ending"][i] = FOUND
     return FittedStretch(out, frozenset(refusals))
+
+
+def _assumed(found: Estimate) -> tuple[Assumption, ...]:
+    """What the model assumes of a curve; for bodies with memory without the history, which takes longer than the search."""
+    if not found.contact.remembers:
+        return judged(found).assumptions
+    line = ElasticLine(equivalent_profile(found.contact.profile), 1.0)
+    return assumptions_with_memory(
+        found.contact, states_at_depth(line, [max(found.deepest, 0.0)]).contact_radius
+    )
 
 
 def _of_limit(assumed: Sequence[Assumption]) -> float:
@@ -464,6 +501,12 @@ def _interpreted(asked: Asked, records: Records, fitted: FittedStretch) -> Fitte
             WAVES,
             WAVY,
             "leave waves larger than their noise (waves): another law, a work of adhesion, a layer or a drift may be missing",
+        ),
+        (
+            PLATEAU,
+            0.0,
+            "have samples at their largest force while the depth changes (plateau): where the detector had run out of range, set them to nan, or read the "
+            "files by read_records, which leaves them out",
         ),
         (OF_LIMIT, 1.0, "lie beyond a limit of what the model assumes (of_limit)"),
     ):

@@ -148,7 +148,4 @@ def _columns(
         unseen = (grows < SEEN * correlated) & (out[WORK] < math.sqrt(SEEN) * out[f"{WORK}_error"])
         out["ending"][unseen & (ended == FOUND)] = AT_END
     out["noise"][:], out["correlated"][:], out["indentation"][:] = noise, correlated, depth
-    bad = out["ending"] != FOUND
-    for name in asked.units:
-        out[name][bad] = math.nan
     return out

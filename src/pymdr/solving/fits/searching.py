@@ -27,6 +27,11 @@ _LAGS = 32
 _SIGNIFICANT, _FLAT = 5.0, 1e-4
 _BLIND = 1e-6
 """Of the largest: singular values of unknowns that a record cannot tell apart."""
+_LOST = math.log(1e3)
+_ALONE = 0.05
+"""Of the unknown that moves most: what the others take part in."""
+_BEYOND = 1e6
+"""Times the start: a size that nothing holds back."""
 _POOR = 10.0
 """A residual in parts of the noise, where the model cannot be computed."""
 
@@ -229,19 +234,71 @@ def refuse_blind(search: Search, free: FloatArray) -> None:
     ProblemError
         With what they do determine.
     """
-    slopes, n = search.slopes(free), len(search.unknowns)
-    own, origin = slopes[:, :n], slopes[:, n:]
-    sizes = np.linalg.norm(own, axis=0)
-    if origin.shape[1]:
-        own = own - origin @ np.linalg.lstsq(origin, own, rcond=None)[0]
-    for u, size, whole in zip(search.unknowns, np.linalg.norm(own, axis=0), sizes, strict=True):
-        if size <= _BLIND * max(whole, sizes.max()):
-            raise ProblemError(f"fit: the record does not feel {u.name}; leave it out of free")
+    own, sizes = _own_slopes(search, search.slopes(free))
+    left = np.linalg.norm(own, axis=0)
+    unfelt = left <= _BLIND * np.maximum(sizes, sizes.max())
+    if unfelt.any():
+        raise ProblemError(_unfelt(search, free, unfelt))
     _, singular, rows = np.linalg.svd(own / np.linalg.norm(own, axis=0), full_matrices=False)
     if singular[-1] > _BLIND * singular[0]:
         return
     direction = rows[-1] / np.linalg.norm(own, axis=0)
     raise ProblemError(_combination(search, free, direction / np.abs(direction).max()))
+
+
+def refuse_lost(search: Search, free: FloatArray, slopes: FloatArray, noise: float) -> None:
+    """
+    Refuse sizes that the noise of records, in N, moves by more than a factor of a thousand.
+
+    Raises
+    ------
+    ProblemError
+        With what the records do determine.
+    """
+    if not all(u.is_size for u in search.unknowns) or not search.unknowns:
+        return
+    own, _ = _own_slopes(search, slopes)
+    _, singular, rows = np.linalg.svd(own, full_matrices=False)
+    if noise <= _LOST * singular[-1]:
+        return
+    weakest = rows[-1] / np.abs(rows[-1]).max()
+    if np.count_nonzero(np.abs(weakest) > _ALONE) > 1:
+        raise ProblemError(_combination(search, free, np.where(np.abs(weakest) > _ALONE, weakest, 0.0)))
+    lost = np.abs(weakest) == 1.0
+    raise ProblemError(_unfelt(search, free, lost))
+
+
+def _own_slopes(search: Search, slopes: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Rates of the residuals over the unknowns, without what the origins of the records take up, and how large they were with that."""
+    n = len(search.unknowns)
+    own, origin = slopes[:, :n], slopes[:, n:]
+    sizes = np.linalg.norm(own, axis=0)
+    if origin.shape[1]:
+        own = own - origin @ np.linalg.lstsq(origin, own, rcond=None)[0]
+    return own, sizes
+
+
+def _unfelt(search: Search, free: FloatArray, unfelt: BoolArray) -> str:
+    """What is determined where unknowns leave no trace."""
+    values, _ = search.from_free(free)
+    told = [_near(u, float(v)) for u, v in zip(search.unknowns, values, strict=True)]
+    silent = [one for one, is_silent in zip(told, unfelt, strict=True) if is_silent]
+    heard = [one for one, is_silent in zip(told, unfelt, strict=True) if not is_silent]
+    rest = f"; it determines {', '.join(heard)}" if heard else ""
+    names = " and ".join(u.name for u, is_silent in zip(search.unknowns, unfelt, strict=True) if is_silent)
+    return (
+        f"fit: the record does not feel {names}, which is fitted best with {', '.join(silent)}{rest}; leave {names} out of free, or take a contact "
+        "without it"
+    )
+
+
+def _near(unknown: Unknown, value: float) -> str:
+    """A value in words where a search took it beyond all measure."""
+    if unknown.is_size and value < unknown.start / _BEYOND:
+        return f"{unknown.name} near 0"
+    if unknown.is_size and value > unknown.start * _BEYOND:
+        return f"{unknown.name} without end"
+    return f"{unknown.name} = {written(value, unknown.unit, 4)}"
 
 
 def _combination(search: Search, free: FloatArray, direction: FloatArray) -> str:

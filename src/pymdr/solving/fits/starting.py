@@ -29,8 +29,8 @@ from pymdr.units import FloatArray
 _SAMPLES, _POINTS, _COMBINATIONS = 256, 33, 100
 _FOLLOWED_POINTS, _FOLLOWED_COMBINATIONS = 9, 24
 """Of bodies with memory, whose every trial follows the whole record."""
-
-
+_WANDERS = 0.05
+"""Of the range of the depths: what a record with one approach and one retreat may lie off them."""
 _SCALES = np.geomspace(0.3, 1e4, 17)
 """Of what would bear the force at the depth that the whole travel is."""
 _LADDER = np.linspace(0.0, 1.0, 257) ** 2
@@ -96,9 +96,13 @@ def starts(
     found, failures = [], []
     for values in candidates(contact, unknowns, size, span, most):
         best = Start(math.inf, values, float(tried[0]), 0.0)
+        try:
+            forces = forces_of(put_into(contact, unknowns, values), size, 0.0, time)
+        except PymdrError as error:
+            failures.append(error)
+            continue
         for point in tried:
             try:
-                forces = forces_of(put_into(contact, unknowns, values), size, 0.0, time)
                 places = _tried(forces, curve, few, float(point), known, values, unknowns, together)
                 best = min((best, *places), key=lambda start: start.misfit)
             except PymdrError as error:
@@ -110,6 +114,42 @@ def starts(
             f"fit: no start can be computed: {failures[-1] if failures else 'no force in the record rises with the depth; see with orient(curve) whether a sign is turned'}"
         )
     return sorted(found, key=lambda start: start.misfit)[:count]
+
+
+def is_pressed_once(curve: MeasuredCurve) -> bool:
+    """Whether what was measured rises and then falls, without noise."""
+    steps, deepest = np.diff(curve.position), int(np.argmax(curve.position))
+    return bool((steps[:deepest] >= 0.0).all() and (steps[deepest:] <= 0.0).all())
+
+
+def pressed_once(curve: MeasuredCurve, baseline: float | None) -> MeasuredCurve | None:
+    """
+    The indentations of a record as one approach and one retreat, without their noise; None where it is something else, or has no times.
+
+    Its contact point is about that of the travels. A record that is one already, of indentations, is itself.
+    """
+    if curve.compliance == 0.0 and is_pressed_once(curve):
+        return curve
+    if curve.time is None:
+        return None
+    apart = np.argsort(curve.position)[: max(1, curve.force.size // 10)]
+    base = float(np.median(curve.force[apart])) if baseline is None else baseline
+    depth = curve.position - curve.compliance * (curve.force - base)
+    deepest = int(np.argmax(depth))
+    eased = np.concatenate([_risen(depth[: deepest + 1]), _risen(depth[deepest:][::-1])[::-1][1:]])
+    if float(np.sqrt(np.mean((eased - depth) ** 2))) > _WANDERS * float(np.ptp(depth)):
+        return None
+    return MeasuredCurve(force=curve.force, indentation=eased, time=curve.time)
+
+
+def _risen(values: FloatArray) -> FloatArray:
+    """Values that rise up to a last stretch, straight between the middles of those in which the largest before and the smallest after are the same."""
+    even = 0.5 * (np.maximum.accumulate(values) + np.minimum.accumulate(values[::-1])[::-1])
+    first = np.flatnonzero(np.diff(even, prepend=-np.inf) > 0.0)
+    last = np.append(first[1:], even.size) - 1
+    middle = 0.5 * (first + last)
+    middle[-1] = first[-1]
+    return np.interp(np.arange(even.size), middle, even[first])
 
 
 def _sheared_starts(

@@ -20,6 +20,7 @@ _BEGUN, _MARK, _REFUSALS = "pymdr_begun", "pymdr_work", "pymdr_refusals"
 _WORDS = {
     "noise": "standard deviation of the residuals",
     "waves": "what of the residuals hangs together, in parts of the noise between neighbours",
+    "plateau": "samples at the largest force while the depth changes",
     "of_limit": "largest measure of what the model assumes, in parts of its limit",
     "correlated": "samples that tell as much as an independent one",
     "indentation": "largest indentation",
@@ -160,6 +161,7 @@ def _mark(asked: Asked, records: Records, total: int) -> str:
         "free": [[u.name, u.low, u.high] for u in asked.unknowns],
         "known": dict(asked.known),
         "shape": list(records.shape),
+        "told": list(asked.units),
     }
     mark = hashlib.sha256(json.dumps(work, sort_keys=True).encode())
     for first in (0, total - 1):

@@ -25,6 +25,7 @@ def unexplained(found: FitResult) -> tuple[str, ...]:
     """Notes on a plateau of the detector, a pull without adhesion, the range of a law of adhesion, and waves that the model leaves."""
     return (
         *_unmarked_plateau(found),
+        *_undetermined(found),
         *_unexplained_pull(found),
         *range_of_law(found.contact),
         *_unexplained_waves(found),
@@ -67,6 +68,16 @@ def _unmarked_plateau(found: FitResult) -> tuple[str, ...]:
     return (
         f"{count} samples have the largest force, while the depth changes: where the detector had run out of range, leave them out by "
         "prepare or mark_saturated",
+    )
+
+
+def _undetermined(found: FitResult) -> tuple[str, ...]:
+    """A note on sizes whose errors are larger than they are themselves."""
+    sizes = [found.values[one.name] for one in found.search.unknowns if one.is_size]
+    blurred = [one for one in sizes if one.error > one.value]
+    return tuple(
+        f"{one.name} is not determined: its standard error, {written(one.error, one.unit, 3)}, is larger than it; only the ends of its interval say something"
+        for one in blurred
     )
 
 

@@ -1,0 +1,280 @@
+"""Compiled approach and retreat of bodies with memory, by tables of their stiffness. Imported only when one is followed: it loads numba."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from pymdr.compiling import compiled
+from pymdr.units import FloatArray
+
+MET, TOUCHED_AGAIN = 0, 1
+"""How a path ended: its targets are met, or the contact grows as the bodies part."""
+_FEW, _MANY = np.polynomial.legendre.leggauss(4), np.polynomial.legendre.leggauss(10)
+"""Nodes and weights of parts over which the depth changes by less than a fifth, and by more."""
+_STEPS, _CLOSE = 60, 1e-14
+"""Of a search for a root, and of the largest depth or of a row."""
+_FORGOTTEN = 40.0
+"""Relaxation times after which nothing is left."""
+_SAME = 1e-9
+"""Of the largest load per length: what a contact that does not grow may be short of."""
+
+
+@compiled
+def _stiffness(table: FloatArray, deepest: float, depth: float) -> float:
+    """Per unit modulus in m, straight in the fourth root of the depth between the columns of a table."""
+    cells = table.shape[1] - 1
+    x = math.sqrt(math.sqrt(max(depth, 0.0) / deepest)) * cells
+    i = min(int(x), cells - 1)
+    return float(table[0, i] + (x - i) * (table[0, i + 1] - table[0, i]))
+
+
+@compiled
+def _force(table: FloatArray, deepest: float, depth: float) -> float:
+    """The integral of the stiffness in m^2."""
+    if depth <= 0.0:
+        return 0.0
+    cells = table.shape[1] - 1
+    x = math.sqrt(math.sqrt(depth / deepest)) * cells
+    i = min(int(x), cells - 1)
+    rise = table[0, i + 1] - table[0, i]
+    base = table[0, i] - rise * i
+    fourth, first = (x**4 - float(i) ** 4) / 4.0, (x**5 - float(i) ** 5) / 5.0
+    return float(table[1, i] + 4.0 * deepest / float(cells) ** 4 * (base * fourth + rise * first))
+
+
+@compiled
+def _mean(x: float) -> float:
+    """The mean of an exponential over x of its times."""
+    return -math.expm1(-x) / x if x > 1e-300 else 1.0
+
+
+@compiled
+def _gained(table: FloatArray, deepest: float, low: float, high: float, wait: float, time: float) -> float:
+    """The integral of exp(-(end - s)/time) dF0 over a straight rise, whose part before the bodies touch counts for nothing."""
+    if high <= 0.0 or high <= low:
+        return 0.0
+    if wait <= 0.0:
+        return _force(table, deepest, high) - _force(table, deepest, low)
+    speed = (high - low) / wait
+    begin = max(low, 0.0, high - _FORGOTTEN * time * speed)
+    parts = max(1, math.ceil((high - begin) / (speed * time)))
+    total, end = 0.0, math.sqrt(math.sqrt(begin))
+    for p in range(parts):
+        here = end
+        end = math.sqrt(math.sqrt(begin + (high - begin) * (p + 1) / parts))
+        half = 0.5 * (end - here)
+        nodes, weights = _FEW if here**4 > 0.8 * end**4 else _MANY
+        for q in range(nodes.size):
+            root = here + half * (1.0 + nodes[q])
+            depth = root**4
+            total += (
+                weights[q]
+                * half
+                * 4.0
+                * root**3
+                * _stiffness(table, deepest, depth)
+                * math.exp(-max(high - depth, 0.0) / (speed * time))
+            )
+    return total
+
+
+@compiled
+def _borne(
+    table: FloatArray,
+    deepest: float,
+    body: FloatArray,
+    moduli: FloatArray,
+    times: FloatArray,
+    carried: FloatArray,
+    low: float,
+    high: float,
+    wait: float,
+) -> float:
+    """The force in N of a contact that grows from one depth to another."""
+    total = body[0] * _force(table, deepest, high)
+    for j in range(times.size):
+        fresh = _gained(table, deepest, low, high, wait, times[j])
+        total += moduli[j] * (math.exp(-wait / times[j]) * carried[j] + fresh)
+    if body[1] > 0.0 and high > low and high > 0.0:
+        total += body[1] * (high - low) / wait * _stiffness(table, deepest, high)
+    return float(total)
+
+
+@compiled
+def _pressed(
+    table: FloatArray,
+    deepest: float,
+    body: FloatArray,
+    moduli: FloatArray,
+    times: FloatArray,
+    carried: FloatArray,
+    low: float,
+    wait: float,
+    target: float,
+    softness: float,
+) -> float:
+    """The depth in m at which a contact that grows meets a travel; -inf where it would have to shrink."""
+    if softness == 0.0 or target <= 0.0:
+        return target
+    under, over, side = low, target, 0
+    short = low + softness * _borne(table, deepest, body, moduli, times, carried, low, low, wait) - target
+    if short > 0.0:
+        return -math.inf
+    much = softness * _borne(table, deepest, body, moduli, times, carried, low, target, wait)
+    for _ in range(_STEPS):
+        if over - under <= _CLOSE * target or much == short:
+            break
+        depth = (under * much - over * short) / (much - short)
+        force = _borne(table, deepest, body, moduli, times, carried, low, depth, wait)
+        off = depth + softness * force - target
+        if off > 0.0:
+            over, much, short = depth, off, 0.5 * short if side > 0 else short
+            side = 1
+        else:
+            under, short, much = depth, off, 0.5 * much if side < 0 else much
+            side = -1
+        if abs(off) <= _CLOSE * target:
+            return depth
+    return over
+
+
+@compiled
+def _pull(
+    table: FloatArray,
+    deepest: float,
+    body: FloatArray,
+    moduli: FloatArray,
+    times: FloatArray,
+    time: FloatArray,
+    depth: FloatArray,
+    carried: FloatArray,
+    path: FloatArray,
+    row: int,
+    part: float,
+    now: int,
+    target: float,
+    softness: float,
+    found: FloatArray,
+) -> float:
+    """
+    Less the load per length at the edge of the contact of a part of an earlier row, which rises with that.
+
+    `found` takes the force and the depth that it would have now.
+    """
+    wait, move = part * (time[row + 1] - time[row]), part * (depth[row + 1] - depth[row])
+    force = body[0] * _force(table, deepest, depth[row] + move)
+    lag = time[now] - time[row] - wait
+    for j in range(times.size):
+        rest = math.exp(-lag / times[j])
+        if rest > 0.0:
+            old = carried[row, j]
+            if part > 0.0:
+                old = math.exp(-wait / times[j]) * old + _gained(
+                    table, deepest, depth[row], depth[row] + move, wait, times[j]
+                )
+            force += moduli[j] * rest * old
+    there = target - softness * force
+    found[0], found[1] = force, there
+    duration, way = time[now] - time[now - 1], there - depth[now - 1]
+    total = body[0] * (depth[row] + move - there)
+    if body[1] > 0.0 and way != 0.0:
+        total -= body[1] * way / duration
+    for j in range(times.size):
+        then = math.exp(-wait / times[j]) * path[row, j] + _mean(wait / times[j]) * move
+        x = duration / times[j]
+        total -= moduli[j] * (
+            math.exp(-x) * path[now - 1, j] + _mean(x) * way - math.exp(-lag / times[j]) * then
+        )
+    return float(total)
+
+
+@compiled
+def follow(
+    table: FloatArray,
+    deepest: float,
+    body: FloatArray,
+    moduli: FloatArray,
+    times: FloatArray,
+    time: FloatArray,
+    target: FloatArray,
+    softness: float,
+    depth: FloatArray,
+    force: FloatArray,
+) -> int:
+    """
+    Follow travels, or indentations where the softness is 0, of bodies that are apart at first; how it ended.
+
+    `depth` and `force` have one entry for each target, and the first is that of the bodies before a sudden move.
+    """
+    n, kinds = target.size, times.size
+    path, carried = np.zeros((n, kinds)), np.zeros((n, kinds))
+    found = np.zeros(2)
+    depth[0], force[0] = target[0], 0.0
+    top = 0
+    while top + 1 < n:  # grows
+        k = top + 1
+        wait = time[k] - time[top]
+        there = _pressed(
+            table, deepest, body, moduli, times, carried[top], depth[top], wait, target[k], softness
+        )
+        if there < depth[top] and depth[top] > 0.0:
+            break
+        depth[k] = there
+        force[k] = _borne(table, deepest, body, moduli, times, carried[top], depth[top], there, wait)
+        for j in range(kinds):
+            x = wait / times[j]
+            path[k, j] = math.exp(-x) * path[top, j] + _mean(x) * (there - depth[top])
+            carried[k, j] = math.exp(-x) * carried[top, j] + _gained(
+                table, deepest, depth[top], there, wait, times[j]
+            )
+        top = k
+    first = top
+    while first > 0 and depth[first] > 0.0:
+        first -= 1
+    begin = -depth[first] / (depth[first + 1] - depth[first]) if top > first else 0.0
+    allowed = _SAME * (body[0] + moduli.sum()) * max(depth[top], 0.0)
+    row, part = top - 1, 1.0
+    for k in range(top + 1, n):  # shrinks
+        over = _pull(
+            table, deepest, body, moduli, times, time, depth, carried, path, row, part, k, target[k], softness, found
+        )  # fmt: skip
+        if over < -allowed:
+            return TOUCHED_AGAIN
+        if over > allowed:
+            high, part = part, 0.0
+            under = over
+            while True:
+                part = begin if row == first else 0.0
+                under = _pull(
+                    table, deepest, body, moduli, times, time, depth, carried, path, row, part, k, target[k], softness, found
+                )  # fmt: skip
+                if under <= 0.0 or row == first:
+                    break
+                row, high, over = row - 1, 1.0, under
+            if under < 0.0:
+                low, side = part, 0
+                for _ in range(_STEPS):
+                    if high - low <= _CLOSE or over == under:
+                        break
+                    part = (low * over - high * under) / (over - under)
+                    off = _pull(
+                        table, deepest, body, moduli, times, time, depth, carried, path, row, part, k, target[k], softness, found
+                    )  # fmt: skip
+                    if off == 0.0:
+                        break
+                    if off > 0.0:
+                        high, over, under = part, off, 0.5 * under if side > 0 else under
+                        side = 1
+                    else:
+                        low, under, over = part, off, 0.5 * over if side < 0 else over
+                        side = -1
+                    if abs(off) <= 1e-3 * allowed:
+                        break
+        force[k], depth[k] = found[0], found[1]
+        duration, way = time[k] - time[k - 1], depth[k] - depth[k - 1]
+        for j in range(kinds):
+            x = duration / times[j]
+            path[k, j] = math.exp(-x) * path[k - 1, j] + _mean(x) * way
+    return MET
