@@ -9,6 +9,7 @@ and ``--only`` replay a mutant.
 
 import argparse
 import ast
+import math
 import os
 import random
 import resource
@@ -137,12 +138,13 @@ def recorded():
 
 
 def asked(found):
-    """The tests that pass its lines, those with the fewest lines first; of compiled code those of its folder."""
+    """The tests that pass its lines, those with the fewest lines first, every so many of very many; of compiled code those of its folder."""
     passing, breadth = recorded()
     lines = passing.get(str(found.file), {})
     tests = {test for line in found.lines for test in lines.get(line, ()) if test}
     if tests:
-        return [test.rpartition("|")[0] for test in sorted(tests, key=breadth.__getitem__)][:MOST]
+        ranked = sorted(tests, key=breadth.__getitem__)
+        return [test.rpartition("|")[0] for test in ranked[:: math.ceil(len(ranked) / MOST)]]
     relative = found.file.relative_to(ROOT)
     own = [test for word, tests in OWN_TESTS.items() if word in str(relative) for test in tests]
     files = [f"tests/test_{name}.py" for name in dict.fromkeys([*own, *TESTS[relative.parts[2]]])]
