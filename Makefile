@@ -5,12 +5,16 @@ BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 WRITES := $(VENV)/.writes
 
-.PHONY: run test explore check docs benchmarks mutants clean
+.PHONY: run test tests explore check docs benchmarks mutants clean
 
 run: $(READY)
 	$(BIN)/pymdr run examples/ball_on_glass.toml -o out
 
-test: $(READY) check
+# types take one core half a minute: the tests begin beside them
+test: $(READY)
+	$(MAKE) --no-print-directory --jobs=2 check tests
+
+tests: $(READY)
 	$(BIN)/python -m pytest -n auto --dist worksteal
 
 # all tests, the long ones too, with random examples drawn anew, as often as one likes
