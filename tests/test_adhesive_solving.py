@@ -4,6 +4,7 @@ import math
 import pickle
 from functools import cache
 from itertools import pairwise
+from types import SimpleNamespace
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -17,6 +18,7 @@ from scipy.special import gamma
 import pymdr as mdr
 from drawing import examples, first_of
 from pymdr.errors import ConvergenceError, PymdrError
+from pymdr.interpretation.adhesion import _negative
 from pymdr.line.adhesion import power_law_pull_off
 from pymdr.mapping.equivalent import equivalent_profile
 from pymdr.solving import drawing
@@ -1261,6 +1263,20 @@ def test_flats_with_rounded_edges_under_every_law(n, size):
         result = mdr.solve(tip, mdr.indent(0.5 * size) >> mdr.indent(-10 * size, steps=3))
         assert balance(result).measure < 1e-8
         assert result.status.name == "PULLED_OFF"
+
+
+@given(st.floats(0.05, 0.95), st.floats(1e-3, 0.02), st.floats(-9.0, 3.0), st.booleans())
+def test_short_intervals_without_a_disk_are_seen_between_the_radii_that_are_read(
+    middle, half, decades, without
+):
+    """And short ones in which it is one."""
+    size, sign = 10.0**decades, 1.0 if without else -1.0
+    found = _negative(
+        lambda a: sign * ((a / size - middle) ** 2 - half**2), 0.0, size, SimpleNamespace(falls=())
+    )
+    ends = [middle - half, middle + half]
+    expected = [ends] if without else [[0.0, ends[0]], [ends[1], 1.0]]
+    assert np.array(found) / size == pytest.approx(np.array(expected), abs=1e-9)
 
 
 @pytest.mark.parametrize("n", first_of([2.0, 1.0]))

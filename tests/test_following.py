@@ -267,6 +267,17 @@ def test_hidden_folds_and_corners():
     assert trace(corner).lost == 0.7
 
 
+@given(st.floats(-1e3, 1e3), st.floats(0.5, 20.0), st.floats(-9.0, 3.0))
+def test_folds_lie_where_they_are_wherever_the_way_begins(start, turns, decades):
+    size = 10.0**decades
+    points, rising = turning_points(
+        lambda s: np.cos(s / size - start), start * size, (start + turns) * size, ()
+    )
+    folds = np.arange(0.5 * np.pi, turns, np.pi)
+    assert points / size - start == pytest.approx([0.0, *folds, turns], abs=1e-12 * (1.0 + abs(start)))
+    assert rising == [i % 2 == 0 for i in range(folds.size + 1)]
+
+
 @settings(max_examples=examples(60), deadline=None)
 @given(st.floats(-9.0, 3.0), st.floats(0.02, 0.9), st.floats(0.05, 20.0), st.booleans())
 def test_slopes_without_bound_at_a_corner(decade, power, strength, falls):

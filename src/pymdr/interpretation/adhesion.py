@@ -269,13 +269,16 @@ def _extreme(
     from scipy.optimize import minimize_scalar
 
     sign = 1.0 if value > 0.0 else -1.0
+    # its tolerance is absolute, and radii have any size
     found = minimize_scalar(
-        lambda x: sign * margin(float(x)),
-        bounds=(low, high),
+        lambda share: sign * margin(low + float(share) * (high - low)),
+        bounds=(0.0, 1.0),
         method="bounded",
         options={"maxiter": _HALVINGS},
     )
-    return (float(found.x), sign * float(found.fun)) if found.fun < sign * value else (middle, value)
+    if not found.fun < sign * value:
+        return middle, value
+    return low + float(found.x) * (high - low), sign * float(found.fun)
 
 
 def adhesive_claims(

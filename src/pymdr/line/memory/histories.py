@@ -360,7 +360,7 @@ def _follow(
         if done == stop:
             continue
         springs = extended(curve, springs, farther(curve, springs))
-        w, z, free = (longer(values, springs.position.size) for values in (w, z, free))
+        w, z, free = longer(w, z, free, springs.position.size)
     end = MemoryState(
         float(begin[0]),
         float(begin[1]),

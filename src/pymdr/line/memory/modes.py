@@ -145,13 +145,12 @@ def packed(
     return w, h, free[0].copy()
 
 
-def longer(values: FloatArray, size: int) -> FloatArray:
-    """Values of the kernel with those of springs that nothing has touched."""
-    if values.ndim == 2 and values.shape[0] == 2 and size != 2:
-        more = np.zeros((2, size))
-        more[0] = 1.0
-        more[:, : values.shape[1]] = values
-        return more
-    longer = np.zeros((size, *values.shape[1:]))
-    longer[: values.shape[0]] = values
-    return longer
+def longer(
+    w: FloatArray, z: FloatArray, free: FloatArray, size: int
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """The arrays of the kernels with those of springs that nothing has touched."""
+    known = w.size
+    more_w, more_z, more_free = np.zeros(size), np.zeros((size, z.shape[1])), np.zeros((2, size))
+    more_free[0] = 1.0
+    more_w[:known], more_z[:known], more_free[:, :known] = w, z, free
+    return more_w, more_z, more_free
