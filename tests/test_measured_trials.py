@@ -8,7 +8,7 @@ import warnings
 import numpy as np
 import pytest
 import xarray as xr
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 import pymdr as mdr
@@ -153,3 +153,40 @@ def test_folders_of_another_version_are_refused(tmp_path, monkeypatch):
         mdr.fit_map(BALL, curves, ["body.young"], folder=tmp_path / "fits")
     with pytest.raises(FileError, match="the version of pymdr"):
         mdr.sweep(BALL, mdr.indent("1 um"), swept, folder=tmp_path / "parts")
+
+
+@settings(max_examples=examples(25), deadline=None)
+@given(st.integers(0, 2**32 - 1))
+@example(0)
+@example(97)
+@example(178)
+def test_no_fit_lies_farther_from_the_record_than_what_made_it(seed):
+    rng = np.random.default_rng(seed)
+    young, n, tilt = 10.0 ** rng.uniform(2, 6), int(rng.integers(30, 120)), bool(rng.random() < 0.4)
+    way = np.linspace(-rng.choice([0.0, 0.5]) * 1e-6, 1e-6, n)
+    way = [way, way[::-1], np.concatenate([way, way[::-1]])][rng.integers(3)]
+    softness = rng.choice([None, 10.0 ** rng.uniform(-1.0, 1.5)])
+    machine = None if softness is None else softness * float(hertz(young, 1e-6)) / 1e-6
+    force = hertz(young, way) if machine is None else on_machine(young, machine, way)
+    span = force.max()
+    force = force + span * rng.normal() + 0.1 * span / 1e-6 * rng.normal() * way * tilt
+    noise = span * 10.0 ** rng.uniform(-3, -2) * rng.normal(size=way.size)
+    place = {"indentation": way} if machine is None else {"travel": way, "spring_constant": machine}
+    known = {"contact_point": 0.0} if rng.random() < 0.5 else {}
+    start = mdr.Contact(BALL.profile, mdr.Elastic(young * 10.0 ** rng.uniform(-4, 4), POISSON))
+    found = mdr.fit(
+        start, mdr.MeasuredCurve(force=force + noise, **place), ["body.young"], tilt=tilt, **known
+    )
+    assert (found.data["residual"].values ** 2).sum() < (1.0 + 1e-6) * (noise**2).sum()
+
+
+def test_origins_that_a_record_cannot_tell_apart_have_errors_without_end():
+    punch = mdr.Contact(mdr.FlatPunch("1 um"), mdr.Elastic("1 MPa", POISSON))
+    depth = np.linspace(1e-7, 1e-6, 100)
+    force = 3.0 * depth + 1e-8 * np.random.default_rng(1).normal(size=100)
+    for stretch in (1.0, 1e-3, 1e3):
+        record = mdr.MeasuredCurve(force=stretch * force, indentation=stretch * depth)
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            found = mdr.fit(punch, record, ["body.young"])
+        assert found["body.young"].low < 3.0 * (1.0 - POISSON**2) / 2e-6 < found["body.young"].high

@@ -141,7 +141,8 @@ def _columns(
     for i, name in enumerate(asked.names):
         value = plain[name] if name in plain else values[:, i]
         out[name][:] = value
-        out[f"{name}_error"][:] = error[:, i] * (1.0 if name in plain else np.abs(rates[:, i]))
+        with np.errstate(invalid="ignore"):  # a number without end, known without error
+            out[f"{name}_error"][:] = error[:, i] * (1.0 if name in plain else np.abs(rates[:, i]))
     for name, (low, high) in asked.bounded.items():
         outside = (out[name] < low) | (out[name] > high)
         out["ending"][outside & (ended == FOUND)] = AT_END
