@@ -3,7 +3,11 @@
 from __future__ import annotations
 
 import math
+import shutil
+import subprocess
+import tempfile
 import warnings
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,7 +17,8 @@ from hypothesis import strategies as st
 
 import pymdr as mdr
 from drawing import examples
-from pymdr.errors import FileError, ProblemError
+from pymdr.errors import CaseError, FileError, ProblemError
+from pymdr.solving.fits.found import Fitted
 
 RADIUS, POISSON = 5e-6, 0.5
 BALL = mdr.Contact(mdr.Paraboloid(RADIUS), mdr.Elastic("10 kPa", POISSON))
@@ -190,3 +195,65 @@ def test_origins_that_a_record_cannot_tell_apart_have_errors_without_end():
             warnings.simplefilter("error")
             found = mdr.fit(punch, record, ["body.young"])
         assert found["body.young"].low < 3.0 * (1.0 - POISSON**2) / 2e-6 < found["body.young"].high
+
+
+@settings(max_examples=examples(40), deadline=None)
+@given(st.floats(-1e3, 1e3), st.floats(-20.0, -1.0))
+def test_an_interval_shows_its_ends_apart(value, log_width):
+    width = max(abs(value) * 10.0**log_width, 1e-12 * abs(value))
+    shown = str(Fitted("contact_point", value, width / 4.0, value - width / 2.0, value + width / 2.0, "m"))
+    low, high = shown.partition("95 % between ")[2].split(" and ")
+    assert width == 0.0 or low != high
+
+
+@settings(max_examples=examples(10), deadline=None)
+@given(st.sets(st.integers(0, 79), max_size=30), st.sampled_from(["nan", "", "inf", " NaN "]))
+def test_samples_of_a_table_that_are_no_numbers_are_left_out_where_that_is_asked(lost, word):
+    rows = [f"{1e6 * z},{word if i in lost else i}" for i, z in enumerate(WAY)]
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "curve.csv"
+        file.write_text("\n".join(["indentation [um],load [nN]", *rows]))
+        (found,) = mdr.read_curves(file, leave_out_missing=True)
+        if lost:
+            with pytest.raises(CaseError, match="finite number"):
+                mdr.read_curves(file)
+    kept = [i for i in range(80) if i not in lost]
+    assert np.allclose(found.force, 1e-9 * np.array(kept), rtol=1e-12)
+    assert np.allclose(found.indentation, WAY[kept], rtol=1e-12)
+    assert [step.name for step in found.steps] == (["missing"] if lost else [])
+
+
+def test_a_missing_column_is_asked_for_in_its_own_unit(tmp_path):
+    (tmp_path / "curve.csv").write_text("indentation [um],foo [nN]\n1,2\n")
+    with pytest.raises(CaseError, match=r"'load \[N\]'"):
+        mdr.read_curve(tmp_path / "curve.csv")
+
+
+@pytest.mark.skipif(shutil.which("gcc") is None, reason="there is no compiler")
+@pytest.mark.parametrize("contact", [BALL, STICKY], ids=["Hertz", "JKR"])
+def test_headers_compile_under_the_warnings_of_strict_codes(contact, tmp_path):
+    law = mdr.export_law(contact, "1 um", tolerance=1e-4)
+    (tmp_path / "ball.h").write_text(law.c_header("ball"))
+    (tmp_path / "ball.c").write_text(
+        '#include "ball.h"\n#include "ball.h"\nint main(void) { return !(ball_force(1e-7) == ball_force(1e-7)); }\n'
+    )
+    strict = [
+        "-std=c99",
+        "-Wall",
+        "-Wextra",
+        "-Werror",
+        "-pedantic",
+        "-Wconversion",
+        "-Wdouble-promotion",
+        "-Wshadow",
+    ]
+    subprocess.run(
+        ["gcc", *strict, str(tmp_path / "ball.c"), "-o", str(tmp_path / "ball"), "-lm"], check=True
+    )
+    subprocess.run([str(tmp_path / "ball")], check=True)
+
+
+def test_points_of_a_map_have_the_numbers_of_its_table():
+    curves = [mdr.MeasuredCurve(force=hertz(E, WAY), indentation=WAY) for E in (1e3, 2e3, 3e3)]
+    figure = mdr.fit_map(BALL, curves, ["body.young"]).plot()
+    assert figure.axes[0].lines[0].get_xdata().tolist() == [0, 1, 2]
