@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import shutil
 import subprocess
+import sys
 import tempfile
 import warnings
 from pathlib import Path
@@ -257,3 +258,16 @@ def test_points_of_a_map_have_the_numbers_of_its_table():
     curves = [mdr.MeasuredCurve(force=hertz(E, WAY), indentation=WAY) for E in (1e3, 2e3, 3e3)]
     figure = mdr.fit_map(BALL, curves, ["body.young"]).plot()
     assert figure.axes[0].lines[0].get_xdata().tolist() == [0, 1, 2]
+
+
+def test_points_between_values_that_are_not_two_are_refused(tmp_path):
+    case = tmp_path / "ball.toml"
+    case.write_text(
+        '[profile]\nkind = "paraboloid"\nradius = "5 um"\n[body]\nkind = "elastic"\nyoung = "1 kPa"\npoisson = 0.5\n'
+        '[[path]]\nkind = "indent"\nindentation = "1 um"\n'
+    )
+    for values, status in (("1 kPa, 2 kPa, 3 kPa", 1), ("1 kPa", 1), ("1 kPa, 2 kPa", 0)):
+        asked = ["sweep", str(case), "--over", f"body.young = {values}", "--points", "4"]
+        done = subprocess.run([sys.executable, "-m", "pymdr", *asked], capture_output=True, text=True)
+        assert done.returncode == status
+        assert ("--points 4" in done.stderr) == bool(status)
