@@ -227,7 +227,9 @@ static inline void @_law(double d, double *force, double *stiffness, double *rad
     size_t low = 0, high = @@_KNOTS - 1;
     double u, h, t, m0, m1, rise, slope, y, z;
     if (!(d <= @@_LARGEST_INDENTATION) || %(outside)s) {
-        const double nothing = d <= @@_LARGEST_INDENTATION ? 0.0 : NAN;
+        double nothing = 0.0;
+        if (!(d <= @@_LARGEST_INDENTATION))
+            nothing = NAN;
         if (force)
             *force = nothing;
         if (stiffness)

@@ -6,6 +6,7 @@ import hashlib
 import json
 import os
 from collections.abc import Iterator, Mapping
+from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -27,7 +28,7 @@ class KeptParts:
     folder : path
         Made unless it is there.
     work : mapping
-        What the work is, as it could stand in a JSON file: a folder of another work is refused.
+        What the work is, as it could stand in a JSON file: a folder of another work, or of another version of pymdr, is refused.
 
     Raises
     ------
@@ -39,7 +40,8 @@ class KeptParts:
         from pymdr.presentation.files import named_file
 
         self.folder = named_file(folder, "write")
-        self.mark = hashlib.sha256(json.dumps(work, sort_keys=True).encode()).hexdigest()
+        asked = {**work, "version": version("pymdr")}
+        self.mark = hashlib.sha256(json.dumps(asked, sort_keys=True).encode()).hexdigest()
         try:
             self.folder.mkdir(parents=True, exist_ok=True)
         except OSError as error:
@@ -58,8 +60,8 @@ class KeptParts:
             found = read_dataset(file)
             if found.attrs.get(_MARK) != self.mark:
                 raise FileError(
-                    f"{file} is a part of another work: something that was asked has changed since; take another folder, or "
-                    "empty this one"
+                    f"{file} is a part of another work: something that was asked, or the version of pymdr, has changed since; take "
+                    "another folder, or empty this one"
                 )
             yield int(found.attrs[_FIRST]), found
 

@@ -28,7 +28,7 @@ from pymdr.solving.curves import (
 )
 from pymdr.units import FloatArray, QuantityLike, shown, to_si
 from pymdr.workbench.segments import Segment, segments_in
-from pymdr.workbench.tables import read_curve
+from pymdr.workbench.tables import curve_of_columns, read_force_columns
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -93,13 +93,17 @@ def read_curves(
             f"cannot read {source}: no format of force curves ends in {suffix!r}; those that do: {known}"
         )
     try:
-        whole = read_curve(source, spring_constant=spring_constant)
+        columns = read_force_columns(source, missing=leave_out_missing)
     except CaseError:  # no table with units: it may be one of a maker
         try:
             return tuple(_of_maker(source, spring_constant, leave_out_missing))
         except (FileError, CaseError, MissingExtraError):
             pass
         raise
+    size, missing = columns["normal_force"].size, 0
+    if leave_out_missing:
+        columns, missing = _known(str(source), columns, leave_out_missing)
+    whole = curve_of_columns(source, columns, spring_constant, _step_of(missing, size))
     facts = Facts({"file": source.name, "record": 0.0})
     return tuple(_part(whole, segment, facts) for segment in segments_in(whole.position, whole.time, None))
 
@@ -397,10 +401,7 @@ def _segments(
         raise ProblemError(
             f"{where}: the file has no spring constant; give spring_constant, such as '0.1 N/m'"
         )
-    step = None
-    if missing:
-        words = f"{missing} of {missing + position.size} samples were no numbers"
-        step = Step("missing", f"{words}, left out", Facts({"count": float(missing)}))
+    step = _step_of(missing, missing + position.size)
     whole = MeasuredCurve(
         force=used["force"],
         indentation=position if name == "tip position" else None,
@@ -431,6 +432,14 @@ def _known(where: str, columns: dict[str, FloatArray], leave_out: bool) -> tuple
             f"{where}: {np.count_nonzero(kept)} of {kept.size} samples are numbers; at least 8 are needed: measure again"
         )
     return {key: values[kept] for key, values in columns.items()}, int(np.count_nonzero(~kept))
+
+
+def _step_of(missing: int, size: int) -> Step | None:
+    """That samples were left out, if any were."""
+    if not missing:
+        return None
+    words = f"{missing} of {size} samples were no numbers, left out"
+    return Step("missing", words, Facts({"count": float(missing)}))
 
 
 def _part(whole: MeasuredCurve, segment: Segment, facts: Facts) -> MeasuredCurve:

@@ -14,7 +14,7 @@ import numpy as np
 
 from pymdr.errors import CaseError, PathError, ProblemError, UnitError
 from pymdr.presentation.files import named_file
-from pymdr.problem.measured import MeasuredCurve
+from pymdr.problem.measured import MeasuredCurve, Step
 from pymdr.problem.paths import CHANNELS, NORMAL_CHANNELS, TANGENTIAL_CHANNELS
 from pymdr.problem.paths import Path as MeasuredPath
 from pymdr.problem.profiles import ForceCurve, Sampled
@@ -266,14 +266,29 @@ def read_curve(file: str | os.PathLike[str], *, spring_constant: QuantityLike | 
     --------
     read_force_curve : a curve that stands in a contact in place of a profile.
     """
-    found = _read(file, _RECORD, ("normal_force",), "time [s], load [mN], travel [um]")
+    return curve_of_columns(file, read_force_columns(file, missing=False), spring_constant)
+
+
+def read_force_columns(file: str | os.PathLike[str], *, missing: bool) -> dict[str, FloatArray]:
+    """The columns of a force curve in SI units; entries that are no numbers are nan where `missing`, and refused otherwise."""
+    return _read(file, _RECORD, ("normal_force",), "time [s], load [mN], travel [um]", missing)
+
+
+def curve_of_columns(
+    file: str | os.PathLike[str],
+    columns: Mapping[str, FloatArray],
+    spring_constant: QuantityLike | None,
+    step: Step | None = None,
+) -> MeasuredCurve:
+    """The force curve of the columns of a file."""
     try:
         return MeasuredCurve(
-            force=found["normal_force"],
-            indentation=found.get("indentation"),
-            travel=found.get("travel"),
-            time=found.get("time"),
+            force=columns["normal_force"],
+            indentation=columns.get("indentation"),
+            travel=columns.get("travel"),
+            time=columns.get("time"),
             spring_constant=spring_constant,
+            step=step,
         )
     except ProblemError as error:
         raise ProblemError(f"{file}: {error}") from error
@@ -297,7 +312,7 @@ def _chosen(file: object, channels: Sequence[str], found: Mapping[str, FloatArra
 
 
 def _read(
-    file: str | os.PathLike[str], names: Names, needed: Sequence[str], example: str
+    file: str | os.PathLike[str], names: Names, needed: Sequence[str], example: str, missing: bool = False
 ) -> dict[str, FloatArray]:
     source = named_file(file, "read")
     lines = read_text(source, _LARGEST, "table").replace("\r\n", "\n").replace("\r", "\n").split("\n")
@@ -322,7 +337,7 @@ def _read(
         if quantity not in found:
             raise CaseError(
                 f"{source}: no column of {quantity} in the header {rows[0]!r}; name one "
-                f"{names[quantity][0]!r} with its unit, for example '{names[quantity][0]} [nm]'"
+                f"{names[quantity][0]!r} with its unit, for example '{names[quantity][0]} [{_si_unit(quantity)}]'"
             )
     for quantity, where in found.items():
         if len(where) > 1:
@@ -331,7 +346,7 @@ def _read(
             )
     chosen = {quantity: where[0] for quantity, where in found.items()}
     factors = {quantity: _factor(source, quantity, header[i]) for quantity, i in chosen.items()}
-    table = _numbers(source, rows[1:], numbered[1:], chosen, len(header), separator)
+    table = _numbers(source, rows[1:], numbered[1:], chosen, len(header), separator, missing)
     return {quantity: _scaled(table[:, i], factors[quantity]) for i, quantity in enumerate(chosen)}
 
 
@@ -357,9 +372,13 @@ def _title(title: str) -> tuple[str, str | None]:
     return name.lower().replace("_", " "), unit
 
 
+def _si_unit(quantity: str) -> str:
+    return QUANTITIES[quantity].unit if quantity in QUANTITIES else "m"
+
+
 def _factor(source: Path, quantity: str, title: str) -> float:
     unit = _title(title)[1]
-    si_unit = QUANTITIES[quantity].unit if quantity in QUANTITIES else "m"
+    si_unit = _si_unit(quantity)
     if unit is None:
         raise CaseError(
             f"{source}: column {title.strip()!r} has no unit; write for example '{title.strip()} [{si_unit}]'"
@@ -382,8 +401,9 @@ def _numbers(
     chosen: Mapping[str, int],
     width: int,
     separator: str,
+    missing: bool,
 ) -> FloatArray:
-    """The chosen columns; the first row that is not numbers is named."""
+    """The chosen columns; the first row that is not numbers is named, unless entries may be missing."""
     if all(row.count(separator) == width - 1 for row in rows):
         try:
             with warnings.catch_warnings():
@@ -412,6 +432,9 @@ def _numbers(
         for k, (quantity, i) in enumerate(chosen.items()):
             told = f"{source}, line {line + 1}: {quantity} = {cells[i].strip()[:40]!r}"
             if cells[i].strip().lower().lstrip("+-") in ("nan", "inf", "infinity", ""):
+                if missing:
+                    into[k] = np.nan
+                    continue
                 raise CaseError(f"{told}; every entry must be a finite number: delete rows without data")
             if not _NUMBER.fullmatch(cells[i]):
                 remedy = "; write decimals with a point" if "," in cells[i] else ""

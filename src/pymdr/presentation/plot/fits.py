@@ -149,9 +149,9 @@ def _draw_points(axes: Axes, data: xr.Dataset, name: str, unit: str) -> None:
     values = from_si(data[name].values.ravel(), own, unit)
     error = f"{name}_error"
     bars = from_si(data[error].values.ravel(), own, unit) if error in data else None
-    number = np.arange(1, data[name].size + 1)
+    number = np.arange(data[name].size)
     axes.errorbar(number, values, bars, fmt=".", color=BLUE, ms=4, elinewidth=0.8)
-    axes.set_xlim(0.5, number.size + 0.5)
+    axes.set_xlim(-0.5, number.size - 0.5)
     axes.xaxis.set_major_locator(MaxNLocator(integer=True))
     axes.set_xlabel("curve")
 

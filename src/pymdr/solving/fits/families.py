@@ -25,6 +25,8 @@ _WORKS = (1e-6, 1.0)
 """Of the modulus times the depth."""
 _SIZES = (0.1, 10.0)
 """Of what the contact says."""
+_FARTHEST = 300.0
+"""Of the logarithm of a scale: a search may end anywhere where a record has no contact."""
 WORK = "adhesion.work"
 
 
@@ -87,11 +89,14 @@ class Ways:
         rates = np.empty_like(values)
         for i, unknown in enumerate(self.unknowns):
             if i == self.scale:
-                own = np.exp(-log_scale) - (1.0 - self.share)
+                softness = np.exp(-np.clip(log_scale, -_FARTHEST, _FARTHEST))
+                own = softness - (1.0 - self.share)
                 values[:, i] = np.where(
                     own > 0.0, unknown.start * self.share / np.where(own > 0.0, own, 1.0), np.inf
                 )
-                rates[:, i] = values[:, i] ** 2 / (unknown.start * self.share) * np.exp(-log_scale)
+                rates[:, i] = values[:, i] * np.where(
+                    own > 0.0, softness / np.where(own > 0.0, own, 1.0), 1.0
+                )
             else:
                 free = number + log_scale if self.work is not None else number
                 values[:, i] = [unknown.from_free(float(x)) for x in free]

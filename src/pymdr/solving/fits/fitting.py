@@ -58,6 +58,8 @@ LEVENBERG_MARQUARDT, LMFIT = "levenberg-marquardt", "lmfit"
 _STARTS, _COARSE, _FINE = 4, 14, 12
 _UNFELT = 1e-6
 """Of the largest: rates of the residuals over an origin that a record does not feel."""
+_ROUNDED = 1e-12
+"""Of the largest: singular values that are rounding."""
 _WIDER = 1.1
 """Errors of the family of forces that count, which also tell where a pull stands in a few samples."""
 _AT_BOUND = 1e-4
@@ -402,9 +404,11 @@ def _with_errors(search: Search, best: FloatArray, minimum: Any, wide: FloatArra
     refuse_lost(search, best, slopes, noise * math.sqrt(correlated))
     scale = np.linalg.norm(slopes, axis=0)
     felt = scale > _UNFELT * scale.max()
-    along = slopes[:, felt] / scale[felt]
+    _, singular, rows = np.linalg.svd(slopes[:, felt] / scale[felt], full_matrices=False)
+    # what the record cannot tell apart has errors without end, but for the rounding of its slopes
+    apart = rows / np.maximum(singular, _ROUNDED * singular.max())[:, None]
     errors = np.full(p, math.nan)
-    errors[felt] = noise * np.sqrt(correlated * np.diag(np.linalg.pinv(along.T @ along))) / scale[felt]
+    errors[felt] = noise * np.sqrt(correlated) * np.linalg.norm(apart, axis=0) / scale[felt]
     errors = np.where(wide > _WIDER * errors, wide, errors)
     width = float(student.ppf(0.975, max(independent - p, 1.0)))
     inner, _ = search.from_free(best)

@@ -24,6 +24,9 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
+_DIGITS, _ALL_DIGITS = 4, 16
+
+
 class Fitted(NamedTuple):
     """A number that was found."""
 
@@ -51,10 +54,20 @@ class Fitted(NamedTuple):
         }
 
     def __str__(self) -> str:
-        low, high = (written(end, self.unit, 4) for end in (self.low, self.high))
+        value, low, high = (
+            written(one, self.unit, self._digits) for one in (self.value, self.low, self.high)
+        )
         if self.is_at_bound:
-            return f"{self.name} = {written(self.value, self.unit, 4)}, at one of its bounds {low} and {high}"
-        return f"{self.name} = {written(self.value, self.unit, 4)}, 95 % between {low} and {high}"
+            return f"{self.name} = {value}, at one of its bounds {low} and {high}"
+        return f"{self.name} = {value}, 95 % between {low} and {high}"
+
+    @property
+    def _digits(self) -> int:
+        """As many as tell the ends of the interval apart."""
+        width, largest = self.high - self.low, max(abs(self.low), abs(self.high))
+        if not 0.0 < width < largest < math.inf:
+            return _DIGITS
+        return min(max(_DIGITS, 2 + math.ceil(math.log10(largest / width))), _ALL_DIGITS)
 
 
 def force_of(contact: Contact) -> str:

@@ -91,7 +91,8 @@ def fit_by_family(asked: Asked, ways: Ways, stretch: Stretch) -> FittedStretch:
     if both:
         back = np.eye(len(asked.names))
         back[:2, :2] = np.linalg.inv(own_ways)
-        covariances = back @ covariances @ back.T
+        with np.errstate(invalid="ignore"):  # curves that were not fitted have none
+            covariances = back @ covariances @ back.T
     span = np.fmax.reduce(stretch.force, axis=1) - np.fmin.reduce(stretch.force, axis=1)
     told = _columns(asked, ways, numbers, covariances, residuals, span, ended)
     return FittedStretch(told, frozenset(refusals))
@@ -133,13 +134,15 @@ def _columns(
     if fitted.size:
         some = slice(None) if fitted.size == len(numbers) else fitted
         correlated[some], out[WAVES][some] = hanging(residuals[some], span[some])
-    error = noise[:, None] * np.sqrt(correlated[:, None] * np.abs(np.einsum("ijj->ij", covariances)))
+    with np.errstate(invalid="ignore"):  # no noise in what a constant record leaves undetermined
+        error = noise[:, None] * np.sqrt(correlated[:, None] * np.abs(np.einsum("ijj->ij", covariances)))
     values, rates = ways.values(theta[:, 0], theta[:, 1])
     plain = {name: theta[:, place] for name, place in _PLACES.items()}
     for i, name in enumerate(asked.names):
         value = plain[name] if name in plain else values[:, i]
         out[name][:] = value
-        out[f"{name}_error"][:] = error[:, i] * (1.0 if name in plain else np.abs(rates[:, i]))
+        with np.errstate(invalid="ignore"):  # a number without end, known without error
+            out[f"{name}_error"][:] = error[:, i] * (1.0 if name in plain else np.abs(rates[:, i]))
     for name, (low, high) in asked.bounded.items():
         outside = (out[name] < low) | (out[name] > high)
         out["ending"][outside & (ended == FOUND)] = AT_END

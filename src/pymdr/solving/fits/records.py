@@ -139,9 +139,8 @@ class StoredCurves:
         part = slice(first - low * inner, last - low * inner)
 
         def column(name: str, unit: str) -> FloatArray:
-            array = some[name].broadcast_like(some["force"]) if SAMPLE in some[name].dims else some[name]
-            order = [d for d in (*self.dims, SAMPLE) if d in array.dims]
-            values = np.asarray(array.transpose(*order).values, dtype=float)
+            array = some[name].broadcast_like(some["force"])
+            values = np.asarray(array.transpose(*self.dims, SAMPLE).values, dtype=float)
             return np.ascontiguousarray(
                 values.reshape(-1, values.shape[-1])[part] * _factor(some[name], name, unit)
             )
@@ -149,10 +148,11 @@ class StoredCurves:
         count = last - first
         soft = np.zeros(count)
         if self._place == "travel":
-            stiff = some["spring_constant"]
-            values = np.asarray(stiff.values, dtype=float) * _factor(stiff, "spring_constant", "N/m")
-            grid = [some.sizes[name] for name in self.dims]
-            soft = 1.0 / np.broadcast_to(values, grid if values.ndim == 0 else values.shape).reshape(-1)[part]
+            stiff = some["spring_constant"].broadcast_like(some["force"].isel({SAMPLE: 0}, drop=True))
+            values = np.asarray(stiff.transpose(*self.dims).values, dtype=float)
+            soft = 1.0 / (
+                values.reshape(-1)[part] * _factor(some["spring_constant"], "spring_constant", "N/m")
+            )
         time = column("time", "s") if "time" in some else None
         return Stretch(column(self._place, "m"), column("force", "N"), soft, time)
 
@@ -242,7 +242,33 @@ def _stored(data: xr.Dataset) -> StoredCurves:
     ):
         if name in data:
             _factor(data[name], name, unit)
+            _refuse_misplaced(data, name, found.dims)
+    if "travel" in data:
+        stiff = np.asarray(data["spring_constant"].values, dtype=float)
+        if np.any(stiff <= 0.0):
+            raise ProblemError(
+                f"fit_map: spring_constant has {shown(float(np.nanmin(stiff)))}; it must be above 0, or NaN where there is no curve"
+            )
     return found
+
+
+def _refuse_misplaced(data: xr.Dataset, name: str, grid: Sequence[str]) -> None:
+    """Refuse what does not belong to the curves of the grid, one by one, or is no number."""
+    array = data[name]
+    stands = [str(d) for d in array.dims]
+    stray = [d for d in stands if d not in (*grid, SAMPLE)]
+    if stray:
+        raise ProblemError(
+            f"fit_map: {name} stands over {', '.join(stray)}, and force does not; its dimensions are {', '.join((*grid, SAMPLE))}"
+        )
+    if (SAMPLE in stands) is (name == "spring_constant"):
+        told = f"over {', '.join(stands)}" if stands else "over nothing"
+        needed = (
+            f"one number, or one over {', '.join(grid)}," if SAMPLE in stands else f"a column over {SAMPLE}"
+        )
+        raise ProblemError(f"fit_map: {name} stands {told}; {needed} is needed")
+    if array.dtype.kind not in "fiu":
+        raise ProblemError(f"fit_map: {name} is of the type {array.dtype}; real numbers are needed")
 
 
 def _factor(array: xr.DataArray, name: str, unit: str) -> float:

@@ -6,6 +6,7 @@ import hashlib
 import json
 import math
 import os
+from importlib.metadata import version
 from typing import Any
 
 import numpy as np
@@ -67,7 +68,7 @@ class Kept:
         package = zarr()
         self._shape = records.shape
         place, total = named_file(folder, "write"), math.prod(records.shape)
-        mark = _mark(asked, records, total)
+        mark = _mark(asked, records, total, chunk)
         try:
             there = place.exists() and any(place.iterdir())
             held = dict(package.open_group(str(place), mode="r").attrs) if there else {_BEGUN: mark}
@@ -75,7 +76,8 @@ class Kept:
             begun = _MARK not in held and held.get(_BEGUN) == mark
             if not begun and held.get(_MARK) != mark:
                 raise FileError(
-                    f"{place} holds another work: something that was asked has changed since; take another folder, or empty this one"
+                    f"{place} holds another work: something that was asked, one of the curves, or the version of pymdr has changed since; take another folder, or empty "
+                    "this one"
                 )
             if begun:
                 self._group = package.create_group(str(place), overwrite=True, attributes={_BEGUN: mark})
@@ -147,8 +149,8 @@ class Kept:
         return frozenset(self._group.attrs.get(_REFUSALS, ()))
 
 
-def _mark(asked: Asked, records: Records, total: int) -> str:
-    """What changes with what is asked, and with the first and the last curve."""
+def _mark(asked: Asked, records: Records, total: int, chunk: int) -> str:
+    """What changes with what is asked, with any of the curves, and with the version."""
     try:
         contact = encode(asked.contact)
     except PymdrError as error:
@@ -162,11 +164,13 @@ def _mark(asked: Asked, records: Records, total: int) -> str:
         "known": dict(asked.known),
         "shape": list(records.shape),
         "told": list(asked.units),
+        "version": version("pymdr"),
     }
     mark = hashlib.sha256(json.dumps(work, sort_keys=True).encode())
-    for first in (0, total - 1):
-        for array in records.read(first, first + 1)[:3]:
-            mark.update(np.ascontiguousarray(array).tobytes())
+    for first in range(0, total, chunk):
+        for array in records.read(first, min(first + chunk, total)):
+            if array is not None:
+                mark.update(np.ascontiguousarray(array).data)
     return mark.hexdigest()
 
 

@@ -77,6 +77,11 @@ def sweep(
                     f"--over {given!r}: {name} is given already; write all its values in one --over"
                 )
             grid[name] = values
+        if points is not None and not any(_ends(given) for given in over):
+            raise ProblemError(
+                f"--points {points}: it is how many lie between two values, and no --over gives two; leave it out, or write such as "
+                "--over 'body.young = 1 MPa, 2 MPa'"
+            )
         folder = contextlib.nullcontext(None) if output is None else ready_folder(output)
         options = {key: asked.options[key] for key in ("machine_stiffness", "keep") if key in asked.options}
         with folder as into, stages(quiet or as_json) as stage:
@@ -128,17 +133,28 @@ def _ending(found: Sweep) -> str:
     return "PARTLY_REFUSED" if any(name.endswith("REFUSED") for name in statuses) else "COMPLETED"
 
 
+def _listed(given: str) -> list[str]:
+    """The values of ``name = value, value``."""
+    return [value.strip() for value in given.partition("=")[2].split(",") if value.strip()]
+
+
+def _ends(given: str) -> bool:
+    """Whether two values are given, which may be the ends of several."""
+    return len(_listed(given)) == 2
+
+
 def _swept(contact: Contact, given: str, points: int | None) -> tuple[str, FloatArray | list[str]]:
     """The name of a parameter and its values from ``name = value, value``."""
     from pymdr.errors import ProblemError
     from pymdr.problem.parameters import parameter_of
 
-    name, sign, values = (part.strip() for part in given.partition("="))
-    listed = [value.strip() for value in values.split(",") if value.strip()]
+    name, sign, _ = (part.strip() for part in given.partition("="))
+    listed = _listed(given)
     if not sign or not name or not listed:
         raise ProblemError(
             f"--over {given!r}: a parameter with its values is needed, such as 'body.young = 1 MPa, 2 MPa'"
         )
     unit = "N/m" if name == "machine_stiffness" else parameter_of(contact, name).unit
-    points = points if len(listed) == 2 else None
-    return name, spread(listed, points, unit, f"over {name}", f"--over '{name} = {{value}}'")
+    return name, spread(
+        listed, points if _ends(given) else None, unit, f"over {name}", f"--over '{name} = {{value}}'"
+    )

@@ -18,6 +18,10 @@ _POLISH, _TOLD, _MANY = 100, 1e-3, 8
 """The second, a gain in parts of the sum of squares times the samples, where 1 is a standard error."""
 
 
+_ROUNDED = 1e-14
+"""Of the largest force: what a record that does not change is off its mean."""
+
+
 @compiled
 def _nearer(
     place: FloatArray,
@@ -159,15 +163,18 @@ def fit_curve(
             )
         for i in range(n):
             residual[i] = force[i] - theta[BASE] - theta[TILT] * place[i] - out[i, 0]
-    count, total, squares = 0, 0.0, 0.0
+    count, total, largest = 0, 0.0, 0.0
     for i in range(n):
         if used[i]:
             count += 1
             above = force[i] - theta[TILT] * place[i]
             total += above
-            squares += above * above
+            largest = max(largest, abs(above))
     level = total / count if free[BASE] else known[BASE]
-    flat = squares - 2.0 * level * total + count * level * level
+    flat = 0.0
+    for i in range(n):
+        if used[i]:
+            flat += (force[i] - theta[TILT] * place[i] - level) ** 2
     _invert(square, covariance)
     if apart[SHAPE] != 0.0 and misfit > 0.0:
         _widen(covariance, apart, ways, misfit / (count - m))
@@ -176,7 +183,11 @@ def fit_curve(
     deepest = place[at] - theta[POINT] - softness * pressed
     if not settled:
         return UNSETTLED, misfit, deepest, grows
-    if (flat / max(misfit, 1e-300) - 1.0) * count < SEEN or deepest <= 0.0:
+    if (
+        (flat / max(misfit, 1e-300) - 1.0) * count < SEEN
+        or deepest <= 0.0
+        or flat <= count * (_ROUNDED * largest) ** 2
+    ):
         return NO_CONTACT, misfit, deepest, grows
     last = family[3] + family[4] * (folds.size - 1)
     if folds.size > 1 and (theta[SHAPE] <= family[3] or theta[SHAPE] >= last):

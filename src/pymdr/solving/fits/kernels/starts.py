@@ -7,6 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from pymdr.solving.fits.asking import SEEN
 from pymdr.solving.fits.forces import FULLY_OUT
 from pymdr.solving.fits.kernels.descent import ITERATIONS, ROUGHLY, descend
 from pymdr.solving.fits.kernels.model import (
@@ -18,12 +19,16 @@ from pymdr.solving.fits.kernels.model import (
     SHAPE,
     TILT,
     Family,
+    at_travel,
     compiled,
+    on_machine,
     read,
 )
 from pymdr.units import FloatArray
 
 FEW, _TRIALS, _RUNGS, _KEPT = 192, 21, 12, 2
+_SOFT_TRIALS, _SCALES = 7, np.geomspace(0.3, 1e4, 9)
+"""On machines that are softer than the contact: contact points, and stiffnesses in parts of what would bear the force at the whole depth."""
 _PRESSED, _SHARE, _FAR = 8, 0.05, 0.2
 """Of them so many at least that are pressed: by more than that share of the largest force; the share of the places without contact."""
 _ASIDE = 1.0
@@ -50,6 +55,13 @@ def few_of(force: FloatArray) -> NDArray[np.int64]:
 def _level_of(force: FloatArray) -> float:
     """About the force in N where the record begins."""
     return float(np.median(force[: max(3, force.size // 20)]))
+
+
+@compiled
+def _level_far_of(place: FloatArray, force: FloatArray) -> float:
+    """About the force in N farthest from the body."""
+    low = place.min()
+    return float(np.median(force[place <= low + _SHARE * (place.max() - low)]))
 
 
 @compiled
@@ -80,7 +92,8 @@ def start_on_rungs(
     n = place.size
     depth = place - softness * force
     low, high, deepest_at = depth.min(), depth.max(), int(np.argmax(depth))
-    level = _level_of(force)
+    # what is farthest from the body may still be held by adhesion
+    level = _level_of(force) if folds[0] < 0.0 else _level_far_of(place, force)
     pull = min(force.min() - level, 0.0)
     trials = _TRIALS if free[POINT] else 1
     for k in range(rungs.size):
@@ -136,9 +149,64 @@ def start_on_rungs(
 
 
 @compiled
-def begun(
+def start_on_machine(
     place: FloatArray,
     force: FloatArray,
+    known: FloatArray,
+    free: NDArray[np.bool_],
+    family: Family,
+    softness: float,
+    theta: FloatArray,
+) -> bool:
+    """
+    The best place of a family of one member at some stiffnesses, without the depths of the samples; False where nothing touches.
+
+    The depth of a sample is its travel less its deflection. Where a machine is much softer than the contact, that difference is noise.
+    """
+    forces, slopes, folds, first, _, deepest = family
+    unit = (force.max() - force.min()) / np.abs(forces[0]).max()
+    low, high = place.min(), place.max()
+    best, trials = math.inf, _SOFT_TRIALS if free[POINT] else 1
+    for k in range(_SCALES.size):
+        scale = unit * _SCALES[k] if free[SCALE] else math.exp(known[SCALE])
+        if not scale > 0.0:
+            return False
+        machine = on_machine(forces, slopes, folds[0], deepest - folds[0], softness * scale)
+        cell = machine[4]
+        for i in range(trials):
+            point = high - (high - low) * (1.0 - 0.99 * i / (trials - 1)) if free[POINT] else known[POINT]
+            some, square, touching = 0.0, 0.0, 0
+            for j in range(place.size):
+                difference = force[j]
+                if place[j] - point > machine[2]:
+                    _, value, _, cell = at_travel(
+                        forces,
+                        slopes,
+                        folds[0],
+                        deepest - folds[0],
+                        softness * scale,
+                        machine,
+                        place[j] - point,
+                        cell,
+                    )
+                    difference -= scale * value
+                    touching += 1
+                some += difference
+                square += difference * difference
+            base = some / place.size if free[BASE] else known[BASE]
+            misfit = square - 2.0 * base * some + place.size * base * base
+            if touching > 0 and misfit < best:
+                best = misfit
+                theta[:] = known
+                theta[SCALE], theta[SHAPE], theta[POINT], theta[BASE] = math.log(scale), first, point, base
+    return math.isfinite(best)
+
+
+@compiled
+def _begun_with(
+    place: FloatArray,
+    force: FloatArray,
+    tilt: float,
     known: FloatArray,
     free: NDArray[np.bool_],
     tied: bool,
@@ -148,12 +216,11 @@ def begun(
     adhesive: bool,
     theta: FloatArray,
 ) -> float:
-    """The smallest sum of squares of a few samples, infinite where nothing touches; its place is left in `theta`."""
+    """The same from one tilt."""
     folds, m = family[2], ways.shape[1]
     rungs = np.arange(0, folds.size, max(folds.size // _RUNGS, 1))
     found = np.empty((rungs.size, 6))
     level = force.copy()
-    tilt = _tilt_of(place, force) if free[TILT] else known[TILT]
     for i in range(place.size):
         level[i] -= tilt * place[i]
     start_on_rungs(place[::2].copy(), level[::2].copy(), known, free, tied, family, softness, rungs, found)
@@ -199,6 +266,45 @@ def begun(
         )
         if value < misfit:
             misfit, best = value, trial
+    without = level - (level.mean() if free[BASE] else known[BASE])
+    seen = math.isfinite(misfit) and (without**2).sum() > misfit * (1.0 + SEEN / place.size)
+    if softness > 0.0 and folds.size == 1 and not tied and not seen:
+        trial = known.copy()
+        if start_on_machine(place[::2].copy(), level[::2].copy(), known, free, family, softness, trial):
+            trial[TILT] = tilt
+            value, _ = descend(
+                place, force, everything, trial, ways, family, softness, ITERATIONS, ROUGHLY, square, touches, out
+            )  # fmt: skip
+            if value < misfit:
+                misfit, best = value, trial
     if math.isfinite(misfit):
         theta[:] = best
     return misfit
+
+
+@compiled
+def begun(
+    place: FloatArray,
+    force: FloatArray,
+    known: FloatArray,
+    free: NDArray[np.bool_],
+    tied: bool,
+    ways: FloatArray,
+    family: Family,
+    softness: float,
+    adhesive: bool,
+    theta: FloatArray,
+) -> float:
+    """The smallest sum of squares of a few samples, infinite where nothing touches; its place is left in `theta`."""
+    if not free[TILT]:
+        return _begun_with(
+            place, force, known[TILT], known, free, tied, ways, family, softness, adhesive, theta
+        )
+    # far from the body the tilt is that of the force, unless the record begins in contact
+    least, trial = math.inf, np.empty(ALL)
+    for tilt in (_tilt_of(place, force), 0.0):
+        misfit = _begun_with(place, force, tilt, known, free, tied, ways, family, softness, adhesive, trial)
+        if misfit < least:
+            least = misfit
+            theta[:] = trial
+    return least

@@ -1,0 +1,273 @@
+"""Measured curves as strangers give them: any order of a map's dimensions, rows without anything, changed stores, bad tables."""
+
+from __future__ import annotations
+
+import math
+import shutil
+import subprocess
+import sys
+import tempfile
+import warnings
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
+
+import pymdr as mdr
+from drawing import examples
+from pymdr.errors import CaseError, FileError, ProblemError
+from pymdr.solving.fits.found import Fitted
+
+RADIUS, POISSON = 5e-6, 0.5
+BALL = mdr.Contact(mdr.Paraboloid(RADIUS), mdr.Elastic("10 kPa", POISSON))
+STICKY = mdr.Contact(mdr.Paraboloid(RADIUS), mdr.Elastic("10 kPa", POISSON), adhesion=mdr.JKR("1 mJ/m^2"))
+WAY = np.linspace(-1e-6, 1e-6, 80)
+
+
+def hertz(young, depth):
+    """Hertz' force of the ball."""
+    return 4.0 / 3.0 * young / (1.0 - POISSON**2) * np.sqrt(RADIUS) * np.maximum(depth, 0.0) ** 1.5
+
+
+def on_machine(young, stiffness, travel):
+    """The same at travels of a machine, by bisection of its force."""
+    low, high = np.zeros_like(travel), np.maximum(stiffness * travel, 0.0)
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        bears = hertz(young, travel - middle / stiffness) > middle
+        low, high = np.where(bears, middle, low), np.where(bears, high, middle)
+    return 0.5 * (low + high)
+
+
+def map_of(young, stiffness, order, springs):
+    """A map over y and x whose force and spring constants have their dimensions in any order."""
+    force = np.array(
+        [
+            [on_machine(E, k, WAY) for E, k in zip(*row, strict=True)]
+            for row in zip(young, stiffness, strict=True)
+        ]
+    )
+    data = xr.Dataset(
+        {
+            "force": (("y", "x", "sample"), force, {"units": "N"}),
+            "travel": ("sample", WAY, {"units": "m"}),
+            "spring_constant": (("y", "x"), stiffness, {"units": "N/m"}),
+        }
+    )
+    return data.assign(
+        force=data["force"].transpose(*order), spring_constant=data["spring_constant"].transpose(*springs)
+    )
+
+
+@settings(max_examples=examples(6), deadline=None)
+@given(
+    st.integers(0, 2**32 - 1),
+    st.permutations(["y", "x", "sample"]),
+    st.permutations(["y", "x"]),
+    st.sampled_from([(2, 3), (2, 2), (3, 1)]),
+)
+def test_every_curve_of_a_map_has_its_own_spring_whatever_the_order_of_dimensions(
+    seed, order, springs, shape
+):
+    rng = np.random.default_rng(seed)
+    young, stiffness = 10.0 ** rng.uniform(3, 5, shape), 10.0 ** rng.uniform(-2, 0, shape)
+    found = mdr.fit_map(BALL, map_of(young, stiffness, order, springs), ["body.young"])["body.young"]
+    assert np.allclose(found.transpose("y", "x").values, young, rtol=1e-6)
+
+
+@pytest.mark.parametrize("along", ["y", "x"])
+def test_a_spring_for_each_row_or_column_of_a_map_is_that_of_its_curves(along):
+    young, own = (
+        np.array([[1e3, 2e4, 5e3], [8e3, 4e3, 1e5]]),
+        {"y": [0.02, 0.5], "x": [0.02, 0.1, 0.5]}[along],
+    )
+    wide = np.broadcast_to(np.array(own)[:, None] if along == "y" else np.array(own), young.shape)
+    data = map_of(young, wide, ("y", "x", "sample"), ("y", "x"))
+    data = data.assign(spring_constant=(along, own, {"units": "N/m"}))
+    assert np.allclose(mdr.fit_map(BALL, data, ["body.young"])["body.young"].values, young, rtol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("name", "given_as", "told"),
+    [
+        (
+            "spring_constant",
+            (("other",), np.ones(4)),
+            "spring_constant stands over other, and force does not",
+        ),
+        ("spring_constant", (("sample",), np.ones(80)), "one number, or one over y, x, is needed"),
+        ("spring_constant", ((), 0.0), "spring_constant has 0.0; it must be above 0"),
+        ("spring_constant", (("y",), [1.0, -2.0]), "spring_constant has -2.0; it must be above 0"),
+        ("travel", (("y", "x"), np.ones((2, 2))), "travel stands over y, x; a column over sample is needed"),
+        ("travel", (("depth",), np.ones(80)), "travel stands over depth, and force does not"),
+        ("travel", ((), 1.0), "travel stands over nothing; a column over sample is needed"),
+        ("force", (("y", "x", "sample"), np.full((2, 2, 80), "a")), "real numbers are needed"),
+        ("force", (("y", "x", "sample"), np.full((2, 2, 80), 1j)), "real numbers are needed"),
+    ],
+)
+def test_columns_of_a_map_that_do_not_belong_to_its_curves_are_refused(name, given_as, told):
+    data = map_of(np.full((2, 2), 1e4), np.full((2, 2), 0.1), ("y", "x", "sample"), ("y", "x"))
+    with pytest.raises(ProblemError, match=told):
+        mdr.fit_map(BALL, data.assign({name: given_as}), ["body.young"])
+
+
+@settings(max_examples=examples(8), deadline=None)
+@given(st.floats(-12.0, 3.0), st.booleans(), st.sampled_from([None, 1e-3, 1.0]))
+def test_curves_that_do_not_change_are_no_contact_and_stop_no_map(log_level, is_negative, machine):
+    level = (-1.0 if is_negative else 1.0) * 10.0**log_level
+    rows = np.array([np.full(80, level), np.zeros(80), np.full(80, math.nan), hertz(1e4, WAY)])
+    place = {"indentation": ("sample", WAY, {"units": "m"})}
+    if machine is not None:
+        rows[3] = on_machine(1e4, machine, WAY)
+        place = {
+            "travel": ("sample", WAY, {"units": "m"}),
+            "spring_constant": ((), machine, {"units": "N/m"}),
+        }
+    data = xr.Dataset({"force": (("curve", "sample"), rows, {"units": "N"}), **place})
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        sticky = mdr.fit_map(STICKY, data, ["body.young", "adhesion.work"])
+        plain = mdr.fit_map(BALL, data, ["body.young"])
+    assert plain["ending"].values.tolist() == [2, 2, 3, 0]
+    assert abs(float(plain["body.young"][3]) / 1e4 - 1.0) < 1e-6
+    assert sticky["ending"].values[2] == 3
+    assert not np.isfinite(sticky["body.young"].values[:3]).any()
+
+
+@pytest.mark.parametrize("changed", [0, 1, 2])
+def test_a_store_of_a_map_is_refused_where_any_curve_has_changed(changed, tmp_path):
+    curves = [mdr.MeasuredCurve(force=hertz(E, WAY), indentation=WAY) for E in (1e3, 2e3, 3e3)]
+    mdr.fit_map(BALL, curves, ["body.young"], folder=tmp_path / "fits")
+    again = mdr.fit_map(BALL, curves, ["body.young"], folder=tmp_path / "fits")
+    assert np.allclose(again["body.young"].values, [1e3, 2e3, 3e3], rtol=1e-9)
+    curves[changed] = mdr.MeasuredCurve(force=hertz(9e3, WAY), indentation=WAY)
+    with pytest.raises(FileError, match="one of the curves"):
+        mdr.fit_map(BALL, curves, ["body.young"], folder=tmp_path / "fits")
+
+
+def test_folders_of_another_version_are_refused(tmp_path, monkeypatch):
+    curves = [mdr.MeasuredCurve(force=hertz(1e3, WAY), indentation=WAY)]
+    swept = {"body.young": ["1 kPa", "2 kPa"]}
+    mdr.fit_map(BALL, curves, ["body.young"], folder=tmp_path / "fits")
+    mdr.sweep(BALL, mdr.indent("1 um"), swept, folder=tmp_path / "parts")
+    for module in ("pymdr.solving.kept", "pymdr.solving.fits.storing"):
+        monkeypatch.setattr(f"{module}.version", lambda _: "999")
+    with pytest.raises(FileError, match="the version of pymdr"):
+        mdr.fit_map(BALL, curves, ["body.young"], folder=tmp_path / "fits")
+    with pytest.raises(FileError, match="the version of pymdr"):
+        mdr.sweep(BALL, mdr.indent("1 um"), swept, folder=tmp_path / "parts")
+
+
+@settings(max_examples=examples(25), deadline=None)
+@given(st.integers(0, 2**32 - 1))
+@example(0)
+@example(97)
+@example(178)
+def test_no_fit_lies_farther_from_the_record_than_what_made_it(seed):
+    rng = np.random.default_rng(seed)
+    young, n, tilt = 10.0 ** rng.uniform(2, 6), int(rng.integers(30, 120)), bool(rng.random() < 0.4)
+    way = np.linspace(-rng.choice([0.0, 0.5]) * 1e-6, 1e-6, n)
+    way = [way, way[::-1], np.concatenate([way, way[::-1]])][rng.integers(3)]
+    softness = rng.choice([None, 10.0 ** rng.uniform(-1.0, 1.5)])
+    machine = None if softness is None else softness * float(hertz(young, 1e-6)) / 1e-6
+    force = hertz(young, way) if machine is None else on_machine(young, machine, way)
+    span = force.max()
+    force = force + span * rng.normal() + 0.1 * span / 1e-6 * rng.normal() * way * tilt
+    noise = span * 10.0 ** rng.uniform(-3, -2) * rng.normal(size=way.size)
+    place = {"indentation": way} if machine is None else {"travel": way, "spring_constant": machine}
+    known = {"contact_point": 0.0} if rng.random() < 0.5 else {}
+    start = mdr.Contact(BALL.profile, mdr.Elastic(young * 10.0 ** rng.uniform(-4, 4), POISSON))
+    found = mdr.fit(
+        start, mdr.MeasuredCurve(force=force + noise, **place), ["body.young"], tilt=tilt, **known
+    )
+    assert (found.data["residual"].values ** 2).sum() < (1.0 + 1e-6) * (noise**2).sum()
+
+
+def test_origins_that_a_record_cannot_tell_apart_have_errors_without_end():
+    punch = mdr.Contact(mdr.FlatPunch("1 um"), mdr.Elastic("1 MPa", POISSON))
+    depth = np.linspace(1e-7, 1e-6, 100)
+    force = 3.0 * depth + 1e-8 * np.random.default_rng(1).normal(size=100)
+    for stretch in (1.0, 1e-3, 1e3):
+        record = mdr.MeasuredCurve(force=stretch * force, indentation=stretch * depth)
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            found = mdr.fit(punch, record, ["body.young"])
+        assert found["body.young"].low < 3.0 * (1.0 - POISSON**2) / 2e-6 < found["body.young"].high
+
+
+@settings(max_examples=examples(40), deadline=None)
+@given(st.floats(-1e3, 1e3), st.floats(-20.0, -1.0))
+def test_an_interval_shows_its_ends_apart(value, log_width):
+    width = max(abs(value) * 10.0**log_width, 1e-12 * abs(value))
+    shown = str(Fitted("contact_point", value, width / 4.0, value - width / 2.0, value + width / 2.0, "m"))
+    low, high = shown.partition("95 % between ")[2].split(" and ")
+    assert width == 0.0 or low != high
+
+
+@settings(max_examples=examples(10), deadline=None)
+@given(st.sets(st.integers(0, 79), max_size=30), st.sampled_from(["nan", "", "inf", " NaN "]))
+def test_samples_of_a_table_that_are_no_numbers_are_left_out_where_that_is_asked(lost, word):
+    rows = [f"{1e6 * z},{word if i in lost else i}" for i, z in enumerate(WAY)]
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "curve.csv"
+        file.write_text("\n".join(["indentation [um],load [nN]", *rows]))
+        (found,) = mdr.read_curves(file, leave_out_missing=True)
+        if lost:
+            with pytest.raises(CaseError, match="finite number"):
+                mdr.read_curves(file)
+    kept = [i for i in range(80) if i not in lost]
+    assert np.allclose(found.force, 1e-9 * np.array(kept), rtol=1e-12)
+    assert np.allclose(found.indentation, WAY[kept], rtol=1e-12)
+    assert [step.name for step in found.steps] == (["missing"] if lost else [])
+
+
+def test_a_missing_column_is_asked_for_in_its_own_unit(tmp_path):
+    (tmp_path / "curve.csv").write_text("indentation [um],foo [nN]\n1,2\n")
+    with pytest.raises(CaseError, match=r"'load \[N\]'"):
+        mdr.read_curve(tmp_path / "curve.csv")
+
+
+@pytest.mark.skipif(shutil.which("gcc") is None, reason="there is no compiler")
+@pytest.mark.parametrize("contact", [BALL, STICKY], ids=["Hertz", "JKR"])
+def test_headers_compile_under_the_warnings_of_strict_codes(contact, tmp_path):
+    law = mdr.export_law(contact, "1 um", tolerance=1e-4)
+    (tmp_path / "ball.h").write_text(law.c_header("ball"))
+    (tmp_path / "ball.c").write_text(
+        '#include "ball.h"\n#include "ball.h"\nint main(void) { return !(ball_force(1e-7) == ball_force(1e-7)); }\n'
+    )
+    strict = [
+        "-std=c99",
+        "-Wall",
+        "-Wextra",
+        "-Werror",
+        "-pedantic",
+        "-Wconversion",
+        "-Wdouble-promotion",
+        "-Wshadow",
+    ]
+    subprocess.run(
+        ["gcc", *strict, str(tmp_path / "ball.c"), "-o", str(tmp_path / "ball"), "-lm"], check=True
+    )
+    subprocess.run([str(tmp_path / "ball")], check=True)
+
+
+def test_points_of_a_map_have_the_numbers_of_its_table():
+    curves = [mdr.MeasuredCurve(force=hertz(E, WAY), indentation=WAY) for E in (1e3, 2e3, 3e3)]
+    figure = mdr.fit_map(BALL, curves, ["body.young"]).plot()
+    assert figure.axes[0].lines[0].get_xdata().tolist() == [0, 1, 2]
+
+
+def test_points_between_values_that_are_not_two_are_refused(tmp_path):
+    case = tmp_path / "ball.toml"
+    case.write_text(
+        '[profile]\nkind = "paraboloid"\nradius = "5 um"\n[body]\nkind = "elastic"\nyoung = "1 kPa"\npoisson = 0.5\n'
+        '[[path]]\nkind = "indent"\nindentation = "1 um"\n'
+    )
+    for values, status in (("1 kPa, 2 kPa, 3 kPa", 1), ("1 kPa", 1), ("1 kPa, 2 kPa", 0)):
+        asked = ["sweep", str(case), "--over", f"body.young = {values}", "--points", "4"]
+        done = subprocess.run([sys.executable, "-m", "pymdr", *asked], capture_output=True, text=True)
+        assert done.returncode == status
+        assert ("--points 4" in done.stderr) == bool(status)
