@@ -271,3 +271,37 @@ def test_points_between_values_that_are_not_two_are_refused(tmp_path):
         done = subprocess.run([sys.executable, "-m", "pymdr", *asked], capture_output=True, text=True)
         assert done.returncode == status
         assert ("--points 4" in done.stderr) == bool(status)
+
+
+@settings(max_examples=examples(30), deadline=None)
+@given(
+    st.integers(0, 2**32 - 1),
+    st.integers(1, 4),
+    st.integers(8, 12),
+    st.floats(-9.0, 0.0),
+    st.floats(0.0, 9.0),
+)
+def test_few_samples_in_contact_are_refused_or_lie_in_their_intervals(seed, pressed, apart, decades, stiff):
+    """A contact point that lies anywhere between two samples takes any modulus with it."""
+    rng = np.random.default_rng(seed)
+    size, young = 10.0**decades, 10.0**stiff
+    way = size * (np.arange(-apart, pressed) + rng.uniform(0.05, 0.95)) / (10.0 * pressed)
+    force = 16.0 / 9.0 * young * np.sqrt(5.0 * size) * np.maximum(way, 0.0) ** 1.5
+    force += 0.01 * force.max() * rng.normal(size=way.size)
+    ball = mdr.Contact(mdr.Paraboloid(5.0 * size), mdr.Elastic(30.0 * young, 0.5))
+    curve = mdr.MeasuredCurve(indentation=way, force=force)
+    found = mdr.fit_map(ball, [curve], ["body.young"])
+    for value, error in (
+        (float(found["body.young"].values[0]), float(found["body.young_error"].values[0])),
+        one_fit(ball, curve),
+    ):
+        assert np.isnan(value) or abs(np.log(value / young)) < 8.0 * error / value
+    assert pressed > 1 or np.isnan(found["body.young"].values[0])
+
+
+def one_fit(contact, curve):
+    try:
+        found = mdr.fit(contact, curve, ["body.young"]).values["body.young"]
+    except mdr.ProblemError:
+        return np.nan, np.nan
+    return found.value, found.error

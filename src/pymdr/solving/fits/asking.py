@@ -32,7 +32,7 @@ ENDINGS = (
     "no curve, or too few samples that are numbers",
     "the curve does not show what is looked for, or only beyond its bounds",
     "refused",
-    "the curve does not determine what is looked for: an error is larger than its number",
+    "the curve does not determine what is looked for: too few samples are in contact, or an error is larger than its number",
 )
 """How the fit of a curve ended, by its number in ``ending``."""
 NOT_YET = -1
@@ -111,6 +111,11 @@ def asked_of(contact: Contact, free: Free, known: dict[str, float]) -> Asked:
     # the numbers of the tables are those from which the unknowns are counted, which lie within the bounds
     begun = put_into(contact, unknowns, np.array([u.start for u in unknowns]))
     return Asked(begun, unknowns, known, bounded, free)
+
+
+def fewest_in_contact(unknowns: int, curves: int = 1) -> int:
+    """Samples in contact, one more than the numbers that only they tell: those looked for, and where every contact begins."""
+    return unknowns + curves + 1
 
 
 def leave_untold_out(asked: Asked, columns: Columns) -> None:

@@ -17,7 +17,7 @@ from pymdr.problem.measured import MeasuredCurve
 from pymdr.problem.paths import Path, indent
 from pymdr.result import Result, labelled
 from pymdr.solving.curves import leave_out_marked
-from pymdr.solving.fits.asking import AT_END, FOUND, NO_CONTACT, SEEN, Asked
+from pymdr.solving.fits.asking import AT_END, FOUND, NO_CONTACT, SEEN, Asked, fewest_in_contact
 from pymdr.solving.fits.families import Ladder, Ways, whole_ladder
 from pymdr.solving.fits.found import FitResult, Fitted, force_of
 from pymdr.solving.fits.loops import NORMAL, ShearRecord, shear_record
@@ -157,6 +157,7 @@ def estimate(contact: Contact, curve: MeasuredCurve, free: Free, known: Mapping[
 
 def _estimated(search: Search) -> Estimate:
     misfit, best, wide = _best(search)
+    _refuse_few(search, best)
     _refuse_unseen(search, misfit, best)
     if not search.contact.remembers:  # whose end is only about the best
         refuse_blind(search, best)
@@ -356,6 +357,19 @@ def _nearby(asked: Asked, ways: Ways, stretch: Stretch) -> Asked:
     (middle,) = ways.numbers(np.array([[found[u.name][0] for u in asked.unknowns]]))
     half = 0.5 * (_FINE - 1) * (whole.last - whole.first) / (whole.rungs - 1)
     return replace(asked, ladder=Ladder(float(middle) - half, float(middle) + half, _FINE))
+
+
+def _refuse_few(search: Search, best: FloatArray) -> None:
+    """Refuse a contact of which there are no more samples than numbers that only they tell."""
+    if search.shears or search.place in search.known:
+        return
+    pressed = sum(int(one.touches.sum()) for one in search.models(best))
+    needed = fewest_in_contact(len(search.unknowns), len(search.curves))
+    if pressed < needed:
+        raise ProblemError(
+            f"fit: {pressed} samples of the record are in contact, and {needed} at least tell {', '.join(u.name for u in search.unknowns)} and where it begins: "
+            "record more of the contact, or give contact_point"
+        )
 
 
 def _refuse_unseen(search: Search, misfit: float, best: FloatArray) -> None:

@@ -35,12 +35,14 @@ from pymdr.solving.fits.asking import (
     REFUSED,
     UNREAD,
     UNSETTLED,
+    UNTOLD,
     WAVES,
     Asked,
     Columns,
     FittedStretch,
     asked_of,
     empty_columns,
+    fewest_in_contact,
     leave_untold_out,
 )
 from pymdr.solving.fits.families import WORK, Ways
@@ -53,6 +55,7 @@ from pymdr.solving.fits.unexplained import WAVY, range_of_law
 from pymdr.solving.fits.unknowns import (
     BASELINE,
     CONTACT_POINT,
+    TILT,
     Free,
     origins,
     put_into,
@@ -364,11 +367,26 @@ def _fit_stretch(asked: Asked, stretch: Stretch, told: Callable[[int], None] | N
     """What was found in some curves."""
     if asked.ways is not None:
         fitted = fit_by_family(asked, asked.ways, stretch)
+        if asked.contact.adhesion is None and CONTACT_POINT not in asked.known:
+            ending = fitted.columns["ending"]
+            few = _pressed(asked, fitted.columns, stretch) < fewest_in_contact(len(asked.unknowns))
+            ending[few & (ending == FOUND)] = UNTOLD
     else:
         fitted = _fit_one_by_one(asked, stretch, told)
     fitted.columns[PLATEAU][:] = _plateaus(stretch)
     leave_untold_out(asked, fitted.columns)
     return fitted
+
+
+def _pressed(asked: Asked, columns: Columns, stretch: Stretch) -> FloatArray:
+    """How many samples of each curve are in contact."""
+    origin = {
+        name: columns[name][:, None] if name in columns else asked.known.get(name, 0.0)
+        for name in (CONTACT_POINT, BASELINE, TILT)
+    }
+    own = stretch.force - origin[BASELINE] - origin[TILT] * stretch.place
+    depth = stretch.place - stretch.softness[:, None] * own - origin[CONTACT_POINT]
+    return np.count_nonzero(depth > 0.0, axis=1)
 
 
 def _plateaus(stretch: Stretch) -> FloatArray:
