@@ -63,7 +63,7 @@ from pymdr.solving.fits.unknowns import (
 from pymdr.solving.memory import assumptions_with_memory
 from pymdr.solving.reach import assumptions, map_to_line
 from pymdr.solving.verb import solve
-from pymdr.units import FloatArray, QuantityLike, from_si, shown, written
+from pymdr.units import FloatArray, IndexArray, QuantityLike, from_si, shown, written
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -378,7 +378,7 @@ def _fit_stretch(asked: Asked, stretch: Stretch, told: Callable[[int], None] | N
     return fitted
 
 
-def _pressed(asked: Asked, columns: Columns, stretch: Stretch) -> FloatArray:
+def _pressed(asked: Asked, columns: Columns, stretch: Stretch) -> IndexArray:
     """How many samples of each curve are in contact."""
     origin = {
         name: columns[name][:, None] if name in columns else asked.known.get(name, 0.0)
@@ -386,7 +386,7 @@ def _pressed(asked: Asked, columns: Columns, stretch: Stretch) -> FloatArray:
     }
     own = stretch.force - origin[BASELINE] - origin[TILT] * stretch.place
     depth = stretch.place - stretch.softness[:, None] * own - origin[CONTACT_POINT]
-    return np.count_nonzero(depth > 0.0, axis=1)
+    return np.asarray(np.count_nonzero(depth > 0.0, axis=1))
 
 
 def _plateaus(stretch: Stretch) -> FloatArray:
