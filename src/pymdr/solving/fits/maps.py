@@ -18,6 +18,7 @@ from pymdr.interpretation.validity import SOURCES, Assumption, Claim
 from pymdr.line.curves import ElasticLine
 from pymdr.line.foundation import states_at_depth
 from pymdr.mapping.equivalent import equivalent_profile
+from pymdr.mapping.series import IndexArray
 from pymdr.problem.contact import Contact
 from pymdr.problem.laws import DMT
 from pymdr.problem.measured import MeasuredCurve
@@ -63,7 +64,7 @@ from pymdr.solving.fits.unknowns import (
 from pymdr.solving.memory import assumptions_with_memory
 from pymdr.solving.reach import assumptions, map_to_line
 from pymdr.solving.verb import solve
-from pymdr.units import FloatArray, IndexArray, QuantityLike, from_si, shown, written
+from pymdr.units import FloatArray, QuantityLike, from_si, shown, written
 
 if TYPE_CHECKING:
     import xarray as xr
