@@ -305,3 +305,24 @@ def one_fit(contact, curve):
     except mdr.ProblemError:
         return np.nan, np.nan
     return found.value, found.error
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("law", "--to", "1 um", "--name", ""), "a C identifier is needed"),
+        (("fit", "curve.csv", "--free", "body.young", "--spring-constant", "1 N/m"), "has indentations"),
+        (
+            ("fit", "curve.csv", "--free", "body.young", "--workers", "0"),
+            "'--workers': Input should be greater than or equal to 1",
+        ),
+    ],
+)
+def test_options_without_a_meaning_are_refused(arguments, words, tmp_path, shell, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert shell("new", "ball", "-o", "ball.toml")[0] == 0
+    rows = "\n".join(f"{i},{0.02 * max(i, 0) ** 1.5}" for i in range(-9, 9))
+    Path("curve.csv").write_text(f"indentation [um],force [N]\n{rows}\n")
+    status, _, told = shell(arguments[0], "ball.toml", *arguments[1:])
+    assert status != 0
+    assert words in " ".join(told.replace("│", " ").split())

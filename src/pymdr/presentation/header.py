@@ -110,6 +110,16 @@ class HeaderData:
     """The least u that is interpolated."""
 
 
+def identifier(name: str) -> str:
+    """The name itself, if C knows it as one."""
+    if not isinstance(name, str) or not _IDENTIFIER.fullmatch(name) or name in _KEYWORDS:
+        raise ProblemError(
+            f"name = {shown(name)}: a C identifier is needed that begins with a letter, has at most 40 letters, digits and "
+            "underscores, and is no keyword, such as 'ball_on_glass'"
+        )
+    return name
+
+
 def c_header(data: HeaderData) -> str:
     """
     The text of a header.
@@ -127,12 +137,7 @@ def c_header(data: HeaderData) -> str:
     ProblemError
         If the name is no C identifier.
     """
-    name = data.name
-    if not isinstance(name, str) or not _IDENTIFIER.fullmatch(name) or name in _KEYWORDS:
-        raise ProblemError(
-            f"name = {shown(name)}: a C identifier is needed that begins with a letter, has at most 40 letters, digits and "
-            "underscores, and is no keyword, such as 'ball_on_glass'"
-        )
+    name = identifier(data.name)
     big = name.upper()
     parts = [
         _comment([*data.remarks, *_usage(name, data.tip is not None)]),

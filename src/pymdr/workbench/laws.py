@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from pymdr.errors import CaseError, FileError, QuantityError
+from pymdr.presentation.header import identifier
 from pymdr.result import Result
 from pymdr.solving.assessing import assess
 from pymdr.solving.exporting import ContactLaw, check_lawful, export_law
@@ -56,7 +57,7 @@ def name_for(case: Path, name: str | None) -> str:
     'law_2_ball_on_glass'
     """
     if name is not None:
-        return name
+        return identifier(name)
     plain = re.sub(r"[^A-Za-z0-9_]", "_", case.stem)[:36]
     return plain if re.match("[A-Za-z]", plain) else f"law_{plain}"
 

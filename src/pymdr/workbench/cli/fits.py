@@ -57,7 +57,9 @@ def fit(
             help="What is taken of a file of a microscope: approach, retreat or record; the approach unless the case has adhesion or memory."
         ),
     ] = None,
-    workers: Annotated[int, typer.Option(help="Cores for a map; the numbers do not depend on them.")] = 1,
+    workers: Annotated[
+        int, typer.Option(min=1, help="Cores for a map; the numbers do not depend on them.")
+    ] = 1,
     output: Table = None,
     quiet: Quiet = False,
     as_json: Json = False,
@@ -125,6 +127,10 @@ def _read(
         if file.suffix.lower() in (".csv", ".tsv", ".txt", ".dat"):
             _refuse_segment(file, segment)
             curves.append(read_curve(file, spring_constant=spring_constant))
+            if spring_constant is not None and curves[-1].travel is None:
+                raise ProblemError(
+                    f"--spring-constant: {file} has indentations, which need none; a column of travel does"
+                )
             continue
         taken = segment or ("record" if whole else "approach")
         records = read_records(file, segment=taken, spring_constant=spring_constant)

@@ -38,7 +38,9 @@ def rough(
             help="lambda of C1D = lambda q C2D, the spectrum of the line; pi, of Geike, unless given.",
         ),
     ] = None,
-    workers: Annotated[int | None, typer.Option(help="Threads; the numbers do not depend on them.")] = None,
+    workers: Annotated[
+        int | None, typer.Option(min=1, help="Threads; the numbers do not depend on them.")
+    ] = None,
     output: Table = None,
     quiet: Quiet = False,
     as_json: Json = False,

@@ -43,7 +43,7 @@ def sweep(
     quantity: Annotated[
         list[str] | None, typer.Option(help="What is kept, such as normal_force; everything unless given.")
     ] = None,
-    workers: Annotated[int, typer.Option(help="Processes; the numbers do not depend on them.")] = 1,
+    workers: Annotated[int, typer.Option(min=1, help="Processes; the numbers do not depend on them.")] = 1,
     output: Annotated[
         Path | None,
         typer.Option(
