@@ -192,6 +192,41 @@ def test_tables_follow_travels_as_springs_do(shape, path, body, log_stiffness):
         assert found == pytest.approx(springs, rel=0.0, abs=5e-5 * springs.max())
 
 
+@settings(max_examples=examples(100), deadline=None)
+@given(
+    st.sampled_from(list(TABLES.values())),
+    st.sampled_from([3, 6, 40, 250]),
+    st.floats(0.0, 0.99),
+    st.sampled_from([0.0, 1.0]),
+    st.floats(-3.0, 3.0),
+    st.floats(-4.0, 4.0),
+)
+def test_machines_bend_by_what_the_bodies_do_not_give_way(shape, rows, start, spring, log_drag, log_softness):
+    """Also where a dashpot holds all but a billionth of the travel."""
+    line, table = shape
+    body = Relaxation(1.0, np.array([spring]), np.array([0.3]), 10.0**log_drag)
+    softness = 10.0**log_softness * 0.1 / float(normal_force(line, states_at_depth(line, [0.1]))[0])
+    time = np.linspace(0.0, 2.0, rows)
+    travel = np.interp(time, [0.0, 1.0, 2.0], [-0.1 * start / (1.0 - start), 0.05, 0.1])
+    found = approach_and_retreat(table, body, time, travel, softness)
+    assert found is not None
+    assert (softness * found <= np.maximum(travel, 0.0) * (1.0 + 1e-12)).all()
+    depth = travel - softness * found
+    exact = ting(line, body, time, np.maximum.accumulate(depth)).force
+    # what the bodies bear tells the travel where they are stiffer than the machine, and the depth where they are softer
+    apart = np.abs(found - exact) * np.clip(depth, 0.0, None) / np.maximum(travel, 1e-3)
+    assert apart.max() < 1e-6 * found.max()
+
+
+def test_a_travel_that_is_held_may_rise_again():
+    _, table = TABLES[Paraboloid(1.0)]
+    body = Relaxation(1.0, np.array([2.0]), np.array([0.01]))
+    time = np.arange(60.0)
+    travel = np.minimum.reduce([0.003 * (time // 10 + 1), 0.003 * (time + 1)])
+    for softness in (0.1, 1.0, 10.0):
+        assert approach_and_retreat(table, body, time, travel, softness) is not None
+
+
 def test_tables_say_what_they_do_not_follow():
     _, table = TABLES[next(iter(TABLES))]
     body = Relaxation(1.0, np.array([2.0]), np.array([0.3]))
