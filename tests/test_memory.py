@@ -29,6 +29,7 @@ from pymdr.line.memory import (
     virgin,
 )
 from pymdr.line.memory.modes import modes_of
+from pymdr.line.memory.tabulated import followed
 from pymdr.mapping.equivalent import equivalent_profile
 from pymdr.mapping.relaxation import Relaxation
 from pymdr.problem.profiles import Cone, FlatPunch, Paraboloid, PowerLaw, Sampled
@@ -186,10 +187,67 @@ def test_tables_follow_travels_as_springs_do(shape, path, body, log_stiffness):
     line, table = shape
     size = body.equilibrium + body.moduli.sum()
     softness = 1.0 / (10.0**log_stiffness * size * float(line.stiffness(line.place(0.1)).max()))
-    found = approach_and_retreat(table, body, *path, softness)
+    found = followed(table, body, *path, softness, 1)
     if found is not None:
         springs = follow_travels(line, body, *path, 1.0 / softness, n=1000).force
         assert found == pytest.approx(springs, rel=0.0, abs=5e-5 * springs.max())
+
+
+@settings(max_examples=examples(100), deadline=None)
+@given(
+    st.sampled_from(list(TABLES.values())),
+    st.sampled_from([3, 6, 40, 250]),
+    st.floats(0.0, 0.99),
+    st.sampled_from([0.0, 1.0]),
+    st.floats(-3.0, 3.0),
+    st.floats(-4.0, 4.0),
+)
+def test_machines_bend_by_what_the_bodies_do_not_give_way(shape, rows, start, spring, log_drag, log_softness):
+    """Also where a dashpot holds all but a billionth of the travel."""
+    line, table = shape
+    body = Relaxation(1.0, np.array([spring]), np.array([0.3]), 10.0**log_drag)
+    softness = 10.0**log_softness * 0.1 / float(normal_force(line, states_at_depth(line, [0.1]))[0])
+    time = np.linspace(0.0, 2.0, rows)
+    travel = np.interp(time, [0.0, 1.0, 2.0], [-0.1 * start / (1.0 - start), 0.05, 0.1])
+    found = followed(table, body, time, travel, softness, 1)
+    assert found is not None
+    assert (softness * found <= np.maximum(travel, 0.0) * (1.0 + 1e-12)).all()
+    depth = travel - softness * found
+    exact = ting(line, body, time, np.maximum.accumulate(depth)).force
+    # what the bodies bear tells the travel where they are stiffer than the machine, and the depth where they are softer
+    apart = np.abs(found - exact) * np.clip(depth, 0.0, None) / np.maximum(travel, 1e-3)
+    assert apart.max() < 1e-6 * found.max()
+
+
+@settings(max_examples=examples(60), deadline=None)
+@given(
+    st.sampled_from(list(TABLES.values())),
+    st.sampled_from([20, 60, 200]),
+    st.sampled_from([0.0, 0.05, 1.0]),
+    st.floats(-2.0, 0.3),
+    st.floats(-2.0, 1.0),
+)
+def test_the_few_rows_of_a_machine_bear_what_many_do(shape, rows, drag, log_time, log_softness):
+    """The way between the rows is not straight for the bodies."""
+    line, table = shape
+    body = Relaxation(1.0, np.array([1.0]), np.array([10.0**log_time]), drag)
+    softness = 10.0**log_softness * 0.05 / float(normal_force(line, states_at_depth(line, [0.1]))[0])
+    time = np.linspace(0.0, 1.0, rows + 1)
+    travel = np.interp(time, [0.0, 0.4, 0.6, 1.0], [-0.03, 0.1, 0.1, -0.03])
+    found = approach_and_retreat(table, body, time, travel, softness)
+    many = followed(table, body, time, travel, softness, 20_000 // rows)
+    assert found is not None
+    assert many is not None
+    assert found == pytest.approx(many, rel=0.0, abs=(1e-6 if drag == 0.0 else 3e-3) * many.max())
+
+
+def test_a_travel_that_is_held_may_rise_again():
+    _, table = TABLES[Paraboloid(1.0)]
+    body = Relaxation(1.0, np.array([2.0]), np.array([0.01]))
+    time = np.arange(60.0)
+    travel = np.minimum.reduce([0.003 * (time // 10 + 1), 0.003 * (time + 1)])
+    for softness in (0.1, 1.0, 10.0):
+        assert approach_and_retreat(table, body, time, travel, softness) is not None
 
 
 def test_tables_say_what_they_do_not_follow():

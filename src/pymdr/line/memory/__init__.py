@@ -15,7 +15,7 @@ from pymdr.line.memory.histories import (
     virgin,
 )
 from pymdr.line.memory.springs import Springs, springs_to
-from pymdr.line.memory.tabulated import Tabulated, approach_and_retreat, tabulated
+from pymdr.line.memory.tabulated import Tabulated, approach_and_retreat, divided, tabulated
 from pymdr.line.memory.tangential import (
     TangentialHistory,
     TangentialState,
@@ -38,6 +38,7 @@ __all__ = [
     "approach_and_retreat",
     "creep",
     "deepest_under",
+    "divided",
     "follow_loads",
     "follow_springs",
     "follow_travels",

@@ -13,6 +13,8 @@ from pymdr.mapping.relaxation import Relaxation
 from pymdr.units import FloatArray
 
 _CELLS, _WITHIN = 4096, 1.0 - 1e-9
+_ROWS, _DRAGGED = 400, 1600
+"""Parts into which a record on a machine is divided at least, and with a dashpot, whose force errs by the first power of a part."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,12 +64,41 @@ def approach_and_retreat(
 
     Notes
     -----
-    Equations and sources are those of :func:`~pymdr.line.memory.ting.ting`, which follows the curve itself.
+    Equations and sources are those of :func:`~pymdr.line.memory.ting.ting`, which follows the curve itself. On a machine the
+    indentation is not straight where the travel is: it is followed over parts of the rows and over halves of those, and what
+    they leave is extrapolated (Richardson).
     """
-    from pymdr.line.memory import ting_kernels
-
     if relaxation.viscosity > 0.0 and travel[0] > 0.0:
         return None
+    if compliance == 0.0:
+        return followed(table, relaxation, time, travel, 0.0, 1)
+    rows, order = (_ROWS, 2) if relaxation.viscosity == 0.0 else (_DRAGGED, 1)
+    parts = math.ceil(rows / time.size)
+    coarse, fine = (followed(table, relaxation, time, travel, compliance, n) for n in (parts, 2 * parts))
+    if coarse is None or fine is None:
+        return None
+    even = fine + (fine - coarse) / (2.0**order - 1.0)
+    return np.where((fine == 0.0) | (even < 0.0), 0.0, even)
+
+
+def divided(time: FloatArray, travel: FloatArray, parts: int) -> tuple[FloatArray, FloatArray]:
+    """Straight parts of rows, as many in each."""
+    rows, ends = np.arange(time.size), np.arange(parts * (time.size - 1) + 1) / parts
+    return np.interp(ends, rows, time), np.interp(ends, rows, travel)
+
+
+def followed(
+    table: Tabulated,
+    relaxation: Relaxation,
+    time: FloatArray,
+    travel: FloatArray,
+    compliance: float,
+    parts: int,
+) -> FloatArray | None:
+    """The forces with the indentation straight over parts of rows."""
+    from pymdr.line.memory import ting_kernels
+
+    time, travel = divided(time, travel, parts)
     t, target = np.append(time[0], time), np.append(min(0.0, travel[0]), travel)
     depth, force = np.empty(t.size), np.empty(t.size)
     body = np.array([relaxation.equilibrium, relaxation.viscosity])
@@ -83,4 +114,4 @@ def approach_and_retreat(
         depth,
         force,
     )
-    return None if ended != ting_kernels.MET or depth.max() > table.deepest else force[1:]
+    return None if ended != ting_kernels.MET or depth.max() > table.deepest else force[1::parts]

@@ -13,8 +13,10 @@ MET, TOUCHED_AGAIN = 0, 1
 """How a path ended: its targets are met, or the contact grows as the bodies part."""
 _FEW, _MANY = np.polynomial.legendre.leggauss(4), np.polynomial.legendre.leggauss(10)
 """Nodes and weights of parts over which the depth changes by less than a fifth, and by more."""
-_STEPS, _CLOSE = 60, 1e-14
-"""Of a search for a root, and of the largest depth or of a row."""
+_STRAIGHT, _STEPS, _CLOSE = 10, 200, 1e-14
+"""Of a search for a root: steps after which every other one halves, and their number; and of the depth or of a row."""
+_HELD = 1e-13
+"""Of a travel: what rounding may take from one that is held."""
 _FORGOTTEN = 40.0
 """Relaxation times after which nothing is left."""
 _SAME = 1e-9
@@ -114,19 +116,33 @@ def _pressed(
     wait: float,
     target: float,
     softness: float,
+    found: FloatArray,
 ) -> float:
-    """The depth in m at which a contact that grows meets a travel; -inf where it would have to shrink."""
+    """
+    The depth in m at which a contact that grows meets a travel; -inf where it would have to shrink.
+
+    `found` takes the force there. A dashpot may hold nearly all of a travel: the force is then what the machine bends by.
+    """
     if softness == 0.0 or target <= 0.0:
+        found[0] = _borne(table, deepest, body, moduli, times, carried, low, target, wait)
         return target
-    under, over, side = low, target, 0
-    short = low + softness * _borne(table, deepest, body, moduli, times, carried, low, low, wait) - target
-    if short > 0.0:
-        return -math.inf
+    under, over, side = max(low, 0.0), target, 0
+    short = -target
+    if low > 0.0:
+        force = _borne(table, deepest, body, moduli, times, carried, low, low, wait)
+        short = low + softness * force - target
+        if short > _HELD * target:
+            return -math.inf
+        if short >= 0.0:
+            found[0] = force
+            return low
     much = softness * _borne(table, deepest, body, moduli, times, carried, low, target, wait)
-    for _ in range(_STEPS):
-        if over - under <= _CLOSE * target or much == short:
+    for step in range(_STEPS):
+        if over - under <= _CLOSE * over or much == short:
             break
         depth = (under * much - over * short) / (much - short)
+        if step > _STRAIGHT and step % 2:
+            depth = 0.5 * (under + over)
         force = _borne(table, deepest, body, moduli, times, carried, low, depth, wait)
         off = depth + softness * force - target
         if off > 0.0:
@@ -136,7 +152,9 @@ def _pressed(
             under, short, much = depth, off, 0.5 * much if side < 0 else much
             side = -1
         if abs(off) <= _CLOSE * target:
+            found[0] = force
             return depth
+    found[0] = (target - over) / softness
     return over
 
 
@@ -217,12 +235,11 @@ def follow(
         k = top + 1
         wait = time[k] - time[top]
         there = _pressed(
-            table, deepest, body, moduli, times, carried[top], depth[top], wait, target[k], softness
+            table, deepest, body, moduli, times, carried[top], depth[top], wait, target[k], softness, found
         )
         if there < depth[top] and depth[top] > 0.0:
             break
-        depth[k] = there
-        force[k] = _borne(table, deepest, body, moduli, times, carried[top], depth[top], there, wait)
+        depth[k], force[k] = there, found[0]
         for j in range(kinds):
             x = wait / times[j]
             path[k, j] = math.exp(-x) * path[top, j] + _mean(x) * (there - depth[top])
@@ -255,10 +272,12 @@ def follow(
                 row, high, over = row - 1, 1.0, under
             if under < 0.0:
                 low, side = part, 0
-                for _ in range(_STEPS):
+                for step in range(_STEPS):
                     if high - low <= _CLOSE or over == under:
                         break
                     part = (low * over - high * under) / (over - under)
+                    if step > _STRAIGHT and step % 2:
+                        part = 0.5 * (low + high)
                     off = _pull(
                         table, deepest, body, moduli, times, time, depth, carried, path, row, part, k, target[k], softness, found
                     )  # fmt: skip

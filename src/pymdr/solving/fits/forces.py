@@ -17,6 +17,7 @@ from pymdr.line.foundation import normal_force, states_at_depth
 from pymdr.line.memory import (
     Tabulated,
     approach_and_retreat,
+    divided,
     follow_springs,
     follow_travels,
     tabulated,
@@ -30,6 +31,8 @@ from pymdr.solving.reach import map_to_line
 from pymdr.units import FloatArray, written
 
 _NODES, _LEAST, _SPRINGS = 256, 8, 300
+_ROWS = 120
+"""Of a record on a machine that springs follow, at least."""
 _NARROWED, _BETWEEN = 2, 65
 """How often a fold is looked for more closely, and among how many parameters: few calls, each of which takes long."""
 _OUTWARD = 1.25 ** np.arange(12)
@@ -186,10 +189,12 @@ class RememberedForces:
                 return force, unknown
         line = _unit_line(self.contact.profile)
         if self.compliance == 0.0:
-            found = follow_springs(line, self.relaxation, time, depth, n=_SPRINGS)
-        else:
-            found = follow_travels(line, self.relaxation, time, depth, 1.0 / self.compliance, n=_SPRINGS)
-        return found.force, unknown
+            return follow_springs(line, self.relaxation, time, depth, n=_SPRINGS).force, unknown
+        # where travels are straight, the depths are not
+        parts = math.ceil(_ROWS / depth.size)
+        many = divided(time, depth, parts)
+        found = follow_travels(line, self.relaxation, *many, 1.0 / self.compliance, n=_SPRINGS)
+        return found.force[::parts], unknown
 
 
 @lru_cache(maxsize=16)
