@@ -198,6 +198,25 @@ def test_bodies_with_memory():
         mdr.fit(start, mdr.MeasuredCurve(force=force, indentation=depth), ["body.shear.modulus"])
 
 
+@pytest.mark.parametrize("log_modulus", [-1.5, 0.0, 1.5])
+@pytest.mark.parametrize("log_viscosity", [-1.5, 0.0, 1.5])
+def test_dashpots_are_found_from_any_start(log_modulus, log_viscosity):
+    def damped(modulus, viscosity):
+        shear = mdr.KelvinVoigt(modulus, viscosity)
+        return mdr.Contact(mdr.Paraboloid("5 um"), mdr.Viscoelastic(shear, poisson=0.5))
+
+    modulus, viscosity = 1e3, 2e3
+    time = np.linspace(0.0, 2.0, 80)
+    depth = 1e-6 * np.interp(time, [0.0, 0.4, 2.0], [-0.3, 1.0, 1.0])
+    path = mdr.Path(time=time, indentation=depth)
+    force = mdr.solve(damped(modulus, viscosity), path)["normal_force"].values
+    curve = mdr.MeasuredCurve(force=force, indentation=depth + 1e-7, time=time)
+    start = damped(modulus * 10.0**log_modulus, viscosity * 10.0**log_viscosity)
+    found = estimate(start, curve, ["body.shear.modulus", "body.shear.viscosity"], {"tilt": 0.0})
+    assert found.values["body.shear.modulus"].value == pytest.approx(modulus, rel=1e-3)
+    assert found.values["body.shear.viscosity"].value == pytest.approx(viscosity, rel=1e-3)
+
+
 @pytest.mark.parametrize("machine", [None, 0.05])
 def test_memory_is_found_by_tables_as_by_springs(machine, monkeypatch):
     contact = mdr.Contact(

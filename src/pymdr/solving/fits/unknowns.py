@@ -19,7 +19,7 @@ from pymdr.units import ArrayQuantityLike, FloatArray, QuantityLike, shown, to_s
 CONTACT_POINT, SHIFT_ORIGIN, BASELINE, TILT = "contact_point", "shift_origin", "baseline", "tilt"
 ORIGINS = {CONTACT_POINT: "m", SHIFT_ORIGIN: "m", BASELINE: "N", TILT: "N/m"}
 """Where records have their origins of depth, shift and force, and how that of the force rises along the record."""
-_OF_FORCE = ("Pa", "J/m^2", "N/m", "N")
+_OF_FORCE = ("Pa", "Pa*s", "J/m^2", "N/m", "N")
 """Units of what all forces are proportional to, taken together."""
 
 _FAR = 100.0
@@ -184,6 +184,8 @@ def _grid(unknown: Unknown, moduli: Sequence[Parameter], depth: float, span: flo
     """Values of one unknown from its bounds and from the sizes of the record."""
     if unknown.unit == "J/m^2" and moduli:
         grid = max(p.value for p in moduli) * depth * np.geomspace(1e-6, 3.0, 14)
+    elif unknown.unit == "Pa*s" and moduli and span > 0.0:
+        grid = max(p.value for p in moduli) * span * np.geomspace(1e-3, 3.0, 8)
     elif unknown.unit == "s" and span > 0.0:
         grid = span * np.geomspace(1e-3, 3.0, 8)
     elif unknown.is_size:
