@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from scipy.special import dawsn
 
@@ -185,12 +185,15 @@ def test_tables_follow_one_approach_and_one_retreat_as_the_curve_does(shape, pat
 @given(st.sampled_from(list(TABLES.values())), pressed_once(), relaxing(), st.floats(-1.5, 1.5))
 def test_tables_follow_travels_as_springs_do(shape, path, body, log_stiffness):
     line, table = shape
+    assume(body.viscosity == 0.0 or path[1][0] <= 0.0)  # a sudden move
     size = body.equilibrium + body.moduli.sum()
     softness = 1.0 / (10.0**log_stiffness * size * float(line.stiffness(line.place(0.1)).max()))
     found = followed(table, body, *path, softness, 1)
     if found is not None:
-        springs = follow_travels(line, body, *path, 1.0 / softness, n=1000).force
-        assert found == pytest.approx(springs, rel=0.0, abs=5e-5 * springs.max())
+        few, many = (follow_travels(line, body, *path, 1.0 / softness, n=n).force for n in (500, 1000))
+        # few springs lie where a fast relaxation is not over yet, and err by more than 1 / n^2
+        off = np.abs(few - many).max() + 2e-6 * many.max()
+        assert found == pytest.approx(many, rel=0.0, abs=off)
 
 
 @settings(max_examples=examples(100), deadline=None)
