@@ -294,6 +294,20 @@ def _eased(search: Search) -> Search:
     return replace(search, curves=eased) if len(eased) == len(search.curves) else search
 
 
+def _machine_in_words(stretch: Stretch) -> str:
+    """That a machine bends farther than it travels while the force rises, where it does."""
+    place, force, softness = stretch.place[0], stretch.force[0], float(stretch.softness[0])
+    top = int(np.nanargmax(force))
+    begun = int(np.nanargmin(np.where(force > 0.9 * np.nanmin(force) + 0.1 * force[top], place, math.nan)))
+    rise, way = float(force[top] - force[begun]), float(place[top] - place[begun])
+    if softness == 0.0 or not 0.0 < way < softness * rise:
+        return ""
+    return (
+        f"a machine of {written(1.0 / softness, 'N/m', 3)} bends by more than the {written(way, 'm', 3)} that it travels while the force rises by "
+        f"{written(rise, 'N', 3)}: see whether spring_constant is that of this record, "
+    )
+
+
 def _quick_start(search: Search) -> tuple[Start, FloatArray] | None:
     """Where the search over a family of forces ends, if there is one and it finds something, and its errors of the free numbers."""
     unknowns = search.unknowns
@@ -313,7 +327,7 @@ def _quick_start(search: Search) -> tuple[Start, FloatArray] | None:
     if found["ending"][0] == NO_CONTACT:
         raise ProblemError(
             f"fit: no contact is seen in the record: one without any leaves squares that are larger by less than {SEEN:g} variances of "
-            "the noise; press deeper, mark outliers (mark_outliers), or see with orient(curve) whether a sign is turned"
+            f"the noise; {_machine_in_words(stretch)}press deeper, mark outliers (mark_outliers), or see with orient(curve) whether a sign is turned"
         )
     if found["ending"][0] == AT_END:
         _refuse_beyond_layers(asked, ways, stretch)
