@@ -280,16 +280,25 @@ def test_points_between_values_that_are_not_two_are_refused(tmp_path):
     st.integers(8, 12),
     st.floats(-9.0, 0.0),
     st.floats(0.0, 9.0),
+    st.booleans(),
 )
-def test_few_samples_in_contact_are_refused_or_lie_in_their_intervals(seed, pressed, apart, decades, stiff):
+def test_few_samples_in_contact_are_refused_or_lie_in_their_intervals(
+    seed, pressed, apart, decades, stiff, machine
+):
     """A contact point that lies anywhere between two samples takes any modulus with it."""
     rng = np.random.default_rng(seed)
     size, young = 10.0**decades, 10.0**stiff
     way = size * (np.arange(-apart, pressed) + rng.uniform(0.05, 0.95)) / (10.0 * pressed)
     force = 16.0 / 9.0 * young * np.sqrt(5.0 * size) * np.maximum(way, 0.0) ** 1.5
+    spring = force.max() / (0.1 * size)
+    travel = way + force / spring
     force += 0.01 * force.max() * rng.normal(size=way.size)
     ball = mdr.Contact(mdr.Paraboloid(5.0 * size), mdr.Elastic(30.0 * young, 0.5))
-    curve = mdr.MeasuredCurve(indentation=way, force=force)
+    curve = (
+        mdr.MeasuredCurve(travel=travel, force=force, spring_constant=spring)
+        if machine
+        else mdr.MeasuredCurve(indentation=way, force=force)
+    )
     found = mdr.fit_map(ball, [curve], ["body.young"])
     for value, error in (
         (float(found["body.young"].values[0]), float(found["body.young_error"].values[0])),

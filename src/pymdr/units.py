@@ -186,8 +186,8 @@ def to_si(value: QuantityLike, unit: str, *, name: str = "value") -> float:
         ...
     pymdr.errors.UnitError: radius: cannot read '1,5 mm': write a number with a decimal point and a unit, for example '5 mm'
     """
-    if type(value) in (float, np.float64) and math.isfinite(value):  # type: ignore[arg-type]
-        return float(value)  # type: ignore[arg-type]
+    if isinstance(value, float) and type(value) in (float, np.float64) and math.isfinite(value):
+        return float(value)
     plain = _bare(value)
     foreign = _unit_of(plain, name)
     number: Any

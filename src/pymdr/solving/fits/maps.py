@@ -56,7 +56,6 @@ from pymdr.solving.fits.unexplained import WAVY, range_of_law
 from pymdr.solving.fits.unknowns import (
     BASELINE,
     CONTACT_POINT,
-    TILT,
     Free,
     origins,
     put_into,
@@ -370,7 +369,7 @@ def _fit_stretch(asked: Asked, stretch: Stretch, told: Callable[[int], None] | N
         fitted = fit_by_family(asked, asked.ways, stretch)
         if asked.contact.adhesion is None and CONTACT_POINT not in asked.known:
             ending = fitted.columns["ending"]
-            few = _pressed(asked, fitted.columns, stretch) < fewest_in_contact(len(asked.unknowns))
+            few = _pressed(fitted.columns, stretch) < fewest_in_contact(len(asked.unknowns))
             ending[few & (ending == FOUND)] = UNTOLD
     else:
         fitted = _fit_one_by_one(asked, stretch, told)
@@ -379,15 +378,10 @@ def _fit_stretch(asked: Asked, stretch: Stretch, told: Callable[[int], None] | N
     return fitted
 
 
-def _pressed(asked: Asked, columns: Columns, stretch: Stretch) -> IndexArray:
-    """How many samples of each curve are in contact."""
-    origin = {
-        name: columns[name][:, None] if name in columns else asked.known.get(name, 0.0)
-        for name in (CONTACT_POINT, BASELINE, TILT)
-    }
-    own = stretch.force - origin[BASELINE] - origin[TILT] * stretch.place
-    depth = stretch.place - stretch.softness[:, None] * own - origin[CONTACT_POINT]
-    return np.asarray(np.count_nonzero(depth > 0.0, axis=1))
+def _pressed(columns: Columns, stretch: Stretch) -> IndexArray:
+    """How many samples of each curve are in contact, without adhesion: those beyond the contact point, also on a machine."""
+    with np.errstate(invalid="ignore"):
+        return np.asarray(np.count_nonzero(stretch.place > columns[CONTACT_POINT][:, None], axis=1))
 
 
 def _plateaus(stretch: Stretch) -> FloatArray:
