@@ -20,7 +20,7 @@ from pymdr.line.layered.tiles import product, solve_positive
 from pymdr.mapping.equivalent import EquivalentProfile
 from pymdr.mapping.layers import Kernel
 from pymdr.mapping.series import BoolArray, IndexArray, Place
-from pymdr.units import FloatArray
+from pymdr.units import FloatArray, metres
 
 WIDEST = 300.0
 """Largest contact radius in thicknesses of the top layer."""
@@ -246,6 +246,12 @@ class Solved:
         """q_A at the edge."""
         return 1.0 + float(self.at_edge[1])
 
+    def loads(self, excess: float) -> FloatArray:
+        """Line loads per modulus times their weights in m, with an excess of depth in m at the edge."""
+        pressed = excess - self.lift
+        weights = self.rise + pressed * self.weight
+        return np.asarray(weights + self.weight * (self.coupled[0] + pressed * self.coupled[1]))
+
 
 def _solved(kernel: Kernel, outline: Outline, order: int) -> Solved:
     at = _nodes(outline, order)
@@ -326,8 +332,8 @@ def solve_contact(kernel: Kernel, outline: Outline) -> tuple[Solved, FloatArray,
     """
     if not outline.radius <= WIDEST * (1.0 + 1e-12):
         raise ConvergenceError(
-            f"the contact radius is {outline.radius:.4g} thicknesses of the top layer, and contacts are solved up to "
-            f"{WIDEST:g}; for wider ones take the layer as a foundation, or leave it out"
+            f"a contact is wider than {WIDEST:g} thicknesses of the top layer ({metres(WIDEST * outline.thickness)}), up to which "
+            "contacts are solved; for wider ones take the layer as a foundation, or leave it out"
         )
     worst, least, before = math.inf, math.inf, np.full(5, math.nan)
     for order in ORDERS[1 if kernel.softening(outline.radius) < _SOFT else 0 :]:
