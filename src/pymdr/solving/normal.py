@@ -107,9 +107,7 @@ def _states(
         return solve(targets), np.ones(targets.shape, dtype=bool)
     except (ConvergenceError, ProblemError):
         most = float(np.max(targets))
-        limit = (
-            line.limit(lambda *state: control(*state) >= most) if isinstance(line, LayeredLine) else None
-        )
+        limit = line.limit(lambda *state: control(*state) >= most) if isinstance(line, LayeredLine) else None
         if limit is None or not limit.depth > 0.0:
             raise
         solved = targets <= control(limit.depth, limit.load)
@@ -233,7 +231,9 @@ def _bound(
     radius = np.where(rows.solved, states.contact_radius, math.nan)
     bound, error = force.copy(), np.zeros(force.shape) if claim.error is None else claim.error.copy()
     bound[open_], error[open_] = lower_bound(line, states.indentation[open_], radius[open_])
-    return bound, with_errors({"force_lower_bound": trial_claim(disk)}, {"force_lower_bound": error})["force_lower_bound"]
+    return bound, with_errors({"force_lower_bound": trial_claim(disk)}, {"force_lower_bound": error})[
+        "force_lower_bound"
+    ]
 
 
 def _range_words(contact: Contact, line: Line, states: DiskStates, disk: BoolArray) -> str:

@@ -75,15 +75,16 @@ def lower_bound(
         Relative, of its numerics.
     """
     known = np.unique(contact_radius[np.isfinite(contact_radius) & (contact_radius > 0.0)])
-    end, h = min(line.table.end, WIDEST * line.thickness), line.thickness
-    top = float(np.max(known, initial=0.0))
-    if not np.isfinite(contact_radius).all():
-        top = max(top, 2.0 * line.equivalent.overlap_at(float(np.nanmax(depth, initial=0.0))))
-    top = min(top, end)
     bound, error = np.zeros(depth.shape), np.zeros(depth.shape)
-    if not top > 0.0:
+    end, radii = min(line.table.end, WIDEST * line.thickness), known
+    if not np.isfinite(contact_radius).all() and np.any(depth > 0.0):
+        ends = np.min(depth[depth > 0.0]), np.max(depth)
+        # a layer that keeps its volume bulges into contact, up to twice as wide
+        radii = np.append(known, [0.5, 2.0] * np.array([line.equivalent.overlap_at(float(d)) for d in ends]))
+    if radii.size == 0:
         return bound, error
-    count = 1 + math.ceil(math.log(max(4.0, top / (_NARROW * h))) / math.log(_STEP))
+    top, least = min(float(np.max(radii)), end), min(float(np.min(radii)), _NARROW * line.thickness)
+    count = 1 + math.ceil(math.log(max(4.0, top / least)) / math.log(_STEP))
     own = known[np.unique(np.linspace(0, known.size - 1, min(known.size, _OWN)).astype(int))]
     for b in {*(top * _STEP ** -np.arange(count)).tolist(), *own[own <= end].tolist()}:
         try:

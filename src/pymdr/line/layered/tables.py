@@ -34,6 +34,8 @@ _NEGLIGIBLE = 1e-14
 """What may be left out of small contacts."""
 _WIDE = 8.0
 """Ratio of the ends of panels far below the thickness, where the series are all but straight."""
+_SHORT = 1e-12
+"""How far contacts stay below a limit, in parts of it, so that rounding takes none beyond."""
 _BEFORE = 1e-6
 """Distance of the last bound before a fall of g, in parts of its radius."""
 _BEHIND = 0.25
@@ -316,7 +318,7 @@ class Table:
                     place = self.first(DEPTH, np.array([deepest]))
                     depth = deepest
                     moment = float((self.equivalent.moment(place) * self.read(place, (FORCE,))[:, 0])[0])
-                return Limit(depth, moment, error)
+                return Limit((1.0 - _SHORT) * depth, (1.0 - _SHORT) * moment, error)
             depth, moment = map(float, found)
             i += 1
         return None
