@@ -130,7 +130,14 @@ def impact_figure(data: xr.Dataset, friction: float | None) -> Figure:
             radius = first.twinx()
             radius.plot(shown["time"], shown["contact_radius"], color=ORANGE, lw=1.2, ls="--")
             radius.set_ylabel(axis_label("contact_radius", units["contact_radius"]), color=ORANGE)
-            radius.set_ylim(bottom=0.0)
+            # both scales have their zero at one height
+            low, high = first.get_ylim()
+            top = 1.05 * float(np.nanmax(shown["contact_radius"], initial=0.0)) or 1.0
+            if low < 0.0 < high:
+                radius.set_ylim(top * low / high, top)
+            else:
+                first.set_ylim(bottom=0.0)
+                radius.set_ylim(0.0, top)
         second.plot(shown["indentation"], shown["normal_force"], color=BLUE, lw=1.5)
         second.set_xlabel(axis_label("indentation", units["indentation"]))
         second.set_ylabel(axis_label("normal_force", units["normal_force"]))
