@@ -21,13 +21,18 @@ from pymdr.problem.profiles import ForceCurve, Sampled
 from pymdr.problem.profiles.sampled import Interpolation
 from pymdr.quantities import QUANTITIES
 from pymdr.units import FloatArray, QuantityLike, to_si
-from pymdr.workbench.inputs import read_text
+from pymdr.workbench.inputs import read_measured_text
 
 if TYPE_CHECKING:
     import xarray as xr
 
 _COLUMN = re.compile(r"\s*(?P<name>[^\[\]()]*?)\s*[\[(]\s*(?P<unit>[^\[\]()]+?)\s*[\])]\s*")
 _NUMBER = re.compile(r"\s*[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?\s*", re.ASCII)
+_COMMA = re.compile(r"[+-]?[0-9]*,[0-9]+(?:[eE][+-]?[0-9]+)?", re.ASCII)
+_POINT = re.compile(r"[+-]?[0-9]*\.[0-9]+(?:[eE][+-]?[0-9]+)?", re.ASCII)
+_THOUSANDS = re.compile(r"[+-]?[1-9][0-9]{0,2},[0-9]{3}", re.ASCII)
+_EXCEL = re.compile(r"sep=.", re.IGNORECASE)
+"""A first line by which Excel says what separates columns."""
 _LARGEST = 200 * 2**20
 
 Names = Mapping[str, tuple[str, ...]]
@@ -102,7 +107,8 @@ def read_columns(file: str | os.PathLike[str]) -> dict[str, FloatArray]:
 
     The first line that is no comment (``#``) is the header; every length column names its unit in brackets,
     as in ``r [nm], f [nm], scatter [nm]``. Other columns are left alone. Commas, semicolons or tabs stand between
-    the columns, and entries may be quoted; decimals are written with a point.
+    the columns, and entries may be quoted. Decimals are written with a point, or with a comma where semicolons or tabs
+    stand between the columns. The text is UTF-8, UTF-16 or latin-1.
 
     Parameters
     ----------
@@ -179,7 +185,8 @@ def read_record(file: str | os.PathLike[str]) -> xr.Dataset:
         tangential force, each with its unit: ``time [s], load [mN], shift [um]``. Names with underscores, as
         :meth:`pymdr.Result.to_csv` writes them, are the same; other columns are left alone, and lines that begin
         with ``#`` are comments. Commas, semicolons or tabs stand between the columns, and entries may be quoted, as
-        spreadsheets do; decimals are written with a point.
+        spreadsheets do. Decimals are written with a point, or with a comma where semicolons or tabs stand between the
+        columns. The text is UTF-8, UTF-16 or latin-1.
 
     Returns
     -------
@@ -315,7 +322,11 @@ def _read(
     file: str | os.PathLike[str], names: Names, needed: Sequence[str], example: str, missing: bool = False
 ) -> dict[str, FloatArray]:
     source = named_file(file, "read")
-    lines = read_text(source, _LARGEST, "table").replace("\r\n", "\n").replace("\r", "\n").split("\n")
+    lines = (
+        read_measured_text(source, _LARGEST, "table").replace("\r\n", "\n").replace("\r", "\n").split("\n")
+    )
+    if _EXCEL.fullmatch(lines[0]):
+        lines[0] = ""
     numbered = [i for i, line in enumerate(lines) if line.strip() and not line.lstrip(' \t"').startswith("#")]
     rows = [lines[i] for i in numbered]
     if len(rows) < 2:
@@ -346,8 +357,39 @@ def _read(
             )
     chosen = {quantity: where[0] for quantity, where in found.items()}
     factors = {quantity: _factor(source, quantity, header[i]) for quantity, i in chosen.items()}
-    table = _numbers(source, rows[1:], numbered[1:], chosen, len(header), separator, missing)
+    entries = decimal_points(rows[1:], separator)
+    table = _numbers(source, entries, numbered[1:], chosen, len(header), separator, missing)
     return {quantity: _scaled(table[:, i], factors[quantity]) for i, quantity in enumerate(chosen)}
+
+
+def decimal_points(rows: Sequence[str], separator: str | None) -> Sequence[str]:
+    """
+    Rows whose decimal commas are written as points, unless commas separate columns.
+
+    They stay as they are where numbers with a point stand beside them, or where all may be thousands: such commas
+    are refused as numbers later.
+
+    Examples
+    --------
+    >>> [decimal_points(rows, ";") for rows in (["1,5;2,25"], ["1,500;2,250"], ["1,5;2.25"])]
+    [['1.5;2.25'], ['1,500;2,250'], ['1,5;2.25']]
+    """
+    if separator == "," or not any("," in row for row in rows):
+        return rows
+    # quotes of spreadsheets go, since no separator is inside a number
+    table = [[cell.strip().strip('"') for cell in row.split(separator)] for row in rows]
+    commas = {cell for cells in table for cell in cells if _COMMA.fullmatch(cell)}
+    pointed = any(_POINT.fullmatch(cell) for cells in table for cell in cells)
+    if pointed or all(map(_THOUSANDS.fullmatch, commas)):
+        return rows
+    between = separator or " "
+    return [
+        between.join(
+            cell.replace(",", ".") if bare in commas else cell
+            for cell, bare in zip(row.split(separator), cells, strict=True)
+        )
+        for row, cells in zip(rows, table, strict=True)
+    ]
 
 
 def _separator(header: str, names: Names) -> str:
@@ -437,7 +479,7 @@ def _numbers(
                     continue
                 raise CaseError(f"{told}; every entry must be a finite number: delete rows without data")
             if not _NUMBER.fullmatch(cells[i]):
-                remedy = "; write decimals with a point" if "," in cells[i] else ""
+                remedy = "; write all decimals of the table with a point" if "," in cells[i] else ""
                 raise CaseError(f"{told} is not a number{remedy}")
             into[k] = float(cells[i])
             if not np.isfinite(into[k]):
