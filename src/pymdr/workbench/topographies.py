@@ -182,11 +182,11 @@ def _sides(source: Path, own: FloatArray | None, given: ArrayQuantityLike | None
 
 def _read(source: Path, channel: int | str | None) -> _Read:
     content = read_bytes(source, _LARGEST, "file of heights")
-    if not content:
-        raise CaseError(f"{source}: the file is empty and has no heights")
     if source.suffix.lower() == ".npy" or content.startswith(_ARRAY):
         _refuse_channel(source, channel)
         return _of_array(source, content)
+    if not content:
+        raise CaseError(f"{source}: the file is empty and has no heights")
     text = text_of(content)
     if text is None:
         return _of_maker(source, content, channel)
