@@ -6,13 +6,14 @@ import csv
 import os
 import re
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pymdr.errors import CaseError, PathError, ProblemError, UnitError
+from pymdr.errors import CaseError, PathError, ProblemError, PymdrError, UnitError
 from pymdr.presentation.files import named_file
 from pymdr.problem.measured import MeasuredCurve, Step
 from pymdr.problem.paths import CHANNELS, NORMAL_CHANNELS, TANGENTIAL_CHANNELS
@@ -244,7 +245,18 @@ def read_path(file: str | os.PathLike[str], *, channels: Sequence[str] | None = 
             )
     if not named:
         raise PathError(f"{file} has no column of {', '.join(CHANNELS[:-1])} or {CHANNELS[-1]}")
-    return MeasuredPath(time=found.get("time"), **{name: found[name] for name in named})
+    with _named_file(file):
+        return MeasuredPath(time=found.get("time"), **{name: found[name] for name in named})
+
+
+@contextmanager
+def _named_file(file: str | os.PathLike[str]) -> Iterator[None]:
+    """Refusals of what a table holds name its file."""
+    try:
+        yield
+    except PymdrError as error:
+        error.args = (f"{file}: {error}",)
+        raise
 
 
 def read_curve(file: str | os.PathLike[str], *, spring_constant: QuantityLike | None = None) -> MeasuredCurve:
@@ -509,7 +521,8 @@ def read_profile(file: str | os.PathLike[str], *, interpolation: Interpolation |
         If the file cannot be read, is not such a table, or the samples are not a profile.
     """
     columns = read_columns(file)
-    return Sampled(**columns, interpolation=interpolation)
+    with _named_file(file):
+        return Sampled(**columns, interpolation=interpolation)
 
 
 def read_force_curve(
@@ -536,4 +549,5 @@ def read_force_curve(
         If the file cannot be read, is not such a table, or the points are no force curve.
     """
     columns = read_curve_columns(file)
-    return ForceCurve(**columns, modulus=modulus, contact_point=contact_point)
+    with _named_file(file):
+        return ForceCurve(**columns, modulus=modulus, contact_point=contact_point)
