@@ -457,7 +457,7 @@ def test_refusals_of_a_case_name_its_file(tmp_path, path, words):
         (mdr.indent("1 um") >> mdr.travel("1 um"), "leg 2 prescribes travel"),
         (
             mdr.load("1 N", duration="1 s") >> mdr.load("1 N", rate="1 N/s"),
-            "leg 2 starts where it goes to, normal_force = 1 N",
+            "leg 2: it starts where it goes to, normal_force = 1 N",
         ),
         (mdr.indent("1 um", duration=3.0) >> mdr.Path(time=[2.0], shift=[0.0]), "leg 2: Path.time begins"),
     ],

@@ -74,7 +74,7 @@ class Planned:
                 channel = named_channels(leg)[0]
                 where = newtons(target) if channel.endswith("force") else metres(target)
                 raise PathError(
-                    f"leg {self.number} starts where it goes to, {channel} = {where}, and at a rate takes no time; give hold(...) with "
+                    f"leg {self.number}: it starts where it goes to, {channel} = {where}, and at a rate takes no time; give hold(...) with "
                     "a duration instead"
                 )
         if duration is None:
