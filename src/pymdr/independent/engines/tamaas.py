@@ -26,7 +26,7 @@ class TamaasEngine:
     Notes
     -----
     Frérot, Anciaux, Rey, Pham-Ba and Molinari (2020), J. Open Source Softw. 5, 2121. It knows forces, so that an indentation
-    is found by some solutions, and contacts of more than one pixel.
+    is found by some solutions.
     """
 
     name = "tamaas"
