@@ -594,12 +594,15 @@ class PanelLine(EquivalentProfile):
         g = depth the profile is searched to its reach, or else to 1024 times that radius.
         """
         known, radius = self._overlap
-        if depth <= known:
-            return radius
-        first = min(float(self.place(np.array([depth])).x[0]), self._end)
-        radius = max(first, self._last_overlap(depth, first))
-        self._overlap = (depth, radius)
+        if depth > known:
+            radius = self.overlap_at(depth)
+            self._overlap = (depth, radius)
         return radius
+
+    def overlap_at(self, depth: float) -> float:
+        """The same, whatever depths were asked for before."""
+        first = min(float(self.place(np.array([depth])).x[0]), self._end)
+        return max(first, self._last_overlap(depth, first))
 
     def rests_on(self) -> tuple[str, ...]:
         """What was fitted to samples, below which radius a law stands for the tip, and how narrow features were looked for."""
