@@ -53,7 +53,8 @@ def test_the_lower_bound_is_below_the_force_of_rings(seed):
         result = mdr.solve(mdr.Contact(profile, body), mdr.indent(depth))
         refused = result.status is mdr.Status.REFUSED
         claim = result.claims["force_lower_bound"]
-        assert claim.level is mdr.Level.EXACT and claim.error[0] < 1e-9
+        assert claim.level is mdr.Level.EXACT
+        assert claim.error[0] < 1e-9
         assert ("trial pressures" in claim.reason) is refused
         share = float(result["force_lower_bound"][0]) / ring_force(profile, body, depth, 3 * a)
         assert (0.75 if refused else 1.0 - 1e-5) < share <= 1.0 + 1e-5
@@ -68,7 +69,8 @@ def test_the_lower_bound_of_a_disk_is_its_force():
         assert bound == pytest.approx(force, rel=1e-9)
         # without the radii the best of the others is a little below
         unknown, _ = lower_bound(line, depth, np.full(3, math.nan))
-        assert np.all(unknown <= force * (1.0 + 1e-9)) and np.all(unknown > 0.5 * force)
+        assert np.all(unknown <= force * (1.0 + 1e-9))
+        assert np.all(unknown > 0.5 * force)
         assert np.all(error < 1e-9)
 
 
@@ -119,12 +121,13 @@ def test_rows_of_a_profile_that_falls_farther_out_are_solved_up_to_there(seed):
     assert "falls at r" in result.claims["normal_force"].reason
     force = result["normal_force"].values
     alone = mdr.solve(contact, mdr.Path(indentation=depths[:2]))["normal_force"].values
-    assert force[:2] == pytest.approx(alone, rel=1e-12) and force[-2:] == pytest.approx(
-        alone[::-1], rel=1e-12
-    )
-    assert np.isnan(force[2:-2]).all() and np.isfinite(result["indentation"].values).all()
+    assert force[:2] == pytest.approx(alone, rel=1e-12)
+    assert force[-2:] == pytest.approx(alone[::-1], rel=1e-12)
+    assert np.isnan(force[2:-2]).all()
+    assert np.isfinite(result["indentation"].values).all()
     bound = result["force_lower_bound"].values
-    assert np.all(np.diff(bound[:4]) > 0.0) and bound[:2] == pytest.approx(alone, rel=1e-12)
+    assert np.all(np.diff(bound[:4]) > 0.0)
+    assert bound[:2] == pytest.approx(alone, rel=1e-12)
     true = ring_force(profile, film(), depths[3], 10.0)
     assert 0.7 * true < bound[3] < true * (1.0 + 1e-4)
 
@@ -152,7 +155,8 @@ def test_contacts_too_wide_are_left_out_alone(channel, narrow):
     assert result["contact_radius"].values[[0, 1, 3]] == pytest.approx(a[[0, 1, 3]], rel=1e-9)
     assert math.isnan(result["contact_radius"].values[2])
     bound = result["force_lower_bound"].values
-    assert bound[2] >= bound[1] and bound[[0, 1, 3]] == pytest.approx(force[[0, 1, 3]], rel=1e-9)
+    assert bound[2] >= bound[1]
+    assert bound[[0, 1, 3]] == pytest.approx(force[[0, 1, 3]], rel=1e-9)
 
 
 def test_where_no_row_can_be_solved_the_reason_is_raised(narrow):
