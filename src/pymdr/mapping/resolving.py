@@ -91,6 +91,10 @@ class SlopeSource(ABC):
         """Scatter in m of the f that is differentiated around a radius in m; 0 where f' is given."""
         return 0.0
 
+    def rise(self, r: float) -> tuple[float, float]:
+        """F(r) - f(0) in m and its rounding; NaN where only f' is known."""
+        return math.nan, math.nan
+
     def kinks(self, low: float, high: float) -> list[float]:
         """Radii between two others at which f' is not smooth, although nobody said so."""
         return []

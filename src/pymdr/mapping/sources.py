@@ -9,7 +9,7 @@ import numpy as np
 
 from pymdr.errors import ProblemError
 from pymdr.mapping.callables import TipLaw, check_consistency, find_kinks, underflow_law
-from pymdr.mapping.derived import DerivedSource
+from pymdr.mapping.derived import DerivedSource, rise_of
 from pymdr.mapping.resolving import SlopeSource, radii_beside
 from pymdr.mapping.series import TERMS, Panels, Place, Series, evaluate
 from pymdr.problem.profiles import (
@@ -95,6 +95,11 @@ class CurveSource(SlopeSource):
             # unless it is the rounding of f that shows farther out only
             farthest = min(_FARTHER_OUT * top, self.reach)
             check_consistency(value, slope, top / 1024.0, top, self.knots, farthest=farthest)
+
+    def rise(self, r: float) -> tuple[float, float]:
+        """F(r) - f(0) in m and its rounding; NaN where only f' is known."""
+        f = self.profile.f if isinstance(self.profile, Function) else None
+        return (math.nan, math.nan) if f is None else rise_of(f, r)
 
     def kinks(self, low: float, high: float) -> list[float]:
         """Kinks between two radii that were not named."""
@@ -206,6 +211,11 @@ class SumSource(SlopeSource):
     def rounding(self, r: float) -> float:
         """Those of the parts together."""
         return sum(part.rounding(r) for part in self.parts)
+
+    def rise(self, r: float) -> tuple[float, float]:
+        """Those of the parts together."""
+        rises, rounded = zip(*(part.rise(r) for part in self.parts), strict=True)
+        return sum(rises), sum(rounded)
 
     def kinks(self, low: float, high: float) -> list[float]:
         """Those of the parts."""
