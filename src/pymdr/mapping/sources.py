@@ -26,6 +26,7 @@ from pymdr.units import FloatArray, metres
 
 _CHECKED_BEYOND = 1.5
 _FARTHER_OUT = 2.0**30
+_COSTLY_KNOTS = 4000
 MANY_KNOTS = 400
 """Samples from which on knots only count where panels do not resolve the curve across them."""
 
@@ -106,10 +107,13 @@ class CurveSource(SlopeSource):
         return find_kinks(self.profile.gap_slope, low, high) if isinstance(self.profile, Function) else []
 
 
+_GRAIN = 8.0 * float(np.finfo(float).eps)
+"""By how much roundings of neighbouring heights differ at most, in parts of them, and what a spline makes of that."""
+
+
 class SplineSource(SlopeSource):
     """f' of a piecewise cubic, whose offsets from its knots are not rounded."""
 
-    known_everywhere = True
     surveyed = True
 
     def __init__(self, profile: Sampled) -> None:
@@ -118,12 +122,21 @@ class SplineSource(SlopeSource):
         self.coefficients = np.asarray(spline.c, dtype=float)
         inner = self.breaks[1:-1]
         many = inner.size > MANY_KNOTS
+        # panels between many knots are not resolved before they are needed
+        self.known_everywhere = inner.size <= _COSTLY_KNOTS
+        self.heights = np.abs(self.coefficients[3] + profile.offset)
         self.knots = () if many else tuple(inner.tolist())
         if many:
             self.soft_knots = inner
         self.reach = float(self.breaks[-1])
         if isinstance(profile.interpolation, SmoothingSpline):
             self.fitted = f"of the fitted curve, off which the samples lie by {metres(profile.misfit)} (root mean square)"
+
+    def grain(self, panels: Panels) -> FloatArray:
+        """What the rounding of heights makes of f' on panels."""
+        inside = np.diff(np.searchsorted(self.breaks, [panels.start, panels.stop]), axis=0)[0]
+        heights = np.interp(panels.stop, self.breaks[:-1], self.heights)
+        return np.asarray(_GRAIN * heights * inside / panels.width)
 
     def sample(self, base: FloatArray, offset: FloatArray) -> tuple[FloatArray, FloatArray]:
         """F' beside base + offset."""
