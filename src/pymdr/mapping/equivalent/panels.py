@@ -265,7 +265,7 @@ class PanelLine(EquivalentProfile):
     def _slope_on_axis(self) -> float:
         self.map_to(self._some_radius())
         cusp = float(self.source.sample(np.zeros(1), np.zeros(1))[0][0])
-        if self.exponent == 0.0 and 0.0 < cusp < math.inf:
+        if self.exponent == 0.0 and 0.0 < abs(cusp) < math.inf:
             # a power in its stead would be 0 or infinite there, however close to 1 its exponent is
             return 0.5 * math.pi * cusp
         return float(self._tail(np.zeros(1))[1][0])
