@@ -115,11 +115,12 @@ class ResolvedSlope:
         r = r[r < min([self.limit, *self.knots[:1]])]
         given = self.source.sample(np.zeros(r.size), r)[0]
         law = self.tail.slope * (r / self.tail.radius) ** self.tail.power
-        panels = self.slopes.panels
+        panels, last = self.slopes.panels, max(inner, ABOVE_TAIL * self.floor)
         scale = float(
-            np.max(self.slopes.size * np.minimum(panels.stop, inner), where=panels.start < inner, initial=0.0)
+            np.max(self.slopes.size * np.minimum(panels.stop, last), where=panels.start < last, initial=0.0)
         )
-        return bool(np.max(np.abs(given - law) * r) > 1e-15 * scale)
+        # what is next to an underflow is nothing to anything farther out
+        return scale > _SUDDEN and bool(np.max(np.abs(given - law) * r) > 1e-15 * scale)
 
     def is_power_from(self, x: float) -> bool:
         """Whether the tip goes on as one power, to rounding, from a radius in m up to the first panel."""
@@ -423,6 +424,9 @@ def _floor_among(source: SlopeSource, radii: FloatArray, last: bool) -> float | 
         steady = np.all(change[k : k + 3] < 0.5)
         if steady and weight[k] * np.max(change[k : k + 3]) < 1e-17:
             return _octave(radii[k])
+    if deepest < 4:
+        # steeper than numbers hold: farther in nothing is left that could be felt
+        return 2.0 * _octave(radii[deepest])
     if not last and deepest == size.size - 1:
         return None
     return _octave(radii[max(min(deepest - 1, 140), 4)])
