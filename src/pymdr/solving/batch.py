@@ -185,13 +185,14 @@ def _solve_shared(
                 share = shares.popleft()
                 sent.append((share, pool.submit(_solve_share, [asked[i] for i in share], options)))
             own = here or shares
+            waits = not own
             for i in own.popleft() if own else []:
                 answers[i] = _solve_quietly(asked[i], options)
-            while sent and (sent[0][1].done() or not own):
+            while sent and (sent[0][1].done() or waits):
                 share, parcel = sent.popleft()
                 for i, answer in zip(share, _received(parcel.result()), strict=True):
                     answers[i] = _with_its_own(answer, asked[i])
-                own = here or shares or [None]
+                waits = False
             while given in answers:
                 yield answers.pop(given)
                 given += 1
