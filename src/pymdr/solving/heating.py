@@ -63,7 +63,7 @@ class JouleHeating(Study):
     }
     told: ClassVar = ("largest_temperature",)
 
-    def plot(self) -> Figure:
+    def _figure(self) -> Figure:
         """Rise of the hottest place against voltage, with that of metals at any voltage."""
         from pymdr.presentation.plot import joule_study
 
@@ -247,7 +247,7 @@ class FrictionalHeat(Study):
     }
     told: ClassVar = ("largest_temperature_rise", "mean_temperature_rise")
 
-    def plot(self) -> Figure:
+    def _figure(self) -> Figure:
         """Largest and mean rise against speed, and the rise over the radius."""
         from pymdr.presentation.plot import frictional_heat_study
 

@@ -74,7 +74,7 @@ class Rolling(Study):
             return []
         return [f"all slips from a creepage of {written(float(self.data['saturation_creepage']), '')} on"]
 
-    def plot(self) -> Figure:
+    def _figure(self) -> Figure:
         """Creep curves by all laws that are allowed, and the load of the springs below its cap; or the path."""
         from pymdr.presentation.plot import rolling_study
 

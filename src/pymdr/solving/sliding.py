@@ -79,7 +79,7 @@ class SlidingFriction(Study):
     }
     told: ClassVar = ("friction_coefficient", "slow_limit", "fast_limit")
 
-    def plot(self) -> Figure:
+    def _figure(self) -> Figure:
         """Coefficient of friction against speed between its limits, and where contact ends."""
         from pymdr.presentation.plot import sliding_study
 

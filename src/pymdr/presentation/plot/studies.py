@@ -161,6 +161,45 @@ def _draw_sideways(
     legend_above(axes)
 
 
+def pull_off_figure(curve: Mapping[str, FloatArray], data: xr.Dataset) -> Figure:
+    """
+    Force against indentation of all equilibria, with the state that is lost and the one into which the contact jumps.
+
+    Parameters
+    ----------
+    curve : mapping of str to ndarray
+        ``indentation`` (m) and ``normal_force`` (N) of all equilibria.
+    data : xarray.Dataset
+        The numbers of a pull-off.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    with styled():
+        figure = new_figure(5.4, 4.0)
+        axes = figure.subplots()
+        d_unit, unit = (good_unit(curve[name], QUANTITIES[name].unit) for name in ("indentation", "normal_force"))
+        axes.plot(
+            lengths(curve["indentation"], d_unit),
+            scaled(curve["normal_force"], "normal_force", unit),
+            color=BLUE,
+            lw=1.3,
+            label="equilibria",
+        )
+        for words, colour, names in (
+            ("last stable state", ORANGE, ("indentation", "normal_force")),
+            ("after the jump into contact", GREEN, ("jump_in_indentation", "jump_in_force")),
+        ):
+            d, force = (data[name].values for name in names)
+            axes.plot(lengths(d, d_unit), scaled(force, "normal_force", unit), "o", ms=5, color=colour, label=words)
+        axes.set_xlabel(axis_label("indentation", d_unit))
+        axes.set_ylabel(axis_label("normal_force", unit))
+        draw_zero(axes)
+        legend_above(axes)
+    return figure
+
+
 def compared_laws(
     curves: Mapping[str, Mapping[str, FloatArray]],
     pull_off_force: Mapping[str, float],

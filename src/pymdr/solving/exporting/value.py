@@ -123,9 +123,6 @@ class ContactLaw(Study):
     told: ClassVar[tuple[str, ...]] = ("normal_force",)
     """Force, stiffness and radius are claimed alike."""
 
-    def __getstate__(self) -> dict[str, Any]:
-        return {**self.__dict__, "contact": portable(self.contact, float(self.data["contact_radius"].max()))}
-
     @property
     def range(self) -> tuple[float, float]:
         """The first and the last indentation of the table in m."""
@@ -313,7 +310,7 @@ class ContactLaw(Study):
         text = self.c_header(target.stem if name is None else name)
         write_whole(file, lambda beside: beside.write_text(text, encoding="ascii"))
 
-    def plot(self) -> Figure:
+    def _figure(self) -> Figure:
         """The law, and its errors against :func:`pymdr.solve` at depths between the knots."""
         from pymdr.presentation.plot import law_study
 
