@@ -6,7 +6,6 @@ from collections.abc import Iterable, Mapping, Sequence
 from html import escape
 from typing import TYPE_CHECKING
 
-from pymdr.interpretation.accuracy import EXACT_WITHIN
 from pymdr.interpretation.validity import Assumption, Claim, Level
 from pymdr.presentation.text import (
     Numbers,
@@ -56,6 +55,8 @@ def _error(claim: Claim) -> str:
     if claim.level is Level.NOT_VALID:
         return ""
     error = largest_error(claim)
+    if error is None:
+        return "not known"
     return f"{error:.1e}" if error else "rounding"
 
 
@@ -87,8 +88,8 @@ def result_html(
         value = escape(written(last_value(data, name), quantity.unit))
         claim = claims.get(name)
         level = badge(last_level(claim)) if claim is not None else ""
-        error = last_error(claim) if claim is not None else 0.0
-        remark = f" <small>error {error:.1e}</small>" if error > EXACT_WITHIN else ""
+        error = last_error(claim) if claim is not None else ""
+        remark = f" <small>{error}</small>" if error else ""
         ends = [data[f"{name}_{end}"].values[-1] for end in BAND_ENDS if f"{name}_{end}" in data]
         if ends:
             low, high = (escape(written(float(end), quantity.unit)) for end in ends)
@@ -139,9 +140,7 @@ def study_html(
         single += [[f"<b>{escape(heading)}</b>", ""]]
         single += [[escape(words), escape(value)] for words, value in lines]
     (words, units), rows = columns
-    head = [
-        escape(f"{word} ({unit})" if unit else word) for word, unit in zip(words, units, strict=True)
-    ]
+    head = [escape(f"{word} ({unit})" if unit else word) for word, unit in zip(words, units, strict=True)]
     first = table(("quantity", ""), single) if single else ""
     second = table(head, ([escape(cell) for cell in row] for row in rows)) if head else ""
     return (

@@ -10,10 +10,18 @@ from typing import TYPE_CHECKING, ClassVar
 import numpy as np
 
 from pymdr.errors import ProblemError, PymdrError
-from pymdr.interpretation.accuracy import EXACT_WITHIN, with_errors
+from pymdr.interpretation.accuracy import with_errors
 from pymdr.interpretation.closure import closure_claims
 from pymdr.interpretation.friction import frictional_claims
-from pymdr.interpretation.validity import SOURCES, Assumption, Claim, Level, approximated, total_error
+from pymdr.interpretation.validity import (
+    EXACT_WITHIN,
+    SOURCES,
+    Assumption,
+    Claim,
+    Level,
+    approximated,
+    total_error,
+)
 from pymdr.line.foundation import ElasticLine, states_at_depth, states_at_force
 from pymdr.line.foundation import normal_force as force_of
 from pymdr.mapping.abel import gauss

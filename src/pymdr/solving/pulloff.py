@@ -487,19 +487,30 @@ def _found(
     single = {name: ((), value, {"units": ""}) for name, value in parameters.items()}
     numerics = [one.claims["normal_force"].error for one in lost.values()]
     if error:
-        level, reason = Level.APPROXIMATE, "each law against MaugisDugdale, which is exact for a constant stress up to its range"
-        size = [np.abs(error[name]) + (0.0 if own is None else own) for name, own in zip(lost, numerics, strict=True)]
+        level, reason = (
+            Level.APPROXIMATE,
+            "each law against MaugisDugdale, which is exact for a constant stress up to its range",
+        )
+        size = [
+            np.abs(error[name]) + (0.0 if own is None else own)
+            for name, own in zip(lost, numerics, strict=True)
+        ]
         whole = np.concatenate(size)
     else:
         level, whole = Level.APPROXIMATE, None
         reason = "each law by itself: no theory of the transition between them is known for graded bodies"
     force = Claim(level, reason, SOURCES["maugis"], everywhere, whole)
-    defined = Claim(Level.EXACT, "by its definition, for a round tip", SOURCES["tabor"], np.ones(1, dtype=bool))
+    defined = Claim(
+        Level.EXACT, "by its definition, for a round tip", SOURCES["tabor"], np.ones(1, dtype=bool)
+    )
     if math.isnan(maugis):
         defined = Claim(Level.NOT_VALID, "the tip is not round", SOURCES["tabor"], np.zeros(1, dtype=bool))
     elif not error:
         defined = replace(
-            defined, level=Level.APPROXIMATE, reason="by the opening of the edge of a graded body, scaled", error=None
+            defined,
+            level=Level.APPROXIMATE,
+            reason="by the opening of the edge of a graded body, scaled",
+            error=None,
         )
     return AdhesionRegime(
         data=xr.Dataset(columns | single, coords={"law": list(lost)}),

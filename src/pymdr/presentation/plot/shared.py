@@ -325,9 +325,7 @@ def say_refused(axes: Axes, data: FigureData) -> None:
 
 def with_unmet(figure: Figure, assumptions: Iterable[Assumption]) -> Figure:
     """A figure below which the conditions of the model stand that are not met."""
-    lines = [
-        f"not met: {a.words} is {a.measure:.3g} (limit {a.limit:g})" for a in assumptions if not a.met
-    ]
+    lines = [f"not met: {a.words} is {a.measure:.3g} (limit {a.limit:g})" for a in assumptions if not a.met]
     if lines:
         figure.supxlabel("\n".join(fill(line, _UNMET) for line in lines), fontsize=8, color=ORANGE)
     return figure

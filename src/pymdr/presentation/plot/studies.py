@@ -179,7 +179,9 @@ def pull_off_figure(curve: Mapping[str, FloatArray], data: xr.Dataset) -> Figure
     with styled():
         figure = new_figure(5.4, 4.0)
         axes = figure.subplots()
-        d_unit, unit = (good_unit(curve[name], QUANTITIES[name].unit) for name in ("indentation", "normal_force"))
+        d_unit, unit = (
+            good_unit(curve[name], QUANTITIES[name].unit) for name in ("indentation", "normal_force")
+        )
         axes.plot(
             lengths(curve["indentation"], d_unit),
             scaled(curve["normal_force"], "normal_force", unit),
@@ -192,7 +194,9 @@ def pull_off_figure(curve: Mapping[str, FloatArray], data: xr.Dataset) -> Figure
             ("after the jump into contact", GREEN, ("jump_in_indentation", "jump_in_force")),
         ):
             d, force = (data[name].values for name in names)
-            axes.plot(lengths(d, d_unit), scaled(force, "normal_force", unit), "o", ms=5, color=colour, label=words)
+            axes.plot(
+                lengths(d, d_unit), scaled(force, "normal_force", unit), "o", ms=5, color=colour, label=words
+            )
         axes.set_xlabel(axis_label("indentation", d_unit))
         axes.set_ylabel(axis_label("normal_force", unit))
         draw_zero(axes)

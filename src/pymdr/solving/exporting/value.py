@@ -5,14 +5,13 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 import xarray as xr
 
 from pymdr.errors import FileError
 from pymdr.interpretation.validity import SOURCES
-from pymdr.mapping.portable import portable
 from pymdr.presentation.header import HeaderData, c_header
 from pymdr.problem.contact import Contact
 from pymdr.quantities import quantity
