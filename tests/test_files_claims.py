@@ -181,7 +181,9 @@ def test_exact_means_a_small_known_error_and_none_means_not_known():
     assert replace(exact, level=mdr.Level.APPROXIMATE, error=np.full(3, 1e-14)).error is None
     assert total_error(np.array([0.3]), 0.9, 0.1) == 1.0
     assert total_error(np.array([0.3]), None) is None
-    assert text.last_error(replace(exact, level=mdr.Level.APPROXIMATE, where=where[::-1])) == "error not known"
+    assert (
+        text.last_error(replace(exact, level=mdr.Level.APPROXIMATE, where=where[::-1])) == "error not known"
+    )
 
 
 # --- measured profiles -----------------------------------------------------------------------------------

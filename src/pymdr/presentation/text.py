@@ -95,6 +95,10 @@ def number_lines(groups: Numbers) -> list[tuple[str, list[tuple[str, str]]]]:
     return [(heading, [row(*pair) for pair in values.items()]) for heading, values in groups.items()]
 
 
+Said = tuple[Numbers, Table, Sequence[str], Mapping[str, Claim], Sequence[Assumption], Sequence[str]]
+"""Single numbers, table, remarks, claims, assumptions and notes of a study."""
+
+
 def study_summary(
     groups: Numbers,
     table: Table,

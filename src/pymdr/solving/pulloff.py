@@ -492,14 +492,13 @@ def _found(
             "each law against MaugisDugdale, which is exact for a constant stress up to its range",
         )
         size = [
-            np.abs(error[name]) + (0.0 if own is None else own)
+            abs(error[name]) + (0.0 if own is None else float(own[0]))
             for name, own in zip(lost, numerics, strict=True)
         ]
-        whole = np.concatenate(size)
+        whole = np.minimum(size, 1.0)
     else:
-        level, whole = Level.APPROXIMATE, None
         reason = "each law by itself: no theory of the transition between them is known for graded bodies"
-    force = Claim(level, reason, SOURCES["maugis"], everywhere, whole)
+    force = Claim(Level.APPROXIMATE, reason, SOURCES["maugis"], everywhere, whole)
     defined = Claim(
         Level.EXACT, "by its definition, for a round tip", SOURCES["tabor"], np.ones(1, dtype=bool)
     )

@@ -23,6 +23,12 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
+    from pymdr.presentation.text import Said
+
+
+_SHOWN = 40
+"""Rows of a summary."""
+
 
 class Column(NamedTuple):
     """A column of the summary."""
@@ -97,14 +103,22 @@ class Study(ABC):
         """The numbers with units, how far to trust them, and the conditions of the model that are not met."""
         from pymdr.presentation.text import study_summary
 
-        return study_summary(
-            self.groups(), self._table(), self._remarks(), self._shown_claims, self.assumptions, self.notes
-        )
+        return study_summary(*self._said())
+
+    def _said(self) -> Said:
+        """What the summary says, as text or as HTML."""
+        words, cells = self._table()
+        rows = max(self.data.sizes.values(), default=1)
+        cut = [f"{len(cells)} of {rows} rows"] if 0 < len(cells) < rows else []
+        remarks = [*cut, *self._remarks()]
+        return self.groups(), (words, cells), remarks, self._shown_claims, self.assumptions, self.notes
 
     def _table(self) -> tuple[tuple[list[str], list[str]], list[list[str]]]:
         """Words and units, and the numbers."""
         found = self._columns()
         names = [name for name in self.columns if name in found]
+        for name in names:
+            found[name] = found[name][_some_rows(found[name].size)]
         texts = {name for name in names if found[name].dtype.kind == "U"}
         units = ["" if name in texts else good_unit(found[name], self.columns[name].unit) for name in names]
         values = [
@@ -130,9 +144,7 @@ class Study(ABC):
         """The same as tables, for notebooks."""
         from pymdr.presentation.html import study_html
 
-        return study_html(
-            self.groups(), self._table(), self._remarks(), self._shown_claims, self.assumptions, self.notes
-        )
+        return study_html(*self._said())
 
     def __str__(self) -> str:
         return self.summary()
@@ -212,6 +224,11 @@ class Study(ABC):
         single = number_lines(self.groups() if self.data.dims else {})
         others = {f"{heading} {words}": value for heading, rows in single for words, value in rows}
         return about_rows(self.contact, self.claims, self.assumptions, self.notes, others=others)
+
+
+def _some_rows(count: int) -> np.ndarray:
+    """All rows of a short table, and some of a long one, evenly."""
+    return np.unique(np.linspace(0, count - 1, min(count, _SHOWN)).round().astype(int))
 
 
 def _cell(value: float | str) -> str:

@@ -24,6 +24,7 @@ from pymdr.presentation.plot.studies import (
     impact_figure,
     loop_study,
     pull_off_figure,
+    restitution_study,
     rolling_study,
     sliding_study,
 )
@@ -64,6 +65,7 @@ __all__ = [
     "normal_overview",
     "pressed_surface",
     "pull_off_figure",
+    "restitution_study",
     "rolling_study",
     "rough_study",
     "shape_figures",

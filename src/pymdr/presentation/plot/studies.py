@@ -141,6 +141,41 @@ def impact_figure(data: xr.Dataset, friction: float | None) -> Figure:
     return figure
 
 
+def restitution_study(data: xr.Dataset) -> Figure:
+    """
+    Coefficient of restitution and contact time against the speed.
+
+    Parameters
+    ----------
+    data : xarray.Dataset
+        ``restitution`` and ``contact_time`` (s; inf of bodies that stick) over ``speed`` (m/s).
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    with styled():
+        figure = new_figure(8.4, 3.4)
+        ordered = data.sortby("speed")
+        v_unit = good_unit(ordered["speed"].values, "m/s")
+        v = np.asarray(from_si(ordered["speed"].values, "m/s", v_unit))
+        time = np.where(np.isfinite(ordered["contact_time"].values), ordered["contact_time"].values, np.nan)
+        unit = good_unit(time, "s")
+        few = "o" if v.size <= MARKED_ROWS else None
+        shown = (
+            (ordered["restitution"].values, "coefficient of restitution $e$"),
+            (np.asarray(from_si(time, "s", unit)), f"contact time $T$ ({unit})"),
+        )
+        for axes, (values, words) in zip(figure.subplots(1, 2), shown, strict=True):
+            axes.plot(v, values, color=BLUE, lw=1.5, marker=few, ms=3)
+            axes.set_xscale("log" if v.size > 1 else "linear")
+            axes.set_xlabel(f"speed $v$ ({v_unit})")
+            axes.set_ylabel(words)
+            axes.set_ylim(bottom=0.0)
+        letter_panels(figure)
+    return figure
+
+
 def _draw_sideways(
     axes: Axes, data: xr.Dataset, time: FloatArray, time_unit: str, friction: float | None
 ) -> None:
