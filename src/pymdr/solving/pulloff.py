@@ -487,10 +487,7 @@ def _found(
     single = {name: ((), value, {"units": ""}) for name, value in parameters.items()}
     numerics = [one.claims["normal_force"].error for one in lost.values()]
     if error:
-        level, reason = (
-            Level.APPROXIMATE,
-            "each law against MaugisDugdale, which is exact for a constant stress up to its range",
-        )
+        reason = "each law against MaugisDugdale, which is exact for a constant stress up to its range"
         size = [
             abs(error[name]) + (0.0 if own is None else float(own[0]))
             for name, own in zip(lost, numerics, strict=True)

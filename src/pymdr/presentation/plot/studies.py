@@ -439,11 +439,15 @@ def sliding_study(data: xr.Dataset) -> Figure:
         friction = ordered["friction_coefficient"].values
         left.loglog(v, friction, color=BLUE, lw=1.5, marker=few, ms=3, label="springs of the method")
         for name, words, colour in (
-            ("slow_limit", "slow limit, half of the springs'", ORANGE),
-            ("fast_limit", "fast limit", GREEN),
+            ("slow_limit_over_speed", "slow limit, half of the springs'", ORANGE),
+            ("fast_limit_times_speed", "fast limit", GREEN),
         ):
-            if name in ordered:
-                left.loglog(v, ordered[name].values, color=colour, lw=1.2, ls="--", label=words)
+            if name in data.attrs:
+                speed = ordered["speed"].values
+                along = data.attrs[name] * (speed if name.endswith("over_speed") else 1.0 / speed)
+                left.loglog(v, along, color=colour, lw=1.2, ls="--", label=words)
+        if "fast_limit" in ordered and "fast_limit_times_speed" not in data.attrs:
+            left.loglog(v, ordered["fast_limit"].values, color=GREEN, lw=1.2, ls="--", label="fast limit")
         # limits lie far beyond where they do not hold
         left.set_ylim(0.3 * float(friction.min()), 4.0 * float(friction.max()))
         left.set_ylabel("coefficient of friction $F_x/F_N$")
