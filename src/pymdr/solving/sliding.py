@@ -63,7 +63,8 @@ class SlidingFriction(Study):
     Over ``speed`` (m/s): friction_coefficient F_x/F_N, friction_force (N), normal_force (N), indentation (m), leading_edge
     and trailing_edge (m from the tip, along the way) of the springs; slow_limit and fast_limit, the coefficients of friction
     to which slow and fast sliding tends, where there are such and at the speeds at which they are the friction to 5 %; nan
-    elsewhere. ``slow_limit_over_speed`` (s/m) and ``fast_limit_times_speed`` (m/s) in its attributes are the limits themselves.
+    elsewhere. ``slow_limit_over_speed`` (s/m) and ``fast_limit_times_speed`` (m/s) in its attributes are the limits themselves,
+    ``numerical_error`` the relative errors of the numbers of the springs at every speed, beside those of the model.
     """
     what: ClassVar = "a sliding contact"
     columns: ClassVar = {
@@ -175,7 +176,7 @@ def sliding_friction(
     stiffens = relaxation.glassy / relaxation.rubbery if relaxation.rubbery > 0.0 else math.inf
     model = friction_error(contact.profile, prescribed, limits, stiffens, everywhere)
     claims = sliding_claims(prescribed, limits, model, everywhere, errors, remark)
-    attributes = {}
+    attributes: dict[str, float | tuple[float, ...]] = {"numerical_error": tuple(errors.tolist())}
     if slow.why is None:
         attributes["slow_limit_over_speed"] = slow.factor
     if fast.why is None and glassy:
