@@ -1,6 +1,7 @@
 """Claims of rolling, sliding and frictional heat against boundary elements and integrals that share nothing with the springs."""
 
 import math
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -103,7 +104,7 @@ def passed(depth, power, stiffens, speed, n=20):
     node, weight = np.polynomial.legendre.leggauss(3)
     late = sum(
         0.5 * (high - low) * w * math.exp(-t / way) / way * elastic(t)
-        for low, high in zip(ends[:-1], ends[1:], strict=True)
+        for low, high in pairwise(ends)
         for t, w in zip(0.5 * (low + high) + 0.5 * (high - low) * node, weight, strict=True)
     )
     kernel = elastic(0.0) / stiffens + (1.0 - 1.0 / stiffens) * late
