@@ -132,9 +132,16 @@ class DerivedSource(SlopeSource):
         found = find_kinks(self._f, low, high, of="value")
         if found:
             self.knots = tuple(sorted({*self.knots, *found}))
-            self._low, self._high, self._series, self._error = [], [], [], []
-            self._done.clear()
+            self._forget(min(found))
         return found
+
+    def _forget(self, b: float) -> None:
+        """Drop the series on panels of the grid that a new breakpoint may cut or move: they are no longer than half of it."""
+        dropped = [edge for _, edge in self._done if edge > 0.5 * b]
+        self._done = {key for key in self._done if key[1] <= 0.5 * b}
+        kept = [i for i, low in enumerate(self._low) if low < min(dropped, default=math.inf)]
+        for name in ("_low", "_high", "_series", "_error"):
+            setattr(self, name, [getattr(self, name)[i] for i in kept])
 
     def foresee(self, top: float) -> None:
         """Find the law of the tip where f cancels on radii far below `top`; it may need larger radii for that."""

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
 
-from pymdr.errors import ConvergenceError
+from pymdr.errors import ConvergenceError, ProblemError
 from pymdr.mapping.series import (
     TERMS,
     Panels,
@@ -284,12 +284,11 @@ def resolve(
             break
         soft = source.soft_knots.size > 0
         if generation == _KINK_GENERATION or soft:
-            for i in sorted(set(family[rest].tolist()) - asked):
-                asked.add(i)
-                low, high = float(panels.start[i]), float(panels.stop[i])
-                found = [b for b in kinks(low, high) if low < b < high]
-                if found:
-                    return Stopped(found)
+            unresolved = sorted(set(family[rest].tolist()) - asked)
+            asked.update(unresolved)
+            stretches = ((float(panels.start[i]), float(panels.stop[i])) for i in unresolved)
+            if found := _kinks_of(kinks, stretches, first=soft):
+                return Stopped(found)
         pending, family = _divided(pending.take(rest), family[rest])
         wanted = pending.start < needed
         pending, family = pending.take(wanted), family[wanted]
@@ -306,6 +305,24 @@ def resolve(
         joined_series([part.series for part in done]).take(order),
         *(np.concatenate([getattr(part, name) for part in done])[order] for name in _MEASURED),
     )
+
+
+def _kinks_of(
+    kinks: Callable[[float, float], list[float]], stretches: Iterable[tuple[float, float]], first: bool
+) -> list[float]:
+    """Kinks in stretches that panels do not resolve, all of them or those in the `first` stretch that has any."""
+    found: list[float] = []
+    for low, high in stretches:
+        try:
+            found += [b for b in kinks(low, high) if low < b < high]
+        except ProblemError:
+            if not found:
+                raise
+            # beyond kinks that are known now, panels are others
+            break
+        if found and first:
+            break
+    return found
 
 
 @dataclass(frozen=True)

@@ -311,13 +311,18 @@ def _located(curve: Curve, place: _Interval, noise: float, free: bool) -> tuple[
     jump = _jump(curve, place, left, right, noise)
     if jump is not None:
         return jump, 0.0
+    best: tuple[float, float] | None = None
     for model in _models(curve, place, left, right, noise):
-        if model.free and not free:
+        if model.free and (best is not None or not free):
             break
+        if best is not None and model.order <= best[1]:
+            continue
         found = model.solved()
         if found is not None:
-            return found
-    return None
+            best = found[:2]
+            if not found[2]:
+                break
+    return best
 
 
 def _jump(curve: Curve, place: _Interval, left: _Side, right: _Side, noise: float) -> float | None:
