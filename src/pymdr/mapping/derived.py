@@ -9,7 +9,7 @@ from itertools import pairwise
 import numpy as np
 
 from pymdr.errors import ConvergenceError, ProblemError
-from pymdr.mapping.callables import TipLaw, find_kinks, rounding, slope_panel, tip_law, underflow_law
+from pymdr.mapping.callables import Steps, TipLaw, find_kinks, rounding, slope_panel, tip_law, underflow_law
 from pymdr.mapping.resolving import SlopeSource, anchored, radii_beside
 from pymdr.mapping.series import TERMS, Panels, clenshaw
 from pymdr.problem.profiles import Function, call
@@ -57,6 +57,7 @@ class DerivedSource(SlopeSource):
         self._order = np.zeros(0, dtype=np.intp)
         self._starts = np.zeros(0)
         self._scatters: dict[float, float] = {}
+        self._steps = Steps(self._f, profile.breakpoints)
 
     @property
     def continued(self) -> float:
@@ -92,7 +93,7 @@ class DerivedSource(SlopeSource):
 
     def uncertainty(self, panels: Panels) -> FloatArray:
         """Error of f' on panels, from the rounding of f."""
-        found = self._series_errors(panels)
+        found = self._series_errors(panels) + self._steps.errors(panels.base, panels.low, panels.width)
         law = self._law
         if law is None:
             return found
@@ -145,7 +146,7 @@ class DerivedSource(SlopeSource):
 
     def foresee(self, top: float) -> None:
         """Find the law of the tip where f cancels on radii far below `top`; it may need larger radii for that."""
-        self._refuse_jumps(top)
+        self._steps.refuse(top)
         if self._asked or self._law is not None:
             return
         end = min([math.inf, *self.knots[:1], self.reach])
@@ -161,20 +162,6 @@ class DerivedSource(SlopeSource):
                     raise
                 continue
             break
-
-    def _refuse_jumps(self, top: float) -> None:
-        """A step of f at a breakpoint up to `top` is no disk contact."""
-        for b in self.profile.breakpoints:
-            if b > top:
-                break
-            left, right = self._f(b * np.array([1.0 - 1e-12, 1.0 + 1e-12]))
-            around = self._f(b * np.array([0.5, 1.0, 1.2])) - self._apex
-            size = float(np.max(np.abs(around[np.isfinite(around)]), initial=0.0))
-            if abs(right - left) > 1e-6 * size:
-                raise ProblemError(
-                    f"the profile jumps by {metres(right - left)} at r = {metres(b)}: a step is not a disk contact; use "
-                    "FlatPunch for a sharp edge"
-                )
 
     def _cancels(self, top: float) -> bool:
         """Whether 40 roundings of f are more than 1e-10 of its rise on some octaves below a radius."""

@@ -14,6 +14,7 @@ from numpy.polynomial import chebyshev
 from pymdr.errors import ProblemError
 from pymdr.mapping.callables.branches import SIDE_DEGREE, Model
 from pymdr.mapping.callables.noise import EPS, Curve, orthonormal, scatter
+from pymdr.mapping.callables.steps import step_refused
 from pymdr.units import FloatArray, metres
 
 MOST_KINKS = 32
@@ -141,7 +142,8 @@ def _searched(curve: Curve, low: float, high: float, noise: float, of: str) -> l
             width = cluster.high - cluster.low
             if kink is not None:
                 if kink[1] == 0.0 and of == "value":
-                    _refuse_step(curve, kink[0])
+                    before, after = curve(np.array([kink[0], np.nextafter(kink[0], math.inf)]))
+                    raise step_refused(kink[0], float(after - before))
                 found.append(kink[0])
             elif width <= 64.0 * EPS * cluster.high:
                 if low < cluster.low < cluster.high < high:
@@ -181,14 +183,6 @@ def _too_many(place: _Interval, of: str) -> ProblemError:
         f"{what} is not smooth at more than {MOST_KINKS} radii between {metres(place.free_low)} and "
         f"{metres(place.free_high)}, one a kink near r = {metres(place.low)}: name the kinks as breakpoints, "
         f"Function(..., breakpoints=[{place.low:.6g}, ...]), or smooth the noise"
-    )
-
-
-def _refuse_step(curve: Curve, radius: float) -> None:
-    before, after = curve(np.array([radius, np.nextafter(radius, math.inf)]))
-    raise ProblemError(
-        f"the profile jumps by {metres(float(after - before))} at r = {metres(radius)}: a step is not a disk contact; "
-        "use FlatPunch for a sharp edge"
     )
 
 
