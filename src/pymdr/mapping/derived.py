@@ -9,7 +9,16 @@ from itertools import pairwise
 import numpy as np
 
 from pymdr.errors import ConvergenceError, ProblemError
-from pymdr.mapping.callables import Steps, TipLaw, find_kinks, rounding, slope_panel, tip_law, underflow_law
+from pymdr.mapping.callables import (
+    Steps,
+    TipLaw,
+    find_kinks,
+    polished,
+    rounding,
+    slope_panel,
+    tip_law,
+    underflow_law,
+)
 from pymdr.mapping.resolving import SlopeSource, anchored, radii_beside
 from pymdr.mapping.series import TERMS, Panels, clenshaw
 from pymdr.problem.profiles import Function, call
@@ -44,8 +53,9 @@ class DerivedSource(SlopeSource):
 
     def __init__(self, profile: Function) -> None:
         self.profile = profile
-        self.knots = profile.breakpoints
         self.reach = profile.reach
+        self.knots = polished(self._f, profile.breakpoints, self.reach)
+        self.moved = {*self.knots} - {*profile.breakpoints}
         self._law: TipLaw | None = None
         self._asked = 0.0
         self._end = math.inf
@@ -57,7 +67,7 @@ class DerivedSource(SlopeSource):
         self._order = np.zeros(0, dtype=np.intp)
         self._starts = np.zeros(0)
         self._scatters: dict[float, float] = {}
-        self._steps = Steps(self._f, profile.breakpoints)
+        self._steps = Steps(self._f, self.knots)
 
     @property
     def continued(self) -> float:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Set
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -55,6 +55,8 @@ class SlopeSource(ABC):
 
     knots: tuple[float, ...]
     """Radii in m at which f' is not smooth."""
+    moved: Set[float] = frozenset()
+    """Those in m that were named elsewhere, a little beside."""
     soft_knots: FloatArray = np.zeros(0)
     """Radii in m at which a piecewise polynomial continues, which matters if they are few."""
     reach: float

@@ -196,7 +196,7 @@ class ResolvedSlope:
                 self._stopped(Stopped(kinks))
                 return
             made = replace(made, jump_error=np.maximum(made.jump_error, leaps))
-        made = _beginning(made, self.slopes, self.found, self.source)
+        made = _beginning(made, self.slopes, [*self.found, *self.source.moved], self.source)
         self.slopes = made if self.slopes is None else joined_slopes(self.slopes, made)
         # what was divided beyond the radius that is needed has not been taken
         complete = made.panels.high[-1] == stretches[-1].high[-1]

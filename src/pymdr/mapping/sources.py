@@ -8,7 +8,7 @@ from functools import singledispatch
 import numpy as np
 
 from pymdr.errors import ProblemError
-from pymdr.mapping.callables import Steps, TipLaw, check_consistency, find_kinks, underflow_law
+from pymdr.mapping.callables import Steps, TipLaw, check_consistency, find_kinks, polished, underflow_law
 from pymdr.mapping.derived import DerivedSource
 from pymdr.mapping.resolving import SlopeSource, radii_beside
 from pymdr.mapping.series import TERMS, Panels, Place, Series, evaluate
@@ -51,11 +51,14 @@ class CurveSource(SlopeSource):
         self.profile = profile
         self.knots = profile.breakpoints
         self.reach = _resolvable(profile)
+        if isinstance(profile, Function):
+            self.knots = polished(profile.gap_slope, self.knots, self.reach)
+            self.moved = {*self.knots} - {*profile.breakpoints}
         self.surveyed = not isinstance(profile, Function | Waviness)
         self._checked = 0.0
         self._law: TipLaw | None = None
         given = isinstance(profile, Function) and profile.f is not None
-        self._steps = Steps(self._f, profile.breakpoints) if given else None
+        self._steps = Steps(self._f, self.knots) if given else None
 
     def _f(self, r: FloatArray) -> FloatArray:
         profile = self.profile
@@ -187,6 +190,7 @@ class SumSource(SlopeSource):
     def __init__(self, parts: list[SlopeSource]) -> None:
         self.parts = parts
         self.knots = tuple(sorted({b for part in parts for b in part.knots}))
+        self.moved = {b for part in parts for b in part.moved}
         self.soft_knots = np.unique(np.concatenate([part.soft_knots for part in parts]))
         self.reach = min(part.reach for part in parts)
         self.known_everywhere = all(part.known_everywhere for part in parts) and math.isfinite(self.reach)
