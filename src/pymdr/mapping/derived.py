@@ -183,12 +183,12 @@ class DerivedSource(SlopeSource):
         return bool(np.any((40.0 * noise > _SURE * rise) & (told | (noise > _UNDERFLOW))))
 
     def rough(self, r: FloatArray) -> FloatArray:
-        """About |f'| at radii in m."""
-        values = self._f(np.concatenate([0.84 * r, r])).reshape(2, -1)
-        answer: FloatArray = np.abs(values[1] - values[0]) / (0.16 * r)
+        """About f' at radii in m, as parabolas have it."""
+        values = self._f(np.concatenate([0.84 * r, 0.92 * r, r])).reshape(3, -1)
+        answer: FloatArray = (values[0] - 4.0 * values[1] + 3.0 * values[2]) / (0.16 * r)
         below = r < self.continued
         if below.any() and self._law is not None:
-            answer[below] = np.abs(self._law.slope(r[below]))
+            answer[below] = self._law.slope(r[below])
         return answer
 
     def _value(self, r: FloatArray) -> FloatArray:

@@ -82,8 +82,8 @@ class SlopeSource(ABC):
         """Prepare for radii up to `top` in m."""
 
     def rough(self, r: FloatArray) -> FloatArray:
-        """About |f'| at radii in m."""
-        return np.abs(self.sample(np.zeros(r.size), r)[0])
+        """About f' at radii in m."""
+        return self.sample(np.zeros(r.size), r)[0]
 
     def uncertainty(self, panels: Panels) -> FloatArray:
         """Error of f' on panels that its samples do not show, shape (P,)."""

@@ -213,7 +213,7 @@ class SumSource(SlopeSource):
             part.foresee(top)
 
     def rough(self, r: FloatArray) -> FloatArray:
-        """About |f'| at radii in m."""
+        """About f' at radii in m: parts may cancel."""
         return np.asarray(sum(part.rough(r) for part in self.parts))
 
     def uncertainty(self, panels: Panels) -> FloatArray:
