@@ -135,11 +135,16 @@ def polished(curve: Curve, breakpoints: Sequence[float], reach: float) -> tuple[
     answer: list[float] = []
     marks = [0.0, *breakpoints, 2.0 * reach]
     for before, b, after in zip(marks, marks[1:], marks[2:], strict=False):
-        low, high = max(b * (1.0 - _NAMED), 0.5 * (before + b)), min(b * (1.0 + _NAMED), 0.5 * (b + after), reach)
+        low, high = (
+            max(b * (1.0 - _NAMED), 0.5 * (before + b)),
+            min(b * (1.0 + _NAMED), 0.5 * (b + after), reach),
+        )
         try:
             with np.errstate(all="ignore"):
                 noise = float(np.max(scatter(curve, np.array([low]), stairs=False)))
-            found = [] if _smooth_between(curve, [low, b, high], noise) else find_kinks(curve, low, high, noise)
+            found = (
+                [] if _smooth_between(curve, [low, b, high], noise) else find_kinks(curve, low, high, noise)
+            )
             # the one that was named may be one of several
             others = sorted(found, key=lambda kink: abs(kink - b))[1:]
             for kinks in (sorted([b, *others]), found):
