@@ -1,5 +1,6 @@
 """Callables that step, kink beside their breakpoints or are splines, and the gap of those that were saved."""
 
+import itertools
 import pickle
 from types import SimpleNamespace
 
@@ -51,7 +52,8 @@ def test_constants_of_few_digits_at_a_breakpoint_are_errors(b, size, sign, gives
     # of a step at b: g rises by step x / sqrt(x^2 - b^2)
     off = abs(step) / np.sqrt(1 - (b / x) ** 2) / line.g(x)
     claimed = line.error(x)[:, 0]
-    assert np.all(off < 10.0 * claimed + 1e-14) and np.all(claimed < 30.0 * off + 1e-13)
+    assert np.all(off < 10.0 * claimed + 1e-14)
+    assert np.all(claimed < 30.0 * off + 1e-13)
 
 
 @settings(max_examples=examples(12), deadline=None)
@@ -112,7 +114,7 @@ def image_of(pieces, x):
     x, slope = np.longdouble(x), pieces.derivative()
     marks = [0.0, *(k for k in pieces.x if 0.0 < k < x), x]
     total = np.longdouble(0)
-    for low, high in zip(marks[:-1], marks[1:], strict=True):
+    for low, high in itertools.pairwise(marks):
         first, last = np.arcsin(np.longdouble(low) / x), np.arcsin(np.longdouble(high) / x)
         i = int(np.clip(np.searchsorted(pieces.x, float(low + high) / 2) - 1, 0, pieces.x.size - 2))
         away = x * np.sin((first + last) / 2 + (last - first) / 2 * z) - np.longdouble(pieces.x[i])
@@ -145,7 +147,8 @@ def test_splines_given_as_f_alone_claim_what_they_err(kind, seed):
     miss = np.abs(line.g(x) / [image_of(pieces, float(v)) for v in x] - 1)
     error = line.error(x)
     assert np.all(miss <= 10.0 * error[:, 0] + 1e-14)
-    assert np.max(error[:, 0]) < 1e-11 and np.max(error[:, 1]) < 1e-9
+    assert np.max(error[:, 0]) < 1e-11
+    assert np.max(error[:, 1]) < 1e-9
 
 
 # --- how far maps go -------------------------------------------------------------------------------------

@@ -93,6 +93,14 @@ class SlopeSource(ABC):
         """Scatter in m of the f that is differentiated around a radius in m; 0 where f' is given."""
         return 0.0
 
+    def grain(self, panels: Panels) -> FloatArray:
+        """What the rounding of samples makes of f' on panels, which their knots cannot resolve; shape (P,)."""
+        return np.zeros(panels.count)
+
+    def rise(self, r: float) -> tuple[float, float]:
+        """F(r) - f(0) in m and its rounding; NaN where only f' is known."""
+        return math.nan, math.nan
+
     def kinks(self, low: float, high: float) -> list[float]:
         """Radii between two others at which f' is not smooth, although nobody said so."""
         return []
@@ -256,7 +264,7 @@ def resolve(
         )
         fits = (fit.error <= allowed) & fit.even
         if source.soft_knots.size > 400:
-            fits |= fit.error <= _SOFT * fit.size
+            fits |= fit.error <= np.maximum(_SOFT * fit.size, source.grain(pending))
         if generation >= 2 and not fits.all():
             rest = np.flatnonzero(~fits)
             noise = _noise(source, pending.take(rest))
@@ -289,7 +297,7 @@ def resolve(
             unresolved = sorted(set(family[rest].tolist()) - asked)
             asked.update(unresolved)
             stretches = ((float(panels.start[i]), float(panels.stop[i])) for i in unresolved)
-            if found := _kinks_of(kinks, stretches, first=soft):
+            if found := _kinks_of(kinks, stretches):
                 return Stopped(found)
         pending, family = _divided(pending.take(rest), family[rest])
         wanted = pending.start < needed
@@ -310,9 +318,9 @@ def resolve(
 
 
 def _kinks_of(
-    kinks: Callable[[float, float], list[float]], stretches: Iterable[tuple[float, float]], first: bool
+    kinks: Callable[[float, float], list[float]], stretches: Iterable[tuple[float, float]]
 ) -> list[float]:
-    """Kinks in stretches that panels do not resolve, all of them or those in the `first` stretch that has any."""
+    """All kinks in stretches that panels do not resolve."""
     found: list[float] = []
     for low, high in stretches:
         try:
@@ -321,8 +329,6 @@ def _kinks_of(
             if not found:
                 raise
             # beyond kinks that are known now, panels are others
-            break
-        if found and first:
             break
     return found
 
