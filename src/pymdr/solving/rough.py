@@ -126,7 +126,8 @@ class RoughLine:
         Returns
         -------
         ForceCurve
-            For bodies of E* = ``modulus``; forces of others follow as E*. It is as approximate as the line.
+            For bodies of E* = ``modulus``; forces of others follow as E*. It is as approximate as the line, and by how much a single
+            line errs is not known: so are the errors of its points.
 
         Raises
         ------
@@ -139,7 +140,8 @@ class RoughLine:
         if not deepest > 0.0:
             raise ProblemError(f"force_curve: indentation = {metres(deepest)}; it must be above 0 m")
         depth = deepest * (np.arange(1, _whole("points", points) + 1) / points) ** 2
-        return ForceCurve(depth, self.force(depth, realisation), self.modulus, contact_point=0.0)
+        force = self.force(depth, realisation)
+        return ForceCurve(depth, force, self.modulus, contact_point=0.0, error=math.nan)
 
     def force(self, depth: FloatArray, realisation: int) -> FloatArray:
         """F in N at depths in m."""

@@ -109,6 +109,8 @@ class Study(ABC):
         """
         Write the columns to a CSV file, one row per row, with units in their names.
 
+        A quantity that is approximate has a column of its relative errors beside it, empty where they are not known.
+
         Parameters
         ----------
         file : path
@@ -144,6 +146,8 @@ class Study(ABC):
 
     def _written(self, units: Mapping[str, str] | None) -> dict[str, np.ndarray]:
         """What is written, by the titles of its columns."""
+        from pymdr.presentation.tables import with_error_columns
+
         written: dict[str, np.ndarray] = {}
         for name in (*self.data.coords, *self.data.data_vars):
             array = self.data[name]
@@ -152,7 +156,7 @@ class Study(ABC):
                 unit = (units or {}).get(str(name), own)
                 title = f"{name} [{unit}]" if unit else str(name)
                 written[title] = np.asarray(from_si(array.values, own, unit))
-        return written
+        return with_error_columns(written, self.claims)
 
     def _about(self) -> list[tuple[str, str, str]]:
         from pymdr.presentation.tables import about_rows

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, ClassVar
 import numpy as np
 
 from pymdr.errors import NotValidError, PathError, QuantityError
+from pymdr.interpretation.closure import error_of_force, known_error
 from pymdr.problem.profiles import ForceCurve
 from pymdr.problem.profiles.forcecurve import FEWEST_POINTS
 from pymdr.problem.topography import Topography
@@ -99,14 +100,17 @@ class PressedSurface(Study):
         Returns
         -------
         ForceCurve
-            For bodies of E* = ``data.attrs["modulus"]``; forces of others follow as E*.
+            For bodies of E* = ``data.attrs["modulus"]``; forces of others follow as E*. Its points have the errors of the claims.
 
         Raises
         ------
+        NotValidError
+            If the contact reaches the border of the heights at every load.
         PathError
             If there are fewer than 5 loads at which the contact ends within the heights.
         """
-        depth, force = self.data["indentation"].values, self.data["normal_force"].values
+        depth, force = self["indentation"].values, self["normal_force"].values
+        errors = [known_error(self.claims[name]) for name in ("indentation", "normal_force")]
         known = self.claims["normal_stiffness"].where
         depth, places = np.unique(depth[known], return_index=True)
         if depth.size < FEWEST_POINTS:
@@ -114,7 +118,9 @@ class PressedSurface(Study):
                 f"force_curve: {depth.size} loads at which the contact ends within the heights; at least {FEWEST_POINTS} different ones "
                 "are needed: press at more of them, denser toward the first touch"
             )
-        return ForceCurve(depth, force[known][places], self.data.attrs["modulus"], contact_point=0.0)
+        force = force[known][places]
+        error = error_of_force(depth, force, *(each[known][places] for each in errors))
+        return ForceCurve(depth, force, self.data.attrs["modulus"], contact_point=0.0, error=error)
 
     def save(self, file: str | os.PathLike[str]) -> None:
         """
