@@ -22,13 +22,14 @@ from pymdr.interpretation.rough import (
 )
 from pymdr.interpretation.validity import SOURCES, Claim, Level
 from pymdr.line.rough import SortedSprings, power_law_stiffness, sorted_springs
+from pymdr.machine import memory_of_machine
 from pymdr.mapping.moduli import effective_moduli
 from pymdr.mapping.patch import full_contact_stiffness
 from pymdr.mapping.rough import default_points, refuse_coarse, rough_heights
 from pymdr.problem.materials import Graded, Material, Rigid, Viscoelastic
 from pymdr.problem.profiles import ForceCurve
 from pymdr.problem.rough import GEIKE, RoughSurface
-from pymdr.solving.reach import memory_of_machine, one_load
+from pymdr.solving.reach import one_load
 from pymdr.solving.study import Column, Study, one_row
 from pymdr.units import (
     ArrayQuantityLike,

@@ -171,7 +171,11 @@ def read_curve_columns(file: str | os.PathLike[str]) -> dict[str, FloatArray]:
         As :func:`read_columns` does.
     """
     found = _read(
-        file, {**_CURVE, **_CURVE_ERRORS}, ("indentation", "normal_force"), "d [nm], F [uN]", tuple(_CURVE_ERRORS)
+        file,
+        {**_CURVE, **_CURVE_ERRORS},
+        ("indentation", "normal_force"),
+        "d [nm], F [uN]",
+        tuple(_CURVE_ERRORS),
     )
     depth, force = found["indentation"], found["normal_force"]
     if not any(name in found for name in _CURVE_ERRORS):

@@ -14,7 +14,7 @@ from pymdr.problem.profiles.forcecurve import FEWEST_POINTS
 from pymdr.problem.topography import Topography
 from pymdr.quantities import one_name
 from pymdr.solving.study import Column, Study
-from pymdr.units import FloatArray, shown
+from pymdr.units import FloatArray, shown, written
 
 if TYPE_CHECKING:
     import os
@@ -158,6 +158,11 @@ class PressedSurface(Study):
         """
         Contact and pressures at a load, force against depth and stiffness against force.
 
+        Parameters
+        ----------
+        step : int, optional
+            Which load; the last one unless given. Where it is not valid, the largest that is valid is drawn; a title says which.
+
         Raises
         ------
         QuantityError
@@ -166,6 +171,15 @@ class PressedSurface(Study):
         from pymdr.presentation.plot import pressed_surface
 
         self._refuse_step(step)
-        valid = self.claims["normal_stiffness"].where
-        maps = self.field("pressure", step) if valid[step] else None
-        return pressed_surface(self.data, self.surface.heights, maps)
+        claim, (over,) = self.claims["normal_stiffness"], self.data.dims
+        loads = self.data[over].values
+        if not claim.where.any():
+            return pressed_surface(
+                self.data, self.surface.heights, None, f"not valid at any load: {claim.reason}"
+            )
+        row = int(step) % loads.size
+        if not claim.where[row]:
+            row = int(np.argmax(np.where(claim.where, loads, -np.inf)))
+        column = self.columns[str(over)]
+        words = f"load {row + 1} of {loads.size}: {written(float(loads[row]), column.unit)}"
+        return pressed_surface(self.data, self.surface.heights, self.field("pressure", row), words)
