@@ -10,7 +10,7 @@ import numpy as np
 
 from pymdr.errors import ProblemError
 from pymdr.interpretation.accuracy import with_errors
-from pymdr.interpretation.validity import SOURCES, BoolArray, Claim, Level
+from pymdr.interpretation.validity import SOURCES, BoolArray, Claim, Level, total_error
 from pymdr.mapping.closure import Closure
 from pymdr.mapping.moduli import effective_moduli
 from pymdr.problem.contact import Contact
@@ -128,12 +128,14 @@ def _of_curve(
         reason=f"{ASSUMED}. {theirs[:1].upper()}{theirs[1:]}",
         source=f"{claim.source}; {SOURCES['closure']}",
     )
-    total = error if claim.error is None else error + claim.error
-    where = claim.where & ((total < 1.0) | known)
+    total = total_error(error, claim.error)
+    where = claim.where & (((error if total is None else total) < 1.0) | known)
     if claim.where.any() and not where.any():
         return Claim(Level.NOT_VALID, _UNKNOWN, SOURCES["closure"], where)
     if where.sum() < claim.where.sum():
         own = replace(own, where=where, reason=f"{own.reason}; left out where {_UNKNOWN}")
+    if total is None:
+        return own
     return with_errors(
         {name: own}, {name: total}, "", "as curves through every other point, or of more pieces, do"
     )[name]
@@ -149,7 +151,7 @@ def _with_given(claim: Claim, given: FloatArray, remark: str) -> Claim:
     reason = f"{claim.reason}{remark}"
     if claim.error is None:
         return replace(claim, reason=reason)
-    error = np.where(claim.where, claim.error + given, claim.error)
+    error = claim.error + np.where(claim.where, given, 0.0)
     return with_errors(
         {"": replace(claim, reason=reason)}, {"": error}, "", "as the points of the force curve do"
     )[""]
@@ -212,9 +214,7 @@ def regrown(radius: FloatArray) -> BoolArray:
 
 def known_error(claim: Claim) -> FloatArray:
     """The relative errors of a quantity over its rows: 0 where it is exact to rounding, nan where they are not known."""
-    if claim.error is not None:
-        return claim.error
-    return np.full(claim.where.shape, 0.0 if claim.level is Level.EXACT else math.nan)
+    return np.full(claim.where.shape, math.nan) if claim.error is None else claim.error
 
 
 def error_of_force(

@@ -181,5 +181,5 @@ class PressedSurface(Study):
         if not claim.where[row]:
             row = int(np.argmax(np.where(claim.where, loads, -np.inf)))
         column = self.columns[str(over)]
-        words = f"load {row + 1} of {loads.size}: {written(float(loads[row]), column.unit)}"
+        words = f"{column.words} {written(float(loads[row]), column.unit)}, load {row + 1} of {loads.size}"
         return pressed_surface(self.data, self.surface.heights, self.field("pressure", row), words)
