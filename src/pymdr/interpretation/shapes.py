@@ -52,7 +52,7 @@ _MEASURED = (
 )
 _ESTIMATE = f"an estimate and no bound, by the functional of Shield, Barber and Fabrikant: {_MEASURED}"
 _MEASURED_ON = (
-    "on 140 random bodies, smooth ones and polygons of 3 to 24 faces, for contacts without holes whose outline differs from an ellipse "
+    "on 120 random bodies, smooth ones and polygons of 3 to 24 faces, for contacts without holes whose outline differs from an ellipse "
     "by no more than theirs"
 )
 _CUT_OFF = 0.02

@@ -387,7 +387,7 @@ def model_error(outline: FloatArray) -> FloatArray:
 
     Notes
     -----
-    Measured by boundary elements on 140 random bodies: polygonal ones of 3 to 24 faces, sharp and rounded, and smooth ones that are
+    Measured by boundary elements on 120 random bodies: polygonal ones of 3 to 24 faces, sharp and rounded, and smooth ones that are
     homogeneous, polynomials, long or lobed. Their errors were at most 0.43 times the sum, besides 0.1 h_2^4.
 
     Examples

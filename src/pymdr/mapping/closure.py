@@ -474,6 +474,10 @@ def _missed(residual: FloatArray, sigma: FloatArray) -> FloatArray:
     missed = np.zeros(residual.size)
     # without noise at all every sigma is 1, and no point is farther off than that
     noise = np.where(sigma < 1.0, sigma, 0.0)
+    # the noise of a few points is uncertain: the largest of two stretches beside a point counts
+    noise = np.lib.stride_tricks.sliding_window_view(np.pad(noise, _BLOCK, mode="edge"), 2 * _BLOCK + 1).max(
+        axis=1
+    )
     sums, squares = (np.append(0.0, np.cumsum(each)) for each in (residual, noise**2))
     width = 1
     while width <= max(residual.size // 4, 1):
