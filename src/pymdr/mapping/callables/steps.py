@@ -79,12 +79,11 @@ class Steps:
         away = np.concatenate([b * (1.0 - _TO_BREAKPOINT), b * (1.0 + _TO_BREAKPOINT)])
         before, after = self._f(away).reshape(2, -1)
         difference = after - before
+        beside = np.array([away[_TO_BREAKPOINT.size - 1], _AFTER * b])
+        noise = float(np.nanmax(rounding(self._f, beside), initial=0.0))
         # without what slopes make of the distance
-        step = _level(2.0 * difference[1:] - difference[:-1])
-        if step == 0.0:
-            return
-        noise = rounding(self._f, np.array([away[_TO_BREAKPOINT.size - 1], _AFTER * b]))
-        if not abs(step) > _ROUNDINGS * float(np.nanmax(noise)):
+        step = _level(2.0 * difference[1:] - difference[:-1], noise)
+        if not abs(step) > _ROUNDINGS * noise:
             return
         around = self._f(b * np.array([0.0, 0.5, 1.0, 1.2]))
         size = np.abs(around[1:] - around[0])
@@ -100,9 +99,9 @@ class Steps:
         return found
 
 
-def _level(values: FloatArray) -> float:
-    """What values at ever shorter distances end in; 0 where they go on changing."""
+def _level(values: FloatArray, noise: float = 0.0) -> float:
+    """What values at ever shorter distances end in; 0 where they go on changing by more than noise."""
     last = values[-_LAST:]
     level = float(last[-1])
-    steady = math.isfinite(level) and bool(np.all(np.abs(last - level) <= _LEVEL * abs(level)))
+    steady = math.isfinite(level) and bool(np.all(np.abs(last - level) <= _LEVEL * abs(level) + 8.0 * noise))
     return level if steady else 0.0
