@@ -40,28 +40,27 @@ class Steps:
     ----------
     f : callable
         Taking and giving arrays, in m.
-    breakpoints : sequence of float
-        Rising radii in m.
     """
 
-    def __init__(self, f: Curve, breakpoints: Sequence[float]) -> None:
+    def __init__(self, f: Curve) -> None:
         self._f = f
-        self._pending: list[float] = [0.0, *breakpoints]
+        self._seen = -1.0
         self._slight: list[tuple[float, float]] = []
 
-    def refuse(self, top: float) -> None:
+    def refuse(self, top: float, breakpoints: Sequence[float]) -> None:
         """
-        Look at all radii below `top` in m.
+        Look at the axis and at those of some rising breakpoints in m that lie below `top` in m.
 
         Raises
         ------
         ProblemError
             With the size of a step, the radius and the remedy.
         """
-        while self._pending and self._pending[0] < top:
-            with np.errstate(all="ignore"):
-                self._look(self._pending[0], top)
-            self._pending.pop(0)
+        for b in (0.0, *breakpoints):
+            if self._seen < b < top:
+                with np.errstate(all="ignore"):
+                    self._look(b, top)
+        self._seen = max(self._seen, math.nextafter(top, 0.0))
 
     def _look(self, b: float, top: float) -> None:
         if b == 0.0:
