@@ -82,7 +82,7 @@ def test_a_step_on_the_axis_is_refused(R, size, n, offset, gives):
     ],
 )
 def test_what_is_only_steep_or_cancels_does_not_step(f):
-    Steps(f, (0.3,)).refuse(1.0)
+    Steps(f).refuse(1.0, (0.3,))
 
 
 # --- kinks beside breakpoints ----------------------------------------------------------------------------

@@ -60,8 +60,8 @@ class DerivedSource(SlopeSource):
     def __init__(self, profile: Function) -> None:
         self.profile = profile
         self.reach = profile.reach
-        self.knots = polished(self._f, profile.breakpoints, self.reach)
-        self.moved = {*self.knots} - {*profile.breakpoints}
+        self.knots = profile.breakpoints
+        self._polished = 0.0
         self._law: TipLaw | None = None
         self._asked = 0.0
         self._end = math.inf
@@ -73,7 +73,7 @@ class DerivedSource(SlopeSource):
         self._order = np.zeros(0, dtype=np.intp)
         self._starts = np.zeros(0)
         self._scatters: dict[float, float] = {}
-        self._steps = Steps(self._f, self.knots)
+        self._steps = Steps(self._f)
 
     @property
     def continued(self) -> float:
@@ -164,9 +164,16 @@ class DerivedSource(SlopeSource):
         for name in ("_low", "_high", "_series", "_error"):
             setattr(self, name, [getattr(self, name)[i] for i in kept])
 
+    def polish(self, top: float) -> bool:
+        """Move breakpoints to the kinks of f that they are named beside."""
+        before, self.knots = self.knots, polished(self._f, self.knots, self.reach, self._polished, top)
+        self._polished = max(self._polished, top)
+        self.moved = self.moved | ({*self.knots} - {*before})
+        return self.knots != before
+
     def foresee(self, top: float) -> None:
         """Find the law of the tip where f cancels on radii far below `top`; it may need larger radii for that."""
-        self._steps.refuse(top)
+        self._steps.refuse(top, self.knots)
         if self._asked or self._law is not None:
             return
         end = min([math.inf, *self.knots[:1], self.reach])

@@ -78,6 +78,10 @@ class SlopeSource(ABC):
         """Radius in m below which a law stands for the values of the profile; 0 if nowhere."""
         return 0.0
 
+    def polish(self, top: float) -> bool:
+        """Move breakpoints up to `top` in m to the kinks that they are named beside, each once; whether any has moved."""
+        return False
+
     def foresee(self, top: float) -> None:  # noqa: B027
         """Prepare for radii up to `top` in m."""
 

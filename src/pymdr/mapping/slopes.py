@@ -62,6 +62,8 @@ _UNNAMED = 32.0 * float(np.finfo(float).eps)
 """How far a kink that was found may lie from the true one, in its radius."""
 _BESIDE = 4.0
 """Widths of the uncertainty of a place by which the place may be off, when a jump there is told from a bend."""
+_AHEAD = 1.23
+"""How much farther than needed panels may end at a breakpoint."""
 _SLIGHT = 32.0
 """Jump at a kink that was found, in what rounding leaves open, up to which there may be none."""
 _LEAST_LEAP = 1e-12
@@ -143,6 +145,8 @@ class ResolvedSlope:
     def resolve_to(self, x: float, inner: float) -> None:
         """Resolve the slope on radii up to `x`, and as far inward as a result at `inner` depends on it."""
         x = min(x, self.limit)
+        if self.source.polish(_AHEAD * x):
+            self.knots = sorted({*self.source.knots, *self.found})
         self.source.foresee(x)
         while True:
             # larger radii may show that nothing but rounding was resolved

@@ -52,14 +52,12 @@ class CurveSource(SlopeSource):
         self.profile = profile
         self.knots = profile.breakpoints
         self.reach = _resolvable(profile)
-        if isinstance(profile, Function):
-            self.knots = polished(profile.gap_slope, self.knots, self.reach)
-            self.moved = {*self.knots} - {*profile.breakpoints}
+        self._polished = 0.0
         self.surveyed = not isinstance(profile, Function | Waviness)
         self._checked = 0.0
         self._law: TipLaw | None = None
         given = isinstance(profile, Function) and profile.f is not None
-        self._steps = Steps(self._f, self.knots) if given else None
+        self._steps = Steps(self._f) if given else None
 
     def _f(self, r: FloatArray) -> FloatArray:
         profile = self.profile
@@ -89,11 +87,21 @@ class CurveSource(SlopeSource):
         """Radius in m below which f' underflows, and is a power; 0 where it has its digits all the way."""
         return 0.0 if self._law is None else self._law.radius
 
+    def polish(self, top: float) -> bool:
+        """Move breakpoints of a callable to the kinks of f' that they are named beside."""
+        if not isinstance(self.profile, Function):
+            return False
+        slope, before = self.profile.gap_slope, self.knots
+        self.knots = polished(slope, before, self.reach, self._polished, top)
+        self._polished = max(self._polished, top)
+        self.moved = self.moved | ({*self.knots} - {*before})
+        return self.knots != before
+
     def foresee(self, top: float) -> None:
         """Refuse a derivative that is not that of f on the radii up to `top`."""
         profile = self.profile
         if self._steps is not None:
-            self._steps.refuse(top)
+            self._steps.refuse(top, self.knots)
         if not isinstance(profile, Function) or top <= _CHECKED_BEYOND * self._checked:
             return
         self._checked = top
@@ -209,7 +217,6 @@ class SumSource(SlopeSource):
     def __init__(self, parts: list[SlopeSource]) -> None:
         self.parts = parts
         self.knots = tuple(sorted({b for part in parts for b in part.knots}))
-        self.moved = {b for part in parts for b in part.moved}
         self.soft_knots = np.unique(np.concatenate([part.soft_knots for part in parts]))
         self.reach = min(part.reach for part in parts)
         self.known_everywhere = all(part.known_everywhere for part in parts) and math.isfinite(self.reach)
@@ -225,6 +232,16 @@ class SumSource(SlopeSource):
     def continued(self) -> float:
         """The largest radius in m below which a law stands for a part."""
         return max(part.continued for part in self.parts)
+
+    def polish(self, top: float) -> bool:
+        """Those of the parts."""
+        # each of them, whichever moves
+        moving = [part.polish(top) for part in self.parts]
+        if not any(moving):
+            return False
+        self.knots = tuple(sorted({b for part in self.parts for b in part.knots}))
+        self.moved = {b for part in self.parts for b in part.moved}
+        return True
 
     def foresee(self, top: float) -> None:
         """What the parts have to know."""

@@ -109,7 +109,9 @@ def find_kinks(
     return [_begun(curve, radius, before) for before, radius in pairwise([low, *found])]
 
 
-def polished(curve: Curve, breakpoints: Sequence[float], reach: float) -> tuple[float, ...]:
+def polished(
+    curve: Curve, breakpoints: Sequence[float], reach: float, start: float = 0.0, stop: float = math.inf
+) -> tuple[float, ...]:
     """
     Named breakpoints, and in place of those that the curve is not smooth beside, the kinks that are there.
 
@@ -121,6 +123,8 @@ def polished(curve: Curve, breakpoints: Sequence[float], reach: float) -> tuple[
         Rising radii in m.
     reach : float
         Largest radius in m.
+    start, stop : float
+        Radii in m between which breakpoints are looked at.
 
     Returns
     -------
@@ -135,6 +139,9 @@ def polished(curve: Curve, breakpoints: Sequence[float], reach: float) -> tuple[
     answer: list[float] = []
     marks = [0.0, *breakpoints, 2.0 * reach]
     for before, b, after in zip(marks, marks[1:], marks[2:], strict=False):
+        if not start < b <= stop:
+            answer.append(b)
+            continue
         low, high = (
             max(b * (1.0 - _NAMED), 0.5 * (before + b)),
             min(b * (1.0 + _NAMED), 0.5 * (b + after), reach),

@@ -40,28 +40,27 @@ class Steps:
     ----------
     f : callable
         Taking and giving arrays, in m.
-    breakpoints : sequence of float
-        Rising radii in m.
     """
 
-    def __init__(self, f: Curve, breakpoints: Sequence[float]) -> None:
+    def __init__(self, f: Curve) -> None:
         self._f = f
-        self._pending: list[float] = [0.0, *breakpoints]
+        self._seen = -1.0
         self._slight: list[tuple[float, float]] = []
 
-    def refuse(self, top: float) -> None:
+    def refuse(self, top: float, breakpoints: Sequence[float]) -> None:
         """
-        Look at all radii below `top` in m.
+        Look at the axis and at those of some rising breakpoints in m that lie below `top` in m.
 
         Raises
         ------
         ProblemError
             With the size of a step, the radius and the remedy.
         """
-        while self._pending and self._pending[0] < top:
-            with np.errstate(all="ignore"):
-                self._look(self._pending[0], top)
-            self._pending.pop(0)
+        for b in (0.0, *breakpoints):
+            if self._seen < b < top:
+                with np.errstate(all="ignore"):
+                    self._look(b, top)
+        self._seen = max(self._seen, math.nextafter(top, 0.0))
 
     def _look(self, b: float, top: float) -> None:
         if b == 0.0:
@@ -79,12 +78,11 @@ class Steps:
         away = np.concatenate([b * (1.0 - _TO_BREAKPOINT), b * (1.0 + _TO_BREAKPOINT)])
         before, after = self._f(away).reshape(2, -1)
         difference = after - before
+        beside = np.array([away[_TO_BREAKPOINT.size - 1], _AFTER * b])
+        noise = float(np.nanmax(rounding(self._f, beside), initial=0.0))
         # without what slopes make of the distance
-        step = _level(2.0 * difference[1:] - difference[:-1])
-        if step == 0.0:
-            return
-        noise = rounding(self._f, np.array([away[_TO_BREAKPOINT.size - 1], _AFTER * b]))
-        if not abs(step) > _ROUNDINGS * float(np.nanmax(noise)):
+        step = _level(2.0 * difference[1:] - difference[:-1], noise)
+        if not abs(step) > _ROUNDINGS * noise:
             return
         around = self._f(b * np.array([0.0, 0.5, 1.0, 1.2]))
         size = np.abs(around[1:] - around[0])
@@ -100,9 +98,9 @@ class Steps:
         return found
 
 
-def _level(values: FloatArray) -> float:
-    """What values at ever shorter distances end in; 0 where they go on changing."""
+def _level(values: FloatArray, noise: float = 0.0) -> float:
+    """What values at ever shorter distances end in; 0 where they go on changing by more than noise."""
     last = values[-_LAST:]
     level = float(last[-1])
-    steady = math.isfinite(level) and bool(np.all(np.abs(last - level) <= _LEVEL * abs(level)))
+    steady = math.isfinite(level) and bool(np.all(np.abs(last - level) <= _LEVEL * abs(level) + 8.0 * noise))
     return level if steady else 0.0
