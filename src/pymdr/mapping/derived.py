@@ -20,8 +20,8 @@ from pymdr.units import FloatArray, metres
 _WANTED = 1e-12
 """Error of f', in parts of it, above which a panel is divided if that helps."""
 _DEEPEST = 40
-_DIVIDED = 2
-"""Halvings after which an error of f' that is small and does not shrink, as that of small stairs in f, is what there is."""
+_STAIRS = 1e-9
+"""Error of f', in parts of it, up to which one that grows on halves, as that of stairs in f does, is what there is."""
 _GAIN = 0.5
 _NOISY = 1e3
 """Error of f' on a panel in roundings of f over its width, if it is nothing but rounding."""
@@ -264,7 +264,7 @@ class DerivedSource(SlopeSource):
             if not settled and error > _GAIN * before:
                 # finer panels only help where the misfit is more than rounding
                 noise = self._scatter(right)
-                settled = error <= _NOISY * noise / (right - left) or (depth >= _DIVIDED and error <= _SURE * size)
+                settled = error <= _NOISY * noise / (right - left) or (error > before and error <= _STAIRS * size)
             begins = left == base and base > 0.0
             settled = settled and not (begins and self._starts_steeply(series, left, right))
             thinnest = 64.0 * np.finfo(float).eps if begins else 1e-9
