@@ -264,7 +264,9 @@ class DerivedSource(SlopeSource):
             if not settled and error > _GAIN * before:
                 # finer panels only help where the misfit is more than rounding
                 noise = self._scatter(right)
-                settled = error <= _NOISY * noise / (right - left) or (error > before and error <= _STAIRS * size)
+                settled = error <= _NOISY * noise / (right - left) or (
+                    error > before and error <= _STAIRS * size
+                )
             begins = left == base and base > 0.0
             settled = settled and not (begins and self._starts_steeply(series, left, right))
             thinnest = 64.0 * np.finfo(float).eps if begins else 1e-9

@@ -472,7 +472,11 @@ def _flat_tail(source: SlopeSource, tail: Tail, slopes: Slopes, inner: float) ->
     panels = slopes.panels
     felt = abs(law) + float(np.sum(slopes.size * panels.width, where=panels.start < inner))
     if not (_FLATTEST <= n <= 1.0 and missed <= _OPEN * felt):
-        open_ = f", and leaves {missed / felt:.1g} of the rise of f open (limit {_OPEN:g})" if missed < felt else ""
+        open_ = (
+            f", and leaves {missed / felt:.1g} of the rise of f open (limit {_OPEN:g})"
+            if missed < felt
+            else ""
+        )
         raise ProblemError(
             f"the tip of the profile is too flat: f starts with r^n, n = {1.0 + tail.power:.3g} at r = {metres(radius)}"
             f"{open_}; exponents from {_FLATTEST:g} are resolved if n is steady there or Function.f is given: give f, or "
