@@ -145,6 +145,29 @@ def pack(
     )
 
 
+def as_text(claims: Mapping[str, Claim], assumptions: Sequence[Assumption], notes: Sequence[str]) -> str:
+    """What is said of the numbers of a study, as JSON."""
+    return json.dumps(
+        {
+            "claims": {
+                name: {
+                    "level": claim.level.name,
+                    "reason": claim.reason,
+                    "source": claim.source,
+                    "where": claim.where.tolist(),
+                    "error": None if claim.error is None else np.asarray(claim.error).tolist(),
+                }
+                for name, claim in claims.items()
+            },
+            "assumptions": [
+                {"name": a.name, "words": a.words, "measure": a.measure, "limit": a.limit}
+                for a in assumptions
+            ],
+            "notes": list(notes),
+        }
+    )
+
+
 def _apart(path: LoadingPath) -> tuple[LoadingPath, dict[str, Any]]:
     """The path with its long histories replaced by stand-ins of one row, and these as variables."""
     pieces: list[Leg] = []
@@ -175,8 +198,8 @@ def _errors_apart(claims: Mapping[str, Claim]) -> tuple[dict[str, float | str], 
     named: dict[str, float | str] = {}
     seen: dict[bytes, str] = {}
     for name, claim in claims.items():
-        if claim.error is None:
-            continue
+        if claim.error is None or (claim.level is Level.EXACT and not claim.error.any()):
+            continue  # as a claim is without one
         error = np.ascontiguousarray(claim.error, dtype=float)
         if error.size and np.all(error == error[0]):
             named[name] = float(error[0])
@@ -187,7 +210,7 @@ def _errors_apart(claims: Mapping[str, Claim]) -> tuple[dict[str, float | str], 
 
 
 def _error_from(plain: float | str | None, steps: int, dataset: xr.Dataset) -> np.ndarray | None:
-    """The errors of a claim; None in files of versions that did not measure them."""
+    """The errors of a claim that are not what its level alone says."""
     if plain is None:
         return None
     return np.full(steps, plain) if isinstance(plain, float) else np.array(dataset[f"{_ERROR}{plain}"].values)

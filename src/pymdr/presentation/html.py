@@ -6,11 +6,19 @@ from collections.abc import Iterable, Mapping, Sequence
 from html import escape
 from typing import TYPE_CHECKING
 
-from pymdr.interpretation.accuracy import EXACT_WITHIN
 from pymdr.interpretation.validity import Assumption, Claim, Level
-from pymdr.presentation.text import in_bytes, largest_error, last_error, last_level, last_value
+from pymdr.presentation.text import (
+    Numbers,
+    Table,
+    in_bytes,
+    largest_error,
+    last_error,
+    last_level,
+    last_value,
+    number_lines,
+)
 from pymdr.quantities import BAND_ENDS, QUANTITIES
-from pymdr.units import metres, written
+from pymdr.units import written
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -47,6 +55,8 @@ def _error(claim: Claim) -> str:
     if claim.level is Level.NOT_VALID:
         return ""
     error = largest_error(claim)
+    if error is None:
+        return "not known"
     return f"{error:.1e}" if error else "rounding"
 
 
@@ -78,8 +88,8 @@ def result_html(
         value = escape(written(last_value(data, name), quantity.unit))
         claim = claims.get(name)
         level = badge(last_level(claim)) if claim is not None else ""
-        error = last_error(claim) if claim is not None else 0.0
-        remark = f" <small>error {error:.1e}</small>" if error > EXACT_WITHIN else ""
+        error = last_error(claim) if claim is not None else ""
+        remark = f" <small>{error}</small>" if error else ""
         ends = [data[f"{name}_{end}"].values[-1] for end in BAND_ENDS if f"{name}_{end}" in data]
         if ends:
             low, high = (escape(written(float(end), quantity.unit)) for end in ends)
@@ -116,25 +126,29 @@ def assessment_html(
     )
 
 
-def impact_html(
-    groups: Mapping[str, Mapping[str, float]],
-    events: Sequence[tuple[str, float, float]],
+def study_html(
+    groups: Numbers,
+    columns: Table,
+    remarks: Sequence[str],
     claims: Mapping[str, Claim],
     assumptions: Sequence[Assumption],
     notes: Sequence[str],
 ) -> str:
-    """The numbers of an impact, what happens in it, its claims and assumptions."""
-    rows = []
-    for heading, values in groups.items():
-        rows.append([f"<b>{escape(heading)}</b>", ""])
-        rows += [
-            [escape(QUANTITIES[n].words), escape(written(v, QUANTITIES[n].unit))] for n, v in values.items()
-        ]
-    happened = [[escape(name), escape(written(time, "s")), escape(metres(d))] for name, time, d in events]
+    """The numbers of a study, its claims and assumptions."""
+    single = []
+    for heading, lines in number_lines(groups):
+        single += [[f"<b>{escape(heading)}</b>", ""]]
+        single += [[escape(words), escape(value)] for words, value in lines]
+    (words, units), rows = columns
+    head = [escape(f"{word} ({unit})" if unit else word) for word, unit in zip(words, units, strict=True)]
+    first = table(("quantity", ""), single) if single else ""
+    second = table(head, ([escape(cell) for cell in row] for row in rows)) if head else ""
     return (
-        f"<div>{table(('quantity', ''), rows)}{table(('event', 'time', 'indentation'), happened)}"
-        f"<details><summary>Claims</summary>{claims_html(claims)}</details>"
-        f"<details><summary>Assumptions</summary>{assumptions_html(assumptions)}</details>"
+        f"<div>{first}{second}"
+        + "".join(f"<p>{escape(line)}</p>" for line in remarks)
+        + f"<details><summary>Claims</summary>{claims_html(claims)}</details>"
+        f"<details{'' if all(a.met for a in assumptions) else ' open'}><summary>Assumptions</summary>"
+        f"{assumptions_html(assumptions)}</details>"
         + "".join(f"<p>Note: {escape(note)}</p>" for note in notes)
         + "</div>"
     )

@@ -6,13 +6,15 @@ import csv
 import os
 import re
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pymdr.errors import CaseError, PathError, ProblemError, UnitError
+from pymdr.errors import CaseError, PathError, ProblemError, PymdrError, UnitError
+from pymdr.interpretation.closure import error_of_force
 from pymdr.presentation.files import named_file
 from pymdr.problem.measured import MeasuredCurve, Step
 from pymdr.problem.paths import CHANNELS, NORMAL_CHANNELS, TANGENTIAL_CHANNELS
@@ -21,13 +23,18 @@ from pymdr.problem.profiles import ForceCurve, Sampled
 from pymdr.problem.profiles.sampled import Interpolation
 from pymdr.quantities import QUANTITIES
 from pymdr.units import FloatArray, QuantityLike, to_si
-from pymdr.workbench.inputs import read_text
+from pymdr.workbench.inputs import read_measured_text
 
 if TYPE_CHECKING:
     import xarray as xr
 
 _COLUMN = re.compile(r"\s*(?P<name>[^\[\]()]*?)\s*[\[(]\s*(?P<unit>[^\[\]()]+?)\s*[\])]\s*")
 _NUMBER = re.compile(r"\s*[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?\s*", re.ASCII)
+_COMMA = re.compile(r"[+-]?[0-9]*,[0-9]+(?:[eE][+-]?[0-9]+)?", re.ASCII)
+_POINT = re.compile(r"[+-]?[0-9]*\.[0-9]+(?:[eE][+-]?[0-9]+)?", re.ASCII)
+_THOUSANDS = re.compile(r"[+-]?[1-9][0-9]{0,2},[0-9]{3}", re.ASCII)
+_EXCEL = re.compile(r"sep=.", re.IGNORECASE)
+"""A first line by which Excel says what separates columns."""
 _LARGEST = 200 * 2**20
 
 Names = Mapping[str, tuple[str, ...]]
@@ -40,6 +47,10 @@ _PROFILE: Names = {
 _CURVE: Names = {
     "indentation": ("displacement", "indentation", "d", "depth", "approach"),
     "normal_force": ("load", "normal force", "force", "f", "fn", "fz", "f n", "f z"),
+}
+_CURVE_ERRORS: Names = {
+    "indentation_error": ("indentation error",),
+    "normal_force_error": ("normal force error", "force error", "error"),
 }
 _RECORD: Names = {
     "time": ("time", "t"),
@@ -102,7 +113,8 @@ def read_columns(file: str | os.PathLike[str]) -> dict[str, FloatArray]:
 
     The first line that is no comment (``#``) is the header; every length column names its unit in brackets,
     as in ``r [nm], f [nm], scatter [nm]``. Other columns are left alone. Commas, semicolons or tabs stand between
-    the columns, and entries may be quoted; decimals are written with a point.
+    the columns, and entries may be quoted. Decimals are written with a point, or with a comma where semicolons or tabs
+    stand between the columns. The text is UTF-8, UTF-16 or latin-1.
 
     Parameters
     ----------
@@ -157,15 +169,26 @@ def read_curve_columns(file: str | os.PathLike[str]) -> dict[str, FloatArray]:
     Returns
     -------
     dict of str to ndarray
-        ``indentation`` (m) and ``force`` (N).
+        ``indentation`` (m) and ``force`` (N), and ``error``, the relative errors of the forces, where the file has columns of
+        errors as ``to_csv`` writes them: those of the depths are among them, and what is empty is nan.
 
     Raises
     ------
     FileError, CaseError
         As :func:`read_columns` does.
     """
-    found = _read(file, _CURVE, ("indentation", "normal_force"), "d [nm], F [uN]")
-    return {"indentation": found["indentation"], "force": found["normal_force"]}
+    found = _read(
+        file,
+        {**_CURVE, **_CURVE_ERRORS},
+        ("indentation", "normal_force"),
+        "d [nm], F [uN]",
+        tuple(_CURVE_ERRORS),
+    )
+    depth, force = found["indentation"], found["normal_force"]
+    if not any(name in found for name in _CURVE_ERRORS):
+        return {"indentation": depth, "force": force}
+    errors = (found.get(name, np.zeros(depth.shape)) for name in _CURVE_ERRORS)
+    return {"indentation": depth, "force": force, "error": error_of_force(depth, force, *errors)}
 
 
 def read_record(file: str | os.PathLike[str]) -> xr.Dataset:
@@ -179,7 +202,8 @@ def read_record(file: str | os.PathLike[str]) -> xr.Dataset:
         tangential force, each with its unit: ``time [s], load [mN], shift [um]``. Names with underscores, as
         :meth:`pymdr.Result.to_csv` writes them, are the same; other columns are left alone, and lines that begin
         with ``#`` are comments. Commas, semicolons or tabs stand between the columns, and entries may be quoted, as
-        spreadsheets do; decimals are written with a point.
+        spreadsheets do. Decimals are written with a point, or with a comma where semicolons or tabs stand between the
+        columns. The text is UTF-8, UTF-16 or latin-1.
 
     Returns
     -------
@@ -237,7 +261,18 @@ def read_path(file: str | os.PathLike[str], *, channels: Sequence[str] | None = 
             )
     if not named:
         raise PathError(f"{file} has no column of {', '.join(CHANNELS[:-1])} or {CHANNELS[-1]}")
-    return MeasuredPath(time=found.get("time"), **{name: found[name] for name in named})
+    with _named_file(file):
+        return MeasuredPath(time=found.get("time"), **{name: found[name] for name in named})
+
+
+@contextmanager
+def _named_file(file: str | os.PathLike[str]) -> Iterator[None]:
+    """Refusals of what a table holds name its file."""
+    try:
+        yield
+    except PymdrError as error:
+        error.args = (f"{file}: {error}",)
+        raise
 
 
 def read_curve(file: str | os.PathLike[str], *, spring_constant: QuantityLike | None = None) -> MeasuredCurve:
@@ -271,7 +306,8 @@ def read_curve(file: str | os.PathLike[str], *, spring_constant: QuantityLike | 
 
 def read_force_columns(file: str | os.PathLike[str], *, missing: bool) -> dict[str, FloatArray]:
     """The columns of a force curve in SI units; entries that are no numbers are nan where `missing`, and refused otherwise."""
-    return _read(file, _RECORD, ("normal_force",), "time [s], load [mN], travel [um]", missing)
+    names = tuple(_RECORD) if missing else ()
+    return _read(file, _RECORD, ("normal_force",), "time [s], load [mN], travel [um]", names)
 
 
 def curve_of_columns(
@@ -312,10 +348,18 @@ def _chosen(file: object, channels: Sequence[str], found: Mapping[str, FloatArra
 
 
 def _read(
-    file: str | os.PathLike[str], names: Names, needed: Sequence[str], example: str, missing: bool = False
+    file: str | os.PathLike[str],
+    names: Names,
+    needed: Sequence[str],
+    example: str,
+    missing: Sequence[str] = (),
 ) -> dict[str, FloatArray]:
     source = named_file(file, "read")
-    lines = read_text(source, _LARGEST, "table").replace("\r\n", "\n").replace("\r", "\n").split("\n")
+    lines = (
+        read_measured_text(source, _LARGEST, "table").replace("\r\n", "\n").replace("\r", "\n").split("\n")
+    )
+    if _EXCEL.fullmatch(lines[0]):
+        lines[0] = ""
     numbered = [i for i, line in enumerate(lines) if line.strip() and not line.lstrip(' \t"').startswith("#")]
     rows = [lines[i] for i in numbered]
     if len(rows) < 2:
@@ -346,8 +390,39 @@ def _read(
             )
     chosen = {quantity: where[0] for quantity, where in found.items()}
     factors = {quantity: _factor(source, quantity, header[i]) for quantity, i in chosen.items()}
-    table = _numbers(source, rows[1:], numbered[1:], chosen, len(header), separator, missing)
+    entries = decimal_points(rows[1:], separator)
+    table = _numbers(source, entries, numbered[1:], chosen, len(header), separator, missing)
     return {quantity: _scaled(table[:, i], factors[quantity]) for i, quantity in enumerate(chosen)}
+
+
+def decimal_points(rows: Sequence[str], separator: str | None) -> Sequence[str]:
+    """
+    Rows whose decimal commas are written as points, unless commas separate columns.
+
+    They stay as they are where numbers with a point stand beside them, or where all may be thousands: such commas
+    are refused as numbers later.
+
+    Examples
+    --------
+    >>> [decimal_points(rows, ";") for rows in (["1,5;2,25"], ["1,500;2,250"], ["1,5;2.25"])]
+    [['1.5;2.25'], ['1,500;2,250'], ['1,5;2.25']]
+    """
+    if separator == "," or not any("," in row for row in rows):
+        return rows
+    # quotes of spreadsheets go, since no separator is inside a number
+    table = [[cell.strip().strip('"') for cell in row.split(separator)] for row in rows]
+    commas = {cell for cells in table for cell in cells if _COMMA.fullmatch(cell)}
+    pointed = any(_POINT.fullmatch(cell) for cells in table for cell in cells)
+    if pointed or all(map(_THOUSANDS.fullmatch, commas)):
+        return rows
+    between = separator or " "
+    return [
+        between.join(
+            cell.replace(",", ".") if bare in commas else cell
+            for cell, bare in zip(row.split(separator), cells, strict=True)
+        )
+        for row, cells in zip(rows, table, strict=True)
+    ]
 
 
 def _separator(header: str, names: Names) -> str:
@@ -373,12 +448,16 @@ def _title(title: str) -> tuple[str, str | None]:
 
 
 def _si_unit(quantity: str) -> str:
+    if quantity in _CURVE_ERRORS:
+        return ""
     return QUANTITIES[quantity].unit if quantity in QUANTITIES else "m"
 
 
 def _factor(source: Path, quantity: str, title: str) -> float:
     unit = _title(title)[1]
     si_unit = _si_unit(quantity)
+    if unit is None and not si_unit:
+        return 1.0
     if unit is None:
         raise CaseError(
             f"{source}: column {title.strip()!r} has no unit; write for example '{title.strip()} [{si_unit}]'"
@@ -401,9 +480,9 @@ def _numbers(
     chosen: Mapping[str, int],
     width: int,
     separator: str,
-    missing: bool,
+    missing: Sequence[str],
 ) -> FloatArray:
-    """The chosen columns; the first row that is not numbers is named, unless entries may be missing."""
+    """The chosen columns; the first row that is not numbers is named, unless its column may miss entries."""
     if all(row.count(separator) == width - 1 for row in rows):
         try:
             with warnings.catch_warnings():
@@ -432,12 +511,12 @@ def _numbers(
         for k, (quantity, i) in enumerate(chosen.items()):
             told = f"{source}, line {line + 1}: {quantity} = {cells[i].strip()[:40]!r}"
             if cells[i].strip().lower().lstrip("+-") in ("nan", "inf", "infinity", ""):
-                if missing:
+                if quantity in missing:
                     into[k] = np.nan
                     continue
                 raise CaseError(f"{told}; every entry must be a finite number: delete rows without data")
             if not _NUMBER.fullmatch(cells[i]):
-                remedy = "; write decimals with a point" if "," in cells[i] else ""
+                remedy = "; write all decimals of the table with a point" if "," in cells[i] else ""
                 raise CaseError(f"{told} is not a number{remedy}")
             into[k] = float(cells[i])
             if not np.isfinite(into[k]):
@@ -467,7 +546,8 @@ def read_profile(file: str | os.PathLike[str], *, interpolation: Interpolation |
         If the file cannot be read, is not such a table, or the samples are not a profile.
     """
     columns = read_columns(file)
-    return Sampled(**columns, interpolation=interpolation)
+    with _named_file(file):
+        return Sampled(**columns, interpolation=interpolation)
 
 
 def read_force_curve(
@@ -480,7 +560,8 @@ def read_force_curve(
     ----------
     file : path
         With the columns d (or depth, indentation, displacement) and F (or force, load), each with its unit:
-        ``d [nm], F [uN]``; the approach alone, with depths that rise.
+        ``d [nm], F [uN]``; the approach alone, with depths that rise. Relative errors of the forces may stand in a column
+        ``error``; those that ``to_csv`` writes, ``normal_force_error`` and ``indentation_error``, are read back.
     modulus, contact_point : quantity
         As for :class:`pymdr.ForceCurve`.
 
@@ -494,4 +575,5 @@ def read_force_curve(
         If the file cannot be read, is not such a table, or the points are no force curve.
     """
     columns = read_curve_columns(file)
-    return ForceCurve(**columns, modulus=modulus, contact_point=contact_point)
+    with _named_file(file):
+        return ForceCurve(**columns, modulus=modulus, contact_point=contact_point)
