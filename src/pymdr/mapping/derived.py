@@ -29,8 +29,8 @@ from pymdr.units import FloatArray, metres
 _WANTED = 1e-12
 """Error of f', in parts of it, above which a panel is divided if that helps."""
 _DEEPEST = 40
-_DIVIDED = 2
-"""Halvings after which an error of f' that is small and does not shrink, as that of small stairs in f, is what there is."""
+_STAIRS = 1e-9
+"""Error of f', in parts of it, up to which one that grows on halves, as that of stairs in f does, is what there is."""
 _GAIN = 0.5
 _NOISY = 1e3
 """Error of f' on a panel in roundings of f over its width, if it is nothing but rounding."""
@@ -276,7 +276,7 @@ class DerivedSource(SlopeSource):
                 # finer panels only help where the misfit is more than rounding
                 noise = self._scatter(right)
                 settled = error <= _NOISY * noise / (right - left) or (
-                    depth >= _DIVIDED and error <= _SURE * size
+                    error > before and error <= _STAIRS * size
                 )
             begins = left == base and base > 0.0
             settled = settled and not (begins and self._starts_steeply(series, left, right))
