@@ -513,7 +513,7 @@ def _found(
         regime=_regime(maugis, simpler),
         recommended=recommended,
         contacts=contacts,
-        claims={"pull_off_force": force, "error": force, "tabor": defined, "maugis": defined},
+        claims={"pull_off_force": force, "tabor": defined, "maugis": defined},
         assumptions=lost["JKR"].assumptions,
         notes=lost["JKR"].notes,
         contact=contacts[type(recommended).__name__],

@@ -237,14 +237,11 @@ def _errors(
     modulus = calibrated_modulus(contact, pressed.mapped.moduli, direction)
     # the springs carry mu E* rise x 2 a^2 before any of them slips
     known = modulus * size / pressed.unit
-    forces = [steady_rolling(line, np.abs(each)).load / line.whole for each in (rise, known)]
+    share, calibrated = (steady_rolling(line, np.abs(each)).load / line.whole for each in (rise, known))
     # a sphere is a paraboloid but for the square of a/R
-    other = (
-        0.0
-        if isinstance(contact.profile, Paraboloid)
-        else (line.radius / contact.profile.curvature_radius) ** 2
-    )
-    force = creep_error(*forces, 2.0 * line.radius**2 * known / line.whole) + other
+    radius = contact.profile.curvature_radius or line.radius
+    other = 0.0 if isinstance(contact.profile, Paraboloid) else (line.radius / radius) ** 2
+    force = creep_error(share, calibrated, 2.0 * line.radius**2 * known / line.whole) + other
     ratio = float(np.max(known) / np.max(np.abs(rise))) if np.any(rise) else 1.0
     whole = np.full(zeta.shape, min(saturation_error(ratio) + other, 1.0))
     force = np.minimum(force, 1.0)
