@@ -126,11 +126,17 @@ class Closure:
         step[np.isnan(error) | np.isnan(np.append(error[0], error[:-1]))] = math.nan
         here = np.append(step, error[-1])[j]
         before = np.append(0.0, self.stiffness.at(points)[2])
-        gathered = np.append(0.0, np.cumsum(step * np.diff(before)))
         stiffness, force, energy = self.stiffness.at(depth)
+        # errors are shares of what is true, of which no less than 1 - e was found
+        true = 1.0 - np.minimum(step, 0.9)
+        true_here = 1.0 - np.minimum(here, 0.9)
+        gathered, held = (
+            np.append(0.0, np.cumsum(weight * np.diff(before))) for weight in (step / true, 1.0 / true)
+        )
+        rest = (energy - before[j]) / true_here
         with np.errstate(divide="ignore", invalid="ignore"):
-            exponent = np.maximum(stiffness * depth / force, 1.0)
-            whole = (gathered[j] + here * (energy - before[j])) / energy
+            exponent = np.maximum(stiffness * depth / force - here / true_here, 1.0)
+            whole = (gathered[j] + here * rest) / (held[j] + rest)
         bends = here * np.minimum((exponent + 1.0) / np.maximum(exponent - 1.0, _ROUGHEST), 1.0 / _ROUGHEST)
         found = np.stack([here * (1.0 + 1.0 / exponent), here, whole, bends])
         found = np.where(here > 0.0, found, np.where(here == 0.0, 0.0, found))

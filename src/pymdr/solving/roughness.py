@@ -40,7 +40,7 @@ _MOST_DIRECTED, _MOST_RATIO = 2.0, 2.0
 """A few long waves make most of the height of a patch without roll-off, and chance makes them up to half as large again."""
 _MOST_INTERPOLATED = 0.1
 """Share of the pixels up to which a law is fitted."""
-_BIAS, _HURST_BIAS = 3.0, 0.25
+_BIAS, _HURST_BIAS = 5.0, 0.25
 """By how much interpolated pixels lower the spectrum, and change H, at most, in their share: 256 x 256 pixels, gaps of 1 to 60 pixels."""
 _DEVIATIONS = 2.0
 """Standard deviations by which an exponent may be above 1 and still be taken for 1."""
@@ -202,7 +202,7 @@ def power_spectrum(
     -----
     Jacobs, Junge and Pastewka (2017), Surf. Topogr.: Metrol. Prop. 5, 013001; the tip: Sanner et al. (2022), Appl. Surf. Sci. Adv. 7,
     100190. Waves shorter than four pixels are left out, since waves that pixels do not see are folded into them. Heights that were
-    filled by interpolation have no short waves: a share of them lowers the spectrum by up to three times that share (where deep pixels
+    filled by interpolation have no short waves: a share of them lowers the spectrum by up to five times that share (where deep pixels
     are missing; by the share itself where any are), which its claim says. No law is fitted beyond 10 %.
 
     Examples
