@@ -20,11 +20,13 @@ FORCE, RATE, STORED, LOST, SLIP, WORK, SLID, SIZE, STICK, DISK = range(10)
 COLUMNS = 10
 POSITION, HEIGHT, SHARE, OUTER = range(4)
 """Rows of the springs: x, d0, dk, and k per unit modulus at the outer end of a spring's part."""
-TIME, DEPTH, MOVE, DRAG, STIFF, EASE, NORMAL, AREA = range(8)
-"""Columns of what is given for a row: its duration, d before it and its change, what a dashpot adds to a load, the stiffness of a
-spring without one, how much of a free spring's w is left after it if there is one, F_N, and k of the contact per unit modulus."""
-GIVEN = 8
+TIME, MOVE, DRAG, STIFF, NORMAL, AREA = range(6)
+"""Columns of what is given for a row: its duration, the change of d, what a dashpot adds to a load, the stiffness of a spring
+without one, F_N, and k of the contact per unit modulus."""
+GIVEN = 6
 _AT_LIMIT = 1e-9
+_AT_ONCE = 1e-12
+"""Part of a row in which no spring sticks before it slips, but for rounding."""
 _CLOSE = 1e-13
 _TRIES = 500
 
@@ -144,6 +146,7 @@ def _step(
     gap0: FloatArray,
     load1: FloatArray,
     gap1: FloatArray,
+    turn: FloatArray,
     top: int,
     v_old: FloatArray,
     z_old: FloatArray,
@@ -184,11 +187,7 @@ def _step(
         if touched:
             before = max(load0[i] + drag, 0.0)
         elif touches:
-            room, beyond = gap0[i], max(load1[i], 0.0) / stiff
-            if body[1] > 0.0:
-                there = given[DEPTH] - springs[HEIGHT, i]
-                beyond = max(there + given[MOVE] - (there + room) * given[EASE], 0.0)
-            begin = room / (room + beyond) if room > 0.0 else 0.0
+            begin = turn[i]
             if body[1] > 0.0:
                 before = max(load1[i] + drag - stiff * given[MOVE] * (1.0 - begin), 0.0)
         else:
@@ -196,8 +195,7 @@ def _step(
         if not touches:
             after = 0.0
             if touched:
-                falls = -stiff * given[MOVE] if body[1] > 0.0 else before + stiff * gap1[i]
-                end = min(before / falls, 1.0) if before > 0.0 and falls > 0.0 else 0.0
+                end = turn[i]
         my_lost, my_slip, my_work, my_rate, beside = 0.0, 0.0, 0.0, 0.0, 0.0
         if free and begin > 0.0:
             if begin < 1.0:
@@ -236,7 +234,9 @@ def _step(
                 sign = 1.0 if trial > 0.0 else -1.0
                 under = sign * now - friction * before
                 stuck = under / (under - over) if under < 0.0 else 0.0
-                if stuck > 0.0:
+                if stuck <= _AT_ONCE:
+                    stuck = 0.0
+                else:
                     fill(0, lasts * stuck, times, rates[:0], part, part_modes)
                     _move(move * stuck, v, body, moduli, lasts * stuck, part[0], h, told)
                     v += move * stuck
@@ -373,6 +373,7 @@ def run(
     begin: float,
     loads: FloatArray,
     gaps: FloatArray,
+    turns: FloatArray,
     v: FloatArray,
     z: FloatArray,
     free: FloatArray,
@@ -414,7 +415,7 @@ def run(
         while True:
             _step(
                 springs, friction, body, moduli, times, rates, reach, to_modes, to_branches, given[r], du,
-                loads[r], gaps[r], loads[r + 1], gaps[r + 1], top, v1, z1, free1, v2, z2, free2,
+                loads[r], gaps[r], loads[r + 1], gaps[r + 1], turns[r + 1], top, v1, z1, free1, v2, z2, free2,
                 whole, whole_modes, part, part_modes, driven, margin, row,
             )  # fmt: skip
             over = row[FORCE] - asked
