@@ -220,9 +220,9 @@ def step(
         filled = 1
     for j in range(n):
         stiff += moduli[j] * branch[0, j, MEAN]
-    # of the springs that stay in contact by far: k, and what their branches bear before, squared, and squared after
+    # of the springs that stay in contact by far: k, what their branches bear before, and its square
     stays = 0.0
-    borne, squared, kept = np.zeros(max(n, 1)), np.zeros(max(n, 1)), np.zeros(max(n, 1))
+    borne, squared = np.zeros(max(n, 1)), np.zeros(max(n, 1))
     once, once_modes = np.zeros((1, max(n, 1), 6)), np.zeros((1, max(modes, 1), 2))
     for i in range(first, active):
         y, share = springs[HEIGHT, i], springs[SHARE, i]
@@ -239,13 +239,14 @@ def step(
                 q += after_h
                 least += min(z_old[i, j], after_h)
             if least >= 0.0:
-                for j in range(n):
+                energy = equilibrium * there * there
+                for j in range(n):  # a sum keeps the compiler from short vectors, which take longer
                     loaded = share * z_old[i, j]
                     borne[j] += loaded
                     squared[j] += loaded * z_old[i, j]
-                    kept[j] += share * z_new[i, j] * z_new[i, j]
+                    energy += z_new[i, j] * z_new[i, j] * soft[j]
                 stays += share
-                stored += 0.5 * share * equilibrium * there * there
+                stored += 0.5 * share * energy
                 work += share * move * 0.5 * equilibrium * (w + there)
                 w_new[i], free_new[FREE, i], free_new[REST, i] = there, 0.0, rest
                 force += share * q
@@ -579,7 +580,6 @@ def step(
     lost += move * drag * stays
     for j in range(n):
         elastic = moduli[j] * move
-        stored += 0.5 * kept[j] * soft[j]
         work += move * (branch[0, j, MEAN] * borne[j] + branch[0, j, RAMP] * elastic * stays)
         lost += soft[j] * (
             branch[0, j, OWN] * squared[j]
