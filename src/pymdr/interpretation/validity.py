@@ -22,6 +22,29 @@ from pymdr.units import FloatArray
 BoolArray = NDArray[np.bool_]
 
 
+EXACT_WITHIN = 1e-9
+"""Largest relative error of a number that is called exact."""
+
+
+def total_error(*errors: FloatArray | float | None) -> FloatArray | None:
+    """
+    The sum of relative errors of several causes, at most 1; None if one of them is not known.
+
+    Examples
+    --------
+    >>> total_error(np.array([0.1, 0.2]), 0.05)
+    array([0.15, 0.25])
+    >>> total_error(np.array([0.1, 0.2]), None) is None
+    True
+    """
+    total: FloatArray = np.zeros(())
+    for error in errors:
+        if error is None:
+            return None
+        total = total + error
+    return np.minimum(total, 1.0)
+
+
 class Level(enum.Enum):
     """How a quantity relates to the stated model."""
 
@@ -40,7 +63,24 @@ class Claim:
     where: BoolArray
     """Per step, whether the claim's level holds; outside, the quantity is not valid."""
     error: FloatArray | None = None
-    """Per step, a measured bound of the relative error of the number; None where it is rounding."""
+    """Per step, the whole known relative error of the number: of the numerics, of the model where its size is known, and of the
+    data. An exact claim has 0 unless it is given; None means not known, as of an approximation with exact numerics."""
+
+    def __post_init__(self) -> None:
+        if self.error is None:
+            if self.level is Level.EXACT:
+                object.__setattr__(self, "error", np.zeros(np.shape(self.where)))
+            return
+        if np.shape(self.error) != np.shape(self.where):
+            return  # of a damaged file, which says so
+        precise = bool(np.max(self.error, initial=0.0, where=self.where) <= EXACT_WITHIN)
+        if self.level is Level.EXACT and not precise:
+            object.__setattr__(self, "level", Level.APPROXIMATE)
+            reason = f"{self.reason}; numbers err by more than {EXACT_WITHIN:g} of their size"
+            object.__setattr__(self, "reason", reason)
+        elif self.level is Level.APPROXIMATE and precise:
+            # what is left of an approximation whose numerics are exact is the error of its model
+            object.__setattr__(self, "error", None)
 
     @property
     def readable(self) -> bool:
@@ -317,16 +357,19 @@ def normal_claims(
     return claims
 
 
-def approximated(claims: Mapping[str, Claim], remark: str, error: float) -> dict[str, Claim]:
+def approximated(
+    claims: Mapping[str, Claim], remark: str, error: FloatArray | float | None
+) -> dict[str, Claim]:
     """
-    Claims of disks that pass over something, as a share of the load.
+    Claims of an approximation, whose error is added to theirs.
 
     Parameters
     ----------
     claims : mapping of str to Claim
     remark : str
-        What is passed over.
-    error : float
+        What is approximated.
+    error : ndarray, float or None
+        Relative, per step or of all; None where its size is not known.
 
     Returns
     -------
@@ -339,7 +382,9 @@ def approximated(claims: Mapping[str, Claim], remark: str, error: float) -> dict
             claim,
             level=Level.APPROXIMATE,
             reason=f"{claim.reason}{remark}",
-            error=np.full(claim.where.shape, error) + (0.0 if claim.error is None else claim.error),
+            error=total_error(
+                np.zeros(claim.where.shape), error, 0.0 if claim.error is None else claim.error
+            ),
         )
         for name, claim in claims.items()
     }
