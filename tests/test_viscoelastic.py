@@ -493,10 +493,13 @@ def test_few_rows_of_forces_err_as_is_told(memory, shape, stiffness):
 
     few, many = solved(1), solved(48)
     for name in ("indentation", "contact_radius", "elastic_energy", "dissipated_energy", "external_work"):
-        apart = np.abs(few.data[name].values - many.data[name].values[47::48])
-        told, rest = (float(np.max(one.claims[name].error)) for one in (few, many))
-        size = float(np.max(np.abs(few.data[name].values)))
-        assert apart.max() <= (told + rest + 1e-12) * size
-        assert told <= 0.05
+        values, others = few.data[name].values, many.data[name].values[47::48]
+        own, others_own = few.claims[name].error, many.claims[name].error[47::48]
+        size = float(np.max(np.abs(values)))
+        known = (own < 1.0) & (others_own < 1.0)
+        told = own * np.abs(values)
+        apart, rest = np.abs(values - others), others_own * np.abs(others)
+        assert (apart <= told + rest + 1e-12 * size)[known & (values != 0.0)].all()
+        assert told.max() <= 0.05 * size
         if name == "indentation":
             assert told <= 1e3 * max(apart.max() / size, 1e-5)
