@@ -329,7 +329,13 @@ def step(
                 left = start + move * turn - y
                 fill(0, duration * (1.0 - turn), times, rates[:0], once, once_modes)
                 dw = move * (1.0 - turn)
-                q, rises, spent, pushed, energy = equilibrium * (end - y) + drag, equilibrium * dw, 0.0, 0.0, 0.0
+                q, rises, spent, pushed, energy = (
+                    equilibrium * (end - y) + drag,
+                    equilibrium * dw,
+                    0.0,
+                    0.0,
+                    0.0,
+                )
                 for j in range(n):
                     bears = moduli[j] * (left - there)
                     for k in range(modes):
