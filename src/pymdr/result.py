@@ -17,7 +17,7 @@ from pymdr.interpretation.closure import pressed_curve
 from pymdr.interpretation.conductance import driven
 from pymdr.interpretation.peaks import largest_value
 from pymdr.interpretation.validity import SOURCES, Assumption, Claim
-from pymdr.mapping.portable import portable
+from pymdr.mapping.portable import portable, require_known
 from pymdr.problem.contact import Contact
 from pymdr.problem.paths import LoadingPath
 from pymdr.problem.profiles import ForceCurve
@@ -41,9 +41,7 @@ class Status(enum.Enum):
     OF_A_CURVE = (
         "every step was solved on the line of a force curve: contact areas and pressures are not in it"
     )
-    PARTLY_REFUSED = (
-        "at some steps the contact is not a disk: values there are NaN, and only force_lower_bound is given"
-    )
+    PARTLY_REFUSED = "at some steps the contact is not a disk, or could not be solved: values there are NaN, and only force_lower_bound is given"
     BY_RINGS = "every step was solved by boundary elements on rings, without the method"
     ATTACHED = "every step was solved; the path ends in contact"
     PULLED_OFF = "every step was solved; the contact was pulled off"
@@ -294,6 +292,8 @@ class Result:
             If the field is not valid for this contact or this step.
         QuantityError
             If there is no such field, `drop` or `flow` is given for one that is no flux, both are, or `drop` is a temperature.
+        ProblemError
+            If the gap or the equivalent profile is read farther out than what was saved of a callable.
         """
         import xarray as xr
 
@@ -316,6 +316,8 @@ class Result:
         )
         if radii.ndim != 1:
             raise QuantityError(f"field: r has the shape {radii.shape}; one row of radii is needed")
+        if name in ("gap", "equivalent_profile"):
+            require_known(self.contact.profile, radii, name)
         values = np.array([surface.field(name, np.abs(radii), i) for i in chosen])
         axis = POSITION if name in self.reading.line_fields else RADIUS
         row = quantity(name)

@@ -128,6 +128,9 @@ SOURCES: dict[str, str] = {
     "shield": (
         "Shield (1967), J. Appl. Math. Phys. 18, 682-693, with Barber (1974): reciprocity with a disk or an ellipse as trial area"
     ),
+    "trial-pressure": (
+        "Shield (1967), J. Appl. Math. Phys. 18, 682-693, with Barber (1974): reciprocity with a trial pressure"
+    ),
     "jkr": "Johnson, Kendall and Roberts (1971), Proc. R. Soc. A 324, 301-313, doi:10.1098/rspa.1971.0141",
     "hess": (
         "Hess (2011), Ueber die Abbildung ausgewaehlter dreidimensionaler Kontakte auf Systeme mit niedrigerer "
@@ -340,7 +343,7 @@ def normal_claims(
         level = Level.APPROXIMATE if remark else Level.EXACT
         reason = f"exact for {words} in frictionless contact on a disk{remark}"
         if not disk.all():
-            reason += f"; {int((~disk).sum())} of {disk.size} steps are not a disk: {why}{extra_reason}"
+            reason += f"; {int((~disk).sum())} of {disk.size} steps are left out: {why}{extra_reason}"
     else:
         level, reason = Level.NOT_VALID, f"{why}{extra_reason}"
     claims = {name: Claim(level, reason, source, disk) for name in (*NORMAL_QUANTITIES, *NORMAL_FIELDS)}
@@ -355,6 +358,17 @@ def normal_claims(
         everywhere,
     )
     return claims
+
+
+def trial_claim(disk: BoolArray) -> Claim:
+    """The claim of a lower bound of the force on layers, whose flat punches may need tension."""
+    return Claim(
+        Level.EXACT,
+        "a rigorous lower bound of the normal force for any profile: the force itself on a disk, or where it is prescribed; elsewhere "
+        "the best of trial pressures on disks of several radii that are nowhere negative",
+        SOURCES["trial-pressure"],
+        np.ones(disk.shape, dtype=bool),
+    )
 
 
 def approximated(

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Set
 from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
 
-from pymdr.errors import ConvergenceError
+from pymdr.errors import ConvergenceError, ProblemError
 from pymdr.mapping.series import (
     TERMS,
     Panels,
@@ -55,6 +55,8 @@ class SlopeSource(ABC):
 
     knots: tuple[float, ...]
     """Radii in m at which f' is not smooth."""
+    moved: Set[float] = frozenset()
+    """Those in m that were named elsewhere, a little beside."""
     soft_knots: FloatArray = np.zeros(0)
     """Radii in m at which a piecewise polynomial continues, which matters if they are few."""
     reach: float
@@ -80,8 +82,8 @@ class SlopeSource(ABC):
         """Prepare for radii up to `top` in m."""
 
     def rough(self, r: FloatArray) -> FloatArray:
-        """About |f'| at radii in m."""
-        return np.abs(self.sample(np.zeros(r.size), r)[0])
+        """About f' at radii in m."""
+        return self.sample(np.zeros(r.size), r)[0]
 
     def uncertainty(self, panels: Panels) -> FloatArray:
         """Error of f' on panels that its samples do not show, shape (P,)."""
@@ -90,6 +92,14 @@ class SlopeSource(ABC):
     def rounding(self, r: float) -> float:
         """Scatter in m of the f that is differentiated around a radius in m; 0 where f' is given."""
         return 0.0
+
+    def grain(self, panels: Panels) -> FloatArray:
+        """What the rounding of samples makes of f' on panels, which their knots cannot resolve; shape (P,)."""
+        return np.zeros(panels.count)
+
+    def rise(self, r: float) -> tuple[float, float]:
+        """F(r) - f(0) in m and its rounding; NaN where only f' is known."""
+        return math.nan, math.nan
 
     def kinks(self, low: float, high: float) -> list[float]:
         """Radii between two others at which f' is not smooth, although nobody said so."""
@@ -254,7 +264,7 @@ def resolve(
         )
         fits = (fit.error <= allowed) & fit.even
         if source.soft_knots.size > 400:
-            fits |= fit.error <= _SOFT * fit.size
+            fits |= fit.error <= np.maximum(_SOFT * fit.size, source.grain(pending))
         if generation >= 2 and not fits.all():
             rest = np.flatnonzero(~fits)
             noise = _noise(source, pending.take(rest))
@@ -284,12 +294,11 @@ def resolve(
             break
         soft = source.soft_knots.size > 0
         if generation == _KINK_GENERATION or soft:
-            for i in sorted(set(family[rest].tolist()) - asked):
-                asked.add(i)
-                low, high = float(panels.start[i]), float(panels.stop[i])
-                found = [b for b in kinks(low, high) if low < b < high]
-                if found:
-                    return Stopped(found)
+            unresolved = sorted(set(family[rest].tolist()) - asked)
+            asked.update(unresolved)
+            stretches = ((float(panels.start[i]), float(panels.stop[i])) for i in unresolved)
+            if found := _kinks_of(kinks, stretches):
+                return Stopped(found)
         pending, family = _divided(pending.take(rest), family[rest])
         wanted = pending.start < needed
         pending, family = pending.take(wanted), family[wanted]
@@ -306,6 +315,22 @@ def resolve(
         joined_series([part.series for part in done]).take(order),
         *(np.concatenate([getattr(part, name) for part in done])[order] for name in _MEASURED),
     )
+
+
+def _kinks_of(
+    kinks: Callable[[float, float], list[float]], stretches: Iterable[tuple[float, float]]
+) -> list[float]:
+    """All kinks in stretches that panels do not resolve."""
+    found: list[float] = []
+    for low, high in stretches:
+        try:
+            found += [b for b in kinks(low, high) if low < b < high]
+        except ProblemError:
+            if not found:
+                raise
+            # beyond kinks that are known now, panels are others
+            break
+    return found
 
 
 @dataclass(frozen=True)

@@ -8,8 +8,8 @@ from functools import singledispatch
 import numpy as np
 
 from pymdr.errors import ProblemError
-from pymdr.mapping.callables import TipLaw, check_consistency, find_kinks, underflow_law
-from pymdr.mapping.derived import DerivedSource
+from pymdr.mapping.callables import Steps, TipLaw, check_consistency, find_kinks, polished, underflow_law
+from pymdr.mapping.derived import DerivedSource, rise_of
 from pymdr.mapping.resolving import SlopeSource, radii_beside
 from pymdr.mapping.series import TERMS, Panels, Place, Series, evaluate
 from pymdr.problem.profiles import (
@@ -26,6 +26,7 @@ from pymdr.units import FloatArray, metres
 
 _CHECKED_BEYOND = 1.5
 _FARTHER_OUT = 2.0**30
+_COSTLY_KNOTS = 4000
 MANY_KNOTS = 400
 """Samples from which on knots only count where panels do not resolve the curve across them."""
 
@@ -51,9 +52,27 @@ class CurveSource(SlopeSource):
         self.profile = profile
         self.knots = profile.breakpoints
         self.reach = _resolvable(profile)
+        if isinstance(profile, Function):
+            self.knots = polished(profile.gap_slope, self.knots, self.reach)
+            self.moved = {*self.knots} - {*profile.breakpoints}
         self.surveyed = not isinstance(profile, Function | Waviness)
         self._checked = 0.0
         self._law: TipLaw | None = None
+        given = isinstance(profile, Function) and profile.f is not None
+        self._steps = Steps(self._f, self.knots) if given else None
+
+    def _f(self, r: FloatArray) -> FloatArray:
+        profile = self.profile
+        assert isinstance(profile, Function)
+        assert profile.f is not None
+        values: FloatArray = call(profile.f, r)
+        return values
+
+    def uncertainty(self, panels: Panels) -> FloatArray:
+        """Error of f' on panels, from steps of f that are constants of few digits."""
+        if self._steps is None:
+            return np.zeros(panels.count)
+        return self._steps.errors(panels.base, panels.low, panels.width)
 
     def sample(self, base: FloatArray, offset: FloatArray) -> tuple[FloatArray, FloatArray]:
         """F' at the rounded radii, and their offsets."""
@@ -73,6 +92,8 @@ class CurveSource(SlopeSource):
     def foresee(self, top: float) -> None:
         """Refuse a derivative that is not that of f on the radii up to `top`."""
         profile = self.profile
+        if self._steps is not None:
+            self._steps.refuse(top)
         if not isinstance(profile, Function) or top <= _CHECKED_BEYOND * self._checked:
             return
         self._checked = top
@@ -80,31 +101,36 @@ class CurveSource(SlopeSource):
             self._law = underflow_law(profile.gap_slope, top, min([self.reach, *self.knots[:1]]), "slope")
         if profile.f is None:
             return
-        f, derivative = profile.f, profile.derivative
+        derivative = profile.derivative
         assert derivative is not None
-
-        def value(r: FloatArray) -> FloatArray:
-            return call(f, r)
 
         def slope(r: FloatArray) -> FloatArray:
             return call(derivative, r, "derivative")
 
         try:
-            check_consistency(value, slope, top / 1024.0, top, self.knots)
+            check_consistency(self._f, slope, top / 1024.0, top, self.knots)
         except ProblemError:
             # unless it is the rounding of f that shows farther out only
             farthest = min(_FARTHER_OUT * top, self.reach)
-            check_consistency(value, slope, top / 1024.0, top, self.knots, farthest=farthest)
+            check_consistency(self._f, slope, top / 1024.0, top, self.knots, farthest=farthest)
+
+    def rise(self, r: float) -> tuple[float, float]:
+        """F(r) - f(0) in m and its rounding; NaN where only f' is known."""
+        f = self.profile.f if isinstance(self.profile, Function) else None
+        return (math.nan, math.nan) if f is None else rise_of(f, r)
 
     def kinks(self, low: float, high: float) -> list[float]:
         """Kinks between two radii that were not named."""
         return find_kinks(self.profile.gap_slope, low, high) if isinstance(self.profile, Function) else []
 
 
+_GRAIN = 8.0 * float(np.finfo(float).eps)
+"""By how much roundings of neighbouring heights differ at most, in parts of them, and what a spline makes of that."""
+
+
 class SplineSource(SlopeSource):
     """f' of a piecewise cubic, whose offsets from its knots are not rounded."""
 
-    known_everywhere = True
     surveyed = True
 
     def __init__(self, profile: Sampled) -> None:
@@ -113,12 +139,21 @@ class SplineSource(SlopeSource):
         self.coefficients = np.asarray(spline.c, dtype=float)
         inner = self.breaks[1:-1]
         many = inner.size > MANY_KNOTS
+        # panels between many knots are not resolved before they are needed
+        self.known_everywhere = inner.size <= _COSTLY_KNOTS
+        self.heights = np.abs(self.coefficients[3] + profile.offset)
         self.knots = () if many else tuple(inner.tolist())
         if many:
             self.soft_knots = inner
         self.reach = float(self.breaks[-1])
         if isinstance(profile.interpolation, SmoothingSpline):
             self.fitted = f"of the fitted curve, off which the samples lie by {metres(profile.misfit)} (root mean square)"
+
+    def grain(self, panels: Panels) -> FloatArray:
+        """What the rounding of heights makes of f' on panels."""
+        inside = np.diff(np.searchsorted(self.breaks, [panels.start, panels.stop]), axis=0)[0]
+        heights = np.interp(panels.stop, self.breaks[:-1], self.heights)
+        return np.asarray(_GRAIN * heights * inside / panels.width)
 
     def sample(self, base: FloatArray, offset: FloatArray) -> tuple[FloatArray, FloatArray]:
         """F' beside base + offset."""
@@ -174,6 +209,7 @@ class SumSource(SlopeSource):
     def __init__(self, parts: list[SlopeSource]) -> None:
         self.parts = parts
         self.knots = tuple(sorted({b for part in parts for b in part.knots}))
+        self.moved = {b for part in parts for b in part.moved}
         self.soft_knots = np.unique(np.concatenate([part.soft_knots for part in parts]))
         self.reach = min(part.reach for part in parts)
         self.known_everywhere = all(part.known_everywhere for part in parts) and math.isfinite(self.reach)
@@ -196,7 +232,7 @@ class SumSource(SlopeSource):
             part.foresee(top)
 
     def rough(self, r: FloatArray) -> FloatArray:
-        """About |f'| at radii in m."""
+        """About f' at radii in m: parts may cancel."""
         return np.asarray(sum(part.rough(r) for part in self.parts))
 
     def uncertainty(self, panels: Panels) -> FloatArray:
@@ -206,6 +242,11 @@ class SumSource(SlopeSource):
     def rounding(self, r: float) -> float:
         """Those of the parts together."""
         return sum(part.rounding(r) for part in self.parts)
+
+    def rise(self, r: float) -> tuple[float, float]:
+        """Those of the parts together."""
+        rises, rounded = zip(*(part.rise(r) for part in self.parts), strict=True)
+        return sum(rises), sum(rounded)
 
     def kinks(self, low: float, high: float) -> list[float]:
         """Those of the parts."""

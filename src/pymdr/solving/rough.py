@@ -238,7 +238,7 @@ class RoughContact(Study):
             return [*lines, f"below {newtons(told['crossover_force'])} roughness softens the ball"]
         return [*lines, f"full contact has {written(told['full_contact_stiffness'], 'N/m')}"]
 
-    def plot(self) -> Figure:
+    def _figure(self) -> Figure:
         """Stiffness against force with its band, the closed form and full contact; springs in contact; the spectrum."""
         from pymdr.presentation.plot import rough_study
 

@@ -156,7 +156,7 @@ class PowerSpectrum(Study):
                 )
         return lines
 
-    def plot(self) -> Figure:
+    def _figure(self) -> Figure:
         """The surface, and its spectrum with the law and the range on which it holds."""
         from pymdr.presentation.plot import spectrum_study
 

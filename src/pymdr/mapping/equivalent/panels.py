@@ -44,6 +44,8 @@ _SMALLEST = 1e-18
 _ROUGH = 0.97
 """Part of a value that a rough image of it reaches where the map is to end: it is good to one part in a hundred."""
 _NEWTON = 60
+_NOTHING = 1e-60
+"""Part of g that no fall is seen below."""
 _LAST = 1e-10
 """Part of a value by which a step of Newton's method moves it, if it is the last that is needed."""
 _BESIDE = 1e-13
@@ -55,6 +57,8 @@ _SAVED = 2.0**-60
 _TRUSTED = 10.0
 """How many times its error a value is off at most."""
 _WIDER = 2.0**0.25
+_FIRST_STEP, _STEP_GROWTH = 1e-9, 64.0
+"""The shortest step outward, in parts of what is mapped, and how it grows from step to step."""
 _SEARCHED = 2.0**10
 """How far, in contact radii, a profile without a reach is searched for another contact."""
 
@@ -265,7 +269,7 @@ class PanelLine(EquivalentProfile):
     def _slope_on_axis(self) -> float:
         self.map_to(self._some_radius())
         cusp = float(self.source.sample(np.zeros(1), np.zeros(1))[0][0])
-        if self.exponent == 0.0 and 0.0 < cusp < math.inf:
+        if self.exponent == 0.0 and 0.0 < abs(cusp) < math.inf:
             # a power in its stead would be 0 or infinite there, however close to 1 its exponent is
             return 0.5 * math.pi * cusp
         return float(self._tail(np.zeros(1))[1][0])
@@ -465,7 +469,7 @@ class PanelLine(EquivalentProfile):
                 self.map_to(radius, _INWARD * radius)
             image = self._image
             assert image is not None
-            begun = self.front
+            begun, step = self.front, _FIRST_STEP
             while float(np.max(self._at_ends(image, which))) < target:
                 if self.front >= self._end * (1.0 - 1e-15):
                     break
@@ -475,7 +479,9 @@ class PanelLine(EquivalentProfile):
                 told = ends[best] > 1e-6 * target
                 if self.front > (_FALLEN * float(image.panels.stop[best]) if told else _HOLLOW * begun):
                     raise never_rises(self.front)
-                image = self.map_to(self._next_radius(target, which))
+                # rough images of parts that cancel are far too high: short steps grow
+                image = self.map_to(max(self._next_radius(target, which), (1.0 + step) * self.front))
+                step = min(_STEP_GROWTH * step, _WIDER - 1.0)
             ends = self._at_ends(image, which)
             first = int(np.argmax(np.maximum.accumulate(ends) >= least))
             inner = float(image.panels.start[first])
@@ -531,8 +537,7 @@ class PanelLine(EquivalentProfile):
         slope = self._resolved.slopes
         assert slope is not None
         radii = np.append(slope.panels.start[-96::2], self.front)
-        here = self._search.up(radii, lambda x, g, m: (g if which == "g" else m) > _ROUGH * target)
-        return max(here, self.front * (1.0 + 1e-9))
+        return self._search.up(radii, lambda x, g, m: (g if which == "g" else m) > _ROUGH * target)
 
     def rough_radius(self, reached: Callable[[float, float], bool]) -> float:
         """A radius x in m near which ``reached(x, g(x))`` becomes true, going outward."""
@@ -594,12 +599,15 @@ class PanelLine(EquivalentProfile):
         g = depth the profile is searched to its reach, or else to 1024 times that radius.
         """
         known, radius = self._overlap
-        if depth <= known:
-            return radius
-        first = min(float(self.place(np.array([depth])).x[0]), self._end)
-        radius = max(first, self._last_overlap(depth, first))
-        self._overlap = (depth, radius)
+        if depth > known:
+            radius = self.overlap_at(depth)
+            self._overlap = (depth, radius)
         return radius
+
+    def overlap_at(self, depth: float) -> float:
+        """The same, whatever depths were asked for before."""
+        first = min(float(self.place(np.array([depth])).x[0]), self._end)
+        return max(first, self._last_overlap(depth, first))
 
     def rests_on(self) -> tuple[str, ...]:
         """What was fitted to samples, below which radius a law stands for the tip, and how narrow features were looked for."""
@@ -832,7 +840,9 @@ def _turning_points(image: Image, top: float) -> tuple[float, ...]:
     x = (panels.base[:, None] + offset).ravel()
     size = np.repeat(np.max(np.abs(slope.reshape(offset.shape)), axis=1), fine.size)
     noise = np.repeat(np.maximum(image.error[:, 1], 1e-13), fine.size) * 4.0 * size
-    sure = (np.abs(slope) > noise) & (x < top)
+    # a fall that is nothing to g farther out, as numbers that underflow show, turns nothing
+    felt = np.abs(slope) * x
+    sure = (np.abs(slope) > noise) & (felt > _NOTHING * np.max(felt)) & (x < top)
     x, slope, index = x[sure], slope[sure], index.ravel()[sure]
     if x.size == 0:
         return ()

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from pymdr.errors import ProblemError
 from pymdr.problem.profiles.base import Profile
-from pymdr.problem.values import SIField, with_named_callables, without_named
+from pymdr.problem.values import SIField, with_named_callables, within_range, without_named
 from pymdr.units import FloatArray, HasUnits, metres, to_si_array
 
 ArrayFunction: TypeAlias = Callable[[FloatArray], ArrayLike]
@@ -29,7 +29,8 @@ class Function(Profile):
     f : callable, optional
         Gap in m, taking and giving arrays. An offset f(0) is removed when the profile is mapped.
     breakpoints : array_like or quantity
-        Radii in m, above 0, at which f' jumps or is not smooth.
+        Radii in m, above 0, at which f' jumps or is not smooth. One that lies within 1e-3 of a kink is moved to it; a
+        step of f is refused, there and on the axis.
     derivative : callable, optional
         f'(r), taking and giving arrays. With it the map is exact to 1e-13, with f alone to 1e-12.
     reach : quantity
@@ -62,6 +63,9 @@ class Function(Profile):
         radii = np.atleast_1d(to_si_array(self.breakpoints, "m", name="Function.breakpoints"))
         if np.any(radii <= 0.0):
             raise ProblemError(f"Function.breakpoints = {radii.tolist()}: every radius must be above 0 m")
+        if radii.size:
+            for radius in (radii.min(), radii.max()):
+                within_range(radius, "m", "Function.breakpoints", size=True)
         object.__setattr__(self, "breakpoints", tuple(np.unique(radii).tolist()))
 
     def __getstate__(self) -> dict[str, Any]:

@@ -157,6 +157,11 @@ class PressedSurface(Study):
         QuantityError
             If there is no such load.
         """
+        from pymdr.presentation.plot import with_unmet
+
+        return with_unmet(self._figure(step), self.assumptions)
+
+    def _figure(self, step: int = -1) -> Figure:
         from pymdr.presentation.plot import pressed_surface
 
         self._refuse_step(step)
