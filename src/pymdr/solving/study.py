@@ -174,6 +174,8 @@ class Study(ABC):
         """
         Write the columns to a CSV file, one row per row, with units in their names.
 
+        A quantity that is approximate has a column of its relative errors beside it, empty where they are not known.
+
         Parameters
         ----------
         file : path
@@ -209,13 +211,15 @@ class Study(ABC):
 
     def _written(self, units: Mapping[str, str] | None) -> dict[str, np.ndarray]:
         """What is written, by the titles of its columns."""
+        from pymdr.presentation.tables import with_error_columns
+
         written: dict[str, np.ndarray] = {}
         for name, values in self._columns().items():
             own = str(self.data[name].attrs.get("units", ""))
             unit = (units or {}).get(name, own)
             title = f"{name} [{unit}]" if unit else name
             written[title] = np.asarray(from_si(values, own, unit)) if unit else values
-        return written
+        return with_error_columns(written, self.claims)
 
     def _about(self) -> list[tuple[str, str, str]]:
         from pymdr.presentation.tables import about_rows

@@ -98,7 +98,7 @@ def _rubbed(asked: Asked, normal: Impact, mapped: Springs, claim: Claim, mu: flo
         reason=reason,
         source=f"{claim.source}; {SOURCES['maw']}",
         where=claim.where[:1],
-        error=np.array([change + (0.0 if claim.error is None else float(np.max(claim.error)))]),
+        error=None if claim.error is None else np.array([change + float(np.max(claim.error))]),
     )
     columns = {
         "shift": slid.shift,

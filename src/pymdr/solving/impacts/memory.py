@@ -224,6 +224,10 @@ def _claims(
         "as the steps do",
     )
     if curve:
+        if shape.error is None:
+            found = {
+                name: replace(claim, level=Level.APPROXIMATE, error=None) for name, claim in found.items()
+            }
         return found | {name: claims[name] for name in ("largest_radius", "largest_pressure")}
     peak = found["largest_pressure"]
     found["largest_pressure"] = replace(
