@@ -213,7 +213,28 @@ def _busy(count: int) -> int:
     return total
 
 
+def held() -> Iterator[Ratio]:
+    """A shift under a constant load from the first row on, against a load before the shift."""
+    steel = mdr.Elastic("200 GPa", 0.3)
+    joint = mdr.Contact(mdr.Paraboloid("5 mm"), steel, friction=mdr.Coulomb(0.3))
+    for rows in (10_000, 100_000):
+        u = 0.5e-6 * np.sin(0.05 * np.arange(1.0, rows + 1.0))
+        both, after = (
+            mdr.Path(normal_force=np.full(rows, 10.0), shift=u),
+            mdr.load("10 N") >> mdr.Path(shift=u),
+        )
+        ours, other = median_times(*((partial(mdr.solve, joint, path), 7) for path in (both, after)))
+        yield Ratio(
+            f"{rows:.0e} rows of a shift under a constant load",
+            "load >> shift",
+            ours,
+            other,
+            "aim 2 times as long",
+        )
+
+
 def ratios() -> Iterator[Ratio]:
+    yield from held()
     yield from per_step()
     yield from flatness()
     yield from tables()

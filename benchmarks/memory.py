@@ -9,11 +9,35 @@ from benchmarks.timing import Ratio, median_times
 from pymdr.line.curves import ElasticLine
 from pymdr.line.memory import follow_springs, ting
 from pymdr.mapping.equivalent import equivalent_profile
+from pymdr.mapping.relaxation import Relaxation
 
 ROWS, SINGLE, PASSES, SPRINGS = 100_000, 10_000, 50, 1000
 DEEPEST = 1e-4
 SERIES = mdr.Prony("1 MPa", ["1 MPa", "2 MPa", "0.5 MPa", "3 MPa"], ["1 ms", "10 ms", "0.1 s", "1 s"])
 LINE = ElasticLine(equivalent_profile(mdr.Paraboloid("5 mm")), 1.0)
+
+
+def forced(kernel: Relaxation) -> Iterator[Ratio]:
+    """Forces and shifts, with their claims, against the springs of their rows alone."""
+    body = mdr.Viscoelastic(SERIES, poisson=0.5)
+    rows = np.arange(1.0, SINGLE + 1.0)
+    time, beating = 1e-3 * rows, 0.01 * (1.0 + 0.5 * np.sin(0.1 * rows))
+    ball, joint = (
+        mdr.Contact(mdr.Paraboloid("5 mm"), body, friction=law) for law in (None, mdr.Coulomb(0.3))
+    )
+    pressed = mdr.Path(time=time, normal_force=beating)
+    sheared = mdr.Path(time=time, normal_force=np.full(SINGLE, 0.01), shift=0.5e-6 * np.sin(0.05 * rows))
+    depth = mdr.solve(ball, pressed)["indentation"].values
+    alone, first, second = median_times(
+        (lambda: follow_springs(LINE, kernel, time, depth, n=SPRINGS), 5),
+        (lambda: mdr.solve(ball, pressed), 3),
+        (lambda: mdr.solve(joint, sheared), 3),
+    )
+    against = f"{SPRINGS} springs under the indentations of these rows"
+    yield Ratio(f"{SINGLE:.0e} rows of an oscillating force", against, first, alone, "aim 10 times as long")
+    yield Ratio(
+        f"{SINGLE:.0e} rows of a shift under a constant force", against, second, alone, "aim 10 times as long"
+    )
 
 
 def ratios() -> Iterator[Ratio]:
@@ -40,6 +64,7 @@ def ratios() -> Iterator[Ratio]:
         100.0 * hundredth,
         "aim no slower",
     )
+    yield from forced(kernel)
     once = np.linspace(0.0, 1.0, SINGLE)
     pressed = DEEPEST * np.minimum(2.0 * once, 2.0 - 2.0 * once)
     fast, slow = median_times(

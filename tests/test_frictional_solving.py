@@ -1353,3 +1353,22 @@ def test_a_shift_under_a_load_does_not_depend_on_the_rows(force, moved, channel,
     assert tau[2].tolist() == tau[1].tolist()
     claim = one.claims["tangential_force"]
     assert claim.level is mdr.Level.EXACT or np.all(claim.error < 1e-8)
+
+
+@settings(max_examples=examples(10), deadline=None)
+@given(
+    load=st.floats(0.5, 50.0),
+    shifts=st.lists(st.floats(-0.6, 0.6), min_size=3, max_size=30),
+    size=st.sampled_from([1e-6, 1.0]),
+)
+def test_a_shift_under_a_constant_load_is_exact_but_for_its_first_row(load, shifts, size):
+    """Only the row that brings the load moves both channels: it is followed between, and the others as after any other way there."""
+    joint = mdr.Contact(mdr.Paraboloid(10e-3 * size), STEEL, STEEL, friction=mdr.Coulomb(0.3))
+    u, force = 1e-6 * size * np.array(shifts), load * size**2
+    at_once = mdr.solve(joint, mdr.Path(normal_force=np.full(u.size, force), shift=u))
+    oblique = mdr.solve(joint, mdr.Path(normal_force=[force], shift=u[:1]) >> mdr.Path(shift=u[1:]))
+    for name in ("tangential_force", "dissipated_energy", "stick_radius"):
+        values, others = at_once[name].values, oblique[name].values
+        assert values == pytest.approx(others, rel=1e-8, abs=1e-12 * np.abs(others).max())
+    error = at_once.claims["tangential_force"].error
+    assert error is None or np.max(error * np.abs(at_once["tangential_force"].values)) <= 1e-8 * 0.3 * force

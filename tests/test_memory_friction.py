@@ -634,3 +634,26 @@ def test_what_is_refused():
     ):
         with pytest.raises(ProblemError):
             study()
+
+
+@settings(max_examples=examples(12), deadline=None)
+@given(
+    branches=st.lists(st.tuples(st.floats(-9.0, 2.0), st.floats(0.1, 5.0)), min_size=1, max_size=3),
+    equilibrium=st.floats(0.05, 2.0),
+    moves=st.lists(st.tuples(st.floats(0.01, 1.0), st.floats(1e-4, 1.0)), min_size=1, max_size=6),
+    slope=st.floats(-0.5, 0.5).filter(lambda x: abs(x) > 1e-3),
+    shape=st.sampled_from(SHAPES[:3]),
+    size=st.sampled_from([1e-9, 1.0]),
+)
+def test_oblique_first_loading_without_slip_carries_as_it_presses(
+    branches, equilibrium, moves, slope, shape, size
+):
+    """F_x = G*/E* (u/d) F_N, 2/3 of it where Poisson's ratio is 1/2, however fast a branch relaxes."""
+    body = rubber(mdr.Prony(equilibrium, [m for _, m in branches], [10.0**x for x, _ in branches]))
+    d, t = (size * 0.1 * np.cumsum([x for x, _ in moves]) / 6.0, np.cumsum([x for _, x in moves]))
+    profile = mdr.Paraboloid(size) if shape is SHAPES[0] else shape
+    result = mdr.solve(joint(body, math.inf, profile), rows(t, d, slope * d))
+    expected = 2.0 / 3.0 * slope * result["normal_force"].values
+    missed = np.abs(result["tangential_force"].values / expected - 1.0)
+    assert (missed <= result.claims["tangential_force"].error + 1e-9).all()
+    assert missed[-1] < 1e-5

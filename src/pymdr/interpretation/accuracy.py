@@ -352,6 +352,33 @@ def _bounded(errors: Mapping[str, FloatArray], touching: NDArray[np.bool_]) -> d
     }
 
 
+def of_own_size(errors: FloatArray, values: FloatArray) -> FloatArray:
+    """
+    Relative errors of rows from those of the largest value of a path.
+
+    Parameters
+    ----------
+    errors : ndarray
+        Of the largest value.
+    values : ndarray
+        Of every row.
+
+    Returns
+    -------
+    ndarray
+        At most 1, where nothing is known of a number; 0 for a value of 0, which has no part that is wrong.
+
+    Examples
+    --------
+    >>> of_own_size(np.array([1e-4, 1e-4, 1e-4, 0.0]), np.array([-2.0, 0.1, 1e-9, 0.0])).round(6).tolist()
+    [0.0001, 0.002, 1.0, 0.0]
+    """
+    size = np.abs(np.nan_to_num(values))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        own = errors * (np.max(size, initial=0.0) / size)
+    return np.asarray(np.where((errors > 0.0) & (size > 0.0), np.fmin(own, 1.0), 0.0))
+
+
 def with_errors(
     claims: Mapping[str, Claim],
     errors: Mapping[str, FloatArray],

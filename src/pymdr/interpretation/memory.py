@@ -39,9 +39,13 @@ _CHECKED = 48
 """Most rows whose pressure and gap are looked at."""
 _AT_EDGE = 0.1
 """Of the distance of two springs: the cubic of a load that falls to nothing within less has no digits left at other radii."""
+_ENDS = 0.5
+"""Of the load of the last spring: what is continued to the edge from a load that does not end there is more."""
 _GONE = 1e-100
 """Of the largest deflection of a row: what is less is none."""
 INSIDE = (np.arange(64.0) + 0.5) / 66.0
+TO_EDGE = np.concatenate([INSIDE, 1.0 - np.geomspace(0.03, 1e-5, 12)])
+"""Radii over that of the contact at which errors of pressures and tractions are measured."""
 _OUTSIDE = 1.0 + np.geomspace(1e-3, 2.0, 16)
 """Radii over that of the contact at which fields are looked at."""
 _SOURCE = f"{SOURCES['lee-radok']}; {SOURCES['ting']}"
@@ -103,6 +107,11 @@ class MemorySurface:
         if self.relaxation.viscosity == 0.0 or state.radius <= 0.0:
             return 0.0
         return float(_edge_load(state) / (math.pi * math.sqrt(2.0 * state.radius)))
+
+    def hides_edge(self, state: LineState) -> bool:
+        """Whether a load that falls to nothing at the edge does so between the last spring and the edge: no spring knows how."""
+        ends = self.relaxation.viscosity > 0.0 or state.radius >= self.equivalent.edge
+        return not ends and state.radius > 0.0 and edge_load(state) != 0.0
 
     def line_state(self, step: int) -> LineState:
         """The springs of one row."""
@@ -237,8 +246,7 @@ def surface_load(state: LineState, r: FloatArray) -> FloatArray:
     x, q = _inside(state)
     if x.size < 4 or not within.any():
         return p
-    # where q does not fall to nothing within some springs from the edge
-    edge = _edge_load(state) if abs(q[-1]) > 0.25 * np.abs(q).max() else 0.0
+    edge = edge_load(state)
     curve = PchipInterpolator(np.concatenate([[0.0], x, [a]]), np.concatenate([q[:1], q, [edge]]))
     radius = np.maximum(r[within], 1e-9 * a)
     blocks = np.array_split(radius, math.ceil(radius.size / _BLOCK))
@@ -246,7 +254,22 @@ def surface_load(state: LineState, r: FloatArray) -> FloatArray:
     if edge != 0.0:
         with np.errstate(divide="ignore"):
             p[within] += edge / (math.pi * np.sqrt((a - radius) * (a + radius)))
+        p[r == a] = math.copysign(math.inf, edge)
     return p
+
+
+def edge_load(state: LineState) -> float:
+    """The line load in N/m at the edge of the contact; 0 where it falls to nothing there, whatever is left by the springs."""
+    edge, (_, q) = _edge_load(state), _inside(state)
+    return edge if q.size and abs(edge) > _ENDS * abs(q[-1]) else 0.0
+
+
+def far_from_edge(state: LineState, r: FloatArray) -> FloatArray:
+    """Weights of radii in a contact at which a load that ends at its edge has the weight of a singular traction."""
+    if edge_load(state) == 0.0:
+        return np.ones(r.shape)
+    x = r / state.radius
+    return np.minimum(np.sqrt((1.0 - x) * (1.0 + x) / (1.0 - INSIDE[-1] ** 2)), 1.0)
 
 
 def _integrated(curve: PchipInterpolator, r: FloatArray) -> FloatArray:
@@ -340,9 +363,11 @@ def check_memory(surface: MemorySurface, force: FloatArray | None) -> MemoryChec
         gap, u = surface.gap_and_displacement(fine, row, beyond)
         other_gap, other_u = surface.gap_and_displacement(coarse, row, beyond)
         replayed = 0.0 if force is None else _replayed(fine, row, force)
-        r = fine.radius * INSIDE
-        p, other_p = surface_load(fine, r), surface_load(coarse, r)
+        r = fine.radius * TO_EDGE
+        p, other_p = (surface_load(level, r) * far_from_edge(fine, r) for level in (fine, coarse))
         away = away_from(r, surface.marks(row))
+        missed = np.abs(p - other_p)[away]
+        r, p = r[: INSIDE.size], p[: INSIDE.size]
         size = max(float(np.max(fine.deflection, initial=0.0)), abs(float(surface.indentation[row])))
         few = 0 < np.count_nonzero(fine.position < fine.radius) < _TELLING
         mean = float(np.sum(p * r) / np.sum(r)) if fine.radius > 0.0 else 0.0
@@ -354,12 +379,14 @@ def check_memory(surface: MemorySurface, force: FloatArray | None) -> MemoryChec
         )
         errors.append(
             (
-                _apart(p[away], other_p[away], float(np.max(np.abs(p), initial=0.0))) + replayed,
+                1.0
+                if surface.hides_edge(fine)
+                else _apart(missed, 0.0, float(np.max(np.abs(p), initial=0.0))) + replayed,
                 _apart(u, other_u, size) + replayed,
                 _apart(gap, other_gap, size) + replayed,
             )
         )
-        doubts.append((_apart(p[away], other_p[away], mean), _apart(gap, other_gap, size)))
+        doubts.append((_apart(missed, 0.0, mean), _apart(gap, other_gap, size)))
     names = ("pressure", "normal_displacement", "gap")
     told = np.array(errors).reshape(-1, 3)
     tension, overlap = np.array(found).reshape(-1, 2).T
@@ -390,7 +417,7 @@ def away_from(r: FloatArray, kinks: Sequence[float]) -> BoolArray:
     return away
 
 
-def _apart(values: FloatArray, others: FloatArray, size: float) -> float:
+def _apart(values: FloatArray, others: FloatArray | float, size: float) -> float:
     return float(np.max(np.abs(values - others), initial=0.0)) / size if size > 0.0 else 0.0
 
 

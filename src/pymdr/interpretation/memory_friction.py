@@ -11,7 +11,7 @@ import numpy as np
 
 from pymdr.interpretation.friction import TANGENTIAL_QUANTITIES
 from pymdr.interpretation.memory import (
-    INSIDE,
+    TO_EDGE,
     LineState,
     MemorySurface,
     along_line,
@@ -19,6 +19,7 @@ from pymdr.interpretation.memory import (
     between,
     checked_rows,
     displacement,
+    far_from_edge,
     surface_load,
 )
 from pymdr.interpretation.traction import TANGENTIAL_FIELDS, TANGENTIAL_LINE_FIELDS
@@ -41,8 +42,10 @@ from pymdr.units import FloatArray
 SHEARED_LINE_FIELDS = (*TANGENTIAL_LINE_FIELDS, "tangential_spring_force")
 SHEARED_QUANTITIES = (*TANGENTIAL_QUANTITIES, "slip_work", "external_work")
 _SOURCE = f"{SOURCES['cattaneo-mindlin']}; {SOURCES['lee-radok']}; Popov and Hess (2015), chapters 5 and 7"
-_PARTS = 4
-"""Parts of every row in which a history is followed again for its fields."""
+_PARTS = 2, 4
+"""Parts of every row in which a history of many rows, and one of few, is followed again for its fields."""
+_MANY = 2000
+"""Rows that are many."""
 _BENDS = 24
 """Springs at which the load of the line bends most, in a row that is looked at."""
 _AMONG = 0.01, 0.985
@@ -191,8 +194,12 @@ class ShearedSurface:
 
 @lru_cache(maxsize=8)
 def _sheared_at(surface: ShearedSurface, step: int) -> LineState:
-    *_, state = _states(surface, [step], _PARTS)
+    *_, state = _states(surface, [step], _parts_of(surface))
     return state
+
+
+def _parts_of(surface: ShearedSurface) -> int:
+    return _PARTS[int(surface.shift.size <= _MANY)]
 
 
 def _states(surface: ShearedSurface, steps: Sequence[int], parts: int) -> Iterator[LineState]:
@@ -259,15 +266,21 @@ def sheared_errors(surface: ShearedSurface, size: int) -> dict[str, FloatArray]:
     if not rows:
         return {name: np.zeros(size) for name in found}
     half = replace(surface, normal=replace(surface.normal, n=surface.normal.n // 2))
+    parts = _parts_of(surface)
     largest = dict.fromkeys(found, 0.0)
-    pairs = zip(rows, _states(surface, rows, _PARTS), _states(half, rows, max(_PARTS // 2, 1)), strict=True)
+    pairs = zip(rows, _states(surface, rows, parts), _states(half, rows, parts // 2), strict=True)
     for i, (row, *both) in enumerate(pairs):
         a = both[0].radius
-        r = np.concatenate([a * INSIDE, _bends(both[0])]) if a > 0.0 else INSIDE
+        r = np.concatenate([a * TO_EDGE, _bends(both[0])]) if a > 0.0 else TO_EDGE
         r = r[away_from(r, surface.marks(row))]
         shift = float(surface.shift[row])
         values = [
-            (surface_load(state, r), displacement(state, r), shift - displacement(state, r)) for state in both
+            (
+                surface_load(state, r) * (far_from_edge(both[0], r) if a > 0.0 else 1.0),
+                displacement(state, r),
+                shift - displacement(state, r),
+            )
+            for state in both
         ]
         for name, fine, coarse in zip(found, *values, strict=True):
             if a > 0.0:

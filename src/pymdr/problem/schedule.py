@@ -134,6 +134,20 @@ class Stretch:
     """Time of every row in s, if the path states it."""
     begin: float = 0.0
     """Time in s before the first row."""
+    first: int = 0
+    """The first row, counted from the start of the leg."""
+
+    def row(self, index: int) -> str:
+        """A row in words."""
+        return self.leg.row(self.first + index)
+
+    def taken(self, span: slice) -> Stretch:
+        """Some rows in a run, without their times."""
+        before = span.start - 1
+        start = (float(self.normal[before]), float(self.tangential[before])) if span.start else self.start
+        return Stretch(
+            self.leg, self.normal[span], self.tangential[span], start, first=self.first + span.start
+        )
 
     @property
     def controls(self) -> Controls:

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from itertools import pairwise
 
 import numpy as np
 
 from pymdr.errors import PathError, ProblemError, RefusedError
-from pymdr.interpretation.accuracy import with_errors
+from pymdr.interpretation.accuracy import of_own_size, with_errors
 from pymdr.interpretation.certificate import Certificate, certify_disk, certify_history, noise_words
 from pymdr.interpretation.friction import (
     TANGENTIAL_QUANTITIES,
@@ -61,6 +62,8 @@ _SLOWEST = 0.5
 """By how much the changes of a leg are said to fall from one refinement to the next, where it is not known to be more."""
 _SETTLED = 1e-9
 """Of the largest value of a leg: what a refinement may leave."""
+_RUNS = 64
+"""Runs up to which rows that need refinement are followed apart from those that do not."""
 _ROUNDED = 8.0 * float(np.finfo(float).eps)
 """Of the depth: what rounding leaves of where slip ends."""
 _CHUNK = 2_000_000
@@ -89,7 +92,7 @@ class _Rows:
     parts: np.ndarray
     """One entry per leg: the parts of every move, 0 where nothing had to be divided."""
     missed: FloatArray
-    """One entry per leg: what is left of the errors of what is measured, of its largest values."""
+    """One row per row: what is left of the errors of what is measured, in SI units."""
 
 
 @dataclass
@@ -104,6 +107,8 @@ class _FrictionLaw:
     deepest: float = -math.inf
     """What the curves reach, in m."""
     certificate: Certificate | None = None
+    missed: FloatArray = field(default_factory=lambda: np.zeros(len(_MEASURED)))
+    """What is left of the errors of what is measured so far, in SI units."""
 
     def step(
         self, stack: FrictionState, asked: Stretch, kept: np.ndarray | None, told: Told | None
@@ -112,15 +117,21 @@ class _FrictionLaw:
         if asked.by_force:
             refuse_tension(asked.leg, asked.normal)
         self.deepen([asked])
+        found: list[tuple[_Followed, FloatArray]] = []
+        parts = 0
+        for span, together in _runs(asked, self._leg(asked)):
+            some, own = asked.taken(span), within(kept, span.start, span.stop - span.start)
+            if together:
+                rows, stack, divided, error = self._follow_refined(some, stack)
+                rows, parts = taken(rows, own), max(parts, divided)
+                self.missed = self.missed + error
+            else:
+                rows, stack = self._follow_in_parts(some, self._leg(some), stack, own, told)
+            found.append((rows, np.tile(self.missed, (rows["shift"].size, 1))))
+        followed, missed = (joined(each) for each in zip(*found, strict=True))
         leg = self._leg(asked)
-        if _is_straight(asked, leg):
-            followed, end = self._follow_in_parts(asked, leg, stack, kept, told)
-            parts, missed = 0, np.zeros(len(_MEASURED))
-        else:
-            followed, end, parts, missed = self._follow_refined(asked, stack)
-            followed = taken(followed, kept)
         force = taken(leg.normal, kept) if leg.by_normal_force else self._forces(followed["indentation"])
-        return _Rows(followed, force, np.array([parts]), missed[None]), end, self._channels(leg, end)
+        return _Rows(followed, force, np.array([parts]), missed), stack, self._channels(leg, stack)
 
     def deepen(self, asked: Sequence[Stretch]) -> None:
         """Go as deep as some legs ask, those under a force last."""
@@ -165,11 +176,11 @@ class _FrictionLaw:
         found: list[_Followed] = []
         for first in range(0, size, chunk):
             if first and told is not None:
-                told(first)
+                told(asked.first + first)
             span = slice(first, first + chunk)
             part = replace(leg, normal=leg.normal[span], tangential=leg.tangential[span])
             history = self._follow(part, stack, within(kept, first, part.normal.size))
-            self._refuse_stopped(history, part, asked.leg.row(first + history.stopped))
+            self._refuse_stopped(history, part, asked.row(first + history.stopped))
             found.append(_followed(history))
             stack = history.state
         return joined(found), stack
@@ -191,7 +202,7 @@ class _FrictionLaw:
         int
             Parts of every move.
         ndarray
-            What is left of the errors of what is measured, of the largest values of the leg, if they go on falling as they did.
+            What is left of the errors of what is measured in SI units, if they go on falling as they did.
         """
 
         def run(parts: int) -> tuple[FrictionHistory, FrictionLeg, np.ndarray]:
@@ -213,8 +224,8 @@ class _FrictionLaw:
             history, parts, before = finer, factor * parts, change
             if factor * leg.normal.size > _REFINED:
                 break
-        self._refuse_stopped(history, leg, asked.leg.row(int(np.searchsorted(own, history.stopped))))
-        return _followed(history), history.state, parts, error
+        self._refuse_stopped(history, leg, asked.row(int(np.searchsorted(own, history.stopped))))
+        return _followed(history), history.state, parts, error * _sizes(history)
 
     def _refuse_stopped(self, history: FrictionHistory, leg: FrictionLeg, where: str) -> None:
         if history.ending is Ending.COMPLETE:
@@ -276,11 +287,25 @@ def _followed(history: FrictionHistory) -> _Followed:
     return {name: getattr(history, name) for name in _FOLLOWED}
 
 
-def _is_straight(asked: Stretch, leg: FrictionLeg) -> bool:
-    """Whether the stack needs no rows between those of a leg: only a shift under a load or a travel does."""
+def _runs(asked: Stretch, leg: FrictionLeg) -> list[tuple[slice, bool]]:
+    """
+    Rows in a run, and whether they move a shift together with a load or a travel.
+
+    Only these need rows between their own: the stack is exact in all others. Many short runs are one.
+    """
+    size = asked.normal.size
     if leg.by_tangential_force or not (leg.by_normal_force or leg.normal is not asked.normal):
-        return True
-    return bool(refined(asked, 2).own[-1] + 1 == asked.normal.size)
+        return [(slice(0, size), False)]
+    moves = [
+        np.diff(values, prepend=start) != 0.0
+        for values, start in zip((asked.normal, asked.tangential), asked.start, strict=True)
+    ]
+    together = moves[0] & moves[1]
+    ends = np.flatnonzero(np.diff(together)) + 1
+    if ends.size >= _RUNS:
+        return [(slice(0, size), True)]
+    borders = [0, *ends.tolist(), size]
+    return [(slice(a, b), bool(together[a])) for a, b in pairwise(borders)]
 
 
 def _refuse_lifted(line: ElasticLine, force: FloatArray) -> None:
@@ -314,10 +339,13 @@ def _change(coarse: FrictionHistory, fine: FrictionHistory) -> FloatArray:
     if coarse.ending is not Ending.COMPLETE or fine.ending is not Ending.COMPLETE:
         return np.full(len(_MEASURED), math.inf)
     pairs = [(getattr(coarse, name), getattr(fine, name)) for name in _MEASURED]
-    sizes = [max(float(np.max(np.abs(other))), math.ulp(0.0)) for _, other in pairs]
-    return np.array(
-        [np.max(np.abs(one - other)) / size for (one, other), size in zip(pairs, sizes, strict=True)]
-    )
+    return np.array([np.max(np.abs(one - other)) for one, other in pairs]) / _sizes(fine)
+
+
+def _sizes(history: FrictionHistory) -> FloatArray:
+    """The largest value of each of what is measured, above 0."""
+    largest = [float(np.max(np.abs(getattr(history, name)), initial=0.0)) for name in _MEASURED]
+    return np.maximum(largest, math.ulp(0.0))
 
 
 def _columns(task: Task, mapped: Springs, rows: _Rows) -> dict[str, FloatArray]:
@@ -352,20 +380,20 @@ def _interpret(task: Task, law: _FrictionLaw, walked: Walked[_Rows], starts: tup
     claims = frictional_claims(contact, mapped.moduli, tuple(columns), everywhere)
     if law.certificate is not None and law.certificate.error is not None:
         claims = approximated(claims, law.certificate.remark, float(law.certificate.error[0]))
-    missed = rows.missed.max(axis=0)
+    missed = _missed(rows)
     for name in (*TANGENTIAL_QUANTITIES, *TANGENTIAL_FIELDS):
-        left = float(
-            missed[_MEASURED.index("slip_work")] if name == "dissipated_energy" else missed[:-1].max()
-        )
-        if left > EXACT_WITHIN and name in claims:
-            remark = f"; what lies between rows that move a load and a shift is followed to {left:.1g} of the largest value"
-            claims |= approximated({name: claims[name]}, remark, left)
+        left = missed[{"dissipated_energy": "slip_work", "shift": "shift"}.get(name, "tangential_force")]
+        if (largest := float(left.max(initial=0.0))) > EXACT_WITHIN and name in claims:
+            remark = f"; what lies between rows that move a load and a shift is followed to {largest:.1g} of the largest value"
+            own = of_own_size(left, columns[name]) if name in columns else left
+            claims |= approximated({name: claims[name]}, remark, own)
     at_deepest = states_at_depth(mapped.line, np.array([max(law.deepest, 0.0)]))
     rounded = {"dissipated_energy": _slip_work_error(mapped.line, columns)}
     if float(rounded["dissipated_energy"].max(initial=0.0)) > EXACT_WITHIN:
         remark = "; what slips is so thin a rim of the contact that rounding of the depth counts"
-        largest = float(rounded["dissipated_energy"].max())
-        claims |= approximated({"dissipated_energy": claims["dissipated_energy"]}, remark, largest)
+        claims |= approximated(
+            {"dissipated_energy": claims["dissipated_energy"]}, remark, rounded["dissipated_energy"]
+        )
     claims = with_errors(claims, {}, map_remark(mapped.line, at_deepest))
     return solution(
         task,
@@ -380,8 +408,16 @@ def _interpret(task: Task, law: _FrictionLaw, walked: Walked[_Rows], starts: tup
     )
 
 
+def _missed(rows: _Rows) -> dict[str, FloatArray]:
+    """What is left of errors, of the largest value of a path: that of the shift counts for the tangential force."""
+    sizes = [float(np.max(np.abs(rows.followed[name]), initial=0.0)) for name in _MEASURED]
+    shares = rows.missed / np.maximum(sizes, math.ulp(0.0))
+    found = dict(zip(_MEASURED, shares.T, strict=True))
+    return found | {"tangential_force": np.maximum(found["shift"], found["tangential_force"])}
+
+
 def _slip_work_error(line: ElasticLine, columns: Mapping[str, FloatArray]) -> FloatArray:
-    """Of the largest slip work: it goes as the third power of the depth down to which springs slip, which rounding of the whole ends."""
+    """Of the slip work: it goes as the third power of the depth down to which springs slip, which rounding of the whole ends."""
     depth, work = columns["indentation"], columns["dissipated_energy"]
     if not work.size or not work.max() > 0.0:
         return np.zeros(work.shape)
@@ -390,7 +426,7 @@ def _slip_work_error(line: ElasticLine, columns: Mapping[str, FloatArray]) -> Fl
     deepest = np.maximum.accumulate(np.maximum(depth, 0.0))
     with np.errstate(divide="ignore", invalid="ignore"):
         share = np.fmin(_ROUNDED * deepest / np.maximum.accumulate(down), 1.0)
-    return np.asarray(share * work / work.max())
+    return np.where(work > 0.0, share, 0.0)
 
 
 def frictional_assumptions(contact: Contact, mapped: Springs, radii: FloatArray) -> tuple[Assumption, ...]:

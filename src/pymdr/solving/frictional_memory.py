@@ -38,6 +38,7 @@ from pymdr.problem.schedule import Stretch
 from pymdr.result import Result
 from pymdr.rows import joined, taken
 from pymdr.solving.memory import (
+    OWN_ERRORS,
     error_of,
     is_told_by_rows,
     relaxation_along,
@@ -249,7 +250,7 @@ def _interpret(task: Task, bodies: _Bodies, walked: Walked[_Rows]) -> Result:
     tangential = with_errors(
         tangential,
         _errors(rows) | sheared_errors(_surface(task, bodies, walked, normal.columns), where.size),
-        "; energies are those of the springs and dashpots that the rheology names",
+        f"; energies are those of the springs and dashpots that the rheology names{OWN_ERRORS}",
         f"as {SPRINGS} springs in four steps or more between the rows do",
     )
     if "shift" in tangential:
@@ -299,7 +300,7 @@ def _shift_claim(claim: Claim, forced: np.ndarray) -> Claim:
 
 
 def _errors(rows: _Rows) -> dict[str, FloatArray]:
-    """What half as many springs and steps tell, of the largest values."""
+    """Relative errors of rows, from half as many springs and steps."""
     normal, fine, coarse = rows.normal, rows.fine, rows.coarse
     found = {
         "shift": (fine.shift, coarse.shift),
@@ -314,8 +315,4 @@ def _errors(rows: _Rows) -> dict[str, FloatArray]:
         ),
         "external_work": (normal.work + fine.work, normal.of_half("work") + coarse.work),
     }
-    found = {name: (np.nan_to_num(a), np.nan_to_num(b)) for name, (a, b) in found.items()}
-    return {
-        name: error_of(np.abs(a - b) / (float(np.max(np.abs(a), initial=0.0)) or 1.0))
-        for name, (a, b) in found.items()
-    }
+    return {name: error_of(*both) for name, both in found.items()}

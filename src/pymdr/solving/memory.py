@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from pymdr.errors import PathError
+from pymdr.interpretation.accuracy import of_own_size
 from pymdr.interpretation.thickness import thickness_assumption
 from pymdr.interpretation.validity import Assumption, small_slope_assumptions
 from pymdr.mapping.equivalent import slope_function
@@ -16,6 +17,11 @@ from pymdr.problem.rheology import PowerLawRheology
 from pymdr.problem.schedule import Planned, Stretch, planned
 from pymdr.units import FloatArray
 
+OWN_ERRORS = (
+    "; what half as many springs and steps make otherwise up to a row is its error, of its own value; that of a field is of the "
+    "largest value of the field"
+)
+"""What errors are relative to, in words."""
 _LATER = 4
 """How many later rows tell of the error of one."""
 
@@ -111,12 +117,22 @@ def assumptions_with_memory(contact: Contact, radius: FloatArray) -> tuple[Assum
     return (*others, *thickness_assumption(contact, a))
 
 
-def error_of(apart: FloatArray) -> FloatArray:
+def error_of(values: FloatArray, half: FloatArray) -> FloatArray:
+    """Relative errors of rows from half as many springs and steps; 1 where nothing is known of a number."""
+    values, half = np.nan_to_num(values), np.nan_to_num(half)
+    so_far = np.maximum.accumulate(np.abs(values))
+    largest = float(np.max(so_far, initial=0.0)) or 1.0
+    return of_own_size(later_too(np.abs(values - half) / largest, so_far / largest), values)
+
+
+def later_too(apart: FloatArray, size: FloatArray) -> FloatArray:
     """
-    Twice the most by which half as many springs and steps were apart up to some rows later, one entry per row.
+    Twice the most by which half as many springs and steps differ up to a row, or up to some rows later as parts of their size.
 
     What is left to err is a third of the difference where it falls as the square of steps and springs, and all of it where a
     liquid follows forces faster than the steps are; in single rows the difference passes 0.
     """
-    later = np.max([np.append(apart[k:], np.zeros(min(k, apart.size))) for k in range(_LATER + 1)], axis=0)
-    return np.asarray(2.0 * np.maximum.accumulate(later))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        part = np.nan_to_num(apart / size, posinf=0.0)
+    later = np.max([np.append(part[k:], np.zeros(min(k, part.size))) for k in range(_LATER + 1)], axis=0)
+    return np.asarray(2.0 * np.maximum(np.maximum.accumulate(apart), size * later))

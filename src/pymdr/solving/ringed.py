@@ -22,7 +22,7 @@ from pymdr.problem.profiles import Sampled
 from pymdr.problem.schedule import Stretch, uses
 from pymdr.result import Result, Status
 from pymdr.rows import taken
-from pymdr.solving.memory import assumptions_with_memory, error_of, relaxation_along, times_of
+from pymdr.solving.memory import assumptions_with_memory, later_too, relaxation_along, times_of
 from pymdr.solving.normal import check_normal_path, refuse_tension
 from pymdr.solving.reach import Mapped, assumptions, half_space_assumptions, map_to_line, notes_of
 from pymdr.solving.walk import Channels, Task, Told, Walked, solution, walk
@@ -197,7 +197,7 @@ def _made_otherwise(rows: _Remembered) -> FloatArray:
     apart, forced = np.abs(rows.answer - rows.coarse), np.isnan(rows.prescribed)
     for own in (forced, ~forced):
         apart[own] /= float(np.max(np.abs(rows.answer[own]), initial=0.0)) or 1.0
-    return error_of(apart)
+    return later_too(apart, np.ones(apart.size))
 
 
 def _depths(rows: _Remembered) -> FloatArray:

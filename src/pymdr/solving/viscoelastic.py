@@ -14,7 +14,7 @@ from pymdr.interpretation.accuracy import with_errors
 from pymdr.interpretation.memory import NOT_CHECKED, MemorySurface, check_memory, memory_claims
 from pymdr.interpretation.validity import NORMAL_FIELDS, Assumption, BoolArray, Claim, Level
 from pymdr.line.curves import ElasticLine
-from pymdr.line.foundation import mean_pressure, normal_force, rises_to, states_at_depth
+from pymdr.line.foundation import mean_pressure, normal_force, normal_stiffness, rises_to, states_at_depth
 from pymdr.line.memory import (
     MemoryHistory,
     MemoryState,
@@ -38,6 +38,7 @@ from pymdr.problem.schedule import Stretch, known_legs
 from pymdr.result import Result, Status
 from pymdr.rows import taken
 from pymdr.solving.memory import (
+    OWN_ERRORS,
     assumptions_with_memory,
     error_of,
     is_told_by_rows,
@@ -263,22 +264,26 @@ def interpreted(
     notes = [*notes_of(task.contact.profile)]
     if exact is not None:
         force, radius = exact
-        errors["normal_force"] = errors["contact_radius"] = errors["mean_pressure"] = np.zeros(force.size)
+        errors |= dict.fromkeys(("normal_force", "contact_radius"), np.zeros(force.size))
         notes.append(
             "one approach and one retreat: force and contact radius are Ting's (1966), without springs"
         )
     if grown is not None:
         depth, radius = grown
-        exactly = ("indentation", "contact_radius", "mean_pressure", "effective_modulus")
-        errors |= dict.fromkeys(exactly, np.zeros(force.size))
+        errors |= dict.fromkeys(("indentation", "contact_radius"), np.zeros(force.size))
         notes.append(
             "a contact that grows under its forces: indentation and contact radius are Lee and Radok's (1960), without springs"
         )
     if relaxation.error > 0.0:
         notes.append(f"the rheology is a Prony series whose kernel errs by at most {relaxation.error:.1g}")
-    elastic = normal_force(line, states_at_depth(line, depth))
+    alike = states_at_depth(line, depth)
+    elastic = normal_force(line, alike)
     with np.errstate(divide="ignore", invalid="ignore"):
         secant = np.where(elastic > 0.0, force / elastic, math.nan)
+        growth = np.where(elastic > 0.0, normal_stiffness(line, alike) * depth / elastic, 0.0)
+    moved = errors["indentation"] * ~rows.moved
+    errors["effective_modulus"] = np.fmin(errors["normal_force"] + growth * moved, 1.0)
+    errors["mean_pressure"] = np.fmin(errors["normal_force"] + 2.0 * errors["contact_radius"], 1.0)
     columns = with_travel(
         task,
         {
@@ -311,7 +316,7 @@ def interpreted(
     claims = with_errors(
         claims,
         errors,
-        "; energies are those of the springs and dashpots that the rheology names",
+        f"; energies are those of the springs and dashpots that the rheology names{OWN_ERRORS}",
         f"as {SPRINGS} springs do",
     )
     return Interpreted(columns, claims, assumptions_with_memory(task.contact, radius), tuple(notes))
@@ -332,7 +337,7 @@ def status_of(claims: Mapping[str, Claim]) -> Status:
 
 
 def _errors(rows: MemoryRows) -> dict[str, FloatArray]:
-    """What half as many springs and steps tell, of the largest values."""
+    """Relative errors of rows, from half as many springs and steps."""
     found = {}
     fine = {
         "normal_force": rows.normal_force,
@@ -343,10 +348,7 @@ def _errors(rows: MemoryRows) -> dict[str, FloatArray]:
         "external_work": rows.work,
     }
     for (name, values), coarse in zip(fine.items(), rows.coarse.T, strict=True):
-        largest = float(np.max(np.abs(values), initial=0.0)) or 1.0
-        found[name] = error_of(np.abs(values - coarse) / largest)
-    found["mean_pressure"] = found["normal_force"] + 2.0 * found["contact_radius"]
-    found["effective_modulus"] = found["normal_force"]
+        found[name] = error_of(values, coarse)
     return found
 
 

@@ -142,7 +142,7 @@ def parts_of(
             tolerance * size,
             tolerance,
             strength,
-            np.zeros((4 if loads else 0, springs.position.size)),
+            np.zeros((5 if loads else 0, springs.position.size)),
             owner,
             shares,
         )

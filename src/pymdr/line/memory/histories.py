@@ -78,6 +78,8 @@ class Passage(NamedTuple):
     """(m + 1, n) q per length in Pa m of the springs in contact, without a dashpot beside them."""
     gap: FloatArray
     """(m + 1, n) in m above the free springs; -1 in contact."""
+    turn: FloatArray
+    """(m + 1, n) at which part of the row a spring changed sides last; 0 where it did not."""
 
 
 Watch = Callable[[Passage], None]
@@ -312,7 +314,7 @@ def _follow(
         table = np.stack([springs.height, springs.share, springs.centre, springs.outer])
         stop = t.size if watch is None else min(done + _WATCHED, t.size)
         size = (0 if watch is None else stop - done + 1, springs.position.size)
-        loads, gaps = np.zeros(size), np.zeros(size)
+        loads, gaps, turns = np.zeros(size), np.zeros(size), np.zeros(size)
         before = begin.copy()
         ran = row_kernels.run(
             table,
@@ -329,6 +331,7 @@ def _follow(
             depths[done:stop],
             loads,
             gaps,
+            turns,
         )
         if ran < 0:
             raise ConvergenceError(
@@ -352,6 +355,7 @@ def _follow(
                         radius[part],
                         loads[: followed - done + 1],
                         gaps[: followed - done + 1],
+                        turns[: followed - done + 1],
                     )
                 )
         done = followed

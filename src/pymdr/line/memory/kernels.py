@@ -5,6 +5,7 @@ straight moves. A free one keeps the amplitudes of the modes in which it creeps 
 step are convex and lie above their tangents at both ends, those that rise are concave and lie above their chord: their sum
 bounds the force, or the gap, from below. Where it is not above 0, and the force does not rise or fall throughout either, the
 step is halved, down to 2^-LEVELS of it, and the spring changes sides there. The first change is found whatever the step.
+Most springs stay on their side by far: branches and modes are monotone within a step, and a bound from their ends shows it.
 """
 
 from __future__ import annotations
@@ -21,6 +22,7 @@ FULL = 1 << LEVELS
 MOST = 10000
 """Parts of a step in which a spring is tried before it is given up."""
 _ROUNDING = 2e-15
+_NEWTON = 30
 _SLACK = 1e-12
 """Of the terms: what a gap, or a force, that grows throughout may lack at its beginning, where it is 0 but for many roundings."""
 DECAY, MEAN, RAMP, OWN, CROSS, MOVED = range(6)
@@ -32,6 +34,9 @@ of all, infinite where a spring was given up."""
 COLUMNS = 9
 HEIGHT, SHARE, CENTRE, OUTER = range(4)
 """Rows of the springs: d0, dk, and k per unit modulus at the spring and at the outer end of its part."""
+FREE, REST, TURN = range(3)
+"""Rows of the sides of springs: 1 where one is free, then w less its modes, and at which part of a step it last changed sides."""
+SIDES = 3
 
 
 @compiled
@@ -80,6 +85,93 @@ def _least(before: float, after: float, fall: float, fallen: float, steep: float
 
 
 @compiled
+def _parts(
+    equilibrium: float,
+    drag: float,
+    moduli: FloatArray,
+    times: FloatArray,
+    move: float,
+    duration: float,
+    w: float,
+    bears: FloatArray,
+) -> float:
+    """At which part of a step a spring in contact parts whose force falls throughout; 2 where it is not that simple."""
+    begins, ends, highest = equilibrium * w + drag, equilibrium * (w + move) + drag, equilibrium * move
+    for j in range(moduli.size):
+        x = duration / times[j]
+        decay = math.exp(-x)
+        slow = moduli[j] * move - x * bears[j]
+        highest += max(slow, slow * decay)
+        begins += bears[j]
+        ends += decay * bears[j] + moduli[j] * move * (-math.expm1(-x) / x if x > 0.0 else 1.0)
+    if not (begins > 0.0 > ends and highest <= 0.0):
+        return 2.0
+    low, high = 0.0, 1.0
+    part = begins / (begins - ends)
+    for _ in range(_NEWTON):
+        force, slope = equilibrium * (w + part * move) + drag, equilibrium * move
+        for j in range(moduli.size):
+            x = duration / times[j]
+            gone = -math.expm1(-x * part)
+            slow = moduli[j] * move - x * bears[j]
+            force += (1.0 - gone) * bears[j] + moduli[j] * move * (gone / x if x > 0.0 else part)
+            slope += slow * (1.0 - gone)
+        if force > 0.0:
+            low = part
+        else:
+            high = part
+        there = part - force / slope if slope < 0.0 else low
+        if not low < there < high:
+            there = 0.5 * (low + high)
+        if abs(there - part) <= _ROUNDING:
+            return there
+        part = there
+    return 2.0
+
+
+@compiled
+def _touches(
+    rates: FloatArray,
+    reach: FloatArray,
+    move: float,
+    duration: float,
+    above: float,
+    amplitudes: FloatArray,
+) -> float:
+    """At which part of a step a free spring is touched whose gap falls throughout, from `above` without modes; else 2."""
+    begins, ends, highest = above, above - move, -move
+    for k in range(rates.size):
+        x = duration * rates[k]
+        decay = math.exp(-x)
+        near = reach[k] * amplitudes[k]
+        highest += max(-x * near, -x * near * decay)
+        begins += near
+        ends += near * decay
+    if not (begins > 0.0 > ends and highest <= 0.0):
+        return 2.0
+    low, high = 0.0, 1.0
+    part = begins / (begins - ends)
+    for _ in range(_NEWTON):
+        gap, slope = above - part * move, -move
+        for k in range(rates.size):
+            x = duration * rates[k]
+            near = reach[k] * amplitudes[k] * math.exp(-x * part)
+            gap += near
+            slope -= x * near
+        if gap > 0.0:
+            low = part
+        else:
+            high = part
+        there = part - gap / slope if slope < 0.0 else low
+        if not low < there < high:
+            there = 0.5 * (low + high)
+        if abs(there - part) <= _ROUNDING:
+            return there
+        part = there
+    return 2.0
+
+
+@compiled
 def step(
     springs: FloatArray,
     body: FloatArray,
@@ -104,11 +196,12 @@ def step(
     filled: int,
     row: FloatArray,
     cut: bool,
+    first: int,
 ) -> int:
     """
-    Move all springs from one indentation straight to another; returns how many levels of the tables are filled.
+    Move the springs from `first` on straight from one indentation to another; returns how many levels of the tables are filled.
 
-    `body` holds equilibrium and viscosity, `free` whether a spring is free and then w less its modes.
+    `body` holds equilibrium and viscosity.
     """
     n, modes = moduli.size, rates.size
     equilibrium, viscosity = body[0], body[1]
@@ -127,10 +220,151 @@ def step(
         filled = 1
     for j in range(n):
         stiff += moduli[j] * branch[0, j, MEAN]
-    for i in range(active):
+    # of the springs that stay in contact by far: k, what their branches bear before, and its square
+    stays = 0.0
+    borne, squared = np.zeros(max(n, 1)), np.zeros(max(n, 1))
+    once, once_modes = np.zeros((1, max(n, 1), 6)), np.zeros((1, max(modes, 1), 2))
+    for i in range(first, active):
         y, share = springs[HEIGHT, i], springs[SHARE, i]
-        free = free_old[0, i] != 0.0
-        w, rest = w_old[i], free_old[1, i]
+        free = free_old[FREE, i] != 0.0
+        w, rest = w_old[i], free_old[REST, i]
+        free_new[TURN, i] = 0.0
+        if not free:
+            there = end - y
+            q = equilibrium * there + drag
+            least = min(equilibrium * w, equilibrium * there) + drag
+            for j in range(n):
+                after_h = branch[0, j, DECAY] * z_old[i, j] + branch[0, j, MEAN] * (moduli[j] * move)
+                z_new[i, j] = after_h
+                q += after_h
+                least += min(z_old[i, j], after_h)
+            if least >= 0.0:
+                energy = equilibrium * there * there
+                for j in range(n):  # a sum keeps the compiler from short vectors, which take longer
+                    loaded = share * z_old[i, j]
+                    borne[j] += loaded
+                    squared[j] += loaded * z_old[i, j]
+                    energy += z_new[i, j] * z_new[i, j] * soft[j]
+                stays += share
+                stored += 0.5 * share * energy
+                work += share * move * 0.5 * equilibrium * (w + there)
+                w_new[i], free_new[FREE, i], free_new[REST, i] = there, 0.0, rest
+                force += share * q
+                rate += share * stiff
+                last = i
+                count += 1
+                parts += 1
+                q_before, q_last = q_last, q
+                continue
+            for j in range(n):
+                h[j] = z_old[i, j]
+            turn = _parts(equilibrium, drag, moduli, times, move, duration, w, h)
+            if turn < 1.0:
+                fill(0, duration * turn, times, rates[:0], once, once_modes)
+                dw = move * turn
+                let, spent, pushed = equilibrium * (w + dw), 0.0, 0.0
+                for j in range(n):
+                    elastic = moduli[j] * dw
+                    pushed += once[0, j, MEAN] * h[j] + once[0, j, RAMP] * elastic
+                    spent += soft[j] * (
+                        once[0, j, OWN] * h[j] * h[j]
+                        + elastic * (2.0 * once[0, j, CROSS] * h[j] + once[0, j, MOVED] * elastic)
+                    )
+                    ahead[j] = once[0, j, DECAY] * h[j] + once[0, j, MEAN] * elastic
+                    let += ahead[j]
+                jump = -let / glassy if viscosity == 0.0 else 0.0
+                left = w + dw + jump
+                for j in range(n):
+                    ahead[j] += moduli[j] * jump
+                fill(0, duration * (1.0 - turn), times[:0], rates, once, once_modes)
+                there, opens, energy, faded = left if equilibrium == 0.0 else 0.0, -move, 0.0, 0.0
+                for k in range(modes):
+                    amplitude = to_modes[k, n] * left
+                    for j in range(n):
+                        amplitude += to_modes[k, j] * ahead[j]
+                    if equilibrium == 0.0:
+                        there -= reach[k] * amplitude
+                    faded += once_modes[0, k, 1] * amplitude * amplitude
+                    m[k] = once_modes[0, k, 0] * amplitude
+                    slow = -duration * rates[k] * reach[k]
+                    opens += min(slow * amplitude, slow * m[k])
+                    energy += m[k] * m[k]
+                if opens >= 0.0:
+                    free_new[FREE, i], free_new[REST, i], free_new[TURN, i] = 1.0, there, turn
+                    for k in range(modes):
+                        z_new[i, k] = m[k]
+                        there += reach[k] * m[k]
+                    w_new[i] = there
+                    stored += 0.5 * share * energy
+                    lost += share * (spent + dw * drag + faded)
+                    work += share * dw * (equilibrium * (w + 0.5 * dw) + pushed + drag)
+                    parts += 2
+                    continue
+        else:
+            there, least, energy, spent = rest, rest + y - max(start, end), 0.0, 0.0
+            for k in range(modes):
+                after_m = mode[0, k, 0] * z_old[i, k]
+                z_new[i, k] = after_m
+                near, far = reach[k] * z_old[i, k], reach[k] * after_m
+                there += far
+                least += min(near, far)
+                energy += after_m * after_m
+                spent += mode[0, k, 1] * z_old[i, k] * z_old[i, k]
+            if least > 0.0:
+                w_new[i], free_new[FREE, i], free_new[REST, i] = there, 1.0, rest
+                stored += 0.5 * share * energy
+                lost += share * spent
+                parts += 1
+                continue
+            for k in range(modes):
+                m[k] = z_old[i, k]
+            turn = _touches(rates, reach, move, duration, rest + y - start, m)
+            if turn < 1.0:
+                fill(0, duration * turn, times[:0], rates, once, once_modes)
+                faded, there = 0.0, rest
+                for k in range(modes):
+                    faded += once_modes[0, k, 1] * m[k] * m[k]
+                    m[k] *= once_modes[0, k, 0]
+                    there += reach[k] * m[k]
+                left = start + move * turn - y
+                fill(0, duration * (1.0 - turn), times, rates[:0], once, once_modes)
+                dw = move * (1.0 - turn)
+                q, rises, spent, pushed, energy = (
+                    equilibrium * (end - y) + drag,
+                    equilibrium * dw,
+                    0.0,
+                    0.0,
+                    0.0,
+                )
+                for j in range(n):
+                    bears = moduli[j] * (left - there)
+                    for k in range(modes):
+                        bears += to_branches[j, k] * m[k]
+                    elastic = moduli[j] * dw
+                    after_h = once[0, j, DECAY] * bears + once[0, j, MEAN] * elastic
+                    ratio = duration * (1.0 - turn) / times[j]
+                    rises += min(elastic - ratio * bears, (elastic - ratio * bears) * once[0, j, DECAY])
+                    pushed += once[0, j, MEAN] * bears + once[0, j, RAMP] * elastic
+                    spent += soft[j] * (
+                        once[0, j, OWN] * bears * bears
+                        + elastic * (2.0 * once[0, j, CROSS] * bears + once[0, j, MOVED] * elastic)
+                    )
+                    q += after_h
+                    energy += after_h * after_h * soft[j]
+                    z_new[i, j] = after_h
+                if rises >= 0.0:
+                    there = end - y
+                    w_new[i], free_new[FREE, i], free_new[REST, i], free_new[TURN, i] = there, 0.0, rest, turn
+                    stored += 0.5 * share * (energy + equilibrium * there * there)
+                    lost += share * (spent + dw * drag + faded)
+                    work += share * dw * (0.5 * equilibrium * (left + there) + pushed + drag)
+                    force += share * q
+                    rate += share * stiff
+                    last = i
+                    count += 1
+                    parts += 2
+                    q_before, q_last = q_last, q
+                    continue
         if free:
             for k in range(modes):
                 m[k] = z_old[i, k]
@@ -245,6 +479,7 @@ def step(
                         for k in range(modes):
                             rest -= reach[k] * m[k]
                     free, forced, deepest = True, True, max(deepest - 1, 1)
+                    free_new[TURN, i] = position / FULL
                     level = max(level, deepest)
             else:
                 scale = abs(rest) + abs(y)
@@ -321,10 +556,11 @@ def step(
                             total += to_branches[j, k] * m[k]
                         h[j] = total + moduli[j] * (w - there)
                     free, forced, deepest = False, True, max(deepest - 1, 1)
+                    free_new[TURN, i] = position / FULL
                     level = max(level, deepest)
         w_new[i] = w
-        free_new[0, i] = 1.0 if free else 0.0
-        free_new[1, i] = rest
+        free_new[FREE, i] = 1.0 if free else 0.0
+        free_new[REST, i] = rest
         energy = 0.0
         if free:
             for k in range(modes):
@@ -346,6 +582,15 @@ def step(
             q_before, q_last = q_last, q
         lost += share * my_lost
         work += share * my_work
+    work += move * drag * stays
+    lost += move * drag * stays
+    for j in range(n):
+        elastic = moduli[j] * move
+        work += move * (branch[0, j, MEAN] * borne[j] + branch[0, j, RAMP] * elastic * stays)
+        lost += soft[j] * (
+            branch[0, j, OWN] * squared[j]
+            + elastic * (2.0 * branch[0, j, CROSS] * borne[j] + branch[0, j, MOVED] * elastic * stays)
+        )
     row[STORED] = stored
     row[LOST] = lost
     row[WORK] = work

@@ -114,12 +114,12 @@ def unpacked(
     modes: Modes,
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """
-    Arrays of the kernels: w; branches of springs in contact, modes of free ones; whether free, and w less its modes.
+    Arrays of the kernels: w; branches of springs in contact, modes of free ones; whether free, w less its modes, and room.
 
     From w, forces of the branches and 1 where a spring is loose, of the first of `size` springs; nothing has touched the rest.
     """
     n, known = relaxation.moduli.size, deflection.size
-    w, z, free = np.zeros(size), np.zeros((size, max(n, modes.rates.size))), np.zeros((2, size))
+    w, z, free = np.zeros(size), np.zeros((size, max(n, modes.rates.size))), np.zeros((3, size))
     free[0] = 1.0
     w[:known] = deflection
     free[0, :known] = loose
@@ -150,7 +150,7 @@ def longer(
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """The arrays of the kernels with those of springs that nothing has touched."""
     known = w.size
-    more_w, more_z, more_free = np.zeros(size), np.zeros((size, z.shape[1])), np.zeros((2, size))
+    more_w, more_z, more_free = np.zeros(size), np.zeros((size, z.shape[1])), np.zeros((3, size))
     more_free[0] = 1.0
     more_w[:known], more_z[:known], more_free[:, :known] = w, z, free
     return more_w, more_z, more_free

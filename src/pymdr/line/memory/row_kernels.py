@@ -9,14 +9,18 @@ import numpy as np
 from pymdr import compiling
 from pymdr.line.memory.kernels import (
     COLUMNS,
+    DECAY,
     FORCE,
+    FREE,
     HEIGHT,
     LEVELS,
     LOST,
+    MEAN,
     OUTER,
     PARTS,
     RATE,
     SHARE,
+    TURN,
     WORK,
     step,
 )
@@ -34,6 +38,8 @@ def compiled(function: compiling.Function) -> compiling.Function:
 ENDED, FULL, GIVEN_UP = -1, -2, -3
 """Why rows were not divided: the springs end, the parts are more than there is room for, a spring was given up."""
 _CLOSE = 1e-13
+_EDGE = 16
+"""Springs beside the edge of a contact, at least, that may part or be touched while others only move."""
 _DEEPEST = 48
 """How often a row is halved at most."""
 _SUDDEN = 2.0**-16
@@ -74,10 +80,16 @@ def _note(
     free: FloatArray,
     load: FloatArray,
     gap: FloatArray,
+    turn: FloatArray,
 ) -> None:
-    """What springs in contact bear without the dashpot beside them, and how far the free ones are; their gap is -1 in contact."""
+    """
+    What springs in contact bear without the dashpot beside them, how far the free ones are, and when springs changed sides.
+
+    The gap is -1 in contact, the last a part of the row.
+    """
     for i in range(load.size):
-        if free[0, i] != 0.0:
+        turn[i] = free[TURN, i]
+        if free[FREE, i] != 0.0:
             load[i], gap[i] = 0.0, max(w[i] + springs[HEIGHT, i] - depth, 0.0)
             continue
         q = equilibrium * w[i]
@@ -119,6 +131,26 @@ def _active(w: FloatArray, z: FloatArray, free: FloatArray) -> int:
 
 
 @compiled
+def _inner(
+    springs: FloatArray, n: int, active: int, w: FloatArray, z: FloatArray, free: FloatArray, sums: FloatArray
+) -> tuple[int, int]:
+    """How many springs are well within the contact, whose k, k w and k h of every branch `sums` takes; and how many not far beyond."""
+    count = 0
+    while count < active and free[FREE, count] == 0.0:
+        count += 1
+    beside = max(_EDGE, count // 8)
+    outer, count = count + beside, count - beside
+    sums[:] = 0.0
+    for i in range(count):
+        share = springs[SHARE, i]
+        sums[0] += share
+        sums[1] += share * w[i]
+        for j in range(n):
+            sums[2 + j] += share * z[i, j]
+    return max(count, 0), outer
+
+
+@compiled
 def _press(
     springs: FloatArray,
     body: FloatArray,
@@ -149,6 +181,9 @@ def _press(
     """
     Move springs straight to where the target of a row is met.
 
+    Springs that stay in contact bear what is linear in the indentation: it is sought with the others alone, and with all at the
+    end, which is checked.
+
     Returns the indentation there, where it starts, the springs touched, and how many levels of the tables are filled. The
     indentation is inf where the springs end at `limit`, and nan where a spring was given up. Without a force it is where
     the bodies part.
@@ -157,6 +192,9 @@ def _press(
     low, high = -math.inf, math.inf
     out = 0.0
     lift = machine == 0.0 and target <= 0.0
+    inner, outer, sums = 0, active, np.zeros(2 + moduli.size)
+    if not lift and not math.isinf(machine):
+        inner, outer = _inner(springs, moduli.size, active, w1, z1, free1, sums)
     hardest = (body[0] + moduli.sum()) * springs[OUTER, n - 1]
     if body[1] > 0.0 and duration > 0.0:
         hardest += body[1] / duration * springs[OUTER, n - 1]
@@ -167,25 +205,39 @@ def _press(
         guess = here - 1e2 * (springs[HEIGHT, n - 1] + abs(here))
     while True:
         touched = _touched(springs, active, max(here, guess))
+        near = touched if inner == 0 else min(touched, outer)
         filled = step(
             springs, body, moduli, times, rates, reach, to_modes, to_branches, here, guess, duration,
-            touched, w1, z1, free1, w2, z2, free2, branch, mode, filled, row, math.isinf(machine),
+            near, w1, z1, free1, w2, z2, free2, branch, mode, filled, row, math.isinf(machine), inner,
         )  # fmt: skip
         if math.isinf(row[PARTS]):
             return math.nan, here, touched, filled
+        if inner > 0:
+            moved = guess - here
+            stiff = body[0] + (body[1] / duration if body[1] > 0.0 else 0.0)
+            row[FORCE] += body[0] * sums[1]
+            for j in range(moduli.size):
+                stiff += moduli[j] * branch[0, j, MEAN]
+                row[FORCE] += branch[0, j, DECAY] * sums[2 + j]
+            row[FORCE] += stiff * moved * sums[0]
+            row[RATE] += stiff * sums[0]
         if math.isinf(machine):
             return guess, here, touched, filled
         if lift:
             return _rest(springs, w2, touched), here, touched, filled
         over = row[FORCE] + machine * guess - target
-        if abs(over) <= _CLOSE * (abs(target) + machine * abs(guess)):
-            break
-        if over > 0.0:
-            high = min(high, guess)
-        else:
-            low = max(low, guess)
-        enclosed = low > -math.inf and high < math.inf
-        if enclosed and high - low <= 4e-16 * max(abs(high), abs(low), abs(here)):
+        close = abs(over) <= _CLOSE * (abs(target) + machine * abs(guess))
+        if not close:
+            if over > 0.0:
+                high = min(high, guess)
+            else:
+                low = max(low, guess)
+            enclosed = low > -math.inf and high < math.inf
+            close = enclosed and high - low <= 4e-16 * max(abs(high), abs(low), abs(here))
+        if inner > 0 and (close or low >= limit):  # with all springs, from here
+            inner, low, high, out = 0, -math.inf, math.inf, 0.0
+            continue
+        if close:
             break
         if low >= limit:
             return math.inf, here, touched, filled
@@ -223,19 +275,20 @@ def run(
     depths: FloatArray,
     loads: FloatArray,
     gaps: FloatArray,
+    turns: FloatArray,
 ) -> int:
     """
     Follow rows from begin = (time, indentation); returns how many were followed: fewer where the springs end at `limit`.
 
     Where a spring was given up it returns -1 less the row.
 
-    `machine` in N/m: infinite prescribes the indentation d, 0 the force F, between them F + machine d = target. `loads` and
-    `gaps`, of one row more, take what the springs bear before every row and after the last, unless they are empty.
+    `machine` in N/m: infinite prescribes the indentation d, 0 the force F, between them F + machine d = target. `loads`, `gaps` and
+    `turns`, of one row more, take what `_note` says before every row and after the last, unless they are empty.
     """
     now, here, before = begin[0], begin[1], begin[1]
     watched = loads.shape[0] > 0
     if watched:
-        _note(springs, body[0], moduli.size, here, w, z, free, loads[0], gaps[0])
+        _note(springs, body[0], moduli.size, here, w, z, free, loads[0], gaps[0], turns[0])
     active = _active(w, z, free)
     w1, z1, free1 = w.copy(), z.copy(), free.copy()
     w2, z2, free2 = w.copy(), z.copy(), free.copy()
@@ -270,7 +323,9 @@ def run(
         depths[r] = here
         followed = r + 1
         if watched:
-            _note(springs, body[0], moduli.size, here, w1, z1, free1, loads[r + 1], gaps[r + 1])
+            _note(
+                springs, body[0], moduli.size, here, w1, z1, free1, loads[r + 1], gaps[r + 1], turns[r + 1]
+            )  # fmt: skip
     _keep(w, z, free, w1, z1, free1, 0)
     begin[0], begin[1] = now, here
     return followed
@@ -306,7 +361,7 @@ def divide(
 
     A part is halved where the indentation that meets its target half-way is not half-way to within `tolerance` in m, or what the
     force is off there is worth more than a part of `tolerance` times the `strength` of the row in N; and, unless `loads` of the
-    shape (4, n), a place to work in, is empty, where the loads of the springs half-way are off a straight line by more than
+    shape (5, n), a place to work in, is empty, where the loads of the springs half-way are off a straight line by more than
     `straight` of the strength. Returns how many parts there are, with the row and the end of each, as a share of it, in `owner` and `shares`, or why not.
     """
     now, here, before, from_target = begin[0], begin[1], begin[1], begin[2]
@@ -345,7 +400,7 @@ def divide(
                 if not given_up:
                     step(
                         springs, body, moduli, times, rates, reach, to_modes, to_branches, start, half,
-                        0.5 * duration, touched, w1, z1, free1, w3, z3, free3, branch, mode, 0, row, math.isinf(machine),
+                        0.5 * duration, touched, w1, z1, free1, w3, z3, free3, branch, mode, 0, row, math.isinf(machine), 0,
                     )  # fmt: skip
                     over = 0.0
                     if lift:  # what is parted in one part bears nothing half-way
@@ -357,9 +412,9 @@ def divide(
                     over > tolerance * slope or over * abs(there - start) > _WORTH * tolerance * strength[r]
                 )
                 if not halve and loads.shape[0] > 0 and size > _SUDDEN:
-                    _note(springs, body[0], moduli.size, start, w1, z1, free1, loads[0], loads[3])
-                    _note(springs, body[0], moduli.size, half, w3, z3, free3, loads[1], loads[3])
-                    _note(springs, body[0], moduli.size, there, w2, z2, free2, loads[2], loads[3])
+                    _note(springs, body[0], moduli.size, start, w1, z1, free1, loads[0], loads[3], loads[4])
+                    _note(springs, body[0], moduli.size, half, w3, z3, free3, loads[1], loads[3], loads[4])
+                    _note(springs, body[0], moduli.size, there, w2, z2, free2, loads[2], loads[3], loads[4])
                     bent = 0.0
                     for i in range(touched):
                         bent += springs[SHARE, i] * abs(loads[1, i] - 0.5 * (loads[0, i] + loads[2, i]))

@@ -111,7 +111,6 @@ def shear_springs(
     waits, moves = np.diff(passage.time), np.diff(passage.indentation)
     given = np.zeros((target.size, kernels.GIVEN))
     given[:, kernels.TIME], given[:, kernels.MOVE] = waits, moves
-    given[:, kernels.DEPTH] = passage.indentation[:-1]
     with np.errstate(divide="ignore", invalid="ignore"):
         x = waits[:, None] / normal.times
         given[:, kernels.STIFF] = (
@@ -119,7 +118,6 @@ def shear_springs(
         )
         if normal.viscosity > 0.0:
             given[:, kernels.DRAG] = normal.viscosity * np.where(moves == 0.0, 0.0, moves / waits)
-            given[:, kernels.EASE] = np.exp(-normal(0.0) * waits / normal.viscosity)
     given[:, kernels.NORMAL] = passage.force
     given[:, kernels.AREA] = curve.stiffness(passage.contact_radius)
     size = springs.position.size
@@ -136,6 +134,7 @@ def shear_springs(
         state.shift,
         passage.load,
         passage.gap,
+        passage.turn,
         v,
         z,
         free,

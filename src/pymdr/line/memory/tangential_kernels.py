@@ -20,11 +20,13 @@ FORCE, RATE, STORED, LOST, SLIP, WORK, SLID, SIZE, STICK, DISK = range(10)
 COLUMNS = 10
 POSITION, HEIGHT, SHARE, OUTER = range(4)
 """Rows of the springs: x, d0, dk, and k per unit modulus at the outer end of a spring's part."""
-TIME, DEPTH, MOVE, DRAG, STIFF, EASE, NORMAL, AREA = range(8)
-"""Columns of what is given for a row: its duration, d before it and its change, what a dashpot adds to a load, the stiffness of a
-spring without one, how much of a free spring's w is left after it if there is one, F_N, and k of the contact per unit modulus."""
-GIVEN = 8
+TIME, MOVE, DRAG, STIFF, NORMAL, AREA = range(6)
+"""Columns of what is given for a row: its duration, the change of d, what a dashpot adds to a load, the stiffness of a spring
+without one, F_N, and k of the contact per unit modulus."""
+GIVEN = 6
 _AT_LIMIT = 1e-9
+_AT_ONCE = 1e-10
+"""Part of a row in which no spring sticks before it slips, but for rounding."""
 _CLOSE = 1e-13
 _TRIES = 500
 
@@ -144,6 +146,7 @@ def _step(
     gap0: FloatArray,
     load1: FloatArray,
     gap1: FloatArray,
+    turn: FloatArray,
     top: int,
     v_old: FloatArray,
     z_old: FloatArray,
@@ -162,7 +165,7 @@ def _step(
     """Shift the body by du while the loads of the springs go from one row to the next."""
     n, count = moduli.size, rates.size
     duration, drag, stiff = given[TIME], given[DRAG], given[STIFF]
-    glassy = body[0] + moduli.sum()
+    glassy, soft = body[0] + moduli.sum(), 1.0 / moduli
     h, m, told = np.zeros(max(n, 1)), np.zeros(max(count, 1)), np.zeros(max(n, 3))
     stored, lost, slipped, worked = 0.0, 0.0, 0.0, 0.0
     force, rate, size, normal, innermost = 0.0, 0.0, 0.0, 0.0, 0.0
@@ -170,8 +173,62 @@ def _step(
     for i in range(top):
         if gap1[i] < 0.0:
             last = i
+    # springs that stay in contact and stick, or slip all the way, are moved at once
+    plain, firm = body[1] == 0.0, _stiffness(body, moduli, duration, whole[0])
+    coefficients = np.zeros((6, max(n, 1)))
+    for j in range(n):
+        coefficients[:, j] = whole[0, j]
+        coefficients[MEAN, j] *= moduli[j]
+        coefficients[RAMP, j] *= moduli[j]
+        coefficients[OWN, j] /= moduli[j]
+        coefficients[MOVED, j] *= moduli[j]
     for i in range(top):
         touched, touches = gap0[i] < 0.0, gap1[i] < 0.0
+        if plain and touched and touches and free_old[0, i] == 0.0:
+            v, limit = v_old[i], friction * max(load1[i], 0.0)
+            now, trial, dv, slip, lets = body[0] * v, body[0] * (v + du), du, 0.0, 0.0
+            for j in range(n):
+                now += z_old[i, j]
+                trial += coefficients[DECAY, j] * z_old[i, j] + coefficients[MEAN, j] * du
+            q, sign, sticks = trial, math.copysign(1.0, trial), abs(trial) <= limit or friction == math.inf
+            at_once = sticks
+            if not sticks:
+                under, over = sign * now - friction * max(load0[i], 0.0), sign * trial - limit
+                at_once = under >= -_AT_ONCE * (over - under)
+                slip = sign * over / firm
+                dv, q = du - slip, sign * limit
+            if at_once:
+                mean, lets, energy = body[0] * (v + 0.5 * dv), 0.0, body[0] * (v + dv) * (v + dv)
+                for j in range(n):
+                    bears = z_old[i, j]
+                    mean += whole[0, j, MEAN] * bears + coefficients[RAMP, j] * dv
+                    lets += coefficients[OWN, j] * bears * bears + dv * (
+                        2.0 * coefficients[CROSS, j] * bears + coefficients[MOVED, j] * dv
+                    )
+                    after_h = coefficients[DECAY, j] * bears + coefficients[MEAN, j] * dv
+                    z_new[i, j] = after_h
+                    energy += after_h * after_h * soft[j]
+                share = springs[SHARE, i]
+                v_new[i], free_new[0, i], free_new[1, i] = v + dv, 0.0, free_old[1, i]
+                stored += 0.5 * share * energy
+                lost += share * lets
+                slipped += share * slip * mean
+                worked += share * du * mean
+                if i == 0:
+                    innermost = abs(slip)
+                carried = share
+                if i == last:
+                    carried = max(given[AREA] - (springs[OUTER, i - 1] if i > 0 else 0.0), 0.0)
+                force += carried * q
+                size += carried * abs(q)
+                if sticks:
+                    rate += carried * firm
+                if friction < math.inf:
+                    normal += carried * max(load1[i], 0.0)
+                    margin[i] = limit - abs(q) if abs(q) < (1.0 - _AT_LIMIT) * limit else 0.0
+                else:
+                    margin[i] = math.inf
+                continue
         free, v, rest = free_old[0, i] != 0.0, v_old[i], free_old[1, i]
         if free:
             for k in range(count):
@@ -184,11 +241,7 @@ def _step(
         if touched:
             before = max(load0[i] + drag, 0.0)
         elif touches:
-            room, beyond = gap0[i], max(load1[i], 0.0) / stiff
-            if body[1] > 0.0:
-                there = given[DEPTH] - springs[HEIGHT, i]
-                beyond = max(there + given[MOVE] - (there + room) * given[EASE], 0.0)
-            begin = room / (room + beyond) if room > 0.0 else 0.0
+            begin = turn[i]
             if body[1] > 0.0:
                 before = max(load1[i] + drag - stiff * given[MOVE] * (1.0 - begin), 0.0)
         else:
@@ -196,8 +249,7 @@ def _step(
         if not touches:
             after = 0.0
             if touched:
-                falls = -stiff * given[MOVE] if body[1] > 0.0 else before + stiff * gap1[i]
-                end = min(before / falls, 1.0) if before > 0.0 and falls > 0.0 else 0.0
+                end = turn[i]
         my_lost, my_slip, my_work, my_rate, beside = 0.0, 0.0, 0.0, 0.0, 0.0
         if free and begin > 0.0:
             if begin < 1.0:
@@ -236,7 +288,9 @@ def _step(
                 sign = 1.0 if trial > 0.0 else -1.0
                 under = sign * now - friction * before
                 stuck = under / (under - over) if under < 0.0 else 0.0
-                if stuck > 0.0:
+                if stuck <= _AT_ONCE:
+                    stuck = 0.0
+                else:
                     fill(0, lasts * stuck, times, rates[:0], part, part_modes)
                     _move(move * stuck, v, body, moduli, lasts * stuck, part[0], h, told)
                     v += move * stuck
@@ -373,6 +427,7 @@ def run(
     begin: float,
     loads: FloatArray,
     gaps: FloatArray,
+    turns: FloatArray,
     v: FloatArray,
     z: FloatArray,
     free: FloatArray,
@@ -414,7 +469,7 @@ def run(
         while True:
             _step(
                 springs, friction, body, moduli, times, rates, reach, to_modes, to_branches, given[r], du,
-                loads[r], gaps[r], loads[r + 1], gaps[r + 1], top, v1, z1, free1, v2, z2, free2,
+                loads[r], gaps[r], loads[r + 1], gaps[r + 1], turns[r + 1], top, v1, z1, free1, v2, z2, free2,
                 whole, whole_modes, part, part_modes, driven, margin, row,
             )  # fmt: skip
             over = row[FORCE] - asked
