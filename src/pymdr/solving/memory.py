@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from pymdr.errors import PathError
@@ -16,6 +18,8 @@ from pymdr.problem.rheology import PowerLawRheology
 from pymdr.problem.schedule import Planned, Stretch, planned
 from pymdr.units import FloatArray
 
+_PARTS = 100.0
+"""Into how many parts of alike length a path is divided at least, where that tells the shortest time that matters."""
 _LATER = 4
 """How many later rows tell of the error of one."""
 
@@ -39,8 +43,7 @@ def span_along(
     if not powers_of(contact):
         return None
     if time is not None and is_told_by_rows(contact, path):
-        waits = np.diff(time, prepend=0.0)
-        return float(waits[waits > 0.0].min()), float(time[-1])
+        return _within([np.diff(time, prepend=0.0)], float(time[-1]))
     return _span(path)
 
 
@@ -83,8 +86,13 @@ def _span(path: LoadingPath) -> tuple[float, float] | None:
             return None
         steps.append(np.diff(asked.time, prepend=now))
         now, here = float(asked.time[-1]), {**here, **asked.end}
+    return _within(steps, now)
+
+
+def _within(steps: list[FloatArray], end: float) -> tuple[float, float]:
+    """The span of a series for some times between rows in s: no longer than a part of the path, within which rows are divided."""
     waits = np.concatenate(steps)
-    return float(waits[waits > 0.0].min()), now
+    return min(float(np.min(waits[waits > 0.0], initial=math.inf)), end / _PARTS), end
 
 
 def times_of(asked: Stretch) -> FloatArray:
