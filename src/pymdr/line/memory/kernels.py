@@ -108,25 +108,32 @@ def step(
     """
     Move all springs from one indentation straight to another; returns how many levels of the tables are filled.
 
-    `body` holds equilibrium and viscosity, `free` whether a spring is free and then w less its modes.
+    `body` holds equilibrium and viscosity, `free` whether a spring is free and then w less its modes. A dashpot moves nowhere in no
+    time: the way to `end` then stands for its load, as if its viscosity were that of one second.
     """
     n, modes = moduli.size, rates.size
     equilibrium, viscosity = body[0], body[1]
     soft, glassy = 1.0 / moduli, equilibrium + moduli.sum()
-    move = end - start
-    drag = viscosity * move / duration if viscosity > 0.0 and move != 0.0 else 0.0
+    move, lasting = end - start, duration
+    sudden = viscosity > 0.0 and duration == 0.0
+    if sudden:
+        lasting = 1.0
+    drag = viscosity * move / lasting if viscosity > 0.0 and move != 0.0 else 0.0
+    if sudden:
+        move, end = 0.0, start
     h = np.zeros(max(n, 1))
     m = np.zeros(max(modes, 1))
     ahead = np.zeros(max(n, modes, 1))
     stored, lost, work, force, rate = 0.0, 0.0, 0.0, 0.0, 0.0
     last, count, parts = -1, 0, 0
     q_last, q_before = 0.0, 0.0
-    stiff = equilibrium + (viscosity / duration if viscosity > 0.0 and duration > 0.0 else 0.0)
+    stiff = viscosity if sudden else equilibrium + (viscosity / duration if viscosity > 0.0 else 0.0)
     if filled == 0:
         fill(0, duration, times, rates, branch, mode)
         filled = 1
-    for j in range(n):
-        stiff += moduli[j] * branch[0, j, MEAN]
+    if not sudden:
+        for j in range(n):
+            stiff += moduli[j] * branch[0, j, MEAN]
     for i in range(active):
         y, share = springs[HEIGHT, i], springs[SHARE, i]
         free = free_old[0, i] != 0.0
@@ -195,7 +202,9 @@ def step(
                         else:
                             drop, dropped = drop - slow, dropped - fast
                             curl, curled = curl + ratio * slow, curled + ratio * fast
-                    if _least(begins, ends, rise, risen, bend, bent) >= 0.0:
+                    if sudden:
+                        holds, at_once = True, True
+                    elif _least(begins, ends, rise, risen, bend, bent) >= 0.0:
                         holds, forced = True, before >= -_SLACK * scale
                     elif _least(-begins, -ends, drop, dropped, curl, curled) >= 0.0:
                         holds, at_once = True, before <= _ROUNDING * scale
