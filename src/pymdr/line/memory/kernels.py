@@ -21,6 +21,8 @@ FULL = 1 << LEVELS
 MOST = 10000
 """Parts of a step in which a spring is tried before it is given up."""
 _ROUNDING = 2e-15
+_SHORTLY = 1e-3
+"""Of a step: the time that tells the modulus by which the force of a spring that is let go is continued."""
 _SLACK = 1e-12
 """Of the terms: what a gap, or a force, that grows throughout may lack at its beginning, where it is 0 but for many roundings."""
 DECAY, MEAN, RAMP, OWN, CROSS, MOVED = range(6)
@@ -62,6 +64,13 @@ def fill(
     for k in range(rates.size):
         mode[level, k, 0] = math.exp(-rates[k] * s)
         mode[level, k, 1] = -0.5 * math.expm1(-2.0 * rates[k] * s)
+
+
+@compiled
+def rise_of(elastic: float, relaxed: float) -> float:
+    """What a branch gains less what relaxes: nothing but rounding where it bears a steady drag, as one that relaxes at once does."""
+    rise = elastic - relaxed
+    return rise if abs(rise) > _ROUNDING * abs(elastic) else 0.0
 
 
 @compiled
@@ -176,8 +185,8 @@ def step(
                         ratio = duration * part / times[j]
                         fall += h[j]
                         fallen += next_h
-                        steep += min(elastic - ratio * h[j], 0.0)
-                        flat += min(elastic - ratio * next_h, 0.0)
+                        steep += min(rise_of(elastic, ratio * h[j]), 0.0)
+                        flat += min(rise_of(elastic, ratio * next_h), 0.0)
                     scale += abs(h[j])
                     pushed += branch[level, j, MEAN] * h[j] + branch[level, j, RAMP] * elastic
                     spent += (
@@ -193,7 +202,8 @@ def step(
                     drop, dropped, curl, curled = 0.0, 0.0, 0.0, 0.0
                     for j in range(n):
                         ratio = duration * part / times[j]
-                        slow, fast = moduli[j] * dw - ratio * h[j], moduli[j] * dw - ratio * ahead[j]
+                        slow = rise_of(moduli[j] * dw, ratio * h[j])
+                        fast = rise_of(moduli[j] * dw, ratio * ahead[j])
                         begins += slow
                         ends += fast
                         if slow > 0.0:
@@ -364,7 +374,11 @@ def step(
     row[RATE] = rate
     row[EDGE_DEPTH] = end
     if 0 <= last < springs.shape[1] - 1:
-        edge = _edge(springs, w_new, active, last, end, q_before, q_last, glassy, drag)
+        short = equilibrium  # what a spring feels that is let go shortly before the end
+        for j in range(n):
+            x = _SHORTLY * duration / times[j]
+            short += moduli[j] * (-math.expm1(-x) / x if x > 0.0 else 1.0)
+        edge = _edge(springs, w_new, active, last, end, q_before, q_last, short, drag)
         row[EDGE_DEPTH] = edge
         if cut or drag != 0.0:  # without, the force is continuous in the indentation
             force += _cut(springs, last, edge, q_before, q_last, drag)
@@ -381,7 +395,7 @@ def _edge(
     depth: float,
     q_before: float,
     q_last: float,
-    glassy: float,
+    stiff: float,
     drag: float,
 ) -> float:
     """
@@ -405,7 +419,7 @@ def _edge(
     inward = y
     if q_before > q_last:
         inward = min(inner + q_last * (inner - springs[HEIGHT, last - 1]) / (q_before - q_last), y)
-    trial = q_last + glassy * gap
+    trial = q_last + stiff * gap
     across = inner + (y - inner) * q_last / trial if trial > 0.0 else inner
     return float(max(min(outward, inward), min(max(outward, inward), across)))
 

@@ -90,6 +90,8 @@ def _note(
 @compiled
 def _rest(springs: FloatArray, w: FloatArray, active: int) -> float:
     """The largest indentation at which no spring is touched, of those that are all free."""
+    if active == 0:  # of bodies that have not touched
+        return 0.0
     depth = springs[HEIGHT, active] if active < springs.shape[1] else math.inf
     for i in range(active):
         depth = min(depth, springs[HEIGHT, i] + w[i])
