@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import inspect
 import math
 from abc import ABC, abstractmethod
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
+from typing import Self
 
 import numpy as np
 
@@ -73,6 +75,12 @@ class Rheology(Value, ABC):
         span : tuple of float, optional
             The shortest and the longest time in s that matter; needed where the sum stands for another law.
         """
+
+    def scaled(self, factor: float) -> Self:
+        """The same rheology with all moduli and viscosities times a number above 0."""
+        sizes = (f.name for f in fields(self) if inspect.getattr_static(self, f.name).unit in ("Pa", "Pa*s"))
+        found = ((name, getattr(self, name)) for name in sizes)
+        return replace(self, **{name: factor * value for name, value in found if value is not None})
 
     def _times(self, time: ArrayQuantityLike) -> FloatArray:
         return _not_negative(time, "s", f"{type(self).__name__}: time")

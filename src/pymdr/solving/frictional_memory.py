@@ -246,9 +246,10 @@ def _interpret(task: Task, bodies: _Bodies, walked: Walked[_Rows]) -> Result:
     own = [name for name in columns if name in SHEARED_QUANTITIES]
     where = claims["contact_radius"].where
     tangential = sheared_claims(contact, coupling, (*own, *TANGENTIAL_FIELDS), where, sheared.disk)
+    errors = _errors(rows) | sheared_errors(_surface(task, bodies, walked, normal.columns), where.size)
     tangential = with_errors(
         tangential,
-        _errors(rows) | sheared_errors(_surface(task, bodies, walked, normal.columns), where.size),
+        {name: error + bodies.tangential.error for name, error in errors.items()},
         "; energies are those of the springs and dashpots that the rheology names",
         f"as {SPRINGS} springs in four steps or more between the rows do",
     )

@@ -308,9 +308,13 @@ def interpreted(
     claims = memory_claims(names, rows.disk, rows.forced, rows.moved, check, remark)
     claims["effective_modulus"] = _where(claims["effective_modulus"], elastic > 0.0)
     errors |= {name: check.error(name, force.size) for name in NORMAL_FIELDS}
+    given = {"indentation": rows.moved, "normal_force": rows.forced}
     claims = with_errors(
         claims,
-        errors,
+        {
+            name: error + np.where(given.get(name, False), 0.0, relaxation.error)
+            for name, error in errors.items()
+        },
         "; energies are those of the springs and dashpots that the rheology names",
         f"as {SPRINGS} springs do",
     )
