@@ -195,9 +195,7 @@ def _refuse_growing(measured: Measured, full: Series) -> None:
     later, grown = (x, y) if in_time else (x[::-1], y[::-1])
     lowest = np.minimum.accumulate(grown)
     rise = grown - lowest
-    if not full.misfit > _SYSTEMATIC * scatter or not np.any(
-        rise > max(_GROWN * scatter, _DRIFT) * grown
-    ):
+    if not full.misfit > _SYSTEMATIC * scatter or not np.any(rise > max(_GROWN * scatter, _DRIFT) * grown):
         return
     top = int(np.argmax(rise))
     start = int(np.argmin(grown[: top + 1]))

@@ -136,7 +136,7 @@ def _step(
     told: Told | None,
 ) -> tuple[_Rows, tuple[_State, _State], Channels]:
     """Step 2: springs with memory and their tangential partners, and half as many of them in half as many steps."""
-    refuse_untimed(asked)
+    refuse_untimed(asked, bodies.normal)
     if state is None:
         fine_begun, half_begun = begun(task, bodies.line, bodies.normal, asked)
         none = (0.0,) * len(_SUMMED)

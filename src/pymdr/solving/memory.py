@@ -16,7 +16,7 @@ from pymdr.problem.materials import Viscoelastic
 from pymdr.problem.paths import LoadingPath, Ramp
 from pymdr.problem.rheology import PowerLawRheology
 from pymdr.problem.schedule import Planned, Stretch, planned
-from pymdr.units import FloatArray
+from pymdr.units import FloatArray, metres
 
 _PARTS = 100.0
 """Into how many parts of alike length a path is divided at least, where that tells the shortest time that matters."""
@@ -107,6 +107,18 @@ def times_of(asked: Stretch) -> FloatArray:
             "the bodies touch, or from before"
         )
     return asked.time
+
+
+def refuse_sudden(asked: Stretch, relaxation: Relaxation) -> None:
+    """Refuse an indentation in no time of a body that answers at once with an infinite force."""
+    if asked.controls.normal != "indentation" or not relaxation.instantly_rigid:
+        return
+    start, end = float(asked.start[0]), float(asked.normal[0])
+    if times_of(asked)[0] == asked.begin and start != end and max(start, end) > 0.0:
+        raise PathError(
+            f"row 0 moves the indentation from {metres(start)} to {metres(end)} in no time, for which this rheology needs an "
+            "infinite force: give the row a duration"
+        )
 
 
 def assumptions_with_memory(contact: Contact, radius: FloatArray) -> tuple[Assumption, ...]:

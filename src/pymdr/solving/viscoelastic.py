@@ -41,6 +41,7 @@ from pymdr.solving.memory import (
     assumptions_with_memory,
     error_of,
     is_told_by_rows,
+    refuse_sudden,
     relaxation_along,
     times_of,
 )
@@ -109,7 +110,7 @@ def _step(
     told: Told | None,
 ) -> tuple[MemoryRows, _State, Channels]:
     """Step 2: springs with memory, and half as many of them, which tell how far they err."""
-    refuse_untimed(asked)
+    refuse_untimed(asked, relaxation)
     first, second = begun(task, line, relaxation, asked) if state is None else (state.fine, state.coarse)
     # as with friction, which changes nothing here
     loads = asked.controls.normal != "indentation"
@@ -122,9 +123,10 @@ def _step(
     return taken(rows, kept), _State(fine.state, coarse.state), here
 
 
-def refuse_untimed(asked: Stretch) -> None:
-    """Refuse a leg without times, and forces that pull."""
+def refuse_untimed(asked: Stretch, relaxation: Relaxation) -> None:
+    """Refuse a leg without times, forces that pull, and moves that would need an infinite one."""
     times_of(asked)
+    refuse_sudden(asked, relaxation)
     if asked.by_force:
         refuse_tension(asked.leg, asked.normal)
 
@@ -142,7 +144,7 @@ def rows_met(
         )
     rows = MemoryRows(
         fine.indentation,
-        fine.force,
+        asked.normal if asked.by_force else fine.force,
         fine.contact_radius,
         fine.stored,
         fine.dissipated,

@@ -255,7 +255,9 @@ def deepest_under(curve: Curve, relaxation: Relaxation, time: ArrayLike, force: 
     if relaxation.viscosity > 0.0:
         if t[-1] == t[0]:
             return 0.0
-        stiffest = relaxation.equilibrium + float(relaxation.moduli.sum()) + relaxation.viscosity / (t[-1] - t[0])
+        stiffest = (
+            relaxation.equilibrium + float(relaxation.moduli.sum()) + relaxation.viscosity / (t[-1] - t[0])
+        )
     at_once = float(load.max()) / stiffest
     for most in (float(compliant(relaxation, t, load).max()), at_once):
         states = states_at_force(curve, [most])
@@ -296,7 +298,7 @@ def _follow(
         raise PathError(
             f"the time of row {at} is {-waits[at]:g} s before the one before it: times must not fall"
         )
-    if math.isinf(machine) and (relaxation.viscosity > 0.0 or relaxation.instantly_rigid):
+    if math.isinf(machine) and relaxation.viscosity > 0.0:
         _refuse_jumps(state, waits, target)
     springs = state.springs
     if springs is None:
