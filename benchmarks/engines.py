@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterator
+from functools import partial
 
 import numpy as np
 
@@ -10,6 +11,15 @@ from pymdr.errors import MissingExtraError
 from pymdr.independent.engines import DEFAULT, engine_names, find_engine
 
 PIXELS, RADIUS = 256, 0.3
+
+
+def _rough() -> tuple[np.ndarray, float]:
+    """A self-affine surface, H = 0.8, and a depth of some rms that 3 % of the pixels touch."""
+    q = np.hypot(*np.meshgrid(*2 * (np.fft.fftfreq(PIXELS, 1 / PIXELS),)))
+    share = np.where((q > 0) & (q <= PIXELS / 8), np.maximum(q, 4.0) ** -1.8, 0.0)
+    noise = np.fft.fft2(np.random.default_rng(3).standard_normal(q.shape))
+    heights = np.fft.ifft2(noise * share).real
+    return PIXELS * heights / heights.std(), 2.0 * PIXELS
 
 
 def ratios() -> Iterator[Ratio]:
@@ -32,15 +42,17 @@ def ratios() -> Iterator[Ratio]:
         depth = (found.indentation - heights.max()) / (RADIUS**2 * PIXELS) - 1.0
         print(f"{name}: depth {depth:+.1e}, pressure {off:.1e}, {found.iterations} iterations")
         solved[name] = half_space
+    rough, depth = _rough()
     for name, half_space in solved.items():
         if name == DEFAULT or DEFAULT not in solved:
             continue
-
-        def ours() -> object:
-            return solved[DEFAULT].press(heights, force=force)
-
-        def other(half_space: object = half_space) -> object:
-            return half_space.press(heights, force=force)  # type: ignore[attr-defined]
-
-        fast, slow = median_times((ours, 3), (other, 3))
-        yield Ratio(f"{PIXELS} x {PIXELS} pixels by {DEFAULT}", name, fast, slow, "no aim")
+        load = float(solved[DEFAULT].press(rough, indentation=depth).pressure.sum())
+        for what, surface, how in (
+            ("Hertz under a force", heights, {"force": force}),
+            ("a rough surface under a force", rough, {"force": load}),
+            ("a rough surface at a depth", rough, {"indentation": depth}),
+        ):
+            ours, other = (partial(one.press, surface, **how) for one in (solved[DEFAULT], half_space))
+            fast, slow = median_times((ours, 3), (other, 3))
+            words = f"{what}, {PIXELS} x {PIXELS} pixels by {DEFAULT}"
+            yield Ratio(words, name, fast, slow, "aim no slower")

@@ -1,16 +1,23 @@
 """Contacts on layers: single ones against the textbook's quadrature and against rings, and long paths against half-spaces."""
 
 import math
-from collections.abc import Iterator
+import os
+import statistics
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
 
 import numpy as np
 from scipy.integrate import quad
+from scipy.linalg import cho_factor, cho_solve
 
 import pymdr as mdr
 from benchmarks.timing import Ratio, compare, median_times
 from pymdr.independent.rings import solve_indentation
 from pymdr.independent.stacks import stack_of
 from pymdr.line.layered.equation import Outline, numbers, solve_contact
+from pymdr.line.layered.tiles import solve_positive
 from pymdr.line.lines import _layered, line_of
 from pymdr.mapping.equivalent import equivalent_profile
 from pymdr.mapping.layers import kernel_of
@@ -57,6 +64,51 @@ def single() -> Iterator[Ratio]:
         )
 
 
+def cpu_time(work: Callable[[], object], repeats: int = 7) -> float:
+    """Median CPU time of a call in seconds, of all threads together."""
+    times = []
+    for _ in range(repeats):
+        start = time.process_time()
+        work()
+        times.append(time.process_time() - start)
+    return statistics.median(times)
+
+
+def beside_other_work() -> Iterator[Ratio]:
+    """CPU time of a wide contact while other processes keep all cores busy: threads that wait for one another would spin."""
+    g, kernel = equivalent_profile(mdr.Paraboloid(1.0)), kernel_of(FILM)
+    outline = Outline(g, 1.0, as_place(np.array([100.0])))
+    half = np.random.default_rng(0).normal(size=(700, 700))
+    matrix, right = half @ half.T / 700 + np.eye(700), np.ones((700, 2))
+
+    def contact():
+        return solve_contact(kernel, outline)
+
+    def tiles():
+        return solve_positive(matrix, right)
+
+    def library():
+        return cho_solve(cho_factor(matrix), right)
+
+    works = (contact, tiles, library)
+    for work in works:
+        work()
+    alone = [cpu_time(work) for work in works]
+    others = [
+        subprocess.Popen([sys.executable, "-c", "while True: pass"]) for _ in range(os.cpu_count() or 1)
+    ]
+    try:
+        busy = [cpu_time(work) for work in works]
+    finally:
+        for other in others:
+            other.kill()
+            other.wait()
+    aim = "CPU time, aim at most 1.5 times as long"
+    yield Ratio("a contact of a/h = 100 beside other work", "alone", busy[0], alone[0], aim)
+    against = "by a linear algebra library with threads"
+    yield Ratio("700 unknowns in tiles beside other work", against, busy[1], busy[2], "CPU time, no aim")
+
+
 def against_rings() -> Iterator[Ratio]:
     """A contact by solve() with all its claims, and by so many rings that the force is as close as asked."""
     accuracy, tip, stack = 1e-6, mdr.Paraboloid(1.0), stack_of(FILM)
@@ -99,5 +151,6 @@ def paths() -> Iterator[Ratio]:
 
 def ratios() -> Iterator[Ratio]:
     yield from single()
+    yield from beside_other_work()
     yield from against_rings()
     yield from paths()

@@ -1,13 +1,15 @@
-"""How accurate results are, and whether they say so: random profiles against quadrature in extended precision.
+"""How accurate results are, and whether they say so: random problems against references of another kind.
 
-``python -m tests.accuracy --count 10000`` draws fresh profiles, solves each at depths and forces over twelve decades
-of the radius, and holds contact radius, force, energy, indentation, stiffness and pressure against
-reference/quadrature.py. A value violates its claim if
+``python -m tests.accuracy --count 10000`` draws fresh problems, a fifth of each kind: profiles, bodies with memory, layers, force
+curves and fits (reference/random_problems.py says against what they are compared); ``--kinds memory`` draws one kind alone.
+Profiles are solved at depths and forces over twelve decades of the radius; contact radius, force, energy, indentation, stiffness
+and pressure are compared with reference/quadrature.py. A value violates its claim if
 
     |value - truth| > 10 * claims[name].error * size + 1e-14 * size,
 
 where the size of a quantity is the integral of its absolute integrand; for a contact radius a the rounding is
-1e-14 a (1 + condition) with the condition g / (a g') of its equation. ``--seed`` and ``--only`` replay a profile.
+1e-14 a (1 + condition) with the condition g / (a g') of its equation. Of the other kinds the size is the value, and 1e-9 and the
+error of the reference are allowed beside the claim. ``--seed`` and ``--only`` replay a problem.
 """
 
 import argparse
@@ -39,12 +41,15 @@ def reference_module(name):
 
 quadrature = reference_module("quadrature")
 random_profiles = reference_module("random_profiles")
+random_problems = reference_module("random_problems")
+KINDS = ("profiles", *random_problems.FAMILIES)
 
 LONG = np.longdouble
 YOUNG, POISSON = 1.0e9, 0.3
 MODULUS = LONG(YOUNG) / (1 - LONG(POISSON) ** 2)
 EPS = LONG(np.finfo(float).eps)
 ROUNDING = LONG("1e-14")
+EXACT_WITHIN = 1e-9
 SMALLEST, LARGEST = LONG("1e-270"), LONG("1e270")
 QUANTITIES = (
     "contact_radius",
@@ -58,8 +63,10 @@ QUANTITIES = (
 
 @dataclass(frozen=True)
 class Effort:
-    """How much of every profile is judged."""
+    """How much of every problem is judged."""
 
+    full: bool = True
+    """Whether problems other than profiles are drawn from the wider set."""
     rows: int = 8
     energies: int = 2
     pressures: int = 2
@@ -101,6 +108,8 @@ class Outcome:
     crashes: list[str] = field(default_factory=list)
     unsettled: list[str] = field(default_factory=list)
     """What the reference could not settle."""
+    unknown: int = 0
+    """Values whose error is claimed not to be known."""
     invalid: int = 0
     """Rows that are claimed not to be valid."""
     elsewhere: int = 0
@@ -138,14 +147,45 @@ def ask(outcome, mdr, contact, path):
     return None
 
 
-def one_profile(job):
-    """Draw, solve and judge one profile: job = (seed, index, effort)."""
+def one_problem(job):
+    """Draw, solve and judge one problem: job = (seed, index, effort, kinds)."""
     import pymdr as mdr
     import pymdr.errors
 
     mdr.errors = pymdr.errors
-    seed, index, effort = job
-    rng = np.random.default_rng([seed, index])
+    seed, index, effort, kinds = job
+    rng, kind = np.random.default_rng([seed, index]), kinds[index % len(kinds)]
+    if kind == "profiles":
+        return one_profile(mdr, rng, index, effort)
+    outcome, start = Outcome(index, kind, "", False, ""), time.process_time()
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            for found in random_problems.FAMILIES[kind](rng, mdr, effort.full):
+                add_comparison(outcome, found)
+    except mdr.errors.PymdrError as error:
+        outcome.refusals.append(without_numbers(error))
+    except Exception as error:
+        outcome.crashes.append(f"{type(error).__name__}: {without_numbers(error)}")
+    outcome.seconds = (time.process_time() - start, 0.0)
+    return outcome
+
+
+def add_comparison(outcome, found):
+    """Judge one value beside its reference."""
+    if found.claimed is None:
+        outcome.unknown += 1
+        return
+    miss = abs(found.value - found.truth) / (abs(found.truth) or 1.0)
+    allowed = 10.0 * found.claimed + EXACT_WITHIN + found.uncertainty
+    outcome.exact.append(found.exact)
+    outcome.values.append(
+        Value(found.quantity, "", found.at, found.value, found.truth, miss, found.claimed, allowed)
+    )
+
+
+def one_profile(mdr, rng, index, effort):
+    """Draw, solve and judge one profile."""
     drawn = random_profiles.random_profile(rng)
     outcome = Outcome(index, drawn.kind, drawn.gives, drawn.smooth, drawn.words)
     start = time.process_time()
@@ -348,12 +388,12 @@ class Study:
 
     def table(self, worst=30):
         """The study in words and numbers."""
-        lines = [f"seed {self.seed}, {len(self.outcomes)} profiles"]
+        lines = [f"seed {self.seed}, {len(self.outcomes)} problems"]
         by_kind = defaultdict(list)
         for o in self.outcomes:
             by_kind[o.kind].append(o)
         lines.append(
-            f"{'kind':14}{'profiles':>9}{'refused':>9}{'crashed':>9}{'values':>9}{'violated':>9}{'in prof.':>9}"
+            f"{'kind':14}{'problems':>9}{'refused':>9}{'crashed':>9}{'values':>9}{'violated':>9}{'problems':>9}"
             f"{'exact':>8}{'median':>10}{'99 %':>10}{'largest':>10}{'solve/s':>9}{'ref/s':>8}"
         )
         for kind, group in [*sorted(by_kind.items()), ("all", self.outcomes)]:
@@ -365,25 +405,26 @@ class Study:
                 f"{len(values):9}{sum(v.violated for v in values):9}"
                 f"{sum(any(v.violated for v in o.values) for o in group):9}"
                 f"{np.mean(solved) if solved else np.nan:8.1%}"
-                f"{np.nanmedian(miss):10.1e}{np.nanquantile(miss, 0.99):10.1e}{np.nanmax(miss):10.1e}"
+                f"{np.median(miss):10.1e}{np.quantile(miss, 0.99):10.1e}{np.max(miss):10.1e}"
                 f"{np.mean([o.seconds[0] for o in group]):9.3f}{np.mean([o.seconds[1] for o in group]):8.3f}"
             )
         lines.append("")
         lines.append(
             f"{'quantity':18}{'values':>9}{'violated':>9}{'median':>10}{'99 %':>10}{'claimed/actual':>16}"
         )
-        for name in QUANTITIES:
+        for name in sorted({v.quantity for o in self.outcomes for v in o.values}):
             values = [v for o in self.outcomes for v in o.values if v.quantity == name]
             if values:
                 miss = np.array([v.miss for v in values])
                 lines.append(
-                    f"{name:18}{len(values):9}{sum(v.violated for v in values):9}{np.nanmedian(miss):10.1e}"
-                    f"{np.nanquantile(miss, 0.99):10.1e}{self.overestimate(name):16.3g}"
+                    f"{name:18}{len(values):9}{sum(v.violated for v in values):9}{np.median(miss):10.1e}"
+                    f"{np.quantile(miss, 0.99):10.1e}{self.overestimate(name):16.3g}"
                 )
         lines += [
             "",
             f"EXACT: {self.share_exact():.1%} of smooth profiles solved, {self.share_exact(False):.1%} of the others",
             f"median of claimed over actual error: {self.overestimate():.3g}",
+            f"values of unknown error: {sum(o.unknown for o in self.outcomes)}; "
             f"rows claimed not valid: {sum(o.invalid for o in self.outcomes)}; "
             f"at another disk of samples: {sum(o.elsewhere for o in self.outcomes)}",
         ]
@@ -399,7 +440,7 @@ class Study:
                 f"{n:6}  {m}  [--only {first[m].index}, {first[m].kind}]" for m, n in counts.most_common(20)
             ]
         found = self.violations
-        lines.append(f"\nviolations: {len(found)} values of {len({o.index for o, _ in found})} profiles")
+        lines.append(f"\nviolations: {len(found)} values of {len({o.index for o, _ in found})} problems")
         shown: Counter = Counter()
         for o, v in found:
             shown[o.index] += 1
@@ -414,14 +455,14 @@ class Study:
         return "\n".join(lines)
 
 
-def study(seed, count, processes=1, only=None, progress=False, effort=Effort()):
+def study(seed, count, processes=1, only=None, progress=False, effort=Effort(), kinds=("profiles",)):
     """
-    Judge `count` random profiles.
+    Judge `count` random problems.
 
     Parameters
     ----------
     seed : int
-        Profile i is drawn from the generator of (seed, i).
+        Problem i is drawn from the generator of (seed, i), of the kind i modulo the number of `kinds`.
     count : int
     processes : int
     only : sequence of int, optional
@@ -429,15 +470,16 @@ def study(seed, count, processes=1, only=None, progress=False, effort=Effort()):
     progress : bool
         Whether to tell on standard error how far it is.
     effort : Effort
+    kinds : sequence of str
     """
-    jobs = [(seed, int(i), effort) for i in (range(count) if only is None else only)]
+    jobs = [(seed, int(i), effort, tuple(kinds)) for i in (range(count) if only is None else only)]
     outcomes = []
     start = told = time.monotonic()
     if processes > 1:
         pool = multiprocessing.get_context("spawn").Pool(processes)
-        found = pool.imap_unordered(one_profile, jobs, chunksize=4)
+        found = pool.imap_unordered(one_problem, jobs, chunksize=4)
     else:
-        pool, found = None, map(one_profile, jobs)
+        pool, found = None, map(one_problem, jobs)
     try:
         for outcome in found:
             outcomes.append(outcome)
@@ -460,18 +502,17 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--count", type=int, default=500)
     parser.add_argument("--seed", type=int, default=None, help="a fresh one unless given")
-    parser.add_argument("--only", type=int, nargs="+", help="indices of profiles to replay")
+    parser.add_argument("--only", type=int, nargs="+", help="indices of problems to replay")
+    parser.add_argument("--kinds", nargs="+", choices=KINDS, default=KINDS, help="all unless given")
     parser.add_argument("--processes", type=int, default=2)
-    parser.add_argument("--worst", type=int, default=30, help="how many violated profiles to list")
-    parser.add_argument(
-        "--quick", action="store_true", help="four depths, one energy and one pressure a profile"
-    )
+    parser.add_argument("--worst", type=int, default=30, help="how many violated problems to list")
+    parser.add_argument("--quick", action="store_true", help="smaller problems, 0.2 s each or less")
     given = parser.parse_args()
     seed = secrets.randbits(31) if given.seed is None else given.seed
     print(f"seed {seed}", flush=True)
     processes = 1 if given.only else given.processes
-    effort = Effort(4, 1, 1) if given.quick else Effort()
-    print(study(seed, given.count, processes, given.only, True, effort).table(given.worst))
+    effort = Effort(False, 4, 1, 1) if given.quick else Effort()
+    print(study(seed, given.count, processes, given.only, True, effort, given.kinds).table(given.worst))
 
 
 if __name__ == "__main__":

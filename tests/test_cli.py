@@ -12,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import typer
 from typer.testing import CliRunner
 
 import pymdr as mdr
@@ -875,3 +876,36 @@ def test_a_fit_names_the_file_that_cannot_be_fitted(case, tmp_path, shell):
     rubbed.write_text(BALL + '[friction]\nkind = "coulomb"\ncoefficient = 0.3\n')
     _, _, err = shell("fit", rubbed, whole, "--free", "body.young")
     assert err.startswith("pymdr: fit: the contact has friction")
+
+
+# --- options ------------------------------------------------------------------------------------------------
+
+OPTIONS = [
+    pytest.param(command, option, id=f"{name} {option.opts[0]}")
+    for name, command in typer.main.get_command(app).commands.items()
+    for option in command.params
+    if option.opts[0].startswith("-") and not option.is_flag
+]
+
+
+@pytest.mark.parametrize(("command", "option"), OPTIONS)
+def test_an_option_of_one_value_is_given_once(command, option):
+    """By any of its names; what takes several values keeps them all."""
+    args = [option.opts[0], "1", option.opts[-1], "2"]
+    if option.multiple:
+        context = command.make_context("pymdr", list(args), resilient_parsing=True)
+        assert list(context.params[option.name]) == ["1", "2"]
+        return
+    with pytest.raises(typer.BadParameter, match="given 2 times, but it takes one value") as refusal:
+        command.make_context("pymdr", args)
+    assert option.opts[0] in refusal.value.format_message()
+
+
+def test_a_repeated_option_from_the_shell(shell, tmp_path):
+    for args in (
+        ("impact", "case.toml", "--mass", "1 g", "--speed", "1 m/s", "--speed=2 m/s"),
+        ("run", "case.toml", "-o", tmp_path / "a", "--output", tmp_path / "b"),
+    ):
+        status, out, error = shell(*args)
+        assert (status, out) == (2, "")
+        assert "given 2 times" in error

@@ -9,8 +9,8 @@ from typer.testing import CliRunner
 
 import pymdr as mdr
 from pymdr.errors import FileError
-from pymdr.interpretation.accuracy import EXACT_WITHIN, with_errors
-from pymdr.interpretation.validity import normal_claims
+from pymdr.interpretation.accuracy import with_errors
+from pymdr.interpretation.validity import EXACT_WITHIN, Claim, normal_claims, total_error
 from pymdr.presentation import text
 from pymdr.presentation.html import claims_html
 from pymdr.solving.bands import shifted
@@ -33,8 +33,8 @@ def solved():
 @pytest.fixture(scope="module")
 def rough(solved):
     """The same with errors that are too large to be called exact."""
-    claims = dict(solved.claims)
-    claims["normal_force"] = replace(claims["normal_force"], level=mdr.Level.EXACT, error=None)
+    bare = {name: replace(solved.claims[name], error=None) for name in ("normal_force", "pressure")}
+    claims = {**solved.claims, **bare}
     errors = {"normal_force": np.geomspace(1e-12, 2.5e-7, STEPS), "pressure": np.full(STEPS, 3e-8)}
     return replace(solved, claims=with_errors(claims, errors))
 
@@ -87,7 +87,7 @@ def test_files_without_errors_still_open(solved):
     for claim in told.values():
         claim.pop("error", None)
     old = result_from_dataset(packed.assign_attrs(pymdr_claims=json.dumps(told)))
-    assert all(claim.error is None for claim in old.claims.values())
+    assert all(not claim.error.any() for claim in old.claims.values())
     assert np.array_equal(old["normal_force"], solved["normal_force"])
     assert old.claims["pressure"].level is solved.claims["pressure"].level
 
@@ -107,7 +107,7 @@ def test_histories_that_go_to_and_fro_keep_their_errors_small(tmp_path):
     depth = 0.1 + 0.05 * np.sin(2.0 * np.pi * np.arange(20_000) / 100.0).round(3)
     result = mdr.solve(mdr.Contact(TIP, UNIT), mdr.Path(indentation=depth))
     result.save(tmp_path / "with.nc")
-    bare = {name: replace(claim, error=None) for name, claim in result.claims.items()}
+    bare = {name: replace(claim, error=np.zeros(depth.size)) for name, claim in result.claims.items()}
     replace(result, claims=bare).save(tmp_path / "without.nc")
     added = (tmp_path / "with.nc").stat().st_size - (tmp_path / "without.nc").stat().st_size
     assert added < 0.2 * (tmp_path / "without.nc").stat().st_size
@@ -145,8 +145,8 @@ def test_errors_outside_a_claim_are_not_told():
     where = np.array([True, False])
     claims = with_errors(normal_claims(where, "why"), {"gap": np.array([1e-12, 1.0])})
     assert text.largest_error(claims["gap"]) == 1e-12
-    assert text.last_error(claims["gap"]) == 0.0
-    assert text.largest_error(claims["pressure"]) is None
+    assert text.last_error(claims["gap"]) == ""
+    assert text.largest_error(claims["pressure"]) == 0.0
     empty = replace(claims["gap"], where=np.zeros(2, dtype=bool))
     assert text.largest_error(empty) == 0.0
 
@@ -165,7 +165,25 @@ def test_json_holds_the_errors(tmp_path):
     assert 0.0 <= told["claims"]["normal_force"]["error"] < 1e-9
     assert any("the profile is a cubic spline" in note for note in told["notes"])
     ball = CliRunner().invoke(app, ["check", "examples/ball_on_glass.toml", "--json"])
-    assert json.loads(ball.output)["claims"]["normal_force"]["error"] is None
+    assert json.loads(ball.output)["claims"]["normal_force"]["error"] == 0.0
+
+
+def test_exact_means_a_small_known_error_and_none_means_not_known():
+    where = np.array([True, True, False])
+    exact = Claim(mdr.Level.EXACT, "model", "source", where)
+    assert np.array_equal(exact.error, np.zeros(3))
+    assert replace(exact, error=np.array([1e-9, 0.0, 1.0])).level is mdr.Level.EXACT
+    coarse = replace(exact, error=np.array([2e-9, 0.0, 0.0]))
+    assert coarse.level is mdr.Level.APPROXIMATE
+    assert "numbers err by more than 1e-09" in coarse.reason
+    # an approximation is not made exact by its numerics
+    assert replace(exact, level=mdr.Level.APPROXIMATE).error is None
+    assert replace(exact, level=mdr.Level.APPROXIMATE, error=np.full(3, 1e-14)).error is None
+    assert total_error(np.array([0.3]), 0.9, 0.1) == 1.0
+    assert total_error(np.array([0.3]), None) is None
+    assert (
+        text.last_error(replace(exact, level=mdr.Level.APPROXIMATE, where=where[::-1])) == "error not known"
+    )
 
 
 # --- measured profiles -----------------------------------------------------------------------------------

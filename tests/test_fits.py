@@ -455,3 +455,24 @@ def test_the_range_of_a_law_of_adhesion_is_told(law, words):
         # 1.1272 (R (w/E*)^2)^(1/3) / h0 is 260.5 nm / h0
         assert len(told) == bool(words)
         assert not words or re.match(words, told[0])
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_intervals_hold_the_error_of_the_curve_that_is_fitted(seed):
+    """All forces of a tip of few noisy points may err alike: what the record repeats exactly tells nothing of that."""
+    rng = np.random.default_rng([5, seed])
+    bodies = mdr.Elastic("3 kPa", 0.5)
+    modulus, scale = mdr.effective_moduli(bodies, mdr.Rigid()).normal, 10.0 ** rng.uniform(-9.0, -2.0)
+    known, depth = np.linspace(0.0, 1.0, 30), np.linspace(0.3, 0.9, 40)
+    forces = known**1.5 + 1e-2 * rng.normal(size=known.size)
+    tip = mdr.ForceCurve(scale * known, scale**2 * modulus * forces, modulus=modulus, contact_point=0.0)
+    model = mdr.solve(mdr.Contact(tip, bodies), mdr.Path(indentation=scale * depth))["normal_force"].values
+    record = mdr.MeasuredCurve(
+        force=model * (1.0 + 1e-6 * rng.normal(size=depth.size)), indentation=scale * depth
+    )
+    start = mdr.Contact(tip, mdr.Elastic("10 kPa", 0.5))
+    found = mdr.fit(start, record, ["body.young"], contact_point=0.0, baseline=0.0)
+    error, young = found.claims["normal_force"].error.max(), found["body.young"]
+    assert 1e-3 < error < 0.2
+    assert young.low < (1.0 - 0.95 * error) * 3e3 < (1.0 + 0.95 * error) * 3e3 < young.high
+    assert "the intervals include the error of the model" in "".join(found.notes)

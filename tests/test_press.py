@@ -461,6 +461,40 @@ def test_peers_agree(name):
     )
 
 
+@needs_engine
+@pytest.mark.parametrize("seed", range(8))
+def test_tamaas_on_rough_surfaces(seed):
+    """Depths, from a single pixel to all of them, as ContactMechanics has them; a second load does not depend on the first."""
+    pytest.importorskip("tamaas", reason="tamaas is not installed")
+    rng = np.random.default_rng(seed)
+    q = np.hypot(*np.meshgrid(np.fft.fftfreq(24), np.fft.fftfreq(24)))
+    q[0, 0] = np.inf
+    heights = np.fft.ifft2(np.fft.fft2(rng.standard_normal(q.shape)) * q ** -rng.uniform(1.3, 2.0)).real
+    heights *= 10 ** rng.uniform(-9, 0) / np.ptp(heights)
+    ours, other = (
+        find_engine(name).half_space((24, 24), (1.0, 1.0)) for name in ("tamaas", "contactmechanics")
+    )
+    for share in (1e-3, 0.3, 3.0, 1e-3):
+        depth = share * float(np.ptp(heights))
+        found, known = ours.press(heights, indentation=depth), other.press(heights, indentation=depth)
+        assert found.indentation == pytest.approx(depth, rel=1e-5)
+        assert found.pressure.sum() == pytest.approx(known.pressure.sum(), rel=1e-5)
+        by_force = ours.press(heights, force=float(known.pressure.sum()))
+        assert by_force.indentation == pytest.approx(depth, rel=1e-5)
+
+
+def test_what_tamaas_ends_without_a_number_has_a_remedy(monkeypatch):
+    tamaas = pytest.importorskip("tamaas", reason="tamaas is not installed")
+    half_space = find_engine("tamaas").half_space((32, 32), (1.0, 1.0))
+
+    def ended(*args):
+        raise tamaas.FloatingPointError("NaN")
+
+    monkeypatch.setattr(type(half_space), "_solved", ended)
+    with pytest.raises(ConvergenceError, match=r"at a force of 0\.1: NaN; take the engine contactmechanics"):
+        half_space.press(ball(32), force=0.1)
+
+
 def test_what_an_engine_did_not_solve_is_refused():
     pressure, gap = np.array([[1.0, 0.0]]), np.array([[0.0, 1.0]])
     refuse_unsolved("engine", Pressing(pressure, gap, 1.0, 3), 1e-6)
@@ -481,7 +515,14 @@ def test_indentations_by_force(exponent, depth, first):
         d = force ** (1 / exponent) * (1 + 0.2 * math.tanh(math.log(force)))
         return Pressing(np.ones((1, 1)), np.zeros((1, 1)), d, 1)
 
-    found = by_force(press, 10.0**depth, 10.0**first, 1e-9)
+    reached = []
+
+    def press_near(force, tolerance):
+        reached.append(tolerance)
+        return press(force)
+
+    found = by_force(press_near, 10.0**depth, 10.0**first, 1e-9)
+    assert reached[-1] == 1e-9
     assert found.indentation == pytest.approx(10.0**depth, rel=1e-8)
 
 

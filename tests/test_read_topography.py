@@ -4,6 +4,7 @@ import csv
 import io
 import json
 import os
+import struct
 import sys
 import zipfile
 from pathlib import Path
@@ -122,8 +123,8 @@ ROWS = "0 1 2\n3 4 5\n"
 @pytest.mark.parametrize(
     ("text", "asked", "words"),
     [
-        (ROWS, {"size": "1 um"}, "no unit of the heights; write '# Width"),
-        (ROWS, {"unit": "nm"}, "no sides of the patch; write '# Width"),
+        (ROWS, {"size": "1 um"}, "no unit of the heights; give size= and unit="),
+        (ROWS, {"unit": "nm"}, "no sides of the patch; give size= and unit="),
         (HEAD + ROWS, {"unit": "nm"}, "the file says 'nm'; leave it out"),
         (HEAD + ROWS, {"size": "1 um"}, "the file says 3 µm x 2 µm; leave it out"),
         (HEAD.replace("nm", "V") + ROWS, {}, "does not fit"),
@@ -136,7 +137,11 @@ ROWS = "0 1 2\n3 4 5\n"
         (HEAD + "0\n1\n2\n", {}, "at least 2 x 2"),
         (HEAD + "0 1 2\n3 4\n", {}, "line 6: 2 heights for 3"),
         (HEAD + "0 1 2\n3 4 x\n", {}, "line 6: 'x' is no number"),
-        (HEAD + "0,5;1,5\n1,0;2,0\n", {}, "decimals written with a point"),
+        (HEAD + "0,5;1.5\n1,0;2,0\n", {}, "decimals written with a point"),
+        (HEAD + "1,500;2,500\n1,000;3,000\n", {}, "decimals written with a point"),
+        ("0 1\n1 2\n2 1\n", {"size": "1 um", "unit": "nm"}, "two columns (x and z) of 3 rows: a line scan"),
+        ("1\n2\n3\n", {"size": "1 um", "unit": "nm"}, "one column of 3 rows: a line scan"),
+        ("0 0 1\n0 2 1\n1 0 3\n1 2 1\n", {"size": "1 um", "unit": "nm"}, "write 'x [um], y [um], z [nm]'"),
         (HEAD + "0 1\n2 inf\n", {}, "not finite"),
         (HEAD + "nan nan\nnan nan\n", {}, "all heights are missing"),
         (HEAD, {}, "no heights"),
@@ -151,6 +156,8 @@ ROWS = "0 1 2\n3 4 5\n"
         ("x [um], y [um], z [nm]\n" + "".join(f"{i},{i},0\n" for i in range(20)), {}, "scattered"),
         ("x [um], y [um], z\n0,0,1\n1,0,2\n", {}, "has no unit"),
         ("x [um], z [nm]\n0,1\n1,2\n", {}, "no column of y"),
+        ("x [um], z [nm]\n0,1\n1,2\n", {}, "a line scan or a profile, not a surface"),
+        ("r [nm], f [nm], scatter [nm], points\n0,0,0,1\n1,2,0,1\n", {}, "for read_profile"),
     ],
 )
 def test_texts_that_are_no_surface(tmp_path, monkeypatch, text, asked, words, extra):
@@ -167,6 +174,63 @@ def test_texts_that_are_no_surface(tmp_path, monkeypatch, text, asked, words, ex
     assert words in str(refusal.value)
     assert "surface.txt" in str(refusal.value)
     assert "\n" not in str(refusal.value)
+
+
+@settings(max_examples=examples(25), deadline=None)
+@given(
+    st.integers(2, 5),
+    st.integers(4, 6),
+    st.integers(0, 99),
+    st.sampled_from(["utf-8", "utf-8-sig", "utf-16", "latin-1"]),
+    st.sampled_from([";", "\t", " "]),
+    st.sampled_from([".csv", ".dat", ".001", ""]),
+    st.booleans(),
+)
+def test_texts_of_other_places(tmp_path_factory, nx, ny, seed, encoding, between, suffix, commas):
+    """Encodings, decimal commas and suffixes change nothing."""
+    heights = np.random.default_rng(seed).standard_normal((nx, ny))
+    rows = "\n".join(between.join(repr(float(z)) for z in row) for row in heights.T)
+    x, y = ((np.arange(n) + 0.5) * 0.25 for n in (nx, ny))
+    table = "\n".join(
+        ";".join(repr(float(v)) for v in (x[i], y[j], heights[i, j])) for i in range(nx) for j in range(ny)
+    )
+    if commas:
+        rows, table = rows.replace(".", ","), table.replace(".", ",")
+    folder = tmp_path_factory.mktemp("surface")
+    expected = mdr.Topography(1e-6 * heights, [nx * 0.25e-6, ny * 0.25e-6])
+    head = f"# Width: {nx * 0.25} \u00b5m\n# Height: {ny * 0.25} \u00b5m\n# Value units: \u00b5m\n"
+    for text in (head + rows, "x [\u00b5m]; y [\u00b5m]; z [\u00b5m]\n" + table):
+        (folder / f"surface{suffix}").write_bytes(text.encode(encoding))
+        assert same(mdr.read_topography(folder / f"surface{suffix}"), expected)
+
+
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [
+        (b"\x1f\x8b\x08", "compressed by gzip; unpack it"),
+        (b"\x89PNG\r\n\x1a\n\0", "a picture (PNG), whose colours are no heights"),
+        (("a.csv", "b.sur", "meta.yml"), "an archive (zip) of 3 files: a.csv, b.sur, meta.yml; unpack it"),
+        (tuple(f"{i}.di" for i in range(9)), "9 files: 0.di, 1.di, 2.di, 3.di, 4.di and 4 more; unpack it"),
+        (("header.properties", "segments/0/channels/height.dat"), "read them with read_curves"),
+    ],
+)
+@pytest.mark.parametrize("suffix", [".zip", ".dat", ".csv"])
+def test_containers(tmp_path, monkeypatch, content, words, suffix):
+    file = tmp_path / f"packed{suffix}"
+    if isinstance(content, bytes):
+        file.write_bytes(content)
+    else:
+        with zipfile.ZipFile(file, "w") as archive:
+            for name in content:
+                archive.writestr(name, "1 2\n3 4\n")
+    # what it is does not depend on what is installed
+    with pytest.raises(mdr.CaseError) as refusal:
+        mdr.read_topography(file)
+    monkeypatch.setitem(sys.modules, "SurfaceTopography", None)
+    with pytest.raises(mdr.CaseError) as bare:
+        mdr.read_topography(file)
+    assert words in str(refusal.value)
+    assert str(refusal.value) == str(bare.value)
 
 
 @pytest.mark.usefixtures("without_extra")
@@ -227,12 +291,80 @@ def test_damaged_files_of_makers(tmp_path):
             mdr.read_topography(tmp_path / name)
 
 
+def _as_german(heights):
+    head = "# Kanal: A\n# Breite: 4 \u00b5m\n# H\u00f6he: 2 \u00b5m\n# Einheiten: nm\n"
+    return (head + "\n".join(" ".join(map(str, row)) for row in heights)).encode()
+
+
+def _as_spip(heights):
+    head = "# File Format = ASCII\n# x-pixels = 4\n# y-pixels = 2\n# x-length = 4000\n# y-length = 2000\n"
+    units = "# x-unit = nm\n# y-unit = nm\n# z-unit = nm\n"
+    return (head + units + "\n".join("\t".join(map(str, row)) for row in heights)).encode()
+
+
+def _as_sdf(heights):
+    words = "aISO-1.0\nManufacID = A\nCreateDate = 040120100853\nModDate = 050320101353\nNumPoints = 4\nNumProfiles = 2\n"
+    scales = "Xscale = 1e-6\nYscale = 1e-6\nZscale = 1e-9\nZresolution = 1e-12\n"
+    kinds = "Compression = 0\nDataType = 7\nCheckType = 0\n*\n"
+    return (words + scales + kinds + "\n".join(" ".join(map(str, row)) for row in heights) + "\n*\n").encode()
+
+
+def _as_metropro(heights):
+    """Format 1 of Zygo: a header of 834 bytes, big endian; heights in steps of wavelength * scale / 4096."""
+    content = bytearray(834)
+    for place, kind, value in (
+        (0, ">I", 0x881B036F),
+        (4, ">h", 1),
+        (6, ">i", 834),
+        (68, ">h", 4),
+        (70, ">h", 2),
+        (72, ">i", 32),
+        (164, ">f", 0.5),
+        (168, ">f", 4096e-9),
+        (176, ">f", 1.0),
+        (184, ">f", 1e-6),
+    ):
+        struct.pack_into(kind, content, place, value)
+    return bytes(content) + (2.0 * heights).astype(">i4").tobytes()
+
+
+@pytest.mark.parametrize("suffix", [".dat", ".csv", ".txt", ".sdf", ".xyz", ""])
+@pytest.mark.parametrize("made", [_as_german, _as_spip, _as_sdf, _as_metropro])
+def test_formats_whatever_their_suffix(tmp_path, made, suffix):
+    of_makers()
+    file = tmp_path / f"surface{suffix}"
+    rows = np.array([[0.0, 1.0, 2.0, 4.0], [3.0, 4.0, 5.5, 9.0]])
+    file.write_bytes(made(rows))
+    found = mdr.read_topography(file)
+    assert found.size == pytest.approx([4e-6, 2e-6])
+    assert found.heights == pytest.approx(1e-9 * rows.T, rel=1e-6)
+
+
+def test_a_measured_surface_whatever_its_suffix(tmp_path):
+    expected = mdr.read_topography(of_makers("stp-1.stp"))
+    (tmp_path / "surface.csv").write_bytes((MEASURED / "stp-1.stp").read_bytes())
+    assert same(mdr.read_topography(tmp_path / "surface.csv"), expected)
+
+
+@pytest.mark.parametrize("name", ["dektak-1.csv", "xy-1.txt"])
+def test_measured_lines(name):
+    with pytest.raises(mdr.CaseError, match=r"a line scan.*, not a surface\. Of one bump .*read_profile"):
+        mdr.read_topography(of_makers(name))
+
+
 @pytest.mark.parametrize(
     ("name", "shape", "size", "rms", "options"),
     [
         ("di-1.di", (512, 512), [500e-9, 500e-9], 9.945986800560389e-9, {"channel": 0}),
         ("mi-1.mi", (256, 256), [20e-6, 20e-6], 33.215426493512654e-9, {}),
         ("stp-1.stp", (256, 256), [600e-9, 600e-9], 1.6541593884416916e-9, {}),
+        (
+            "metropro-1.dat",
+            (640, 480),
+            [0.0007028812979115173, 0.000527160973433638],
+            7.528822204734589e-08,
+            {},
+        ),
         ("frt-2.frt", (150, 300), [0.03, 0.06], 8.826763181113768e-06, {"missing": "keep"}),
     ],
 )

@@ -84,6 +84,31 @@ def test_columns_come_in_any_order_with_any_unit(tmp_path_factory, data):
         assert values is None or values == pytest.approx(expected[name], rel=1e-14)
 
 
+@settings(max_examples=examples(20), deadline=None)
+@given(
+    st.lists(st.floats(-1e6, 1e6, allow_subnormal=False), min_size=2, max_size=9),
+    st.sampled_from(["utf-8", "utf-8-sig", "utf-16", "latin-1"]),
+    st.sampled_from([",", ";", "\t"]),
+    st.booleans(),
+    st.booleans(),
+)
+def test_records_of_other_places(tmp_path_factory, values, encoding, between, quoted, excel):
+    """Encodings, decimal commas, quotes and the first line of Excel change nothing."""
+    rows = [[repr(v), f"{v + 0.5:.17g}", "all is well, 1,5"] for v in (*values, 0.25)]
+    if between != ",":
+        rows = [[a.replace(".", ","), b.replace(".", ","), c] for a, b, c in rows]
+    else:
+        quoted = True
+    rows.insert(0, ["load [\u00b5N]", "shift [\u00b5m]", "note"])
+    mark = '"' if quoted else ""
+    lines = [between.join(f"{mark}{cell}{mark}" for cell in row) for row in rows]
+    file = tmp_path_factory.mktemp("record") / "record.csv"
+    file.write_bytes("\r\n".join(["sep=" + between] * excel + lines).encode(encoding))
+    found = mdr.read_record(file)
+    assert found["normal_force"].values == pytest.approx(1e-6 * np.array([*values, 0.25]), rel=1e-12)
+    assert found["shift"].values == pytest.approx(1e-6 * (np.array([*values, 0.25]) + 0.5), rel=1e-12)
+
+
 @pytest.mark.parametrize(
     ("text", "channels", "words"),
     [
@@ -101,7 +126,12 @@ def test_columns_come_in_any_order_with_any_unit(tmp_path_factory, data):
         ("load [N]\n1\n", 3, "a list of names"),
         ("time [s],load [N]\n2,1\n1,1\n", None, "must rise"),
         ("load [N],force [N]\n1,1\n", None, "2 columns of normal_force"),
-        ("load [N];shift [m]\n1;2,5\n", None, "shift = '2,5' is not a number; write decimals with a point"),
+        (
+            "load [N];shift [m]\n1.5;2,5\n",
+            None,
+            "shift = '2,5' is not a number; write all decimals of the table",
+        ),
+        ("load [N];shift [m]\n1,500;2,500\n", None, "'1,500' is not a number; write all decimals"),
         ('"load [N]"\t"shift [m]"\n"1"\t"x"\n', None, "line 2: shift = 'x' is not a number$"),
         ('load [N];shift [m]\n1;2\n1;"2;3"\n', None, "line 3: shift = '2;3' is not a number"),
         ("load [N]\tshift [m]\n1,2\n", None, "line 2: 1 entries for 2 columns"),

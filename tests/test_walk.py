@@ -16,6 +16,7 @@ from pymdr.rows import joined, taken
 from pymdr.solving.laws import law_of
 from pymdr.solving.normal import solve_normal
 from pymdr.solving.walk import Task, walk
+from pymdr.workbench.casefile import read_case
 
 BODY, TIP, MACHINE = mdr.Elastic("1 MPa", 0.3), mdr.Paraboloid(1.0), 1e5
 CONTACTS = {
@@ -396,3 +397,78 @@ def test_a_leg_that_goes_nowhere_takes_no_time():
     path = mdr.indent(0.1, rate=1.0) >> mdr.indent(0.1, rate=1.0)
     with pytest.raises(mdr.PymdrError, match=r"leg 2: .* takes no time"):
         mdr.solve(CONTACTS["normal"], path)
+
+
+# --- refusals name legs and files ---------------------------------------------------------------------------
+
+
+def _drawn_leg(rng, timed):
+    duration = "2 s" if timed else None
+    kind = rng.integers(4)
+    if kind == 0:
+        return mdr.hold("1 s") if timed else mdr.hold(steps=2)
+    if kind == 1:
+        return mdr.cycle(indentation="1 nm", duration=duration)
+    if kind == 2:
+        return mdr.Path(time=[1.0] if timed else None, indentation=[1e-6])
+    return mdr.indent("1 um", rate="1 um/s") if timed else mdr.indent("1 um")
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_legs_with_and_without_a_time_are_numbered(seed):
+    rng = np.random.default_rng(seed)
+    timed = rng.permutation([True, False, *(rng.random(int(rng.integers(3))) < 0.5)])
+    path = mdr.History(tuple(_drawn_leg(rng, bool(one)) for one in timed))
+    with pytest.raises(mdr.PathError) as refusal:
+        mdr.solve(mdr.Contact(mdr.Sphere("1 mm"), mdr.Elastic("1 MPa", 0.5)), path)
+    without, with_time = (
+        set(map(int, re.findall(r"\d+", part))) for part in str(refusal.value).split(":")[0].split("no time")
+    )
+    assert without == set((np.flatnonzero(~timed) + 1).tolist())
+    assert with_time == set((np.flatnonzero(timed) + 1).tolist())
+
+
+CASE = (
+    '[profile]\nkind = "sphere"\nradius = "1 mm"\n[body]\nkind = "elastic"\nyoung = "1 MPa"\npoisson = 0.5\n'
+)
+LEG = '[[path]]\nkind = "ramp"\nindentation = "1 um"\n'
+
+
+@pytest.mark.parametrize(
+    ("path", "words"),
+    [
+        ('[[path]]\nkind = "path"\nfile = "good.csv"\n' + LEG, ["leg 2 has no time, but leg 1 has"]),
+        (LEG + '[[path]]\nkind = "path"\nfile = "back.csv"\n', ["[path 2]", "back.csv: Path.time must rise"]),
+    ],
+)
+def test_refusals_of_a_case_name_its_file(tmp_path, path, words):
+    (tmp_path / "good.csv").write_text("time [s], d [um]\n1,1\n2,2\n")
+    (tmp_path / "back.csv").write_text("time [s], d [um]\n1,1\n0.5,2\n")
+    (tmp_path / "case.toml").write_text(CASE + path)
+    with pytest.raises(mdr.CaseError) as refusal:
+        read_case(tmp_path / "case.toml")
+    for word in ("case.toml", *words):
+        assert word in str(refusal.value)
+
+
+@pytest.mark.parametrize(
+    ("path", "words"),
+    [
+        (mdr.indent("1 um") >> mdr.travel("1 um"), "leg 2 prescribes travel"),
+        (
+            mdr.load("1 N", duration="1 s") >> mdr.load("1 N", rate="1 N/s"),
+            "leg 2: it starts where it goes to, normal_force = 1 N",
+        ),
+        (mdr.indent("1 um", duration=3.0) >> mdr.Path(time=[2.0], shift=[0.0]), "leg 2: Path.time begins"),
+    ],
+)
+def test_refusals_of_a_path_number_the_leg(path, words):
+    contact = mdr.Contact(mdr.Sphere("1 mm"), mdr.Elastic("1 MPa", 0.5), friction=mdr.Coulomb(0.3))
+    with pytest.raises(mdr.PathError) as refusal:
+        mdr.solve(contact, path)
+    assert str(refusal.value).startswith(words)
+
+
+def test_what_is_no_leg_is_numbered():
+    with pytest.raises(mdr.PathError, match="leg 2 is 'hold'; every entry must be a leg"):
+        mdr.History((mdr.hold(steps=1), "hold"))

@@ -41,9 +41,7 @@ class Status(enum.Enum):
     OF_A_CURVE = (
         "every step was solved on the line of a force curve: contact areas and pressures are not in it"
     )
-    PARTLY_REFUSED = (
-        "at some steps the contact is not a disk: values there are NaN, and only force_lower_bound is given"
-    )
+    PARTLY_REFUSED = "at some steps the contact is not a disk, or could not be solved: values there are NaN, and only force_lower_bound is given"
     BY_RINGS = "every step was solved by boundary elements on rings, without the method"
     ATTACHED = "every step was solved; the path ends in contact"
     PULLED_OFF = "every step was solved; the contact was pulled off"

@@ -10,15 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pymdr.interpretation.branches import Equilibria as Adhesive
-from pymdr.interpretation.validity import Claim, Level
+from pymdr.interpretation.validity import EXACT_WITHIN, Claim, Level, total_error
 from pymdr.line.adhesion.equivalent_line import States
 from pymdr.line.curves import Line
 from pymdr.line.following import Jumps
 from pymdr.line.foundation import DiskStates
 from pymdr.units import FloatArray
 
-EXACT_WITHIN = 1e-9
-"""Largest relative error of a number that is called exact."""
 _STRAIGHT = 0.01
 """Error of a curve up to which it is taken as straight where it is inverted."""
 _ROUNDED = 4.0 * float(np.finfo(float).eps)
@@ -285,13 +283,14 @@ def with_errors(
     cause: str = "as the map of the profile does",
 ) -> dict[str, Claim]:
     """
-    Claims that carry the errors of their numbers: above 1e-9 nothing is exact.
+    Claims to whose errors those of the numerics are added: above 1e-9 nothing is exact.
 
     Parameters
     ----------
     claims : mapping of str to Claim
+        Of the model. Where its error is not known, that of the numerics is the whole known error.
     errors : mapping of str to ndarray
-        Relative errors over the rows.
+        Relative errors over the rows; no error where a name is missing.
     remark : str
         What else the numbers rest on, for the reasons.
     cause : str
@@ -307,11 +306,12 @@ def with_errors(
 def _with_error(claim: Claim, error: FloatArray | None, remark: str, cause: str) -> Claim:
     if claim.level is Level.NOT_VALID:
         return claim
-    if error is None:
-        return replace(claim, reason=f"{claim.reason}{remark}") if remark else claim
-    largest = float(np.max(error[claim.where], initial=0.0))
     reason = f"{claim.reason}{remark}"
+    if error is None:
+        return replace(claim, reason=reason)
+    largest = float(np.max(error, initial=0.0, where=claim.where))
+    total = error if claim.error is None else total_error(error, claim.error)
     if largest <= EXACT_WITHIN or claim.level is not Level.EXACT:
-        return replace(claim, error=error, reason=reason)
+        return replace(claim, error=total, reason=reason)
     reason = f"{claim.reason}; numbers err by more than {EXACT_WITHIN:g} of their size, {cause}{remark}"
-    return replace(claim, level=Level.APPROXIMATE, error=error, reason=reason)
+    return replace(claim, level=Level.APPROXIMATE, error=total, reason=reason)

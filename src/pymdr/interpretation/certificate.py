@@ -11,6 +11,7 @@ from pymdr.interpretation.disks import (
     RING,
     TOLERANCE,
     Landscape,
+    apex_kink,
     disk_depths,
     gap_ratios,
     holes,
@@ -124,7 +125,8 @@ def certify_history(line: ElasticLine, deepest: float) -> Certificate:
     found = disk_depths(line.equivalent, deepest)
     if found.landscape is None:
         return Certificate(np.ones(1, dtype=bool), "")
-    left = holes(found.nearly, deepest)
+    # what happens before so little of the depth is felt by no later row
+    left = [hole for hole in holes(found.nearly, deepest) if hole[1] > TOLERANCE * deepest]
     if left:
         at = np.array([0.5 * (left[0][0] + left[0][1])])
         return Certificate(np.zeros(1, dtype=bool), _why_not(found.landscape, states_at_depth(line, at)))
@@ -283,7 +285,7 @@ def _ring(landscape: Landscape, state: DiskStates) -> tuple[float, float, float]
     """Radius of the worst kink, width of its ring in m, and the share of all rings in the load."""
     equivalent = landscape.equivalent
     a, excess = float(state.contact_radius[0]), float(state.edge_excess[0])
-    jumps = dict(equivalent.corners(landscape.top))
+    jumps = {0.0: apex_kink(equivalent)} | dict(equivalent.corners(landscape.top))
     moment = float(equivalent.moment(state.place)[0]) + a * excess
     worst, total = (0.0, 0.0, -1.0), 0.0
     inside = np.array([b for b in landscape.dents if b < a])
@@ -294,7 +296,8 @@ def _ring(landscape: Landscape, state: DiskStates) -> tuple[float, float, float]
             share, width = _overlap_beside(landscape, a, b)
         else:
             width = next(widths)
-            share = 0.5 * b * abs(jumps[b]) * width / moment if moment > 0.0 else 1.0
+            # at the apex the ring is a disk
+            share = 0.5 * max(b, width) * abs(jumps[b]) * width / moment if moment > 0.0 else 1.0
         total += share
         if share > worst[2]:
             worst = (b, width, share)
@@ -309,9 +312,10 @@ def _widths(landscape: Landscape, a: Place, excess: float, b: FloatArray, jump: 
     """
     edge = float(a.x)
     kink, size, side = np.tile(b, 2), np.tile(jump, 2), np.repeat([-1.0, 1.0], b.size)
-    most = np.log(0.5 * np.where(side > 0.0, edge - kink, kink))
+    with np.errstate(divide="ignore"):
+        most = np.log(0.5 * np.where(side > 0.0, edge - kink, kink))
     log = np.minimum(most, math.log(0.5 * RING * edge))
-    left = np.arange(kink.size)
+    left = np.flatnonzero(np.isfinite(most))
     for _ in range(30):
         if left.size == 0:
             break

@@ -74,10 +74,9 @@ def first_fault(
 
 @lru_cache(maxsize=256)
 def _fault_at(line: LayeredLine, a: float, excess: float, work: float | None) -> str:
-    depth = float(line.depth(np.array([a]))[0])
+    depth, force, stiffness, _ = line.smooth(a)
     if work is None:
         r = a * _INSIDE
-        force, stiffness = (float(f(np.array([a]))[0]) for f in (line.force, line.stiffness))
         for pressed in {0.0, excess}:
             p, mean = pressure(line, a, pressed, r), (force + pressed * stiffness) / (math.pi * a * a)
             if float(np.min(p)) < -_TOLERANCE * mean:

@@ -9,10 +9,17 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pymdr.errors import ConvergenceError, ProblemError
-from pymdr.interpretation.accuracy import EXACT_WITHIN
 from pymdr.interpretation.conductance import CONDUCTIONS
 from pymdr.interpretation.fields import edge_amplitude
-from pymdr.interpretation.validity import SOURCES, Assumption, BoolArray, Claim, Level
+from pymdr.interpretation.validity import (
+    EXACT_WITHIN,
+    SOURCES,
+    Assumption,
+    BoolArray,
+    Claim,
+    Level,
+    total_error,
+)
 from pymdr.line.curves import Line
 from pymdr.line.foundation import (
     DiskStates,
@@ -289,7 +296,7 @@ def _judged(claim: Claim, near: BoolArray, error: FloatArray, sample: str, part:
         reason=f"{claim.reason}; {words}" if where.any() else words,
         source=f"{claim.source}; {SOURCES[THICKNESS_SOURCE]}",
         where=where,
-        error=error if claim.error is None else np.minimum(error + claim.error, 1.0),
+        error=total_error(error, claim.error),
     )
 
 

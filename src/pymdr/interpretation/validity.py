@@ -22,6 +22,29 @@ from pymdr.units import FloatArray
 BoolArray = NDArray[np.bool_]
 
 
+EXACT_WITHIN = 1e-9
+"""Largest relative error of a number that is called exact."""
+
+
+def total_error(*errors: FloatArray | float | None) -> FloatArray | None:
+    """
+    The sum of relative errors of several causes, at most 1; None if one of them is not known.
+
+    Examples
+    --------
+    >>> total_error(np.array([0.1, 0.2]), 0.05)
+    array([0.15, 0.25])
+    >>> total_error(np.array([0.1, 0.2]), None) is None
+    True
+    """
+    total: FloatArray = np.zeros(())
+    for error in errors:
+        if error is None:
+            return None
+        total = total + error
+    return np.minimum(total, 1.0)
+
+
 class Level(enum.Enum):
     """How a quantity relates to the stated model."""
 
@@ -40,7 +63,24 @@ class Claim:
     where: BoolArray
     """Per step, whether the claim's level holds; outside, the quantity is not valid."""
     error: FloatArray | None = None
-    """Per step, a measured bound of the relative error of the number; None where it is rounding."""
+    """Per step, the whole known relative error of the number: of the numerics, of the model where its size is known, and of the
+    data. An exact claim has 0 unless it is given; None means not known, as of an approximation with exact numerics."""
+
+    def __post_init__(self) -> None:
+        if self.error is None:
+            if self.level is Level.EXACT:
+                object.__setattr__(self, "error", np.zeros(np.shape(self.where)))
+            return
+        if np.shape(self.error) != np.shape(self.where):
+            return  # of a damaged file, which says so
+        precise = bool(np.max(self.error, initial=0.0, where=self.where) <= EXACT_WITHIN)
+        if self.level is Level.EXACT and not precise:
+            object.__setattr__(self, "level", Level.APPROXIMATE)
+            reason = f"{self.reason}; numbers err by more than {EXACT_WITHIN:g} of their size"
+            object.__setattr__(self, "reason", reason)
+        elif self.level is Level.APPROXIMATE and precise:
+            # what is left of an approximation whose numerics are exact is the error of its model
+            object.__setattr__(self, "error", None)
 
     @property
     def readable(self) -> bool:
@@ -87,6 +127,9 @@ SOURCES: dict[str, str] = {
     "barber": "Barber (1974), Int. J. Eng. Sci. 12, 813-819: of all trial contact areas the true one carries most",
     "shield": (
         "Shield (1967), J. Appl. Math. Phys. 18, 682-693, with Barber (1974): reciprocity with a disk or an ellipse as trial area"
+    ),
+    "trial-pressure": (
+        "Shield (1967), J. Appl. Math. Phys. 18, 682-693, with Barber (1974): reciprocity with a trial pressure"
     ),
     "jkr": "Johnson, Kendall and Roberts (1971), Proc. R. Soc. A 324, 301-313, doi:10.1098/rspa.1971.0141",
     "hess": (
@@ -300,7 +343,7 @@ def normal_claims(
         level = Level.APPROXIMATE if remark else Level.EXACT
         reason = f"exact for {words} in frictionless contact on a disk{remark}"
         if not disk.all():
-            reason += f"; {int((~disk).sum())} of {disk.size} steps are not a disk: {why}{extra_reason}"
+            reason += f"; {int((~disk).sum())} of {disk.size} steps are left out: {why}{extra_reason}"
     else:
         level, reason = Level.NOT_VALID, f"{why}{extra_reason}"
     claims = {name: Claim(level, reason, source, disk) for name in (*NORMAL_QUANTITIES, *NORMAL_FIELDS)}
@@ -317,16 +360,30 @@ def normal_claims(
     return claims
 
 
-def approximated(claims: Mapping[str, Claim], remark: str, error: float) -> dict[str, Claim]:
+def trial_claim(disk: BoolArray) -> Claim:
+    """The claim of a lower bound of the force on layers, whose flat punches may need tension."""
+    return Claim(
+        Level.EXACT,
+        "a rigorous lower bound of the normal force for any profile: the force itself on a disk, or where it is prescribed; elsewhere "
+        "the best of trial pressures on disks of several radii that are nowhere negative",
+        SOURCES["trial-pressure"],
+        np.ones(disk.shape, dtype=bool),
+    )
+
+
+def approximated(
+    claims: Mapping[str, Claim], remark: str, error: FloatArray | float | None
+) -> dict[str, Claim]:
     """
-    Claims of disks that pass over something, as a share of the load.
+    Claims of an approximation, whose error is added to theirs.
 
     Parameters
     ----------
     claims : mapping of str to Claim
     remark : str
-        What is passed over.
-    error : float
+        What is approximated.
+    error : ndarray, float or None
+        Relative, per step or of all; None where its size is not known.
 
     Returns
     -------
@@ -339,7 +396,9 @@ def approximated(claims: Mapping[str, Claim], remark: str, error: float) -> dict
             claim,
             level=Level.APPROXIMATE,
             reason=f"{claim.reason}{remark}",
-            error=np.full(claim.where.shape, error) + (0.0 if claim.error is None else claim.error),
+            error=total_error(
+                np.zeros(claim.where.shape), error, 0.0 if claim.error is None else claim.error
+            ),
         )
         for name, claim in claims.items()
     }

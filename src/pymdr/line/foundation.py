@@ -271,7 +271,9 @@ def states_at_force(line: Curve, normal_force: ArrayLike) -> DiskStates:
     return DiskStates(line.depth(place) + excess, place, excess)
 
 
-def states_at_travel(line: Curve, travel: ArrayLike, machine_stiffness: float) -> DiskStates:
+def states_at_travel(
+    line: Curve, travel: ArrayLike, machine_stiffness: float, deepest: float = math.inf
+) -> DiskStates:
     """
     Contact radius and indentation from the travel of a machine, d + F(d)/k = D.
 
@@ -282,6 +284,8 @@ def states_at_travel(line: Curve, travel: ArrayLike, machine_stiffness: float) -
         D in m.
     machine_stiffness : float
         k in N/m, above 0.
+    deepest : float
+        An indentation in m that none of the contacts passes.
 
     Returns
     -------
@@ -297,18 +301,19 @@ def states_at_travel(line: Curve, travel: ArrayLike, machine_stiffness: float) -
     [1.0, -1.0]
     """
     D = np.asarray(travel, dtype=float)
-    d = D.copy()
-    bent = np.asarray(normal_force(line, states_at_depth(line, D)) / machine_stiffness)
+    most = np.minimum(D, deepest)
+    d = most.copy()
+    bent = np.asarray(normal_force(line, states_at_depth(line, most)) / machine_stiffness)
     loaded = bent > 0.0
     if loaded.any():
         # the rim of a hollow profile may be pressed before its axis would touch
         hollow = float(normal_force(line, states_at_depth(line, np.zeros(1)))[0]) / machine_stiffness
-        deepest = D[loaded]
+        pressed, high = D[loaded], most[loaded]
         d[loaded] = rising_root(
             lambda x: x + normal_force(line, states_at_depth(line, x)) / machine_stiffness,
-            deepest,
-            np.where(deepest >= hollow, 0.0, deepest - bent[loaded]),
-            deepest,
+            pressed,
+            np.where(pressed >= hollow, 0.0, high - bent[loaded]),
+            high,
         )
     return states_at_depth(line, d)
 

@@ -445,7 +445,7 @@ class Charges:
         # of many panels only those count whose error is more than rounding
         floor = 8.0 * np.finfo(float).eps * slopes.size if slopes.size.size > _MANY else 0.0
         rough = np.flatnonzero(slopes.error > floor)
-        total = np.zeros(offset.size)
+        total = np.full(offset.size, self.tail.error)
         bases, offsets = np.repeat(base, offset.shape[1])[:, None], offset.reshape(-1, 1)
         x = bases + offsets
         for start in range(0, rough.size, 4096):

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from pymdr.errors import ConvergenceError, ProblemError
 from pymdr.mapping.callables import TipLaw, find_kinks, rounding, slope_panel, tip_law, underflow_law
@@ -18,6 +20,8 @@ from pymdr.units import FloatArray, metres
 _WANTED = 1e-12
 """Error of f', in parts of it, above which a panel is divided if that helps."""
 _DEEPEST = 40
+_DIVIDED = 2
+"""Halvings after which an error of f' that is small and does not shrink, as that of small stairs in f, is what there is."""
 _GAIN = 0.5
 _NOISY = 1e3
 """Error of f' on a panel in roundings of f over its width, if it is nothing but rounding."""
@@ -28,6 +32,8 @@ _FIRST, _SPREAD = 0.02, 2.0
 """Where on a panel beside a breakpoint f' is no smaller than by that factor."""
 _DIGITS = 1e6
 _EPS = float(np.finfo(float).eps)
+_ROUNDED = 4.0
+"""Roundings of a value of f, those of elementary functions among them."""
 _HIDDEN = 4.0
 """Roundings of f by which it may rise before that is seen."""
 
@@ -120,6 +126,10 @@ class DerivedSource(SlopeSource):
     def rounding(self, r: float) -> float:
         """Scatter in m of f around a radius in m."""
         return float(np.nan_to_num(self._scatter(r)))
+
+    def rise(self, r: float) -> tuple[float, float]:
+        """F(r) - f(0) in m and its rounding."""
+        return rise_of(self._f, r)
 
     def _scatter(self, r: float) -> float:
         """Rounding of f around a radius in m, found once; nan where f is not defined."""
@@ -254,7 +264,9 @@ class DerivedSource(SlopeSource):
             if not settled and error > _GAIN * before:
                 # finer panels only help where the misfit is more than rounding
                 noise = self._scatter(right)
-                settled = error <= _NOISY * noise / (right - left)
+                settled = error <= _NOISY * noise / (right - left) or (
+                    depth >= _DIVIDED and error <= _SURE * size
+                )
             begins = left == base and base > 0.0
             settled = settled and not (begins and self._starts_steeply(series, left, right))
             thinnest = 64.0 * np.finfo(float).eps if begins else 1e-9
@@ -314,6 +326,12 @@ class DerivedSource(SlopeSource):
                 break
             low, high = (middle, high) if np.isfinite(self._f(np.array([middle]))[0]) else (low, middle)
         return low
+
+
+def rise_of(f: Callable[[FloatArray], ArrayLike], r: float) -> tuple[float, float]:
+    """F(r) - f(0) in m of a callable and its rounding."""
+    apex, value = call(f, np.array([0.0, r])).tolist()
+    return value - apex, _ROUNDED * _EPS * max(abs(apex), abs(value))
 
 
 def _anchor(base: float, j: int) -> float:

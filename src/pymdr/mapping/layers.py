@@ -312,7 +312,9 @@ class Kernel:
     def _integrated(self, t: FloatArray) -> FloatArray:
         s, _ = self._ray
         waves = np.exp(1j * np.outer(t, s))
-        return np.where(t < 2.0, (waves @ self._short).real, -(waves @ self._whole).real)
+        # without a linear algebra library, whose threads wait for one another
+        near, far = (np.einsum("ts,s->t", waves, part).real for part in (self._short, self._whole))
+        return np.where(t < 2.0, near, -far)
 
     def _reach(self, top: float) -> None:
         """Tabulate up to t = top."""

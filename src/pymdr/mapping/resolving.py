@@ -91,6 +91,14 @@ class SlopeSource(ABC):
         """Scatter in m of the f that is differentiated around a radius in m; 0 where f' is given."""
         return 0.0
 
+    def grain(self, panels: Panels) -> FloatArray:
+        """What the rounding of samples makes of f' on panels, which their knots cannot resolve; shape (P,)."""
+        return np.zeros(panels.count)
+
+    def rise(self, r: float) -> tuple[float, float]:
+        """F(r) - f(0) in m and its rounding; NaN where only f' is known."""
+        return math.nan, math.nan
+
     def kinks(self, low: float, high: float) -> list[float]:
         """Radii between two others at which f' is not smooth, although nobody said so."""
         return []
@@ -254,7 +262,7 @@ def resolve(
         )
         fits = (fit.error <= allowed) & fit.even
         if source.soft_knots.size > 400:
-            fits |= fit.error <= _SOFT * fit.size
+            fits |= fit.error <= np.maximum(_SOFT * fit.size, source.grain(pending))
         if generation >= 2 and not fits.all():
             rest = np.flatnonzero(~fits)
             noise = _noise(source, pending.take(rest))
@@ -284,12 +292,16 @@ def resolve(
             break
         soft = source.soft_knots.size > 0
         if generation == _KINK_GENERATION or soft:
+            found: list[float] = []
             for i in sorted(set(family[rest].tolist()) - asked):
                 asked.add(i)
                 low, high = float(panels.start[i]), float(panels.stop[i])
-                found = [b for b in kinks(low, high) if low < b < high]
-                if found:
-                    return Stopped(found)
+                found += [b for b in kinks(low, high) if low < b < high]
+                # knots are known, and what has to be searched for may explain the panels beyond too
+                if found and not soft:
+                    break
+            if found:
+                return Stopped(found)
         pending, family = _divided(pending.take(rest), family[rest])
         wanted = pending.start < needed
         pending, family = pending.take(wanted), family[wanted]

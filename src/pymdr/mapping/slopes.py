@@ -47,7 +47,17 @@ _WEIGHTLESS = 1e-30
 """Share of a result, below which what a slope is farther in does not matter."""
 _FLOORS = 20, 48, 160
 """Octaves in which a floor is looked for, as far as it takes."""
+_LEAST_INNER = 1e-280
+"""Radius in m from which there are octaves farther in."""
 _PURE = 1e-14
+_FLAT = 0.5
+"""Exponent of f at the tip below which f has risen by something that matters at the floor."""
+_DEEPEST, _BESIDE_DEEPEST = 970, 8
+"""Octaves below 1 m down to which f' is asked, and those of the last stretch, in which its power is measured."""
+_FLATTEST = 1e-3
+"""Least such exponent that rules of quadrature take."""
+_OPEN = 1e-6
+"""Largest share of a result that the law of a flat tip may leave open."""
 _UNNAMED = 32.0 * float(np.finfo(float).eps)
 """How far a kink that was found may lie from the true one, in its radius."""
 _BESIDE = 4.0
@@ -66,6 +76,8 @@ class Tail:
     radius: float
     slope: float
     power: float
+    error: float = 0.0
+    """Error in m of the rise of f up to the radius."""
 
 
 @dataclass
@@ -103,11 +115,12 @@ class ResolvedSlope:
         r = r[r < min([self.limit, *self.knots[:1]])]
         given = self.source.sample(np.zeros(r.size), r)[0]
         law = self.tail.slope * (r / self.tail.radius) ** self.tail.power
-        panels = self.slopes.panels
+        panels, last = self.slopes.panels, max(inner, ABOVE_TAIL * self.floor)
         scale = float(
-            np.max(self.slopes.size * np.minimum(panels.stop, inner), where=panels.start < inner, initial=0.0)
+            np.max(self.slopes.size * np.minimum(panels.stop, last), where=panels.start < last, initial=0.0)
         )
-        return bool(np.max(np.abs(given - law) * r) > 1e-15 * scale)
+        # what is next to an underflow is nothing to anything farther out
+        return scale > _SUDDEN and bool(np.max(np.abs(given - law) * r) > 1e-15 * scale)
 
     def is_power_from(self, x: float) -> bool:
         """Whether the tip goes on as one power, to rounding, from a radius in m up to the first panel."""
@@ -159,6 +172,8 @@ class ResolvedSlope:
             return
         assert self.slopes is not None
         self.tail = _tail(self.slopes, floor)
+        if self.tail.power < _FLAT - 1.0:
+            self.tail = _flat_tail(self.source, self.tail, self.slopes, bottom)
         self._power_from = math.inf
         if self._is_felt_below(inner):
             self._begin(x, inner * _FELT_FROM)
@@ -379,6 +394,7 @@ def _hidden_rise(slopes: Slopes, first: int, height: float) -> float:
 
 def _floor(source: SlopeSource, inner: float) -> float:
     """A radius below which only the local power of the tip matters to results at `inner`."""
+    inner = max(inner, _LEAST_INNER)
     # far below, powers of a radius have no digits left: no farther than it matters
     for count in _FLOORS:
         floor = _floor_among(source, inner * 2.0 ** -np.arange(float(count)), count == _FLOORS[-1])
@@ -408,6 +424,9 @@ def _floor_among(source: SlopeSource, radii: FloatArray, last: bool) -> float | 
         steady = np.all(change[k : k + 3] < 0.5)
         if steady and weight[k] * np.max(change[k : k + 3]) < 1e-17:
             return _octave(radii[k])
+    if deepest < 4:
+        # steeper than numbers hold: farther in nothing is left that could be felt
+        return 2.0 * _octave(radii[deepest])
     if not last and deepest == size.size - 1:
         return None
     return _octave(radii[max(min(deepest - 1, 140), 4)])
@@ -429,5 +448,55 @@ def _tail(slopes: Slopes, floor: float) -> Tail:
     else:
         power = float(np.log(values[-1] / values[0]) / np.log(offsets[-1] / offsets[0]))
         nearest = round(power * 60.0) / 60.0
-        power = max(nearest if abs(power - nearest) < 1e-9 else power, -0.95)
+        power = nearest if abs(power - nearest) < 1e-9 else power
     return Tail(floor, float(values[0]), power)
+
+
+def _flat_tail(source: SlopeSource, tail: Tail, slopes: Slopes, inner: float) -> Tail:
+    """
+    The tail of a tip so flat that f has risen noticeably up to the floor: by as much, where f is known.
+
+    Where only f' is known, the error is what f' farther in leaves of the power, down to the smallest numbers.
+    """
+    radius, n = tail.radius, 1.0 + tail.power
+    law = tail.slope * radius / n if n >= _FLATTEST else math.inf
+    rise, rounded = source.rise(radius)
+    if math.isfinite(rise):
+        missed = rounded
+        if not abs(law - rise) <= rounded:
+            # beyond the floor only the rise counts, not the way there
+            n = tail.slope * radius / rise if rise else math.inf
+            law = rise
+    else:
+        missed = _missed_by_power(source, tail) if n >= _FLATTEST else math.inf
+    panels = slopes.panels
+    felt = abs(law) + float(np.sum(slopes.size * panels.width, where=panels.start < inner))
+    if not (_FLATTEST <= n <= 1.0 and missed <= _OPEN * felt):
+        open_ = (
+            f", and leaves {missed / felt:.1g} of the rise of f open (limit {_OPEN:g})"
+            if missed < felt
+            else ""
+        )
+        raise ProblemError(
+            f"the tip of the profile is too flat: f starts with r^n, n = {1.0 + tail.power:.3g} at r = {metres(radius)}"
+            f"{open_}; exponents from {_FLATTEST:g} are resolved if n is steady there or Function.f is given: give f, or "
+            "PowerLaw(exponent=...)"
+        )
+    return Tail(radius, tail.slope, n - 1.0, missed)
+
+
+def _missed_by_power(source: SlopeSource, tail: Tail) -> float:
+    """What the power of a tail leaves of the rise of f below the floor in m."""
+    n, radius = 1.0 + tail.power, tail.radius
+    octaves = np.arange(math.floor(math.log2(radius)) + _DEEPEST)
+    if octaves.size < _BESIDE_DEEPEST:
+        return math.inf
+    r = radius * 2.0**-octaves
+    with np.errstate(all="ignore"):
+        given = np.log(np.abs(source.sample(np.zeros(r.size), r)[0] / tail.slope))
+        wrong = given - tail.power * np.log(r / radius)
+        # the power itself may be another farther in
+        steeper = abs(wrong[-1] - wrong[-_BESIDE_DEEPEST]) / (math.log(2.0) * (_BESIDE_DEEPEST - 1) * n)
+        share = 2.0 ** (-n * octaves)
+        missed = np.sum(share * np.abs(np.expm1(wrong))) * (1.0 - 2.0**-n) + share[-1] * steeper
+    return float(np.nan_to_num(missed * abs(tail.slope) * radius / n, nan=math.inf))

@@ -9,7 +9,7 @@ import numpy as np
 
 from pymdr.errors import ProblemError
 from pymdr.mapping.callables import TipLaw, check_consistency, find_kinks, underflow_law
-from pymdr.mapping.derived import DerivedSource
+from pymdr.mapping.derived import DerivedSource, rise_of
 from pymdr.mapping.resolving import SlopeSource, radii_beside
 from pymdr.mapping.series import TERMS, Panels, Place, Series, evaluate
 from pymdr.problem.profiles import (
@@ -26,6 +26,7 @@ from pymdr.units import FloatArray, metres
 
 _CHECKED_BEYOND = 1.5
 _FARTHER_OUT = 2.0**30
+_COSTLY_KNOTS = 4000
 MANY_KNOTS = 400
 """Samples from which on knots only count where panels do not resolve the curve across them."""
 
@@ -96,15 +97,23 @@ class CurveSource(SlopeSource):
             farthest = min(_FARTHER_OUT * top, self.reach)
             check_consistency(value, slope, top / 1024.0, top, self.knots, farthest=farthest)
 
+    def rise(self, r: float) -> tuple[float, float]:
+        """F(r) - f(0) in m and its rounding; NaN where only f' is known."""
+        f = self.profile.f if isinstance(self.profile, Function) else None
+        return (math.nan, math.nan) if f is None else rise_of(f, r)
+
     def kinks(self, low: float, high: float) -> list[float]:
         """Kinks between two radii that were not named."""
         return find_kinks(self.profile.gap_slope, low, high) if isinstance(self.profile, Function) else []
 
 
+_GRAIN = 8.0 * float(np.finfo(float).eps)
+"""By how much roundings of neighbouring heights differ at most, in parts of them, and what a spline makes of that."""
+
+
 class SplineSource(SlopeSource):
     """f' of a piecewise cubic, whose offsets from its knots are not rounded."""
 
-    known_everywhere = True
     surveyed = True
 
     def __init__(self, profile: Sampled) -> None:
@@ -113,12 +122,21 @@ class SplineSource(SlopeSource):
         self.coefficients = np.asarray(spline.c, dtype=float)
         inner = self.breaks[1:-1]
         many = inner.size > MANY_KNOTS
+        # panels between many knots are not resolved before they are needed
+        self.known_everywhere = inner.size <= _COSTLY_KNOTS
+        self.heights = np.abs(self.coefficients[3] + profile.offset)
         self.knots = () if many else tuple(inner.tolist())
         if many:
             self.soft_knots = inner
         self.reach = float(self.breaks[-1])
         if isinstance(profile.interpolation, SmoothingSpline):
             self.fitted = f"of the fitted curve, off which the samples lie by {metres(profile.misfit)} (root mean square)"
+
+    def grain(self, panels: Panels) -> FloatArray:
+        """What the rounding of heights makes of f' on panels."""
+        inside = np.diff(np.searchsorted(self.breaks, [panels.start, panels.stop]), axis=0)[0]
+        heights = np.interp(panels.stop, self.breaks[:-1], self.heights)
+        return np.asarray(_GRAIN * heights * inside / panels.width)
 
     def sample(self, base: FloatArray, offset: FloatArray) -> tuple[FloatArray, FloatArray]:
         """F' beside base + offset."""
@@ -206,6 +224,11 @@ class SumSource(SlopeSource):
     def rounding(self, r: float) -> float:
         """Those of the parts together."""
         return sum(part.rounding(r) for part in self.parts)
+
+    def rise(self, r: float) -> tuple[float, float]:
+        """Those of the parts together."""
+        rises, rounded = zip(*(part.rise(r) for part in self.parts), strict=True)
+        return sum(rises), sum(rounded)
 
     def kinks(self, low: float, high: float) -> list[float]:
         """Those of the parts."""

@@ -175,8 +175,8 @@ def _errors_apart(claims: Mapping[str, Claim]) -> tuple[dict[str, float | str], 
     named: dict[str, float | str] = {}
     seen: dict[bytes, str] = {}
     for name, claim in claims.items():
-        if claim.error is None:
-            continue
+        if claim.error is None or (claim.level is Level.EXACT and not claim.error.any()):
+            continue  # as a claim is without one
         error = np.ascontiguousarray(claim.error, dtype=float)
         if error.size and np.all(error == error[0]):
             named[name] = float(error[0])
@@ -187,7 +187,7 @@ def _errors_apart(claims: Mapping[str, Claim]) -> tuple[dict[str, float | str], 
 
 
 def _error_from(plain: float | str | None, steps: int, dataset: xr.Dataset) -> np.ndarray | None:
-    """The errors of a claim; None in files of versions that did not measure them."""
+    """The errors of a claim that are not what its level alone says."""
     if plain is None:
         return None
     return np.full(steps, plain) if isinstance(plain, float) else np.array(dataset[f"{_ERROR}{plain}"].values)

@@ -6,7 +6,6 @@ from collections.abc import Iterable, Mapping, Sequence
 from html import escape
 from typing import TYPE_CHECKING
 
-from pymdr.interpretation.accuracy import EXACT_WITHIN
 from pymdr.interpretation.validity import Assumption, Claim, Level
 from pymdr.presentation.text import in_bytes, largest_error, last_error, last_level, last_value
 from pymdr.quantities import BAND_ENDS, QUANTITIES
@@ -47,6 +46,8 @@ def _error(claim: Claim) -> str:
     if claim.level is Level.NOT_VALID:
         return ""
     error = largest_error(claim)
+    if error is None:
+        return "not known"
     return f"{error:.1e}" if error else "rounding"
 
 
@@ -78,8 +79,8 @@ def result_html(
         value = escape(written(last_value(data, name), quantity.unit))
         claim = claims.get(name)
         level = badge(last_level(claim)) if claim is not None else ""
-        error = last_error(claim) if claim is not None else 0.0
-        remark = f" <small>error {error:.1e}</small>" if error > EXACT_WITHIN else ""
+        error = last_error(claim) if claim is not None else ""
+        remark = f" <small>{error}</small>" if error else ""
         ends = [data[f"{name}_{end}"].values[-1] for end in BAND_ENDS if f"{name}_{end}" in data]
         if ends:
             low, high = (escape(written(float(end), quantity.unit)) for end in ends)

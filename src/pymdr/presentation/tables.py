@@ -73,8 +73,9 @@ def about_rows(
         held = f"holds in {int(claim.where.sum())} of {claim.where.size}"
         rows.append(("claim", name, f"{claim.level.name}: {claim.reason} [{claim.source}]; {held}"))
         error = largest_error(claim)
-        if error is not None:
-            rows.append(("error", name, f"relative errors of up to {error:.1e}"))
+        if claim.readable:
+            words = "not known" if error is None else f"relative errors of up to {error:.1e}"
+            rows.append(("error", name, words))
     rows += [
         (
             "assumption",

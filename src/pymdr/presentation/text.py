@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pymdr.interpretation.accuracy import EXACT_WITHIN
-from pymdr.interpretation.validity import Assumption, Claim, Level
+from pymdr.interpretation.validity import EXACT_WITHIN, Assumption, Claim, Level
 from pymdr.quantities import BAND_ENDS, QUANTITIES
 from pymdr.units import metres, without_rounding, written
 
@@ -39,9 +38,8 @@ def summary(
         if f"{name}_low" in data:
             ends = (written(float(data[f"{name}_{end}"].values[-1]), quantity.unit) for end in BAND_ENDS)
             band = f"  between {' and '.join(ends)}"
-        error = last_error(claims[name]) if name in claims else 0.0
-        remark = f"  error {error:.1e}" if error > EXACT_WITHIN else ""
-        lines.append(f"  {quantity.words:<36}{written(value, quantity.unit):>16}{level}{remark}{band}")
+        error = f"  {last_error(claims[name])}".rstrip() if name in claims else ""
+        lines.append(f"  {quantity.words:<36}{written(value, quantity.unit):>16}{level}{error}{band}")
     return "\n".join([*lines, *_claims(claims), *_assumptions(assumptions), *_notes(notes)])
 
 
@@ -106,14 +104,14 @@ def impact_summary(
 
 def largest_error(claim: Claim) -> float | None:
     """
-    The largest relative error of a quantity over the steps at which its claim holds; None where it is rounding.
+    The largest relative error of a quantity over the steps at which its claim holds; None where it is not known.
 
     Examples
     --------
     >>> where = np.array([True, False])
     >>> largest_error(Claim(Level.EXACT, "", "", where, np.array([1e-12, 1e-3])))
     1e-12
-    >>> largest_error(Claim(Level.EXACT, "", "", where)) is None
+    >>> largest_error(Claim(Level.APPROXIMATE, "", "", where)) is None
     True
     """
     if claim.error is None:
@@ -127,10 +125,13 @@ def last_level(claim: Claim) -> Level:
     return claim.level if claim.where[-1:].all() else Level.NOT_VALID
 
 
-def last_error(claim: Claim) -> float:
-    """The relative error of a quantity at the last step; 0 where it is rounding, or where nothing is claimed."""
-    known = claim.error is not None and claim.where.size and claim.where[-1]
-    return float(claim.error[-1]) if claim.error is not None and known else 0.0
+def last_error(claim: Claim) -> str:
+    """The relative error of a quantity at the last step, in words; empty where it is rounding or nothing is claimed."""
+    if not (claim.readable and claim.where[-1]):
+        return ""
+    if claim.error is None:
+        return "error not known"
+    return f"error {claim.error[-1]:.1e}" if claim.error[-1] > EXACT_WITHIN else ""
 
 
 def in_bytes(count: int) -> str:
@@ -148,10 +149,13 @@ def _claims(claims: Mapping[str, Claim]) -> list[str]:
         by_words.setdefault((claim.level, claim.reason, claim.source), []).append(name)
     for (level, reason, source), names in by_words.items():
         lines += [f"  {level.name}: {', '.join(names)}", f"    {reason}", f"    [{source}]"]
-        errors = {name: largest_error(claims[name]) or 0.0 for name in names}
-        told = [f"{name} {error:.1e}" for name, error in errors.items() if error > EXACT_WITHIN]
-        if told:
-            lines.append(f"    relative errors of up to: {', '.join(told)}")
+        errors = {name: largest_error(claims[name]) for name in names if claims[name].readable}
+        known = [f"{name} {error:.1e}" for name, error in errors.items() if error and error > EXACT_WITHIN]
+        unknown = [name for name, error in errors.items() if error is None]
+        if known:
+            lines.append(f"    relative errors of up to: {', '.join(known)}")
+        if unknown:
+            lines.append(f"    relative errors not known: {', '.join(unknown)}")
     return lines
 
 

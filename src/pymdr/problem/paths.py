@@ -361,8 +361,11 @@ class History(LoadingPath):
         pieces = tuple(self.legs)
         if not pieces:
             raise PathError("the path is empty: give at least one leg, for example load('50 N')")
-        if not all(isinstance(leg, Leg) for leg in pieces):
-            raise PathError(f"History.legs = {self.legs!r}: every entry must be a leg such as load('50 N')")
+        for number, leg in enumerate(pieces, 1):
+            if not isinstance(leg, Leg):
+                raise PathError(
+                    f"History.legs: leg {number} is {shown(leg)}; every entry must be a leg such as load('50 N')"
+                )
         object.__setattr__(self, "legs", pieces)
 
 

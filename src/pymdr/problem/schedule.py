@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 
@@ -20,7 +20,7 @@ from pymdr.problem.paths import (
     legs,
     named_channels,
 )
-from pymdr.units import FloatArray
+from pymdr.units import FloatArray, metres, newtons
 
 KnownLeg = Ramp | Cycle | Hold | Path
 
@@ -63,7 +63,7 @@ class Planned:
                 return None
             if leg.time[0] <= begin and self.number > 1:
                 raise PathError(
-                    f"Path.time begins at {leg.time[0]:g} s, but the legs before it end at {begin:g} s; "
+                    f"leg {self.number}: Path.time begins at {leg.time[0]:g} s, but the legs before it end at {begin:g} s; "
                     "times count from the start of the whole history"
                 )
             return np.asarray(leg.time)
@@ -71,9 +71,11 @@ class Planned:
         if isinstance(leg, Ramp) and leg.rate is not None:
             duration = abs(target - start) / leg.rate
             if duration == 0.0:
+                channel = named_channels(leg)[0]
+                where = newtons(target) if channel.endswith("force") else metres(target)
                 raise PathError(
-                    f"the leg starts where it goes to, {target:g} in SI units, and at a rate takes no time; give hold(...) with a "
-                    "duration instead"
+                    f"leg {self.number}: it starts where it goes to, {channel} = {where}, and at a rate takes no time; give hold(...) with "
+                    "a duration instead"
                 )
         if duration is None:
             return None
@@ -160,9 +162,11 @@ class Stretch:
 def known_legs(path: LoadingPath) -> list[KnownLeg]:
     """The legs in order; a leg of an unknown kind is refused."""
     found: list[KnownLeg] = []
-    for leg in legs(path):
+    for number, leg in enumerate(legs(path), 1):
         if not isinstance(leg, KnownLeg):
-            raise PathError(f"solve: legs of the kind {type(leg).__name__} are not known")
+            raise PathError(
+                f"solve: leg {number} is a {type(leg).__name__}, which is not known; take load(...), hold(...), cycle(...) or Path(...)"
+            )
         found.append(leg)
     return found
 
@@ -257,7 +261,7 @@ def _rows(leg: KnownLeg, channel: str, start: float) -> FloatArray:
 
 
 def check_times(path: LoadingPath) -> None:
-    """Refuse a path of which some legs have a duration and others none."""
+    """Refuse a path of which some legs say how long they take and others do not; the message numbers both."""
     timed = [
         leg.time is not None
         if isinstance(leg, Path)
@@ -265,9 +269,27 @@ def check_times(path: LoadingPath) -> None:
         for leg in known_legs(path)
     ]
     if any(timed) and not all(timed):
+        known, unknown = ([i for i, one in enumerate(timed, 1) if one is kind] for kind in (True, False))
         raise PathError(
-            "some legs of the path have a duration and others none: give one to every leg, or to none"
+            f"{numbered_legs(unknown)} no time, but {numbered_legs(known)}: give every leg a duration or a rate (a Path its time), or none"
         )
+
+
+def numbered_legs(numbers: Sequence[int]) -> str:
+    """
+    Some legs in words, with their verb.
+
+    Examples
+    --------
+    >>> numbered_legs([2]), numbered_legs([1, 3]), numbered_legs(range(1, 9))
+    ('leg 2 has', 'legs 1 and 3 have', 'legs 1, 2, 3, 4 and 4 more have')
+    """
+    if len(numbers) == 1:
+        return f"leg {numbers[0]} has"
+    shown = [str(number) for number in numbers]
+    if len(shown) > 5:
+        shown = [*shown[:4], f"{len(shown) - 4} more"]
+    return f"legs {', '.join(shown[:-1])} and {shown[-1]} have"
 
 
 def ends_only(leg: KnownLeg) -> LoadingPath:

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pymdr.errors import PathError, ProblemError, RefusedError
-from pymdr.interpretation.accuracy import EXACT_WITHIN, with_errors
+from pymdr.interpretation.accuracy import with_errors
 from pymdr.interpretation.certificate import Certificate, certify_disk, certify_history, noise_words
 from pymdr.interpretation.friction import (
     TANGENTIAL_QUANTITIES,
@@ -23,7 +23,7 @@ from pymdr.interpretation.traction import (
     deepest_of,
     friction_leg,
 )
-from pymdr.interpretation.validity import Assumption, approximated
+from pymdr.interpretation.validity import EXACT_WITHIN, Assumption, approximated
 from pymdr.line.foundation import (
     ElasticLine,
     elastic_energy,

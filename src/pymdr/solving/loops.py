@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pymdr.errors import ProblemError, PymdrError, QuantityError
-from pymdr.interpretation.accuracy import EXACT_WITHIN, with_errors
+from pymdr.interpretation.accuracy import with_errors
 from pymdr.interpretation.closure import closure_claims
 from pymdr.interpretation.friction import frictional_claims
-from pymdr.interpretation.validity import Assumption, Claim, Level, approximated
+from pymdr.interpretation.validity import EXACT_WITHIN, Assumption, Claim, Level, approximated
 from pymdr.line.foundation import ElasticLine, states_at_depth, states_at_force
 from pymdr.line.foundation import normal_force as force_of
 from pymdr.mapping.abel import gauss

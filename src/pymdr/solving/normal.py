@@ -8,7 +8,7 @@ from functools import partial
 
 import numpy as np
 
-from pymdr.errors import PathError
+from pymdr.errors import ConvergenceError, PathError, ProblemError
 from pymdr.interpretation.accuracy import normal_errors, with_errors
 from pymdr.interpretation.certificate import (
     certify_disk,
@@ -17,7 +17,7 @@ from pymdr.interpretation.certificate import (
     valid_ranges,
 )
 from pymdr.interpretation.fields import edge_amplitude
-from pymdr.interpretation.validity import BoolArray, Claim, bodies_of, normal_claims
+from pymdr.interpretation.validity import BoolArray, Claim, bodies_of, normal_claims, trial_claim
 from pymdr.line.curves import ElasticLine, Line
 from pymdr.line.foundation import (
     DiskStates,
@@ -29,6 +29,8 @@ from pymdr.line.foundation import (
     states_at_force,
     states_at_travel,
 )
+from pymdr.line.layered import LayeredLine, lower_bound
+from pymdr.mapping.series import Place
 from pymdr.problem.contact import Contact
 from pymdr.problem.paths import TANGENTIAL_CHANNELS, Cycle, LoadingPath, Path, named_channels
 from pymdr.problem.schedule import Planned, Stretch, planned
@@ -46,6 +48,8 @@ class _Rows:
     """The force where it is prescribed, else nan."""
     moved: BoolArray
     """Whether the indentation is prescribed: not where a machine with a stiffness travels."""
+    solved: BoolArray
+    """Whether layers let the row be solved; the others hold what is prescribed, and no contact."""
 
 
 def solve_normal(task: Task) -> Result:
@@ -60,22 +64,63 @@ def _step(
     task: Task, line: Line, _: None, asked: Stretch, kept: np.ndarray | None, told: Told | None
 ) -> tuple[_Rows, None, Channels]:
     """Step 2: every row is a state of the line under what is prescribed, without memory."""
-    targets, stiffness = asked.normal, task.machine_stiffness
-    moved = not asked.by_force
+    targets, machine = asked.normal, task.machine_stiffness
     if asked.by_force:
         refuse_tension(asked.leg, targets)
-        states = states_at_force(line, targets)
-    elif asked.controls.normal == "travel" and stiffness is not None and math.isfinite(stiffness):
-        moved = False
-        states = states_at_travel(line, targets, stiffness)
-    else:
-        states = states_at_depth(line, targets)
-    most = float(np.max(targets)) if asked.by_force else None
-    refuse_unreachable(line, task.contact.profile, states, most)
-    last = states.take(slice(-1, None))
-    here = channels_at(float(last.indentation[0]), float(normal_force(line, last)[0]), stiffness)
+    compliance = 0.0
+    if asked.controls.normal == "travel" and machine is not None:
+        compliance = 1.0 / machine
+    states, solved = _states(line, targets, asked.by_force, compliance)
+    if solved.any():
+        most = float(np.max(targets[solved])) if asked.by_force else None
+        refuse_unreachable(line, task.contact.profile, states.take(solved), most)
+    here = dict.fromkeys(("indentation", "normal_force", "travel"), math.nan)
+    if solved[-1]:
+        last = states.take(slice(-1, None))
+        here = channels_at(float(last.indentation[0]), float(normal_force(line, last)[0]), machine)
     prescribed = targets if asked.by_force else np.full(targets.size, math.nan)
-    return taken(_Rows(states, prescribed, np.full(targets.size, moved)), kept), None, here
+    moved = np.full(targets.size, not asked.by_force and compliance == 0.0)
+    return taken(_Rows(states, prescribed, moved, solved), kept), None, here
+
+
+def _states(
+    line: Line, targets: FloatArray, by_force: bool, compliance: float
+) -> tuple[DiskStates, BoolArray]:
+    """
+    States under what is prescribed, and which of them could be solved.
+
+    On layers contacts beyond some size cannot be: too wide for the equation, not resolved, or where the profile falls. The others
+    are solved all the same.
+    """
+
+    def solve(values: FloatArray, deepest: float = math.inf) -> DiskStates:
+        if by_force:
+            return states_at_force(line, values)
+        if compliance > 0.0:
+            return states_at_travel(line, values, 1.0 / compliance, deepest)
+        return states_at_depth(line, values)
+
+    def control(depth: float, force: float) -> float:
+        return force if by_force else depth + compliance * force
+
+    try:
+        return solve(targets), np.ones(targets.shape, dtype=bool)
+    except (ConvergenceError, ProblemError):
+        most = float(np.max(targets))
+        limit = line.limit(lambda *state: control(*state) >= most) if isinstance(line, LayeredLine) else None
+        if limit is None or not limit.depth > 0.0:
+            raise
+        solved = targets <= control(limit.depth, limit.load)
+    states = DiskStates(
+        np.where(compliance > 0.0, limit.depth, targets),
+        Place(np.zeros(targets.shape), np.zeros(targets.shape)),
+        np.zeros(targets.shape),
+    )
+    found = solve(targets[solved], limit.depth)
+    states.indentation[solved] = found.indentation
+    states.place.base[solved], states.place.offset[solved] = found.place.base, found.place.offset
+    states.edge_excess[solved] = found.edge_excess
+    return states, solved
 
 
 def check_normal_path(path: LoadingPath) -> None:
@@ -118,8 +163,12 @@ def _interpret(task: Task, mapped: Mapped, walked: Walked[_Rows]) -> Result:
     """Step 3: quantities, claims and assumptions of every row."""
     rows = walked.rows
     line, states = mapped.line, rows.states
-    force = np.where(np.isfinite(rows.prescribed), rows.prescribed, normal_force(line, states))
+    by_force = np.isfinite(rows.prescribed)
+    force = np.where(by_force, rows.prescribed, normal_force(line, states))
     claims, disk = _claims(task.contact, line, rows)
+    bound = force
+    if isinstance(line, LayeredLine) and not np.all(disk | by_force):
+        bound, claims["force_lower_bound"] = _bound(line, rows, disk, force, claims["force_lower_bound"])
     columns: dict[str, FloatArray] = {
         "indentation": states.indentation,
         "normal_force": force,
@@ -127,7 +176,7 @@ def _interpret(task: Task, mapped: Mapped, walked: Walked[_Rows]) -> Result:
         "normal_stiffness": normal_stiffness(line, states),
         "mean_pressure": mean_pressure(force, states.contact_radius),
         "elastic_energy": elastic_energy(line, states),
-        "force_lower_bound": force,
+        "force_lower_bound": bound,
     }
     if math.isfinite(line.edge) and line.exponent == 0.0:
         columns["edge_amplitude"] = edge_amplitude(line, states.contact_radius, states.edge_excess)
@@ -149,10 +198,17 @@ def _claims(contact: Contact, line: Line, rows: _Rows) -> tuple[dict[str, Claim]
     """The claims of every quantity, and whether every row is a disk."""
     states, by_force = rows.states, np.isfinite(rows.prescribed)
     certificate = certify_disk(line, states)
+    disk, reason = certificate.disk & rows.solved, certificate.reason
+    if isinstance(line, LayeredLine) and not rows.solved.all():
+        limit = line.limit(lambda *_: False)
+        assert limit is not None
+        if not rows.solved.any():
+            raise limit.error
+        reason = "; ".join(words for words in (reason, str(limit.error)) if words)
     claims = normal_claims(
-        certificate.disk,
-        certificate.reason,
-        _range_words(contact, line, states, certificate.disk),
+        disk,
+        reason,
+        _range_words(contact, line, states, disk),
         {"indentation": rows.moved, "normal_force": by_force},
         certificate.remark,
         bodies_of(line),
@@ -164,7 +220,20 @@ def _claims(contact: Contact, line: Line, rows: _Rows) -> tuple[dict[str, Claim]
     claims = with_errors(claims, errors, map_remark(line, states))
     if not (math.isfinite(line.edge) and line.exponent == 0.0):
         del claims["edge_amplitude"]
-    return claims, certificate.disk
+    return claims, disk
+
+
+def _bound(
+    line: LayeredLine, rows: _Rows, disk: BoolArray, force: FloatArray, claim: Claim
+) -> tuple[FloatArray, Claim]:
+    """The lower bound of the force where the contact is no disk, with its claim."""
+    states, open_ = rows.states, ~(disk | np.isfinite(rows.prescribed))
+    radius = np.where(rows.solved, states.contact_radius, math.nan)
+    bound, error = force.copy(), np.zeros(force.shape) if claim.error is None else claim.error.copy()
+    bound[open_], error[open_] = lower_bound(line, states.indentation[open_], radius[open_])
+    return bound, with_errors({"force_lower_bound": trial_claim(disk)}, {"force_lower_bound": error})[
+        "force_lower_bound"
+    ]
 
 
 def _range_words(contact: Contact, line: Line, states: DiskStates, disk: BoolArray) -> str:

@@ -9,9 +9,8 @@ from typing import TYPE_CHECKING, ClassVar
 import numpy as np
 
 from pymdr.errors import ProblemError
-from pymdr.interpretation.accuracy import EXACT_WITHIN
 from pymdr.interpretation.layers import base_assumption, first_fault
-from pymdr.interpretation.validity import Claim, Level, bodies_of
+from pymdr.interpretation.validity import EXACT_WITHIN, Claim, Level, bodies_of
 from pymdr.line.foundation import normal_force, states_at_depth
 from pymdr.line.layered import LayeredLine
 from pymdr.line.lines import line_of

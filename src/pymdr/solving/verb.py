@@ -11,8 +11,8 @@ from numpy.typing import ArrayLike
 from pymdr.errors import PathError, ProblemError
 from pymdr.independent.rings import Rings
 from pymdr.problem.contact import Contact
-from pymdr.problem.paths import LoadingPath
-from pymdr.problem.schedule import Progress, check_times, known_legs, total_rows, uses
+from pymdr.problem.paths import LoadingPath, named_channels
+from pymdr.problem.schedule import Progress, check_times, known_legs, planned, total_rows
 from pymdr.problem.values import within_range
 from pymdr.result import Result
 from pymdr.solving.bands import scatter_of, with_bands
@@ -147,11 +147,13 @@ def _stiffness(value: QuantityLike | None, path: LoadingPath) -> float | None:
     stiffness = None if value is None else read_stiffness(value)
     if stiffness == 0.0:
         raise ProblemError("solve: machine_stiffness = 0 is a dead load: prescribe it with load(...) instead")
-    if stiffness is None and uses(path, "travel"):
-        raise PathError(
-            "the path prescribes travel, that of a machine: give its machine_stiffness, for example '0.1 N/m' (in a "
-            "case file under [solve]), or prescribe the indentation"
-        )
+    if stiffness is None:
+        for leg in planned(path):
+            if "travel" in named_channels(leg.leg):
+                raise PathError(
+                    f"leg {leg.number} prescribes travel, that of a machine: give its machine_stiffness, for example '0.1 N/m' (in a "
+                    "case file under [solve]), or prescribe the indentation"
+                )
     return stiffness
 
 

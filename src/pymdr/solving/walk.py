@@ -114,7 +114,7 @@ def _refuse_from_nowhere(asked: Stretch) -> None:
     channel = asked.controls.normal
     if not isinstance(asked.leg.leg, Path) and math.isnan(asked.start[0]):
         raise PathError(
-            "the contact was lost under a prescribed force and the body has no position from which a leg of "
+            "the contact was lost under a prescribed force, or could not be solved, and the body has no position from which a leg of "
             f"{channel} could start; begin it with Path({channel}=[...]), or go on with load(...)"
         )
 

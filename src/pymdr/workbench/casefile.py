@@ -16,6 +16,7 @@ from pymdr.problem.codec import PressCase, RoughCase, decode_case, decode_contac
 from pymdr.problem.contact import Contact
 from pymdr.problem.paths import CHANNELS, LoadingPath
 from pymdr.problem.rough import RoughSurface
+from pymdr.problem.schedule import check_times
 from pymdr.problem.topography import Topography
 from pymdr.workbench.inputs import read_text
 from pymdr.workbench.rheometry import fit_prony
@@ -62,6 +63,7 @@ def read_case(file: str | os.PathLike[str]) -> Case:
     plain = _tables(source)
     try:
         title, contact, path = decode_case(_with_tables(plain, source.parent))
+        check_times(path)
         options = _options(plain.get("solve", {}))
     except PymdrError as error:
         raise CaseError(f"{source}: {error}") from error

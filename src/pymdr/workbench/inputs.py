@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+import codecs
 import os
+import re
 import stat
 
 from pymdr.errors import CaseError, FileError
 from pymdr.presentation.files import named_file
+
+_BINARY = re.compile("[\x00-\x08\x0e-\x19\x1b-\x1f]")
+"""Control characters that no text has, but for the end mark of DOS."""
 
 
 def read_bytes(file: str | os.PathLike[str], largest: int, what: str) -> bytes:
@@ -82,6 +87,59 @@ def read_text(file: str | os.PathLike[str], largest: int, what: str) -> str:
         raise CaseError(
             f"{source}: not a text file in UTF-8 ({error.reason} at byte {error.start})"
         ) from error
+
+
+def text_of(content: bytes) -> str | None:
+    r"""
+    The text that a file of measured data holds, or None where it is no text.
+
+    UTF-16 is known by its byte order mark. What is not UTF-8 is read as latin-1, in which instruments write \u00b5 and \u00b0.
+
+    Examples
+    --------
+    >>> [text_of(c) for c in ("x [\u00b5m]".encode("latin-1"), "x [\u00b5m]".encode("utf-16"), b"\x88\x1b\x03")]
+    ['x [\xb5m]', 'x [\xb5m]', None]
+    """
+    if content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
+        try:
+            text = content.decode("utf-16")
+        except UnicodeDecodeError:
+            return None
+    else:
+        try:
+            text = content.decode("utf-8-sig")
+        except UnicodeDecodeError:
+            text = content.decode("latin-1")
+    return None if _BINARY.search(text) else text.rstrip("\x1a")
+
+
+def read_measured_text(file: str | os.PathLike[str], largest: int, what: str) -> str:
+    """
+    The text of a file of measured data, in any encoding that :func:`text_of` knows.
+
+    Parameters
+    ----------
+    file, largest, what
+        As for :func:`read_bytes`.
+
+    Returns
+    -------
+    str
+
+    Raises
+    ------
+    FileError
+        If the file cannot be read or is no regular file.
+    CaseError
+        If it is too large or no text.
+    """
+    content = read_bytes(file, largest, what)
+    text = text_of(content)
+    if text is None:
+        raise CaseError(
+            f"{named_file(file, 'read')}: binary data, not text; export the {what} as text (.csv, .txt)"
+        )
+    return text
 
 
 def printable(text: str) -> str:

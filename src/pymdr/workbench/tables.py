@@ -6,13 +6,14 @@ import csv
 import os
 import re
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pymdr.errors import CaseError, PathError, ProblemError, UnitError
+from pymdr.errors import CaseError, PathError, ProblemError, PymdrError, UnitError
 from pymdr.presentation.files import named_file
 from pymdr.problem.measured import MeasuredCurve, Step
 from pymdr.problem.paths import CHANNELS, NORMAL_CHANNELS, TANGENTIAL_CHANNELS
@@ -21,13 +22,18 @@ from pymdr.problem.profiles import ForceCurve, Sampled
 from pymdr.problem.profiles.sampled import Interpolation
 from pymdr.quantities import QUANTITIES
 from pymdr.units import FloatArray, QuantityLike, to_si
-from pymdr.workbench.inputs import read_text
+from pymdr.workbench.inputs import read_measured_text
 
 if TYPE_CHECKING:
     import xarray as xr
 
 _COLUMN = re.compile(r"\s*(?P<name>[^\[\]()]*?)\s*[\[(]\s*(?P<unit>[^\[\]()]+?)\s*[\])]\s*")
 _NUMBER = re.compile(r"\s*[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?\s*", re.ASCII)
+_COMMA = re.compile(r"[+-]?[0-9]*,[0-9]+(?:[eE][+-]?[0-9]+)?", re.ASCII)
+_POINT = re.compile(r"[+-]?[0-9]*\.[0-9]+(?:[eE][+-]?[0-9]+)?", re.ASCII)
+_THOUSANDS = re.compile(r"[+-]?[1-9][0-9]{0,2},[0-9]{3}", re.ASCII)
+_EXCEL = re.compile(r"sep=.", re.IGNORECASE)
+"""A first line by which Excel says what separates columns."""
 _LARGEST = 200 * 2**20
 _PRIMES = (("\u2033", "''"), ("\u2032", "'"), ("\u2019", "'"), ('"', "''"))
 """How else laboratories write the primes of G' and G''."""
@@ -133,7 +139,8 @@ def read_columns(file: str | os.PathLike[str]) -> dict[str, FloatArray]:
 
     The first line that is no comment (``#``) is the header; every length column names its unit in brackets,
     as in ``r [nm], f [nm], scatter [nm]``. Other columns are left alone. Commas, semicolons or tabs stand between
-    the columns, and entries may be quoted; decimals are written with a point.
+    the columns, and entries may be quoted. Decimals are written with a point, or with a comma where semicolons or tabs
+    stand between the columns. The text is UTF-8, UTF-16 or latin-1.
 
     Parameters
     ----------
@@ -210,7 +217,8 @@ def read_record(file: str | os.PathLike[str]) -> xr.Dataset:
         tangential force, each with its unit: ``time [s], load [mN], shift [um]``. Names with underscores, as
         :meth:`pymdr.Result.to_csv` writes them, are the same; other columns are left alone, and lines that begin
         with ``#`` are comments. Commas, semicolons or tabs stand between the columns, and entries may be quoted, as
-        spreadsheets do; decimals are written with a point.
+        spreadsheets do. Decimals are written with a point, or with a comma where semicolons or tabs stand between the
+        columns. The text is UTF-8, UTF-16 or latin-1.
 
     Returns
     -------
@@ -268,7 +276,18 @@ def read_path(file: str | os.PathLike[str], *, channels: Sequence[str] | None = 
             )
     if not named:
         raise PathError(f"{file} has no column of {', '.join(CHANNELS[:-1])} or {CHANNELS[-1]}")
-    return MeasuredPath(time=found.get("time"), **{name: found[name] for name in named})
+    with _named_file(file):
+        return MeasuredPath(time=found.get("time"), **{name: found[name] for name in named})
+
+
+@contextmanager
+def _named_file(file: str | os.PathLike[str]) -> Iterator[None]:
+    """Refusals of what a table holds name its file."""
+    try:
+        yield
+    except PymdrError as error:
+        error.args = (f"{file}: {error}",)
+        raise
 
 
 def read_curve(file: str | os.PathLike[str], *, spring_constant: QuantityLike | None = None) -> MeasuredCurve:
@@ -346,7 +365,11 @@ def _read(
     file: str | os.PathLike[str], names: Names, needed: Sequence[str], example: str, missing: bool = False
 ) -> dict[str, FloatArray]:
     source = named_file(file, "read")
-    lines = read_text(source, _LARGEST, "table").replace("\r\n", "\n").replace("\r", "\n").split("\n")
+    lines = (
+        read_measured_text(source, _LARGEST, "table").replace("\r\n", "\n").replace("\r", "\n").split("\n")
+    )
+    if _EXCEL.fullmatch(lines[0]):
+        lines[0] = ""
     numbered = [i for i, line in enumerate(lines) if line.strip() and not line.lstrip(' \t"').startswith("#")]
     rows = [lines[i] for i in numbered]
     if len(rows) < 2:
@@ -377,8 +400,39 @@ def _read(
             )
     chosen = {quantity: where[0] for quantity, where in found.items()}
     factors = {quantity: _factor(source, quantity, header[i]) for quantity, i in chosen.items()}
-    table = _numbers(source, rows[1:], numbered[1:], chosen, len(header), separator, missing)
+    entries = decimal_points(rows[1:], separator)
+    table = _numbers(source, entries, numbered[1:], chosen, len(header), separator, missing)
     return {quantity: _scaled(table[:, i], factors[quantity]) for i, quantity in enumerate(chosen)}
+
+
+def decimal_points(rows: Sequence[str], separator: str | None) -> Sequence[str]:
+    """
+    Rows whose decimal commas are written as points, unless commas separate columns.
+
+    They stay as they are where numbers with a point stand beside them, or where all may be thousands: such commas
+    are refused as numbers later.
+
+    Examples
+    --------
+    >>> [decimal_points(rows, ";") for rows in (["1,5;2,25"], ["1,500;2,250"], ["1,5;2.25"])]
+    [['1.5;2.25'], ['1,500;2,250'], ['1,5;2.25']]
+    """
+    if separator == "," or not any("," in row for row in rows):
+        return rows
+    # quotes of spreadsheets go, since no separator is inside a number
+    table = [[cell.strip().strip('"') for cell in row.split(separator)] for row in rows]
+    commas = {cell for cells in table for cell in cells if _COMMA.fullmatch(cell)}
+    pointed = any(_POINT.fullmatch(cell) for cells in table for cell in cells)
+    if pointed or all(map(_THOUSANDS.fullmatch, commas)):
+        return rows
+    between = separator or " "
+    return [
+        between.join(
+            cell.replace(",", ".") if bare in commas else cell
+            for cell, bare in zip(row.split(separator), cells, strict=True)
+        )
+        for row, cells in zip(rows, table, strict=True)
+    ]
 
 
 def _separator(header: str, names: Names) -> str:
@@ -474,7 +528,7 @@ def _numbers(
                     continue
                 raise CaseError(f"{told}; every entry must be a finite number: delete rows without data")
             if not _NUMBER.fullmatch(cells[i]):
-                remedy = "; write decimals with a point" if "," in cells[i] else ""
+                remedy = "; write all decimals of the table with a point" if "," in cells[i] else ""
                 raise CaseError(f"{told} is not a number{remedy}")
             into[k] = float(cells[i])
             if not np.isfinite(into[k]):
@@ -504,7 +558,8 @@ def read_profile(file: str | os.PathLike[str], *, interpolation: Interpolation |
         If the file cannot be read, is not such a table, or the samples are not a profile.
     """
     columns = read_columns(file)
-    return Sampled(**columns, interpolation=interpolation)
+    with _named_file(file):
+        return Sampled(**columns, interpolation=interpolation)
 
 
 def read_force_curve(
@@ -531,4 +586,5 @@ def read_force_curve(
         If the file cannot be read, is not such a table, or the points are no force curve.
     """
     columns = read_curve_columns(file)
-    return ForceCurve(**columns, modulus=modulus, contact_point=contact_point)
+    with _named_file(file):
+        return ForceCurve(**columns, modulus=modulus, contact_point=contact_point)

@@ -6,6 +6,7 @@ import io
 import os
 import re
 import warnings
+import zipfile
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -17,17 +18,40 @@ from pymdr.mapping.surfaces.preparing import fill_missing
 from pymdr.presentation.files import named_file
 from pymdr.problem.topography import Topography
 from pymdr.units import ArrayQuantityLike, FloatArray, metres, shown, to_si, to_si_array
-from pymdr.workbench.inputs import read_bytes, read_text
-from pymdr.workbench.tables import read_grid_columns
+from pymdr.workbench.inputs import printable, read_bytes, text_of
+from pymdr.workbench.tables import decimal_points, read_grid_columns
 
 _LARGEST = 2**31
 _LARGEST_TEXT = 200 * 2**20
-_TEXTS = (".csv", ".tsv", ".txt", ".asc", ".dat", ".xyz")
+_COMMAS = re.compile(r"[+-]?[0-9]+(?:,[0-9]+)?(?:[eE][+-]?[0-9]+)?", re.ASCII)
 _HEADER = re.compile(r"#\s*(?P<name>[A-Za-z][A-Za-z ]*?)\s*[:=]\s*(?P<value>.*\S)\s*")
 _WITH_UNIT = re.compile(r"[\[(]\s*[^\s\[\]()]+\s*[\])]")
 _UNEVEN = 1e-3
 """Of a step, by which the steps of a grid may differ."""
-_HOW = "write '# Width: 10 um', '# Height: 10 um' and '# Value units: nm' above the rows, or give size= and unit="
+_HOW = "give size= and unit=, or in a text write '# Width: 10 um', '# Height: 10 um' and '# Value units: nm' above the rows"
+_OF_LINES = (
+    "Of one bump write the gaps below its apex as 'r [um], f [um]' for read_profile; of a rough surface measure a map, or describe it "
+    "by RoughSurface(hurst=, rms=, size=, shortest=)"
+)
+_ARRAY = b"\x93NUMPY"
+_PACKED = {
+    b"\x1f\x8b": "gzip",
+    b"BZh": "bzip2",
+    b"\xfd7zXZ": "xz",
+    b"7z\xbc\xaf\x27\x1c": "7-Zip",
+    b"Rar!": "RAR",
+    b"\x28\xb5\x2f\xfd": "zstd",
+}
+_PICTURES = {
+    b"\x89PNG": "PNG",
+    b"\xff\xd8\xff": "JPEG",
+    b"GIF8": "GIF",
+    b"BM": "BMP",
+    b"II*\0": "TIFF",
+    b"MM\0*": "TIFF",
+    b"%PDF": "PDF",
+}
+_LISTED = 5
 
 
 class _ForeignError(CaseError):
@@ -58,8 +82,8 @@ def read_topography(
     Parameters
     ----------
     file : path
-        A text of heights, a row of numbers for every y and a column for every x, with commas, semicolons, tabs or blanks between them
-        and above them, as Gwyddion writes it, ``# Width: 10 um``, ``# Height: 10 um``, ``# Value units: nm``; a table with the columns
+        Whatever its suffix: a text of heights, a row of numbers for every y and a column for every x, with commas, semicolons, tabs or
+        blanks between them and above them, as Gwyddion writes it, ``# Width: 10 um``, ``# Height: 10 um``, ``# Value units: nm``; a table with the columns
         ``x [um], y [um], z [nm]`` of places on an even grid; an array (nx, ny) in a ``.npy`` file; or, with the extra
         ``topography``, any of the formats of SurfaceTopography. ``nan``, and places that a table leaves out, were not measured.
     channel : int or str, optional
@@ -83,7 +107,7 @@ def read_topography(
     FileError
         If the file cannot be read, or not by SurfaceTopography.
     CaseError
-        If it is no surface on an even grid, has no such channel or other quantities than heights in it, units or sides are missing or
+        If it is no surface on an even grid but a line scan, scattered points or an archive, has no such channel or other quantities than heights in it, units or sides are missing or
         are given twice, or heights are missing and nothing was said of them.
     MissingExtraError
         If it needs SurfaceTopography, which is not installed.
@@ -157,19 +181,35 @@ def _sides(source: Path, own: FloatArray | None, given: ArrayQuantityLike | None
 
 
 def _read(source: Path, channel: int | str | None) -> _Read:
-    kind = source.suffix.lower()
-    if kind == ".npy":
-        return _of_array(source, channel)
-    if kind not in _TEXTS:
-        return _of_maker(source, channel)
-    text = read_text(source, _LARGEST_TEXT, "text of heights")
+    content = read_bytes(source, _LARGEST, "file of heights")
+    if source.suffix.lower() == ".npy" or content.startswith(_ARRAY):
+        _refuse_channel(source, channel)
+        return _of_array(source, content)
+    if not content:
+        raise CaseError(f"{source}: the file is empty and has no heights")
+    text = text_of(content)
+    if text is None:
+        return _of_maker(source, content, channel)
+    if len(content) > _LARGEST_TEXT:
+        raise CaseError(
+            f"{source}: larger than {_LARGEST_TEXT} bytes, which no text of heights may be; save an array as .npy"
+        )
     try:
         found = _of_text(source, text)
     except _ForeignError as error:
         try:
-            return _of_maker(source, channel)
+            return _of_maker(source, content, channel)
         except (FileError, MissingExtraError):
             raise CaseError(str(error)) from None
+    if text.lstrip().startswith("#") and (found.unit is None or found.size is None):
+        # a header in other words than those that are read here
+        try:
+            foreign = _of_maker(source, content, channel)
+        except (FileError, MissingExtraError, CaseError):
+            pass
+        else:
+            if foreign.unit is not None and foreign.size is not None:
+                return foreign
     _refuse_channel(source, channel)
     return found
 
@@ -181,9 +221,7 @@ def _refuse_channel(source: Path, channel: int | str | None) -> None:
         )
 
 
-def _of_array(source: Path, channel: int | str | None) -> _Read:
-    content = read_bytes(source, _LARGEST, "file of heights")
-    _refuse_channel(source, channel)
+def _of_array(source: Path, content: bytes) -> _Read:
     try:
         heights = np.lib.format.read_array(io.BytesIO(content), allow_pickle=False)
     except (ValueError, EOFError, OSError, MemoryError) as error:
@@ -199,7 +237,7 @@ def _of_text(source: Path, text: str) -> _Read:
     if not numbered:
         raise CaseError(f"{source}: no heights; write rows of numbers")
     if _WITH_UNIT.search(lines[numbered[0]]):
-        return _of_table(source)
+        return _of_table(source, lines[numbered[0]])
     late = [i for i, line in enumerate(lines) if i > numbered[0] and _HEADER.fullmatch(line.strip())]
     if late:
         raise _ForeignError(
@@ -226,6 +264,8 @@ def _of_text(source: Path, text: str) -> _Read:
         if sides is not None or "value units" in told:
             raise
         raise _ForeignError(str(error)) from None
+    if sides is None:
+        _refuse_columns(source, rows)
     # rows of a text are those of a picture, along x
     return _Read(rows.T, told.get("value units"), sides, f"read from {source.name}")
 
@@ -233,6 +273,9 @@ def _of_text(source: Path, text: str) -> _Read:
 def _matrix(source: Path, lines: list[str], numbered: list[int]) -> FloatArray:
     rows = [lines[i] for i in numbered]
     separator = next((mark for mark in ";\t," if mark in rows[0]), None)
+    if separator == "," and len(rows[0].split()) > 1 and all(map(_COMMAS.fullmatch, rows[0].split())):
+        separator = None
+    rows = list(decimal_points(rows, separator))
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("error")
@@ -257,7 +300,31 @@ def _matrix(source: Path, lines: list[str], numbered: list[int]) -> FloatArray:
     raise CaseError(f"{source}: no matrix of numbers")
 
 
-def _of_table(source: Path) -> _Read:
+def _refuse_columns(source: Path, rows: FloatArray) -> None:
+    """Refuse two columns, places and heights of a line, and three, places x, y and heights, where no header says that they are a map."""
+    count, width = rows.shape
+    if width <= 2 < count:
+        columns = "one column" if width == 1 else "two columns (x and z)"
+        raise CaseError(_words_of_line(source, f"{columns} of {count} rows: a line scan"))
+    if width == 3 and count >= 4:
+        across, along = (np.unique(rows[:, i]).size for i in (0, 1))
+        places = np.unique(rows[:, :2], axis=0).shape[0]
+        if min(across, along) > 1 and places == across * along == count:
+            raise CaseError(
+                f"{source}: three columns of {across} x {along} places x, y and heights z without units; write 'x [um], y [um], z [nm]' "
+                "above them, with commas between all columns"
+            )
+
+
+def _words_of_line(source: Path, what: str) -> str:
+    return f"{source}: {what}, not a surface. {_OF_LINES}"
+
+
+def _of_table(source: Path, header: str) -> _Read:
+    titles = [_WITH_UNIT.sub("", title).strip(' "').lower() for title in re.split(r"[,;\t]", header)]
+    if "y" not in titles and (len(titles) == 2 or {"r", "x"} & set(titles)):
+        words = f"no column of y in the header {printable(header.strip()[:80])!r}: a line scan or a profile"
+        raise CaseError(_words_of_line(source, words))
     columns = read_grid_columns(source)
     (x, nx, wide), (y, ny, tall) = (_even(source, name, columns[name]) for name in ("x", "y"))
     if nx * ny > 4 * x.size:
@@ -302,12 +369,11 @@ def _even(source: Path, name: str, values: FloatArray) -> tuple[np.ndarray, int,
     return whole.astype(int), count, step
 
 
-def _of_maker(source: Path, channel: int | str | None) -> _Read:
-    content = read_bytes(source, _LARGEST, "file of heights")
-    if not content:
-        raise CaseError(f"{source}: the file is empty")
+def _opened(source: Path, content: bytes) -> Any:
+    """The reader of the package that takes the content."""
     try:
         import SurfaceTopography
+        from SurfaceTopography.IO import MagicMatch, readers
     except ImportError as error:
         raise MissingExtraError(
             f"{source.name} needs SurfaceTopography, which cannot be imported ({error}): pip install 'pymdr[topography]'; texts of heights "
@@ -320,9 +386,56 @@ def _of_maker(source: Path, channel: int | str | None) -> _Read:
             reader = SurfaceTopography.open_topography(io.BytesIO(content))
             channels = list(reader.channels)
     except Exception as error:
-        raise FileError(
-            f"cannot read {source}: SurfaceTopography knows no such format, or the file is damaged ({type(error).__name__})"
-        ) from error
+        failure = error
+    else:
+        if channels:
+            return reader
+        raise CaseError(
+            f"{source}: SurfaceTopography finds no channels in the file; export the heights as text from the program of the maker"
+        )
+    known = [kind.name() for kind in readers if kind.can_read(content[:512]) is MagicMatch.YES]
+    why = (
+        f"it begins as a file of {' or '.join(known)}, but is damaged, cut off or of a variant that is not read"
+        if known
+        else "SurfaceTopography knows no such format, or the file is damaged"
+    )
+    raise FileError(
+        f"cannot read {source}: {why} ({type(failure).__name__}); export the heights as text from the program of the maker"
+    ) from failure
+
+
+def _refuse_container(source: Path, content: bytes) -> None:
+    """Refuse archives and pictures, in which no format of heights was recognised."""
+    for magic, name in _PACKED.items():
+        if content.startswith(magic):
+            raise CaseError(f"{source}: compressed by {name}; unpack it and read the file inside")
+    for magic, name in _PICTURES.items():
+        if content.startswith(magic):
+            raise CaseError(
+                f"{source}: a picture ({name}), whose colours are no heights; export the heights as text or in the format of the instrument"
+            )
+    try:
+        with zipfile.ZipFile(io.BytesIO(content)) as archive:
+            inside = [name for name in archive.namelist() if not name.endswith("/")]
+    except (zipfile.BadZipFile, ValueError, OSError, NotImplementedError):
+        return
+    if any(name.startswith(("segments/", "data/0/segments/")) for name in inside):
+        raise CaseError(f"{source}: force curves of JPK, not a surface; read them with read_curves")
+    if inside:
+        names = ", ".join(printable(name)[:60].replace("\n", " ") for name in inside[:_LISTED])
+        more = f" and {len(inside) - _LISTED} more" if len(inside) > _LISTED else ""
+        raise CaseError(
+            f"{source}: an archive (zip) of {len(inside)} files: {names}{more}; unpack it and read one of them"
+        )
+
+
+def _of_maker(source: Path, content: bytes, channel: int | str | None) -> _Read:
+    try:
+        reader = _opened(source, content)
+    except (FileError, MissingExtraError):
+        _refuse_container(source, content)
+        raise
+    channels = list(reader.channels)
     chosen = _chosen(source, channels, channel, reader)
     own = chosen.unit
     unit = own[1] if isinstance(own, tuple) else own
@@ -339,9 +452,12 @@ def _of_maker(source: Path, channel: int | str | None) -> _Read:
             f"{source}: channel {chosen.index} {chosen.name!r} holds no heights; channels with heights are {others or 'none'}"
         )
     if chosen.dim != 2:
-        raise CaseError(
-            f"{source}: channel {chosen.index} {chosen.name!r} is a line or scattered points, no surface on an even grid"
+        maps = _names([c for c in channels if c.dim == 2])
+        words = _words_of_line(
+            source,
+            f"channel {chosen.index} {chosen.name!r} is a line scan of {chosen.nb_grid_pts[0]} points",
         )
+        raise CaseError(f"{words}{f'. Channels with maps are {maps}' if maps else ''}")
     lateral = own[0] if isinstance(own, tuple) else own
     known = (
         chosen.physical_sizes is not None
@@ -372,8 +488,6 @@ def _names(channels: list[Any]) -> str:
 
 
 def _chosen(source: Path, channels: list[Any], channel: int | str | None, reader: Any) -> Any:
-    if not channels:
-        raise CaseError(f"{source}: the file has no channels")
     if channel is None:
         return reader.default_channel
     found = [c for c in channels if channel in (c.index, c.name)]

@@ -56,8 +56,8 @@ class _Free(ByForces):
         self._n = n
         self.area = width * width
 
-    def at_force(self, below: FloatArray, force: float, tolerance: float) -> Pressing:
-        """The solution at a force."""
+    def at_force(self, below: FloatArray, force: float, start: FloatArray, tolerance: float) -> Pressing:
+        """The solution at a force; the package begins from pressures of its own."""
         mean = force / (self.area * below.size)
         found = self._solver.solve(
             below.ravel(),

@@ -15,6 +15,7 @@ from pymdr.units import FloatArray
 _ALLOWED = 2.0
 """Tolerances by which a solution may miss, since packages measure errors in their own ways."""
 _MOST_STEPS = 40
+_FIRST_TOLERANCE = 1e-2
 
 
 def first_pressure(below: FloatArray, indentation: float | None) -> FloatArray:
@@ -66,7 +67,7 @@ def refuse_unsolved(package: str, found: Pressing, tolerance: float) -> None:
 
 
 def by_force(
-    press: Callable[[float], Pressing], indentation: float, first: float, tolerance: float
+    press: Callable[[float, float], Pressing], indentation: float, first: float, tolerance: float
 ) -> Pressing:
     """
     The solution at an indentation by an engine that knows forces.
@@ -74,7 +75,7 @@ def by_force(
     Parameters
     ----------
     press : callable
-        The solution at a force.
+        The solution at a force, to a tolerance.
     indentation : float
     first : float
         A force to begin with.
@@ -91,15 +92,18 @@ def by_force(
 
     Notes
     -----
-    Secants of log F over log d, which for powers are exact.
+    Secants of log F over log d, which for powers are exact. A solution far from the indentation is solved to a part of
+    its distance only; the last one to the tolerance.
     """
-    force, slope = first, 1.5
+    force, slope, near = first, 1.5, _FIRST_TOLERANCE
     before: tuple[float, float] | None = None
     for _ in range(_MOST_STEPS):
-        found = press(force)
+        near = max(near, tolerance)
+        found = press(force, near)
         off = math.log(indentation / found.indentation)
-        if abs(off) <= tolerance:
+        if abs(off) <= tolerance and near == tolerance:
             return found
+        near *= min(1.0, abs(off))
         if before is not None and before[1] != off:
             slope = min(max((math.log(force) - before[0]) / (before[1] - off), 0.2), 5.0)
         before = math.log(force), off
@@ -116,8 +120,8 @@ class ByForces(ABC):
     """Of a pixel."""
 
     @abstractmethod
-    def at_force(self, below: FloatArray, force: float, tolerance: float) -> Pressing:
-        """The solution at a force, of pixels at distances from the highest one."""
+    def at_force(self, below: FloatArray, force: float, start: FloatArray, tolerance: float) -> Pressing:
+        """The solution at a force, of pixels at distances from the highest one; `start` is a pressure of any size."""
 
     def press(
         self,
@@ -130,10 +134,18 @@ class ByForces(ABC):
     ) -> Pressing:
         """Press a rigid surface on the half-space, as :class:`~pymdr.independent.engines.protocol.HalfSpace` has it."""
         below = np.max(heights) - heights
+        first = first_pressure(below, indentation) if start is None else start
         if indentation is None:
             assert force is not None
-            return self.at_force(below, force, tolerance)
-        first = first_pressure(below, indentation) if start is None else start
+            return self.at_force(below, force, first, tolerance)
         # stiffness of a disk of the same area
         guess = indentation * math.sqrt(self.area * np.count_nonzero(first))
-        return by_force(lambda load: self.at_force(below, load, tolerance), indentation, guess, tolerance)
+        pressure = first
+
+        def solve(load: float, near: float) -> Pressing:
+            nonlocal pressure
+            found = self.at_force(below, load, pressure, near)
+            pressure = found.pressure
+            return found
+
+        return by_force(solve, indentation, guess, tolerance)

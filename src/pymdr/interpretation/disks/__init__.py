@@ -13,7 +13,14 @@ resolve g', and the root in a for that r, in turn; no depth is sampled.
 
 from pymdr.interpretation.disks.extremes import RING, gap_ratios, least_gap, least_pressure
 from pymdr.interpretation.disks.intervals import DiskDepths, disk_depths, holes
-from pymdr.interpretation.disks.landscape import TOLERANCE, Fall, Landscape, landscape_of, seen_upto
+from pymdr.interpretation.disks.landscape import (
+    TOLERANCE,
+    Fall,
+    Landscape,
+    apex_kink,
+    landscape_of,
+    seen_upto,
+)
 
 __all__ = [
     "RING",
@@ -21,6 +28,7 @@ __all__ = [
     "DiskDepths",
     "Fall",
     "Landscape",
+    "apex_kink",
     "disk_depths",
     "gap_ratios",
     "holes",

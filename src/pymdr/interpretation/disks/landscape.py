@@ -40,7 +40,7 @@ class Landscape:
     """Radius in m up to which bodies might touch."""
     falls: tuple[Fall, ...]
     dents: tuple[float, ...]
-    """Radii in m of concave kinks, where the slope of f falls."""
+    """Radii in m of concave kinks, where the slope of f falls; 0 for the apex of a hollow cone."""
     radii: FloatArray
     """Radii in m between which g bends little."""
     tolerance: float
@@ -56,6 +56,8 @@ def landscape_of(equivalent: EquivalentProfile, top: float) -> Landscape | None:
     """What decides where contacts are disks up to a radius in m; None where g rises all the way."""
     turning = equivalent.turning_points(top)
     dents = _dents(equivalent, top)
+    if turning and turning[0] == 0.0 and apex_kink(equivalent) < 0.0:
+        dents = (0.0, *dents)
     if not turning and not dents:
         return None
     falls = _falls(equivalent, turning, dents, top)
@@ -63,6 +65,14 @@ def landscape_of(equivalent: EquivalentProfile, top: float) -> Landscape | None:
     error = equivalent.error(radii)[:, 1]
     tolerance = float(np.clip(4.0 * np.max(error, initial=0.0), TOLERANCE, _LEAST_TRUSTED))
     return Landscape(equivalent, top, falls, dents, radii, tolerance)
+
+
+def apex_kink(equivalent: EquivalentProfile) -> float:
+    """The jump of f' beside which a pressure is as logarithmic as beside the apex of a cone; 0 of other tips."""
+    if equivalent.exponent != 0.0:
+        return 0.0
+    rate = 2.0 * float(equivalent.slope(np.zeros(1))[0])
+    return rate if math.isfinite(rate) else 0.0
 
 
 def _dents(equivalent: EquivalentProfile, top: float) -> tuple[float, ...]:

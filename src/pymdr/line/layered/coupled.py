@@ -8,12 +8,14 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from numpy.polynomial import chebyshev
 from numpy.typing import ArrayLike
 
 from pymdr.line.layered.equation import gauss
+from pymdr.line.layered.tiles import product
 from pymdr.mapping.equivalent import EquivalentProfile
 from pymdr.mapping.layers import Kernel
-from pymdr.mapping.series import Position, basis, basis_slope, nodes, rounded, to_coefficients
+from pymdr.mapping.series import Position, basis, nodes, rounded, to_coefficients
 from pymdr.units import FloatArray
 
 _TERMS = 16
@@ -53,7 +55,7 @@ class Added:
             width *= 1.5
         low, high = np.array(ends[:-1]), np.array(ends[1:])
         points = low[:, None] + (high - low)[:, None] * nodes(_TERMS)
-        values = self.kernel.pair(points.ravel(), self.x) @ self.loads
+        values = product(self.kernel.pair(points.ravel(), self.x), self.loads)
         coefficients = values.reshape(points.shape) @ to_coefficients(_TERMS).T
         return Series(low * h, high * h, coefficients)
 
@@ -72,9 +74,15 @@ class Series:
         flat = np.abs(np.ravel(x))
         i = np.clip(np.searchsorted(self.low, flat, side="right") - 1, 0, self.low.size - 1)
         width = self.high[i] - self.low[i]
-        functions = (basis_slope if slope else basis)((flat - self.low[i]) / width, _TERMS)
-        values = np.einsum("nj,nj->n", self.coefficients[i], functions)
+        coefficients = self._slopes if slope else self.coefficients
+        functions = basis((flat - self.low[i]) / width, coefficients.shape[1])
+        values = np.einsum("nj,nj->n", coefficients[i], functions)
         return np.asarray((values / width if slope else values).reshape(np.shape(x)))
+
+    @cached_property
+    def _slopes(self) -> FloatArray:
+        """Coefficients of the derivative by the place on a panel, from 0 to 1."""
+        return np.asarray(2.0 * chebyshev.chebder(self.coefficients, axis=1))
 
 
 @dataclass(frozen=True)

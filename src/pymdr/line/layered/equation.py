@@ -14,13 +14,13 @@ from functools import lru_cache
 
 import numpy as np
 from numpy.polynomial import legendre
-from scipy.linalg import cho_factor, cho_solve
 
 from pymdr.errors import ConvergenceError
+from pymdr.line.layered.tiles import product, solve_positive
 from pymdr.mapping.equivalent import EquivalentProfile
 from pymdr.mapping.layers import Kernel
 from pymdr.mapping.series import BoolArray, IndexArray, Place
-from pymdr.units import FloatArray
+from pymdr.units import FloatArray, metres
 
 WIDEST = 300.0
 """Largest contact radius in thicknesses of the top layer."""
@@ -206,10 +206,11 @@ def _acting(kernel: Kernel, at: _Nodes) -> FloatArray:
             unit[:, None] + unit
         )
         sums = kernel(together)
-        k, j = at.wide[:, None], at.wide
-        away = np.concatenate([np.swapaxes(apart[:0:-1], 1, 2), apart])
-        blocks = away[last + k - j] + sums[k + j - 2 * int(at.wide[0])]
-        matrix[first:, first:] = blocks.transpose(0, 2, 1, 3).reshape(m * at.order, -1) / math.pi
+        away = np.concatenate([np.swapaxes(apart[:0:-1], 1, 2), apart]) / math.pi
+        sums /= math.pi
+        for k, row in zip(at.wide, matrix[first:].reshape(m, at.order, n), strict=True):
+            blocks = away[last + k - at.wide] + sums[k + at.wide - 2 * at.wide[0]]
+            row[:, first:] = blocks.transpose(1, 0, 2).reshape(at.order, -1)
     return matrix
 
 
@@ -245,18 +246,26 @@ class Solved:
         """q_A at the edge."""
         return 1.0 + float(self.at_edge[1])
 
+    def loads(self, excess: float) -> FloatArray:
+        """Line loads per modulus times their weights in m, with an excess of depth in m at the edge."""
+        pressed = excess - self.lift
+        weights = self.rise + pressed * self.weight
+        return np.asarray(weights + self.weight * (self.coupled[0] + pressed * self.coupled[1]))
+
 
 def _solved(kernel: Kernel, outline: Outline, order: int) -> Solved:
     at = _nodes(outline, order)
     x, w = at.x, at.weight
     acting = _acting(kernel, at)
     edge = kernel.pair(np.array([outline.radius]), x)[0]
-    sources = np.stack([acting @ at.rise, acting @ w], axis=1)
-    root = np.sqrt(w)[:, None]
+    root = np.sqrt(w)
+    acting *= root[:, None]
+    acting *= root
+    sources = np.stack([product(acting, at.rise / root), product(acting, root)], axis=1)
+    np.negative(acting, out=acting)
     # L > 0 makes the symmetric matrix positive definite; where its quadrature is not, nodes are missing
-    acting *= -(root * root.T)
     acting.flat[:: x.size + 1] += 1.0
-    coupled = (cho_solve(cho_factor(acting, overwrite_a=True, check_finite=False), root * sources) / root).T
+    coupled = (solve_positive(acting, sources) / root[:, None]).T
     at_edge = np.array([edge @ at.rise, float(np.sum(edge * w))]) + (coupled * w) @ edge
     stiffness = float(np.sum(w * (1.0 + coupled[1])))
     lift = float(at_edge[0]) / (1.0 + float(at_edge[1]))
@@ -323,8 +332,8 @@ def solve_contact(kernel: Kernel, outline: Outline) -> tuple[Solved, FloatArray,
     """
     if not outline.radius <= WIDEST * (1.0 + 1e-12):
         raise ConvergenceError(
-            f"the contact radius is {outline.radius:.4g} thicknesses of the top layer, and contacts are solved up to "
-            f"{WIDEST:g}; for wider ones take the layer as a foundation, or leave it out"
+            f"a contact is wider than {WIDEST:g} thicknesses of the top layer ({metres(WIDEST * outline.thickness)}), up to which "
+            "contacts are solved; for wider ones take the layer as a foundation, or leave it out"
         )
     worst, least, before = math.inf, math.inf, np.full(5, math.nan)
     for order in ORDERS[1 if kernel.softening(outline.radius) < _SOFT else 0 :]:

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from pymdr.line.curves import Carried, ElasticLine, Profiled
 from pymdr.line.layered.coupled import Added, Coupled
 from pymdr.line.layered.equation import Outline, Solved, solve_contact
-from pymdr.line.layered.tables import DEPTH, EDGE, ENERGY, FORCE, STIFFNESS, Table
+from pymdr.line.layered.tables import DEPTH, EDGE, ENERGY, FORCE, STIFFNESS, Limit, Table
 from pymdr.mapping.equivalent import EquivalentProfile, rising_root
 from pymdr.mapping.layers import Kernel
 from pymdr.mapping.series import Place, Position, as_place, rounded
@@ -146,16 +146,34 @@ class LayeredLine(Profiled):
     def overlap_radius(self, depth: float) -> float:
         """The largest radius in m at which the bodies would overlap if they were shifted by a depth in m, or touch."""
         touching = float(self.place(depth).x)
-        return max(self.equivalent.overlap_radius(depth), min(touching, self.edge, self.reach))
+        return max(self.equivalent.overlap_at(depth), min(touching, self.edge, self.reach))
 
     def rough_radius(self, reached: Callable[[float, float], bool]) -> float:
         """A radius a in m near which ``reached(a, d0)`` becomes true, going outward."""
         return self.table.rough_radius(reached)
 
+    def limit(self, is_enough: Callable[[float, float], bool]) -> Limit | None:
+        """What can be solved where not all can be that is needed: `is_enough` says so of d0 in m and F0 in N."""
+        size = 2.0 * self.modulus
+        found = self.table.limit(lambda depth, moment: is_enough(depth, size * moment))
+        return None if found is None else Limit(found.depth, size * found.load, found.error)
+
     def solved(self, a: Position) -> Solved:
         """The contact of one radius in m."""
-        place = as_place(np.atleast_1d(a) if not isinstance(a, Place) else Place(*map(np.atleast_1d, a)))
-        return solve_contact(self.kernel, Outline(self.equivalent, self.thickness, place))[0]
+        place = as_place(a)
+        return _solved_at(self, float(np.ravel(place.base)[0]), float(np.ravel(place.offset)[0]))[0]
+
+    def smooth(self, a: float) -> tuple[float, float, float, float]:
+        """Of one contact radius in m, solved: d0 in m, F0 in N, k in N/m, and their relative error."""
+        solved, errors = _solved_at(self, 0.0, a)
+        g, m = (float(f(as_place(np.array([a])))[0]) for f in (self.equivalent.g, self.equivalent.moment))
+        size = 2.0 * self.modulus
+        return (
+            g - solved.lift,
+            size * (m + solved.force * self.thickness),
+            size * solved.stiffness * self.thickness,
+            float(np.max(errors)),
+        )
 
     def carried(self, a: Position, excess: float) -> Carried:
         """
@@ -176,18 +194,19 @@ class LayeredLine(Profiled):
     def line_load(self, a: Position, excess: float) -> tuple[FloatArray, FloatArray]:
         """Places in m and what a contact of one radius bears there in N: loads per length times Gauss's weights."""
         solved = self.solved(a)
-        pressed = excess - solved.lift
-        weights = solved.rise + pressed * solved.weight
-        loads = weights + solved.weight * (solved.coupled[0] + pressed * solved.coupled[1])
-        return solved.x * self.thickness, self.modulus * self.thickness * loads
+        return solved.x * self.thickness, self.modulus * self.thickness * solved.loads(excess)
+
+
+@lru_cache(maxsize=16)
+def _solved_at(line: LayeredLine, base: float, offset: float) -> tuple[Solved, FloatArray]:
+    """A contact and the relative errors of its numbers."""
+    place = Place(np.array([base]), np.array([offset]))
+    return solve_contact(line.kernel, Outline(line.equivalent, line.thickness, place))[:2]
 
 
 @lru_cache(maxsize=16)
 def _carried(line: LayeredLine, base: float, offset: float, excess: float) -> Carried:
-    place = Place(np.array([base]), np.array([offset]))
-    x, loads = line.line_load(place, excess)
-    h = line.thickness
-    added = Added(line.kernel, h, base + offset, x / h, loads / (line.modulus * h))
+    solved, _ = _solved_at(line, base, offset)
+    added = Added(line.kernel, line.thickness, base + offset, solved.x, solved.loads(excess))
     coupled = Coupled(line.equivalent, added)
-    edge = float(np.sqrt(line.stiffness_rate(place)[0] / (2.0 * line.modulus)))
-    return Carried(ElasticLine(coupled, line.modulus), excess * edge, coupled.sunk)
+    return Carried(ElasticLine(coupled, line.modulus), excess * solved.punch_edge, coupled.sunk)

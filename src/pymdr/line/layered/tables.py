@@ -14,7 +14,7 @@ from functools import cached_property
 
 import numpy as np
 
-from pymdr.errors import ConvergenceError, ProblemError
+from pymdr.errors import ConvergenceError, ProblemError, PymdrError
 from pymdr.line.layered.equation import WIDEST, Outline, numbers, solve_again, solve_contact
 from pymdr.mapping.equivalent import EquivalentProfile, rising_root
 from pymdr.mapping.layers import Kernel
@@ -34,6 +34,10 @@ _NEGLIGIBLE = 1e-14
 """What may be left out of small contacts."""
 _WIDE = 8.0
 """Ratio of the ends of panels far below the thickness, where the series are all but straight."""
+_SHORT = 1e-12
+"""How far contacts stay below a limit, in parts of it, so that rounding takes none beyond."""
+_BEFORE = 1e-6
+"""Distance of the last bound before a fall of g, in parts of its radius."""
 _BEHIND = 0.25
 """Length of the panel behind a corner, in parts of its radius."""
 
@@ -49,6 +53,18 @@ class _Panel:
     """Shape (5, 16)."""
     error: FloatArray
     """Relative, shape (5,)."""
+
+
+@dataclass(frozen=True)
+class Limit:
+    """The largest smooth contact up to which all can be solved, and why none beyond."""
+
+    depth: float
+    """d0 in m."""
+    load: float
+    """F0 per 2 E* in m^2 of a table, in N of a line."""
+    error: PymdrError
+    """Why no contact beyond is solved."""
 
 
 @dataclass(eq=False)
@@ -162,7 +178,7 @@ class Table:
         return marks[np.isinf(self.equivalent.slope(marks))]
 
     @cached_property
-    def _end(self) -> float:
+    def end(self) -> float:
         """The end of the profile in m, short of where it is infinite, as that of a sphere is."""
         end = min(self.equivalent.edge, self.equivalent.reach)
         return (1.0 - 1e-4) * end if self._is_endless else end
@@ -173,14 +189,22 @@ class Table:
         end = min(self.equivalent.edge, self.equivalent.reach)
         return math.isfinite(end) and not math.isfinite(float(self.equivalent.g(np.array([end]))[0]))
 
+    def _fall(self, top: float) -> float:
+        """Radius in m just below the one up to `top` from which g falls; inf where it rises."""
+        turning = () if self.equivalent.rises else self.equivalent.turning_points(top)
+        return (1.0 - _BEFORE) * turning[0] if turning and turning[0] > self.small else math.inf
+
     def bounds(self, top: float) -> FloatArray:
         """Rising radii in m between which panels are made, up to beyond `top` or the end of the profile."""
-        end, h = self._end, self.thickness
+        end, h = self.end, self.thickness
         ends = [self.small]
         top = max(top, end) if self._is_endless else top
         while ends[-1] <= top:
             ratio = _WIDE if ends[-1] * _WIDE < 0.2 * h else 2.0
             ends.append(ends[-1] * ratio)
+        for last in (WIDEST * h, self._fall(ends[-1])):
+            if last < ends[-1]:
+                ends = sorted({*ends, last})
         if self._is_endless:
             # panels shrink toward it as the distance does
             near = end * (1.0 - 0.5 ** np.arange(1.0, 13.0))
@@ -260,6 +284,56 @@ class Table:
                 return float(a)
         return float(min(bounds[-1], WIDEST * self.thickness))
 
+    def limit(self, is_enough: Callable[[float, float], bool]) -> Limit | None:
+        """
+        What can be solved, where something on the way to a contact cannot be.
+
+        Parameters
+        ----------
+        is_enough : callable
+            Whether d0 in m and F0 per 2 E* in m^2 are all that is needed.
+
+        Returns
+        -------
+        Limit or None
+            None where all can be solved that is needed.
+        """
+        depth = moment = a = 0.0
+        bounds, i = self.bounds(self.small), 0
+        while not is_enough(depth, moment):
+            if i == bounds.size:
+                bounds = self.bounds(2.0 * float(bounds[-1]))
+                if i == bounds.size:
+                    return None
+            before, a = a, float(bounds[i])
+            try:
+                found = self._at_bound(a)
+                if found[0] < depth:
+                    raise _falling(a)
+                self._cover(np.array([0.5 * (before + a)]))
+                self.refuse_falling(self.equivalent.overlap_at(float(found[0])))
+            except (ConvergenceError, ProblemError) as error:
+                deepest = self._before_touching(depth, a)
+                if deepest > depth:
+                    place = self.first(DEPTH, np.array([deepest]))
+                    depth = deepest
+                    moment = float((self.equivalent.moment(place) * self.read(place, (FORCE,))[:, 0])[0])
+                return Limit((1.0 - _SHORT) * depth, (1.0 - _SHORT) * moment, error)
+            depth, moment = map(float, found)
+            i += 1
+        return None
+
+    def _before_touching(self, depth: float, a: float) -> float:
+        """The largest depth in m from one on at which the surfaces do not overlap where g falls, in a contact up to a radius in m."""
+        if a not in self._ends or not float(self._ends[a][0]) > depth:
+            return depth
+        low, high = depth, float(self._ends[a][0])
+        for _ in range(40):
+            middle = 0.5 * (low + high)
+            touching = self.equivalent.overlap_at(middle)
+            low, high = (middle, high) if math.isinf(self._fall(touching)) else (low, middle)
+        return low
+
     def _climbed(self, column: int, top: float) -> tuple[FloatArray, FloatArray]:
         """Bounds up to the first at which a value is reached, and what the column is there."""
         count, bounds = 1, self.bounds(self.small)
@@ -314,11 +388,7 @@ class Table:
         places: Place,
     ) -> None:
         if np.any(np.diff(values) < 0.0):
-            a = float(bounds[1:][np.diff(values) < 0.0][0])
-            raise ProblemError(
-                f"below a contact radius of {metres(a)} the indentation of a smooth contact falls while the contact grows: it is "
-                "no disk, and contacts of layers are followed on disks only; use a profile that rises more evenly"
-            )
+            raise _falling(float(bounds[1:][np.diff(values) < 0.0][0]))
         whole = self.equivalent.g if column == DEPTH else self.equivalent.moment
         low = open_ & (y <= values[0])
         if low.any():
@@ -363,6 +433,13 @@ class Table:
         width = np.array([p.high - p.low for p in panels])[i]
         v, _ = _variable(at, np.array([p.base for p in panels])[i])
         return _sums(coefficients[i], basis(np.clip((v - low) / width, 0.0, 1.0), _TERMS))
+
+
+def _falling(a: float) -> ProblemError:
+    return ProblemError(
+        f"below a contact radius of {metres(a)} the indentation of a smooth contact falls while the contact grows: it is "
+        "no disk, and contacts of layers are followed on disks only; use a profile that rises more evenly"
+    )
 
 
 def _roots(

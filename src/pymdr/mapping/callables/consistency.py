@@ -70,7 +70,13 @@ def check_consistency(
     with np.errstate(all="ignore"):
         noise = _noise_of(f, low, high if farthest is None else farthest)
         start, end = _panels(low, high, breakpoints)
-        stairs = _stairs(f(np.geomspace(low, high, _NOISE_RADII)))
+        values = f(np.geomspace(low, high, _NOISE_RADII))
+        if not np.isfinite(values).any():
+            raise ProblemError(
+                f"Function.f gives {values[-1]} from r = {metres(low)} to {metres(high)}, where derivative is defined: give both "
+                "on the same radii, or only one"
+            )
+        stairs = _stairs(values)
         streak = np.zeros(start.shape, dtype=int)
         for _ in range(_ROUNDS):
             rise, integral, sure, spread = _compared(f, derivative, noise, start, end, relative)

@@ -29,6 +29,8 @@ _DEEPEST, _LAST, _DEPTH, _FARTHER = 56.0, 1000.0, 24.0, 6.0
 """Octaves in which an underflow is looked for, the last below 1 m, those above the first 0, and above what is asked for."""
 _FAINT = 1e-24
 """Of the values at the radii that are asked for: those that end in 0 below that are no differences of larger ones."""
+_UNFELT = 1e-40
+"""Of the values farther out: what is nothing to them."""
 _DIGITS_LOST = 1e-13
 _STEADY = 1e-6
 """Change of a power from octave to octave, above which it is none."""
@@ -157,17 +159,23 @@ def underflow_law(curve: Curve, top: float, end: float = math.inf, of: str = "va
             values = np.abs(curve(r))
             deepest = int(np.max(np.flatnonzero(values), initial=0))
             noise = np.maximum(*scatter(curve, r[: deepest + 1]))
-            lost = np.flatnonzero(~(noise <= _DIGITS_LOST * values[: deepest + 1]))
+            sure = (noise <= _DIGITS_LOST * values[: deepest + 1]) & (values[: deepest + 1] > _UNDERFLOW)
             # an octave farther out there are more digits than matter
-            first = int(lost[0]) - 4 if lost.size else values.size
+            first = int(np.argmin(np.append(sure, False))) - 4
             # two octaves show its power, and whether it stays
             if first >= 9:
                 break
         if not 9 <= first < values.size or not 0.0 < values[deepest] < _FAINT * values[0]:
             return None
         power, before = np.log2(values[[first - 5, first - 9]] / values[[first - 1, first - 5]])
+        faint = values[first - 1] < _UNFELT * np.max(np.abs(far))
     if not abs(power - before) < _STEADY:
-        return None
+        if not (faint and power > before):
+            return None
+        # it falls ever faster, as exp(-1 / r) does: any law is right for what is nothing to all that it adds to
+        unsure = 1.0
+    else:
+        unsure = _DIGITS_LOST + abs(power - before)
     simple = round(power * 60.0) / 60.0
     if abs(power - simple) < 1e-9:
         power, before = simple, simple
@@ -177,7 +185,7 @@ def underflow_law(curve: Curve, top: float, end: float = math.inf, of: str = "va
         float(r[first - 1]),
         float(power) + (0.0 if rises else 1.0),
         np.array([slope]),
-        float(_DIGITS_LOST + abs(power - before)),
+        float(unsure),
         exponent_error=float(abs(power - before)),
     )
 

@@ -44,6 +44,8 @@ _SMALLEST = 1e-18
 _ROUGH = 0.97
 """Part of a value that a rough image of it reaches where the map is to end: it is good to one part in a hundred."""
 _NEWTON = 60
+_NOTHING = 1e-60
+"""Part of g that no fall is seen below."""
 _LAST = 1e-10
 """Part of a value by which a step of Newton's method moves it, if it is the last that is needed."""
 _BESIDE = 1e-13
@@ -265,7 +267,7 @@ class PanelLine(EquivalentProfile):
     def _slope_on_axis(self) -> float:
         self.map_to(self._some_radius())
         cusp = float(self.source.sample(np.zeros(1), np.zeros(1))[0][0])
-        if self.exponent == 0.0 and 0.0 < cusp < math.inf:
+        if self.exponent == 0.0 and 0.0 < abs(cusp) < math.inf:
             # a power in its stead would be 0 or infinite there, however close to 1 its exponent is
             return 0.5 * math.pi * cusp
         return float(self._tail(np.zeros(1))[1][0])
@@ -594,12 +596,15 @@ class PanelLine(EquivalentProfile):
         g = depth the profile is searched to its reach, or else to 1024 times that radius.
         """
         known, radius = self._overlap
-        if depth <= known:
-            return radius
-        first = min(float(self.place(np.array([depth])).x[0]), self._end)
-        radius = max(first, self._last_overlap(depth, first))
-        self._overlap = (depth, radius)
+        if depth > known:
+            radius = self.overlap_at(depth)
+            self._overlap = (depth, radius)
         return radius
+
+    def overlap_at(self, depth: float) -> float:
+        """The same, whatever depths were asked for before."""
+        first = min(float(self.place(np.array([depth])).x[0]), self._end)
+        return max(first, self._last_overlap(depth, first))
 
     def rests_on(self) -> tuple[str, ...]:
         """What was fitted to samples, below which radius a law stands for the tip, and how narrow features were looked for."""
@@ -832,7 +837,9 @@ def _turning_points(image: Image, top: float) -> tuple[float, ...]:
     x = (panels.base[:, None] + offset).ravel()
     size = np.repeat(np.max(np.abs(slope.reshape(offset.shape)), axis=1), fine.size)
     noise = np.repeat(np.maximum(image.error[:, 1], 1e-13), fine.size) * 4.0 * size
-    sure = (np.abs(slope) > noise) & (x < top)
+    # a fall that is nothing to g farther out, as numbers that underflow show, turns nothing
+    felt = np.abs(slope) * x
+    sure = (np.abs(slope) > noise) & (felt > _NOTHING * np.max(felt)) & (x < top)
     x, slope, index = x[sure], slope[sure], index.ravel()[sure]
     if x.size == 0:
         return ()

@@ -16,10 +16,14 @@ from pymdr.units import FloatArray, metres
 
 _FARTHEST = 1e100
 """Radius in m beyond which no value is looked for."""
+_INNERMOST = 1e-270
+"""Radius in m down to which a profile may have risen too far."""
 _LEAP = 1e4
 """Below a value by that much, radii are doubled."""
 _BLOCK = 16
 """Steps of the search that are asked at once."""
+_FLAT, _FLATTEST = 0.3, 1e-3
+"""Exponents of f below which most of it is far within, and the least one."""
 Reached: TypeAlias = Callable[[float, float, float], bool]
 """Of a radius in m, and about g and the moment there."""
 
@@ -45,14 +49,17 @@ class Search:
 
     def climb(self, start: float, reached: Reached) -> float:
         """Go down from a radius in m until a rough image is not there yet, and then up."""
-        x = min(start, 2.0**-20 * self.end)
-        for _ in range(300):
+        x = top = min(start, 2.0**-20 * self.end)
+        finite = False
+        while True:
             slope = float(self._slopes(np.array([x]))[0])
-            if math.isfinite(slope) and not reached(
-                x, 1e3 * slope * x, 1e3 * slope * x ** (2.0 + self.exponent)
-            ):
-                break
+            if math.isfinite(slope):
+                finite = True
+                if not reached(x, 1e3 * slope * x, 1e3 * slope * x ** (2.0 + self.exponent)):
+                    break
             x /= 16.0
+            if x < _INNERMOST:
+                raise _no_start(finite, top)
         return self.up(np.array([x / 8.0, x / 4.0, x / 2.0, x]), reached)
 
     def _slopes(self, r: FloatArray) -> FloatArray:
@@ -95,7 +102,26 @@ class Search:
             parts = 0.5 * (f[:-1] + f[1:])
             # what is not defined farther out does not matter
             parts = np.where(shares > 0.0, parts * shares, 0.0)
-            return x * parts.sum(axis=1), x**k * (parts @ (r[:-1] * r[1:]))
+            return x * parts.sum(axis=1) + _below(r, f), x**k * (parts @ (r[:-1] * r[1:]))
+
+
+def _no_start(finite: bool, top: float) -> ProblemError:
+    """That a profile does not start at 0."""
+    if not finite:
+        return ProblemError(
+            f"the profile gives no finite slope at radii of {_INNERMOST:g} m to {metres(top)}: its callables must be defined from "
+            "the tip on, at r > 0 too"
+        )
+    return ProblemError(
+        f"the profile rises within {_INNERMOST:g} m of its tip by more than is resolved, about as 1 / r or steeper in f' or as a "
+        "step of f: let f start at f(0) and rise from there, or give FlatPunch for a flat end"
+    )
+
+
+def _below(r: FloatArray, f: FloatArray) -> float:
+    """About g in m of a flat tip, below the first of some radii at which |f'| is known; 0 of others, of which it is little."""
+    n = 1.0 + math.log(f[1] / f[0]) / math.log(r[1] / r[0]) if f[0] > 0.0 and 0.0 < f[1] < math.inf else 1.0
+    return float(f[0] * r[0] / max(n, _FLATTEST)) if n < _FLAT else 0.0
 
 
 def _step(x: float, g: float, m: float, reached: Reached) -> float:

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from pymdr.errors import ProblemError
 from pymdr.problem.profiles.base import Profile
-from pymdr.problem.values import SIField, with_named_callables, without_named
+from pymdr.problem.values import SIField, with_named_callables, within_range, without_named
 from pymdr.units import FloatArray, HasUnits, metres, to_si_array
 
 ArrayFunction: TypeAlias = Callable[[FloatArray], ArrayLike]
@@ -62,6 +62,9 @@ class Function(Profile):
         radii = np.atleast_1d(to_si_array(self.breakpoints, "m", name="Function.breakpoints"))
         if np.any(radii <= 0.0):
             raise ProblemError(f"Function.breakpoints = {radii.tolist()}: every radius must be above 0 m")
+        if radii.size:
+            for radius in (radii.min(), radii.max()):
+                within_range(radius, "m", "Function.breakpoints", size=True)
         object.__setattr__(self, "breakpoints", tuple(np.unique(radii).tolist()))
 
     def __getstate__(self) -> dict[str, Any]:

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pymdr.errors import ProblemError
+from pymdr.interpretation.validity import EXACT_WITHIN, Claim
 from pymdr.problem.contact import Contact
 from pymdr.problem.laws import Coulomb, MaugisDugdale
 from pymdr.problem.measured import MeasuredCurve
@@ -60,6 +61,8 @@ _UNFELT = 1e-6
 """Of the largest: rates of the residuals over an origin that a record does not feel."""
 _ROUNDED = 1e-12
 """Of the largest: singular values that are rounding."""
+_NOTED = 0.1
+"""Share of a standard error from which a systematic one is noted."""
 _WIDER = 1.1
 """Errors of the family of forces that count, which also tell where a pull stands in a few samples."""
 _AT_BOUND = 1e-4
@@ -235,6 +238,12 @@ class Estimate(NamedTuple):
     models: list[Modelled]
     felt: NDArray[np.bool_]
     """Which of the free numbers the record feels."""
+    errors: FloatArray
+    """Standard errors of the free numbers by noise; nan where the record does not feel them."""
+    width: float
+    """Of half an interval of 95 %, in standard errors."""
+    moved: FloatArray
+    """By how much a relative error 1 of all forces of the model may move the free numbers."""
     noise: float
     """In N."""
     correlated: float
@@ -432,11 +441,15 @@ def _with_errors(search: Search, best: FloatArray, minimum: Any, wide: FloatArra
     refuse_lost(search, best, slopes, noise * math.sqrt(correlated))
     scale = np.linalg.norm(slopes, axis=0)
     felt = scale > _UNFELT * scale.max()
-    _, singular, rows = np.linalg.svd(slopes[:, felt] / scale[felt], full_matrices=False)
+    left, singular, rows = np.linalg.svd(slopes[:, felt] / scale[felt], full_matrices=False)
     # what the record cannot tell apart has errors without end, but for the rounding of its slopes
     apart = rows / np.maximum(singular, _ROUNDED * singular.max())[:, None]
     errors = np.full(p, math.nan)
     errors[felt] = noise * np.sqrt(correlated) * np.linalg.norm(apart, axis=0) / scale[felt]
+    used = search.used or (slice(None),) * len(models)
+    forces = np.concatenate([np.abs(one.model[part]) for one, part in zip(models, used, strict=True)])
+    moved = np.zeros(p)
+    moved[felt] = np.abs(apart.T @ left.T) @ forces / scale[felt]
     errors = np.where(wide > _WIDER * errors, wide, errors)
     width = float(student.ppf(0.975, max(independent - p, 1.0)))
     inner, _ = search.from_free(best)
@@ -448,6 +461,9 @@ def _with_errors(search: Search, best: FloatArray, minimum: Any, wide: FloatArra
         put_into(search.contact, search.unknowns, inner),
         models,
         felt,
+        errors,
+        width,
+        moved,
         noise,
         correlated,
         float(hang.waves[0]),
@@ -459,6 +475,9 @@ def _interpreted(found: Estimate) -> FitResult:
     """How far to trust the model, and what is to be said of the search."""
     search, values = found.search, found.values
     result = judged(found)
+    systematic = _systematic(found, result.claims[force_of(found.contact)])
+    if systematic.any():
+        values = _fitted(search, found.best, found.errors + systematic / found.width, found.width)
     left_out = sum(int((~part).sum()) for part in search.used)
     why = "that the record marks" if search.shears else "beside jumps"
     notes: tuple[str, ...] = (f"{left_out} samples {why} are left out",) if left_out else ()
@@ -472,6 +491,8 @@ def _interpreted(found: Estimate) -> FitResult:
         for name, is_felt in zip(search.names, found.felt, strict=True)
         if not is_felt
     )
+    if np.any(systematic > _NOTED * found.errors):
+        notes += ("the intervals include the error of the model, which is not small beside the noise",)
     return FitResult(
         contact=found.contact,
         curves=search.curves,
@@ -488,6 +509,12 @@ def _interpreted(found: Estimate) -> FitResult:
         search=search,
         minimum=found.minimum,
     )
+
+
+def _systematic(found: Estimate, claim: Claim) -> FloatArray:
+    """By how much the error of the forces of the model may move the free numbers, each sample in the direction that moves most."""
+    error = 0.0 if claim.error is None else float(np.max(claim.error, initial=0.0, where=claim.where))
+    return (error if error > EXACT_WITHIN else 0.0) * found.moved
 
 
 def judged(found: Estimate) -> Result:

@@ -5,9 +5,10 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
+from typer.core import TyperCommand
 
 if TYPE_CHECKING:
     from pymdr.units import FloatArray
@@ -36,6 +37,20 @@ Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but er
 Json = Annotated[bool, typer.Option("--json", help="Print JSON instead of the summary, also of what fails.")]
 
 _MOST_POINTS = 1000
+
+
+class Once(TyperCommand):
+    """A command whose options of one value are given once: of several values the last would win silently."""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """Refuse an option of one value that is repeated, then parse."""
+        given = self.make_parser(ctx).parse_args(list(args))[2]
+        for param in given:
+            single = getattr(param, "multiple", True) is False and not getattr(param, "is_flag", False)
+            if single and given.count(param) > 1:
+                words = f"given {given.count(param)} times, but it takes one value; give it once"
+                raise typer.BadParameter(words, ctx=ctx, param=param)
+        return super().parse_args(ctx, args)
 
 
 def spread(

@@ -11,6 +11,7 @@ from pymdr.workbench.cli.curves import curves
 from pymdr.workbench.cli.fits import fit
 from pymdr.workbench.cli.laws import law, table
 from pymdr.workbench.cli.measured import loops, topography
+from pymdr.workbench.cli.options import Once
 from pymdr.workbench.cli.starting import info, new, schema
 from pymdr.workbench.cli.studies import heat, impact, joule, rolling, sliding
 from pymdr.workbench.cli.surfaces import press, rough
@@ -49,7 +50,7 @@ for command in (
     table,
     plot,
 ):
-    app.command()(command)
+    app.command(cls=Once)(command)
 
 
 @app.callback(invoke_without_command=True)
