@@ -5,6 +5,7 @@ import math
 import mpmath
 import numpy as np
 import pytest
+from tests.reference.fractional import Power, approach_and_retreat, ramp_force, springs
 
 import pymdr as mdr
 from pymdr.errors import PathError
@@ -13,7 +14,6 @@ from pymdr.line.curves import ElasticLine
 from pymdr.line.memory import follow_loads, follow_travels
 from pymdr.mapping.equivalent import equivalent_profile
 from pymdr.problem.spectra import Relaxation
-from tests.reference.fractional import Power, approach_and_retreat, ramp_force, springs
 
 EXACT = 1e-9
 

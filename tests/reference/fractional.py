@@ -112,12 +112,15 @@ def springs(kernel, radius, time, target, *, forced, deepest, n=160, parts=24):
             q = np.where(there > free, held + weight * (there - w), 0.0)
             return there, 2.0 * float(width @ np.maximum(q, 0.0))
 
-        if forced:
-            low, high = 0.0, 1.2 * deepest
-            depth = (
-                0.0
-                if goal[k - 1] == 0.0
-                else brentq(lambda d: loaded(d)[1] - goal[k - 1], low, high, rtol=1e-13, xtol=1e-300)
+        if forced and goal[k - 1] == 0.0:  # the body rests on what has not crept back
+            depth = float(np.min(y + free))
+        elif forced:
+            depth = brentq(
+                lambda d, goal=goal[k - 1], loaded=loaded: loaded(d)[1] - goal,
+                0.0,
+                1.2 * deepest,
+                rtol=1e-13,
+                xtol=1e-300,
             )
         else:
             depth = goal[k - 1]
