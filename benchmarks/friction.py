@@ -179,6 +179,21 @@ def batch() -> Iterator[Ratio]:
             alone,
             "aim: both cores",
         )
+    sticky = [
+        mdr.Contact(each.profile, mdr.Elastic("1 MPa", 0.5), adhesion=mdr.JKR("50 mJ/m^2"))
+        for each in contacts[:300]
+    ]
+    there = mdr.indent("1 um", steps=100) >> mdr.indent("-5 um", steps=100)
+    mdr.solve(sticky[0], there)
+    alone, together = (_timed(partial(mdr.solve_batch, sticky, there, workers=workers)) for workers in (1, 2))
+    gain = f"two empty loops gain {2.0 * one / two:.2f}"
+    yield Ratio(
+        f"solve_batch of 300 adhesive contacts, workers=2 ({gain})",
+        "workers=1",
+        together,
+        alone,
+        "aim: both cores",
+    )
 
 
 def _all(pool: ProcessPoolExecutor, n: int) -> list[int]:

@@ -645,7 +645,8 @@ def test_sliding_from_the_shell(tmp_path, shell):
     found = mdr.sliding_friction(read_case(case).contact, speeds, normal_force="10 mN")
     assert told["study"]["friction_coefficient"]["values"] == found["friction_coefficient"].values.tolist()
     assert told["study"]["speed"] == {"values": speeds.tolist(), "unit": "m/s"}
-    assert told["claims"]["slow_limit"]["level"] == "EXACT"
+    assert told["claims"]["slow_limit"]["steps_valid"] < 7
+    assert told["claims"]["friction_coefficient"]["error"] == 1.0
     status, out, _ = shell("sliding", case, "--speed", "1 mm/s", "--indentation", "1 um", "--quiet")
     assert (status, out) == (0, "")
     for bad, words in (

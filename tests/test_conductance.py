@@ -709,7 +709,7 @@ def test_frictional_heat_of_a_curve_and_its_words(tmp_path):
     with pytest.raises(mdr.NotValidError, match="area of a contact is not in its force curve"):
         rubbed["mean_temperature_rise"]
     assert "rests below the contact" in whole.notes[-1]
-    assert whole.claims["mean_temperature_rise"].level is mdr.Level.EXACT
+    assert whole.claims["mean_temperature_rise"].level is mdr.Level.APPROXIMATE
     rubbed.to_csv(tmp_path / "rubbed.csv")
     assert (tmp_path / "rubbed.csv").read_text().startswith("speed [m/s],largest_temperature_rise [K]")
     assert all(study.plot().axes for study in (rubbed, whole))

@@ -485,3 +485,38 @@ def test_bad_questions_of_a_bump(asked, words):
         mdr.azimuthal_profile(ball(np.random.default_rng(0)), **asked)
     with pytest.raises(mdr.ProblemError, match="not a Topography"):
         mdr.azimuthal_profile(np.ones((64, 64)))
+
+
+@pytest.mark.parametrize(("share", "fitted"), [(0.03, True), (0.27, False)])
+def test_interpolated_pixels_are_said_or_refused(share, fitted):
+    rng = np.random.default_rng(5)
+    whole = mdr.Topography(1e-8 * random_surface(rng, 128, 0.6), "1 um")
+    heights = whole.heights.copy()
+    heights[heights < np.quantile(heights, share)] = np.nan
+    filled = mdr.detrend(mdr.fill_missing(mdr.Topography(heights, "1 um"), "interpolate"), "mean")
+    true, found = (mdr.power_spectrum(one, periodic=True) for one in (whole, filled))
+    assert f"{100 * share:.2g} % of the pixels" in found.claims["power_spectrum"].reason
+    low = found["power_spectrum"].values / true["power_spectrum"].values
+    assert np.nanmin(low) >= 1.0 - min(3.0 * share, 1.0)
+    assert found.claims["law"].readable == fitted
+    if fitted:
+        assert found.fit.hurst_error > true.fit.hurst_error
+    else:
+        with pytest.raises(mdr.NotValidError, match="not measured but interpolated"):
+            _ = found.fit
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_the_bound_of_a_bump_counts_from_where_press_counts(seed):
+    """Noise stands out of the mean, and depths are counted from its highest pixel."""
+    pytest.importorskip("ContactMechanics")
+    bumpy = ball(np.random.default_rng(seed), noise=2e-9, n=48)
+    bump = mdr.azimuthal_profile(bumpy)
+    body = mdr.Elastic("1 GPa", 0.0)
+    assert bump.below_summit > 1e-9
+    depth = bump.below_summit + np.array([5e-9, 2e-8])
+    pressed = mdr.press(bumpy, body, indentation=depth)
+    bound = mdr.solve(mdr.Contact(bump.profile, body), mdr.Path(indentation=depth - bump.below_summit))
+    error = pressed.claims["normal_force"].error
+    assert np.all(bound["normal_force"].values <= pressed["normal_force"].values * (1.0 + error))
+    assert np.all(bound["normal_force"].values >= 0.5 * pressed["normal_force"].values)

@@ -534,3 +534,66 @@ def test_loads_that_are_not_there(step):
     for ask in (found.plot, lambda step: found.field("pressure", step)):
         with pytest.raises(mdr.QuantityError, match="there are 1 loads, counted from 0"):
             ask(step)
+
+
+@needs_engine
+def test_the_error_of_a_pressed_surface_is_in_its_curve_and_tables(tmp_path):
+    surface = mdr.RoughSurface(hurst=0.8, rms="1 um", size="1 mm", shortest="250 um", seed=3)
+    body = mdr.Elastic("1 GPa", 0.0)
+    pressed = mdr.press(surface, body, indentation=np.linspace(0.3, 1.4, 7) ** 2 * 1e-6)
+    claimed = pressed.claims["normal_force"].error
+    curve = pressed.force_curve()
+    assert np.array_equal(curve.error, claimed)
+    solved = mdr.solve(mdr.Contact(curve, body), mdr.Path(indentation=curve.indentation[2:]))
+    for name in ("normal_force", "normal_stiffness", "elastic_energy"):
+        assert np.all(solved.claims[name].error >= claimed[2:])
+    pressed.to_csv(tmp_path / "press.csv")
+    assert "normal_force [N],normal_force_error" in (tmp_path / "press.csv").read_text()
+    assert mdr.read_force_curve(tmp_path / "press.csv", modulus=curve.modulus).error == pytest.approx(claimed)
+    by_force = mdr.press(surface, body, normal_force=pressed["normal_force"].values).force_curve()
+    assert np.all(by_force.error > 0.5 * claimed)
+    pressed.save(tmp_path / "press.nc")
+    assert mdr.open_pressed_surface(tmp_path / "press.nc").force_curve() == curve
+    line = mdr.rough_line(surface, body).force_curve(indentation="1 um")
+    assert mdr.solve(mdr.Contact(line, body), mdr.indent("0.5 um")).claims["normal_force"].error is None
+
+
+@needs_engine
+def test_figures_draw_the_largest_valid_load():
+    surface = mdr.Topography(ball(24), 1.0)
+    some = mdr.press(surface, UNIT, indentation=[0.02, 0.05, 0.03, 0.6])
+    assert some.plot().axes[0].get_title() == "depth 50 mm, load 2 of 4"
+    assert some.plot(2).axes[0].get_title() == "depth 30 mm, load 3 of 4"
+    none = mdr.press(surface, UNIT, indentation=[0.6, 0.7])
+    assert "border" in none.plot().texts[0].get_text()
+    with pytest.raises(NotValidError, match="border"):
+        none.force_curve()
+
+
+@needs_engine
+@settings(max_examples=6, deadline=None)
+@given(st.integers(0, 2**32), st.floats(1e-3, 0.3), st.floats(-9, 3))
+def test_a_mean_pressure_is_not_above_the_peak(seed, share, decades):
+    """From one pixel on."""
+    rng, size = np.random.default_rng(seed), 10.0**decades
+    heights = size * (rng.standard_normal((12, 12)) * rng.uniform(0, 0.1) + ball(12, rng.uniform(0.02, 1.0)))
+    pressed = mdr.press(
+        mdr.Topography(heights, size), UNIT, indentation=share * float(np.ptp(heights)), punch=True
+    )
+    assert float(pressed["mean_pressure"][0]) <= float(pressed["peak_pressure"][0]) * (1.0 + 1e-12)
+
+
+def test_memory_is_checked_before_heights_are_made(monkeypatch):
+    from pymdr.mapping import rough_patch
+
+    def never(*_):
+        raise AssertionError
+
+    monkeypatch.setattr(rough_patch, "_heights", never)
+    huge = mdr.RoughSurface(0.8, "1 um", "1 m", "1 um")
+    with pytest.raises(ProblemError, match=r"8000000 x 8000000 pixels .* longer shortest wavelength"):
+        rough_topography(huge)
+    with pytest.raises(
+        ProblemError, match=r"8000000 x 8000000 pixels at 1 loads .* longer shortest wavelength"
+    ):
+        mdr.press(huge, UNIT, indentation="1 um")

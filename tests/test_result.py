@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 
 import pymdr as mdr
 from drawing import examples
+from pymdr.solving import batch
 
 UREG = pint.LazyRegistry()
 UNIT = mdr.Elastic(1.0, 0.0)
@@ -413,6 +414,48 @@ def test_a_batch_keeps_its_order_and_its_errors():
         with pytest.raises(mdr.PathError):
             mdr.solve_batch(contacts, mdr.indent(0.25), workers=workers)
     assert mdr.solve_batch([], mdr.indent(0.25)) == []
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_batch_does_not_depend_on_its_processes(seed, monkeypatch):
+    """Contacts that can be sent, that cannot, and that are refused, in any order, by any number of processes."""
+    rng = np.random.default_rng(seed)
+    radii = rng.uniform(0.5, 4.0, 20)
+    kinds = rng.integers(4, size=20)
+    contacts = [
+        mdr.Contact(
+            mdr.Function(lambda r, R=R: r * r / (2 * R))
+            if kind == 0
+            else mdr.Sphere(0.1)
+            if kind == 1
+            else mdr.Paraboloid(R),
+            mdr.Elastic(0.75, 0.5),
+        )
+        for R, kind in zip(radii, kinds, strict=True)
+    ]
+    monkeypatch.setattr(batch, "_SHORT", 0.0)
+    for workers in (1, 2, 3):
+        answers = mdr.solve_batch(contacts, mdr.indent(0.25), workers=workers, throw=False)
+        for answer, one, R, kind in zip(answers, contacts, radii, kinds, strict=True):
+            if kind == 1:
+                assert isinstance(answer, mdr.PathError)
+                continue
+            assert answer.contact is one
+            assert float(answer["normal_force"][0]) == pytest.approx(math.sqrt(R) / 6.0, rel=1e-11)
+
+
+def test_a_short_batch_stays_in_its_process(monkeypatch):
+    def refused(*args, **kwargs):
+        raise AssertionError("a process was started")
+
+    monkeypatch.setattr("concurrent.futures.ProcessPoolExecutor", refused)
+    monkeypatch.setattr(batch, "_SHORT", 1e6)
+    contacts = [mdr.Contact(mdr.Paraboloid(R), mdr.Elastic(0.75, 0.5)) for R in np.linspace(1.0, 2.0, 16)]
+    assert len(mdr.solve_batch(contacts, mdr.indent(0.25), workers=2)) == 16
+    # work that is longer than it seemed is shared
+    monkeypatch.setattr(batch, "_SHORT", 0.0)
+    with pytest.raises(AssertionError, match="a process was started"):
+        mdr.solve_batch(contacts, mdr.indent(0.25), workers=2)
 
 
 @pytest.mark.parametrize("workers", [0, -1, 1.5, "2"])

@@ -344,9 +344,9 @@ def test_what_is_claimed():
     calibrated = mdr.rolling(BALL, [1e-3], normal_force="100 N", law="calibrated")
     assert {c.level for c in plain.claims.values()} == {mdr.Level.APPROXIMATE, mdr.Level.NOT_VALID}
     assert "33 to 49 % too small" in plain.claims["creep_force"].reason
-    assert "0.036 mu F_N" in calibrated.claims["creep_force"].reason
+    assert "0.04 mu F_N" in calibrated.claims["creep_force"].reason
     lateral = mdr.rolling(BALL, [1e-3], normal_force="100 N", law="calibrated", direction="lateral")
-    assert "0.036" not in lateral.claims["creep_force"].reason
+    assert np.all(lateral.claims["creep_force"].error < plain.claims["creep_force"].error)
     for name in ("shear_traction", "slip"):
         with pytest.raises(mdr.NotValidError, match="along one line"):
             plain[name]
@@ -360,13 +360,12 @@ def test_what_is_claimed():
     unlike = mdr.Contact(mdr.Paraboloid("10 mm"), STEEL, friction=mdr.Coulomb(0.3))
     found = mdr.rolling(unlike, 1e-3, normal_force="1 N")
     assert "Dundurs" in found.claims["creep_force"].reason
-    assert "not met" in str(found)
+    assert "NOT MET" in str(found)
 
 
 def test_how_it_reads():
     study = mdr.rolling(BALL, [-1e-3, 1e-3, 4e-3], normal_force="100 N")
     lines = str(study).splitlines()
-    assert len(lines) == 7
     assert lines[0].split() == ["creepage", "force", "F_x/F_N", "slip"]
     assert "all slips from a creepage of 0.0136 on" in lines[5]
     assert "<table>" in study._repr_html_()

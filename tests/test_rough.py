@@ -550,7 +550,7 @@ def test_assumptions_are_measured():
     wide = mdr.RoughSurface(0.7, "10 um", "1 mm", "1 um")
     told = mdr.press_rough(wide, STEEL, normal_force="10 N", realisations=2)
     assert [one.met for one in told.assumptions] == [False, False]
-    assert "not met" in told.summary()
+    assert "NOT MET" in told.summary()
 
 
 def test_reading(tmp_path):

@@ -6,7 +6,7 @@ import pickle
 import mpmath
 import numpy as np
 import pytest
-from hypothesis import example, given, settings
+from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 from scipy.integrate import dblquad
 from scipy.special import ellipk
@@ -15,7 +15,7 @@ import pymdr as mdr
 from drawing import examples
 from pymdr.interpretation.shapes import ellipse_displacement, ellipse_pressure
 from pymdr.line.ellipses import ellipse_bounds
-from pymdr.line.shapes import ellipse_factor, pyramid_factor, shape_law
+from pymdr.line.shapes import PYRAMID_FORCES, ellipse_factor, pyramid_factor, shape_law
 from pymdr.mapping.azimuth import azimuthal_mean
 from pymdr.mapping.ellipse import HertzEllipse, axis_ratio
 
@@ -692,3 +692,78 @@ def test_layers_take_bodies_of_revolution():
     film = mdr.Layered([mdr.Layer(mdr.Elastic("1 MPa", 0.45), "1 mm")])
     with pytest.raises(mdr.ProblemError, match="a Layered body is not offered"):
         mdr.Contact(mdr.Pyramid.vickers(), film)
+
+
+def estimate_of(gap, depth):
+    """The estimate of a callable at E* = 1, and its claim."""
+    solved = mdr.solve(mdr.Contact(mdr.Function2D(gap), mdr.Elastic(1.0, 0.0)), mdr.indent(depth))
+    return float(solved["force_estimate"][0]), solved.claims
+
+
+@settings(max_examples=examples(8), deadline=None)
+@given(st.floats(1.0, 8.0), st.floats(0.0, 3.1), st.integers(-9, 0))
+def test_the_error_of_an_estimate_holds_for_ellipses(ratio, turned, decades):
+    """By Hertz, who knows nothing of it."""
+    size, cos, sin = 10.0**decades, math.cos(turned), math.sin(turned)
+
+    def gap(x, y):
+        return ((x * cos + y * sin) ** 2 / ratio + (y * cos - x * sin) ** 2) / (2.0 * size)
+
+    found, claims = estimate_of(gap, 1e-3 * size)
+    hertz = mdr.Contact(mdr.EllipticParaboloid(ratio * size, size), mdr.Elastic(1.0, 0.0))
+    true = float(mdr.solve(hertz, mdr.indent(1e-3 * size))["normal_force"][0])
+    for name in ("force_estimate", "normal_force"):
+        assert abs(found / true - 1.0) <= claims[name].error[0] < 0.2
+
+
+@settings(max_examples=examples(6), deadline=None)
+@given(st.sampled_from(sorted(PYRAMID_FORCES)), st.floats(0.0, 6.3))
+def test_the_error_of_an_estimate_holds_for_pyramids(sides, turned):
+    """Against boundary elements."""
+
+    def gap(x, y):
+        faces = turned + 2.0 * math.pi * np.arange(sides) / sides
+        return np.max([x * math.cos(f) + y * math.sin(f) for f in faces], axis=0)
+
+    found, claims = estimate_of(gap, 0.1)
+    assert abs(found / (PYRAMID_FORCES[sides] * 0.01) - 1.0) <= claims["force_estimate"].error[0] < 0.25
+
+
+def test_where_the_error_of_an_estimate_was_not_measured_it_is_not_known():
+    """Waves of a height at which the contact has holes."""
+    _, claims = estimate_of(lambda x, y: (x**2 + y**2) / 2 + 0.02 * np.sin(9 * np.hypot(x, y)) ** 2, 0.1)
+    assert claims["force_estimate"].error is None
+    x = np.linspace(-1, 1, 41)
+    body = mdr.Sampled2D(-(x[:, None] ** 2 + 2 * x**2), 2.05)
+    sampled = mdr.solve(mdr.Contact(body, mdr.Elastic(1.0, 0.0)), mdr.indent(0.1))
+    assert sampled.claims["normal_force"].error is None
+
+
+@pytest.mark.long
+@settings(max_examples=4, deadline=None)
+@given(
+    st.integers(3, 12), st.floats(0.05, 0.9), st.floats(0.0, 0.3), st.floats(1.0, 3.5), st.floats(0.0, 3.0)
+)
+def test_the_error_of_an_estimate_holds_for_lobes(lobes, height, longer, power, turned):
+    """Against boundary elements of other code."""
+    pytest.importorskip("ContactMechanics")
+    wave = height * 3.0 / lobes**1.5 * min(1.0, power / 2.0)
+
+    assume(wave + longer < 0.8)
+
+    def gap(x, y):
+        angle = np.arctan2(y, x)
+        return np.hypot(x, y) ** power * (
+            1.0 + wave * np.cos(lobes * angle) + longer * np.cos(2 * angle + turned)
+        )
+
+    found, claims = estimate_of(gap, 1.0)
+    claim = claims["force_estimate"]
+    if claim.error is None:
+        return
+    side = 2.3 * (1.0 - wave - longer) ** (-1.0 / power)
+    x = (np.arange(97) - 48) / 97 * side
+    heights = -gap(*np.meshgrid(x, x, indexing="ij"))
+    pressed = mdr.press(mdr.Topography(heights, side), mdr.Elastic(1.0, 0.0), indentation=1.0)
+    if pressed.claims["normal_force"].readable:
+        assert abs(found / float(pressed["normal_force"][0]) - 1.0) <= claim.error[0] + 3e-3

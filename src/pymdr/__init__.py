@@ -103,6 +103,7 @@ if TYPE_CHECKING:
     from pymdr.solving import FrictionLoop as FrictionLoop
     from pymdr.solving import Impact as Impact
     from pymdr.solving import PullOff as PullOff
+    from pymdr.solving import Restitution as Restitution
     from pymdr.solving import adhesion_regime as adhesion_regime
     from pymdr.solving import assess as assess
     from pymdr.solving import foundation as foundation
@@ -302,6 +303,7 @@ _HOMES: dict[str, tuple[str, ...]] = {
         "FrictionLoop",
         "Impact",
         "PullOff",
+        "Restitution",
         "adhesion_regime",
         "assess",
         "foundation",

@@ -13,11 +13,11 @@ from numpy.typing import ArrayLike
 
 from pymdr.errors import QuantityError
 from pymdr.independent.rings import Rings
-from pymdr.interpretation.closure import pressed_curve
+from pymdr.interpretation.closure import known_error, pressed_curve
 from pymdr.interpretation.conductance import driven
 from pymdr.interpretation.peaks import largest_value
 from pymdr.interpretation.validity import SOURCES, Assumption, Claim
-from pymdr.mapping.portable import portable
+from pymdr.mapping.portable import portable, require_known
 from pymdr.problem.contact import Contact
 from pymdr.problem.paths import LoadingPath
 from pymdr.problem.profiles import ForceCurve
@@ -292,6 +292,8 @@ class Result:
             If the field is not valid for this contact or this step.
         QuantityError
             If there is no such field, `drop` or `flow` is given for one that is no flux, both are, or `drop` is a temperature.
+        ProblemError
+            If the gap or the equivalent profile is read farther out than what was saved of a callable.
         """
         import xarray as xr
 
@@ -314,6 +316,8 @@ class Result:
         )
         if radii.ndim != 1:
             raise QuantityError(f"field: r has the shape {radii.shape}; one row of radii is needed")
+        if name in ("gap", "equivalent_profile"):
+            require_known(self.contact.profile, radii, name)
         values = np.array([surface.field(name, np.abs(radii), i) for i in chosen])
         axis = POSITION if name in self.reading.line_fields else RADIUS
         row = quantity(name)
@@ -502,7 +506,7 @@ class Result:
         Notes
         -----
         Fields and the path are not in the table: :meth:`save` keeps them. Values that are not valid are
-        empty. :func:`pymdr.read_record` reads loads and displacements back, :func:`pymdr.read_path` and
+        empty. A quantity that is approximate has a column of its relative errors beside it, empty where they are not known. :func:`pymdr.read_record` reads loads and displacements back, :func:`pymdr.read_path` and
         :func:`pymdr.read_force_curve` as far as they are paths and curves.
         """
         from pymdr.presentation.tables import write_csv
@@ -541,6 +545,8 @@ class Result:
         self, quantities: Sequence[str] | None, units: Mapping[str, str] | None
     ) -> dict[str, np.ndarray]:
         """What is written, by the titles of its columns."""
+        from pymdr.presentation.tables import with_error_columns
+
         units = dict(units or {})
         table = self._table(quantities)
         for name in units:
@@ -558,7 +564,7 @@ class Result:
             columns[f"{name} [{unit}]" if unit else name] = (
                 given.astype(int) if given.dtype == bool else given
             )
-        return columns
+        return with_error_columns(columns, self.claims)
 
     def _about(self) -> list[tuple[str, str, str]]:
         from pymdr.presentation.tables import about_rows, part_in_words
@@ -592,7 +598,8 @@ class Result:
         """
         The force curve of a result, to stand in another contact in place of a profile.
 
-        Its modulus is the E* of this contact. Rows count in the order of their depths, whatever the path was.
+        Its modulus is the E* of this contact. Rows count in the order of their depths, whatever the path was. Its points have the
+        errors of the claims.
 
         Returns
         -------
@@ -612,7 +619,19 @@ class Result:
         >>> solve(ball, indent("1 um", steps=50)).force_curve().force.size
         50
         """
-        return pressed_curve(self.contact, self["indentation"].values, self["normal_force"].values)
+        depth, force = (self[name].values for name in ("indentation", "normal_force"))
+        errors = (self._error_with_band(name) for name in ("indentation", "normal_force"))
+        return pressed_curve(self.contact, depth, force, *errors)
+
+    def _error_with_band(self, name: str) -> FloatArray:
+        """Relative errors over the rows, half the band that the scatter of a sampled profile gives among them; nan where not known."""
+        error = known_error(self.claims[name])
+        if name not in self.bands:
+            return error
+        value, (low, high) = np.abs(self.data[name].values), self.bands[name]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            off = np.maximum(np.abs(high - value), np.abs(value - low)) / value
+        return error + np.where(value > 0.0, off, 0.0)
 
     def _saved_contact(self) -> Contact:
         radius = max(self._largest("contact_radius"), self._largest("cohesive_radius"))

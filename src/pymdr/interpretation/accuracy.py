@@ -22,6 +22,8 @@ _STRAIGHT = 0.01
 _ROUNDED = 4.0 * float(np.finfo(float).eps)
 _DIFFERENCE = 30.0
 """Sum of the terms of an energy, in parts of it, from which its rounding counts."""
+_NEAR = 1e-4
+"""Of the parameter: how far beside a fold its curvature is read."""
 _FEW_ROUNDINGS = 1e-14
 """Share up to which an energy errs as any number does."""
 _G, _SLOPE, _MOMENT, _SQUARED = range(4)
@@ -136,14 +138,10 @@ def adhesive_errors(
     states, a = met.states, met.states.contact_radius
     error, outer = met.error, met.outer
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        by_force = machine_stiffness == 0.0
-        soft = np.where(by_force, 1.0, machine_stiffness)
         rates = equilibria.slopes(s)
-        control = np.where(by_force, met.force, met.depth + met.force / soft)
-        steep = np.abs(np.where(by_force, rates[1], rates[0] + rates[1] / soft))
-        moved = np.where(control > 0.0, control / steep, 0.0)
-        depth = np.where(np.isinf(machine_stiffness), 0.0, met.depth + np.abs(rates[0]) * moved)
-        force = np.where(by_force, 0.0, met.force + np.abs(rates[1]) * moved)
+        control, steep = met.under(machine_stiffness, rates)
+        moved = np.where(control > 0.0, control / np.abs(steep), 0.0)
+        depth, force = met.misses(machine_stiffness, rates, moved)
         radius = moved / a
         depth, force = depth / (met.smooth_depth + met.opened), force / (met.smooth_force + met.pull)
         slope = error[:, _SLOPE] + radius
@@ -198,6 +196,22 @@ class _Met:
     energy: FloatArray
     """Error of U in J, its rounding where that counts among it."""
 
+    def under(
+        self, machine_stiffness: FloatArray, rates: tuple[FloatArray, ...]
+    ) -> tuple[FloatArray, FloatArray]:
+        """By how much the control errs at a radius, and its rate from those of d and F."""
+        by_force = machine_stiffness == 0.0
+        soft = np.where(by_force, 1.0, machine_stiffness)
+        control = np.where(by_force, self.force, self.depth + self.force / soft)
+        return control, np.where(by_force, rates[1], rates[0] + rates[1] / soft)
+
+    def misses(
+        self, machine_stiffness: FloatArray, rates: tuple[FloatArray, ...], moved: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """Errors of d in m and F in N of states whose parameter errs by some m; none of what is prescribed."""
+        depth = np.where(np.isinf(machine_stiffness), 0.0, self.depth + np.abs(rates[0]) * moved)
+        return depth, np.where(machine_stiffness == 0.0, 0.0, self.force + np.abs(rates[1]) * moved)
+
     @classmethod
     def at(cls, line: Line, equilibria: Adhesive, s: FloatArray) -> _Met:
         states = equilibria.states(s)
@@ -224,6 +238,68 @@ class _Met:
             differs = parts > _DIFFERENCE * np.abs(elastic)
         missed = missed + np.where(differs, _ROUNDED * (parts + np.abs(surface)), 0.0)
         return cls(states, error, outer, g, smooth, opened, pull, depth, force, missed)
+
+
+def fold_errors(
+    line: Line, equilibria: Adhesive, s: float, machine_stiffness: float, *, folds: bool
+) -> dict[str, float]:
+    """
+    Relative errors of the state at which a contact is lost, or into which it jumps.
+
+    Parameters
+    ----------
+    line : Line
+    equilibria : JKR, MaugisDugdale or DMT of :mod:`pymdr.line.adhesion`
+    s : float
+        Parameter of the state in m.
+    machine_stiffness : float
+        k in N/m: inf for an indentation, 0 for a force.
+    folds : bool
+        Whether the control D = d + F/k turns there, and is not prescribed.
+
+    Returns
+    -------
+    dict of str to float
+        Of contact_radius, indentation, normal_force and travel.
+
+    Notes
+    -----
+    Where dD/ds = 0 the parameter errs by the error of dD/ds over d^2D/ds^2; elsewhere by that of D over dD/ds.
+    """
+    at, k = np.array([s]), np.array([machine_stiffness])
+    met = _Met.at(line, equilibria, at)
+    rates = equilibria.slopes(at)
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        control, steep = met.under(k, rates)
+        moved = np.where(control > 0.0, control / np.abs(steep), 0.0)
+        if folds:
+            near = s * np.array([1.0 - _NEAR, 1.0 + _NEAR])
+            by_depth, by_force = (np.diff(rate) / np.diff(near) for rate in equilibria.slopes(near))
+            turn = np.abs(met.under(k, (by_depth, by_force))[1])
+            unsure = met.error[:, _SLOPE] + _ROUNDED
+            parts = (
+                unsure * np.abs(rate)
+                for rate in (line.depth_rate(at), line.stiffness(at) * line.depth_rate(at))
+            )
+            moved = np.minimum(met.under(k, tuple(parts))[1] / turn, moved)
+        depth, force = met.misses(np.full(1, math.nan) if folds else k, rates, moved)
+        states = met.states
+        soft = np.where(k == 0.0, math.inf, k)
+        missed = {
+            "contact_radius": (moved, states.contact_radius),
+            "indentation": (depth, states.indentation),
+            "normal_force": (force, states.normal_force),
+            "travel": (depth + force / soft, states.indentation + states.normal_force / soft),
+        }
+        shares = {name: part / np.abs(whole) for name, (part, whole) in missed.items()}
+    return {name: min(float(np.nan_to_num(share[0], nan=0.0)), 1.0) for name, share in shares.items()}
+
+
+def loss_error(line: Line, equilibria: Adhesive, jump: Jumps, machine_stiffness: float) -> float:
+    """Relative error of what one jump dissipates."""
+    missed = float(_lost(line, equilibria, jump, np.array([machine_stiffness]))[0])
+    loss = abs(float(jump.loss[0]))
+    return min(missed / loss, 1.0) if loss > 0.0 else float(missed > 0.0)
 
 
 def _lost(line: Line, equilibria: Adhesive, jumps: Jumps, machine_stiffness: FloatArray) -> FloatArray:

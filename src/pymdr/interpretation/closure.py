@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 
 import numpy as np
 
 from pymdr.errors import ProblemError
 from pymdr.interpretation.accuracy import with_errors
-from pymdr.interpretation.validity import SOURCES, BoolArray, Claim, Level
+from pymdr.interpretation.validity import SOURCES, BoolArray, Claim, Level, total_error
 from pymdr.mapping.closure import Closure
 from pymdr.mapping.moduli import effective_moduli
 from pymdr.problem.contact import Contact
@@ -93,7 +94,12 @@ def closure_claims(
     -------
     dict of str to Claim
     """
-    errors = closure_errors(closure, depth, remembers=remembered is not None or sideways)
+    remembers = remembered is not None or sideways
+    errors = closure_errors(closure.error, depth, remembers=remembers)
+    given = closure_errors(closure.given_error, depth, remembers=remembers)
+    remark = "; of the points only the scatter is known: ForceCurve.error was not given"
+    if closure.given is not None:
+        remark = "; numbers have the errors of its points too"
     found: dict[str, Claim] = {}
     for name, claim in claims.items():
         if name not in OF_THE_CURVE:
@@ -103,13 +109,14 @@ def closure_claims(
             found[name] = replace(claim, reason=claim.reason.replace(_ON_A_DISK, ""))
         else:
             known = False if held is None else held.get(name, False)
-            found |= _of_curve(name, claim, errors[name], remembered, known)
+            own = _of_curve(name, claim, errors[name], remembered, known)
+            found[name] = _with_given(own, given[name], remark)
     return found
 
 
 def _of_curve(
     name: str, claim: Claim, error: FloatArray, remembered: BoolArray | None, known: BoolArray | bool
-) -> dict[str, Claim]:
+) -> Claim:
     theirs, level = claim.reason.replace(_ON_A_DISK, ""), claim.level
     if remembered is not None:
         theirs = f"{_MEMORY}; {theirs}" if level is Level.APPROXIMATE else _MEMORY
@@ -121,24 +128,45 @@ def _of_curve(
         reason=f"{ASSUMED}. {theirs[:1].upper()}{theirs[1:]}",
         source=f"{claim.source}; {SOURCES['closure']}",
     )
-    total = error if claim.error is None else error + claim.error
-    where = claim.where & ((total < 1.0) | known)
+    total = total_error(error, claim.error)
+    where = claim.where & (((error if total is None else total) < 1.0) | known)
     if claim.where.any() and not where.any():
-        return {name: Claim(Level.NOT_VALID, _UNKNOWN, SOURCES["closure"], where)}
+        return Claim(Level.NOT_VALID, _UNKNOWN, SOURCES["closure"], where)
     if where.sum() < claim.where.sum():
         own = replace(own, where=where, reason=f"{own.reason}; left out where {_UNKNOWN}")
+    if total is None:
+        return own
     return with_errors(
         {name: own}, {name: total}, "", "as curves through every other point, or of more pieces, do"
-    )
+    )[name]
 
 
-def closure_errors(closure: Closure, depth: FloatArray, *, remembers: bool) -> dict[str, FloatArray]:
+def _with_given(claim: Claim, given: FloatArray, remark: str) -> Claim:
+    """A claim with what the errors of the points leave in it; its error is None where they are not known."""
+    if claim.level is Level.NOT_VALID:
+        return claim
+    if np.isnan(given[claim.where]).any():
+        unknown = f"{claim.reason}; the errors of the points of the curve are not known"
+        return replace(claim, level=Level.APPROXIMATE, reason=unknown, error=None)
+    reason = f"{claim.reason}{remark}"
+    if claim.error is None:
+        return replace(claim, reason=reason)
+    error = claim.error + np.where(claim.where, given, 0.0)
+    return with_errors(
+        {"": replace(claim, reason=reason)}, {"": error}, "", "as the points of the force curve do"
+    )[""]
+
+
+def closure_errors(
+    error_at: Callable[[FloatArray], FloatArray], depth: FloatArray, *, remembers: bool
+) -> dict[str, FloatArray]:
     """
     Relative errors of the quantities of a curve, from those of k, F and U at its depths.
 
     Parameters
     ----------
-    closure : Closure
+    error_at : callable
+        Relative errors of k, F, U and the rise of k at depths in m, shape (4, n).
     depth : ndarray
         Indentations in m of the rows.
     remembers : bool
@@ -150,10 +178,10 @@ def closure_errors(closure: Closure, depth: FloatArray, *, remembers: bool) -> d
     """
     known = np.nan_to_num(depth)
     # a body that does not touch is known not to
-    stiffness, force, energy, rise = np.where(known > 0.0, closure.error(known), 0.0)
+    stiffness, force, energy, rise = np.where(known > 0.0, error_at(known), 0.0)
     if remembers and depth.size:
         deepest = np.maximum.accumulate(known)
-        before = np.where(deepest > 0.0, closure.error(deepest), 0.0)
+        before = np.where(deepest > 0.0, error_at(deepest), 0.0)
         stiffness, force, energy, rise = np.maximum((stiffness, force, energy, rise), before)
     slid = stiffness + force
     given = {
@@ -184,7 +212,39 @@ def regrown(radius: FloatArray) -> BoolArray:
     return np.asarray(np.maximum.accumulate(shrank & (moves > slack)))
 
 
-def pressed_curve(contact: Contact, depth: FloatArray, force: FloatArray) -> ForceCurve:
+def known_error(claim: Claim) -> FloatArray:
+    """The relative errors of a quantity over its rows: 0 where it is exact to rounding, nan where they are not known."""
+    return np.full(claim.where.shape, math.nan) if claim.error is None else claim.error
+
+
+def error_of_force(
+    depth: FloatArray, force: FloatArray, depth_error: FloatArray, force_error: FloatArray
+) -> FloatArray:
+    """
+    Relative errors of the forces of a curve at its depths, those of the depths among them: e_F + (d/F) (dF/dd) e_d.
+
+    Parameters
+    ----------
+    depth, force : ndarray of shape (n,)
+        In m and N, in the order of the depths.
+    depth_error, force_error : ndarray of shape (n,)
+        Relative; nan where not known.
+
+    Returns
+    -------
+    ndarray
+        The slope is the steeper of those to the neighbours.
+    """
+    slope = np.diff(force) / np.diff(depth)
+    steeper = np.maximum(np.append(slope[:1], slope), np.append(slope, slope[-1:]))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        exponent = np.where(force > 0.0, np.abs(steeper * depth / force), 1.0)
+    return np.asarray(force_error + exponent * depth_error)
+
+
+def pressed_curve(
+    contact: Contact, depth: FloatArray, force: FloatArray, depth_error: FloatArray, force_error: FloatArray
+) -> ForceCurve:
     """
     The force curve of rows of a contact, in the order of their depths, whatever the path was.
 
@@ -193,6 +253,8 @@ def pressed_curve(contact: Contact, depth: FloatArray, force: FloatArray) -> For
     contact : Contact
     depth, force : ndarray of shape (n,)
         Indentation in m and normal force in N.
+    depth_error, force_error : ndarray of shape (n,)
+        Their relative errors; nan where not known.
 
     Returns
     -------
@@ -214,11 +276,13 @@ def pressed_curve(contact: Contact, depth: FloatArray, force: FloatArray) -> For
         raise ProblemError(
             f"force_curve: this contact has {why}; a ForceCurve is that of homogeneous elastic half-spaces without adhesion"
         )
-    order = np.argsort(depth, kind="stable")
-    depth, force = depth[order], force[order]
-    apart = np.append(True, np.diff(depth) > _APART * float(np.max(np.abs(depth))))
-    depth, force = depth[apart], force[apart]
+    rows = np.argsort(depth, kind="stable")
+    rows = rows[np.isfinite(depth[rows]) & np.isfinite(force[rows])]
+    distinct = np.diff(depth[rows]) > _APART * float(np.max(np.abs(depth[rows]), initial=0.0))
+    rows = rows[np.append(True, distinct)] if rows.size else rows
+    depth, force = depth[rows], force[rows]
     free = float(np.max(depth[force <= 0.0], initial=-np.inf))
     touches = free <= 0.0 < float(np.min(depth[force > 0.0], initial=np.inf))
     modulus = effective_moduli(contact.body, contact.counterbody).normal
-    return ForceCurve(depth, force, modulus=modulus, contact_point=0.0 if touches else None)
+    error = error_of_force(depth, force, depth_error[rows], force_error[rows])
+    return ForceCurve(depth, force, modulus=modulus, contact_point=0.0 if touches else None, error=error)

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
 
 from pymdr.interpretation.friction import frictional_claims
-from pymdr.interpretation.validity import SOURCES, Assumption, BoolArray, Claim, Level
+from pymdr.interpretation.validity import SOURCES, Assumption, BoolArray, Claim, Level, total_error
 from pymdr.line.heating import LORENZ
 from pymdr.mapping.moduli import EffectiveModuli
 from pymdr.problem.contact import Contact
@@ -92,7 +93,11 @@ def slow_sliding(peclet: float) -> Assumption:
 
 
 def frictional_heat_claims(
-    contact: Contact, moduli: EffectiveModuli, where: BoolArray, taken_away: float, why_no_mean: str
+    contact: Contact,
+    moduli: EffectiveModuli,
+    where: BoolArray,
+    taken_away: Mapping[str, FloatArray],
+    why_no_mean: str,
 ) -> dict[str, Claim]:
     """
     Claims of the heat of friction.
@@ -102,22 +107,32 @@ def frictional_heat_claims(
     contact : Contact
     moduli : EffectiveModuli
     where : ndarray of bool
-        True for every speed.
-    taken_away : float
-        Share of the largest rise that moving bodies carry away at the largest speed, to first order.
+        True for every row.
+    taken_away : mapping of str to ndarray
+        Share epsilon of the largest and the mean rise that moving bodies carry away at every speed, to first order.
     why_no_mean : str
         Why there is no mean; empty if there is one.
 
     Returns
     -------
     dict of str to Claim
+
+    Notes
+    -----
+    The kernel exp(-z)/R of a body that moves is no less than by its mean z (Jensen), so that the rise is at least exp(-epsilon) of
+    the one that is given: it errs by at most exp(epsilon) - 1 where one body moves and takes the heat.
     """
     pressed = frictional_claims(contact, moduli, ("contact_radius",), where)["contact_radius"]
-    told = f"{_RUBBED}; at the largest speed moving takes away {taken_away:.2g} of the largest rise, to first order"
     neglected = "" if pressed.level is Level.EXACT else f"; {pressed.reason}"
-    claim = Claim(pressed.level, told + neglected, SOURCES["popov-hess"], where)
-    mean = claim
+    source = SOURCES["popov-hess"]
+    claims = {}
+    for name, share in taken_away.items():
+        told = f"{_RUBBED}; at the largest speed moving takes away {float(np.max(share)):.2g} of it, to first order"
+        known = 0.0 if pressed.error is None else pressed.error
+        error = total_error(np.expm1(np.minimum(share, 1.0)), known)
+        claims[name] = Claim(pressed.level, told + neglected, source, where, error)
     if why_no_mean:
-        mean = Claim(Level.NOT_VALID, why_no_mean, SOURCES["closure"], np.zeros(where.shape, dtype=bool))
-    heat = Claim(Level.EXACT, "exact: mu F_N v", SOURCES["popov-hess"], where)
-    return {"largest_temperature_rise": claim, "mean_temperature_rise": mean, "heat": heat}
+        nowhere = np.zeros(where.shape, dtype=bool)
+        claims["mean_temperature_rise"] = Claim(Level.NOT_VALID, why_no_mean, SOURCES["closure"], nowhere)
+    claims["heat"] = Claim(Level.EXACT, "exact: mu F_N v", source, where)
+    return claims

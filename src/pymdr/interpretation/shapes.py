@@ -20,7 +20,14 @@ from pymdr.interpretation.validity import (
     Level,
 )
 from pymdr.line.ellipses import EllipseBounds
-from pymdr.line.shapes import LONGEST_OUTLINE, LONGEST_RATIO, PYRAMID_ERROR, PYRAMID_FORCES, ShapeStates
+from pymdr.line.shapes import (
+    LONGEST_OUTLINE,
+    LONGEST_RATIO,
+    MANY_SIDES_ERROR,
+    PYRAMID_ERROR,
+    PYRAMID_FORCES,
+    ShapeStates,
+)
 from pymdr.mapping.abel import Curve
 from pymdr.problem.profiles import EllipticParaboloid, Pyramid, Sampled2D, Shape
 from pymdr.units import FloatArray, metres
@@ -44,9 +51,12 @@ _MEASURED = (
     "-3.9, -1.8, -0.6 and -0.25 % on pyramids of 3, 4, 6 and 8 sides (boundary elements)"
 )
 _ESTIMATE = f"an estimate and no bound, by the functional of Shield, Barber and Fabrikant: {_MEASURED}"
+_MEASURED_ON = (
+    "on 120 random bodies, smooth ones and polygons of 3 to 24 faces, for contacts without holes whose outline differs from an ellipse "
+    "by no more than theirs"
+)
+_CUT_OFF = 0.02
 _SMALL_SLOPE = 0.3
-_OF_MANY_SIDES = 0.0025
-"""Relative error of the estimate with 8 sides, which falls with their number."""
 
 
 @dataclass(frozen=True)
@@ -85,7 +95,7 @@ def shape_claims(
     if isinstance(shape, EllipticParaboloid):
         claims = _exact(everywhere)
     else:
-        claims = _pyramid(shape, everywhere) if isinstance(shape, Pyramid) else _estimated(states)
+        claims = _pyramid(shape, everywhere) if isinstance(shape, Pyramid) else _estimated(shape, states)
         claims |= _refused(claims, everywhere)
     none = np.zeros(everywhere.shape, dtype=bool)
     claims["contact_radius"] = Claim(Level.NOT_VALID, _no_radius(shape), SOURCES["johnson"], none)
@@ -114,7 +124,7 @@ def _pyramid(shape: Pyramid, everywhere: BoolArray) -> dict[str, Claim]:
         size = PYRAMID_ERROR
     else:
         reason += f"C is {_ESTIMATE}; with {sides} sides it errs by less than with 8"
-        size = _OF_MANY_SIDES
+        size = MANY_SIDES_ERROR
     if shape.gradient > _SMALL_SLOPE:
         reason += (
             f"; the faces have a slope of {shape.gradient:.3g}, above {_SMALL_SLOPE:g}, up to which the model of small slopes is "
@@ -128,11 +138,24 @@ def _pyramid(shape: Pyramid, everywhere: BoolArray) -> dict[str, Claim]:
     return with_errors(base, errors)
 
 
-def _estimated(states: ShapeStates) -> dict[str, Claim]:
+def _estimate_error(shape: Shape, states: ShapeStates, known: BoolArray) -> tuple[FloatArray | None, str]:
+    """The errors of the estimate in the rows in which there is one, None where they are not known; and what is said of them."""
+    error = np.where(known, states.error, 0.0)
+    if isinstance(shape, Sampled2D):
+        return None, "; its error is not known: of heights between the samples it was not measured"
+    if np.isnan(error).any():
+        return None, f"; its error is not known here: it was measured {_MEASURED_ON}"
+    if isinstance(shape, EllipticParaboloid | Pyramid):
+        return error, ""
+    return error, f"; its error is that of bodies by boundary elements {_MEASURED_ON}"
+
+
+def _estimated(shape: Shape, states: ShapeStates) -> dict[str, Claim]:
     known = np.isfinite(states.force)
-    reason = f"{_ESTIMATE}; {_MODEL}" if known.any() else _unknown()
+    error, measured = _estimate_error(shape, states, known)
+    reason = f"{_ESTIMATE}; {_MODEL}{measured}" if known.any() else _unknown()
     level = Level.APPROXIMATE if known.any() else Level.NOT_VALID
-    claims = {name: Claim(level, reason, SOURCES["popov-shapes"], known) for name in _FORCES[:3]}
+    claims = {name: Claim(level, reason, SOURCES["popov-shapes"], known, error) for name in _FORCES[:3]}
     if known.any() and not known.all():
         claims = {
             name: replace(
@@ -140,12 +163,14 @@ def _estimated(states: ShapeStates) -> dict[str, Claim]:
             )
             for name, claim in claims.items()
         }
+    stiff = claims["normal_stiffness"]
+    if error is not None:
+        # that of the force may grow with the depth as fast as the force does
+        stiff = replace(stiff, error=2.0 * error + np.where(known & (states.clipped > 0.0), _CUT_OFF, 0.0))
     if np.any(states.clipped[known] > 0.0):
-        stiff = claims["normal_stiffness"]
-        claims["normal_stiffness"] = replace(
-            stiff, reason=f"{stiff.reason}; where the outline is cut off, the stiffness is up to 2 % high"
-        )
-    return claims
+        high = f"; where the outline is cut off, the stiffness is up to {100.0 * _CUT_OFF:g} % high"
+        stiff = replace(stiff, reason=f"{stiff.reason}{high}")
+    return {**claims, "normal_stiffness": stiff}
 
 
 def _unknown() -> str:
@@ -188,8 +213,8 @@ def _estimate_claim(shape: Shape, states: ShapeStates) -> Claim:
         return Claim(Level.NOT_VALID, why, source, known)
     cut = np.any(states.clipped[known] > 0.0)
     outline = "; in some directions it has no outline of its own, and none is offered" if cut else ""
-    error = np.where(known, states.error, 0.0) if states.error.any() else None
-    return Claim(Level.APPROXIMATE, f"{_ESTIMATE}{outline}", source, known, error)
+    error, measured = _estimate_error(shape, states, known)
+    return Claim(Level.APPROXIMATE, f"{_ESTIMATE}{outline}{measured}", source, known, error)
 
 
 def _bound_claim(shape: Shape, states: ShapeStates, bound: LowerBound) -> Claim:

@@ -22,6 +22,8 @@ PYRAMID_FORCES = {3: 0.882409, 4: 0.737678, 5: 0.69334, 6: 0.6733, 7: 0.66239, 8
 """C of F = C E* d^2 / slope by boundary elements on 256 x 256 points."""
 PYRAMID_ERROR = 3e-4
 """Relative error of these."""
+MANY_SIDES_ERROR = 0.0025
+"""Relative error of the estimate of a pyramid of 8 sides, which falls with their number."""
 LONGEST_RATIO = 10.0
 """Ratio of the radii of curvature up to which the estimate was held against Hertz."""
 LONGEST_OUTLINE = 5.0
@@ -38,6 +40,12 @@ _FAR, _FAR_RAYS, _FAR_RADII = 64.0, 512, 400
 """Where other summits are looked for: how many times as far as the outline, and at how many places."""
 _BELOW = 1e-3
 """Of the force of a disk, that an estimate may lie below it."""
+_PER_DISTORTION, _PER_ELONGATION = 0.75, 0.2
+"""Relative error of the estimate over what is in its outline beside an ellipse, and over the fourth power of its elongation."""
+_MOST_DISTORTED = 0.3
+"""Distortion of an outline up to which the estimate was measured."""
+_FALLS_BY = 1e-3
+"""Of the mean of a section's image up to a radius, what the image may fall by per unit of ln a and still rise."""
 _HALVINGS = 30
 """Of a bracket of less than a unit of ln a, of whose error the force has the square."""
 
@@ -55,7 +63,7 @@ class ShapeStates:
     estimate: FloatArray
     """Of the functional of Shield, Barber and Fabrikant, in m^2."""
     error: FloatArray
-    """Relative error of the numbers of the estimate, not of the estimate itself."""
+    """Relative error of the estimate, of its model as of its numbers; nan where it is not known."""
     longest: FloatArray
     """Largest distance of the edge from the apex in m, as far as it is known."""
     clipped: FloatArray
@@ -123,8 +131,9 @@ class EllipseLaw:
             estimate, clipped = factor * math.sqrt(min(rx, ry)) * d * np.sqrt(d), clipped + share
         with np.errstate(divide="ignore", invalid="ignore"):
             stiffness = np.where(d > 0.0, 1.5 * force / d, 0.0)
+            error = np.where(d > 0.0, np.abs(estimate / force - 1.0), 0.0)
         return ShapeStates(
-            force, stiffness, 0.4 * force * d, estimate, 0.0 * d, np.maximum(*hertz.semi_axes(d)), clipped
+            force, stiffness, 0.4 * force * d, estimate, error, np.maximum(*hertz.semi_axes(d)), clipped
         )
 
 
@@ -138,7 +147,9 @@ class PyramidLaw:
         """States at depths in m."""
         slope, d = self.shape.gradient, np.maximum(depth, 0.0)
         estimated, longest = pyramid_factor(self.shape.sides)
-        known = PYRAMID_FORCES.get(self.shape.sides, estimated)
+        known = PYRAMID_FORCES.get(self.shape.sides)
+        error = MANY_SIDES_ERROR if known is None else abs(estimated / known - 1.0) + PYRAMID_ERROR
+        known = estimated if known is None else known
         square = d * (d / slope)
         force = known * square
         return ShapeStates(
@@ -146,7 +157,7 @@ class PyramidLaw:
             2.0 * known * (d / slope),
             force * d / 3.0,
             estimated * square,
-            0.0 * d,
+            0.0 * d + error,
             longest * (d / slope),
             0.0 * d,
         )
@@ -290,11 +301,12 @@ class RayLaw:
         # stationary outlines that run over a second summit bear less than a disk, which no body does
         wrong = whole[0] < disk * (1.0 - _BELOW - change - table.error)
         whole[:, wrong | _others_touch(self.shape, depth, whole[2], whole[0])] = math.nan
-        return np.concatenate([whole, np.full((1, depth.size), change + table.error)])
+        whole[5] += change + table.error
+        return whole
 
 
 def _stationary(table: RayTable, depth: FloatArray) -> FloatArray:
-    """Force, stiffness, longest radius, share of directions without a root, and stretch of the outline, for E* = 1."""
+    """Force, stiffness, longest radius, share of directions without a root, stretch of the outline and model error, for E* = 1."""
     s, d = table.nodes, depth[:, None]
     radii = np.exp(s)
     on_nodes = np.broadcast_to(s[:, None], (s.size, table.directions))
@@ -349,10 +361,56 @@ def _stationary(table: RayTable, depth: FloatArray) -> FloatArray:
             a.max(axis=1),
             (highest <= level[:, None]).mean(axis=1),
             a.max(axis=1) / a.min(axis=1),
+            np.where(_images_rise(table, a), model_error(a), math.nan),
         ]
     )
     found[:, ~inside] = math.nan
     return found
+
+
+def model_error(outline: FloatArray) -> FloatArray:
+    """
+    Relative error of the estimate of :class:`RayLaw` from its outline, for contacts without holes.
+
+    It is 0 to the second order for ellipses, and grows with the squares of the other waves of a(phi) = a0 (1 + sum h_n cos(n phi -
+    phi_n)): 0.75 sum |n - 2| h_n^2 / 2 + 0.2 h_2^4.
+
+    Parameters
+    ----------
+    outline : ndarray
+        Radii in m, (rows, directions), evenly spaced.
+
+    Returns
+    -------
+    ndarray
+        nan where the sum is above 0.3, up to which it was measured.
+
+    Notes
+    -----
+    Measured by boundary elements on 120 random bodies: polygonal ones of 3 to 24 faces, sharp and rounded, and smooth ones that are
+    homogeneous, polynomials, long or lobed. Their errors were at most 0.43 times the sum, besides 0.1 h_2^4.
+
+    Examples
+    --------
+    >>> phi = 2 * np.pi * np.arange(64) / 64
+    >>> float(model_error(1 + 0.2 * np.cos(3 * phi[None]))[0].round(9))
+    0.015
+    """
+    wave = np.abs(np.fft.rfft(outline, axis=1))
+    height = 2.0 * wave[:, 1:] / wave[:, :1]
+    n = np.arange(1, wave.shape[1])
+    distortion = 0.5 * (np.abs(n - 2) * height**2).sum(axis=1)
+    error = _PER_DISTORTION * distortion + _PER_ELONGATION * height[:, 1] ** 4
+    return np.where(distortion <= _MOST_DISTORTED, error, math.nan)
+
+
+def _images_rise(table: RayTable, outline: FloatArray) -> BoolArray:
+    """Whether the images of all sections rise up to the outline: where one falls, the contact may have holes."""
+    s = np.broadcast_to(table.nodes[:, None], (table.nodes.size, table.directions))
+    p, dp, ddp = table.at(s)
+    falls = dp + ddp < -_FALLS_BY * np.abs(p)
+    inside = np.exp(s) < outline[:, None, :]
+    return np.asarray(~(falls & inside).any(axis=(1, 2)))
 
 
 def _touches_beyond(table: RayTable, depth: FloatArray, outline: FloatArray, force: FloatArray) -> BoolArray:

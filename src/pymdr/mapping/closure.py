@@ -42,6 +42,8 @@ _NO_CURVE = 0.05
 """Of the largest force: points that lie farther off any rising stiffness are no curve of an elastic contact."""
 _NO_NOISE = 2.0
 """Noises by which points with noise may always lie off."""
+_ROUGHEST = 1e-9
+"""Least excess of the exponent of a curve over 1 by which an error of its bends is divided."""
 _OCTAVE = 4
 """Entries of the table of errors in a factor of 2 of the depth."""
 _LAST = 0.05
@@ -88,6 +90,8 @@ class Closure:
     """Root mean square in N by which the points lie off the curve."""
     errors: tuple[FloatArray, FloatArray]
     """Depths in m, rising, and the relative errors at each of k, F, U and of the rise of k, shape (4, n)."""
+    given: tuple[FloatArray, FloatArray] | None
+    """Depths in m of the points and the relative errors of their forces; None if none were given."""
     notes: tuple[str, ...]
     """What was done to the data, in words."""
 
@@ -106,6 +110,31 @@ class Closure:
         table, found = self.errors
         j = np.clip(np.searchsorted(table, depth), 0, table.size - 1)
         return np.where(depth > 0.0, found[:, j], 0.0)
+
+    def given_error(self, depth: FloatArray) -> FloatArray:
+        """
+        Relative errors of k, F, U and the rise of k at depths in m that those of the points leave, shape (4, n); nan where not known.
+
+        An error e of F that varies with the depth no faster than its first power, as d^m with |m| <= 1, leaves in k = dF/dd no more
+        than e (1 + 1/n), n = k d / F, and in dk/dd no more than e (n + 1)/(n - 1). That of U is the mean over its parts.
+        """
+        if self.given is None:
+            return np.zeros((4, depth.size))
+        points, error = self.given
+        j = np.searchsorted(points, depth)
+        step = np.fmax(error, np.append(error[0], error[:-1]))  # of the two ends of a stretch
+        step[np.isnan(error) | np.isnan(np.append(error[0], error[:-1]))] = math.nan
+        here = np.append(step, error[-1])[j]
+        before = np.append(0.0, self.stiffness.at(points)[2])
+        gathered = np.append(0.0, np.cumsum(step * np.diff(before)))
+        stiffness, force, energy = self.stiffness.at(depth)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            exponent = np.maximum(stiffness * depth / force, 1.0)
+            whole = (gathered[j] + here * (energy - before[j])) / energy
+        bends = here * np.minimum((exponent + 1.0) / np.maximum(exponent - 1.0, _ROUGHEST), 1.0 / _ROUGHEST)
+        found = np.stack([here * (1.0 + 1.0 / exponent), here, whole, bends])
+        found = np.where(here > 0.0, found, np.where(here == 0.0, 0.0, found))
+        return np.where((depth > 0.0) & (force > 0.0), found, 0.0)
 
 
 @lru_cache(maxsize=64)
@@ -129,7 +158,8 @@ def closure_of(curve: ForceCurve) -> Closure:
     Notes
     -----
     The errors are those by which the curves through every other point, and that of twice as many pieces, differ from the curve,
-    and the scatter of the points, the largest of a factor of 2 of the depth on both sides; 1 where the data tell nothing.
+    the scatter of the points, and by how much they lie off the curve beyond their noise, the largest of a factor of 2 of the depth on
+    both sides; 1 where the data tell nothing.
 
     Examples
     --------
@@ -154,12 +184,17 @@ def closure_of(curve: ForceCurve) -> Closure:
     halves = [_fit(*_half(d / scales[0], force / scales[1], first), touch) for first in (0, 1)]
     depths, errors = _errors(whole, halves)
     line = Polyline(whole.line.depth * scales[0], whole.line.stiffness * (scales[1] / scales[0]))
+    given = None
+    if curve.error is not None:
+        inside = d / scales[0] > whole.touch
+        given = (d[inside] - whole.touch * scales[0], curve.error[inside])
     return Closure(
         line,
         whole.touch * scales[0],
         whole.noise * scales[1],
         whole.misfit * scales[1],
         (depths * scales[0], errors),
+        given,
         _notes(curve, whole, scales),
     )
 
@@ -180,6 +215,8 @@ class _Fit:
     """Whether the contact point was found."""
     pieces: int
     """Pieces of a fit; 0 where the points are met."""
+    missed: FloatArray
+    """By how much the curve misses the points beyond their noise."""
     off: tuple[float, float, float] | None
     """Ends of the stretch whose points lie farthest off the curve beyond their noise, and by how many noises."""
 
@@ -210,6 +247,7 @@ def _fit(d: FloatArray, force: FloatArray, touch: float | None) -> _Fit:
         line, pieces, off = _through(*_begun(depth, values)), 0, None
         finer = line
         noise = misfit = 0.0
+        missed = np.zeros(depth.size - 1)
     else:
         few = few[:, few[0] > touch] - np.array([[touch], [0.0], [0.0]])
         line, nodes = _least_squares(*few)
@@ -218,11 +256,14 @@ def _fit(d: FloatArray, force: FloatArray, touch: float | None) -> _Fit:
         residual = force - line.at(x)[1]
         misfit = float(np.sqrt(np.mean(residual**2)))
         noise, off = float(np.median(sigma)), _systematic(x, residual / sigma)
+        missed, own = _missed(residual, sigma)[inside], line.at(x[inside])[1]
+        # the share is that of the points, which may lie below the curve
+        missed *= own / np.maximum(own - missed, np.maximum(0.5 * own, math.ulp(0.0)))
         if off is not None:
             # is it the points, or too few pieces?
             freest = _ramps(few[0], few[1], few[2], _nodes(few[0], _PIECES[-1]))[0]
             off = _systematic(x, (force - freest.at(x)[1]) / sigma)
-    return _Fit(line, depth[1:], finer, touch, noise, misfit, found, pieces, off)
+    return _Fit(line, depth[1:], finer, touch, noise, misfit, found, pieces, missed, off)
 
 
 def _half(d: FloatArray, force: FloatArray, first: int) -> tuple[FloatArray, FloatArray]:
@@ -424,6 +465,31 @@ def _systematic(x: FloatArray, residual: FloatArray) -> tuple[float, float, floa
     return (float(x[i]), float(x[i + width - 1]), float(mean[i])) if mean[i] > _SYSTEMATIC else None
 
 
+def _missed(residual: FloatArray, sigma: FloatArray) -> FloatArray:
+    """
+    By how much a curve lies off every point beyond its noise: the largest mean of 1, 2, 4 ... neighbours that noise does not explain.
+
+    The noise is that of differences, which no smooth curve has: what is left of points without noise is all misfit.
+    """
+    missed = np.zeros(residual.size)
+    # without noise at all every sigma is 1, and no point is farther off than that
+    noise = np.where(sigma < 1.0, sigma, 0.0)
+    # the noise of a few points is uncertain: the largest of two stretches beside a point counts
+    noise = np.lib.stride_tricks.sliding_window_view(np.pad(noise, _BLOCK, mode="edge"), 2 * _BLOCK + 1).max(
+        axis=1
+    )
+    sums, squares = (np.append(0.0, np.cumsum(each)) for each in (residual, noise**2))
+    width = 1
+    while width <= max(residual.size // 4, 1):
+        mean = np.abs(sums[width:] - sums[:-width]) / width
+        explained = _SYSTEMATIC * np.sqrt(np.maximum(squares[width:] - squares[:-width], 0.0)) / width
+        real = np.pad(np.where(mean > explained, mean, 0.0), width - 1)
+        windows = np.lib.stride_tricks.sliding_window_view(real, width).max(axis=1)
+        missed = np.maximum(missed, windows)
+        width *= 2
+    return missed
+
+
 def _told(line: Polyline, depth: FloatArray) -> FloatArray:
     """k, F and U at depths, and by how much k rises in the last part of them, shape (4, n)."""
     at = line.at(depth)
@@ -456,10 +522,12 @@ def _errors(whole: _Fit, halves: list[_Fit]) -> tuple[FloatArray, FloatArray]:
 
 
 def _scatter(fit: _Fit, depth: FloatArray) -> FloatArray:
-    """By how much k, F, U and the rise of k scatter with the noise of the points of a factor of 2 of the depth, shape (4, n)."""
+    """By how much k, F, U and the rise of k err by the noise of the points of a factor of 2 of the depth, or by what misses them, shape (4, n)."""
     low, high = 0.5 * depth, np.minimum(2.0 * depth, fit.deepest)
     held = np.maximum(np.searchsorted(fit.points, high, "right") - np.searchsorted(fit.points, low), 1)
-    force = fit.noise / np.sqrt(held)
+    j = np.clip(np.searchsorted(fit.points, depth), 1, fit.points.size - 1)
+    missed = np.maximum(fit.missed[j - 1], fit.missed[j])
+    force = np.maximum(fit.noise / np.sqrt(held), missed)
     stiffness = force * math.sqrt(12.0) / (high - low)
     return np.stack([stiffness, force, force * depth, stiffness])
 

@@ -11,7 +11,16 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from pymdr.errors import ConvergenceError, ProblemError
-from pymdr.mapping.callables import TipLaw, find_kinks, rounding, slope_panel, tip_law, underflow_law
+from pymdr.mapping.callables import (
+    Steps,
+    TipLaw,
+    find_kinks,
+    polished,
+    rounding,
+    slope_panel,
+    tip_law,
+    underflow_law,
+)
 from pymdr.mapping.resolving import SlopeSource, anchored, radii_beside
 from pymdr.mapping.series import TERMS, Panels, clenshaw
 from pymdr.problem.profiles import Function, call
@@ -50,8 +59,9 @@ class DerivedSource(SlopeSource):
 
     def __init__(self, profile: Function) -> None:
         self.profile = profile
-        self.knots = profile.breakpoints
         self.reach = profile.reach
+        self.knots = polished(self._f, profile.breakpoints, self.reach)
+        self.moved = {*self.knots} - {*profile.breakpoints}
         self._law: TipLaw | None = None
         self._asked = 0.0
         self._end = math.inf
@@ -63,6 +73,7 @@ class DerivedSource(SlopeSource):
         self._order = np.zeros(0, dtype=np.intp)
         self._starts = np.zeros(0)
         self._scatters: dict[float, float] = {}
+        self._steps = Steps(self._f, self.knots)
 
     @property
     def continued(self) -> float:
@@ -98,7 +109,7 @@ class DerivedSource(SlopeSource):
 
     def uncertainty(self, panels: Panels) -> FloatArray:
         """Error of f' on panels, from the rounding of f."""
-        found = self._series_errors(panels)
+        found = self._series_errors(panels) + self._steps.errors(panels.base, panels.low, panels.width)
         law = self._law
         if law is None:
             return found
@@ -142,13 +153,20 @@ class DerivedSource(SlopeSource):
         found = find_kinks(self._f, low, high, of="value")
         if found:
             self.knots = tuple(sorted({*self.knots, *found}))
-            self._low, self._high, self._series, self._error = [], [], [], []
-            self._done.clear()
+            self._forget(min(found))
         return found
+
+    def _forget(self, b: float) -> None:
+        """Drop the series on panels of the grid that a new breakpoint may cut or move: they are no longer than half of it."""
+        dropped = [edge for _, edge in self._done if edge > 0.5 * b]
+        self._done = {key for key in self._done if key[1] <= 0.5 * b}
+        kept = [i for i, low in enumerate(self._low) if low < min(dropped, default=math.inf)]
+        for name in ("_low", "_high", "_series", "_error"):
+            setattr(self, name, [getattr(self, name)[i] for i in kept])
 
     def foresee(self, top: float) -> None:
         """Find the law of the tip where f cancels on radii far below `top`; it may need larger radii for that."""
-        self._refuse_jumps(top)
+        self._steps.refuse(top)
         if self._asked or self._law is not None:
             return
         end = min([math.inf, *self.knots[:1], self.reach])
@@ -165,20 +183,6 @@ class DerivedSource(SlopeSource):
                 continue
             break
 
-    def _refuse_jumps(self, top: float) -> None:
-        """A step of f at a breakpoint up to `top` is no disk contact."""
-        for b in self.profile.breakpoints:
-            if b > top:
-                break
-            left, right = self._f(b * np.array([1.0 - 1e-12, 1.0 + 1e-12]))
-            around = self._f(b * np.array([0.5, 1.0, 1.2])) - self._apex
-            size = float(np.max(np.abs(around[np.isfinite(around)]), initial=0.0))
-            if abs(right - left) > 1e-6 * size:
-                raise ProblemError(
-                    f"the profile jumps by {metres(right - left)} at r = {metres(b)}: a step is not a disk contact; use "
-                    "FlatPunch for a sharp edge"
-                )
-
     def _cancels(self, top: float) -> bool:
         """Whether 40 roundings of f are more than 1e-10 of its rise on some octaves below a radius."""
         r = top * 2.0 ** -np.arange(0.0, 40.0, 4.0)
@@ -189,12 +193,12 @@ class DerivedSource(SlopeSource):
         return bool(np.any((40.0 * noise > _SURE * rise) & (told | (noise > _UNDERFLOW))))
 
     def rough(self, r: FloatArray) -> FloatArray:
-        """About |f'| at radii in m."""
-        values = self._f(np.concatenate([0.84 * r, r])).reshape(2, -1)
-        answer: FloatArray = np.abs(values[1] - values[0]) / (0.16 * r)
+        """About f' at radii in m, as parabolas have it."""
+        values = self._f(np.concatenate([0.84 * r, 0.92 * r, r])).reshape(3, -1)
+        answer: FloatArray = (values[0] - 4.0 * values[1] + 3.0 * values[2]) / (0.16 * r)
         below = r < self.continued
         if below.any() and self._law is not None:
-            answer[below] = np.abs(self._law.slope(r[below]))
+            answer[below] = self._law.slope(r[below])
         return answer
 
     def _value(self, r: FloatArray) -> FloatArray:

@@ -11,7 +11,8 @@ from pymdr.errors import ConvergenceError, ProblemError
 from pymdr.mapping.azimuth import azimuthal_mean
 from pymdr.mapping.equivalent import equivalent_profile, has_callables, without_callables
 from pymdr.problem.contact import Contact
-from pymdr.problem.profiles import Function2D
+from pymdr.problem.profiles import Function2D, Interpolated, Profile, Sum
+from pymdr.units import FloatArray, metres
 
 
 def portable(contact: Contact, radius: float, depth: float = 0.0) -> Contact:
@@ -46,6 +47,33 @@ def portable(contact: Contact, radius: float, depth: float = 0.0) -> Contact:
             continue
         return replace(contact, profile=profile)
     return replace(contact, profile=without_callables(contact.profile, reach))
+
+
+def require_known(profile: Profile, radii: FloatArray, name: str) -> None:
+    """
+    Refuse a field beyond what was saved of a callable.
+
+    Parameters
+    ----------
+    profile : Profile
+    radii : ndarray
+        In m.
+    name : str
+        Of the field.
+
+    Raises
+    ------
+    ProblemError
+        If a part of the profile is the interpolant of a callable, and a radius lies beyond its end.
+    """
+    parts = profile.parts if isinstance(profile, Sum) else (profile,)
+    end = min((part.reach for part in parts if isinstance(part, Interpolated)), default=math.inf)
+    farthest = float(np.max(np.abs(radii), initial=0.0))
+    if farthest > end * (1.0 + 1e-9):
+        raise ProblemError(
+            f"{name} at r = {metres(farthest)}: the profile was a callable, of which a saved or pickled result knows f up to "
+            f"r = {metres(end)}; read the field before saving, or solve again with the callable"
+        )
 
 
 def _touched(shape: Function2D, depth: float) -> float:

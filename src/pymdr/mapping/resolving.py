@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Set
 from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
 
-from pymdr.errors import ConvergenceError
+from pymdr.errors import ConvergenceError, ProblemError
 from pymdr.mapping.series import (
     TERMS,
     Panels,
@@ -55,6 +55,8 @@ class SlopeSource(ABC):
 
     knots: tuple[float, ...]
     """Radii in m at which f' is not smooth."""
+    moved: Set[float] = frozenset()
+    """Those in m that were named elsewhere, a little beside."""
     soft_knots: FloatArray = np.zeros(0)
     """Radii in m at which a piecewise polynomial continues, which matters if they are few."""
     reach: float
@@ -80,8 +82,8 @@ class SlopeSource(ABC):
         """Prepare for radii up to `top` in m."""
 
     def rough(self, r: FloatArray) -> FloatArray:
-        """About |f'| at radii in m."""
-        return np.abs(self.sample(np.zeros(r.size), r)[0])
+        """About f' at radii in m."""
+        return self.sample(np.zeros(r.size), r)[0]
 
     def uncertainty(self, panels: Panels) -> FloatArray:
         """Error of f' on panels that its samples do not show, shape (P,)."""
@@ -292,15 +294,10 @@ def resolve(
             break
         soft = source.soft_knots.size > 0
         if generation == _KINK_GENERATION or soft:
-            found: list[float] = []
-            for i in sorted(set(family[rest].tolist()) - asked):
-                asked.add(i)
-                low, high = float(panels.start[i]), float(panels.stop[i])
-                found += [b for b in kinks(low, high) if low < b < high]
-                # knots are known, and what has to be searched for may explain the panels beyond too
-                if found and not soft:
-                    break
-            if found:
+            unresolved = sorted(set(family[rest].tolist()) - asked)
+            asked.update(unresolved)
+            stretches = ((float(panels.start[i]), float(panels.stop[i])) for i in unresolved)
+            if found := _kinks_of(kinks, stretches):
                 return Stopped(found)
         pending, family = _divided(pending.take(rest), family[rest])
         wanted = pending.start < needed
@@ -318,6 +315,22 @@ def resolve(
         joined_series([part.series for part in done]).take(order),
         *(np.concatenate([getattr(part, name) for part in done])[order] for name in _MEASURED),
     )
+
+
+def _kinks_of(
+    kinks: Callable[[float, float], list[float]], stretches: Iterable[tuple[float, float]]
+) -> list[float]:
+    """All kinks in stretches that panels do not resolve."""
+    found: list[float] = []
+    for low, high in stretches:
+        try:
+            found += [b for b in kinks(low, high) if low < b < high]
+        except ProblemError:
+            if not found:
+                raise
+            # beyond kinks that are known now, panels are others
+            break
+    return found
 
 
 @dataclass(frozen=True)

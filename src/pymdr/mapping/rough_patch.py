@@ -7,11 +7,14 @@ import math
 import numpy as np
 
 from pymdr.errors import ProblemError
+from pymdr.machine import memory_of_machine
 from pymdr.problem.rough import RoughSurface
 from pymdr.problem.topography import Topography
-from pymdr.units import FloatArray, shown
+from pymdr.units import FloatArray, metres, shown
 
 PIXELS_PER_WAVE, FEWEST_PER_WAVE = 8, 4
+_BYTES_PER_PIXEL, _BYTES_PER_WAVE = 32.0, 160.0
+"""Memory at the peak of the work; waves are those of half a plane of wave numbers."""
 _SECOND = 2
 """Of the generator: its phases are not those of the line."""
 
@@ -36,7 +39,7 @@ def rough_topography(surface: RoughSurface, realisation: int = 0, *, points: int
     Raises
     ------
     ProblemError
-        If there are fewer pixels than 4 for the shortest wave, or a number is not whole.
+        If there are fewer pixels than 4 for the shortest wave, a number is not whole, or the memory of this machine is not enough.
 
     Notes
     -----
@@ -49,6 +52,39 @@ def rough_topography(surface: RoughSurface, realisation: int = 0, *, points: int
     >>> patch.heights.shape, round(float(patch.heights.std()) * 1e6, 9)
     ((64, 64), 1.0)
     """
+    nx, ny = rough_pixels(surface, points)
+    if not isinstance(realisation, int | np.integer) or isinstance(realisation, bool) or realisation < 0:
+        raise ProblemError(
+            f"rough_topography: realisation = {shown(realisation)}; a whole number from 0 on is needed"
+        )
+    needed, waves = float(nx) * ny, math.prod(float(side) / surface.shortest for side in surface.size)
+    needed = _BYTES_PER_PIXEL * needed + _BYTES_PER_WAVE * waves
+    if needed > memory_of_machine():
+        raise ProblemError(
+            f"rough_topography: {nx} x {ny} pixels take about {needed / 1e9:.3g} GB, more than the {memory_of_machine() / 1e9:.3g} GB of "
+            f"this machine; take a longer shortest wavelength (now {metres(surface.shortest)}), a smaller patch, or fewer points"
+        )
+    return Topography(_heights(surface, int(realisation), nx, ny), surface.size)
+
+
+def rough_pixels(surface: RoughSurface, points: int | None = None) -> tuple[int, int]:
+    """
+    Pixels along both sides of the patch that :func:`rough_topography` makes.
+
+    Parameters
+    ----------
+    surface, points
+        As for :func:`rough_topography`.
+
+    Returns
+    -------
+    tuple of int
+
+    Raises
+    ------
+    ProblemError
+        If there are fewer than 4 for the shortest wave, or points is not whole.
+    """
     if not isinstance(surface, RoughSurface):
         raise ProblemError(
             f"rough_topography: {shown(surface)} is not a RoughSurface; write RoughSurface(hurst=0.8, rms='1 um', size='1 mm', "
@@ -56,18 +92,15 @@ def rough_topography(surface: RoughSurface, realisation: int = 0, *, points: int
         )
     least = math.ceil(FEWEST_PER_WAVE * surface.longer_side / surface.shortest * (1.0 - 1e-12))
     number = 2 * least if points is None else points
-    for name, value in (("realisation", realisation), ("points", number)):
-        if not isinstance(value, int | np.integer) or isinstance(value, bool) or value < 0:
-            raise ProblemError(
-                f"rough_topography: {name} = {shown(value)}; a whole number from 0 on is needed"
-            )
+    if not isinstance(number, int | np.integer) or isinstance(number, bool) or number < 0:
+        raise ProblemError(f"rough_topography: points = {shown(number)}; a whole number from 0 on is needed")
     if number < least:
         raise ProblemError(
             f"rough_topography: points = {number}; at least {least} are needed along the longer side, 4 for the shortest wave; take "
             "more of them, or a longer shortest wavelength"
         )
-    nx, ny = (max(2, round(number * side / surface.longer_side)) for side in surface.size.tolist())
-    return Topography(_heights(surface, int(realisation), nx, ny), surface.size)
+    nx, ny = (max(2, round(int(number) * side / surface.longer_side)) for side in surface.size.tolist())
+    return nx, ny
 
 
 def _heights(surface: RoughSurface, realisation: int, nx: int, ny: int) -> FloatArray:

@@ -62,6 +62,8 @@ _UNNAMED = 32.0 * float(np.finfo(float).eps)
 """How far a kink that was found may lie from the true one, in its radius."""
 _BESIDE = 4.0
 """Widths of the uncertainty of a place by which the place may be off, when a jump there is told from a bend."""
+_SLIGHT = 32.0
+"""Jump at a kink that was found, in what rounding leaves open, up to which there may be none."""
 _LEAST_LEAP = 1e-12
 _MISSED = 1e-12
 """Misfit of f', in parts of it, from which a panel beside a breakpoint is taken not to resolve it."""
@@ -209,7 +211,7 @@ class ResolvedSlope:
                 self._stopped(Stopped(kinks))
                 return
             made = replace(made, jump_error=np.maximum(made.jump_error, leaps))
-        made = _beginning(made, self.slopes, self.found, self.source)
+        made = _beginning(made, self.slopes, [*self.found, *self.source.moved], self.source)
         self.slopes = made if self.slopes is None else joined_slopes(self.slopes, made)
         # what was divided beyond the radius that is needed has not been taken
         complete = made.panels.high[-1] == stretches[-1].high[-1]
@@ -318,21 +320,25 @@ def _beginning(made: Slopes, before: Slopes | None, found: list[float], source: 
     difference = right - left
     rounding = np.finfo(float).eps * np.maximum(size, made.size[begins])
     jumping = np.abs(difference) > 64.0 * rounding + error
-    # where two curves meet is as uncertain as their difference; the width makes the rounding of f from that of f'
-    blurred = np.divide(error, np.abs(difference), where=jumping, out=np.zeros(begins.size))
-    blurred *= panels.width[begins] / 8.0
     quiet = before is None or _is_nothing(before).all()
     for k, i in enumerate(begins.tolist()):
         if panels.base[i] in found:
-            width = float(blurred[k])
-            if quiet and _is_nothing(made)[:i].all():
+            begun = quiet and _is_nothing(made)[:i].all()
+            # where two curves meet is as uncertain as their difference, and a shift is felt in parts of what is shifted; the
+            # width makes the rounding of f from that of f'
+            shifted = abs(difference[k]) if begun else max(size[k], made.size[i])
+            width = float(error[k] / shifted * panels.width[i] / 8.0) if jumping[k] else 0.0
+            if begun:
                 width = max(width, _hidden_rise(made, i, 2.0 * source.rounding(float(panels.base[i]))))
+                # beside its true place a curve that begins with a bend seems to begin with a jump
+                error[k] += _BESIDE * width * _bend(made, i)
             beside[i, 1] = _UNNAMED * panels.base[i] + width
-            # beside its true place a curve that begins with a bend seems to begin with a jump
-            error[k] += _BESIDE * width * _bend(made, i)
     jumping = np.abs(difference) > 64.0 * rounding + error
     jump[begins] = np.where(jumping, difference, 0.0)
     jump_error[begins] = rounding + np.maximum(error - made.blur[begins], 0.0)
+    # beside its true place a bend seems to jump a little
+    slight = np.isin(panels.base[begins], found) & (np.abs(difference) < _SLIGHT * (64.0 * rounding + error))
+    jump_error[begins] += np.where(slight, np.abs(difference), 0.0)
     # what does not jump begins where it came from
     lost = np.where(jumping | (made.blur[begins] == 0.0), 0.0, -difference)
     coefficients = np.array(series.coefficients)

@@ -8,7 +8,7 @@ from functools import singledispatch
 import numpy as np
 
 from pymdr.errors import ProblemError
-from pymdr.mapping.callables import TipLaw, check_consistency, find_kinks, underflow_law
+from pymdr.mapping.callables import Steps, TipLaw, check_consistency, find_kinks, polished, underflow_law
 from pymdr.mapping.derived import DerivedSource, rise_of
 from pymdr.mapping.resolving import SlopeSource, radii_beside
 from pymdr.mapping.series import TERMS, Panels, Place, Series, evaluate
@@ -52,9 +52,27 @@ class CurveSource(SlopeSource):
         self.profile = profile
         self.knots = profile.breakpoints
         self.reach = _resolvable(profile)
+        if isinstance(profile, Function):
+            self.knots = polished(profile.gap_slope, self.knots, self.reach)
+            self.moved = {*self.knots} - {*profile.breakpoints}
         self.surveyed = not isinstance(profile, Function | Waviness)
         self._checked = 0.0
         self._law: TipLaw | None = None
+        given = isinstance(profile, Function) and profile.f is not None
+        self._steps = Steps(self._f, self.knots) if given else None
+
+    def _f(self, r: FloatArray) -> FloatArray:
+        profile = self.profile
+        assert isinstance(profile, Function)
+        assert profile.f is not None
+        values: FloatArray = call(profile.f, r)
+        return values
+
+    def uncertainty(self, panels: Panels) -> FloatArray:
+        """Error of f' on panels, from steps of f that are constants of few digits."""
+        if self._steps is None:
+            return np.zeros(panels.count)
+        return self._steps.errors(panels.base, panels.low, panels.width)
 
     def sample(self, base: FloatArray, offset: FloatArray) -> tuple[FloatArray, FloatArray]:
         """F' at the rounded radii, and their offsets."""
@@ -74,6 +92,8 @@ class CurveSource(SlopeSource):
     def foresee(self, top: float) -> None:
         """Refuse a derivative that is not that of f on the radii up to `top`."""
         profile = self.profile
+        if self._steps is not None:
+            self._steps.refuse(top)
         if not isinstance(profile, Function) or top <= _CHECKED_BEYOND * self._checked:
             return
         self._checked = top
@@ -81,21 +101,18 @@ class CurveSource(SlopeSource):
             self._law = underflow_law(profile.gap_slope, top, min([self.reach, *self.knots[:1]]), "slope")
         if profile.f is None:
             return
-        f, derivative = profile.f, profile.derivative
+        derivative = profile.derivative
         assert derivative is not None
-
-        def value(r: FloatArray) -> FloatArray:
-            return call(f, r)
 
         def slope(r: FloatArray) -> FloatArray:
             return call(derivative, r, "derivative")
 
         try:
-            check_consistency(value, slope, top / 1024.0, top, self.knots)
+            check_consistency(self._f, slope, top / 1024.0, top, self.knots)
         except ProblemError:
             # unless it is the rounding of f that shows farther out only
             farthest = min(_FARTHER_OUT * top, self.reach)
-            check_consistency(value, slope, top / 1024.0, top, self.knots, farthest=farthest)
+            check_consistency(self._f, slope, top / 1024.0, top, self.knots, farthest=farthest)
 
     def rise(self, r: float) -> tuple[float, float]:
         """F(r) - f(0) in m and its rounding; NaN where only f' is known."""
@@ -192,6 +209,7 @@ class SumSource(SlopeSource):
     def __init__(self, parts: list[SlopeSource]) -> None:
         self.parts = parts
         self.knots = tuple(sorted({b for part in parts for b in part.knots}))
+        self.moved = {b for part in parts for b in part.moved}
         self.soft_knots = np.unique(np.concatenate([part.soft_knots for part in parts]))
         self.reach = min(part.reach for part in parts)
         self.known_everywhere = all(part.known_everywhere for part in parts) and math.isfinite(self.reach)
@@ -214,7 +232,7 @@ class SumSource(SlopeSource):
             part.foresee(top)
 
     def rough(self, r: FloatArray) -> FloatArray:
-        """About |f'| at radii in m."""
+        """About f' at radii in m: parts may cancel."""
         return np.asarray(sum(part.rough(r) for part in self.parts))
 
     def uncertainty(self, panels: Panels) -> FloatArray:

@@ -145,6 +145,29 @@ def pack(
     )
 
 
+def as_text(claims: Mapping[str, Claim], assumptions: Sequence[Assumption], notes: Sequence[str]) -> str:
+    """What is said of the numbers of a study, as JSON."""
+    return json.dumps(
+        {
+            "claims": {
+                name: {
+                    "level": claim.level.name,
+                    "reason": claim.reason,
+                    "source": claim.source,
+                    "where": claim.where.tolist(),
+                    "error": None if claim.error is None else np.asarray(claim.error).tolist(),
+                }
+                for name, claim in claims.items()
+            },
+            "assumptions": [
+                {"name": a.name, "words": a.words, "measure": a.measure, "limit": a.limit}
+                for a in assumptions
+            ],
+            "notes": list(notes),
+        }
+    )
+
+
 def _apart(path: LoadingPath) -> tuple[LoadingPath, dict[str, Any]]:
     """The path with its long histories replaced by stand-ins of one row, and these as variables."""
     pieces: list[Leg] = []

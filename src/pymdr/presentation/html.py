@@ -7,9 +7,18 @@ from html import escape
 from typing import TYPE_CHECKING
 
 from pymdr.interpretation.validity import Assumption, Claim, Level
-from pymdr.presentation.text import in_bytes, largest_error, last_error, last_level, last_value
+from pymdr.presentation.text import (
+    Numbers,
+    Table,
+    in_bytes,
+    largest_error,
+    last_error,
+    last_level,
+    last_value,
+    number_lines,
+)
 from pymdr.quantities import BAND_ENDS, QUANTITIES
-from pymdr.units import metres, written
+from pymdr.units import written
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -117,25 +126,29 @@ def assessment_html(
     )
 
 
-def impact_html(
-    groups: Mapping[str, Mapping[str, float]],
-    events: Sequence[tuple[str, float, float]],
+def study_html(
+    groups: Numbers,
+    columns: Table,
+    remarks: Sequence[str],
     claims: Mapping[str, Claim],
     assumptions: Sequence[Assumption],
     notes: Sequence[str],
 ) -> str:
-    """The numbers of an impact, what happens in it, its claims and assumptions."""
-    rows = []
-    for heading, values in groups.items():
-        rows.append([f"<b>{escape(heading)}</b>", ""])
-        rows += [
-            [escape(QUANTITIES[n].words), escape(written(v, QUANTITIES[n].unit))] for n, v in values.items()
-        ]
-    happened = [[escape(name), escape(written(time, "s")), escape(metres(d))] for name, time, d in events]
+    """The numbers of a study, its claims and assumptions."""
+    single = []
+    for heading, lines in number_lines(groups):
+        single += [[f"<b>{escape(heading)}</b>", ""]]
+        single += [[escape(words), escape(value)] for words, value in lines]
+    (words, units), rows = columns
+    head = [escape(f"{word} ({unit})" if unit else word) for word, unit in zip(words, units, strict=True)]
+    first = table(("quantity", ""), single) if single else ""
+    second = table(head, ([escape(cell) for cell in row] for row in rows)) if head else ""
     return (
-        f"<div>{table(('quantity', ''), rows)}{table(('event', 'time', 'indentation'), happened)}"
-        f"<details><summary>Claims</summary>{claims_html(claims)}</details>"
-        f"<details><summary>Assumptions</summary>{assumptions_html(assumptions)}</details>"
+        f"<div>{first}{second}"
+        + "".join(f"<p>{escape(line)}</p>" for line in remarks)
+        + f"<details><summary>Claims</summary>{claims_html(claims)}</details>"
+        f"<details{'' if all(a.met for a in assumptions) else ' open'}><summary>Assumptions</summary>"
+        f"{assumptions_html(assumptions)}</details>"
         + "".join(f"<p>Note: {escape(note)}</p>" for note in notes)
         + "</div>"
     )

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pymdr.errors import FileError, MissingExtraError
-from pymdr.interpretation.validity import Assumption, Claim
+from pymdr.interpretation.validity import Assumption, Claim, Level
 from pymdr.presentation.files import named_file, write_whole
 from pymdr.presentation.text import largest_error
 from pymdr.problem.contact import Contact
@@ -92,6 +92,41 @@ def part_in_words(value: object) -> str:
     """A part of a contact on one line, cut where it holds long arrays."""
     text = " ".join(repr(value).split())
     return text if len(text) <= _LONGEST else f"{text[:_LONGEST]}..."
+
+
+def with_error_columns(
+    columns: Mapping[str, np.ndarray], claims: Mapping[str, Claim]
+) -> dict[str, np.ndarray]:
+    """
+    Columns with the relative errors of what is approximate beside them, nan where an error is not known.
+
+    Parameters
+    ----------
+    columns : mapping of str to ndarray
+        By title, a quantity with its unit in brackets.
+    claims : mapping of str to Claim
+        By quantity. One that is exact errs by at most 1e-9, and has no column of errors.
+
+    Returns
+    -------
+    dict of str to ndarray
+
+    Examples
+    --------
+    >>> from pymdr.interpretation.validity import Level
+    >>> claim = Claim(Level.APPROXIMATE, "", "", np.array([True]), np.array([0.1]))
+    >>> list(with_error_columns({"normal_force [N]": np.ones(1)}, {"normal_force": claim}))
+    ['normal_force [N]', 'normal_force_error']
+    """
+    written: dict[str, np.ndarray] = {}
+    for title, values in columns.items():
+        written[title] = values
+        name = title.partition(" [")[0]
+        claim = claims.get(name)
+        if claim is not None and claim.level is Level.APPROXIMATE and claim.where.shape == values.shape:
+            error = np.full(values.shape, np.nan) if claim.error is None else claim.error
+            written[f"{name}_error"] = np.where(claim.where, error, np.nan)
+    return written
 
 
 def titled_columns(data: xr.Dataset) -> dict[str, np.ndarray]:

@@ -9,7 +9,7 @@ import numpy as np
 
 from pymdr.interpretation.validity import EXACT_WITHIN, Assumption, Claim, Level
 from pymdr.quantities import BAND_ENDS, QUANTITIES
-from pymdr.units import metres, without_rounding, written
+from pymdr.units import without_rounding, written
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -73,33 +73,48 @@ def assessment(
     return "\n".join([*lines, *_claims(claims), *_assumptions(assumptions), *_notes(notes)])
 
 
-def numbers(groups: Mapping[str, Mapping[str, float]]) -> str:
-    """Named numbers under headings, with units from the table of quantities."""
-    lines = []
+Numbers = Mapping[str, Mapping[str, float]]
+"""Single numbers in SI units under headings, by the names of their quantities."""
+Table = tuple[tuple[Sequence[str], Sequence[str]], Sequence[Sequence[str]]]
+"""Words and units of columns, and rows of cells."""
+
+
+def number_lines(groups: Numbers) -> list[tuple[str, list[tuple[str, str]]]]:
+    """Headings, each with the words and the values of its numbers."""
     kinds: dict[str, list[float]] = {}
     for values in groups.values():
         for name, value in values.items():
             kinds.setdefault(QUANTITIES[name].unit, []).append(value)
-    for heading, values in groups.items():
-        lines.append(f"{heading}:")
-        for name, value in values.items():
-            row = QUANTITIES[name]
-            told = written(without_rounding(value, kinds[row.unit], row.unit), row.unit)
-            lines.append(f"  {row.words:<36}{told:>16}")
-    return "\n".join(lines)
+
+    def row(name: str, value: float) -> tuple[str, str]:
+        quantity = QUANTITIES[name]
+        return quantity.words, written(
+            without_rounding(value, kinds[quantity.unit], quantity.unit), quantity.unit
+        )
+
+    return [(heading, [row(*pair) for pair in values.items()]) for heading, values in groups.items()]
 
 
-def impact_summary(
-    groups: Mapping[str, Mapping[str, float]],
-    events: Sequence[tuple[str, float, float]],
+Said = tuple[Numbers, Table, Sequence[str], Mapping[str, Claim], Sequence[Assumption], Sequence[str]]
+"""Single numbers, table, remarks, claims, assumptions and notes of a study."""
+
+
+def study_summary(
+    groups: Numbers,
+    table: Table,
+    remarks: Sequence[str],
     claims: Mapping[str, Claim],
     assumptions: Sequence[Assumption],
     notes: Sequence[str],
 ) -> str:
-    """The numbers of an impact, what happens in it, and what can be said of it."""
-    lines = [numbers(groups), "events:"]
-    lines += [f"  {name:<36}{written(time, 's'):>16}  at d = {metres(d)}" for name, time, d in events]
-    return "\n".join([*lines, *_claims(claims), *_assumptions(assumptions), *_notes(notes)])
+    """Single numbers under headings, the table of the others, and what can be said of them."""
+    lines = []
+    for heading, rows in number_lines(groups):
+        lines += [f"{heading}:", *(f"  {words:<36}{value:>16}" for words, value in rows)]
+    (words, units), cells = table
+    if words:
+        lines += [" ".join(f"{cell:>12}" for cell in row) for row in (words, units, *cells)]
+    return "\n".join([*lines, *remarks, *_claims(claims), *_assumptions(assumptions), *_notes(notes)])
 
 
 def largest_error(claim: Claim) -> float | None:

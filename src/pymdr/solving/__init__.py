@@ -3,7 +3,7 @@
 from pymdr.problem.schedule import Progress
 from pymdr.solving.assessing import Assessment, assess
 from pymdr.solving.batch import solve_batch
-from pymdr.solving.impacts import Impact, impact, restitution
+from pymdr.solving.impacts import Impact, Restitution, impact, restitution
 from pymdr.solving.loops import FrictionLoop, friction_loop
 from pymdr.solving.pulloff import AdhesionRegime, PullOff, adhesion_regime, pull_off
 from pymdr.solving.teaching import foundation, friction_foundation
@@ -16,6 +16,7 @@ __all__ = [
     "Impact",
     "Progress",
     "PullOff",
+    "Restitution",
     "adhesion_regime",
     "assess",
     "foundation",

@@ -31,6 +31,11 @@ class AzimuthalProfile:
     """x and y in m of the apex."""
     radii: tuple[float, float]
     """Principal radii of curvature of its cap in m, the smaller first; inf where it is flat."""
+    below_summit: float
+    """
+    How far in m the apex of the mean, from which indentations of the profile are counted, lies below the highest height of the bump, from
+    which :func:`pymdr.press` and :class:`pymdr.Sampled2D` count: d there is d - below_summit of the profile.
+    """
     topography: Topography
 
     def summary(self) -> str:
@@ -45,7 +50,9 @@ class AzimuthalProfile:
                 f"{metres(float(self.profile.height[-1]))} lower",
                 f"principal radii of its cap {low} and {high}",
                 f"heights at one radius scatter by {metres(float(np.sqrt(np.mean(scatter**2))))} (root mean square)",
-                "the force on the mean profile is a lower bound of that on the bump: rigorous, if it does not tilt",
+                f"its apex is {metres(self.below_summit)} below the highest height: the force on the mean profile at an indentation of d - "
+                f"{metres(self.below_summit)} is a lower bound of that on the bump at d from its highest height, as press counts: rigorous, if "
+                "it does not tilt",
                 *(f"note: {step}" for step in self.topography.steps),
             ]
         )
@@ -121,8 +128,9 @@ def azimuthal_profile(
 
     Notes
     -----
-    The force on the mean profile is a lower bound of that on the body, whatever the centre (Shield 1967 with Barber 1974), of
-    second order in what it differs from a body of revolution by, as long as it does not tilt.
+    The force on the mean profile is a lower bound of that on the body with the plane at the same height, whatever the centre (Shield 1967
+    with Barber 1974), of second order in what it differs from a body of revolution by, as long as it does not tilt. Indentations of
+    the profile are counted from its own apex, `below_summit` deeper than those of :func:`pymdr.press`.
 
     Examples
     --------
@@ -156,6 +164,7 @@ def azimuthal_profile(
         profile=Sampled(found.radius, found.height, scatter=found.scatter),
         centre=found.centre,
         radii=_radii(found),
+        below_summit=found.below_summit,
         topography=topography,
     )
 

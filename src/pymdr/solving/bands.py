@@ -98,13 +98,20 @@ def _mean_claims(claims: Mapping[str, Claim], *, adhesive: bool) -> dict[str, Cl
     """A profile with scatter is the azimuthal mean of a body that is not quite one of revolution."""
     reason = (
         "exact for the mean profile; for the measured body, whose azimuthal mean it is, the force at a given "
-        "indentation is a rigorous lower bound, second-order accurate in the asymmetry"
+        "indentation, counted from the apex of the mean and not from the highest summit, is a rigorous lower bound, second-order "
+        "accurate in the asymmetry"
     )
     if adhesive:
         reason = (
             "exact for the mean profile, the azimuthal mean of the measured body; what its asymmetry does to an adhesive "
             "contact is not known"
         )
+    bound = claims.get("force_lower_bound")
+    if bound is not None:
+        from_mean = replace(
+            bound, reason=f"{bound.reason}; indentations are counted from the apex of the mean profile"
+        )
+        claims = {**claims, "force_lower_bound": from_mean}
     return {
         name: claim
         if claim.level is not Level.EXACT

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import math
 import pickle
+import time
+from collections import deque
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import replace
 from itertools import accumulate, pairwise
 from typing import Any, NamedTuple
@@ -21,6 +24,10 @@ from pymdr.units import QuantityLike, shown
 
 _SHARES = 8
 """Shares of the work for every process."""
+_MANY = 4
+"""Contacts for every process from which on some are solved in this one first, to see how long they take."""
+_SHORT = 0.5
+"""Work in s that starting a process does not pay for."""
 
 
 class _Parcel(NamedTuple):
@@ -60,8 +67,9 @@ def solve_batch(
     machine_stiffness, keep
         As for :func:`solve`.
     workers : int
-        Number of processes; 1 solves in this one. All rows of long histories take about as long to bring back as
-        to solve: ``keep`` makes them light.
+        Number of processes, this one among them; work of less than half a second stays in this one. All rows of long
+        histories take time to bring back: ``keep`` makes them light. With `threadpoolctl` installed linear algebra takes one
+        thread in each.
     throw : bool
         Whether the first error ends the batch; otherwise errors take the place of results.
     progress : callable, optional
@@ -132,28 +140,82 @@ def solutions(
 def _solve_apart(
     asked: Sequence[Asked], options: Mapping[str, Any], workers: int
 ) -> Iterator[Result | PymdrError]:
-    """Solve in other processes, but for what cannot be sent to one, such as a lambda."""
-    from concurrent.futures import ProcessPoolExecutor
+    """Solve in several processes, unless all of it is short."""
+    workers = min(workers, len(asked))
+    done = 0
+    if workers < 2 or len(asked) >= _MANY * workers:
+        # the first one is not timed: it loads what the others, and processes that are forked after it, find ready
+        for done, one in enumerate(asked, 1):
+            start = time.perf_counter()
+            answer = _solve_quietly(one, options)
+            needed = (len(asked) - done) * (time.perf_counter() - start)
+            yield answer
+            if workers > 1 and done > 1 and needed > _SHORT:
+                break
+    if done < len(asked):
+        yield from _solve_shared(asked[done:], options, workers)
+
+
+def _solve_shared(
+    asked: Sequence[Asked], options: Mapping[str, Any], workers: int
+) -> Iterator[Result | PymdrError]:
+    """
+    Solve in this process and in others, in order.
+
+    This one solves what cannot be sent, such as a lambda, and shares of the rest, which neither wait for a process to start
+    nor are sent back.
+    """
+    from concurrent.futures import Future, ProcessPoolExecutor
     from multiprocessing import resource_tracker
 
     travels = {key: _can_travel(path) for key, path in {id(one.path): one.path for one in asked}.items()}
     goes = [travels[id(one.path)] and _can_travel(one.contact) for one in asked]
-    away = [one for one, can in zip(asked, goes, strict=True) if can]
-    workers = min(workers, max(1, len(away)))
-    size = max(1, math.ceil(len(away) / (_SHARES * workers)))
+    away = [i for i, can in enumerate(goes) if can]
+    here = deque([i] for i, can in enumerate(goes) if not can)
+    size = max(1, math.ceil(len(asked) / (_SHARES * workers)))
+    shares = deque(away[first : first + size] for first in range(0, len(away), size))
+    answers: dict[int, Result | PymdrError] = {}
+    sent: deque[tuple[list[int], Future[_Parcel]]] = deque()
+    given = 0
     # one tracker of shared memory for all processes, or each would clean up after itself too early
     resource_tracker.ensure_running()
-    with ProcessPoolExecutor(workers) as pool:
-        shares = [
-            pool.submit(_solve_share, away[first : first + size], options)
-            for first in range(0, len(away), size)
-        ]
-        ready = (answer for share in shares for answer in _received(share.result()))
-        for one, can in zip(asked, goes, strict=True):
-            answer = next(ready) if can else _solve_quietly(one, options)
-            if isinstance(answer, Result):
-                answer = replace(answer, contact=one.contact, path=one.path)
-            yield answer
+    with _one_thread(), ProcessPoolExecutor(workers - 1, initializer=_stay_in_one_thread) as pool:
+        while given < len(asked):
+            while shares and len(sent) < workers:
+                share = shares.popleft()
+                sent.append((share, pool.submit(_solve_share, [asked[i] for i in share], options)))
+            own = here or shares
+            waits = not own
+            for i in own.popleft() if own else []:
+                answers[i] = _solve_quietly(asked[i], options)
+            while sent and (sent[0][1].done() or waits):
+                share, parcel = sent.popleft()
+                for i, answer in zip(share, _received(parcel.result()), strict=True):
+                    answers[i] = _with_its_own(answer, asked[i])
+                waits = False
+            while given in answers:
+                yield answers.pop(given)
+                given += 1
+
+
+def _with_its_own(answer: Result | PymdrError, one: Asked) -> Result | PymdrError:
+    """An answer of another process with the contact and the path of the caller."""
+    return replace(answer, contact=one.contact, path=one.path) if isinstance(answer, Result) else answer
+
+
+def _one_thread() -> AbstractContextManager[object]:
+    """Linear algebra in one thread: threads of several processes wait for each other on the same cores."""
+    try:
+        from threadpoolctl import threadpool_limits
+    except ImportError:
+        return nullcontext()
+    limits: AbstractContextManager[object] = threadpool_limits(1)
+    return limits
+
+
+def _stay_in_one_thread() -> None:
+    """Begin a process whose linear algebra takes one thread."""
+    _one_thread()
 
 
 def _can_travel(value: Contact | LoadingPath) -> bool:

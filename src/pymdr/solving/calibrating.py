@@ -93,7 +93,7 @@ class LineCalibration(Study):
             f"{100.0 * told['largest_misfit']:.2g} %",
         ]
 
-    def plot(self) -> Figure:
+    def _figure(self) -> Figure:
         """Stiffness against load, all over that in three dimensions, and the area beside the share of the springs."""
         from pymdr.presentation.plot import calibration_study
 

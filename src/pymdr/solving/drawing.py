@@ -188,7 +188,10 @@ def _extent(result: Result, line: Line) -> float | None:
 
 def _loading(result: Result, line: Line) -> Callable[[FloatArray], Mapping[str, FloatArray]] | None:
     """Quantities at any indentation up to the largest, where the profile rises and nothing depends on the path."""
-    known = result.data["indentation"].values if "indentation" in result.data else np.zeros(1)
+    known = np.zeros(1)
+    if {"indentation", "contact_radius"} <= set(result.data):
+        solved = np.isfinite(result.data["contact_radius"].values)
+        known = result.data["indentation"].values[solved]
     if not rises_to(line, float(np.nanmax(known, initial=0.0))):
         return None
 

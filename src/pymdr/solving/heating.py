@@ -63,7 +63,7 @@ class JouleHeating(Study):
     }
     told: ClassVar = ("largest_temperature",)
 
-    def plot(self) -> Figure:
+    def _figure(self) -> Figure:
         """Rise of the hottest place against voltage, with that of metals at any voltage."""
         from pymdr.presentation.plot import joule_study
 
@@ -247,7 +247,7 @@ class FrictionalHeat(Study):
     }
     told: ClassVar = ("largest_temperature_rise", "mean_temperature_rise")
 
-    def plot(self) -> Figure:
+    def _figure(self) -> Figure:
         """Largest and mean rise against speed, and the rise over the radius."""
         from pymdr.presentation.plot import frictional_heat_study
 
@@ -327,18 +327,21 @@ def frictional_heat(
     }
     shares = {"body": pair.one / pair.both, "counterbody": pair.other / pair.both}
     # the kernel exp(-v (R + x)/(2 kappa))/R of a body that moves lacks v/(2 kappa) in the mean; its share enters twice
-    drift = sum(shares[which] * float(np.max(pe)) for which, pe in peclet.items())
-    taken_away = drift * load / (math.pi * a * d * line.modulus)
+    drift = np.sum([shares[which] * pe for which, pe in peclet.items()], axis=0)
+    largest = drift * load / (math.pi * a * d * line.modulus)
+    taken = {"largest_temperature_rise": largest}
     curve = is_curve(contact)
     error = 0.0
     if not curve:
         mean, error = mean_displacement(line, a, d)
         columns["mean_temperature_rise"] = v * unit * mean
+        # what is uneven in the kernel has no mean over the contact
+        taken["mean_temperature_rise"] = largest * d / mean
     why = (
         "the area of a contact is not in its force curve; give the shape itself as a profile" if curve else ""
     )
     everywhere = np.ones(v.shape, dtype=bool)
-    claims: Mapping[str, Claim] = frictional_heat_claims(contact, mapped.moduli, everywhere, taken_away, why)
+    claims: Mapping[str, Claim] = frictional_heat_claims(contact, mapped.moduli, everywhere, taken, why)
     if certificate.error is not None:
         claims = approximated(claims, certificate.remark, float(certificate.error[0]))
     mapped_errors = normal_errors(line, states, np.array([normal_force is not None]))
@@ -372,6 +375,7 @@ def frictional_heat(
         ),
         notes=mapped.notes
         + tuple(f"the {name} has no thermal_diffusivity: it rests below the contact" for name in still),
+        contact=contact,
     )
 
 

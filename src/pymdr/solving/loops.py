@@ -3,17 +3,25 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
-from pymdr.errors import ProblemError, PymdrError, QuantityError
+from pymdr.errors import ProblemError, PymdrError
 from pymdr.interpretation.accuracy import with_errors
 from pymdr.interpretation.closure import closure_claims
 from pymdr.interpretation.friction import frictional_claims
-from pymdr.interpretation.validity import EXACT_WITHIN, Assumption, Claim, Level, approximated
+from pymdr.interpretation.validity import (
+    EXACT_WITHIN,
+    SOURCES,
+    Assumption,
+    Claim,
+    Level,
+    approximated,
+    total_error,
+)
 from pymdr.line.foundation import ElasticLine, states_at_depth, states_at_force
 from pymdr.line.foundation import normal_force as force_of
 from pymdr.mapping.abel import gauss
@@ -21,17 +29,15 @@ from pymdr.mapping.closure import closure_of
 from pymdr.problem.contact import Contact
 from pymdr.problem.laws import Coulomb
 from pymdr.problem.profiles import ForceCurve
-from pymdr.quantities import one_name
 from pymdr.solving.bands import band_note, scatter_of, shifted
 from pymdr.solving.closure import is_curve
 from pymdr.solving.frictional import frictional_assumptions, pressed_joint
 from pymdr.solving.reach import map_remark
+from pymdr.solving.study import Column, Study
 from pymdr.units import (
     ArrayQuantityLike,
     FloatArray,
     QuantityLike,
-    from_si,
-    good_unit,
     newtons,
     shown,
     to_si_array,
@@ -46,19 +52,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-_COLUMNS = {
-    "amplitude": ("amplitude", "m"),
-    "force_amplitude": ("force", "N"),
-    "dissipated_per_cycle": ("dissipated", "J"),
-    "damping_ratio": ("damping", ""),
-    "secant_stiffness": ("stiffness", "N/m"),
-    "stick_ratio": ("stick", ""),
-}
-"""Heads of columns, and their SI units."""
-
-
-@dataclass(frozen=True)
-class FrictionLoop:
+@dataclass(frozen=True, kw_only=True)
+class FrictionLoop(Study):
     """Steady loops of a contact at constant normal load, over their amplitudes."""
 
     data: xr.Dataset
@@ -66,37 +61,23 @@ class FrictionLoop:
     damping_ratio, secant_stiffness (N/m), stick_ratio, and sliding_shift (m), beyond which all slides; over
     ``coefficient`` too where several coefficients of friction were given. The scatter of a sampled profile adds the
     ends of their bands, such as ``damping_ratio_low`` and ``damping_ratio_high``."""
-    claim: Claim
-    """How far they can be trusted."""
-    assumptions: tuple[Assumption, ...]
-    """Conditions of the model, measured."""
 
-    def __getitem__(self, name: str) -> xr.DataArray:
-        if one_name(name) not in self.data.variables:
-            known = ", ".join(map(str, self.data.variables))
-            raise QuantityError(f"no quantity {shown(name)}; a friction loop has {known}")
-        return self.data[name]
+    what: ClassVar = "a friction loop"
+    columns: ClassVar = {
+        "coefficient": Column("mu", ""),
+        "amplitude": Column("amplitude", "m"),
+        "force_amplitude": Column("force", "N"),
+        "dissipated_per_cycle": Column("dissipated", "J"),
+        "damping_ratio": Column("damping", ""),
+        "secant_stiffness": Column("stiffness", "N/m"),
+        "stick_ratio": Column("stick", ""),
+    }
+    told: ClassVar = ("dissipated_per_cycle",)
 
-    def summary(self) -> str:
-        """A line per amplitude, with units, and how far to trust it."""
-        units = self._units()
-        widths = (12, 12, 12, 10, 12, 8)
-        heads = ([word for word, _ in _COLUMNS.values()], units)
-        lines = [" ".join(f"{cell:>{n}}" for cell, n in zip(row, widths, strict=True)) for row in heads]
-        for mu, study in self.by_coefficient():
-            lines += [] if mu is None else [f"mu = {mu:g}"]
-            lines += [
-                " ".join(f"{value:>{width}.4g}" for value, width in zip(row, widths, strict=True))
-                for row in _table(study, units)
-            ]
-        unmet = [
-            f"not met: {a.words} {a.measure:.3g}, limit {a.limit:.3g}" for a in self.assumptions if not a.met
-        ]
-        return "\n".join([*lines, f"{self.claim.level.value}: {self.claim.reason}", *unmet])
-
-    def _units(self) -> list[str]:
-        """Of the columns, as their largest values are read."""
-        return [good_unit(self.data[name].values, si) for name, (_, si) in _COLUMNS.items()]
+    @property
+    def claim(self) -> Claim:
+        """How far the dissipation can be trusted."""
+        return self.claims["dissipated_per_cycle"]
 
     def by_coefficient(self) -> list[tuple[float | None, xr.Dataset]]:
         """The loops of every coefficient of friction; None stands for the one of the contact."""
@@ -106,36 +87,11 @@ class FrictionLoop:
             (float(mu), self.data.isel(coefficient=i)) for i, mu in enumerate(self.data["coefficient"].values)
         ]
 
-    def _repr_html_(self) -> str:
-        """The summary as a table, for notebooks."""
-        from pymdr.presentation.html import table
-
-        units = self._units()
-        words = zip(_COLUMNS.values(), units, strict=True)
-        head = [f"{word} ({unit})" if unit else word for (word, _), unit in words]
-        rows = []
-        for mu, study in self.by_coefficient():
-            rows += [] if mu is None else [[f"<b>mu = {mu:g}</b>"]]
-            rows += [[f"{v:.4g}" for v in row] for row in _table(study, units)]
-        return f"<div>{table(head, rows)}{self.claim._repr_html_()}</div>"
-
-    def __str__(self) -> str:
-        return self.summary()
-
-    def plot(self) -> Figure:
+    def _figure(self) -> Figure:
         """Dissipation, damping ratio and stiffness against amplitude."""
         from pymdr.presentation.plot import loop_study
 
         return loop_study(self.by_coefficient())
-
-
-def _table(study: xr.Dataset, units: list[str]) -> list[tuple[float, ...]]:
-    """The rows of a table in some units."""
-    columns = [
-        from_si(study[name].values, si, unit)
-        for (name, (_, si)), unit in zip(_COLUMNS.items(), units, strict=True)
-    ]
-    return list(zip(*columns, strict=True))
 
 
 def friction_loop(
@@ -215,16 +171,18 @@ def friction_loop(
         name="coefficient",
     )
     data = xr.concat([study.data for study in studies], dim=mus, combine_attrs="override", join="exact")
-    return FrictionLoop(data.transpose(*names, ...), _weakest(studies), studies[0].assumptions)
+    claims = {name: _weakest([study.claims[name] for study in studies]) for name in studies[0].claims}
+    return replace(
+        studies[0], data=data.transpose(*names, ...), claims=claims, contact=replace(contact, friction=None)
+    )
 
 
-def _weakest(studies: list[FrictionLoop]) -> Claim:
+def _weakest(claims: list[Claim]) -> Claim:
     """The claim that holds for all of several studies, with the largest error at every amplitude."""
-    claims = [study.claim for study in studies]
-    errors = [claim.error for claim in claims if claim.error is not None]
     levels = list(Level)
     weakest = max(claims, key=lambda claim: (levels.index(claim.level), claim.error is not None))
-    return replace(weakest, error=np.max(errors, axis=0)) if errors else weakest
+    errors = [claim.error for claim in claims if claim.error is not None]
+    return replace(weakest, error=np.max(errors, axis=0) if len(errors) == len(claims) else None)
 
 
 def _one_loop(
@@ -238,7 +196,7 @@ def _one_loop(
 
     found = _study(contact, given, pulls, normal_force, indentation)
     dimension = "amplitude" if given is not None else "force_amplitude"
-    columns, claim = dict(found.columns), found.claim
+    columns, claims = dict(found.columns), dict(found.claims)
     if scatter_of(contact.profile):
         ends = [
             _shifted_study(contact, sign, found, given, pulls, normal_force, indentation)
@@ -251,11 +209,11 @@ def _one_loop(
             known = np.isfinite(values).all(axis=0)
             columns[f"{name}_low"] = np.where(known, values.min(axis=0), math.nan)
             columns[f"{name}_high"] = np.where(known, values.max(axis=0), math.nan)
-        claim = replace(
-            claim,
-            level=Level.APPROXIMATE,
-            reason=f"of the mean profile; {band_note(contact.profile)}; {claim.reason}",
-        )
+        for name, claim in claims.items():
+            if claim.readable and name != dimension:
+                reason = f"of the mean profile; {band_note(contact.profile)}; {claim.reason}"
+                error = total_error(_spread(columns, name), claim.error)
+                claims[name] = replace(claim, level=Level.APPROXIMATE, reason=reason, error=error)
     arrays = {
         name: (dimension, values, {"units": _UNITS[name.removesuffix("_low").removesuffix("_high")]})
         for name, values in columns.items()
@@ -266,7 +224,21 @@ def _one_loop(
         coords={dimension: arrays[dimension]},
         attrs={"sliding_shift": found.sliding, "normal_force": found.load, "indentation": found.depth},
     )
-    return FrictionLoop(data, claim, found.assumptions)
+    return FrictionLoop(
+        data=data,
+        claims=claims,
+        assumptions=found.assumptions,
+        notes=found.notes,
+        contact=contact,
+    )
+
+
+def _spread(columns: Mapping[str, FloatArray], name: str) -> FloatArray | None:
+    """Half of a band over the number; None where an end is not known."""
+    ends = [columns[f"{name}_{end}"] for end in ("low", "high")]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        share = np.max([np.abs(end / columns[name] - 1.0) for end in ends], axis=0)
+    return share if np.isfinite(share).all() else None
 
 
 _UNITS = {
@@ -284,8 +256,9 @@ class _Study:
     """The loops of one profile."""
 
     columns: dict[str, FloatArray]
-    claim: Claim
+    claims: dict[str, Claim]
     assumptions: tuple[Assumption, ...]
+    notes: tuple[str, ...]
     sliding: float
     load: float
     depth: float
@@ -344,7 +317,14 @@ def _study(
         known = closure_of(contact.profile)
         claims = closure_claims(claims, known, np.full(u.shape, d), sideways=True)
     met = frictional_assumptions(contact, mapped, np.array([a]))
-    return _Study(columns, claims[name], met, sliding, load, d)
+    told = dict.fromkeys(columns, claims[name])
+    told["amplitude" if given is not None else "force_amplitude"] = Claim(
+        Level.EXACT, "prescribed", claims[name].source, np.ones(u.size, dtype=bool)
+    )
+    if is_curve(contact):
+        why = "the area of a contact is not in its force curve; give the shape itself as a profile"
+        told["stick_ratio"] = Claim(Level.NOT_VALID, why, SOURCES["closure"], np.zeros(u.size, dtype=bool))
+    return _Study(columns, told, met, mapped.notes, sliding, load, d)
 
 
 def _shifted_study(
@@ -360,7 +340,7 @@ def _shifted_study(
     try:
         return _study(moved, given, pulls, normal_force, indentation).columns
     except PymdrError:
-        return dict.fromkeys(_UNITS, np.full(mean.claim.where.shape, math.nan))
+        return dict.fromkeys(_UNITS, np.full(mean.columns["amplitude"].shape, math.nan))
 
 
 _SMALL_SHARE = 1e-3

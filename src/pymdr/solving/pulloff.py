@@ -5,88 +5,95 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
 from pymdr.errors import PathError, ProblemError, RefusedError
+from pymdr.interpretation.accuracy import fold_errors, loss_error, with_errors
 from pymdr.interpretation.adhesion import Visited, certify_stretched_disk, is_always_open
 from pymdr.interpretation.branches import equilibrium_curve
 from pymdr.interpretation.theories import theory_of
+from pymdr.interpretation.validity import SOURCES, Claim, Level
 from pymdr.line.adhesion import DMT_BELOW, JKR_ABOVE, jkr_opening, maugis_parameter, tabor_parameter
-from pymdr.line.following import Track, Way, pressed, pulled, turning_points, under_machine
+from pymdr.line.adhesion.equivalent_line import States
+from pymdr.line.following import Jumps, Track, Way, pressed, pulled, turning_points, under_machine
+from pymdr.line.foundation import states_at_depth
 from pymdr.mapping.moduli import effective_moduli
 from pymdr.problem.contact import Contact
 from pymdr.problem.laws import DMT, JKR, AdhesionLaw, MaugisDugdale
 from pymdr.problem.paths import load
 from pymdr.problem.profiles import Profile
+from pymdr.quantities import quantity
 from pymdr.result import Result
 from pymdr.solving.equilibria import AdhesiveLine
+from pymdr.solving.reach import assumptions, map_remark
+from pymdr.solving.study import Column, Study, number
 from pymdr.solving.verb import read_stiffness, solve
 from pymdr.units import FloatArray, QuantityLike, to_si
 
 if TYPE_CHECKING:
+    import xarray as xr
     from matplotlib.figure import Figure
 
 _COST = 0.01
 
 
-@dataclass(frozen=True)
-class PullOff:
+@dataclass(frozen=True, kw_only=True)
+class PullOff(Study):
     """The last stable state of a contact that is pulled apart, and the state that it jumps into when it touches."""
 
-    normal_force: float
-    """Force in N, below 0."""
-    indentation: float
-    """In m."""
-    contact_radius: float
-    """In m."""
-    travel: float
-    """Travel of the machine in m; the indentation under displacement control, nan under a dead load."""
-    dissipated_energy: float
-    """Energy lost in the jump out of contact in J; under a dead load as far down as the bodies can touch, without its
-    further fall."""
-    jump_in_indentation: float
-    """Indentation in m after the jump into contact at the first touch."""
-    jump_in_force: float
-    """Force in N after that jump."""
-    jump_in_radius: float
-    """Contact radius in m after that jump."""
-    largest_pull: float
-    """Lowest force in N on the way from the pressed contact to the loss: what a test rig reports as adhesion."""
-    machine_stiffness: float
-    """In N/m; inf is displacement control, 0 a dead load."""
+    data: xr.Dataset
+    """
+    Single numbers: normal_force (N), indentation, contact_radius and travel (m) of the last state, dissipated_energy (J);
+    jump_in_indentation (m), jump_in_force (N) and jump_in_radius (m); largest_pull (N); machine_stiffness (N/m).
+    """
+    what: ClassVar = "a pull-off"
 
-    def summary(self) -> str:
-        """The numbers with units, as a text."""
-        from pymdr.presentation.text import numbers
+    normal_force = number("normal_force", "Force in N, below 0.")
+    indentation = number("indentation", "In m.")
+    contact_radius = number("contact_radius", "In m.")
+    travel = number(
+        "travel",
+        "Travel of the machine in m; the indentation under displacement control, nan under a dead load.",
+    )
+    dissipated_energy = number(
+        "dissipated_energy",
+        "Energy lost in the jump out of contact in J; under a dead load as far down as the bodies can touch, without its "
+        "further fall.",
+    )
+    jump_in_indentation = number(
+        "jump_in_indentation", "Indentation in m after the jump into contact at the first touch."
+    )
+    jump_in_force = number("jump_in_force", "Force in N after that jump.")
+    jump_in_radius = number("jump_in_radius", "Contact radius in m after that jump.")
+    largest_pull = number(
+        "largest_pull",
+        "Lowest force in N on the way from the pressed contact to the loss: what a test rig reports as adhesion.",
+    )
+    machine_stiffness = number("machine_stiffness", "In N/m; inf is displacement control, 0 a dead load.")
 
-        return numbers(
-            {
-                "pull-off": {
-                    "normal_force": self.normal_force,
-                    "indentation": self.indentation,
-                    "contact_radius": self.contact_radius,
-                    "travel": self.travel,
-                    "dissipated_energy": self.dissipated_energy,
-                },
-                "jump into contact": {
-                    "indentation": self.jump_in_indentation,
-                    "normal_force": self.jump_in_force,
-                    "contact_radius": self.jump_in_radius,
-                },
-                "largest pull before": {"normal_force": self.largest_pull},
-            }
-        )
+    def groups(self) -> dict[str, dict[str, float]]:
+        """The numbers under headings."""
+        last = ("normal_force", "indentation", "contact_radius", "travel", "dissipated_energy")
+        return {
+            "pull-off": {name: float(self.data[name]) for name in last},
+            "jump into contact": {
+                "indentation": self.jump_in_indentation,
+                "normal_force": self.jump_in_force,
+                "contact_radius": self.jump_in_radius,
+            },
+            "largest pull before": {"normal_force": self.largest_pull},
+        }
 
-    def __str__(self) -> str:
-        return self.summary()
+    def _figure(self) -> Figure:
+        from pymdr.presentation.plot import pull_off_figure
 
-    def _repr_html_(self) -> str:
-        """The summary, for notebooks."""
-        from pymdr.presentation.html import text_html
-
-        return text_html(self.summary())
+        assert self.contact is not None
+        line = AdhesiveLine(self.contact)
+        track = line.track(math.inf, max(self.indentation, self.jump_in_indentation), self.jump_in_radius)
+        curve = equilibrium_curve(line.equilibria, track.curve.stop, track.turning.tolist())
+        return pull_off_figure(curve, self.data)
 
 
 def pull_off(
@@ -131,21 +138,92 @@ def pull_off(
     track, press = _pressed(line, stiffness, pressed_to)
     pull = pulled(track, press.branch, press.last)
     _refuse_rings(line, track, stiffness, press, pull)
-    state = line.equilibria.states(np.array([pull.last]))
-    d, force = float(state.indentation[0]), float(state.normal_force[0])
-    touched = line.equilibria.states(track.jumps[2].after)
+    into = track.jumps[2].after
+    state, touched = (line.equilibria.states(np.asarray(s)) for s in ([pull.last], into))
+    d, force, radius = _numbers(state)
+    jump = _numbers(touched)
+    lowest = _lowest_force(line, pull)
+    lost = pull.loss if stiffness > 0.0 else line.fallen(pull.last, force)
+    values = {
+        "normal_force": force,
+        "indentation": d,
+        "contact_radius": radius,
+        "travel": d + force / stiffness if stiffness > 0.0 else math.nan,
+        "dissipated_energy": lost,
+        **dict(zip(("jump_in_indentation", "jump_in_force", "jump_in_radius"), jump, strict=True)),
+        "largest_pull": float(line.equilibria.states(np.array([lowest])).normal_force[0]),
+        "machine_stiffness": stiffness,
+    }
+    largest = np.array([radius, jump[2], *line.equilibria.states(press.end).contact_radius])
+    opening = theory_of(line.law).opening(line.law, line.line, largest)
     return PullOff(
-        normal_force=force,
-        indentation=d,
-        contact_radius=float(state.contact_radius[0]),
-        travel=d + force / stiffness if stiffness > 0.0 else math.nan,
-        dissipated_energy=pull.loss if stiffness > 0.0 else line.fallen(pull.last, force),
-        jump_in_indentation=float(touched.indentation[0]),
-        jump_in_force=float(touched.normal_force[0]),
-        jump_in_radius=float(touched.contact_radius[0]),
-        largest_pull=_lowest_force(line, pull),
-        machine_stiffness=stiffness,
+        data=_single(values),
+        claims=_claims(line, values, _errors(line, track, (pull.last, float(into[0]), lowest), values)),
+        assumptions=assumptions(contact, line.origin, largest, -opening),
+        notes=line.origin.notes,
+        contact=contact,
     )
+
+
+def _numbers(states: States) -> tuple[float, float, float]:
+    """Indentation in m, force in N and radius in m of one state."""
+    return float(states.indentation[0]), float(states.normal_force[0]), float(states.contact_radius[0])
+
+
+_UNITS = {
+    "travel": "m",
+    "jump_in_indentation": "m",
+    "jump_in_force": "N",
+    "jump_in_radius": "m",
+    "largest_pull": "N",
+    "machine_stiffness": "N/m",
+}
+
+
+def _single(values: Mapping[str, float]) -> xr.Dataset:
+    import xarray as xr
+
+    units = {name: _UNITS[name] if name in _UNITS else quantity(name).unit for name in values}
+    return xr.Dataset({name: ((), value, {"units": units[name]}) for name, value in values.items()})
+
+
+def _errors(
+    line: AdhesiveLine, track: Track, at: tuple[float, float, float], values: Mapping[str, float]
+) -> dict[str, float]:
+    """Relative errors of the state that is lost, of the one into which the contact jumps, and of the lowest force."""
+    k = values["machine_stiffness"]
+    last, into, lowest = at
+    turning = track.turning[1:-1].tolist()
+
+    def errors(s: float, stiffness: float, folds: bool) -> dict[str, float]:
+        return fold_errors(line.line, line.equilibria, s, stiffness, folds=folds)
+
+    lost = errors(last, k, last in turning)
+    jumped = errors(into, k, False)
+    pull = errors(lowest, 0.0, True)
+    event = Jumps(*(np.array([each]) for each in (0, 0.0, last, math.nan, values["dissipated_energy"])))
+    return {
+        **lost,
+        "dissipated_energy": loss_error(line.line, line.equilibria, event, k),
+        "jump_in_indentation": jumped["indentation"],
+        "jump_in_force": jumped["normal_force"],
+        "jump_in_radius": jumped["contact_radius"],
+        "largest_pull": max(pull["normal_force"], lost["normal_force"] if lowest == last else 0.0),
+    }
+
+
+def _claims(line: AdhesiveLine, values: Mapping[str, float], errors: Mapping[str, float]) -> dict[str, Claim]:
+    """Those of the law, with the errors of the map at these states."""
+    everywhere = np.ones(1, dtype=bool)
+    level, reason, source = theory_of(line.law).claim(line.law, line.contact.profile, line.line)
+    claim = Claim(level, reason, source, everywhere)
+    held = {name: np.array([error]) for name, error in errors.items()}
+    states = states_at_depth(line.line, np.array([max(values["jump_in_indentation"], 0.0)]))
+    claims = with_errors(dict.fromkeys(held, claim), held, map_remark(line.line, states))
+    if values["machine_stiffness"] == 0.0:
+        why = "a dead load has no travel"
+        claims["travel"] = Claim(Level.NOT_VALID, why, source, ~everywhere)
+    return claims
 
 
 def _adhesive(contact: Contact) -> AdhesiveLine:
@@ -157,11 +235,12 @@ def _adhesive(contact: Contact) -> AdhesiveLine:
 
 
 def _lowest_force(line: AdhesiveLine, way: Way) -> float:
-    """The lowest force in N on the stretches of a pull, which is at one of their ends or at a fold of the force."""
+    """The parameter of the lowest force on the stretches of a pull: at one of their ends or at a fold of the force."""
     curve = under_machine(line.equilibria, float(np.max(way.begin)), 0.0)
     folds, _ = turning_points(curve.slope, curve.start, curve.stop, curve.knots)
     visited = (folds[:, None] > way.end) & (folds[:, None] < way.begin)
-    return float(np.min(curve.control(np.concatenate([folds[visited.any(axis=1)], way.begin, way.end]))))
+    s = np.concatenate([folds[visited.any(axis=1)], way.begin, way.end])
+    return float(s[np.argmin(curve.control(s))])
 
 
 def _tip_radius(line: AdhesiveLine, profile: Profile) -> float | None:
@@ -240,51 +319,58 @@ def _first_touch(line: AdhesiveLine, track: Track, stiffness: float) -> float:
     return float(into.after[0])
 
 
-@dataclass(frozen=True)
-class AdhesionRegime:
+@dataclass(frozen=True, kw_only=True)
+class AdhesionRegime(Study):
     """Which law of adhesion a contact asks for, and what the simpler ones cost."""
 
-    tabor: float
+    data: xr.Dataset
     """
-    Tabor's parameter with the range of the law for z0; nan for a tip that is not round. For graded bodies the opening of
-    the edge at the pull-off under a dead load over that range, scaled as Tabor's is for homogeneous ones.
+    Over ``law``: pull_off_force (N) under a dead load, and error, its relative difference from that of MaugisDugdale, nan where
+    there is none; tabor and maugis.
     """
-    maugis: float
-    """Maugis' parameter; nan for a tip that is not round."""
     regime: str
     """``"JKR"``, ``"DMT"`` or ``"transition"``."""
     recommended: AdhesionLaw
     """The simplest law whose pull-off force is within 1 %, else MaugisDugdale; for graded bodies the nearer of JKR and DMT."""
-    pull_off_force: Mapping[str, float]
-    """Pull-off force in N under a dead load by law."""
-    error: Mapping[str, float]
-    """Relative error of the pull-off force of the simpler laws against MaugisDugdale, as far as there is one."""
     contacts: Mapping[str, Contact]
     """The contact under every law."""
 
-    def summary(self) -> str:
-        """The regime and the cost of every law, as a text."""
-        lines = [
+    what: ClassVar = "a regime of adhesion"
+    columns: ClassVar = {
+        "law": Column("law", ""),
+        "pull_off_force": Column("pull-off", "N"),
+        "error": Column("error", ""),
+    }
+    told: ClassVar = ("pull_off_force",)
+
+    tabor = number(
+        "tabor",
+        "Tabor's parameter with the range of the law for z0; nan for a tip that is not round. For graded bodies the opening of "
+        "the edge at the pull-off under a dead load over that range, scaled as Tabor's is for homogeneous ones.",
+    )
+    maugis = number("maugis", "Maugis' parameter; nan for a tip that is not round.")
+
+    @property
+    def pull_off_force(self) -> dict[str, float]:
+        """Pull-off force in N under a dead load by law."""
+        return self._by_law("pull_off_force")
+
+    @property
+    def error(self) -> dict[str, float]:
+        """Relative error of the pull-off force of the simpler laws against MaugisDugdale, as far as there is one."""
+        return {name: value for name, value in self._by_law("error").items() if math.isfinite(value)}
+
+    def _by_law(self, name: str) -> dict[str, float]:
+        return dict(zip(self.data["law"].values.tolist(), self.data[name].values.tolist(), strict=True))
+
+    def _remarks(self) -> list[str]:
+        return [
             f"regime: {self.regime} (Tabor's parameter {self.tabor:.3g}, Maugis' {self.maugis:.3g}; JKR above "
             f"{JKR_ABOVE:g}, DMT below {DMT_BELOW:g})",
             f"recommended: {type(self.recommended).__name__}",
-            "pull-off force under a dead load:",
         ]
-        for name, force in self.pull_off_force.items():
-            cost = f"  off by {100 * self.error[name]:+.2f} %" if name in self.error else ""
-            lines.append(f"  {name:<16}{force:>14.6g} N{cost}")
-        return "\n".join(lines)
 
-    def __str__(self) -> str:
-        return self.summary()
-
-    def _repr_html_(self) -> str:
-        """The summary, for notebooks."""
-        from pymdr.presentation.html import text_html
-
-        return text_html(self.summary())
-
-    def plot(self) -> Figure:
+    def _figure(self) -> Figure:
         """Force against indentation, and the pressure of the unloaded contact, under every law."""
         from pymdr.presentation.plot import compared_laws
 
@@ -363,7 +449,8 @@ def adhesion_regime(contact: Contact, *, range: QuantityLike | None = None) -> A
         "DMT": DMT(law.work, range=distance),
     }
     contacts = {name: replace(contact, adhesion=other) for name, other in laws.items()}
-    force = {name: pull_off(one, machine_stiffness=0.0).normal_force for name, one in contacts.items()}
+    lost = {name: pull_off(one, machine_stiffness=0.0) for name, one in contacts.items()}
+    force = {name: one.normal_force for name, one in lost.items()}
     error = {name: force[name] / force["MaugisDugdale"] - 1.0 for name in ("JKR", "DMT")}
     best = min(error, key=lambda name: abs(error[name]))
     line = AdhesiveLine(replace(contact, adhesion=JKR(law.work)))
@@ -372,14 +459,64 @@ def adhesion_regime(contact: Contact, *, range: QuantityLike | None = None) -> A
     if radius is not None:
         tabor = float(tabor_parameter(radius, modulus, law.work, distance))
         maugis = float(maugis_parameter(radius, modulus, law.work, stress))
+    return _found(
+        contacts,
+        lost,
+        {"tabor": tabor, "maugis": maugis},
+        {"MaugisDugdale": 0.0, **error},
+        laws[best if abs(error[best]) <= _COST else "MaugisDugdale"],
+    )
+
+
+def _found(
+    contacts: Mapping[str, Contact],
+    lost: Mapping[str, PullOff],
+    parameters: Mapping[str, float],
+    error: Mapping[str, float],
+    recommended: AdhesionLaw,
+) -> AdhesionRegime:
+    """Forces, parameters and claims; without errors where no theory of the transition is known."""
+    import xarray as xr
+
+    everywhere, maugis = np.ones(len(lost), dtype=bool), parameters["maugis"]
+    simpler = {name: value for name, value in error.items() if name != "MaugisDugdale"}
+    columns = {
+        "pull_off_force": ("law", [one.normal_force for one in lost.values()], {"units": "N"}),
+        "error": ("law", [simpler.get(name, math.nan) for name in lost], {"units": ""}),
+    }
+    single = {name: ((), value, {"units": ""}) for name, value in parameters.items()}
+    numerics = [one.claims["normal_force"].error for one in lost.values()]
+    if error:
+        reason = "each law against MaugisDugdale, which is exact for a constant stress up to its range"
+        size = [
+            abs(error[name]) + (0.0 if own is None else float(own[0]))
+            for name, own in zip(lost, numerics, strict=True)
+        ]
+        whole = np.minimum(size, 1.0)
+    else:
+        reason = "each law by itself: no theory of the transition between them is known for graded bodies"
+    force = Claim(Level.APPROXIMATE, reason, SOURCES["maugis"], everywhere, whole)
+    defined = Claim(
+        Level.EXACT, "by its definition, for a round tip", SOURCES["tabor"], np.ones(1, dtype=bool)
+    )
+    if math.isnan(maugis):
+        defined = Claim(Level.NOT_VALID, "the tip is not round", SOURCES["tabor"], np.zeros(1, dtype=bool))
+    elif not error:
+        defined = replace(
+            defined,
+            level=Level.APPROXIMATE,
+            reason="by the opening of the edge of a graded body, scaled",
+            error=None,
+        )
     return AdhesionRegime(
-        tabor=tabor,
-        maugis=maugis,
-        regime=_regime(maugis, error),
-        recommended=laws[best if abs(error[best]) <= _COST else "MaugisDugdale"],
-        pull_off_force=force,
-        error=error,
+        data=xr.Dataset(columns | single, coords={"law": list(lost)}),
+        regime=_regime(maugis, simpler),
+        recommended=recommended,
         contacts=contacts,
+        claims={"pull_off_force": force, "error": force, "tabor": defined, "maugis": defined},
+        assumptions=lost["JKR"].assumptions,
+        notes=lost["JKR"].notes,
+        contact=contacts[type(recommended).__name__],
     )
 
 
@@ -391,14 +528,8 @@ def _graded_regime(contact: Contact, work: float, distance: float) -> AdhesionRe
     opening = float(jkr_opening(AdhesiveLine(contacts["JKR"]).line, lost["JKR"].contact_radius, work))
     tabor = opening / (distance * math.sqrt(2.0 * math.pi) * (9.0 * math.pi / 8.0) ** (1.0 / 6.0))
     maugis = 2.0 * (9.0 / (16.0 * math.pi)) ** (1.0 / 3.0) * tabor
-    return AdhesionRegime(
-        tabor=tabor,
-        maugis=maugis,
-        regime=_regime(maugis, {}),
-        recommended=laws["JKR" if maugis > 1.0 else "DMT"],
-        pull_off_force={name: one.normal_force for name, one in lost.items()},
-        error={},
-        contacts=contacts,
+    return _found(
+        contacts, lost, {"tabor": tabor, "maugis": maugis}, {}, laws["JKR" if maugis > 1.0 else "DMT"]
     )
 
 

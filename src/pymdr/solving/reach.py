@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import os
 from dataclasses import dataclass
 
 import numpy as np
@@ -77,14 +76,6 @@ def notes_of(profile: Profile) -> tuple[str, ...]:
         if isinstance(part, Function | Sampled) and part.offset != 0.0
     )
     return curves + offsets
-
-
-def memory_of_machine() -> float:
-    """Bytes of memory of this machine; inf where it does not tell."""
-    try:
-        return float(os.sysconf("SC_PAGE_SIZE")) * float(os.sysconf("SC_PHYS_PAGES"))
-    except (AttributeError, OSError, ValueError):
-        return math.inf
 
 
 def one_load(asked: str, normal_force: object, indentation: object) -> None:

@@ -10,11 +10,20 @@ from typing import TYPE_CHECKING, ClassVar
 import numpy as np
 
 from pymdr.errors import ProblemError
-from pymdr.interpretation.rolling import DIRECTIONS, LAWS, calibrated_modulus, rolling_claims
+from pymdr.interpretation.rolling import (
+    DIRECTIONS,
+    LAWS,
+    calibrated_modulus,
+    creep_error,
+    has_known_error,
+    rolling_claims,
+    saturation_error,
+)
 from pymdr.interpretation.validity import approximated
 from pymdr.line.foundation import states_at_depth
 from pymdr.line.rolling import RollingLine, line_load, rolled_path, rolling_line, steady_rolling
 from pymdr.problem.contact import Contact
+from pymdr.problem.profiles import Paraboloid
 from pymdr.solving.bands import scatter_of
 from pymdr.solving.closure import refuse_curve
 from pymdr.solving.frictional import frictional_assumptions, pressed_joint
@@ -74,7 +83,7 @@ class Rolling(Study):
             return []
         return [f"all slips from a creepage of {written(float(self.data['saturation_creepage']), '')} on"]
 
-    def plot(self) -> Figure:
+    def _figure(self) -> Figure:
         """Creep curves by all laws that are allowed, and the load of the springs below its cap; or the path."""
         from pymdr.presentation.plot import rolling_study
 
@@ -173,7 +182,9 @@ def rolling(
     pressed = _Pressed(mapped, rolling_line(mapped.line, states), mu)
     modulus = _modulus(contact, mapped, direction, law)
     rise = modulus * zeta / pressed.unit
-    claims = rolling_claims(contact, mapped.moduli, direction, law, np.ones(zeta.shape, dtype=bool))
+    errors = {} if path is not None else _errors(contact, pressed, direction, zeta, rise)
+    everywhere = np.ones(zeta.shape, dtype=bool)
+    claims = rolling_claims(contact, mapped.moduli, direction, law, errors, everywhere)
     if certificate.error is not None:
         claims = approximated(claims, certificate.remark, float(certificate.error[0]))
     remark = map_remark(mapped.line, states)
@@ -212,7 +223,32 @@ def rolling(
         claims=claims,
         assumptions=frictional_assumptions(contact, mapped, np.array([pressed.line.radius])),
         notes=notes,
+        contact=contact,
     )
+
+
+def _errors(
+    contact: Contact, pressed: _Pressed, direction: str, zeta: FloatArray, rise: FloatArray
+) -> dict[str, FloatArray]:
+    """Relative errors of the law against the exact theory of rolling, as far as they are known."""
+    if has_known_error(contact, pressed.mapped.moduli):
+        return {}
+    size, line = np.abs(zeta), pressed.line
+    modulus = calibrated_modulus(contact, pressed.mapped.moduli, direction)
+    # the springs carry mu E* rise x 2 a^2 before any of them slips
+    known = modulus * size / pressed.unit
+    forces = [steady_rolling(line, np.abs(each)).load / line.whole for each in (rise, known)]
+    # a sphere is a paraboloid but for the square of a/R
+    other = (
+        0.0
+        if isinstance(contact.profile, Paraboloid)
+        else (line.radius / contact.profile.curvature_radius) ** 2
+    )
+    force = creep_error(*forces, 2.0 * line.radius**2 * known / line.whole) + other
+    ratio = float(np.max(known) / np.max(np.abs(rise))) if np.any(rise) else 1.0
+    whole = np.full(zeta.shape, min(saturation_error(ratio) + other, 1.0))
+    force = np.minimum(force, 1.0)
+    return {"creep_force": force, "saturation_creepage": whole}
 
 
 def _check_words(direction: str, law: str) -> None:

@@ -22,13 +22,14 @@ from pymdr.interpretation.rough import (
 )
 from pymdr.interpretation.validity import SOURCES, Claim, Level
 from pymdr.line.rough import SortedSprings, power_law_stiffness, sorted_springs
+from pymdr.machine import memory_of_machine
 from pymdr.mapping.moduli import effective_moduli
 from pymdr.mapping.patch import full_contact_stiffness
 from pymdr.mapping.rough import default_points, refuse_coarse, rough_heights
 from pymdr.problem.materials import Graded, Material, Rigid, Viscoelastic
 from pymdr.problem.profiles import ForceCurve
 from pymdr.problem.rough import GEIKE, RoughSurface
-from pymdr.solving.reach import memory_of_machine, one_load
+from pymdr.solving.reach import one_load
 from pymdr.solving.study import Column, Study, one_row
 from pymdr.units import (
     ArrayQuantityLike,
@@ -126,7 +127,8 @@ class RoughLine:
         Returns
         -------
         ForceCurve
-            For bodies of E* = ``modulus``; forces of others follow as E*. It is as approximate as the line.
+            For bodies of E* = ``modulus``; forces of others follow as E*. It is as approximate as the line, and by how much a single
+            line errs is not known: so are the errors of its points.
 
         Raises
         ------
@@ -139,7 +141,8 @@ class RoughLine:
         if not deepest > 0.0:
             raise ProblemError(f"force_curve: indentation = {metres(deepest)}; it must be above 0 m")
         depth = deepest * (np.arange(1, _whole("points", points) + 1) / points) ** 2
-        return ForceCurve(depth, self.force(depth, realisation), self.modulus, contact_point=0.0)
+        force = self.force(depth, realisation)
+        return ForceCurve(depth, force, self.modulus, contact_point=0.0, error=math.nan)
 
     def force(self, depth: FloatArray, realisation: int) -> FloatArray:
         """F in N at depths in m."""
@@ -238,7 +241,7 @@ class RoughContact(Study):
             return [*lines, f"below {newtons(told['crossover_force'])} roughness softens the ball"]
         return [*lines, f"full contact has {written(told['full_contact_stiffness'], 'N/m')}"]
 
-    def plot(self) -> Figure:
+    def _figure(self) -> Figure:
         """Stiffness against force with its band, the closed form and full contact; springs in contact; the spectrum."""
         from pymdr.presentation.plot import rough_study
 

@@ -117,7 +117,7 @@ def rough_sliding_friction(
     q, amplitude = rough_waves(surface, factor)
     slope = math.sqrt(0.5 * float(np.sum((amplitude * q) ** 2)))
     return SlidingFriction(
-        data=labelled_over_speed(v, columns),
+        data=labelled_over_speed(v, columns).assign_attrs(numerical_error=tuple(errors.tolist())),
         claims=claims,
         assumptions=(Assumption("small slope", "root mean square of the slope of the line", slope, _STEEP),),
         notes=(),

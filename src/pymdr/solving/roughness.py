@@ -10,6 +10,7 @@ import numpy as np
 
 from pymdr.errors import NotValidError, ProblemError
 from pymdr.interpretation.validity import SOURCES, Assumption, Claim, Level
+from pymdr.mapping.surfaces.preparing import interpolated_share
 from pymdr.mapping.surfaces.resolution import tip_cutoff
 from pymdr.mapping.surfaces.spectrum import (
     FEWEST_BINS,
@@ -37,6 +38,10 @@ _FEWEST_PIXELS = 32
 _BAND = (0.16, 0.84)
 _MOST_DIRECTED, _MOST_RATIO = 2.0, 2.0
 """A few long waves make most of the height of a patch without roll-off, and chance makes them up to half as large again."""
+_MOST_INTERPOLATED = 0.1
+"""Share of the pixels up to which a law is fitted."""
+_BIAS, _HURST_BIAS = 3.0, 0.25
+"""By how much interpolated pixels lower the spectrum, and change H, at most, in their share: 256 x 256 pixels, gaps of 1 to 60 pixels."""
 _DEVIATIONS = 2.0
 """Standard deviations by which an exponent may be above 1 and still be taken for 1."""
 
@@ -48,7 +53,7 @@ class SelfAffineFit:
     hurst: float
     """H."""
     hurst_error: float
-    """Its standard deviation, of chance and of what bins lie off the law."""
+    """Its standard deviation, of chance and of what bins lie off the law, and by how much interpolated pixels may change it."""
     roll_off: float | None
     """Wavelength in m above which the spectrum is flat; None if none is told from the heights."""
     roll_off_error: float
@@ -156,7 +161,7 @@ class PowerSpectrum(Study):
                 )
         return lines
 
-    def plot(self) -> Figure:
+    def _figure(self) -> Figure:
         """The surface, and its spectrum with the law and the range on which it holds."""
         from pymdr.presentation.plot import spectrum_study
 
@@ -196,7 +201,9 @@ def power_spectrum(
     Notes
     -----
     Jacobs, Junge and Pastewka (2017), Surf. Topogr.: Metrol. Prop. 5, 013001; the tip: Sanner et al. (2022), Appl. Surf. Sci. Adv. 7,
-    100190. Waves shorter than four pixels are left out, since waves that pixels do not see are folded into them.
+    100190. Waves shorter than four pixels are left out, since waves that pixels do not see are folded into them. Heights that were
+    filled by interpolation have no short waves: a share of them lowers the spectrum by up to three times that share (where deep pixels
+    are missing; by the share itself where any are), which its claim says. No law is fitted beyond 10 %.
 
     Examples
     --------
@@ -228,7 +235,10 @@ def power_spectrum(
     resolved = max(pixel, tip)
     rings = rings_of(heights, topography.size, periodic)
     bins, law = self_affine(rings, periodic, 2.0 * math.pi / resolved)
-    found = None if law is None else _fit(bins, law, topography, rms)
+    filled = interpolated_share(topography)
+    if filled > _MOST_INTERPOLATED:
+        law = None
+    found = None if law is None else _fit(bins, law, topography, rms, filled)
     data = _columns(bins, law, resolved)
     data.attrs |= {"rms": rms, "shortest_resolved": resolved}
     whole = (2.0 * math.pi / resolved, 2.0 * math.pi / float(topography.size.max()))
@@ -243,7 +253,7 @@ def power_spectrum(
     )
 
 
-def _fit(bins: Bins, law: Law, topography: Topography, rms: float) -> SelfAffineFit:
+def _fit(bins: Bins, law: Law, topography: Topography, rms: float, filled: float) -> SelfAffineFit:
     deviation = np.sqrt(np.diag(law.covariance))
     hurst = 0.5 * law.steepness - 1.0
     width, length = topography.size.tolist()
@@ -257,7 +267,7 @@ def _fit(bins: Bins, law: Law, topography: Topography, rms: float) -> SelfAffine
         law_rms = math.sqrt(math.exp(float(law.log_c(place))) / float(like.spectrum_2d(math.exp(place))))
     return SelfAffineFit(
         hurst=hurst,
-        hurst_error=0.5 * float(deviation[1]),
+        hurst_error=0.5 * float(deviation[1]) + _HURST_BIAS * filled,
         roll_off=roll_off,
         roll_off_error=float(deviation[2]),
         shortest=shortest,
@@ -315,13 +325,22 @@ def _claims(
         f"of one patch of {nx} x {ny} pixels, {how}; waves are resolved down to {metres(resolved)}, {limit}; the band is what chance "
         "makes of a Gaussian surface"
     )
+    filled = interpolated_share(topography)
+    interpolated = f"{100.0 * filled:.2g} % of the pixels were not measured but interpolated"
+    if filled > 0.0:
+        reason += f"; {interpolated}, and have no short waves: it is up to {100.0 * min(_BIAS * filled, 1.0):.2g} % too low"
     source = SOURCES["tip" if by_tip else "spectrum"]
     spectrum = Claim(Level.APPROXIMATE, reason, source, np.isfinite(data["power_spectrum"].values))
     claims = dict.fromkeys(("power_spectrum", "power_spectrum_low", "power_spectrum_high"), spectrum)
     where = np.isfinite(data["law"].values)
     share = f"{100.0 * WITHIN:g} %"
     if found is None:
-        why = f"on no range of {FEWEST_BINS} bins does the spectrum follow a power law, flat above a roll-off or not, to {share}"
+        why = (
+            f"{interpolated}, more than {100.0 * _MOST_INTERPOLATED:g} %, and bend the spectrum; crop the surface to what was measured by "
+            "fill_missing(topography, 'crop'), or measure it again"
+            if filled > _MOST_INTERPOLATED
+            else f"on no range of {FEWEST_BINS} bins does the spectrum follow a power law, flat above a roll-off or not, to {share}"
+        )
         claims["law"] = Claim(Level.NOT_VALID, why, SOURCES["spectrum"], where)
         return claims
     kind = (

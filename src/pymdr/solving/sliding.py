@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING, ClassVar
 import numpy as np
 
 from pymdr.errors import ConvergenceError, PathError, ProblemError
-from pymdr.interpretation.accuracy import with_errors
-from pymdr.interpretation.sliding import Limits, sliding_claims, slowness
+from pymdr.interpretation.sliding import Limits, friction_error, sliding_claims
 from pymdr.interpretation.validity import approximated
 from pymdr.line.foundation import DiskStates, ElasticLine, rises_to, states_at_depth, states_at_force
 from pymdr.line.foundation import normal_force as elastic_force
@@ -63,7 +62,9 @@ class SlidingFriction(Study):
     """
     Over ``speed`` (m/s): friction_coefficient F_x/F_N, friction_force (N), normal_force (N), indentation (m), leading_edge
     and trailing_edge (m from the tip, along the way) of the springs; slow_limit and fast_limit, the coefficients of friction
-    to which slow and fast sliding tends, where there are such.
+    to which slow and fast sliding tends, where there are such and at the speeds at which they are the friction to 5 %; nan
+    elsewhere. ``slow_limit_over_speed`` (s/m) and ``fast_limit_times_speed`` (m/s) in its attributes are the limits themselves,
+    ``numerical_error`` the relative errors of the numbers of the springs at every speed, beside those of the model.
     """
     what: ClassVar = "a sliding contact"
     columns: ClassVar = {
@@ -79,7 +80,7 @@ class SlidingFriction(Study):
     }
     told: ClassVar = ("friction_coefficient", "slow_limit", "fast_limit")
 
-    def plot(self) -> Figure:
+    def _figure(self) -> Figure:
         """Coefficient of friction against speed between its limits, and where contact ends."""
         from pymdr.presentation.plot import sliding_study
 
@@ -138,7 +139,7 @@ def sliding_friction(
     >>> slid["friction_coefficient"].values.round(5).tolist()
     [0.00179, 0.0223]
     >>> slid["slow_limit"].values.round(5).tolist()
-    [0.0009, 0.9]
+    [0.0009, nan]
     """
     asked = _read(contact, normal_force, indentation)
     v = positive_speeds(_WHO, speed)
@@ -157,33 +158,52 @@ def sliding_friction(
         "trailing_edge": np.array([one.trailing for one in slid]),
     }
     slow, fast = _slow(asked, relaxation), _fast(asked, kernel, rows)
-    limits = Limits(slow.why, fast.why, math.isfinite(relaxation.glassy))
-    columns |= {"slow_limit": slow.factor * v} if slow.why is None else {}
-    if fast.why is None:
-        columns["fast_limit"] = fast.factor / v if limits.glassy else np.array([row.blunt for row in rows])
     deepest = max(*columns["indentation"], slow.depth, fast.depth)
     states = states_at_depth(asked.line, np.array([deepest]))
+    mapped = float(np.max(asked.line.equivalent.slope_error(states.contact_radius)))
+    glassy = math.isfinite(relaxation.glassy)
+    friction = columns["friction_coefficient"]
+    slow_error = None if slow.why else np.abs(friction / (2.0 * slow.factor * v) - 1.0) + mapped
+    fast_error = a / v / _fastest(relaxation) + mapped if fast.why is None and glassy else None
+    limits = Limits(slow.why, fast.why, glassy, slow_error, fast_error)
+    columns |= {"slow_limit": slow.factor * v} if slow.why is None else {}
+    if fast.why is None:
+        columns["fast_limit"] = fast.factor / v if glassy else np.array([row.blunt for row in rows])
     remark = map_remark(asked.line, states)
     errors = np.array([_error(asked, kernel, float(one), row) for one, row in zip(v, rows, strict=True)])
     prescribed = "normal_force" if asked.depth is None else "indentation"
-    claims = sliding_claims(prescribed, limits, np.ones(v.shape, dtype=bool), errors, remark)
-    mapped = float(np.max(asked.line.equivalent.slope_error(states.contact_radius)))
-    claims = with_errors(claims, dict.fromkeys(("slow_limit", "fast_limit"), np.full(v.shape, mapped)))
+    everywhere = np.ones(v.shape, dtype=bool)
+    stiffens = relaxation.glassy / relaxation.rubbery if relaxation.rubbery > 0.0 else math.inf
+    model = friction_error(contact.profile, prescribed, limits, stiffens, everywhere)
+    claims = sliding_claims(prescribed, limits, model, everywhere, errors, remark)
+    attributes: dict[str, float | tuple[float, ...]] = {"numerical_error": tuple(errors.tolist())}
+    if slow.why is None:
+        attributes["slow_limit_over_speed"] = slow.factor
+    if fast.why is None and glassy:
+        attributes["fast_limit_times_speed"] = fast.factor
+    for name in ("slow_limit", "fast_limit"):
+        if name in columns:
+            # a limit is a number where it is one of the speed
+            columns[name] = np.where(claims[name].where, columns[name], math.nan)
     certificate = disks_down_to(contact, asked.line, deepest, _WHO)
     if certificate.error is not None:
         claims = approximated(claims, certificate.remark, float(certificate.error[0]))
-    assumptions = assumptions_with_memory(contact, states.contact_radius)
-    if slow.why is None:
-        assumptions = (*assumptions, slowness(columns["friction_coefficient"], columns["slow_limit"]))
     notes = notes_of(contact.profile) + kernel.notes
     if scatter_of(contact.profile):
         notes += ("the scatter of the samples is smoothed by and makes no bands here",)
     return SlidingFriction(
-        data=labelled_over_speed(v, columns),
+        data=labelled_over_speed(v, columns).assign_attrs(attributes),
         claims=claims,
-        assumptions=assumptions,
+        assumptions=assumptions_with_memory(contact, states.contact_radius),
         notes=notes,
+        contact=contact,
     )
+
+
+def _fastest(relaxation: Relaxation) -> float:
+    """The relaxation time in s that decides where fast sliding begins: the mean of 1/tau over what the fast limit rests on."""
+    rates = 1.0 / relaxation.times
+    return float(np.sum(relaxation.moduli * rates) / np.sum(relaxation.moduli * rates**2))
 
 
 def positive_speeds(who: str, speed: ArrayQuantityLike) -> FloatArray:

@@ -2,22 +2,32 @@
 
 from __future__ import annotations
 
+import math
 import os
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar, NamedTuple
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 import numpy as np
 
 from pymdr.errors import ProblemError, QuantityError
 from pymdr.interpretation.validity import Assumption, Claim
+from pymdr.mapping.portable import portable
+from pymdr.problem.contact import Contact
 from pymdr.quantities import one_name
+from pymdr.result import Claims
 from pymdr.units import ArrayQuantityLike, FloatArray, from_si, good_unit, shown, to_si_array
 
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
+
+    from pymdr.presentation.text import Said
+
+
+_SHOWN = 40
+"""Rows of a summary."""
 
 
 class Column(NamedTuple):
@@ -30,7 +40,7 @@ class Column(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True)
 class Study(ABC):
-    """Quantities over what was asked, each with its claim."""
+    """Quantities over the rows of a request, or single numbers, each with its claim."""
 
     data: xr.Dataset
     claims: Mapping[str, Claim]
@@ -39,13 +49,25 @@ class Study(ABC):
     """Conditions of the model, measured."""
     notes: tuple[str, ...]
     """What was said on the way."""
+    contact: Contact | None = None
+    """What was studied, where it is one contact."""
 
     what: ClassVar[str]
     """What was studied, for messages."""
-    columns: ClassVar[Mapping[str, Column]]
+    columns: ClassVar[Mapping[str, Column]] = {}
     """Of the summary, by quantity."""
-    told: ClassVar[tuple[str, ...]]
-    """The quantities whose claims the summary tells."""
+    told: ClassVar[tuple[str, ...]] = ()
+    """The quantities whose claims the summary shows; all unless given."""
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "claims", Claims(self.claims))
+
+    def __getstate__(self) -> dict[str, Any]:
+        if self.contact is None:
+            return self.__dict__
+        radii = [self.data[name].values for name in map(str, self.data) if name.endswith("radius")]
+        largest = max((float(np.max(radius)) for radius in radii), default=math.nan)
+        return {**self.__dict__, "contact": portable(self.contact, largest)}
 
     def __getitem__(self, name: str) -> xr.DataArray:
         if one_name(name) in self.claims:
@@ -55,59 +77,104 @@ class Study(ABC):
             raise QuantityError(f"no quantity {shown(name)}; {self.what} has {known}")
         return self.data[name]
 
-    @abstractmethod
     def plot(self) -> Figure:
-        """What a person wants to see first."""
+        """What a person wants to see first; conditions that are not met stand below it."""
+        from pymdr.presentation.plot import with_unmet
+
+        return with_unmet(self._figure(), self.assumptions)
+
+    @abstractmethod
+    def _figure(self) -> Figure:
+        """The figure itself."""
+
+    def groups(self) -> dict[str, dict[str, float]]:
+        """Single numbers in SI units under headings, by the names of their quantities."""
+        return {}
 
     def _remarks(self) -> list[str]:
         """Lines of the summary between the table and the claims."""
         return []
 
+    @property
+    def _shown_claims(self) -> dict[str, Claim]:
+        return {name: self.claims[name] for name in self.told or self.claims}
+
     def summary(self) -> str:
-        """A line per row, with units, and how far to trust it."""
-        head, rows = self._table()
-        lines = [" ".join(f"{cell:>12}" for cell in row) for row in (*head, *rows)]
-        lines += self._remarks()
-        for name in self.told:
-            claim = self.claims[name]
-            which = f"{self.columns[name].words}: " if len(self.told) > 1 else ""
-            lines.append(f"{which}{claim.level.value}: {claim.reason}")
-        lines += [
-            f"not met: {a.words} {a.measure:.3g}, limit {a.limit:.3g}" for a in self.assumptions if not a.met
-        ]
-        return "\n".join([*lines, *(f"note: {note}" for note in self.notes)])
+        """The numbers with units, how far to trust them, and the conditions of the model that are not met."""
+        from pymdr.presentation.text import study_summary
+
+        return study_summary(*self._said())
+
+    def _said(self) -> Said:
+        """What the summary says, as text or as HTML."""
+        words, cells = self._table()
+        rows = max(self.data.sizes.values(), default=1)
+        cut = [f"{len(cells)} of {rows} rows"] if 0 < len(cells) < rows else []
+        remarks = [*cut, *self._remarks()]
+        return self.groups(), (words, cells), remarks, self._shown_claims, self.assumptions, self.notes
 
     def _table(self) -> tuple[tuple[list[str], list[str]], list[list[str]]]:
         """Words and units, and the numbers."""
-        names = [name for name in self.columns if name in self.data.variables]
-        units = [good_unit(self.data[name].values, self.columns[name].unit) for name in names]
-        columns = [
-            from_si(self.data[name].values, self.columns[name].unit, unit)
+        found = self._columns()
+        names = [name for name in self.columns if name in found]
+        for name in names:
+            found[name] = found[name][_some_rows(found[name].size)]
+        texts = {name for name in names if found[name].dtype.kind == "U"}
+        units = ["" if name in texts else good_unit(found[name], self.columns[name].unit) for name in names]
+        values = [
+            found[name] if name in texts else from_si(found[name], self.columns[name].unit, unit)
             for name, unit in zip(names, units, strict=True)
         ]
-        rows = [
-            ["-" if np.isnan(value) else f"{value:.4g}" for value in row]
-            for row in zip(*columns, strict=True)
-        ]
+        rows = [[_cell(value) for value in row] for row in zip(*values, strict=True)]
         return ([self.columns[name].words for name in names], units), rows
 
-    def _repr_html_(self) -> str:
-        """The summary as a table, for notebooks."""
-        from pymdr.presentation.html import table
+    def _columns(self) -> dict[str, np.ndarray]:
+        """Quantities in SI units, one entry for each row; single numbers only where there are no others."""
+        import xarray as xr
 
-        (words, units), rows = self._table()
-        head = [f"{word} ({unit})" if unit else word for word, unit in zip(words, units, strict=True)]
-        claims = "".join(self.claims[name]._repr_html_() for name in self.told)
-        return f"<div>{table(head, rows)}{claims}</div>"
+        names = [
+            str(name)
+            for name in (*self.data.coords, *self.data.data_vars)
+            if self.data[name].ndim or not self.data.dims
+        ]
+        arrays = xr.broadcast(*(self.data[name] for name in names))
+        return {name: np.atleast_1d(array.values.ravel()) for name, array in zip(names, arrays, strict=True)}
+
+    def _repr_html_(self) -> str:
+        """The same as tables, for notebooks."""
+        from pymdr.presentation.html import study_html
+
+        return study_html(*self._said())
 
     def __str__(self) -> str:
         return self.summary()
+
+    def save(self, file: str | os.PathLike[str]) -> None:
+        """
+        Write data, claims, assumptions and notes to a NetCDF file, whole or not at all.
+
+        Parameters
+        ----------
+        file : path
+            For example "study.nc"; ``xarray.open_dataset`` reads the data, and its attribute ``pymdr_told`` is JSON.
+
+        Raises
+        ------
+        FileError
+            If the file cannot be written, or its name is that of another format.
+        """
+        from pymdr.presentation.files import as_text, write_dataset
+
+        told = as_text(self.claims, self.assumptions, self.notes)
+        write_dataset(self.data.assign_attrs(pymdr_format="pymdr study 1", pymdr_told=told), file)
 
     def to_csv(
         self, file: str | os.PathLike[str], *, units: Mapping[str, str] | None = None, about: bool = False
     ) -> None:
         """
         Write the columns to a CSV file, one row per row, with units in their names.
+
+        A quantity that is approximate has a column of its relative errors beside it, empty where they are not known.
 
         Parameters
         ----------
@@ -144,20 +211,39 @@ class Study(ABC):
 
     def _written(self, units: Mapping[str, str] | None) -> dict[str, np.ndarray]:
         """What is written, by the titles of its columns."""
+        from pymdr.presentation.tables import with_error_columns
+
         written: dict[str, np.ndarray] = {}
-        for name in (*self.data.coords, *self.data.data_vars):
-            array = self.data[name]
-            if array.ndim:
-                own = str(array.attrs["units"])
-                unit = (units or {}).get(str(name), own)
-                title = f"{name} [{unit}]" if unit else str(name)
-                written[title] = np.asarray(from_si(array.values, own, unit))
-        return written
+        for name, values in self._columns().items():
+            own = str(self.data[name].attrs.get("units", ""))
+            unit = (units or {}).get(name, own)
+            title = f"{name} [{unit}]" if unit else name
+            written[title] = np.asarray(from_si(values, own, unit)) if unit else values
+        return with_error_columns(written, self.claims)
 
     def _about(self) -> list[tuple[str, str, str]]:
         from pymdr.presentation.tables import about_rows
+        from pymdr.presentation.text import number_lines
 
-        return about_rows(None, self.claims, self.assumptions, self.notes)
+        single = number_lines(self.groups() if self.data.dims else {})
+        others = {f"{heading} {words}": value for heading, rows in single for words, value in rows}
+        return about_rows(self.contact, self.claims, self.assumptions, self.notes, others=others)
+
+
+def _some_rows(count: int) -> np.ndarray:
+    """All rows of a short table, and some of a long one, evenly."""
+    return np.unique(np.linspace(0, count - 1, min(count, _SHOWN)).round().astype(int))
+
+
+def _cell(value: float | str) -> str:
+    if isinstance(value, str):
+        return value
+    return "-" if np.isnan(value) else f"{value:.4g}"
+
+
+def number(name: str, words: str) -> property:
+    """A single number of the data in SI units, as an attribute."""
+    return property(lambda study: float(study.data[name]), doc=words)
 
 
 def one_row(given: ArrayQuantityLike, unit: str, who: str, name: str) -> FloatArray:

@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike
 
 from pymdr.errors import ProblemError, PymdrError, QuantityError
 from pymdr.interpretation.validity import Claim, Level
+from pymdr.machine import memory_of_machine
 from pymdr.mapping.equivalent import has_callables
 from pymdr.mapping.portable import portable
 from pymdr.problem.codec import encode, encode_case
@@ -29,7 +30,6 @@ from pymdr.quantities import one_name, quantity
 from pymdr.result import Result, Status
 from pymdr.solving.batch import Asked, solutions
 from pymdr.solving.kept import KeptParts
-from pymdr.solving.reach import memory_of_machine
 from pymdr.solving.verb import read_stiffness
 from pymdr.units import FloatArray, QuantityLike, from_si, shown, to_si_array, written
 

@@ -40,7 +40,7 @@ class ThicknessCorrection(Study):
     }
     told: ClassVar[tuple[str, ...]] = ("force_factor",)
 
-    def plot(self) -> Figure:
+    def _figure(self) -> Figure:
         """Both factors over the indentation."""
         from pymdr.presentation.plot import thickness_study
 

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from pymdr.errors import PathError, ProblemError
 from pymdr.independent.rings import Rings
+from pymdr.machine import memory_of_machine
 from pymdr.problem.contact import Contact
 from pymdr.problem.paths import LoadingPath, named_channels
 from pymdr.problem.schedule import Progress, check_times, known_legs, planned, total_rows
@@ -17,7 +18,6 @@ from pymdr.problem.values import within_range
 from pymdr.result import Result
 from pymdr.solving.bands import scatter_of, with_bands
 from pymdr.solving.laws import law_of
-from pymdr.solving.reach import memory_of_machine
 from pymdr.solving.walk import Task
 from pymdr.units import QuantityLike, shown, to_si
 

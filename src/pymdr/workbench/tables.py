@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pymdr.errors import CaseError, PathError, ProblemError, PymdrError, UnitError
+from pymdr.interpretation.closure import error_of_force
 from pymdr.presentation.files import named_file
 from pymdr.problem.measured import MeasuredCurve, Step
 from pymdr.problem.paths import CHANNELS, NORMAL_CHANNELS, TANGENTIAL_CHANNELS
@@ -48,6 +49,10 @@ _PROFILE: Names = {
 _CURVE: Names = {
     "indentation": ("displacement", "indentation", "d", "depth", "approach"),
     "normal_force": ("load", "normal force", "force", "f", "fn", "fz", "f n", "f z"),
+}
+_CURVE_ERRORS: Names = {
+    "indentation_error": ("indentation error",),
+    "normal_force_error": ("normal force error", "force error", "error"),
 }
 _RECORD: Names = {
     "time": ("time", "t"),
@@ -195,15 +200,26 @@ def read_curve_columns(file: str | os.PathLike[str]) -> dict[str, FloatArray]:
     Returns
     -------
     dict of str to ndarray
-        ``indentation`` (m) and ``force`` (N).
+        ``indentation`` (m) and ``force`` (N), and ``error``, the relative errors of the forces, where the file has columns of
+        errors as ``to_csv`` writes them: those of the depths are among them, and what is empty is nan.
 
     Raises
     ------
     FileError, CaseError
         As :func:`read_columns` does.
     """
-    found = _read(file, _CURVE, ("indentation", "normal_force"), "d [nm], F [uN]")
-    return {"indentation": found["indentation"], "force": found["normal_force"]}
+    found = _read(
+        file,
+        {**_CURVE, **_CURVE_ERRORS},
+        ("indentation", "normal_force"),
+        "d [nm], F [uN]",
+        tuple(_CURVE_ERRORS),
+    )
+    depth, force = found["indentation"], found["normal_force"]
+    if not any(name in found for name in _CURVE_ERRORS):
+        return {"indentation": depth, "force": force}
+    errors = (found.get(name, np.zeros(depth.shape)) for name in _CURVE_ERRORS)
+    return {"indentation": depth, "force": force, "error": error_of_force(depth, force, *errors)}
 
 
 def read_record(file: str | os.PathLike[str]) -> xr.Dataset:
@@ -321,7 +337,8 @@ def read_curve(file: str | os.PathLike[str], *, spring_constant: QuantityLike | 
 
 def read_force_columns(file: str | os.PathLike[str], *, missing: bool) -> dict[str, FloatArray]:
     """The columns of a force curve in SI units; entries that are no numbers are nan where `missing`, and refused otherwise."""
-    return _read(file, _RECORD, ("normal_force",), "time [s], load [mN], travel [um]", missing)
+    names = tuple(_RECORD) if missing else ()
+    return _read(file, _RECORD, ("normal_force",), "time [s], load [mN], travel [um]", names)
 
 
 def curve_of_columns(
@@ -362,7 +379,11 @@ def _chosen(file: object, channels: Sequence[str], found: Mapping[str, FloatArra
 
 
 def _read(
-    file: str | os.PathLike[str], names: Names, needed: Sequence[str], example: str, missing: bool = False
+    file: str | os.PathLike[str],
+    names: Names,
+    needed: Sequence[str],
+    example: str,
+    missing: Sequence[str] = (),
 ) -> dict[str, FloatArray]:
     source = named_file(file, "read")
     lines = (
@@ -460,6 +481,8 @@ def _title(title: str) -> tuple[str, str | None]:
 
 
 def _si_unit(quantity: str) -> str:
+    if quantity in _CURVE_ERRORS:
+        return ""
     if quantity in _RHEOMETRY and quantity not in QUANTITIES:
         return {"frequency": "Hz", "loss_tangent": ""}.get(quantity, "Pa")
     return QUANTITIES[quantity].unit if quantity in QUANTITIES else "m"
@@ -492,9 +515,9 @@ def _numbers(
     chosen: Mapping[str, int],
     width: int,
     separator: str,
-    missing: bool,
+    missing: Sequence[str],
 ) -> FloatArray:
-    """The chosen columns; the first row that is not numbers is named, unless entries may be missing."""
+    """The chosen columns; the first row that is not numbers is named, unless its column may miss entries."""
     if all(row.count(separator) == width - 1 for row in rows):
         try:
             with warnings.catch_warnings():
@@ -523,7 +546,7 @@ def _numbers(
         for k, (quantity, i) in enumerate(chosen.items()):
             told = f"{source}, line {line + 1}: {quantity} = {cells[i].strip()[:40]!r}"
             if cells[i].strip().lower().lstrip("+-") in ("nan", "inf", "infinity", ""):
-                if missing:
+                if quantity in missing:
                     into[k] = np.nan
                     continue
                 raise CaseError(f"{told}; every entry must be a finite number: delete rows without data")
@@ -572,7 +595,8 @@ def read_force_curve(
     ----------
     file : path
         With the columns d (or depth, indentation, displacement) and F (or force, load), each with its unit:
-        ``d [nm], F [uN]``; the approach alone, with depths that rise.
+        ``d [nm], F [uN]``; the approach alone, with depths that rise. Relative errors of the forces may stand in a column
+        ``error``; those that ``to_csv`` writes, ``normal_force_error`` and ``indentation_error``, are read back.
     modulus, contact_point : quantity
         As for :class:`pymdr.ForceCurve`.
 

@@ -372,8 +372,10 @@ def _even(source: Path, name: str, values: FloatArray) -> tuple[np.ndarray, int,
 def _opened(source: Path, content: bytes) -> Any:
     """The reader of the package that takes the content."""
     try:
-        import SurfaceTopography
-        from SurfaceTopography.IO import MagicMatch, readers
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # it says that there is no MPI
+            import SurfaceTopography
+            from SurfaceTopography.IO import MagicMatch, readers
     except ImportError as error:
         raise MissingExtraError(
             f"{source.name} needs SurfaceTopography, which cannot be imported ({error}): pip install 'pymdr[topography]'; texts of heights "

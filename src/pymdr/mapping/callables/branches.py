@@ -16,6 +16,8 @@ from pymdr.units import FloatArray
 SIDE_DEGREE, _PARTED_DEGREE = 10, 6
 _NEAR = 0.7 ** np.arange(2.0, 62.0)
 _NEAR_POINTS, _HALVINGS = 96, 8
+_SLIGHT = 1e-2
+"""Amplitude at a kink, in parts of the largest one past it, below which the kink may be of a higher order."""
 _LIKE_A_KINK = 0.02
 """By how much a fitted order may differ from 1 at a kink."""
 
@@ -46,14 +48,22 @@ class Model:
     """Whether the order is sought too."""
     mirrored: bool
 
-    def solved(self) -> tuple[float, float] | None:
-        """B and order by Gauss and Newton; None if b leaves the stretch or more than rounding is left."""
+    def solved(self) -> tuple[float, float, bool] | None:
+        """
+        B and order by Gauss and Newton, and whether a higher order may do; None if b leaves the stretch or the model fails.
+
+        It fails where it leaves more than rounding. Beside a kink of higher order there is always a place where one of a lower
+        order with hardly an amplitude leaves no more.
+        """
         fitted = self._fitted()
         if fitted is None or not self._meets(fitted):
             return None
+        series = fitted.solution[SIDE_DEGREE + 1 :]
+        amplitude = np.abs(chebyshev.chebval(np.linspace(-1.0, 1.0, 33), series))
+        slight = bool(amplitude[0] < _SLIGHT * amplitude.max())
         if abs(fitted.order - 1.0) < _LIKE_A_KINK:
-            return self._polished(fitted.b), 1.0
-        return fitted.b, fitted.order
+            return self._polished(fitted.b), 1.0, slight
+        return fitted.b, fitted.order, slight
 
     def _polished(self, b: float) -> float:
         """A kink over ever shorter stretches, until no less is left: what is tolerated may be many roundings."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import pairwise
@@ -14,6 +14,7 @@ from numpy.polynomial import chebyshev
 from pymdr.errors import ProblemError
 from pymdr.mapping.callables.branches import SIDE_DEGREE, Model
 from pymdr.mapping.callables.noise import EPS, Curve, orthonormal, scatter
+from pymdr.mapping.callables.steps import step_refused
 from pymdr.units import FloatArray, metres
 
 MOST_KINKS = 32
@@ -27,6 +28,8 @@ _SHARP = 1e-8
 """Relative length of what is a kink to any panel, even if a closer look would resolve it."""
 _BESIDE = 1e-6
 """How far from a kink, in parts of its radius, a curve is told from 0."""
+_NAMED = 1e-3
+"""How far from a breakpoint, in parts of it, a kink may lie that is meant by it."""
 _WIDEST = 24.0
 """Length of the stretch on each side of a kink, in lengths of the panel that holds it."""
 _SIDE_POINTS, _INSIDE_POINTS = 40, 48
@@ -106,6 +109,64 @@ def find_kinks(
     return [_begun(curve, radius, before) for before, radius in pairwise([low, *found])]
 
 
+def polished(curve: Curve, breakpoints: Sequence[float], reach: float) -> tuple[float, ...]:
+    """
+    Named breakpoints, and in place of those that the curve is not smooth beside, the kinks that are there.
+
+    Parameters
+    ----------
+    curve : callable
+        F' or f, taking and giving arrays.
+    breakpoints : sequence of float
+        Rising radii in m.
+    reach : float
+        Largest radius in m.
+
+    Returns
+    -------
+    tuple of float
+        Rising radii in m. What is no simple kink is left where it was named.
+
+    Examples
+    --------
+    >>> polished(lambda r: np.where(r > 0.3, 1.0, 0.1), [0.3 - 1e-7], 1.0)
+    (0.3,)
+    """
+    answer: list[float] = []
+    marks = [0.0, *breakpoints, 2.0 * reach]
+    for before, b, after in zip(marks, marks[1:], marks[2:], strict=False):
+        low, high = (
+            max(b * (1.0 - _NAMED), 0.5 * (before + b)),
+            min(b * (1.0 + _NAMED), 0.5 * (b + after), reach),
+        )
+        try:
+            with np.errstate(all="ignore"):
+                noise = float(np.max(scatter(curve, np.array([low]), stairs=False)))
+            found = (
+                [] if _smooth_between(curve, [low, b, high], noise) else find_kinks(curve, low, high, noise)
+            )
+            # the one that was named may be one of several
+            others = sorted(found, key=lambda kink: abs(kink - b))[1:]
+            for kinks in (sorted([b, *others]), found):
+                if found and _smooth_between(curve, [low, *kinks, high], noise):
+                    answer += kinks
+                    break
+            else:
+                answer.append(b)
+        except ProblemError:
+            # where it is not defined, or is more than kinks
+            answer.append(b)
+    return tuple(sorted(set(answer)))
+
+
+def _smooth_between(curve: Curve, marks: list[float], noise: float) -> bool:
+    """Whether a curve is smooth between radii, a few roundings from them."""
+    inner = 8.0 * EPS * np.array(marks)
+    low, high = np.array(marks[:-1]) + inner[:-1], np.array(marks[1:]) - inner[1:]
+    wide = high > low
+    return not (wide.any() and _unresolved(curve, low[wide], high[wide], noise).any())
+
+
 def _begun(curve: Curve, radius: float, before: float) -> float:
     """The last float at which a curve that is 0 before a radius is 0; the radius itself where it is not, or begins before."""
     low, high = radius * (1.0 - _BESIDE), radius * (1.0 + _BESIDE)
@@ -141,7 +202,8 @@ def _searched(curve: Curve, low: float, high: float, noise: float, of: str) -> l
             width = cluster.high - cluster.low
             if kink is not None:
                 if kink[1] == 0.0 and of == "value":
-                    _refuse_step(curve, kink[0])
+                    before, after = curve(np.array([kink[0], np.nextafter(kink[0], math.inf)]))
+                    raise step_refused(kink[0], float(after - before))
                 found.append(kink[0])
             elif width <= 64.0 * EPS * cluster.high:
                 if low < cluster.low < cluster.high < high:
@@ -181,14 +243,6 @@ def _too_many(place: _Interval, of: str) -> ProblemError:
         f"{what} is not smooth at more than {MOST_KINKS} radii between {metres(place.free_low)} and "
         f"{metres(place.free_high)}, one a kink near r = {metres(place.low)}: name the kinks as breakpoints, "
         f"Function(..., breakpoints=[{place.low:.6g}, ...]), or smooth the noise"
-    )
-
-
-def _refuse_step(curve: Curve, radius: float) -> None:
-    before, after = curve(np.array([radius, np.nextafter(radius, math.inf)]))
-    raise ProblemError(
-        f"the profile jumps by {metres(float(after - before))} at r = {metres(radius)}: a step is not a disk contact; "
-        "use FlatPunch for a sharp edge"
     )
 
 
@@ -311,13 +365,18 @@ def _located(curve: Curve, place: _Interval, noise: float, free: bool) -> tuple[
     jump = _jump(curve, place, left, right, noise)
     if jump is not None:
         return jump, 0.0
+    best: tuple[float, float] | None = None
     for model in _models(curve, place, left, right, noise):
-        if model.free and not free:
+        if model.free and (best is not None or not free):
             break
+        if best is not None and model.order <= best[1]:
+            continue
         found = model.solved()
         if found is not None:
-            return found
-    return None
+            best = found[:2]
+            if not found[2]:
+                break
+    return best
 
 
 def _jump(curve: Curve, place: _Interval, left: _Side, right: _Side, noise: float) -> float | None:

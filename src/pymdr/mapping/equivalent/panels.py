@@ -57,6 +57,8 @@ _SAVED = 2.0**-60
 _TRUSTED = 10.0
 """How many times its error a value is off at most."""
 _WIDER = 2.0**0.25
+_FIRST_STEP, _STEP_GROWTH = 1e-9, 64.0
+"""The shortest step outward, in parts of what is mapped, and how it grows from step to step."""
 _SEARCHED = 2.0**10
 """How far, in contact radii, a profile without a reach is searched for another contact."""
 
@@ -467,7 +469,7 @@ class PanelLine(EquivalentProfile):
                 self.map_to(radius, _INWARD * radius)
             image = self._image
             assert image is not None
-            begun = self.front
+            begun, step = self.front, _FIRST_STEP
             while float(np.max(self._at_ends(image, which))) < target:
                 if self.front >= self._end * (1.0 - 1e-15):
                     break
@@ -477,7 +479,9 @@ class PanelLine(EquivalentProfile):
                 told = ends[best] > 1e-6 * target
                 if self.front > (_FALLEN * float(image.panels.stop[best]) if told else _HOLLOW * begun):
                     raise never_rises(self.front)
-                image = self.map_to(self._next_radius(target, which))
+                # rough images of parts that cancel are far too high: short steps grow
+                image = self.map_to(max(self._next_radius(target, which), (1.0 + step) * self.front))
+                step = min(_STEP_GROWTH * step, _WIDER - 1.0)
             ends = self._at_ends(image, which)
             first = int(np.argmax(np.maximum.accumulate(ends) >= least))
             inner = float(image.panels.start[first])
@@ -533,8 +537,7 @@ class PanelLine(EquivalentProfile):
         slope = self._resolved.slopes
         assert slope is not None
         radii = np.append(slope.panels.start[-96::2], self.front)
-        here = self._search.up(radii, lambda x, g, m: (g if which == "g" else m) > _ROUGH * target)
-        return max(here, self.front * (1.0 + 1e-9))
+        return self._search.up(radii, lambda x, g, m: (g if which == "g" else m) > _ROUGH * target)
 
     def rough_radius(self, reached: Callable[[float, float], bool]) -> float:
         """A radius x in m near which ``reached(x, g(x))`` becomes true, going outward."""

@@ -36,7 +36,7 @@ class Search:
     Parameters
     ----------
     slope : callable
-        About |f'| at radii in m.
+        About f' at radii in m.
     end : float
         Radius in m beyond which there is nothing.
     exponent : float
@@ -64,7 +64,7 @@ class Search:
 
     def _slopes(self, r: FloatArray) -> FloatArray:
         with np.errstate(all="ignore"):
-            return self.slope(r)
+            return np.abs(self.slope(r))
 
     def up(self, radii: FloatArray, reached: Reached) -> float:
         """Go up from some radii in m while a rough image is not there yet: by quarter octaves where it may be soon."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 
 import numpy as np
 
@@ -12,6 +13,8 @@ from pymdr.units import FloatArray, metres, shown
 
 TRENDS = ("mean", "plane", "sphere", "curvature")
 REMEDIES = ("interpolate", "crop")
+_FILLED = "filled by interpolation"
+_COUNTED = re.compile(rf"(\d+) of (\d+) heights were missing .*{_FILLED}")
 
 
 def detrend(topography: Topography, trend: str) -> Topography:
@@ -162,8 +165,31 @@ def fill_missing(topography: Topography, remedy: str) -> Topography:
     return Topography(
         _continued(topography.heights, topography.spacing),
         topography.size,
-        (*topography.steps, f"{told}, filled by interpolation"),
+        (*topography.steps, f"{told}, {_FILLED}"),
     )
+
+
+def interpolated_share(topography: Topography) -> float:
+    """
+    The share of the heights that :func:`fill_missing` has interpolated, as its step says.
+
+    Parameters
+    ----------
+    topography : Topography
+
+    Returns
+    -------
+    float
+
+    Examples
+    --------
+    >>> heights = np.add.outer(np.arange(5.0), np.arange(4.0))
+    >>> heights[2, 1] = np.nan
+    >>> interpolated_share(fill_missing(Topography(heights, 1.0), "interpolate"))
+    0.05
+    """
+    counted = (_COUNTED.fullmatch(step) for step in topography.steps)
+    return sum(int(found[1]) / int(found[2]) for found in counted if found)
 
 
 def _continued(heights: FloatArray, spacing: FloatArray) -> FloatArray:

@@ -37,6 +37,8 @@ class MeanProfile(NamedTuple):
     """f in m, from 0 at the apex."""
     scatter: FloatArray
     """Standard deviation in m of heights about the mean at each radius."""
+    below_summit: float
+    """How far in m its apex lies below the highest height within its last radius."""
     curvatures: tuple[float, float]
     """Principal curvatures of the cap in 1/m, above 0 for a summit, the larger first."""
 
@@ -171,7 +173,8 @@ def _rings(
     off = heights - np.interp(r, np.append(radius, radius[-1] + wide), np.append(mean, beyond))
     square = (np.bincount(ring, off**2) / np.maximum(count - 1, 1))[ring_kept]
     scatter = np.sqrt(np.append(float(np.mean(off[few] ** 2)), square))
-    return MeanProfile(middle, radius, tip - mean, scatter, bends)
+    below = float(heights.max()) - tip
+    return MeanProfile(middle, radius, tip - mean, scatter, below, bends)
 
 
 def _tip(r: FloatArray, heights: FloatArray) -> float:

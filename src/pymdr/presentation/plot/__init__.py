@@ -18,11 +18,13 @@ from pymdr.presentation.plot.memory import memory_figures, memory_overview
 from pymdr.presentation.plot.press import pressed_surface
 from pymdr.presentation.plot.rough import calibration_study, rough_study
 from pymdr.presentation.plot.shapes import ShapeData, shape_figures, shape_overview
-from pymdr.presentation.plot.shared import FigureData, LayersDrawn, Plots
+from pymdr.presentation.plot.shared import FigureData, LayersDrawn, Plots, with_unmet
 from pymdr.presentation.plot.studies import (
     compared_laws,
     impact_figure,
     loop_study,
+    pull_off_figure,
+    restitution_study,
     rolling_study,
     sliding_study,
 )
@@ -62,6 +64,8 @@ __all__ = [
     "normal_figures",
     "normal_overview",
     "pressed_surface",
+    "pull_off_figure",
+    "restitution_study",
     "rolling_study",
     "rough_study",
     "shape_figures",
@@ -71,4 +75,5 @@ __all__ = [
     "sweep_curves",
     "thickness_study",
     "weighed_laws",
+    "with_unmet",
 ]

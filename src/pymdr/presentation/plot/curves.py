@@ -72,13 +72,11 @@ def draw_curve(axes: Axes, data: FigureData, name: str) -> None:
     shown = np.concatenate([drawn, bound]) if is_force and bound is not None else drawn
     x_unit, y_unit = good_unit(d, "m"), good_unit(shown, QUANTITIES[name].unit)
     unit = QUANTITIES[name].unit
-    # a disk that was never refused began at the origin
-    whole = bool(np.isfinite(drawn).all())
-    lead = [0.0] if d[0] > 0.0 and whole else []
-    x = from_si(np.concatenate([lead, d]), "m", x_unit)
+    known = np.isfinite(d) & np.isfinite(drawn)
+    x = from_si(d, "m", x_unit)
 
     def scaled(column: FloatArray) -> FloatArray:
-        return np.asarray(from_si(np.concatenate([lead, column]), unit, y_unit))
+        return np.asarray(from_si(column, unit, y_unit))
 
     few = "o" if d.size <= MARKED_ROWS else None
 
@@ -90,13 +88,13 @@ def draw_curve(axes: Axes, data: FigureData, name: str) -> None:
     if is_force and bound is not None and not np.isfinite(drawn).all():
         words = "rigorous lower bound" + ("" if np.isfinite(drawn).any() else ":\nnot a disk contact")
         axes.plot(x, scaled(bound), color=ORANGE, ls="--", lw=1.2, marker=few, ms=2.5, label=words)
-    if whole and data.loading is not None:
-        depth = max(float(d.max()), 0.0) * np.linspace(0.0, 1.0, 301) ** 2
+    if known.any() and data.loading is not None:
+        depth = max(float(d[known].max()), 0.0) * np.linspace(0.0, 1.0, 301) ** 2
         between = from_si(data.loading(depth)[name], unit, y_unit)
         axes.plot(from_si(depth, "m", x_unit), between, color=BLUE, lw=1.5)
         if few:
             axes.plot(from_si(d, "m", x_unit), from_si(drawn, unit, y_unit), "o", color=BLUE, ms=2.5)
-    elif np.isfinite(drawn).any():
+    elif known.any():
         axes.plot(*as_seen(x, scaled(drawn)), color=BLUE, lw=1.5, marker=few, ms=2.5)
     if data.row >= 0 and values is not None:
         at = from_si(d[data.row], "m", x_unit), from_si(values[data.row], unit, y_unit)
@@ -120,13 +118,22 @@ def draw_pressure(axes: Axes, data: FigureData) -> None:
     limit_peaks(axes, shown)
     a = float(data.data["contact_radius"].values[data.row])
     sign = edge_sign(p, a)
-    for radius, infinite in ((a, sign != 0.0), (0.0, math.isinf(values[0]))):
+    at_axis = math.inf if values[0] > 0.0 and _is_sharp(data, a) else float(values[0])
+    for radius, infinite in ((a, sign != 0.0), (0.0, math.isinf(at_axis))):
         if infinite:
             axes.axvline(from_si(radius, "m", r_unit), color=ORANGE, lw=0.9, ls="--")
-    words = singularities(float(p["edge_amplitude"]), sign, float(values[0]))
+    words = singularities(float(p["edge_amplitude"]), sign, at_axis)
     axes.text(0.97, 0.95, words, ha="right", va="top", transform=axes.transAxes, fontsize=8)
     axes.set_xlabel(f"{RADIUS.label} ({r_unit})")
     axes.set_ylabel(axis_label("pressure", unit))
+
+
+def _is_sharp(data: FigureData, a: float) -> bool:
+    """Whether the profile has a slope at its tip, where the pressure is infinite, though elements of a finite size have none."""
+    r = a * np.array([0.0, 1e-9, 1e-6])
+    tip, *heights = data.gap(r)
+    near, far = (heights - tip) / r[1:]
+    return bool(near > 0.0 and abs(near - far) < 1e-3 * near)
 
 
 def draw_displacement(axes: Axes, data: FigureData) -> None:

@@ -169,13 +169,14 @@ def _draw_forces(axes: Axes, data: FigureData) -> None:
             ls="--",
             label=words,
         )
-    axes.plot(
-        lengths(np.append(0.0, d), x_unit),
-        scaled(np.append(0.0, force), "normal_force", y_unit),
-        color=BLUE,
-        lw=1.6,
-        label="layers",
-    )
+    if data.loading is None:
+        axes.plot(
+            lengths(d, x_unit), scaled(force, "normal_force", y_unit), color=BLUE, lw=1.6, label="layers"
+        )
+    else:
+        depth = max(float(np.max(d[np.isfinite(d * force)])), 0.0) * np.linspace(0.0, 1.0, 301) ** 2
+        load = scaled(data.loading(depth)["normal_force"], "normal_force", y_unit)
+        axes.plot(lengths(depth, x_unit), load, color=BLUE, lw=1.6, label="layers")
     low, high = (float(scaled(np.array(f(force)), "normal_force", y_unit)) for f in (np.nanmin, np.nanmax))
     axes.set_ylim(min(1.1 * low, 0.0), 1.25 * max(high, 0.0) or None)
     axes.set_xlabel(axis_label("indentation", x_unit))

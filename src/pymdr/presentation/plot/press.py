@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -24,7 +25,13 @@ if TYPE_CHECKING:
     from matplotlib.image import AxesImage
 
 
-def pressed_surface(data: xr.Dataset, heights: FloatArray, pressure: xr.DataArray | None) -> Figure:
+_LINE = 80
+"""Characters of a text in the place of a figure."""
+
+
+def pressed_surface(
+    data: xr.Dataset, heights: FloatArray, pressure: xr.DataArray | None, words: str
+) -> Figure:
     """
     Contact and pressures of one load, and the curves of all.
 
@@ -35,7 +42,9 @@ def pressed_surface(data: xr.Dataset, heights: FloatArray, pressure: xr.DataArra
     heights : ndarray
         In m, (nx, ny).
     pressure : xarray.DataArray or None
-        In Pa over ``x`` and ``y`` in m; None where it is not valid.
+        In Pa over ``x`` and ``y`` in m; None where it is not valid at any load.
+    words : str
+        Which load is drawn, or why none is.
 
     Returns
     -------
@@ -45,18 +54,19 @@ def pressed_surface(data: xr.Dataset, heights: FloatArray, pressure: xr.DataArra
         figure = new_figure(9.6, 7.6)
         (first, second), (third, fourth) = figure.subplots(2, 2)
         if pressure is None:
-            for axes in (first, second):
-                axes.text(0.5, 0.5, "not valid at this load", ha="center", transform=axes.transAxes)
+            for axes in (first, second, third, fourth):
                 axes.set_axis_off()
-        else:
-            _draw_contact(first, heights, pressure)
-            unit = good_unit(pressure.values, "Pa")
-            image = _map(second, np.asarray(from_si(pressure.values, "Pa", unit)), pressure, "viridis")
+            figure.text(0.5, 0.5, textwrap.fill(words, _LINE), ha="center", va="center")
+            return figure
+        _draw_contact(first, heights, pressure)
+        unit = good_unit(pressure.values, "Pa")
+        image = _map(second, np.asarray(from_si(pressure.values, "Pa", unit)), pressure, "viridis")
+        for axes in (first, second):
+            axes.set_title(words)
         _draw_curve(third, data, "indentation", "normal_force")
         _draw_curve(fourth, data, "normal_force", "normal_stiffness")
         letter_panels(figure)
-        if pressure is not None:
-            figure.colorbar(image, ax=second, label=f"pressure $p$ ({unit})")
+        figure.colorbar(image, ax=second, label=f"pressure $p$ ({unit})")
     return figure
 
 

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
+from textwrap import fill
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pymdr.interpretation.jumps import Branches
+from pymdr.interpretation.validity import Assumption
 from pymdr.quantities import QUANTITIES, RADIUS
 from pymdr.units import FloatArray, from_si, good_unit, written
 
@@ -29,6 +31,8 @@ MARKED_ROWS = 40
 """Up to so many rows are marked by points."""
 _GRIDS = (2000, 1000, 500, 250)
 """Cells across a picture; the last are no larger than its pixels."""
+_UNMET = 100
+"""Characters of a line below a figure."""
 _STYLE: Any = {"axes.spines.top": False, "axes.spines.right": False, "font.size": 9, "legend.frameon": False}
 
 
@@ -317,6 +321,14 @@ def say_refused(axes: Axes, data: FigureData) -> None:
         bound = written(float(data.data["force_lower_bound"].values[-1]), "N")
         words += f"\nThe force is at least {bound}\n(rigorous lower bound)."
     say(axes, words)
+
+
+def with_unmet(figure: Figure, assumptions: Iterable[Assumption]) -> Figure:
+    """A figure below which the conditions of the model stand that are not met."""
+    lines = [f"not met: {a.words} is {a.measure:.3g} (limit {a.limit:g})" for a in assumptions if not a.met]
+    if lines:
+        figure.supxlabel("\n".join(fill(line, _UNMET) for line in lines), fontsize=8, color=ORANGE)
+    return figure
 
 
 def draw_zero(axes: Axes) -> None:

@@ -130,13 +130,55 @@ def impact_figure(data: xr.Dataset, friction: float | None) -> Figure:
             radius = first.twinx()
             radius.plot(shown["time"], shown["contact_radius"], color=ORANGE, lw=1.2, ls="--")
             radius.set_ylabel(axis_label("contact_radius", units["contact_radius"]), color=ORANGE)
-            radius.set_ylim(bottom=0.0)
+            # both scales have their zero at one height
+            low, high = first.get_ylim()
+            top = 1.05 * float(np.nanmax(shown["contact_radius"], initial=0.0)) or 1.0
+            if low < 0.0 < high:
+                radius.set_ylim(top * low / high, top)
+            else:
+                first.set_ylim(bottom=0.0)
+                radius.set_ylim(0.0, top)
         second.plot(shown["indentation"], shown["normal_force"], color=BLUE, lw=1.5)
         second.set_xlabel(axis_label("indentation", units["indentation"]))
         second.set_ylabel(axis_label("normal_force", units["normal_force"]))
         draw_zero(second)
         if sideways:
             _draw_sideways(panels[2], data, shown["time"], units["time"], friction)
+        letter_panels(figure)
+    return figure
+
+
+def restitution_study(data: xr.Dataset) -> Figure:
+    """
+    Coefficient of restitution and contact time against the speed.
+
+    Parameters
+    ----------
+    data : xarray.Dataset
+        ``restitution`` and ``contact_time`` (s; inf of bodies that stick) over ``speed`` (m/s).
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    with styled():
+        figure = new_figure(8.4, 3.4)
+        ordered = data.sortby("speed")
+        v_unit = good_unit(ordered["speed"].values, "m/s")
+        v = np.asarray(from_si(ordered["speed"].values, "m/s", v_unit))
+        time = np.where(np.isfinite(ordered["contact_time"].values), ordered["contact_time"].values, np.nan)
+        unit = good_unit(time, "s")
+        few = "o" if v.size <= MARKED_ROWS else None
+        shown = (
+            (ordered["restitution"].values, "coefficient of restitution $e$"),
+            (np.asarray(from_si(time, "s", unit)), f"contact time $T$ ({unit})"),
+        )
+        for axes, (values, words) in zip(figure.subplots(1, 2), shown, strict=True):
+            axes.plot(v, values, color=BLUE, lw=1.5, marker=few, ms=3)
+            axes.set_xscale("log" if v.size > 1 else "linear")
+            axes.set_xlabel(f"speed $v$ ({v_unit})")
+            axes.set_ylabel(words)
+            axes.set_ylim(bottom=0.0)
         letter_panels(figure)
     return figure
 
@@ -159,6 +201,49 @@ def _draw_sideways(
     axes.set_ylabel(axis_label("tangential_force", unit))
     draw_zero(axes)
     legend_above(axes)
+
+
+def pull_off_figure(curve: Mapping[str, FloatArray], data: xr.Dataset) -> Figure:
+    """
+    Force against indentation of all equilibria, with the state that is lost and the one into which the contact jumps.
+
+    Parameters
+    ----------
+    curve : mapping of str to ndarray
+        ``indentation`` (m) and ``normal_force`` (N) of all equilibria.
+    data : xarray.Dataset
+        The numbers of a pull-off.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    with styled():
+        figure = new_figure(5.4, 4.0)
+        axes = figure.subplots()
+        d_unit, unit = (
+            good_unit(curve[name], QUANTITIES[name].unit) for name in ("indentation", "normal_force")
+        )
+        axes.plot(
+            lengths(curve["indentation"], d_unit),
+            scaled(curve["normal_force"], "normal_force", unit),
+            color=BLUE,
+            lw=1.3,
+            label="equilibria",
+        )
+        for words, colour, names in (
+            ("last stable state", ORANGE, ("indentation", "normal_force")),
+            ("after the jump into contact", GREEN, ("jump_in_indentation", "jump_in_force")),
+        ):
+            d, force = (data[name].values for name in names)
+            axes.plot(
+                lengths(d, d_unit), scaled(force, "normal_force", unit), "o", ms=5, color=colour, label=words
+            )
+        axes.set_xlabel(axis_label("indentation", d_unit))
+        axes.set_ylabel(axis_label("normal_force", unit))
+        draw_zero(axes)
+        legend_above(axes)
+    return figure
 
 
 def compared_laws(
@@ -361,11 +446,15 @@ def sliding_study(data: xr.Dataset) -> Figure:
         friction = ordered["friction_coefficient"].values
         left.loglog(v, friction, color=BLUE, lw=1.5, marker=few, ms=3, label="springs of the method")
         for name, words, colour in (
-            ("slow_limit", "slow limit, half of the springs'", ORANGE),
-            ("fast_limit", "fast limit", GREEN),
+            ("slow_limit_over_speed", "slow limit, half of the springs'", ORANGE),
+            ("fast_limit_times_speed", "fast limit", GREEN),
         ):
-            if name in ordered:
-                left.loglog(v, ordered[name].values, color=colour, lw=1.2, ls="--", label=words)
+            if name in data.attrs:
+                speed = ordered["speed"].values
+                along = data.attrs[name] * (speed if name.endswith("over_speed") else 1.0 / speed)
+                left.loglog(v, along, color=colour, lw=1.2, ls="--", label=words)
+        if "fast_limit" in ordered and "fast_limit_times_speed" not in data.attrs:
+            left.loglog(v, ordered["fast_limit"].values, color=GREEN, lw=1.2, ls="--", label="fast limit")
         # limits lie far beyond where they do not hold
         left.set_ylim(0.3 * float(friction.min()), 4.0 * float(friction.max()))
         left.set_ylabel("coefficient of friction $F_x/F_N$")

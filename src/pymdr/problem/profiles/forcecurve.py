@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import ClassVar, NoReturn
 
@@ -12,12 +13,32 @@ from numpy.typing import ArrayLike
 from pymdr.errors import ProblemError
 from pymdr.problem.profiles.base import Profile
 from pymdr.problem.profiles.curves import noise_of
-from pymdr.problem.values import ArrayField, OptionalSIField, SIField
-from pymdr.units import metres, newtons
+from pymdr.problem.values import ArrayField, OptionalArrayField, OptionalSIField, SIField
+from pymdr.units import ArrayQuantityLike, FloatArray, metres, newtons, shown, to_si_array, written
 
 FEWEST_POINTS = 5
 _FALLS_BY = 0.02
 """Of the largest force, what it may always fall by."""
+
+
+class ErrorField(OptionalArrayField):
+    """A field of relative errors, one number for all points or one for each; nan where an error is not known."""
+
+    def read(self, values: ArrayQuantityLike) -> FloatArray:
+        """Convert to a read-only array of one dimension."""
+        name = f"{self.owner}.{self.name}"
+        if isinstance(values, int | float | list | tuple):
+            with suppress(ValueError, TypeError):
+                values = np.asarray(values, dtype=float)
+        errors = np.atleast_1d(to_si_array(values, "", name=name, missing=True))
+        errors.flags.writeable = False
+        if errors.ndim != 1:
+            raise ProblemError(f"{name} = {shown(values)}: one number is needed, or one row of them")
+        if np.any(errors < 0.0):
+            raise ProblemError(
+                f"{name}: {written(float(np.nanmin(errors)), '')} is below 0; give sizes of errors"
+            )
+        return errors
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,12 +62,16 @@ class ForceCurve(Profile):
     contact_point : quantity, optional
         Depth in m at which the bodies first touch, from which indentations are counted. Unless given, it is 0 where no
         depth is below 0, and is found otherwise.
+    error : float or array_like, optional
+        Relative errors of the forces at their depths, of the measurement or the solution that gave them: one number, or one for
+        each point, nan where it is not known. All that follows from the curve carries them. Unless given, only the scatter of
+        the points is known. The ``force_curve()`` of results gives them.
 
     Raises
     ------
     ProblemError
         If there are too few points, the lengths differ, the depths do not rise, no force is above 0, the force falls by
-        more than its noise, or fewer than 5 points are beyond the contact point.
+        more than its noise, fewer than 5 points are beyond the contact point, or an error is below 0.
     UnitError
         If an entry is not a finite number.
 
@@ -69,6 +94,7 @@ class ForceCurve(Profile):
     force: ArrayField = ArrayField("N", words="normal force at the depths")
     modulus: SIField = SIField("Pa", words="E* of the bodies whose curve it is", above=0.0)
     contact_point: OptionalSIField = OptionalSIField("m", words="depth of the first touch")
+    error: ErrorField = ErrorField("", words="relative errors of the forces; nan where not known")
 
     def __post_init__(self) -> None:
         d, force = self.indentation, self.force
@@ -78,6 +104,12 @@ class ForceCurve(Profile):
             raise ProblemError(
                 f"ForceCurve: {force.size} forces for {d.size} depths; give one for each depth"
             )
+        if self.error is not None:
+            if self.error.size not in (1, d.size):
+                raise ProblemError(
+                    f"ForceCurve: {self.error.size} errors for {d.size} points; give one for each point, or one for all"
+                )
+            object.__setattr__(self, "error", np.broadcast_to(self.error, d.shape))
         stays = np.flatnonzero(np.diff(d) <= 0.0)
         if stays.size:
             i = int(stays[0]) + 1

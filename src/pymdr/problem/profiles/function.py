@@ -29,7 +29,8 @@ class Function(Profile):
     f : callable, optional
         Gap in m, taking and giving arrays. An offset f(0) is removed when the profile is mapped.
     breakpoints : array_like or quantity
-        Radii in m, above 0, at which f' jumps or is not smooth.
+        Radii in m, above 0, at which f' jumps or is not smooth. One that lies within 1e-3 of a kink is moved to it; a
+        step of f is refused, there and on the axis.
     derivative : callable, optional
         f'(r), taking and giving arrays. With it the map is exact to 1e-13, with f alone to 1e-12.
     reach : quantity

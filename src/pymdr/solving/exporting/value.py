@@ -5,14 +5,13 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 import xarray as xr
 
 from pymdr.errors import FileError
 from pymdr.interpretation.validity import SOURCES
-from pymdr.mapping.portable import portable
 from pymdr.presentation.header import HeaderData, c_header
 from pymdr.problem.contact import Contact
 from pymdr.quantities import quantity
@@ -122,9 +121,6 @@ class ContactLaw(Study):
     }
     told: ClassVar[tuple[str, ...]] = ("normal_force",)
     """Force, stiffness and radius are claimed alike."""
-
-    def __getstate__(self) -> dict[str, Any]:
-        return {**self.__dict__, "contact": portable(self.contact, float(self.data["contact_radius"].max()))}
 
     @property
     def range(self) -> tuple[float, float]:
@@ -313,7 +309,7 @@ class ContactLaw(Study):
         text = self.c_header(target.stem if name is None else name)
         write_whole(file, lambda beside: beside.write_text(text, encoding="ascii"))
 
-    def plot(self) -> Figure:
+    def _figure(self) -> Figure:
         """The law, and its errors against :func:`pymdr.solve` at depths between the knots."""
         from pymdr.presentation.plot import law_study
 

@@ -13,11 +13,10 @@ from pymdr.interpretation.validity import SOURCES, Assumption, Claim, Level
 from pymdr.line.friction import Sideways, evaluate, follow_collision
 from pymdr.line.impact import Along, Potential, depths_of_energy, elastic_potential, work
 from pymdr.problem.paths import indent
-from pymdr.result import labelled
 from pymdr.rows import taken
 from pymdr.solving.colliding import bounce, motion
 from pymdr.solving.impacts.asking import Asked
-from pymdr.solving.impacts.telling import QUASI_STATIC, SIDEWAYS, told
+from pymdr.solving.impacts.telling import QUASI_STATIC, SIDEWAYS, told, with_numbers
 from pymdr.solving.impacts.value import Event, Impact
 from pymdr.solving.reach import Springs, map_to_springs
 from pymdr.solving.verb import solve
@@ -99,7 +98,7 @@ def _rubbed(asked: Asked, normal: Impact, mapped: Springs, claim: Claim, mu: flo
         reason=reason,
         source=f"{claim.source}; {SOURCES['maw']}",
         where=claim.where[:1],
-        error=np.array([change + (0.0 if claim.error is None else float(np.max(claim.error)))]),
+        error=None if claim.error is None else np.array([change + float(np.max(claim.error))]),
     )
     columns = {
         "shift": slid.shift,
@@ -108,14 +107,15 @@ def _rubbed(asked: Asked, normal: Impact, mapped: Springs, claim: Claim, mu: flo
         "stick_radius": np.minimum(slid.stick_radius, normal.data["contact_radius"].values),
         "dissipated_energy": slid.slip_work,
     }
+    numbers = {
+        "energy_lost": lost,
+        "tangential_speed": asked.sideways - impulse / asked.mass,
+        "spin": asked.spin - arm * (impulse / asked.inertia),
+        "contact_point_speed": after,
+        "tangential_restitution": -after / before,
+    }
     return replace(
-        normal,
-        data=normal.data.merge(labelled(columns)),
-        energy_lost=lost,
-        tangential_speed=asked.sideways - impulse / asked.mass,
-        spin=asked.spin - arm * (impulse / asked.inertia),
-        contact_point_speed=after,
-        tangential_restitution=-after / before,
+        with_numbers(normal, numbers, columns),
         claims={**normal.claims, **dict.fromkeys((*SIDEWAYS, "energy_lost"), sideways)},
         assumptions=(*normal.assumptions, balance),
     )

@@ -18,11 +18,11 @@ from pymdr.line.rebound import Motion, energies, largest_force, motion_rows, reb
 from pymdr.problem.contact import Contact
 from pymdr.problem.materials import Elastic, Rigid
 from pymdr.problem.paths import indent
-from pymdr.result import Result, labelled
+from pymdr.result import Result
 from pymdr.solving.closure import is_curve
 from pymdr.solving.colliding import Course
 from pymdr.solving.impacts.asking import Asked
-from pymdr.solving.impacts.telling import QUASI_STATIC, told
+from pymdr.solving.impacts.telling import NOT_MEASURED, QUASI_STATIC, told, with_numbers
 from pymdr.solving.impacts.value import Event, Impact
 from pymdr.solving.memory import powers_of
 from pymdr.solving.rebounding import Ground, followed
@@ -81,20 +81,20 @@ def remembering(asked: Asked) -> Impact:
         errors[name] = float(np.max(np.abs(own - other))) / energy
     if largest is None and fine.pressure > 0.0:
         errors["largest_pressure"] = abs(coarse.pressure / fine.pressure - 1.0)
+    numbers = {
+        "restitution": motion.rebound_speed / speed,
+        "rebound_speed": motion.rebound_speed,
+        "energy_lost": lost,
+        "sticking_speed": 0.0,
+        "largest_force": largest_force(motion)[1],
+        "largest_pressure": fine.pressure if largest is None else largest,
+    }
+    energies_of_rows = {"elastic_energy": fine.stored, "dissipated_energy": fine.dissipated}
     return replace(
-        found,
-        data=found.data.merge(
-            labelled({"elastic_energy": fine.stored, "dissipated_energy": fine.dissipated})
-        ),
-        restitution=motion.rebound_speed / speed,
-        rebound_speed=motion.rebound_speed,
-        energy_lost=lost,
-        sticking_speed=0.0,
-        largest_force=largest_force(motion)[1],
-        largest_pressure=fine.pressure if largest is None else largest,
+        with_numbers(found, numbers, energies_of_rows),
         claims=_claims(found.claims, solved, errors, ground),
         assumptions=tuple(a for a in found.assumptions if a.name != "elastic similarity"),
-        notes=(*solved.notes, *_notes(ground, motion)),
+        notes=(*solved.notes, NOT_MEASURED, *_notes(ground, motion)),
     )
 
 
@@ -224,6 +224,10 @@ def _claims(
         "as the steps do",
     )
     if curve:
+        if shape.error is None:
+            found = {
+                name: replace(claim, level=Level.APPROXIMATE, error=None) for name, claim in found.items()
+            }
         return found | {name: claims[name] for name in ("largest_radius", "largest_pressure")}
     peak = found["largest_pressure"]
     found["largest_pressure"] = replace(

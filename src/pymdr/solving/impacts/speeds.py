@@ -4,33 +4,41 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import TYPE_CHECKING
+from dataclasses import replace
+from functools import partial
+from typing import NamedTuple
 
 import numpy as np
 from scipy.optimize import brentq
 
-from pymdr.errors import ProblemError
+from pymdr.errors import ProblemError, RefusedError
+from pymdr.interpretation.accuracy import with_errors
+from pymdr.interpretation.validity import SOURCES, Claim
 from pymdr.line.foundation import normal_force, states_at_depth
 from pymdr.line.impact import at_many, depths_of_energy
 from pymdr.line.rebound import Motion, largest_force, rebound
 from pymdr.problem.contact import Contact
+from pymdr.problem.materials import Elastic, Rigid
+from pymdr.problem.paths import LoadingPath, Path, indent
 from pymdr.problem.values import within_range
 from pymdr.quantities import quantity
-from pymdr.solving.colliding import collide, contact_times, stopping_depths
+from pymdr.result import Result
+from pymdr.solving.colliding import Course, collide, contact_times, stopping_depths
 from pymdr.solving.equilibria import AdhesiveLine
 from pymdr.solving.impacts.asking import above, coefficient_of
-from pymdr.solving.impacts.telling import of_shape
+from pymdr.solving.impacts.telling import NOT_MEASURED, of_shape, slow
+from pymdr.solving.impacts.value import Restitution
 from pymdr.solving.reach import map_to_springs
 from pymdr.solving.rebounding import followed, motion_at
+from pymdr.solving.verb import solve
 from pymdr.units import ArrayQuantityLike, FloatArray, QuantityLike, shown, to_si_array
 
-if TYPE_CHECKING:
-    import xarray as xr
-
+_ALONG, _ADHESIVE = 1e-12, 1e-10
+"""Of the logarithms of what an impact is known by: what a series may err between its nodes."""
 COLUMNS = ("restitution", "contact_time", "indentation", "normal_force", "contact_radius")
 
 
-def restitution(contact: Contact, *, mass: QuantityLike, speeds: ArrayQuantityLike) -> xr.Dataset:
+def restitution(contact: Contact, *, mass: QuantityLike, speeds: ArrayQuantityLike) -> Restitution:
     """
     Restitution and contact time of many normal impacts of one contact, on one curve.
 
@@ -46,10 +54,10 @@ def restitution(contact: Contact, *, mass: QuantityLike, speeds: ArrayQuantityLi
 
     Returns
     -------
-    xarray.Dataset
+    Restitution
         Over ``speed`` (m/s): restitution, contact_time (s; inf of bodies that stick), and the largest indentation (m),
-        normal_force (N) and contact_radius (m). With memory its attribute ``error`` is the largest relative error, measured
-        by halving the steps at three of the speeds, and between the nodes of the series through all of them.
+        normal_force (N) and contact_radius (m). The errors of its claims are those of the shape at the largest indentations, of
+        the series through all speeds and, with memory, of the steps, which are halved at three of the speeds.
 
     Raises
     ------
@@ -78,22 +86,80 @@ def restitution(contact: Contact, *, mass: QuantityLike, speeds: ArrayQuantityLi
     for extreme in (v.min(), v.max()):
         within_range(extreme, "m/s", "restitution: speeds", size=True)
     coefficient_of(contact, "restitution")
-    attributes = {}
-    if contact.remembers:
-        columns, attributes["error"] = _many_remembering(contact, m, v)
-    elif contact.adhesion is None:
-        columns = _many_elastic(contact, m, v)
-    else:
-        columns = _many_adhesive(contact, m, v)
+    many = _many_elastic if contact.adhesion is None else _many_adhesive
+    found = (_many_remembering if contact.remembers else many)(contact, m, v)
     variables = {
         name: ("speed", values, {"units": quantity(name).unit, "long_name": quantity(name).words})
-        for name, values in zip(COLUMNS, columns, strict=True)
+        for name, values in zip(COLUMNS, found.columns, strict=True)
     }
     speed = ("speed", v, {"units": "m/s", "long_name": "normal speed before the impact"})
-    return of_shape(contact, xr.Dataset(variables, coords={"speed": speed}, attrs=attributes))
+    claims, solved = _claims(contact, found)
+    similar = "elastic similarity" if contact.remembers else ""
+    return Restitution(
+        data=of_shape(contact, xr.Dataset(variables, coords={"speed": speed}, attrs={"mass": m})),
+        claims=claims,
+        assumptions=tuple(a for a in solved.assumptions if a.name not in (similar, "energy balance")),
+        notes=(*(solved.notes if contact.adhesion is None else ()), NOT_MEASURED),
+        contact=contact,
+    )
 
 
-def _many_elastic(contact: Contact, mass: float, speed: FloatArray) -> list[FloatArray]:
+class _Many(NamedTuple):
+    """What many impacts have in common."""
+
+    columns: list[FloatArray]
+    """By the order of COLUMNS."""
+    error: float
+    """Relative, of the series through all speeds and of the steps of the motion."""
+    source: str
+    parting: float | None = None
+    """With adhesion: the indentation in m at which the fastest parts, if it does."""
+
+
+_OWN = {"indentation": "elastic_energy", "normal_force": "normal_force", "contact_radius": "contact_radius"}
+"""The quantities of a static contact whose claims those of an impact share; others share that of the force."""
+
+
+def _claims(contact: Contact, found: _Many) -> tuple[dict[str, Claim], Result]:
+    """Those of the static contact at the largest indentation of every speed, and that result."""
+    depth = found.columns[2]
+    levels, which = np.unique(depth, return_inverse=True)
+    static = replace(contact, friction=None)
+    if contact.remembers:
+        # of the shape alone: what relaxes is in the error of the motion
+        static = Contact(contact.profile, Elastic(1.0, 0.5), Rigid())
+    path: LoadingPath = Path(indentation=levels)
+    if found.parting is not None:
+        # a little farther, where it has parted
+        path = path >> indent(found.parting - 1e-3 * (float(levels[-1]) - found.parting))
+    solved = solve(static, path)
+    rows = solved.claims["normal_force"].where
+    if not rows.all():
+        raise RefusedError(
+            f"restitution: the contact is not a disk on the way: {solved.claims['normal_force'].reason}"
+        )
+
+    def at_speeds(claim: Claim) -> Claim:
+        pressing, pulling = np.split(
+            np.zeros(rows.size) if claim.error is None else claim.error, [levels.size]
+        )
+        error = np.maximum(pressing, np.max(pulling, initial=0.0))[which]
+        held = replace(
+            claim, where=claim.where[: levels.size][which], error=None if claim.error is None else error
+        )
+        if contact.remembers:
+            held = replace(
+                held, reason=held.reason.replace("elastic half-spaces", "viscoelastic half-spaces")
+            )
+        return slow(held, found.source)
+
+    own = {name: at_speeds(solved.claims[_OWN.get(name, "normal_force")]) for name in COLUMNS}
+    motion = np.full(depth.shape, found.error)
+    words = "as the motion is followed and its series through all speeds do"
+    return with_errors(own, dict.fromkeys(own, motion), cause=words), solved
+
+
+def _many_elastic(contact: Contact, mass: float, speed: FloatArray) -> _Many:
     line = map_to_springs(contact).line
     potential, _, largest = stopping_depths(contact, line, mass, np.array([speed.max()]))
 
@@ -105,10 +171,11 @@ def _many_elastic(contact: Contact, mass: float, speed: FloatArray) -> list[Floa
     knots = potential.along(np.array(potential.knots)).energy
     time, deepest = np.exp(at_many(followed, np.log(speed), 0.5 * np.log(2.0 * knots / mass)))
     states = states_at_depth(line, deepest)
-    return [np.ones(speed.size), time, deepest, normal_force(line, states), states.contact_radius]
+    columns = [np.ones(speed.size), time, deepest, normal_force(line, states), states.contact_radius]
+    return _Many(columns, _ALONG, SOURCES["hertz"])
 
 
-def _many_adhesive(contact: Contact, mass: float, speed: FloatArray) -> list[FloatArray]:
+def _many_adhesive(contact: Contact, mass: float, speed: FloatArray) -> _Many:
     line = AdhesiveLine(contact)
 
     def followed(speeds: FloatArray) -> FloatArray:
@@ -129,8 +196,9 @@ def _many_adhesive(contact: Contact, mass: float, speed: FloatArray) -> list[Flo
     fastest = collide(line, mass, float(speed.max()), 8)
     slowest = math.sqrt(2.0 * fastest.lost / mass)
     parts = speed > slowest
+    ready = partial(_Many, source=SOURCES["thornton-ning"], parting=_parting(fastest))
     if fastest.branches > 1:
-        return list(followed(speed))
+        return ready(list(followed(speed)), _ALONG)
     # the rebound speed is what the contact time depends on smoothly
     rebound = np.sqrt((speed[parts] - slowest) * (speed[parts] + slowest))
 
@@ -144,10 +212,15 @@ def _many_adhesive(contact: Contact, mass: float, speed: FloatArray) -> list[Flo
     columns[:2, ~parts] = [[0.0], [math.inf]]
     if parts.any():
         columns[0, parts] = rebound / speed[parts]
-        columns[1:, parts] = np.exp(at_many(parting, np.log(rebound), np.zeros(0), 1e-10))
+        columns[1:, parts] = np.exp(at_many(parting, np.log(rebound), np.zeros(0), _ADHESIVE))
     if not parts.all():
-        columns[2:, ~parts] = np.exp(at_many(sticking, np.log(speed[~parts]), np.zeros(0), 1e-10))
-    return list(columns)
+        columns[2:, ~parts] = np.exp(at_many(sticking, np.log(speed[~parts]), np.zeros(0), _ADHESIVE))
+    return ready(list(columns), _ADHESIVE)
+
+
+def _parting(fastest: Course) -> float | None:
+    """The indentation in m at which bodies part; None of those that stick."""
+    return None if fastest.sticks else float(fastest.depth[-1])
 
 
 _BETWEEN = 1e-9
@@ -156,7 +229,7 @@ _NOTHING = 1e-300
 """Restitution, and the inverse of the contact time in s, of bodies that come to rest: their logarithms are numbers."""
 
 
-def _many_remembering(contact: Contact, mass: float, speed: FloatArray) -> tuple[list[FloatArray], float]:
+def _many_remembering(contact: Contact, mass: float, speed: FloatArray) -> _Many:
     ground, fastest = followed(contact, mass, (float(speed.min()), float(speed.max())))
     line = ground.line
 
@@ -189,7 +262,7 @@ def _many_remembering(contact: Contact, mass: float, speed: FloatArray) -> tuple
         force,
         states_at_depth(line, deepest).contact_radius,
     ]
-    return columns, error + ground.relaxation.error
+    return _Many(columns, error + ground.relaxation.error, SOURCES["ting"])
 
 
 def _speed_at(at: Callable[[float], Motion], low: float, high: float, depth: float) -> float | None:

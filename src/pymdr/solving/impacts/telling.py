@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pymdr.interpretation.validity import Assumption, Claim
+from pymdr.interpretation.validity import Assumption, BoolArray, Claim
 from pymdr.problem.contact import Contact
+from pymdr.quantities import quantity
 from pymdr.result import Result, labelled
 from pymdr.solving.closure import is_curve
 from pymdr.solving.colliding import Course
@@ -24,16 +26,27 @@ QUASI_STATIC = (
     "the bodies pass through states of equilibrium: the contact time is assumed to be well above that which waves take to "
     "cross them, and gravity is left out"
 )
-
-
-def _columns(course: Course) -> dict[str, FloatArray]:
-    return {
-        "time": course.time,
-        "indentation": course.depth,
-        "velocity": course.velocity,
-        "normal_force": course.force,
-        "contact_radius": course.radius,
-    }
+NOT_MEASURED = "that waves cross the bodies far faster than the contact lasts is not measured: bodies have no density here"
+SIDEWAYS = ("tangential_speed", "spin", "contact_point_speed", "tangential_restitution")
+NORMAL = ("restitution", "contact_time", "rebound_speed", "energy_lost", "sticking_speed")
+LARGEST = {
+    "largest_force": "normal_force",
+    "largest_indentation": "elastic_energy",
+    "largest_radius": "contact_radius",
+    "largest_pressure": "pressure",
+}
+HISTORY = {
+    "time": "contact_time",
+    "indentation": "largest_indentation",
+    "velocity": "rebound_speed",
+    "normal_force": "largest_force",
+    "contact_radius": "largest_radius",
+    "shift": "contact_point_speed",
+    "tangential_velocity": "contact_point_speed",
+    "tangential_force": "contact_point_speed",
+    "stick_radius": "contact_point_speed",
+}
+"""Columns of the history, and the number whose claim they share."""
 
 
 def told(
@@ -49,27 +62,51 @@ def told(
     restitution = 0.0 if course.sticks else math.sqrt(max(1.0 - course.lost / energy, 0.0))
     listed = tuple(a for a in solved.assumptions if a.name != balance.name)
     radius = asked.radius or 0.0
-    return Impact(
+    columns = {
+        "time": course.time,
+        "indentation": course.depth,
+        "velocity": course.velocity,
+        "normal_force": course.force,
+        "contact_radius": course.radius,
+    }
+    numbers = {
+        "restitution": restitution,
+        "contact_time": math.inf if course.sticks else float(course.time[-1]),
+        "rebound_speed": restitution * asked.normal,
+        "largest_force": float(course.force.max()),
+        "largest_indentation": float(course.depth[course.deepest]),
+        "largest_radius": math.nan if is_curve(asked.contact) else float(course.radius.max()),
+        "largest_pressure": math.nan if is_curve(asked.contact) else float(solved["peak_pressure"].values[0]),
+        "energy_lost": energy if course.sticks else course.lost,
+        "sticking_speed": math.sqrt(2.0 * max(course.lost, 0.0) / asked.mass),
+        "tangential_speed": asked.sideways,
+        "spin": asked.spin,
+        "contact_point_speed": asked.sideways + radius * asked.spin,
+        "tangential_restitution": -1.0 if asked.contact_point != 0.0 else math.nan,
+    }
+    step = np.arange(course.time.size)
+    found = Impact(
         contact=asked.contact,
-        data=labelled(_columns(course)),
-        restitution=restitution,
-        contact_time=math.inf if course.sticks else float(course.time[-1]),
-        rebound_speed=restitution * asked.normal,
-        largest_force=float(course.force.max()),
-        largest_indentation=float(course.depth[course.deepest]),
-        largest_radius=math.nan if is_curve(asked.contact) else float(course.radius.max()),
-        largest_pressure=math.nan if is_curve(asked.contact) else float(solved["peak_pressure"].values[0]),
-        energy_lost=energy if course.sticks else course.lost,
-        sticking_speed=math.sqrt(2.0 * max(course.lost, 0.0) / asked.mass),
-        tangential_speed=asked.sideways,
-        spin=asked.spin,
-        contact_point_speed=asked.sideways + radius * asked.spin,
-        tangential_restitution=-1.0 if asked.contact_point != 0.0 else math.nan,
+        data=labelled(columns).assign_coords(step=("step", step, {"units": ""})),
         events=events,
         claims=_claims(solved, source),
         assumptions=(*listed, balance),
-        notes=solved.notes if asked.contact.adhesion is None else (),
+        notes=(*(solved.notes if asked.contact.adhesion is None else ()), NOT_MEASURED),
     )
+    return with_numbers(found, numbers)
+
+
+_UNITS = {"largest_force": "N", "largest_indentation": "m", "largest_radius": "m", "largest_pressure": "Pa"}
+
+
+def with_numbers(
+    found: Impact, numbers: Mapping[str, float], columns: Mapping[str, FloatArray] | None = None
+) -> Impact:
+    """An impact with other numbers, and more columns of its history."""
+    units = {name: _UNITS[name] if name in _UNITS else quantity(name).unit for name in numbers}
+    single = {name: ((), value, {"units": units[name]}) for name, value in numbers.items()}
+    data = found.data.assign(single)
+    return replace(found, data=data if columns is None else data.merge(labelled(columns)))
 
 
 def of_shape(contact: Contact, data: xr.Dataset) -> xr.Dataset:
@@ -77,28 +114,41 @@ def of_shape(contact: Contact, data: xr.Dataset) -> xr.Dataset:
     return data.drop_vars(["contact_radius", "stick_radius"], errors="ignore") if is_curve(contact) else data
 
 
-SIDEWAYS = ("tangential_speed", "spin", "contact_point_speed", "tangential_restitution")
-NORMAL = ("restitution", "contact_time", "rebound_speed", "energy_lost", "sticking_speed")
-LARGEST = {
-    "largest_force": "normal_force",
-    "largest_indentation": "elastic_energy",
-    "largest_radius": "contact_radius",
-    "largest_pressure": "pressure",
-}
+def with_history(found: Impact) -> Impact:
+    """An impact whose history is claimed as its numbers are, relative to the largest of the impact."""
+    rows = np.ones(found.data.sizes["step"], dtype=bool)
+    claims = dict(found.claims)
+    for name, own in HISTORY.items():
+        if name in found.data:
+            claims[name] = _over(claims[own], rows)
+    if "dissipated_energy" in found.data:
+        for name in ("dissipated_energy", "elastic_energy"):
+            if name in found.data:
+                claims[name] = _over(claims.get(name, claims["energy_lost"]), rows)
+    return replace(found, claims=claims)
+
+
+def _over(claim: Claim, rows: BoolArray) -> Claim:
+    """The claim of a single number over rows."""
+    error = None if claim.error is None else np.full(rows.shape, float(np.max(claim.error)))
+    reason = f"{claim.reason}; errors are relative to the largest of the impact"
+    return replace(claim, where=rows & claim.where.all(), error=error, reason=reason)
+
+
+def slow(claim: Claim, source: str) -> Claim:
+    """A claim of states of equilibrium under the assumption that the motion is slow."""
+    return replace(claim, reason=f"{claim.reason}; {QUASI_STATIC}", source=f"{claim.source}; {source}")
 
 
 def _claims(solved: Result, source: str) -> dict[str, Claim]:
     """Those of the deepest state, under the assumption that the motion is slow."""
 
-    def slow(claim: Claim) -> Claim:
-        reason = f"{claim.reason}; {QUASI_STATIC}"
+    def single(claim: Claim) -> Claim:
         error = None if claim.error is None else np.max(claim.error, keepdims=True)
-        return replace(
-            claim, reason=reason, source=f"{claim.source}; {source}", error=error, where=claim.where[:1]
-        )
+        return slow(replace(claim, error=error, where=claim.where[:1]), source)
 
-    force = slow(solved.claims["normal_force"])
+    force = single(solved.claims["normal_force"])
     return {
         **dict.fromkeys((*NORMAL, *SIDEWAYS), force),
-        **{name: slow(solved.claims[own]) for name, own in LARGEST.items()},
+        **{name: single(solved.claims[own]) for name, own in LARGEST.items()},
     }

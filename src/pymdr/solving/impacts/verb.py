@@ -9,7 +9,7 @@ from pymdr.solving.impacts.adhesive import adhesive
 from pymdr.solving.impacts.asking import read
 from pymdr.solving.impacts.elastic import elastic
 from pymdr.solving.impacts.memory import remembering
-from pymdr.solving.impacts.telling import of_shape
+from pymdr.solving.impacts.telling import of_shape, with_history
 from pymdr.solving.impacts.value import Impact
 from pymdr.units import QuantityLike
 
@@ -82,6 +82,6 @@ def impact(
     """
     asked = read(contact, mass, speed, angle, inertia, radius, spin, steps)
     if contact.adhesion is not None:
-        return adhesive(asked)
+        return with_history(adhesive(asked))
     found = remembering(asked) if contact.remembers else elastic(asked)
-    return replace(found, data=of_shape(contact, found.data))
+    return with_history(replace(found, data=of_shape(contact, found.data)))

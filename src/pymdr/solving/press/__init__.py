@@ -2,6 +2,6 @@
 
 from pymdr.solving.press.saving import open_pressed_surface
 from pymdr.solving.press.value import PressedSurface
-from pymdr.solving.press.verb import bytes_of, patch_of, press
+from pymdr.solving.press.verb import bytes_of, pixels_of, press
 
-__all__ = ["PressedSurface", "bytes_of", "open_pressed_surface", "patch_of", "press"]
+__all__ = ["PressedSurface", "bytes_of", "open_pressed_surface", "pixels_of", "press"]

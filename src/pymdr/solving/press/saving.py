@@ -10,6 +10,7 @@ import numpy as np
 
 from pymdr.errors import FileError, PymdrError
 from pymdr.interpretation.validity import Assumption, Claim, Level
+from pymdr.presentation.files import as_text
 from pymdr.problem.topography import Topography
 from pymdr.solving.press.value import PressedSurface
 
@@ -36,24 +37,7 @@ def as_file(pressed: PressedSurface) -> xr.Dataset:
     for name in _MAPS:
         # pixels that bear nothing are most of them
         found[name].encoding = {"zlib": True}
-    told = {
-        "claims": {
-            name: {
-                "level": claim.level.name,
-                "reason": claim.reason,
-                "source": claim.source,
-                "where": claim.where.tolist(),
-                "error": None if claim.error is None else claim.error.tolist(),
-            }
-            for name, claim in pressed.claims.items()
-        },
-        "assumptions": [
-            {"name": a.name, "words": a.words, "measure": a.measure, "limit": a.limit}
-            for a in pressed.assumptions
-        ],
-        "notes": pressed.notes,
-        "steps": surface.steps,
-    }
+    told = json.loads(as_text(pressed.claims, pressed.assumptions, pressed.notes)) | {"steps": surface.steps}
     return found.assign_attrs(pymdr_format=_FORMAT, pymdr_told=json.dumps(told))
 
 

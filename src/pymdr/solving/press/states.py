@@ -87,7 +87,7 @@ class Grid:
             "normal_force": total if force is None else force,
             "indentation": found.indentation * scale if depth is None else depth,
             "normal_stiffness": self._punch(touching) * modulus * self.width,
-            "contact_area": self._area(touching) * self.width**2,
+            "contact_area": self._area(found.pressure) * self.width**2,
             "elastic_energy": work * unit * scale,
         }
         return found, numbers
@@ -100,12 +100,14 @@ class Grid:
         )
         return float(found.pressure.sum())
 
-    def _area(self, touching: np.ndarray) -> float:
-        """Pixels in contact, less what those on the outline have too much."""
+    def _area(self, pressure: FloatArray) -> float:
+        """Pixels in contact, less what those on the outline have too much, and no less than bears the force at the largest pressure."""
+        touching = pressure > 0.0
         framed = np.pad(touching, 1).astype(int)
         outline = sum(float(np.abs(np.diff(framed, axis=axis)).sum()) for axis in (0, 1))
         count = float(np.count_nonzero(touching))
-        return max(count - _OUTLINE * outline, 0.5 * count)
+        # few pixels have no average outline, and a mean pressure is not above the largest one
+        return max(count - _OUTLINE * outline, float(pressure.sum() / pressure.max()), 0.5 * count)
 
 
 def rms_slope(heights: FloatArray, spacing: FloatArray, touching: np.ndarray) -> float:

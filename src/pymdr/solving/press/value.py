@@ -8,12 +8,13 @@ from typing import TYPE_CHECKING, ClassVar
 import numpy as np
 
 from pymdr.errors import NotValidError, PathError, QuantityError
+from pymdr.interpretation.closure import error_of_force, known_error
 from pymdr.problem.profiles import ForceCurve
 from pymdr.problem.profiles.forcecurve import FEWEST_POINTS
 from pymdr.problem.topography import Topography
 from pymdr.quantities import one_name
 from pymdr.solving.study import Column, Study
-from pymdr.units import FloatArray, shown
+from pymdr.units import FloatArray, shown, written
 
 if TYPE_CHECKING:
     import os
@@ -99,14 +100,17 @@ class PressedSurface(Study):
         Returns
         -------
         ForceCurve
-            For bodies of E* = ``data.attrs["modulus"]``; forces of others follow as E*.
+            For bodies of E* = ``data.attrs["modulus"]``; forces of others follow as E*. Its points have the errors of the claims.
 
         Raises
         ------
+        NotValidError
+            If the contact reaches the border of the heights at every load.
         PathError
             If there are fewer than 5 loads at which the contact ends within the heights.
         """
-        depth, force = self.data["indentation"].values, self.data["normal_force"].values
+        depth, force = self["indentation"].values, self["normal_force"].values
+        errors = [known_error(self.claims[name]) for name in ("indentation", "normal_force")]
         known = self.claims["normal_stiffness"].where
         depth, places = np.unique(depth[known], return_index=True)
         if depth.size < FEWEST_POINTS:
@@ -114,7 +118,9 @@ class PressedSurface(Study):
                 f"force_curve: {depth.size} loads at which the contact ends within the heights; at least {FEWEST_POINTS} different ones "
                 "are needed: press at more of them, denser toward the first touch"
             )
-        return ForceCurve(depth, force[known][places], self.data.attrs["modulus"], contact_point=0.0)
+        force = force[known][places]
+        error = error_of_force(depth, force, *(each[known][places] for each in errors))
+        return ForceCurve(depth, force, self.data.attrs["modulus"], contact_point=0.0, error=error)
 
     def save(self, file: str | os.PathLike[str]) -> None:
         """
@@ -152,14 +158,33 @@ class PressedSurface(Study):
         """
         Contact and pressures at a load, force against depth and stiffness against force.
 
+        Parameters
+        ----------
+        step : int, optional
+            Which load; the last one unless given. Where it is not valid, the largest that is valid is drawn; a title says which.
+
         Raises
         ------
         QuantityError
             If there is no such load.
         """
+        from pymdr.presentation.plot import with_unmet
+
+        return with_unmet(self._figure(step), self.assumptions)
+
+    def _figure(self, step: int = -1) -> Figure:
         from pymdr.presentation.plot import pressed_surface
 
         self._refuse_step(step)
-        valid = self.claims["normal_stiffness"].where
-        maps = self.field("pressure", step) if valid[step] else None
-        return pressed_surface(self.data, self.surface.heights, maps)
+        claim, (over,) = self.claims["normal_stiffness"], self.data.dims
+        loads = self.data[over].values
+        if not claim.where.any():
+            return pressed_surface(
+                self.data, self.surface.heights, None, f"not valid at any load: {claim.reason}"
+            )
+        row = int(step) % loads.size
+        if not claim.where[row]:
+            row = int(np.argmax(np.where(claim.where, loads, -np.inf)))
+        column = self.columns[str(over)]
+        words = f"{column.words} {written(float(loads[row]), column.unit)}, load {row + 1} of {loads.size}"
+        return pressed_surface(self.data, self.surface.heights, self.field("pressure", row), words)

@@ -12,17 +12,18 @@ from pymdr.errors import ProblemError
 from pymdr.independent.engines import Engine, find_engine
 from pymdr.interpretation.press import press_assumptions, press_claims
 from pymdr.interpretation.validity import Claim, Level
+from pymdr.machine import memory_of_machine
 from pymdr.mapping.moduli import effective_moduli
-from pymdr.mapping.rough_patch import rough_topography
+from pymdr.mapping.rough_patch import rough_pixels, rough_topography
 from pymdr.presentation.text import in_bytes
 from pymdr.problem.materials import Graded, Material, Rigid, Viscoelastic
 from pymdr.problem.rough import RoughSurface
-from pymdr.problem.topography import Topography
+from pymdr.problem.topography import Topography, as_topography
 from pymdr.solving.kept import KeptParts
 from pymdr.solving.press.keeping import as_dataset, fingerprint, from_dataset
 from pymdr.solving.press.states import TOLERANCE, Grid, State, rms_slope, summit_rise
 from pymdr.solving.press.value import PressedSurface
-from pymdr.solving.reach import memory_of_machine, one_load
+from pymdr.solving.reach import one_load
 from pymdr.solving.study import one_row
 from pymdr.units import ArrayQuantityLike, FloatArray, shown, written
 
@@ -110,7 +111,6 @@ def press(
     >>> round(float(pressed["normal_force"][0]) * 1e3, 2)
     39.61
     """
-    patch, punch = patch_of(surface, punch)
     modulus = _modulus(body, counterbody)
     one_load(_WHO, normal_force, indentation)
     by_force = normal_force is not None
@@ -121,7 +121,9 @@ def press(
     if np.any(rows <= 0.0):
         raise ProblemError(f"{_WHO}: {name} = {written(float(rows.min()), unit)}; it must be above 0 {unit}")
     solver = find_engine(engine)
-    _refuse_too_large(patch, rows.size, solver, keep is not None)
+    shape = pixels_of(surface)
+    _refuse_too_large(shape, rows.size, solver, keep is not None)
+    patch, punch = patch_of(surface, punch)
     package = solver.version
     parts = None
     if keep is not None:
@@ -181,6 +183,14 @@ def bytes_of(
     return find_engine(engine).bytes_for(shape) * 1.25 + 8.0 * pixels * (_MAPS * loads + _WORKING + 2 * kept)
 
 
+def pixels_of(surface: Topography | RoughSurface) -> tuple[int, int]:
+    """Pixels along x and y of what is pressed, before any heights are made."""
+    if isinstance(surface, RoughSurface):
+        return rough_pixels(surface)
+    nx, ny = as_topography(surface, _WHO).heights.shape
+    return nx, ny
+
+
 def patch_of(surface: Topography | RoughSurface, punch: bool = False) -> tuple[Topography, bool]:
     """
     The heights that are pressed, and whether the body ends where they end.
@@ -196,10 +206,6 @@ def patch_of(surface: Topography | RoughSurface, punch: bool = False) -> tuple[T
         )
     if isinstance(surface, RoughSurface):
         return rough_topography(surface), True
-    if not isinstance(surface, Topography):
-        raise ProblemError(
-            f"{_WHO}: {shown(surface)} is no surface; write Topography(heights, size), or RoughSurface(...)"
-        )
     missing = int(np.count_nonzero(surface.missing))
     if missing:
         raise ProblemError(
@@ -223,13 +229,12 @@ def _modulus(body: Material, counterbody: Material | None) -> float:
     return float(effective_moduli(body, other).normal)
 
 
-def _refuse_too_large(patch: Topography, loads: int, engine: Engine, kept: bool) -> None:
-    shape = patch.heights.shape
-    needed = bytes_of((shape[0], shape[1]), loads, engine, kept=kept)
+def _refuse_too_large(shape: tuple[int, int], loads: int, engine: Engine, kept: bool) -> None:
+    needed = bytes_of(shape, loads, engine, kept=kept)
     if needed > memory_of_machine():
         raise ProblemError(
             f"{_WHO}: {shape[0]} x {shape[1]} pixels at {loads} loads take about {in_bytes(round(needed))}, more than the "
-            f"{in_bytes(round(memory_of_machine()))} of this machine; take fewer loads, or a smaller part of the surface"
+            f"{in_bytes(round(memory_of_machine()))} of this machine; take fewer loads, a smaller part of the surface, or of a RoughSurface a longer shortest wavelength"
         )
 
 

@@ -44,7 +44,7 @@ class Once(TyperCommand):
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         """Refuse an option of one value that is repeated, then parse."""
-        given = self.make_parser(ctx).parse_args(list(args))[2]
+        given: list[Any] = list(self.make_parser(ctx).parse_args(list(args))[2])
         for param in given:
             single = getattr(param, "multiple", True) is False and not getattr(param, "is_flag", False)
             if single and given.count(param) > 1:

@@ -90,27 +90,26 @@ def press(
 ) -> None:
     """Press a measured or random surface by boundary elements; with -o its table and figure are written, and a file for open_pressed_surface."""
     from pymdr.presentation.text import in_bytes
-    from pymdr.solving.press import bytes_of, patch_of
+    from pymdr.solving.press import bytes_of, pixels_of
     from pymdr.solving.press import press as press_surface
     from pymdr.workbench.casefile import read_press_case
 
     def ask() -> tuple[str, Study]:
         asked, surface = read_press_case(case)
-        patch, punch = patch_of(surface, asked.punch)
         forces, depths = _loads(normal_force, indentation, points)
         loads = forces if forces is not None else depths
         if not quiet and not as_json and loads is not None:
-            nx, ny = patch.heights.shape
+            nx, ny = pixels_of(surface)
             needed = in_bytes(round(bytes_of((nx, ny), len(loads), engine)))
             complain(f"{nx} x {ny} pixels at {len(loads)} loads take about {needed}")
         with stages(quiet or as_json) as stage:
             return asked.title, press_surface(
-                patch,
+                surface,
                 asked.body,
                 asked.counterbody,
                 normal_force=forces,
                 indentation=depths,
-                punch=punch,
+                punch=asked.punch,
                 engine=engine,
                 keep=keep,
                 progress=stage("pressing"),

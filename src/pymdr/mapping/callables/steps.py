@@ -1,0 +1,108 @@
+"""Steps of f where nobody looks for them: on the axis, and at breakpoints, on whose sides f is taken by itself."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from pymdr.errors import ProblemError
+from pymdr.mapping.callables.noise import Curve, rounding
+from pymdr.units import FloatArray, metres
+
+_TO_AXIS, _TO_BREAKPOINT = 2.0 ** -np.arange(0.0, 61.0), 2.0 ** -np.arange(3.0, 48.0)
+"""Distances in which a step is looked for, in parts of the radius."""
+_LEVEL, _LAST = 1e-3, 8
+"""Change of a step over the last distances, in parts of it: a power of the distance of more than 0.0002 changes by more."""
+_ROUNDINGS = 64.0
+_MEANT = 1e-6
+"""Step at a breakpoint, in parts of the profile, up to which it is a constant of few digits: its error, and no edge."""
+_APEX = 1e-9
+"""The same on the axis, where it is only an offset."""
+_AFTER = 1.03
+"""Radius, in parts of the breakpoint, at which the rounding beyond it is measured without crossing it."""
+
+
+def step_refused(radius: float, step: float) -> ProblemError:
+    """That f jumps by `step` at a radius, both in m."""
+    return ProblemError(
+        f"the profile jumps by {metres(step)} at r = {metres(radius)}: a step is not a disk contact; use FlatPunch for a "
+        f"sharp edge there, Function(...) + FlatPunch({radius:.6g}), or take the step out of f"
+    )
+
+
+class Steps:
+    """
+    Steps of f on the axis and at breakpoints, each looked for once, when a contact comes there.
+
+    Parameters
+    ----------
+    f : callable
+        Taking and giving arrays, in m.
+    breakpoints : sequence of float
+        Rising radii in m.
+    """
+
+    def __init__(self, f: Curve, breakpoints: Sequence[float]) -> None:
+        self._f = f
+        self._pending: list[float] = [0.0, *breakpoints]
+        self._slight: list[tuple[float, float]] = []
+
+    def refuse(self, top: float) -> None:
+        """
+        Look at all radii below `top` in m.
+
+        Raises
+        ------
+        ProblemError
+            With the size of a step, the radius and the remedy.
+        """
+        while self._pending and self._pending[0] < top:
+            with np.errstate(all="ignore"):
+                self._look(self._pending[0], top)
+            self._pending.pop(0)
+
+    def _look(self, b: float, top: float) -> None:
+        if b == 0.0:
+            r = top * _TO_AXIS
+            rise = self._f(np.append(r, 0.0))
+            rise = rise[:-1] - rise[-1]
+            step, size = _level(rise), float(np.max(np.abs(rise[:4])))
+            # what cancels is no step: the rise is to stand out of the rounding all the way
+            if abs(step) > _APEX * size and np.all(np.abs(rise) > _ROUNDINGS * rounding(self._f, r)):
+                raise ProblemError(
+                    f"Function.f jumps by {metres(step)} at r = 0, from f(0) to its values beside the axis: let f(0) be its "
+                    "limit there, for example with numpy.where"
+                )
+            return
+        away = np.concatenate([b * (1.0 - _TO_BREAKPOINT), b * (1.0 + _TO_BREAKPOINT)])
+        before, after = self._f(away).reshape(2, -1)
+        difference = after - before
+        # without what slopes make of the distance
+        step = _level(2.0 * difference[1:] - difference[:-1])
+        if step == 0.0:
+            return
+        noise = rounding(self._f, np.array([away[_TO_BREAKPOINT.size - 1], _AFTER * b]))
+        if not abs(step) > _ROUNDINGS * float(np.nanmax(noise)):
+            return
+        around = self._f(b * np.array([0.0, 0.5, 1.0, 1.2]))
+        size = np.abs(around[1:] - around[0])
+        if abs(step) > _MEANT * float(np.max(size[np.isfinite(size)], initial=0.0)):
+            raise step_refused(b, step)
+        self._slight.append((b, abs(step)))
+
+    def errors(self, base: FloatArray, low: FloatArray, width: FloatArray) -> FloatArray:
+        """What slight steps are in f' on panels: all of them on those that begin there, shape (P,)."""
+        found = np.zeros(base.shape)
+        for b, step in self._slight:
+            found += np.where((base == b) & (low == 0.0), step / width, 0.0)
+        return found
+
+
+def _level(values: FloatArray) -> float:
+    """What values at ever shorter distances end in; 0 where they go on changing."""
+    last = values[-_LAST:]
+    level = float(last[-1])
+    steady = math.isfinite(level) and bool(np.all(np.abs(last - level) <= _LEVEL * abs(level)))
+    return level if steady else 0.0

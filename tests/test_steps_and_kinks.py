@@ -1,0 +1,193 @@
+"""Callables that step, kink beside their breakpoints or are splines, and the gap of those that were saved."""
+
+import itertools
+import pickle
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import pymdr as mdr
+from drawing import examples
+from pymdr.mapping.callables.steps import Steps
+from pymdr.mapping.equivalent import equivalent_profile
+
+RADII = st.floats(-9, 1).map(lambda e: 10.0**e)
+GIVES = st.sampled_from(["f", "derivative", "both"])
+
+
+def of(f, derivative, gives, breakpoints=()):
+    """A Function of f, its derivative, or both."""
+    return mdr.Function(
+        None if gives == "derivative" else f, breakpoints, None if gives == "f" else derivative
+    )
+
+
+# --- steps -----------------------------------------------------------------------------------------------
+
+
+@settings(max_examples=examples(12), deadline=None)
+@given(RADII, st.floats(-5.5, 3), st.sampled_from([-1.0, 1.0]), st.sampled_from(["f", "both"]))
+def test_a_step_at_a_breakpoint_is_refused_with_its_size(b, size, sign, gives):
+    step = sign * b * 10.0**size
+    profile = of(lambda r: r * r / (2 * b) + np.where(r > b, step, 0.0), lambda r: r / b, gives, [b])
+    with pytest.raises(mdr.ProblemError, match=r"the profile jumps by .* FlatPunch") as refused:
+        equivalent_profile(profile).g(1.5 * b)
+    assert mdr.units.metres(step).split()[0] in str(refused.value)
+    # a contact that ends at the step does not cross it
+    line = equivalent_profile(profile + mdr.FlatPunch(b))
+    assert float(line.g(b)) == pytest.approx(b, rel=1e-12)
+
+
+@settings(max_examples=examples(12), deadline=None)
+@given(RADII, st.floats(-13, -6.5), st.sampled_from([-1.0, 1.0]), st.sampled_from(["f", "both"]))
+def test_constants_of_few_digits_at_a_breakpoint_are_errors(b, size, sign, gives):
+    step = sign * b * 10.0**size
+    line = equivalent_profile(
+        of(lambda r: r * r / (2 * b) + np.where(r > b, step, 0.0), lambda r: r / b, gives, [b])
+    )
+    x = b * np.array([1.3, 2.0])
+    # of a step at b: g rises by step x / sqrt(x^2 - b^2)
+    off = abs(step) / np.sqrt(1 - (b / x) ** 2) / line.g(x)
+    claimed = line.error(x)[:, 0]
+    assert np.all(off < 10.0 * claimed + 1e-14)
+    assert np.all(claimed < 30.0 * off + 1e-13)
+
+
+@settings(max_examples=examples(12), deadline=None)
+@given(RADII, st.floats(-8, 3), st.floats(0.3, 4), st.floats(-6, 6), st.sampled_from(["f", "both"]))
+def test_a_step_on_the_axis_is_refused(R, size, n, offset, gives):
+    step, level = R * 10.0**size, R * 10.0 ** min(offset, size + 4)
+    profile = of(
+        lambda r: R * (r / R) ** n + np.where(r > 0.0, step, 0.0) + level,
+        lambda r: n * (r / R) ** (n - 1),
+        gives,
+    )
+    with pytest.raises(mdr.ProblemError, match=r"jumps by .* at r = 0"):
+        equivalent_profile(profile).g(R)
+
+
+@pytest.mark.parametrize(
+    "f",
+    [
+        lambda r: r**0.05,
+        lambda r: 1e6 + r * r,
+        lambda r: np.where(r > 0.0, (1.0 - np.cos(r)) / np.where(r > 0.0, r, 1.0) ** 2, 0.5),
+        lambda r: np.sqrt(1.0 + r * r) - 1.0,
+        lambda r: np.maximum(r - 0.3, 0.0) ** 0.1,
+        lambda r: np.tanh((r - 0.3) / 1e-9),
+        lambda r: 0.1 * np.minimum(r, 0.3) + np.maximum(r - 0.3, 0.0),
+    ],
+)
+def test_what_is_only_steep_or_cancels_does_not_step(f):
+    Steps(f, (0.3,)).refuse(1.0)
+
+
+# --- kinks beside breakpoints ----------------------------------------------------------------------------
+
+
+@settings(max_examples=examples(30), deadline=None)
+@given(RADII, st.floats(-14, -3.3), st.sampled_from([-1.0, 1.0]), st.floats(-3, 0), GIVES, st.booleans())
+def test_a_breakpoint_beside_the_kink_is_moved_to_it(b, off, sign, log_jump, gives, alone):
+    jump, named = 10.0**log_jump, b * (1 + sign * 10.0**off)
+    profile = of(
+        lambda r: r * r / (2 * b) + jump * np.maximum(r - b, 0.0),
+        lambda r: r / b + jump * (r > b),
+        gives,
+        [named],
+    )
+    line = equivalent_profile(profile if alone else profile + mdr.Paraboloid(b))
+    x = b * np.array([1.01, 1.2, 5.0])
+    truth = (1 if alone else 2) * x * x / b + jump * x * np.arccos(b / x)
+    assert np.all(np.abs(line.g(x) / truth - 1) <= 10.0 * line.error(x)[:, 0] + 1e-14)
+    assert np.max(line.error(x)[:, 0]) < 1e-12
+
+
+# --- splines -------------------------------------------------------------------------------------------
+
+
+def image_of(pieces, x):
+    """Of a piecewise polynomial f, with x = r sin t piece by piece in extended precision."""
+    z, w = (np.asarray(v, dtype=np.longdouble) for v in np.polynomial.legendre.leggauss(40))
+    x, slope = np.longdouble(x), pieces.derivative()
+    marks = [0.0, *(k for k in pieces.x if 0.0 < k < x), x]
+    total = np.longdouble(0)
+    for low, high in itertools.pairwise(marks):
+        first, last = np.arcsin(np.longdouble(low) / x), np.arcsin(np.longdouble(high) / x)
+        i = int(np.clip(np.searchsorted(pieces.x, float(low + high) / 2) - 1, 0, pieces.x.size - 2))
+        away = x * np.sin((first + last) / 2 + (last - first) / 2 * z) - np.longdouble(pieces.x[i])
+        total += (last - first) / 2 * np.sum(w * np.polyval(slope.c[:, i].astype(np.longdouble), away))
+    return float(x * total)
+
+
+@pytest.mark.parametrize("kind", ["pchip", "akima", "quadratic", "cubic"])
+@pytest.mark.parametrize("seed", [*range(1), *(pytest.param(s, marks=pytest.mark.long) for s in range(1, 9))])
+def test_splines_given_as_f_alone_claim_what_they_err(kind, seed):
+    from scipy import interpolate
+
+    rng = np.random.default_rng([seed, len(kind)])
+    count, R = int(rng.integers(6, 9 if seed == 0 else 30)), 10.0 ** rng.uniform(-9, 0)
+    r = np.concatenate([[0.0], np.cumsum(1 + rng.uniform(0, 0.6) * rng.uniform(-1, 1, count))])
+    r *= R / r[-1]
+    h = 0.1 * R * (r / R) ** rng.uniform(1.2, 3) * (1 + 0.05 * rng.uniform(-1, 1) * np.sin(5 * r / R))
+    if kind == "quadratic":
+        whole = interpolate.PPoly.from_spline(interpolate.make_interp_spline(r, h, k=2))
+        kept = np.flatnonzero(np.diff(whole.x) > 0.0)
+        pieces = interpolate.PPoly(whole.c[:, kept], np.append(whole.x[kept], whole.x[-1]))
+    elif kind == "cubic":
+        pieces = interpolate.CubicSpline(r, h, bc_type=((1, 0.0), "not-a-knot"))
+    else:
+        pieces = {"pchip": interpolate.PchipInterpolator, "akima": interpolate.Akima1DInterpolator}[kind](
+            r, h
+        )
+    line = equivalent_profile(mdr.Function(lambda x: pieces(x), reach=R))
+    x = R * np.array([0.3, 0.6, 0.95])
+    miss = np.abs(line.g(x) / [image_of(pieces, float(v)) for v in x] - 1)
+    error = line.error(x)
+    assert np.all(miss <= 10.0 * error[:, 0] + 1e-14)
+    assert np.max(error[:, 0]) < 1e-11
+    assert np.max(error[:, 1]) < 1e-9
+
+
+# --- how far maps go -------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("gives", ["f", "derivative"])
+def test_a_falling_part_does_not_shorten_the_steps_outward(gives, monkeypatch):
+    from pymdr.mapping.equivalent.panels import PanelLine
+
+    counted, extend = SimpleNamespace(n=0), PanelLine._extend
+
+    def counting(*arguments):
+        counted.n += 1
+        return extend(*arguments)
+
+    monkeypatch.setattr(PanelLine, "_extend", counting)
+    line = equivalent_profile(mdr.Paraboloid(1e-3) + of(lambda r: -480 * r * r, lambda r: -960 * r, gives))
+    # f = 20 r^2, g = 40 x^2
+    x = float(line.inverse(1e-6))
+    assert x == pytest.approx((1e-6 / 40) ** 0.5, rel=1e-11)
+    assert counted.n < 8
+
+
+def test_what_was_saved_of_a_callable_refuses_radii_beyond_it(tmp_path):
+    def kinked(r):
+        return r * r / 2e-3 + 0.05 * np.maximum(r - 1e-5, 0.0)
+
+    result = mdr.solve(
+        mdr.Contact(mdr.Function(kinked), mdr.Elastic("1 GPa", 0.3)), mdr.indent("1 um", steps=2)
+    )
+    a = result["contact_radius"].values[-1]
+    copy = pickle.loads(pickle.dumps(result))
+    result.save(tmp_path / "saved.nc")
+    for known in (copy, mdr.open_result(tmp_path / "saved.nc")):
+        assert known.field("gap", r=[1.5 * a, 1.99 * a]).values == pytest.approx(
+            result.field("gap", r=[1.5 * a, 1.99 * a]).values, rel=1e-9
+        )
+        assert np.isfinite(known.field("gap").values).all()
+        with pytest.raises(mdr.ProblemError, match=r"gap at r = .* callable, of which a saved .* up to r = "):
+            known.field("gap", r=9.0 * a)
+    # what is still callable goes on
+    assert np.isfinite(result.field("gap", r=9.0 * a).values).all()
