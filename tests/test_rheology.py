@@ -576,7 +576,7 @@ def test_a_sweep_from_a_file(tmp_path, unit):
     w = np.geomspace(0.1, 1e3, 41)
     law = RHEOLOGIES[4]
     along = w / (2.0 * math.pi) if "Hz" in unit else w
-    head = f"{unit}, storage [kPa], loss [kPa], temperature [degC]"
+    head = f"{unit}, G' [kPa], G'' [kPa], temperature [degC]"
     file = table(tmp_path / "dma.csv", head, along, law.storage(w) / 1e3, law.loss(w) / 1e3, 20.0 + 0.0 * w)
     found = mdr.fit_prony(file).series
     assert found.times == pytest.approx([0.4], rel=1e-9)
@@ -601,7 +601,7 @@ indentation = "1 um"
 
 def test_a_case_may_name_a_relaxation_test(tmp_path):
     t = np.geomspace(1e-3, 1e2, 41)
-    table(tmp_path / "g.csv", "time [ms], modulus [kPa]", 1e3 * t, RHEOLOGIES[4].relaxation(t) / 1e3)
+    table(tmp_path / "g.csv", "time [ms], G [kPa]", 1e3 * t, RHEOLOGIES[4].relaxation(t) / 1e3)
     case = tmp_path / "case.toml"
     case.write_text(CASE.format('file = "g.csv"'))
     assert read_case(case).contact.body.shear.times == pytest.approx([0.4], rel=1e-9)
@@ -632,11 +632,11 @@ def test_a_profile_whose_file_cannot_be_read_is_named(tmp_path, kind):
 @pytest.mark.parametrize(
     ("head", "match"),
     [
-        ("time [s], storage [kPa]", "a relaxation test has time and modulus"),
+        ("time [s], G' [kPa]", "a relaxation test has time and a modulus"),
         ("time [s], frequency [Hz]", "a relaxation test has"),
-        ("frequency [rad/s], storage [kPa]", "frequency"),
+        ("frequency [rad/s], G' [kPa]", "frequency"),
         ("a [s], b [kPa]", "is not a header"),
-        ("time [s], modulus [mm]", "modulus"),
+        ("time [s], G [mm]", "column 'G"),
     ],
 )
 def test_files_that_are_no_measurement(tmp_path, head, match):

@@ -8,7 +8,7 @@ import numpy as np
 
 from pymdr.errors import ConvergenceError, ProblemError
 from pymdr.problem.values import within_range
-from pymdr.units import FloatArray, shown
+from pymdr.units import FloatArray, shown, written
 
 FEWEST_ROWS = 5
 WIDEST_GAP = 2.0
@@ -18,6 +18,10 @@ _PER_DECADE = 8
 _SHARE = 1.1
 """How much worse than the full fit a series of fewer terms may be."""
 _ROUNDING = 1e-12
+_SYSTEMATIC, _GROWN = 3.0, 10.0
+"""Of the scatter of the rows: misfits above it are no scatter, and so is what a modulus grows by."""
+_DRIFT = 0.01
+"""Of a modulus: what it may grow by as a sensor drifts."""
 _PHASE = 0.1
 """Rheometers tell the phase in rad about ten times better than amplitudes, relatively."""
 
@@ -158,6 +162,7 @@ def fitted(measured: Measured, terms: int | None = None, noise: float | None = N
     first, last = measured.span
     grid = np.geomspace(first, last, max(2, round(_PER_DECADE * np.log10(last / first))))
     best = full = _moved(measured, _moduli(measured, grid))
+    _refuse_growing(measured, full)
     goal = max(_SHARE * full.misfit, _ROUNDING) if noise is None else noise
     if terms is None and full.misfit > goal:
         raise ProblemError(
@@ -174,7 +179,45 @@ def fitted(measured: Measured, terms: int | None = None, noise: float | None = N
             f"{measured.words}: the terms that lie nearest to the rows add to nothing, 0 Pa; the rows are no relaxation of a "
             "linear body within their span"
         )
+    if not best.times.size and best.misfit > max(_DRIFT, _SYSTEMATIC * _scatter(measured)):
+        raise ProblemError(
+            f"{measured.words}: no term fits, and a modulus that does not relax lies {100.0 * best.misfit:.2g} % off the rows; check that "
+            "the columns of storage and loss are of one sample, and their order"
+        )
     return replace(best, least=full.misfit)
+
+
+def _refuse_growing(measured: Measured, full: Series) -> None:
+    """Refuse moduli that grow with time, or storage moduli that fall with frequency, by more than their scatter."""
+    x, y = measured.inverse, measured.moduli[0]
+    scatter = _scatter(measured)
+    in_time = len(measured.moduli) == 1
+    later, grown = (x, y) if in_time else (x[::-1], y[::-1])
+    lowest = np.minimum.accumulate(grown)
+    rise = grown - lowest
+    if not full.misfit > _SYSTEMATIC * scatter or not np.any(rise > max(_GROWN * scatter, _DRIFT) * grown):
+        return
+    top = int(np.argmax(rise))
+    start = int(np.argmin(grown[: top + 1]))
+    name, unit, way = ("G", "s", "time") if in_time else ("G'", "rad/s", "falling frequency")
+    raise ProblemError(
+        f"{measured.words}: {name} grows with {way}, from {written(float(lowest[top]), 'Pa')} at {written(float(later[start]), unit)} to "
+        f"{written(float(grown[top]), 'Pa')} at {written(float(later[top]), unit)}, and its scatter is {100.0 * scatter:.2g} %; no "
+        "linear body relaxes so: leave out the rows where the sample hardens, dries or slips, or correct the zero of the force"
+    )
+
+
+def _scatter(measured: Measured) -> float:
+    """
+    What moduli, or storage moduli, scatter by, relative to themselves (root mean square).
+
+    From how far each lies off a line through both its neighbours.
+    """
+    x, y = np.log(measured.inverse), measured.moduli[0]
+    share = (x[1:-1] - x[:-2]) / (x[2:] - x[:-2])
+    off = y[1:-1] - (1.0 - share) * y[:-2] - share * y[2:]
+    size = np.maximum(y[1:-1], _PHASE * float(np.max(y)))
+    return float(np.sqrt(np.mean((off / size) ** 2 / (1.0 + share**2 + (1.0 - share) ** 2)))) + _ROUNDING
 
 
 def _check(terms: int | None, noise: float | None) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from abc import ABC
 from copy import copy
-from dataclasses import KW_ONLY, dataclass, fields
+from dataclasses import KW_ONLY, InitVar, dataclass, fields
 from typing import NamedTuple
 
 from pymdr.errors import ProblemError
@@ -337,11 +337,13 @@ class Viscoelastic(Material):
     Parameters
     ----------
     shear : Prony, Maxwell, StandardSolid, KelvinVoigt or PowerLawRheology
-        How it relaxes in shear.
+        How it relaxes in shear, G(t).
     poisson : quantity, optional
         Poisson's ratio where it is the same at all times, -1 < nu <= 0.5.
     bulk : quantity, optional
         Bulk modulus in Pa where it is the same at all times, above 0. Exactly one of the two is given.
+    young : Prony, Maxwell, StandardSolid, KelvinVoigt or PowerLawRheology, optional
+        Instead of `shear`, how it relaxes in tension, E(t) = 2 (1 + nu) G(t); with poisson only. The body keeps it as `shear`.
     thermal_conductivity, resistivity, thermal_diffusivity : quantity, optional
         By keyword, in W/(m K), ohm m and m^2/s: what it conducts.
 
@@ -357,15 +359,20 @@ class Viscoelastic(Material):
     >>> from pymdr.problem.rheology import StandardSolid
     >>> Viscoelastic(StandardSolid("1 MPa", "3 MPa", "10 ms"), poisson=0.5).poisson
     0.5
+    >>> Viscoelastic(young=StandardSolid("3 MPa", "9 MPa", "10 ms"), poisson=0.5).shear.equilibrium
+    1000000.0
     """
 
-    shear: Rheology
+    shear: Rheology = None  # type: ignore[assignment]  # where young is given
     poisson: OptionalSIField = OptionalSIField(
         "", above=-1.0, at_most=0.5, words="Poisson's ratio at all times"
     )
     bulk: OptionalSIField = OptionalSIField("Pa", above=0.0, words="bulk modulus at all times")
+    young: InitVar[Rheology | None] = None
 
-    def __post_init__(self) -> None:
+    def __post_init__(self, young: Rheology | None) -> None:
+        if young is not None:
+            self._take_young(young)
         if not isinstance(self.shear, Rheology):
             raise ProblemError(
                 f"Viscoelastic.shear = {shown(self.shear)}: a rheology such as StandardSolid('1 MPa', '3 MPa', '10 ms') "
@@ -377,6 +384,21 @@ class Viscoelastic(Material):
                 f"Viscoelastic: {found} given; give poisson = 0.5 for a body that keeps its volume, or the one of the "
                 "two that does not change in time"
             )
+
+    def _take_young(self, young: Rheology) -> None:
+        if self.shear is not None:
+            raise ProblemError(
+                "Viscoelastic: both shear and young are given; give one of them, young = 2 (1 + nu) times shear"
+            )
+        if not isinstance(young, Rheology):
+            raise ProblemError(
+                f"Viscoelastic.young = {shown(young)}: a rheology such as StandardSolid('1 MPa', '3 MPa', '10 ms') is needed"
+            )
+        if self.poisson is None:
+            raise ProblemError(
+                "Viscoelastic: young is given without poisson, which E = 2 (1 + nu) G needs; give poisson, or shear with bulk"
+            )
+        object.__setattr__(self, "shear", young.scaled(0.5 / (1.0 + self.poisson)))
 
     @property
     def remembers(self) -> bool:

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import inspect
 import math
 from abc import ABC, abstractmethod
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
+from typing import Self
 
 import numpy as np
 
@@ -73,6 +75,12 @@ class Rheology(Value, ABC):
         span : tuple of float, optional
             The shortest and the longest time in s that matter; needed where the sum stands for another law.
         """
+
+    def scaled(self, factor: float) -> Self:
+        """The same rheology with all moduli and viscosities times a number above 0."""
+        sizes = (f.name for f in fields(self) if inspect.getattr_static(self, f.name).unit in ("Pa", "Pa*s"))
+        found = ((name, getattr(self, name)) for name in sizes)
+        return replace(self, **{name: factor * value for name, value in found if value is not None})
 
     def _times(self, time: ArrayQuantityLike) -> FloatArray:
         return _not_negative(time, "s", f"{type(self).__name__}: time")
@@ -479,11 +487,38 @@ class PowerLawRheology(Rheology):
                 "PowerLawRheology: a power of time is no sum of exponentials; give the span of times that matter, such "
                 "as span = ('1 ms', '100 s')"
             )
-        series = self.prony(*span)
-        kernel = series.kernel()
-        return Relaxation(
-            kernel.equilibrium, kernel.moduli, kernel.times, error=self._misfit(series, *_span(*span))
+        first, last = _span(*span)
+        (moduli, times), error = self._series(first, last, _SERIES_ERROR)
+        faster, shorter = _impulse(self.exponent, _step(self.exponent, _SERIES_ERROR))
+        kernel = Relaxation(
+            0.0,
+            np.append(moduli[0] * faster, moduli),
+            np.append(times[0] * shorter, times),
+            instantly_rigid=True,
         )
+        return replace(kernel, error=max(error, self._impulse_error(kernel, first, last)))
+
+    def _series(self, first: float, last: float, error: float) -> tuple[tuple[FloatArray, FloatArray], float]:
+        """Moduli and rising times of a series over a span, and the largest relative error of its G(t) there."""
+        rates, weights = _exponentials(self.exponent, first, last, error)
+        size = self.modulus * (last / self.time) ** -self.exponent
+        kernel = Relaxation(0.0, size * weights[::-1], 1.0 / rates[::-1])
+        t = _grid(first, last)
+        found = float(np.max(np.abs(kernel(t) / self.relaxation(t) - 1.0)))
+        if found > error:
+            raise ConvergenceError(
+                f"PowerLawRheology.prony: {rates.size} terms err by {found:.2g}, more than error = {error:g}; "
+                "ask for a larger error"
+            )
+        return (kernel.moduli, kernel.times), found
+
+    def _impulse_error(self, kernel: Relaxation, first: float, last: float) -> float:
+        """The largest relative error of the integral of G from 0 on, and of J, over a span."""
+        t = _grid(first, last)
+        flow = -np.expm1(-t[:, None] / kernel.times) @ (kernel.moduli * kernel.times)
+        exact = self.relaxation(t) * t / (1.0 - self.exponent)
+        creep = kernel.retardation(t) / self.creep(t)
+        return float(max(np.max(np.abs(flow / exact - 1.0)), np.max(np.abs(creep - 1.0))))
 
     def prony(self, shortest: QuantityLike, longest: QuantityLike, *, error: float = 1e-9) -> Prony:
         """
@@ -523,25 +558,20 @@ class PowerLawRheology(Rheology):
         first, last = _span(shortest, longest)
         if not 1e-12 <= error <= 0.1:
             raise ProblemError(f"PowerLawRheology.prony: error = {error:g}; it must be from 1e-12 to 0.1")
-        rates, weights = _exponentials(self.exponent, first, last, error)
-        size = self.modulus * (last / self.time) ** -self.exponent
-        series = Prony(0.0, size * weights[::-1], 1.0 / rates[::-1])
-        found = self._misfit(series, first, last)
-        if found > error:
-            raise ConvergenceError(
-                f"PowerLawRheology.prony: {rates.size} terms err by {found:.2g}, more than error = {error:g}; "
-                "ask for a larger error"
-            )
-        return series
-
-    def _misfit(self, series: Prony, first: float, last: float) -> float:
-        """The largest relative error of a series on a fine grid of a span."""
-        t = np.geomspace(first, last, 64 + 32 * math.ceil(math.log10(last / first)))
-        return float(np.max(np.abs(series.relaxation(t) / self.relaxation(t) - 1.0)))
+        (moduli, times), _ = self._series(first, last, error)
+        return Prony(0.0, moduli, times)
 
 
 WIDEST = 1e30
 """The longest over the shortest time of a span."""
+_SERIES_ERROR = 1e-9
+"""Largest relative error of the series for a span."""
+_FAST_TERMS = 4
+"""Terms for all that is faster than a series, beside one at 0."""
+_FASTEST = 60.0
+"""Logarithm of how much faster than a series what counts in the moments of the times is."""
+_INSTANT = 1e-24
+"""Time of the term at 0, of the shortest of the others."""
 
 
 def _span(shortest: QuantityLike, longest: QuantityLike) -> tuple[float, float]:
@@ -553,14 +583,27 @@ def _span(shortest: QuantityLike, longest: QuantityLike) -> tuple[float, float]:
     return first, last
 
 
-def _exponentials(exponent: float, first: float, last: float, error: float) -> tuple[FloatArray, FloatArray]:
-    """Rising rates in 1/s and weights of a sum of exponentials for (t/last)^-exponent."""
+def _grid(first: float, last: float) -> FloatArray:
+    """Times of a span at which a series is compared."""
+    return np.geomspace(first, last, 64 + 32 * math.ceil(math.log10(last / first)))
+
+
+def _step(exponent: float, error: float) -> float:
+    """The step of the trapezoidal rule in the logarithm of the rate."""
     from scipy.special import gammaln, loggamma
 
     goal = math.log(0.05 * error)
     step = 2.0
     while (loggamma(exponent + 2j * math.pi / step).real - gammaln(exponent)) > goal:
         step *= 0.95
+    return step
+
+
+def _exponentials(exponent: float, first: float, last: float, error: float) -> tuple[FloatArray, FloatArray]:
+    """Rising rates in 1/s and weights of a sum of exponentials for (t/last)^-exponent."""
+    from scipy.special import gammaln
+
+    goal, step = math.log(0.05 * error), _step(exponent, error)
     fastest = math.log(last / first) + math.log(-2.0 * goal)
     slowest = goal / exponent if exponent * 60.0 > -goal else -60.0
     y = np.arange(math.floor(min(slowest, 0.0) / step), math.ceil(fastest / step) + 1) * step
@@ -572,12 +615,28 @@ def _exponentials(exponent: float, first: float, last: float, error: float) -> t
     return np.append(nodes, np.exp(y[~slow])) / last, np.append(few, weights[~slow])
 
 
-def _gauss(points: FloatArray, weights: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Eight points with weights above 0 that stand for many, exact for polynomials of degree 15 (Lanczos)."""
+def _impulse(exponent: float, step: float) -> tuple[FloatArray, FloatArray]:
+    """
+    Moduli and rising times of few terms that stand for all terms of the trapezoidal rule faster than a term of 1 Pa and 1 s.
+
+    The k-th of these has the time exp(-k step) and the impulse (modulus times time) exp((exponent - 1) k step). A Gauss-Radau rule
+    for the impulses keeps their sum and their moments over the times: a load that is smooth over times longer than 1 s feels no
+    difference. Its node at 0 has a time so short that no sudden load moves it.
+    """
+    ratio = math.exp((exponent - 1.0) * step)
+    k = np.arange(1.0, math.ceil(_FASTEST / step) + 1.0)
+    points, impulses = np.exp(-k * step), ratio**k
+    times, weights = _gauss(points, points * impulses, _FAST_TERMS)
+    rest = ratio / (1.0 - ratio) - float((weights / times).sum())
+    return np.append(rest / _INSTANT, weights / times**2), np.append(_INSTANT, times)
+
+
+def _gauss(points: FloatArray, weights: FloatArray, most: int = 8) -> tuple[FloatArray, FloatArray]:
+    """So many rising points with weights above 0 that stand for more, exact for polynomials of twice the degree less 1 (Lanczos)."""
     total = float(weights.sum())
     columns = [np.sqrt(weights / total)]
     diagonal, beside = [], []
-    for _ in range(min(8, points.size)):
+    for _ in range(min(most, points.size)):
         latest = columns[-1]
         diagonal.append(float(latest @ (points * latest)))
         rest = points * latest

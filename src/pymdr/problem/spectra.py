@@ -222,7 +222,9 @@ class Relaxation(Value):
     viscosity: float = 0.0
     """In Pa s; 0 unless a dashpot stands beside the springs."""
     error: float = 0.0
-    """Largest relative error of the shear kernels that it replaces, over the span for which it was asked."""
+    """Largest relative error of the shear kernels that it replaces, and of their integrals and creep, over the span requested."""
+    instantly_rigid: bool = False
+    """Whether it stands for a modulus that grows without limit as the time goes to 0."""
 
     @property
     def glassy(self) -> float:
@@ -266,6 +268,7 @@ class Relaxation(Value):
             self.times,
             factor * self.viscosity,
             self.error,
+            self.instantly_rigid,
         )
 
     def beside(self, other: Relaxation) -> Relaxation:
@@ -278,6 +281,7 @@ class Relaxation(Value):
             times[order],
             self.viscosity + other.viscosity,
             max(self.error, other.error),
+            self.instantly_rigid or other.instantly_rigid,
         )
 
 
@@ -325,4 +329,5 @@ def in_series(kernels: Sequence[Relaxation]) -> Relaxation:
         1.0 / whole.poles[order],
         whole.slope,
         max(kernel.error for kernel in kernels),
+        all(kernel.instantly_rigid or kernel.viscosity > 0.0 for kernel in kernels) and whole.slope == 0.0,
     )

@@ -137,7 +137,7 @@ def _step(
     told: Told | None,
 ) -> tuple[_Rows, tuple[_State, _State], Channels]:
     """Step 2: springs with memory and their tangential partners, and half as many of them in half as many steps."""
-    refuse_untimed(asked)
+    refuse_untimed(asked, bodies.normal)
     if state is None:
         fine_begun, half_begun = begun(task, bodies.line, bodies.normal, asked)
         none = (0.0,) * len(_SUMMED)
@@ -247,9 +247,10 @@ def _interpret(task: Task, bodies: _Bodies, walked: Walked[_Rows]) -> Result:
     own = [name for name in columns if name in SHEARED_QUANTITIES]
     where = claims["contact_radius"].where
     tangential = sheared_claims(contact, coupling, (*own, *TANGENTIAL_FIELDS), where, sheared.disk)
+    errors = _errors(rows) | sheared_errors(_surface(task, bodies, walked, normal.columns), where.size)
     tangential = with_errors(
         tangential,
-        _errors(rows) | sheared_errors(_surface(task, bodies, walked, normal.columns), where.size),
+        {name: error + bodies.tangential.error for name, error in errors.items()},
         f"; energies are those of the springs and dashpots that the rheology names{OWN_ERRORS}",
         f"as {SPRINGS} springs in four steps or more between the rows do",
     )

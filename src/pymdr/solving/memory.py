@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from pymdr.errors import PathError
@@ -15,13 +17,15 @@ from pymdr.problem.materials import Viscoelastic
 from pymdr.problem.paths import LoadingPath, Ramp
 from pymdr.problem.rheology import PowerLawRheology
 from pymdr.problem.schedule import Planned, Stretch, planned
-from pymdr.units import FloatArray
+from pymdr.units import FloatArray, metres
 
 OWN_ERRORS = (
     "; what half as many springs and steps make otherwise up to a row is its error, of its own value; that of a field is of the "
     "largest value of the field"
 )
 """What errors are relative to, in words."""
+_PARTS = 100.0
+"""Into how many parts of alike length a path is divided at least, where that tells the shortest time that matters."""
 _LATER = 4
 """How many later rows tell of the error of one."""
 
@@ -45,8 +49,7 @@ def span_along(
     if not powers_of(contact):
         return None
     if time is not None and is_told_by_rows(contact, path):
-        waits = np.diff(time, prepend=0.0)
-        return float(waits[waits > 0.0].min()), float(time[-1])
+        return _within([np.diff(time, prepend=0.0)], float(time[-1]))
     return _span(path)
 
 
@@ -89,8 +92,13 @@ def _span(path: LoadingPath) -> tuple[float, float] | None:
             return None
         steps.append(np.diff(asked.time, prepend=now))
         now, here = float(asked.time[-1]), {**here, **asked.end}
+    return _within(steps, now)
+
+
+def _within(steps: list[FloatArray], end: float) -> tuple[float, float]:
+    """The span of a series for some times between rows in s: no longer than a part of the path, within which rows are divided."""
     waits = np.concatenate(steps)
-    return float(waits[waits > 0.0].min()), now
+    return min(float(np.min(waits[waits > 0.0], initial=math.inf)), end / _PARTS), end
 
 
 def times_of(asked: Stretch) -> FloatArray:
@@ -105,6 +113,18 @@ def times_of(asked: Stretch) -> FloatArray:
             "the bodies touch, or from before"
         )
     return asked.time
+
+
+def refuse_sudden(asked: Stretch, relaxation: Relaxation) -> None:
+    """Refuse an indentation in no time of a body that answers at once with an infinite force."""
+    if asked.controls.normal != "indentation" or not relaxation.instantly_rigid:
+        return
+    start, end = float(asked.start[0]), float(asked.normal[0])
+    if times_of(asked)[0] == asked.begin and start != end and max(start, end) > 0.0:
+        raise PathError(
+            f"row 0 moves the indentation from {metres(start)} to {metres(end)} in no time, for which this rheology needs an "
+            "infinite force: give the row a duration"
+        )
 
 
 def assumptions_with_memory(contact: Contact, radius: FloatArray) -> tuple[Assumption, ...]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -17,8 +17,6 @@ from pymdr.line.rebound import Motion, rebound
 from pymdr.mapping.equivalent import equivalent_profile
 from pymdr.mapping.relaxation import Relaxation, relaxation_of
 from pymdr.problem.contact import Contact
-from pymdr.problem.materials import Material, Viscoelastic
-from pymdr.problem.rheology import PowerLawRheology, SpringsAndDashpots
 from pymdr.solving.colliding import reaching
 from pymdr.solving.memory import powers_of
 from pymdr.units import metres, written
@@ -44,16 +42,6 @@ class Ground:
     """Of the exponentials that stand for a power of time, in s."""
     first: float
     """About a twentieth of the time in s in which the force grows, at a speed of 1 m/s."""
-
-
-@dataclass(frozen=True)
-class _Sum(SpringsAndDashpots):
-    """A rheology that is known by its kernel."""
-
-    whole: Relaxation
-
-    def kernel(self, span: tuple[float, float] | None = None) -> Relaxation:
-        return self.whole
 
 
 def followed(contact: Contact, mass: float, speeds: tuple[float, float]) -> tuple[Ground, Motion]:
@@ -85,7 +73,9 @@ def followed(contact: Contact, mass: float, speeds: tuple[float, float]) -> tupl
     times = [_guess(contact, line, mass, speed) for speed in speeds]
     for _ in range(_TRIES):
         span = _SHORTEST * min(times), _LONGEST * max(times)
-        ground, motion = _followed(contact, line, mass, speeds[1], _over(contact, span), span)
+        ground, motion = _followed(
+            contact, line, mass, speeds[1], relaxation_of(contact.body, contact.counterbody, span=span), span
+        )
         slowest = motion_at(ground, mass, speeds[0])
         found = [slowest.contact_time, motion.contact_time]
         if all(not math.isfinite(t) or t <= _NEAR * max(times) for t in found) and all(
@@ -187,19 +177,3 @@ def _guess(contact: Contact, line: ElasticLine, mass: float, speed: float) -> fl
         if abs(math.log(time / before)) < 0.5:
             break
     return time
-
-
-def _over(contact: Contact, span: tuple[float, float]) -> Relaxation:
-    """E*(t) over a span; what powers of time do before it has the impulse of a dashpot."""
-
-    def known(body: Material) -> Material:
-        if not isinstance(body, Viscoelastic) or not isinstance(body.shear, PowerLawRheology):
-            return body
-        power = body.shear
-        kernel = power.kernel(span)
-        first, b = span[0], body.shear.exponent
-        impulse = float(power.relaxation(first)) * first / (1.0 - b)
-        seen = -np.expm1(-first / kernel.times) * kernel.times @ kernel.moduli
-        return replace(body, shear=_Sum(replace(kernel, viscosity=max(impulse - float(seen), 0.0))))
-
-    return relaxation_of(known(contact.body), known(contact.counterbody))

@@ -22,7 +22,13 @@ from pymdr.problem.profiles import Sampled
 from pymdr.problem.schedule import Stretch, uses
 from pymdr.result import Result, Status
 from pymdr.rows import taken
-from pymdr.solving.memory import assumptions_with_memory, later_too, relaxation_along, times_of
+from pymdr.solving.memory import (
+    assumptions_with_memory,
+    later_too,
+    refuse_sudden,
+    relaxation_along,
+    times_of,
+)
 from pymdr.solving.normal import check_normal_path, refuse_tension
 from pymdr.solving.reach import Mapped, assumptions, half_space_assumptions, map_to_line, notes_of
 from pymdr.solving.walk import Channels, Task, Told, Walked, solution, walk
@@ -221,6 +227,7 @@ def _step_with_memory(
 ) -> tuple[_Remembered, tuple[RingMemory | None, RingMemory | None], Channels]:
     if asked.by_force:
         refuse_tension(asked.leg, asked.normal)
+    refuse_sudden(asked, relaxation)
     touched = state is not None and state[0] is not None
     start = asked.start[0] if touched else min(asked.start[0], 0.0)
     time, target = np.append(asked.begin, times_of(asked)), np.append(start, asked.normal)

@@ -42,6 +42,7 @@ from pymdr.solving.memory import (
     assumptions_with_memory,
     error_of,
     is_told_by_rows,
+    refuse_sudden,
     relaxation_along,
     times_of,
 )
@@ -110,7 +111,7 @@ def _step(
     told: Told | None,
 ) -> tuple[MemoryRows, _State, Channels]:
     """Step 2: springs with memory, and half as many of them, which tell how far they err."""
-    refuse_untimed(asked)
+    refuse_untimed(asked, relaxation)
     first, second = begun(task, line, relaxation, asked) if state is None else (state.fine, state.coarse)
     # as with friction, which changes nothing here
     loads = asked.controls.normal != "indentation"
@@ -123,9 +124,10 @@ def _step(
     return taken(rows, kept), _State(fine.state, coarse.state), here
 
 
-def refuse_untimed(asked: Stretch) -> None:
-    """Refuse a leg without times, and forces that pull."""
+def refuse_untimed(asked: Stretch, relaxation: Relaxation) -> None:
+    """Refuse a leg without times, forces that pull, and moves that would need an infinite one."""
     times_of(asked)
+    refuse_sudden(asked, relaxation)
     if asked.by_force:
         refuse_tension(asked.leg, asked.normal)
 
@@ -143,7 +145,7 @@ def rows_met(
         )
     rows = MemoryRows(
         fine.indentation,
-        fine.force,
+        asked.normal if asked.by_force else fine.force,
         fine.contact_radius,
         fine.stored,
         fine.dissipated,
@@ -313,9 +315,13 @@ def interpreted(
     claims = memory_claims(names, rows.disk, rows.forced, rows.moved, check, remark)
     claims["effective_modulus"] = _where(claims["effective_modulus"], elastic > 0.0)
     errors |= {name: check.error(name, force.size) for name in NORMAL_FIELDS}
+    given = {"indentation": rows.moved, "normal_force": rows.forced}
     claims = with_errors(
         claims,
-        errors,
+        {
+            name: error + np.where(given.get(name, False), 0.0, relaxation.error)
+            for name, error in errors.items()
+        },
         f"; energies are those of the springs and dashpots that the rheology names{OWN_ERRORS}",
         f"as {SPRINGS} springs do",
     )

@@ -218,19 +218,24 @@ def _with_samples(profile: dict[str, Any], folder: Path) -> dict[str, Any]:
 
 
 def _with_rheometry(body: dict[str, Any], folder: Path, table: str) -> dict[str, Any]:
-    shear = body.get("shear")
-    if not isinstance(shear, dict) or shear.get("kind") != "prony" or "file" not in shear:
-        return body
-    where = f"[{table}.shear]"
-    _refuse_both(shear, ("equilibrium", "moduli", "times"), where, "the series")
-    file = _named(shear["file"], folder, where)
-    try:
-        series = fit_prony(file).series
-    except PymdrError as error:
-        raise CaseError(f"{where} {error}") from error
-    rest = {key: value for key, value in shear.items() if key != "file"}
-    terms = {"equilibrium": series.equilibrium, "moduli": series.moduli, "times": series.times}
-    return {**body, "shear": {**rest, **terms}}
+    if body.get("kind") == "viscoelastic" and "shear" in body and "young" in body:
+        raise CaseError(f"[{table}] gives both shear and young; give one of them")
+    for key in ("shear", "young"):
+        law = body.get(key)
+        if not isinstance(law, dict) or law.get("kind") != "prony" or "file" not in law:
+            continue
+        where = f"[{table}.{key}]"
+        _refuse_both(law, ("equilibrium", "moduli", "times"), where, "the series")
+        file = _named(law["file"], folder, where)
+        try:
+            series = fit_prony(file, poisson=body.get("poisson")).series
+        except PymdrError as error:
+            raise CaseError(f"{where} {error}") from error
+        rest = {name: value for name, value in law.items() if name != "file"}
+        terms = {"equilibrium": series.equilibrium, "moduli": series.moduli, "times": series.times}
+        # the series is that in shear, whichever modulus the file has
+        body = {**{name: value for name, value in body.items() if name != key}, "shear": {**rest, **terms}}
+    return body
 
 
 def _with_record(leg: dict[str, Any], folder: Path, index: int) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""Measurements in shear, and the Prony series through them."""
+"""Measured moduli, and the Prony series in shear through them."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import numpy as np
 from pymdr.errors import ProblemError
 from pymdr.problem.fitting import Measured
 from pymdr.problem.rheology import Prony
-from pymdr.units import FloatArray, shown, to_si_array, written
+from pymdr.units import FloatArray, QuantityLike, shown, to_si, to_si_array, written
 from pymdr.workbench.tables import read_rheometry
 
 if TYPE_CHECKING:
@@ -20,16 +20,18 @@ if TYPE_CHECKING:
 
 _SWEEP = {"omega": "rad/s", "storage": "Pa", "loss": "Pa"}
 _TEST = {"time": "s", "modulus": "Pa"}
+_YOUNG = {"young": "modulus", "young_storage": "storage", "young_loss": "loss"}
+"""Names of Young's moduli, and of those in shear."""
 _DRAWN = 400
 
 
 @dataclass(frozen=True)
 class PronyFit:
-    """A Prony series and the rows that it was fitted to."""
+    """A Prony series in shear and the rows that it was fitted to."""
 
     series: Prony
     data: dict[str, FloatArray]
-    """``time`` (s) and ``modulus`` (Pa), or ``omega`` (rad/s), ``storage`` and ``loss`` (Pa)."""
+    """In shear: ``time`` (s) and ``modulus`` (Pa), or ``omega`` (rad/s), ``storage`` and ``loss`` (Pa)."""
 
     def _moduli(self, along: FloatArray) -> dict[str, FloatArray]:
         """The series at times or angular frequencies, under the names of quantities."""
@@ -56,7 +58,7 @@ class PronyFit:
         """A line per term, with units."""
         number = self.series.times.size
         lines = [
-            f"{number} term{'s' if number != 1 else ''}, {100.0 * self.misfit:.3g} % off the rows (root mean square)",
+            f"{number} term{'s' if number != 1 else ''} in shear, {100.0 * self.misfit:.3g} % off the rows (root mean square)",
             f"{'time':>12} {'modulus':>12}",
             f"{'equilibrium':>12} {written(self.series.equilibrium, 'Pa'):>12}",
         ]
@@ -79,17 +81,24 @@ class PronyFit:
 
 
 def fit_prony(
-    data: str | os.PathLike[str] | Mapping[str, Any], *, terms: int | None = None, noise: float | None = None
+    data: str | os.PathLike[str] | Mapping[str, Any],
+    *,
+    poisson: QuantityLike | None = None,
+    terms: int | None = None,
+    noise: float | None = None,
 ) -> PronyFit:
     """
-    A Prony series through a relaxation test or a frequency sweep in shear.
+    A Prony series in shear through a relaxation test or a frequency sweep.
 
     Parameters
     ----------
     data : path or mapping
-        A CSV file with units in its header, ``time [s], modulus [kPa]``, or ``frequency [Hz], storage [kPa],
-        loss [kPa]`` (or ``omega [rad/s]``); or arrays under the names ``time`` and ``modulus``, or ``omega`` (in
-        rad/s), ``storage`` and ``loss``.
+        A CSV file with units in its header, ``time [s], G [kPa]``, or ``frequency [Hz], G' [kPa], G'' [kPa]`` (or
+        ``omega [rad/s]``), or the same with E, E' and E''; ``tan delta`` may stand for one of a pair. Or arrays in shear under the
+        names ``time`` and ``modulus``, or ``omega`` (in rad/s), ``storage`` and ``loss``; and of Young's moduli ``time`` and
+        ``young``, or ``omega``, ``young_storage`` and ``young_loss``.
+    poisson : quantity, optional
+        Poisson's ratio, the same at all times; needed for Young's moduli, which are 2 (1 + nu) times those in shear.
     terms : int, optional
         The largest number of terms. Unless given, they become fewer as long as the misfit is at most `noise`.
     noise : float, optional
@@ -98,7 +107,7 @@ def fit_prony(
     Returns
     -------
     PronyFit
-        The series, its misfit and its figure.
+        The series in shear, its misfit and its figure.
 
     Raises
     ------
@@ -111,19 +120,41 @@ def fit_prony(
     --------
     >>> t = np.geomspace(1e-3, 1e2, 50)
     >>> print(fit_prony({"time": t, "modulus": 1e5 + 3e5 * np.exp(-t / 0.2)}, noise=1e-3))
-    1 term, ... % off the rows (root mean square)
+    1 term in shear, ... % off the rows (root mean square)
             time      modulus
      equilibrium      100 kPa
           200 ms      300 kPa
     """
     if isinstance(data, str | os.PathLike):
         data = read_rheometry(data)
-    if not isinstance(data, Mapping) or set(data) not in (set(_TEST), set(_SWEEP)):
+    if not isinstance(data, Mapping) or {_YOUNG.get(name, name) for name in data} not in (
+        set(_TEST),
+        set(_SWEEP),
+    ):
         raise ProblemError(
-            f"fit_prony: {shown(data)}; the name of a CSV file is needed, or arrays under the names {', '.join(_TEST)} or "
-            f"{', '.join(_SWEEP)}"
+            f"fit_prony: {shown(data)}; the name of a CSV file is needed, or arrays in shear under the names {', '.join(_TEST)} or "
+            f"{', '.join(_SWEEP)} (of Young's moduli: {', '.join(_YOUNG)})"
         )
     units = _TEST if "time" in data else _SWEEP
-    rows = {name: to_si_array(data[name], unit, name=name) for name, unit in units.items()}
+    rows = {}
+    for name, values in data.items():
+        own = _YOUNG.get(name, name)
+        rows[own] = to_si_array(values, units[own], name=name) / _stiffer(name, poisson)
+    rows = {name: rows[name] for name in units}
     fit = Prony.from_relaxation if "time" in data else Prony.from_dma
     return PronyFit(fit(*rows.values(), terms=terms, noise=noise), rows)
+
+
+def _stiffer(name: str, poisson: QuantityLike | None) -> float:
+    """How many times a modulus is that in shear."""
+    if name not in _YOUNG:
+        return 1.0
+    if poisson is None:
+        raise ProblemError(
+            f"fit_prony: {name} is Young's modulus, 2 (1 + nu) times that in shear: give poisson, such as 0.5 for a body that keeps "
+            "its volume"
+        )
+    nu = to_si(poisson, "", name="poisson")
+    if not -1.0 < nu <= 0.5:
+        raise ProblemError(f"fit_prony: poisson = {nu:g}; it must be above -1 and at most 0.5")
+    return 2.0 * (1.0 + nu)

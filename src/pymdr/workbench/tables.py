@@ -36,6 +36,8 @@ _THOUSANDS = re.compile(r"[+-]?[1-9][0-9]{0,2},[0-9]{3}", re.ASCII)
 _EXCEL = re.compile(r"sep=.", re.IGNORECASE)
 """A first line by which Excel says what separates columns."""
 _LARGEST = 200 * 2**20
+_PRIMES = (("\u2033", "''"), ("\u2032", "'"), ("\u2019", "'"), ('"', "''"))
+"""How else laboratories write the primes of G' and G''."""
 
 Names = Mapping[str, tuple[str, ...]]
 
@@ -64,46 +66,75 @@ _GRID: Names = {"x": ("x",), "y": ("y",), "height": ("z", "height", "h")}
 
 _RHEOMETRY: Names = {
     "time": ("time", "t"),
-    "relaxation_modulus": ("modulus", "g", "relaxation modulus", "shear modulus"),
     "frequency": ("frequency", "f"),
     "angular_frequency": ("angular frequency", "omega", "w"),
-    "storage_modulus": ("storage", "g'", "storage modulus"),
-    "loss_modulus": ("loss", "g''", "loss modulus"),
+    "modulus": ("g", "shear modulus", "shear relaxation modulus"),
+    "storage": ("g'", "shear storage", "shear storage modulus"),
+    "loss": ("g''", "shear loss", "shear loss modulus"),
+    "young": ("e", "young modulus", "young's modulus", "tensile modulus", "tensile relaxation modulus"),
+    "young_storage": ("e'", "young storage", "young's storage modulus", "tensile storage modulus"),
+    "young_loss": ("e''", "young loss", "young's loss modulus", "tensile loss modulus"),
+    "loss_tangent": ("tan delta", "tan d", "tan(delta)", "loss tangent", "loss factor"),
+    "some modulus": ("modulus", "relaxation modulus"),
+    "some storage modulus": ("storage", "storage modulus"),
+    "some loss modulus": ("loss", "loss modulus"),
 }
+_UNNAMED = "some "
+_TESTS = (
+    ("time", "modulus"),
+    ("time", "young"),
+    ("omega", "storage", "loss"),
+    ("omega", "young_storage", "young_loss"),
+)
 
 
 def read_rheometry(file: str | os.PathLike[str]) -> dict[str, FloatArray]:
     """
-    A relaxation test or a frequency sweep in shear from a CSV file with units in its header.
+    A relaxation test or a frequency sweep from a CSV file with units in its header.
 
     Parameters
     ----------
     file : path
-        With the columns time and modulus, or frequency (Hz) or angular frequency (rad/s) with storage and loss.
+        With the columns time and G or E, or frequency (Hz) or angular frequency (rad/s) with G' and G'' or E' and E''; tan delta
+        may stand for one of the two.
 
     Returns
     -------
     dict of str to ndarray
-        ``time`` (s) and ``modulus`` (Pa), or ``omega`` (rad/s), ``storage`` and ``loss`` (Pa).
+        ``time`` (s) and the shear ``modulus`` or ``young`` (Pa); or ``omega`` (rad/s) with ``storage`` and ``loss`` in shear, or
+        ``young_storage`` and ``young_loss`` (Pa).
 
     Raises
     ------
     FileError, CaseError
-        If the file cannot be read, is not such a table, or holds columns of both.
+        If the file cannot be read, is not such a table, holds columns of both, or does not say whether a modulus is that of shear
+        or Young's.
     """
-    example = "time [s], modulus [kPa]' or 'frequency [Hz], storage [kPa], loss [kPa]"
+    example = "time [s], G [kPa]' or 'frequency [Hz], G' [kPa], G'' [kPa]"
     found = _read(file, _RHEOMETRY, (), example)
+    unnamed = [name for name in found if name.startswith(_UNNAMED)]
+    if unnamed:
+        raise CaseError(
+            f"{file}: the column of the {unnamed[0].removeprefix(_UNNAMED)} does not say whether it is the modulus of shear or Young's, "
+            "which is 2 (1 + nu) times that, three times for rubber; name the columns G, or G' and G'', for moduli of shear, and E, or "
+            "E' and E'', for Young's"
+        )
     if "frequency" in found and "angular_frequency" not in found:
         found["angular_frequency"] = 2.0 * np.pi * found.pop("frequency")
-    for names, words in (
-        (("time", "relaxation_modulus"), ("time", "modulus")),
-        (("angular_frequency", "storage_modulus", "loss_modulus"), ("omega", "storage", "loss")),
-    ):
+    if "angular_frequency" in found:
+        found["omega"] = found.pop("angular_frequency")
+    tangent = found.pop("loss_tangent", None)
+    for storage, loss in (("storage", "loss"), ("young_storage", "young_loss")):
+        if tangent is not None and storage in found and loss not in found:
+            found[loss] = found[storage] * tangent
+        elif tangent is not None and loss in found and storage not in found and (tangent > 0.0).all():
+            found[storage] = found[loss] / tangent
+    for names in _TESTS:
         if set(found) == set(names):
-            return {word: found[name] for word, name in zip(words, names, strict=True)}
+            return {name: found[name] for name in names}
     raise CaseError(
-        f"{file} has {', '.join(found)}; a relaxation test has time and modulus, a frequency sweep has frequency, storage and "
-        f"loss: write a header such as '{example}'"
+        f"{file} has {', '.join(found)}; a relaxation test has time and a modulus in shear (G) or Young's (E), a frequency sweep has "
+        f"frequency with G' and G'', or E' and E'': write a header such as '{example}'"
     )
 
 
@@ -444,19 +475,23 @@ def _cells(line: str, separator: str) -> list[str]:
 def _title(title: str) -> tuple[str, str | None]:
     match = _COLUMN.fullmatch(title)
     name, unit = (match["name"], match["unit"]) if match else (title.strip(), None)
+    for prime, typed in _PRIMES:
+        name = name.replace(prime, typed)
     return name.lower().replace("_", " "), unit
 
 
 def _si_unit(quantity: str) -> str:
     if quantity in _CURVE_ERRORS:
         return ""
+    if quantity in _RHEOMETRY and quantity not in QUANTITIES:
+        return {"frequency": "Hz", "loss_tangent": ""}.get(quantity, "Pa")
     return QUANTITIES[quantity].unit if quantity in QUANTITIES else "m"
 
 
 def _factor(source: Path, quantity: str, title: str) -> float:
     unit = _title(title)[1]
     si_unit = _si_unit(quantity)
-    if unit is None and not si_unit:
+    if not si_unit and unit in (None, "-", "1"):
         return 1.0
     if unit is None:
         raise CaseError(

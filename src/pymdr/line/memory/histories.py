@@ -253,7 +253,14 @@ def deepest_under(curve: Curve, relaxation: Relaxation, time: ArrayLike, force: 
         return 0.0
     if not load.any():
         return 0.0
-    at_once = float(load.max()) / (relaxation.glassy + relaxation.viscosity / max(t[-1] - t[0], 1e-300))
+    stiffest = relaxation.glassy
+    if relaxation.viscosity > 0.0:
+        if t[-1] == t[0]:
+            return 0.0
+        stiffest = (
+            relaxation.equilibrium + float(relaxation.moduli.sum()) + relaxation.viscosity / (t[-1] - t[0])
+        )
+    at_once = float(load.max()) / stiffest
     for most in (float(compliant(relaxation, t, load).max()), at_once):
         states = states_at_force(curve, [most])
         depth, radius = float(states.indentation[0]), float(states.contact_radius[0])
@@ -293,8 +300,8 @@ def _follow(
         raise PathError(
             f"the time of row {at} is {-waits[at]:g} s before the one before it: times must not fall"
         )
-    if relaxation.viscosity > 0.0:
-        _refuse_jumps(state, waits, target, machine)
+    if math.isinf(machine) and relaxation.viscosity > 0.0:
+        _refuse_jumps(state, waits, target)
     springs = state.springs
     if springs is None:
         if deepest <= 0.0:
@@ -385,25 +392,24 @@ def _follow(
     )
 
 
-def _refuse_jumps(state: MemoryState, waits: FloatArray, target: FloatArray, machine: float) -> None:
-    if math.isinf(machine):
-        before = np.concatenate([[state.indentation], target[:-1]])
-        sudden = (waits == 0.0) & (target != before) & (np.maximum(target, before) > 0.0)
-    else:
-        before = np.concatenate([[0.0], target[:-1]])
-        sudden = (waits == 0.0) & (target != before) & (np.maximum(target, before) > 0.0)
+def _refuse_jumps(state: MemoryState, waits: FloatArray, depth: FloatArray) -> None:
+    before = np.concatenate([[state.indentation], depth[:-1]])
+    sudden = (waits == 0.0) & (depth != before) & (np.maximum(depth, before) > 0.0)
     if sudden.any():
+        row = int(np.argmax(sudden))
         raise PathError(
-            f"row {int(np.argmax(sudden))} is a sudden move, which a dashpot answers with an infinite force: give it a duration"
+            f"row {row} moves the indentation from {metres(float(before[row]))} to {metres(float(depth[row]))} in no time, for which "
+            "this rheology needs an infinite force: give the row a duration"
         )
 
 
 def _apart(state: MemoryState, t: FloatArray, target: FloatArray, machine: float) -> MemoryHistory:
+    """Rows that press nowhere: bodies apart, at rest on each other, or too stiff for a load that has no time to act."""
     none = np.zeros(t.size)
-    # under a force of 0 they rest on each other
-    d = target.copy() if math.isinf(machine) else target / machine if machine > 0.0 else none
+    d = target.copy() if math.isinf(machine) else np.minimum(target / machine, 0.0) if machine > 0.0 else none
+    force = none if math.isinf(machine) else np.maximum(target, 0.0)
     end = replace(state, time=float(t[-1]), indentation=float(d[-1]))
-    return MemoryHistory(d, none, none, none, none, none, np.ones(t.size, dtype=bool), end)
+    return MemoryHistory(d, force, none, none, none, none, np.ones(t.size, dtype=bool), end)
 
 
 def _radii(curve: Curve, springs: Springs, rows: FloatArray, edge_depth: int, last: int) -> FloatArray:

@@ -23,6 +23,8 @@ MOST = 10000
 """Parts of a step in which a spring is tried before it is given up."""
 _ROUNDING = 2e-15
 _NEWTON = 30
+_SHORTLY = 1e-3
+"""Of a step: the time that tells the modulus by which the force of a spring that is let go is continued."""
 _SLACK = 1e-12
 """Of the terms: what a gap, or a force, that grows throughout may lack at its beginning, where it is 0 but for many roundings."""
 DECAY, MEAN, RAMP, OWN, CROSS, MOVED = range(6)
@@ -67,6 +69,13 @@ def fill(
     for k in range(rates.size):
         mode[level, k, 0] = math.exp(-rates[k] * s)
         mode[level, k, 1] = -0.5 * math.expm1(-2.0 * rates[k] * s)
+
+
+@compiled
+def rise_of(elastic: float, relaxed: float) -> float:
+    """What a branch gains less what relaxes: nothing but rounding where it bears a steady drag, as one that relaxes at once does."""
+    rise = elastic - relaxed
+    return rise if abs(rise) > _ROUNDING * abs(elastic) else 0.0
 
 
 @compiled
@@ -201,25 +210,32 @@ def step(
     """
     Move the springs from `first` on straight from one indentation to another; returns how many levels of the tables are filled.
 
-    `body` holds equilibrium and viscosity.
+    `body` holds equilibrium and viscosity, A dashpot moves nowhere in no
+    time: the way to `end` then stands for its load, as if its viscosity were that of one second.
     """
     n, modes = moduli.size, rates.size
     equilibrium, viscosity = body[0], body[1]
     soft, glassy = 1.0 / moduli, equilibrium + moduli.sum()
-    move = end - start
-    drag = viscosity * move / duration if viscosity > 0.0 and move != 0.0 else 0.0
+    move, lasting = end - start, duration
+    sudden = viscosity > 0.0 and duration == 0.0
+    if sudden:
+        lasting = 1.0
+    drag = viscosity * move / lasting if viscosity > 0.0 and move != 0.0 else 0.0
+    if sudden:
+        move, end = 0.0, start
     h = np.zeros(max(n, 1))
     m = np.zeros(max(modes, 1))
     ahead = np.zeros(max(n, modes, 1))
     stored, lost, work, force, rate = 0.0, 0.0, 0.0, 0.0, 0.0
     last, count, parts = -1, 0, 0
     q_last, q_before = 0.0, 0.0
-    stiff = equilibrium + (viscosity / duration if viscosity > 0.0 and duration > 0.0 else 0.0)
+    stiff = viscosity if sudden else equilibrium + (viscosity / duration if viscosity > 0.0 else 0.0)
     if filled == 0:
         fill(0, duration, times, rates, branch, mode)
         filled = 1
-    for j in range(n):
-        stiff += moduli[j] * branch[0, j, MEAN]
+    if not sudden:
+        for j in range(n):
+            stiff += moduli[j] * branch[0, j, MEAN]
     # of the springs that stay in contact by far: k, what their branches bear before, and its square
     stays = 0.0
     borne, squared = np.zeros(max(n, 1)), np.zeros(max(n, 1))
@@ -258,7 +274,7 @@ def step(
                 continue
             for j in range(n):
                 h[j] = z_old[i, j]
-            turn = _parts(equilibrium, drag, moduli, times, move, duration, w, h)
+            turn = 2.0 if sudden else _parts(equilibrium, drag, moduli, times, move, duration, w, h)
             if turn < 1.0:
                 fill(0, duration * turn, times, rates[:0], once, once_modes)
                 dw = move * turn
@@ -318,7 +334,7 @@ def step(
                 continue
             for k in range(modes):
                 m[k] = z_old[i, k]
-            turn = _touches(rates, reach, move, duration, rest + y - start, m)
+            turn = 2.0 if sudden else _touches(rates, reach, move, duration, rest + y - start, m)
             if turn < 1.0:
                 fill(0, duration * turn, times[:0], rates, once, once_modes)
                 faded, there = 0.0, rest
@@ -403,8 +419,8 @@ def step(
                         ratio = duration * part / times[j]
                         fall += h[j]
                         fallen += next_h
-                        steep += min(elastic - ratio * h[j], 0.0)
-                        flat += min(elastic - ratio * next_h, 0.0)
+                        steep += min(rise_of(elastic, ratio * h[j]), 0.0)
+                        flat += min(rise_of(elastic, ratio * next_h), 0.0)
                     scale += abs(h[j])
                     pushed += branch[level, j, MEAN] * h[j] + branch[level, j, RAMP] * elastic
                     spent += (
@@ -420,7 +436,8 @@ def step(
                     drop, dropped, curl, curled = 0.0, 0.0, 0.0, 0.0
                     for j in range(n):
                         ratio = duration * part / times[j]
-                        slow, fast = moduli[j] * dw - ratio * h[j], moduli[j] * dw - ratio * ahead[j]
+                        slow = rise_of(moduli[j] * dw, ratio * h[j])
+                        fast = rise_of(moduli[j] * dw, ratio * ahead[j])
                         begins += slow
                         ends += fast
                         if slow > 0.0:
@@ -429,7 +446,9 @@ def step(
                         else:
                             drop, dropped = drop - slow, dropped - fast
                             curl, curled = curl + ratio * slow, curled + ratio * fast
-                    if _least(begins, ends, rise, risen, bend, bent) >= 0.0:
+                    if sudden:
+                        holds, at_once = True, True
+                    elif _least(begins, ends, rise, risen, bend, bent) >= 0.0:
                         holds, forced = True, before >= -_SLACK * scale
                     elif _least(-begins, -ends, drop, dropped, curl, curled) >= 0.0:
                         holds, at_once = True, before <= _ROUNDING * scale
@@ -600,7 +619,11 @@ def step(
     row[RATE] = rate
     row[EDGE_DEPTH] = end
     if 0 <= last < springs.shape[1] - 1:
-        edge = _edge(springs, w_new, active, last, end, q_before, q_last, glassy, drag)
+        short = equilibrium  # what a spring feels that is let go shortly before the end
+        for j in range(n):
+            x = _SHORTLY * duration / times[j]
+            short += moduli[j] * (-math.expm1(-x) / x if x > 0.0 else 1.0)
+        edge = _edge(springs, w_new, active, last, end, q_before, q_last, short, drag)
         row[EDGE_DEPTH] = edge
         if cut or drag != 0.0:  # without, the force is continuous in the indentation
             force += _cut(springs, last, edge, q_before, q_last, drag)
@@ -617,7 +640,7 @@ def _edge(
     depth: float,
     q_before: float,
     q_last: float,
-    glassy: float,
+    stiff: float,
     drag: float,
 ) -> float:
     """
@@ -641,7 +664,7 @@ def _edge(
     inward = y
     if q_before > q_last:
         inward = min(inner + q_last * (inner - springs[HEIGHT, last - 1]) / (q_before - q_last), y)
-    trial = q_last + glassy * gap
+    trial = q_last + stiff * gap
     across = inner + (y - inner) * q_last / trial if trial > 0.0 else inner
     return float(max(min(outward, inward), min(max(outward, inward), across)))
 

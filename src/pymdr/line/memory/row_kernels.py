@@ -9,6 +9,7 @@ import numpy as np
 from pymdr import compiling
 from pymdr.line.memory.kernels import (
     COLUMNS,
+    COUNT,
     DECAY,
     FORCE,
     FREE,
@@ -101,6 +102,8 @@ def _note(
 @compiled
 def _rest(springs: FloatArray, w: FloatArray, active: int) -> float:
     """The largest indentation at which no spring is touched, of those that are all free."""
+    if active == 0:  # of bodies that have not touched
+        return 0.0
     depth = springs[HEIGHT, active] if active < springs.shape[1] else math.inf
     for i in range(active):
         depth = min(depth, springs[HEIGHT, i] + w[i])
@@ -192,19 +195,25 @@ def _press(
     low, high = -math.inf, math.inf
     out = 0.0
     lift = machine == 0.0 and target <= 0.0
-    inner, outer, sums = 0, active, np.zeros(2 + moduli.size)
-    if not lift and not math.isinf(machine):
-        inner, outer = _inner(springs, moduli.size, active, w1, z1, free1, sums)
     hardest = (body[0] + moduli.sum()) * springs[OUTER, n - 1]
-    if body[1] > 0.0 and duration > 0.0:
-        hardest += body[1] / duration * springs[OUTER, n - 1]
+    sudden = body[1] > 0.0 and duration == 0.0  # a dashpot takes the load where it is
+    inner, outer, sums = 0, active, np.zeros(2 + moduli.size)
+    if not (lift or sudden or math.isinf(machine)):
+        inner, outer = _inner(springs, moduli.size, active, w1, z1, free1, sums)
+    if body[1] > 0.0:
+        hardest += body[1] / (1.0 if sudden else duration) * springs[OUTER, n - 1]
     if machine == 0.0 and not lift:  # bodies that are apart rest on each other before a force presses
         here = max(here, _rest(springs, w1, active))
+    elif sudden and 0.0 < machine < math.inf:
+        here = max(here, min(_rest(springs, w1, active), target / machine))
     guess = target if math.isinf(machine) else min(here + (here - before), limit)
-    if lift:  # the bodies part at once and then rest on each other
+    parting = lift or (sudden and target < machine * here)
+    if parting:  # the bodies part at once, and then rest on each other where nothing holds them
         guess = here - 1e2 * (springs[HEIGHT, n - 1] + abs(here))
+        if sudden:  # by a load that no spring of the body withstands
+            guess += (guess - here) * (body[0] + moduli.sum()) / body[1]
     while True:
-        touched = _touched(springs, active, max(here, guess))
+        touched = _touched(springs, active, here if sudden else max(here, guess))
         near = touched if inner == 0 else min(touched, outer)
         filled = step(
             springs, body, moduli, times, rates, reach, to_modes, to_branches, here, guess, duration,
@@ -225,8 +234,13 @@ def _press(
             return guess, here, touched, filled
         if lift:
             return _rest(springs, w2, touched), here, touched, filled
-        over = row[FORCE] + machine * guess - target
-        close = abs(over) <= _CLOSE * (abs(target) + machine * abs(guess))
+        if sudden and parting:
+            row[FORCE] = 0.0
+            return target / machine, here, touched, filled
+        there = here if sudden else guess
+        over = row[FORCE] + machine * there - target
+        close = abs(over) <= _CLOSE * (abs(target) + machine * abs(there))
+        close |= sudden and row[COUNT] == 0.0  # nothing bears the load yet
         if not close:
             if over > 0.0:
                 high = min(high, guess)
@@ -239,17 +253,20 @@ def _press(
             continue
         if close:
             break
-        if low >= limit:
+        if low >= limit and not sudden:
             return math.inf, here, touched, filled
-        slope = row[RATE] + machine
+        slope = row[RATE] + (0.0 if sudden else machine)
         newton = guess - over / slope if slope > 0.0 else math.nan
         if low < newton < high:
-            guess = newton if newton < limit else limit
+            guess = newton if newton < limit or sudden else limit
         elif not enclosed:
             out = max(2.0 * out, abs(over) / hardest, 1e-15 * abs(guess), 1e-300)
-            guess = min(low + out, limit) if math.isinf(high) else high - out
+            guess = (low + out if sudden else min(low + out, limit)) if math.isinf(high) else high - out
         else:
             guess = 0.5 * (low + high)
+    if sudden:
+        row[FORCE] = max(target - machine * here, 0.0)
+        return here, here, touched, filled
     return guess, here, touched, filled
 
 

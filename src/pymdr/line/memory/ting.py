@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -17,6 +18,8 @@ from pymdr.units import FloatArray
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(16)
 _HALVINGS = 60
 _ROUNDING = 1e-12
+_ROUNDED = 2.0**-50
+"""Of a row: a time so short that a term relaxes at once."""
 
 
 class Rows(NamedTuple):
@@ -278,12 +281,16 @@ def _convolved(
     moving = np.flatnonzero((t_high > t_low) & (d_high > d_low) & (d_high > 0.0))
     duration = (t_high - t_low)[moving]
     touch = np.maximum(-d_low[moving], 0.0) / (d_high - d_low)[moving]
-    shortest = float(times.min())
+    # what has relaxed within a rounding of the row feels its last speed alone
+    instant = times[:, None] < _ROUNDED * duration
+    shortest = np.min(np.where(instant, math.inf, times[:, None]), axis=0, initial=math.inf)
     plain = (duration <= shortest) & (d_high[moving] <= 2.0 * d_low[moving])
     if marks.size:
         plain &= np.searchsorted(marks, d_low[moving]) == np.searchsorted(marks, d_high[moving])
     index, low, high = [moving[plain]], [touch[plain]], [np.ones(int(plain.sum()))]
-    for i, begin, length in zip(moving[~plain], touch[~plain], duration[~plain], strict=True):
+    for i, begin, length, short in zip(
+        moving[~plain], touch[~plain], duration[~plain], shortest[~plain], strict=True
+    ):
         halves = 0.5 ** np.arange(_HALVINGS + 1.0)
         width = 1.0 - begin
         span = d_high[i] - d_low[i]
@@ -291,7 +298,7 @@ def _convolved(
         ends = [
             np.array([begin, 1.0]),
             begin + width * halves[halves * width * span > 0.5 * max(d_low[i], 0.0)],
-            1.0 - width * halves[halves * width * length > 0.5 * shortest],
+            1.0 - width * halves[halves * width * length > 0.5 * short],
         ]
         for mark in (inner - d_low[i]) / span:  # g' may be infinite at a kink
             ends += [mark[None], mark + (1.0 - mark) * halves, mark - (mark - begin) * halves]
@@ -306,5 +313,10 @@ def _convolved(
     weight = 0.5 * (stop - start)[:, None] * span[:, None] * stiffness * _WEIGHTS
     before = ((t_high - t_low)[rows, None]) * (1.0 - part)
     for j, tau in enumerate(times):
-        np.add.at(total[:, j], rows, (weight * np.exp(-before / tau)).sum(axis=1))
+        if not instant[j].all():
+            np.add.at(total[:, j], rows, (weight * np.exp(-before / tau)).sum(axis=1))
+    if instant.any():
+        speed = (d_high - d_low)[moving] / duration
+        last = curve.stiffness(states_at_depth(curve, d_high[moving]).place) * speed
+        total[moving] = np.where(instant.T, times * last[:, None], total[moving])
     return total

@@ -19,6 +19,8 @@ _HELD = 1e-13
 """Of a travel: what rounding may take from one that is held."""
 _FORGOTTEN = 40.0
 """Relaxation times after which nothing is left."""
+_SHORT = 1e-7
+"""Of a rise: what is moved within a relaxation time of which the mean delay stands for its course."""
 _SAME = 1e-9
 """Of the largest load per length: what a contact that does not grow may be short of."""
 
@@ -60,8 +62,11 @@ def _gained(table: FloatArray, deepest: float, low: float, high: float, wait: fl
     if wait <= 0.0:
         return _force(table, deepest, high) - _force(table, deepest, low)
     speed = (high - low) / wait
-    begin = max(low, 0.0, high - _FORGOTTEN * time * speed)
-    parts = max(1, math.ceil((high - begin) / (speed * time)))
+    last = time * speed
+    if last < _SHORT * (high - max(low, 0.0)):  # the difference of depths below would lose its digits
+        return last * _stiffness(table, deepest, high - last)
+    begin = max(low, 0.0, high - _FORGOTTEN * last)
+    parts = max(1, math.ceil((high - begin) / last))
     total, end = 0.0, math.sqrt(math.sqrt(begin))
     for p in range(parts):
         here = end
@@ -77,7 +82,7 @@ def _gained(table: FloatArray, deepest: float, low: float, high: float, wait: fl
                 * 4.0
                 * root**3
                 * _stiffness(table, deepest, depth)
-                * math.exp(-max(high - depth, 0.0) / (speed * time))
+                * math.exp(-max(high - depth, 0.0) / last)
             )
     return total
 
@@ -251,7 +256,10 @@ def follow(
     while first > 0 and depth[first] > 0.0:
         first -= 1
     begin = -depth[first] / (depth[first + 1] - depth[first]) if top > first else 0.0
-    allowed = _SAME * (body[0] + moduli.sum()) * max(depth[top], 0.0)
+    allowed = body[0] * max(depth[top], 0.0)
+    for j in range(kinds):
+        allowed += moduli[j] * path[top, j]
+    allowed *= _SAME
     row, part = top - 1, 1.0
     for k in range(top + 1, n):  # shrinks
         over = _pull(

@@ -248,8 +248,9 @@ def _decode(plain: Mapping[str, Any], table: str) -> Any:
         )
         if "base" in arguments:
             arguments["base"] = _decode(arguments["base"], f"{table}.base")
-    if isinstance(arguments.get("shear"), Mapping):
-        arguments["shear"] = _decode(arguments["shear"], f"{table}.shear")
+    for name in ("shear", "young"):
+        if isinstance(arguments.get(name), Mapping):
+            arguments[name] = _decode(arguments[name], f"{table}.{name}")
     return _build(table, cls, arguments)
 
 

@@ -126,7 +126,7 @@ def _kinds_for(loc: list[Any]) -> list[str]:
         return [*LEGS, *ONE_CHANNEL_LEGS]
     if "interpolation" in loc:
         return list(INTERPOLATIONS)
-    if "shear" in loc:
+    if "shear" in loc or "young" in loc:
         return list(RHEOLOGIES)
     if "material" in loc or "base" in loc:
         return list(SOLIDS)

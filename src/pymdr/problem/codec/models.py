@@ -184,12 +184,15 @@ def _union(table: str) -> Any:
 
 @lru_cache(maxsize=64)
 def _model(kind: str, cls: type, only: tuple[str, ...] | None = None) -> type[BaseModel]:
-    from pydantic import ConfigDict, create_model
+    from pydantic import ConfigDict, Field, create_model
 
     columns: dict[str, Any] = {"kind": (Literal[kind], ...)}
     for f in fields(cls):
         if only is None or f.name in only:
             columns[f.name] = _field_type(cls, f)
+    if "shear" in columns:
+        words = "how it relaxes in tension, instead of shear; with poisson"
+        columns["young"] = (_union("rheology") | None, Field(None, description=words))
     if only is not None:
         columns[only[0]] = (Union[int, float, str], ...)  # noqa: UP007
     doc = inspect.cleandoc(cls.__doc__ or "").split("\n\n")[0]
@@ -248,7 +251,7 @@ def _field_type(cls: type, f: Any) -> tuple[Any, Any]:
         words = "between the lowest layer and the base; frictionless means that it slides and never lifts off"
         return Literal[BONDS], Field(f.default, description=words)
     if f.name == "shear":
-        return _union("rheology"), Field(..., description="how it relaxes in shear")
+        return _union("rheology") | None, Field(None, description="how it relaxes in shear; or young")
     if f.name == "sides":
         return int, Field(..., description="number of faces", ge=3, le=MOST_SIDES, strict=True)
     if f.name == "seed":

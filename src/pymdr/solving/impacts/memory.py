@@ -178,7 +178,7 @@ def _unbounded(solved: Result, ground: Ground) -> float | None:
 def _presses_at_edges(ground: Ground) -> bool:
     """Whether the pressure has no bound at the edge of a contact that grows: under dashpots, and powers of time above 1/2."""
     powers = powers_of(ground.contact)
-    return ground.relaxation.viscosity > 0.0 and (not powers or max(p.exponent for p in powers) >= 0.5)
+    return ground.relaxation.viscosity > 0.0 or max((p.exponent for p in powers), default=0.0) >= 0.5
 
 
 def _errors(motion: Motion, halved: Motion) -> dict[str, float]:
@@ -247,7 +247,7 @@ def _notes(ground: Ground, motion: Motion) -> tuple[str, ...]:
         first, last = (written(t, "s") for t in ground.span)
         notes.append(
             f"the power of time is {ground.relaxation.moduli.size} exponentials from {first} to {last}, which err by at most "
-            f"{ground.relaxation.error:.1g}; what is faster is a dashpot of the same impulse"
+            f"{ground.relaxation.error:.1g}; what is faster keeps its impulse"
         )
     if motion.rests:
         notes.append(
