@@ -38,7 +38,7 @@ from pymdr.line.adhesion import (
 from pymdr.line.adhesion.cohesive_zone import zone_integrals
 from pymdr.line.curves import ElasticLine
 from pymdr.mapping.equivalent import equivalent_profile
-from pymdr.problem.profiles import FlatPunch, Function, Paraboloid, PowerLaw, Sampled
+from pymdr.problem.profiles import FlatPunch, Function, Paraboloid, PowerLaw, Sampled, Sphere, TruncatedParaboloid
 
 REFERENCES = json.loads((Path(__file__).parent / "reference" / "refs.json").read_text())["refs"]
 LONG = np.longdouble
@@ -844,3 +844,30 @@ def test_many_cohesive_states_are_those_of_few(exponent, flat, edge, reach, seed
             assert all_of_them[chosen][off] == pytest.approx(some[off], rel=1e-8, abs=1e-12 * size)
     assert curve._tables
     assert not fresh._tables
+
+
+def test_a_zone_below_one_rounding_of_the_radius_is_that_of_jkr():
+    rng = np.random.default_rng(7)
+    flat = 1e-3
+    for kind in (Paraboloid, Sphere, lambda radius: TruncatedParaboloid(radius, flat * radius)) * 4:
+        radius, modulus, work = 10.0 ** rng.uniform([-9.0, 3.0, -13.0], [0.0, 11.0, -9.0])
+        work *= modulus * radius
+        size = (work * radius**2 / modulus) ** (1.0 / 3.0)
+        strength = 10.0 ** rng.uniform(6.0, 12.0) * (work * modulus**2 / radius) ** (1.0 / 3.0)
+        line = equivalent_profile(kind(radius))
+        beyond = flat * radius if kind not in (Paraboloid, Sphere) else 0.0
+        narrow = maugis_dugdale(line, modulus, work, strength)
+        sharp = ShortRange(ElasticLine(line, modulus), work)
+        distance = size * np.geomspace(1.2, 3.0, 5)
+        a = beyond + distance
+        found = narrow.states(narrow.ends[1] + narrow._radii.parameter(a))
+        limit = sharp.states(sharp._radii.parameter(a) if beyond else a)
+        # the zone of Dugdale (1960) before a square root, K^2 = 2 E* work
+        share = np.pi * modulus * work / (4.0 * strength**2) / distance
+        opening = np.sqrt(2.0 * np.pi * a * work / modulus)
+        depth, force = line.g(a) + opening, limit.normal_force + 4.0 * modulus * a * opening
+        assert np.all(np.abs(found.indentation - limit.indentation) <= (8.0 * share + 1e-13) * depth)
+        assert np.all(np.abs(found.normal_force - limit.normal_force) <= (8.0 * share + 1e-13) * force)
+        if beyond == 0.0:
+            rates = zip(narrow.slopes(narrow.ends[1] + a), sharp.slopes(a), strict=True)
+            assert all(np.allclose(mine, theirs, rtol=1e-5, atol=0.0) for mine, theirs in rates)

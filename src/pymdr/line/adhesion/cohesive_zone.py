@@ -37,6 +37,8 @@ _LEVELS = 8
 _STEP = 2.0**0.25
 """Ratio of radii by which a search goes where nothing is known yet."""
 _LARGEST = 1e30
+_NARROW = 8.0 * float(np.finfo(float).eps)
+"""Width of a zone, in parts of its inner radius, up to which g' is constant over it."""
 _FEW = 4
 """Breakpoints at which a rough quadrature splits a zone, at least."""
 
@@ -151,6 +153,7 @@ def zone_integrals(
     *,
     third: bool = False,
     marks: _Marks | None = None,
+    rough: bool = False,
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return J0, J1 and J2 of the module's head, each to 3e-13 of itself (1e-11 beyond a corner of f).
 
@@ -166,6 +169,8 @@ def zone_integrals(
         Whether J2 is wanted; it is 0 otherwise.
     marks : optional
         The breakpoints, where they are known already.
+    rough : bool
+        Whether the first level of the quadrature is enough, as for a bracket.
 
     Returns
     -------
@@ -185,12 +190,24 @@ def zone_integrals(
     >>> np.allclose([j0[0], j1[0], j2[0]], [1, 2, 8 / 3], rtol=1e-13)
     True
     """
+    # beside a breakpoint the offset keeps the width
+    inner = radius.offset if isinstance(radius, Place) else radius
+    narrow = width <= _NARROW * inner
+    if narrow.any():
+        result, at, rest = np.empty((3, width.size)), np.flatnonzero(narrow), np.flatnonzero(~narrow)
+        result[:, at] = _narrow_integrals(line, _taken(radius, at), width[at])
+        if rest.size:
+            wide = _taken(radius, rest), width[rest]
+            result[:, rest] = zone_integrals(line, *wide, third=third, marks=marks, rough=rough)
+        return result[0], result[1], result[2]
     if isinstance(line, PanelLine):
         j0, j1, j2 = panel_integrals(line, radius, width, third=third)
         return j0, j1, j2
     radius = rounded(radius)
     marks = marks or _marks(line)
-    result = _integrals_at(line, marks, radius, width, 0, third=third)
+    result = _integrals_at(line, marks, radius, width, 0, third=third, rough=rough)
+    if rough:
+        return result[0], result[1], result[2]
     left, before = np.arange(radius.size), np.full(radius.size, np.inf)
     for level in range(1, _LEVELS):
         fine = _integrals_at(line, marks, radius[left], width[left], level, third=third)
@@ -211,16 +228,22 @@ def zone_integrals(
     )
 
 
+def _narrow_integrals(line: EquivalentProfile, position: Position, width: FloatArray) -> FloatArray:
+    """J0, J1 and J2 of zones so narrow that c rounds to a: g' is constant over them, and ψ0² = 2δ/a."""
+    radius = rounded(position)
+    angle = np.arctan2(zone_root(radius, width), radius)
+    shares = [angle, radius * angle**3 / 3.0, radius**3 * angle**5 / 15.0]
+    # g' may be infinite where the profile ends
+    inside = position if isinstance(position, Place) else np.nextafter(radius, 0.0)
+    return np.asarray(line.slope(inside) * np.stack(shares))
+
+
 def _gap(
-    line: EquivalentProfile, marks: _Marks, k: float, position: Position, width: FloatArray, level: int | None
+    line: EquivalentProfile, marks: _Marks, k: float, position: Position, width: FloatArray, rough: bool
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return H [m], dH/dc at constant a and -dH/da at constant c, both dimensionless."""
     radius = rounded(position)
-    j0, j1, _ = (
-        zone_integrals(line, position, width, marks=marks)
-        if level is None or isinstance(line, PanelLine)
-        else _integrals_at(line, marks, radius, width, level, third=False, rough=True)
-    )
+    j0, j1, _ = zone_integrals(line, position, width, marks=marks, rough=rough)
     c = radius + width
     root = zone_root(radius, width)
     angle = np.arctan2(root, radius)
@@ -287,21 +310,21 @@ def solve_width(
     """
     marks = _Marks((), np.zeros(0)) if isinstance(line, PanelLine) else _marks(line)
 
-    def residual(width: FloatArray, at: _Index, level: int | None) -> tuple[FloatArray, FloatArray]:
+    def residual(width: FloatArray, at: _Index, rough: bool) -> tuple[FloatArray, FloatArray]:
         radius = _taken(given, at) if outward else fixed[at] - width
-        value, out, inw = _gap(line, marks, k, radius, width, level)
+        value, out, inw = _gap(line, marks, k, radius, width, rough)
         return value, out if outward else inw
 
     fixed = rounded(given)
     start = np.minimum(upper, _LARGEST if begin is None else begin)
     front = np.full(upper.shape, np.inf) if begin is None else fixed + start
-    width = _bracketed(lambda x, at: residual(x, at, 0), target, start, upper, fixed, front)
+    width = _bracketed(lambda x, at: residual(x, at, True), target, start, upper, fixed, front)
     left = np.flatnonzero(width < upper)
     before = np.full(left.size, np.inf)
     for _ in range(30):
         if left.size == 0:
             return width
-        value, rate = residual(width[left], left, None)
+        value, rate = residual(width[left], left, False)
         # under a flat end nothing grows yet
         step = np.divide(target - value, rate, where=rate > 0.0, out=width[left].copy())
         width[left] = np.clip(width[left] + step, 0.25 * width[left], upper[left])

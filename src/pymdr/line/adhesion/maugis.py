@@ -410,7 +410,8 @@ def maugis_dugdale(line: EquivalentProfile, modulus: float, work: float, strengt
         held = max(h0 - 2.0 * k * edge * (1.0 - 2.0 / np.pi) - height, 0.0)
     elif np.isfinite(end):
         width = solve_width(line, k, 0.5 * np.pi * h0, np.full(1, end), np.full(1, end), outward=False)
-        growing = end - float(width[0])
+        # a zone thinner than a rounding still lies inside
+        growing = min(end - float(width[0]), float(np.nextafter(end, 0.0)))
     else:
         growing = np.inf
     clipped, stuck = (
