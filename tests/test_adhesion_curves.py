@@ -38,7 +38,15 @@ from pymdr.line.adhesion import (
 from pymdr.line.adhesion.cohesive_zone import zone_integrals
 from pymdr.line.curves import ElasticLine
 from pymdr.mapping.equivalent import equivalent_profile
-from pymdr.problem.profiles import FlatPunch, Function, Paraboloid, PowerLaw, Sampled, Sphere, TruncatedParaboloid
+from pymdr.problem.profiles import (
+    FlatPunch,
+    Function,
+    Paraboloid,
+    PowerLaw,
+    Sampled,
+    Sphere,
+    TruncatedParaboloid,
+)
 
 REFERENCES = json.loads((Path(__file__).parent / "reference" / "refs.json").read_text())["refs"]
 LONG = np.longdouble

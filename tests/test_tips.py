@@ -27,9 +27,7 @@ def power(n, height, length, given):
     return mdr.Function(f if "f" in given else None, derivative=slope if "d" in given else None)
 
 
-@pytest.mark.parametrize("given", ["fd", "d"])
-@pytest.mark.parametrize(("n", "length"), [(0.013, 1e-9), (0.041, 1.0), (100.0, 1e-3)])
-def test_flat_and_steep_powers_are_those_of_the_closed_form(n, length, given):
+def check_power(n, length, given):
     height = 1e-3 * length
     found = pressed(power(n, height, length, given), 0.3 * height)
     exact = pressed(mdr.PowerLaw(exponent=n, height=height, radius=length), 0.3 * height)
@@ -40,6 +38,20 @@ def test_flat_and_steep_powers_are_those_of_the_closed_form(n, length, given):
         assert allowed < 1e-10
 
 
+def test_steep_powers_are_those_of_the_closed_form():
+    rng = np.random.default_rng(3)
+    for given in ("fd", "d", "fd"):
+        check_power(rng.uniform(20.0, 150.0), 10.0 ** rng.uniform(-9.0, 0.0), given)
+
+
+@pytest.mark.long
+def test_flat_powers_are_those_of_the_closed_form():
+    rng = np.random.default_rng(4)
+    for given in ("fd", "d") * 3:
+        check_power(10.0 ** rng.uniform(-2.0, -1.3), 10.0 ** rng.uniform(-9.0, 0.0), given)
+
+
+@pytest.mark.long
 @mp.workdps(30)
 def test_a_logarithmic_tip_is_mapped_from_f_and_refused_from_its_slope():
     length, height, depth = 1e-2, 1e-6, 1e-7
@@ -72,30 +84,28 @@ def test_a_logarithmic_tip_is_mapped_from_f_and_refused_from_its_slope():
 
 
 def test_a_tip_that_underflows_is_served():
-    length, height = 1e-3, 1e-6
+    rng = np.random.default_rng(5)
+    length = 10.0 ** rng.uniform(-9.0, 0.0)
+    height, depth = length * 10.0 ** rng.uniform([-4.0, -6.0], [-2.0, -5.0])
 
     def slope(r):
         return height * length / r**2 * np.exp(-length / r)
 
-    a = mp.findroot(
-        lambda x: (
-            mp.quad(lambda t: x * slope_of(x * mp.sin(t), length, height), [0.01, 0.1, 0.3, 1, mp.pi / 2])
-            - 1e-7
-        ),
-        (3e-4, 3.2e-4),
-        tol=1e-13,
-    )
-    found = pressed(mdr.Function(derivative=slope), 1e-7)
-    assert math.isclose(float(found["contact_radius"][0]), float(a), rel_tol=1e-11)
+    found = pressed(mdr.Function(derivative=slope), depth)
+    a = float(found["contact_radius"][0])
+
+    def rate(t):
+        r = a * mp.sin(t)
+        return a * height * length / r**2 * mp.e ** (-length / r)
+
+    g = mp.quad(rate, [0.01, 0.1, 0.3, 1, mp.pi / 2])
+    assert math.isclose(float(g), depth, rel_tol=1e-11)
 
 
-def slope_of(r, length, height):
-    return height * length / r**2 * mp.e ** (-length / r)
-
-
-@pytest.mark.parametrize("share", [2.5e-19, 1e-15])
-def test_a_faintly_hollow_cone_is_passed_over(share):
-    depth, radius = 1e-6, 1e-4
+def test_a_faintly_hollow_cone_is_passed_over():
+    rng = np.random.default_rng(6)
+    radius = 10.0 ** rng.uniform(-8.0, 0.0)
+    depth, share = radius * 10.0 ** rng.uniform(-4.0, -2.0), 10.0 ** rng.uniform(-19.0, -14.0)
     rise = depth / radius**2
     hollow = math.sqrt(4.0 * rise * depth * share)
     profile = mdr.Function(lambda r: rise * r**2 - hollow * r, derivative=lambda r: 2.0 * rise * r - hollow)
@@ -123,6 +133,7 @@ def test_what_is_not_defined_is_refused_in_words(profile, words):
         pressed(profile(), 1e-7)
 
 
+@pytest.mark.long
 def test_a_million_even_samples_are_mapped_as_fewer():
     r = np.linspace(0.0, 1e-3, 1_000_000)
     found = pressed(mdr.Sampled(r, r**2 / 2e-3), 1e-4)
