@@ -641,3 +641,19 @@ def test_the_bound_holds_against_rings(waves, depth):
     assert bound <= force * (1 + 2e-4)
     if result.status is mdr.Status.COMPLETED:
         assert bound == pytest.approx(force, rel=2e-4)
+
+
+@pytest.mark.long
+def test_many_shape_preserving_samples_are_averaged_over():
+    rng = np.random.default_rng(11)
+    radius = 10.0 ** rng.uniform(-9.0, 0.0)
+    r = np.cumsum(rng.uniform(0.5, 1.5, 40_000))
+    r = np.append(0.0, r) * (0.1 * radius / r[-1])
+    height = r**2 / (radius + np.sqrt((radius - r) * (radius + r)))
+    line = equivalent_profile(mdr.Sampled(r, height, interpolation=mdr.ShapePreserving()))
+    x = np.geomspace(0.04, 0.09, 9) * radius
+    error = np.abs(line.g(x) / (x * np.arctanh(x / radius)) - 1.0)
+    assert np.all(error <= line.error(x)[:, 0] + 1e-11)
+    assert np.all(line.error(x)[:, 0] < 1e-9)
+    # where knots are far smaller than panels, few of them are left
+    assert line.map_to(0.09 * radius).panels.count < 0.3 * r.size

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Set
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
@@ -27,6 +27,10 @@ from pymdr.units import FloatArray, metres
 _RESOLVED = 4e-15
 _SOFT = 1e-10
 """Across knots of many samples: their rounding over their distance is no less."""
+_AVERAGED = 4e-10
+"""The same where series average over knots."""
+KNOTS_AVERAGED = TERMS**2
+"""Knots on a panel from which a polynomial fitted to the heights there is stable."""
 _SEARCHED = 512
 """Points in a quarter of an octave at which the series are held against the slope: 2048 in an octave."""
 _FEWEST = 48
@@ -100,6 +104,10 @@ class SlopeSource(ABC):
     def grain(self, panels: Panels) -> FloatArray:
         """What the rounding of samples makes of f' on panels, which their knots cannot resolve; shape (P,)."""
         return np.zeros(panels.count)
+
+    def averaged(self, panels: Panels) -> tuple[FloatArray, FloatArray]:
+        """Coefficients that average f' over many knots, shape (P, TERMS), and their error as integrals feel it; inf where few."""
+        return np.zeros((panels.count, TERMS)), np.full(panels.count, math.inf)
 
     def rise(self, r: float) -> tuple[float, float]:
         """F(r) - f(0) in m and its rounding; NaN where only f' is known."""
@@ -268,6 +276,14 @@ def resolve(
         )
         fits = (fit.error <= allowed) & fit.even
         if source.soft_knots.size > 400:
+            coefficients, error = source.averaged(pending)
+            better = (error < fit.error) & (error <= _AVERAGED * fit.size)
+            series = Series(
+                np.where(better, 0.0, fit.series.power),
+                np.where(better[:, None], coefficients, fit.series.coefficients),
+            )
+            fit = replace(fit, series=series, error=np.where(better, error, fit.error))
+            fits |= better
             fits |= fit.error <= np.maximum(_SOFT * fit.size, source.grain(pending))
         if generation >= 2 and not fits.all():
             rest = np.flatnonzero(~fits)
@@ -298,7 +314,12 @@ def resolve(
             break
         soft = source.soft_knots.size > 0
         if generation == _KINK_GENERATION or soft:
-            unresolved = sorted(set(family[rest].tolist()) - asked)
+            # halves of a panel that holds many knots may average over them
+            many = np.diff(
+                np.searchsorted(source.soft_knots, [pending.start[rest], pending.stop[rest]]), axis=0
+            )[0]
+            few = rest[(many < 2 * KNOTS_AVERAGED) | (generation == _KINK_GENERATION)]
+            unresolved = sorted(set(family[few].tolist()) - asked)
             asked.update(unresolved)
             stretches = ((float(panels.start[i]), float(panels.stop[i])) for i in unresolved)
             if found := _kinks_of(kinks, stretches):

@@ -6,11 +6,12 @@ import math
 from functools import singledispatch
 
 import numpy as np
+from numpy.polynomial import chebyshev
 
 from pymdr.errors import ProblemError
 from pymdr.mapping.callables import Steps, TipLaw, check_consistency, find_kinks, polished, underflow_law
 from pymdr.mapping.derived import DerivedSource, rise_of
-from pymdr.mapping.resolving import SlopeSource, radii_beside
+from pymdr.mapping.resolving import KNOTS_AVERAGED, SlopeSource, radii_beside
 from pymdr.mapping.series import TERMS, Panels, Place, Series, evaluate
 from pymdr.problem.profiles import (
     Function,
@@ -27,6 +28,8 @@ from pymdr.units import FloatArray, metres
 _CHECKED_BEYOND = 1.5
 _FARTHER_OUT = 2.0**30
 _COSTLY_KNOTS = 4000
+_BETWEEN = np.array([0.0, 0.25, 0.5, 0.75])
+"""Where between knots misfits are measured."""
 MANY_KNOTS = 400
 """Samples from which on knots only count where panels do not resolve the curve across them."""
 
@@ -162,6 +165,34 @@ class SplineSource(SlopeSource):
         inside = np.diff(np.searchsorted(self.breaks, [panels.start, panels.stop]), axis=0)[0]
         heights = np.interp(panels.stop, self.breaks[:-1], self.heights)
         return np.asarray(_GRAIN * heights * inside / panels.width)
+
+    def averaged(self, panels: Panels) -> tuple[FloatArray, FloatArray]:
+        """
+        Derivatives of polynomials fitted to the heights at many knots, and their error as integrals feel it, shape (P,).
+
+        A misfit e of f' that changes its sign from knot to knot, distances h apart, and whose integral stays below p, adds to
+        an integral with an inverse square root over a panel of width w no more than a constant misfit of
+        e sqrt(h / w) + (p + e h) / sqrt(h w) does.
+        """
+        coefficients, error = super().averaged(panels)
+        first, last = np.searchsorted(self.breaks, [panels.start, panels.stop])
+        for i in np.flatnonzero(last - first >= KNOTS_AVERAGED).tolist():
+            knots = self.breaks[first[i] : last[i]]
+            step, width = np.diff(knots, prepend=knots[0]), float(panels.width[i])
+            r = (knots - step * _BETWEEN[:, None]).ravel()
+            z = 2.0 * (r - panels.start[i]) / width - 1.0
+            heights = self.coefficients[3][first[i] : last[i]]
+            basis = chebyshev.chebvander(z[: knots.size], TERMS)
+            fitted = np.linalg.lstsq(basis, heights - heights[0], rcond=None)[0]
+            coefficients[i] = chebyshev.chebder(fitted) * (2.0 / width)
+            base = np.full(r.size, panels.base[i])
+            values = self.sample(base, r - base)[0]
+            misfit = float(np.max(np.abs(values - chebyshev.chebval(z, coefficients[i]))))
+            gathered = float(np.ptp(heights - heights[0] - basis @ fitted))
+            largest = float(step.max())
+            error[i] = misfit * math.sqrt(largest / width)
+            error[i] += (gathered + misfit * largest) / math.sqrt(largest * width)
+        return coefficients, error
 
     def sample(self, base: FloatArray, offset: FloatArray) -> tuple[FloatArray, FloatArray]:
         """F' beside base + offset."""
