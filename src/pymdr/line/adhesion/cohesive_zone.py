@@ -191,7 +191,7 @@ def zone_integrals(
     True
     """
     # beside a breakpoint the offset keeps the width
-    inner = radius.offset if isinstance(radius, Place) else radius
+    inner = radius.offset if isinstance(radius, Place) else rounded(radius)
     narrow = width <= _NARROW * inner
     if narrow.any():
         result, at, rest = np.empty((3, width.size)), np.flatnonzero(narrow), np.flatnonzero(~narrow)
