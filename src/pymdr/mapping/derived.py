@@ -35,6 +35,9 @@ _GAIN = 0.5
 _NOISY = 1e3
 """Error of f' on a panel in roundings of f over its width, if it is nothing but rounding."""
 _MOST = 1024
+_KINKED = 2.0**-6
+"""Width of a panel, in parts of its distance from the breakpoint before it, from which kinks are looked for."""
+_SERIES = ("_low", "_high", "_series", "_error")
 _SURE = 1e-10
 _UNDERFLOW = 1e-290
 _FIRST, _SPREAD = 0.02, 2.0
@@ -161,7 +164,7 @@ class DerivedSource(SlopeSource):
         dropped = [edge for _, edge in self._done if edge > 0.5 * b]
         self._done = {key for key in self._done if key[1] <= 0.5 * b}
         kept = [i for i, low in enumerate(self._low) if low < min(dropped, default=math.inf)]
-        for name in ("_low", "_high", "_series", "_error"):
+        for name in _SERIES:
             setattr(self, name, [getattr(self, name)[i] for i in kept])
 
     def polish(self, top: float) -> bool:
@@ -232,10 +235,16 @@ class DerivedSource(SlopeSource):
             for i in used.tolist():
                 key = (base, round(float(edges[i]), 300) if edges[i] else 0.0)
                 if key not in self._done:
+                    made = self._divided(float(edges[i]), float(edges[i + 1]), base)
+                    if made is None:
+                        # a kink was found, and sections are others
+                        self._cover(r)
+                        return
                     self._done.add(key)
-                    self._divide(float(edges[i]), float(edges[i + 1]), base)
+                    for name, values in zip(_SERIES, zip(*made, strict=True), strict=False):
+                        getattr(self, name).extend(values)
                     fresh = True
-        if fresh:
+        if fresh or self._order.size != len(self._low):
             self._order = np.argsort(self._low, kind="stable")
             self._starts = np.array(self._low)[self._order]
 
@@ -254,12 +263,15 @@ class DerivedSource(SlopeSource):
             first = _anchor(base, j - 1)
         return anchored(base, max(min(first, low), 0.0), min(max(stop, base + low * 1.01), end), end)
 
-    def _divide(self, low: float, high: float, base: float) -> None:
-        """Series on a panel or on its halves, where these are better."""
+    def _divided(
+        self, low: float, high: float, base: float
+    ) -> list[tuple[float, float, FloatArray, float]] | None:
+        """Ends, series and errors on a panel or on its halves, where these are better; None where a kink was found in it."""
         todo = [(low, high, math.inf, 0)]
-        least = len(self._low)
+        made: list[tuple[float, float, FloatArray, float]] = []
+        searched = False
         while todo:
-            if len(self._low) + len(todo) - least > _MOST:
+            if len(made) + len(todo) > _MOST:
                 raise ConvergenceError(
                     f"the profile is not resolved between r = {metres(low)} and {metres(high)}: it is rough there on every "
                     "scale; give a smooth profile, or name the radii where it is not smooth as breakpoints"
@@ -280,15 +292,25 @@ class DerivedSource(SlopeSource):
                 )
             begins = left == base and base > 0.0
             settled = settled and not (begins and self._starts_steeply(series, left, right))
+            if not settled and not searched and right - left < _KINKED * (left - base):
+                searched = True
+                if self._has_kinks(low, min(high, self._end)):
+                    return None
             thinnest = 64.0 * np.finfo(float).eps if begins else 1e-9
             thin = depth >= _DEEPEST or right - left <= thinnest * right or not left < middle < right
             if settled or thin:
-                self._low.append(left)
-                self._high.append(right)
-                self._series.append(series)
-                self._error.append(error)
+                made.append((left, right, series, error))
                 continue
             todo += [(middle, right, error, depth + 1), (left, middle, error, depth + 1)]
+        return made
+
+    def _has_kinks(self, low: float, high: float) -> bool:
+        """Whether there are kinks that were not named between two radii, which are breakpoints from then on."""
+        try:
+            return bool(self.kinks(low, high))
+        except ProblemError:
+            # what is more than kinks is refused where it matters
+            return False
 
     def _starts_steeply(self, series: FloatArray, low: float, high: float) -> bool:
         """Whether f' spans orders of magnitude beside a breakpoint, over which f has its digits."""
