@@ -286,12 +286,12 @@ class DerivedSource(SlopeSource):
             settled = error <= _WANTED * size or (size == 0.0 and self._hides_on(right - left, error))
             if not settled and error > _GAIN * before:
                 # finer panels only help where the misfit is more than rounding
-                noise = self._scatter(right)
+                noise = self._noise_beyond(base, right)
                 settled = error <= _NOISY * noise / (right - left) or (
                     error > before and error <= _STAIRS * size
                 )
             begins = left == base and base > 0.0
-            settled = settled and not (begins and self._starts_steeply(series, left, right))
+            settled = settled and not (begins and self._starts_steeply(series, left, right, base))
             if not settled and not searched and right - left < _KINKED * (left - base):
                 searched = True
                 if self._has_kinks(low, min(high, self._end)):
@@ -312,10 +312,18 @@ class DerivedSource(SlopeSource):
             # what is more than kinks is refused where it matters
             return False
 
-    def _starts_steeply(self, series: FloatArray, low: float, high: float) -> bool:
+    def _noise_beyond(self, base: float, r: float) -> float:
+        """Rounding of f around a radius in m, also so close to a breakpoint before it that farther in f tells nothing of it."""
+        noise = self._scatter(r)
+        if base > 0.0:
+            beside = rounding(lambda h: self._f(base + h), np.array([r - base]))
+            noise = max(noise, float(np.nan_to_num(beside)[0]))
+        return noise
+
+    def _starts_steeply(self, series: FloatArray, low: float, high: float, base: float) -> bool:
         """Whether f' spans orders of magnitude beside a breakpoint, over which f has its digits."""
         first, last = np.abs(clenshaw(np.stack([series, series]), np.array([_FIRST, 1.0])))
-        rise, noise = last * (high - low), self._scatter(high)
+        rise, noise = last * (high - low), self._noise_beyond(base, high)
         return bool(last > _SPREAD * first and rise > _DIGITS * noise)
 
     def _panel(self, low: float, high: float) -> tuple[FloatArray, float, float] | None:
