@@ -43,6 +43,10 @@ _UNDERFLOW = 1e-290
 _FIRST, _SPREAD = 0.02, 2.0
 """Where on a panel beside a breakpoint f' is no smaller than by that factor."""
 _DIGITS = 1e6
+_SHARES = np.array([0.0 if j % 2 else 1.0 / (1.0 - j * j) for j in range(TERMS)])
+"""Integrals of the Chebyshev polynomials over a panel of length 1."""
+_MISSED = 16.0
+"""Roundings of f and of a radius by which the rise of f may differ from the integral of its slope."""
 _EPS = float(np.finfo(float).eps)
 _ROUNDED = 4.0
 """Roundings of a value of f, those of elementary functions among them."""
@@ -291,7 +295,13 @@ class DerivedSource(SlopeSource):
                     error > before and error <= _STAIRS * size
                 )
             begins = left == base and base > 0.0
-            settled = settled and not (begins and self._starts_steeply(series, left, right, base))
+            settled = settled and not (
+                begins
+                and (
+                    self._starts_steeply(series, left, right, base)
+                    or self._misses_rise(series, error, left, right)
+                )
+            )
             if not settled and not searched and right - left < _KINKED * (left - base):
                 searched = True
                 if self._has_kinks(low, min(high, self._end)):
@@ -325,6 +335,13 @@ class DerivedSource(SlopeSource):
         first, last = np.abs(clenshaw(np.stack([series, series]), np.array([_FIRST, 1.0])))
         rise, noise = last * (high - low), self._noise_beyond(base, high)
         return bool(last > _SPREAD * first and rise > _DIGITS * noise)
+
+    def _misses_rise(self, series: FloatArray, error: float, low: float, high: float) -> bool:
+        """Whether f rises by another height than its slope gives, as where another kink lies close beyond a breakpoint."""
+        first, last = self._f(np.array([low, high]))
+        missed = abs(float(last - first - (high - low) * (series @ _SHARES)))
+        rounded = max(abs(first), abs(last)) + high * float(np.sum(np.abs(series)))
+        return missed > error * (high - low) + _MISSED * _EPS * rounded
 
     def _panel(self, low: float, high: float) -> tuple[FloatArray, float, float] | None:
         places = np.linspace(0.0, 1.0, 33)
