@@ -81,6 +81,7 @@ class DerivedSource(SlopeSource):
         self._starts = np.zeros(0)
         self._scatters: dict[float, float] = {}
         self._steps = Steps(self._f)
+        self._found: set[float] = set()
 
     @property
     def continued(self) -> float:
@@ -159,6 +160,7 @@ class DerivedSource(SlopeSource):
         """Kinks of f between two radii that were not named; panels end at them from then on."""
         found = find_kinks(self._f, low, high, of="value")
         if found:
+            self._found.update(found)
             self.knots = tuple(sorted({*self.knots, *found}))
             self._forget(min(found))
         return found
@@ -299,7 +301,7 @@ class DerivedSource(SlopeSource):
                 begins
                 and (
                     self._starts_steeply(series, left, right, base)
-                    or self._misses_rise(series, error, left, right)
+                    or (base in self._found and self._misses_rise(series, error, left, right))
                 )
             )
             if not settled and not searched and right - left < _KINKED * (left - base):
