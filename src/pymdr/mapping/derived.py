@@ -35,11 +35,18 @@ _GAIN = 0.5
 _NOISY = 1e3
 """Error of f' on a panel in roundings of f over its width, if it is nothing but rounding."""
 _MOST = 1024
+_KINKED = 2.0**-6
+"""Width of a panel, in parts of its distance from the breakpoint before it, from which kinks are looked for."""
+_SERIES = ("_low", "_high", "_series", "_error")
 _SURE = 1e-10
 _UNDERFLOW = 1e-290
 _FIRST, _SPREAD = 0.02, 2.0
 """Where on a panel beside a breakpoint f' is no smaller than by that factor."""
 _DIGITS = 1e6
+_SHARES = np.array([0.0 if j % 2 else 1.0 / (1.0 - j * j) for j in range(TERMS)])
+"""Integrals of the Chebyshev polynomials over a panel of length 1."""
+_MISSED = 16.0
+"""Roundings of f and of a radius by which the rise of f may differ from the integral of its slope."""
 _EPS = float(np.finfo(float).eps)
 _ROUNDED = 4.0
 """Roundings of a value of f, those of elementary functions among them."""
@@ -74,6 +81,7 @@ class DerivedSource(SlopeSource):
         self._starts = np.zeros(0)
         self._scatters: dict[float, float] = {}
         self._steps = Steps(self._f)
+        self._found: set[float] = set()
 
     @property
     def continued(self) -> float:
@@ -152,6 +160,7 @@ class DerivedSource(SlopeSource):
         """Kinks of f between two radii that were not named; panels end at them from then on."""
         found = find_kinks(self._f, low, high, of="value")
         if found:
+            self._found.update(found)
             self.knots = tuple(sorted({*self.knots, *found}))
             self._forget(min(found))
         return found
@@ -161,7 +170,7 @@ class DerivedSource(SlopeSource):
         dropped = [edge for _, edge in self._done if edge > 0.5 * b]
         self._done = {key for key in self._done if key[1] <= 0.5 * b}
         kept = [i for i, low in enumerate(self._low) if low < min(dropped, default=math.inf)]
-        for name in ("_low", "_high", "_series", "_error"):
+        for name in _SERIES:
             setattr(self, name, [getattr(self, name)[i] for i in kept])
 
     def polish(self, top: float) -> bool:
@@ -232,10 +241,16 @@ class DerivedSource(SlopeSource):
             for i in used.tolist():
                 key = (base, round(float(edges[i]), 300) if edges[i] else 0.0)
                 if key not in self._done:
+                    made = self._divided(float(edges[i]), float(edges[i + 1]), base)
+                    if made is None:
+                        # a kink was found, and sections are others
+                        self._cover(r)
+                        return
                     self._done.add(key)
-                    self._divide(float(edges[i]), float(edges[i + 1]), base)
+                    for name, values in zip(_SERIES, zip(*made, strict=True), strict=False):
+                        getattr(self, name).extend(values)
                     fresh = True
-        if fresh:
+        if fresh or self._order.size != len(self._low):
             self._order = np.argsort(self._low, kind="stable")
             self._starts = np.array(self._low)[self._order]
 
@@ -254,12 +269,15 @@ class DerivedSource(SlopeSource):
             first = _anchor(base, j - 1)
         return anchored(base, max(min(first, low), 0.0), min(max(stop, base + low * 1.01), end), end)
 
-    def _divide(self, low: float, high: float, base: float) -> None:
-        """Series on a panel or on its halves, where these are better."""
+    def _divided(
+        self, low: float, high: float, base: float
+    ) -> list[tuple[float, float, FloatArray, float]] | None:
+        """Ends, series and errors on a panel or on its halves, where these are better; None where a kink was found in it."""
         todo = [(low, high, math.inf, 0)]
-        least = len(self._low)
+        made: list[tuple[float, float, FloatArray, float]] = []
+        searched = False
         while todo:
-            if len(self._low) + len(todo) - least > _MOST:
+            if len(made) + len(todo) > _MOST:
                 raise ConvergenceError(
                     f"the profile is not resolved between r = {metres(low)} and {metres(high)}: it is rough there on every "
                     "scale; give a smooth profile, or name the radii where it is not smooth as breakpoints"
@@ -274,27 +292,58 @@ class DerivedSource(SlopeSource):
             settled = error <= _WANTED * size or (size == 0.0 and self._hides_on(right - left, error))
             if not settled and error > _GAIN * before:
                 # finer panels only help where the misfit is more than rounding
-                noise = self._scatter(right)
+                noise = self._noise_beyond(base, right)
                 settled = error <= _NOISY * noise / (right - left) or (
                     error > before and error <= _STAIRS * size
                 )
             begins = left == base and base > 0.0
-            settled = settled and not (begins and self._starts_steeply(series, left, right))
+            settled = settled and not (
+                begins
+                and (
+                    self._starts_steeply(series, left, right, base)
+                    or (base in self._found and self._misses_rise(series, error, left, right))
+                )
+            )
+            if not settled and not searched and right - left < _KINKED * (left - base):
+                searched = True
+                if self._has_kinks(low, min(high, self._end)):
+                    return None
             thinnest = 64.0 * np.finfo(float).eps if begins else 1e-9
             thin = depth >= _DEEPEST or right - left <= thinnest * right or not left < middle < right
             if settled or thin:
-                self._low.append(left)
-                self._high.append(right)
-                self._series.append(series)
-                self._error.append(error)
+                made.append((left, right, series, error))
                 continue
             todo += [(middle, right, error, depth + 1), (left, middle, error, depth + 1)]
+        return made
 
-    def _starts_steeply(self, series: FloatArray, low: float, high: float) -> bool:
+    def _has_kinks(self, low: float, high: float) -> bool:
+        """Whether there are kinks that were not named between two radii, which are breakpoints from then on."""
+        try:
+            return bool(self.kinks(low, high))
+        except ProblemError:
+            # what is more than kinks is refused where it matters
+            return False
+
+    def _noise_beyond(self, base: float, r: float) -> float:
+        """Rounding of f around a radius in m, also so close to a breakpoint before it that farther in f tells nothing of it."""
+        noise = self._scatter(r)
+        if base > 0.0:
+            beside = rounding(lambda h: self._f(base + h), np.array([r - base]))
+            noise = max(noise, float(np.nan_to_num(beside)[0]))
+        return noise
+
+    def _starts_steeply(self, series: FloatArray, low: float, high: float, base: float) -> bool:
         """Whether f' spans orders of magnitude beside a breakpoint, over which f has its digits."""
         first, last = np.abs(clenshaw(np.stack([series, series]), np.array([_FIRST, 1.0])))
-        rise, noise = last * (high - low), self._scatter(high)
+        rise, noise = last * (high - low), self._noise_beyond(base, high)
         return bool(last > _SPREAD * first and rise > _DIGITS * noise)
+
+    def _misses_rise(self, series: FloatArray, error: float, low: float, high: float) -> bool:
+        """Whether f rises by another height than its slope gives, as where another kink lies close beyond a breakpoint."""
+        first, last = self._f(np.array([low, high]))
+        missed = abs(float(last - first - (high - low) * (series @ _SHARES)))
+        rounded = max(abs(first), abs(last)) + high * float(np.sum(np.abs(series)))
+        return missed > error * (high - low) + _MISSED * _EPS * rounded
 
     def _panel(self, low: float, high: float) -> tuple[FloatArray, float, float] | None:
         places = np.linspace(0.0, 1.0, 33)

@@ -161,29 +161,33 @@ class ResolvedSlope:
     # -- the two ends -----------------------------------------------------------------------------
 
     def _begin(self, x: float, inner: float) -> None:
-        """Resolve from the floor that a result at `inner` needs."""
-        self.continued = self.source.continued
-        bottom = min(inner, x, *self.knots[:1])
-        floor = _floor(self.source, bottom)
+        """Resolve from the floor that a result at `inner` needs, and from farther in where that is felt there."""
+        start = inner
+        self._begin_below(x, start)
+        while self._is_felt_below(inner):
+            start *= _FELT_FROM
+            self._begin_below(x, start)
         self.inner = inner
-        if self.slopes is not None:
-            floor = min(floor, self.floor)
-        top = max(x, self.front)
-        self.floor, self.front, self.slopes = floor, floor, None
-        while self.front < min(top, self.limit):
-            self._extend(top)
-        if self.knots and self.knots[0] < ABOVE_TAIL * floor:
+
+    def _begin_below(self, x: float, start: float) -> None:
+        """Resolve from a floor below a radius in m."""
+        self.continued = self.source.continued
+        top, last = max(x, self.front), self.floor if self.slopes is not None else math.inf
+        while True:
+            bottom = min(start, x, *self.knots[:1])
+            floor = min(_floor(self.source, bottom), last)
+            self.floor, self.front, self.slopes = floor, floor, None
+            while self.front < min(top, self.limit):
+                self._extend(top)
             # the image begins at the first kink, and is to lie above the tail
-            self._begin(x, inner)
-            return
+            if not self.knots or self.knots[0] >= ABOVE_TAIL * floor:
+                break
+            last = floor
         assert self.slopes is not None
         self.tail = _tail(self.slopes, floor)
         if self.tail.power < _FLAT - 1.0:
             self.tail = _flat_tail(self.source, self.tail, self.slopes, bottom)
         self._power_from = math.inf
-        if self._is_felt_below(inner):
-            self._begin(x, inner * _FELT_FROM)
-            self.inner = inner
 
     def _extend(self, x: float) -> None:
         """Append panels up to `x`, or up to the first kink that nobody had named."""

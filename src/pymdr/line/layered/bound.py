@@ -80,7 +80,9 @@ def lower_bound(
     if not np.isfinite(contact_radius).all() and np.any(depth > 0.0):
         ends = np.min(depth[depth > 0.0]), np.max(depth)
         # a layer that keeps its volume bulges into contact, up to twice as wide
-        radii = np.append(known, [0.5, 2.0] * np.array([line.equivalent.overlap_at(float(d)) for d in ends]))
+        radii = np.append(
+            known, [0.5, 2.0] * np.array([line.equivalent.overlap_radius(float(d)) for d in ends])
+        )
     if radii.size == 0:
         return bound, error
     top, least = min(float(np.max(radii)), end), min(float(np.min(radii)), _NARROW * line.thickness)

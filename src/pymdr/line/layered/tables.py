@@ -311,7 +311,7 @@ class Table:
                 if found[0] < depth:
                     raise _falling(a)
                 self._cover(np.array([0.5 * (before + a)]))
-                self.refuse_falling(self.equivalent.overlap_at(float(found[0])))
+                self.refuse_falling(self.equivalent.overlap_radius(float(found[0])))
             except (ConvergenceError, ProblemError) as error:
                 deepest = self._before_touching(depth, a)
                 if deepest > depth:
@@ -330,7 +330,7 @@ class Table:
         low, high = depth, float(self._ends[a][0])
         for _ in range(40):
             middle = 0.5 * (low + high)
-            touching = self.equivalent.overlap_at(middle)
+            touching = self.equivalent.overlap_radius(middle)
             low, high = (middle, high) if math.isinf(self._fall(touching)) else (low, middle)
         return low
 

@@ -111,10 +111,6 @@ class EquivalentProfile(ABC):
         """The largest radius in m at which the bodies would overlap if they were shifted by a depth in m."""
         return min(float(self.inverse(depth)), self.edge, self.reach)
 
-    def overlap_at(self, depth: float) -> float:
-        """The same, whatever depths were asked for before."""
-        return self.overlap_radius(depth)
-
     def rough_radius(self, reached: Callable[[float, float], bool]) -> float:
         """A radius x in m near which ``reached(x, g(x))`` becomes true, going outward; where a search may begin."""
         return 1.0

@@ -95,8 +95,7 @@ class PanelLine(EquivalentProfile):
         self.source = source
         self.edge = edge
         self.height = height
-        self._overlap = (0.0, 0.0)
-        self._turning: tuple[int, tuple[float, ...]] = (0, ())
+        self._turning: tuple[Image | None, tuple[float, ...]] = (None, ())
         self._resolved = ResolvedSlope(source, min(edge, source.reach))
         self._charges: Charges | None = None
         self._image: Image | None = None
@@ -582,8 +581,9 @@ class PanelLine(EquivalentProfile):
     def turning_points(self, top: float) -> tuple[float, ...]:
         """Places in m up to `top` at which g' changes its sign; 0 where g begins to fall."""
         image = self.map_to(top)
-        if self._turning[0] != id(image):
-            self._turning = (id(image), _turning_points(image, self.front))
+        # the image itself: another may come to lie where it was in memory
+        if self._turning[0] is not image:
+            self._turning = (image, _turning_points(image, self.front))
         return tuple(x for x in self._turning[1] if x < top)
 
     @property
@@ -598,14 +598,6 @@ class PanelLine(EquivalentProfile):
         Contact, where the displacement d - f(r) is positive, lies within it. Beyond the first radius at which
         g = depth the profile is searched to its reach, or else to 1024 times that radius.
         """
-        known, radius = self._overlap
-        if depth > known:
-            radius = self.overlap_at(depth)
-            self._overlap = (depth, radius)
-        return radius
-
-    def overlap_at(self, depth: float) -> float:
-        """The same, whatever depths were asked for before."""
         first = min(float(self.place(np.array([depth])).x[0]), self._end)
         return max(first, self._last_overlap(depth, first))
 
