@@ -7,11 +7,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from pymdr.presentation.plot.loops import course_of
 from pymdr.presentation.plot.shared import (
     BLUE,
     GREEN,
     GREY,
     LIGHT,
+    MARKED_ROWS,
     ORANGE,
     FigureData,
     axis_label,
@@ -170,9 +172,15 @@ def _draw_forces(axes: Axes, data: FigureData) -> None:
             label=words,
         )
     if data.loading is None:
-        axes.plot(
-            lengths(d, x_unit), scaled(force, "normal_force", y_unit), color=BLUE, lw=1.6, label="layers"
-        )
+        course = course_of(data)
+        x, y = lengths(d, x_unit), scaled(force, "normal_force", y_unit)
+        if course.joined:
+            between = (lengths(course.trail["indentation"], x_unit), course.trail["normal_force"])
+            axes.plot(
+                between[0], scaled(between[1], "normal_force", y_unit), color=BLUE, lw=1.6, label="layers"
+            )
+        if not course.joined or d.size <= MARKED_ROWS:
+            axes.plot(x, y, "o", color=BLUE, ms=2.5, label=None if course.joined else "layers")
     else:
         depth = max(float(np.max(d[np.isfinite(d * force)])), 0.0) * np.linspace(0.0, 1.0, 301) ** 2
         load = scaled(data.loading(depth)["normal_force"], "normal_force", y_unit)
