@@ -83,7 +83,7 @@ def adhesive_figures(data: FigureData) -> dict[str, Figure]:
         _draw_surfaces(right, data)
         for figure in (loop, fields):
             letter_panels(figure)
-    own = {} if data.layers is None else {"layers": layers(data)}
+    own = {} if data.layers is None else {"layers": layers(data, course.trail, joined=course.joined)}
     return {"section": section(data), "loop": loop, "radius": radius, "fields": fields, **own}
 
 

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pymdr.presentation.plot.loops import course_of
 from pymdr.presentation.plot.shared import (
     BLUE,
     GREEN,
@@ -36,7 +35,7 @@ _SHADES = ("#F3DDB3", "#D8C3A5", "#C3CFE2", "#B7D3BF")
 _COLOURS = (ORANGE, GREEN)
 
 
-def layers(data: FigureData) -> Figure:
+def layers(data: FigureData, trail: Mapping[str, FloatArray] | None = None, *, joined: bool = True) -> Figure:
     """
     The layers in section, drawn to scale, and force against indentation beside half-spaces.
 
@@ -44,6 +43,10 @@ def layers(data: FigureData) -> Figure:
     ----------
     data : FigureData
         With `layers`.
+    trail : mapping of str to ndarray, optional
+        ``indentation`` in m and ``normal_force`` in N along the path, between its rows too; the rows, unless given.
+    joined : bool
+        Whether what lies between the rows is known.
 
     Returns
     -------
@@ -53,7 +56,7 @@ def layers(data: FigureData) -> Figure:
         figure = new_figure(9.6, 4.2)
         left, right = figure.subplots(1, 2, width_ratios=(1.25, 1.0))
         _draw_stack(left, data)
-        _draw_forces(right, data)
+        _draw_forces(right, data, trail, joined)
         letter_panels(figure)
     return figure
 
@@ -152,7 +155,7 @@ def _both(values: FloatArray, unit: str, sign: float = 1.0) -> FloatArray:
     return lengths(np.concatenate([sign * values[::-1], values]), unit)
 
 
-def _draw_forces(axes: Axes, data: FigureData) -> None:
+def _draw_forces(axes: Axes, data: FigureData, trail: Mapping[str, FloatArray] | None, joined: bool) -> None:
     drawn = data.layers
     assert drawn is not None
     d, force = (
@@ -172,15 +175,18 @@ def _draw_forces(axes: Axes, data: FigureData) -> None:
             label=words,
         )
     if data.loading is None:
-        course = course_of(data)
         x, y = lengths(d, x_unit), scaled(force, "normal_force", y_unit)
-        if course.joined:
-            between = (lengths(course.trail["indentation"], x_unit), course.trail["normal_force"])
+        if joined:
+            between = (
+                (x, force)
+                if trail is None
+                else (lengths(trail["indentation"], x_unit), trail["normal_force"])
+            )
             axes.plot(
                 between[0], scaled(between[1], "normal_force", y_unit), color=BLUE, lw=1.6, label="layers"
             )
-        if not course.joined or d.size <= MARKED_ROWS:
-            axes.plot(x, y, "o", color=BLUE, ms=2.5, label=None if course.joined else "layers")
+        if not joined or d.size <= MARKED_ROWS:
+            axes.plot(x, y, "o", color=BLUE, ms=2.5, label=None if joined else "layers")
     else:
         depth = max(float(np.max(d[np.isfinite(d * force)])), 0.0) * np.linspace(0.0, 1.0, 301) ** 2
         load = scaled(data.loading(depth)["normal_force"], "normal_force", y_unit)
