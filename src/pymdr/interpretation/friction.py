@@ -83,7 +83,8 @@ def frame_error(contact: Contact, moduli: EffectiveModuli) -> float | None:
     poisson = _sliding_ratio(contact)
     if not -1e-12 <= poisson <= _LARGEST_POISSON + 1e-12:
         return None
-    return float(np.interp(poisson, *zip(*_MEASURED_ERRORS, strict=True)))
+    ratios, errors = zip(*_MEASURED_ERRORS, strict=True)
+    return float(np.interp(poisson, ratios, errors))
 
 
 def _sliding_ratio(contact: Contact) -> float:

@@ -136,8 +136,8 @@ class _FrictionLaw:
         leg = self._leg(asked)
         force = taken(leg.normal, kept) if leg.by_normal_force else self._forces(followed["indentation"])
         forced, dragged = (np.full(force.size, by) for by in (leg.by_normal_force, leg.by_tangential_force))
-        rows = _Rows(followed, force, np.array([parts]), missed, forced, dragged)
-        return rows, stack, self._channels(leg, stack)
+        gathered = _Rows(followed, force, np.array([parts]), missed, forced, dragged)
+        return gathered, stack, self._channels(leg, stack)
 
     def deepen(self, asked: Sequence[Stretch]) -> None:
         """Go as deep as some legs ask, those under a force last."""
