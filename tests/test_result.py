@@ -1,8 +1,11 @@
 """Results: reading, units, fields, files, tables."""
 
 import math
+import os
 import pickle
 import re
+import threading
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pint
@@ -456,6 +459,43 @@ def test_a_short_batch_stays_in_its_process(monkeypatch):
     monkeypatch.setattr(batch, "_SHORT", 0.0)
     with pytest.raises(AssertionError, match="a process was started"):
         mdr.solve_batch(contacts, mdr.indent(0.25), workers=2)
+
+
+class Deadly:
+    """A profile that ends the process that loads it."""
+
+    def __call__(self, r):
+        return 0.5 * r * r
+
+    def __reduce__(self):
+        return os._exit, (1,)
+
+
+def test_a_process_that_ends_early_is_one_clear_error():
+    contacts = [mdr.Contact(mdr.Function(Deadly()), UNIT)] * 2
+    with pytest.raises(mdr.ProblemError, match=r"workers = 2: a process ended .*__main__.*workers=1"):
+        mdr.solve_batch(contacts, mdr.indent(0.25), workers=2)
+    assert len(mdr.solve_batch(contacts, mdr.indent(0.25))) == 2
+
+
+def test_no_process_is_copied_beside_other_threads():
+    done = threading.Event()
+    other = threading.Thread(target=done.wait)
+    other.start()
+    try:
+        assert batch._start_context().get_start_method() != "fork"
+    finally:
+        done.set()
+        other.join()
+
+
+@pytest.mark.long
+def test_batches_beside_other_threads_give_the_same():
+    contacts = [mdr.Contact(mdr.Paraboloid(R), mdr.Elastic(0.75, 0.5)) for R in (1.0, 4.0)]
+    with ThreadPoolExecutor(1) as pool:
+        answers = pool.submit(mdr.solve_batch, contacts, mdr.indent(0.25), workers=2).result()
+    forces = [float(answer["normal_force"][0]) for answer in answers]
+    assert forces == pytest.approx([1 / 6, 2 / 6], rel=1e-13)
 
 
 @pytest.mark.parametrize("workers", [0, -1, 1.5, "2"])

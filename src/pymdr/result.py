@@ -408,7 +408,8 @@ class Result:
         Parameters
         ----------
         step : int
-            The row that is drawn; unless given, the last in which the bodies touch.
+            The row that is drawn; unless given, the last in which the bodies touch, of bodies with memory that of the largest
+            load.
 
         Returns
         -------
@@ -436,7 +437,7 @@ class Result:
         return plots.figures(plots.data)
 
     def _drawn_row(self, step: int) -> int:
-        """The row that figures draw: the last one is the last in which the bodies touch; -1 if none is valid."""
+        """The row that figures draw, -1 if none is valid: for the last one that of the largest load of bodies with memory."""
         row, valid = self._row(step), self.claims["pressure"].where
         if not valid[row]:
             known = np.flatnonzero(valid)
@@ -445,7 +446,12 @@ class Result:
             # a contact as small as a point says nothing
             size = "contact_radius" if "contact_radius" in self.data else "semi_axis_x"
             radii = np.nan_to_num(self.data[size].values)
-            touching = np.flatnonzero(radii > 1e-6 * radii.max())
+            shown = radii > 1e-6 * radii.max()
+            if self.contact.remembers and "normal_force" in self.data:
+                # released springs that still creep back show less of the contact than the pressed ones
+                force = np.where(shown & valid, self.data["normal_force"].values, -np.inf)
+                shown &= force >= (1.0 - 1e-9) * force.max()
+            touching = np.flatnonzero(shown)
             row = int(touching[-1]) if touching.size else row
         return row
 

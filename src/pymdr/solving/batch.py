@@ -10,7 +10,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import replace
 from itertools import accumulate, pairwise
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from numpy.typing import ArrayLike
 
@@ -22,11 +22,14 @@ from pymdr.result import Result
 from pymdr.solving.verb import solve
 from pymdr.units import QuantityLike, shown
 
+if TYPE_CHECKING:
+    from multiprocessing.context import BaseContext
+
 _SHARES = 8
 """Shares of the work for every process."""
 _MANY = 4
 """Contacts for every process from which on some are solved in this one first, to see how long they take."""
-_SHORT = 0.5
+_SHORT = 1.0
 """Work in s that starting a process does not pay for."""
 
 
@@ -67,9 +70,10 @@ def solve_batch(
     machine_stiffness, keep
         As for :func:`solve`.
     workers : int
-        Number of processes, this one among them; work of less than half a second stays in this one. All rows of long
-        histories take time to bring back: ``keep`` makes them light. With `threadpoolctl` installed linear algebra takes one
-        thread in each.
+        Number of processes, this one among them; work of less than a second stays in this one. Where the others are no
+        copies of this one (beside other threads, on Windows and macOS, from Python 3.14 on) they import the script that calls,
+        which then does so below ``if __name__ == "__main__":``. All rows of long histories take time to bring back: ``keep``
+        makes them light. With `threadpoolctl` installed linear algebra takes one thread in each.
     throw : bool
         Whether the first error ends the batch; otherwise errors take the place of results.
     progress : callable, optional
@@ -83,7 +87,8 @@ def solve_batch(
     Raises
     ------
     ProblemError
-        If there are other numbers of paths than of contacts, or `workers` is no whole number above 0.
+        If there are other numbers of paths than of contacts, `workers` is no whole number above 0, or another process ends
+        before it has answered.
     PymdrError
         The first error, if `throw`.
 
@@ -144,7 +149,7 @@ def _solve_apart(
     workers = min(workers, len(asked))
     done = 0
     if workers < 2 or len(asked) >= _MANY * workers:
-        # the first one is not timed: it loads what the others, and processes that are forked after it, find ready
+        # the first one is not timed: it loads what the others find ready
         for done, one in enumerate(asked, 1):
             start = time.perf_counter()
             answer = _solve_quietly(one, options)
@@ -166,6 +171,7 @@ def _solve_shared(
     nor are sent back.
     """
     from concurrent.futures import Future, ProcessPoolExecutor
+    from concurrent.futures.process import BrokenProcessPool
     from multiprocessing import resource_tracker
 
     travels = {key: _can_travel(path) for key, path in {id(one.path): one.path for one in asked}.items()}
@@ -179,7 +185,10 @@ def _solve_shared(
     given = 0
     # one tracker of shared memory for all processes, or each would clean up after itself too early
     resource_tracker.ensure_running()
-    with _one_thread(), ProcessPoolExecutor(workers - 1, initializer=_stay_in_one_thread) as pool:
+    with (
+        _one_thread(),
+        ProcessPoolExecutor(workers - 1, _start_context(), initializer=_stay_in_one_thread) as pool,
+    ):
         while given < len(asked):
             while shares and len(sent) < workers:
                 share = shares.popleft()
@@ -190,7 +199,14 @@ def _solve_shared(
                 answers[i] = _solve_quietly(asked[i], options)
             while sent and (sent[0][1].done() or waits):
                 share, parcel = sent.popleft()
-                for i, answer in zip(share, _received(parcel.result()), strict=True):
+                try:
+                    received = _received(parcel.result())
+                except BrokenProcessPool as error:
+                    raise ProblemError(
+                        f"workers = {workers}: a process ended before it had answered, for want of memory or because the script "
+                        'starts it while it is imported; call it below `if __name__ == "__main__":`, or with workers=1'
+                    ) from error
+                for i, answer in zip(share, received, strict=True):
                     answers[i] = _with_its_own(answer, asked[i])
                 waits = False
             while given in answers:
@@ -201,6 +217,25 @@ def _solve_shared(
 def _with_its_own(answer: Result | PymdrError, one: Asked) -> Result | PymdrError:
     """An answer of another process with the contact and the path of the caller."""
     return replace(answer, contact=one.contact, path=one.path) if isinstance(answer, Result) else answer
+
+
+def _start_context() -> BaseContext:
+    """
+    How processes are started.
+
+    A copy of this one (a fork, where Python does so by itself) has all loaded at once. It is made only where no other thread of
+    Python may hold a lock that the copy never sees released; the threads of OpenBLAS are begun anew in a copy, and compiled
+    kernels use none.
+    """
+    import multiprocessing
+    import threading
+
+    if threading.active_count() == 1 or "forkserver" not in multiprocessing.get_all_start_methods():
+        return multiprocessing.get_context()
+    context = multiprocessing.get_context("forkserver")
+    # loaded once for all processes of all batches
+    context.set_forkserver_preload([__name__])
+    return context
 
 
 def _one_thread() -> AbstractContextManager[object]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,6 +12,8 @@ import numpy as np
 from pymdr.errors import PymdrError
 from pymdr.interpretation.conductance import CONDUCTIONS
 from pymdr.interpretation.jumps import Branches, branches_of
+from pymdr.interpretation.memory import MemorySurface, along_line
+from pymdr.interpretation.memory_friction import ShearedSurface
 from pymdr.interpretation.surface import Surface
 from pymdr.interpretation.theories import theory_of
 from pymdr.interpretation.traction import FrictionSurface
@@ -117,7 +120,8 @@ def _figure_data(
     from pymdr.presentation.plot import FigureData
 
     refused = row < 0 and "pressure" in result.claims
-    line = _line_of(result)
+    line, surface = _line_of(result), result.surface
+    memory = surface.normal if isinstance(surface, ShearedSurface) else surface
     return FigureData(
         data=result.data,
         row=row,
@@ -131,11 +135,19 @@ def _figure_data(
         friction=friction,
         equilibria=equilibria,
         modulus=None if line is None else line.modulus,
+        deflection=partial(_deflection, memory, row) if isinstance(memory, MemorySurface) else None,
+        kinks=lambda: np.array([*result.contact.profile.breakpoints, *surface.marks(row)]),
         loading=loading,
         pull=pull,
         refusal=result.claims["pressure"].reason if refused else "",
         extent=_extent(result, line) if refused and line is not None else None,
     )
+
+
+def _deflection(surface: MemorySurface, row: int, position: FloatArray) -> FloatArray:
+    """How far in m springs at positions are pressed in a row, those that left the contact too."""
+    state = surface.line_state(row)
+    return along_line(state, state.deflection, np.abs(position))
 
 
 def _layers(result: Result) -> LayersDrawn | None:

@@ -20,6 +20,7 @@ from pymdr.presentation.plot.shared import (
     axis_label,
     draw_zero,
     edge_sign,
+    infinite_within,
     lengths,
     letter_panels,
     mark_radii,
@@ -82,7 +83,7 @@ def adhesive_figures(data: FigureData) -> dict[str, Figure]:
         _draw_surfaces(right, data)
         for figure in (loop, fields):
             letter_panels(figure)
-    own = {} if data.layers is None else {"layers": layers(data)}
+    own = {} if data.layers is None else {"layers": layers(data, course.trail, joined=course.joined)}
     return {"section": section(data), "loop": loop, "radius": radius, "fields": fields, **own}
 
 
@@ -117,8 +118,7 @@ def draw_tensile_pressure(axes: Axes, data: FigureData) -> None:
     sign = edge_sign(p, a)
     # halfway between the line p = 0 and the end of the picture to which the edge goes
     height = 0.5 * float(scaled(np.array(low if sign < 0.0 else high), "pressure", unit))
-    at_axis = float(data.field("pressure", np.zeros(1)).values[0])
-    words = singularities(float(p["edge_amplitude"]), sign, at_axis)
+    words = singularities(float(p["edge_amplitude"]), sign, infinite_within(data, a))
     if data.pull is not None:
         words = "\n".join(
             [*words.splitlines(), f"and outside, not drawn,\na pull of {typeset(data.pull, 'N')}"]

@@ -17,6 +17,7 @@ from pymdr.presentation.plot.shared import (
     as_seen,
     axis_label,
     edge_sign,
+    infinite_within,
     letter_panels,
     limit_peaks,
     new_figure,
@@ -118,22 +119,13 @@ def draw_pressure(axes: Axes, data: FigureData) -> None:
     limit_peaks(axes, shown)
     a = float(data.data["contact_radius"].values[data.row])
     sign = edge_sign(p, a)
-    at_axis = math.inf if values[0] > 0.0 and _is_sharp(data, a) else float(values[0])
-    for radius, infinite in ((a, sign != 0.0), (0.0, math.isinf(at_axis))):
-        if infinite:
-            axes.axvline(from_si(radius, "m", r_unit), color=ORANGE, lw=0.9, ls="--")
-    words = singularities(float(p["edge_amplitude"]), sign, at_axis)
+    peaks = infinite_within(data, a)
+    for radius in (*peaks, *([a] if sign != 0.0 else [])):
+        axes.axvline(from_si(radius, "m", r_unit), color=ORANGE, lw=0.9, ls="--")
+    words = singularities(float(p["edge_amplitude"]), sign, peaks)
     axes.text(0.97, 0.95, words, ha="right", va="top", transform=axes.transAxes, fontsize=8)
     axes.set_xlabel(f"{RADIUS.label} ({r_unit})")
     axes.set_ylabel(axis_label("pressure", unit))
-
-
-def _is_sharp(data: FigureData, a: float) -> bool:
-    """Whether the profile has a slope at its tip, where the pressure is infinite, though elements of a finite size have none."""
-    r = a * np.array([0.0, 1e-9, 1e-6])
-    tip, *heights = data.gap(r)
-    near, far = (heights - tip) / r[1:]
-    return bool(near > 0.0 and abs(near - far) < 1e-3 * near)
 
 
 def draw_displacement(axes: Axes, data: FigureData) -> None:

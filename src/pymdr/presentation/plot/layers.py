@@ -12,6 +12,7 @@ from pymdr.presentation.plot.shared import (
     GREEN,
     GREY,
     LIGHT,
+    MARKED_ROWS,
     ORANGE,
     FigureData,
     axis_label,
@@ -34,7 +35,7 @@ _SHADES = ("#F3DDB3", "#D8C3A5", "#C3CFE2", "#B7D3BF")
 _COLOURS = (ORANGE, GREEN)
 
 
-def layers(data: FigureData) -> Figure:
+def layers(data: FigureData, trail: Mapping[str, FloatArray] | None = None, *, joined: bool = True) -> Figure:
     """
     The layers in section, drawn to scale, and force against indentation beside half-spaces.
 
@@ -42,6 +43,10 @@ def layers(data: FigureData) -> Figure:
     ----------
     data : FigureData
         With `layers`.
+    trail : mapping of str to ndarray, optional
+        ``indentation`` in m and ``normal_force`` in N along the path, between its rows too; the rows, unless given.
+    joined : bool
+        Whether what lies between the rows is known.
 
     Returns
     -------
@@ -51,7 +56,7 @@ def layers(data: FigureData) -> Figure:
         figure = new_figure(9.6, 4.2)
         left, right = figure.subplots(1, 2, width_ratios=(1.25, 1.0))
         _draw_stack(left, data)
-        _draw_forces(right, data)
+        _draw_forces(right, data, trail, joined)
         letter_panels(figure)
     return figure
 
@@ -150,7 +155,7 @@ def _both(values: FloatArray, unit: str, sign: float = 1.0) -> FloatArray:
     return lengths(np.concatenate([sign * values[::-1], values]), unit)
 
 
-def _draw_forces(axes: Axes, data: FigureData) -> None:
+def _draw_forces(axes: Axes, data: FigureData, trail: Mapping[str, FloatArray] | None, joined: bool) -> None:
     drawn = data.layers
     assert drawn is not None
     d, force = (
@@ -170,9 +175,18 @@ def _draw_forces(axes: Axes, data: FigureData) -> None:
             label=words,
         )
     if data.loading is None:
-        axes.plot(
-            lengths(d, x_unit), scaled(force, "normal_force", y_unit), color=BLUE, lw=1.6, label="layers"
-        )
+        x, y = lengths(d, x_unit), scaled(force, "normal_force", y_unit)
+        if joined:
+            between = (
+                (x, force)
+                if trail is None
+                else (lengths(trail["indentation"], x_unit), trail["normal_force"])
+            )
+            axes.plot(
+                between[0], scaled(between[1], "normal_force", y_unit), color=BLUE, lw=1.6, label="layers"
+            )
+        if not joined or d.size <= MARKED_ROWS:
+            axes.plot(x, y, "o", color=BLUE, ms=2.5, label=None if joined else "layers")
     else:
         depth = max(float(np.max(d[np.isfinite(d * force)])), 0.0) * np.linspace(0.0, 1.0, 301) ** 2
         load = scaled(data.loading(depth)["normal_force"], "normal_force", y_unit)

@@ -61,6 +61,11 @@ class Course:
         """Different jumps, as many as a picture can hold."""
         return () if self.branches is None else self.branches.jumps[:_DRAWN_JUMPS]
 
+    @property
+    def joined(self) -> bool:
+        """Whether what lies between the rows is known."""
+        return not self.unknown if self.branches is None else self.branches.complete
+
     def extent(self, name: str) -> FloatArray:
         """Smallest and largest value of a quantity on the path and in its jumps; empty without any."""
         values = [self.trail[name], *(jump.outline[name] for jump in self.jumps)]
@@ -239,12 +244,11 @@ def _enlarge_pull(plane: _Plane, course: Course) -> None:
 
 def _draw_path(plane: _Plane, course: Course, colour: str, label: str) -> None:
     """The path as a line, with its rows as points where they are few or where others were refused."""
-    joined = not course.unknown if course.branches is None else course.branches.complete
-    if joined:
+    if course.joined:
         plane.axes.plot(*as_seen(*plane.points(course.trail)), color=colour, lw=1.6, label=label)
-    if not joined or course.data.data.sizes["step"] <= MARKED_ROWS:
+    if not course.joined or course.data.data.sizes["step"] <= MARKED_ROWS:
         rows = {name: course.data.data[name].values for name in (plane.across, plane.up)}
-        told = None if joined else label
+        told = None if course.joined else label
         plane.axes.plot(*plane.points(rows), color=colour, ls="none", marker="o", ms=3.0, label=told)
 
 

@@ -16,10 +16,12 @@ from pymdr.presentation.plot.shared import (
     ORANGE,
     FigureData,
     axis_label,
+    infinite_within,
     lengths,
     letter_panels,
     mark_radii,
     new_figure,
+    peak_notes,
     row_name,
     say,
     say_refused,
@@ -68,6 +70,8 @@ def section_into(figure: Any, data: FigureData) -> None:
     z_unit = _draw_bodies(upper, data, a, d, reach, x_unit)
     _draw_pressure_profile(upper, data, a, c, x_unit)
     mark_radii(upper, a, c, x_unit, both_sides=True)
+    if data.data.sizes["step"] > 1:
+        upper.set_title(row_name(data, data.row), fontsize=8, pad=14)
     if "stick_radius" in data.data:
         _draw_stick(upper, a, float(data.data["stick_radius"].values[data.row]), x_unit)
     if lower is not None:
@@ -199,6 +203,8 @@ def _draw_pressure_profile(axes: Axes, data: FigureData, a: float, c: float, x_u
     # a curve that is infinite somewhere leaves the picture there
     shown = scaled(np.where(np.isfinite(p), p, math.nan), "pressure", unit)
     x = lengths(np.concatenate([-r[::-1], r]), x_unit)
+    if notes := peak_notes(infinite_within(data, a)):
+        axes.text(0.02, 0.98, "\n".join(notes), va="top", transform=axes.transAxes, fontsize=7, color=ORANGE)
     right = axes.twinx()
     right.spines["right"].set_visible(True)
     right.fill_between(x, _mirrored(shown), color=ORANGE, alpha=0.25, lw=0)
@@ -264,6 +270,8 @@ def _heads(data: FigureData, x: FloatArray, a: float, d: float) -> FloatArray:
     touching = (np.abs(x) <= a) & np.isfinite(g)
     with np.errstate(invalid="ignore"):
         inside = np.where(touching, g - d, 0.0)
+    if data.deflection is not None:
+        return np.where(touching, inside, -data.deflection(x))
     if data.modulus is None:
         return inside
     pulled = data.field("spring_force", np.abs(x)).values

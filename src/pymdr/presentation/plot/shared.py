@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from textwrap import fill
@@ -31,6 +31,8 @@ MARKED_ROWS = 40
 """Up to so many rows are marked by points."""
 _GRIDS = (2000, 1000, 500, 250)
 """Cells across a picture; the last are no larger than its pixels."""
+_NAMED = 3
+"""Kinks up to so many are named by their radii."""
 _UNMET = 100
 """Characters of a line below a figure."""
 _STYLE: Any = {"axes.spines.top": False, "axes.spines.right": False, "font.size": 9, "legend.frameon": False}
@@ -76,6 +78,10 @@ class FigureData:
     """All equilibria of a contact with adhesion; None without adhesion. It gives None where nothing touches."""
     modulus: float | None = None
     """E* in Pa, which turns the force of a spring into its displacement."""
+    deflection: Callable[[FloatArray], FloatArray] | None = None
+    """How far in m springs at positions are pressed, which remember their contact; None of others."""
+    kinks: Callable[[], FloatArray] | None = None
+    """Radii in m at which the profile may have a kink; None where none is looked for."""
     loading: Callable[[FloatArray], Mapping[str, FloatArray]] | None = None
     """Quantities at indentations between the rows, where they depend on nothing else."""
     pull: float | None = None
@@ -202,8 +208,38 @@ def edge_sign(p: xr.DataArray, radius: float) -> float:
     return float(np.sign(inside[-1])) if inside.size else 0.0
 
 
-def singularities(amplitude: float, sign: float, at_axis: float) -> str:
-    """Where a pressure is infinite, in words: at its edge with its amplitude, or at a sharp tip."""
+def infinite_within(data: FigureData, a: float) -> tuple[float, ...]:
+    """
+    Radii in m within a contact at which its pressure is infinite: at a sharp tip, and where the slope grows at once.
+
+    They are read from the profile, since elements and springs of a finite size bear finite pressures there.
+    """
+    if not a > 0.0:
+        return ()
+    radii = np.zeros(1) if data.kinks is None else np.append(0.0, data.kinks())
+    radii = np.unique(radii[radii < (1.0 - 1e-9) * a])
+    size = np.where(radii > 0.0, radii, a)
+    near, far = (
+        (data.gap(radii + h) + data.gap(np.abs(radii - h)) - 2.0 * data.gap(radii)) / h
+        for h in (1e-6 * size, 1e-4 * size)
+    )
+    steepest = float(data.gap(np.array([a]))[0] - data.gap(np.zeros(1))[0]) / a
+    # the slope of what is smooth differs by less the closer it is looked at
+    return tuple(radii[(near > 0.5 * np.abs(far)) & (near > 1e-6 * abs(steepest))].tolist())
+
+
+def peak_notes(radii: Sequence[float]) -> list[str]:
+    """Where within a contact a pressure is infinite, in words."""
+    notes = ["sharp tip: $p(0) = \\infty$"] if 0.0 in radii else []
+    kinks = [typeset(r, "m") for r in radii if r > 0.0]
+    if kinks:
+        at = f"$r$ = {', '.join(kinks)}" if len(kinks) <= _NAMED else f"{len(kinks)} radii"
+        notes.append(f"kink: $p \\to \\infty$ at {at}, logarithmic")
+    return notes
+
+
+def singularities(amplitude: float, sign: float, peaks: Sequence[float]) -> str:
+    """Where a pressure is infinite, in words: at its edge with its amplitude, at a sharp tip, or at kinks."""
     notes = []
     if sign != 0.0:
         words = f"$p \\to {'' if sign > 0.0 else '-'}\\infty$ at $r = a$"
@@ -211,9 +247,7 @@ def singularities(amplitude: float, sign: float, at_axis: float) -> str:
             size = typeset(amplitude, "Pa*m^0.5").replace("*m^0.5", " m$^{1/2}$")
             words += f":\n$p \\simeq K/\\sqrt{{a-r}}$\n$K$ = {size}"
         notes.append(words)
-    if np.isinf(at_axis):
-        notes.append("sharp tip: $p(0) = \\infty$, logarithmic")
-    return "\n".join(notes)
+    return "\n".join([*notes, *peak_notes(peaks)])
 
 
 def letter_panels(figure: Figure) -> None:
