@@ -10,6 +10,7 @@ from pymdr import compiling
 from pymdr.line.memory.kernels import (
     COLUMNS,
     COUNT,
+    CROSS,
     DECAY,
     FORCE,
     FREE,
@@ -17,10 +18,14 @@ from pymdr.line.memory.kernels import (
     LEVELS,
     LOST,
     MEAN,
+    MOVED,
     OUTER,
+    OWN,
     PARTS,
+    RAMP,
     RATE,
     SHARE,
+    STORED,
     TURN,
     WORK,
     step,
@@ -41,6 +46,11 @@ ENDED, FULL, GIVEN_UP = -1, -2, -3
 _CLOSE = 1e-13
 _EDGE = 16
 """Springs beside the edge of a contact, at least, that may part or be touched while others only move."""
+HELD, TOUCHING, STIFFNESS, WIDTH, SQUARED, LEAST, SINCE = range(7)
+"""Of the springs well within a contact, that move as one: how many, and how many touch in all; the sums of their k, k w and k w^2
+and the least w, all when they were taken together; and how far they moved since."""
+LEFT, GAINED, LOWEST, BORNE, ENERGY = range(5)
+"""Of their branches: h is LEFT times that at first and GAINED; the lowest h, and the sums of k h and k h^2 at first."""
 _DEEPEST = 48
 """How often a row is halved at most."""
 _SUDDEN = 2.0**-16
@@ -79,6 +89,8 @@ def _note(
     w: FloatArray,
     z: FloatArray,
     free: FloatArray,
+    group: FloatArray,
+    branches: FloatArray,
     load: FloatArray,
     gap: FloatArray,
     turn: FloatArray,
@@ -88,7 +100,15 @@ def _note(
 
     The gap is -1 in contact, the last a part of the row.
     """
-    for i in range(load.size):
+    held, same = int(group[HELD]), equilibrium * group[SINCE]
+    for j in range(n):
+        same += branches[GAINED, j]
+    for i in range(held):
+        q = equilibrium * w[i] + same
+        for j in range(n):
+            q += branches[LEFT, j] * z[i, j]
+        load[i], gap[i], turn[i] = q, -1.0, 0.0
+    for i in range(held, load.size):
         turn[i] = free[TURN, i]
         if free[FREE, i] != 0.0:
             load[i], gap[i] = 0.0, max(w[i] + springs[HEIGHT, i] - depth, 0.0)
@@ -134,23 +154,129 @@ def _active(w: FloatArray, z: FloatArray, free: FloatArray) -> int:
 
 
 @compiled
-def _inner(
-    springs: FloatArray, n: int, active: int, w: FloatArray, z: FloatArray, free: FloatArray, sums: FloatArray
-) -> tuple[int, int]:
-    """How many springs are well within the contact, whose k, k w and k h of every branch `sums` takes; and how many not far beyond."""
+def _join(
+    springs: FloatArray,
+    n: int,
+    active: int,
+    w: FloatArray,
+    z: FloatArray,
+    free: FloatArray,
+    group: FloatArray,
+    branches: FloatArray,
+) -> None:
+    """Take the springs well within the contact together: what each bears is what it bears now, faded, and the same for all."""
     count = 0
     while count < active and free[FREE, count] == 0.0:
         count += 1
-    beside = max(_EDGE, count // 8)
-    outer, count = count + beside, count - beside
-    sums[:] = 0.0
-    for i in range(count):
+    held = max(count - _beside(count), 0)
+    group[:], branches[:] = 0.0, 0.0
+    group[HELD], group[TOUCHING], group[LEAST] = held, count, math.inf
+    branches[LEFT], branches[LOWEST] = 1.0, math.inf
+    for i in range(held):
         share = springs[SHARE, i]
-        sums[0] += share
-        sums[1] += share * w[i]
+        group[STIFFNESS] += share
+        group[WIDTH] += share * w[i]
+        group[SQUARED] += share * w[i] * w[i]
+        group[LEAST] = min(group[LEAST], w[i])
         for j in range(n):
-            sums[2 + j] += share * z[i, j]
-    return max(count, 0), outer
+            branches[LOWEST, j] = min(branches[LOWEST, j], z[i, j])
+            branches[BORNE, j] += share * z[i, j]
+            branches[ENERGY, j] += share * z[i, j] * z[i, j]
+
+
+@compiled
+def _beside(count: int) -> int:
+    """How many springs beside an edge may part or be touched."""
+    return max(_EDGE, count // 8)
+
+
+@compiled
+def _release(
+    n: int, w: FloatArray, z: FloatArray, free: FloatArray, group: FloatArray, branches: FloatArray
+) -> None:
+    """Give the springs that move as one what they have now."""
+    for i in range(int(group[HELD])):
+        w[i] += group[SINCE]
+        free[TURN, i] = 0.0
+        for j in range(n):
+            z[i, j] = branches[LEFT, j] * z[i, j] + branches[GAINED, j]
+    group[HELD] = 0.0
+
+
+@compiled
+def _stays(
+    body: FloatArray,
+    moduli: FloatArray,
+    duration: float,
+    move: float,
+    group: FloatArray,
+    branches: FloatArray,
+    branch: FloatArray,
+) -> bool:
+    """Whether the springs that move as one all stay in contact: their branches and springs are monotone, and bound what they bear."""
+    drag = body[1] * move / duration if body[1] > 0.0 and move != 0.0 else 0.0
+    least = body[0] * (group[LEAST] + group[SINCE] + min(move, 0.0)) + drag
+    for j in range(moduli.size):
+        lowest = branches[LEFT, j] * branches[LOWEST, j] + branches[GAINED, j]
+        least += min(lowest, branch[0, j, DECAY] * lowest + branch[0, j, MEAN] * (moduli[j] * move))
+    return bool(least >= 0.0)
+
+
+@compiled
+def _add(
+    body: FloatArray,
+    moduli: FloatArray,
+    duration: float,
+    move: float,
+    group: FloatArray,
+    branches: FloatArray,
+    branch: FloatArray,
+    row: FloatArray,
+) -> None:
+    """Add to a row of the other springs what those bear that move as one."""
+    all_of, since = group[STIFFNESS], group[SINCE]
+    drag = body[1] * move / duration if body[1] > 0.0 and move != 0.0 else 0.0
+    stiff = body[0] + (body[1] / duration if body[1] > 0.0 else 0.0)
+    width = group[WIDTH] + all_of * since
+    force, work, lost = body[0] * width, move * (body[0] * (width + 0.5 * move * all_of) + drag * all_of), 0.0
+    ahead = since + move
+    stored = body[0] * (group[SQUARED] + ahead * (2.0 * group[WIDTH] + ahead * all_of))
+    for j in range(moduli.size):
+        elastic, left, gained = moduli[j] * move, branches[LEFT, j], branches[GAINED, j]
+        decay, mean = branch[0, j, DECAY], branch[0, j, MEAN]
+        stiff += moduli[j] * mean
+        borne = left * branches[BORNE, j] + gained * all_of
+        squared = left * left * branches[ENERGY, j] + gained * (
+            2.0 * left * branches[BORNE, j] + gained * all_of
+        )
+        force += decay * borne
+        work += move * (mean * borne + branch[0, j, RAMP] * elastic * all_of)
+        lost += (
+            branch[0, j, OWN] * squared
+            + elastic * (2.0 * branch[0, j, CROSS] * borne + branch[0, j, MOVED] * elastic * all_of)
+        ) / moduli[j]
+        left, gained = decay * left, decay * gained + mean * elastic
+        squared = left * left * branches[ENERGY, j] + gained * (
+            2.0 * left * branches[BORNE, j] + gained * all_of
+        )
+        stored += squared / moduli[j]
+    row[FORCE] += force + stiff * move * all_of
+    row[RATE] += stiff * all_of
+    row[STORED] += 0.5 * stored
+    row[WORK] += work
+    row[LOST] += lost + move * drag * all_of
+    row[COUNT] += group[HELD]
+    row[PARTS] += group[HELD]
+
+
+@compiled
+def _carry(moduli: FloatArray, move: float, group: FloatArray, branches: FloatArray, branch: FloatArray) -> None:
+    """Move the springs on that move as one."""
+    group[SINCE] += move
+    for j in range(moduli.size):
+        decay = branch[0, j, DECAY]
+        branches[LEFT, j] *= decay
+        branches[GAINED, j] = decay * branches[GAINED, j] + branch[0, j, MEAN] * (moduli[j] * move)
 
 
 @compiled
@@ -180,12 +306,15 @@ def _press(
     mode: FloatArray,
     filled: int,
     row: FloatArray,
+    group: FloatArray,
+    branches: FloatArray,
+    lasting: bool,
 ) -> tuple[float, float, int, int]:
     """
     Move springs straight to where the target of a row is met.
 
-    Springs that stay in contact bear what is linear in the indentation: it is sought with the others alone, and with all at the
-    end, which is checked.
+    Springs well within the contact move as one while all of them surely stay in it, and are given what they have only where they
+    may not; or at the end, unless that is `lasting`.
 
     Returns the indentation there, where it starts, the springs touched, and how many levels of the tables are filled. The
     indentation is inf where the springs end at `limit`, and nan where a spring was given up. Without a force it is where
@@ -197,12 +326,21 @@ def _press(
     lift = machine == 0.0 and target <= 0.0
     hardest = (body[0] + moduli.sum()) * springs[OUTER, n - 1]
     sudden = body[1] > 0.0 and duration == 0.0  # a dashpot takes the load where it is
-    inner, outer, sums = 0, active, np.zeros(2 + moduli.size)
-    if not (lift or sudden or math.isinf(machine)):
-        inner, outer = _inner(springs, moduli.size, active, w1, z1, free1, sums)
+    if lift or sudden:
+        _release(moduli.size, w1, z1, free1, group, branches)
+    elif group[HELD] == 0.0 and (lasting or not math.isinf(machine)):
+        _join(springs, moduli.size, active, w1, z1, free1, group, branches)
+        if lasting:
+            for i in range(int(group[HELD])):
+                w2[i] = w1[i]
+                for j in range(z1.shape[1]):
+                    z2[i, j] = z1[i, j]
+                for j in range(free1.shape[0]):
+                    free2[j, i] = free1[j, i]
+    outer = int(group[TOUCHING]) + _beside(int(group[TOUCHING]))
     if body[1] > 0.0:
         hardest += body[1] / (1.0 if sudden else duration) * springs[OUTER, n - 1]
-    if machine == 0.0 and not lift:  # bodies that are apart rest on each other before a force presses
+    if machine == 0.0 and not lift and group[HELD] == 0.0:  # bodies that are apart rest on each other before a force presses
         here = max(here, _rest(springs, w1, active))
     elif sudden and 0.0 < machine < math.inf:
         here = max(here, min(_rest(springs, w1, active), target / machine))
@@ -214,32 +352,25 @@ def _press(
             guess += (guess - here) * (body[0] + moduli.sum()) / body[1]
     while True:
         touched = _touched(springs, active, here if sudden else max(here, guess))
-        near = touched if inner == 0 else min(touched, outer)
+        held = int(group[HELD])
+        near = touched if held == 0 or math.isinf(machine) else min(touched, outer)
         filled = step(
             springs, body, moduli, times, rates, reach, to_modes, to_branches, here, guess, duration,
-            near, w1, z1, free1, w2, z2, free2, branch, mode, filled, row, math.isinf(machine), inner,
+            near, w1, z1, free1, w2, z2, free2, branch, mode, filled, row, math.isinf(machine), held,
         )  # fmt: skip
         if math.isinf(row[PARTS]):
             return math.nan, here, touched, filled
-        if inner > 0:
-            moved = guess - here
-            stiff = body[0] + (body[1] / duration if body[1] > 0.0 else 0.0)
-            row[FORCE] += body[0] * sums[1]
-            for j in range(moduli.size):
-                stiff += moduli[j] * branch[0, j, MEAN]
-                row[FORCE] += branch[0, j, DECAY] * sums[2 + j]
-            row[FORCE] += stiff * moved * sums[0]
-            row[RATE] += stiff * sums[0]
-        if math.isinf(machine):
-            return guess, here, touched, filled
+        alone = row[COUNT]  # without two beside those that move as one, no edge is known
+        if held > 0:
+            _add(body, moduli, duration, guess - here, group, branches, branch, row)
         if lift:
             return _rest(springs, w2, touched), here, touched, filled
         if sudden and parting:
             row[FORCE] = 0.0
             return target / machine, here, touched, filled
         there = here if sudden else guess
-        over = row[FORCE] + machine * there - target
-        close = abs(over) <= _CLOSE * (abs(target) + machine * abs(there))
+        over = 0.0 if math.isinf(machine) else row[FORCE] + machine * there - target
+        close = math.isinf(machine) or abs(over) <= _CLOSE * (abs(target) + machine * abs(there))
         close |= sudden and row[COUNT] == 0.0  # nothing bears the load yet
         if not close:
             if over > 0.0:
@@ -248,8 +379,20 @@ def _press(
                 low = max(low, guess)
             enclosed = low > -math.inf and high < math.inf
             close = enclosed and high - low <= 4e-16 * max(abs(high), abs(low), abs(here))
-        if inner > 0 and (close or low >= limit):  # with all springs, from here
-            inner, low, high, out = 0, -math.inf, math.inf, 0.0
+        if held > 0 and (close or low >= limit):
+            last = near == touched
+            if last:
+                if lasting and alone >= 2.0 and _stays(
+                    body, moduli, duration, guess - here, group, branches, branch
+                ):
+                    if close:
+                        _carry(moduli, guess - here, group, branches, branch)
+                        break
+                    return math.inf, here, touched, filled
+                _release(moduli.size, w1, z1, free1, group, branches)
+            outer, low, high, out = n, -math.inf, math.inf, 0.0  # with all springs, from here
+            if not lasting:
+                _release(moduli.size, w1, z1, free1, group, branches)
             continue
         if close:
             break
@@ -303,9 +446,12 @@ def run(
     `turns`, of one row more, take what `_note` says before every row and after the last, unless they are empty.
     """
     now, here, before = begin[0], begin[1], begin[1]
+    group, branches = np.zeros(7), np.zeros((5, moduli.size))
     watched = loads.shape[0] > 0
     if watched:
-        _note(springs, body[0], moduli.size, here, w, z, free, loads[0], gaps[0], turns[0])
+        _note(
+            springs, body[0], moduli.size, here, w, z, free, group, branches, loads[0], gaps[0], turns[0]
+        )  # fmt: skip
     active = _active(w, z, free)
     w1, z1, free1 = w.copy(), z.copy(), free.copy()
     w2, z2, free2 = w.copy(), z.copy(), free.copy()
@@ -322,6 +468,7 @@ def run(
         there, here, active_then, filled = _press(
             springs, body, moduli, times, rates, reach, to_modes, to_branches, target[r], machine, limit,
             here, before, duration, active, w1, z1, free1, w2, z2, free2, branch, mode, filled, row,
+            group, branches, True,
         )  # fmt: skip
         if math.isnan(there):
             return -1 - r
@@ -332,6 +479,11 @@ def run(
         z1, z2 = z2, z1
         free1, free2 = free2, free1
         _keep(w1, z1, free1, w2, z2, free2, active)
+        if group[HELD] > 0.0:
+            beside, wide = row[COUNT] - group[HELD], _beside(int(row[COUNT]))
+            group[TOUCHING] = row[COUNT]
+            if beside > 2 * wide or beside < wide // 2:  # the edge has moved: others are well within now
+                _release(moduli.size, w1, z1, free1, group, branches)
         work += row[WORK]
         lost += row[LOST]
         row[WORK] = work
@@ -341,8 +493,10 @@ def run(
         followed = r + 1
         if watched:
             _note(
-                springs, body[0], moduli.size, here, w1, z1, free1, loads[r + 1], gaps[r + 1], turns[r + 1]
+                springs, body[0], moduli.size, here, w1, z1, free1, group, branches,
+                loads[r + 1], gaps[r + 1], turns[r + 1],
             )  # fmt: skip
+    _release(moduli.size, w1, z1, free1, group, branches)
     _keep(w, z, free, w1, z1, free1, 0)
     begin[0], begin[1] = now, here
     return followed
@@ -388,7 +542,7 @@ def divide(
     w3, z3, free3 = w.copy(), z.copy(), free.copy()
     branch = np.zeros((LEVELS + 1, max(moduli.size, 1), 6))
     mode = np.zeros((LEVELS + 1, max(rates.size, 1), 2))
-    row = np.zeros(COLUMNS)
+    row, group, branches = np.zeros(COLUMNS), np.zeros(7), np.zeros((5, moduli.size))
     parts = 0
     for r in range(time.size):
         whole, rise = time[r] - now, target[r] - from_target
@@ -403,6 +557,7 @@ def divide(
             there, start, touched, _ = _press(
                 springs, body, moduli, times, rates, reach, to_modes, to_branches, goal, machine, limit,
                 here, before, duration, active, w1, z1, free1, w2, z2, free2, branch, mode, 0, row,
+                group, branches, False,
             )  # fmt: skip
             if math.isinf(there):
                 return ENDED
@@ -429,9 +584,15 @@ def divide(
                     over > tolerance * slope or over * abs(there - start) > _WORTH * tolerance * strength[r]
                 )
                 if not halve and loads.shape[0] > 0 and size > _SUDDEN:
-                    _note(springs, body[0], moduli.size, start, w1, z1, free1, loads[0], loads[3], loads[4])
-                    _note(springs, body[0], moduli.size, half, w3, z3, free3, loads[1], loads[3], loads[4])
-                    _note(springs, body[0], moduli.size, there, w2, z2, free2, loads[2], loads[3], loads[4])
+                    _note(
+                        springs, body[0], moduli.size, start, w1, z1, free1, group, branches, loads[0], loads[3], loads[4],
+                    )  # fmt: skip
+                    _note(
+                        springs, body[0], moduli.size, half, w3, z3, free3, group, branches, loads[1], loads[3], loads[4],
+                    )  # fmt: skip
+                    _note(
+                        springs, body[0], moduli.size, there, w2, z2, free2, group, branches, loads[2], loads[3], loads[4],
+                    )  # fmt: skip
                     bent = 0.0
                     for i in range(touched):
                         bent += springs[SHARE, i] * abs(loads[1, i] - 0.5 * (loads[0, i] + loads[2, i]))
