@@ -10,7 +10,6 @@ from pymdr import compiling
 from pymdr.line.memory.kernels import (
     COLUMNS,
     COUNT,
-    CROSS,
     DECAY,
     FORCE,
     FREE,
@@ -18,17 +17,30 @@ from pymdr.line.memory.kernels import (
     LEVELS,
     LOST,
     MEAN,
-    MOVED,
     OUTER,
-    OWN,
     PARTS,
-    RAMP,
     RATE,
     SHARE,
     STORED,
     TURN,
     WORK,
     step,
+)
+from pymdr.line.memory.together import (
+    BRANCHES,
+    GAINED,
+    GROUP,
+    HELD,
+    LEAST,
+    LEFT,
+    LOWEST,
+    SINCE,
+    bear,
+    beside,
+    carry,
+    join,
+    release,
+    strays,
 )
 from pymdr.units import FloatArray
 
@@ -44,13 +56,6 @@ def compiled(function: compiling.Function) -> compiling.Function:
 ENDED, FULL, GIVEN_UP = -1, -2, -3
 """Why rows were not divided: the springs end, the parts are more than there is room for, a spring was given up."""
 _CLOSE = 1e-13
-_EDGE = 16
-"""Springs beside the edge of a contact, at least, that may part or be touched while others only move."""
-HELD, TOUCHING, STIFFNESS, WIDTH, SQUARED, LEAST, SINCE = range(7)
-"""Of the springs well within a contact, that move as one: how many, and how many touch in all; the sums of their k, k w and k w^2
-and the least w, all when they were taken together; and how far they moved since."""
-LEFT, GAINED, LOWEST, BORNE, ENERGY = range(5)
-"""Of their branches: h is LEFT times that at first and GAINED; the lowest h, and the sums of k h and k h^2 at first."""
 _DEEPEST = 48
 """How often a row is halved at most."""
 _SUDDEN = 2.0**-16
@@ -154,53 +159,11 @@ def _active(w: FloatArray, z: FloatArray, free: FloatArray) -> int:
 
 
 @compiled
-def _join(
-    springs: FloatArray,
-    n: int,
-    active: int,
-    w: FloatArray,
-    z: FloatArray,
-    free: FloatArray,
-    group: FloatArray,
-    branches: FloatArray,
-) -> None:
-    """Take the springs well within the contact together: what each bears is what it bears now, faded, and the same for all."""
-    count = 0
+def _touching(count: int, active: int, free: FloatArray) -> int:
+    """How many springs touch from the innermost on, where some surely do."""
     while count < active and free[FREE, count] == 0.0:
         count += 1
-    held = max(count - _beside(count), 0)
-    group[:], branches[:] = 0.0, 0.0
-    group[HELD], group[TOUCHING], group[LEAST] = held, count, math.inf
-    branches[LEFT], branches[LOWEST] = 1.0, math.inf
-    for i in range(held):
-        share = springs[SHARE, i]
-        group[STIFFNESS] += share
-        group[WIDTH] += share * w[i]
-        group[SQUARED] += share * w[i] * w[i]
-        group[LEAST] = min(group[LEAST], w[i])
-        for j in range(n):
-            branches[LOWEST, j] = min(branches[LOWEST, j], z[i, j])
-            branches[BORNE, j] += share * z[i, j]
-            branches[ENERGY, j] += share * z[i, j] * z[i, j]
-
-
-@compiled
-def _beside(count: int) -> int:
-    """How many springs beside an edge may part or be touched."""
-    return max(_EDGE, count // 8)
-
-
-@compiled
-def _release(
-    n: int, w: FloatArray, z: FloatArray, free: FloatArray, group: FloatArray, branches: FloatArray
-) -> None:
-    """Give the springs that move as one what they have now."""
-    for i in range(int(group[HELD])):
-        w[i] += group[SINCE]
-        free[TURN, i] = 0.0
-        for j in range(n):
-            z[i, j] = branches[LEFT, j] * z[i, j] + branches[GAINED, j]
-    group[HELD] = 0.0
+    return count
 
 
 @compiled
@@ -213,70 +176,13 @@ def _stays(
     branches: FloatArray,
     branch: FloatArray,
 ) -> bool:
-    """Whether the springs that move as one all stay in contact: their branches and springs are monotone, and bound what they bear."""
+    """Whether the springs of a group all stay in contact: their branches and springs are monotone, and bound what they bear."""
     drag = body[1] * move / duration if body[1] > 0.0 and move != 0.0 else 0.0
     least = body[0] * (group[LEAST] + group[SINCE] + min(move, 0.0)) + drag
     for j in range(moduli.size):
         lowest = branches[LEFT, j] * branches[LOWEST, j] + branches[GAINED, j]
         least += min(lowest, branch[0, j, DECAY] * lowest + branch[0, j, MEAN] * (moduli[j] * move))
     return bool(least >= 0.0)
-
-
-@compiled
-def _add(
-    body: FloatArray,
-    moduli: FloatArray,
-    duration: float,
-    move: float,
-    group: FloatArray,
-    branches: FloatArray,
-    branch: FloatArray,
-    row: FloatArray,
-) -> None:
-    """Add to a row of the other springs what those bear that move as one."""
-    all_of, since = group[STIFFNESS], group[SINCE]
-    drag = body[1] * move / duration if body[1] > 0.0 and move != 0.0 else 0.0
-    stiff = body[0] + (body[1] / duration if body[1] > 0.0 else 0.0)
-    width = group[WIDTH] + all_of * since
-    force, work, lost = body[0] * width, move * (body[0] * (width + 0.5 * move * all_of) + drag * all_of), 0.0
-    ahead = since + move
-    stored = body[0] * (group[SQUARED] + ahead * (2.0 * group[WIDTH] + ahead * all_of))
-    for j in range(moduli.size):
-        elastic, left, gained = moduli[j] * move, branches[LEFT, j], branches[GAINED, j]
-        decay, mean = branch[0, j, DECAY], branch[0, j, MEAN]
-        stiff += moduli[j] * mean
-        borne = left * branches[BORNE, j] + gained * all_of
-        squared = left * left * branches[ENERGY, j] + gained * (
-            2.0 * left * branches[BORNE, j] + gained * all_of
-        )
-        force += decay * borne
-        work += move * (mean * borne + branch[0, j, RAMP] * elastic * all_of)
-        lost += (
-            branch[0, j, OWN] * squared
-            + elastic * (2.0 * branch[0, j, CROSS] * borne + branch[0, j, MOVED] * elastic * all_of)
-        ) / moduli[j]
-        left, gained = decay * left, decay * gained + mean * elastic
-        squared = left * left * branches[ENERGY, j] + gained * (
-            2.0 * left * branches[BORNE, j] + gained * all_of
-        )
-        stored += squared / moduli[j]
-    row[FORCE] += force + stiff * move * all_of
-    row[RATE] += stiff * all_of
-    row[STORED] += 0.5 * stored
-    row[WORK] += work
-    row[LOST] += lost + move * drag * all_of
-    row[COUNT] += group[HELD]
-    row[PARTS] += group[HELD]
-
-
-@compiled
-def _carry(moduli: FloatArray, move: float, group: FloatArray, branches: FloatArray, branch: FloatArray) -> None:
-    """Move the springs on that move as one."""
-    group[SINCE] += move
-    for j in range(moduli.size):
-        decay = branch[0, j, DECAY]
-        branches[LEFT, j] *= decay
-        branches[GAINED, j] = decay * branches[GAINED, j] + branch[0, j, MEAN] * (moduli[j] * move)
 
 
 @compiled
@@ -327,20 +233,18 @@ def _press(
     hardest = (body[0] + moduli.sum()) * springs[OUTER, n - 1]
     sudden = body[1] > 0.0 and duration == 0.0  # a dashpot takes the load where it is
     if lift or sudden:
-        _release(moduli.size, w1, z1, free1, group, branches)
+        release(moduli.size, w1, z1, group, branches)
     elif group[HELD] == 0.0 and (lasting or not math.isinf(machine)):
-        _join(springs, moduli.size, active, w1, z1, free1, group, branches)
-        if lasting:
-            for i in range(int(group[HELD])):
-                w2[i] = w1[i]
-                for j in range(z1.shape[1]):
-                    z2[i, j] = z1[i, j]
-                for j in range(free1.shape[0]):
-                    free2[j, i] = free1[j, i]
-    outer = int(group[TOUCHING]) + _beside(int(group[TOUCHING]))
+        touching = _touching(0, active, free1)
+        join(springs[SHARE], moduli.size, touching - beside(touching), w1, z1, w2, z2, group, branches)
+        for i in range(int(group[HELD])):
+            free1[TURN, i] = 0.0
+            for j in range(free1.shape[0]):
+                free2[j, i] = free1[j, i]
     if body[1] > 0.0:
         hardest += body[1] / (1.0 if sudden else duration) * springs[OUTER, n - 1]
-    if machine == 0.0 and not lift and group[HELD] == 0.0:  # bodies that are apart rest on each other before a force presses
+    if machine == 0.0 and not lift and group[HELD] == 0.0:
+        # bodies that are apart rest on each other before a force presses
         here = max(here, _rest(springs, w1, active))
     elif sudden and 0.0 < machine < math.inf:
         here = max(here, min(_rest(springs, w1, active), target / machine))
@@ -350,10 +254,13 @@ def _press(
         guess = here - 1e2 * (springs[HEIGHT, n - 1] + abs(here))
         if sudden:  # by a load that no spring of the body withstands
             guess += (guess - here) * (body[0] + moduli.sum()) / body[1]
+    whole, edge = math.isinf(machine), 0
+    if group[HELD] > 0.0 and not whole:
+        edge = _touching(int(group[HELD]), active, free1)
     while True:
         touched = _touched(springs, active, here if sudden else max(here, guess))
         held = int(group[HELD])
-        near = touched if held == 0 or math.isinf(machine) else min(touched, outer)
+        near = touched if held == 0 or whole else min(touched, edge + beside(edge))
         filled = step(
             springs, body, moduli, times, rates, reach, to_modes, to_branches, here, guess, duration,
             near, w1, z1, free1, w2, z2, free2, branch, mode, filled, row, math.isinf(machine), held,
@@ -362,7 +269,16 @@ def _press(
             return math.nan, here, touched, filled
         alone = row[COUNT]  # without two beside those that move as one, no edge is known
         if held > 0:
-            _add(body, moduli, duration, guess - here, group, branches, branch, row)
+            force, rate, stored, work, lost = bear(
+                body, moduli, duration, guess - here, group, branches, branch[0]
+            )
+            row[FORCE] += force
+            row[RATE] += rate
+            row[STORED] += stored
+            row[WORK] += work
+            row[LOST] += lost
+            row[COUNT] += held
+            row[PARTS] += held
         if lift:
             return _rest(springs, w2, touched), here, touched, filled
         if sudden and parting:
@@ -380,19 +296,18 @@ def _press(
             enclosed = low > -math.inf and high < math.inf
             close = enclosed and high - low <= 4e-16 * max(abs(high), abs(low), abs(here))
         if held > 0 and (close or low >= limit):
-            last = near == touched
-            if last:
-                if lasting and alone >= 2.0 and _stays(
-                    body, moduli, duration, guess - here, group, branches, branch
-                ):
-                    if close:
-                        _carry(moduli, guess - here, group, branches, branch)
-                        break
+            stays = lasting and (
+                near < touched
+                or (alone >= 2.0 and _stays(body, moduli, duration, guess - here, group, branches, branch))
+            )
+            if stays and near == touched:
+                if not close:
                     return math.inf, here, touched, filled
-                _release(moduli.size, w1, z1, free1, group, branches)
-            outer, low, high, out = n, -math.inf, math.inf, 0.0  # with all springs, from here
-            if not lasting:
-                _release(moduli.size, w1, z1, free1, group, branches)
+                carry(moduli, guess - here, group, branches, branch[0])
+                break
+            if not stays:
+                release(moduli.size, w1, z1, group, branches)
+            whole, low, high, out = True, -math.inf, math.inf, 0.0  # with all springs, from here
             continue
         if close:
             break
@@ -446,7 +361,7 @@ def run(
     `turns`, of one row more, take what `_note` says before every row and after the last, unless they are empty.
     """
     now, here, before = begin[0], begin[1], begin[1]
-    group, branches = np.zeros(7), np.zeros((5, moduli.size))
+    group, branches = np.zeros(GROUP), np.zeros((BRANCHES, moduli.size))
     watched = loads.shape[0] > 0
     if watched:
         _note(
@@ -480,10 +395,9 @@ def run(
         free1, free2 = free2, free1
         _keep(w1, z1, free1, w2, z2, free2, active)
         if group[HELD] > 0.0:
-            beside, wide = row[COUNT] - group[HELD], _beside(int(row[COUNT]))
-            group[TOUCHING] = row[COUNT]
-            if beside > 2 * wide or beside < wide // 2:  # the edge has moved: others are well within now
-                _release(moduli.size, w1, z1, free1, group, branches)
+            held, touching = int(group[HELD]), int(row[COUNT])
+            if strays(held, touching):
+                release(moduli.size, w1, z1, group, branches)
         work += row[WORK]
         lost += row[LOST]
         row[WORK] = work
@@ -496,7 +410,7 @@ def run(
                 springs, body[0], moduli.size, here, w1, z1, free1, group, branches,
                 loads[r + 1], gaps[r + 1], turns[r + 1],
             )  # fmt: skip
-    _release(moduli.size, w1, z1, free1, group, branches)
+    release(moduli.size, w1, z1, group, branches)
     _keep(w, z, free, w1, z1, free1, 0)
     begin[0], begin[1] = now, here
     return followed
@@ -542,7 +456,7 @@ def divide(
     w3, z3, free3 = w.copy(), z.copy(), free.copy()
     branch = np.zeros((LEVELS + 1, max(moduli.size, 1), 6))
     mode = np.zeros((LEVELS + 1, max(rates.size, 1), 2))
-    row, group, branches = np.zeros(COLUMNS), np.zeros(7), np.zeros((5, moduli.size))
+    row, group, branches = np.zeros(COLUMNS), np.zeros(GROUP), np.zeros((BRANCHES, moduli.size))
     parts = 0
     for r in range(time.size):
         whole, rise = time[r] - now, target[r] - from_target
