@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 
 import pymdr as mdr
 from drawing import examples
+from pymdr.errors import PymdrError
 from pymdr.mapping.callables import (
     check_consistency,
     find_kinks,
@@ -612,3 +613,23 @@ def test_the_mended_examples():
         check_consistency(
             lambda r: r * r / 2 + np.maximum(r - 0.5, 0), lambda r: r + (r > 0.52), 1e-6, 1.0, [0.5]
         )
+
+
+@pytest.mark.long
+def test_waves_down_to_the_tip_are_refused_in_words():
+    """Waves in log r of one amplitude at every radius: some drawn ones ended in an error of linear algebra."""
+    rng = np.random.default_rng(0)
+    refusals = []
+    for _ in range(6):
+        radius, waves = 10.0 ** rng.uniform(-9.0, 0.0), 10.0 ** rng.uniform(-12.0, -5.0)
+        power = rng.uniform(1.2, 4.0)
+        wavy = mdr.Function(
+            lambda r, R=radius, n=power, e=waves: (
+                R * (r / R) ** n * (1 + e * np.sin(1e6 * np.log(r / R + 1e-300)))
+            )
+        )
+        try:
+            mdr.solve(mdr.Contact(wavy, mdr.Elastic("1 GPa", 0.3)), mdr.indent(1e-4 * radius))
+        except PymdrError as refused:
+            refusals.append(str(refused))
+    assert all("r = " in words for words in refusals)

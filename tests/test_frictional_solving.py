@@ -1372,3 +1372,52 @@ def test_a_shift_under_a_constant_load_is_exact_but_for_its_first_row(load, shif
         assert values == pytest.approx(others, rel=1e-8, abs=1e-12 * np.abs(others).max())
     error = at_once.claims["tangential_force"].error
     assert error is None or np.max(error * np.abs(at_once["tangential_force"].values)) <= 1e-8 * 0.3 * force
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_errors_of_a_profile_reach_its_friction(seed):
+    """Heights that lose digits to an offset: what normal contact claims to miss, friction misses too."""
+    rng = np.random.default_rng([25, seed])
+    radius, exponent = 10.0 ** rng.uniform(-9.0, 0.0), rng.uniform(1.5, 3.0)
+    offset = radius * 10.0 ** rng.uniform(1.0, 3.0)
+    steel = mdr.Elastic("210 GPa", 0.0)
+    depth, mu = radius * 10.0 ** rng.uniform(-3.0, -1.0), rng.uniform(0.1, 1.0)
+    path = mdr.indent(depth) >> mdr.Path(shift=mu * depth * rng.uniform(-1.5, 1.5, 6))
+    exact, blurred = (
+        mdr.solve(mdr.Contact(profile, steel, steel, friction=mdr.Coulomb(mu)), path)
+        for profile in (
+            mdr.PowerLaw(exponent=exponent, height=radius, radius=radius),
+            mdr.Function(lambda r: (offset + radius * (r / radius) ** exponent) - offset),
+        )
+    )
+    plain = mdr.solve(mdr.Contact(blurred.contact.profile, steel, steel), mdr.indent(depth))
+    known = float(plain.claims["normal_force"].error[0])
+    assert known > 0.0
+    assert blurred.claims["normal_force"].error[0] == known
+    for name in (
+        "tangential_force",
+        "stick_radius",
+        "dissipated_energy",
+        "stored_tangential_energy",
+        "slip_distance",
+    ):
+        error, truth = blurred.claims[name].error, exact[name].values
+        moves = truth != 0.0
+        miss = np.abs(blurred[name].values[moves] / truth[moves] - 1.0)
+        assert np.all(miss <= 10.0 * error[moves] + 1e-12), name
+        if name == "tangential_force":
+            assert np.all(error[moves] >= known)
+
+
+def test_the_frame_of_cattaneo_and_mindlin_is_in_the_error_of_the_force():
+    path = mdr.load("50 N") >> mdr.cycle(shift="1 um", cycles=1, steps=8) >> mdr.drag("1 N")
+    for poisson, share in ((0.0, 0.0), (0.15, 0.75e-3), (0.3, 1.5e-3), (0.5, 5e-3)):
+        steel = mdr.Elastic("210 GPa", poisson)
+        result = mdr.solve(mdr.Contact(BALL, steel, steel, friction=mdr.Coulomb(0.3)), path)
+        force, claim = result["tangential_force"].values, result.claims["tangential_force"]
+        # the first row has no shift yet, and the force of the last one is prescribed
+        assert claim.error[[0, -1]].tolist() == [0.0, 0.0]
+        missed = claim.error[1:-1] * np.abs(force[1:-1])
+        assert missed[claim.error[1:-1] < 1.0] == pytest.approx(share * 0.3 * 50.0, rel=1e-12)
+    unlike = mdr.Contact(BALL, steel, mdr.Elastic("1 GPa", 0.3), friction=mdr.Coulomb(0.3))
+    assert mdr.solve(unlike, path).claims["tangential_force"].error is None

@@ -14,7 +14,7 @@ from pymdr.interpretation.validity import EXACT_WITHIN, Claim, Level, total_erro
 from pymdr.line.adhesion.equivalent_line import States
 from pymdr.line.curves import Line
 from pymdr.line.following import Jumps
-from pymdr.line.foundation import DiskStates
+from pymdr.line.foundation import DiskStates, states_at_depth
 from pymdr.units import FloatArray
 
 _STRAIGHT = 0.01
@@ -349,6 +349,82 @@ def _bounded(errors: Mapping[str, FloatArray], touching: NDArray[np.bool_]) -> d
     return {
         name: np.where(touching, np.minimum(np.nan_to_num(values, nan=0.0, posinf=1.0), 1.0), 0.0)
         for name, values in errors.items()
+    }
+
+
+def frictional_errors(
+    line: Line,
+    friction: float,
+    ratio: float,
+    columns: Mapping[str, FloatArray],
+    forced: NDArray[np.bool_],
+    dragged: NDArray[np.bool_],
+) -> dict[str, FloatArray]:
+    """
+    Relative errors of a contact with friction from those of the map of its profile.
+
+    Parameters
+    ----------
+    line : Line
+    friction, ratio : float
+        mu, and E*/G*.
+    columns : mapping of str to ndarray
+        Quantities over the rows.
+    forced, dragged : ndarray of bool
+        Rows whose normal and tangential forces are prescribed, and not the indentation and the shift.
+
+    Returns
+    -------
+    dict of str to ndarray
+        Of their own values; of fields, of the largest value of the field.
+
+    Notes
+    -----
+    F_x is a sum of terms mu (F(d) - F(d*)) and u of terms mu E*/G* (d - d*), in which the errors of F and d at the deepest
+    contact so far count twice at most. Without slip all is proportional to the radii.
+    """
+    states = states_at_depth(line, columns["indentation"])
+    found = normal_errors(line, states, forced)
+    if not found:
+        return {}
+    whole = normal_errors(line, states, np.zeros_like(forced))
+    force, depth, radius = (
+        np.maximum.accumulate(whole[name])
+        for name in ("normal_force", "equivalent_profile", "contact_radius")
+    )
+    deepest = np.maximum.accumulate(np.abs(columns["indentation"]))
+    pulled = np.abs(columns["tangential_force"])
+    drawn = np.maximum.accumulate(np.abs(columns["shift"]))
+    largest = np.maximum.accumulate(pulled)
+    if friction < math.inf:
+        missed = 2.0 * friction * force * np.maximum.accumulate(np.abs(columns["normal_force"]))
+        strayed = 2.0 * friction * ratio * depth * deepest
+        stick = columns["stick_radius"]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            moved = 2.0 * depth * deepest / (stick * line.depth_rate(stick))
+        radius = radius + np.where(stick > 0.0, np.nan_to_num(moved, nan=0.0, posinf=1.0), 0.0)
+    else:
+        missed, strayed = 2.0 * radius * largest, 2.0 * radius * drawn
+    energy = missed * drawn + strayed * largest
+    ways = np.cumsum(np.abs(np.diff(columns["shift"], prepend=0.0)))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        own = {
+            "tangential_force": np.where(dragged, 0.0, missed / pulled),
+            "shift": np.where(dragged, (strayed + missed * drawn / largest) / np.abs(columns["shift"]), 0.0),
+            "slip_distance": strayed / np.abs(columns["slip_distance"]),
+            "stored_tangential_energy": energy / np.abs(columns["stored_tangential_energy"]),
+            "dissipated_energy": (energy + missed * ways) / np.abs(columns["dissipated_energy"]),
+        }
+    tangential = own | {
+        "stick_radius": radius,
+        "tangential_stiffness": radius,
+        "shear_traction": whole["pressure"],
+        "tangential_displacement": radius + 2.0 * depth,
+        "slip": radius + 2.0 * depth,
+    }
+    # a value of 0 has no part that is wrong
+    return found | {
+        name: np.fmin(np.nan_to_num(e, nan=0.0, posinf=0.0), 1.0) for name, e in tangential.items()
     }
 
 

@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import math
+
+import numpy as np
+
 from pymdr.interpretation.traction import TANGENTIAL_FIELDS
 from pymdr.interpretation.validity import NORMAL_FIELDS, SOURCES, Assumption, BoolArray, Claim, Level
 from pymdr.mapping.moduli import EffectiveModuli, surface_compliances
@@ -19,6 +23,8 @@ TANGENTIAL_QUANTITIES = (
 _SIMILAR = 0.01
 _LARGEST_POISSON = 0.5
 """Up to it the errors of sliding bodies are measured."""
+_MEASURED_ERRORS = ((0.0, 0.0), (0.3, 1.5e-3), (0.5, 5e-3))
+"""Poisson's ratio, and what the force was found off at most, of the largest mu F_N, where load and shift turn together."""
 
 
 def frictional_claims(
@@ -60,6 +66,34 @@ def frictional_claims(
     }
 
 
+def frame_error(contact: Contact, moduli: EffectiveModuli) -> float | None:
+    """
+    The measured error of tangential forces in the frame of Cattaneo and Mindlin, of the largest mu F_N so far.
+
+    None where it was not measured: without slip, of bodies that are not similar, and outside of the measured Poisson's ratios.
+
+    Notes
+    -----
+    Against vector friction on the half-space by boundary elements; between the measured ratios the chord, which lies above the
+    curve through them.
+    """
+    assert contact.friction is not None
+    if not moduli.similar or math.isinf(contact.friction.coefficient):
+        return None
+    poisson = _sliding_ratio(contact)
+    if not -1e-12 <= poisson <= _LARGEST_POISSON + 1e-12:
+        return None
+    ratios, errors = zip(*_MEASURED_ERRORS, strict=True)
+    return float(np.interp(poisson, ratios, errors))
+
+
+def _sliding_ratio(contact: Contact) -> float:
+    """Poisson's ratio by which the surfaces slide, the largest of both: 1 - S_L/S_T."""
+    surfaces = [surface_compliances(body) for body in (contact.body, contact.counterbody)]
+    ratios = [1.0 - one.longitudinal / one.transverse for one in surfaces if one.transverse > 0.0]
+    return max(ratios, key=abs)
+
+
 def _tangential(contact: Contact, moduli: EffectiveModuli) -> tuple[Level, str, str]:
     law = contact.friction
     assert law is not None
@@ -68,8 +102,7 @@ def _tangential(contact: Contact, moduli: EffectiveModuli) -> tuple[Level, str, 
         return Level.EXACT, "without friction nothing is carried sideways", source
     # of two bodies that are similar, sliding depends on their pressure and these compliances alone
     surfaces = [surface_compliances(body) for body in (contact.body, contact.counterbody)]
-    ratios = [1.0 - one.longitudinal / one.transverse for one in surfaces if one.transverse > 0.0]
-    poisson = max(ratios, key=abs)
+    poisson = _sliding_ratio(contact)
     isotropic = all(
         max(abs(one.longitudinal - one.normal), abs(one.coupling - 2.0 * one.normal + one.transverse))
         <= 1e-12 * one.transverse

@@ -269,7 +269,7 @@ def far_from_edge(state: LineState, r: FloatArray) -> FloatArray:
     if edge_load(state) == 0.0:
         return np.ones(r.shape)
     x = r / state.radius
-    return np.minimum(np.sqrt((1.0 - x) * (1.0 + x) / (1.0 - INSIDE[-1] ** 2)), 1.0)
+    return np.asarray(np.minimum(np.sqrt((1.0 - x) * (1.0 + x) / (1.0 - INSIDE[-1] ** 2)), 1.0))
 
 
 def _integrated(curve: PchipInterpolator, r: FloatArray) -> FloatArray:

@@ -314,7 +314,7 @@ class Kernel:
         waves = np.exp(1j * np.outer(t, s))
         # without a linear algebra library, whose threads wait for one another
         near, far = (np.einsum("ts,s->t", waves, part).real for part in (self._short, self._whole))
-        return np.where(t < 2.0, near, -far)
+        return np.asarray(np.where(t < 2.0, near, -far))
 
     def _reach(self, top: float) -> None:
         """Tabulate up to t = top."""

@@ -501,7 +501,7 @@ def _missed_by_power(source: SlopeSource, tail: Tail) -> float:
     octaves = np.arange(math.floor(math.log2(radius)) + _DEEPEST)
     if octaves.size < _BESIDE_DEEPEST:
         return math.inf
-    r = radius * 2.0**-octaves
+    r: FloatArray = np.ldexp(radius, -octaves.astype(int))
     with np.errstate(all="ignore"):
         given = np.log(np.abs(source.sample(np.zeros(r.size), r)[0] / tail.slope))
         wrong = given - tail.power * np.log(r / radius)

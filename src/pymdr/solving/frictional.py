@@ -10,10 +10,11 @@ from itertools import pairwise
 import numpy as np
 
 from pymdr.errors import PathError, ProblemError, RefusedError
-from pymdr.interpretation.accuracy import of_own_size, with_errors
+from pymdr.interpretation.accuracy import frictional_errors, of_own_size, with_errors
 from pymdr.interpretation.certificate import Certificate, certify_disk, certify_history, noise_words
 from pymdr.interpretation.friction import (
     TANGENTIAL_QUANTITIES,
+    frame_error,
     frictional_claims,
     similarity_assumption,
 )
@@ -24,7 +25,7 @@ from pymdr.interpretation.traction import (
     deepest_of,
     friction_leg,
 )
-from pymdr.interpretation.validity import EXACT_WITHIN, Assumption, approximated
+from pymdr.interpretation.validity import EXACT_WITHIN, Assumption, BoolArray, Claim, Level, approximated
 from pymdr.line.foundation import (
     ElasticLine,
     elastic_energy,
@@ -93,6 +94,9 @@ class _Rows:
     """One entry per leg: the parts of every move, 0 where nothing had to be divided."""
     missed: FloatArray
     """One row per row: what is left of the errors of what is measured, in SI units."""
+    forced: BoolArray
+    dragged: BoolArray
+    """Rows whose normal and tangential forces are prescribed."""
 
 
 @dataclass
@@ -131,7 +135,9 @@ class _FrictionLaw:
         followed, missed = (joined(each) for each in zip(*found, strict=True))
         leg = self._leg(asked)
         force = taken(leg.normal, kept) if leg.by_normal_force else self._forces(followed["indentation"])
-        return _Rows(followed, force, np.array([parts]), missed), stack, self._channels(leg, stack)
+        forced, dragged = (np.full(force.size, by) for by in (leg.by_normal_force, leg.by_tangential_force))
+        gathered = _Rows(followed, force, np.array([parts]), missed, forced, dragged)
+        return gathered, stack, self._channels(leg, stack)
 
     def deepen(self, asked: Sequence[Stretch]) -> None:
         """Go as deep as some legs ask, those under a force last."""
@@ -394,7 +400,10 @@ def _interpret(task: Task, law: _FrictionLaw, walked: Walked[_Rows], starts: tup
         claims |= approximated(
             {"dissipated_energy": claims["dissipated_energy"]}, remark, rounded["dissipated_energy"]
         )
-    claims = with_errors(claims, {}, map_remark(mapped.line, at_deepest))
+    ratio = mapped.moduli.normal / mapped.moduli.tangential
+    mapping = frictional_errors(mapped.line, law.friction, ratio, columns, rows.forced, rows.dragged)
+    claims = with_errors(claims, mapping, map_remark(mapped.line, at_deepest))
+    claims |= _in_frame(contact, mapped, columns, claims["tangential_force"], rows.dragged)
     return solution(
         task,
         walked,
@@ -406,6 +415,21 @@ def _interpret(task: Task, law: _FrictionLaw, walked: Walked[_Rows], starts: tup
         references=("sneddon", "popov-hess", "cattaneo-mindlin", "memory"),
         starts=starts,
     )
+
+
+def _in_frame(
+    contact: Contact, mapped: Springs, columns: Mapping[str, FloatArray], claim: Claim, dragged: BoolArray
+) -> dict[str, Claim]:
+    """The claim of the tangential force with the measured error of the frame, which prescribed forces do not have."""
+    share = frame_error(contact, mapped.moduli)
+    if not share or claim.level is not Level.APPROXIMATE:
+        return {}
+    assert contact.friction is not None
+    carried = contact.friction.coefficient * np.maximum.accumulate(np.abs(columns["normal_force"]))
+    pulled = np.abs(columns["tangential_force"])
+    with np.errstate(divide="ignore", invalid="ignore"):
+        own = np.where(dragged | (pulled == 0.0), 0.0, share * carried / pulled)
+    return approximated({"tangential_force": claim}, "", np.fmin(own, 1.0))
 
 
 def _missed(rows: _Rows) -> dict[str, FloatArray]:

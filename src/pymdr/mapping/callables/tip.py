@@ -539,6 +539,8 @@ def _better_exponent(
     matrix = np.column_stack([np.full(u.size, noise.min()), basis]) / noise[:, None]
     scale = np.linalg.norm(matrix, axis=0)
     q, triangle = orthonormal(np.asfortranarray(matrix / scale))
+    if not np.abs(np.diagonal(triangle)).min() > 0.0:  # terms that rounding makes alike tell no exponent
+        return n, math.inf, 0.0
     solution = np.linalg.solve(triangle, q.T @ (values / noise)) / scale
     rest = values / noise - matrix @ solution
     steepness = basis @ solution[1:] * np.log(np.where(u > 0.0, u, 1.0)) / noise

@@ -446,7 +446,7 @@ def _with_errors(search: Search, best: FloatArray, minimum: Any, wide: FloatArra
     apart = rows / np.maximum(singular, _ROUNDED * singular.max())[:, None]
     errors = np.full(p, math.nan)
     errors[felt] = noise * np.sqrt(correlated) * np.linalg.norm(apart, axis=0) / scale[felt]
-    used = search.used or (slice(None),) * len(models)
+    used = search.used or tuple(np.ones(one.model.size, dtype=bool) for one in models)
     forces = np.concatenate([np.abs(one.model[part]) for one, part in zip(models, used, strict=True)])
     moved = np.zeros(p)
     moved[felt] = np.abs(apart.T @ left.T) @ forces / scale[felt]
