@@ -279,6 +279,8 @@ def _press(
             row[LOST] += lost
             row[COUNT] += held
             row[PARTS] += held
+        if held == 0 and math.isinf(machine):
+            return guess, here, touched, filled
         if lift:
             return _rest(springs, w2, touched), here, touched, filled
         if sudden and parting:
