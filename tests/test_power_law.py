@@ -13,6 +13,7 @@ from pymdr.interpretation.validity import Level
 from pymdr.line.curves import ElasticLine
 from pymdr.line.memory import follow_loads, follow_travels
 from pymdr.mapping.equivalent import equivalent_profile
+from pymdr.mapping.relaxation import largest_coupling
 from pymdr.problem.spectra import Relaxation
 
 EXACT = 1e-9
@@ -201,3 +202,19 @@ def test_sudden_rises_and_falls_are_the_limit_of_short_ones(branch, machine):
         values, others = getattr(found, name), getattr(limit, name)
         np.testing.assert_allclose(values, others, rtol=0.0, atol=within * np.max(others))
     assert found.indentation[3] == found.indentation[4]
+
+
+def test_coupling_is_that_of_the_times_of_the_path():
+    def body(power):
+        return mdr.Viscoelastic(mdr.PowerLawRheology("1 MPa", "1 s", power), bulk="20 MPa")
+
+    for power, span in ((0.2, (1e-3, 1.0)), (0.5, (1e-2, 10.0)), (0.8, (0.1, 1.0))):
+        # Carson transform of G1 (t/t1)^-alpha: G1 Gamma(1 - alpha) (s t1)^alpha; the slowest rate is the softest
+        shear = 1e6 * math.gamma(1.0 - power) * (0.1 / span[1]) ** power
+        assert shear < 20e6
+        ratio = shear / 20e6
+        nu = (3.0 - 2.0 * ratio) / (6.0 + 2.0 * ratio)
+        stiff = 1e6 * math.gamma(1.0 - power) * (10.0 / span[0]) ** power / 20e6
+        fast = (3.0 - 2.0 * stiff) / (6.0 + 2.0 * stiff)
+        expected = max(abs(1.0 - 2.0 * x) / (2.0 * (1.0 - x)) for x in (nu, fast))
+        assert largest_coupling(body(power), mdr.Rigid(), span) == pytest.approx(expected, rel=1e-6)

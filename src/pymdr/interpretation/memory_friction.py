@@ -274,13 +274,14 @@ def sheared_errors(surface: ShearedSurface, size: int) -> dict[str, FloatArray]:
         r = np.concatenate([a * TO_EDGE, _bends(both[0])]) if a > 0.0 else TO_EDGE
         r = r[away_from(r, surface.marks(row))]
         shift = float(surface.shift[row])
+        moved = [displacement(state, r) for state in both]
         values = [
             (
                 surface_load(state, r) * (far_from_edge(both[0], r) if a > 0.0 else 1.0),
-                displacement(state, r),
-                shift - displacement(state, r),
+                u,
+                shift - u,
             )
-            for state in both
+            for state, u in zip(both, moved, strict=True)
         ]
         for name, fine, coarse in zip(found, *values, strict=True):
             if a > 0.0:

@@ -115,7 +115,8 @@ def largest_coupling(body: Material, counterbody: Material, span: Span | None = 
     The largest |Dundurs' beta| of two bodies, from the fastest to the slowest move.
 
     It is that of elastic bodies with the Carson transforms of the moduli, at rates from a thousandth of the slowest to a
-    thousand times the fastest rate of relaxation.
+    thousand times the fastest rate of relaxation; where a span of times in s is given, as powers of time need, from a tenth of
+    that of the longest to ten times that of the shortest.
 
     Examples
     --------
@@ -124,10 +125,14 @@ def largest_coupling(body: Material, counterbody: Material, span: Span | None = 
     >>> largest_coupling(Viscoelastic(solid, poisson=0.5), Rigid())
     0.0
     """
-    shears = [one.shear.kernel(span) for one in (body, counterbody) if isinstance(one, Viscoelastic)]
-    times = np.concatenate([np.append(one.times, _lag(one)) for one in shears])
-    times = times[times > 0.0]
-    rates = np.geomspace(1e-3 / times.max(), 1e3 / times.min(), 61)
+    if span is not None:
+        slowest, fastest = 0.1 / span[1], 10.0 / span[0]
+    else:
+        shears = [one.shear.kernel() for one in (body, counterbody) if isinstance(one, Viscoelastic)]
+        times = np.concatenate([np.append(one.times, _lag(one)) for one in shears])
+        times = times[times > 0.0]
+        slowest, fastest = 1e-3 / times.max(), 1e3 / times.min()
+    rates = np.geomspace(slowest, fastest, 61)
     pairs = ((_at_rate(body, rate, span), _at_rate(counterbody, rate, span)) for rate in rates)
     return max(abs(effective_moduli(*pair).dundurs_beta) for pair in pairs)
 

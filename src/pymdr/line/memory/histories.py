@@ -83,9 +83,9 @@ class Passage(NamedTuple):
 
 
 Watch = Callable[[Passage], None]
-"""Called with rows as they are followed."""
+"""Called with rows as they are followed; the arrays over the springs are theirs only until the next rows."""
 
-_WATCHED = 128
+_WATCHED = 512
 """Most rows of a passage."""
 
 
@@ -317,11 +317,14 @@ def _follow(
         state.deflection, state.branches, state.free, springs.position.size, relaxation, modes
     )
     done, work, lost = 0, state.work, state.dissipated
+    room = np.zeros((3, 0, 0))
     while True:
         table = np.stack([springs.height, springs.share, springs.centre, springs.outer])
         stop = t.size if watch is None else min(done + _WATCHED, t.size)
         size = (0 if watch is None else stop - done + 1, springs.position.size)
-        loads, gaps, turns = np.zeros(size), np.zeros(size), np.zeros(size)
+        if room.shape[1] < size[0] or room.shape[2] != size[1]:
+            room = np.zeros((3, *size))
+        loads, gaps, turns = room[:, : size[0]]
         before = begin.copy()
         ran = row_kernels.run(
             table,

@@ -21,9 +21,26 @@ from pymdr.line.memory.kernels import (
     PARTS,
     RATE,
     SHARE,
+    STORED,
     TURN,
     WORK,
     step,
+)
+from pymdr.line.memory.together import (
+    BRANCHES,
+    GAINED,
+    GROUP,
+    HELD,
+    LEAST,
+    LEFT,
+    LOWEST,
+    SINCE,
+    bear,
+    beside,
+    carry,
+    join,
+    release,
+    strays,
 )
 from pymdr.units import FloatArray
 
@@ -39,8 +56,6 @@ def compiled(function: compiling.Function) -> compiling.Function:
 ENDED, FULL, GIVEN_UP = -1, -2, -3
 """Why rows were not divided: the springs end, the parts are more than there is room for, a spring was given up."""
 _CLOSE = 1e-13
-_EDGE = 16
-"""Springs beside the edge of a contact, at least, that may part or be touched while others only move."""
 _DEEPEST = 48
 """How often a row is halved at most."""
 _SUDDEN = 2.0**-16
@@ -79,6 +94,8 @@ def _note(
     w: FloatArray,
     z: FloatArray,
     free: FloatArray,
+    group: FloatArray,
+    branches: FloatArray,
     load: FloatArray,
     gap: FloatArray,
     turn: FloatArray,
@@ -88,7 +105,15 @@ def _note(
 
     The gap is -1 in contact, the last a part of the row.
     """
-    for i in range(load.size):
+    held, same = int(group[HELD]), equilibrium * group[SINCE]
+    for j in range(n):
+        same += branches[GAINED, j]
+    for i in range(held):
+        q = equilibrium * w[i] + same
+        for j in range(n):
+            q += branches[LEFT, j] * z[i, j]
+        load[i], gap[i], turn[i] = q, -1.0, 0.0
+    for i in range(held, load.size):
         turn[i] = free[TURN, i]
         if free[FREE, i] != 0.0:
             load[i], gap[i] = 0.0, max(w[i] + springs[HEIGHT, i] - depth, 0.0)
@@ -134,23 +159,30 @@ def _active(w: FloatArray, z: FloatArray, free: FloatArray) -> int:
 
 
 @compiled
-def _inner(
-    springs: FloatArray, n: int, active: int, w: FloatArray, z: FloatArray, free: FloatArray, sums: FloatArray
-) -> tuple[int, int]:
-    """How many springs are well within the contact, whose k, k w and k h of every branch `sums` takes; and how many not far beyond."""
-    count = 0
+def _touching(count: int, active: int, free: FloatArray) -> int:
+    """How many springs touch from the innermost on, where some surely do."""
     while count < active and free[FREE, count] == 0.0:
         count += 1
-    beside = max(_EDGE, count // 8)
-    outer, count = count + beside, count - beside
-    sums[:] = 0.0
-    for i in range(count):
-        share = springs[SHARE, i]
-        sums[0] += share
-        sums[1] += share * w[i]
-        for j in range(n):
-            sums[2 + j] += share * z[i, j]
-    return max(count, 0), outer
+    return count
+
+
+@compiled
+def _stays(
+    body: FloatArray,
+    moduli: FloatArray,
+    duration: float,
+    move: float,
+    group: FloatArray,
+    branches: FloatArray,
+    branch: FloatArray,
+) -> bool:
+    """Whether the springs of a group all stay in contact: their branches and springs are monotone, and bound what they bear."""
+    drag = body[1] * move / duration if body[1] > 0.0 and move != 0.0 else 0.0
+    least = body[0] * (group[LEAST] + group[SINCE] + min(move, 0.0)) + drag
+    for j in range(moduli.size):
+        lowest = branches[LEFT, j] * branches[LOWEST, j] + branches[GAINED, j]
+        least += min(lowest, branch[0, j, DECAY] * lowest + branch[0, j, MEAN] * (moduli[j] * move))
+    return bool(least >= 0.0)
 
 
 @compiled
@@ -180,12 +212,15 @@ def _press(
     mode: FloatArray,
     filled: int,
     row: FloatArray,
+    group: FloatArray,
+    branches: FloatArray,
+    lasting: bool,
 ) -> tuple[float, float, int, int]:
     """
     Move springs straight to where the target of a row is met.
 
-    Springs that stay in contact bear what is linear in the indentation: it is sought with the others alone, and with all at the
-    end, which is checked.
+    Springs well within the contact move as one while all of them surely stay in it, and are given what they have only where they
+    may not; or at the end, unless that is `lasting`.
 
     Returns the indentation there, where it starts, the springs touched, and how many levels of the tables are filled. The
     indentation is inf where the springs end at `limit`, and nan where a spring was given up. Without a force it is where
@@ -197,12 +232,19 @@ def _press(
     lift = machine == 0.0 and target <= 0.0
     hardest = (body[0] + moduli.sum()) * springs[OUTER, n - 1]
     sudden = body[1] > 0.0 and duration == 0.0  # a dashpot takes the load where it is
-    inner, outer, sums = 0, active, np.zeros(2 + moduli.size)
-    if not (lift or sudden or math.isinf(machine)):
-        inner, outer = _inner(springs, moduli.size, active, w1, z1, free1, sums)
+    if lift or sudden:
+        release(moduli.size, w1, z1, group, branches)
+    elif group[HELD] == 0.0 and (lasting or not math.isinf(machine)):
+        touching = _touching(0, active, free1)
+        join(springs[SHARE], moduli.size, touching - beside(touching), w1, z1, w2, z2, group, branches)
+        for i in range(int(group[HELD])):
+            free1[TURN, i] = 0.0
+            for j in range(free1.shape[0]):
+                free2[j, i] = free1[j, i]
     if body[1] > 0.0:
         hardest += body[1] / (1.0 if sudden else duration) * springs[OUTER, n - 1]
-    if machine == 0.0 and not lift:  # bodies that are apart rest on each other before a force presses
+    if machine == 0.0 and not lift and group[HELD] == 0.0:
+        # bodies that are apart rest on each other before a force presses
         here = max(here, _rest(springs, w1, active))
     elif sudden and 0.0 < machine < math.inf:
         here = max(here, min(_rest(springs, w1, active), target / machine))
@@ -212,25 +254,32 @@ def _press(
         guess = here - 1e2 * (springs[HEIGHT, n - 1] + abs(here))
         if sudden:  # by a load that no spring of the body withstands
             guess += (guess - here) * (body[0] + moduli.sum()) / body[1]
+    whole, edge = math.isinf(machine), 0
+    if group[HELD] > 0.0 and not whole:
+        edge = _touching(int(group[HELD]), active, free1)
     while True:
         touched = _touched(springs, active, here if sudden else max(here, guess))
-        near = touched if inner == 0 else min(touched, outer)
+        held = int(group[HELD])
+        near = touched if held == 0 or whole else min(touched, edge + beside(edge))
         filled = step(
             springs, body, moduli, times, rates, reach, to_modes, to_branches, here, guess, duration,
-            near, w1, z1, free1, w2, z2, free2, branch, mode, filled, row, math.isinf(machine), inner,
+            near, w1, z1, free1, w2, z2, free2, branch, mode, filled, row, math.isinf(machine), held,
         )  # fmt: skip
         if math.isinf(row[PARTS]):
             return math.nan, here, touched, filled
-        if inner > 0:
-            moved = guess - here
-            stiff = body[0] + (body[1] / duration if body[1] > 0.0 else 0.0)
-            row[FORCE] += body[0] * sums[1]
-            for j in range(moduli.size):
-                stiff += moduli[j] * branch[0, j, MEAN]
-                row[FORCE] += branch[0, j, DECAY] * sums[2 + j]
-            row[FORCE] += stiff * moved * sums[0]
-            row[RATE] += stiff * sums[0]
-        if math.isinf(machine):
+        alone = row[COUNT]  # without two beside those that move as one, no edge is known
+        if held > 0:
+            force, rate, stored, work, lost = bear(
+                body, moduli, duration, guess - here, group, branches, branch[0]
+            )
+            row[FORCE] += force
+            row[RATE] += rate
+            row[STORED] += stored
+            row[WORK] += work
+            row[LOST] += lost
+            row[COUNT] += held
+            row[PARTS] += held
+        if held == 0 and math.isinf(machine):
             return guess, here, touched, filled
         if lift:
             return _rest(springs, w2, touched), here, touched, filled
@@ -238,8 +287,8 @@ def _press(
             row[FORCE] = 0.0
             return target / machine, here, touched, filled
         there = here if sudden else guess
-        over = row[FORCE] + machine * there - target
-        close = abs(over) <= _CLOSE * (abs(target) + machine * abs(there))
+        over = 0.0 if math.isinf(machine) else row[FORCE] + machine * there - target
+        close = math.isinf(machine) or abs(over) <= _CLOSE * (abs(target) + machine * abs(there))
         close |= sudden and row[COUNT] == 0.0  # nothing bears the load yet
         if not close:
             if over > 0.0:
@@ -248,8 +297,19 @@ def _press(
                 low = max(low, guess)
             enclosed = low > -math.inf and high < math.inf
             close = enclosed and high - low <= 4e-16 * max(abs(high), abs(low), abs(here))
-        if inner > 0 and (close or low >= limit):  # with all springs, from here
-            inner, low, high, out = 0, -math.inf, math.inf, 0.0
+        if held > 0 and (close or low >= limit):
+            stays = lasting and (
+                near < touched
+                or (alone >= 2.0 and _stays(body, moduli, duration, guess - here, group, branches, branch))
+            )
+            if stays and near == touched:
+                if not close:
+                    return math.inf, here, touched, filled
+                carry(moduli, guess - here, group, branches, branch[0])
+                break
+            if not stays:
+                release(moduli.size, w1, z1, group, branches)
+            whole, low, high, out = True, -math.inf, math.inf, 0.0  # with all springs, from here
             continue
         if close:
             break
@@ -303,9 +363,12 @@ def run(
     `turns`, of one row more, take what `_note` says before every row and after the last, unless they are empty.
     """
     now, here, before = begin[0], begin[1], begin[1]
+    group, branches = np.zeros(GROUP), np.zeros((BRANCHES, moduli.size))
     watched = loads.shape[0] > 0
     if watched:
-        _note(springs, body[0], moduli.size, here, w, z, free, loads[0], gaps[0], turns[0])
+        _note(
+            springs, body[0], moduli.size, here, w, z, free, group, branches, loads[0], gaps[0], turns[0]
+        )  # fmt: skip
     active = _active(w, z, free)
     w1, z1, free1 = w.copy(), z.copy(), free.copy()
     w2, z2, free2 = w.copy(), z.copy(), free.copy()
@@ -322,6 +385,7 @@ def run(
         there, here, active_then, filled = _press(
             springs, body, moduli, times, rates, reach, to_modes, to_branches, target[r], machine, limit,
             here, before, duration, active, w1, z1, free1, w2, z2, free2, branch, mode, filled, row,
+            group, branches, True,
         )  # fmt: skip
         if math.isnan(there):
             return -1 - r
@@ -332,6 +396,10 @@ def run(
         z1, z2 = z2, z1
         free1, free2 = free2, free1
         _keep(w1, z1, free1, w2, z2, free2, active)
+        if group[HELD] > 0.0:
+            held, touching = int(group[HELD]), int(row[COUNT])
+            if strays(held, touching):
+                release(moduli.size, w1, z1, group, branches)
         work += row[WORK]
         lost += row[LOST]
         row[WORK] = work
@@ -341,8 +409,10 @@ def run(
         followed = r + 1
         if watched:
             _note(
-                springs, body[0], moduli.size, here, w1, z1, free1, loads[r + 1], gaps[r + 1], turns[r + 1]
+                springs, body[0], moduli.size, here, w1, z1, free1, group, branches,
+                loads[r + 1], gaps[r + 1], turns[r + 1],
             )  # fmt: skip
+    release(moduli.size, w1, z1, group, branches)
     _keep(w, z, free, w1, z1, free1, 0)
     begin[0], begin[1] = now, here
     return followed
@@ -388,7 +458,7 @@ def divide(
     w3, z3, free3 = w.copy(), z.copy(), free.copy()
     branch = np.zeros((LEVELS + 1, max(moduli.size, 1), 6))
     mode = np.zeros((LEVELS + 1, max(rates.size, 1), 2))
-    row = np.zeros(COLUMNS)
+    row, group, branches = np.zeros(COLUMNS), np.zeros(GROUP), np.zeros((BRANCHES, moduli.size))
     parts = 0
     for r in range(time.size):
         whole, rise = time[r] - now, target[r] - from_target
@@ -403,6 +473,7 @@ def divide(
             there, start, touched, _ = _press(
                 springs, body, moduli, times, rates, reach, to_modes, to_branches, goal, machine, limit,
                 here, before, duration, active, w1, z1, free1, w2, z2, free2, branch, mode, 0, row,
+                group, branches, False,
             )  # fmt: skip
             if math.isinf(there):
                 return ENDED
@@ -429,9 +500,15 @@ def divide(
                     over > tolerance * slope or over * abs(there - start) > _WORTH * tolerance * strength[r]
                 )
                 if not halve and loads.shape[0] > 0 and size > _SUDDEN:
-                    _note(springs, body[0], moduli.size, start, w1, z1, free1, loads[0], loads[3], loads[4])
-                    _note(springs, body[0], moduli.size, half, w3, z3, free3, loads[1], loads[3], loads[4])
-                    _note(springs, body[0], moduli.size, there, w2, z2, free2, loads[2], loads[3], loads[4])
+                    _note(
+                        springs, body[0], moduli.size, start, w1, z1, free1, group, branches, loads[0], loads[3], loads[4],
+                    )  # fmt: skip
+                    _note(
+                        springs, body[0], moduli.size, half, w3, z3, free3, group, branches, loads[1], loads[3], loads[4],
+                    )  # fmt: skip
+                    _note(
+                        springs, body[0], moduli.size, there, w2, z2, free2, group, branches, loads[2], loads[3], loads[4],
+                    )  # fmt: skip
                     bent = 0.0
                     for i in range(touched):
                         bent += springs[SHARE, i] * abs(loads[1, i] - 0.5 * (loads[0, i] + loads[2, i]))

@@ -11,9 +11,37 @@ import math
 
 import numpy as np
 
-from pymdr.compiling import compiled
+from pymdr import compiling
 from pymdr.line.memory.kernels import CROSS, DECAY, MEAN, MOVED, OWN, RAMP, fill
+from pymdr.line.memory.together import (
+    BRANCHES,
+    GAINED,
+    GROUP,
+    HELD,
+    HIGHEST,
+    LEAST,
+    LEFT,
+    LOWEST,
+    MOST,
+    SINCE,
+    STIFFNESS,
+    bear,
+    beside,
+    carry,
+    join,
+    release,
+    strays,
+)
 from pymdr.units import FloatArray
+
+# groups of springs are compiled into the histories
+_STAMP = compiling.stamp_of(__file__)
+
+
+def compiled(function: compiling.Function) -> compiling.Function:
+    """Compile with numba when first called; kept on disk."""
+    return compiling.compiled(function, _STAMP)
+
 
 FORCE, RATE, STORED, LOST, SLIP, WORK, SLID, SIZE, STICK, DISK = range(10)
 """Columns of a row; RATE is dF/du, SIZE the sum of all forces, STICK the stick radius, infinite where all stick."""
@@ -161,18 +189,28 @@ def _step(
     driven: FloatArray,
     margin: FloatArray,
     row: FloatArray,
+    group: FloatArray,
+    branches: FloatArray,
+    pressed: float,
 ) -> None:
-    """Shift the body by du while the loads of the springs go from one row to the next."""
+    """
+    Shift the body by du while the loads of the springs go from one row to the next.
+
+    Those of a group stick; of their loads k q the sum is `pressed`.
+    """
     n, count = moduli.size, rates.size
     duration, drag, stiff = given[TIME], given[DRAG], given[STIFF]
     glassy, soft = body[0] + moduli.sum(), 1.0 / moduli
     h, m, told = np.zeros(max(n, 1)), np.zeros(max(count, 1)), np.zeros(max(n, 3))
     stored, lost, slipped, worked = 0.0, 0.0, 0.0, 0.0
     force, rate, size, normal, innermost = 0.0, 0.0, 0.0, 0.0, 0.0
-    last = -1
-    for i in range(top):
-        if gap1[i] < 0.0:
-            last = i
+    held = int(group[HELD])
+    if held > 0:
+        force, rate, stored, worked, lost = bear(body, moduli, duration, du, group, branches, whole[0])
+        size, normal = group[STIFFNESS] * _highest(body, moduli, du, group, branches, whole[0]), pressed
+    last = top - 1
+    while last >= 0 and gap1[last] >= 0.0:
+        last -= 1
     # springs that stay in contact and stick, or slip all the way, are moved at once
     plain, firm = body[1] == 0.0, _stiffness(body, moduli, duration, whole[0])
     coefficients = np.zeros((6, max(n, 1)))
@@ -182,7 +220,7 @@ def _step(
         coefficients[RAMP, j] *= moduli[j]
         coefficients[OWN, j] /= moduli[j]
         coefficients[MOVED, j] *= moduli[j]
-    for i in range(top):
+    for i in range(held, top):
         touched, touches = gap0[i] < 0.0, gap1[i] < 0.0
         if plain and touched and touches and free_old[0, i] == 0.0:
             v, limit = v_old[i], friction * max(load1[i], 0.0)
@@ -387,6 +425,42 @@ def _step(
 
 
 @compiled
+def _highest(
+    body: FloatArray,
+    moduli: FloatArray,
+    du: float,
+    group: FloatArray,
+    branches: FloatArray,
+    branch: FloatArray,
+) -> float:
+    """What no spring of a group exceeds that sticks, whichever way it is sheared."""
+    ahead = group[SINCE] + du
+    low, high = body[0] * (group[LEAST] + ahead), body[0] * (group[MOST] + ahead)
+    for j in range(moduli.size):
+        left, gained = branch[j, DECAY] * branches[LEFT, j], branch[j, DECAY] * branches[GAINED, j]
+        gained += branch[j, MEAN] * (moduli[j] * du)
+        low += left * branches[LOWEST, j] + gained
+        high += left * branches[HIGHEST, j] + gained
+    return float(max(abs(low), abs(high)))
+
+
+@compiled
+def _sticking(
+    count: int, top: int, gap0: FloatArray, gap1: FloatArray, free: FloatArray, margin: FloatArray
+) -> int:
+    """How many springs, where some surely do, stick from the innermost on and stay in contact over a row."""
+    while (
+        count < top
+        and gap0[count] < 0.0
+        and gap1[count] < 0.0
+        and free[0, count] == 0.0
+        and margin[count] > 0.0
+    ):
+        count += 1
+    return count
+
+
+@compiled
 def _stick(springs: FloatArray, margin: FloatArray, gap: FloatArray, last: int, row: FloatArray) -> None:
     """The stick radius, where margins that fall straight with d0 would vanish; and whether what sticks is a disk."""
     stuck = 0
@@ -445,8 +519,9 @@ def run(
     whole_modes, part_modes = np.zeros((1, max(rates.size, 1), 2)), np.zeros((1, max(rates.size, 1), 2))
     driven = np.zeros((1, max(rates.size, 1), 6))
     margin = np.zeros(n)
+    group, branches = np.zeros(GROUP), np.zeros((BRANCHES, moduli.size))
     here, before, known = begin, 0.0, math.nan
-    followed = 0
+    followed, held, sticking = 0, 0, 0
     for r in range(target.size):
         row, duration, pressed = rows[r], given[r, TIME], given[r, NORMAL]
         if duration != known:
@@ -456,6 +531,18 @@ def run(
             if gaps[r + 1, i] < 0.0:
                 top = i + 1
                 break
+        if group[HELD] == 0.0 and body[1] == 0.0:
+            sticking = _sticking(0, top, gaps[r], gaps[r + 1], free1, margin)
+            join(springs[SHARE], moduli.size, sticking - beside(sticking), v1, z1, v2, z2, group, branches)
+            for i in range(int(group[HELD])):
+                free2[0, i], free2[1, i] = free1[0, i], free1[1, i]
+                margin[i] = math.inf
+        borne, least = 0.0, math.inf
+        for i in range(int(group[HELD])):
+            borne += springs[SHARE, i] * loads[r + 1, i]
+            least = min(least, loads[r + 1, i] if gaps[r + 1, i] < 0.0 else 0.0)
+        if not least > 0.0:
+            release(moduli.size, v1, z1, group, branches)
         asked = target[r]
         du = asked - here
         if forced:
@@ -470,21 +557,32 @@ def run(
             _step(
                 springs, friction, body, moduli, times, rates, reach, to_modes, to_branches, given[r], du,
                 loads[r], gaps[r], loads[r + 1], gaps[r + 1], turns[r + 1], top, v1, z1, free1, v2, z2, free2,
-                whole, whole_modes, part, part_modes, driven, margin, row,
+                whole, whole_modes, part, part_modes, driven, margin, row, group, branches, borne,
             )  # fmt: skip
             over = row[FORCE] - asked
             tries += 1
-            if not forced or pressed <= 0.0 or abs(over) <= _CLOSE * max(abs(asked), row[SIZE]):
+            close = not forced or pressed <= 0.0 or abs(over) <= _CLOSE * max(abs(asked), row[SIZE])
+            if not close:
+                if over > 0.0:
+                    high = min(high, du)
+                else:
+                    low = max(low, du)
+            enclosed = low > -math.inf and high < math.inf
+            close |= enclosed and high - low <= 4e-16 * max(abs(high), abs(low))
+            held = int(group[HELD])
+            if held > 0 and (close or tries > _TRIES):
+                highest = _highest(body, moduli, du, group, branches, whole[0])
+                sticking = _sticking(held, top, gaps[r + 1], gaps[r + 1], free2, margin)
+                if (
+                    tries > _TRIES or highest > friction * least or sticking < held + 2
+                ):  # all springs, one by one
+                    release(moduli.size, v1, z1, group, branches)
+                    low, high, out, tries = -math.inf, math.inf, 0.0, 0
+                    continue
+            if close:
                 break
             if tries > _TRIES:
                 return followed
-            if over > 0.0:
-                high = min(high, du)
-            else:
-                low = max(low, du)
-            enclosed = low > -math.inf and high < math.inf
-            if enclosed and high - low <= 4e-16 * max(abs(high), abs(low)):
-                break
             newton = du - over / row[RATE] if row[RATE] > 0.0 else math.nan
             if low < newton < high:
                 du = newton
@@ -497,10 +595,14 @@ def run(
         v1, v2 = v2, v1
         z1, z2 = z2, z1
         free1, free2 = free2, free1
-        v2[:top], z2[:top], free2[:, :top] = v1[:top], z1[:top], free1[:, :top]
+        if held > 0:
+            carry(moduli, du, group, branches, whole[0])
+            if strays(held, sticking):
+                release(moduli.size, v1, z1, group, branches)
         here = here + du if forced else asked
         before = du
         shifts[r] = here
         followed = r + 1
+    release(moduli.size, v1, z1, group, branches)
     v[:], z[:], free[:] = v1, z1, free1
     return followed
