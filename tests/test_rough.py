@@ -474,7 +474,7 @@ def test_where_there_is_no_power_law(surface, words):
         with pytest.raises(mdr.NotValidError, match=words):
             found[law]
         assert law not in found.data
-    assert "not valid" in found.summary()
+    assert "NOT_VALID" in found.summary()
     assert found.plot().axes
 
 

@@ -396,7 +396,7 @@ def test_how_it_reads(tmp_path):
     assert again.data.identical(study.data)
     study.to_csv(tmp_path / "slid.csv", units={"speed": "mm/s"})
     head, *rows = (tmp_path / "slid.csv").read_text().splitlines()
-    assert head.startswith("speed [mm/s],friction_coefficient,friction_force [N]")
+    assert head.startswith("speed [mm/s],friction_coefficient,friction_coefficient_error,friction_force [N]")
     assert len(rows) == 2
     assert float(rows[1].split(",")[0]) == pytest.approx(1.0)
     cubic = np.linspace(0, 1e-3, 40)

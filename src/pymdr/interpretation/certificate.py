@@ -267,6 +267,8 @@ def _rings(landscape: Landscape, states: DiskStates, passed: BoolArray) -> tuple
     """The rings beside concave kinks that disks pass over, in words, and their shares of the load."""
     error = np.zeros(passed.shape)
     order = np.flatnonzero(passed)[np.argsort(states.contact_radius[passed], kind="stable")]
+    if order.size == 0:
+        return "", error
     picked = np.unique(np.linspace(0, order.size - 1, min(order.size, _RINGS)).astype(int))
     found = [_ring(landscape, states.take(slice(order[i], order[i] + 1))) for i in picked]
     # rings shrink as the disk grows, so that of the next smaller disk bounds them

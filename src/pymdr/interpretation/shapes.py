@@ -12,6 +12,7 @@ from scipy.special import elliprd, elliprf
 from pymdr.errors import QuantityError
 from pymdr.interpretation.accuracy import with_errors
 from pymdr.interpretation.validity import (
+    EXACT_WITHIN,
     NORMAL_FIELDS,
     SOURCES,
     Assumption,
@@ -150,11 +151,17 @@ def _estimate_error(shape: Shape, states: ShapeStates, known: BoolArray) -> tupl
     return error, f"; its error is that of bodies by boundary elements {_MEASURED_ON}"
 
 
+def _level(error: FloatArray | None) -> Level:
+    """Of the estimate: that of a body of revolution is its force."""
+    precise = error is not None and float(np.max(error, initial=0.0)) <= EXACT_WITHIN
+    return Level.EXACT if precise else Level.APPROXIMATE
+
+
 def _estimated(shape: Shape, states: ShapeStates) -> dict[str, Claim]:
     known = np.isfinite(states.force)
     error, measured = _estimate_error(shape, states, known)
     reason = f"{_ESTIMATE}; {_MODEL}{measured}" if known.any() else _unknown()
-    level = Level.APPROXIMATE if known.any() else Level.NOT_VALID
+    level = _level(error) if known.any() else Level.NOT_VALID
     claims = {name: Claim(level, reason, SOURCES["popov-shapes"], known, error) for name in _FORCES[:3]}
     if known.any() and not known.all():
         claims = {
@@ -214,7 +221,7 @@ def _estimate_claim(shape: Shape, states: ShapeStates) -> Claim:
     cut = np.any(states.clipped[known] > 0.0)
     outline = "; in some directions it has no outline of its own, and none is offered" if cut else ""
     error, measured = _estimate_error(shape, states, known)
-    return Claim(Level.APPROXIMATE, f"{_ESTIMATE}{outline}{measured}", source, known, error)
+    return Claim(_level(error), f"{_ESTIMATE}{outline}{measured}", source, known, error)
 
 
 def _bound_claim(shape: Shape, states: ShapeStates, bound: LowerBound) -> Claim:

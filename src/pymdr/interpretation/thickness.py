@@ -296,7 +296,7 @@ def _judged(claim: Claim, near: BoolArray, error: FloatArray, sample: str, part:
         reason=f"{claim.reason}; {words}" if where.any() else words,
         source=f"{claim.source}; {SOURCES[THICKNESS_SOURCE]}",
         where=where,
-        error=total_error(error, claim.error),
+        error=error if claim.error is None else total_error(error, claim.error),
     )
 
 

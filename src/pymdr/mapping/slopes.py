@@ -425,8 +425,8 @@ def _floor_among(source: SlopeSource, radii: FloatArray, last: bool) -> float | 
     with np.errstate(divide="ignore", invalid="ignore", under="ignore"):
         size = np.abs(slope)
         weight = size * radii / np.max(size[:8] * radii[:8])
-        power = np.abs(np.diff(np.log(size)) / math.log(2.0))
-        change = np.abs(np.diff(power, append=power[-1]))
+        power = -np.diff(np.log(size)) / math.log(2.0)
+        change = np.abs(np.diff(np.abs(power), append=np.abs(power[-1])))
     known = np.flatnonzero(size > _TINY)
     if known.size == 0:
         return _octave(radii[min(8, radii.size - 1)])
@@ -435,7 +435,8 @@ def _floor_among(source: SlopeSource, radii: FloatArray, last: bool) -> float | 
         # not an underflow but a tip on which the slope is nothing
         return _octave(radii[min(deepest + 8, radii.size - 1)])
     for k in range(4, deepest - 3):
-        steady = np.all(change[k : k + 3] < 0.5)
+        # a slope like 1/r has no integral: something else begins farther in
+        steady = np.all(change[k : k + 3] < 0.5) and power[k] > _FLATTEST - 1.0
         if steady and weight[k] * np.max(change[k : k + 3]) < 1e-17:
             return _octave(radii[k])
     if deepest < 4:
