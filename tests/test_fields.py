@@ -375,4 +375,5 @@ def test_springs_that_nothing_presses_bear_nothing_whatever_the_profile_is_farth
     apart = mdr.solve(contact, mdr.indent(-1e-2 * radius, steps=3))
     asked.clear()
     assert not apart.field("spring_force").values.any()
-    assert not asked
+    # where the bodies might touch is read from a few arrays of heights; nothing is mapped out there
+    assert len(asked) <= 4

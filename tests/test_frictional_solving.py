@@ -688,7 +688,7 @@ def test_time():
     result = mdr.solve(contact(), path >> mdr.hold("5 s"))
     assert column(result, "time").tolist() == [2.0, 4.0, 4.25, 4.5, 4.75, 5.0, 10.0]
     assert column(mdr.solve(contact(), path, keep=[0, -1]), "time").tolist() == [2.0, 5.0]
-    with pytest.raises(mdr.PathError, match="a duration and others none"):
+    with pytest.raises(mdr.PathError, match="leg 3 has no time, but legs 1 and 2 have"):
         mdr.solve(contact(), path >> mdr.shift(0.0))
 
 

@@ -452,7 +452,7 @@ def test_figure_of_an_oblique_impact(tmp_path):
     assert "tangential_force [N]" in (tmp_path / "hit.csv").read_text()
     claim = hit.claims["contact_point_speed"]
     assert claim.level is mdr.Level.APPROXIMATE
-    assert claim.error[0] < 1e-7
+    assert claim.error is None  # of the frame of Cattaneo and Mindlin it was not measured
     figure.savefig(tmp_path / "hit.png")
 
 

@@ -482,8 +482,8 @@ def test_loops_by_force_are_loops_by_shift(profile, shares, mu):
         assert by_shift["force_amplitude"].values == pytest.approx(pulls, rel=1e-9)
         for name in ("dissipated_per_cycle", "secant_stiffness", "stick_ratio"):
             assert by_shift[name].values == pytest.approx(study[name].values, rel=1e-9)
-    assert "mu =" in by_force.summary()
-    assert by_force._repr_html_().count("<b>mu = ") == 2
+    assert by_force.summary().split()[0] == "mu"
+    assert "mu" in by_force._repr_html_()
 
 
 @settings(max_examples=examples(30), deadline=None)

@@ -350,7 +350,7 @@ def test_what_is_no_self_affine_surface():
     small = mdr.power_spectrum(mdr.Topography(random_surface(np.random.default_rng(0), 32, 0.5), 1.0))
     with pytest.raises(mdr.NotValidError, match="on no range of 5 bins"):
         _ = small.fit
-    assert "not valid" in str(small)
+    assert "NOT_VALID" in str(small)
     assert len(small.plot().axes) == 3
     # a smooth bump falls faster than any power
     smooth = mdr.power_spectrum(

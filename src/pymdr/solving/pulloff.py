@@ -492,8 +492,9 @@ def _found(
             abs(error[name]) + (0.0 if own is None else float(own[0]))
             for name, own in zip(lost, numerics, strict=True)
         ]
-        whole = np.minimum(size, 1.0)
+        whole: FloatArray | None = np.minimum(size, 1.0)
     else:
+        whole = None
         reason = "each law by itself: no theory of the transition between them is known for graded bodies"
     force = Claim(Level.APPROXIMATE, reason, SOURCES["maugis"], everywhere, whole)
     defined = Claim(
