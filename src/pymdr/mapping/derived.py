@@ -343,7 +343,7 @@ class DerivedSource(SlopeSource):
         first, last = self._f(np.array([low, high]))
         missed = abs(float(last - first - (high - low) * (series @ _SHARES)))
         rounded = max(abs(first), abs(last)) + high * float(np.sum(np.abs(series)))
-        return missed > error * (high - low) + _MISSED * _EPS * rounded
+        return bool(missed > error * (high - low) + _MISSED * _EPS * rounded)
 
     def _panel(self, low: float, high: float) -> tuple[FloatArray, float, float] | None:
         places = np.linspace(0.0, 1.0, 33)
