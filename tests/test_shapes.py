@@ -388,8 +388,9 @@ def test_the_estimate_of_powers(power, waves, lobes):
     radius = float(power_law["contact_radius"][0])
     states = shape_law(mdr.Function2D(f)).at(np.array([1e-3]), np.array([radius]))
     plain = last(power_law, "normal_force")
-    slack = float(states.error[0]) + 1e-9
-    assert slack < 0.01
+    # the error of the estimate as a model is not granted here, only that of its numerics
+    slack = 1e-4
+    assert states.error[0] < 0.01
     assert plain * (1.0 - slack) <= float(states.force[0]) <= plain * (1.0 + 4.0 * small**2 + slack)
 
 

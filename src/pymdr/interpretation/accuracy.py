@@ -406,14 +406,14 @@ def frictional_errors(
     else:
         missed, strayed = 2.0 * radius * largest, 2.0 * radius * drawn
     energy = missed * drawn + strayed * largest
-    ways = np.cumsum(np.abs(np.diff(columns["shift"], prepend=0.0)))
+    path_length = np.cumsum(np.abs(np.diff(columns["shift"], prepend=0.0)))
     with np.errstate(divide="ignore", invalid="ignore"):
         own = {
             "tangential_force": np.where(dragged, 0.0, missed / pulled),
             "shift": np.where(dragged, (strayed + missed * drawn / largest) / np.abs(columns["shift"]), 0.0),
             "slip_distance": strayed / np.abs(columns["slip_distance"]),
             "stored_tangential_energy": energy / np.abs(columns["stored_tangential_energy"]),
-            "dissipated_energy": (energy + missed * ways) / np.abs(columns["dissipated_energy"]),
+            "dissipated_energy": (energy + missed * path_length) / np.abs(columns["dissipated_energy"]),
         }
     tangential = own | {
         "stick_radius": radius,
