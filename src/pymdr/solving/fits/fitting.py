@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,7 +29,6 @@ from pymdr.solving.fits.searching import (
     Search,
     beside_jumps,
     found_from,
-    free_numbers,
     hanging,
     refuse_blind,
     refuse_lost,
@@ -55,7 +54,7 @@ from pymdr.units import FloatArray, QuantityLike, written
 if TYPE_CHECKING:
     import xarray as xr
 
-LEVENBERG_MARQUARDT, LMFIT = "levenberg-marquardt", "lmfit"
+LEVENBERG_MARQUARDT = "levenberg-marquardt"
 _STARTS, _COARSE, _FINE = 4, 14, 12
 _UNFELT = 1e-6
 """Of the largest: rates of the residuals over an origin that a record does not feel."""
@@ -113,7 +112,7 @@ def fit(
     ------
     ProblemError
         If the contact has no number of a name, the records cannot tell the unknowns apart, or show no adhesion or no slip that is
-        looked for, are of another kind than the contact, or lmfit is not installed.
+        looked for, or are of another kind than the contact.
     ConvergenceError
         If the search does not settle.
 
@@ -168,15 +167,15 @@ def _estimated(search: Search) -> Estimate:
     if not all(part.all() for part in used):
         search = replace(search, used=used)
     minimum = found_from(search, best)
-    refuse_unsettled(minimum[1])
-    best = free_numbers(minimum[1], best.size)
+    refuse_unsettled(minimum)
+    best = minimum.free
     values, _ = search.from_free(best)
     found = put_into(search.contact, search.unknowns, values)
     if found.remembers:
         times = [one.time for one in search.curves if one.time is not None]
         refuse_untimed(found, search.unknowns, values, times)
     refuse_blind(search, best)
-    return _with_errors(search, best, minimum, wide)
+    return _with_errors(search, best, wide)
 
 
 def _search(
@@ -230,8 +229,6 @@ class Estimate(NamedTuple):
     search: Search
     best: FloatArray
     """The free numbers."""
-    minimum: Any
-    """Minimizer and result of lmfit."""
     values: dict[str, Fitted]
     contact: Contact
     """With the values that were found."""
@@ -281,8 +278,8 @@ def _best(search: Search) -> _End:
     for rank in range(max(len(found) for found in apart)):
         chosen = [found[min(rank, len(found) - 1)] for found in apart]
         places = [{search.place: one.origin, BASELINE: one.baseline, TILT: one.tilt} for one in chosen]
-        _, found = found_from(followed, followed.to_free(chosen[0].values.tolist(), places))
-        ends.append((float(found.chisqr), free_numbers(found, len(search.names))))
+        found = found_from(followed, followed.to_free(chosen[0].values.tolist(), places))
+        ends.append((found.misfit, found.free))
     misfit, best = min(ends, key=lambda end: end[0])
     values, origin = followed.from_free(best)
     pulled = quick if search.contact.adhesion is not None else None
@@ -425,9 +422,9 @@ def _refuse_unseen(search: Search, misfit: float, best: FloatArray) -> None:
         )
 
 
-def _with_errors(search: Search, best: FloatArray, minimum: Any, wide: FloatArray) -> Estimate:
+def _with_errors(search: Search, best: FloatArray, wide: FloatArray) -> Estimate:
     """What a search found, with its errors."""
-    from scipy.stats import t as student
+    from scipy.special import stdtrit
 
     residuals = search.residuals(best)
     slopes = search.slopes(best)
@@ -451,12 +448,11 @@ def _with_errors(search: Search, best: FloatArray, minimum: Any, wide: FloatArra
     moved = np.zeros(p)
     moved[felt] = np.abs(apart.T @ left.T) @ forces / scale[felt]
     errors = np.where(wide > _WIDER * errors, wide, errors)
-    width = float(student.ppf(0.975, max(independent - p, 1.0)))
+    width = float(stdtrit(max(independent - p, 1.0), 0.975))
     inner, _ = search.from_free(best)
     return Estimate(
         search,
         best,
-        minimum,
         _fitted(search, best, errors, width),
         put_into(search.contact, search.unknowns, inner),
         models,
@@ -505,9 +501,9 @@ def _interpreted(found: Estimate) -> FitResult:
         claims=result.claims,
         assumptions=result.assumptions,
         notes=notes,
-        references=(*result.references, LEVENBERG_MARQUARDT, LMFIT),
+        references=(*result.references, LEVENBERG_MARQUARDT),
         search=search,
-        minimum=found.minimum,
+        free=found.best,
     )
 
 

@@ -1,7 +1,19 @@
-"""Compiled least squares of one family of forces: thousands of curves, one after another. Loads numba."""
+"""Least squares over one family of forces, curve by curve: array formulas that NumPy evaluates and, for maps, numba compiles."""
 
-from pymdr.solving.fits.kernels.curves import fit_curves
-from pymdr.solving.fits.kernels.model import ALL, BASE, POINT, SCALE, SHAPE, TILT
-from pymdr.solving.fits.kernels.residuals import correlation_times, spans
+from pymdr.solving.fits.kernels.curves import Curves, Found, fit_curves
+from pymdr.solving.fits.kernels.descent import Wanted
+from pymdr.solving.fits.kernels.model import BASE, NUMBERS, POINT, SCALE, SHAPE, TILT, FamilyTable
 
-__all__ = ["ALL", "BASE", "POINT", "SCALE", "SHAPE", "TILT", "correlation_times", "fit_curves", "spans"]
+__all__ = [
+    "BASE",
+    "NUMBERS",
+    "POINT",
+    "SCALE",
+    "SHAPE",
+    "TILT",
+    "Curves",
+    "FamilyTable",
+    "Found",
+    "Wanted",
+    "fit_curves",
+]

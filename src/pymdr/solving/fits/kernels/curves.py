@@ -1,239 +1,205 @@
-"""Least squares of one family of forces: thousands of curves, one after another. Loads numba."""
+"""Least squares of one family of forces in many curves, one after another."""
 
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pymdr.solving.fits.asking import AT_END, FOUND, NO_CONTACT, SEEN, UNREAD, UNSETTLED
-from pymdr.solving.fits.kernels.descent import ITERATIONS, ROUGHLY, descend, settle, solved
-from pymdr.solving.fits.kernels.ends import NORMAL_95, POORLY, other_ends, pulling, ways_without_shape
-from pymdr.solving.fits.kernels.model import ALL, BASE, POINT, SHAPE, TILT, Family, compiled
-from pymdr.solving.fits.kernels.starts import FEW, begun, few_of
+from pymdr.solving.fits.kernels.descent import (
+    ITERATIONS,
+    ROUGHLY,
+    End,
+    Wanted,
+    descend,
+    solved,
+    without_shape,
+)
+from pymdr.solving.fits.kernels.model import BASE, NUMBERS, POINT, SHAPE, TILT, FamilyTable, Record
+from pymdr.solving.fits.kernels.starts import FEW, few_of, start_of
+from pymdr.solving.fits.touching import FULLY_OUT, BoolArray
 from pymdr.units import FloatArray
 
 _POLISH, _TOLD, _MANY = 100, 1e-3, 8
 """The second, a gain in parts of the sum of squares times the samples, where 1 is a standard error."""
-
-
 _ROUNDED = 1e-14
 """Of the largest force: what a record that does not change is off its mean."""
+_POORLY, _ASIDES, _NORMAL_95 = 20, np.array([-0.8, -0.5, -0.3, -0.15, 0.15, 0.3, 0.5, 0.8]), 1.96
+"""Samples of a pull that are few; other starts there, in the logarithm of the number of the family."""
 
 
-@compiled
-def _nearer(
-    place: FloatArray,
-    force: FloatArray,
-    theta: FloatArray,
-    ways: FloatArray,
-    family: Family,
-    softness: float,
-    plain: bool,
-) -> None:
-    """Take `theta` on to the best place of more samples, so that the last steps over all of them are few."""
-    m = ways.shape[1]
-    square = np.empty((m, m))
-    if plain:
-        near = theta.copy()
-        if settle(place, force, near, ways, family, softness, ROUGHLY, square, np.empty(place.size))[1]:
-            theta[:] = near
-            return
-    everything, touches = np.ones(place.size, dtype=np.bool_), np.empty(place.size, dtype=np.bool_)
-    out = np.empty((place.size, 4))
-    descend(
-        place, force, everything, theta, ways, family, softness, ITERATIONS, ROUGHLY, square, touches, out
-    )  # fmt: skip
+class Curves(NamedTuple):
+    """Curves that are fitted, one in each row; samples that are not finite are left out."""
+
+    place: FloatArray
+    """Travel or indentation in m."""
+    force: FloatArray
+    """In N."""
+    softness: FloatArray
+    """Compliance of the machine of each in m/N."""
 
 
-@compiled
-def _ended_adhesive(
-    place: FloatArray,
-    force: FloatArray,
-    theta: FloatArray,
-    ways: FloatArray,
-    family: Family,
-    softness: float,
-    misfit: float,
-    square: FloatArray,
-    touches: NDArray[np.bool_],
-    out: FloatArray,
-    apart: FloatArray,
-) -> tuple[float, float]:
-    """The sum of squares with the best number of the family, and by how many variances it grows with the smallest."""
-    n = place.size
-    if pulling(touches, out[:, 0]) < POORLY:
-        misfit = other_ends(
-            place, force, theta, ways, family, softness, _TOLD / n, misfit, square, touches, out, apart
-        )
-    held, bare = ways_without_shape(ways), theta.copy()
-    bare[SHAPE] = family[3]
-    larger, _ = descend(
-        place, force, np.ones(n, dtype=np.bool_), bare, held, family, softness, ITERATIONS, ROUGHLY,
-        np.empty((held.shape[1], held.shape[1])), touches.copy(), out.copy(),
-    )  # fmt: skip
-    return misfit, (larger / misfit - 1.0) * n if misfit > 0.0 else math.inf
+class Found(NamedTuple):
+    """What is found in curves, into which it is written."""
+
+    numbers: FloatArray
+    """Those of the model, of which the baseline stands in the middle of the places, sum of squares in N^2, samples used, largest depth
+    in m, and by how many variances of the noise the sum grows with the smallest number of the family."""
+    covariances: FloatArray
+    """Inverse of the normal equations of the free numbers."""
+    residuals: FloatArray
+    """In N, of the samples that are used."""
+    ended: NDArray[np.int8]
 
 
-@compiled
-def _invert(square: FloatArray, covariance: FloatArray) -> None:
+class Fit(NamedTuple):
+    """The fit of one curve."""
+
+    ended: int
+    theta: FloatArray
+    """The numbers of the model."""
+    misfit: float
+    deepest: float
+    grows: float
+    covariance: FloatArray
+    left: FloatArray
+
+
+def _pulling(end: End) -> int:
+    """How many samples stand in the pull: touch with a third of its largest at least."""
+    return np.count_nonzero(
+        end.model.touches & (end.model.force < FULLY_OUT * min(end.model.force.min(), 0.0))
+    )
+
+
+def _other_ends(
+    record: Record, wanted: Wanted, family: FamilyTable, best: End, enough: float
+) -> tuple[End, FloatArray]:
+    """
+    The end of the smallest sum of squares with numbers of the family on both sides, and the distance to the farthest that fits as well.
+
+    Where a pull stands in a few samples, each that is taken for held or lost is a step in the misfit, which its curvature does not
+    tell. The farthest number is sought within the 95 % of one number.
+    """
+    n, begun = record.place.size, best.theta.copy()
+    held, used, limits = without_shape(wanted), np.ones(n), (ITERATIONS, enough)
+    ends, misfits = np.empty((_ASIDES.size, NUMBERS)), np.full(_ASIDES.size, math.inf)
+    for k in range(_ASIDES.size):
+        ends[k] = begun
+        ends[k, SHAPE] += _ASIDES[k]
+        if family.first <= ends[k, SHAPE] <= family.first + family.step * (family.folds.size - 1):
+            beside = descend(record, held, family, ends[k], used, limits)
+            ends[k], misfits[k] = beside.theta, beside.misfit
+            if beside.misfit < best.misfit:
+                other = descend(record, wanted, family, beside.theta, used, limits)
+                if other.misfit < best.misfit:
+                    best = other
+    apart = np.zeros(NUMBERS)
+    for k in range(_ASIDES.size):
+        as_well = misfits[k] <= best.misfit * (1.0 + _NORMAL_95**2 / n)
+        if as_well and abs(ends[k, SHAPE] - best.theta[SHAPE]) > abs(apart[SHAPE]):
+            apart = ends[k] - best.theta
+    return best, apart
+
+
+def _grown_without_family(record: Record, wanted: Wanted, family: FamilyTable, best: End) -> float:
+    """By how many variances of the noise the sum of squares grows with the smallest number of the family."""
+    bare, used = best.theta.copy(), np.ones(record.place.size)
+    bare[SHAPE] = family.first
+    larger = descend(record, without_shape(wanted), family, bare, used, (ITERATIONS, ROUGHLY)).misfit
+    return (larger / best.misfit - 1.0) * used.size if best.misfit > 0.0 else math.inf
+
+
+def _covariance(square: FloatArray, apart: FloatArray, directions: FloatArray, variance: float) -> FloatArray:
+    """Inverse of the normal equations; other ends that fit as well widen what the curvature tells."""
     m = square.shape[0]
-    unit, column = np.zeros(m), np.empty(m)
+    covariance = np.empty((m, m))
     for p in range(m):
-        unit[:] = 0.0
-        unit[p] = 1.0
-        solved(square, 0.0, unit, column)
-        covariance[:, p] = column
+        covariance[:, p] = solved(square, 0.0, np.eye(m)[p])
+    if apart[SHAPE] != 0.0 and variance > 0.0:
+        moved = np.zeros(m)
+        for p in range(m):
+            i = np.argmax(np.abs(directions[p]) > 0.0)
+            moved[p] = apart[i] / directions[p, i]
+        covariance += np.outer(moved, moved) / (_NORMAL_95**2 * variance)
+    return covariance
 
 
-@compiled
-def _widen(covariance: FloatArray, apart: FloatArray, ways: FloatArray, variance: float) -> None:
-    """Other ends that fit as well widen what the curvature tells."""
-    m = ways.shape[1]
-    column = np.zeros(m)
-    for p in range(m):
-        for i in range(ALL):
-            if ways[i, p] != 0.0:
-                column[p] = apart[i] / ways[i, p]
-                break
-    for p in range(m):
-        for q in range(m):
-            covariance[p, q] += column[p] * column[q] / NORMAL_95**2 / variance
+def _shows_contact(record: Record, wanted: Wanted, fit: End, used: BoolArray, deepest: float) -> bool:
+    """Whether a constant force leaves squares that are larger than the noise makes them."""
+    level = (record.force - fit.theta[TILT] * record.place)[used]
+    flat = level - (level.mean() if wanted.free[BASE] else wanted.known[BASE])
+    total = (flat * flat).sum()
+    grows = (total / max(fit.misfit, 1e-300) - 1.0) * level.size >= SEEN
+    return grows and deepest > 0.0 and total > level.size * (_ROUNDED * np.abs(level).max()) ** 2
 
 
-@compiled
-def fit_curve(
-    place: FloatArray,
-    force: FloatArray,
-    known: FloatArray,
-    free: NDArray[np.bool_],
-    tied: bool,
-    ways: FloatArray,
-    family: Family,
-    softness: float,
-    adhesive: bool,
-    theta: FloatArray,
-    covariance: FloatArray,
-    residual: FloatArray,
-    used: NDArray[np.bool_],
-) -> tuple[int, float, float, float]:
-    """
-    Fit one curve: how it ended, the sum of squares in N^2, the largest depth in m, and what is gained by the family.
+def _nothing(wanted: Wanted, ended: int) -> Fit:
+    """That of a curve in which nothing is found."""
+    unknown, m = np.full(NUMBERS, math.nan), wanted.directions.shape[0]
+    return Fit(ended, unknown, math.nan, math.nan, math.nan, np.full((m, m), math.nan), np.zeros(0))
 
-    The last is by how many variances of the noise the sum grows with the smallest number of the family. `theta`, the inverse of the
-    normal equations, residuals and what was used are left in the last four.
-    """
-    n, m, folds = place.size, ways.shape[1], family[2]
-    covariance[:, :], residual[:], used[:], theta[:] = math.nan, math.nan, False, math.nan
-    if n < 2 * m + 2 or not np.all(np.isfinite(force)) or not np.all(np.isfinite(place)):
-        return UNREAD, math.nan, math.nan, math.nan
-    chosen = few_of(force)
-    few = place[chosen]
-    misfit = begun(few, force[chosen], known, free, tied, ways, family, softness, adhesive, theta)
+
+def fit_curve(record: Record, wanted: Wanted, family: FamilyTable) -> Fit:
+    """Fit one curve, whose samples are finite."""
+    n, m = record.place.size, wanted.directions.shape[0]
+    if n < 2 * m + 2:
+        return _nothing(wanted, UNREAD)
+    chosen = few_of(record.force)
+    few = Record(record.place[chosen], record.force[chosen], record.softness)
+    misfit, theta = start_of(few, wanted, family)
     if not math.isfinite(misfit):
-        return NO_CONTACT, math.nan, math.nan, math.nan
-    plain = not adhesive and folds.size == 1
-    if n > _MANY * few.size:
-        between = max(n // (_MANY * FEW), 1)
-        _nearer(place[::between].copy(), force[::between].copy(), theta, ways, family, softness, plain)
-    used[:] = True
-    square, enough, settled = np.empty((m, m)), _TOLD / n, False
-    apart, grows = np.zeros(ALL), math.inf
-    if plain:
-        near = theta.copy()
-        misfit, settled = settle(place, force, near, ways, family, softness, enough, square, residual)
-        if settled:
-            theta[:] = near
-    if not settled:
-        out, touches = np.empty((n, 4)), np.empty(n, dtype=np.bool_)
-        misfit, settled = descend(
-            place, force, used, theta, ways, family, softness, _POLISH, enough, square, touches, out
-        )
-        if adhesive and free[SHAPE] and not tied:
-            misfit, grows = _ended_adhesive(
-                place, force, theta, ways, family, softness, misfit, square, touches, out, apart
-            )
-        if adhesive:
-            for i in range(n - 1):
-                if touches[i] != touches[i + 1]:
-                    used[i], used[i + 1] = False, False
-            misfit, settled = descend(
-                place, force, used, theta, ways, family, softness, _POLISH, enough, square, touches, out
-            )
-        for i in range(n):
-            residual[i] = force[i] - theta[BASE] - theta[TILT] * place[i] - out[i, 0]
-    count, total, largest = 0, 0.0, 0.0
-    for i in range(n):
-        if used[i]:
-            count += 1
-            above = force[i] - theta[TILT] * place[i]
-            total += above
-            largest = max(largest, abs(above))
-    level = total / count if free[BASE] else known[BASE]
-    flat = 0.0
-    for i in range(n):
-        if used[i]:
-            flat += (force[i] - theta[TILT] * place[i] - level) ** 2
-    _invert(square, covariance)
-    if apart[SHAPE] != 0.0 and misfit > 0.0:
-        _widen(covariance, apart, ways, misfit / (count - m))
-    at = int(np.argmax(place))
-    pressed = force[at] - theta[BASE] - theta[TILT] * place[at] - residual[at]
-    deepest = place[at] - theta[POINT] - softness * pressed
-    if not settled:
-        return UNSETTLED, misfit, deepest, grows
-    if (
-        (flat / max(misfit, 1e-300) - 1.0) * count < SEEN
-        or deepest <= 0.0
-        or flat <= count * (_ROUNDED * largest) ** 2
-    ):
-        return NO_CONTACT, misfit, deepest, grows
-    last = family[3] + family[4] * (folds.size - 1)
-    if folds.size > 1 and (theta[SHAPE] <= family[3] or theta[SHAPE] >= last):
-        return AT_END, misfit, deepest, grows
-    return FOUND, misfit, deepest, grows
+        return _nothing(wanted, NO_CONTACT)
+    if n > _MANY * chosen.size:
+        # more samples first, so that the last steps over all of them are few
+        stride = max(n // (_MANY * FEW), 1)
+        more = Record(record.place[::stride].copy(), record.force[::stride].copy(), record.softness)
+        theta = descend(more, wanted, family, theta, np.ones(more.place.size), (ITERATIONS, ROUGHLY)).theta
+    limits, used = (_POLISH, _TOLD / n), np.ones(n, dtype=np.bool_)
+    end = descend(record, wanted, family, theta, np.ones(n), limits)
+    apart, grows = np.zeros(NUMBERS), math.inf
+    if wanted.adhesive:
+        if wanted.free[SHAPE] and not wanted.tied:
+            if _pulling(end) < _POORLY:
+                end, apart = _other_ends(record, wanted, family, end, _TOLD / n)
+            grows = _grown_without_family(record, wanted, family, end)
+        jumps = np.flatnonzero(end.model.touches[1:] != end.model.touches[:-1])
+        used[jumps] = False
+        used[jumps + 1] = False
+        end = descend(record, wanted, family, end.theta, used.astype(np.float64), limits)
+    count = np.count_nonzero(used)
+    covariance = _covariance(end.square, apart, wanted.directions, end.misfit / (count - m))
+    at = np.argmax(record.place)
+    deepest = record.place[at] - end.theta[POINT] - record.softness * end.model.force[at]
+    last = family.first + family.step * (family.folds.size - 1)
+    ended = FOUND
+    if not end.settled:
+        ended = UNSETTLED
+    elif not _shows_contact(record, wanted, end, used, deepest):
+        ended = NO_CONTACT
+    elif family.folds.size > 1 and not family.first < end.theta[SHAPE] < last:
+        ended = AT_END
+    return Fit(ended, end.theta, end.misfit, deepest, grows, covariance, end.left[used])
 
 
-@compiled
-def fit_curves(
-    places: FloatArray,
-    forces: FloatArray,
-    softness: FloatArray,
-    known: FloatArray,
-    free: NDArray[np.bool_],
-    tied: bool,
-    adhesive: bool,
-    ways: FloatArray,
-    family: Family,
-    numbers: FloatArray,
-    covariances: FloatArray,
-    residuals: FloatArray,
-    ended: NDArray[np.int8],
-) -> None:
-    """
-    Fit many curves, one in each row; samples that are not finite are left out.
-
-    Numbers: the five of the model, of which the baseline stands in the middle of the places, sum of squares in N^2, samples used, largest depth in m, and what :func:`fit_curve` says that the
-    sum grows by.
-    """
-    for i in range(places.shape[0]):
-        place, force = places[i], forces[i]
-        if not (np.all(np.isfinite(place)) and np.all(np.isfinite(force))):
-            good = np.isfinite(place) & np.isfinite(force)
-            place, force = place[good], force[good]
-        residual, used = np.empty(place.size), np.empty(place.size, dtype=np.bool_)
-        own, middle = known.copy(), 0.0
-        if place.size and free[TILT]:
+def fit_curves(curves: Curves, wanted: Wanted, family: FamilyTable, found: Found) -> None:
+    """Fit many curves."""
+    for i in range(curves.place.shape[0]):
+        good = np.isfinite(curves.place[i]) & np.isfinite(curves.force[i])
+        place, force = curves.place[i][good], curves.force[i][good]
+        known, middle = wanted.known.copy(), 0.0
+        if place.size and wanted.free[TILT]:
             middle = 0.5 * (place.min() + place.max())
-            place = place - middle
-            own[POINT] -= middle
-        ended[i], numbers[i, 5], numbers[i, 7], numbers[i, 8] = fit_curve(
-            place, force, own, free, tied, ways, family, softness[i], adhesive, numbers[i, :5], covariances[i],
-            residual, used,
-        )  # fmt: skip
-        numbers[i, POINT] += middle
-        kept = residual[used]
-        numbers[i, 6] = kept.size
-        residuals[i, :] = math.nan
-        residuals[i, : kept.size] = kept
+            known[POINT] -= middle
+        own = Wanted(known, wanted.free, wanted.directions, wanted.tied, wanted.adhesive)
+        fit = fit_curve(Record(place - middle, force, curves.softness[i]), own, family)
+        found.ended[i] = fit.ended
+        found.numbers[i, :NUMBERS] = fit.theta
+        found.numbers[i, POINT] += middle
+        found.numbers[i, NUMBERS:] = np.array([fit.misfit, float(fit.left.size), fit.deepest, fit.grows])
+        found.covariances[i] = fit.covariance
+        found.residuals[i, :] = math.nan
+        found.residuals[i, : fit.left.size] = fit.left

@@ -1,29 +1,30 @@
-"""Where a descent begins: all rungs of the family at many contact points. Loads numba."""
+"""Where a descent begins: members of the family at many contact points."""
 
 from __future__ import annotations
 
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pymdr.mapping.series import IndexArray
 from pymdr.solving.fits.asking import SEEN
-from pymdr.solving.fits.forces import FULLY_OUT
-from pymdr.solving.fits.kernels.descent import ITERATIONS, ROUGHLY, descend
+from pymdr.solving.fits.kernels.descent import ITERATIONS, ROUGHLY, Wanted, descend
 from pymdr.solving.fits.kernels.model import (
-    ALL,
     BASE,
+    NUMBERS,
     OUTSIDE,
     POINT,
     SCALE,
     SHAPE,
     TILT,
-    Family,
-    at_travel,
-    compiled,
+    FamilyTable,
+    Record,
+    member_at,
     on_machine,
     read,
+    roots_at,
 )
+from pymdr.solving.fits.touching import first_guess_of_contact, scale_and_baseline
 from pymdr.units import FloatArray
 
 FEW, _TRIALS, _RUNGS, _KEPT = 192, 21, 12, 2
@@ -33,16 +34,17 @@ _PRESSED, _SHARE, _FAR = 8, 0.05, 0.2
 """Of them so many at least that are pressed: by more than that share of the largest force; the share of the places without contact."""
 _ASIDE = 1.0
 """Of the logarithm of the number of the family."""
+_MISFIT, _PULL = 0, 5
+"""Columns of the places on the members: sum of squares, and by how much the largest pull is off; between them stand the numbers."""
 
 
-@compiled
-def few_of(force: FloatArray) -> NDArray[np.int64]:
+def few_of(force: FloatArray) -> IndexArray:
     """Which samples a search begins with: a few along the record, and more where the contact is a small part of it."""
     n = force.size
     stride = max(n // FEW, 1)
     along = force[::stride].copy()
     # a retreat begins in contact, and ends far from it
-    level, highest = min(_level_of(along), _level_of(along[::-1])), force.max()
+    level, highest = min(_level_of(along), _level_of(along[::-1].copy())), force.max()
     least = level + _SHARE * (highest - level)
     chosen = np.arange(0, n, stride)
     if np.count_nonzero(along > least) >= _PRESSED:
@@ -51,260 +53,145 @@ def few_of(force: FloatArray) -> NDArray[np.int64]:
     return np.unique(np.append(chosen, pressed[:: max(pressed.size // _PRESSED, 1)]))
 
 
-@compiled
 def _level_of(force: FloatArray) -> float:
     """About the force in N where the record begins."""
-    return float(np.median(force[: max(3, force.size // 20)]))
+    return np.median(force[: max(3, force.size // 20)])
 
 
-@compiled
 def _level_far_of(place: FloatArray, force: FloatArray) -> float:
     """About the force in N farthest from the body."""
     low = place.min()
-    return float(np.median(force[place <= low + _SHARE * (place.max() - low)]))
+    return np.median(force[place <= low + _SHARE * (place.max() - low)])
 
 
-@compiled
-def _tilt_of(place: FloatArray, force: FloatArray) -> float:
+def _tilt_of(record: Record) -> float:
     """About the rise of the force in N/m far from the body."""
-    low = place.min()
-    far = place < low + _FAR * (place.max() - low)
-    x, f = place[far], force[far]
+    low = record.place.min()
+    far = record.place < low + _FAR * (record.place.max() - low)
+    x = record.place[far]
     x = x - x.mean()
     power = (x * x).sum()
-    return float((x * f).sum() / power) if power > 0.0 else 0.0
+    return (x * record.force[far]).sum() / power if power > 0.0 else 0.0
 
 
-@compiled
-def start_on_rungs(
-    place: FloatArray,
-    force: FloatArray,
-    known: FloatArray,
-    free: NDArray[np.bool_],
-    tied: bool,
-    family: Family,
-    softness: float,
-    rungs: NDArray[np.int64],
-    found: FloatArray,
-) -> None:
-    """The best place of every rung: misfit, four numbers, and how far its largest pull is off, in the rows of `found`."""
-    forces, slopes, folds, first, step, deepest = family
-    n = place.size
-    depth = place - softness * force
-    low, high, deepest_at = depth.min(), depth.max(), int(np.argmax(depth))
+def start_on_rungs(record: Record, wanted: Wanted, family: FamilyTable, rungs: IndexArray) -> FloatArray:
+    """The best place on each of some members: sum of squares, the numbers of the model, and how far its largest pull is off."""
+    depth = record.place - record.softness * record.force
+    low, high = depth.min(), depth.max()
     # what is farthest from the body may still be held by adhesion
-    level = _level_of(force) if folds[0] < 0.0 else _level_far_of(place, force)
-    pull = min(force.min() - level, 0.0)
-    trials = _TRIALS if free[POINT] else 1
+    level = _level_of(record.force) if family.folds[0] < 0.0 else _level_far_of(record.place, record.force)
+    points = np.array([wanted.known[POINT] - record.softness * level])
+    if wanted.free[POINT]:
+        points = high - (high - low) * np.linspace(1.0, 0.01, _TRIALS)
+    base = math.nan if wanted.free[BASE] else wanted.known[BASE]
+    pull = min(record.force.min() - level, 0.0)
+    places = np.full((rungs.size, NUMBERS + 1), math.inf)
     for k in range(rungs.size):
         rung = rungs[k]
-        fold, reach = folds[rung], deepest - folds[rung]
-        found[k, 0], found[k, 5] = math.inf, math.inf
-        for i in range(trials):
-            point = known[POINT] - softness * level
-            if free[POINT]:
-                point = high - (high - low) * (1.0 - 0.99 * i / (trials - 1))
-            s, sf, sm, smm, smf, sff = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-            for j in range(n):
-                value, d = 0.0, depth[j] - point
-                held = j > deepest_at and d >= fold and force[j] - level < FULLY_OUT * pull
-                if d > 0.0 or held:
-                    value = read(forces, slopes, rung, min(math.sqrt((d - fold) / reach), OUTSIDE))[0]
-                s += 1.0
-                sf += force[j] - level
-                sm += value
-                smm += value * value
-                smf += value * (force[j] - level)
-                sff += (force[j] - level) ** 2
-            base, scale = known[BASE] - level, math.exp(known[SCALE])
-            if tied:
-                # known is the product of the scale with the number of the rung
-                scale = math.exp(known[SCALE] + known[SHAPE] - first - step * rung)
-            if tied or not free[SCALE]:
-                if free[BASE]:
-                    base = (sf - scale * sm) / s
-            elif free[BASE]:
-                power = smm - sm * sm / s
-                scale = (smf - sm * sf / s) / power if power > 0.0 else -1.0
-                base = (sf - scale * sm) / s
-            else:
-                scale = (smf - base * sm) / smm if smm > 0.0 else -1.0
-            if scale <= 0.0:
-                continue
-            misfit = (
-                sff
-                - 2.0 * (base * sf + scale * smf)
-                + 2.0 * base * scale * sm
-                + base * base * s
-                + scale * scale * smm
-            )
-            if misfit < found[k, 0]:
-                found[k, 0] = misfit
-                found[k, 1] = math.log(scale)
-                found[k, 2] = first + step * rung
+        row, slope, fold = family.forces[rung], family.slopes[rung], family.folds[rung]
+        number, reach = family.first + family.step * rung, family.deepest - fold
+        scale = math.nan if wanted.free[SCALE] else math.exp(wanted.known[SCALE])
+        if wanted.tied:
+            # known is the product of the scale with the number of the member
+            scale = math.exp(wanted.known[SCALE] + wanted.known[SHAPE] - number)
+        for point in points:
+            d = depth - point
+            touches = np.flatnonzero(first_guess_of_contact(d, record.force, fold, level))
+            model = np.zeros(d.size)
+            root = np.minimum(np.sqrt((d[touches] - fold) / reach), OUTSIDE)
+            model[touches] = read(row, slope, root)[0]
+            grown, offset = scale_and_baseline(model, record.force, scale, base)
+            misfit = ((record.force - offset - grown * model) ** 2).sum()
+            if grown > 0.0 and misfit < places[k, _MISFIT]:
                 # the deflection was taken off with the baseline in it
-                found[k, 3] = point + softness * (base + level) if free[POINT] else known[POINT]
-                found[k, 4] = base + level
-                found[k, 5] = abs(scale * forces[rung].min() - pull)
+                origin = point + record.softness * offset if wanted.free[POINT] else wanted.known[POINT]
+                places[k, _MISFIT], places[k, _PULL] = misfit, abs(grown * row.min() - pull)
+                places[k, 1:_PULL] = np.array([math.log(grown), number, origin, offset])
+    return places
 
 
-@compiled
-def start_on_machine(
-    place: FloatArray,
-    force: FloatArray,
-    known: FloatArray,
-    free: NDArray[np.bool_],
-    family: Family,
-    softness: float,
-    theta: FloatArray,
-) -> bool:
+def start_on_machine(record: Record, wanted: Wanted, family: FamilyTable) -> tuple[bool, FloatArray]:
     """
     The best place of a family of one member at some stiffnesses, without the depths of the samples; False where nothing touches.
 
     The depth of a sample is its travel less its deflection. Where a machine is much softer than the contact, that difference is noise.
     """
-    forces, slopes, folds, first, _, deepest = family
-    unit = (force.max() - force.min()) / np.abs(forces[0]).max()
-    low, high = place.min(), place.max()
-    best, trials = math.inf, _SOFT_TRIALS if free[POINT] else 1
-    for k in range(_SCALES.size):
-        scale = unit * _SCALES[k] if free[SCALE] else math.exp(known[SCALE])
+    member = member_at(family, family.first)
+    unit = (record.force.max() - record.force.min()) / np.abs(member.force).max()
+    low, high = record.place.min(), record.place.max()
+    points = np.array([wanted.known[POINT]])
+    if wanted.free[POINT]:
+        points = high - (high - low) * np.linspace(1.0, 0.01, _SOFT_TRIALS)
+    base = math.nan if wanted.free[BASE] else wanted.known[BASE]
+    best, least = wanted.known.copy(), math.inf
+    for part in _SCALES:
+        scale = unit * part if wanted.free[SCALE] else math.exp(wanted.known[SCALE])
         if not scale > 0.0:
-            return False
-        machine = on_machine(forces, slopes, folds[0], deepest - folds[0], softness * scale)
-        cell = machine[4]
-        for i in range(trials):
-            point = high - (high - low) * (1.0 - 0.99 * i / (trials - 1)) if free[POINT] else known[POINT]
-            some, square, touching = 0.0, 0.0, 0
-            for j in range(place.size):
-                difference = force[j]
-                if place[j] - point > machine[2]:
-                    _, value, _, cell = at_travel(
-                        forces,
-                        slopes,
-                        folds[0],
-                        deepest - folds[0],
-                        softness * scale,
-                        machine,
-                        place[j] - point,
-                        cell,
-                    )
-                    difference -= scale * value
-                    touching += 1
-                some += difference
-                square += difference * difference
-            base = some / place.size if free[BASE] else known[BASE]
-            misfit = square - 2.0 * base * some + place.size * base * base
-            if touching > 0 and misfit < best:
-                best = misfit
-                theta[:] = known
-                theta[SCALE], theta[SHAPE], theta[POINT], theta[BASE] = math.log(scale), first, point, base
-    return math.isfinite(best)
+            break
+        soft = record.softness * scale
+        machine = on_machine(member, soft)
+        for point in points:
+            touches = np.flatnonzero(record.place - point > machine.travel)
+            model = np.zeros(record.place.size)
+            model[touches] = scale * roots_at(member, machine, soft, record.place[touches] - point)[1]
+            _, offset = scale_and_baseline(model, record.force, 1.0, base)
+            misfit = ((record.force - offset - model) ** 2).sum()
+            if touches.size and misfit < least:
+                least = misfit
+                best[SCALE], best[SHAPE] = math.log(scale), family.first
+                best[POINT], best[BASE] = point, offset
+    return math.isfinite(least), best
 
 
-@compiled
-def _begun_with(
-    place: FloatArray,
-    force: FloatArray,
-    tilt: float,
-    known: FloatArray,
-    free: NDArray[np.bool_],
-    tied: bool,
-    ways: FloatArray,
-    family: Family,
-    softness: float,
-    adhesive: bool,
-    theta: FloatArray,
-) -> float:
-    """The same from one tilt."""
-    folds, m = family[2], ways.shape[1]
-    rungs = np.arange(0, folds.size, max(folds.size // _RUNGS, 1))
-    found = np.empty((rungs.size, 6))
-    level = force.copy()
-    for i in range(place.size):
-        level[i] -= tilt * place[i]
-    start_on_rungs(place[::2].copy(), level[::2].copy(), known, free, tied, family, softness, rungs, found)
-    everything = np.ones(place.size, dtype=np.bool_)
-    square, best, misfit = np.empty((m, m)), known.copy(), math.inf
-    touches, out = np.empty(place.size, dtype=np.bool_), np.empty((place.size, 4))
-    last = family[3] + family[4] * (folds.size - 1)
-    turn = -1
-    while turn < _KEPT + 1 + rungs.size:
-        turn += 1
-        if turn == _KEPT and folds.size == 1:
+def _start_at_tilt(
+    record: Record, wanted: Wanted, family: FamilyTable, tilt: float
+) -> tuple[float, FloatArray]:
+    """The smallest sum of squares and its place, of searches that begin with one tilt."""
+    level = record.force - tilt * record.place
+    half = Record(record.place[::2].copy(), level[::2].copy(), record.softness)
+    rungs = np.arange(0, family.folds.size, max(family.folds.size // _RUNGS, 1))
+    places = start_on_rungs(half, wanted, family, rungs)
+    misfit, best, used = math.inf, wanted.known.copy(), np.ones(record.place.size)
+    last = family.first + family.step * (family.folds.size - 1)
+    for turn in range(_KEPT + 2 + rungs.size):
+        if turn == _KEPT and family.folds.size == 1:
             break
-        if turn == _KEPT + 2 and family[3] < best[SHAPE] < last:
+        if turn == _KEPT + 2 and family.first < best[SHAPE] < last:
             break
-        if turn < _KEPT or turn > _KEPT + 1:
-            # the first is the one that pulls as the record does: a pull may stand in a few samples
-            by, lowest = 5 if turn == 0 and adhesive else 0, 0
-            for k in range(rungs.size):
-                if math.isfinite(found[k, 0]) and found[k, by] < found[lowest, by]:
-                    lowest = k
-            if not math.isfinite(found[lowest, 0]):
-                continue
-            found[lowest, 0] = math.inf
-            trial = np.empty(ALL)
-            trial[:TILT], trial[TILT] = found[lowest, 1:5], tilt
-        else:
-            # and once more from either side of the best
-            trial = best.copy()
+        trial = best.copy()
+        if turn in (_KEPT, _KEPT + 1):  # once more from either side of the best
             trial[SHAPE] += _ASIDE if turn == _KEPT else -_ASIDE
-        value, _ = descend(
-            place,
-            force,
-            everything,
-            trial,
-            ways,
-            family,
-            softness,
-            ITERATIONS,
-            ROUGHLY,
-            square,
-            touches,
-            out,
-        )
-        if value < misfit:
-            misfit, best = value, trial
-    without = level - (level.mean() if free[BASE] else known[BASE])
-    seen = math.isfinite(misfit) and (without**2).sum() > misfit * (1.0 + SEEN / place.size)
-    if softness > 0.0 and folds.size == 1 and not tied and not seen:
-        trial = known.copy()
-        if start_on_machine(place[::2].copy(), level[::2].copy(), known, free, family, softness, trial):
+        else:
+            # the first is the one that pulls as the record does: a pull may stand in a few samples
+            column = places[:, _PULL if turn == 0 and wanted.adhesive else _MISFIT]
+            chosen = np.argmin(np.where(np.isfinite(places[:, _MISFIT]), column, math.inf))
+            if not math.isfinite(places[chosen, _MISFIT]):
+                continue
+            places[chosen, _MISFIT] = math.inf
+            trial[:TILT] = places[chosen, 1:_PULL]
             trial[TILT] = tilt
-            value, _ = descend(
-                place, force, everything, trial, ways, family, softness, ITERATIONS, ROUGHLY, square, touches, out
-            )  # fmt: skip
-            if value < misfit:
-                misfit, best = value, trial
-    if math.isfinite(misfit):
-        theta[:] = best
-    return misfit
+        end = descend(record, wanted, family, trial, used, (ITERATIONS, ROUGHLY))
+        if end.misfit < misfit:
+            misfit, best = end.misfit, end.theta
+    without = level - (level.mean() if wanted.free[BASE] else wanted.known[BASE])
+    seen = math.isfinite(misfit) and (without**2).sum() > misfit * (1.0 + SEEN / level.size)
+    if record.softness > 0.0 and family.folds.size == 1 and not wanted.tied and not seen:
+        touches, trial = start_on_machine(half, wanted, family)
+        if touches:
+            trial[TILT] = tilt
+            end = descend(record, wanted, family, trial, used, (ITERATIONS, ROUGHLY))
+            if end.misfit < misfit:
+                misfit, best = end.misfit, end.theta
+    return misfit, best
 
 
-@compiled
-def begun(
-    place: FloatArray,
-    force: FloatArray,
-    known: FloatArray,
-    free: NDArray[np.bool_],
-    tied: bool,
-    ways: FloatArray,
-    family: Family,
-    softness: float,
-    adhesive: bool,
-    theta: FloatArray,
-) -> float:
-    """The smallest sum of squares of a few samples, infinite where nothing touches; its place is left in `theta`."""
-    if not free[TILT]:
-        return _begun_with(
-            place, force, known[TILT], known, free, tied, ways, family, softness, adhesive, theta
-        )
+def start_of(record: Record, wanted: Wanted, family: FamilyTable) -> tuple[float, FloatArray]:
+    """The smallest sum of squares of a few samples, infinite where nothing touches, and its place."""
+    if not wanted.free[TILT]:
+        return _start_at_tilt(record, wanted, family, wanted.known[TILT])
     # far from the body the tilt is that of the force, unless the record begins in contact
-    least, trial = math.inf, np.empty(ALL)
-    for tilt in (_tilt_of(place, force), 0.0):
-        misfit = _begun_with(place, force, tilt, known, free, tied, ways, family, softness, adhesive, trial)
-        if misfit < least:
-            least = misfit
-            theta[:] = trial
-    return least
+    tilted, level = (
+        _start_at_tilt(record, wanted, family, _tilt_of(record)),
+        _start_at_tilt(record, wanted, family, 0.0),
+    )
+    return tilted if tilted[0] <= level[0] else level
