@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 
 import numpy as np
 
@@ -29,8 +28,10 @@ from pymdr.solving.fits.kernels import (
     SHAPE,
     Curves,
     FamilyTable,
+    FitCurve,
     Found,
     Wanted,
+    fit_curve,
     fit_curves,
 )
 from pymdr.solving.fits.kernels import TILT as TILTED
@@ -56,7 +57,7 @@ def fit_by_family(asked: Asked, ways: Ways, stretch: Stretch) -> FittedStretch:
     )
     refusals = set()
     wanted, own_ways = _wanted(asked, ways)
-    fit_all = _compiled() if asked.many else fit_curves
+    fit_one = _compiled() if asked.many else fit_curve
     reach = reaches(stretch)
     for deepest in np.unique(reach[reach > 0.0]):
         chosen = np.flatnonzero(reach == deepest)
@@ -72,7 +73,7 @@ def fit_by_family(asked: Asked, ways: Ways, stretch: Stretch) -> FittedStretch:
         table = FamilyTable(
             family.forces, family.slopes, family.folds, family.first, family.step, family.deepest
         )
-        fit_all(curves, wanted, table, own)
+        fit_curves(curves, wanted, table, own, fit_one)
         for column, filled in zip(found, own, strict=True):
             column[part] = filled
         end = family.end(found.numbers[chosen, SHAPE])
@@ -93,13 +94,13 @@ def fit_by_family(asked: Asked, ways: Ways, stretch: Stretch) -> FittedStretch:
     return FittedStretch(_columns(asked, ways, found, span), frozenset(refusals))
 
 
-def _compiled() -> Callable[[Curves, Wanted, FamilyTable, Found], None]:
+def _compiled() -> FitCurve:
     """The search compiled; as it is where numba is missing."""
     try:
         from pymdr.solving.fits.kernels import compiled
     except ImportError:
-        return fit_curves
-    return compiled.fit_curves
+        return fit_curve
+    return compiled.fit_curve
 
 
 def _wanted(asked: Asked, ways: Ways) -> tuple[Wanted, FloatArray]:

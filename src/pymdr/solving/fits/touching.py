@@ -30,7 +30,8 @@ def in_contact(position: FloatArray, measured: FloatArray, model: FloatArray, fo
     gain = np.where(either, measured**2 - (measured - model) ** 2, 0.0)
     first = deepest - _best_count(gain[:deepest][::-1])
     last = deepest + _best_count(gain[deepest + 1 :])
-    return np.where(either, (index >= first) & (index <= last), position > 0.0)
+    touches: BoolArray = np.where(either, (index >= first) & (index <= last), position > 0.0)
+    return touches
 
 
 def _best_count(gain: FloatArray) -> int:

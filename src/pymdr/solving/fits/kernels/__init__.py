@@ -1,6 +1,6 @@
 """Least squares over one family of forces, curve by curve: array formulas that NumPy evaluates and, for maps, numba compiles."""
 
-from pymdr.solving.fits.kernels.curves import Curves, Found, fit_curves
+from pymdr.solving.fits.kernels.curves import Curves, FitCurve, Found, fit_curve, fit_curves
 from pymdr.solving.fits.kernels.descent import Wanted
 from pymdr.solving.fits.kernels.model import BASE, NUMBERS, POINT, SCALE, SHAPE, TILT, FamilyTable
 
@@ -13,7 +13,9 @@ __all__ = [
     "TILT",
     "Curves",
     "FamilyTable",
+    "FitCurve",
     "Found",
     "Wanted",
+    "fit_curve",
     "fit_curves",
 ]

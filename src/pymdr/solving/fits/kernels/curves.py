@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -19,7 +20,7 @@ from pymdr.solving.fits.kernels.descent import (
     without_shape,
 )
 from pymdr.solving.fits.kernels.model import BASE, NUMBERS, POINT, SHAPE, TILT, FamilyTable, Record
-from pymdr.solving.fits.kernels.starts import FEW, few_of, start_of
+from pymdr.solving.fits.kernels.starts import FEW, few_of, start_at_tilt, tilts_of
 from pymdr.solving.fits.touching import FULLY_OUT, BoolArray
 from pymdr.units import FloatArray
 
@@ -124,7 +125,8 @@ def _covariance(square: FloatArray, apart: FloatArray, directions: FloatArray, v
         for p in range(m):
             i = np.argmax(np.abs(directions[p]) > 0.0)
             moved[p] = apart[i] / directions[p, i]
-        covariance += np.outer(moved, moved) / (_NORMAL_95**2 * variance)
+        for p in range(m):
+            covariance[p] += moved[p] * moved / (_NORMAL_95**2 * variance)
     return covariance
 
 
@@ -150,7 +152,11 @@ def fit_curve(record: Record, wanted: Wanted, family: FamilyTable) -> Fit:
         return _nothing(wanted, UNREAD)
     chosen = few_of(record.force)
     few = Record(record.place[chosen], record.force[chosen], record.softness)
-    misfit, theta = start_of(few, wanted, family)
+    misfit, theta = math.inf, wanted.known
+    for tilt in tilts_of(few, wanted):
+        least, place = start_at_tilt(few, wanted, family, tilt)
+        if least < misfit:
+            misfit, theta = least, place
     if not math.isfinite(misfit):
         return _nothing(wanted, NO_CONTACT)
     if n > _MANY * chosen.size:
@@ -185,8 +191,14 @@ def fit_curve(record: Record, wanted: Wanted, family: FamilyTable) -> Fit:
     return Fit(ended, end.theta, end.misfit, deepest, grows, covariance, end.left[used])
 
 
-def fit_curves(curves: Curves, wanted: Wanted, family: FamilyTable, found: Found) -> None:
-    """Fit many curves."""
+FitCurve = Callable[[Record, Wanted, FamilyTable], Fit]
+""":func:`fit_curve`, or the same compiled."""
+
+
+def fit_curves(
+    curves: Curves, wanted: Wanted, family: FamilyTable, found: Found, fit_one: FitCurve = fit_curve
+) -> None:
+    """Fit many curves, one after another."""
     for i in range(curves.place.shape[0]):
         good = np.isfinite(curves.place[i]) & np.isfinite(curves.force[i])
         place, force = curves.place[i][good], curves.force[i][good]
@@ -194,8 +206,8 @@ def fit_curves(curves: Curves, wanted: Wanted, family: FamilyTable, found: Found
         if place.size and wanted.free[TILT]:
             middle = 0.5 * (place.min() + place.max())
             known[POINT] -= middle
-        own = Wanted(known, wanted.free, wanted.directions, wanted.tied, wanted.adhesive)
-        fit = fit_curve(Record(place - middle, force, curves.softness[i]), own, family)
+        own = wanted._replace(known=known)
+        fit = fit_one(Record(place - middle, force, float(curves.softness[i])), own, family)
         found.ended[i] = fit.ended
         found.numbers[i, :NUMBERS] = fit.theta
         found.numbers[i, POINT] += middle

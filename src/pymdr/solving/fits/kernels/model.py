@@ -16,9 +16,9 @@ SCALE, SHAPE, POINT, BASE, TILT = range(5)
 NUMBERS = 5
 OUTSIDE = 1.02
 """Largest root that is read, in parts of that of the deepest depth."""
-_NEWTON, _CLOSE = 30, 1e-6
+NEWTON, CLOSE = 30, 1e-6
 """Most steps; the error left is the square of the last step."""
-_LEAST_ROOT = 1e-4
+LEAST_ROOT = 1e-4
 
 
 class FamilyTable(NamedTuple):
@@ -90,12 +90,17 @@ class Model(NamedTuple):
     touches: BoolArray
 
 
+def on_rung(family: FamilyTable, k: int) -> Member:
+    """One of the members that are tabulated, without its rates."""
+    row, slope, fold = family.forces[k], family.slopes[k], family.folds[k]
+    return Member(row, slope, row, slope, fold, 0.0, family.deepest, False)
+
+
 def member_at(family: FamilyTable, number: float) -> Member:
     """Interpolate the family at a number, by cubics through four members."""
     forces, slopes, folds = family.forces, family.slopes, family.folds
     if folds.size == 1:
-        flat = np.zeros(forces.shape[1])
-        return Member(forces[0], slopes[0], flat, flat, folds[0], 0.0, family.deepest, folds.size > 1)
+        return on_rung(family, 0)
     at = (number - family.first) / family.step
     k = min(max(int(at) - 1, 0), folds.size - 4)
     weight, rate = np.ones(4), np.zeros(4)
@@ -119,7 +124,7 @@ def member_at(family: FamilyTable, number: float) -> Member:
         fold,
         fold_rate,
         family.deepest,
-        folds.size > 1,
+        True,
     )
 
 
@@ -162,10 +167,8 @@ def on_machine(member: Member, soft: float) -> Machine:
     return Machine(travels, root, travel, rate, min(int(root * cells), cells - 1))
 
 
-def roots_at(
-    member: Member, machine: Machine, soft: float, travel: FloatArray
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Roots, forces and their slopes at travels in m beyond the loss of contact."""
+def roots_at(member: Member, machine: Machine, soft: float, travel: FloatArray) -> FloatArray:
+    """Roots at travels in m beyond the loss of contact."""
     cells, reach, first = member.force.size - 1, member.deepest - member.fold, machine.cell
     beyond = np.searchsorted(machine.travels[first + 1 :], travel)
     cell = np.minimum(beyond + first, cells - 1)
@@ -177,16 +180,16 @@ def roots_at(
     # the parabola through both ends of the cell, which is the travel itself beside the fold
     across, off = machine.travels[cell + 1] - before, travel - before
     bent = np.sqrt(np.maximum(rise * rise + 4.0 * (across - rise) * off, 1e-300))
-    root = np.minimum(low + 2.0 * off * wide / (rise + bent), OUTSIDE)
-    for _ in range(_NEWTON):
-        value, slope, bend = read(member.force, member.slope, root)
+    root: FloatArray = np.minimum(low + 2.0 * off * wide / (rise + bent), OUTSIDE)
+    for _ in range(NEWTON):
+        value, slope, _ = read(member.force, member.slope, root)
         off = travel - member.fold - reach * root * root - soft * value
         moved = root + off / np.maximum(2.0 * reach * root + soft * slope, 1e-6 * reach)
         step = np.minimum(np.maximum(moved, 0.5 * (root + machine.root)), OUTSIDE) - root
         root = root + step
-        if np.all(np.abs(step) < _CLOSE):
+        if np.all(np.abs(step) < CLOSE):
             break
-    return root, value + step * (slope + 0.5 * step * bend), slope + step * bend
+    return root
 
 
 def model_of(record: Record, theta: FloatArray, member: Member) -> Model:
@@ -198,10 +201,10 @@ def model_of(record: Record, theta: FloatArray, member: Member) -> Model:
     beyond = np.flatnonzero(travel > machine.travel)
     if soft == 0.0:
         root = np.minimum(np.sqrt((travel[beyond] - member.fold) / reach), OUTSIDE)
-        value, slope, _ = read(member.force, member.slope, root)
     else:
-        root, value, slope = roots_at(member, machine, soft, travel[beyond])
-    stretch = 2.0 * reach * np.maximum(root, _LEAST_ROOT) + soft * slope
+        root = roots_at(member, machine, soft, travel[beyond])
+    value, slope, _ = read(member.force, member.slope, root)
+    stretch = 2.0 * reach * np.maximum(root, LEAST_ROOT) + soft * slope
     share = scale * slope / np.maximum(stretch, 1e-4 * reach)
     rates = np.zeros((NUMBERS, n))
     rates[BASE], rates[TILT] = 1.0, record.place

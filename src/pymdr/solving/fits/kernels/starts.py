@@ -18,9 +18,11 @@ from pymdr.solving.fits.kernels.model import (
     SHAPE,
     TILT,
     FamilyTable,
+    Member,
     Record,
     member_at,
     on_machine,
+    on_rung,
     read,
     roots_at,
 )
@@ -40,38 +42,52 @@ _MISFIT, _PULL = 0, 5
 
 def few_of(force: FloatArray) -> IndexArray:
     """Which samples a search begins with: a few along the record, and more where the contact is a small part of it."""
-    n = force.size
-    stride = max(n // FEW, 1)
-    along = force[::stride].copy()
+    stride, chosen = max(force.size // FEW, 1), np.zeros(force.size, dtype=np.bool_)
+    chosen[::stride] = True
+    along = force[chosen]
     # a retreat begins in contact, and ends far from it
-    level, highest = min(_level_of(along), _level_of(along[::-1].copy())), force.max()
-    least = level + _SHARE * (highest - level)
-    chosen = np.arange(0, n, stride)
-    if np.count_nonzero(along > least) >= _PRESSED:
-        return chosen
-    pressed = np.flatnonzero(force > least)
-    return np.unique(np.append(chosen, pressed[:: max(pressed.size // _PRESSED, 1)]))
+    level = min(_level_of(along), _level_of(along[::-1].copy()))
+    least = level + _SHARE * (force.max() - level)
+    if np.count_nonzero(along > least) < _PRESSED:
+        pressed = np.flatnonzero(force > least)
+        chosen[pressed[:: max(pressed.size // _PRESSED, 1)]] = True
+    return np.flatnonzero(chosen)
 
 
 def _level_of(force: FloatArray) -> float:
     """About the force in N where the record begins."""
-    return np.median(force[: max(3, force.size // 20)])
+    return np.sort(force[: max(3, force.size // 20)])[max(3, force.size // 20) // 2]
 
 
 def _level_far_of(place: FloatArray, force: FloatArray) -> float:
     """About the force in N farthest from the body."""
     low = place.min()
-    return np.median(force[place <= low + _SHARE * (place.max() - low)])
+    far = np.sort(force[place <= low + _SHARE * (place.max() - low)])
+    return far[far.size // 2]
 
 
-def _tilt_of(record: Record) -> float:
-    """About the rise of the force in N/m far from the body."""
+def tilts_of(record: Record, wanted: Wanted) -> FloatArray:
+    """Tilts in N/m to begin with: what is known, or about the rise of the force far from the body, and none, where a record begins in contact."""
+    if not wanted.free[TILT]:
+        return wanted.known[TILT:]
     low = record.place.min()
     far = record.place < low + _FAR * (record.place.max() - low)
     x = record.place[far]
     x = x - x.mean()
     power = (x * x).sum()
-    return (x * record.force[far]).sum() / power if power > 0.0 else 0.0
+    return np.array([(x * record.force[far]).sum() / power if power > 0.0 else 0.0, 0.0])
+
+
+def fitted_at(
+    depth: FloatArray, force: FloatArray, member: Member, level: float, known: tuple[float, float]
+) -> tuple[float, float, float]:
+    """Scale and baseline of a member that fit best at depths about as they were, and what they leave; given ones are known, nan ones not."""
+    touches = np.flatnonzero(first_guess_of_contact(depth, force, member.fold, level))
+    model = np.zeros(depth.size)
+    root = np.sqrt((depth[touches] - member.fold) / (member.deepest - member.fold))
+    model[touches] = read(member.force, member.slope, np.minimum(root, OUTSIDE))[0]
+    scale, offset = scale_and_baseline(model, force, known[0], known[1])
+    return scale, offset, ((force - offset - scale * model) ** 2).sum()
 
 
 def start_on_rungs(record: Record, wanted: Wanted, family: FamilyTable, rungs: IndexArray) -> FloatArray:
@@ -88,24 +104,17 @@ def start_on_rungs(record: Record, wanted: Wanted, family: FamilyTable, rungs: I
     places = np.full((rungs.size, NUMBERS + 1), math.inf)
     for k in range(rungs.size):
         rung = rungs[k]
-        row, slope, fold = family.forces[rung], family.slopes[rung], family.folds[rung]
-        number, reach = family.first + family.step * rung, family.deepest - fold
+        number, member = family.first + family.step * rung, on_rung(family, rung)
         scale = math.nan if wanted.free[SCALE] else math.exp(wanted.known[SCALE])
         if wanted.tied:
             # known is the product of the scale with the number of the member
             scale = math.exp(wanted.known[SCALE] + wanted.known[SHAPE] - number)
         for point in points:
-            d = depth - point
-            touches = np.flatnonzero(first_guess_of_contact(d, record.force, fold, level))
-            model = np.zeros(d.size)
-            root = np.minimum(np.sqrt((d[touches] - fold) / reach), OUTSIDE)
-            model[touches] = read(row, slope, root)[0]
-            grown, offset = scale_and_baseline(model, record.force, scale, base)
-            misfit = ((record.force - offset - grown * model) ** 2).sum()
+            grown, offset, misfit = fitted_at(depth - point, record.force, member, level, (scale, base))
             if grown > 0.0 and misfit < places[k, _MISFIT]:
                 # the deflection was taken off with the baseline in it
                 origin = point + record.softness * offset if wanted.free[POINT] else wanted.known[POINT]
-                places[k, _MISFIT], places[k, _PULL] = misfit, abs(grown * row.min() - pull)
+                places[k, _MISFIT], places[k, _PULL] = misfit, abs(grown * member.force.min() - pull)
                 places[k, 1:_PULL] = np.array([math.log(grown), number, origin, offset])
     return places
 
@@ -133,7 +142,8 @@ def start_on_machine(record: Record, wanted: Wanted, family: FamilyTable) -> tup
         for point in points:
             touches = np.flatnonzero(record.place - point > machine.travel)
             model = np.zeros(record.place.size)
-            model[touches] = scale * roots_at(member, machine, soft, record.place[touches] - point)[1]
+            root = roots_at(member, machine, soft, record.place[touches] - point)
+            model[touches] = scale * read(member.force, member.slope, root)[0]
             _, offset = scale_and_baseline(model, record.force, 1.0, base)
             misfit = ((record.force - offset - model) ** 2).sum()
             if touches.size and misfit < least:
@@ -143,10 +153,10 @@ def start_on_machine(record: Record, wanted: Wanted, family: FamilyTable) -> tup
     return math.isfinite(least), best
 
 
-def _start_at_tilt(
+def start_at_tilt(
     record: Record, wanted: Wanted, family: FamilyTable, tilt: float
 ) -> tuple[float, FloatArray]:
-    """The smallest sum of squares and its place, of searches that begin with one tilt."""
+    """The smallest sum of squares of a few samples, infinite where nothing touches, and its place, of searches from one tilt."""
     level = record.force - tilt * record.place
     half = Record(record.place[::2].copy(), level[::2].copy(), record.softness)
     rungs = np.arange(0, family.folds.size, max(family.folds.size // _RUNGS, 1))
@@ -183,15 +193,3 @@ def _start_at_tilt(
             if end.misfit < misfit:
                 misfit, best = end.misfit, end.theta
     return misfit, best
-
-
-def start_of(record: Record, wanted: Wanted, family: FamilyTable) -> tuple[float, FloatArray]:
-    """The smallest sum of squares of a few samples, infinite where nothing touches, and its place."""
-    if not wanted.free[TILT]:
-        return _start_at_tilt(record, wanted, family, wanted.known[TILT])
-    # far from the body the tilt is that of the force, unless the record begins in contact
-    tilted, level = (
-        _start_at_tilt(record, wanted, family, _tilt_of(record)),
-        _start_at_tilt(record, wanted, family, 0.0),
-    )
-    return tilted if tilted[0] <= level[0] else level
