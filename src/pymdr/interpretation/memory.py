@@ -246,11 +246,14 @@ def surface_load(state: LineState, r: FloatArray) -> FloatArray:
     x, q = _inside(state)
     if x.size < 4 or not within.any():
         return p
-    edge = edge_load(state)
-    curve = PchipInterpolator(np.concatenate([[0.0], x, [a]]), np.concatenate([q[:1], q, [edge]]))
+    edge, size = edge_load(state), float(np.max(np.abs(q)))
+    if size == 0.0:
+        return p
+    q = np.where(np.abs(q) > _GONE * size, q / size, 0.0)  # as displacements
+    curve = PchipInterpolator(np.concatenate([[0.0], x, [a]]), np.concatenate([q[:1], q, [edge / size]]))
     radius = np.maximum(r[within], 1e-9 * a)
     blocks = np.array_split(radius, math.ceil(radius.size / _BLOCK))
-    p[within] = np.concatenate([_integrated(curve, block[:, None]) for block in blocks])
+    p[within] = size * np.concatenate([_integrated(curve, block[:, None]) for block in blocks])
     if edge != 0.0:
         with np.errstate(divide="ignore"):
             p[within] += edge / (math.pi * np.sqrt((a - radius) * (a + radius)))
