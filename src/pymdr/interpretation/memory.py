@@ -15,9 +15,10 @@ from scipy.interpolate import PchipInterpolator
 from pymdr.interpretation.validity import SOURCES, BoolArray, Claim, Level
 from pymdr.line.curves import ElasticLine
 from pymdr.line.memory import MemoryState, follow_springs, line_state, prepared, virgin
-from pymdr.mapping.abel import Curve, gauss
+from pymdr.mapping.abel import Curve
 from pymdr.mapping.equivalent import EquivalentProfile
 from pymdr.mapping.relaxation import Relaxation
+from pymdr.numerics.quadrature import gauss
 from pymdr.units import FloatArray
 
 _NODES = 96

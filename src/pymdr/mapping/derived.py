@@ -22,7 +22,8 @@ from pymdr.mapping.callables import (
     underflow_law,
 )
 from pymdr.mapping.resolving import SlopeSource, anchored, radii_beside
-from pymdr.mapping.series import TERMS, Panels, clenshaw
+from pymdr.numerics.panels import TERMS, Panels, clenshaw
+from pymdr.numerics.roots import boundary
 from pymdr.problem.profiles import Function, call
 from pymdr.units import FloatArray, metres
 
@@ -380,12 +381,7 @@ class DerivedSource(SlopeSource):
                 f"the profile is not defined at r = {metres(low)}; stay inside the radii where it is (Function(..., "
                 "reach=...) states them)"
             )
-        for _ in range(60):
-            middle = 0.5 * (low + high)
-            if not low < middle < high:
-                break
-            low, high = (middle, high) if np.isfinite(self._f(np.array([middle]))[0]) else (low, middle)
-        return low
+        return float(boundary(lambda r: np.isfinite(self._f(r)), np.array([low]), high)[0][0])
 
 
 def rise_of(f: Callable[[FloatArray], ArrayLike], r: float) -> tuple[float, float]:

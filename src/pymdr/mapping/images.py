@@ -8,12 +8,11 @@ from functools import cached_property, lru_cache
 
 import numpy as np
 
-from pymdr.mapping.abel import gauss
 from pymdr.mapping.bunches import Bunches, bunched
 from pymdr.mapping.charges import Charges
 from pymdr.mapping.quarters import NEAR
 from pymdr.mapping.resolving import Slopes
-from pymdr.mapping.series import (
+from pymdr.numerics.panels import (
     TERMS,
     BoolArray,
     Panels,
@@ -26,6 +25,7 @@ from pymdr.mapping.series import (
     nodes,
     to_coefficients,
 )
+from pymdr.numerics.quadrature import gauss
 from pymdr.units import FloatArray
 
 _WORK = 1 << 17

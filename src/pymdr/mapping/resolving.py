@@ -11,7 +11,7 @@ from functools import lru_cache
 import numpy as np
 
 from pymdr.errors import ConvergenceError, ProblemError
-from pymdr.mapping.series import (
+from pymdr.numerics.panels import (
     TERMS,
     Panels,
     Series,
@@ -22,6 +22,7 @@ from pymdr.mapping.series import (
     nodes,
     to_coefficients,
 )
+from pymdr.numerics.roots import boundary
 from pymdr.units import FloatArray, metres
 
 _RESOLVED = 4e-15
@@ -506,10 +507,5 @@ def _end_of_definition(
     bad = offset[at][~np.isfinite(values[at])]
     base, low, high = panels.base[at : at + 1], float(panels.low[at]), float(bad.min())
     value = float(values[at][~np.isfinite(values[at])][0])
-    for _ in range(60):
-        middle = 0.5 * (low + high)
-        if not low < middle < high:
-            break
-        finite = np.isfinite(source.sample(base, np.array([middle]))[0][0])
-        low, high = (middle, high) if finite else (low, middle)
-    return Stopped([], float(base[0] + low), value)
+    last, _ = boundary(lambda r: np.isfinite(source.sample(base, r)[0]), np.array([low]), high)
+    return Stopped([], float(base[0] + last[0]), value)

@@ -23,7 +23,7 @@ from pymdr.mapping.resolving import (
     joined_slopes,
     resolve,
 )
-from pymdr.mapping.series import (
+from pymdr.numerics.panels import (
     TERMS,
     BoolArray,
     IndexArray,

@@ -12,7 +12,7 @@ from pymdr.errors import ProblemError
 from pymdr.mapping.callables import Steps, TipLaw, check_consistency, find_kinks, polished, underflow_law
 from pymdr.mapping.derived import DerivedSource, rise_of
 from pymdr.mapping.resolving import KNOTS_AVERAGED, SlopeSource, radii_beside
-from pymdr.mapping.series import TERMS, Panels, Place, Series, evaluate
+from pymdr.numerics.panels import TERMS, Panels, Place, Series, evaluate
 from pymdr.problem.profiles import (
     Function,
     Interpolated,

@@ -12,12 +12,13 @@ from numpy.typing import ArrayLike
 
 from pymdr.mapping import returning
 from pymdr.mapping.charges import Charges, with_slope
-from pymdr.mapping.equivalent.base import EquivalentProfile, rising_root
+from pymdr.mapping.equivalent.base import EquivalentProfile
 from pymdr.mapping.equivalent.searching import Search, never_rises
 from pymdr.mapping.images import CURVES, Image, joined_images, map_panels, rooted_copy
 from pymdr.mapping.kernels import GradedCharges, power_shares, root_order
 from pymdr.mapping.resolving import SlopeSource, anchored
-from pymdr.mapping.series import (
+from pymdr.mapping.slopes import ABOVE_TAIL, PROBED, ResolvedSlope
+from pymdr.numerics.panels import (
     BoolArray,
     IndexArray,
     Panels,
@@ -30,7 +31,7 @@ from pymdr.mapping.series import (
     evaluate,
     joined,
 )
-from pymdr.mapping.slopes import ABOVE_TAIL, PROBED, ResolvedSlope
+from pymdr.numerics.roots import rising_root
 from pymdr.problem.profiles import Interpolated
 from pymdr.units import FloatArray, metres
 
