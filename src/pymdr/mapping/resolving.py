@@ -152,7 +152,10 @@ class Slopes:
     blur: FloatArray
     """Part of the error of a panel that begins at a breakpoint which beyond it nothing is left of, else 0; shape (P,)."""
     beside: FloatArray
-    """Errors of the exponent and of the place in m with which f' begins there, shape (P, 2)."""
+    """
+    With which f' begins there: errors of the exponent and of the place in m, how far in m f may rise unseen, and by what
+    height in m; shape (P, 4).
+    """
 
     @property
     def last(self) -> Slopes:
@@ -304,7 +307,7 @@ def resolve(
         fits |= last | (begins & (generation >= _GRADED))
         taken = pending.take(fits)
         error = fit.error[fits] + source.uncertainty(taken)
-        beside = np.stack([fit.exponent_error[fits], np.zeros(taken.count)], axis=1)
+        beside = np.pad(fit.exponent_error[fits][:, None], ((0, 0), (0, 3)))
         none = np.zeros(taken.count)
         done.append(
             Slopes(taken, fit.series.take(fits), error, fit.size[fits], none, leap[fits], none, beside)
