@@ -102,7 +102,7 @@ class SlopeSource(ABC):
         return 0.0
 
     def grain(self, panels: Panels) -> FloatArray:
-        """What the rounding of samples makes of f' on panels, which their knots cannot resolve; shape (P,)."""
+        """What the rounding of samples, or of numbers of few digits, makes of f' on panels; shape (P,)."""
         return np.zeros(panels.count)
 
     def averaged(self, panels: Panels) -> tuple[FloatArray, FloatArray]:
@@ -290,8 +290,9 @@ def resolve(
             fits |= fit.error <= np.maximum(_SOFT * fit.size, source.grain(pending))
         if generation >= 2 and not fits.all():
             rest = np.flatnonzero(~fits)
-            noise = _noise(source, pending.take(rest))
-            fits[rest] |= (fit.error[rest] <= 8.0 * noise) & fit.even[rest]
+            left = pending.take(rest)
+            rounded = np.maximum(8.0 * _noise(source, left), source.grain(left))
+            fits[rest] |= (fit.error[rest] <= rounded) & fit.even[rest]
         if generation == _KINK_GENERATION:
             # a radius that loses digits in sums makes stairs of f'; features are in few parts of a panel
             missed = np.bincount(family, np.where(fits, 0.0, pending.width), panels.count)
