@@ -14,7 +14,6 @@ from hypothesis import strategies as st
 import pymdr as mdr
 from drawing import examples
 from pymdr.errors import PymdrError
-from pymdr.mapping.equivalent import equivalent_profile
 from pymdr.mapping.callables import (
     check_consistency,
     find_kinks,
@@ -23,6 +22,7 @@ from pymdr.mapping.callables import (
     slope_panel,
     tip_law,
 )
+from pymdr.mapping.equivalent import equivalent_profile
 from pymdr.problem.profiles import call
 
 RADII = np.array([0.0, 1e-3, 2e-3, 5e-3, 1e-2])

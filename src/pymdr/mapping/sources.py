@@ -76,7 +76,11 @@ class CurveSource(SlopeSource):
     def uncertainty(self, panels: Panels) -> FloatArray:
         """Error of f' on panels, from steps of f that are constants of few digits, and from numbers of few digits."""
         found = self.grain(panels) / _ROUNDED
-        return found if self._steps is None else found + self._steps.errors(panels.base, panels.low, panels.width)
+        return (
+            found
+            if self._steps is None
+            else found + self._steps.errors(panels.base, panels.low, panels.width)
+        )
 
     def grain(self, panels: Panels) -> FloatArray:
         """What numbers of few digits make of f' on panels."""
