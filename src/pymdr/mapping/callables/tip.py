@@ -160,7 +160,7 @@ def underflow_law(curve: Curve, top: float, end: float = math.inf, of: str = "va
             deepest = int(np.max(np.flatnonzero(values), initial=0))
             measured, least = scatter(curve, r[: deepest + 1])
             told = values[: deepest + 1]
-            unit = float(np.nanmax(least / told, initial=EPS))
+            unit = float(np.nanmax((least / told)[told > _UNDERFLOW], initial=EPS))
             digits = max(_DIGITS_LOST, _ROUNDINGS * unit)
             sure = (np.maximum(measured, least) <= digits * told) & (
                 told > (_UNDERFLOW if unit == EPS else _UNDERFLOW_SINGLE)
