@@ -18,6 +18,7 @@ from pymdr.quantities import QUANTITIES
 from pymdr.result import Result
 from pymdr.solving import solve
 from pymdr.solving.closure import refuse_curve
+from pymdr.solving.drawing import infinite_in
 from pymdr.units import FloatArray, QuantityLike, written
 
 if TYPE_CHECKING:
@@ -261,6 +262,7 @@ def _tractions(mdr: Result, other: SlidingSolution) -> xr.Dataset:
             "grid": ("r", other.q_x[middle:, middle], {"units": "Pa"}),
         },
         coords={"r": ("r", r, {"units": "m"})},
+        attrs={"infinite": infinite_in(mdr, mdr.data.sizes["step"] - 1)},
     )
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from scipy.fft import irfft, next_fast_len, rfft
 
 from pymdr.errors import ConvergenceError, ProblemError, PymdrError
-from pymdr.mapping.series import IndexArray
+from pymdr.numerics.panels import IndexArray
 from pymdr.problem.contact import Contact
 from pymdr.problem.measured import MeasuredCurve
 from pymdr.solving.fits.forces import forces_of, modelled

@@ -47,7 +47,9 @@ def first_guess_of_contact(position: FloatArray, force: FloatArray, fold: float,
     """Where bodies touch before a model is known: beyond 0 while they approach, and while something pulls after the deepest sample."""
     pull = min(force.min() - level, 0.0)
     after = np.arange(position.size) > np.argmax(position)
-    return (position > 0.0) | (after & (position >= fold) & (force - level < FULLY_OUT * pull))
+    held: BoolArray = after & (position >= fold) & (force - level < FULLY_OUT * pull)
+    touches: BoolArray = (position > 0.0) | held
+    return touches
 
 
 def scale_and_baseline(

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from pymdr.mapping.series import IndexArray
+from pymdr.numerics.panels import IndexArray
 from pymdr.solving.fits.asking import SEEN
 from pymdr.solving.fits.kernels.descent import ITERATIONS, ROUGHLY, Wanted, descend
 from pymdr.solving.fits.kernels.model import (
