@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import logging
 import math
+from functools import cache
 
 import numpy as np
 
@@ -22,16 +24,16 @@ from pymdr.solving.fits.asking import (
 from pymdr.solving.fits.families import WORK, Ways
 from pymdr.solving.fits.forces import rounded_up
 from pymdr.solving.fits.kernels import (
+    AS_IT_IS,
     BASE,
     NUMBERS,
     POINT,
     SHAPE,
-    Curves,
+    Batch,
+    Engine,
     FamilyTable,
-    FitCurve,
     Found,
     Wanted,
-    fit_curve,
     fit_curves,
 )
 from pymdr.solving.fits.kernels import TILT as TILTED
@@ -43,6 +45,8 @@ from pymdr.units import FloatArray, written
 _PLACES = {CONTACT_POINT: POINT, BASELINE: BASE, TILT: TILTED}
 """Of the origins among the numbers of the model."""
 _DEPTH = NUMBERS + 2
+
+_log = logging.getLogger("pymdr")
 
 
 def fit_by_family(asked: Asked, ways: Ways, stretch: Stretch) -> FittedStretch:
@@ -57,7 +61,7 @@ def fit_by_family(asked: Asked, ways: Ways, stretch: Stretch) -> FittedStretch:
     )
     refusals = set()
     wanted, own_ways = _wanted(asked, ways)
-    fit_one = _compiled() if asked.many else fit_curve
+    engine = _compiled() if asked.many else AS_IT_IS
     reach = reaches(stretch)
     for deepest in np.unique(reach[reach > 0.0]):
         chosen = np.flatnonzero(reach == deepest)
@@ -69,11 +73,11 @@ def fit_by_family(asked: Asked, ways: Ways, stretch: Stretch) -> FittedStretch:
             continue
         part = slice(None) if chosen.size == count else chosen
         own = Found(*(column[part] for column in found))
-        curves = Curves(stretch.place[part], stretch.force[part], stretch.softness[part])
+        curves = Batch(stretch.place[part], stretch.force[part], stretch.softness[part])
         table = FamilyTable(
             family.forces, family.slopes, family.folds, family.first, family.step, family.deepest
         )
-        fit_curves(curves, wanted, table, own, fit_one)
+        fit_curves(curves, wanted, table, own, engine)
         for column, filled in zip(found, own, strict=True):
             column[part] = filled
         end = family.end(found.numbers[chosen, SHAPE])
@@ -94,13 +98,19 @@ def fit_by_family(asked: Asked, ways: Ways, stretch: Stretch) -> FittedStretch:
     return FittedStretch(_columns(asked, ways, found, span), frozenset(refusals))
 
 
-def _compiled() -> FitCurve:
-    """The search compiled; as it is where numba is missing."""
+def _compiled() -> Engine:
+    """The search with what is done at every sample compiled; as it is where numba is missing, which is said once."""
     try:
         from pymdr.solving.fits.kernels import compiled
     except ImportError:
-        return fit_curve
-    return compiled.fit_curve
+        _say_slow()
+        return AS_IT_IS
+    return compiled.ENGINE
+
+
+@cache
+def _say_slow() -> None:
+    _log.warning("numba cannot be imported: maps of curves are fitted, but some ten times slower; install numba")
 
 
 def _wanted(asked: Asked, ways: Ways) -> tuple[Wanted, FloatArray]:

@@ -1,17 +1,15 @@
-"""The same search compiled for maps, with what is done at every sample written as loops. Loads numba."""
+"""What is done at every sample of many curves, compiled, as loops. Loads numba."""
 
 from __future__ import annotations
 
 import math
-from types import FunctionType
 from typing import Any
 
 import numpy as np
 from numba.extending import overload, register_jitable
 
 from pymdr import compiling
-from pymdr.solving.fits import touching
-from pymdr.solving.fits.kernels import curves, descent, model, starts
+from pymdr.solving.fits.kernels import descent, model, starts
 from pymdr.solving.fits.kernels.model import (
     BASE,
     CLOSE,
@@ -29,7 +27,7 @@ from pymdr.solving.fits.kernels.model import (
     Record,
     on_machine,
 )
-from pymdr.solving.fits.touching import FULLY_OUT, in_contact
+from pymdr.solving.fits.touching import BEYOND, FULLY_OUT, BoolArray
 from pymdr.units import FloatArray
 
 _FUSED: dict[str, Any] = {"fastmath": {"contract"}, "error_model": "numpy"}
@@ -40,9 +38,9 @@ _FUSED: dict[str, Any] = {"fastmath": {"contract"}, "error_model": "numpy"}
 def _read(row: FloatArray, slope: FloatArray, root: float) -> tuple[float, float]:
     """Value and slope of a row at one root, as :func:`pymdr.solving.fits.kernels.model.read`."""
     cells = row.size - 1
-    j = min(int(root * cells), cells - 1)
+    j, wide = min(int(root * cells), cells - 1), 1.0 / cells
     t = root * cells - j
-    rise, u, v = row[j + 1] - row[j], slope[j] / cells, slope[j + 1] / cells
+    rise, u, v = row[j + 1] - row[j], slope[j] * wide, slope[j + 1] * wide
     c3, c2 = u + v - 2.0 * rise, 3.0 * rise - 2.0 * u - v
     return row[j] + t * (u + t * (c2 + t * c3)), (u + t * (2.0 * c2 + 3.0 * t * c3)) * cells
 
@@ -73,6 +71,38 @@ def _root_at(member: Member, machine: Machine, soft: float, travel: float, cell:
     return root, cell
 
 
+@register_jitable(**_FUSED)
+def _turn(gain: FloatArray, first: int, last: int, step: int) -> int:
+    """The sample, going from the first to before the last, up to which being in contact fits best."""
+    total, best, where, i = 0.0, 0.0, first - step, first
+    while i != last:
+        total += gain[i]
+        if total > best:
+            best, where = total, i
+        i += step
+    return where
+
+
+@register_jitable(**_FUSED)
+def _leave(record: Record, theta: FloatArray, fold: float, found: Model) -> None:
+    """As :func:`pymdr.solving.fits.touching.in_contact`; what does not touch bears nothing."""
+    force, rates, touches = found
+    n, deepest, gain = force.size, np.argmax(record.place), np.zeros(force.size)
+    for i in range(n):
+        if (1.0 + BEYOND) * fold <= record.place[i] - theta[POINT] <= -fold:
+            measured = record.force[i] - theta[BASE] - theta[TILT] * record.place[i]
+            gain[i] = measured * measured - (measured - force[i]) ** 2
+    first, last = _turn(gain, deepest - 1, -1, -1), _turn(gain, deepest + 1, n, 1)
+    for i in range(n):
+        if (1.0 + BEYOND) * fold <= record.place[i] - theta[POINT] <= -fold:
+            touches[i] = first <= i <= last
+        if not touches[i]:
+            force[i] = 0.0
+            for p in range(BASE):
+                rates[p, i] = 0.0
+
+
+@register_jitable(**_FUSED)
 def _model_of(record: Record, theta: FloatArray, member: Member) -> Model:
     """As :func:`pymdr.solving.fits.kernels.model.model_of`."""
     n, scale, reach = record.place.size, math.exp(theta[SCALE]), member.deepest - member.fold
@@ -80,12 +110,11 @@ def _model_of(record: Record, theta: FloatArray, member: Member) -> Model:
     machine = on_machine(member, soft)
     start = scale * _read(member.force, member.slope, machine.root)[0]
     start_over = scale * _read(member.force_rate, member.slope_rate, machine.root)[0]
-    force, rates, touches = np.zeros(n), np.zeros((NUMBERS, n)), np.empty(n, dtype=np.bool_)
+    force, rates, touches = np.zeros(n), np.zeros((BASE, n)), np.empty(n, dtype=np.bool_)
     cell = machine.cell
     for i in range(n):
         travel = record.place[i] - theta[POINT]
         touches[i] = travel > 0.0
-        rates[BASE, i], rates[TILT, i] = 1.0, record.place[i]
         if travel > machine.travel:
             if soft == 0.0:
                 root = min(math.sqrt((travel - member.fold) / reach), OUTSIDE)
@@ -102,29 +131,62 @@ def _model_of(record: Record, theta: FloatArray, member: Member) -> Model:
                 rates[SHAPE, i] = scale * over - share * folding
         elif machine.travel < 0.0:
             force[i], rates[SCALE, i], rates[SHAPE, i] = start, start, start_over
+    found = Model(force, rates, touches)
     if machine.travel < 0.0:
-        measured = record.force - theta[BASE] - theta[TILT] * record.place
-        touches = in_contact(record.place - theta[POINT], measured, force, machine.travel)
-        for i in range(n):
-            if not touches[i]:
-                force[i] = 0.0
-                rates[:BASE, i] = 0.0
-    return Model(force, rates, touches)
+        _leave(record, theta, machine.travel, found)
+    return found
+
+
+def _compared(
+    record: Record, theta: FloatArray, member: Member, used: BoolArray
+) -> tuple[Model, FloatArray, float]:
+    """As :func:`pymdr.solving.fits.kernels.descent.compared`."""
+    found, left, misfit = _model_of(record, theta, member), np.zeros(used.size), 0.0
+    for i in range(used.size):
+        if used[i]:
+            left[i] = record.force[i] - theta[BASE] - theta[TILT] * record.place[i] - found.force[i]
+            misfit += left[i] * left[i]
+    return found, left, misfit
+
+
+def _normal_equations(
+    place: FloatArray, model: Model, left: FloatArray, used: BoolArray, directions: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """As :func:`pymdr.solving.fits.kernels.descent.normal_equations`, sums that are needed only."""
+    m, rows = directions.shape[0], np.empty((NUMBERS, place.size))
+    for p in range(m):
+        for i in range(place.size):
+            rows[p, i] = directions[p, BASE] + directions[p, TILT] * place[i] if used[i] else 0.0
+        for j in range(BASE):
+            if directions[p, j] != 0.0:
+                for i in range(place.size):
+                    rows[p, i] += directions[p, j] * model.rates[j, i] if used[i] else 0.0
+    square, side = np.zeros((m, m)), np.zeros(m)
+    for p in range(m):
+        side[p] = np.dot(rows[p], left)
+        for q in range(p + 1):
+            square[p, q] = np.dot(rows[p], rows[q])
+            square[q, p] = square[p, q]
+    return square, side
 
 
 def _fitted_at(
     depth: FloatArray, force: FloatArray, member: Member, level: float, known: tuple[float, float]
 ) -> tuple[float, float, float]:
     """As :func:`pymdr.solving.fits.kernels.starts.fitted_at`."""
-    n, deepest, pull = depth.size, np.argmax(depth), min(force.min() - level, 0.0)
+    n, deepest, least, reach = depth.size, 0, 0.0, 1.0 / (member.deepest - member.fold)
+    for i in range(n):
+        if depth[i] > depth[deepest]:
+            deepest = i
+        least = min(least, force[i] - level)
     some, square, plain, powers, product = 0.0, 0.0, 0.0, 0.0, 0.0
     for i in range(n):
         above = force[i] - level
         plain += above
         square += above * above
-        held = i > deepest and depth[i] >= member.fold and above < FULLY_OUT * pull
+        held = i > deepest and depth[i] >= member.fold and above < FULLY_OUT * least
         if depth[i] > 0.0 or held:
-            root = math.sqrt((depth[i] - member.fold) / (member.deepest - member.fold))
+            root = math.sqrt((depth[i] - member.fold) * reach)
             value = _read(member.force, member.slope, min(root, OUTSIDE))[0]
             some += value
             powers += value * value
@@ -141,19 +203,23 @@ def _fitted_at(
     return scale, base + level, misfit + base * base * n + scale * scale * powers
 
 
-_LOOPS = {model.model_of: _model_of, starts.fitted_at: _fitted_at}
-
-
 def _let_compile() -> None:
-    """Let numba compile what the outermost function calls."""
-    for module in (touching, model, descent, starts, curves):
-        for function in vars(module).values():
-            if isinstance(function, FunctionType) and function.__module__ == module.__name__:
-                loops = _LOOPS.get(function, function)
-                overload(function, jit_options=_FUSED, strict=False)(lambda *_, loops=loops: loops)
+    """Let numba compile what the two outermost functions call, some of it in other words."""
+    for function in (model.member_at, model.on_rung, model.on_machine, descent.solved, descent.descend):
+        overload(function, jit_options=_FUSED, strict=False)(lambda *_, own=function: own)
+    for function, loops in (
+        (descent.compared, _compared),
+        (descent.normal_equations, _normal_equations),
+        (descent.held_at_end, descent.held_at_end),
+        (starts.fitted_at, _fitted_at),
+    ):
+        overload(function, jit_options=_FUSED, strict=False)(lambda *_, own=loops: own)
 
 
 _let_compile()
-fit_curve = compiling.compiled(
-    curves.fit_curve, compiling.stamp_of(__file__, touching.__file__), fastmath={"contract"}
+_STAMP = compiling.stamp_of(__file__)
+ENGINE = starts.Engine(
+    compiling.compiled(descent.descend_all, _STAMP, fastmath={"contract"}),
+    compiling.compiled(starts.best_points, _STAMP, fastmath={"contract"}),
 )
+"""The search of :mod:`pymdr.solving.fits.kernels`, compiled when it is first used."""

@@ -1,26 +1,25 @@
-"""Least squares of one family of forces in many curves, one after another."""
+"""Least squares of one family of forces in many curves together."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from pymdr.numerics.panels import IndexArray
 from pymdr.solving.fits.asking import AT_END, FOUND, NO_CONTACT, SEEN, UNREAD, UNSETTLED
 from pymdr.solving.fits.kernels.descent import (
     ITERATIONS,
     ROUGHLY,
-    End,
+    Ends,
     Wanted,
-    descend,
-    solved,
+    descend_all,
     without_shape,
 )
-from pymdr.solving.fits.kernels.model import BASE, NUMBERS, POINT, SHAPE, TILT, FamilyTable, Record
-from pymdr.solving.fits.kernels.starts import FEW, few_of, start_at_tilt, tilts_of
+from pymdr.solving.fits.kernels.model import BASE, NUMBERS, POINT, SHAPE, TILT, Batch, FamilyTable
+from pymdr.solving.fits.kernels.starts import FEW, Engine, best_points, few_of, starts_at_tilts, tilts_of
 from pymdr.solving.fits.touching import FULLY_OUT, BoolArray
 from pymdr.units import FloatArray
 
@@ -31,16 +30,7 @@ _ROUNDED = 1e-14
 _POORLY, _ASIDES, _NORMAL_95 = 20, np.array([-0.8, -0.5, -0.3, -0.15, 0.15, 0.3, 0.5, 0.8]), 1.96
 """Samples of a pull that are few; other starts there, in the logarithm of the number of the family."""
 
-
-class Curves(NamedTuple):
-    """Curves that are fitted, one in each row; samples that are not finite are left out."""
-
-    place: FloatArray
-    """Travel or indentation in m."""
-    force: FloatArray
-    """In N."""
-    softness: FloatArray
-    """Compliance of the machine of each in m/N."""
+AS_IT_IS = Engine(descend_all, best_points)
 
 
 class Found(NamedTuple):
@@ -56,162 +46,204 @@ class Found(NamedTuple):
     ended: NDArray[np.int8]
 
 
-class Fit(NamedTuple):
-    """The fit of one curve."""
+class _Search(NamedTuple):
+    """What all curves share."""
 
-    ended: int
-    theta: FloatArray
-    """The numbers of the model."""
-    misfit: float
-    deepest: float
-    grows: float
-    covariance: FloatArray
-    left: FloatArray
+    wanted: Wanted
+    family: FamilyTable
+    engine: Engine
+
+    def from_places(
+        self, batch: Batch, starts: FloatArray, limits: tuple[int, float], used: BoolArray | None = None
+    ) -> Ends:
+        """Descents along all that is looked for."""
+        used = np.ones(batch.place.shape, dtype=np.bool_) if used is None else used
+        return self.engine.descents(batch, self.wanted.directions, self.family, starts, used, limits)
+
+    def at_shape(self, batch: Batch, starts: FloatArray, enough: float) -> Ends:
+        """Descents with the number of the family as it is."""
+        used, held = np.ones(batch.place.shape, dtype=np.bool_), without_shape(self.wanted.directions)
+        return self.engine.descents(batch, held, self.family, starts, used, (ITERATIONS, enough))
+
+    @property
+    def last(self) -> float:
+        """The largest number of the family."""
+        return self.family.first + self.family.step * (self.family.folds.size - 1)
 
 
-def _pulling(end: End) -> int:
+def _of(batch: Batch, curves: IndexArray) -> Batch:
+    """Some of the curves."""
+    return Batch(batch.place[curves], batch.force[curves], batch.softness[curves])
+
+
+def _put(ends: Ends, curves: IndexArray, others: Ends, better: BoolArray) -> None:
+    """Put better ends of some curves in place of those that are known."""
+    for column, other in zip(ends, others, strict=True):
+        column[curves[better]] = other[better]
+
+
+def _pulling(ends: Ends) -> IndexArray:
     """How many samples stand in the pull: touch with a third of its largest at least."""
-    return np.count_nonzero(
-        end.model.touches & (end.model.force < FULLY_OUT * min(end.model.force.min(), 0.0))
-    )
+    pull = np.minimum(ends.force.min(axis=1, keepdims=True), 0.0)
+    return np.count_nonzero(ends.touches & (ends.force < FULLY_OUT * pull), axis=1)
 
 
-def _other_ends(
-    record: Record, wanted: Wanted, family: FamilyTable, best: End, enough: float
-) -> tuple[End, FloatArray]:
+def _try_other_ends(search: _Search, batch: Batch, ends: Ends, enough: float) -> FloatArray:
     """
-    The end of the smallest sum of squares with numbers of the family on both sides, and the distance to the farthest that fits as well.
+    Take ends of smaller sums of squares with numbers of the family on both sides; the distance to the farthest that fits as well.
 
     Where a pull stands in a few samples, each that is taken for held or lost is a step in the misfit, which its curvature does not
     tell. The farthest number is sought within the 95 % of one number.
     """
-    n, begun = record.place.size, best.theta.copy()
-    held, used, limits = without_shape(wanted), np.ones(n), (ITERATIONS, enough)
-    ends, misfits = np.empty((_ASIDES.size, NUMBERS)), np.full(_ASIDES.size, math.inf)
-    for k in range(_ASIDES.size):
-        ends[k] = begun
-        ends[k, SHAPE] += _ASIDES[k]
-        if family.first <= ends[k, SHAPE] <= family.first + family.step * (family.folds.size - 1):
-            beside = descend(record, held, family, ends[k], used, limits)
-            ends[k], misfits[k] = beside.theta, beside.misfit
-            if beside.misfit < best.misfit:
-                other = descend(record, wanted, family, beside.theta, used, limits)
-                if other.misfit < best.misfit:
-                    best = other
-    apart = np.zeros(NUMBERS)
-    for k in range(_ASIDES.size):
-        as_well = misfits[k] <= best.misfit * (1.0 + _NORMAL_95**2 / n)
-        if as_well and abs(ends[k, SHAPE] - best.theta[SHAPE]) > abs(apart[SHAPE]):
-            apart = ends[k] - best.theta
-    return best, apart
+    apart = np.zeros((len(batch.place), NUMBERS))
+    poor, n = np.flatnonzero(_pulling(ends) < _POORLY), batch.place.shape[1]
+    if not poor.size:
+        return apart
+    begun, beside = ends.theta[poor], []
+    for aside in _ASIDES:
+        trial = begun.copy()
+        trial[:, SHAPE] += aside
+        within = (search.family.first <= trial[:, SHAPE]) & (trial[:, SHAPE] <= search.last)
+        curves = poor[within]
+        if not curves.size:
+            continue
+        held = search.at_shape(_of(batch, curves), trial[within], enough)
+        beside.append((curves, held))
+        better = held.misfit < ends.misfit[curves]
+        if better.any():
+            nearer, places = curves[better], held.theta[better]
+            others = search.from_places(_of(batch, nearer), places, (ITERATIONS, enough))
+            _put(ends, nearer, others, others.misfit < ends.misfit[nearer])
+    for curves, held in beside:
+        away = held.theta - ends.theta[curves]
+        farther = held.misfit <= ends.misfit[curves] * (1.0 + _NORMAL_95**2 / n)
+        farther &= np.abs(away[:, SHAPE]) > np.abs(apart[curves, SHAPE])
+        apart[curves[farther]] = away[farther]
+    return apart
 
 
-def _grown_without_family(record: Record, wanted: Wanted, family: FamilyTable, best: End) -> float:
-    """By how many variances of the noise the sum of squares grows with the smallest number of the family."""
-    bare, used = best.theta.copy(), np.ones(record.place.size)
-    bare[SHAPE] = family.first
-    larger = descend(record, without_shape(wanted), family, bare, used, (ITERATIONS, ROUGHLY)).misfit
-    return (larger / best.misfit - 1.0) * used.size if best.misfit > 0.0 else math.inf
+def _grown_without_family(search: _Search, batch: Batch, ends: Ends) -> FloatArray:
+    """By how many variances of the noise the sums of squares grow with the smallest number of the family."""
+    bare = ends.theta.copy()
+    bare[:, SHAPE] = search.family.first
+    larger = search.at_shape(batch, bare, ROUGHLY).misfit
+    with np.errstate(divide="ignore", invalid="ignore"):
+        grows = (larger / ends.misfit - 1.0) * batch.place.shape[1]
+    return np.where(ends.misfit > 0.0, grows, math.inf)
 
 
-def _covariance(square: FloatArray, apart: FloatArray, directions: FloatArray, variance: float) -> FloatArray:
-    """Inverse of the normal equations; other ends that fit as well widen what the curvature tells."""
-    m = square.shape[0]
-    covariance = np.empty((m, m))
-    for p in range(m):
-        covariance[:, p] = solved(square, 0.0, np.eye(m)[p])
-    if apart[SHAPE] != 0.0 and variance > 0.0:
-        moved = np.zeros(m)
-        for p in range(m):
-            i = np.argmax(np.abs(directions[p]) > 0.0)
-            moved[p] = apart[i] / directions[p, i]
-        for p in range(m):
-            covariance[p] += moved[p] * moved / (_NORMAL_95**2 * variance)
-    return covariance
+def _covariances(ends: Ends, apart: FloatArray, directions: FloatArray, variance: FloatArray) -> FloatArray:
+    """Inverses of the normal equations; other ends that fit as well widen what the curvature tells."""
+    first = np.argmax(np.abs(directions) > 0.0, axis=1)
+    moved = apart[:, first] / directions[np.arange(len(first)), first]
+    wide = (apart[:, SHAPE] != 0.0) & (variance > 0.0)
+    size = np.where(wide, _NORMAL_95**2 * variance, math.inf)
+    return ends.covariance + moved[:, :, None] * moved[:, None, :] / size[:, None, None]
 
 
-def _shows_contact(record: Record, wanted: Wanted, fit: End, used: BoolArray, deepest: float) -> bool:
+def _show_contact(
+    batch: Batch, wanted: Wanted, ends: Ends, used: BoolArray, deepest: FloatArray
+) -> BoolArray:
     """Whether a constant force leaves squares that are larger than the noise makes them."""
-    level = (record.force - fit.theta[TILT] * record.place)[used]
-    flat = level - (level.mean() if wanted.free[BASE] else wanted.known[BASE])
-    total = (flat * flat).sum()
-    grows = (total / max(fit.misfit, 1e-300) - 1.0) * level.size >= SEEN
-    return grows and deepest > 0.0 and total > level.size * (_ROUNDED * np.abs(level).max()) ** 2
+    level, count = batch.force - ends.theta[:, TILT, None] * batch.place, used.sum(axis=1)
+    mean = (level * used).sum(axis=1) / count if wanted.free[BASE] else wanted.known[BASE]
+    total = (((level - np.reshape(mean, (-1, 1))) * used) ** 2).sum(axis=1)
+    grows = (total / np.maximum(ends.misfit, 1e-300) - 1.0) * count >= SEEN
+    rounded = count * (_ROUNDED * np.abs(level * used).max(axis=1)) ** 2
+    return np.asarray(grows & (deepest > 0.0) & (total > rounded))
 
 
-def _nothing(wanted: Wanted, ended: int) -> Fit:
-    """That of a curve in which nothing is found."""
-    unknown, m = np.full(NUMBERS, math.nan), wanted.directions.shape[0]
-    return Fit(ended, unknown, math.nan, math.nan, math.nan, np.full((m, m), math.nan), np.zeros(0))
+def _begun(search: _Search, batch: Batch, known: FloatArray) -> tuple[FloatArray, IndexArray]:
+    """Where descents begin, nan where nothing touches, and how many samples told so."""
+    chosen = few_of(batch.force)
+    sizes, theta = np.count_nonzero(chosen, axis=1), np.full(known.shape, math.nan)
+    for size in np.unique(sizes):
+        curves = np.flatnonzero(sizes == size)
+        samples = chosen[curves]
+        few = Batch(
+            batch.place[curves][samples].reshape(-1, size),
+            batch.force[curves][samples].reshape(-1, size),
+            batch.softness[curves],
+        )
+        least = np.full(curves.size, math.inf)
+        for tilts in tilts_of(few, search.wanted):
+            misfit, places = starts_at_tilts(
+                few, search.wanted, search.family, known[curves], tilts, search.engine
+            )
+            better = misfit < least
+            least[better], theta[curves[better]] = misfit[better], places[better]
+    return theta, sizes
 
 
-def fit_curve(record: Record, wanted: Wanted, family: FamilyTable) -> Fit:
-    """Fit one curve, whose samples are finite."""
-    n, m = record.place.size, wanted.directions.shape[0]
+def _fit_rows(search: _Search, batch: Batch, known: FloatArray, found: Found) -> None:
+    """Fit curves whose samples are finite, and all count."""
+    wanted, (count, n), m = search.wanted, batch.place.shape, len(search.wanted.directions)
     if n < 2 * m + 2:
-        return _nothing(wanted, UNREAD)
-    chosen = few_of(record.force)
-    few = Record(record.place[chosen], record.force[chosen], record.softness)
-    misfit, theta = math.inf, wanted.known
-    for tilt in tilts_of(few, wanted):
-        least, place = start_at_tilt(few, wanted, family, tilt)
-        if least < misfit:
-            misfit, theta = least, place
-    if not math.isfinite(misfit):
-        return _nothing(wanted, NO_CONTACT)
-    if n > _MANY * chosen.size:
+        return
+    starts, sizes = _begun(search, batch, known)
+    begun = np.isfinite(starts).all(axis=1)
+    found.ended[:] = NO_CONTACT
+    if not begun.all():
+        rest = np.flatnonzero(begun)
+        some = Found(*(column[rest] for column in found))
+        if rest.size:
+            _descend_from(search, _of(batch, rest), starts[rest], sizes[rest], some)
+        for column, filled in zip(found, some, strict=True):
+            column[rest] = filled
+    elif count:
+        _descend_from(search, batch, starts, sizes, found)
+
+
+def _descend_from(
+    search: _Search, batch: Batch, starts: FloatArray, sizes: IndexArray, found: Found
+) -> None:
+    """Fit curves from where they begin."""
+    wanted, (count, n), m = search.wanted, batch.place.shape, len(search.wanted.directions)
+    long = np.flatnonzero(n > _MANY * sizes)
+    if long.size:
         # more samples first, so that the last steps over all of them are few
         stride = max(n // (_MANY * FEW), 1)
-        more = Record(record.place[::stride].copy(), record.force[::stride].copy(), record.softness)
-        theta = descend(more, wanted, family, theta, np.ones(more.place.size), (ITERATIONS, ROUGHLY)).theta
-    limits, used = (_POLISH, _TOLD / n), np.ones(n, dtype=np.bool_)
-    end = descend(record, wanted, family, theta, np.ones(n), limits)
-    apart, grows = np.zeros(NUMBERS), math.inf
+        more = Batch(
+            batch.place[long, ::stride].copy(), batch.force[long, ::stride].copy(), batch.softness[long]
+        )
+        starts[long] = search.from_places(more, starts[long], (ITERATIONS, ROUGHLY)).theta
+    used, enough = np.ones(batch.place.shape, dtype=np.bool_), _TOLD / n
+    ends = search.from_places(batch, starts, (_POLISH, enough))
+    apart, grows = np.zeros((count, NUMBERS)), np.full(count, math.inf)
     if wanted.adhesive:
         if wanted.free[SHAPE] and not wanted.tied:
-            if _pulling(end) < _POORLY:
-                end, apart = _other_ends(record, wanted, family, end, _TOLD / n)
-            grows = _grown_without_family(record, wanted, family, end)
-        jumps = np.flatnonzero(end.model.touches[1:] != end.model.touches[:-1])
-        used[jumps] = False
-        used[jumps + 1] = False
-        end = descend(record, wanted, family, end.theta, used.astype(np.float64), limits)
-    count = np.count_nonzero(used)
-    covariance = _covariance(end.square, apart, wanted.directions, end.misfit / (count - m))
-    at = np.argmax(record.place)
-    deepest = record.place[at] - end.theta[POINT] - record.softness * end.model.force[at]
-    last = family.first + family.step * (family.folds.size - 1)
-    ended = FOUND
-    if not end.settled:
-        ended = UNSETTLED
-    elif not _shows_contact(record, wanted, end, used, deepest):
-        ended = NO_CONTACT
-    elif family.folds.size > 1 and not family.first < end.theta[SHAPE] < last:
-        ended = AT_END
-    return Fit(ended, end.theta, end.misfit, deepest, grows, covariance, end.left[used])
+            apart = _try_other_ends(search, batch, ends, enough)
+            grows = _grown_without_family(search, batch, ends)
+        jumps = ends.touches[:, 1:] != ends.touches[:, :-1]
+        used[:, :-1] &= ~jumps
+        used[:, 1:] &= ~jumps
+        ends = search.from_places(batch, ends.theta, (_POLISH, enough), used)
+    counted, rows, at = used.sum(axis=1), np.arange(count), np.argmax(batch.place, axis=1)
+    deepest = batch.place[rows, at] - ends.theta[:, POINT] - batch.softness * ends.force[rows, at]
+    shows = _show_contact(batch, wanted, ends, used, deepest)
+    shape, several = ends.theta[:, SHAPE], search.family.folds.size > 1
+    at_end = several & ((shape <= search.family.first) | (shape >= search.last))
+    found.ended[:] = np.select([~ends.settled, ~shows, at_end], [UNSETTLED, NO_CONTACT, AT_END], FOUND)
+    found.numbers[:, :NUMBERS] = ends.theta
+    found.numbers[:, NUMBERS:] = np.column_stack([ends.misfit, counted, deepest, grows])
+    found.covariances[:] = _covariances(ends, apart, wanted.directions, ends.misfit / (counted - m))
+    found.residuals[np.arange(found.residuals.shape[1]) < counted[:, None]] = ends.left[used]
 
 
-FitCurve = Callable[[Record, Wanted, FamilyTable], Fit]
-""":func:`fit_curve`, or the same compiled."""
-
-
-def fit_curves(
-    curves: Curves, wanted: Wanted, family: FamilyTable, found: Found, fit_one: FitCurve = fit_curve
-) -> None:
-    """Fit many curves, one after another."""
-    for i in range(curves.place.shape[0]):
-        good = np.isfinite(curves.place[i]) & np.isfinite(curves.force[i])
-        place, force = curves.place[i][good], curves.force[i][good]
-        known, middle = wanted.known.copy(), 0.0
-        if place.size and wanted.free[TILT]:
-            middle = 0.5 * (place.min() + place.max())
-            known[POINT] -= middle
-        own = wanted._replace(known=known)
-        fit = fit_one(Record(place - middle, force, float(curves.softness[i])), own, family)
-        found.ended[i] = fit.ended
-        found.numbers[i, :NUMBERS] = fit.theta
-        found.numbers[i, POINT] += middle
-        found.numbers[i, NUMBERS:] = np.array([fit.misfit, float(fit.left.size), fit.deepest, fit.grows])
-        found.covariances[i] = fit.covariance
-        found.residuals[i, :] = math.nan
-        found.residuals[i, : fit.left.size] = fit.left
+def fit_curves(curves: Batch, wanted: Wanted, family: FamilyTable, found: Found, engine: Engine) -> None:
+    """Fit many curves; samples that are not finite are left out."""
+    search = _Search(wanted, family, engine)
+    good = np.isfinite(curves.place) & np.isfinite(curves.force)
+    sizes = np.count_nonzero(good, axis=1)
+    for size in np.unique(sizes):
+        rows = np.flatnonzero(sizes == size)
+        place, force = (column[rows][good[rows]].reshape(-1, size) for column in curves[:2])
+        known, middle = np.tile(wanted.known, (rows.size, 1)), np.zeros(rows.size)
+        if size and wanted.free[TILT]:
+            middle = 0.5 * (place.min(axis=1) + place.max(axis=1))
+            known[:, POINT] -= middle
+        own = Found(*(column[rows] for column in found))
+        _fit_rows(search, Batch(place - middle[:, None], force, curves.softness[rows]), known, own)
+        own.numbers[:, POINT] += middle
+        for column, filled in zip(found, own, strict=True):
+            column[rows] = filled

@@ -13,7 +13,9 @@ from pymdr.solving.fits.kernels.model import (
     SCALE,
     SHAPE,
     TILT,
+    Batch,
     FamilyTable,
+    Member,
     Model,
     Record,
     member_at,
@@ -58,12 +60,26 @@ class End(NamedTuple):
     """Force of the record less the model in N; 0 where a sample is not used."""
 
 
+class Ends(NamedTuple):
+    """Where the descents of curves end, as :class:`End`, one in each row."""
+
+    theta: FloatArray
+    misfit: FloatArray
+    settled: BoolArray
+    covariance: FloatArray
+    """Inverse of the normal equations of the free numbers."""
+    force: FloatArray
+    """Of the model in N, without baseline."""
+    touches: BoolArray
+    left: FloatArray
+
+
 def descend(
     record: Record,
-    wanted: Wanted,
+    directions: FloatArray,
     family: FamilyTable,
     start: FloatArray,
-    used: FloatArray,
+    used: BoolArray,
     limits: tuple[int, float],
 ) -> End:
     """
@@ -72,46 +88,46 @@ def descend(
     Parameters
     ----------
     record : Record
-    wanted : Wanted
+    directions : ndarray
+        Of :class:`Wanted`.
     family : FamilyTable
     start : ndarray, shape (5,)
         Numbers of the model.
     used : ndarray
-        1 for samples that count, 0 for others.
+        Whether a sample counts.
     limits : (int, float)
         Most steps, and the gain in parts of the sum of squares at which it ends.
     """
     most, enough = limits
     theta, last = start.copy(), family.first + family.step * (family.folds.size - 1)
     member = member_at(family, theta[SHAPE])
-    model = model_of(record, theta, member)
-    left = used * (record.force - theta[BASE] - theta[TILT] * record.place - model.force)
-    misfit = np.dot(left, left)
-    square, side = _normal_equations(model, left, used, wanted.directions)
+    model, left, misfit = compared(record, theta, member, used)
+    square, side = normal_equations(record.place, model, left, used, directions)
     damping, settled = 1e-3, False
     for _ in range(most):
         held, pull = square, side
         if member.varies and (theta[SHAPE] <= family.first or theta[SHAPE] >= last):
-            held, pull = _held_at_end(square, side, wanted.directions[:, SHAPE], theta[SHAPE] >= last)
-        step = solved(held, damping, pull)
-        moved = theta + np.dot(step, wanted.directions)
+            held, pull = held_at_end(square, side, directions[:, SHAPE], theta[SHAPE] >= last)
+        step, moved, expected = solved(held, damping, pull), theta.copy(), 0.0
+        for p in range(step.size):
+            expected += step[p] * side[p]
+            for i in range(NUMBERS):
+                moved[i] += step[p] * directions[p, i]
         moved[SCALE] = theta[SCALE] + min(max(moved[SCALE] - theta[SCALE], -_FARTHEST_STEP), _FARTHEST_STEP)
         if member.varies:
             moved[SHAPE] = min(max(moved[SHAPE], family.first), last)
             if moved[SHAPE] != theta[SHAPE]:
                 member = member_at(family, moved[SHAPE])
-        trial = model_of(record, moved, member)
-        other = used * (record.force - moved[BASE] - moved[TILT] * record.place - trial.force)
-        found = np.dot(other, other)
+        trial, other, found = compared(record, moved, member, used)
         if not found <= misfit:
             damping *= 8.0
             if damping > _STUCK:
                 settled = True
                 break
             continue
-        gained, expected = misfit - found, np.dot(step, side)
+        gained = misfit - found
         theta, model, left, misfit = moved, trial, other, found
-        square, side = _normal_equations(model, left, used, wanted.directions)
+        square, side = normal_equations(record.place, model, left, used, directions)
         damping = max(0.1 * damping, 1e-12)
         # what is gained as it was expected leaves nothing that counts
         if gained <= enough * misfit or (damping < _FREE and abs(gained - expected) <= enough * misfit):
@@ -120,15 +136,25 @@ def descend(
     return End(theta, misfit, settled, square, model, left)
 
 
-def _normal_equations(
-    model: Model, left: FloatArray, used: FloatArray, directions: FloatArray
+def compared(
+    record: Record, theta: FloatArray, member: Member, used: BoolArray
+) -> tuple[Model, FloatArray, float]:
+    """The model, what it leaves of a record in N, and the sum of its squares."""
+    model = model_of(record, theta, member)
+    left = used * (record.force - theta[BASE] - theta[TILT] * record.place - model.force)
+    return model, left, float(np.dot(left, left))
+
+
+def normal_equations(
+    place: FloatArray, model: Model, left: FloatArray, used: BoolArray, directions: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Of the free numbers."""
-    rates = np.dot(directions, model.rates) * used
+    rates = np.dot(directions[:, :BASE], model.rates) + directions[:, BASE : BASE + 1]
+    rates = (rates + directions[:, TILT:] * place) * used
     return np.dot(rates, rates.T), np.dot(rates, left)
 
 
-def _held_at_end(
+def held_at_end(
     square: FloatArray, side: FloatArray, over_shape: FloatArray, at_last: bool
 ) -> tuple[FloatArray, FloatArray]:
     """The normal equations without free numbers that would take the number of the family beyond its end."""
@@ -166,13 +192,47 @@ def solved(square: FloatArray, damping: float, side: FloatArray) -> FloatArray:
         for i in range(p + 1, m):
             value -= lower[i, p] * out[i]
         out[p] = value / lower[p, p]
-    return out / size
+    for p in range(m):
+        out[p] /= size[p]
+    return out
 
 
-def without_shape(wanted: Wanted) -> Wanted:
-    """The same with the number of the family as it is."""
-    kept = np.flatnonzero(wanted.directions[:, SHAPE] == 0.0)
-    held = np.zeros((kept.size, NUMBERS))
-    for p in range(kept.size):
-        held[p] = wanted.directions[kept[p]]
-    return Wanted(wanted.known, wanted.free, held, wanted.tied, wanted.adhesive)
+def descend_all(
+    batch: Batch,
+    directions: FloatArray,
+    family: FamilyTable,
+    used: BoolArray,
+    limits: tuple[int, float],
+    ends: Ends,
+) -> None:
+    """:func:`descend` in curves, one after another, from the places that stand where their ends are to stand."""
+    m = directions.shape[0]
+    for i in range(batch.place.shape[0]):
+        record = Record(batch.place[i], batch.force[i], batch.softness[i])
+        end = descend(record, directions, family, ends.theta[i], used[i], limits)
+        ends.misfit[i], ends.settled[i] = end.misfit, end.settled
+        ends.theta[i], ends.left[i] = end.theta, end.left
+        ends.force[i], ends.touches[i] = end.model.force, end.model.touches
+        for p in range(m):
+            unit = np.zeros(m)
+            unit[p] = 1.0
+            ends.covariance[i, p] = solved(end.square, 0.0, unit)
+
+
+def ends_from(starts: FloatArray, samples: int, free: int) -> Ends:
+    """Curves that begin at some numbers of the model."""
+    count = len(starts)
+    return Ends(
+        starts.copy(),
+        np.full(count, math.nan),
+        np.zeros(count, dtype=np.bool_),
+        np.zeros((count, free, free)),
+        np.zeros((count, samples)),
+        np.zeros((count, samples), dtype=np.bool_),
+        np.zeros((count, samples)),
+    )
+
+
+def without_shape(directions: FloatArray) -> FloatArray:
+    """Those that leave the number of the family as it is."""
+    return directions[directions[:, SHAPE] == 0.0]

@@ -41,6 +41,17 @@ class FamilyTable(NamedTuple):
     """In m."""
 
 
+class Batch(NamedTuple):
+    """Measured curves of as many samples, one in each row."""
+
+    place: FloatArray
+    """Travel or indentation in m."""
+    force: FloatArray
+    """In N."""
+    softness: FloatArray
+    """Compliance of the machine of each in m/N; 0 for indentations."""
+
+
 class Record(NamedTuple):
     """A measured curve."""
 
@@ -86,7 +97,7 @@ class Model(NamedTuple):
     force: FloatArray
     """In N, without baseline; 0 where the bodies are separated."""
     rates: FloatArray
-    """Over the numbers of the model, one in each row."""
+    """Over the first three numbers of the model, one in each row."""
     touches: BoolArray
 
 
@@ -110,12 +121,15 @@ def member_at(family: FamilyTable, number: float) -> Member:
                 rate[i] = (rate[i] * (at - k - j) + weight[i]) / (i - j)
                 weight[i] *= (at - k - j) / (i - j)
     rate /= family.step
-    some = folds[k : k + 4]
-    if folds[0] < 0.0:  # powers of the number, nearly
-        fold = -math.exp((weight * np.log(-some)).sum())
-        fold_rate = fold * (rate * np.log(-some)).sum()
-    else:
-        fold, fold_rate = (weight * some).sum(), (rate * some).sum()
+    fold, fold_rate = 0.0, 0.0
+    for i in range(4):
+        # powers of the number, nearly
+        part = math.log(-folds[k + i]) if folds[0] < 0.0 else folds[k + i]
+        fold += weight[i] * part
+        fold_rate += rate[i] * part
+    if folds[0] < 0.0:
+        fold = -math.exp(fold)
+        fold_rate *= fold
     return Member(
         np.dot(weight, forces[k : k + 4]),
         np.dot(weight, slopes[k : k + 4]),
@@ -147,24 +161,26 @@ def read(row: FloatArray, slope: FloatArray, root: FloatArray) -> tuple[FloatArr
 def on_machine(member: Member, soft: float) -> Machine:
     """Travels of a member on a machine of a compliance in m/N."""
     cells, reach = member.force.size - 1, member.deepest - member.fold
+    if soft == 0.0:
+        return Machine(member.force, 0.0, member.fold, 0.0, 0)
     nodes = np.arange(cells + 1) / cells
     travels = member.fold + reach * nodes * nodes + soft * member.force
     lowest = int(np.argmin(travels))
     rate = 2.0 * reach * lowest / cells + soft * member.slope[lowest]
-    if soft == 0.0 or (lowest == 0 and rate >= 0.0):
-        return Machine(travels, 0.0, travels[0], max(rate, 0.0), 0)
+    if lowest == 0 and rate >= 0.0:
+        return Machine(travels, 0.0, travels[0], rate, 0)
     # the rate of the travel is a quadratic in the cell that holds the minimum
     j = min(lowest, cells - 1) if rate < 0.0 else lowest - 1
     rise, u, v = member.force[j + 1] - member.force[j], member.slope[j] / cells, member.slope[j + 1] / cells
+    bend, turn = 3.0 * rise - 2.0 * u - v, u + v - 2.0 * rise
     c0 = 2.0 * reach * j / cells + soft * cells * u
-    c1 = 2.0 * reach / cells + soft * cells * 2.0 * (3.0 * rise - 2.0 * u - v)
-    c2 = soft * cells * 3.0 * (u + v - 2.0 * rise)
+    c1, c2 = 2.0 * reach / cells + soft * cells * 2.0 * bend, soft * cells * 3.0 * turn
     t = -2.0 * c0 / max(c1 + math.sqrt(max(c1 * c1 - 4.0 * c0 * c2, 0.0)), 1e-300)
-    root = (j + min(max(t, 0.0), 1.0)) / cells
-    value, slope, _ = read(member.force, member.slope, np.array([root]))
-    rate = max(2.0 * reach * root + soft * slope[0], 0.0)
-    travel = member.fold + reach * root * root + soft * value[0]
-    return Machine(travels, root, travel, rate, min(int(root * cells), cells - 1))
+    t = min(max(t, 0.0), 1.0)
+    root, value = (j + t) / cells, member.force[j] + t * (u + t * (bend + t * turn))
+    rate = 2.0 * reach * root + soft * cells * (u + t * (2.0 * bend + 3.0 * t * turn))
+    travel = member.fold + reach * root * root + soft * value
+    return Machine(travels, root, travel, max(rate, 0.0), min(int(root * cells), cells - 1))
 
 
 def roots_at(member: Member, machine: Machine, soft: float, travel: FloatArray) -> FloatArray:
@@ -206,9 +222,7 @@ def model_of(record: Record, theta: FloatArray, member: Member) -> Model:
     value, slope, _ = read(member.force, member.slope, root)
     stretch = 2.0 * reach * np.maximum(root, LEAST_ROOT) + soft * slope
     share = scale * slope / np.maximum(stretch, 1e-4 * reach)
-    rates = np.zeros((NUMBERS, n))
-    rates[BASE], rates[TILT] = 1.0, record.place
-    force = np.zeros(n)
+    rates, force = np.zeros((BASE, n)), np.zeros(n)
     touches = travel > 0.0
     if machine.travel < 0.0:
         # samples a little before the loss of contact may still be held, with the force there
@@ -227,5 +241,5 @@ def model_of(record: Record, theta: FloatArray, member: Member) -> Model:
         touches = in_contact(travel, measured, force, machine.travel)
         held = touches.astype(np.float64)
         force *= held
-        rates[:BASE] *= held
+        rates *= held
     return Model(force, rates, touches)

@@ -1,14 +1,16 @@
-"""Where a descent begins: members of the family at many contact points."""
+"""Where descents begin: members of the family at many contact points."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from typing import NamedTuple
 
 import numpy as np
 
 from pymdr.numerics.panels import IndexArray
 from pymdr.solving.fits.asking import SEEN
-from pymdr.solving.fits.kernels.descent import ITERATIONS, ROUGHLY, Wanted, descend
+from pymdr.solving.fits.kernels.descent import ITERATIONS, ROUGHLY, Ends, Wanted, ends_from
 from pymdr.solving.fits.kernels.model import (
     BASE,
     NUMBERS,
@@ -17,16 +19,13 @@ from pymdr.solving.fits.kernels.model import (
     SCALE,
     SHAPE,
     TILT,
+    Batch,
     FamilyTable,
     Member,
-    Record,
-    member_at,
-    on_machine,
     on_rung,
     read,
-    roots_at,
 )
-from pymdr.solving.fits.touching import first_guess_of_contact, scale_and_baseline
+from pymdr.solving.fits.touching import BoolArray, first_guess_of_contact, scale_and_baseline
 from pymdr.units import FloatArray
 
 FEW, _TRIALS, _RUNGS, _KEPT = 192, 21, 12, 2
@@ -36,46 +35,86 @@ _PRESSED, _SHARE, _FAR = 8, 0.05, 0.2
 """Of them so many at least that are pressed: by more than that share of the largest force; the share of the places without contact."""
 _ASIDE = 1.0
 """Of the logarithm of the number of the family."""
-_MISFIT, _PULL = 0, 5
-"""Columns of the places on the members: sum of squares, and by how much the largest pull is off; between them stand the numbers."""
 
 
-def few_of(force: FloatArray) -> IndexArray:
-    """Which samples a search begins with: a few along the record, and more where the contact is a small part of it."""
-    stride, chosen = max(force.size // FEW, 1), np.zeros(force.size, dtype=np.bool_)
-    chosen[::stride] = True
-    along = force[chosen]
+class Trials(NamedTuple):
+    """Curves of which members of the family are tried at contact points."""
+
+    depth: FloatArray
+    """Travel less deflection in m, one curve in each row."""
+    force: FloatArray
+    level: FloatArray
+    """About the force in N without contact."""
+    points: FloatArray
+    """Those that are tried of each curve."""
+    baseline: float
+    """In N; nan where it is looked for."""
+
+
+class Engine(NamedTuple):
+    """What is done at every sample, as it is or compiled."""
+
+    descend_all: Callable[[Batch, FloatArray, FamilyTable, BoolArray, tuple[int, float], Ends], None]
+    """:func:`pymdr.solving.fits.kernels.descent.descend_all`."""
+    best_points: Callable[[Trials, FamilyTable, FloatArray, FloatArray], None]
+    """:func:`best_points`."""
+
+    def descents(
+        self,
+        batch: Batch,
+        directions: FloatArray,
+        family: FamilyTable,
+        starts: FloatArray,
+        used: BoolArray,
+        limits: tuple[int, float],
+    ) -> Ends:
+        """Where the descents of curves from some places end."""
+        ends = ends_from(starts, batch.place.shape[1], len(directions))
+        self.descend_all(batch, directions, family, used, limits, ends)
+        return ends
+
+
+
+
+def few_of(force: FloatArray) -> BoolArray:
+    """Which samples searches begin with: a few along each record, and more where the contact is a small part of it."""
+    stride, chosen = max(force.shape[1] // FEW, 1), np.zeros(force.shape, dtype=np.bool_)
+    chosen[:, ::stride] = True
+    along = force[:, ::stride]
     # a retreat begins in contact, and ends far from it
-    level = min(_level_of(along), _level_of(along[::-1].copy()))
-    least = level + _SHARE * (force.max() - level)
-    if np.count_nonzero(along > least) < _PRESSED:
-        pressed = np.flatnonzero(force > least)
-        chosen[pressed[:: max(pressed.size // _PRESSED, 1)]] = True
-    return np.flatnonzero(chosen)
+    level = np.minimum(_levels_of(along), _levels_of(along[:, ::-1]))
+    least = level + _SHARE * (force.max(axis=1) - level)
+    for i in np.flatnonzero(np.count_nonzero(along > least[:, None], axis=1) < _PRESSED):
+        pressed = np.flatnonzero(force[i] > least[i])
+        chosen[i, pressed[:: max(pressed.size // _PRESSED, 1)]] = True
+    return chosen
 
 
-def _level_of(force: FloatArray) -> float:
-    """About the force in N where the record begins."""
-    return np.sort(force[: max(3, force.size // 20)])[max(3, force.size // 20) // 2]
+def _levels_of(force: FloatArray) -> FloatArray:
+    """About the forces in N where records begin."""
+    many = max(3, force.shape[1] // 20)
+    return np.asarray(np.sort(force[:, :many], axis=1)[:, min(many, force.shape[1]) // 2])
 
 
-def _level_far_of(place: FloatArray, force: FloatArray) -> float:
-    """About the force in N farthest from the body."""
-    low = place.min()
-    far = np.sort(force[place <= low + _SHARE * (place.max() - low)])
-    return far[far.size // 2]
+def _levels_far_of(place: FloatArray, force: FloatArray) -> FloatArray:
+    """About the forces in N farthest from the body."""
+    low, high = place.min(axis=1, keepdims=True), place.max(axis=1, keepdims=True)
+    far = place <= low + _SHARE * (high - low)
+    ranked = np.sort(np.where(far, force, math.inf), axis=1)
+    return np.asarray(ranked[np.arange(len(ranked)), np.count_nonzero(far, axis=1) // 2])
 
 
-def tilts_of(record: Record, wanted: Wanted) -> FloatArray:
+def tilts_of(batch: Batch, wanted: Wanted) -> list[FloatArray]:
     """Tilts in N/m to begin with: what is known, or about the rise of the force far from the body, and none, where a record begins in contact."""
+    none = np.zeros(len(batch.place))
     if not wanted.free[TILT]:
-        return wanted.known[TILT:]
-    low = record.place.min()
-    far = record.place < low + _FAR * (record.place.max() - low)
-    x = record.place[far]
-    x = x - x.mean()
-    power = (x * x).sum()
-    return np.array([(x * record.force[far]).sum() / power if power > 0.0 else 0.0, 0.0])
+        return [none + wanted.known[TILT]]
+    low, high = batch.place.min(axis=1, keepdims=True), batch.place.max(axis=1, keepdims=True)
+    far = batch.place < low + _FAR * (high - low)
+    x = np.where(far, batch.place, 0.0)
+    x = np.where(far, x - x.sum(axis=1, keepdims=True) / np.maximum(far.sum(axis=1, keepdims=True), 1), 0.0)
+    power = (x * x).sum(axis=1)
+    return [(x * batch.force).sum(axis=1) / np.where(power > 0.0, power, 1.0), none]
 
 
 def fitted_at(
@@ -90,106 +129,158 @@ def fitted_at(
     return scale, offset, ((force - offset - scale * model) ** 2).sum()
 
 
-def start_on_rungs(record: Record, wanted: Wanted, family: FamilyTable, rungs: IndexArray) -> FloatArray:
-    """The best place on each of some members: sum of squares, the numbers of the model, and how far its largest pull is off."""
-    depth = record.place - record.softness * record.force
-    low, high = depth.min(), depth.max()
-    # what is farthest from the body may still be held by adhesion
-    level = _level_of(record.force) if family.folds[0] < 0.0 else _level_far_of(record.place, record.force)
-    points = np.array([wanted.known[POINT] - record.softness * level])
-    if wanted.free[POINT]:
-        points = high - (high - low) * np.linspace(1.0, 0.01, _TRIALS)
-    base = math.nan if wanted.free[BASE] else wanted.known[BASE]
-    pull = min(record.force.min() - level, 0.0)
-    places = np.full((rungs.size, NUMBERS + 1), math.inf)
-    for k in range(rungs.size):
-        rung = rungs[k]
-        number, member = family.first + family.step * rung, on_rung(family, rung)
-        scale = math.nan if wanted.free[SCALE] else math.exp(wanted.known[SCALE])
-        if wanted.tied:
-            # known is the product of the scale with the number of the member
-            scale = math.exp(wanted.known[SCALE] + wanted.known[SHAPE] - number)
-        for point in points:
-            grown, offset, misfit = fitted_at(depth - point, record.force, member, level, (scale, base))
-            if grown > 0.0 and misfit < places[k, _MISFIT]:
-                # the deflection was taken off with the baseline in it
-                origin = point + record.softness * offset if wanted.free[POINT] else wanted.known[POINT]
-                places[k, _MISFIT], places[k, _PULL] = misfit, abs(grown * member.force.min() - pull)
-                places[k, 1:_PULL] = np.array([math.log(grown), number, origin, offset])
-    return places
-
-
-def start_on_machine(record: Record, wanted: Wanted, family: FamilyTable) -> tuple[bool, FloatArray]:
+def best_points(trials: Trials, family: FamilyTable, scales: FloatArray, places: FloatArray) -> None:
     """
-    The best place of a family of one member at some stiffnesses, without the depths of the samples; False where nothing touches.
+    Write the best place of every curve on some members of a family.
+
+    Parameters
+    ----------
+    trials : Trials
+    family : FamilyTable
+    scales : ndarray, shape (members, 2)
+        Which members, and their scales, nan where they are looked for.
+    places : ndarray, shape (curves, members, 4)
+        Sum of squares in N^2, infinite as yet, scale, baseline, and contact point.
+    """
+    for i in range(places.shape[0]):
+        depth, force, level = trials.depth[i], trials.force[i], trials.level[i]
+        for k in range(scales.shape[0]):
+            member, known = on_rung(family, int(scales[k, 0])), (scales[k, 1], trials.baseline)
+            best = places[i, k]
+            for point in trials.points[i]:
+                scale, offset, misfit = fitted_at(depth - point, force, member, level, known)
+                if scale > 0.0 and misfit < best[0]:
+                    best[0], best[1], best[2], best[3] = misfit, scale, offset, point
+
+
+def _points_along(places: FloatArray, known: FloatArray, wanted: Wanted, many: int) -> FloatArray:
+    """Contact points that are tried, in each row for one curve."""
+    if not wanted.free[POINT]:
+        return known[:, None]
+    low, high = places.min(axis=1, keepdims=True), places.max(axis=1, keepdims=True)
+    return np.asarray(high - (high - low) * np.linspace(1.0, 0.01, many))
+
+
+def _starts_on_rungs(
+    batch: Batch, wanted: Wanted, family: FamilyTable, known: FloatArray, engine: Engine
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """The best place of each curve on some members: sums of squares, numbers of the model, and how far the largest pull is off."""
+    depth = batch.place - batch.softness[:, None] * batch.force
+    # what is farthest from the body may still be held by adhesion
+    level = _levels_of(batch.force) if family.folds[0] < 0.0 else _levels_far_of(batch.place, batch.force)
+    points = _points_along(depth, known[:, POINT] - batch.softness * level, wanted, _TRIALS)
+    base = math.nan if wanted.free[BASE] else wanted.known[BASE]
+    rungs = np.arange(0, family.folds.size, max(family.folds.size // _RUNGS, 1))
+    numbers = family.first + family.step * rungs
+    scales = np.full(rungs.size, math.nan)
+    if wanted.tied:
+        # known is the product of the scale with the number of the member
+        scales = np.exp(wanted.known[SCALE] + wanted.known[SHAPE] - numbers)
+    elif not wanted.free[SCALE]:
+        scales[:] = math.exp(wanted.known[SCALE])
+    trials = Trials(depth, batch.force, level, points, base)
+    places = np.full((len(depth), rungs.size, 4), math.inf)
+    engine.best_points(trials, family, np.column_stack([rungs, scales]), places)
+    misfits, scale, offset, point = np.moveaxis(places, 2, 0)
+    theta = np.empty((len(depth), rungs.size, NUMBERS))
+    theta[..., SCALE], theta[..., SHAPE], theta[..., BASE] = np.log(scale), numbers, offset
+    # the deflection was taken off with the baseline in it
+    theta[..., POINT] = point + batch.softness[:, None] * offset if wanted.free[POINT] else known[:, POINT, None]
+    pull = np.minimum(batch.force.min(axis=1) - level, 0.0)
+    with np.errstate(invalid="ignore"):  # where no scale is found
+        off = np.abs(scale * family.forces[rungs].min(axis=1) - pull[:, None])
+    return misfits.copy(), theta, np.where(np.isfinite(misfits), off, math.inf)
+
+
+def _starts_on_machine(
+    batch: Batch, wanted: Wanted, family: FamilyTable, known: FloatArray, engine: Engine
+) -> FloatArray:
+    """
+    The best places of a family of one member at some stiffnesses, without the depths of the samples; nan where nothing touches.
 
     The depth of a sample is its travel less its deflection. Where a machine is much softer than the contact, that difference is noise.
     """
-    member = member_at(family, family.first)
-    unit = (record.force.max() - record.force.min()) / np.abs(member.force).max()
-    low, high = record.place.min(), record.place.max()
-    points = np.array([wanted.known[POINT]])
-    if wanted.free[POINT]:
-        points = high - (high - low) * np.linspace(1.0, 0.01, _SOFT_TRIALS)
-    base = math.nan if wanted.free[BASE] else wanted.known[BASE]
-    best, least = wanted.known.copy(), math.inf
-    for part in _SCALES:
-        scale = unit * part if wanted.free[SCALE] else math.exp(wanted.known[SCALE])
-        if not scale > 0.0:
-            break
-        soft = record.softness * scale
-        machine = on_machine(member, soft)
-        for point in points:
-            touches = np.flatnonzero(record.place - point > machine.travel)
-            model = np.zeros(record.place.size)
-            root = roots_at(member, machine, soft, record.place[touches] - point)
-            model[touches] = scale * read(member.force, member.slope, root)[0]
-            _, offset = scale_and_baseline(model, record.force, 1.0, base)
-            misfit = ((record.force - offset - model) ** 2).sum()
-            if touches.size and misfit < least:
-                least = misfit
-                best[SCALE], best[SHAPE] = math.log(scale), family.first
-                best[POINT], best[BASE] = point, offset
-    return math.isfinite(least), best
+    count, least = len(batch.place), np.full(len(batch.place), math.inf)
+    unit = (batch.force.max(axis=1) - batch.force.min(axis=1)) / np.abs(family.forces[0]).max()
+    points = _points_along(batch.place, known[:, POINT], wanted, _SOFT_TRIALS)
+    best, used = np.full((count, NUMBERS), math.nan), np.ones(batch.place.shape, dtype=np.bool_)
+    base = np.eye(NUMBERS)[[BASE]] if wanted.free[BASE] else np.zeros((0, NUMBERS))
+    for part in _SCALES if wanted.free[SCALE] else [1.0]:
+        for point in points.T:
+            trial = known.copy()
+            with np.errstate(divide="ignore"):
+                trial[:, SCALE] = np.log(unit * part) if wanted.free[SCALE] else wanted.known[SCALE]
+            trial[:, SHAPE], trial[:, POINT], trial[:, TILT] = family.first, point, 0.0
+            if wanted.free[BASE]:
+                trial[:, BASE] = batch.force.mean(axis=1)
+            ends = engine.descents(batch, base, family, trial, used, (3, 0.0))
+            better = ends.touches.any(axis=1) & (unit > 0.0) & (ends.misfit < least)
+            least[better], best[better] = ends.misfit[better], ends.theta[better]
+    return best
 
 
-def start_at_tilt(
-    record: Record, wanted: Wanted, family: FamilyTable, tilt: float
-) -> tuple[float, FloatArray]:
-    """The smallest sum of squares of a few samples, infinite where nothing touches, and its place, of searches from one tilt."""
-    level = record.force - tilt * record.place
-    half = Record(record.place[::2].copy(), level[::2].copy(), record.softness)
-    rungs = np.arange(0, family.folds.size, max(family.folds.size // _RUNGS, 1))
-    places = start_on_rungs(half, wanted, family, rungs)
-    misfit, best, used = math.inf, wanted.known.copy(), np.ones(record.place.size)
+def starts_at_tilts(
+    batch: Batch, wanted: Wanted, family: FamilyTable, known: FloatArray, tilts: FloatArray, engine: Engine
+) -> tuple[FloatArray, FloatArray]:
+    """
+    The smallest sums of squares of a few samples, infinite where nothing touches, and their places, of searches from one tilt each.
+
+    Parameters
+    ----------
+    batch : Batch
+    wanted : Wanted
+    family : FamilyTable
+    known : ndarray, shape (curves, 5)
+        Numbers of the model that are not looked for, of each curve.
+    tilts : ndarray, shape (curves,)
+        In N/m.
+    engine : Engine
+    """
+    level = batch.force - tilts[:, None] * batch.place
+    half = Batch(batch.place[:, ::2].copy(), level[:, ::2].copy(), batch.softness)
+    misfits, thetas, off = _starts_on_rungs(half, wanted, family, known, engine)
+    thetas[..., TILT] = tilts[:, None]
+    least, best = np.full(len(level), math.inf), known.copy()
     last = family.first + family.step * (family.folds.size - 1)
-    for turn in range(_KEPT + 2 + rungs.size):
+    at_end = np.ones(len(level), dtype=np.bool_)
+
+    def try_from(curves: IndexArray, trial: FloatArray) -> None:
+        if not curves.size:
+            return
+        whole = curves.size == len(level)
+        some = batch if whole else Batch(*(column[curves] for column in batch))
+        used = np.ones(some.place.shape, dtype=np.bool_)
+        ends = engine.descents(some, wanted.directions, family, trial, used, (ITERATIONS, ROUGHLY))
+        better = ends.misfit < least[curves]
+        least[curves[better]], best[curves[better]] = ends.misfit[better], ends.theta[better]
+
+    for turn in range(_KEPT + 2 + misfits.shape[1]):
         if turn == _KEPT and family.folds.size == 1:
             break
-        if turn == _KEPT + 2 and family.first < best[SHAPE] < last:
-            break
-        trial = best.copy()
         if turn in (_KEPT, _KEPT + 1):  # once more from either side of the best
-            trial[SHAPE] += _ASIDE if turn == _KEPT else -_ASIDE
-        else:
-            # the first is the one that pulls as the record does: a pull may stand in a few samples
-            column = places[:, _PULL if turn == 0 and wanted.adhesive else _MISFIT]
-            chosen = np.argmin(np.where(np.isfinite(places[:, _MISFIT]), column, math.inf))
-            if not math.isfinite(places[chosen, _MISFIT]):
-                continue
-            places[chosen, _MISFIT] = math.inf
-            trial[:TILT] = places[chosen, 1:_PULL]
-            trial[TILT] = tilt
-        end = descend(record, wanted, family, trial, used, (ITERATIONS, ROUGHLY))
-        if end.misfit < misfit:
-            misfit, best = end.misfit, end.theta
-    without = level - (level.mean() if wanted.free[BASE] else wanted.known[BASE])
-    seen = math.isfinite(misfit) and (without**2).sum() > misfit * (1.0 + SEEN / level.size)
-    if record.softness > 0.0 and family.folds.size == 1 and not wanted.tied and not seen:
-        touches, trial = start_on_machine(half, wanted, family)
-        if touches:
-            trial[TILT] = tilt
-            end = descend(record, wanted, family, trial, used, (ITERATIONS, ROUGHLY))
-            if end.misfit < misfit:
-                misfit, best = end.misfit, end.theta
-    return misfit, best
+            aside = best.copy()
+            aside[:, SHAPE] += _ASIDE if turn == _KEPT else -_ASIDE
+            try_from(np.arange(len(level)), aside)
+            continue
+        # the first is the one that pulls as the record does: a pull may stand in a few samples
+        chosen = np.argmin(off if turn == 0 and wanted.adhesive else misfits, axis=1)
+        left = np.isfinite(misfits[np.arange(len(level)), chosen])
+        if turn == _KEPT + 2:
+            at_end = (best[:, SHAPE] <= family.first) | (best[:, SHAPE] >= last)
+        left &= at_end
+        curves = np.flatnonzero(left)
+        if not curves.size and turn > _KEPT:
+            break
+        try_from(curves, thetas[curves, chosen[curves]])
+        misfits[curves, chosen[curves]], off[curves, chosen[curves]] = math.inf, math.inf
+    base = level.mean(axis=1, keepdims=True) if wanted.free[BASE] else wanted.known[BASE]
+    without = ((level - base) ** 2).sum(axis=1)
+    unseen = ~np.isfinite(least) | (without <= least * (1.0 + SEEN / level.shape[1]))
+    unseen &= (batch.softness > 0.0) & (family.folds.size == 1) & (not wanted.tied)
+    if unseen.any():
+        rest = np.flatnonzero(unseen)
+        trial = _starts_on_machine(Batch(*(c[rest] for c in half)), wanted, family, known[rest], engine)
+        trial[:, TILT] = tilts[rest]
+        there = np.isfinite(trial[:, SCALE])
+        try_from(rest[there], trial[there])
+    return least, best
