@@ -12,7 +12,7 @@ from pymdr.problem.rough import RoughSurface
 from pymdr.problem.topography import Topography
 from pymdr.units import FloatArray, metres, shown
 
-PIXELS_PER_WAVE, FEWEST_PER_WAVE = 8, 4
+_FEWEST_PER_WAVE = 4
 _BYTES_PER_PIXEL, _BYTES_PER_WAVE = 32.0, 160.0
 """Memory at the peak of the work; waves are those of half a plane of wave numbers."""
 _SECOND = 2
@@ -90,7 +90,7 @@ def rough_pixels(surface: RoughSurface, points: int | None = None) -> tuple[int,
             f"rough_topography: {shown(surface)} is not a RoughSurface; write RoughSurface(hurst=0.8, rms='1 um', size='1 mm', "
             "shortest='10 um')"
         )
-    least = math.ceil(FEWEST_PER_WAVE * surface.longer_side / surface.shortest * (1.0 - 1e-12))
+    least = math.ceil(_FEWEST_PER_WAVE * surface.longer_side / surface.shortest * (1.0 - 1e-12))
     number = 2 * least if points is None else points
     if not isinstance(number, int | np.integer) or isinstance(number, bool) or number < 0:
         raise ProblemError(f"rough_topography: points = {shown(number)}; a whole number from 0 on is needed")

@@ -163,10 +163,16 @@ class Study(ABC):
         FileError
             If the file cannot be written, or its name is that of another format.
         """
-        from pymdr.presentation.files import as_text, write_dataset
+        from pymdr.presentation.files import write_dataset
+
+        write_dataset(self._stored(), file)
+
+    def _stored(self) -> xr.Dataset:
+        """What a file keeps: the data, and the rest as JSON."""
+        from pymdr.presentation.files import as_text
 
         told = as_text(self.claims, self.assumptions, self.notes)
-        write_dataset(self.data.assign_attrs(pymdr_format="pymdr study 1", pymdr_told=told), file)
+        return self.data.assign_attrs(pymdr_format="pymdr study 1", pymdr_told=told)
 
     def to_csv(
         self, file: str | os.PathLike[str], *, units: Mapping[str, str] | None = None, about: bool = False
