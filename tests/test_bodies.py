@@ -279,7 +279,7 @@ def test_sliding_is_that_of_an_isotropic_body_of_the_same_tangential_compliances
             path,
             cells=12,
             steps=6,
-        ).table
+        ).data
         for body, friction in ((ZINC, 0.3), (like, mu))
     ]
     for name in found[0].data_vars:

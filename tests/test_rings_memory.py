@@ -158,7 +158,7 @@ def test_a_deeper_leg_gets_more_rings():
     path = mdr.indent(0.01, duration=0.3, steps=4) >> mdr.indent(0.1, duration=0.5, steps=4)
     found = mdr.verify(ball, path >> mdr.load(0.3, duration=1.0, steps=40), rings=100, steps=4)
     assert found.largest_difference < 1e-3
-    assert float(np.nanmax(np.abs(found.table["normal_force_difference"]))) < 1e-4
+    assert float(np.nanmax(np.abs(found.data["normal_force_difference"]))) < 1e-4
 
 
 def test_leading_blocks_of_the_inverses():
@@ -179,10 +179,10 @@ def test_side_by_side():
     )
     found = mdr.verify(ball, path, rings=100)
     assert found.largest_difference < 1e-4
-    assert found.table.sizes["step"] == 5
-    assert "indentation_mdr" not in found.table
-    assert {"time", "row", "elastic_energy_rings"} <= set(found.table)
-    assert float(found.table["pressure_difference"].max()) < 3e-3
+    assert found.data.sizes["step"] == 5
+    assert "indentation_mdr" not in found.data
+    assert {"time", "row", "elastic_energy_rings"} <= set(found.data)
+    assert float(found.data["pressure_difference"].max()) < 3e-3
     text = found.summary()
     assert "normal force" in text
     assert "time" in text

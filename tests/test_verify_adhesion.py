@@ -27,8 +27,8 @@ def test_both_agree_along_loops_of_any_profile(profile, deep):
     found = mdr.verify(contact, path, rings=100, steps=3)
     assert found.largest_difference < 2e-5
     if not profile.breakpoints:  # at a kink it has a logarithm
-        assert np.nanmax(found.table["pressure_difference"]) < 1e-3
-    assert np.nanmax(np.abs(found.table["elastic_energy_difference"])) < 1e-4
+        assert np.nanmax(found.data["pressure_difference"]) < 1e-3
+    assert np.nanmax(np.abs(found.data["elastic_energy_difference"])) < 1e-4
 
 
 def test_a_machine_may_pull_and_what_is_found_is_drawn(tmp_path):

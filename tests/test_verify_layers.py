@@ -44,10 +44,10 @@ def test_line_and_rings_agree_on_any_layers(drawn, depth):
         assert holes.all() or (area < 1.0 - 1e-9).all()
         return
     assert found.largest_difference < 1e-4
-    assert abs(found.table["contact_radius_difference"].item()) < 1e-4
-    assert abs(found.table["normal_stiffness_difference"].item()) < 1e-4
-    assert abs(found.table["elastic_energy_difference"].item()) < 1e-4
-    assert found.table["pressure_difference"].item() < 1e-3
+    assert abs(found.data["contact_radius_difference"].item()) < 1e-4
+    assert abs(found.data["normal_stiffness_difference"].item()) < 1e-4
+    assert abs(found.data["elastic_energy_difference"].item()) < 1e-4
+    assert found.data["pressure_difference"].item() < 1e-3
 
 
 @given(contacts(), st.floats(0.01, 1.0))
@@ -59,9 +59,9 @@ def test_line_and_rings_agree_on_adhesive_layers(drawn, strength):
     work = 0.1 * strength * a * modulus
     glued = mdr.Contact(contact.profile, contact.body, adhesion=mdr.JKR(work))
     found = mdr.verify(glued, mdr.indent(0.2 * a), rings=80, steps=1)
-    assert abs(found.table["indentation_difference"].item()) < 1e-4
-    assert abs(found.table["elastic_energy_difference"].item()) < 1e-4
-    force, by_rings = (found.table[f"normal_force_{way}"].item() for way in ("mdr", "rings"))
+    assert abs(found.data["indentation_difference"].item()) < 1e-4
+    assert abs(found.data["elastic_energy_difference"].item()) < 1e-4
+    force, by_rings = (found.data[f"normal_force_{way}"].item() for way in ("mdr", "rings"))
     # the force is what is left of a push and of a pull
     parts = abs(force) + math.sqrt(8 * math.pi * work * modulus * a**3)
     assert force == pytest.approx(by_rings, abs=1e-4 * parts)

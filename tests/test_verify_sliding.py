@@ -17,7 +17,7 @@ def test_verify_sliding_thins_a_long_history():
     joint = mdr.Contact(mdr.Sphere("10 mm"), steel, steel, friction=mdr.Coulomb(0.3))
     path = mdr.load("50 N") >> mdr.cycle(shift="0.6 um", steps=400)
     found = mdr.verify_sliding(joint, path, cells=20, steps=8)
-    assert found.table.sizes["step"] <= 8
+    assert found.data.sizes["step"] <= 8
     assert found.largest_difference < 2e-3  # measured 8e-4
     assert "boundary elements" in found.summary()
     figure = found.plot()

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 import numpy as np
 
@@ -24,6 +24,7 @@ from pymdr.solving import solve
 from pymdr.solving.closure import refuse_curve
 from pymdr.solving.ringed import adhesive_disks
 from pymdr.units import FloatArray, QuantityLike
+from pymdr.workbench.comparison import Comparison
 from pymdr.workbench.shapes import ShapeVerification, hold_shape
 
 if TYPE_CHECKING:
@@ -34,11 +35,11 @@ COMPARED = ("indentation", "normal_force", "contact_radius", "normal_stiffness",
 """Those that the path does not prescribe, as far as the method has them."""
 
 
-@dataclass(frozen=True, eq=False)
-class Verification:
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Verification(Comparison):
     """Both solutions of some steps of a path; with adhesion, of contacts of the same radius."""
 
-    table: xr.Dataset
+    data: xr.Dataset
     """Over ``step``: ``indentation``, with memory ``time`` and ``row``; each quantity by the method (``_mdr``) and by rings
     (``_rings``), its relative difference (``_difference``), and the largest ``pressure_difference`` over the largest pressure.
     With memory or adhesion differences are relative to the largest value of the history."""
@@ -51,54 +52,25 @@ class Verification:
     to_largest: bool = False
     """Whether differences are relative to the largest value."""
 
-    @property
-    def largest_difference(self) -> float:
-        """The largest relative difference of the force, or of the indentation where forces are prescribed; nan without any."""
-        names = [name for name in COMPARED[:2] if f"{name}_difference" in self.table]
-        difference = np.abs(np.concatenate([self.table[f"{name}_difference"].values for name in names]))
-        return float(np.nanmax(difference)) if np.isfinite(difference).any() else math.nan
+    what: ClassVar = "a verification"
+    compared: ClassVar = COMPARED
+    others: ClassVar = {"rings": "rings", "difference": "difference"}
 
-    def summary(self) -> str:
-        """Both solutions side by side, as a text."""
-        from pymdr.units import written
+    def _along(self) -> tuple[str, ...]:
+        return ("indentation",) if self.history is None else ("time",)
 
-        at = "indentation" if self.history is None else "time"
-        lines = [f"MDR and boundary elements on {self.rings} rings, side by side:"]
-        head = f"  {at:>12}  {'quantity':<18}{'MDR':>14}{'rings':>14}{'difference':>13}"
-        lines.append(head)
-        for i in range(self.table.sizes["step"]):
-            here = written(float(self.table[at].values[i]), QUANTITIES[at].unit)
-            for name in COMPARED:
-                if f"{name}_mdr" not in self.table:
-                    continue
-                row = QUANTITIES[name]
-                mdr, rings, difference = (
-                    float(self.table[f"{name}_{end}"].values[i]) for end in ("mdr", "rings", "difference")
-                )
-                lines.append(
-                    f"  {here:>12}  {row.words:<18}{written(mdr, row.unit):>14}{written(rings, row.unit):>14}"
-                    f"{'-' if math.isnan(difference) else f'{difference:.1e}':>13}"
-                )
-                here = ""
-            p = float(self.table["pressure_difference"].values[i])
-            lines.append(
-                f"  {'':>12}  {'pressure, 0.05 a < r < 0.9 a, over its largest value':<46}"
-                f"{'-' if math.isnan(p) else f'{p:.1e}':>13}"
-            )
+    def _remarks(self) -> list[str]:
+        p = self.data["pressure_difference"].values
+        largest = f"{np.nanmax(p):.1e}" if np.isfinite(p).any() else "not known"
+        lines = [
+            f"boundary elements on {self.rings} rings",
+            f"largest difference of pressures, 0.05 a < r < 0.9 a, over their largest value: {largest}",
+        ]
         if self.to_largest:
-            lines.append("Differences of quantities are relative to their largest value in the history.")
-        return "\n".join(lines)
+            lines.append("differences of quantities are relative to their largest value in the history")
+        return lines
 
-    def __str__(self) -> str:
-        return self.summary()
-
-    def _repr_html_(self) -> str:
-        """The summary, for notebooks."""
-        from pymdr.presentation.html import text_html
-
-        return text_html(self.summary())
-
-    def plot(self) -> Figure:
+    def _figure(self) -> Figure:
         """Both pressures over the radius, and their difference; with memory also both forces over time."""
         from pymdr.presentation.plot import compared_pressures
 
@@ -187,7 +159,7 @@ def verify(
     rows = np.arange(chosen.size)
     found = _found(ring)
     table = _table(mdr, found, rows, [name for name in COMPARED if name != "indentation"])
-    return Verification(table, _pressures(mdr, found, rows), rings)
+    return Verification(data=table, pressures=_pressures(mdr, found, rows), rings=rings, contact=contact)
 
 
 def _verify_adhesion(
@@ -212,7 +184,8 @@ def _verify_adhesion(
             columns[name][row] = value
     ring = _Found(columns, RingHistory(mdr.contact.profile, tuple(solutions), columns["indentation"]))
     table = _table(mdr, ring, rows, list(columns), to_largest=True)
-    return Verification(table, _pressures(mdr, ring, rows), solver.n, to_largest=True)
+    pressures = _pressures(mdr, ring, rows)
+    return Verification(data=table, pressures=pressures, rings=solver.n, to_largest=True, contact=mdr.contact)
 
 
 def _verify_history(
@@ -235,7 +208,14 @@ def _verify_history(
     names = [name for name in COMPARED if name in mdr.claims and name not in skipped]
     found = _found(ring)
     table = _table(mdr, found, rows, names, to_largest=True)
-    return Verification(table, _pressures(mdr, found, rows), solver.n, _history(mdr, ring), to_largest=True)
+    return Verification(
+        data=table,
+        pressures=_pressures(mdr, found, rows),
+        rings=solver.n,
+        history=_history(mdr, ring),
+        to_largest=True,
+        contact=contact,
+    )
 
 
 class _Found(NamedTuple):

@@ -60,8 +60,8 @@ def verify(
             written,
             title=asked.title,
             status="REFUSED" if refused else "COMPLETED",
-            rows=found.table.sizes["step"],
-            verification={**told, "table": table_of(found.table)},
+            rows=found.data.sizes["step"],
+            verification={**told, "table": table_of(found.data)},
         )
         print_json(report)
     elif not quiet:
