@@ -10,7 +10,7 @@ from hypothesis import given, reject, settings
 from hypothesis import strategies as st
 
 import pymdr as mdr
-from pymdr.problem.paths import NORMAL_CHANNELS, legs
+from pymdr.problem.paths import NORMAL_CHANNELS, Cycle, Ramp, legs
 from pymdr.problem.schedule import total_rows
 from pymdr.rows import joined, taken
 from pymdr.solving.laws import law_of
@@ -97,7 +97,7 @@ def asked_of(leg, channel, start):
         return [start] * n
     if isinstance(leg, mdr.Path):
         return list(target)
-    if isinstance(leg, mdr.Cycle):
+    if isinstance(leg, Cycle):
         corners = np.tile([1.0, 0.0, -1.0, 0.0], leg.cycles)
         return start + target * np.interp(
             np.arange(1, n + 1) / n, np.linspace(0, 1, corners.size + 1), [0.0, *corners]
@@ -385,7 +385,7 @@ def test_a_rate_is_the_speed_of_the_leg(depths, rate, wait):
         (lambda: mdr.indent(1.0, rate=1.0, duration=1.0), "give one of them"),
         (lambda: mdr.indent(1.0, rate=-1.0), "above 0 m/s"),
         (lambda: mdr.load(1.0, rate="-1 N/s"), "above 0 N/s"),
-        (lambda: mdr.Ramp(indentation=1.0, shift=1.0, rate=1.0), "that of one channel"),
+        (lambda: Ramp(indentation=1.0, shift=1.0, rate=1.0), "that of one channel"),
     ],
 )
 def test_rates_that_say_nothing(leg, words):

@@ -84,7 +84,7 @@ class FittedMap:
     data: xr.Dataset
     """
     Over the grid of the curves: what was found by its name and its standard error as ``..._error``, NaN where nothing was;
-    ``noise`` (N), ``waves`` (see :attr:`pymdr.FitResult.waves`), ``correlated``, ``indentation`` (m, the largest), ``of_limit``, the
+    ``noise`` (N), ``waves`` (see :attr:`~pymdr.solving.fits.FitResult.waves`), ``correlated``, ``indentation`` (m, the largest), ``of_limit``, the
     largest measure of what the model assumes of each curve in parts of its limit (above 1 the curve lies beyond), ``plateau``, the
     samples at the largest force while the depth changes, and ``ending``, a number whose meaning stands in its attributes.
     """

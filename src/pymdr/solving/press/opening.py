@@ -50,7 +50,7 @@ def _told() -> TypeAdapter[Any]:
 
 def open_pressed_surface(file: str | os.PathLike[str]) -> PressedSurface:
     """
-    Read a pressed surface that :meth:`~pymdr.PressedSurface.save` wrote.
+    Read a pressed surface that :meth:`~pymdr.solving.press.PressedSurface.save` wrote.
 
     Parameters
     ----------
@@ -81,7 +81,7 @@ def open_pressed_surface(file: str | os.PathLike[str]) -> PressedSurface:
 
 
 def _pressed(found: xr.Dataset) -> PressedSurface:
-    """The inverse of :meth:`~pymdr.PressedSurface.save`."""
+    """The inverse of :meth:`~pymdr.solving.press.PressedSurface.save`."""
     attrs = found.attrs
     told = _told().validate_json(attrs["pymdr_told"]).model_dump()
     (load,) = (name for name in map(str, found.dims) if name not in ("x", "y"))
