@@ -430,7 +430,7 @@ def test_a_detector_that_ran_out_of_range_is_told(share, noise, size, seed):
     record = mdr.MeasuredCurve(force=force, indentation=depth)
     told = any("out of range" in note for note in mdr.fit(soft, record, ["body.young"]).notes)
     assert told == (share < 1.0 - 3.0 * noise) or 1.0 - 0.05 - 4.0 * noise < share < 1.0 + 5.0 * noise
-    cut = mdr.fit(soft, mdr.mark_saturated(record), ["body.young"])
+    cut = mdr.fit(soft, record.mark_saturated(), ["body.young"])
     assert not any("run out of range" in note for note in cut.notes)
     assert cut["body.young"].value == pytest.approx(1e3, abs=6.0 * cut["body.young"].error + 1e-3)
 
