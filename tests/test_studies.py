@@ -147,7 +147,7 @@ def test_restitution_of_a_rounded_callable_errs_as_it_claims(decade, log_speed, 
         mdr.azimuthal_profile(
             mdr.Topography(-np.add.outer((PIXELS - 3e-7) ** 2, (PIXELS - 3.4e-7) ** 2) / 2e-6, 6.4e-7)
         ),
-        mdr.verify(mdr.Contact(GEL.profile, GEL.body), mdr.indent("1 um", steps=2), rings=40),
+        mdr.verify(mdr.Contact(GEL.profile, GEL.body), mdr.indent("1 um", steps=2), elements=40),
     ],
     ids=lambda study: type(study).__name__,
 )

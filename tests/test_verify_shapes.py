@@ -24,7 +24,7 @@ STEEL = mdr.Elastic("210 GPa", 0.3)
 
 def held(shape, depth, pixels=49, steps=1, **given):
     path = mdr.indent(depth, steps=4)
-    return mdr.verify(mdr.Contact(shape, STEEL), path, pixels=pixels, steps=steps, **given)
+    return mdr.verify(mdr.Contact(shape, STEEL), path, elements=pixels, steps=steps, **given)
 
 
 def within(found, names):
@@ -112,7 +112,7 @@ def test_another_summit_is_seen(far, angle, low):
         return 1e-6 * np.minimum(x * x + y * y, (x - x0) ** 2 + (y - y0) ** 2 + low)
 
     body = mdr.Elastic(1.0, 0.0)
-    found = mdr.verify(mdr.Contact(mdr.Function2D(f), body), mdr.indent(1e-6), pixels=33, steps=1)
+    found = mdr.verify(mdr.Contact(mdr.Function2D(f), body), mdr.indent(1e-6), elements=33, steps=1)
     assert max(found.data.attrs["points"]) > 33
     n = 161
     x, y = (np.linspace(min(0.0, end) - 1.2, max(0.0, end) + 1.2, n) for end in (x0, y0))

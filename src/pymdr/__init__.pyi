@@ -14,11 +14,6 @@ from .mapping.equivalent import equivalent_profile as equivalent_profile
 from .mapping.moduli import effective_moduli as effective_moduli
 from .mapping.patch import full_contact_stiffness as full_contact_stiffness
 from .mapping.relaxation import relaxation_of as relaxation_of
-from .mapping.relaxation import tangential_relaxation_of as tangential_relaxation_of
-from .mapping.rough_patch import rough_topography as rough_topography
-from .mapping.surfaces.preparing import detrend as detrend
-from .mapping.surfaces.preparing import fill_missing as fill_missing
-from .mapping.surfaces.resolution import tip_cutoff as tip_cutoff
 from .problem.contact import Contact as Contact
 from .problem.laws import DMT as DMT
 from .problem.laws import JKR as JKR
@@ -80,7 +75,6 @@ from .result import Status as Status
 from .solving import adhesion_regime as adhesion_regime
 from .solving import assess as assess
 from .solving import foundation as foundation
-from .solving import friction_foundation as friction_foundation
 from .solving import friction_loop as friction_loop
 from .solving import impact as impact
 from .solving import pull_off as pull_off
@@ -113,7 +107,6 @@ from .workbench.curves import read_records as read_records
 from .workbench.curves import stack_curves as stack_curves
 from .workbench.records import measured_loops as measured_loops
 from .workbench.rheometry import fit_prony as fit_prony
-from .workbench.sliding import verify_sliding as verify_sliding
 from .workbench.tables import read_curve as read_curve
 from .workbench.tables import read_force_curve as read_force_curve
 from .workbench.tables import read_path as read_path

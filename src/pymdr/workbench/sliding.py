@@ -17,7 +17,6 @@ from pymdr.problem.paths import LoadingPath, Path
 from pymdr.quantities import QUANTITIES
 from pymdr.result import Result
 from pymdr.solving import solve
-from pymdr.solving.closure import refuse_curve
 from pymdr.units import FloatArray, QuantityLike
 from pymdr.workbench.comparison import Comparison
 
@@ -92,11 +91,10 @@ class SlidingVerification(Comparison):
 def verify_sliding(
     contact: Contact,
     path: LoadingPath,
-    *,
-    machine_stiffness: QuantityLike | None = None,
-    cells: int = 32,
-    steps: int = 20,
-    progress: Callable[[int, int], None] | None = None,
+    cells: int,
+    steps: int,
+    machine_stiffness: QuantityLike | None,
+    progress: Callable[[int, int], None] | None,
 ) -> SlidingVerification:
     """
     Follow a history both by the friction stack and by boundary elements with vector friction.
@@ -110,13 +108,13 @@ def verify_sliding(
     contact : Contact
         With ``friction=Coulomb(mu)``, mu above 0 and finite.
     path : LoadingPath
-    machine_stiffness : quantity, optional
-        As for :func:`pymdr.solve`.
     cells : int
         Cells along a side of the grid, 8 to 80.
     steps : int
         Most rows that are followed, at least 2.
-    progress : callable, optional
+    machine_stiffness : quantity or None
+        As for :func:`pymdr.solve`.
+    progress : callable or None
         Called as ``progress(done, total)``.
 
     Returns
@@ -127,21 +125,15 @@ def verify_sliding(
     ------
     ProblemError, PathError, ConvergenceError
         As :func:`pymdr.solve`.
-
-    Examples
-    --------
-    >>> from pymdr import Coulomb, Elastic, Paraboloid, indent, shift
-    >>> steel = Elastic("210 GPa", 0.0)
-    >>> joint = Contact(Paraboloid("10 mm"), steel, steel, friction=Coulomb(0.3))
-    >>> verify_sliding(joint, indent("2 um") >> shift("0.4 um"), cells=20).largest_difference < 3e-3
-    True
     """
-    refuse_curve(contact, "verify_sliding", "boundary elements need its shape")
     grid = HalfSpaceGrid(cells)
     if isinstance(steps, bool) or not isinstance(steps, int) or steps < 2:
         raise PathError(f"verify: steps = {steps!r}; a whole number of at least 2 is needed")
-    if contact.friction is None:
-        raise ProblemError("verify: the contact has no friction; give Contact(..., friction=Coulomb(0.3))")
+    assert contact.friction is not None
+    if contact.adhesion is not None:
+        raise ProblemError(
+            "verify: adhesion with friction has no independent solver here; leave one of them out"
+        )
     if contact.remembers:
         raise ProblemError(
             "verify: the grid solves friction of elastic bodies, and a body of this contact is Viscoelastic; take Elastic with its "

@@ -25,7 +25,8 @@ from pymdr.solving.closure import refuse_curve
 from pymdr.solving.ringed import adhesive_disks
 from pymdr.units import FloatArray, QuantityLike
 from pymdr.workbench.comparison import Comparison
-from pymdr.workbench.shapes import ShapeVerification, hold_shape
+from pymdr.workbench.shapes import hold_shape
+from pymdr.workbench.sliding import verify_sliding
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -81,26 +82,25 @@ def verify(
     contact: Contact,
     path: LoadingPath,
     *,
-    rings: int = 400,
-    pixels: int = 129,
-    steps: int = 5,
+    elements: int | None = None,
+    steps: int | None = None,
     machine_stiffness: QuantityLike | None = None,
     engine: str | None = None,
     progress: Callable[[int, int], None] | None = None,
-) -> Verification | ShapeVerification:
+) -> Comparison:
     """
-    Solve some steps of a path both by the method and by boundary elements: on rings, or, if a body is not of revolution, on a grid.
+    Solve some steps of a path both by the method and by boundary elements: on rings, or, with friction or bodies not of revolution, on a grid.
 
     Parameters
     ----------
     contact : Contact
     path : LoadingPath
-    rings : int
-        Number of rings, 20 to 5000.
-    pixels : int
-        Of a body that is not of revolution: pixels along either side of the grid, 33 to 1025, of which the contact takes about 0.7.
-    steps : int
-        How many steps, spread evenly over those of the path, are compared. Bodies with memory are followed along all rows by
+    elements : int, optional
+        Number of rings, 20 to 5000; 400 unless given. Of a body that is not of revolution: pixels along either side of the grid, 33 to 1025,
+        of which the contact takes about 0.7; 129 unless given. With friction: cells along a side, 8 to 80; 32 unless given.
+    steps : int, optional
+        How many steps, spread evenly over those of the path, are compared; 5 unless given. With friction at most so many turning points
+        and rows between them are followed; 20 unless given. Bodies with memory are followed along all rows by
         both, the rings under the same forces or indentations. With adhesion the rings have the contact radius of the method, and
         find the indentation at which its edge is pulled as it should; where a corner holds the edge they have both.
     machine_stiffness : quantity, optional
@@ -112,8 +112,8 @@ def verify(
 
     Returns
     -------
-    Verification or ShapeVerification
-        The latter of a body that is not of revolution. Where the method is refused its values are NaN.
+    Verification, ShapeVerification or SlidingVerification
+        The second of a body that is not of revolution, the third with friction. Where the method is refused its values are NaN.
 
     Raises
     ------
@@ -126,26 +126,35 @@ def verify(
     --------
     >>> from pymdr import Elastic, Paraboloid, indent
     >>> ball = Contact(Paraboloid("10 mm"), Elastic("1 MPa", 0.5))
-    >>> verify(ball, indent("0.1 mm"), rings=100).largest_difference < 1e-5
+    >>> verify(ball, indent("0.1 mm"), elements=100).largest_difference < 1e-5
     True
     """
     refuse_curve(contact, "verify", "boundary elements need its shape")
-    if contact.friction is not None or not isinstance(contact.adhesion, JKR | None):
+    if contact.friction is not None:
+        number, most = 32 if elements is None else elements, 20 if steps is None else steps
+        return verify_sliding(contact, path, number, most, machine_stiffness, progress)
+    if not isinstance(contact.adhesion, JKR | None):
         raise ProblemError(
-            "verify: rings solve the frictionless contact, without adhesion or with JKR; friction is held against vector friction "
-            "by verify_sliding(contact, path), other laws of adhesion have no independent solver here"
+            "verify: rings solve contacts without adhesion or with JKR; other laws of adhesion have no independent solver here"
         )
     if (exponent := common_exponent(contact.body, contact.counterbody)) != 0.0:
         raise ProblemError(
             f"verify: the rings know homogeneous half-spaces and layers; bodies that are graded (exponent {exponent:g}) have no independent "
             "solver here"
         )
+    steps = 5 if steps is None else steps
     if isinstance(steps, bool) or not isinstance(steps, int) or steps < 1:
         raise PathError(f"verify: steps = {steps!r}; a whole number of at least 1 is needed")
     if isinstance(contact.profile, Shape):
         touched = _touched(solve(contact, path, machine_stiffness=machine_stiffness))
-        return hold_shape(contact, touched[_spread(touched.size, steps)], pixels, engine, progress)
-    solver = Rings(rings)
+        return hold_shape(
+            contact,
+            touched[_spread(touched.size, steps)],
+            129 if elements is None else elements,
+            engine,
+            progress,
+        )
+    solver = Rings(400 if elements is None else elements)
     if isinstance(contact.adhesion, JKR):
         mdr = solve(contact, path, machine_stiffness=machine_stiffness)
         return _verify_adhesion(contact.adhesion.work, mdr, solver, steps, progress)
@@ -159,7 +168,7 @@ def verify(
     rows = np.arange(chosen.size)
     found = _found(ring)
     table = _table(mdr, found, rows, [name for name in COMPARED if name != "indentation"])
-    return Verification(data=table, pressures=_pressures(mdr, found, rows), rings=rings, contact=contact)
+    return Verification(data=table, pressures=_pressures(mdr, found, rows), rings=solver.n, contact=contact)
 
 
 def _verify_adhesion(
