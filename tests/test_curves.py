@@ -18,6 +18,7 @@ from drawing import examples
 from pymdr.errors import CaseError, FileError, MissingExtraError, ProblemError
 from pymdr.problem.facts import Facts
 from pymdr.workbench.segments import segments_in
+from pymdr.workbench.tables import read_curve
 
 AFM = Path(__file__).parent.parent.parent / "shared" / "data" / "afm"
 
@@ -387,7 +388,7 @@ def test_tables_are_read_in_segments(tmp_path):
     assert abs(approach.force.size - 800) <= 1
     whole = approach.join(retreat)
     assert whole.step.name == "joined"
-    read = mdr.read_curve(file, spring_constant="0.1 N/m")
+    read = read_curve(file, spring_constant="0.1 N/m")
     for name in ("force", "travel", "time"):
         assert np.array_equal(getattr(whole, name), getattr(read, name))
     with pytest.raises(ProblemError, match="give the spring_constant"):

@@ -11,6 +11,7 @@ from scipy.special import struve
 
 import pymdr as mdr
 from pymdr.mapping.equivalent import equivalent_profile
+from pymdr.problem.paths import History
 from pymdr.problem.profiles import Interpolated
 from pymdr.units import from_si, to_si, to_si_array
 
@@ -76,7 +77,7 @@ def test_ramp_and_duration():
             lambda: mdr.Path(time=[0, 1, 1], indentation=[1.0, 2.0, 2.0]),
             r"entry 2 to the next \(1 s, then 1 s\)",
         ),
-        (lambda: mdr.History(()), "path is empty"),
+        (lambda: History(()), "path is empty"),
         (lambda: mdr.load("5 N", steps=0), "at least 1"),
         (lambda: mdr.load("5 N", steps=2.5), "whole number"),
         (lambda: mdr.ramp(), "no channel"),

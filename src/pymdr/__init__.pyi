@@ -12,7 +12,6 @@ from .independent.rings import Rings as Rings
 from .interpretation.validity import Level as Level
 from .mapping.equivalent import equivalent_profile as equivalent_profile
 from .mapping.moduli import effective_moduli as effective_moduli
-from .mapping.patch import full_contact_stiffness as full_contact_stiffness
 from .mapping.relaxation import relaxation_of as relaxation_of
 from .problem.contact import Contact as Contact
 from .problem.laws import DMT as DMT
@@ -28,7 +27,6 @@ from .problem.materials import TransverselyIsotropic as TransverselyIsotropic
 from .problem.materials import Viscoelastic as Viscoelastic
 from .problem.parameters import parameters_of as parameters_of
 from .problem.parameters import with_parameters as with_parameters
-from .problem.paths import History as History
 from .problem.paths import Path as Path
 from .problem.paths import cycle as cycle
 from .problem.paths import drag as drag
@@ -107,7 +105,6 @@ from .workbench.curves import read_records as read_records
 from .workbench.curves import stack_curves as stack_curves
 from .workbench.records import measured_loops as measured_loops
 from .workbench.rheometry import fit_prony as fit_prony
-from .workbench.tables import read_curve as read_curve
 from .workbench.tables import read_force_curve as read_force_curve
 from .workbench.tables import read_path as read_path
 from .workbench.tables import read_profile as read_profile
