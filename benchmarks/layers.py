@@ -21,7 +21,7 @@ from pymdr.line.layered.tiles import solve_positive
 from pymdr.line.lines import _layered, line_of
 from pymdr.mapping.equivalent import equivalent_profile
 from pymdr.mapping.layers import kernel_of
-from pymdr.mapping.series import as_place
+from pymdr.numerics.panels import as_place
 
 FILM = mdr.Layered([mdr.Layer(mdr.Elastic("1 MPa", 0.5), 1.0)])
 

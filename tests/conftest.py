@@ -58,10 +58,11 @@ def shell(capfd, monkeypatch):
 
 @pytest.fixture
 def kinds():
-    """Profiles that a test registers are forgotten after it."""
+    """What a test registers is forgotten after it."""
     from pymdr.problem import codec
+    from pymdr.problem.codec.tables import TABLES
 
-    tables = codec.PROFILES, codec.KIND_OF
+    tables = *TABLES.values(), codec.KIND_OF
     before = [dict(table) for table in tables]
     yield
     for table, entries in zip(tables, before, strict=True):

@@ -17,7 +17,7 @@ from pymdr.interpretation.certificate import certify_disk, certify_history, nois
 from pymdr.interpretation.disks import disk_depths, holes
 from pymdr.line.foundation import ElasticLine, normal_force, states_at_depth
 from pymdr.mapping.equivalent import equivalent_profile
-from pymdr.mapping.series import Place
+from pymdr.numerics.panels import Place
 from pymdr.solving import friction_foundation
 
 UNIT = mdr.Elastic(1.0, 0.0)

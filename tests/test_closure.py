@@ -18,7 +18,7 @@ from pymdr.independent.sliding.surface import make_surface
 from pymdr.interpretation.closure import OF_THE_CURVE, regrown
 from pymdr.mapping.closure import closure_of
 from pymdr.mapping.equivalent import PolygonLine
-from pymdr.mapping.series import Place
+from pymdr.numerics.panels import Place
 
 STEEL = mdr.Elastic("210 GPa", 0.3)
 MODULUS = mdr.effective_moduli(STEEL, STEEL).normal

@@ -22,7 +22,7 @@ from pymdr.mapping.equivalent import (
     without_callables,
 )
 from pymdr.mapping.kernels import arc_above, arc_below, share_above, share_below
-from pymdr.mapping.series import Place
+from pymdr.numerics.panels import Place
 
 K = st.floats(-0.9, 0.9).filter(lambda k: k != 0.0)
 SIZES = st.floats(-9.0, 3.0).map(lambda decades: 10.0**decades)

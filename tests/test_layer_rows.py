@@ -17,7 +17,7 @@ from pymdr.line.layered.equation import Outline, solve_contact
 from pymdr.line.layered.tiles import product, solve_positive
 from pymdr.mapping.equivalent import equivalent_profile
 from pymdr.mapping.layers import kernel_of
-from pymdr.mapping.series import as_place
+from pymdr.numerics.panels import as_place
 
 
 def film(poisson=0.45, thickness=1.0, young=1.0, **others):

@@ -21,7 +21,7 @@ from pymdr.line.layered import LayeredLine, equation
 from pymdr.line.layered.equation import Outline, numbers, solve_contact
 from pymdr.mapping.equivalent import equivalent_profile
 from pymdr.mapping.layers import Compliance, Kernel, kernel_of
-from pymdr.mapping.series import Place, as_place
+from pymdr.numerics.panels import Place, as_place
 from pymdr.problem.codec import case_schema, decode_case, encode_case
 
 REFERENCES = [

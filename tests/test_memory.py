@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -15,6 +16,7 @@ from pymdr.errors import ConvergenceError, PathError
 from pymdr.line.curves import ElasticLine
 from pymdr.line.foundation import elastic_energy, normal_force, states_at_depth
 from pymdr.line.memory import (
+    MemoryState,
     approach_and_retreat,
     creep,
     dividing,
@@ -433,6 +435,86 @@ def test_legs_and_rows_between_change_nothing(body, path, data):
     at = np.searchsorted(between, t)
     assert dense.state.deflection == pytest.approx(whole.state.deflection, abs=1e-7)
     assert dense.dissipated[at] == pytest.approx(whole.dissipated, rel=1e-6, abs=1e-8)
+
+
+BLOCK = 16
+"""Springs so few that none moves as one with others."""
+
+
+def alone(curve, springs, body, t, d):
+    """Histories of springs that each move by themselves, in blocks of few, with their loads."""
+    for low in range(0, springs.position.size, BLOCK):
+        names = ("position", "height", "share", "centre", "outer")
+        block = replace(
+            springs, **{name: getattr(springs, name)[low : low + BLOCK] for name in names}, limit=math.inf
+        )
+        size, passed = block.position.size, []
+        state = MemoryState(
+            float(t[0]), 0.0, block, np.zeros(size), np.zeros((size, body.moduli.size)), np.ones(size)
+        )
+        rows = follow_springs(
+            curve, body, t, d, state, watch=lambda passage, kept=passed: kept.append(passage.load[1:].copy())
+        )
+        yield rows, np.concatenate(passed)
+
+
+@settings(deadline=None, max_examples=examples(40))
+@given(
+    bodies(),
+    st.lists(
+        st.tuples(st.sampled_from([-1.5, -1.0, 0.0, 0.5, 1.0]), st.booleans(), st.floats(0.02, 1.0)),
+        min_size=3,
+        max_size=14,
+    ),
+    st.sampled_from([math.inf, 0.0, 0.3, 10.0]),
+    st.floats(-9.0, 1.0),
+)
+def test_springs_that_move_as_one_bear_what_each_does(body, rows, machine, decades):
+    """Rows of any duration, of none too, far from and near the edge; lengths from nanometres to metres."""
+    size = 10.0**decades
+    wait = np.array([0.0 if sudden else 10.0**decade for decade, sudden, _ in rows])
+    t, depth = np.append(0.0, np.cumsum(wait)), size * np.array([0.0, *(share for *_, share in rows)])
+    if body.viscosity > 0.0:  # a dashpot moves nowhere in no time, and takes any load then
+        for row in np.flatnonzero(wait == 0.0):
+            depth[row + 1] = depth[row]
+    curve, passed = line_of(Paraboloid(size)), []
+
+    def watch(passage):
+        passed.append(passage.load[1:].copy())
+
+    if machine == math.inf:
+        found = follow_springs(curve, body, t, depth, n=150, watch=watch)
+    elif machine == 0.0:
+        found = follow_loads(curve, body, t, depth * size, n=150, watch=watch)
+    else:
+        found = follow_travels(curve, body, t, depth, machine * size, n=150, watch=watch)
+    springs = found.state.springs
+    if springs is None:
+        return
+    each = list(alone(curve, springs, body, t, found.indentation))
+    # springs that were added on the way are not in what was told before
+    loads, bears = (
+        np.zeros((t.size, springs.position.size)),
+        np.concatenate([load for _, load in each], axis=1),
+    )
+    done = 0
+    for part in passed:
+        loads[done : done + part.shape[0], : part.shape[1]] = part
+        done += part.shape[0]
+    np.testing.assert_allclose(loads, bears, rtol=0.0, atol=1e-11 * np.abs(bears).max())
+    whole = max(sum(one.work for one, _ in each).max(), found.dissipated.max(), 1e-300)
+    for name in ("stored", "dissipated", "work"):
+        own = sum(getattr(one, name) for one, _ in each)
+        np.testing.assert_allclose(getattr(found, name), own, rtol=0.0, atol=1e-11 * whole)
+    # a dashpot takes the load of a row of no duration; what the edge adds is told where it lies within a block
+    count = (bears > 0.0).sum(axis=1)
+    known = np.append(True, wait > 0.0) | (body.viscosity == 0.0)
+    if machine < math.inf and body.viscosity == 0.0:
+        force = bears @ springs.share
+    else:
+        force = sum(one.force for one, _ in each)
+        known &= (count == 0) | ((count % BLOCK > 2) & (count % BLOCK < BLOCK - 1))
+    np.testing.assert_allclose(found.force[known], force[known], rtol=0.0, atol=1e-11 * found.force.max())
 
 
 def stepped(body, heights, t, d, parts):

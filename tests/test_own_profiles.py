@@ -10,7 +10,9 @@ from hypothesis import strategies as st
 
 import pymdr as mdr
 from drawing import examples
+from pymdr.interpretation.theories import THEORIES
 from pymdr.mapping.equivalent import equivalent_profile
+from pymdr.mapping.moduli import surface_compliances
 from pymdr.problem.codec import (
     PROFILES,
     case_schema,
@@ -18,9 +20,12 @@ from pymdr.problem.codec import (
     encode,
     encode_case,
     forget_models,
-    register_profile,
+    register,
 )
+from pymdr.problem.laws import AdhesionLaw
+from pymdr.problem.materials import Material
 from pymdr.problem.profiles import Profile
+from pymdr.problem.rheology import SpringsAndDashpots
 from pymdr.problem.values import ArrayField, OptionalArrayField, OptionalSIField, SIField
 
 STEEL = mdr.Elastic("210 GPa", 0.3)
@@ -58,7 +63,7 @@ def test_registered_profiles_are_written_and_read(kinds, given_fields, data, inh
     cls = own_profile("Base" if inherited else "Own", **{name: given_fields[name] for name in order})
     if inherited:
         cls = dataclass(frozen=True, eq=False)(type("Own", (cls,), {"__module__": __name__}))
-    register_profile("own", cls)
+    register("own", cls)
     numbers = st.floats(1e-9, 1e9)
     values = {}
     for name in order:
@@ -77,12 +82,12 @@ def test_registered_profiles_are_written_and_read(kinds, given_fields, data, inh
 
 def test_a_cell_that_registers_may_run_again(kinds):
     first, second = own_profile(a=SIField("m")), own_profile(b=SIField("m"))
-    register_profile("own", first)
-    register_profile("own", first)
-    register_profile("own", second)
+    register("own", first)
+    register("own", first)
+    register("own", second)
     assert encode(second(b=1.0)) == {"kind": "own", "b": 1.0}
     with pytest.raises(
-        mdr.ProblemError, match=r"Own is no class that files know; call .*register_profile\('own', Own\)"
+        mdr.ProblemError, match=r"Own is no class that files know; call .*register\('own', Own\)"
     ):
         encode(first(a=1.0))
 
@@ -100,7 +105,8 @@ def test_a_cell_that_registers_may_run_again(kinds):
         ("own", own_profile(eq=True), r"@dataclass\(frozen=True, eq=False\)"),
         ("own", own_profile(shape=3), "Own.shape is no quantity; declare it as shape: SIField = SIField"),
         ("own", own_profile(kind=SIField("m")), "Own.kind is a key of files"),
-        ("own", mdr.Elastic, "is no class of profiles"),
+        ("own", int, "is no class of profiles"),
+        ("own", mdr.Elastic, "Elastic is registered as 'elastic' already"),
         ("own", Profile, "is no class of profiles"),
         ("own", mdr.Sphere(1.0), "is no class of profiles"),
     ],
@@ -108,7 +114,7 @@ def test_a_cell_that_registers_may_run_again(kinds):
 def test_what_cannot_be_registered(kinds, kind, cls, words):
     before = dict(PROFILES)
     with pytest.raises(mdr.ProblemError, match=words):
-        register_profile(kind, cls)
+        register(kind, cls)
     assert before == PROFILES
 
 
@@ -116,15 +122,67 @@ def test_files_of_a_profile_that_nobody_registered(kinds, tmp_path):
     cls = own_profile(radius=SIField("m"))
     equivalent_profile.register(cls, lambda profile: equivalent_profile(mdr.Paraboloid(profile.radius)))
     result = mdr.solve(mdr.Contact(cls(1.0) + mdr.Cone(0.1), STEEL), mdr.indent(1e-6))
-    with pytest.raises(mdr.ProblemError, match=r"register_profile\('own', Own\)"):
+    with pytest.raises(mdr.ProblemError, match=r"register\('own', Own\)"):
         result.save(tmp_path / "own.nc")
     assert not list(tmp_path.iterdir())
-    register_profile("own", cls)
+    register("own", cls)
     result.save(tmp_path / "own.nc")
     assert mdr.open_result(tmp_path / "own.nc").contact == result.contact
     del PROFILES["own"]
     forget_models()
-    with pytest.raises(
-        mdr.FileError, match="nobody has registered the profile 'own' here; import the module"
-    ):
+    with pytest.raises(mdr.FileError, match="nobody has registered the kind 'own' here; import the module"):
         mdr.open_result(tmp_path / "own.nc")
+
+
+@dataclass(frozen=True, eq=False)
+class Gel(SpringsAndDashpots):
+    """A standard solid by its two limits."""
+
+    soft: SIField = SIField("Pa", above=0)
+    stiff: SIField = SIField("Pa", above=0)
+    time: SIField = SIField("s", above=0)
+
+    def kernel(self, span=None):
+        return mdr.StandardSolid(self.soft, self.stiff - self.soft, self.time).kernel(span)
+
+
+@dataclass(frozen=True, eq=False)
+class Rubber(Material):
+    shear_modulus: SIField = SIField("Pa", above=0)
+
+
+surface_compliances.register(
+    Rubber, lambda body: surface_compliances(mdr.Elastic(3 * body.shear_modulus, 0.5))
+)
+
+
+@dataclass(frozen=True, eq=False)
+class Tape(AdhesionLaw):
+    """The edge of JKR under another name."""
+
+    work: SIField = SIField("J/m^2", at_least=0)
+
+
+def test_bodies_rheologies_and_laws_of_ones_own_are_written_and_read(kinds, tmp_path, monkeypatch):
+    for kind, cls in (("gel", Gel), ("rubber", Rubber), ("tape", Tape)):
+        register(kind, cls)
+    monkeypatch.setitem(THEORIES, Tape, THEORIES[mdr.JKR])
+    ball, path = mdr.Sphere("1 mm"), mdr.indent("10 um", duration="2 s", steps=3)
+    gel = mdr.Viscoelastic(Gel("1 kPa", "4 kPa", "1 s"), poisson=0.5)
+    solid = mdr.Viscoelastic(mdr.StandardSolid("1 kPa", "3 kPa", "1 s"), poisson=0.5)
+    soft = mdr.Elastic("30 kPa", 0.5)
+    pairs = [
+        (mdr.Contact(ball, gel), mdr.Contact(ball, solid)),
+        (mdr.Contact(ball, Rubber("10 kPa")), mdr.Contact(ball, soft)),
+        (mdr.Contact(ball, soft, adhesion=Tape("50 mJ/m^2")), mdr.Contact(ball, soft, adhesion=mdr.JKR("50 mJ/m^2"))),
+    ]  # fmt: skip
+    for own, known in pairs:
+        assert decode_case(json.loads(json.dumps(encode_case("", own, path))))[1] == own
+        result = mdr.solve(own, path)
+        result.save(tmp_path / "own.nc")
+        again = mdr.open_result(tmp_path / "own.nc")
+        assert again.contact == own
+        expected = mdr.solve(known, path)["normal_force"].values
+        np.testing.assert_allclose(again["normal_force"].values, expected, rtol=1e-12)
+    for kind in ("gel", "rubber", "tape"):
+        assert kind in case_schema()["$defs"]

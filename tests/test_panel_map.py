@@ -15,8 +15,8 @@ from drawing import examples
 from pymdr.line.foundation import ElasticLine, normal_force, states_at_depth, states_at_force
 from pymdr.mapping.equivalent import equivalent_profile
 from pymdr.mapping.equivalent.panels import PanelLine
-from pymdr.mapping.series import Place
 from pymdr.mapping.sources import CurveSource
+from pymdr.numerics.panels import Place
 from pymdr.problem.profiles import Sum
 
 UNIT = mdr.Elastic(1.0, 0.0)

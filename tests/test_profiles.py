@@ -15,7 +15,7 @@ import pymdr as mdr
 from drawing import examples
 from pymdr.line.adhesion.closed_forms import rigid_pull
 from pymdr.mapping.equivalent import equivalent_profile
-from pymdr.mapping.series import Place
+from pymdr.numerics.panels import Place
 from pymdr.problem.codec import PROFILES, decode_case, encode_case
 
 FOLDER = Path(__file__).parent / "reference"

@@ -124,10 +124,12 @@ def _graded(low, high, power=0.0):
     half = middle - low
     # near the upper end s = high - half v, v = u^(1/(1 - power)): the kernel's power becomes a constant
     beta = 1.0 / (1.0 - power)
-    v = u**beta
-    jacobian = beta * u ** (beta - 1.0)
+    v = np.maximum(u**beta, 1e-280)
+    jacobian = beta * v**power
     s = np.concatenate([low + half * u, high - half * v])
     distance = np.concatenate([high - low - half * u, half * v])
+    # nodes that round to the upper end still belong to this segment: a rate there is not that of the next one
+    s = np.minimum(s, np.nextafter(high, low))
     return s, np.concatenate([half * w, half * w * jacobian]), distance
 
 

@@ -450,7 +450,7 @@ def of_own_size(errors: FloatArray, values: FloatArray) -> FloatArray:
     [0.0001, 0.002, 1.0, 0.0]
     """
     size = np.abs(np.nan_to_num(values))
-    with np.errstate(divide="ignore", invalid="ignore"):
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         own = errors * (np.max(size, initial=0.0) / size)
     return np.asarray(np.where((errors > 0.0) & (size > 0.0), np.fmin(own, 1.0), 0.0))
 

@@ -23,7 +23,7 @@ from pymdr.line.curves import Line
 from pymdr.line.foundation import DiskStates, ElasticLine, normal_force, states_at_depth
 from pymdr.line.layered import LayeredLine
 from pymdr.mapping.equivalent import EquivalentProfile
-from pymdr.mapping.series import BoolArray, Place
+from pymdr.numerics.panels import BoolArray, Place
 from pymdr.problem.profiles import Profile, Sampled
 from pymdr.units import FloatArray, metres, written
 

@@ -12,7 +12,7 @@ from pymdr.line.curves import ElasticLine as ElasticLine
 from pymdr.line.curves import Line
 from pymdr.mapping.abel import Curve
 from pymdr.mapping.equivalent import EquivalentProfile
-from pymdr.mapping.series import Position, rounded
+from pymdr.numerics.panels import Position, rounded
 from pymdr.units import FloatArray
 
 

@@ -15,9 +15,10 @@ from scipy.interpolate import PchipInterpolator
 from pymdr.interpretation.validity import SOURCES, BoolArray, Claim, Level
 from pymdr.line.curves import ElasticLine
 from pymdr.line.memory import MemoryState, follow_springs, line_state, prepared, virgin
-from pymdr.mapping.abel import Curve, gauss
+from pymdr.mapping.abel import Curve
 from pymdr.mapping.equivalent import EquivalentProfile
 from pymdr.mapping.relaxation import Relaxation
+from pymdr.numerics.quadrature import gauss
 from pymdr.units import FloatArray
 
 _NODES = 96
@@ -246,11 +247,14 @@ def surface_load(state: LineState, r: FloatArray) -> FloatArray:
     x, q = _inside(state)
     if x.size < 4 or not within.any():
         return p
-    edge = edge_load(state)
-    curve = PchipInterpolator(np.concatenate([[0.0], x, [a]]), np.concatenate([q[:1], q, [edge]]))
+    edge, size = edge_load(state), float(np.max(np.abs(q)))
+    if size == 0.0:
+        return p
+    q = np.where(np.abs(q) > _GONE * size, q / size, 0.0)  # as displacements
+    curve = PchipInterpolator(np.concatenate([[0.0], x, [a]]), np.concatenate([q[:1], q, [edge / size]]))
     radius = np.maximum(r[within], 1e-9 * a)
     blocks = np.array_split(radius, math.ceil(radius.size / _BLOCK))
-    p[within] = np.concatenate([_integrated(curve, block[:, None]) for block in blocks])
+    p[within] = size * np.concatenate([_integrated(curve, block[:, None]) for block in blocks])
     if edge != 0.0:
         with np.errstate(divide="ignore"):
             p[within] += edge / (math.pi * np.sqrt((a - radius) * (a + radius)))

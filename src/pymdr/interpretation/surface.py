@@ -16,7 +16,7 @@ from pymdr.line.foundation import DiskStates, disk_states, states_at_depth
 from pymdr.line.lines import line_of
 from pymdr.mapping.abel import Curve
 from pymdr.mapping.equivalent import gap_function
-from pymdr.mapping.series import Place
+from pymdr.numerics.panels import Place
 from pymdr.problem.contact import Contact
 from pymdr.units import FloatArray
 

@@ -31,7 +31,7 @@ from pymdr.line.foundation import (
     states_at_force,
 )
 from pymdr.line.lines import line_of
-from pymdr.mapping.series import as_place
+from pymdr.numerics.panels import as_place
 from pymdr.problem.contact import Contact
 from pymdr.problem.layers import Layer, Layered
 from pymdr.problem.materials import Elastic, Rigid

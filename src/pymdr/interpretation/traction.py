@@ -32,7 +32,7 @@ from pymdr.line.friction import (
 )
 from pymdr.mapping.abel import line_average
 from pymdr.mapping.moduli import effective_moduli
-from pymdr.mapping.series import Place, Position
+from pymdr.numerics.panels import Place, Position
 from pymdr.problem.contact import Contact
 from pymdr.problem.paths import LoadingPath
 from pymdr.problem.schedule import Refined, Stretch, planned, refined

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from pymdr.mapping.equivalent import EquivalentProfile
-from pymdr.mapping.series import Place, Position, rounded
+from pymdr.numerics.panels import Place, Position, rounded
 from pymdr.units import FloatArray
 
 

@@ -15,8 +15,9 @@ from numpy.typing import ArrayLike
 from pymdr.errors import ConvergenceError
 from pymdr.line.curves import Curve
 from pymdr.line.curves import ElasticLine as ElasticLine
-from pymdr.mapping.equivalent import EquivalentProfile, rising_root
-from pymdr.mapping.series import Place, Position, Selection, as_place
+from pymdr.mapping.equivalent import EquivalentProfile
+from pymdr.numerics.panels import Place, Position, Selection, as_place
+from pymdr.numerics.roots import boundary, rising_root
 from pymdr.units import FloatArray, metres, newtons
 
 _DOUBT = 1e-9
@@ -206,13 +207,9 @@ def passed_rings(line: Curve, deepest: float) -> tuple[PassedRing, ...]:
     marks = np.array([0.0, *turning, *([top] * (1 + len(turning) % 2))])
     passed = marks[1:-2:2] < states_at_depth(line, [deepest]).contact_radius
     inner, outer = marks[:-2].reshape(-1, 2)[passed], marks[2:].reshape(-1, 2)[passed]
-    low, high = np.zeros(outer.shape[0]), np.full(outer.shape[0], deepest)
-    while True:
-        middle = 0.5 * (low + high)
-        if not np.any((low < middle) & (middle < high)):
-            break
-        over = states_at_depth(line, middle).contact_radius > inner[:, 1]
-        low, high = np.where(over, low, middle), np.where(over, middle, high)
+    low, _ = boundary(
+        lambda d: states_at_depth(line, d).contact_radius <= inner[:, 1], np.zeros(outer.shape[0]), deepest
+    )
     return tuple(
         PassedRing(float(depth), tuple(before), tuple(after))
         for depth, before, after in zip(low, inner.tolist(), outer.tolist(), strict=True)

@@ -9,8 +9,8 @@ from numpy.typing import ArrayLike
 
 from pymdr.errors import ConvergenceError
 from pymdr.line.curves import ElasticLine
-from pymdr.mapping.abel import gauss
-from pymdr.mapping.series import Place
+from pymdr.numerics.panels import Place
+from pymdr.numerics.quadrature import gauss
 from pymdr.units import FloatArray
 
 LORENZ = 2.443e-8

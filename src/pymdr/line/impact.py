@@ -25,7 +25,7 @@ from pymdr.line.foundation import (
     normal_force,
     states_at_depth,
 )
-from pymdr.mapping.abel import gauss
+from pymdr.numerics.quadrature import gauss
 from pymdr.units import FloatArray
 
 _REACH, _STEP = 3.2, 0.125

@@ -8,14 +8,14 @@ lies before, q(t) = min(0, cap(s) - rise s over s <= t) + rise t: exact for any 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
 from pymdr.line.foundation import DiskStates, ElasticLine
-from pymdr.mapping.abel import gauss
+from pymdr.numerics.quadrature import gauss
+from pymdr.numerics.roots import boundary
 from pymdr.units import FloatArray
 
 _NODES, _GRADES, _COARSE = 12, 46, 65
@@ -159,7 +159,7 @@ def _pieces(pressed: RollingLine, rise: FloatArray) -> list[_Pieces]:
     steeper = pressed.slope > rise[:, None]
     row, turn = np.nonzero(steeper[:, :-1] != steeper[:, 1:])
     slope = pressed.line.equivalent.slope
-    turned = _boundary(
+    turned, _ = boundary(
         lambda x: (slope(x) > rise[row]) == steeper[row, turn], pressed.nodes[turn], pressed.nodes[turn + 1]
     )
     integral = pressed.depth * turned - pressed.line.equivalent.integral(turned)
@@ -182,19 +182,6 @@ def _one_row(nodes: FloatArray, rise: float) -> _Pieces:
     slips = height[1:] < least[:-1]
     late = np.flatnonzero(slips & (height[:-1] > least[:-1]))
     return _Pieces(x, cap, least, slips, late, np.concatenate([parts[::-1], parts]))
-
-
-_HALVINGS = 64
-
-
-def _boundary(inside: Callable[[FloatArray], np.ndarray], begin: FloatArray, end: FloatArray) -> FloatArray:
-    """Where a condition that holds at `begin` ceases to hold on the way to `end`, to the rounding of their distance."""
-    low, high = begin.copy(), end.copy()
-    for _ in range(_HALVINGS):
-        middle = 0.5 * (low + high)
-        held = inside(middle)
-        low, high = np.where(held, middle, low), np.where(held, high, middle)
-    return low
 
 
 @dataclass(frozen=True)
@@ -249,7 +236,7 @@ def steady_rolling(pressed: RollingLine, rise: FloatArray) -> SteadyRolling:
     high = np.concatenate([each.x[each.late] for each in found])
     low = np.concatenate([each.x[each.late + 1] for each in found])
     floor = np.concatenate([each.least[each.late] for each in found])
-    begins = _boundary(lambda x: pressed.cap(x) - steep * (a - x) > floor, high, low)
+    begins, _ = boundary(lambda x: pressed.cap(x) - steep * (a - x) > floor, high, low)
     width = begins - low
     fresh = (pressed.cap(begins[:, None] - width[:, None] * node) @ weight) * width
     first = 0

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from pymdr.errors import ConvergenceError
 from pymdr.mapping.azimuth import RayTable, ray_table
 from pymdr.mapping.ellipse import HertzEllipse
+from pymdr.numerics.roots import boundary
 from pymdr.problem.profiles import EllipticParaboloid, Pyramid, Shape
 from pymdr.units import FloatArray
 
@@ -46,7 +47,7 @@ _MOST_DISTORTED = 0.3
 """Distortion of an outline up to which the estimate was measured."""
 _FALLS_BY = 1e-3
 """Of the mean of a section's image up to a radius, what the image may fall by per unit of ln a and still rise."""
-_HALVINGS = 30
+_WITHIN = 1e-9
 """Of a bracket of less than a unit of ln a, of whose error the force has the square."""
 
 
@@ -330,7 +331,7 @@ def _stationary(table: RayTable, depth: FloatArray) -> FloatArray:
         p, dp, ddp = table.at(at)
         return np.asarray(2.0 * (d - p) - 3.0 * dp - ddp)
 
-    turning = _bisected(rise_at, s[top - 1], s[top + 1])
+    turning = _falls(rise_at, s[top - 1], s[top + 1])
     highest = q_at(turning)
     level = np.zeros(depth.size)
     at, first = turning, top
@@ -345,7 +346,7 @@ def _stationary(table: RayTable, depth: FloatArray) -> FloatArray:
         below = beyond & (q < level[:, None, None])
         ends = below.any(axis=1)
         first = np.argmax(below, axis=1)
-        root = _bisected(partial(q_above, level[:, None]), turning, s[np.maximum(first, 1)])
+        root = _falls(partial(q_above, level[:, None]), turning, s[np.maximum(first, 1)])
         at = np.where(highest <= level[:, None], turning, root)
         inside &= ends.all(axis=1)
         level = np.where(inside, level, before)
@@ -443,11 +444,6 @@ def _others_touch(shape: Shape, depth: FloatArray, outline: FloatArray, force: F
     return touches
 
 
-def _bisected(falling: Callable[[FloatArray], FloatArray], low: FloatArray, high: FloatArray) -> FloatArray:
+def _falls(falling: Callable[[FloatArray], FloatArray], low: FloatArray, high: FloatArray) -> FloatArray:
     """Where a function that falls from low to high changes its sign."""
-    low, high = np.array(low, dtype=float), np.array(high, dtype=float)
-    for _ in range(_HALVINGS):
-        middle = 0.5 * (low + high)
-        above = falling(middle) > 0.0
-        low, high = np.where(above, middle, low), np.where(above, high, middle)
-    return 0.5 * (low + high)
+    return boundary(lambda x: falling(x) > 0.0, low, high, _WITHIN)[0]

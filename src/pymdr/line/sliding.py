@@ -21,8 +21,9 @@ from numpy.typing import NDArray
 
 from pymdr.errors import ConvergenceError
 from pymdr.line.foundation import DiskStates, ElasticLine
-from pymdr.mapping.abel import gauss
-from pymdr.mapping.series import Place
+from pymdr.numerics.panels import Place
+from pymdr.numerics.quadrature import gauss
+from pymdr.numerics.roots import boundary
 from pymdr.problem.spectra import Relaxation
 from pymdr.units import FloatArray, metres
 
@@ -354,10 +355,7 @@ def _parting(pressed: SlidingLine, rule: _Radau, q: FloatArray) -> tuple[int, fl
     low, high = (0.0 if k == 0 else float(rule.nodes[k - 1])), float(rule.nodes[k])
     if k == 0 and not still(0.0):
         return panel, 0.0
-    for _ in range(60):
-        middle = 0.5 * (low + high)
-        low, high = (middle, high) if still(middle) else (low, middle)
-    return panel, 0.5 * (low + high)
+    return panel, float(boundary(np.vectorize(still, otypes=[bool]), low, high)[0])
 
 
 def touches_again(

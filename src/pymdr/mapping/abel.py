@@ -11,142 +11,25 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from functools import lru_cache
+from dataclasses import replace
 from itertools import pairwise
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.special import roots_jacobi
 
 from pymdr.errors import ConvergenceError
+from pymdr.numerics.quadrature import LEVELS, TOLERANCE, Rule, integrate
 from pymdr.units import FloatArray, metres
 
 Curve: TypeAlias = Callable[[FloatArray], FloatArray]
 
-_LEVELS = (24, 48, 96, 192, 320)
-_TOLERANCE = 1e-13
-_JACOBI_LEVELS = (12, 20, 32, 48, 96, 192)
-_JACOBI_TOLERANCE = 3e-13
-"""Gauss-Jacobi nodes with a singular weight are good to about 1e-13 themselves, the fewer the better."""
 _CENTRE_TOLERANCE = 1e-12
 _STEEP_TOLERANCE = 1e-7
 """For averages of what is steep at the edge."""
 _TIP_POWER = 16
 """A tip that is not smooth is mapped by t = s^16, which makes powers of r down to r^0.1 smooth in s."""
 _GRADING = 0.25 ** np.arange(24, 0, -1.0)
-
-
-@lru_cache(maxsize=64)
-def gauss(n: int, exponent: float = 0.0) -> tuple[FloatArray, FloatArray]:
-    """
-    Nodes and weights on [0, 1] for the weight t^exponent (Gauss-Jacobi).
-
-    Parameters
-    ----------
-    n : int
-        Number of nodes.
-    exponent : float
-        Exponent of the weight at t = 0, above -1.
-
-    Returns
-    -------
-    nodes, weights : ndarray, shape (n,)
-
-    Examples
-    --------
-    >>> t, w = gauss(8)
-    >>> bool(abs((w * t**3).sum() - 0.25) < 1e-15)
-    True
-    """
-    nodes, weights = roots_jacobi(n, 0.0, exponent)
-    return (nodes + 1.0) / 2.0, weights / 2.0 ** (exponent + 1.0)
-
-
-Integrand: TypeAlias = Callable[[FloatArray, FloatArray], FloatArray]
-"""Called with the variable t and the column's radius."""
-PanelEdges: TypeAlias = Callable[[FloatArray], FloatArray]
-
-
-def _panel_sum(
-    integrand: Integrand,
-    edges: FloatArray,
-    columns: FloatArray,
-    n: int,
-    exponent: float,
-    power: int,
-    tip_power: int,
-) -> tuple[FloatArray, FloatArray]:
-    """Integral of t^exponent * integrand, and of its absolute value, over the panels of each column.
-
-    A panel that starts at t = 0 takes the weight t^exponent into its rule, or is mapped by t = s^tip_power.
-    Other panels are mapped by s^power from their lower end, or from their upper one if power is negative.
-    """
-    total = np.zeros(edges.shape[1])
-    size = np.zeros(edges.shape[1])
-    special_at_zero = exponent != 0.0 or tip_power > 1
-    for low, high in pairwise(edges):
-        for at_zero in (True, False) if special_at_zero else (False,):
-            chosen = high > low
-            if special_at_zero:
-                chosen &= at_zero == (low == 0.0)
-            if not chosen.any():
-                continue
-            inside: Any = slice(None) if chosen.all() else chosen
-            start, width = low[inside], (high - low)[inside]
-            weighted = at_zero and exponent != 0.0
-            s, weights = gauss(n, exponent if weighted else 0.0)
-            s, weights = s[:, None], weights[:, None] * width
-            m = 1 if weighted else tip_power if at_zero and tip_power > 1 else abs(power)
-            if m > 1:
-                weights = weights * (m * s ** (m - 1))
-                s = s**m
-            downward = power < 0 and not weighted and m == -power
-            offset = s * width
-            t = high[inside] - offset if downward else start + offset
-            values = integrand(t, columns[inside]) * weights
-            if weighted:
-                values = values * width**exponent
-            elif exponent:
-                values = values * t**exponent
-            total[inside] += values.sum(axis=0)
-            size[inside] += np.abs(values).sum(axis=0)
-    return total, size
-
-
-def _integrate(
-    integrand: Integrand,
-    edges_of: PanelEdges,
-    columns: FloatArray,
-    *,
-    exponent: float = 0.0,
-    power: int = 1,
-    tip_power: int = 1,
-    levels: tuple[int, ...] = _LEVELS,
-    tolerance: float = _TOLERANCE,
-    noise: float = 0.0,
-) -> FloatArray:
-    """
-    Integrate t^exponent * integrand(t, column) over the panels of each column, with error control.
-
-    ``edges_of(columns)`` gives rising panel edges of shape (panels + 1, columns). Columns that do not
-    converge come back as nan.
-    """
-    if exponent != 0.0:
-        levels, tolerance = _JACOBI_LEVELS, max(tolerance, _JACOBI_TOLERANCE)
-    answer = np.full(columns.shape, math.nan)
-    pending = np.arange(columns.size)
-    edges = edges_of(columns)
-    coarse = np.full(columns.shape, math.inf)
-    for n in levels:
-        fine, size = _panel_sum(integrand, edges, columns[pending], n, exponent, power, tip_power)
-        with np.errstate(invalid="ignore"):
-            converged = np.abs(fine - coarse) <= tolerance * size + noise
-        answer[pending[converged]] = fine[converged]
-        pending, edges, coarse = pending[~converged], edges[:, ~converged], fine[~converged]
-        if pending.size == 0:
-            break
-    return answer
 
 
 def _require(values: FloatArray, columns: FloatArray, what: str) -> FloatArray:
@@ -178,10 +61,7 @@ def _angular(
     high: FloatArray,
     breakpoints: Sequence[float],
     what: str,
-    *,
-    exponent: float,
-    power: int,
-    noise: float = 0.0,
+    rule: Rule,
 ) -> FloatArray:
     """
     Integrate sin(phi)^exponent integrand(r, x) dphi over r = x cos(phi) between low and high.
@@ -189,6 +69,7 @@ def _angular(
     Where that does not converge it is split at r = x / sqrt(2), and the inner part is taken in
     theta = pi/2 - phi, which resolves a tip.
     """
+    exponent = rule.exponent
 
     def outer(phi: FloatArray, x: FloatArray) -> FloatArray:
         values = integrand(x * np.cos(phi), x)
@@ -202,15 +83,7 @@ def _angular(
         phi = _angles(_marks(breakpoints, low, high)[::-1], x)
         return phi if exponent == 0.0 else np.insert(phi, 1, phi[:2].mean(axis=0), axis=0)
 
-    answer = _integrate(
-        outer,
-        lambda c: edges(c, low, high),
-        x,
-        exponent=exponent,
-        power=power,
-        levels=_LEVELS[:4],
-        noise=noise,
-    )
+    answer = integrate(outer, edges(x, low, high), x, replace(rule, levels=LEVELS[:4]))
     hard = np.isnan(answer)
     if hard.any():
         radius, start, stop = x[hard], low[hard], high[hard]
@@ -218,9 +91,10 @@ def _angular(
         theta = np.arcsin(_marks(breakpoints, start, middle) / radius)
         graded = theta[0] + np.multiply.outer(_GRADING, theta[1] - theta[0])
         theta = np.concatenate([theta[:1], graded, theta[1:]])
-        answer[hard] = _integrate(
-            outer, lambda c: edges(c, middle, stop), radius, exponent=exponent, power=power, noise=noise
-        ) + _integrate(inner, lambda c: theta, radius, power=abs(power), tip_power=_TIP_POWER, noise=noise)
+        tip = Rule(power=abs(rule.power), tip_power=_TIP_POWER, noise=rule.noise)
+        answer[hard] = integrate(outer, edges(radius, middle, stop), radius, rule) + integrate(
+            inner, theta, radius, tip
+        )
     return _require(answer, x, what)
 
 
@@ -330,9 +204,7 @@ def _slope_moment(
         top,
         breakpoints,
         what,
-        exponent=k,
-        power=1,
-        noise=noise,
+        Rule(k, noise=noise),
     )
     return answer
 
@@ -435,9 +307,7 @@ def line_average(
         np.minimum(radius, high),
         breakpoints,
         "line average",
-        exponent=-k,
-        power=-2,
-        noise=noise,
+        Rule(-k, power=-2, noise=noise),
     )
     return np.asarray(2.0 / math.pi * answer.reshape(r.shape))
 
@@ -505,12 +375,11 @@ def edge_average(curve: Curve, r: ArrayLike, a: float, *, k: float = 0.0) -> Flo
         return values if k == 0.0 else values * (radius * np.sinh(s) / s) ** k
 
     radius = flat[inside]
-    values = _integrate(integrand, edges, radius, exponent=k, power=2, levels=_LEVELS[:4])
+    values = integrate(integrand, edges(radius), radius, Rule(k, power=2, levels=LEVELS[:4]))
     hard = np.isnan(values)
     if hard.any():
-        values[hard] = _integrate(
-            integrand, fine_edges, radius[hard], exponent=k, power=2, tolerance=_STEEP_TOLERANCE
-        )
+        steep = Rule(k, power=2, tolerance=_STEEP_TOLERANCE)
+        values[hard] = integrate(integrand, fine_edges(radius[hard]), radius[hard], steep)
     answer[inside] = _require(values, radius, "pressure")
     return answer.reshape(r.shape)
 
@@ -527,12 +396,6 @@ def _centre_value(curve: Curve, a: float, k: float) -> float:
     panels = np.array([x[:-1], x[1:]])
     middle = np.sqrt(x[:-1] * x[1:])
     size = float(np.sum(np.abs(curve(middle)) * middle ** (k - 1.0) * np.diff(x)))
-    body = _integrate(
-        lambda t, *_: curve(t) * t ** (k - 1.0),
-        lambda c: panels,
-        x[1:],
-        power=2,
-        tolerance=_CENTRE_TOLERANCE,
-        noise=_TOLERANCE * size,
-    )
+    rule = Rule(power=2, tolerance=_CENTRE_TOLERANCE, noise=TOLERANCE * size)
+    body = integrate(lambda t, *_: curve(t) * t ** (k - 1.0), panels, x[1:], rule)
     return below + float(_require(body, x[1:], "pressure").sum())

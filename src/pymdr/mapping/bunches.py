@@ -10,8 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pymdr.mapping.abel import gauss
-from pymdr.mapping.series import Panels, Series, basis, clenshaw, nodes, to_coefficients
+from pymdr.numerics.panels import Panels, Series, basis, clenshaw, nodes, to_coefficients
+from pymdr.numerics.quadrature import gauss
 from pymdr.units import FloatArray
 
 POINTS = 20
@@ -59,7 +59,7 @@ def bunched(panels: Panels, curve: Series) -> Bunches:
 
     Examples
     --------
-    >>> from pymdr.mapping.series import TERMS
+    >>> from pymdr.numerics.panels import TERMS
     >>> one = Panels(np.zeros(1), np.zeros(1), np.ones(1), np.zeros(1, dtype=bool))
     >>> leaf = bunched(one, Series(np.zeros(1), np.eye(1, TERMS))).levels[0]
     >>> bool(abs((leaf.charge * leaf.offset**2).sum() - 1 / 3) < 1e-15)

@@ -19,7 +19,6 @@ from functools import cached_property, lru_cache
 import numpy as np
 from scipy.special import roots_jacobi
 
-from pymdr.mapping.abel import gauss
 from pymdr.mapping.quarters import (
     APART,
     NEAR,
@@ -30,7 +29,8 @@ from pymdr.mapping.quarters import (
     sums_on_quarters,
 )
 from pymdr.mapping.resolving import Slopes
-from pymdr.mapping.series import (
+from pymdr.mapping.slopes import Tail
+from pymdr.numerics.panels import (
     TERMS,
     BoolArray,
     IndexArray,
@@ -41,7 +41,7 @@ from pymdr.mapping.series import (
     nodes,
     to_coefficients,
 )
-from pymdr.mapping.slopes import Tail
+from pymdr.numerics.quadrature import gauss
 from pymdr.units import FloatArray
 
 _BUNCH = 20

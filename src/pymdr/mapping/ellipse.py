@@ -6,9 +6,9 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.optimize import brentq
 from scipy.special import elliprd, elliprf
 
-from pymdr.errors import ConvergenceError
 from pymdr.units import FloatArray
 
 
@@ -41,20 +41,14 @@ def axis_ratio(radius_x: float, radius_y: float) -> float:
     wanted = math.log(radius_x / radius_y)
     mirrored = wanted < 0.0
     target = abs(wanted)
-    low, high = -target, 0.0
-    s = -2.0 / 3.0 * target
-    for _ in range(100):
+
+    def missed(s: float) -> float:
         square = math.exp(2.0 * s)
-        along, across = float(elliprd(0.0, 1.0, square)), float(elliprd(0.0, square, 1.0))
-        miss = math.log(along / across) - target
-        low, high = (s, high) if miss > 0.0 else (low, s)
-        # the slope lies between -3/2 at the circle and -2 of long ellipses
-        step = s + miss / 1.75
-        new = step if low <= step <= high else 0.5 * (low + high)
-        if abs(new - s) <= 1e-15:
-            return math.exp(-new if mirrored else new)
-        s = new
-    raise ConvergenceError(f"no ellipse found for radii of curvature {radius_x:g} m and {radius_y:g} m")
+        return math.log(float(elliprd(0.0, 1.0, square)) / float(elliprd(0.0, square, 1.0))) - target
+
+    # the slope lies between -3/2 at the circle and -2 of long ellipses
+    s = brentq(missed, -target, -0.49 * target, xtol=1e-15) if target > 0.0 else 0.0
+    return math.exp(-s if mirrored else s)
 
 
 @dataclass(frozen=True)

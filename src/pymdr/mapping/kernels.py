@@ -13,12 +13,12 @@ import math
 
 import numpy as np
 
-from pymdr.mapping.abel import gauss
 from pymdr.mapping.charges import Charges, Sums
 from pymdr.mapping.quarters import NEAR
 from pymdr.mapping.resolving import Slopes
-from pymdr.mapping.series import IndexArray, Panels
 from pymdr.mapping.slopes import Tail
+from pymdr.numerics.panels import IndexArray, Panels
+from pymdr.numerics.quadrature import gauss
 from pymdr.units import FloatArray
 
 _HALFWAY = 0.7

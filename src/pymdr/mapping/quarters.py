@@ -15,8 +15,8 @@ from functools import lru_cache
 
 import numpy as np
 
-from pymdr.mapping.abel import gauss
-from pymdr.mapping.series import BoolArray, IndexArray, Panels, basis, basis_slope
+from pymdr.numerics.panels import BoolArray, IndexArray, Panels, basis, basis_slope
+from pymdr.numerics.quadrature import gauss
 from pymdr.units import FloatArray
 
 QUARTER = 2.0**0.25

@@ -11,7 +11,7 @@ from functools import lru_cache
 import numpy as np
 
 from pymdr.errors import ConvergenceError, ProblemError
-from pymdr.mapping.series import (
+from pymdr.numerics.panels import (
     TERMS,
     Panels,
     Series,
@@ -22,6 +22,7 @@ from pymdr.mapping.series import (
     nodes,
     to_coefficients,
 )
+from pymdr.numerics.roots import boundary
 from pymdr.units import FloatArray, metres
 
 _RESOLVED = 4e-15
@@ -102,7 +103,7 @@ class SlopeSource(ABC):
         return 0.0
 
     def grain(self, panels: Panels) -> FloatArray:
-        """What the rounding of samples makes of f' on panels, which their knots cannot resolve; shape (P,)."""
+        """What the rounding of samples, or of numbers of few digits, makes of f' on panels; shape (P,)."""
         return np.zeros(panels.count)
 
     def averaged(self, panels: Panels) -> tuple[FloatArray, FloatArray]:
@@ -152,7 +153,10 @@ class Slopes:
     blur: FloatArray
     """Part of the error of a panel that begins at a breakpoint which beyond it nothing is left of, else 0; shape (P,)."""
     beside: FloatArray
-    """Errors of the exponent and of the place in m with which f' begins there, shape (P, 2)."""
+    """
+    With which f' begins there: errors of the exponent and of the place in m, how far in m f may rise unseen, and by what
+    height in m; shape (P, 4).
+    """
 
     @property
     def last(self) -> Slopes:
@@ -287,8 +291,9 @@ def resolve(
             fits |= fit.error <= np.maximum(_SOFT * fit.size, source.grain(pending))
         if generation >= 2 and not fits.all():
             rest = np.flatnonzero(~fits)
-            noise = _noise(source, pending.take(rest))
-            fits[rest] |= (fit.error[rest] <= 8.0 * noise) & fit.even[rest]
+            left = pending.take(rest)
+            rounded = np.maximum(8.0 * _noise(source, left), source.grain(left))
+            fits[rest] |= (fit.error[rest] <= rounded) & fit.even[rest]
         if generation == _KINK_GENERATION:
             # a radius that loses digits in sums makes stairs of f'; features are in few parts of a panel
             missed = np.bincount(family, np.where(fits, 0.0, pending.width), panels.count)
@@ -304,7 +309,7 @@ def resolve(
         fits |= last | (begins & (generation >= _GRADED))
         taken = pending.take(fits)
         error = fit.error[fits] + source.uncertainty(taken)
-        beside = np.stack([fit.exponent_error[fits], np.zeros(taken.count)], axis=1)
+        beside = np.pad(fit.exponent_error[fits][:, None], ((0, 0), (0, 3)))
         none = np.zeros(taken.count)
         done.append(
             Slopes(taken, fit.series.take(fits), error, fit.size[fits], none, leap[fits], none, beside)
@@ -506,10 +511,5 @@ def _end_of_definition(
     bad = offset[at][~np.isfinite(values[at])]
     base, low, high = panels.base[at : at + 1], float(panels.low[at]), float(bad.min())
     value = float(values[at][~np.isfinite(values[at])][0])
-    for _ in range(60):
-        middle = 0.5 * (low + high)
-        if not low < middle < high:
-            break
-        finite = np.isfinite(source.sample(base, np.array([middle]))[0][0])
-        low, high = (middle, high) if finite else (low, middle)
-    return Stopped([], float(base[0] + low), value)
+    last, _ = boundary(lambda r: np.isfinite(source.sample(base, r)[0]), np.array([low]), high)
+    return Stopped([], float(base[0] + last[0]), value)

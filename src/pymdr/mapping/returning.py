@@ -19,10 +19,10 @@ from typing import TypeAlias
 
 import numpy as np
 
-from pymdr.mapping.abel import gauss
 from pymdr.mapping.bunches import POINTS, Bunches, Level
 from pymdr.mapping.kernels import arc_above, arc_below
-from pymdr.mapping.series import BoolArray, IndexArray, evaluate
+from pymdr.numerics.panels import BoolArray, IndexArray, evaluate
+from pymdr.numerics.quadrature import gauss
 from pymdr.units import FloatArray
 
 _CLOSE, _APART = 0.6, 1.0

@@ -247,10 +247,10 @@ def unpack(dataset: xr.Dataset) -> dict[str, Any]:
         )
     try:
         case = json.loads(attrs["pymdr_case"])
-        if strange := unknown_kinds(case["profile"]):
+        if strange := unknown_kinds(case):
             raise FileError(
-                f"cannot read the result: nobody has registered the profile {strange[0]!r} here; import the module that "
-                "calls pymdr.problem.codec.register_profile for it"
+                f"cannot read the result: nobody has registered the kind {strange[0]!r} here; import the module that "
+                "calls pymdr.problem.codec.register for it"
             )
         _, contact, path = decode_case(case)
         path = _together(path, dataset)

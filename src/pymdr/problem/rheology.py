@@ -496,7 +496,7 @@ class PowerLawRheology(Rheology):
             np.append(times[0] * shorter, times),
             instantly_rigid=True,
         )
-        return replace(kernel, error=max(error, self._impulse_error(kernel, first, last)))
+        return replace(kernel, error=_BETWEEN * max(error, self._impulse_error(kernel, first, last)))
 
     def _series(self, first: float, last: float, error: float) -> tuple[tuple[FloatArray, FloatArray], float]:
         """Moduli and rising times of a series over a span, and the largest relative error of its G(t) there."""
@@ -564,8 +564,10 @@ class PowerLawRheology(Rheology):
 
 WIDEST = 1e30
 """The longest over the shortest time of a span."""
-_SERIES_ERROR = 1e-9
-"""Largest relative error of the series for a span."""
+_SERIES_ERROR = 1e-11
+"""Largest relative error of the series for a span: a hundredth of what is still exact, because rows that are small beside their history multiply it."""
+_BETWEEN = 2.0
+"""How much larger an error may be between the times at which it is measured."""
 _FAST_TERMS = 4
 """Terms for all that is faster than a series, beside one at 0."""
 _FASTEST = 60.0

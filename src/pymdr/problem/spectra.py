@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from pymdr.errors import ProblemError
+from pymdr.numerics.roots import boundary
 from pymdr.problem.values import Value
 from pymdr.units import FloatArray
 
@@ -160,12 +161,10 @@ def zeros_between(h: Fractions) -> tuple[FloatArray, FloatArray]:
         half[-1], above[-1] = 2.0 * half[-1], False
     base, sign = np.where(above, right, left), np.where(above, -1.0, 1.0)
     value = from_base(base)
-    near, far = np.zeros(half.size), np.full(half.size, _SMALLEST)
-    for _ in range(64):
-        middle = 0.5 * (near + far)
-        farther = value(sign * half * np.exp(-middle)) * sign > 0.0
-        near, far = np.where(farther, near, middle), np.where(farther, middle, far)
-    step = sign * half * np.exp(-0.5 * (near + far))
+    _, log = boundary(
+        lambda x: ~(value(sign * half * np.exp(-x)) * sign > 0.0), np.zeros(half.size), _SMALLEST
+    )
+    step = sign * half * np.exp(-log)
     return base + step, (poles - base[:, None]) - step[:, None]
 
 

@@ -22,7 +22,7 @@ from pymdr.interpretation.theories import theory_of
 from pymdr.interpretation.validity import BoolArray, Claim, Level, approximated
 from pymdr.line.following import History, Jumps, energy_residual, follow, under_control
 from pymdr.line.foundation import DiskStates, mean_pressure
-from pymdr.mapping.series import Place
+from pymdr.numerics.panels import Place
 from pymdr.problem.schedule import Stretch
 from pymdr.result import Result, Status
 from pymdr.rows import taken

@@ -75,7 +75,7 @@ class AdhesiveLine:
             "out, or give an exponent nearer to 0"
         )
 
-    @property
+    @cached_property
     def natural_radius(self) -> float:
         """A parameter in m at which the indentation under adhesion is 0: the size of the contact."""
         bare = ShortRange(self.line, self.law.work)
@@ -204,7 +204,7 @@ class AdhesiveLine:
         values = curve.control(s)
         return float(np.max(values))
 
-    @property
+    @cached_property
     def _end(self) -> float:
         """The largest parameter in m that is followed: that of a sphere before it is pressed in by its radius."""
         profile, limit = self.contact.profile, self.equilibria.limit

@@ -29,6 +29,8 @@ from pymdr.line.memory import (
     Passage,
     TangentialHistory,
     TangentialState,
+    compliant,
+    relaxed,
     shear_springs,
     unsheared,
 )
@@ -41,9 +43,11 @@ from pymdr.solving.memory import (
     OWN_ERRORS,
     error_of,
     is_told_by_rows,
+    own_share,
     relaxation_along,
     span_along,
     tangential_relaxation_along,
+    travelled,
 )
 from pymdr.solving.viscoelastic import (
     SPRINGS,
@@ -51,6 +55,7 @@ from pymdr.solving.viscoelastic import (
     begun,
     followed_leg,
     interpreted,
+    kernel_errors,
     parts_between,
     refuse_untimed,
     rows_met,
@@ -247,10 +252,12 @@ def _interpret(task: Task, bodies: _Bodies, walked: Walked[_Rows]) -> Result:
     own = [name for name in columns if name in SHEARED_QUANTITIES]
     where = claims["contact_radius"].where
     tangential = sheared_claims(contact, coupling, (*own, *TANGENTIAL_FIELDS), where, sheared.disk)
-    errors = _errors(rows) | sheared_errors(_surface(task, bodies, walked, normal.columns), where.size)
+    fields = sheared_errors(_surface(task, bodies, walked, normal.columns), where.size)
+    errors, kernel = _errors(rows), _kernel_errors(bodies, walked, columns)
     tangential = with_errors(
         tangential,
-        {name: error + bodies.tangential.error for name, error in errors.items()},
+        {name: error + kernel[name] for name, error in errors.items()}
+        | {name: error + bodies.tangential.error for name, error in fields.items()},
         f"; energies are those of the springs and dashpots that the rheology names{OWN_ERRORS}",
         f"as {SPRINGS} springs in four steps or more between the rows do",
     )
@@ -317,3 +324,25 @@ def _errors(rows: _Rows) -> dict[str, FloatArray]:
         "external_work": (normal.work + fine.work, normal.of_half("work") + coarse.work),
     }
     return {name: error_of(*both) for name, both in found.items()}
+
+
+def _kernel_errors(
+    bodies: _Bodies, walked: Walked[_Rows], columns: Mapping[str, FloatArray]
+) -> dict[str, FloatArray]:
+    """What the error of the kernel makes of rows, in parts of their own values, as `kernel_errors` of what is normal."""
+    assert walked.time is not None
+    pressed = kernel_errors(bodies.line, bodies.normal, walked.rows.normal, walked.time)
+    shift, force = columns["shift"], columns["tangential_force"]
+    moves = np.abs(np.diff(shift, prepend=0.0))
+    stiffness = bodies.line.stiffness(columns["contact_radius"])
+    bears = travelled(bodies.tangential, relaxed, walked.time, np.cumsum(stiffness * moves))
+    load = np.divide(force, stiffness, out=np.zeros(force.size), where=stiffness > 0.0)
+    creeps = travelled(bodies.tangential, compliant, walked.time, load)
+    work = 2.0 * np.cumsum(bears * moves)
+    names = ("stored_tangential_energy", "slip_work", "dissipated_energy", "external_work")
+    return {name: own_share(work, columns[name]) + pressed.get(name, 0.0) for name in names} | {
+        "shift": own_share(creeps, shift),
+        "tangential_force": own_share(bears, force),
+        "stick_radius": own_share(bears, force),
+        "slip_distance": own_share(bodies.tangential.error * np.cumsum(moves), columns["slip_distance"]),
+    }

@@ -24,8 +24,8 @@ from pymdr.interpretation.validity import (
 )
 from pymdr.line.foundation import ElasticLine, states_at_depth, states_at_force
 from pymdr.line.foundation import normal_force as force_of
-from pymdr.mapping.abel import gauss
 from pymdr.mapping.closure import closure_of
+from pymdr.numerics.quadrature import gauss
 from pymdr.problem.contact import Contact
 from pymdr.problem.laws import Coulomb
 from pymdr.problem.profiles import ForceCurve

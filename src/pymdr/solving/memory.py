@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 
@@ -158,3 +159,23 @@ def later_too(apart: FloatArray, size: FloatArray) -> FloatArray:
         part = np.nan_to_num(apart / size, posinf=0.0)
     later = np.max([np.append(part[k:], np.zeros(min(k, part.size))) for k in range(_LATER + 1)], axis=0)
     return np.asarray(2.0 * np.maximum(np.maximum.accumulate(apart), size * later))
+
+
+def travelled(
+    relaxation: Relaxation,
+    law: Callable[[Relaxation, FloatArray, FloatArray], FloatArray],
+    time: FloatArray,
+    values: FloatArray,
+) -> FloatArray:
+    """What all changes of a value leave by a law, `relaxed` or `compliant`, as if each counted upward, times the error of the kernel."""
+    if relaxation.error == 0.0:
+        return np.zeros(time.size)
+    way = np.cumsum(np.abs(np.diff(values, prepend=0.0)))
+    return relaxation.error * law(relaxation, np.append(0.0, time), np.append(0.0, way))[1:]
+
+
+def own_share(errors: FloatArray, values: FloatArray) -> FloatArray:
+    """Relative errors of rows, at most 1; 0 for a value of 0, which has no part that is wrong."""
+    size = np.abs(values)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.where(size > 0.0, np.fmin(errors / size, 1.0), 0.0)

@@ -30,7 +30,7 @@ from pymdr.line.foundation import (
     states_at_travel,
 )
 from pymdr.line.layered import LayeredLine, lower_bound
-from pymdr.mapping.series import Place
+from pymdr.numerics.panels import Place
 from pymdr.problem.contact import Contact
 from pymdr.problem.paths import TANGENTIAL_CHANNELS, Cycle, LoadingPath, Path, named_channels
 from pymdr.problem.schedule import Planned, Stretch, planned

@@ -20,6 +20,7 @@ from pymdr.line.memory import (
     MemoryState,
     Parts,
     Watch,
+    compliant,
     creep,
     deepest_under,
     follow_loads,
@@ -27,9 +28,11 @@ from pymdr.line.memory import (
     follow_travels,
     parts_of,
     prepared,
+    relaxed,
     ting,
     virgin,
 )
+from pymdr.line.memory import Rows as Ting
 from pymdr.mapping.equivalent import equivalent_profile, gap_function
 from pymdr.mapping.relaxation import Relaxation
 from pymdr.problem.contact import Contact
@@ -42,9 +45,11 @@ from pymdr.solving.memory import (
     assumptions_with_memory,
     error_of,
     is_told_by_rows,
+    own_share,
     refuse_sudden,
     relaxation_along,
     times_of,
+    travelled,
 )
 from pymdr.solving.normal import check_normal_path, refuse_tension
 from pymdr.solving.reach import notes_of, refuse_unreachable
@@ -262,20 +267,26 @@ def interpreted(
     assert time is not None
     depth, force, radius = rows.indentation, rows.normal_force, rows.contact_radius
     exact, grown = _ting(line, relaxation, walked), _grown(line, relaxation, walked)
-    errors = _errors(rows)
+    errors, kernel = _errors(rows), kernel_errors(line, relaxation, rows, time)
     notes = [*notes_of(task.contact.profile)]
     if exact is not None:
-        force, radius = exact
+        force, radius = exact.force[1:], exact.contact_radius[1:]
         errors |= dict.fromkeys(("normal_force", "contact_radius"), np.zeros(force.size))
+        kernel |= _sized(relaxation, exact, "normal_force")
         notes.append(
             "one approach and one retreat: force and contact radius are Ting's (1966), without springs"
         )
     if grown is not None:
-        depth, radius = grown
+        depth, radius = grown.indentation[1:], grown.contact_radius[1:]
         errors |= dict.fromkeys(("indentation", "contact_radius"), np.zeros(force.size))
+        kernel |= _sized(relaxation, grown, "indentation")
         notes.append(
             "a contact that grows under its forces: indentation and contact radius are Lee and Radok's (1960), without springs"
         )
+    given = {"indentation": rows.moved, "normal_force": rows.forced}
+    errors = {
+        name: error + np.where(given.get(name, False), 0.0, kernel[name]) for name, error in errors.items()
+    }
     if relaxation.error > 0.0:
         notes.append(f"the rheology is a Prony series whose kernel errs by at most {relaxation.error:.1g}")
     alike = states_at_depth(line, depth)
@@ -314,14 +325,10 @@ def interpreted(
     names = (*columns, *NORMAL_FIELDS)
     claims = memory_claims(names, rows.disk, rows.forced, rows.moved, check, remark)
     claims["effective_modulus"] = _where(claims["effective_modulus"], elastic > 0.0)
-    errors |= {name: check.error(name, force.size) for name in NORMAL_FIELDS}
-    given = {"indentation": rows.moved, "normal_force": rows.forced}
+    errors |= {name: check.error(name, force.size) + relaxation.error for name in NORMAL_FIELDS}
     claims = with_errors(
         claims,
-        {
-            name: error + np.where(given.get(name, False), 0.0, relaxation.error)
-            for name, error in errors.items()
-        },
+        errors,
         f"; energies are those of the springs and dashpots that the rheology names{OWN_ERRORS}",
         f"as {SPRINGS} springs do",
     )
@@ -358,34 +365,59 @@ def _errors(rows: MemoryRows) -> dict[str, FloatArray]:
     return found
 
 
-def _ting(
-    line: ElasticLine, relaxation: Relaxation, walked: Walked[MemoryRows]
-) -> tuple[FloatArray, FloatArray] | None:
-    """Force and radius without springs, where the path is one approach and one retreat under prescribed indentations."""
+def kernel_errors(
+    line: ElasticLine, relaxation: Relaxation, rows: MemoryRows, time: FloatArray
+) -> dict[str, FloatArray]:
+    """
+    What the error of the kernel makes of rows, in parts of their own values.
+
+    A kernel that errs by a part of itself moves a force by no more than that part of int E*(t - s) |dF0(d(s))|, which a force that
+    is left after a retreat is small beside; a depth by the same of int J(t - s) |d(F/k)|; energies by what such forces do.
+    """
+    elastic = normal_force(line, states_at_depth(line, rows.indentation))
+    bears = travelled(relaxation, relaxed, time, elastic)
+    stiffness = line.stiffness(rows.contact_radius)
+    load = np.divide(rows.normal_force, stiffness, out=np.zeros(time.size), where=stiffness > 0.0)
+    creeps = travelled(relaxation, compliant, time, load)
+    work = 2.0 * np.cumsum(bears * np.abs(np.diff(rows.indentation, prepend=0.0)))
+    return {
+        "normal_force": own_share(bears, rows.normal_force),
+        "indentation": own_share(creeps, rows.indentation),
+        "contact_radius": own_share(creeps, rows.indentation),
+        "elastic_energy": own_share(work, rows.stored),
+        "dissipated_energy": own_share(work, rows.dissipated),
+        "external_work": own_share(work, rows.work),
+    }
+
+
+def _sized(relaxation: Relaxation, found: Ting, name: str) -> dict[str, FloatArray]:
+    """Errors of the kernel in rows without springs."""
+    sizes = {name: found.gained[1:], "contact_radius": found.widened[1:]}
+    return {name: np.fmin(relaxation.error * np.nan_to_num(size), 1.0) for name, size in sizes.items()}
+
+
+def _ting(line: ElasticLine, relaxation: Relaxation, walked: Walked[MemoryRows]) -> Ting | None:
+    """Rows without springs, where the path is one approach and one retreat under prescribed indentations."""
     rows, time = walked.rows, walked.time
     d = rows.indentation
     if not (rows.moved.all() and d.max() > 0.0) or time is None or relaxation.viscosity > 0.0:
         return None
     start = min(float(walked.starts[0].get("indentation", 0.0)), 0.0)
     try:
-        found = ting(line, relaxation, np.append(0.0, time), np.append(min(start, 0.0), d))
+        return ting(line, relaxation, np.append(0.0, time), np.append(min(start, 0.0), d))
     except PathError:
         return None
-    return found.force[1:], found.contact_radius[1:]
 
 
-def _grown(
-    line: ElasticLine, relaxation: Relaxation, walked: Walked[MemoryRows]
-) -> tuple[FloatArray, FloatArray] | None:
-    """Indentation and radius without springs, where all rows are forces under which the contact grows."""
+def _grown(line: ElasticLine, relaxation: Relaxation, walked: Walked[MemoryRows]) -> Ting | None:
+    """Rows without springs, where all are forces under which the contact grows."""
     rows, time = walked.rows, walked.time
     if time is None or not rows.forced.all() or not rows.normal_force.any():
         return None
     try:
-        found = creep(line, relaxation, np.append(0.0, time), np.append(0.0, rows.normal_force))
+        return creep(line, relaxation, np.append(0.0, time), np.append(0.0, rows.normal_force))
     except PathError:
         return None
-    return found.indentation[1:], found.contact_radius[1:]
 
 
 def surface_with_memory(

@@ -17,6 +17,7 @@ from pymdr.problem.paths import LoadingPath, Path
 from pymdr.quantities import QUANTITIES
 from pymdr.result import Result
 from pymdr.solving import solve
+from pymdr.solving.drawing import infinite_in
 from pymdr.units import FloatArray, QuantityLike
 from pymdr.workbench.comparison import Comparison
 
@@ -239,6 +240,7 @@ def _tractions(mdr: Result, other: SlidingSolution) -> xr.Dataset:
             "grid": ("r", other.q_x[middle:, middle], {"units": "Pa"}),
         },
         coords={"r": ("r", r, {"units": "m"})},
+        attrs={"infinite": infinite_in(mdr, mdr.data.sizes["step"] - 1)},
     )
 
 

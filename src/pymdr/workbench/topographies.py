@@ -383,7 +383,13 @@ def _opened(source: Path, content: bytes) -> Any:
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            reader = SurfaceTopography.open_topography(io.BytesIO(content))
+            opened = SurfaceTopography.open_topography
+            reader = opened(io.BytesIO(content))
+            if not list(reader.channels):
+                # another format without a mark of its own, which only the suffix tells
+                suffix = source.suffix.lower().lstrip(".")
+                named = [kind.format() for kind in readers if suffix in (kind.file_extensions() or ())]
+                reader = next((opened(io.BytesIO(content), format=kind) for kind in named), reader)
             channels = list(reader.channels)
     except Exception as error:
         failure = error

@@ -22,6 +22,7 @@ from pymdr.quantities import QUANTITIES
 from pymdr.result import FieldReader, Result
 from pymdr.solving import solve
 from pymdr.solving.closure import refuse_curve
+from pymdr.solving.drawing import infinite_in
 from pymdr.solving.ringed import adhesive_disks
 from pymdr.units import FloatArray, QuantityLike
 from pymdr.workbench.comparison import Comparison
@@ -319,5 +320,5 @@ def _pressures(mdr: Result, ring: _Found, rows: np.ndarray) -> xr.Dataset:
     return xr.Dataset(
         {"mdr": ("r", by_mdr[bounded], {"units": "Pa"}), "rings": ("r", by_rings[bounded], {"units": "Pa"})},
         coords={"r": ("r", r[bounded], {"units": "m"})},
-        attrs={"indentation": float(ring.columns["indentation"][step])},
+        attrs={"indentation": float(ring.columns["indentation"][step]), "infinite": infinite_in(mdr, step)},
     )

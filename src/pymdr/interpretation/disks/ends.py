@@ -20,7 +20,7 @@ from pymdr.interpretation.disks.extremes import (
     with_window_ends,
 )
 from pymdr.interpretation.disks.landscape import TOLERANCE, Landscape
-from pymdr.mapping.equivalent import rising_root
+from pymdr.numerics.roots import rising_root
 from pymdr.units import FloatArray
 
 _STEPS = 60

@@ -11,7 +11,7 @@ import numpy as np
 from pymdr.interpretation.disks.ends import Stretch, disks_on
 from pymdr.interpretation.disks.extremes import MOST, gap_ratios, pressure_ratios, without_windows
 from pymdr.interpretation.disks.landscape import TOLERANCE, Landscape
-from pymdr.mapping.equivalent import rising_root
+from pymdr.numerics.roots import rising_root
 from pymdr.units import FloatArray
 
 _SAMPLES = 9

@@ -11,11 +11,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.special import gammaln
 
-from pymdr.errors import ConvergenceError, ProblemError
+from pymdr.errors import ProblemError
 from pymdr.line.adhesion.cohesive_zone import solve_width
 from pymdr.line.adhesion.equivalent_line import as_floats
 from pymdr.mapping.equivalent import EquivalentProfile
 from pymdr.mapping.equivalent.panels import PanelLine
+from pymdr.numerics.roots import roots_of
 from pymdr.units import FloatArray
 
 _FARTHEST = 1e30
@@ -270,18 +271,10 @@ def _xi(k: FloatArray, modulus: FloatArray, radius: FloatArray) -> FloatArray:
 def _soft_radius(
     base: FloatArray, power: FloatArray, length: FloatArray, low: FloatArray, high: FloatArray
 ) -> FloatArray:
-    """Return the root u = ln a of u - power ln(base ξ(a)²) by bracketed Newton steps; length = k/2E*."""
-    u, left, right = np.log(high), np.log(low), np.log(high)
-    for _ in range(100):
-        ratio = length * np.exp(-u)
-        xi = 0.5 + 1.0 / (1.0 + ratio)
-        value = u - power * np.log(base * xi**2)
-        rate = 1.0 - 4.0 * power * ratio / ((1.0 + ratio) * (3.0 + ratio))
-        right, left = np.where(value >= 0.0, u, right), np.where(value >= 0.0, left, u)
-        new = u - value / rate
-        new = np.where((new >= left) & (new <= right), new, 0.5 * (left + right))
-        rounding = 2.0 * np.finfo(float).eps * (1.0 + np.abs(u) + power * np.abs(np.log(base)))
-        if np.all((np.abs(new - u) <= rounding) | (np.abs(value) <= rounding)):
-            return np.exp(new)
-        u = new
-    raise ConvergenceError(f"the pull-off radius did not settle (last value {float(np.exp(u[0]))!r} m)")
+    """Return the root a of a - [base ξ(a)²]^power; length = k/2E*."""
+
+    def missed(a: FloatArray, base: FloatArray, power: FloatArray, length: FloatArray) -> FloatArray:
+        return a - (base * (0.5 + 1.0 / (1.0 + length / a)) ** 2) ** power
+
+    # the two ends are met to rounding by very soft and very stiff machines
+    return roots_of(missed, (1.0 - 1e-9) * low, (1.0 + 1e-9) * high, base, power, length)

@@ -26,7 +26,7 @@ from pymdr.line.adhesion.zone_panels import panel_integrals
 from pymdr.line.adhesion.zone_shape import segment, zone_root
 from pymdr.mapping.equivalent import EquivalentProfile
 from pymdr.mapping.equivalent.panels import PanelLine
-from pymdr.mapping.series import Place, Position, rounded
+from pymdr.numerics.panels import Place, Position, rounded
 from pymdr.units import FloatArray
 
 _Index = NDArray[np.intp]

@@ -22,11 +22,11 @@ from pymdr.line.adhesion.equivalent_line import (
 )
 from pymdr.line.adhesion.radii import Radii, radii_of
 from pymdr.line.adhesion.zone_shape import segment, zone_root
-from pymdr.line.adhesion.zone_table import Table, tabulated
 from pymdr.line.curves import ElasticLine
 from pymdr.mapping.equivalent import EquivalentProfile
 from pymdr.mapping.equivalent.panels import PanelLine
-from pymdr.mapping.series import Place, Position, rounded
+from pymdr.numerics.panels import Place, Position, rounded
+from pymdr.numerics.table import Table, tabulated
 from pymdr.units import FloatArray
 
 _PIECES = 5
@@ -214,14 +214,16 @@ class MaugisDugdale:
         """Functions of the parameter on a piece by its table; None as long as one would cost more than the states."""
         high = float(np.max(s, initial=0.0))
         table = self._tables.get(piece)
-        if table is None or high > table.marks[-1]:
+        if table is None or high > table.high[-1]:
             computed = self._computed.get(piece, 0) + s.size
             self._computed[piece] = computed
             if computed <= _FEW:
                 return None
             start = 0.0 if piece == _APPROACH else self.ends[_HELD]
             most = min(start + _BEYOND * (high - start), self.ends[piece])
-            table = self._tables[piece] = tabulated(direct, start, max(most, high), self.knots)
+            top = max(most, high)
+            marks = np.array([start, *sorted({k for k in self.knots if start < k < top}), top])
+            table = self._tables[piece] = tabulated(lambda s, _: direct(s), marks[:-1], marks[1:])
             self._computed[piece] = 0
         values = table(s)
         left = np.flatnonzero(~np.isfinite(values).all(axis=0))

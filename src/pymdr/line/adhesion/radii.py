@@ -21,7 +21,8 @@ from pymdr.line.adhesion.equivalent_line import Outline, inner_knots
 from pymdr.line.curves import ElasticLine
 from pymdr.line.layered import LayeredLine
 from pymdr.mapping.equivalent import EquivalentProfile
-from pymdr.mapping.series import Place, Position
+from pymdr.numerics.panels import Place, Position
+from pymdr.numerics.roots import boundary
 from pymdr.units import FloatArray
 
 _SHARE = 0.125
@@ -101,11 +102,7 @@ class Radii:
             return s
         k = np.searchsorted(self.corners, radius, side="right") - 1
         share = np.where(k >= 0, (radius - self.corners[k]) / self.lengths[k], 1.0)
-        low, high = np.zeros(s.shape), np.ones(s.shape)
-        for _ in range(60):
-            x = 0.5 * (low + high)
-            above = self._share(x) >= share
-            low, high = np.where(above, low, x), np.where(above, x, high)
+        _, high = boundary(lambda x: self._share(x) < share, np.zeros(s.shape), 1.0)
         return np.where(share < 1.0, self.starts[k] + high * self.lengths[k], s)
 
     @property

@@ -17,7 +17,7 @@ from pymdr.line.adhesion.equivalent_line import States, as_floats, inner_knots, 
 from pymdr.line.adhesion.radii import Radii, radii_of
 from pymdr.line.curves import Disk
 from pymdr.line.curves import ElasticLine as ElasticLine
-from pymdr.mapping.series import Position, rounded
+from pymdr.numerics.panels import Position, rounded
 from pymdr.units import FloatArray
 
 

@@ -18,10 +18,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pymdr.line.adhesion.zone_shape import segment
-from pymdr.mapping.abel import gauss
 from pymdr.mapping.equivalent.panels import PanelLine
 from pymdr.mapping.images import Image
-from pymdr.mapping.series import (
+from pymdr.numerics.panels import (
     TERMS,
     Panels,
     Place,
@@ -32,6 +31,7 @@ from pymdr.mapping.series import (
     joined,
     joined_series,
 )
+from pymdr.numerics.quadrature import gauss
 from pymdr.units import FloatArray
 
 _Index = NDArray[np.intp]

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from pymdr.errors import PathError
+from pymdr.numerics.roots import roots_of
 from pymdr.units import FloatArray
 
 _Function = Callable[[FloatArray], FloatArray]
@@ -295,10 +296,9 @@ def parameter_reaching(
         low, high = 0.5 * low, low
     else:
         raise PathError(f"the path, up to {top!r}, does not go beyond the first touch")
-    for _ in range(60):
-        middle = float(np.sqrt(low * high))
-        if not low < middle < high:
-            break
-        low, high = (low, middle) if above(middle) else (middle, high)
+    root = float(roots_of(lambda s: control(s) - top, np.array([low]), np.array([high]))[0])
     # evaluated among others, the value there may round to the other side
-    return min(high * (1.0 + 1e-14), limit)
+    beyond = 1e-14
+    while not above(root * (1.0 + beyond)):
+        beyond *= 4.0
+    return min(root * (1.0 + beyond), limit)

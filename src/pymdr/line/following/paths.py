@@ -12,8 +12,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from pymdr.errors import PathError
-from pymdr.line.following.branches import Inverse, inverse_of, roots_of, turning_points
+from pymdr.line.following.branches import Inverse, inverse_of, turning_points
 from pymdr.line.following.curves import Curve
+from pymdr.numerics.roots import roots_of
 from pymdr.units import FloatArray
 
 _Index = NDArray[np.intp]

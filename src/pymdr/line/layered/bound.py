@@ -23,7 +23,7 @@ from pymdr.line.layered.coupled import Added, Coupled
 from pymdr.line.layered.equation import WIDEST
 from pymdr.line.layered.line import LayeredLine
 from pymdr.mapping.equivalent import equivalent_profile
-from pymdr.mapping.series import as_place
+from pymdr.numerics.panels import as_place
 from pymdr.problem.profiles import FlatPunch
 from pymdr.units import FloatArray
 

@@ -15,7 +15,7 @@ from pymdr.line.layered.equation import gauss
 from pymdr.line.layered.tiles import product
 from pymdr.mapping.equivalent import EquivalentProfile
 from pymdr.mapping.layers import Kernel
-from pymdr.mapping.series import Position, basis, nodes, rounded, to_coefficients
+from pymdr.numerics.panels import Position, basis, nodes, rounded, to_coefficients
 from pymdr.units import FloatArray
 
 _TERMS = 16

@@ -19,7 +19,7 @@ from pymdr.errors import ConvergenceError
 from pymdr.line.layered.tiles import product, solve_positive
 from pymdr.mapping.equivalent import EquivalentProfile
 from pymdr.mapping.layers import Kernel
-from pymdr.mapping.series import BoolArray, IndexArray, Place
+from pymdr.numerics.panels import BoolArray, IndexArray, Place
 from pymdr.units import FloatArray, metres
 
 WIDEST = 300.0

@@ -13,9 +13,10 @@ from pymdr.line.curves import Carried, ElasticLine, Profiled
 from pymdr.line.layered.coupled import Added, Coupled
 from pymdr.line.layered.equation import Outline, Solved, solve_contact
 from pymdr.line.layered.tables import DEPTH, EDGE, ENERGY, FORCE, STIFFNESS, Limit, Table
-from pymdr.mapping.equivalent import EquivalentProfile, rising_root
+from pymdr.mapping.equivalent import EquivalentProfile
 from pymdr.mapping.layers import Kernel
-from pymdr.mapping.series import Place, Position, as_place, rounded
+from pymdr.numerics.panels import Place, Position, as_place, rounded
+from pymdr.numerics.roots import rising_root
 from pymdr.units import FloatArray
 
 

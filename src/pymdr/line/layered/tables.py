@@ -9,20 +9,33 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
 
 from pymdr.errors import ConvergenceError, ProblemError, PymdrError
 from pymdr.line.layered.equation import WIDEST, Outline, numbers, solve_again, solve_contact
-from pymdr.mapping.equivalent import EquivalentProfile, rising_root
+from pymdr.mapping.equivalent import EquivalentProfile
 from pymdr.mapping.layers import Kernel
-from pymdr.mapping.series import Place, as_place, basis, basis_slope, nodes, to_coefficients
+from pymdr.numerics.panels import (
+    TERMS,
+    BoolArray,
+    Panels,
+    Place,
+    Series,
+    as_place,
+    basis,
+    evaluate,
+    evaluate_slope,
+    joined,
+    nodes,
+    to_coefficients,
+)
+from pymdr.numerics.roots import boundary, rising_root, roots_of
 from pymdr.units import FloatArray, metres
 
 STIFFNESS, EDGE, DEPTH, FORCE, ENERGY = range(5)
-_TERMS = 16
 _TESTS = np.array([0.005, 0.13, 0.47, 0.81, 0.995])
 """Where on a panel its series is held against the equation."""
 _RESOLVED = 1e-11
@@ -42,17 +55,15 @@ _BEHIND = 0.25
 """Length of the panel behind a corner, in parts of its radius."""
 
 
-@dataclass
-class _Panel:
-    base: float
-    """The corner in m behind which it lies; negative where its variable is the logarithm of the radius."""
-    low: float
-    high: float
-    """Ends of its variable: log a, or the root of a - base."""
+@dataclass(frozen=True)
+class _Segment:
+    """Panels between two bounds."""
+
+    panels: Panels
     coefficients: FloatArray
-    """Shape (5, 16)."""
+    """Shape (P, 5, TERMS)."""
     error: FloatArray
-    """Relative, shape (5,)."""
+    """Relative, shape (P, 5)."""
 
 
 @dataclass(frozen=True)
@@ -80,7 +91,7 @@ class Table:
 
     equivalent: EquivalentProfile
     kernel: Kernel
-    _panels: dict[float, list[_Panel]] = field(default_factory=dict)
+    _segments: dict[float, _Segment] = field(default_factory=dict)
     _ends: dict[float, FloatArray] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -114,17 +125,14 @@ class Table:
         found = np.zeros((a.size, 5))
         above = (a >= self.small) & np.isfinite(a)
         if above.any():
-            found[above] = self._errors[self._index(a[above])]
+            found[above] = self._whole.error[self._whole.panels.locate(at.take(above))[0]]
         return found
 
     def _series(self, at: Place, which: tuple[int, ...], slopes: bool) -> FloatArray:
-        i = self._index(at.x)
-        base, low, width = self._base[i], self._low[i], self._high[i] - self._low[i]
-        v, rate = _variable(at, base)
-        u = np.clip((v - low) / width, 0.0, 1.0)
-        values = (basis_slope if slopes else basis)(u, _TERMS)
-        found = np.stack([_sums(self._columns[c].take(i, axis=0), values) for c in which], axis=1)
-        return found * (rate / width)[:, None] if slopes else found
+        panels = self._whole.panels
+        index, offset = panels.locate(at)
+        read = evaluate_slope if slopes else evaluate
+        return np.stack([read(panels, self._columns[c], index, offset) for c in which], axis=1)
 
     def _slender(self, at: Place, which: tuple[int, ...], slopes: bool) -> FloatArray:
         """Small contacts, where the kernel is M(0) everywhere, to rounding."""
@@ -141,9 +149,6 @@ class Table:
                 values = [b * punch**2, b * punch**2, rate, np.zeros(a.shape), np.zeros(a.shape)]
         return np.stack([values[c] for c in which], axis=1)
 
-    def _index(self, a: FloatArray) -> np.ndarray:
-        return np.maximum(np.searchsorted(self._starts, a, side="right") - 1, 0)
-
     # -- making -------------------------------------------------------------------------------------
 
     def _cover(self, a: FloatArray) -> None:
@@ -153,21 +158,17 @@ class Table:
             return
         bounds = self.bounds(float(np.max(known)))
         needed = np.unique(np.clip(np.searchsorted(bounds, known, side="right") - 1, 0, bounds.size - 2))
-        missing = [i for i in needed if float(bounds[i]) not in self._panels]
+        missing = [i for i in needed if float(bounds[i]) not in self._segments]
         for i in missing:
-            self._panels[float(bounds[i])] = self._segment(float(bounds[i]), float(bounds[i + 1]))
+            self._segments[float(bounds[i])] = self._segment(float(bounds[i]), float(bounds[i + 1]))
         if missing:
             self._sort()
 
     def _sort(self) -> None:
-        panels = [panel for start in sorted(self._panels) for panel in self._panels[start]]
-        self._base = np.array([panel.base for panel in panels])
-        self._low = np.array([panel.low for panel in panels])
-        self._high = np.array([panel.high for panel in panels])
-        self._starts = np.array([_place(panel, np.zeros(1)).x[0] for panel in panels])
-        stacked = np.array([panel.coefficients for panel in panels]).reshape(-1, 5, _TERMS)
-        self._columns = [np.ascontiguousarray(stacked[:, c]) for c in range(5)]
-        self._errors = np.array([panel.error for panel in panels]).reshape(-1, 5)
+        parts = [self._segments[start] for start in sorted(self._segments)]
+        if parts:
+            self._whole = _joined(parts)
+            self._columns = _columns(self._whole)
 
     @property
     def corners(self) -> FloatArray:
@@ -218,31 +219,31 @@ class Table:
         bounds = np.array(ends)
         return np.append(bounds[bounds < end], end) if end <= bounds[-1] else bounds
 
-    def _segment(self, start: float, stop: float) -> list[_Panel]:
+    def _segment(self, start: float, stop: float) -> _Segment:
         """The panels between two bounds, divided until the equation is met between their nodes."""
-        rooted = start in self.corners
-        whole = (0.0, math.sqrt(stop - start)) if rooted else (math.log(start), math.log(stop))
-        base = start if rooted else -1.0
-        todo, done = [(*whole, 0)], []
+        behind = np.array([start in self.corners])
+        low, high = (0.0, stop - start) if behind[0] else (start, stop)
+        base = np.where(behind, start, 0.0)
+        todo, done = [(Panels(base, np.array([low]), np.array([high]), behind), 0)], []
         while todo:
-            low, high, halvings = todo.pop()
-            panel, resolved = self._made(base, low, high)
+            panel, halvings = todo.pop()
+            made, resolved = self._made(panel)
             if resolved or halvings >= _HALVINGS:
-                if not float(np.max(panel.error)) <= _WORST:
+                if not float(np.max(made.error)) <= _WORST:
                     raise ConvergenceError(
                         f"contacts of layers between radii of {metres(start)} and {metres(stop)} err by "
-                        f"{float(np.max(panel.error)):.1g}: the profile is not smooth enough there; name its breakpoints, or smooth it"
+                        f"{float(np.max(made.error)):.1g}: the profile is not smooth enough there; name its breakpoints, or smooth it"
                     )
-                done.append(panel)
+                done.append(made)
             else:
-                middle = 0.5 * (low + high)
-                todo += [(middle, high, halvings + 1), (low, middle, halvings + 1)]
-        return done
+                middle = panel.offsets(np.array([0.5]))[:, 0]
+                lower, upper = replace(panel, high=middle), replace(panel, low=middle)
+                todo += [(upper, halvings + 1), (lower, halvings + 1)]
+        return _joined(done)
 
-    def _made(self, base: float, low: float, high: float) -> tuple[_Panel, bool]:
-        panel = _Panel(base, low, high, np.zeros((5, _TERMS)), np.zeros(5))
-        u = np.concatenate([nodes(_TERMS), _TESTS])
-        at = _place(panel, u)
+    def _made(self, panel: Panels) -> tuple[_Segment, bool]:
+        u = np.concatenate([nodes(), _TESTS])
+        at = Place(np.full(u.shape, panel.base[0]), panel.offsets(u)[0])
         # the widest contact tells the nodes that all need
         widest = self._outline(at.take(slice(u.size - 1, None)))
         solved, error, order = solve_contact(self.kernel, widest)
@@ -253,11 +254,12 @@ class Table:
             ]
         )
         values = np.concatenate([values, numbers(solved, widest)[None]])
-        panel.coefficients = (to_coefficients(_TERMS) @ values[:_TERMS]).T
-        residual = np.abs(basis(_TESTS, _TERMS) @ panel.coefficients.T / values[_TERMS:] - 1.0)
-        tail = np.max(np.abs(panel.coefficients[:, -2:]), axis=1) / np.min(np.abs(values), axis=0)
-        panel.error = np.maximum(np.max(residual, axis=0), tail) + error
-        return panel, bool(np.max(panel.error - error) <= max(_RESOLVED, 3.0 * float(np.max(error))))
+        coefficients = (to_coefficients() @ values[:TERMS]).T
+        residual = np.abs(basis(_TESTS) @ coefficients.T / values[TERMS:] - 1.0)
+        tail = np.max(np.abs(coefficients[:, -2:]), axis=1) / np.min(np.abs(values), axis=0)
+        missed = np.maximum(np.max(residual, axis=0), tail)
+        resolved = bool(np.max(missed) <= max(_RESOLVED, 3.0 * float(np.max(error))))
+        return _Segment(panel, coefficients[None], (missed + error)[None]), resolved
 
     def _outline(self, place: Place) -> Outline:
         return Outline(self.equivalent, self.thickness, place)
@@ -327,12 +329,11 @@ class Table:
         """The largest depth in m from one on at which the surfaces do not overlap where g falls, in a contact up to a radius in m."""
         if a not in self._ends or not float(self._ends[a][0]) > depth:
             return depth
-        low, high = depth, float(self._ends[a][0])
-        for _ in range(40):
-            middle = 0.5 * (low + high)
-            touching = self.equivalent.overlap_radius(middle)
-            low, high = (middle, high) if math.isinf(self._fall(touching)) else (low, middle)
-        return low
+
+        def rises(d: FloatArray) -> BoolArray:
+            return np.array(math.isinf(self._fall(self.equivalent.overlap_radius(float(d)))))
+
+        return float(boundary(rises, depth, float(self._ends[a][0]), within=1e-12)[0])
 
     def _climbed(self, column: int, top: float) -> tuple[FloatArray, FloatArray]:
         """Bounds up to the first at which a value is reached, and what the column is there."""
@@ -404,35 +405,42 @@ class Table:
         rest = np.flatnonzero(open_ & (y > values[0]) & (y <= values[-1]))
         if rest.size == 0:
             return
-        segment = np.searchsorted(values, y[rest]) - 1
-        self._cover(bounds[np.unique(segment)])
-        panels = [panel for i in np.unique(segment) for panel in self._panels[float(bounds[i])]]
-        base = np.array([p.base for p in panels])
-        ends = np.array([[p.low, p.high] for p in panels])
+        between = np.unique(np.searchsorted(values, y[rest]) - 1)
+        self._cover(bounds[between])
+        chosen = _joined([self._segments[float(bounds[i])] for i in between])
+        panels, part = chosen.panels, _columns(chosen)[column]
 
-        def value(i: np.ndarray, v: FloatArray) -> FloatArray:
-            at = _from_variable(base[i], v)
-            return np.asarray(whole(at) * self._on(panels, i, at, column))
+        def value(offset: FloatArray, i: np.ndarray) -> FloatArray:
+            at = Place(panels.base[i], offset)
+            return np.asarray(whole(at) * evaluate(panels, part, i, offset))
 
-        every = np.arange(len(panels))
-        tops = value(every, ends[:, 1])
-        which = np.minimum(np.searchsorted(np.maximum.accumulate(tops), y[rest]), every.size - 1)
-        low_value, high_value = value(which, ends[which, 0]), value(which, ends[which, 1])
+        every = np.arange(panels.count)
+        tops = np.maximum.accumulate(value(panels.high, every))
+        which = np.minimum(np.searchsorted(tops, y[rest]), every.size - 1)
+        low_value, high_value = value(panels.low[which], which), value(panels.high[which], which)
         aim = np.clip(y[rest], np.minimum(low_value, high_value), high_value)
         # panels join to their error; a root beside an end is at it
-        v = np.where(aim <= low_value, ends[which, 0], ends[which, 1])
+        offset = np.where(aim <= low_value, panels.low[which], panels.high[which])
         inside = (aim > low_value) & (aim < high_value)
-        if inside.any():
-            v[inside] = _roots(value, which[inside], aim[inside], ends[which[inside]])
-        found = _from_variable(base[which], v)
-        places.base[rest], places.offset[rest] = found.base, found.offset
+        i = which[inside]
+        offset[inside] = roots_of(
+            lambda x, i, y: value(x, i.astype(np.intp)) - y, panels.low[i], panels.high[i], i, aim[inside]
+        )
+        places.base[rest], places.offset[rest] = panels.base[which], offset
 
-    def _on(self, panels: list[_Panel], i: np.ndarray, at: Place, column: int) -> FloatArray:
-        coefficients = np.array([p.coefficients[column] for p in panels])
-        low = np.array([p.low for p in panels])[i]
-        width = np.array([p.high - p.low for p in panels])[i]
-        v, _ = _variable(at, np.array([p.base for p in panels])[i])
-        return _sums(coefficients[i], basis(np.clip((v - low) / width, 0.0, 1.0), _TERMS))
+
+def _joined(parts: list[_Segment]) -> _Segment:
+    return _Segment(
+        joined([part.panels for part in parts]),
+        np.concatenate([part.coefficients for part in parts]),
+        np.concatenate([part.error for part in parts]),
+    )
+
+
+def _columns(segment: _Segment) -> list[Series]:
+    """One curve for every column."""
+    powers = np.zeros(segment.panels.count)
+    return [Series(powers, np.ascontiguousarray(segment.coefficients[:, c])) for c in range(5)]
 
 
 def _falling(a: float) -> ProblemError:
@@ -440,44 +448,3 @@ def _falling(a: float) -> ProblemError:
         f"below a contact radius of {metres(a)} the indentation of a smooth contact falls while the contact grows: it is "
         "no disk, and contacts of layers are followed on disks only; use a profile that rises more evenly"
     )
-
-
-def _roots(
-    value: Callable[[np.ndarray, FloatArray], FloatArray],
-    which: np.ndarray,
-    aim: FloatArray,
-    ends: FloatArray,
-) -> FloatArray:
-    """Where panels have values, each between two ends at which they are less and more."""
-    from scipy.optimize import elementwise
-
-    found = elementwise.find_root(
-        lambda v, i, y: value(i.astype(np.intp), v) - y, (ends[:, 0], ends[:, 1]), args=(which, aim)
-    )
-    if not np.all(found.success):
-        raise ConvergenceError(f"no contact radius between {ends.min():g} and {ends.max():g} was found")
-    return np.asarray(found.x)
-
-
-def _sums(coefficients: FloatArray, functions: FloatArray) -> FloatArray:
-    return np.asarray(np.einsum("nj,nj->n", coefficients, functions))
-
-
-def _variable(at: Place, base: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """The variable of panels at places, and its derivative by the radius."""
-    rooted = base >= 0.0
-    offset = np.where(at.base == base, at.offset, at.x - base)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        root = np.sqrt(np.maximum(np.where(rooted, offset, 0.0), 0.0))
-        v = np.where(rooted, root, np.log(np.where(rooted, 1.0, at.x)))
-        return v, np.where(rooted, 0.5 / root, 1.0 / at.x)
-
-
-def _from_variable(base: FloatArray, v: FloatArray) -> Place:
-    rooted = base >= 0.0
-    return Place(np.where(rooted, base, 0.0), np.where(rooted, v * v, np.exp(np.where(rooted, 0.0, v))))
-
-
-def _place(panel: _Panel, u: FloatArray) -> Place:
-    v = panel.low + (panel.high - panel.low) * u
-    return _from_variable(np.full(v.shape, panel.base), v)

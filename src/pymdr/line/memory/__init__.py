@@ -22,7 +22,7 @@ from pymdr.line.memory.tangential import (
     shear_springs,
     unsheared,
 )
-from pymdr.line.memory.ting import Rows, creep, ting
+from pymdr.line.memory.ting import Rows, compliant, creep, relaxed, ting
 
 __all__ = [
     "MemoryHistory",
@@ -36,6 +36,7 @@ __all__ = [
     "TangentialState",
     "Watch",
     "approach_and_retreat",
+    "compliant",
     "creep",
     "deepest_under",
     "divided",
@@ -45,6 +46,7 @@ __all__ = [
     "line_state",
     "parts_of",
     "prepared",
+    "relaxed",
     "shear_springs",
     "springs_to",
     "tabulated",

@@ -249,7 +249,7 @@ def _press(
     elif sudden and 0.0 < machine < math.inf:
         here = max(here, min(_rest(springs, w1, active), target / machine))
     guess = target if math.isinf(machine) else min(here + (here - before), limit)
-    parting = lift or (sudden and target < machine * here)
+    parting = lift or (sudden and machine < math.inf and target < machine * here)
     if parting:  # the bodies part at once, and then rest on each other where nothing holds them
         guess = here - 1e2 * (springs[HEIGHT, n - 1] + abs(here))
         if sudden:  # by a load that no spring of the body withstands

@@ -18,6 +18,7 @@ from pymdr.units import FloatArray
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(16)
 _HALVINGS = 60
 _ROUNDING = 1e-12
+_NEAR = 1e-3
 _ROUNDED = 2.0**-50
 """Of a row: a time so short that a term relaxes at once."""
 
@@ -31,6 +32,10 @@ class Rows(NamedTuple):
     """F in N."""
     contact_radius: FloatArray
     """a in m; 0 without contact."""
+    gained: FloatArray
+    """What a small relative error of the kernel makes of the force, or the indentation, in parts of its own value and of the error."""
+    widened: FloatArray
+    """The same of the contact radius."""
 
 
 def ting(curve: Curve, relaxation: Relaxation, time: ArrayLike, depth: ArrayLike) -> Rows:
@@ -111,6 +116,7 @@ def ting(curve: Curve, relaxation: Relaxation, time: ArrayLike, depth: ArrayLike
         force[1 : top + 1] += relaxation.viscosity * speed[:top] * curve.stiffness(elastic.place)[1:]
     radius = np.zeros(d.size)
     radius[: top + 1] = elastic.contact_radius
+    gained, widened = np.ones(d.size), np.zeros(d.size)
     later = np.arange(top + 1, d.size)
     if later.size:
         row, fraction = _edge_rows(relaxation, t, d, path, speed, top, later)
@@ -126,12 +132,25 @@ def ting(curve: Curve, relaxation: Relaxation, time: ArrayLike, depth: ArrayLike
             relaxation.equilibrium * normal_force(curve, at_edge) + (rest * carried) @ relaxation.moduli
         )
         radius[kept] = at_edge.contact_radius
+        # the springs between t1 and now bear nothing, by two moves that cancel: each errs by a part of its own size
+        back = _recursed(decay[top:], -pushed[top:]) @ relaxation.moduli
+        back = 2.0 * (back + relaxation.equilibrium * (d[top] - d[top:]))[kept - top]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            gained[kept] += curve.stiffness(at_edge.place) * back / force[kept]
+            moved = back / relaxation(t[kept] - end)
+            widened[kept] = moved / (d_end * _growth(curve, at_edge))
         sizes = np.concatenate([[radius[top]], radius[later]])
         if (np.diff(sizes) > 1e-9 * sizes[:1]).any():
             raise PathError(
                 f"the contact grows again at row {int(later[np.argmax(np.diff(sizes))]) - 1} as the bodies part: springs follow it"
             )
-    return Rows(told.copy(), force[1:], radius[1:])
+    return Rows(told.copy(), force[1:], radius[1:], gained[1:], widened[1:])
+
+
+def _growth(curve: Curve, states: DiskStates) -> FloatArray:
+    """How many times faster than the radius, in parts of both, the depth grows; measured over a thousandth of the radius."""
+    near = curve.depth((1.0 - _NEAR) * states.contact_radius)
+    return np.asarray((states.indentation - near) / (_NEAR * states.indentation))
 
 
 def _straightened(depth: FloatArray) -> FloatArray:
@@ -169,7 +188,8 @@ def creep(curve: Curve, relaxation: Relaxation, time: ArrayLike, force: ArrayLik
     if (np.diff(load) < -_ROUNDING * load.max()).any():
         raise PathError("a contact need not grow where its force falls: springs follow it")
     states: DiskStates = states_at_force(curve, compliant(relaxation, t, load))
-    return Rows(states.indentation, load.copy(), states.contact_radius)
+    ones = np.ones(load.size)  # neither depth nor radius grows faster than the force does
+    return Rows(states.indentation, load.copy(), states.contact_radius, ones, ones)
 
 
 def compliant(relaxation: Relaxation, time: FloatArray, force: FloatArray) -> FloatArray:
@@ -191,6 +211,13 @@ def compliant(relaxation: Relaxation, time: FloatArray, force: FloatArray) -> Fl
         flow = relaxation.viscosity + float(relaxation.moduli @ relaxation.times)
         answer[1:] += np.cumsum(0.5 * (load[1:] + load[:-1]) * waits) / flow
     return np.asarray(answer[1:])
+
+
+def relaxed(relaxation: Relaxation, time: FloatArray, moved: FloatArray) -> FloatArray:
+    """The integral of E*(t - s) dv(s) without a dashpot, one entry per row, of a v that is straight between the rows and 0 before."""
+    waits, moves = np.diff(time, prepend=time[:1]), np.diff(moved, prepend=0.0)
+    branches = _recursed(np.exp(-waits[:, None] / relaxation.times), _pushed(waits, moves, relaxation.times))
+    return np.asarray(relaxation.equilibrium * moved + branches[1:] @ relaxation.moduli)
 
 
 def _recursed(decay: FloatArray, added: FloatArray) -> FloatArray:

@@ -11,7 +11,6 @@ from pymdr.errors import ProblemError
 from pymdr.mapping.abel import Curve
 from pymdr.mapping.closure import closure_of
 from pymdr.mapping.equivalent.base import EquivalentProfile as EquivalentProfile
-from pymdr.mapping.equivalent.base import rising_root as rising_root
 from pymdr.mapping.equivalent.closed import PowerLine as PowerLine
 from pymdr.mapping.equivalent.closed import SphereLine as SphereLine
 from pymdr.mapping.equivalent.closed import SumLine as SumLine

@@ -1,4 +1,4 @@
-"""What every equivalent profile offers, and the inversion of rising curves."""
+"""What every equivalent profile offers."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pymdr.errors import ConvergenceError
 from pymdr.mapping import abel
-from pymdr.mapping.series import BoolArray, Place, Position, rounded
+from pymdr.numerics.panels import BoolArray, Place, Position, rounded
+from pymdr.numerics.roots import rising_root
 from pymdr.units import FloatArray
 
 
@@ -19,7 +19,7 @@ class EquivalentProfile(ABC):
     """
     The profile on the line. All arguments and values are SI floats or arrays of them.
 
-    Positions are numbers, or a :class:`~pymdr.mapping.series.Place` that keeps their distance from a breakpoint.
+    Positions are numbers, or a :class:`~pymdr.numerics.panels.Place` that keeps their distance from a breakpoint.
     """
 
     exponent: float = 0.0
@@ -168,56 +168,3 @@ class EquivalentProfile(ABC):
             lambda x: top - self.g(np.minimum(x, high)), r, high=high, k=self.exponent, noise=1e-14 * top
         )
         return 0.5 * math.pi * math.cos(0.5 * math.pi * self.exponent) * average
-
-
-def rising_root(
-    curve: Callable[[FloatArray], FloatArray], target: ArrayLike, low: ArrayLike, high: ArrayLike
-) -> FloatArray:
-    """
-    Solve curve(x) = target for a rising curve inside a bracket, for arrays, to rounding error.
-
-    Parameters
-    ----------
-    curve : callable
-        Rising, on arrays.
-    target, low, high : array_like
-        Values and brackets, broadcast together.
-
-    Returns
-    -------
-    ndarray
-
-    Raises
-    ------
-    ConvergenceError
-        If a root is not inside its bracket.
-
-    Notes
-    -----
-    Chandrupatla (1997), from ``scipy.optimize.elementwise``; its tolerance is relative to the root, so a
-    nanometre is found as exactly as a metre.
-
-    Examples
-    --------
-    >>> bool(abs(rising_root(lambda x: x**2, 2.0, 1.0, 2.0) - 2**0.5) < 1e-15)
-    True
-    """
-    from scipy.optimize import elementwise
-
-    y, start, stop = np.broadcast_arrays(*(np.asarray(v, dtype=float) for v in (target, low, high)))
-    below, above = curve(start) - y, curve(stop) - y
-    answer = np.where(np.abs(below) <= np.abs(above), start, stop)
-    open_ = (below < 0.0) & (above > 0.0)
-    missed = ~open_ & ~(np.minimum(np.abs(below), np.abs(above)) <= 1e-12 * np.abs(y))
-    if missed.any():
-        raise ConvergenceError(
-            f"no root between {start[missed][0]:g} and {stop[missed][0]:g} for {y[missed][0]:g}"
-        )
-    if open_.any():
-        found = elementwise.find_root(
-            lambda x, y: curve(x) - y, (start[open_], stop[open_]), args=(y[open_],)
-        )
-        if not np.all(found.success):
-            raise ConvergenceError(f"root search stopped at {found.x[~found.success][0]:g}")
-        answer[open_] = found.x
-    return answer

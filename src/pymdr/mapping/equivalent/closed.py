@@ -13,10 +13,11 @@ from scipy.special import gammaln
 
 from pymdr.errors import ConvergenceError
 from pymdr.mapping import returning
-from pymdr.mapping.abel import gauss
-from pymdr.mapping.equivalent.base import EquivalentProfile, rising_root
+from pymdr.mapping.equivalent.base import EquivalentProfile
 from pymdr.mapping.kernels import power_shares
-from pymdr.mapping.series import Position, rounded
+from pymdr.numerics.panels import Position, rounded
+from pymdr.numerics.quadrature import gauss
+from pymdr.numerics.roots import rising_root
 from pymdr.units import FloatArray
 
 

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from pymdr.mapping.closure import Polyline
 from pymdr.mapping.equivalent.base import EquivalentProfile
-from pymdr.mapping.series import Place, Position, as_place
+from pymdr.numerics.panels import Place, Position, as_place
 from pymdr.units import FloatArray
 
 _STEEP = 1e-12

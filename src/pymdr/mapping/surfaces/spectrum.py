@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pymdr.errors import ProblemError
+from pymdr.numerics.roots import boundary
 from pymdr.units import FloatArray, metres
 
 BINS_PER_DECADE = 8
@@ -292,12 +293,8 @@ def _weighed(bins: Bins, law: Law) -> Law:
     missed, law = over(0.0)
     if missed <= 0.0:
         return law
-    low, high = 0.0, 1.0
-    for _ in range(30):
-        middle = 0.5 * (low + high)
-        missed, law = over(middle)
-        low, high = (middle, high) if missed > 0.0 else (low, middle)
-    return law
+    excess = boundary(lambda each: np.array(over(float(each))[0] > 0.0), 0.0, 1.0, within=1e-9)[1]
+    return over(float(excess))[1]
 
 
 def _fitted(bins: Bins, first: int, last: int, excess: float) -> Law:

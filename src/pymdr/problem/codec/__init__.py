@@ -1,7 +1,7 @@
 """Problems as plain dictionaries and back: case files and saved results share this.
 
 The models of cases are derived from the problem dataclasses, so that a new profile or leg needs one entry in the tables of
-`tables` and nothing else; a profile of one's own is entered by :func:`register_profile`.
+`tables` and nothing else; what is one's own is entered by :func:`register`.
 """
 
 from pymdr.problem.codec.cases import PressCase as PressCase
@@ -17,7 +17,7 @@ from pymdr.problem.codec.models import case_schema as case_schema
 from pymdr.problem.codec.models import forget_models as forget_models
 from pymdr.problem.codec.models import press_adapter as press_adapter
 from pymdr.problem.codec.models import rough_adapter as rough_adapter
-from pymdr.problem.codec.registering import register_profile as register_profile
+from pymdr.problem.codec.registering import register as register
 from pymdr.problem.codec.tables import KIND_OF as KIND_OF
 from pymdr.problem.codec.tables import PROFILES as PROFILES
 from pymdr.problem.codec.tables import unknown_kinds as unknown_kinds

@@ -12,7 +12,7 @@ from pymdr.problem.codec.tables import KIND_OF
 from pymdr.problem.contact import Contact
 from pymdr.problem.layers import Layer
 from pymdr.problem.paths import History, LoadingPath, legs
-from pymdr.problem.profiles import Function, Function2D, Profile
+from pymdr.problem.profiles import Function, Function2D
 from pymdr.problem.values import Value
 
 
@@ -63,9 +63,8 @@ def encode(value: Any) -> Any:
         return {"material": encode(value.material), "thickness": value.thickness}
     if isinstance(value, Value):
         name = type(value).__name__
-        remedy = f"; call pymdr.problem.codec.register_profile({name.lower()!r}, {name})"
         raise ProblemError(
-            f"{name} is no class that files know{remedy if isinstance(value, Profile) else ''}"
+            f"{name} is no class that files know; call pymdr.problem.codec.register({name.lower()!r}, {name})"
         )
     if isinstance(value, np.ndarray):
         return value.tolist()

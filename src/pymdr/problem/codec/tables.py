@@ -123,7 +123,8 @@ def kinds() -> set[str]:
     return {kind for table in TABLES.values() for kind in table} | set(ONE_CHANNEL_LEGS)
 
 
-def unknown_kinds(plain: Mapping[str, Any]) -> list[str]:
-    """Kinds of a profile and of its parts, as plain dictionaries, that nobody has registered."""
-    parts = plain.get("parts", []) if plain.get("kind") == "sum" else [plain]
-    return [part["kind"] for part in parts if part["kind"] not in PROFILES]
+def unknown_kinds(case: Mapping[str, Any]) -> list[str]:
+    """Kinds in the plain dictionaries of a case that nobody has registered."""
+    tables = [case.get(name) or {} for name in ("profile", "body", "counterbody", "adhesion")]
+    parts = [part for table in tables for part in (table, table.get("shear") or {}, *table.get("parts", ()))]
+    return [part["kind"] for part in parts if "kind" in part and part["kind"] not in kinds()]

@@ -18,7 +18,7 @@ from pymdr.interpretation.validity import SOURCES, Assumption, Claim
 from pymdr.line.curves import ElasticLine
 from pymdr.line.foundation import states_at_depth
 from pymdr.mapping.equivalent import equivalent_profile
-from pymdr.mapping.series import IndexArray
+from pymdr.numerics.panels import IndexArray
 from pymdr.problem.contact import Contact
 from pymdr.problem.laws import DMT
 from pymdr.problem.parameters import with_parameters

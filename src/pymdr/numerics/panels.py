@@ -278,6 +278,35 @@ def evaluate(panels: Panels, series: Series, index: IndexArray, offset: FloatArr
     return answer.reshape(np.shape(index))
 
 
+def evaluate_slope(panels: Panels, series: Series, index: IndexArray, offset: FloatArray) -> FloatArray:
+    """
+    Derivatives of a curve without powers by its variable in 1/m, at offsets in given panels.
+
+    Parameters
+    ----------
+    panels : Panels
+    series : Series
+        The curve on these panels; its powers are all 0.
+    index : ndarray of int, shape (n,)
+        Panel of every point.
+    offset : ndarray, shape (n,)
+        Offsets from the bases of these panels in m.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+
+    Examples
+    --------
+    >>> one = Panels(np.zeros(1), np.zeros(1), np.full(1, 4.0), np.ones(1, dtype=bool))
+    >>> root = Series(np.zeros(1), np.eye(1, TERMS, 1))
+    >>> float(evaluate_slope(one, root, np.zeros(1, dtype=np.intp), np.full(1, 0.25))[0])
+    1.0
+    """
+    rate = np.sum(series.coefficients[index] * basis_slope(panels.variable(index, offset)), axis=1)
+    return np.asarray(rate / panels.take(index).stretch(offset[:, None])[:, 0])
+
+
 def clenshaw(coefficients: FloatArray, u: FloatArray) -> FloatArray:
     """Sums of c_j T_j(2 u - 1), one row of coefficients for every u."""
     twice = 4.0 * u - 2.0
