@@ -131,7 +131,8 @@ class _Parts(NamedTuple):
 
     def take(self, index: Selection) -> _Parts:
         """Some of the parts."""
-        return _Parts(*(column[index] for column in self))
+        row, panel, *rest = self
+        return _Parts(row[index], panel[index], *(column[index] for column in rest))
 
 
 def _integrated(part: Stretch, radii: _Radii) -> FloatArray:
