@@ -18,6 +18,7 @@ from pymdr.errors import ProblemError, PymdrError, QuantityError
 from pymdr.interpretation.validity import Claim, Level
 from pymdr.machine import memory_of_machine
 from pymdr.mapping.equivalent import has_callables
+from pymdr.presentation.text import largest_error
 from pymdr.problem.codec import encode, encode_case
 from pymdr.problem.contact import Contact
 from pymdr.problem.parameters import parameter_of, with_parameters
@@ -53,7 +54,8 @@ class Sweep(Study):
     ``refusal`` (why a point has no result) over the parameters.
     """
     claims: Mapping[str, Claim]
-    """Of every quantity the weakest one of all points; `where` says of every point, flattened, whether it can be read."""
+    """Of every quantity the weakest one of all points; `where` says of every point, flattened, whether it can be read, and `error`
+    the largest relative error among its rows."""
 
     what: ClassVar = "this sweep"
     told: ClassVar = (
@@ -336,7 +338,7 @@ class _Answers:
         self.status[i] = answer.status.name
         self.claims[i] = json.dumps(
             {
-                name: [claim.level.name, claim.reason, claim.source, claim.readable]
+                name: [claim.level.name, claim.reason, claim.source, claim.readable, largest_error(claim)]
                 for name, claim in answer.claims.items()
                 if self.wanted is None or name in self.wanted
             }
@@ -419,7 +421,9 @@ class _Answers:
             reason = worst[0][1]
             if len(worst) < len(there):
                 reason = f"at {len(worst)} of {len(there)} points: {reason}"
-            weakest[name] = Claim(level, reason, worst[0][2], where)
+            errors = [one[4] if one is not None and one[3] else 0.0 for one in there]
+            known = None if None in errors else np.array(errors, dtype=float)
+            weakest[name] = Claim(level, reason, worst[0][2], where, known)
         return weakest
 
 
