@@ -121,7 +121,7 @@ def test_limits_of_friction_and_comparisons_have_the_note_too(shape):
     sheared = mdr.solve(
         mdr.Contact(make(radius), GEL, friction=mdr.Coulomb(0.3)), loaded >> mdr.shift("2 um", steps=3)
     )
-    compared = mdr.verify(mdr.Contact(make(radius), GEL), loaded, rings=40)
+    compared = mdr.verify(mdr.Contact(make(radius), GEL), loaded, elements=40)
     for figure in (sheared.figures()["tractions"], compared.plot()):
         text = words(figure)
         assert ("sharp tip: $p(0) = \\infty$" in text) == tip

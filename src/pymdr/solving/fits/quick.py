@@ -110,7 +110,9 @@ def _compiled() -> Engine:
 
 @cache
 def _say_slow() -> None:
-    _log.warning("numba cannot be imported: maps of curves are fitted, but some ten times slower; install numba")
+    _log.warning(
+        "numba cannot be imported: maps of curves are fitted, but some ten times slower; install numba"
+    )
 
 
 def _wanted(asked: Asked, ways: Ways) -> tuple[Wanted, FloatArray]:

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 from numba.extending import overload, register_jitable
+from numpy.typing import NDArray
 
 from pymdr import compiling
 from pymdr.solving.fits.kernels import descent, model, starts
@@ -69,6 +70,22 @@ def _root_at(member: Member, machine: Machine, soft: float, travel: float, cell:
         if abs(step) < CLOSE:
             break
     return root, cell
+
+
+def _put(row: NDArray[Any], values: NDArray[Any]) -> None:
+    """As :func:`pymdr.solving.fits.kernels.descent.put`."""
+    for i in range(row.size):
+        row[i] = values[i]
+
+
+def _blended(weight: FloatArray, rows: FloatArray) -> FloatArray:
+    """As :func:`pymdr.solving.fits.kernels.model.blended`, of four rows."""
+    out = np.empty(rows.shape[1])
+    for j in range(out.size):
+        out[j] = (
+            weight[0] * rows[0, j] + weight[1] * rows[1, j] + weight[2] * rows[2, j] + weight[3] * rows[3, j]
+        )
+    return out
 
 
 @register_jitable(**_FUSED)
@@ -209,6 +226,8 @@ def _let_compile() -> None:
         overload(function, jit_options=_FUSED, strict=False)(lambda *_, own=function: own)
     for function, loops in (
         (descent.compared, _compared),
+        (descent.put, _put),
+        (model.blended, _blended),
         (descent.normal_equations, _normal_equations),
         (descent.held_at_end, descent.held_at_end),
         (starts.fitted_at, _fitted_at),

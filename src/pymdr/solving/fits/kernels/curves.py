@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pymdr.numerics.panels import IndexArray
-from pymdr.solving.fits.asking import AT_END, FOUND, NO_CONTACT, SEEN, UNREAD, UNSETTLED
+from pymdr.solving.fits.asking import AT_END, FOUND, NO_CONTACT, SEEN, UNSETTLED
 from pymdr.solving.fits.kernels.descent import (
     ITERATIONS,
     ROUGHLY,
@@ -194,9 +194,7 @@ def _fit_rows(search: _Search, batch: Batch, known: FloatArray, found: Found) ->
         _descend_from(search, batch, starts, sizes, found)
 
 
-def _descend_from(
-    search: _Search, batch: Batch, starts: FloatArray, sizes: IndexArray, found: Found
-) -> None:
+def _descend_from(search: _Search, batch: Batch, starts: FloatArray, sizes: IndexArray, found: Found) -> None:
     """Fit curves from where they begin."""
     wanted, (count, n), m = search.wanted, batch.place.shape, len(search.wanted.directions)
     long = np.flatnonzero(n > _MANY * sizes)

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pymdr.solving.fits.kernels.model import (
     BASE,
@@ -197,6 +198,11 @@ def solved(square: FloatArray, damping: float, side: FloatArray) -> FloatArray:
     return out
 
 
+def put(row: NDArray[Any], values: NDArray[Any]) -> None:
+    """Write values into a row, of which numba would compile slowly what it says where the sizes differ."""
+    row[:] = values
+
+
 def descend_all(
     batch: Batch,
     directions: FloatArray,
@@ -211,12 +217,14 @@ def descend_all(
         record = Record(batch.place[i], batch.force[i], batch.softness[i])
         end = descend(record, directions, family, ends.theta[i], used[i], limits)
         ends.misfit[i], ends.settled[i] = end.misfit, end.settled
-        ends.theta[i], ends.left[i] = end.theta, end.left
-        ends.force[i], ends.touches[i] = end.model.force, end.model.touches
+        put(ends.theta[i], end.theta)
+        put(ends.left[i], end.left)
+        put(ends.force[i], end.model.force)
+        put(ends.touches[i], end.model.touches)
         for p in range(m):
             unit = np.zeros(m)
             unit[p] = 1.0
-            ends.covariance[i, p] = solved(end.square, 0.0, unit)
+            put(ends.covariance[i, p], solved(end.square, 0.0, unit))
 
 
 def ends_from(starts: FloatArray, samples: int, free: int) -> Ends:

@@ -107,6 +107,11 @@ def on_rung(family: FamilyTable, k: int) -> Member:
     return Member(row, slope, row, slope, fold, 0.0, family.deepest, False)
 
 
+def blended(weight: FloatArray, rows: FloatArray) -> FloatArray:
+    """Sum of rows by their weights."""
+    return np.dot(weight, rows)
+
+
 def member_at(family: FamilyTable, number: float) -> Member:
     """Interpolate the family at a number, by cubics through four members."""
     forces, slopes, folds = family.forces, family.slopes, family.folds
@@ -131,10 +136,10 @@ def member_at(family: FamilyTable, number: float) -> Member:
         fold = -math.exp(fold)
         fold_rate *= fold
     return Member(
-        np.dot(weight, forces[k : k + 4]),
-        np.dot(weight, slopes[k : k + 4]),
-        np.dot(rate, forces[k : k + 4]),
-        np.dot(rate, slopes[k : k + 4]),
+        blended(weight, forces[k : k + 4]),
+        blended(weight, slopes[k : k + 4]),
+        blended(rate, forces[k : k + 4]),
+        blended(rate, slopes[k : k + 4]),
         fold,
         fold_rate,
         family.deepest,

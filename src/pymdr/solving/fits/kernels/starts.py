@@ -74,8 +74,6 @@ class Engine(NamedTuple):
         return ends
 
 
-
-
 def few_of(force: FloatArray) -> BoolArray:
     """Which samples searches begin with: a few along each record, and more where the contact is a small part of it."""
     stride, chosen = max(force.shape[1] // FEW, 1), np.zeros(force.shape, dtype=np.bool_)
@@ -185,7 +183,9 @@ def _starts_on_rungs(
     theta = np.empty((len(depth), rungs.size, NUMBERS))
     theta[..., SCALE], theta[..., SHAPE], theta[..., BASE] = np.log(scale), numbers, offset
     # the deflection was taken off with the baseline in it
-    theta[..., POINT] = point + batch.softness[:, None] * offset if wanted.free[POINT] else known[:, POINT, None]
+    theta[..., POINT] = (
+        point + batch.softness[:, None] * offset if wanted.free[POINT] else known[:, POINT, None]
+    )
     pull = np.minimum(batch.force.min(axis=1) - level, 0.0)
     with np.errstate(invalid="ignore"):  # where no scale is found
         off = np.abs(scale * family.forces[rungs].min(axis=1) - pull[:, None])
