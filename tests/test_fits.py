@@ -243,15 +243,9 @@ def test_a_record_without_memory_tells_what_it_determines():
     curve = mdr.MeasuredCurve(force=force, indentation=depth, time=time)
     free = ["body.shear.equilibrium", "body.shear.modulus", "body.shear.time"]
     with pytest.raises(
-        ProblemError,
-        # the search may end where the relaxation is too fast, or too small
-        match=r"tells only the (sum of .* and the )?equilibrium modulus, 1 kPa|determines body.shear.equilibrium = 1 kPa",
+        ProblemError, match=r"time below 253 µs, .* it tells only the equilibrium modulus, 1 kPa"
     ):
         mdr.fit(mdr.Contact(plain.profile, body), curve, free)
-
-
-# relaxations that are too fast or too slow for the record fit alike to the last digits
-_HIDDEN = r"time (below 250 µs|above 400 s), and has steps of 25 ms over 4 s:"
 
 
 @pytest.mark.parametrize(
@@ -259,8 +253,8 @@ _HIDDEN = r"time (below 250 µs|above 400 s), and has steps of 25 ms over 4 s:"
     [
         ("20 s", 2, None),
         ("1000 s", 1, r"tell body.shear.modulus and body.shear.time apart: it determines .* x .*\^0\.99"),
-        ("10 us", 1, rf"{_HIDDEN} .* the (sum of its modulus and the )?equilibrium modulus, 1\.0"),
-        ("10 us", 2, rf"{_HIDDEN} .* the (sum of its modulus and the )?equilibrium modulus, 1\.0"),
+        ("10 us", 1, r"time below 250 µs, and has steps of 25 ms over 4 s: .* the equilibrium modulus, 1\.0"),
+        ("10 us", 2, r"time below 250 µs, and has steps of 25 ms over 4 s: .* the equilibrium modulus, 1\.0"),
         ("100 s", 1, r"time below 250 µs, .* its modulus times it"),
     ],
 )

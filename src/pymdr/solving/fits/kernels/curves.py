@@ -177,8 +177,8 @@ def _begun(search: _Search, batch: Batch, known: FloatArray) -> tuple[FloatArray
 
 def _fit_rows(search: _Search, batch: Batch, known: FloatArray, found: Found) -> None:
     """Fit curves whose samples are finite, and all count."""
-    wanted, (count, n), m = search.wanted, batch.place.shape, len(search.wanted.directions)
-    if n < 2 * m + 2:
+    count, n = batch.place.shape
+    if n < 2 * len(search.wanted.directions) + 2:
         return
     starts, sizes = _begun(search, batch, known)
     begun = np.isfinite(starts).all(axis=1)
