@@ -71,15 +71,13 @@ def fit_by_family(asked: Asked, ways: Ways, stretch: Stretch) -> FittedStretch:
             found.ended[chosen] = REFUSED
             refusals.add(str(error))
             continue
-        part = slice(None) if chosen.size == count else chosen
-        own = Found(*(column[part] for column in found))
-        curves = Batch(stretch.place[part], stretch.force[part], stretch.softness[part])
+        own = found.of(chosen)
+        curves = Batch(stretch.place[chosen], stretch.force[chosen], stretch.softness[chosen])
         table = FamilyTable(
             family.forces, family.slopes, family.folds, family.first, family.step, family.deepest
         )
         fit_curves(curves, wanted, table, own, engine)
-        for column, filled in zip(found, own, strict=True):
-            column[part] = filled
+        found.put(chosen, own)
         end = family.end(found.numbers[chosen, SHAPE])
         depths = found.numbers[:, _DEPTH]
         beyond = chosen[(found.ended[chosen] == FOUND) & (depths[chosen] > end)]
@@ -111,7 +109,7 @@ def _compiled() -> Engine:
 @cache
 def _say_slow() -> None:
     _log.warning(
-        "numba cannot be imported: maps of curves are fitted, but some ten times slower; install numba"
+        "numba cannot be imported: the curves of maps are fitted some fifty times slower; install numba"
     )
 
 

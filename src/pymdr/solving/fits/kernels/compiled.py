@@ -104,7 +104,7 @@ def _turn(gain: FloatArray, first: int, last: int, step: int) -> int:
 def _leave(record: Record, theta: FloatArray, fold: float, found: Model) -> None:
     """As :func:`pymdr.solving.fits.touching.in_contact`; what does not touch bears nothing."""
     force, rates, touches = found
-    n, deepest, gain = force.size, np.argmax(record.place), np.zeros(force.size)
+    n, deepest, gain = force.size, int(np.argmax(record.place)), np.zeros(force.size)
     for i in range(n):
         if (1.0 + BEYOND) * fold <= record.place[i] - theta[POINT] <= -fold:
             measured = record.force[i] - theta[BASE] - theta[TILT] * record.place[i]
@@ -222,17 +222,24 @@ def _fitted_at(
 
 def _let_compile() -> None:
     """Let numba compile what the two outermost functions call, some of it in other words."""
-    for function in (model.member_at, model.on_rung, model.on_machine, descent.solved, descent.descend):
-        overload(function, jit_options=_FUSED, strict=False)(lambda *_, own=function: own)
-    for function, loops in (
-        (descent.compared, _compared),
-        (descent.put, _put),
-        (model.blended, _blended),
-        (descent.normal_equations, _normal_equations),
-        (descent.held_at_end, descent.held_at_end),
-        (starts.fitted_at, _fitted_at),
-    ):
-        overload(function, jit_options=_FUSED, strict=False)(lambda *_, own=loops: own)
+    same: tuple[Any, ...] = (
+        model.member_at,
+        model.on_rung,
+        model.on_machine,
+        descent.solved,
+        descent.held_at_end,
+        descent.descend,
+    )
+    loops: dict[Any, Any] = {
+        model.blended: _blended,
+        descent.put: _put,
+        descent.compared: _compared,
+        descent.normal_equations: _normal_equations,
+        starts.fitted_at: _fitted_at,
+    }
+    options: Any = _FUSED
+    for function, own in ({function: function for function in same} | loops).items():
+        overload(function, jit_options=options, strict=False)(lambda *_, own=own: own)
 
 
 _let_compile()

@@ -45,6 +45,15 @@ class Found(NamedTuple):
     """In N, of the samples that are used."""
     ended: NDArray[np.int8]
 
+    def of(self, rows: IndexArray) -> Found:
+        """Copies of some rows."""
+        return Found(self.numbers[rows], self.covariances[rows], self.residuals[rows], self.ended[rows])
+
+    def put(self, rows: IndexArray, some: Found) -> None:
+        """Write into some rows."""
+        self.numbers[rows], self.covariances[rows] = some.numbers, some.covariances
+        self.residuals[rows], self.ended[rows] = some.residuals, some.ended
+
 
 class _Search(NamedTuple):
     """What all curves share."""
@@ -85,7 +94,7 @@ def _put(ends: Ends, curves: IndexArray, others: Ends, better: BoolArray) -> Non
 def _pulling(ends: Ends) -> IndexArray:
     """How many samples stand in the pull: touch with a third of its largest at least."""
     pull = np.minimum(ends.force.min(axis=1, keepdims=True), 0.0)
-    return np.count_nonzero(ends.touches & (ends.force < FULLY_OUT * pull), axis=1)
+    return np.asarray(np.count_nonzero(ends.touches & (ends.force < FULLY_OUT * pull), axis=1))
 
 
 def _try_other_ends(search: _Search, batch: Batch, ends: Ends, enough: float) -> FloatArray:
@@ -138,7 +147,8 @@ def _covariances(ends: Ends, apart: FloatArray, directions: FloatArray, variance
     moved = apart[:, first] / directions[np.arange(len(first)), first]
     wide = (apart[:, SHAPE] != 0.0) & (variance > 0.0)
     size = np.where(wide, _NORMAL_95**2 * variance, math.inf)
-    return ends.covariance + moved[:, :, None] * moved[:, None, :] / size[:, None, None]
+    widened: FloatArray = ends.covariance + moved[:, :, None] * moved[:, None, :] / size[:, None, None]
+    return widened
 
 
 def _show_contact(
@@ -185,11 +195,10 @@ def _fit_rows(search: _Search, batch: Batch, known: FloatArray, found: Found) ->
     found.ended[:] = NO_CONTACT
     if not begun.all():
         rest = np.flatnonzero(begun)
-        some = Found(*(column[rest] for column in found))
+        some = found.of(rest)
         if rest.size:
             _descend_from(search, _of(batch, rest), starts[rest], sizes[rest], some)
-        for column, filled in zip(found, some, strict=True):
-            column[rest] = filled
+        found.put(rest, some)
     elif count:
         _descend_from(search, batch, starts, sizes, found)
 
@@ -240,8 +249,7 @@ def fit_curves(curves: Batch, wanted: Wanted, family: FamilyTable, found: Found,
         if size and wanted.free[TILT]:
             middle = 0.5 * (place.min(axis=1) + place.max(axis=1))
             known[:, POINT] -= middle
-        own = Found(*(column[rows] for column in found))
+        own = found.of(rows)
         _fit_rows(search, Batch(place - middle[:, None], force, curves.softness[rows]), known, own)
         own.numbers[:, POINT] += middle
-        for column, filled in zip(found, own, strict=True):
-            column[rows] = filled
+        found.put(rows, own)

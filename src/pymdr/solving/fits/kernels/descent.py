@@ -243,4 +243,4 @@ def ends_from(starts: FloatArray, samples: int, free: int) -> Ends:
 
 def without_shape(directions: FloatArray) -> FloatArray:
     """Those that leave the number of the family as it is."""
-    return directions[directions[:, SHAPE] == 0.0]
+    return np.asarray(directions[directions[:, SHAPE] == 0.0])

@@ -109,7 +109,7 @@ def on_rung(family: FamilyTable, k: int) -> Member:
 
 def blended(weight: FloatArray, rows: FloatArray) -> FloatArray:
     """Sum of rows by their weights."""
-    return np.dot(weight, rows)
+    return np.asarray(np.dot(weight, rows))
 
 
 def member_at(family: FamilyTable, number: float) -> Member:

@@ -177,7 +177,7 @@ def _starts_on_rungs(
     elif not wanted.free[SCALE]:
         scales[:] = math.exp(wanted.known[SCALE])
     trials = Trials(depth, batch.force, level, points, base)
-    places = np.full((len(depth), rungs.size, 4), math.inf)
+    places = np.tile([math.inf, 1.0, 0.0, 0.0], (len(depth), rungs.size, 1))
     engine.best_points(trials, family, np.column_stack([rungs, scales]), places)
     misfits, scale, offset, point = np.moveaxis(places, 2, 0)
     theta = np.empty((len(depth), rungs.size, NUMBERS))
@@ -187,8 +187,7 @@ def _starts_on_rungs(
         point + batch.softness[:, None] * offset if wanted.free[POINT] else known[:, POINT, None]
     )
     pull = np.minimum(batch.force.min(axis=1) - level, 0.0)
-    with np.errstate(invalid="ignore"):  # where no scale is found
-        off = np.abs(scale * family.forces[rungs].min(axis=1) - pull[:, None])
+    off = np.abs(scale * family.forces[rungs].min(axis=1) - pull[:, None])
     return misfits.copy(), theta, np.where(np.isfinite(misfits), off, math.inf)
 
 
