@@ -116,11 +116,19 @@ print(float(mdr.impact(soft, mass="10 g", speed="0.1 m/s", steps=8).restitution)
 """
 
 
-def test_without_numba(numbers):
-    """Friction, memory and impact run as plain Python, and say so once."""
-    plain = run(BLOCKED + FRICTION + MEMORY)
-    same(plain, numbers[:2] + [float(x) for x in run(MEMORY).stdout.split()])
+def without_numba(code):
+    plain = run(BLOCKED + code)
     assert plain.stderr.count("plain Python") == 1
+    return plain
+
+
+def test_friction_without_numba(numbers):
+    same(without_numba(FRICTION), numbers[:2])
+
+
+@pytest.mark.long
+def test_memory_and_impact_without_numba():
+    same(without_numba(MEMORY), [float(x) for x in run(MEMORY).stdout.split()])
 
 
 THREADS = """

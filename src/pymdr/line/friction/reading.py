@@ -63,7 +63,7 @@ def compiled(function: compiling.Function, **options: Any) -> compiling.Function
 
 def inlined(function: compiling.Function) -> compiling.Function:
     """Compile into the callers, for the shortest: a call with arrays costs more than they do."""
-    return compiled(function, forceinline=True)
+    return compiled(function, forceinline=True, **compiling.INNER)
 
 
 @inlined

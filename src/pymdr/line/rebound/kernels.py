@@ -10,13 +10,12 @@ branches, the unknowns of a step are the accelerations at its nodes.
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from pymdr import compiling
 from pymdr.line.friction import reading
-from pymdr.line.friction.reading import curve
 from pymdr.numerics.newton import narrowed
 from pymdr.units import FloatArray
 
@@ -24,9 +23,20 @@ from pymdr.units import FloatArray
 _STAMP = compiling.stamp_of(__file__, reading.__file__)
 
 
-def compiled(function: compiling.Function) -> compiling.Function:
+def compiled(function: compiling.Function, **options: Any) -> compiling.Function:
     """Compile with numba when first called; kept on disk. Products and sums may be fused, nothing else."""
-    return compiling.compiled(function, _STAMP, fastmath={"contract"})
+    return compiling.compiled(function, _STAMP, fastmath={"contract"}, **options)
+
+
+def inner(function: compiling.Function) -> compiling.Function:
+    """Compile for other kernels alone."""
+    return compiled(function, **compiling.INNER)
+
+
+@inner
+def curve(line: FloatArray, d: float) -> tuple[float, float, float]:
+    """a, F_N and W at a depth, by a call: compiled into every caller they cost more than they save here."""
+    return reading.curve(line, d)
 
 
 NODES = 5
@@ -135,7 +145,7 @@ def _radau() -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
 AT, TERMS, ONCE, TWICE = _radau()
 
 
-@compiled
+@inner
 def moments(x: float, out: FloatArray) -> None:
     """Integrals of exp(-x (1 - u)) u^p over u in [0, 1], for p = 0 ... NODES."""
     if x >= _SERIES:
@@ -154,7 +164,7 @@ def moments(x: float, out: FloatArray) -> None:
         out[p - 1] = (1.0 - x * out[p]) / p
 
 
-@compiled
+@inner
 def state_at(body: Body, track: Track, k: int, x: float, wait: float, part: FloatArray) -> State:
     """What the motion up to x in s after the begin of step k still does a time later."""
     step = track.steps[k]
@@ -184,7 +194,7 @@ def state_at(body: Body, track: Track, k: int, x: float, wait: float, part: Floa
     return State(d, v, a, pull, force, modulus * v)
 
 
-@compiled
+@inner
 def edge_at(body: Body, track: Track, turn: int, now: float, wanted: float, work: Work) -> Edge:
     """The edge of bodies that part, from Q: the time t1 before the turning point at which P = Q."""
     if wanted <= 0.0:
@@ -217,7 +227,7 @@ def edge_at(body: Body, track: Track, turn: int, now: float, wanted: float, work
     return Edge(max(here.force + 2.0 * here.radius * (wanted - here.pull), 0.0), here.radius, begin + x)
 
 
-@compiled
+@inner
 def solved(matrix: FloatArray, right: FloatArray) -> bool:
     """Solve a small system in place, with row pivots; whether it could be."""
     n = right.size
@@ -246,7 +256,7 @@ def solved(matrix: FloatArray, right: FloatArray) -> bool:
     return True
 
 
-@compiled
+@inner
 def prepare(body: Body, track: Track, k: int, length: float, grows: bool, work: Work) -> None:
     """What the branches bear at the nodes of a step, by its accelerations or rates and by what was before."""
     weighted, base, by_node, part = work.weighted, work.base, work.by_node, work.part
@@ -271,7 +281,7 @@ def prepare(body: Body, track: Track, k: int, length: float, grows: bool, work: 
             by_node[j, q] = length * total if grows else length * length * total
 
 
-@compiled
+@inner
 def moved(step: FloatArray, length: float, j: int, acceleration: FloatArray) -> tuple[float, float]:
     """Depth and speed at a node of a step."""
     v, d = 0.0, 0.0
@@ -282,7 +292,7 @@ def moved(step: FloatArray, length: float, j: int, acceleration: FloatArray) -> 
     return step[DEPTH] + length * (AT[j] * v0 + length * d), v0 + length * v
 
 
-@compiled
+@inner
 def approach(body: Body, step: FloatArray, length: float, work: Work) -> float:
     """
     The equations at the nodes while the contact grows.
@@ -324,7 +334,7 @@ def approach(body: Body, step: FloatArray, length: float, work: Work) -> float:
     return lacking
 
 
-@compiled
+@inner
 def history_at(body: Body, step: FloatArray, length: float, j: int, work: Work) -> float:
     """Q at a node of a step on the retreat: int E dd, with the dashpot."""
     d, v = moved(step, length, j, work.acceleration)
@@ -335,7 +345,7 @@ def history_at(body: Body, step: FloatArray, length: float, j: int, work: Work) 
     return float(wanted)
 
 
-@compiled
+@inner
 def retreat(body: Body, track: Track, turn: int, k: int, length: float, work: Work) -> None:
     """The equations at the nodes while the bodies part."""
     step = track.steps[k]
@@ -349,7 +359,7 @@ def retreat(body: Body, track: Track, turn: int, k: int, length: float, work: Wo
             work.matrix[j, q] = 2.0 * edge.radius * slope + (body.mass if q == j else 0.0)
 
 
-@compiled
+@inner
 def attempt(
     body: Body, track: Track, turn: int, k: int, length: float, work: Work
 ) -> tuple[int, float, float]:
@@ -403,7 +413,7 @@ def attempt(
     return COMPLETE, v_end, 0.0
 
 
-@compiled
+@inner
 def guess(track: Track, k: int, length: float, fresh: bool, work: Work) -> None:
     """Accelerations of a step from those of the step before, unless the motion changes its course between them."""
     stretch = math.inf if fresh else length / track.steps[k - 1, LENGTH]
@@ -430,7 +440,7 @@ class Solved(NamedTuple):
     history: float
 
 
-@compiled
+@inner
 def solve_step(
     body: Body, track: Track, turn: int, k: int, length: float, tolerance: float, fresh: bool, work: Work
 ) -> Solved:
@@ -458,7 +468,7 @@ def solve_step(
             return Solved(max(code, STUCK), length, error, v_end, history)
 
 
-@compiled
+@inner
 def end_within(body: Body, track: Track, turn: int, k: int, first: Solved, work: Work) -> Solved:
     """The length at which a step ends in the turning point, or the bodies part, by false positions on solved steps."""
     v, grows = track.steps[k, SPEED], turn == 0
@@ -492,7 +502,7 @@ def end_within(body: Body, track: Track, turn: int, k: int, first: Solved, work:
     return found
 
 
-@compiled
+@inner
 def forward(body: Body, track: Track, k: int, speed: float, part: FloatArray) -> None:
     """Begin step k + 1 where step k ends: what the branches bear, the time, the depth and the speed."""
     step, onward = track.steps[k], track.steps[k + 1]
@@ -516,7 +526,7 @@ def forward(body: Body, track: Track, k: int, speed: float, part: FloatArray) ->
     onward[SPEED] = speed
 
 
-@compiled
+@inner
 def start_search(track: Track, turn: int, near: FloatArray) -> None:
     """Look for t1 at the turning point first."""
     near[0], near[1] = turn - 1, track.steps[turn - 1, LENGTH]
@@ -539,8 +549,8 @@ def run(
         at_once = -body.viscosity * 2.0 * curve(body.line, 1e-12 * first * speed)[0] * speed / body.mass
         for j in range(NODES):
             before[j] = at_once
-    turn, k, taken = 0, 0, 0
-    fresh = True
+    turn = k = taken = int(0.0)  # numbers: kernels are compiled once more for constants
+    fresh = k == 0
     length = first
     while k < steps.shape[0] - 1:
         if own:
@@ -578,7 +588,7 @@ def run(
     return TOO_MANY, turn, k
 
 
-@compiled
+@inner
 def force_at(body: Body, track: Track, turn: int, k: int, x: float, work: Work) -> tuple[State, Edge]:
     """The state, and the edge of the contact, at a time after the begin of a step."""
     state = state_at(body, track, k, x, 0.0, work.part)
@@ -588,7 +598,7 @@ def force_at(body: Body, track: Track, turn: int, k: int, x: float, work: Work) 
     return state, edge_at(body, track, turn, now, state.pull + body.viscosity * state.speed, work)
 
 
-@compiled
+@inner
 def hit(body: Body, track: Track, turn: int, at: int, time: float, work: Work) -> float:
     """Force at a time in a step or the one before."""
     k = at - 1 if at > 0 and time < track.steps[at, BEGIN] else at
@@ -603,7 +613,7 @@ def hardest(body: Body, track: Track, turn: int, count: int, work: Work) -> tupl
     """Time and size of the largest force."""
     steps = track.steps
     start_search(track, turn, work.near)
-    most, at = 0.0, 0
+    most, at = 0.0, int(0.0)
     # a dashpot under a flat end is hit hardest at the touch
     touch = 1e-9 * steps[0, LENGTH]
     for k in range(count):
@@ -637,7 +647,7 @@ def read(
     body: Body, track: Track, turn: int, count: int, time: FloatArray, out: FloatArray, work: Work
 ) -> None:
     """Rows at rising times: depth, speed, force, radius, t1."""
-    k = 0
+    k = int(0.0)
     start_search(track, turn, work.near)
     for r in range(time.size):
         while k < count - 1 and time[r] >= track.steps[k + 1, BEGIN]:
