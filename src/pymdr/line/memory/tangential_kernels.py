@@ -48,7 +48,7 @@ from pymdr.line.memory.together import (
     release,
     strays,
 )
-from pymdr.numerics.exponentials import moments
+from pymdr.numerics.exponentials import first_crossing, moments
 from pymdr.units import FloatArray
 
 # groups of springs are compiled into the histories
@@ -154,6 +154,21 @@ def _touching_part(run: Shear, pressed: Pressed, r: int, i: int) -> tuple[float,
 
 
 @compiled
+def _sticks(
+    run: Shear, way: float, lasts: float, loads: tuple[float, float], v: float, trial: float
+) -> float:
+    """For which part of its way a spring sticks that bears too much in the end."""
+    body, f, sign = run.body, run.room.force, 1.0 if trial > 0.0 else -1.0
+    drag = body.viscosity * way / lasts if body.viscosity > 0.0 and way != 0.0 else 0.0
+    f.line[0] = run.friction * loads[0] - sign * (body.equilibrium * v + drag)
+    f.line[1] = run.friction * (loads[1] - loads[0]) - sign * body.equilibrium * way
+    for j in range(body.times.size):
+        f.decaying[j], f.growing[j] = -sign * run.room.h[j], -sign * body.moduli[j] * way
+        f.rates[j] = lasts / body.times[j]
+    return min(first_crossing(f, 0.0)[0], 1.0)
+
+
+@compiled
 def _slide(
     run: Shear,
     way: float,
@@ -240,7 +255,7 @@ def _change(run: Shear, pressed: Pressed, r: int, du: float, i: int, old: State,
             own[_OWN_LOST] += lost + way * drag
         else:
             under = (now if trial > 0.0 else -now) - friction * before
-            stuck = under / (under - over) if under < 0.0 else 0.0
+            stuck = _sticks(run, way, lasts, (before, after), v, trial) if under < 0.0 else 0.0
             v = _slide(run, way, lasts, (before, after), v, stuck if stuck > _AT_ONCE else 0.0, (trial, over))
         if pressed.gap[r + 1, i] >= 0.0:
             if body.viscosity == 0.0:  # what it still bears is let go at once
