@@ -110,7 +110,7 @@ def main(words=None):
     for law in given.only:
         start, free, segment = LAWS[law]
         for name, record in records(segment):
-            curve = thinned(record, FOLLOWED) if start.remembers else mdr.leave_out_marked(record)
+            curve = thinned(record, FOLLOWED) if start.remembers else record.leave_out_marked()
             try:
                 found, own = halves(start, curve, free)
             except mdr.PymdrError as error:

@@ -22,6 +22,23 @@ settings.register_profile("explore", derandomize=False, print_blob=True)
 settings.load_profile("steady")
 
 
+LONG = frozenset((Path(__file__).parent / "long.txt").read_text().split("\n")) - {""}
+"""Tests that take more than about a second of a quiet core; `make explore` runs them."""
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(session, config, items):
+    """Mark what long.txt names, and refuse names that no test has any more."""
+    for item in items:
+        if item.nodeid in LONG:
+            item.add_marker(pytest.mark.long)
+    whole = not config.option.file_or_dir and not config.option.keyword
+    if whole and (gone := LONG - {item.nodeid for item in items}):
+        raise pytest.UsageError(
+            f"tests/long.txt names tests that are not there: {', '.join(sorted(gone)[:5])}"
+        )
+
+
 @pytest.fixture(scope="session")
 def references():
     """The independent reference values by id."""

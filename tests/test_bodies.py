@@ -274,12 +274,12 @@ def test_sliding_is_that_of_an_isotropic_body_of_the_same_tangential_compliances
         >> mdr.shift("0 um")
     )
     found = [
-        mdr.verify_sliding(
+        mdr.verify(
             mdr.Contact(mdr.Paraboloid("10 mm"), body, body, friction=mdr.Coulomb(friction)),
             path,
-            cells=12,
+            elements=12,
             steps=6,
-        ).table
+        ).data
         for body, friction in ((ZINC, 0.3), (like, mu))
     ]
     for name in found[0].data_vars:

@@ -22,6 +22,7 @@ from pymdr.mapping.callables import (
     slope_panel,
     tip_law,
 )
+from pymdr.mapping.equivalent import equivalent_profile
 from pymdr.problem.profiles import call
 
 RADII = np.array([0.0, 1e-3, 2e-3, 5e-3, 1e-2])
@@ -389,6 +390,33 @@ def test_the_slope_of_single_precision_says_so():
     assert error > 1e-8
     with pytest.raises(mdr.ProblemError, match="not defined at r = 1"):
         slope_panel(lambda r: np.where(r < 1.1, r, math.nan), 1.0, 1.19)
+
+
+@pytest.mark.parametrize("inside", [True, False])
+@pytest.mark.parametrize("gives", ["f", "derivative", "both"])
+def test_single_precision_is_served_with_its_error(gives, inside):
+    """A sphere computed in single precision, or rounded to it, whose powers underflow farther in."""
+    single = np.float32
+    for seed in range(1 if gives == "f" else 3):
+        rng = np.random.default_rng([seed, inside, len(gives)])
+        R = 10.0 ** rng.uniform(-8.5, 0.5)
+
+        def rounded(curve, R=R):
+            if inside:
+                return lambda r: curve(r.astype(single), single(R))
+            return lambda r: curve(r, R).astype(single)
+
+        f = rounded(lambda r, R: r * r / (R + np.sqrt(R * R - r * r)))
+        slope = rounded(lambda r, R: r / np.sqrt(R * R - r * r))
+        profile = mdr.Function(
+            f if gives != "derivative" else None, derivative=None if gives == "f" else slope, reach=0.9 * R
+        )
+        line, x = equivalent_profile(profile), R * 10.0 ** rng.uniform(-3, -0.1, 4)
+        error = line.error(x)[:, 0]
+        assert np.all(np.abs(line.g(x) / (x * np.arctanh(x / R)) - 1) <= error)
+        assert np.all((error > 3e-8) & (error < (3e-4 if gives == "f" else 3e-6)))
+    cone = equivalent_profile(mdr.Function(derivative=lambda r: np.full(r.shape, 0.1, single)))
+    assert 1e-8 < abs(float(cone.g(1.0)) / (0.05 * math.pi) - 1.0) < float(cone.error(1.0)[0])
 
 
 # --- kinks that nobody named -----------------------------------------------------------------------------

@@ -18,6 +18,7 @@ from pymdr.interpretation.disks import disk_depths, holes
 from pymdr.line.foundation import ElasticLine, normal_force, states_at_depth
 from pymdr.mapping.equivalent import equivalent_profile
 from pymdr.numerics.panels import Place
+from pymdr.solving import friction_foundation
 
 UNIT = mdr.Elastic(1.0, 0.0)
 
@@ -249,7 +250,7 @@ def test_friction_passes_over_a_narrow_ring_as_without_it(jump, radius, beyond, 
     turns = np.array([0.0, 0.4, -0.3, 0.2]) * mu * d
     deep = np.array([0.9, 1.0, 1.0, 0.95]) * d
     history = mdr.solve(joint, mdr.Path(indentation=deep, shift=turns))["tangential_force"].values
-    springs = mdr.friction_foundation(joint, deep, turns, n=4000).tangential_force
+    springs = friction_foundation(joint, deep, turns, n=4000).tangential_force
     assert np.max(np.abs(history - springs)) < 1e-4 * mu * force[1]
 
 

@@ -128,6 +128,13 @@ def test_help_loads_nothing_that_computes():
     assert ours == {"pymdr.errors"}
 
 
+def test_importing_loads_nothing_that_computes():
+    code = "import sys, pymdr; assert len(dir(pymdr)) > 100; print(*sys.modules)"
+    ended = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    loaded = {name.partition(".")[0] for name in ended.stdout.split()}
+    assert not {"numpy", "scipy", "xarray", "pydantic", "pint", "matplotlib", "numba"} & loaded
+
+
 @pytest.mark.parametrize(
     ("old", "new", "words"),
     [

@@ -13,6 +13,7 @@ import pymdr as mdr
 from drawing import examples
 from pymdr.errors import ProblemError, PymdrError
 from pymdr.problem.parameters import parameter_of
+from pymdr.solving import friction_foundation
 
 X = (np.arange(12) + 0.5) / 12 - 0.5
 HEIGHTS = -(X[:, None] ** 2 + 1.3 * X**2) * 1e-4
@@ -143,17 +144,13 @@ BAD = {
     "a number": lambda: mdr.sweep(BALL, mdr.indent(DEEP), {"body.young": [1e6]}, quantities=3),
     "no machine": lambda: mdr.sweep(BALL, mdr.travel(DEEP), {"machine_stiffness": []}),
     "a dead load": lambda: mdr.sweep(BALL, mdr.travel(DEEP), {"machine_stiffness": [-1.0]}),
-    "no surface": lambda: mdr.detrend(HEIGHTS, "plane"),
-    "no surface to fill": lambda: mdr.fill_missing(None, "crop"),
-    "no surface of a tip": lambda: mdr.tip_cutoff("surface", "10 nm"),
     "no surface of a body": lambda: mdr.Sampled2D.of(HEIGHTS),
-    "no trend": lambda: mdr.detrend(SURFACE, ["plane"]),
-    "no remedy": lambda: mdr.fill_missing(SURFACE, HEIGHTS),
+    "no trend": lambda: SURFACE.detrend(["plane"]),
+    "no remedy": lambda: SURFACE.fill_missing(HEIGHTS),
     "a word for a punch": lambda: mdr.press(SURFACE, mdr.Elastic("1 MPa", 0.5), indentation=1e-6, punch="no"),
     "no contact to verify": lambda: mdr.verify("ball", mdr.indent(DEEP)),
-    "no contact of friction": lambda: mdr.verify_sliding(None, mdr.indent(DEEP)),
     "no contact of springs": lambda: mdr.foundation("ball"),
-    "no contact of springs with friction": lambda: mdr.friction_foundation(None, [1e-6], [0.0]),
+    "no contact of springs with friction": lambda: friction_foundation(None, [1e-6], [0.0]),
     "no list of contacts": lambda: mdr.solve_batch(BALL, mdr.indent(DEEP)),
     "no path": lambda: mdr.solve_batch([BALL], None),
     "rings for a pyramid": lambda: mdr.solve(

@@ -18,6 +18,7 @@ from drawing import examples
 from pymdr.errors import CaseError, FileError, MissingExtraError, ProblemError
 from pymdr.problem.facts import Facts
 from pymdr.workbench.segments import segments_in
+from pymdr.workbench.tables import read_curve
 
 AFM = Path(__file__).parent.parent.parent / "shared" / "data" / "afm"
 
@@ -55,7 +56,7 @@ def test_contact_points_lie_where_the_contact_begins(
     ratio = 10.0**log_ratio
     x, force = made(size, largest, exponent, free, samples, ratio, tilt, offset, seed)
     curve = mdr.MeasuredCurve(force=force, indentation=x + place * size)
-    found = mdr.contact_point_of(curve)
+    found = curve.contact_point()
     deep = (1.0 - free) * size
     assert found.low <= place * size <= found.high
     assert found.low <= found.value <= found.high
@@ -86,7 +87,7 @@ def test_bodies_that_jump_into_contact_make_the_methods_disagree(log_work, log_y
     machine = 10.0**log_machine
     force = mdr.solve(gel, mdr.Path(travel=way), machine_stiffness=machine)["normal_force"].values
     force = force + 1e-11 * np.random.default_rng(seed).normal(size=way.size) + 3e-10
-    found = mdr.contact_point_of(mdr.MeasuredCurve(force=force, travel=way + 1e-6, spring_constant=machine))
+    found = mdr.MeasuredCurve(force=force, travel=way + 1e-6, spring_constant=machine).contact_point()
     assert found.low < 1e-6 < found.high
     jump = 3e-10 - float(force.min())
     if jump > 0.1 * float(force.max()):  # the force comes back to 0 only deep in the contact
@@ -99,7 +100,7 @@ def test_scales_change_nothing_but_the_scale(size, largest, tilt, seed):
     found = []
     for length, newton in ((1.0, 1.0), (size, largest)):
         x, force = made(length, newton, tilt=tilt, seed=seed)
-        found.append(mdr.contact_point_of(mdr.MeasuredCurve(force=force, indentation=x)))
+        found.append(mdr.MeasuredCurve(force=force, indentation=x).contact_point())
     one, other = found
     for name in ("value", "low", "high"):
         assert getattr(other, name) / size == pytest.approx(getattr(one, name), rel=1e-6, abs=1e-6)
@@ -125,7 +126,7 @@ def test_signs_are_told_by_the_record(turned_force, turned_position, offset, seg
         spring_constant="0.1 N/m",
         segment=given_segment if turned_position else segment,
     )
-    found = mdr.orient(curve)
+    found = curve.orient()
     assert np.array_equal(found.force, force)
     assert np.array_equal(found.travel, x)
     assert found.segment == segment
@@ -134,11 +135,11 @@ def test_signs_are_told_by_the_record(turned_force, turned_position, offset, seg
         "force": -1.0 if turned_force else 1.0,
         "travel": -1.0 if turned_position else 1.0,
     }
-    assert mdr.orient(found).step.words.startswith("kept")
-    assert mdr.undo(found) == curve
-    assert mdr.orient(curve, found.step.numbers) == found
+    assert found.orient().step.words.startswith("kept")
+    assert found.undo() == curve
+    assert curve.orient(found.step.numbers) == found
     with pytest.raises(ProblemError, match="sign of travel is None"):
-        mdr.orient(curve, {"force": 1.0})
+        curve.orient({"force": 1.0})
 
 
 @settings(max_examples=examples(40), deadline=None)
@@ -159,17 +160,17 @@ def test_spikes_are_marked_and_nothing_else(places, height, jumps, seed):
     sides = np.random.default_rng(seed).choice([-1.0, 1.0], size=len(places))
     spiked[places] += sides * (height + 5.0) * noise
     curve = mdr.MeasuredCurve(force=spiked, indentation=x)
-    found = mdr.mark_outliers(curve)
+    found = curve.mark_outliers()
     assert np.array_equal(found.force, spiked)
     marked = set(np.flatnonzero(found.outliers).tolist())
     assert marked <= set(places)
     if height > 25.0:
         assert marked == set(places)
-    clean = mdr.mark_outliers(mdr.MeasuredCurve(force=force, indentation=x))
+    clean = mdr.MeasuredCurve(force=force, indentation=x).mark_outliers()
     assert not clean.outliers.any()
-    left = mdr.leave_out_marked(found)
+    left = found.leave_out_marked()
     assert left.force.size == 800 - len(marked)
-    assert mdr.undo(left) == found
+    assert left.undo() == found
 
 
 @settings(max_examples=examples(40), deadline=None)
@@ -181,7 +182,7 @@ def test_the_plateau_of_a_detector_is_marked(share, log_ratio, returns, seed):
         x, force = np.concatenate([x, x[::-1]]), np.concatenate([force, force[::-1]])
     limit = share * 1e-8
     clipped = np.minimum(force, limit)
-    found = mdr.mark_saturated(mdr.MeasuredCurve(force=clipped, indentation=x))
+    found = mdr.MeasuredCurve(force=clipped, indentation=x).mark_saturated()
     assert np.array_equal(found.force, clipped)
     lost = force >= limit
     if share < 1.0:
@@ -198,17 +199,17 @@ def test_a_hold_is_no_plateau_and_quantised_forces_are_no_outliers():
     position = np.concatenate([np.linspace(0.0, 1e-6, 400), np.full(400, 1e-6)])
     force = np.concatenate([np.linspace(0.0, 1e-9, 400), np.full(400, 1e-9)])
     held = mdr.MeasuredCurve(force=force, indentation=position)
-    assert not mdr.mark_saturated(held).saturated.any()
-    assert not mdr.mark_outliers(hold).outliers.any()
+    assert not held.mark_saturated().saturated.any()
+    assert not hold.mark_outliers().outliers.any()
     x, force = made()
     coarse = np.round(force / 4e-10) * 4e-10
-    assert np.count_nonzero(mdr.mark_outliers(mdr.MeasuredCurve(force=coarse, indentation=x)).outliers) == 0
+    assert np.count_nonzero(mdr.MeasuredCurve(force=coarse, indentation=x).mark_outliers().outliers) == 0
 
 
 def test_every_step_is_told_and_undone():
     x, force = made(offset=0.5, tilt=-0.2)
     record = mdr.MeasuredCurve(force=-force, travel=-x, spring_constant="0.1 N/m", time=np.arange(800.0))
-    curve = mdr.to_indentation(mdr.prepare(record))
+    curve = record.prepare().to_indentation()
     names = ["outliers", "signs", "saturation", "baseline", "contact point", "lag"]
     assert [step.name for step in curve.steps] == names
     assert curve.original is record
@@ -216,17 +217,17 @@ def test_every_step_is_told_and_undone():
     for k in range(len(names)):
         assert [step.name for step in curve.steps] == names[: len(names) - k]
         assert all(str(step) in curve._repr_html_().replace("&gt;", ">") for step in curve.steps[:1])
-        curve = mdr.undo(curve)
+        curve = curve.undo()
     assert curve is record
     with pytest.raises(ProblemError, match="nothing was done"):
-        mdr.undo(curve)
+        curve.undo()
 
 
 def test_a_plateau_is_seen_whatever_the_signs():
     x, force = made(offset=0.5)
     clipped = np.minimum(force, 1.1e-8)
     one, other = (
-        mdr.prepare(mdr.MeasuredCurve(force=sign * clipped, indentation=sign * x)) for sign in (1.0, -1.0)
+        mdr.MeasuredCurve(force=sign * clipped, indentation=sign * x).prepare() for sign in (1.0, -1.0)
     )
     assert np.array_equal(one.saturated, other.saturated)
     assert np.count_nonzero(one.saturated) > 50
@@ -235,7 +236,7 @@ def test_a_plateau_is_seen_whatever_the_signs():
 
 def test_curves_are_values():
     x, force = made()
-    curve = mdr.prepare(mdr.MeasuredCurve(force=force, indentation=x, metadata=Facts({"setpoint": 2e-9})))
+    curve = mdr.MeasuredCurve(force=force, indentation=x, metadata=Facts({"setpoint": 2e-9})).prepare()
     again = pickle.loads(pickle.dumps(curve))
     assert again == curve
     assert hash(again) == hash(curve)
@@ -252,28 +253,26 @@ def test_the_lag_of_a_cantilever_is_taken_off(log_stiffness, seed):
     depth, force = made(ratio=1e5, offset=0.3, seed=seed)
     noise = force - 0.3e-8 - 1e-8 * np.clip(depth / depth[-1], 0.0, None) ** 1.5
     travel = depth + (force - 0.3e-8 - noise) / constant
-    curve = mdr.to_indentation(
-        mdr.prepare(mdr.MeasuredCurve(force=force, travel=travel, spring_constant=constant))
-    )
-    point = mdr.contact_point_of(mdr.MeasuredCurve(force=force, travel=travel, spring_constant=constant))
+    curve = mdr.MeasuredCurve(force=force, travel=travel, spring_constant=constant).prepare().to_indentation()
+    point = mdr.MeasuredCurve(force=force, travel=travel, spring_constant=constant).contact_point()
     assert curve.indentation == pytest.approx(
         depth - point.value, abs=1e-4 * depth[-1] + 2e-4 * 1e-8 / constant
     )
     with pytest.raises(ProblemError, match="has its indentation"):
-        mdr.to_indentation(curve)
+        curve.to_indentation()
 
 
 def test_baselines_are_not_pulled_by_outliers_nor_by_adhesion():
     x, force = made(tilt=0.1, offset=1.0, ratio=1000.0)
-    clean = mdr.baseline_of(mdr.MeasuredCurve(force=force, indentation=x))
+    clean = mdr.MeasuredCurve(force=force, indentation=x).baseline()
     force[20:200:15] += 2e-9
-    spiked = mdr.baseline_of(mdr.MeasuredCurve(force=force, indentation=x))
+    spiked = mdr.MeasuredCurve(force=force, indentation=x).baseline()
     assert spiked.offset == pytest.approx(clean.offset, abs=2e-11)
     pulled = np.concatenate([force, force[::-1] - np.where(np.abs(x[::-1] + 0.05e-6) < 0.05e-6, 4e-9, 0.0)])
     position = np.concatenate([x, x[::-1]])
     retreat = mdr.MeasuredCurve(force=pulled[800:], indentation=position[800:], segment="retreat")
-    assert mdr.baseline_of(retreat).offset == pytest.approx(
-        float(clean.force_at(np.array([mdr.baseline_of(retreat).middle]))[0]), abs=1e-10
+    assert retreat.baseline().offset == pytest.approx(
+        float(clean.force_at(np.array([retreat.baseline().middle]))[0]), abs=1e-10
     )
 
 
@@ -304,7 +303,7 @@ NOISE = 1e-11 * np.random.default_rng(5).normal(size=400)
 )
 def test_what_has_no_contact_is_refused(curve, words):
     with pytest.raises(ProblemError, match=words):
-        mdr.contact_point_of(curve())
+        curve().contact_point()
 
 
 @settings(max_examples=examples(40), deadline=None)
@@ -316,7 +315,7 @@ def test_noise_alone_is_no_contact(samples, memory, seed):
         noise[i] = memory * (noise[i - 1] if i else 0.0) + white[i]
     assume(memory < 0.9 or samples > 300)
     with pytest.raises(ProblemError):
-        mdr.contact_point_of(of(1e-11 * noise, np.linspace(0.0, 1e-6, samples)))
+        of(1e-11 * noise, np.linspace(0.0, 1e-6, samples)).contact_point()
 
 
 def test_bad_curves_and_steps_are_refused():
@@ -326,21 +325,19 @@ def test_bad_curves_and_steps_are_refused():
     with pytest.raises(ProblemError, match="800 forces, but 3 entries of outliers"):
         of(force, x, outliers=[True, False, False])
     with pytest.raises(ProblemError, match="signs cannot be told"):
-        mdr.orient(of(np.sin(np.linspace(0, 60, 800)), x))
+        of(np.sin(np.linspace(0, 60, 800)), x).orient()
     with pytest.raises(ProblemError, match="800 of 800 samples are marked"):
-        mdr.leave_out_marked(of(force, x, saturated=np.ones(800, bool)))
+        of(force, x, saturated=np.ones(800, bool)).leave_out_marked()
     with pytest.raises(ProblemError, match="no spring constant"):
-        mdr.recalibrate(of(force, x), "1 N/m")
+        of(force, x).recalibrate("1 N/m")
     travel = mdr.MeasuredCurve(force=force, travel=x, spring_constant="1 N/m")
     with pytest.raises(ProblemError, match="above 0 N/m"):
-        mdr.recalibrate(travel, "-1 N/m")
-    again = mdr.recalibrate(travel, "2 N/m")
+        travel.recalibrate("-1 N/m")
+    again = travel.recalibrate("2 N/m")
     assert again.force == pytest.approx(2.0 * force)
     assert again.travel - again.force / again.spring_constant == pytest.approx(travel.depth)
-    with pytest.raises(ProblemError, match="no curve is given"):
-        mdr.join_segments([])
     with pytest.raises(ProblemError, match="differ in spring constant"):
-        mdr.join_segments([travel, again])
+        travel.join(again)
 
 
 @settings(max_examples=examples(50), deadline=None)
@@ -389,9 +386,9 @@ def test_tables_are_read_in_segments(tmp_path):
     approach, retreat = mdr.read_curves(file, spring_constant="0.1 N/m")
     assert (approach.segment, retreat.segment) == ("approach", "retreat")
     assert abs(approach.force.size - 800) <= 1
-    whole = mdr.join_segments([approach, retreat])
+    whole = approach.join(retreat)
     assert whole.step.name == "joined"
-    read = mdr.read_curve(file, spring_constant="0.1 N/m")
+    read = read_curve(file, spring_constant="0.1 N/m")
     for name in ("force", "travel", "time"):
         assert np.array_equal(getattr(whole, name), getattr(read, name))
     with pytest.raises(ProblemError, match="give the spring_constant"):
@@ -554,11 +551,11 @@ def test_real_records_are_read_and_prepared(afmformats, name, tmp_path, shell):
     assert [one.segment for one in curves] == segments
     approaches = [one for one in curves if one.segment == "approach"]
     for approach in approaches:
-        signs = mdr.orient(approach).step.numbers
+        signs = approach.orient().step.numbers
         assert signs == {"force": 1.0, "travel": 1.0}
-        curve = mdr.prepare(approach)
+        curve = approach.prepare()
         assert curve.original is approach
-        point = mdr.contact_point_of(approach)
+        point = approach.contact_point()
         assert point.low < point.value < point.high
         if place is not None:
             assert abs(point.value - place) < slack

@@ -2,6 +2,7 @@
 
 import importlib
 import json
+import pkgutil
 import re
 import sys
 from pathlib import Path
@@ -164,6 +165,11 @@ def test_the_reference_names_everything_public():
     named = set(re.findall(r"^   (\w+)$", (DOCS / "reference.md").read_text(), re.MULTILINE))
     errors = {name for name in mdr.__all__ if name.endswith("Error")}  # in the page of pymdr.errors
     assert set(mdr.__all__) - named - errors == {"__version__"}
+
+
+def test_the_reference_names_what_is_there():
+    for path in re.findall(r"^   ([\w.]+)$", (DOCS / "reference.md").read_text(), re.MULTILINE):
+        assert pkgutil.resolve_name(f"pymdr.{path}") is not None
 
 
 @pytest.mark.parametrize("page", sorted(DOCS.glob("*.md")), ids=lambda p: p.stem)

@@ -324,7 +324,7 @@ def test_marked_samples_are_left_out():
     curve = curve_of(contact_of("paraboloid", 3e3), 1e-6)
     force = curve.force.copy()
     force[[20, 170]] += 5.0 * np.ptp(force)
-    bad = mdr.mark_outliers(mdr.MeasuredCurve(force=force, indentation=curve.indentation))
+    bad = mdr.MeasuredCurve(force=force, indentation=curve.indentation).mark_outliers()
     assert bad.marked.sum() == 2
     one = mdr.fit(contact_of("paraboloid", 1e4), bad, ["body.young"])
     many = mdr.fit_map(contact_of("paraboloid", 1e4), [bad], ["body.young"])
@@ -638,9 +638,9 @@ def test_a_map_tells_of_detectors_that_ran_out_of_range():
     data = mdr.stack_curves(curves).assign_coords(curve=np.arange(3))
     force = data["force"].values
     data["force"].values[:] = np.where(force > limit, limit, force)
-    alone = mdr.mark_saturated(
-        mdr.MeasuredCurve(force=data["force"].values[1], indentation=data["indentation"].values[1])
-    )
+    alone = mdr.MeasuredCurve(
+        force=data["force"].values[1], indentation=data["indentation"].values[1]
+    ).mark_saturated()
     found = mdr.fit_map(contact_of("paraboloid", 1e4), data, ["body.young"])
     told = found["plateau"].values
     assert told[0] == 0.0 or float(curves[0].force.max()) > limit

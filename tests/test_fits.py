@@ -23,6 +23,7 @@ from pymdr.solving.fits.fitting import estimate
 from pymdr.solving.fits.forces import forces_of, modelled
 from pymdr.solving.fits.searching import hanging
 from pymdr.workbench.cli import app
+from pymdr.workbench.tables import read_curve
 
 pytestmark = pytest.mark.skipif(
     find_spec("lmfit") is None, reason="lmfit, of the extra fit, is not installed"
@@ -376,7 +377,7 @@ def test_a_curve_from_a_file_by_the_shell(tmp_path):
     assert json.loads(without.stdout)["error"]["message"].count("spring_constant") >= 1
     (tmp_path / "bad.csv").write_text("travel [um]\n1\n")
     with pytest.raises(CaseError, match="load"):
-        mdr.read_curve(tmp_path / "bad.csv", spring_constant=1.0)
+        read_curve(tmp_path / "bad.csv", spring_constant=1.0)
 
 
 def test_records_without_contact_are_refused():
@@ -430,7 +431,7 @@ def test_a_detector_that_ran_out_of_range_is_told(share, noise, size, seed):
     record = mdr.MeasuredCurve(force=force, indentation=depth)
     told = any("out of range" in note for note in mdr.fit(soft, record, ["body.young"]).notes)
     assert told == (share < 1.0 - 3.0 * noise) or 1.0 - 0.05 - 4.0 * noise < share < 1.0 + 5.0 * noise
-    cut = mdr.fit(soft, mdr.mark_saturated(record), ["body.young"])
+    cut = mdr.fit(soft, record.mark_saturated(), ["body.young"])
     assert not any("run out of range" in note for note in cut.notes)
     assert cut["body.young"].value == pytest.approx(1e3, abs=6.0 * cut["body.young"].error + 1e-3)
 

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 import pymdr as mdr
 from drawing import examples
-from pymdr.solving import frictional
+from pymdr.solving import friction_foundation, frictional
 
 MU = 0.3
 BODY = mdr.Elastic(2.0, 0.0)  # two of them: E* = G* = 1
@@ -318,7 +318,7 @@ def test_springs_of_the_founding_paper_converge(name):
     exact = mdr.solve(case, mdr.Path(indentation=d, shift=u))
     counts, errors = np.array([500, 2000, 8000, 32000]), []
     for n in counts.tolist():
-        line = mdr.friction_foundation(case, d, u, n=n)
+        line = friction_foundation(case, d, u, n=n)
         errors.append(
             [
                 np.max(np.abs(line.tangential_force - column(exact, "tangential_force"))),
@@ -1251,7 +1251,7 @@ BALL_JOINT = mdr.Contact(mdr.Sphere("1 mm"), mdr.Elastic("210 GPa", 0.3), fricti
             "pressed in by its radius, 1 mm",
         ),
         (
-            lambda: mdr.friction_foundation(BALL_JOINT, [3e-3], [0.0]),
+            lambda: friction_foundation(BALL_JOINT, [3e-3], [0.0]),
             mdr.PathError,
             "pressed in by its radius, 1 mm",
         ),

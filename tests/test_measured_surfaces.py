@@ -54,23 +54,23 @@ def test_a_trend_is_gone_and_nothing_else(coefficients, nx, ny, log_size, log_of
     for trend, part in parts.items():
         sides = [size * nx / max(nx, ny), size * ny / max(nx, ny)]
         bare, bent = (
-            mdr.detrend(mdr.Topography(np.where(gap, np.nan, z), sides), trend).heights
+            mdr.Topography(np.where(gap, np.nan, z), sides).detrend(trend).heights
             for z in (rest, rest + size * part + 10.0**log_offset * size)
         )
         assert bent == pytest.approx(bare, abs=noise, nan_ok=True)
         # what is left is orthogonal to what was taken
         assert abs(np.nanmean(bare)) < 1e-13 * size
-        again = mdr.detrend(mdr.Topography(bare, sides), trend).heights
+        again = mdr.Topography(bare, sides).detrend(trend).heights
         assert again == pytest.approx(bare, abs=1e-12 * size, nan_ok=True)
 
 
 def test_a_trend_is_told():
     x, y = coordinates(20, 30, 1e-6)
-    ball = mdr.detrend(mdr.Topography(0.01 * x - (x**2 + y**2) / 4e-3, ["20 um", "30 um"]), "sphere")
+    ball = mdr.Topography(0.01 * x - (x**2 + y**2) / 4e-3, ["20 um", "30 um"]).detrend("sphere")
     assert "a cap of radius 2 mm" in ball.steps[0]
-    tube = mdr.detrend(mdr.Topography(x**2 / 4e-3, ["20 um", "30 um"]), "curvature")
+    tube = mdr.Topography(x**2 / 4e-3, ["20 um", "30 um"]).detrend("curvature")
     assert "a bowl of radius 2 mm" in tube.steps[0]
-    both = mdr.detrend(mdr.detrend(tube, "plane"), "mean")
+    both = tube.detrend("plane").detrend("mean")
     assert len(both.steps) == 3
     assert pickle.loads(pickle.dumps(both)) == both
 
@@ -86,7 +86,7 @@ def test_a_trend_is_told():
 )
 def test_trends_that_cannot_be_taken_off(heights, trend, words):
     with pytest.raises(mdr.ProblemError, match=words):
-        mdr.detrend(mdr.Topography(heights, 1.0), trend)
+        mdr.Topography(heights, 1.0).detrend(trend)
 
 
 # --- what is missing -------------------------------------------------------------------------------------
@@ -105,7 +105,7 @@ def test_gaps_are_continued(mask):
     if 2 * gap.sum() > gap.size:
         return
     surface = mdr.Topography(np.where(gap, np.nan, heights), [1.0, 2.0])
-    filled = mdr.fill_missing(surface, "interpolate")
+    filled = surface.fill_missing("interpolate")
     assert np.array_equal(filled.heights[~gap], heights[~gap])
     # the maximum principle
     low, high = heights[~gap].min(), heights[~gap].max()
@@ -117,7 +117,7 @@ def test_gaps_are_continued(mask):
         near = [(filled.heights[k, m], w) for k, m, w in near if 0 <= k < nx and 0 <= m < ny]
         mean = sum(z * w for z, w in near) / sum(w for _, w in near)
         assert filled.heights[i, j] == pytest.approx(mean, abs=1e-9)
-    assert mdr.fill_missing(filled, "interpolate") is filled
+    assert filled.fill_missing("interpolate") is filled
 
 
 @settings(max_examples=examples(40), deadline=None)
@@ -140,10 +140,10 @@ def test_the_largest_rectangle(mask):
         return
     surface = mdr.Topography(heights, [nx, ny])
     try:
-        part = mdr.fill_missing(surface, "crop")
+        part = surface.fill_missing("crop")
     except mdr.ProblemError:
         with pytest.raises(mdr.ProblemError, match="no rectangle of 2 x 2"):
-            mdr.fill_missing(surface, "crop")
+            surface.fill_missing("crop")
         return
     assert part.heights.size == max(sizes)
     assert part.size == pytest.approx(part.heights.shape, rel=1e-12)
@@ -158,15 +158,15 @@ def test_gaps_are_refused_unless_something_is_said():
     heights = np.add.outer(np.arange(64.0), np.arange(64.0))
     heights[10:20, 10:20] = np.nan
     surface = mdr.Topography(heights, 1.0)
-    for ask in (mdr.power_spectrum, mdr.azimuthal_profile, lambda one: mdr.tip_cutoff(one, 1.0)):
+    for ask in (mdr.power_spectrum, mdr.azimuthal_profile, lambda one: one.tip_cutoff(1.0)):
         with pytest.raises(mdr.ProblemError, match="100 of 4096 heights are missing; fill them by"):
             ask(surface)
     with pytest.raises(mdr.ProblemError, match="one of interpolate, crop"):
-        mdr.fill_missing(surface, "guess")
+        surface.fill_missing("guess")
     heights[:, :40] = np.nan
     with pytest.raises(mdr.ProblemError, match="more than half"):
-        mdr.fill_missing(mdr.Topography(heights, 1.0), "interpolate")
-    assert mdr.fill_missing(mdr.Topography(heights, 1.0), "crop").heights.shape == (64, 24)
+        mdr.Topography(heights, 1.0).fill_missing("interpolate")
+    assert mdr.Topography(heights, 1.0).fill_missing("crop").heights.shape == (64, 24)
 
 
 # --- the tip ---------------------------------------------------------------------------------------------
@@ -191,16 +191,16 @@ def test_a_blunt_tip_is_noticed():
     seen = mdr.Topography(dilated(surface, 10.0, 12)[12:-12, 12:-12], 72.0)
     true = mdr.Topography(surface[12:-12, 12:-12], 72.0)
     # no summit of what it saw is sharper than it, and it is told by that
-    assert 4.0 <= mdr.tip_cutoff(seen, 10.0) < 30.0
-    assert mdr.tip_cutoff(true, 10.0) > mdr.tip_cutoff(seen, 10.0)
-    assert mdr.tip_cutoff(seen, 0.001) == 2.0
-    assert mdr.tip_cutoff(seen, 5.0) <= mdr.tip_cutoff(seen, 10.0)
+    assert 4.0 <= seen.tip_cutoff(10.0) < 30.0
+    assert true.tip_cutoff(10.0) > seen.tip_cutoff(10.0)
+    assert seen.tip_cutoff(0.001) == 2.0
+    assert seen.tip_cutoff(5.0) <= seen.tip_cutoff(10.0)
     with pytest.raises(mdr.ProblemError, match="resolved nothing"):
-        mdr.tip_cutoff(seen, 1e6)
+        seen.tip_cutoff(1e6)
     with pytest.raises(mdr.ProblemError, match="above 0 m"):
-        mdr.tip_cutoff(seen, 0.0)
+        seen.tip_cutoff(0.0)
     spectrum = mdr.power_spectrum(seen, tip_radius=10.0)
-    assert spectrum.data.attrs["shortest_resolved"] == max(4.0, mdr.tip_cutoff(seen, 10.0))
+    assert spectrum.data.attrs["shortest_resolved"] == max(4.0, seen.tip_cutoff(10.0))
     known = np.isfinite(spectrum["power_spectrum"].values)
     assert np.all(spectrum["wavelength"].values[known] >= spectrum.data.attrs["shortest_resolved"])
 
@@ -215,7 +215,7 @@ def test_the_tip_as_another_package_has_it():
     theirs = other.Topography(heights, (128.0, 128.0))
     for radius in (0.3, 1.0, 3.0, 10.0):
         found = theirs.scanning_probe_reliability_cutoff(radius)
-        ours = mdr.tip_cutoff(mdr.Topography(heights, 128.0), radius)
+        ours = mdr.Topography(heights, 128.0).tip_cutoff(radius)
         assert ours == pytest.approx(found or 2.0, abs=2.0 + 0.15 * (found or 2.0))
 
 
@@ -493,7 +493,7 @@ def test_interpolated_pixels_are_said_or_refused(share, fitted):
     whole = mdr.Topography(1e-8 * random_surface(rng, 128, 0.6), "1 um")
     heights = whole.heights.copy()
     heights[heights < np.quantile(heights, share)] = np.nan
-    filled = mdr.detrend(mdr.fill_missing(mdr.Topography(heights, "1 um"), "interpolate"), "mean")
+    filled = mdr.Topography(heights, "1 um").fill_missing("interpolate").detrend("mean")
     true, found = (mdr.power_spectrum(one, periodic=True) for one in (whole, filled))
     assert f"{100 * share:.2g} % of the pixels" in found.claims["power_spectrum"].reason
     q = 2.0 * np.pi * np.geomspace(3e6, 2e7, 20)

@@ -20,6 +20,7 @@ import pymdr as mdr
 from drawing import examples
 from pymdr.errors import CaseError, FileError, ProblemError
 from pymdr.solving.fits.found import Fitted
+from pymdr.workbench.tables import read_curve
 
 RADIUS, POISSON = 5e-6, 0.5
 BALL = mdr.Contact(mdr.Paraboloid(RADIUS), mdr.Elastic("10 kPa", POISSON))
@@ -227,7 +228,7 @@ def test_samples_of_a_table_that_are_no_numbers_are_left_out_where_that_is_asked
 def test_a_missing_column_is_asked_for_in_its_own_unit(tmp_path):
     (tmp_path / "curve.csv").write_text("indentation [um],foo [nN]\n1,2\n")
     with pytest.raises(CaseError, match=r"'load \[N\]'"):
-        mdr.read_curve(tmp_path / "curve.csv")
+        read_curve(tmp_path / "curve.csv")
 
 
 @pytest.mark.skipif(shutil.which("gcc") is None, reason="there is no compiler")

@@ -21,6 +21,7 @@ from pymdr.line.friction import FrictionLeg, curves_of, follow_leg, virgin_state
 from pymdr.line.memory import follow_springs, shear_springs, unsheared
 from pymdr.mapping.equivalent import equivalent_profile
 from pymdr.mapping.relaxation import Relaxation, largest_coupling
+from pymdr.solving import friction_foundation
 from pymdr.solving.laws import _sheared_surface
 
 SOLID = mdr.StandardSolid(equilibrium=0.3, modulus=1.0, time=0.4)
@@ -149,7 +150,7 @@ def test_a_drag_that_stays_creeps():
     result = mdr.solve(
         joint(rubber(), math.inf), mdr.Path(time=t, indentation=np.full(82, 0.09), tangential_force=force)
     )
-    creep = mdr.tangential_relaxation_of(rubber()).retardation(t[1:] - 1.0)
+    creep = mdr.relaxation_of(rubber(), tangential=True).retardation(t[1:] - 1.0)
     assert result["shift"].values[1:] == pytest.approx(0.01 * creep / 0.6, rel=1e-5)
 
 
@@ -209,10 +210,10 @@ def test_the_tangential_kernel_is_that_of_the_elastic_modulus(shear, nu, bulk, s
         (rubber(shear, poisson=nu), nu),
         (rubber(shear, bulk=bulk), (3.0 * bulk - 2.0 * g) / (6.0 * bulk + 2.0 * g)),
     ):
-        found = carson(mdr.tangential_relaxation_of(body), s)
+        found = carson(mdr.relaxation_of(body, tangential=True), s)
         assert found == pytest.approx(4.0 * g / (2.0 - poisson), rel=1e-9)
         other = mdr.Elastic(5.0, 0.2)
-        pair = carson(mdr.tangential_relaxation_of(body, other), s)
+        pair = carson(mdr.relaxation_of(body, other, tangential=True), s)
         compliance = (2.0 - poisson) / (4.0 * g) + (2.0 - 0.2) / (4.0 * other.shear)
         assert pair == pytest.approx(1.0 / compliance, rel=1e-9)
 
@@ -444,7 +445,7 @@ def test_forces_lead_to_the_shifts_that_gave_them(body, history, mu):
     t, d, u = history
     d = 0.05 + np.abs(d)
     u = 0.02 * u  # a part sticks, so that the force tells the shift
-    kernels = mdr.relaxation_of(body), mdr.tangential_relaxation_of(body)
+    kernels = mdr.relaxation_of(body), mdr.relaxation_of(body, tangential=True)
     t, d, u = np.append(0.0, t), np.append(0.0, d), np.append(0.0, u)
     normal, first = sheared(line_of(SHAPES[0]), *kernels, mu, t, d, u, 200)
     assume((normal.force[1:] > 0.0).all())  # bodies that have parted are not told where to go
@@ -627,8 +628,8 @@ def test_what_is_refused():
         mdr.solve(contact, pressed, keep=2)
     for study in (
         lambda: mdr.friction_loop(contact, [0.01], indentation=0.1),
-        lambda: mdr.friction_foundation(contact, [0.1], [0.1]),
-        lambda: mdr.verify_sliding(contact, pressed),
+        lambda: friction_foundation(contact, [0.1], [0.1]),
+        lambda: mdr.verify(contact, pressed),
         lambda: mdr.impact(contact, mass=1.0, speed=1.0),
         lambda: mdr.restitution(contact, mass=1.0, speeds=[1.0]),
     ):

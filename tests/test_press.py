@@ -25,7 +25,6 @@ from pymdr.independent.engines import finding as engines_of
 from pymdr.independent.engines.solutions import by_force, refuse_unsolved
 from pymdr.independent.sliding.solvers import solve_pressure
 from pymdr.independent.sliding.surface import make_surface
-from pymdr.mapping.rough_patch import rough_topography
 from pymdr.presentation.files import read_dataset, write_dataset
 from pymdr.solving.press import bytes_of
 from pymdr.solving.press import verb as solving
@@ -107,7 +106,7 @@ def test_claims_hold_for_hertz_at_all_scales(size, slope, modulus, share, n):
 def test_small_forces_one_after_the_other_are_as_each_alone(seed, least, ratio):
     """The contact of the force before, a few pixels, is even on itself: no reason to stop there."""
     surface = mdr.RoughSurface(0.5, 1e-3, 1.0, 1 / 8, seed=seed % 1000)
-    patch = rough_topography(surface, points=32)
+    patch = surface.topography(points=32)
     forces = 10.0**least * ratio ** np.arange(3) * 1e-3
     together = mdr.press(patch, UNIT, normal_force=forces, punch=True)
     for i, force in enumerate(forces.tolist()):
@@ -213,7 +212,7 @@ def test_stiffness_is_the_slope_of_the_force():
 
 @needs_engine
 def test_deep_contact_is_a_punch():
-    surface = rough_topography(mdr.RoughSurface(0.8, "1 um", "1 mm", "250 um"), points=32)
+    surface = mdr.RoughSurface(0.8, "1 um", "1 mm", "250 um").topography(points=32)
     pressed = mdr.press(surface, UNIT, indentation="1 mm", punch=True)
     assert float(pressed["normal_stiffness"][0]) == pytest.approx(1.15230e-3, rel=0.02)
     # without that word the body goes on where its heights end
@@ -374,7 +373,7 @@ def test_what_is_refused_before_it_starts(monkeypatch):
 )
 def test_realised_surfaces_have_their_spectrum(hurst, waves, number, size):
     surface = mdr.RoughSurface(hurst, 1e-3, size, 2.0 / waves if size[0] > 1 else 1.0 / waves)
-    coarse, fine = (rough_topography(surface, number, points=k * waves * 4) for k in (1, 2))
+    coarse, fine = (surface.topography(number, points=k * waves * 4) for k in (1, 2))
     assert fine.heights.std() == pytest.approx(1e-3, rel=1e-12)
     # the same waves on both grids
     assert np.fft.rfft2(fine.heights, norm="forward")[1, 1] == pytest.approx(
@@ -394,9 +393,9 @@ def test_realised_surfaces_have_their_spectrum(hurst, waves, number, size):
 def test_realised_surfaces_are_refused():
     surface = mdr.RoughSurface(0.8, "1 um", "1 mm", "100 um")
     for wrong in ({"points": 39}, {"points": -1}, {"realisation": 1.5}):
-        with pytest.raises(ProblemError, match="rough_topography"):
-            rough_topography(surface, **wrong)
-    assert rough_topography(surface).heights.shape == (80, 80)
+        with pytest.raises(ProblemError, match=r"RoughSurface\.topography"):
+            surface.topography(**wrong)
+    assert surface.topography().heights.shape == (80, 80)
 
 
 class Punch:
@@ -584,15 +583,15 @@ def test_a_mean_pressure_is_not_above_the_peak(seed, share, decades):
 
 
 def test_memory_is_checked_before_heights_are_made(monkeypatch):
-    from pymdr.mapping import rough_patch
+    from pymdr.problem import rough
 
     def never(*_):
         raise AssertionError
 
-    monkeypatch.setattr(rough_patch, "_heights", never)
+    monkeypatch.setattr(rough, "_heights", never)
     huge = mdr.RoughSurface(0.8, "1 um", "1 m", "1 um")
     with pytest.raises(ProblemError, match=r"8000000 x 8000000 pixels .* longer shortest wavelength"):
-        rough_topography(huge)
+        huge.topography()
     with pytest.raises(
         ProblemError, match=r"8000000 x 8000000 pixels at 1 loads .* longer shortest wavelength"
     ):

@@ -10,7 +10,7 @@ import pytest
 
 import pymdr as mdr
 from pymdr.problem.codec import decode_case, encode, encode_case
-from pymdr.problem.paths import legs
+from pymdr.problem.paths import History, Hold, Ramp, legs
 from pymdr.problem.profiles import Interpolated, Sum
 
 UREG = pint.LazyRegistry()
@@ -240,9 +240,9 @@ def test_legs_in_a_row():
     path = mdr.load(1.0) >> (mdr.hold() >> mdr.indent(0.0))
     assert legs(path) == (mdr.load(1.0), mdr.hold(), mdr.indent(0.0))
     assert legs(mdr.load(1.0)) == (mdr.load(1.0),)
-    assert mdr.load(1.0) == mdr.Ramp(normal_force=1.0) == mdr.ramp(normal_force=1.0)
-    assert mdr.indent(1.0) == mdr.Ramp(indentation=1.0)
-    assert mdr.hold() == mdr.Hold()
+    assert mdr.load(1.0) == Ramp(normal_force=1.0) == mdr.ramp(normal_force=1.0)
+    assert mdr.indent(1.0) == Ramp(indentation=1.0)
+    assert mdr.hold() == Hold()
     with pytest.raises(TypeError):
         mdr.load(1.0) >> 3
 
@@ -281,8 +281,8 @@ def test_bad_durations(duration):
         lambda: mdr.Path(indentation=["1 um", "1,5 um"]),
         lambda: mdr.Path(indentation=["1 N"]),
         lambda: mdr.Path(time=["1 m"], indentation=[1.0]),
-        lambda: mdr.History(()),
-        lambda: mdr.History((3,)),
+        lambda: History(()),
+        lambda: History((3,)),
         lambda: mdr.ramp(steps=3),
         lambda: mdr.ramp(indentation=1.0, normal_force=1.0),
         lambda: mdr.load("5 m"),

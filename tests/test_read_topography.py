@@ -346,6 +346,21 @@ def test_a_measured_surface_whatever_its_suffix(tmp_path):
     assert same(mdr.read_topography(tmp_path / "surface.csv"), expected)
 
 
+def test_a_format_that_only_its_suffix_tells(tmp_path):
+    """NanoFocus, whose header begins as an empty matrix of MATLAB does."""
+    of_makers()
+    heights = np.random.default_rng(3).integers(0, 2**16 - 1, (5, 7)).astype("<u2")
+    header = bytearray(3468)
+    header[:16] = bytes([2, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 0, 255, 255, 0, 0])
+    struct.pack_into("<2d", header, 16, 1.0, 3.0)
+    struct.pack_into("<2I2d", header, 1368, 7, 5, 2e-3, 4e-3)
+    file = tmp_path / "surface.nms"
+    file.write_bytes(bytes(header) + heights.tobytes())
+    surface = mdr.read_topography(file)
+    assert surface.size == pytest.approx([14e-6, 20e-6])
+    assert surface.heights == pytest.approx(1e-6 * (1.0 + 2.0 * heights.T / (2**16 - 2)))
+
+
 @pytest.mark.parametrize("name", ["dektak-1.csv", "xy-1.txt"])
 def test_measured_lines(name):
     with pytest.raises(mdr.CaseError, match=r"a line scan.*, not a surface\. Of one bump .*read_profile"):

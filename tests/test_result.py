@@ -582,6 +582,7 @@ def test_notebooks_show_figures_claims_and_questions(ball):
     assert found.status is ball.status
     assert "the path reaches" in found._repr_html_()
     assert "<table>" in found.claims._repr_html_()
+    assert len(found.plot().axes[0].patches) == len(found.assumptions)
     gel = mdr.Contact(mdr.Paraboloid("1 mm"), mdr.Elastic("1 MPa", 0.5), adhesion=mdr.JKR("50 mJ/m^2"))
     assert "pull-off" in mdr.pull_off(gel)._repr_html_()
 

@@ -156,9 +156,9 @@ def test_forces_are_followed_by_the_rings_themselves():
 def test_a_deeper_leg_gets_more_rings():
     ball = mdr.Contact(mdr.Paraboloid(1.0), SOLID)
     path = mdr.indent(0.01, duration=0.3, steps=4) >> mdr.indent(0.1, duration=0.5, steps=4)
-    found = mdr.verify(ball, path >> mdr.load(0.3, duration=1.0, steps=40), rings=100, steps=4)
+    found = mdr.verify(ball, path >> mdr.load(0.3, duration=1.0, steps=40), elements=100, steps=4)
     assert found.largest_difference < 1e-3
-    assert float(np.nanmax(np.abs(found.table["normal_force_difference"]))) < 1e-4
+    assert float(np.nanmax(np.abs(found.data["normal_force_difference"]))) < 1e-4
 
 
 def test_leading_blocks_of_the_inverses():
@@ -177,12 +177,12 @@ def test_side_by_side():
         >> mdr.indent(-0.02, duration=1.0, steps=8)
         >> mdr.indent(0.08, duration=0.5, steps=8)
     )
-    found = mdr.verify(ball, path, rings=100)
+    found = mdr.verify(ball, path, elements=100)
     assert found.largest_difference < 1e-4
-    assert found.table.sizes["step"] == 5
-    assert "indentation_mdr" not in found.table
-    assert {"time", "row", "elastic_energy_rings"} <= set(found.table)
-    assert float(found.table["pressure_difference"].max()) < 3e-3
+    assert found.data.sizes["step"] == 5
+    assert "indentation_mdr" not in found.data
+    assert {"time", "row", "elastic_energy_rings"} <= set(found.data)
+    assert float(found.data["pressure_difference"].max()) < 3e-3
     text = found.summary()
     assert "normal force" in text
     assert "time" in text
@@ -219,7 +219,7 @@ def test_what_is_refused():
         mdr.solve(ball, mdr.indent(0.1), solver=Rings(50))
     for rings in (0, 10**6):
         with pytest.raises(ProblemError, match="20 to 5000"):
-            mdr.verify(ball, timed, rings=rings)
+            mdr.verify(ball, timed, elements=rings)
     with pytest.raises(PathError, match="at least 1"):
         mdr.verify(ball, timed, steps=0)
     with pytest.raises(PathError, match="no contact"):
@@ -230,8 +230,8 @@ def test_what_is_refused():
     with pytest.raises(PathError):
         mdr.solve(ball, mdr.load(-1.0, duration=1.0), solver=Rings(50))
     elastic = mdr.Elastic(1.0, 0.3)
-    for law in ({"adhesion": mdr.DMT(0.01)}, {"friction": mdr.Coulomb(0.3)}):
-        with pytest.raises(ProblemError, match="frictionless"):
+    for law in ({"adhesion": mdr.DMT(0.01)}, {"friction": mdr.Coulomb(0.3), "adhesion": mdr.JKR(0.01)}):
+        with pytest.raises(ProblemError, match="adhesion"):
             mdr.verify(mdr.Contact(mdr.Sphere(1.0), elastic, **law), timed)
     with pytest.raises(ProblemError, match="machine"):
         mdr.solve(ball, mdr.travel(0.1, duration=1.0), solver=Rings(50), machine_stiffness=1.0)

@@ -16,6 +16,7 @@ from scipy.special import ellipk
 import pymdr as mdr
 from drawing import examples
 from pymdr.line.rough import power_law_stiffness, sorted_springs
+from pymdr.mapping.patch import full_contact_stiffness
 from pymdr.mapping.rough import default_points, rough_heights
 from pymdr.solving import rough as solving
 
@@ -33,14 +34,14 @@ STEEL = mdr.Elastic("210 GPa", 0.3)
 
 
 def test_the_square_punch():
-    assert mdr.full_contact_stiffness(1.0, 1.0) == pytest.approx(1.15230, abs=1e-5)
+    assert full_contact_stiffness(1.0, 1.0) == pytest.approx(1.15230, abs=1e-5)
     # the capacity of the unit square, Read (1997)
-    assert mdr.full_contact_stiffness(3e-9, 3e-9) == pytest.approx(math.pi * 0.36679 * 3e-9, rel=1e-5)
+    assert full_contact_stiffness(3e-9, 3e-9) == pytest.approx(math.pi * 0.36679 * 3e-9, rel=1e-5)
 
 
 @pytest.mark.parametrize("aspect", [1.0, 1.5, 2.0, 3.0, 4.0])
 def test_published_correlations_of_rectangles(aspect):
-    found = mdr.full_contact_stiffness(aspect, 1.0) / math.sqrt(aspect)
+    found = full_contact_stiffness(aspect, 1.0) / math.sqrt(aspect)
     # Schneider (1978), spreading resistance of isothermal rectangles: k sqrt(A) R = E* sqrt(A) / (2 k)
     schneider = math.sqrt(aspect) * (0.06588 - 0.00232 * aspect + 0.6786 / (aspect + 0.8145))
     assert 0.5 / found == pytest.approx(schneider, rel=0.013)
@@ -58,11 +59,11 @@ def test_rectangles_lie_between_ellipses(octaves):
     def ellipse(a, b):  # half axes, a >= b: pi times the capacity a / K
         return math.pi * a / ellipk(1.0 - (b / a) ** 2)
 
-    found = mdr.full_contact_stiffness(aspect, 1.0)
+    found = full_contact_stiffness(aspect, 1.0)
     assert ellipse(0.5 * aspect, 0.5) < found < ellipse(aspect / math.sqrt(2), 1 / math.sqrt(2))
     assert found > 2.0 * math.sqrt(aspect / math.pi)
-    assert mdr.full_contact_stiffness(1.0, aspect) == found
-    assert mdr.full_contact_stiffness(1e-9 * aspect, 1e-9) == pytest.approx(1e-9 * found, rel=1e-12)
+    assert full_contact_stiffness(1.0, aspect) == found
+    assert full_contact_stiffness(1e-9 * aspect, 1e-9) == pytest.approx(1e-9 * found, rel=1e-12)
 
 
 @pytest.mark.parametrize("aspect", [1e3, 1e4, 1e5])
@@ -70,7 +71,7 @@ def test_thin_strips(aspect):
     """Slender bodies whose equivalent radius is a quarter of the width of the strip, to the second order."""
     slender = math.log(8.0 * aspect) - 1.0
     limit = 0.5 * math.pi * aspect / slender * (1.0 + (1.0 - math.pi**2 / 12.0) / slender**2)
-    assert mdr.full_contact_stiffness(aspect, 1.0) == pytest.approx(limit, rel=0.15 / slender**2)
+    assert full_contact_stiffness(aspect, 1.0) == pytest.approx(limit, rel=0.15 / slender**2)
 
 
 @pytest.mark.parametrize(
@@ -86,7 +87,7 @@ def test_thin_strips(aspect):
 )
 def test_no_rectangle(sides, words):
     with pytest.raises(mdr.PymdrError, match=words):
-        mdr.full_contact_stiffness(*sides)
+        full_contact_stiffness(*sides)
 
 
 # --- the surface -----------------------------------------------------------------------------------------
@@ -255,7 +256,7 @@ def patch_of(entry):
 
 
 def in_range(stiffness):
-    share = stiffness / mdr.full_contact_stiffness(1.0, 1.0)
+    share = stiffness / full_contact_stiffness(1.0, 1.0)
     return (share > 0.03) & (share < 0.85)
 
 
@@ -328,7 +329,7 @@ def test_the_power_law_against_boundary_elements(name):
 @pytest.mark.parametrize("hurst", [0.3, 0.6, 0.9, 1.0])
 def test_the_exponent_of_many_decades(hurst):
     surface = mdr.RoughSurface(hurst, 1.0, 1.0, 2.0**-13)
-    full = mdr.full_contact_stiffness(1.0, 1.0)
+    full = full_contact_stiffness(1.0, 1.0)
     force = np.geomspace(1e-6, 0.2, 40)
     found = mdr.press_rough(surface, UNIT, normal_force=force, realisations=100, points=4 * 2**13)
     share = found["normal_stiffness"].values / full
@@ -521,7 +522,7 @@ def test_a_rectangle_in_full_contact():
     surface = mdr.RoughSurface(0.7, 1e-6, ["1 mm", "2 mm"], 2e-5)
     found = mdr.press_rough(surface, STEEL, indentation="30 um", realisations=2)
     modulus = mdr.effective_moduli(STEEL, mdr.Rigid()).normal
-    full = modulus * mdr.full_contact_stiffness(1e-3, 2e-3)
+    full = modulus * full_contact_stiffness(1e-3, 2e-3)
     assert found["normal_stiffness"].values == pytest.approx(full)
     # its longest wave is as long as its longer side
     assert surface.wave_numbers[0] == pytest.approx(2.0 * math.pi / 2e-3)
@@ -530,7 +531,7 @@ def test_a_rectangle_in_full_contact():
 def test_with_a_roll_off_the_load_is_nearly_in_proportion():
     """F/(k h) of the line, which Persson's law has as one number, from 0.02 to 0.2 of full contact as the claim tells."""
     surface = mdr.RoughSurface(0.8, 1e-6, 1e-3, 1e-3 / 256, longest=1e-3 / 16)
-    full = 1e9 * mdr.full_contact_stiffness(1e-3, 1e-3)
+    full = 1e9 * full_contact_stiffness(1e-3, 1e-3)
     force = np.geomspace(2e-3, 0.2, 15) * full * 1e-6
     found = mdr.press_rough(surface, mdr.Elastic(1e9, 0.0), normal_force=force, realisations=60)
     stiffness = found["normal_stiffness"].values

@@ -10,14 +10,15 @@ from hypothesis import strategies as st
 import pymdr as mdr
 from drawing import examples
 from pymdr.line.rough_sliding import stationary
+from pymdr.mapping.relaxation import Relaxation
 from pymdr.mapping.rough import rough_heights, rough_waves
 
 ROAD = mdr.RoughSurface(hurst=0.8, rms="5 um", size="1 mm", shortest="50 um", seed=1)
 RUBBER = mdr.Viscoelastic(mdr.Prony("1 MPa", ["3 MPa", "5 MPa"], ["10 ms", "0.1 ms"]), poisson=0.5)
 KERNELS = {
-    "terms": mdr.Relaxation(1.0, np.array([3.0, 2.0]), np.array([1.0, 0.05])),
-    "dashpot": mdr.Relaxation(1.0, viscosity=0.2),
-    "both": mdr.Relaxation(1.0, np.array([3.0]), np.array([0.3]), 0.1),
+    "terms": Relaxation(1.0, np.array([3.0, 2.0]), np.array([1.0, 0.05])),
+    "dashpot": Relaxation(1.0, viscosity=0.2),
+    "both": Relaxation(1.0, np.array([3.0]), np.array([0.3]), 0.1),
 }
 
 
@@ -115,7 +116,7 @@ def in_time_steps(heights, depth, relaxation, dt, passages):
 )
 def test_any_line_finds_its_stationary_state_at_any_speed(moduli, times, log_speed, share):
     own = 10.0 ** np.array(moduli), 10.0 ** (np.array(times[: len(moduli)]) / 10.0)
-    relaxation = mdr.Relaxation(1.0, *own)
+    relaxation = Relaxation(1.0, *own)
     rough = mdr.RoughSurface(hurst=0.7, rms=0.01, size=1.0, shortest=0.1, seed=4)
     heights = rough_heights(rough, 0, 200)
     found = stationary(heights, 1.0, share * heights.max(), relaxation, 10.0**log_speed)

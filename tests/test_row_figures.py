@@ -113,6 +113,21 @@ def test_infinite_pressures_have_a_note(shape, how):
         assert ("kink" in text) == kink
 
 
+@pytest.mark.parametrize("shape", ["truncated cone", "two cones", "ball"])
+def test_limits_of_friction_and_comparisons_have_the_note_too(shape):
+    make, kink, tip = SHARP[shape]
+    radius = float(np.random.default_rng(len(shape)).uniform(5e-5, 1e-4))
+    loaded = mdr.indent("40 um")
+    sheared = mdr.solve(
+        mdr.Contact(make(radius), GEL, friction=mdr.Coulomb(0.3)), loaded >> mdr.shift("2 um", steps=3)
+    )
+    compared = mdr.verify(mdr.Contact(make(radius), GEL), loaded, elements=40)
+    for figure in (sheared.figures()["tractions"], compared.plot()):
+        text = words(figure)
+        assert ("sharp tip: $p(0) = \\infty$" in text) == tip
+        assert (f"kink: $p \\to \\infty$ at $r$ = {1e6 * radius:.4g} µm" in text) == kink
+
+
 @pytest.mark.parametrize("seed", first_of(range(3)))
 def test_curves_of_rings_begin_where_rows_begin(seed):
     rng = np.random.default_rng(seed)

@@ -608,16 +608,18 @@ def test_ring_indenters():
 
 
 def test_verify_holds_both_side_by_side():
-    found = mdr.verify(mdr.Contact(mdr.Cone(slope=0.3), UNIT), mdr.indent(0.1, steps=10), rings=100, steps=2)
+    found = mdr.verify(
+        mdr.Contact(mdr.Cone(slope=0.3), UNIT), mdr.indent(0.1, steps=10), elements=100, steps=2
+    )
     assert found.largest_difference < 1e-5
-    assert found.table.sizes["step"] == 2
-    assert float(found.table["pressure_difference"].max()) < 1e-3
+    assert found.data.sizes["step"] == 2
+    assert float(found.data["pressure_difference"].max()) < 1e-3
     assert "MDR" in str(found)
     found.plot().canvas.draw()
     hollow = mdr.FlatPunch(1.0) + mdr.Function(lambda r: -r * r / 2)
-    refused = mdr.verify(mdr.Contact(hollow, UNIT), mdr.indent(0.3), rings=60, steps=1)
-    assert np.isnan(refused.table["normal_force_mdr"].values).all()
-    assert np.isfinite(refused.table["normal_force_rings"].values).all()
+    refused = mdr.verify(mdr.Contact(hollow, UNIT), mdr.indent(0.3), elements=60, steps=1)
+    assert np.isnan(refused.data["normal_force_mdr"].values).all()
+    assert np.isfinite(refused.data["normal_force_rings"].values).all()
     refused.plot().canvas.draw()
 
 

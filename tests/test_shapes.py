@@ -428,8 +428,8 @@ def test_means():
     assert azimuthal_mean(mdr.EllipticParaboloid(3.0, 1.0)).radius == pytest.approx(1.5)
     r = np.linspace(0.01, 1.0, 7)
     for shape in (mdr.EllipticParaboloid(3.0, 1.0), mdr.Pyramid(5, slope=0.2)):
-        mean = mdr.azimuthal_mean(mdr.Function2D(shape.gap_at))
-        np.testing.assert_allclose(mean.gap(r), mdr.azimuthal_mean(shape).gap(r), rtol=2e-6)
+        mean = azimuthal_mean(mdr.Function2D(shape.gap_at))
+        np.testing.assert_allclose(mean.gap(r), azimuthal_mean(shape).gap(r), rtol=2e-6)
 
 
 # --- paths, and what follows from the curve --------------------------------------------------------------
@@ -580,7 +580,7 @@ HERTZ = mdr.EllipticParaboloid("20 mm", "10 mm")
         (lambda: HERTZ + mdr.Cone(slope=0.1), "cannot be added"),
         (lambda: HERTZ.gap(1.0), r"no f\(r\)"),
         (lambda: mdr.equivalent_profile(HERTZ), "no line of its own"),
-        (lambda: mdr.azimuthal_mean(mdr.Cone(slope=0.1)), r"f\(x, y\)"),
+        (lambda: azimuthal_mean(mdr.Cone(slope=0.1)), r"f\(x, y\)"),
         (lambda: mdr.solve(mdr.Contact(HERTZ, STEEL), mdr.indent("1 um"), solver=mdr.Rings()), "Rings"),
         (lambda: mdr.solve(mdr.Contact(HERTZ, STEEL), mdr.load("-1 N")), "below 0 N"),
         (lambda: mdr.solve(mdr.Contact(HERTZ, STEEL), mdr.shift("1 um")), "no friction"),

@@ -18,6 +18,7 @@ import pymdr as mdr
 from drawing import examples
 from pymdr.line.foundation import ElasticLine, states_at_depth
 from pymdr.line.sliding import fast_drag, slide, sliding_line, slow_drag, touches_again
+from pymdr.mapping.relaxation import Relaxation
 
 REFERENCES = json.loads((Path(__file__).parent / "reference" / "refs.json").read_text())["refs"]
 SLIDING = [entry for entry in REFERENCES if entry["topic"] == "7 sliding friction"]
@@ -32,7 +33,7 @@ def pressed(profile, depth):
 
 
 def kernel(equilibrium, moduli=(), times=(), viscosity=0.0):
-    return mdr.Relaxation(equilibrium, np.array(moduli, float), np.array(times, float), viscosity)
+    return Relaxation(equilibrium, np.array(moduli, float), np.array(times, float), viscosity)
 
 
 def in_time_steps(g, depth, a, relaxation, speed, n):

@@ -11,6 +11,8 @@ from scipy.special import struve
 
 import pymdr as mdr
 from pymdr.mapping.equivalent import equivalent_profile
+from pymdr.problem.paths import History
+from pymdr.problem.profiles import Interpolated
 from pymdr.units import from_si, to_si, to_si_array
 
 STEEL = mdr.Elastic("210 GPa", 0.3)
@@ -75,7 +77,7 @@ def test_ramp_and_duration():
             lambda: mdr.Path(time=[0, 1, 1], indentation=[1.0, 2.0, 2.0]),
             r"entry 2 to the next \(1 s, then 1 s\)",
         ),
-        (lambda: mdr.History(()), "path is empty"),
+        (lambda: History(()), "path is empty"),
         (lambda: mdr.load("5 N", steps=0), "at least 1"),
         (lambda: mdr.load("5 N", steps=2.5), "whole number"),
         (lambda: mdr.ramp(), "no channel"),
@@ -358,7 +360,7 @@ def test_a_callable_is_saved_as_its_interpolant(tmp_path):
     result = mdr.solve(contact, mdr.indent(0.02, steps=3))
     result.save(tmp_path / "w.nc")
     other = mdr.open_result(tmp_path / "w.nc")
-    assert isinstance(other.contact.profile, mdr.Interpolated)
+    assert isinstance(other.contact.profile, Interpolated)
     again = mdr.solve(other.contact, other.path)
     assert again["normal_force"].values == pytest.approx(result["normal_force"].values, rel=1e-11)
     r = np.linspace(0.01, 0.1, 9)

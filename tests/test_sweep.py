@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -195,7 +196,7 @@ def test_files_of_a_sweep(tmp_path):
     found.save(tmp_path / "sweep.nc")
     with xr.open_dataset(tmp_path / "sweep.nc", engine="h5netcdf") as opened:
         assert np.array_equal(opened["normal_force"], found["normal_force"])
-        assert json.loads(opened.attrs["pymdr_sweep_claims"])["normal_force"][0] == "EXACT"
+        assert json.loads(opened.attrs["pymdr_told"])["claims"]["normal_force"]["level"] == "EXACT"
     found.to_csv(tmp_path / "sweep.csv")
     lines = (tmp_path / "sweep.csv").read_text().splitlines()
     assert lines[0] == "profile.radius [m],step,indentation [m],normal_force [N],status,refusal"
@@ -291,3 +292,16 @@ def test_curves_of_a_sweep_are_named(moduli, more):
     assert len(named) <= 8
     assert {text.get_text() for text in along.get_legend().get_texts()} == set(named)
     assert len({tuple(colour) for colour in named.values()}) == min(len(moduli), 8)
+
+
+def test_errors_of_points_are_those_of_the_sweep(tmp_path):
+    contact = mdr.Contact(mdr.Sphere("1 mm"), mdr.Elastic("1 MPa", 0.5), friction=mdr.Coulomb(0.3))
+    path = mdr.indent("10 um", steps=2) >> mdr.shift("5 um", steps=3)
+    swept = mdr.sweep(contact, path, {"friction.coefficient": [0.2, 0.4]})
+    points = [mdr.solve(replace(contact, friction=mdr.Coulomb(mu)), path) for mu in (0.2, 0.4)]
+    largest = [np.max(one.claims["tangential_force"].error) for one in points]
+    np.testing.assert_array_equal(swept.claims["tangential_force"].error, largest)
+    swept.to_csv(tmp_path / "swept.csv")
+    columns = np.genfromtxt(tmp_path / "swept.csv", delimiter=",", names=True, deletechars="")
+    name = next(n for n in columns.dtype.names if n.startswith("tangential_force_error"))
+    np.testing.assert_allclose(columns[name], np.repeat(largest, 5), rtol=1e-12)

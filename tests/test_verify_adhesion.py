@@ -24,11 +24,11 @@ PROFILES = (
 def test_both_agree_along_loops_of_any_profile(profile, deep):
     contact = mdr.Contact(profile, GEL, adhesion=GLUE)
     path = mdr.indent(f"{deep} um", steps=5) >> mdr.indent("-1 um", steps=10)
-    found = mdr.verify(contact, path, rings=100, steps=3)
+    found = mdr.verify(contact, path, elements=100, steps=3)
     assert found.largest_difference < 2e-5
     if not profile.breakpoints:  # at a kink it has a logarithm
-        assert np.nanmax(found.table["pressure_difference"]) < 1e-3
-    assert np.nanmax(np.abs(found.table["elastic_energy_difference"])) < 1e-4
+        assert np.nanmax(found.data["pressure_difference"]) < 1e-3
+    assert np.nanmax(np.abs(found.data["elastic_energy_difference"])) < 1e-4
 
 
 def test_a_machine_may_pull_and_what_is_found_is_drawn(tmp_path):
@@ -36,14 +36,14 @@ def test_a_machine_may_pull_and_what_is_found_is_drawn(tmp_path):
     path = mdr.travel("2 um", steps=4) >> mdr.travel("-2 um", steps=4)
     told = []
     found = mdr.verify(
-        contact, path, rings=60, steps=2, machine_stiffness="0.1 N/m", progress=lambda *at: told.append(at)
+        contact, path, elements=60, steps=2, machine_stiffness="0.1 N/m", progress=lambda *at: told.append(at)
     )
     assert told == [(1, 2), (2, 2)]
     assert "relative to their largest value" in found.summary()
     assert np.isfinite(found.pressures["mdr"]).all()
     found.plot().savefig(tmp_path / "both.png")
     without = mdr.verify(
-        mdr.Contact(mdr.Sphere("50 um"), GEL), path, rings=60, steps=2, machine_stiffness="0.1 N/m"
+        mdr.Contact(mdr.Sphere("50 um"), GEL), path, elements=60, steps=2, machine_stiffness="0.1 N/m"
     )
     assert without.largest_difference < 1e-4
 

@@ -24,12 +24,12 @@ STEEL = mdr.Elastic("210 GPa", 0.3)
 
 def held(shape, depth, pixels=49, steps=1, **given):
     path = mdr.indent(depth, steps=4)
-    return mdr.verify(mdr.Contact(shape, STEEL), path, pixels=pixels, steps=steps, **given)
+    return mdr.verify(mdr.Contact(shape, STEEL), path, elements=pixels, steps=steps, **given)
 
 
 def within(found, names):
     for name in names:
-        difference, error = (found.table[f"{name}_{end}"].values for end in ("difference", "error"))
+        difference, error = (found.data[f"{name}_{end}"].values for end in ("difference", "error"))
         assert np.all(np.abs(difference) <= error)
         assert np.all(error < 0.05)
 
@@ -62,9 +62,9 @@ def test_no_body_bears_less_than_its_bound(power, lobes):
         return 1e-6 * (r / 1e-3) ** power * (1.0 + lobe)
 
     found = held(mdr.Function2D(f), 1e-6)
-    below, error = (found.table[f"force_lower_bound_{end}"].item() for end in ("difference", "error"))
+    below, error = (found.data[f"force_lower_bound_{end}"].item() for end in ("difference", "error"))
     assert -0.2 < below <= error < 0.02
-    assert abs(found.table["force_estimate_difference"].item()) < 0.012 + error
+    assert abs(found.data["force_estimate_difference"].item()) < 0.012 + error
 
 
 @needs_engine
@@ -72,12 +72,12 @@ def test_pyramids_tables_and_figures():
     calls = []
     found = held(mdr.Pyramid.berkovich(), "1 um", steps=2, progress=lambda *at: calls.append(at))
     assert calls == [(1, 2), (2, 2)]
-    np.testing.assert_allclose(found.table["indentation"], [0.25e-6, 1e-6])
+    np.testing.assert_allclose(found.data["indentation"], [0.25e-6, 1e-6])
     within(found, ("normal_force", "normal_stiffness", "elastic_energy"))
     # one number, C, at all depths
-    constant = found.table["normal_force_engine"] / found.table["indentation"] ** 2
+    constant = found.data["normal_force_engine"] / found.data["indentation"] ** 2
     assert float(constant[0] / constant[1]) == pytest.approx(1.0, abs=1e-6)
-    assert "contact_area_mdr" not in found.table
+    assert "contact_area_mdr" not in found.data
     assert "lower bound" in str(found)
     assert "49 x 49 pixels" in str(found)
     (left, middle, right) = found.plot().axes[:3]
@@ -95,7 +95,7 @@ def test_what_is_not_known_of_a_body_is_not_judged():
     shallow, deep = held(bowl, 0.1), held(bowl, 0.6)
     assert abs(shallow.largest_difference) < 1e-3
     assert math.isnan(deep.largest_difference)
-    assert np.isnan(deep.table["normal_force_engine"]).all()
+    assert np.isnan(deep.data["normal_force_engine"]).all()
     assert "not known" in str(deep)
     assert deep.plot().axes
 
@@ -112,17 +112,15 @@ def test_another_summit_is_seen(far, angle, low):
         return 1e-6 * np.minimum(x * x + y * y, (x - x0) ** 2 + (y - y0) ** 2 + low)
 
     body = mdr.Elastic(1.0, 0.0)
-    found = mdr.verify(mdr.Contact(mdr.Function2D(f), body), mdr.indent(1e-6), pixels=33, steps=1)
-    assert max(found.table.attrs["points"]) > 33
+    found = mdr.verify(mdr.Contact(mdr.Function2D(f), body), mdr.indent(1e-6), elements=33, steps=1)
+    assert max(found.data.attrs["points"]) > 33
     n = 161
     x, y = (np.linspace(min(0.0, end) - 1.2, max(0.0, end) + 1.2, n) for end in (x0, y0))
     heights = -f(x[:, None], y)
     size = [float(np.ptp(one)) * n / (n - 1) for one in (x, y)]
     both = mdr.press(mdr.Topography(heights, size), body, indentation=1e-6 + float(heights.max()))
-    assert found.table["normal_force_engine"].item() == pytest.approx(
-        float(both["normal_force"][0]), rel=5e-3
-    )
-    assert found.table["normal_force_engine"].item() > found.table["force_lower_bound_mdr"].item() * 1.05
+    assert found.data["normal_force_engine"].item() == pytest.approx(float(both["normal_force"][0]), rel=5e-3)
+    assert found.data["normal_force_engine"].item() > found.data["force_lower_bound_mdr"].item() * 1.05
 
 
 @needs_engine
@@ -132,7 +130,7 @@ def test_a_measured_tip_turned_by_hand():
     heights = -(x[:, None] ** 2 + 0.5 * x**2 + 0.4 * x[:, None] * x) / 4e-6
     sampled = held(mdr.Sampled2D(heights, 121e-8), "10 nm")
     smooth = held(mdr.Function2D(lambda x, y: (x**2 + 0.5 * y**2 + 0.4 * x * y) / 4e-6), "10 nm")
-    forces = [float(one.table["normal_force_engine"].item()) for one in (sampled, smooth)]
+    forces = [float(one.data["normal_force_engine"].item()) for one in (sampled, smooth)]
     assert forces[0] == pytest.approx(forces[1], rel=1e-3)
 
 

@@ -16,8 +16,8 @@ def test_verify_sliding_thins_a_long_history():
     steel = mdr.Elastic("210 GPa", 0.3)
     joint = mdr.Contact(mdr.Sphere("10 mm"), steel, steel, friction=mdr.Coulomb(0.3))
     path = mdr.load("50 N") >> mdr.cycle(shift="0.6 um", steps=400)
-    found = mdr.verify_sliding(joint, path, cells=20, steps=8)
-    assert found.table.sizes["step"] <= 8
+    found = mdr.verify(joint, path, elements=20, steps=8)
+    assert found.data.sizes["step"] <= 8
     assert found.largest_difference < 2e-3  # measured 8e-4
     assert "boundary elements" in found.summary()
     figure = found.plot()
@@ -30,7 +30,7 @@ def test_verify_sliding_thins_a_long_history():
 @pytest.mark.long
 def test_oblique_loading_is_refined():
     joint = mdr.Contact(mdr.Paraboloid("10 mm"), STEEL, STEEL, friction=mdr.Coulomb(0.3))
-    found = mdr.verify_sliding(joint, mdr.ramp(indentation="2 um", shift="0.4 um", steps=8), cells=24)
+    found = mdr.verify(joint, mdr.ramp(indentation="2 um", shift="0.4 um", steps=8), elements=24)
     assert found.largest_difference < 2e-3  # measured 1.1e-3, and 4.3e-2 with undivided rows
     assert found.extrapolated > found.largest_difference
 
@@ -39,7 +39,7 @@ def test_more_turning_points_than_steps_are_told():
     joint = mdr.Contact(mdr.Paraboloid("10 mm"), STEEL, STEEL, friction=mdr.Coulomb(0.3))
     i = np.arange(60)
     path = mdr.Path(indentation=1e-6 * (1 + 0.5 * np.sin(i * 1.3)), shift=3e-7 * np.sin(i * 0.9))
-    found = mdr.verify_sliding(joint, path, cells=12, steps=4)
+    found = mdr.verify(joint, path, elements=12, steps=4)
     assert (found.rows.size, found.path_rows) == (4, 60)
     assert f"to row {found.rows[-1] + 1}; give more steps to come to its end" in found.summary()
 
@@ -58,16 +58,10 @@ def test_verify_from_the_shell(tmp_path):
 def test_bad_input():
     joint = mdr.Contact(mdr.Paraboloid("10 mm"), STEEL, friction=mdr.Coulomb(0.3))
     for make, kind, words in (
-        (lambda: mdr.verify(joint, mdr.indent("1 um")), ProblemError, "verify_sliding"),
+        (lambda: mdr.verify(joint, mdr.indent("1 um"), elements=4), ProblemError, "at least 8"),
+        (lambda: mdr.verify(joint, mdr.indent("1 um"), steps=1), PathError, "at least 2"),
         (
-            lambda: mdr.verify_sliding(mdr.Contact(mdr.Paraboloid(1.0), STEEL), mdr.indent("1 um")),
-            ProblemError,
-            "has no friction",
-        ),
-        (lambda: mdr.verify_sliding(joint, mdr.indent("1 um"), cells=4), ProblemError, "at least 8"),
-        (lambda: mdr.verify_sliding(joint, mdr.indent("1 um"), steps=1), PathError, "at least 2"),
-        (
-            lambda: mdr.verify_sliding(
+            lambda: mdr.verify(
                 mdr.Contact(
                     mdr.Paraboloid(1.0),
                     mdr.Viscoelastic(mdr.Maxwell(1.0, time=1.0), poisson=0.5),
@@ -79,7 +73,7 @@ def test_bad_input():
             "take Elastic",
         ),
         (
-            lambda: mdr.verify_sliding(
+            lambda: mdr.verify(
                 mdr.Contact(mdr.Paraboloid(1.0), STEEL, friction=mdr.Coulomb(math.inf)), mdr.indent("1 um")
             ),
             ProblemError,

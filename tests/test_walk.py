@@ -10,7 +10,7 @@ from hypothesis import given, reject, settings
 from hypothesis import strategies as st
 
 import pymdr as mdr
-from pymdr.problem.paths import NORMAL_CHANNELS, legs
+from pymdr.problem.paths import NORMAL_CHANNELS, Cycle, History, Ramp, legs
 from pymdr.problem.schedule import total_rows
 from pymdr.rows import joined, taken
 from pymdr.solving.laws import law_of
@@ -80,7 +80,7 @@ def random_path(draw, law, most=4, rows=6, timed=None):
     timed = draw(st.booleans()) if timed is None else timed
     # pressed to begin with, so that no force pulls
     first = mdr.load(draw(VALUES["normal_force"]), duration=1.0 if timed else None)
-    return mdr.History((first, *draw(st.lists(random_leg(law, timed, rows), min_size=1, max_size=most))))
+    return History((first, *draw(st.lists(random_leg(law, timed, rows), min_size=1, max_size=most))))
 
 
 LAWS = pytest.mark.parametrize(
@@ -97,7 +97,7 @@ def asked_of(leg, channel, start):
         return [start] * n
     if isinstance(leg, mdr.Path):
         return list(target)
-    if isinstance(leg, mdr.Cycle):
+    if isinstance(leg, Cycle):
         corners = np.tile([1.0, 0.0, -1.0, 0.0], leg.cycles)
         return start + target * np.interp(
             np.arange(1, n + 1) / n, np.linspace(0, 1, corners.size + 1), [0.0, *corners]
@@ -153,7 +153,7 @@ def test_a_longer_path_begins_with_a_shorter_one(law, most, rows, data):
     path = data.draw(random_path(law, most, rows))
     cut = data.draw(st.integers(1, len(path.legs) - 1))
     whole = followed(law, path)
-    before = solved(law, mdr.History(path.legs[:cut]))
+    before = solved(law, History(path.legs[:cut]))
     for name in set(before.data) & set(whole.data):
         size = before.data.sizes["step"]
         np.testing.assert_array_equal(whole.data[name].values[:size], before.data[name].values)
@@ -175,7 +175,7 @@ def test_rows_may_be_cut_into_legs_anywhere(law, data):
         mdr.Path(time=None, **{name: values[i:j] for name, values in columns.items()})
         for i, j in zip([0, *marks], [*marks, size], strict=True)
     ]
-    alike(solved(law, mdr.Path(**columns)), solved(law, mdr.History(tuple(pieces))), 1e-14)
+    alike(solved(law, mdr.Path(**columns)), solved(law, History(tuple(pieces))), 1e-14)
 
 
 @LAWS
@@ -328,7 +328,7 @@ def test_refusals_name_their_leg(law, what, before, after):
     """Once, counted from one; of a path of one leg there is nothing to name but a row."""
     bad, words = BAD[law, what]
     # rings take their time
-    path = mdr.History((*before[: 1 if law == "by rings" else 2], bad, *after))
+    path = History((*before[: 1 if law == "by rings" else 2], bad, *after))
     with pytest.raises(mdr.PathError) as refused:
         solved(law, path, mdr.Sphere(1.0))
     told = str(refused.value)
@@ -385,7 +385,7 @@ def test_a_rate_is_the_speed_of_the_leg(depths, rate, wait):
         (lambda: mdr.indent(1.0, rate=1.0, duration=1.0), "give one of them"),
         (lambda: mdr.indent(1.0, rate=-1.0), "above 0 m/s"),
         (lambda: mdr.load(1.0, rate="-1 N/s"), "above 0 N/s"),
-        (lambda: mdr.Ramp(indentation=1.0, shift=1.0, rate=1.0), "that of one channel"),
+        (lambda: Ramp(indentation=1.0, shift=1.0, rate=1.0), "that of one channel"),
     ],
 )
 def test_rates_that_say_nothing(leg, words):
@@ -418,7 +418,7 @@ def _drawn_leg(rng, timed):
 def test_legs_with_and_without_a_time_are_numbered(seed):
     rng = np.random.default_rng(seed)
     timed = rng.permutation([True, False, *(rng.random(int(rng.integers(3))) < 0.5)])
-    path = mdr.History(tuple(_drawn_leg(rng, bool(one)) for one in timed))
+    path = History(tuple(_drawn_leg(rng, bool(one)) for one in timed))
     with pytest.raises(mdr.PathError) as refusal:
         mdr.solve(mdr.Contact(mdr.Sphere("1 mm"), mdr.Elastic("1 MPa", 0.5)), path)
     without, with_time = (
@@ -471,4 +471,4 @@ def test_refusals_of_a_path_number_the_leg(path, words):
 
 def test_what_is_no_leg_is_numbered():
     with pytest.raises(mdr.PathError, match="leg 2 is 'hold'; every entry must be a leg"):
-        mdr.History((mdr.hold(steps=1), "hold"))
+        History((mdr.hold(steps=1), "hold"))

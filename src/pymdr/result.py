@@ -588,16 +588,16 @@ class Result:
 
         return pack(
             self.data,
-            contact=self._saved_contact(),
-            path=self.path,
-            claims=self.claims,
-            assumptions=self.assumptions,
+            self._saved_contact(),
+            self.path,
+            self.claims,
+            self.assumptions,
             status=self.status.name,
             notes=self.notes,
             references=self.references,
             rings=None if self.rings is None else self.rings.n,
             machine_stiffness=self.machine_stiffness,
-            starts=self.starts,
+            starts=None if self.starts is None else [dict(start) for start in self.starts],
         )
 
     def force_curve(self) -> ForceCurve:

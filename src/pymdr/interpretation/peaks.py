@@ -1,4 +1,4 @@
-"""The largest value of a field that is known at any radius."""
+"""The largest value of a field that is known at any radius, and where pressures are infinite."""
 
 from __future__ import annotations
 
@@ -68,3 +68,38 @@ def _refined(field: Callable[[FloatArray], FloatArray], low: float, high: float)
         if not math.isfinite(best) or abs(gain) <= 1e-15 * abs(best):
             break
     return best
+
+
+def infinite_pressures(
+    gap: Callable[[FloatArray], FloatArray], kinks: FloatArray, a: float
+) -> tuple[float, ...]:
+    """
+    Radii in m within a contact at which its pressure is infinite: at a sharp tip, and where the slope grows at once.
+
+    They are read from the profile, since elements and springs of a finite size bear finite pressures there.
+
+    Parameters
+    ----------
+    gap : callable
+        The profile in m at radii in m.
+    kinks : ndarray
+        Radii in m at which its slope may jump.
+    a : float
+        Contact radius in m.
+
+    Examples
+    --------
+    >>> infinite_pressures(lambda r: 0.1 * r, np.array([0.5]), 1.0)
+    (0.0,)
+    """
+    if not a > 0.0:
+        return ()
+    radii = np.unique(np.append(0.0, kinks))
+    radii = radii[radii < (1.0 - 1e-9) * a]
+    size = np.where(radii > 0.0, radii, a)
+    near, far = (
+        (gap(radii + h) + gap(np.abs(radii - h)) - 2.0 * gap(radii)) / h for h in (1e-6 * size, 1e-4 * size)
+    )
+    steepest = float(gap(np.array([a]))[0] - gap(np.zeros(1))[0]) / a
+    # the slope of what is smooth differs by less the closer it is looked at
+    return tuple(radii[(near > 0.5 * np.abs(far)) & (near > 1e-6 * abs(steepest))].tolist())

@@ -17,6 +17,7 @@ from pymdr.mapping.callables import (
     find_kinks,
     polished,
     rounding,
+    scatter,
     slope_panel,
     tip_law,
     underflow_law,
@@ -39,7 +40,7 @@ _MOST = 1024
 _KINKED = 2.0**-6
 """Width of a panel, in parts of its distance from the breakpoint before it, from which kinks are looked for."""
 _SERIES = ("_low", "_high", "_series", "_error")
-_SURE = 1e-10
+_SURE, _LOST = 1e-10, 64.0
 _UNDERFLOW = 1e-290
 _FIRST, _SPREAD = 0.02, 2.0
 """Where on a panel beside a breakpoint f' is no smaller than by that factor."""
@@ -201,13 +202,15 @@ class DerivedSource(SlopeSource):
             break
 
     def _cancels(self, top: float) -> bool:
-        """Whether 40 roundings of f are more than 1e-10 of its rise on some octaves below a radius."""
+        """Whether 40 roundings of f are more than 1e-10 of its rise, and many of its own, on some octaves below a radius."""
         r = top * 2.0 ** -np.arange(0.0, 40.0, 4.0)
         values = self._f(np.concatenate([r, 0.84 * r])).reshape(2, -1)
-        rise = np.abs(values[0] - values[1])
-        noise = rounding(self._f, r)
-        told = np.abs(values[0] - self._apex) > _UNDERFLOW
-        return bool(np.any((40.0 * noise > _SURE * rise) & (told | (noise > _UNDERFLOW))))
+        rise, gap = np.abs(values[0] - values[1]), np.abs(values[0] - self._apex)
+        measured, least = scatter(self._f, r)
+        with np.errstate(invalid="ignore"):
+            noise, unit = np.maximum(measured, least), np.nanmax(least / np.abs(values[0]), initial=_EPS)
+        told = (gap > _UNDERFLOW) | (noise > _UNDERFLOW)
+        return bool(np.any((40.0 * noise > _SURE * rise) & (noise > _LOST * unit * gap) & told))
 
     def rough(self, r: FloatArray) -> FloatArray:
         """About f' at radii in m, as parabolas have it."""

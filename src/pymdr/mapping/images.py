@@ -65,7 +65,7 @@ class Image:
     end_squared: float
     """s at the upper end in m^3."""
     beside: FloatArray
-    """Errors of the exponent and of the place in m with which f' begins at a breakpoint, shape (P, 2)."""
+    """How well it is known with what f' begins at a breakpoint, as in `Slopes`, shape (P, 4)."""
 
     def take(self, index: Selection) -> Image:
         """The image on some of the panels, the last one among them."""
@@ -186,7 +186,7 @@ def map_panels(charges: Charges, panels: Panels, squared_below: float) -> Image:
 
 def _beside(slopes: Slopes, panels: Panels) -> FloatArray:
     """The errors with which f' begins at the breakpoints of panels of the image, on all panels up to the next one."""
-    found = np.zeros((panels.count, 2))
+    found = np.zeros((panels.count, 4))
     source = np.flatnonzero(slopes.panels.begins & slopes.beside.any(axis=1))
     for i in source.tolist():
         found[panels.base == slopes.panels.base[i]] = slopes.beside[i]

@@ -350,21 +350,6 @@ class Kernel:
         """What acts at x of what acts at y, [M(x - y) + M(x + y)] / pi, on all pairs: shape (x, y)."""
         return (self(np.abs(x[:, None] - y)) + self(x[:, None] + y)) / math.pi
 
-    def pair_slope(self, x: FloatArray, y: FloatArray) -> FloatArray:
-        """The derivative of :meth:`pair` with respect to x."""
-        away = x[:, None] - y
-        return (np.sign(away) * self.slope(np.abs(away)) + self.slope(x[:, None] + y)) / math.pi
-
-    def slope(self, t: FloatArray) -> FloatArray:
-        """The derivative M'(t)."""
-        self._reach(float(np.max(t, initial=0.0)))
-        index, u = self._located(t)
-        total = (_TERMS - 1) * self._coefficients[-1].take(index)
-        for power in range(_TERMS - 2, 0, -1):
-            total = total * u + power * self._coefficients[power].take(index)
-        half = 0.5 * np.exp(_STEP * index) * math.expm1(_STEP)
-        return np.asarray(total / half)
-
     def _located(self, t: FloatArray) -> tuple[NDArray[np.intp], FloatArray]:
         """The panel of every t, and where on it, from -1 to 1."""
         index = (np.log1p(t) * (1.0 / _STEP)).astype(np.intp)

@@ -13,7 +13,7 @@ from pymdr.problem.materials import Elastic, Material, Rigid, Viscoelastic, comm
 from pymdr.problem.spectra import Relaxation, in_series
 from pymdr.units import QuantityLike, to_si
 
-__all__ = ["Relaxation", "largest_coupling", "relaxation_of", "tangential_relaxation_of"]
+__all__ = ["Relaxation", "largest_coupling", "relaxation_of"]
 
 Span = tuple[float, float]
 Quantities = tuple[QuantityLike, QuantityLike]
@@ -25,13 +25,15 @@ def relaxation_of(
     counterbody: Material | None = None,
     *,
     span: Quantities | None = None,
+    tangential: bool = False,
 ) -> Relaxation:
     """
-    E*(t) of two bodies, by which the springs of the line relax.
+    E*(t) of two bodies, by which the springs of the line relax, or G*(t), by which they relax sideways.
 
     A spring of the length dx that is shortened by w(t) bears q(t) dx = dx int E*(t - s) dw(s). The compliances of the
     bodies add as operators. In Carson transforms: E* = 2 G/(1 - nu) of a body with constant nu,
-    E* = 4 G (3 K + G)/(3 K + 4 G) = G + 1/(1/(3 G) + 4/(9 K)) of one with constant K.
+    E* = 4 G (3 K + G)/(3 K + 4 G) = G + 1/(1/(3 G) + 4/(9 K)) of one with constant K; sideways
+    G* = 4 G/(2 - nu) and G* = 8 G (3 K + G)/(9 K + 6 G) = (4/3) G + 1/(3/(4 G) + 1/(2 K)).
 
     Parameters
     ----------
@@ -40,11 +42,13 @@ def relaxation_of(
     span : tuple of quantity, optional
         The shortest and the longest time in s that matter; needed for a PowerLawRheology. What is faster answers at
         once; in series with another body, E* at a hundred times the shortest errs by some 1e-5 for that.
+    tangential : bool
+        Whether it is G*(t).
 
     Returns
     -------
     Relaxation
-        E*(t) in Pa as a sum of exponentials with moduli above 0, exact to 1e-10 but for a PowerLawRheology, whose
+        E*(t) or G*(t) in Pa as a sum of exponentials with moduli above 0, exact to 1e-10 but for a PowerLawRheology, whose
         measured error it holds.
 
     Raises
@@ -54,7 +58,7 @@ def relaxation_of(
 
     Notes
     -----
-    Lee and Radok (1960), J. Appl. Mech. 27, 438; Popov and Hess (2015), chapter 7. Normal contact without friction needs
+    Lee and Radok (1960), J. Appl. Mech. 27, 438; Popov and Hess (2015), chapters 5 and 7; Johnson (1985), section 7.2. Normal contact without friction needs
     no more than E*(t), whether Poisson's ratio changes in time or not.
 
     Examples
@@ -64,50 +68,17 @@ def relaxation_of(
     >>> kernel = relaxation_of(rubber)
     >>> kernel.rubbery, kernel.glassy
     (4000000.0, 16000000.0)
+    >>> round(relaxation_of(rubber, tangential=True).rubbery, 6)
+    2666666.666667
     """
-    return _pair("relaxation_of", _links, body, counterbody, span)
-
-
-def tangential_relaxation_of(
-    body: Material,
-    counterbody: Material | None = None,
-    *,
-    span: Quantities | None = None,
-) -> Relaxation:
-    """
-    G*(t) of two bodies, by which the springs of the line relax sideways.
-
-    A spring that is sheared by w_x(t) bears q_x(t) = int G*(t - s) dw_x(s). The compliances of the bodies add as operators. In
-    Carson transforms: G* = 4 G/(2 - nu) of a body with constant nu,
-    G* = 8 G (3 K + G)/(9 K + 6 G) = (4/3) G + 1/(3/(4 G) + 1/(2 K)) of one with constant K.
-
-    Parameters
-    ----------
-    body, counterbody, span
-        As for :func:`relaxation_of`.
-
-    Returns
-    -------
-    Relaxation
-        G*(t) in Pa.
-
-    Raises
-    ------
-    ProblemError
-        As :func:`relaxation_of`.
-
-    Notes
-    -----
-    Popov and Hess (2015), chapters 5 and 7; Johnson (1985), section 7.2.
-
-    Examples
-    --------
-    >>> from pymdr.problem.rheology import StandardSolid
-    >>> rubber = Viscoelastic(StandardSolid("3 MPa", "6 MPa", "10 ms"), poisson=0.5)
-    >>> round(tangential_relaxation_of(rubber).rubbery, 6)
-    8000000.0
-    """
-    return _pair("tangential_relaxation_of", _tangential_links, body, counterbody, span)
+    counterbody = Rigid() if counterbody is None else counterbody
+    if (exponent := common_exponent(body, counterbody)) != 0.0:
+        raise ProblemError(
+            f"relaxation_of: bodies that are graded with the exponent {exponent:g} do not relax; take effective_moduli"
+        )
+    times = None if span is None else (to_si(span[0], "s", name="span"), to_si(span[1], "s", name="span"))
+    links: Links = _tangential_links if tangential else _links
+    return in_series([*links(body, times), *links(counterbody, times)])
 
 
 def largest_coupling(body: Material, counterbody: Material, span: Span | None = None) -> float:
@@ -155,18 +126,6 @@ def _at_rate(body: Material, rate: float, span: Span | None) -> Material:
         ratio = shear / body.bulk
         nu = (3.0 - 2.0 * ratio) / (6.0 + 2.0 * ratio)
     return Elastic(2.0 * shear * (1.0 + nu), nu)
-
-
-def _pair(
-    who: str, links: Links, body: Material, counterbody: Material | None, span: Quantities | None
-) -> Relaxation:
-    counterbody = Rigid() if counterbody is None else counterbody
-    if (exponent := common_exponent(body, counterbody)) != 0.0:
-        raise ProblemError(
-            f"{who}: bodies that are graded with the exponent {exponent:g} do not relax; take effective_moduli"
-        )
-    times = None if span is None else (to_si(span[0], "s", name="span"), to_si(span[1], "s", name="span"))
-    return in_series([*links(body, times), *links(counterbody, times)])
 
 
 @singledispatch

@@ -103,7 +103,7 @@ class SlopeSource(ABC):
         return 0.0
 
     def grain(self, panels: Panels) -> FloatArray:
-        """What the rounding of samples makes of f' on panels, which their knots cannot resolve; shape (P,)."""
+        """What the rounding of samples, or of numbers of few digits, makes of f' on panels; shape (P,)."""
         return np.zeros(panels.count)
 
     def averaged(self, panels: Panels) -> tuple[FloatArray, FloatArray]:
@@ -153,7 +153,10 @@ class Slopes:
     blur: FloatArray
     """Part of the error of a panel that begins at a breakpoint which beyond it nothing is left of, else 0; shape (P,)."""
     beside: FloatArray
-    """Errors of the exponent and of the place in m with which f' begins there, shape (P, 2)."""
+    """
+    With which f' begins there: errors of the exponent and of the place in m, how far in m f may rise unseen, and by what
+    height in m; shape (P, 4).
+    """
 
     @property
     def last(self) -> Slopes:
@@ -288,8 +291,9 @@ def resolve(
             fits |= fit.error <= np.maximum(_SOFT * fit.size, source.grain(pending))
         if generation >= 2 and not fits.all():
             rest = np.flatnonzero(~fits)
-            noise = _noise(source, pending.take(rest))
-            fits[rest] |= (fit.error[rest] <= 8.0 * noise) & fit.even[rest]
+            left = pending.take(rest)
+            rounded = np.maximum(8.0 * _noise(source, left), source.grain(left))
+            fits[rest] |= (fit.error[rest] <= rounded) & fit.even[rest]
         if generation == _KINK_GENERATION:
             # a radius that loses digits in sums makes stairs of f'; features are in few parts of a panel
             missed = np.bincount(family, np.where(fits, 0.0, pending.width), panels.count)
@@ -305,7 +309,7 @@ def resolve(
         fits |= last | (begins & (generation >= _GRADED))
         taken = pending.take(fits)
         error = fit.error[fits] + source.uncertainty(taken)
-        beside = np.stack([fit.exponent_error[fits], np.zeros(taken.count)], axis=1)
+        beside = np.pad(fit.exponent_error[fits][:, None], ((0, 0), (0, 3)))
         none = np.zeros(taken.count)
         done.append(
             Slopes(taken, fit.series.take(fits), error, fit.size[fits], none, leap[fits], none, beside)

@@ -15,13 +15,13 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import TypeAlias
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
 from pymdr.mapping.bunches import POINTS, Bunches, Level
 from pymdr.mapping.kernels import arc_above, arc_below
-from pymdr.numerics.panels import BoolArray, IndexArray, evaluate
+from pymdr.numerics.panels import BoolArray, IndexArray, Selection, evaluate
 from pymdr.numerics.quadrature import gauss
 from pymdr.units import FloatArray
 
@@ -66,7 +66,7 @@ def over_root(part: Stretch, base: FloatArray, offset: FloatArray, k: float = 0.
         square = distance * (x + r)
         return 1.0 / (np.sqrt(square) if k == 0.0 else square ** (0.5 * (1.0 - k)))
 
-    return _integrated(part, base, offset, kernel, above=True, k=k)
+    return _integrated(part, _Radii(base, offset, kernel, True, k))
 
 
 def with_arccos(part: Stretch, base: FloatArray, offset: FloatArray, k: float = 0.0) -> FloatArray:
@@ -78,7 +78,7 @@ def with_arccos(part: Stretch, base: FloatArray, offset: FloatArray, k: float = 
         # of x = r - distance, without rounding beside r
         return 2.0 * np.arcsin(np.sqrt(np.minimum(0.5 * distance / r, 1.0)))
 
-    return _integrated(part, base, offset, kernel, above=False, k=k)
+    return _integrated(part, _Radii(base, offset, kernel, False, k))
 
 
 def with_arcsin(part: Stretch, base: FloatArray, offset: FloatArray, k: float = 0.0) -> FloatArray:
@@ -89,7 +89,7 @@ def with_arcsin(part: Stretch, base: FloatArray, offset: FloatArray, k: float = 
             return arc_below(*_sides(distance, x, r), k)
         return np.arctan2(x, np.sqrt(distance * (r + x)))
 
-    return _integrated(part, base, offset, kernel, above=False, k=k)
+    return _integrated(part, _Radii(base, offset, kernel, False, k))
 
 
 def _sides(distance: FloatArray, x: FloatArray, r: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -97,21 +97,56 @@ def _sides(distance: FloatArray, x: FloatArray, r: FloatArray) -> tuple[FloatArr
     return np.minimum(x / r, 1.0), np.minimum(distance * (r + x) / (r * r), 1.0)
 
 
-def _integrated(
-    part: Stretch, base: FloatArray, offset: FloatArray, kernel: _Kernel, *, above: bool, k: float
-) -> FloatArray:
-    total = np.zeros(base.shape)
+class _Radii(NamedTuple):
+    """Where an integral is asked, and what of."""
+
+    base: FloatArray
+    offset: FloatArray
+    kernel: _Kernel
+    above: bool
+    """Whether it runs over what lies beyond each radius, or within it."""
+    k: float
+
+    def take(self, index: slice) -> _Radii:
+        """Some of the radii."""
+        return self._replace(base=self.base[index], offset=self.offset[index])
+
+    @property
+    def r(self) -> FloatArray:
+        """The rounded radii in m."""
+        return self.base + self.offset
+
+
+class _Parts(NamedTuple):
+    """Parts of panels or bunches, flat."""
+
+    row: IndexArray
+    """Of the radius."""
+    panel: IndexArray
+    low: FloatArray
+    high: FloatArray
+    """Ends, as offsets from the base of the panel."""
+    at: FloatArray
+    """The radius, as such an offset."""
+
+    def take(self, index: Selection) -> _Parts:
+        """Some of the parts."""
+        row, panel, *rest = self
+        return _Parts(row[index], panel[index], *(column[index] for column in rest))
+
+
+def _integrated(part: Stretch, radii: _Radii) -> FloatArray:
+    total = np.zeros(radii.base.shape)
     rows = max(1, _WORK // part.slope.levels[-1].base.size)
-    for start in range(0, base.size, rows):
+    for start in range(0, radii.base.size, rows):
         chosen = slice(start, start + rows)
-        total[chosen] = _block(part, base[chosen], offset[chosen], kernel, above, k)
+        total[chosen] = _block(part, radii.take(chosen))
     return total
 
 
-def _block(
-    part: Stretch, base: FloatArray, offset: FloatArray, kernel: _Kernel, above: bool, k: float
-) -> FloatArray:
+def _block(part: Stretch, radii: _Radii) -> FloatArray:
     """Descend from the widest bunches to those far enough from r, and to the panels beside it."""
+    base, offset, _, above, k = radii
     total = np.zeros(base.shape)
     levels = part.slope.levels
     row, bunch = (index.ravel() for index in np.indices((base.size, levels[-1].base.size)))
@@ -122,45 +157,35 @@ def _block(
         low = np.maximum(level.low[bunch], (part.start[0] - own) + part.start[1])
         high = np.minimum(level.high[bunch], (part.stop[0] - own) + part.stop[1])
         low, high = np.maximum(low, at) if above else low, high if above else np.minimum(high, at)
-        used = high > low
-        row, bunch = row[used], bunch[used]
-        at, low, high = at[used], low[used], high[used]
+        parts = _Parts(row, bunch, low, high, at).take(high > low)
+        row, bunch, low, high, at = parts
         width = level.high[bunch] - level.low[bunch]
         far = (low == level.low[bunch]) & (high == level.high[bunch])
         far &= (low - at if above else at - high) >= (_APART if depth else _CLOSE) * width
         if k != 0.0 and not above:
             # the kernels begin like x^(1+k)
             far &= level.base[bunch] + low >= width
-        _add_far(total, level, row[far], bunch[far], at[far], base + offset, kernel, above)
-        row, bunch = row[~far], bunch[~far]
-        at, low, high = at[~far], low[~far], high[~far]
+        _add_far(total, level, parts.take(far), radii)
+        parts = parts.take(~far)
+        row, bunch, *_ = parts
         if depth:
             row, bunch = np.concatenate([row, row]), np.concatenate([2 * bunch, 2 * bunch + 1])
             known = bunch < levels[depth - 1].base.size
             row, bunch = row[known], bunch[known]
     if row.size:
-        beside = _near if k == 0.0 else _near_graded
-        total += beside(part.slope, row, bunch, low, high, at, base, offset, kernel, above, k)
+        total += (_near if k == 0.0 else _near_graded)(part.slope, parts, radii)
     return total
 
 
-def _add_far(
-    total: FloatArray,
-    level: Level,
-    row: IndexArray,
-    bunch: IndexArray,
-    at: FloatArray,
-    radius: FloatArray,
-    kernel: _Kernel,
-    above: bool,
-) -> None:
+def _add_far(total: FloatArray, level: Level, parts: _Parts, radii: _Radii) -> None:
+    row, bunch, _, _, at = parts
     rows = _WORK // POINTS
     for start in range(0, row.size, rows):
         chosen = slice(start, start + rows)
         i, c = row[chosen], bunch[chosen]
         place = level.offset[c]
-        gap = place - at[chosen, None] if above else at[chosen, None] - place
-        values = kernel(gap, level.base[c][:, None] + place, radius[i][:, None])
+        gap = place - at[chosen, None] if radii.above else at[chosen, None] - place
+        values = radii.kernel(gap, level.base[c][:, None] + place, radii.r[i][:, None])
         total += np.bincount(i, np.einsum("ij,ij->i", level.charge[c], values), total.size)
 
 
@@ -169,20 +194,10 @@ def _at(slope: Bunches, panel: IndexArray, offset: FloatArray) -> FloatArray:
     return evaluate(slope.panels, slope.curve, index.ravel(), offset.ravel()).reshape(offset.shape)
 
 
-def _near(
-    slope: Bunches,
-    row: IndexArray,
-    panel: IndexArray,
-    low: FloatArray,
-    high: FloatArray,
-    at: FloatArray,
-    base: FloatArray,
-    offset: FloatArray,
-    kernel: _Kernel,
-    above: bool,
-    _: float,
-) -> FloatArray:
+def _near(slope: Bunches, parts: _Parts, radii: _Radii) -> FloatArray:
     """Parts beside r: x = r +- v^2, or the same in the square root of the offset on rooted panels."""
+    row, panel, low, high, at = parts
+    base, offset, kernel, above, _ = radii
     total = np.zeros(base.shape)
     rooted = slope.panels.rooted[panel]
     s, w = gauss(POINTS)
@@ -221,20 +236,10 @@ def _near(
     return total
 
 
-def _near_graded(
-    slope: Bunches,
-    row: IndexArray,
-    panel: IndexArray,
-    low: FloatArray,
-    high: FloatArray,
-    at: FloatArray,
-    base: FloatArray,
-    offset: FloatArray,
-    kernel: _Kernel,
-    above: bool,
-    k: float,
-) -> FloatArray:
+def _near_graded(slope: Bunches, parts: _Parts, radii: _Radii) -> FloatArray:
     """Parts beside r on pieces that shrink toward it and toward breakpoints."""
+    row, panel, low, high, at = parts
+    base, offset, kernel, above, k = radii
     total = np.zeros(base.shape)
     panels, n = slope.panels, slope.panels.order
     gain = 0.5 * (1.0 + k)

@@ -28,7 +28,6 @@ from pymdr.numerics.panels import (
     BoolArray,
     IndexArray,
     Panels,
-    basis_slope,
     clenshaw,
     evaluate,
     joined,
@@ -60,8 +59,6 @@ _OPEN = 1e-6
 """Largest share of a result that the law of a flat tip may leave open."""
 _UNNAMED = 32.0 * float(np.finfo(float).eps)
 """How far a kink that was found may lie from the true one, in its radius."""
-_BESIDE = 4.0
-"""Widths of the uncertainty of a place by which the place may be off, when a jump there is told from a bend."""
 _AHEAD = 1.23
 """How much farther than needed panels may end at a breakpoint."""
 _SLIGHT = 32.0
@@ -328,7 +325,7 @@ def _beginning(made: Slopes, before: Slopes | None, found: list[float], source: 
     difference = right - left
     rounding = np.finfo(float).eps * np.maximum(size, made.size[begins])
     jumping = np.abs(difference) > 64.0 * rounding + error
-    quiet = before is None or _is_nothing(before).all()
+    quiet, seen = before is None or _is_nothing(before).all(), np.zeros(begins.size, dtype=bool)
     for k, i in enumerate(begins.tolist()):
         if panels.base[i] in found:
             begun = quiet and _is_nothing(made)[:i].all()
@@ -336,10 +333,11 @@ def _beginning(made: Slopes, before: Slopes | None, found: list[float], source: 
             # width makes the rounding of f from that of f'
             shifted = abs(difference[k]) if begun else max(size[k], made.size[i])
             width = float(error[k] / shifted * panels.width[i] / 8.0) if jumping[k] else 0.0
-            if begun:
-                width = max(width, _hidden_rise(made, i, 2.0 * source.rounding(float(panels.base[i]))))
-                # beside its true place a curve that begins with a bend seems to begin with a jump
-                error[k] += _BESIDE * width * _bend(made, i)
+            height = 2.0 * source.rounding(float(panels.base[i])) if begun else 0.0
+            if height > 0.0:
+                # where f, which is nothing before, is known, its slope errs no farther than where it rises unseen
+                seen[k], width = True, 0.0
+                beside[i, 2:] = _hidden_rise(made, i, height), height
             beside[i, 1] = _UNNAMED * panels.base[i] + width
     jumping = np.abs(difference) > 64.0 * rounding + error
     jump[begins] = np.where(jumping, difference, 0.0)
@@ -347,13 +345,16 @@ def _beginning(made: Slopes, before: Slopes | None, found: list[float], source: 
     # beside its true place a bend seems to jump a little
     slight = np.isin(panels.base[begins], found) & (np.abs(difference) < _SLIGHT * (64.0 * rounding + error))
     jump_error[begins] += np.where(slight, np.abs(difference), 0.0)
+    blur = np.array(made.blur)
+    blur[begins[seen]] += jump_error[begins[seen]] - rounding[seen]
+    jump_error[begins[seen]] = rounding[seen]
     # what does not jump begins where it came from
     lost = np.where(jumping | (made.blur[begins] == 0.0), 0.0, -difference)
     coefficients = np.array(series.coefficients)
     coefficients[begins, 0] += 0.5 * lost
     coefficients[begins, 1] -= 0.5 * lost
     series = replace(series, coefficients=coefficients)
-    return replace(made, series=series, jump=jump, jump_error=jump_error, beside=beside)
+    return replace(made, series=series, jump=jump, jump_error=jump_error, blur=blur, beside=beside)
 
 
 def _closed(made: Slopes, begins: IndexArray, uncertainty: FloatArray) -> Slopes:
@@ -374,15 +375,6 @@ def _closed(made: Slopes, begins: IndexArray, uncertainty: FloatArray) -> Slopes
     coefficients[rough, :2] += 0.5 * (starts - ends)[:, None]
     blur[rough] = missed
     return replace(made, series=replace(series, coefficients=coefficients), blur=blur)
-
-
-def _bend(slopes: Slopes, i: int) -> float:
-    """About |f''| in 1/m at the lower end of a panel; 0 where f' is a power there."""
-    if slopes.series.power[i] != 0.0:
-        return 0.0
-    return abs(float(slopes.series.coefficients[i] @ basis_slope(np.zeros(1))[0])) / float(
-        slopes.panels.width[i]
-    )
 
 
 def _is_nothing(slopes: Slopes) -> BoolArray:

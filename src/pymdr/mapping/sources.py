@@ -22,9 +22,13 @@ from pymdr.problem.profiles import (
     Sum,
     Waviness,
     call,
+    precision,
 )
 from pymdr.units import FloatArray, metres
 
+_EPS = float(np.finfo(float).eps)
+_ROUNDED = 8.0
+"""Roundings of f' by which a series may miss it."""
 _CHECKED_BEYOND = 1.5
 _FARTHER_OUT = 2.0**30
 _COSTLY_KNOTS = 4000
@@ -70,10 +74,20 @@ class CurveSource(SlopeSource):
         return values
 
     def uncertainty(self, panels: Panels) -> FloatArray:
-        """Error of f' on panels, from steps of f that are constants of few digits."""
-        if self._steps is None:
+        """Error of f' on panels, from steps of f that are constants of few digits, and from numbers of few digits."""
+        found = self.grain(panels) / _ROUNDED
+        return (
+            found
+            if self._steps is None
+            else found + self._steps.errors(panels.base, panels.low, panels.width)
+        )
+
+    def grain(self, panels: Panels) -> FloatArray:
+        """What numbers of few digits make of f' on panels."""
+        given = self.profile.derivative if isinstance(self.profile, Function) else None
+        if given is None or not panels.count or (unit := precision(given, float(panels.stop[0]))) <= _EPS:
             return np.zeros(panels.count)
-        return self._steps.errors(panels.base, panels.low, panels.width)
+        return np.asarray(_ROUNDED * unit * np.abs(self.profile.gap_slope(panels.stop)))
 
     def sample(self, base: FloatArray, offset: FloatArray) -> tuple[FloatArray, FloatArray]:
         """F' at the rounded radii, and their offsets."""
@@ -135,7 +149,7 @@ class CurveSource(SlopeSource):
         return find_kinks(self.profile.gap_slope, low, high) if isinstance(self.profile, Function) else []
 
 
-_GRAIN = 8.0 * float(np.finfo(float).eps)
+_GRAIN = 8.0 * _EPS
 """By how much roundings of neighbouring heights differ at most, in parts of them, and what a spline makes of that."""
 
 
@@ -286,6 +300,10 @@ class SumSource(SlopeSource):
     def uncertainty(self, panels: Panels) -> FloatArray:
         """Those of the parts together."""
         return np.asarray(sum(part.uncertainty(panels) for part in self.parts))
+
+    def grain(self, panels: Panels) -> FloatArray:
+        """Those of the parts together."""
+        return np.asarray(sum(part.grain(panels) for part in self.parts))
 
     def rounding(self, r: float) -> float:
         """Those of the parts together."""

@@ -295,6 +295,7 @@ def evaluate_slope(panels: Panels, series: Series, index: IndexArray, offset: Fl
     Returns
     -------
     ndarray, shape (n,)
+        Infinite at breakpoints behind which the curve runs in a root.
 
     Examples
     --------
@@ -304,7 +305,9 @@ def evaluate_slope(panels: Panels, series: Series, index: IndexArray, offset: Fl
     1.0
     """
     rate = np.sum(series.coefficients[index] * basis_slope(panels.variable(index, offset)), axis=1)
-    return np.asarray(rate / panels.take(index).stretch(offset[:, None])[:, 0])
+    # a root is infinitely steep where it begins
+    with np.errstate(divide="ignore"):
+        return np.asarray(rate / panels.take(index).stretch(offset[:, None])[:, 0])
 
 
 def clenshaw(coefficients: FloatArray, u: FloatArray) -> FloatArray:

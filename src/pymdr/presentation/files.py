@@ -103,19 +103,18 @@ def _umask() -> int:
 
 def pack(
     data: xr.Dataset,
-    *,
     contact: Contact,
     path: LoadingPath,
     claims: Mapping[str, Claim],
     assumptions: Sequence[Assumption],
+    *,
     status: str,
-    notes: Sequence[str],
-    references: Sequence[str],
-    rings: int | None,
-    machine_stiffness: float | None,
-    starts: Sequence[Mapping[str, float]] | None,
+    **others: Any,
 ) -> xr.Dataset:
-    """Arrays plus everything else as JSON texts in the attributes; long histories and errors stay arrays."""
+    """Arrays plus everything else as JSON texts in the attributes; long histories and errors stay arrays.
+
+    `others` are what JSON holds: notes, references, rings, machine_stiffness and starts.
+    """
     short, arrays = _apart(path)
     errors, kept = _errors_apart(claims)
     plain_claims = {
@@ -137,11 +136,7 @@ def pack(
         pymdr_claims=json.dumps(plain_claims),
         pymdr_assumptions=json.dumps(plain_assumptions),
         pymdr_status=status,
-        pymdr_notes=json.dumps(list(notes)),
-        pymdr_references=json.dumps(list(references)),
-        pymdr_rings=json.dumps(rings),
-        pymdr_machine_stiffness=json.dumps(machine_stiffness),
-        pymdr_starts=json.dumps(None if starts is None else [dict(start) for start in starts]),
+        **{f"pymdr_{name}": json.dumps(value) for name, value in others.items()},
     )
 
 

@@ -10,7 +10,6 @@ from pymdr.interpretation.validity import Assumption, Claim, Level
 from pymdr.presentation.text import (
     Numbers,
     Table,
-    in_bytes,
     largest_error,
     last_error,
     last_level,
@@ -106,26 +105,6 @@ def result_html(
     )
 
 
-def assessment_html(
-    largest: Mapping[str, float],
-    claims: Mapping[str, Claim],
-    assumptions: Sequence[Assumption],
-    notes: Sequence[str],
-    rows: int,
-    memory: int,
-) -> str:
-    """Claims before solving."""
-    reached = [
-        [escape(QUANTITIES[n].words), escape(written(v, QUANTITIES[n].unit))] for n, v in largest.items()
-    ]
-    return (
-        f"<div>The result has {rows} row{'s' if rows != 1 else ''} ({in_bytes(memory)})."
-        f"{table(('the path reaches', ''), reached)}{claims_html(claims)}{assumptions_html(assumptions)}"
-        + "".join(f"<p>Note: {escape(note)}</p>" for note in notes)
-        + "</div>"
-    )
-
-
 def study_html(
     groups: Numbers,
     columns: Table,
@@ -146,9 +125,13 @@ def study_html(
     return (
         f"<div>{first}{second}"
         + "".join(f"<p>{escape(line)}</p>" for line in remarks)
-        + f"<details><summary>Claims</summary>{claims_html(claims)}</details>"
-        f"<details{'' if all(a.met for a in assumptions) else ' open'}><summary>Assumptions</summary>"
-        f"{assumptions_html(assumptions)}</details>"
+        + (f"<details><summary>Claims</summary>{claims_html(claims)}</details>" if claims else "")
+        + (
+            f"<details{'' if all(a.met for a in assumptions) else ' open'}><summary>Assumptions</summary>"
+            f"{assumptions_html(assumptions)}</details>"
+            if assumptions
+            else ""
+        )
         + "".join(f"<p>Note: {escape(note)}</p>" for note in notes)
         + "</div>"
     )

@@ -105,7 +105,8 @@ def with_error_columns(
     columns : mapping of str to ndarray
         By title, a quantity with its unit in brackets.
     claims : mapping of str to Claim
-        By quantity. One that is exact errs by at most 1e-9, and has no column of errors.
+        By quantity. One that is exact errs by at most 1e-9, and has no column of errors; one with fewer entries than there are
+        rows holds for runs of equally many.
 
     Returns
     -------
@@ -123,9 +124,11 @@ def with_error_columns(
         written[title] = values
         name = title.partition(" [")[0]
         claim = claims.get(name)
-        if claim is not None and claim.level is Level.APPROXIMATE and claim.where.shape == values.shape:
-            error = np.full(values.shape, np.nan) if claim.error is None else claim.error
-            written[f"{name}_error"] = np.where(claim.where, error, np.nan)
+        if claim is None or claim.level is not Level.APPROXIMATE or values.size % max(claim.where.size, 1):
+            continue
+        error = np.full(claim.where.shape, np.nan) if claim.error is None else claim.error
+        each = np.where(claim.where, error, np.nan)
+        written[f"{name}_error"] = np.repeat(each, values.size // claim.where.size)
     return written
 
 

@@ -57,22 +57,6 @@ def last_value(data: xr.Dataset, name: str) -> float:
     return without_rounding(float(values[-1]), values, QUANTITIES[name].unit)
 
 
-def assessment(
-    largest: Mapping[str, float],
-    claims: Mapping[str, Claim],
-    assumptions: Sequence[Assumption],
-    notes: Sequence[str],
-    rows: int,
-    memory: int,
-) -> str:
-    """Claims before solving."""
-    lines = [f"The result has {rows} row{'s' if rows != 1 else ''} ({in_bytes(memory)}); the path reaches:"]
-    for name, value in largest.items():
-        quantity = QUANTITIES[name]
-        lines.append(f"  {quantity.words:<36}{written(value, quantity.unit):>16}")
-    return "\n".join([*lines, *_claims(claims), *_assumptions(assumptions), *_notes(notes)])
-
-
 Numbers = Mapping[str, Mapping[str, float]]
 """Single numbers in SI units under headings, by the names of their quantities."""
 Table = tuple[tuple[Sequence[str], Sequence[str]], Sequence[Sequence[str]]]
@@ -113,7 +97,9 @@ def study_summary(
         lines += [f"{heading}:", *(f"  {words:<36}{value:>16}" for words, value in rows)]
     (words, units), cells = table
     if words:
-        lines += [" ".join(f"{cell:>12}" for cell in row) for row in (words, units, *cells)]
+        table_rows = (words, units, *cells) if any(units) else (words, *cells)
+        widths = [max(12, *map(len, column)) for column in zip(*table_rows, strict=True)]
+        lines += [" ".join(f"{cell:>{n}}" for cell, n in zip(row, widths, strict=True)) for row in table_rows]
     return "\n".join([*lines, *remarks, *_claims(claims), *_assumptions(assumptions), *_notes(notes)])
 
 
@@ -158,7 +144,7 @@ def in_bytes(count: int) -> str:
 
 
 def _claims(claims: Mapping[str, Claim]) -> list[str]:
-    lines = ["Claims:"]
+    lines = ["Claims:"] if claims else []
     by_words: dict[tuple[Level, str, str], list[str]] = {}
     for name, claim in claims.items():
         by_words.setdefault((claim.level, claim.reason, claim.source), []).append(name)

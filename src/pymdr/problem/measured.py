@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from html import escape
+from typing import Self, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -42,48 +43,8 @@ class Step:
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class MeasuredCurve(Value):
-    """
-    Force against indentation, or against the travel of a machine, in the order in which it was measured.
-
-    Parameters
-    ----------
-    force : array_like of quantity
-        Normal force in N, compression positive, with or without an offset.
-    indentation : array_like of quantity, optional
-        In m, positive into the body, from any origin; or, in its place,
-    travel : array_like of quantity, optional
-        of the machine (a piezo, a crosshead) in m, positive toward the body, from any origin: indentation + force /
-        spring constant.
-    time : array_like of quantity, optional
-        In s, rising; bodies with memory need it.
-    spring_constant : quantity, optional
-        Of the machine (a cantilever, a load frame) in N/m; needed with travel.
-    segment : str
-        ``"approach"``, ``"hold"`` or ``"retreat"``; empty for a whole record.
-    metadata : Facts
-        What the file says of the measurement, in SI units.
-    outliers, saturated : array_like of bool, optional
-        Samples that are marked; none unless given.
-    step : Step, optional
-        What made this curve of the one `before`.
-    before : MeasuredCurve, optional
-        The curve before the last step.
-
-    Raises
-    ------
-    ProblemError
-        If both or none of indentation and travel are given, travel without a spring constant, columns of different lengths or
-        of fewer than 8 samples, or times that do not rise; a segment of another name.
-    UnitError
-        If a text is not a quantity of the right kind, or a number is not finite.
-
-    Examples
-    --------
-    >>> curve = MeasuredCurve(force=np.linspace(0, 1e-6, 9), travel=np.linspace(0, 2e-6, 9), spring_constant="1 N/m")
-    >>> float(curve.depth[-1])
-    1e-06
-    """
+class MeasuredSamples(Value):
+    """The columns of a force curve, and what was done to them; :class:`pymdr.MeasuredCurve` has the steps that can be."""
 
     force: ArrayField = ArrayField("N", words="normal force, compression positive")
     indentation: OptionalArrayField = OptionalArrayField("m", words="indentation, from any origin")
@@ -97,7 +58,7 @@ class MeasuredCurve(Value):
     outliers: BoolArray | None = field(default=None, repr=False)
     saturated: BoolArray | None = field(default=None, repr=False)
     step: Step | None = field(default=None, repr=False)
-    before: MeasuredCurve | None = field(default=None, repr=False)
+    before: Self | None = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
         if (self.indentation is None) == (self.travel is None):
@@ -166,13 +127,26 @@ class MeasuredCurve(Value):
         return earlier if self.step is None else (*earlier, self.step)
 
     @property
-    def original(self) -> MeasuredCurve:
+    def original(self) -> Self:
         """The curve as it was read."""
         return self if self.before is None else self.before.original
 
+    def undo(self) -> Self:
+        """
+        The curve before its last step.
+
+        Raises
+        ------
+        ProblemError
+            If nothing was done to it since it was read.
+        """
+        if self.before is None:
+            raise ProblemError("undo: nothing was done to this curve since it was read")
+        return self.before
+
     def _repr_html_(self) -> str:
         """The record and what was done to it, for notebooks."""
-        plain = MeasuredCurve(
+        plain = type(self)(
             force=self.force,
             indentation=self.indentation,
             travel=self.travel,
@@ -180,4 +154,7 @@ class MeasuredCurve(Value):
             spring_constant=self.spring_constant,
         )
         steps = "".join(f"<li>{escape(str(step))}</li>" for step in self.steps)
-        return super(MeasuredCurve, plain)._repr_html_() + (f"<ol>{steps}</ol>" if steps else "")
+        return super(MeasuredSamples, plain)._repr_html_() + (f"<ol>{steps}</ol>" if steps else "")
+
+
+Samples = TypeVar("Samples", bound=MeasuredSamples)

@@ -2,67 +2,70 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import reduce
 from operator import rshift
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from pymdr.independent.rings import Rings
-from pymdr.interpretation.validity import Assumption, Claim
+from pymdr.presentation.text import in_bytes
 from pymdr.problem.contact import Contact
 from pymdr.problem.paths import LoadingPath
 from pymdr.problem.schedule import ends_only, known_legs, total_rows
-from pymdr.result import Claims, Status
+from pymdr.quantities import QUANTITIES
+from pymdr.result import Status
+from pymdr.solving.study import Study
 from pymdr.solving.verb import asked, solve
 from pymdr.units import QuantityLike
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
 
 _SHORT = 100_000
 """Rows that are followed in no time."""
 
 
-@dataclass(frozen=True)
-class Assessment:
+@dataclass(frozen=True, kw_only=True)
+class Assessment(Study):
     """What can be claimed of a contact along a path, before its history is solved."""
 
-    claims: Mapping[str, Claim]
-    assumptions: tuple[Assumption, ...]
-    notes: tuple[str, ...]
-    largest: Mapping[str, float]
+    data: xr.Dataset
     """Largest indentation (m), normal force (N) and contact radius (m) that the path reaches, as far as they are known."""
     rows: int
     """Number of rows that :func:`solve` keeps."""
-    columns: int
+    quantities: int
     """Number of quantities over them."""
     status: Status
     """How the solution ends, or how that of the visited rows does."""
 
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "claims", Claims(self.claims))
+    what: ClassVar = "an assessment"
+
+    @property
+    def largest(self) -> dict[str, float]:
+        """The data as plain numbers in SI units."""
+        return {str(name): float(value) for name, value in self.data.items()}
 
     @property
     def memory(self) -> int:
         """Bytes that the arrays of the result take; solving a long history takes about twice as much."""
-        return 8 * self.rows * self.columns
+        return 8 * self.rows * self.quantities
 
-    def summary(self) -> str:
-        """The claims and assumptions as a text."""
-        from pymdr.presentation.text import assessment
+    def groups(self) -> dict[str, dict[str, float]]:
+        """What the path reaches."""
+        return {"the path reaches": self.largest}
 
-        return assessment(self.largest, self.claims, self.assumptions, self.notes, self.rows, self.memory)
+    def _remarks(self) -> list[str]:
+        return [f"the result has {self.rows} row{'s' if self.rows != 1 else ''} ({in_bytes(self.memory)})"]
 
-    def _repr_html_(self) -> str:
-        """The summary as tables, for notebooks."""
-        from pymdr.presentation.html import assessment_html
+    def _figure(self) -> Figure:
+        """The conditions of the model, over their limits."""
+        from pymdr.presentation.plot import conditions_study
 
-        return assessment_html(
-            self.largest, self.claims, self.assumptions, self.notes, self.rows, self.memory
-        )
-
-    def __str__(self) -> str:
-        return self.summary()
+        return conditions_study(self.assumptions)
 
 
 def assess(
@@ -105,6 +108,8 @@ def assess(
     >>> assess(ball, load("50 N")).claims["pressure"].level.name
     'EXACT'
     """
+    import xarray as xr
+
     stiffness, kept = asked(contact, path, machine_stiffness, keep)
     rows = total_rows(path) if kept is None else kept.size
     laws = contact.adhesion is not None or contact.friction is not None
@@ -117,12 +122,19 @@ def assess(
         solver=solver,
     )
     largest = {
-        name: float(np.nanmax(result.data[name].values))
+        name: ((), float(np.nanmax(result.data[name].values)), {"units": QUANTITIES[name].unit})
         for name in ("indentation", "normal_force", "contact_radius")
         if name in result.data and np.isfinite(result.data[name].values).any()
     }
     return Assessment(
-        result.claims, result.assumptions, result.notes, largest, rows, len(result.data), result.status
+        data=xr.Dataset(largest),
+        claims=result.claims,
+        assumptions=result.assumptions,
+        notes=result.notes,
+        contact=contact,
+        rows=rows,
+        quantities=len(result.data),
+        status=result.status,
     )
 
 

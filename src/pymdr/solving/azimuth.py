@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import os
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
@@ -12,19 +11,23 @@ from pymdr.errors import ProblemError
 from pymdr.mapping.surfaces.summits import MeanProfile, mean_profile
 from pymdr.problem.profiles import Sampled
 from pymdr.problem.topography import Topography
+from pymdr.solving.study import Study
 from pymdr.units import ArrayQuantityLike, QuantityLike, metres, shown, to_si, to_si_array
 
 if TYPE_CHECKING:
+    import xarray as xr
     from matplotlib.figure import Figure
 
 _WHO = "azimuthal_profile"
 _DRAWN = 400
 
 
-@dataclass(frozen=True)
-class AzimuthalProfile:
-    """A bump as a body of revolution."""
+@dataclass(frozen=True, kw_only=True)
+class AzimuthalProfile(Study):
+    """A bump as a body of revolution; its CSV file is one that :func:`pymdr.read_profile` and case files read."""
 
+    data: xr.Dataset
+    """Over the radius ``r``: the heights ``f`` and their ``scatter``, in m."""
     profile: Sampled
     """The azimuthal mean with its scatter, which :class:`pymdr.Contact` takes."""
     centre: tuple[float, float]
@@ -38,60 +41,32 @@ class AzimuthalProfile:
     """
     topography: Topography
 
-    def summary(self) -> str:
-        """What it is, with units."""
+    what: ClassVar = "a mean profile"
+
+    def _remarks(self) -> list[str]:
         x, y = (metres(one) for one in self.centre)
         low, high = (metres(one) for one in self.radii)
-        scatter = self.profile.scatter
-        assert scatter is not None
-        return "\n".join(
-            [
-                f"one bump with its apex at ({x}, {y}), known up to r = {metres(self.profile.reach)}, where it is "
-                f"{metres(float(self.profile.height[-1]))} lower",
-                f"principal radii of its cap {low} and {high}",
-                f"heights at one radius scatter by {metres(float(np.sqrt(np.mean(scatter**2))))} (root mean square)",
-                f"its apex is {metres(self.below_summit)} below the highest height: the force on the mean profile at an indentation of d - "
-                f"{metres(self.below_summit)} is a lower bound of that on the bump at d from its highest height, as press counts: rigorous, if "
-                "it does not tilt",
-                *(f"note: {step}" for step in self.topography.steps),
-            ]
-        )
+        scatter = metres(float(np.sqrt(np.mean(self.data["scatter"].values ** 2))))
+        below = metres(self.below_summit)
+        return [
+            f"one bump with its apex at ({x}, {y}), known up to r = {metres(self.profile.reach)}, where it is "
+            f"{metres(float(self.profile.height[-1]))} lower",
+            f"principal radii of its cap {low} and {high}",
+            f"heights at one radius scatter by {scatter} (root mean square)",
+            f"its apex is {below} below the highest height: the force on the mean profile at an indentation of d - {below} is a lower "
+            "bound of that on the bump at d from its highest height, as press counts: rigorous, if it does not tilt",
+        ]
 
-    def __str__(self) -> str:
-        return self.summary()
-
-    def _repr_html_(self) -> str:
-        """The summary, for notebooks."""
-        from pymdr.presentation.html import text_html
-
-        return text_html(self.summary())
-
-    def to_csv(self, file: str | os.PathLike[str]) -> None:
-        """
-        Write the profile to a CSV file that :func:`pymdr.read_profile` and case files read.
-
-        Parameters
-        ----------
-        file : path
-            For example "tip.csv".
-        """
-        from pymdr.presentation.tables import write_csv
-
-        scatter = self.profile.scatter
-        assert scatter is not None
-        write_csv({"r [m]": self.profile.radius, "f [m]": self.profile.height, "scatter [m]": scatter}, file)
-
-    def plot(self) -> Figure:
+    def _figure(self) -> Figure:
         """The surface with the apex, and the mean with its scatter and the curve through it."""
         from pymdr.presentation.plot import bump_study
 
         r = np.linspace(0.0, self.profile.reach, _DRAWN)
-        assert self.profile.scatter is not None
         return bump_study(
             self.topography.heights,
             self.topography.size,
             self.centre,
-            (self.profile.radius, self.profile.height, self.profile.scatter),
+            (self.data["r"].values, self.data["f"].values, self.data["scatter"].values),
             (r, self.profile.gap(r) + self.profile.offset),
         )
 
@@ -160,7 +135,15 @@ def azimuthal_profile(
         found = mean_profile(heights, topography.spacing, middle, last)
     except ProblemError as error:
         raise ProblemError(f"{_WHO}: {error}") from error
+    import xarray as xr
+
+    columns = {"f": found.height, "scatter": found.scatter}
     return AzimuthalProfile(
+        data=xr.Dataset(
+            {name: ("r", values, {"units": "m"}) for name, values in columns.items()},
+            coords={"r": ("r", found.radius, {"units": "m"})},
+        ),
+        notes=topography.steps,
         profile=Sampled(found.radius, found.height, scatter=found.scatter),
         centre=found.centre,
         radii=_radii(found),

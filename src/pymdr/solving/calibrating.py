@@ -21,7 +21,6 @@ from pymdr.interpretation.rough import (
 )
 from pymdr.line.rough import power_law_stiffness
 from pymdr.mapping.patch import full_contact_stiffness
-from pymdr.mapping.rough_patch import rough_topography
 from pymdr.problem.materials import Elastic
 from pymdr.problem.rough import GEIKE, RoughSurface
 from pymdr.solving.press import press
@@ -172,7 +171,7 @@ def calibrate_coefficient(
     stiffness, area, package = [], [], ""
     for i in range(realisations):
         pressed = press(
-            rough_topography(surface, i, points=pixels),
+            surface.topography(i, points=pixels),
             _UNIT,
             normal_force=forces,
             punch=True,

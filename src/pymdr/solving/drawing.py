@@ -14,6 +14,7 @@ from pymdr.interpretation.conductance import CONDUCTIONS
 from pymdr.interpretation.jumps import Branches, branches_of
 from pymdr.interpretation.memory import MemorySurface, along_line
 from pymdr.interpretation.memory_friction import ShearedSurface
+from pymdr.interpretation.peaks import infinite_pressures
 from pymdr.interpretation.surface import Surface
 from pymdr.interpretation.theories import theory_of
 from pymdr.interpretation.traction import FrictionSurface
@@ -142,6 +143,13 @@ def _figure_data(
         refusal=result.claims["pressure"].reason if refused else "",
         extent=_extent(result, line) if refused and line is not None else None,
     )
+
+
+def infinite_in(result: Result, step: int) -> tuple[float, ...]:
+    """Radii in m inside the contact at which the pressure of a step is infinite."""
+    kinks = np.array([*result.contact.profile.breakpoints, *result.surface.marks(step)])
+    a = float(result.data["contact_radius"].values[step])
+    return infinite_pressures(result.surface.gap_function, kinks, a)
 
 
 def _deflection(surface: MemorySurface, row: int, position: FloatArray) -> FloatArray:

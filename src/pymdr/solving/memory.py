@@ -12,7 +12,7 @@ from pymdr.interpretation.accuracy import of_own_size
 from pymdr.interpretation.thickness import thickness_assumption
 from pymdr.interpretation.validity import Assumption, small_slope_assumptions
 from pymdr.mapping.equivalent import slope_function
-from pymdr.mapping.relaxation import Relaxation, relaxation_of, tangential_relaxation_of
+from pymdr.mapping.relaxation import Relaxation, relaxation_of
 from pymdr.problem.contact import Contact
 from pymdr.problem.materials import Viscoelastic
 from pymdr.problem.paths import LoadingPath, Ramp
@@ -40,7 +40,9 @@ def tangential_relaxation_along(
     contact: Contact, path: LoadingPath, time: FloatArray | None = None
 ) -> Relaxation:
     """G*(t) of a contact, as `relaxation_along`."""
-    return tangential_relaxation_of(contact.body, contact.counterbody, span=span_along(contact, path, time))
+    return relaxation_of(
+        contact.body, contact.counterbody, span=span_along(contact, path, time), tangential=True
+    )
 
 
 def span_along(

@@ -10,8 +10,6 @@ import numpy as np
 
 from pymdr.errors import NotValidError, ProblemError
 from pymdr.interpretation.validity import SOURCES, Assumption, Claim, Level
-from pymdr.mapping.surfaces.preparing import interpolated_share
-from pymdr.mapping.surfaces.resolution import tip_cutoff
 from pymdr.mapping.surfaces.spectrum import (
     FEWEST_BINS,
     WITHIN,
@@ -24,6 +22,7 @@ from pymdr.mapping.surfaces.spectrum import (
 )
 from pymdr.problem.rough import RoughSurface
 from pymdr.problem.topography import Topography
+from pymdr.problem.topography.preparing import interpolated_share
 from pymdr.solving.study import Column, Study
 from pymdr.units import FloatArray, QuantityLike, metres, shown, to_si
 
@@ -181,12 +180,12 @@ def power_spectrum(
     Parameters
     ----------
     topography : Topography
-        At least 32 x 32 heights, none of them missing. Trends are in the spectrum: take them off by :func:`pymdr.detrend`.
+        At least 32 x 32 heights, none of them missing. Trends are in the spectrum: take them off by :meth:`~pymdr.Topography.detrend`.
     periodic : bool, optional
         Whether the patch is one period of the surface. If not, a Hann window in both directions weights the heights, since the jump
         from one edge to the other would be in the spectrum.
     tip_radius : quantity, optional
-        That of the tip in m with which it was measured: shorter waves than it can have resolved (:func:`pymdr.tip_cutoff`) are left out.
+        That of the tip in m with which it was measured: shorter waves than it can have resolved (:meth:`~pymdr.Topography.tip_cutoff`) are left out.
 
     Returns
     -------
@@ -231,7 +230,7 @@ def power_spectrum(
             f"{_WHO}: all heights are {metres(float(heights.flat[0]))}: a smooth plane has no spectrum"
         )
     pixel = _PIXELS_PER_WAVE * float(topography.spacing.max())
-    tip = 0.0 if tip_radius is None else tip_cutoff(topography, tip_radius)
+    tip = 0.0 if tip_radius is None else topography.tip_cutoff(tip_radius)
     resolved = max(pixel, tip)
     rings = rings_of(heights, topography.size, periodic)
     bins, law = self_affine(rings, periodic, 2.0 * math.pi / resolved)
@@ -337,7 +336,7 @@ def _claims(
     if found is None:
         why = (
             f"{interpolated}, more than {100.0 * _MOST_INTERPOLATED:g} %, and bend the spectrum; crop the surface to what was measured by "
-            "fill_missing(topography, 'crop'), or measure it again"
+            "topography.fill_missing('crop'), or measure it again"
             if filled > _MOST_INTERPOLATED
             else f"on no range of {FEWEST_BINS} bins does the spectrum follow a power law, flat above a roll-off or not, to {share}"
         )

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import math
 import os
-from abc import ABC, abstractmethod
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 import numpy as np
@@ -39,15 +38,15 @@ class Column(NamedTuple):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Study(ABC):
+class Study:
     """Quantities over the rows of a request, or single numbers, each with its claim."""
 
     data: xr.Dataset
-    claims: Mapping[str, Claim]
+    claims: Mapping[str, Claim] = field(default_factory=dict)
     """How far each quantity can be trusted."""
-    assumptions: tuple[Assumption, ...]
+    assumptions: tuple[Assumption, ...] = ()
     """Conditions of the model, measured."""
-    notes: tuple[str, ...]
+    notes: tuple[str, ...] = ()
     """What was said on the way."""
     contact: Contact | None = None
     """What was studied, where it is one contact."""
@@ -66,7 +65,7 @@ class Study(ABC):
         if self.contact is None:
             return self.__dict__
         radii = [self.data[name].values for name in map(str, self.data) if name.endswith("radius")]
-        largest = max((float(np.max(radius)) for radius in radii), default=math.nan)
+        largest = max((float(np.nanmax(radius, initial=0.0)) for radius in radii), default=math.nan)
         return {**self.__dict__, "contact": portable(self.contact, largest)}
 
     def __getitem__(self, name: str) -> xr.DataArray:
@@ -77,15 +76,42 @@ class Study(ABC):
             raise QuantityError(f"no quantity {shown(name)}; {self.what} has {known}")
         return self.data[name]
 
+    def to(self, name: str, unit: str) -> xr.DataArray:
+        """
+        A quantity converted to another unit.
+
+        Parameters
+        ----------
+        name, unit : str
+
+        Returns
+        -------
+        xarray.DataArray
+
+        Raises
+        ------
+        QuantityError
+            If there is no such quantity.
+        NotValidError
+            If it is nowhere valid.
+        UnitError
+            If the unit is of another kind.
+        """
+        array = self[name]
+        own = str(array.attrs.get("units", ""))
+        return array.copy(data=from_si(array.values, own, unit)).assign_attrs(units=unit)
+
     def plot(self) -> Figure:
         """What a person wants to see first; conditions that are not met stand below it."""
         from pymdr.presentation.plot import with_unmet
 
         return with_unmet(self._figure(), self.assumptions)
 
-    @abstractmethod
     def _figure(self) -> Figure:
-        """The figure itself."""
+        """The figure itself; unless a study has its own, the columns of its summary over its rows."""
+        from pymdr.presentation.plot import columns_study
+
+        return columns_study(self.data, {name: column.words for name, column in self.columns.items()})
 
     def groups(self) -> dict[str, dict[str, float]]:
         """Single numbers in SI units under headings, by the names of their quantities."""
@@ -97,7 +123,7 @@ class Study(ABC):
 
     @property
     def _shown_claims(self) -> dict[str, Claim]:
-        return {name: self.claims[name] for name in self.told or self.claims}
+        return {name: self.claims[name] for name in self.told or self.claims if name in self.claims}
 
     def summary(self) -> str:
         """The numbers with units, how far to trust them, and the conditions of the model that are not met."""
@@ -109,7 +135,7 @@ class Study(ABC):
         """What the summary says, as text or as HTML."""
         words, cells = self._table()
         rows = max(self.data.sizes.values(), default=1)
-        cut = [f"{len(cells)} of {rows} rows"] if 0 < len(cells) < rows else []
+        cut = [f"{len(cells)} of {rows} rows"] if len(cells) == _SHOWN < rows else []
         remarks = [*cut, *self._remarks()]
         return self.groups(), (words, cells), remarks, self._shown_claims, self.assumptions, self.notes
 
@@ -163,10 +189,16 @@ class Study(ABC):
         FileError
             If the file cannot be written, or its name is that of another format.
         """
-        from pymdr.presentation.files import as_text, write_dataset
+        from pymdr.presentation.files import write_dataset
+
+        write_dataset(self._stored(), file)
+
+    def _stored(self) -> xr.Dataset:
+        """What a file keeps: the data, and the rest as JSON."""
+        from pymdr.presentation.files import as_text
 
         told = as_text(self.claims, self.assumptions, self.notes)
-        write_dataset(self.data.assign_attrs(pymdr_format="pymdr study 1", pymdr_told=told), file)
+        return self.data.assign_attrs(pymdr_format="pymdr study 1", pymdr_told=told)
 
     def to_csv(
         self, file: str | os.PathLike[str], *, units: Mapping[str, str] | None = None, about: bool = False
@@ -223,11 +255,15 @@ class Study(ABC):
 
     def _about(self) -> list[tuple[str, str, str]]:
         from pymdr.presentation.tables import about_rows
+
+        return about_rows(self.contact, self.claims, self.assumptions, self.notes, others=self._others())
+
+    def _others(self) -> dict[str, str]:
+        """What else a table rests on, by kind."""
         from pymdr.presentation.text import number_lines
 
         single = number_lines(self.groups() if self.data.dims else {})
-        others = {f"{heading} {words}": value for heading, rows in single for words, value in rows}
-        return about_rows(self.contact, self.claims, self.assumptions, self.notes, others=others)
+        return {f"{heading} {words}": value for heading, rows in single for words, value in rows}
 
 
 def _some_rows(count: int) -> np.ndarray:

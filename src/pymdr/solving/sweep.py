@@ -9,7 +9,7 @@ import time
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -18,7 +18,7 @@ from pymdr.errors import ProblemError, PymdrError, QuantityError
 from pymdr.interpretation.validity import Claim, Level
 from pymdr.machine import memory_of_machine
 from pymdr.mapping.equivalent import has_callables
-from pymdr.mapping.portable import portable
+from pymdr.presentation.text import largest_error
 from pymdr.problem.codec import encode, encode_case
 from pymdr.problem.contact import Contact
 from pymdr.problem.parameters import parameter_of, with_parameters
@@ -26,12 +26,13 @@ from pymdr.problem.paths import LoadingPath
 from pymdr.problem.profiles import Profile
 from pymdr.problem.schedule import Progress
 from pymdr.problem.values import Value
-from pymdr.quantities import one_name, quantity
+from pymdr.quantities import quantity
 from pymdr.result import Result, Status
 from pymdr.solving.batch import Asked, solutions
 from pymdr.solving.kept import KeptParts
+from pymdr.solving.study import Study
 from pymdr.solving.verb import read_stiffness
-from pymdr.units import FloatArray, QuantityLike, from_si, shown, to_si_array, written
+from pymdr.units import FloatArray, QuantityLike, shown, to_si_array, written
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -41,26 +42,29 @@ _MACHINE, _PATH = "machine_stiffness", "path"
 _BETWEEN_WRITES = 2.0
 """Seconds: what a killed sweep loses."""
 _LEVELS = (Level.EXACT, Level.APPROXIMATE, Level.NOT_VALID)
-_TOLD = ("normal_force", "contact_radius", "indentation", "tangential_force", "dissipated_energy")
 
 
 @dataclass(frozen=True, kw_only=True)
-class Sweep:
-    """What the points of a grid of parameters give."""
+class Sweep(Study):
+    """What the points of a grid of parameters give; the contact is that of which parameters were changed."""
 
-    contact: Contact
-    """That of which parameters were changed."""
     data: xr.Dataset
     """
     All quantities over the parameters and ``step``, NaN where they are not valid or the point failed; ``status`` and
     ``refusal`` (why a point has no result) over the parameters.
     """
     claims: Mapping[str, Claim]
-    """Of every quantity the weakest one of all points; `where` says of every point, flattened, whether it can be read."""
+    """Of every quantity the weakest one of all points; `where` says of every point, flattened, whether it can be read, and `error`
+    the largest relative error among its rows."""
 
-    def __getstate__(self) -> dict[str, Any]:
-        radii = self.data["contact_radius"].values if "contact_radius" in self.data else np.zeros(1)
-        return {**self.__dict__, "contact": portable(self.contact, float(np.nanmax(radii, initial=0.0)))}
+    what: ClassVar = "this sweep"
+    told: ClassVar = (
+        "normal_force",
+        "contact_radius",
+        "indentation",
+        "tangential_force",
+        "dissipated_energy",
+    )
 
     @property
     def parameters(self) -> tuple[str, ...]:
@@ -72,44 +76,10 @@ class Sweep:
         """How many points have no result."""
         return int((self.data["refusal"].values != "").sum())
 
-    def __getitem__(self, name: str) -> xr.DataArray:
-        if one_name(name) in self.claims:
-            self.claims[name].require(name)
-        if name not in self.data.variables:
-            raise QuantityError(
-                f"no quantity {shown(name)}; this sweep has {', '.join(map(str, self.data.variables))}"
-            )
-        return self.data[name].copy()
-
-    def to(self, name: str, unit: str) -> xr.DataArray:
-        """
-        A quantity converted to another unit.
-
-        Parameters
-        ----------
-        name, unit : str
-
-        Returns
-        -------
-        xarray.DataArray
-
-        Raises
-        ------
-        QuantityError
-            If there is no such quantity.
-        NotValidError
-            If it is valid at no point.
-        UnitError
-            If the unit is of another kind.
-        """
-        array = self[name]
-        return array.copy(data=from_si(array.values, quantity(name).unit, unit)).assign_attrs(units=unit)
-
-    def summary(self) -> str:
-        """What was swept, the range of the largest values of the quantities, and how far to trust them."""
-        sizes = [f"{name}: {_range(self.data[name])}" for name in self.parameters]
+    def _remarks(self) -> list[str]:
+        """What was swept, and the range of the largest values of the quantities."""
         total = self.data["status"].size
-        lines = [f"{total} points over", *(f"  {line}" for line in sizes)]
+        lines = [f"{total} points over", *(f"  {name}: {words}" for name, words in self._ranges().items())]
         if self.failed:
             refusals = self.data["refusal"].values.ravel()
             first = int(np.argmax(refusals != ""))
@@ -122,17 +92,18 @@ class Sweep:
             for status in Status
             if status.name.endswith("REFUSED") and np.any(statuses == status.name)
         ]
-        told: dict[str, list[str]] = {}
-        for name in _TOLD:
-            if name in self.claims and self.claims[name].readable and name in self.data:
+        for name, claim in self._shown_claims.items():
+            if claim.readable and name in self.data:
                 row, largest = quantity(name), self._largest(name)
                 ends = [written(float(end), row.unit, 4) for end in (largest.min(), largest.max())]
-                said = ends[0] if ends[0] == ends[1] else " to ".join(ends)
-                told.setdefault(f"{self.claims[name].level.value}: {self.claims[name].reason}", []).append(
-                    f"largest {row.words}: {said}"
-                )
-        lines += [line for claim, quantities in told.items() for line in (*quantities, f"  {claim}")]
-        return "\n".join(lines)
+                lines.append(f"largest {row.words}: {ends[0] if ends[0] == ends[1] else ' to '.join(ends)}")
+        return lines
+
+    def _ranges(self) -> dict[str, str]:
+        return {name: _range(self.data[name]) for name in self.parameters}
+
+    def _others(self) -> dict[str, str]:
+        return {f"sweep over {name}": words for name, words in self._ranges().items()}
 
     def _largest(self, name: str) -> FloatArray:
         """Over the path, of every point that has one."""
@@ -145,15 +116,6 @@ class Sweep:
             f"{name} = {_shown_value(self.data[name], int(i))}"
             for name, i in zip(self.parameters, index, strict=True)
         )
-
-    def __str__(self) -> str:
-        return self.summary()
-
-    def _repr_html_(self) -> str:
-        """The summary, for notebooks."""
-        from pymdr.presentation.html import text_html
-
-        return text_html(self.summary())
 
     def plot(self, name: str = "normal_force") -> Figure:
         """
@@ -169,79 +131,8 @@ class Sweep:
         """
         from pymdr.presentation.plot import sweep_curves
 
-        return sweep_curves(self.data.assign({name: self[name]}), name, self.parameters)
-
-    def save(self, file: str | os.PathLike[str]) -> None:
-        """
-        Write everything to a NetCDF file, which xarray opens, whole or not at all.
-
-        Parameters
-        ----------
-        file : path
-            For example "sweep.nc".
-
-        Raises
-        ------
-        FileError
-            If the file cannot be written, or its name is that of another format.
-        """
-        from pymdr.presentation.files import write_dataset
-
-        claims = {name: [c.level.name, c.reason, c.source] for name, c in self.claims.items()}
-        write_dataset(self.data.assign_attrs(pymdr_sweep_claims=json.dumps(claims)), file)
-
-    def to_csv(self, file: str | os.PathLike[str], *, about: bool = False) -> None:
-        """
-        Write one row for every step of every point, with units in the names of the columns.
-
-        Parameters
-        ----------
-        file : path
-            For example "sweep.csv".
-        about : bool
-            Whether the version, the contact and claims stand above the header, in lines that begin with ``#``.
-
-        Raises
-        ------
-        FileError
-            If the file cannot be written.
-        """
-        from pymdr.presentation.tables import write_csv
-
-        write_csv(self._columns(), file, self._about() if about else ())
-
-    def to_xlsx(self, file: str | os.PathLike[str]) -> None:
-        """
-        Write the same to a spreadsheet; what the numbers rest on is its second sheet.
-
-        Parameters
-        ----------
-        file : path
-            For example "sweep.xlsx".
-
-        Raises
-        ------
-        MissingExtraError
-            Without openpyxl, which the extra ``xlsx`` brings.
-        FileError
-            If the file cannot be written, or a sheet has no room for the rows.
-        """
-        from pymdr.presentation.tables import write_xlsx
-
-        write_xlsx(self._columns(), self._about(), file)
-
-    def _columns(self) -> dict[str, np.ndarray]:
-        from pymdr.presentation.tables import titled_columns
-
-        order = (*self.parameters, "step")
-        table = self.data.drop_vars([name for name in ("row",) if name in self.data]).transpose(*order)
-        return titled_columns(table)
-
-    def _about(self) -> list[tuple[str, str, str]]:
-        from pymdr.presentation.tables import about_rows
-
-        swept = {f"sweep over {name}": _range(self.data[name]) for name in self.parameters}
-        return about_rows(self.contact, self.claims, others=swept)
+        self[name]
+        return sweep_curves(self.data, name, self.parameters)
 
 
 class _Axis(NamedTuple):
@@ -447,7 +338,7 @@ class _Answers:
         self.status[i] = answer.status.name
         self.claims[i] = json.dumps(
             {
-                name: [claim.level.name, claim.reason, claim.source, claim.readable]
+                name: [claim.level.name, claim.reason, claim.source, claim.readable, largest_error(claim)]
                 for name, claim in answer.claims.items()
                 if self.wanted is None or name in self.wanted
             }
@@ -502,6 +393,7 @@ class _Answers:
             )
         names, shape = [axis.name for axis in axes], [len(axis.values) for axis in axes]
         coords = {axis.name: _coordinate(axis) for axis in axes}
+        coords["step"] = ("step", np.arange(next(iter(self.columns.values())).shape[1]))
         data = {
             name: ((*names, "step"), values.reshape(*shape, -1), _attributes(name))
             for name, values in self.columns.items()
@@ -529,7 +421,9 @@ class _Answers:
             reason = worst[0][1]
             if len(worst) < len(there):
                 reason = f"at {len(worst)} of {len(there)} points: {reason}"
-            weakest[name] = Claim(level, reason, worst[0][2], where)
+            errors = [one[4] if one is not None and one[3] else 0.0 for one in there]
+            known = None if None in errors else np.array(errors, dtype=float)
+            weakest[name] = Claim(level, reason, worst[0][2], where, known)
         return weakest
 
 

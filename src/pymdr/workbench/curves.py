@@ -16,16 +16,8 @@ import numpy as np
 from pymdr.errors import CaseError, FileError, MissingExtraError, ProblemError
 from pymdr.presentation.files import named_file
 from pymdr.problem.facts import Facts
-from pymdr.problem.measured import MeasuredCurve, Step
-from pymdr.solving.curves import (
-    baseline_of,
-    join_segments,
-    mark_outliers,
-    mark_saturated,
-    orient,
-    recalibrate,
-    subtract_baseline,
-)
+from pymdr.problem.measured import Step
+from pymdr.solving.curves import MeasuredCurve
 from pymdr.units import FloatArray, QuantityLike, shown, to_si
 from pymdr.workbench.segments import Segment, segments_in
 from pymdr.workbench.tables import curve_of_columns, read_force_columns
@@ -57,7 +49,7 @@ def read_curves(
         Of any format that `afmformats` reads (JPK, Asylum, NT-MDT, AFM workshop, Optics11 Chiaro, HDF5; the extra ``afm``), or a table with units
         in its header, as for :func:`read_curve`.
     spring_constant : quantity, optional
-        Of the cantilever or the machine in N/m. Where the file has another one, :func:`recalibrate` is a step of the curves.
+        Of the cantilever or the machine in N/m. Where the file has another one, :meth:`~pymdr.MeasuredCurve.recalibrate` is a step of the curves.
     leave_out_missing : bool
         Whether samples without a number are left out, which the first step of the curve then tells; such files are refused otherwise.
 
@@ -81,7 +73,7 @@ def read_curves(
     See Also
     --------
     read_curve : a whole record from a table.
-    join_segments : one record of its segments.
+    MeasuredCurve.join : one record of its segments.
     """
     source = named_file(file, "read")
     suffix = source.suffix.lower()
@@ -162,20 +154,20 @@ def read_records(
 
 def _ready(parts: Sequence[MeasuredCurve], segment: str) -> MeasuredCurve:
     """One record with its signs, marks and baseline, which is that of its approach."""
-    whole = mark_outliers(join_segments(parts))
-    oriented = orient(whole)
+    whole = parts[0].join(*parts[1:]).mark_outliers()
+    oriented = whole.orient()
     signs = oriented.step
     assert signs is not None
     approach = next((one for one in parts if one.segment == "approach"), None)
     if approach is None:
         raise ProblemError("the record has no approach, whose free part is its baseline")
-    baseline = baseline_of(orient(mark_outliers(approach), signs.numbers))
+    baseline = approach.mark_outliers().orient(signs.numbers).baseline()
     if segment == "record":
-        return subtract_baseline(mark_saturated(oriented), baseline)
+        return oriented.mark_saturated().subtract_baseline(baseline)
     chosen = next((one for one in parts if one.segment == segment), None)
     if chosen is None:
         raise ProblemError(f"the record has no {segment}")
-    return subtract_baseline(mark_saturated(orient(mark_outliers(chosen), signs.numbers)), baseline)
+    return chosen.mark_outliers().orient(signs.numbers).mark_saturated().subtract_baseline(baseline)
 
 
 def stack_curves(curves: Sequence[MeasuredCurve]) -> xr.Dataset:
@@ -413,7 +405,7 @@ def _segments(
     facts = Facts({**metadata, "file": source.name, "position": f"minus {name}"})
     for segment in segments_in(position, used.get("time"), used.get("segment")):
         part = _part(whole, segment, facts)
-        yield recalibrate(part, given) if given is not None and constant != given else part
+        yield part.recalibrate(given) if given is not None and constant != given else part
 
 
 def _known(where: str, columns: dict[str, FloatArray], leave_out: bool) -> tuple[dict[str, FloatArray], int]:

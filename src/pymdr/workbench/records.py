@@ -4,35 +4,25 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
-from pymdr.errors import ProblemError, QuantityError
+from pymdr.errors import ProblemError
 from pymdr.problem.values import within_range
-from pymdr.quantities import one_name
 from pymdr.result import Result
-from pymdr.units import FloatArray, QuantityLike, from_si, good_unit, metres, shown, to_si
+from pymdr.solving.study import Column, Study
+from pymdr.units import FloatArray, QuantityLike, metres, shown, to_si, written
 
 if TYPE_CHECKING:
     import xarray as xr
 
 _PAIRS = (("shift", "tangential_force"), ("indentation", "normal_force"), ("travel", "normal_force"))
 """Displacements and the forces that work on them."""
-_COLUMNS = {
-    "amplitude": ("amplitude", "m"),
-    "force_amplitude": ("force", "N"),
-    "dissipated_per_cycle": ("dissipated", "J"),
-    "damping_ratio": ("damping", ""),
-    "secant_stiffness": ("stiffness", "N/m"),
-}
-"""Heads of columns, and their SI units."""
-_SHOWN = 10
-"""Cycles at either end that a summary tells."""
 
 
-@dataclass(frozen=True)
-class MeasuredLoops:
+@dataclass(frozen=True, kw_only=True)
+class MeasuredLoops(Study):
     """Cycles of a record, one after the other."""
 
     data: xr.Dataset
@@ -43,51 +33,24 @@ class MeasuredLoops:
     force: str
     """The name of the force that works on it."""
 
-    def __getitem__(self, name: str) -> xr.DataArray:
-        if one_name(name) not in self.data.variables:
-            known = ", ".join(map(str, self.data.variables))
-            raise QuantityError(f"no quantity {shown(name)}; measured loops have {known}")
-        return self.data[name]
+    what: ClassVar = "measured loops"
+    columns: ClassVar = {
+        "cycle": Column("cycle", ""),
+        "amplitude": Column("amplitude", "m"),
+        "force_amplitude": Column("force", "N"),
+        "dissipated_per_cycle": Column("dissipated", "J"),
+        "damping_ratio": Column("damping", ""),
+        "secant_stiffness": Column("stiffness", "N/m"),
+    }
 
-    def _units(self) -> list[str]:
-        """Of the columns, as their largest values are read."""
-        return [good_unit(self.data[name].values, si) for name, (_, si) in _COLUMNS.items()]
-
-    def _rows(self) -> list[tuple[str, ...]]:
-        """The cycles as texts; of many the first and the last ones, and their means."""
-        n = self.data.sizes["cycle"]
-        told = list(range(n)) if n <= 2 * _SHOWN else [*range(_SHOWN), *range(n - _SHOWN, n)]
-        columns = [
-            from_si(self.data[name].values, si, unit)
-            for (name, (_, si)), unit in zip(_COLUMNS.items(), self._units(), strict=True)
-        ]
-        rows = [(str(i + 1), *(f"{c[i]:.4g}" for c in columns)) for i in told]
-        if n > 2 * _SHOWN:
-            rows.insert(_SHOWN, ("...",) * 6)
-        if n > 1:
-            known = [c[~np.isnan(c)] for c in columns]
-            rows.append(("mean", *(f"{c.mean() if c.size else math.nan:.4g}" for c in known)))
-        return rows
-
-    def summary(self) -> str:
-        """A line per cycle, with units."""
-        head = ("cycle", *(word for word, _ in _COLUMNS.values()))
-        units = ("", *self._units())
-        lines = [f"{self.force} over {self.displacement}:"]
-        for row in (head, units, *self._rows()):
-            lines.append(" ".join(f"{cell:>12}" for cell in row).rstrip())
-        return "\n".join(lines)
-
-    def __str__(self) -> str:
-        return self.summary()
-
-    def _repr_html_(self) -> str:
-        """The summary as a table, for notebooks."""
-        from pymdr.presentation.html import table
-
-        words = zip(_COLUMNS.values(), self._units(), strict=True)
-        head = ("cycle", *(f"{word} ({unit})" if unit else word for (word, _), unit in words))
-        return f"<div>{self.force} over {self.displacement}{table(head, self._rows())}</div>"
+    def _remarks(self) -> list[str]:
+        lines = [f"{self.force} over {self.displacement}"]
+        if self.data.sizes["cycle"] > 1:
+            columns = [(column, self.data[name].values) for name, column in self.columns.items()][1:]
+            known = [(column, values[~np.isnan(values)]) for column, values in columns]
+            means = [f"{c.words} {written(float(v.mean()), c.unit)}" for c, v in known if v.size]
+            lines.append(f"means of the cycles: {', '.join(means)}")
+        return lines
 
 
 def measured_loops(record: xr.Dataset | Result, *, least: QuantityLike | None = None) -> MeasuredLoops:
@@ -195,7 +158,7 @@ def measured_loops(record: xr.Dataset | Result, *, least: QuantityLike | None = 
     if "time" in data:
         time = _in_si(data, "time", "s")
         cycles["duration"] = ("cycle", time[last] - time[first], {"units": "s"})
-    return MeasuredLoops(cycles, displacement, force)
+    return MeasuredLoops(data=cycles, displacement=displacement, force=force)
 
 
 def _pair(data: xr.Dataset) -> tuple[str, str]:

@@ -5,17 +5,19 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
 from pymdr.errors import ProblemError
 from pymdr.problem.fitting import Measured
 from pymdr.problem.rheology import Prony
+from pymdr.solving.study import Study
 from pymdr.units import FloatArray, QuantityLike, shown, to_si, to_si_array, written
 from pymdr.workbench.tables import read_rheometry
 
 if TYPE_CHECKING:
+    import xarray as xr
     from matplotlib.figure import Figure
 
 _SWEEP = {"omega": "rad/s", "storage": "Pa", "loss": "Pa"}
@@ -25,13 +27,15 @@ _YOUNG = {"young": "modulus", "young_storage": "storage", "young_loss": "loss"}
 _DRAWN = 400
 
 
-@dataclass(frozen=True)
-class PronyFit:
+@dataclass(frozen=True, kw_only=True)
+class PronyFit(Study):
     """A Prony series in shear and the rows that it was fitted to."""
 
+    data: xr.Dataset
+    """In shear: ``modulus`` (Pa) over ``time`` (s), or ``storage`` and ``loss`` (Pa) over ``omega`` (rad/s)."""
     series: Prony
-    data: dict[str, FloatArray]
-    """In shear: ``time`` (s) and ``modulus`` (Pa), or ``omega`` (rad/s), ``storage`` and ``loss`` (Pa)."""
+
+    what: ClassVar = "a fit of moduli"
 
     def _moduli(self, along: FloatArray) -> dict[str, FloatArray]:
         """The series at times or angular frequencies, under the names of quantities."""
@@ -51,31 +55,35 @@ class PronyFit:
 
     @property
     def _rows(self) -> Measured:
-        along, *moduli = self.data.values()
+        along, *moduli = self._measured
         return Measured(along, tuple(moduli), "PronyFit")
 
-    def summary(self) -> str:
-        """A line per term, with units."""
+    @property
+    def _measured(self) -> list[FloatArray]:
+        return [self.data[name].values for name in (_TEST if "time" in self.data else _SWEEP)]
+
+    def _remarks(self) -> list[str]:
         number = self.series.times.size
-        lines = [
-            f"{number} term{'s' if number != 1 else ''} in shear, {100.0 * self.misfit:.3g} % off the rows (root mean square)",
-            f"{'time':>12} {'modulus':>12}",
-            f"{'equilibrium':>12} {written(self.series.equilibrium, 'Pa'):>12}",
+        return [
+            f"{number} term{'s' if number != 1 else ''} in shear, {100.0 * self.misfit:.3g} % off the rows (root mean square)"
         ]
-        for time, modulus in zip(self.series.times, self.series.moduli, strict=True):
-            lines.append(f"{written(float(time), 's'):>12} {written(float(modulus), 'Pa'):>12}")
-        return "\n".join(lines)
 
-    def __str__(self) -> str:
-        return self.summary()
+    def _table(self) -> tuple[tuple[list[str], list[str]], list[list[str]]]:
+        """The terms."""
+        terms = zip(self.series.times.tolist(), self.series.moduli.tolist(), strict=True)
+        rows = [[written(time, "s"), written(modulus, "Pa")] for time, modulus in terms]
+        return (["time", "modulus"], ["", ""]), [
+            ["equilibrium", written(self.series.equilibrium, "Pa")],
+            *rows,
+        ]
 
-    def plot(self) -> Figure:
+    def _figure(self) -> Figure:
         """The rows with the series through them, and its terms."""
         from pymdr.presentation.plot.rheology import fitted_moduli
 
         rows = self._rows
         fine = self._moduli(np.geomspace(rows.inverse[0], rows.inverse[-1], _DRAWN))
-        measured = dict(zip(fine, self.data.values(), strict=True))
+        measured = dict(zip(fine, self._measured, strict=True))
         terms = (self.series.times, self.series.moduli)
         return fitted_moduli(measured, fine, self.series.equilibrium, terms, rows.span, self.misfit)
 
@@ -120,10 +128,10 @@ def fit_prony(
     --------
     >>> t = np.geomspace(1e-3, 1e2, 50)
     >>> print(fit_prony({"time": t, "modulus": 1e5 + 3e5 * np.exp(-t / 0.2)}, noise=1e-3))
-    1 term in shear, ... % off the rows (root mean square)
             time      modulus
      equilibrium      100 kPa
           200 ms      300 kPa
+    1 term in shear, ... % off the rows (root mean square)
     """
     if isinstance(data, str | os.PathLike):
         data = read_rheometry(data)
@@ -142,7 +150,13 @@ def fit_prony(
         rows[own] = to_si_array(values, units[own], name=name) / _stiffer(name, poisson)
     rows = {name: rows[name] for name in units}
     fit = Prony.from_relaxation if "time" in data else Prony.from_dma
-    return PronyFit(fit(*rows.values(), terms=terms, noise=noise), rows)
+    along, *others = ((name, (next(iter(units)), rows[name], {"units": units[name]})) for name in units)
+    import xarray as xr
+
+    return PronyFit(
+        data=xr.Dataset(dict(others), coords=dict([along])),
+        series=fit(*rows.values(), terms=terms, noise=noise),
+    )
 
 
 def _stiffer(name: str, poisson: QuantityLike | None) -> float:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
@@ -20,6 +20,7 @@ from pymdr.solving import solve
 from pymdr.solving.press import PressedSurface, press
 from pymdr.solving.shapes import pressed
 from pymdr.units import FloatArray, shown, written
+from pymdr.workbench.comparison import Comparison
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -54,11 +55,11 @@ _DEEP = 8.0
 """Indentations below the apex where a body stands that is not known there."""
 
 
-@dataclass(frozen=True, eq=False)
-class ShapeVerification:
+@dataclass(frozen=True, kw_only=True, eq=False)
+class ShapeVerification(Comparison):
     """What the method says of a body that is not of revolution, beside boundary elements, at some indentations."""
 
-    table: xr.Dataset
+    data: xr.Dataset
     """Over ``step``: ``indentation``; each quantity that the method has (``_mdr``) and by boundary elements (``_engine``), the
     difference relative to the latter (``_difference``), and the relative error that the engine tells of itself (``_error``). The lower
     bound and the estimate of the force are held against its force. nan where either of the two has nothing."""
@@ -68,66 +69,36 @@ class ShapeVerification:
     """Where on that grid the apex is, in m."""
     contact: Contact
 
-    @property
-    def largest_difference(self) -> float:
-        """The largest relative difference of the force; nan where the method has a lower bound only."""
-        difference = np.abs(self.table["normal_force_difference"].values)
-        return float(np.nanmax(difference)) if np.isfinite(difference).any() else math.nan
+    what: ClassVar = "a verification"
+    compared: ClassVar = COMPARED
+    others: ClassVar = {"engine": "engine", "difference": "difference", "error": "its error"}
 
-    def summary(self) -> str:
-        """Both side by side, as a text."""
-        nx, ny = self.table.attrs["points"]
-        lines = [
-            f"MDR and boundary elements ({self.table.attrs['engine']}, {nx} x {ny} pixels), side by side:",
-            f"  {'indentation':>12}  {'quantity':<34}{'MDR':>14}{'engine':>14}{'difference':>13}{'its error':>12}",
-        ]
-        for i in range(self.table.sizes["step"]):
-            here = written(float(self.table["indentation"].values[i]), "m")
-            for name in COMPARED:
-                if f"{name}_mdr" not in self.table:
-                    continue
-                row = QUANTITIES[name]
-                mdr, engine, difference, error = (
-                    float(self.table[f"{name}_{end}"].values[i])
-                    for end in ("mdr", "engine", "difference", "error")
-                )
-                off, own = ("-" if math.isnan(x) else f"{x:.1e}" for x in (difference, error))
-                lines.append(
-                    f"  {here:>12}  {row.words:<34}{written(mdr, row.unit):>14}{written(engine, row.unit):>14}{off:>13}{own:>12}"
-                )
-                here = ""
-        unknown = int(np.isnan(self.table["normal_force_engine"].values).sum())
+    def _remarks(self) -> list[str]:
+        nx, ny = self.data.attrs["points"]
+        lines = [f"boundary elements ({self.data.attrs['engine']}, {nx} x {ny} pixels)"]
+        unknown = int(np.isnan(self.data["normal_force_engine"].values).sum())
         if unknown:
             lines.append(
-                f"At {unknown} of {self.table.sizes['step']} steps the contact comes to where the body is not known."
+                f"at {unknown} of {self.data.sizes['step']} steps the contact comes to where the body is not known"
             )
-        return "\n".join(lines)
+        return lines
 
-    def __str__(self) -> str:
-        return self.summary()
-
-    def _repr_html_(self) -> str:
-        """The summary, for notebooks."""
-        from pymdr.presentation.html import text_html
-
-        return text_html(self.summary())
-
-    def plot(self) -> Figure:
+    def _figure(self) -> Figure:
         """Pressures by boundary elements at the last step, those along both axes, and the force over the indentation."""
         from pymdr.presentation.plot import compared_shape
 
-        known = bool(np.isfinite(self.table["normal_force_engine"].values[-1]))
+        known = bool(np.isfinite(self.data["normal_force_engine"].values[-1]))
         where = {"apex_x": self.apex[0], "apex_y": self.apex[1]}
         pressures = self.deepest.field("pressure").assign_attrs(where) if known else None
         shape, hertz, axes = self.contact.profile, {}, None
         if isinstance(shape, EllipticParaboloid):
-            path = Path(indentation=self.table["indentation"].values[-1:])
+            path = Path(indentation=self.data["indentation"].values[-1:])
             result = solve(self.contact, path)
             hertz = {
                 way: result.field("pressure", angle=angle) for way, angle in (("x", 0.0), ("y", math.pi / 2))
             }
             axes = float(result["semi_axis_x"][-1]), float(result["semi_axis_y"][-1])
-        return compared_shape(self.table, pressures, hertz, axes)
+        return compared_shape(self.data, pressures, hertz, axes)
 
 
 def hold_shape(
@@ -187,7 +158,7 @@ def hold_shape(
     told = {"engine": last.data.attrs["engine"], "points": last.data.attrs["points"]}
     i, j = np.unravel_index(int(np.argmax(last.surface.heights)), last.surface.heights.shape)
     apex = float(last.surface.x[i]), float(last.surface.y[j])
-    return ShapeVerification(xr.Dataset(columns, attrs=told), last, apex, contact)
+    return ShapeVerification(data=xr.Dataset(columns, attrs=told), deepest=last, apex=apex, contact=contact)
 
 
 def _odd(count: int) -> int:

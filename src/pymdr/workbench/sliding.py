@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
@@ -17,8 +17,9 @@ from pymdr.problem.paths import LoadingPath, Path
 from pymdr.quantities import QUANTITIES
 from pymdr.result import Result
 from pymdr.solving import solve
-from pymdr.solving.closure import refuse_curve
-from pymdr.units import FloatArray, QuantityLike, written
+from pymdr.solving.drawing import infinite_in
+from pymdr.units import FloatArray, QuantityLike
+from pymdr.workbench.comparison import Comparison
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -32,11 +33,11 @@ _FINE = 24
 COMPARED = ("normal_force", "tangential_force", "contact_radius", "stick_radius")
 
 
-@dataclass(frozen=True)
-class SlidingVerification:
+@dataclass(frozen=True, kw_only=True, eq=False)
+class SlidingVerification(Comparison):
     """The same history by the method and by boundary elements with vector friction."""
 
-    table: xr.Dataset
+    data: xr.Dataset
     """Over ``step``: indentation and shift in m, and every compared quantity by both, as ``_mdr`` and ``_grid``."""
     tractions: xr.Dataset
     """Shear traction of the last step over r, ``mdr`` and ``grid``, in Pa."""
@@ -57,61 +58,44 @@ class SlidingVerification:
     slip_angle: float
     """Largest angle in degrees between traction and path in the last step, among slipping cells that carry."""
 
+    what: ClassVar = "a verification"
+    compared: ClassVar = COMPARED
+    others: ClassVar = {"grid": "elements"}
+
     @property
     def largest_difference(self) -> float:
         """Largest difference of the tangential forces over the largest of them."""
-        mdr, grid = (self.table[f"tangential_force_{way}"].values for way in ("mdr", "grid"))
+        mdr, grid = (self.data[f"tangential_force_{way}"].values for way in ("mdr", "grid"))
         size = float(np.max(np.abs(mdr)))
         return float(np.max(np.abs(mdr - grid))) / size if size else math.nan
 
-    def summary(self) -> str:
-        """Both solutions row by row, as a text."""
-        lines = [
-            f"MDR against boundary elements with vector friction on {self.cells} x {self.cells} cells:",
-            f"  {'indentation':>12}{'shift':>12}  {'quantity':<18}{'MDR':>14}{'elements':>14}",
-        ]
-        for i in range(self.table.sizes["step"]):
-            d, u = (written(float(self.table[name].values[i]), "m") for name in ("indentation", "shift"))
-            for name in COMPARED:
-                row = QUANTITIES[name]
-                values = [
-                    written(float(self.table[f"{name}_{way}"].values[i]), row.unit) for way in ("mdr", "grid")
-                ]
-                lines.append(f"  {d:>12}{u:>12}  {row.words:<18}{values[0]:>14}{values[1]:>14}")
-                d = u = ""
-        lines += [
+    def _along(self) -> tuple[str, ...]:
+        return "indentation", "shift"
+
+    def _remarks(self) -> list[str]:
+        return [
+            f"boundary elements with vector friction on {self.cells} x {self.cells} cells",
             f"followed: {self.rows.size} rows of the path's {self.path_rows}, from row {self.rows[0] + 1} to row {self.rows[-1] + 1}"
             + ("" if self.rows[-1] == self.path_rows - 1 else "; give more steps to come to its end"),
             f"the grid was extrapolated to rows without length, by {100 * self.extrapolated:.2g} %",
             f"largest difference of the tangential force: {100 * self.largest_difference:.2g} % of its largest value",
             f"tractions deviate from the direction of the path by {self.slip_angle:.2g} degrees where they slip in the last step",
         ]
-        return "\n".join(lines)
 
-    def __str__(self) -> str:
-        return self.summary()
-
-    def _repr_html_(self) -> str:
-        """The summary, for notebooks."""
-        from pymdr.presentation.html import text_html
-
-        return text_html(self.summary())
-
-    def plot(self) -> Figure:
+    def _figure(self) -> Figure:
         """Both loops, and both tractions of the last step."""
         from pymdr.presentation.plot import compared_tractions
 
-        return compared_tractions(self.table, self.tractions, self.curves)
+        return compared_tractions(self.data, self.tractions, self.curves)
 
 
 def verify_sliding(
     contact: Contact,
     path: LoadingPath,
-    *,
-    machine_stiffness: QuantityLike | None = None,
-    cells: int = 32,
-    steps: int = 20,
-    progress: Callable[[int, int], None] | None = None,
+    cells: int,
+    steps: int,
+    machine_stiffness: QuantityLike | None,
+    progress: Callable[[int, int], None] | None,
 ) -> SlidingVerification:
     """
     Follow a history both by the friction stack and by boundary elements with vector friction.
@@ -125,13 +109,13 @@ def verify_sliding(
     contact : Contact
         With ``friction=Coulomb(mu)``, mu above 0 and finite.
     path : LoadingPath
-    machine_stiffness : quantity, optional
-        As for :func:`pymdr.solve`.
     cells : int
         Cells along a side of the grid, 8 to 80.
     steps : int
         Most rows that are followed, at least 2.
-    progress : callable, optional
+    machine_stiffness : quantity or None
+        As for :func:`pymdr.solve`.
+    progress : callable or None
         Called as ``progress(done, total)``.
 
     Returns
@@ -142,21 +126,15 @@ def verify_sliding(
     ------
     ProblemError, PathError, ConvergenceError
         As :func:`pymdr.solve`.
-
-    Examples
-    --------
-    >>> from pymdr import Coulomb, Elastic, Paraboloid, indent, shift
-    >>> steel = Elastic("210 GPa", 0.0)
-    >>> joint = Contact(Paraboloid("10 mm"), steel, steel, friction=Coulomb(0.3))
-    >>> verify_sliding(joint, indent("2 um") >> shift("0.4 um"), cells=20).largest_difference < 3e-3
-    True
     """
-    refuse_curve(contact, "verify_sliding", "boundary elements need its shape")
     grid = HalfSpaceGrid(cells)
     if isinstance(steps, bool) or not isinstance(steps, int) or steps < 2:
         raise PathError(f"verify: steps = {steps!r}; a whole number of at least 2 is needed")
-    if contact.friction is None:
-        raise ProblemError("verify: the contact has no friction; give Contact(..., friction=Coulomb(0.3))")
+    assert contact.friction is not None
+    if contact.adhesion is not None:
+        raise ProblemError(
+            "verify: adhesion with friction has no independent solver here; leave one of them out"
+        )
     if contact.remembers:
         raise ProblemError(
             "verify: the grid solves friction of elastic bodies, and a body of this contact is Viscoelastic; take Elastic with its "
@@ -195,7 +173,8 @@ def verify_sliding(
     change = forces[-1] - forces[0]
     size = float(np.max(np.abs(forces[-1]))) or 1.0
     return SlidingVerification(
-        table=_table(mdr, found[-1], ends[-1], forces[-1] + change),
+        contact=contact,
+        data=_table(mdr, found[-1], ends[-1], forces[-1] + change),
         tractions=_tractions(mdr, found[-1]),
         curves=_curves(contact, d, u),
         rows=chosen,
@@ -261,6 +240,7 @@ def _tractions(mdr: Result, other: SlidingSolution) -> xr.Dataset:
             "grid": ("r", other.q_x[middle:, middle], {"units": "Pa"}),
         },
         coords={"r": ("r", r, {"units": "m"})},
+        attrs={"infinite": infinite_in(mdr, mdr.data.sizes["step"] - 1)},
     )
 
 

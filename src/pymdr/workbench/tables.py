@@ -16,12 +16,13 @@ import numpy as np
 from pymdr.errors import CaseError, PathError, ProblemError, PymdrError, UnitError
 from pymdr.interpretation.closure import error_of_force
 from pymdr.presentation.files import named_file
-from pymdr.problem.measured import MeasuredCurve, Step
+from pymdr.problem.measured import Step
 from pymdr.problem.paths import CHANNELS, NORMAL_CHANNELS, TANGENTIAL_CHANNELS
 from pymdr.problem.paths import Path as MeasuredPath
 from pymdr.problem.profiles import ForceCurve, Sampled
 from pymdr.problem.profiles.sampled import Interpolation
 from pymdr.quantities import QUANTITIES
+from pymdr.solving.curves import MeasuredCurve
 from pymdr.units import FloatArray, QuantityLike, to_si
 from pymdr.workbench.inputs import read_measured_text
 

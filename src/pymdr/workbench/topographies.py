@@ -13,10 +13,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from pymdr.errors import CaseError, FileError, MissingExtraError, ProblemError, UnitError
-from pymdr.mapping.surfaces import preparing
-from pymdr.mapping.surfaces.preparing import fill_missing
 from pymdr.presentation.files import named_file
-from pymdr.problem.topography import Topography
+from pymdr.problem.topography import Topography, preparing
 from pymdr.units import ArrayQuantityLike, FloatArray, metres, shown, to_si, to_si_array
 from pymdr.workbench.inputs import printable, read_bytes, text_of
 from pymdr.workbench.tables import decimal_points, read_grid_columns
@@ -93,9 +91,9 @@ def read_topography(
     unit : str, optional
         Unit of the heights, where the file has none, such as "nm".
     missing : {"interpolate", "crop", "keep"}, optional
-        What becomes of heights that were not measured, as in :func:`pymdr.fill_missing`, or that they stay. Refused unless given.
+        What becomes of heights that were not measured, as in :meth:`~pymdr.Topography.fill_missing`, or that they stay. Refused unless given.
     detrend : {"mean", "plane", "sphere", "curvature"}, optional
-        What is taken off, as in :func:`pymdr.detrend`; nothing unless given.
+        What is taken off, as in :meth:`~pymdr.Topography.detrend`; nothing unless given.
 
     Returns
     -------
@@ -114,7 +112,7 @@ def read_topography(
 
     Notes
     -----
-    Heights grow out of the body. Instruments filter, and a tip is blunt: see :func:`pymdr.tip_cutoff` for what it cannot have seen.
+    Heights grow out of the body. Instruments filter, and a tip is blunt: see :meth:`~pymdr.Topography.tip_cutoff` for what it cannot have seen.
 
     Examples
     --------
@@ -151,8 +149,8 @@ def read_topography(
                 f"{source}: {count} of {surface.heights.size} heights are missing; say what becomes of them by missing='interpolate', "
                 "'crop' or 'keep'"
             )
-        surface = fill_missing(surface, missing)
-    return surface if detrend is None else preparing.detrend(surface, detrend)
+        surface = surface.fill_missing(missing)
+    return surface if detrend is None else surface.detrend(detrend)
 
 
 def _factor(source: Path, own: str | None, given: str | None) -> float:
@@ -385,7 +383,13 @@ def _opened(source: Path, content: bytes) -> Any:
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            reader = SurfaceTopography.open_topography(io.BytesIO(content))
+            opened = SurfaceTopography.open_topography
+            reader = opened(io.BytesIO(content))
+            if not list(reader.channels):
+                # another format without a mark of its own, which only the suffix tells
+                suffix = source.suffix.lower().lstrip(".")
+                named = [kind.format() for kind in readers if suffix in (kind.file_extensions() or ())]
+                reader = next((opened(io.BytesIO(content), format=kind) for kind in named), reader)
             channels = list(reader.channels)
     except Exception as error:
         failure = error

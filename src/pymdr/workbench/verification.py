@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 import numpy as np
 
@@ -22,9 +22,12 @@ from pymdr.quantities import QUANTITIES
 from pymdr.result import FieldReader, Result
 from pymdr.solving import solve
 from pymdr.solving.closure import refuse_curve
+from pymdr.solving.drawing import infinite_in
 from pymdr.solving.ringed import adhesive_disks
 from pymdr.units import FloatArray, QuantityLike
-from pymdr.workbench.shapes import ShapeVerification, hold_shape
+from pymdr.workbench.comparison import Comparison
+from pymdr.workbench.shapes import hold_shape
+from pymdr.workbench.sliding import verify_sliding
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -34,11 +37,11 @@ COMPARED = ("indentation", "normal_force", "contact_radius", "normal_stiffness",
 """Those that the path does not prescribe, as far as the method has them."""
 
 
-@dataclass(frozen=True, eq=False)
-class Verification:
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Verification(Comparison):
     """Both solutions of some steps of a path; with adhesion, of contacts of the same radius."""
 
-    table: xr.Dataset
+    data: xr.Dataset
     """Over ``step``: ``indentation``, with memory ``time`` and ``row``; each quantity by the method (``_mdr``) and by rings
     (``_rings``), its relative difference (``_difference``), and the largest ``pressure_difference`` over the largest pressure.
     With memory or adhesion differences are relative to the largest value of the history."""
@@ -51,54 +54,25 @@ class Verification:
     to_largest: bool = False
     """Whether differences are relative to the largest value."""
 
-    @property
-    def largest_difference(self) -> float:
-        """The largest relative difference of the force, or of the indentation where forces are prescribed; nan without any."""
-        names = [name for name in COMPARED[:2] if f"{name}_difference" in self.table]
-        difference = np.abs(np.concatenate([self.table[f"{name}_difference"].values for name in names]))
-        return float(np.nanmax(difference)) if np.isfinite(difference).any() else math.nan
+    what: ClassVar = "a verification"
+    compared: ClassVar = COMPARED
+    others: ClassVar = {"rings": "rings", "difference": "difference"}
 
-    def summary(self) -> str:
-        """Both solutions side by side, as a text."""
-        from pymdr.units import written
+    def _along(self) -> tuple[str, ...]:
+        return ("indentation",) if self.history is None else ("time",)
 
-        at = "indentation" if self.history is None else "time"
-        lines = [f"MDR and boundary elements on {self.rings} rings, side by side:"]
-        head = f"  {at:>12}  {'quantity':<18}{'MDR':>14}{'rings':>14}{'difference':>13}"
-        lines.append(head)
-        for i in range(self.table.sizes["step"]):
-            here = written(float(self.table[at].values[i]), QUANTITIES[at].unit)
-            for name in COMPARED:
-                if f"{name}_mdr" not in self.table:
-                    continue
-                row = QUANTITIES[name]
-                mdr, rings, difference = (
-                    float(self.table[f"{name}_{end}"].values[i]) for end in ("mdr", "rings", "difference")
-                )
-                lines.append(
-                    f"  {here:>12}  {row.words:<18}{written(mdr, row.unit):>14}{written(rings, row.unit):>14}"
-                    f"{'-' if math.isnan(difference) else f'{difference:.1e}':>13}"
-                )
-                here = ""
-            p = float(self.table["pressure_difference"].values[i])
-            lines.append(
-                f"  {'':>12}  {'pressure, 0.05 a < r < 0.9 a, over its largest value':<46}"
-                f"{'-' if math.isnan(p) else f'{p:.1e}':>13}"
-            )
+    def _remarks(self) -> list[str]:
+        p = self.data["pressure_difference"].values
+        largest = f"{np.nanmax(p):.1e}" if np.isfinite(p).any() else "not known"
+        lines = [
+            f"boundary elements on {self.rings} rings",
+            f"largest difference of pressures, 0.05 a < r < 0.9 a, over their largest value: {largest}",
+        ]
         if self.to_largest:
-            lines.append("Differences of quantities are relative to their largest value in the history.")
-        return "\n".join(lines)
+            lines.append("differences of quantities are relative to their largest value in the history")
+        return lines
 
-    def __str__(self) -> str:
-        return self.summary()
-
-    def _repr_html_(self) -> str:
-        """The summary, for notebooks."""
-        from pymdr.presentation.html import text_html
-
-        return text_html(self.summary())
-
-    def plot(self) -> Figure:
+    def _figure(self) -> Figure:
         """Both pressures over the radius, and their difference; with memory also both forces over time."""
         from pymdr.presentation.plot import compared_pressures
 
@@ -109,26 +83,25 @@ def verify(
     contact: Contact,
     path: LoadingPath,
     *,
-    rings: int = 400,
-    pixels: int = 129,
-    steps: int = 5,
+    elements: int | None = None,
+    steps: int | None = None,
     machine_stiffness: QuantityLike | None = None,
     engine: str | None = None,
     progress: Callable[[int, int], None] | None = None,
-) -> Verification | ShapeVerification:
+) -> Comparison:
     """
-    Solve some steps of a path both by the method and by boundary elements: on rings, or, if a body is not of revolution, on a grid.
+    Solve some steps of a path both by the method and by boundary elements: on rings, or, with friction or bodies not of revolution, on a grid.
 
     Parameters
     ----------
     contact : Contact
     path : LoadingPath
-    rings : int
-        Number of rings, 20 to 5000.
-    pixels : int
-        Of a body that is not of revolution: pixels along either side of the grid, 33 to 1025, of which the contact takes about 0.7.
-    steps : int
-        How many steps, spread evenly over those of the path, are compared. Bodies with memory are followed along all rows by
+    elements : int, optional
+        Number of rings, 20 to 5000; 400 unless given. Of a body that is not of revolution: pixels along either side of the grid, 33 to 1025,
+        of which the contact takes about 0.7; 129 unless given. With friction: cells along a side, 8 to 80; 32 unless given.
+    steps : int, optional
+        How many steps, spread evenly over those of the path, are compared; 5 unless given. With friction at most so many turning points
+        and rows between them are followed; 20 unless given. Bodies with memory are followed along all rows by
         both, the rings under the same forces or indentations. With adhesion the rings have the contact radius of the method, and
         find the indentation at which its edge is pulled as it should; where a corner holds the edge they have both.
     machine_stiffness : quantity, optional
@@ -140,8 +113,8 @@ def verify(
 
     Returns
     -------
-    Verification or ShapeVerification
-        The latter of a body that is not of revolution. Where the method is refused its values are NaN.
+    Verification, ShapeVerification or SlidingVerification
+        The second of a body that is not of revolution, the third with friction. Where the method is refused its values are NaN.
 
     Raises
     ------
@@ -154,26 +127,35 @@ def verify(
     --------
     >>> from pymdr import Elastic, Paraboloid, indent
     >>> ball = Contact(Paraboloid("10 mm"), Elastic("1 MPa", 0.5))
-    >>> verify(ball, indent("0.1 mm"), rings=100).largest_difference < 1e-5
+    >>> verify(ball, indent("0.1 mm"), elements=100).largest_difference < 1e-5
     True
     """
     refuse_curve(contact, "verify", "boundary elements need its shape")
-    if contact.friction is not None or not isinstance(contact.adhesion, JKR | None):
+    if contact.friction is not None:
+        number, most = 32 if elements is None else elements, 20 if steps is None else steps
+        return verify_sliding(contact, path, number, most, machine_stiffness, progress)
+    if not isinstance(contact.adhesion, JKR | None):
         raise ProblemError(
-            "verify: rings solve the frictionless contact, without adhesion or with JKR; friction is held against vector friction "
-            "by verify_sliding(contact, path), other laws of adhesion have no independent solver here"
+            "verify: rings solve contacts without adhesion or with JKR; other laws of adhesion have no independent solver here"
         )
     if (exponent := common_exponent(contact.body, contact.counterbody)) != 0.0:
         raise ProblemError(
             f"verify: the rings know homogeneous half-spaces and layers; bodies that are graded (exponent {exponent:g}) have no independent "
             "solver here"
         )
+    steps = 5 if steps is None else steps
     if isinstance(steps, bool) or not isinstance(steps, int) or steps < 1:
         raise PathError(f"verify: steps = {steps!r}; a whole number of at least 1 is needed")
     if isinstance(contact.profile, Shape):
         touched = _touched(solve(contact, path, machine_stiffness=machine_stiffness))
-        return hold_shape(contact, touched[_spread(touched.size, steps)], pixels, engine, progress)
-    solver = Rings(rings)
+        return hold_shape(
+            contact,
+            touched[_spread(touched.size, steps)],
+            129 if elements is None else elements,
+            engine,
+            progress,
+        )
+    solver = Rings(400 if elements is None else elements)
     if isinstance(contact.adhesion, JKR):
         mdr = solve(contact, path, machine_stiffness=machine_stiffness)
         return _verify_adhesion(contact.adhesion.work, mdr, solver, steps, progress)
@@ -187,7 +169,7 @@ def verify(
     rows = np.arange(chosen.size)
     found = _found(ring)
     table = _table(mdr, found, rows, [name for name in COMPARED if name != "indentation"])
-    return Verification(table, _pressures(mdr, found, rows), rings)
+    return Verification(data=table, pressures=_pressures(mdr, found, rows), rings=solver.n, contact=contact)
 
 
 def _verify_adhesion(
@@ -212,7 +194,8 @@ def _verify_adhesion(
             columns[name][row] = value
     ring = _Found(columns, RingHistory(mdr.contact.profile, tuple(solutions), columns["indentation"]))
     table = _table(mdr, ring, rows, list(columns), to_largest=True)
-    return Verification(table, _pressures(mdr, ring, rows), solver.n, to_largest=True)
+    pressures = _pressures(mdr, ring, rows)
+    return Verification(data=table, pressures=pressures, rings=solver.n, to_largest=True, contact=mdr.contact)
 
 
 def _verify_history(
@@ -235,7 +218,14 @@ def _verify_history(
     names = [name for name in COMPARED if name in mdr.claims and name not in skipped]
     found = _found(ring)
     table = _table(mdr, found, rows, names, to_largest=True)
-    return Verification(table, _pressures(mdr, found, rows), solver.n, _history(mdr, ring), to_largest=True)
+    return Verification(
+        data=table,
+        pressures=_pressures(mdr, found, rows),
+        rings=solver.n,
+        history=_history(mdr, ring),
+        to_largest=True,
+        contact=contact,
+    )
 
 
 class _Found(NamedTuple):
@@ -330,5 +320,5 @@ def _pressures(mdr: Result, ring: _Found, rows: np.ndarray) -> xr.Dataset:
     return xr.Dataset(
         {"mdr": ("r", by_mdr[bounded], {"units": "Pa"}), "rings": ("r", by_rings[bounded], {"units": "Pa"})},
         coords={"r": ("r", r[bounded], {"units": "m"})},
-        attrs={"indentation": float(ring.columns["indentation"][step])},
+        attrs={"indentation": float(ring.columns["indentation"][step]), "infinite": infinite_in(mdr, step)},
     )

@@ -100,7 +100,9 @@ def solve_indentation(
     """
     if not math.isfinite(indentation):
         raise ProblemError(f"The indentation must be a finite number of metres, not {indentation!r}.")
-    return _solve(gap, float(indentation), None, float(modulus), reach, n, edge, breakpoints, surface)
+    problem = _problem(gap, float(modulus), reach, n, edge, breakpoints, surface)
+    asked = problem._replace(depth=indentation / problem.size)
+    return solution_of(asked, settle(asked), float(modulus))
 
 
 def solve_force(
@@ -129,7 +131,9 @@ def solve_force(
     """
     if not (math.isfinite(force) and force > 0):
         raise ProblemError(f"The force must be a positive finite number of newtons, not {force!r}.")
-    return _solve(gap, None, float(force), float(modulus), reach, n, edge, breakpoints, surface)
+    problem = _problem(gap, float(modulus), reach, n, edge, breakpoints, surface)
+    asked = problem._replace(force=force / modulus / problem.size**2)
+    return solution_of(asked, settle(asked), float(modulus))
 
 
 def solve_disk(
@@ -216,26 +220,6 @@ def solve_adhesion(
     # the rings err at the edge as they do on the half-space, of which it is known that p √(1 - r) → 1/(π √2)
     pull = math.sqrt(work / (math.pi * modulus * radius)) * of_known * math.pi * math.sqrt(2)
     return _on_disk(problem, mesh, unit, shape, (of_shape - pull) / of_unit, modulus)
-
-
-def _solve(
-    gap: Gap,
-    depth: float | None,
-    force: float | None,
-    modulus: float,
-    reach: float,
-    n: int,
-    edge: float,
-    breakpoints: Sequence[float],
-    surface: Surface,
-) -> RingSolution:
-    problem = _problem(gap, modulus, reach, n, edge, breakpoints, surface)
-    size = problem.size
-    asked = problem._replace(
-        depth=None if depth is None else depth / size,
-        force=None if force is None else force / modulus / size / size,
-    )
-    return solution_of(asked, settle(asked), modulus)
 
 
 def _problem(

@@ -6,6 +6,7 @@ from pymdr.mapping.callables.consistency import check_consistency as check_consi
 from pymdr.mapping.callables.kinks import find_kinks as find_kinks
 from pymdr.mapping.callables.kinks import polished as polished
 from pymdr.mapping.callables.noise import rounding as rounding
+from pymdr.mapping.callables.noise import scatter as scatter
 from pymdr.mapping.callables.noise import search_points as search_points
 from pymdr.mapping.callables.noise import slope_panel as slope_panel
 from pymdr.mapping.callables.steps import Steps as Steps

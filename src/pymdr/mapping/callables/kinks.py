@@ -30,6 +30,8 @@ _BESIDE = 1e-6
 """How far from a kink, in parts of its radius, a curve is told from 0."""
 _NAMED = 1e-3
 """How far from a breakpoint, in parts of it, a kink may lie that is meant by it."""
+_SAME = 64.0 * EPS
+"""How far from a breakpoint, in parts of it, a kink may lie that is none beside it."""
 _WIDEST = 24.0
 """Length of the stretch on each side of a kink, in lengths of the panel that holds it."""
 _SIDE_POINTS, _INSIDE_POINTS = 40, 48
@@ -129,7 +131,7 @@ def polished(
     Returns
     -------
     tuple of float
-        Rising radii in m. What is no simple kink is left where it was named.
+        Rising radii in m. What is no simple kink is left where it was named, and others that are found beside it are added.
 
     Examples
     --------
@@ -159,7 +161,8 @@ def polished(
                     answer += kinks
                     break
             else:
-                answer.append(b)
+                # beside a kink of a broken order the curve is not smooth either: panels end at both
+                answer += [b, *(kink for kink in found if abs(kink - b) > _SAME * b)]
         except ProblemError:
             # where it is not defined, or is more than kinks
             answer.append(b)

@@ -20,18 +20,18 @@ _SURE = 1e-10
 _SAFETY = 40.0
 """Roundings of f by which f' errs on a panel of a quarter octave, times its width."""
 _UNUSABLE = 1e-4
-_UNDERFLOW = 1e-290
+_UNDERFLOW, _UNDERFLOW_SINGLE = 1e-290, 1e-31
 _LOWEST, _HIGHEST = -980, 120
 _POINTS, _TERMS, _OCTAVES = 900, 16, 9
 _BLOCKS = 20
 _SIZE = 16
-_DEEPEST, _LAST, _DEPTH, _FARTHER = 56.0, 1000.0, 24.0, 6.0
+_DEEPEST, _LAST, _DEPTH, _FARTHER = 56.0, 1000.0, 24.0, (0.0, 6.0, 24.0)
 """Octaves in which an underflow is looked for, the last below 1 m, those above the first 0, and above what is asked for."""
-_FAINT = 1e-24
-"""Of the values at the radii that are asked for: those that end in 0 below that are no differences of larger ones."""
+_FAINT = 0.3
+"""Of rounding to the power 1.5 and the values at the radii that are asked for: those that end in 0 below are no differences."""
 _UNFELT = 1e-40
 """Of the values farther out: what is nothing to them."""
-_DIGITS_LOST = 1e-13
+_DIGITS_LOST, _ROUNDINGS = 1e-13, 16.0
 _STEADY = 1e-6
 """Change of a power from octave to octave, above which it is none."""
 _TOLD_APART = 0.1
@@ -153,31 +153,36 @@ def underflow_law(curve: Curve, top: float, end: float = math.inf, of: str = "va
         if far.all():
             return None
         zero = highest - 8.0 * int(np.argmin(far != 0.0))
-        for farther in (0.0, _FARTHER):
+        for farther in _FARTHER:
             begin = min(zero + _DEPTH + farther, highest + farther, last)
             r = 2.0 ** np.arange(begin, zero - 0.125, -0.25)
             values = np.abs(curve(r))
             deepest = int(np.max(np.flatnonzero(values), initial=0))
-            noise = np.maximum(*scatter(curve, r[: deepest + 1]))
-            sure = (noise <= _DIGITS_LOST * values[: deepest + 1]) & (values[: deepest + 1] > _UNDERFLOW)
+            measured, least = scatter(curve, r[: deepest + 1])
+            told = values[: deepest + 1]
+            unit = float(np.nanmax((least / told)[told > _UNDERFLOW], initial=EPS))
+            digits = max(_DIGITS_LOST, _ROUNDINGS * unit)
+            sure = (np.maximum(measured, least) <= digits * told) & (
+                told > (_UNDERFLOW if unit == EPS else _UNDERFLOW_SINGLE)
+            )
             # an octave farther out there are more digits than matter
             first = int(np.argmin(np.append(sure, False))) - 4
             # two octaves show its power, and whether it stays
             if first >= 9:
                 break
-        if not 9 <= first < values.size or not 0.0 < values[deepest] < _FAINT * values[0]:
+        if not 9 <= first < values.size or not 0.0 < values[deepest] < _FAINT * unit**1.5 * values[0]:
             return None
         power, before = np.log2(values[[first - 5, first - 9]] / values[[first - 1, first - 5]])
         faint = values[first - 1] < _UNFELT * np.max(np.abs(far))
-    if not abs(power - before) < _STEADY:
+    if not abs(power - before) < max(_STEADY, digits):
         if not (faint and power > before):
             return None
         # it falls ever faster, as exp(-1 / r) does: any law is right for what is nothing to all that it adds to
         unsure = 1.0
     else:
-        unsure = _DIGITS_LOST + abs(power - before)
+        unsure = digits + abs(power - before)
     simple = round(power * 60.0) / 60.0
-    if abs(power - simple) < 1e-9:
+    if abs(power - simple) < max(1e-9, digits):
         power, before = simple, simple
     rises = of == "value"
     slope = values[first - 1] * (power / r[first - 1] if rises else 1.0)

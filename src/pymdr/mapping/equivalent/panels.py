@@ -352,18 +352,22 @@ class PanelLine(EquivalentProfile):
 
     def _beside_breakpoints(self, image: Image, index: IndexArray, offset: FloatArray) -> FloatArray:
         """What the uncertain exponent, or place, with which a profile begins at a breakpoint does to its curves."""
-        exponent, place = image.beside[index].T
+        exponent, place, unseen, height = image.beside[index].T
         if not exponent.any() and not place.any():
             return np.zeros((index.size, 4))
-        x = image.panels.base[index] + offset
+        base, k = image.panels.base[index], self.exponent
+        x = base + offset
         g, slope, m, s = (np.abs(evaluate(image.panels, image.curve(name), index, offset)) for name in CURVES)
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             # beyond the first panel the power is no longer extrapolated
             first = (image.panels.low[index] == 0.0) & (exponent > 0.0)
             ratio = np.where(first, np.minimum(offset / image.panels.high[index], 1.0), 1.0)
             spread = exponent * np.abs(np.log(ratio))
-            steep = np.abs(image.slope.power[index]) / offset
-            k = self.exponent
+            # beyond the stretch on which f rises unseen only that height is felt, by the slope of the kernel
+            kernel = (offset * (base + x)) ** ((k - 3.0) / 2.0)
+            felt = 2.0 * (1.0 - k) * height * unseen * base * x ** (1.0 - k) * kernel
+            place = place + np.fmin(unseen, felt / slope)
+            steep = np.maximum(np.abs(image.slope.power[index]), np.where(unseen > 0.0, 2.0, 0.0)) / offset
             rates = np.stack(
                 [slope / g, steep, x ** (1.0 + k) * slope / m, 2.0 / (1.0 + k) * m * slope / s], axis=1
             )

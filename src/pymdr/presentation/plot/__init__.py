@@ -20,7 +20,9 @@ from pymdr.presentation.plot.rough import calibration_study, rough_study
 from pymdr.presentation.plot.shapes import ShapeData, shape_figures, shape_overview
 from pymdr.presentation.plot.shared import FigureData, LayersDrawn, Plots, with_unmet
 from pymdr.presentation.plot.studies import (
+    columns_study,
     compared_laws,
+    conditions_study,
     impact_figure,
     loop_study,
     pull_off_figure,
@@ -44,10 +46,12 @@ __all__ = [
     "calibration_study",
     "closure_figures",
     "closure_overview",
+    "columns_study",
     "compared_laws",
     "compared_pressures",
     "compared_shape",
     "compared_tractions",
+    "conditions_study",
     "conduction_figure",
     "fitted_curves",
     "fitted_map",

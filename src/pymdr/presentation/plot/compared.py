@@ -20,6 +20,7 @@ from pymdr.presentation.plot.shared import (
     letter_panels,
     limit_peaks,
     new_figure,
+    note_peaks,
     scaled,
     styled,
     without_peaks,
@@ -40,7 +41,7 @@ def compared_pressures(pressures: xr.Dataset, history: xr.Dataset | None = None)
     Parameters
     ----------
     pressures : xarray.Dataset
-        ``mdr`` and ``rings`` over ``r``, in Pa and m.
+        ``mdr`` and ``rings`` over ``r``, in Pa and m; as attribute ``infinite`` the radii in m at which the pressure is.
     history : xarray.Dataset, optional
         ``time``, ``normal_force`` and ``indentation`` as ``_mdr`` and ``_rings`` over ``row``, in SI units.
 
@@ -73,6 +74,7 @@ def compared_pressures(pressures: xr.Dataset, history: xr.Dataset | None = None)
         else:
             lower.text(0.5, 0.5, "MDR refused: not a disk contact", ha="center", transform=lower.transAxes)
         limit_peaks(upper, from_si(without_peaks(rings), "Pa", p_unit))
+        note_peaks(upper, pressures.attrs.get("infinite", ()))
         upper.set_ylabel(axis_label("pressure", p_unit))
         lower.set_ylabel(f"difference ({d_unit})")
         lower.set_xlabel(f"{RADIUS.label} ({r_unit})")
@@ -232,7 +234,7 @@ def compared_tractions(table: xr.Dataset, tractions: xr.Dataset, curves: xr.Data
     table : xarray.Dataset
         ``shift``, ``tangential_force_mdr`` and ``tangential_force_grid`` over ``step``, in SI units.
     tractions : xarray.Dataset
-        ``mdr`` and ``grid`` over ``r``, in Pa and m.
+        ``mdr`` and ``grid`` over ``r``, in Pa and m; as attribute ``infinite`` the radii in m at which the pressure is.
     curves : xarray.Dataset
         ``shift`` and ``tangential_force`` over ``row``, ``shear_traction`` over ``r``: what draws the lines.
 
@@ -268,6 +270,7 @@ def compared_tractions(table: xr.Dataset, tractions: xr.Dataset, curves: xr.Data
         fine = lengths(curves["r"].values, r_unit)
         tau = scaled(curves["shear_traction"].values, "shear_traction", t_unit)
         right.plot(fine, tau, color=BLUE, lw=1.2, label="MDR")
+        note_peaks(right, tractions.attrs.get("infinite", ()))
         right.set_xlabel(f"{RADIUS.label} ({r_unit})")
         right.set_ylabel(axis_label("shear_traction", t_unit))
         for axes in (left, right):

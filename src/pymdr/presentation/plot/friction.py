@@ -21,10 +21,12 @@ from pymdr.presentation.plot.shared import (
     axis_label,
     column,
     draw_zero,
+    infinite_within,
     legend_above,
     lengths,
     letter_panels,
     new_figure,
+    note_peaks,
     row_name,
     say,
     scaled,
@@ -237,6 +239,9 @@ def _draw_tractions(axes: Axes, data: FigureData, rows: list[int]) -> None:
         low, high = (any((f[np.isfinite(f)] * s > 1e-9 * top).any() for f in [*found]) for s in (-1.0, 1.0))
         ends = np.array([-1.15 * top if low else -0.1 * top, 1.15 * top if high else 0.1 * top])
         axes.set_ylim(*scaled(ends, "shear_traction", unit))
+    # no line of the limit is drawn without friction, nor where it is endless
+    if limits:
+        note_peaks(axes, infinite_within(data, float(np.max(data.data["contact_radius"].values[rows]))))
     draw_zero(axes)
     axes.set_xlim(0.0, x[-1])
     axes.set_xlabel(f"{RADIUS.label} ({r_unit})")

@@ -23,7 +23,7 @@ from pymdr.presentation.plot.shared import (
     styled,
     thinned,
 )
-from pymdr.problem.measured import MeasuredCurve
+from pymdr.problem.measured import MeasuredSamples
 from pymdr.units import FloatArray, good_unit
 
 if TYPE_CHECKING:
@@ -38,7 +38,7 @@ _MARKS = (("outliers", "x", "outliers"), ("saturated", "s", "saturated"))
 
 
 def measured_curves(
-    curves: Sequence[MeasuredCurve],
+    curves: Sequence[MeasuredSamples],
     baseline: Callable[[FloatArray], FloatArray] | None = None,
     methods: Mapping[str, Interval] | None = None,
     point: Interval | None = None,
@@ -48,7 +48,7 @@ def measured_curves(
 
     Parameters
     ----------
-    curves : sequence of MeasuredCurve
+    curves : sequence of MeasuredSamples
         Of one record; the contact point is that of the first approach or whole record.
     baseline : callable, optional
         Force in N without contact at positions in m.
@@ -81,7 +81,7 @@ def measured_curves(
 
 def _draw_record(
     axes: Axes,
-    curves: Sequence[MeasuredCurve],
+    curves: Sequence[MeasuredSamples],
     baseline: Callable[[FloatArray], FloatArray] | None,
     name: str,
     length: str,
@@ -124,7 +124,7 @@ def _draw_record(
 
 def _draw_beginning(
     axes: Axes,
-    curve: MeasuredCurve,
+    curve: MeasuredSamples,
     baseline: Callable[[FloatArray], FloatArray],
     methods: Mapping[str, Interval],
     point: Interval,

@@ -21,7 +21,7 @@ from pymdr.presentation.plot.shared import (
     letter_panels,
     mark_radii,
     new_figure,
-    peak_notes,
+    note_peaks,
     row_name,
     say,
     say_refused,
@@ -203,8 +203,7 @@ def _draw_pressure_profile(axes: Axes, data: FigureData, a: float, c: float, x_u
     # a curve that is infinite somewhere leaves the picture there
     shown = scaled(np.where(np.isfinite(p), p, math.nan), "pressure", unit)
     x = lengths(np.concatenate([-r[::-1], r]), x_unit)
-    if notes := peak_notes(infinite_within(data, a)):
-        axes.text(0.02, 0.98, "\n".join(notes), va="top", transform=axes.transAxes, fontsize=7, color=ORANGE)
+    note_peaks(axes, infinite_within(data, a))
     right = axes.twinx()
     right.spines["right"].set_visible(True)
     right.fill_between(x, _mirrored(shown), color=ORANGE, alpha=0.25, lw=0)

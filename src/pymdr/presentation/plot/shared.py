@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pymdr.interpretation.jumps import Branches
+from pymdr.interpretation.peaks import infinite_pressures
 from pymdr.interpretation.validity import Assumption
 from pymdr.quantities import QUANTITIES, RADIUS
 from pymdr.units import FloatArray, from_si, good_unit, written
@@ -209,23 +210,8 @@ def edge_sign(p: xr.DataArray, radius: float) -> float:
 
 
 def infinite_within(data: FigureData, a: float) -> tuple[float, ...]:
-    """
-    Radii in m within a contact at which its pressure is infinite: at a sharp tip, and where the slope grows at once.
-
-    They are read from the profile, since elements and springs of a finite size bear finite pressures there.
-    """
-    if not a > 0.0:
-        return ()
-    radii = np.zeros(1) if data.kinks is None else np.append(0.0, data.kinks())
-    radii = np.unique(radii[radii < (1.0 - 1e-9) * a])
-    size = np.where(radii > 0.0, radii, a)
-    near, far = (
-        (data.gap(radii + h) + data.gap(np.abs(radii - h)) - 2.0 * data.gap(radii)) / h
-        for h in (1e-6 * size, 1e-4 * size)
-    )
-    steepest = float(data.gap(np.array([a]))[0] - data.gap(np.zeros(1))[0]) / a
-    # the slope of what is smooth differs by less the closer it is looked at
-    return tuple(radii[(near > 0.5 * np.abs(far)) & (near > 1e-6 * abs(steepest))].tolist())
+    """Radii in m within a contact at which its pressure is infinite."""
+    return infinite_pressures(data.gap, np.zeros(0) if data.kinks is None else data.kinks(), a)
 
 
 def peak_notes(radii: Sequence[float]) -> list[str]:
@@ -236,6 +222,12 @@ def peak_notes(radii: Sequence[float]) -> list[str]:
         at = f"$r$ = {', '.join(kinks)}" if len(kinks) <= _NAMED else f"{len(kinks)} radii"
         notes.append(f"kink: $p \\to \\infty$ at {at}, logarithmic")
     return notes
+
+
+def note_peaks(axes: Axes, radii: Sequence[float]) -> None:
+    """Write into a panel where within a contact the pressure that it shows is infinite."""
+    if notes := peak_notes(radii):
+        axes.text(0.02, 0.98, "\n".join(notes), va="top", transform=axes.transAxes, fontsize=7, color=ORANGE)
 
 
 def singularities(amplitude: float, sign: float, peaks: Sequence[float]) -> str:

@@ -33,6 +33,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+    from pymdr.interpretation.validity import Assumption
+
 _LINES: Mapping[str, Any] = {
     "MaugisDugdale": {"color": ORANGE, "lw": 3.0, "alpha": 0.6},
     "JKR": {"color": BLUE, "lw": 1.3},
@@ -473,4 +475,61 @@ def sliding_study(data: xr.Dataset) -> Figure:
             axes.set_xlabel(f"speed $v$ ({v_unit})")
             legend_above(axes)
         letter_panels(figure)
+    return figure
+
+
+def columns_study(data: xr.Dataset, words: Mapping[str, str]) -> Figure:
+    """
+    Columns of a study over its rows, a panel each.
+
+    Parameters
+    ----------
+    data : xarray.Dataset
+        Over one dimension.
+    words : mapping of str to str
+        Names of columns to what their axes say.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    (along,) = data.dims
+    names = [name for name in words if name in data.data_vars]
+    with styled():
+        figure = new_figure(2.9 * max(len(names), 1), 2.9)
+        for i, name in enumerate(names):
+            axes = figure.add_subplot(1, len(names), i + 1)
+            si = str(data[name].attrs.get("units", ""))
+            unit = good_unit(data[name].values, si)
+            axes.plot(
+                data[along].values, from_si(data[name].values, si, unit), "o-", color=BLUE, ms=3.0, lw=1.0
+            )
+            axes.set_xlabel(str(along))
+            axes.set_ylabel(f"{words[name]} ({unit})" if unit else words[name])
+        letter_panels(figure)
+    return figure
+
+
+def conditions_study(assumptions: Sequence[Assumption]) -> Figure:
+    """
+    Conditions of a model, each over its limit.
+
+    Parameters
+    ----------
+    assumptions : sequence of Assumption
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    with styled():
+        figure = new_figure(6.4, 1.2 + 0.35 * len(assumptions))
+        axes = figure.add_subplot()
+        colours = [GREEN if one.met else ORANGE for one in assumptions]
+        measures, limits = (np.array([getattr(one, n) for one in assumptions]) for n in ("measure", "limit"))
+        with np.errstate(divide="ignore", invalid="ignore"):
+            axes.barh([one.name for one in assumptions], np.minimum(measures / limits, 3.0), color=colours)
+        axes.axvline(1.0, color="0.3", lw=1.0)
+        axes.invert_yaxis()
+        axes.set_xlabel("measure over limit, cut at 3")
     return figure

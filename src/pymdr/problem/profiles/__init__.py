@@ -17,6 +17,7 @@ from pymdr.problem.profiles.forcecurve import ForceCurve as ForceCurve
 from pymdr.problem.profiles.function import Function as Function
 from pymdr.problem.profiles.function import Interpolated as Interpolated
 from pymdr.problem.profiles.function import call as call
+from pymdr.problem.profiles.function import precision as precision
 from pymdr.problem.profiles.punches import ConcavePunch as ConcavePunch
 from pymdr.problem.profiles.punches import DomedPunch as DomedPunch
 from pymdr.problem.profiles.punches import RoundedFlat as RoundedFlat

@@ -161,6 +161,21 @@ def call(function: ArrayFunction, r: FloatArray, name: str = "f") -> FloatArray:
     return values[: flat.size].reshape(np.shape(r))
 
 
+def precision(function: ArrayFunction, radius: float) -> float:
+    """
+    Relative rounding of the type of numbers that a callable gives at a radius in m.
+
+    Examples
+    --------
+    >>> precision(lambda r: r.astype(np.float32), 1.0) == np.finfo(np.float32).eps
+    True
+    """
+    with np.errstate(all="ignore"):
+        kind = getattr(function(np.full(2, radius)), "dtype", np.dtype(float))
+    single = isinstance(kind, np.dtype) and kind.kind == "f" and kind.itemsize < np.dtype(float).itemsize
+    return float(np.finfo(kind if single else float).eps)
+
+
 def _answer(function: ArrayFunction, r: FloatArray, name: str) -> FloatArray:
     """Values of a callable at one-dimensional radii, as a new array of floats of the same shape."""
     where = f"Function.{name}{_title(function)}"

@@ -9,9 +9,9 @@ from scipy.optimize import least_squares
 
 from pymdr.errors import ProblemError
 from pymdr.problem.facts import Facts
-from pymdr.problem.measured import MeasuredCurve, Step
+from pymdr.problem.measured import MeasuredSamples, Samples, Step
 from pymdr.solving.curves.branches import Branch, branch_of, broken_power, spread
-from pymdr.units import FloatArray, written
+from pymdr.units import FloatArray, QuantityLike, to_si, written
 
 _LEAST = 10
 _SEEN = 5.0
@@ -59,7 +59,7 @@ class Baseline:
         )
 
 
-def baseline_of(curve: MeasuredCurve) -> Baseline:
+def baseline_of(curve: MeasuredSamples) -> Baseline:
     """
     The baseline of a curve: a robust line through what was recorded before contact.
 
@@ -85,7 +85,8 @@ def baseline_of(curve: MeasuredCurve) -> Baseline:
     --------
     >>> x = np.linspace(-1e-6, 1e-6, 400)
     >>> force = 2e-3 * x + 1e-9 + 2.0 * np.clip(x, 0.0, None) ** 1.5
-    >>> found = baseline_of(MeasuredCurve(force=force, indentation=x))
+    >>> from pymdr import MeasuredCurve
+    >>> found = MeasuredCurve(force=force, indentation=x).baseline()
     >>> round(found.tilt, 6)
     0.002
     """
@@ -100,7 +101,7 @@ def baseline_of(curve: MeasuredCurve) -> Baseline:
     if count < _LEAST:
         raise ProblemError(
             f"samples before the contact, where the baseline is read: {count}; at least {_LEAST} are needed: retract farther before "
-            "pressing, or give a Baseline(offset=...)"
+            "pressing, or give the baseline as a force"
         )
     return _line(branch.position[:count], branch.force[:count])
 
@@ -119,11 +120,11 @@ def check_contact(branch: Branch, rise: float, noise: float, evidence: float) ->
         raise ProblemError(
             f"no contact is seen in the curve: over {written(float(np.ptp(branch.position)), 'm')} its force rises from a straight line by "
             f"{written(rise, 'N')}, which does not stand out of its noise of {written(noise, 'N')} (limit: {_SEEN:g} times, and "
-            f"all along); press deeper, begin farther away, or see with orient(curve) whether a sign is turned"
+            f"all along); press deeper, begin farther away, or see with curve.orient() whether a sign is turned"
         )
 
 
-def subtract_baseline(curve: MeasuredCurve, baseline: Baseline | None = None) -> MeasuredCurve:
+def subtract_baseline(curve: Samples, baseline: Baseline | QuantityLike | None = None) -> Samples:
     """
     A curve without its baseline.
 
@@ -131,8 +132,8 @@ def subtract_baseline(curve: MeasuredCurve, baseline: Baseline | None = None) ->
     ----------
     curve : MeasuredCurve
         In any of its segments.
-    baseline : Baseline, optional
-        That of the approach for a hold or a retreat; :func:`baseline_of` the curve unless given.
+    baseline : Baseline or quantity, optional
+        That of the approach for a hold or a retreat, or an offset in N; that of the curve unless given.
 
     Returns
     -------
@@ -142,9 +143,9 @@ def subtract_baseline(curve: MeasuredCurve, baseline: Baseline | None = None) ->
     Raises
     ------
     ProblemError
-        As :func:`baseline_of`.
+        As :meth:`baseline`.
     """
-    line = baseline_of(curve) if baseline is None else baseline
+    line = given_baseline(curve, baseline)
     numbers = {name: float(getattr(line, name)) for name in ("offset", "tilt", "middle", "noise", "samples")}
     return replace(
         curve,
@@ -152,6 +153,13 @@ def subtract_baseline(curve: MeasuredCurve, baseline: Baseline | None = None) ->
         step=Step("baseline", f"{line} taken from the force", Facts(numbers)),
         before=curve,
     )
+
+
+def given_baseline(curve: MeasuredSamples, baseline: Baseline | QuantityLike | None) -> Baseline:
+    """A baseline as it is given, or that of the curve."""
+    if baseline is None:
+        return baseline_of(curve)
+    return baseline if isinstance(baseline, Baseline) else Baseline(to_si(baseline, "N", name="baseline"))
 
 
 def _line(x: FloatArray, f: FloatArray) -> Baseline:

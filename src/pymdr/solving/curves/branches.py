@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pymdr.errors import ProblemError
-from pymdr.problem.measured import MeasuredCurve
+from pymdr.problem.measured import MeasuredSamples
 from pymdr.units import FloatArray, written
 
 IntArray = NDArray[np.int_]
@@ -29,7 +29,7 @@ class Branch:
     force: FloatArray
 
 
-def branch_of(curve: MeasuredCurve) -> Branch:
+def branch_of(curve: MeasuredSamples) -> Branch:
     """
     The approach, or the retreat backwards where there is no approach.
 

@@ -11,8 +11,8 @@ from scipy.ndimage import uniform_filter1d
 
 from pymdr.errors import ProblemError
 from pymdr.problem.facts import Facts
-from pymdr.problem.measured import MeasuredCurve, Step
-from pymdr.solving.curves.baselines import Baseline, baseline_of, check_contact
+from pymdr.problem.measured import MeasuredSamples, Samples, Step
+from pymdr.solving.curves.baselines import Baseline, check_contact, given_baseline
 from pymdr.solving.curves.branches import Branch, IntArray, branch_of, broken_power, spread
 from pymdr.units import FloatArray, QuantityLike, to_si, written
 
@@ -89,7 +89,7 @@ class ContactPoint:
             f"the methods disagree by {written(self.disagreement, 'm', 3)}"
         )
 
-    def plot(self, *curves: MeasuredCurve) -> Figure:
+    def plot(self, *curves: MeasuredSamples) -> Figure:
         """
         The curve with its baseline, and the beginning of its contact with what the methods say.
 
@@ -108,7 +108,7 @@ class ContactPoint:
         return measured_curves(curves, self.baseline.force_at, methods, (self.value, self.low, self.high))
 
 
-def contact_point_of(curve: MeasuredCurve, baseline: Baseline | None = None) -> ContactPoint:
+def contact_point_of(curve: MeasuredSamples, baseline: Baseline | QuantityLike | None = None) -> ContactPoint:
     """
     The contact point by four methods, and how far they disagree.
 
@@ -128,8 +128,8 @@ def contact_point_of(curve: MeasuredCurve, baseline: Baseline | None = None) -> 
     ----------
     curve : MeasuredCurve
         An approach, or a whole record, of which the approach is looked at.
-    baseline : Baseline, optional
-        :func:`baseline_of` the curve unless given.
+    baseline : Baseline or quantity, optional
+        That of the curve unless given.
 
     Returns
     -------
@@ -152,7 +152,8 @@ def contact_point_of(curve: MeasuredCurve, baseline: Baseline | None = None) -> 
     --------
     >>> x = np.linspace(-1e-6, 1e-6, 400)
     >>> noise = 1e-12 * np.random.default_rng(1).normal(size=400)
-    >>> found = contact_point_of(MeasuredCurve(force=2.0 * np.clip(x, 0.0, None) ** 1.5 + noise, indentation=x))
+    >>> from pymdr import MeasuredCurve
+    >>> found = MeasuredCurve(force=2.0 * np.clip(x, 0.0, None) ** 1.5 + noise, indentation=x).contact_point()
     >>> found.low < 0.0 < found.high
     True
     """
@@ -160,7 +161,7 @@ def contact_point_of(curve: MeasuredCurve, baseline: Baseline | None = None) -> 
         raise ProblemError(
             "the contact point is looked for in the approach: at the retreat bodies may stick; give that of the approach, or a position"
         )
-    line = baseline_of(curve) if baseline is None else baseline
+    line = given_baseline(curve, baseline)
     branch = branch_of(curve)
     rise = Branch(branch.samples, branch.position, branch.force - line.force_at(branch.position))
     noise = max(line.noise, 1e-9 * float(np.ptp(rise.force)))
@@ -185,9 +186,7 @@ def contact_point_of(curve: MeasuredCurve, baseline: Baseline | None = None) -> 
     )
 
 
-def set_contact_point(
-    curve: MeasuredCurve, contact_point: ContactPoint | QuantityLike | None = None
-) -> MeasuredCurve:
+def set_contact_point(curve: Samples, contact_point: ContactPoint | QuantityLike | None = None) -> Samples:
     """
     A curve whose positions count from the contact point.
 
@@ -196,7 +195,7 @@ def set_contact_point(
     curve : MeasuredCurve
         In any of its segments, without its baseline.
     contact_point : ContactPoint or quantity, optional
-        That of the approach for a hold or a retreat, or a position in m; :func:`contact_point_of` the curve unless given.
+        That of the approach for a hold or a retreat, or a position in m; that of the curve unless given.
 
     Returns
     -------
@@ -206,7 +205,7 @@ def set_contact_point(
     Raises
     ------
     ProblemError
-        As :func:`contact_point_of`.
+        As :meth:`contact_point`.
     """
     point = contact_point_of(curve) if contact_point is None else contact_point
     if isinstance(point, ContactPoint):
@@ -242,7 +241,7 @@ def _deviation(rise: Branch, smooth: FloatArray, least: float) -> Estimate:
         where = "nowhere below" if not below.size else "not above"
         raise ProblemError(
             f"no contact point: the force is {where} the threshold of {written(least, 'N')} that the noise of the baseline sets; begin farther "
-            "away or press deeper, or give a Baseline(offset=...) that fits"
+            "away or press deeper, or give the baseline as a force"
         )
     last = int(below[-1])
     above = np.flatnonzero(smooth[last:] >= 4.0 * least)

@@ -10,7 +10,7 @@ from scipy.ndimage import median_filter
 
 from pymdr.errors import ProblemError
 from pymdr.problem.facts import Facts
-from pymdr.problem.measured import BoolArray, MeasuredCurve, Step
+from pymdr.problem.measured import BoolArray, Samples, Step
 from pymdr.solving.curves.branches import spread
 from pymdr.units import FloatArray, written
 
@@ -22,7 +22,7 @@ SHORTEST, FLAT = 5, 1e-3
 """Samples of a plateau, and how far its forces are apart at most, in parts of their range."""
 
 
-def mark_outliers(curve: MeasuredCurve) -> MeasuredCurve:
+def mark_outliers(curve: Samples) -> Samples:
     """
     A curve whose outliers are marked; none is taken away.
 
@@ -61,7 +61,7 @@ def mark_outliers(curve: MeasuredCurve) -> MeasuredCurve:
     )
 
 
-def mark_saturated(curve: MeasuredCurve) -> MeasuredCurve:
+def mark_saturated(curve: Samples) -> Samples:
     """
     A curve whose plateau at the largest force is marked: there the detector had run out of range.
 
@@ -102,7 +102,7 @@ def mark_saturated(curve: MeasuredCurve) -> MeasuredCurve:
     )
 
 
-def leave_out_marked(curve: MeasuredCurve) -> MeasuredCurve:
+def leave_out_marked(curve: Samples) -> Samples:
     """
     A curve without the samples that are marked, for what is made of it afterwards.
 
@@ -125,7 +125,7 @@ def leave_out_marked(curve: MeasuredCurve) -> MeasuredCurve:
     if np.count_nonzero(kept) < 8:
         raise ProblemError(
             f"{count} of {kept.size} samples are marked, which leaves {kept.size - count}; at least 8 are needed: measure again with a larger "
-            "range of the detector, or undo(curve) the marks"
+            "range of the detector, or undo() the marks"
         )
 
     def part(values: FloatArray | None) -> FloatArray | None:

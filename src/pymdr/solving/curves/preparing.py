@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
 
 from pymdr.errors import ProblemError
 from pymdr.problem.facts import Fact, Facts
-from pymdr.problem.measured import BoolArray, MeasuredCurve, Step
+from pymdr.problem.measured import BoolArray, MeasuredSamples, Samples, Step
 from pymdr.solving.curves.baselines import Baseline, subtract_baseline
 from pymdr.solving.curves.branches import blocks
 from pymdr.solving.curves.contacts import ContactPoint, contact_point_of, set_contact_point
@@ -19,7 +19,7 @@ from pymdr.units import FloatArray, QuantityLike, to_si, written
 _OTHER = {"approach": "retreat", "retreat": "approach"}
 
 
-def orient(curve: MeasuredCurve, signs: Mapping[str, Fact] | None = None) -> MeasuredCurve:
+def orient(curve: Samples, signs: Mapping[str, Fact] | None = None) -> Samples:
     """
     A curve in which compression is positive and the position grows toward the body, as the record itself tells them.
 
@@ -45,9 +45,10 @@ def orient(curve: MeasuredCurve, signs: Mapping[str, Fact] | None = None) -> Mea
 
     Examples
     --------
+    >>> from pymdr import MeasuredCurve
     >>> height = np.linspace(2e-6, 0.0, 90)
     >>> curve = MeasuredCurve(force=-np.clip(1e-6 - height, 0.0, None) ** 2, indentation=height)
-    >>> print(orient(curve).step)
+    >>> print(curve.orient().step)
     signs: turned, so that compression is positive and the position grows toward the body: force and indentation
     """
     name = "travel" if curve.indentation is None else "indentation"
@@ -55,7 +56,7 @@ def orient(curve: MeasuredCurve, signs: Mapping[str, Fact] | None = None) -> Mea
     for word in ("force", name):
         if found.get(word) not in (1.0, -1.0):
             raise ProblemError(
-                f"orient: the sign of {word} is {found.get(word)!r}; give 1 or -1, for example orient(hold, orient(approach).step.numbers)"
+                f"orient: the sign of {word} is {found.get(word)!r}; give 1 or -1, for example hold.orient(approach.orient().step.numbers)"
             )
     turned = [word for word in ("force", name) if found[word] == -1.0]
     told = "compression is positive and the position grows toward the body"
@@ -75,7 +76,7 @@ def orient(curve: MeasuredCurve, signs: Mapping[str, Fact] | None = None) -> Mea
     )
 
 
-def _signs(curve: MeasuredCurve, name: str) -> dict[str, float]:
+def _signs(curve: MeasuredSamples, name: str) -> dict[str, float]:
     kept = ~curve.marked
     near, far = _ends(curve.position[kept], curve.force[kept])
     low, high = (float(np.ptp(blocks(part, 20))) if part.size >= 20 else 0.0 for part in (near, far))
@@ -105,7 +106,7 @@ def _ends(position: FloatArray, force: FloatArray) -> tuple[FloatArray, FloatArr
     ]
 
 
-def to_indentation(curve: MeasuredCurve) -> MeasuredCurve:
+def to_indentation(curve: Samples) -> Samples:
     """
     A curve over its indentation, from which the lag of the machine is taken: indentation = travel - force/spring constant.
 
@@ -128,8 +129,9 @@ def to_indentation(curve: MeasuredCurve) -> MeasuredCurve:
 
     Examples
     --------
+    >>> from pymdr import MeasuredCurve
     >>> curve = MeasuredCurve(force=np.linspace(0, 1e-6, 9), travel=np.linspace(0, 2e-6, 9), spring_constant="1 N/m")
-    >>> float(to_indentation(curve).indentation[-1])
+    >>> float(curve.to_indentation().indentation[-1])
     1e-06
     """
     if curve.travel is None or curve.spring_constant is None:
@@ -150,7 +152,7 @@ def to_indentation(curve: MeasuredCurve) -> MeasuredCurve:
     )
 
 
-def recalibrate(curve: MeasuredCurve, spring_constant: QuantityLike) -> MeasuredCurve:
+def recalibrate(curve: Samples, spring_constant: QuantityLike) -> Samples:
     """
     A curve with another spring constant: the deflection, which was measured, stays; the force grows with the constant.
 
@@ -190,34 +192,12 @@ def recalibrate(curve: MeasuredCurve, spring_constant: QuantityLike) -> Measured
     )
 
 
-def undo(curve: MeasuredCurve) -> MeasuredCurve:
-    """
-    The curve before its last step.
-
-    Parameters
-    ----------
-    curve : MeasuredCurve
-
-    Returns
-    -------
-    MeasuredCurve
-
-    Raises
-    ------
-    ProblemError
-        If nothing was done to it since it was read.
-    """
-    if curve.before is None:
-        raise ProblemError("undo: nothing was done to this curve since it was read")
-    return curve.before
-
-
 def prepare(
-    curve: MeasuredCurve,
+    curve: Samples,
     *,
-    baseline: Baseline | None = None,
+    baseline: Baseline | QuantityLike | None = None,
     contact_point: ContactPoint | QuantityLike | None = None,
-) -> MeasuredCurve:
+) -> Samples:
     """
     All steps in their order: outliers, signs, saturation, baseline, contact point.
 
@@ -225,10 +205,10 @@ def prepare(
     ----------
     curve : MeasuredCurve
         An approach, a retreat or a whole record.
-    baseline : Baseline, optional
-        :func:`baseline_of` the oriented curve unless given.
+    baseline : Baseline or quantity, optional
+        That of the oriented curve unless given.
     contact_point : ContactPoint or quantity, optional
-        :func:`contact_point_of` the curve unless given.
+        That of the curve unless given.
 
     Returns
     -------
@@ -242,8 +222,9 @@ def prepare(
 
     Examples
     --------
+    >>> from pymdr import MeasuredCurve
     >>> height = np.linspace(2e-6, 0.0, 400)
-    >>> curve = prepare(MeasuredCurve(force=1e-9 + np.clip(1e-6 - height, 0.0, None) ** 1.5, indentation=height))
+    >>> curve = MeasuredCurve(force=1e-9 + np.clip(1e-6 - height, 0.0, None) ** 1.5, indentation=height).prepare()
     >>> [step.name for step in curve.steps]
     ['outliers', 'signs', 'saturation', 'baseline', 'contact point']
     >>> bool(curve.original.indentation[0] == 2e-6)
@@ -253,13 +234,13 @@ def prepare(
     return set_contact_point(straight, contact_point_of(straight) if contact_point is None else contact_point)
 
 
-def join_segments(curves: Sequence[MeasuredCurve]) -> MeasuredCurve:
+def join(curve: Samples, *others: Samples) -> Samples:
     """
     One record of its segments, in their order.
 
     Parameters
     ----------
-    curves : sequence of MeasuredCurve
+    curve, *others : MeasuredCurve
         Segments of one record, as they were read or all with the same steps.
 
     Returns
@@ -270,20 +251,17 @@ def join_segments(curves: Sequence[MeasuredCurve]) -> MeasuredCurve:
     Raises
     ------
     ProblemError
-        If there is none, they were recorded by different machines, only some have times, or they are of different records.
+        If they were recorded by different machines, only some have times, or they are of different records.
     """
-    parts = tuple(curves)
-    if not parts:
-        raise ProblemError("join_segments: no curve is given; give the segments of one record")
-    first = parts[0]
+    parts, first = (curve, *others), curve
     for name in ("spring_constant", "metadata"):
         if any(getattr(one, name) != getattr(first, name) for one in parts):
             raise ProblemError(
-                f"join_segments: the curves differ in {name.replace('_', ' ')}: they are not of one record; join the segments of each apart"
+                f"join: the curves differ in {name.replace('_', ' ')}: they are not of one record; join the segments of each apart"
             )
     for name in ("time", "travel", "indentation"):
         if len({getattr(one, name) is None for one in parts}) > 1:
-            raise ProblemError(f"join_segments: only some of the curves have {name}; give all or none")
+            raise ProblemError(f"join: only some of the curves have {name}; give all or none")
 
     def whole(name: str) -> FloatArray | None:
         columns = [getattr(one, name) for one in parts]
@@ -299,14 +277,15 @@ def join_segments(curves: Sequence[MeasuredCurve]) -> MeasuredCurve:
     words = ", ".join(one.segment or "a record" for one in parts)
     earlier = dict.fromkeys(str(step) for one in parts for step in one.steps)
     words += f"; done before: {'; '.join(earlier)}" if earlier else ""
-    return MeasuredCurve(
+    return replace(
+        first,
         force=np.concatenate([one.force for one in parts]),
         indentation=whole("indentation"),
         travel=whole("travel"),
         time=whole("time"),
-        spring_constant=first.spring_constant,
-        metadata=first.metadata,
+        segment="",
         step=Step("joined", words),
+        before=None,
         outliers=marks("outliers"),
         saturated=marks("saturated"),
     )

@@ -12,9 +12,9 @@ import numpy as np
 from pymdr.errors import ProblemError, PymdrError, QuantityError
 from pymdr.interpretation.validity import SOURCES
 from pymdr.problem.contact import Contact
-from pymdr.problem.measured import MeasuredCurve
 from pymdr.problem.parameters import parameters_of
 from pymdr.quantities import one_name
+from pymdr.solving.curves import MeasuredCurve
 from pymdr.solving.fits.fitting import aicc, fit
 from pymdr.solving.fits.found import FitResult
 from pymdr.units import ArrayQuantityLike, QuantityLike, shown

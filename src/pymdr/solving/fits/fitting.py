@@ -14,10 +14,9 @@ from pymdr.errors import ProblemError
 from pymdr.interpretation.validity import EXACT_WITHIN, Claim
 from pymdr.problem.contact import Contact
 from pymdr.problem.laws import Coulomb, MaugisDugdale
-from pymdr.problem.measured import MeasuredCurve
 from pymdr.problem.paths import Path, indent
 from pymdr.result import Result, labelled
-from pymdr.solving.curves import leave_out_marked
+from pymdr.solving.curves import MeasuredCurve
 from pymdr.solving.fits.asking import AT_END, FOUND, NO_CONTACT, SEEN, Asked, fewest_in_contact
 from pymdr.solving.fits.families import Ladder, Ways, whole_ladder
 from pymdr.solving.fits.found import FitResult, Fitted, force_of
@@ -221,7 +220,7 @@ def _told(curve: MeasuredCurve) -> MeasuredCurve:
     for name, column in (("force", curve.force), ("depth", curve.position)):
         if float(np.ptp(column)) == 0.0:
             raise ProblemError(f"fit: the {name} of the record does not change: no contact is seen in it")
-    return leave_out_marked(curve) if curve.marked.any() else curve
+    return curve.leave_out_marked() if curve.marked.any() else curve
 
 
 class Estimate(NamedTuple):
@@ -336,7 +335,7 @@ def _quick_start(search: Search) -> tuple[Start, FloatArray] | None:
     if found["ending"][0] == NO_CONTACT:
         raise ProblemError(
             f"fit: no contact is seen in the record: one without any leaves squares that are larger by less than {SEEN:g} variances of "
-            f"the noise; {_machine_in_words(stretch)}press deeper, mark outliers (mark_outliers), or see with orient(curve) whether a sign is turned"
+            f"the noise; {_machine_in_words(stretch)}press deeper, mark outliers (curve.mark_outliers()), or see with curve.orient() whether a sign is turned"
         )
     if found["ending"][0] == AT_END:
         _refuse_beyond_layers(asked, ways, stretch)

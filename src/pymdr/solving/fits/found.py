@@ -13,8 +13,8 @@ from pymdr.errors import QuantityError
 from pymdr.interpretation.validity import SOURCES, Assumption, Claim
 from pymdr.problem.codec import encode
 from pymdr.problem.contact import Contact
-from pymdr.problem.measured import MeasuredCurve
 from pymdr.quantities import one_name
+from pymdr.solving.curves import MeasuredCurve
 from pymdr.solving.fits.loops import ShearRecord
 from pymdr.solving.fits.searching import Search, free_numbers
 from pymdr.units import shown, written

@@ -21,13 +21,13 @@ from pymdr.mapping.equivalent import equivalent_profile
 from pymdr.numerics.panels import IndexArray
 from pymdr.problem.contact import Contact
 from pymdr.problem.laws import DMT
-from pymdr.problem.measured import MeasuredCurve
 from pymdr.problem.parameters import with_parameters
 from pymdr.problem.paths import indent
 from pymdr.problem.schedule import Progress
 from pymdr.quantities import one_name
 from pymdr.result import Result
-from pymdr.solving.curves.marking import FLAT, SHORTEST, mark_saturated
+from pymdr.solving.curves import MeasuredCurve
+from pymdr.solving.curves.marking import FLAT, SHORTEST
 from pymdr.solving.fits.asking import (
     ENDINGS,
     FOUND,
@@ -84,7 +84,7 @@ class FittedMap:
     data: xr.Dataset
     """
     Over the grid of the curves: what was found by its name and its standard error as ``..._error``, NaN where nothing was;
-    ``noise`` (N), ``waves`` (see :attr:`pymdr.FitResult.waves`), ``correlated``, ``indentation`` (m, the largest), ``of_limit``, the
+    ``noise`` (N), ``waves`` (see :attr:`~pymdr.solving.fits.FitResult.waves`), ``correlated``, ``indentation`` (m, the largest), ``of_limit``, the
     largest measure of what the model assumes of each curve in parts of its limit (above 1 the curve lies beyond), ``plateau``, the
     samples at the largest force while the depth changes, and ``ending``, a number whose meaning stands in its attributes.
     """
@@ -396,7 +396,7 @@ def _plateaus(stretch: Stretch) -> FloatArray:
     counts = np.zeros(len(force))
     for i in np.flatnonzero(long.any(axis=1)):
         with suppress(PymdrError):
-            counts[i] = mark_saturated(stretch.curve(int(i))).marked.sum()
+            counts[i] = stretch.curve(int(i)).mark_saturated().marked.sum()
     return counts
 
 

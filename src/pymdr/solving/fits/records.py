@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 import numpy as np
 
 from pymdr.errors import FileError, MissingExtraError, ProblemError, UnitError
-from pymdr.problem.measured import MeasuredCurve
+from pymdr.solving.curves import MeasuredCurve
 from pymdr.units import FloatArray, shown, to_si
 
 if TYPE_CHECKING:

@@ -14,7 +14,7 @@ from scipy.fft import irfft, next_fast_len, rfft
 
 from pymdr.errors import ConvergenceError, ProblemError, PymdrError
 from pymdr.problem.contact import Contact
-from pymdr.problem.measured import MeasuredCurve
+from pymdr.solving.curves import MeasuredCurve
 from pymdr.solving.fits.forces import forces_of, modelled
 from pymdr.solving.fits.loops import ShearRecord
 from pymdr.solving.fits.unknowns import BASELINE, CONTACT_POINT, SHIFT_ORIGIN, TILT, Unknown, put_into
@@ -414,6 +414,6 @@ def refuse_unsettled(found: Any) -> None:
     """
     if not found.success:
         raise ConvergenceError(
-            f"fit: the search did not settle after {found.nfev} trials: {found.message} See with orient(curve) whether a sign is turned, or give "
+            f"fit: the search did not settle after {found.nfev} trials: {found.message} See with curve.orient() whether a sign is turned, or give "
             "bounds in free"
         )

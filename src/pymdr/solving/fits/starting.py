@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from pymdr.errors import ProblemError, PymdrError
 from pymdr.problem.contact import Contact
-from pymdr.problem.measured import MeasuredCurve
 from pymdr.problem.parameters import with_parameters
+from pymdr.solving.curves import MeasuredCurve
 from pymdr.solving.fits.forces import FULLY_OUT, Forces, forces_of
 from pymdr.solving.fits.loops import ShearRecord
 from pymdr.solving.fits.unknowns import (
@@ -111,7 +111,7 @@ def starts(
     found = [start for start in found if math.isfinite(start.misfit)]
     if not found:
         raise ProblemError(
-            f"fit: no start can be computed: {failures[-1] if failures else 'no force in the record rises with the depth; see with orient(curve) whether a sign is turned'}"
+            f"fit: no start can be computed: {failures[-1] if failures else 'no force in the record rises with the depth; see with curve.orient() whether a sign is turned'}"
         )
     return sorted(found, key=lambda start: start.misfit)[:count]
 

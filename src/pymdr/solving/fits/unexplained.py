@@ -10,8 +10,7 @@ from pymdr.line.adhesion import DMT_BELOW, JKR_ABOVE, maugis_parameter
 from pymdr.mapping.moduli import effective_moduli
 from pymdr.problem.contact import Contact
 from pymdr.problem.laws import DMT, JKR
-from pymdr.problem.measured import MeasuredCurve
-from pymdr.solving.curves import mark_saturated
+from pymdr.solving.curves import MeasuredCurve
 from pymdr.solving.fits.found import FitResult
 from pymdr.units import written
 
@@ -62,7 +61,7 @@ def range_of_law(contact: Contact) -> tuple[str, ...]:
 def _unmarked_plateau(found: FitResult) -> tuple[str, ...]:
     """Whether a record stays at its largest force while it is pressed on."""
     curves = [one for one in found.curves if isinstance(one, MeasuredCurve)]
-    count = sum(int(mark_saturated(one).marked.sum()) for one in curves if one.saturated is None)
+    count = sum(int(one.mark_saturated().marked.sum()) for one in curves if one.saturated is None)
     if not count:
         return ()
     return (

@@ -8,19 +8,17 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pymdr.problem.topography import Topography
-from pymdr.solving.press.states import State
+from pymdr.solving.press.states import MAPS, State
 
 if TYPE_CHECKING:
     import xarray as xr
-
-_MAPS = {"pressure": "Pa", "gap": "m"}
 
 
 def as_dataset(state: State, surface: Topography) -> xr.Dataset:
     """Maps over x and y, and numbers, in SI units."""
     import xarray as xr
 
-    maps = {name: (("x", "y"), getattr(state, name), {"units": unit}) for name, unit in _MAPS.items()}
+    maps = {name: (("x", "y"), getattr(state, name), {"units": unit}) for name, unit in MAPS.items()}
     numbers = {name: ((), getattr(state, name)) for name in State.numbers()}
     return xr.Dataset(maps | numbers, coords={"x": surface.x, "y": surface.y})
 

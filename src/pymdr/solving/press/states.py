@@ -10,6 +10,8 @@ import numpy as np
 from pymdr.independent.engines import HalfSpace, Pressing
 from pymdr.units import FloatArray
 
+MAPS = {"pressure": "Pa", "gap": "m"}
+"""Maps of a load, and their SI units."""
 TOLERANCE = 1e-6
 """Largest gap in the contact, and penetration, over the indentation."""
 _NEVER = -4.0

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
@@ -13,16 +14,16 @@ from pymdr.problem.profiles import ForceCurve
 from pymdr.problem.profiles.forcecurve import FEWEST_POINTS
 from pymdr.problem.topography import Topography
 from pymdr.quantities import one_name
+from pymdr.solving.press.states import MAPS
 from pymdr.solving.study import Column, Study
 from pymdr.units import FloatArray, shown, written
 
 if TYPE_CHECKING:
-    import os
-
     import xarray as xr
     from matplotlib.figure import Figure
 
-_FIELDS = {"pressure": "Pa", "contact": "", "gap": "m"}
+FORMAT = "pymdr pressed surface 1"
+_FIELDS = {**MAPS, "contact": ""}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -122,24 +123,20 @@ class PressedSurface(Study):
         error = error_of_force(depth, force, *(each[known][places] for each in errors))
         return ForceCurve(depth, force, self.data.attrs["modulus"], contact_point=0.0, error=error)
 
-    def save(self, file: str | os.PathLike[str]) -> None:
-        """
-        Write everything to a NetCDF file, whole or not at all.
-
-        Parameters
-        ----------
-        file : path
-            For example "press.nc"; :func:`pymdr.open_pressed_surface` reads it back.
-
-        Raises
-        ------
-        FileError
-            If the file cannot be written, or its name is that of another format.
-        """
-        from pymdr.presentation.files import write_dataset
-        from pymdr.solving.press.saving import as_file
-
-        write_dataset(as_file(self), file)
+    def _stored(self) -> xr.Dataset:
+        """With the maps and heights; :func:`pymdr.open_pressed_surface` reads the file back."""
+        surface, (load,) = self.surface, self.data.sizes
+        maps = {
+            name: ((load, "x", "y"), np.stack(arrays), {"units": MAPS[name]})
+            for name, arrays in zip(MAPS, zip(*self.maps, strict=True), strict=True)
+        }
+        heights = {"heights": (("x", "y"), surface.heights, {"units": "m"})}
+        stored = super()._stored().assign(maps | heights).assign_coords(x=surface.x, y=surface.y)
+        for name in MAPS:
+            # pixels that bear nothing are most of them
+            stored[name].encoding = {"zlib": True}
+        as_json = json.loads(stored.attrs["pymdr_told"]) | {"steps": surface.steps}
+        return stored.assign_attrs(pymdr_format=FORMAT, pymdr_told=json.dumps(as_json))
 
     def _remarks(self) -> list[str]:
         told = self.data.attrs

@@ -14,7 +14,6 @@ from pymdr.interpretation.press import press_assumptions, press_claims
 from pymdr.interpretation.validity import Claim, Level
 from pymdr.machine import memory_of_machine
 from pymdr.mapping.moduli import effective_moduli
-from pymdr.mapping.rough_patch import rough_pixels, rough_topography
 from pymdr.presentation.text import in_bytes
 from pymdr.problem.materials import Graded, Material, Rigid, Viscoelastic
 from pymdr.problem.rough import RoughSurface
@@ -64,7 +63,7 @@ def press(
     Parameters
     ----------
     surface : Topography or RoughSurface
-        Heights without gaps; of a RoughSurface its first realisation, :func:`pymdr.rough_topography`, as a punch.
+        Heights without gaps; of a RoughSurface its first realisation, :meth:`~pymdr.RoughSurface.topography`, as a punch.
     body : Elastic or TransverselyIsotropic
     counterbody : Elastic, TransverselyIsotropic or Rigid, optional
         Rigid unless given.
@@ -186,7 +185,7 @@ def bytes_of(
 def pixels_of(surface: Topography | RoughSurface) -> tuple[int, int]:
     """Pixels along x and y of what is pressed, before any heights are made."""
     if isinstance(surface, RoughSurface):
-        return rough_pixels(surface)
+        return surface.pixels()
     nx, ny = as_topography(surface, _WHO).heights.shape
     return nx, ny
 
@@ -205,7 +204,7 @@ def patch_of(surface: Topography | RoughSurface, punch: bool = False) -> tuple[T
             f"{_WHO}: punch = {shown(punch)}; True or False is needed: whether the body ends where the heights end"
         )
     if isinstance(surface, RoughSurface):
-        return rough_topography(surface), True
+        return surface.topography(), True
     missing = int(np.count_nonzero(surface.missing))
     if missing:
         raise ProblemError(

@@ -13,8 +13,7 @@ from pymdr.workbench.cli.options import Json, Quiet
 from pymdr.workbench.cli.telling import answer, failures_as_json, print_json, say, say_written
 
 if TYPE_CHECKING:
-    from pymdr.problem.measured import MeasuredCurve
-    from pymdr.solving.curves import ContactPoint
+    from pymdr.solving.curves import ContactPoint, MeasuredCurve
 
 
 def curves(
@@ -78,32 +77,25 @@ class _Record:
 
     def __init__(self, segments: tuple[MeasuredCurve, ...]) -> None:
         from pymdr.errors import ProblemError
-        from pymdr.solving.curves import (
-            contact_point_of,
-            join_segments,
-            mark_outliers,
-            mark_saturated,
-            orient,
-        )
 
         self.number = int(segments[0].metadata["record"])
         self.point: ContactPoint | None = None
         self.refusal = self.signs = ""
-        turned = [mark_outliers(one) for one in segments]
+        turned = [one.mark_outliers() for one in segments]
         try:
-            signs = orient(join_segments(turned)).step
+            signs = turned[0].join(*turned[1:]).orient().step
             assert signs is not None
-            turned = [orient(one, signs.numbers) for one in turned]
+            turned = [one.orient(signs.numbers) for one in turned]
             self.signs = str(signs)
         except ProblemError as error:
             self.signs = f"signs: as they were read; {error}"
-        self.segments = [mark_saturated(one) for one in turned]
+        self.segments = [one.mark_saturated() for one in turned]
         approach = next((one for one in self.segments if one.segment == "approach"), None)
         if approach is None:
             self.refusal = "no segment is an approach: the contact point is looked for there"
             return
         try:
-            self.point = contact_point_of(approach)
+            self.point = approach.contact_point()
         except ProblemError as error:
             self.refusal = str(error)
 

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from pymdr.problem.contact import Contact
-    from pymdr.problem.measured import MeasuredCurve
+    from pymdr.solving.curves import MeasuredCurve
     from pymdr.solving.fits import FitResult, FittedMap
 
 

@@ -19,7 +19,6 @@ if TYPE_CHECKING:
 
     from pymdr.interpretation.validity import Assumption, Claim
     from pymdr.result import Result
-    from pymdr.solving import Assessment
     from pymdr.solving.fits import FitResult, FittedMap
     from pymdr.solving.study import Study
 
@@ -176,7 +175,7 @@ def table_of(data: xr.Dataset) -> dict[str, list[float]]:
     return {str(name): [float(value) for value in array.values] for name, array in data.items()}
 
 
-def validity_of(found: Result | Assessment | Study | FitResult | FittedMap) -> dict[str, Any]:
+def validity_of(found: Result | Study | FitResult | FittedMap) -> dict[str, Any]:
     """How far what was found can be trusted."""
     return {
         "claims": claims_of(found.claims),

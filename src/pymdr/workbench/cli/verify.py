@@ -23,6 +23,7 @@ from pymdr.workbench.cli.telling import (
 
 if TYPE_CHECKING:
     from pymdr.workbench.casefile import Case
+    from pymdr.workbench.comparison import Comparison
 
 
 def verify(
@@ -46,10 +47,7 @@ def verify(
         folder = output or named_after(case)
         asked = read_case(case)
         with ready_folder(folder), stages(quiet or as_json) as stage:
-            if asked.contact.friction is None:
-                found, told = _by_elements(asked, rings, pixels, 5 if steps is None else steps, stage)
-            else:
-                found, told = _by_cells(asked, cells, 20 if steps is None else steps, stage)
+            found, told = _verified(asked, rings, pixels, cells, steps, stage)
             written = write_figures({"verify": found.plot()}, folder, stage("drawing"))
     # without any difference to tell the method gave nothing
     refused = not math.isfinite(told["largest_difference"])
@@ -60,8 +58,8 @@ def verify(
             written,
             title=asked.title,
             status="REFUSED" if refused else "COMPLETED",
-            rows=found.table.sizes["step"],
-            verification={**told, "table": table_of(found.table)},
+            rows=found.data.sizes["step"],
+            verification={**told, "table": table_of(found.data)},
         )
         print_json(report)
     elif not quiet:
@@ -71,42 +69,29 @@ def verify(
         raise typer.Exit(REFUSED)
 
 
-def _by_elements(
-    asked: Case, rings: int, pixels: int, steps: int, stage: Stage
-) -> tuple[Any, dict[str, Any]]:
+def _verified(
+    asked: Case, rings: int, pixels: int, cells: int, steps: int | None, stage: Stage
+) -> tuple[Comparison, dict[str, Any]]:
+    """What both say, and how it is told in JSON."""
     from pymdr.problem.profiles import Shape
+    from pymdr.workbench.sliding import SlidingVerification
     from pymdr.workbench.verification import verify as hold_against_elements
 
-    whole = isinstance(asked.contact.profile, Shape)
+    if asked.contact.friction is not None:
+        solver, n, words = "cells", cells, "solving on a grid"
+    elif isinstance(asked.contact.profile, Shape):
+        solver, n, words = "pixels", pixels, "pressing by boundary elements"
+    else:
+        solver, n, words = "rings", rings, "solving by rings"
     found = hold_against_elements(
         asked.contact,
         asked.path,
-        rings=rings,
-        pixels=pixels,
+        elements=n,
         steps=steps,
         machine_stiffness=asked.options.get("machine_stiffness"),
-        progress=stage("pressing by boundary elements" if whole else "solving by rings"),
+        progress=stage(words),
     )
-    solver, n = ("pixels", pixels) if whole else ("rings", rings)
-    return found, {"solver": solver, "n": n, "largest_difference": found.largest_difference}
-
-
-def _by_cells(asked: Case, cells: int, steps: int, stage: Stage) -> tuple[Any, dict[str, Any]]:
-    from pymdr.workbench.sliding import verify_sliding
-
-    found = verify_sliding(
-        asked.contact,
-        asked.path,
-        machine_stiffness=asked.options.get("machine_stiffness"),
-        cells=cells,
-        steps=steps,
-        progress=stage("solving on a grid"),
-    )
-    told = {
-        "solver": "cells",
-        "n": cells,
-        "path_rows": found.path_rows,
-        "rows": found.rows.tolist(),
-        "largest_difference": found.largest_difference,
-    }
+    told: dict[str, Any] = {"solver": solver, "n": n, "largest_difference": found.largest_difference}
+    if isinstance(found, SlidingVerification):
+        told |= {"path_rows": found.path_rows, "rows": found.rows.tolist()}
     return found, told

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from pymdr.errors import ProblemError
-from pymdr.problem.topography import Topography, as_topography
+from pymdr.problem.topography.heights import Heights
 from pymdr.units import FloatArray, QuantityLike, metres, shown, to_si
 
 _SAFETY = 0.5
 """Share of the curvature of the tip from which on it blunts what it sees."""
 
 
-def tip_cutoff(topography: Topography, tip_radius: QuantityLike) -> float:
+def tip_cutoff(topography: Heights, tip_radius: QuantityLike) -> float:
     """
     The shortest wavelength that a tip of a radius can have resolved, from the curvatures of what it measured.
 
@@ -43,12 +43,13 @@ def tip_cutoff(topography: Topography, tip_radius: QuantityLike) -> float:
     Examples
     --------
     >>> import numpy as np
+    >>> from pymdr import Topography
     >>> x = np.arange(256.0)
     >>> wave = Topography(np.cos(0.1 * np.pi * x)[:, None] + np.zeros(256), 256.0)
-    >>> tip_cutoff(wave, 1.0), tip_cutoff(wave, 10.0)
+    >>> wave.tip_cutoff(1.0), wave.tip_cutoff(10.0)
     (2.0, 18.0)
     """
-    heights = as_topography(topography, "tip_cutoff").whole("tip_cutoff")
+    heights = topography.whole("tip_cutoff")
     radius = to_si(tip_radius, "m", name="tip_radius")
     if not radius > 0.0:
         raise ProblemError(f"tip_cutoff: tip_radius = {shown(tip_radius)}; it must be above 0 m")

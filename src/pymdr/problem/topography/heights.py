@@ -5,6 +5,7 @@ from __future__ import annotations
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,32 +36,8 @@ class HeightsField(ArrayField):
 
 
 @dataclass(frozen=True, eq=False)
-class Topography(Value):
-    """
-    The heights of a surface on a rectangular grid of pixels.
-
-    Parameters
-    ----------
-    heights : array_like of quantity
-        Heights in m, (nx, ny), that grow out of the body: its summits touch first. nan where nothing was measured.
-    size : quantity or pair of quantities
-        Sides along x and y in m of the whole patch, nx and ny pixels; one length for a square.
-    steps : tuple of str, optional
-        Where the heights come from and what was done to them, in words, one after the other.
-
-    Raises
-    ------
-    ProblemError
-        If the heights are no matrix of at least 2 x 2, all missing, or a side is not above 0.
-    UnitError
-        If something is no length, or a height is infinite.
-
-    Examples
-    --------
-    >>> surface = Topography([[0.0, 1e-9], [2e-9, 3e-9]], "2 um")
-    >>> surface.spacing.tolist()
-    [1e-06, 1e-06]
-    """
+class Heights(Value):
+    """The columns of :class:`pymdr.Topography`, which has what can be done to them."""
 
     heights: HeightsField = HeightsField("m", words="heights, growing out of the body")
     size: SidesField = SidesField("m", words="sides along x and y, or side of a square")
@@ -75,8 +52,8 @@ class Topography(Value):
         count = int(np.count_nonzero(self.missing))
         if count:
             raise ProblemError(
-                f"{who}: {count} of {self.heights.size} heights are missing; fill them by fill_missing(topography, 'interpolate'), or "
-                "cut down to what was measured by fill_missing(topography, 'crop')"
+                f"{who}: {count} of {self.heights.size} heights are missing; fill them by topography.fill_missing('interpolate'), or "
+                "cut down to what was measured by topography.fill_missing('crop')"
             )
         return self.heights
 
@@ -101,15 +78,4 @@ class Topography(Value):
         return np.isnan(self.heights)
 
 
-def as_topography(topography: object, who: str) -> Topography:
-    """
-    A topography as it is.
-
-    Raises
-    ------
-    ProblemError
-        If it is none.
-    """
-    if not isinstance(topography, Topography):
-        raise ProblemError(f"{who}: {shown(topography)} is no surface; write Topography(heights, size)")
-    return topography
+Surface = TypeVar("Surface", bound=Heights)

@@ -1,8 +1,7 @@
-"""Pressed surfaces as files."""
+"""Pressed surfaces from files."""
 
 from __future__ import annotations
 
-import json
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -10,35 +9,15 @@ import numpy as np
 
 from pymdr.errors import FileError, PymdrError
 from pymdr.interpretation.validity import Assumption, Claim, Level
-from pymdr.presentation.files import as_text
 from pymdr.problem.topography import Topography
-from pymdr.solving.press.value import PressedSurface
+from pymdr.solving.press.states import MAPS
+from pymdr.solving.press.value import FORMAT, PressedSurface
 
 if TYPE_CHECKING:
     import os
 
     import xarray as xr
     from pydantic import TypeAdapter
-
-_FORMAT = "pymdr pressed surface 1"
-_MAPS = {"pressure": "Pa", "gap": "m"}
-
-
-def as_file(pressed: PressedSurface) -> xr.Dataset:
-    """Everything as one dataset, whose attributes are numbers and texts."""
-    (load,) = pressed.data.sizes
-    surface = pressed.surface
-    maps = {
-        name: ((load, "x", "y"), np.stack(arrays), {"units": _MAPS[name]})
-        for name, arrays in zip(_MAPS, zip(*pressed.maps, strict=True), strict=True)
-    }
-    heights = {"heights": (("x", "y"), surface.heights, {"units": "m"})}
-    found = pressed.data.assign(maps | heights).assign_coords(x=surface.x, y=surface.y)
-    for name in _MAPS:
-        # pixels that bear nothing are most of them
-        found[name].encoding = {"zlib": True}
-    told = json.loads(as_text(pressed.claims, pressed.assumptions, pressed.notes)) | {"steps": surface.steps}
-    return found.assign_attrs(pymdr_format=_FORMAT, pymdr_told=json.dumps(told))
 
 
 @lru_cache(maxsize=1)
@@ -71,7 +50,7 @@ def _told() -> TypeAdapter[Any]:
 
 def open_pressed_surface(file: str | os.PathLike[str]) -> PressedSurface:
     """
-    Read a pressed surface that :meth:`~pymdr.PressedSurface.save` wrote.
+    Read a pressed surface that :meth:`~pymdr.solving.press.PressedSurface.save` wrote.
 
     Parameters
     ----------
@@ -90,9 +69,9 @@ def open_pressed_surface(file: str | os.PathLike[str]) -> PressedSurface:
     from pymdr.presentation.files import read_dataset
 
     found = read_dataset(file)
-    if found.attrs.get("pymdr_format") != _FORMAT:
+    if found.attrs.get("pymdr_format") != FORMAT:
         raise FileError(
-            f"{file} is no pressed surface: its format is {found.attrs.get('pymdr_format')!r}, {_FORMAT!r} is needed; "
+            f"{file} is no pressed surface: its format is {found.attrs.get('pymdr_format')!r}, {FORMAT!r} is needed; "
             "write it with PressedSurface.save"
         )
     try:
@@ -102,14 +81,14 @@ def open_pressed_surface(file: str | os.PathLike[str]) -> PressedSurface:
 
 
 def _pressed(found: xr.Dataset) -> PressedSurface:
-    """The inverse of :func:`as_file`."""
+    """The inverse of :meth:`~pymdr.solving.press.PressedSurface.save`."""
     attrs = found.attrs
     told = _told().validate_json(attrs["pymdr_told"]).model_dump()
     (load,) = (name for name in map(str, found.dims) if name not in ("x", "y"))
     count = found.sizes[load]
     surface = Topography(found["heights"].values, attrs["size"], tuple(told["steps"]))
-    pressures, gaps = (found[name].transpose(load, "x", "y").values for name in _MAPS)
-    data = found.drop_vars([*_MAPS, "heights", "x", "y"]).assign_attrs(
+    pressures, gaps = (found[name].transpose(load, "x", "y").values for name in MAPS)
+    data = found.drop_vars([*MAPS, "heights", "x", "y"]).assign_attrs(
         modulus=float(attrs["modulus"]),
         engine=str(attrs["engine"]),
         points=surface.heights.shape,

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 import re
+from dataclasses import replace
 
 import numpy as np
 
 from pymdr.errors import ProblemError
-from pymdr.problem.topography import Topography, as_topography
+from pymdr.problem.topography.heights import Heights, Surface
 from pymdr.units import FloatArray, metres, shown
 
 TRENDS = ("mean", "plane", "sphere", "curvature")
@@ -17,7 +18,7 @@ _FILLED = "filled by interpolation"
 _COUNTED = re.compile(rf"(\d+) of (\d+) heights were missing .*{_FILLED}")
 
 
-def detrend(topography: Topography, trend: str) -> Topography:
+def detrend(topography: Surface, trend: str) -> Surface:
     """
     The heights less the trend that lies nearest to them, by least squares over the heights that are known.
 
@@ -40,13 +41,13 @@ def detrend(topography: Topography, trend: str) -> Topography:
     Examples
     --------
     >>> x, y = np.meshgrid(np.arange(8.0), np.arange(8.0), indexing="ij")
-    >>> flat = detrend(Topography(1e-9 * (3.0 * x - y), "8 um"), "plane")
+    >>> from pymdr import Topography
+    >>> flat = Topography(1e-9 * (3.0 * x - y), "8 um").detrend("plane")
     >>> bool(np.max(np.abs(flat.heights)) < 1e-22)
     True
     >>> flat.steps
     ('a plane taken off, of slope 0.003 along x and -0.001 along y',)
     """
-    as_topography(topography, "detrend")
     if not isinstance(trend, str) or trend not in TRENDS:
         raise ProblemError(f"detrend: {shown(trend)}; a trend is one of {', '.join(TRENDS)}")
     scale = float(topography.size.max())
@@ -74,10 +75,10 @@ def detrend(topography: Topography, trend: str) -> Topography:
         )
     found = np.linalg.solve(matrix, sides)
     off: FloatArray = middle + np.asarray(sum(c * column for c, column in zip(found, columns, strict=True)))
-    return Topography(
-        topography.heights - off,
-        topography.size,
-        (*topography.steps, _told(trend, middle, found / scale, found / scale**2)),
+    return replace(
+        topography,
+        heights=topography.heights - off,
+        steps=(*topography.steps, _told(trend, middle, found / scale, found / scale**2)),
     )
 
 
@@ -100,7 +101,7 @@ def _radius(bend: float) -> str:
     return f"{'a cap' if bend < 0.0 else 'a bowl'} of radius {metres(1.0 / abs(bend))}"
 
 
-def fill_missing(topography: Topography, remedy: str) -> Topography:
+def fill_missing(topography: Surface, remedy: str) -> Surface:
     """
     A surface without missing heights.
 
@@ -129,15 +130,15 @@ def fill_missing(topography: Topography, remedy: str) -> Topography:
     --------
     >>> heights = np.add.outer(np.arange(5.0), np.arange(4.0))
     >>> heights[2, 1] = np.nan
-    >>> filled = fill_missing(Topography(heights, 1.0), "interpolate")
+    >>> from pymdr import Topography
+    >>> filled = Topography(heights, 1.0).fill_missing("interpolate")
     >>> round(float(filled.heights[2, 1]), 12)
     3.0
     >>> filled.steps
     ('1 of 20 heights were missing (5 %), filled by interpolation',)
-    >>> fill_missing(Topography(heights, 1.0), "crop").heights.shape
+    >>> Topography(heights, 1.0).fill_missing("crop").heights.shape
     (5, 2)
     """
-    as_topography(topography, "fill_missing")
     if not isinstance(remedy, str) or remedy not in REMEDIES:
         raise ProblemError(
             f"fill_missing: {shown(remedy)}; missing heights are for one of {', '.join(REMEDIES)}"
@@ -157,19 +158,19 @@ def fill_missing(topography: Topography, remedy: str) -> Topography:
         step = (
             f"{told}, cut down to {part.shape[0]} x {part.shape[1]} from ({rows.start}, {columns.start}) on"
         )
-        return Topography(part, size, (*topography.steps, step))
+        return replace(topography, heights=part, size=size, steps=(*topography.steps, step))
     if 2 * count > total:
         raise ProblemError(
             f"fill_missing: {told}, more than half of them; crop the surface to what was measured"
         )
-    return Topography(
-        _continued(topography.heights, topography.spacing),
-        topography.size,
-        (*topography.steps, f"{told}, {_FILLED}"),
+    return replace(
+        topography,
+        heights=_continued(topography.heights, topography.spacing),
+        steps=(*topography.steps, f"{told}, {_FILLED}"),
     )
 
 
-def interpolated_share(topography: Topography) -> float:
+def interpolated_share(topography: Heights) -> float:
     """
     The share of the heights that :func:`fill_missing` has interpolated, as its step says.
 
@@ -185,7 +186,8 @@ def interpolated_share(topography: Topography) -> float:
     --------
     >>> heights = np.add.outer(np.arange(5.0), np.arange(4.0))
     >>> heights[2, 1] = np.nan
-    >>> interpolated_share(fill_missing(Topography(heights, 1.0), "interpolate"))
+    >>> from pymdr import Topography
+    >>> interpolated_share(Topography(heights, 1.0).fill_missing("interpolate"))
     0.05
     """
     counted = (_COUNTED.fullmatch(step) for step in topography.steps)

@@ -1,0 +1,61 @@
+"""Two solutions of some steps of a path, side by side."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, ClassVar
+
+import numpy as np
+
+from pymdr.quantities import QUANTITIES
+from pymdr.solving.study import Study
+from pymdr.units import written
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Comparison(Study):
+    """Quantities by the method and by another solution, over ``step``."""
+
+    data: xr.Dataset
+    """Each quantity by the method (``_mdr``) and by the other, as far as there are such."""
+
+    compared: ClassVar[tuple[str, ...]]
+    """The quantities."""
+    others: ClassVar[Mapping[str, str]]
+    """Endings of the columns beside those of the method, and their heads."""
+
+    @property
+    def largest_difference(self) -> float:
+        """The largest relative difference of the force, or of the indentation where forces are prescribed; nan without any."""
+        names = [f"{name}_difference" for name in ("indentation", "normal_force")]
+        difference = np.concatenate([np.abs(self.data[name].values) for name in names if name in self.data])
+        return float(np.nanmax(difference)) if np.isfinite(difference).any() else math.nan
+
+    def _along(self) -> tuple[str, ...]:
+        """What tells the steps."""
+        return ("indentation",)
+
+    def _table(self) -> tuple[tuple[list[str], list[str]], list[list[str]]]:
+        """A row for every quantity of every step."""
+        rows: list[list[str]] = []
+        for i in range(self.data.sizes["step"]):
+            place = [self._cell(name, QUANTITIES[name].unit, i) for name in self._along()]
+            for name in self.compared:
+                if f"{name}_mdr" in self.data:
+                    row = QUANTITIES[name]
+                    cells = [self._cell(f"{name}_{end}", row.unit, i) for end in ("mdr", *self.others)]
+                    rows.append([*place, row.words, *cells])
+                    place = [""] * len(place)
+        head = [*self._along(), "quantity", "MDR", *self.others.values()]
+        return (head, [""] * len(head)), rows
+
+    def _cell(self, name: str, unit: str, i: int) -> str:
+        value = float(self.data[name].values[i])
+        if not name.endswith(("_difference", "_error")):
+            return written(value, unit)
+        return "-" if math.isnan(value) else f"{value:.1e}"
