@@ -51,6 +51,11 @@ def compiled(function: Function, stamp: Stamp | None = None, **options: Any) -> 
     return cast(Function, kernel)
 
 
+def inner(function: Function) -> Function:
+    """Compile a function that only kernels call: without the wrappers that take arguments from Python, which take longer than it."""
+    return compiled(function, no_cpython_wrapper=True, no_cfunc_wrapper=True)
+
+
 def _compile_constants_as_numbers(kernel: Any) -> None:
     """Numba compiles a kernel anew for every constant that another kernel gives it; once for its type is enough."""
     template = getattr(kernel, "get_call_template", None)

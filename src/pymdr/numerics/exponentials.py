@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pymdr.compiling import compiled
+from pymdr.compiling import inner
 from pymdr.units import FloatArray
 
 ROUNDING = 2e-15
@@ -48,13 +48,13 @@ def empty_sum(n: int) -> Sum:
     return Sum(np.zeros(2), np.zeros(n), np.zeros(n), np.zeros(n), np.zeros((2, 8)))
 
 
-@compiled
+@inner
 def mean(x: float) -> float:
     """The mean of exp(-x p) over p from 0 to 1."""
     return -math.expm1(-x) / x if x > 0.0 else 1.0
 
 
-@compiled
+@inner
 def moments(x: float) -> tuple[float, float, float, float, float, float]:
     """
     What a spring h with a dashpot behind it makes of a straight move e in x of its relaxation times: m0 to m5.
@@ -75,7 +75,7 @@ def moments(x: float) -> tuple[float, float, float, float, float, float]:
     return left, even, ramp, own, 0.5 * c * even, moved
 
 
-@compiled
+@inner
 def _slope(f: Sum, i: int) -> float:
     """The derivative of a term at 0: nothing but rounding where it stays what it is."""
     relaxed = f.rates[i] * f.decaying[i]
@@ -83,7 +83,7 @@ def _slope(f: Sum, i: int) -> float:
     return slope if abs(slope) > ROUNDING * abs(relaxed) else 0.0
 
 
-@compiled
+@inner
 def _at(f: Sum, p: float, out: FloatArray) -> None:
     """All that bounds a sum beside p."""
     falling, rise, bend, drop, curl = 0.0, 0.0, 0.0, 0.0, 0.0
@@ -104,7 +104,7 @@ def _at(f: Sum, p: float, out: FloatArray) -> None:
     out[_RISE], out[_BEND], out[_DROP], out[_CURL] = rise, bend, drop, curl
 
 
-@compiled
+@inner
 def _least(before: float, after: float, fall: float, fallen: float, steep: float, flat: float) -> float:
     """
     Bound from below of a sum that goes from `before` to `after`.
@@ -119,10 +119,10 @@ def _least(before: float, after: float, fall: float, fallen: float, steep: float
     return least
 
 
-@compiled
-def _root(f: Sum, low: float, high: float, out: FloatArray) -> float:
+@inner
+def _root(f: Sum, low: float, high: float, guess: float, out: FloatArray) -> float:
     """Where a sum that falls throughout is 0, by Newton's method within a bracket."""
-    p = low
+    p = min(max(guess, low), high)
     for _ in range(_NEWTON):
         _at(f, p, out)
         if out[_VALUE] > 0.0:
@@ -138,7 +138,7 @@ def _root(f: Sum, low: float, high: float, out: FloatArray) -> float:
     return p
 
 
-@compiled
+@inner
 def first_crossing(f: Sum, begin: float) -> tuple[float, int]:
     """
     The first p from `begin` to 1 at which a sum falls below 0, or NEVER; and how many intervals were tried.
@@ -182,7 +182,7 @@ def first_crossing(f: Sum, begin: float) -> tuple[float, int]:
             )
             short = width <= SHORTEST
             if falls >= 0.0 and not above:
-                return _root(f, p, end, ahead), tried
+                return _root(f, p, end, p + width * now[_VALUE] / (now[_VALUE] - ahead[_VALUE]), ahead), tried
             if short and not above:
                 return end, tried
             stays = (above and (rises >= 0.0 or falls >= 0.0 or short)) or rises >= 0.0

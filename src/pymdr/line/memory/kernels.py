@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pymdr.compiling import compiled
+from pymdr.compiling import inner
 from pymdr.line.memory.modes import Modes
 from pymdr.line.memory.springs import Springs
 from pymdr.mapping.relaxation import Relaxation
@@ -118,7 +118,7 @@ def room_for(body: Body) -> Room:
     )
 
 
-@compiled
+@inner
 def fill(duration: float, times: FloatArray, branch: FloatArray) -> None:
     """Coefficients of the branches for a duration."""
     for j in range(times.size):
@@ -132,7 +132,7 @@ def fill(duration: float, times: FloatArray, branch: FloatArray) -> None:
         ) = moments(duration / times[j])
 
 
-@compiled
+@inner
 def fade(duration: float, rates: FloatArray, mode: FloatArray) -> None:
     """What is left of the modes after a duration, and what their dashpots take."""
     for k in range(rates.size):
@@ -140,7 +140,7 @@ def fade(duration: float, rates: FloatArray, mode: FloatArray) -> None:
         mode[k, 1] = -0.5 * math.expm1(-2.0 * rates[k] * duration)
 
 
-@compiled
+@inner
 def prepare(body: Body, duration: float, room: Room) -> None:
     """Have the coefficients of a whole step."""
     if room.known[0] != duration:
@@ -149,7 +149,7 @@ def prepare(body: Body, duration: float, room: Room) -> None:
         room.known[0] = duration
 
 
-@compiled
+@inner
 def straight(body: Body, start: float, end: float, duration: float) -> Move:
     """A way; in no time a dashpot moves nowhere, and the way stands for its load as if its viscosity were that of one second."""
     way = end - start
@@ -160,7 +160,7 @@ def straight(body: Body, start: float, end: float, duration: float) -> Move:
     return Move(start, 0.0 if sudden else way, duration, drag)
 
 
-@compiled
+@inner
 def stiffness(body: Body, duration: float, branch: FloatArray) -> float:
     """How the force at the end of a straight move grows with it; of a dashpot in no time as `straight` says."""
     if body.viscosity > 0.0 and duration == 0.0:
@@ -171,7 +171,7 @@ def stiffness(body: Body, duration: float, branch: FloatArray) -> float:
     return float(stiff)
 
 
-@compiled
+@inner
 def move_branches(
     body: Body, move: float, w: float, branch: FloatArray, h: FloatArray
 ) -> tuple[float, float]:
@@ -188,7 +188,7 @@ def move_branches(
     return force, lost
 
 
-@compiled
+@inner
 def let_go(body: Body, w: float, h: FloatArray, m: FloatArray) -> float:
     """Find the modes of a spring that bears nothing; returns where it rests."""
     rest = w if body.equilibrium == 0.0 else 0.0
@@ -201,7 +201,7 @@ def let_go(body: Body, w: float, h: FloatArray, m: FloatArray) -> float:
     return rest
 
 
-@compiled
+@inner
 def branches_of(body: Body, m: FloatArray, h: FloatArray) -> None:
     """Find what the branches of a free spring bear."""
     for j in range(h.size):
@@ -210,7 +210,7 @@ def branches_of(body: Body, m: FloatArray, h: FloatArray) -> None:
             h[j] += body.to_branches[j, k] * m[k]
 
 
-@compiled
+@inner
 def creep_back(body: Body, duration: float, rest: float, m: FloatArray) -> tuple[float, float]:
     """Let a free spring creep; returns where it is and what its dashpots take."""
     w, lost = rest, 0.0
@@ -222,7 +222,7 @@ def creep_back(body: Body, duration: float, rest: float, m: FloatArray) -> tuple
     return w, lost
 
 
-@compiled
+@inner
 def _parts(body: Body, move: Move, done: float, w: float, room: Room, begin: float) -> tuple[float, int]:
     """At which part of what is left of a step a spring in contact parts."""
     left, f = 1.0 - done, room.force
@@ -233,7 +233,7 @@ def _parts(body: Body, move: Move, done: float, w: float, room: Room, begin: flo
     return first_crossing(f, begin)
 
 
-@compiled
+@inner
 def _touches(
     body: Body, move: Move, done: float, above: float, room: Room, begin: float
 ) -> tuple[float, int]:
@@ -245,7 +245,7 @@ def _touches(
     return first_crossing(f, begin)
 
 
-@compiled
+@inner
 def _turn(body: Body, move: Move, y: float, i: int, old: State, new: State, room: Room) -> bool:
     """
     Move a spring that may change sides; returns whether it is free then, with its branches, or modes, in `room`.
@@ -310,24 +310,23 @@ def _turn(body: Body, move: Move, y: float, i: int, old: State, new: State, room
     return bool(free)
 
 
-@compiled
-def _creeps(body: Body, above: float, rest: float, i: int, old: State, new: State, room: Room) -> float:
-    """Let a free spring creep over a step, so far above the indentation without its modes at least; returns its least gap."""
-    least, there, stored, lost = above, rest, 0.0, 0.0
-    for k in range(body.rates.size):
-        before = old.z[i, k]
-        after = room.mode[k, 0] * before
-        new.z[i, k] = after
-        there += body.reach[k] * after
-        least += min(body.reach[k] * before, body.reach[k] * after)
-        stored += after * after
-        lost += room.mode[k, 1] * before * before
-    new.w[i], new.free[FREE, i], new.free[REST, i], new.free[TURN, i] = there, 1.0, rest, 0.0
-    room.spring[_LOST], room.spring[_WORK] = lost, 0.5 * stored
-    return float(least)
+@inner
+def _stayed(
+    body: Body, move: Move, branch: FloatArray, sums: FloatArray, stays: float
+) -> tuple[float, float]:
+    """The work on springs that stay in contact, but for that on their own springs, and what dashpots take of it."""
+    work = lost = move.way * move.drag * stays
+    for j in range(body.times.size):
+        elastic, borne = sums[0, j], sums[1, j]
+        work += move.way * (branch[j, MEAN] * borne + branch[j, RAMP] * elastic * stays)
+        lost += body.soft[j] * (
+            branch[j, OWN] * sums[2, j]
+            + elastic * (2.0 * branch[j, CROSS] * borne + branch[j, MOVED] * elastic * stays)
+        )
+    return work, lost
 
 
-@compiled
+@inner
 def step(
     springs: FloatArray,
     body: Body,
@@ -346,6 +345,8 @@ def step(
     first, active, cut = limits
     soft, branch, equilibrium = body.soft, room.branch, body.equilibrium
     way, drag, end, n = move.way, move.drag, move.start + move.way, body.times.size
+    # looked up once: in a loop that counts references
+    (w_old, z_old, free_old), (w_new, z_new, free_new), mode, reach = old, new, room.mode, body.reach
     prepare(body, move.duration, room)
     sums = (
         room.sums
@@ -356,74 +357,80 @@ def step(
     stored, lost, work, force, rate, stays = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     last, count, parts, q_last, q_before = -1, 0, 0, 0.0, 0.0
     for i in range(first, active):
-        y, share, w = springs[HEIGHT, i], springs[SHARE, i], old.w[i]
-        there, free = end - y, old.free[FREE, i] != 0.0
+        y, share, w = springs[HEIGHT, i], springs[SHARE, i], w_old[i]
+        there, free = end - y, free_old[FREE, i] != 0.0
         q, least, energy = equilibrium * there + drag, min(equilibrium * w, equilibrium * there) + drag, 0.0
         if free:
-            rest = old.free[REST, i]
+            gap, there_free, faded = free_old[REST, i] + y - max(move.start, end), free_old[REST, i], 0.0
             parts += 1
-            if _creeps(body, rest + y - max(move.start, end), rest, i, old, new, room) > 0.0:
-                lost += share * room.spring[_LOST]
-                stored += share * room.spring[_WORK]
+            for k in range(reach.size):
+                before = z_old[i, k]
+                after = mode[k, 0] * before
+                z_new[i, k] = after
+                there_free += reach[k] * after
+                gap += min(reach[k] * before, reach[k] * after)
+                energy += after * after
+                faded += mode[k, 1] * before * before
+            if gap > 0.0:
+                w_new[i], free_new[FREE, i] = there_free, 1.0
+                free_new[REST, i], free_new[TURN, i] = free_old[REST, i], 0.0
+                lost += share * faded
+                stored += 0.5 * share * energy
                 continue
+            energy = 0.0
         else:
             for j in range(n):
-                after = branch[j, DECAY] * old.z[i, j] + branch[j, MEAN] * sums[0, j]
-                new.z[i, j] = after
+                after = branch[j, DECAY] * z_old[i, j] + branch[j, MEAN] * sums[0, j]
+                z_new[i, j] = after
                 q += after
-                least += min(old.z[i, j], after)
+                least += min(z_old[i, j], after)
         if free or least < 0.0:
             free = _turn(body, move, y, i, old, new, room)
             lost += share * room.spring[_LOST]
             work += share * room.spring[_WORK]
             parts += int(room.spring[_TRIED])
             if free:
-                for k in range(body.rates.size):
-                    stored += 0.5 * share * new.z[i, k] * new.z[i, k]
+                for k in range(reach.size):
+                    stored += 0.5 * share * z_new[i, k] * z_new[i, k]
                 continue
             q = equilibrium * there + drag
             for j in range(n):
-                q += new.z[i, j]
+                q += z_new[i, j]
         else:
             for j in range(n):  # a sum keeps the compiler from short vectors, which take longer
-                loaded = share * old.z[i, j]
+                loaded = share * z_old[i, j]
                 sums[1, j] += loaded
-                sums[2, j] += loaded * old.z[i, j]
+                sums[2, j] += loaded * z_old[i, j]
             stays += share
             work += share * way * 0.5 * equilibrium * (w + there)
-            new.w[i], new.free[FREE, i], new.free[REST, i], new.free[TURN, i] = (
+            w_new[i], free_new[FREE, i], free_new[REST, i], free_new[TURN, i] = (
                 there,
                 0.0,
-                old.free[REST, i],
+                free_old[REST, i],
                 0.0,
             )
             parts += 1
         for j in range(n):
-            energy += new.z[i, j] * new.z[i, j] * soft[j]
+            energy += z_new[i, j] * z_new[i, j] * soft[j]
         stored += 0.5 * share * (energy + equilibrium * there * there)
         force += share * q
         last, count, q_before, q_last = i, count + 1, q_last, q
         rate += share * stiff
-    work += way * drag * stays
-    lost += way * drag * stays
-    for j in range(n):
-        elastic, borne = sums[0, j], sums[1, j]
-        work += way * (branch[j, MEAN] * borne + branch[j, RAMP] * elastic * stays)
-        lost += soft[j] * branch[j, OWN] * sums[2, j]
-        lost += soft[j] * elastic * (2.0 * branch[j, CROSS] * borne + branch[j, MOVED] * elastic * stays)
+    stayed, taken = _stayed(body, move, branch, sums, stays)
+    work, lost = work + stayed, lost + taken
     row[STORED], row[LOST], row[WORK], row[RATE], row[EDGE_DEPTH] = stored, lost, work, rate, end
     row[LAST], row[COUNT], row[PARTS], row[FORCE] = last, count, parts, force
     if 0 <= last < springs.shape[1] - 1:
         short = equilibrium  # what a spring feels that is let go shortly before the end
         for j in range(n):
             short += body.moduli[j] * mean(_SHORTLY * move.duration / body.times[j])
-        beyond = new.w[last + 1] if last + 1 < active else 0.0, new.w[last + 2] if last + 2 < active else 0.0
+        beyond = w_new[last + 1] if last + 1 < active else 0.0, w_new[last + 2] if last + 2 < active else 0.0
         row[EDGE_DEPTH] = _edge(springs, beyond, last, end, q_before, q_last, short, drag)
         if cut or drag != 0.0:  # without, the force is continuous in the indentation
             row[FORCE] += _cut(springs, last, row[EDGE_DEPTH], q_before, q_last, drag)
 
 
-@compiled
+@inner
 def _edge(
     springs: FloatArray,
     beyond: tuple[float, float],
@@ -459,7 +466,7 @@ def _edge(
     return float(max(min(outward, inward), min(max(outward, inward), across)))
 
 
-@compiled
+@inner
 def _cut(springs: FloatArray, last: int, edge: float, q_before: float, q_last: float, drag: float) -> float:
     """What the sum of the forces lacks of int q dk up to the edge, by trapezia beyond the last but one part."""
     inner, y = springs[HEIGHT, last], springs[HEIGHT, last + 1]

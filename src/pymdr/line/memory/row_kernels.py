@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pymdr import compiling
+from pymdr.compiling import inner
 from pymdr.line.memory.kernels import (
     COLUMNS,
     COUNT,
@@ -101,7 +102,7 @@ class Now(NamedTuple):
     active: int
 
 
-@compiled
+@inner
 def copy_state(state: State, other: State, first: int) -> None:
     """Take the springs from `first` on over, number by number: slices of arrays take seconds to compile."""
     for i in range(first, state.w.size):
@@ -112,7 +113,7 @@ def copy_state(state: State, other: State, first: int) -> None:
             state.free[j, i] = other.free[j, i]
 
 
-@compiled
+@inner
 def _note(
     springs: FloatArray, body: Body, depth: float, state: State, group: Group, notes: FloatArray, r: int
 ) -> None:
@@ -140,7 +141,7 @@ def _note(
         )
 
 
-@compiled
+@inner
 def _rest(springs: FloatArray, w: FloatArray, active: int) -> float:
     """The largest indentation at which no spring is touched, of those that are all free."""
     if active == 0:  # of bodies that have not touched
@@ -151,7 +152,7 @@ def _rest(springs: FloatArray, w: FloatArray, active: int) -> float:
     return float(depth)
 
 
-@compiled
+@inner
 def _touched(springs: FloatArray, active: int, depth: float) -> int:
     """How many springs a depth reaches, and no fewer than are active."""
     touched = active
@@ -160,7 +161,7 @@ def _touched(springs: FloatArray, active: int, depth: float) -> int:
     return touched
 
 
-@compiled
+@inner
 def active_springs(state: State) -> int:
     """Springs up to the last one that bears something or has not crept back."""
     active = state.w.size
@@ -172,7 +173,7 @@ def active_springs(state: State) -> int:
     return active
 
 
-@compiled
+@inner
 def _touching(count: int, active: int, free: FloatArray) -> int:
     """How many springs touch from the innermost on, where some surely do."""
     while count < active and free[FREE, count] == 0.0:
@@ -180,7 +181,7 @@ def _touching(count: int, active: int, free: FloatArray) -> int:
     return count
 
 
-@compiled
+@inner
 def _borne(run: Run, now: Now, guess: float, near: int, old: State, new: State) -> float:
     """Move the springs to a guess, those of the group as one; returns how many are in contact beside it."""
     body, row, whole = run.body, run.row, run.group.whole
@@ -199,7 +200,7 @@ def _borne(run: Run, now: Now, guess: float, near: int, old: State, new: State) 
     return float(alone)
 
 
-@compiled
+@inner
 def _press(
     run: Run, now: Now, target: float, old: State, new: State, lasting: bool
 ) -> tuple[float, float, int]:
@@ -345,7 +346,7 @@ def follow(
     return followed
 
 
-@compiled
+@inner
 def _half_way(
     run: Run, half: float, ways: tuple[float, float, float], touched: int, states: tuple[State, State, State]
 ) -> tuple[float, float]:
@@ -356,7 +357,7 @@ def _half_way(
     return run.row[FORCE], run.row[RATE]
 
 
-@compiled
+@inner
 def _bent(
     run: Run,
     half: float,
@@ -376,7 +377,7 @@ def _bent(
     return bent
 
 
-@compiled
+@inner
 def _halves(
     run: Run, now: Now, goals: tuple[float, float, bool], found: tuple[float, float, int], states: tuple[State, State, State],
     notes: FloatArray, limits: tuple[float, float, float],

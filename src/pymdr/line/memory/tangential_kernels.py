@@ -11,6 +11,7 @@ import math
 from typing import NamedTuple
 
 from pymdr import compiling
+from pymdr.compiling import inner
 from pymdr.line.memory.kernels import (
     CROSS,
     DECAY,
@@ -99,7 +100,7 @@ class Shear(NamedTuple):
     copies: tuple[State, State]
 
 
-@compiled
+@inner
 def _drive(
     body: Body, start: float, end: float, duration: float, v: float, room: Room
 ) -> tuple[float, float, float]:
@@ -132,7 +133,7 @@ def _drive(
     return v + there, work, lost
 
 
-@compiled
+@inner
 def _touching_part(run: Shear, pressed: Pressed, r: int, i: int) -> tuple[float, float, float, float]:
     """The part of a row over which a spring touches, and its loads at the ends of that part."""
     given, touches = pressed.given[r], pressed.gap[r + 1, i] < 0.0
@@ -153,7 +154,7 @@ def _touching_part(run: Shear, pressed: Pressed, r: int, i: int) -> tuple[float,
     return begin, end, before, after
 
 
-@compiled
+@inner
 def _sticks(
     run: Shear, way: float, lasts: float, loads: tuple[float, float], v: float, trial: float
 ) -> float:
@@ -168,7 +169,7 @@ def _sticks(
     return min(first_crossing(f, 0.0)[0], 1.0)
 
 
-@compiled
+@inner
 def _slide(
     run: Shear,
     way: float,
@@ -215,7 +216,7 @@ def _slide(
     return v + dv
 
 
-@compiled
+@inner
 def _change(run: Shear, pressed: Pressed, r: int, du: float, i: int, old: State, new: State) -> float:
     """Move a spring that slips, or changes sides, in a row; returns what it bears, or nan where it is free."""
     body, room, own, friction = run.body, run.room, run.own, run.friction
@@ -281,7 +282,7 @@ def _change(run: Shear, pressed: Pressed, r: int, du: float, i: int, old: State,
     return math.copysign(friction * after, trial) if over > 0.0 else q
 
 
-@compiled
+@inner
 def _plain(run: Shear, pressed: Pressed, r: int, du: float, i: int, old: State, new: State) -> float:
     """Move a spring without a dashpot beside that stays in contact, and sticks or slips all the way; nan where it is not that simple."""
     body, branch, own, friction = run.body, run.room.branch, run.own, run.friction
@@ -313,7 +314,7 @@ def _plain(run: Shear, pressed: Pressed, r: int, du: float, i: int, old: State, 
     return float(q)
 
 
-@compiled
+@inner
 def _step(
     run: Shear, pressed: Pressed, r: int, du: float, top: int, old: State, new: State, row: FloatArray
 ) -> None:
@@ -381,7 +382,7 @@ def _step(
     row[SLID] = innermost if row[STICK] == 0.0 else 0.0
 
 
-@compiled
+@inner
 def _sticking(
     count: int, top: int, gap0: FloatArray, gap1: FloatArray, free: FloatArray, margin: FloatArray
 ) -> int:
@@ -397,7 +398,7 @@ def _sticking(
     return count
 
 
-@compiled
+@inner
 def _stick(springs: FloatArray, margin: FloatArray, gap: FloatArray, last: int, row: FloatArray) -> None:
     """The stick radius, where margins that fall straight with d0 would vanish; and whether what sticks is a disk."""
     stuck = 0
@@ -420,7 +421,7 @@ def _stick(springs: FloatArray, margin: FloatArray, gap: FloatArray, last: int, 
             row[STICK] = x[stuck - 1] + min(ahead, 1.0) * (x[stuck] - x[stuck - 1])
 
 
-@compiled
+@inner
 def _gather(run: Shear, pressed: Pressed, r: int, top: int, old: State, new: State) -> float:
     """Have the group of springs that may stick over a row; returns the least load of one."""
     if run.group.whole[HELD] == 0.0 and run.body.viscosity == 0.0:
@@ -436,7 +437,7 @@ def _gather(run: Shear, pressed: Pressed, r: int, top: int, old: State, new: Sta
     return least
 
 
-@compiled
+@inner
 def _shift(
     run: Shear,
     pressed: Pressed,

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pymdr.compiling import compiled
+from pymdr.compiling import inner
 from pymdr.line.memory.kernels import (
     CROSS,
     DECAY,
@@ -52,19 +52,19 @@ def no_group(body: Body) -> Group:
     return Group(np.zeros(7), np.zeros((6, body.moduli.size)))
 
 
-@compiled
+@inner
 def beside(count: int) -> int:
     """How many springs beside an edge may change sides."""
     return max(_EDGE, count // 8)
 
 
-@compiled
+@inner
 def strays(held: int, count: int) -> bool:
     """Whether the edge of `count` springs has moved so far that another group is better."""
     return count - held > 2 * beside(count) or count - held < beside(count) // 2
 
 
-@compiled
+@inner
 def join(springs: FloatArray, count: int, state: State, other: State, group: Group) -> None:
     """Form a group of the first springs but those beside the edge of `count`; their state is kept in both places."""
     whole, branches, held = group.whole, group.branches, max(count - beside(count), 0)
@@ -98,7 +98,7 @@ def join(springs: FloatArray, count: int, state: State, other: State, group: Gro
             other.z[i, j] = h
 
 
-@compiled
+@inner
 def release(state: State, group: Group) -> None:
     """Give the springs of a group what they have now."""
     for i in range(int(group.whole[HELD])):
@@ -108,7 +108,7 @@ def release(state: State, group: Group) -> None:
     group.whole[HELD] = 0.0
 
 
-@compiled
+@inner
 def carry(body: Body, way: float, group: Group, branch: FloatArray) -> None:
     """Move a group on over a step whose coefficients are given."""
     branches = group.branches
@@ -120,7 +120,7 @@ def carry(body: Body, way: float, group: Group, branch: FloatArray) -> None:
         )
 
 
-@compiled
+@inner
 def bear(
     body: Body, move: Move, group: Group, branch: FloatArray
 ) -> tuple[float, float, float, float, float]:
@@ -148,7 +148,7 @@ def bear(
     return force + rate * way, rate, 0.5 * stored, work, lost
 
 
-@compiled
+@inner
 def lowest(body: Body, move: Move, group: Group, branch: FloatArray) -> float:
     """What no spring of a group falls below over a move: its branches and springs are monotone."""
     least = body.equilibrium * (group.whole[LEAST] + group.whole[SINCE] + min(move.way, 0.0)) + move.drag
@@ -158,7 +158,7 @@ def lowest(body: Body, move: Move, group: Group, branch: FloatArray) -> float:
     return float(least)
 
 
-@compiled
+@inner
 def highest(body: Body, way: float, group: Group, branch: FloatArray) -> float:
     """What no spring of a group exceeds that is sheared, whichever way."""
     whole, branches = group.whole, group.branches
