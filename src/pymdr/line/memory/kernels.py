@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pymdr.compiling import inner
+from pymdr.compiling import compiled, inner
 from pymdr.line.memory.modes import Modes
 from pymdr.line.memory.springs import Springs
 from pymdr.mapping.relaxation import Relaxation
@@ -118,7 +118,7 @@ def room_for(body: Body) -> Room:
     )
 
 
-@inner
+@compiled
 def fill(duration: float, times: FloatArray, branch: FloatArray) -> None:
     """Coefficients of the branches for a duration."""
     for j in range(times.size):
@@ -417,8 +417,13 @@ def step(
         last, count, q_before, q_last = i, count + 1, q_last, q
         rate += share * stiff
     stayed, taken = _stayed(body, move, branch, sums, stays)
-    work, lost = work + stayed, lost + taken
-    row[STORED], row[LOST], row[WORK], row[RATE], row[EDGE_DEPTH] = stored, lost, work, rate, end
+    row[STORED], row[LOST], row[WORK], row[RATE], row[EDGE_DEPTH] = (
+        stored,
+        lost + taken,
+        work + stayed,
+        rate,
+        end,
+    )
     row[LAST], row[COUNT], row[PARTS], row[FORCE] = last, count, parts, force
     if 0 <= last < springs.shape[1] - 1:
         short = equilibrium  # what a spring feels that is let go shortly before the end

@@ -119,7 +119,7 @@ def shear_springs(
         steps.room_for(body),
         together.no_group(body),
         np.zeros(size),
-        np.zeros(kernels.OWN_COLUMNS),
+        np.zeros((kernels.OWN_COLUMNS, size)),
         (begun.alike(), begun.alike()),
     )
     rows = np.zeros((target.size, kernels.COLUMNS + 1))

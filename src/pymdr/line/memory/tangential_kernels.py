@@ -68,9 +68,9 @@ TIME, MOVE, DRAG, STIFF, NORMAL, AREA = range(6)
 """Columns of what is given for a row: its duration, the change of d, what a dashpot adds to a load, the stiffness of a spring
 without one, F_N, and k of the contact per unit modulus."""
 GIVEN = 6
-_OWN_LOST, _OWN_SLIP, _OWN_WORK, _OWN_RATE, _OWN_LEFT = range(5)
-"""Of one spring in a row: what its dashpots and friction take, the work, dq/du, and how far it is left behind."""
-OWN_COLUMNS = 5
+_OWN_LOST, _OWN_SLIP, _OWN_WORK, _OWN_RATE, _OWN_LEFT, _OWN_STORED, _OWN_FORCE = range(7)
+"""Of every spring in a row: what its dashpots and friction take, the work, dq/du, how far it is left behind, its energy and q."""
+OWN_COLUMNS = 7
 _AT_LIMIT = 1e-9
 _AT_ONCE = 1e-10
 """Part of a row in which no spring sticks before it slips, but for rounding."""
@@ -177,31 +177,32 @@ def _slide(
     loads: tuple[float, float],
     v: float,
     stuck: float,
-    trials: tuple[float, float],
+    trials: tuple[float, float, int],
 ) -> float:
     """
     Move a spring straight that slips after it stuck for a part of its way, from one load to another; returns where it is.
 
-    `trials` are what it bears in the end, and by how much that is over the limit.
+    `trials` are what it bears in the end, and by how much that is over the limit, and which spring it is.
     """
     body, room, own = run.body, run.room, run.own
-    sign, over = 1.0 if trials[0] > 0.0 else -1.0, trials[1]
+    trial, over, i = trials
+    sign = 1.0 if trial > 0.0 else -1.0
     if stuck > 0.0:
         fill(lasts * stuck, body.times, room.part)
         drag = body.viscosity * way / lasts if body.viscosity > 0.0 and way != 0.0 else 0.0
         force, lost = move_branches(body, way * stuck, v, room.part, room.h)
         v += way * stuck
-        own[_OWN_WORK] += way * stuck * (force + drag)
-        own[_OWN_LOST] += lost + way * stuck * drag
+        own[_OWN_WORK, i] += way * stuck * (force + drag)
+        own[_OWN_LOST, i] += lost + way * stuck * drag
     left, lasted = 1.0 - stuck, lasts * (1.0 - stuck)
     if body.viscosity > 0.0 and lasted > 0.0:
         begun = sign * run.friction * (loads[0] + (loads[1] - loads[0]) * stuck)
         limit = sign * run.friction * loads[1]
         there, work, lost = _drive(body, begun, limit, lasted, v, room)
-        own[_OWN_LEFT] = way * left - (there - v)
-        own[_OWN_WORK] += way * left * 0.5 * (begun + limit)
-        own[_OWN_SLIP] += way * left * 0.5 * (begun + limit) - work
-        own[_OWN_LOST] += lost
+        own[_OWN_LEFT, i] = way * left - (there - v)
+        own[_OWN_WORK, i] += way * left * 0.5 * (begun + limit)
+        own[_OWN_SLIP, i] += way * left * 0.5 * (begun + limit) - work
+        own[_OWN_LOST, i] += lost
         return float(there)
     fill(lasted, body.times, room.part)
     slip = 0.0  # in no time a dashpot moves nowhere
@@ -209,10 +210,10 @@ def _slide(
         slip = sign * over / stiffness(body, lasted, room.part)
     dv = way * left - slip
     force, lost = move_branches(body, dv, v, room.part, room.h)
-    own[_OWN_LEFT] = slip
-    own[_OWN_WORK] += (dv + slip) * force
-    own[_OWN_SLIP] += slip * force
-    own[_OWN_LOST] += lost
+    own[_OWN_LEFT, i] = slip
+    own[_OWN_WORK, i] += (dv + slip) * force
+    own[_OWN_SLIP, i] += slip * force
+    own[_OWN_LOST, i] += lost
     return v + dv
 
 
@@ -221,8 +222,8 @@ def _change(run: Shear, pressed: Pressed, r: int, du: float, i: int, old: State,
     """Move a spring that slips, or changes sides, in a row; returns what it bears, or nan where it is free."""
     body, room, own, friction = run.body, run.room, run.own, run.friction
     h, m, free, v, rest = room.h, room.m, old.free[FREE, i] != 0.0, old.w[i], old.free[REST, i]
-    for c in range(own.size):
-        own[c] = 0.0
+    for c in range(OWN_COLUMNS):
+        own[c, i] = 0.0
     for j in range(m.size if free else h.size):
         if free:
             m[j] = old.z[i, j]
@@ -232,7 +233,7 @@ def _change(run: Shear, pressed: Pressed, r: int, du: float, i: int, old: State,
     begin, end, before, after = _touching_part(run, pressed, r, i)
     drag, trial, over = 0.0, 0.0, -math.inf
     if free and begin > 0.0:
-        v, own[_OWN_LOST] = creep_back(body, duration * begin, rest, m)
+        v, own[_OWN_LOST, i] = creep_back(body, duration * begin, rest, m)
     if begin < 1.0:
         if free:
             branches_of(body, m, h)
@@ -251,67 +252,92 @@ def _change(run: Shear, pressed: Pressed, r: int, du: float, i: int, old: State,
         if over <= 0.0:
             force, lost = move_branches(body, way, v, room.part, h)
             v += way
-            own[_OWN_RATE] = tangent * span
-            own[_OWN_WORK] += way * (force + drag)
-            own[_OWN_LOST] += lost + way * drag
+            own[_OWN_RATE, i] = tangent * span
+            own[_OWN_WORK, i] += way * (force + drag)
+            own[_OWN_LOST, i] += lost + way * drag
         else:
             under = (now if trial > 0.0 else -now) - friction * before
             stuck = _sticks(run, way, lasts, (before, after), v, trial) if under < 0.0 else 0.0
-            v = _slide(run, way, lasts, (before, after), v, stuck if stuck > _AT_ONCE else 0.0, (trial, over))
+            v = _slide(
+                run, way, lasts, (before, after), v, stuck if stuck > _AT_ONCE else 0.0, (trial, over, i)
+            )
         if pressed.gap[r + 1, i] >= 0.0:
             if body.viscosity == 0.0:  # what it still bears is let go at once
                 q, glassy = body.equilibrium * v, body.equilibrium
                 for j in range(h.size):
                     q += h[j]
                     glassy += body.moduli[j]
-                own[_OWN_SLIP] += 0.5 * q * q / glassy
+                own[_OWN_SLIP, i] += 0.5 * q * q / glassy
                 v -= q / glassy
                 for j in range(h.size):
                     h[j] -= body.moduli[j] * q / glassy
             rest, free = let_go(body, v, h, m), True
             v, lost = creep_back(body, duration * (1.0 - end), rest, m)
-            own[_OWN_LOST] += lost
+            own[_OWN_LOST, i] += lost
     new.w[i], new.free[FREE, i], new.free[REST, i] = v, 1.0 if free else 0.0, rest
     for j in range(m.size if free else h.size):
         new.z[i, j] = m[j] if free else h[j]
+    energy, q = body.equilibrium * v * v, body.equilibrium * v + drag
     if free:
+        energy = 0.0
+        for k in range(m.size):
+            energy += m[k] * m[k]
+        own[_OWN_STORED, i] = 0.5 * energy
         return math.nan
-    q = body.equilibrium * v + drag
     for j in range(h.size):
         q += h[j]
+        energy += h[j] * h[j] * body.soft[j]
+    own[_OWN_STORED, i] = 0.5 * energy
     return math.copysign(friction * after, trial) if over > 0.0 else q
 
 
 @inner
-def _plain(run: Shear, pressed: Pressed, r: int, du: float, i: int, old: State, new: State) -> float:
-    """Move a spring without a dashpot beside that stays in contact, and sticks or slips all the way; nan where it is not that simple."""
-    body, branch, own, friction = run.body, run.room.branch, run.own, run.friction
-    v, limit, q = old.w[i], friction * max(pressed.load[r + 1, i], 0.0), body.equilibrium * (old.w[i] + du)
-    now = body.equilibrium * v
-    for j in range(body.times.size):
-        now += old.z[i, j]
-        q += branch[j, DECAY] * old.z[i, j] + branch[j, MEAN] * body.moduli[j] * du
-    dv, slip, sticks = du, 0.0, abs(q) <= limit or friction == math.inf
-    if not sticks:
-        sign, over = math.copysign(1.0, q), abs(q) - limit
-        under = sign * now - friction * max(pressed.load[r, i], 0.0)
-        if under < -_AT_ONCE * (over - under):
-            return math.nan
-        slip, q = sign * over / run.room.known[1], sign * limit
-        dv = du - slip
-    mean, lets = body.equilibrium * (v + 0.5 * dv), 0.0
-    for j in range(body.times.size):
-        bears, elastic = old.z[i, j], body.moduli[j] * dv
-        mean += branch[j, MEAN] * bears + branch[j, RAMP] * elastic
-        lets += (
-            branch[j, OWN] * bears * bears
-            + elastic * (2.0 * branch[j, CROSS] * bears + branch[j, MOVED] * elastic)
-        ) * body.soft[j]
-        new.z[i, j] = branch[j, DECAY] * bears + branch[j, MEAN] * elastic
-    new.w[i], new.free[FREE, i], new.free[REST, i] = v + dv, 0.0, old.free[REST, i]
-    own[_OWN_LOST], own[_OWN_SLIP], own[_OWN_WORK] = lets, slip * mean, du * mean
-    own[_OWN_RATE], own[_OWN_LEFT] = run.room.known[1] if sticks else 0.0, slip
-    return float(q)
+def _plain(run: Shear, pressed: Pressed, r: int, du: float, top: int, old: State, new: State) -> None:
+    """Move springs without a dashpot beside that stay in contact, and stick or slip all the way; `own` has nan for the force of others."""
+    body, branch, own, friction, firm = run.body, run.room.branch, run.own, run.friction, run.room.known[1]
+    soft, moduli, equilibrium, n = body.soft, body.moduli, body.equilibrium, body.times.size
+    # looked up once: in a loop that counts references
+    (v_old, z_old, free_old), (v_new, z_new, free_new), (_, load, gap, _) = old, new, pressed
+    for i in range(int(run.group.whole[HELD]), top):
+        own[_OWN_FORCE, i] = math.nan
+        if body.viscosity > 0.0 or free_old[FREE, i] != 0.0 or gap[r, i] >= 0.0 or gap[r + 1, i] >= 0.0:
+            continue
+        v, limit = v_old[i], friction * max(load[r + 1, i], 0.0)
+        now, q, dv, slip = equilibrium * v, equilibrium * (v + du), du, 0.0
+        for j in range(n):
+            now += z_old[i, j]
+            q += branch[j, DECAY] * z_old[i, j] + branch[j, MEAN] * (moduli[j] * du)
+        sticks = abs(q) <= limit or friction == math.inf
+        if not sticks:
+            sign, over = math.copysign(1.0, q), abs(q) - limit
+            under = sign * now - friction * max(load[r, i], 0.0)
+            if under < -_AT_ONCE * (over - under):
+                continue
+            slip, q = sign * over / firm, sign * limit
+            dv = du - slip
+        mean, lets, energy = equilibrium * (v + 0.5 * dv), 0.0, equilibrium * (v + dv) * (v + dv)
+        for j in range(n):
+            bears, elastic = z_old[i, j], moduli[j] * dv
+            mean += branch[j, MEAN] * bears + branch[j, RAMP] * elastic
+            lets += soft[j] * (
+                branch[j, OWN] * bears * bears
+                + elastic * (2.0 * branch[j, CROSS] * bears + branch[j, MOVED] * elastic)
+            )
+            bears = branch[j, DECAY] * bears + branch[j, MEAN] * elastic
+            z_new[i, j] = bears
+            energy += bears * bears * soft[j]
+        v_new[i], free_new[FREE, i], free_new[REST, i] = v + dv, 0.0, free_old[REST, i]
+        own[_OWN_FORCE, i], own[_OWN_LOST, i], own[_OWN_SLIP, i], own[_OWN_WORK, i] = (
+            q,
+            lets,
+            slip * mean,
+            du * mean,
+        )
+        own[_OWN_RATE, i], own[_OWN_LEFT, i], own[_OWN_STORED, i] = (
+            firm if sticks else 0.0,
+            slip,
+            0.5 * energy,
+        )
 
 
 @inner
@@ -319,66 +345,54 @@ def _step(
     run: Shear, pressed: Pressed, r: int, du: float, top: int, old: State, new: State, row: FloatArray
 ) -> None:
     """Shift the body by du while the loads of the springs go from one row to the next; those of a group stick."""
-    springs, body, group, own, friction, given = (
+    springs, body, group, own, friction, margin = (
         run.springs,
         run.body,
         run.group,
         run.own,
         run.friction,
-        pressed.given[r],
+        run.margin,
     )
-    held = int(group.whole[HELD])
-    move = Move(0.0, du, given[TIME], 0.0)
+    (given, load, gap, _), held = pressed, int(group.whole[HELD])
     force, rate, stored, worked, lost, size, normal = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     if held > 0:
+        move = Move(0.0, du, given[r, TIME], 0.0)
         force, rate, stored, worked, lost = bear(body, move, group, run.room.branch)
         size = group.whole[STIFFNESS] * highest(body, du, group, run.room.branch)
         for i in range(held):
-            normal += springs[SHARE, i] * pressed.load[r + 1, i]
+            normal += springs[SHARE, i] * load[r + 1, i]
     last, slipped, innermost = top - 1, 0.0, 0.0
-    while last >= 0 and pressed.gap[r + 1, last] >= 0.0:
+    while last >= 0 and gap[r + 1, last] >= 0.0:
         last -= 1
+    _plain(run, pressed, r, du, top, old, new)
     for i in range(held, top):
-        share, q, run.margin[i] = springs[SHARE, i], math.nan, math.inf
-        if (
-            body.viscosity == 0.0
-            and old.free[FREE, i] == 0.0
-            and pressed.gap[r, i] < 0.0
-            and pressed.gap[r + 1, i] < 0.0
-        ):
-            q = _plain(run, pressed, r, du, i, old, new)
+        share, q = springs[SHARE, i], own[_OWN_FORCE, i]
+        margin[i] = math.inf
         if math.isnan(q):
             q = _change(run, pressed, r, du, i, old, new)
-        energy, free = 0.0, math.isnan(q)
-        if free:
-            for k in range(body.rates.size):
-                energy += new.z[i, k] * new.z[i, k]
-        else:
-            energy = body.equilibrium * new.w[i] * new.w[i]
-            for j in range(body.times.size):
-                energy += new.z[i, j] * new.z[i, j] * body.soft[j]
-            carried, after = share, max(pressed.load[r + 1, i] + given[DRAG], 0.0)
+        if not math.isnan(q):
+            carried, after = share, max(load[r + 1, i] + given[r, DRAG], 0.0)
             if i == last:
-                carried = max(given[AREA] - (springs[OUTER, i - 1] if i > 0 else 0.0), 0.0)
+                carried = max(given[r, AREA] - (springs[OUTER, i - 1] if i > 0 else 0.0), 0.0)
             force += carried * q
-            rate += carried * own[_OWN_RATE]
+            rate += carried * own[_OWN_RATE, i]
             size += carried * abs(q)
             normal += carried * after
             if friction < math.inf:
                 limit = friction * after
-                run.margin[i] = limit - abs(q) if abs(q) < (1.0 - _AT_LIMIT) * limit else 0.0
+                margin[i] = limit - abs(q) if abs(q) < (1.0 - _AT_LIMIT) * limit else 0.0
         if i == 0:
-            innermost = abs(own[_OWN_LEFT])
-        stored += 0.5 * share * energy
-        lost += share * own[_OWN_LOST]
-        slipped += share * own[_OWN_SLIP]
-        worked += share * own[_OWN_WORK]
+            innermost = abs(own[_OWN_LEFT, i])
+        stored += share * own[_OWN_STORED, i]
+        lost += share * own[_OWN_LOST, i]
+        slipped += share * own[_OWN_SLIP, i]
+        worked += share * own[_OWN_WORK, i]
     scale = 1.0  # all slips at mu F_N, without a sum over springs
     if friction < math.inf:
-        scale = given[NORMAL] / normal if normal > 0.0 else 0.0
+        scale = given[r, NORMAL] / normal if normal > 0.0 else 0.0
     row[FORCE], row[RATE], row[SIZE] = force * scale, rate * scale, size * scale
     row[STORED], row[LOST], row[SLIP], row[WORK] = stored, lost, slipped, worked
-    _stick(springs, run.margin, pressed.gap[r + 1], last, row)
+    _stick(springs, margin, gap[r + 1], last, row)
     row[SLID] = innermost if row[STICK] == 0.0 else 0.0
 
 
