@@ -60,6 +60,11 @@ def compiled(function: Function, stamp: Stamp | None = None, **options: Any) -> 
     return cast(Function, kernel)
 
 
+def inner(function: Function) -> Function:
+    """Compile a function that only kernels call: without the wrappers that take arguments from Python, which take longer than it."""
+    return compiled(function, None, **INNER)
+
+
 def _leave_out_older(folder: str | None, stamp: Stamp) -> None:
     """Remove what numba kept before a file changed that is compiled into other files' kernels."""
     if folder is None or (folder, stamp) in _checked:
