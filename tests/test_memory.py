@@ -95,8 +95,9 @@ def test_kernels_are_compiled_once_for_arrays_that_can_be_written_and_for_others
         for depths in (d, kept[1]):
             follow_springs(PARABOLOID, STANDARD, times, depths, n=20)
             follow_loads(PARABOLOID, STANDARD, times, depths, n=20)
-            dividing.parts_of(PARABOLOID, STANDARD, times, depths, 0.0, virgin(0.0, 0.0), 0.0, tolerance=0.1)
-    for kernel in (row_kernels.run, row_kernels.divide):
+            goal = dividing.Goal(times, depths, 0.0, 0.0)
+            dividing.parts_of(PARABOLOID, STANDARD, goal, virgin(0.0, 0.0), tolerance=0.1)
+    for kernel in (row_kernels.follow, row_kernels.divide):
         given = [tuple(str(kind).replace("readonly ", "") for kind in types) for types in kernel.signatures]
         assert len(set(given)) == len(given) > 0
 
@@ -676,15 +677,15 @@ def test_modes_keep_their_digits_over_many_decades(body, seed):
 def parts_of(body, t, d, n=20, line=PARABOLOID):
     """The most parts in which a spring was moved in a row, on average over the springs."""
     found = []
-    run = row_kernels.run
+    follow = row_kernels.follow
 
-    def counted(*arguments):
-        followed = run(*arguments)
-        found.append(arguments[16][:, kernels.PARTS].max() / arguments[0].shape[1])
+    def counted(run, course, begin, state, rows, notes):
+        followed = follow(run, course, begin, state, rows, notes)
+        found.append(rows[:, kernels.PARTS].max() / state.w.size)
         return followed
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(row_kernels, "run", counted)
+        patch.setattr(row_kernels, "follow", counted)
         follow_springs(line, body, t, d, n=n)
     return max(found, default=0.0)
 
@@ -743,9 +744,3 @@ def test_no_load_leaves_no_trace(body, size, above):
     found = follow_loads(line, body, [2.0, 3.0], force, rest.state, n=40)
     bare = follow_loads(line, body, [2.0, 3.0], force, virgin(1.0), n=40)
     assert found.indentation == pytest.approx(bare.indentation, rel=1e-12)
-
-
-def test_a_spring_that_is_given_up_is_no_row(monkeypatch):
-    monkeypatch.setattr(row_kernels, "run", lambda *arguments: -3)
-    with pytest.raises(ConvergenceError, match=r"to row 2, at 0\.2 s: its rounding decides"):
-        follow_springs(PARABOLOID, STANDARD, [0.0, 0.1, 0.2, 0.3], [0.0, 0.1, 0.2, 0.1])

@@ -54,7 +54,7 @@ def sheared(line, normal, tangential, mu, t, d, u, n, forced=False):
         nonlocal state
         done = sum(part.shift.size for part in found)
         target = np.asarray(u[done : done + passage.force.size], dtype=float)
-        found.append(shear_springs(line, passage, normal, tangential, mu, target, forced, state))
+        found.append(shear_springs(line, passage, (normal, tangential), mu, target, forced, state))
         state = found[-1].state
 
     history = follow_springs(line, normal, t, d, n=n, watch=watch)

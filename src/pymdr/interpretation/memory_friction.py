@@ -218,7 +218,7 @@ def _states(surface: ShearedSurface, steps: Sequence[int], parts: int) -> Iterat
         nonlocal now, last, done
         shifts = moved[done : done + passage.force.size]
         found = shear_springs(
-            line, passage, normal.relaxation, surface.tangential, friction, shifts, False, now
+            line, passage, (normal.relaxation, surface.tangential), friction, shifts, False, now
         )
         now, last, done = found.state, passage, done + shifts.size
 

@@ -104,10 +104,9 @@ def stationary(
     """
     step = length / heights.size
     dt = step / speed
-    terms, none = relaxation.times.size, np.zeros(0)
-    branch = np.zeros((1, max(terms, 1), 6))
-    fill(0, dt, relaxation.times, none, branch, np.zeros((1, 1, 2)))
-    branch = branch[0, :terms]
+    terms = relaxation.times.size
+    branch = np.zeros((terms, 6))
+    fill(dt, relaxation.times, branch)
     fades = -np.expm1(-dt / relaxation.times)
     passed = -np.expm1(-length / (speed * relaxation.times))
     dashpot = relaxation.viscosity / dt

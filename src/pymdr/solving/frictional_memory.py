@@ -178,8 +178,7 @@ def _followed(
         part = shear_springs(
             bodies.line,
             passage,
-            bodies.normal,
-            bodies.tangential,
+            (bodies.normal, bodies.tangential),
             bodies.friction,
             rows,
             forced,

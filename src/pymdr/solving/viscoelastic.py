@@ -16,6 +16,7 @@ from pymdr.interpretation.validity import NORMAL_FIELDS, Assumption, BoolArray, 
 from pymdr.line.curves import ElasticLine
 from pymdr.line.foundation import mean_pressure, normal_force, normal_stiffness, rises_to, states_at_depth
 from pymdr.line.memory import (
+    Goal,
     MemoryHistory,
     MemoryState,
     Parts,
@@ -194,11 +195,8 @@ def parts_between(
     return parts_of(
         line,
         relaxation,
-        asked.time,
-        asked.normal,
-        machine,
+        Goal(asked.time, asked.normal, asked.start[0], machine),
         state,
-        asked.start[0],
         tolerance=_STRAIGHT,
         loads=loads,
         n=SPRINGS // 2,

@@ -1,6 +1,6 @@
 """Contacts that remember: linear viscoelastic bodies whose moduli all relax by one function."""
 
-from pymdr.line.memory.dividing import Parts, parts_of, whole_rows
+from pymdr.line.memory.dividing import Goal, Parts, parts_of, whole_rows
 from pymdr.line.memory.histories import (
     MemoryHistory,
     MemoryState,
@@ -25,6 +25,7 @@ from pymdr.line.memory.tangential import (
 from pymdr.line.memory.ting import Rows, compliant, creep, relaxed, ting
 
 __all__ = [
+    "Goal",
     "MemoryHistory",
     "MemoryState",
     "Parts",

@@ -6,12 +6,11 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from pymdr.line.curves import Curve
 from pymdr.line.foundation import normal_force, states_at_depth
-from pymdr.line.memory.histories import MemoryState, deepest_under
-from pymdr.line.memory.modes import laid_out, modes_of, unpacked
+from pymdr.line.memory.histories import MemoryState, deepest_under, prepared_run
+from pymdr.line.memory.modes import modes_of
 from pymdr.line.memory.springs import extended, farther, springs_to
 from pymdr.mapping.relaxation import Relaxation
 from pymdr.units import FloatArray
@@ -51,14 +50,24 @@ def whole_rows(count: int) -> Parts:
     return Parts(np.arange(count), np.ones(count))
 
 
+class Goal(NamedTuple):
+    """What rows ask for."""
+
+    time: FloatArray
+    """(m,) t in s."""
+    target: FloatArray
+    """(m,) F in N, or for a machine d + F/k in m."""
+    start: float
+    """The target before the first row."""
+    machine_stiffness: float
+    """In N/m; 0 under forces, inf where the target is the indentation, which is straight."""
+
+
 def parts_of(
     curve: Curve,
     relaxation: Relaxation,
-    time: ArrayLike,
-    target: ArrayLike,
-    machine_stiffness: float,
+    goal: Goal,
     state: MemoryState,
-    start: float,
     *,
     tolerance: float,
     loads: bool = False,
@@ -76,14 +85,9 @@ def parts_of(
         Per unit modulus.
     relaxation : Relaxation
         E*(t).
-    time, target : array_like, shape (m,)
-        t in s, and F in N, or for a machine d + F/k in m.
-    machine_stiffness : float
-        In N/m; 0 under forces, inf where the target is the indentation, which is straight.
+    goal : Goal
     state : MemoryState
         Where to go on.
-    start : float
-        The target before the first row.
     tolerance : float
         By how much an indentation or a load may be off half-way, of the largest, and its work, of that of the history.
     loads : bool
@@ -98,7 +102,7 @@ def parts_of(
     """
     from pymdr.line.memory import row_kernels
 
-    t, values = np.asarray(time, dtype=float), np.asarray(target, dtype=float)
+    t, values, start, machine_stiffness = goal
     if (np.diff(t, prepend=state.time) < 0.0).any():  # as the history itself says
         return whole_rows(t.size)
     by_depth, by_force = math.isinf(machine_stiffness), machine_stiffness == 0.0
@@ -123,33 +127,19 @@ def parts_of(
     modes, room = modes_of(relaxation), _ROOM + 2 * t.size
     while True:
         owner, shares = np.zeros(room, dtype=np.int64), np.zeros(room)
+        run, begun = prepared_run(springs, relaxation, modes, state, goal.machine_stiffness)
         count = row_kernels.divide(
-            np.stack([springs.height, springs.share, springs.centre, springs.outer]),
-            *laid_out(relaxation, modes),
-            np.array(t),
-            np.array(pulled),
-            machine_stiffness,
-            springs.limit,
+            run,
+            row_kernels.Course(np.array(t), np.array(pulled), run.machine, run.limit),
             np.array([state.time, state.indentation, began]),
-            *unpacked(
-                state.deflection,
-                state.branches,
-                state.free,
-                springs.position.size,
-                relaxation,
-                modes,
-            ),
-            tolerance * size,
-            tolerance,
-            strength,
-            np.zeros((5 if loads else 0, springs.position.size)),
+            (tolerance * size, tolerance, strength),
+            begun,
+            np.zeros((row_kernels.NOTES, 3 if loads else 0, springs.position.size)),
             owner,
             shares,
         )
         if count >= 0:
             return Parts(owner[:count], shares[:count])
-        if count == row_kernels.GIVEN_UP:
-            return whole_rows(t.size)
         if count == row_kernels.ENDED:
             springs = extended(curve, springs, farther(curve, springs))
         else:

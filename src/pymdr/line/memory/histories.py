@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -13,11 +13,15 @@ from numpy.typing import ArrayLike
 from pymdr.errors import ConvergenceError, PathError
 from pymdr.line.curves import Curve
 from pymdr.line.foundation import states_at_depth, states_at_force
-from pymdr.line.memory.modes import laid_out, longer, modes_of, packed, unpacked
+from pymdr.line.memory.modes import Modes, modes_of, packed, unpacked
 from pymdr.line.memory.springs import Springs, extended, farther, springs_to
 from pymdr.line.memory.ting import compliant
 from pymdr.mapping.relaxation import Relaxation
 from pymdr.units import FloatArray, metres, newtons
+
+if TYPE_CHECKING:
+    from pymdr.line.memory.kernels import State
+    from pymdr.line.memory.row_kernels import Run
 
 
 @dataclass(frozen=True, eq=False)
@@ -183,7 +187,7 @@ def follow_springs(
     [0.0, 0.54874]
     """
     d = np.asarray(depth, dtype=float)
-    return _follow(curve, relaxation, time, d, math.inf, state, n, float(np.max(d, initial=0.0)), watch)
+    return _follow(curve, relaxation, (time, d, math.inf), state, n, float(np.max(d, initial=0.0)), watch)
 
 
 def follow_loads(
@@ -218,7 +222,7 @@ def follow_loads(
             f"no disk contact under {newtons(float(load.max()))} within the {metres(curve.reach)} that are known: "
             "give the profile farther out, or press less hard"
         )
-    return _follow(curve, relaxation, time, load, 0.0, state, n, deepest, watch)
+    return _follow(curve, relaxation, (time, load, 0.0), state, n, deepest, watch)
 
 
 def follow_travels(
@@ -238,7 +242,7 @@ def follow_travels(
         return follow_springs(curve, relaxation, time, moved, state, n=n, watch=watch)
     pulled = machine_stiffness * moved
     deepest = min(float(np.max(moved, initial=0.0)), deepest_under(curve, relaxation, time, pulled))
-    return _follow(curve, relaxation, time, pulled, machine_stiffness, state, n, deepest, watch)
+    return _follow(curve, relaxation, (time, pulled, machine_stiffness), state, n, deepest, watch)
 
 
 def deepest_under(curve: Curve, relaxation: Relaxation, time: ArrayLike, force: ArrayLike) -> float:
@@ -269,20 +273,124 @@ def deepest_under(curve: Curve, relaxation: Relaxation, time: ArrayLike, force: 
     return math.inf
 
 
+def prepared_run(
+    springs: Springs, relaxation: Relaxation, modes: Modes, state: MemoryState, machine: float
+) -> tuple[Run, State]:
+    """What compiled histories are followed with, and the springs of a state."""
+    from pymdr.line.memory import kernels, row_kernels, together
+
+    body = kernels.body_of(relaxation, modes)
+    size = springs.position.size
+    begun = kernels.State(*unpacked(state.deflection, state.branches, state.free, size, relaxation, modes))
+    run = row_kernels.Run(
+        kernels.table_of(springs),
+        body,
+        float(machine),
+        float(springs.limit),
+        kernels.room_for(body),
+        together.no_group(body),
+        np.zeros(kernels.COLUMNS),
+        (begun.alike(), begun.alike(), begun.alike()),
+    )
+    return run, begun
+
+
 def _follow(
     curve: Curve,
     relaxation: Relaxation,
-    time: ArrayLike,
-    target: FloatArray,
-    machine: float,
+    course: tuple[ArrayLike, FloatArray, float],
     state: MemoryState | None,
     n: int,
     deepest: float,
     watch: Watch | None,
 ) -> MemoryHistory:
+    from pymdr.line.memory import kernels
+
+    t, (_, target, machine) = np.asarray(course[0], dtype=float), course
+    state = _begun(t, target, machine, state)
+    if math.isinf(machine) and relaxation.viscosity > 0.0:
+        _refuse_jumps(state, np.diff(t, prepend=state.time), target)
+    springs = state.springs
+    if springs is None:
+        if deepest <= 0.0:
+            return _apart(state, t, target, machine)
+        springs = springs_to(curve, deepest, n)
+    elif math.isinf(machine):
+        springs = extended(curve, springs, deepest)
+    modes = modes_of(relaxation)
+    rows = np.zeros((t.size, kernels.COLUMNS + 1))
+    now, radii = replace(state, springs=springs), np.zeros(t.size)
+    done = 0
+    while True:
+        now, done = _passed(curve, relaxation, modes, (t, target, machine), now, (rows, radii, done), watch)
+        if done == t.size:
+            break
+        assert now.springs is not None
+        now = replace(now, springs=extended(curve, now.springs, farther(curve, now.springs)))
+    rows[:, kernels.WORK] += state.work
+    rows[:, kernels.LOST] += state.dissipated
+    work, lost = float(rows[-1, kernels.WORK]), float(rows[-1, kernels.LOST])
+    return MemoryHistory(
+        rows[:, kernels.COLUMNS].copy(),
+        rows[:, kernels.FORCE].copy(),
+        radii,
+        rows[:, kernels.STORED].copy(),
+        rows[:, kernels.LOST].copy(),
+        rows[:, kernels.WORK].copy(),
+        rows[:, kernels.COUNT] == rows[:, kernels.LAST] + 1.0,
+        replace(now, work=work, dissipated=lost),
+    )
+
+
+def _passed(
+    curve: Curve,
+    relaxation: Relaxation,
+    modes: Modes,
+    course: tuple[FloatArray, FloatArray, float],
+    state: MemoryState,
+    found: tuple[FloatArray, FloatArray, int],
+    watch: Watch | None,
+) -> tuple[MemoryState, int]:
+    """Follow rows until all are done or the springs end: the state there, and how many are done."""
     from pymdr.line.memory import kernels, row_kernels
 
-    t = np.asarray(time, dtype=float)
+    (t, target, machine), (rows, radii, done), springs = course, found, state.springs
+    assert springs is not None
+    run, begun = prepared_run(springs, relaxation, modes, state, machine)
+    begin = np.array([state.time, state.indentation])
+    watched = 0 if watch is None else min(_WATCHED, t.size - done) + 1
+    room = np.zeros((row_kernels.NOTES, watched, springs.position.size))
+    while done < t.size:
+        stop = t.size if watch is None else min(done + _WATCHED, t.size)
+        before = begin.copy()
+        part = row_kernels.Course(t[done:stop].copy(), target[done:stop].copy(), run.machine, run.limit)
+        count = row_kernels.follow(run, part, begin, begun, rows[done:stop], room)
+        here = slice(done, done + count)
+        radii[here] = _radii(curve, springs, rows[here], kernels.EDGE_DEPTH, kernels.LAST)
+        for column in (kernels.WORK, kernels.LOST):
+            rows[here, column] += rows[done - 1, column] if done else 0.0
+        if count > 0 and watch is not None:
+            watch(
+                Passage(
+                    springs,
+                    np.append(before[0], t[here]),
+                    np.append(before[1], rows[here, kernels.COLUMNS]),
+                    rows[here, kernels.FORCE],
+                    radii[here],
+                    room[row_kernels.LOAD, : count + 1],
+                    room[row_kernels.GAP, : count + 1],
+                    room[row_kernels.TURNED, : count + 1],
+                )
+            )
+        done += count
+        if done < stop:
+            break
+    end = MemoryState(float(begin[0]), float(begin[1]), springs, *packed(*begun, relaxation, modes))
+    return end, done
+
+
+def _begun(t: FloatArray, target: FloatArray, machine: float, state: MemoryState | None) -> MemoryState:
+    """Where rows begin, which have to be numbers at times that do not fall."""
     if t.shape != target.shape or t.ndim != 1 or t.size == 0:
         raise PathError(
             f"times of shape {t.shape} for rows of shape {target.shape}: one of both for every row"
@@ -300,99 +408,7 @@ def _follow(
         raise PathError(
             f"the time of row {at} is {-waits[at]:g} s before the one before it: times must not fall"
         )
-    if math.isinf(machine) and relaxation.viscosity > 0.0:
-        _refuse_jumps(state, waits, target)
-    springs = state.springs
-    if springs is None:
-        if deepest <= 0.0:
-            return _apart(state, t, target, machine)
-        springs = springs_to(curve, deepest, n)
-    elif math.isinf(machine):
-        springs = extended(curve, springs, deepest)
-    modes = modes_of(relaxation)
-    rows, depths = np.zeros((t.size, kernels.COLUMNS)), np.zeros(t.size)
-    radius = np.zeros(t.size)
-    begin = np.array([state.time, state.indentation])
-    w, z, free = unpacked(
-        state.deflection, state.branches, state.free, springs.position.size, relaxation, modes
-    )
-    done, work, lost = 0, state.work, state.dissipated
-    room = np.zeros((3, 0, 0))
-    while True:
-        table = np.stack([springs.height, springs.share, springs.centre, springs.outer])
-        stop = t.size if watch is None else min(done + _WATCHED, t.size)
-        size = (0 if watch is None else stop - done + 1, springs.position.size)
-        if room.shape[1] < size[0] or room.shape[2] != size[1]:
-            room = np.zeros((3, *size))
-        loads, gaps, turns = room[:, : size[0]]
-        before = begin.copy()
-        ran = row_kernels.run(
-            table,
-            *laid_out(relaxation, modes),
-            np.array(t[done:stop]),
-            np.array(target[done:stop]),
-            machine,
-            springs.limit,
-            begin,
-            w,
-            z,
-            free,
-            rows[done:stop],
-            depths[done:stop],
-            loads,
-            gaps,
-            turns,
-        )
-        if ran < 0:
-            raise ConvergenceError(
-                f"a spring parts and touches more than {kernels.MOST} times on the way to row {done - 1 - ran}, at {t[done - 1 - ran]:g} s: "
-                "its rounding decides; give the way in more rows, or relaxation times farther apart"
-            )
-        followed = done + ran
-        part = slice(done, followed)
-        radius[part] = _radii(curve, springs, rows[part], kernels.EDGE_DEPTH, kernels.LAST)
-        rows[part, kernels.WORK] += work
-        rows[part, kernels.LOST] += lost
-        if followed > done:
-            work, lost = rows[followed - 1, kernels.WORK], rows[followed - 1, kernels.LOST]
-            if watch is not None:
-                watch(
-                    Passage(
-                        springs,
-                        np.append(before[0], t[part]),
-                        np.append(before[1], depths[part]),
-                        rows[part, kernels.FORCE],
-                        radius[part],
-                        loads[: followed - done + 1],
-                        gaps[: followed - done + 1],
-                        turns[: followed - done + 1],
-                    )
-                )
-        done = followed
-        if done == t.size:
-            break
-        if done == stop:
-            continue
-        springs = extended(curve, springs, farther(curve, springs))
-        w, z, free = longer(w, z, free, springs.position.size)
-    end = MemoryState(
-        float(begin[0]),
-        float(begin[1]),
-        springs,
-        *packed(w, z, free, relaxation, modes),
-        float(work),
-        float(lost),
-    )
-    return MemoryHistory(
-        depths,
-        rows[:, kernels.FORCE].copy(),
-        radius,
-        rows[:, kernels.STORED].copy(),
-        rows[:, kernels.LOST].copy(),
-        rows[:, kernels.WORK].copy(),
-        rows[:, kernels.COUNT] == rows[:, kernels.LAST] + 1.0,
-        end,
-    )
+    return state
 
 
 def _refuse_jumps(state: MemoryState, waits: FloatArray, depth: FloatArray) -> None:

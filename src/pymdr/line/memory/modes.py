@@ -29,9 +29,6 @@ class Modes(NamedTuple):
     """(n, k) back to the forces of the branches."""
 
 
-_Body = tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]
-
-
 @lru_cache(maxsize=32)
 def modes_of(body: Relaxation) -> Modes:
     """
@@ -100,11 +97,6 @@ def _vectors(poles: FloatArray, away: FloatArray) -> tuple[FloatArray, FloatArra
     return vectors * norm[:, None], norm
 
 
-def laid_out(body: Relaxation, modes: Modes) -> _Body:
-    """What compiled steps ask of a body: its spring and dashpot, the moduli and times of its branches, and its modes."""
-    return np.array([body.equilibrium, body.viscosity]), body.moduli.copy(), body.times.copy(), *modes
-
-
 def unpacked(
     deflection: FloatArray,
     branches: FloatArray,
@@ -143,14 +135,3 @@ def packed(
     h = z[:, :n].copy()
     h[loose] = z[loose, : modes.rates.size] @ modes.to_branches.T
     return w, h, free[0].copy()
-
-
-def longer(
-    w: FloatArray, z: FloatArray, free: FloatArray, size: int
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """The arrays of the kernels with those of springs that nothing has touched."""
-    known = w.size
-    more_w, more_z, more_free = np.zeros(size), np.zeros((size, z.shape[1])), np.zeros((3, size))
-    more_free[0] = 1.0
-    more_w[:known], more_z[:known], more_free[:, :known] = w, z, free
-    return more_w, more_z, more_free

@@ -101,17 +101,14 @@ def followed(
     time, travel = divided(time, travel, parts)
     t, target = np.append(time[0], time), np.append(min(0.0, travel[0]), travel)
     depth, force = np.empty(t.size), np.empty(t.size)
-    body = np.array([relaxation.equilibrium, relaxation.viscosity])
-    ended = ting_kernels.follow(
+    bodies = ting_kernels.Bodies(
         table.columns,
-        table.deepest,
-        body,
-        relaxation.moduli,
-        relaxation.times,
-        t,
-        target,
-        compliance,
-        depth,
-        force,
+        float(table.deepest),
+        float(relaxation.equilibrium),
+        float(relaxation.viscosity),
+        relaxation.moduli.copy(),
+        relaxation.times.copy(),
+        float(compliance),
     )
+    ended = ting_kernels.follow(bodies, t, target, depth, force)
     return None if ended != ting_kernels.MET or depth.max() > table.deepest else force[1::parts]

@@ -9,7 +9,7 @@ import numpy as np
 
 from pymdr.line.curves import Curve
 from pymdr.line.memory.histories import Passage
-from pymdr.line.memory.modes import laid_out, modes_of, packed, unpacked
+from pymdr.line.memory.modes import modes_of, packed, unpacked
 from pymdr.mapping.relaxation import Relaxation
 from pymdr.units import FloatArray
 
@@ -61,8 +61,7 @@ def unsheared(shift: float = 0.0) -> TangentialState:
 def shear_springs(
     curve: Curve,
     passage: Passage,
-    normal: Relaxation,
-    tangential: Relaxation,
+    relaxations: tuple[Relaxation, Relaxation],
     friction: float,
     target: FloatArray,
     forced: bool,
@@ -82,7 +81,7 @@ def shear_springs(
         Per unit modulus.
     passage : Passage
         Rows with the loads of the springs, which go straight between them.
-    normal, tangential : Relaxation
+    relaxations : tuple of Relaxation
         E*(t) and G*(t).
     friction : float
         mu, from 0 to inf.
@@ -105,46 +104,32 @@ def shear_springs(
     -----
     Popov and Hess (2015), chapters 5 and 7.
     """
+    from pymdr.line.memory import kernels as steps
     from pymdr.line.memory import tangential_kernels as kernels
+    from pymdr.line.memory import together
 
-    springs, modes = passage.springs, modes_of(tangential)
-    waits, moves = np.diff(passage.time), np.diff(passage.indentation)
-    given = np.zeros((target.size, kernels.GIVEN))
-    given[:, kernels.TIME], given[:, kernels.MOVE] = waits, moves
-    with np.errstate(divide="ignore", invalid="ignore"):
-        x = waits[:, None] / normal.times
-        given[:, kernels.STIFF] = (
-            normal.equilibrium + np.where(x > 0.0, -np.expm1(-x) / x, 1.0) @ normal.moduli
-        )
-        if normal.viscosity > 0.0:
-            given[:, kernels.DRAG] = normal.viscosity * np.where(moves == 0.0, 0.0, moves / waits)
-    given[:, kernels.NORMAL] = passage.force
-    given[:, kernels.AREA] = curve.stiffness(passage.contact_radius)
-    size = springs.position.size
-    v, z, free = unpacked(state.deflection, state.branches, state.free, size, tangential, modes)
-    rows, shifts = np.zeros((target.size, kernels.COLUMNS)), np.zeros(target.size)
-    followed = kernels.run(
-        np.stack([springs.position, springs.height, springs.share, springs.outer]),
-        friction,
-        *laid_out(tangential, modes),
-        given,
-        np.array(target),
-        forced,
-        slack,
-        state.shift,
-        passage.load,
-        passage.gap,
-        passage.turn,
-        v,
-        z,
-        free,
-        rows,
-        shifts,
+    (normal, tangential), springs = relaxations, passage.springs
+    modes, size = modes_of(tangential), springs.position.size
+    body = steps.body_of(tangential, modes)
+    begun = steps.State(*unpacked(state.deflection, state.branches, state.free, size, tangential, modes))
+    run = kernels.Shear(
+        steps.table_of(springs),
+        float(friction),
+        body,
+        steps.room_for(body),
+        together.no_group(body),
+        np.zeros(size),
+        np.zeros((kernels.OWN_COLUMNS, size)),
+        (begun.alike(), begun.alike()),
     )
-    rows, shifts = rows[:followed], shifts[:followed]
-    end = TangentialState(
-        float(shifts[-1]) if followed else state.shift, *packed(v, z, free, tangential, modes)
+    rows = np.zeros((target.size, kernels.COLUMNS + 1))
+    pressed = kernels.Pressed(_given(curve, passage, normal), passage.load, passage.gap, passage.turn)
+    followed = kernels.shear(
+        run, pressed, np.array(target), (bool(forced), float(slack)), float(state.shift), begun, rows
     )
+    rows = rows[:followed]
+    shifts = rows[:, kernels.COLUMNS].copy()
+    end = TangentialState(float(shifts[-1]) if followed else state.shift, *packed(*begun, tangential, modes))
     return TangentialHistory(
         shifts,
         rows[:, kernels.FORCE],
@@ -157,3 +142,21 @@ def shear_springs(
         rows[:, kernels.DISK] != 0.0,
         end,
     )
+
+
+def _given(curve: Curve, passage: Passage, normal: Relaxation) -> FloatArray:
+    """What kernels are given of the rows of normal contact."""
+    from pymdr.line.memory import tangential_kernels as kernels
+
+    waits, moves = np.diff(passage.time), np.diff(passage.indentation)
+    given = np.zeros((waits.size, kernels.GIVEN))
+    given[:, kernels.TIME], given[:, kernels.MOVE] = waits, moves
+    with np.errstate(divide="ignore", invalid="ignore"):
+        x = waits[:, None] / normal.times
+        means = np.where(x > 0.0, -np.expm1(-x) / x, 1.0)
+        given[:, kernels.STIFF] = normal.equilibrium + means @ normal.moduli
+        if normal.viscosity > 0.0:
+            given[:, kernels.DRAG] = normal.viscosity * np.where(moves == 0.0, 0.0, moves / waits)
+    given[:, kernels.NORMAL] = passage.force
+    given[:, kernels.AREA] = curve.stiffness(passage.contact_radius)
+    return given

@@ -79,15 +79,8 @@ def ting(curve: Curve, relaxation: Relaxation, time: ArrayLike, depth: ArrayLike
     >>> ting(line, solid, [0.0, 1.0, 1.1], [0.0, 0.4, 0.36]).force.round(6).tolist()
     [0.0, 1.006835, 0.641077]
     """
-    t, d = np.asarray(time, dtype=float), np.asarray(depth, dtype=float)
-    if t.shape != d.shape or t.ndim != 1 or t.size == 0:
-        raise PathError(
-            f"times of shape {t.shape} for indentations of shape {d.shape}: one of both for every row"
-        )
-    if not (np.isfinite(t).all() and np.isfinite(d).all()):
-        raise PathError("a row is not finite")
-    told = d
-    t, d = np.concatenate([t[:1], t]), _straightened(np.concatenate([[min(0.0, d[0])], d]))
+    t, told = _rows_of(time, depth, "indentations")
+    t, d = np.concatenate([t[:1], t]), _straightened(np.concatenate([[min(0.0, told[0])], told]))
     waits, moves = np.diff(t), np.diff(d)
     top = int(np.argmax(d))
     if waits.min() < 0.0:
@@ -147,6 +140,16 @@ def ting(curve: Curve, relaxation: Relaxation, time: ArrayLike, depth: ArrayLike
     return Rows(told.copy(), force[1:], radius[1:], gained[1:], widened[1:])
 
 
+def _rows_of(time: ArrayLike, values: ArrayLike, words: str) -> tuple[FloatArray, FloatArray]:
+    """Times and values of rows, which have to be numbers."""
+    t, v = np.asarray(time, dtype=float), np.asarray(values, dtype=float)
+    if t.shape != v.shape or t.ndim != 1 or t.size == 0:
+        raise PathError(f"times of shape {t.shape} for {words} of shape {v.shape}: one of both for every row")
+    if not (np.isfinite(t).all() and np.isfinite(v).all()):
+        raise PathError("a row is not finite")
+    return t, v
+
+
 def _growth(curve: Curve, states: DiskStates) -> FloatArray:
     """How many times faster than the radius, in parts of both, the depth grows; measured over a thousandth of the radius."""
     near = curve.depth((1.0 - _NEAR) * states.contact_radius)
@@ -178,13 +181,9 @@ def creep(curve: Curve, relaxation: Relaxation, time: ArrayLike, force: ArrayLik
     -----
     Lee and Radok (1960).
     """
-    t, load = np.asarray(time, dtype=float), np.asarray(force, dtype=float)
-    if t.shape != load.shape or t.ndim != 1 or t.size == 0:
-        raise PathError(
-            f"times of shape {t.shape} for forces of shape {load.shape}: one of both for every row"
-        )
-    if not (np.isfinite(t).all() and np.isfinite(load).all() and load.min() >= 0.0):
-        raise PathError("a force is not finite or below 0: bodies without adhesion part at 0 N")
+    t, load = _rows_of(time, force, "forces")
+    if load.min() < 0.0:
+        raise PathError("a force is below 0: bodies without adhesion part at 0 N")
     if (np.diff(load) < -_ROUNDING * load.max()).any():
         raise PathError("a contact need not grow where its force falls: springs follow it")
     states: DiskStates = states_at_force(curve, compliant(relaxation, t, load))

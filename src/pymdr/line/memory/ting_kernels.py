@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
@@ -25,18 +26,41 @@ _SAME = 1e-9
 """Of the largest load per length: what a contact that does not grow may be short of."""
 
 
+class Bodies(NamedTuple):
+    """Two bodies by the table of their stiffness up to a depth, how they relax, and the softness of the machine in m/N."""
+
+    table: FloatArray
+    deepest: float
+    equilibrium: float
+    viscosity: float
+    moduli: FloatArray
+    times: FloatArray
+    softness: float
+
+
+class Record(NamedTuple):
+    """Rows: t, d, and by the branches what the contact bears and how far the bodies moved, both as it is left of them."""
+
+    time: FloatArray
+    depth: FloatArray
+    carried: FloatArray
+    path: FloatArray
+
+
 @compiled
-def _stiffness(table: FloatArray, deepest: float, depth: float) -> float:
+def _stiffness(bodies: Bodies, depth: float) -> float:
     """Per unit modulus in m, straight in the fourth root of the depth between the columns of a table."""
+    table = bodies.table
     cells = table.shape[1] - 1
-    x = math.sqrt(math.sqrt(max(depth, 0.0) / deepest)) * cells
+    x = math.sqrt(math.sqrt(max(depth, 0.0) / bodies.deepest)) * cells
     i = min(int(x), cells - 1)
     return float(table[0, i] + (x - i) * (table[0, i + 1] - table[0, i]))
 
 
 @compiled
-def _force(table: FloatArray, deepest: float, depth: float) -> float:
+def _force(bodies: Bodies, depth: float) -> float:
     """The integral of the stiffness in m^2."""
+    table, deepest = bodies.table, bodies.deepest
     if depth <= 0.0:
         return 0.0
     cells = table.shape[1] - 1
@@ -55,16 +79,16 @@ def _mean(x: float) -> float:
 
 
 @compiled
-def _gained(table: FloatArray, deepest: float, low: float, high: float, wait: float, time: float) -> float:
+def _gained(bodies: Bodies, low: float, high: float, wait: float, time: float) -> float:
     """The integral of exp(-(end - s)/time) dF0 over a straight rise, whose part before the bodies touch counts for nothing."""
     if high <= 0.0 or high <= low:
         return 0.0
     if wait <= 0.0:
-        return _force(table, deepest, high) - _force(table, deepest, low)
+        return _force(bodies, high) - _force(bodies, low)
     speed = (high - low) / wait
     last = time * speed
     if last < _SHORT * (high - max(low, 0.0)):  # the difference of depths below would lose its digits
-        return last * _stiffness(table, deepest, high - last)
+        return last * _stiffness(bodies, high - last)
     begin = max(low, 0.0, high - _FORGOTTEN * last)
     parts = max(1, math.ceil((high - begin) / last))
     total, end = 0.0, math.sqrt(math.sqrt(begin))
@@ -81,74 +105,56 @@ def _gained(table: FloatArray, deepest: float, low: float, high: float, wait: fl
                 * half
                 * 4.0
                 * root**3
-                * _stiffness(table, deepest, depth)
+                * _stiffness(bodies, depth)
                 * math.exp(-max(high - depth, 0.0) / last)
             )
     return total
 
 
 @compiled
-def _borne(
-    table: FloatArray,
-    deepest: float,
-    body: FloatArray,
-    moduli: FloatArray,
-    times: FloatArray,
-    carried: FloatArray,
-    low: float,
-    high: float,
-    wait: float,
-) -> float:
+def _borne(bodies: Bodies, carried: FloatArray, low: float, high: float, wait: float) -> float:
     """The force in N of a contact that grows from one depth to another."""
-    total = body[0] * _force(table, deepest, high)
+    moduli, times = bodies.moduli, bodies.times
+    total = bodies.equilibrium * _force(bodies, high)
     for j in range(times.size):
-        fresh = _gained(table, deepest, low, high, wait, times[j])
+        fresh = _gained(bodies, low, high, wait, times[j])
         total += moduli[j] * (math.exp(-wait / times[j]) * carried[j] + fresh)
-    if body[1] > 0.0 and high > low and high > 0.0:
-        total += body[1] * (high - low) / wait * _stiffness(table, deepest, high)
+    if bodies.viscosity > 0.0 and high > low and high > 0.0:
+        total += bodies.viscosity * (high - low) / wait * _stiffness(bodies, high)
     return float(total)
 
 
 @compiled
 def _pressed(
-    table: FloatArray,
-    deepest: float,
-    body: FloatArray,
-    moduli: FloatArray,
-    times: FloatArray,
-    carried: FloatArray,
-    low: float,
-    wait: float,
-    target: float,
-    softness: float,
-    found: FloatArray,
+    bodies: Bodies, carried: FloatArray, low: float, wait: float, target: float, found: FloatArray
 ) -> float:
     """
     The depth in m at which a contact that grows meets a travel; -inf where it would have to shrink.
 
     `found` takes the force there. A dashpot may hold nearly all of a travel: the force is then what the machine bends by.
     """
+    softness = bodies.softness
     if softness == 0.0 or target <= 0.0:
-        found[0] = _borne(table, deepest, body, moduli, times, carried, low, target, wait)
+        found[0] = _borne(bodies, carried, low, target, wait)
         return target
     under, over, side = max(low, 0.0), target, 0
     short = -target
     if low > 0.0:
-        force = _borne(table, deepest, body, moduli, times, carried, low, low, wait)
+        force = _borne(bodies, carried, low, low, wait)
         short = low + softness * force - target
         if short > _HELD * target:
             return -math.inf
         if short >= 0.0:
             found[0] = force
             return low
-    much = softness * _borne(table, deepest, body, moduli, times, carried, low, target, wait)
+    much = softness * _borne(bodies, carried, low, target, wait)
     for step in range(_STEPS):
         if over - under <= _CLOSE * over or much == short:
             break
         depth = (under * much - over * short) / (much - short)
         if step > _STRAIGHT and step % 2:
             depth = 0.5 * (under + over)
-        force = _borne(table, deepest, body, moduli, times, carried, low, depth, wait)
+        force = _borne(bodies, carried, low, depth, wait)
         off = depth + softness * force - target
         if off > 0.0:
             over, much, short = depth, off, 0.5 * short if side > 0 else short
@@ -165,29 +171,16 @@ def _pressed(
 
 @compiled
 def _pull(
-    table: FloatArray,
-    deepest: float,
-    body: FloatArray,
-    moduli: FloatArray,
-    times: FloatArray,
-    time: FloatArray,
-    depth: FloatArray,
-    carried: FloatArray,
-    path: FloatArray,
-    row: int,
-    part: float,
-    now: int,
-    target: float,
-    softness: float,
-    found: FloatArray,
+    bodies: Bodies, record: Record, row: int, part: float, now: int, target: float, found: FloatArray
 ) -> float:
     """
     Less the load per length at the edge of the contact of a part of an earlier row, which rises with that.
 
     `found` takes the force and the depth that it would have now.
     """
+    (time, depth, carried, path), moduli, times = record, bodies.moduli, bodies.times
     wait, move = part * (time[row + 1] - time[row]), part * (depth[row + 1] - depth[row])
-    force = body[0] * _force(table, deepest, depth[row] + move)
+    force = bodies.equilibrium * _force(bodies, depth[row] + move)
     lag = time[now] - time[row] - wait
     for j in range(times.size):
         rest = math.exp(-lag / times[j])
@@ -195,15 +188,15 @@ def _pull(
             old = carried[row, j]
             if part > 0.0:
                 old = math.exp(-wait / times[j]) * old + _gained(
-                    table, deepest, depth[row], depth[row] + move, wait, times[j]
+                    bodies, depth[row], depth[row] + move, wait, times[j]
                 )
             force += moduli[j] * rest * old
-    there = target - softness * force
+    there = target - bodies.softness * force
     found[0], found[1] = force, there
     duration, way = time[now] - time[now - 1], there - depth[now - 1]
-    total = body[0] * (depth[row] + move - there)
-    if body[1] > 0.0 and way != 0.0:
-        total -= body[1] * way / duration
+    total = bodies.equilibrium * (depth[row] + move - there)
+    if bodies.viscosity > 0.0 and way != 0.0:
+        total -= bodies.viscosity * way / duration
     for j in range(times.size):
         then = math.exp(-wait / times[j]) * path[row, j] + _mean(wait / times[j]) * move
         x = duration / times[j]
@@ -214,34 +207,23 @@ def _pull(
 
 
 @compiled
-def follow(
-    table: FloatArray,
-    deepest: float,
-    body: FloatArray,
-    moduli: FloatArray,
-    times: FloatArray,
-    time: FloatArray,
-    target: FloatArray,
-    softness: float,
-    depth: FloatArray,
-    force: FloatArray,
-) -> int:
+def follow(bodies: Bodies, time: FloatArray, target: FloatArray, depth: FloatArray, force: FloatArray) -> int:
     """
     Follow travels, or indentations where the softness is 0, of bodies that are apart at first; how it ended.
 
     `depth` and `force` have one entry for each target, and the first is that of the bodies before a sudden move.
     """
+    moduli, times = bodies.moduli, bodies.times
     n, kinds = target.size, times.size
     path, carried = np.zeros((n, kinds)), np.zeros((n, kinds))
+    record = Record(time, depth, carried, path)
     found = np.zeros(2)
     depth[0], force[0] = target[0], 0.0
     top = 0
     while top + 1 < n:  # grows
         k = top + 1
         wait = time[k] - time[top]
-        there = _pressed(
-            table, deepest, body, moduli, times, carried[top], depth[top], wait, target[k], softness, found
-        )
+        there = _pressed(bodies, carried[top], depth[top], wait, target[k], found)
         if there < depth[top] and depth[top] > 0.0:
             break
         depth[k], force[k] = there, found[0]
@@ -249,22 +231,20 @@ def follow(
             x = wait / times[j]
             path[k, j] = math.exp(-x) * path[top, j] + _mean(x) * (there - depth[top])
             carried[k, j] = math.exp(-x) * carried[top, j] + _gained(
-                table, deepest, depth[top], there, wait, times[j]
+                bodies, depth[top], there, wait, times[j]
             )
         top = k
     first = top
     while first > 0 and depth[first] > 0.0:
         first -= 1
     begin = -depth[first] / (depth[first + 1] - depth[first]) if top > first else 0.0
-    allowed = body[0] * max(depth[top], 0.0)
+    allowed = bodies.equilibrium * max(depth[top], 0.0)
     for j in range(kinds):
         allowed += moduli[j] * path[top, j]
     allowed *= _SAME
     row, part = top - 1, 1.0
     for k in range(top + 1, n):  # shrinks
-        over = _pull(
-            table, deepest, body, moduli, times, time, depth, carried, path, row, part, k, target[k], softness, found
-        )  # fmt: skip
+        over = _pull(bodies, record, row, part, k, target[k], found)
         if over < -allowed:
             return TOUCHED_AGAIN
         if over > allowed:
@@ -272,9 +252,7 @@ def follow(
             under = over
             while True:
                 part = begin if row == first else 0.0
-                under = _pull(
-                    table, deepest, body, moduli, times, time, depth, carried, path, row, part, k, target[k], softness, found
-                )  # fmt: skip
+                under = _pull(bodies, record, row, part, k, target[k], found)
                 if under <= 0.0 or row == first:
                     break
                 row, high, over = row - 1, 1.0, under
@@ -286,9 +264,7 @@ def follow(
                     part = (low * over - high * under) / (over - under)
                     if step > _STRAIGHT and step % 2:
                         part = 0.5 * (low + high)
-                    off = _pull(
-                        table, deepest, body, moduli, times, time, depth, carried, path, row, part, k, target[k], softness, found
-                    )  # fmt: skip
+                    off = _pull(bodies, record, row, part, k, target[k], found)
                     if off == 0.0:
                         break
                     if off > 0.0:

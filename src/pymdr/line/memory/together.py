@@ -8,121 +8,165 @@ for one spring as for a thousand.
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
-from pymdr.compiling import compiled
-from pymdr.line.memory.kernels import CROSS, DECAY, MEAN, MOVED, OWN, RAMP
+import numpy as np
+
+from pymdr.compiling import inner
+from pymdr.line.memory.kernels import (
+    CROSS,
+    DECAY,
+    FREE,
+    MEAN,
+    MOVED,
+    OWN,
+    RAMP,
+    REST,
+    SHARE,
+    TURN,
+    Body,
+    Move,
+    State,
+    stiffness,
+)
 from pymdr.units import FloatArray
 
 HELD, STIFFNESS, WIDTH, SQUARED, LEAST, MOST, SINCE = range(7)
 """Of a group: how many springs from the innermost on; the sums of their k, k w and k w^2, the least and the largest w, all when
 it was formed; and how far they moved since."""
-GROUP = 7
 LEFT, GAINED, LOWEST, HIGHEST, BORNE, ENERGY = range(6)
 """Of their branches: h is LEFT times that at first and GAINED; the lowest and highest h, and the sums of k h and k h^2 at first."""
-BRANCHES = 6
 _EDGE = 16
 """Springs beside an edge, at least, that may change sides while others only move."""
 
 
-@compiled
+class Group(NamedTuple):
+    """Springs that move as one."""
+
+    whole: FloatArray
+    branches: FloatArray
+
+
+def no_group(body: Body) -> Group:
+    """A group of no springs."""
+    return Group(np.zeros(7), np.zeros((6, body.moduli.size)))
+
+
+@inner
 def beside(count: int) -> int:
     """How many springs beside an edge may change sides."""
     return max(_EDGE, count // 8)
 
 
-@compiled
+@inner
 def strays(held: int, count: int) -> bool:
     """Whether the edge of `count` springs has moved so far that another group is better."""
     return count - held > 2 * beside(count) or count - held < beside(count) // 2
 
 
-@compiled
-def join(
-    shares: FloatArray,
-    n: int,
-    held: int,
-    w: FloatArray,
-    z: FloatArray,
-    w_other: FloatArray,
-    z_other: FloatArray,
-    group: FloatArray,
-    branches: FloatArray,
-) -> None:
-    """Form a group of the first springs, whose state is kept in both places."""
-    for i in range(GROUP):
-        group[i] = 0.0
-    group[HELD], group[LEAST], group[MOST] = max(held, 0), math.inf, -math.inf
+@inner
+def join(springs: FloatArray, count: int, state: State, other: State, group: Group) -> None:
+    """Form a group of the first springs but those beside the edge of `count`; their state is kept in both places."""
+    whole, branches, held = group.whole, group.branches, max(count - beside(count), 0)
+    for i in range(whole.size):
+        whole[i] = 0.0
+    whole[HELD], whole[LEAST], whole[MOST] = held, math.inf, -math.inf
+    n = branches.shape[1]
     for j in range(n):
         branches[LEFT, j], branches[GAINED, j] = 1.0, 0.0
         branches[LOWEST, j], branches[HIGHEST, j] = math.inf, -math.inf
         branches[BORNE, j], branches[ENERGY, j] = 0.0, 0.0
     for i in range(held):
-        share = shares[i]
-        group[STIFFNESS] += share
-        group[WIDTH] += share * w[i]
-        group[SQUARED] += share * w[i] * w[i]
-        group[LEAST], group[MOST] = min(group[LEAST], w[i]), max(group[MOST], w[i])
-        w_other[i] = w[i]
+        share, w = springs[SHARE, i], state.w[i]
+        whole[STIFFNESS] += share
+        whole[WIDTH] += share * w
+        whole[SQUARED] += share * w * w
+        whole[LEAST], whole[MOST] = min(whole[LEAST], w), max(whole[MOST], w)
+        state.free[TURN, i] = 0.0
+        other.w[i] = w
+        other.free[FREE, i], other.free[REST, i], other.free[TURN, i] = (
+            state.free[FREE, i],
+            state.free[REST, i],
+            0.0,
+        )
         for j in range(n):
-            h = z[i, j]
+            h = state.z[i, j]
             branches[LOWEST, j] = min(branches[LOWEST, j], h)
             branches[HIGHEST, j] = max(branches[HIGHEST, j], h)
             branches[BORNE, j] += share * h
             branches[ENERGY, j] += share * h * h
-            z_other[i, j] = h
+            other.z[i, j] = h
 
 
-@compiled
-def release(n: int, w: FloatArray, z: FloatArray, group: FloatArray, branches: FloatArray) -> None:
+@inner
+def release(state: State, group: Group) -> None:
     """Give the springs of a group what they have now."""
-    for i in range(int(group[HELD])):
-        w[i] += group[SINCE]
-        for j in range(n):
-            z[i, j] = branches[LEFT, j] * z[i, j] + branches[GAINED, j]
-    group[HELD] = 0.0
+    for i in range(int(group.whole[HELD])):
+        state.w[i] += group.whole[SINCE]
+        for j in range(group.branches.shape[1]):
+            state.z[i, j] = group.branches[LEFT, j] * state.z[i, j] + group.branches[GAINED, j]
+    group.whole[HELD] = 0.0
 
 
-@compiled
-def carry(
-    moduli: FloatArray, move: float, group: FloatArray, branches: FloatArray, branch: FloatArray
-) -> None:
+@inner
+def carry(body: Body, way: float, group: Group, branch: FloatArray) -> None:
     """Move a group on over a step whose coefficients are given."""
-    group[SINCE] += move
-    for j in range(moduli.size):
+    branches = group.branches
+    group.whole[SINCE] += way
+    for j in range(body.moduli.size):
         branches[LEFT, j] *= branch[j, DECAY]
-        branches[GAINED, j] = branch[j, DECAY] * branches[GAINED, j] + branch[j, MEAN] * (moduli[j] * move)
+        branches[GAINED, j] = branch[j, DECAY] * branches[GAINED, j] + branch[j, MEAN] * (
+            body.moduli[j] * way
+        )
 
 
-@compiled
+@inner
 def bear(
-    body: FloatArray,
-    moduli: FloatArray,
-    duration: float,
-    move: float,
-    group: FloatArray,
-    branches: FloatArray,
-    branch: FloatArray,
+    body: Body, move: Move, group: Group, branch: FloatArray
 ) -> tuple[float, float, float, float, float]:
     """The force of a group after a move, how it grows with it, the energy stored then, the work and what dashpots take."""
-    all_of, since = group[STIFFNESS], group[SINCE]
-    drag = body[1] * move / duration if body[1] > 0.0 and move != 0.0 else 0.0
-    stiff = body[0] + (body[1] / duration if body[1] > 0.0 else 0.0)
-    width, ahead = group[WIDTH] + all_of * since, since + move
-    force, work, lost = body[0] * width, move * (body[0] * (width + 0.5 * move * all_of) + drag * all_of), 0.0
-    stored = body[0] * (group[SQUARED] + ahead * (2.0 * group[WIDTH] + ahead * all_of))
-    for j in range(moduli.size):
-        elastic, left, gained = moduli[j] * move, branches[LEFT, j], branches[GAINED, j]
+    whole, branches, way, drag = group.whole, group.branches, move.way, move.drag
+    all_of, since = whole[STIFFNESS], whole[SINCE]
+    width, ahead = whole[WIDTH] + all_of * since, since + way
+    force = body.equilibrium * width
+    work, lost = way * (body.equilibrium * (width + 0.5 * way * all_of) + drag * all_of), way * drag * all_of
+    stored = body.equilibrium * (whole[SQUARED] + ahead * (2.0 * whole[WIDTH] + ahead * all_of))
+    for j in range(body.moduli.size):
+        elastic, left, gained = body.moduli[j] * way, branches[LEFT, j], branches[GAINED, j]
         first, squares = branches[BORNE, j], branches[ENERGY, j]
-        stiff += moduli[j] * branch[j, MEAN]
         borne = left * first + gained * all_of
         squared = left * left * squares + gained * (2.0 * left * first + gained * all_of)
         force += branch[j, DECAY] * borne
-        work += move * (branch[j, MEAN] * borne + branch[j, RAMP] * elastic * all_of)
+        work += way * (branch[j, MEAN] * borne + branch[j, RAMP] * elastic * all_of)
         lost += (
             branch[j, OWN] * squared
             + elastic * (2.0 * branch[j, CROSS] * borne + branch[j, MOVED] * elastic * all_of)
-        ) / moduli[j]
+        ) * body.soft[j]
         left, gained = branch[j, DECAY] * left, branch[j, DECAY] * gained + branch[j, MEAN] * elastic
-        stored += (left * left * squares + gained * (2.0 * left * first + gained * all_of)) / moduli[j]
-    rate = stiff * all_of
-    return force + rate * move, rate, 0.5 * stored, work, lost + move * drag * all_of
+        stored += (left * left * squares + gained * (2.0 * left * first + gained * all_of)) * body.soft[j]
+    rate = stiffness(body, move.duration, branch) * all_of
+    return force + rate * way, rate, 0.5 * stored, work, lost
+
+
+@inner
+def lowest(body: Body, move: Move, group: Group, branch: FloatArray) -> float:
+    """What no spring of a group falls below over a move: its branches and springs are monotone."""
+    least = body.equilibrium * (group.whole[LEAST] + group.whole[SINCE] + min(move.way, 0.0)) + move.drag
+    for j in range(body.moduli.size):
+        bears = group.branches[LEFT, j] * group.branches[LOWEST, j] + group.branches[GAINED, j]
+        least += min(bears, branch[j, DECAY] * bears + branch[j, MEAN] * (body.moduli[j] * move.way))
+    return float(least)
+
+
+@inner
+def highest(body: Body, way: float, group: Group, branch: FloatArray) -> float:
+    """What no spring of a group exceeds that is sheared, whichever way."""
+    whole, branches = group.whole, group.branches
+    ahead = whole[SINCE] + way
+    low, high = body.equilibrium * (whole[LEAST] + ahead), body.equilibrium * (whole[MOST] + ahead)
+    for j in range(body.moduli.size):
+        left = branch[j, DECAY] * branches[LEFT, j]
+        gained = branch[j, DECAY] * branches[GAINED, j] + branch[j, MEAN] * (body.moduli[j] * way)
+        low += left * branches[LOWEST, j] + gained
+        high += left * branches[HIGHEST, j] + gained
+    return float(max(abs(low), abs(high)))

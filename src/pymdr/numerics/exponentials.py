@@ -1,0 +1,194 @@
+"""Compiled sums of exponentials and a straight line on [0, 1]: values and the first crossing of 0. Loads numba.
+
+    f(p) = c + s p + sum_i [a_i exp(-x_i p) + b_i p mean(x_i p)],    mean(x) = (1 - exp(-x))/x.
+
+The terms b_i keep their digits however small x_i is, 0 included. Every term is monotone; the falling ones are convex and lie
+above their tangents, the rising ones are concave and lie above their chord. So f is bounded from below on any interval, and
+its derivative from both sides: an interval is halved until f surely stays above 0, rises, or falls.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from pymdr.compiling import inner
+from pymdr.units import FloatArray
+
+ROUNDING = 2e-15
+"""Of the size of the terms: what counts as 0."""
+SHORTEST = 2.0**-40
+"""Intervals that are not halved."""
+NEVER = 2.0
+"""Where a sum crosses 0 that does not."""
+_NEWTON = 60
+_VALUE, _RATE, _FALLING, _RISE, _BEND, _DROP, _CURL, _SIZE = range(8)
+"""Of a sum at one place: f and f'; its falling terms; f' and f'' of its rising and of its falling terms; the size of all terms."""
+
+
+class Sum(NamedTuple):
+    """The arrays of a sum, to be filled."""
+
+    line: FloatArray
+    """(2,) c and s."""
+    decaying: FloatArray
+    """(n,) a."""
+    growing: FloatArray
+    """(n,) b."""
+    rates: FloatArray
+    """(n,) x, not below 0."""
+    ends: FloatArray
+    """(2, 8) for `first_crossing`."""
+
+
+def empty_sum(n: int) -> Sum:
+    """A sum of n terms that are 0."""
+    return Sum(np.zeros(2), np.zeros(n), np.zeros(n), np.zeros(n), np.zeros((2, 8)))
+
+
+@inner
+def mean(x: float) -> float:
+    """The mean of exp(-x p) over p from 0 to 1."""
+    return -math.expm1(-x) / x if x > 0.0 else 1.0
+
+
+@inner
+def moments(x: float) -> tuple[float, float, float, float, float, float]:
+    """
+    What a spring h with a dashpot behind it makes of a straight move e in x of its relaxation times: m0 to m5.
+
+    It bears m0 h + m1 e in the end, m1 h + m2 e on average, and takes m3 h^2 + 2 m4 h e + m5 e^2.
+    """
+    c = -math.expm1(-x)
+    left, own = 1.0 - c if x < 0.5 else math.exp(-x), -0.5 * math.expm1(-2.0 * x)
+    if x > 0.3:
+        return left, c / x, (x - c) / (x * x), own, 0.5 * c * c / x, (x - c - 0.5 * c * c) / (x * x)
+    ramp, moved, term, power = 0.0, 0.0, 0.5, 2.0  # the differences above lose their digits
+    for k in range(2, 16):
+        ramp += term
+        moved += term * (2.0 - power)
+        term *= -x / (k + 1)
+        power *= 2.0
+    even = c / x if x > 0.0 else 1.0
+    return left, even, ramp, own, 0.5 * c * even, moved
+
+
+@inner
+def _slope(f: Sum, i: int) -> float:
+    """The derivative of a term at 0: nothing but rounding where it stays what it is."""
+    relaxed = f.rates[i] * f.decaying[i]
+    slope = f.growing[i] - relaxed
+    return slope if abs(slope) > ROUNDING * abs(relaxed) else 0.0
+
+
+@inner
+def _at(f: Sum, p: float, out: FloatArray) -> None:
+    """All that bounds a sum beside p."""
+    falling, rise, bend, drop, curl = 0.0, 0.0, 0.0, 0.0, 0.0
+    value, size = f.line[0] + f.line[1] * p, abs(f.line[0])
+    for i in range(f.rates.size):
+        x = f.rates[i]
+        gone = -math.expm1(-x * p)
+        left = 1.0 - gone
+        term = left * f.decaying[i] + f.growing[i] * (gone / x if x > 0.0 else p)
+        slope = left * _slope(f, i)
+        value += term
+        size += abs(f.decaying[i])
+        if slope > 0.0:
+            rise, bend = rise + slope, bend - x * slope
+        else:
+            falling, drop, curl = falling + term, drop + slope, curl - x * slope
+    out[_VALUE], out[_RATE], out[_SIZE], out[_FALLING] = value, f.line[1] + rise + drop, size, falling
+    out[_RISE], out[_BEND], out[_DROP], out[_CURL] = rise, bend, drop, curl
+
+
+@inner
+def _least(before: float, after: float, fall: float, fallen: float, steep: float, flat: float) -> float:
+    """
+    Bound from below of a sum that goes from `before` to `after`.
+
+    Its convex share goes from `fall` to `fallen`, with the slopes `steep` and `flat` over the whole way; the rest is concave.
+    """
+    least = min(before, after)
+    if steep < flat:
+        meet = min(max((fallen - flat - fall) / (steep - flat), 0.0), 1.0)
+        chord = (after - fallen) - (before - fall)
+        least = min(least, before + (steep + chord) * meet)
+    return least
+
+
+@inner
+def _root(f: Sum, low: float, high: float, guess: float, out: FloatArray) -> float:
+    """Where a sum that falls throughout is 0, by Newton's method within a bracket."""
+    p = min(max(guess, low), high)
+    for _ in range(_NEWTON):
+        _at(f, p, out)
+        if out[_VALUE] > 0.0:
+            low = p
+        else:
+            high = p
+        following = p - out[_VALUE] / out[_RATE] if out[_RATE] < 0.0 else low
+        if not low < following < high:
+            following = 0.5 * (low + high)
+        if abs(following - p) <= ROUNDING:
+            return following
+        p = following
+    return p
+
+
+@inner
+def first_crossing(f: Sum, begin: float) -> tuple[float, int]:
+    """
+    The first p from `begin` to 1 at which a sum falls below 0, or NEVER; and how many intervals were tried.
+
+    A sum that is below 0 at `begin` by more than rounding crosses there.
+    """
+    now, ahead = f.ends[0], f.ends[1]
+    _at(f, begin, now)
+    if now[_VALUE] < -ROUNDING * now[_SIZE]:
+        return begin, 1
+    p, width, tried = begin, 1.0 - begin, 0
+    while p < 1.0:
+        tried += 1
+        end = min(p + width, 1.0)
+        width = end - p
+        _at(f, end, ahead)
+        slack = -ROUNDING * max(now[_SIZE], ahead[_SIZE])
+        above = ahead[_VALUE] >= slack
+        stays = above and (
+            _least(
+                now[_VALUE],
+                ahead[_VALUE],
+                now[_FALLING],
+                ahead[_FALLING],
+                width * now[_DROP],
+                width * ahead[_DROP],
+            )
+            >= slack
+        )
+        if not stays:
+            rises = _least(
+                now[_RATE], ahead[_RATE], now[_RISE], ahead[_RISE], width * now[_BEND], width * ahead[_BEND]
+            )
+            falls = _least(
+                -now[_RATE],
+                -ahead[_RATE],
+                -now[_DROP],
+                -ahead[_DROP],
+                -width * now[_CURL],
+                -width * ahead[_CURL],
+            )
+            short = width <= SHORTEST
+            if falls >= 0.0 and not above:
+                return _root(f, p, end, p + width * now[_VALUE] / (now[_VALUE] - ahead[_VALUE]), ahead), tried
+            if short and not above:
+                return end, tried
+            stays = (above and (rises >= 0.0 or falls >= 0.0 or short)) or rises >= 0.0
+        if stays:
+            p, width = end, 2.0 * width
+            now, ahead = ahead, now
+        else:
+            width *= 0.5
+    return NEVER, tried
