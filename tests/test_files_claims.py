@@ -137,8 +137,8 @@ def test_html_tells_every_error_to_those_who_unfold_it(rough):
 
 
 def test_assessments_tell_errors(rough):
-    told = text.assessment({"indentation": 0.3}, rough.claims, (), (), 200, 1000)
-    assert "normal_force 2.5e-07" in told
+    asked = mdr.assess(rough.contact, rough.path)
+    assert "normal_force 2.5e-07" in replace(asked, claims=rough.claims).summary()
 
 
 def test_errors_outside_a_claim_are_not_told():

@@ -146,7 +146,9 @@ def _figure_data(
 
 
 def infinite_in(result: Result, step: int) -> tuple[float, ...]:
-    """Radii in m inside the contact at which the pressure of a step is infinite."""
+    """Radii in m inside the contact at which the pressure of a step is infinite; none where it is no disk."""
+    if not result.claims["contact_radius"].where[step]:
+        return ()
     kinks = np.array([*result.contact.profile.breakpoints, *result.surface.marks(step)])
     a = float(result.data["contact_radius"].values[step])
     return infinite_pressures(result.surface.gap_function, kinks, a)

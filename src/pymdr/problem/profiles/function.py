@@ -167,7 +167,7 @@ def precision(function: ArrayFunction, radius: float) -> float:
 
     Examples
     --------
-    >>> precision(lambda r: r.astype(np.float32), 1.0) == np.finfo(np.float32).eps
+    >>> bool(precision(lambda r: r.astype(np.float32), 1.0) == np.finfo(np.float32).eps)
     True
     """
     with np.errstate(all="ignore"):
