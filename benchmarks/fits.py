@@ -1,4 +1,4 @@
-"""Fits of force curves: maps on all cores against an own loop over solve, lmfit, and nanite where it can be imported.
+"""Fits of force curves: maps on all cores against an own loop over solve, single fits, and nanite where it can be imported.
 
 ``python -m benchmarks.fits --curves 65536`` times whole maps in a process of their own, from arrays in Zarr into a folder, with the most memory that it
 takes; kills one in the middle, goes on, and says whether the numbers are the same. ``--law Hertz`` or ``"JKR, measured tip"`` takes one of them.
@@ -139,7 +139,7 @@ def ratios() -> Iterator[Ratio]:
     what = f"Hertz, 14000 samples, a curve of a map on {CORES} cores"
     curve = mdr.MeasuredCurve(force=approach["force"].values[0], indentation=approach["indentation"].values)
     single = median_times((lambda: mdr.fit(contact(TIP, 1e4), curve, ["body.young"]), 5))[0]
-    yield Ratio(what, "a single fit by lmfit, with claims", hertz, single, "aim 0.7 ms")
+    yield Ratio(what, "a single fit, with claims", hertz, single, "aim 0.7 ms")
     other = by_nanite(approach["indentation"].values, approach["force"].values[0])
     if other is not None:
         ours = float(

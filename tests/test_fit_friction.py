@@ -5,7 +5,6 @@ from __future__ import annotations
 import dataclasses
 import json
 import math
-from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
@@ -19,9 +18,6 @@ import pymdr as mdr
 from pymdr.errors import ProblemError
 from pymdr.workbench.cli import app
 
-pytestmark = pytest.mark.skipif(
-    find_spec("lmfit") is None, reason="lmfit, of the extra fit, is not installed"
-)
 DATA = Path(__file__).parent.parent / "examples" / "data"
 
 

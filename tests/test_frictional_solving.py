@@ -1049,7 +1049,7 @@ def test_assessment():
     asked = mdr.assess(case, path)
     result = mdr.solve(case, path)
     assert asked.rows == 1250
-    assert asked.columns == len(result.data) == 13
+    assert asked.quantities == len(result.data) == 13
     assert asked.memory == result.data.nbytes == 8 * 1250 * 13
     assert asked.largest["normal_force"] == 2.0
     for name in ("indentation", "contact_radius"):
@@ -1065,7 +1065,7 @@ def test_assessment():
     long = mdr.Path(time=t, indentation=1e-5 * (2 + np.sin(t)), shift=2e-6 * np.cos(t))
     asked = mdr.assess(case, long, machine_stiffness=1e5)
     assert asked.rows == 200_000
-    assert asked.columns == 15  # with time and travel
+    assert asked.quantities == 15  # with time and travel
     assert "24 MB" in asked.summary()
     assert asked.largest["indentation"] == pytest.approx(3e-5, rel=1e-6)
     with pytest.raises(mdr.PathError, match="friction carries at most"):

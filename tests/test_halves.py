@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import importlib
-from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
@@ -11,9 +10,6 @@ import pytest
 
 import pymdr as mdr
 
-pytestmark = pytest.mark.skipif(
-    find_spec("lmfit") is None, reason="lmfit, of the extra fit, is not installed"
-)
 DEPTH = np.linspace(-1e-6, 1e-6, 400)
 GEL = mdr.Contact(mdr.Paraboloid("5 um"), mdr.Elastic("3 kPa", 0.5))
 FORCE = mdr.solve(GEL, mdr.Path(indentation=DEPTH))["normal_force"].values

@@ -347,7 +347,7 @@ def test_an_assessment_claims_and_refuses_what_solve_does(
         assert found.where.tolist() == claim.where.tolist()
         if "adhesion" in law:
             assert "rigorous" not in claim.reason
-    assert (asked.rows, asked.columns) == (solved.data.sizes["step"], len(solved.data))
+    assert (asked.rows, asked.quantities) == (solved.data.sizes["step"], len(solved.data))
 
 
 @settings(max_examples=examples(15), deadline=None)

@@ -1,28 +1,35 @@
-"""How kernels are compiled: kept on disk where there is a place for them, and told when it takes time. Loads numba."""
+"""How kernels are compiled: kept on disk where there is a place for them, and reported when it takes time. Loads numba."""
 
 from __future__ import annotations
 
+import contextlib
 import logging
 import threading
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
-from numba import config, njit, types
+try:
+    from numba import config, njit
+except ImportError:  # missing, blocked, or refused by a newer NumPy
+    njit = None  # type: ignore[assignment]
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
-INTERPRETED = bool(getattr(config, "DISABLE_JIT", False))
-"""Whether NUMBA_DISABLE_JIT asks for kernels that are not compiled."""
+INTERPRETED = njit is None or bool(getattr(config, "DISABLE_JIT", False))
+"""Whether kernels run as plain Python: numba is missing, or NUMBA_DISABLE_JIT forbids it to compile."""
 
 _log = logging.getLogger("pymdr")
 _PATIENCE = 1.0
 """Seconds; code that is read from disk is there sooner."""
 _told = threading.Event()
 _unkept = threading.Event()
+_checked: set[tuple[str, Stamp]] = set()
 
 
 Stamp = tuple[float, int]
+INNER = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+"""Options of kernels that only kernels call: compiled in four fifths of the time."""
 
 
 def stamp_of(*modules: str) -> Stamp:
@@ -36,32 +43,44 @@ def compiled(function: Function, stamp: Stamp | None = None, **options: Any) -> 
     Compile with numba when first called; kept on disk, unless no folder for it can be written.
 
     Numba keeps compiled code until the file of the outermost function changes; with a stamp, until that does. It compiles
-    once more for arrays that cannot be written: callers give copies.
+    once more for arrays that cannot be written and for constants that one kernel gives another: callers give copies
+    and variables. Without numba the function stays as it is.
     """
+    if INTERPRETED:
+        _tell_interpreted()
+        return function
     settings = {"nogil": True, "error_model": "numpy", **options}
     try:
         kernel = njit(cache=True, **settings)(function)
     except RuntimeError:  # numba finds neither __pycache__ nor a cache of the user that takes files
         _unkept.set()
         kernel = njit(**settings)(function)
-    index: Any = getattr(getattr(kernel, "_cache", None), "_cache_file", None)
-    if stamp is not None and index is not None and hasattr(index, "_source_stamp"):
-        index._source_stamp = stamp
-    _compile_constants_as_numbers(kernel)
+    if stamp is not None:
+        _leave_out_older(kernel.stats.cache_path, stamp)
     return cast(Function, kernel)
 
 
 def inner(function: Function) -> Function:
     """Compile a function that only kernels call: without the wrappers that take arguments from Python, which take longer than it."""
-    return compiled(function, no_cpython_wrapper=True, no_cfunc_wrapper=True)
+    return compiled(function, None, **INNER)
 
 
-def _compile_constants_as_numbers(kernel: Any) -> None:
-    """Numba compiles a kernel anew for every constant that another kernel gives it; once for its type is enough."""
-    template = getattr(kernel, "get_call_template", None)
-    if template is not None:
-        kernel.get_call_template = lambda args, kws: template(
-            [types.unliteral(a) for a in args], {name: types.unliteral(a) for name, a in kws.items()}
+def _leave_out_older(folder: str | None, stamp: Stamp) -> None:
+    """Remove what numba kept before a file changed that is compiled into other files' kernels."""
+    if folder is None or (folder, stamp) in _checked:
+        return
+    _checked.add((folder, stamp))
+    for index in Path(folder).glob("*.nbi"):
+        with contextlib.suppress(OSError):
+            if index.stat().st_mtime < stamp[0]:
+                index.unlink()
+
+
+def _tell_interpreted() -> None:
+    if not _told.is_set():
+        _told.set()
+        _log.warning(
+            "Numerical kernels run as plain Python, about a hundred times slower: numba is missing or told not to compile"
         )
 
 
@@ -93,13 +112,13 @@ def _tell() -> None:
         if _unkept.is_set()
         else "once after an installation"
     )
-    _log.warning("compiling what this needs, up to a minute, %s", kept)
+    _log.warning("Compiling numerical kernels (about 10 s, %s)", kept)
 
 
 def _listen() -> None:
     try:
         from numba.core import event
-    except ImportError:  # a numba that does not tell
+    except ImportError:  # no numba, or one that does not tell
         return
     event.Listener.register(_Waiting)
     event.register("numba:compile", _Waiting())

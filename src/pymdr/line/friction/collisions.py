@@ -78,12 +78,16 @@ def follow_collision(
 
     state = virgin_state(friction, curves.modulus / tangential_modulus)
     mu = state.traction_scale
-    scales = (mu, mu * mu * state.modulus_ratio, state.shift_scale)
+    scales = runs.Scales(float(mu), mu * mu * state.modulus_ratio, state.shift_scale)
     d, t = frozen(indentation), frozen(time)
-    out = np.zeros((len(Sideways._fields), d.size))
+    out = np.zeros((5, d.size))
     # a step puts one vertex on the stack at most
     stack = np.zeros(d.size + 64, dtype=kernels.VERTEX)
-    code = runs.run_collision(curves.rows, stack, d, t, scales, (mass, velocity), out)
+    kernels.clear(stack, 0.0)
+    anchors = kernels.Anchors(curves.rows, stack, np.zeros(6))
+    run = runs.Run(anchors, out, np.zeros(0, dtype=np.int64), True, scales)
+    speed = np.full(d.size, float(velocity))
+    code = runs.run_collision(run, d, t, float(mass), speed)
     if code != runs.COMPLETE:
         raise PathError(f"the impact cannot be followed: {ENDINGS[code].value}")
-    return Sideways(*out)
+    return Sideways(out[0], out[1], out[2], out[3], out[4], speed)

@@ -209,67 +209,56 @@ class _Stack(_Run):
         from pymdr.line.friction import kernels, noslip, runs
 
         start = self.start
-        self.sticks = not math.isfinite(start.friction)
         mu = start.traction_scale
-        energy = mu * mu * start.modulus_ratio
-        self.scales = (mu, energy, start.shift_scale)
-        self.line = self.curves.rows
+        scales = runs.Scales(float(mu), mu * mu * start.modulus_ratio, start.shift_scale)
         top = start.slope.size
-        self.stack = np.zeros(max(64, 2 * top), dtype=kernels.VERTEX)
-        window = (start.slope[-1],) * 2 if top else (-math.inf, math.inf)
-        self.register = np.array(
-            [
-                start.indentation,
-                start.b[-1],
-                *window,
-                start.slip_work / energy,
-                0.0,
-                start.slip_distance / start.shift_scale,
-                top,
-            ]
+        stack = np.zeros(max(64, 2 * top), dtype=kernels.VERTEX)
+        memory = [
+            start.indentation,
+            start.b[-1],
+            start.slip_work / scales.energy,
+            0.0,
+            start.slip_distance / scales.shift,
+            top,
+        ]
+        self.progress = runs.Run(
+            kernels.Anchors(self.curves.rows, stack, np.array(memory)),
+            self.out,
+            self.rows,
+            self.every,
+            scales,
         )
         vertices = (frozen(start.y), frozen(start.b))
-        span: tuple[Any, ...] = ()
         self.kernel: Callable[..., tuple[int, int, int]]
-        if self.sticks:
-            noslip.restore_stuck(self.line, *vertices, self.stack)
-            self.kernel, span = noslip.run_stuck, (self.control.value,)
-        else:
-            runs.restore(self.line, *vertices, frozen(start.slope), self.stack)
-            self.kernel = runs.run_displacements
-            if self.control is not Control.SHIFT:
-                self.kernel, span = runs.run_forces, (self.control is Control.FORCE,)
-        self.rest = span
+        self.option: tuple[Any, ...] = ()
+        if not math.isfinite(start.friction):
+            noslip.restore_stuck(self.progress.anchors, *vertices)
+            self.kernel, self.option = noslip.run_stuck, (self.control.value,)
+            return
+        runs.restore(self.progress.anchors, *vertices, frozen(start.slope))
+        self.kernel = runs.run_displacements
+        if self.control is not Control.SHIFT:
+            self.kernel, self.option = runs.run_forces, (self.control is Control.FORCE,)
 
     def advance(self, stop: int) -> None:
         while self.ending is Ending.COMPLETE and self.row < stop:
             span = (self.row, stop, self.column)
-            code, self.row, self.column = self.kernel(
-                self.line,
-                self.stack,
-                self.register,
-                *self.given,
-                self.scales,
-                self.rows,
-                self.out,
-                span,
-                self.every,
-                *self.rest,
-            )
+            code, self.row, self.column = self.kernel(self.progress, *self.given, span, *self.option)
             if code == _FULL:
-                larger = np.zeros(2 * self.stack.size, dtype=self.stack.dtype)
-                larger[: self.stack.size] = self.stack
-                self.stack = larger
+                stack = self.progress.anchors.stack
+                larger = np.zeros(2 * stack.size, dtype=stack.dtype)
+                larger[: stack.size] = stack
+                self.progress = self.progress._replace(anchors=self.progress.anchors._replace(stack=larger))
             else:
                 self.ending = ENDINGS[code]
 
     @property
     def vertices(self) -> int:
-        return int(self.register[7]) + 1
+        return int(self.progress.anchors.memory[-1]) + 1
 
     def state(self) -> FrictionState:
-        depth, shift, _, _, work, _, slide, top = self.register.tolist()
-        vertices = self.stack[: int(top) + 1]
+        depth, shift, work, _, slide, top = self.progress.anchors.memory.tolist()
+        vertices = self.progress.anchors.stack[: int(top) + 1]
         start = self.start
         return FrictionState(
             frozen(vertices["y"].copy()),
@@ -279,7 +268,7 @@ class _Stack(_Run):
             shift * start.shift_scale,
             start.friction,
             start.modulus_ratio,
-            work * self.scales[1],
+            work * self.progress.scales.energy,
             slide * start.shift_scale,
             start.rows + self.row,
         )

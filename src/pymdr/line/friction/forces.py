@@ -3,11 +3,25 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import NamedTuple
 
 from numpy.polynomial.legendre import leggauss
 
-from pymdr.line.friction.kernels import MEET, Point, at, base, extend, moment, put, vertex
+from pymdr.line.friction.kernels import (
+    MEET,
+    MERGE,
+    Anchors,
+    Point,
+    at,
+    clear,
+    keep_slope,
+    lengthens,
+    moment,
+    on_segment,
+    push,
+    put,
+    vertex,
+)
 from pymdr.line.friction.layout import MODULUS
 from pymdr.line.friction.reading import compiled, curve, depth_of_force, inlined
 from pymdr.units import FloatArray
@@ -15,7 +29,29 @@ from pymdr.units import FloatArray
 _OUTER, _INNER = (
     tuple((0.5 * (float(x) + 1.0), 0.5 * float(w)) for x, w in zip(*leggauss(n), strict=True)) for n in (6, 4)
 )
-_ROUNDED = 1e-14  # of force times depth: what the closed form of the slip work loses on a table
+_ROUNDING = 1e-14  # of force times depth: what the closed form of the slip work loses on a table
+
+
+class Loading(NamedTuple):
+    """A straight step in forces: where it begins in (F_N, S), and the changes."""
+
+    force: float
+    pull: float
+    d_force: float
+    d_pull: float
+
+
+class Loaded(NamedTuple):
+    """A point of the anchor curve, and S there."""
+
+    point: Point
+    pull: float
+
+
+@inlined
+def loaded(anchors: Anchors, i: int) -> Loaded:
+    """Vertex i."""
+    return Loaded(at(anchors.stack, i), vertex(anchors.stack, i).pull)
 
 
 @compiled
@@ -30,71 +66,63 @@ def mean_depth(line: FloatArray, upper: float, lower: float) -> float:
     return float(0.5 * (upper + lower) - (f_u - f_l) * (1.0 / a_u - 1.0 / a_l) / (24.0 * line[0, MODULUS]))
 
 
-@inlined
-def lead(point: Point, pull: float, g: float, start: Any, step: Any) -> float:
-    """F_N - F_N(y) when slip toward g reaches the spring at a point where S = `pull`, within the step."""
-    to_start, to_end = start[0] - point[2], start[0] + step[0] - point[2]
-    if step[0] == 0.0:
-        return float(to_start)
-    gained = g * (step[0] * (pull - start[1]) + step[1] * to_start) / (g * step[1] - step[0])
+@compiled
+def force_ahead(here: Loaded, g: float, step: Loading) -> float:
+    """F_N - F_N(y) when slip toward g reaches the spring at a point, within the step."""
+    to_start = step.force - here.point.force
+    to_end = (step.force + step.d_force) - here.point.force  # no rounding where the force ends at 0
+    if step.d_force == 0.0:
+        return to_start
+    gained = g * (step.d_force * (here.pull - step.pull) + step.d_pull * to_start)
+    gained /= g * step.d_pull - step.d_force
     return float(min(max(gained, min(to_start, to_end)), max(to_start, to_end)))
 
 
 @compiled
-def swept(
-    line: FloatArray,
-    slope: float,
-    g: float,
-    upper: Point,
-    s_u: float,
-    lower: Point,
-    s_l: float,
-    start: Any,
-    step: Any,
-) -> float:
+def slip_work(line: FloatArray, slope: float, g: float, upper: Loaded, lower: Loaded, step: Loading) -> float:
     """
-    Slip work while the border of slip sweeps a segment under force control.
+    Slip work while the border of slip toward g passes over a part of a segment under force control.
 
-    |slope - g| int [F_N(D) - F_N(y) - 2 E* (D - y) a(y)] dy with F_N(D) linear in F_N(y); slip toward g,
-    from `start` = (F_N, S) by `step`.
+    |slope - g| int [F_N(D) - F_N(y) - 2 E* (D - y) a(y)] dy with F_N(D) linear in F_N(y).
     """
-    length = upper[0] - lower[0]
-    rise = upper[2] - lower[2]
+    p, q = lower.point, upper.point
+    length = q.y - p.y
+    rise = q.force - p.force
     if length <= 0.0 or rise <= 0.0 or slope == g:
         return 0.0
-    e_u, e_l = lead(upper, s_u, g, start, step), lead(lower, s_l, g, start, step)
-    d_u = depth_of_force(line, upper[2] + e_u)
-    d_l = depth_of_force(line, lower[2] + e_l)
-    middle = lower[2] + moment(line, lower, upper) / length
-    n_mean = (lower[2] + e_l) + (rise + e_u - e_l) * (middle - lower[2]) / rise
-    body = length * (n_mean + upper[2] - 2.0 * middle) - rise * (mean_depth(line, d_u, d_l) - lower[0])
-    if max(e_u, e_l) < 0.05 * upper[2] and lower[0] > 1e-3 * upper[0]:
-        closer = slid(line, upper, e_u, lower, e_l)
-        if abs(closer - body) <= _ROUNDED * upper[2] * upper[0]:
+    e_u, e_l = force_ahead(upper, g, step), force_ahead(lower, g, step)
+    d_u = depth_of_force(line, q.force + e_u)
+    d_l = depth_of_force(line, p.force + e_l)
+    middle = p.force + moment(line, p, q) / length
+    n_mean = (p.force + e_l) + (rise + e_u - e_l) * (middle - p.force) / rise
+    body = length * (n_mean + q.force - 2.0 * middle) - rise * (mean_depth(line, d_u, d_l) - p.y)
+    if max(e_u, e_l) < 0.05 * q.force and p.y > 1e-3 * q.y:
+        closer = short_slip_work(line, q, e_u, p, e_l)
+        if abs(closer - body) <= _ROUNDING * q.force * q.y:
             body = closer
     return float((1.0 - g * slope) * body)
 
 
 @compiled
-def slid(line: FloatArray, upper: Point, e_u: float, lower: Point, e_l: float) -> float:
+def short_slip_work(line: FloatArray, upper: Point, e_u: float, lower: Point, e_l: float) -> float:
     """
     Integral of F_N(D) - F_N(y) - 2 E* (D - y) a(y) over a piece where D is close to y, by quadrature.
 
     With delta = D - y it is 2 E* int_0^delta [a(y + t) - a(y)] dt: the terms of the closed form cancel to the
     second order in delta, those of this one to the first.
     """
-    per_rise = (e_u - e_l) / (upper[2] - lower[2])
+    per_rise = (e_u - e_l) / (upper.force - lower.force)
     twice = 2.0 * line[0, MODULUS]
-    panels = 1 + int(3.0 * math.log(upper[0] / lower[0]))
-    ratio = (upper[0] / lower[0]) ** (1.0 / panels)
+    panels = 1 + int(3.0 * math.log(upper.y / lower.y))
+    ratio = (upper.y / lower.y) ** (1.0 / panels)
     total = 0.0
-    low = lower[0]
+    low = lower.y
     for panel in range(panels):
-        width = (low * ratio if panel < panels - 1 else upper[0]) - low
+        width = (low * ratio if panel < panels - 1 else upper.y) - low
         for node, weight in _OUTER:
             y = low + width * node
-            a, force, _ = curve(line, y)
-            ahead = e_l + per_rise * (force - lower[2])
+            a, force, _work = curve(line, y)
+            ahead = e_l + per_rise * (force - lower.force)
             delta = ahead / (twice * a)
             grown = 0.0
             for turn in range(3):
@@ -109,155 +137,167 @@ def slid(line: FloatArray, upper: Point, e_u: float, lower: Point, e_l: float) -
 
 
 @compiled
-def swept_parting(
-    line: FloatArray,
-    stack: Any,
-    i: int,
-    upper: Point,
-    s_u: float,
-    lower: Point,
-    s_l: float,
-    start: Any,
-    step: Any,
-) -> float:
-    """Slip work while the contact shrinks over a piece of segment i: the side is that of the chord."""
-    slope = vertex(stack, i).slope
-    ratio = step[1] / step[0]
-    lag_u = start[1] + ratio * (upper[2] - start[0]) - s_u
-    lag_l = start[1] + ratio * (lower[2] - start[0]) - s_l
-    if lag_u * lag_l < 0.0:
-        force = lower[2] + (upper[2] - lower[2]) * (lag_l / (lag_l - lag_u))
-        y = min(max(depth_of_force(line, force), lower[0]), upper[0])
-        a, force, work = curve(line, y)
-        middle = (y, lower[1] + slope * (y - lower[0]), force, work, a)
-        s_m = s_l + slope * (force - lower[2])
-        g = 1.0 if lag_u > 0.0 else -1.0
-        return swept(line, slope, g, upper, s_u, middle, s_m, start, step) + swept(
-            line, slope, -g, middle, s_m, lower, s_l, start, step
-        )
+def detach(line: FloatArray, slope: float, upper: Loaded, lower: Loaded, step: Loading) -> float:
+    """Slip work while the contact shrinks over a part of a segment: the side is that of the chord."""
+    p, q = lower.point, upper.point
+    ratio = step.d_pull / step.d_force
+    lag_u = step.pull + ratio * (q.force - step.force) - upper.pull
+    lag_l = step.pull + ratio * (p.force - step.force) - lower.pull
     if lag_u == 0.0 and lag_l == 0.0:
         return 0.0
-    g = 1.0 if lag_u + lag_l > 0.0 else -1.0
-    return swept(line, slope, g, upper, s_u, lower, s_l, start, step)
+    if lag_u * lag_l >= 0.0:
+        return slip_work(line, slope, 1.0 if lag_u + lag_l > 0.0 else -1.0, upper, lower, step)
+    force = p.force + (q.force - p.force) * (lag_l / (lag_l - lag_u))
+    y = min(max(depth_of_force(line, force), p.y), q.y)
+    a, force, work = curve(line, y)
+    pull = lower.pull + slope * (force - p.force)
+    middle = Loaded(Point(y, p.b + slope * (y - p.y), force, work, a), pull)
+    g = 1.0 if lag_u > 0.0 else -1.0
+    return slip_work(line, slope, g, upper, middle, step) + slip_work(line, slope, -g, middle, lower, step)
 
 
 @compiled
-def load(
-    line: FloatArray, stack: Any, m: int, low: float, high: float, force: float, pull: float
-) -> tuple[int, float, float, float]:
-    """Go straight to (F_N, S), |S| <= F_N: the same stack in forces. Returns top, window and slip work."""
-    start = (vertex(stack, m).force, vertex(stack, m).pull)
-    upper = at(stack, m)
-    end = upper
-    if force != start[0]:
-        y = depth_of_force(line, force)
-        a, force, work = curve(line, y)
-        end = (y, upper[1], force, work, a)
-    pull = min(max(pull, -force), force)
-    step = (force - start[0], pull - start[1])
-    if step[0] == 0.0 and step[1] == 0.0:
-        return m, low, high, 0.0
-    depth = end[0]
-    if step[0] > 0.0 and abs(step[1]) <= step[0]:
-        slope = step[1] / step[0]
-        end = (depth, upper[1] + slope * (depth - upper[0]), end[2], end[3], end[4])
-        m, low, high = extend(line, stack, m, low, high, end, slope, True)
-        return m, low, high, 0.0
+def extend(anchors: Anchors, m: int, end: Point, slope: float) -> int:
+    """Append a segment that sticks, joined to the top one when all its points stay within rounding of a line."""
+    if m > 0:
+        top, below = vertex(anchors.stack, m), vertex(anchors.stack, m - 1)
+        pull = top.pull + slope * (end.force - top.force)
+        size = max(abs(slope) * end.force, max(abs(pull), abs(below.pull)))
+        # a bend at a force that is lost beside the new one may still be seen in the shift
+        seen = max(abs(slope) * end.y, max(abs(end.b), abs(below.b)))
+        room = MERGE * min(size / (top.force - below.force), seen / (top.y - below.y))
+        chord = (pull - below.pull) / (end.force - below.force)
+        if lengthens(anchors.stack, m, chord, room):
+            joined = Point(end.y, below.b + chord * (end.y - below.y), end.force, end.work, end.radius)
+            put(anchors, m, joined, min(max(chord, -1.0), 1.0))
+            return m
+    push(anchors, m + 1, end, slope)
+    return m + 1
+
+
+@compiled
+def lift(anchors: Anchors, m: int, step: Loading, end: Point) -> tuple[int, Loaded, float]:
+    """Cut the anchors at a lesser force. Returns the segment that is cut, the point on it and the slip work."""
+    upper = loaded(anchors, m)
     total = 0.0
     i = m
-    s_u = start[1]
-    g = 1.0 if step[1] > 0.0 else -1.0
-    if step[0] < 0.0:
-        while i > 0 and vertex(stack, i - 1).force > force:
-            lower = at(stack, i - 1)
-            s_l = vertex(stack, i - 1).pull
-            total += swept_parting(line, stack, i, upper, s_u, lower, s_l, start, step)
-            upper = lower
-            s_u = s_l
-            i -= 1
-        b = vertex(stack, i - 1).b + vertex(stack, i).slope * (depth - vertex(stack, i - 1).y)
-        lower = (depth, b, force, end[3], end[4])
-        s_l = vertex(stack, i - 1).pull + vertex(stack, i).slope * (force - vertex(stack, i - 1).force)
-        total += swept_parting(line, stack, i, upper, s_u, lower, s_l, start, step)
+    while i > 0 and vertex(anchors.stack, i - 1).force > end.force:
+        lower = loaded(anchors, i - 1)
+        total += detach(anchors.line, vertex(anchors.stack, i).slope, upper, lower, step)
         upper = lower
-        s_u = s_l
-        if i < m:
-            low = high = vertex(stack, i).slope
-        if depth == 0.0:
-            base(stack, b)
-            return 0, -math.inf, math.inf, max(total, 0.0)
-        if pull == s_u:
-            put(line, stack, i, upper, vertex(stack, i).slope)
-            return i, low, high, max(total, 0.0)
-        g = 1.0 if pull > s_u else -1.0
-    edge = g * pull - force
-    while i > 1 and edge > g * vertex(stack, i - 1).pull - vertex(stack, i - 1).force:
-        lower = at(stack, i - 1)
-        s_l = vertex(stack, i - 1).pull
-        total += swept(line, vertex(stack, i).slope, g, upper, s_u, lower, s_l, start, step)
-        upper = lower
-        s_u = s_l
         i -= 1
-    lower = at(stack, i - 1)
-    s_l = vertex(stack, i - 1).pull
-    y = border(line, stack, i, g, edge, upper[0])
-    if y - lower[0] <= MEET * depth:
-        y = lower[0]
-    if y > lower[0]:
-        a, f, work = curve(line, y)
-        s_l += vertex(stack, i).slope * (f - lower[2])
-        lower = (y, lower[1] + vertex(stack, i).slope * (y - lower[0]), f, work, a)
-    total += swept(line, vertex(stack, i).slope, g, upper, s_u, lower, s_l, start, step)
-    if y > vertex(stack, i - 1).y:
-        put(line, stack, i, lower, vertex(stack, i).slope)
+    slope = vertex(anchors.stack, i).slope
+    below = loaded(anchors, i - 1)
+    b = below.point.b + slope * (end.y - below.point.y)
+    pull = below.pull + slope * (end.force - below.point.force)
+    cut = Loaded(Point(end.y, b, end.force, end.work, end.radius), pull)
+    total += detach(anchors.line, slope, upper, cut, step)
+    if i < m:
+        keep_slope(anchors.stack, i)
+    return i, cut, total
+
+
+@compiled
+def slip(
+    anchors: Anchors, i: int, upper: Loaded, step: Loading, end: Point, pull: float
+) -> tuple[int, float]:
+    """Let springs slip from a point of segment i on, until they carry `pull`. Returns the top and the slip work."""
+    total = 0.0
+    g = 1.0 if pull > upper.pull else -1.0
+    edge = g * pull - end.force
+    lower = loaded(anchors, i - 1)
+    while i > 1 and edge > g * lower.pull - lower.point.force:
+        total += slip_work(anchors.line, vertex(anchors.stack, i).slope, g, upper, lower, step)
+        upper = lower
+        i -= 1
+        lower = loaded(anchors, i - 1)
+    slope = vertex(anchors.stack, i).slope
+    bottom = lower.point.y
+    y = slip_border(anchors, i, g, edge, upper.point.y)
+    if y - bottom > MEET * end.y:
+        point = on_segment(anchors, i, y)
+        lower = Loaded(point, lower.pull + slope * (point.force - lower.point.force))
+    total += slip_work(anchors.line, slope, g, upper, lower, step)
+    if lower.point.y > bottom:
+        put(anchors, i, lower.point, slope)
         i += 1
-    elif i > 1 and vertex(stack, i - 1).slope == g:
+    elif i > 1 and vertex(anchors.stack, i - 1).slope == g:
         i -= 1
-    put(line, stack, i, (depth, lower[1] + g * (depth - lower[0]), force, end[3], end[4]), g)
-    return i, -math.inf, math.inf, max(total, 0.0)
+    b = lower.point.b + g * (end.y - lower.point.y)
+    push(anchors, i, Point(end.y, b, end.force, end.work, end.radius), g)
+    return i, total
 
 
 @compiled
-def border(line: FloatArray, stack: Any, i: int, g: float, edge: float, top: float) -> float:
+def load(anchors: Anchors, m: int, force: float, pull: float) -> tuple[int, float]:
+    """Go straight to (F_N, S), |S| <= F_N: the same stack in forces. Returns top and slip work."""
+    upper = loaded(anchors, m)
+    end = upper.point
+    if force != end.force:
+        y = depth_of_force(anchors.line, force)
+        a, force, work = curve(anchors.line, y)
+        end = Point(y, end.b, force, work, a)
+    pull = min(max(pull, -force), force)
+    step = Loading(upper.point.force, upper.pull, force - upper.point.force, pull - upper.pull)
+    if step.d_force == 0.0 and step.d_pull == 0.0:
+        return m, 0.0
+    if step.d_force > 0.0 and abs(step.d_pull) <= step.d_force:
+        slope = step.d_pull / step.d_force
+        b = end.b + slope * (end.y - upper.point.y)
+        return extend(anchors, m, Point(end.y, b, end.force, end.work, end.radius), slope), 0.0
+    total = 0.0
+    if step.d_force < 0.0:
+        m, upper, total = lift(anchors, m, step, end)
+        if end.y == 0.0:
+            clear(anchors.stack, upper.point.b)
+            return 0, max(total, 0.0)
+        if pull == upper.pull:
+            put(anchors, m, upper.point, vertex(anchors.stack, m).slope)
+            return m, max(total, 0.0)
+    m, work = slip(anchors, m, upper, step, end, pull)
+    return m, max(total + work, 0.0)
+
+
+@compiled
+def slip_border(anchors: Anchors, i: int, g: float, edge: float, top: float) -> float:
     """Depth on segment i, not below `top`, where g S - F_N = edge: the border of slip."""
-    bend = 1.0 - g * vertex(stack, i).slope
-    excess = g * vertex(stack, i - 1).pull - vertex(stack, i - 1).force - edge
+    below = vertex(anchors.stack, i - 1)
+    bend = 1.0 - g * vertex(anchors.stack, i).slope
+    excess = g * below.pull - below.force - edge
     if not excess > 0.0 or bend <= 0.0:
-        return float(vertex(stack, i - 1).y)
-    y = depth_of_force(line, vertex(stack, i - 1).force + excess / bend)
-    if not y < top:
-        return top
-    return float(max(y, vertex(stack, i - 1).y))
+        return float(below.y)
+    y = depth_of_force(anchors.line, below.force + excess / bend)
+    return float(max(y, below.y)) if y < top else top
 
 
 @compiled
-def shift_for(line: FloatArray, stack: Any, m: int, depth: float, force: float, pull: float) -> float:
-    """Shift at which the normalised tangential force is `pull` at `depth`, |pull| <= F_N(depth) = force.
+def shift_for(anchors: Anchors, m: int, depth: float, force: float, pull: float) -> float:
+    """
+    Shift at which the normalised tangential force is `pull` at `depth`, |pull| <= F_N(depth) = force.
 
     The force rises with the shift and its inverse is known between the values at which the border of slip
     stands on a vertex, so the segment is found by descending the stack.
     """
     i = m
-    y, b, s = vertex(stack, m).y, vertex(stack, m).b, vertex(stack, m).pull
+    y, b, s = vertex(anchors.stack, m).y, vertex(anchors.stack, m).b, vertex(anchors.stack, m).pull
     if depth > y:
-        rise = force - vertex(stack, m).force
+        rise = force - vertex(anchors.stack, m).force
         if abs(pull - s) <= rise:
             return float(b + (pull - s) / rise * (depth - y))
     elif depth < y:
-        while i > 1 and vertex(stack, i - 1).y > depth:
+        while i > 1 and vertex(anchors.stack, i - 1).y > depth:
             i -= 1
-        y = depth
-        b = vertex(stack, i - 1).b + vertex(stack, i).slope * (depth - vertex(stack, i - 1).y)
-        s = vertex(stack, i - 1).pull + vertex(stack, i).slope * (force - vertex(stack, i - 1).force)
+        below = vertex(anchors.stack, i - 1)
+        b = below.b + vertex(anchors.stack, i).slope * (depth - below.y)
+        s = below.pull + vertex(anchors.stack, i).slope * (force - below.force)
     if pull == s:
         return float(b)
     g = 1.0 if pull > s else -1.0
     edge = g * pull - force
-    while i > 1 and edge > g * vertex(stack, i - 1).pull - vertex(stack, i - 1).force:
+    while i > 1 and edge > g * vertex(anchors.stack, i - 1).pull - vertex(anchors.stack, i - 1).force:
         i -= 1
     if i == 0:
-        return float(vertex(stack, 0).b + g * depth)
-    y = border(line, stack, i, g, edge, min(vertex(stack, i).y, depth))
-    return float(
-        vertex(stack, i - 1).b + vertex(stack, i).slope * (y - vertex(stack, i - 1).y) + g * (depth - y)
-    )
+        return float(anchors.stack[0].b + g * depth)
+    y = slip_border(anchors, i, g, edge, min(vertex(anchors.stack, i).y, depth))
+    below = vertex(anchors.stack, i - 1)
+    return float(below.b + vertex(anchors.stack, i).slope * (y - below.y) + g * (depth - y))

@@ -1,11 +1,11 @@
-"""The rows that the kernels read: what stands where. What counts or points to rows is kept as the bits of an integer."""
+"""The rows that the kernels read: what stands where."""
 
 from __future__ import annotations
 
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from pymdr.units import FloatArray
 
@@ -30,11 +30,6 @@ PER_ROW = 16
 """Entries in a row of the look-up of segments and of depths by force."""
 BITS = 3
 """An octave has 2^BITS pieces."""
-
-
-def as_float(number: ArrayLike) -> Any:
-    """The bits of integers as floats."""
-    return np.asarray(number, dtype=np.int64).view(np.float64)
 
 
 def key_of(values: FloatArray, bits: int) -> IntArray:

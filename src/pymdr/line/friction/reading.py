@@ -1,14 +1,11 @@
-"""Compiled reading of the curves, and how kernels are compiled. Loads numba."""
+"""Compiled reading of the curves. Loads numba."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
-from numba import types
-from numba.extending import intrinsic
 
 from pymdr import compiling
 from pymdr.line.friction.layout import (
@@ -50,95 +47,49 @@ from pymdr.line.friction.layout import (
     C,
     Q,
 )
+from pymdr.numerics.newton import narrowed
 from pymdr.units import FloatArray
 
 _DROPPED = 52 - BITS
 _MANTISSA, _ONE = (1 << 52) - 1, 1023 << 52
 
-Function = TypeVar("Function", bound=Callable[..., Any])
-
-
 _STAMP = compiling.stamp_of(__file__)
 
 
-def compiled(function: Function, **options: Any) -> Function:
+def compiled(function: compiling.Function, **options: Any) -> compiling.Function:
     """Compile with numba when first called; kept on disk. Products and sums may be fused, nothing else."""
     return compiling.compiled(function, _STAMP, fastmath={"contract"}, **options)
 
 
-def inlined(function: Function) -> Function:
-    """Compile into the callers: a call with arrays costs more than a short kernel."""
-    return compiled(function, forceinline=True)
-
-
-def _intrinsics() -> tuple[Any, Any, Any]:
-    """
-    An array without its owner, the bits of a float as an integer, and the float that has the bits of an integer.
-
-    Counting references of an array costs a fifth of a step of the stack; where numba does not show how to leave it
-    out, or compiles nothing, it is counted. Only arrays that the caller holds for as long as the result is used lose
-    their owner.
-    """
-    if compiling.INTERPRETED:
-        return (
-            lambda array: array,
-            lambda value: int(np.float64(value).view(np.int64)),
-            lambda value: float(np.int64(value).view(np.float64)),
-        )
-
-    def bits(typing_context: Any, value: Any) -> Any:
-        def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-            return builder.bitcast(arguments[0], context.get_value_type(types.int64))
-
-        return types.int64(types.float64), generate
-
-    def number(typing_context: Any, value: Any) -> Any:
-        def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-            return builder.bitcast(arguments[0], context.get_value_type(types.float64))
-
-        return types.float64(types.int64), generate
-
-    try:
-        from numba.core.cgutils import get_null_value
-        from numba.np.arrayobj import make_array
-    except ImportError:
-        return compiled(lambda array: array), intrinsic(bits), intrinsic(number)
-
-    def owned_by_caller(typing_context: Any, array: Any) -> Any:
-        def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-            view = make_array(signature.args[0])(context, builder, arguments[0])
-            view.meminfo = get_null_value(view.meminfo.type)
-            return view._getvalue()
-
-        return array(array), generate
-
-    return intrinsic(owned_by_caller), intrinsic(bits), intrinsic(number)
-
-
-borrowed, bits_of, float_of = _intrinsics()
+def inlined(function: compiling.Function) -> compiling.Function:
+    """Compile into the callers, for the shortest: a call with arrays costs more than they do."""
+    return compiled(function, forceinline=True, **compiling.INNER)
 
 
 @inlined
-def entry_of(line: FloatArray, rows: int, entry: int) -> float:
-    """One of the numbers that fill the rows to which the first row points."""
-    return float(line[np.uint64(bits_of(line[0, rows]) + entry // PER_ROW), np.uint64(entry % PER_ROW)])
+def entry_of(line: FloatArray, first: float, entry: Any) -> float:
+    """One of the numbers that fill the rows from the first one on."""
+    row = int(first) + entry // PER_ROW
+    return float(line[np.uint64(row), np.uint64(entry % PER_ROW)])
 
 
-@compiled
+@inlined
 def segment_of(line: FloatArray, y: float) -> int:
     """Row of the segment of a table to which a depth belongs."""
-    key = (bits_of(y) >> bits_of(line[0, LOOKUP_SHIFT])) - bits_of(line[0, LOOKUP_LOWEST])
-    low, high = bits_of(entry_of(line, LOOKUP, key)), bits_of(entry_of(line, LOOKUP, key + 1))
+    key = np.float64(y).view(np.int64) >> int(line[0, LOOKUP_SHIFT])
+    key -= int(line[0, LOOKUP_LOWEST])
+    first = line[0, LOOKUP]
+    low, high = int(entry_of(line, first, key)), int(entry_of(line, first, key + 1))
     while low < high:
         middle = (low + high + 1) >> 1
         if y >= line[np.uint64(middle), ORIGIN]:
             low = middle
         else:
             high = middle - 1
-    return int(low)
+    return low
 
 
-@compiled
+@inlined
 def closed(line: FloatArray, row: Any, offset: float) -> tuple[float, float, float]:
     """a, F_N, W where a table is closed by b + c z^q."""
     c = line[row, C]
@@ -149,22 +100,8 @@ def closed(line: FloatArray, row: Any, offset: float) -> tuple[float, float, flo
 
 
 @inlined
-def curve(line: FloatArray, y: float) -> tuple[float, float, float]:
-    """Return a, F_N, W at one depth; NaN below a table."""
-    if y <= 0.0:
-        return 0.0, 0.0, 0.0
-    n = line[0, EXPONENT]
-    if n > 0.0:
-        z = y * line[0, PER_COEFFICIENT]
-        if n == 2.0:
-            a = math.sqrt(z)
-        elif n == 1.0:
-            a = z
-        else:
-            a = z ** line[0, INVERSE]
-        a *= line[0, UNIT]
-        force = line[0, FORCE_FACTOR] * a * y
-        return a, force, line[0, WORK_FACTOR] * force * y
+def from_table(line: FloatArray, y: float) -> tuple[float, float, float]:
+    """a, F_N, W of a table at a depth above 0."""
     reach = line[0, REACH]
     if not y <= reach:
         if not y <= reach * (1.0 + 1e-14):
@@ -174,22 +111,22 @@ def curve(line: FloatArray, y: float) -> tuple[float, float, float]:
     if y >= line[0, FIRST_MARK]:
         segment = np.uint64(segment_of(line, y))
     offset = y - line[segment, ORIGIN]
-    word = bits_of(offset)
-    key = (word >> _DROPPED) - bits_of(line[segment, LOWEST])
-    t = float_of(((word << BITS) & _MANTISSA) | _ONE) - 1.0
+    word = np.float64(offset).view(np.int64)
+    key: Any = (word >> _DROPPED) - int(line[segment, LOWEST])
+    t = np.int64(((word << BITS) & _MANTISSA) | _ONE).view(np.float64) - 1.0
     if key < 0:
         key = -1
         t = offset * line[segment, PER_FLOOR]
-    piece = np.uint64(bits_of(line[segment, FIRST]) + key)
-    kind = bits_of(line[piece, KIND])
+    piece = np.uint64(int(line[segment, FIRST]) + key)
+    kind = line[piece, KIND]
     while kind != PIECE:
         if kind == CLOSED:
             return closed(line, piece, offset)
         t *= line[piece, PARTS]
         part = int(t)
         t -= part
-        piece = np.uint64(bits_of(line[piece, CHILD]) + part)
-        kind = bits_of(line[piece, KIND])
+        piece = np.uint64(int(line[piece, CHILD]) + part)
+        kind = line[piece, KIND]
     t2 = t * t
     t4 = t2 * t2
     a = (line[piece, 1] + t * line[piece, 2]) + t2 * (line[piece, 3] + t * line[piece, 4])
@@ -204,6 +141,28 @@ def curve(line: FloatArray, y: float) -> tuple[float, float, float]:
     return a, force, work
 
 
+@inlined
+def from_radius(line: FloatArray, y: float, ratio: float) -> tuple[float, float, float]:
+    """a, F_N, W of a power law at a depth, from a over its unit."""
+    a = line[0, UNIT] * ratio
+    force = line[0, FORCE_FACTOR] * a * y
+    return a, force, line[0, WORK_FACTOR] * force * y
+
+
+@inlined
+def curve(line: FloatArray, y: float) -> tuple[float, float, float]:
+    """Return a, F_N, W at one depth; NaN below a table."""
+    # numba counts references to an array where branches meet again: every branch returns
+    if y <= 0.0:
+        return 0.0, 0.0, 0.0
+    if line[0, EXPONENT] <= 0.0:
+        return from_table(line, y)
+    per_length = y * line[0, PER_COEFFICIENT]
+    if line[0, EXPONENT] == 2.0:
+        return from_radius(line, y, math.sqrt(per_length))
+    return from_radius(line, y, per_length ** line[0, INVERSE])
+
+
 @compiled
 def depth_of_force(line: FloatArray, force: float) -> float:
     """Depth d with F_N(d) = force, NaN if there is none."""
@@ -214,7 +173,7 @@ def depth_of_force(line: FloatArray, force: float) -> float:
     if n > 0.0:
         per_radius: float = line[0, PER_COEFFICIENT] ** -line[0, INVERSE] / line[0, UNIT]
         y: float = (force / line[0, FORCE_FACTOR] * per_radius) ** (n / (n + 1.0))
-        a, f = curve(line, y)[:2]
+        a, f, _work = curve(line, y)
         return y - (f - force) / (2.0 * modulus * a)
     full: float = line[0, FULL_FORCE]
     if force >= full:
@@ -223,34 +182,28 @@ def depth_of_force(line: FloatArray, force: float) -> float:
     low: float = 0.0
     high: float = line[0, REACH]
     if force < lowest:
-        floor = np.uint64(bits_of(line[SEGMENT, FIRST]) - 1)
+        floor = np.uint64(int(line[SEGMENT, FIRST]) - 1)
         high = 1.0 / line[floor, PER_WIDTH]
         if line[floor, B] == 0.0:
             return float(high * (force / lowest) ** (1.0 / (1.0 + line[floor, Q])))
         y = min(force / line[floor, FORCE_B], high)
     else:
-        word = bits_of(force)
-        entry = (word >> _DROPPED) - (bits_of(lowest) >> _DROPPED)
-        near = entry_of(line, NEAR, entry)
-        t = float_of(((word << BITS) & _MANTISSA) | _ONE) - 1.0
-        y = min(near + t * (entry_of(line, NEAR, entry + 1) - near), high)
+        word = np.float64(force).view(np.int64)
+        entry = (word >> _DROPPED) - (np.float64(lowest).view(np.int64) >> _DROPPED)
+        first = line[0, NEAR]
+        near = entry_of(line, first, entry)
+        t = np.int64(((word << BITS) & _MANTISSA) | _ONE).view(np.float64) - 1.0
+        y = min(near + t * (entry_of(line, first, entry + 1) - near), high)
     for _ in range(200):  # F_N is convex: Newton from above; halve where rounding or a step of a(d) spoil it
-        a, f = curve(line, y)[:2]
-        if f > force:
-            high = y
-        elif f < force:
-            low = y
-        else:
+        a, f, _work = curve(line, y)
+        slope = 2.0 * modulus * a
+        if f == force:
             return y
-        step = y - (f - force) / (2.0 * modulus * a)
-        still = abs(step - y) <= 2e-16 * y
-        if (
-            still and abs(f - force) <= 2e-15 * force
-        ):  # below a step of a(d) slopes from above are far too steep
-            return step
-        if still or not low < step < high:
-            step = 0.5 * (low + high)
-            if not low < step < high:
-                return step
-        y = step
+        still = abs(f - force) <= 2e-16 * y * slope
+        # below a step of a(d) slopes from above are far too steep
+        if still and abs(f - force) <= 2e-15 * force:
+            return y - (f - force) / slope
+        low, high, y = narrowed(low, high, y, f - force, 0.0 if still else slope)
+        if not low < y < high:
+            return y
     return y

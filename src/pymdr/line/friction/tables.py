@@ -43,7 +43,6 @@ from pymdr.line.friction.layout import (
     WORK_C,
     B,
     IntArray,
-    as_float,
     key_of,
     value_of,
 )
@@ -118,20 +117,20 @@ class _Builder:
         records, size = self._divided(records, size)
         rows = np.zeros((size, COLUMNS))
         rows[SEGMENT : SEGMENT + number, ORIGIN] = self.segments.origin
-        rows[SEGMENT : SEGMENT + number, LOWEST] = as_float(lowest)
-        rows[SEGMENT : SEGMENT + number, FIRST] = as_float(floor + 1)
+        rows[SEGMENT : SEGMENT + number, LOWEST] = lowest
+        rows[SEGMENT : SEGMENT + number, FIRST] = floor + 1
         rows[SEGMENT : SEGMENT + number, PER_FLOOR] = np.ldexp(1.0, -floors.edge)
         rows[SEGMENT + number : SEGMENT + number + lookup.shape[0]] = lookup
         parted = records.kind == PARTED
-        rows[records.row[parted], KIND] = as_float(PARTED)
-        rows[records.row[parted], CHILD] = as_float(records.child[parted])
+        rows[records.row[parted], KIND] = PARTED
+        rows[records.row[parted], CHILD] = records.child[parted]
         rows[records.row[parted], PARTS] = records.parts[parted]
         depths, forces = self._integrate(rows, floors, floor, records)
         rows[0, REACH] = self.segments.last[-1]
         rows[0, MODULUS] = self.modulus
         rows[0, FIRST_MARK] = self.segments.origin[1] if number > 1 else math.inf
-        rows[0, LOOKUP : LOOKUP + 3] = as_float(first_row)
-        rows[0, NEAR] = as_float(size)
+        rows[0, LOOKUP : LOOKUP + 3] = first_row
+        rows[0, NEAR] = size
         rows[0, FLOOR_FORCE : FLOOR_FORCE + 2] = forces[[1, -1]]
         misfit = float(records.fit.misfit[~parted].max(initial=0.0))
         return Table(np.concatenate([rows, _inverse(depths, forces)]), misfit)
@@ -208,7 +207,7 @@ class _Builder:
         rows[row, 2 + 2 * TERMS] = work_at[: row.size]
         rows[row, 3 + 2 * TERMS] = force_at[: row.size] * fit.width
         rows[row, 4 + 2 * TERMS :] = work
-        rows[floor[closed], KIND] = as_float(CLOSED)
+        rows[floor[closed], KIND] = CLOSED
         force_at_mark, work_at_mark = force_at[row.size :], work_at[row.size :]
         values = (b, c, q, 1.0 / law_width, force_at_mark, force_b, force_c, work_at_mark, work_b, work_c)
         rows[floor[closed], B : WORK_C + 1] = np.column_stack(values)
@@ -226,7 +225,7 @@ class _Builder:
                 break
         begin = value_of(np.arange(lowest, highest + 2, dtype=np.int64), bits)
         last = np.searchsorted(origin, begin, side="right") - 1 + SEGMENT
-        return _in_rows(as_float(last), PER_ROW), (SEGMENT + origin.size, lowest, 52 - bits)
+        return _in_rows(last.astype(float), PER_ROW), (SEGMENT + origin.size, lowest, 52 - bits)
 
 
 def _summed(values: FloatArray, order: IntArray) -> tuple[FloatArray, float]:

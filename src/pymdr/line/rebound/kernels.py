@@ -10,21 +10,33 @@ branches, the unknowns of a step are the accelerations at its nodes.
 from __future__ import annotations
 
 import math
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from pymdr import compiling
 from pymdr.line.friction import reading
-from pymdr.line.friction.reading import curve
+from pymdr.numerics.newton import narrowed
 from pymdr.units import FloatArray
 
 # the curves that are read are compiled into the callers
 _STAMP = compiling.stamp_of(__file__, reading.__file__)
 
 
-def compiled(function: compiling.Function) -> compiling.Function:
+def compiled(function: compiling.Function, **options: Any) -> compiling.Function:
     """Compile with numba when first called; kept on disk. Products and sums may be fused, nothing else."""
-    return compiling.compiled(function, _STAMP, fastmath={"contract"})
+    return compiling.compiled(function, _STAMP, fastmath={"contract"}, **options)
+
+
+def inner(function: compiling.Function) -> compiling.Function:
+    """Compile for other kernels alone."""
+    return compiled(function, **compiling.INNER)
+
+
+@inner
+def curve(line: FloatArray, d: float) -> tuple[float, float, float]:
+    """a, F_N and W at a depth, by a call: compiled into every caller they cost more than they save here."""
+    return reading.curve(line, d)
 
 
 NODES = 5
@@ -42,6 +54,77 @@ _ROUNDING = 4e-15
 _SERIES = 2.0
 _STILL = 1e-18
 """Of the speed at the touch: a mass on a liquid that is slower comes to rest in it."""
+
+
+class Body(NamedTuple):
+    """A mass, the curves per unit modulus of its contact, and E*(t)."""
+
+    line: FloatArray
+    moduli: FloatArray
+    times: FloatArray
+    equilibrium: float
+    viscosity: float
+    mass: float
+
+
+class Track(NamedTuple):
+    """Steps, and at the begin of each what the branches bear: int exp dd, and int E exp dF0 up to the turning point."""
+
+    steps: FloatArray
+    pulls: FloatArray
+    forces: FloatArray
+
+
+class State(NamedTuple):
+    """d, d' and a at a time; P = int E dd and int E dF0 up to it, and E dd/dt, all after a wait."""
+
+    depth: float
+    speed: float
+    radius: float
+    pull: float
+    force: float
+    rate: float
+
+
+class Edge(NamedTuple):
+    """The force, the contact radius and t1 of bodies that part."""
+
+    force: float
+    radius: float
+    time: float
+
+
+class Work(NamedTuple):
+    """What is filled anew on every step."""
+
+    part: FloatArray
+    """(NODES + 1,) moments of a branch."""
+    weighted: FloatArray
+    """(NODES, NODES + 1) sums of E times the moments up to each node."""
+    base: FloatArray
+    """(NODES,) what is borne from before the step at each node."""
+    by_node: FloatArray
+    """(NODES, NODES) what each rate adds at each node."""
+    matrix: FloatArray
+    slope: FloatArray
+    """(NODES, NODES) of the equations and of the rates, by the accelerations."""
+    right: FloatArray
+    acceleration: FloatArray
+    rate: FloatArray
+    load: FloatArray
+    stiffness: FloatArray
+    """(NODES,) accelerations, k(d) d', growth of F0 over the step, and k(d) at the nodes."""
+    before: FloatArray
+    """(NODES,) the accelerations of the step before."""
+    near: FloatArray
+    """(2,) the step and the time in it of the last t1."""
+
+
+def workspace() -> Work:
+    """Arrays for the steps of one motion: allocating them in a kernel is slow to compile."""
+    n = NODES
+    shapes = (n + 1, (n, n + 1), n, (n, n), (n, n), (n, n), n, n, n, n, n, n, 2)
+    return Work(*(np.zeros(shape) for shape in shapes))
 
 
 def _radau() -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
@@ -62,7 +145,7 @@ def _radau() -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
 AT, TERMS, ONCE, TWICE = _radau()
 
 
-@compiled
+@inner
 def moments(x: float, out: FloatArray) -> None:
     """Integrals of exp(-x (1 - u)) u^p over u in [0, 1], for p = 0 ... NODES."""
     if x >= _SERIES:
@@ -81,122 +164,70 @@ def moments(x: float, out: FloatArray) -> None:
         out[p - 1] = (1.0 - x * out[p]) / p
 
 
-@compiled
-def held(
-    line: FloatArray,
-    body: FloatArray,
-    moduli: FloatArray,
-    times: FloatArray,
-    step: FloatArray,
-    pulls: FloatArray,
-    forces: FloatArray,
-    x: float,
-    wait: float,
-    grows: bool,
-) -> tuple[float, float, float, float, float, float]:
-    """
-    What the motion up to x in s after the begin of a step still does a time later.
-
-    d, d', a there; P = int E dd and int E dF0 up to there, and E dd/dt, all after the wait.
-    """
+@inner
+def state_at(body: Body, track: Track, k: int, x: float, wait: float, part: FloatArray) -> State:
+    """What the motion up to x in s after the begin of step k still does a time later."""
+    step = track.steps[k]
     share = x / step[LENGTH] if step[LENGTH] > 0.0 else 0.0
     v, d, power = 0.0, 0.0, 1.0
-    rising = np.empty(NODES + 1)
-    rates = np.empty(NODES)
     for p in range(NODES + 1):
-        rising[p] = step[SPEED + p] * power
-        if p < NODES:
-            rates[p] = step[RATE + p] * power
-        v += rising[p]
-        d += rising[p] / (p + 1.0)
+        v += step[SPEED + p] * power
+        d += step[SPEED + p] * power / (p + 1.0)
         power *= share
     d = step[DEPTH] + x * d
-    a, f = curve(line, d)[:2]
-    pull, force, modulus = body[0] * d, body[0] * f, body[0]
-    part = np.empty(NODES + 1)
-    for i in range(moduli.size):
-        z = x / times[i]
-        left = math.exp(-wait / times[i])
+    a, f, _work = curve(body.line, d)
+    pull, force, modulus = body.equilibrium * d, body.equilibrium * f, body.equilibrium
+    for i in range(body.moduli.size):
+        z = x / body.times[i]
+        left = math.exp(-wait / body.times[i])
         decay = math.exp(-z)
         moments(z, part)
-        own = 0.0
-        for p in range(NODES + 1):
-            own += rising[p] * part[p]
-        pull += left * moduli[i] * (decay * pulls[i] + x * own)
-        modulus += moduli[i] * left
-        if grows:
-            own = 0.0
-            for p in range(NODES):
-                own += rates[p] * part[p]
-            force += left * (decay * forces[i] + moduli[i] * x * own)
-    return d, v, a, pull, force, modulus * v
+        own, other, power = 0.0, 0.0, 1.0
+        for p in range(NODES):
+            own += step[SPEED + p] * power * part[p]
+            other += step[RATE + p] * power * part[p]
+            power *= share
+        own += step[SPEED + NODES] * power * part[NODES]
+        pull += left * body.moduli[i] * (decay * track.pulls[k, i] + x * own)
+        modulus += body.moduli[i] * left
+        force += left * (decay * track.forces[k, i] + body.moduli[i] * x * other)
+    return State(d, v, a, pull, force, modulus * v)
 
 
-@compiled
-def touched_at(
-    line: FloatArray,
-    body: FloatArray,
-    moduli: FloatArray,
-    times: FloatArray,
-    steps: FloatArray,
-    pulls: FloatArray,
-    forces: FloatArray,
-    turn: int,
-    now: float,
-    wanted: float,
-    near: FloatArray,
-) -> tuple[float, float, float]:
-    """Force, contact radius and t1 of bodies that part, from Q; `near` holds the step and the time in it of the last t1."""
+@inner
+def edge_at(body: Body, track: Track, turn: int, now: float, wanted: float, work: Work) -> Edge:
+    """The edge of bodies that part, from Q: the time t1 before the turning point at which P = Q."""
     if wanted <= 0.0:
-        return 0.0, 0.0, 0.0
-    k = min(max(int(near[0]), 0), turn - 1)
-    x = min(max(near[1], 0.0), steps[k, LENGTH])
+        return Edge(0.0, 0.0, 0.0)
+    steps, near, part = track.steps, work.near, work.part
+    k = int(near[0])
+    x, start = near[1], 0.0
     # the step whose P at its begin is below what is wanted, and at its end above
-    while k > 0:
-        here = held(
-            line, body, moduli, times, steps[k], pulls[k], forces[k], 0.0, now - steps[k, BEGIN], True
-        )
-        if here[3] <= wanted:
-            break
+    while k > 0 and state_at(body, track, k, start, now - steps[k, BEGIN], part).pull > wanted:
         k -= 1
         x = steps[k, LENGTH]
-    while k < turn - 1:
-        n = k + 1
-        here = held(
-            line, body, moduli, times, steps[n], pulls[n], forces[n], 0.0, now - steps[n, BEGIN], True
-        )
-        if here[3] > wanted:
-            break
-        k = n
-        x = 0.0
-    low, high = 0.0, steps[k, LENGTH]
-    begin = steps[k, BEGIN]
-    _, _, a, pull, force, rate = held(
-        line, body, moduli, times, steps[k], pulls[k], forces[k], x, max(now - begin - x, 0.0), True
-    )
+    while (
+        k < turn - 1 and state_at(body, track, k + 1, start, now - steps[k + 1, BEGIN], part).pull <= wanted
+    ):
+        k += 1
+        x = start
+    low, high, begin = 0.0, steps[k, LENGTH], steps[k, BEGIN]
+    here = state_at(body, track, k, x, max(now - begin - x, 0.0), part)
     for _ in range(_SEARCHES):
-        over = pull - wanted
-        if abs(over) <= 4e-16 * (abs(wanted) + abs(pull)):
+        over = here.pull - wanted
+        if abs(over) <= 4e-16 * (abs(wanted) + abs(here.pull)):
             break
-        if over > 0.0:
-            high = x
-        else:
-            low = x
-        new = x - over / rate if rate > 0.0 else 0.5 * (low + high)
-        if not low < new < high:
-            new = 0.5 * (low + high)
+        low, high, new = narrowed(low, high, x, over, here.rate)
         if abs(new - x) <= 1e-15 * (begin + x) or high - low <= 4e-16 * (begin + high):
             break
         x = new
-        _, _, a, pull, force, rate = held(
-            line, body, moduli, times, steps[k], pulls[k], forces[k], x, max(now - begin - x, 0.0), True
-        )
-    near[0], near[1] = float(k), x
+        here = state_at(body, track, k, x, max(now - begin - x, 0.0), part)
+    near[0], near[1] = k, x
     # the force is smooth in Q where t1 is not: what the search left is made good by its slope
-    return max(force + 2.0 * a * (wanted - pull), 0.0), a, begin + x
+    return Edge(max(here.force + 2.0 * here.radius * (wanted - here.pull), 0.0), here.radius, begin + x)
 
 
-@compiled
+@inner
 def solved(matrix: FloatArray, right: FloatArray) -> bool:
     """Solve a small system in place, with row pivots; whether it could be."""
     n = right.size
@@ -225,44 +256,21 @@ def solved(matrix: FloatArray, right: FloatArray) -> bool:
     return True
 
 
-@compiled
-def attempt(
-    line: FloatArray,
-    body: FloatArray,
-    moduli: FloatArray,
-    times: FloatArray,
-    mass: float,
-    steps: FloatArray,
-    pulls: FloatArray,
-    forces: FloatArray,
-    turn: int,
-    step: FloatArray,
-    pull: FloatArray,
-    force: FloatArray,
-    v0: float,
-    length: float,
-    grows: bool,
-    acceleration: FloatArray,
-    near: FloatArray,
-) -> tuple[int, float, float]:
-    """
-    Solve a step of some length, from a guess of its accelerations.
-
-    Returns whether it was, the speed at its end, and Q there of bodies that part.
-    """
-    n = moduli.size
-    weighted = np.zeros((NODES, NODES + 1))
-    base = np.zeros(NODES)
-    part = np.empty(NODES + 1)
-    for i in range(n):
-        for j in range(NODES):
-            z = AT[j] * length / times[i]
+@inner
+def prepare(body: Body, track: Track, k: int, length: float, grows: bool, work: Work) -> None:
+    """What the branches bear at the nodes of a step, by its accelerations or rates and by what was before."""
+    weighted, base, by_node, part = work.weighted, work.base, work.by_node, work.part
+    for j in range(NODES):
+        base[j] = 0.0
+        for p in range(NODES + 1):
+            weighted[j, p] = 0.0
+        for i in range(body.moduli.size):
+            z = AT[j] * length / body.times[i]
             moments(z, part)
             for p in range(NODES + 1):
-                weighted[j, p] += moduli[i] * part[p]
-            base[j] += math.exp(-z) * (force[i] if grows else moduli[i] * pull[i])
-    by_node = np.zeros((NODES, NODES))
-    for j in range(NODES):
+                weighted[j, p] += body.moduli[i] * part[p]
+            borne = track.forces[k, i] if grows else body.moduli[i] * track.pulls[k, i]
+            base[j] += math.exp(-z) * borne
         for q in range(NODES):
             total = 0.0
             for p in range(NODES):
@@ -271,386 +279,364 @@ def attempt(
                 else:
                     total += TERMS[q, p] / (p + 1.0) * weighted[j, p + 1] * AT[j] ** (p + 2)
             by_node[j, q] = length * total if grows else length * length * total
-    equilibrium, viscosity = body[0], body[1]
-    matrix, right = np.empty((NODES, NODES)), np.empty(NODES)
-    v, d, k, bent, rate = np.empty(NODES), np.empty(NODES), np.empty(NODES), np.empty(NODES), np.empty(NODES)
-    wanted = 0.0
-    smallest = math.inf
-    begin, d0 = step[BEGIN], step[DEPTH]
-    f0 = curve(line, d0)[1]
-    loads, lacking = np.empty(NODES), 0.0
-    for _ in range(_TURNS):
-        for j in range(NODES):
-            v_j, d_j = 0.0, 0.0
-            for q in range(NODES):
-                v_j += ONCE[j, q] * acceleration[q]
-                d_j += TWICE[j, q] * acceleration[q]
-            v[j] = v0 + length * v_j
-            d[j] = d0 + length * (AT[j] * v0 + length * d_j)
-        if grows:
-            for j in range(NODES):
-                a, f = curve(line, d[j])[:2]
-                if math.isnan(a):
-                    return TOO_DEEP, 0.0, 0.0
-                k[j] = 2.0 * a
-                near_by = 1e-6 * d[j]
-                bent[j] = (k[j] - 2.0 * curve(line, d[j] - near_by)[0]) / near_by if near_by > 0.0 else 0.0
-                rate[j] = k[j] * v[j]
-                loads[j] = f - f0
-                right[j] = mass * acceleration[j] + base[j] + equilibrium * f + viscosity * rate[j]
-            for j in range(NODES):
-                # what the polynomial lacks of dF0, which is known, is spread over the way to the node
-                lacking = loads[j]
-                for q in range(NODES):
-                    right[j] += by_node[j, q] * rate[q]
-                    lacking -= length * ONCE[j, q] * rate[q]
-                if abs(lacking) <= _ROUNDING * (loads[j] + f0):
-                    lacking = 0.0
-                right[j] += lacking * weighted[j, 0]
-            for j in range(NODES):
-                for q in range(NODES):
-                    once, twice = length * ONCE[j, q], length * length * TWICE[j, q]
-                    total = equilibrium * k[j] * twice + viscosity * (k[j] * once + bent[j] * v[j] * twice)
-                    for p in range(NODES):
-                        total += (
-                            by_node[j, p]
-                            * length
-                            * (k[p] * ONCE[p, q] + bent[p] * v[p] * length * TWICE[p, q])
-                        )
-                    matrix[j, q] = total + (mass if q == j else 0.0)
-        else:
-            for j in range(NODES):
-                wanted = (
-                    equilibrium * d[j] + viscosity * v[j] + base[j] + v0 * weighted[j, 0] * AT[j] * length
-                )
-                for q in range(NODES):
-                    wanted += by_node[j, q] * acceleration[q]
-                f, a, _ = touched_at(
-                    line,
-                    body,
-                    moduli,
-                    times,
-                    steps,
-                    pulls,
-                    forces,
-                    turn,
-                    begin + AT[j] * length,
-                    wanted,
-                    near,
-                )
-                right[j] = mass * acceleration[j] + f
-                for q in range(NODES):
-                    slope = (
-                        equilibrium * length * length * TWICE[j, q]
-                        + viscosity * length * ONCE[j, q]
-                        + by_node[j, q]
-                    )
-                    matrix[j, q] = 2.0 * a * slope + (mass if q == j else 0.0)
-        if not solved(matrix, right):
-            return STUCK, 0.0, 0.0
-        moved, size = 0.0, 0.0
-        for j in range(NODES):
-            acceleration[j] -= right[j]
-            moved = max(moved, abs(right[j]))
-            size = max(size, abs(acceleration[j]))
-        if not moved < math.inf:
-            return STUCK, 0.0, 0.0
-        scale = abs(v0) + length * size
-        if length * moved <= _ENOUGH * scale or moved <= 4e-16 * size:
-            break
-        if moved >= 0.5 * smallest and length * moved <= 1e-11 * scale:
-            break
-        smallest = min(smallest, moved)
-    else:
-        return STUCK, 0.0, 0.0
-    v_end, d_end = 0.0, 0.0
-    last = NODES - 1
+
+
+@inner
+def moved(step: FloatArray, length: float, j: int, acceleration: FloatArray) -> tuple[float, float]:
+    """Depth and speed at a node of a step."""
+    v, d = 0.0, 0.0
     for q in range(NODES):
-        v_end += ONCE[last, q] * acceleration[q]
-        d_end += TWICE[last, q] * acceleration[q]
-    v_end = v0 + length * v_end
-    d_end = d0 + length * (v0 + length * d_end)
+        v += ONCE[j, q] * acceleration[q]
+        d += TWICE[j, q] * acceleration[q]
+    v0 = step[SPEED]
+    return step[DEPTH] + length * (AT[j] * v0 + length * d), v0 + length * v
+
+
+@inner
+def approach(body: Body, step: FloatArray, length: float, work: Work) -> float:
+    """
+    The equations at the nodes while the contact grows.
+
+    Returns what the polynomial lacks of the way of F0 to the last node; NaN beyond the curves.
+    """
+    slope, by_node = work.slope, work.by_node
+    f0 = curve(body.line, step[DEPTH])[1]
+    for j in range(NODES):
+        d, v = moved(step, length, j, work.acceleration)
+        a, f, _work = curve(body.line, d)
+        if math.isnan(a):
+            return math.nan
+        near_by = 1e-6 * d
+        bent = 2.0 * (a - curve(body.line, d - near_by)[0]) / near_by if near_by > 0.0 else 0.0
+        work.stiffness[j] = 2.0 * a
+        work.rate[j] = 2.0 * a * v
+        work.load[j] = f - f0
+        for q in range(NODES):
+            slope[j, q] = length * (2.0 * a * ONCE[j, q] + bent * v * length * TWICE[j, q])
+    lacking = 0.0
+    for j in range(NODES):
+        load = work.load[j]
+        total = body.equilibrium * (f0 + load) + body.viscosity * work.rate[j] + work.base[j]
+        # what the polynomial lacks of dF0, which is known, is spread over the way to the node
+        lacking = load
+        for q in range(NODES):
+            total += by_node[j, q] * work.rate[q]
+            lacking -= length * ONCE[j, q] * work.rate[q]
+        if abs(lacking) <= _ROUNDING * (load + f0):
+            lacking = 0.0
+        work.right[j] = body.mass * work.acceleration[j] + total + lacking * work.weighted[j, 0]
+        for q in range(NODES):
+            total = body.equilibrium * work.stiffness[j] * length * length * TWICE[j, q]
+            total += body.viscosity * slope[j, q] + (body.mass if q == j else 0.0)
+            for p in range(NODES):
+                total += by_node[j, p] * slope[p, q]
+            work.matrix[j, q] = total
+    return lacking
+
+
+@inner
+def history_at(body: Body, step: FloatArray, length: float, j: int, work: Work) -> float:
+    """Q at a node of a step on the retreat: int E dd, with the dashpot."""
+    d, v = moved(step, length, j, work.acceleration)
+    wanted = body.equilibrium * d + body.viscosity * v + work.base[j]
+    wanted += step[SPEED] * work.weighted[j, 0] * AT[j] * length
+    for q in range(NODES):
+        wanted += work.by_node[j, q] * work.acceleration[q]
+    return float(wanted)
+
+
+@inner
+def retreat(body: Body, track: Track, turn: int, k: int, length: float, work: Work) -> None:
+    """The equations at the nodes while the bodies part."""
+    step = track.steps[k]
+    for j in range(NODES):
+        wanted = history_at(body, step, length, j, work)
+        edge = edge_at(body, track, turn, step[BEGIN] + AT[j] * length, wanted, work)
+        work.right[j] = body.mass * work.acceleration[j] + edge.force
+        for q in range(NODES):
+            slope = body.equilibrium * length * length * TWICE[j, q]
+            slope += body.viscosity * length * ONCE[j, q] + work.by_node[j, q]
+            work.matrix[j, q] = 2.0 * edge.radius * slope + (body.mass if q == j else 0.0)
+
+
+@inner
+def attempt(
+    body: Body, track: Track, turn: int, k: int, length: float, work: Work
+) -> tuple[int, float, float]:
+    """
+    Solve step k of some length, from a guess of its accelerations; `turn` is 0 on the approach.
+
+    Returns whether it was, the speed at its end, and Q there of bodies that part.
+    """
+    step, acceleration = track.steps[k], work.acceleration
+    grows = turn == 0
+    prepare(body, track, k, length, grows, work)
+    lacking, smallest = 0.0, math.inf
+    converged = False
+    for _ in range(_TURNS):
+        if grows:
+            lacking = approach(body, step, length, work)
+            if math.isnan(lacking):
+                return TOO_DEEP, 0.0, 0.0
+        else:
+            retreat(body, track, turn, k, length, work)
+        if not solved(work.matrix, work.right):
+            return STUCK, 0.0, 0.0
+        change, size = 0.0, 0.0
+        for j in range(NODES):
+            acceleration[j] -= work.right[j]
+            change = max(change, abs(work.right[j]))
+            size = max(size, abs(acceleration[j]))
+        scale = abs(step[SPEED]) + length * size
+        converged = length * change <= _ENOUGH * scale or change <= 4e-16 * size
+        converged = converged or (change >= 0.5 * smallest and length * change <= 1e-11 * scale)
+        if converged or not change < math.inf:
+            break
+        smallest = min(smallest, change)
+    if not converged:
+        return STUCK, 0.0, 0.0
+    last = acceleration.size - 1
+    d_end, v_end = moved(step, length, last, acceleration)
     step[LENGTH] = length
-    step[SPEED] = v0
     for p in range(NODES):
         total, other = 0.0, 0.0
         for q in range(NODES):
             total += TERMS[q, p] * acceleration[q]
-            other += TERMS[q, p] * rate[q]
+            other += TERMS[q, p] * work.rate[q]
         step[SPEED + p + 1] = length * total / (p + 1.0)
         step[RATE + p] = other if grows else 0.0
-    if grows:
-        step[RATE] += lacking / length
-    if grows and not curve(line, d_end)[0] >= 0.0:
-        return TOO_DEEP, 0.0, 0.0
     if not grows:
-        wanted = equilibrium * d_end + viscosity * v_end + base[last] + v0 * weighted[last, 0] * length
-        for q in range(NODES):
-            wanted += by_node[last, q] * acceleration[q]
-    return COMPLETE, v_end, wanted
+        return COMPLETE, v_end, history_at(body, step, length, last, work)
+    step[RATE] += lacking / length
+    if not curve(body.line, d_end)[0] >= 0.0:
+        return TOO_DEEP, 0.0, 0.0
+    return COMPLETE, v_end, 0.0
 
 
-@compiled
-def forward(
-    moduli: FloatArray, times: FloatArray, step: FloatArray, pull: FloatArray, force: FloatArray, grows: bool,
-    next_pull: FloatArray, next_force: FloatArray,
-) -> None:  # fmt: skip
-    """What the branches bear at the end of a step."""
-    part = np.empty(NODES + 1)
+@inner
+def guess(track: Track, k: int, length: float, fresh: bool, work: Work) -> None:
+    """Accelerations of a step from those of the step before, unless the motion changes its course between them."""
+    stretch = math.inf if fresh else length / track.steps[k - 1, LENGTH]
+    for j in range(NODES):
+        work.acceleration[j] = work.before[NODES - 1]
+        if stretch <= 2.0:
+            total, power = 0.0, 1.0
+            for p in range(NODES):
+                term = 0.0
+                for q in range(NODES):
+                    term += TERMS[q, p] * work.before[q]
+                total += term * power
+                power *= 1.0 + AT[j] * stretch
+            work.acceleration[j] = total
+
+
+class Solved(NamedTuple):
+    """How a step ended: its length, its error, and the speed and Q at its end."""
+
+    code: int
+    length: float
+    error: float
+    speed: float
+    history: float
+
+
+@inner
+def solve_step(
+    body: Body, track: Track, turn: int, k: int, length: float, tolerance: float, fresh: bool, work: Work
+) -> Solved:
+    """Solve a step of the given length, or of one so short that it errs by less than the tolerance."""
+    step = track.steps[k]
+    while True:
+        guess(track, k, length, fresh, work)
+        code, v_end, history = attempt(body, track, turn, k, length, work)
+        error = math.inf
+        scale = max(abs(step[SPEED]), abs(v_end))
+        if code == COMPLETE and scale > 0.0:
+            start = 0.0
+            for q in range(NODES):
+                start += TERMS[q, 0] * work.acceleration[q]
+            error = length * abs(start - work.before[NODES - 1]) / scale
+        if not error < math.inf:
+            length *= 0.25
+        elif error <= tolerance:
+            return Solved(code, length, error, v_end, history)
+        else:
+            length *= min(max(0.9 * (tolerance / error) ** (1.0 / (NODES + 1.0)), 0.1), 0.8)
+        if code == TOO_DEEP and length * max(abs(step[SPEED]), 1e-300) <= 1e-3 * step[DEPTH]:
+            return Solved(code, length, error, v_end, history)
+        if not length > 1e-14 * (step[BEGIN] + length):
+            return Solved(max(code, STUCK), length, error, v_end, history)
+
+
+@inner
+def end_within(body: Body, track: Track, turn: int, k: int, first: Solved, work: Work) -> Solved:
+    """The length at which a step ends in the turning point, or the bodies part, by false positions on solved steps."""
+    v, grows = track.steps[k, SPEED], turn == 0
+    low, high = 0.0, first.length
+    at_low, at_high = v, first.speed
+    if not grows:
+        at_low = state_at(body, track, k, low, low, work.part).pull + body.viscosity * v
+        at_high = first.history
+    size = abs(at_low) + abs(at_high)
+    side = 0
+    found = first
+    for _ in range(_SEARCHES):
+        trial = low + (high - low) * at_low / (at_low - at_high)
+        if not low < trial < high:
+            trial = 0.5 * (low + high)
+        code, v_end, history = attempt(body, track, turn, k, trial, work)
+        found = Solved(code, trial, first.error, v_end, history)
+        value = v_end if grows else history
+        if code != COMPLETE or abs(value) <= 1e-15 * size or high - low <= 4e-16 * high:
+            break
+        if value > 0.0:
+            low, at_low = trial, value
+            if side == 1:
+                at_high *= 0.5
+            side = 1
+        else:
+            high, at_high = trial, value
+            if side == -1:
+                at_low *= 0.5
+            side = -1
+    return found
+
+
+@inner
+def forward(body: Body, track: Track, k: int, speed: float, part: FloatArray) -> None:
+    """Begin step k + 1 where step k ends: what the branches bear, the time, the depth and the speed."""
+    step, onward = track.steps[k], track.steps[k + 1]
     length = step[LENGTH]
-    for i in range(moduli.size):
-        z = length / times[i]
+    for i in range(body.moduli.size):
+        z = length / body.times[i]
         moments(z, part)
-        total, other = 0.0, 0.0
-        for p in range(NODES + 1):
+        total, other = step[SPEED + NODES] * part[NODES], 0.0
+        for p in range(NODES):
             total += step[SPEED + p] * part[p]
-            if p < NODES:
-                other += step[RATE + p] * part[p]
+            other += step[RATE + p] * part[p]
         decay = math.exp(-z)
-        next_pull[i] = decay * pull[i] + length * total
-        next_force[i] = decay * force[i] + moduli[i] * length * other if grows else 0.0
+        track.pulls[k + 1, i] = decay * track.pulls[k, i] + length * total
+        # the rates are 0 on the retreat, and the forces are not read
+        track.forces[k + 1, i] = decay * track.forces[k, i] + body.moduli[i] * length * other
+    total = 0.0
+    for p in range(NODES + 1):
+        total += step[SPEED + p] / (p + 1.0)
+    onward[BEGIN] = step[BEGIN] + length
+    onward[DEPTH] = step[DEPTH] + length * total
+    onward[SPEED] = speed
+
+
+@inner
+def start_search(track: Track, turn: int, near: FloatArray) -> None:
+    """Look for t1 at the turning point first."""
+    near[0], near[1] = turn - 1, track.steps[turn - 1, LENGTH]
 
 
 @compiled
 def run(
-    line: FloatArray,
-    body: FloatArray,
-    moduli: FloatArray,
-    times: FloatArray,
-    mass: float,
-    speed: float,
-    first: float,
-    tolerance: float,
-    given: FloatArray,
-    steps: FloatArray,
-    pulls: FloatArray,
-    forces: FloatArray,
-    ends: FloatArray,
+    body: Body, track: Track, first: float, tolerance: float, given: FloatArray, work: Work
 ) -> tuple[int, int, int]:
     """
-    Follow a mass from the touch to the turn and to the separation.
+    Follow a mass from the touch, at the speed of step 0, to the turn and to the separation.
 
-    `given` holds lengths of steps, after the number of those before the turn; without, they follow the tolerance. Returns
-    how it ended, the number of steps to the turn, and of all. `ends` gets the depth and speed at the separation.
+    `given` holds lengths of steps, after the number of those before the turn; without, they follow the tolerance.
+    Returns how it ended, the number of steps to the turn, and of all.
     """
-    most = steps.shape[0] - 1
-    grows = True
-    turn, k, taken = 0, 0, 0
-    v = speed
-    length = first
-    acceleration, guess, before = np.zeros(NODES), np.zeros(NODES), np.zeros(NODES)
-    last = 0.0
-    near = np.zeros(2)
+    steps, before = track.steps, work.before
+    speed = steps[0, SPEED]
     own = given.size > 0
-    split = int(given[0]) if own else 0
-    steps[0] = 0.0
-    pulls[0] = 0.0
-    forces[0] = 0.0
-    if body[1] > 0.0:  # a flat end meets a dashpot at once
-        last = -body[1] * 2.0 * curve(line, 1e-12 * first * speed)[0] * speed / mass
-    fresh = True
-    while k < most:
+    if body.viscosity > 0.0:  # a flat end meets a dashpot at once
+        at_once = -body.viscosity * 2.0 * curve(body.line, 1e-12 * first * speed)[0] * speed / body.mass
+        for j in range(NODES):
+            before[j] = at_once
+    turn = k = taken = int(0.0)  # numbers: kernels are compiled once more for constants
+    fresh = k == 0
+    length = first
+    while k < steps.shape[0] - 1:
         if own:
-            until = split if grows else given.size - 1
-            at = min(taken, until - 1)
-            length = given[1 + at]
-        while True:
-            stretch = length / steps[k - 1, LENGTH] if not fresh else 0.0
-            for j in range(NODES):
-                guess[j] = last
-                if not fresh and stretch <= 2.0:
-                    total, power = 0.0, 1.0
-                    for p in range(NODES):
-                        term = 0.0
-                        for q in range(NODES):
-                            term += TERMS[q, p] * before[q]
-                        total += term * power
-                        power *= 1.0 + AT[j] * stretch
-                    guess[j] = total
-                acceleration[j] = guess[j]
-            code, v_end, wanted = attempt(
-                line, body, moduli, times, mass, steps, pulls, forces, turn, steps[k], pulls[k], forces[k],
-                v, length, grows, acceleration, near,
-            )  # fmt: skip
-            past = code == COMPLETE and (v_end <= 0.0 if grows else wanted <= 0.0)
-            if code == COMPLETE:
-                start = 0.0
-                for q in range(NODES):
-                    start += TERMS[q, 0] * acceleration[q]
-                scale = max(abs(v), abs(v_end))
-                error = length * abs(start - last) / scale if scale > 0.0 else math.inf
-            else:
-                error = math.inf
-            if not error < math.inf:
-                length *= 0.25
-            elif own or error <= tolerance:
-                break
-            else:
-                length *= min(max(0.9 * (tolerance / error) ** (1.0 / (NODES + 1.0)), 0.1), 0.8)
-            if code == TOO_DEEP and length * max(abs(v), 1e-300) <= 1e-3 * steps[k, DEPTH]:
-                return TOO_DEEP, turn, k
-            if not length > 1e-14 * (steps[k, BEGIN] + length):
-                return STUCK, turn, k
+            until = given.size - 1 if turn > 0 else int(given[0])
+            length = given[1 + taken] if taken < until else given[until]
+            tolerance = math.inf
+        found = solve_step(body, track, turn, k, length, tolerance, fresh, work)
+        if found.code != COMPLETE:
+            return found.code, turn, k
+        past = (found.history if turn > 0 else found.speed) <= 0.0
         if past:
-            # the length at which it turns, or parts, by false positions on solved steps
-            low, high = 0.0, length
-            at_low = v if grows else math.nan
-            if not grows:
-                at_low = held(
-                    line, body, moduli, times, steps[k], pulls[k], forces[k], 0.0, 0.0, False
-                )[3] + body[1] * v  # fmt: skip
-            at_high = v_end if grows else wanted
-            size = abs(at_low) + abs(at_high)
-            side = 0
-            trial = length
-            for _ in range(_SEARCHES):
-                trial = low + (high - low) * at_low / (at_low - at_high)
-                if not low < trial < high:
-                    trial = 0.5 * (low + high)
-                code, v_end, wanted = attempt(
-                    line, body, moduli, times, mass, steps, pulls, forces, turn, steps[k], pulls[k], forces[k],
-                    v, trial, grows, acceleration, near,
-                )  # fmt: skip
-                if code != COMPLETE:
-                    return STUCK, turn, k
-                value = v_end if grows else wanted
-                if abs(value) <= 1e-15 * size or high - low <= 4e-16 * high:
-                    break
-                if value > 0.0:
-                    low, at_low = trial, value
-                    if side == 1:
-                        at_high *= 0.5
-                    side = 1
-                else:
-                    high, at_high = trial, value
-                    if side == -1:
-                        at_low *= 0.5
-                    side = -1
-            length = trial
-        here, onward = steps[k], steps[k + 1]
-        forward(moduli, times, here, pulls[k], forces[k], grows, pulls[k + 1], forces[k + 1])
-        onward[:] = 0.0
-        onward[BEGIN] = here[BEGIN] + length
-        total = 0.0
-        for p in range(NODES + 1):
-            total += here[SPEED + p] / (p + 1.0)
-        onward[DEPTH] = here[DEPTH] + length * total
-        v = 0.0 if past and grows else v_end
-        onward[SPEED] = v
-        last = acceleration[NODES - 1]
-        before[:] = acceleration
-        fresh = False
+            found = end_within(body, track, turn, k, found, work)
+            if found.code != COMPLETE:
+                return STUCK, turn, k
+        turns = past and turn == 0
+        forward(body, track, k, 0.0 if turns else found.speed, work.part)
+        for j in range(NODES):
+            before[j] = work.acceleration[j]
         k += 1
         taken += 1
-        if past:
-            if not grows:
-                ends[0], ends[1] = onward[DEPTH], v
-                return COMPLETE, turn, k
-            grows, turn, fresh, taken = False, k, True, split
-            near[0], near[1] = float(k - 1), steps[k - 1, LENGTH]
-        elif grows and body[0] == 0.0 and v <= _STILL * speed:
+        fresh = turns
+        if turns:
+            turn = k
+            taken = int(given[0]) if own else 0
+            start_search(track, turn, work.near)
+        elif past:
+            return COMPLETE, turn, k
+        elif turn == 0 and body.equilibrium == 0.0 and found.speed <= _STILL * speed:
             return RESTS, k, k
-        elif not own:
-            length *= min(max(0.9 * (tolerance / max(error, 1e-300)) ** (1.0 / (NODES + 1.0)), 0.2), 4.0)
+        else:
+            growth = 0.9 * (tolerance / max(found.error, 1e-300)) ** (1.0 / (NODES + 1.0))
+            length = found.length * min(max(growth, 0.2), 4.0)
+        if past:
+            length = found.length
     return TOO_MANY, turn, k
 
 
-@compiled
-def _force(
-    line: FloatArray,
-    body: FloatArray,
-    moduli: FloatArray,
-    times: FloatArray,
-    steps: FloatArray,
-    pulls: FloatArray,
-    forces: FloatArray,
-    turn: int,
-    k: int,
-    x: float,
-    near: FloatArray,
-    out: FloatArray,
-) -> None:
-    """Depth, speed, force, radius and t1 at a time after the begin of a step."""
-    grows = k < turn
-    last = steps[k, BEGIN] + x
-    d, v, a, pull, force, _ = held(line, body, moduli, times, steps[k], pulls[k], forces[k], x, 0.0, grows)
-    if grows:
-        force += body[1] * 2.0 * a * v
-    else:
-        force, a, last = touched_at(
-            line, body, moduli, times, steps, pulls, forces, turn, steps[k, BEGIN] + x, pull + body[1] * v, near
-        )  # fmt: skip
-    out[0], out[1], out[2], out[3], out[4] = d, v, force, a, last
+@inner
+def force_at(body: Body, track: Track, turn: int, k: int, x: float, work: Work) -> tuple[State, Edge]:
+    """The state, and the edge of the contact, at a time after the begin of a step."""
+    state = state_at(body, track, k, x, 0.0, work.part)
+    now = track.steps[k, BEGIN] + x
+    if k < turn:
+        return state, Edge(state.force + body.viscosity * 2.0 * state.radius * state.speed, state.radius, now)
+    return state, edge_at(body, track, turn, now, state.pull + body.viscosity * state.speed, work)
 
 
-@compiled
-def _hit(
-    line: FloatArray,
-    body: FloatArray,
-    moduli: FloatArray,
-    times: FloatArray,
-    steps: FloatArray,
-    pulls: FloatArray,
-    forces: FloatArray,
-    turn: int,
-    at: int,
-    time: float,
-    near: FloatArray,
-    out: FloatArray,
-) -> float:
+@inner
+def hit(body: Body, track: Track, turn: int, at: int, time: float, work: Work) -> float:
     """Force at a time in a step or the one before."""
-    k = at - 1 if at > 0 and time < steps[at, BEGIN] else at
-    _force(line, body, moduli, times, steps, pulls, forces, turn, k, time - steps[k, BEGIN], near, out)
-    return float(out[2])
+    k = at - 1 if at > 0 and time < track.steps[at, BEGIN] else at
+    return force_at(body, track, turn, k, time - track.steps[k, BEGIN], work)[1].force
 
 
 _GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
 
 
 @compiled
-def hardest(
-    line: FloatArray,
-    body: FloatArray,
-    moduli: FloatArray,
-    times: FloatArray,
-    steps: FloatArray,
-    pulls: FloatArray,
-    forces: FloatArray,
-    turn: int,
-    count: int,
-) -> tuple[float, float]:
+def hardest(body: Body, track: Track, turn: int, count: int, work: Work) -> tuple[float, float]:
     """Time and size of the largest force."""
-    near, out = np.zeros(2), np.zeros(READ)
-    near[0], near[1] = float(turn - 1), steps[turn - 1, LENGTH]
-    best, at = 0.0, 0
+    steps = track.steps
+    start_search(track, turn, work.near)
+    most, at = 0.0, int(0.0)
+    # a dashpot under a flat end is hit hardest at the touch
+    touch = 1e-9 * steps[0, LENGTH]
     for k in range(count):
-        # a dashpot under a flat end is hit hardest at the touch
-        x = 1e-9 * steps[0, LENGTH] if k == 0 else 0.0
-        _force(line, body, moduli, times, steps, pulls, forces, turn, k, x, near, out)
-        if out[2] > best:
-            best, at = out[2], k
-    low = steps[max(at - 1, 0), BEGIN]
-    high = steps[min(at + 1, count), BEGIN]
-    if at == 0:
-        low = 1e-9 * steps[0, LENGTH]
-    when, most = steps[at, BEGIN], best
+        force = hit(body, track, turn, k, steps[k, BEGIN] if k > 0 else touch, work)
+        if force > most:
+            most, at = force, k
+    when = steps[at, BEGIN]
+    low, high = steps[at - 1, BEGIN] if at > 0 else touch, steps[at + 1, BEGIN]
     inner, outer = high - _GOLDEN * (high - low), low + _GOLDEN * (high - low)
-    at_inner, at_outer = -1.0, -1.0
+    at_inner, at_outer = hit(body, track, turn, at, inner, work), hit(body, track, turn, at, outer, work)
     for _ in range(60):
-        if at_inner < 0.0:
-            at_inner = _hit(line, body, moduli, times, steps, pulls, forces, turn, at, inner, near, out)
+        if at_inner > at_outer:
             if at_inner > most:
                 most, when = at_inner, inner
-        if at_outer < 0.0:
-            at_outer = _hit(line, body, moduli, times, steps, pulls, forces, turn, at, outer, near, out)
+            high, outer, at_outer = outer, inner, at_inner
+            inner = high - _GOLDEN * (high - low)
+            at_inner = hit(body, track, turn, at, inner, work)
+        else:
             if at_outer > most:
                 most, when = at_outer, outer
-        if at_inner > at_outer:
-            high, outer, at_outer = outer, inner, at_inner
-            inner, at_inner = high - _GOLDEN * (high - low), -1.0
-        else:
             low, inner, at_inner = inner, outer, at_outer
-            outer, at_outer = low + _GOLDEN * (high - low), -1.0
+            outer = low + _GOLDEN * (high - low)
+            at_outer = hit(body, track, turn, at, outer, work)
         if high - low <= 1e-8 * high:
             break
     return when, most
@@ -658,36 +644,27 @@ def hardest(
 
 @compiled
 def read(
-    line: FloatArray,
-    body: FloatArray,
-    moduli: FloatArray,
-    times: FloatArray,
-    steps: FloatArray,
-    pulls: FloatArray,
-    forces: FloatArray,
-    turn: int,
-    count: int,
-    time: FloatArray,
-    out: FloatArray,
+    body: Body, track: Track, turn: int, count: int, time: FloatArray, out: FloatArray, work: Work
 ) -> None:
     """Rows at rising times: depth, speed, force, radius, t1."""
-    k = 0
-    near = np.zeros(2)
-    near[0], near[1] = float(turn - 1), steps[turn - 1, LENGTH]
+    k = int(0.0)
+    start_search(track, turn, work.near)
     for r in range(time.size):
-        while k < count - 1 and time[r] >= steps[k + 1, BEGIN]:
+        while k < count - 1 and time[r] >= track.steps[k + 1, BEGIN]:
             k += 1
-        x = min(time[r] - steps[k, BEGIN], steps[k, LENGTH])
-        _force(line, body, moduli, times, steps, pulls, forces, turn, k, x, near, out[r])
+        x = min(time[r] - track.steps[k, BEGIN], track.steps[k, LENGTH])
+        state, edge = force_at(body, track, turn, k, x, work)
+        out[r, 0], out[r, 1] = state.depth, state.speed
+        out[r, 2], out[r, 3], out[r, 4] = edge.force, edge.radius, edge.time
 
 
 @compiled
 def extended(
-    times: FloatArray, steps: FloatArray, pulls: FloatArray, count: int, time: FloatArray, out: FloatArray
+    times: FloatArray, track: Track, count: int, time: FloatArray, out: FloatArray, part: FloatArray
 ) -> None:
     """Integrals of exp(-(t - s)/tau) dd(s) at rising times."""
+    steps = track.steps
     k = 0
-    part = np.empty(NODES + 1)
     for r in range(time.size):
         while k < count - 1 and time[r] >= steps[k + 1, BEGIN]:
             k += 1
@@ -699,4 +676,4 @@ def extended(
             for p in range(NODES + 1):
                 total += steps[k, SPEED + p] * power * part[p]
                 power *= share
-            out[r, i] = math.exp(-x / times[i]) * pulls[k, i] + total
+            out[r, i] = math.exp(-x / times[i]) * track.pulls[k, i] + total

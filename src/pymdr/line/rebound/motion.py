@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -12,6 +11,9 @@ from pymdr.errors import ConvergenceError
 from pymdr.line.friction import ElasticCurves
 from pymdr.mapping.relaxation import Relaxation
 from pymdr.units import FloatArray
+
+if TYPE_CHECKING:
+    from pymdr.line.rebound.kernels import Body, Track
 
 _TOLERANCE = 1e-9
 _MOST = 4000
@@ -136,35 +138,22 @@ def rebound(
         lengths = np.repeat(0.5 * halved.steps[:-1, 1], 2)
         given = np.concatenate([[2.0 * halved.turn], lengths])
     most = _MOST if halved is None else 2 * halved.steps.shape[0] + 64
-    steps, pulls, forces = (np.zeros((most, k)) for k in (kernels.COLUMNS, n, n))
-    code, turn, count = kernels.run(
-        curves.rows,
-        np.array([relaxation.equilibrium, relaxation.viscosity]),
-        relaxation.moduli.copy(),
-        relaxation.times.copy(),
-        mass,
-        speed,
-        first,
-        _TOLERANCE,
-        given,
-        steps,
-        pulls,
-        forces,
-        np.zeros(2),
-    )
+    track = kernels.Track(*(np.zeros((most, k)) for k in (kernels.COLUMNS, n, n)))
+    track.steps[0, kernels.SPEED] = speed
+    body = _body(curves, relaxation, mass)
+    code, turn, count = kernels.run(body, track, float(first), _TOLERANCE, given, kernels.workspace())
     if code == kernels.TOO_DEEP:
         return None
     if code not in (kernels.COMPLETE, kernels.RESTS):
-        at = steps[count]
+        at = track.steps[count]
         raise ConvergenceError(
             f"the impact is not followed beyond t = {at[0]:g} s at d = {at[2]:g} m: "
             + (f"more than {most} steps are needed" if code == kernels.TOO_MANY else "no step is solved")
         )
     rows = slice(0, count + 1)
     rests = code == kernels.RESTS
-    return Motion(
-        curves, relaxation, mass, steps[rows].copy(), pulls[rows].copy(), forces[rows].copy(), turn, rests
-    )
+    steps, pulls, forces = (part[rows].copy() for part in track)
+    return Motion(curves, relaxation, mass, steps, pulls, forces, turn, rests)
 
 
 def motion_rows(motion: Motion, time: FloatArray) -> MotionRows:
@@ -184,8 +173,7 @@ def motion_rows(motion: Motion, time: FloatArray) -> MotionRows:
     from pymdr.line.rebound import kernels
 
     out = np.zeros((time.size, kernels.READ))
-    read: Callable[..., None] = kernels.read
-    read(*_remembered(motion), np.array(time, dtype=float), out)
+    kernels.read(*_followed(motion), np.array(time, dtype=float), out, kernels.workspace())
     return MotionRows(*out.T.copy())
 
 
@@ -194,9 +182,8 @@ def branches(motion: Motion, time: FloatArray) -> FloatArray:
     from pymdr.line.rebound import kernels
 
     out = np.zeros((time.size, motion.relaxation.times.size))
-    fill: Callable[..., None] = kernels.extended
-    at = np.array(time, dtype=float)
-    fill(motion.relaxation.times.copy(), motion.steps, motion.pulls, motion.steps.shape[0] - 1, at, out)
+    body, track, _, count = _followed(motion)
+    kernels.extended(body.times, track, count, np.array(time, dtype=float), out, kernels.workspace().part)
     return out
 
 
@@ -204,20 +191,24 @@ def largest_force(motion: Motion) -> tuple[float, float]:
     """Time in s and size in N of the largest force of a motion."""
     from pymdr.line.rebound import kernels
 
-    when, most = kernels.hardest(*_remembered(motion))
+    when, most = kernels.hardest(*_followed(motion), kernels.workspace())
     return float(when), float(most)
 
 
-def _remembered(motion: Motion) -> tuple[Any, ...]:
-    body = motion.relaxation
-    return (
-        motion.curves.rows,
-        np.array([body.equilibrium, body.viscosity]),
-        body.moduli.copy(),
-        body.times.copy(),
-        motion.steps,
-        motion.pulls,
-        motion.forces,
-        motion.turn,
-        motion.steps.shape[0] - 1,
+def _body(curves: ElasticCurves, relaxation: Relaxation, mass: float) -> Body:
+    """What the kernels know of a body; they compile anew for arrays that cannot be written."""
+    from pymdr.line.rebound.kernels import Body
+
+    moduli, times = relaxation.moduli.copy(), relaxation.times.copy()
+    return Body(
+        curves.rows, moduli, times, float(relaxation.equilibrium), float(relaxation.viscosity), float(mass)
     )
+
+
+def _followed(motion: Motion) -> tuple[Body, Track, int, int]:
+    """The body, the steps, and how many they are up to the turning point and in all."""
+    from pymdr.line.rebound.kernels import Track
+
+    track = Track(motion.steps, motion.pulls, motion.forces)
+    body = _body(motion.curves, motion.relaxation, motion.mass)
+    return body, track, motion.turn, motion.steps.shape[0] - 1

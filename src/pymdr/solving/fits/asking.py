@@ -36,6 +36,8 @@ ENDINGS = (
 )
 """How the fit of a curve ended, by its number in ``ending``."""
 NOT_YET = -1
+_MANY = 64
+"""Curves that take longer as they are than to compile what fits them."""
 SEEN = 25.0
 """By how many variances of the noise the squares of the differences grow without what a curve is said to show."""
 WAVES, OF_LIMIT, PLATEAU = "waves", "of_limit", "plateau"
@@ -54,6 +56,8 @@ class Asked:
     free: Free
     ladder: Ladder | None = None
     """Rungs of the family; all unless given."""
+    many: bool = False
+    """Whether there are so many curves that the search is compiled for them."""
 
     @property
     def origins(self) -> tuple[str, ...]:
@@ -103,14 +107,14 @@ class FittedStretch(NamedTuple):
     """What those that were refused were told."""
 
 
-def asked_of(contact: Contact, free: Free, known: dict[str, float]) -> Asked:
+def asked_of(contact: Contact, free: Free, known: dict[str, float], curves: int) -> Asked:
     """What a fit of many curves looks for, begun within its bounds."""
     unknowns = unknowns_of(contact, free)
     given = free if isinstance(free, Mapping) else {}
     bounded = {u.name: (u.low, u.high) for u in unknowns if given.get(u.name) is not None}
     # the numbers of the tables are those from which the unknowns are counted, which lie within the bounds
     begun = put_into(contact, unknowns, np.array([u.start for u in unknowns]))
-    return Asked(begun, unknowns, known, bounded, free)
+    return Asked(begun, unknowns, known, bounded, free, many=curves >= _MANY)
 
 
 def fewest_in_contact(unknowns: int, curves: int = 1) -> int:

@@ -162,11 +162,6 @@ class Family:
     ends: FloatArray
     """Depths in m at which the profile ends, and from which on the forces go on along their tangent; inf where it does not."""
 
-    @property
-    def table(self) -> tuple[FloatArray, FloatArray, FloatArray, float, float, float]:
-        """What the kernels read."""
-        return self.forces, self.slopes, self.folds, self.first, self.step, self.deepest
-
     @cached_property
     def error(self) -> float:
         """The largest difference between cells from the forces themselves, in parts of a member's range."""

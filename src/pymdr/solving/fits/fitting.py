@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,7 +28,6 @@ from pymdr.solving.fits.searching import (
     Search,
     beside_jumps,
     found_from,
-    free_numbers,
     hanging,
     refuse_blind,
     refuse_lost,
@@ -54,12 +53,14 @@ from pymdr.units import FloatArray, QuantityLike, written
 if TYPE_CHECKING:
     import xarray as xr
 
-LEVENBERG_MARQUARDT, LMFIT = "levenberg-marquardt", "lmfit"
+LEVENBERG_MARQUARDT = "levenberg-marquardt"
 _STARTS, _COARSE, _FINE = 4, 14, 12
 _UNFELT = 1e-6
 """Of the largest: rates of the residuals over an origin that a record does not feel."""
 _ROUNDED = 1e-12
 """Of the largest: singular values that are rounding."""
+_AS_WELL = 1e-11
+"""Part by which sums of squares of the same end may differ."""
 _NOTED = 0.1
 """Share of a standard error from which a systematic one is noted."""
 _WIDER = 1.1
@@ -112,7 +113,7 @@ def fit(
     ------
     ProblemError
         If the contact has no number of a name, the records cannot tell the unknowns apart, or show no adhesion or no slip that is
-        looked for, are of another kind than the contact, or lmfit is not installed.
+        looked for, or are of another kind than the contact.
     ConvergenceError
         If the search does not settle.
 
@@ -167,15 +168,15 @@ def _estimated(search: Search) -> Estimate:
     if not all(part.all() for part in used):
         search = replace(search, used=used)
     minimum = found_from(search, best)
-    refuse_unsettled(minimum[1])
-    best = free_numbers(minimum[1], best.size)
+    refuse_unsettled(minimum)
+    best = minimum.free
     values, _ = search.from_free(best)
     found = put_into(search.contact, search.unknowns, values)
     if found.remembers:
         times = [one.time for one in search.curves if one.time is not None]
         refuse_untimed(found, search.unknowns, values, times)
     refuse_blind(search, best)
-    return _with_errors(search, best, minimum, wide)
+    return _with_errors(search, best, wide)
 
 
 def _search(
@@ -229,8 +230,6 @@ class Estimate(NamedTuple):
     search: Search
     best: FloatArray
     """The free numbers."""
-    minimum: Any
-    """Minimizer and result of lmfit."""
     values: dict[str, Fitted]
     contact: Contact
     """With the values that were found."""
@@ -280,9 +279,15 @@ def _best(search: Search) -> _End:
     for rank in range(max(len(found) for found in apart)):
         chosen = [found[min(rank, len(found) - 1)] for found in apart]
         places = [{search.place: one.origin, BASELINE: one.baseline, TILT: one.tilt} for one in chosen]
-        _, found = found_from(followed, followed.to_free(chosen[0].values.tolist(), places))
-        ends.append((float(found.chisqr), free_numbers(found, len(search.names))))
-    misfit, best = min(ends, key=lambda end: end[0])
+        found = found_from(followed, followed.to_free(chosen[0].values.tolist(), places))
+        ends.append((found.misfit, found.free))
+    least = min(misfit for misfit, _ in ends)
+    signed = np.array([not u.is_size for u in search.unknowns] + [False] * search.origin_scales.size)
+    # of those that fit as well, as of Poisson's ratios of either sign, the nearest to what the contact says
+    misfit, best = min(
+        (end for end in ends if end[0] <= least * (1.0 + _AS_WELL)),
+        key=lambda end: (float((end[1][signed] ** 2).sum()), end[0]),
+    )
     values, origin = followed.from_free(best)
     pulled = quick if search.contact.adhesion is not None else None
     wide = np.zeros(len(search.names)) if pulled is None else pulled[1]
@@ -424,9 +429,9 @@ def _refuse_unseen(search: Search, misfit: float, best: FloatArray) -> None:
         )
 
 
-def _with_errors(search: Search, best: FloatArray, minimum: Any, wide: FloatArray) -> Estimate:
+def _with_errors(search: Search, best: FloatArray, wide: FloatArray) -> Estimate:
     """What a search found, with its errors."""
-    from scipy.stats import t as student
+    from scipy.special import stdtrit
 
     residuals = search.residuals(best)
     slopes = search.slopes(best)
@@ -450,12 +455,11 @@ def _with_errors(search: Search, best: FloatArray, minimum: Any, wide: FloatArra
     moved = np.zeros(p)
     moved[felt] = np.abs(apart.T @ left.T) @ forces / scale[felt]
     errors = np.where(wide > _WIDER * errors, wide, errors)
-    width = float(student.ppf(0.975, max(independent - p, 1.0)))
+    width = float(stdtrit(max(independent - p, 1.0), 0.975))
     inner, _ = search.from_free(best)
     return Estimate(
         search,
         best,
-        minimum,
         _fitted(search, best, errors, width),
         put_into(search.contact, search.unknowns, inner),
         models,
@@ -504,9 +508,9 @@ def _interpreted(found: Estimate) -> FitResult:
         claims=result.claims,
         assumptions=result.assumptions,
         notes=notes,
-        references=(*result.references, LEVENBERG_MARQUARDT, LMFIT),
+        references=(*result.references, LEVENBERG_MARQUARDT),
         search=search,
-        minimum=found.minimum,
+        free=found.best,
     )
 
 

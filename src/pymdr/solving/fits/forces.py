@@ -8,7 +8,6 @@ from functools import cached_property, lru_cache
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
 from pymdr.errors import ProblemError
@@ -27,6 +26,7 @@ from pymdr.mapping.relaxation import Relaxation, relaxation_of
 from pymdr.problem.contact import Contact
 from pymdr.problem.profiles import Profile
 from pymdr.solving.equilibria import AdhesiveLine
+from pymdr.solving.fits.touching import BoolArray, in_contact
 from pymdr.solving.reach import map_to_line
 from pymdr.units import FloatArray, written
 
@@ -38,10 +38,6 @@ _NARROWED, _BETWEEN = 2, 65
 _OUTWARD = 1.25 ** np.arange(12)
 _SAME, _WITHIN = 1e-9, 1.0 - 1e-9
 _POLISHED, _STEEP = 3, 1e-3
-BEYOND = 0.25
-"""Of the depth of the fold: so much later a record may be found to leave contact."""
-FULLY_OUT = 0.3
-"""Of the largest pull: a smaller one is none."""
 
 
 class Forces(Protocol):
@@ -292,32 +288,10 @@ def _reaching(line: AdhesiveLine, deepest: float) -> float:
     return last
 
 
-BoolArray = NDArray[np.bool_]
-
-
 def modelled(forces: Forces, depth: FloatArray, measured: FloatArray) -> tuple[FloatArray, BoolArray]:
-    """
-    Force of the model in N at every sample, and whether the bodies touch there.
-
-    Between the depth at which bodies jump into contact and that at which they leave it the record tells when they did: at
-    the samples where it fits best, one while they approach and one while they recede.
-    """
+    """Force of the model in N at every sample, and whether the bodies touch there; the record tells of the branch between the jumps."""
     force, _ = forces.at(depth)
     if math.isinf(forces.fold):
         return force, force != 0.0
-    touches = depth > 0.0
-    if forces.fold < 0.0:
-        deepest, index = int(np.argmax(depth)), np.arange(depth.size)
-        # a little beyond the folds too: a model whose folds are not yet those of the record then fits no worse by a leap
-        either = (depth <= -forces.fold) & (depth >= (1.0 + BEYOND) * forces.fold)
-        gain = np.where(either, measured**2 - (measured - force) ** 2, 0.0)
-        first = _turn(gain[:deepest][::-1], deepest, -1)
-        last = _turn(gain[deepest + 1 :], deepest, 1)
-        touches = np.where(either, (index >= first) & (index <= last), touches)
+    touches = in_contact(depth, measured, force, forces.fold) if forces.fold < 0.0 else depth > 0.0
     return np.where(touches, force, 0.0), touches
-
-
-def _turn(gain: FloatArray, deepest: int, way: int) -> int:
-    """The sample, going away from the deepest one, up to which being in contact fits best."""
-    total = np.append(0.0, np.cumsum(gain))
-    return deepest + way * int(np.argmax(total))

@@ -16,8 +16,8 @@ from pymdr.problem.contact import Contact
 from pymdr.quantities import one_name
 from pymdr.solving.curves import MeasuredCurve
 from pymdr.solving.fits.loops import ShearRecord
-from pymdr.solving.fits.searching import Search, free_numbers
-from pymdr.units import shown, written
+from pymdr.solving.fits.searching import Search, profile_end
+from pymdr.units import FloatArray, shown, written
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 
 
 _DIGITS, _ALL_DIGITS = 4, 16
+_STEP = 1e-6
 
 
 class Fitted(NamedTuple):
@@ -103,8 +104,8 @@ class FitResult:
     references: tuple[str, ...]
     """Keys of the sources that :meth:`cite` names."""
     search: Search
-    minimum: Any
-    """Minimizer and result of lmfit, in the logarithms of sizes."""
+    free: FloatArray
+    """The numbers at which the search ended: logarithms of sizes, and parts of the ranges of the record."""
 
     @property
     def force(self) -> str:
@@ -139,26 +140,23 @@ class FitResult:
         QuantityError
             If a name was not looked for.
         """
-        from lmfit import conf_interval
+        from scipy.special import ndtr, stdtrit
 
-        asked = [u.name for u in self.search.unknowns] if names is None else list(names)
-        for name in asked:
-            self[name]
-        ends = {name: (self[name].low, self[name].high) for name in asked if self[name].is_at_bound}
-        asked = [name for name in asked if name not in ends]
-        if not asked:
-            return ends
-        numbers = [self.search.names.index(name) for name in asked]
-        minimizer, found = self.minimum
-        wide = sigma * math.sqrt(self.correlated)
-        table = conf_interval(minimizer, found, p_names=[f"p{i}" for i in numbers], sigmas=[wide])
-        best = free_numbers(found, len(self.search.names))
-        for name, i in zip(asked, numbers, strict=True):
-            rows = table[f"p{i}"]
-            values = []
-            for free in (rows[0][1], rows[-1][1]):
-                moved = best.copy()
-                moved[i] = free
+        names = [u.name for u in self.search.unknowns] if names is None else list(names)
+        samples = self.search.residuals(self.free).size - self.free.size
+        wide = stdtrit(samples, ndtr(sigma * math.sqrt(self.correlated)))
+        ends = {}
+        for name in names:
+            found = self[name]
+            if found.is_at_bound:
+                ends[name] = (found.low, found.high)
+                continue
+            i, values = self.search.names.index(name), []
+            moved = self.free.copy()
+            moved[i] += _STEP
+            step = sigma * found.error * _STEP / (self.search.named(moved)[name] - found.value)
+            for one in (-step, step):
+                moved[i] = profile_end(self.search, self.free, i, one, wide**2 / samples)
                 values.append(self.search.named(moved)[name])
             ends[name] = (min(values), max(values))
         return ends

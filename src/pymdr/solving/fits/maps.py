@@ -47,7 +47,7 @@ from pymdr.solving.fits.asking import (
     leave_untold_out,
 )
 from pymdr.solving.fits.families import WORK, Ways
-from pymdr.solving.fits.fitting import LEVENBERG_MARQUARDT, LMFIT, Estimate, estimate, judged
+from pymdr.solving.fits.fitting import LEVENBERG_MARQUARDT, Estimate, estimate, judged
 from pymdr.solving.fits.forces import rounded_up
 from pymdr.solving.fits.quick import fit_by_family, reaches
 from pymdr.solving.fits.records import Records, Stretch, records_of
@@ -285,8 +285,9 @@ def fit_map(
     if isinstance(workers, bool) or not isinstance(workers, int) or workers < 1:
         raise ProblemError(f"workers = {workers!r}: a whole number of at least 1 is needed")
     records = records_of(curves)
-    asked = asked_of(contact, free, origins({CONTACT_POINT: contact_point, BASELINE: baseline}, tilt))
     total = math.prod(records.shape)
+    known = origins({CONTACT_POINT: contact_point, BASELINE: baseline}, tilt)
+    asked = asked_of(contact, free, known, total)
     chunk = _curves_of_chunk(asked, records)
     store = Kept(folder, asked, records, chunk) if folder is not None else Held(asked, total)
     parts = [(first, min(first + chunk, total)) for first in range(0, total, chunk)]
@@ -542,7 +543,7 @@ def _interpreted(asked: Asked, records: Records, fitted: FittedStretch) -> Fitte
         names=asked.names,
         claims=claims,
         assumptions=assumed,
-        references=(*references, LEVENBERG_MARQUARDT, *(() if asked.ways is not None else (LMFIT,))),
+        references=(*references, LEVENBERG_MARQUARDT),
         notes=tuple(notes),
     )
 

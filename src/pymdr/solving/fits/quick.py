@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import logging
 import math
-from collections.abc import Iterator
+from functools import cache
 
 import numpy as np
 
@@ -22,110 +23,125 @@ from pymdr.solving.fits.asking import (
 )
 from pymdr.solving.fits.families import WORK, Ways
 from pymdr.solving.fits.forces import rounded_up
+from pymdr.solving.fits.kernels import (
+    AS_IT_IS,
+    BASE,
+    NUMBERS,
+    POINT,
+    SHAPE,
+    Batch,
+    Engine,
+    FamilyTable,
+    Found,
+    Wanted,
+    fit_curves,
+)
+from pymdr.solving.fits.kernels import TILT as TILTED
 from pymdr.solving.fits.records import Stretch
 from pymdr.solving.fits.searching import hanging
 from pymdr.solving.fits.unknowns import BASELINE, CONTACT_POINT, TILT
 from pymdr.units import FloatArray, written
 
-_PLACES = {CONTACT_POINT: 2, BASELINE: 3, TILT: 4}
-"""Of the origins among the numbers of the kernels."""
+_PLACES = {CONTACT_POINT: POINT, BASELINE: BASE, TILT: TILTED}
+"""Of the origins among the numbers of the model."""
+_DEPTH = NUMBERS + 2
+
+_log = logging.getLogger("pymdr")
 
 
 def fit_by_family(asked: Asked, ways: Ways, stretch: Stretch) -> FittedStretch:
     """What the search over one family of forces finds in some curves."""
-    from pymdr.solving.fits import kernels
-
     count, width = stretch.place.shape
-    numbers, residuals = np.full((count, 9), math.nan), np.full((count, width), math.nan)
-    covariances = np.full((count, len(asked.names), len(asked.names)), math.nan)
-    ended, refusals = np.full(count, UNREAD, dtype=np.int8), set()
-    columns = np.zeros((kernels.ALL, len(asked.names)))
-    own_ways = ways.columns()
-    # both numbers of the family are searched by themselves, so that one of them may rest at its end
-    both = own_ways.shape[1] == 2
-    columns[:2, : len(ways.unknowns)] = np.eye(2) if both else own_ways
-    for i, name in enumerate(asked.origins, len(ways.unknowns)):
-        columns[_PLACES[name], i] = 1.0
-    number = ways.number
-    known = np.array([0.0, 0.0, *(asked.known.get(name, 0.0) for name in _PLACES)])
-    if number is not None and ways.shape is None:
-        known[kernels.SHAPE] = number.to_free(number.start)
-    free = np.array(
-        [
-            ways.scale is not None,
-            ways.shape is not None,
-            *(name not in asked.known for name in _PLACES),
-        ]
+    free = len(asked.names)
+    found = Found(
+        np.full((count, NUMBERS + 4), math.nan),
+        np.full((count, free, free), math.nan),
+        np.full((count, width), math.nan),
+        np.full(count, UNREAD, dtype=np.int8),
     )
-    for deepest, chosen in _by_depth(stretch):
+    refusals = set()
+    wanted, own_ways = _wanted(asked, ways)
+    engine = _compiled() if asked.many else AS_IT_IS
+    reach = reaches(stretch)
+    for deepest in np.unique(reach[reach > 0.0]):
+        chosen = np.flatnonzero(reach == deepest)
         try:
-            family = asked.family(deepest)
+            family = asked.family(float(deepest))
         except PymdrError as error:
-            ended[chosen] = REFUSED
+            found.ended[chosen] = REFUSED
             refusals.add(str(error))
             continue
-        part = slice(None) if chosen.size == count else chosen
-        own = numbers[part], covariances[part], residuals[part], ended[part]
-        kernels.fit_curves(
-            stretch.place[part],
-            stretch.force[part],
-            stretch.softness[part],
-            known,
-            free,
-            ways.is_tied,
-            asked.contact.adhesion is not None,
-            columns,
-            family.table,
-            *own,
+        own = found.of(chosen)
+        curves = Batch(stretch.place[chosen], stretch.force[chosen], stretch.softness[chosen])
+        table = FamilyTable(
+            family.forces, family.slopes, family.folds, family.first, family.step, family.deepest
         )
-        if chosen.size < count:
-            numbers[part], covariances[part], residuals[part], ended[part] = own
-        end = family.end(numbers[chosen, kernels.SHAPE])
-        beyond = chosen[(ended[chosen] == FOUND) & (numbers[chosen, 7] > end)]
+        fit_curves(curves, wanted, table, own, engine)
+        found.put(chosen, own)
+        end = family.end(found.numbers[chosen, SHAPE])
+        depths = found.numbers[:, _DEPTH]
+        beyond = chosen[(found.ended[chosen] == FOUND) & (depths[chosen] > end)]
         if beyond.size:
-            ended[beyond] = REFUSED
+            found.ended[beyond] = REFUSED
             refusals.add(
-                f"fit_map: pressed to {written(float(numbers[beyond, 7].max()), 'm', 4)}, and the profile ends at {written(float(end.min()), 'm', 4)} "
+                f"fit_map: pressed to {written(float(depths[beyond].max()), 'm', 4)}, and the profile ends at {written(float(end.min()), 'm', 4)} "
                 "of depth; give it farther out"
             )
-    if both:
-        back = np.eye(len(asked.names))
+    if own_ways.shape[1] == 2:
+        back = np.eye(free)
         back[:2, :2] = np.linalg.inv(own_ways)
         with np.errstate(invalid="ignore"):  # curves that were not fitted have none
-            covariances = back @ covariances @ back.T
+            found = found._replace(covariances=back @ found.covariances @ back.T)
     span = np.fmax.reduce(stretch.force, axis=1) - np.fmin.reduce(stretch.force, axis=1)
-    told = _columns(asked, ways, numbers, covariances, residuals, span, ended)
-    return FittedStretch(told, frozenset(refusals))
+    return FittedStretch(_columns(asked, ways, found, span), frozenset(refusals))
+
+
+def _compiled() -> Engine:
+    """The search with what is done at every sample compiled; as it is where numba is missing, which is said once."""
+    try:
+        from pymdr.solving.fits.kernels import compiled
+    except ImportError:
+        _say_slow()
+        return AS_IT_IS
+    return compiled.ENGINE
+
+
+@cache
+def _say_slow() -> None:
+    _log.warning(
+        "numba cannot be imported: the curves of maps are fitted some fifty times slower; install numba"
+    )
+
+
+def _wanted(asked: Asked, ways: Ways) -> tuple[Wanted, FloatArray]:
+    """What the search looks for, and the rates of scale and number of the family over the unknowns."""
+    rates, number = ways.columns(), ways.number
+    directions = np.zeros((len(asked.names), NUMBERS))
+    # both numbers of the family are searched by themselves, so that one of them may rest at its end
+    directions[: len(ways.unknowns), :2] = np.eye(2) if rates.shape[1] == 2 else rates.T
+    for i, name in enumerate(asked.origins, len(ways.unknowns)):
+        directions[i, _PLACES[name]] = 1.0
+    known = np.array([0.0, 0.0, *(asked.known.get(name, 0.0) for name in _PLACES)])
+    if number is not None and ways.shape is None:
+        known[SHAPE] = number.to_free(number.start)
+    free = [ways.scale is not None, ways.shape is not None, *(name not in asked.known for name in _PLACES)]
+    return Wanted(known, np.array(free), directions, ways.is_tied, asked.contact.adhesion is not None), rates
 
 
 def reaches(stretch: Stretch) -> FloatArray:
     """Depths in m, rounded up, that the tables for each curve have to reach; 0 where it has none."""
-    from pymdr.solving.fits import kernels
-
-    spans = kernels.spans(stretch.place, stretch.force, stretch.softness)
-    return np.array([rounded_up(float(span)) for span in spans])
-
-
-def _by_depth(stretch: Stretch) -> Iterator[tuple[float, np.ndarray]]:
-    """Curves by the depth that tables have to reach."""
-    reach = reaches(stretch)
-    for deepest in np.unique(reach[reach > 0.0]):
-        yield float(deepest), np.flatnonzero(reach == deepest)
+    depth = stretch.place - stretch.softness[:, None] * stretch.force
+    depth = np.where(np.isfinite(depth), depth, math.nan)
+    spans = np.fmax.reduce(depth, axis=1) - np.fmin.reduce(depth, axis=1)
+    return np.array([rounded_up(span) for span in np.nan_to_num(spans).tolist()])
 
 
-def _columns(
-    asked: Asked,
-    ways: Ways,
-    numbers: FloatArray,
-    covariances: FloatArray,
-    residuals: FloatArray,
-    span: FloatArray,
-    ended: np.ndarray,
-) -> Columns:
+def _columns(asked: Asked, ways: Ways, found: Found, span: FloatArray) -> Columns:
     """What is told of every curve."""
+    numbers, ended = found.numbers, found.ended
     out = empty_columns(asked, len(numbers))
     out["ending"][:] = ended
-    theta, (misfit, used, depth, grows) = numbers[:, :5], numbers[:, 5:].T
+    theta, (misfit, used, depth, grows) = numbers[:, :NUMBERS], numbers[:, NUMBERS:].T
     free = len(asked.names)
     with np.errstate(invalid="ignore", divide="ignore"):
         noise = np.sqrt(misfit / np.maximum(used - free, 1.0))
@@ -133,9 +149,11 @@ def _columns(
     fitted = np.flatnonzero(np.isfinite(noise))
     if fitted.size:
         some = slice(None) if fitted.size == len(numbers) else fitted
-        correlated[some], out[WAVES][some] = hanging(residuals[some], span[some])
+        correlated[some], out[WAVES][some] = hanging(found.residuals[some], span[some])
     with np.errstate(invalid="ignore"):  # no noise in what a constant record leaves undetermined
-        error = noise[:, None] * np.sqrt(correlated[:, None] * np.abs(np.einsum("ijj->ij", covariances)))
+        error = noise[:, None] * np.sqrt(
+            correlated[:, None] * np.abs(np.einsum("ijj->ij", found.covariances))
+        )
     values, rates = ways.values(theta[:, 0], theta[:, 1])
     plain = {name: theta[:, place] for name, place in _PLACES.items()}
     for i, name in enumerate(asked.names):

@@ -6,22 +6,31 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.fft import irfft, next_fast_len, rfft
 
 from pymdr.errors import ConvergenceError, ProblemError, PymdrError
+from pymdr.numerics.panels import IndexArray
 from pymdr.problem.contact import Contact
 from pymdr.solving.curves import MeasuredCurve
 from pymdr.solving.fits.forces import forces_of, modelled
 from pymdr.solving.fits.loops import ShearRecord
-from pymdr.solving.fits.unknowns import BASELINE, CONTACT_POINT, SHIFT_ORIGIN, TILT, Unknown, put_into
+from pymdr.solving.fits.touching import BoolArray
+from pymdr.solving.fits.unknowns import (
+    BASELINE,
+    CONTACT_POINT,
+    FARTHEST,
+    SHIFT_ORIGIN,
+    TILT,
+    Unknown,
+    put_into,
+)
 from pymdr.units import FloatArray, written
 
-BoolArray = NDArray[np.bool_]
-_STEP = 1e-4
+_STEP, _FORWARD = 1e-4, 1e-6
+_TOLERANCE, _TRIALS = 1e-8, 400
 _LAGS = 32
 """Whose correlations are summed one by one; longer ones come from the spectrum."""
 _SIGNIFICANT, _FLAT = 5.0, 1e-4
@@ -195,34 +204,82 @@ def _modelled(
     return Modelled(position - curve.compliance * model, force, model, touches)
 
 
-def found_from(search: Search, free: FloatArray) -> Any:
-    """
-    Least squares by Levenberg and Marquardt from one start, lmfit's.
+class Minimum(NamedTuple):
+    """Where a search over free numbers ends."""
 
-    Raises
-    ------
-    ProblemError
-        If lmfit is not installed.
-    """
-    try:
-        import lmfit
-    except ImportError as error:
-        raise ProblemError("fit: needs lmfit; install it with: pip install 'pymdr[fit]'") from error
-    parameters = lmfit.Parameters()
-    for i, (x, (low, high)) in enumerate(zip(free, search.bounds(), strict=True)):
-        room = 1e-9 * (high - low) if math.isfinite(high - low) else 1e-9
-        parameters.add(f"p{i}", value=float(np.clip(x, low + room, high - room)), min=low, max=high)
-    minimizer = lmfit.Minimizer(
-        lambda p: search.residuals(np.array([p[f"p{i}"].value for i in range(free.size)])),
-        parameters,
-        scale_covar=True,
+    free: FloatArray
+    misfit: float
+    """In N^2."""
+    settled: bool
+    trials: int
+    message: str
+
+
+def found_from(search: Search, start: FloatArray, fixed: int | None = None) -> Minimum:
+    """Least squares by Levenberg and Marquardt from one start, within bounds by trust regions; one free number may be fixed."""
+    from scipy.optimize import least_squares
+
+    low, high = np.array(search.bounds()).T
+    room = np.where(np.isfinite(high - low), 1e-9 * (high - low), 1e-9)
+    free = np.clip(start, low + room, high - room)
+    moving = np.flatnonzero(np.arange(free.size) != fixed)
+    unit = max(float(np.ptp(curve.force)) for curve in search.curves)
+
+    def residuals(x: FloatArray) -> FloatArray:
+        free[moving] = x
+        return search.residuals(free) / unit
+
+    def slopes(x: FloatArray) -> FloatArray:
+        here = residuals(x)
+        steps = np.where(x + _FORWARD > high[moving], -_FORWARD, _FORWARD)
+        return np.column_stack(
+            [(residuals(x + one) - here) / step for one, step in zip(np.diag(steps), steps, strict=True)]
+        )
+
+    if fixed is not None:
+        free[fixed] = start[fixed]
+    if not moving.size:
+        return Minimum(free, float((search.residuals(free) ** 2).sum()), True, 1, "")
+    bounded = bool(np.isfinite([*low[moving], *high[moving]]).any())
+    found = least_squares(
+        residuals,
+        free[moving],
+        slopes,
+        bounds=(low[moving], high[moving]),
+        method="trf" if bounded else "lm",
+        x_scale="jac",
+        ftol=_TOLERANCE,
+        xtol=_TOLERANCE,
+        gtol=1e-15,
+        max_nfev=_TRIALS,
     )
-    return minimizer, minimizer.minimize(method="leastsq", epsfcn=1e-12, max_nfev=400 * (free.size + 1))
+    free[moving] = found.x
+    return Minimum(
+        free, 2.0 * float(found.cost) * unit**2, bool(found.success), int(found.nfev), found.message
+    )
 
 
-def free_numbers(found: Any, size: int) -> FloatArray:
-    """Of a result of lmfit."""
-    return np.array([found.params[f"p{i}"].value for i in range(size)])
+def profile_end(search: Search, best: FloatArray, i: int, step: float, grows: float) -> float:
+    """Where a free number, moved from its best in steps of a direction, leaves a sum of squares larger by a part."""
+    from scipy.optimize import brentq
+
+    least, others = float((search.residuals(best) ** 2).sum()), best.copy()
+
+    def beyond(x: float) -> float:
+        start = others.copy()
+        start[i] = x
+        end = found_from(search, start, fixed=i)
+        others[:] = end.free
+        return end.misfit / least - 1.0 - grows
+
+    low, high = search.bounds()[i]
+    inner, outer = float(best[i]), float(best[i])
+    while low < outer < high and abs(outer) < FARTHEST:
+        inner, outer = outer, min(max(best[i] + step, low), high)
+        if beyond(outer) > 0.0:
+            return float(brentq(beyond, inner, outer, xtol=1e-6 * abs(step)))
+        step *= 2.0
+    return outer
 
 
 def refuse_blind(search: Search, free: FloatArray) -> None:
@@ -361,26 +418,45 @@ def hanging(residuals: FloatArray, span: FloatArray) -> Hanging:
     >>> found.waves.round(1).tolist(), found.correlated.round().tolist()
     ([0.0, 2.1], [1.0, 80.0])
     """
-    from pymdr.solving.fits import kernels
-
-    times, moments = kernels.correlation_times(residuals, _LAGS)
+    there = np.isfinite(residuals)
+    n = there.sum(axis=1)
+    values = np.where(there, residuals, 0.0)
+    square = (values**2).sum(axis=1)
+    differences = np.where(there[:, 1:], np.diff(values, axis=1), 0.0)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        ratio = (differences**2).sum(axis=1) / (n - 1) / (square / n)
+        waves = np.sqrt(np.maximum(2.0 / ratio - 1.0, 0.0))
+        plain = (ratio > 2.0 - _SIGNIFICANT * 2.0 / np.sqrt(n)) | (np.sqrt(square / n) < _FLAT * span)
+        centred = np.where(there, values - (values.sum(axis=1) / n)[:, None], 0.0)
+    times = _correlation_times(centred, n)
     long = np.flatnonzero(np.isnan(times))
     if long.size:
-        times[long] = _long_correlations(residuals[long])
-    n, square, between = moments.T
-    with np.errstate(invalid="ignore", divide="ignore"):
-        ratio = between / square
-        waves = np.sqrt(np.maximum(2.0 / ratio - 1.0, 0.0))
-        plain = (ratio > 2.0 - _SIGNIFICANT * 2.0 / np.sqrt(n)) | (np.sqrt(square) < _FLAT * span)
+        times[long] = _long_correlations(centred[long], n[long])
     return Hanging(times, np.where(plain | ~np.isfinite(waves), 0.0, waves))
 
 
-def _long_correlations(residuals: FloatArray) -> FloatArray:
+def _correlation_times(centred: FloatArray, n: IndexArray) -> FloatArray:
+    """1 + 2 sum rho_k of each row, up to the first lag within the noise; nan where that is none of the first."""
+    times, total, rows = np.full(n.size, math.nan), np.ones(n.size), np.arange(n.size)
+    power = (centred**2).sum(axis=1)
+    for lag in range(1, _LAGS + 1):
+        products = np.einsum("ij,ij->i", centred[:, lag:], centred[:, :-lag])
+        with np.errstate(invalid="ignore", divide="ignore"):
+            rho = np.where(power > 0.0, products / power, 0.0)
+            ended = (rho < 2.5 / np.sqrt(n)) | (lag >= n // 2) | (n < 2)
+        times[rows[ended]] = total[ended]
+        going = ~ended
+        if not going.any():
+            break
+        if ended.any():
+            centred, n, power, rows = centred[going], n[going], power[going], rows[going]
+        total = total[going] + 2.0 * rho[going]
+    return times
+
+
+def _long_correlations(centred: FloatArray, n: IndexArray) -> FloatArray:
     """The same by the spectrum."""
-    there = np.isfinite(residuals)
-    n, width = there.sum(axis=1), residuals.shape[1]
-    mean = np.where(there, residuals, 0.0).sum(axis=1) / n
-    centred = np.where(there, residuals - mean[:, None], 0.0)
+    width = centred.shape[1]
     lags = width // 2 + 1
     size = next_fast_len(width + lags, real=True)
     spectrum = np.abs(rfft(centred, size)) ** 2
@@ -404,7 +480,7 @@ def beside_jumps(models: Sequence[Modelled], search: Search) -> tuple[BoolArray,
     return tuple(used)
 
 
-def refuse_unsettled(found: Any) -> None:
+def refuse_unsettled(found: Minimum) -> None:
     """
     Refuse a search that did not end.
 
@@ -412,8 +488,8 @@ def refuse_unsettled(found: Any) -> None:
     ------
     ConvergenceError
     """
-    if not found.success:
+    if not found.settled:
         raise ConvergenceError(
-            f"fit: the search did not settle after {found.nfev} trials: {found.message} See with curve.orient() whether a sign is turned, or give "
+            f"fit: the search did not settle after {found.trials} trials: {found.message} See with curve.orient() whether a sign is turned, or give "
             "bounds in free"
         )

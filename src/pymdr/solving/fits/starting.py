@@ -13,8 +13,9 @@ from pymdr.errors import ProblemError, PymdrError
 from pymdr.problem.contact import Contact
 from pymdr.problem.parameters import with_parameters
 from pymdr.solving.curves import MeasuredCurve
-from pymdr.solving.fits.forces import FULLY_OUT, Forces, forces_of
+from pymdr.solving.fits.forces import Forces, forces_of
 from pymdr.solving.fits.loops import ShearRecord
+from pymdr.solving.fits.touching import first_guess_of_contact, scale_and_baseline
 from pymdr.solving.fits.unknowns import (
     BASELINE,
     CONTACT_POINT,
@@ -213,7 +214,9 @@ def _tried(
     """Places with one contact point, with scale and baseline by least squares."""
     force = curve.force[few]
     for scale, model in _scaled(forces, curve, curve.position[few] - point, force, together):
-        factor, baseline = _linear(model, force, together and scale is None, known.get(BASELINE))
+        # 1 where not all that forces are proportional to is looked for
+        known_scale = math.nan if together and scale is None else 1.0
+        factor, baseline = scale_and_baseline(model, force, known_scale, known.get(BASELINE, math.nan))
         if factor > 0.0:
             grown = factor if scale is None else scale
             own = [v * grown if u.is_of_force else v for u, v in zip(unknowns, values, strict=True)]
@@ -247,22 +250,5 @@ def _carried(fold: float, model: FloatArray, position: FloatArray, force: FloatA
     """Force in N of the model: approaching bodies touch at 0, receding ones are held while something pulls."""
     if math.isinf(fold):
         return model
-    deepest, base = int(np.argmax(position)), float(np.median(force[: max(3, force.size // 20)]))
-    pull = min(float(force.min()) - base, 0.0)
-    held = (np.arange(position.size) > deepest) & (position >= fold) & (force - base < FULLY_OUT * pull)
-    return np.where((position > 0.0) | held, model, 0.0)
-
-
-def _linear(
-    model: FloatArray, force: FloatArray, together: bool, baseline: float | None
-) -> tuple[float, float]:
-    """Scale and baseline that come nearest; a scale of 1 where not all that forces are proportional to is looked for."""
-    if not together:
-        return 1.0, float((force - model).mean()) if baseline is None else baseline
-    if baseline is not None:
-        power = float((model * model).sum())
-        return (float((model * (force - baseline)).sum()) / power if power > 0.0 else 0.0), baseline
-    centred = model - model.mean()
-    power = float((centred * centred).sum())
-    scale = float((centred * force).sum()) / power if power > 0.0 else 0.0
-    return scale, float(force.mean() - scale * model.mean())
+    level = float(np.median(force[: max(3, force.size // 20)]))
+    return np.where(first_guess_of_contact(position, force, fold, level), model, 0.0)

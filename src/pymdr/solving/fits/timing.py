@@ -14,6 +14,7 @@ from pymdr.solving.fits.unknowns import Unknown
 from pymdr.units import FloatArray, written
 
 _NOTHING = 1e-6
+"""Of the equilibrium modulus: a weaker relaxation leaves no trace."""
 _BEYOND = 100.0
 """How many times shorter than the steps of a record, or longer than it, a time is that leaves no trace of its own."""
 
@@ -22,7 +23,10 @@ def refuse_untimed(
     contact: Contact, unknowns: Sequence[Unknown], values: FloatArray, times: Sequence[FloatArray]
 ) -> None:
     """
-    Refuse relaxation times that are far outside of the records.
+    Refuse relaxation times that are far outside of the records, and relaxations without strength.
+
+    A relaxation whose modulus is less than 1e-6 of the equilibrium modulus fits alike with any time; of these equal minima the
+    shortest time is named, wherever the search ended.
 
     Parameters
     ----------
@@ -46,10 +50,12 @@ def refuse_untimed(
         shear = body.shear if isinstance(body, Viscoelastic) else None
         if unknown.unit != "s" or not isinstance(shear, SpringsAndDashpots):
             continue
-        if step / _BEYOND <= value <= span * _BEYOND:
-            continue
         kernel = shear.kernel()
         modulus = float(kernel.moduli[np.argmin(np.abs(np.log(kernel.times / value)))])
+        if modulus < _NOTHING * kernel.equilibrium:
+            value = min(value, _NOTHING * step)
+        if step / _BEYOND <= value <= span * _BEYOND:
+            continue
         end = "below" if value < step else "above"
         limit = step / _BEYOND if value < step else span * _BEYOND
         raise ProblemError(

@@ -22,7 +22,7 @@ ORIGINS = {CONTACT_POINT: "m", SHIFT_ORIGIN: "m", BASELINE: "N", TILT: "N/m"}
 _OF_FORCE = ("Pa", "Pa*s", "J/m^2", "N/m", "N")
 """Units of what all forces are proportional to, taken together."""
 
-_FAR = 100.0
+FARTHEST = 100.0
 """Logarithm of how far from its start a size is looked for."""
 
 Free = Sequence[str] | Mapping[str, ArrayQuantityLike | None]
@@ -57,7 +57,11 @@ class Unknown:
 
     def from_free(self, value: float) -> float:
         """The inverse of :meth:`to_free`."""
-        return self.start * math.exp(min(max(value, -_FAR), _FAR)) if self.is_size else self.start + value
+        return (
+            self.start * math.exp(min(max(value, -FARTHEST), FARTHEST))
+            if self.is_size
+            else self.start + value
+        )
 
     def rate(self, value: float) -> float:
         """What the unknown changes by when its free number does."""

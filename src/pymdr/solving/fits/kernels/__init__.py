@@ -1,7 +1,22 @@
-"""Compiled least squares of one family of forces: thousands of curves, one after another. Loads numba."""
+"""Least squares over one family of forces, curves together; what is done at every sample is array formulas, and compiled for maps."""
 
-from pymdr.solving.fits.kernels.curves import fit_curves
-from pymdr.solving.fits.kernels.model import ALL, BASE, POINT, SCALE, SHAPE, TILT
-from pymdr.solving.fits.kernels.residuals import correlation_times, spans
+from pymdr.solving.fits.kernels.curves import AS_IT_IS, Found, fit_curves
+from pymdr.solving.fits.kernels.descent import Wanted
+from pymdr.solving.fits.kernels.model import BASE, NUMBERS, POINT, SCALE, SHAPE, TILT, Batch, FamilyTable
+from pymdr.solving.fits.kernels.starts import Engine
 
-__all__ = ["ALL", "BASE", "POINT", "SCALE", "SHAPE", "TILT", "correlation_times", "fit_curves", "spans"]
+__all__ = [
+    "AS_IT_IS",
+    "BASE",
+    "NUMBERS",
+    "POINT",
+    "SCALE",
+    "SHAPE",
+    "TILT",
+    "Batch",
+    "Engine",
+    "FamilyTable",
+    "Found",
+    "Wanted",
+    "fit_curves",
+]

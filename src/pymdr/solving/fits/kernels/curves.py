@@ -1,239 +1,255 @@
-"""Least squares of one family of forces: thousands of curves, one after another. Loads numba."""
+"""Least squares of one family of forces in many curves together."""
 
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pymdr.solving.fits.asking import AT_END, FOUND, NO_CONTACT, SEEN, UNREAD, UNSETTLED
-from pymdr.solving.fits.kernels.descent import ITERATIONS, ROUGHLY, descend, settle, solved
-from pymdr.solving.fits.kernels.ends import NORMAL_95, POORLY, other_ends, pulling, ways_without_shape
-from pymdr.solving.fits.kernels.model import ALL, BASE, POINT, SHAPE, TILT, Family, compiled
-from pymdr.solving.fits.kernels.starts import FEW, begun, few_of
+from pymdr.numerics.panels import IndexArray
+from pymdr.solving.fits.asking import AT_END, FOUND, NO_CONTACT, SEEN, UNSETTLED
+from pymdr.solving.fits.kernels.descent import (
+    ITERATIONS,
+    ROUGHLY,
+    Ends,
+    Wanted,
+    descend_all,
+    without_shape,
+)
+from pymdr.solving.fits.kernels.model import BASE, NUMBERS, POINT, SHAPE, TILT, Batch, FamilyTable
+from pymdr.solving.fits.kernels.starts import FEW, Engine, best_points, few_of, starts_at_tilts, tilts_of
+from pymdr.solving.fits.touching import FULLY_OUT, BoolArray
 from pymdr.units import FloatArray
 
 _POLISH, _TOLD, _MANY = 100, 1e-3, 8
 """The second, a gain in parts of the sum of squares times the samples, where 1 is a standard error."""
-
-
 _ROUNDED = 1e-14
 """Of the largest force: what a record that does not change is off its mean."""
+_POORLY, _ASIDES, _NORMAL_95 = 20, np.array([-0.8, -0.5, -0.3, -0.15, 0.15, 0.3, 0.5, 0.8]), 1.96
+"""Samples of a pull that are few; other starts there, in the logarithm of the number of the family."""
+
+AS_IT_IS = Engine(descend_all, best_points)
 
 
-@compiled
-def _nearer(
-    place: FloatArray,
-    force: FloatArray,
-    theta: FloatArray,
-    ways: FloatArray,
-    family: Family,
-    softness: float,
-    plain: bool,
-) -> None:
-    """Take `theta` on to the best place of more samples, so that the last steps over all of them are few."""
-    m = ways.shape[1]
-    square = np.empty((m, m))
-    if plain:
-        near = theta.copy()
-        if settle(place, force, near, ways, family, softness, ROUGHLY, square, np.empty(place.size))[1]:
-            theta[:] = near
-            return
-    everything, touches = np.ones(place.size, dtype=np.bool_), np.empty(place.size, dtype=np.bool_)
-    out = np.empty((place.size, 4))
-    descend(
-        place, force, everything, theta, ways, family, softness, ITERATIONS, ROUGHLY, square, touches, out
-    )  # fmt: skip
+class Found(NamedTuple):
+    """What is found in curves, into which it is written."""
+
+    numbers: FloatArray
+    """Those of the model, of which the baseline stands in the middle of the places, sum of squares in N^2, samples used, largest depth
+    in m, and by how many variances of the noise the sum grows with the smallest number of the family."""
+    covariances: FloatArray
+    """Inverse of the normal equations of the free numbers."""
+    residuals: FloatArray
+    """In N, of the samples that are used."""
+    ended: NDArray[np.int8]
+
+    def of(self, rows: IndexArray) -> Found:
+        """Copies of some rows."""
+        return Found(self.numbers[rows], self.covariances[rows], self.residuals[rows], self.ended[rows])
+
+    def put(self, rows: IndexArray, some: Found) -> None:
+        """Write into some rows."""
+        self.numbers[rows], self.covariances[rows] = some.numbers, some.covariances
+        self.residuals[rows], self.ended[rows] = some.residuals, some.ended
 
 
-@compiled
-def _ended_adhesive(
-    place: FloatArray,
-    force: FloatArray,
-    theta: FloatArray,
-    ways: FloatArray,
-    family: Family,
-    softness: float,
-    misfit: float,
-    square: FloatArray,
-    touches: NDArray[np.bool_],
-    out: FloatArray,
-    apart: FloatArray,
-) -> tuple[float, float]:
-    """The sum of squares with the best number of the family, and by how many variances it grows with the smallest."""
-    n = place.size
-    if pulling(touches, out[:, 0]) < POORLY:
-        misfit = other_ends(
-            place, force, theta, ways, family, softness, _TOLD / n, misfit, square, touches, out, apart
+class _Search(NamedTuple):
+    """What all curves share."""
+
+    wanted: Wanted
+    family: FamilyTable
+    engine: Engine
+
+    def from_places(
+        self, batch: Batch, starts: FloatArray, limits: tuple[int, float], used: BoolArray | None = None
+    ) -> Ends:
+        """Descents along all that is looked for."""
+        used = np.ones(batch.place.shape, dtype=np.bool_) if used is None else used
+        return self.engine.descents(batch, self.wanted.directions, self.family, starts, used, limits)
+
+    def at_shape(self, batch: Batch, starts: FloatArray, enough: float) -> Ends:
+        """Descents with the number of the family as it is."""
+        used, held = np.ones(batch.place.shape, dtype=np.bool_), without_shape(self.wanted.directions)
+        return self.engine.descents(batch, held, self.family, starts, used, (ITERATIONS, enough))
+
+    @property
+    def last(self) -> float:
+        """The largest number of the family."""
+        return self.family.first + self.family.step * (self.family.folds.size - 1)
+
+
+def _of(batch: Batch, curves: IndexArray) -> Batch:
+    """Some of the curves."""
+    return Batch(batch.place[curves], batch.force[curves], batch.softness[curves])
+
+
+def _put(ends: Ends, curves: IndexArray, others: Ends, better: BoolArray) -> None:
+    """Put better ends of some curves in place of those that are known."""
+    for column, other in zip(ends, others, strict=True):
+        column[curves[better]] = other[better]
+
+
+def _pulling(ends: Ends) -> IndexArray:
+    """How many samples stand in the pull: touch with a third of its largest at least."""
+    pull = np.minimum(ends.force.min(axis=1, keepdims=True), 0.0)
+    return np.asarray(np.count_nonzero(ends.touches & (ends.force < FULLY_OUT * pull), axis=1))
+
+
+def _try_other_ends(search: _Search, batch: Batch, ends: Ends, enough: float) -> FloatArray:
+    """
+    Take ends of smaller sums of squares with numbers of the family on both sides; the distance to the farthest that fits as well.
+
+    Where a pull stands in a few samples, each that is taken for held or lost is a step in the misfit, which its curvature does not
+    tell. The farthest number is sought within the 95 % of one number.
+    """
+    apart = np.zeros((len(batch.place), NUMBERS))
+    poor, n = np.flatnonzero(_pulling(ends) < _POORLY), batch.place.shape[1]
+    if not poor.size:
+        return apart
+    begun, beside = ends.theta[poor], []
+    for aside in _ASIDES:
+        trial = begun.copy()
+        trial[:, SHAPE] += aside
+        within = (search.family.first <= trial[:, SHAPE]) & (trial[:, SHAPE] <= search.last)
+        curves = poor[within]
+        if not curves.size:
+            continue
+        held = search.at_shape(_of(batch, curves), trial[within], enough)
+        beside.append((curves, held))
+        better = held.misfit < ends.misfit[curves]
+        if better.any():
+            nearer, places = curves[better], held.theta[better]
+            others = search.from_places(_of(batch, nearer), places, (ITERATIONS, enough))
+            _put(ends, nearer, others, others.misfit < ends.misfit[nearer])
+    for curves, held in beside:
+        away = held.theta - ends.theta[curves]
+        farther = held.misfit <= ends.misfit[curves] * (1.0 + _NORMAL_95**2 / n)
+        farther &= np.abs(away[:, SHAPE]) > np.abs(apart[curves, SHAPE])
+        apart[curves[farther]] = away[farther]
+    return apart
+
+
+def _grown_without_family(search: _Search, batch: Batch, ends: Ends) -> FloatArray:
+    """By how many variances of the noise the sums of squares grow with the smallest number of the family."""
+    bare = ends.theta.copy()
+    bare[:, SHAPE] = search.family.first
+    larger = search.at_shape(batch, bare, ROUGHLY).misfit
+    with np.errstate(divide="ignore", invalid="ignore"):
+        grows = (larger / ends.misfit - 1.0) * batch.place.shape[1]
+    return np.where(ends.misfit > 0.0, grows, math.inf)
+
+
+def _covariances(ends: Ends, apart: FloatArray, directions: FloatArray, variance: FloatArray) -> FloatArray:
+    """Inverses of the normal equations; other ends that fit as well widen what the curvature tells."""
+    first = np.argmax(np.abs(directions) > 0.0, axis=1)
+    moved = apart[:, first] / directions[np.arange(len(first)), first]
+    wide = (apart[:, SHAPE] != 0.0) & (variance > 0.0)
+    size = np.where(wide, _NORMAL_95**2 * variance, math.inf)
+    widened: FloatArray = ends.covariance + moved[:, :, None] * moved[:, None, :] / size[:, None, None]
+    return widened
+
+
+def _show_contact(
+    batch: Batch, wanted: Wanted, ends: Ends, used: BoolArray, deepest: FloatArray
+) -> BoolArray:
+    """Whether a constant force leaves squares that are larger than the noise makes them."""
+    level, count = batch.force - ends.theta[:, TILT, None] * batch.place, used.sum(axis=1)
+    mean = (level * used).sum(axis=1) / count if wanted.free[BASE] else wanted.known[BASE]
+    total = (((level - np.reshape(mean, (-1, 1))) * used) ** 2).sum(axis=1)
+    grows = (total / np.maximum(ends.misfit, 1e-300) - 1.0) * count >= SEEN
+    rounded = count * (_ROUNDED * np.abs(level * used).max(axis=1)) ** 2
+    return np.asarray(grows & (deepest > 0.0) & (total > rounded))
+
+
+def _begun(search: _Search, batch: Batch, known: FloatArray) -> tuple[FloatArray, IndexArray]:
+    """Where descents begin, nan where nothing touches, and how many samples told so."""
+    chosen = few_of(batch.force)
+    sizes, theta = np.count_nonzero(chosen, axis=1), np.full(known.shape, math.nan)
+    for size in np.unique(sizes):
+        curves = np.flatnonzero(sizes == size)
+        samples = chosen[curves]
+        few = Batch(
+            batch.place[curves][samples].reshape(-1, size),
+            batch.force[curves][samples].reshape(-1, size),
+            batch.softness[curves],
         )
-    held, bare = ways_without_shape(ways), theta.copy()
-    bare[SHAPE] = family[3]
-    larger, _ = descend(
-        place, force, np.ones(n, dtype=np.bool_), bare, held, family, softness, ITERATIONS, ROUGHLY,
-        np.empty((held.shape[1], held.shape[1])), touches.copy(), out.copy(),
-    )  # fmt: skip
-    return misfit, (larger / misfit - 1.0) * n if misfit > 0.0 else math.inf
+        least = np.full(curves.size, math.inf)
+        for tilts in tilts_of(few, search.wanted):
+            misfit, places = starts_at_tilts(
+                few, search.wanted, search.family, known[curves], tilts, search.engine
+            )
+            better = misfit < least
+            least[better], theta[curves[better]] = misfit[better], places[better]
+    return theta, sizes
 
 
-@compiled
-def _invert(square: FloatArray, covariance: FloatArray) -> None:
-    m = square.shape[0]
-    unit, column = np.zeros(m), np.empty(m)
-    for p in range(m):
-        unit[:] = 0.0
-        unit[p] = 1.0
-        solved(square, 0.0, unit, column)
-        covariance[:, p] = column
+def _fit_rows(search: _Search, batch: Batch, known: FloatArray, found: Found) -> None:
+    """Fit curves whose samples are finite, and all count."""
+    count, n = batch.place.shape
+    if n < 2 * len(search.wanted.directions) + 2:
+        return
+    starts, sizes = _begun(search, batch, known)
+    begun = np.isfinite(starts).all(axis=1)
+    found.ended[:] = NO_CONTACT
+    if not begun.all():
+        rest = np.flatnonzero(begun)
+        some = found.of(rest)
+        if rest.size:
+            _descend_from(search, _of(batch, rest), starts[rest], sizes[rest], some)
+        found.put(rest, some)
+    elif count:
+        _descend_from(search, batch, starts, sizes, found)
 
 
-@compiled
-def _widen(covariance: FloatArray, apart: FloatArray, ways: FloatArray, variance: float) -> None:
-    """Other ends that fit as well widen what the curvature tells."""
-    m = ways.shape[1]
-    column = np.zeros(m)
-    for p in range(m):
-        for i in range(ALL):
-            if ways[i, p] != 0.0:
-                column[p] = apart[i] / ways[i, p]
-                break
-    for p in range(m):
-        for q in range(m):
-            covariance[p, q] += column[p] * column[q] / NORMAL_95**2 / variance
-
-
-@compiled
-def fit_curve(
-    place: FloatArray,
-    force: FloatArray,
-    known: FloatArray,
-    free: NDArray[np.bool_],
-    tied: bool,
-    ways: FloatArray,
-    family: Family,
-    softness: float,
-    adhesive: bool,
-    theta: FloatArray,
-    covariance: FloatArray,
-    residual: FloatArray,
-    used: NDArray[np.bool_],
-) -> tuple[int, float, float, float]:
-    """
-    Fit one curve: how it ended, the sum of squares in N^2, the largest depth in m, and what is gained by the family.
-
-    The last is by how many variances of the noise the sum grows with the smallest number of the family. `theta`, the inverse of the
-    normal equations, residuals and what was used are left in the last four.
-    """
-    n, m, folds = place.size, ways.shape[1], family[2]
-    covariance[:, :], residual[:], used[:], theta[:] = math.nan, math.nan, False, math.nan
-    if n < 2 * m + 2 or not np.all(np.isfinite(force)) or not np.all(np.isfinite(place)):
-        return UNREAD, math.nan, math.nan, math.nan
-    chosen = few_of(force)
-    few = place[chosen]
-    misfit = begun(few, force[chosen], known, free, tied, ways, family, softness, adhesive, theta)
-    if not math.isfinite(misfit):
-        return NO_CONTACT, math.nan, math.nan, math.nan
-    plain = not adhesive and folds.size == 1
-    if n > _MANY * few.size:
-        between = max(n // (_MANY * FEW), 1)
-        _nearer(place[::between].copy(), force[::between].copy(), theta, ways, family, softness, plain)
-    used[:] = True
-    square, enough, settled = np.empty((m, m)), _TOLD / n, False
-    apart, grows = np.zeros(ALL), math.inf
-    if plain:
-        near = theta.copy()
-        misfit, settled = settle(place, force, near, ways, family, softness, enough, square, residual)
-        if settled:
-            theta[:] = near
-    if not settled:
-        out, touches = np.empty((n, 4)), np.empty(n, dtype=np.bool_)
-        misfit, settled = descend(
-            place, force, used, theta, ways, family, softness, _POLISH, enough, square, touches, out
+def _descend_from(search: _Search, batch: Batch, starts: FloatArray, sizes: IndexArray, found: Found) -> None:
+    """Fit curves from where they begin."""
+    wanted, (count, n), m = search.wanted, batch.place.shape, len(search.wanted.directions)
+    long = np.flatnonzero(n > _MANY * sizes)
+    if long.size:
+        # more samples first, so that the last steps over all of them are few
+        stride = max(n // (_MANY * FEW), 1)
+        more = Batch(
+            batch.place[long, ::stride].copy(), batch.force[long, ::stride].copy(), batch.softness[long]
         )
-        if adhesive and free[SHAPE] and not tied:
-            misfit, grows = _ended_adhesive(
-                place, force, theta, ways, family, softness, misfit, square, touches, out, apart
-            )
-        if adhesive:
-            for i in range(n - 1):
-                if touches[i] != touches[i + 1]:
-                    used[i], used[i + 1] = False, False
-            misfit, settled = descend(
-                place, force, used, theta, ways, family, softness, _POLISH, enough, square, touches, out
-            )
-        for i in range(n):
-            residual[i] = force[i] - theta[BASE] - theta[TILT] * place[i] - out[i, 0]
-    count, total, largest = 0, 0.0, 0.0
-    for i in range(n):
-        if used[i]:
-            count += 1
-            above = force[i] - theta[TILT] * place[i]
-            total += above
-            largest = max(largest, abs(above))
-    level = total / count if free[BASE] else known[BASE]
-    flat = 0.0
-    for i in range(n):
-        if used[i]:
-            flat += (force[i] - theta[TILT] * place[i] - level) ** 2
-    _invert(square, covariance)
-    if apart[SHAPE] != 0.0 and misfit > 0.0:
-        _widen(covariance, apart, ways, misfit / (count - m))
-    at = int(np.argmax(place))
-    pressed = force[at] - theta[BASE] - theta[TILT] * place[at] - residual[at]
-    deepest = place[at] - theta[POINT] - softness * pressed
-    if not settled:
-        return UNSETTLED, misfit, deepest, grows
-    if (
-        (flat / max(misfit, 1e-300) - 1.0) * count < SEEN
-        or deepest <= 0.0
-        or flat <= count * (_ROUNDED * largest) ** 2
-    ):
-        return NO_CONTACT, misfit, deepest, grows
-    last = family[3] + family[4] * (folds.size - 1)
-    if folds.size > 1 and (theta[SHAPE] <= family[3] or theta[SHAPE] >= last):
-        return AT_END, misfit, deepest, grows
-    return FOUND, misfit, deepest, grows
+        starts[long] = search.from_places(more, starts[long], (ITERATIONS, ROUGHLY)).theta
+    used, enough = np.ones(batch.place.shape, dtype=np.bool_), _TOLD / n
+    ends = search.from_places(batch, starts, (_POLISH, enough))
+    apart, grows = np.zeros((count, NUMBERS)), np.full(count, math.inf)
+    if wanted.adhesive:
+        if wanted.free[SHAPE] and not wanted.tied:
+            apart = _try_other_ends(search, batch, ends, enough)
+            grows = _grown_without_family(search, batch, ends)
+        jumps = ends.touches[:, 1:] != ends.touches[:, :-1]
+        used[:, :-1] &= ~jumps
+        used[:, 1:] &= ~jumps
+        ends = search.from_places(batch, ends.theta, (_POLISH, enough), used)
+    counted, rows, at = used.sum(axis=1), np.arange(count), np.argmax(batch.place, axis=1)
+    deepest = batch.place[rows, at] - ends.theta[:, POINT] - batch.softness * ends.force[rows, at]
+    shows = _show_contact(batch, wanted, ends, used, deepest)
+    shape, several = ends.theta[:, SHAPE], search.family.folds.size > 1
+    at_end = several & ((shape <= search.family.first) | (shape >= search.last))
+    found.ended[:] = np.select([~ends.settled, ~shows, at_end], [UNSETTLED, NO_CONTACT, AT_END], FOUND)
+    found.numbers[:, :NUMBERS] = ends.theta
+    found.numbers[:, NUMBERS:] = np.column_stack([ends.misfit, counted, deepest, grows])
+    found.covariances[:] = _covariances(ends, apart, wanted.directions, ends.misfit / (counted - m))
+    found.residuals[np.arange(found.residuals.shape[1]) < counted[:, None]] = ends.left[used]
 
 
-@compiled
-def fit_curves(
-    places: FloatArray,
-    forces: FloatArray,
-    softness: FloatArray,
-    known: FloatArray,
-    free: NDArray[np.bool_],
-    tied: bool,
-    adhesive: bool,
-    ways: FloatArray,
-    family: Family,
-    numbers: FloatArray,
-    covariances: FloatArray,
-    residuals: FloatArray,
-    ended: NDArray[np.int8],
-) -> None:
-    """
-    Fit many curves, one in each row; samples that are not finite are left out.
-
-    Numbers: the five of the model, of which the baseline stands in the middle of the places, sum of squares in N^2, samples used, largest depth in m, and what :func:`fit_curve` says that the
-    sum grows by.
-    """
-    for i in range(places.shape[0]):
-        place, force = places[i], forces[i]
-        if not (np.all(np.isfinite(place)) and np.all(np.isfinite(force))):
-            good = np.isfinite(place) & np.isfinite(force)
-            place, force = place[good], force[good]
-        residual, used = np.empty(place.size), np.empty(place.size, dtype=np.bool_)
-        own, middle = known.copy(), 0.0
-        if place.size and free[TILT]:
-            middle = 0.5 * (place.min() + place.max())
-            place = place - middle
-            own[POINT] -= middle
-        ended[i], numbers[i, 5], numbers[i, 7], numbers[i, 8] = fit_curve(
-            place, force, own, free, tied, ways, family, softness[i], adhesive, numbers[i, :5], covariances[i],
-            residual, used,
-        )  # fmt: skip
-        numbers[i, POINT] += middle
-        kept = residual[used]
-        numbers[i, 6] = kept.size
-        residuals[i, :] = math.nan
-        residuals[i, : kept.size] = kept
+def fit_curves(curves: Batch, wanted: Wanted, family: FamilyTable, found: Found, engine: Engine) -> None:
+    """Fit many curves; samples that are not finite are left out."""
+    search = _Search(wanted, family, engine)
+    good = np.isfinite(curves.place) & np.isfinite(curves.force)
+    sizes = np.count_nonzero(good, axis=1)
+    for size in np.unique(sizes):
+        rows = np.flatnonzero(sizes == size)
+        place, force = (column[rows][good[rows]].reshape(-1, size) for column in curves[:2])
+        known, middle = np.tile(wanted.known, (rows.size, 1)), np.zeros(rows.size)
+        if size and wanted.free[TILT]:
+            middle = 0.5 * (place.min(axis=1) + place.max(axis=1))
+            known[:, POINT] -= middle
+        own = found.of(rows)
+        _fit_rows(search, Batch(place - middle[:, None], force, curves.softness[rows]), known, own)
+        own.numbers[:, POINT] += middle
+        found.put(rows, own)

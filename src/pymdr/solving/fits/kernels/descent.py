@@ -1,117 +1,189 @@
-"""Least squares from near their end: Levenberg and Marquardt, Gauss and Newton. Loads numba."""
+"""Least squares by Levenberg and Marquardt from near their end."""
 
 from __future__ import annotations
 
 import math
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pymdr.solving.fits.kernels.model import (
-    ALL,
     BASE,
-    OUTSIDE,
-    POINT,
+    NUMBERS,
     SCALE,
     SHAPE,
     TILT,
-    Family,
-    at_travel,
-    compiled,
+    Batch,
+    FamilyTable,
+    Member,
+    Model,
+    Record,
     member_at,
     model_of,
-    on_machine,
-    read,
 )
+from pymdr.solving.fits.touching import BoolArray
 from pymdr.units import FloatArray
 
 ITERATIONS, ROUGHLY = 60, 1e-3
 """The second, a gain in parts of the sum of squares."""
-_FEW_STEPS, _STUCK, _LAST, _FREE, _BLIND = 6, 1e8, 100.0, 1e-3, 1e-13
-"""Steps of Gauss and Newton, which are taken to their end, square what is left: the third, by how much more the last of them may gain."""
+_STUCK, _FREE, _BLIND = 1e8, 1e-3, 1e-13
+_FARTHEST_STEP = 3.0
+"""Of the logarithm of the scale."""
 
 
-@compiled
-def _misfit(
-    place: FloatArray, force: FloatArray, theta: FloatArray, out: FloatArray, used: NDArray[np.bool_]
-) -> float:
-    total = 0.0
-    for i in range(force.size):
-        if used[i]:
-            difference = force[i] - theta[BASE] - theta[TILT] * place[i] - out[i, 0]
-            total += difference * difference
-    return total
+class Wanted(NamedTuple):
+    """What is looked for in each curve."""
+
+    known: FloatArray
+    """Numbers of the model that are not looked for."""
+    free: BoolArray
+    """Which are; the scale and the number of the family are those that unknowns of their own move."""
+    directions: FloatArray
+    """Of the numbers of the model, one free number in each row."""
+    tied: bool
+    """Whether the scale alone moves the number of the family."""
+    adhesive: bool
 
 
-@compiled
-def _reduced(
-    full: FloatArray, right: FloatArray, ways: FloatArray, square: FloatArray, side: FloatArray
-) -> None:
-    """The normal equations of the free numbers, of those of all, of which the lower half stands."""
-    for p in range(ALL):
-        for q in range(p):
-            full[q, p] = full[p, q]
-    for p in range(side.size):
-        side[p] = 0.0
-        for i in range(ALL):
-            side[p] += ways[i, p] * right[i]
-        for q in range(side.size):
-            square[p, q] = 0.0
-            for i in range(ALL):
-                for j in range(ALL):
-                    square[p, q] += ways[i, p] * full[i, j] * ways[j, q]
+class End(NamedTuple):
+    """Where a descent ends."""
 
-
-@compiled
-def _normal(
-    place: FloatArray,
-    force: FloatArray,
-    theta: FloatArray,
-    out: FloatArray,
-    used: NDArray[np.bool_],
-    ways: FloatArray,
-    square: FloatArray,
-    side: FloatArray,
-) -> None:
+    theta: FloatArray
+    """The numbers of the model."""
+    misfit: float
+    """Sum of squares in N^2."""
+    settled: bool
+    square: FloatArray
     """The normal equations of the free numbers."""
-    full, right = np.zeros((ALL, ALL)), np.zeros(ALL)
-    rates = np.empty(ALL)
-    for i in range(force.size):
-        if used[i]:
-            difference = force[i] - theta[BASE] - theta[TILT] * place[i] - out[i, 0]
-            rates[0], rates[1], rates[2], rates[3], rates[TILT] = (
-                out[i, 1],
-                out[i, 2],
-                out[i, 3],
-                1.0,
-                place[i],
-            )
-            for p in range(ALL):
-                right[p] += rates[p] * difference
-                for q in range(p + 1):
-                    full[p, q] += rates[p] * rates[q]
-    _reduced(full, right, ways, square, side)
+    model: Model
+    left: FloatArray
+    """Force of the record less the model in N; 0 where a sample is not used."""
 
 
-@compiled
-def solved(square: FloatArray, damping: float, side: FloatArray, out: FloatArray) -> None:
+class Ends(NamedTuple):
+    """Where the descents of curves end, as :class:`End`, one in each row."""
+
+    theta: FloatArray
+    misfit: FloatArray
+    settled: BoolArray
+    covariance: FloatArray
+    """Inverse of the normal equations of the free numbers."""
+    force: FloatArray
+    """Of the model in N, without baseline."""
+    touches: BoolArray
+    left: FloatArray
+
+
+def descend(
+    record: Record,
+    directions: FloatArray,
+    family: FamilyTable,
+    start: FloatArray,
+    used: BoolArray,
+    limits: tuple[int, float],
+) -> End:
+    """
+    Least squares by Levenberg and Marquardt.
+
+    Parameters
+    ----------
+    record : Record
+    directions : ndarray
+        Of :class:`Wanted`.
+    family : FamilyTable
+    start : ndarray, shape (5,)
+        Numbers of the model.
+    used : ndarray
+        Whether a sample counts.
+    limits : (int, float)
+        Most steps, and the gain in parts of the sum of squares at which it ends.
+    """
+    most, enough = limits
+    theta, last = start.copy(), family.first + family.step * (family.folds.size - 1)
+    member = member_at(family, theta[SHAPE])
+    model, left, misfit = compared(record, theta, member, used)
+    square, side = normal_equations(record.place, model, left, used, directions)
+    damping, settled = 1e-3, False
+    for _ in range(most):
+        held, pull = square, side
+        if member.varies and (theta[SHAPE] <= family.first or theta[SHAPE] >= last):
+            held, pull = held_at_end(square, side, directions[:, SHAPE], theta[SHAPE] >= last)
+        step, moved, expected = solved(held, damping, pull), theta.copy(), 0.0
+        for p in range(step.size):
+            expected += step[p] * side[p]
+            for i in range(NUMBERS):
+                moved[i] += step[p] * directions[p, i]
+        moved[SCALE] = theta[SCALE] + min(max(moved[SCALE] - theta[SCALE], -_FARTHEST_STEP), _FARTHEST_STEP)
+        if member.varies:
+            moved[SHAPE] = min(max(moved[SHAPE], family.first), last)
+            if moved[SHAPE] != theta[SHAPE]:
+                member = member_at(family, moved[SHAPE])
+        trial, other, found = compared(record, moved, member, used)
+        if not found <= misfit:
+            damping *= 8.0
+            if damping > _STUCK:
+                settled = True
+                break
+            continue
+        gained = misfit - found
+        theta, model, left, misfit = moved, trial, other, found
+        square, side = normal_equations(record.place, model, left, used, directions)
+        damping = max(0.1 * damping, 1e-12)
+        # what is gained as it was expected leaves nothing that counts
+        if gained <= enough * misfit or (damping < _FREE and abs(gained - expected) <= enough * misfit):
+            settled = True
+            break
+    return End(theta, misfit, settled, square, model, left)
+
+
+def compared(
+    record: Record, theta: FloatArray, member: Member, used: BoolArray
+) -> tuple[Model, FloatArray, float]:
+    """The model, what it leaves of a record in N, and the sum of its squares."""
+    model = model_of(record, theta, member)
+    left = used * (record.force - theta[BASE] - theta[TILT] * record.place - model.force)
+    return model, left, float(np.dot(left, left))
+
+
+def normal_equations(
+    place: FloatArray, model: Model, left: FloatArray, used: BoolArray, directions: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Of the free numbers."""
+    rates = np.dot(directions[:, :BASE], model.rates) + directions[:, BASE : BASE + 1]
+    rates = (rates + directions[:, TILT:] * place) * used
+    return np.dot(rates, rates.T), np.dot(rates, left)
+
+
+def held_at_end(
+    square: FloatArray, side: FloatArray, over_shape: FloatArray, at_last: bool
+) -> tuple[FloatArray, FloatArray]:
+    """The normal equations without free numbers that would take the number of the family beyond its end."""
+    held, pull = square.copy(), side.copy()
+    for p in range(side.size):
+        if over_shape[p] * side[p] * (1.0 if at_last else -1.0) > 0.0:
+            held[p, :] = 0.0
+            held[:, p] = 0.0
+            pull[p] = 0.0
+    return held, pull
+
+
+def solved(square: FloatArray, damping: float, side: FloatArray) -> FloatArray:
     """Solve normal equations, whose diagonal is made 1 and then 1 + damping, by Cholesky; what is not told stays 0."""
     m = side.size
-    lower, size = np.zeros((m, m)), np.empty(m)
+    lower, size, out = np.zeros((m, m)), np.ones(m), np.zeros(m)
     for p in range(m):
-        size[p] = math.sqrt(square[p, p]) if square[p, p] > 0.0 else 1.0
-    for p in range(m):
-        for q in range(p + 1):
+        if square[p, p] > 0.0:
+            size[p] = math.sqrt(square[p, p])
+        for q in range(p):
             value = square[p, q] / (size[p] * size[q])
-            if p == q:
-                value += damping
             for i in range(q):
                 value -= lower[p, i] * lower[q, i]
-            if p == q:
-                lower[p, p] = math.sqrt(value) if value > _BLIND else math.inf
-            else:
-                lower[p, q] = value / lower[q, q]
-    for p in range(m):
+            lower[p, q] = value / lower[q, q]
+        value = square[p, p] / (size[p] * size[p]) + damping
+        for i in range(p):
+            value -= lower[p, i] * lower[p, i]
+        lower[p, p] = math.sqrt(value) if value > _BLIND else math.inf
         value = side[p] / size[p]
         for i in range(p):
             value -= lower[p, i] * out[i]
@@ -123,173 +195,52 @@ def solved(square: FloatArray, damping: float, side: FloatArray, out: FloatArray
         out[p] = value / lower[p, p]
     for p in range(m):
         out[p] /= size[p]
+    return out
 
 
-@compiled
-def descend(
-    place: FloatArray,
-    force: FloatArray,
-    used: NDArray[np.bool_],
-    theta: FloatArray,
-    ways: FloatArray,
-    family: Family,
-    softness: float,
-    most: int,
-    enough: float,
-    square: FloatArray,
-    touches: NDArray[np.bool_],
-    out: FloatArray,
-) -> tuple[float, bool]:
-    """Least squares by Levenberg and Marquardt; `theta`, `out`, `square` and `touches` are left at the best place."""
-    forces, slopes, folds, first, step, deepest = family
-    n, m = place.size, ways.shape[1]
-    values, rises = np.empty((2, forces.shape[1])), np.empty((2, forces.shape[1]))
-    gain, side, trial, step_x, moved = np.empty(n), np.empty(m), np.empty((n, 4)), np.empty(m), np.empty(ALL)
-    touching = np.empty(n, dtype=np.bool_)
-    last = first + step * (folds.size - 1)
-    fold, fold_rate = member_at(forces, slopes, folds, first, step, theta[SHAPE], values, rises)
-    model_of(place, force, theta, (values, rises, fold, fold_rate, deepest), softness, gain, out, touches)
-    misfit = _misfit(place, force, theta, out, used)
-    damping, settled, fresh = 1e-3, False, True
-    for _ in range(most):
-        if fresh:
-            _normal(place, force, theta, out, used, ways, square, side)
-        held, pull = square, side
-        if folds.size > 1 and (theta[SHAPE] <= first or theta[SHAPE] >= last):
-            held, pull = square.copy(), side.copy()
-            for p in range(m):
-                if ways[SHAPE, p] * side[p] * (1.0 if theta[SHAPE] >= last else -1.0) > 0.0:
-                    # it stays at its end
-                    held[p, :], held[:, p], pull[p] = 0.0, 0.0, 0.0
-        solved(held, damping, pull, step_x)
-        for i in range(ALL):
-            moved[i] = theta[i]
-            for p in range(m):
-                moved[i] += ways[i, p] * step_x[p]
-        moved[SCALE] = min(max(moved[SCALE], theta[SCALE] - 3.0), theta[SCALE] + 3.0)
-        if folds.size > 1:
-            moved[SHAPE] = min(max(moved[SHAPE], first), last)
-            if moved[SHAPE] != theta[SHAPE]:
-                fold, fold_rate = member_at(forces, slopes, folds, first, step, moved[SHAPE], values, rises)
-        model_of(
-            place, force, moved, (values, rises, fold, fold_rate, deepest), softness, gain, trial, touching
-        )
-        found = _misfit(place, force, moved, trial, used)
-        if found <= misfit:
-            gained, expected = misfit - found, 0.0
-            for p in range(m):
-                expected += step_x[p] * side[p]
-            misfit, fresh = found, True
-            theta[:], out[:, :], touches[:] = moved, trial, touching
-            damping = max(0.1 * damping, 1e-12)
-            # what is gained as it was expected leaves nothing that counts
-            if gained <= enough * misfit or (damping < _FREE and abs(gained - expected) <= enough * misfit):
-                settled = True
-                break
-        else:
-            fresh = False
-            damping *= 8.0
-            if damping > _STUCK:
-                settled = True
-                break
-    _normal(place, force, theta, out, used, ways, square, side)
-    return misfit, settled
+def put(row: NDArray[Any], values: NDArray[Any]) -> None:
+    """Write values into a row, of which numba would compile slowly what it says where the sizes differ."""
+    row[:] = values
 
 
-@compiled
-def _sum_up(
-    place: FloatArray,
-    force: FloatArray,
-    theta: FloatArray,
-    family: Family,
-    softness: float,
-    tilted: bool,
-    residual: FloatArray,
-    full: FloatArray,
-    right: FloatArray,
-) -> float:
-    """Sum of squares, residuals and normal equations of a contact without adhesion, in one pass."""
-    full[:, :], right[:] = 0.0, 0.0
-    scale, point, base, tilt = math.exp(theta[SCALE]), theta[POINT], theta[BASE], theta[TILT]
-    soft = softness * scale
-    misfit, many, ss, sp, pp, sb, pb = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    side_s, side_p, side_b, side_t = 0.0, 0.0, 0.0, 0.0
-    st, pt, bt, tt = 0.0, 0.0, 0.0, 0.0
-    values, slopes, deepest = family[0], family[1], family[5]
-    machine = on_machine(values, slopes, 0.0, deepest, soft)
-    cell = machine[4]
-    for i in range(place.size):
-        travel, difference = place[i] - point, force[i] - base - tilt * place[i]
-        many += 1.0
-        if travel > 0.0:
-            if soft == 0.0:
-                r = min(math.sqrt(travel / deepest), OUTSIDE)
-                value, slope, _ = read(values, slopes, 0, r)
-            else:
-                r, value, slope, cell = at_travel(values, slopes, 0.0, deepest, soft, machine, travel, cell)
-            share = scale * slope / (2.0 * deepest * max(r, 1e-4) + soft * slope)
-            model = scale * value
-            difference -= model
-            over_scale = model - share * soft * value
-            ss += over_scale * over_scale
-            sp -= over_scale * share
-            pp += share * share
-            sb += over_scale
-            pb -= share
-            if tilted:
-                st += over_scale * place[i]
-                pt -= share * place[i]
-            side_s += over_scale * difference
-            side_p -= share * difference
-        side_b += difference
-        if tilted:
-            side_t += place[i] * difference
-            bt += place[i]
-            tt += place[i] * place[i]
-        misfit += difference * difference
-        residual[i] = difference
-    full[SCALE, SCALE], full[POINT, SCALE], full[POINT, POINT] = ss, sp, pp
-    full[BASE, SCALE], full[BASE, POINT], full[BASE, BASE] = sb, pb, many
-    full[TILT, SCALE], full[TILT, POINT], full[TILT, BASE], full[TILT, TILT] = st, pt, bt, tt
-    right[SCALE], right[POINT], right[BASE], right[TILT] = side_s, side_p, side_b, side_t
-    return misfit
-
-
-@compiled
-def settle(
-    place: FloatArray,
-    force: FloatArray,
-    theta: FloatArray,
-    ways: FloatArray,
-    family: Family,
-    softness: float,
-    enough: float,
-    square: FloatArray,
-    residual: FloatArray,
-) -> tuple[float, bool]:
-    """
-    Least squares by Gauss and Newton of a contact without adhesion, from near the end; False where that leads uphill.
-
-    What is left at `theta` stands in the last two.
-    """
-    m, tilted = ways.shape[1], bool(np.any(ways[TILT] != 0.0))
-    full, right, side, step_x = np.empty((ALL, ALL)), np.empty(ALL), np.empty(m), np.empty(m)
-    moved, before = theta.copy(), math.inf
-    for _ in range(_FEW_STEPS):
-        misfit = _sum_up(place, force, moved, family, softness, tilted, residual, full, right)
-        if misfit > before * (1.0 + enough):
-            return before, False
-        before = misfit
-        theta[:] = moved
-        _reduced(full, right, ways, square, side)
-        solved(square, 0.0, side, step_x)
-        expected = 0.0
+def descend_all(
+    batch: Batch,
+    directions: FloatArray,
+    family: FamilyTable,
+    used: BoolArray,
+    limits: tuple[int, float],
+    ends: Ends,
+) -> None:
+    """:func:`descend` in curves, one after another, from the places that stand where their ends are to stand."""
+    m = directions.shape[0]
+    for i in range(batch.place.shape[0]):
+        record = Record(batch.place[i], batch.force[i], batch.softness[i])
+        end = descend(record, directions, family, ends.theta[i], used[i], limits)
+        ends.misfit[i], ends.settled[i] = end.misfit, end.settled
+        put(ends.theta[i], end.theta)
+        put(ends.left[i], end.left)
+        put(ends.force[i], end.model.force)
+        put(ends.touches[i], end.model.touches)
         for p in range(m):
-            expected += step_x[p] * side[p]
-            for i in range(ALL):
-                moved[i] += ways[i, p] * step_x[p]
-        if expected <= _LAST * enough * misfit:
-            # the last step changes nothing that counts, and brings the rest of the digits
-            theta[:] = moved
-            return misfit, True
-    return before, False
+            unit = np.zeros(m)
+            unit[p] = 1.0
+            put(ends.covariance[i, p], solved(end.square, 0.0, unit))
+
+
+def ends_from(starts: FloatArray, samples: int, free: int) -> Ends:
+    """Curves that begin at some numbers of the model."""
+    count = len(starts)
+    return Ends(
+        starts.copy(),
+        np.full(count, math.nan),
+        np.zeros(count, dtype=np.bool_),
+        np.zeros((count, free, free)),
+        np.zeros((count, samples)),
+        np.zeros((count, samples), dtype=np.bool_),
+        np.zeros((count, samples)),
+    )
+
+
+def without_shape(directions: FloatArray) -> FloatArray:
+    """Those that leave the number of the family as it is."""
+    return np.asarray(directions[directions[:, SHAPE] == 0.0])

@@ -1,100 +1,159 @@
-"""Forces of one member of a family, and their rates. Loads numba."""
+"""Forces of one member of a family at the samples of a record, and their rates."""
 
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from pymdr import compiling
-from pymdr.solving.fits.forces import BEYOND
+from pymdr.solving.fits.touching import BoolArray, in_contact
 from pymdr.units import FloatArray
 
-_STAMP = compiling.stamp_of(__file__)
-
-
-def compiled(function: compiling.Function) -> compiling.Function:
-    """Compile with numba when first called; kept on disk. Products and sums may be fused, nothing else."""
-    return compiling.compiled(function, stamp=_STAMP, fastmath={"contract"})
-
-
-Family = tuple[FloatArray, FloatArray, FloatArray, float, float, float]
-"""Forces and their slopes over the root of the depth, one rung in each row; folds in m; the first logarithm and the step of the
-rungs; the deepest depth in m."""
 SCALE, SHAPE, POINT, BASE, TILT = range(5)
-"""Columns: logarithms of the scale of the forces and of the number in which the family differs, contact point in m, baseline in N, and
-its tilt in N/m about the origin of the places."""
-ALL = 5
+"""The numbers of the model: logarithm of the scale of the forces, the number in which the family differs (free, see
+:class:`pymdr.solving.fits.unknowns.Unknown`), contact point in m, baseline in N, and its tilt in N/m about the origin of the places."""
+NUMBERS = 5
 OUTSIDE = 1.02
-"""Of the reach of the family in the root of the depth."""
-_NEWTON, _CLOSE = 30, 1e-6
-"""The error left is the square of the last step."""
-
-Machine = tuple[FloatArray, float, float, float, int]
-"""Travels in m at the ends of the cells of a member; the root at which the machine lets go, the travel there, its rate, and the cell."""
+"""Largest root that is read, in parts of that of the deepest depth."""
+NEWTON, CLOSE = 30, 1e-6
+"""Most steps; the error left is the square of the last step."""
+LEAST_ROOT = 1e-4
 
 
-@compiled
-def member_at(
-    forces: FloatArray,
-    slopes: FloatArray,
-    folds: FloatArray,
-    first: float,
-    step: float,
-    at: float,
-    values: FloatArray,
-    rises: FloatArray,
-) -> tuple[float, float]:
+class FamilyTable(NamedTuple):
     """
-    The member of the family at one logarithm: its fold and the rate of the fold.
+    Forces of the members of a family over the root of the depth.
 
-    Forces and their rates over the logarithm stand in the rows of `values`, those of their slopes over the root in `rises`; cubic in
-    the logarithm.
+    Of a member whose fold is at d_f the columns stand at d = d_f + (deepest - d_f) r^2, r evenly from 0 to 1.
     """
-    rungs = folds.size
-    if rungs == 1:
-        values[0], values[1], rises[0], rises[1] = forces[0], 0.0, slopes[0], 0.0
-        return folds[0], 0.0
-    k = min(max(int((at - first) / step) - 1, 0), rungs - 4)
-    t = (at - first) / step - k
-    weight, rate = np.empty(4), np.empty(4)
+
+    forces: FloatArray
+    """In N, one member in each row."""
+    slopes: FloatArray
+    """dF/dr in N."""
+    folds: FloatArray
+    """In m."""
+    first: float
+    step: float
+    """Of the numbers in which the members differ."""
+    deepest: float
+    """In m."""
+
+
+class Batch(NamedTuple):
+    """Measured curves of as many samples, one in each row."""
+
+    place: FloatArray
+    """Travel or indentation in m."""
+    force: FloatArray
+    """In N."""
+    softness: FloatArray
+    """Compliance of the machine of each in m/N; 0 for indentations."""
+
+
+class Record(NamedTuple):
+    """A measured curve."""
+
+    place: FloatArray
+    """Travel or indentation in m."""
+    force: FloatArray
+    """In N."""
+    softness: float
+    """Compliance of the machine in m/N; 0 for indentations."""
+
+
+class Member(NamedTuple):
+    """Forces of one member of a family, of scale 1."""
+
+    force: FloatArray
+    slope: FloatArray
+    """dF/dr."""
+    force_rate: FloatArray
+    """dF over the number in which the family differs."""
+    slope_rate: FloatArray
+    fold: float
+    fold_rate: float
+    deepest: float
+    varies: bool
+    """Whether the family has other members."""
+
+
+class Machine(NamedTuple):
+    """A member on a machine, whose travel d_f + (deepest - d_f) r^2 + soft F(r) is least where the machine loses the contact."""
+
+    travels: FloatArray
+    """In m, at the nodes of the member."""
+    root: float
+    travel: float
+    rate: float
+    """dtravel/dr at the loss of contact in m."""
+    cell: int
+
+
+class Model(NamedTuple):
+    """What a member bears at the samples of a record."""
+
+    force: FloatArray
+    """In N, without baseline; 0 where the bodies are separated."""
+    rates: FloatArray
+    """Over the first three numbers of the model, one in each row."""
+    touches: BoolArray
+
+
+def on_rung(family: FamilyTable, k: int) -> Member:
+    """One of the members that are tabulated, without its rates."""
+    row, slope, fold = family.forces[k], family.slopes[k], family.folds[k]
+    return Member(row, slope, row, slope, fold, 0.0, family.deepest, False)
+
+
+def blended(weight: FloatArray, rows: FloatArray) -> FloatArray:
+    """Sum of rows by their weights."""
+    return np.asarray(np.dot(weight, rows))
+
+
+def member_at(family: FamilyTable, number: float) -> Member:
+    """Interpolate the family at a number, by cubics through four members."""
+    forces, slopes, folds = family.forces, family.slopes, family.folds
+    if folds.size == 1:
+        return on_rung(family, 0)
+    at = (number - family.first) / family.step
+    k = min(max(int(at) - 1, 0), folds.size - 4)
+    weight, rate = np.ones(4), np.zeros(4)
     for i in range(4):
-        w, r = 1.0, 0.0
         for j in range(4):
             if j != i:
-                r = r * (t - j) / (i - j) + w / (i - j)
-                w *= (t - j) / (i - j)
-        weight[i], rate[i] = w, r / step
+                rate[i] = (rate[i] * (at - k - j) + weight[i]) / (i - j)
+                weight[i] *= (at - k - j) / (i - j)
+    rate /= family.step
     fold, fold_rate = 0.0, 0.0
     for i in range(4):
-        # powers of the number, near enough
+        # powers of the number, nearly
         part = math.log(-folds[k + i]) if folds[0] < 0.0 else folds[k + i]
         fold += weight[i] * part
         fold_rate += rate[i] * part
     if folds[0] < 0.0:
         fold = -math.exp(fold)
         fold_rate *= fold
-    for j in range(forces.shape[1]):
-        a, b, c, d = 0.0, 0.0, 0.0, 0.0
-        for i in range(4):
-            a += weight[i] * forces[k + i, j]
-            b += weight[i] * slopes[k + i, j]
-            c += rate[i] * forces[k + i, j]
-            d += rate[i] * slopes[k + i, j]
-        values[0, j], values[1, j], rises[0, j], rises[1, j] = a, c, b, d
-    return fold, fold_rate
+    return Member(
+        blended(weight, forces[k : k + 4]),
+        blended(weight, slopes[k : k + 4]),
+        blended(rate, forces[k : k + 4]),
+        blended(rate, slopes[k : k + 4]),
+        fold,
+        fold_rate,
+        family.deepest,
+        True,
+    )
 
 
-@compiled
-def read(values: FloatArray, slopes: FloatArray, k: int, r: float) -> tuple[float, float, float]:
-    """Value, slope and bend of a row at a root between 0 and 1, by the cubic of Hermite."""
-    cells = values.shape[1] - 1
-    x = r * cells
-    j = min(int(x), cells - 1)
-    t, h = x - j, 1.0 / cells
-    a, b = values[k, j], values[k, j + 1]
-    u, v = slopes[k, j] * h, slopes[k, j + 1] * h
+def read(row: FloatArray, slope: FloatArray, root: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Value, slope and second derivative of a row at roots, by the cubics of Hermite."""
+    cells = row.size - 1
+    x = root * cells
+    j = np.minimum(x.astype(np.int64), cells - 1)
+    t = x - j
+    a, b, u, v = row[j], row[j + 1], slope[j] / cells, slope[j + 1] / cells
     c3 = 2.0 * (a - b) + u + v
     c2 = 3.0 * (b - a) - 2.0 * u - v
     return (
@@ -104,146 +163,88 @@ def read(values: FloatArray, slopes: FloatArray, k: int, r: float) -> tuple[floa
     )
 
 
-@compiled
-def on_machine(values: FloatArray, slopes: FloatArray, fold: float, reach: float, soft: float) -> Machine:
-    """A member on a machine: its travel fold + reach r^2 + soft F(r) is smallest where the machine lets go."""
-    cells = values.shape[1] - 1
-    travels = np.empty(cells + 1)
-    where = 0
-    for j in range(cells + 1):
-        r = j / cells
-        travels[j] = fold + reach * r * r + soft * values[0, j]
-        if travels[j] < travels[where]:
-            where = j
+def on_machine(member: Member, soft: float) -> Machine:
+    """Travels of a member on a machine of a compliance in m/N."""
+    cells, reach = member.force.size - 1, member.deepest - member.fold
     if soft == 0.0:
-        return travels, 0.0, fold, 0.0, 0
-    low, high = max(where - 1, 0) / cells, min((where + 1) / cells, 1.0)
-    for _ in range(50):
-        middle = 0.5 * (low + high)
-        if 2.0 * reach * middle + soft * read(values, slopes, 0, middle)[1] < 0.0:
-            low = middle
-        else:
-            high = middle
-    start = 0.5 * (low + high)
-    value, slope, _ = read(values, slopes, 0, start)
-    rate = max(2.0 * reach * start + soft * slope, 0.0)
-    return (
-        travels,
-        start,
-        fold + reach * start * start + soft * value,
-        rate,
-        min(int(start * cells), cells - 1),
-    )
+        return Machine(member.force, 0.0, member.fold, 0.0, 0)
+    nodes = np.arange(cells + 1) / cells
+    travels = member.fold + reach * nodes * nodes + soft * member.force
+    lowest = int(np.argmin(travels))
+    rate = 2.0 * reach * lowest / cells + soft * member.slope[lowest]
+    if lowest == 0 and rate >= 0.0:
+        return Machine(travels, 0.0, travels[0], rate, 0)
+    # the rate of the travel is a quadratic in the cell that holds the minimum
+    j = min(lowest, cells - 1) if rate < 0.0 else lowest - 1
+    rise, u, v = member.force[j + 1] - member.force[j], member.slope[j] / cells, member.slope[j + 1] / cells
+    bend, turn = 3.0 * rise - 2.0 * u - v, u + v - 2.0 * rise
+    c0 = 2.0 * reach * j / cells + soft * cells * u
+    c1, c2 = 2.0 * reach / cells + soft * cells * 2.0 * bend, soft * cells * 3.0 * turn
+    t = -2.0 * c0 / max(c1 + math.sqrt(max(c1 * c1 - 4.0 * c0 * c2, 0.0)), 1e-300)
+    t = min(max(t, 0.0), 1.0)
+    root, value = (j + t) / cells, member.force[j] + t * (u + t * (bend + t * turn))
+    rate = 2.0 * reach * root + soft * cells * (u + t * (2.0 * bend + 3.0 * t * turn))
+    travel = member.fold + reach * root * root + soft * value
+    return Machine(travels, root, travel, max(rate, 0.0), min(int(root * cells), cells - 1))
 
 
-@compiled
-def at_travel(
-    values: FloatArray,
-    slopes: FloatArray,
-    fold: float,
-    reach: float,
-    soft: float,
-    machine: Machine,
-    travel: float,
-    cell: int,
-) -> tuple[float, float, float, int]:
-    """Root, force and its slope at a travel beyond the first of a soft machine, and the cell, which is looked for from the given one on."""
-    travels, start, first_travel, first_rate, first_cell = machine
-    cells = travels.size - 1
-    while cell < cells - 1 and travel > travels[cell + 1]:
-        cell += 1
-    while cell > first_cell and travel < travels[cell]:
-        cell -= 1
-    h = 1.0 / cells
-    low, before, wide = cell * h, travels[cell], h
-    rate = 2.0 * reach * low + soft * slopes[0, cell]
-    if cell <= first_cell:
-        cell, low, before, rate = first_cell, start, first_travel, first_rate
-        wide = (cell + 1) * h - low
+def roots_at(member: Member, machine: Machine, soft: float, travel: FloatArray) -> FloatArray:
+    """Roots at travels in m beyond the loss of contact."""
+    cells, reach, first = member.force.size - 1, member.deepest - member.fold, machine.cell
+    beyond = np.searchsorted(machine.travels[first + 1 :], travel)
+    cell = np.minimum(beyond + first, cells - 1)
+    begins = cell == first
+    low = np.where(begins, machine.root, cell / cells)
+    before = np.where(begins, machine.travel, machine.travels[cell])
+    wide = (cell + 1) / cells - low
+    rise = wide * np.where(begins, machine.rate, 2.0 * reach * low + soft * member.slope[cell])
     # the parabola through both ends of the cell, which is the travel itself beside the fold
-    across, off = travels[cell + 1] - before, travel - before
-    r = low + 2.0 * off * wide / (
-        rate * wide + math.sqrt(max(rate * rate * wide * wide + 4.0 * (across - rate * wide) * off, 1e-300))
-    )
-    r = min(r, OUTSIDE)
-    value, slope = 0.0, 0.0
-    for _ in range(_NEWTON):
-        value, slope, bend = read(values, slopes, 0, r)
-        off = travel - fold - reach * r * r - soft * value
-        moved = r + off / max(2.0 * reach * r + soft * slope, 1e-6 * reach)
-        step = min(max(moved, 0.5 * (r + start)), OUTSIDE) - r
-        r += step
-        if abs(step) < _CLOSE:
-            value += step * (slope + 0.5 * step * bend)
-            slope += step * bend
+    across, off = machine.travels[cell + 1] - before, travel - before
+    bent = np.sqrt(np.maximum(rise * rise + 4.0 * (across - rise) * off, 1e-300))
+    root: FloatArray = np.minimum(low + 2.0 * off * wide / (rise + bent), OUTSIDE)
+    for _ in range(NEWTON):
+        value, slope, _ = read(member.force, member.slope, root)
+        off = travel - member.fold - reach * root * root - soft * value
+        moved = root + off / np.maximum(2.0 * reach * root + soft * slope, 1e-6 * reach)
+        step = np.minimum(np.maximum(moved, 0.5 * (root + machine.root)), OUTSIDE) - root
+        root = root + step
+        if np.all(np.abs(step) < CLOSE):
             break
-    return r, value, slope, cell
+    return root
 
 
-@compiled
-def _turn(gain: FloatArray, first: int, last: int, way: int) -> int:
-    """The sample, going from `first` to before `last`, up to which being in contact fits best."""
-    total, best, where = 0.0, 0.0, first - way
-    i = first
-    while i != last:
-        total += gain[i]
-        if total > best:
-            best, where = total, i
-        i += way
-    return where
-
-
-@compiled
-def model_of(
-    place: FloatArray,
-    force: FloatArray,
-    theta: FloatArray,
-    member: tuple[FloatArray, FloatArray, float, float, float],
-    softness: float,
-    gain: FloatArray,
-    out: FloatArray,
-    touches: NDArray[np.bool_],
-) -> None:
-    """Forces of the model and their rates over scale, shape and contact point, in the columns of `out`, and what touches."""
-    values, slopes, fold, fold_rate, deepest = member
-    scale, reach = math.exp(theta[SCALE]), deepest - fold
-    soft = softness * scale
-    machine = on_machine(values, slopes, fold, reach, soft)
-    start, first_travel, cell = machine[1], machine[2], machine[4]
-    start_value, start_slope, _ = read(values, slopes, 0, start)
-    deepest_at = 0
-    for i in range(place.size):
-        if place[i] > place[deepest_at]:
-            deepest_at = i
-        travel = place[i] - theta[POINT]
-        r, value, slope = start, start_value, start_slope
-        if travel > first_travel and soft == 0.0:
-            r = min(math.sqrt((travel - fold) / reach), OUTSIDE)
-            value, slope, _ = read(values, slopes, 0, r)
-        elif travel > first_travel:
-            r, value, slope, cell = at_travel(values, slopes, fold, reach, soft, machine, travel, cell)
-        over_shape = read(values, slopes, 1, r)[0]
-        out[i, 0] = scale * value
-        if travel > first_travel:
-            stretch = 2.0 * reach * max(r, 1e-4) + soft * slope
-            share = scale * slope / max(stretch, 1e-4 * reach)
-            out[i, 1] = scale * value - share * soft * value
-            out[i, 2] = scale * over_shape - share * (fold_rate * (1.0 - r * r) + soft * over_shape)
-            out[i, 3] = -share
-        else:
-            out[i, 1], out[i, 2], out[i, 3] = scale * value, scale * over_shape, 0.0
-        touches[i] = travel > 0.0
-        gain[i] = 0.0
-        if -first_travel >= travel >= (1.0 + BEYOND) * first_travel and first_travel < 0.0:
-            measured = force[i] - theta[BASE] - theta[TILT] * place[i]
-            gain[i] = measured * measured - (measured - out[i, 0]) ** 2
-    if first_travel < 0.0:
-        before = _turn(gain, deepest_at - 1, -1, -1)
-        after = _turn(gain, deepest_at + 1, place.size, 1)
-        for i in range(place.size):
-            travel = place[i] - theta[POINT]
-            if -first_travel >= travel >= (1.0 + BEYOND) * first_travel:
-                touches[i] = before <= i <= after
-    for i in range(place.size):
-        if not touches[i]:
-            out[i, 0], out[i, 1], out[i, 2], out[i, 3] = 0.0, 0.0, 0.0, 0.0
+def model_of(record: Record, theta: FloatArray, member: Member) -> Model:
+    """Forces of the model and their rates over its numbers."""
+    n, scale, reach = record.place.size, math.exp(theta[SCALE]), member.deepest - member.fold
+    soft = record.softness * scale
+    machine = on_machine(member, soft)
+    travel = record.place - theta[POINT]
+    beyond = np.flatnonzero(travel > machine.travel)
+    if soft == 0.0:
+        root = np.minimum(np.sqrt((travel[beyond] - member.fold) / reach), OUTSIDE)
+    else:
+        root = roots_at(member, machine, soft, travel[beyond])
+    value, slope, _ = read(member.force, member.slope, root)
+    stretch = 2.0 * reach * np.maximum(root, LEAST_ROOT) + soft * slope
+    share = scale * slope / np.maximum(stretch, 1e-4 * reach)
+    rates, force = np.zeros((BASE, n)), np.zeros(n)
+    touches = travel > 0.0
+    if machine.travel < 0.0:
+        # samples a little before the loss of contact may still be held, with the force there
+        start = np.array([machine.root])
+        force[:] = scale * read(member.force, member.slope, start)[0][0]
+        rates[SCALE] = force
+        rates[SHAPE] = scale * read(member.force_rate, member.slope_rate, start)[0][0]
+    force[beyond] = scale * value
+    rates[SCALE][beyond] = scale * value - share * soft * value
+    rates[POINT][beyond] = -share
+    if member.varies:
+        over = read(member.force_rate, member.slope_rate, root)[0]
+        rates[SHAPE][beyond] = scale * over - share * (member.fold_rate * (1.0 - root * root) + soft * over)
+    if machine.travel < 0.0:
+        measured = record.force - theta[BASE] - theta[TILT] * record.place
+        touches = in_contact(travel, measured, force, machine.travel)
+        held = touches.astype(np.float64)
+        force *= held
+        rates *= held
+    return Model(force, rates, touches)

@@ -1,29 +1,31 @@
-"""Where a descent begins: all rungs of the family at many contact points. Loads numba."""
+"""Where descents begin: members of the family at many contact points."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pymdr.numerics.panels import IndexArray
 from pymdr.solving.fits.asking import SEEN
-from pymdr.solving.fits.forces import FULLY_OUT
-from pymdr.solving.fits.kernels.descent import ITERATIONS, ROUGHLY, descend
+from pymdr.solving.fits.kernels.descent import ITERATIONS, ROUGHLY, Ends, Wanted, ends_from
 from pymdr.solving.fits.kernels.model import (
-    ALL,
     BASE,
+    NUMBERS,
     OUTSIDE,
     POINT,
     SCALE,
     SHAPE,
     TILT,
-    Family,
-    at_travel,
-    compiled,
-    on_machine,
+    Batch,
+    FamilyTable,
+    Member,
+    on_rung,
     read,
 )
+from pymdr.solving.fits.touching import BoolArray, first_guess_of_contact, scale_and_baseline
 from pymdr.units import FloatArray
 
 FEW, _TRIALS, _RUNGS, _KEPT = 192, 21, 12, 2
@@ -35,276 +37,249 @@ _ASIDE = 1.0
 """Of the logarithm of the number of the family."""
 
 
-@compiled
-def few_of(force: FloatArray) -> NDArray[np.int64]:
-    """Which samples a search begins with: a few along the record, and more where the contact is a small part of it."""
-    n = force.size
-    stride = max(n // FEW, 1)
-    along = force[::stride].copy()
+class Trials(NamedTuple):
+    """Curves of which members of the family are tried at contact points."""
+
+    depth: FloatArray
+    """Travel less deflection in m, one curve in each row."""
+    force: FloatArray
+    level: FloatArray
+    """About the force in N without contact."""
+    points: FloatArray
+    """Those that are tried of each curve."""
+    baseline: float
+    """In N; nan where it is looked for."""
+
+
+class Engine(NamedTuple):
+    """What is done at every sample, as it is or compiled."""
+
+    descend_all: Callable[[Batch, FloatArray, FamilyTable, BoolArray, tuple[int, float], Ends], None]
+    """:func:`pymdr.solving.fits.kernels.descent.descend_all`."""
+    best_points: Callable[[Trials, FamilyTable, FloatArray, FloatArray], None]
+    """:func:`best_points`."""
+
+    def descents(
+        self,
+        batch: Batch,
+        directions: FloatArray,
+        family: FamilyTable,
+        starts: FloatArray,
+        used: BoolArray,
+        limits: tuple[int, float],
+    ) -> Ends:
+        """Where the descents of curves from some places end."""
+        ends = ends_from(starts, batch.place.shape[1], len(directions))
+        self.descend_all(batch, directions, family, used, limits, ends)
+        return ends
+
+
+def few_of(force: FloatArray) -> BoolArray:
+    """Which samples searches begin with: a few along each record, and more where the contact is a small part of it."""
+    stride, chosen = max(force.shape[1] // FEW, 1), np.zeros(force.shape, dtype=np.bool_)
+    chosen[:, ::stride] = True
+    along = force[:, ::stride]
     # a retreat begins in contact, and ends far from it
-    level, highest = min(_level_of(along), _level_of(along[::-1])), force.max()
-    least = level + _SHARE * (highest - level)
-    chosen = np.arange(0, n, stride)
-    if np.count_nonzero(along > least) >= _PRESSED:
-        return chosen
-    pressed = np.flatnonzero(force > least)
-    return np.unique(np.append(chosen, pressed[:: max(pressed.size // _PRESSED, 1)]))
+    level = np.minimum(_levels_of(along), _levels_of(along[:, ::-1]))
+    least = level + _SHARE * (force.max(axis=1) - level)
+    for i in np.flatnonzero(np.count_nonzero(along > least[:, None], axis=1) < _PRESSED):
+        pressed = np.flatnonzero(force[i] > least[i])
+        chosen[i, pressed[:: max(pressed.size // _PRESSED, 1)]] = True
+    return chosen
 
 
-@compiled
-def _level_of(force: FloatArray) -> float:
-    """About the force in N where the record begins."""
-    return float(np.median(force[: max(3, force.size // 20)]))
+def _levels_of(force: FloatArray) -> FloatArray:
+    """About the forces in N where records begin."""
+    many = max(3, force.shape[1] // 20)
+    return np.asarray(np.sort(force[:, :many], axis=1)[:, min(many, force.shape[1]) // 2])
 
 
-@compiled
-def _level_far_of(place: FloatArray, force: FloatArray) -> float:
-    """About the force in N farthest from the body."""
-    low = place.min()
-    return float(np.median(force[place <= low + _SHARE * (place.max() - low)]))
+def _levels_far_of(place: FloatArray, force: FloatArray) -> FloatArray:
+    """About the forces in N farthest from the body."""
+    low, high = place.min(axis=1, keepdims=True), place.max(axis=1, keepdims=True)
+    far = place <= low + _SHARE * (high - low)
+    ranked = np.sort(np.where(far, force, math.inf), axis=1)
+    return np.asarray(ranked[np.arange(len(ranked)), np.count_nonzero(far, axis=1) // 2])
 
 
-@compiled
-def _tilt_of(place: FloatArray, force: FloatArray) -> float:
-    """About the rise of the force in N/m far from the body."""
-    low = place.min()
-    far = place < low + _FAR * (place.max() - low)
-    x, f = place[far], force[far]
-    x = x - x.mean()
-    power = (x * x).sum()
-    return float((x * f).sum() / power) if power > 0.0 else 0.0
+def tilts_of(batch: Batch, wanted: Wanted) -> list[FloatArray]:
+    """Tilts in N/m to begin with: what is known, or about the rise of the force far from the body, and none, where a record begins in contact."""
+    none = np.zeros(len(batch.place))
+    if not wanted.free[TILT]:
+        return [none + wanted.known[TILT]]
+    low, high = batch.place.min(axis=1, keepdims=True), batch.place.max(axis=1, keepdims=True)
+    far = batch.place < low + _FAR * (high - low)
+    x = np.where(far, batch.place, 0.0)
+    x = np.where(far, x - x.sum(axis=1, keepdims=True) / np.maximum(far.sum(axis=1, keepdims=True), 1), 0.0)
+    power = (x * x).sum(axis=1)
+    return [(x * batch.force).sum(axis=1) / np.where(power > 0.0, power, 1.0), none]
 
 
-@compiled
-def start_on_rungs(
-    place: FloatArray,
-    force: FloatArray,
-    known: FloatArray,
-    free: NDArray[np.bool_],
-    tied: bool,
-    family: Family,
-    softness: float,
-    rungs: NDArray[np.int64],
-    found: FloatArray,
-) -> None:
-    """The best place of every rung: misfit, four numbers, and how far its largest pull is off, in the rows of `found`."""
-    forces, slopes, folds, first, step, deepest = family
-    n = place.size
-    depth = place - softness * force
-    low, high, deepest_at = depth.min(), depth.max(), int(np.argmax(depth))
-    # what is farthest from the body may still be held by adhesion
-    level = _level_of(force) if folds[0] < 0.0 else _level_far_of(place, force)
-    pull = min(force.min() - level, 0.0)
-    trials = _TRIALS if free[POINT] else 1
-    for k in range(rungs.size):
-        rung = rungs[k]
-        fold, reach = folds[rung], deepest - folds[rung]
-        found[k, 0], found[k, 5] = math.inf, math.inf
-        for i in range(trials):
-            point = known[POINT] - softness * level
-            if free[POINT]:
-                point = high - (high - low) * (1.0 - 0.99 * i / (trials - 1))
-            s, sf, sm, smm, smf, sff = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-            for j in range(n):
-                value, d = 0.0, depth[j] - point
-                held = j > deepest_at and d >= fold and force[j] - level < FULLY_OUT * pull
-                if d > 0.0 or held:
-                    value = read(forces, slopes, rung, min(math.sqrt((d - fold) / reach), OUTSIDE))[0]
-                s += 1.0
-                sf += force[j] - level
-                sm += value
-                smm += value * value
-                smf += value * (force[j] - level)
-                sff += (force[j] - level) ** 2
-            base, scale = known[BASE] - level, math.exp(known[SCALE])
-            if tied:
-                # known is the product of the scale with the number of the rung
-                scale = math.exp(known[SCALE] + known[SHAPE] - first - step * rung)
-            if tied or not free[SCALE]:
-                if free[BASE]:
-                    base = (sf - scale * sm) / s
-            elif free[BASE]:
-                power = smm - sm * sm / s
-                scale = (smf - sm * sf / s) / power if power > 0.0 else -1.0
-                base = (sf - scale * sm) / s
-            else:
-                scale = (smf - base * sm) / smm if smm > 0.0 else -1.0
-            if scale <= 0.0:
-                continue
-            misfit = (
-                sff
-                - 2.0 * (base * sf + scale * smf)
-                + 2.0 * base * scale * sm
-                + base * base * s
-                + scale * scale * smm
-            )
-            if misfit < found[k, 0]:
-                found[k, 0] = misfit
-                found[k, 1] = math.log(scale)
-                found[k, 2] = first + step * rung
-                # the deflection was taken off with the baseline in it
-                found[k, 3] = point + softness * (base + level) if free[POINT] else known[POINT]
-                found[k, 4] = base + level
-                found[k, 5] = abs(scale * forces[rung].min() - pull)
+def fitted_at(
+    depth: FloatArray, force: FloatArray, member: Member, level: float, known: tuple[float, float]
+) -> tuple[float, float, float]:
+    """Scale and baseline of a member that fit best at depths about as they were, and what they leave; given ones are known, nan ones not."""
+    touches = np.flatnonzero(first_guess_of_contact(depth, force, member.fold, level))
+    model = np.zeros(depth.size)
+    root = np.sqrt((depth[touches] - member.fold) / (member.deepest - member.fold))
+    model[touches] = read(member.force, member.slope, np.minimum(root, OUTSIDE))[0]
+    scale, offset = scale_and_baseline(model, force, known[0], known[1])
+    return scale, offset, ((force - offset - scale * model) ** 2).sum()
 
 
-@compiled
-def start_on_machine(
-    place: FloatArray,
-    force: FloatArray,
-    known: FloatArray,
-    free: NDArray[np.bool_],
-    family: Family,
-    softness: float,
-    theta: FloatArray,
-) -> bool:
+def best_points(trials: Trials, family: FamilyTable, scales: FloatArray, places: FloatArray) -> None:
     """
-    The best place of a family of one member at some stiffnesses, without the depths of the samples; False where nothing touches.
+    Write the best place of every curve on some members of a family.
+
+    Parameters
+    ----------
+    trials : Trials
+    family : FamilyTable
+    scales : ndarray, shape (members, 2)
+        Which members, and their scales, nan where they are looked for.
+    places : ndarray, shape (curves, members, 4)
+        Sum of squares in N^2, infinite as yet, scale, baseline, and contact point.
+    """
+    for i in range(places.shape[0]):
+        depth, force, level = trials.depth[i], trials.force[i], trials.level[i]
+        for k in range(scales.shape[0]):
+            member, known = on_rung(family, int(scales[k, 0])), (scales[k, 1], trials.baseline)
+            best = places[i, k]
+            for point in trials.points[i]:
+                scale, offset, misfit = fitted_at(depth - point, force, member, level, known)
+                if scale > 0.0 and misfit < best[0]:
+                    best[0], best[1], best[2], best[3] = misfit, scale, offset, point
+
+
+def _points_along(places: FloatArray, known: FloatArray, wanted: Wanted, many: int) -> FloatArray:
+    """Contact points that are tried, in each row for one curve."""
+    if not wanted.free[POINT]:
+        return known[:, None]
+    low, high = places.min(axis=1, keepdims=True), places.max(axis=1, keepdims=True)
+    return np.asarray(high - (high - low) * np.linspace(1.0, 0.01, many))
+
+
+def _starts_on_rungs(
+    batch: Batch, wanted: Wanted, family: FamilyTable, known: FloatArray, engine: Engine
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """The best place of each curve on some members: sums of squares, numbers of the model, and how far the largest pull is off."""
+    depth = batch.place - batch.softness[:, None] * batch.force
+    # what is farthest from the body may still be held by adhesion
+    level = _levels_of(batch.force) if family.folds[0] < 0.0 else _levels_far_of(batch.place, batch.force)
+    points = _points_along(depth, known[:, POINT] - batch.softness * level, wanted, _TRIALS)
+    base = math.nan if wanted.free[BASE] else wanted.known[BASE]
+    rungs = np.arange(0, family.folds.size, max(family.folds.size // _RUNGS, 1))
+    numbers = family.first + family.step * rungs
+    scales = np.full(rungs.size, math.nan)
+    if wanted.tied:
+        # known is the product of the scale with the number of the member
+        scales = np.exp(wanted.known[SCALE] + wanted.known[SHAPE] - numbers)
+    elif not wanted.free[SCALE]:
+        scales[:] = math.exp(wanted.known[SCALE])
+    trials = Trials(depth, batch.force, level, points, base)
+    places = np.tile([math.inf, 1.0, 0.0, 0.0], (len(depth), rungs.size, 1))
+    engine.best_points(trials, family, np.column_stack([rungs, scales]), places)
+    misfits, scale, offset, point = np.moveaxis(places, 2, 0)
+    theta = np.empty((len(depth), rungs.size, NUMBERS))
+    theta[..., SCALE], theta[..., SHAPE], theta[..., BASE] = np.log(scale), numbers, offset
+    # the deflection was taken off with the baseline in it
+    theta[..., POINT] = (
+        point + batch.softness[:, None] * offset if wanted.free[POINT] else known[:, POINT, None]
+    )
+    pull = np.minimum(batch.force.min(axis=1) - level, 0.0)
+    off = np.abs(scale * family.forces[rungs].min(axis=1) - pull[:, None])
+    return misfits.copy(), theta, np.where(np.isfinite(misfits), off, math.inf)
+
+
+def _starts_on_machine(
+    batch: Batch, wanted: Wanted, family: FamilyTable, known: FloatArray, engine: Engine
+) -> FloatArray:
+    """
+    The best places of a family of one member at some stiffnesses, without the depths of the samples; nan where nothing touches.
 
     The depth of a sample is its travel less its deflection. Where a machine is much softer than the contact, that difference is noise.
     """
-    forces, slopes, folds, first, _, deepest = family
-    unit = (force.max() - force.min()) / np.abs(forces[0]).max()
-    low, high = place.min(), place.max()
-    best, trials = math.inf, _SOFT_TRIALS if free[POINT] else 1
-    for k in range(_SCALES.size):
-        scale = unit * _SCALES[k] if free[SCALE] else math.exp(known[SCALE])
-        if not scale > 0.0:
-            return False
-        machine = on_machine(forces, slopes, folds[0], deepest - folds[0], softness * scale)
-        cell = machine[4]
-        for i in range(trials):
-            point = high - (high - low) * (1.0 - 0.99 * i / (trials - 1)) if free[POINT] else known[POINT]
-            some, square, touching = 0.0, 0.0, 0
-            for j in range(place.size):
-                difference = force[j]
-                if place[j] - point > machine[2]:
-                    _, value, _, cell = at_travel(
-                        forces,
-                        slopes,
-                        folds[0],
-                        deepest - folds[0],
-                        softness * scale,
-                        machine,
-                        place[j] - point,
-                        cell,
-                    )
-                    difference -= scale * value
-                    touching += 1
-                some += difference
-                square += difference * difference
-            base = some / place.size if free[BASE] else known[BASE]
-            misfit = square - 2.0 * base * some + place.size * base * base
-            if touching > 0 and misfit < best:
-                best = misfit
-                theta[:] = known
-                theta[SCALE], theta[SHAPE], theta[POINT], theta[BASE] = math.log(scale), first, point, base
-    return math.isfinite(best)
+    count, least = len(batch.place), np.full(len(batch.place), math.inf)
+    unit = (batch.force.max(axis=1) - batch.force.min(axis=1)) / np.abs(family.forces[0]).max()
+    points = _points_along(batch.place, known[:, POINT], wanted, _SOFT_TRIALS)
+    best, used = np.full((count, NUMBERS), math.nan), np.ones(batch.place.shape, dtype=np.bool_)
+    base = np.eye(NUMBERS)[[BASE]] if wanted.free[BASE] else np.zeros((0, NUMBERS))
+    for part in _SCALES if wanted.free[SCALE] else [1.0]:
+        for point in points.T:
+            trial = known.copy()
+            with np.errstate(divide="ignore"):
+                trial[:, SCALE] = np.log(unit * part) if wanted.free[SCALE] else wanted.known[SCALE]
+            trial[:, SHAPE], trial[:, POINT], trial[:, TILT] = family.first, point, 0.0
+            if wanted.free[BASE]:
+                trial[:, BASE] = batch.force.mean(axis=1)
+            ends = engine.descents(batch, base, family, trial, used, (3, 0.0))
+            better = ends.touches.any(axis=1) & (unit > 0.0) & (ends.misfit < least)
+            least[better], best[better] = ends.misfit[better], ends.theta[better]
+    return best
 
 
-@compiled
-def _begun_with(
-    place: FloatArray,
-    force: FloatArray,
-    tilt: float,
-    known: FloatArray,
-    free: NDArray[np.bool_],
-    tied: bool,
-    ways: FloatArray,
-    family: Family,
-    softness: float,
-    adhesive: bool,
-    theta: FloatArray,
-) -> float:
-    """The same from one tilt."""
-    folds, m = family[2], ways.shape[1]
-    rungs = np.arange(0, folds.size, max(folds.size // _RUNGS, 1))
-    found = np.empty((rungs.size, 6))
-    level = force.copy()
-    for i in range(place.size):
-        level[i] -= tilt * place[i]
-    start_on_rungs(place[::2].copy(), level[::2].copy(), known, free, tied, family, softness, rungs, found)
-    everything = np.ones(place.size, dtype=np.bool_)
-    square, best, misfit = np.empty((m, m)), known.copy(), math.inf
-    touches, out = np.empty(place.size, dtype=np.bool_), np.empty((place.size, 4))
-    last = family[3] + family[4] * (folds.size - 1)
-    turn = -1
-    while turn < _KEPT + 1 + rungs.size:
-        turn += 1
-        if turn == _KEPT and folds.size == 1:
+def starts_at_tilts(
+    batch: Batch, wanted: Wanted, family: FamilyTable, known: FloatArray, tilts: FloatArray, engine: Engine
+) -> tuple[FloatArray, FloatArray]:
+    """
+    The smallest sums of squares of a few samples, infinite where nothing touches, and their places, of searches from one tilt each.
+
+    Parameters
+    ----------
+    batch : Batch
+    wanted : Wanted
+    family : FamilyTable
+    known : ndarray, shape (curves, 5)
+        Numbers of the model that are not looked for, of each curve.
+    tilts : ndarray, shape (curves,)
+        In N/m.
+    engine : Engine
+    """
+    level = batch.force - tilts[:, None] * batch.place
+    half = Batch(batch.place[:, ::2].copy(), level[:, ::2].copy(), batch.softness)
+    misfits, thetas, off = _starts_on_rungs(half, wanted, family, known, engine)
+    thetas[..., TILT] = tilts[:, None]
+    least, best = np.full(len(level), math.inf), known.copy()
+    last = family.first + family.step * (family.folds.size - 1)
+    at_end = np.ones(len(level), dtype=np.bool_)
+
+    def try_from(curves: IndexArray, trial: FloatArray) -> None:
+        if not curves.size:
+            return
+        whole = curves.size == len(level)
+        some = batch if whole else Batch(*(column[curves] for column in batch))
+        used = np.ones(some.place.shape, dtype=np.bool_)
+        ends = engine.descents(some, wanted.directions, family, trial, used, (ITERATIONS, ROUGHLY))
+        better = ends.misfit < least[curves]
+        least[curves[better]], best[curves[better]] = ends.misfit[better], ends.theta[better]
+
+    for turn in range(_KEPT + 2 + misfits.shape[1]):
+        if turn == _KEPT and family.folds.size == 1:
             break
-        if turn == _KEPT + 2 and family[3] < best[SHAPE] < last:
+        if turn in (_KEPT, _KEPT + 1):  # once more from either side of the best
+            aside = best.copy()
+            aside[:, SHAPE] += _ASIDE if turn == _KEPT else -_ASIDE
+            try_from(np.arange(len(level)), aside)
+            continue
+        # the first is the one that pulls as the record does: a pull may stand in a few samples
+        chosen = np.argmin(off if turn == 0 and wanted.adhesive else misfits, axis=1)
+        left = np.isfinite(misfits[np.arange(len(level)), chosen])
+        if turn == _KEPT + 2:
+            at_end = (best[:, SHAPE] <= family.first) | (best[:, SHAPE] >= last)
+        left &= at_end
+        curves = np.flatnonzero(left)
+        if not curves.size and turn > _KEPT:
             break
-        if turn < _KEPT or turn > _KEPT + 1:
-            # the first is the one that pulls as the record does: a pull may stand in a few samples
-            by, lowest = 5 if turn == 0 and adhesive else 0, 0
-            for k in range(rungs.size):
-                if math.isfinite(found[k, 0]) and found[k, by] < found[lowest, by]:
-                    lowest = k
-            if not math.isfinite(found[lowest, 0]):
-                continue
-            found[lowest, 0] = math.inf
-            trial = np.empty(ALL)
-            trial[:TILT], trial[TILT] = found[lowest, 1:5], tilt
-        else:
-            # and once more from either side of the best
-            trial = best.copy()
-            trial[SHAPE] += _ASIDE if turn == _KEPT else -_ASIDE
-        value, _ = descend(
-            place,
-            force,
-            everything,
-            trial,
-            ways,
-            family,
-            softness,
-            ITERATIONS,
-            ROUGHLY,
-            square,
-            touches,
-            out,
-        )
-        if value < misfit:
-            misfit, best = value, trial
-    without = level - (level.mean() if free[BASE] else known[BASE])
-    seen = math.isfinite(misfit) and (without**2).sum() > misfit * (1.0 + SEEN / place.size)
-    if softness > 0.0 and folds.size == 1 and not tied and not seen:
-        trial = known.copy()
-        if start_on_machine(place[::2].copy(), level[::2].copy(), known, free, family, softness, trial):
-            trial[TILT] = tilt
-            value, _ = descend(
-                place, force, everything, trial, ways, family, softness, ITERATIONS, ROUGHLY, square, touches, out
-            )  # fmt: skip
-            if value < misfit:
-                misfit, best = value, trial
-    if math.isfinite(misfit):
-        theta[:] = best
-    return misfit
-
-
-@compiled
-def begun(
-    place: FloatArray,
-    force: FloatArray,
-    known: FloatArray,
-    free: NDArray[np.bool_],
-    tied: bool,
-    ways: FloatArray,
-    family: Family,
-    softness: float,
-    adhesive: bool,
-    theta: FloatArray,
-) -> float:
-    """The smallest sum of squares of a few samples, infinite where nothing touches; its place is left in `theta`."""
-    if not free[TILT]:
-        return _begun_with(
-            place, force, known[TILT], known, free, tied, ways, family, softness, adhesive, theta
-        )
-    # far from the body the tilt is that of the force, unless the record begins in contact
-    least, trial = math.inf, np.empty(ALL)
-    for tilt in (_tilt_of(place, force), 0.0):
-        misfit = _begun_with(place, force, tilt, known, free, tied, ways, family, softness, adhesive, trial)
-        if misfit < least:
-            least = misfit
-            theta[:] = trial
-    return least
+        try_from(curves, thetas[curves, chosen[curves]])
+        misfits[curves, chosen[curves]], off[curves, chosen[curves]] = math.inf, math.inf
+    base = level.mean(axis=1, keepdims=True) if wanted.free[BASE] else wanted.known[BASE]
+    without = ((level - base) ** 2).sum(axis=1)
+    unseen = ~np.isfinite(least) | (without <= least * (1.0 + SEEN / level.shape[1]))
+    unseen &= (batch.softness > 0.0) & (family.folds.size == 1) & (not wanted.tied)
+    if unseen.any():
+        rest = np.flatnonzero(unseen)
+        trial = _starts_on_machine(Batch(*(c[rest] for c in half)), wanted, family, known[rest], engine)
+        trial[:, TILT] = tilts[rest]
+        there = np.isfinite(trial[:, SCALE])
+        try_from(rest[there], trial[there])
+    return least, best

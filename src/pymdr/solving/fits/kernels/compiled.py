@@ -1,0 +1,251 @@
+"""What is done at every sample of many curves, compiled, as loops. Loads numba."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numba.extending import overload, register_jitable
+from numpy.typing import NDArray
+
+from pymdr import compiling
+from pymdr.solving.fits.kernels import descent, model, starts
+from pymdr.solving.fits.kernels.model import (
+    BASE,
+    CLOSE,
+    LEAST_ROOT,
+    NEWTON,
+    NUMBERS,
+    OUTSIDE,
+    POINT,
+    SCALE,
+    SHAPE,
+    TILT,
+    Machine,
+    Member,
+    Model,
+    Record,
+    on_machine,
+)
+from pymdr.solving.fits.touching import BEYOND, FULLY_OUT, BoolArray
+from pymdr.units import FloatArray
+
+_FUSED: dict[str, Any] = {"fastmath": {"contract"}, "error_model": "numpy"}
+"""Products and sums may be fused, nothing else."""
+
+
+@register_jitable(**_FUSED)
+def _read(row: FloatArray, slope: FloatArray, root: float) -> tuple[float, float]:
+    """Value and slope of a row at one root, as :func:`pymdr.solving.fits.kernels.model.read`."""
+    cells = row.size - 1
+    j, wide = min(int(root * cells), cells - 1), 1.0 / cells
+    t = root * cells - j
+    rise, u, v = row[j + 1] - row[j], slope[j] * wide, slope[j + 1] * wide
+    c3, c2 = u + v - 2.0 * rise, 3.0 * rise - 2.0 * u - v
+    return row[j] + t * (u + t * (c2 + t * c3)), (u + t * (2.0 * c2 + 3.0 * t * c3)) * cells
+
+
+@register_jitable(**_FUSED)
+def _root_at(member: Member, machine: Machine, soft: float, travel: float, cell: int) -> tuple[float, int]:
+    """Root at one travel, and its cell, which is looked for from the given one on."""
+    travels, cells, reach = machine.travels, member.force.size - 1, member.deepest - member.fold
+    while cell < cells - 1 and travel > travels[cell + 1]:
+        cell += 1
+    while cell > machine.cell and travel < travels[cell]:
+        cell -= 1
+    low, before, rate = cell / cells, travels[cell], 2.0 * reach * cell / cells + soft * member.slope[cell]
+    if cell <= machine.cell:
+        cell, low, before, rate = machine.cell, machine.root, machine.travel, machine.rate
+    wide = (cell + 1) / cells - low
+    rise, across, off = rate * wide, travels[cell + 1] - before, travel - before
+    bent = math.sqrt(max(rise * rise + 4.0 * (across - rise) * off, 1e-300))
+    root = min(low + 2.0 * off * wide / (rise + bent), OUTSIDE)
+    for _ in range(NEWTON):
+        value, slope = _read(member.force, member.slope, root)
+        off = travel - member.fold - reach * root * root - soft * value
+        moved = root + off / max(2.0 * reach * root + soft * slope, 1e-6 * reach)
+        step = min(max(moved, 0.5 * (root + machine.root)), OUTSIDE) - root
+        root += step
+        if abs(step) < CLOSE:
+            break
+    return root, cell
+
+
+def _put(row: NDArray[Any], values: NDArray[Any]) -> None:
+    """As :func:`pymdr.solving.fits.kernels.descent.put`."""
+    for i in range(row.size):
+        row[i] = values[i]
+
+
+def _blended(weight: FloatArray, rows: FloatArray) -> FloatArray:
+    """As :func:`pymdr.solving.fits.kernels.model.blended`, of four rows."""
+    out = np.empty(rows.shape[1])
+    for j in range(out.size):
+        out[j] = (
+            weight[0] * rows[0, j] + weight[1] * rows[1, j] + weight[2] * rows[2, j] + weight[3] * rows[3, j]
+        )
+    return out
+
+
+@register_jitable(**_FUSED)
+def _turn(gain: FloatArray, first: int, last: int, step: int) -> int:
+    """The sample, going from the first to before the last, up to which being in contact fits best."""
+    total, best, where, i = 0.0, 0.0, first - step, first
+    while i != last:
+        total += gain[i]
+        if total > best:
+            best, where = total, i
+        i += step
+    return where
+
+
+@register_jitable(**_FUSED)
+def _leave(record: Record, theta: FloatArray, fold: float, found: Model) -> None:
+    """As :func:`pymdr.solving.fits.touching.in_contact`; what does not touch bears nothing."""
+    force, rates, touches = found
+    n, deepest, gain = force.size, int(np.argmax(record.place)), np.zeros(force.size)
+    for i in range(n):
+        if (1.0 + BEYOND) * fold <= record.place[i] - theta[POINT] <= -fold:
+            measured = record.force[i] - theta[BASE] - theta[TILT] * record.place[i]
+            gain[i] = measured * measured - (measured - force[i]) ** 2
+    first, last = _turn(gain, deepest - 1, -1, -1), _turn(gain, deepest + 1, n, 1)
+    for i in range(n):
+        if (1.0 + BEYOND) * fold <= record.place[i] - theta[POINT] <= -fold:
+            touches[i] = first <= i <= last
+        if not touches[i]:
+            force[i] = 0.0
+            for p in range(BASE):
+                rates[p, i] = 0.0
+
+
+@register_jitable(**_FUSED)
+def _model_of(record: Record, theta: FloatArray, member: Member) -> Model:
+    """As :func:`pymdr.solving.fits.kernels.model.model_of`."""
+    n, scale, reach = record.place.size, math.exp(theta[SCALE]), member.deepest - member.fold
+    soft = record.softness * scale
+    machine = on_machine(member, soft)
+    start = scale * _read(member.force, member.slope, machine.root)[0]
+    start_over = scale * _read(member.force_rate, member.slope_rate, machine.root)[0]
+    force, rates, touches = np.zeros(n), np.zeros((BASE, n)), np.empty(n, dtype=np.bool_)
+    cell = machine.cell
+    for i in range(n):
+        travel = record.place[i] - theta[POINT]
+        touches[i] = travel > 0.0
+        if travel > machine.travel:
+            if soft == 0.0:
+                root = min(math.sqrt((travel - member.fold) / reach), OUTSIDE)
+            else:
+                root, cell = _root_at(member, machine, soft, travel, cell)
+            value, slope = _read(member.force, member.slope, root)
+            stretch = 2.0 * reach * max(root, LEAST_ROOT) + soft * slope
+            share = scale * slope / max(stretch, 1e-4 * reach)
+            force[i] = scale * value
+            rates[SCALE, i], rates[POINT, i] = scale * value - share * soft * value, -share
+            if member.varies:
+                over = _read(member.force_rate, member.slope_rate, root)[0]
+                folding = member.fold_rate * (1.0 - root * root) + soft * over
+                rates[SHAPE, i] = scale * over - share * folding
+        elif machine.travel < 0.0:
+            force[i], rates[SCALE, i], rates[SHAPE, i] = start, start, start_over
+    found = Model(force, rates, touches)
+    if machine.travel < 0.0:
+        _leave(record, theta, machine.travel, found)
+    return found
+
+
+def _compared(
+    record: Record, theta: FloatArray, member: Member, used: BoolArray
+) -> tuple[Model, FloatArray, float]:
+    """As :func:`pymdr.solving.fits.kernels.descent.compared`."""
+    found, left, misfit = _model_of(record, theta, member), np.zeros(used.size), 0.0
+    for i in range(used.size):
+        if used[i]:
+            left[i] = record.force[i] - theta[BASE] - theta[TILT] * record.place[i] - found.force[i]
+            misfit += left[i] * left[i]
+    return found, left, misfit
+
+
+def _normal_equations(
+    place: FloatArray, model: Model, left: FloatArray, used: BoolArray, directions: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """As :func:`pymdr.solving.fits.kernels.descent.normal_equations`, sums that are needed only."""
+    m, rows = directions.shape[0], np.empty((NUMBERS, place.size))
+    for p in range(m):
+        for i in range(place.size):
+            rows[p, i] = directions[p, BASE] + directions[p, TILT] * place[i] if used[i] else 0.0
+        for j in range(BASE):
+            if directions[p, j] != 0.0:
+                for i in range(place.size):
+                    rows[p, i] += directions[p, j] * model.rates[j, i] if used[i] else 0.0
+    square, side = np.zeros((m, m)), np.zeros(m)
+    for p in range(m):
+        side[p] = np.dot(rows[p], left)
+        for q in range(p + 1):
+            square[p, q] = np.dot(rows[p], rows[q])
+            square[q, p] = square[p, q]
+    return square, side
+
+
+def _fitted_at(
+    depth: FloatArray, force: FloatArray, member: Member, level: float, known: tuple[float, float]
+) -> tuple[float, float, float]:
+    """As :func:`pymdr.solving.fits.kernels.starts.fitted_at`."""
+    n, deepest, least, reach = depth.size, 0, 0.0, 1.0 / (member.deepest - member.fold)
+    for i in range(n):
+        if depth[i] > depth[deepest]:
+            deepest = i
+        least = min(least, force[i] - level)
+    some, square, plain, powers, product = 0.0, 0.0, 0.0, 0.0, 0.0
+    for i in range(n):
+        above = force[i] - level
+        plain += above
+        square += above * above
+        held = i > deepest and depth[i] >= member.fold and above < FULLY_OUT * least
+        if depth[i] > 0.0 or held:
+            root = math.sqrt((depth[i] - member.fold) * reach)
+            value = _read(member.force, member.slope, min(root, OUTSIDE))[0]
+            some += value
+            powers += value * value
+            product += value * above
+    scale, base = known[0], known[1] - level
+    if math.isnan(scale) and math.isnan(base):
+        power = powers - some * some / n
+        scale = (product - some * plain / n) / power if power > 0.0 else -1.0
+    elif math.isnan(scale):
+        scale = (product - base * some) / powers if powers > 0.0 else -1.0
+    if math.isnan(base):
+        base = (plain - scale * some) / n
+    misfit = square - 2.0 * (base * plain + scale * product) + 2.0 * base * scale * some
+    return scale, base + level, misfit + base * base * n + scale * scale * powers
+
+
+def _let_compile() -> None:
+    """Let numba compile what the two outermost functions call, some of it in other words."""
+    same: tuple[Any, ...] = (
+        model.member_at,
+        model.on_rung,
+        model.on_machine,
+        descent.solved,
+        descent.held_at_end,
+        descent.descend,
+    )
+    loops: dict[Any, Any] = {
+        model.blended: _blended,
+        descent.put: _put,
+        descent.compared: _compared,
+        descent.normal_equations: _normal_equations,
+        starts.fitted_at: _fitted_at,
+    }
+    options: Any = _FUSED
+    for function, own in ({function: function for function in same} | loops).items():
+        overload(function, jit_options=options, strict=False)(lambda *_, own=own: own)
+
+
+_let_compile()
+_STAMP = compiling.stamp_of(__file__)
+ENGINE = starts.Engine(
+    compiling.compiled(descent.descend_all, _STAMP, fastmath={"contract"}),
+    compiling.compiled(starts.best_points, _STAMP, fastmath={"contract"}),
+)
+"""The search of :mod:`pymdr.solving.fits.kernels`, compiled when it is first used."""
