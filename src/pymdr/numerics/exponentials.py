@@ -76,31 +76,27 @@ def moments(x: float) -> tuple[float, float, float, float, float, float]:
 
 
 @inner
-def _slope(f: Sum, i: int) -> float:
-    """The derivative of a term at 0: nothing but rounding where it stays what it is."""
-    relaxed = f.rates[i] * f.decaying[i]
-    slope = f.growing[i] - relaxed
-    return slope if abs(slope) > ROUNDING * abs(relaxed) else 0.0
-
-
-@inner
 def _at(f: Sum, p: float, out: FloatArray) -> None:
     """All that bounds a sum beside p."""
     falling, rise, bend, drop, curl = 0.0, 0.0, 0.0, 0.0, 0.0
-    value, size = f.line[0] + f.line[1] * p, abs(f.line[0])
-    for i in range(f.rates.size):
-        x = f.rates[i]
+    line, decaying, growing, rates, _ = f  # looked up once: in a loop that counts references
+    value, size = line[0] + line[1] * p, abs(line[0])
+    for i in range(rates.size):
+        x, a, b = rates[i], decaying[i], growing[i]
         gone = -math.expm1(-x * p)
         left = 1.0 - gone
-        term = left * f.decaying[i] + f.growing[i] * (gone / x if x > 0.0 else p)
-        slope = left * _slope(f, i)
+        term = left * a + b * (gone / x if x > 0.0 else p)
+        slope = b - x * a
+        slope = (
+            left * slope if abs(slope) > ROUNDING * abs(x * a) else 0.0
+        )  # a steady term is no more than its rounding
         value += term
-        size += abs(f.decaying[i])
+        size += abs(a)
         if slope > 0.0:
             rise, bend = rise + slope, bend - x * slope
         else:
             falling, drop, curl = falling + term, drop + slope, curl - x * slope
-    out[_VALUE], out[_RATE], out[_SIZE], out[_FALLING] = value, f.line[1] + rise + drop, size, falling
+    out[_VALUE], out[_RATE], out[_SIZE], out[_FALLING] = value, line[1] + rise + drop, size, falling
     out[_RISE], out[_BEND], out[_DROP], out[_CURL] = rise, bend, drop, curl
 
 

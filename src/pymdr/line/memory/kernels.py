@@ -176,14 +176,14 @@ def move_branches(
     body: Body, move: float, w: float, branch: FloatArray, h: FloatArray
 ) -> tuple[float, float]:
     """Move a spring in contact; returns its mean force and what its dashpots take, without the one beside it."""
-    force, lost = body.equilibrium * (w + 0.5 * move), 0.0
+    force, lost, moduli, soft = body.equilibrium * (w + 0.5 * move), 0.0, body.moduli, body.soft
     for j in range(h.size):
-        elastic = body.moduli[j] * move
+        elastic = moduli[j] * move
         force += branch[j, MEAN] * h[j] + branch[j, RAMP] * elastic
         lost += (
             branch[j, OWN] * h[j] * h[j]
             + elastic * (2.0 * branch[j, CROSS] * h[j] + branch[j, MOVED] * elastic)
-        ) * body.soft[j]
+        ) * soft[j]
         h[j] = branch[j, DECAY] * h[j] + branch[j, MEAN] * elastic
     return force, lost
 
@@ -191,34 +191,34 @@ def move_branches(
 @inner
 def let_go(body: Body, w: float, h: FloatArray, m: FloatArray) -> float:
     """Find the modes of a spring that bears nothing; returns where it rests."""
-    rest = w if body.equilibrium == 0.0 else 0.0
+    rest, n, to_modes, reach = w, h.size, body.to_modes, body.reach
     for k in range(m.size):
-        m[k] = body.to_modes[k, h.size] * w
-        for j in range(h.size):
-            m[k] += body.to_modes[k, j] * h[j]
-        if body.equilibrium == 0.0:
-            rest -= body.reach[k] * m[k]
-    return rest
+        m[k] = to_modes[k, n] * w
+        for j in range(n):
+            m[k] += to_modes[k, j] * h[j]
+        rest -= reach[k] * m[k]
+    return rest if body.equilibrium == 0.0 else 0.0
 
 
 @inner
 def branches_of(body: Body, m: FloatArray, h: FloatArray) -> None:
     """Find what the branches of a free spring bear."""
+    to_branches = body.to_branches
     for j in range(h.size):
         h[j] = 0.0
         for k in range(m.size):
-            h[j] += body.to_branches[j, k] * m[k]
+            h[j] += to_branches[j, k] * m[k]
 
 
 @inner
 def creep_back(body: Body, duration: float, rest: float, m: FloatArray) -> tuple[float, float]:
     """Let a free spring creep; returns where it is and what its dashpots take."""
-    w, lost = rest, 0.0
+    w, lost, rates, reach = rest, 0.0, body.rates, body.reach
     for k in range(m.size):
-        x = body.rates[k] * duration
+        x = rates[k] * duration
         lost -= 0.5 * math.expm1(-2.0 * x) * m[k] * m[k]
         m[k] *= math.exp(-x)
-        w += body.reach[k] * m[k]
+        w += reach[k] * m[k]
     return w, lost
 
 
@@ -226,10 +226,11 @@ def creep_back(body: Body, duration: float, rest: float, m: FloatArray) -> tuple
 def _parts(body: Body, move: Move, done: float, w: float, room: Room, begin: float) -> tuple[float, int]:
     """At which part of what is left of a step a spring in contact parts."""
     left, f = 1.0 - done, room.force
-    f.line[0], f.line[1] = body.equilibrium * w + move.drag, body.equilibrium * move.way * left
-    for j in range(room.h.size):
-        f.decaying[j], f.growing[j] = room.h[j], body.moduli[j] * move.way * left
-        f.rates[j] = move.duration * left / body.times[j]
+    (line, decaying, growing, rates, _), h, moduli, times = f, room.h, body.moduli, body.times
+    line[0], line[1] = body.equilibrium * w + move.drag, body.equilibrium * move.way * left
+    for j in range(h.size):
+        decaying[j], growing[j] = h[j], moduli[j] * move.way * left
+        rates[j] = move.duration * left / times[j]
     return first_crossing(f, begin)
 
 
@@ -239,9 +240,10 @@ def _touches(
 ) -> tuple[float, int]:
     """At which part of what is left of a step a free spring is touched that is so far above the indentation without its modes."""
     left, f = 1.0 - done, room.gap
-    f.line[0], f.line[1] = above, -move.way * left
-    for k in range(room.m.size):
-        f.decaying[k], f.rates[k] = body.reach[k] * room.m[k], move.duration * left * body.rates[k]
+    (line, decaying, _, rates, _), m, reach, slow = f, room.m, body.reach, body.rates
+    line[0], line[1] = above, -move.way * left
+    for k in range(m.size):
+        decaying[k], rates[k] = reach[k] * m[k], move.duration * left * slow[k]
     return first_crossing(f, begin)
 
 
