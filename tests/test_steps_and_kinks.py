@@ -9,8 +9,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.optimize import brentq
 
 import pymdr as mdr
+from drawing import examples
 from pymdr.mapping.callables.steps import Steps
 from pymdr.mapping.equivalent import equivalent_profile
 
@@ -309,3 +311,19 @@ def test_what_was_saved_of_a_callable_refuses_radii_beyond_it(tmp_path):
             known.field("gap", r=9.0 * a)
     # what is still callable goes on
     assert np.isfinite(result.field("gap", r=9.0 * a).values).all()
+
+
+@settings(max_examples=examples(24), deadline=None)
+@given(st.floats(-9.0, 0.0), st.floats(-12.0, -1.0), st.floats(-3.0, 0.0), st.floats(-16.0, -1.0))
+def test_contacts_just_beyond_a_kink_under_an_offset_err_as_is_told(scale, beyond, steep, offset):
+    b, slope = 10.0**scale, 10.0**steep
+    lift = 10.0**offset * b
+    wheel = mdr.Function(lambda r: slope * np.maximum(np.asarray(r) - b, 0.0) + lift, reach=100.0 * b)
+    depth = slope * b * 10.0**beyond
+    result = mdr.solve(mdr.Contact(wheel, mdr.Elastic("1 GPa", 0.3)), mdr.indent(depth))
+    # g = slope x arccos(b / x)
+    angle = brentq(lambda t: t - 10.0**beyond * math.cos(t), 0.0, 1.0, xtol=1e-300, rtol=1e-15)
+    truth = b / math.cos(angle)
+    found, claim = float(result["contact_radius"][0]), result.claims["contact_radius"]
+    allowed = 10.0 * (0.0 if claim.error is None else float(claim.error[0])) + 1e-13
+    assert abs(found / truth - 1.0) <= allowed

@@ -363,9 +363,10 @@ class PanelLine(EquivalentProfile):
             first = (image.panels.low[index] == 0.0) & (exponent > 0.0)
             ratio = np.where(first, np.minimum(offset / image.panels.high[index], 1.0), 1.0)
             spread = exponent * np.abs(np.log(ratio))
-            # beyond the stretch on which f rises unseen only that height is felt, by the slope of the kernel
-            kernel = (offset * (base + x)) ** ((k - 3.0) / 2.0)
-            felt = 2.0 * (1.0 - k) * height * unseen * base * x ** (1.0 - k) * kernel
+            # beyond the stretch on which f rises unseen only that height is felt, by the kernel and by its slope
+            square = offset * (base + x)
+            kernel = x ** (1.0 - k) * square ** ((k - 1.0) / 2.0)
+            felt = height * kernel * (1.0 + 2.0 * (1.0 - k) * unseen * base / square)
             place = place + np.fmin(unseen, felt / slope)
             steep = np.maximum(np.abs(image.slope.power[index]), np.where(unseen > 0.0, 2.0, 0.0)) / offset
             rates = np.stack(
