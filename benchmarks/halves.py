@@ -14,7 +14,6 @@ import numpy as np
 
 import pymdr as mdr
 from benchmarks.records import records
-from pymdr.solving.fits.searching import free_numbers
 
 TIP = mdr.Paraboloid("5 um")
 SEED, DRAWS, BLOCKS, SHORTEST = 16, 2000, 50, 8
@@ -83,7 +82,7 @@ def likely(found, seed, draws=DRAWS):
     Blocks of the residuals keep or turn their signs by chance (the dependent wild bootstrap, Shao 2010): so they stay where they are larger, in
     contact. What least squares make of them is one step of Gauss and Newton by the rates of the residuals.
     """
-    best = free_numbers(found.minimum[1], len(found.search.names))
+    best = found.free
     residual, rates = found.search.residuals(best), found.search.slopes(best)
     length = int(np.clip(2.0 * found.correlated, SHORTEST, max(residual.size // BLOCKS, SHORTEST)))
     of_blocks = np.add.reduceat(np.linalg.pinv(rates) * residual, np.arange(0, residual.size, length), axis=1)

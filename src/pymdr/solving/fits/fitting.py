@@ -307,9 +307,8 @@ def _eased(search: Search) -> Search:
     return replace(search, curves=eased) if len(eased) == len(search.curves) else search
 
 
-def _machine_in_words(stretch: Stretch) -> str:
+def _machine_in_words(place: FloatArray, force: FloatArray, softness: float) -> str:
     """That a machine bends farther than it travels while the force rises, where it does."""
-    place, force, softness = stretch.place[0], stretch.force[0], float(stretch.softness[0])
     top = int(np.nanargmax(force))
     begun = int(np.nanargmin(np.where(force > 0.9 * np.nanmin(force) + 0.1 * force[top], place, math.nan)))
     rise, way = float(force[top] - force[begun]), float(place[top] - place[begun])
@@ -340,7 +339,7 @@ def _quick_start(search: Search) -> tuple[Start, FloatArray] | None:
     if found["ending"][0] == NO_CONTACT:
         raise ProblemError(
             f"fit: no contact is seen in the record: one without any leaves squares that are larger by less than {SEEN:g} variances of "
-            f"the noise; {_machine_in_words(stretch)}press deeper, mark outliers (curve.mark_outliers()), or see with curve.orient() whether a sign is turned"
+            f"the noise; {_machine_in_words(stretch.place[0], stretch.force[0], float(stretch.softness[0]))}press deeper, mark outliers (curve.mark_outliers()), or see with curve.orient() whether a sign is turned"
         )
     if found["ending"][0] == AT_END:
         _refuse_beyond_layers(asked, ways, stretch)
@@ -529,8 +528,10 @@ def judged(found: Estimate) -> Result:
         assert curve.time is not None
         return solve(contact, Path(time=curve.time - curve.time[0], indentation=found.models[0].depth))
     if found.deepest <= 0.0:
+        softness = 0.0 if curve.travel is None or not curve.spring_constant else 1.0 / curve.spring_constant
         raise ProblemError(
-            "fit: the bodies touch at no sample; give contact_point, or a record that presses them"
+            f"fit: the bodies touch at no sample; {_machine_in_words(curve.position, curve.force, softness)}give contact_point, or a "
+            "record that presses them"
         )
     return solve(contact, indent(found.deepest))
 
