@@ -552,3 +552,19 @@ def test_a_dashpot_bears_without_bound_at_the_edge(viscosity):
     assert (np.diff(p.values[:3]) > 0.0).all()
     assert np.isinf(p.values[3])
     assert p.values[2] * math.sqrt(1e-4 * a) == pytest.approx(amplitude, rel=0.05)
+
+
+@pytest.mark.parametrize("decades", [-118, -60, 60])
+def test_fields_of_contacts_whose_squares_have_no_number(decades):
+    size = 10.0**decades
+    gel = mdr.Viscoelastic(mdr.StandardSolid("1 kPa", "3 kPa", "1 s"), poisson=0.5)
+    path = mdr.Path(time=[1.0, 2.0, 3.0], indentation=[0.01 * size, 0.02 * size, 0.012 * size])
+    result = mdr.solve(mdr.Contact(mdr.Cone(slope=0.3), gel), path)
+    unit = mdr.solve(
+        mdr.Contact(mdr.Cone(slope=0.3), gel),
+        mdr.Path(time=[1.0, 2.0, 3.0], indentation=[0.01, 0.02, 0.012]),
+    )
+    r = np.array([0.3, 0.9, 1.5]) * float(unit["contact_radius"][-1])
+    for name, power in (("pressure", 0), ("gap", 1), ("normal_displacement", 1)):
+        here, there = result.field(name, r * size).values, unit.field(name, r).values
+        np.testing.assert_allclose(here / size**power, there, rtol=1e-9)

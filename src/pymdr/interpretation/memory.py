@@ -44,6 +44,8 @@ _ENDS = 0.5
 """Of the load of the last spring: what is continued to the edge from a load that does not end there is more."""
 _GONE = 1e-100
 """Of the largest deflection of a row: what is less is none."""
+_TO_EDGE = 2.0
+"""How many times more pressures err than half as many springs differ: toward an edge the order in their distance falls below 1."""
 INSIDE = (np.arange(64.0) + 0.5) / 66.0
 TO_EDGE = np.concatenate([INSIDE, 1.0 - np.geomspace(0.03, 1e-5, 12)])
 """Radii over that of the contact at which errors of pressures and tractions are measured."""
@@ -200,14 +202,15 @@ def displacement(state: LineState, r: FloatArray) -> FloatArray:
     deflection = np.where(np.abs(deflection) > _GONE * size, deflection / size, 0.0)
     if state.radius > position[-1]:  # at a sharp edge, to which the last spring stands for w
         position, deflection = np.append(position, state.radius), np.append(deflection, deflection[-1])
-    w = PchipInterpolator(np.append(0.0, position), np.append(deflection[0], deflection))
     top, (t, weights) = float(position[-1]), gauss(_NODES)
+    # in parts of the largest position, whose squares have no number in contacts that all but went
+    w = PchipInterpolator(np.append(0.0, position / top), np.append(deflection[0], deflection))
     radii = np.maximum(r, 1e-9 * top)[:, None]
     # w bends at the edge of the contact and ends where nothing was touched
     ends = np.arcsin(np.minimum(np.array([0.0, state.radius, top, math.inf]) / radii, 1.0))
     width = np.diff(ends, axis=1)
     x = radii[:, :, None] * np.sin(ends[:, :-1, None] + width[:, :, None] * t)
-    values = np.where(x <= top, w(np.minimum(x, top)), 0.0)
+    values = np.where(x <= top, w(np.minimum(x / top, 1.0)), 0.0)
     return np.asarray(2.0 / math.pi * size * np.sum(width * (values @ weights), axis=1))
 
 
@@ -251,10 +254,12 @@ def surface_load(state: LineState, r: FloatArray) -> FloatArray:
     if size == 0.0:
         return p
     q = np.where(np.abs(q) > _GONE * size, q / size, 0.0)  # as displacements
-    curve = PchipInterpolator(np.concatenate([[0.0], x, [a]]), np.concatenate([q[:1], q, [edge / size]]))
+    curve = PchipInterpolator(
+        np.concatenate([[0.0], x / a, [1.0]]), np.concatenate([q[:1], q, [edge / size]])
+    )
     radius = np.maximum(r[within], 1e-9 * a)
-    blocks = np.array_split(radius, math.ceil(radius.size / _BLOCK))
-    p[within] = size * np.concatenate([_integrated(curve, block[:, None]) for block in blocks])
+    blocks = np.array_split(radius / a, math.ceil(radius.size / _BLOCK))
+    p[within] = size / a * np.concatenate([_integrated(curve, block[:, None]) for block in blocks])
     if edge != 0.0:
         with np.errstate(divide="ignore"):
             p[within] += edge / (math.pi * np.sqrt((a - radius) * (a + radius)))
@@ -385,7 +390,7 @@ def check_memory(surface: MemorySurface, force: FloatArray | None) -> MemoryChec
             (
                 1.0
                 if surface.hides_edge(fine)
-                else _apart(missed, 0.0, float(np.max(np.abs(p), initial=0.0))) + replayed,
+                else _TO_EDGE * _apart(missed, 0.0, float(np.max(np.abs(p), initial=0.0))) + replayed,
                 _apart(u, other_u, size) + replayed,
                 _apart(gap, other_gap, size) + replayed,
             )
