@@ -17,7 +17,7 @@ from pymdr.compiling import compiled, inner
 from pymdr.line.memory.modes import Modes
 from pymdr.line.memory.springs import Springs
 from pymdr.mapping.relaxation import Relaxation
-from pymdr.numerics.exponentials import SHORTEST, Sum, empty_sum, first_crossing, mean, moments
+from pymdr.numerics.exponentials import ROUNDING, SHORTEST, Sum, empty_sum, first_crossing, mean, moments
 from pymdr.units import FloatArray
 
 _SHORTLY = 1e-3
@@ -270,7 +270,8 @@ def _turn(body: Body, move: Move, y: float, i: int, old: State, new: State, room
         else:
             part, count = _parts(body, move, done, w, room, begin)
         tried += count
-        share = (1.0 - done) * min(part, 1.0)
+        left = 1.0 - done
+        share = left * min(part, 1.0)
         if free:
             w, spent = creep_back(body, move.duration * share, rest, m)
             lost += spent
@@ -289,18 +290,21 @@ def _turn(body: Body, move: Move, y: float, i: int, old: State, new: State, room
         if free:
             there = move.start + done * move.way - y
             branches_of(body, m, h)
+            # what the search misses by is moved in no less time than it tells apart: in none, branches that relax faster
+            # would take an energy that nobody gives
+            missed, within = there - w, max(begin, ROUNDING) * left * move.duration
             for j in range(h.size):
-                h[j] += body.moduli[j] * (there - w)
+                h[j] += body.moduli[j] * missed * mean(within / body.times[j])
             w = there
         else:  # what rounding leaves it to bear is let go
             if body.viscosity == 0.0:
-                left, glassy = body.equilibrium * w, body.equilibrium
+                borne, glassy = body.equilibrium * w, body.equilibrium
                 for j in range(h.size):
-                    left += h[j]
+                    borne += h[j]
                     glassy += body.moduli[j]
-                w -= left / glassy
+                w -= borne / glassy
                 for j in range(h.size):
-                    h[j] -= body.moduli[j] * left / glassy
+                    h[j] -= body.moduli[j] * borne / glassy
             rest = let_go(body, w, h, m)
         free = not free
     if not free:
