@@ -322,7 +322,7 @@ def follow(
     work, lost, followed = 0.0, 0.0, 0
     for r in range(course.time.size):
         step_now = Now(here, before, course.time[r] - now, active)
-        there, here, touched = _press(run, step_now, course.target[r], old, new, True)
+        there, here, touched = _press(run, step_now, course.target[r], old, new, r >= 0)
         if math.isinf(there):
             here = step_now.here
             break
@@ -353,7 +353,11 @@ def _half_way(
     """The force and its slope of springs that go half of the time from the first of `ways` to an indentation."""
     old, _, middle = states
     move = straight(run.body, ways[0], half, 0.5 * ways[2])
-    step(run.springs, run.body, move, (0, touched, math.isinf(run.machine)), old, middle, run.room, run.row)
+    # a constant would compile the kernel once more
+    first = min(touched, 0)
+    step(
+        run.springs, run.body, move, (first, touched, math.isinf(run.machine)), old, middle, run.room, run.row
+    )
     return run.row[FORCE], run.row[RATE]
 
 
@@ -443,7 +447,7 @@ def divide(
                 return FULL
             goal = course.target[r] if done + size == 1.0 else from_target + rise * (done + size)
             step_now = Now(here, before, whole * size, active)
-            found = _press(run, step_now, goal, old, new, False)
+            found = _press(run, step_now, goal, old, new, size > 1.0)
             if math.isinf(found[0]):
                 return ENDED
             halve = False
