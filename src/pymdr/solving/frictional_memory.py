@@ -231,6 +231,7 @@ def _refuse_beyond(asked: Stretch, friction: float, row: int, pressed: float) ->
 def _interpret(task: Task, bodies: _Bodies, walked: Walked[_Rows]) -> Result:
     """Step 3: quantities, claims and assumptions of every row."""
     rows, contact = walked.rows, task.contact
+    assert contact.friction is not None
     pressed = Walked(rows.normal, walked.starts, walked.time)
     normal = interpreted(task, bodies.line, bodies.normal, pressed)
     sheared = rows.fine
@@ -252,10 +253,10 @@ def _interpret(task: Task, bodies: _Bodies, walked: Walked[_Rows]) -> Result:
     where = claims["contact_radius"].where
     tangential = sheared_claims(contact, coupling, (*own, *TANGENTIAL_FIELDS), where, sheared.disk)
     fields = sheared_errors(_surface(task, bodies, walked, normal.columns), where.size)
-    errors, kernel = _errors(rows), _kernel_errors(bodies, walked, columns)
+    errors, kernel = _errors(rows), _kernel_errors(bodies, walked, columns, contact.friction.coefficient)
     tangential = with_errors(
         tangential,
-        {name: error + kernel[name] for name, error in errors.items()}
+        {name: np.fmin(error + kernel[name], 1.0) for name, error in errors.items()}
         | {name: error + bodies.tangential.error for name, error in fields.items()},
         f"; energies are those of the springs and dashpots that the rheology names{OWN_ERRORS}",
         f"as {SPRINGS} springs in four steps or more between the rows do",
@@ -326,15 +327,24 @@ def _errors(rows: _Rows) -> dict[str, FloatArray]:
 
 
 def _kernel_errors(
-    bodies: _Bodies, walked: Walked[_Rows], columns: Mapping[str, FloatArray]
+    bodies: _Bodies, walked: Walked[_Rows], columns: Mapping[str, FloatArray], friction: float
 ) -> dict[str, FloatArray]:
-    """What the error of the kernel makes of rows, in parts of their own values, as `kernel_errors` of what is normal."""
+    """
+    What the error of the kernel makes of rows, in parts of their own values, as `kernel_errors` of what is normal.
+
+    Springs slip where their moves would load them beyond mu times their pressure: in a row they are loaded by 2 mu F_N at most,
+    however stiff a sudden move would find them.
+    """
     assert walked.time is not None
     pressed = kernel_errors(bodies.line, bodies.normal, walked.rows.normal, walked.time)
     shift, force = columns["shift"], columns["tangential_force"]
     moves = np.abs(np.diff(shift, prepend=0.0))
     stiffness = bodies.line.stiffness(columns["contact_radius"])
-    bears = travelled(bodies.tangential, relaxed, walked.time, np.cumsum(stiffness * moves))
+    pressing = np.maximum(columns["normal_force"], np.append(0.0, columns["normal_force"][:-1]))
+    carried = 2.0 * friction * bodies.tangential.error * np.cumsum(np.maximum(pressing, 0.0))
+    bears = np.minimum(
+        travelled(bodies.tangential, relaxed, walked.time, np.cumsum(stiffness * moves)), carried
+    )
     load = np.divide(force, stiffness, out=np.zeros(force.size), where=stiffness > 0.0)
     creeps = travelled(bodies.tangential, compliant, walked.time, load)
     work = 2.0 * np.cumsum(bears * moves)
