@@ -489,7 +489,7 @@ def _with_error(claim: Claim, error: FloatArray | None, remark: str, cause: str)
     if error is None:
         return replace(claim, reason=reason)
     largest = float(np.max(error, initial=0.0, where=claim.where))
-    total = error if claim.error is None else total_error(error, claim.error)
+    total = total_error(error, 0.0 if claim.error is None else claim.error)
     if largest <= EXACT_WITHIN or claim.level is not Level.EXACT:
         return replace(claim, error=total, reason=reason)
     reason = f"{claim.reason}; numbers err by more than {EXACT_WITHIN:g} of their size, {cause}{remark}"

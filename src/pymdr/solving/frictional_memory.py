@@ -256,7 +256,7 @@ def _interpret(task: Task, bodies: _Bodies, walked: Walked[_Rows]) -> Result:
     errors, kernel = _errors(rows), _kernel_errors(bodies, walked, columns, contact.friction.coefficient)
     tangential = with_errors(
         tangential,
-        {name: np.fmin(error + kernel[name], 1.0) for name, error in errors.items()}
+        {name: error + kernel[name] for name, error in errors.items()}
         | {name: error + bodies.tangential.error for name, error in fields.items()},
         f"; energies are those of the springs and dashpots that the rheology names{OWN_ERRORS}",
         f"as {SPRINGS} springs in four steps or more between the rows do",
