@@ -233,3 +233,11 @@ def test_springs_that_are_touched_take_no_energy_that_nobody_gave():
         rows = follow_springs(line, series, time, depth, n=40)
         balance = rows.work - rows.stored - rows.dissipated
         assert balance == pytest.approx(np.zeros(7), abs=1e-12 * rows.dissipated.max()), rheology
+
+
+@pytest.mark.parametrize("friction", [None, mdr.Coulomb(0.3)])
+def test_a_leg_without_times_is_refused_as_for_other_bodies_with_memory(friction):
+    power = mdr.PowerLawRheology(modulus="1 kPa", time="1 s", exponent=0.3)
+    contact = mdr.Contact(mdr.Sphere("1 mm"), mdr.Viscoelastic(power, poisson=0.5), friction=friction)
+    with pytest.raises(mdr.PathError, match="give every leg a duration or a rate"):
+        mdr.solve(contact, mdr.indent("10 um", steps=10))

@@ -340,11 +340,11 @@ def _kernel_errors(
     shift, force = columns["shift"], columns["tangential_force"]
     moves = np.abs(np.diff(shift, prepend=0.0))
     stiffness = bodies.line.stiffness(columns["contact_radius"])
-    pressing = np.maximum(columns["normal_force"], np.append(0.0, columns["normal_force"][:-1]))
-    carried = 2.0 * friction * bodies.tangential.error * np.cumsum(np.maximum(pressing, 0.0))
-    bears = np.minimum(
-        travelled(bodies.tangential, relaxed, walked.time, np.cumsum(stiffness * moves)), carried
-    )
+    bears = travelled(bodies.tangential, relaxed, walked.time, np.cumsum(stiffness * moves))
+    if math.isfinite(friction):
+        pressed_by = np.maximum(columns["normal_force"], 0.0)
+        most = np.cumsum(np.maximum(pressed_by, np.append(0.0, pressed_by[:-1])))
+        bears = np.minimum(bears, 2.0 * friction * bodies.tangential.error * most)
     load = np.divide(force, stiffness, out=np.zeros(force.size), where=stiffness > 0.0)
     creeps = travelled(bodies.tangential, compliant, walked.time, load)
     work = 2.0 * np.cumsum(bears * moves)

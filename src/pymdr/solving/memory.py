@@ -82,19 +82,19 @@ def _led(before: Planned | None, leg: Planned) -> bool:
     return at_rate and before is not None and before.controls.normal != leg.controls.normal
 
 
-def _span(path: LoadingPath) -> tuple[float, float] | None:
-    """About the shortest step and the length of a path in s without what only its rows tell, if its legs state their times."""
+def _span(path: LoadingPath) -> tuple[float, float]:
+    """About the shortest step and the length of a path in s without what only its rows tell; legs without times are refused."""
     steps, now, here = [], 0.0, dict[str, float]()
     for before, leg in zip(*_neighbours(path), strict=True):
         if _led(before, leg):
             assert isinstance(leg.leg, Ramp)
             here |= {leg.controls.normal: getattr(leg.leg, leg.controls.normal)}
             continue
-        asked = leg.stretch(here, now)
-        if asked.time is None:
-            return None
-        steps.append(np.diff(asked.time, prepend=now))
-        now, here = float(asked.time[-1]), {**here, **asked.end}
+        with leg.named():
+            asked = leg.stretch(here, now)
+            time = times_of(asked)
+        steps.append(np.diff(time, prepend=now))
+        now, here = float(time[-1]), {**here, **asked.end}
     return _within(steps, now)
 
 
