@@ -169,8 +169,3 @@ def laws_html(
         + "".join(f"<p>{escape(name)}: {escape(why)}</p>" for name, why in refusals.items())
         + "</div>"
     )
-
-
-def text_html(text: str) -> str:
-    """A table of text as it is."""
-    return f"<pre>{escape(text)}</pre>"
