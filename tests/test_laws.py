@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from scipy.integrate import quad
 
 import pymdr as mdr
+from common import GEL, STEEL
 from drawing import examples
 from pymdr.interpretation.theories import THEORIES
 from pymdr.interpretation.validity import EXACT_WITHIN
@@ -21,8 +22,6 @@ from pymdr.problem.laws import AdhesionLaw
 from pymdr.problem.values import OptionalSIField, SIField
 from pymdr.solving import friction_foundation
 
-GEL = mdr.Elastic("30 kPa", 0.5)
-STEEL = mdr.Elastic("210 GPa", 0.3)
 TIP = mdr.Paraboloid("50 um")
 WORK = 2e-3
 JKR = mdr.JKR(WORK)

@@ -15,11 +15,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import pymdr as mdr
+from common import UNIT
 from drawing import examples
 from pymdr.solving import batch
 
 UREG = pint.LazyRegistry()
-UNIT = mdr.Elastic(1.0, 0.0)
 BALL = mdr.Contact(mdr.Sphere("10 mm"), mdr.Elastic("210 GPa", 0.3), mdr.Elastic("70 GPa", 0.22))
 KINKED = mdr.Function(lambda r: 0.3 * np.maximum(r - 0.4, 0), [0.4], lambda r: np.where(r > 0.4, 0.3, 0.0))
 HOLLOW = mdr.FlatPunch(1.0) + mdr.Function(lambda r: -r * r / 2, derivative=lambda r: -r)

@@ -11,6 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import pymdr as mdr
+from common import UNIT
 from drawing import examples
 from pymdr.mapping import abel
 from pymdr.mapping.equivalent import equivalent_profile
@@ -19,7 +20,6 @@ from pymdr.problem.profiles import smoothing
 from pymdr.units import metres
 from pymdr.workbench.casefile import read_case
 
-UNIT = mdr.Elastic(1.0, 0.0)
 PARTICLE = Path(__file__).parent.parent.parent / "shared" / "data" / "profiles" / "afm_particle.csv"
 
 
