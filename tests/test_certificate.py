@@ -19,7 +19,7 @@ from pymdr.interpretation.disks import disk_depths, holes
 from pymdr.line.foundation import ElasticLine, normal_force, states_at_depth
 from pymdr.mapping.equivalent import equivalent_profile
 from pymdr.numerics.panels import Place
-from pymdr.solving import friction_foundation
+from pymdr.solving.teaching import friction_foundation
 
 
 def loaded(name):

@@ -20,7 +20,7 @@ from pymdr.line.adhesion import power_law_pull_off
 from pymdr.line.friction import cattaneo_mindlin, loop_energy
 from pymdr.problem.laws import AdhesionLaw
 from pymdr.problem.values import OptionalSIField, SIField
-from pymdr.solving import friction_foundation
+from pymdr.solving.teaching import friction_foundation
 
 TIP = mdr.Paraboloid("50 um")
 WORK = 2e-3
