@@ -125,11 +125,7 @@ class Charges:
         from pymdr.mapping.tree import Tree
 
         series = self.slopes.series
-        if (
-            self.exponent != 0.0
-            or self.slopes.jump.any()
-            or _is_fractional(self.slopes.panels, series).any()
-        ):
+        if self.exponent != 0.0 or self.slopes.jump.any() or _is_fractional(self.slopes.panels, series).any():
             return None
         levels = _levels(_with_tail(self._leaves(0), self.tail))
 
@@ -146,9 +142,7 @@ class Charges:
         charges = np.stack([f, f * (base[:, None] + offset) ** 2, rate])
         # the tail, the first leaf, has no series, and is nowhere near
         coefficients, power = np.pad(series.coefficients, ((1, 0), (0, 0))), np.append(0.0, series.power)
-        return Tree(
-            np.cumsum([0, *counts]), base, low, high, gap, offset, charges, coefficients, power
-        )
+        return Tree(np.cumsum([0, *counts]), base, low, high, gap, offset, charges, coefficients, power)
 
     def _leaves(self, first: int) -> _Bunches:
         """The panels from one on."""

@@ -308,14 +308,10 @@ def resolve(
     pending, family = panels.take(~known), np.flatnonzero(~known)
     sizes = felt = np.zeros(panels.count)
     sizes[known] = size
-    nothing = np.zeros(size.size)
-    done = [
-        Slopes(
-            panels.take(known), series, _ROUNDING * size, size, *[nothing] * 3, np.zeros((size.size, 4))
-        )
-    ]
+    none, beside = np.zeros(size.size), np.zeros((size.size, 4))
+    done = [Slopes(panels.take(known), series, _ROUNDING * size, size, none, none, none, beside)]
     asked: set[int] = set()
-    rough: list[float] = []
+    unaveraged: list[float] = []
     soft = source.soft_knots.size > 0
     alike = np.zeros(panels.count, dtype=bool)
     averages = np.full(pending.count, math.inf)
@@ -337,17 +333,10 @@ def resolve(
         fits = (fit.error <= allowed) & fit.even
         hopeless = np.zeros(pending.count, dtype=bool)
         if soft:
-            coefficients, error = source.averaged(pending)
+            fit, better, error = _averaged(source, pending, fit)
+            fits |= better | (fit.error <= np.maximum(_SOFT * fit.size, source.grain(pending)))
             # what halves average no better is noise
             hopeless, averages = error > _BETTER * averages, error
-            better = (error < fit.error) & (error <= _AVERAGED * fit.size)
-            series = Series(
-                np.where(better, 0.0, fit.series.power),
-                np.where(better[:, None], coefficients, fit.series.coefficients),
-            )
-            fit = replace(fit, series=series, error=np.where(better, error, fit.error))
-            fits |= better
-            fits |= fit.error <= np.maximum(_SOFT * fit.size, source.grain(pending))
         if generation >= 2 and not fits.all():
             rest = np.flatnonzero(~fits)
             left = pending.take(rest)
@@ -387,7 +376,7 @@ def resolve(
             found = _kinks_of(kinks, stretches)
             if found and not soft:
                 return Stopped(found)
-            rough += found
+            unaveraged += found
             if found:
                 rest = rest[~np.isin(family[rest], unresolved)]
         averages = np.concatenate([averages[rest], averages[rest]])
@@ -395,13 +384,29 @@ def resolve(
         wanted = pending.start < needed
         pending, family, averages = pending.take(wanted), family[wanted], averages[wanted]
         if pending.count > _MOST_PANELS:
-            rough = metres(float(pending.start.min()))
+            place = metres(float(pending.start.min()))
             raise ConvergenceError(
-                f"the slope of the profile is not resolved beside r = {rough}: it is rough there on every scale; give a "
+                f"the slope of the profile is not resolved beside r = {place}: it is rough there on every scale; give a "
                 "smooth profile, or name the radii where it is not smooth as breakpoints"
             )
-    if rough:
-        return Stopped(rough)
+    if unaveraged:
+        return Stopped(unaveraged)
+    return _in_order(done)
+
+
+def _averaged(source: SlopeSource, panels: Panels, fit: _Fit) -> tuple[_Fit, BoolArray, FloatArray]:
+    """Fits with averages over knots in place of those that they are better than, which these are, and the errors of averages."""
+    coefficients, error = source.averaged(panels)
+    better = (error < fit.error) & (error <= _AVERAGED * fit.size)
+    series = Series(
+        np.where(better, 0.0, fit.series.power),
+        np.where(better[:, None], coefficients, fit.series.coefficients),
+    )
+    return replace(fit, series=series, error=np.where(better, error, fit.error)), better, error
+
+
+def _in_order(done: list[Slopes]) -> Slopes:
+    """Panels that were resolved one after another, side by side."""
     panels = joined([part.panels for part in done])
     order = np.lexsort((panels.low, panels.base))
     return Slopes(

@@ -27,10 +27,8 @@ from pymdr.numerics.panels import (
     TERMS,
     BoolArray,
     IndexArray,
-    Panels,
     clenshaw,
     evaluate,
-    joined,
 )
 from pymdr.units import FloatArray, metres
 
@@ -193,9 +191,7 @@ class ResolvedSlope:
         before = max(before - (before > 0 and knots[before - 1] == x), passed)
         base = self.knots[passed - 1] if passed else 0.0
         end = min(self.knots[before] if before < knots.size else math.inf, self.limit)
-        panels = anchored_between(
-            base, self._front_offset(base), knots[passed:before], min(x, end), end
-        )
+        panels = anchored_between(base, self._front_offset(base), knots[passed:before], min(x, end), end)
         made = resolve(self.source, panels, x, self._felt, self._look_for_kinks)
         if isinstance(made, Stopped):
             self._stopped(made)

@@ -184,10 +184,16 @@ class SplineSource(SlopeSource):
         """Panels between neighbouring knots, on which f' is a parabola."""
         middle = panels.base + 0.5 * (panels.low + panels.high)
         i = np.clip(np.searchsorted(self.breaks, middle, side="right") - 1, 0, self.breaks.size - 2)
-        inside = (self.breaks[i] - panels.base <= panels.low) & (panels.high <= self.breaks[i + 1] - panels.base)
+        inside = (self.breaks[i] - panels.base <= panels.low) & (
+            panels.high <= self.breaks[i + 1] - panels.base
+        )
         inside &= panels.base > 0.0
         panels, i = panels.take(inside), i[inside]
-        third, second, first = 3.0 * self.coefficients[0, i], 2.0 * self.coefficients[1, i], self.coefficients[2, i]
+        third, second, first = (
+            3.0 * self.coefficients[0, i],
+            2.0 * self.coefficients[1, i],
+            self.coefficients[2, i],
+        )
         t, width = (panels.base - self.breaks[i]) + panels.low, panels.width
         # f' = a + b u + c u^2
         a, b, c = (third * t + second) * t + first, width * (second + 2.0 * third * t), third * width**2
@@ -197,7 +203,9 @@ class SplineSource(SlopeSource):
         # where nothing but a flat lies before, f' keeps its digits as a power
         power = np.zeros(i.size)
         loaded = int(np.argmax(self.coefficients[:3].any(axis=0)))
-        for k in np.flatnonzero((panels.base == self.breaks[loaded]) & (panels.low == 0.0) & (a == 0.0)).tolist():
+        for k in np.flatnonzero(
+            (panels.base == self.breaks[loaded]) & (panels.low == 0.0) & (a == 0.0)
+        ).tolist():
             power[k] = 1.0 if b[k] else 2.0
             a[k], b[k], c[k] = (b[k], c[k], 0.0) if b[k] else (c[k], 0.0, 0.0)
         coefficients = np.zeros((i.size, TERMS))

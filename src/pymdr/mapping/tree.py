@@ -104,7 +104,11 @@ def _groups(
             # a gap between targets, or one that is far wider, ends a group
             shift = base[stop] - b
             width = ends[1, stop] - ends[0, stop]
-            if shift + ends[0, stop] - high > high - low or width > 4.0 * (high - low) or 16.0 * width < high - low:
+            if (
+                shift + ends[0, stop] - high > high - low
+                or width > 4.0 * (high - low)
+                or 16.0 * width < high - low
+            ):
                 break
             high = shift + ends[1, stop]
             stop += 1

@@ -29,7 +29,6 @@ from pymdr.numerics.panels import (
     as_place,
     clenshaw,
     evaluate,
-    joined,
 )
 from pymdr.numerics.roots import rising_root
 from pymdr.problem.profiles import Interpolated
