@@ -723,7 +723,7 @@ def test_maps_of_samples_err_by_what_they_claim(compiled, seed, n, noise, spread
 
 def test_many_noisy_samples_have_a_panel_each():
     rng = np.random.default_rng(4)
-    r, height = measured(rng, 6000, 1e-6, 1e3, 1e-6)
+    r, height = measured(rng, 3000, 1e-6, 1e3, 1e-6)
     tip = mdr.Sampled(r, height, interpolation=mdr.ShapePreserving())
     line = equivalent_profile(tip)
     x = np.array([0.9e-6])
