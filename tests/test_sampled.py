@@ -5,6 +5,7 @@ import pickle
 import re
 from pathlib import Path
 
+import mpmath
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -13,8 +14,9 @@ from hypothesis import strategies as st
 import pymdr as mdr
 from common import UNIT
 from drawing import examples
-from pymdr.mapping import abel
-from pymdr.mapping.equivalent import equivalent_profile
+from pymdr.mapping import abel, charges, images, sources
+from pymdr.mapping.equivalent import PanelLine, equivalent_profile
+from pymdr.numerics.panels import Place
 from pymdr.problem.codec import decode_case, encode_case
 from pymdr.problem.profiles import smoothing
 from pymdr.units import metres
@@ -672,3 +674,107 @@ def test_hollow_samples_under_force_are_solved_at_any_scale(seed):
     force = 1e9 * size**2 * 10.0 ** rng.uniform(-6.0, -3.2)
     result = mdr.solve(mdr.Contact(profile, mdr.Elastic("1 GPa", 0.3)), mdr.load(force, steps=3))
     assert float(result["normal_force"][-1]) == force
+
+
+# --- many samples, against closed forms piece by piece ----------------------------------------------------
+
+
+def closed_forms(spline, x):
+    """g(x) and m(x) of a piecewise cubic to 40 digits: powers of r over sqrt(x^2 - r^2) have integrals in closed form."""
+    with mpmath.workdps(40):
+        x = mpmath.mpf(float(x))
+        g = m = mpmath.mpf(0)
+        for i in range(int(np.searchsorted(spline.x, float(x)))):
+            a = mpmath.mpf(float(spline.x[i]))
+            ends = a, min(mpmath.mpf(float(spline.x[i + 1])), x)
+            third, second, first = (mpmath.mpf(float(c)) for c in spline.c[:3, i])
+            parabola = first - 2 * second * a + 3 * third * a * a, 2 * second - 6 * third * a, 3 * third
+            roots = [mpmath.sqrt((x - r) * (x + r)) for r in ends]
+            powers = [mpmath.asin(ends[1] / x) - mpmath.asin(ends[0] / x), roots[0] - roots[1]]
+            for k in (2, 3, 4):
+                rim = ends[1] ** (k - 1) * roots[1] - ends[0] ** (k - 1) * roots[0]
+                powers.append(((k - 1) * x * x * powers[k - 2] - rim) / k)
+            g += sum(c * powers[k] for k, c in enumerate(parabola))
+            m += sum(c * powers[k + 2] for k, c in enumerate(parabola))
+        return float(x * g), float(m)
+
+
+def measured(rng, n, noise, spread, size):
+    """Noisy samples of a sphere whose distances differ by up to a factor."""
+    r = np.concatenate([[0.0], np.cumsum(rng.uniform(1.0, spread, n - 1) ** rng.choice([-1.0, 1.0]))])
+    r /= r[-1]
+    height = smooth(r) + noise * rng.standard_normal(n) * (r > 0.0)
+    return r * size, height * size
+
+
+@pytest.mark.parametrize("compiled", [False, True])
+@settings(max_examples=examples(12), deadline=None)
+@given(
+    st.integers(0, 2**32 - 1),
+    st.integers(50, 700),
+    st.sampled_from([0.0, 1e-9, 1e-4]),
+    st.sampled_from([1.0, 1e3]),
+    scales,
+    st.sampled_from([mdr.CubicSpline(), mdr.ShapePreserving()]),
+)
+def test_maps_of_samples_err_by_what_they_claim(compiled, seed, n, noise, spread, size, interpolation):
+    rng = np.random.default_rng(seed)
+    r, height = measured(rng, n, noise, spread, size)
+    tip = mdr.Sampled(r, height, interpolation=interpolation)
+    with pytest.MonkeyPatch.context() as patch:
+        if compiled:
+            patch.setattr(charges, "_MANY", 0)
+            patch.setattr(images, "_MANY", 0)
+            patch.setattr(sources, "MANY_KNOTS", 10)
+        line = PanelLine(sources.source_of(tip))
+        x = size * rng.uniform(0.02, 0.98, 4)
+        found = np.transpose([line.g(x), line.moment(x)])
+        claimed = line.error(x)[:, [0, 2]]
+    exact = np.array([closed_forms(tip.spline, place) for place in x])
+    assert np.all(np.abs(found / exact - 1.0) <= claimed + 2e-14)
+    assert np.all(claimed * np.abs(exact) <= 1e-9 * np.max(np.abs(exact), axis=0))
+
+
+def test_many_noisy_samples_have_a_panel_each():
+    rng = np.random.default_rng(4)
+    r, height = measured(rng, 3000, 1e-6, 1e3, 1e-6)
+    tip = mdr.Sampled(r, height, interpolation=mdr.ShapePreserving())
+    line = equivalent_profile(tip)
+    x = np.array([0.9e-6])
+    exact = closed_forms(tip.spline, x[0])
+    assert abs(line.g(x)[0] / exact[0] - 1.0) <= line.error(x)[0, 0] + 1e-13
+    assert line.error(x)[0, 0] < 1e-10
+    assert abs(line.moment(x)[0] / exact[1] - 1.0) <= line.error(x)[0, 2] + 1e-13
+    # averages in vain, and fits of parabolas, would make more
+    assert line._resolved.slopes.panels.count < 1.1 * r.size
+
+
+@pytest.mark.parametrize("compiled", [False, True])
+def test_samples_that_begin_flat_keep_their_digits_beside_the_flat(compiled, monkeypatch):
+    if compiled:
+        monkeypatch.setattr(charges, "_MANY", 0)
+        monkeypatch.setattr(sources, "MANY_KNOTS", 10)
+    r = np.linspace(0.0, 1.0, 101)
+    tip = mdr.Sampled(r, np.maximum(r - 0.3, 0.0) ** 2, interpolation=mdr.ShapePreserving())
+    line = PanelLine(sources.source_of(tip))
+    start = tip.spline.x[np.flatnonzero(tip.spline.c[:3].any(axis=0))[0]]
+    place = Place(np.full(3, start), np.array([1e-12, 1e-8, 1e-3]))
+    third, second = tip.spline.c[:2, np.searchsorted(tip.spline.x, start)]
+    with mpmath.workdps(40):
+        exact = [
+            float(
+                (b + d)
+                * mpmath.quad(
+                    lambda v, b=b, d=d: (
+                        2
+                        * (2 * mpmath.mpf(second) * (d - v * v) + 3 * mpmath.mpf(third) * (d - v * v) ** 2)
+                        / mpmath.sqrt(2 * b + 2 * d - v * v)
+                    ),
+                    [0, mpmath.sqrt(d)],
+                )
+            )
+            for b, d in zip(
+                map(mpmath.mpf, place.base.tolist()), map(mpmath.mpf, place.offset.tolist()), strict=True
+            )
+        ]
+    assert np.max(np.abs(line.g(place) / exact - 1.0)) < 1e-12

@@ -15,6 +15,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
+from typing import TYPE_CHECKING
 
 import numpy as np
 import scipy
@@ -43,6 +44,9 @@ from pymdr.numerics.panels import (
 )
 from pymdr.numerics.quadrature import gauss
 from pymdr.units import FloatArray
+
+if TYPE_CHECKING:
+    from pymdr.mapping.tree import Tree
 
 _BUNCH = 20
 """Interpolation points of a bunch of panels."""
@@ -112,14 +116,38 @@ class Charges:
     @cached_property
     def levels(self) -> list[_Bunches]:
         """The panels and their bunches, without those that act by moments."""
-        levels = [self._leaves()]
-        while levels[-1].base.size > 1:
-            levels.append(_paired(levels[-1]))
-        return levels
+        leaves = self._leaves(self.first)
+        return _levels(leaves if self.quarters else _with_tail(leaves, self.tail))
 
-    def _leaves(self) -> _Bunches:
-        panels, series = self.slopes.panels.take(slice(self.first, None)), self.slopes.series
-        index = np.arange(self.first, series.power.size)
+    @cached_property
+    def _tree(self) -> Tree | None:
+        """All panels for the compiled tree, where they are plain and without jumps."""
+        from pymdr.mapping.tree import Tree
+
+        series = self.slopes.series
+        if self.exponent != 0.0 or self.slopes.jump.any() or _is_fractional(self.slopes.panels, series).any():
+            return None
+        levels = _levels(_with_tail(self._leaves(0), self.tail))
+
+        def together(name: str) -> FloatArray:
+            parts = [getattr(level, name) for level in levels]
+            if parts[0].ndim == 2:
+                # nodes without a charge
+                parts[0] = np.pad(parts[0], ((0, 0), (0, _BUNCH - parts[0].shape[1])))
+            return np.concatenate(parts)
+
+        base, low, high, offset, f, rate = map(together, ("base", "low", "high", "offset", "slope", "rate"))
+        counts = [level.base.size for level in levels]
+        gap = np.repeat([_LEAF_GAP] + [_BUNCH_GAP] * (len(levels) - 1), counts) * (high - low)
+        charges = np.stack([f, f * (base[:, None] + offset) ** 2, rate])
+        # the tail, the first leaf, has no series, and is nowhere near
+        coefficients, power = np.pad(series.coefficients, ((1, 0), (0, 0))), np.append(0.0, series.power)
+        return Tree(np.cumsum([0, *counts]), base, low, high, gap, offset, charges, coefficients, power)
+
+    def _leaves(self, first: int) -> _Bunches:
+        """The panels from one on."""
+        panels, series = self.slopes.panels.take(slice(first, None)), self.slopes.series
+        index = np.arange(first, series.power.size)
         u, weights = gauss(TERMS)
         offset = panels.offsets(u)
         f, rate = self._values(index, offset)
@@ -131,13 +159,12 @@ class Charges:
             offset_rate = offset.copy()
         for i in fractional:
             offset[i], f[i], offset_rate[i], rate[i] = self._fractional_leaf(int(index[i]))
-        jump = self.slopes.jump[self.first :]
+        jump = self.slopes.jump[first:]
         if jump.any():
             # a jump of f' is a charge of (r f')' at its breakpoint
             offset_rate = np.column_stack([np.zeros(jump.size), offset_rate])
             rate = np.column_stack([jump * panels.base, rate])
-        leaves = _Bunches(panels.base, panels.low, panels.high, offset, f, offset_rate, rate)
-        return leaves if self.quarters else _with_tail(leaves, self.tail)
+        return _Bunches(panels.base, panels.low, panels.high, offset, f, offset_rate, rate)
 
     def _fractional_leaf(self, i: int) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
         high, p = float(self.slopes.panels.high[i]), float(self.slopes.series.power[i])
@@ -209,7 +236,12 @@ class Charges:
             target = np.repeat(within, [part.size for part in beside])
             self._add_near(totals, base, offset, target, np.concatenate(beside))
         beyond = np.flatnonzero(own < 0)
-        if beyond.size:
+        if beyond.size and source.count > _MANY and self._tree is not None:
+            from pymdr.mapping.tree import act
+
+            rising = beyond[np.lexsort((panels.low[beyond], base[beyond]))]
+            totals[:, rising] = act(self._tree, base[rising], offset[rising])
+        elif beyond.size:
             if self.quarters:
                 end = np.full(beyond.size, source.high[self.quarters - 1])
                 below = np.broadcast_to(self.below[-1], (beyond.size, *self.below.shape[1:]))
@@ -425,7 +457,8 @@ class Charges:
     def jump_error(self, base: FloatArray, offset: FloatArray) -> FloatArray:
         """Error of g' on panels, shape of `offset` (T, k), from the errors of the jumps of f'."""
         slopes = self.slopes
-        rough = np.flatnonzero(slopes.jump_error + slopes.blur > 8.0 * np.finfo(float).eps * slopes.size)
+        size = np.maximum(slopes.size, np.append(0.0, slopes.size[:-1]))
+        rough = np.flatnonzero(slopes.jump_error + slopes.blur > 16.0 * np.finfo(float).eps * size)
         total = np.zeros(offset.shape)
         panels = slopes.panels.take(rough)
         places = panels.base, panels.low, panels.width, slopes.jump_error[rough], slopes.blur[rough]
@@ -547,6 +580,14 @@ def _with_tail(leaves: _Bunches, tail: Tail) -> _Bunches:
         np.concatenate([padded(at), leaves.offset_rate]),
         np.concatenate([padded((1.0 + tail.power) * charge), leaves.rate]),
     )
+
+
+def _levels(leaves: _Bunches) -> list[_Bunches]:
+    """The leaves and their bunches."""
+    levels = [leaves]
+    while levels[-1].base.size > 1:
+        levels.append(_paired(levels[-1]))
+    return levels
 
 
 def _paired(below: _Bunches) -> _Bunches:

@@ -31,6 +31,10 @@ from pymdr.units import FloatArray
 _WORK = 1 << 17
 _TOLERANCE = 4e-15
 _RATE_TOLERANCE = 1e-13
+_MANY = 2000
+"""Panels of a first division from which on errors may be larger, as those of averages over knots are."""
+_OF_MANY = 256.0
+"""How much larger."""
 _SETTLED = 1e-9
 _GENERATIONS = 26
 _STEEP, _SPREAD = 8.0, 64.0
@@ -146,7 +150,7 @@ def map_panels(charges: Charges, panels: Panels, squared_below: float) -> Image:
     done: list[tuple[Panels, _Fitted]] = []
     for generation in range(_GENERATIONS + 1):
         fit = _fit_image(charges, pending, u)
-        worst = np.max(fit.error[:, :3] / fit.allowed, axis=1)
+        worst = np.max(fit.error[:, :3] / fit.allowed, axis=1) / (_OF_MANY if panels.count > _MANY else 1.0)
         stalled = (worst > 0.25 * history) & (np.max(fit.error[:, :3], axis=1) < _SETTLED)
         fits = ((worst <= 1.0) | stalled) & fit.even
         fits |= (generation == _GENERATIONS) | (pending.begins & (generation >= _GRADED))
@@ -233,11 +237,11 @@ def _fit_image(charges: Charges, panels: Panels, u: FloatArray) -> _Fitted:
     sums = charges.sums(panels, u)
     values = np.stack([sums.g, sums.slope, sums.moment], axis=1)
     power = _image_powers(charges, panels, offset, values)
+    plain, steep = values.copy(), np.flatnonzero(power.any(axis=1))
     with np.errstate(divide="ignore", invalid="ignore", under="ignore"):
-        scale = np.where(
-            power[:, :, None] != 0.0, (offset / panels.high[:, None])[:, None, :] ** power[:, :, None], 1.0
-        )
-        plain = np.where(scale > 0.0, values / scale, 0.0)
+        part = power[steep, :, None]
+        scale = np.where(part != 0.0, (offset / panels.high[:, None])[steep, None, :] ** part, 1.0)
+        plain[steep] = np.where(scale > 0.0, values[steep] / scale, 0.0)
     coefficients = plain[:, :, :TERMS] @ to_coefficients().T
     misfit = np.max(np.abs(coefficients @ _test_basis() - plain[:, :, TERMS:]), axis=2)
     size = np.max(np.abs(plain), axis=2)

@@ -13,6 +13,7 @@ import numpy as np
 from pymdr.errors import ConvergenceError, ProblemError
 from pymdr.numerics.panels import (
     TERMS,
+    BoolArray,
     Panels,
     Series,
     basis,
@@ -32,6 +33,10 @@ _AVERAGED = 4e-10
 """The same where series average over knots."""
 KNOTS_AVERAGED = TERMS**2
 """Knots on a panel from which a polynomial fitted to the heights there is stable."""
+_BETTER = 0.5
+"""Part of the error of an average that halves of the panel must get below, or else knots are not averaged over."""
+_ROUNDING = 4.0 * float(np.finfo(float).eps)
+"""Of polynomials that are known, in parts of their largest value."""
 _SEARCHED = 512
 """Points in a quarter of an octave at which the series are held against the slope: 2048 in an octave."""
 _FEWEST = 48
@@ -105,6 +110,10 @@ class SlopeSource(ABC):
     def grain(self, panels: Panels) -> FloatArray:
         """What the rounding of samples, or of numbers of few digits, makes of f' on panels; shape (P,)."""
         return np.zeros(panels.count)
+
+    def pieces(self, panels: Panels) -> tuple[BoolArray, Series, FloatArray]:
+        """On which panels f' is one known polynomial, shape (P,), and there its series and its largest size."""
+        return np.zeros(panels.count, dtype=bool), Series(np.zeros(0), np.zeros((0, TERMS))), np.zeros(0)
 
     def averaged(self, panels: Panels) -> tuple[FloatArray, FloatArray]:
         """Coefficients that average f' over many knots, shape (P, TERMS), and their error as integrals feel it; inf where few."""
@@ -223,6 +232,41 @@ def anchored(base: float, low: float, stop: float, end: float) -> Panels:
     return _row(base, edges)
 
 
+def anchored_between(base: float, low: float, knots: FloatArray, stop: float, end: float) -> Panels:
+    """
+    As :func:`anchored`, divided at breakpoints, from each of which offsets count.
+
+    Parameters
+    ----------
+    base, low : float
+        Breakpoint in m, or 0, and the offset in m at which the first panel begins.
+    knots : ndarray
+        Rising radii in m, above `base + low` and below `stop`.
+    stop : float
+        Radius in m that the last panel reaches.
+    end : float
+        Radius in m that no panel passes.
+
+    Returns
+    -------
+    Panels
+    """
+    if not knots.size:
+        return anchored(base, low, stop, end)
+    begin, width = knots[:-1], np.diff(knots)
+    wide = np.flatnonzero(width > FIRST * begin)
+    parts, first = [anchored(base, low, float(knots[0]), float(knots[0]))], 0
+    for i in (*wide.tolist(), begin.size):
+        thin = slice(first, i)
+        zeros = np.zeros(i - first)
+        parts.append(Panels(begin[thin], zeros, width[thin], zeros > 0.0))
+        if i < begin.size:
+            parts.append(anchored(float(knots[i]), 0.0, float(knots[i + 1]), float(knots[i + 1])))
+        first = i + 1
+    parts.append(anchored(float(knots[-1]), 0.0, stop, end))
+    return joined(parts)
+
+
 def _row(base: float, edges: FloatArray) -> Panels:
     count = edges.size - 1
     return Panels(np.full(count, base), edges[:-1], edges[1:], np.zeros(count, dtype=bool))
@@ -260,17 +304,25 @@ def resolve(
     kinks: Callable[[float, float], list[float]],
 ) -> Slopes | Stopped:
     """Series of f' on panels, divided until they fit; what is divided beyond the radius that is needed is left."""
-    pending, family = panels, np.arange(panels.count)
+    known, series, size = source.pieces(panels)
+    pending, family = panels.take(~known), np.flatnonzero(~known)
     sizes = felt = np.zeros(panels.count)
-    done: list[Slopes] = []
+    sizes[known] = size
+    none, beside = np.zeros(size.size), np.zeros((size.size, 4))
+    done = [Slopes(panels.take(known), series, _ROUNDING * size, size, none, none, none, beside)]
     asked: set[int] = set()
+    unaveraged: list[float] = []
+    soft = source.soft_knots.size > 0
     alike = np.zeros(panels.count, dtype=bool)
+    averages = np.full(pending.count, math.inf)
     for generation in range(_GENERATIONS + 1):
+        if not pending.count:
+            break
         fit = _fitted(source, pending)
         if isinstance(fit, Stopped):
             return fit
         if generation == 0:
-            sizes = fit.size
+            sizes[family] = fit.size
             # where f' all but vanishes its rounding is no less than farther in
             felt = np.maximum.accumulate(np.maximum(sizes * panels.stop, inner)) / panels.stop
         # a thin panel counts by the share that it can have in an integral with an inverse square root
@@ -279,16 +331,12 @@ def resolve(
             _RESOLVED * fit.size, 1e-17 * sizes[family] / np.maximum(share, 1e-300) * (generation > 3)
         )
         fits = (fit.error <= allowed) & fit.even
-        if source.soft_knots.size > 400:
-            coefficients, error = source.averaged(pending)
-            better = (error < fit.error) & (error <= _AVERAGED * fit.size)
-            series = Series(
-                np.where(better, 0.0, fit.series.power),
-                np.where(better[:, None], coefficients, fit.series.coefficients),
-            )
-            fit = replace(fit, series=series, error=np.where(better, error, fit.error))
-            fits |= better
-            fits |= fit.error <= np.maximum(_SOFT * fit.size, source.grain(pending))
+        hopeless = np.zeros(pending.count, dtype=bool)
+        if soft:
+            fit, better, error = _averaged(source, pending, fit)
+            fits |= better | (fit.error <= np.maximum(_SOFT * fit.size, source.grain(pending)))
+            # what halves average no better is noise
+            hopeless, averages = error > _BETTER * averages, error
         if generation >= 2 and not fits.all():
             rest = np.flatnonzero(~fits)
             left = pending.take(rest)
@@ -320,24 +368,45 @@ def resolve(
         soft = source.soft_knots.size > 0
         if generation == _KINK_GENERATION or soft:
             # halves of a panel that holds many knots may average over them
-            many = np.diff(
-                np.searchsorted(source.soft_knots, [pending.start[rest], pending.stop[rest]]), axis=0
-            )[0]
-            few = rest[(many < 2 * KNOTS_AVERAGED) | (generation == _KINK_GENERATION)]
+            few = rest[~_holds_many(source.soft_knots, pending.take(rest)) | hopeless[rest]]
+            few = rest if generation == _KINK_GENERATION else few
             unresolved = sorted(set(family[few].tolist()) - asked)
             asked.update(unresolved)
             stretches = ((float(panels.start[i]), float(panels.stop[i])) for i in unresolved)
-            if found := _kinks_of(kinks, stretches):
+            found = _kinks_of(kinks, stretches)
+            if found and not soft:
                 return Stopped(found)
+            unaveraged += found
+            if found:
+                rest = rest[~np.isin(family[rest], unresolved)]
+        averages = np.concatenate([averages[rest], averages[rest]])
         pending, family = _divided(pending.take(rest), family[rest])
         wanted = pending.start < needed
-        pending, family = pending.take(wanted), family[wanted]
+        pending, family, averages = pending.take(wanted), family[wanted], averages[wanted]
         if pending.count > _MOST_PANELS:
-            rough = metres(float(pending.start.min()))
+            place = metres(float(pending.start.min()))
             raise ConvergenceError(
-                f"the slope of the profile is not resolved beside r = {rough}: it is rough there on every scale; give a "
+                f"the slope of the profile is not resolved beside r = {place}: it is rough there on every scale; give a "
                 "smooth profile, or name the radii where it is not smooth as breakpoints"
             )
+    if unaveraged:
+        return Stopped(unaveraged)
+    return _in_order(done)
+
+
+def _averaged(source: SlopeSource, panels: Panels, fit: _Fit) -> tuple[_Fit, BoolArray, FloatArray]:
+    """Fits with averages over knots in place of those that they are better than, which these are, and the errors of averages."""
+    coefficients, error = source.averaged(panels)
+    better = (error < fit.error) & (error <= _AVERAGED * fit.size)
+    series = Series(
+        np.where(better, 0.0, fit.series.power),
+        np.where(better[:, None], coefficients, fit.series.coefficients),
+    )
+    return replace(fit, series=series, error=np.where(better, error, fit.error)), better, error
+
+
+def _in_order(done: list[Slopes]) -> Slopes:
+    """Panels that were resolved one after another, side by side."""
     panels = joined([part.panels for part in done])
     order = np.lexsort((panels.low, panels.base))
     return Slopes(
@@ -345,6 +414,12 @@ def resolve(
         joined_series([part.series for part in done]).take(order),
         *(np.concatenate([getattr(part, name) for part in done])[order] for name in _MEASURED),
     )
+
+
+def _holds_many(knots: FloatArray, panels: Panels) -> BoolArray:
+    """Whether halves of panels hold enough knots to average over."""
+    first, last = np.searchsorted(knots, [panels.start, panels.stop])
+    return np.asarray(last - first >= 2 * KNOTS_AVERAGED)
 
 
 def _kinks_of(

@@ -19,7 +19,7 @@ from pymdr.mapping.resolving import (
     Slopes,
     SlopeSource,
     Stopped,
-    anchored,
+    anchored_between,
     joined_slopes,
     resolve,
 )
@@ -27,10 +27,8 @@ from pymdr.numerics.panels import (
     TERMS,
     BoolArray,
     IndexArray,
-    Panels,
     clenshaw,
     evaluate,
-    joined,
 )
 from pymdr.units import FloatArray, metres
 
@@ -188,22 +186,13 @@ class ResolvedSlope:
 
     def _extend(self, x: float) -> None:
         """Append panels up to `x`, or up to the first kink that nobody had named."""
-        ends = [b for b in self.knots if b > self.front]
-        base = max((b for b in self.knots if b <= self.front), default=0.0)
-        stretches: list[Panels] = []
-        at, low = self.front, self._front_offset(base)
-        while at < x:
-            end = min(ends[0] if ends else math.inf, self.limit)
-            panels = anchored(base, low, min(x, end), end)
-            stretches.append(panels)
-            low = float(panels.high[-1])
-            at = end if low == end - base else base + low
-            if ends and at >= ends[0]:
-                base, low = ends.pop(0), 0.0
-                at = base
-            if at >= self.limit:
-                break
-        made = resolve(self.source, joined(stretches), x, self._felt, self._look_for_kinks)
+        knots = np.array(self.knots)
+        passed, before = np.searchsorted(knots, [self.front, x], side="right")
+        before = max(before - (before > 0 and knots[before - 1] == x), passed)
+        base = self.knots[passed - 1] if passed else 0.0
+        end = min(self.knots[before] if before < knots.size else math.inf, self.limit)
+        panels = anchored_between(base, self._front_offset(base), knots[passed:before], min(x, end), end)
+        made = resolve(self.source, panels, x, self._felt, self._look_for_kinks)
         if isinstance(made, Stopped):
             self._stopped(made)
             return
@@ -219,8 +208,8 @@ class ResolvedSlope:
         made = _beginning(made, self.slopes, [*self.found, *self.source.moved], self.source)
         self.slopes = made if self.slopes is None else joined_slopes(self.slopes, made)
         # what was divided beyond the radius that is needed has not been taken
-        complete = made.panels.high[-1] == stretches[-1].high[-1]
-        self.front = at if complete else float(made.panels.stop[-1])
+        complete = made.panels.high[-1] == panels.high[-1] == end - panels.base[-1]
+        self.front = end if complete else float(made.panels.stop[-1])
 
     @property
     def _felt(self) -> float:

@@ -12,7 +12,7 @@ from pymdr.errors import ProblemError
 from pymdr.mapping.callables import Steps, TipLaw, check_consistency, find_kinks, polished, underflow_law
 from pymdr.mapping.derived import DerivedSource, rise_of
 from pymdr.mapping.resolving import KNOTS_AVERAGED, SlopeSource, radii_beside
-from pymdr.numerics.panels import TERMS, Panels, Place, Series, evaluate
+from pymdr.numerics.panels import TERMS, BoolArray, Panels, Place, Series, evaluate
 from pymdr.problem.profiles import (
     Function,
     Interpolated,
@@ -180,6 +180,38 @@ class SplineSource(SlopeSource):
         heights = np.interp(panels.stop, self.breaks[:-1], self.heights)
         return np.asarray(_GRAIN * heights * inside / panels.width)
 
+    def pieces(self, panels: Panels) -> tuple[BoolArray, Series, FloatArray]:
+        """Panels between neighbouring knots, on which f' is a parabola."""
+        middle = panels.base + 0.5 * (panels.low + panels.high)
+        i = np.clip(np.searchsorted(self.breaks, middle, side="right") - 1, 0, self.breaks.size - 2)
+        inside = (self.breaks[i] - panels.base <= panels.low) & (
+            panels.high <= self.breaks[i + 1] - panels.base
+        )
+        inside &= panels.base > 0.0
+        panels, i = panels.take(inside), i[inside]
+        third, second, first = (
+            3.0 * self.coefficients[0, i],
+            2.0 * self.coefficients[1, i],
+            self.coefficients[2, i],
+        )
+        t, width = (panels.base - self.breaks[i]) + panels.low, panels.width
+        # f' = a + b u + c u^2
+        a, b, c = (third * t + second) * t + first, width * (second + 2.0 * third * t), third * width**2
+        with np.errstate(divide="ignore", invalid="ignore"):
+            top = np.where((b * c < 0.0) & (np.abs(b) < 2.0 * np.abs(c)), a - 0.25 * b * b / c, 0.0)
+        size = np.max(np.abs([a, a + b + c, top]), axis=0)
+        # where nothing but a flat lies before, f' keeps its digits as a power
+        power = np.zeros(i.size)
+        loaded = int(np.argmax(self.coefficients[:3].any(axis=0)))
+        for k in np.flatnonzero(
+            (panels.base == self.breaks[loaded]) & (panels.low == 0.0) & (a == 0.0)
+        ).tolist():
+            power[k] = 1.0 if b[k] else 2.0
+            a[k], b[k], c[k] = (b[k], c[k], 0.0) if b[k] else (c[k], 0.0, 0.0)
+        coefficients = np.zeros((i.size, TERMS))
+        coefficients[:, :3] = np.transpose([a + 0.5 * b + 0.375 * c, 0.5 * (b + c), 0.125 * c])
+        return inside, Series(power, coefficients), size
+
     def averaged(self, panels: Panels) -> tuple[FloatArray, FloatArray]:
         """
         Derivatives of polynomials fitted to the heights at many knots, and their error as integrals feel it, shape (P,).
@@ -197,7 +229,9 @@ class SplineSource(SlopeSource):
             z = 2.0 * (r - panels.start[i]) / width - 1.0
             heights = self.coefficients[3][first[i] : last[i]]
             basis = chebyshev.chebvander(z[: knots.size], TERMS)
-            fitted = np.linalg.lstsq(basis, heights - heights[0], rcond=None)[0]
+            # normal equations keep what dense knots tell; the misfit shows where they do not
+            gram = np.einsum("ij,ik->jk", basis, basis)
+            fitted = np.linalg.lstsq(gram, basis.T @ (heights - heights[0]), rcond=None)[0]
             coefficients[i] = chebyshev.chebder(fitted) * (2.0 / width)
             base = np.full(r.size, panels.base[i])
             values = self.sample(base, r - base)[0]

@@ -16,7 +16,7 @@ from pymdr.mapping.equivalent.base import EquivalentProfile
 from pymdr.mapping.equivalent.searching import Search, never_rises
 from pymdr.mapping.images import CURVES, Image, joined_images, map_panels, rooted_copy
 from pymdr.mapping.kernels import GradedCharges, power_shares, root_order
-from pymdr.mapping.resolving import SlopeSource, anchored
+from pymdr.mapping.resolving import SlopeSource, anchored_between
 from pymdr.mapping.slopes import ABOVE_TAIL, PROBED, ResolvedSlope
 from pymdr.numerics.panels import (
     BoolArray,
@@ -29,7 +29,6 @@ from pymdr.numerics.panels import (
     as_place,
     clenshaw,
     evaluate,
-    joined,
 )
 from pymdr.numerics.roots import rising_root
 from pymdr.problem.profiles import Interpolated
@@ -212,12 +211,8 @@ class PanelLine(EquivalentProfile):
         # the sum of a base and an offset may round to another float than the breakpoint there
         if passed := [b for b in slope.knots if base < b and b - base <= low]:
             base, low = passed[-1], 0.0
-        knots = [b for b in slope.knots if max(start, base) < b < stop]
-        parts = []
-        for end in (*knots, stop):
-            parts.append(anchored(base, low, end, end))
-            base, low = end, 0.0
-        return rooted_copy(joined(parts), root_order(self.exponent))
+        knots = np.array([b for b in slope.knots if max(start, base) < b < stop])
+        return rooted_copy(anchored_between(base, low, knots, stop, stop), root_order(self.exponent))
 
     # -- the tip ----------------------------------------------------------------------------------
 
