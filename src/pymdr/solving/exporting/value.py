@@ -11,14 +11,13 @@ import numpy as np
 import xarray as xr
 
 from pymdr.errors import FileError
-from pymdr.interpretation.validity import SOURCES
 from pymdr.presentation.header import HeaderData, c_header
 from pymdr.problem.contact import Contact
 from pymdr.quantities import quantity
 from pymdr.solving.exporting.knots import Knots
 from pymdr.solving.exporting.sources import Fold, Form, Tip
 from pymdr.solving.pulloff import PullOff
-from pymdr.solving.study import Column, Study
+from pymdr.solving.study import Column, Study, TextTable
 from pymdr.units import ArrayQuantityLike, FloatArray, metres, newtons, to_si_array
 
 if TYPE_CHECKING:
@@ -110,7 +109,6 @@ class ContactLaw(Study):
     """The errors that were measured between the knots and below them, over ``check``."""
     pull_off: PullOff | None
     """With adhesion: where the contact is lost under displacement control, and what it jumps into at the first touch."""
-    references: tuple[str, ...]
 
     what: ClassVar[str] = "the law"
     columns: ClassVar[Mapping[str, Column]] = {
@@ -154,19 +152,13 @@ class ContactLaw(Study):
     def _at(self, indentation: ArrayQuantityLike) -> FloatArray:
         return self.table.at(to_si_array(indentation, "m", name="indentation"))
 
-    def cite(self) -> tuple[str, ...]:
-        """References of the theory behind the law."""
-        return tuple(SOURCES[key] for key in self.references)
-
     def remarks(self) -> tuple[str, ...]:
         """What the law is, its range, errors, claims and sources, in lines."""
         from pymdr.presentation.tables import about_lines
 
         return tuple(about_lines(self._about()))
 
-    def _about(self) -> list[tuple[str, str, str]]:
-        from pymdr.presentation.tables import about_rows
-
+    def _others(self) -> dict[str, str]:
         first, last = self.range
         told = {
             "law": f"force, stiffness and radius over d, {self.table.knots.u.size} knots from d = {first!r} m to {last!r} m",
@@ -177,7 +169,7 @@ class ContactLaw(Study):
                 f"{self.errors[name]:.2g} relative to {self.relative_to[name]}, the largest at {self.checks.sizes['check']} depths "
                 "against pymdr.solve"
             )
-        return about_rows(self.contact, self.claims, self.assumptions, self.notes, self.cite(), told)
+        return told
 
     def _course(self) -> str:
         """What holds outside the table, in words."""
@@ -209,7 +201,7 @@ class ContactLaw(Study):
             )
         return lines
 
-    def _table(self) -> tuple[tuple[list[str], list[str]], list[list[str]]]:
+    def _table(self) -> TextTable:
         """Some of the knots, evenly among them."""
         rows = np.unique(np.linspace(0, self.table.knots.u.size - 1, _SHOWN).round().astype(int))
         return Study._table(replace(self, data=self.data.isel(knot=rows)))

@@ -7,14 +7,14 @@ import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
 from contextlib import suppress
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from pymdr.errors import ConvergenceError, ProblemError, PymdrError, QuantityError
-from pymdr.interpretation.validity import SOURCES, Assumption, Claim
+from pymdr.errors import ConvergenceError, ProblemError, PymdrError
+from pymdr.interpretation.validity import Assumption, Claim
 from pymdr.line.curves import ElasticLine
 from pymdr.line.foundation import states_at_depth
 from pymdr.mapping.equivalent import equivalent_profile
@@ -24,7 +24,6 @@ from pymdr.problem.laws import DMT
 from pymdr.problem.parameters import with_parameters
 from pymdr.problem.paths import indent
 from pymdr.problem.schedule import Progress
-from pymdr.quantities import one_name
 from pymdr.result import Result
 from pymdr.solving.curves import MeasuredCurve
 from pymdr.solving.curves.marking import FLAT, SHORTEST
@@ -62,8 +61,9 @@ from pymdr.solving.fits.unknowns import (
 )
 from pymdr.solving.memory import assumptions_with_memory
 from pymdr.solving.reach import assumptions, map_to_line
+from pymdr.solving.study import Study, TextTable
 from pymdr.solving.verb import solve
-from pymdr.units import FloatArray, QuantityLike, from_si, shown, written
+from pymdr.units import FloatArray, QuantityLike, written
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -76,7 +76,7 @@ _JUDGED, _WIDER, _SIMILAR = 17, 1.0 + 1e-9, "elastic similarity"
 
 
 @dataclass(frozen=True, kw_only=True)
-class FittedMap:
+class FittedMap(Study):
     """What fits found in many curves."""
 
     contact: Contact
@@ -86,45 +86,15 @@ class FittedMap:
     Over the grid of the curves: what was found by its name and its standard error as ``..._error``, NaN where nothing was;
     ``noise`` (N), ``waves`` (see :attr:`~pymdr.solving.fits.FitResult.waves`), ``correlated``, ``indentation`` (m, the largest), ``of_limit``, the
     largest measure of what the model assumes of each curve in parts of its limit (above 1 the curve lies beyond), ``plateau``, the
-    samples at the largest force while the depth changes, and ``ending``, a number whose meaning stands in its attributes.
+    samples at the largest force while the depth changes, and ``ending``, a number whose meaning stands in its attributes. The
+    claims are those of the curve that was pressed deepest.
     """
     names: tuple[str, ...]
     """What was looked for."""
-    claims: Mapping[str, Claim]
-    """Those of the curve that was pressed deepest."""
-    assumptions: tuple[Assumption, ...]
-    references: tuple[str, ...]
-    """Keys of the sources that :meth:`cite` names."""
-    notes: tuple[str, ...] = field(default=())
 
-    def __getitem__(self, name: str) -> xr.DataArray:
-        if one_name(name) not in self.data.variables:
-            raise QuantityError(
-                f"no {shown(name)} in this map; it has {', '.join(map(str, self.data.variables))}"
-            )
-        return self.data[name].copy()
-
-    def to(self, name: str, unit: str) -> xr.DataArray:
-        """
-        What was found, in another unit.
-
-        Parameters
-        ----------
-        name : str
-            For example "body.young".
-        unit : str
-            For example "kPa".
-
-        Raises
-        ------
-        QuantityError
-            If there is no such name.
-        UnitError
-            If the unit does not measure it.
-        """
-        array = self[name]
-        own = str(array.attrs.get("units", ""))
-        return array.copy(data=np.asarray(from_si(array.values, own, unit))).assign_attrs(units=unit)
+    what: ClassVar = "this map"
+    told: ClassVar = ("normal_force",)
+    claims_of_rows: ClassVar = False
 
     @property
     def counts(self) -> dict[str, int]:
@@ -132,76 +102,30 @@ class FittedMap:
         number = np.bincount(self.data["ending"].values.ravel(), minlength=len(ENDINGS))
         return {words: int(n) for words, n in zip(ENDINGS, number, strict=True) if n}
 
-    def summary(self) -> str:
-        """Medians and quartiles of what was found, how the fits ended, and how far to trust the model."""
-        lines = self._told_of_endings()
-        lines += [
-            f"{name}: median {middle}, half of the curves between {low} and {high}"
-            for name, middle, low, high in self._quartiles()
-        ]
-        if self.claims:
-            claim = self.claims["normal_force"]
-            lines.append(f"model, where pressed deepest: {claim.level.value}: {claim.reason}")
-        lines += [
-            f"not met: {a.words} {a.measure:.3g}, limit {a.limit:.3g}" for a in self.assumptions if not a.met
-        ]
-        return "\n".join([*lines, *(f"note: {note}" for note in self.notes)])
-
-    def _told_of_endings(self) -> list[str]:
-        counts = self.counts
-        first = f"{counts.get(ENDINGS[FOUND], 0)} of {self.data['ending'].size} curves fitted"
-        return [first, *(f"{n}: {words}" for words, n in counts.items() if words != ENDINGS[FOUND])]
-
-    def _quartiles(self) -> list[tuple[str, str, str, str]]:
-        """Name, median and quartiles of what was found and of the noise."""
-        if ENDINGS[FOUND] not in self.counts:
-            return []
-        told = []
-        for name in (*self.names, "noise"):
-            unit = str(self.data[name].attrs["units"])
-            ends = np.nanquantile(self.data[name].values, [0.25, 0.5, 0.75])
-            low, middle, high = (written(float(q), unit, 4) for q in ends)
-            told.append((name, middle, low, high))
-        return told
-
-    def __str__(self) -> str:
-        return self.summary()
-
     def __repr__(self) -> str:
-        return f"<pymdr.FittedMap {', '.join(self.names)}; {self._told_of_endings()[0]}>"
+        return f"<pymdr.FittedMap {', '.join(self.names)}; {self._remarks()[0]}>"
 
-    def _repr_html_(self) -> str:
-        """The summary as tables, for notebooks."""
-        from pymdr.presentation.html import found_html
+    def _remarks(self) -> list[str]:
+        counts = self.counts
+        first = f"{counts.pop(ENDINGS[FOUND], 0)} of {self.data['ending'].size} curves fitted"
+        return [first, *(f"{n}: {words}" for words, n in counts.items())]
 
-        head = ("found", "median", "half of the curves from", "to")
-        return found_html(
-            head, self._quartiles(), self._told_of_endings(), self.claims, self.assumptions, self.notes
-        )
+    def _table(self) -> TextTable:
+        """Median and quartiles of what was found and of the noise."""
+        rows = []
+        for name in (*self.names, "noise") if ENDINGS[FOUND] in self.counts else ():
+            low, middle, high = np.nanquantile(self.data[name].values, [0.25, 0.5, 0.75]).tolist()
+            unit = str(self.data[name].attrs["units"])
+            rows.append([name, *(written(value, unit, 4) for value in (middle, low, high))])
+        words = ["found", "median", "half of the curves from", "to"] if rows else []
+        return (words, [""] * len(words)), rows
 
-    def cite(self) -> tuple[str, ...]:
-        """References of the theory and of the search."""
-        return tuple(SOURCES[key] for key in self.references)
+    def _columns(self) -> dict[str, np.ndarray]:
+        """One row for each curve, with its place in the grid."""
+        places = {dim: self.data[dim] for dim in self.data.dims}
+        return Study._columns(replace(self, data=self.data.assign_coords(places)))
 
-    def to_csv(self, file: str | os.PathLike[str]) -> None:
-        """
-        Write one row for each curve, with units in the names of the columns.
-
-        Parameters
-        ----------
-        file : path
-            For example "map.csv".
-
-        Raises
-        ------
-        FileError
-            If the file cannot be written.
-        """
-        from pymdr.presentation.tables import titled_columns, write_csv
-
-        write_csv(titled_columns(self.data), file)
-
-    def plot(self) -> Figure:
+    def _figure(self) -> Figure:
         """A panel for each number that was found and for the noise: pictures of grids, else points."""
         from pymdr.presentation.plot import fitted_map
 
