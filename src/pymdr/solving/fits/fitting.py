@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from pymdr.errors import ProblemError
 from pymdr.interpretation.validity import EXACT_WITHIN, Claim
 from pymdr.problem.contact import Contact
-from pymdr.problem.laws import Coulomb, MaugisDugdale
+from pymdr.problem.laws import Coulomb
 from pymdr.problem.paths import Path, indent
 from pymdr.result import Result, labelled
 from pymdr.solving.curves import MeasuredCurve
@@ -330,7 +330,8 @@ def _quick_start(search: Search) -> tuple[Start, FloatArray] | None:
     if ways is None or not unknowns or len(curves.curves) != 1:
         return None
     stretch = curves.read(0, 1)
-    if isinstance(search.contact.adhesion, MaugisDugdale) or _is_of_layers(asked, ways):
+    law = search.contact.adhesion
+    if (law is not None and law.cohesive_stress is not None) or _is_of_layers(asked, ways):
         asked = _nearby(asked, ways, stretch)
     found = fit_by_family(asked, ways, stretch).columns
     if found["ending"][0] == AT_END and asked.ladder is not None and _is_of_layers(asked, ways):

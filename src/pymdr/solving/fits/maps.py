@@ -14,13 +14,13 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 
 from pymdr.errors import ConvergenceError, ProblemError, PymdrError
+from pymdr.interpretation.theories import theory_of
 from pymdr.interpretation.validity import Assumption, Claim
 from pymdr.line.curves import ElasticLine
 from pymdr.line.foundation import states_at_depth
 from pymdr.mapping.equivalent import equivalent_profile
 from pymdr.numerics.panels import IndexArray
 from pymdr.problem.contact import Contact
-from pymdr.problem.laws import DMT
 from pymdr.problem.parameters import with_parameters
 from pymdr.problem.paths import indent
 from pymdr.problem.schedule import Progress
@@ -452,11 +452,12 @@ def _interpreted(asked: Asked, records: Records, fitted: FittedStretch) -> Fitte
         if many:
             notes.append(f"{many} of {found.size} curves {words}")
     if asked.ways is not None and asked.ways.work is not None and found.size:
-        number = asked.ways.number
+        number, law = asked.ways.number, asked.contact.adhesion
         assert number is not None
+        assert law is not None
         numbers = asked.ways.numbers(np.column_stack([columns[u.name][found] for u in asked.unknowns]))
         # a law of short range is strained most where the work is smallest against the modulus, one of long range where it is largest
-        strained = numbers.max() if isinstance(asked.contact.adhesion, DMT) else numbers.min()
+        strained = numbers.max() if theory_of(law).pulls_beyond else numbers.min()
         notes += range_of_law(with_parameters(asked.contact, {WORK: number.from_free(float(strained))}))
     if asked.ways is not None and asked.families:
         worst = max(family.error for family in asked.families.values())
