@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from scipy.special import elliprd, elliprf
@@ -56,6 +57,11 @@ _MEASURED_ON = (
     "on 120 random bodies, smooth ones and polygons of 3 to 24 faces, for contacts without holes whose outline differs from an ellipse "
     "by no more than theirs"
 )
+_UNKNOWN = (
+    "no estimate: in some direction the outline runs beyond what is known of the body, or it is more than "
+    f"{LONGEST_OUTLINE:g} times as long as wide, where the error was not measured, or another part of the body may touch, or it is "
+    "below the lower bound; press it by boundary elements"
+)
 _CUT_OFF = 0.02
 _SMALL_SLOPE = 0.3
 
@@ -93,15 +99,13 @@ def shape_claims(
     dict of str to Claim
     """
     everywhere = np.ones(bound.force.shape, dtype=bool)
-    if isinstance(shape, EllipticParaboloid):
-        claims = _exact(everywhere)
-    else:
-        claims = _pyramid(shape, everywhere) if isinstance(shape, Pyramid) else _estimated(shape, states)
-        claims |= _refused(claims, everywhere)
+    theory = shape_theory(shape)
+    claims = theory.claims(shape, states)
+    claims |= _refused(claims, everywhere)
     none = np.zeros(everywhere.shape, dtype=bool)
-    claims["contact_radius"] = Claim(Level.NOT_VALID, _no_radius(shape), SOURCES["johnson"], none)
-    claims["force_estimate"] = _estimate_claim(shape, states)
-    claims["force_lower_bound"] = _bound_claim(shape, states, bound)
+    claims["contact_radius"] = Claim(Level.NOT_VALID, theory.no_radius, SOURCES["johnson"], none)
+    claims["force_estimate"] = _estimate_claim(theory, states)
+    claims["force_lower_bound"] = _bound_claim(theory, states, bound)
     for name, known in prescribed.items():
         claim = claims[name]
         if known.all():
@@ -112,13 +116,14 @@ def shape_claims(
     return claims
 
 
-def _exact(everywhere: BoolArray) -> dict[str, Claim]:
+def _exact(shape: Shape, states: ShapeStates) -> dict[str, Claim]:
+    everywhere = np.ones(states.force.shape, dtype=bool)
     reason = f"exact {_MODEL}, on an ellipse that is small against the radii of curvature"
     return {name: Claim(Level.EXACT, reason, SOURCES["hertz"], everywhere) for name in OF_SHAPES}
 
 
-def _pyramid(shape: Pyramid, everywhere: BoolArray) -> dict[str, Claim]:
-    sides = shape.sides
+def _pyramid(shape: Pyramid, states: ShapeStates) -> dict[str, Claim]:
+    everywhere, sides = np.ones(states.force.shape, dtype=bool), shape.sides
     reason = f"F = C E* d^2 / slope by self-similarity {_MODEL}; "
     if sides in PYRAMID_FORCES:
         reason += f"C = {PYRAMID_FORCES[sides]:g} by boundary elements, error {PYRAMID_ERROR:g}"
@@ -139,16 +144,16 @@ def _pyramid(shape: Pyramid, everywhere: BoolArray) -> dict[str, Claim]:
     return with_errors(base, errors)
 
 
-def _estimate_error(shape: Shape, states: ShapeStates, known: BoolArray) -> tuple[FloatArray | None, str]:
+def _estimate_error(
+    theory: ShapeTheory, states: ShapeStates, known: BoolArray
+) -> tuple[FloatArray | None, str]:
     """The errors of the estimate in the rows in which there is one, None where they are not known; and what is said of them."""
     error = np.where(known, states.error, 0.0)
-    if isinstance(shape, Sampled2D):
+    if theory.interpolated:
         return None, "; its error is not known: of heights between the samples it was not measured"
     if np.isnan(error).any():
         return None, f"; its error is not known here: it was measured {_MEASURED_ON}"
-    if isinstance(shape, EllipticParaboloid | Pyramid):
-        return error, ""
-    return error, f"; its error is that of bodies by boundary elements {_MEASURED_ON}"
+    return error, theory.measured
 
 
 def _level(error: FloatArray | None) -> Level:
@@ -159,14 +164,14 @@ def _level(error: FloatArray | None) -> Level:
 
 def _estimated(shape: Shape, states: ShapeStates) -> dict[str, Claim]:
     known = np.isfinite(states.force)
-    error, measured = _estimate_error(shape, states, known)
-    reason = f"{_ESTIMATE}; {_MODEL}{measured}" if known.any() else _unknown()
+    error, measured = _estimate_error(shape_theory(shape), states, known)
+    reason = f"{_ESTIMATE}; {_MODEL}{measured}" if known.any() else _UNKNOWN
     level = _level(error) if known.any() else Level.NOT_VALID
     claims = {name: Claim(level, reason, SOURCES["popov-shapes"], known, error) for name in _FORCES[:3]}
     if known.any() and not known.all():
         claims = {
             name: replace(
-                claim, reason=f"{reason}; at {int((~known).sum())} of {known.size} steps none: {_unknown()}"
+                claim, reason=f"{reason}; at {int((~known).sum())} of {known.size} steps none: {_UNKNOWN}"
             )
             for name, claim in claims.items()
         }
@@ -178,14 +183,6 @@ def _estimated(shape: Shape, states: ShapeStates) -> dict[str, Claim]:
         high = f"; where the outline is cut off, the stiffness is up to {100.0 * _CUT_OFF:g} % high"
         stiff = replace(stiff, reason=f"{stiff.reason}{high}")
     return {**claims, "normal_stiffness": stiff}
-
-
-def _unknown() -> str:
-    return (
-        "no estimate: in some direction the outline runs beyond what is known of the body, or it is more than "
-        f"{LONGEST_OUTLINE:g} times as long as wide, where the error was not measured, or another part of the body may touch, or it is "
-        "below the lower bound; press it by boundary elements"
-    )
 
 
 def _refused(given: Mapping[str, Claim], everywhere: BoolArray) -> dict[str, Claim]:
@@ -204,27 +201,18 @@ def _refused(given: Mapping[str, Claim], everywhere: BoolArray) -> dict[str, Cla
     }
 
 
-def _no_radius(shape: Shape) -> str:
-    if isinstance(shape, EllipticParaboloid):
-        return "the contact is an ellipse and has no radius; read semi_axis_x and semi_axis_y"
-    return "the contact is no disk and has no radius"
-
-
-def _estimate_claim(shape: Shape, states: ShapeStates) -> Claim:
+def _estimate_claim(theory: ShapeTheory, states: ShapeStates) -> Claim:
     known = np.isfinite(states.estimate)
     source = SOURCES["popov-shapes"]
     if not known.any():
-        why = _unknown()
-        if isinstance(shape, EllipticParaboloid):
-            why = f"its error was measured up to a ratio of {LONGEST_RATIO:g} of the radii; normal_force is exact"
-        return Claim(Level.NOT_VALID, why, source, known)
+        return Claim(Level.NOT_VALID, theory.no_estimate, source, known)
     cut = np.any(states.clipped[known] > 0.0)
     outline = "; in some directions it has no outline of its own, and none is offered" if cut else ""
-    error, measured = _estimate_error(shape, states, known)
+    error, measured = _estimate_error(theory, states, known)
     return Claim(_level(error), f"{_ESTIMATE}{outline}{measured}", source, known, error)
 
 
-def _bound_claim(shape: Shape, states: ShapeStates, bound: LowerBound) -> Claim:
+def _bound_claim(theory: ShapeTheory, states: ShapeStates, bound: LowerBound) -> Claim:
     everywhere = np.ones(bound.force.shape, dtype=bool)
     reason = "a rigorous lower bound of the force at this indentation, for a body that does not tilt: "
     if bound.ellipses is None:
@@ -236,7 +224,7 @@ def _bound_claim(shape: Shape, states: ShapeStates, bound: LowerBound) -> Claim:
         share = float(np.max(1.0 - bound.force[pressed] / states.force[pressed]))
         reason += f"; here up to {100.0 * max(share, 0.0):.2g} % below normal_force"
     level = Level.EXACT
-    if isinstance(shape, Sampled2D):
+    if theory.interpolated:
         level, reason = Level.APPROXIMATE, f"{reason}; of the heights as they are interpolated"
         if bound.ellipses is None:
             reason += ", and their mean between rings a pixel apart"
@@ -261,15 +249,47 @@ def _where(bound: LowerBound) -> str:
     )
 
 
-def shape_assumptions(
-    shape: Shape, steepest: float, largest: float, dundurs_beta: float
-) -> tuple[Assumption, ...]:
+@dataclass(frozen=True)
+class ShapeTheory:
+    """What a kind of shape brings to step 3."""
+
+    claims: Callable[[Any, ShapeStates], dict[str, Claim]] = _estimated
+    """Of the quantities that it has."""
+    references: tuple[str, ...] = ("shield", "barber", "popov-shapes")
+    no_radius: str = "the contact is no disk and has no radius"
+    no_estimate: str = _UNKNOWN
+    """Why there is no estimate, where there is none."""
+    measured: str = f"; its error is that of bodies by boundary elements {_MEASURED_ON}"
+    """What is said of the error of the estimate."""
+    interpolated: bool = False
+    """Whether it is known at samples only."""
+
+
+SHAPES: dict[type[Shape], ShapeTheory] = {
+    EllipticParaboloid: ShapeTheory(
+        _exact,
+        references=("hertz", "shield", "barber", "popov-shapes"),
+        no_radius="the contact is an ellipse and has no radius; read semi_axis_x and semi_axis_y",
+        no_estimate=f"its error was measured up to a ratio of {LONGEST_RATIO:g} of the radii; normal_force is exact",
+        measured="",
+    ),
+    Pyramid: ShapeTheory(_pyramid, references=("shield", "barber", "popov-shapes", "bilodeau"), measured=""),
+    Sampled2D: ShapeTheory(interpolated=True),
+}
+"""One row for each kind; others are estimated."""
+
+
+def shape_theory(shape: Shape) -> ShapeTheory:
+    """The row of a shape."""
+    return next((SHAPES[kind] for kind in type(shape).__mro__ if kind in SHAPES), ShapeTheory())
+
+
+def shape_assumptions(steepest: float, largest: float, dundurs_beta: float) -> tuple[Assumption, ...]:
     """
     What the half-space model assumes of a shape, measured over the history.
 
     Parameters
     ----------
-    shape : Shape
     steepest : float
         Largest slope in the contact.
     largest : float
@@ -288,7 +308,7 @@ def shape_assumptions(
         abs(dundurs_beta),
         0.5,
     )
-    return (slope, ratio, similar) if isinstance(shape, EllipticParaboloid) else (slope, similar)
+    return (slope, similar) if math.isnan(largest) else (slope, ratio, similar)
 
 
 @dataclass(frozen=True)

@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import math
+from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import lru_cache, partial, singledispatch
-from typing import Protocol
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pymdr.errors import ConvergenceError
-from pymdr.mapping.azimuth import RayTable, ray_table
+from pymdr.mapping.azimuth import RayTable, ray_slopes, ray_table
 from pymdr.mapping.ellipse import HertzEllipse
 from pymdr.numerics.roots import boundary
 from pymdr.problem.profiles import EllipticParaboloid, Pyramid, Shape
@@ -79,9 +80,27 @@ class ShapeStates:
         return replace(self, force=force, stiffness=stiffness, estimate=estimate)
 
 
-class ShapeLaw(Protocol):
+class ShapeLaw(ABC):
     """A shape as a law between depth and force."""
 
+    shape: Shape
+    known: ClassVar[bool] = True
+    """Whether its force is known, and not only bounded and estimated."""
+
+    @property
+    def source(self) -> str:
+        """Where a force that is no estimate comes from; empty where there is none."""
+        return ""
+
+    def semi_axes(self, depth: FloatArray) -> tuple[FloatArray, FloatArray] | None:
+        """Semi-axes of an elliptic contact in m along x and y at depths in m; None of others."""
+        return None
+
+    def slopes(self, depth: FloatArray, size: float) -> tuple[float, float]:
+        """The largest slope in contacts up to a size in m, and the largest semi-axis over its radius of curvature, nan of others."""
+        return float(np.nanmax(ray_slopes(self.shape, min(size, self.shape.reach)), initial=0.0)), math.nan
+
+    @abstractmethod
     def at(self, depth: FloatArray, radius: FloatArray) -> ShapeStates:
         """States at depths in m, given the radii in m of the disks of the lower bound."""
 
@@ -113,17 +132,31 @@ def _(shape: Pyramid) -> ShapeLaw:
 
 
 @dataclass(frozen=True)
-class EllipseLaw:
+class EllipseLaw(ShapeLaw):
     """Hertz."""
 
     shape: EllipticParaboloid
+
+    @property
+    def source(self) -> str:
+        """Hertz."""
+        return "exact"
+
+    def semi_axes(self, depth: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Semi-axes in m along x and y at depths in m."""
+        return HertzEllipse(self.shape.radius_x, self.shape.radius_y).semi_axes(depth)
+
+    def slopes(self, depth: FloatArray, size: float) -> tuple[float, float]:
+        """The largest slope of the ellipses, which is also their largest semi-axis over its radius of curvature."""
+        a_x, a_y = (float(np.max(a)) for a in self.semi_axes(depth))
+        steepest = max(a_x / self.shape.radius_x, a_y / self.shape.radius_y)
+        return steepest, steepest
 
     def at(self, depth: FloatArray, radius: FloatArray) -> ShapeStates:
         """States at depths in m."""
         rx, ry = self.shape.radius_x, self.shape.radius_y
         d = np.maximum(depth, 0.0)
-        hertz = HertzEllipse(rx, ry)
-        force = hertz.force(d)
+        force = HertzEllipse(rx, ry).force(d)
         ratio = max(rx, ry) / min(rx, ry)
         none = np.full(d.shape, math.nan)
         estimate, clipped = none, np.zeros(d.shape)
@@ -134,15 +167,24 @@ class EllipseLaw:
             stiffness = np.where(d > 0.0, 1.5 * force / d, 0.0)
             error = np.where(d > 0.0, np.abs(estimate / force - 1.0), 0.0)
         return ShapeStates(
-            force, stiffness, 0.4 * force * d, estimate, error, np.maximum(*hertz.semi_axes(d)), clipped
+            force, stiffness, 0.4 * force * d, estimate, error, np.maximum(*self.semi_axes(d)), clipped
         )
 
 
 @dataclass(frozen=True)
-class PyramidLaw:
+class PyramidLaw(ShapeLaw):
     """F = C E* d^2 / slope, which self-similarity makes exact but for the number C."""
 
     shape: Pyramid
+
+    @property
+    def source(self) -> str:
+        """Boundary elements, where they pressed one of so many sides."""
+        return "boundary elements" if self.shape.sides in PYRAMID_FORCES else ""
+
+    def slopes(self, depth: FloatArray, size: float) -> tuple[float, float]:
+        """The slope of the faces, and nan."""
+        return self.shape.gradient, math.nan
 
     def at(self, depth: FloatArray, radius: FloatArray) -> ShapeStates:
         """States at depths in m."""
@@ -252,7 +294,7 @@ def homogeneous_estimate(power: int, shape: FloatArray, weights: FloatArray) -> 
 
 
 @dataclass(frozen=True)
-class RayLaw:
+class RayLaw(ShapeLaw):
     """
     The estimate F = 2 E* oint (d a^2 - a int_0^a g_phi dx) dphi / oint a dphi, stationary in the outline a(phi).
 
@@ -266,6 +308,7 @@ class RayLaw:
     """
 
     shape: Shape
+    known: ClassVar = False
 
     def at(self, depth: FloatArray, radius: FloatArray) -> ShapeStates:
         """States at depths in m, given the radii in m of the disks of the lower bound."""
