@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, NoReturn
 import numpy as np
 
 from pymdr.errors import ConvergenceError, PathError, ProblemError
+from pymdr.interpretation.ellipses import EllipseSurface
 from pymdr.interpretation.shapes import (
-    EllipseSurface,
     LowerBound,
     shape_assumptions,
     shape_claims,
