@@ -7,6 +7,7 @@ import json
 import math
 import subprocess
 import sys
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
@@ -453,7 +454,7 @@ def test_a_cluster_gives_the_same_numbers(gel):
         ) as cluster,
         distributed.Client(cluster) as client,
     ):
-        found = mdr.fit_map(start, data, FREE, client=client)
+        found = mdr.fit_map(start, data, FREE, workers=client)
     for name in here.data:
         assert np.array_equal(found.data[name].values, here.data[name].values, equal_nan=True)
 
@@ -751,7 +752,7 @@ def test_a_tilt_of_the_baseline_is_found_with_the_moduli(work):
     drift = tilt * (clean.position - middle)
     curves = [dataclasses.replace(clean, force=clean.force + drift + one) for one in noise]
     start, free = contact_of("paraboloid", 1e4, work and 1e-4), FREE[: 1 if work is None else 2]
-    found = mdr.fit_map(start, curves, free, tilt=True)
+    found = mdr.fit_map(start, curves, [*free, "tilt"])
     assert found.counts == {"found": 300}
     true = {"body.young": 3e3, "adhesion.work": work, "contact_point": 0.0, "baseline": 0.0, "tilt": tilt}
     for name in found.names:
@@ -759,7 +760,7 @@ def test_a_tilt_of_the_baseline_is_found_with_the_moduli(work):
         # four deviations of a mean and of a share of 300
         assert abs(off.mean()) < 4.0 / math.sqrt(300)
         assert np.mean(np.abs(off) < 1.96) > 0.95 - 4.0 * math.sqrt(0.05 * 0.95 / 300)
-    single = mdr.fit(start, curves[0], free, tilt=True)
+    single = mdr.fit(start, curves[0], [*free, "tilt"])
     for name in found.names:
         error = float(found[f"{name}_error"][0])
         assert single[name].value == pytest.approx(float(found[name][0]), abs=0.3 * error)
@@ -767,11 +768,50 @@ def test_a_tilt_of_the_baseline_is_found_with_the_moduli(work):
     assert mdr.fit(start, curves[0], free).waves > 1.0
 
 
-def test_a_tilt_is_true_or_false_and_of_force_curves():
+def test_a_tilt_has_no_bounds_and_is_looked_for_with_other_numbers():
     curve, start = curve_of(contact_of("paraboloid", 3e3), 1e-6), contact_of("paraboloid", 1e4)
-    for found in (mdr.fit, mdr.fit_map):
-        with pytest.raises(ProblemError, match="tilt = '1 N/m'; True"):
-            found(start, curve if found is mdr.fit else [curve], ["body.young"], tilt="1 N/m")
+    for fit, record in ((mdr.fit, curve), (mdr.fit_map, [curve])):
+        with pytest.raises(ProblemError, match="bounds of tilt"):
+            fit(start, record, {"body.young": None, "tilt": ["0 N/m", "1 N/m"]})
+        with pytest.raises(ProblemError, match="name what is looked for"):
+            fit(start, record, "tilt")
+        assert "tilt" in fit(start, record, {"body.young": None, "tilt": None}).summary()
+
+
+def test_laws_are_compared_with_a_tilt():
+    clean = curve_of(contact_of("paraboloid", 3e3), 1e-6)
+    drift = 0.3 * clean.force.max() * clean.position / np.ptp(clean.position)
+    noise = 1e-3 * clean.force.max() * np.random.default_rng(1).normal(size=drift.size)
+    curve = dataclasses.replace(clean, force=clean.force + drift + noise)
+    laws = {
+        "ball": contact_of("paraboloid", 1e4),
+        "cone": mdr.Contact(mdr.Cone(slope=0.5), mdr.Elastic("10 kPa", 0.5)),
+    }
+    found = mdr.compare_laws(laws, curve, ["body.young", "tilt"])
+    assert found.best == "ball"
+    assert found["ball"]["body.young"].value == pytest.approx(3e3, rel=0.05)
+    assert set(found["cone"].values) >= {"tilt"}
+    with pytest.raises(ProblemError, match="has nothing of"):
+        mdr.compare_laws(laws, curve, ["tilt"])
+
+
+def test_cores_are_a_number_or_a_client():
+    curve, start = curve_of(contact_of("paraboloid", 3e3), 1e-6), contact_of("paraboloid", 1e4)
+    for workers in (0, True, 1.5, "2", None):
+        with pytest.raises(ProblemError, match="whole number of at least 1"):
+            mdr.fit_map(start, [curve], ["body.young"], workers=workers)
+
+    class Client:
+        """As one of dask.distributed."""
+
+        def get_executor(self):
+            return ThreadPoolExecutor(1)
+
+        def ncores(self):
+            return {"here": 1}
+
+    alone, shared = (mdr.fit_map(start, [curve] * 3, ["body.young"], workers=one) for one in (1, Client()))
+    xr.testing.assert_identical(alone.data, shared.data)
 
 
 BLOCKED = """

@@ -99,7 +99,6 @@ from .solving.roughness import power_spectrum as power_spectrum
 from .solving.sliding import sliding_friction as sliding_friction
 from .solving.sweep import sweep as sweep
 from .solving.thickness import thickness_correction as thickness_correction
-from .workbench.curves import force_map as force_map
 from .workbench.curves import read_curves as read_curves
 from .workbench.curves import read_records as read_records
 from .workbench.curves import stack_curves as stack_curves

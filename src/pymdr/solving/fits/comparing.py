@@ -15,6 +15,7 @@ from pymdr.quantities import one_name
 from pymdr.solving.curves import MeasuredCurve
 from pymdr.solving.fits.fitting import aicc, fit
 from pymdr.solving.fits.found import FitResult
+from pymdr.solving.fits.unknowns import TILT
 from pymdr.solving.study import Answer, Column
 from pymdr.units import ArrayQuantityLike, QuantityLike, shown
 
@@ -95,7 +96,6 @@ def compare_laws(
     contact_point: QuantityLike | None = None,
     shift_origin: QuantityLike | None = None,
     baseline: QuantityLike | None = None,
-    tilt: bool = False,
 ) -> LawComparison:
     """
     Fit several laws to one record and weigh them.
@@ -104,7 +104,7 @@ def compare_laws(
     ----------
     contacts : mapping of str to Contact
         The laws by the names that they are to have.
-    curve, contact_point, shift_origin, baseline, tilt
+    curve, contact_point, shift_origin, baseline
         As for :func:`fit`.
     free : sequence of str, or mapping of str to pair of quantities or None
         What is looked for; every law takes what it has of it.
@@ -144,22 +144,17 @@ def compare_laws(
     refusals: dict[str, str] = {}
     for name, contact in contacts.items():
         own = {p.name for p in parameters_of(contact)}
-        taken = (
-            {key: free[key] for key in free if key in own}
-            if isinstance(free, Mapping)
-            else [key for key in free if key in own]
-        )
-        if not taken:
+        taken = [key for key in free if key in own or key == TILT]
+        if not own.intersection(taken):
             raise ProblemError(f"compare_laws: {name} has nothing of {', '.join(free)}")
         try:
             fits[name] = fit(
                 contact,
                 curve,
-                taken,
+                {key: free[key] for key in taken} if isinstance(free, Mapping) else taken,
                 contact_point=contact_point,
                 shift_origin=shift_origin,
                 baseline=baseline,
-                tilt=tilt,
             )
         except PymdrError as error:
             refusals[name] = str(error)

@@ -46,6 +46,7 @@ from pymdr.solving.fits.unknowns import (
     origins,
     put_into,
     unknowns_of,
+    without_tilt,
 )
 from pymdr.solving.verb import solve
 from pymdr.units import FloatArray, QuantityLike, written
@@ -77,7 +78,6 @@ def fit(
     contact_point: QuantityLike | None = None,
     shift_origin: QuantityLike | None = None,
     baseline: QuantityLike | None = None,
-    tilt: bool = False,
 ) -> FitResult:
     """
     Find parameters of a contact in measured force curves, or in records of friction.
@@ -93,7 +93,8 @@ def fit(
         which is prescribed; ``used`` is false at samples that are followed and not compared.
     free : sequence of str, or mapping of str to pair of quantities or None
         Parameters that are looked for by their dotted names, such as ``["body.young", "adhesion.work"]``, with bounds where
-        there are any.
+        there are any. ``"tilt"`` among them, in N/m of the travel or indentation, is the rise of the force along the record before
+        contact, as by drift or virtual deflection; the baseline is then that in the middle of the record.
     contact_point : quantity, optional
         The depth of the record in m at which the bodies touch; looked for unless given.
     shift_origin : quantity, optional
@@ -101,9 +102,6 @@ def fit(
         unless given.
     baseline : quantity, optional
         The force of the record in N when they do not; looked for unless given.
-    tilt : bool
-        Whether that force rises along the record, as by drift or virtual deflection, by a `tilt` in N/m of the travel or indentation that
-        is looked for; the baseline is then that in the middle of the record.
 
     Returns
     -------
@@ -146,7 +144,6 @@ def fit(
         curve,
         free,
         {CONTACT_POINT: contact_point, SHIFT_ORIGIN: shift_origin, BASELINE: baseline},
-        tilt,
     )
     found = _interpreted(_estimated(search))
     notes = (f"{marked} samples marked as outliers or saturated are left out",) if marked else ()
@@ -184,7 +181,6 @@ def _search(
     curve: MeasuredCurve | xr.Dataset | Sequence[MeasuredCurve] | Sequence[xr.Dataset],
     free: Free,
     given: dict[str, QuantityLike | None],
-    tilt: bool,
 ) -> tuple[Search, int]:
     """What is looked for in which records, and how many marked samples were left out of them."""
     from xarray import Dataset
@@ -198,6 +194,7 @@ def _search(
     if not listed or not all(isinstance(one, kind) for one in listed):
         has = "has friction" if contact.friction is not None else "has no friction"
         raise ProblemError(f"fit: {needed} is needed, or several: the contact {has}")
+    unknowns, known = unknowns_of(contact, without_tilt(free)), origins(given, free)
     if contact.friction is None:
         if given.pop(SHIFT_ORIGIN) is not None:
             raise ProblemError(
@@ -206,14 +203,14 @@ def _search(
         curves = tuple(one for one in listed if isinstance(one, MeasuredCurve))
         marked = sum(int(one.marked.sum()) for one in curves)
         curves = tuple(_told(one) for one in curves)
-        return Search(contact, unknowns_of(contact, free), curves, origins(given, tilt)), marked
-    if given.pop(CONTACT_POINT) is not None or tilt:
+        return Search(contact, unknowns, curves, known), marked
+    if given.pop(CONTACT_POINT) is not None or TILT not in known:
         raise ProblemError(
-            "fit: contact_point= and tilt= are for normal forces; records of friction have a shift_origin and a baseline"
+            "fit: contact_point= and a tilt are for normal forces; records of friction have a shift_origin and a baseline"
         )
     records = tuple(shear_record(one) for one in listed if isinstance(one, Dataset))
     used = () if all(one.used.all() for one in records) else tuple(one.used for one in records)
-    return Search(contact, unknowns_of(contact, free), records, origins(given, False), used), 0
+    return Search(contact, unknowns, records, known, used), 0
 
 
 def _told(curve: MeasuredCurve) -> MeasuredCurve:

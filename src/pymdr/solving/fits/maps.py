@@ -58,6 +58,7 @@ from pymdr.solving.fits.unknowns import (
     Free,
     origins,
     put_into,
+    without_tilt,
 )
 from pymdr.solving.memory import assumptions_with_memory
 from pymdr.solving.reach import assumptions, map_to_line
@@ -139,10 +140,8 @@ def fit_map(
     *,
     contact_point: QuantityLike | None = None,
     baseline: QuantityLike | None = None,
-    tilt: bool = False,
     folder: str | os.PathLike[str] | None = None,
-    workers: int = 1,
-    client: Any = None,
+    workers: int | Any = 1,
     progress: Progress | None = None,
 ) -> FittedMap:
     """
@@ -156,14 +155,12 @@ def fit_map(
         A dataset, or the folder of a Zarr store of one, has ``force`` and ``travel`` or ``indentation`` over a grid and
         ``sample``, with ``units`` in their attributes; with travel ``spring_constant``, one or over the grid; ``time`` for bodies
         with memory. It is read a stretch at a time.
-    free, contact_point, baseline, tilt
+    free, contact_point, baseline
         As for :func:`fit`.
     folder : path, optional
         Of a Zarr store into which curves are written as they are finished: the same call goes on where a killed one was.
-    workers : int
-        Number of cores; the numbers do not depend on it.
-    client : dask.distributed.Client, optional
-        Of a cluster that works in their place.
+    workers : int or dask.distributed.Client
+        Number of cores, or the client of a cluster; the numbers do not depend on it.
     progress : callable, optional
         Called as ``progress(done, total)``.
 
@@ -206,12 +203,12 @@ def fit_map(
             "fit_map: the contact has friction, which force curves do not feel; leave friction out, or give each record of "
             "tangential force and shift to fit"
         )
-    if isinstance(workers, bool) or not isinstance(workers, int) or workers < 1:
-        raise ProblemError(f"workers = {workers!r}: a whole number of at least 1 is needed")
+    if not hasattr(workers, "get_executor") and (type(workers) is not int or workers < 1):
+        raise ProblemError(f"workers = {workers!r}: a whole number of at least 1 is needed, or a dask client")
     records = records_of(curves)
     total = math.prod(records.shape)
-    known = origins({CONTACT_POINT: contact_point, BASELINE: baseline}, tilt)
-    asked = asked_of(contact, free, known, total)
+    known = origins({CONTACT_POINT: contact_point, BASELINE: baseline}, free)
+    asked = asked_of(contact, without_tilt(free), known, total)
     chunk = _curves_of_chunk(asked, records)
     store = Kept(folder, asked, records, chunk) if folder is not None else Held(asked, total)
     parts = [(first, min(first + chunk, total)) for first in range(0, total, chunk)]
@@ -224,7 +221,7 @@ def fit_map(
         if progress is not None:
             progress(done + more, total)
 
-    for (first, last), fitted in _fitted(asked, records, todo, workers, client, told):
+    for (first, last), fitted in _fitted(asked, records, todo, workers, told):
         store.keep(first, last, fitted)
         done += last - first
         told(0)
@@ -246,15 +243,15 @@ def _fitted(
     asked: Asked,
     records: Records,
     parts: Sequence[tuple[int, int]],
-    workers: int,
-    client: Any,
+    workers: int | Any,
     told: Callable[[int], None],
 ) -> Iterator[tuple[tuple[int, int], FittedStretch]]:
     """What the fits of stretches of curves give, as they are finished."""
+    if not isinstance(workers, int):
+        yield from _shared(asked, records, parts, workers.get_executor(), 4 * max(len(workers.ncores()), 1))
+        return
     workers = min(workers, max(1, len(parts)))
-    if client is not None:
-        yield from _shared(asked, records, parts, client.get_executor(), 4 * max(len(client.ncores()), 1))
-    elif workers == 1:
+    if workers == 1:
         for part in parts:
             yield part, _fit_stretch(asked, records.read(*part), told)
     elif asked.ways is not None:
