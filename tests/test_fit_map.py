@@ -229,9 +229,9 @@ def test_a_map_is_the_same_from_lists_stores_and_cores(gel, tmp_path):
 
 
 def test_a_killed_map_goes_on_where_it_was(gel, tmp_path, monkeypatch):
-    from pymdr.solving.fits import maps
+    from pymdr.solving.fits import stretches
 
-    monkeypatch.setattr(maps, "_CHUNK", 10 * 240)
+    monkeypatch.setattr(stretches, "_CHUNK", 10 * 240)
     curves, _ = gel
     start, data = contact_of("paraboloid", 1e4, 1e-4), stored(curves, (6, 5))
     whole = mdr.fit_map(start, data, FREE)
@@ -527,7 +527,7 @@ def test_waves_are_told_for_every_curve():
 @settings(max_examples=examples(20), deadline=None)
 @given(st.integers(0, 10**6), st.integers(30, 3000))
 def test_white_noise_is_no_wave(seed, samples):
-    from pymdr.solving.fits.searching import hanging
+    from pymdr.solving.fits.residuals import hanging
 
     noise = np.random.default_rng(seed).normal(size=(3, samples))
     assert np.all(hanging(noise, np.ones(3)).waves < 1.0)

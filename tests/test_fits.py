@@ -19,9 +19,9 @@ import pymdr as mdr
 from drawing import examples
 from pymdr.errors import CaseError, FileError, ProblemError, QuantityError, UnitError
 from pymdr.problem.codec import decode_contact
-from pymdr.solving.fits.fitting import estimate
+from pymdr.solving.fits.estimating import estimate
 from pymdr.solving.fits.forces import forces_of, modelled
-from pymdr.solving.fits.searching import hanging
+from pymdr.solving.fits.residuals import hanging
 from pymdr.solving.study import Answer
 from pymdr.workbench.cli import app
 from pymdr.workbench.tables import read_curve

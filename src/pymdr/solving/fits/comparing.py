@@ -13,7 +13,8 @@ from pymdr.problem.contact import Contact
 from pymdr.problem.parameters import parameters_of
 from pymdr.quantities import one_name
 from pymdr.solving.curves import MeasuredCurve
-from pymdr.solving.fits.fitting import aicc, fit
+from pymdr.solving.fits.estimating import aicc
+from pymdr.solving.fits.fitting import fit
 from pymdr.solving.fits.found import FitResult
 from pymdr.solving.fits.unknowns import TILT
 from pymdr.solving.study import Answer, Column

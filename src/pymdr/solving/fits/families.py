@@ -290,12 +290,8 @@ def _row(forces: ElasticForces | AdhesiveForces, deepest: float) -> tuple[FloatA
     """Forces, their slopes over the root, and the depth at which the profile ends."""
     r, reach = np.linspace(0.0, 1.0, _CELLS + 1), deepest - forces.fold
     depth = forces.fold + reach * r * r
-    if isinstance(forces, AdhesiveForces):
-        value, slope = forces.over_root(r * math.sqrt(reach))
-        slope = slope * math.sqrt(reach)
-    else:
-        value, stiffness = forces.at(depth)
-        slope = stiffness * 2.0 * r * reach
+    value, slope = forces.over_root(r * math.sqrt(reach))
+    slope = slope * math.sqrt(reach)
     known = depth <= forces.end
     if known.all():
         return value, slope, math.inf

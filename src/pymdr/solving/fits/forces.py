@@ -73,6 +73,11 @@ class ElasticForces:
         stiffness = self.line.stiffness(states.place)
         return normal_force(self.line, states) + stiffness * np.maximum(depth - self.end, 0.0), stiffness
 
+    def over_root(self, root: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Force in N and its slope over the root of the depth in m."""
+        force, stiffness = self.at(root * root)
+        return force, 2.0 * root * stiffness
+
     def radius(self, depth: FloatArray) -> FloatArray:
         """Contact radius in m at depths in m."""
         return np.asarray(states_at_depth(self.line, np.maximum(depth, 0.0)).contact_radius)

@@ -10,7 +10,6 @@ from pymdr.interpretation.theories import theory_of
 from pymdr.line.adhesion import maugis_parameter
 from pymdr.mapping.moduli import effective_moduli
 from pymdr.problem.contact import Contact
-from pymdr.solving.curves import MeasuredCurve
 from pymdr.solving.fits.found import FitResult
 from pymdr.units import written
 
@@ -46,7 +45,7 @@ def range_of_law(contact: Contact) -> tuple[str, ...]:
 
 def _unmarked_plateau(found: FitResult) -> tuple[str, ...]:
     """Whether a record stays at its largest force while it is pressed on."""
-    curves = [one for one in found.curves if isinstance(one, MeasuredCurve)]
+    curves = found.search.measured
     count = sum(int(one.mark_saturated().marked.sum()) for one in curves if one.saturated is None)
     if not count:
         return ()
