@@ -339,14 +339,16 @@ def test_a_table_of_a_whole_record_is_read_ready_for_a_fit(tmp_path):
     curve = curve_of(contact_of("paraboloid", 3e3, 2e-4), 1e-6, 0.05, 0.005, 1, 0.2, 0.3)
     lines = [f"{-1e6 * x:.9f},{-1e9 * f:.9f}" for x, f in zip(curve.travel, curve.force, strict=True)]
     (tmp_path / "curve.csv").write_text("\n".join(["travel [um],load [nN]", *lines]) + "\n")
-    (record,) = mdr.read_records(tmp_path / "curve.csv", spring_constant="0.05 N/m")
+    (record,) = mdr.read_prepared_curves(tmp_path / "curve.csv", spring_constant="0.05 N/m")
     assert [step.name for step in record.steps] == ["joined", "outliers", "signs", "saturation", "baseline"]
     found = mdr.fit_map(contact_of("paraboloid", 1e4, 1e-4), [record], FREE)
     assert found["body.young"].values == pytest.approx(3e3, abs=5.0 * found["body.young_error"].values[0])
-    (approach,) = mdr.read_records(tmp_path / "curve.csv", segment="approach", spring_constant="0.05 N/m")
+    (approach,) = mdr.read_prepared_curves(
+        tmp_path / "curve.csv", segment="approach", spring_constant="0.05 N/m"
+    )
     assert approach.force.size < record.force.size
     with pytest.raises(ProblemError, match="one of record, approach, retreat"):
-        mdr.read_records(tmp_path / "curve.csv", segment="hold", spring_constant="0.05 N/m")
+        mdr.read_prepared_curves(tmp_path / "curve.csv", segment="hold", spring_constant="0.05 N/m")
 
 
 def test_curves_with_pixels_are_stacked_into_a_map():
@@ -468,7 +470,7 @@ REAL = Path(__file__).parents[2] / "shared/data/afm"
 def test_halves_of_a_measured_record_agree(name, law):
     pytest.importorskip("afmformats", reason="afmformats, of the extra afm, is not installed")
     (file,) = REAL.glob(f"*{name}.jpk-force")
-    (curve,) = mdr.read_records(file, segment="approach" if law == "Hertz" else "retreat")
+    (curve,) = mdr.read_prepared_curves(file, segment="approach" if law == "Hertz" else "retreat")
     adhesion = None if law == "Hertz" else mdr.JKR("0.1 mJ/m^2")
     start = mdr.Contact(mdr.Paraboloid("5 um"), mdr.Elastic("10 kPa", 0.5), adhesion=adhesion)
     halves = [

@@ -100,7 +100,7 @@ from .solving.sliding import sliding_friction as sliding_friction
 from .solving.sweep import sweep as sweep
 from .solving.thickness import thickness_correction as thickness_correction
 from .workbench.curves import read_curves as read_curves
-from .workbench.curves import read_records as read_records
+from .workbench.curves import read_prepared_curves as read_prepared_curves
 from .workbench.curves import stack_curves as stack_curves
 from .workbench.records import measured_loops as measured_loops
 from .workbench.rheometry import fit_prony as fit_prony

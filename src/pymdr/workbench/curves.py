@@ -100,7 +100,7 @@ def read_curves(
     return tuple(_part(whole, segment, facts) for segment in segments_in(whole.position, whole.time, None))
 
 
-def read_records(
+def read_prepared_curves(
     file: str | os.PathLike[str], *, segment: str = "record", spring_constant: QuantityLike | None = None
 ) -> tuple[MeasuredCurve, ...]:
     """

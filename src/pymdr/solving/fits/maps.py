@@ -246,7 +246,7 @@ def _interpreted(asked: Asked, records: Records, fitted: FittedStretch) -> Fitte
             PLATEAU,
             0.0,
             "have samples at their largest force while the depth changes (plateau): where the detector had run out of range, set them to nan, or read the "
-            "files by read_records, which leaves them out",
+            "files by read_prepared_curves, which leaves them out",
         ),
         (OF_LIMIT, 1.0, "lie beyond a limit of what the model assumes (of_limit)"),
     ):

@@ -111,7 +111,7 @@ def _read(
 ) -> list[MeasuredCurve] | xr.Dataset | Path:
     """Curves of one contact, or a map of them: a dataset, or the folder of its store."""
     from pymdr.errors import ProblemError
-    from pymdr.workbench.curves import read_records, stack_curves
+    from pymdr.workbench.curves import read_prepared_curves, stack_curves
     from pymdr.workbench.tables import read_curve
 
     curves: list[MeasuredCurve] = []
@@ -134,7 +134,7 @@ def _read(
                 )
             continue
         taken = segment or ("record" if whole else "approach")
-        records = read_records(file, segment=taken, spring_constant=spring_constant)
+        records = read_prepared_curves(file, segment=taken, spring_constant=spring_constant)
         if len(records) > 1:
             if len(files) > 1:
                 raise ProblemError(
