@@ -215,7 +215,7 @@ def test_a_map_is_the_same_from_lists_stores_and_cores(gel, tmp_path):
     assert "Johnson, Kendall and Roberts" in sources
     assert "Marquardt" in sources
     assert found.to("body.young", "kPa").values == pytest.approx(1e-3 * found["body.young"].values)
-    with pytest.raises(QuantityError, match="no 'modulus'"):
+    with pytest.raises(QuantityError, match="no quantity 'modulus'; this map has"):
         found["modulus"]
     assert "30 of 30 curves fitted" in found.summary()
     found.to_csv(tmp_path / "map.csv")
