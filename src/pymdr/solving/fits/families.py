@@ -290,8 +290,7 @@ def _row(forces: ElasticForces | AdhesiveForces, deepest: float) -> tuple[FloatA
     """Forces, their slopes over the root, and the depth at which the profile ends."""
     r, reach = np.linspace(0.0, 1.0, _CELLS + 1), deepest - forces.fold
     depth = forces.fold + reach * r * r
-    value, slope = forces.over_root(r * math.sqrt(reach))
-    slope = slope * math.sqrt(reach)
+    value, slope = forces.over_root(r, reach)
     known = depth <= forces.end
     if known.all():
         return value, slope, math.inf
