@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import json
 import math
 from dataclasses import dataclass
 from functools import cache
 from itertools import pairwise
-from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -18,9 +16,9 @@ from scipy.integrate import quad
 from scipy.optimize import brentq
 from scipy.special import struve
 
+from common import DMT, JKR, Powers, Ripple, references
 from drawing import examples
 from pymdr.errors import ConvergenceError, ProblemError
-from pymdr.line.adhesion import DMT as RigidPull
 from pymdr.line.adhesion import JKR as ShortRange
 from pymdr.line.adhesion import (
     dmt_pull,
@@ -48,85 +46,9 @@ from pymdr.problem.profiles import (
     TruncatedParaboloid,
 )
 
-REFERENCES = json.loads((Path(__file__).parent / "reference" / "refs.json").read_text())["refs"]
 LONG = np.longdouble
 gauss = cache(np.polynomial.legendre.leggauss)
 LONG_PI = LONG("3.14159265358979323846264338327950288")
-
-
-def JKR(line, modulus, work):
-    return ShortRange(ElasticLine(line, modulus), work)
-
-
-def DMT(line, modulus, pull):
-    return RigidPull(ElasticLine(line, modulus), pull)
-
-
-def references(topic):
-    return [entry for entry in REFERENCES if entry["topic"] == topic]
-
-
-@dataclass(frozen=True)
-class Powers:
-    """g = sum of scale x^n, with closed integrals."""
-
-    terms: tuple[tuple[float, float], ...]
-    edge: float = np.inf
-    reach: float = np.inf
-    breakpoints: tuple[float, ...] = ()
-    exponent: float = 0.0
-
-    def g(self, x):
-        return sum(k * x**n for n, k in self.terms) + 0.0 * x
-
-    def slope(self, x):
-        with np.errstate(divide="ignore"):
-            return sum(k * n * x ** (n - 1.0) for n, k in self.terms) + np.zeros_like(x)
-
-    def moment(self, x):
-        return sum(n / (n + 1.0) * k * x ** (n + 1.0) for n, k in self.terms) + 0.0 * x
-
-    def squared(self, x):
-        # int (g(x) - g)^2 dt = int 2 g'(t) m(t) dt
-        return sum(
-            2.0 * k * n * q * m / ((m + 1.0) * (n + m + 1.0)) * x ** (n + m + 1.0)
-            for n, k in self.terms
-            for m, q in self.terms
-        ) + 0.0 * np.asarray(x)
-
-
-@dataclass(frozen=True)
-class Ripple:
-    """A cone with a wave: g = t (x + (A/k) sin kx), rising for A < 1."""
-
-    t: float
-    A: float
-    k: float
-    edge: float = np.inf
-    reach: float = np.inf
-    breakpoints: tuple[float, ...] = ()
-    exponent: float = 0.0
-
-    def g(self, x):
-        return self.t * (x + self.A / self.k * np.sin(self.k * x))
-
-    def slope(self, x):
-        return self.t * (1.0 + self.A * np.cos(self.k * x))
-
-    def moment(self, x):
-        z = self.k * x
-        wave = z * np.sin(z) - 2.0 * np.sin(0.5 * z) ** 2
-        return self.t * (0.5 * x**2 + self.A / self.k**2 * wave)
-
-    def squared(self, x):
-        z, B = self.k * x, self.A / self.k
-        first = self.t * (0.5 * x**2 + 2.0 * B / self.k * np.sin(0.5 * z) ** 2)
-        second = self.t**2 * (
-            x**3 / 3.0
-            + 2.0 * B / self.k**2 * (np.sin(z) - z * np.cos(z))
-            + B**2 * (0.5 * x - np.sin(2.0 * z) / (4.0 * self.k))
-        )
-        return x * self.g(x) ** 2 - 2.0 * self.g(x) * first + second
 
 
 @dataclass(frozen=True)

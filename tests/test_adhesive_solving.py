@@ -16,6 +16,7 @@ from scipy.optimize import brentq
 from scipy.special import gamma
 
 import pymdr as mdr
+from common import UNIT
 from drawing import examples, first_of
 from pymdr.errors import ConvergenceError, PymdrError
 from pymdr.interpretation.adhesion import _negative
@@ -23,7 +24,6 @@ from pymdr.line.adhesion import power_law_pull_off
 from pymdr.mapping.equivalent import equivalent_profile
 from pymdr.solving import drawing
 
-UNIT = mdr.Elastic(1.0, 0.0)
 BALL = mdr.Paraboloid(1.0)
 JKR = mdr.JKR(1.0)
 LOOP = 7.0921959718640

@@ -8,12 +8,12 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 import pymdr as mdr
+from common import STEEL
 from drawing import examples
 from pymdr.independent.sliding.surface import make_surface
 from pymdr.mapping.moduli import surface_compliances
 from pymdr.problem.codec import case_schema, decode_case, encode, encode_case
 
-STEEL = mdr.Elastic("210 GPa", 0.3)
 BALL = mdr.Sphere("10 mm")
 ZINC = mdr.TransverselyIsotropic(c11="161 GPa", c33="61 GPa", c13="50.1 GPa", c44="38.3 GPa", c66="63.4 GPa")
 FIBRES = {

@@ -11,6 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import pymdr as mdr
+from common import UNIT
 from drawing import examples, first_of
 from pymdr.independent.rings import solve_indentation
 from pymdr.interpretation.certificate import certify_disk, certify_history, noise_words, valid_ranges
@@ -18,9 +19,7 @@ from pymdr.interpretation.disks import disk_depths, holes
 from pymdr.line.foundation import ElasticLine, normal_force, states_at_depth
 from pymdr.mapping.equivalent import equivalent_profile
 from pymdr.numerics.panels import Place
-from pymdr.solving import friction_foundation
-
-UNIT = mdr.Elastic(1.0, 0.0)
+from pymdr.solving.teaching import friction_foundation
 
 
 def loaded(name):

@@ -16,32 +16,18 @@ import typer
 from typer.testing import CliRunner
 
 import pymdr as mdr
+from common import BALL_CASE
 from pymdr.problem.codec import decode_press
 from pymdr.problem.codec.cases import MEASURED
 from pymdr.workbench.casefile import read_case
 from pymdr.workbench.cli import app
 from pymdr.workbench.templates import template
 
-BALL = """
-title = "A ball"
-[profile]
-kind = "sphere"
-radius = "10 mm"
-[body]
-kind = "elastic"
-young = "210 GPa"
-poisson = 0.3
-[[path]]
-kind = "load"
-normal_force = "50 N"
-steps = 3
-"""
-
 
 @pytest.fixture
 def case(tmp_path):
     file = tmp_path / "ball.toml"
-    file.write_text(BALL)
+    file.write_text(BALL_CASE)
     return file
 
 
@@ -135,6 +121,18 @@ def test_importing_loads_nothing_that_computes():
     assert not {"numpy", "scipy", "xarray", "pydantic", "pint", "matplotlib", "numba"} & loaded
 
 
+def test_a_contact_in_closed_form_loads_no_more_than_it_needs(case):
+    code = (
+        "import sys; from pymdr.solving.verb import solve; from pymdr.workbench.casefile import read_case\n"
+        f"case = read_case({str(case)!r}); print(float(solve(case.contact, case.path)['normal_force'][-1]))\n"
+        "print(*sys.modules)"
+    )
+    ended = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert ended.stdout.startswith("50.0\n")
+    numerics = {f"scipy.{name}" for name in ("special", "optimize", "linalg", "interpolate", "ndimage")}
+    assert not (numerics | {"matplotlib", "numba", "rich"}) & set(ended.stdout.split())
+
+
 @pytest.mark.parametrize(
     ("old", "new", "words"),
     [
@@ -161,7 +159,7 @@ def test_importing_loads_nothing_that_computes():
     ],
 )
 def test_errors_name_file_table_key_value_and_limit(case, shell, tmp_path, old, new, words):
-    case.write_text(BALL.replace(old, new))
+    case.write_text(BALL_CASE.replace(old, new))
     status, out, err = shell("run", case, "-o", tmp_path / "out")
     assert (status, out) == (1, "")
     assert err.count("\n") == 1
@@ -171,7 +169,7 @@ def test_errors_name_file_table_key_value_and_limit(case, shell, tmp_path, old, 
 
 
 def test_empty_path_missing_file_and_binary(case, shell, tmp_path):
-    case.write_text("path = []\n" + BALL[: BALL.index("[[path]]")])
+    case.write_text("path = []\n" + BALL_CASE[: BALL_CASE.index("[[path]]")])
     assert "path" in shell("check", case)[2]
     status, _, err = shell("run", tmp_path / "none.toml")
     assert status == 1
@@ -253,7 +251,7 @@ def test_sum_of_profiles_hold_ramp_and_arrays(tmp_path):
 
 def test_several_cases_keep_going_past_one_that_fails(case, tmp_path, shell):
     broken = tmp_path / "broken.toml"
-    broken.write_text(BALL.replace("10 mm", "-10 mm"))
+    broken.write_text(BALL_CASE.replace("10 mm", "-10 mm"))
     status, out, err = shell("run", broken, case, "-o", tmp_path / "out")
     assert status == 1
     assert "A ball" in out
@@ -356,7 +354,7 @@ def test_a_failed_command_leaves_no_folder(tmp_path):
 
 # --- exit status, JSON, solvers --------------------------------------------------------------------------
 
-HOLLOW = BALL.replace(
+HOLLOW = BALL_CASE.replace(
     'kind = "sphere"\nradius = "10 mm"',
     'kind = "sampled"\nradius = ["0 mm", "1 mm", "2 mm", "3 mm", "4 mm", "5 mm"]\n'
     'height = ["0 um", "-1 um", "-3 um", "-1 um", "20 um", "60 um"]\ninterpolation = { kind = "shape_preserving" }',
@@ -435,7 +433,7 @@ def test_a_refused_contact_has_an_exit_status_of_its_own(case, hollow, tmp_path,
     assert "[solve] solver = { kind = 'rings' }" in out
     assert shell("run", hollow, case, "-o", tmp_path / "both", "--quiet")[0] == 3
     broken = tmp_path / "broken.toml"
-    broken.write_text(BALL.replace("10 mm", "-10 mm"))
+    broken.write_text(BALL_CASE.replace("10 mm", "-10 mm"))
     assert shell("run", hollow, broken, "-o", tmp_path / "both", "--quiet")[0] == 1
 
 
@@ -462,7 +460,7 @@ def test_json_has_one_shape(case, hollow, rough, tmp_path, shell):
         "shift [um],friction force [N]\n" + "\n".join(f"{(-1) ** (i // 2)},{i % 2}" for i in range(9))
     )
     broken = tmp_path / "broken.toml"
-    broken.write_text(BALL.replace("10 mm", "-10 mm"))
+    broken.write_text(BALL_CASE.replace("10 mm", "-10 mm"))
     deep = tmp_path / "deep.toml"
     deep.write_text(
         HOLLOW.replace('kind = "load"\nnormal_force = "0.5 N"', 'kind = "indent"\nindentation = "1 um"')
@@ -526,7 +524,7 @@ def test_plot_takes_the_folder_and_run_writes_a_table(case, tmp_path, shell):
 
 def test_messages_tell_every_mistake_in_our_words(case, shell):
     case.write_text(
-        BALL.replace('"10 mm"', "[1]").replace("poisson = 0.3", "").replace("steps = 3", "steps = 0")
+        BALL_CASE.replace('"10 mm"', "[1]").replace("poisson = 0.3", "").replace("steps = 3", "steps = 0")
     )
     _, _, err = shell("check", case)
     for words in (
@@ -538,7 +536,7 @@ def test_messages_tell_every_mistake_in_our_words(case, shell):
         assert words in err
     assert "and 1 more" not in err
     parts = '[profile]\nkind = "sum"\nparts = [{ kind = "sum", parts = [] }]\n'
-    case.write_text(parts + BALL[BALL.index("[body]") :])
+    case.write_text(parts + BALL_CASE[BALL_CASE.index("[body]") :])
     assert "a part is no sum itself" in shell("check", case)[2]
 
 
@@ -580,7 +578,7 @@ def test_a_case_named_twice_fails_as_json(case, shell):
 
 def test_channels_without_a_file(case, shell):
     case.write_text(
-        BALL.replace('kind = "load"', 'kind = "path"').replace("steps = 3", 'channels = ["shift"]')
+        BALL_CASE.replace('kind = "load"', 'kind = "path"').replace("steps = 3", 'channels = ["shift"]')
     )
     status, _, err = shell("check", str(case))
     assert (status, "names columns of a file" in err) == (1, True)
@@ -881,7 +879,7 @@ def test_a_fit_names_the_file_that_cannot_be_fitted(case, tmp_path, shell):
     status, _, err = shell("fit", case, whole, "--free", "body.young", "--segment", "aproach")
     assert (status, f"{whole} is taken whole" in err) == (1, True)
     rubbed = tmp_path / "rubbed.toml"
-    rubbed.write_text(BALL + '[friction]\nkind = "coulomb"\ncoefficient = 0.3\n')
+    rubbed.write_text(BALL_CASE + '[friction]\nkind = "coulomb"\ncoefficient = 0.3\n')
     _, _, err = shell("fit", rubbed, whole, "--free", "body.young")
     assert err.startswith("pymdr: fit: the contact has friction")
 

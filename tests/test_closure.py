@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from scipy.integrate import quad
 
 import pymdr as mdr
+from common import STEEL
 from drawing import examples
 from pymdr.independent.sliding import HalfSpaceGrid, solve_sliding
 from pymdr.independent.sliding.solvers import solve_pressure, solve_tractions
@@ -20,7 +21,6 @@ from pymdr.mapping.closure import closure_of
 from pymdr.mapping.equivalent import PolygonLine
 from pymdr.numerics.panels import Place
 
-STEEL = mdr.Elastic("210 GPa", 0.3)
 MODULUS = mdr.effective_moduli(STEEL, STEEL).normal
 PLAIN = mdr.Elastic("210 GPa", 0.0)
 """On which Cattaneo and Mindlin are exact, so that errors are known."""

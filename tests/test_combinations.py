@@ -13,7 +13,7 @@ import pymdr as mdr
 from drawing import examples
 from pymdr.errors import ProblemError, PymdrError
 from pymdr.problem.parameters import parameter_of
-from pymdr.solving import friction_foundation
+from pymdr.solving.teaching import friction_foundation
 
 X = (np.arange(12) + 0.5) / 12 - 0.5
 HEIGHTS = -(X[:, None] ** 2 + 1.3 * X**2) * 1e-4

@@ -6,7 +6,6 @@ import pickle
 import re
 from dataclasses import replace
 from itertools import pairwise
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -17,11 +16,11 @@ from scipy.linalg import solve_banded
 from scipy.special import ellipe, ellipk, ellipkm1, i0e
 
 import pymdr as mdr
+from common import REFERENCES
 from drawing import examples
 from pymdr.line.heating import LORENZ
 from pymdr.problem.codec import decode_case, encode
 
-REFERENCES = json.loads((Path(__file__).parent / "reference" / "refs.json").read_text())["refs"]
 REFERENCES = {entry["id"]: entry for entry in REFERENCES}
 COPPER = {"thermal_conductivity": 390.0, "resistivity": 17e-9}
 SINK = mdr.Rigid(thermal_conductivity=200.0, resistivity=26e-9)

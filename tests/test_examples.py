@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pymdr.solving import solve
+from pymdr.solving.verb import solve
 from pymdr.workbench.casefile import read_case
 
 EXAMPLES = Path(__file__).parent.parent / "examples"

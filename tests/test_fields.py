@@ -9,13 +9,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import pymdr as mdr
+from common import UNIT
 from drawing import examples
 from pymdr.interpretation.fields import edge_amplitude, gap, normal_displacement, pressure
 from pymdr.line.foundation import ElasticLine, states_at_depth
 from pymdr.line.friction import superposition
 from pymdr.mapping.equivalent import equivalent_profile, gap_function
 
-UNIT = mdr.Elastic(1.0, 0.0)
 TAN = math.tan(0.7)
 
 

@@ -15,6 +15,7 @@ from hypothesis import strategies as st
 from typer.testing import CliRunner
 
 import pymdr as mdr
+from common import STEEL
 from pymdr.errors import ProblemError
 from pymdr.workbench.cli import app
 
@@ -91,9 +92,6 @@ def test_friction_and_modulus_of_any_size_are_found_again(
     assert found["friction.coefficient"].error < 0.1 * mu
     assert found.noise == pytest.approx(np.std(noise), rel=0.1)
     assert found.waves == 0.0
-
-
-STEEL = mdr.Elastic("210 GPa", 0.3)
 
 
 def joint(mu=0.5, young="100 GPa"):

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass
 from functools import cache
 from itertools import pairwise
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,12 +13,10 @@ from hypothesis import strategies as st
 from scipy.optimize import brentq
 from scipy.special import struve
 
+from common import DMT, JKR, Powers, Ripple, references
 from drawing import examples
 from pymdr.errors import ConvergenceError, PathError
-from pymdr.line.adhesion import DMT as RigidPull
-from pymdr.line.adhesion import JKR as ShortRange
 from pymdr.line.adhesion import maugis_dugdale, power_law_pull_off
-from pymdr.line.curves import ElasticLine
 from pymdr.line.following import (
     Curve,
     energy_balance,
@@ -32,48 +28,7 @@ from pymdr.line.following import (
 )
 from pymdr.line.following.branches import turning_points
 
-REFERENCES = json.loads((Path(__file__).parent / "reference" / "refs.json").read_text())["refs"]
 gauss = cache(np.polynomial.legendre.leggauss)
-
-
-def JKR(line, modulus, work):
-    return ShortRange(ElasticLine(line, modulus), work)
-
-
-def DMT(line, modulus, pull):
-    return RigidPull(ElasticLine(line, modulus), pull)
-
-
-def references(topic):
-    return [entry for entry in REFERENCES if entry["topic"] == topic]
-
-
-@dataclass(frozen=True)
-class Powers:
-    """g = sum of scale x^n, with closed integrals."""
-
-    terms: tuple[tuple[float, float], ...]
-    edge: float = np.inf
-    reach: float = np.inf
-    breakpoints: tuple[float, ...] = ()
-    exponent: float = 0.0
-
-    def g(self, x):
-        return sum(k * x**n for n, k in self.terms) + 0.0 * x
-
-    def slope(self, x):
-        with np.errstate(divide="ignore"):
-            return sum(k * n * x ** (n - 1.0) for n, k in self.terms) + np.zeros_like(x)
-
-    def moment(self, x):
-        return sum(n / (n + 1.0) * k * x ** (n + 1.0) for n, k in self.terms) + 0.0 * x
-
-    def squared(self, x):
-        return sum(
-            2.0 * k * n * q * m / ((m + 1.0) * (n + m + 1.0)) * x ** (n + m + 1.0)
-            for n, k in self.terms
-            for m, q in self.terms
-        ) + 0.0 * np.asarray(x)
 
 
 @dataclass(frozen=True)
@@ -106,40 +61,6 @@ class Wavy:
         t, w = gauss(80)
         y = 0.5 * x[..., None] * (t + 1.0)
         return 0.5 * x * ((self.g(x)[..., None] - self.g(y)) ** 2 @ w)
-
-
-@dataclass(frozen=True)
-class Ripple:
-    """A cone with a wave: g = t (x + (A/k) sin kx), rising for A < 1; the terrain of many instabilities."""
-
-    t: float
-    A: float
-    k: float
-    edge: float = np.inf
-    reach: float = np.inf
-    breakpoints: tuple[float, ...] = ()
-    exponent: float = 0.0
-
-    def g(self, x):
-        return self.t * (x + self.A / self.k * np.sin(self.k * x))
-
-    def slope(self, x):
-        return self.t * (1.0 + self.A * np.cos(self.k * x))
-
-    def moment(self, x):
-        z = self.k * x
-        wave = z * np.sin(z) - 2.0 * np.sin(0.5 * z) ** 2
-        return self.t * (0.5 * x**2 + self.A / self.k**2 * wave)
-
-    def squared(self, x):
-        z, B = self.k * x, self.A / self.k
-        first = self.t * (0.5 * x**2 + 2.0 * B / self.k * np.sin(0.5 * z) ** 2)
-        second = self.t**2 * (
-            x**3 / 3.0
-            + 2.0 * B / self.k**2 * (np.sin(z) - z * np.cos(z))
-            + B**2 * (0.5 * x - np.sin(2.0 * z) / (4.0 * self.k))
-        )
-        return x * self.g(x) ** 2 - 2.0 * self.g(x) * first + second
 
 
 def paraboloid(R=1.0, **limits):

@@ -13,7 +13,8 @@ from hypothesis import strategies as st
 
 import pymdr as mdr
 from drawing import examples
-from pymdr.solving import friction_foundation, frictional
+from pymdr.solving import frictional
+from pymdr.solving.teaching import friction_foundation
 
 MU = 0.3
 BODY = mdr.Elastic(2.0, 0.0)  # two of them: E* = G* = 1

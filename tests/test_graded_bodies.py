@@ -1,9 +1,7 @@
 """Graded half-spaces: the line with springs c |x|^k against point loads on their surface, energies and limits."""
 
 import itertools
-import json
 import math
-from pathlib import Path
 
 import mpmath
 import numpy as np
@@ -12,10 +10,10 @@ from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 
 import pymdr as mdr
+from common import REFERENCES
 from drawing import examples
 from pymdr.errors import ProblemError
 
-REFERENCES = json.loads((Path(__file__).parent / "reference" / "refs.json").read_text())["refs"]
 EXPONENTS = st.floats(-0.8, 0.8).filter(lambda k: abs(k) > 1e-3)
 SIZES = st.floats(-8.0, 1.0).map(lambda e: 10.0**e)
 KINDS = (

@@ -12,6 +12,7 @@ from scipy.integrate import solve_ivp
 from scipy.special import gamma
 
 import pymdr as mdr
+from common import STEEL
 from drawing import examples
 from pymdr.workbench.casefile import read_case
 
@@ -333,7 +334,6 @@ def test_shown(tmp_path):
 
 # --- friction -----------------------------------------------------------------------------------------------
 
-STEEL = mdr.Elastic("210 GPa", 0.3)
 MU = 0.3
 
 

@@ -11,10 +11,9 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 import pymdr as mdr
+from common import GEL, STEEL
 from drawing import examples
 
-STEEL = mdr.Elastic("210 GPa", 0.3)
-GEL = mdr.Elastic("30 kPa", 0.5)
 MODULUS = 210e9 / (1 - 0.3**2)
 LAYERS = mdr.Layered([mdr.Layer(mdr.Elastic("1 GPa", 0.3), "10 um")], mdr.Elastic("1 MPa", 0.45))
 QUANTITIES = ("normal_force", "normal_stiffness", "contact_radius")

@@ -12,12 +12,11 @@ from matplotlib.patches import Polygon
 from scipy.spatial import cKDTree
 
 import pymdr as mdr
+from common import GEL, STEEL
 from drawing import examples
 from pymdr.presentation.plot.shared import ORANGE, as_seen
 from pymdr.units import to_si
 
-GEL = mdr.Elastic("30 kPa", 0.5)
-STEEL = mdr.Elastic("210 GPa", 0.3)
 TIP = mdr.Paraboloid("50 um")
 THERE_AND_BACK = mdr.indent("1 um", steps=20) >> mdr.indent("-3 um", steps=80)
 

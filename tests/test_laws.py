@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from scipy.integrate import quad
 
 import pymdr as mdr
+from common import GEL, STEEL
 from drawing import examples
 from pymdr.interpretation.theories import THEORIES
 from pymdr.interpretation.validity import EXACT_WITHIN
@@ -19,12 +20,10 @@ from pymdr.line.adhesion import power_law_pull_off
 from pymdr.line.friction import cattaneo_mindlin, loop_energy
 from pymdr.problem.laws import AdhesionLaw
 from pymdr.problem.values import OptionalSIField, SIField
-from pymdr.solving import friction_foundation
 from pymdr.solving.fits.families import ways_of
 from pymdr.solving.fits.unknowns import unknowns_of
+from pymdr.solving.teaching import friction_foundation
 
-GEL = mdr.Elastic("30 kPa", 0.5)
-STEEL = mdr.Elastic("210 GPa", 0.3)
 TIP = mdr.Paraboloid("50 um")
 WORK = 2e-3
 JKR = mdr.JKR(WORK)

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import json
 import math
 from functools import cache
-from pathlib import Path
 
 import mpmath as mp
 import numpy as np
@@ -15,6 +13,7 @@ from hypothesis import strategies as st
 from scipy.special import ellipk, j0
 
 import pymdr as mdr
+from common import REFERENCES
 from drawing import examples
 from pymdr.errors import ConvergenceError, ProblemError
 from pymdr.line.layered import LayeredLine, equation
@@ -24,11 +23,7 @@ from pymdr.mapping.layers import Compliance, Kernel, kernel_of
 from pymdr.numerics.panels import Place, as_place
 from pymdr.problem.codec import case_schema, decode_case, encode_case
 
-REFERENCES = [
-    entry
-    for entry in json.loads((Path(__file__).parent / "reference" / "refs.json").read_text())["refs"]
-    if entry["topic"] == "12 layer"
-]
+REFERENCES = [entry for entry in REFERENCES if entry["topic"] == "12 layer"]
 
 
 def film(poisson=0.5, *, young=1.0, thickness=1.0, **others):

@@ -9,10 +9,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import pymdr as mdr
+from common import GLASS
 from drawing import examples
 from pymdr.mapping.surfaces.spectrum import rings_of
-
-GLASS = mdr.Elastic("70 GPa", 0.22)
 
 
 def coordinates(nx, ny, spacing=1.0):

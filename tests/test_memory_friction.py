@@ -21,8 +21,8 @@ from pymdr.line.friction import FrictionLeg, curves_of, follow_leg, virgin_state
 from pymdr.line.memory import follow_springs, shear_springs, unsheared
 from pymdr.mapping.equivalent import equivalent_profile
 from pymdr.mapping.relaxation import Relaxation, largest_coupling
-from pymdr.solving import friction_foundation
 from pymdr.solving.laws import _sheared_surface
+from pymdr.solving.teaching import friction_foundation
 
 SOLID = mdr.StandardSolid(equilibrium=0.3, modulus=1.0, time=0.4)
 SHAPES = (mdr.Paraboloid(1.0), mdr.Cone(slope=0.3), mdr.PowerLaw(4.0, 0.2, 1.0), mdr.FlatPunch(0.3))

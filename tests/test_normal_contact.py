@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from scipy.special import beta, struve
 
 import pymdr as mdr
+from common import UNIT
 from drawing import examples
 from pymdr.interpretation.fields import gap, normal_displacement, pressure
 from pymdr.line.foundation import (
@@ -42,7 +43,6 @@ PROFILES = {
         lambda r: r * r / 2 + 0.01 * (1 - np.cos(6 * r)), derivative=lambda r: r + 0.06 * np.sin(6 * r)
     ),
 }
-UNIT = mdr.Elastic(1.0, 0.0)
 
 
 def line_of(profile, modulus=1.0):

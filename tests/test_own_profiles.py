@@ -9,6 +9,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 import pymdr as mdr
+from common import STEEL
 from drawing import examples
 from pymdr.interpretation.theories import THEORIES
 from pymdr.mapping.equivalent import equivalent_profile
@@ -27,8 +28,6 @@ from pymdr.problem.materials import Material
 from pymdr.problem.profiles import Profile
 from pymdr.problem.rheology import SpringsAndDashpots
 from pymdr.problem.values import ArrayField, OptionalArrayField, OptionalSIField, SIField
-
-STEEL = mdr.Elastic("210 GPa", 0.3)
 
 
 def own_profile(name="Own", *, frozen=True, eq=False, **fields):

@@ -11,6 +11,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 import pymdr as mdr
+from common import UNIT
 from drawing import examples
 from pymdr.line.foundation import ElasticLine, normal_force, states_at_depth, states_at_force
 from pymdr.mapping.equivalent import equivalent_profile
@@ -19,7 +20,6 @@ from pymdr.mapping.sources import CurveSource
 from pymdr.numerics.panels import Place
 from pymdr.problem.profiles import Sum
 
-UNIT = mdr.Elastic(1.0, 0.0)
 NAMES = ("indentation", "normal_force", "contact_radius", "elastic_energy")
 
 

@@ -11,6 +11,7 @@ from scipy.optimize import brentq
 from scipy.special import ellipe, ellipk
 
 import pymdr as mdr
+from common import UNIT
 from drawing import examples
 from pymdr.errors import (
     ConvergenceError,
@@ -33,7 +34,6 @@ needs_engine = pytest.mark.skipif(
     importlib.util.find_spec("ContactMechanics") is None,
     reason="ContactMechanics, of the extra rough, is missing",
 )
-UNIT = mdr.Elastic(1.0, 0.0)
 
 
 def grid(n, size=1.0):

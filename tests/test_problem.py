@@ -9,13 +9,12 @@ import pint
 import pytest
 
 import pymdr as mdr
+from common import STEEL, UNIT
 from pymdr.problem.codec import decode_case, encode, encode_case
 from pymdr.problem.paths import History, Hold, Ramp, legs
 from pymdr.problem.profiles import Interpolated, Sum
 
 UREG = pint.LazyRegistry()
-UNIT = mdr.Elastic(1.0, 0.0)
-STEEL = mdr.Elastic("210 GPa", 0.3)
 ALL_PROFILES = [
     mdr.Sphere("10 mm"),
     mdr.Paraboloid("10 mm"),

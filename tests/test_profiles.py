@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from scipy.special import struve
 
 import pymdr as mdr
+from common import STEEL, UNIT
 from drawing import examples
 from pymdr.line.adhesion.closed_forms import rigid_pull
 from pymdr.mapping.equivalent import equivalent_profile
@@ -19,7 +20,6 @@ from pymdr.numerics.panels import Place
 from pymdr.problem.codec import PROFILES, decode_case, encode_case
 
 FOLDER = Path(__file__).parent / "reference"
-UNIT = mdr.Elastic(1.0, 0.0)
 MODULUS = 1.0
 
 
@@ -278,7 +278,6 @@ def test_gaps_are_the_integrals_of_their_slopes(kind, size, a, b, decades):
 
 # --- as values, in laws and in files ---------------------------------------------------------------------
 
-STEEL = mdr.Elastic("210 GPa", 0.3)
 NAMED = [of_size(kind, 1e-3, 0.01, 0.3)[0] for kind in KINDS]
 
 

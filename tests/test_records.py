@@ -13,12 +13,12 @@ from hypothesis import strategies as st
 from typer.testing import CliRunner
 
 import pymdr as mdr
+from common import STEEL
 from drawing import examples
 from pymdr.problem.paths import named_channels
 from pymdr.workbench.cli import app
 from pymdr.workbench.records import turning_points
 
-STEEL = mdr.Elastic("210 GPa", 0.3)
 JOINT = mdr.Contact(mdr.Sphere("10 mm"), STEEL, STEEL, friction=mdr.Coulomb(0.3))
 
 

@@ -15,11 +15,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import pymdr as mdr
+from common import STEEL, UNIT
 from drawing import examples
 from pymdr.solving import batch
 
 UREG = pint.LazyRegistry()
-UNIT = mdr.Elastic(1.0, 0.0)
 BALL = mdr.Contact(mdr.Sphere("10 mm"), mdr.Elastic("210 GPa", 0.3), mdr.Elastic("70 GPa", 0.22))
 KINKED = mdr.Function(lambda r: 0.3 * np.maximum(r - 0.4, 0), [0.4], lambda r: np.where(r > 0.4, 0.3, 0.0))
 HOLLOW = mdr.FlatPunch(1.0) + mdr.Function(lambda r: -r * r / 2, derivative=lambda r: -r)
@@ -637,3 +637,30 @@ def test_a_small_contact_after_a_large_one_is_told(decades):
     text = mdr.solve(ball, mdr.Path(indentation=[1e-5, small])).summary()
     force = next(line for line in text.splitlines() if "normal force" in line)
     assert not re.search(r"\b0 N\b", force)
+
+
+def test_names_of_quantities_complete_and_attributes_name_the_remedy(tmp_path):
+    ball = mdr.Contact(mdr.Sphere("10 mm"), STEEL)
+    result = mdr.solve(ball, mdr.load("50 N"))
+    assert {"contact_radius", "peak_pressure"} <= set(result._ipython_key_completions_())
+    assert not hasattr(result, "contact_radius")
+    assert pickle.loads(pickle.dumps(result)).status is result.status
+    with pytest.raises(AttributeError, match=re.escape("write result['contact_radius']")):
+        result.contact_radius  # noqa: B018
+    with pytest.raises(AttributeError, match=re.escape("write result.field('pressure')")):
+        result.pressure  # noqa: B018
+    with pytest.raises(AttributeError, match=r"no attribute 'radius'$"):
+        result.radius  # noqa: B018
+    slow = mdr.restitution(ball, mass="30 g", speeds=["0.1 m/s"])
+    assert "restitution" in slow._ipython_key_completions_()
+    with pytest.raises(AttributeError, match=re.escape("write ['restitution']")):
+        pickle.loads(pickle.dumps(slow)).restitution  # noqa: B018
+
+
+def test_a_result_is_opened_by_the_folder_of_its_run(tmp_path):
+    result = mdr.solve(mdr.Contact(mdr.Sphere("10 mm"), STEEL), mdr.load("50 N"))
+    result.save(tmp_path / "result.nc")
+    assert mdr.open_result(tmp_path).data.equals(result.data)
+    (tmp_path / "empty").mkdir()
+    with pytest.raises(mdr.PymdrError, match=r"result\.nc"):
+        mdr.open_result(tmp_path / "empty")

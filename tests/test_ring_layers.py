@@ -1,9 +1,7 @@
 """Layers under the rings against closed forms, waves in extended precision, published tables, and what must hold of any stack."""
 
-import json
 import math
 from itertools import pairwise
-from pathlib import Path
 
 import mpmath as mp
 import numpy as np
@@ -12,6 +10,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from scipy.special import j0, j1
 
+from common import REFERENCES
 from drawing import examples
 from pymdr.errors import ProblemError
 from pymdr.independent.history import solve_steps
@@ -26,11 +25,7 @@ from pymdr.independent.rings import (
 from pymdr.independent.stacks import Stack
 from pymdr.problem.profiles import Cone, Paraboloid
 
-LAYERS = {
-    entry["id"]: entry
-    for entry in json.loads((Path(__file__).parent / "reference" / "refs.json").read_text())["refs"]
-    if entry["topic"] == "12 layer"
-}
+LAYERS = {entry["id"]: entry for entry in REFERENCES if entry["topic"] == "12 layer"}
 POISSON = st.one_of(st.just(0.5), st.floats(-0.9, 0.5))
 
 

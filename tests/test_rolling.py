@@ -1,9 +1,7 @@
 """Rolling with creep: against closed forms, marches of springs, limits, Kalker's coefficients and refusals."""
 
-import json
 import math
 import pickle
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,14 +10,13 @@ from hypothesis import strategies as st
 from scipy.special import gamma, struve
 
 import pymdr as mdr
+from common import REFERENCES, STEEL
 from drawing import examples
 from pymdr.interpretation.rolling import kalker_coefficient
 from pymdr.line.foundation import ElasticLine, states_at_depth
 from pymdr.line.rolling import line_load, march, rolled_path, rolling_line, steady_rolling
 
-REFERENCES = json.loads((Path(__file__).parent / "reference" / "refs.json").read_text())["refs"]
 ROLLING = [entry for entry in REFERENCES if entry["topic"] == "6 rolling"]
-STEEL = mdr.Elastic("210 GPa", 0.3)
 BALL = mdr.Contact(mdr.Paraboloid("10 mm"), STEEL, STEEL, friction=mdr.Coulomb(0.3))
 ZINC = mdr.TransverselyIsotropic(c11="161 GPa", c33="61 GPa", c13="50.1 GPa", c44="38.3 GPa", c66="63.4 GPa")
 

@@ -1,9 +1,7 @@
 """Rough surfaces on the line: against boundary elements, closed forms, brute force and limits; and what is refused."""
 
-import json
 import math
 import pickle
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,20 +12,18 @@ from scipy.optimize import minimize_scalar
 from scipy.special import ellipk
 
 import pymdr as mdr
+from common import REFERENCES, STEEL, UNIT
 from drawing import examples
 from pymdr.line.rough import power_law_stiffness, sorted_springs
 from pymdr.mapping.patch import full_contact_stiffness
 from pymdr.mapping.rough import default_points, rough_heights
 from pymdr.solving import rough as solving
 
-REFERENCES = json.loads((Path(__file__).parent / "reference" / "refs.json").read_text())["refs"]
 PRESSED = {entry["id"]: entry for entry in REFERENCES if entry["id"].startswith("rough_")}
 FITTED = {
     entry["id"].replace("lambda", "rough"): entry for entry in REFERENCES if entry["id"].startswith("lambda_")
 }
-UNIT = mdr.Elastic(1.0, 0.0)
 SURFACE = mdr.RoughSurface(hurst=0.7, rms="1 um", size="1 mm", shortest="20 um")
-STEEL = mdr.Elastic("210 GPa", 0.3)
 
 
 # --- full contact ----------------------------------------------------------------------------------------

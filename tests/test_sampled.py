@@ -11,6 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import pymdr as mdr
+from common import UNIT
 from drawing import examples
 from pymdr.mapping import abel
 from pymdr.mapping.equivalent import equivalent_profile
@@ -19,7 +20,6 @@ from pymdr.problem.profiles import smoothing
 from pymdr.units import metres
 from pymdr.workbench.casefile import read_case
 
-UNIT = mdr.Elastic(1.0, 0.0)
 PARTICLE = Path(__file__).parent.parent.parent / "shared" / "data" / "profiles" / "afm_particle.csv"
 
 
@@ -658,3 +658,17 @@ def test_many_shape_preserving_samples_are_averaged_over():
     assert np.all(line.error(x)[:, 0] < 1e-9)
     # where knots are far smaller than panels, few of them are left
     assert line.map_to(0.09 * radius).panels.count < 0.3 * r.size
+
+
+@pytest.mark.parametrize("seed", [*range(20), 80, 190, 279])
+def test_hollow_samples_under_force_are_solved_at_any_scale(seed):
+    rng = np.random.default_rng(seed)
+    n, size = int(rng.integers(5, 9)), 10.0 ** rng.uniform(-8, 0)
+    heights = np.concatenate([[0.0], np.cumsum(rng.normal(0.5, 2.0, n - 1))])
+    heights[-2:] = heights[:-2].max() + np.array([10.0, 30.0])
+    profile = mdr.Sampled(
+        np.linspace(0.0, 5.0, n) * size, heights * size * 1e-3, interpolation=mdr.ShapePreserving()
+    )
+    force = 1e9 * size**2 * 10.0 ** rng.uniform(-6.0, -3.2)
+    result = mdr.solve(mdr.Contact(profile, mdr.Elastic("1 GPa", 0.3)), mdr.load(force, steps=3))
+    assert float(result["normal_force"][-1]) == force

@@ -12,6 +12,7 @@ from scipy.integrate import dblquad
 from scipy.special import ellipk
 
 import pymdr as mdr
+from common import STEEL, UNIT
 from drawing import examples
 from pymdr.interpretation.ellipses import ellipse_displacement, ellipse_pressure
 from pymdr.line.ellipses import ellipse_bounds
@@ -19,8 +20,6 @@ from pymdr.line.shapes import PYRAMID_FORCES, ellipse_factor, pyramid_factor, sh
 from pymdr.mapping.azimuth import azimuthal_mean
 from pymdr.mapping.ellipse import HertzEllipse, axis_ratio
 
-UNIT = mdr.Elastic(1.0, 0.0)
-STEEL = mdr.Elastic("210 GPa", 0.3)
 lengths = st.floats(-9.0, 0.0).map(lambda decades: 10.0**decades)
 ratios = st.floats(-6.0, 6.0).map(lambda decades: 10.0**decades)
 

@@ -174,8 +174,7 @@ def test_contact_and_coulomb_conditions_hold_in_every_cell():
     body, d = Elastic(1.0, 0.3), [DEPTH, DEPTH, 0.9 * DEPTH]
     u, width = [0.0, 0.005, 0.003], 0.11
     before, grid = (
-        solve_sliding(BALL, body, Rigid(), MU, d[:k], u[:k], HalfSpaceGrid(20), half_width=width)
-        for k in (2, 3)
+        solve_sliding(BALL, body, Rigid(), MU, d[:k], u[:k], HalfSpaceGrid(20, width)) for k in (2, 3)
     )
     normal, *moved = displacements(grid, body)
     q, limit = np.array([grid.q_x, grid.q_y]), MU * grid.pressure
@@ -240,8 +239,7 @@ RADII = np.linspace(0.0, 0.12, 60)
     [
         ({"friction": 0.0}, ProblemError, "above 0"),
         ({"friction": math.inf}, ProblemError, "finite"),
-        ({"half_width": -1.0}, ProblemError, "half_width"),
-        ({"half_width": 0.05}, ProblemError, "larger half_width"),
+        ({"grid": HalfSpaceGrid(half_width=0.05)}, ProblemError, "larger half_width"),
         ({"body": Rigid()}, ProblemError, "both bodies are rigid"),
         ({"shift": [0.0, 1.0]}, PathError, "as many"),
         ({"indentation": [math.nan]}, PathError, "finite"),
@@ -261,3 +259,9 @@ def test_bad_input(change, kind, words):
 def test_bad_grid(n):
     with pytest.raises(ProblemError, match="at least 8"):
         HalfSpaceGrid(n)
+
+
+@pytest.mark.parametrize("width", [0.0, -1.0, math.inf, math.nan])
+def test_bad_width_of_the_grid(width):
+    with pytest.raises(ProblemError, match=f"half_width = {width}"):
+        HalfSpaceGrid(half_width=width)

@@ -1,10 +1,8 @@
 """Sliding over an elastomer: against closed forms, springs in time steps, two half-spaces in their limits, and refusals."""
 
-import json
 import math
 import pickle
 from itertools import pairwise
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,12 +13,12 @@ from scipy.optimize import brentq
 from scipy.special import struve
 
 import pymdr as mdr
+from common import REFERENCES
 from drawing import examples
 from pymdr.line.foundation import ElasticLine, states_at_depth
 from pymdr.line.sliding import fast_drag, slide, sliding_line, slow_drag, touches_again
 from pymdr.mapping.relaxation import Relaxation
 
-REFERENCES = json.loads((Path(__file__).parent / "reference" / "refs.json").read_text())["refs"]
 SLIDING = [entry for entry in REFERENCES if entry["topic"] == "7 sliding friction"]
 RUBBER = mdr.Viscoelastic(mdr.StandardSolid("1 MPa", "9 MPa", "1 ms"), poisson=0.5)
 BALL = mdr.Contact(mdr.Paraboloid("10 mm"), RUBBER)

@@ -10,14 +10,13 @@ import pytest
 from scipy.special import struve
 
 import pymdr as mdr
+from common import STEEL, UNIT
 from pymdr.mapping.equivalent import equivalent_profile
 from pymdr.problem.paths import History
 from pymdr.problem.profiles import Interpolated
 from pymdr.units import from_si, to_si, to_si_array
 
-STEEL = mdr.Elastic("210 GPa", 0.3)
 BALL = mdr.Contact(mdr.Sphere("10 mm"), STEEL, mdr.Elastic("70 GPa", 0.22))
-UNIT = mdr.Elastic(1.0, 0.0)
 
 
 def wavy(A, k=40.0):

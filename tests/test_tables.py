@@ -9,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import pymdr as mdr
+from common import BALL_CASE
 from drawing import examples
 from pymdr.errors import MissingExtraError
 from pymdr.presentation.tables import write_csv, write_xlsx
@@ -196,25 +197,10 @@ def test_what_cannot_be_written_is_refused_and_leaves_nothing(result, tmp_path, 
     assert list(tmp_path.iterdir()) == []
 
 
-CASE = """
-[profile]
-kind = "sphere"
-radius = "10 mm"
-[body]
-kind = "elastic"
-young = "210 GPa"
-poisson = 0.3
-[[path]]
-kind = "load"
-normal_force = "50 N"
-steps = 5
-"""
-
-
 @pytest.fixture
 def case(tmp_path):
     file = tmp_path / "2-ball on plate.toml"
-    file.write_text(CASE)
+    file.write_text(BALL_CASE)
     return file
 
 

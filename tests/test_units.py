@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 
 import pymdr as mdr
 from drawing import examples
+from pymdr import units
 from pymdr.errors import UnitError
 from pymdr.quantities import QUANTITIES, quantity
 from pymdr.units import from_si, in_good_units, to_si, to_si_array, without_rounding, written
@@ -451,3 +452,8 @@ def test_temperatures_are_not_differences():
     with pytest.raises(UnitError, match="count from 0 K"):
         from_si(300.0, "K", "degC")
     assert from_si(0.3, "K", "mK") == pytest.approx(300.0)
+
+
+def test_common_units_have_the_factors_of_pint():
+    for (unit, si_unit), factor in units._COMMON.items():
+        assert units._factor_of(unit, si_unit) == factor, unit

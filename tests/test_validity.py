@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from scipy.special import struve
 
 import pymdr as mdr
+from common import STEEL, UNIT
 from drawing import examples
 from pymdr.interpretation.certificate import certify_disk
 from pymdr.interpretation.fields import line_gap, pressure
@@ -19,7 +20,6 @@ from pymdr.line.foundation import ElasticLine, states_at_depth
 from pymdr.mapping.equivalent import equivalent_profile
 from pymdr.units import written
 
-UNIT = mdr.Elastic(1.0, 0.0)
 STATES = (
     "indentation",
     "normal_force",
@@ -307,7 +307,6 @@ def test_an_assessment_of_a_ball():
 
 
 RADII = np.linspace(0.0, 2e-3, 25)
-STEEL = mdr.Elastic("210 GPa", 0.3)
 PROFILES = (
     mdr.Sphere("10 mm"),
     mdr.FlatPunch("1 mm"),

@@ -6,9 +6,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import pymdr as mdr
+from common import GEL
 from pymdr.errors import PathError, ProblemError
 
-GEL = mdr.Elastic("30 kPa", 0.5)
 GLUE = mdr.JKR("5 mJ/m^2")
 PROFILES = (
     mdr.Sphere("50 um"),

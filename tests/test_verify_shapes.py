@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from typer.testing import CliRunner
 
 import pymdr as mdr
+from common import STEEL
 from pymdr.errors import MissingExtraError, PathError, ProblemError
 from pymdr.independent.engines import contactmechanics
 from pymdr.workbench.cli import app
@@ -19,7 +20,6 @@ needs_engine = pytest.mark.skipif(
     importlib.util.find_spec("ContactMechanics") is None,
     reason="ContactMechanics, of the extra rough, is missing",
 )
-STEEL = mdr.Elastic("210 GPa", 0.3)
 
 
 def held(shape, depth, pixels=49, steps=1, **given):

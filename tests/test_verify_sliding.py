@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 
 import pymdr as mdr
+from common import STEEL
 from pymdr.errors import PathError, ProblemError
 from pymdr.workbench.cli import app
-
-STEEL = mdr.Elastic("210 GPa", 0.3)
 
 
 def test_verify_sliding_thins_a_long_history():

@@ -1,10 +1,8 @@
 """Contacts with memory, as they are solved: references, Ting against springs, energies, fields, limits."""
 
-import json
 import math
 from functools import reduce
 from operator import rshift
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,6 +11,7 @@ from hypothesis import strategies as st
 from scipy.integrate import quad
 
 import pymdr as mdr
+from common import REFERENCES
 from drawing import examples
 from pymdr.errors import PathError, ProblemError
 from pymdr.interpretation.memory import (
@@ -29,10 +28,7 @@ from pymdr.mapping.equivalent import equivalent_profile, gap_function
 from pymdr.mapping.relaxation import Relaxation
 from pymdr.solving.viscoelastic import SPRINGS, surface_with_memory
 
-REFERENCES = {
-    entry["id"]: entry
-    for entry in json.loads((Path(__file__).parent / "reference" / "refs.json").read_text())["refs"]
-}
+REFERENCES = {entry["id"]: entry for entry in REFERENCES}
 SOLID = mdr.StandardSolid(equilibrium=0.3, modulus=1.0, time=0.4)
 SHAPES = (mdr.Paraboloid(1.0), mdr.Cone(slope=0.3), mdr.PowerLaw(4.0, 0.2, 1.0))
 

@@ -165,6 +165,18 @@ class Result:
         self._refuse_missing(name)
         return self.data[name].copy()
 
+    def _ipython_key_completions_(self) -> list[str]:
+        return [name for name in self._names() if name not in self.claims or self.claims[name].readable]
+
+    def __getattr__(self, name: str) -> Any:
+        remedy = ""
+        if "data" in self.__dict__ and not name.startswith("_"):
+            if name in self._names():
+                remedy = f"; write result[{name!r}]"
+            elif name in self._fields:
+                remedy = f"; write result.field({name!r})"
+        raise AttributeError(f"a result has no attribute {name!r}{remedy}")
+
     def _refuse_missing(self, name: str) -> None:
         if name not in self.data:
             if name in self.reading.elsewhere and quantity(name).dims == ("step",):

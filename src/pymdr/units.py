@@ -64,6 +64,23 @@ _EXAMPLES = {
 }
 
 
+_POWERS = {"": 0, "k": 3, "M": 6, "G": 9, "m": -3, "u": -6, "µ": -6, "μ": -6, "n": -9}
+_COMMON = {
+    (prefix + si_unit, si_unit): float(f"1e{power}")
+    for si_unit, prefixes in {
+        "m": "kmuµμn",
+        "N": "kMmuµμn",
+        "Pa": "kMGm",
+        "s": "muµμn",
+        "J/m^2": "muµμ",
+        "N/m": "kMmuµμ",
+    }.items()
+    for prefix, power in _POWERS.items()
+    if prefix in prefixes
+}
+"""Factors of the commonest units, so that reading them needs no registry of pint."""
+
+
 _ONE_AT_A_TIME = threading.RLock()
 """pint builds its registry, and units with prefixes, when they are first asked for, without a lock of its own."""
 
@@ -78,6 +95,8 @@ def _registry() -> pint.UnitRegistry[Any]:
 @lru_cache(maxsize=512)
 def _factor(unit: str, si_unit: str) -> float:
     """The number that turns a value in ``unit`` into one in ``si_unit``, to 15 digits."""
+    if (unit, si_unit) in _COMMON:
+        return _COMMON[unit, si_unit]
     if len(unit) > _LONGEST_TEXT or not _UNIT_TEXT.fullmatch(unit):
         raise UnitError(f"cannot read {unit!r} as a unit: write products and powers such as 'mJ/m^2'")
     with _ONE_AT_A_TIME:

@@ -13,8 +13,8 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike
-from scipy.special import j0, j1
 
 from pymdr.errors import ProblemError
 from pymdr.independent.rings import Array, ring_displacement
@@ -141,8 +141,8 @@ class Stack:
         q, weight = _quadrature(self, 2.0 ** math.ceil(math.log2(span)))
         for i in range(0, q.size, _BLOCK):
             some = slice(i, i + _BLOCK)
-            disks = a * j1(q[some, None] * a)
-            u -= (j0(r[:, None] * q[some]) * weight[some]) @ np.diff(disks, axis=1)
+            disks = a * scipy.special.j1(q[some, None] * a)
+            u -= (scipy.special.j0(r[:, None] * q[some]) * weight[some]) @ np.diff(disks, axis=1)
         return u
 
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike
-from scipy.special import ellipe, ellipeinc, ellipkinc, ellipkm1
 
 from pymdr.line.foundation import ElasticLine
 from pymdr.mapping.abel import Curve
@@ -119,7 +119,11 @@ def _pulled_up(line: ElasticLine, strength: float, a: float, c: float, r: FloatA
     top = np.minimum(r, c)
     start = np.arcsin(np.minimum(a / np.where(top > 0.0, top, 1.0), 1.0))
     within, m = r <= c, (top / np.maximum(r, c)) ** 2
-    second = ellipe(m) - ellipeinc(start, m)
-    first = np.where(within, 0.0, ellipkm1(np.where(within, 1.0, 1.0 - m)) - ellipkinc(start, m))
+    second = scipy.special.ellipe(m) - scipy.special.ellipeinc(start, m)
+    first = np.where(
+        within,
+        0.0,
+        scipy.special.ellipkm1(np.where(within, 1.0, 1.0 - m)) - scipy.special.ellipkinc(start, m),
+    )
     integral = np.where(within, c * second, r * (second - (1.0 - m) * first))
     return np.asarray(-(4.0 * strength / (math.pi * line.modulus)) * integral)

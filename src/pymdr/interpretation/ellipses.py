@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.special import elliprd, elliprf
+import scipy
 
 from pymdr.errors import QuantityError
 from pymdr.interpretation.validity import NORMAL_FIELDS
@@ -144,6 +144,6 @@ def ellipse_displacement(
         beyond = np.where(half > 0.0, half + root, product / (root - half))
     beyond = np.where(product > 0.0, beyond, 0.0)
     far_a, far_b = a2 + beyond, b2 + beyond
-    bent = x2 * elliprd(far_b, beyond, far_a) + y2 * elliprd(far_a, beyond, far_b)
-    potential = elliprf(far_a, far_b, beyond) - bent / 3.0
+    bent = x2 * scipy.special.elliprd(far_b, beyond, far_a) + y2 * scipy.special.elliprd(far_a, beyond, far_b)
+    potential = scipy.special.elliprf(far_a, far_b, beyond) - bent / 3.0
     return np.asarray(1.5 * force / (math.pi * size) * potential)

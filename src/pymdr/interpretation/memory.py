@@ -10,7 +10,7 @@ from itertools import chain, groupby
 from typing import NamedTuple
 
 import numpy as np
-from scipy.interpolate import PchipInterpolator
+import scipy
 
 from pymdr.interpretation.validity import SOURCES, BoolArray, Claim, Level
 from pymdr.line.curves import ElasticLine
@@ -204,7 +204,9 @@ def displacement(state: LineState, r: FloatArray) -> FloatArray:
         position, deflection = np.append(position, state.radius), np.append(deflection, deflection[-1])
     top, (t, weights) = float(position[-1]), gauss(_NODES)
     # in parts of the largest position, whose squares have no number in contacts that all but went
-    w = PchipInterpolator(np.append(0.0, position / top), np.append(deflection[0], deflection))
+    w = scipy.interpolate.PchipInterpolator(
+        np.append(0.0, position / top), np.append(deflection[0], deflection)
+    )
     radii = np.maximum(r, 1e-9 * top)[:, None]
     # w bends at the edge of the contact and ends where nothing was touched
     ends = np.arcsin(np.minimum(np.array([0.0, state.radius, top, math.inf]) / radii, 1.0))
@@ -254,7 +256,7 @@ def surface_load(state: LineState, r: FloatArray) -> FloatArray:
     if size == 0.0:
         return p
     q = np.where(np.abs(q) > _GONE * size, q / size, 0.0)  # as displacements
-    curve = PchipInterpolator(
+    curve = scipy.interpolate.PchipInterpolator(
         np.concatenate([[0.0], x / a, [1.0]]), np.concatenate([q[:1], q, [edge / size]])
     )
     radius = np.maximum(r[within], 1e-9 * a)
@@ -281,7 +283,7 @@ def far_from_edge(state: LineState, r: FloatArray) -> FloatArray:
     return np.asarray(np.minimum(np.sqrt((1.0 - x) * (1.0 + x) / (1.0 - INSIDE[-1] ** 2)), 1.0))
 
 
-def _integrated(curve: PchipInterpolator, r: FloatArray) -> FloatArray:
+def _integrated(curve: scipy.interpolate.PchipInterpolator, r: FloatArray) -> FloatArray:
     """
     -(1/pi) int_r^a q' / sqrt(x^2 - r^2) dx of a q that is a cubic between the springs, in closed form.
 

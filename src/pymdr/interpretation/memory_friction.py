@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 
@@ -133,7 +133,7 @@ def _one_poisson(contact: Contact) -> bool:
     return None not in found and len(found) == 1
 
 
-def uncoupled(claims: dict[str, Claim], contact: Contact, coupling: float) -> dict[str, Claim]:
+def uncoupled(claims: Mapping[str, Claim], contact: Contact, coupling: float) -> Mapping[str, Claim]:
     """Claims of what is normal, which friction of bodies that are not elastically similar changes."""
     assert contact.friction is not None
     if coupling <= 1e-12 or contact.friction.coefficient == 0.0:

@@ -8,8 +8,7 @@ from functools import partial
 from operator import itemgetter
 
 import numpy as np
-from scipy.optimize import minimize
-from scipy.special import ellipkm1
+import scipy
 
 from pymdr.mapping.azimuth import mean_over_ellipses
 from pymdr.problem.profiles import Shape
@@ -118,7 +117,7 @@ def _searched(shape: Shape, depth: float, radius: float, start: FloatArray) -> t
     simplex = start + np.concatenate([np.zeros((1, 5)), steps])
     told = {"initial_simplex": simplex, "xatol": _CLOSE, "fatol": _FLAT, "maxfev": _TRIES}
     with np.errstate(invalid="ignore"):
-        found = minimize(missing, start, method="Nelder-Mead", options=told)
+        found = scipy.optimize.minimize(missing, start, method="Nelder-Mead", options=told)
     return -float(found.fun), found.x
 
 
@@ -130,7 +129,7 @@ def _force(
     size = radius * math.exp(one[2])
     ellipse = np.array([radius * one[0], radius * one[1], size * stretch, size / stretch, angle])
     left = depth - mean_over_ellipses(shape, ellipse, *nodes)
-    return math.pi * size * stretch / float(ellipkm1(stretch**-4)) * left, ellipse
+    return math.pi * size * stretch / float(scipy.special.ellipkm1(stretch**-4)) * left, ellipse
 
 
 def _refined(shape: Shape, depth: float, radius: float, one: FloatArray) -> FloatArray:

@@ -325,11 +325,12 @@ def _best_disk_at_force(line: Curve, force: FloatArray, turning: tuple[float, ..
     def load(d: FloatArray) -> FloatArray:
         return normal_force(line, states(d))
 
-    # a disk that carries a force alone is no less deep than the best one
+    # a disk that carries a force alone is no less deep than the best one, but for the rounding of both depths
     alone = _inside(line, line.place_of_force(np.max(force)))
     deepest = float(np.max(line.depth(alone)))
     depths = np.sort(line.depth(np.array([0.0, *(t for t in turning if t < end)])))
     if math.isfinite(deepest):
+        deepest += 1e-12 * max(abs(deepest), float(np.max(np.abs(depths))))
         depths = np.append(depths[depths < deepest], deepest)
     if math.isfinite(line.edge):
         # as deep as the whole end carries the force

@@ -15,8 +15,8 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+import scipy
 from numpy.polynomial import chebyshev
-from scipy.optimize import brentq
 
 from pymdr.errors import ConvergenceError
 from pymdr.line.curves import Curve
@@ -160,7 +160,9 @@ def parameter_of_energy(potential: Potential, energy: float, begin: float, end: 
     low, high = missing(begin), missing(end)
     if low == 0.0 or high == 0.0 or low * high > 0.0:
         return begin if abs(low) < abs(high) else end
-    return float(brentq(missing, begin, end, xtol=4e-16 * max(abs(begin), abs(end)), rtol=1e-15))
+    return float(
+        scipy.optimize.brentq(missing, begin, end, xtol=4e-16 * max(abs(begin), abs(end)), rtol=1e-15)
+    )
 
 
 def move(

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 from functools import cached_property, lru_cache
 
 import numpy as np
-from scipy.special import roots_jacobi
+import scipy
 
 from pymdr.mapping.quarters import (
     APART,
@@ -503,7 +503,7 @@ def _own_rule(u: tuple[float, ...]) -> tuple[FloatArray, FloatArray, FloatArray]
 @lru_cache(maxsize=64)
 def _doubly_singular(exponent: float, gain: float) -> tuple[FloatArray, FloatArray]:
     """Nodes and weights on [0, 1] for the weight y^exponent (1 - y)^(gain - 1)."""
-    z, w = roots_jacobi(NEAR, gain - 1.0, exponent)
+    z, w = scipy.special.roots_jacobi(NEAR, gain - 1.0, exponent)
     return (z + 1.0) / 2.0, w / 2.0 ** (exponent + gain)
 
 

@@ -6,8 +6,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import brentq
-from scipy.special import elliprd, elliprf
+import scipy
 
 from pymdr.units import FloatArray
 
@@ -44,10 +43,16 @@ def axis_ratio(radius_x: float, radius_y: float) -> float:
 
     def missed(s: float) -> float:
         square = math.exp(2.0 * s)
-        return math.log(float(elliprd(0.0, 1.0, square)) / float(elliprd(0.0, square, 1.0))) - target
+        return (
+            math.log(
+                float(scipy.special.elliprd(0.0, 1.0, square))
+                / float(scipy.special.elliprd(0.0, square, 1.0))
+            )
+            - target
+        )
 
     # the slope lies between -3/2 at the circle and -2 of long ellipses
-    s = brentq(missed, -target, -0.49 * target, xtol=1e-15) if target > 0.0 else 0.0
+    s = scipy.optimize.brentq(missed, -target, -0.49 * target, xtol=1e-15) if target > 0.0 else 0.0
     return math.exp(-s if mirrored else s)
 
 
@@ -90,7 +95,9 @@ class HertzEllipse:
             a_y, a_x = HertzEllipse(self.radius_y, self.radius_x).semi_axes(depth)
             return a_x, a_y
         square = ratio * ratio
-        shape = 2.0 * elliprd(0.0, square, 1.0) / (3.0 * elliprf(0.0, square, 1.0))
+        shape = (
+            2.0 * scipy.special.elliprd(0.0, square, 1.0) / (3.0 * scipy.special.elliprf(0.0, square, 1.0))
+        )
         a_x = np.sqrt(shape * self.radius_x) * np.sqrt(d)
         return a_x, ratio * a_x
 
@@ -116,4 +123,4 @@ class HertzEllipse:
         longer, ratio = np.maximum(*axes), axis_ratio(self.radius_x, self.radius_y)
         square = min(ratio, 1.0 / ratio) ** 2
         d = np.maximum(depth, 0.0)
-        return np.asarray(2.0 * math.pi / 3.0 * longer * d / elliprf(0.0, square, 1.0))
+        return np.asarray(2.0 * math.pi / 3.0 * longer * d / scipy.special.elliprf(0.0, square, 1.0))

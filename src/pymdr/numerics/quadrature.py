@@ -10,7 +10,7 @@ from itertools import pairwise
 from typing import Any, TypeAlias
 
 import numpy as np
-from scipy.special import roots_jacobi
+import scipy
 
 from pymdr.units import FloatArray
 
@@ -43,7 +43,10 @@ def gauss(n: int, exponent: float = 0.0) -> tuple[FloatArray, FloatArray]:
     >>> bool(abs((w * t**3).sum() - 0.25) < 1e-15)
     True
     """
-    nodes, weights = roots_jacobi(n, 0.0, exponent)
+    if exponent == 0.0:
+        nodes, weights = np.polynomial.legendre.leggauss(n)
+    else:
+        nodes, weights = scipy.special.roots_jacobi(n, 0.0, exponent)
     return (nodes + 1.0) / 2.0, weights / 2.0 ** (exponent + 1.0)
 
 

@@ -135,8 +135,3 @@ def study_html(
         + "".join(f"<p>Note: {escape(note)}</p>" for note in notes)
         + "</div>"
     )
-
-
-def text_html(text: str) -> str:
-    """A table of text as it is."""
-    return f"<pre>{escape(text)}</pre>"

@@ -29,7 +29,17 @@ from pymdr.rows import taken
 from pymdr.solving.equilibria import AdhesiveLine
 from pymdr.solving.normal import refuse_sideways
 from pymdr.solving.reach import assumptions, map_remark
-from pymdr.solving.walk import Channels, Task, Told, Walked, channels_at, solution, walk, with_travel
+from pymdr.solving.walk import (
+    Channels,
+    Interpretation,
+    Task,
+    Told,
+    Walked,
+    channels_at,
+    solution,
+    walk,
+    with_travel,
+)
 from pymdr.units import FloatArray, metres, newtons
 
 _CONTROL = {"indentation": math.inf, "normal_force": 0.0}
@@ -81,7 +91,7 @@ def solve_adhesive(task: Task) -> Result:
     )
     line = AdhesiveLine(task.contact)
     walked = walk(task, _State(), partial(_step, line, task.machine_stiffness))
-    return _interpret(task, line, walked)
+    return solution(task, walked, _interpret(task, line, walked))
 
 
 def _step(
@@ -227,7 +237,7 @@ def _told(line: AdhesiveLine, rows: _Rows, known: BoolArray) -> tuple[str, ...]:
     return (*words, f"the contact jumped in {others} other steps") if others > 0 else words
 
 
-def _interpret(task: Task, line: AdhesiveLine, walked: Walked[_Rows]) -> Result:
+def _interpret(task: Task, line: AdhesiveLine, walked: Walked[_Rows]) -> Interpretation:
     """Step 3: quantities, claims and assumptions of every row."""
     rows = walked.rows
     equilibria = line.equilibria
@@ -285,11 +295,9 @@ def _interpret(task: Task, line: AdhesiveLine, walked: Walked[_Rows]) -> Result:
         if known.any() and not certificate.disk.all():
             source, where = claims["contact_radius"].source, certificate.disk | known
             claims[name] = Claim(Level.EXACT, "prescribed, or exact on a disk", source, where)
-    return solution(
-        task,
-        walked,
-        columns,
-        without_falls(claims, lost),
+    return Interpretation(
+        columns=columns,
+        claims=without_falls(claims, lost),
         assumptions=(*assumptions(task.contact, line.origin, a, -opening), balance),
         status=_status(rows, certificate.disk),
         notes=(*line.origin.notes, *_told(line, rows, certificate.disk)),

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
-from scipy.optimize import minimize_scalar
+import scipy
 
 from pymdr.errors import ProblemError
 from pymdr.independent.engines import Engine
@@ -270,7 +270,9 @@ def _fitted(forces: FloatArray, stiffness: FloatArray, dense: FloatArray, geike:
         return float(np.mean((np.interp(np.log(forces) - stretch, at, line) - np.log(stiffness)) ** 2))
 
     most = math.log(_WIDEST)
-    found = minimize_scalar(misfit, bounds=(-most, most), method="bounded", options={"xatol": 1e-6})
+    found = scipy.optimize.minimize_scalar(
+        misfit, bounds=(-most, most), method="bounded", options={"xatol": 1e-6}
+    )
     return GEIKE * math.exp(2.0 * float(found.x))
 
 

@@ -52,7 +52,18 @@ from pymdr.result import Result, Status
 from pymdr.rows import joined, taken
 from pymdr.solving.normal import refuse_tension
 from pymdr.solving.reach import Springs, assumptions, map_remark, map_to_springs, one_load, refuse_unreachable
-from pymdr.solving.walk import Channels, Task, Told, Walked, channels_at, solution, walk, with_travel, within
+from pymdr.solving.walk import (
+    Channels,
+    Interpretation,
+    Task,
+    Told,
+    Walked,
+    channels_at,
+    solution,
+    walk,
+    with_travel,
+    within,
+)
 from pymdr.units import FloatArray, QuantityLike, metres, newtons, to_si
 
 _REFINED = 200_000
@@ -273,7 +284,7 @@ def solve_frictional(task: Task) -> Result:
         {**here, PARTS: float(parts)} if parts else here
         for here, parts in zip(walked.starts, walked.rows.parts, strict=True)
     )
-    return _interpret(task, law, walked, starts)
+    return solution(task, walked, _interpret(task, law, walked, starts))
 
 
 def _foreseen(path: LoadingPath) -> list[Stretch]:
@@ -377,7 +388,9 @@ def _columns(task: Task, mapped: Springs, rows: _Rows) -> dict[str, FloatArray]:
     return with_travel(task, columns)
 
 
-def _interpret(task: Task, law: _FrictionLaw, walked: Walked[_Rows], starts: tuple[Channels, ...]) -> Result:
+def _interpret(
+    task: Task, law: _FrictionLaw, walked: Walked[_Rows], starts: tuple[Channels, ...]
+) -> Interpretation:
     """Step 3: quantities, claims and assumptions of every row that is kept."""
     rows = walked.rows
     contact, mapped = task.contact, law.mapped
@@ -404,11 +417,9 @@ def _interpret(task: Task, law: _FrictionLaw, walked: Walked[_Rows], starts: tup
     mapping = frictional_errors(mapped.line, law.friction, ratio, columns, rows.forced, rows.dragged)
     claims = with_errors(claims, mapping, map_remark(mapped.line, at_deepest))
     claims |= _in_frame(contact, mapped, columns, claims["tangential_force"], rows.dragged)
-    return solution(
-        task,
-        walked,
-        columns,
-        claims,
+    return Interpretation(
+        columns=columns,
+        claims=claims,
         assumptions=frictional_assumptions(contact, mapped, columns["contact_radius"]),
         status=Status.COMPLETED,
         notes=mapped.notes,

@@ -62,7 +62,7 @@ from pymdr.solving.viscoelastic import (
     status_of,
     surface_with_memory,
 )
-from pymdr.solving.walk import Channels, Task, Told, Walked, solution, walk
+from pymdr.solving.walk import Channels, Interpretation, Task, Told, Walked, solution, walk
 from pymdr.units import FloatArray, newtons
 
 _SLACK = 1e-3
@@ -119,7 +119,7 @@ def solve_frictional_memory(task: Task) -> Result:
     if is_told_by_rows(task.contact, task.path):
         bodies = _bodies(task, walked.time)
         walked = walk(task, None, partial(_step, task, bodies))
-    return _interpret(task, bodies, walked)
+    return solution(task, walked, _interpret(task, bodies, walked))
 
 
 def _bodies(task: Task, time: FloatArray | None) -> _Bodies:
@@ -228,14 +228,15 @@ def _refuse_beyond(asked: Stretch, friction: float, row: int, pressed: float) ->
     )
 
 
-def _interpret(task: Task, bodies: _Bodies, walked: Walked[_Rows]) -> Result:
+def _interpret(task: Task, bodies: _Bodies, walked: Walked[_Rows]) -> Interpretation:
     """Step 3: quantities, claims and assumptions of every row."""
     rows, contact = walked.rows, task.contact
     assert contact.friction is not None
     pressed = Walked(rows.normal, walked.starts, walked.time)
     normal = interpreted(task, bodies.line, bodies.normal, pressed)
     sheared = rows.fine
-    columns = normal.columns | {
+    columns = {
+        **normal.columns,
         "shift": sheared.shift,
         "tangential_force": _beside(rows, bodies.friction, normal.columns["normal_force"]),
         "stick_radius": np.minimum(sheared.stick_radius, normal.columns["contact_radius"]),
@@ -265,11 +266,9 @@ def _interpret(task: Task, bodies: _Bodies, walked: Walked[_Rows]) -> Result:
         tangential["shift"] = _shift_claim(tangential["shift"], rows.forced)
     claims = {**claims, **tangential}
     similar = similarity_assumption(coupling, bodies.friction)
-    return solution(
-        task,
-        walked,
-        columns,
-        claims,
+    return Interpretation(
+        columns=columns,
+        claims=claims,
         assumptions=(*normal.assumptions, similar),
         status=status_of(claims),
         notes=normal.notes,

@@ -37,7 +37,17 @@ from pymdr.problem.schedule import Planned, Stretch, planned
 from pymdr.result import Result, Status
 from pymdr.rows import taken
 from pymdr.solving.reach import Mapped, assumptions, g_samples, map_remark, map_to_line, refuse_unreachable
-from pymdr.solving.walk import Channels, Task, Told, Walked, channels_at, solution, walk, with_travel
+from pymdr.solving.walk import (
+    Channels,
+    Interpretation,
+    Task,
+    Told,
+    Walked,
+    channels_at,
+    solution,
+    walk,
+    with_travel,
+)
 from pymdr.units import FloatArray, newtons
 
 
@@ -57,7 +67,7 @@ def solve_normal(task: Task) -> Result:
     check_normal_path(task.path)
     mapped = map_to_line(task.contact)
     walked = walk(task, None, partial(_step, task, mapped.line))
-    return _interpret(task, mapped, walked)
+    return solution(task, walked, _interpret(task, mapped, walked))
 
 
 def _step(
@@ -159,7 +169,7 @@ def refuse_tension(leg: Planned, force: FloatArray) -> None:
         )
 
 
-def _interpret(task: Task, mapped: Mapped, walked: Walked[_Rows]) -> Result:
+def _interpret(task: Task, mapped: Mapped, walked: Walked[_Rows]) -> Interpretation:
     """Step 3: quantities, claims and assumptions of every row."""
     rows = walked.rows
     line, states = mapped.line, rows.states
@@ -182,11 +192,9 @@ def _interpret(task: Task, mapped: Mapped, walked: Walked[_Rows]) -> Result:
         columns["edge_amplitude"] = edge_amplitude(line, states.contact_radius, states.edge_excess)
     if task.machine_stiffness is not None:
         claims["travel"] = claims["normal_force"]
-    return solution(
-        task,
-        walked,
-        with_travel(task, columns),
-        claims,
+    return Interpretation(
+        columns=with_travel(task, columns),
+        claims=claims,
         assumptions=assumptions(task.contact, mapped, states.contact_radius, states.edge_excess),
         status=Status.COMPLETED if disk.all() else Status.PARTLY_REFUSED if disk.any() else Status.REFUSED,
         notes=mapped.notes,

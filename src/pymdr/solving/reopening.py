@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pymdr.errors import FileError, ProblemError
@@ -35,6 +36,7 @@ def open_result(file: str | os.PathLike[str]) -> Result:
     Parameters
     ----------
     file : path
+        Or the folder that ``pymdr run`` wrote, whose ``result.nc`` is read.
 
     Returns
     -------
@@ -49,4 +51,5 @@ def open_result(file: str | os.PathLike[str]) -> Result:
     """
     from pymdr.presentation.files import read_dataset
 
-    return result_from_dataset(read_dataset(file))
+    folder = Path(file)
+    return result_from_dataset(read_dataset(folder / "result.nc" if folder.is_dir() else file))

@@ -31,7 +31,7 @@ from pymdr.solving.memory import (
 )
 from pymdr.solving.normal import check_normal_path, refuse_tension
 from pymdr.solving.reach import Mapped, assumptions, half_space_assumptions, map_to_line, notes_of
-from pymdr.solving.walk import Channels, Task, Told, Walked, solution, walk
+from pymdr.solving.walk import Channels, Interpretation, Task, Told, Walked, solution, walk
 from pymdr.units import FloatArray
 
 _FEWEST = 20
@@ -64,13 +64,15 @@ def solve_by_rings(task: Task) -> Result:
     return solution(
         task,
         walked,
-        columns,
-        ring_claims(rings.n, columns["indentation"].size, contact.layered is not None),
-        assumptions=_assumptions(contact, mapped, columns),
-        status=Status.BY_RINGS,
-        notes=mapped.notes,
-        references=("johnson",),
-        conducting=columns["normal_stiffness"] / (2.0 * mapped.moduli.normal),
+        Interpretation(
+            columns=columns,
+            claims=ring_claims(rings.n, columns["indentation"].size, contact.layered is not None),
+            assumptions=_assumptions(contact, mapped, columns),
+            status=Status.BY_RINGS,
+            notes=mapped.notes,
+            references=("johnson",),
+            conducting=columns["normal_stiffness"] / (2.0 * mapped.moduli.normal),
+        ),
     )
 
 
@@ -185,15 +187,17 @@ def solve_memory_by_rings(task: Task) -> Result:
     return solution(
         task,
         walked,
-        columns,
-        ring_memory_claims(rings.n, rows.change, _made_otherwise(rows)),
-        assumptions=assumptions_with_memory(task.contact, columns["contact_radius"]),
-        status=Status.BY_RINGS,
-        notes=notes_of(task.contact.profile),
-        references=("johnson",),
-        remembers=True,
-        conducting=np.array(
-            [0.0 if one is None else one.stiffness / (2.0 * one.modulus) for one in rows.solutions]
+        Interpretation(
+            columns=columns,
+            claims=ring_memory_claims(rings.n, rows.change, _made_otherwise(rows)),
+            assumptions=assumptions_with_memory(task.contact, columns["contact_radius"]),
+            status=Status.BY_RINGS,
+            notes=notes_of(task.contact.profile),
+            references=("johnson",),
+            remembers=True,
+            conducting=np.array(
+                [0.0 if one is None else one.stiffness / (2.0 * one.modulus) for one in rows.solutions]
+            ),
         ),
     )
 

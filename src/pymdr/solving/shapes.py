@@ -38,7 +38,17 @@ from pymdr.result import FieldReader, Result, Status
 from pymdr.rows import taken
 from pymdr.solving.normal import check_normal_path, refuse_tension
 from pymdr.solving.reach import refuse_unreachable
-from pymdr.solving.walk import Channels, Task, Told, Walked, channels_at, solution, walk, with_travel
+from pymdr.solving.walk import (
+    Channels,
+    Interpretation,
+    Task,
+    Told,
+    Walked,
+    channels_at,
+    solution,
+    walk,
+    with_travel,
+)
 from pymdr.units import FloatArray, metres
 
 if TYPE_CHECKING:
@@ -121,7 +131,8 @@ def solve_shape(task: Task) -> Result:
         )
     check_normal_path(task.path)
     found = pressed(task.contact)
-    return _interpret(task, found, walk(task, None, partial(_step, task, found)))
+    walked = walk(task, None, partial(_step, task, found))
+    return solution(task, walked, _interpret(task, found, walked))
 
 
 def _step(
@@ -193,7 +204,7 @@ def _refuse_unknown(depth: float) -> NoReturn:
     )
 
 
-def _interpret(task: Task, found: Pressed, walked: Walked[_Rows]) -> Result:
+def _interpret(task: Task, found: Pressed, walked: Walked[_Rows]) -> Interpretation:
     rows, shape, modulus = walked.rows, found.shape, found.modulus
     states, d = rows.states, rows.indentation
     by_force = np.isfinite(rows.prescribed)
@@ -215,11 +226,9 @@ def _interpret(task: Task, found: Pressed, walked: Walked[_Rows]) -> Result:
         columns |= _of_ellipse(*axes, force)
     if task.machine_stiffness is not None:
         claims["travel"] = claims["normal_force"]
-    return solution(
-        task,
-        walked,
-        with_travel(task, columns),
-        claims,
+    return Interpretation(
+        columns=with_travel(task, columns),
+        claims=claims,
         assumptions=(*_assumed(task.contact, found, rows), *thickness_assumption(task.contact, 0.0)),
         status=_status(found.law, claims),
         notes=(),

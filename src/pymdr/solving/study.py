@@ -258,6 +258,15 @@ class Study(Answer):
             raise QuantityError(f"no quantity {shown(name)}; {self.what} has {known}")
         return self.data[name]
 
+    def _ipython_key_completions_(self) -> list[str]:
+        return [name for name in map(str, self.data) if name not in self.claims or self.claims[name].readable]
+
+    def __getattr__(self, name: str) -> Any:
+        known = "data" in self.__dict__ and not name.startswith("_") and name in self.data.variables
+        raise AttributeError(
+            f"{type(self).__name__} has no attribute {name!r}" + (f"; write [{name!r}]" if known else "")
+        )
+
     def to(self, name: str, unit: str) -> xr.DataArray:
         """
         A quantity converted to another unit.

@@ -12,7 +12,7 @@ import numpy as np
 from pymdr.errors import PathError, ProblemError, PymdrError
 from pymdr.interpretation.accuracy import with_errors
 from pymdr.interpretation.memory import NOT_CHECKED, MemorySurface, check_memory, memory_claims
-from pymdr.interpretation.validity import NORMAL_FIELDS, Assumption, BoolArray, Claim, Level
+from pymdr.interpretation.validity import NORMAL_FIELDS, BoolArray, Claim, Level
 from pymdr.line.curves import ElasticLine
 from pymdr.line.foundation import mean_pressure, normal_force, normal_stiffness, rises_to, states_at_depth
 from pymdr.line.memory import (
@@ -54,7 +54,17 @@ from pymdr.solving.memory import (
 )
 from pymdr.solving.normal import check_normal_path, refuse_tension
 from pymdr.solving.reach import notes_of, refuse_unreachable
-from pymdr.solving.walk import Channels, Task, Told, Walked, channels_at, solution, walk, with_travel
+from pymdr.solving.walk import (
+    Channels,
+    Interpretation,
+    Task,
+    Told,
+    Walked,
+    channels_at,
+    solution,
+    walk,
+    with_travel,
+)
 from pymdr.units import FloatArray
 
 _COMPARED = ("force", "contact_radius", "stored", "dissipated", "indentation", "work")
@@ -104,7 +114,7 @@ def solve_viscoelastic(task: Task) -> Result:
     if is_told_by_rows(task.contact, task.path):
         relaxation = relaxation_along(task.contact, task.path, walked.time)
         walked = walk(task, None, partial(_step, task, line, relaxation))
-    return _interpret(task, line, relaxation, walked)
+    return solution(task, walked, interpreted(task, line, relaxation, walked))
 
 
 def _step(
@@ -232,34 +242,9 @@ def followed_leg(
     return found._replace(**own)
 
 
-@dataclass(frozen=True)
-class Interpreted:
-    """What normal contact with memory says of the rows of a walk."""
-
-    columns: dict[str, FloatArray]
-    claims: dict[str, Claim]
-    assumptions: tuple[Assumption, ...]
-    notes: tuple[str, ...]
-
-
-def _interpret(task: Task, line: ElasticLine, relaxation: Relaxation, walked: Walked[MemoryRows]) -> Result:
-    found = interpreted(task, line, relaxation, walked)
-    return solution(
-        task,
-        walked,
-        found.columns,
-        found.claims,
-        assumptions=found.assumptions,
-        status=status_of(found.claims),
-        notes=found.notes,
-        remembers=True,
-        references=("sneddon", "popov-hess", "ting"),
-    )
-
-
 def interpreted(
     task: Task, line: ElasticLine, relaxation: Relaxation, walked: Walked[MemoryRows]
-) -> Interpreted:
+) -> Interpretation:
     """Step 3: quantities, claims and assumptions of every row."""
     rows, time = walked.rows, walked.time
     assert time is not None
@@ -330,7 +315,15 @@ def interpreted(
         f"; energies are those of the springs and dashpots that the rheology names{OWN_ERRORS}",
         f"as {SPRINGS} springs do",
     )
-    return Interpreted(columns, claims, assumptions_with_memory(task.contact, radius), tuple(notes))
+    return Interpretation(
+        columns=columns,
+        claims=claims,
+        assumptions=assumptions_with_memory(task.contact, radius),
+        status=status_of(claims),
+        notes=tuple(notes),
+        references=("sneddon", "popov-hess", "ting"),
+        remembers=True,
+    )
 
 
 def _where(claim: Claim, known: BoolArray) -> Claim:

@@ -142,30 +142,31 @@ def with_travel(task: Task, columns: Mapping[str, FloatArray]) -> dict[str, Floa
     return {**columns, "travel": columns["indentation"] + columns["normal_force"] / task.machine_stiffness}
 
 
-def solution(
-    task: Task,
-    walked: Walked[Any],
-    columns: Mapping[str, FloatArray],
-    claims: Mapping[str, Claim],
-    *,
-    assumptions: tuple[Assumption, ...],
-    status: Status,
-    notes: tuple[str, ...],
-    references: tuple[str, ...],
-    starts: tuple[Channels, ...] | None = None,
-    remembers: bool = False,
-    conducting: FloatArray | None = None,
-) -> Result:
-    """
-    The result of a walk: the time of every kept row, and every quantity where its claim holds, else NaN.
+@dataclass(frozen=True, kw_only=True)
+class Interpretation:
+    """What a law says of the rows of a walk: step 3."""
 
-    Where the bodies do not remember, a note says that time does nothing. `conducting` is half the stiffness over E* in m of
-    contacts that are no disks.
-    """
-    columns, claims = with_conduction(task.contact, columns, claims, conducting)
+    columns: Mapping[str, FloatArray]
+    claims: Mapping[str, Claim]
+    assumptions: tuple[Assumption, ...]
+    status: Status
+    references: tuple[str, ...]
+    notes: tuple[str, ...] = ()
+    starts: tuple[Channels, ...] | None = None
+    """Where every channel was at the start of each leg, if later readings need it."""
+    remembers: bool = False
+    """Whether the bodies do; where they do not, a note says that time has no effect."""
+    conducting: FloatArray | None = None
+    """Half the stiffness over E* in m, of contacts that are no disks."""
+
+
+def solution(task: Task, walked: Walked[Any], interpretation: Interpretation) -> Result:
+    """The result of a walk: the time of every kept row, and every quantity where its claim holds, else NaN."""
+    own, notes = interpretation, interpretation.notes
+    columns, claims = with_conduction(task.contact, own.columns, own.claims, own.conducting)
     if samples_of(task.contact):
         claims = with_thickness(task.contact, columns, claims, held_rows(task))
-    if walked.time is not None and not remembers:
+    if walked.time is not None and not own.remembers:
         notes = (*notes, "the bodies are elastic: time is carried along and changes nothing")
     valid = {
         name: values if claims[name].where.all() else np.where(claims[name].where, values, math.nan)
@@ -179,12 +180,12 @@ def solution(
         path=task.path,
         data=labelled(valid, rows=task.keep),
         claims=claims,
-        assumptions=assumptions,
-        status=status,
+        assumptions=own.assumptions,
+        status=own.status,
         notes=notes,
-        references=(*references, *_body_sources(task.contact), *_conduction_sources(valid)),
+        references=(*own.references, *_body_sources(task.contact), *_conduction_sources(valid)),
         machine_stiffness=task.machine_stiffness,
-        starts=starts,
+        starts=own.starts,
         rings=task.solver,
         reading=task.reading,
     )

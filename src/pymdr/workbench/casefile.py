@@ -19,9 +19,6 @@ from pymdr.problem.rough import RoughSurface
 from pymdr.problem.schedule import check_times
 from pymdr.problem.topography import Topography
 from pymdr.workbench.inputs import read_text
-from pymdr.workbench.rheometry import fit_prony
-from pymdr.workbench.tables import read_columns, read_curve_columns, read_path
-from pymdr.workbench.topographies import read_topography
 
 _LARGEST = 4 * 2**20
 
@@ -156,6 +153,8 @@ def read_press_case(file: str | os.PathLike[str]) -> tuple[PressCase, Topography
         if isinstance(case.surface, RoughSurface):
             return case, case.surface
         keys = dict(case.surface)
+        from pymdr.workbench.topographies import read_topography
+
         return case, read_topography(source.parent / keys.pop("file"), keys.pop("channel", None), **keys)
     except PymdrError as error:
         raise CaseError(f"{source}: {error}") from error
@@ -203,6 +202,8 @@ def _with_samples(profile: dict[str, Any], folder: Path) -> dict[str, Any]:
     kind = profile.get("kind")
     if kind not in ("sampled", "force_curve") or "file" not in profile:
         return profile
+    from pymdr.workbench.tables import read_columns, read_curve_columns
+
     known, what, read = (
         (("radius", "height", "scatter"), "the samples", read_columns)
         if kind == "sampled"
@@ -226,6 +227,8 @@ def _with_rheometry(body: dict[str, Any], folder: Path, table: str) -> dict[str,
             continue
         where = f"[{table}.{key}]"
         _refuse_both(law, ("equilibrium", "moduli", "times"), where, "the series")
+        from pymdr.workbench.rheometry import fit_prony
+
         file = _named(law["file"], folder, where)
         try:
             series = fit_prony(file, poisson=body.get("poisson")).series
@@ -246,6 +249,8 @@ def _with_record(leg: dict[str, Any], folder: Path, index: int) -> dict[str, Any
         )
     if leg.get("kind") != "path" or "file" not in leg:
         return leg
+    from pymdr.workbench.tables import read_path
+
     _refuse_both(leg, ("time", *CHANNELS), where, "the history")
     file = _named(leg["file"], folder, where)
     try:

@@ -16,9 +16,9 @@ from pymdr.problem.paths import Path
 from pymdr.problem.profiles import EllipticParaboloid, Shape
 from pymdr.problem.topography import Topography
 from pymdr.quantities import QUANTITIES
-from pymdr.solving import solve
 from pymdr.solving.press import PressedSurface, press
 from pymdr.solving.shapes import pressed
+from pymdr.solving.verb import solve
 from pymdr.units import FloatArray, shown, written
 from pymdr.workbench.comparison import Comparison
 

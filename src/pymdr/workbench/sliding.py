@@ -16,8 +16,8 @@ from pymdr.problem.contact import Contact
 from pymdr.problem.paths import LoadingPath, Path
 from pymdr.quantities import QUANTITIES
 from pymdr.result import Result
-from pymdr.solving import solve
 from pymdr.solving.drawing import infinite_in
+from pymdr.solving.verb import solve
 from pymdr.units import FloatArray, QuantityLike
 from pymdr.workbench.comparison import Comparison
 

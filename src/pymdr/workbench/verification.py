@@ -20,10 +20,10 @@ from pymdr.problem.profiles import Shape
 from pymdr.problem.schedule import planned, uses
 from pymdr.quantities import QUANTITIES
 from pymdr.result import FieldReader, Result
-from pymdr.solving import solve
 from pymdr.solving.closure import refuse_curve
 from pymdr.solving.drawing import infinite_in
 from pymdr.solving.ringed import adhesive_disks
+from pymdr.solving.verb import solve
 from pymdr.units import FloatArray, QuantityLike
 from pymdr.workbench.comparison import Comparison
 from pymdr.workbench.shapes import hold_shape

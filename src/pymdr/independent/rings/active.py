@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.linalg import solve_triangular
+import scipy
 
 from pymdr.errors import ConvergenceError, ProblemError
 from pymdr.independent.rings.meshes import RingMesh, RingProblem, RingState, runs_of
@@ -18,8 +18,8 @@ def leading_inverses(matrix: Array) -> tuple[Array, Array]:
         factors[i + 1 :, i] /= factors[i, i]
         factors[i + 1 :, i + 1 :] -= np.outer(factors[i + 1 :, i], factors[i, i + 1 :])
     one = np.eye(factors.shape[0])
-    lower = solve_triangular(factors, one, lower=True, unit_diagonal=True)
-    return np.ascontiguousarray(lower), np.ascontiguousarray(solve_triangular(factors, one))
+    lower = scipy.linalg.solve_triangular(factors, one, lower=True, unit_diagonal=True)
+    return np.ascontiguousarray(lower), np.ascontiguousarray(scipy.linalg.solve_triangular(factors, one))
 
 
 def product(matrix: Array, vector: Array) -> Array:

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike, NDArray
-from scipy.special import ellipe, ellipkm1
 
 from pymdr.errors import ProblemError
 
@@ -79,14 +79,14 @@ def _rings(r: Array, a: Array) -> Array:
     large, small = np.maximum(r, a), np.minimum(r, a)
     size = np.where(large > 0, large, 1.0)
     rest = (large - small) / size * ((large + small) / size)
-    K = ellipkm1(np.where(rest > 0, rest, 1.0))
+    K = scipy.special.ellipkm1(np.where(rest > 0, rest, 1.0))
     beyond = large * (_excess(rest, K) - np.where(r > a, rest * K, 0.0))
     return np.asarray(4 / np.pi * (np.diff(large, axis=1) + np.diff(beyond, axis=1)), dtype=np.float64)
 
 
 def _excess(c: Array, K: Array) -> Array:
     """E(1 - c) - 1 for K = K(1 - c); where c is small, without cancellation by Legendre's relation."""
-    excess = np.asarray(ellipe(1 - c) - 1, dtype=np.float64)
+    excess = np.asarray(scipy.special.ellipe(1 - c) - 1, dtype=np.float64)
     near = c < 0.1
     order = np.arange(1, 16)
     terms = np.pi / 2 * np.cumprod(((2 * order - 1) / (2 * order)) ** 2)

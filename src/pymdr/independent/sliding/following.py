@@ -27,29 +27,36 @@ _WEIGHTY = 0.05
 @dataclass(frozen=True)
 class HalfSpaceGrid:
     """
-    Option of ``solve_sliding``: `n` cells along each side of the square.
+    Option of ``solve_sliding``: a square of `n` times `n` cells.
 
     Parameters
     ----------
     n : int
-        At least 8.
+        Cells along each side; at least 8.
+    half_width : float, optional, m
+        Half the side of the square; a little more than the largest contact radius unless given.
 
     Raises
     ------
     ProblemError
-        If `n` is not a whole number of at least 8.
+        If `n` is not a whole number of at least 8, or `half_width` is not finite and above 0.
 
     Examples
     --------
     >>> HalfSpaceGrid(n=48)
-    HalfSpaceGrid(n=48)
+    HalfSpaceGrid(n=48, half_width=None)
     """
 
     n: int = 32
+    half_width: float | None = None
 
     def __post_init__(self) -> None:
         if isinstance(self.n, bool) or not isinstance(self.n, (int, np.integer)) or self.n < 8:
             raise ProblemError(f"HalfSpaceGrid: n = {self.n!r}; give a whole number of at least 8")
+        if self.half_width is not None and not 0 < self.half_width < math.inf:
+            raise ProblemError(
+                f"HalfSpaceGrid: half_width = {self.half_width!r} m; give a finite length above 0"
+            )
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,9 +102,7 @@ def solve_sliding(
     friction: float,
     indentation: ArrayLike,
     shift: ArrayLike,
-    options: HalfSpaceGrid = HalfSpaceGrid(),
-    *,
-    half_width: float | None = None,
+    grid: HalfSpaceGrid = HalfSpaceGrid(),
     progress: Callable[[int, int], None] | None = None,
 ) -> SlidingSolution:
     """
@@ -116,9 +121,7 @@ def solve_sliding(
         mu, finite and above 0.
     indentation, shift : array_like, shape (m,), m
         Approach d and rigid shift along x; the first row is one increment from (0, 0).
-    options : HalfSpaceGrid
-    half_width : float, optional, m
-        Of the square of cells; a little more than the largest contact radius unless given.
+    grid : HalfSpaceGrid
     progress : callable, optional
         Called as ``progress(done, total)``.
 
@@ -150,9 +153,10 @@ def solve_sliding(
     [0.0, 1.0]
     """
     d, u = (np.array(v, dtype=float, ndmin=1) for v in (indentation, shift))
-    _check(friction, d, u, half_width)
-    n = int(HalfSpaceGrid(options.n).n)
-    width = _half_width(profile, float(d.max()), n, body, counterbody) if half_width is None else half_width
+    _check(friction, d, u)
+    n, width = int(grid.n), grid.half_width
+    if width is None:
+        width = _half_width(profile, float(d.max()), n, body, counterbody)
     surface = make_surface(width, n, body, counterbody)
     gap = _gap(profile, surface.x)
     p, q, before = np.zeros((n, n)), np.zeros((2, n, n)), 0.0
@@ -184,11 +188,9 @@ def solve_sliding(
     )
 
 
-def _check(friction: float, d: FloatArray, u: FloatArray, half_width: float | None) -> None:
+def _check(friction: float, d: FloatArray, u: FloatArray) -> None:
     if not 0 < friction < math.inf:
         raise ProblemError(f"solve_sliding: friction = {friction!r}; give a coefficient above 0 and finite")
-    if half_width is not None and not 0 < half_width < math.inf:
-        raise ProblemError(f"solve_sliding: half_width = {half_width!r} m; give a finite length above 0")
     if d.ndim != 1 or d.shape != u.shape or d.size == 0:
         raise PathError(f"solve_sliding: {d.size} indentations and {u.size} shifts; give as many of each")
     if not np.all(np.isfinite(d) & np.isfinite(u)):

@@ -8,8 +8,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike
-from scipy.special import gammaln
 
 from pymdr.errors import ProblemError
 from pymdr.line.adhesion.cohesive_zone import solve_width
@@ -45,7 +45,9 @@ def power_law_factor(exponent: ArrayLike) -> FloatArray:
     2.0
     """
     n = as_floats(exponent)
-    return np.asarray(np.sqrt(np.pi) * np.exp(gammaln(0.5 * n + 1.0) - gammaln(0.5 * (n + 1.0))))
+    return np.asarray(
+        np.sqrt(np.pi) * np.exp(scipy.special.gammaln(0.5 * n + 1.0) - scipy.special.gammaln(0.5 * (n + 1.0)))
+    )
 
 
 DMT_BELOW, JKR_ABOVE = 0.1, 5.0

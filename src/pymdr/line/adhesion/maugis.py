@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import ClassVar
 
 import numpy as np
@@ -181,7 +182,7 @@ class MaugisDugdale:
         d[at] = self.line.g(radius[at]) + offset[at]
         return _Zones(piece.astype(np.float64), self._position(base, radius), width, d)
 
-    @property
+    @cached_property
     def _radii(self) -> Radii:
         return radii_of(self.line, self.line.slope, self.ends[_HELD])
 

@@ -8,6 +8,7 @@ counts the indentation above its value at the edge.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import ClassVar
 
 import numpy as np
@@ -167,12 +168,12 @@ class JKR:
     @property
     def limit(self) -> float:
         """The largest parameter [m]."""
-        return np.inf if np.isfinite(own_edge(self.line)) else float(self.line.reach)
+        return np.inf if np.isfinite(self._edge) else float(self.line.reach)
 
     @property
     def knots(self) -> tuple[float, ...]:
         """Parameters where the curve is not smooth [m]."""
-        edge = own_edge(self.line)
+        edge = self._edge
         own = (edge,) if np.isfinite(edge) else ()
         return tuple(sorted({*inner_knots(self.line), *self._radii.knots, *own}))
 
@@ -188,16 +189,20 @@ class JKR:
 
     def parameter_below(self, radius: float, zone: float, depth: float) -> float:
         """Return a parameter near that of the state of a given contact radius and indentation, not above it [m]."""
-        if radius < own_edge(self.line) or radius == 0.0:
+        if radius < self._edge or radius == 0.0:
             return radius
         return radius + max(depth - float(self.states(radius).indentation), 0.0)
 
-    @property
+    @cached_property
     def _radii(self) -> Radii:
         return radii_of(self.line, self.line.depth_rate)
 
+    @cached_property
+    def _edge(self) -> float:
+        return own_edge(self.line)
+
     def _position_and_opening(self, s: FloatArray) -> tuple[Position, FloatArray]:
-        edge = own_edge(self.line)
+        edge = self._edge
         position = self._radii.position(np.minimum(s, edge))
         return position, jkr_opening(self.line, position, self.work) - np.maximum(s - edge, 0.0)
 
@@ -219,7 +224,7 @@ class JKR:
         sharp edge.
         """
         s = as_floats(s)
-        line, edge, radii = self.line, own_edge(self.line), self._radii
+        line, edge, radii = self.line, self._edge, self._radii
         at = radii.beside(np.minimum(s, edge))
         position = radii.position(at)
         a = rounded(position)
@@ -237,7 +242,7 @@ class JKR:
 
     def radius_rate(self, s: ArrayLike) -> FloatArray:
         """Return da/ds, 0 on the vertical piece above a sharp edge; beside a corner as `slopes`."""
-        s, edge = as_floats(s), own_edge(self.line)
+        s, edge = as_floats(s), self._edge
         return np.where(s >= edge, 0.0, self._radii.rate(self._radii.beside(np.minimum(s, edge))))
 
     def energies(self, s: ArrayLike) -> tuple[FloatArray, FloatArray]:
@@ -284,7 +289,7 @@ class DMT:
     ranged: ClassVar[bool] = True
     """Whether the attraction reaches beyond the contact."""
 
-    @property
+    @cached_property
     def _bare(self) -> JKR:
         return JKR(self.line, 0.0)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from scipy.interpolate import PchipInterpolator
+import scipy
 
 from pymdr.line.memory.modes import modes_of
 from pymdr.line.rebound.motion import Motion, branches, motion_rows
@@ -77,7 +77,7 @@ def energies(motion: Motion, time: FloatArray) -> Energies:
         )
         stored += 0.5 * squares
         rate += squares / tau
-    lost = PchipInterpolator(time, rate).antiderivative()(time)
+    lost = scipy.interpolate.PchipInterpolator(time, rate).antiderivative()(time)
     if not motion.rests:
         modes = modes_of(body)
         parted = np.interp(touched, rows.touched[down][::-1], time[down][::-1])

@@ -7,9 +7,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 from numpy.polynomial import chebyshev
 from numpy.typing import ArrayLike, NDArray
-from scipy.special import roots_jacobi
 
 from pymdr.errors import ProblemError
 from pymdr.mapping.callables.noise import EPS, Curve, jitter, orthonormal, scatter, slope_panel
@@ -470,7 +470,7 @@ def _is_met(fits: _Stretches, law: TipLaw) -> bool:
     r = law.radius * 2.0 ** (-24.0 * jitter(96, 0.1))
     # int_0^1 t^(n-1) Q(t^s) dt with w = t^s
     power = law.exponent / law.step
-    nodes, weights = roots_jacobi(_SIZE, 0.0, power - 1.0)
+    nodes, weights = scipy.special.roots_jacobi(_SIZE, 0.0, power - 1.0)
     outer = (r / law.radius) ** law.step
     series = chebyshev.chebval(outer[:, None] * (nodes + 1.0) - 1.0, law.coefficients) @ weights
     gap = r * (r / law.radius) ** (law.exponent - 1.0) * series / (2.0**power * law.step)

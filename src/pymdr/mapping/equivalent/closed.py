@@ -9,7 +9,6 @@ from itertools import pairwise
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.special import gammaln
 
 from pymdr.errors import ConvergenceError
 from pymdr.mapping import returning
@@ -47,7 +46,7 @@ def power_factor(n: float, exponent: float = 0.0) -> float:
     """
     rise = 1.0 + exponent
     gamma = math.sqrt(math.pi) if exponent == 0.0 else math.gamma(rise / 2.0)
-    return gamma * math.exp(gammaln(n / 2.0 + 1.0) - gammaln((n + rise) / 2.0))
+    return gamma * math.exp(math.lgamma(n / 2.0 + 1.0) - math.lgamma((n + rise) / 2.0))
 
 
 @dataclass(frozen=True)

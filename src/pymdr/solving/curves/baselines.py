@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.optimize import least_squares
+import scipy
 
 from pymdr.errors import ProblemError
 from pymdr.problem.facts import Facts
@@ -169,7 +169,7 @@ def _line(x: FloatArray, f: FloatArray) -> Baseline:
     start = np.linalg.lstsq(columns, f, rcond=None)[0]
     scale = spread(f - columns @ start)
     if scale > 0.0:
-        found = least_squares(
+        found = scipy.optimize.least_squares(
             lambda p: (f - columns @ (start + scale * p)) / scale,
             np.zeros(2),
             jac=lambda p: -columns,

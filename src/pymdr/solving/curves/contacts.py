@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.ndimage import uniform_filter1d
+import scipy
 
 from pymdr.errors import ProblemError
 from pymdr.problem.facts import Facts
@@ -227,7 +227,7 @@ def set_contact_point(curve: Samples, contact_point: ContactPoint | QuantityLike
 
 def _thresholds(rise: Branch, line: Baseline) -> tuple[FloatArray, float]:
     """The smoothed force, and what it has to exceed."""
-    smooth = uniform_filter1d(rise.force, max(1, rise.force.size // 200))
+    smooth = scipy.ndimage.uniform_filter1d(rise.force, max(1, rise.force.size // 200))
     free = smooth[rise.position <= line.high] if line.samples else smooth[: max(5, smooth.size // 10)]
     size = spread(free) if free.size else line.noise
     largest = float(np.max(np.abs(free), initial=0.0))
@@ -269,11 +269,11 @@ def _width(rise: Branch, window: int) -> int:
 def _gradient(rise: Branch, noise: float, window: int) -> Estimate:
     x, f, width = rise.position, rise.force, _width(rise, window)
     x, f = x - x.mean(), f - f.mean()
-    mean_x, mean_f = uniform_filter1d(x, width), uniform_filter1d(f, width)
-    spread_x = uniform_filter1d(x * x, width) - mean_x**2
+    mean_x, mean_f = scipy.ndimage.uniform_filter1d(x, width), scipy.ndimage.uniform_filter1d(f, width)
+    spread_x = scipy.ndimage.uniform_filter1d(x * x, width) - mean_x**2
     slope = np.where(
         spread_x > 0.05 * float(np.median(spread_x)),
-        (uniform_filter1d(x * f, width) - mean_x * mean_f)
+        (scipy.ndimage.uniform_filter1d(x * f, width) - mean_x * mean_f)
         / np.maximum(spread_x, 1e-12 * float(np.max(x * x))),
         0.0,
     )
@@ -293,7 +293,7 @@ def _line_and_power(rise: Branch, noise: float) -> Estimate:
     x, f = rise.position, rise.force
     whole = broken_power(x, f)
     check_contact(rise, whole.rise, whole.noise, whole.evidence)
-    smooth = uniform_filter1d(f, max(1, f.size // 200))
+    smooth = scipy.ndimage.uniform_filter1d(f, max(1, f.size // 200))
     top = float(smooth.max())
     enough = max(top / 3.0, min(top, 30.0 * noise))
     end = int(np.argmax(smooth >= enough)) + 1

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
-from scipy.ndimage import median_filter
+import scipy
 
 from pymdr.errors import ProblemError
 from pymdr.problem.facts import Facts
@@ -41,12 +41,13 @@ def mark_outliers(curve: Samples) -> Samples:
     """
     force = curve.force
     marks = np.zeros(force.size, dtype=bool)
-    away = force - median_filter(force, size=min(_WINDOW, force.size), mode="nearest")
+    away = force - scipy.ndimage.median_filter(force, size=min(_WINDOW, force.size), mode="nearest")
     steps = np.abs(np.diff(force))
     # of forces in coarse digits most differ by nothing
     noise = max(spread(away), float(np.median(steps[steps > 0.0])) if np.any(steps) else 0.0)
     around = np.maximum(
-        noise, 1.4826 * median_filter(np.abs(away), size=min(_AROUND, force.size), mode="nearest")
+        noise,
+        1.4826 * scipy.ndimage.median_filter(np.abs(away), size=min(_AROUND, force.size), mode="nearest"),
     )
     for first, end in _runs(np.abs(away) > _FAR * around):
         if end - first <= _SHORT and _stands_out(force, first, end, _FAR * float(around[first])):

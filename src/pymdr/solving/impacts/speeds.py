@@ -9,7 +9,7 @@ from functools import partial
 from typing import NamedTuple
 
 import numpy as np
-from scipy.optimize import brentq
+import scipy
 
 from pymdr.errors import ProblemError, RefusedError
 from pymdr.interpretation.accuracy import with_errors
@@ -269,4 +269,6 @@ def _speed_at(at: Callable[[float], Motion], low: float, high: float, depth: flo
     """The logarithm of the speed at which a mass goes as deep as a kink, between two others; None if it is beyond them."""
     if not at(low).deepest < depth < at(high).deepest:
         return None
-    return float(brentq(lambda s: math.log(at(s).deepest / depth), low, high, xtol=1e-12, rtol=1e-12))
+    return float(
+        scipy.optimize.brentq(lambda s: math.log(at(s).deepest / depth), low, high, xtol=1e-12, rtol=1e-12)
+    )

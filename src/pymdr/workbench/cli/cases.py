@@ -79,7 +79,7 @@ def run(
 def _run_one(case: Path, folder: Path, tables: Tables, quiet: bool, as_json: bool) -> dict[str, Any]:
     import logging
 
-    from pymdr.solving import solve
+    from pymdr.solving.verb import solve
     from pymdr.workbench.casefile import read_case
 
     asked = read_case(case)
@@ -142,7 +142,7 @@ def _print_failures(cases: Sequence[Path], failures: Mapping[Path, str]) -> None
 def check(case: CaseFile, quiet: Quiet = False, as_json: Json = False) -> None:
     """Validate a case and print what can be claimed of it; nothing is written."""
     from pymdr.quantities import quantity
-    from pymdr.solving import assess
+    from pymdr.solving.assessing import assess
     from pymdr.workbench.casefile import read_case
 
     with failures_as_json("check", case, as_json):

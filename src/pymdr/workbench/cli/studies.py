@@ -47,7 +47,7 @@ def impact(
 ) -> None:
     """The impact of the contact of a case, whose path may be left out; with -o its history and figure are written."""
     from pymdr.quantities import quantity
-    from pymdr.solving import impact as collide
+    from pymdr.solving.impacts import impact as collide
     from pymdr.workbench.casefile import read_contact
 
     with failures_as_json("impact", case, as_json):
@@ -162,8 +162,8 @@ def joule(
     as_json: Json = False,
 ) -> None:
     """Largest temperature by a current through the contact of a case, row by row of its path; with -o its table and figure."""
-    from pymdr.solving import solve
     from pymdr.solving.heating import joule_heating
+    from pymdr.solving.verb import solve
     from pymdr.workbench.casefile import read_case
 
     def ask() -> tuple[str, Study]:
